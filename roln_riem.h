@@ -1,0 +1,374 @@
+/* roln_riem.h - manifolds of parameters, and optimisers that stay on them.
+
+   1 blocks            a product manifold is a table of blocks
+   2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
+   3 SPD               symmetric positive-definite matrices, affine-invariant metric
+   4 any curved block  the three verbs that the optimisers use
+   5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
+
+   A manifold offers three verbs: tangent (Euclidean to Riemannian gradient, and a stored momentum carried to the
+   present point), inner (the metric) and retract. To add a manifold is to add its three functions and one case to each
+   verb; the optimisers do not change. */
+
+#ifndef ROLN_RIEM_H
+#define ROLN_RIEM_H
+
+#include "roln_spd.h"
+
+/* ---- 1 blocks --------------------------------------------------------------------------------- */
+
+enum { ROLN_EUCLIDEAN = 0, ROLN_BIORTHOGONAL = 1, ROLN_SPD = 2 };
+
+#define ROLN_GROUPS 2 /* learning-rate groups */
+
+/* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
+typedef struct {
+    int kind;       /* ROLN_EUCLIDEAN: rows x cols numbers; ROLN_SPD: rows x rows */
+    int rows, cols; /* ROLN_BIORTHOGONAL: Phi^T then Psi^T, each rows x cols, rows <= cols */
+    int group;      /* learning-rate group */
+} roln_block;
+
+/* Numbers in a block. */
+ROLN_FN int roln_block_size(const roln_block *b)
+{
+    return b->kind == ROLN_SPD ? b->rows * b->rows : (b->kind == ROLN_BIORTHOGONAL ? 2 : 1) * b->rows * b->cols;
+}
+
+/* Second moments of a block: one per number where Euclidean, one for the whole of a manifold block. */
+ROLN_FN int roln_block_moments(const roln_block *b)
+{
+    return b->kind == ROLN_EUCLIDEAN ? b->rows * b->cols : b->rows > 0;
+}
+
+/* ---- 2 biorthogonal --------------------------------------------------------------------------- */
+
+/* A point is x = (Phi^T, Psi^T), [2][n][N], with Psi^T Phi = I; a tangent (X, Y) satisfies Y^T Phi + Psi^T X = 0.
+   Frobenius metric. Otto, Macchio, Rowley 2023. */
+
+/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x:
+   (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
+   Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK.
+   work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
+   Cost 18 n^3 + 4 count n^2 N. */
+#define ROLN_BIORTH_PROJECT_WORK(n) (5 * (n) * (n) + 2 * (n) + ROLN_EIG_WORK(n))
+ROLN_FN roln_status roln_biorth_project(int n, int N, const roln_real *x, int count, roln_real *u, roln_real *work)
+{
+    const roln_real *phi = x, *psi = x + n * N;
+    roln_real *Ua = work, *Ub = Ua + n * n, *C = Ub + n * n, *D = C + n * n, *E = D + n * n, *ra = E + n * n, *rb = ra + n;
+    roln_status st;
+    int c, i, j;
+    roln_mm_bt(n, N, n, psi, psi, C);
+    if ((st = roln_eig(n, C, ra, Ua, rb + n)) != ROLN_OK) return st;
+    roln_mm_bt(n, N, n, phi, phi, C);
+    if ((st = roln_eig(n, C, rb, Ub, rb + n)) != ROLN_OK) return st;
+    if (!(ra[0] + rb[0] > (ra[n - 1] + rb[n - 1]) * ROLN_EPS)) return ROLN_E_ILL_CONDITIONED;
+    for (c = 0; c < count; c++, u += 2 * n * N) {
+        roln_real *X = u, *Y = u + n * N;
+        roln_mm_bt(n, N, n, Y, phi, C); /* C = Y^T Phi + Psi^T X */
+        roln_mm_bt(n, N, n, psi, X, D);
+        for (i = 0; i < n * n; i++)
+            C[i] += D[i];
+        roln_mm(n, n, n, Ua, C, D); /* -A in the eigenbases */
+        roln_mm_bt(n, n, n, D, Ub, C);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                C[i * n + j] /= -(ra[i] + rb[j]);
+        roln_mm(n, n, n, C, Ub, D); /* and back: E = -A, C = -A^T */
+        memset(E, 0, (size_t)(n * n) * sizeof *E);
+        roln_mm_at(n, n, n, Ua, D, E);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                C[j * n + i] = E[i * n + j];
+        roln_mm_at(n, n, N, E, psi, X); /* X^T -= A^T Psi^T */
+        roln_mm_at(n, n, N, C, phi, Y); /* Y^T -= A Phi^T */
+    }
+    return ROLN_OK;
+}
+
+/* Retraction: Psi+ = Psi + Y, Phi+ = (Phi + X) [(Psi + Y)^T (Phi + X)]^-1, which restores Psi^T Phi = I at every step.
+   x, u [2][n][N] in; xn [2][n][N] out (xn may be u, not x). work [ROLN_BIORTH_RETRACT_WORK(n, N)].
+   ROLN_E_ILL_CONDITIONED if the inverse is: the step is too long; xn is then scratch. */
+#define ROLN_BIORTH_RETRACT_WORK(n, N) (2 * (n) * (n) + (n) * (N) + ROLN_INV_WORK(n))
+ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+{
+    roln_real *W = work, *inv = W + n * n, *phi = inv + n * n, *psi = xn + n * N;
+    roln_status st;
+    int i;
+    for (i = 0; i < n * N; i++) {
+        phi[i] = x[i] + u[i];
+        psi[i] = x[n * N + i] + u[n * N + i];
+    }
+    roln_mm_bt(n, N, n, psi, phi, W);
+    if ((st = roln_inv(n, W, inv, phi + n * N)) != ROLN_OK) return st;
+    memset(xn, 0, (size_t)(n * N) * sizeof *xn);
+    roln_mm_at(n, n, N, inv, phi, xn);
+    return ROLN_OK;
+}
+
+/* ---- 3 SPD ------------------------------------------------------------------------------------ */
+
+/* Tangents at X = A A^T (Cholesky) are kept in the frame of A: U = A u A^T is stored as the symmetric u. The affine-
+   invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent from X to X' is to keep u, an
+   isometry. [ours] */
+
+/* Riemannian gradient X sym(G) X of the Euclidean one G, in the frame: u = A^T sym(G) A. X, G [n][n] in, u [n][n] out
+   (may be G). work [ROLN_SPD_RGRAD_WORK(n)]. ROLN_E_NOT_SPD leaves u untouched. */
+#define ROLN_SPD_RGRAD_WORK(n) (3 * (n) * (n))
+ROLN_FN roln_status roln_spd_rgrad(int n, const roln_real *X, const roln_real *G, roln_real *u, roln_real *work)
+{
+    roln_real *A = work, *S = A + n * n, *T = S + n * n;
+    int i, j;
+    if (roln_chol(n, X, A) != ROLN_OK) return ROLN_E_NOT_SPD;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            S[i * n + j] = (G[i * n + j] + G[j * n + i]) / 2;
+    roln_mm(n, n, n, S, A, T);
+    memset(u, 0, (size_t)(n * n) * sizeof *u);
+    roln_mm_at(n, n, n, A, T, u);
+    return ROLN_OK;
+}
+
+/* Retraction X+ = X + U + 1/2 U X^-1 U = A (I + u + u^2/2) A^T, positive definite for every u. X, u [n][n] in, Xn [n][n]
+   out (may be X or u), made exactly symmetric. work [ROLN_SPD_RETRACT_WORK(n)]. ROLN_E_NOT_SPD: X was not, or the step
+   is so long that the result is not to working precision; Xn is then untouched. */
+#define ROLN_SPD_RETRACT_WORK(n) (3 * (n) * (n))
+ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real *u, roln_real *Xn, roln_real *work)
+{
+    roln_real *A = work, *S = A + n * n, *T = S + n * n;
+    int i, j;
+    if (roln_chol(n, X, A) != ROLN_OK) return ROLN_E_NOT_SPD;
+    roln_mm(n, n, n, u, u, S);
+    for (i = 0; i < n * n; i++)
+        S[i] = (i % (n + 1) == 0) + u[i] + S[i] / 2;
+    roln_mm(n, n, n, A, S, T);
+    roln_mm_bt(n, n, n, T, A, S);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++)
+            S[j * n + i] = S[i * n + j];
+    if (roln_chol(n, S, T) != ROLN_OK) return ROLN_E_NOT_SPD;
+    memcpy(Xn, S, (size_t)(n * n) * sizeof *Xn);
+    return ROLN_OK;
+}
+
+/* ---- 4 any curved block ----------------------------------------------------------------------- */
+
+/* Work that the verbs below need for a block. */
+ROLN_FN int rolni_block_work(const roln_block *b)
+{
+    const int n = b->rows, N = b->cols;
+    const int p = ROLN_BIORTH_PROJECT_WORK(n), r = ROLN_BIORTH_RETRACT_WORK(n, N);
+    return b->kind == ROLN_BIORTHOGONAL ? (p > r ? p : r) : b->kind == ROLN_SPD ? ROLN_SPD_RETRACT_WORK(n) : 0;
+}
+
+/* g [size] in: Euclidean gradient, out: Riemannian gradient at x. m [size]: the momentum of the previous point, carried
+   to x; g and m lie one after the other. */
+ROLN_FN roln_status rolni_tangent(const roln_block *b, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_project(b->rows, b->cols, x, 2, gm, work);
+    return roln_spd_rgrad(b->rows, x, gm, gm, work);
+}
+
+/* <u, u> at the point of u. Frobenius in the coordinates of every manifold here. */
+ROLN_FN roln_real rolni_inner(const roln_block *b, const roln_real *u)
+{
+    const int size = roln_block_size(b);
+    return roln_dot(size, u, u);
+}
+
+/* xn = R_x(u); xn may be u. */
+ROLN_FN roln_status rolni_retract(const roln_block *b, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+{
+    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_retract(b->rows, b->cols, x, u, xn, work);
+    return roln_spd_retract(b->rows, x, u, xn, work);
+}
+
+/* ---- 5 optimisers ----------------------------------------------------------------------------- */
+
+/* Settings. A group with learning rate 0 is frozen: its parameters and moments stay as they are. */
+typedef struct {
+    roln_real lr[ROLN_GROUPS]; /* learning rates; on a manifold block the Frobenius length of a step */
+    roln_real beta1, beta2;    /* Adam: 0.9, 0.999 */
+    roln_real eps;             /* Adam: 1e-8 */
+    roln_real decay;           /* weight decay, added to the Euclidean gradient; 0: none */
+    roln_real clip;            /* bound of the norm of the whole gradient; 0: none */
+} roln_opt;
+
+/* What Adam carries beside its moments. Zero-initialised: a fresh start. Copy it with m and v to resume, bit for bit. */
+typedef struct {
+    uint32_t t;       /* updates done */
+    roln_real b1, b2; /* 1 - beta1^t, 1 - beta2^t */
+} roln_adam;
+
+/* Learning-rate factor at step t of total: rises linearly over warmup steps, then falls smoothly (cubic) from 1 to last. */
+ROLN_FN roln_real roln_schedule(uint32_t t, uint32_t warmup, uint32_t total, roln_real last)
+{
+    roln_real x;
+    if (t < warmup) return (roln_real)(t + 1) / (roln_real)warmup;
+    if (t >= total) return last;
+    x = (roln_real)(t - warmup) / (roln_real)(total - warmup);
+    return last + (1 - last) * (1 - x * x * (3 - 2 * x));
+}
+
+/* Norm of grad over the groups that are not frozen, times scale. */
+ROLN_FN roln_real rolni_grad_norm(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale, const roln_real *grad)
+{
+    roln_real sum = 0;
+    int b;
+    for (b = 0; b < blocks; b++) {
+        const int size = roln_block_size(table + b);
+        if (opt->lr[table[b].group] > 0) sum += roln_dot(size, grad, grad);
+        grad += size;
+    }
+    return scale * ROLN_SQRT(sum);
+}
+
+/* Work of an update: for each manifold block the new point, momentum and moments, which wait until all blocks have
+   succeeded, and the largest work of a verb. */
+ROLN_FN int roln_update_work(int blocks, const roln_block *table)
+{
+    int b, sum = 0, verb = 0;
+    for (b = 0; b < blocks; b++)
+        if (table[b].kind != ROLN_EUCLIDEAN) {
+            const int w = rolni_block_work(table + b);
+            sum += 2 * roln_block_size(table + b) + 2;
+            verb = w > verb ? w : verb;
+        }
+    return sum + verb;
+}
+
+/* One Adam step of one number with gradient g, of squared length gg: the new x; m, v, vmax in and out. */
+ROLN_FN roln_real rolni_adam1(const roln_opt *o, const roln_adam *a, roln_real lr, roln_real x, roln_real g, roln_real *m,
+                              roln_real *v, roln_real *vmax)
+{
+    *m = o->beta1 * *m + (1 - o->beta1) * g;
+    *v = o->beta2 * *v + (1 - o->beta2) * (g * g);
+    *vmax = *v > *vmax ? *v : *vmax;
+    return x - lr * (*m / a->b1) / (ROLN_SQRT(*vmax / a->b2) + o->eps);
+}
+
+/* The Adam step of a manifold block at x: writes keep = [x+][m+][v+][vmax+]. g = scale egrad + decay x. */
+ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, const roln_adam *a, roln_real scale,
+                                      const roln_real *egrad, const roln_real *x, const roln_real *m, roln_real v,
+                                      roln_real vmax, roln_real *keep, roln_real *work)
+{
+    const int size = roln_block_size(k);
+    roln_real *g = keep, *mn = keep + size, f;
+    roln_status st;
+    int i;
+    for (i = 0; i < size; i++)
+        g[i] = scale * egrad[i] + o->decay * x[i];
+    memcpy(mn, m, (size_t)size * sizeof *m);
+    if ((st = rolni_tangent(k, x, g, work)) != ROLN_OK) return st;
+    v = o->beta2 * v + (1 - o->beta2) * rolni_inner(k, g);
+    vmax = v > vmax ? v : vmax;
+    f = -(o->lr[k->group] / a->b1) / (ROLN_SQRT(vmax / a->b2) + o->eps);
+    for (i = 0; i < size; i++) {
+        mn[i] = o->beta1 * mn[i] + (1 - o->beta1) * g[i];
+        g[i] = f * mn[i];
+    }
+    keep[2 * size] = v;
+    keep[2 * size + 1] = vmax;
+    if ((st = rolni_retract(k, x, g, keep, work)) != ROLN_OK) return st;
+    return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Riemannian Adam with AMSGrad (Becigneul and Ganea 2019) on the product of the blocks:
+       g = scale egrad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
+       vmax = max(v, vmax);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(vmax / (1-b2^t)) + eps));  m carried to x when next used.
+   theta, m, grad share the layout of the table; v, vmax hold roln_block_moments per block. scale: usually 1 / number of
+   samples that were added to grad. work [roln_update_work]. Everything is computed and checked before anything is
+   written: on a status other than ROLN_OK theta, state, m, v and vmax are as they were. */
+ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
+                                     const roln_real *grad, roln_real *theta, roln_adam *state, roln_real *m, roln_real *v,
+                                     roln_real *vmax, roln_real *work)
+{
+    const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
+    roln_real *verb = work;
+    roln_adam next;
+    int pass, b, i;
+    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
+    if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
+    next.t = state->t + 1;
+    next.b1 = 1 - opt->beta1 * (1 - state->b1);
+    next.b2 = 1 - opt->beta2 * (1 - state->b2);
+    for (b = 0; b < blocks; b++)
+        if (table[b].kind != ROLN_EUCLIDEAN) verb += 2 * roln_block_size(table + b) + 2;
+    for (pass = 0; pass < 2; pass++) { /* 0: compute and check, 1: write */
+        roln_real *keep = work;
+        int at = 0, av = 0;
+        for (b = 0; b < blocks; b++) {
+            const roln_block *k = table + b;
+            const int size = roln_block_size(k);
+            const roln_real lr = opt->lr[k->group], *g = grad + at;
+            roln_real *x = theta + at, *mb = m + at, *vb = v + av, *wb = vmax + av;
+            at += size;
+            av += roln_block_moments(k);
+            if (!(lr > 0) || size == 0) continue;
+            if (k->kind == ROLN_EUCLIDEAN) {
+                for (i = 0; i < size; i++) {
+                    roln_real mi = mb[i], vi = vb[i], wi = wb[i];
+                    const roln_real xi = rolni_adam1(opt, &next, lr, x[i], scale * g[i] + opt->decay * x[i], &mi, &vi, &wi);
+                    if (pass == 1) x[i] = xi, mb[i] = mi, vb[i] = vi, wb[i] = wi;
+                    else if (!roln_finite(xi) || !roln_finite(wi)) return ROLN_E_NOT_FINITE;
+                }
+                continue;
+            }
+            if (pass == 0) {
+                const roln_status st = rolni_adam_curved(k, opt, &next, scale, g, x, mb, *vb, *wb, keep, verb);
+                if (st != ROLN_OK) return st;
+            } else {
+                memcpy(x, keep, (size_t)size * sizeof *x);
+                memcpy(mb, keep + size, (size_t)size * sizeof *x);
+                *vb = keep[2 * size], *wb = keep[2 * size + 1];
+            }
+            keep += 2 * size + 2;
+        }
+    }
+    *state = next;
+    return ROLN_OK;
+}
+
+/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. */
+ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
+                                    const roln_real *grad, roln_real *theta, roln_real *work)
+{
+    const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
+    roln_real *verb = work;
+    int pass, b, i;
+    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
+    if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
+    for (b = 0; b < blocks; b++)
+        if (table[b].kind != ROLN_EUCLIDEAN) verb += 2 * roln_block_size(table + b) + 2;
+    for (pass = 0; pass < 2; pass++) {
+        roln_real *keep = work, *x = theta;
+        const roln_real *g = grad;
+        for (b = 0; b < blocks; b++) {
+            const roln_block *k = table + b;
+            const int size = roln_block_size(k), curved = k->kind != ROLN_EUCLIDEAN;
+            const roln_real lr = opt->lr[k->group];
+            if (lr > 0 && size > 0) {
+                if (curved && pass == 0) {
+                    roln_status st;
+                    for (i = 0; i < size; i++)
+                        keep[i] = scale * g[i] + opt->decay * x[i], keep[size + i] = 0;
+                    if ((st = rolni_tangent(k, x, keep, verb)) != ROLN_OK) return st;
+                    for (i = 0; i < size; i++)
+                        keep[i] *= -lr;
+                    if ((st = rolni_retract(k, x, keep, keep, verb)) != ROLN_OK) return st;
+                    if (!roln_all_finite(size, keep)) return ROLN_E_NOT_FINITE;
+                }
+                for (i = 0; i < size; i++) {
+                    const roln_real xi = curved ? keep[i] : x[i] - lr * (scale * g[i] + opt->decay * x[i]);
+                    if (pass == 1) x[i] = xi;
+                    else if (!roln_finite(xi)) return ROLN_E_NOT_FINITE;
+                }
+                if (curved) keep += 2 * size + 2;
+            }
+            x += size;
+            g += size;
+        }
+    }
+    return ROLN_OK;
+}
+
+#endif

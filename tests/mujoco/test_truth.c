@@ -1,0 +1,212 @@
+/* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, reproducibility, HDF5. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "../check.h"
+#include "h5.h"
+
+void test_truth(void);
+
+#define SEED 7
+#define COUNT 6
+
+static int make(struct truth_set *s, enum truth_system system, enum truth_split split, int first, int count)
+{
+    return CHECK(truth_generate(s, system, split, SEED, first, count, TRUTH_SAMPLES) == 0);
+}
+
+/* Two rods 1 kg, 1 m, relative angles, by hand: M, V, T and M qdd + C + G = tau. */
+static void check_pend2_formula(const struct truth_set *s)
+{
+    const double g = 9.81;
+    double worst_M = 0, worst_E = 0, worst_f = 0;
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 7) {
+        const double *q = s->q + 2 * row, *v = s->qd + 2 * row, *a = s->qdd + 2 * row, *tau = s->tau + 2 * row;
+        double c = cos(q[1]), k = .5 * sin(q[1]), M[4], truth[4] = {5. / 3 + c, 1. / 3 + c / 2, 1. / 3 + c / 2, 1. / 3};
+        double V = -g * (1.5 * cos(q[0]) + .5 * cos(q[0] + q[1])), T = 0;
+        double G[2] = {g * (1.5 * sin(q[0]) + .5 * sin(q[0] + q[1])), g * .5 * sin(q[0] + q[1])};
+        double C[2] = {-k * v[1] * (2 * v[0] + v[1]), k * v[0] * v[0]};
+        truth_mass_pend2(q, M);
+        for (int i = 0; i < 4; i++) {
+            worst_M = fmax(worst_M, fabs(M[i] - truth[i]));
+            T += .5 * truth[i] * v[i / 2] * v[i % 2];
+        }
+        for (int i = 0; i < 2; i++)
+            worst_f = fmax(worst_f, fabs(truth[2 * i] * a[0] + truth[2 * i + 1] * a[1] + C[i] + G[i] - tau[i]));
+        worst_E = fmax(worst_E, fmax(fabs(T - s->e_kin[row]), fabs(V - s->e_pot[row])));
+    }
+    CHECK_BELOW(worst_M, 1e-14);
+    CHECK_BELOW(worst_E, 1e-12);
+    CHECK_BELOW(worst_f, 1e-12);
+}
+
+/* q = phi(z), qd = J zd, T = zd' Mz zd / 2, V(z) = e_pot: the reduced truth is the truth of the samples. */
+static void check_reduced(const struct truth_set *s)
+{
+    double worst_q = 0, worst_E = 0;
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 17) {
+        const double *z = s->z + 4 * row, *zd = s->zd + 4 * row;
+        double q[16], J[64], M[16], V = 0, T = 0;
+        truth_pend16_phi(z, q, J);
+        truth_pend16_reduced(z, M, &V);
+        for (int i = 0; i < 16; i++) {
+            double qd = 0;
+            for (int b = 0; b < 4; b++) qd += J[4 * i + b] * zd[b];
+            T += .5 * M[i] * zd[i / 4] * zd[i % 4];
+            worst_q = fmax(worst_q, fmax(fabs(q[i] - s->q[16 * row + (size_t)i]), fabs(qd - s->qd[16 * row + (size_t)i])));
+        }
+        worst_E = fmax(worst_E, fmax(fabs(T - s->e_kin[row]), fabs(V - s->e_pot[row])));
+    }
+    CHECK_BELOW(worst_q, 0);
+    CHECK_BELOW(worst_E, 1e-12);
+}
+
+/* qd and qdd are the derivatives of q and qd (trapezoidal rule over each step); torques act where they must and nowhere else. */
+static void check_signals(const struct truth_set *s)
+{
+    size_t n = (size_t)s->dof;
+    double dq = 0, dv = 0, v_max = 0, a_max = 0, h = s->dt;
+    int undriven = 1, driven = 0;
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row++) {
+        int last = (row + 1) % (size_t)s->samples == 0;
+        for (size_t i = 0; i < n; i++) {
+            const double *q = s->q + row * n + i, *v = s->qd + row * n + i, *a = s->qdd + row * n + i;
+            double u = s->tau_model[row * n + i];
+            v_max = fmax(v_max, fabs(*v));
+            a_max = fmax(a_max, fabs(*a));
+            if (!last) dq = fmax(dq, fabs(q[n] - q[0] - h / 2 * (v[0] + v[n])));
+            if (!last) dv = fmax(dv, fabs(v[n] - v[0] - h / 2 * (a[0] + a[n])));
+            if (s->system == TRUTH_PEND16_ACT && i % 4) undriven &= u == 0;
+            else driven |= u != 0;
+        }
+    }
+    CHECK_BELOW(dq / (h * v_max), 5e-4);
+    CHECK_BELOW(dv / (h * a_max), 3e-3);
+    CHECK(undriven);
+    CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT));
+}
+
+/* Trajectory b of s is trajectory a of r, bit for bit, in every vector. */
+static int same_trajectory(const struct truth_set *r, int a, const struct truth_set *s, int b)
+{
+    const double *p[] = {r->q, r->qd, r->qdd, r->tau, r->tau_model}, *o[] = {s->q, s->qd, s->qdd, s->tau, s->tau_model};
+    size_t size = (size_t)r->samples * (size_t)r->dof;
+    int same = 1;
+    for (int i = 0; i < 5; i++) same &= !memcmp(p[i] + (size_t)a * size, o[i] + (size_t)b * size, size * sizeof(double));
+    return same;
+}
+
+static void check_reproducible(const struct truth_set *s)
+{
+    struct truth_set one, test;
+    if (!make(&one, s->system, TRUTH_TRAIN, COUNT - 1, 1) || !make(&test, s->system, TRUTH_TEST, COUNT - 1, 1)) return;
+    CHECK(same_trajectory(s, COUNT - 1, &one, 0));
+    CHECK(!same_trajectory(s, COUNT - 1, &test, 0));
+    CHECK(!same_trajectory(s, 0, s, 1));
+    truth_free(&one);
+    truth_free(&test);
+}
+
+/* MuJoCo's soft couplings know nothing of phi: relative error of q over 3 s. A trajectory whose last block whips round
+   amplifies the difference about tenfold, hence two bounds. */
+static void check_soft(const struct truth_set *exact)
+{
+    struct truth_set soft;
+    struct truth_report r;
+    double worst = 0;
+    int close = 0;
+    if (!make(&soft, TRUTH_PEND16_SOFT, TRUTH_TRAIN, 0, COUNT)) return;
+    CHECK(truth_check(&soft, &r) == 0);
+    CHECK_BELOW(r.residual, 3e-13);
+    for (size_t j = 0, n = 16 * TRUTH_SAMPLES; j < COUNT; j++) {
+        double d2 = 0, q2 = 0;
+        for (size_t i = j * n; i < (j + 1) * n; i++) {
+            d2 += (soft.q[i] - exact->q[i]) * (soft.q[i] - exact->q[i]);
+            q2 += exact->q[i] * exact->q[i];
+        }
+        close += d2 <= 5e-4 * 5e-4 * q2;
+        worst = fmax(worst, sqrt(d2 / q2));
+    }
+    CHECK_BELOW(worst, 5e-3);
+    CHECK(close >= COUNT / 2);
+    truth_free(&soft);
+}
+
+static char *slurp(const char *path, long *size)
+{
+    FILE *f = fopen(path, "rb");
+    if (!f) return NULL;
+    fseek(f, 0, SEEK_END);
+    *size = ftell(f);
+    rewind(f);
+    char *bytes = malloc((size_t)*size);
+    if (bytes && fread(bytes, 1, (size_t)*size, f) != (size_t)*size) *size = -1;
+    fclose(f);
+    return bytes;
+}
+
+static int same_set(const struct truth_set *a, const struct truth_set *b)
+{
+    size_t rows = (size_t)a->count * (size_t)a->samples;
+    double *sa[] = {a->t, a->e_kin, a->e_pot}, *sb[] = {b->t, b->e_kin, b->e_pot};
+    int same = a->system == b->system && a->count == b->count && a->samples == b->samples && a->dt == b->dt
+        && a->dt_sim == b->dt_sim && a->seed == b->seed && !strcmp(a->model_xml, b->model_xml);
+    for (int i = 0; i < 3 && same; i++) same = !memcmp(sa[i], sb[i], rows * sizeof(double));
+    for (int j = 0; j < a->count && same; j++) same = same_trajectory(a, j, b, j);
+    if (a->latent && same)
+        same = !memcmp(a->z, b->z, 4 * rows * sizeof(double)) && !memcmp(a->zd, b->zd, 4 * rows * sizeof(double));
+    return same;
+}
+
+static void check_h5(const struct truth_set *s)
+{
+    static const char *const path[2] = {"test_truth_0.h5", "test_truth_1.h5"};
+    struct truth_set train, test, held_out;
+    char *bytes[2];
+    long size[2] = {0, -1};
+    if (!make(&held_out, s->system, TRUTH_TEST, 0, 2)) return;
+
+    CHECK(truth_h5_write(path[0], s, &held_out) == 0);
+    for (time_t start = time(NULL); time(NULL) == start;) {}    /* time stamps, if any, have seconds */
+    CHECK(truth_h5_write(path[1], s, &held_out) == 0);
+    for (int i = 0; i < 2; i++) bytes[i] = slurp(path[i], &size[i]);
+    CHECK(bytes[0] && bytes[1] && size[0] == size[1] && !memcmp(bytes[0], bytes[1], (size_t)size[0]));
+    free(bytes[0]);
+    free(bytes[1]);
+
+    if (CHECK(truth_h5_read(path[1], &train, &test) == 0)) {
+        CHECK(same_set(s, &train));
+        CHECK(same_set(&held_out, &test));
+        truth_free(&train);
+        truth_free(&test);
+    }
+    truth_free(&held_out);
+    remove(path[0]);
+    remove(path[1]);
+}
+
+void test_truth(void)
+{
+    static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT};
+    for (int i = 0; i < 4; i++) {
+        struct truth_set s;
+        struct truth_report r;
+        if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT)) continue;
+        CHECK(truth_check(&s, &r) == 0);
+        CHECK_BELOW(r.residual, 3e-13);
+        CHECK_BELOW(r.ideal, 1e-11);        /* J^T (tau - tau_model) = 0 */
+        CHECK_BELOW(r.energy, 2e-7);        /* energy is constant, or changes by the work of the held torques */
+        check_signals(&s);
+        check_reproducible(&s);
+        if (s.dof == 2) check_pend2_formula(&s);
+        else check_reduced(&s);
+        if (systems[i] == TRUTH_PEND16) {
+            check_soft(&s);
+            check_h5(&s);
+        }
+        truth_free(&s);
+    }
+}

@@ -1,0 +1,558 @@
+#include "truth.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <mujoco/mujoco.h>
+
+#define PI 3.14159265358979323846
+#define DOF_MAX 16
+#define XML_MAX 16384
+
+static const struct {
+    const char *name;
+    int dof, latent, stride;
+    double dt_sim;
+} specs[TRUTH_SYSTEMS] = {
+    {"pend2", 2, 0, 1, 1e-3},
+    {"pend2_act", 2, 0, 1, 1e-3},
+    {"pend16", 16, 4, 1, 1e-3},
+    {"pend16_act", 16, 4, 1, 1e-3},
+    {"pend16_soft", 16, 0, 1, 1e-3},
+};
+
+/* pend16: joint i = a1 x + a2 x^2 + a3 x^3 + a4 x^4 of x = z[i/4], the first joint of its block. */
+static const double coupling[16][4] = {
+    {1, 0, 0, 0}, {.8, .4025, 0, 0}, {-.65, .175, .255, 0}, {.255, -.45, 0, .156},
+    {1, 0, 0, 0}, {.56, .2975, 0, 0}, {-.5, .2875, .39, 0}, {.39, -.315, 0, .12},
+    {1, 0, 0, 0}, {.92, .455, 0, 0}, {-.35, .2125, .3, 0}, {.3, -.5175, 0, .084},
+    {1, 0, 0, 0}, {.68, .35, 0, 0}, {-.575, .325, .21, 0}, {.21, -.3825, 0, .138},
+};
+
+/* ---- random numbers: splitmix64, one stream per (seed, split, trajectory) ---- */
+
+static uint64_t mix(uint64_t x)
+{
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return x ^ (x >> 31);
+}
+
+static double uniform(uint64_t *state, double low, double high)
+{
+    *state += UINT64_C(0x9e3779b97f4a7c15);
+    return low + (high - low) * ((double)(mix(*state) >> 11) * 0x1p-53);
+}
+
+static uint64_t stream(uint64_t seed, enum truth_split split, int trajectory)
+{
+    return mix(mix(2 * seed + (split == TRUTH_TEST) + 1) + (uint64_t)trajectory + 1);
+}
+
+/* ---- models ---- */
+
+struct text {
+    char s[XML_MAX];
+    size_t n;
+};
+
+static void append(struct text *x, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    int n = vsnprintf(x->s + x->n, XML_MAX - x->n, format, args);
+    va_end(args);
+    x->n += (size_t)n;
+    if (n < 0 || x->n >= XML_MAX) {
+        fprintf(stderr, "truth: model text too long\n");
+        exit(1);
+    }
+}
+
+/* n uniform rods hanging from the origin, hinges about -y at their upper ends, relative angles.
+   Couplings as stiff as MuJoCo allows: with the default solimp .9 .95 the error is 15 to 120 times larger. */
+static void chain_xml(struct text *x, const char *name, int n, double length, double mass, double dt, int coupled)
+{
+    double inertia = mass * length * length / 12;
+    x->n = 0;
+    append(x, "<mujoco model=\"%s\">\n<compiler angle=\"radian\"/>\n", name);
+    append(x, "<option timestep=\"%g\" integrator=\"RK4\" solver=\"Newton\" gravity=\"0 0 -9.81\">", dt);
+    append(x, "<flag energy=\"enable\"/></option>\n<worldbody>\n");
+    for (int i = 0; i < n; i++) {
+        append(x, "<body pos=\"0 0 %.17g\"><joint name=\"j%d\" type=\"hinge\" axis=\"0 -1 0\"/>", i ? -length : 0.0, i);
+        append(x, "<inertial pos=\"0 0 %.17g\" mass=\"%.17g\" diaginertia=\"%.17g %.17g %.17g\"/>\n",
+               -length / 2, mass, inertia, inertia, inertia / 100);
+    }
+    for (int i = 0; i < n; i++) append(x, "</body>");
+    append(x, "\n</worldbody>\n");
+    if (coupled) {
+        append(x, "<equality>\n");
+        for (int i = 0; i < n; i++)
+            if (i % 4)
+                append(x, "<joint joint1=\"j%d\" joint2=\"j%d\" polycoef=\"0 %g %g %g %g\" solref=\"%g 1\"\n"
+                       "  solimp=\".9999 .9999 .001\"/>\n", i, i - i % 4,
+                       coupling[i][0], coupling[i][1], coupling[i][2], coupling[i][3], 2 * dt);
+        append(x, "</equality>\n");
+    }
+    append(x, "</mujoco>\n");
+}
+
+static void system_xml(enum truth_system system, struct text *x)
+{
+    const char *name = specs[system].name;
+    double dt = specs[system].dt_sim;
+    if (specs[system].dof == 2) chain_xml(x, name, 2, 1, 1, dt, 0);
+    else chain_xml(x, name, 16, .125, .125, dt, system == TRUTH_PEND16_SOFT);
+}
+
+static void on_error(const char *message)       /* MuJoCo goes on if this returns */
+{
+    fprintf(stderr, "MuJoCo error: %s\n", message);
+    exit(1);
+}
+
+static void on_warning(const char *message)     /* counted in d->warning, see warned() */
+{
+    fprintf(stderr, "MuJoCo warning: %s\n", message);
+}
+
+struct rig {
+    mjModel *m;
+    mjData *d;
+};
+
+static int load(struct rig *rig, const char *xml)
+{
+    char error[500] = "";
+    mjVFS *vfs = malloc(sizeof *vfs);           /* 2 MB */
+    if (!vfs) return -1;
+    mju_user_error = on_error;
+    mju_user_warning = on_warning;
+    mj_defaultVFS(vfs);
+    mj_makeEmptyFileVFS(vfs, "model.xml", (int)strlen(xml));
+    memcpy(vfs->filedata[0], xml, strlen(xml));
+    rig->m = mj_loadXML("model.xml", vfs, error, sizeof error);
+    mj_deleteVFS(vfs);
+    free(vfs);
+    rig->d = rig->m ? mj_makeData(rig->m) : NULL;
+    if (error[0] || !rig->d) {
+        fprintf(stderr, "truth: model: %s\n", error);
+        return -1;
+    }
+    return 0;
+}
+
+static struct rig rigs[TRUTH_SYSTEMS];
+
+static struct rig *rig_of(enum truth_system system)
+{
+    static struct text xml;
+    struct rig *rig = &rigs[system];
+    if (rig->d) return rig;
+    system_xml(system, &xml);
+    return load(rig, xml.s) ? NULL : rig;
+}
+
+static int warned(const mjData *d)
+{
+    for (int i = 0; i < mjNWARNING; i++)
+        if (d->warning[i].number) {
+            fprintf(stderr, "truth: %s\n", mju_warningText(i, d->warning[i].lastinfo));
+            return 1;
+        }
+    return 0;
+}
+
+/* ---- torques: a sum of sines on every driven joint ---- */
+
+struct drive {
+    int joints, terms, step;                    /* joint j of the drive is joint step * j of the chain */
+    double amplitude[4], frequency[4][3], phase[4][3];
+};
+
+/* pend2: tau_i = a_i sin(2 pi f t + p); a_0 ~ U(1, 4), a_1 ~ U(.3, 1) N m, f ~ U(.2, 2) Hz; gravity's moments reach
+   19.6 and 4.9 N m.
+   pend16: tau_u = a_j sum of 3 sines with f ~ U(.2, 3) Hz; a_j ~ U(.5, 1) * 2 % of gravity's largest moment about the joint. */
+static struct drive draw_drive(enum truth_system system, uint64_t *state)
+{
+    static const double low2[2] = {1, .3}, high2[2] = {4, 1};
+    struct drive v = {0, 0, 1, {0}, {{0}}, {{0}}};
+    if (system == TRUTH_PEND2_ACT) v.joints = 2, v.terms = 1;
+    if (system == TRUTH_PEND16_ACT) v.joints = 4, v.terms = 3, v.step = 4;
+    for (int j = 0; j < v.joints; j++) {
+        double length = 2 - .5 * j, moment = 9.81 * length * length / 2;    /* 1 kg/m */
+        v.amplitude[j] = v.joints == 2 ? uniform(state, low2[j], high2[j]) : uniform(state, .5, 1) * .02 * moment;
+        for (int k = 0; k < v.terms; k++) {
+            v.frequency[j][k] = uniform(state, .2, v.joints == 2 ? 2 : 3);
+            v.phase[j][k] = uniform(state, 0, 2 * PI);
+        }
+    }
+    return v;
+}
+
+static void drive_torque(const struct drive *v, double t, int dof, double *tau)
+{
+    memset(tau, 0, (size_t)dof * sizeof *tau);
+    for (int j = 0; j < v->joints; j++)
+        for (int k = 0; k < v->terms; k++)
+            tau[v->step * j] += v->amplitude[j] * sin(2 * PI * v->frequency[j][k] * t + v->phase[j][k]);
+}
+
+/* ---- sets ---- */
+
+const char *truth_name(enum truth_system system) { return specs[system].name; }
+
+int truth_find(const char *name, enum truth_system *system)
+{
+    for (int i = 0; i < TRUTH_SYSTEMS; i++)
+        if (!strcmp(name, specs[i].name)) {
+            *system = (enum truth_system)i;
+            return 0;
+        }
+    return -1;
+}
+
+int truth_alloc(struct truth_set *s, enum truth_system system, int count, int samples)
+{
+    static struct text xml;
+    memset(s, 0, sizeof *s);
+    if (count < 1 || samples < 1) {
+        fprintf(stderr, "truth: empty set\n");
+        return -1;
+    }
+    s->system = system;
+    s->count = count;
+    s->samples = samples;
+    s->dof = specs[system].dof;
+    s->latent = specs[system].latent;
+    s->dt_sim = specs[system].dt_sim;
+    s->dt = specs[system].stride * s->dt_sim;
+
+    system_xml(system, &xml);
+    s->model_xml = malloc(xml.n + 1);
+    if (s->model_xml) memcpy(s->model_xml, xml.s, xml.n + 1);
+
+    size_t rows = (size_t)count * (size_t)samples, dof = (size_t)s->dof, latent = (size_t)s->latent;
+    double **scalars[] = {&s->t, &s->e_kin, &s->e_pot}, **vectors[] = {&s->q, &s->qd, &s->qdd, &s->tau, &s->tau_model};
+    int ok = s->model_xml != NULL;
+    for (int i = 0; i < 3; i++) ok &= (*scalars[i] = calloc(rows, sizeof(double))) != NULL;
+    for (int i = 0; i < 5; i++) ok &= (*vectors[i] = calloc(rows * dof, sizeof(double))) != NULL;
+    if (latent) {
+        ok &= (s->z = calloc(rows * latent, sizeof(double))) != NULL;
+        ok &= (s->zd = calloc(rows * latent, sizeof(double))) != NULL;
+    }
+    if (ok) return 0;
+    fprintf(stderr, "truth: out of memory\n");
+    truth_free(s);
+    return -1;
+}
+
+void truth_free(struct truth_set *s)
+{
+    double *all[] = {s->t, s->e_kin, s->e_pot, s->q, s->qd, s->qdd, s->tau, s->tau_model, s->z, s->zd};
+    for (size_t i = 0; i < sizeof all / sizeof *all; i++) free(all[i]);
+    free(s->model_xml);
+    memset(s, 0, sizeof *s);
+}
+
+static void put(double *array, size_t row, int n, const double *x)
+{
+    memcpy(array + row * (size_t)n, x, (size_t)n * sizeof *x);
+}
+
+/* The state in d, after its forward pass, becomes sample k of the trajectory that starts at row0. */
+static void log_sample(struct truth_set *s, size_t row0, int k, const mjData *d, const double *qdd,
+                       const double *tau, const double *tau_model)
+{
+    size_t row = row0 + (size_t)k;
+    s->t[row] = k * s->dt;
+    s->e_pot[row] = d->energy[0];
+    s->e_kin[row] = d->energy[1];
+    put(s->q, row, s->dof, d->qpos);
+    put(s->qd, row, s->dof, d->qvel);
+    put(s->qdd, row, s->dof, qdd);
+    put(s->tau, row, s->dof, tau);
+    put(s->tau_model, row, s->dof, tau_model);
+}
+
+/* ---- MuJoCo's own integration: mj_forward, log, step; bitwise the same as mj_step ---- */
+
+/* tau = applied + actuator + constraint + passive (no springs here: those are in e_pot). */
+static void motion_force(const mjModel *m, const mjData *d, double *tau)
+{
+    for (int i = 0; i < m->nv; i++)
+        tau[i] = d->qfrc_applied[i] + d->qfrc_actuator[i] + d->qfrc_constraint[i] + d->qfrc_passive[i];
+}
+
+static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, const double *q0, const struct drive *v)
+{
+    const mjModel *m = rig->m;
+    mjData *d = rig->d;
+    int stride = specs[s->system].stride;
+    double tau[DOF_MAX];
+    mj_resetData(m, d);
+    put(d->qpos, 0, s->dof, q0);
+    for (int k = 0; k < s->samples; k++) {
+        drive_torque(v, k * s->dt, s->dof, d->qfrc_applied);
+        for (int i = 0; i < stride; i++) {
+            mj_checkPos(m, d);
+            mj_checkVel(m, d);
+            mj_forward(m, d);
+            mj_checkAcc(m, d);
+            if (i == 0) {
+                motion_force(m, d, tau);
+                log_sample(s, row0, k, d, d->qacc, tau, d->qfrc_applied);
+            }
+            mj_RungeKutta(m, d, 4);
+        }
+    }
+}
+
+/* ---- exact coupling: q = phi(z), MuJoCo supplies M and bias = c + dV/dq ---- */
+
+/* phi, phi' and phi'' of each joint with respect to its own block's z. */
+static void phi_jet(const double z[4], double q[16], double d1[16], double d2[16])
+{
+    for (int i = 0; i < 16; i++) {
+        const double *a = coupling[i], x = z[i / 4];
+        q[i] = x * (a[0] + x * (a[1] + x * (a[2] + x * a[3])));
+        d1[i] = a[0] + x * (2 * a[1] + x * (3 * a[2] + x * 4 * a[3]));
+        d2[i] = 2 * a[1] + x * (6 * a[2] + x * 12 * a[3]);
+    }
+}
+
+void truth_pend16_phi(const double z[4], double q[16], double J[64])
+{
+    double d1[16], d2[16];
+    phi_jet(z, q, d1, d2);
+    if (J)
+        for (int i = 0; i < 64; i++) J[i] = i / 4 / 4 == i % 4 ? d1[i / 4] : 0;
+}
+
+static void project(const double d1[16], const double f[16], double out[4])     /* J^T f */
+{
+    for (int b = 0; b < 4; b++) {
+        out[b] = 0;
+        for (int i = 4 * b; i < 4 * b + 4; i++) out[b] += d1[i] * f[i];
+    }
+}
+
+static void reduced_mass(const struct rig *rig, const double d1[16], double Mz[16])    /* J^T M J at d->qpos */
+{
+    for (int b = 0; b < 4; b++) {
+        double column[16] = {0}, Mc[16];
+        memcpy(column + 4 * b, d1 + 4 * b, 4 * sizeof *d1);
+        mj_mulM(rig->m, rig->d, Mc, column);
+        project(d1, Mc, Mz + 4 * b);
+    }
+}
+
+static void solve4(double A[16], double x[4])       /* x := A^-1 x by Cholesky, A = L L^T */
+{
+    for (int j = 0; j < 4; j++)
+        for (int i = j; i < 4; i++) {
+            double sum = A[4 * i + j];
+            for (int k = 0; k < j; k++) sum -= A[4 * i + k] * A[4 * j + k];
+            A[4 * i + j] = i == j ? sqrt(sum) : sum / A[5 * j];
+        }
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < i; k++) x[i] -= A[4 * i + k] * x[k];
+        x[i] /= A[5 * i];
+    }
+    for (int i = 3; i >= 0; i--) {
+        for (int k = i + 1; k < 4; k++) x[i] -= A[4 * k + i] * x[k];
+        x[i] /= A[5 * i];
+    }
+}
+
+/* (J^T M J) zdd = J^T (tau_u - bias - M Jd zd); leaves q, qd and bias in d and gives qdd = J zdd + Jd zd. */
+static void reduced_forward(const struct rig *rig, const double z[4], const double zd[4], const double tau_u[16],
+                            double zdd[4], double qdd[16])
+{
+    const mjModel *m = rig->m;
+    mjData *d = rig->d;
+    double d1[16], d2[16], Jdzd[16], f[16], Mz[16];
+    phi_jet(z, d->qpos, d1, d2);
+    for (int i = 0; i < 16; i++) {
+        d->qvel[i] = d1[i] * zd[i / 4];
+        Jdzd[i] = d2[i] * zd[i / 4] * zd[i / 4];
+    }
+    mj_fwdPosition(m, d);
+    mj_fwdVelocity(m, d);
+    reduced_mass(rig, d1, Mz);
+    mj_mulM(m, d, f, Jdzd);
+    for (int i = 0; i < 16; i++) f[i] = tau_u[i] - d->qfrc_bias[i] - f[i];
+    project(d1, f, zdd);
+    solve4(Mz, zdd);
+    for (int i = 0; i < 16; i++) qdd[i] = d1[i] * zdd[i / 4] + Jdzd[i];
+}
+
+/* One RK4 step of (z, zd); zdd1 is the acceleration at its start. */
+static void reduced_step(const struct rig *rig, double h, const double tau_u[16], const double zdd1[4], double z[4], double zd[4])
+{
+    static const double c[3] = {.5, .5, 1};
+    double k[4][4], v[4][4], x[4], qdd[16];         /* k: zd and v: zdd of the stages */
+    memcpy(k[0], zd, sizeof k[0]);
+    memcpy(v[0], zdd1, sizeof v[0]);
+    for (int s = 0; s < 3; s++) {
+        for (int b = 0; b < 4; b++) {
+            x[b] = z[b] + c[s] * h * k[s][b];
+            k[s + 1][b] = zd[b] + c[s] * h * v[s][b];
+        }
+        reduced_forward(rig, x, k[s + 1], tau_u, v[s + 1], qdd);
+    }
+    for (int b = 0; b < 4; b++) {
+        z[b] += h / 6 * (k[0][b] + 2 * k[1][b] + 2 * k[2][b] + k[3][b]);
+        zd[b] += h / 6 * (v[0][b] + 2 * v[1][b] + 2 * v[2][b] + v[3][b]);
+    }
+}
+
+static void run_exact(struct truth_set *s, size_t row0, const struct rig *rig, const double z0[4], const struct drive *v)
+{
+    double z[4], zd[4] = {0}, zdd[4], qdd[16], tau[16], tau_u[16];
+    memcpy(z, z0, sizeof z);
+    mj_resetData(rig->m, rig->d);
+    for (int k = 0; k < s->samples; k++) {
+        drive_torque(v, k * s->dt, 16, tau_u);
+        reduced_forward(rig, z, zd, tau_u, zdd, qdd);
+        mj_energyPos(rig->m, rig->d);
+        mj_energyVel(rig->m, rig->d);
+        mj_mulM(rig->m, rig->d, tau, qdd);
+        for (int i = 0; i < 16; i++) tau[i] += rig->d->qfrc_bias[i];
+        log_sample(s, row0, k, rig->d, qdd, tau, tau_u);
+        put(s->z, row0 + (size_t)k, 4, z);
+        put(s->zd, row0 + (size_t)k, 4, zd);
+        mj_checkPos(rig->m, rig->d);
+        mj_checkVel(rig->m, rig->d);
+        reduced_step(rig, s->dt, tau_u, zdd, z, zd);
+    }
+}
+
+/* ---- generation ---- */
+
+int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed,
+                   int first, int count, int samples)
+{
+    const struct rig *rig = rig_of(system);
+    if (!rig || truth_alloc(s, system, count, samples)) return -1;
+    s->seed = seed;
+    for (int n = 0; n < count; n++) {
+        uint64_t state = stream(seed, split, first + n);
+        double x[4], q[16];
+        int free_joints = s->dof == 2 ? 2 : 4;
+        for (int i = 0; i < free_joints; i++) x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
+        struct drive v = draw_drive(system, &state);
+
+        size_t row0 = (size_t)n * (size_t)samples;
+        if (s->latent) run_exact(s, row0, rig, x, &v);
+        else if (s->dof == 2) run_mujoco(s, row0, rig, x, &v);
+        else {
+            truth_pend16_phi(x, q, NULL);
+            run_mujoco(s, row0, rig, q, &v);
+        }
+        if (warned(rig->d)) {
+            truth_free(s);
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* ---- what a set must satisfy ---- */
+
+static double larger(double a, double b) { return a >= fabs(b) || a != a ? a : fabs(b); }     /* keeps NaN */
+
+int truth_check(const struct truth_set *s, struct truth_report *r)
+{
+    const struct rig *rig = rig_of(s->system);
+    size_t n = (size_t)s->dof;
+    if (!rig) return -1;
+    memset(r, 0, sizeof *r);
+    for (int j = 0; j < s->count; j++) {
+        double drift = 0, peak = 0, work = 0;
+        size_t row0 = (size_t)j * (size_t)s->samples;
+        for (size_t row = row0; row < row0 + (size_t)s->samples; row++) {
+            const double *q = s->q + row * n, *qd = s->qd + row * n, *tau = s->tau + row * n, *u = s->tau_model + row * n;
+            double f[DOF_MAX], z[4], d1[16], d2[16];
+            put(rig->d->qpos, 0, s->dof, q);
+            put(rig->d->qvel, 0, s->dof, qd);
+            put(rig->d->qacc, 0, s->dof, s->qdd + row * n);
+            mj_fwdPosition(rig->m, rig->d);
+            mj_fwdVelocity(rig->m, rig->d);
+            mj_rne(rig->m, rig->d, 1, f);               /* M qdd + c + dV/dq */
+            for (size_t i = 0; i < n; i++) {
+                r->residual = larger(r->residual, f[i] - tau[i]);
+                r->force_max = larger(r->force_max, tau[i]);
+                r->q_max = larger(r->q_max, q[i]);
+                r->qd_max = larger(r->qd_max, qd[i]);
+                if (row > row0) work += s->tau_model[(row - 1) * n + i] * (q[i] - s->q[(row - 1) * n + i]);
+                f[i] = tau[i] - u[i];
+            }
+            if (s->latent) {
+                phi_jet(s->z + 4 * row, rig->d->qpos, d1, d2);
+                project(d1, f, z);
+                for (int i = 0; i < 4; i++) r->ideal = larger(r->ideal, z[i]);
+            }
+            peak = larger(peak, s->e_kin[row]);
+            drift = larger(drift, s->e_kin[row] + s->e_pot[row] - s->e_kin[row0] - s->e_pot[row0] - work);
+        }
+        r->energy = larger(r->energy, drift / peak);
+    }
+    return 0;
+}
+
+int truth_csv(const struct truth_set *s, const char *path)
+{
+    const double *columns[] = {s->q, s->qd, s->tau_model};
+    static const char *const names[] = {"q", "qd", "tau"};
+    FILE *f = fopen(path, "w");
+    if (!f) {
+        perror(path);
+        return -1;
+    }
+    fputs("t", f);
+    for (int c = 0; c < 3; c++)
+        for (int i = 0; i < s->dof; i++) fprintf(f, ",%s%d", names[c], i);
+    fputc('\n', f);
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row++) {
+        if (row && row % (size_t)s->samples == 0) fputc('\n', f);
+        fprintf(f, "%.9g", s->t[row]);
+        for (int c = 0; c < 3; c++)
+            for (size_t i = 0; i < (size_t)s->dof; i++) fprintf(f, ",%.9g", columns[c][row * (size_t)s->dof + i]);
+        fputc('\n', f);
+    }
+    int bad = ferror(f);
+    if (fclose(f) || bad) {
+        perror(path);
+        return -1;
+    }
+    return 0;
+}
+
+/* ---- true mass matrices and potential ---- */
+
+int truth_mass_pend2(const double q[2], double M[4])
+{
+    const struct rig *rig = rig_of(TRUTH_PEND2);
+    if (!rig) return -1;
+    put(rig->d->qpos, 0, 2, q);
+    mj_fwdPosition(rig->m, rig->d);
+    mj_fullM(rig->m, M, rig->d->qM);
+    return 0;
+}
+
+int truth_pend16_reduced(const double z[4], double M[16], double *V)
+{
+    const struct rig *rig = rig_of(TRUTH_PEND16);
+    double d1[16], d2[16];
+    if (!rig) return -1;
+    phi_jet(z, rig->d->qpos, d1, d2);
+    mj_fwdPosition(rig->m, rig->d);
+    mj_energyPos(rig->m, rig->d);
+    reduced_mass(rig, d1, M);
+    *V = rig->d->energy[0];
+    return 0;
+}

@@ -1,0 +1,57 @@
+/* truth.h - ground truth from MuJoCo 2.2.2: trajectories, energies and forces of known systems, and the true M and V.
+   Every sample satisfies  M(q) qdd + c(q, qd) + dV/dq = tau.  Models are trained with tau_model.
+   Not thread-safe: one MuJoCo model and state per system are loaded on first use and kept. */
+#ifndef TRUTH_H
+#define TRUTH_H
+
+#include <stdint.h>
+
+enum truth_system {
+    TRUTH_PEND2,        /* two rods, released at rest, tau = 0                                          */
+    TRUTH_PEND2_ACT,    /* the same with one sine torque per joint                                      */
+    TRUTH_PEND16,       /* 16 rods on the manifold q = phi(z), z in R^4: J^T tau = 0, tau_model = 0      */
+    TRUTH_PEND16_ACT,   /* plus tau_u on joints 0,4,8,12: J^T tau = J^T tau_u, tau_model = tau_u         */
+    TRUTH_PEND16_SOFT,  /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
+    TRUTH_SYSTEMS
+};
+
+enum truth_split { TRUTH_TRAIN, TRUTH_TEST };   /* independent random streams of one seed */
+
+#define TRUTH_SAMPLES 3000   /* 3 s at 1 ms: sample k is the state at k ms; its torque holds until sample k + 1 */
+
+struct truth_set {
+    enum truth_system system;
+    int count, samples, dof, latent;            /* latent = 0: no z, zd                     */
+    double dt, dt_sim;                          /* s; dt = stride * dt_sim                  */
+    uint64_t seed;
+    char *model_xml;
+    double *t, *e_kin, *e_pot;                  /* [count][samples]; s, J                   */
+    double *q, *qd, *qdd, *tau, *tau_model;     /* [count][samples][dof]; rad, s, N m       */
+    double *z, *zd;                             /* [count][samples][latent] or NULL         */
+};
+
+struct truth_report {
+    double residual;    /* max |M qdd + c + dV/dq - tau|, by recursive Newton-Euler, N m                       */
+    double force_max;   /* max |tau|, N m                                                                     */
+    double ideal;       /* max |J^T (tau - tau_model)| (pend16), N m                                           */
+    double energy;      /* max |E(t) - E(0) - work of tau_model| / peak kinetic energy, over the trajectories  */
+    double q_max, qd_max;
+};
+
+const char *truth_name(enum truth_system system);
+int truth_find(const char *name, enum truth_system *system);   /* 0, or -1: unknown name */
+
+/* All functions returning int: 0, or -1 with the reason on stderr. A MuJoCo warning is an error. */
+int truth_alloc(struct truth_set *s, enum truth_system system, int count, int samples);
+int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed,
+                   int first, int count, int samples);          /* trajectories first .. first + count - 1 */
+void truth_free(struct truth_set *s);
+int truth_check(const struct truth_set *s, struct truth_report *r);
+int truth_csv(const struct truth_set *s, const char *path);     /* t, q, qd, tau_model; blank line between trajectories */
+
+/* The truth that learned models are compared with; all arrays row-major. */
+int truth_mass_pend2(const double q[2], double M[4]);
+void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
+int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */
+
+#endif

@@ -1,0 +1,278 @@
+/* Elementary functions against libm. Float: every bit pattern that makes a difference, against double libm.
+   Double: random and structured points against long double libm. The bounds are the worst
+   errors stated in roln_spd.h, rounded up. */
+#include "roln_spd.h"
+#include "check.h"
+
+#include <float.h>
+
+#ifdef ROLN_DOUBLE
+typedef long double wide;
+#define MIN_EXP DBL_MIN_EXP
+#define MANT_DIG DBL_MANT_DIG
+#define REF(f) f##l
+#define BOUND(f, d) (d)
+#else
+typedef double wide;
+#define MIN_EXP FLT_MIN_EXP
+#define MANT_DIG FLT_MANT_DIG
+#define REF(f) f
+#define BOUND(f, d) (f)
+#endif
+#define REAL(x) ((roln_real)(x))
+#define SIGN_BIT ((roln_bits)1 << (8 * sizeof(roln_bits) - 1))
+
+static roln_bits bits(roln_real x)
+{
+    roln_bits b;
+    memcpy(&b, &x, sizeof b);
+    return b;
+}
+
+static roln_real real(roln_bits b)
+{
+    roln_real x;
+    memcpy(&x, &b, sizeof x);
+    return x;
+}
+
+static int same(roln_real a, roln_real b)
+{
+    return bits(a) == bits(b) || (a != a && b != b);
+}
+
+/* Distance of y from ref in units of the last place of ref; NaN and Inf must be met exactly (or be one ulp off the end). */
+static double ulps(roln_real y, wide ref)
+{
+    wide end = REF(ldexp)((wide)1, 3 - MIN_EXP), yw = (wide)y, d; /* the first power of two that overflows: 2^128, 2^1024 */
+    int64_t e;
+    uint64_t b;
+    double r = (double)ref;
+    if (ref != ref) return y != y ? 0 : 1e30;
+    if (ref >= end) return yw > 0 && !roln_finite(y) ? 0 : 1e30;
+    if (ref <= -end) return yw < 0 && !roln_finite(y) ? 0 : 1e30;
+    if (y != y) return 1e30;
+    if (!roln_finite(y)) yw = y > 0 ? end : -end;
+    d = yw - ref;
+    memcpy(&b, &r, sizeof b); /* exponent of ref, by bits: frexp is too slow for 2^32 of them */
+    e = (int64_t)((b >> 52) & 0x7ff) - 1022;
+    if (e < MIN_EXP) e = MIN_EXP;
+    e = e - MANT_DIG;
+    if (e > -1022) {
+        b = (uint64_t)(1023 - e) << 52;
+        memcpy(&r, &b, sizeof b);
+        d = d * (wide)r;
+    } else d = REF(ldexp)(d, (int)-e);
+    return (double)(d < 0 ? -d : d);
+}
+
+static wide ref_softplus(wide x)
+{
+    return x > 0 ? x + REF(log1p)(REF(exp)(-x)) : REF(log1p)(REF(exp)(x));
+}
+
+static wide ref_sigmoid(wide x)
+{
+    wide e = REF(exp)(x < 0 ? x : -x);
+    return (x < 0 ? e : 1) / (1 + e);
+}
+
+static wide ref_sinhc(wide x)
+{
+    wide y = REF(sinh)(x);
+    return x == 0 ? 1 : y - y != 0 ? (x < 0 ? -y : y) : y / x;
+}
+
+typedef struct { double ulp; roln_real at; } worst;
+
+enum { EXP, EXPM1, LOG, LOG1P, SINHC, SOFTPLUS, SIGMOID, COUNT };
+
+static const char *const name[COUNT] = {"exp", "expm1", "log", "log1p", "sinhc", "softplus", "sigmoid"};
+
+static void see(worst *w, roln_real x, roln_real y, wide ref)
+{
+    double u = ulps(y, ref);
+    if (u > w->ulp) {
+        w->ulp = u;
+        w->at = x;
+    }
+}
+
+static void one(worst *w, int f, roln_real x)
+{
+    wide v = (wide)x;
+    switch (f) {
+    case EXP: see(w, x, roln_exp(x), REF(exp)(v)); break;
+    case EXPM1: see(w, x, roln_expm1(x), REF(expm1)(v)); break;
+    case LOG: see(w, x, roln_log(x), REF(log)(v)); break;
+    case LOG1P: see(w, x, roln_log1p(x), REF(log1p)(v)); break;
+    case SINHC: see(w, x, roln_sinhc(x), ref_sinhc(v)); break;
+    case SOFTPLUS: see(w, x, roln_softplus(x), ref_softplus(v)); break;
+    default: see(w, x, roln_sigmoid(x), ref_sigmoid(v)); break;
+    }
+}
+
+/* Every step-th number from lo to hi, both of one sign, and hi. */
+static void range(worst *w, int f, roln_real lo, roln_real hi, roln_bits step)
+{
+    roln_bits a = bits(lo), b = bits(hi), i;
+    if (a > b) { i = a; a = b; b = i; }
+    for (i = a; i < b && b - i >= step; i += step) one(w, f, real(i));
+    one(w, f, real(i));
+    one(w, f, real(b));
+}
+
+static void both(worst *w, int f, roln_real lo, roln_real hi, roln_bits step)
+{
+    range(w, f, lo, hi, step);
+    range(w, f, -lo, -hi, step);
+}
+
+#ifndef ROLN_DOUBLE
+/* Every float where the function is neither x, 1, 0, Inf nor NaN to rounding; elsewhere every 37th or 9973rd. */
+static void sweep(worst *w)
+{
+    static const struct { int f; float lo, hi; } every[] = {
+        {EXP, -0.01f, -105.0f},     {EXP, 0.01f, 90.0f},
+        {EXPM1, -0.01f, -20.0f},    {EXPM1, 0.01f, 90.0f},
+        {LOG, 0.25f, 4.0f},
+        {LOG1P, -1e-4f, -1.0f},     {LOG1P, 1e-4f, 16.0f},
+        {SINHC, 0.01f, 95.0f},
+        {SOFTPLUS, -0.01f, -105.0f},{SOFTPLUS, 0.01f, 20.0f},
+        {SIGMOID, -0.01f, -105.0f}, {SIGMOID, 0.01f, 20.0f}
+    };
+    const float inf = real(0x7f800000);
+    size_t i;
+    int f;
+    for (i = 0; i < sizeof every / sizeof *every; i++)
+        range(&w[every[i].f], every[i].f, every[i].lo, every[i].hi, 1);
+    for (f = 0; f < COUNT; f++) {
+        both(&w[f], f, 0, 1e-9f, 9973);
+        both(&w[f], f, 1e-9f, 128.0f, 37);
+        both(&w[f], f, 128.0f, inf, f == LOG || f == LOG1P ? 37 : 9973);
+        both(&w[f], f, inf, real(0x7fffffff), 9973); /* NaN */
+    }
+}
+#else
+/* Uniform points on several scales, every binade, neighbours of powers of two, of range ends and of multiples of ln 2 / 2. */
+static void sweep(worst *w)
+{
+    static const roln_real scale[] = {1e-3, 0.5, 1, 2, 8, 40, 750, 1500};
+    uint64_t seed = 1;
+    int f, i, j;
+    for (f = 0; f < COUNT; f++) {
+        for (i = 0; i < 1000000; i++) {
+            roln_real u = REAL(2) * roln_uniform(&seed) - REAL(1) + REAL(1e-8) * roln_uniform(&seed);
+            one(&w[f], f, (f == LOG) + u * scale[i % 8]);
+            if (i % 4 == 0) one(&w[f], f, real(roln_rand(&seed)));
+        }
+        for (i = -1074; i < 1024; i++)
+            for (j = -8; j <= 8; j++) {
+                roln_bits b = bits(ldexp(1.0, i));
+                if (b < 8) b += 8;
+                one(&w[f], f, real(b + (roln_bits)(int64_t)j));
+                one(&w[f], f, -real(b + (roln_bits)(int64_t)j));
+            }
+        for (i = -2200; i <= 2200; i++)
+            for (j = -8; j <= 8; j++) {
+                if (i != 0) one(&w[f], f, real(bits(0.5 * 0.69314718055994531 * i) + (roln_bits)(int64_t)j));
+                if (i != 0) one(&w[f], f, real(bits(i / 6.0) + (roln_bits)(int64_t)j));
+            }
+        both(&w[f], f, 0, real(ROLNI_INF), UINT64_C(0x7ff0000000000000) / 100000);
+        both(&w[f], f, 700, 760, UINT64_C(0xffffffffff));
+        both(&w[f], f, real(ROLNI_INF), real(~SIGN_BIT), UINT64_C(0xfffffffffffff) / 100);
+    }
+}
+#endif
+
+static void special(void)
+{
+    const roln_real inf = REAL(HUGE_VAL), nan = real((roln_bits)~SIGN_BIT), zero = REAL(0), one_ = REAL(1);
+    const roln_real small = real(1), low = REAL(-1) * inf;
+    CHECK(same(roln_exp(zero), one_) && same(roln_exp(-zero), one_));
+    CHECK(same(roln_exp(inf), inf) && same(roln_exp(low), zero) && same(roln_exp(REAL(1e30)), inf) && same(roln_exp(REAL(-1e30)), zero));
+    CHECK(same(roln_expm1(zero), zero) && same(roln_expm1(-zero), -zero) && same(roln_expm1(-small), -small));
+    CHECK(same(roln_expm1(inf), inf) && same(roln_expm1(low), -one_));
+    CHECK(same(roln_log(one_), zero) && same(roln_log(zero), low) && same(roln_log(-zero), low) && same(roln_log(inf), inf));
+    CHECK(same(roln_log(-one_), nan) && same(roln_log(low), nan) && same(roln_log(-small), nan));
+    CHECK(same(roln_log1p(zero), zero) && same(roln_log1p(-zero), -zero) && same(roln_log1p(small), small) && same(roln_log1p(-small), -small));
+    CHECK(same(roln_log1p(-one_), low) && same(roln_log1p(REAL(-1.5)), nan) && same(roln_log1p(inf), inf) && same(roln_log1p(low), nan));
+    CHECK(same(roln_sinhc(zero), one_) && same(roln_sinhc(-zero), one_) && same(roln_sinhc(inf), inf) && same(roln_sinhc(low), inf));
+    CHECK(same(roln_softplus(inf), inf) && same(roln_softplus(low), zero) && same(roln_softplus(REAL(1e30)), REAL(1e30)));
+    CHECK(same(roln_sigmoid(inf), one_) && same(roln_sigmoid(low), zero) && same(roln_sigmoid(zero), REAL(0.5)));
+    CHECK(same(roln_exp(nan), nan) && same(roln_exp(-nan), nan) && same(roln_expm1(nan), nan) && same(roln_log(nan), nan) && same(roln_log(-nan), nan));
+    CHECK(same(roln_log1p(nan), nan) && same(roln_sinhc(nan), nan) && same(roln_softplus(nan), nan) && same(roln_softplus(-nan), nan));
+    CHECK(same(roln_sigmoid(nan), nan) && same(roln_sigmoid(-nan), nan));
+}
+
+/* The array form has the bits of the scalar form, in any length, in place or not, and writes nothing else. */
+static void array(void)
+{
+    enum { N = 1021 };
+    static roln_real a[N + 1], y[N + 1], s[N + 1];
+    uint64_t seed = 7;
+    long differ = 0, stray = 0;
+    int i, k, n;
+    for (k = 0; k < 400; k++) {
+        int inplace = k & 1;
+        for (i = 0; i <= N; i++) {
+            a[i] = (k & 2) ? real((roln_bits)roln_rand(&seed)) : REAL(8) * roln_normal(&seed);
+            y[i] = inplace ? a[i] : REAL(3);
+            s[i] = REAL(5);
+        }
+        n = k < 100 ? k : N;
+        roln_softplus_n(n, inplace ? y : a, y, s);
+        for (i = 0; i < n; i++)
+            differ += !same(y[i], roln_softplus(a[i])) || !same(s[i], roln_sigmoid(a[i]));
+        stray += !same(y[n], inplace ? a[n] : REAL(3)) || s[n] != REAL(5);
+    }
+    CHECK(differ == 0);
+    CHECK(stray == 0);
+}
+
+/* Along a fine grid no function falls by more than rounding (two ulp), and sinhc is even. */
+static void shape(void)
+{
+    roln_real last[COUNT] = {0}, y[COUNT], x;
+    long falls = 0, odd = 0;
+    int i, f;
+    for (i = 1; i < 400000; i++) {
+        x = REAL(i) * REAL(1e-4);
+        y[EXP] = roln_exp(x);
+        y[EXPM1] = roln_expm1(x);
+        y[LOG] = roln_log(x);
+        y[LOG1P] = roln_log1p(x);
+        y[SINHC] = roln_sinhc(x);
+        y[SOFTPLUS] = roln_softplus(x);
+        y[SIGMOID] = roln_sigmoid(x);
+        for (f = 0; f < COUNT; f++) {
+            roln_real a = last[f] < 0 ? -last[f] : last[f];
+            falls += i > 1 && y[f] < last[f] - REAL(2) * ROLN_EPS * a;
+            last[f] = y[f];
+        }
+        odd += !same(y[SINHC], roln_sinhc(-x));
+    }
+    CHECK(falls == 0);
+    CHECK(odd == 0);
+}
+
+void TEST_NAME(elementary)(void);
+void TEST_NAME(elementary)(void)
+{
+    worst w[COUNT];
+    int f;
+    memset(w, 0, sizeof w);
+    special();
+    array();
+    shape();
+    sweep(w);
+    for (f = 0; f < COUNT; f++)
+        printf("  %-8s %-6s worst %.3f ulp at %.17g\n", name[f], TEST_PRECISION, w[f].ulp, (double)w[f].at);
+    CHECK_BELOW(w[EXP].ulp, 1.0);
+    CHECK_BELOW(w[EXPM1].ulp, BOUND(1.4, 1.3));
+    CHECK_BELOW(w[LOG].ulp, BOUND(1.0, 1.4));
+    CHECK_BELOW(w[LOG1P].ulp, BOUND(1.4, 1.3));
+    CHECK_BELOW(w[SINHC].ulp, 2.5);
+    CHECK_BELOW(w[SOFTPLUS].ulp, 2.1);
+    CHECK_BELOW(w[SIGMOID].ulp, 2.5);
+}
