@@ -97,7 +97,7 @@ ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, cons
         x[N + i] = qd[i] / sc->q;
     }
     roln_ae_encode(&md->ae, 2, 1, theta, x, s, work);
-    if (!roln_all_finite(2 * n, s) || !roln_all_finite(2 * N, x)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(2 * n, s)) return ROLN_E_NOT_FINITE;
     memcpy(z, s, (size_t)n * sizeof *z);
     memcpy(zd, s + n, (size_t)n * sizeof *zd);
     return ROLN_OK;
@@ -115,7 +115,7 @@ ROLN_FN roln_status roln_decode(const roln_model *md, const roln_scale *sc, cons
     roln_ae_decode(&md->ae, 2, 1, theta, s, x, work);
     for (i = 0; i < 2 * N; i++)
         x[i] *= sc->q;
-    if (!roln_all_finite(2 * N, x) || !roln_all_finite(2 * n, s)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(2 * N, x)) return ROLN_E_NOT_FINITE;
     memcpy(q, x, (size_t)N * sizeof *q);
     memcpy(qd, x + N, (size_t)N * sizeof *qd);
     return ROLN_OK;
@@ -133,7 +133,7 @@ ROLN_FN roln_status roln_reduce(const roln_model *md, const roln_scale *sc, cons
     rolni_torque_eval(&f, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= sc->q;
-    if (!roln_all_finite(n, out) || !roln_all_finite(N, tau)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n, out) || !roln_all_finite(N, tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     memcpy(tau_z, out, (size_t)n * sizeof *out);
     return ROLN_OK;
 }
@@ -339,13 +339,10 @@ ROLN_FN roln_status rolni_grad_block(const roln_model *md, const roln_scale *sc,
         rolni_gather(b, b->q, N, w0, nb, k, 1 / sc->q, X);
         rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
         roln_ae_encode(ae, 2, nb, theta, X, Zk, tape_e);
-        if (!roln_all_finite(2 * P, X) || !roln_all_finite(2 * m, Zk)) return ROLN_E_NOT_FINITE;
+        if (!roln_all_finite(2 * m, Zk)) return ROLN_E_NOT_FINITE;
         if (k == 0) memcpy(Sk, Zk, (size_t)(2 * m) * sizeof *Sk);
         else if (rollout) {
-            if (b->tau) {
-                rolni_gather_tau(b, N, w0, nb, k - 1, fscale, ts);
-                if (!roln_all_finite(P, ts)) return ROLN_E_NOT_FINITE;
-            }
+            if (b->tau) rolni_gather_tau(b, N, w0, nb, k - 1, fscale, ts);
             st = roln_lnn_step(lnn, md->scheme, 1, nb, th, b->tau ? &force : NULL, h, Sk - 2 * m, Sk, tape, work);
             if (st != ROLN_OK) return st;
         }
@@ -425,11 +422,8 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
     rolni_gather(b, b->qd, N, w0, nb, 0, vscale, X + P);
     rolni_gather(b, b->qdd, N, w0, nb, 0, vscale * sc->t, X + 2 * P);
     roln_ae_encode(ae, 3, nb, theta, X, Z, tape_e);
-    if (!roln_all_finite(3 * P, X) || !roln_all_finite(3 * m, Z)) return ROLN_E_NOT_FINITE;
-    if (b->tau) {
-        rolni_gather_tau(b, N, w0, nb, 0, sc->q * sc->t * sc->t, ts);
-        if (!roln_all_finite(P, ts)) return ROLN_E_NOT_FINITE;
-    }
+    if (!roln_all_finite(3 * m, Z)) return ROLN_E_NOT_FINITE;
+    if (b->tau) rolni_gather(b, b->tau, N, w0, nb, 0, sc->q * sc->t * sc->t, ts);
     st = rolni_stage(lnn, 2, nb, th, b->tau ? &force : NULL, Z, sd, tape, work);
     if (st != ROLN_OK) return st;
 
@@ -461,14 +455,15 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    acceleration loss over single samples (Eq. 12): encoder, roll-out, decoder, and straight back, the encoded targets not
    detached. Per window, with mean over its samples:
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
-   each times its weight of wt. Adds the sum over windows to gtheta [params] and the unweighted terms to loss, nb windows
-   at a time; a block of windows that fails (not finite, eigenvalues out of range) adds nothing and ends the call.
-   Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   each times its weight of wt. Adds the sum over windows to gtheta [params] and the unweighted terms to loss (without the
+   prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or parameters
+   not finite, eigenvalues out of range) adds nothing and ends the call. Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
 {
     int w;
+    if (!roln_all_finite(roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn), theta)) return ROLN_E_NOT_FINITE;
     for (w = 0; w < b->count; w += nb) {
         const int now = b->count - w < nb ? b->count - w : nb;
         const roln_status st = acc ? rolni_grad_acc_block(md, sc, theta, wt, b, w, now, gtheta, loss, work)
@@ -484,7 +479,7 @@ ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const 
 /* Roll-out errors: for every window encode its first sample, step to its end and add, at samples k = 0, every, 2 every ..,
    to sums [steps/every + 1][4]:  |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2  (k = 0: reconstruction).
    E_q = sqrt(sums[k][0] / sums[k][1]), E_qd = sqrt(sums[k][2] / sums[k][3]). qbar [N] mean of the training q.
-   Work as roln_grad with H = 0. A status other than ROLN_OK: a roll-out left the domain; sums is then partial. */
+   Work as roln_grad with H = 0. A status other than ROLN_OK: bad data, or a roll-out left the domain; sums is then partial. */
 ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
                                 int nb, roln_real dt, int every, const roln_real *qbar, roln_real *sums, roln_real *work)
 {
@@ -527,11 +522,11 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
                 }
         }
     }
-    return ROLN_OK;
+    return roln_all_finite(4 * (b->steps / every + 1), sums) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
-   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_NOT_FINITE (also for data at rest) leaves sc untouched. */
+   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_NOT_FINITE (also for data at rest) leaves sc untouched, not qbar. */
 ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
                                    roln_scale *sc)
 {
@@ -557,13 +552,14 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
     return ROLN_OK;
 }
 
-/* Range of z over the samples q [count][N]: z_min, z_max [n] out. Work as roln_encode. */
+/* Range of z over the samples q [count][N], count >= 1: z_min, z_max [n] out. Work as roln_encode. */
 ROLN_FN roln_status roln_fit_range(const roln_model *md, const roln_scale *sc, const roln_real *theta, int count,
                                    const roln_real *q, roln_real *z_min, roln_real *z_max, roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n;
     roln_real *x = rolni_take(&work, N), *z = rolni_take(&work, n), *lo = rolni_take(&work, n), *hi = rolni_take(&work, n);
     int k, i;
+    if (count < 1) return ROLN_E_LENGTH;
     for (k = 0; k < count; k++) {
         for (i = 0; i < N; i++)
             x[i] = q[(size_t)k * (size_t)N + (size_t)i] / sc->q;
@@ -644,6 +640,14 @@ ROLN_FN void rolni_get_reals(const unsigned char **p, int n, roln_real *x)
     }
 }
 
+ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
+{
+    int i, differ = 0;
+    for (i = 0; i < n; i++)
+        differ |= a[i] ^ b[i];
+    return differ == 0;
+}
+
 /* The leading bytes, up to and with the sizes: what must agree before the numbers mean anything. Returns their count. */
 #define ROLNI_HEAD (12 + 4 * (ROLN_AE_MAX + 1 + ROLN_MLP_MAX))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
@@ -666,8 +670,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     return (int)(p - bytes);
 }
 
-/* Write parameters to bytes [ROLN_PACKED]. head: scale.q, scale.t, dt, z_min, z_max as they stand in the typed
-   parameters [3 + 2n]. */
+/* Write parameters to bytes [ROLN_PACKED]. */
 ROLN_FN void roln_pack(const roln_model *md, const roln_scale *sc, roln_real dt, const roln_real *z_min,
                        const roln_real *z_max, const roln_real *theta, unsigned char *bytes)
 {
@@ -696,14 +699,15 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, const unsigned char *bytes
     roln_real x;
     int i;
     if (count < 12) return ROLN_E_LENGTH;
-    if (memcmp(bytes, head, 6) != 0) return ROLN_E_FORMAT;
+    if (!rolni_same(6, bytes, head)) return ROLN_E_FORMAT;
     if (bytes[6] != head[6]) return ROLN_E_PRECISION;
-    if (count < lead || memcmp(bytes, head, (size_t)lead) != 0) return ROLN_E_SHAPE;
+    if (count < lead) return ROLN_E_LENGTH;
+    if (!rolni_same(lead, bytes, head)) return ROLN_E_SHAPE;
     if (count != total) return ROLN_E_LENGTH;
     if (rolni_get(&sum, 8) != roln_fnv(ROLN_FNV, bytes, total - 8)) return ROLN_E_CHECKSUM;
     for (p = numbers, i = 0; i < 4 + 2 * n + params; i++) {
         rolni_get_reals(&p, 1, &x);
-        if (i == 0 && memcmp(&x, &md->ae.slope, sizeof x) != 0) return ROLN_E_SHAPE;
+        if (i == 0 && (x < md->ae.slope || x > md->ae.slope)) return ROLN_E_SHAPE;
         if (!roln_finite(x) || ((i == 1 || i == 2) && !(x > 0))) return ROLN_E_NOT_FINITE;
     }
     p = numbers + sizeof(roln_real);
@@ -769,11 +773,14 @@ ROLN_FN void rolni_write_reals(const char *open, int n, const roln_real *x, cons
     put(ctx, close);
 }
 
-/* The definition `static const <name>_params <name>_weights = {...};` for flash. */
-ROLN_FN void roln_write(const roln_model *md, const char *name, const roln_scale *sc, roln_real dt, const roln_real *z_min,
-                        const roln_real *z_max, const roln_real *theta, roln_put put, void *ctx)
+/* The definition `static const <name>_params <name>_weights = {...};` for flash. ROLN_E_NOT_FINITE: nothing is put. */
+ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const roln_scale *sc, roln_real dt,
+                               const roln_real *z_min, const roln_real *z_max, const roln_real *theta, roln_put put, void *ctx)
 {
-    const int n = md->lnn.n;
+    const int n = md->lnn.n, params = roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn);
+    if (!roln_all_finite(params, theta) || !roln_all_finite(n, z_min) || !roln_all_finite(n, z_max) ||
+        !roln_finite(sc->q + sc->t + dt))
+        return ROLN_E_NOT_FINITE;
     put(ctx, "static const ");
     put(ctx, name);
     put(ctx, "_params ");
@@ -784,7 +791,8 @@ ROLN_FN void roln_write(const roln_model *md, const char *name, const roln_scale
     rolni_write_real(dt, put, ctx);
     rolni_write_reals(",\n    {", n, z_min, "},\n    {", put, ctx);
     rolni_write_reals("", n, z_max, "},\n    {", put, ctx);
-    rolni_write_reals("", roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn), theta, "}};\n", put, ctx);
+    rolni_write_reals("", params, theta, "}};\n", put, ctx);
+    return ROLN_OK;
 }
 
 /* ---- 6 the typed shell: macros ---------------------------------------------------------------- */
@@ -805,7 +813,6 @@ ROLN_FN void roln_write(const roln_model *md, const char *name, const roln_scale
 #define ROLNI_CAT(a, b) ROLNI_CAT_(a, b)
 #define ROLNI_STR_(a) #a
 #define ROLNI_STR(a) ROLNI_STR_(a)
-#define ROLNI_MAX(a, b) ((a) > (b) ? (a) : (b))
 #define ROLNI_SCHEME_euler ROLN_EULER
 #define ROLNI_SCHEME_rk4 ROLN_RK4
 #define ROLNI_SCHEME_midpoint ROLN_MIDPOINT
@@ -816,7 +823,7 @@ ROLN_FN void roln_write(const roln_model *md, const char *name, const roln_scale
 #define ROLNI_LAYER_MOMENTS(N, n) ((n) > 0 ? 1 + (N) : 0)
 #define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
-#define ROLNI_LAYER_OK(N, n) ((n) == 0 || ((n) < (N) && (n) > 0))
+#define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
 #define ROLNI_LAYER_BLOCKS(N, n) {ROLN_BIORTHOGONAL, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
 #define ROLNI_EACH_LAYER(F) \
     (F(ROLNI_(N0), ROLNI_(N1)) + F(ROLNI_(N1), ROLNI_(N2)) + F(ROLNI_(N2), ROLNI_(N3)) + F(ROLNI_(N3), ROLNI_(N4)) + \
@@ -882,8 +889,8 @@ enum {
     ROLNI_(mlp_layers) =
         1 + (ROLNI_(H1) > 0) + (ROLNI_(H2) > 0) + (ROLNI_(H3) > 0) + (ROLNI_(H4) > 0) + (ROLNI_(H5) > 0),
     ROLNI_(hidden) = ROLNI_(H1) + ROLNI_(H2) + ROLNI_(H3) + ROLNI_(H4) + ROLNI_(H5),
-    ROLNI_(wide) = ROLNI_MAX(ROLNI_MAX(ROLNI_MAX(ROLNI_(n), ROLNI_(H1)), ROLNI_MAX(ROLNI_(H2), ROLNI_(H3))),
-                             ROLNI_MAX(ROLNI_(H4), ROLNI_(H5))),
+    ROLNI_(wide) = ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLNI_(n), ROLNI_(H1)), ROLN_MAX(ROLNI_(H2), ROLNI_(H3))),
+                             ROLN_MAX(ROLNI_(H4), ROLNI_(H5))),
     /* every size follows the last one: weights of a network without its output layer, then the output layer */
     ROLNI_(trunk) = (ROLNI_(n) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
@@ -904,9 +911,9 @@ enum {
                                        ROLN_HORIZON, ROLN_STAGES(ROLNI_SCHEME(ROLN_STEP))),
     ROLNI_(update_size) =
         ROLNI_EACH_LAYER(ROLNI_LAYER_KEEP) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
-        ROLNI_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(n)), ROLNI_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)),
+        ROLN_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(n)), ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)),
                                                               ROLN_BIORTH_RETRACT_WORK(ROLNI_(N1), ROLNI_(N0)))),
-    ROLNI_(start_size) = ROLNI_MAX(ROLN_AE_INIT_WORK(ROLNI_(N1)), ROLN_AE_POD_WORK(ROLNI_(N))),
+    ROLNI_(start_size) = ROLN_MAX(ROLN_AE_INIT_WORK(ROLNI_(N1)), ROLN_AE_POD_WORK(ROLNI_(N))),
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(n), ROLNI_(theta_size))
 };
 
@@ -923,7 +930,7 @@ typedef struct {
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, qd in 1/s */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state: z, zd in 1/s */
 typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction */
-typedef struct { roln_real w[ROLNI_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of training */
+typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of training */
 typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start);        /* of initialisation */
 
 /* Gradient: sums over windows. Zero it before the first NAME_grad of an update. */
@@ -978,7 +985,7 @@ ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start
 }
 
 /* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks. qbar [N] out.
-   Status of roln_fit_scale, roln_ae_init_pod. */
+   Status of roln_fit_scale, roln_ae_init_pod; p is then not initialised. */
 ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
                                      uint64_t *seed, ROLNI_(start) *work)
 {
@@ -1090,9 +1097,9 @@ ROLN_FN roln_status ROLNI_(unpack)(const unsigned char *bytes, int count, ROLNI_
     return roln_unpack(&ROLNI_(model), bytes, count, &p->scale, &p->dt, p->z_min, p->z_max, p->theta);
 }
 
-ROLN_FN void ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *ctx)
+ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *ctx)
 {
-    roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &p->scale, p->dt, p->z_min, p->z_max, p->theta, put, ctx);
+    return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &p->scale, p->dt, p->z_min, p->z_max, p->theta, put, ctx);
 }
 
 #undef ROLN_NAME

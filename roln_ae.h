@@ -1,11 +1,12 @@
 /* roln_ae.h - constrained autoencoder: decoder phi and encoder rho with rho(phi(z)) = z by construction.
 
    Otto, Macchio, Rowley 2023, as used by Friedl et al., ICLR 2025. Layers l = 0 .. L-1 of sizes
-   N = N_0 > N_1 > ... > N_L = n; weights Phi_l, Psi_l in R^{N_l x N_{l+1}} with Psi_l^T Phi_l = I, bias b_l in R^{N_l}:
+   N = N_0 >= N_1 >= ... >= N_L = n; weights Phi_l, Psi_l in R^{N_l x N_{l+1}} with Psi_l^T Phi_l = I, bias b_l in R^{N_l}:
 
        encoder layer   a = Psi^T (x - b),  y = s-(a)          decoder layer   x = Phi s+(y) + b
 
-   with s+ the inverse function of s-. Everything works on 1-, 2- or 3-jets: position, velocity, acceleration go
+   with s+ the inverse function of s-. Layers may keep their size (N_{l+1} = N_l): they bend without reducing [ours].
+   Everything works on 1-, 2- or 3-jets: position, velocity, acceleration go
    through the layers together, no Jacobian and no Hessian is formed.
 
    1 shape and layout     2 activation     3 encode     4 decode     5 forces     6 initialisation
@@ -25,7 +26,7 @@
 /* The shape of an autoencoder: all that gives its weights their meaning. */
 typedef struct {
     int layers;                /* L, 0 .. ROLN_AE_MAX; 0: no autoencoder, z = x */
-    int size[ROLN_AE_MAX + 1]; /* N_0 > N_1 > ... > N_L */
+    int size[ROLN_AE_MAX + 1]; /* N_0 >= N_1 >= ... >= N_L */
     roln_real slope;           /* k in (0,1], slope of the activation at +-infinity; 1 makes it the identity (POD) */
 } roln_ae;
 
@@ -329,8 +330,9 @@ ROLN_FN void roln_ae_lift_bwd(const roln_ae *ae, int nb, const roln_real *theta,
 
 /* ---- 6 initialisation ------------------------------------------------------------------------- */
 
-/* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I.
-   theta out, seed in and out, work [ROLN_AE_INIT_WORK(N_1)]. ROLN_E_NOT_SPD if some T has no full rank. */
+/* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I; T = I
+   where a layer keeps its size. theta out, seed in and out, work [ROLN_AE_INIT_WORK(N_1)]. ROLN_E_NOT_SPD, hardly ever,
+   if some T has no full rank: theta is then half written, call again. */
 #define ROLN_AE_INIT_WORK(n) ((n) * (n) + (n)) /* Gram matrix and one column */
 ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *seed, roln_real *work)
 {
@@ -340,7 +342,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         const roln_real sd = ROLN_C(0.99) * ROLN_SQRT(2 / (roln_real)(N + n));
         roln_real *phi = theta, *psi = theta + n * N, *b = psi + n * N, *G = work, *col = work + n * n;
         for (i = 0; i < n * N; i++)
-            psi[i] = sd * roln_normal(seed);
+            psi[i] = n < N ? sd * roln_normal(seed) : (roln_real)(i % (n + 1) == 0);
         roln_mm_bt(n, N, n, psi, psi, G);
         if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
         for (j = 0; j < N; j++) {
@@ -359,25 +361,25 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
 
 /* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
    principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. theta out; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig. Cost N^2 count + 9 N^3. */
-#define ROLN_AE_POD_WORK(N) (2 * (N) * (N) + 2 * (N) + ROLN_EIG_WORK(N))
+   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig. Cost N^2 count + 9 N^3. */
+#define ROLN_AE_POD_WORK(N) (2 * (N) * (N) + 3 * (N) + ROLN_EIG_WORK(N))
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale,
                                      roln_real *theta, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[1];
-    roln_real *cov = work, *Q = cov + N * N, *eval = Q + N * N, *row = eval + N, *b = theta + 2 * n * N;
+    roln_real *cov = work, *Q = cov + N * N, *eval = Q + N * N, *mean = eval + N, *row = mean + N;
     const roln_real each = scale / (roln_real)count;
     roln_status st;
     int l, i, j;
     if (ae->layers == 0) return ROLN_OK;
     memset(cov, 0, (size_t)(N * N) * sizeof *cov);
-    memset(b, 0, (size_t)N * sizeof *b);
+    memset(mean, 0, (size_t)N * sizeof *mean);
     for (i = 0; i < count; i++)
         for (j = 0; j < N; j++)
-            b[j] += each * x[(size_t)i * (size_t)N + (size_t)j];
+            mean[j] += each * x[(size_t)i * (size_t)N + (size_t)j];
     for (i = 0; i < count; i++) {
         for (j = 0; j < N; j++)
-            row[j] = scale * x[(size_t)i * (size_t)N + (size_t)j] - b[j];
+            row[j] = scale * x[(size_t)i * (size_t)N + (size_t)j] - mean[j];
         roln_mm_at(N, 1, N, row, row, cov);
     }
     st = roln_eig(N, cov, eval, Q, row + N);
@@ -386,7 +388,8 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
         memcpy(theta + i * N, Q + (N - 1 - i) * N, (size_t)N * sizeof *Q);
         memcpy(theta + (n + i) * N, Q + (N - 1 - i) * N, (size_t)N * sizeof *Q);
     }
-    theta = b + N;
+    memcpy(theta + 2 * n * N, mean, (size_t)N * sizeof *mean);
+    theta += 2 * n * N + N;
     for (l = 1; l < ae->layers; l++) {
         const int M = ae->size[l], m = ae->size[l + 1];
         memset(theta, 0, (size_t)(2 * m * M + M) * sizeof *theta);

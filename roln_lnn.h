@@ -77,7 +77,7 @@ ROLN_FN void roln_mlp_forward(const roln_mlp *f, int T, int t, int nb, const rol
 }
 
 /* Backward of the first `planes` planes (1 + T or fewer). gy [planes][nb][out] in; adds to gx [planes][nb][in] and
-   gtheta. work [ROLN_MLP_BWD_WORK], wide = the largest of the input and hidden sizes. */
+   gtheta (each may be NULL). work [ROLN_MLP_BWD_WORK], wide = the largest of the input and hidden sizes. */
 #define ROLN_MLP_BWD_WORK(planes, nb, wide) (2 * (planes) * (nb) * (wide))
 ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int T, int planes, int nb, const roln_real *theta, const roln_real *x,
                           const roln_real *tape, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
@@ -123,13 +123,13 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int T, int planes, int nb, const ro
         gx[i] += g[i];
 }
 
-/* Random weights: xavier-normal, gain sqrt 2 in hidden layers, 1 in the output layer, biases 0. */
-ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real *theta, uint64_t *seed)
+/* Random weights: xavier-normal, gain sqrt 2 in hidden layers, `out` in the output layer, biases 0. */
+ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, uint64_t *seed)
 {
     int l, i;
     for (l = 0; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1];
-        const roln_real gain = l + 1 < f->layers ? 2 : 1, sd = ROLN_SQRT(gain * 2 / (roln_real)(ni + no));
+        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = ROLN_SQRT(gain * 2 / (roln_real)(ni + no));
         for (i = 0; i < ni * no; i++)
             *theta++ = sd * roln_normal(seed);
         for (i = 0; i < no; i++)
@@ -156,13 +156,13 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return roln_mlp_params(&f->mass) + roln_mlp_params(&f->potential) + (f->base ? f->n * f->n : 0);
 }
 
-/* Random networks, P = I. */
+/* Random networks, P = I. The outputs start small, so that M is near P and no eigenvalue of U out of range. */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
     int i;
-    roln_mlp_init(&f->mass, theta, seed);
+    roln_mlp_init(&f->mass, ROLN_C(0.1), theta, seed);
     theta += roln_mlp_params(&f->mass);
-    roln_mlp_init(&f->potential, theta, seed);
+    roln_mlp_init(&f->potential, 1, theta, seed);
     theta += roln_mlp_params(&f->potential);
     for (i = 0; f->base && i < f->n * f->n; i++)
         theta[i] = i % (f->n + 1) == 0;
@@ -195,8 +195,9 @@ typedef struct {
 
 /* Work for every function below. wide: the largest of n and the hidden sizes. */
 #define ROLN_LNN_WORK(n, wide, T, nb) \
-    ((nb) * (1 + (T)) * ((n) + ROLN_TRI(n)) + (nb) * (T) + ROLN_MLP_BWD_WORK(1 + (T), nb, wide) + \
-     6 * (n) * (n) + 4 * (n) + ROLN_EIG_WORK(n) + ((T) > 1 ? (n) * (n) * (n) : 0))
+    ((T) > 1 ? (nb) * (3 * ROLN_TRI(n) + 3 * (n) + 2) + \
+                   ROLN_MAX(6 * (n) * (n) + 4 * (n) + (n) * (n) * (n), ROLN_MLP_BWD_WORK(3, nb, wide)) \
+             : (nb) * ROLN_TRI(n) + ROLN_MAX(3 * (n) * (n) + ROLN_EIG_WORK(n), ROLN_MLP_BWD_WORK(1, nb, wide)))
 
 ROLN_FN rolni_tape rolni_tape_of(const roln_lnn *f, int T, int nb, roln_real *mem)
 {
@@ -297,6 +298,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real
     roln_status st;
     int r, i, j;
 
+    if (!roln_all_finite(2 * nb * n, s)) return ROLN_E_NOT_FINITE;
     memcpy(t.x, s, (size_t)(nb * n) * sizeof *s);
     memcpy(zd, s + nb * n, (size_t)(nb * n) * sizeof *s);
     roln_mlp_forward(&f->mass, T, 0, nb, theta, t.x, t.u, t.mass);
@@ -382,9 +384,9 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
     int i, j;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) {
-        const roln_real e = t.K[i * n + i];
+        const roln_real e = t.K[i * n + i], root = ROLN_SQRT(e); /* M = (e^l/2 Q)^T (e^l/2 Q), symmetric to the bit */
         for (j = 0; j < n; j++)
-            Qe[i * n + j] = e * t.Q[i * n + j];
+            Qe[i * n + j] = root * t.Q[i * n + j];
         twice += e * (t.w[i] * t.w[i]);
     }
     if (!roln_all_finite(n, t.w) || !roln_finite(twice) || !roln_finite(t.v[0]) || !roln_all_finite(2 * n, t.kin) ||
@@ -392,7 +394,7 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
         return ROLN_E_NOT_FINITE;
     if (M) {
         memset(M, 0, (size_t)(n * n) * sizeof *M);
-        roln_mm_at(n, n, n, t.Q, Qe, M);
+        roln_mm_at(n, n, n, Qe, Qe, M);
     }
     for (i = 0; i < n; i++) {
         if (c) c[i] = t.dmv[i] - t.kin[i];
@@ -477,8 +479,7 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, ro
             gzd_r[i] += m2v[i];
         if (f->base) rolni_base_bwd(n, S, t.u + (nb + r) * tri, ROLN_C(0.5), vr, m2v, X, G, tmp);
 
-        /* u(zd): -kappa K o sym(p w^T), and its share of u */
-        memset(gu + (2 * nb + r) * tri, 0, (size_t)tri * sizeof *gu);
+        /* u(zd): -kappa K o sym(p w^T), and its share of u; without kappa the tape does not hold this direction */
         if (kappa != 0) {
             for (i = 0; i < n; i++)
                 for (j = 0; j < n; j++) {
@@ -520,7 +521,7 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, ro
             for (j = 0; j < n; j++)
                 gP[i * n + j] += ROLN_C(0.5) * (X[i * n + j] + X[j * n + i]);
     }
-    roln_mlp_bwd(&f->mass, 2, 3, nb, theta, t.x, t.mass, gu, gx, gtheta, S);
+    roln_mlp_bwd(&f->mass, 2, kappa != 0 ? 3 : 2, nb, theta, t.x, t.mass, gu, gx, gtheta, S);
     for (k = 0; k < 2 * nb; k++)
         gv[k] = k < nb ? 0 : -1; /* -a^T g = -DV[a] */
     roln_mlp_bwd(&f->potential, 1, 2, nb, pot, t.x, t.pot, gv, gx, gtheta ? gtheta + np : NULL, S);
@@ -553,7 +554,7 @@ ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta,
    implicit midpoint rule in (z, p = M zd), which preserves dz ^ dp. */
 enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
 
-#define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step */
+#define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
 /* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. eval writes tau_z [nb][n];
    bwd adds to gz [nb][n] for the cotangent y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx. */
@@ -707,7 +708,7 @@ ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, int scheme, int T, int nb, 
     roln_status st;
     int j, i;
     if (scheme == ROLN_MIDPOINT) {
-        if ((st = rolni_midpoint(f, T, nb, theta, force, h, s, next, tape, stride, w - m2)) != ROLN_OK) return st;
+        if ((st = rolni_midpoint(f, T, nb, theta, force, h, s, next, tape, stride, sx)) != ROLN_OK) return st;
     } else {
         memcpy(next, s, (size_t)m2 * sizeof *s);
         memcpy(sx, s, (size_t)m2 * sizeof *s);
@@ -746,7 +747,7 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, int scheme, int nb, const roln
     for (j = stages - 1; j >= 0; j--) { /* k_j enters s+ with weight b, the next stage with c */
         const roln_real b = stages == 1 ? h : h * weight[j], c = j < 2 ? h / 2 : h;
         for (i = 0; i < m2; i++) {
-            gk[i] = b * gsn[i] + (j + 1 < stages ? c * gx[i] : 0);
+            gk[i] = b * gsn[i] + c * gx[i];
             gx[i] = 0;
         }
         rolni_stage_bwd(f, nb, theta, force, tape + j * stride, gk, gx, gtheta, w);

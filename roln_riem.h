@@ -47,7 +47,8 @@ ROLN_FN int roln_block_moments(const roln_block *b)
 
 /* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x:
    (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
-   Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK.
+   Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
+   in u passes through.
    work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
    Cost 18 n^3 + 4 count n^2 N. */
 #define ROLN_BIORTH_PROJECT_WORK(n) (5 * (n) * (n) + 2 * (n) + ROLN_EIG_WORK(n))
@@ -222,15 +223,22 @@ ROLN_FN roln_real rolni_grad_norm(int blocks, const roln_block *table, const rol
     return scale * ROLN_SQRT(sum);
 }
 
-/* Work of an update: for each manifold block the new point, momentum and moments, which wait until all blocks have
-   succeeded, and the largest work of a verb. */
+/* Numbers that an update keeps of a block until all blocks have succeeded: of a manifold block the new point, momentum
+   and moments. */
+ROLN_FN int rolni_keep(const roln_block *b)
+{
+    const int size = roln_block_size(b);
+    return b->kind == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
+}
+
+/* Work of an update: what it keeps, and the largest work of a verb. */
 ROLN_FN int roln_update_work(int blocks, const roln_block *table)
 {
     int b, sum = 0, verb = 0;
     for (b = 0; b < blocks; b++)
-        if (table[b].kind != ROLN_EUCLIDEAN) {
+        if (rolni_keep(table + b) > 0) {
             const int w = rolni_block_work(table + b);
-            sum += 2 * roln_block_size(table + b) + 2;
+            sum += rolni_keep(table + b);
             verb = w > verb ? w : verb;
         }
     return sum + verb;
@@ -292,7 +300,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
     next.b1 = 1 - opt->beta1 * (1 - state->b1);
     next.b2 = 1 - opt->beta2 * (1 - state->b2);
     for (b = 0; b < blocks; b++)
-        if (table[b].kind != ROLN_EUCLIDEAN) verb += 2 * roln_block_size(table + b) + 2;
+        verb += rolni_keep(table + b);
     for (pass = 0; pass < 2; pass++) { /* 0: compute and check, 1: write */
         roln_real *keep = work;
         int at = 0, av = 0;
@@ -321,7 +329,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
                 memcpy(mb, keep + size, (size_t)size * sizeof *x);
                 *vb = keep[2 * size], *wb = keep[2 * size + 1];
             }
-            keep += 2 * size + 2;
+            keep += rolni_keep(k);
         }
     }
     *state = next;
@@ -338,7 +346,7 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
     if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
     if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
     for (b = 0; b < blocks; b++)
-        if (table[b].kind != ROLN_EUCLIDEAN) verb += 2 * roln_block_size(table + b) + 2;
+        verb += rolni_keep(table + b);
     for (pass = 0; pass < 2; pass++) {
         roln_real *keep = work, *x = theta;
         const roln_real *g = grad;
@@ -362,7 +370,7 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
                     if (pass == 1) x[i] = xi;
                     else if (!roln_finite(xi)) return ROLN_E_NOT_FINITE;
                 }
-                if (curved) keep += 2 * size + 2;
+                keep += rolni_keep(k);
             }
             x += size;
             g += size;

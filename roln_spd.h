@@ -54,6 +54,8 @@ typedef uint32_t roln_bits;
 #endif
 #endif
 
+#define ROLN_MAX(a, b) ((a) > (b) ? (a) : (b))
+
 #ifdef __cplusplus
 #define ROLN_RESTRICT __restrict
 #else
@@ -68,7 +70,7 @@ typedef uint32_t roln_bits;
 
 /* ---- 2 status -------------------------------------------------------------------------------- */
 
-/* A function that returns a status writes its outputs only when it returns ROLN_OK. */
+/* A function that returns a status writes its outputs only when it returns ROLN_OK, unless it says otherwise. */
 typedef enum {
     ROLN_OK = 0,
     ROLN_E_NOT_FINITE = -1,      /* an input or a result is NaN or infinite */

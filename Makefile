@@ -1,0 +1,81 @@
+# roln: make demo (C compiler only), make deps test, make bench, make train-pend16 train-pend2, make install, make clean
+
+CC = cc
+PREFIX = /usr/local
+DESTDIR =
+HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
+
+# strict IEEE arithmetic: no -ffast-math anywhere; contraction off, so that every machine computes the same bits
+FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
+STRICT = -std=c99 -O2 -ffp-contract=off -I. -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef \
+         -Wcast-qual -Wvla -Wstrict-prototypes -Wmissing-prototypes -Werror
+TESTS = elementary dense eig ae lnn riem roln
+MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
+MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
+TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
+
+.PHONY: all demo deps test bench data train-pend16 train-pend2 install clean
+all: demo
+
+# ---- what a user does ----
+
+demo: build/pendulum
+	./build/pendulum build
+
+build/pendulum: examples/pendulum.c $(HEADERS) examples/chain.h | build
+	$(CC) $(FAST) examples/pendulum.c -o $@ -lm
+
+build:
+	mkdir -p build/log
+
+install:
+	mkdir -p "$(DESTDIR)$(PREFIX)/include"
+	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
+
+clean:
+	rm -rf build
+
+# ---- tests ----
+
+PACKAGES = gcc g++ clang libclang-rt-14-dev make pkg-config libmujoco-dev libhdf5-dev
+deps:
+	@missing=; for p in $(PACKAGES); do dpkg -s $$p > /dev/null 2>&1 || missing="$$missing $$p"; done; \
+	if [ -n "$$missing" ]; then sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	    $$sudo apt-get update -q && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -q $$missing; fi
+
+test: build/test build/test_asan build/test_msan build/test_mujoco build/generate
+	sh tests/run.sh
+
+build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	gcc $(STRICT) -c $< -o $@
+build/f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	gcc $(STRICT) -DROLN_DOUBLE -c $< -o $@
+build/test: $(TESTS:%=build/f32_%.o) $(TESTS:%=build/f64_%.o) tests/main.c tests/check.c
+	gcc $(STRICT) $^ -o $@ -lm
+
+ASAN = clang $(STRICT) -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
+MSAN = clang $(STRICT) -O1 -g -fsanitize=memory
+build/asan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	$(ASAN) -c $< -o $@
+build/asan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	$(ASAN) -DROLN_DOUBLE -c $< -o $@
+build/test_asan: $(TESTS:%=build/asan_f32_%.o) $(TESTS:%=build/asan_f64_%.o) tests/main.c tests/check.c
+	$(ASAN) $^ -o $@ -lm
+build/msan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	$(MSAN) -c $< -o $@
+build/msan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+	$(MSAN) -DROLN_DOUBLE -c $< -o $@
+build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/main.c tests/check.c
+	$(MSAN) $^ -o $@ -lm
+
+build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c $(TRUTH) tests/check.c \
+                   tests/mujoco/truth.h tests/mujoco/h5.h tests/check.h $(HEADERS) | build
+	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+
+build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
+	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+
+bench: build/bench
+	./build/bench
+build/bench: tests/bench/bench.c $(HEADERS) | build
+	gcc $(FAST) $< -o $@ -lmujoco -lm

@@ -1,0 +1,14 @@
+/* chain.h - the model of examples/pendulum.c and control_tick.c: 8 joints, 2 of them free. All that gives the weights
+   their meaning. */
+#ifndef CHAIN_H
+#define CHAIN_H
+
+#define ROLN_NAME    chain         /* prefix of every generated name */
+#define ROLN_AE      8, 7, 6, 4, 2 /* autoencoder: 8 joint angles -> 2 latent coordinates */
+#define ROLN_MLP     32, 32        /* hidden widths of the mass and the potential network */
+#define ROLN_STEP    rk4
+#define ROLN_SLOPE   0.6
+#define ROLN_HORIZON 8             /* steps in a training window */
+#include "roln.h"
+
+#endif

@@ -1,0 +1,372 @@
+/* train.c - train a model on recorded motion.
+
+   cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm
+   ./train motion.csv [key=value ...]
+
+   MODEL names a config header (pend16.h: ROLN_NAME pend16 and its sizes, see roln.h). motion.csv has a header line, the
+   columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the next. Training
+   has two stages from the POD start, each with Adam and a falling learning rate: the acceleration loss, then the ODE loss
+   over windows of several steps. The weights with the smallest validation roll-out error are kept and written as
+   OUT.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: see `settings` below. */
+
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+#define HEADER_(m) STRING(m.h)
+#define HEADER(m) HEADER_(m)
+#include HEADER(MODEL)
+
+#define CAT_(a, b) a##_##b
+#define CAT(a, b) CAT_(a, b)
+#define M(name) CAT(MODEL, name) /* M(params) is pend16_params */
+
+enum { SLICES = 4 }; /* parts of a batch, one thread each; their gradients are added in order, whatever the machine */
+
+static struct {
+    const char *key;
+    double value;
+} settings[] = {
+    {"seed", 1},        /* of weights and shuffling */
+    {"ae", 100000},     /* updates of the autoencoder alone, on its reconstruction */
+    {"acc", 20000},     /* updates with the acceleration loss */
+    {"ode", 20000},     /* updates with the ODE loss */
+    {"ae_batch", 128},  /* samples per update of the autoencoder alone */
+    {"batch", 64},      /* windows per update */
+    {"steps", 8},       /* steps per window, at most ROLN_HORIZON */
+    {"stride", 5},      /* samples per step */
+    {"lr_ae", 0.2},     /* learning rate of the autoencoder alone (Frobenius length of a step) */
+    {"lr_joint", 0.01}, /* ... in the two later stages; 0: frozen, sequential training */
+    {"lr_net", 2e-3},   /* learning rate of the networks in these */
+    {"fall", 1e-3},     /* last learning rate over first, in each stage */
+    {"ode_lr", 0.3},    /* learning rates of the ODE stage over those of the acceleration stage */
+    {"decay", 0},       /* weight decay */
+    {"clip", 10},       /* bound of the gradient norm */
+    {"w_q", 1},         /* weight of the reconstruction of q */
+    {"w_acc", 1},       /* weight of the accelerations in the acceleration loss */
+    {"torque", 0},      /* 1: use the tau columns, 0: no force does work */
+    {"held", 0.1},      /* part of the trajectories held out for validation */
+    {"look", 0.25},     /* validation roll-out, s */
+    {"from", 0},        /* 1: start from OUT.roln */
+};
+
+static double set(const char *key)
+{
+    size_t i;
+    for (i = 0; i < sizeof settings / sizeof *settings; i++)
+        if (strcmp(settings[i].key, key) == 0) return settings[i].value;
+    fprintf(stderr, "no setting %s\n", key);
+    exit(1);
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void *room(size_t bytes)
+{
+    void *p = calloc(1, bytes ? bytes : 1);
+    if (!p) fprintf(stderr, "out of memory\n"), exit(1);
+    return p;
+}
+
+/* ---- motion ---- */
+
+typedef struct {
+    int trajectories, samples, *first; /* first [trajectories + 1] */
+    double dt;
+    roln_real *q, *qd, *qdd, *tau; /* [samples][N] */
+} motion;
+
+static motion read_csv(const char *path)
+{
+    enum { N = M(N), COLUMNS = 1 + 3 * N };
+    static char line[64 * COLUMNS + 64];
+    motion d = {0, 0, NULL, 0, NULL, NULL, NULL, NULL};
+    size_t lines = 0, size;
+    double t0 = 0, t1 = 0;
+    int blank = 1, i, k;
+    FILE *f = fopen(path, "r");
+    if (!f) fprintf(stderr, "cannot read %s\n", path), exit(1);
+    while (fgets(line, sizeof line, f)) lines++;
+    rewind(f);
+    size = lines * N * sizeof(roln_real);
+    d.q = room(size), d.qd = room(size), d.qdd = room(size), d.tau = room(size);
+    d.first = room((lines + 2) * sizeof *d.first);
+    if (!fgets(line, sizeof line, f)) fprintf(stderr, "%s is empty\n", path), exit(1);
+    while (fgets(line, sizeof line, f)) {
+        char *p = line, *end;
+        double v[COLUMNS];
+        if (line[0] == '\n' || line[0] == '\r') {
+            blank = 1;
+            continue;
+        }
+        for (i = 0; i < COLUMNS; i++, p = end + (*end == ',')) {
+            v[i] = strtod(p, &end);
+            if (end == p) fprintf(stderr, "%s: sample %d has %d columns, not %d\n", path, d.samples, i, COLUMNS), exit(1);
+        }
+        if (blank) d.first[d.trajectories++] = d.samples;
+        else if (d.samples == d.first[d.trajectories - 1] + 1 && d.trajectories == 1) t1 = v[0];
+        if (d.samples == 0) t0 = v[0];
+        blank = 0;
+        for (i = 0; i < N; i++) {
+            d.q[d.samples * N + i] = (roln_real)v[1 + i];
+            d.qd[d.samples * N + i] = (roln_real)v[1 + N + i];
+            d.tau[d.samples * N + i] = (roln_real)v[1 + 2 * N + i];
+        }
+        d.samples++;
+    }
+    fclose(f);
+    d.first[d.trajectories] = d.samples;
+    d.dt = t1 - t0;
+    for (k = 0; k < d.trajectories; k++) /* accelerations by central differences, inside each trajectory */
+        for (i = (d.first[k] + 1) * N; i < (d.first[k + 1] - 1) * N; i++)
+            d.qdd[i] = (d.qd[i + N] - d.qd[i - N]) / (roln_real)(2 * d.dt);
+    return d;
+}
+
+/* First samples of all windows of trajectories a .. b-1 that reach `reach` samples on; every `every` samples, from `skip`. */
+static int windows(const motion *d, int a, int b, int reach, int every, int skip, int *start)
+{
+    int count = 0, k, i;
+    for (k = a; k < b; k++)
+        for (i = d->first[k] + skip; i + reach < d->first[k + 1]; i += every)
+            start[count++] = i;
+    return count;
+}
+
+/* ---- training ---- */
+
+static M(params) params, best;
+static M(optimiser) optimiser;
+static M(gradient) slice_gradient[SLICES];
+static M(train) slice_work[SLICES];
+static M(start) start_work;
+static roln_real qbar[M(N)];
+
+typedef struct {
+    int acc;
+    double dt;
+    roln_loss weights;
+    roln_batch batch;
+    M(gradient) *gradient;
+    M(train) *work;
+    roln_status status;
+} slice;
+
+static void *run_slice(void *arg)
+{
+    slice *s = arg;
+    memset(s->gradient, 0, sizeof *s->gradient);
+    s->status = s->acc ? M(grad_acc)(&params, &s->weights, &s->batch, s->gradient, s->work)
+                       : M(grad)(&params, &s->weights, &s->batch, (roln_real)s->dt, s->gradient, s->work);
+    return NULL;
+}
+
+/* a += b, term by term. */
+static void add(roln_loss *a, const roln_loss *b)
+{
+    a->q += b->q, a->qd += b->qd, a->qdd += b->qdd;
+    a->z += b->z, a->zd += b->zd, a->zdd += b->zdd;
+    a->q_pred += b->q_pred, a->qd_pred += b->qd_pred, a->qdd_pred += b->qdd_pred;
+}
+
+/* Gradient of one batch into slice_gradient[0]. */
+static roln_status gradient(int acc, const roln_loss *weights, const roln_batch *batch, double dt)
+{
+    slice s[SLICES];
+    pthread_t thread[SLICES];
+    roln_real *sum = slice_gradient[0].theta;
+    roln_status st = ROLN_OK;
+    int k, i;
+    for (k = 0; k < SLICES; k++) {
+        const int from = batch->count * k / SLICES, to = batch->count * (k + 1) / SLICES;
+        s[k].acc = acc, s[k].dt = dt, s[k].weights = *weights, s[k].batch = *batch;
+        s[k].batch.start = batch->start + from, s[k].batch.count = to - from;
+        s[k].gradient = &slice_gradient[k], s[k].work = &slice_work[k];
+        if (k > 0 && pthread_create(&thread[k], NULL, run_slice, &s[k]) != 0) fprintf(stderr, "no thread\n"), exit(1);
+    }
+    run_slice(&s[0]);
+    for (k = 1; k < SLICES; k++)
+        pthread_join(thread[k], NULL);
+    for (k = 0; k < SLICES; k++) {
+        if (s[k].status != ROLN_OK) st = s[k].status;
+        if (k == 0) continue;
+        for (i = 0; i < M(theta_size); i++)
+            sum[i] += slice_gradient[k].theta[i];
+        add(&slice_gradient[0].loss, &slice_gradient[k].loss);
+        slice_gradient[0].windows += slice_gradient[k].windows;
+    }
+    return st;
+}
+
+/* E_q, E_qd at the end of windows of `samples` samples of d, in steps of `stride`; 1e9 where a roll-out fails. */
+static void errors(const motion *d, const int *start, int count, int samples, int stride, double *eq, double *eqd)
+{
+    roln_real sums[8] = {0, 0, 0, 0, 0, 0, 0, 0}, *e = samples > 0 ? sums + 4 : sums;
+    const int steps = samples / stride;
+    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
+    roln_status st;
+    b.count = count, b.steps = steps, b.stride = stride, b.start = start;
+    b.q = d->q, b.qd = d->qd, b.tau = set("torque") > 0 ? d->tau : NULL;
+    st = M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, sums, &slice_work[0]);
+    *eq = st == ROLN_OK ? sqrt((double)(e[0] / e[1])) : 1e9;
+    *eqd = st == ROLN_OK ? sqrt((double)(e[2] / e[3])) : 1e9;
+}
+
+/* E_q after `time` seconds on the trajectories from `from` on. */
+static double validate(const motion *d, int from, double time, int *start)
+{
+    const int stride = (int)set("stride"), samples = (int)(time / d->dt / stride + 0.5) * stride;
+    double eq, eqd;
+    errors(d, start, windows(d, from, d->trajectories, samples, 100, 0, start), samples, stride, &eq, &eqd);
+    return eq;
+}
+
+enum { AUTOENCODER, ACCELERATION, ODE };
+
+/* One stage of training; ends with the parameters that predicted best. */
+static void stage(const motion *d, int train, int kind, int updates)
+{
+    static const char *name[] = {"autoencoder", "acceleration loss", "ODE loss"};
+    const int acc = kind == ACCELERATION, stride = kind == ODE ? (int)set("stride") : 1, steps = kind == ODE ? (int)set("steps") : 0;
+    const int size = (int)set(kind == AUTOENCODER ? "ae_batch" : "batch");
+    int *start = room((size_t)d->samples * sizeof *start), *held = room((size_t)d->samples * sizeof *held);
+    const int count = windows(d, 0, train, acc ? 1 : steps * stride, 1, acc, start);
+    const double look = kind == AUTOENCODER ? 0 : set("look"), t0 = now();
+    const roln_real rate_ae = (roln_real)(kind == AUTOENCODER ? set("lr_ae") : set("lr_joint") * (kind == ODE ? set("ode_lr") : 1));
+    const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
+    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
+    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0}, loss = w;
+    uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
+    double seen = 0, best_error = 1e300;
+    int at = count, t, refused = 0;
+    if (updates == 0) return;
+    b.count = size, b.steps = steps, b.stride = stride;
+    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? d->tau : NULL;
+    w.q = (roln_real)set("w_q"), w.qd = 1;
+    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc");
+    if (kind == ODE) w.zd = w.qd_pred = 1;
+    memset(&optimiser, 0, sizeof optimiser);
+    printf("%s: %d windows, %d updates\n", name[kind], count, updates);
+    for (t = 0; t < updates; t++) {
+        const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)updates, (roln_real)set("fall"));
+        roln_opt opt;
+        roln_status st;
+        opt.lr[0] = rate * rate_ae, opt.lr[1] = rate * rate_net;
+        opt.beta1 = ROLN_C(0.9), opt.beta2 = ROLN_C(0.999), opt.eps = ROLN_C(1e-8);
+        opt.decay = (roln_real)set("decay"), opt.clip = (roln_real)set("clip");
+        if (at + size > count) roln_shuffle(count, start, &seed), at = 0;
+        b.start = start + at, at += size;
+        st = gradient(acc, &w, &b, d->dt * stride);
+        if (st == ROLN_OK) st = M(update)(&params, &opt, &optimiser, &slice_gradient[0], &slice_work[0]);
+        if (st == ROLN_OK) add(&loss, &slice_gradient[0].loss), seen += (double)slice_gradient[0].windows;
+        else if (++refused > 1000) fprintf(stderr, "too many refused updates (status %d)\n", (int)st), exit(1);
+        if ((t + 1) % (updates >= 20 ? updates / 20 : 1) == 0) {
+            const double e = validate(d, train, look, held), e25 = kind == AUTOENCODER ? e : validate(d, train, 0.025, held);
+            printf("%7d  q %.1e qd %.1e qdd %.1e zd %.1e zdd %.1e qd' %.1e qdd' %.1e  E_q(25 ms) %6.2f %%  E_q(%g s) %6.2f %%  "
+                   "refused %d  %.0f s, %.0f s left\n", t + 1, (double)loss.q / seen, (double)loss.qd / seen,
+                   (double)loss.qdd / seen, (double)loss.zd / seen, (double)loss.zdd / seen, (double)loss.qd_pred / seen,
+                   (double)loss.qdd_pred / seen, 100 * e25, look, 100 * e, refused, now() - t0,
+                   (now() - t0) * (updates - t - 1) / (t + 1));
+            fflush(stdout);
+            memset(&loss, 0, sizeof loss);
+            seen = 0;
+            if (e < best_error) best_error = e, best = params;
+        }
+    }
+    params = best;
+    free(start);
+    free(held);
+}
+
+static void put_file(void *ctx, const char *text)
+{
+    fputs(text, (FILE *)ctx);
+}
+
+static void table(const char *name, const motion *d, int from, int to)
+{
+    static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2999};
+    int *start = room((size_t)d->samples * sizeof *start);
+    size_t i;
+    printf("%s\n   ms    E_q %%   E_qd %%\n", name);
+    for (i = 0; i < sizeof ms / sizeof *ms; i++) {
+        const int samples = (int)(ms[i] * 1e-3 / d->dt + 0.5), count = windows(d, from, to, samples, (int)(0.025 / d->dt + 0.5), 0, start);
+        double eq, eqd;
+        if (count == 0) continue;
+        errors(d, start, count, samples, 1, &eq, &eqd);
+        printf("%5.0f %8.3f %8.3f\n", ms[i], 100 * eq, 100 * eqd);
+    }
+    free(start);
+}
+
+int main(int argc, char **argv)
+{
+    static unsigned char bytes[M(packed_size)];
+    const char *out = STRING(MODEL), *test = NULL;
+    const double began = now();
+    uint64_t seed;
+    motion d;
+    char path[512];
+    FILE *f;
+    int i, train;
+    if (argc < 2) fprintf(stderr, "usage: train motion.csv [test=FILE] [out=PREFIX] [key=value ...]\n"), exit(1);
+    for (i = 2; i < argc; i++) {
+        char *eq = strchr(argv[i], '=');
+        size_t k, known = 0;
+        if (!eq) fprintf(stderr, "%s: not key=value\n", argv[i]), exit(1);
+        *eq = 0;
+        if (strcmp(argv[i], "out") == 0) out = eq + 1, known = 1;
+        if (strcmp(argv[i], "test") == 0) test = eq + 1, known = 1;
+        for (k = 0; k < sizeof settings / sizeof *settings; k++)
+            if (strcmp(settings[k].key, argv[i]) == 0) settings[k].value = atof(eq + 1), known = 1;
+        if (!known) fprintf(stderr, "unknown setting %s\n", argv[i]), exit(1);
+    }
+    d = read_csv(argv[1]);
+    train = d.trajectories - (int)ceil(d.trajectories * set("held"));
+    printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
+           d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    seed = (uint64_t)set("seed");
+    if (M(init_pod)(&params, d.first[train], d.q, d.qd, qbar, &seed, &start_work) != ROLN_OK)
+        fprintf(stderr, "no start from this data\n"), exit(1);
+    snprintf(path, sizeof path, "%s.roln", out);
+    if (set("from") > 0) {
+        f = fopen(path, "rb");
+        if (!f || M(unpack)(bytes, (int)fread(bytes, 1, sizeof bytes, f), &params) != ROLN_OK)
+            fprintf(stderr, "cannot start from %s\n", path), exit(1);
+        fclose(f);
+    }
+    params.dt = (roln_real)(d.dt * set("stride"));
+    stage(&d, train, AUTOENCODER, (int)set("ae"));
+    stage(&d, train, ACCELERATION, (int)set("acc"));
+    stage(&d, train, ODE, (int)set("ode"));
+    {
+        static M(work) work;
+        if (M(fit_range)(&params, d.first[train], d.q, &work) != ROLN_OK) fprintf(stderr, "no range\n"), exit(1);
+    }
+    table("held-out trajectories", &d, train, d.trajectories);
+    if (test) {
+        motion t = read_csv(test);
+        table(test, &t, 0, t.trajectories);
+    }
+    M(pack)(&params, bytes);
+    f = fopen(path, "wb");
+    if (!f || fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes) fprintf(stderr, "cannot write %s\n", path), exit(1);
+    fclose(f);
+    snprintf(path, sizeof path, "%s_weights.h", out);
+    f = fopen(path, "w");
+    if (!f) fprintf(stderr, "cannot write %s\n", path), exit(1);
+    M(write)(&params, put_file, f);
+    fclose(f);
+    printf("wrote %s.roln and %s_weights.h after %.0f s\n", out, out, now() - began);
+    return 0;
+}

@@ -1,0 +1,468 @@
+/* bench.c - what roln costs on this machine, one thread, float: minimum and median of many runs, against MuJoCo's own
+   routines (double there) measured in the same run, and against fixed targets. Times are CPU times, so that a busy
+   machine disturbs them little. bench NAME runs only the rows whose name contains NAME. */
+#define ROLN_NAME cloth
+#define ROLN_AE 600, 128, 64, 32, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "../../roln.h"
+
+#include <mujoco/mujoco.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+enum { MATRICES = 64, MAX_N = 16, LENGTH = 1024, HORIZON = 8, BLOCK = 16, SAMPLES = 4000 };
+
+/* One line of the table. */
+typedef struct row row;
+struct row {
+    const char *name;
+    void (*setup)(const row *), (*run)(const row *); /* run: what is timed */
+    int size[6], more;                               /* sizes; more: kind of matrix, integrator */
+    int count;                                       /* results of one run: matrices, elements, windows of a batch */
+    double target;                                   /* seconds; 0: none */
+    const char *peer;                                /* a peer on the same input, and its name */
+    void (*run_peer)(const row *);
+    double eigen;                                    /* nanoseconds of Eigen, on another machine (performance.md) */
+};
+
+static uint64_t seed = 1;
+
+static void fail(const char *what, int status)
+{
+    fprintf(stderr, "bench: %s: %d\n", what, status);
+    exit(1);
+}
+
+static void must(roln_status st)
+{
+    if (st != ROLN_OK) fail("status", st);
+}
+
+static roln_real *reals(int n)
+{
+    roln_real *x = calloc((size_t)n, sizeof *x);
+    if (x == NULL) fail("out of memory, numbers", n);
+    return x;
+}
+
+static void fill(int n, roln_real sd, roln_real *x)
+{
+    while (n-- > 0)
+        *x++ = sd * roln_normal(&seed);
+}
+
+/* ---- small matrices --------------------------------------------------------------------------- */
+
+static struct {
+    roln_real A[MATRICES][MAX_N * MAX_N], x[MAX_N], y[MAX_N], X[MAX_N * MAX_N], work[8 * MAX_N * MAX_N];
+    mjtNum dA[MATRICES][MAX_N * MAX_N], dx[MAX_N], dy[MAX_N], dX[MAX_N * MAX_N], quat[4];
+} small;
+
+enum { RANDOM, HARD, POSITIVE }; /* kinds of matrices */
+
+/* Eigenvalue i of n of the hard matrix number k: two clusters, one repeated, graded over 20 decades, rank one. */
+static roln_real hard_eigenvalue(int k, int n, int i)
+{
+    switch (k % 4) {
+    case 0: return (roln_real)(i % 2) + ROLN_C(1e-6) * roln_uniform(&seed);
+    case 1: return i == 0 ? 2 : 1;
+    case 2: return roln_exp(-46 * (roln_real)i / (roln_real)(n - 1));
+    default: return i == 0;
+    }
+}
+
+static void small_setup(const row *r)
+{
+    const int n = r->size[0];
+    int k, i, j;
+    for (k = 0; k < MATRICES; k++) {
+        roln_real *A = small.A[k], *Q = small.X, *l = small.x;
+        for (i = 0; i < n; i++)
+            for (j = 0; j <= i; j++)
+                A[i * n + j] = A[j * n + i] = roln_normal(&seed);
+        if (r->more != RANDOM) { /* random directions, given eigenvalues */
+            must(roln_eig(n, A, l, Q, small.work));
+            memset(A, 0, sizeof small.A[k]);
+            for (i = 0; i < n; i++) {
+                l[i] = r->more == HARD ? hard_eigenvalue(k, n, i) : 1 + roln_uniform(&seed);
+                for (j = 0; j < n; j++)
+                    small.work[i * n + j] = l[i] * Q[i * n + j];
+            }
+            roln_mm_at(n, n, n, Q, small.work, A);
+            for (i = 0; i < n; i++)
+                for (j = 0; j < i; j++)
+                    A[j * n + i] = A[i * n + j];
+        }
+        for (i = 0; i < n * n; i++)
+            small.dA[k][i] = A[i];
+    }
+    fill(n, 1, small.y);
+    for (i = 0; i < n; i++)
+        small.dy[i] = small.y[i];
+}
+
+static void eig(const row *r)
+{
+    int k;
+    for (k = 0; k < MATRICES; k++)
+        must(roln_eig(r->size[0], small.A[k], small.x, small.X, small.work));
+}
+
+static void eig3_mujoco(const row *r)
+{
+    int k;
+    (void)r;
+    for (k = 0; k < MATRICES; k++)
+        mju_eig3(small.dx, small.dX, small.quat, small.dA[k]);
+}
+
+static void chol(const row *r)
+{
+    const int n = r->size[0];
+    int k;
+    for (k = 0; k < MATRICES; k++) {
+        must(roln_chol(n, small.A[k], small.X));
+        roln_solve_lower(n, small.X, small.y, small.x);
+        roln_solve_lower_t(n, small.X, small.x, small.x);
+    }
+}
+
+static void chol_mujoco(const row *r)
+{
+    const int n = r->size[0];
+    int k;
+    for (k = 0; k < MATRICES; k++) {
+        memcpy(small.dX, small.dA[k], (size_t)(n * n) * sizeof *small.dX);
+        mju_cholFactor(small.dX, n, 0);
+        mju_cholSolve(small.dx, small.dX, small.dy, n);
+    }
+}
+
+static void spd_exp(const row *r)
+{
+    int k;
+    for (k = 0; k < MATRICES; k++)
+        must(roln_spd_exp(r->size[0], NULL, small.A[k], small.X, small.work));
+}
+
+/* ---- vectors ---------------------------------------------------------------------------------- */
+
+static struct {
+    roln_real A[600 * 128], x[LENGTH], y[LENGTH], s[LENGTH];
+    mjtNum dA[600 * 128], dx[LENGTH], dy[LENGTH];
+} big;
+
+static void big_setup(const row *r)
+{
+    int i;
+    (void)r;
+    fill(600 * 128, 1, big.A);
+    fill(LENGTH, 1, big.x);
+    for (i = 0; i < 600 * 128; i++)
+        big.dA[i] = big.A[i];
+    for (i = 0; i < LENGTH; i++)
+        big.dx[i] = big.x[i];
+}
+
+static void matvec_order1(const row *r)
+{
+    roln_mm(1, r->size[1], r->size[0], big.x, big.A, big.y);
+}
+
+static void matvec_order2(const row *r)
+{
+    roln_mm_bt(1, r->size[1], r->size[0], big.x, big.A, big.y);
+}
+
+static void matvec_mujoco(const row *r)
+{
+    mju_mulMatVec(big.dy, big.dA, big.dx, r->size[0], r->size[1]);
+}
+
+static void softplus(const row *r)
+{
+    (void)r;
+    roln_softplus_n(LENGTH, big.x, big.y, big.s);
+}
+
+/* ---- the control tick, through the typed shell ------------------------------------------------ */
+
+static struct {
+    cloth_params p;
+    cloth_state x, out;
+    cloth_latent z, next;
+    roln_real tau[cloth_N], tau_z[cloth_n];
+    cloth_work work;
+    cloth_start start;
+} tick;
+
+static void tick_setup(const row *r)
+{
+    (void)r;
+    must(cloth_init(&tick.p, &seed, &tick.start));
+    fill(cloth_N, ROLN_C(0.3), tick.x.q);
+    fill(cloth_N, ROLN_C(0.3), tick.x.qd);
+    fill(cloth_N, ROLN_C(0.3), tick.tau);
+    must(cloth_encode(&tick.p, &tick.x, &tick.z, &tick.work));
+}
+
+static void tick_encode(const row *r)
+{
+    (void)r;
+    must(cloth_encode(&tick.p, &tick.x, &tick.next, &tick.work));
+}
+
+static void tick_step(const row *r)
+{
+    (void)r;
+    tick.next = tick.z;
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
+}
+
+static void tick_decode(const row *r)
+{
+    (void)r;
+    must(cloth_decode(&tick.p, &tick.z, &tick.out, &tick.work));
+}
+
+static void tick_reduce(const row *r)
+{
+    (void)r;
+    must(cloth_reduce(&tick.p, &tick.z, tick.tau, tick.tau_z, &tick.work));
+}
+
+static void tick_all(const row *r)
+{
+    tick_encode(r);
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
+    must(cloth_decode(&tick.p, &tick.next, &tick.out, &tick.work));
+}
+
+/* ---- a model of any size: dynamics, tick, training -------------------------------------------- */
+
+static struct {
+    roln_model md;
+    roln_block table[2 * ROLN_AE_MAX + 1];
+    int blocks, params;
+    roln_real *theta, *g, *m, *v, *v_max, *data, *work;
+    roln_adam adam;
+} net;
+
+/* size: N .. n, 0; networks 64, 64; batches of r->count windows of random samples. */
+static void net_setup(const row *r)
+{
+    const int N = r->size[0], hidden = 128, wide = 64;
+    int l = 0, n, moments = 0, b, sum, grad, update;
+    while (r->size[l + 1] > 0)
+        l++;
+    n = r->size[l];
+    net.md.ae.layers = l;
+    memcpy(net.md.ae.size, r->size, sizeof r->size);
+    net.md.ae.slope = ROLN_C(0.41421356);
+    net.md.lnn = cloth_model.lnn;
+    net.md.lnn.n = net.md.lnn.mass.size[0] = net.md.lnn.potential.size[0] = n;
+    net.md.lnn.mass.size[3] = ROLN_TRI(n);
+    net.md.scheme = r->more;
+    for (b = 0; b < l; b++) {
+        const roln_block pair = {ROLN_BIORTHOGONAL, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
+        net.table[2 * b] = pair;
+        net.table[2 * b + 1] = bias;
+    }
+    net.table[2 * l].kind = ROLN_EUCLIDEAN;
+    net.table[2 * l].rows = 1;
+    net.table[2 * l].cols = roln_lnn_params(&net.md.lnn);
+    net.table[2 * l].group = 1;
+    net.blocks = 2 * l + 1;
+    for (b = 0; b < net.blocks; b++)
+        moments += roln_block_moments(net.table + b);
+    net.params = roln_ae_params(&net.md.ae) + roln_lnn_params(&net.md.lnn);
+    sum = rolni_ae_sum(&net.md.ae);
+    grad = ROLN_GRAD_WORK(N, n, sum, hidden, wide, BLOCK, HORIZON, ROLN_STAGES(r->more)); /* more than a tick needs */
+    update = roln_update_work(net.blocks, net.table);
+    free(net.theta), free(net.g), free(net.m), free(net.v), free(net.v_max), free(net.data), free(net.work);
+    net.theta = reals(net.params), net.g = reals(net.params), net.m = reals(net.params);
+    net.v = reals(moments), net.v_max = reals(moments);
+    net.data = reals(2 * r->count * (HORIZON + 1) * N);
+    net.work = reals(grad > update ? grad : update);
+    memset(&net.adam, 0, sizeof net.adam);
+    must(roln_ae_init(&net.md.ae, net.theta, &seed, net.work));
+    roln_lnn_init(&net.md.lnn, net.theta + roln_ae_params(&net.md.ae), &seed);
+    fill(2 * r->count * (HORIZON + 1) * N, ROLN_C(0.3), net.data);
+}
+
+static void net_zdd(const row *r)
+{
+    roln_real zdd[MAX_N], *tape = net.work + ROLN_LNN_WORK(10, 64, 1, 1);
+    (void)r;
+    must(roln_lnn_zdd(&net.md.lnn, 1, 1, net.theta + roln_ae_params(&net.md.ae), net.data, NULL, zdd, tape, net.work));
+}
+
+static void net_tick(const row *r)
+{
+    static const roln_scale one = {1, 1};
+    const int N = r->size[0];
+    roln_real z[MAX_N], zd[MAX_N], *q = net.data, *qd = q + N, *out = qd + N;
+    must(roln_encode(&net.md, &one, net.theta, q, qd, z, zd, net.work));
+    must(roln_step(&net.md, &one, net.theta, z, zd, NULL, ROLN_C(1e-3), net.work));
+    must(roln_decode(&net.md, &one, net.theta, z, zd, out, out + N, net.work));
+}
+
+/* Gradient of a batch and update, so small that every run does the same work. */
+static void net_train(const row *r)
+{
+    static const roln_scale one = {1, 1};
+    static const roln_loss weights = ROLN_ODE_WEIGHTS;
+    static const roln_opt opt = {{ROLN_C(1e-9), ROLN_C(1e-9)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
+    roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0};
+    roln_real windows = 0;
+    roln_batch b;
+    memset(&b, 0, sizeof b);
+    b.count = r->count, b.steps = HORIZON, b.stride = 1;
+    b.q = net.data, b.qd = net.data + r->count * (HORIZON + 1) * r->size[0];
+    memset(net.g, 0, (size_t)net.params * sizeof *net.g);
+    must(roln_grad(&net.md, &one, net.theta, &weights, &b, 0, BLOCK, ROLN_C(1e-3), net.g, &loss, &windows, net.work));
+    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam, net.m, net.v, net.v_max,
+                          net.work));
+}
+
+/* ---- measuring -------------------------------------------------------------------------------- */
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+typedef struct {
+    double min, median; /* seconds */
+} timing;
+
+/* Runs for about a second, at least 7 times: samples of 50 us or more, the first are warm-up. */
+static timing measure(const row *r, void (*run)(const row *))
+{
+    static double sample[SAMPLES];
+    const double begin = now();
+    double start, t = 0;
+    int reps = 1, n, i;
+    timing result;
+    while (start = now(), i = 0, 1) {
+        for (; i < reps; i++)
+            run(r);
+        if ((t = now() - start) > 5e-5 && now() - begin > 0.05) break;
+        if (t <= 5e-5) reps *= 2;
+    }
+    for (n = 0; n < SAMPLES && (n < 7 || now() - begin < 1); n++) {
+        start = now();
+        for (i = 0; i < reps; i++)
+            run(r);
+        sample[n] = (now() - start) / reps;
+    }
+    qsort(sample, (size_t)n, sizeof *sample, ascending);
+    result.min = sample[0];
+    result.median = sample[n / 2];
+    return result;
+}
+
+static void print_time(double s)
+{
+    if (s < 1e-6) printf(" %8.4g ns", 1e9 * s);
+    else if (s < 1e-3) printf(" %8.4g us", 1e6 * s);
+    else printf(" %8.4g ms", 1e3 * s);
+}
+
+static void print_row(const row *r)
+{
+    const double count = r->run == net_train ? 1 : r->count;
+    timing t;
+    seed = 1;
+    r->setup(r);
+    t = measure(r, r->run);
+    printf("%-36s", r->name);
+    print_time(t.min / count);
+    print_time(t.median / count);
+    if (r->run_peer) {
+        const timing p = measure(r, r->run_peer);
+        printf("  %s", r->peer);
+        print_time(p.min / count);
+        printf(", ratio %.2f", p.min / t.min);
+    }
+    if (r->eigen > 0) printf("  Eigen, other machine %5.0f ns", r->eigen);
+    if (r->target > 0) {
+        printf("  target");
+        print_time(r->target);
+        printf(t.min <= r->target ? ", met" : ", missed");
+    }
+    printf("\n");
+    fflush(stdout);
+}
+
+#define EIG(n, ns) \
+    {"eigen n = " #n, small_setup, eig, {n}, RANDOM, MATRICES, 0, NULL, NULL, ns}, \
+    {"eigen n = " #n ", hard", small_setup, eig, {n}, HARD, MATRICES, 0, NULL, NULL, 0}
+#define MATVEC(m, k) \
+    {"mat-vec " #m "x" #k ", order 1", big_setup, matvec_order1, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}, \
+    {"mat-vec " #m "x" #k ", order 2", big_setup, matvec_order2, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}
+#define CLOTH {cloth_N, 128, 64, 32, cloth_n}
+
+static const row table[] = {
+    EIG(2, 62),
+    {"eigen n = 3", small_setup, eig, {3}, RANDOM, MATRICES, 0, "mju_eig3 (double)", eig3_mujoco, 208},
+    {"eigen n = 3, hard", small_setup, eig, {3}, HARD, MATRICES, 0, "mju_eig3 (double)", eig3_mujoco, 0},
+    EIG(4, 473),
+    EIG(6, 977),
+    EIG(10, 3067),
+    EIG(16, 7623),
+    {"Cholesky and solve n = 10", small_setup, chol, {10}, POSITIVE, MATRICES, 0, "mju_chol (double)", chol_mujoco, 0},
+    {"SPD exp n = 4", small_setup, spd_exp, {4}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
+    {"SPD exp n = 10", small_setup, spd_exp, {10}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
+    MATVEC(64, 64),
+    MATVEC(128, 600),
+    MATVEC(600, 128),
+    {"softplus and slope, per element", big_setup, softplus, {LENGTH}, 0, LENGTH, 0, NULL, NULL, 0},
+    {"latent dynamics n = 10, 64x2", net_setup, net_zdd, {10}, ROLN_EULER, 1, 10e-6, NULL, NULL, 0},
+    {"cloth encode", tick_setup, tick_encode, CLOTH, 0, 1, 0, NULL, NULL, 0},
+    {"cloth step, euler", tick_setup, tick_step, CLOTH, 0, 1, 0, NULL, NULL, 0},
+    {"cloth decode", tick_setup, tick_decode, CLOTH, 0, 1, 0, NULL, NULL, 0},
+    {"cloth encode + step + decode", tick_setup, tick_all, CLOTH, 0, 1, 30e-6, NULL, NULL, 0},
+    {"cloth reduce a force", tick_setup, tick_reduce, CLOTH, 0, 1, 0, NULL, NULL, 0},
+    {"cloth training, batch 128, euler", net_setup, net_train, CLOTH, ROLN_EULER, 128, 165e-3, NULL, NULL, 0},
+    {"16-8-4 training, batch 64, euler", net_setup, net_train, {16, 8, 4}, ROLN_EULER, 64, 5e-3, NULL, NULL, 0},
+    {"16-8-4 training, batch 64, rk4", net_setup, net_train, {16, 8, 4}, ROLN_RK4, 64, 0, NULL, NULL, 0},
+};
+
+int main(int argc, char **argv)
+{
+    const char *only = argc > 1 ? argv[1] : "";
+    size_t i;
+    int N;
+    printf("%-36s %11s %11s\n", "roln " ROLN_VERSION ", float, one thread", "minimum", "median");
+    for (i = 0; i < sizeof table / sizeof *table; i++)
+        if (strstr(table[i].name, only)) print_row(table + i);
+    if (!strstr("cost against N", only)) return 0;
+    printf("\ncost against N: autoencoder N, 64, 10, euler; training: H = 8, batch 64, per window\n"
+           "%8s %14s %10s %14s %10s\n", "N", "tick", "/ N", "training", "/ N");
+    for (N = 64; N <= 4096; N *= 2) {
+        const row r = {"cost against N", net_setup, net_tick, {N, 64, 10}, ROLN_EULER, 64, 0, NULL, NULL, 0};
+        timing t[2];
+        seed = 1;
+        net_setup(&r);
+        t[0] = measure(&r, net_tick);
+        t[1] = measure(&r, net_train);
+        printf("%8d   ", N);
+        print_time(t[0].min);
+        printf(" %7.2f ns   ", 1e9 * t[0].min / N);
+        print_time(t[1].min / r.count);
+        printf(" %7.1f ns\n", 1e9 * t[1].min / r.count / N);
+        fflush(stdout);
+    }
+    return 0;
+}

@@ -1,0 +1,39 @@
+/* main.c - runs the test files, each as float and as double. Arguments: names to run; none: all. */
+#include <string.h>
+#include <time.h>
+
+#include "check.h"
+
+#define FILES(X) X(elementary) X(dense) X(eig) X(ae) X(lnn) X(riem) X(roln)
+#define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
+#ifdef SKIP_ELEMENTARY_F32 /* coverage: see coverage.sh */
+#define test_elementary_f32 test_elementary_f64
+#endif
+#define ENTRIES(name) {#name, "float", test_##name##_f32}, {#name, "double", test_##name##_f64},
+
+FILES(DECLARE)
+
+static const struct {
+    const char *name, *precision;
+    void (*run)(void);
+} tests[] = {FILES(ENTRIES)};
+
+int main(int argc, char **argv)
+{
+    size_t i;
+    int a;
+    for (i = 0; i < sizeof tests / sizeof *tests; i++) {
+        const long passed = check_passed, failed = check_failed;
+        const clock_t start = clock();
+        int wanted = argc < 2;
+        for (a = 1; a < argc; a++)
+            wanted |= strcmp(argv[a], tests[i].name) == 0;
+        if (!wanted) continue;
+        tests[i].run();
+        printf("%-10s %-6s %8ld passed, %ld failed, %.1f s\n", tests[i].name, tests[i].precision, check_passed - passed,
+               check_failed - failed, (double)(clock() - start) / CLOCKS_PER_SEC);
+        fflush(stdout);
+    }
+    printf("%ld passed, %ld failed\n", check_passed, check_failed);
+    return check_failed != 0;
+}

@@ -1,0 +1,13 @@
+/* main.c - the tests that need MuJoCo and HDF5. */
+#include "../check.h"
+
+void test_truth(void);
+void test_models(void);
+
+int main(void)
+{
+    test_truth();
+    test_models();
+    printf("%ld passed, %ld failed\n", check_passed, check_failed);
+    return check_failed != 0;
+}

@@ -1,0 +1,227 @@
+/* The committed models against freshly simulated trajectories that they have not seen. Errors as defined in README:
+   E_q(h) = sqrt(mean_w |q_pred - q|^2 / mean_w |q - qbar|^2) over every window start at a multiple of 25 ms, `whole`: one
+   window per trajectory, mean over all its samples. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../../examples/pend16.h"
+#include "../../examples/pend2.h"
+#include "../check.h"
+#include "truth.h"
+
+void test_models(void);
+
+#define SEED 1
+#define TEST_COUNT 10
+#define PEND16_EQ25 0.5
+#define PEND16_EQD25 2.0
+#define PEND16_EQ1000 5.0
+#define FOLDER "tests/mujoco/models/"
+
+/* Truth as the library wants it. */
+typedef struct {
+    int count, samples, dof;
+    roln_real *q, *qd, *tau, *qbar;
+} motion;
+
+static motion simulate(enum truth_system system, int training)
+{
+    struct truth_set train, test;
+    motion d = {0, 0, 0, NULL, NULL, NULL, NULL};
+    if (!CHECK(truth_generate(&train, system, TRUTH_TRAIN, SEED, 0, training, TRUTH_SAMPLES) == 0)) return d;
+    if (!CHECK(truth_generate(&test, system, TRUTH_TEST, SEED, 0, TEST_COUNT, TRUTH_SAMPLES) == 0)) return d;
+    const size_t total = (size_t)test.count * (size_t)test.samples * (size_t)test.dof, N = (size_t)test.dof;
+    const size_t train_total = (size_t)train.count * (size_t)train.samples * N;
+    d.count = test.count, d.samples = test.samples, d.dof = test.dof;
+    d.q = malloc(total * sizeof *d.q), d.qd = malloc(total * sizeof *d.q), d.tau = malloc(total * sizeof *d.q);
+    d.qbar = calloc(N, sizeof *d.qbar);
+    for (size_t i = 0; i < total; i++)
+        d.q[i] = (roln_real)test.q[i], d.qd[i] = (roln_real)test.qd[i], d.tau[i] = (roln_real)test.tau_model[i];
+    for (size_t j = 0; j < N; j++) {
+        double sum = 0;
+        for (size_t i = j; i < train_total; i += N)
+            sum += train.q[i];
+        d.qbar[j] = (roln_real)(sum / (double)(train_total / N));
+    }
+    truth_free(&train);
+    truth_free(&test);
+    return d;
+}
+
+static void release(motion *d)
+{
+    free(d->q), free(d->qd), free(d->tau), free(d->qbar);
+}
+
+static int load(const char *file, unsigned char *bytes, int size)
+{
+    FILE *f = fopen(file, "rb");
+    int count = 0;
+    if (f) count = (int)fread(bytes, 1, (size_t)size, f), fclose(f);
+    return count;
+}
+
+/* Any model through its generic functions. */
+typedef struct {
+    const roln_model *model;
+    const roln_scale *scale;
+    const roln_real *theta;
+    roln_real *work;
+} any;
+
+/* E_q, E_qd at horizon h samples over all windows, in percent; h = -1: whole trajectories. */
+static roln_status errors(const any *a, const motion *d, int forces, int h, double *eq, double *eqd)
+{
+    const int steps = h < 0 ? d->samples - 1 : h;
+    int *start = malloc((size_t)(d->count * d->samples) * sizeof *start), count = 0;
+    roln_real *sums = calloc((size_t)(4 * (steps + 1)), sizeof *sums);
+    double e[4] = {0, 0, 0, 0};
+    roln_batch b = {0, 0, 1, NULL, NULL, NULL, NULL, NULL};
+    roln_status st;
+    for (int k = 0; k < d->count; k++)
+        for (int i = 0; i + steps < d->samples; i += h < 0 ? d->samples : 25)
+            start[count++] = k * d->samples + i;
+    b.count = count, b.steps = steps, b.start = start, b.q = d->q, b.qd = d->qd, b.tau = forces ? d->tau : NULL;
+    st = roln_errors(a->model, a->scale, a->theta, &b, 16, ROLN_C(1e-3), h < 0 ? 1 : h > 0 ? h : 1, d->qbar, sums, a->work);
+    for (int k = h > 0 ? 1 : 0; k <= (h < 0 ? steps : h > 0); k++)
+        for (int i = 0; i < 4; i++)
+            e[i] += (double)sums[4 * k + i];
+    *eq = 100 * sqrt(e[0] / e[1]);
+    *eqd = 100 * sqrt(e[2] / e[3]);
+    free(start);
+    free(sums);
+    return st;
+}
+
+/* Largest |E(t) - E(0) - work| over the largest T along the model's own roll-outs of whole trajectories, in percent. */
+static double drift(const any *a, const motion *d, int forces)
+{
+    const int N = d->dof, n = a->model->lnn.n;
+    double worst = 0;
+    for (int k = 0; k < d->count; k++) {
+        const size_t at = (size_t)(k * d->samples) * (size_t)N;
+        roln_real z[16], zd[16], z0[16], tau_z[16], T, V;
+        double E0 = 0, work = 0, off = 0, top = 0;
+        if (roln_encode(a->model, a->scale, a->theta, d->q + at, d->qd + at, z, zd, a->work) != ROLN_OK) return 1e9;
+        for (int t = 0; t < d->samples; t++) {
+            const roln_real *tau = forces ? d->tau + at + (size_t)(t * N) : NULL;
+            if (roln_terms(a->model, a->scale, a->theta, z, zd, NULL, NULL, NULL, &T, &V, a->work) != ROLN_OK) return 1e9;
+            if (t == 0) E0 = (double)(T + V);
+            top = fmax(top, (double)T);
+            off = fmax(off, fabs((double)(T + V) - E0 - work));
+            memcpy(z0, z, sizeof z0);
+            if (roln_step(a->model, a->scale, a->theta, z, zd, tau, ROLN_C(1e-3), a->work) != ROLN_OK) return 1e9;
+            if (tau && roln_reduce(a->model, a->scale, a->theta, z0, tau, tau_z, a->work) == ROLN_OK)
+                for (int i = 0; i < n; i++)
+                    work += (double)(tau_z[i] * (z[i] - z0[i]));
+        }
+        worst = fmax(worst, off / top);
+    }
+    return 100 * worst;
+}
+
+static void table(const char *name, const any *a, const motion *d, int forces)
+{
+    static const int ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2999};
+    double eq, eqd;
+    printf("%s\n    horizon    E_q %%   E_qd %%\n", name);
+    for (size_t i = 0; i < sizeof ms / sizeof *ms; i++) {
+        CHECK(errors(a, d, forces, ms[i], &eq, &eqd) == ROLN_OK);
+        printf("  %6d ms %8.3f %8.3f\n", ms[i], eq, eqd);
+    }
+    CHECK(errors(a, d, forces, -1, &eq, &eqd) == ROLN_OK);
+    printf("  whole 3 s %8.3f %8.3f   energy drift %.3f %% of max T\n", eq, eqd, drift(a, d, forces));
+}
+
+/* POD with n = 4 and the trivial predictor q + h qd, for comparison. */
+static double trivial(const motion *d, int h)
+{
+    double e = 0, v = 0;
+    for (int k = 0; k < d->count; k++)
+        for (int i = 0; i + h < d->samples; i += 25)
+            for (int j = 0; j < d->dof; j++) {
+                const size_t p = (size_t)((k * d->samples + i) * d->dof + j), f = p + (size_t)(h * d->dof);
+                const double r = (double)(d->q[p] + ROLN_C(1e-3) * (roln_real)h * d->qd[p] - d->q[f]), c = (double)(d->q[f] - d->qbar[j]);
+                e += r * r, v += c * c;
+            }
+    return 100 * sqrt(e / v);
+}
+
+static void test_pend16(void)
+{
+    static pend16_params p;
+    static pend16_train work;
+    static unsigned char bytes[pend16_packed_size];
+    motion d = simulate(TRUTH_PEND16, 100);
+    const any a = {&pend16_model, &p.scale, p.theta, work.w};
+    double eq, eqd;
+    const int count = load(FOLDER "pend16.roln", bytes, sizeof bytes);
+    if (!d.q || !CHECK(pend16_unpack(bytes, count, &p) == ROLN_OK)) return;
+    table("pend16 free, n = 4, no forces given", &a, &d, 0);
+    printf("  trivial q + h qd at 25 ms: %.3f %%\n", trivial(&d, 25));
+    CHECK(errors(&a, &d, 0, 25, &eq, &eqd) == ROLN_OK);
+    CHECK_BELOW(eq, PEND16_EQ25);
+    CHECK_BELOW(eqd, PEND16_EQD25);
+    CHECK(errors(&a, &d, 0, 1000, &eq, &eqd) == ROLN_OK);
+    CHECK_BELOW(eq, PEND16_EQ1000);
+    release(&d);
+}
+
+/* rms over poses of |M - s M_true|_F / |M_true|_F; with torques s = 1, else s is fitted. */
+static double mass_error(const pend2_params *p, pend2_work *work, const motion *d, int fit)
+{
+    double mt = 0, tt = 0, err = 0, s = 1;
+    int count = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int k = 0; k < d->count * d->samples; k += 97) {
+            double q[2], Mt[4], diff = 0, norm = 0;
+            roln_real M[4];
+            pend2_state x;
+            pend2_latent z;
+            memcpy(x.q, d->q + 2 * k, sizeof x.q);
+            memset(x.qd, 0, sizeof x.qd);
+            q[0] = (double)x.q[0], q[1] = (double)x.q[1];
+            if (truth_mass_pend2(q, Mt) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
+                pend2_terms(p, &z, M, NULL, NULL, NULL, NULL, work) != ROLN_OK)
+                return 1e9;
+            for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
+                const double m = (double)(M[i] / (p->scale.q * p->scale.q));
+                if (pass == 0) mt += m * Mt[i], tt += Mt[i] * Mt[i];
+                diff += (m - s * Mt[i]) * (m - s * Mt[i]), norm += s * Mt[i] * s * Mt[i];
+            }
+            if (pass == 1) err += diff / norm, count++;
+        }
+        if (fit) s = mt / tt;
+    }
+    return 100 * sqrt(err / count);
+}
+
+static void test_pend2(enum truth_system system, const char *file, int forces)
+{
+    static pend2_params p;
+    static pend2_train work;
+    static pend2_work tick;
+    static unsigned char bytes[pend2_packed_size];
+    motion d = simulate(system, 40);
+    const any a = {&pend2_model, &p.scale, p.theta, work.w};
+    double eq, eqd, mass;
+    char path[256];
+    snprintf(path, sizeof path, FOLDER "%s.roln", file);
+    if (!d.q || !CHECK(pend2_unpack(bytes, load(path, bytes, sizeof bytes), &p) == ROLN_OK)) return;
+    table(file, &a, &d, forces);
+    mass = mass_error(&p, &tick, &d, !forces);
+    printf("  M error %.3f %%\n", mass);
+    CHECK(errors(&a, &d, forces, -1, &eq, &eqd) == ROLN_OK);
+    CHECK_BELOW(eq, 2.0);
+    CHECK_BELOW(mass, 2.0);
+    release(&d);
+}
+
+void test_models(void)
+{
+    test_pend16();
+    test_pend2(TRUTH_PEND2, "pend2_free", 0);
+    test_pend2(TRUTH_PEND2_ACT, "pend2_act", 1);
+}

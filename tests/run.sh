@@ -1,0 +1,40 @@
+#!/bin/sh
+# run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
+# A step is a command whose last line is `N passed, N failed`; its output is in build/log/.
+cd "$(dirname "$0")/.." || exit 1
+mkdir -p build/log
+passed=0
+failed=0
+
+step() {
+    name=$1
+    shift
+    start=$(date +%s)
+    "$@" > "build/log/$name" 2>&1
+    code=$?
+    last=$(grep -E '^[0-9]+ passed, [0-9]+ failed' "build/log/$name" | tail -n 1)
+    p=$(echo "$last" | sed -n 's/^\([0-9]*\) passed.*/\1/p')
+    f=$(echo "$last" | sed -n 's/.* \([0-9]*\) failed.*/\1/p')
+    if [ -z "$p" ] || { [ "$code" -ne 0 ] && [ "${f:-0}" -eq 0 ]; }; then # crashed, or did not even start
+        p=${p:-0}
+        f=1
+    fi
+    passed=$((passed + p))
+    failed=$((failed + f))
+    printf '%-12s %8d passed, %d failed, %d s\n' "$name" "$p" "$f" $(($(date +%s) - start))
+    if [ "$f" -ne 0 ]; then tail -n 40 "build/log/$name" | sed 's/^/    /'; fi
+}
+
+step warnings sh tests/warnings.sh
+step unit build/test
+step hash sh tests/hash.sh
+step symbols sh tests/symbols.sh
+step readme sh tests/readme.sh
+step sanitize-au build/test_asan dense eig ae lnn riem roln
+step sanitize-m build/test_msan dense eig ae lnn riem roln
+step coverage sh tests/coverage.sh
+step mujoco build/test_mujoco
+step train sh tests/train.sh
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

@@ -1,0 +1,542 @@
+/* Constrained autoencoder (roln_ae.h) against twins in long double: the activation in its published form (Otto, Macchio,
+   Rowley 2023), encoder and decoder with full Jacobians, and central differences of the twins for every backward. */
+#include "../roln_ae.h"
+#include "twin.h"
+
+void TEST_NAME(ae)(void);
+
+#define SLOPE ROLN_C(0.41421356)
+#define NOISE (1.5e-14L / EPS) /* rounding of the differences of the twins */
+#define MAXW 12    /* widest layer that the twin takes */
+#define MAXP 1000  /* most parameters */
+#define MAXB 40    /* most rows of a block */
+
+/* A shape and all that its losses read. */
+typedef struct {
+    roln_ae ae;
+    int enc, jets, nb;
+    ld th[MAXP], in[MAXB * MAXW], tau[MAXB * MAXW], g[MAXB * MAXW];
+} model;
+
+static model m;
+
+/* ---- twins ---- */
+
+/* s[0..3] = value and derivatives of the activation. The published form, a = csc^2 - sec^2, b = csc^2 + sec^2 of alpha:
+   b/a x +- sqrt2/(a sin) -+ 1/a sqrt(Z^2 + 2a), Z = 2x/(sin cos) +- sqrt2/cos, with the difference of the last two
+   terms as a quotient where it cancels. */
+static void t_act(ld k, ld sg, ld x, ld s[4])
+{
+    const ld alpha = atanl(1) - atanl(k), si = sinl(alpha), co = cosl(alpha), r2 = sqrtl(2);
+    const ld a = 1 / (si * si) - 1 / (co * co), b = 1 / (si * si) + 1 / (co * co), d = 2 / (si * co);
+    const ld Z = d * x + sg * r2 / co, R = sqrtl(Z * Z + 2 * a);
+    if (k == 1) {
+        s[0] = x, s[1] = 1, s[2] = s[3] = 0;
+        return;
+    }
+    s[0] = fabsl(x) > 0.01L ? b / a * x + sg * (r2 / (a * si) - R / a) : x * (b / a - sg / a * d * (d * x + sg * 2 * r2 / co) / (R + r2 / si));
+    s[1] = b / a - sg / a * d * Z / R;
+    s[2] = -sg / a * d * d * 2 * a / (R * R * R);
+    s[3] = 3 * sg / a * d * d * d * 2 * a * Z / (R * R * R * R * R);
+}
+
+/* y = rho(x) (enc) or phi(x), its Jacobian J [out][in] and the rate of J along v. */
+static void t_map(const roln_ae *ae, int enc, const ld *th, const ld *x, const ld *v, ld *y, ld *J, ld *Jd)
+{
+    static ld T[MAXW * MAXW], Td[MAXW * MAXW], a[MAXW];
+    const int L = ae->layers, d = ae->size[enc ? 0 : L];
+    int step, l, i, j, k;
+    for (i = 0; i < d; i++) y[i] = x[i];
+    for (i = 0; i < d * d; i++) J[i] = i % (d + 1) == 0, Jd[i] = 0;
+    for (step = 0; step < 2 * L; step++) { /* encoder: linear, activation, linear ..; decoder: activation, linear .. */
+        const int layer = enc ? step / 2 : L - 1 - step / 2, N = ae->size[layer], n = ae->size[layer + 1];
+        const ld *phi = th, *psi, *b;
+        for (l = 0; l < layer; l++) phi += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
+        psi = phi + n * N, b = psi + n * N;
+        if (step % 2 == !enc) {
+            const int out = enc ? n : N, in = enc ? N : n;
+            for (i = 0; i < out; i++) {
+                a[i] = enc ? 0 : b[i];
+                for (j = 0; j < in; j++) a[i] += enc ? psi[i * N + j] * (y[j] - b[j]) : phi[j * N + i] * y[j];
+                for (k = 0; k < d; k++)
+                    for (T[i * d + k] = Td[i * d + k] = 0, j = 0; j < in; j++) {
+                        const ld w = enc ? psi[i * N + j] : phi[j * N + i];
+                        T[i * d + k] += w * J[j * d + k], Td[i * d + k] += w * Jd[j * d + k];
+                    }
+            }
+            for (i = 0; i < out; i++) y[i] = a[i];
+            for (i = 0; i < out * d; i++) J[i] = T[i], Jd[i] = Td[i];
+        } else {
+            for (i = 0; i < n; i++) {
+                ld s[4], yd = 0;
+                t_act((ld)ae->slope, enc ? 1 : -1, y[i], s);
+                for (k = 0; k < d; k++) yd += J[i * d + k] * v[k];
+                for (k = 0; k < d; k++) Jd[i * d + k] = s[1] * Jd[i * d + k] + s[2] * yd * J[i * d + k], J[i * d + k] *= s[1];
+                y[i] = s[0];
+            }
+        }
+    }
+}
+
+/* All planes of the block of m. */
+static void t_jets(const ld *in, ld *out)
+{
+    static ld pos[MAXW], J[MAXW * MAXW], Jd[MAXW * MAXW], zero[MAXW];
+    const int d = m.ae.size[m.enc ? 0 : m.ae.layers], o = m.ae.size[m.enc ? m.ae.layers : 0];
+    int r, i, k;
+    for (r = 0; r < m.nb; r++) {
+        const ld *x = in + r * d, *xd = m.jets > 1 ? in + (m.nb + r) * d : zero, *xdd = in + (2 * m.nb + r) * d;
+        t_map(&m.ae, m.enc, m.th, x, xd, pos, J, Jd);
+        for (i = 0; i < o; i++) {
+            ld y = 0, yy = 0;
+            out[r * o + i] = pos[i];
+            for (k = 0; k < d && m.jets > 1; k++) y += J[i * d + k] * xd[k];
+            for (k = 0; k < d && m.jets > 2; k++) yy += J[i * d + k] * xdd[k] + Jd[i * d + k] * xd[k];
+            if (m.jets > 1) out[(m.nb + r) * o + i] = y;
+            if (m.jets > 2) out[(2 * m.nb + r) * o + i] = yy;
+        }
+    }
+}
+
+static ld t_loss(void *ctx)
+{
+    static ld out[MAXB * MAXW];
+    const int o = m.jets * m.nb * m.ae.size[m.enc ? m.ae.layers : 0];
+    ld s = 0;
+    int i;
+    (void)ctx;
+    t_jets(m.in, out);
+    for (i = 0; i < o; i++) s += m.g[i] * out[i];
+    return s;
+}
+
+/* Pulled back forces, J^T tau of the decoder or D^T tau_z of the encoder. */
+static void t_force(ld *f)
+{
+    static ld y[MAXW], J[MAXW * MAXW], Jd[MAXW * MAXW], zero[MAXW];
+    const int d = m.ae.size[m.enc ? 0 : m.ae.layers], o = m.ae.size[m.enc ? m.ae.layers : 0];
+    int r, i, k;
+    for (r = 0; r < m.nb; r++) {
+        t_map(&m.ae, m.enc, m.th, m.in + r * d, zero, y, J, Jd);
+        for (k = 0; k < d; k++)
+            for (f[r * d + k] = 0, i = 0; i < o; i++) f[r * d + k] += J[i * d + k] * m.tau[r * o + i];
+    }
+}
+
+static ld t_force_loss(void *ctx)
+{
+    static ld f[MAXB * MAXW];
+    ld s = 0;
+    int i;
+    (void)ctx;
+    t_force(f);
+    for (i = 0; i < m.nb * m.ae.size[m.enc ? 0 : m.ae.layers]; i++) s += m.g[i] * f[i];
+    return s;
+}
+
+/* One coordinate of a curve through the twin, for its derivatives in time. */
+static ld curve_t, curve_x[MAXW], curve_v[MAXW], curve_a[MAXW];
+static int curve_i;
+static ld t_curve(void *ctx)
+{
+    static ld x[MAXW], v[MAXW], y[MAXW], J[MAXW * MAXW], Jd[MAXW * MAXW];
+    const int d = m.ae.size[m.enc ? 0 : m.ae.layers];
+    ld yd = 0;
+    int i;
+    for (i = 0; i < d; i++) {
+        x[i] = curve_x[i] + curve_t * (curve_v[i] + curve_t / 2 * curve_a[i]);
+        v[i] = curve_v[i] + curve_t * curve_a[i];
+    }
+    t_map(&m.ae, m.enc, m.th, x, v, y, J, Jd);
+    for (i = 0; i < d; i++) yd += J[curve_i * d + i] * v[i];
+    return ctx ? yd : y[curve_i];
+}
+
+/* ---- the library, either direction ---- */
+
+static int dim_in(void) { return m.ae.size[m.enc ? 0 : m.ae.layers]; }
+static int dim_out(void) { return m.ae.size[m.enc ? m.ae.layers : 0]; }
+
+static void run(int nb, const roln_real *th, const roln_real *in, roln_real *out, roln_real *tape)
+{
+    (m.enc ? roln_ae_encode : roln_ae_decode)(&m.ae, m.jets, nb, th, in, out, tape);
+}
+
+static void run_bwd(const roln_real *th, const roln_real *tape, const roln_real *g, roln_real *gin, roln_real *gth, roln_real *w)
+{
+    (m.enc ? roln_ae_encode_bwd : roln_ae_decode_bwd)(&m.ae, m.jets, m.nb, th, tape, g, gin, gth, w);
+}
+
+/* Biorthogonal weights with random biases; of a square layer Psi = 2 H, Phi = H / 2, H a reflection. */
+static roln_real *weights(uint64_t *s)
+{
+    const int p = roln_ae_params(&m.ae);
+    roln_real *th = fresh(p), *t = th, *w = fresh(ROLN_AE_INIT_WORK(m.ae.layers ? m.ae.size[1] : 0));
+    roln_real best = 0, top;
+    uint64_t draw = 0, seed;
+    int l, i;
+    for (l = 0; l < 20; l++) { /* of 20 draws the best conditioned, that of the smallest Phi */
+        seed = *s + (uint64_t)l;
+        CHECK(roln_ae_init(&m.ae, th, &seed, w) == ROLN_OK);
+        for (top = 0, i = 0; i < p; i++) top = ROLN_ABS(th[i]) > top ? ROLN_ABS(th[i]) : top;
+        if (l == 0 || top < best) best = top, draw = *s + (uint64_t)l;
+    }
+    *s = draw;
+    CHECK(roln_ae_init(&m.ae, th, s, w) == ROLN_OK);
+    for (l = 0; l < m.ae.layers; l++) {
+        const int N = m.ae.size[l], n = m.ae.size[l + 1];
+        roln_real v[MAXW], vv = 0;
+        for (i = 0; i < n && n == N; i++) v[i] = roln_normal(s), vv += v[i] * v[i];
+        for (i = 0; i < n * n && n == N; i++) {
+            const roln_real h = (roln_real)(i % (n + 1) == 0) - 2 * v[i / n] * v[i % n] / vv;
+            t[i] = h / 2, t[n * n + i] = 2 * h;
+        }
+        t += 2 * N * n;
+        for (i = 0; i < m.ae.size[l]; i++) *t++ = ROLN_C(0.3) * roln_normal(s);
+    }
+    CHECK(t == th + p);
+    if (p <= MAXP) widen(p, th, m.th);
+    return th;
+}
+
+/* a is b + b of the same additions: exactly where one product is added, else to rounding */
+static void check_twice(int n, const roln_real *twice, const roln_real *once)
+{
+    ld top = 0, d = 0;
+    int i;
+    for (i = 0; i < n; i++) {
+        const ld e = fabsl((ld)twice[i] - 2 * (ld)once[i]);
+        if (!(e <= d)) d = e;
+        if (fabsl((ld)once[i]) > top) top = fabsl((ld)once[i]);
+    }
+    BOUND("ae: twice the gradient (eps)", n ? d / ((top + 1e-3L) * EPS) : 0, m.jets * m.nb == 1 ? 0 : 12);
+}
+
+#ifdef ROLN_DOUBLE
+static double *s_th, *s_in, *s_out, *s_g, *s_tape;
+static double s_loss(void *ctx)
+{
+    double s = 0;
+    int i;
+    (void)ctx;
+    run(m.nb, s_th, s_in, s_out, s_tape);
+    for (i = 0; i < m.jets * m.nb * dim_out(); i++) s += s_g[i] * s_out[i];
+    return s;
+}
+#endif
+
+/* Forward and backward of one shape, direction and number of jets. */
+static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_t *s)
+{
+    static ld ref[MAXB * MAXW];
+    const ld amp = (ld)(ae.layers > 4 ? 2 : 1);
+    int r, t, ni, no, p = roln_ae_params(&ae), tp = roln_ae_tape(&ae, jets, nb);
+    roln_real *th, *in, *out, *tape, *g, *gin, *gth, *w, *gin1, *gth1, *one, *one_out;
+    m.ae = ae, m.enc = enc, m.jets = jets, m.nb = nb;
+    ni = jets * nb * dim_in(), no = jets * nb * dim_out();
+    th = weights(s);
+    in = normal(ni, 0.7, s), out = fresh(no), tape = fresh(tp), g = normal(no, 1, s);
+    widen(ni, in, m.in), widen(no, g, m.g);
+    run(nb, th, in, out, tape);
+    t_jets(m.in, ref);
+    for (t = 0; t < jets; t++)
+        BOUND("ae: jets (eps)", distance(no / jets, out + t * no / jets, ref + t * no / jets) / EPS, 90);
+    if (enc) CHECK(unused(tp, tape) == 0);
+
+    one = fresh(jets * dim_in()), one_out = fresh(jets * dim_out()), w = fresh(roln_ae_tape(&ae, jets, 1));
+    for (r = 0; r < nb; r++) { /* one by one: the same bits */
+        for (t = 0; t < jets; t++) memcpy(one + t * dim_in(), in + (t * nb + r) * dim_in(), (size_t)dim_in() * sizeof *in);
+        run(1, th, one, one_out, w);
+        for (t = 0; t < jets; t++) CHECK(same(dim_out(), one_out + t * dim_out(), out + (t * nb + r) * dim_out()));
+    }
+
+    gin = zeros(ni), gth = zeros(p), w = fresh(ROLN_AE_BWD_WORK(jets, nb, ae.size[0]));
+    run_bwd(th, tape, g, gin, gth, w);
+    BOUND("ae: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 30 * amp + NOISE);
+    BOUND("ae: gradient of theta (eps)", t_gradient(p, gth, m.th, 2e-4L, t_loss, NULL) / EPS, 30 * amp + NOISE);
+    gin1 = copy(ni, gin), gth1 = copy(p, gth);
+    run_bwd(th, tape, g, gin, gth, w);
+    check_twice(ni, gin, gin1), check_twice(p, gth, gth1);
+    gin = zeros(ni), gth = zeros(p);
+    run_bwd(th, tape, g, gin, NULL, w);
+    run_bwd(th, tape, g, NULL, gth, w);
+    run_bwd(th, tape, g, NULL, NULL, w);
+    CHECK(same(ni, gin, gin1) && same(p, gth, gth1));
+#ifdef ROLN_DOUBLE
+    if (slope && ae.slope < 1) {
+        s_th = th, s_in = in, s_out = out, s_g = g, s_tape = tape;
+        check_halving(p, gth, th, 5e-3, s_loss, NULL);
+        check_halving(ni, gin, in, 5e-3, s_loss, NULL);
+    }
+#else
+    (void)slope;
+#endif
+    fresh_done();
+}
+
+/* ---- activation ---- */
+
+static void test_activation(void)
+{
+    static const double slope[4] = {0.41421356, 0.50952545, 0.1, 1};
+    uint64_t seed = 1;
+    int ks, e, q, i, j;
+    for (ks = 0; ks < 4; ks++) {
+        const roln_real k = (roln_real)slope[ks];
+        const rolni_knee s = rolni_knee_of(k);
+        const ld kk = (ld)k, cancel = (1 + kk * kk) / (2 * kk * kk); /* k1 / k */
+        for (e = -300; e <= 300; e++)
+            for (q = 0; q < 4; q++) {
+                const roln_real x = (roln_real)((q % 2 ? -1 : 1) * pow(10, e / 10.) * (q < 2 ? 1 : 1.618));
+                const ld far = fabsl((ld)x) > 1e9L;
+                roln_real a[3], y[3], back[3], one[1], g[3];
+                ld r[4], u[4];
+                for (i = 1; i >= -1; i -= 2) {
+                    a[0] = x, a[1] = 1 + roln_uniform(&seed), a[2] = roln_normal(&seed);
+                    rolni_act(&s, (roln_real)i, 3, 1, a, y);
+                    t_act(kk, i, (ld)x, r);
+                    u[1] = r[1] * (ld)a[1], u[2] = r[2] * (ld)a[1] * (ld)a[1] + r[1] * (ld)a[2];
+                    BOUND("activation: s (eps k1/k)", fabsl((ld)y[0] / r[0] - 1) / (EPS * cancel), 3);
+                    BOUND("activation: s' (eps k1/k)", fabsl((ld)y[1] / u[1] - 1) / (EPS * cancel), 3);
+                    BOUND("activation: s'' (eps of terms)", fabsl((ld)y[2] - u[2]) / (EPS * cancel * (fabsl(r[2]) * (ld)a[1] * (ld)a[1] + fabsl(r[1] * (ld)a[2]) + far * 1e-17L)), 6);
+                    rolni_act(&s, (roln_real)i, 1, 1, a, one);
+                    CHECK(one[0] == y[0]);
+                    rolni_act(&s, (roln_real)i, 2, 1, a, back);
+                    CHECK(back[0] == y[0] && back[1] == y[1]);
+                    if (i == 1) rolni_act(&s, -1, 3, 1, y, back);
+                    else rolni_act(&s, 1, 3, 1, y, back);
+                    BOUND("activation: inverse (eps k1/k^2)", fabsl((ld)back[0] / (ld)x - 1) / (EPS * cancel / kk), 3);
+                    if (ks == 3) CHECK(y[0] == x && y[1] == a[1] && y[2] == a[2]);
+                    for (j = 1; j <= 3; j++) { /* backward */
+                        const ld g0 = 1, g1 = j > 1 ? -0.7L : 0, g2 = j > 2 ? 0.4L : 0, ad = (ld)a[1], add = (ld)a[2];
+                        const ld t[5] = {r[1] * g0, r[2] * ad * g1, r[3] * ad * ad * g2, r[2] * add * g2, 0};
+                        g[0] = 1, g[1] = ROLN_C(-0.7), g[2] = ROLN_C(0.4);
+                        rolni_act_bwd(&s, (roln_real)i, j, 1, a, g);
+                        BOUND("activation: backward (eps of terms)", fabsl((ld)g[0] - (t[0] + t[1] + t[2] + t[3])) / (EPS * cancel * (fabsl(t[0]) + fabsl(t[1]) + fabsl(t[2]) + fabsl(t[3]))), 6);
+                        if (j > 1) BOUND("activation: backward (eps of terms)", fabsl((ld)g[1] - (r[1] * g1 + 2 * r[2] * ad * g2)) / (EPS * cancel * (fabsl(r[1] * g1) + fabsl(2 * r[2] * ad * g2))), 6);
+                        if (j > 2) BOUND("activation: backward (eps of terms)", fabsl((ld)g[2] - r[1] * g2) / (EPS * cancel * fabsl(r[1] * g2)), 6);
+                    }
+                }
+            }
+        for (i = -1; i <= 1; i += 2) {
+            roln_real a[3] = {0, 1, 1}, y[3];
+            rolni_act(&s, (roln_real)i, 3, 1, a, y); /* s(0) = 0, s'(0) = 1 */
+            CHECK(y[0] == 0);
+            CHECK_NEAR(y[1], 1, 2 * EPS / kk);
+            a[0] = poison();
+            rolni_act(&s, (roln_real)i, 3, 1, a, y);
+            CHECK(!roln_finite(y[0]) && y[0] != y[0]);
+            a[0] = (roln_real)INFINITY;
+            rolni_act(&s, (roln_real)i, 3, 1, a, y);
+            CHECK(y[0] == a[0]);
+        }
+    }
+}
+
+/* The twin itself: its derivatives against differences of its values, along curves. */
+static void test_twin(uint64_t *s)
+{
+    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE};
+    static ld y[3 * MAXW];
+    roln_real *in;
+    int i;
+    for (i = 0; i < 400; i++) {
+        const ld k = i % 2 ? 0.41421356L : 0.2L, x = (i - 200) * 0.01L + 0.003L;
+        ld r[4], u[4], v[4];
+        int q;
+        t_act(k, i % 3 ? 1 : -1, x, r);
+        t_act(k, i % 3 ? 1 : -1, x + 1e-5L, u), t_act(k, i % 3 ? 1 : -1, x - 1e-5L, v);
+        for (q = 0; q < 3; q++) CHECK_NEAR((u[q] - v[q]) / 2e-5L, r[q + 1], 1e-6L);
+        t_act(k, i % 3 ? -1 : 1, r[0], u);
+        CHECK_NEAR(u[0], x, 1e-15L);
+    }
+    m.ae = ae, m.jets = 3, m.nb = 1;
+    for (m.enc = 0; m.enc < 2; m.enc++) {
+        weights(s);
+        in = normal(3 * dim_in(), 0.7, s);
+        widen(3 * dim_in(), in, m.in), widen(dim_in(), in, curve_x), widen(dim_in(), in + dim_in(), curve_v), widen(dim_in(), in + 2 * dim_in(), curve_a);
+        t_jets(m.in, y);
+        for (curve_i = 0; curve_i < dim_out(); curve_i++) {
+            CHECK_NEAR(t_slope(t_curve, NULL, &curve_t, 1e-3L), y[dim_out() + curve_i], 1e-13L);
+            CHECK_NEAR(t_slope(t_curve, &m, &curve_t, 1e-3L), y[2 * dim_out() + curve_i], 1e-13L);
+        }
+        fresh_done();
+    }
+}
+
+/* ---- left inverse, forces ---- */
+
+/* rho(phi(z)) = z in all three planes, that is D J = I; reduce(lift(tau_z)) = tau_z. */
+static void check_inverse(roln_ae ae, uint64_t *s)
+{
+    enum { nb = 3 };
+    const int N = ae.size[0], n = ae.size[ae.layers], p = roln_ae_params(&ae), rows = 3 * nb;
+    roln_real *th, *z, *x, *zz, *dec, *enc, *tz, *tau, *back, *w;
+    int l, i, j, at = 0;
+    m.ae = ae;
+    th = weights(s);
+    for (l = 0; l < ae.layers; l++) { /* Psi^T Phi = I */
+        const int a = ae.size[l], b = ae.size[l + 1];
+        ld worst = 0;
+        for (i = 0; i < b; i++)
+            for (j = 0; j < b; j++) {
+                ld d = i == j ? -1 : 0, size = 0;
+                int q;
+                for (q = 0; q < a; q++) d += (ld)th[at + (b + i) * a + q] * (ld)th[at + j * a + q];
+                for (q = 0; q < a; q++) size += fabsl((ld)th[at + (b + i) * a + q] * (ld)th[at + j * a + q]);
+                if (!(fabsl(d) <= worst * (1 + size))) worst = fabsl(d) / (1 + size);
+            }
+        BOUND("init: Psi^T Phi = I (eps of terms)", worst / EPS, 100);
+        at += 2 * a * b + a;
+    }
+    CHECK(at == p);
+    z = normal(rows * n, 0.7, s), x = fresh(rows * N), zz = fresh(rows * n);
+    dec = fresh(roln_ae_tape(&ae, 3, nb)), enc = fresh(roln_ae_tape(&ae, 3, nb));
+    roln_ae_decode(&ae, 3, nb, th, z, x, dec);
+    roln_ae_encode(&ae, 3, nb, th, x, zz, enc);
+    {
+        static ld ref[MAXB * 100];
+        widen(rows * n, z, ref);
+        for (i = 0; i < 3; i++) BOUND("rho(phi(z)) = z (eps)", distance(nb * n, zz + i * nb * n, ref + i * nb * n) / EPS, 300);
+        roln_ae_decode(&ae, 1, nb, th, z, x, dec);
+        roln_ae_encode(&ae, 1, nb, th, x, zz, enc);
+        tz = normal(nb * n, 1, s), tau = fresh(nb * N), back = fresh(nb * n), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
+        roln_ae_lift(&ae, nb, th, enc, tz, tau, w);
+        roln_ae_reduce(&ae, nb, th, dec, tau, back, w);
+        widen(nb * n, tz, ref);
+        BOUND("reduce(lift(tau_z)) = tau_z (eps)", distance(nb * n, back, ref) / EPS, 150);
+    }
+    fresh_done();
+}
+
+/* Reduce (enc = 0) and lift (enc = 1) against the explicit Jacobian, and their backward. */
+static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
+{
+    static ld ref[MAXB * MAXW];
+    const int N = ae.size[0], n = ae.size[ae.layers], p = roln_ae_params(&ae), a = nb * (enc ? N : n), b = nb * (enc ? n : N);
+    const int wn = ROLN_AE_REDUCE_BWD_WORK(nb, N, n, roln_ae_tape(&ae, 2, nb));
+    roln_real *th, *in, *tau, *f, *out, *tape, *y, *gin, *gtau, *gth, *gin1, *gtau1, *gth1, *w;
+    m.ae = ae, m.enc = enc, m.jets = 1, m.nb = nb;
+    th = weights(s);
+    in = normal(a, 0.7, s), tau = normal(b, 1, s), y = normal(a, 1, s), out = fresh(b), f = fresh(a);
+    tape = fresh(roln_ae_tape(&ae, 1, nb)), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
+    widen(a, in, m.in), widen(b, tau, m.tau), widen(a, y, m.g);
+    run(nb, th, in, out, tape);
+    (enc ? roln_ae_lift : roln_ae_reduce)(&ae, nb, th, tape, tau, f, w);
+    t_force(ref);
+    BOUND("force maps (eps)", distance(a, f, ref) / EPS, 20);
+    gin = zeros(a), gtau = zeros(b), gth = zeros(p), w = fresh(wn);
+#define FORCE_BWD(gi, gt, gp) (enc ? roln_ae_lift_bwd : roln_ae_reduce_bwd)(&ae, nb, th, in, tau, y, gi, gt, gp, w)
+    FORCE_BWD(gin, gtau, gth);
+    BOUND("force maps: gradient of the point (eps)", t_gradient(a, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, 50 + 2 * NOISE);
+    BOUND("force maps: gradient of the force (eps)", t_gradient(b, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, 20 + NOISE);
+    BOUND("force maps: gradient of theta (eps)", t_gradient(p, gth, m.th, 2e-4L, t_force_loss, NULL) / EPS, 30 + NOISE);
+    gin1 = copy(a, gin), gtau1 = copy(b, gtau), gth1 = copy(p, gth);
+    FORCE_BWD(gin, gtau, gth);
+    m.jets = 2;
+    check_twice(a, gin, gin1), check_twice(b, gtau, gtau1), check_twice(p, gth, gth1);
+    gin = zeros(a), gtau = zeros(b), gth = zeros(p);
+    FORCE_BWD(gin, NULL, NULL);
+    FORCE_BWD(NULL, gtau, NULL);
+    FORCE_BWD(NULL, NULL, gth);
+    CHECK(same(a, gin, gin1) && same(b, gtau, gtau1) && same(p, gth, gth1));
+    fresh_done();
+}
+
+/* ---- initialisation ---- */
+
+static void test_init(uint64_t *s)
+{
+    static const roln_ae big = {1, {200, 100}, SLOPE};
+    const int p = 100 * 200;
+    uint64_t s0 = *s;
+    roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(ROLN_AE_INIT_WORK(100));
+    ld sum = 0, sq = 0;
+    int i;
+    CHECK(roln_ae_init(&big, th, s, w) == ROLN_OK);
+    CHECK(roln_ae_init(&big, th2, &s0, w) == ROLN_OK);
+    CHECK(s0 == *s && same(roln_ae_params(&big), th, th2));
+    for (i = 0; i < p; i++) sum += (ld)th[p + i], sq += (ld)th[p + i] * (ld)th[p + i];
+    CHECK_NEAR(sum / p, 0, 4 * 0.0808 / sqrt(p));
+    CHECK_NEAR(sqrtl(sq / p), 0.99 * sqrt(2. / 300), 0.0808 * 4 / sqrt(2. * p)); /* four standard errors */
+    for (i = 0; i < 200; i++) CHECK(th[2 * p + i] == 0);
+    fresh_done();
+}
+
+static void check_pod(int layers, int count, uint64_t *s)
+{
+    enum { N = 6 };
+    static const roln_ae shapes[4] = {{0, {N}, SLOPE}, {1, {N, 2}, SLOPE}, {2, {N, 4, 2}, SLOPE}, {3, {N, 5, 3, 2}, SLOPE}};
+    static ld X[100 * N], cov[N * N], V[N * N], mean[N], ref[100 * N];
+    const roln_ae *ae = &shapes[layers];
+    const ld scale = 0.3L;
+    const int p = roln_ae_params(ae);
+    roln_real *x = fresh(count * N), *th = fresh(p), *w = fresh(ROLN_AE_POD_WORK(N)), *z = fresh(count * 2), *y = fresh(count * N), *tape = fresh(roln_ae_tape(ae, 1, count));
+    int order[N], i, j, k, r, q;
+    for (r = 0; r < count; r++) { /* a few directions with gaps between their variances */
+        roln_real c[N];
+        for (i = 0; i < N; i++) c[i] = roln_normal(s) * (roln_real)(4 >> i);
+        for (i = 0; i < N; i++)
+            for (x[r * N + i] = (roln_real)(i + 1), j = 0; j < N; j++) x[r * N + i] += c[j] * (roln_real)cos(i * (j + 0.5) * 0.5) + ROLN_C(0.01) * c[i];
+    }
+    CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, th, w) == ROLN_OK);
+    if (layers == 0) {
+        fresh_done();
+        return;
+    }
+    for (i = 0; i < N; i++) mean[i] = 0;
+    for (r = 0; r < count * N; r++) X[r] = (ld)(roln_real)scale * (ld)x[r], mean[r % N] += X[r] / count;
+    for (i = 0; i < N; i++)
+        for (j = 0; j < N; j++)
+            for (cov[i * N + j] = 0, r = 0; r < count; r++) cov[i * N + j] += (X[r * N + i] - mean[i]) * (X[r * N + j] - mean[j]);
+    t_jacobi(N, cov, V);
+    for (i = 0; i < N; i++) order[i] = i;
+    for (i = 0; i < N; i++)
+        for (j = i + 1; j < N; j++)
+            if (cov[order[j] * (N + 1)] > cov[order[i] * (N + 1)]) k = order[i], order[i] = order[j], order[j] = k;
+    for (r = 0; r < count; r++)
+        for (i = 0; i < N; i++)
+            for (ref[r * N + i] = mean[i], k = 0; k < 2; k++)
+                for (q = order[k], j = 0; j < N; j++) ref[r * N + i] += V[i * N + q] * V[j * N + q] * (X[r * N + j] - mean[j]);
+    for (i = 0; i < count * N; i++) x[i] *= (roln_real)scale;
+    roln_ae_encode(ae, 1, count, th, x, z, tape);
+    roln_ae_decode(ae, 1, count, th, z, y, tape);
+    BOUND("POD start = POD (eps)", distance(count * N, y, ref) / EPS, 60);
+    {
+        const roln_real *before = copy(p, th);
+        x[3] = (roln_real)INFINITY;
+        CHECK(roln_ae_init_pod(ae, count, x, 1, th, w) == ROLN_E_NOT_FINITE);
+        CHECK(same(p, th, before));
+    }
+    fresh_done();
+}
+
+void TEST_NAME(ae)(void)
+{
+    static const roln_ae shapes[] = {{0, {3}, SLOPE}, {1, {4, 2}, SLOPE}, {1, {2, 1}, ROLN_C(0.2)}, {2, {6, 4, 3}, ROLN_C(0.50952545)},
+        {3, {7, 5, 4, 2}, SLOPE}, {2, {5, 3, 1}, 1}, {3, {5, 4, 3, 3}, SLOPE}, {4, {9, 8, 4, 3, 1}, SLOPE}};
+    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)},
+        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7)}};
+    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE}, {2, {80, 40, 16}, SLOPE}};
+    const int ns = (int)(sizeof shapes / sizeof *shapes);
+    uint64_t seed = 3;
+    int i, enc, jets, nb;
+    test_activation();
+    test_twin(&seed);
+    for (enc = 0; enc < 2; enc++)
+        for (jets = 1; jets <= 3; jets++) {
+            for (i = 0; i < ns; i++)
+                for (nb = 1; nb <= 4; nb += nb < 2 ? 1 : 2) check_jets(shapes[i], enc, jets, nb, nb == 2, &seed);
+            for (i = 0; i < 4; i++) check_jets(deep[i], enc, jets, 1, 0, &seed);
+        }
+    for (i = 0; i < ns; i++) {
+        check_inverse(shapes[i], &seed);
+        for (enc = 0; enc < 2; enc++)
+            for (nb = 1; nb <= 3; nb++) check_force(shapes[i], enc, nb, &seed);
+    }
+    check_inverse(large[0], &seed);
+    check_inverse(large[1], &seed);
+    test_init(&seed);
+    for (i = 0; i <= 3; i++) check_pod(i, 40, &seed), check_pod(i, 5, &seed);
+    print_bounds();
+}

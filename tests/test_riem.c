@@ -1,0 +1,662 @@
+/* Manifolds and optimisers (roln_riem.h) against twins in long double, written from the formulas: projections by one
+   linear system in the n^2 unknowns of A, SPD tangents as full matrices, Adam step by step. */
+#include "../roln_riem.h"
+#include "check.h"
+
+#include <stdlib.h>
+
+void TEST_NAME(riem)(void);
+
+typedef long double ld;
+#define EPS ((ld)ROLN_EPS)
+#define MN 12         /* largest n, */
+#define MNN (MN * MN) /* n^2, */
+#define MS 512        /* and size of a block */
+#ifdef ROLN_DOUBLE
+#define PICK(f, d) (d)
+#else
+#define PICK(f, d) (f)
+#endif
+
+static ld worst[12]; /* measured errors, in units of the bounds' eps */
+#define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
+
+static void fill(int n, ld scale, uint64_t *s, roln_real *x)
+{
+    while (n-- > 0) *x++ = (roln_real)(scale * (ld)roln_normal(s));
+}
+
+/* c = op(a) op(b) for a [m][k], b [k][n]; ta, tb: stored transposed */
+static void mul(int m, int k, int n, int ta, const ld *a, int tb, const ld *b, ld *c)
+{
+    int i, j, p;
+    for (i = 0; i < m; i++)
+        for (j = 0; j < n; j++)
+            for (c[i * n + j] = 0, p = 0; p < k; p++)
+                c[i * n + j] += (ta ? a[p * m + i] : a[i * k + p]) * (tb ? b[j * k + p] : b[p * n + j]);
+}
+
+static void widen(int n, const roln_real *x, ld *y)
+{
+    while (n-- > 0) *y++ = (ld)*x++;
+}
+
+static ld dot(int n, const ld *a, const ld *b)
+{
+    ld s = 0;
+    while (n-- > 0) s += *a++ * *b++;
+    return s;
+}
+
+static ld dist(int n, const roln_real *a, const ld *b)
+{
+    ld s = 0;
+    int i;
+    for (i = 0; i < n; i++) s += ((ld)a[i] - b[i]) * ((ld)a[i] - b[i]);
+    return sqrtl(s);
+}
+
+/* x = a^-1 b, b [n][k] in and x out; a is destroyed */
+static void solve(int n, int k, ld *a, ld *b)
+{
+    int i, j, p, piv;
+    for (p = 0; p < n; p++) {
+        for (piv = p, i = p + 1; i < n; i++)
+            if (fabsl(a[i * n + p]) > fabsl(a[piv * n + p])) piv = i;
+        for (j = 0; j < n; j++) { ld t = a[p * n + j]; a[p * n + j] = a[piv * n + j]; a[piv * n + j] = t; }
+        for (j = 0; j < k; j++) { ld t = b[p * k + j]; b[p * k + j] = b[piv * k + j]; b[piv * k + j] = t; }
+        for (i = 0; i < n; i++) {
+            const ld f = i == p ? 0 : a[i * n + p] / a[p * n + p];
+            for (j = 0; j < n; j++) a[i * n + j] -= f * a[p * n + j];
+            for (j = 0; j < k; j++) b[i * k + j] -= f * b[p * k + j];
+        }
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < k; j++) b[i * k + j] /= a[i * n + i];
+}
+
+/* ---- biorthogonal twins: x = (Phi^T, Psi^T) [2][n][N] ---- */
+
+static void t_project(int n, int N, const ld *x, ld *u)
+{
+    static ld S[36 * 36], C[MNN], D[MNN], t[MS];
+    const ld *phi = x, *psi = x + n * N;
+    int i, j, k;
+    mul(n, N, n, 0, u + n * N, 1, phi, C); /* Y^T Phi + Psi^T X */
+    mul(n, N, n, 0, psi, 1, u, D);
+    for (i = 0; i < n * n; i++) C[i] += D[i];
+    for (i = 0; i < n * n * n * n; i++) S[i] = 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (k = 0; k < n; k++) {
+                S[(i * n + j) * n * n + k * n + j] += dot(N, psi + i * N, psi + k * N);
+                S[(i * n + j) * n * n + i * n + k] += dot(N, phi + k * N, phi + j * N);
+            }
+    solve(n * n, 1, S, C);
+    mul(n, n, N, 1, C, 0, psi, t);
+    for (i = 0; i < n * N; i++) u[i] -= t[i];
+    mul(n, n, N, 0, C, 0, phi, t);
+    for (i = 0; i < n * N; i++) u[n * N + i] -= t[i];
+}
+
+static void t_retract(int n, int N, const ld *x, const ld *u, ld *y)
+{
+    ld W[MNN];
+    int i;
+    for (i = 0; i < 2 * n * N; i++) y[i] = x[i] + u[i];
+    mul(n, N, n, 0, y, 1, y + n * N, W); /* W^T */
+    solve(n, N, W, y);
+}
+
+/* |Psi^T Phi - I| over |Phi| |Psi| */
+static ld defect(int n, int N, const roln_real *x)
+{
+    static ld w[MS], W[MNN];
+    int i;
+    widen(2 * n * N, x, w);
+    mul(n, N, n, 0, w + n * N, 1, w, W);
+    for (i = 0; i < n; i++) W[i * n + i] -= 1;
+    return sqrtl(dot(n * n, W, W) / (dot(n * N, w, w) * dot(n * N, w + n * N, w + n * N)));
+}
+
+/* A random point; Gram eigenvalues: family 0 generic, 1 all equal to one, 2 spread over about spread^2 */
+static void point(int n, int N, int family, uint64_t *s, roln_real *x)
+{
+    static ld w[MS], z[MS];
+    const ld spread = PICK(1e2L, 1e4L);
+    int i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < N; j++) {
+            const ld g = family == 2 && n > 1 ? powl(spread, -(ld)i / (n - 1)) : 1;
+            w[i * N + j] = w[(n + i) * N + j] = family == 1 ? i == j : g * ((ld)roln_normal(s) + (i == j ? 4 : 0));
+            if (family != 1) w[i * N + j] += g * 0.3L * (ld)roln_normal(s);
+        }
+    for (i = 0; i < 2 * n * N; i++) z[i] = 0;
+    if (family != 1) t_retract(n, N, w, z, w);
+    for (i = 0; i < 2 * n * N; i++) x[i] = (roln_real)w[i];
+}
+
+static void test_project(void)
+{
+    static const int shape[][2] = {{1, 1}, {1, 2}, {2, 3}, {3, 3}, {3, 7}, {4, 8}, {5, 16}, {8, 12}, {12, 16}};
+    static roln_real x[MS], u[2 * MS], p[2 * MS], v[MS], y[MS], work[ROLN_BIORTH_PROJECT_WORK(MN) + ROLN_BIORTH_RETRACT_WORK(MN, 16)];
+    static ld X[MS], U[MS], P[MS], V[MS], A[MNN], B[MNN], C[MNN], D[MNN], t[MS];
+    static const ld spread[3] = {1, 1, 200}; /* an error along the smallest directions is so much larger */
+    uint64_t s = 1;
+    int k, family, rep, i;
+    for (k = 0; k < 9; k++)
+        for (family = 0; family < 3; family++)
+            for (rep = 0; rep < 10; rep++) {
+                const int n = shape[k][0], N = shape[k][1], nN = n * N, size = 2 * nN, need = ROLN_BIORTH_PROJECT_WORK(n);
+                ld nx, nu, e;
+                point(n, N, family, &s, x);
+                fill(2 * size, 1, &s, u);
+                memcpy(p, u, sizeof p);
+                work[need] = 77;
+                CHECK(roln_biorth_project(n, N, x, 2, p, work) == ROLN_OK);
+                CHECK(work[need] == 77);
+                memcpy(v, u + size, sizeof v); /* two in one call: the same bits */
+                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                CHECK(memcmp(v, p + size, (size_t)size * sizeof *v) == 0);
+                widen(size, x, X), widen(size, u, U), widen(size, p, P), widen(size, v, V);
+                nx = sqrtl(dot(size, X, X)), nu = sqrtl(dot(size, U, U));
+                mul(n, N, n, 0, P + nN, 1, X, C); /* tangent */
+                mul(n, N, n, 0, X + nN, 1, P, D);
+                for (i = 0; i < n * n; i++) C[i] += D[i];
+                e = sqrtl(dot(n * n, C, C)) / (nx * nu * EPS);
+                WORST(0, e, 8);
+                for (i = 0; i < size; i++) t[i] = U[i] - P[i];
+                e = fabsl(dot(size, t, V)) / (nu * sqrtl(dot(size, V, V)) * EPS);
+                WORST(1, e, 3 * spread[family]);
+                mul(n, N, n, 0, X, 1, t, A); /* A = Phi^T (X - X'): u - Pu = (Psi A, Phi A^T), and the Sylvester residual */
+                mul(n, n, N, 1, A, 0, X + nN, t);
+                for (i = 0; i < nN; i++) t[i] = U[i] - t[i];
+                mul(n, n, N, 0, A, 0, X, t + nN);
+                for (i = 0; i < nN; i++) t[nN + i] = U[nN + i] - t[nN + i];
+                WORST(2, dist(size, p, t) / (nu * nx * nx * EPS), 2);
+                mul(n, N, n, 0, U + nN, 1, X, C);
+                mul(n, N, n, 0, X + nN, 1, U, D);
+                for (i = 0; i < n * n; i++) C[i] += D[i];
+                mul(n, N, n, 0, X + nN, 1, X + nN, B);
+                mul(n, n, n, 0, B, 0, A, D);
+                for (i = 0; i < n * n; i++) C[i] -= D[i];
+                mul(n, N, n, 0, X, 1, X, B);
+                mul(n, n, n, 0, A, 0, B, D);
+                for (i = 0; i < n * n; i++) C[i] -= D[i];
+                e = nx * nx * sqrtl(dot(n * n, A, A)) + nx * nu;
+                WORST(3, sqrtl(dot(n * n, C, C)) / (e * nx * nx * EPS), 2);
+                if (n <= 5) {
+                    memcpy(t, U, sizeof t);
+                    t_project(n, N, X, t);
+                    WORST(4, dist(size, p, t) / (nu * EPS), 8 * spread[family]);
+                }
+                memcpy(v, p, sizeof v); /* idempotent */
+                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                WORST(5, dist(size, v, P) / (nu * EPS), (family == 2 ? 2000 : 30));
+
+                /* retraction along the tangent p: the twin, the constraint, in place, first order */
+                memcpy(y, x, sizeof y);
+                for (i = 0; i < size; i++) v[i] = p[i] * (roln_real)(0.1L / nu), V[i] = (ld)v[i];
+                work[ROLN_BIORTH_RETRACT_WORK(n, N)] = 77;
+                CHECK(roln_biorth_retract(n, N, x, v, u, work) == ROLN_OK);
+                CHECK(work[ROLN_BIORTH_RETRACT_WORK(n, N)] == 77 && memcmp(x, y, sizeof y) == 0);
+                CHECK(roln_biorth_retract(n, N, x, v, v, work) == ROLN_OK);
+                CHECK(memcmp(u, v, (size_t)size * sizeof *v) == 0);
+                t_retract(n, N, X, V, t);
+                WORST(6, dist(size, u, t) / (nx * nx * nx * EPS), 4);
+                WORST(7, defect(n, N, u) / EPS, 4);
+                if (family < 2 && N > n) {
+                    ld d[2] = {0, 0};
+                    int q;
+                    for (q = 0; q < 2; q++) {
+                        const roln_real h = (roln_real)(PICK(0.2L, 1e-3L) / (nu * (q ? 2 : 1)));
+                        for (i = 0; i < size; i++) v[i] = h * p[i], t[i] = X[i] + (ld)v[i];
+                        CHECK(roln_biorth_retract(n, N, x, v, v, work) == ROLN_OK);
+                        d[q] = dist(size, v, t);
+                    }
+                    if (d[0] > PICK(2e-3L, 1e-8L)) CHECK_NEAR(d[0] / d[1], 4, PICK(0.6, 0.01));
+                }
+            }
+    /* what must fail */
+    point(3, 7, 0, &s, x);
+    fill(42, 1, &s, u);
+    memcpy(p, u, sizeof p), memcpy(y, x, sizeof y);
+    memcpy(x + 7, x, 7 * sizeof *x), memcpy(x + 28, x + 21, 7 * sizeof *x); /* both have lost rank */
+    CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_ILL_CONDITIONED);
+    for (i = 0; i < 42; i++) {
+        memcpy(x, y, sizeof x);
+        x[i] = (roln_real)(i % 2 ? NAN : INFINITY);
+        CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_NOT_FINITE);
+        CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
+    }
+    CHECK(memcmp(u, p, sizeof p) == 0);
+    for (i = 0; i < 42; i++) u[i] = i < 21 ? 0 : i < 28 ? -y[i] : 0; /* Psi + Y loses rank */
+    memcpy(x, y, sizeof x);
+    CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
+    CHECK(memcmp(x, y, sizeof x) == 0);
+    u[21] += y[21] * PICK(1e-7f, 1e-16); /* almost */
+    CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
+}
+
+/* ---- SPD twins ---- */
+
+static void t_chol(int n, const ld *X, ld *A)
+{
+    int i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const ld s = j > i ? 0 : X[i * n + j] - dot(j, A + i * n, A + j * n);
+            A[i * n + j] = j > i ? 0 : j < i ? s / A[j * n + j] : sqrtl(s);
+        }
+}
+
+/* Y = B X B^T */
+static void t_congruence(int n, const ld *B, const ld *X, ld *Y)
+{
+    ld t[MNN];
+    mul(n, n, n, 0, B, 0, X, t);
+    mul(n, n, n, 0, t, 1, B, Y);
+}
+
+/* X + U + 1/2 U X^-1 U */
+static void t_spd_retract(int n, const ld *X, const ld *U, ld *Y)
+{
+    ld a[MNN], b[MNN];
+    int i;
+    memcpy(a, X, (size_t)(n * n) * sizeof *a), memcpy(b, U, (size_t)(n * n) * sizeof *b);
+    solve(n, n, a, b);
+    mul(n, n, n, 0, U, 0, b, Y);
+    for (i = 0; i < n * n; i++) Y[i] = X[i] + U[i] + Y[i] / 2;
+}
+
+/* tr(X^-1 U X^-1 U) */
+static ld t_metric(int n, const ld *X, const ld *U)
+{
+    ld a[MNN], b[MNN], c[MNN];
+    int i;
+    memcpy(a, X, (size_t)(n * n) * sizeof *a), memcpy(b, U, (size_t)(n * n) * sizeof *b);
+    solve(n, n, a, b);
+    mul(n, n, n, 0, b, 0, b, c);
+    for (a[0] = 0, i = 0; i < n; i++) a[0] += c[i * n + i];
+    return a[0];
+}
+
+static void random_spd(int n, uint64_t *s, roln_real *X)
+{
+    roln_real B[MNN];
+    int i;
+    fill(n * n, 1, s, B);
+    roln_mm_bt(n, n, n, B, B, X);
+    for (i = 0; i < n; i++) X[i * n + i] += ROLN_C(0.5);
+}
+
+static void test_spd(void)
+{
+    static roln_real X[MNN], G[MNN], u[MNN], Y[MNN], work[ROLN_SPD_RETRACT_WORK(MN) + 1];
+    static ld x[MNN], g[MNN], U[MNN], A[MNN], t[MNN], w[MNN];
+    uint64_t s = 2;
+    int n, rep, i, j;
+    for (n = 1; n <= 10; n++)
+        for (rep = 0; rep < 20; rep++) {
+            ld size, tr = 0, e;
+            random_spd(n, &s, X);
+            fill(n * n, 1, &s, G);
+            work[ROLN_SPD_RGRAD_WORK(n)] = 77;
+            CHECK(roln_spd_rgrad(n, X, G, u, work) == ROLN_OK);
+            CHECK(work[ROLN_SPD_RGRAD_WORK(n)] == 77);
+            widen(n * n, X, x), widen(n * n, G, g);
+            for (i = 0; i < n; i++)
+                for (j = 0; j < n; j++) t[i * n + j] = (g[i * n + j] + g[j * n + i]) / 2;
+            t_congruence(n, x, t, U); /* X sym(G) X, and the metric */
+            t_chol(n, x, A);
+            widen(n * n, u, t);
+            t_congruence(n, A, t, w);
+            for (e = 0, i = 0; i < n * n; i++) e += (w[i] - U[i]) * (w[i] - U[i]);
+            for (i = 0; i < n; i++) tr += x[i * n + i];
+            WORST(8, sqrtl(e) / (tr * tr * sqrtl(dot(n * n, g, g)) * EPS), 2);
+            {
+                roln_block b = {ROLN_SPD, 0, 0, 0};
+                b.rows = n;
+                size = t_metric(n, x, U);
+                CHECK_NEAR((ld)rolni_inner(&b, u) / size, 1, 40 * EPS * (ld)n);
+            }
+            for (i = 0; i < n * n; i++) u[i] = (roln_real)(t[i] *= 0.3L / tr), u[i] = (u[i] + (roln_real)t[i % n * n + i / n]) / 2;
+            for (i = 0; i < n; i++)
+                for (j = 0; j < i; j++) u[j * n + i] = u[i * n + j];
+            widen(n * n, u, t);
+            t_congruence(n, A, t, U);
+            work[ROLN_SPD_RETRACT_WORK(n)] = 77;
+            CHECK(roln_spd_retract(n, X, u, Y, work) == ROLN_OK);
+            CHECK(work[ROLN_SPD_RETRACT_WORK(n)] == 77);
+            t_spd_retract(n, x, U, w);
+            WORST(9, dist(n * n, Y, w) / (tr * EPS), 4);
+            for (i = 0; i < n * n; i++) CHECK(Y[i] == Y[i % n * n + i / n]);
+            memcpy(G, X, sizeof G);
+            CHECK(roln_spd_retract(n, G, u, G, work) == ROLN_OK);
+            CHECK(memcmp(G, Y, (size_t)(n * n) * sizeof *G) == 0);
+            for (j = 0; j < 40; j++) { /* whatever the step: SPD or refused */
+                for (i = 0; i < n * n; i++) u[i] = (roln_real)(-powl(4, j - 3) * (t[i] / 3 + (i % (n + 1) == 0)));
+                memset(Y, 0, sizeof Y);
+                if (roln_spd_retract(n, X, u, Y, work) == ROLN_OK) CHECK(roln_chol(n, Y, G) == ROLN_OK);
+                else CHECK(Y[0] == 0 && Y[n * n - 1] == 0 && j > 3);
+            }
+        }
+    for (i = 0; i < 9; i++) {
+        random_spd(3, &s, X);
+        memcpy(Y, X, sizeof Y), memcpy(u, X, sizeof u);
+        if (i / 3 >= i % 3) { /* the lower triangle is read */
+            X[i] = (roln_real)(i % 2 ? NAN : INFINITY);
+            CHECK(roln_spd_rgrad(3, X, Y, u, work) == ROLN_E_NOT_SPD);
+            CHECK(roln_spd_retract(3, X, Y, u, work) == ROLN_E_NOT_SPD);
+            CHECK(memcmp(u, Y, sizeof u) == 0);
+        }
+        memcpy(X, Y, sizeof X);
+        u[i] = (roln_real)(i % 2 ? NAN : INFINITY);
+        CHECK(roln_spd_retract(3, X, u, X, work) == ROLN_E_NOT_SPD);
+        CHECK(memcmp(X, Y, sizeof X) == 0);
+    }
+    X[0] = -X[0];
+    CHECK(roln_spd_retract(3, X, Y, u, work) == ROLN_E_NOT_SPD);
+    CHECK(roln_spd_rgrad(3, X, Y, u, work) == ROLN_E_NOT_SPD);
+}
+
+/* ---- optimisers: a table of every kind, empty blocks too ---- */
+
+enum { BLOCKS = 8, AT_B = 6, AT_S = 26, AT_E = 35, AT_B2 = 39, SIZE = 51, MOMENTS = 13 };
+static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {ROLN_SPD, 0, 0, 0},      {ROLN_BIORTHOGONAL, 2, 5, 1},
+                                         {ROLN_BIORTHOGONAL, 0, 0, 1}, {ROLN_SPD, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
+                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {ROLN_BIORTHOGONAL, 2, 3, 0}};
+
+typedef struct { roln_real x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS]; roln_adam a; } run;
+
+static void start(run *r, uint64_t *s)
+{
+    memset(r, 0, sizeof *r);
+    fill(6, 1, s, r->x);
+    point(2, 5, 0, s, r->x + AT_B);
+    random_spd(3, s, r->x + AT_S);
+    fill(4, 1, s, r->x + AT_E);
+    point(2, 3, 0, s, r->x + AT_B2);
+}
+
+static roln_real owork[400];
+
+static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, run *r)
+{
+    const int need = roln_update_work(BLOCKS, table);
+    roln_status st;
+    owork[need] = owork[need + 1] = 77;
+    st = roln_adam_update(BLOCKS, table, o, scale, g, r->x, &r->a, r->m, r->v, r->w, owork);
+    CHECK(owork[need] == 77 && owork[need + 1] == 77);
+    return st;
+}
+
+/* The whole of math.md section 6 for one table, in long double; sgd: without moments. SPD tangents are full matrices,
+   carried from X = A A^T to X' by E = A' A^-1. */
+typedef struct { ld x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS], p1, p2; } twin;
+
+static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd, twin *t)
+{
+    ld norm = 0, clip = 1, g[MS], u[MS], y[MS], A[MNN], B[MNN];
+    int b, i, at = 0, av = 0;
+    for (b = 0; b < BLOCKS; at += roln_block_size(table + b), b++)
+        for (i = 0; i < roln_block_size(table + b) && (ld)o->lr[table[b].group] > 0; i++) norm += (ld)grad[at + i] * (ld)grad[at + i];
+    norm = scale * sqrtl(norm);
+    if ((ld)o->clip > 0 && norm > (ld)o->clip) clip = (ld)o->clip / norm;
+    t->p1 *= (ld)o->beta1, t->p2 *= (ld)o->beta2;
+    for (b = at = 0; b < BLOCKS; b++) {
+        const roln_block *k = table + b;
+        const int size = roln_block_size(k), each = k->kind == ROLN_EUCLIDEAN, n = k->rows, N = k->cols;
+        ld *x = t->x + at, *m = t->m + at, gg, f, lr = (ld)o->lr[k->group];
+        if (lr > 0 && size > 0) {
+            for (i = 0; i < size; i++) g[i] = clip * scale * (ld)grad[at + i] + (ld)o->decay * x[i];
+            if (k->kind == ROLN_BIORTHOGONAL) t_project(n, N, x, g), t_project(n, N, x, m);
+            if (k->kind == ROLN_SPD) {
+                for (i = 0; i < size; i++) u[i] = (g[i] + g[i % n * n + i / n]) / 2;
+                t_congruence(n, x, u, g);
+            }
+            gg = k->kind == ROLN_SPD ? t_metric(n, x, g) : dot(size, g, g);
+            for (i = 0; i < size; i++) {
+                if (i == 0 || each) {
+                    t->v[av + i] = (ld)o->beta2 * t->v[av + i] + (1 - (ld)o->beta2) * (each ? g[i] * g[i] : gg);
+                    if (t->v[av + i] > t->w[av + i]) t->w[av + i] = t->v[av + i];
+                }
+                m[i] = (ld)o->beta1 * m[i] + (1 - (ld)o->beta1) * g[i];
+                f = sqrtl(t->w[av + (each ? i : 0)] / (1 - t->p2)) + (ld)o->eps;
+                u[i] = sgd ? -lr * g[i] : -lr * (m[i] / (1 - t->p1)) / f;
+            }
+            if (each) for (i = 0; i < size; i++) x[i] += u[i];
+            else if (k->kind == ROLN_BIORTHOGONAL) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
+            else {
+                t_spd_retract(n, x, u, y);
+                t_chol(n, x, A);
+                t_chol(n, y, B);
+                for (i = 0; i < size; i++) g[i] = A[i % n * n + i / n], u[i] = B[i % n * n + i / n];
+                solve(n, n, g, u); /* A^-T B^T = E^T */
+                for (i = 0; i < size; i++) g[i] = u[i % n * n + i / n];
+                t_congruence(n, g, m, u);
+                memcpy(m, u, (size_t)size * sizeof *m), memcpy(x, y, (size_t)size * sizeof *x);
+            }
+        }
+        at += size, av += each ? size : size > 0;
+    }
+}
+
+static void test_adam(void)
+{
+    static const roln_opt opts[5] = {{{ROLN_C(0.01), ROLN_C(0.02)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0},
+                                     {{ROLN_C(0.01), ROLN_C(0.02)}, ROLN_C(0.8), ROLN_C(0.9), ROLN_C(1e-3), ROLN_C(0.1), 2},
+                                     {{ROLN_C(0.01), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.01), ROLN_C(0.5)},
+                                     {{0, ROLN_C(0.02)}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.01), 4},
+                                     {{0, 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.01), 4}};
+    static run r, was;
+    static twin t;
+    roln_real g[SIZE], x[SIZE];
+    uint64_t s = 3;
+    int o, k, i, sgd;
+    for (sgd = 0; sgd < 2; sgd++)
+        for (o = 0; o < 5; o++) {
+            start(&r, &s);
+            was = r;
+            memset(&t, 0, sizeof t);
+            widen(SIZE, r.x, t.x);
+            t.p1 = t.p2 = 1;
+            for (k = 1; k <= 60; k++) {
+                const roln_real scale = ROLN_C(0.25);
+                const run old = r;
+                fill(SIZE, k < 20 ? 2 : 1, &s, g); /* falling: vmax differs from v */
+                for (i = 0; i < SIZE; i++)
+                    if (opts[o].lr[(i >= AT_B && i < AT_S) || (i >= AT_E && i < AT_B2)] <= 0) g[i] = (roln_real)NAN; /* frozen */
+                t_update(opts + o, 0.25L, g, sgd, &t);
+                memcpy(x, r.x, sizeof x);
+                if (sgd) {
+                    CHECK(roln_sgd_update(BLOCKS, table, opts + o, scale, g, r.x, owork) == ROLN_OK);
+                    continue;
+                }
+                CHECK(adam(opts + o, scale, g, &r) == ROLN_OK);
+                CHECK(r.a.t == (uint32_t)k);
+                CHECK_NEAR(r.a.b1, 1 - t.p1, 8 * EPS);
+                CHECK_NEAR(r.a.b2, 1 - t.p2, (ld)k * EPS);
+                if (o != 0) continue;
+                /* Euclidean numbers bit for bit */
+                for (i = 0; i < 10; i++) {
+                    const int p = i < 6 ? i : AT_E + i - 6, q = i < 6 ? i : i + 2;
+                    const roln_real b1 = opts->beta1, b2 = opts->beta2, gi = scale * g[p] + opts->decay * old.x[p];
+                    const roln_real m = b1 * old.m[p] + (1 - b1) * gi, v = b2 * old.v[q] + (1 - b2) * (gi * gi);
+                    const roln_real w = v > old.w[q] ? v : old.w[q], lr = opts->lr[i >= 6];
+                    CHECK(r.x[p] == old.x[p] - lr * (m / r.a.b1) / (ROLN_SQRT(w / r.a.b2) + opts->eps));
+                    CHECK(r.m[p] == m && r.v[q] == v && r.w[q] == w);
+                }
+            }
+            for (i = 0; i < SIZE; i++) { /* the momentum of a biorthogonal block is carried only when next used */
+                const int curved = (i >= AT_B && i < AT_E) || i >= AT_B2;
+                WORST(10, fabsl((ld)r.x[i] - t.x[i]) / EPS, 150);
+                if (!curved) CHECK_NEAR(r.m[i], sgd ? 0 : t.m[i], 60 * EPS);
+            }
+            for (i = 0; i < MOMENTS && !sgd; i++) {
+                CHECK_NEAR(r.v[i], t.v[i], 300 * EPS * (1 + t.v[i]));
+                CHECK_NEAR(r.w[i], t.w[i], 300 * EPS * (1 + t.w[i]));
+            }
+            for (i = 0; i < SIZE; i++) /* frozen: bit for bit */
+                if (opts[o].lr[(i >= AT_B && i < AT_S) || (i >= AT_E && i < AT_B2)] <= 0) CHECK(r.x[i] == was.x[i] && r.m[i] == 0);
+            CHECK_BELOW(defect(2, 5, r.x + AT_B), 4 * EPS);
+        }
+    /* resume: 200 steps = 100, copy, 100 */
+    {
+        static run a, b;
+        uint64_t seed = 4, keep;
+        start(&a, &seed);
+        for (k = 0; k < 100; k++) fill(SIZE, 1, &seed, g), CHECK(adam(opts + 1, 1, g, &a) == ROLN_OK);
+        b = a, keep = seed;
+        for (k = 0; k < 100; k++) fill(SIZE, 1, &seed, g), CHECK(adam(opts + 1, 1, g, &a) == ROLN_OK);
+        for (k = 0; k < 100; k++) fill(SIZE, 1, &keep, g), CHECK(adam(opts + 1, 1, g, &b) == ROLN_OK);
+        CHECK(memcmp(&a, &b, sizeof a) == 0);
+    }
+    /* clipping: an SGD step of the Euclidean blocks has length lr clip; a frozen group does not count in the norm */
+    {
+        const roln_block flat = {ROLN_EUCLIDEAN, 3, 5, 1};
+        roln_opt q = opts[0];
+        ld len = 0;
+        fill(15, 1, &s, g);
+        fill(15, 1, &s, x);
+        memcpy(r.x, x, sizeof x);
+        q.clip = ROLN_C(0.125);
+        CHECK(roln_sgd_update(1, &flat, &q, 7, g, x, NULL) == ROLN_OK);
+        for (i = 0; i < 15; i++) len += ((ld)x[i] - (ld)r.x[i]) * ((ld)x[i] - (ld)r.x[i]);
+        CHECK_NEAR(sqrtl(len), (ld)q.lr[1] * 0.125L, 20 * EPS);
+        CHECK(roln_update_work(1, &flat) == 0 && roln_update_work(0, &flat) == 0);
+        CHECK(roln_adam_update(0, &flat, &q, 1, g, x, &r.a, r.m, r.v, r.w, NULL) == ROLN_OK);
+    }
+}
+
+/* Nothing is written when a step fails: every kind of failure at every number. */
+static void test_failures(void)
+{
+    static const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.02)}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.01), 0};
+    static run r, was;
+    roln_real g[SIZE], keep[SIZE];
+    uint64_t s = 5;
+    int i, k, kind;
+    start(&r, &s);
+    for (i = 0; i < 3; i++) fill(SIZE, 1, &s, g), CHECK(adam(&opt, 1, g, &r) == ROLN_OK);
+    fill(SIZE, 1, &s, keep);
+#define UNTOUCHED(cond) (CHECK(cond), CHECK(memcmp(&r, &was, sizeof r) == 0))
+#define SGD(o) roln_sgd_update(BLOCKS, table, o, 1, g, r.x, owork)
+    for (i = 0; i < SIZE; i++)
+        for (k = 0; k < 3; k++) { /* gradient */
+            memcpy(g, keep, sizeof g);
+            g[i] = (roln_real)(k == 0 ? NAN : k == 1 ? INFINITY : -INFINITY);
+            was = r;
+            UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_NOT_FINITE);
+            UNTOUCHED(SGD(&opt) == ROLN_E_NOT_FINITE);
+        }
+    memcpy(g, keep, sizeof g);
+    for (i = 0; i < SIZE; i++) { /* parameters, momentum */
+        const run good = r;
+        r.x[i] = (roln_real)NAN;
+        was = r;
+        if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK), UNTOUCHED(SGD(&opt) != ROLN_OK);
+        r = good;
+        r.m[i] = (roln_real)INFINITY;
+        was = r;
+        UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK);
+        r = good;
+    }
+    for (kind = 0; kind < 2; kind++) /* a step too long, in one group: the blocks of the other must not move either */
+        for (k = 0; k < 2; k++) {
+            roln_opt o = opt;
+            o.lr[kind] = k ? (roln_real)NAN : PICK(3e38f, 1e308);
+            if (k) o.lr[kind] = 0, o.lr[!kind] = PICK(3e38f, 1e308);
+            was = r;
+            UNTOUCHED(adam(&o, 1, g, &r) != ROLN_OK);
+            UNTOUCHED(SGD(&o) != ROLN_OK);
+        }
+    was = r; /* X not SPD, rank lost: in the block alone, so that it is its own status that comes back */
+    r.x[AT_S] = -1, was = r;
+    UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_NOT_SPD);
+    UNTOUCHED(SGD(&opt) == ROLN_E_NOT_SPD);
+    r.x[AT_S] = 4;
+    memset(r.x + AT_B2, 0, 12 * sizeof *r.x), was = r;
+    UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_ILL_CONDITIONED);
+    UNTOUCHED(SGD(&opt) == ROLN_E_ILL_CONDITIONED);
+    for (k = 0; k < 3; k++) { /* scale */
+        was = r;
+        UNTOUCHED(adam(&opt, (roln_real)(k == 0 ? NAN : k == 1 ? INFINITY : -INFINITY), g, &r) == ROLN_E_NOT_FINITE);
+    }
+}
+
+/* The work of an update, to the number: filled with a sentinel, the end is used, the next is not. */
+static void test_work(void)
+{
+    static const roln_block one[4] = {{ROLN_BIORTHOGONAL, 2, 16, 0}, {ROLN_BIORTHOGONAL, 4, 5, 0}, {ROLN_SPD, 4, 4, 0}, {ROLN_EUCLIDEAN, 1, 3, 0}};
+    const roln_opt opt = {{ROLN_C(0.01), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), 0, 0};
+    uint64_t s = 6;
+    int k, i;
+    for (k = 0; k < 4; k++) {
+        const int need = roln_update_work(1, one + k);
+        roln_real x[80] = {0}, m[80] = {0}, v[80] = {0}, w[80] = {0}, g[80];
+        roln_adam a = {0, 0, 0};
+        fill(80, 1, &s, g);
+        if (one[k].kind == ROLN_BIORTHOGONAL) point(one[k].rows, one[k].cols, 0, &s, x);
+        else random_spd(4, &s, x);
+        for (i = 0; i < 400; i++) owork[i] = 77;
+        CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK);
+        for (i = need; i < 400; i++) CHECK(owork[i] == 77);
+        CHECK(need == 0 || owork[need - (k == 1 ? 2 : 1)] != 77); /* roln_eig leaves its last number */
+        CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, m, v, w, owork) == ROLN_E_NOT_FINITE); /* <g, g> */
+        CHECK(a.t == 1 && roln_finite(v[0]) && roln_finite(w[0]));
+    }
+}
+
+static void test_long_run(void)
+{
+    static const roln_block pair = {ROLN_BIORTHOGONAL, 2, 4, 0};
+    const roln_opt opt = {{ROLN_C(0.02), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.1), 0};
+    static roln_real x[16], g[16], m[16], v[1], w[1];
+    roln_adam a = {0, 0, 0};
+    uint64_t s = 7;
+    ld moved = 0, top = 0;
+    int k, i, ok = 1;
+    point(2, 4, 0, &s, x);
+    for (k = 0; k < 100000; k++) {
+        for (i = 0; i < 16; i++) g[i] = roln_uniform(&s) - ROLN_C(0.5);
+        ok &= roln_adam_update(1, &pair, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK;
+        if (k % 100 == 99) {
+            const ld d = defect(2, 4, x) / EPS;
+            if (!(d <= top)) top = d;
+            moved += (ld)ROLN_ABS(m[0]);
+        }
+    }
+    CHECK(ok && moved > 1);
+    WORST(11, top, 2);
+}
+
+static void test_schedule(void)
+{
+    uint32_t t;
+    CHECK(roln_schedule(0, 4, 20, 0) == ROLN_C(0.25) && roln_schedule(2, 4, 20, 0) == ROLN_C(0.75) && roln_schedule(3, 4, 20, 0) == 1);
+    CHECK(roln_schedule(4, 4, 20, ROLN_C(0.5)) == 1 && roln_schedule(12, 4, 20, ROLN_C(0.5)) == ROLN_C(0.75));
+    CHECK(roln_schedule(8, 4, 20, 0) == ROLN_C(0.84375)); /* x = 1/4: 1 - 3/16 + 2/64 */
+    CHECK(roln_schedule(20, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125) && roln_schedule(UINT32_MAX, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125));
+    CHECK(roln_schedule(0, 0, 20, 0) == 1 && roln_schedule(0, 0, 0, ROLN_C(0.25)) == ROLN_C(0.25) && roln_schedule(9, 9, 9, ROLN_C(0.5)) == ROLN_C(0.5));
+    for (t = 0; t < 30; t++) {
+        const roln_real a = roln_schedule(t, 4, 25, ROLN_C(0.1)), b = roln_schedule(t + 1, 4, 25, ROLN_C(0.1));
+        CHECK(t < 4 ? b >= a : b <= a);
+    }
+}
+
+void TEST_NAME(riem)(void)
+{
+    test_project();
+    test_spd();
+    test_adam();
+    test_failures();
+    test_work();
+    test_long_run();
+    test_schedule();
+#ifdef ROLN_TEST_VERBOSE
+    printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, retract %.2Lf, "
+           "constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n", worst[0], worst[1], worst[2], worst[3],
+           worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10], worst[11]);
+#endif
+}

@@ -1,0 +1,882 @@
+/* The whole model (roln.h): loss and gradient against a slow loss and central differences, units, prediction, errors,
+   packed and written parameters, failures, work sizes, training. */
+#define ROLN_NAME ma
+#define ROLN_AE 6, 4, 2
+#define ROLN_MLP 5, 4
+#define ROLN_SLOPE 0.4375
+#define ROLN_HORIZON 4
+#include "../roln.h"
+
+#define ROLN_NAME mb /* no autoencoder, base point, midpoint */
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_STEP midpoint
+#define ROLN_BASE 1
+#define ROLN_HORIZON 3
+#define ROLN_BLOCK 1
+#include "../roln.h"
+
+#define ROLN_NAME mc /* a layer that keeps its size */
+#define ROLN_AE 5, 3, 3
+#define ROLN_MLP 3, 4, 3
+#define ROLN_STEP euler
+#define ROLN_SLOPE 0.5
+#define ROLN_BASE 1
+#define ROLN_BLOCK 3
+#include "../roln.h"
+
+#define ROLN_NAME md /* the deepest */
+#define ROLN_AE 10, 9, 8, 7, 6, 5, 4, 3, 2
+#define ROLN_MLP 3, 2, 3, 2, 3
+#define ROLN_SLOPE 0.625
+#define ROLN_HORIZON 2
+#include "../roln.h"
+
+#define ROLN_NAME me /* one degree of freedom, as linear as can be */
+#define ROLN_AE 3, 1
+#define ROLN_MLP 2
+#define ROLN_STEP midpoint
+#define ROLN_SLOPE 1
+#include "../roln.h"
+
+#include "check.h"
+#include <stdlib.h>
+
+void TEST_NAME(roln)(void);
+
+typedef long double ld;
+#define EPS ((ld)ROLN_EPS)
+#ifdef ROLN_DOUBLE
+#define PICK(f, d) (d)
+#else
+#define PICK(f, d) (f)
+#endif
+
+enum { MODELS = 5, MAXP = 1200, MAXD = 4000, KINDS = 4, TERMS = 9 };
+typedef struct { const roln_model *md; const roln_block *table; int blocks, params, wide, work, train, update, packed, horizon; } model;
+#define MODEL(x, H) \
+    {&x##_model, x##_table, x##_blocks, x##_theta_size, x##_wide, (int)(sizeof(x##_work) / sizeof(roln_real)), x##_grad_size, \
+     x##_update_size, x##_packed_size, H}
+static const model models[MODELS] = {MODEL(ma, 4), MODEL(mb, 3), MODEL(mc, 8), MODEL(md, 2), MODEL(me, 8)};
+
+#define N_OF(k) (models[k].md->ae.size[0])
+#define n_OF(k) (models[k].md->lnn.n)
+static ld worst[8];
+#define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
+
+/* Work of exactly n numbers, NaN at first: the eight after them must not change. */
+static roln_real pool[400000];
+static int pool_end;
+static roln_real *work_of(int n)
+{
+    int i;
+    for (i = 0; i < n + 8; i++) pool[i] = i < n ? (roln_real)NAN : 77;
+    return pool + 0 * (pool_end = n);
+}
+#define WORK_KEPT() (pool[pool_end] == 77 && memcmp(pool + pool_end, pool + pool_end + 1, 7 * sizeof *pool) == 0)
+
+static int tick_work(int k)
+{
+    const roln_model *m = models[k].md;
+    return ROLN_TICK_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_mlp_hidden(&m->lnn.mass), models[k].wide);
+}
+
+static int grad_work(int k, int nb, int H)
+{
+    const roln_model *m = models[k].md;
+    return ROLN_GRAD_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_mlp_hidden(&m->lnn.mass), models[k].wide, nb, H, ROLN_STAGES(m->scheme));
+}
+
+/* 16-bit dyadic numbers in +-size: the same in float and in double */
+static void dyadic(int n, roln_real size, uint64_t *s, roln_real *x)
+{
+    while (n-- > 0) *x++ = size * ((roln_real)roln_randint(65536, s) - 32768) * ROLN_C(0.000030517578125);
+}
+
+/* Parameters: the constraint Psi^T Phi = I nearly holds, P is SPD. */
+static void parameters(int k, uint64_t *s, roln_real *theta)
+{
+    const roln_model *m = models[k].md;
+    int l, i, n = n_OF(k);
+    dyadic(models[k].params, ROLN_C(0.5), s, theta);
+    for (l = 0; l < m->ae.layers; l++) {
+        const int a = m->ae.size[l], b = m->ae.size[l + 1];
+        for (i = 0; i < 2 * a * b; i++) theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
+        theta += 2 * a * b + a;
+    }
+    theta += roln_lnn_params(&m->lnn) - (m->lnn.base ? n * n : 0);
+    for (i = 0; m->lnn.base && i < n * n; i++) theta[i] = i % (n + 1) == 0 ? 1 + theta[i] / 2 : theta[i % n * n + i / n] / 4;
+    for (i = 0; m->lnn.base && i < n * n; i++) theta[i] = i / n > i % n ? theta[i] : theta[i % n * n + i / n];
+}
+
+/* Data of `count` windows: kind 0 ODE, torque, stride 1; 1 ODE, no torque, stride 2, given starts; 2, 3 acceleration. */
+typedef struct { roln_real q[MAXD], qd[MAXD], qdd[MAXD], tau[MAXD]; int start[8]; roln_batch b; } data;
+
+static void make(int k, int kind, int count, uint64_t *s, data *d)
+{
+    const int N = N_OF(k), H = kind < 2 ? models[k].horizon : 0, stride = kind % 2 + 1, len = H * stride + 1;
+    int i, all = (count * len + stride) * N;
+    CHECK(all <= MAXD && count <= 8);
+    dyadic(all, 2, s, d->q), dyadic(all, 2, s, d->qd), dyadic(all, 4, s, d->qdd), dyadic(all, 4, s, d->tau);
+    for (i = 0; i < count; i++) d->start[i] = (count - 1 - i) * len;
+    d->b.count = count, d->b.steps = H, d->b.stride = stride, d->b.start = kind % 2 ? d->start : NULL;
+    d->b.q = d->q, d->b.qd = d->qd, d->b.qdd = kind < 2 ? NULL : d->qdd, d->b.tau = kind % 2 && kind < 2 ? NULL : d->tau;
+}
+
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)};
+static const roln_real dt = ROLN_C(0.0625);
+static const roln_loss weights = {ROLN_C(1.0),   ROLN_C(0.5),  ROLN_C(0.75),   ROLN_C(0.625), ROLN_C(0.875),
+                                  ROLN_C(0.375), ROLN_C(0.25), ROLN_C(1.0625), ROLN_C(0.4375)};
+
+static roln_status grad_of(int k, const roln_scale *sc, const roln_real *theta, const roln_batch *b, int nb, roln_real *g, roln_real *terms)
+{
+    roln_loss loss;
+    roln_real windows = 0;
+    roln_status st;
+    memset(g, 0, (size_t)models[k].params * sizeof *g);
+    memset(&loss, 0, sizeof loss);
+    st = roln_grad(models[k].md, sc, theta, &weights, b, b->qdd != NULL, nb, dt, g, &loss, &windows, work_of(grad_work(k, nb, b->steps)));
+    CHECK(WORK_KEPT());
+    CHECK(st != ROLN_OK || windows == (roln_real)b->count);
+    memcpy(terms, &loss, sizeof loss);
+    return st;
+}
+
+static double weighted(const roln_real *terms)
+{
+    roln_real w[TERMS];
+    double s = 0;
+    int i;
+    memcpy(w, &weights, sizeof w);
+    for (i = 0; i < TERMS; i++) s += (double)w[i] * (double)terms[i];
+    return s;
+}
+
+/* The double gradient and loss, for the float test. */
+void test_roln_reference(int k, int kind, double *g, double *terms);
+#ifdef ROLN_DOUBLE
+void test_roln_reference(int k, int kind, double *g, double *terms)
+{
+    static data d;
+    static roln_real theta[MAXP];
+    uint64_t s = (uint64_t)(10 * k + kind);
+    parameters(k, &s, theta);
+    make(k, kind, 3, &s, &d);
+    CHECK(grad_of(k, &scale, theta, &d.b, 16, g, terms) == ROLN_OK);
+}
+#endif
+
+/* Loss from math.md section 5, sample by sample with the functions of prediction. */
+static void slow_loss(int k, const roln_scale *sc, const roln_real *theta, const roln_batch *b, ld *terms)
+{
+    const roln_model *m = models[k].md;
+    const int N = N_OF(k), n = n_OF(k), H = b->steps;
+    const ld sq = 1 / ((ld)sc->q * (ld)sc->q), st = (ld)sc->t * (ld)sc->t;
+    roln_real z[16], zd[16], p[16], pd[16], x[16], xd[16], tau[16];
+    int w, h, i, j;
+    for (i = 0; i < TERMS; i++) terms[i] = 0;
+    for (w = 0; w < b->count; w++)
+        for (h = 0; h <= H; h++) {
+            const int at = ((b->start ? b->start[w] : w * (H * b->stride + 1)) + h * b->stride) * N;
+            CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, z, zd, work_of(tick_work(k))) == ROLN_OK);
+            CHECK(roln_decode(m, sc, theta, z, zd, x, xd, work_of(tick_work(k))) == ROLN_OK);
+            for (i = 0; i < N; i++) {
+                const ld e = (ld)x[i] - (ld)b->q[at + i], f = (ld)xd[i] - (ld)b->qd[at + i];
+                terms[0] += e * e * sq / (H + 1), terms[1] += f * f * sq * st / (H + 1);
+            }
+            if (h == 0) memcpy(p, z, sizeof p), memcpy(pd, zd, sizeof pd);
+            else {
+                for (i = 0; i < N && b->tau; i++) {
+                    ld sum = 0;
+                    for (j = 0; j < b->stride; j++) sum += (ld)b->tau[at + (j - b->stride) * N + i] / b->stride;
+                    tau[i] = (roln_real)sum;
+                }
+                CHECK(roln_step(m, sc, theta, p, pd, b->tau ? tau : NULL, dt, work_of(tick_work(k))) == ROLN_OK && WORK_KEPT());
+                CHECK(roln_decode(m, sc, theta, p, pd, x, xd, work_of(tick_work(k))) == ROLN_OK);
+                for (i = 0; i < n; i++) {
+                    const ld e = (ld)p[i] - (ld)z[i], f = (ld)pd[i] - (ld)zd[i];
+                    terms[3] += e * e / H, terms[4] += f * f * st / H;
+                }
+                for (i = 0; i < N; i++) {
+                    const ld e = (ld)x[i] - (ld)b->q[at + i], f = (ld)xd[i] - (ld)b->qd[at + i];
+                    terms[6] += e * e * sq / H, terms[7] += f * f * sq * st / H;
+                }
+            }
+        }
+}
+
+#ifdef ROLN_DOUBLE
+/* Acceleration loss: second time derivatives of encoder and decoder by Richardson differences along a parabola. */
+static void slow_loss_acc(int k, const roln_scale *sc, const roln_real *theta, const roln_batch *b, ld *terms)
+{
+    static const double h[4] = {2e-4, -2e-4, 4e-4, -4e-4};
+    const roln_model *m = models[k].md;
+    const int N = N_OF(k), n = n_OF(k);
+    double v[4][16], z[16], zd[16], acc[2][16], x[16], xd[16], a[16], M[64], c[16], g[16], tz[16], tau[16];
+    int w, i, j, p;
+    for (i = 0; i < TERMS; i++) terms[i] = 0;
+    for (w = 0; w < b->count; w++) {
+        const int at = (b->start ? b->start[w] : w) * N;
+        for (j = 0; j < 4; j++) {
+            for (i = 0; i < N; i++) {
+                x[i] = b->q[at + i] + h[j] * b->qd[at + i] + h[j] * h[j] / 2 * b->qdd[at + i];
+                xd[i] = b->qd[at + i] + h[j] * b->qdd[at + i];
+            }
+            CHECK(roln_encode(m, sc, theta, x, xd, z, v[j], work_of(tick_work(k))) == ROLN_OK);
+        }
+        for (i = 0; i < n; i++) acc[0][i] = (8 * (v[0][i] - v[1][i]) - (v[2][i] - v[3][i])) / 2.4e-3;
+        CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, z, zd, work_of(tick_work(k))) == ROLN_OK);
+        CHECK(roln_terms(m, sc, theta, z, zd, M, c, g, NULL, NULL, work_of(tick_work(k))) == ROLN_OK);
+        for (i = 0; i < N; i++)
+            tau[i] = b->tau ? b->tau[at + i] : 0;
+        CHECK(roln_reduce(m, sc, theta, z, tau, tz, work_of(tick_work(k))) == ROLN_OK);
+        for (i = 0; i < n * n; i++) M[i] *= sc->t * sc->t / (sc->t * sc->t); /* M zdd = tau_z - c - g, M in J s^2 */
+        CHECK(roln_chol(n, M, M) == ROLN_OK);
+        for (i = 0; i < n; i++) a[i] = tz[i] - c[i] - g[i];
+        roln_solve_lower(n, M, a, a), roln_solve_lower_t(n, M, a, acc[1]);
+        for (i = 0; i < n; i++) terms[5] += (ld)((acc[1][i] - acc[0][i]) * (acc[1][i] - acc[0][i])) * powl((ld)sc->t, 4);
+        for (p = 0; p < 2; p++) {
+            double y[16], yd[16];
+            for (j = 0; j < 4; j++) {
+                for (i = 0; i < n; i++) y[i] = z[i] + h[j] * zd[i] + h[j] * h[j] / 2 * acc[p][i], yd[i] = zd[i] + h[j] * acc[p][i];
+                CHECK(roln_decode(m, sc, theta, y, yd, x, v[j], work_of(tick_work(k))) == ROLN_OK);
+            }
+            CHECK(roln_decode(m, sc, theta, z, zd, x, xd, work_of(tick_work(k))) == ROLN_OK);
+            for (i = 0; i < N; i++) {
+                const double e = (8 * (v[0][i] - v[1][i]) - (v[2][i] - v[3][i])) / 2.4e-3 - b->qdd[at + i];
+                terms[p ? 8 : 2] += (ld)(e * e / (sc->q * sc->q)) * powl((ld)sc->t, 4);
+                if (p) continue;
+                terms[0] += (ld)((x[i] - b->q[at + i]) * (x[i] - b->q[at + i]) / (sc->q * sc->q));
+                terms[1] += (ld)((xd[i] - b->qd[at + i]) * (xd[i] - b->qd[at + i]) * sc->t * sc->t / (sc->q * sc->q));
+            }
+        }
+    }
+}
+#endif
+
+static void test_gradient(int k, int kind)
+{
+    static data d;
+    static roln_real theta[MAXP], g[MAXP], g1[MAXP], t[TERMS], t1[TERMS], sum[MAXP];
+    static double ref[MAXP], tref[TERMS];
+    const int params = models[k].params;
+    uint64_t s = (uint64_t)(10 * k + kind);
+    ld slow[TERMS], top = 0, e = 0;
+    int i, w;
+    parameters(k, &s, theta);
+    make(k, kind, 3, &s, &d);
+    CHECK(params <= MAXP && grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK);
+    for (i = 0; i < params; i++) top = fabsl((ld)g[i]) > top ? fabsl((ld)g[i]) : top;
+
+    /* the loss itself */
+#ifdef ROLN_DOUBLE
+    if (kind >= 2) slow_loss_acc(k, &scale, theta, &d.b, slow);
+#endif
+    if (kind < 2) slow_loss(k, &scale, theta, &d.b, slow);
+    for (i = 0; i < TERMS && (kind < 2 || sizeof(roln_real) == 8); i++) {
+        if (kind < 2) WORST(0, fabsl((ld)t[i] - slow[i]) / ((slow[i] + EPS) * EPS), 100);
+        else CHECK_NEAR(t[i], slow[i], 1e-8L * slow[i] + 1e-20L);
+        CHECK((t[i] != 0) == (kind < 2 ? i != 2 && i != 5 && i != 8 : i < 3 || i == 5 || i == 8) || models[k].md->ae.layers == 0);
+    }
+
+    /* every parameter: central differences in double, the double gradient in float */
+#ifdef ROLN_DOUBLE
+    (void)ref, (void)tref;
+    for (i = 0; i < params; i++) {
+        const int n = n_OF(k), at = i - (params - n * n), j = models[k].md->lnn.base && at >= 0 ? params - n * n + at % n * n + at / n : i;
+        const double x = theta[i], h = 3e-4, step[4] = {h, -h, 2 * h, -2 * h};
+        double l[4];
+        for (w = 0; w < 4; w++) { /* P stays symmetric */
+            theta[i] = theta[j] = x + step[w];
+            CHECK(grad_of(k, &scale, theta, &d.b, 16, g1, t1) == ROLN_OK);
+            l[w] = weighted(t1);
+        }
+        theta[i] = theta[j] = x;
+        l[0] = (8 * (l[0] - l[1]) - (l[2] - l[3])) / (12 * h);
+        WORST(1, fabsl((ld)(g[i] + (i == j ? 0 : g[j])) - (ld)l[0]) / top, 1e-8);
+    }
+#else
+    (void)weighted;
+    test_roln_reference(k, kind, ref, tref);
+    for (i = 0; i < params; i++) WORST(1, fabsl((ld)g[i] - (ld)ref[i]) / (top * EPS), 160);
+    for (i = 0; i < TERMS; i++) WORST(2, fabsl((ld)t[i] - (ld)tref[i]) / (((ld)tref[i] + EPS) * EPS), 80);
+#endif
+
+    /* blocks of one, two, sixteen; three windows are the sum of single ones, bit for bit */
+    for (w = 1; w <= 2; w++) {
+        CHECK(grad_of(k, &scale, theta, &d.b, w, g1, t1) == ROLN_OK);
+        for (i = 0; i < params; i++) e = fabsl((ld)g1[i] - (ld)g[i]) > e ? fabsl((ld)g1[i] - (ld)g[i]) : e;
+        for (i = 0; i < TERMS; i++) CHECK_NEAR(t1[i], t[i], 20 * EPS * (ld)t[i]);
+        if (w == 1) memcpy(sum, g1, sizeof sum);
+    }
+    WORST(3, e / (top * EPS), 12);
+    {
+        roln_loss loss;
+        roln_real windows = 0;
+        memset(g1, 0, sizeof g1), memset(&loss, 0, sizeof loss);
+        for (w = 0; w < 3; w++) {
+            roln_batch b = d.b;
+            const int len = b.steps * b.stride + 1, skip = d.b.start ? d.b.start[w] : w * len;
+            b.count = 1, b.start = NULL, b.q += skip * N_OF(k), b.qd += skip * N_OF(k);
+            if (b.qdd) b.qdd += skip * N_OF(k);
+            if (b.tau) b.tau += skip * N_OF(k);
+            CHECK(roln_grad(models[k].md, &scale, theta, &weights, &b, kind >= 2, 16, dt, g1, &loss, &windows, pool) == ROLN_OK);
+        }
+        CHECK(windows == 3);
+        for (i = 0, w = 0; i < params; i++) w += g1[i] != sum[i];
+        CHECK(w == 0);
+        for (e = 0, i = 0; i < params; i++) e = fabsl((ld)g1[i] - (ld)g[i]) > e ? fabsl((ld)g1[i] - (ld)g[i]) : e;
+        CHECK_BELOW(e / (top * EPS), 12);
+    }
+
+    /* units: powers of two, so the unit-scale model on scaled data gives the same bits */
+    {
+        static const roln_scale unit = {1, 1};
+        static data u;
+        const roln_real q = scale.q, c = scale.t;
+        u = d, u.b.q = u.q, u.b.qd = u.qd, u.b.qdd = d.b.qdd ? u.qdd : NULL, u.b.tau = d.b.tau ? u.tau : NULL;
+        for (i = 0; i < MAXD; i++) u.q[i] /= q, u.qd[i] *= c / q, u.qdd[i] *= c * c / q, u.tau[i] *= q * c * c;
+        memset(g1, 0, sizeof g1), memset(t1, 0, sizeof t1);
+        {
+            roln_loss loss;
+            roln_real windows = 0;
+            memset(&loss, 0, sizeof loss);
+            CHECK(roln_grad(models[k].md, &unit, theta, &weights, &u.b, kind >= 2, 16, dt / c, g1, &loss, &windows, pool) == ROLN_OK);
+            memcpy(t1, &loss, sizeof loss);
+        }
+        CHECK(memcmp(g1, g, (size_t)params * sizeof *g) == 0 && memcmp(t1, t, sizeof t) == 0);
+    }
+}
+
+/* Weights of zero switch terms off: the gradient is linear in the weights, one term at a time. */
+static void test_weights(void)
+{
+    static data d;
+    static roln_real theta[MAXP], g[MAXP], all[MAXP], t[TERMS];
+    uint64_t s = 5;
+    int kind, k, i;
+    parameters(0, &s, theta);
+    for (kind = 0; kind < 3; kind += 2) {
+        ld e = 0, top = 0;
+        make(0, kind, 3, &s, &d);
+        CHECK(grad_of(0, &scale, theta, &d.b, 16, all, t) == ROLN_OK);
+        memset(g, 0, sizeof g);
+        for (k = 0; k < TERMS; k++) {
+            roln_real w[TERMS] = {0}, windows = 0;
+            roln_loss one, loss;
+            memcpy(w, &weights, sizeof w);
+            for (i = 0; i < TERMS; i++) w[i] = i == k ? w[i] : 0;
+            memcpy(&one, w, sizeof w), memset(&loss, 0, sizeof loss);
+            CHECK(roln_grad(models[0].md, &scale, theta, &one, &d.b, kind, 16, dt, g, &loss, &windows, pool) == ROLN_OK);
+        }
+        for (i = 0; i < ma_theta_size; i++) {
+            top = fabsl((ld)all[i]) > top ? fabsl((ld)all[i]) : top;
+            e = fabsl((ld)all[i] - (ld)g[i]) > e ? fabsl((ld)all[i] - (ld)g[i]) : e;
+        }
+        CHECK_BELOW(e / (top * EPS), 40);
+    }
+}
+
+/* ---- prediction ---- */
+
+enum { ENCODE, DECODE, STEP, REDUCE, LIFT, TERMS_AT, RANGE, FIT, CALLS };
+
+/* Every function of prediction as one map from numbers to numbers; returns how many go in and out. */
+static roln_status call(int which, int k, const roln_scale *sc, const roln_real *theta, const roln_real *in, roln_real *out, int *ni, int *no)
+{
+    const roln_model *m = models[k].md;
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real *w = work_of(tick_work(k)), s[32];
+    roln_status st = ROLN_OK;
+    roln_scale fit = {1, 1};
+    switch (which) {
+    case ENCODE: *ni = 2 * N, *no = 2 * n, st = roln_encode(m, sc, theta, in, in + N, out, out + n, w); break;
+    case DECODE: *ni = 2 * n, *no = 2 * N, st = roln_decode(m, sc, theta, in, in + n, out, out + N, w); break;
+    case STEP:
+        *ni = 2 * n + N + 1, *no = 2 * n;
+        memcpy(s, in, (size_t)(2 * n) * sizeof *s);
+        st = roln_step(m, sc, theta, s, s + n, in + 2 * n, in[2 * n + N], w);
+        if (st != ROLN_OK) CHECK(memcmp(s, in, (size_t)(2 * n) * sizeof *s) == 0);
+        else memcpy(out, s, (size_t)(2 * n) * sizeof *s);
+        break;
+    case REDUCE: *ni = n + N, *no = n, st = roln_reduce(m, sc, theta, in, in + n, out, w); break;
+    case LIFT: *ni = 2 * n, *no = N, st = roln_lift(m, sc, theta, in, in + n, out, w); break;
+    case TERMS_AT:
+        *ni = 2 * n, *no = n * n + 2 * n + 2;
+        st = roln_terms(m, sc, theta, in, in + n, out, out + n * n, out + n * n + n, out + n * n + 2 * n, out + n * n + 2 * n + 1, w);
+        break;
+    case RANGE: *ni = 3 * N, *no = 2 * n, st = roln_fit_range(m, sc, theta, 3, in, out, out + n, w); break;
+    default:
+        *ni = 6 * N, *no = N + 2, st = roln_fit_scale(m, 3, in, in + 3 * N, out, &fit);
+        out[N] = fit.q, out[N + 1] = fit.t;
+        if (st != ROLN_OK) CHECK(fit.q == 1 && fit.t == 1);
+    }
+    CHECK(WORK_KEPT());
+    return st;
+}
+
+static void test_calls(int k)
+{
+    static const roln_scale unit = {1, 1};
+    static roln_real theta[MAXP], in[128], u[128], out[256], o2[256];
+    const int N = N_OF(k), n = n_OF(k);
+    const roln_real q = scale.q, c = scale.t;
+    uint64_t s = 50 + (uint64_t)k;
+    int which, i, b, ni, no, rep;
+    parameters(k, &s, theta);
+    for (which = 0; which < CALLS; which++)
+        for (rep = 0; rep < 5; rep++) {
+            dyadic(128, 1, &s, in);
+            if (which == STEP) in[2 * n + N] = dt;
+            CHECK(call(which, k, &scale, theta, in, out, &ni, &no) == ROLN_OK);
+            for (i = 0; i < ni; i++) switch (which) { /* units, bit for bit */
+                case ENCODE: u[i] = in[i] * (i < N ? 1 / q : c / q); break;
+                case DECODE: case TERMS_AT: u[i] = in[i] * (i < n ? 1 : c); break;
+                case STEP: u[i] = in[i] * (i < n ? 1 : i < 2 * n ? c : i < 2 * n + N ? q * c * c : 1 / c); break;
+                case REDUCE: u[i] = in[i] * (i < n ? 1 : q); break;
+                case LIFT: u[i] = in[i] * (i < n ? 1 : 1 / q); break;
+                case RANGE: u[i] = in[i] / q; break;
+                default: u[i] = in[i];
+                }
+            CHECK(call(which, k, &unit, theta, u, o2, &ni, &no) == ROLN_OK);
+            for (b = 0, i = 0; i < no; i++) {
+                const roln_real f = which == ENCODE || which == STEP ? (i < n ? 1 : 1 / c) : which == DECODE ? (i < N ? q : q / c)
+                                    : which == TERMS_AT ? (i < n * n ? 1 : 1 / (c * c)) : 1;
+                b += out[i] != f * o2[i];
+            }
+            CHECK(b == 0);
+            /* NaN and infinity in every input */
+            for (i = 0; i < ni; i++)
+                for (b = 0; b < 3; b++) {
+                    const roln_real x = in[i];
+                    int j, kept = 0;
+                    roln_status st;
+                    in[i] = (roln_real)(b == 0 ? NAN : b == 1 ? INFINITY : -INFINITY);
+                    for (j = 0; j < 256; j++) out[j] = 7;
+                    st = call(which, k, &scale, theta, in, out, &ni, &no);
+                    if (!CHECK(st != ROLN_OK)) printf("    call %d, model %d, input %d, value %d\n", which, k, i, b);
+                    for (j = 0; j < 256; j++) kept += out[j] == 7;
+                    if (which != FIT && st != ROLN_OK) CHECK(kept == 256);
+                    in[i] = x;
+                }
+            for (b = 0; b < 2; b++) { /* a scale that is NaN, where it is used */
+                roln_scale bad = scale;
+                if (b == 0) bad.q = (roln_real)NAN;
+                else bad.t = (roln_real)NAN;
+                if (which < FIT && (b ? which == STEP || which == TERMS_AT : which != TERMS_AT && which != STEP))
+                    CHECK(call(which, k, &bad, theta, in, out, &ni, &no) != ROLN_OK);
+            }
+        }
+
+    /* M zdd + c + g = tau_z, zdd from a very short step; reduce(lift) = 1; power of the force in both worlds */
+    {
+        roln_real z[16], zd[16], v[16], M[64], cc[16], g[16], T, V, tau[16], tz[16], back[16], x[16], xd[16];
+        ld top = 0, e, zdd[16], p = 0, r = 0, size = 0;
+        const ld h = powl(2, PICK(-8, -20));
+        int j;
+        dyadic(n, 1, &s, z), dyadic(n, 1, &s, zd), dyadic(N, 1, &s, tau);
+        memcpy(v, zd, sizeof v), memcpy(x, z, sizeof x);
+        CHECK(roln_terms(models[k].md, &scale, theta, z, zd, M, cc, g, &T, &V, work_of(tick_work(k))) == ROLN_OK);
+        CHECK(roln_reduce(models[k].md, &scale, theta, z, tau, tz, work_of(tick_work(k))) == ROLN_OK);
+        CHECK(roln_step(models[k].md, &scale, theta, x, v, tau, (roln_real)h, work_of(tick_work(k))) == ROLN_OK);
+        for (i = 0; i < n; i++) zdd[i] = ((ld)v[i] - (ld)zd[i]) / h, e = fabsl((ld)tz[i]) + fabsl((ld)cc[i]) + fabsl((ld)g[i]), top = e > top ? e : top;
+        for (i = 0; i < n; i++) {
+            for (e = 0, j = 0; j < n; j++) e += (ld)M[i * n + j] * zdd[j], p += (ld)(zd[i] * M[i * n + j] * zd[j]) / 2;
+            WORST(4, fabsl(e + (ld)cc[i] + (ld)g[i] - (ld)tz[i]) / top / (h + EPS / h), PICK(30, 30));
+        }
+        CHECK_NEAR((ld)T / p, 1, 20 * EPS);
+        CHECK(roln_decode(models[k].md, &scale, theta, z, zd, x, xd, work_of(tick_work(k))) == ROLN_OK);
+        for (p = 0, i = 0; i < N; i++) p += (ld)tau[i] * (ld)xd[i], size += fabsl((ld)tau[i] * (ld)xd[i]);
+        for (i = 0; i < n; i++) r += (ld)tz[i] * (ld)zd[i];
+        CHECK_NEAR(r / size, p / size, 20 * EPS);
+        if (k == 1) return;
+        /* a true autoencoder now: the constraint holds */
+        {
+            static roln_real w[200], th[MAXP];
+            CHECK(roln_ae_init(&models[k].md->ae, th, &s, w) == ROLN_OK);
+            memcpy(th + roln_ae_params(&models[k].md->ae), theta + roln_ae_params(&models[k].md->ae),
+                   (size_t)roln_lnn_params(&models[k].md->lnn) * sizeof *th);
+            CHECK(roln_lift(models[k].md, &scale, th, z, tz, tau, work_of(tick_work(k))) == ROLN_OK);
+            CHECK(roln_reduce(models[k].md, &scale, th, z, tau, back, work_of(tick_work(k))) == ROLN_OK);
+            for (i = 0; i < n; i++) CHECK_NEAR(back[i], tz[i], (k == 3 ? 4e4L : 500) * EPS * top);
+        }
+    }
+}
+
+static void test_rollout(void)
+{
+    enum { STEPS = 60 };
+    static roln_real theta[MAXP], q[(STEPS + 1) * 6], qd[(STEPS + 1) * 6], tau[STEPS * 6], qp[(STEPS + 1) * 6], qdp[(STEPS + 1) * 6];
+    const roln_real h = PICK(ROLN_C(0.015625), 0.00390625), NONE = 7;
+    roln_real z[2], zd[2], x[6], xd[6], tz[2], T, V;
+    uint64_t s = 60;
+    ld E0 = 0, W = 0, P, moved = 0;
+    int k, i, again;
+    parameters(0, &s, theta);
+    dyadic(6, 1, &s, tau);
+    dyadic(2, 1, &s, z), dyadic(2, 1, &s, zd);
+    for (k = 0; k <= 200; k++) { /* energy = work of the force, Simpson */
+        CHECK(roln_terms(&ma_model, &scale, theta, z, zd, NULL, NULL, NULL, &T, &V, work_of(tick_work(0))) == ROLN_OK);
+        CHECK(roln_reduce(&ma_model, &scale, theta, z, tau, tz, work_of(tick_work(0))) == ROLN_OK);
+        P = (ld)tz[0] * (ld)zd[0] + (ld)tz[1] * (ld)zd[1];
+        if (k == 0) E0 = (ld)T + (ld)V;
+        W += (ld)h * P * (k == 0 || k == 200 ? 1 : k % 2 ? 4 : 2) / 3;
+        moved += fabsl(P) * (ld)h;
+        if (k < 200) CHECK(roln_step(&ma_model, &scale, theta, z, zd, tau, h, work_of(tick_work(0))) == ROLN_OK);
+    }
+    WORST(5, fabsl((ld)T + (ld)V - E0 - W) / moved, PICK(4e-6, 1e-8));
+    CHECK(fabsl((ld)T + (ld)V - E0) > 0.05L * moved);
+
+    dyadic((STEPS + 1) * 6, 1, &s, q), dyadic((STEPS + 1) * 6, 1, &s, qd), dyadic(STEPS * 6, 1, &s, tau);
+    for (again = 0; again < 4; again++) { /* predict = encode, step, decode */
+        CHECK(roln_predict(&ma_model, &scale, theta, STEPS, h, again, q, qd, again == 1 ? NULL : tau, qp, qdp, work_of(tick_work(0))) == ROLN_OK);
+        CHECK(WORK_KEPT());
+        for (k = 0; k <= STEPS; k++) {
+            if (k == 0 || (again && k % again == 0)) CHECK(roln_encode(&ma_model, &scale, theta, q + 6 * k, qd + 6 * k, z, zd, pool) == ROLN_OK);
+            else CHECK(roln_step(&ma_model, &scale, theta, z, zd, again == 1 ? NULL : tau + 6 * (k - 1), h, pool) == ROLN_OK);
+            CHECK(roln_decode(&ma_model, &scale, theta, z, zd, x, xd, pool) == ROLN_OK);
+            CHECK(memcmp(x, qp + 6 * k, sizeof x) == 0 && memcmp(xd, qdp + 6 * k, sizeof x) == 0);
+        }
+    }
+    q[6 * 30 + 2] = (roln_real)NAN; /* fails at 30 of every third, the samples before are there */
+    for (i = 0; i < (STEPS + 1) * 6; i++) qp[i] = qdp[i] = NONE;
+    CHECK(roln_predict(&ma_model, &scale, theta, STEPS, h, 3, q, qd, tau, qp, qdp, pool) == ROLN_E_NOT_FINITE);
+    for (i = 0; i < (STEPS + 1) * 6; i++) CHECK((qp[i] != NONE) == (i < 180) && (qdp[i] != NONE) == (i < 180));
+    CHECK(roln_predict(&ma_model, &scale, theta, STEPS, h, 0, q, qd, tau, qp, qdp, pool) == ROLN_OK);
+    tau[6 * 9] = (roln_real)INFINITY;
+    CHECK(roln_predict(&ma_model, &scale, theta, STEPS, h, 0, q, qd, tau, qp, qdp, pool) == ROLN_E_NOT_FINITE);
+}
+
+static void test_errors(int k)
+{
+    static data d;
+    static roln_real theta[MAXP], qp[MAXD], qdp[MAXD], sums[40], qbar[16];
+    const int N = N_OF(k), H = models[k].horizon;
+    uint64_t s = 70;
+    int w, h, i, every, nb;
+    parameters(k, &s, theta);
+    make(k, 0, 5, &s, &d);
+    for (i = 0; i < MAXD; i++) d.qd[i] /= 8, d.tau[i] /= 8;
+    dyadic(N, 1, &s, qbar);
+    for (every = 1; every <= 2; every++)
+        for (nb = 1; nb <= 16; nb += 3) {
+            ld ref[40] = {0};
+            memset(sums, 0, sizeof sums);
+            CHECK(roln_errors(models[k].md, &scale, theta, &d.b, nb, dt, every, qbar, sums, work_of(grad_work(k, nb, 0))) == ROLN_OK);
+            CHECK(WORK_KEPT());
+            for (w = 0; w < 5; w++) {
+                const int at = w * (H + 1) * N;
+                CHECK(roln_predict(models[k].md, &scale, theta, H, dt, 0, d.q + at, d.qd + at, d.tau + at, qp, qdp, pool) == ROLN_OK);
+                for (h = 0; h <= H; h += every)
+                    for (i = 0; i < N; i++) {
+                        const ld q = (ld)d.q[at + h * N + i], qd = (ld)d.qd[at + h * N + i], e = (ld)qp[h * N + i] - q, f = (ld)qdp[h * N + i] - qd;
+                        ref[4 * (h / every)] += e * e, ref[4 * (h / every) + 1] += (q - (ld)qbar[i]) * (q - (ld)qbar[i]);
+                        ref[4 * (h / every) + 2] += f * f, ref[4 * (h / every) + 3] += qd * qd;
+                    }
+            }
+            for (i = 0; i < 40; i++) CHECK_NEAR(sums[i], ref[i], 60 * EPS * (ref[i] + (k == 1 ? 1 : 0)));
+        }
+}
+
+/* A block that fails adds nothing: NaN and infinity in every number of the second window, nb = 1. */
+static void test_grad_failures(int k, int kind)
+{
+    static data d;
+    static roln_real theta[MAXP], g[MAXP], first[MAXP], t[TERMS];
+    const int N = N_OF(k), len = models[k].horizon * (kind < 2) * (kind % 2 + 1) + 1;
+    uint64_t s = 80;
+    int i, f, b;
+    parameters(k, &s, theta);
+    make(k, kind, 2, &s, &d);
+    d.b.start = NULL;
+    d.b.count = 1;
+    CHECK(grad_of(k, &scale, theta, &d.b, 1, first, t) == ROLN_OK);
+    d.b.count = 2;
+    for (f = 0; f < 4; f++) {
+        roln_real *x = f == 0 ? d.q : f == 1 ? d.qd : f == 2 ? d.qdd : d.tau;
+        if ((f == 2 && kind < 2) || (f == 3 && (!d.b.tau || kind == 3))) continue; /* kind 3: the windows share forces */
+        for (i = len * N; i < (2 * len - (f == 3 && kind < 2)) * N; i++)
+            for (b = 0; b < 2; b++) {
+                const roln_real was = x[i];
+                if (kind == 1 && (i / N - len) % 2) continue; /* skipped by the stride */
+                x[i] = (roln_real)(b ? NAN : INFINITY);
+                CHECK(grad_of(k, &scale, theta, &d.b, 1, g, t) == ROLN_E_NOT_FINITE);
+                CHECK(memcmp(g, first, (size_t)models[k].params * sizeof *g) == 0);
+                x[i] = was;
+            }
+    }
+    for (i = 0; i < models[k].params; i++) { /* a broken parameter never gives a finite gradient with ROLN_OK */
+        const roln_real was = theta[i];
+        const int n = n_OF(k), at = models[k].md->lnn.base ? i - (models[k].params - n * n) : i - models[k].params;
+        int ok;
+        if (at == -1 || (at >= 0 && at / n < at % n)) continue; /* the constant of V and the upper triangle of P do not matter */
+        theta[i] = (roln_real)NAN;
+        ok = grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK;
+        CHECK(!ok || !roln_all_finite(models[k].params, g));
+        theta[i] = was;
+    }
+}
+
+/* ---- packed and written parameters ---- */
+
+static void random_bits(int n, uint64_t *s, roln_real *x)
+{
+    while (n > 0) {
+        const uint64_t r = roln_rand(s);
+        memcpy(x, &r, sizeof *x);
+        if (roln_finite(*x)) x++, n--;
+    }
+}
+
+static void test_pack(int k)
+{
+    static roln_real theta[MAXP], t2[MAXP], zero[MAXP];
+    static unsigned char bytes[16000], bad[16000];
+    const roln_model *m = models[k].md;
+    const int total = models[k].packed, n = n_OF(k), lead = 12 + 4 * (m->ae.layers + 1) + 4 * (m->lnn.mass.layers - 1), R = (int)sizeof(roln_real);
+    roln_scale sc = {ROLN_C(0.3), ROLN_C(0.7)}, s2;
+    roln_real lo[8], hi[8], lo2[8], hi2[8], d2;
+    uint64_t s = 90, sum;
+    int i, j;
+    CHECK(total <= 16000 - 8 && total == ROLN_PACKED(m->ae.layers, m->lnn.mass.layers, n, models[k].params));
+    random_bits(models[k].params, &s, theta), random_bits(n, &s, lo), random_bits(n, &s, hi);
+    memset(bytes, 0xa5, sizeof bytes);
+    roln_pack(m, &sc, dt, lo, hi, theta, bytes);
+    CHECK(bytes[total] == 0xa5 && memcmp(bytes, "ROLN\1", 5) == 0 && bytes[6] == sizeof(roln_real) && bytes[12] == m->ae.size[0]);
+    memcpy(bad, bytes, sizeof bad);
+#define UNPACK(p, count) roln_unpack(m, p, count, &s2, &d2, lo2, hi2, t2)
+#define KEPT() (s2.q == 7 && s2.t == 7 && d2 == 7 && lo2[0] == 7 && hi2[n - 1] == 7 && memcmp(t2, zero, sizeof t2) == 0)
+    s2.q = s2.t = d2 = lo2[0] = hi2[n - 1] = 7;
+    memset(t2, 0, sizeof t2);
+    for (i = 0; i < total; i++) /* every byte, two corruptions */
+        for (j = 0; j < 2; j++) {
+            bad[i] ^= (unsigned char)(j ? 255 : 1 << (i % 8));
+            CHECK(UNPACK(bad, total) == (i < 6 ? ROLN_E_FORMAT : i == 6 ? ROLN_E_PRECISION : i < lead ? ROLN_E_SHAPE : ROLN_E_CHECKSUM));
+            bad[i] = bytes[i];
+        }
+    CHECK(KEPT());
+    for (i = 0; i <= total + 3; i++) { /* every length, in memory of that length */
+        unsigned char *p = (unsigned char *)malloc((size_t)i + 1);
+        roln_status st;
+        if (i == total) { free(p); continue; }
+        memcpy(p, bytes, (size_t)i);
+        st = UNPACK(p, i);
+        CHECK(st == ROLN_E_LENGTH || (i >= 12 && i < lead && st == ROLN_E_SHAPE));
+        free(p);
+    }
+    CHECK(UNPACK(bytes, -1) == ROLN_E_LENGTH);
+    for (i = 0; i < MODELS; i++) /* bytes of another model */
+        if (i != k) CHECK(roln_unpack(models[i].md, bytes, total, &s2, &d2, lo2, hi2, t2) == ROLN_E_SHAPE);
+    for (i = 0; i < 4 + 2 * n + models[k].params; i++) /* numbers, under a true checksum: other slope, bad scales, NaN */
+        for (j = 0; j < 3; j++) {
+            const int at = lead + R * i, slope = i == 0;
+            roln_real x = (roln_real)(j == 0 ? NAN : j == 1 ? -INFINITY : -0.f);
+            unsigned char *p = bad + total - 8;
+            if (j == 2 && i > 2) continue;
+            memcpy(bad + at, &x, sizeof x);
+            sum = roln_fnv(ROLN_FNV, bad, total - 8);
+            rolni_put(&p, sum, 8);
+            CHECK(UNPACK(bad, total) == (slope && j > 0 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
+            memcpy(bad + at, bytes + at, sizeof x);
+        }
+    CHECK(KEPT());
+    CHECK(UNPACK(bytes, total) == ROLN_OK);
+    CHECK(s2.q == sc.q && s2.t == sc.t && d2 == dt && memcmp(t2, theta, (size_t)models[k].params * sizeof *t2) == 0);
+    CHECK(memcmp(lo, lo2, (size_t)n * sizeof *lo) == 0 && memcmp(hi, hi2, (size_t)n * sizeof *hi) == 0);
+    CHECK(roln_fnv(ROLN_FNV, (const unsigned char *)"foobar", 6) == UINT64_C(0x85944171f73967e8));
+}
+
+static char text[200000];
+static void put(void *ctx, const char *piece)
+{
+    size_t *at = (size_t *)ctx, len = strlen(piece);
+    CHECK(*at + len < sizeof text);
+    memcpy(text + *at, piece, len + 1);
+    *at += len;
+}
+
+/* One number at *p, as the compiler would read it: [-] digits '.' [f] { (* or /) digits '.' [f] } */
+static int read_real(const char **p, roln_real *x)
+{
+    char *end, op = 0;
+    for (*x = 0;; op = *(*p)++) {
+        const int sign = op == 0 && **p == '-';
+        roln_real v;
+        if (sign) ++*p;
+        if (**p < '0' || **p > '9') return 0;
+        v = (roln_real)strtod(*p, &end);
+        if (end[-1] != '.' || (sizeof *x == 4 && *end++ != 'f')) return 0;
+        *x = op == '*' ? *x * v : op == '/' ? *x / v : sign ? -v : v;
+        *p = end;
+        if (**p != '*' && **p != '/') return 1;
+    }
+}
+
+static void test_write(void)
+{
+    static const roln_real edge[8] = {0, PICK(1e-45f, 4.9406564584124654e-324), PICK(3.4028235e38f, 1.7976931348623157e308), PICK(1.17549435e-38f, 2.2250738585072014e-308),
+                                      PICK(1.1754942e-38f, 2.225073858507201e-308), 1, PICK(16777216, 9007199254740992.0), ROLN_C(0.1)};
+    static ma_params p;
+    roln_real x[3 + 4 + ma_theta_size], y;
+    const char *at = text;
+    uint64_t s = 95;
+    size_t len = 0;
+    int i;
+    random_bits(3 + 4 + ma_theta_size, &s, x);
+    for (i = 0; i < 16; i++) x[i] = i % 2 ? -edge[i / 2] : edge[i / 2];
+    p.scale.q = x[0], p.scale.t = x[1], p.dt = x[2];
+    memcpy(p.z_min, x + 3, sizeof p.z_min), memcpy(p.z_max, x + 5, sizeof p.z_max), memcpy(p.theta, x + 7, sizeof p.theta);
+    ma_write(&p, put, &len);
+    CHECK(strncmp(text, "static const ma_params ma_weights = {\n", 38) == 0 && strcmp(text + len - 4, "}};\n") == 0);
+    at = text + 37;
+    for (i = 0; i < 3 + 4 + ma_theta_size; i++) {
+        at += strspn(at, " ,{}\n");
+        CHECK(read_real(&at, &y));
+        CHECK(memcmp(&y, x + i, sizeof y) == 0);
+    }
+    CHECK(strcmp(at, "}};\n") == 0);
+    for (at = text, i = 0; *at; at++) i += (*at == '{') - (*at == '}');
+    CHECK(i == 0);
+}
+
+/* ---- data, sizes, training ---- */
+
+static void test_data(void)
+{
+    static const roln_scale unit = {1, 1};
+    int index[100], seen[100] = {0}, again[100], orders[6] = {0}, i;
+    uint64_t s = 1, r = 1;
+    roln_real q[60], qd[60], bar[6], lo[2], hi[2], theta[MAXP];
+    roln_scale sc = {7, 7};
+    ld m[6] = {0}, sq = 0, sv = 0;
+    for (i = 0; i < 100; i++) index[i] = again[i] = i;
+    roln_shuffle(100, index, &s), roln_shuffle(100, again, &r);
+    CHECK(memcmp(index, again, sizeof index) == 0 && s == r);
+    for (i = 0; i < 100; i++) seen[index[i]]++;
+    for (i = 0; i < 100; i++) CHECK(seen[i] == 1);
+    for (i = 0; i < 6000; i++) { /* every order of three equally often */
+        int t[3] = {0, 1, 2};
+        roln_shuffle(3, t, &s);
+        orders[2 * t[0] + (t[1] > t[2])]++;
+    }
+    for (i = 0; i < 6; i++) CHECK_NEAR(orders[i], 1000, 150);
+    i = 5, roln_shuffle(0, &i, &s), roln_shuffle(1, &i, &s), CHECK(i == 5);
+
+    dyadic(60, 3, &s, q), dyadic(60, 5, &s, qd);
+    CHECK(roln_fit_scale(&ma_model, 10, q, qd, bar, &sc) == ROLN_OK);
+    for (i = 0; i < 60; i++) m[i % 6] += (ld)q[i] / 10;
+    for (i = 0; i < 60; i++) sq += ((ld)q[i] - m[i % 6]) * ((ld)q[i] - m[i % 6]) / 10, sv += (ld)qd[i] * (ld)qd[i] / 10;
+    for (i = 0; i < 6; i++) CHECK_NEAR(bar[i], m[i], 20 * EPS);
+    CHECK_NEAR(sc.q, sqrtl(sq / 2), 20 * EPS * (ld)sc.q);
+    CHECK_NEAR(sc.t, sqrtl(sq / sv), 20 * EPS);
+    memset(qd, 0, sizeof qd), sc.q = sc.t = 7;
+    CHECK(roln_fit_scale(&ma_model, 10, q, qd, bar, &sc) == ROLN_E_NOT_FINITE && sc.q == 7 && sc.t == 7);
+
+    parameters(0, &s, theta);
+    CHECK(roln_fit_range(&ma_model, &unit, theta, 10, q, lo, hi, work_of(tick_work(0))) == ROLN_OK);
+    for (sq = sv = 0, i = 0; i < 10; i++) {
+        roln_real z[2], zd[2];
+        CHECK(roln_encode(&ma_model, &unit, theta, q + 6 * i, q, z, zd, pool) == ROLN_OK);
+        CHECK(z[0] >= lo[0] && z[1] >= lo[1] && z[0] <= hi[0] && z[1] <= hi[1]);
+        sq += (z[0] == lo[0]) + (z[1] == lo[1]), sv += (z[0] == hi[0]) + (z[1] == hi[1]);
+    }
+    CHECK(sq == 2 && sv == 2);
+}
+
+static void test_sizes(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+        CHECK(models[k].params == roln_ae_params(&models[k].md->ae) + roln_lnn_params(&models[k].md->lnn));
+        CHECK(models[k].work == tick_work(k));
+        CHECK_BELOW(roln_update_work(models[k].blocks, models[k].table), models[k].update);
+    }
+    CHECK(ma_N == 6 && ma_n == 2 && mb_N == 3 && mb_n == 3 && md_n == 2 && md_layers == 8 && ma_layers == 2 && mb_layers == 0);
+    CHECK(md_mlp_layers == 6 && me_n == 1 && sizeof(ma_params) == sizeof(roln_real) * (3 + 4 + ma_theta_size));
+    CHECK(ma_model.scheme == ROLN_RK4 && mb_model.scheme == ROLN_MIDPOINT && mc_model.scheme == ROLN_EULER);
+}
+
+/* Two oscillators seen through six channels; 200 updates. */
+static void test_training(void)
+{
+    enum { SAMPLES = 400, H = 4, BATCH = 8 };
+    static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6], sums[8];
+    static ma_params p, was;
+    static ma_optimiser o, owas;
+    static ma_gradient g;
+    static ma_train work;
+    static ma_start init;
+    static ma_work tick;
+    static unsigned char bytes[ma_packed_size];
+    static const roln_loss unit = ROLN_ODE_WEIGHTS;
+    roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    const roln_real h = ROLN_C(0.05);
+    uint64_t s = 3;
+    int start[BATCH], k, i, c;
+    double first = 0, last = 0;
+    roln_batch b = {BATCH, H, 1, NULL, q, qd, NULL, NULL};
+    ma_state x, y;
+    ma_latent z;
+    for (k = 0; k < SAMPLES; k++)
+        for (c = 0; c < 6; c++) {
+            const double a = cos(k * 0.05), v = -sin(k * 0.05), d = sin(k * 0.07 + 1), w = 1.4 * cos(k * 0.07 + 1), e = 0.1 * (c - 2.5), f = 0.3 * (c % 3 - 1);
+            q[k * 6 + c] = (roln_real)(e * a + f * d + 0.1 * a * a * (c % 2)), qd[k * 6 + c] = (roln_real)(e * v + f * w + 0.2 * a * v * (c % 2));
+        }
+    CHECK(ma_init_pod(&p, SAMPLES, q, qd, qbar, &s, &init) == ROLN_OK);
+    for (k = 0; k < 200; k++) {
+        for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, &s);
+        b.start = start;
+        memset(&g, 0, sizeof g);
+        CHECK(ma_grad(&p, &unit, &b, h, &g, &work) == ROLN_OK);
+        CHECK(ma_update(&p, &opt, &o, &g, &work) == ROLN_OK);
+        if (k < 10) first += (double)(g.loss.q + g.loss.qd + g.loss.zd + g.loss.qd_pred);
+        if (k >= 190) last += (double)(g.loss.q + g.loss.qd + g.loss.zd + g.loss.qd_pred);
+    }
+    WORST(6, (ld)(last / first), 0.1);
+    /* the shell at work: failures leave everything, bytes and back, errors, range */
+    was = p, owas = o;
+    g.theta[5] = (roln_real)NAN;
+    CHECK(ma_update(&p, &opt, &o, &g, &work) == ROLN_E_NOT_FINITE);
+    memset(&g, 0, sizeof g);
+    CHECK(ma_update(&p, &opt, &o, &g, &work) == ROLN_E_NOT_FINITE); /* no windows */
+    CHECK(memcmp(&p, &was, sizeof p) == 0 && memcmp(&o, &owas, sizeof o) == 0);
+    b.steps = H + 1;
+    CHECK(ma_grad(&p, &unit, &b, h, &g, &work) == ROLN_E_LENGTH);
+    b.steps = 40, b.count = 4, start[0] = 0, start[1] = 90, start[2] = 180, start[3] = 270;
+    CHECK(ma_errors(&p, &b, h, 40, qbar, sums, &work) == ROLN_OK);
+    CHECK_BELOW(sqrt((double)(sums[4] / sums[5])), 0.9);
+    CHECK(ma_fit_range(&p, SAMPLES, q, &tick) == ROLN_OK && p.z_min[0] < p.z_max[0]);
+    p.dt = h;
+    ma_pack(&p, bytes);
+    memset(&was, 0, sizeof was);
+    CHECK(ma_unpack(bytes, ma_packed_size, &was) == ROLN_OK && memcmp(&p, &was, sizeof p) == 0);
+    memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
+    CHECK(ma_encode(&p, &x, &z, &tick) == ROLN_OK && ma_decode(&p, &z, &y, &tick) == ROLN_OK);
+    memcpy(&x, &y, sizeof x);
+    CHECK(ma_encode(&p, &x, &z, &tick) == ROLN_OK && ma_decode(&p, &z, &y, &tick) == ROLN_OK); /* a projection, still */
+    for (i = 0; i < 6; i++) CHECK_NEAR(x.q[i], y.q[i], 60 * EPS), CHECK_NEAR(x.qd[i], y.qd[i], 200 * EPS);
+}
+
+void TEST_NAME(roln)(void)
+{
+    int k, kind;
+    for (k = 0; k < MODELS; k++) {
+        for (kind = 0; kind < KINDS; kind++) {
+            test_gradient(k, kind);
+            test_grad_failures(k, kind);
+        }
+        test_calls(k);
+        test_errors(k);
+        test_pack(k);
+    }
+    test_weights();
+    test_rollout();
+    test_write();
+    test_data();
+    test_sizes();
+    test_training();
+#ifdef ROLN_TEST_VERBOSE
+    printf("roln " TEST_PRECISION ": loss %.1Lf eps, gradient %.2Lg, reference loss %.1Lf eps, blocks %.2Lf eps, motion %.2Lf, energy %.2Lg, loss ratio %.3Lf\n",
+           worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], worst[6]);
+#endif
+}
