@@ -253,6 +253,14 @@ typedef struct {
     roln_real q_pred, qd_pred, qdd_pred; /* decoded prediction minus data */
 } roln_loss;
 
+/* Sum of the terms, each times its weight. */
+ROLN_FN roln_real roln_loss_total(const roln_loss *weights, const roln_loss *l)
+{
+    return weights->q * l->q + weights->qd * l->qd + weights->qdd * l->qdd + weights->z * l->z + weights->zd * l->zd +
+           weights->zdd * l->zdd + weights->q_pred * l->q_pred + weights->qd_pred * l->qd_pred +
+           weights->qdd_pred * l->qdd_pred;
+}
+
 /* The paper's unit weights: ODE loss over H steps (Eq. 13), acceleration loss (Eq. 12). */
 #define ROLN_ODE_WEIGHTS {1, 1, 0, 0, 1, 0, 0, 1, 0}
 #define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1}
@@ -476,17 +484,23 @@ ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const 
 
 /* ---- 4 errors and data ------------------------------------------------------------------------ */
 
-/* Roll-out errors: for every window encode its first sample, step to its end and add, at samples k = 0, every, 2 every ..,
-   to sums [steps/every + 1][4]:  |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2  (k = 0: reconstruction).
-   E_q = sqrt(sums[k][0] / sums[k][1]), E_qd = sqrt(sums[k][2] / sums[k][3]). qbar [N] mean of the training q.
-   Work as roln_grad with H = 0. A status other than ROLN_OK: bad data, or a roll-out left the domain; sums is then partial. */
+/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
+typedef struct {
+    roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
+    roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
+} roln_error;
+
+/* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
+   2 every ..: e [steps/every + 1] out. Windows of any length; qbar [N] mean of the training q. Work as roln_grad with
+   H = 0. A status other than ROLN_OK: bad data, or a roll-out left the domain; e is then partial. */
 ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
-                                int nb, roln_real dt, int every, const roln_real *qbar, roln_real *sums, roln_real *work)
+                                int nb, roln_real dt, int every, const roln_real *qbar, roln_error *e, roln_real *work)
 {
     const roln_ae *ae = &md->ae;
     const roln_lnn *lnn = &md->lnn;
     const int N = ae->size[0], n = lnn->n, sum = rolni_ae_sum(ae);
     int w, k, r, i;
+    memset(e, 0, (size_t)(b->steps / every + 1) * sizeof *e);
     for (w = 0; w < b->count; w += nb) {
         const int now = b->count - w < nb ? b->count - w : nb, P = now * N, m = now * n;
         roln_real *mem = work, *s = rolni_take(&mem, 2 * m), *X = rolni_take(&mem, 2 * P), *Y = rolni_take(&mem, 2 * P);
@@ -499,7 +513,7 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
         f.work = rolni_take(&mem, ROLN_TORQUE_WORK(N, n, sum, now, 0));
         force.eval = rolni_torque_eval, force.bwd = rolni_torque_bwd, force.ctx = &f;
         for (k = 0; k <= b->steps; k++) {
-            roln_real *e = sums + 4 * (k / every);
+            roln_error *ek = e + k / every;
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, N, w, now, k - 1, sc->q * sc->t * sc->t, ts);
                 st = roln_lnn_step(lnn, md->scheme, 1, now, theta + roln_ae_params(ae), b->tau ? &force : NULL, dt / sc->t, s,
@@ -515,14 +529,16 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
                 for (i = 0; i < N; i++) {
                     const roln_real q = X[r * N + i], qd = X[P + r * N + i];
                     const roln_real d = sc->q * (Y[r * N + i] - q), c = sc->q * q - qbar[i], u = sc->q / sc->t;
-                    e[0] += d * d;
-                    e[1] += c * c;
-                    e[2] += u * u * (Y[P + r * N + i] - qd) * (Y[P + r * N + i] - qd);
-                    e[3] += u * u * qd * qd;
+                    ek->q += d * d;
+                    ek->q_var += c * c;
+                    ek->qd += u * u * (Y[P + r * N + i] - qd) * (Y[P + r * N + i] - qd);
+                    ek->qd_var += u * u * qd * qd;
                 }
         }
     }
-    return roln_all_finite(4 * (b->steps / every + 1), sums) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    for (k = 0; k <= b->steps / every; k++)
+        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var)) return ROLN_E_NOT_FINITE;
+    return ROLN_OK;
 }
 
 /* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
@@ -779,9 +795,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 {
     const int n = md->lnn.n, params = roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn);
     if (!roln_all_finite(params, theta) || !roln_all_finite(n, z_min) || !roln_all_finite(n, z_max) ||
-        !roln_finite(sc->q + sc->t + dt))
+        !roln_finite(sc->q) || !roln_finite(sc->t) || !roln_finite(dt))
         return ROLN_E_NOT_FINITE;
-    put(ctx, "static const ");
+    put(ctx, "/* include after the definition of the model: ");
+    put(ctx, name);
+    put(ctx, "_params */\nstatic const ");
     put(ctx, name);
     put(ctx, "_params ");
     put(ctx, name);
@@ -928,15 +946,15 @@ typedef struct {
 } ROLNI_(params);
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, qd in 1/s */
-typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state: z, zd in 1/s */
+typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
 typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction */
 typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of training */
 typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start);        /* of initialisation */
 
-/* Gradient: sums over windows. Zero it before the first NAME_grad of an update. */
+/* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
 typedef struct {
     roln_real theta[ROLNI_(theta_size)];
-    roln_loss loss; /* unweighted terms */
+    roln_loss loss; /* unweighted terms; roln_loss_total */
     roln_real windows;
 } ROLNI_(gradient);
 
@@ -960,7 +978,8 @@ static const roln_model ROLNI_(model) = {
        ROLNI_(H5) > 0 ? ROLNI_(H5) : 1, 1}}},
     ROLNI_SCHEME(ROLN_STEP)};
 
-/* The manifold of the parameters: per layer a biorthogonal pair and a bias, then the networks, then the base point. */
+/* The manifold of the parameters: per layer a biorthogonal pair and a bias (learning-rate group 0), then the networks, then
+   the base point (group 1). */
 static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N2), ROLNI_(N3)),
@@ -1032,7 +1051,8 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
     return roln_lift(&ROLNI_(model), &p->scale, p->theta, s->z, tau_z, tau, work->w);
 }
 
-/* M [n][n], c = C zd [n], g [n] of M zdd + c + g = tau_z, kinetic and potential energy T, V; each may be NULL. */
+/* M [n][n], c = C zd [n], g [n] of M zdd + c + g = tau_z, kinetic and potential energy T, V; each may be NULL. If no force
+   did work in training, all of them, and forces with them, share one unknown factor. */
 ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) *s, roln_real *M, roln_real *c, roln_real *g,
                                   roln_real *T, roln_real *V, ROLNI_(work) *work)
 {
@@ -1047,8 +1067,8 @@ ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_rea
     return roln_predict(&ROLNI_(model), &p->scale, p->theta, steps, dt, again, q, qd, tau, q_pred, qd_pred, work->w);
 }
 
-/* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad).
-   ROLN_E_LENGTH: the windows are longer. */
+/* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
+   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer. */
 ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {
@@ -1073,11 +1093,20 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                             o->v_max, work->w);
 }
 
-/* Roll-out errors over windows of any length, at every `every` steps: sums [steps/every + 1][4] (roln_errors). */
+/* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                   const roln_real *qbar, roln_real *sums, ROLNI_(train) *work)
+                                   const roln_real *qbar, roln_error *e, ROLNI_(train) *work)
 {
-    return roln_errors(&ROLNI_(model), &p->scale, p->theta, b, ROLN_BLOCK, dt, every, qbar, sums, work->w);
+    return roln_errors(&ROLNI_(model), &p->scale, p->theta, b, ROLN_BLOCK, dt, every, qbar, e, work->w);
+}
+
+/* Nonzero if z lies in the range seen in training; NaN does not. */
+ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
+{
+    int i, in = 1;
+    for (i = 0; i < ROLNI_(n); i++)
+        in &= roln_finite(s->z[i]) && s->z[i] >= p->z_min[i] && s->z[i] <= p->z_max[i];
+    return in;
 }
 
 /* Record in p the range of z over the samples q [count][N]. */

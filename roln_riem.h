@@ -194,6 +194,9 @@ typedef struct {
     roln_real clip;            /* bound of the norm of the whole gradient; 0: none */
 } roln_opt;
 
+/* The usual settings: learning rates of group 0 (autoencoder) and 1 (networks). */
+#define ROLN_OPT(lr_ae, lr_net) {{lr_ae, lr_net}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 10}
+
 /* What Adam carries beside its moments. Zero-initialised: a fresh start. Copy it with m and v to resume, bit for bit. */
 typedef struct {
     uint32_t t;       /* updates done */

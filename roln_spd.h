@@ -715,7 +715,7 @@ ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
    shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
    not matter: denormal and near-overflow inputs keep full precision.
      A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
-   Residual within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS|. Ends on every input, after at most 30 n sweeps.
+   Residual within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most 30 n sweeps.
    ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
    number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
    than it saves. About 9 n^3 multiply-adds. */

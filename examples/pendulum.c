@@ -197,12 +197,12 @@ static int windows(int first, int last, int steps, int *start)
 }
 
 /* E_q = sqrt(sum |q_pred - q|^2 / sum |q - qbar|^2) over windows, E_qd = sqrt(sum |qd_pred - qd|^2 / sum |qd|^2). */
-static error ratios(roln_real sums[][4], int steps, double missing)
+static error ratios(const roln_error *sums, int steps, double missing)
 {
     error e;
     for (int k = 0; k <= steps; k++) {
-        e.q[k] = missing > 0 ? missing : sqrt((double)(sums[k][0] / sums[k][1]));
-        e.qd[k] = missing > 0 ? missing : sqrt((double)(sums[k][2] / sums[k][3]));
+        e.q[k] = missing > 0 ? missing : sqrt((double)(sums[k].q / sums[k].q_var));
+        e.qd[k] = missing > 0 ? missing : sqrt((double)(sums[k].qd / sums[k].qd_var));
     }
     return e;
 }
@@ -211,9 +211,9 @@ static error ratios(roln_real sums[][4], int steps, double missing)
 static error model_error(int first, int last, int steps)
 {
     static int start[ALL * SAMPLES];
-    roln_real sums[POINTS][4] = {{0}};
+    roln_error sums[POINTS];
     const roln_batch b = {windows(first, last, steps, start), steps, STRIDE, start, q[0], qd[0], NULL, NULL};
-    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums[0], &train_work);
+    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums, &train_work);
     return ratios(sums, steps, st == ROLN_OK ? 0 : HUGE_VAL); /* a model that ran away */
 }
 
@@ -222,7 +222,7 @@ static error linear_error(int first, int last, int steps)
 {
     static int start[ALL * SAMPLES];
     const int count = windows(first, last, steps, start);
-    roln_real sums[POINTS][4] = {{0}};
+    roln_error sums[POINTS] = {{0, 0, 0, 0}};
     for (int w = 0; w < count; w++) {
         chain_state x;
         chain_latent s;
@@ -234,10 +234,10 @@ static error linear_error(int first, int last, int steps)
             for (int i = 0; i < N; i++) {
                 const int row = start[w] + k * STRIDE;
                 const roln_real e = x.q[i] + (roln_real)k * STEP * x.qd[i] - q[row][i], ed = x.qd[i] - qd[row][i];
-                sums[k][0] += e * e;
-                sums[k][1] += (q[row][i] - qbar[i]) * (q[row][i] - qbar[i]);
-                sums[k][2] += ed * ed;
-                sums[k][3] += qd[row][i] * qd[row][i];
+                sums[k].q += e * e;
+                sums[k].q_var += (q[row][i] - qbar[i]) * (q[row][i] - qbar[i]);
+                sums[k].qd += ed * ed;
+                sums[k].qd_var += qd[row][i] * qd[row][i];
             }
     }
     return ratios(sums, steps, 0);
@@ -306,7 +306,7 @@ static void train(const phase *p, uint64_t *seed)
     static chain_gradient gradient;
     int start[BATCH_MAX], refused = 0;
     const roln_batch b = {p->batch, p->steps, STRIDE, start, q[0], qd[0], qdd[0], NULL};
-    roln_opt opt = {{0, 0}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 10};
+    roln_opt opt = ROLN_OPT(0, 0);
     memset(&optimiser, 0, sizeof optimiser);
     for (int t = 0; t < p->updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)p->updates, p->last);
@@ -332,7 +332,7 @@ static double joule, V_rest;
 
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
-    roln_real t, v;
+    roln_real t = 0, v = 0;
     check(chain_terms(&model, s, NULL, NULL, NULL, &t, &v, &work), "energy");
     *T = joule * (double)t;
     *V = joule * (double)v + V_rest;

@@ -5,10 +5,11 @@
 
    MODEL names a config header (pend16.h: ROLN_NAME pend16 and its sizes, see roln.h). motion.csv has a header line, the
    columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the next. Training
-   has two stages from the POD start, each with Adam and a falling learning rate: the acceleration loss, then the ODE loss
-   over windows of several steps. The weights with the smallest validation roll-out error are kept and written as
-   OUT.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: see `settings` below. */
+   starts at the POD and has three stages, each with a falling learning rate: the autoencoder alone, the acceleration loss,
+   the ODE loss over windows of several steps. Each ends with the weights that predicted held-out trajectories best. They
+   are written as OUT_weights.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: `settings`. */
 
+#define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -211,15 +212,15 @@ static roln_status gradient(int acc, const roln_loss *weights, const roln_batch 
 /* E_q, E_qd at the end of windows of `samples` samples of d, in steps of `stride`; 1e9 where a roll-out fails. */
 static void errors(const motion *d, const int *start, int count, int samples, int stride, double *eq, double *eqd)
 {
-    roln_real sums[8] = {0, 0, 0, 0, 0, 0, 0, 0}, *e = samples > 0 ? sums + 4 : sums;
+    roln_error e[2], *last = samples > 0 ? e + 1 : e;
     const int steps = samples / stride;
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
     roln_status st;
     b.count = count, b.steps = steps, b.stride = stride, b.start = start;
     b.q = d->q, b.qd = d->qd, b.tau = set("torque") > 0 ? d->tau : NULL;
-    st = M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, sums, &slice_work[0]);
-    *eq = st == ROLN_OK ? sqrt((double)(e[0] / e[1])) : 1e9;
-    *eqd = st == ROLN_OK ? sqrt((double)(e[2] / e[3])) : 1e9;
+    st = M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, e, &slice_work[0]);
+    *eq = st == ROLN_OK ? sqrt((double)(last->q / last->q_var)) : 1e9;
+    *eqd = st == ROLN_OK ? sqrt((double)(last->qd / last->qd_var)) : 1e9;
 }
 
 /* E_q after `time` seconds on the trajectories from `from` on. */
@@ -259,10 +260,8 @@ static void stage(const motion *d, int train, int kind, int updates)
     printf("%s: %d windows, %d updates\n", name[kind], count, updates);
     for (t = 0; t < updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)updates, (roln_real)set("fall"));
-        roln_opt opt;
+        roln_opt opt = ROLN_OPT(rate * rate_ae, rate * rate_net);
         roln_status st;
-        opt.lr[0] = rate * rate_ae, opt.lr[1] = rate * rate_net;
-        opt.beta1 = ROLN_C(0.9), opt.beta2 = ROLN_C(0.999), opt.eps = ROLN_C(1e-8);
         opt.decay = (roln_real)set("decay"), opt.clip = (roln_real)set("clip");
         if (at + size > count) roln_shuffle(count, start, &seed), at = 0;
         b.start = start + at, at += size;
@@ -272,11 +271,9 @@ static void stage(const motion *d, int train, int kind, int updates)
         else if (++refused > 1000) fprintf(stderr, "too many refused updates (status %d)\n", (int)st), exit(1);
         if ((t + 1) % (updates >= 20 ? updates / 20 : 1) == 0) {
             const double e = validate(d, train, look, held), e25 = kind == AUTOENCODER ? e : validate(d, train, 0.025, held);
-            printf("%7d  q %.1e qd %.1e qdd %.1e zd %.1e zdd %.1e qd' %.1e qdd' %.1e  E_q(25 ms) %6.2f %%  E_q(%g s) %6.2f %%  "
-                   "refused %d  %.0f s, %.0f s left\n", t + 1, (double)loss.q / seen, (double)loss.qd / seen,
-                   (double)loss.qdd / seen, (double)loss.zd / seen, (double)loss.zdd / seen, (double)loss.qd_pred / seen,
-                   (double)loss.qdd_pred / seen, 100 * e25, look, 100 * e, refused, now() - t0,
-                   (now() - t0) * (updates - t - 1) / (t + 1));
+            printf("%7d  loss %.2e (q %.1e)  E_q(25 ms) %6.2f %%  E_q(%g s) %6.2f %%  refused %d  %.0f s, %.0f s left\n", t + 1,
+                   (double)roln_loss_total(&w, &loss) / seen, (double)loss.q / seen, 100 * e25, look, 100 * e, refused,
+                   now() - t0, (now() - t0) * (updates - t - 1) / (t + 1));
             fflush(stdout);
             memset(&loss, 0, sizeof loss);
             seen = 0;

@@ -562,7 +562,7 @@ static void test_errors(int k)
         for (nb = 1; nb <= 16; nb += 3) {
             ld ref[40] = {0};
             memset(sums, 0, sizeof sums);
-            CHECK(roln_errors(models[k].md, &scale, theta, &d.b, nb, dt, every, qbar, sums, work_of(grad_work(k, nb, 0))) == ROLN_OK);
+            CHECK(roln_errors(models[k].md, &scale, theta, &d.b, nb, dt, every, qbar, (roln_error *)sums, work_of(grad_work(k, nb, 0))) == ROLN_OK);
             CHECK(WORK_KEPT());
             for (w = 0; w < 5; w++) {
                 const int at = w * (H + 1) * N;
@@ -726,9 +726,11 @@ static void test_write(void)
     for (i = 0; i < 16; i++) x[i] = i % 2 ? -edge[i / 2] : edge[i / 2];
     p.scale.q = x[0], p.scale.t = x[1], p.dt = x[2];
     memcpy(p.z_min, x + 3, sizeof p.z_min), memcpy(p.z_max, x + 5, sizeof p.z_max), memcpy(p.theta, x + 7, sizeof p.theta);
-    ma_write(&p, put, &len);
-    CHECK(strncmp(text, "static const ma_params ma_weights = {\n", 38) == 0 && strcmp(text + len - 4, "}};\n") == 0);
-    at = text + 37;
+    CHECK(ma_write(&p, put, &len) == ROLN_OK);
+    at = strstr(text, "static const ma_params ma_weights = {\n");
+    CHECK(at != NULL && strcmp(text + len - 4, "}};\n") == 0);
+    if (!at) return;
+    at += 37;
     for (i = 0; i < 3 + 4 + ma_theta_size; i++) {
         at += strspn(at, " ,{}\n");
         CHECK(read_real(&at, &y));
@@ -843,7 +845,7 @@ static void test_training(void)
     b.steps = H + 1;
     CHECK(ma_grad(&p, &unit, &b, h, &g, &work) == ROLN_E_LENGTH);
     b.steps = 40, b.count = 4, start[0] = 0, start[1] = 90, start[2] = 180, start[3] = 270;
-    CHECK(ma_errors(&p, &b, h, 40, qbar, sums, &work) == ROLN_OK);
+    CHECK(ma_errors(&p, &b, h, 40, qbar, (roln_error *)sums, &work) == ROLN_OK);
     CHECK_BELOW(sqrt((double)(sums[4] / sums[5])), 0.9);
     CHECK(ma_fit_range(&p, SAMPLES, q, &tick) == ROLN_OK && p.z_min[0] < p.z_max[0]);
     p.dt = h;

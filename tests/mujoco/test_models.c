@@ -76,22 +76,21 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
 {
     const int steps = h < 0 ? d->samples - 1 : h;
     int *start = malloc((size_t)(d->count * d->samples) * sizeof *start), count = 0;
-    roln_real *sums = calloc((size_t)(4 * (steps + 1)), sizeof *sums);
-    double e[4] = {0, 0, 0, 0};
+    roln_error *at = calloc((size_t)(steps + 1), sizeof *at);
+    double q = 0, q_var = 0, qd = 0, qd_var = 0;
     roln_batch b = {0, 0, 1, NULL, NULL, NULL, NULL, NULL};
     roln_status st;
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i + steps < d->samples; i += h < 0 ? d->samples : 25)
             start[count++] = k * d->samples + i;
     b.count = count, b.steps = steps, b.start = start, b.q = d->q, b.qd = d->qd, b.tau = forces ? d->tau : NULL;
-    st = roln_errors(a->model, a->scale, a->theta, &b, 16, ROLN_C(1e-3), h < 0 ? 1 : h > 0 ? h : 1, d->qbar, sums, a->work);
+    st = roln_errors(a->model, a->scale, a->theta, &b, 16, ROLN_C(1e-3), h < 0 ? 1 : h > 0 ? h : 1, d->qbar, at, a->work);
     for (int k = h > 0 ? 1 : 0; k <= (h < 0 ? steps : h > 0); k++)
-        for (int i = 0; i < 4; i++)
-            e[i] += (double)sums[4 * k + i];
-    *eq = 100 * sqrt(e[0] / e[1]);
-    *eqd = 100 * sqrt(e[2] / e[3]);
+        q += (double)at[k].q, q_var += (double)at[k].q_var, qd += (double)at[k].qd, qd_var += (double)at[k].qd_var;
+    *eq = 100 * sqrt(q / q_var);
+    *eqd = 100 * sqrt(qd / qd_var);
     free(start);
-    free(sums);
+    free(at);
     return st;
 }
 
