@@ -70,7 +70,7 @@ build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tes
 
 build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c $(TRUTH) tests/check.c \
                    tests/mujoco/truth.h tests/mujoco/h5.h tests/check.h $(HEADERS) | build
-	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)

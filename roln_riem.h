@@ -234,17 +234,21 @@ ROLN_FN int rolni_keep(const roln_block *b)
     return b->kind == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
 }
 
-/* Work of an update: what it keeps, and the largest work of a verb. */
+ROLN_FN int rolni_keep_all(int blocks, const roln_block *table)
+{
+    int b, sum = 0;
+    for (b = 0; b < blocks; b++)
+        sum += rolni_keep(table + b);
+    return sum;
+}
+
+/* Work of an update: what it keeps, and behind that the largest work of a verb. */
 ROLN_FN int roln_update_work(int blocks, const roln_block *table)
 {
-    int b, sum = 0, verb = 0;
+    int b, verb = 0;
     for (b = 0; b < blocks; b++)
-        if (rolni_keep(table + b) > 0) {
-            const int w = rolni_block_work(table + b);
-            sum += rolni_keep(table + b);
-            verb = w > verb ? w : verb;
-        }
-    return sum + verb;
+        if (rolni_keep(table + b) > 0) verb = ROLN_MAX(verb, rolni_block_work(table + b));
+    return rolni_keep_all(blocks, table) + verb;
 }
 
 /* One Adam step of one number with gradient g, of squared length gg: the new x; m, v, vmax in and out. */
@@ -294,7 +298,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
                                      roln_real *vmax, roln_real *work)
 {
     const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
-    roln_real *verb = work;
+    const int kept = rolni_keep_all(blocks, table);
     roln_adam next;
     int pass, b, i;
     if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
@@ -302,8 +306,6 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
     next.t = state->t + 1;
     next.b1 = 1 - opt->beta1 * (1 - state->b1);
     next.b2 = 1 - opt->beta2 * (1 - state->b2);
-    for (b = 0; b < blocks; b++)
-        verb += rolni_keep(table + b);
     for (pass = 0; pass < 2; pass++) { /* 0: compute and check, 1: write */
         roln_real *keep = work;
         int at = 0, av = 0;
@@ -325,7 +327,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
                 continue;
             }
             if (pass == 0) {
-                const roln_status st = rolni_adam_curved(k, opt, &next, scale, g, x, mb, *vb, *wb, keep, verb);
+                const roln_status st = rolni_adam_curved(k, opt, &next, scale, g, x, mb, *vb, *wb, keep, work + kept);
                 if (st != ROLN_OK) return st;
             } else {
                 memcpy(x, keep, (size_t)size * sizeof *x);
@@ -344,12 +346,10 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
                                     const roln_real *grad, roln_real *theta, roln_real *work)
 {
     const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
-    roln_real *verb = work;
+    const int kept = rolni_keep_all(blocks, table);
     int pass, b, i;
     if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
     if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
-    for (b = 0; b < blocks; b++)
-        verb += rolni_keep(table + b);
     for (pass = 0; pass < 2; pass++) {
         roln_real *keep = work, *x = theta;
         const roln_real *g = grad;
@@ -362,10 +362,10 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
                     roln_status st;
                     for (i = 0; i < size; i++)
                         keep[i] = scale * g[i] + opt->decay * x[i], keep[size + i] = 0;
-                    if ((st = rolni_tangent(k, x, keep, verb)) != ROLN_OK) return st;
+                    if ((st = rolni_tangent(k, x, keep, work + kept)) != ROLN_OK) return st;
                     for (i = 0; i < size; i++)
                         keep[i] *= -lr;
-                    if ((st = rolni_retract(k, x, keep, keep, verb)) != ROLN_OK) return st;
+                    if ((st = rolni_retract(k, x, keep, keep, work + kept)) != ROLN_OK) return st;
                     if (!roln_all_finite(size, keep)) return ROLN_E_NOT_FINITE;
                 }
                 for (i = 0; i < size; i++) {
@@ -373,7 +373,7 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
                     if (pass == 1) x[i] = xi;
                     else if (!roln_finite(xi)) return ROLN_E_NOT_FINITE;
                 }
-                keep += rolni_keep(k);
+                if (curved) keep += rolni_keep(k);
             }
             x += size;
             g += size;

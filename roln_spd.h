@@ -377,12 +377,19 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
 #else
 #define ROLNI_BYTES 16
 #endif
+/* Where rolni_v8 is one register, operands with several uses are read as volatile: gcc 12 else reads them for each use. */
+#if defined(__AVX512F__) || (defined(__AVX__) && !defined(ROLN_DOUBLE))
+#define ROLNI_ONCE volatile
+#else
+#define ROLNI_ONCE
+#endif
 #define ROLNI_W ((int)(ROLNI_BYTES / sizeof(roln_real)))
 typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
 #define ROLNI_LD(p) (*(const rolni_v *)(const void *)(p))
 #define ROLNI_ST(p, v) (*(rolni_v *)(void *)(p) = (v))
 #define ROLNI_LD8(p) (*(const rolni_v8 *)(const void *)(p))
+#define ROLNI_LD8_ONCE(p) (*(const ROLNI_ONCE rolni_v8 *)(const void *)(p))
 #endif
 
 /* Row i of C = A B from column j on (see rolni_mm). */
@@ -579,9 +586,9 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
                 roln_real *c = C + (size_t)i * ldc + j;
                 rolni_v8 v00 = {0}, v01 = {0}, v02 = {0}, v03 = {0}, v10 = {0}, v11 = {0}, v12 = {0}, v13 = {0};
                 for (p = 0; p < k; p += 8) {
-                    const rolni_v8 a0 = ROLNI_LD8(a + p), a1 = ROLNI_LD8(a + ld + p);
-                    const rolni_v8 b0 = ROLNI_LD8(b + p), b1 = ROLNI_LD8(b + ld + p);
-                    const rolni_v8 b2 = ROLNI_LD8(b + 2 * ld + p), b3 = ROLNI_LD8(b + 3 * ld + p);
+                    const rolni_v8 a0 = ROLNI_LD8_ONCE(a + p), a1 = ROLNI_LD8_ONCE(a + ld + p);
+                    const rolni_v8 b0 = ROLNI_LD8_ONCE(b + p), b1 = ROLNI_LD8_ONCE(b + ld + p);
+                    const rolni_v8 b2 = ROLNI_LD8_ONCE(b + 2 * ld + p), b3 = ROLNI_LD8_ONCE(b + 3 * ld + p);
                     v00 += a0 * b0, v01 += a0 * b1, v02 += a0 * b2, v03 += a0 * b3;
                     v10 += a1 * b0, v11 += a1 * b1, v12 += a1 * b2, v13 += a1 * b3;
                 }

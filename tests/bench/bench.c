@@ -96,11 +96,11 @@ static void small_setup(const row *r)
                     A[j * n + i] = A[i * n + j];
         }
         for (i = 0; i < n * n; i++)
-            small.dA[k][i] = A[i];
+            small.dA[k][i] = (mjtNum)A[i];
     }
     fill(n, 1, small.y);
     for (i = 0; i < n; i++)
-        small.dy[i] = small.y[i];
+        small.dy[i] = (mjtNum)small.y[i];
 }
 
 static void eig(const row *r)
@@ -161,9 +161,9 @@ static void big_setup(const row *r)
     fill(600 * 128, 1, big.A);
     fill(LENGTH, 1, big.x);
     for (i = 0; i < 600 * 128; i++)
-        big.dA[i] = big.A[i];
+        big.dA[i] = (mjtNum)big.A[i];
     for (i = 0; i < LENGTH; i++)
-        big.dx[i] = big.x[i];
+        big.dx[i] = (mjtNum)big.x[i];
 }
 
 static void matvec_order1(const row *r)
