@@ -1,4 +1,4 @@
-# roln: make demo (C compiler only), make deps test, make bench, make train-pend16 train-pend2, make install, make clean
+# roln: make demo (C compiler only), make deps test, make errors, make bench, make models, make install, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -14,7 +14,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo deps test bench data train-pend16 train-pend2 install clean
+.PHONY: all demo deps test errors models bench install clean
 all: demo
 
 # ---- what a user does ----
@@ -74,6 +74,14 @@ build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/te
 
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+
+# error tables of the committed models, on fresh trajectories
+errors: build/test_mujoco
+	./build/test_mujoco
+
+# train the committed models again (an hour and a half)
+models: build/generate
+	sh tests/mujoco/models/train.sh
 
 bench: build/bench
 	./build/bench
