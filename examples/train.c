@@ -34,25 +34,25 @@ static struct {
     double value;
 } settings[] = {
     {"seed", 1},        /* of weights and shuffling */
-    {"ae", 100000},     /* updates of the autoencoder alone, on its reconstruction */
-    {"acc", 20000},     /* updates with the acceleration loss */
-    {"ode", 20000},     /* updates with the ODE loss */
+    {"ae", 20000},      /* updates of the autoencoder alone, on its reconstruction */
+    {"acc", 100000},    /* updates with the acceleration loss */
+    {"ode", 10000},     /* updates with the ODE loss */
     {"ae_batch", 128},  /* samples per update of the autoencoder alone */
     {"batch", 64},      /* windows per update */
     {"steps", 8},       /* steps per window, at most ROLN_HORIZON */
     {"stride", 5},      /* samples per step */
-    {"lr_ae", 0.2},     /* learning rate of the autoencoder alone (Frobenius length of a step) */
-    {"lr_joint", 0.01}, /* ... in the two later stages; 0: frozen, sequential training */
-    {"lr_net", 2e-3},   /* learning rate of the networks in these */
+    {"lr_ae", 0.1},     /* learning rate of the autoencoder alone (Frobenius length of a step) */
+    {"lr_joint", 0.1},  /* ... in the two later stages; 0: frozen, sequential training */
+    {"lr_net", 3e-3},   /* learning rate of the networks in these */
     {"fall", 1e-3},     /* last learning rate over first, in each stage */
     {"ode_lr", 0.3},    /* learning rates of the ODE stage over those of the acceleration stage */
     {"decay", 0},       /* weight decay */
     {"clip", 10},       /* bound of the gradient norm */
-    {"w_q", 1},         /* weight of the reconstruction of q */
-    {"w_acc", 1},       /* weight of the accelerations in the acceleration loss */
+    {"w_q", 2},         /* weight of the reconstruction of q */
+    {"w_acc", 0.1},     /* weight of the accelerations in the acceleration loss */
     {"torque", 0},      /* 1: use the tau columns, 0: no force does work */
     {"held", 0.1},      /* part of the trajectories held out for validation */
-    {"look", 0.25},     /* validation roll-out, s */
+    {"look", 0.1},      /* validation roll-out, s */
     {"from", 0},        /* 1: start from OUT.roln */
 };
 

@@ -2,80 +2,15 @@
    cyclic Jacobi for eigenvalues and square roots, scaling and squaring of the Taylor series for exp, block
    triangular exponentials for its derivatives (Mathias 1996), central differences for the backward in P. */
 #include "../roln_spd.h"
-#include "check.h"
+#include "twin.h"
 
 void TEST_NAME(eig)(void);
 
-typedef long double ld;
-#define EPS ((ld)ROLN_EPS)
 #define MAXN 640
 
 static roln_real A[MAXN * MAXN], Q[MAXN * MAXN], Q2[MAXN * MAXN], l[MAXN], l2[MAXN], work[ROLN_EIG_WORK(MAXN)];
 
 /* ---- twins ---- */
-
-#define TN 40 /* largest twin matrix */
-
-static void t_mul(int n, const ld *a, const ld *b, ld *c)
-{
-    static ld t[TN * TN];
-    int i, j, k;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            ld s = 0;
-            for (k = 0; k < n; k++) s += a[i * n + k] * b[k * n + j];
-            t[i * n + j] = s;
-        }
-    memcpy(c, t, (size_t)(n * n) * sizeof *c);
-}
-
-/* exp of any matrix: 2^-s to norm below 1/4, Taylor, s squarings */
-static void t_exp(int n, const ld *a, ld *x)
-{
-    static ld b[TN * TN], t[TN * TN];
-    ld norm = 0, f = 1;
-    int i, k, s = 0;
-    for (i = 0; i < n * n; i++) norm += fabsl(a[i]);
-    for (; norm * f > 0.25L; f *= 0.5L) s++;
-    for (i = 0; i < n * n; i++) b[i] = a[i] * f, x[i] = t[i] = i % (n + 1) == 0;
-    for (k = 1; k < 20; k++) {
-        t_mul(n, t, b, t);
-        for (i = 0; i < n * n; i++) t[i] /= (ld)k, x[i] += t[i];
-    }
-    while (s--) t_mul(n, x, x, x);
-}
-
-/* cyclic Jacobi: a becomes diagonal, v [n][n] has the eigenvectors in its columns */
-static void t_jacobi(int n, ld *a, ld *v)
-{
-    ld top = 0;
-    int i, p, q, sweep;
-    for (i = 0; i < n * n; i++) {
-        v[i] = i % (n + 1) == 0;
-        if (fabsl(a[i]) > top) top = fabsl(a[i]);
-    }
-    for (sweep = 0; sweep < 40; sweep++)
-        for (p = 0; p < n; p++)
-            for (q = p + 1; q < n; q++) {
-                ld th, t, c, s;
-                if (fabsl(a[p * n + q]) <= 1e-24L * top) continue;
-                th = (a[q * n + q] - a[p * n + p]) / (2 * a[p * n + q]);
-                t = (th < 0 ? -1 : 1) / (fabsl(th) + sqrtl(th * th + 1));
-                c = 1 / sqrtl(t * t + 1);
-                s = t * c;
-                for (i = 0; i < n; i++) {
-                    ld x = a[i * n + p], y = a[i * n + q];
-                    a[i * n + p] = c * x - s * y, a[i * n + q] = s * x + c * y;
-                }
-                for (i = 0; i < n; i++) {
-                    ld x = a[p * n + i], y = a[q * n + i];
-                    a[p * n + i] = c * x - s * y, a[q * n + i] = s * x + c * y;
-                    x = v[i * n + p], y = v[i * n + q];
-                    v[i * n + p] = c * x - s * y, v[i * n + q] = s * x + c * y;
-                }
-                a[p * n + q] = a[q * n + p] = 0;
-            }
-}
 
 /* s = P^pw by Jacobi */
 static void t_power(int n, const ld *P, ld pw, ld *s)
@@ -113,7 +48,7 @@ static ld t_dot(int n, const ld *a, const ld *b)
 }
 
 /* largest |a - b| over largest |b| */
-static ld distance(int n, const roln_real *a, const ld *b)
+static ld relative(int n, const roln_real *a, const ld *b)
 {
     ld d = 0, m = 0;
     int i;
@@ -131,11 +66,6 @@ static ld t_top(int n, const roln_real *a)
     while (n--)
         if (fabsl((ld)a[n]) > m) m = fabsl((ld)a[n]);
     return m;
-}
-
-static void widen(int n, const roln_real *a, ld *b)
-{
-    while (n--) b[n] = (ld)a[n];
 }
 
 static void random_sym(int n, ld scale, uint64_t *s, roln_real *a)
@@ -427,7 +357,7 @@ static void check_maps(int n, int based, ld scale, uint64_t *s)
         CHECK(roln_spd_exp(n, NULL, U, X, w) == ROLN_OK);
     }
     t_exp_at(n, p, u, r);
-    CHECK_BELOW(distance(n * n, X, r), 12 * tol);
+    CHECK_BELOW(relative(n * n, X, r), 12 * tol);
     for (i = 0; i < n; i++)
         for (j = 0; j < i; j++) CHECK(X[i * n + j] == X[j * n + i]);
     roln_spd_form(n, 1, ev, VV, Xi, w);
@@ -438,13 +368,13 @@ static void check_maps(int n, int based, ld scale, uint64_t *s)
     t_mul(n, t, x, ri);
     t_mul(n, ri, t, ri);
     roln_spd_form(n, -1, ev, WW, Xi, w);
-    CHECK_BELOW(distance(n * n, Xi, ri), 12 * tol);
+    CHECK_BELOW(relative(n * n, Xi, ri), 12 * tol);
     for (i = 0; i < n; i++) z[i] = E[i];
     for (q = 0; q < 2; q++) {
         roln_spd_mul(n, q ? -1 : 1, ev, q ? WW : VV, z, y);
         for (i = 0; i < n; i++)
             for (t[i] = 0, k = 0; k < n; k++) t[i] += (q ? ri : r)[i * n + k] * e[k];
-        CHECK_BELOW(distance(n, y, t), 20 * tol);
+        CHECK_BELOW(relative(n, y, t), 20 * tol);
     }
 
     /* first derivative: exp [U E; 0 U] = [., D; 0 .], at a base point between two square roots */
@@ -468,7 +398,7 @@ static void check_maps(int n, int based, ld scale, uint64_t *s)
     t_mul(n, x, B, r);
     t_mul(n, r, x, r);
     roln_spd_exp_d(n, K, VV, WW, E, D, w);
-    CHECK_BELOW(distance(n * n, D, r), 16 * tol);
+    CHECK_BELOW(relative(n * n, D, r), 16 * tol);
     tr = t_dot(n * n, g, r);
 
     /* backward: <g_U, E> = <G, D[E]>; <g_P, F> against Richardson differences of the twin; both add */
@@ -514,7 +444,7 @@ static void check_maps(int n, int based, ld scale, uint64_t *s)
     t_mul(n, x, B, r);
     t_mul(n, r, x, r);
     roln_spd_exp_d2(n, T, VV, WW, E, F, D, w);
-    CHECK_BELOW(distance(n * n, D, r), 24 * tol);
+    CHECK_BELOW(relative(n * n, D, r), 24 * tol);
 
     /* eigenbasis: <G, D2[E,F]> = <F, D2[E,G]>; the increment adds and is symmetric to the bit */
     for (i = 0; i < n * n; i++) D[i] = X[i] = 0;

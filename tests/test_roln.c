@@ -798,6 +798,52 @@ static void test_sizes(void)
     CHECK(ma_model.scheme == ROLN_RK4 && mb_model.scheme == ROLN_MIDPOINT && mc_model.scheme == ROLN_EULER);
 }
 
+/* Every function of the shell is the generic one with the model filled in. */
+static void test_shell(void)
+{
+    enum { H = 3 };
+    static ma_params p;
+    static ma_work work;
+    static ma_train train;
+    static ma_gradient g, g1;
+    static ma_start start;
+    static const roln_loss acc = ROLN_ACC_WEIGHTS;
+    roln_real q[(H + 1) * 6], qd[(H + 1) * 6], qdd[(H + 1) * 6], tau[(H + 1) * 6], a[2][(H + 1) * 6], b[2][(H + 1) * 6];
+    roln_real M[2][4], c[2][2], gr[2][2], T[2], V[2];
+    ma_latent s;
+    roln_batch batch = {H + 1, 0, 1, NULL, NULL, NULL, NULL, NULL};
+    uint64_t seed = 9;
+    int i;
+    CHECK(ma_init(&p, &seed, &start) == ROLN_OK);
+    for (i = 0; i < (H + 1) * 6; i++) {
+        q[i] = roln_normal(&seed) / 4, qd[i] = roln_normal(&seed), qdd[i] = roln_normal(&seed), tau[i] = roln_normal(&seed);
+    }
+    memset(b, 0, sizeof b), memset(a, 0, sizeof a);
+    CHECK(ma_fit_range(&p, H + 1, q, &work) == ROLN_OK);
+    memcpy(s.z, p.z_min, sizeof s.z), s.zd[0] = 1, s.zd[1] = -1;
+    CHECK(ma_in_range(&p, &s));
+    s.z[1] = p.z_max[1] + 1;
+    CHECK(!ma_in_range(&p, &s));
+    s.z[1] = (roln_real)NAN;
+    CHECK(!ma_in_range(&p, &s));
+    s.z[1] = p.z_max[1];
+    CHECK(ma_reduce(&p, &s, tau, a[0], &work) == ROLN_OK && roln_reduce(&ma_model, &p.scale, p.theta, s.z, tau, b[0], work.w) == ROLN_OK);
+    CHECK(ma_lift(&p, &s, a[0], a[1], &work) == ROLN_OK && roln_lift(&ma_model, &p.scale, p.theta, s.z, b[0], b[1], work.w) == ROLN_OK);
+    CHECK(memcmp(a, b, sizeof a) == 0);
+    CHECK(ma_terms(&p, &s, M[0], c[0], gr[0], &T[0], &V[0], &work) == ROLN_OK);
+    CHECK(roln_terms(&ma_model, &p.scale, p.theta, s.z, s.zd, M[1], c[1], gr[1], &T[1], &V[1], work.w) == ROLN_OK);
+    CHECK(memcmp(M[0], M[1], sizeof M[0]) == 0 && memcmp(c[0], c[1], sizeof c[0]) == 0 && memcmp(gr[0], gr[1], sizeof gr[0]) == 0);
+    CHECK(!(T[0] < T[1] || T[0] > T[1] || V[0] < V[1] || V[0] > V[1]) && ROLN_ABS(M[0][1] - M[0][2]) <= 0);
+    CHECK(ma_predict(&p, H, dt, 2, q, qd, tau, a[0], a[1], &work) == ROLN_OK);
+    CHECK(roln_predict(&ma_model, &p.scale, p.theta, H, dt, 2, q, qd, tau, b[0], b[1], work.w) == ROLN_OK);
+    CHECK(memcmp(a, b, sizeof a) == 0);
+    batch.q = q, batch.qd = qd, batch.qdd = qdd, batch.tau = tau;
+    CHECK(ma_grad_acc(&p, &acc, &batch, &g, &train) == ROLN_OK);
+    CHECK(roln_grad(&ma_model, &p.scale, p.theta, &acc, &batch, 1, 16, 0, g1.theta, &g1.loss, &g1.windows, train.w) == ROLN_OK);
+    CHECK(memcmp(&g, &g1, sizeof g) == 0);
+    CHECK_NEAR(roln_loss_total(&acc, &g.loss), g.loss.q + g.loss.qd + g.loss.qdd + g.loss.zdd + g.loss.qdd_pred, 8 * EPS * (ld)roln_loss_total(&acc, &g.loss));
+}
+
 /* Two oscillators seen through six channels; 200 updates. */
 static void test_training(void)
 {
@@ -876,6 +922,7 @@ void TEST_NAME(roln)(void)
     test_write();
     test_data();
     test_sizes();
+    test_shell();
     test_training();
 #ifdef ROLN_TEST_VERBOSE
     printf("roln " TEST_PRECISION ": loss %.1Lf eps, gradient %.2Lg, reference loss %.1Lf eps, blocks %.2Lf eps, motion %.2Lf, energy %.2Lg, loss ratio %.3Lf\n",

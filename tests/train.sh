@@ -5,12 +5,12 @@ cd "$(dirname "$0")/.." || exit 1
 build/generate pend16 build/small.h5 --train 40 --test 5 --seed 1 --csv build/small || exit 1
 gcc -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples -DMODEL=pend16 \
     examples/train.c -o build/train_small -lpthread -lm || exit 1
-build/train_small build/small_train.csv test=build/small_test.csv ae=5000 acc=20000 ode=0 out=build/small > build/small.log
+build/train_small build/small_train.csv test=build/small_test.csv ae=10000 acc=60000 ode=0 out=build/small > build/small.log
 code=$?
 cat build/small.log
 rm -f build/small_train.csv build/small_test.csv build/small.h5
 [ "$code" -eq 0 ] || exit 1
-tail -n 12 build/small.log | awk -v bound=3.0 '
+tail -n 12 build/small.log | awk -v bound=2.0 '
     $1 == 25 { e = $2 }
     END {
         ok = e != "" && e + 0 < bound

@@ -21,16 +21,17 @@ run16() { $dir/train_pend16 $dir/pend16_mild.csv test=$dir/pend16_test.csv out=$
 run16 held=0.1 ae=30000 acc=300000 ode=40000 look=1 lr_ae=0.1 lr_joint=0.1 w_q=2 lr_net=3e-3 steps=8
 run16 from=1 held=0.04 ae=0 acc=400000 ode=15000 look=0.1 lr_joint=0.04 w_q=8 lr_net=2.5e-3 fall=5e-4 ode_lr=0.1 steps=8
 run16 from=1 held=0.04 ae=0 acc=220000 ode=8000 look=0.1 lr_joint=0.03 w_q=8 lr_net=2.5e-3 fall=3e-4 ode_lr=0.1 steps=16 seed=2
+run16 from=1 held=0.04 ae=0 acc=250000 ode=6000 look=0.1 lr_joint=0.03 w_q=8 lr_net=2.5e-3 fall=3e-4 ode_lr=0.1 steps=16 seed=3
 
 # pend2 with torques: 40 trajectories
 build/generate pend2_act $dir/pend2_act.h5 --train 40 --test 10 --seed 1 --csv $dir/pend2_act
-$dir/train_pend2 $dir/pend2_act_train.csv test=$dir/pend2_act_test.csv out=$dir/pend2_act torque=1 ae=0 batch=128 look=1 \
+$dir/train_pend2 $dir/pend2_act_train.csv test=$dir/pend2_act_test.csv out=$dir/pend2_act torque=1 ae=0 batch=128 look=1 w_acc=1 \
     acc=120000 ode=20000 steps=8 stride=5 lr_net=5e-3
 
 # pend2 free: first 40 trajectories, then 200
 build/generate pend2 $dir/pend2.h5 --train 200 --test 10 --seed 1 --csv $dir/pend2
 awk -v RS= -v ORS='\n\n' 'NR <= 40' $dir/pend2_train.csv > $dir/pend2_first.csv
-run2() { $dir/train_pend2 "$@" test=$dir/pend2_test.csv out=$dir/pend2_free ae=0 batch=128 look=1; }
+run2() { $dir/train_pend2 "$@" test=$dir/pend2_test.csv out=$dir/pend2_free ae=0 batch=128 look=1 w_acc=1; }
 run2 $dir/pend2_first.csv acc=120000 ode=20000 steps=8 stride=5 lr_net=5e-3
 run2 $dir/pend2_train.csv from=1 held=0.03 acc=120000 ode=0 lr_net=4e-3 fall=3e-4
 run2 $dir/pend2_train.csv from=1 held=0.02 acc=180000 ode=0 lr_net=4e-3 fall=1e-4 seed=2
