@@ -941,7 +941,7 @@ enum {
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(n), ROLNI_(theta_size))
 };
 
-typedef char ROLNI_(sizes_must_fall)[ROLNI_EACH_LAYER(ROLNI_LAYER_OK) == 8 && ROLNI_AT(9, ROLN_AE) == 0 ? 1 : -1];
+typedef char ROLNI_(sizes_must_not_grow)[ROLNI_EACH_LAYER(ROLNI_LAYER_OK) == 8 && ROLNI_AT(9, ROLN_AE) == 0 ? 1 : -1];
 typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_AT(5, ROLN_MLP) == 0 ? 1 : -1];
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max: range of z seen in training. */
