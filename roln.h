@@ -4,19 +4,27 @@
 
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
-       #define ROLN_MLP     64, 64            hidden widths of the mass and the potential network
+       #define ROLN_MLP     64, 64            hidden widths of the networks
        #define ROLN_STEP    rk4               euler, rk4 or midpoint; default rk4
        #define ROLN_SLOPE   0.41421356        slope k of the activation, default tan(pi/8)
-       #define ROLN_BASE    0                 1: learned base point P of the mass matrix; default 0, P = I
+       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
+       #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
+       #define ROLN_WIDTH   8                 size of U where a bimap layer brings it down to n; default n
+       #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
+       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
+       #define ROLN_DAMPING 0                 1: learned dissipation R(z)
+       #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #include "roln.h"
 
-   One control tick     encode  q, qd -> z, zd;  step  M zdd + c + g = J^T tau, integrated;  decode  z, zd -> q, qd
+   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors
+   One prediction       encode;  step  M zdd + c + g + d = J^T tau, integrated;  decode  z, zd -> q, qd
    One training sample  the same, then the losses, then back through the same stations
 
-   1 model and units     2 prediction     3 losses and gradient     4 errors and data     5 packed parameters
-   6 the typed shell (generated anew for every ROLN_NAME): the functions to call are listed there
+   1 model and units     2 prediction and mechanics     3 control and guard     4 losses and gradient
+   5 errors and data     6 packed parameters
+   7 the typed shell (generated anew for every ROLN_NAME): the functions to call are listed there
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. */
 
@@ -34,7 +42,20 @@ typedef struct {
     roln_ae ae;
     roln_lnn lnn;
     int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
+    int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
 } roln_model;
+
+/* theta holds the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */
+ROLN_FN int roln_params(const roln_model *md)
+{
+    return roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn) + md->ae.size[0] * md->inputs;
+}
+
+/* Numbers of a force as the model gets it: N, or inputs. */
+ROLN_FN int roln_force_size(const roln_model *md)
+{
+    return md->inputs > 0 ? md->inputs : md->ae.size[0];
+}
 
 /* The networks see q / scale.q and time / scale.t, so that users need not scale their data. */
 typedef struct {
@@ -54,52 +75,93 @@ ROLN_FN int rolni_ae_sum(const roln_ae *ae)
     return roln_ae_tape(ae, 1, 1);
 }
 
-/* A torque tau [nb][N] (scaled) that acts on z as J(z)^T tau. */
+/* A force in [nb][roln_force_size] (scaled): it acts on z as J(z)^T tau, tau = in or B in. */
 typedef struct {
-    const roln_ae *ae;
-    const roln_real *theta, *tau;
-    roln_real *gtheta, *work; /* gradient: NULL if none is wanted; work [ROLN_TORQUE_WORK] */
+    const roln_model *md;
+    const roln_real *theta, *in;
+    roln_real *gtheta, *gin; /* gradients [params], [nb][roln_force_size]; NULL: not wanted */
+    roln_real *work;         /* [ROLN_TORQUE_WORK] */
 } rolni_torque;
 
 #define ROLN_TORQUE_WORK(N, n, aesum, nb, bwd) \
-    ((bwd) ? ROLN_AE_REDUCE_BWD_WORK(nb, N, n, 2 * (nb) * (aesum)) : (nb) * ((N) + (aesum)) + ROLN_AE_BWD_WORK(1, nb, N))
+    ((nb) * (N) + ((bwd) ? (nb) * (N) + ROLN_AE_REDUCE_BWD_WORK(nb, N, n, 2 * (nb) * (aesum)) \
+                         : (nb) * ((N) + (aesum)) + ROLN_AE_BWD_WORK(1, nb, N)))
+
+/* tau [nb][N] in x, or in itself. */
+ROLN_FN const roln_real *rolni_tau(const rolni_torque *f, int nb, roln_real *x)
+{
+    const roln_model *md = f->md;
+    const int N = md->ae.size[0];
+    if (md->inputs == 0) return f->in;
+    roln_mm_bt(nb, md->inputs, N, f->in, f->theta + roln_params(md) - N * md->inputs, x);
+    return x;
+}
 
 ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real *tau_z)
 {
     const rolni_torque *f = (const rolni_torque *)ctx;
-    roln_real *w = f->work, *x = rolni_take(&w, nb * f->ae->size[0]), *tape = rolni_take(&w, roln_ae_tape(f->ae, 1, nb));
-    roln_ae_decode(f->ae, 1, nb, f->theta, z, x, tape);
-    roln_ae_reduce(f->ae, nb, f->theta, tape, f->tau, tau_z, w);
+    const roln_ae *ae = &f->md->ae;
+    roln_real *w = f->work, *tau = rolni_take(&w, nb * ae->size[0]), *x = rolni_take(&w, nb * ae->size[0]);
+    roln_real *tape = rolni_take(&w, roln_ae_tape(ae, 1, nb));
+    roln_ae_decode(ae, 1, nb, f->theta, z, x, tape);
+    roln_ae_reduce(ae, nb, f->theta, tape, rolni_tau(f, nb, tau), tau_z, w);
 }
 
 ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz)
 {
     const rolni_torque *f = (const rolni_torque *)ctx;
-    roln_ae_reduce_bwd(f->ae, nb, f->theta, z, f->tau, y, gz, NULL, params ? f->gtheta : NULL, f->work);
+    const roln_model *md = f->md;
+    const int N = md->ae.size[0], nu = md->inputs, at = roln_params(md) - N * nu;
+    roln_real *w = f->work, *tau = rolni_take(&w, nb * N), *g = rolni_take(&w, nb * N);
+    int i;
+    memset(g, 0, (size_t)(nb * N) * sizeof *g);
+    roln_ae_reduce_bwd(&md->ae, nb, f->theta, z, rolni_tau(f, nb, tau), y, gz, g, params ? f->gtheta : NULL, w);
+    if (nu > 0 && params && f->gtheta) roln_mm_at(N, nb, nu, g, f->in, f->gtheta + at);
+    if (!params || !f->gin) return;
+    if (nu > 0) roln_mm(nb, N, nu, g, f->theta + at, tau);
+    for (i = 0; i < nb * roln_force_size(md); i++)
+        f->gin[i] += nu > 0 ? tau[i] : g[i];
 }
 
-/* ---- 2 prediction ----------------------------------------------------------------------------- */
-
-/* Work of the functions of this section. aesum: sum of N_l + N_{l+1}, hidden, wide: sum and largest of the hidden sizes. */
-#define ROLN_TICK_WORK(N, n, aesum, hidden, wide) \
-    (3 * (N) + 4 * (n) + 2 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + \
-     ROLN_LNN_TAPE(n, hidden, 1, 1) + ROLN_STEP_WORK(n, wide, 1, 1))
-
-/* z = rho(q), zd = D(q) qd. q, qd [N] in; z, zd [n] out, untouched on ROLN_E_NOT_FINITE. */
-ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *q,
-                                const roln_real *qd, roln_real *z, roln_real *zd, roln_real *work)
+/* f and its roln_force, on work that is taken from *w; tau NULL: no force. */
+ROLN_FN roln_force *rolni_force_of(const roln_model *md, const roln_real *theta, const roln_real *in, int nb, int bwd,
+                                   roln_real *gtheta, rolni_torque *f, roln_force *force, roln_real **w)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n);
+    const int N = md->ae.size[0];
+    f->md = md, f->theta = theta, f->in = in, f->gtheta = gtheta, f->gin = NULL;
+    f->work = *w;
+    *w += bwd ? ROLN_TORQUE_WORK(N, md->lnn.n, rolni_ae_sum(&md->ae), nb, 1)
+              : ROLN_TORQUE_WORK(N, md->lnn.n, rolni_ae_sum(&md->ae), nb, 0);
+    force->eval = rolni_torque_eval, force->bwd = rolni_torque_bwd, force->ctx = f;
+    return force;
+}
+
+/* ---- 2 prediction and mechanics --------------------------------------------------------------- */
+
+/* Work of the functions of this section and the next. aesum: sum of N_l + N_{l+1}; tape, work: of the Lagrangian network
+   (ROLN_LNN_TAPE with T = 2, ROLN_STEP_WORK with T = 2, nb = 1). */
+#define ROLN_TICK_WORK(N, n, aesum, tape, work) \
+    (6 * (N) + 10 * (n) + 2 * (n) * (n) + 3 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + (tape) + (work))
+
+/* (z, zd) = (rho(q), D qd) and, with qdd, zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
+   q, qd, qdd (NULL: none) [N] in; z, zd, zdd [n] out, untouched on ROLN_E_NOT_FINITE. */
+ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *q,
+                                const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd, roln_real *zdd,
+                                roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n, jets = qdd ? 3 : 2;
+    roln_real *x = rolni_take(&work, 3 * N), *s = rolni_take(&work, 3 * n);
     int i;
     for (i = 0; i < N; i++) {
         x[i] = q[i] / sc->q;
         x[N + i] = qd[i] / sc->q;
+        if (qdd) x[2 * N + i] = qdd[i] / sc->q;
     }
-    roln_ae_encode(&md->ae, 2, 1, theta, x, s, work);
-    if (!roln_all_finite(2 * n, s)) return ROLN_E_NOT_FINITE;
+    roln_ae_encode(&md->ae, jets, 1, theta, x, s, work);
+    if (!roln_all_finite(jets * n, s)) return ROLN_E_NOT_FINITE;
     memcpy(z, s, (size_t)n * sizeof *z);
     memcpy(zd, s + n, (size_t)n * sizeof *zd);
+    if (qdd) memcpy(zdd, s + 2 * n, (size_t)n * sizeof *zdd);
     return ROLN_OK;
 }
 
@@ -121,24 +183,26 @@ ROLN_FN roln_status roln_decode(const roln_model *md, const roln_scale *sc, cons
     return ROLN_OK;
 }
 
-/* tau_z = J(z)^T tau [n] of a force tau [N] at z. */
+/* tau_z = J(z)^T tau [n] of a force [N], or of inputs u through B, at z. ROLN_E_NOT_FINITE leaves tau_z untouched. */
 ROLN_FN roln_status roln_reduce(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                                 const roln_real *tau, roln_real *tau_z, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
+    const int n = md->lnn.n;
     roln_real *out = rolni_take(&work, n);
     rolni_torque f;
+    roln_force force;
     int i;
-    f.ae = &md->ae, f.theta = theta, f.tau = tau, f.gtheta = NULL, f.work = work;
+    rolni_force_of(md, theta, tau, 1, 0, NULL, &f, &force, &work);
     rolni_torque_eval(&f, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= sc->q;
-    if (!roln_all_finite(n, out) || !roln_all_finite(N, tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n, out) || !roln_all_finite(roln_force_size(md), tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     memcpy(tau_z, out, (size_t)n * sizeof *out);
     return ROLN_OK;
 }
 
-/* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z; roln_reduce at the same z gives tau_z back. */
+/* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z, J^T tau = tau_z. ROLN_E_NOT_FINITE leaves tau
+   untouched. */
 ROLN_FN roln_status roln_lift(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                               const roln_real *tau_z, roln_real *tau, roln_real *work)
 {
@@ -156,59 +220,203 @@ ROLN_FN roln_status roln_lift(const roln_model *md, const roln_scale *sc, const 
     return ROLN_OK;
 }
 
-/* The terms of M zdd + c + g = tau_z at (z, zd): M [n][n], c = C zd [n], g [n], kinetic and potential energy T, V; each may be
-   NULL. Status of roln_lnn_terms; outputs are written only on ROLN_OK. */
+/* The state of the network in its own unit of time: ss = [z; zd t]. */
+ROLN_FN void rolni_state(int n, const roln_scale *sc, const roln_real *z, const roln_real *zd, roln_real *ss)
+{
+    int i;
+    for (i = 0; i < n; i++) {
+        ss[i] = z[i];
+        ss[n + i] = zd[i] * sc->t;
+    }
+}
+
+/* The terms of M zdd + c + g + d = tau_z at (z, zd): M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V;
+   each may be NULL. With E = T + V the power balance is dE/dt = zd^T (tau_z - d). Status of roln_lnn_terms,
+   ROLN_E_NOT_FINITE also if a term is not in these units; outputs are written only on ROLN_OK. */
 ROLN_FN roln_status roln_terms(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                               const roln_real *zd, roln_real *M, roln_real *c, roln_real *g, roln_real *T, roln_real *V, roln_real *work)
+                               const roln_real *zd, roln_real *M, roln_real *c, roln_real *g, roln_real *d, roln_real *T,
+                               roln_real *V, roln_real *work)
 {
     const int n = md->lnn.n;
     const roln_real f = 1 / (sc->t * sc->t);
-    roln_real *ss = rolni_take(&work, 2 * n);
-    roln_real *tape = rolni_take(&work, ROLN_LNN_TAPE(n, roln_mlp_hidden(&md->lnn.mass), 1, 1));
+    roln_real *ss = rolni_take(&work, 2 * n), *X = rolni_take(&work, n * n), *y = rolni_take(&work, 3 * n + 2);
+    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
     roln_status st;
     int i;
-    for (i = 0; i < n; i++) {
-        ss[i] = z[i];
-        ss[n + i] = zd[i] * sc->t;
-    }
-    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M, c, g, T, V, tape, work);
+    rolni_state(n, sc, z, zd, ss);
+    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, y + n, y + 2 * n, y + 3 * n,
+                        y + 3 * n + 1, tape, work);
     if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++) {
-        if (c) c[i] *= f;
-        if (g) g[i] *= f;
-    }
-    if (T) *T *= f;
-    if (V) *V *= f;
+    for (i = c ? 0 : n; i < 3 * n + 2; i++)
+        y[i] *= f;
+    if (!roln_all_finite(c ? 3 * n + 2 : 2 * n + 2, y + (c ? 0 : n))) return ROLN_E_NOT_FINITE;
+    if (M) memcpy(M, X, (size_t)(n * n) * sizeof *M);
+    if (c) memcpy(c, y, (size_t)n * sizeof *c);
+    if (g) memcpy(g, y + n, (size_t)n * sizeof *g);
+    if (d) memcpy(d, y + 2 * n, (size_t)n * sizeof *d);
+    if (T) *T = y[3 * n];
+    if (V) *V = y[3 * n + 1];
     return ROLN_OK;
 }
 
-/* Advance z, zd [n] by dt seconds under the force tau [N] on q, held over the step (NULL: none). One step of the
-   model's integrator. z, zd stay as they were unless ROLN_OK. */
+/* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK. */
+ROLN_FN roln_status roln_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                 const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
+                                 roln_real *work)
+{
+    const int n = md->lnn.n;
+    const roln_real t2 = sc->t * sc->t;
+    roln_real *ss = rolni_take(&work, 2 * n), *a = rolni_take(&work, n), *ws = rolni_take(&work, n);
+    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 2, 1));
+    roln_status st;
+    int i;
+    rolni_state(n, sc, z, zd, ss);
+    for (i = 0; i < n; i++) {
+        a[i] = zdd[i] * t2;
+        ws[i] = w ? w[i] * sc->t : 0;
+    }
+    st = roln_lnn_inverse(&md->lnn, 2, 1, theta + roln_ae_params(&md->ae), ss, w ? ws : NULL, a, a, tape, work);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        a[i] /= t2;
+    if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
+    memcpy(tau_z, a, (size_t)n * sizeof *a);
+    return ROLN_OK;
+}
+
+/* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
+   rank n, and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v). Status of roln_lnn_terms, ROLN_E_NOT_FINITE;
+   y is untouched unless ROLN_OK. */
+ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                 const roln_real *v, roln_real *y, roln_real *work)
+{
+    const roln_ae *ae = &md->ae;
+    const int N = ae->size[0], n = md->lnn.n;
+    roln_real *jet = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n), *p = rolni_take(&work, n), *ss = rolni_take(&work, 2 * n);
+    roln_real *ae_tape = rolni_take(&work, roln_ae_tape(ae, 2, 1)), *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
+    const rolni_tape t = rolni_tape_of(&md->lnn, 1, 1, tape);
+    roln_status st;
+    int i;
+    memcpy(ss, z, (size_t)n * sizeof *z);
+    memset(ss + n, 0, (size_t)n * sizeof *ss);
+    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    roln_ae_decode(ae, 1, 1, theta, z, jet, ae_tape);
+    for (i = 0; i < N; i++)
+        jet[N + i] = v[i] / sc->q;
+    roln_ae_encode(ae, 2, 1, theta, jet, s, ae_tape);
+    rolni_mul(&md->lnn, &t, 0, s + n, p, work);
+    roln_ae_encode(ae, 1, 1, theta, jet, s, ae_tape);
+    roln_ae_lift(ae, 1, theta, ae_tape, p, jet, work);
+    for (i = 0; i < N; i++)
+        jet[i] /= sc->q;
+    if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
+    memcpy(y, jet, (size_t)N * sizeof *y);
+    return ROLN_OK;
+}
+
+/* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v. Adds to
+   gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. work [ROLN_GRAD_WORK]. */
+ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                     const roln_real *v, const roln_real *gy, roln_real *gz, roln_real *gv, roln_real *gtheta,
+                                     roln_real *work)
+{
+    const roln_ae *ae = &md->ae;
+    const int N = ae->size[0], n = md->lnn.n, at = roln_ae_params(ae);
+    roln_real *x = rolni_take(&work, 4 * N), *gx = rolni_take(&work, 4 * N); /* [1-jet][rows v and gy] */
+    roln_real *s = rolni_take(&work, 4 * n), *gs = rolni_take(&work, 4 * n), *ss = rolni_take(&work, 2 * n);
+    roln_real *tape_d = rolni_take(&work, roln_ae_tape(ae, 1, 1)), *tape_e = rolni_take(&work, roln_ae_tape(ae, 2, 2));
+    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 2, 1)), *Dv = s + 2 * n, *Dg = s + 3 * n;
+    const rolni_tape t = rolni_tape_of(&md->lnn, 2, 1, tape);
+    roln_status st;
+    int i;
+    memcpy(ss, z, (size_t)n * sizeof *z);
+    memset(ss + n, 0, (size_t)n * sizeof *ss);
+    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    roln_ae_decode(ae, 1, 1, theta, z, x, tape_d);
+    for (i = 0; i < N; i++) {
+        x[N + i] = x[i];
+        x[2 * N + i] = v[i] / sc->q;
+        x[3 * N + i] = gy[i] / sc->q;
+    }
+    roln_ae_encode(ae, 2, 2, theta, x, s, tape_e);
+    memset(gx, 0, (size_t)(4 * N) * sizeof *gx);
+    memset(gs, 0, (size_t)(4 * n) * sizeof *gs);
+    memset(ss, 0, (size_t)n * sizeof *ss);
+    rolni_mul(&md->lnn, &t, 0, Dg, gs + 2 * n, work);
+    rolni_mul(&md->lnn, &t, 0, Dv, gs + 3 * n, work);
+    rolni_mass_bwd(&md->lnn, 1, theta + at, tape, 1, Dg, Dv, ss, gtheta ? gtheta + at : NULL, work);
+    roln_ae_encode_bwd(ae, 2, 2, theta, tape_e, gs, gx, gtheta, work);
+    for (i = 0; i < N; i++) {
+        gx[i] += gx[N + i];
+        if (gv) gv[i] += gx[2 * N + i] / sc->q;
+    }
+    roln_ae_decode_bwd(ae, 1, 1, theta, tape_d, gx, ss, gtheta, work);
+    for (i = 0; gz && i < n; i++)
+        gz[i] += ss[i];
+    return ROLN_OK;
+}
+
+/* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
+   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. */
 ROLN_FN roln_status roln_step(const roln_model *md, const roln_scale *sc, const roln_real *theta, roln_real *z,
                               roln_real *zd, const roln_real *tau, roln_real dt, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n, sum = rolni_ae_sum(&md->ae);
+    const int N = md->ae.size[0], n = md->lnn.n;
     roln_real *ss = rolni_take(&work, 2 * n), *ts = rolni_take(&work, N);
-    roln_real *tape = rolni_take(&work, ROLN_LNN_TAPE(n, roln_mlp_hidden(&md->lnn.mass), 1, 1));
+    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
     rolni_torque f;
-    roln_force force;
+    roln_force held, *force = rolni_force_of(md, theta, ts, 1, 0, NULL, &f, &held, &work);
     roln_status st;
     int i;
-    f.ae = &md->ae, f.theta = theta, f.tau = ts, f.gtheta = NULL;
-    f.work = rolni_take(&work, ROLN_TORQUE_WORK(N, n, sum, 1, 0));
-    force.eval = rolni_torque_eval, force.bwd = rolni_torque_bwd, force.ctx = &f;
-    for (i = 0; i < N && tau; i++)
+    for (i = 0; i < roln_force_size(md) && tau; i++)
         ts[i] = tau[i] * (sc->q * sc->t * sc->t);
-    for (i = 0; i < n; i++) {
-        ss[i] = z[i];
-        ss[n + i] = zd[i] * sc->t;
-    }
-    st = roln_lnn_step(&md->lnn, md->scheme, 1, 1, theta + roln_ae_params(&md->ae), tau ? &force : NULL, dt / sc->t, ss, ss,
-                       tape, work);
+    rolni_state(n, sc, z, zd, ss);
+    st = roln_lnn_step(&md->lnn, md->scheme, 1, 1, theta + roln_ae_params(&md->ae), tau ? force : NULL, dt / sc->t, ss, ss, tape,
+                       work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) {
         z[i] = ss[i];
         zd[i] = ss[n + i] / sc->t;
+    }
+    return ROLN_OK;
+}
+
+/* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
+   MPC. Also advances z, zd. tau may not be NULL; B may. Status of roln_step; nothing is written unless ROLN_OK.
+   Cost about 4n steps. work [ROLN_LINEAR_WORK]: tape, step of the Lagrangian network with T = 2, nb = 1. */
+#define ROLN_LINEAR_WORK(N, n, aesum, stages, tape, step) \
+    (6 * (n) + 4 * (n) * (n) + 2 * (n) * (N) + (N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 1) + (stages) * (tape) + (step))
+ROLN_FN roln_status roln_linear(const roln_model *md, const roln_scale *sc, const roln_real *theta, roln_real *z, roln_real *zd,
+                                const roln_real *tau, roln_real dt, roln_real *A, roln_real *B, roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n, n2 = 2 * n, nu = roln_force_size(md);
+    const roln_real unit = sc->q * sc->t * sc->t;
+    roln_real *ss = rolni_take(&work, n2), *next = rolni_take(&work, n2), *As = rolni_take(&work, n2 * n2);
+    roln_real *Bs = rolni_take(&work, n2 * nu), *ts = rolni_take(&work, N);
+    rolni_torque f;
+    roln_force held, *force = rolni_force_of(md, theta, ts, 1, 1, NULL, &f, &held, &work);
+    roln_real *tape = rolni_take(&work, ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 2, 1));
+    roln_status st;
+    int i, j;
+    for (i = 0; i < nu; i++)
+        ts[i] = tau[i] * unit;
+    rolni_state(n, sc, z, zd, ss);
+    st = roln_lnn_linear(&md->lnn, md->scheme, theta + roln_ae_params(&md->ae), force, dt / sc->t, ss, nu, &f.gin, next, As, Bs,
+                         tape, work);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n2; i++) { /* z, zd t; tau unit */
+        const roln_real ti = i < n ? 1 : 1 / sc->t;
+        for (j = 0; j < n2; j++)
+            As[i * n2 + j] *= ti * (j < n ? 1 : sc->t);
+        for (j = 0; j < nu; j++)
+            Bs[i * nu + j] *= ti * unit;
+    }
+    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * nu, Bs)) return ROLN_E_NOT_FINITE;
+    memcpy(A, As, (size_t)(n2 * n2) * sizeof *A);
+    if (B) memcpy(B, Bs, (size_t)(n2 * nu) * sizeof *B);
+    for (i = 0; i < n; i++) {
+        z[i] = next[i];
+        zd[i] = next[n + i] / sc->t;
     }
     return ROLN_OK;
 }
@@ -227,23 +435,165 @@ ROLN_FN roln_status roln_predict(const roln_model *md, const roln_scale *sc, con
     int k;
     for (k = 0; k <= steps && st == ROLN_OK; k++) {
         const size_t row = (size_t)k * (size_t)N;
-        if (k == 0 || (again > 0 && k % again == 0)) st = roln_encode(md, sc, theta, q + row, qd + row, z, zd, work);
-        else st = roln_step(md, sc, theta, z, zd, tau ? tau + row - N : NULL, dt, work);
+        if (k == 0 || (again > 0 && k % again == 0)) st = roln_encode(md, sc, theta, q + row, qd + row, NULL, z, zd, NULL, work);
+        else st = roln_step(md, sc, theta, z, zd, tau ? tau + (k - 1) * roln_force_size(md) : NULL, dt, work);
         if (st == ROLN_OK) st = roln_decode(md, sc, theta, z, zd, q_pred + row, qd_pred + row, work);
     }
     return st;
 }
 
-/* ---- 3 losses and gradient -------------------------------------------------------------------- */
+/* ---- 3 control and guard ---------------------------------------------------------------------- */
+
+/* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
+       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed
+   W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. Kp, Kd: the diagonals
+   kp [J], kd [J s] [n]. z.., reference z_ref.. [n] in; tau_z [n] out, untouched unless ROLN_OK. Then roln_lift, or
+   roln_allocate where there are fewer motors. */
+ROLN_FN roln_status roln_control(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                 const roln_real *zd, const roln_real *z_ref, const roln_real *zd_ref, const roln_real *zdd_ref,
+                                 const roln_real *kp, const roln_real *kd, roln_real *tau_z, roln_real *work)
+{
+    const int n = md->lnn.n;
+    roln_real *out = rolni_take(&work, n);
+    const roln_status st = roln_inverse(md, sc, theta, z, zd, zd_ref, zdd_ref, out, work);
+    int i;
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        out[i] -= kp[i] * (z[i] - z_ref[i]) + kd[i] * (zd[i] - zd_ref[i]);
+    if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
+    memcpy(tau_z, out, (size_t)n * sizeof *out);
+    return ROLN_OK;
+}
+
+/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
+       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
+   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_NOT_SPD: mu is 0 and the motors do not span z.
+   Cost 2 motors roln_reduce. work [ROLN_TICK_WORK]. */
+ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, const roln_real *theta, int motors,
+                                  const roln_real *z, const roln_real *B, const roln_real *tau_z, roln_real mu, roln_real *u,
+                                  roln_real *work)
+{
+    const roln_ae *ae = &md->ae;
+    const int N = ae->size[0], n = md->lnn.n;
+    roln_real *x = rolni_take(&work, N), *g = rolni_take(&work, n), *y = rolni_take(&work, n), *A = rolni_take(&work, n * n);
+    roln_real *tape = rolni_take(&work, roln_ae_tape(ae, 1, 1));
+    int pass, j, i;
+    memset(A, 0, (size_t)(n * n) * sizeof *A);
+    roln_ae_decode(ae, 1, 1, theta, z, x, tape);
+    for (pass = 0; pass < 2; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y */
+        for (j = 0; j < motors; j++) {
+            for (i = 0; i < N; i++)
+                x[i] = B[i * motors + j] * sc->q;
+            roln_ae_reduce(ae, 1, theta, tape, x, g, work);
+            if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
+            else u[j] = roln_dot(n, g, y);
+        }
+        if (pass == 1) break;
+        for (i = 0; i < n; i++)
+            A[i * (n + 1)] += mu * mu;
+        if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+        roln_solve_lower(n, A, tau_z, y);
+        roln_solve_lower_t(n, A, y, y);
+        if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* What stands between a model and a motor. Bits of a fault word: */
+enum {
+    ROLN_FAULT_INPUT = 1,   /* a measured number is NaN or infinite */
+    ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
+    ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
+    ROLN_FAULT_LIMIT = 8,   /* a torque beyond limits.tau */
+    ROLN_FAULT_RANGE = 16,  /* z or zd outside the range seen in training, widened by limits.margin */
+    ROLN_FAULT_ENERGY = 32, /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
+    ROLN_FAULT_EXPIRED = 64 /* more than limits.hold ticks in a row were bad: torques are 0 until the guard is zeroed */
+};
+
+typedef struct {
+    roln_real margin; /* of the range, as a part of its width */
+    roln_real power;  /* largest energy-rate residual, W; 0: no check */
+    roln_real tau;    /* largest torque of each joint (or input) */
+    int hold;         /* bad ticks in a row for which the last good torque is held */
+} roln_limits;
+
+/* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
+typedef struct {
+    uint32_t faults; /* sticky: the faults of all ticks so far */
+    int bad;         /* bad ticks in a row */
+    int known;       /* 1: energy and power are those of the last tick */
+    roln_real energy, power;
+} roln_guard;
+
+/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. */
+ROLN_FN int roln_in_range(int n, const roln_real *z_min, const roln_real *z_max, const roln_real *zd_max, roln_real margin,
+                          const roln_real *z, const roln_real *zd)
+{
+    int i, in = 1;
+    for (i = 0; i < n; i++) {
+        const roln_real wide = margin * (z_max[i] - z_min[i]);
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) && z[i] >= z_min[i] - wide && z[i] <= z_max[i] + wide;
+        in &= ROLN_ABS(zd[i]) <= (1 + margin) * zd_max[i];
+    }
+    return in;
+}
+
+/* One tick of the guard, after the controller: q, qd [count] are the measured numbers, (z, zd) their latent state, st the first
+   status other than ROLN_OK on the way (or ROLN_OK), want the torque to be applied for the next dt seconds; held the torque
+   of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most limits->hold times in a row,
+   then 0. Returns the faults of this tick, which are also added to g->faults.
+   The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
+   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_TICK_WORK]. */
+ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
+                                 const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
+                                 int count, const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd,
+                                 roln_status st, const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
+{
+    const int n = md->lnn.n, nu = roln_force_size(md);
+    roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), T = 0, V = 0, before = 0, after = 0;
+    uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
+    int i, known = 0;
+    if (!roln_all_finite(count, q) || !roln_all_finite(count, qd)) faults |= ROLN_FAULT_INPUT;
+    if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
+    if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
+    else
+        for (i = 0; i < nu; i++)
+            if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
+    if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
+    else if (limits->power > 0 && st == ROLN_OK && !(faults & ROLN_FAULT_INPUT)) {
+        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK &&
+                roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK;
+        if (!known) faults |= ROLN_FAULT_STATUS;
+        else {
+            for (i = 0; i < n; i++)
+                before += zd[i] * (tau_z[i] - d[i]); /* power at the end of the last tick, under its torque */
+            if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power)) faults |= ROLN_FAULT_ENERGY;
+        }
+    }
+    g->bad = faults ? (g->bad < limits->hold ? g->bad + 1 : limits->hold + 1) : 0;
+    if (g->bad > limits->hold) faults |= ROLN_FAULT_EXPIRED;
+    for (i = 0; i < nu; i++)
+        held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !roln_finite(held[i]) ? 0 : held[i];
+    if (known && roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK) {
+        for (i = 0; i < n; i++)
+            after += zd[i] * (tau_z[i] - d[i]); /* power at the start of the next tick, under the new torque */
+        g->energy = T + V, g->power = after;
+    } else known = 0;
+    g->known = known;
+    g->faults |= faults;
+    return faults;
+}
+
+/* ---- 4 losses and gradient -------------------------------------------------------------------- */
 
 /* Windows of recorded motion. Window w has samples start[w] + h stride, h = 0 .. steps, of the arrays. */
 typedef struct {
     int count, steps;        /* windows; steps of each (0 in the acceleration loss) */
     int stride;              /* samples per step, 1 or more */
     const int *start;        /* [count] first sample of each window; NULL: they follow each other */
-    const roln_real *q, *qd; /* [samples][N] */
+    const roln_real *q, *qd; /* [samples][N]; qd NULL: positions only, the ODE loss becomes the variational loss */
     const roln_real *qdd;    /* [samples][N], acceleration loss only */
-    const roln_real *tau;    /* [samples][N] force held from each sample to the next (mean over a step); NULL: none */
+    const roln_real *tau;    /* [samples][roln_force_size] held from each sample to the next (mean over a step); NULL: none */
 } roln_batch;
 
 /* Weights of the terms of a loss, and the terms themselves: mean squared Euclidean norms, in scaled units. */
@@ -264,6 +614,7 @@ ROLN_FN roln_real roln_loss_total(const roln_loss *weights, const roln_loss *l)
 /* The paper's unit weights: ODE loss over H steps (Eq. 13), acceleration loss (Eq. 12). */
 #define ROLN_ODE_WEIGHTS {1, 1, 0, 0, 1, 0, 0, 1, 0}
 #define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1}
+#define ROLN_POSITION_WEIGHTS {1, 0, 0, 1, 0, 0, 1, 0, 0} /* variational loss: positions only */
 
 /* One field of the nb windows from w0, at step h, scaled into X [nb][N]. */
 ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, int w0, int nb, int h, roln_real scale, roln_real *X)
@@ -278,7 +629,7 @@ ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, in
     }
 }
 
-/* Mean of tau over the stride samples of step h, scaled. */
+/* Mean over the stride samples of step h of the force in b->tau [samples][N], scaled. */
 ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h, roln_real scale, roln_real *X)
 {
     int r, i, k;
@@ -315,49 +666,53 @@ ROLN_FN void rolni_square(int n, const roln_real *a, const roln_real *b, roln_re
     *term += f * sum;
 }
 
-#define ROLN_GRAD_WORK(N, n, aesum, hidden, wide, nb, H, stages) \
+/* Work of a gradient. N, n, aesum: as in ROLN_TICK_WORK; nb: windows together; H: longest window; stages: ROLN_STAGES, 3 at
+   least; tape, step: ROLN_LNN_TAPE and ROLN_STEP_WORK with T = 2 and nb. */
+#define ROLN_GRAD_WORK(N, n, aesum, nb, H, stages, tape, step) \
     (4 * ((H) + 1) * (nb) * (n) + (nb) * (24 * (n) + 16 * (N)) + 9 * (nb) * (aesum) + ROLN_AE_BWD_WORK(3, 2 * (nb), N) + \
-     ROLN_TORQUE_WORK(N, n, aesum, nb, 1) + (stages) * ROLN_LNN_TAPE(n, hidden, 2, nb) + ROLN_STEP_WORK(n, wide, 2, nb))
+     ROLN_TORQUE_WORK(N, n, aesum, nb, 1) + (stages) * (tape) + (step))
 
-/* One block of nb windows from w0 of the ODE loss: see roln_grad. Adds to gtheta and loss unless it fails. */
+/* One block of nb windows from w0 of the ODE loss, or without b->qd of the variational loss: see roln_grad. Adds to gtheta and
+   loss unless it fails. */
 ROLN_FN roln_status rolni_grad_block(const roln_model *md, const roln_scale *sc, const roln_real *theta,
                                      const roln_loss *wt, const roln_batch *b, int w0, int nb, roln_real dt,
                                      roln_real *gtheta, roln_loss *loss, roln_real *work)
 {
     const roln_ae *ae = &md->ae;
     const roln_lnn *lnn = &md->lnn;
-    const int N = ae->size[0], n = lnn->n, H = b->steps, P = nb * N, m = nb * n, sum = rolni_ae_sum(ae);
-    const int rollout = H > 0 && (wt->z > 0 || wt->zd > 0 || wt->q_pred > 0 || wt->qd_pred > 0);
+    const int N = ae->size[0], n = lnn->n, H = b->steps, P = nb * N, m = nb * n, sum = rolni_ae_sum(ae), nu = roln_force_size(md);
+    const int jets = b->qd ? 2 : 1, first = b->qd ? 1 : 2; /* first predicted sample */
+    const int scheme = b->qd ? md->scheme : ROLN_MIDPOINT;
+    const int rollout = H >= first && (wt->z > 0 || wt->zd > 0 || wt->q_pred > 0 || wt->qd_pred > 0);
     const roln_real vscale = sc->t / sc->q, fscale = sc->q * sc->t * sc->t, h = dt / sc->t;
-    const roln_real each = 1 / (roln_real)(H + 1), step = 1 / (roln_real)(H > 0 ? H : 1);
+    const roln_real each = 1 / (roln_real)(H + 1), step = 1 / (roln_real)(H >= first ? H - first + 1 : 1);
     const roln_real *th = theta + roln_ae_params(ae);
     roln_real *gth = gtheta + roln_ae_params(ae);
     roln_real *Z = rolni_take(&work, (H + 1) * 2 * m), *S = rolni_take(&work, (H + 1) * 2 * m); /* encoded, predicted */
-    roln_real *X = rolni_take(&work, 2 * P), *ts = rolni_take(&work, P);                         /* data, torque */
-    roln_real *D = rolni_take(&work, 4 * m), *Y = rolni_take(&work, 4 * P); /* to decode, decoded: [2][both][nb] */
+    roln_real *X = rolni_take(&work, 2 * P), *ts = rolni_take(&work, P);                         /* data, force */
+    roln_real *D = rolni_take(&work, 4 * m), *Y = rolni_take(&work, 4 * P); /* to decode, decoded: [jets][both][nb] */
     roln_real *gD = rolni_take(&work, 4 * m), *gY = rolni_take(&work, 4 * P);
     roln_real *gZ = rolni_take(&work, 2 * m), *gS = rolni_take(&work, 2 * m), *gP = rolni_take(&work, 2 * m), *swap;
     roln_real *tape_e = rolni_take(&work, 2 * nb * sum), *tape_d = rolni_take(&work, 4 * nb * sum);
-    roln_real *tape = rolni_take(&work, ROLN_STAGES(md->scheme) * ROLN_LNN_TAPE(n, roln_mlp_hidden(&lnn->mass), 2, nb));
+    roln_real *tape = rolni_take(&work, ROLN_MAX(3, ROLN_STAGES(scheme)) * roln_lnn_tape(lnn, 2, nb));
     rolni_torque f;
-    roln_force force;
+    roln_force held, *force = rolni_force_of(md, theta, ts, nb, 1, gtheta, &f, &held, &work);
     roln_status st;
     int k, p, i;
-    f.ae = ae, f.theta = theta, f.tau = ts, f.gtheta = gtheta;
-    f.work = rolni_take(&work, ROLN_TORQUE_WORK(N, n, sum, nb, 1));
-    force.eval = rolni_torque_eval, force.bwd = rolni_torque_bwd, force.ctx = &f;
+    if (!b->tau) force = NULL;
 
-    /* forward: encode every sample, roll out from the first; only states are kept */
+    /* forward: encode every sample, roll out from the first (two); only states are kept */
     for (k = 0; k <= H; k++) {
         roln_real *Zk = Z + k * 2 * m, *Sk = S + k * 2 * m;
         rolni_gather(b, b->q, N, w0, nb, k, 1 / sc->q, X);
-        rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
-        roln_ae_encode(ae, 2, nb, theta, X, Zk, tape_e);
-        if (!roln_all_finite(2 * m, Zk)) return ROLN_E_NOT_FINITE;
-        if (k == 0) memcpy(Sk, Zk, (size_t)(2 * m) * sizeof *Sk);
+        if (b->qd) rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
+        roln_ae_encode(ae, jets, nb, theta, X, Zk, tape_e);
+        if (!roln_all_finite(jets * m, Zk)) return ROLN_E_NOT_FINITE;
+        if (k == 0) memcpy(Sk, Zk, (size_t)(jets * m) * sizeof *Sk);
         else if (rollout) {
-            if (b->tau) rolni_gather_tau(b, N, w0, nb, k - 1, fscale, ts);
-            st = roln_lnn_step(lnn, md->scheme, 1, nb, th, b->tau ? &force : NULL, h, Sk - 2 * m, Sk, tape, work);
+            if (force) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
+            st = k < first ? roln_lnn_start(lnn, 1, nb, th, force, h, Zk - 2 * m, Zk, Sk, tape, work)
+                           : roln_lnn_step(lnn, scheme, 1, nb, th, force, h, Sk - 2 * m, Sk, tape, work);
             if (st != ROLN_OK) return st;
         }
     }
@@ -366,48 +721,54 @@ ROLN_FN roln_status rolni_grad_block(const roln_model *md, const roln_scale *sc,
     memset(gS, 0, (size_t)(2 * m) * sizeof *gS);
     for (k = H; k >= 0; k--) {
         const roln_real *Zk = Z + k * 2 * m, *Sk = S + k * 2 * m;
-        const int pred = rollout && k > 0, rows = pred ? 2 * nb : nb;
+        const int pred = rollout && k >= first, rows = pred ? 2 * nb : nb;
         rolni_gather(b, b->q, N, w0, nb, k, 1 / sc->q, X);
-        rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
-        roln_ae_encode(ae, 2, nb, theta, X, gZ, tape_e);
+        if (b->qd) rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
+        roln_ae_encode(ae, jets, nb, theta, X, gZ, tape_e); /* for its tape; gZ is scratch until it is written below */
 
         /* decode reconstruction and prediction side by side, compare both with the data, and back to z */
-        for (p = 0; p < 2; p++) {
+        for (p = 0; p < jets; p++) {
             memcpy(D + p * rows * n, Zk + p * m, (size_t)m * sizeof *D);
             if (pred) memcpy(D + p * rows * n + m, Sk + p * m, (size_t)m * sizeof *D);
         }
-        roln_ae_decode(ae, 2, rows, theta, D, Y, tape_d);
-        memset(gY, 0, (size_t)(2 * rows * N) * sizeof *gY);
-        memset(gD, 0, (size_t)(2 * rows * n) * sizeof *gD);
+        roln_ae_decode(ae, jets, rows, theta, D, Y, tape_d);
+        memset(gY, 0, (size_t)(jets * rows * N) * sizeof *gY);
+        memset(gD, 0, (size_t)(jets * rows * n) * sizeof *gD);
         rolni_square(P, Y, X, each, wt->q, &loss->q, gY, NULL);
-        rolni_square(P, Y + rows * N, X + P, each, wt->qd, &loss->qd, gY + rows * N, NULL);
-        if (pred) {
-            rolni_square(P, Y + P, X, step, wt->q_pred, &loss->q_pred, gY + P, NULL);
-            rolni_square(P, Y + rows * N + P, X + P, step, wt->qd_pred, &loss->qd_pred, gY + rows * N + P, NULL);
+        if (pred) rolni_square(P, Y + P, X, step, wt->q_pred, &loss->q_pred, gY + P, NULL);
+        if (b->qd) {
+            rolni_square(P, Y + rows * N, X + P, each, wt->qd, &loss->qd, gY + rows * N, NULL);
+            if (pred) rolni_square(P, Y + rows * N + P, X + P, step, wt->qd_pred, &loss->qd_pred, gY + rows * N + P, NULL);
         }
-        roln_ae_decode_bwd(ae, 2, rows, theta, tape_d, gY, gD, gtheta, work);
-        for (p = 0; p < 2; p++) {
+        roln_ae_decode_bwd(ae, jets, rows, theta, tape_d, gY, gD, gtheta, work);
+        for (p = 0; p < jets; p++) {
             memcpy(gZ + p * m, gD + p * rows * n, (size_t)m * sizeof *gZ);
             for (i = 0; pred && i < m; i++)
                 gS[p * m + i] += gD[p * rows * n + m + i];
         }
+        memset(gP, 0, (size_t)(2 * m) * sizeof *gP);
+        if (pred || (rollout && k == 1)) {
+            if (force) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
+        }
         if (pred) { /* compare in z, then one step back */
             rolni_square(m, Sk, Zk, step, wt->z, &loss->z, gS, gZ);
-            rolni_square(m, Sk + m, Zk + m, step, wt->zd, &loss->zd, gS + m, gZ + m);
-            if (b->tau) rolni_gather_tau(b, N, w0, nb, k - 1, fscale, ts);
-            memset(gP, 0, (size_t)(2 * m) * sizeof *gP);
-            roln_lnn_step(lnn, md->scheme, 2, nb, th, b->tau ? &force : NULL, h, Sk - 2 * m, D, tape, work);
-            roln_lnn_step_bwd(lnn, md->scheme, nb, th, b->tau ? &force : NULL, h, tape, gS, gP, gth, work);
+            if (b->qd) rolni_square(m, Sk + m, Zk + m, step, wt->zd, &loss->zd, gS + m, gZ + m);
+            roln_lnn_step(lnn, scheme, 2, nb, th, force, h, Sk - 2 * m, D, tape, work);
+            roln_lnn_step_bwd(lnn, scheme, nb, th, force, h, tape, gS, gP, gth, work);
             swap = gS, gS = gP, gP = swap;
-        }
-        for (i = 0; k == 0 && i < 2 * m; i++) /* the roll-out started from the encoded sample */
-            gZ[i] += gS[i];
-        roln_ae_encode_bwd(ae, 2, nb, theta, tape_e, gZ, NULL, gtheta, work);
+        } else if (rollout && k == 1) { /* the start from two positions */
+            roln_lnn_start(lnn, 2, nb, th, force, h, Zk - 2 * m, Zk, D, tape, work);
+            roln_lnn_start_bwd(lnn, nb, th, force, h, tape, gS, gP, gZ, gth, work);
+            swap = gS, gS = gP, gP = swap;
+        } else if (rollout && k == 0)
+            for (i = 0; i < jets * m; i++) /* the roll-out began at the encoded sample */
+                gZ[i] += gS[i];
+        roln_ae_encode_bwd(ae, jets, nb, theta, tape_e, gZ, NULL, gtheta, work);
     }
     return ROLN_OK;
 }
 
-/* One block of the acceleration loss: see roln_grad_acc. */
+/* One block of the acceleration loss: see roln_grad. */
 ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale *sc, const roln_real *theta,
                                          const roln_loss *wt, const roln_batch *b, int w0, int nb, roln_real *gtheta,
                                          roln_loss *loss, roln_real *work)
@@ -418,27 +779,26 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
     const roln_real vscale = sc->t / sc->q;
     const roln_real *th = theta + roln_ae_params(ae);
     roln_real *gth = gtheta + roln_ae_params(ae);
-    roln_real *Z = rolni_take(&work, 3 * m), *gZ = rolni_take(&work, 3 * m), *sd = rolni_take(&work, 2 * m);
-    roln_real *gsd = rolni_take(&work, 2 * m), *X = rolni_take(&work, 3 * P), *ts = rolni_take(&work, P);
+    roln_real *Z = rolni_take(&work, 3 * m), *gZ = rolni_take(&work, 3 * m);                    /* encoded */
+    roln_real *sd = rolni_take(&work, 2 * m), *gsd = rolni_take(&work, 2 * m);                  /* zd, zdd_pred */
+    roln_real *X = rolni_take(&work, 3 * P), *ts = rolni_take(&work, P);                        /* data, force */
     roln_real *D = rolni_take(&work, 6 * m), *Y = rolni_take(&work, 6 * P); /* [3][both][nb] */
     roln_real *gD = rolni_take(&work, 6 * m), *gY = rolni_take(&work, 6 * P);
     roln_real *tape_e = rolni_take(&work, 3 * nb * sum), *tape_d = rolni_take(&work, 6 * nb * sum);
-    roln_real *tape = rolni_take(&work, ROLN_LNN_TAPE(n, roln_mlp_hidden(&lnn->mass), 2, nb));
+    roln_real *tape = rolni_take(&work, roln_lnn_tape(lnn, 2, nb));
     rolni_torque f;
-    roln_force force;
+    roln_force held, *force = rolni_force_of(md, theta, ts, nb, 1, gtheta, &f, &held, &work);
     roln_status st;
     int p, i;
-    f.ae = ae, f.theta = theta, f.tau = ts, f.gtheta = gtheta;
-    f.work = rolni_take(&work, ROLN_TORQUE_WORK(N, n, sum, nb, 1));
-    force.eval = rolni_torque_eval, force.bwd = rolni_torque_bwd, force.ctx = &f;
+    if (!b->tau) force = NULL;
 
     rolni_gather(b, b->q, N, w0, nb, 0, 1 / sc->q, X);
     rolni_gather(b, b->qd, N, w0, nb, 0, vscale, X + P);
     rolni_gather(b, b->qdd, N, w0, nb, 0, vscale * sc->t, X + 2 * P);
     roln_ae_encode(ae, 3, nb, theta, X, Z, tape_e);
     if (!roln_all_finite(3 * m, Z)) return ROLN_E_NOT_FINITE;
-    if (b->tau) rolni_gather(b, b->tau, N, w0, nb, 0, sc->q * sc->t * sc->t, ts);
-    st = rolni_stage(lnn, 2, nb, th, b->tau ? &force : NULL, Z, sd, tape, work);
+    if (force) rolni_gather(b, b->tau, roln_force_size(md), w0, nb, 0, sc->q * sc->t * sc->t, ts);
+    st = rolni_stage(lnn, 2, nb, th, force, Z, sd, tape, work);
     if (st != ROLN_OK) return st;
 
     for (p = 0; p < 3; p++) { /* reconstruction: z, zd, zdd; prediction: z, zd, zdd_pred */
@@ -460,7 +820,7 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
             if (p == 2) gsd[m + i] = gD[5 * m + i];
         }
     rolni_square(m, sd + m, Z + 2 * m, 1, wt->zdd, &loss->zdd, gsd + m, gZ + 2 * m);
-    rolni_stage_bwd(lnn, nb, th, b->tau ? &force : NULL, tape, gsd, gZ, gth, work);
+    rolni_stage_bwd(lnn, nb, th, force, tape, gsd, gZ, gth, work);
     roln_ae_encode_bwd(ae, 3, nb, theta, tape_e, gZ, NULL, gtheta, work);
     return ROLN_OK;
 }
@@ -469,15 +829,18 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    acceleration loss over single samples (Eq. 12): encoder, roll-out, decoder, and straight back, the encoded targets not
    detached. Per window, with mean over its samples:
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
-   each times its weight of wt. Adds the sum over windows to gtheta [params] and the unweighted terms to loss (without the
-   prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or parameters
-   not finite, eigenvalues out of range) adds nothing and ends the call. Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
+   (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
+   equations as a prediction error, H >= 2. Adds the sum over windows to gtheta [params] and the unweighted terms to loss
+   (without the prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or
+   parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not looked
+   for here: the update refuses it. Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
 {
     int w;
-    if (!roln_all_finite(roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn), theta)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(roln_params(md), theta)) return ROLN_E_NOT_FINITE;
     for (w = 0; w < b->count; w += nb) {
         const int now = b->count - w < nb ? b->count - w : nb;
         const roln_status st = acc ? rolni_grad_acc_block(md, sc, theta, wt, b, w, now, gtheta, loss, work)
@@ -488,7 +851,7 @@ ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const 
     return ROLN_OK;
 }
 
-/* ---- 4 errors and data ------------------------------------------------------------------------ */
+/* ---- 5 errors and data ------------------------------------------------------------------------ */
 
 /* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
 typedef struct {
@@ -511,19 +874,16 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
         const int now = b->count - w < nb ? b->count - w : nb, P = now * N, m = now * n;
         roln_real *mem = work, *s = rolni_take(&mem, 2 * m), *X = rolni_take(&mem, 2 * P), *Y = rolni_take(&mem, 2 * P);
         roln_real *ts = rolni_take(&mem, P), *ae_tape = rolni_take(&mem, 2 * now * sum);
-        roln_real *tape = rolni_take(&mem, ROLN_LNN_TAPE(n, roln_mlp_hidden(&lnn->mass), 1, now));
+        roln_real *tape = rolni_take(&mem, roln_lnn_tape(lnn, 1, now));
         rolni_torque f;
-        roln_force force;
+        roln_force held, *force = rolni_force_of(md, theta, ts, now, 0, NULL, &f, &held, &mem);
         roln_status st;
-        f.ae = ae, f.theta = theta, f.tau = ts, f.gtheta = NULL;
-        f.work = rolni_take(&mem, ROLN_TORQUE_WORK(N, n, sum, now, 0));
-        force.eval = rolni_torque_eval, force.bwd = rolni_torque_bwd, force.ctx = &f;
+        if (!b->tau) force = NULL;
         for (k = 0; k <= b->steps; k++) {
             roln_error *ek = e + k / every;
             if (k > 0) {
-                if (b->tau) rolni_gather_tau(b, N, w, now, k - 1, sc->q * sc->t * sc->t, ts);
-                st = roln_lnn_step(lnn, md->scheme, 1, now, theta + roln_ae_params(ae), b->tau ? &force : NULL, dt / sc->t, s,
-                                   s, tape, mem);
+                if (force) rolni_gather_tau(b, roln_force_size(md), w, now, k - 1, sc->q * sc->t * sc->t, ts);
+                st = roln_lnn_step(lnn, md->scheme, 1, now, theta + roln_ae_params(ae), force, dt / sc->t, s, s, tape, mem);
                 if (st != ROLN_OK) return st;
             }
             if (k % every != 0) continue;
@@ -545,6 +905,47 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
     for (k = 0; k <= b->steps / every; k++)
         if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var)) return ROLN_E_NOT_FINITE;
     return ROLN_OK;
+}
+
+/* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q, qd,
+   qdd, and of the encoded z, zd, zdd; 1 where there are no data. Divide the weights of a loss by it (roln_loss_divide) and
+   every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE leaves var untouched. */
+ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
+                                  roln_loss *var, roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n, jets = !b->qd ? 1 : !b->qdd ? 2 : 3, dim = jets * (N + n);
+    const roln_real f = sc->t / sc->q, each = 1 / (roln_real)b->count;
+    roln_real *x = rolni_take(&work, 3 * (N + n)), *mean = rolni_take(&work, dim), sum[6] = {0, 0, 0, 0, 0, 0};
+    int w, i, j, pass;
+    memset(mean, 0, (size_t)dim * sizeof *mean);
+    for (pass = 0; pass < 2; pass++)
+        for (w = 0; w < b->count; w++) {
+            rolni_gather(b, b->q, N, w, 1, 0, 1 / sc->q, x);
+            if (jets > 1) rolni_gather(b, b->qd, N, w, 1, 0, f, x + N);
+            if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * sc->t, x + 2 * N);
+            roln_ae_encode(&md->ae, jets, 1, theta, x, x + jets * N, work);
+            for (i = 0; i < dim && pass == 0; i++)
+                mean[i] += each * x[i];
+            for (i = 0; i < dim && pass == 1; i++) {
+                j = i < jets * N ? i / N : 3 + (i - jets * N) / n;
+                sum[j] += each * (x[i] - mean[i]) * (x[i] - mean[i]);
+            }
+        }
+    for (j = 0; j < 6; j++) {
+        if (j % 3 >= jets) sum[j] = 1;
+        if (!roln_finite(sum[j]) || !(sum[j] > 0)) return ROLN_E_NOT_FINITE;
+    }
+    var->q = var->q_pred = sum[0], var->qd = var->qd_pred = sum[1], var->qdd = var->qdd_pred = sum[2];
+    var->z = sum[3], var->zd = sum[4], var->zdd = sum[5];
+    return ROLN_OK;
+}
+
+/* a /= b, term by term. */
+ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
+{
+    a->q /= b->q, a->qd /= b->qd, a->qdd /= b->qdd;
+    a->z /= b->z, a->zd /= b->zd, a->zdd /= b->zdd;
+    a->q_pred /= b->q_pred, a->qd_pred /= b->qd_pred, a->qdd_pred /= b->qdd_pred;
 }
 
 /* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
@@ -574,26 +975,30 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
     return ROLN_OK;
 }
 
-/* Range of z over the samples q [count][N], count >= 1: z_min, z_max [n] out. Work as roln_encode. */
+/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. Work as roln_encode.
+   ROLN_E_LENGTH: count < 1. The outputs are written only on ROLN_OK. */
 ROLN_FN roln_status roln_fit_range(const roln_model *md, const roln_scale *sc, const roln_real *theta, int count,
-                                   const roln_real *q, roln_real *z_min, roln_real *z_max, roln_real *work)
+                                   const roln_real *q, const roln_real *qd, roln_real *z_min, roln_real *z_max,
+                                   roln_real *zd_max, roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, N), *z = rolni_take(&work, n), *lo = rolni_take(&work, n), *hi = rolni_take(&work, n);
+    roln_real *s = rolni_take(&work, 2 * n), *lo = rolni_take(&work, n), *hi = rolni_take(&work, n), *top = rolni_take(&work, n);
     int k, i;
     if (count < 1) return ROLN_E_LENGTH;
     for (k = 0; k < count; k++) {
-        for (i = 0; i < N; i++)
-            x[i] = q[(size_t)k * (size_t)N + (size_t)i] / sc->q;
-        roln_ae_encode(&md->ae, 1, 1, theta, x, z, work);
-        if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
+        const size_t row = (size_t)k * (size_t)N;
+        const roln_status st = roln_encode(md, sc, theta, q + row, qd + row, NULL, s, s + n, NULL, work);
+        if (st != ROLN_OK) return st;
         for (i = 0; i < n; i++) {
-            lo[i] = k == 0 || z[i] < lo[i] ? z[i] : lo[i];
-            hi[i] = k == 0 || z[i] > hi[i] ? z[i] : hi[i];
+            const roln_real v = ROLN_ABS(s[n + i]);
+            lo[i] = k == 0 || s[i] < lo[i] ? s[i] : lo[i];
+            hi[i] = k == 0 || s[i] > hi[i] ? s[i] : hi[i];
+            top[i] = k == 0 || v > top[i] ? v : top[i];
         }
     }
     memcpy(z_min, lo, (size_t)n * sizeof *lo);
     memcpy(z_max, hi, (size_t)n * sizeof *hi);
+    memcpy(zd_max, top, (size_t)n * sizeof *top);
     return ROLN_OK;
 }
 
@@ -608,18 +1013,17 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
     }
 }
 
-/* ---- 5 packed parameters ---------------------------------------------------------------------- */
+/* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
-/* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 base, u8 scheme, u8 autoencoder layers, u8 network
-   layers, u8 0; u32 autoencoder sizes, u32 hidden sizes; numbers: slope, scale.q, scale.t, dt, z_min [n], z_max [n],
-   theta; u64 FNV-1a of all before. */
-#define ROLN_FORMAT 1
-#define ROLN_PACKED(ae_layers, mlp_layers, n, params) \
-    (12 + 4 * ((ae_layers) + 1) + 4 * ((mlp_layers) - 1) + (int)sizeof(roln_real) * (4 + 2 * (n) + (params)) + 8)
+/* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
+   numbers: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta; u64 FNV-1a of all before. */
+#define ROLN_FORMAT 2
+#define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 1) + (int)sizeof(roln_real) * (5 + 3 * (n) + (params)) + 8)
 
-/* FNV-1a (64 bit) of count bytes, from h; start with ROLN_FNV. */
+/* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
-ROLN_FN uint64_t roln_fnv(uint64_t h, const unsigned char *bytes, int count)
+ROLN_FN uint64_t roln_fnv(int count, const unsigned char *bytes, uint64_t h)
 {
     int i;
     for (i = 0; i < count; i++)
@@ -670,74 +1074,91 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
     return differ == 0;
 }
 
-/* The leading bytes, up to and with the sizes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (12 + 4 * (ROLN_AE_MAX + 1 + ROLN_MLP_MAX))
+/* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
+#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 1))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
+    const roln_lnn *f = &md->lnn;
     unsigned char *p = bytes;
     int l;
     memcpy(p, "ROLN", 4);
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, (uint64_t)md->lnn.base, 1);
-    rolni_put(&p, (uint64_t)md->scheme, 1);
-    rolni_put(&p, (uint64_t)md->ae.layers, 1);
-    rolni_put(&p, (uint64_t)md->lnn.mass.layers, 1);
-    rolni_put(&p, 0, 1);
+    rolni_put(&p, (uint64_t)(8 + md->ae.layers + f->mass.layers + 2 * f->layers + 1), 1);
+    rolni_put(&p, (uint64_t)md->scheme, 2);
+    rolni_put(&p, (uint64_t)md->inputs, 2);
+    rolni_put(&p, (uint64_t)(f->head + 2 * f->base + 4 * f->damping), 2);
+    rolni_put(&p, (uint64_t)md->ae.layers, 2);
+    rolni_put(&p, (uint64_t)f->mass.layers, 2);
+    rolni_put(&p, (uint64_t)f->layers, 2);
+    rolni_put(&p, (uint64_t)f->n, 2);
     for (l = 0; l <= md->ae.layers; l++)
-        rolni_put(&p, (uint64_t)md->ae.size[l], 4);
-    for (l = 1; l < md->lnn.mass.layers; l++)
-        rolni_put(&p, (uint64_t)md->lnn.mass.size[l], 4);
+        rolni_put(&p, (uint64_t)md->ae.size[l], 2);
+    for (l = 1; l < f->mass.layers; l++)
+        rolni_put(&p, (uint64_t)f->mass.size[l], 2);
+    for (l = 0; l <= f->layers; l++)
+        rolni_put(&p, (uint64_t)f->width[l], 2);
+    for (l = 0; l < f->layers; l++)
+        rolni_put(&p, (uint64_t)f->layer[l], 2);
     return (int)(p - bytes);
 }
 
+/* The trained numbers of a model beside theta. */
+typedef struct {
+    const roln_scale *scale;
+    const roln_real *dt, *z_min, *z_max, *zd_max, *theta;
+} roln_numbers;
+
 /* Write parameters to bytes [ROLN_PACKED]. */
-ROLN_FN void roln_pack(const roln_model *md, const roln_scale *sc, roln_real dt, const roln_real *z_min,
-                       const roln_real *z_max, const roln_real *theta, unsigned char *bytes)
+ROLN_FN void roln_pack(const roln_model *md, const roln_numbers *x, unsigned char *bytes)
 {
     const int n = md->lnn.n;
     unsigned char *p = bytes + rolni_pack_head(md, bytes);
     rolni_put_reals(&p, 1, &md->ae.slope);
-    rolni_put_reals(&p, 1, &sc->q);
-    rolni_put_reals(&p, 1, &sc->t);
-    rolni_put_reals(&p, 1, &dt);
-    rolni_put_reals(&p, n, z_min);
-    rolni_put_reals(&p, n, z_max);
-    rolni_put_reals(&p, roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn), theta);
-    rolni_put(&p, roln_fnv(ROLN_FNV, bytes, (int)(p - bytes)), 8);
+    rolni_put_reals(&p, 1, &md->lnn.least);
+    rolni_put_reals(&p, 1, &x->scale->q);
+    rolni_put_reals(&p, 1, &x->scale->t);
+    rolni_put_reals(&p, 1, x->dt);
+    rolni_put_reals(&p, n, x->z_min);
+    rolni_put_reals(&p, n, x->z_max);
+    rolni_put_reals(&p, n, x->zd_max);
+    rolni_put_reals(&p, roln_params(md), x->theta);
+    rolni_put(&p, roln_fnv((int)(p - bytes), bytes, ROLN_FNV), 8);
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, base, scheme or slope differ), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is
-   not, or a scale is not positive): the outputs are untouched. */
-ROLN_FN roln_status roln_unpack(const roln_model *md, const unsigned char *bytes, int count, roln_scale *sc, roln_real *dt,
-                                roln_real *z_min, roln_real *z_max, roln_real *theta)
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a
+   number is not, or a scale is not positive): the outputs are untouched. */
+ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, roln_scale *sc, roln_real *dt,
+                                roln_real *z_min, roln_real *z_max, roln_real *zd_max, roln_real *theta)
 {
-    const int n = md->lnn.n, params = roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn);
+    const int n = md->lnn.n, params = roln_params(md);
     unsigned char head[ROLNI_HEAD];
-    const int lead = rolni_pack_head(md, head), total = ROLN_PACKED(md->ae.layers, md->lnn.mass.layers, n, params);
+    const int lead = rolni_pack_head(md, head), total = ROLN_PACKED(md->ae.layers, md->lnn.mass.layers, md->lnn.layers, n, params);
     const unsigned char *p, *numbers = bytes + lead, *sum = bytes + total - 8;
     roln_real x;
     int i;
-    if (count < 12) return ROLN_E_LENGTH;
+    if (count < 8) return ROLN_E_LENGTH;
     if (!rolni_same(6, bytes, head)) return ROLN_E_FORMAT;
     if (bytes[6] != head[6]) return ROLN_E_PRECISION;
     if (count < lead) return ROLN_E_LENGTH;
     if (!rolni_same(lead, bytes, head)) return ROLN_E_SHAPE;
     if (count != total) return ROLN_E_LENGTH;
-    if (rolni_get(&sum, 8) != roln_fnv(ROLN_FNV, bytes, total - 8)) return ROLN_E_CHECKSUM;
-    for (p = numbers, i = 0; i < 4 + 2 * n + params; i++) {
+    if (rolni_get(&sum, 8) != roln_fnv(total - 8, bytes, ROLN_FNV)) return ROLN_E_CHECKSUM;
+    for (p = numbers, i = 0; i < 5 + 3 * n + params; i++) {
+        const roln_real same = i == 0 ? md->ae.slope : md->lnn.least;
         rolni_get_reals(&p, 1, &x);
-        if (i == 0 && (x < md->ae.slope || x > md->ae.slope)) return ROLN_E_SHAPE;
-        if (!roln_finite(x) || ((i == 1 || i == 2) && !(x > 0))) return ROLN_E_NOT_FINITE;
+        if (i < 2 && (x < same || x > same)) return ROLN_E_SHAPE;
+        if (!roln_finite(x) || ((i == 2 || i == 3) && !(x > 0))) return ROLN_E_NOT_FINITE;
     }
-    p = numbers + sizeof(roln_real);
+    p = numbers + 2 * sizeof(roln_real);
     rolni_get_reals(&p, 1, &sc->q);
     rolni_get_reals(&p, 1, &sc->t);
     rolni_get_reals(&p, 1, dt);
     rolni_get_reals(&p, n, z_min);
     rolni_get_reals(&p, n, z_max);
+    rolni_get_reals(&p, n, zd_max);
     rolni_get_reals(&p, params, theta);
     return ROLN_OK;
 }
@@ -796,12 +1217,11 @@ ROLN_FN void rolni_write_reals(const char *open, int n, const roln_real *x, cons
 }
 
 /* The definition `static const <name>_params <name>_weights = {...};` for flash. ROLN_E_NOT_FINITE: nothing is put. */
-ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const roln_scale *sc, roln_real dt,
-                               const roln_real *z_min, const roln_real *z_max, const roln_real *theta, roln_put put, void *ctx)
+ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const roln_numbers *x, roln_put put, void *ctx)
 {
-    const int n = md->lnn.n, params = roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn);
-    if (!roln_all_finite(params, theta) || !roln_all_finite(n, z_min) || !roln_all_finite(n, z_max) ||
-        !roln_finite(sc->q) || !roln_finite(sc->t) || !roln_finite(dt))
+    const int n = md->lnn.n, params = roln_params(md);
+    if (!roln_all_finite(params, x->theta) || !roln_all_finite(n, x->z_min) || !roln_all_finite(n, x->z_max) ||
+        !roln_all_finite(n, x->zd_max) || !roln_finite(x->scale->q) || !roln_finite(x->scale->t) || !roln_finite(*x->dt))
         return ROLN_E_NOT_FINITE;
     put(ctx, "/* include after the definition of the model: ");
     put(ctx, name);
@@ -810,16 +1230,17 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
     put(ctx, "_params ");
     put(ctx, name);
     put(ctx, "_weights = {\n    {");
-    rolni_write_real(sc->q, put, ctx);
-    rolni_write_reals(", ", 1, &sc->t, "},\n    ", put, ctx);
-    rolni_write_real(dt, put, ctx);
-    rolni_write_reals(",\n    {", n, z_min, "},\n    {", put, ctx);
-    rolni_write_reals("", n, z_max, "},\n    {", put, ctx);
-    rolni_write_reals("", params, theta, "}};\n", put, ctx);
+    rolni_write_real(x->scale->q, put, ctx);
+    rolni_write_reals(", ", 1, &x->scale->t, "},\n    ", put, ctx);
+    rolni_write_real(*x->dt, put, ctx);
+    rolni_write_reals(",\n    {", n, x->z_min, "},\n    {", put, ctx);
+    rolni_write_reals("", n, x->z_max, "},\n    {", put, ctx);
+    rolni_write_reals("", n, x->zd_max, "},\n    {", put, ctx);
+    rolni_write_reals("", params, x->theta, "}};\n", put, ctx);
     return ROLN_OK;
 }
 
-/* ---- 6 the typed shell: macros ---------------------------------------------------------------- */
+/* ---- 7 the typed shell: macros ---------------------------------------------------------------- */
 
 #define ROLNI_P0(a, ...) a
 #define ROLNI_P1(a, b, ...) b
@@ -842,13 +1263,34 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_SCHEME_midpoint ROLN_MIDPOINT
 #define ROLNI_SCHEME_(s) ROLNI_SCHEME_##s
 #define ROLNI_SCHEME(s) ROLNI_SCHEME_(s)
+#define ROLNI_MASS_exponential ROLN_EXPONENTIAL
+#define ROLNI_MASS_cholesky ROLN_CHOLESKY
+#define ROLNI_MASS_(s) ROLNI_MASS_##s
+#define ROLNI_MASS(s) ROLNI_MASS_(s)
+#define ROLNI_KIND_0 0
+#define ROLNI_KIND_gyro ROLN_GYRO
+#define ROLNI_KIND_reeig ROLN_REEIG
+#define ROLNI_KIND_bimap ROLN_BIMAP
+#define ROLNI_KIND_(s) ROLNI_KIND_##s
+#define ROLNI_KIND(s) ROLNI_KIND_(s)
 /* Weights, second moments and tape of one autoencoder layer, what an update keeps of it, its blocks; n = 0: no layer. */
 #define ROLNI_LAYER(N, n) ((n) > 0 ? 2 * (N) * (n) + (N) : 0)
 #define ROLNI_LAYER_MOMENTS(N, n) ((n) > 0 ? 1 + (N) : 0)
 #define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
-#define ROLNI_LAYER_BLOCKS(N, n) {ROLN_BIORTHOGONAL, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
+#define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
+/* Parameters, moments, what an update keeps and blocks of one SPD layer, width w -> wo: gyro's W, gyro's B, bimap's W^T. */
+#define ROLNI_SPD_LAYER(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) + (w) * (w) : (int)(kind) == (int)ROLN_BIMAP ? (w) * (wo) : 0)
+#define ROLNI_SPD_MOMENTS(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) + 1 : (int)(kind) == (int)ROLN_BIMAP ? 1 : 0)
+#define ROLNI_SPD_KEEP(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? 2 * (w) * (w) + 2 : (int)(kind) == (int)ROLN_BIMAP ? 2 * (w) * (wo) + 2 : 0)
+#define ROLNI_SPD_BLOCKS(kind, w, wo) \
+    {ROLN_EUCLIDEAN, 1, (int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) : 0, 1}, \
+    {(int)(kind) == (int)ROLN_GYRO ? &roln_spd : ROLN_EUCLIDEAN, (int)(kind) == (int)ROLN_GYRO ? (w) : 0, (int)(kind) == (int)ROLN_GYRO ? (w) : 0, 1}, \
+    {(int)(kind) == (int)ROLN_BIMAP ? &roln_stiefel : ROLN_EUCLIDEAN, (int)(kind) == (int)ROLN_BIMAP ? (wo) : 0, (int)(kind) == (int)ROLN_BIMAP ? (w) : 0, 1}
+#define ROLNI_EACH_SPD(F) \
+    (F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) + F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) + F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) + \
+     F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)))
 #define ROLNI_EACH_LAYER(F) \
     (F(ROLNI_(N0), ROLNI_(N1)) + F(ROLNI_(N1), ROLNI_(N2)) + F(ROLNI_(N2), ROLNI_(N3)) + F(ROLNI_(N3), ROLNI_(N4)) + \
      F(ROLNI_(N4), ROLNI_(N5)) + F(ROLNI_(N5), ROLNI_(N6)) + F(ROLNI_(N6), ROLNI_(N7)) + F(ROLNI_(N7), ROLNI_(N8)))
@@ -856,7 +1298,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 
 #endif
 
-/* ---- 6 the typed shell ------------------------------------------------------------------------ */
+/* ---- 7 the typed shell ------------------------------------------------------------------------ */
 
 #ifdef ROLN_NAME
 
@@ -874,6 +1316,24 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #endif
 #ifndef ROLN_BASE
 #define ROLN_BASE 0
+#endif
+#ifndef ROLN_MASS
+#define ROLN_MASS exponential
+#endif
+#ifndef ROLN_LAYERS
+#define ROLN_LAYERS 0
+#endif
+#ifndef ROLN_WIDTH
+#define ROLN_WIDTH 0
+#endif
+#ifndef ROLN_LEAST
+#define ROLN_LEAST 1e-4
+#endif
+#ifndef ROLN_DAMPING
+#define ROLN_DAMPING 0
+#endif
+#ifndef ROLN_INPUTS
+#define ROLN_INPUTS 0
 #endif
 #ifndef ROLN_HORIZON
 #define ROLN_HORIZON 8
@@ -923,37 +1383,69 @@ enum {
                    : ROLNI_(H3) > 0 ? ROLNI_(H3)
                    : ROLNI_(H2) > 0 ? ROLNI_(H2)
                                 : ROLNI_(H1),
-    ROLNI_(tri) = ROLN_TRI(ROLNI_(n)),
-    ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1),
-    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(n) * ROLNI_(n) : 0,
-    ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(net_size) + ROLNI_(base_size),
-    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0),
-    ROLNI_(blocks) = 18,
+    /* SPD layers: kinds, and widths that the first bimap brings down to n */
+    ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
+    ROLNI_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
+    ROLNI_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)),
+    ROLNI_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
+    ROLNI_(spd_layers) = (ROLNI_(L0) > 0) + (ROLNI_(L1) > 0) + (ROLNI_(L2) > 0) + (ROLNI_(L3) > 0),
+    ROLNI_(W0) = (ROLN_WIDTH) > 0 ? (ROLN_WIDTH) : ROLNI_(n),
+    ROLNI_(W1) = ROLNI_(L0) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W0),
+    ROLNI_(W2) = ROLNI_(L1) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W1),
+    ROLNI_(W3) = ROLNI_(L2) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W2),
+    ROLNI_(W4) = ROLNI_(L3) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W3),
+    ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_MASS(ROLN_MASS) == ROLN_CHOLESKY,
+    ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
+    ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
+                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0),
+    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
+    ROLNI_(force_size) = (ROLN_INPUTS) > 0 ? (ROLN_INPUTS) : ROLNI_(N),
+    ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER) +
+                         ROLNI_(input_size),
+    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
+                          ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS) + ROLNI_(input_size),
+    ROLNI_(blocks) = 31,
+    ROLNI_(horizon) = ROLN_HORIZON,
     ROLNI_(ae_sum) = ROLNI_EACH_LAYER(ROLNI_LAYER_TAPE),
-    ROLNI_(work_size) = ROLN_TICK_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(hidden), ROLNI_(wide)),
-    ROLNI_(grad_size) = ROLN_GRAD_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(hidden), ROLNI_(wide), ROLN_BLOCK,
-                                       ROLN_HORIZON, ROLN_STAGES(ROLNI_SCHEME(ROLN_STEP))),
+    ROLNI_(stages) = ROLN_STAGES(ROLNI_SCHEME(ROLN_STEP)),
+    ROLNI_(tape) = ROLN_LNN_TAPE(ROLNI_(n), ROLNI_(W0), ROLN_BASE, ROLNI_(formed), ROLN_DAMPING, ROLNI_(hidden), 2, 1),
+    ROLNI_(tape_block) = ROLN_LNN_TAPE(ROLNI_(n), ROLNI_(W0), ROLN_BASE, ROLNI_(formed), ROLN_DAMPING, ROLNI_(hidden), 2, ROLN_BLOCK),
+    ROLNI_(step_work) = ROLN_STEP_WORK(ROLNI_(n), ROLNI_(W0), ROLNI_(spd_layers), ROLNI_(formed), ROLNI_(wide), 2, 1),
+    ROLNI_(step_block) = ROLN_STEP_WORK(ROLNI_(n), ROLNI_(W0), ROLNI_(spd_layers), ROLNI_(formed), ROLNI_(wide), 2, ROLN_BLOCK),
+    ROLNI_(work_size) = ROLN_TICK_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(tape), ROLNI_(step_work)),
+    ROLNI_(linear_size) = ROLN_LINEAR_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(stages), ROLNI_(tape), ROLNI_(step_work)),
+    ROLNI_(grad_size) = ROLN_GRAD_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLN_BLOCK, ROLN_HORIZON,
+                                       ROLN_MAX(3, ROLNI_(stages)), ROLNI_(tape_block), ROLNI_(step_block)),
     ROLNI_(update_size) =
-        ROLNI_EACH_LAYER(ROLNI_LAYER_KEEP) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
-        ROLN_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(n)), ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)),
-                                                              ROLN_BIORTH_RETRACT_WORK(ROLNI_(N1), ROLNI_(N0)))),
+        ROLNI_EACH_LAYER(ROLNI_LAYER_KEEP) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) + ROLNI_EACH_SPD(ROLNI_SPD_KEEP) +
+        ROLN_MAX(ROLN_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(W0)), ROLN_STIEFEL_RETRACT_WORK(ROLNI_(n), ROLNI_(W0))),
+                 ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)), ROLN_BIORTH_RETRACT_WORK(ROLNI_(N1), ROLNI_(N0)))),
     ROLNI_(start_size) = ROLN_MAX(ROLN_AE_INIT_WORK(ROLNI_(N1)), ROLN_AE_POD_WORK(ROLNI_(N))),
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(n), ROLNI_(theta_size))
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size))
 };
 
 typedef char ROLNI_(sizes_must_not_grow)[ROLNI_EACH_LAYER(ROLNI_LAYER_OK) == 8 && ROLNI_AT(9, ROLN_AE) == 0 ? 1 : -1];
+typedef char ROLNI_(spd_layers_must_end_at_n)[ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n) ? 1 : -1];
+typedef char ROLNI_(cholesky_takes_no_base_nor_layers)[ROLNI_MASS(ROLN_MASS) == ROLN_EXPONENTIAL ||
+                                                               (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0)
+                                                           ? 1
+                                                           : -1];
 typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_AT(5, ROLN_MLP) == 0 ? 1 : -1];
 
-/* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max: range of z seen in training. */
+/* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
 typedef struct {
     roln_scale scale;
-    roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)];
+    roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)], zd_max[ROLNI_(n)];
     roln_real theta[ROLNI_(theta_size)];
 } ROLNI_(params);
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, qd in 1/s */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
-typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction */
+typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)]; } ROLNI_(target); /* reference of a controller */
+typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard);        /* zero it once; tau: to be applied */
+typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction and control */
+typedef struct { roln_real w[ROLNI_(linear_size)]; } ROLNI_(linwork);     /* of linearisation */
 typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of training */
 typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start);        /* of initialisation */
 
@@ -970,22 +1462,24 @@ typedef struct {
     roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
 } ROLNI_(optimiser);
 
+#define ROLNI_MLP_OF(out) \
+    {ROLNI_(mlp_layers), \
+     {ROLNI_(n), ROLNI_(H1), ROLNI_(H2) > 0 ? ROLNI_(H2) : (out), ROLNI_(H3) > 0 ? ROLNI_(H3) : (out), \
+      ROLNI_(H4) > 0 ? ROLNI_(H4) : (out), ROLNI_(H5) > 0 ? ROLNI_(H5) : (out), out}}
 static const roln_model ROLNI_(model) = {
     {ROLNI_(layers),
      {ROLNI_(N0), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
      (roln_real)(ROLN_SLOPE)},
-    {ROLNI_(n),
-     ROLN_BASE,
-     {ROLNI_(mlp_layers),
-      {ROLNI_(n), ROLNI_(H1), ROLNI_(H2) > 0 ? ROLNI_(H2) : ROLNI_(tri), ROLNI_(H3) > 0 ? ROLNI_(H3) : ROLNI_(tri),
-       ROLNI_(H4) > 0 ? ROLNI_(H4) : ROLNI_(tri), ROLNI_(H5) > 0 ? ROLNI_(H5) : ROLNI_(tri), ROLNI_(tri)}},
-     {ROLNI_(mlp_layers),
-      {ROLNI_(n), ROLNI_(H1), ROLNI_(H2) > 0 ? ROLNI_(H2) : 1, ROLNI_(H3) > 0 ? ROLNI_(H3) : 1, ROLNI_(H4) > 0 ? ROLNI_(H4) : 1,
-       ROLNI_(H5) > 0 ? ROLNI_(H5) : 1, 1}}},
-    ROLNI_SCHEME(ROLN_STEP)};
+    {ROLNI_(n), ROLNI_MASS(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers),
+     {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
+     {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
+     ROLN_DAMPING, (roln_real)(ROLN_LEAST),
+     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n)))},
+    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
+#undef ROLNI_MLP_OF
 
-/* The manifold of the parameters: per layer a biorthogonal pair and a bias (learning-rate group 0), then the networks, then
-   the base point (group 1). */
+/* The manifold of the parameters: per layer a biorthogonal pair and a bias (learning-rate group 0), then the networks, the base
+   point, the SPD layers, the input map (group 1). */
 static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N2), ROLNI_(N3)),
@@ -995,16 +1489,19 @@ static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLN
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
                                                          {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                                         {ROLN_SPD, ROLN_BASE ? ROLNI_(n) : 0, ROLN_BASE ? ROLNI_(n) : 0, 1}};
+                                                         {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
+                                                          ROLN_BASE ? ROLNI_(W0) : 0, 1},
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)),
+                                                         {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
 
-/* Random weights (scales 1, no range). ROLN_E_NOT_SPD: hardly ever; call again. */
+/* Random weights (scales 1, no range, input map 0). ROLN_E_NOT_SPD: hardly ever; call again. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
 {
-    int i;
+    memset(p, 0, sizeof *p);
     p->scale.q = p->scale.t = 1;
-    p->dt = 0;
-    for (i = 0; i < ROLNI_(n); i++)
-        p->z_min[i] = p->z_max[i] = 0;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->w);
 }
@@ -1014,13 +1511,11 @@ ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start
 ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
                                      uint64_t *seed, ROLNI_(start) *work)
 {
-    int i;
-    roln_status st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
+    roln_status st;
+    memset(p, 0, sizeof *p);
+    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
     if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->w);
     if (st != ROLN_OK) return st;
-    p->dt = 0;
-    for (i = 0; i < ROLNI_(n); i++)
-        p->z_min[i] = p->z_max[i] = 0;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
     return ROLN_OK;
 }
@@ -1028,7 +1523,7 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
 /* z = rho(q), zd = D(q) qd. */
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
-    return roln_encode(&ROLNI_(model), &p->scale, p->theta, x->q, x->qd, s->z, s->zd, work->w);
+    return roln_encode(&ROLNI_(model), &p->scale, p->theta, x->q, x->qd, NULL, s->z, s->zd, NULL, work->w);
 }
 
 /* q = phi(z), qd = J(z) zd. */
@@ -1037,14 +1532,22 @@ ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent)
     return roln_decode(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, x->q, x->qd, work->w);
 }
 
-/* Advance s by dt seconds under the force tau [N] held over the step (NULL: none). s stays as it was unless ROLN_OK. */
+/* Advance s by dt seconds under the force tau [N] (or inputs u) held over the step (NULL: none). s stays as it was unless
+   ROLN_OK. */
 ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real *tau, roln_real dt,
                                  ROLNI_(work) *work)
 {
     return roln_step(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, tau, dt, work->w);
 }
 
-/* tau_z = J(z)^T tau, and tau = D(phi(z))^T tau_z, the force that reduces to tau_z. tau [N], tau_z [n]. */
+/* The same, and A = d(z,zd)+ / d(z,zd) [2n][2n], B = d(z,zd)+ / d tau [2n][force_size] (may be NULL). */
+ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real *tau, roln_real dt, roln_real *A,
+                                   roln_real *B, ROLNI_(linwork) *work)
+{
+    return roln_linear(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, tau, dt, A, B, work->w);
+}
+
+/* tau_z = J(z)^T tau, and tau = D(phi(z))^T tau_z, the force that reduces to tau_z. tau [N] (or u), tau_z [n]. */
 ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *tau, roln_real *tau_z,
                                    ROLNI_(work) *work)
 {
@@ -1057,12 +1560,57 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
     return roln_lift(&ROLNI_(model), &p->scale, p->theta, s->z, tau_z, tau, work->w);
 }
 
-/* M [n][n], c = C zd [n], g [n] of M zdd + c + g = tau_z, kinetic and potential energy T, V; each may be NULL. If no force
+/* M [n][n], c = C zd, g, d [n] of M zdd + c + g + d = tau_z, kinetic and potential energy T, V; each may be NULL. If no force
    did work in training, all of them, and forces with them, share one unknown factor. */
 ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) *s, roln_real *M, roln_real *c, roln_real *g,
-                                  roln_real *T, roln_real *V, ROLNI_(work) *work)
+                                  roln_real *d, roln_real *T, roln_real *V, ROLNI_(work) *work)
 {
-    return roln_terms(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, M, c, g, T, V, work->w);
+    return roln_terms(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, M, c, g, d, T, V, work->w);
+}
+
+/* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
+ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *w, const roln_real *zdd,
+                                    roln_real *tau_z, ROLNI_(work) *work)
+{
+    return roln_inverse(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, w, zdd, tau_z, work->w);
+}
+
+/* y = D^T M D v, the apparent inertia of the full space applied to v [N]. */
+ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *v, roln_real *y,
+                                    ROLNI_(work) *work)
+{
+    return roln_inertia(&ROLNI_(model), &p->scale, p->theta, s->z, v, y, work->w);
+}
+
+/* Reference q, qd, qdd [N] in the latent space. */
+ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real *q, const roln_real *qd, const roln_real *qdd,
+                                ROLNI_(target) *r, ROLNI_(work) *work)
+{
+    return roln_encode(&ROLNI_(model), &p->scale, p->theta, q, qd, qdd, r->z, r->zd, r->zdd, work->w);
+}
+
+/* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), diagonal gains kp, kd [n]. */
+ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const ROLNI_(target) *r,
+                                    const roln_real *kp, const roln_real *kd, roln_real *tau_z, ROLNI_(work) *work)
+{
+    return roln_control(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, r->z, r->zd, r->zdd, kp, kd, tau_z, work->w);
+}
+
+/* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
+ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int motors, const roln_real *B,
+                                     const roln_real *tau_z, roln_real mu, roln_real *u, ROLNI_(work) *work)
+{
+    return roln_allocate(&ROLNI_(model), &p->scale, p->theta, motors, s->z, B, tau_z, mu, u, work->w);
+}
+
+/* Last call of a control tick: g->tau becomes the torque `want` if all is well, else a safe one; st: the first status other
+   than ROLN_OK of this tick. Returns the faults of this tick, ROLN_FAULT_..; g->g.faults keeps those of all ticks. */
+ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, roln_real dt, const ROLNI_(state) *x,
+                                    const ROLNI_(latent) *s, roln_status st, const roln_real *want, ROLNI_(guard) *g,
+                                    ROLNI_(work) *work)
+{
+    return roln_guard_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, ROLNI_(N), x->q, x->qd,
+                           s->z, s->zd, st, want, &g->g, g->tau, work->w);
 }
 
 /* Roll-out from q[0], qd[0], encoded anew from every again-th sample (0: never); all arrays as in roln_predict. */
@@ -1099,6 +1647,12 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                             o->v_max, work->w);
 }
 
+/* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
+ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
+{
+    return roln_variance(&ROLNI_(model), &p->scale, p->theta, b, var, work->w);
+}
+
 /* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
                                    const roln_real *qbar, roln_error *e, ROLNI_(train) *work)
@@ -1106,35 +1660,40 @@ ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b,
     return roln_errors(&ROLNI_(model), &p->scale, p->theta, b, ROLN_BLOCK, dt, every, qbar, e, work->w);
 }
 
-/* Nonzero if z lies in the range seen in training; NaN does not. */
+/* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
 {
-    int i, in = 1;
-    for (i = 0; i < ROLNI_(n); i++)
-        in &= roln_finite(s->z[i]) && s->z[i] >= p->z_min[i] && s->z[i] <= p->z_max[i];
-    return in;
+    return roln_in_range(ROLNI_(n), p->z_min, p->z_max, p->zd_max, 0, s->z, s->zd);
 }
 
-/* Record in p the range of z over the samples q [count][N]. */
-ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, ROLNI_(work) *work)
+/* Record in p the range of z, zd over the samples q, qd [count][N]. */
+ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
-    return roln_fit_range(&ROLNI_(model), &p->scale, p->theta, count, q, p->z_min, p->z_max, work->w);
+    return roln_fit_range(&ROLNI_(model), &p->scale, p->theta, count, q, qd, p->z_min, p->z_max, p->zd_max, work->w);
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
-ROLN_FN void ROLNI_(pack)(const ROLNI_(params) *p, unsigned char bytes[ROLNI_(packed_size)])
+ROLN_FN roln_numbers ROLNI_(numbers)(const ROLNI_(params) *p)
 {
-    roln_pack(&ROLNI_(model), &p->scale, p->dt, p->z_min, p->z_max, p->theta, bytes);
+    const roln_numbers x = {&p->scale, &p->dt, p->z_min, p->z_max, p->zd_max, p->theta};
+    return x;
 }
 
-ROLN_FN roln_status ROLNI_(unpack)(const unsigned char *bytes, int count, ROLNI_(params) *p)
+ROLN_FN void ROLNI_(pack)(const ROLNI_(params) *p, unsigned char bytes[ROLNI_(packed_size)])
 {
-    return roln_unpack(&ROLNI_(model), bytes, count, &p->scale, &p->dt, p->z_min, p->z_max, p->theta);
+    const roln_numbers x = ROLNI_(numbers)(p);
+    roln_pack(&ROLNI_(model), &x, bytes);
+}
+
+ROLN_FN roln_status ROLNI_(unpack)(int count, const unsigned char *bytes, ROLNI_(params) *p)
+{
+    return roln_unpack(&ROLNI_(model), count, bytes, &p->scale, &p->dt, p->z_min, p->z_max, p->zd_max, p->theta);
 }
 
 ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *ctx)
 {
-    return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &p->scale, p->dt, p->z_min, p->z_max, p->theta, put, ctx);
+    const roln_numbers x = ROLNI_(numbers)(p);
+    return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &x, put, ctx);
 }
 
 #undef ROLN_NAME
@@ -1143,6 +1702,12 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
 #undef ROLN_STEP
 #undef ROLN_SLOPE
 #undef ROLN_BASE
+#undef ROLN_MASS
+#undef ROLN_WIDTH
+#undef ROLN_LAYERS
+#undef ROLN_LEAST
+#undef ROLN_DAMPING
+#undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK
 

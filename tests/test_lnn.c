@@ -221,7 +221,7 @@ static roln_lnn shape(int n, int base, int layers, int h1, int h2)
     roln_lnn f;
     int i;
     memset(&f, 0, sizeof f);
-    f.n = n, f.base = base;
+    f.n = n, f.base = base, f.width[0] = n;
     f.mass.layers = f.potential.layers = layers;
     for (i = 0; i < layers; i++) f.mass.size[i] = f.potential.size[i] = i == 0 ? n : i % 2 ? h1 : h2;
     f.mass.size[layers] = ROLN_TRI(n), f.potential.size[layers] = 1;
@@ -251,9 +251,9 @@ static roln_real *weights(const roln_lnn *f, uint64_t *s)
     return th;
 }
 
-#define TAPE(T, nb) ROLN_LNN_TAPE(m.f.n, roln_mlp_hidden(&m.f.mass), T, nb)
-#define WORK(T, nb) ROLN_LNN_WORK(m.f.n, wide_of(&m.f), T, nb)
-#define STEP_WORK(T, nb) ROLN_STEP_WORK(m.f.n, wide_of(&m.f), T, nb)
+#define TAPE(T, nb) roln_lnn_tape(&m.f, T, nb)
+#define WORK(T, nb) ROLN_LNN_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
+#define STEP_WORK(T, nb) ROLN_STEP_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
 
 /* ---- perceptron ---- */
 
@@ -382,7 +382,7 @@ static void check_terms(roln_lnn f, uint64_t *seed)
     ld x[2 * MAXN], tM[MAXN * MAXN], tc[MAXN], kin[MAXN], tg[MAXN], V, T = 0, size = 0;
     int i, j;
     widen(2 * n, s, x);
-    CHECK(roln_lnn_terms(&f, th, s, M, c, g, TV, TV + 1, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_terms(&f, th, s, M, c, g, NULL, TV, TV + 1, tape, w) == ROLN_OK);
     t_terms(x, x + n, tM, tc, kin, tg);
     t_mlp(&f.potential, m.th + roln_mlp_params(&f.mass), x, &V);
     BOUND("terms: M (eps)", distance(n * n, M, tM) / EPS, 25);
@@ -404,7 +404,7 @@ static void check_terms(roln_lnn f, uint64_t *seed)
     CHECK(same(n, zdd, z2));
     for (i = 0; i < 5; i++) { /* each output may be NULL, and does not change the others */
         roln_real *M1 = fresh(n * n), *c1 = fresh(n), *g1 = fresh(n), *e1 = fresh(2);
-        CHECK(roln_lnn_terms(&f, th, s, i == 0 ? NULL : M1, i == 1 ? NULL : c1, i == 2 ? NULL : g1, i == 3 ? NULL : e1, i == 4 ? NULL : e1 + 1, tape, w) == ROLN_OK);
+        CHECK(roln_lnn_terms(&f, th, s, i == 0 ? NULL : M1, i == 1 ? NULL : c1, i == 2 ? NULL : g1, NULL, i == 3 ? NULL : e1, i == 4 ? NULL : e1 + 1, tape, w) == ROLN_OK);
         CHECK((i == 0 || same(n * n, M, M1)) && (i == 1 || same(n, c, c1)) && (i == 2 || same(n, g, g1)) && (i == 3 || TV[0] == e1[0]) && (i == 4 || TV[1] == e1[1]));
     }
     fresh_done();
@@ -546,12 +546,12 @@ static void canonical_step(int scheme, const roln_real *th, double h, const doub
     ld A[MAXN * MAXN], b[MAXN];
     int i, j;
     memcpy(s, x, sizeof *s * (size_t)n), memset(s + n, 0, sizeof *s * (size_t)n);
-    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
     widen(n * n, M, A), widen(n, x + n, b);
     t_solve(n, 1, A, b);
     for (i = 0; i < n; i++) s[n + i] = (double)b[i];
     CHECK(roln_lnn_step(&m.f, scheme, 1, 1, th, NULL, h, s, s, tape, w) == ROLN_OK);
-    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
     for (i = 0; i < n; i++)
         for (y[i] = s[i], y[n + i] = 0, j = 0; j < n; j++) y[n + i] += M[i * n + j] * s[n + j];
 }
@@ -605,7 +605,7 @@ static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
 static double energy(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *tape, roln_real *w)
 {
     roln_real T = 0, V = 0;
-    CHECK(roln_lnn_terms(f, th, s, NULL, NULL, NULL, &T, &V, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_terms(f, th, s, NULL, NULL, NULL, NULL, &T, &V, tape, w) == ROLN_OK);
     return (double)T + (double)V;
 }
 
@@ -673,7 +673,7 @@ static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real 
     if (terms) {
         roln_real s1[2 * MAXN];
         memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
-        CHECK(roln_lnn_terms(f, th, s1, M, M + n * n, M + n * n + n, M + n * n + 2 * n, M + n * n + 2 * n + 1, tape, w) == st);
+        CHECK(roln_lnn_terms(f, th, s1, M, M + n * n, M + n * n + n, NULL, M + n * n + 2 * n, M + n * n + 2 * n + 1, tape, w) == st);
         CHECK(same(n * n + 2 * n + 2, M, zero));
     }
 }
