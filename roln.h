@@ -848,7 +848,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
-#define ROLNI_LAYER_BLOCKS(N, n) {ROLN_BIORTHOGONAL, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
+#define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
 #define ROLNI_EACH_LAYER(F) \
     (F(ROLNI_(N0), ROLNI_(N1)) + F(ROLNI_(N1), ROLNI_(N2)) + F(ROLNI_(N2), ROLNI_(N3)) + F(ROLNI_(N3), ROLNI_(N4)) + \
      F(ROLNI_(N4), ROLNI_(N5)) + F(ROLNI_(N5), ROLNI_(N6)) + F(ROLNI_(N6), ROLNI_(N7)) + F(ROLNI_(N7), ROLNI_(N8)))
@@ -995,7 +995,7 @@ static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLN
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
                                                          {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                                         {ROLN_SPD, ROLN_BASE ? ROLNI_(n) : 0, ROLN_BASE ? ROLNI_(n) : 0, 1}};
+                                                         {&roln_spd, ROLN_BASE ? ROLNI_(n) : 0, ROLN_BASE ? ROLNI_(n) : 0, 1}};
 
 /* Random weights (scales 1, no range). ROLN_E_NOT_SPD: hardly ever; call again. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)

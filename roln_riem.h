@@ -1,14 +1,14 @@
 /* roln_riem.h - manifolds of parameters, and optimisers that stay on them.
 
-   1 blocks            a product manifold is a table of blocks
+   1 blocks            a manifold is a table of verbs, a product manifold a table of blocks
    2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
-   4 any curved block  the three verbs that the optimisers use
-   5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
+   4 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
 
-   A manifold offers three verbs: tangent (Euclidean to Riemannian gradient, and a stored momentum carried to the
-   present point), inner (the metric) and retract. To add a manifold is to add its three functions and one case to each
-   verb; the optimisers do not change. */
+   To add a manifold: write its verbs, name them in a const roln_manifold in a file of your own, point blocks at it. Nothing
+   here changes. roln.h trains biorthogonal, SPD and Euclidean blocks by roln_adam_update;
+   roln_sgd_update, roln_schedule and the manifolds without an optimiser are for your own program. Vector transport is described with
+   each manifold: it is a projection, or nothing at all. */
 
 #ifndef ROLN_RIEM_H
 #define ROLN_RIEM_H
@@ -17,42 +17,56 @@
 
 /* ---- 1 blocks --------------------------------------------------------------------------------- */
 
-enum { ROLN_EUCLIDEAN = 0, ROLN_BIORTHOGONAL = 1, ROLN_SPD = 2 };
+/* The verbs of a manifold. rows, cols: sizes of a block in the sense of the manifold. The optimisers hand them copies: what
+   a verb leaves behind when it fails is lost with them. A tangent has as many numbers as a point, in any coordinates. */
+typedef struct {
+    int (*size)(int rows, int cols); /* numbers of a point */
+    int (*work)(int rows, int cols); /* work of tangent and of retract */
+    /* gm [2][size] in: Euclidean gradient at x, momentum of the previous point; out: Riemannian gradient, momentum at x */
+    roln_status (*tangent)(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work);
+    /* <u, v> at x; NULL: the dot product of the coordinates */
+    roln_real (*inner)(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v);
+    /* xn = R_x(u) = x + u + O(u^2); xn may be u */
+    roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
+} roln_manifold;
+
+#define ROLN_EUCLIDEAN NULL /* manifold of a block of rows x cols free numbers, each with its own moments */
 
 #define ROLN_GROUPS 2 /* learning-rate groups */
 
 /* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
 typedef struct {
-    int kind;       /* ROLN_EUCLIDEAN: rows x cols numbers; ROLN_SPD: rows x rows */
-    int rows, cols; /* ROLN_BIORTHOGONAL: Phi^T then Psi^T, each rows x cols, rows <= cols */
-    int group;      /* learning-rate group */
+    const roln_manifold *manifold; /* ROLN_EUCLIDEAN, &roln_biorthogonal, &roln_spd, or your own */
+    int rows, cols;
+    int group; /* learning-rate group */
 } roln_block;
 
 /* Numbers in a block. */
 ROLN_FN int roln_block_size(const roln_block *b)
 {
-    return b->kind == ROLN_SPD ? b->rows * b->rows : (b->kind == ROLN_BIORTHOGONAL ? 2 : 1) * b->rows * b->cols;
+    return b->manifold == ROLN_EUCLIDEAN ? b->rows * b->cols : b->manifold->size(b->rows, b->cols);
 }
 
 /* Second moments of a block: one per number where Euclidean, one for the whole of a manifold block. */
 ROLN_FN int roln_block_moments(const roln_block *b)
 {
-    return b->kind == ROLN_EUCLIDEAN ? b->rows * b->cols : b->rows > 0;
+    const int size = roln_block_size(b);
+    return b->manifold == ROLN_EUCLIDEAN ? size : size > 0;
 }
 
 /* ---- 2 biorthogonal --------------------------------------------------------------------------- */
 
 /* A point is x = (Phi^T, Psi^T), [2][n][N], with Psi^T Phi = I; a tangent (X, Y) satisfies Y^T Phi + Psi^T X = 0.
-   Frobenius metric. Otto, Macchio, Rowley 2023. */
+   Frobenius metric. To carry a tangent to another point is to project it there. Otto, Macchio, Rowley 2023. */
 
-/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x:
+/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x [2][n][N]:
    (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
    Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
    in u passes through.
    work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
    Cost 18 n^3 + 4 count n^2 N. */
 #define ROLN_BIORTH_PROJECT_WORK(n) (5 * (n) * (n) + 2 * (n) + ROLN_EIG_WORK(n))
-ROLN_FN roln_status roln_biorth_project(int n, int N, const roln_real *x, int count, roln_real *u, roln_real *work)
+ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real *x, roln_real *u, roln_real *work)
 {
     const roln_real *phi = x, *psi = x + n * N;
     roln_real *Ua = work, *Ub = Ua + n * n, *C = Ub + n * n, *D = C + n * n, *E = D + n * n, *ra = E + n * n, *rb = ra + n;
@@ -106,11 +120,30 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
     return ROLN_OK;
 }
 
+/* As blocks: rows = n, cols = N. */
+ROLN_FN int rolni_biorth_size(int rows, int cols)
+{
+    return 2 * rows * cols;
+}
+
+ROLN_FN int rolni_biorth_work(int rows, int cols)
+{
+    return ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(rows), ROLN_BIORTH_RETRACT_WORK(rows, cols));
+}
+
+ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    return roln_biorth_project(rows, cols, 2, x, gm, work);
+}
+
+static const roln_manifold roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL,
+                                                roln_biorth_retract};
+
 /* ---- 3 SPD ------------------------------------------------------------------------------------ */
 
 /* Tangents at X = A A^T (Cholesky) are kept in the frame of A: U = A u A^T is stored as the symmetric u. The affine-
-   invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent from X to X' is to keep u, an
-   isometry. [ours] */
+   invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent to another point is to keep u,
+   an isometry. [ours] */
 
 /* Riemannian gradient X sym(G) X of the Euclidean one G, in the frame: u = A^T sym(G) A. X, G [n][n] in, u [n][n] out
    (may be G). work [ROLN_SPD_RGRAD_WORK(n)]. ROLN_E_NOT_SPD leaves u untouched. */
@@ -151,39 +184,34 @@ ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real 
     return ROLN_OK;
 }
 
-/* ---- 4 any curved block ----------------------------------------------------------------------- */
-
-/* Work that the verbs below need for a block. */
-ROLN_FN int rolni_block_work(const roln_block *b)
+/* As blocks: rows = cols = n. The momentum stays as it is. */
+ROLN_FN int rolni_spd_size(int rows, int cols)
 {
-    const int n = b->rows, N = b->cols;
-    const int p = ROLN_BIORTH_PROJECT_WORK(n), r = ROLN_BIORTH_RETRACT_WORK(n, N);
-    return b->kind == ROLN_BIORTHOGONAL ? (p > r ? p : r) : b->kind == ROLN_SPD ? ROLN_SPD_RETRACT_WORK(n) : 0;
+    (void)cols;
+    return rows * rows;
 }
 
-/* g [size] in: Euclidean gradient, out: Riemannian gradient at x. m [size]: the momentum of the previous point, carried
-   to x; g and m lie one after the other. */
-ROLN_FN roln_status rolni_tangent(const roln_block *b, const roln_real *x, roln_real *gm, roln_real *work)
+ROLN_FN int rolni_spd_work(int rows, int cols)
 {
-    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_project(b->rows, b->cols, x, 2, gm, work);
-    return roln_spd_rgrad(b->rows, x, gm, gm, work);
+    (void)cols;
+    return ROLN_MAX(ROLN_SPD_RGRAD_WORK(rows), ROLN_SPD_RETRACT_WORK(rows));
 }
 
-/* <u, u> at the point of u. Frobenius in the coordinates of every manifold here. */
-ROLN_FN roln_real rolni_inner(const roln_block *b, const roln_real *u)
+ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
 {
-    const int size = roln_block_size(b);
-    return roln_dot(size, u, u);
+    (void)cols;
+    return roln_spd_rgrad(rows, x, gm, gm, work);
 }
 
-/* xn = R_x(u); xn may be u. */
-ROLN_FN roln_status rolni_retract(const roln_block *b, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
-    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_retract(b->rows, b->cols, x, u, xn, work);
-    return roln_spd_retract(b->rows, x, u, xn, work);
+    (void)cols;
+    return roln_spd_retract(rows, x, u, xn, work);
 }
 
-/* ---- 5 optimisers ----------------------------------------------------------------------------- */
+static const roln_manifold roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
+
+/* ---- 4 optimisers ----------------------------------------------------------------------------- */
 
 /* Settings. A group with learning rate 0 is frozen: its parameters and moments stay as they are. */
 typedef struct {
@@ -231,7 +259,7 @@ ROLN_FN roln_real rolni_grad_norm(int blocks, const roln_block *table, const rol
 ROLN_FN int rolni_keep(const roln_block *b)
 {
     const int size = roln_block_size(b);
-    return b->kind == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
+    return b->manifold == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
 }
 
 ROLN_FN int rolni_keep_all(int blocks, const roln_block *table)
@@ -246,8 +274,10 @@ ROLN_FN int rolni_keep_all(int blocks, const roln_block *table)
 ROLN_FN int roln_update_work(int blocks, const roln_block *table)
 {
     int b, verb = 0;
-    for (b = 0; b < blocks; b++)
-        if (rolni_keep(table + b) > 0) verb = ROLN_MAX(verb, rolni_block_work(table + b));
+    for (b = 0; b < blocks; b++) {
+        const int need = rolni_keep(table + b) > 0 ? table[b].manifold->work(table[b].rows, table[b].cols) : 0;
+        verb = ROLN_MAX(verb, need);
+    }
     return rolni_keep_all(blocks, table) + verb;
 }
 
@@ -266,15 +296,17 @@ ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, co
                                       const roln_real *egrad, const roln_real *x, const roln_real *m, roln_real v,
                                       roln_real vmax, roln_real *keep, roln_real *work)
 {
-    const int size = roln_block_size(k);
-    roln_real *g = keep, *mn = keep + size, f;
+    const roln_manifold *const M = k->manifold;
+    const int size = roln_block_size(k), rows = k->rows, cols = k->cols;
+    roln_real *g = keep, *mn = keep + size, gg, f;
     roln_status st;
     int i;
     for (i = 0; i < size; i++)
         g[i] = scale * egrad[i] + o->decay * x[i];
     memcpy(mn, m, (size_t)size * sizeof *m);
-    if ((st = rolni_tangent(k, x, g, work)) != ROLN_OK) return st;
-    v = o->beta2 * v + (1 - o->beta2) * rolni_inner(k, g);
+    if ((st = M->tangent(rows, cols, x, g, work)) != ROLN_OK) return st;
+    gg = M->inner ? M->inner(rows, cols, x, g, g) : roln_dot(size, g, g);
+    v = o->beta2 * v + (1 - o->beta2) * gg;
     vmax = v > vmax ? v : vmax;
     f = -(o->lr[k->group] / a->b1) / (ROLN_SQRT(vmax / a->b2) + o->eps);
     for (i = 0; i < size; i++) {
@@ -283,7 +315,7 @@ ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, co
     }
     keep[2 * size] = v;
     keep[2 * size + 1] = vmax;
-    if ((st = rolni_retract(k, x, g, keep, work)) != ROLN_OK) return st;
+    if ((st = M->retract(rows, cols, x, g, keep, work)) != ROLN_OK) return st;
     return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -317,7 +349,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
             at += size;
             av += roln_block_moments(k);
             if (!(lr > 0) || size == 0) continue;
-            if (k->kind == ROLN_EUCLIDEAN) {
+            if (k->manifold == ROLN_EUCLIDEAN) {
                 for (i = 0; i < size; i++) {
                     roln_real mi = mb[i], vi = vb[i], wi = wb[i];
                     const roln_real xi = rolni_adam1(opt, &next, lr, x[i], scale * g[i] + opt->decay * x[i], &mi, &vi, &wi);
@@ -355,17 +387,17 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
         const roln_real *g = grad;
         for (b = 0; b < blocks; b++) {
             const roln_block *k = table + b;
-            const int size = roln_block_size(k), curved = k->kind != ROLN_EUCLIDEAN;
+            const int size = roln_block_size(k), curved = k->manifold != ROLN_EUCLIDEAN;
             const roln_real lr = opt->lr[k->group];
             if (lr > 0 && size > 0) {
                 if (curved && pass == 0) {
                     roln_status st;
                     for (i = 0; i < size; i++)
                         keep[i] = scale * g[i] + opt->decay * x[i], keep[size + i] = 0;
-                    if ((st = rolni_tangent(k, x, keep, work + kept)) != ROLN_OK) return st;
+                    if ((st = k->manifold->tangent(k->rows, k->cols, x, keep, work + kept)) != ROLN_OK) return st;
                     for (i = 0; i < size; i++)
                         keep[i] *= -lr;
-                    if ((st = rolni_retract(k, x, keep, keep, work + kept)) != ROLN_OK) return st;
+                    if ((st = k->manifold->retract(k->rows, k->cols, x, keep, keep, work + kept)) != ROLN_OK) return st;
                     if (!roln_all_finite(size, keep)) return ROLN_E_NOT_FINITE;
                 }
                 for (i = 0; i < size; i++) {

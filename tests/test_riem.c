@@ -153,10 +153,10 @@ static void test_project(void)
                 fill(2 * size, 1, &s, u);
                 memcpy(p, u, sizeof p);
                 work[need] = 77;
-                CHECK(roln_biorth_project(n, N, x, 2, p, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 2, x, p, work) == ROLN_OK);
                 CHECK(work[need] == 77);
                 memcpy(v, u + size, sizeof v); /* two in one call: the same bits */
-                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
                 CHECK(memcmp(v, p + size, (size_t)size * sizeof *v) == 0);
                 widen(size, x, X), widen(size, u, U), widen(size, p, P), widen(size, v, V);
                 nx = sqrtl(dot(size, X, X)), nu = sqrtl(dot(size, U, U));
@@ -191,7 +191,7 @@ static void test_project(void)
                     WORST(4, dist(size, p, t) / (nu * EPS), 8 * spread[family]);
                 }
                 memcpy(v, p, sizeof v); /* idempotent */
-                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
                 WORST(5, dist(size, v, P) / (nu * EPS), (family == 2 ? 2000 : 30));
 
                 /* retraction along the tangent p: the twin, the constraint, in place, first order */
@@ -222,11 +222,11 @@ static void test_project(void)
     fill(42, 1, &s, u);
     memcpy(p, u, sizeof p), memcpy(y, x, sizeof y);
     memcpy(x + 7, x, 7 * sizeof *x), memcpy(x + 28, x + 21, 7 * sizeof *x); /* both have lost rank */
-    CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_ILL_CONDITIONED);
     for (i = 0; i < 42; i++) {
         memcpy(x, y, sizeof x);
         x[i] = (roln_real)(i % 2 ? NAN : INFINITY);
-        CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_NOT_FINITE);
+        CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_NOT_FINITE);
         CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
     }
     CHECK(memcmp(u, p, sizeof p) == 0);
@@ -314,12 +314,8 @@ static void test_spd(void)
             for (e = 0, i = 0; i < n * n; i++) e += (w[i] - U[i]) * (w[i] - U[i]);
             for (i = 0; i < n; i++) tr += x[i * n + i];
             WORST(8, sqrtl(e) / (tr * tr * sqrtl(dot(n * n, g, g)) * EPS), 2);
-            {
-                roln_block b = {ROLN_SPD, 0, 0, 0};
-                b.rows = n;
-                size = t_metric(n, x, U);
-                CHECK_NEAR((ld)rolni_inner(&b, u) / size, 1, 40 * EPS * (ld)n);
-            }
+            size = t_metric(n, x, U);
+            CHECK_NEAR((ld)roln_dot(n * n, u, u) / size, 1, 40 * EPS * (ld)n);
             for (i = 0; i < n * n; i++) u[i] = (roln_real)(t[i] *= 0.3L / tr), u[i] = (u[i] + (roln_real)t[i % n * n + i / n]) / 2;
             for (i = 0; i < n; i++)
                 for (j = 0; j < i; j++) u[j * n + i] = u[i * n + j];
@@ -363,9 +359,9 @@ static void test_spd(void)
 /* ---- optimisers: a table of every kind, empty blocks too ---- */
 
 enum { BLOCKS = 8, AT_B = 6, AT_S = 26, AT_E = 35, AT_B2 = 39, SIZE = 51, MOMENTS = 13 };
-static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {ROLN_SPD, 0, 0, 0},      {ROLN_BIORTHOGONAL, 2, 5, 1},
-                                         {ROLN_BIORTHOGONAL, 0, 0, 1}, {ROLN_SPD, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
-                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {ROLN_BIORTHOGONAL, 2, 3, 0}};
+static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {&roln_spd, 0, 0, 0},      {&roln_biorthogonal, 2, 5, 1},
+                                         {&roln_biorthogonal, 0, 0, 1}, {&roln_spd, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
+                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {&roln_biorthogonal, 2, 3, 0}};
 
 typedef struct { roln_real x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS]; roln_adam a; } run;
 
@@ -406,16 +402,16 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
     t->p1 *= (ld)o->beta1, t->p2 *= (ld)o->beta2;
     for (b = at = 0; b < BLOCKS; b++) {
         const roln_block *k = table + b;
-        const int size = roln_block_size(k), each = k->kind == ROLN_EUCLIDEAN, n = k->rows, N = k->cols;
+        const int size = roln_block_size(k), each = k->manifold == ROLN_EUCLIDEAN, n = k->rows, N = k->cols;
         ld *x = t->x + at, *m = t->m + at, gg, f, lr = (ld)o->lr[k->group];
         if (lr > 0 && size > 0) {
             for (i = 0; i < size; i++) g[i] = clip * scale * (ld)grad[at + i] + (ld)o->decay * x[i];
-            if (k->kind == ROLN_BIORTHOGONAL) t_project(n, N, x, g), t_project(n, N, x, m);
-            if (k->kind == ROLN_SPD) {
+            if (k->manifold == &roln_biorthogonal) t_project(n, N, x, g), t_project(n, N, x, m);
+            if (k->manifold == &roln_spd) {
                 for (i = 0; i < size; i++) u[i] = (g[i] + g[i % n * n + i / n]) / 2;
                 t_congruence(n, x, u, g);
             }
-            gg = k->kind == ROLN_SPD ? t_metric(n, x, g) : dot(size, g, g);
+            gg = k->manifold == &roln_spd ? t_metric(n, x, g) : dot(size, g, g);
             for (i = 0; i < size; i++) {
                 if (i == 0 || each) {
                     t->v[av + i] = (ld)o->beta2 * t->v[av + i] + (1 - (ld)o->beta2) * (each ? g[i] * g[i] : gg);
@@ -426,7 +422,7 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
                 u[i] = sgd ? -lr * g[i] : -lr * (m[i] / (1 - t->p1)) / f;
             }
             if (each) for (i = 0; i < size; i++) x[i] += u[i];
-            else if (k->kind == ROLN_BIORTHOGONAL) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
+            else if (k->manifold == &roln_biorthogonal) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
             else {
                 t_spd_retract(n, x, u, y);
                 t_chol(n, x, A);
@@ -588,7 +584,7 @@ static void test_failures(void)
 /* The work of an update, to the number: filled with a sentinel, the end is used, the next is not. */
 static void test_work(void)
 {
-    static const roln_block one[4] = {{ROLN_BIORTHOGONAL, 2, 16, 0}, {ROLN_BIORTHOGONAL, 4, 5, 0}, {ROLN_SPD, 4, 4, 0}, {ROLN_EUCLIDEAN, 1, 3, 0}};
+    static const roln_block one[4] = {{&roln_biorthogonal, 2, 16, 0}, {&roln_biorthogonal, 4, 5, 0}, {&roln_spd, 4, 4, 0}, {ROLN_EUCLIDEAN, 1, 3, 0}};
     const roln_opt opt = {{ROLN_C(0.01), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), 0, 0};
     uint64_t s = 6;
     int k, i;
@@ -597,7 +593,7 @@ static void test_work(void)
         roln_real x[80] = {0}, m[80] = {0}, v[80] = {0}, w[80] = {0}, g[80];
         roln_adam a = {0, 0, 0};
         fill(80, 1, &s, g);
-        if (one[k].kind == ROLN_BIORTHOGONAL) point(one[k].rows, one[k].cols, 0, &s, x);
+        if (one[k].manifold == &roln_biorthogonal) point(one[k].rows, one[k].cols, 0, &s, x);
         else random_spd(4, &s, x);
         for (i = 0; i < 400; i++) owork[i] = 77;
         CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK);
@@ -610,7 +606,7 @@ static void test_work(void)
 
 static void test_long_run(void)
 {
-    static const roln_block pair = {ROLN_BIORTHOGONAL, 2, 4, 0};
+    static const roln_block pair = {&roln_biorthogonal, 2, 4, 0};
     const roln_opt opt = {{ROLN_C(0.02), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.1), 0};
     static roln_real x[16], g[16], m[16], v[1], w[1];
     roln_adam a = {0, 0, 0};

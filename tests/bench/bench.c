@@ -266,11 +266,11 @@ static void net_setup(const row *r)
     net.md.lnn.mass.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {
-        const roln_block pair = {ROLN_BIORTHOGONAL, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
+        const roln_block pair = {&roln_biorthogonal, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
         net.table[2 * b] = pair;
         net.table[2 * b + 1] = bias;
     }
-    net.table[2 * l].kind = ROLN_EUCLIDEAN;
+    net.table[2 * l].manifold = ROLN_EUCLIDEAN;
     net.table[2 * l].rows = 1;
     net.table[2 * l].cols = roln_lnn_params(&net.md.lnn);
     net.table[2 * l].group = 1;
