@@ -3,11 +3,12 @@
    1 blocks            a manifold is a table of verbs, a product manifold a table of blocks
    2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
-   4 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
+   4 Stiefel           matrices with orthonormal rows
+   5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
 
    To add a manifold: write its verbs, name them in a const roln_manifold in a file of your own, point blocks at it. Nothing
-   here changes. roln.h trains biorthogonal, SPD and Euclidean blocks by roln_adam_update;
-   roln_sgd_update, roln_schedule and the manifolds without an optimiser are for your own program. Vector transport is described with
+   here changes. roln.h trains biorthogonal, SPD and Euclidean blocks by roln_adam_update; Stiefel, roln_sgd_update,
+   roln_schedule and the manifolds without an optimiser are for your own program. Vector transport is described with
    each manifold: it is a projection, or nothing at all. */
 
 #ifndef ROLN_RIEM_H
@@ -36,7 +37,7 @@ typedef struct {
 
 /* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
 typedef struct {
-    const roln_manifold *manifold; /* ROLN_EUCLIDEAN, &roln_biorthogonal, &roln_spd, or your own */
+    const roln_manifold *manifold; /* ROLN_EUCLIDEAN, &roln_biorthogonal, &roln_spd, &roln_stiefel, or your own */
     int rows, cols;
     int group; /* learning-rate group */
 } roln_block;
@@ -211,7 +212,107 @@ ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, co
 
 static const roln_manifold roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
 
-/* ---- 4 optimisers ----------------------------------------------------------------------------- */
+/* ---- 4 Stiefel -------------------------------------------------------------------------------- */
+
+/* A point X [k][m], k <= m, has orthonormal rows, X X^T = I (a BiMap layer has W = X^T); k = 1: the sphere, k = m: the
+   orthogonal group. A tangent U satisfies U X^T + X U^T = 0. Frobenius metric. To carry a tangent to another point is to
+   project it there. Edelman, Arias, Smith 1998; Absil, Mahony, Sepulchre 2008. */
+
+/* Project count ambient matrices Z [count][k][m] (in and out) onto the tangent space at X [k][m]: Z - sym(Z X^T) X.
+   NaN passes through. work [ROLN_STIEFEL_PROJECT_WORK(k)]. Cost 2 count k^2 m. */
+#define ROLN_STIEFEL_PROJECT_WORK(k) ((k) * (k))
+ROLN_FN void roln_stiefel_project(int k, int m, int count, const roln_real *X, roln_real *Z, roln_real *work)
+{
+    roln_real *S = work;
+    int c, i, j;
+    for (c = 0; c < count; c++, Z += k * m) {
+        roln_mm_bt(k, m, k, Z, X, S);
+        for (i = 0; i < k; i++)
+            for (j = 0; j <= i; j++)
+                S[i * k + j] = S[j * k + i] = -(S[i * k + j] + S[j * k + i]) / 2;
+        roln_mm_at(k, k, m, S, X, Z);
+    }
+}
+
+/* X = L^-1 X with L L^T = X X^T (Cholesky-QR), where the first pass loses digits twice: the rows of X [k][m], in and out,
+   become orthonormal to a few eps. L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then scratch. */
+ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
+{
+    int pass, i, j;
+    for (pass = 0; pass < 2; pass++) {
+        roln_real top = 0, low;
+        roln_mm_bt(k, m, k, X, X, L);
+        for (i = 0; i < k; i++)
+            top = L[i * k + i] > top ? L[i * k + i] : top;
+        if (roln_chol(k, L, L) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+        for (low = top, i = 0; i < k; i++) /* top / low: about the condition of X X^T */
+            low = L[i * k + i] * L[i * k + i] < low ? L[i * k + i] * L[i * k + i] : low;
+        if (!(low > 64 * ROLN_EPS * top)) return ROLN_E_ILL_CONDITIONED;
+        for (i = 0; i < k; i++) { /* L x = X by rows */
+            for (j = 0; j < i; j++)
+                L[i * k + j] = -L[i * k + j];
+            roln_mm_at(1, i, m, L + i * k, X, X + i * m);
+            for (j = 0; j < m; j++)
+                X[i * m + j] /= L[i * k + i];
+        }
+        if (top <= 4 * low) break;
+    }
+    return ROLN_OK;
+}
+
+/* QR retraction X+ = L^-1 (X + U), L L^T = (X + U)(X + U)^T = I + U U^T: restores X X^T = I to a few eps at every step.
+   X, U [k][m] in; Xn [k][m] out (may be X or U). work [ROLN_STIEFEL_RETRACT_WORK(k, m)]. ROLN_E_ILL_CONDITIONED if X + U
+   has lost rank to working precision, or is not finite: the step is too long; Xn is then untouched.
+   Cost 3/2 k^2 m + k^3/6, twice that where |U| is above 1. */
+#define ROLN_STIEFEL_RETRACT_WORK(k, m) ((k) * (m) + (k) * (k))
+ROLN_FN roln_status roln_stiefel_retract(int k, int m, const roln_real *X, const roln_real *U, roln_real *Xn, roln_real *work)
+{
+    roln_real *Y = work;
+    int i;
+    for (i = 0; i < k * m; i++)
+        Y[i] = X[i] + U[i];
+    if (rolni_orthonormal(k, m, Y, Y + k * m) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    memcpy(Xn, Y, (size_t)(k * m) * sizeof *Xn);
+    return ROLN_OK;
+}
+
+/* A random point X [k][m], uniform on the manifold as far as roln_normal is normal: Q of normal deviates, which are drawn
+   again (it does not bias Q) where ill-conditioned. work [ROLN_STIEFEL_INIT_WORK(k)]. ROLN_E_ILL_CONDITIONED after 8
+   draws: as good as never, call again; X is then scratch. */
+#define ROLN_STIEFEL_INIT_WORK(k) ((k) * (k))
+ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed, roln_real *work)
+{
+    roln_status st = ROLN_E_ILL_CONDITIONED;
+    int draw, i;
+    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) {
+        for (i = 0; i < k * m; i++)
+            X[i] = roln_normal(seed);
+        st = rolni_orthonormal(k, m, X, work);
+    }
+    return st;
+}
+
+/* As blocks: rows = k, cols = m. */
+ROLN_FN int rolni_stiefel_size(int rows, int cols)
+{
+    return rows * cols;
+}
+
+ROLN_FN int rolni_stiefel_work(int rows, int cols)
+{
+    return ROLN_STIEFEL_RETRACT_WORK(rows, cols); /* more than a projection needs */
+}
+
+ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    roln_stiefel_project(rows, cols, 2, x, gm, work);
+    return ROLN_OK;
+}
+
+static const roln_manifold roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL,
+                                           roln_stiefel_retract};
+
+/* ---- 5 optimisers ----------------------------------------------------------------------------- */
 
 /* Settings. A group with learning rate 0 is frozen: its parameters and moments stay as they are. */
 typedef struct {
