@@ -31,6 +31,13 @@ typedef struct {
     roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
 } roln_manifold;
 
+/* Linkage of the manifolds of this header: no warning where one is not used. */
+#if defined(__GNUC__)
+#define ROLNI_MANIFOLD static const __attribute__((unused)) roln_manifold
+#else
+#define ROLNI_MANIFOLD static const roln_manifold
+#endif
+
 #define ROLN_EUCLIDEAN NULL /* manifold of a block of rows x cols free numbers, each with its own moments */
 
 #define ROLN_GROUPS 2 /* learning-rate groups */
@@ -137,8 +144,7 @@ ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x,
     return roln_biorth_project(rows, cols, 2, x, gm, work);
 }
 
-static const roln_manifold roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL,
-                                                roln_biorth_retract};
+ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, roln_biorth_retract};
 
 /* ---- 3 SPD ------------------------------------------------------------------------------------ */
 
@@ -210,7 +216,7 @@ ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, co
     return roln_spd_retract(rows, x, u, xn, work);
 }
 
-static const roln_manifold roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
+ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
 
 /* ---- 4 Stiefel -------------------------------------------------------------------------------- */
 
@@ -255,7 +261,7 @@ ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
             for (j = 0; j < m; j++)
                 X[i * m + j] /= L[i * k + i];
         }
-        if (top <= 4 * low) break;
+        if (top <= 2 * low) break;
     }
     return ROLN_OK;
 }
@@ -309,8 +315,7 @@ ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x
     return ROLN_OK;
 }
 
-static const roln_manifold roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL,
-                                           roln_stiefel_retract};
+ROLNI_MANIFOLD roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL, roln_stiefel_retract};
 
 /* ---- 5 optimisers ----------------------------------------------------------------------------- */
 
