@@ -6,10 +6,10 @@
    4 Stiefel           matrices with orthonormal rows
    5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
 
-   To add a manifold: write its verbs, name them in a const roln_manifold in a file of your own, point blocks at it. Nothing
-   here changes. roln.h trains biorthogonal, SPD and Euclidean blocks by roln_adam_update; Stiefel, roln_sgd_update,
-   roln_schedule and the manifolds without an optimiser are for your own program. Vector transport is described with
-   each manifold: it is a projection, or nothing at all. */
+   To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
+   examples in tests/test_riem.c). Nothing here changes. For vector transport see each manifold: a projection or nothing.
+   roln.h trains biorthogonal, Euclidean and SPD blocks with roln_adam_update; roln_sgd_update, Stiefel and the manifolds by
+   themselves serve programs without it. */
 
 #ifndef ROLN_RIEM_H
 #define ROLN_RIEM_H
@@ -18,16 +18,17 @@
 
 /* ---- 1 blocks --------------------------------------------------------------------------------- */
 
-/* The verbs of a manifold. rows, cols: sizes of a block in the sense of the manifold. The optimisers hand them copies: what
-   a verb leaves behind when it fails is lost with them. A tangent has as many numbers as a point, in any coordinates. */
+/* The verbs of a manifold; rows, cols are the sizes of a block. A tangent has as many numbers as a point, in coordinates
+   that the manifold chooses. Verbs are given copies: one that fails may leave them in any state, and its status is that of
+   the update. */
 typedef struct {
     int (*size)(int rows, int cols); /* numbers of a point */
-    int (*work)(int rows, int cols); /* work of tangent and of retract */
-    /* gm [2][size] in: Euclidean gradient at x, momentum of the previous point; out: Riemannian gradient, momentum at x */
+    int (*work)(int rows, int cols); /* work of tangent and of retract, whichever needs more */
+    /* gm [2][size] in: Euclidean gradient at x, momentum at the previous point; out: Riemannian gradient, momentum at x */
     roln_status (*tangent)(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work);
     /* <u, v> at x; NULL: the dot product of the coordinates */
     roln_real (*inner)(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v);
-    /* xn = R_x(u) = x + u + O(u^2); xn may be u */
+    /* xn = R_x(u), at least of first order; xn may be u */
     roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
 } roln_manifold;
 
@@ -38,15 +39,14 @@ typedef struct {
 #define ROLNI_MANIFOLD static const roln_manifold
 #endif
 
-#define ROLN_EUCLIDEAN NULL /* manifold of a block of rows x cols free numbers, each with its own moments */
-
-#define ROLN_GROUPS 2 /* learning-rate groups */
+#define ROLN_EUCLIDEAN NULL /* the manifold of rows x cols free numbers, each with moments of its own */
+#define ROLN_GROUPS 2       /* learning-rate groups */
 
 /* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
 typedef struct {
     const roln_manifold *manifold; /* ROLN_EUCLIDEAN, &roln_biorthogonal, &roln_spd, &roln_stiefel, or your own */
-    int rows, cols;
-    int group; /* learning-rate group */
+    int rows, cols;                /* as the manifold reads them: of a biorthogonal pair n, N, of Stiefel k, m */
+    int group;                     /* learning-rate group */
 } roln_block;
 
 /* Numbers in a block. */
@@ -128,7 +128,7 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
     return ROLN_OK;
 }
 
-/* As blocks: rows = n, cols = N. */
+/* As a block: rows = n, cols = N. */
 ROLN_FN int rolni_biorth_size(int rows, int cols)
 {
     return 2 * rows * cols;
@@ -191,7 +191,7 @@ ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real 
     return ROLN_OK;
 }
 
-/* As blocks: rows = cols = n. The momentum stays as it is. */
+/* As a block: rows = cols = n. The momentum stays as it is. */
 ROLN_FN int rolni_spd_size(int rows, int cols)
 {
     (void)cols;
@@ -240,8 +240,8 @@ ROLN_FN void roln_stiefel_project(int k, int m, int count, const roln_real *X, r
     }
 }
 
-/* X = L^-1 X with L L^T = X X^T (Cholesky-QR), where the first pass loses digits twice: the rows of X [k][m], in and out,
-   become orthonormal to a few eps. L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then scratch. */
+/* X = L^-1 X with L L^T = X X^T (Cholesky-QR), and once more if that lost digits: the rows of X [k][m], in and out, become
+   orthonormal to a few eps. L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then scratch. */
 ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
 {
     int pass, i, j;
@@ -298,7 +298,7 @@ ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed
     return st;
 }
 
-/* As blocks: rows = k, cols = m. */
+/* As a block: rows = k, cols = m. */
 ROLN_FN int rolni_stiefel_size(int rows, int cols)
 {
     return rows * cols;
@@ -321,7 +321,7 @@ ROLNI_MANIFOLD roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_sti
 
 /* Settings. A group with learning rate 0 is frozen: its parameters and moments stay as they are. */
 typedef struct {
-    roln_real lr[ROLN_GROUPS]; /* learning rates; on a manifold block the Frobenius length of a step */
+    roln_real lr[ROLN_GROUPS]; /* learning rates; on a manifold block the length of a step */
     roln_real beta1, beta2;    /* Adam: 0.9, 0.999 */
     roln_real eps;             /* Adam: 1e-8 */
     roln_real decay;           /* weight decay, added to the Euclidean gradient; 0: none */
@@ -479,7 +479,8 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. */
+/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. Not
+   used by roln.h. */
 ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
                                     const roln_real *grad, roln_real *theta, roln_real *work)
 {
