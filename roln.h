@@ -995,7 +995,8 @@ static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLN
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
                                                          {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                                         {&roln_spd, ROLN_BASE ? ROLNI_(n) : 0, ROLN_BASE ? ROLNI_(n) : 0, 1}};
+                                                         {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(n) : 0,
+                                                          ROLN_BASE ? ROLNI_(n) : 0, 1}};
 
 /* Random weights (scales 1, no range). ROLN_E_NOT_SPD: hardly ever; call again. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
