@@ -1,14 +1,15 @@
 /* roln_riem.h - manifolds of parameters, and optimisers that stay on them.
 
-   1 blocks            a product manifold is a table of blocks
+   1 blocks            a manifold is a table of verbs, a product manifold a table of blocks
    2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
-   4 any curved block  the three verbs that the optimisers use
+   4 Stiefel           matrices with orthonormal rows
    5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
 
-   A manifold offers three verbs: tangent (Euclidean to Riemannian gradient, and a stored momentum carried to the
-   present point), inner (the metric) and retract. To add a manifold is to add its three functions and one case to each
-   verb; the optimisers do not change. */
+   To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
+   examples in tests/test_riem.c). Nothing here changes. For vector transport see each manifold: a projection or nothing.
+   roln.h trains biorthogonal, Euclidean and SPD blocks with roln_adam_update; roln_sgd_update, Stiefel and the manifolds by
+   themselves serve programs without it. */
 
 #ifndef ROLN_RIEM_H
 #define ROLN_RIEM_H
@@ -17,42 +18,63 @@
 
 /* ---- 1 blocks --------------------------------------------------------------------------------- */
 
-enum { ROLN_EUCLIDEAN = 0, ROLN_BIORTHOGONAL = 1, ROLN_SPD = 2 };
+/* The verbs of a manifold; rows, cols are the sizes of a block. A tangent has as many numbers as a point, in coordinates
+   that the manifold chooses. Verbs are given copies: one that fails may leave them in any state, and its status is that of
+   the update. */
+typedef struct {
+    int (*size)(int rows, int cols); /* numbers of a point */
+    int (*work)(int rows, int cols); /* work of tangent and of retract, whichever needs more */
+    /* gm [2][size] in: Euclidean gradient at x, momentum at the previous point; out: Riemannian gradient, momentum at x */
+    roln_status (*tangent)(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work);
+    /* <u, v> at x; NULL: the dot product of the coordinates */
+    roln_real (*inner)(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v);
+    /* xn = R_x(u), at least of first order; xn may be u */
+    roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
+} roln_manifold;
 
-#define ROLN_GROUPS 2 /* learning-rate groups */
+/* Linkage of the manifolds of this header: no warning where one is not used. */
+#if defined(__GNUC__)
+#define ROLNI_MANIFOLD static const __attribute__((unused)) roln_manifold
+#else
+#define ROLNI_MANIFOLD static const roln_manifold
+#endif
+
+#define ROLN_EUCLIDEAN NULL /* the manifold of rows x cols free numbers, each with moments of its own */
+#define ROLN_GROUPS 2       /* learning-rate groups */
 
 /* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
 typedef struct {
-    int kind;       /* ROLN_EUCLIDEAN: rows x cols numbers; ROLN_SPD: rows x rows */
-    int rows, cols; /* ROLN_BIORTHOGONAL: Phi^T then Psi^T, each rows x cols, rows <= cols */
-    int group;      /* learning-rate group */
+    const roln_manifold *manifold; /* ROLN_EUCLIDEAN, &roln_biorthogonal, &roln_spd, &roln_stiefel, or your own */
+    int rows, cols;                /* as the manifold reads them: of a biorthogonal pair n, N, of Stiefel k, m */
+    int group;                     /* learning-rate group */
 } roln_block;
 
 /* Numbers in a block. */
 ROLN_FN int roln_block_size(const roln_block *b)
 {
-    return b->kind == ROLN_SPD ? b->rows * b->rows : (b->kind == ROLN_BIORTHOGONAL ? 2 : 1) * b->rows * b->cols;
+    return b->manifold == ROLN_EUCLIDEAN ? b->rows * b->cols : b->manifold->size(b->rows, b->cols);
 }
 
 /* Second moments of a block: one per number where Euclidean, one for the whole of a manifold block. */
 ROLN_FN int roln_block_moments(const roln_block *b)
 {
-    return b->kind == ROLN_EUCLIDEAN ? b->rows * b->cols : b->rows > 0;
+    const int size = roln_block_size(b);
+    return b->manifold == ROLN_EUCLIDEAN ? size : size > 0;
 }
 
 /* ---- 2 biorthogonal --------------------------------------------------------------------------- */
 
 /* A point is x = (Phi^T, Psi^T), [2][n][N], with Psi^T Phi = I; a tangent (X, Y) satisfies Y^T Phi + Psi^T X = 0.
-   Frobenius metric. Otto, Macchio, Rowley 2023. */
+   Frobenius metric. To carry a tangent to another point is to project it there. Otto, Macchio, Rowley 2023. */
 
-/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x:
+/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x [2][n][N]:
    (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
    Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
    in u passes through.
    work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
    Cost 18 n^3 + 4 count n^2 N. */
 #define ROLN_BIORTH_PROJECT_WORK(n) (5 * (n) * (n) + 2 * (n) + ROLN_EIG_WORK(n))
-ROLN_FN roln_status roln_biorth_project(int n, int N, const roln_real *x, int count, roln_real *u, roln_real *work)
+ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real *x, roln_real *u, roln_real *work)
 {
     const roln_real *phi = x, *psi = x + n * N;
     roln_real *Ua = work, *Ub = Ua + n * n, *C = Ub + n * n, *D = C + n * n, *E = D + n * n, *ra = E + n * n, *rb = ra + n;
@@ -106,11 +128,29 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
     return ROLN_OK;
 }
 
+/* As a block: rows = n, cols = N. */
+ROLN_FN int rolni_biorth_size(int rows, int cols)
+{
+    return 2 * rows * cols;
+}
+
+ROLN_FN int rolni_biorth_work(int rows, int cols)
+{
+    return ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(rows), ROLN_BIORTH_RETRACT_WORK(rows, cols));
+}
+
+ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    return roln_biorth_project(rows, cols, 2, x, gm, work);
+}
+
+ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, roln_biorth_retract};
+
 /* ---- 3 SPD ------------------------------------------------------------------------------------ */
 
 /* Tangents at X = A A^T (Cholesky) are kept in the frame of A: U = A u A^T is stored as the symmetric u. The affine-
-   invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent from X to X' is to keep u, an
-   isometry. [ours] */
+   invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent to another point is to keep u,
+   an isometry. [ours] */
 
 /* Riemannian gradient X sym(G) X of the Euclidean one G, in the frame: u = A^T sym(G) A. X, G [n][n] in, u [n][n] out
    (may be G). work [ROLN_SPD_RGRAD_WORK(n)]. ROLN_E_NOT_SPD leaves u untouched. */
@@ -151,43 +191,137 @@ ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real 
     return ROLN_OK;
 }
 
-/* ---- 4 any curved block ----------------------------------------------------------------------- */
-
-/* Work that the verbs below need for a block. */
-ROLN_FN int rolni_block_work(const roln_block *b)
+/* As a block: rows = cols = n. The momentum stays as it is. */
+ROLN_FN int rolni_spd_size(int rows, int cols)
 {
-    const int n = b->rows, N = b->cols;
-    const int p = ROLN_BIORTH_PROJECT_WORK(n), r = ROLN_BIORTH_RETRACT_WORK(n, N);
-    return b->kind == ROLN_BIORTHOGONAL ? (p > r ? p : r) : b->kind == ROLN_SPD ? ROLN_SPD_RETRACT_WORK(n) : 0;
+    (void)cols;
+    return rows * rows;
 }
 
-/* g [size] in: Euclidean gradient, out: Riemannian gradient at x. m [size]: the momentum of the previous point, carried
-   to x; g and m lie one after the other. */
-ROLN_FN roln_status rolni_tangent(const roln_block *b, const roln_real *x, roln_real *gm, roln_real *work)
+ROLN_FN int rolni_spd_work(int rows, int cols)
 {
-    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_project(b->rows, b->cols, x, 2, gm, work);
-    return roln_spd_rgrad(b->rows, x, gm, gm, work);
+    (void)cols;
+    return ROLN_MAX(ROLN_SPD_RGRAD_WORK(rows), ROLN_SPD_RETRACT_WORK(rows));
 }
 
-/* <u, u> at the point of u. Frobenius in the coordinates of every manifold here. */
-ROLN_FN roln_real rolni_inner(const roln_block *b, const roln_real *u)
+ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
 {
-    const int size = roln_block_size(b);
-    return roln_dot(size, u, u);
+    (void)cols;
+    return roln_spd_rgrad(rows, x, gm, gm, work);
 }
 
-/* xn = R_x(u); xn may be u. */
-ROLN_FN roln_status rolni_retract(const roln_block *b, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
-    if (b->kind == ROLN_BIORTHOGONAL) return roln_biorth_retract(b->rows, b->cols, x, u, xn, work);
-    return roln_spd_retract(b->rows, x, u, xn, work);
+    (void)cols;
+    return roln_spd_retract(rows, x, u, xn, work);
 }
+
+ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
+
+/* ---- 4 Stiefel -------------------------------------------------------------------------------- */
+
+/* A point X [k][m], k <= m, has orthonormal rows, X X^T = I (a BiMap layer has W = X^T); k = 1: the sphere, k = m: the
+   orthogonal group. A tangent U satisfies U X^T + X U^T = 0. Frobenius metric. To carry a tangent to another point is to
+   project it there. Edelman, Arias, Smith 1998; Absil, Mahony, Sepulchre 2008. */
+
+/* Project count ambient matrices Z [count][k][m] (in and out) onto the tangent space at X [k][m]: Z - sym(Z X^T) X.
+   NaN passes through. work [ROLN_STIEFEL_PROJECT_WORK(k)]. Cost 2 count k^2 m. */
+#define ROLN_STIEFEL_PROJECT_WORK(k) ((k) * (k))
+ROLN_FN void roln_stiefel_project(int k, int m, int count, const roln_real *X, roln_real *Z, roln_real *work)
+{
+    roln_real *S = work;
+    int c, i, j;
+    for (c = 0; c < count; c++, Z += k * m) {
+        roln_mm_bt(k, m, k, Z, X, S);
+        for (i = 0; i < k; i++)
+            for (j = 0; j <= i; j++)
+                S[i * k + j] = S[j * k + i] = -(S[i * k + j] + S[j * k + i]) / 2;
+        roln_mm_at(k, k, m, S, X, Z);
+    }
+}
+
+/* X = L^-1 X with L L^T = X X^T (Cholesky-QR), and once more if that lost digits: the rows of X [k][m], in and out, become
+   orthonormal to a few eps. L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then scratch. */
+ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
+{
+    int pass, i, j;
+    for (pass = 0; pass < 2; pass++) {
+        roln_real top = 0, low;
+        roln_mm_bt(k, m, k, X, X, L);
+        for (i = 0; i < k; i++)
+            top = L[i * k + i] > top ? L[i * k + i] : top;
+        if (roln_chol(k, L, L) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+        for (low = top, i = 0; i < k; i++) /* top / low: about the condition of X X^T */
+            low = L[i * k + i] * L[i * k + i] < low ? L[i * k + i] * L[i * k + i] : low;
+        if (!(low > 64 * ROLN_EPS * top)) return ROLN_E_ILL_CONDITIONED;
+        for (i = 0; i < k; i++) { /* L x = X by rows */
+            for (j = 0; j < i; j++)
+                L[i * k + j] = -L[i * k + j];
+            roln_mm_at(1, i, m, L + i * k, X, X + i * m);
+            for (j = 0; j < m; j++)
+                X[i * m + j] /= L[i * k + i];
+        }
+        if (top <= 2 * low) break;
+    }
+    return ROLN_OK;
+}
+
+/* QR retraction X+ = L^-1 (X + U), L L^T = (X + U)(X + U)^T = I + U U^T: restores X X^T = I to a few eps at every step.
+   X, U [k][m] in; Xn [k][m] out (may be X or U). work [ROLN_STIEFEL_RETRACT_WORK(k, m)]. ROLN_E_ILL_CONDITIONED if X + U
+   has lost rank to working precision, or is not finite: the step is too long; Xn is then untouched.
+   Cost 3/2 k^2 m + k^3/6, twice that where |U| is above 1. */
+#define ROLN_STIEFEL_RETRACT_WORK(k, m) ((k) * (m) + (k) * (k))
+ROLN_FN roln_status roln_stiefel_retract(int k, int m, const roln_real *X, const roln_real *U, roln_real *Xn, roln_real *work)
+{
+    roln_real *Y = work;
+    int i;
+    for (i = 0; i < k * m; i++)
+        Y[i] = X[i] + U[i];
+    if (rolni_orthonormal(k, m, Y, Y + k * m) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    memcpy(Xn, Y, (size_t)(k * m) * sizeof *Xn);
+    return ROLN_OK;
+}
+
+/* A random point X [k][m], uniform on the manifold as far as roln_normal is normal: Q of normal deviates, which are drawn
+   again (it does not bias Q) where ill-conditioned. work [ROLN_STIEFEL_INIT_WORK(k)]. ROLN_E_ILL_CONDITIONED after 8
+   draws: as good as never, call again; X is then scratch. */
+#define ROLN_STIEFEL_INIT_WORK(k) ((k) * (k))
+ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed, roln_real *work)
+{
+    roln_status st = ROLN_E_ILL_CONDITIONED;
+    int draw, i;
+    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) {
+        for (i = 0; i < k * m; i++)
+            X[i] = roln_normal(seed);
+        st = rolni_orthonormal(k, m, X, work);
+    }
+    return st;
+}
+
+/* As a block: rows = k, cols = m. */
+ROLN_FN int rolni_stiefel_size(int rows, int cols)
+{
+    return rows * cols;
+}
+
+ROLN_FN int rolni_stiefel_work(int rows, int cols)
+{
+    return ROLN_STIEFEL_RETRACT_WORK(rows, cols); /* more than a projection needs */
+}
+
+ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    roln_stiefel_project(rows, cols, 2, x, gm, work);
+    return ROLN_OK;
+}
+
+ROLNI_MANIFOLD roln_stiefel = {rolni_stiefel_size, rolni_stiefel_work, rolni_stiefel_tangent, NULL, roln_stiefel_retract};
 
 /* ---- 5 optimisers ----------------------------------------------------------------------------- */
 
 /* Settings. A group with learning rate 0 is frozen: its parameters and moments stay as they are. */
 typedef struct {
-    roln_real lr[ROLN_GROUPS]; /* learning rates; on a manifold block the Frobenius length of a step */
+    roln_real lr[ROLN_GROUPS]; /* learning rates; on a manifold block the length of a step */
     roln_real beta1, beta2;    /* Adam: 0.9, 0.999 */
     roln_real eps;             /* Adam: 1e-8 */
     roln_real decay;           /* weight decay, added to the Euclidean gradient; 0: none */
@@ -231,7 +365,7 @@ ROLN_FN roln_real rolni_grad_norm(int blocks, const roln_block *table, const rol
 ROLN_FN int rolni_keep(const roln_block *b)
 {
     const int size = roln_block_size(b);
-    return b->kind == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
+    return b->manifold == ROLN_EUCLIDEAN || size == 0 ? 0 : 2 * size + 2;
 }
 
 ROLN_FN int rolni_keep_all(int blocks, const roln_block *table)
@@ -246,8 +380,10 @@ ROLN_FN int rolni_keep_all(int blocks, const roln_block *table)
 ROLN_FN int roln_update_work(int blocks, const roln_block *table)
 {
     int b, verb = 0;
-    for (b = 0; b < blocks; b++)
-        if (rolni_keep(table + b) > 0) verb = ROLN_MAX(verb, rolni_block_work(table + b));
+    for (b = 0; b < blocks; b++) {
+        const int need = rolni_keep(table + b) > 0 ? table[b].manifold->work(table[b].rows, table[b].cols) : 0;
+        verb = ROLN_MAX(verb, need);
+    }
     return rolni_keep_all(blocks, table) + verb;
 }
 
@@ -266,15 +402,17 @@ ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, co
                                       const roln_real *egrad, const roln_real *x, const roln_real *m, roln_real v,
                                       roln_real vmax, roln_real *keep, roln_real *work)
 {
-    const int size = roln_block_size(k);
-    roln_real *g = keep, *mn = keep + size, f;
+    const roln_manifold *const M = k->manifold;
+    const int size = roln_block_size(k), rows = k->rows, cols = k->cols;
+    roln_real *g = keep, *mn = keep + size, gg, f;
     roln_status st;
     int i;
     for (i = 0; i < size; i++)
         g[i] = scale * egrad[i] + o->decay * x[i];
     memcpy(mn, m, (size_t)size * sizeof *m);
-    if ((st = rolni_tangent(k, x, g, work)) != ROLN_OK) return st;
-    v = o->beta2 * v + (1 - o->beta2) * rolni_inner(k, g);
+    if ((st = M->tangent(rows, cols, x, g, work)) != ROLN_OK) return st;
+    gg = M->inner ? M->inner(rows, cols, x, g, g) : roln_dot(size, g, g);
+    v = o->beta2 * v + (1 - o->beta2) * gg;
     vmax = v > vmax ? v : vmax;
     f = -(o->lr[k->group] / a->b1) / (ROLN_SQRT(vmax / a->b2) + o->eps);
     for (i = 0; i < size; i++) {
@@ -283,7 +421,7 @@ ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, co
     }
     keep[2 * size] = v;
     keep[2 * size + 1] = vmax;
-    if ((st = rolni_retract(k, x, g, keep, work)) != ROLN_OK) return st;
+    if ((st = M->retract(rows, cols, x, g, keep, work)) != ROLN_OK) return st;
     return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -317,7 +455,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
             at += size;
             av += roln_block_moments(k);
             if (!(lr > 0) || size == 0) continue;
-            if (k->kind == ROLN_EUCLIDEAN) {
+            if (k->manifold == ROLN_EUCLIDEAN) {
                 for (i = 0; i < size; i++) {
                     roln_real mi = mb[i], vi = vb[i], wi = wb[i];
                     const roln_real xi = rolni_adam1(opt, &next, lr, x[i], scale * g[i] + opt->decay * x[i], &mi, &vi, &wi);
@@ -341,7 +479,8 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. */
+/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. Not
+   used by roln.h. */
 ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
                                     const roln_real *grad, roln_real *theta, roln_real *work)
 {
@@ -355,17 +494,17 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
         const roln_real *g = grad;
         for (b = 0; b < blocks; b++) {
             const roln_block *k = table + b;
-            const int size = roln_block_size(k), curved = k->kind != ROLN_EUCLIDEAN;
+            const int size = roln_block_size(k), curved = k->manifold != ROLN_EUCLIDEAN;
             const roln_real lr = opt->lr[k->group];
             if (lr > 0 && size > 0) {
                 if (curved && pass == 0) {
                     roln_status st;
                     for (i = 0; i < size; i++)
                         keep[i] = scale * g[i] + opt->decay * x[i], keep[size + i] = 0;
-                    if ((st = rolni_tangent(k, x, keep, work + kept)) != ROLN_OK) return st;
+                    if ((st = k->manifold->tangent(k->rows, k->cols, x, keep, work + kept)) != ROLN_OK) return st;
                     for (i = 0; i < size; i++)
                         keep[i] *= -lr;
-                    if ((st = rolni_retract(k, x, keep, keep, work + kept)) != ROLN_OK) return st;
+                    if ((st = k->manifold->retract(k->rows, k->cols, x, keep, keep, work + kept)) != ROLN_OK) return st;
                     if (!roln_all_finite(size, keep)) return ROLN_E_NOT_FINITE;
                 }
                 for (i = 0; i < size; i++) {

@@ -18,7 +18,7 @@ typedef long double ld;
 #define PICK(f, d) (f)
 #endif
 
-static ld worst[12]; /* measured errors, in units of the bounds' eps */
+static ld worst[19]; /* measured errors, in units of the bounds' eps */
 #define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
 
 static void fill(int n, ld scale, uint64_t *s, roln_real *x)
@@ -153,10 +153,10 @@ static void test_project(void)
                 fill(2 * size, 1, &s, u);
                 memcpy(p, u, sizeof p);
                 work[need] = 77;
-                CHECK(roln_biorth_project(n, N, x, 2, p, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 2, x, p, work) == ROLN_OK);
                 CHECK(work[need] == 77);
                 memcpy(v, u + size, sizeof v); /* two in one call: the same bits */
-                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
                 CHECK(memcmp(v, p + size, (size_t)size * sizeof *v) == 0);
                 widen(size, x, X), widen(size, u, U), widen(size, p, P), widen(size, v, V);
                 nx = sqrtl(dot(size, X, X)), nu = sqrtl(dot(size, U, U));
@@ -191,7 +191,7 @@ static void test_project(void)
                     WORST(4, dist(size, p, t) / (nu * EPS), 8 * spread[family]);
                 }
                 memcpy(v, p, sizeof v); /* idempotent */
-                CHECK(roln_biorth_project(n, N, x, 1, v, work) == ROLN_OK);
+                CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
                 WORST(5, dist(size, v, P) / (nu * EPS), (family == 2 ? 2000 : 30));
 
                 /* retraction along the tangent p: the twin, the constraint, in place, first order */
@@ -222,11 +222,11 @@ static void test_project(void)
     fill(42, 1, &s, u);
     memcpy(p, u, sizeof p), memcpy(y, x, sizeof y);
     memcpy(x + 7, x, 7 * sizeof *x), memcpy(x + 28, x + 21, 7 * sizeof *x); /* both have lost rank */
-    CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_ILL_CONDITIONED);
     for (i = 0; i < 42; i++) {
         memcpy(x, y, sizeof x);
         x[i] = (roln_real)(i % 2 ? NAN : INFINITY);
-        CHECK(roln_biorth_project(3, 7, x, 1, u, work) == ROLN_E_NOT_FINITE);
+        CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_NOT_FINITE);
         CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
     }
     CHECK(memcmp(u, p, sizeof p) == 0);
@@ -314,12 +314,8 @@ static void test_spd(void)
             for (e = 0, i = 0; i < n * n; i++) e += (w[i] - U[i]) * (w[i] - U[i]);
             for (i = 0; i < n; i++) tr += x[i * n + i];
             WORST(8, sqrtl(e) / (tr * tr * sqrtl(dot(n * n, g, g)) * EPS), 2);
-            {
-                roln_block b = {ROLN_SPD, 0, 0, 0};
-                b.rows = n;
-                size = t_metric(n, x, U);
-                CHECK_NEAR((ld)rolni_inner(&b, u) / size, 1, 40 * EPS * (ld)n);
-            }
+            size = t_metric(n, x, U);
+            CHECK_NEAR((ld)roln_dot(n * n, u, u) / size, 1, 40 * EPS * (ld)n);
             for (i = 0; i < n * n; i++) u[i] = (roln_real)(t[i] *= 0.3L / tr), u[i] = (u[i] + (roln_real)t[i % n * n + i / n]) / 2;
             for (i = 0; i < n; i++)
                 for (j = 0; j < i; j++) u[j * n + i] = u[i * n + j];
@@ -360,14 +356,265 @@ static void test_spd(void)
     CHECK(roln_spd_rgrad(3, X, Y, u, work) == ROLN_E_NOT_SPD);
 }
 
-/* ---- optimisers: a table of every kind, empty blocks too ---- */
+/* ---- Stiefel twins ---- */
 
-enum { BLOCKS = 8, AT_B = 6, AT_S = 26, AT_E = 35, AT_B2 = 39, SIZE = 51, MOMENTS = 13 };
-static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {ROLN_SPD, 0, 0, 0},      {ROLN_BIORTHOGONAL, 2, 5, 1},
-                                         {ROLN_BIORTHOGONAL, 0, 0, 1}, {ROLN_SPD, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
-                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {ROLN_BIORTHOGONAL, 2, 3, 0}};
+/* Z - sym(Z X^T) X */
+static void t_stiefel_project(int k, int m, const ld *X, ld *Z)
+{
+    static ld S[MNN], T[MNN], t[MS];
+    int i, j;
+    mul(k, m, k, 0, Z, 1, X, S);
+    for (i = 0; i < k; i++)
+        for (j = 0; j < k; j++) T[i * k + j] = (S[i * k + j] + S[j * k + i]) / 2;
+    mul(k, k, m, 0, T, 0, X, t);
+    for (i = 0; i < k * m; i++) Z[i] -= t[i];
+}
+
+/* Gram-Schmidt on the rows, first to last, every row twice */
+static void t_orthonormal(int k, int m, ld *X)
+{
+    int i, j, p, pass;
+    for (i = 0; i < k; i++)
+        for (pass = 0; pass < 2; pass++) {
+            ld *x = X + i * m, f;
+            for (j = 0; j < i; j++)
+                for (f = dot(m, x, X + j * m), p = 0; p < m; p++) x[p] -= f * X[j * m + p];
+            for (f = sqrtl(dot(m, x, x)), p = 0; p < m; p++) x[p] /= f;
+        }
+}
+
+/* largest |X X^T - I| */
+static ld skewness(int k, int m, const roln_real *X)
+{
+    static ld x[MS];
+    ld top = 0, d;
+    int i, j;
+    widen(k * m, X, x);
+    for (i = 0; i < k; i++)
+        for (j = 0; j < k; j++)
+            if (!((d = fabsl(dot(m, x + i * m, x + j * m) - (i == j))) <= top)) top = d;
+    return top;
+}
+
+static void test_stiefel(void)
+{
+    static const int shape[][2] = {{1, 1}, {1, 2}, {1, 9}, {2, 2}, {2, 3}, {4, 8}, {5, 16}, {10, 20}, {12, 12}, {12, 16}};
+    static roln_real X[MS], Z[2 * MS], P[2 * MS], U[MS], Y[MS], V[MS], work[ROLN_STIEFEL_RETRACT_WORK(MN, 20) + 1];
+    static ld x[MS], z[2 * MS], p[2 * MS], t[MS], C[MNN];
+    uint64_t s = 8;
+    int c, rep, i, j, q;
+    for (c = 0; c < 10; c++)
+        for (rep = 0; rep < 20; rep++) {
+            const int k = shape[c][0], m = shape[c][1], size = k * m, pairs = k > 1 || m > 1; /* 1 x 1: no tangents */
+            ld nz, d[2];
+            work[ROLN_STIEFEL_INIT_WORK(k)] = 77;
+            CHECK(roln_stiefel_init(k, m, X, &s, work) == ROLN_OK);
+            CHECK(work[ROLN_STIEFEL_INIT_WORK(k)] == 77);
+            WORST(12, skewness(k, m, X) / EPS, 6);
+
+            fill(2 * size, 1, &s, Z);
+            memcpy(P, Z, sizeof P);
+            work[ROLN_STIEFEL_PROJECT_WORK(k)] = 77;
+            roln_stiefel_project(k, m, 2, X, P, work);
+            CHECK(work[ROLN_STIEFEL_PROJECT_WORK(k)] == 77);
+            memcpy(V, Z + size, (size_t)size * sizeof *V); /* two in one call: the same bits */
+            roln_stiefel_project(k, m, 1, X, V, work);
+            CHECK(memcmp(V, P + size, (size_t)size * sizeof *V) == 0);
+            widen(size, X, x), widen(2 * size, Z, z), widen(2 * size, P, p);
+            nz = sqrtl(dot(2 * size, z, z));
+            mul(k, m, k, 0, p, 1, x, C); /* tangent */
+            for (d[0] = 0, i = 0; i < k * k; i++) d[0] += (C[i] + C[i % k * k + i / k]) * (C[i] + C[i % k * k + i / k]);
+            WORST(13, sqrtl(d[0]) / (nz * EPS), 4);
+            WORST(14, fabsl(dot(size, p, z + size) - dot(size, z, p + size)) / (nz * nz * EPS), 2); /* self-adjoint */
+            memcpy(V, P, (size_t)size * sizeof *V); /* idempotent */
+            roln_stiefel_project(k, m, 1, X, V, work);
+            WORST(15, dist(size, V, p) / (nz * EPS), 4);
+            memcpy(t, z, (size_t)size * sizeof *t);
+            t_stiefel_project(k, m, x, t);
+            WORST(16, dist(size, P, t) / (nz * EPS), 2);
+            for (i = 0; i < m && k == 1; i++) CHECK_NEAR(P[i], z[i] - dot(m, x, z) * x[i], 4 * nz * EPS); /* the sphere */
+
+            /* retraction: the twin, the constraint, in place, short and long steps */
+            for (q = -3; q < 4; q++) {
+                const roln_real f = (roln_real)(powl(4, q) / nz);
+                for (i = 0; i < size; i++) U[i] = f * P[i], t[i] = x[i] + (ld)U[i];
+                work[ROLN_STIEFEL_RETRACT_WORK(k, m)] = 77;
+                CHECK(roln_stiefel_retract(k, m, X, U, Y, work) == ROLN_OK);
+                CHECK(work[ROLN_STIEFEL_RETRACT_WORK(k, m)] == 77);
+                t_orthonormal(k, m, t);
+                WORST(17, dist(size, Y, t) / (powl(4, q > 0 ? 2 * q : 0) * EPS), 10);
+                WORST(12, skewness(k, m, Y) / EPS, 6);
+                memcpy(V, X, sizeof V);
+                CHECK(roln_stiefel_retract(k, m, V, U, V, work) == ROLN_OK && memcmp(V, Y, (size_t)size * sizeof *V) == 0);
+                CHECK(roln_stiefel_retract(k, m, X, U, U, work) == ROLN_OK && memcmp(U, Y, (size_t)size * sizeof *U) == 0);
+            }
+            for (q = 0; q < 2; q++) { /* first order: half the step, a quarter of the distance to X + U */
+                const roln_real h = (roln_real)(PICK(0.1L, 1e-3L) / (nz * (q ? 2 : 1)));
+                for (i = 0; i < size; i++) U[i] = h * P[i], t[i] = x[i] + (ld)U[i];
+                CHECK(roln_stiefel_retract(k, m, X, U, U, work) == ROLN_OK);
+                d[q] = dist(size, U, t);
+            }
+            if (pairs && d[0] > PICK(1e-3L, 1e-8L)) CHECK_NEAR(d[0] / d[1], 4, PICK(0.2, 0.01));
+
+            for (j = 0; j < 80; j++) { /* whatever the step: on the manifold or refused */
+                for (i = 0; i < size; i++) U[i] = (roln_real)powl(10, j - 2) * P[i], V[i] = 7;
+                if (roln_stiefel_retract(k, m, X, U, V, work) == ROLN_OK) CHECK_BELOW(skewness(k, m, V) / EPS, 6);
+                else {
+                    for (i = 0; i < size && V[i] == 7; i++) {}
+                    CHECK(j > 3 && i == size);
+                }
+            }
+        }
+
+    /* what must fail, and leave the output alone */
+    for (j = 0; j < 3; j++) {
+        const int k = j + 1, m = j == 2 ? 3 : 5, size = k * m; /* k = 1; k < m; k = m */
+        CHECK(roln_stiefel_init(k, m, X, &s, work) == ROLN_OK);
+        memset(Z, 0, sizeof Z);
+        for (i = 0; i < size; i++)
+            for (q = 0; q < 4; q++) {
+                const roln_real bad = (roln_real)(q % 2 ? NAN : INFINITY), was = X[i];
+                memcpy(Y, Z, sizeof Y), memcpy(U, Z, sizeof U);
+                if (q < 2) X[i] = bad;
+                else U[i] = bad;
+                CHECK(roln_stiefel_retract(k, m, X, U, Y, work) == ROLN_E_ILL_CONDITIONED);
+                CHECK(memcmp(Y, Z, sizeof Y) == 0);
+                X[i] = was;
+            }
+        memcpy(Y, X, sizeof Y), memset(U, 0, sizeof U);
+        for (i = 0; i < m; i++) U[i] = (k > 1 ? X[m + i] : 0) - X[i]; /* X + U: row 0 vanishes, or is row 1 */
+        CHECK(roln_stiefel_retract(k, m, Y, U, Y, work) == ROLN_E_ILL_CONDITIONED);
+        CHECK(memcmp(Y, X, sizeof Y) == 0);
+        for (i = 0; i < m; i++) U[i] += X[i] * PICK(1e-3f, 1e-7); /* almost */
+        if (k > 1) CHECK(roln_stiefel_retract(k, m, Y, U, Y, work) == ROLN_E_ILL_CONDITIONED);
+        for (i = 0; i < m; i++) U[i] += X[i] * PICK(1e-1f, 1e-3);
+        CHECK(roln_stiefel_retract(k, m, Y, U, Y, work) == ROLN_OK);
+        CHECK_BELOW(skewness(k, m, Y) / EPS, 6);
+    }
+
+    /* 10,000 random steps, of lengths 0.01 to 10 */
+    for (j = 0; j < 3; j++) {
+        const int k = j == 0 ? 1 : 4, m = j == 2 ? 4 : 7;
+        ld top = 0;
+        int ok = roln_stiefel_init(k, m, X, &s, work) == ROLN_OK;
+        for (q = 0; q < 10000; q++) {
+            fill(k * m, powl(10, q % 4 - 2) / sqrtl(k * m), &s, U);
+            roln_stiefel_project(k, m, 1, X, U, work);
+            ok &= roln_stiefel_retract(k, m, X, U, X, work) == ROLN_OK;
+            if (!(skewness(k, m, X) <= top)) top = skewness(k, m, X);
+        }
+        CHECK(ok);
+        WORST(18, top / EPS, 6);
+    }
+
+    /* initial points are uniform: the moments of every number, and of the determinant */
+    {
+        ld mean[4] = {0, 0, 0, 0}, square[4] = {0, 0, 0, 0}, det = 0;
+        for (j = 0; j < 4000; j++) {
+            CHECK(roln_stiefel_init(2, 2, X, &s, work) == ROLN_OK);
+            for (i = 0; i < 4; i++) mean[i] += (ld)X[i] / 4000, square[i] += (ld)X[i] * (ld)X[i] / 4000;
+            det += (ld)(X[0] * X[3] - X[1] * X[2]) / 4000;
+        }
+        for (i = 0; i < 4; i++) CHECK_NEAR(mean[i], 0, 0.045), CHECK_NEAR(square[i], 0.5, 0.025); /* 4 sigma */
+        CHECK_NEAR(det, 0, 0.065);
+    }
+}
+
+/* ---- manifolds of the user, without a line in the header ---- */
+
+static int free_size(int rows, int cols)
+{
+    return rows * cols;
+}
+
+static int no_work(int rows, int cols)
+{
+    (void)rows, (void)cols;
+    return 0;
+}
+
+/* The unit sphere. */
+static roln_status sphere_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    const int n = rows * cols;
+    int c, i;
+    (void)work;
+    for (c = 0; c < 2; c++, gm += n) {
+        const roln_real f = roln_dot(n, x, gm);
+        for (i = 0; i < n; i++) gm[i] -= f * x[i];
+    }
+    return ROLN_OK;
+}
+
+static roln_status sphere_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+{
+    const int n = rows * cols;
+    roln_real len;
+    int i;
+    (void)work;
+    for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
+    len = ROLN_SQRT(roln_dot(n, xn, xn));
+    for (i = 0; i < n; i++) xn[i] /= len;
+    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+}
+
+static const roln_manifold sphere = {free_size, no_work, sphere_tangent, NULL, sphere_retract};
+
+/* Shapes of unit modal mass, x^T M x = 1, in the metric of the masses: an inner product of its own. */
+enum { MASSES = 4 };
+static const roln_real mass[MASSES] = {1, 3, ROLN_C(0.5), 2};
+
+static roln_real mode_inner(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v)
+{
+    roln_real sum = 0;
+    int i;
+    (void)x;
+    for (i = 0; i < rows * cols; i++) sum += u[i] * mass[i] * v[i];
+    return sum;
+}
+
+static roln_status mode_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+{
+    const int n = rows * cols;
+    const roln_real f = roln_dot(n, x, gm), h = mode_inner(rows, cols, x, x, gm + n);
+    int i;
+    (void)work;
+    for (i = 0; i < n; i++) gm[i] = gm[i] / mass[i] - f * x[i], gm[n + i] -= h * x[i];
+    return ROLN_OK;
+}
+
+static roln_status mode_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+{
+    const int n = rows * cols;
+    roln_real len;
+    int i;
+    (void)work;
+    for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
+    len = ROLN_SQRT(mode_inner(rows, cols, x, xn, xn));
+    for (i = 0; i < n; i++) xn[i] /= len;
+    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+}
+
+static const roln_manifold mode = {free_size, no_work, mode_tangent, mode_inner, mode_retract};
+
+/* ---- optimisers: a table of every manifold, empty blocks too ---- */
+
+enum { BLOCKS = 12, AT_B = 6, AT_S = 26, AT_E = 35, AT_B2 = 39, AT_T = 51, AT_U = 59, SIZE = 62, MOMENTS = 15 };
+static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {&roln_spd, 0, 0, 0},      {&roln_biorthogonal, 2, 5, 1},
+                                         {&roln_biorthogonal, 0, 0, 1}, {&roln_spd, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
+                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {&roln_biorthogonal, 2, 3, 0},
+                                         {&roln_stiefel, 2, 4, 1},     {&roln_stiefel, 0, 0, 0}, {&sphere, 3, 0, 1},
+                                         {&sphere, 1, 3, 0}};
+
+/* learning-rate group of the number i */
+static int group(int i)
+{
+    return (i >= AT_B && i < AT_S) || (i >= AT_E && i < AT_B2) || (i >= AT_T && i < AT_U);
+}
 
 typedef struct { roln_real x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS]; roln_adam a; } run;
+
+static roln_real owork[400];
 
 static void start(run *r, uint64_t *s)
 {
@@ -377,9 +624,9 @@ static void start(run *r, uint64_t *s)
     random_spd(3, s, r->x + AT_S);
     fill(4, 1, s, r->x + AT_E);
     point(2, 3, 0, s, r->x + AT_B2);
+    CHECK(roln_stiefel_init(2, 4, r->x + AT_T, s, owork) == ROLN_OK);
+    CHECK(roln_stiefel_init(1, 3, r->x + AT_U, s, owork) == ROLN_OK);
 }
-
-static roln_real owork[400];
 
 static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, run *r)
 {
@@ -406,16 +653,17 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
     t->p1 *= (ld)o->beta1, t->p2 *= (ld)o->beta2;
     for (b = at = 0; b < BLOCKS; b++) {
         const roln_block *k = table + b;
-        const int size = roln_block_size(k), each = k->kind == ROLN_EUCLIDEAN, n = k->rows, N = k->cols;
+        const int size = roln_block_size(k), each = k->manifold == ROLN_EUCLIDEAN, n = k->rows, N = k->cols;
         ld *x = t->x + at, *m = t->m + at, gg, f, lr = (ld)o->lr[k->group];
         if (lr > 0 && size > 0) {
             for (i = 0; i < size; i++) g[i] = clip * scale * (ld)grad[at + i] + (ld)o->decay * x[i];
-            if (k->kind == ROLN_BIORTHOGONAL) t_project(n, N, x, g), t_project(n, N, x, m);
-            if (k->kind == ROLN_SPD) {
+            if (k->manifold == &roln_biorthogonal) t_project(n, N, x, g), t_project(n, N, x, m);
+            if (k->manifold == &roln_stiefel || k->manifold == &sphere) t_stiefel_project(n, N, x, g), t_stiefel_project(n, N, x, m);
+            if (k->manifold == &roln_spd) {
                 for (i = 0; i < size; i++) u[i] = (g[i] + g[i % n * n + i / n]) / 2;
                 t_congruence(n, x, u, g);
             }
-            gg = k->kind == ROLN_SPD ? t_metric(n, x, g) : dot(size, g, g);
+            gg = k->manifold == &roln_spd ? t_metric(n, x, g) : dot(size, g, g);
             for (i = 0; i < size; i++) {
                 if (i == 0 || each) {
                     t->v[av + i] = (ld)o->beta2 * t->v[av + i] + (1 - (ld)o->beta2) * (each ? g[i] * g[i] : gg);
@@ -426,8 +674,11 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
                 u[i] = sgd ? -lr * g[i] : -lr * (m[i] / (1 - t->p1)) / f;
             }
             if (each) for (i = 0; i < size; i++) x[i] += u[i];
-            else if (k->kind == ROLN_BIORTHOGONAL) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
-            else {
+            else if (k->manifold == &roln_biorthogonal) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
+            else if (k->manifold != &roln_spd) {
+                for (i = 0; i < size; i++) x[i] += u[i];
+                t_orthonormal(n, N, x);
+            } else {
                 t_spd_retract(n, x, u, y);
                 t_chol(n, x, A);
                 t_chol(n, y, B);
@@ -466,7 +717,7 @@ static void test_adam(void)
                 const run old = r;
                 fill(SIZE, k < 20 ? 2 : 1, &s, g); /* falling: vmax differs from v */
                 for (i = 0; i < SIZE; i++)
-                    if (opts[o].lr[(i >= AT_B && i < AT_S) || (i >= AT_E && i < AT_B2)] <= 0) g[i] = (roln_real)NAN; /* frozen */
+                    if (opts[o].lr[group(i)] <= 0) g[i] = (roln_real)NAN; /* frozen */
                 t_update(opts + o, 0.25L, g, sgd, &t);
                 memcpy(x, r.x, sizeof x);
                 if (sgd) {
@@ -488,7 +739,7 @@ static void test_adam(void)
                     CHECK(r.m[p] == m && r.v[q] == v && r.w[q] == w);
                 }
             }
-            for (i = 0; i < SIZE; i++) { /* the momentum of a biorthogonal block is carried only when next used */
+            for (i = 0; i < SIZE; i++) { /* a momentum that is projected is carried only when next used */
                 const int curved = (i >= AT_B && i < AT_E) || i >= AT_B2;
                 WORST(10, fabsl((ld)r.x[i] - t.x[i]) / EPS, 150);
                 if (!curved) CHECK_NEAR(r.m[i], sgd ? 0 : t.m[i], 60 * EPS);
@@ -498,8 +749,9 @@ static void test_adam(void)
                 CHECK_NEAR(r.w[i], t.w[i], 300 * EPS * (1 + t.w[i]));
             }
             for (i = 0; i < SIZE; i++) /* frozen: bit for bit */
-                if (opts[o].lr[(i >= AT_B && i < AT_S) || (i >= AT_E && i < AT_B2)] <= 0) CHECK(r.x[i] == was.x[i] && r.m[i] == 0);
+                if (opts[o].lr[group(i)] <= 0) CHECK(r.x[i] == was.x[i] && r.m[i] == 0);
             CHECK_BELOW(defect(2, 5, r.x + AT_B), 4 * EPS);
+            CHECK_BELOW(skewness(2, 4, r.x + AT_T), 6 * EPS);
         }
     /* resume: 200 steps = 100, copy, 100 */
     {
@@ -533,7 +785,7 @@ static void test_adam(void)
 static void test_failures(void)
 {
     static const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.02)}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.01), 0};
-    static run r, was;
+    static run r, was, good;
     roln_real g[SIZE], keep[SIZE];
     uint64_t s = 5;
     int i, k, kind;
@@ -552,7 +804,7 @@ static void test_failures(void)
         }
     memcpy(g, keep, sizeof g);
     for (i = 0; i < SIZE; i++) { /* parameters, momentum */
-        const run good = r;
+        good = r;
         r.x[i] = (roln_real)NAN;
         was = r;
         if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK), UNTOUCHED(SGD(&opt) != ROLN_OK);
@@ -571,12 +823,16 @@ static void test_failures(void)
             UNTOUCHED(adam(&o, 1, g, &r) != ROLN_OK);
             UNTOUCHED(SGD(&o) != ROLN_OK);
         }
-    was = r; /* X not SPD, rank lost: in the block alone, so that it is its own status that comes back */
+    good = r; /* X not SPD, rank lost: in the block alone, so that it is its own status that comes back */
     r.x[AT_S] = -1, was = r;
     UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_NOT_SPD);
     UNTOUCHED(SGD(&opt) == ROLN_E_NOT_SPD);
     r.x[AT_S] = 4;
     memset(r.x + AT_B2, 0, 12 * sizeof *r.x), was = r;
+    UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_ILL_CONDITIONED);
+    UNTOUCHED(SGD(&opt) == ROLN_E_ILL_CONDITIONED);
+    memcpy(r.x + AT_B2, good.x + AT_B2, 12 * sizeof *r.x);
+    r.x[AT_T] = (roln_real)NAN, was = r;
     UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_ILL_CONDITIONED);
     UNTOUCHED(SGD(&opt) == ROLN_E_ILL_CONDITIONED);
     for (k = 0; k < 3; k++) { /* scale */
@@ -588,16 +844,18 @@ static void test_failures(void)
 /* The work of an update, to the number: filled with a sentinel, the end is used, the next is not. */
 static void test_work(void)
 {
-    static const roln_block one[4] = {{ROLN_BIORTHOGONAL, 2, 16, 0}, {ROLN_BIORTHOGONAL, 4, 5, 0}, {ROLN_SPD, 4, 4, 0}, {ROLN_EUCLIDEAN, 1, 3, 0}};
+    static const roln_block one[5] = {{&roln_biorthogonal, 2, 16, 0}, {&roln_biorthogonal, 4, 5, 0}, {&roln_spd, 4, 4, 0},
+                                      {ROLN_EUCLIDEAN, 1, 3, 0}, {&roln_stiefel, 3, 5, 0}};
     const roln_opt opt = {{ROLN_C(0.01), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), 0, 0};
     uint64_t s = 6;
     int k, i;
-    for (k = 0; k < 4; k++) {
+    for (k = 0; k < 5; k++) {
         const int need = roln_update_work(1, one + k);
         roln_real x[80] = {0}, m[80] = {0}, v[80] = {0}, w[80] = {0}, g[80];
         roln_adam a = {0, 0, 0};
         fill(80, 1, &s, g);
-        if (one[k].kind == ROLN_BIORTHOGONAL) point(one[k].rows, one[k].cols, 0, &s, x);
+        if (one[k].manifold == &roln_biorthogonal) point(one[k].rows, one[k].cols, 0, &s, x);
+        else if (one[k].manifold == &roln_stiefel) CHECK(roln_stiefel_init(3, 5, x, &s, owork) == ROLN_OK);
         else random_spd(4, &s, x);
         for (i = 0; i < 400; i++) owork[i] = 77;
         CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK);
@@ -608,9 +866,70 @@ static void test_work(void)
     }
 }
 
+/* Problems with a known answer. Adam, then SGD: the dominant subspace of a symmetric matrix, max tr(X A X^T) on Stiefel,
+   and the lowest mode of a chain of masses and springs, min x^T K x on the manifold of the user. */
+static void test_solves(void)
+{
+    enum { M = 8, K = 3, STEPS = 600 };
+    static const roln_block subspace = {&roln_stiefel, K, M, 0}, shape = {&mode, 1, MASSES, 0};
+    static const roln_real spectrum[M] = {ROLN_C(-0.5), ROLN_C(0.1), ROLN_C(0.3), ROLN_C(0.5), 1, 3, ROLN_C(3.5), 4};
+    static const roln_real stiff[MASSES * MASSES] = {2, -1, 0, 0, -1, 2, -1, 0, 0, -1, 2, -1, 0, 0, -1, 1};
+    roln_real Q[M * M], A[M * M], T[M * M], X[K * M], l[M], g[K * M], m[K * M], v, w, x[MASSES], work[ROLN_EIG_WORK(M) + M * M];
+    uint64_t s = 9;
+    int sgd, k, i, j;
+    CHECK(roln_stiefel_init(M, M, Q, &s, work) == ROLN_OK);
+    for (i = 0; i < M * M; i++) T[i] = spectrum[i / M] * Q[i];
+    memset(A, 0, sizeof A);
+    roln_mm_at(M, M, M, Q, T, A);
+    for (i = 0; i < M; i++)
+        for (j = 0; j < i; j++) A[j * M + i] = A[i * M + j];
+    CHECK(roln_eig(M, A, l, Q, work) == ROLN_OK);
+    for (sgd = 0; sgd < 2; sgd++) {
+        roln_opt o = ROLN_OPT(0, 0);
+        roln_adam a = {0, 0, 0};
+        o.clip = 0, v = w = 0;
+        memset(m, 0, sizeof m);
+        CHECK(roln_stiefel_init(K, M, X, &s, owork) == ROLN_OK);
+        for (k = 0; k < STEPS; k++) {
+            roln_mm(K, M, M, X, A, g);
+            for (i = 0; i < K * M; i++) g[i] = -g[i];
+            o.lr[0] = (sgd ? ROLN_C(0.2) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
+            if (sgd) CHECK(roln_sgd_update(1, &subspace, &o, 1, g, X, owork) == ROLN_OK);
+            else CHECK(roln_adam_update(1, &subspace, &o, 1, g, X, &a, m, &v, &w, owork) == ROLN_OK);
+        }
+        CHECK_BELOW(skewness(K, M, X), 6 * EPS);
+        for (i = 0; i < K; i++) { /* nothing left outside the three eigenvectors */
+            ld out = 0;
+            for (j = 0; j < M - K; j++) {
+                const ld d = (ld)roln_dot(M, X + i * M, Q + j * M);
+                out += d * d;
+            }
+            CHECK_BELOW(sqrtl(out), PICK(2e-6, 1e-13));
+        }
+
+        for (i = 0; i < MASSES * MASSES; i++) T[i] = stiff[i] / ROLN_SQRT(mass[i / MASSES] * mass[i % MASSES]);
+        CHECK(roln_eig(MASSES, T, l, T, work) == ROLN_OK);
+        for (i = 0; i < MASSES; i++) x[i] = i == 0;
+        memset(m, 0, sizeof m), memset(&a, 0, sizeof a), v = w = 0;
+        for (k = 0; k < STEPS; k++) {
+            roln_mm(1, MASSES, MASSES, x, stiff, g);
+            o.lr[0] = (sgd ? ROLN_C(0.5) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
+            if (sgd) CHECK(roln_sgd_update(1, &shape, &o, 1, g, x, owork) == ROLN_OK);
+            else CHECK(roln_adam_update(1, &shape, &o, 1, g, x, &a, m, &v, &w, owork) == ROLN_OK);
+            /* |grad|^2 in the metric of the masses at (1, 0, 0, 0): grad = (0, -1/3, 0, 0) */
+            if (k == 0 && !sgd) CHECK_NEAR(v, (1 - (ld)o.beta2) / 3, 4 * EPS);
+        }
+        CHECK_NEAR(mode_inner(1, MASSES, x, x, x), 1, 8 * EPS);
+        roln_mm(1, MASSES, MASSES, x, stiff, g);
+        CHECK_NEAR(roln_dot(MASSES, x, g), l[0], PICK(1e-6, 1e-14));
+        for (i = 0; i < MASSES; i++)
+            CHECK_NEAR(ROLN_ABS(x[i]), ROLN_ABS(T[i]) / ROLN_SQRT(mass[i]), PICK(2e-6, 1e-13));
+    }
+}
+
 static void test_long_run(void)
 {
-    static const roln_block pair = {ROLN_BIORTHOGONAL, 2, 4, 0};
+    static const roln_block pair = {&roln_biorthogonal, 2, 4, 0};
     const roln_opt opt = {{ROLN_C(0.02), 0}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), ROLN_C(0.1), 0};
     static roln_real x[16], g[16], m[16], v[1], w[1];
     roln_adam a = {0, 0, 0};
@@ -649,12 +968,16 @@ void TEST_NAME(riem)(void)
 {
     test_project();
     test_spd();
+    test_stiefel();
     test_adam();
     test_failures();
     test_work();
+    test_solves();
     test_long_run();
     test_schedule();
 #ifdef ROLN_TEST_VERBOSE
+    printf("riem " TEST_PRECISION ": Stiefel constraint %.2Lf, tangent %.2Lf, self-adjoint %.2Lf, idempotent %.2Lf, twin %.2Lf, retract %.2Lf, "
+           "10000 steps %.2Lf eps\n", worst[12], worst[13], worst[14], worst[15], worst[16], worst[17], worst[18]);
     printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, retract %.2Lf, "
            "constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n", worst[0], worst[1], worst[2], worst[3],
            worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10], worst[11]);

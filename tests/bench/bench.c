@@ -147,6 +147,31 @@ static void spd_exp(const row *r)
         must(roln_spd_exp(r->size[0], NULL, small.A[k], small.X, small.work));
 }
 
+/* ---- manifolds -------------------------------------------------------------------------------- */
+
+static struct {
+    roln_block block;
+    roln_adam adam;
+    roln_real x[200], g[200], m[200], v, v_max, work[1000];
+} point;
+
+/* size: k, m */
+static void stiefel_setup(const row *r)
+{
+    const roln_block b = {&roln_stiefel, r->size[0], r->size[1], 0};
+    memset(&point, 0, sizeof point);
+    point.block = b;
+    must(roln_stiefel_init(b.rows, b.cols, point.x, &seed, point.work));
+    fill(b.rows * b.cols, 1, point.g);
+}
+
+static void stiefel_update(const row *r)
+{
+    static const roln_opt opt = ROLN_OPT(ROLN_C(1e-2), 0);
+    (void)r;
+    must(roln_adam_update(1, &point.block, &opt, 1, point.g, point.x, &point.adam, point.m, &point.v, &point.v_max, point.work));
+}
+
 /* ---- vectors ---------------------------------------------------------------------------------- */
 
 static struct {
@@ -266,11 +291,11 @@ static void net_setup(const row *r)
     net.md.lnn.mass.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {
-        const roln_block pair = {ROLN_BIORTHOGONAL, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
+        const roln_block pair = {&roln_biorthogonal, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
         net.table[2 * b] = pair;
         net.table[2 * b + 1] = bias;
     }
-    net.table[2 * l].kind = ROLN_EUCLIDEAN;
+    net.table[2 * l].manifold = ROLN_EUCLIDEAN;
     net.table[2 * l].rows = 1;
     net.table[2 * l].cols = roln_lnn_params(&net.md.lnn);
     net.table[2 * l].group = 1;
@@ -424,6 +449,7 @@ static const row table[] = {
     {"Cholesky and solve n = 10", small_setup, chol, {10}, POSITIVE, MATRICES, 0, "mju_chol (double)", chol_mujoco, 0},
     {"SPD exp n = 4", small_setup, spd_exp, {4}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
     {"SPD exp n = 10", small_setup, spd_exp, {10}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
+    {"Adam on Stiefel 10x20", stiefel_setup, stiefel_update, {10, 20}, 0, 1, 0, NULL, NULL, 0},
     MATVEC(64, 64),
     MATVEC(128, 600),
     MATVEC(600, 128),
