@@ -9,7 +9,7 @@ HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
 STRICT = -std=c99 -O2 -ffp-contract=off -I. -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef \
          -Wcast-qual -Wvla -Wstrict-prototypes -Wmissing-prototypes -Werror
-TESTS = elementary dense eig ae lnn riem roln
+TESTS = elementary dense eig spd ae lnn riem roln
 MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c

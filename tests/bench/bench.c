@@ -144,7 +144,7 @@ static void spd_exp(const row *r)
 {
     int k;
     for (k = 0; k < MATRICES; k++)
-        must(roln_spd_exp(r->size[0], NULL, small.A[k], small.X, small.work));
+        must(roln_spd_map(r->size[0], ROLN_EXP, 0, NULL, small.A[k], small.X, small.work));
 }
 
 /* ---- vectors ---------------------------------------------------------------------------------- */
