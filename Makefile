@@ -1,4 +1,4 @@
-# roln: make demo (C compiler only), make deps test, make errors, make bench, make models, make install, make clean
+# roln: make demo, make swelling (C compiler only), make deps test, make errors, make bench, make models, make install, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -9,12 +9,12 @@ HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
 STRICT = -std=c99 -O2 -ffp-contract=off -I. -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef \
          -Wcast-qual -Wvla -Wstrict-prototypes -Wmissing-prototypes -Werror
-TESTS = elementary dense eig ae lnn riem roln
+TESTS = elementary dense eig spd ae lnn riem roln
 MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo deps test errors models bench install clean
+.PHONY: all demo swelling deps test errors models bench install clean
 all: demo
 
 # ---- what a user does ----
@@ -24,6 +24,12 @@ demo: build/pendulum
 
 build/pendulum: examples/pendulum.c $(HEADERS) examples/chain.h | build
 	$(CC) $(FAST) examples/pendulum.c -o $@ -lm
+
+swelling: build/swelling
+	./build/swelling build/swelling.svg
+
+build/swelling: examples/swelling.c roln_spd.h | build
+	$(CC) $(FAST) examples/swelling.c -o $@ -lm
 
 build:
 	mkdir -p build/log

@@ -1,6 +1,5 @@
-/* Eigensolver and SPD maps (roln_spd.h, sections 6 and 7) against slow independent twins in long double:
-   cyclic Jacobi for eigenvalues and square roots, scaling and squaring of the Taylor series for exp, block
-   triangular exponentials for its derivatives (Mathias 1996), central differences for the backward in P. */
+/* Eigensolver and divided differences of exp (roln_spd.h, sections 6 and 7) against slow independent twins in long double:
+   cyclic Jacobi, quotients and series. */
 #include "../roln_spd.h"
 #include "twin.h"
 
@@ -9,71 +8,6 @@ void TEST_NAME(eig)(void);
 #define MAXN 640
 
 static roln_real A[MAXN * MAXN], Q[MAXN * MAXN], Q2[MAXN * MAXN], l[MAXN], l2[MAXN], work[ROLN_EIG_WORK(MAXN)];
-
-/* ---- twins ---- */
-
-/* s = P^pw by Jacobi */
-static void t_power(int n, const ld *P, ld pw, ld *s)
-{
-    static ld a[TN * TN], v[TN * TN];
-    int i, j, k;
-    memcpy(a, P, (size_t)(n * n) * sizeof *a);
-    t_jacobi(n, a, v);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            s[i * n + j] = 0;
-            for (k = 0; k < n; k++) s[i * n + j] += v[i * n + k] * powl(a[k * n + k], pw) * v[j * n + k];
-        }
-}
-
-/* exp_P(U) with the symmetric square root */
-static void t_exp_at(int n, const ld *P, const ld *U, ld *X)
-{
-    static ld s[TN * TN], r[TN * TN], t[TN * TN];
-    t_power(n, P, 0.5L, s);
-    t_power(n, P, -0.5L, r);
-    t_mul(n, r, U, t);
-    t_mul(n, t, r, t);
-    t_exp(n, t, X);
-    t_mul(n, s, X, t);
-    t_mul(n, t, s, X);
-}
-
-static ld t_dot(int n, const ld *a, const ld *b)
-{
-    ld s = 0;
-    int i;
-    for (i = 0; i < n; i++) s += a[i] * b[i];
-    return s;
-}
-
-/* largest |a - b| over largest |b| */
-static ld relative(int n, const roln_real *a, const ld *b)
-{
-    ld d = 0, m = 0;
-    int i;
-    for (i = 0; i < n; i++) {
-        if (!roln_finite(a[i])) return 1e30L;
-        if (fabsl((ld)a[i] - b[i]) > d) d = fabsl((ld)a[i] - b[i]);
-        if (fabsl(b[i]) > m) m = fabsl(b[i]);
-    }
-    return d / m;
-}
-
-static ld t_top(int n, const roln_real *a)
-{
-    ld m = 0;
-    while (n--)
-        if (fabsl((ld)a[n]) > m) m = fabsl((ld)a[n]);
-    return m;
-}
-
-static void random_sym(int n, ld scale, uint64_t *s, roln_real *a)
-{
-    int i, j;
-    for (i = 0; i < n; i++)
-        for (j = 0; j <= i; j++) a[i * n + j] = a[j * n + i] = (roln_real)(scale * (ld)roln_normal(s));
-}
 
 /* ---- eigensolver ---- */
 
@@ -230,7 +164,7 @@ static void test_edges(void)
     CHECK(roln_eig(2, A, l, Q, work) == ROLN_E_NOT_FINITE);
 }
 
-/* ---- SPD maps ---- */
+/* ---- divided differences of exp ---- */
 
 /* exp[a,b,c] by its own route: quotient in long double, or the series about the mean of the three */
 static ld t_dd1(ld a, ld b)
@@ -299,7 +233,7 @@ static void test_range(void)
 #else
     const roln_real span = 14;
 #endif
-    roln_real x[3] = {-1, 0, 1}, U[4] = {50, 0, 0, 50}, X[4] = {7, 7, 7, 7}, w[ROLN_SPD_EXP_WORK(2)];
+    roln_real x[3] = {-1, 0, 1};
     CHECK(roln_exp_range(3, x) == ROLN_OK);
     x[0] = -2, x[2] = span - 2;
     CHECK(roln_exp_range(3, x) == ROLN_OK);
@@ -313,208 +247,12 @@ static void test_range(void)
     CHECK(roln_exp_range(3, x) == ROLN_E_RANGE);
     x[1] = (roln_real)NAN;
     CHECK(roln_exp_range(3, x) == ROLN_E_NOT_FINITE);
-    CHECK(roln_spd_exp(2, NULL, U, X, w) == ROLN_E_RANGE);
-    U[1] = U[2] = (roln_real)INFINITY;
-    CHECK(roln_spd_exp(2, NULL, U, X, w) == ROLN_E_NOT_FINITE);
-    CHECK(X[0] == 7 && X[1] == 7 && X[2] == 7 && X[3] == 7);
 }
-
-#define SN 9 /* largest n of the tests below; the twins take 4 n */
-
-/* The whole of section 7 at one U and, if based, one P: values, derivatives, backward. */
-static void check_maps(int n, int based, ld scale, uint64_t *s)
-{
-    static roln_real U[SN * SN], P[SN * SN], L[SN * SN], X[SN * SN], Xi[SN * SN], E[SN * SN], F[SN * SN], G[SN * SN], D[SN * SN];
-    static roln_real V[SN * SN], W[SN * SN], K[SN * SN], T[SN * SN * SN], gU[SN * SN], gP[SN * SN], w[ROLN_SPD_EXP_WORK(SN)], ev[SN], y[SN], z[SN];
-    static ld u[SN * SN], p[SN * SN], r[SN * SN], ri[SN * SN], e[SN * SN], f[SN * SN], g[SN * SN], x[SN * SN], pp[SN * SN], B[TN * TN], t[TN * TN];
-    const roln_real *VV = V, *WW = V;
-    const ld tol = EPS * (ld)n;
-    ld fd[2], err, tr;
-    int i, j, k, q, N;
-
-    random_sym(n, scale, s, U);
-    random_sym(n, 1, s, E);
-    random_sym(n, 1, s, F);
-    random_sym(n, 1, s, G);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            P[i * n + j] = based ? (roln_real)(i == j) : 0;
-            for (k = 0; k < n && based; k++) P[i * n + j] += ROLN_C(0.2) * E[i * n + k] * E[j * n + k];
-        }
-    if (!based)
-        for (i = 0; i < n; i++) P[i * n + i] = 1;
-    random_sym(n, 1, s, E);
-    widen(n * n, U, u), widen(n * n, P, p), widen(n * n, E, e), widen(n * n, F, f), widen(n * n, G, g);
-
-    /* frame and values */
-    if (based) {
-        CHECK(roln_chol(n, P, L) == ROLN_OK);
-        CHECK(roln_spd_frame(n, L, U, ev, V, W, w) == ROLN_OK);
-        WW = W;
-        CHECK(roln_spd_exp(n, L, U, X, w) == ROLN_OK);
-    } else {
-        CHECK(roln_eig(n, U, ev, V, w) == ROLN_OK);
-        CHECK(roln_spd_exp(n, NULL, U, X, w) == ROLN_OK);
-    }
-    t_exp_at(n, p, u, r);
-    CHECK_BELOW(relative(n * n, X, r), 12 * tol);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < i; j++) CHECK(X[i * n + j] == X[j * n + i]);
-    roln_spd_form(n, 1, ev, VV, Xi, w);
-    CHECK(memcmp(X, Xi, sizeof *X * (size_t)(n * n)) == 0);
-    for (i = 0; i < n * n; i++) t[i] = -u[i]; /* exp_P(U)^-1 = P^-1 exp_P(-U) P^-1 */
-    t_exp_at(n, p, t, x);
-    t_power(n, p, -1, t);
-    t_mul(n, t, x, ri);
-    t_mul(n, ri, t, ri);
-    roln_spd_form(n, -1, ev, WW, Xi, w);
-    CHECK_BELOW(relative(n * n, Xi, ri), 12 * tol);
-    for (i = 0; i < n; i++) z[i] = E[i];
-    for (q = 0; q < 2; q++) {
-        roln_spd_mul(n, q ? -1 : 1, ev, q ? WW : VV, z, y);
-        for (i = 0; i < n; i++)
-            for (t[i] = 0, k = 0; k < n; k++) t[i] += (q ? ri : r)[i * n + k] * e[k];
-        CHECK_BELOW(relative(n, y, t), 20 * tol);
-    }
-
-    /* first derivative: exp [U E; 0 U] = [., D; 0 .], at a base point between two square roots */
-    roln_exp_dd1(n, ev, K);
-    roln_exp_dd2(n, ev, K, T);
-    t_power(n, p, -0.5L, pp);
-    t_power(n, p, 0.5L, x);
-#define INTO(a, c) t_mul(n, pp, a, c), t_mul(n, c, pp, c)
-    INTO(u, ri);
-    INTO(e, r);
-    N = 2 * n;
-    for (i = 0; i < N * N; i++) B[i] = 0;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            B[i * N + j] = B[(i + n) * N + j + n] = ri[i * n + j];
-            B[i * N + j + n] = r[i * n + j];
-        }
-    t_exp(N, B, t);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) B[i * n + j] = t[i * N + j + n];
-    t_mul(n, x, B, r);
-    t_mul(n, r, x, r);
-    roln_spd_exp_d(n, K, VV, WW, E, D, w);
-    CHECK_BELOW(relative(n * n, D, r), 16 * tol);
-    tr = t_dot(n * n, g, r);
-
-    /* backward: <g_U, E> = <G, D[E]>; <g_P, F> against Richardson differences of the twin; both add */
-    for (i = 0; i < n * n; i++) gU[i] = gP[i] = 1;
-    roln_spd_exp_bwd(n, ev, K, VV, WW, G, gU, gP, w);
-    for (err = 0, i = 0; i < n * n; i++) err += ((ld)gU[i] - 1) * e[i];
-    {
-        ld size = 0;
-        for (i = 0; i < n * n; i++) size += fabsl((ld)gU[i] * e[i]);
-        CHECK_NEAR(err / size, tr / size, 12 * tol);
-        for (q = 0; q < 2; q++) {
-            const ld h = q ? 1e-4L : 2e-4L;
-            for (i = 0; i < n * n; i++) t[i] = p[i] + h * f[i];
-            t_exp_at(n, t, u, r);
-            fd[q] = t_dot(n * n, g, r);
-            for (i = 0; i < n * n; i++) t[i] = p[i] - h * f[i];
-            t_exp_at(n, t, u, r);
-            fd[q] = (fd[q] - t_dot(n * n, g, r)) / (2 * h);
-        }
-        for (err = size = 0, i = 0; i < n * n; i++) err += ((ld)gP[i] - 1) * f[i], size += fabsl((ld)gP[i] * f[i]);
-        CHECK_NEAR(err / size, (4 * fd[1] - fd[0]) / 3 / size, 12 * tol + 1e-12L);
-    }
-    for (i = 0; i < n * n; i++) CHECK_NEAR(gP[i], gP[i % n * n + i / n], 8 * tol * t_top(n * n, gP));
-    memcpy(X, gU, sizeof X);
-    for (i = 0; i < n * n; i++) gU[i] = 1;
-    roln_spd_exp_bwd(n, ev, K, VV, WW, G, gU, NULL, w);
-    CHECK(memcmp(X, gU, sizeof *X * (size_t)(n * n)) == 0);
-
-    /* second derivative: the corner of exp [U E F 0; . U 0 F; . . U E; . . . U] */
-    INTO(e, r);
-    INTO(f, g);
-    N = 4 * n;
-    for (i = 0; i < N * N; i++) B[i] = 0;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            for (k = 0; k < 4; k++) B[(i + k * n) * N + j + k * n] = ri[i * n + j];
-            B[i * N + j + n] = B[(i + 2 * n) * N + j + 3 * n] = r[i * n + j];
-            B[i * N + j + 2 * n] = B[(i + n) * N + j + 3 * n] = g[i * n + j];
-        }
-    t_exp(N, B, t);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) B[i * n + j] = t[i * N + j + 3 * n];
-    t_mul(n, x, B, r);
-    t_mul(n, r, x, r);
-    roln_spd_exp_d2(n, T, VV, WW, E, F, D, w);
-    CHECK_BELOW(relative(n * n, D, r), 24 * tol);
-
-    /* eigenbasis: <G, D2[E,F]> = <F, D2[E,G]>; the increment adds and is symmetric to the bit */
-    for (i = 0; i < n * n; i++) D[i] = X[i] = 0;
-    roln_exp_d2(n, T, E, F, D);
-    roln_exp_d2(n, T, E, G, X);
-    for (fd[0] = fd[1] = err = 0, i = 0; i < n * n; i++) {
-        fd[0] += (ld)G[i] * (ld)D[i], fd[1] += (ld)F[i] * (ld)X[i];
-        err += fabsl((ld)G[i] * (ld)D[i]);
-        CHECK(D[i] == D[i % n * n + i / n]);
-    }
-    CHECK_NEAR(fd[0] / err, fd[1] / err, 4 * tol);
-    memcpy(X, D, sizeof X);
-    roln_exp_d2(n, T, E, F, D);
-    for (i = 0; i < n * n; i++) CHECK_NEAR(D[i], 2 * X[i], 4 * EPS * (ld)ROLN_ABS(X[i]) + tol * err / (ld)(n * n));
-}
-
-#ifdef ROLN_DOUBLE
-/* Central differences of the library's own maps: halving h quarters the error. */
-static void test_slopes(void)
-{
-    enum { n = 5 };
-    double U[n * n], E[n * n], F[n * n], V[n * n], ev[n], K[n * n], T[n * n * n], D[n * n], D2[n * n];
-    double t[n * n], a[n * n], b[n * n], w[ROLN_SPD_EXP_WORK(n)], err[2][2];
-    uint64_t s = 99;
-    int i, q;
-    random_sym(n, 0.5L, &s, U);
-    random_sym(n, 0.5L, &s, E);
-    random_sym(n, 0.5L, &s, F);
-    CHECK(roln_eig(n, U, ev, V, w) == ROLN_OK);
-    roln_exp_dd1(n, ev, K);
-    roln_exp_dd2(n, ev, K, T);
-    roln_spd_exp_d(n, K, V, V, E, D, w);
-    roln_spd_exp_d2(n, T, V, V, E, F, D2, w);
-    for (q = 0; q < 2; q++) {
-        const double h = q ? 5e-3 : 1e-2;
-        err[0][q] = err[1][q] = 0;
-        for (i = 0; i < n * n; i++) t[i] = U[i] + h * E[i];
-        CHECK(roln_spd_exp(n, NULL, t, a, w) == ROLN_OK);
-        for (i = 0; i < n * n; i++) t[i] = U[i] - h * E[i];
-        CHECK(roln_spd_exp(n, NULL, t, b, w) == ROLN_OK);
-        for (i = 0; i < n * n; i++) err[0][q] += fabs((a[i] - b[i]) / (2 * h) - D[i]);
-        for (i = 0; i < n * n; i++) t[i] = U[i] + h * F[i];
-        CHECK(roln_eig(n, t, ev, V, w) == ROLN_OK);
-        roln_exp_dd1(n, ev, K);
-        roln_spd_exp_d(n, K, V, V, E, a, w);
-        for (i = 0; i < n * n; i++) t[i] = U[i] - h * F[i];
-        CHECK(roln_eig(n, t, ev, V, w) == ROLN_OK);
-        roln_exp_dd1(n, ev, K);
-        roln_spd_exp_d(n, K, V, V, E, b, w);
-        for (i = 0; i < n * n; i++) err[1][q] += fabs((a[i] - b[i]) / (2 * h) - D2[i]);
-    }
-    CHECK_NEAR(err[0][0] / err[0][1], 4, 0.02);
-    CHECK_NEAR(err[1][0] / err[1][1], 4, 0.02);
-}
-#endif
 
 void TEST_NAME(eig)(void)
 {
-    uint64_t seed = 11;
-    int n, rep;
     test_families();
     test_edges();
     test_differences();
     test_range();
-    for (n = 1; n <= SN; n++)
-        for (rep = 0; rep < 4; rep++) {
-            check_maps(n, 0, rep == 3 ? 0 : rep * 0.6L, &seed); /* scale 0: all eigenvalues equal */
-            check_maps(n, 1, rep == 3 ? 0 : rep * 0.6L, &seed);
-        }
-#ifdef ROLN_DOUBLE
-    test_slopes();
-#endif
 }

@@ -144,7 +144,45 @@ static void spd_exp(const row *r)
 {
     int k;
     for (k = 0; k < MATRICES; k++)
-        must(roln_spd_exp(r->size[0], NULL, small.A[k], small.X, small.work));
+        must(roln_spd_map(r->size[0], ROLN_EXP, 0, NULL, small.A[k], small.X, small.work));
+}
+
+/* SPD matrices with condition below 2 as seen from the first; size: n, what is timed. */
+enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST, TRANSPORT, MEAN };
+static struct {
+    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N], W[MAX_N * MAX_N];
+    roln_real Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d, work[16 * MAX_N * MAX_N];
+} spd;
+
+static void spd_setup(const row *r)
+{
+    const int n = r->size[0];
+    int k;
+    small_setup(r);
+    for (k = 0; k < MATRICES + 4; k++)
+        memcpy(spd.X + k * n * n, small.A[k % MATRICES], (size_t)(n * n) * sizeof *spd.X);
+    must(roln_chol(n, spd.X, spd.A));
+    must(roln_spd_frame(n, spd.A, spd.X + n * n, spd.l, spd.V, spd.W, spd.work));
+    must(roln_map_values(n, ROLN_LOG, 0, spd.l, spd.f));
+    roln_map_dd1(n, ROLN_LOG, 0, spd.l, spd.f, spd.K);
+}
+
+static void spd_run(const row *r)
+{
+    const int n = r->size[0];
+    int k;
+    for (k = 0; k < MATRICES; k++) {
+        const roln_real *X = spd.X + k * n * n;
+        switch (r->size[1]) {
+        case LOG_MAP: must(roln_spd_map(n, ROLN_LOG, 0, spd.A, X, spd.Y, spd.work)); break;
+        case ROOT: must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), NULL, X, spd.Y, spd.work)); break;
+        case LOG_DD1: roln_map_dd1(n, ROLN_LOG, 0, spd.l, spd.f, spd.K); break;
+        case MAP_BWD: roln_spd_map_bwd(n, spd.l, spd.f, spd.K, spd.V, spd.W, X, spd.g[0], spd.g[1], spd.work); break;
+        case DIST: must(roln_spd_dist(n, spd.A, X, &spd.d, spd.work)); break;
+        case TRANSPORT: must(roln_spd_transport(n, spd.A, X, spd.K, spd.Y, spd.work)); break;
+        default: must(roln_spd_mean(n, 5, X, spd.Y, spd.work)); break;
+        }
+    }
 }
 
 /* ---- manifolds -------------------------------------------------------------------------------- */
@@ -433,6 +471,11 @@ static void print_row(const row *r)
 #define EIG(n, ns) \
     {"eigen n = " #n, small_setup, eig, {n}, RANDOM, MATRICES, 0, NULL, NULL, ns}, \
     {"eigen n = " #n ", hard", small_setup, eig, {n}, HARD, MATRICES, 0, NULL, NULL, 0}
+#define SPD_ROW(name, n, what) {name " n = " #n, spd_setup, spd_run, {n, what}, POSITIVE, MATRICES, 0, NULL, NULL, 0}
+#define SPD(n) \
+    SPD_ROW("SPD log at a base point", n, LOG_MAP), SPD_ROW("SPD square root", n, ROOT), \
+    SPD_ROW("SPD log, divided differences", n, LOG_DD1), SPD_ROW("SPD map, backward", n, MAP_BWD), \
+    SPD_ROW("SPD distance", n, DIST), SPD_ROW("SPD transport", n, TRANSPORT), SPD_ROW("SPD mean of 5", n, MEAN)
 #define MATVEC(m, k) \
     {"mat-vec " #m "x" #k ", order 1", big_setup, matvec_order1, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}, \
     {"mat-vec " #m "x" #k ", order 2", big_setup, matvec_order2, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}
@@ -450,6 +493,9 @@ static const row table[] = {
     {"SPD exp n = 4", small_setup, spd_exp, {4}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
     {"SPD exp n = 10", small_setup, spd_exp, {10}, POSITIVE, MATRICES, 0, NULL, NULL, 0},
     {"Adam on Stiefel 10x20", stiefel_setup, stiefel_update, {10, 20}, 0, 1, 0, NULL, NULL, 0},
+    SPD(3),
+    SPD(6),
+    SPD(10),
     MATVEC(64, 64),
     MATVEC(128, 600),
     MATVEC(600, 128),

@@ -1,0 +1,980 @@
+/* SPD maps and their geometry (roln_spd.h, sections 7 and 8) against slow twins in long double, written from the
+   definitions without eigenvectors: f_P(X) = f(X P^-1) P with f of a general matrix (Taylor and squaring for exp, Denman
+   and Beavers for the root, roots and the series of atanh for log), derivatives from f of block triangular matrices (Mathias
+   1996), backwards from central differences of order 8. Then the identities, degenerate inputs, statuses. */
+#include "../roln_spd.h"
+#include "twin.h"
+
+void TEST_NAME(spd)(void);
+
+#define SN 6 /* largest n; the twins take 4 n */
+#define SNN (SN * SN)
+#define COUNT 5
+
+static const struct {
+    int map;
+    double p;
+    const char *name;
+} maps[] = {{ROLN_EXP, 0, "exp"},      {ROLN_LOG, 0, "log"},       {ROLN_POWER, 0.5, "sqrt"},   {ROLN_POWER, -0.5, "inverse sqrt"},
+            {ROLN_POWER, -1, "inverse"}, {ROLN_POWER, 0, "power 0"}, {ROLN_POWER, 1, "power 1"},  {ROLN_POWER, 2, "power 2"},
+            {ROLN_POWER, 0.3, "power 0.3"}, {ROLN_POWER, -1.7, "power -1.7"}, {ROLN_POWER, 1e-4, "power 1e-4"}};
+enum { MAPS = (int)(sizeof maps / sizeof *maps) };
+
+/* ---- twins ---- */
+
+static void t_inverse(int n, const ld *a, ld *b)
+{
+    static ld t[TN * TN];
+    int i;
+    memcpy(t, a, (size_t)(n * n) * sizeof *t);
+    for (i = 0; i < n * n; i++) b[i] = i % (n + 1) == 0;
+    t_solve(n, n, t, b);
+}
+
+/* Y = X^1/2: Y <- (Y + Z^-1)/2, Z <- (Z + Y^-1)/2, from X and I */
+static void t_root(int n, const ld *X, ld *Y)
+{
+    static ld Z[TN * TN], y[TN * TN], z[TN * TN];
+    int i, k;
+    memcpy(Y, X, (size_t)(n * n) * sizeof *Y);
+    for (i = 0; i < n * n; i++) Z[i] = i % (n + 1) == 0;
+    for (k = 0; k < 60; k++) {
+        ld d = 0, m = 0;
+        t_inverse(n, Y, y);
+        t_inverse(n, Z, z);
+        for (i = 0; i < n * n; i++) {
+            const ld a = (Y[i] + z[i]) / 2;
+            if (fabsl(a - Y[i]) > d) d = fabsl(a - Y[i]);
+            if (fabsl(a) > m) m = fabsl(a);
+            Y[i] = a;
+            Z[i] = (Z[i] + y[i]) / 2;
+        }
+        if (d <= 2e-19L * m) break;
+    }
+}
+
+/* Y = log X = 2^k 2 atanh((R - I)(R + I)^-1), R = X^(1/2^k) near I */
+static void t_log(int n, const ld *X, ld *Y)
+{
+    static ld R[TN * TN], a[TN * TN], s[TN * TN], p[TN * TN];
+    ld scale = 2, top;
+    int i, k;
+    memcpy(R, X, (size_t)(n * n) * sizeof *R);
+    for (;;) {
+        for (top = 0, i = 0; i < n * n; i++) top += fabsl(R[i] - (i % (n + 1) == 0));
+        if (top < 0.5L) break;
+        t_root(n, R, R);
+        scale *= 2;
+    }
+    for (i = 0; i < n * n; i++) a[i] = R[i] + (i % (n + 1) == 0), s[i] = R[i] - (i % (n + 1) == 0);
+    t_inverse(n, a, a);
+    t_mul(n, s, a, s);
+    for (i = 0; i < n * n; i++) Y[i] = 0, p[i] = s[i];
+    t_mul(n, s, s, s);
+    for (k = 1; k < 40; k += 2) {
+        for (i = 0; i < n * n; i++) Y[i] += scale * p[i] / (ld)k;
+        t_mul(n, p, s, p);
+    }
+}
+
+/* Y = f(X), X a general matrix */
+static void t_map(int n, int map, ld p, const ld *X, ld *Y)
+{
+    static ld t[TN * TN];
+    int i;
+    if (map == ROLN_EXP) t_exp(n, X, Y);
+    else if (map == ROLN_LOG) t_log(n, X, Y);
+    else if (p == 0.5L) t_root(n, X, Y);
+    else if (p == -0.5L) t_root(n, X, t), t_inverse(n, t, Y);
+    else if (p == -1) t_inverse(n, X, Y);
+    else if (p == 1) memcpy(Y, X, (size_t)(n * n) * sizeof *Y);
+    else if (p == 2) t_mul(n, X, X, Y);
+    else {
+        t_log(n, X, t);
+        for (i = 0; i < n * n; i++) t[i] *= p;
+        t_exp(n, t, Y);
+    }
+}
+
+/* X P^-1, N = n or, on the block diagonal of X, a multiple of n; and X P */
+static void t_over(int n, const ld *X, const ld *P, ld *Y)
+{
+    static ld r[TN * TN];
+    t_inverse(n, P, r);
+    t_mul(n, X, r, Y);
+}
+
+/* f_P(X) = f(X P^-1) P */
+static void t_map_at(int n, int map, ld p, const ld *P, const ld *X, ld *Y)
+{
+    static ld t[TN * TN];
+    t_over(n, X, P, t);
+    t_map(n, map, p, t, Y);
+    t_mul(n, Y, P, Y);
+}
+
+static ld t_dot(int n, const ld *a, const ld *b)
+{
+    ld s = 0;
+    int i;
+    for (i = 0; i < n; i++) s += a[i] * b[i];
+    return s;
+}
+
+/* What a scalar under test depends on, and the scalar by its definition; every matrix is made symmetric first. */
+enum { MAP, INNER, DIST, TRANSPORT, MEAN };
+typedef struct {
+    int what, n, count, map;
+    ld p, P[SNN], X[COUNT * SNN], U[SNN], G[SNN];
+} t_case;
+
+static const ld *t_sym(int n, const ld *a, ld *s)
+{
+    int i;
+    for (i = 0; i < n * n; i++) s[i] = (a[i] + a[i % n * n + i / n]) / 2;
+    return s;
+}
+
+static void t_mean(int n, int count, const ld *X, ld *M)
+{
+    static ld t[TN * TN], g[TN * TN], s[TN * TN];
+    ld top = 1;
+    int c, i, k;
+    for (i = 0; i < n * n; i++)
+        for (M[i] = 0, c = 0; c < count; c++) M[i] += X[c * n * n + i] / (ld)count;
+    for (k = 0; k < 100 && top > 1e-18L; k++) { /* M <- exp(mean log(X M^-1)) M */
+        for (i = 0; i < n * n; i++) g[i] = 0;
+        for (c = 0; c < count; c++) {
+            t_over(n, X + c * n * n, M, t);
+            t_log(n, t, s);
+            for (i = 0; i < n * n; i++) g[i] += s[i] / (ld)count;
+        }
+        for (top = 0, i = 0; i < n * n; i++) top += fabsl(g[i]);
+        t_exp(n, g, t);
+        t_mul(n, t, M, M);
+    }
+}
+
+static ld t_value(void *ctx)
+{
+    const t_case *c = (const t_case *)ctx;
+    static ld P[SNN], X[COUNT * SNN], U[SNN], a[SNN], b[SNN];
+    const int n = c->n;
+    int i;
+    t_sym(n, c->P, P);
+    t_sym(n, c->U, U);
+    for (i = 0; i < c->count; i++) t_sym(n, c->X + i * n * n, X + i * n * n);
+    switch (c->what) {
+    case MAP: t_map_at(n, c->map, c->p, P, X, a); break;
+    case INNER: /* tr(P^-1 U P^-1 X) as tr(U P^-1 X P^-1) */
+        t_over(n, U, P, a), t_over(n, X, P, b), t_mul(n, a, b, a);
+        for (i = 1; i < n; i++) a[0] += a[i * (n + 1)];
+        return c->G[0] * a[0];
+    case DIST: /* half of tr(log(X P^-1)^2) */
+        t_over(n, X, P, a), t_log(n, a, b), t_mul(n, b, b, a);
+        for (i = 1; i < n; i++) a[0] += a[i * (n + 1)];
+        return c->G[0] * a[0] / 2;
+    case TRANSPORT: /* E U E^T, E = (X P^-1)^1/2 */
+        t_over(n, X, P, a), t_root(n, a, b), t_mul(n, b, U, a);
+        for (i = 0; i < n * n; i++) P[i] = b[i % n * n + i / n];
+        t_mul(n, a, P, a);
+        break;
+    case MEAN: t_mean(n, c->count, X, a); break;
+    }
+    return t_dot(n * n, c->G, a);
+}
+
+/* ---- matrices ---- */
+
+static void random_sym(int n, double scale, uint64_t *s, roln_real *a)
+{
+    int i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) a[i * n + j] = a[j * n + i] = (roln_real)(scale * 0.98765432109876543) * roln_normal(s);
+}
+
+/* Y = T X T^T, symmetric to the bit */
+static void congruence(int n, const roln_real *T, const roln_real *X, roln_real *Y)
+{
+    roln_real t[SNN];
+    int i, j;
+    roln_congr(n, T, X, Y, t);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++) Y[i * n + j] = Y[j * n + i];
+}
+
+/* SPD in random directions, eigenvalues by kind: spread, all equal, gaps of 1e-7, one double and gaps 1e-3 .. 1, one pair
+   across each switch of formulas (factor 2; p log = 1), over 3 decades. */
+enum { KINDS = 6 };
+static void random_spd(int n, int kind, uint64_t *s, roln_real *X)
+{
+    static const double gap[SN] = {0, 0, 1e-3, 0.03, 0.3, 1};
+    roln_real A[SNN], Q[SNN], D[SNN], l[SN], w[ROLN_EIG_WORK(SN)];
+    int i;
+    random_sym(n, 1, s, A);
+    CHECK(roln_eig(n, A, l, Q, w) == ROLN_OK);
+    memset(D, 0, sizeof D);
+    for (i = 0; i < n; i++) {
+        const double u = (double)roln_uniform(s);
+        D[i * (n + 1)] = (roln_real)(kind == 0   ? 0.5 + 2.5 * u
+                                     : kind == 1 ? 1.7
+                                     : kind == 2 ? 1 + 1e-7 * i
+                                     : kind == 3 ? 1 + gap[i]
+                                     : kind == 4 ? ldexp(1 + 1e-3 * u, i / 2)
+                                                 : pow(10, 3 * u - 1.5));
+    }
+    for (i = 0; i < n * n; i++) A[i] = Q[i % n * n + i / n];
+    congruence(n, A, D, X);
+}
+
+static ld smallest(int n, const roln_real *X)
+{
+    roln_real l[SN], Q[SNN], w[ROLN_EIG_WORK(SN)];
+    CHECK(roln_eig(n, X, l, Q, w) == ROLN_OK);
+    return (ld)l[0];
+}
+
+/* Condition of an SPD matrix, for error bounds. */
+static ld condition(int n, const roln_real *X)
+{
+    roln_real l[SN], Q[SNN], w[ROLN_EIG_WORK(SN)];
+    CHECK(roln_eig(n, X, l, Q, w) == ROLN_OK);
+    return (ld)l[n - 1] / (ld)l[0];
+}
+
+/* largest |a - b| over largest |b| or, if larger, floor */
+static ld relative(int n, const roln_real *a, const ld *b, ld floor)
+{
+    ld d = 0, m = floor;
+    int i;
+    for (i = 0; i < n; i++) {
+        if (!roln_finite(a[i])) return 1e30L;
+        if (fabsl((ld)a[i] - b[i]) > d) d = fabsl((ld)a[i] - b[i]);
+        if (fabsl(b[i]) > m) m = fabsl(b[i]);
+    }
+    return d > 0 ? d / m : 0;
+}
+
+static ld apart(int n, const roln_real *a, const roln_real *b)
+{
+    static ld t[SNN];
+    widen(n, b, t);
+    return relative(n, a, t, 0);
+}
+
+/* g against differences of t_value in the matrices x, relative to 1 at least, the size of the cotangents. The step is small
+   beside the smallest eigenvalue lmin, as far as derivatives grow with its inverse. */
+static ld gradient(int n, const roln_real *g, ld *x, ld lmin, t_case *c)
+{
+    static ld ref[COUNT * SNN];
+    int i;
+    for (i = 0; i < n; i++) ref[i] = t_slope(t_value, c, x + i, 4e-3L * lmin);
+    return relative(n, g, ref, 1);
+}
+
+static int symmetric(int n, const roln_real *a)
+{
+    int i, ok = 1;
+    for (i = 0; i < n * n; i++) ok &= a[i] == a[i % n * n + i / n];
+    return ok;
+}
+
+static void identity(int n, roln_real *a)
+{
+    int i;
+    for (i = 0; i < n * n; i++) a[i] = i % (n + 1) == 0;
+}
+
+/* ---- values and divided differences of f ---- */
+
+/* f[a, b] in long double; close: 8-point Gauss quadrature of f' over [a, b], exact to 1e-20 for a ratio below 1.3 */
+static ld t_f(int map, ld p, ld x, int derivative)
+{
+    if (map == ROLN_LOG) return derivative ? 1 / x : logl(x);
+    return derivative ? p * powl(x, p - 1) : powl(x, p);
+}
+
+static ld t_dd1(int map, ld p, ld a, ld b)
+{
+    static const ld x[4] = {0.18343464249564980494L, 0.52553240991632898582L, 0.79666647741362673959L, 0.96028985649753623168L};
+    static const ld w[4] = {0.36268378337836198297L, 0.31370664587788728734L, 0.22238103445337447054L, 0.10122853629037625915L};
+    ld sum = 0;
+    int k;
+    if (a / b > 1.3L || b / a > 1.3L)
+        return map == ROLN_LOG ? logl(a / b) / (a - b) : powl(b, p) * expm1l(p * logl(a / b)) / (a - b);
+    for (k = 0; k < 4; k++)
+        sum += w[k] * (t_f(map, p, (a + b) / 2 + x[k] * (a - b) / 2, 1) + t_f(map, p, (a + b) / 2 - x[k] * (a - b) / 2, 1)) / 2;
+    return sum;
+}
+
+static void test_differences(void)
+{
+    static const double gap[] = {0, 1e-9, 2e-7, 1e-5, 1e-3, 0.03, 0.3, 0.9, 0.99999, 1, 1.00001, 1.3, 3, 20, 1e3, 1e5};
+    static const double at[] = {1e-12, 1e-3, 0.3, 0.7, 1, 1.9, 40, 1e7};
+    int m, i, j, a, b;
+    for (m = 1; m < MAPS; m++) {
+        const ld p = (ld)(roln_real)maps[m].p;
+        static char names[MAPS][2][40];
+        sprintf(names[m][0], "f,  %s, ulp / (1 + |p log l|)", maps[m].name);
+        sprintf(names[m][1], "K,  %s, ulp / (1 + |p log l|)", maps[m].name);
+        for (a = 0; a < (int)(sizeof at / sizeof *at); a++)
+            for (b = 0; b < (int)(sizeof gap / sizeof *gap); b++) {
+                roln_real l[2], f[2], K[4];
+                ld unit;
+                l[0] = (roln_real)at[a];
+                l[1] = (roln_real)(at[a] * (1 + gap[b]));
+                CHECK(roln_map_values(2, maps[m].map, (roln_real)p, l, f) == ROLN_OK);
+                roln_map_dd1(2, maps[m].map, (roln_real)p, l, f, K);
+                CHECK(K[1] == K[2]);
+                for (i = 0; i < 2; i++) {
+                    const ld r = t_f(maps[m].map, p, (ld)l[i], 0);
+                    /* the special exponents neither use log nor grow with it; log itself is within 2 ulp */
+                    unit = maps[m].map == ROLN_POWER && fabsl(p) < 2 && p != 1 && fabsl(p) != 0.5L && p != 0 && p != -1
+                               ? 1 + fabsl(p * logl((ld)l[i])) : 1;
+                    BOUND(names[m][0], r == 0 ? fabsl((ld)f[i]) : fabsl((ld)f[i] / r - 1) / (EPS * unit), 2);
+                    for (j = 0; j < 2; j++) {
+                        const ld k = t_dd1(maps[m].map, p, (ld)l[i], (ld)l[j]);
+                        BOUND(names[m][1], k == 0 ? fabsl((ld)K[i * 2 + j]) : fabsl((ld)K[i * 2 + j] / k - 1) / (EPS * unit), 4);
+                    }
+                }
+            }
+    }
+}
+
+/* ---- section 7 ---- */
+
+/* Everything about one map at one X and P; kind of the eigenvalues in the frame. */
+static void check_map(int n, int based, int m, int kind, uint64_t *s)
+{
+    static t_case c;
+    static ld B[TN * TN], t[TN * TN], r[SNN], d[SNN], g[SNN];
+    const int map = maps[m].map, nn = n * n, N = 2 * n, chain = map == ROLN_LOG || (map == ROLN_POWER && maps[m].p < 1);
+    const roln_real p = (roln_real)maps[m].p;
+    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn), *D = fresh(nn);
+    roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *l = fresh(n), *f = fresh(n), *x = fresh(n), *y = fresh(n);
+    roln_real *gX = zeros(nn), *gP = zeros(nn);
+    ld tol, kf, hX, hP;
+    int i, j;
+
+    random_spd(n, kind, s, X);
+    if (map == ROLN_EXP) random_sym(n, kind == 1 ? 0 : 0.2 * kind, s, X);
+    identity(n, P);
+    if (based) {
+        random_spd(n, 0, s, P);
+        CHECK(roln_chol(n, P, A) == ROLN_OK);
+        congruence(n, A, X, X);
+    }
+    random_sym(n, 1, s, E);
+    random_sym(n, 1, s, G);
+    c.what = MAP, c.n = n, c.count = 1, c.map = map, c.p = (ld)p;
+    widen(nn, P, c.P), widen(nn, X, c.X), widen(nn, E, c.U), widen(nn, G, c.G);
+
+    /* Rounding in the frame, n eps |S| kappa(P), moves f by that times f' in the smallest eigenvalue, hence kappa(S) where f'
+       falls: kf; and K likewise, f'' / f'. */
+    hX = map == ROLN_EXP ? 1 : smallest(n, X), hP = smallest(n, P);
+    kf = (chain && map != ROLN_EXP ? condition(n, X) : 1) * (based ? condition(n, P) : 1);
+    if (map == ROLN_POWER && p < 0) kf *= 2;
+    tol = (ld)n * EPS * kf;
+
+    CHECK(roln_spd_frame(n, based ? A : NULL, X, l, V, W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK(roln_map_values(n, map, p, l, f) == ROLN_OK);
+    roln_map_dd1(n, map, p, l, f, K);
+    roln_spd_form(n, f, V, Y, fresh(ROLN_SPD_FORM_WORK(n)));
+    CHECK(symmetric(n, Y));
+    CHECK(roln_spd_map(n, map, p, based ? A : NULL, X, Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, Y, Z));
+    memcpy(Z, X, (size_t)nn * sizeof *Z);
+    CHECK(roln_spd_map(n, map, p, based ? A : NULL, Z, Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, Y, Z));
+    t_map_at(n, map, (ld)p, c.P, c.X, r);
+    BOUND("map: value, n eps kappa", relative(nn, Y, r, 1) / tol, 8);
+
+    /* the matrix and, where it has one, its inverse times a vector; in place */
+    for (i = 0; i < n; i++) x[i] = E[i];
+    roln_spd_mul(n, f, V, x, y, fresh(n));
+    for (i = 0; i < n; i++)
+        for (t[i] = 0, j = 0; j < n; j++) t[i] += r[i * n + j] * c.U[j];
+    BOUND("map: times a vector, n eps kappa", relative(n, y, t, 1) / tol, 16);
+    roln_spd_mul(n, f, V, x, x, fresh(n));
+    CHECK(same(n, x, y));
+    if (map != ROLN_LOG) {
+        for (i = 0; i < n; i++) f[i] = 1 / f[i];
+        roln_spd_form(n, f, W, Z, fresh(ROLN_SPD_FORM_WORK(n)));
+        for (i = 0; i < n; i++) f[i] = 1 / f[i];
+        t_inverse(n, r, t);
+        widen(nn, Z, g);
+        t_mul(n, g, r, g);
+        for (i = 0; i < nn; i++) CHECK_NEAR(g[i], i % (n + 1) == 0, 16 * tol * condition(n, Y));
+    }
+
+    /* derivative: f [X E; 0 X] = [., D; 0 .], right-multiplied */
+    t_over(n, c.X, c.P, r);
+    t_over(n, c.U, c.P, d);
+    for (i = 0; i < N * N; i++) B[i] = 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            B[i * N + j] = B[(i + n) * N + j + n] = r[i * n + j];
+            B[i * N + j + n] = d[i * n + j];
+        }
+    t_map(N, map, (ld)p, B, t);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) d[i * n + j] = t[i * N + j + n];
+    t_mul(n, d, c.P, d);
+    roln_spd_map_d(n, K, V, W, E, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
+    BOUND("map: derivative, n eps kappa", relative(nn, D, d, 1) / tol, 16);
+
+    /* backward: both add; g_X does not depend on whether g_P is wanted; P = I: the derivative is its own adjoint */
+    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    BOUND("map: backward in X, n eps kappa", gradient(nn, gX, c.X, hX, &c) / tol, 32);
+    BOUND("map: backward in P, n eps kappa", gradient(nn, gP, c.P, hP, &c) / tol, 32);
+    memcpy(Z, gX, (size_t)nn * sizeof *Z);
+    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    for (i = 0; i < nn; i++) CHECK_NEAR(gX[i], 2 * Z[i], (ld)n * n * EPS * (fabsl((ld)Z[i]) + 30));
+    memset(gX, 0, (size_t)nn * sizeof *gX);
+    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, NULL, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    CHECK(same(nn, gX, Z));
+    if (!based) {
+        roln_spd_map_d(n, K, V, W, G, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
+        CHECK_BELOW(apart(nn, gX, D), 4 * (ld)n * EPS);
+    }
+    fresh_done();
+}
+
+/* Second derivative of exp at P: the corner of exp [U E F 0; . U 0 F; . . U E; . . . U], each right-multiplied by P^-1. */
+static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
+{
+    static ld u[SNN], e[SNN], f[SNN], p[SNN], B[TN * TN], t[TN * TN], r[SNN];
+    const int nn = n * n, N = 4 * n;
+    roln_real *P = fresh(nn), *A = fresh(nn), *U = fresh(nn), *E = fresh(nn), *F = fresh(nn), *G = fresh(nn), *D = fresh(nn), *X = fresh(nn);
+    roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *T = fresh(n * nn), *l = fresh(n);
+    ld a = 0, b = 0, size = 0, tol;
+    int i, j, k;
+    random_sym(n, (double)scale, s, U);
+    random_sym(n, 1, s, E);
+    random_sym(n, 1, s, F);
+    random_sym(n, 1, s, G);
+    identity(n, P);
+    if (based) random_spd(n, 0, s, P);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    CHECK(roln_spd_frame(n, based ? A : NULL, U, l, V, W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    roln_exp_dd1(n, l, K);
+    roln_exp_dd2(n, l, K, T);
+    widen(nn, P, p), widen(nn, U, u), widen(nn, E, e), widen(nn, F, f);
+    t_over(n, u, p, u), t_over(n, e, p, e), t_over(n, f, p, f);
+    for (i = 0; i < N * N; i++) B[i] = 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            for (k = 0; k < 4; k++) B[(i + k * n) * N + j + k * n] = u[i * n + j];
+            B[i * N + j + n] = B[(i + 2 * n) * N + j + 3 * n] = e[i * n + j];
+            B[i * N + j + 2 * n] = B[(i + n) * N + j + 3 * n] = f[i * n + j];
+        }
+    t_exp(N, B, t);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) r[i * n + j] = t[i * N + j + 3 * n];
+    t_mul(n, r, p, r);
+    tol = (ld)n * EPS * (based ? condition(n, P) : 1);
+    roln_spd_exp_d2(n, T, V, W, E, F, D, fresh(ROLN_SPD_EXP_D2_WORK(n)));
+    BOUND("exp: second derivative, n eps kappa", relative(nn, D, r, 0.1L) / tol, 16);
+
+    /* eigenbasis: <G, D2[E,F]> = <F, D2[E,G]>; the increment adds and is symmetric to the bit */
+    for (i = 0; i < nn; i++) D[i] = X[i] = 0;
+    roln_exp_d2(n, T, E, F, D);
+    roln_exp_d2(n, T, E, G, X);
+    for (i = 0; i < nn; i++) {
+        a += (ld)G[i] * (ld)D[i], b += (ld)F[i] * (ld)X[i];
+        size += fabsl((ld)G[i] * (ld)D[i]);
+    }
+    CHECK(symmetric(n, D));
+    CHECK_NEAR(a / size, b / size, 4 * tol);
+    memcpy(X, D, (size_t)nn * sizeof *X);
+    roln_exp_d2(n, T, E, F, D);
+    for (i = 0; i < nn; i++) CHECK_NEAR(D[i], 2 * X[i], 4 * EPS * (ld)ROLN_ABS(X[i]) + tol * size / (ld)nn);
+    fresh_done();
+}
+
+/* exp log = id, log_P exp_P = id, root^2 = X, powers add, the ends of a geodesic, f_P(X)^-1 = f_{P^-1}(X^-1) */
+static void check_map_identities(int n, int kind, uint64_t *s)
+{
+    roln_real P[SNN], A[SNN], X[SNN], Y[SNN], Z[SNN], w[ROLN_SPD_MAP_WORK(SN)], t[SNN];
+    const int nn = n * n;
+    ld tol;
+    int i;
+    random_spd(n, 0, s, P);
+    random_spd(n, kind, s, X);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    tol = 8 * (ld)n * EPS * condition(n, X) * condition(n, P); /* of each map, see check_map */
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, NULL, X, Y, w) == ROLN_OK);
+    CHECK(roln_spd_map(n, ROLN_EXP, 0, NULL, Y, Y, w) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Y, X), tol);
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, A, X, Y, w) == ROLN_OK);
+    CHECK(roln_spd_map(n, ROLN_EXP, 0, A, Y, Z, w) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Z, X), tol);
+    random_sym(n, 0.7, s, Y);
+    CHECK(roln_spd_map(n, ROLN_EXP, 0, A, Y, Z, w) == ROLN_OK);
+    tol *= condition(n, Z);
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, A, Z, Z, w) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Z, Y), tol);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), NULL, X, Y, w) == ROLN_OK);
+    roln_mm(n, n, n, Y, Y, Z);
+    CHECK_BELOW(apart(nn, Z, X), tol);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(-0.5), NULL, X, Y, w) == ROLN_OK);
+    congruence(n, Y, X, Z);
+    identity(n, Y);
+    CHECK_BELOW(apart(nn, Z, Y), tol);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), NULL, X, Y, w) == ROLN_OK);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.9), NULL, X, Z, w) == ROLN_OK);
+    roln_mm(n, n, n, Y, Z, t);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(1.2), NULL, X, Z, w) == ROLN_OK);
+    CHECK_BELOW(apart(nn, t, Z), tol);
+    for (i = 0; i <= 1; i++) { /* ends */
+        CHECK(roln_spd_map(n, ROLN_POWER, (roln_real)i, A, X, Y, w) == ROLN_OK);
+        CHECK_BELOW(apart(nn, Y, i ? X : P), 8 * (ld)n * EPS * condition(n, P));
+    }
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), A, X, Y, w) == ROLN_OK); /* P #_t X = X #_{1-t} P */
+    CHECK(roln_chol(n, X, A) == ROLN_OK);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.7), A, P, Z, w) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Z, Y), tol);
+}
+
+/* ---- section 8 ---- */
+
+static void check_geometry(int n, int based, int kind, uint64_t *s)
+{
+    static t_case c;
+    static ld r[SNN], e[SNN], t[SNN];
+    const int nn = n * n;
+    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *U = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn);
+    roln_real *V = fresh(nn), *W = fresh(nn), *l = fresh(n), *f = fresh(n), *g1 = zeros(nn), *g2 = zeros(nn), *g3 = zeros(nn), *B = based ? A : NULL;
+    roln_real d = 7;
+    ld tol, tolX, ref, hX, hP;
+    int i;
+    identity(n, P);
+    if (based) random_spd(n, 0, s, P);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    random_spd(n, kind, s, X);
+    if (kind == 1) for (i = 0; i < nn; i++) X[i] = ROLN_C(1.7) * P[i]; /* all eigenvalues of the frame equal */
+    random_sym(n, 1, s, U);
+    random_sym(n, 1, s, G);
+    c.n = n, c.count = 1;
+    widen(nn, P, c.P), widen(nn, X, c.X), widen(nn, U, c.U), widen(nn, G, c.G);
+    tol = (ld)n * EPS * condition(n, P);
+    tolX = tol * condition(n, X);
+    hX = smallest(n, X), hP = smallest(n, P);
+    CHECK(roln_spd_frame(n, B, X, l, V, W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+
+    /* inner product of U and X */
+    c.what = INNER;
+    ref = t_value(&c) / c.G[0];
+    d = roln_spd_inner(n, B, U, X, fresh(ROLN_SPD_INNER_WORK(n)));
+    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * (ld)ROLN_SQRT(roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
+                                                                 roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n))))), 8);
+    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+    BOUND("inner: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tol, 16);
+    BOUND("inner: backward in V, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tol, 16);
+    BOUND("inner: backward in P, n eps kappa", gradient(nn, g3, c.P, hP, &c) / tol, 16);
+    memcpy(Y, g3, (size_t)nn * sizeof *Y);
+    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+    for (i = 0; i < nn; i++) CHECK_NEAR(g3[i], 2 * Y[i], 64 * EPS * (ld)(1 + ROLN_ABS(Y[i])) * (ld)n);
+    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, NULL, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+
+    /* distance: |log of l| moves by the rounding of S over l */
+    c.what = DIST;
+    ref = sqrtl(2 * t_value(&c) / c.G[0]);
+    CHECK(roln_spd_dist(n, B, X, &d, fresh(ROLN_SPD_DIST_WORK(n))) == ROLN_OK);
+    BOUND("dist, n eps kappa", fabsl((ld)d - ref) / tolX, 4);
+    memset(g1, 0, (size_t)nn * sizeof *g1), memset(g2, 0, (size_t)nn * sizeof *g2), memset(g3, 0, (size_t)nn * sizeof *g3);
+    roln_spd_dist_bwd(n, l, f, W, G[0], g1, g2, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
+    BOUND("dist: backward in X, n eps kappa", gradient(nn, g1, c.X, hX, &c) / tolX, 8);
+    BOUND("dist: backward in P, n eps kappa", gradient(nn, g2, c.P, hP, &c) / tolX, 8);
+    CHECK(symmetric(n, g1) && symmetric(n, g2));
+    memcpy(Y, g1, (size_t)nn * sizeof *Y);
+    roln_spd_dist_bwd(n, l, f, W, G[0], g1, NULL, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
+    for (i = 0; i < nn; i++) CHECK_NEAR(g1[i], 2 * Y[i], 64 * EPS * (ld)(1 + ROLN_ABS(Y[i])) * (ld)n);
+
+    /* transport */
+    c.what = TRANSPORT;
+    t_over(n, c.X, c.P, r), t_root(n, r, e), t_mul(n, e, c.U, r);
+    for (i = 0; i < nn; i++) t[i] = e[i % n * n + i / n];
+    t_mul(n, r, t, r);
+    CHECK(roln_spd_transport(n, B, X, U, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    BOUND("transport, n eps kappa", relative(nn, Y, r, 0.1L) / tolX, 8);
+    memcpy(Z, U, (size_t)nn * sizeof *Z);
+    CHECK(roln_spd_transport(n, B, X, Z, Z, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, Y, Z));
+    memset(g1, 0, (size_t)nn * sizeof *g1), memset(g2, 0, (size_t)nn * sizeof *g2), memset(g3, 0, (size_t)nn * sizeof *g3);
+    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    BOUND("transport: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tolX, 8);
+    BOUND("transport: backward in X, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tolX, 8);
+    BOUND("transport: backward in P, n eps kappa", gradient(nn, g3, c.P, hP, &c) / tolX, 8);
+    memcpy(Z, g3, (size_t)nn * sizeof *Z);
+    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    for (i = 0; i < nn; i++) CHECK_NEAR(g3[i], 2 * Z[i], 64 * EPS * (ld)(1 + ROLN_ABS(Z[i])) * (ld)n);
+    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, NULL, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+
+    /* isometry, and back again */
+    d = roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n)));
+    CHECK(roln_chol(n, X, A) == ROLN_OK);
+    CHECK_NEAR(roln_spd_inner(n, A, Y, Y, fresh(ROLN_SPD_INNER_WORK(n))) / d, 1, 8 * tolX);
+    CHECK(roln_spd_transport(n, A, P, Y, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Y, U), 8 * tolX);
+    fresh_done();
+}
+
+/* dist(P, P #_t X) = t dist, invariance under congruence and inversion, symmetry, |log_P X|_P = dist, d(P, P) = 0 */
+static void check_distances(int n, uint64_t *s)
+{
+    roln_real P[SNN], A[SNN], X[SNN], Y[SNN], T[SNN], Z[SNN], w[ROLN_SPD_MAP_WORK(SN)], d, x;
+    ld tol;
+    int i;
+    random_spd(n, 0, s, P);
+    random_spd(n, 0, s, X);
+    random_sym(n, 1, s, T);
+    for (i = 0; i < n; i++) T[i * (n + 1)] += (roln_real)(T[i * (n + 1)] < 0 ? -2 : 2), T[i] += ROLN_C(0.5); /* not symmetric */
+    tol = 8 * (ld)n * EPS * condition(n, P) * condition(n, X);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    CHECK(roln_spd_dist(n, A, X, &d, w) == ROLN_OK);
+    CHECK(roln_spd_dist(n, A, P, &x, w) == ROLN_OK);
+    CHECK_BELOW(x, tol);
+    CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), A, X, Y, w) == ROLN_OK);
+    CHECK(roln_spd_dist(n, A, Y, &x, w) == ROLN_OK);
+    CHECK_NEAR(x, 0.3L * (ld)d, tol);
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, A, X, Y, w) == ROLN_OK);
+    CHECK_NEAR(ROLN_SQRT(roln_spd_inner(n, A, Y, Y, w)), d, tol);
+    CHECK(roln_chol(n, X, Y) == ROLN_OK);
+    CHECK(roln_spd_dist(n, Y, P, &x, w) == ROLN_OK);
+    CHECK_NEAR(x, d, tol);
+    congruence(n, T, P, Y);
+    congruence(n, T, X, Z);
+    tol *= condition(n, Y);
+    CHECK(roln_chol(n, Y, Y) == ROLN_OK);
+    CHECK(roln_spd_dist(n, Y, Z, &x, w) == ROLN_OK);
+    CHECK_NEAR(x, d, tol);
+    CHECK(roln_spd_map(n, ROLN_POWER, -1, NULL, P, Y, w) == ROLN_OK);
+    CHECK(roln_spd_map(n, ROLN_POWER, -1, NULL, X, Z, w) == ROLN_OK);
+    CHECK(roln_chol(n, Y, Y) == ROLN_OK);
+    CHECK(roln_spd_dist(n, Y, Z, &x, w) == ROLN_OK);
+    CHECK_NEAR(x, d, tol);
+}
+
+/* Gradient of the mean squared distance at M, in its frame. */
+static ld mean_gradient(int n, int count, const roln_real *X, const roln_real *M)
+{
+    roln_real A[SNN], l[SN], f[SN], V[SNN], W[SNN], g[SNN], u[SNN], scratch[SNN], w[ROLN_SPD_FRAME_WORK(SN)];
+    int c;
+    memset(g, 0, sizeof g), memset(scratch, 0, sizeof scratch);
+    CHECK(roln_chol(n, M, A) == ROLN_OK);
+    for (c = 0; c < count; c++) {
+        CHECK(roln_spd_frame(n, A, X + c * n * n, l, V, W, w) == ROLN_OK);
+        CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+        roln_spd_dist_bwd(n, l, f, W, 1 / (roln_real)count, scratch, g, w);
+    }
+    memset(u, 0, sizeof u);
+    roln_congr_t(n, A, g, u, w);
+    return sqrtl((ld)roln_dot(n * n, u, u));
+}
+
+static void check_mean(int n, int count, int kind, uint64_t *s)
+{
+    static t_case c;
+    static ld r[SNN];
+    const int nn = n * n;
+    roln_real *X = fresh(count * nn), *M = fresh(nn), *N = fresh(nn), *Y = fresh(count * nn), *T = fresh(nn), *G = fresh(nn), *gX = zeros(count * nn);
+    ld kappa = 1, h = 1, tol;
+    int i, k;
+    for (k = 0; k < count; k++) {
+        random_spd(n, kind, s, X + k * nn);
+        kappa = fmaxl(kappa, condition(n, X + k * nn));
+        h = fminl(h, smallest(n, X + k * nn));
+    }
+    CHECK(roln_spd_mean(n, count, X, M, fresh(ROLN_SPD_MEAN_WORK(n))) == ROLN_OK);
+    CHECK(symmetric(n, M));
+    tol = (ld)n * EPS * kappa * condition(n, M);
+    BOUND("mean: gradient, n eps kappa", mean_gradient(n, count, X, M) / tol, 4);
+    memcpy(Y, X, (size_t)(count * nn) * sizeof *Y); /* in place */
+    CHECK(roln_spd_mean(n, count, Y, Y, fresh(ROLN_SPD_MEAN_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, M, Y));
+    random_sym(n, 0.4, s, T); /* equivariance */
+    for (i = 0; i < n; i++) T[i * (n + 1)] += 2, T[i] += ROLN_C(0.5);
+    for (k = 0; k < count; k++) congruence(n, T, X + k * nn, Y + k * nn);
+    congruence(n, T, M, N);
+    CHECK(roln_spd_mean(n, count, Y, Y, fresh(ROLN_SPD_MEAN_WORK(n))) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Y, N), 8 * tol * condition(n, N) / condition(n, M));
+    if (n > 3 || count > 3 || kind > 4) {
+        fresh_done();
+        return;
+    }
+
+    /* against the twin, value and backward */
+    random_sym(n, 1, s, G);
+    c.what = MEAN, c.n = n, c.count = count;
+    identity(n, N);
+    widen(nn, N, c.P), widen(nn, N, c.U), widen(count * nn, X, c.X), widen(nn, G, c.G);
+    t_mean(n, count, c.X, r);
+    BOUND("mean, n eps kappa", relative(nn, M, r, 0) / tol, 4);
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, fresh(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    BOUND("mean: backward, n eps kappa", gradient(count * nn, gX, c.X, h, &c) / tol, 16);
+    memcpy(Y, gX, (size_t)(count * nn) * sizeof *Y);
+    for (i = 0; i < nn; i++) G[i] *= ROLN_C(1e-30); /* adds; a tiny cotangent is no zero */
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, fresh(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    CHECK_BELOW(apart(nn, gX, Y), 4 * EPS);
+    memset(gX, 0, (size_t)(count * nn) * sizeof *gX);
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, fresh(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    for (i = 0; i < count * nn; i++) CHECK_NEAR(gX[i] / ROLN_C(1e-30), Y[i], 64 * EPS * (ld)(1 + ROLN_ABS(Y[i])));
+    memset(gX, 0, (size_t)(count * nn) * sizeof *gX), memset(G, 0, (size_t)nn * sizeof *G);
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, fresh(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    for (i = 0; i < count * nn; i++) CHECK(gX[i] == 0);
+    fresh_done();
+}
+
+/* Commuting matrices: the geometric mean of their eigenvalues, one by one. Two matrices: the middle of the geodesic. Far
+   apart: condition 1e4 (float), 1e9 (double) each, in different directions; wherever it says OK, the gradient is small. */
+static void test_mean(uint64_t *s)
+{
+    roln_real X[COUNT * SNN], M[SNN], Y[SNN], w[ROLN_SPD_MEAN_WORK(SN)];
+    const double decades = ROLN_EPS < ROLN_C(1e-10) ? 9 : 4;
+    int n, i, k;
+    for (n = 1; n <= SN; n++) {
+        memset(X, 0, sizeof X), memset(Y, 0, sizeof Y);
+        for (i = 0; i < n; i++) {
+            ld mean = 0;
+            for (k = 0; k < COUNT; k++) {
+                X[k * n * n + i * (n + 1)] = (roln_real)pow(10, 3 * (double)roln_uniform(s));
+                mean += logl((ld)X[k * n * n + i * (n + 1)]) / COUNT;
+            }
+            Y[i * (n + 1)] = (roln_real)expl(mean);
+        }
+        CHECK(roln_spd_mean(n, COUNT, X, M, w) == ROLN_OK);
+        for (i = 0; i < n; i++) CHECK_NEAR(M[i * (n + 1)] / Y[i * (n + 1)], 1, 16 * EPS);
+        random_spd(n, 0, s, X);
+        random_spd(n, 0, s, X + n * n);
+        CHECK(roln_chol(n, X, Y) == ROLN_OK);
+        CHECK(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), Y, X + n * n, Y, w) == ROLN_OK);
+        CHECK(roln_spd_mean(n, 2, X, M, w) == ROLN_OK);
+        CHECK_BELOW(apart(n * n, M, Y), 64 * (ld)n * EPS);
+        CHECK(roln_spd_mean(n, 1, X, M, w) == ROLN_OK);
+        CHECK_BELOW(apart(n * n, M, X), 16 * (ld)n * EPS);
+        for (k = 0; k < 20 && n > 1; k++) {
+            roln_status st;
+            for (i = 0; i < COUNT; i++) {
+                roln_real Q[SNN], A[SNN], D[SNN], l[SN];
+                int j;
+                random_sym(n, 1, s, A);
+                CHECK(roln_eig(n, A, l, Q, w) == ROLN_OK);
+                memset(D, 0, sizeof D);
+                for (j = 0; j < n; j++) D[j * (n + 1)] = (roln_real)pow(10, decades * j / (n - 1));
+                congruence(n, Q, D, X + i * n * n);
+            }
+            st = roln_spd_mean(n, COUNT, X, M, w);
+            CHECK(st == ROLN_OK);
+            if (st == ROLN_OK) BOUND("mean: gradient where far apart", mean_gradient(n, COUNT, X, M), 0.02);
+        }
+    }
+}
+
+/* ---- statuses: outputs stay as they are ---- */
+
+static void test_status(void)
+{
+    const roln_real nan = (roln_real)NAN, inf = (roln_real)INFINITY;
+    const roln_real one[4] = {1, 0, 0, 1}, half[4] = {1, 0, 0, 0}, singular[4] = {1, 1, 1, 1}, indefinite[4] = {1, 2, 2, 1};
+    const roln_real large[4] = {50, 0, 0, 50}, negative[4] = {-1, 0, 0, -2};
+    const roln_real sevens[8] = {7, 7, 7, 7, 7, 7, 7, 7}, *bad[4];
+    roln_real X[8], Y[8], d, w[ROLN_SPD_MEAN_BWD_WORK(2, 2) + ROLN_SPD_TRANSPORT_WORK(2)], l[2], f[2];
+    const roln_real huge = ROLN_EPS < ROLN_C(1e-10) ? (roln_real)1e200 : (roln_real)1e30;
+    int i, k;
+    bad[0] = half, bad[1] = singular, bad[2] = indefinite, bad[3] = negative;
+    memcpy(Y, sevens, sizeof Y);
+#define REFUSED(call, status) CHECK((call) == (status) && same(8, Y, sevens))
+    for (i = 0; i < 4; i++) {
+        REFUSED(roln_spd_map(2, ROLN_LOG, 0, NULL, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_map(2, ROLN_POWER, ROLN_C(0.5), one, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_map(2, ROLN_POWER, 2, one, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_dist(2, one, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_transport(2, NULL, bad[i], one, Y, w), ROLN_E_NOT_SPD);
+        for (k = 0; k < 2; k++) {
+            memcpy(X + 4 * k, bad[i], sizeof half);
+            memcpy(X + 4 - 4 * k, i == 3 ? large : one, sizeof one); /* positive mean, one that is not */
+            REFUSED(roln_spd_mean(2, 2, X, Y, w), ROLN_E_NOT_SPD);
+            REFUSED(roln_spd_mean_bwd(2, 2, X, one, one, Y, w), ROLN_E_NOT_SPD);
+        }
+        REFUSED(roln_spd_mean(2, 1, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_mean_bwd(2, 1, one, bad[i], one, Y, w), ROLN_E_NOT_SPD);
+    }
+    for (i = 0; i < 12; i++) {
+        memcpy(X, one, sizeof one), memcpy(X + 4, one, sizeof one);
+        X[i % 4] = i < 4 ? nan : i < 8 ? inf : -inf;
+        X[i % 4 % 2 * 2 + i % 4 / 2] = X[i % 4];
+        REFUSED(roln_spd_map(2, ROLN_EXP, 0, NULL, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_map(2, ROLN_LOG, 0, one, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_frame(2, one, X, Y, Y + 4, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_dist(2, NULL, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_transport(2, one, X, one, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_transport(2, one, one, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_mean(2, 2, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_mean_bwd(2, 2, X, one, one, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_mean_bwd(2, 1, one, one, X, Y, w), ROLN_E_NOT_FINITE);
+    }
+    X[0] = 0, X[1] = X[2] = 0, X[3] = 1; /* a base point that is none */
+    REFUSED(roln_spd_map(2, ROLN_LOG, 0, X, one, Y, w), ROLN_E_NOT_FINITE);
+    REFUSED(roln_spd_map(2, ROLN_EXP, 0, NULL, large, Y, w), ROLN_E_RANGE);
+    for (i = 0; i < 4; i++) X[i] = huge * one[i];
+    REFUSED(roln_spd_map(2, ROLN_POWER, 2, NULL, X, Y, w), ROLN_E_NOT_FINITE); /* overflow */
+    REFUSED(roln_spd_map(2, ROLN_POWER, nan, NULL, one, Y, w), ROLN_E_NOT_FINITE);
+
+    /* values, one by one: the limit of NOT_SPD, order of checks, f untouched */
+    l[1] = 1, l[0] = 2 * ROLN_EPS, f[0] = f[1] = 7;
+    CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_E_NOT_SPD && f[0] == 7 && f[1] == 7);
+    l[0] *= ROLN_C(1.001);
+    CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_OK && f[1] == 0);
+    f[0] = f[1] = 7, l[0] = 1 / huge, l[1] = l[0] * 2;
+    CHECK(roln_map_values(2, ROLN_POWER, -2, l, f) == ROLN_E_NOT_FINITE && f[0] == 7 && f[1] == 7);
+    l[1] = inf;
+    CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_E_NOT_FINITE && f[0] == 7);
+    CHECK(roln_map_values(2, ROLN_EXP, 0, l, f) == ROLN_E_NOT_FINITE && f[0] == 7);
+    l[0] = 0, l[1] = 41;
+    CHECK(roln_map_values(2, ROLN_EXP, 0, l, f) == ROLN_E_RANGE && f[0] == 7);
+
+    /* scales: near both ends of the exponents nothing is lost */
+    for (i = 0; i < 2; i++) {
+        const roln_real c = i ? huge * 64 : 1 / huge / 64;
+        const roln_real B[4] = {2 * c, c, c, 3 * c};
+        roln_real A[4];
+        CHECK(roln_spd_map(2, ROLN_POWER, ROLN_C(0.5), NULL, B, X, w) == ROLN_OK);
+        roln_mm(2, 2, 2, X, X, X + 4);
+        for (k = 0; k < 4; k++) CHECK_NEAR(X[4 + k] / c, B[k] / c, 16 * EPS);
+        CHECK(roln_chol(2, B, A) == ROLN_OK);
+        for (k = 0; k < 4; k++) X[k] = B[k], X[4 + k] = 2 * B[k];
+        CHECK(roln_spd_dist(2, A, X + 4, &d, w) == ROLN_OK);
+        CHECK_NEAR(d, sqrtl(2) * logl(2), 16 * EPS);
+        CHECK(roln_spd_mean(2, 2, X, Y, w) == ROLN_OK);
+        for (k = 0; k < 4; k++) CHECK_NEAR(Y[k] / c, sqrtl(2) * (ld)(B[k] / c), 32 * EPS);
+    }
+}
+
+#ifdef ROLN_DOUBLE
+/* ---- the library against itself: central differences of its own values, halving the step quarters the error ---- */
+
+typedef struct {
+    int what, n, count, map;
+    double p, P[SNN], X[COUNT * SNN], U[SNN], G[SNN];
+} own_case;
+
+static double own_value(void *ctx)
+{
+    own_case *c = (own_case *)ctx;
+    double P[SNN], X[COUNT * SNN], U[SNN], Y[SNN], w[ROLN_SPD_MEAN_WORK(SN) + ROLN_SPD_TRANSPORT_WORK(SN)], d = 0;
+    const int n = c->n, nn = n * n;
+    int i, k;
+    for (i = 0; i < nn; i++) {
+        P[i] = (c->P[i] + c->P[i % n * n + i / n]) / 2;
+        U[i] = (c->U[i] + c->U[i % n * n + i / n]) / 2;
+        for (k = 0; k < c->count; k++) X[k * nn + i] = (c->X[k * nn + i] + c->X[k * nn + i % n * n + i / n]) / 2;
+    }
+    CHECK(roln_chol(n, P, P) == ROLN_OK);
+    switch (c->what) {
+    case MAP: CHECK(roln_spd_map(n, c->map, c->p, P, X, Y, w) == ROLN_OK); break;
+    case INNER: return c->G[0] * roln_spd_inner(n, P, U, X, w);
+    case DIST: CHECK(roln_spd_dist(n, P, X, &d, w) == ROLN_OK); return c->G[0] * d * d / 2;
+    case TRANSPORT: CHECK(roln_spd_transport(n, P, X, U, Y, w) == ROLN_OK); break;
+    case MEAN: CHECK(roln_spd_mean(n, c->count, X, Y, w) == ROLN_OK); break;
+    }
+    return roln_dot(nn, Y, c->G);
+}
+
+static void test_slopes(uint64_t *s)
+{
+    enum { n = 3, nn = n * n };
+    static own_case c;
+    double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn], w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
+    double T[n * nn], D[nn], t[nn], a[nn], b[nn], err[2];
+    int m, i, q;
+    c.n = n, c.count = COUNT;
+    for (i = 0; i < COUNT; i++) random_spd(n, 0, s, c.X + i * nn);
+    random_spd(n, 0, s, c.P), random_sym(n, 1, s, c.U), random_sym(n, 1, s, c.G);
+    CHECK(roln_chol(n, c.P, A) == ROLN_OK);
+    CHECK(roln_spd_frame(n, A, c.X, l, V, W, w) == ROLN_OK);
+    c.what = MAP;
+    for (m = 0; m < MAPS; m++) {
+        c.map = maps[m].map, c.p = maps[m].p;
+        CHECK(roln_map_values(n, c.map, c.p, l, f) == ROLN_OK);
+        roln_map_dd1(n, c.map, c.p, l, f, K);
+        memset(g1, 0, sizeof g1), memset(g2, 0, sizeof g2);
+        roln_spd_map_bwd(n, l, f, K, V, W, c.G, g1, g2, w);
+        check_halving(nn, g1, c.X, 4e-3, own_value, &c);
+        check_halving(nn, g2, c.P, 4e-3, own_value, &c);
+    }
+    CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+    c.what = INNER, memset(g1, 0, sizeof g1), memset(g2, 0, sizeof g2), memset(g3, 0, sizeof g3);
+    roln_spd_inner_bwd(n, A, c.U, c.X, c.G[0], g1, g2, g3, w);
+    check_halving(nn, g1, c.U, 4e-3, own_value, &c);
+    check_halving(nn, g2, c.X, 4e-3, own_value, &c);
+    check_halving(nn, g3, c.P, 4e-3, own_value, &c);
+    c.what = DIST, memset(g1, 0, sizeof g1), memset(g2, 0, sizeof g2);
+    roln_spd_dist_bwd(n, l, f, W, c.G[0], g1, g2, w);
+    check_halving(nn, g1, c.X, 4e-3, own_value, &c);
+    check_halving(nn, g2, c.P, 4e-3, own_value, &c);
+    c.what = TRANSPORT, memset(g1, 0, sizeof g1), memset(g2, 0, sizeof g2), memset(g3, 0, sizeof g3);
+    roln_spd_transport_bwd(n, l, V, W, c.U, c.G, g1, g2, g3, w);
+    check_halving(nn, g1, c.U, 4e-3, own_value, &c);
+    check_halving(nn, g2, c.X, 4e-3, own_value, &c);
+    check_halving(nn, g3, c.P, 4e-3, own_value, &c);
+    c.what = MEAN, memset(g1, 0, sizeof g1);
+    CHECK(roln_spd_mean(n, COUNT, c.X, t, w) == ROLN_OK);
+    CHECK(roln_spd_mean_bwd(n, COUNT, c.X, t, c.G, g1, w) == ROLN_OK);
+    check_halving(COUNT * nn, g1, c.X, 1e-2, own_value, &c);
+
+    /* second derivative of exp: differences of the first along F = G, at E = U */
+    CHECK(roln_spd_frame(n, NULL, c.U, l, V, V, w) == ROLN_OK);
+    roln_exp_dd1(n, l, K);
+    roln_exp_dd2(n, l, K, T);
+    roln_spd_exp_d2(n, T, V, V, c.P, c.G, D, w);
+    for (q = 0; q < 2; q++) {
+        const double h = q ? 5e-3 : 1e-2;
+        err[q] = 0;
+        for (m = 0; m < 2; m++) {
+            for (i = 0; i < nn; i++) t[i] = c.U[i] + (m ? -h : h) * c.G[i];
+            CHECK(roln_spd_frame(n, NULL, t, l, V, V, w) == ROLN_OK);
+            roln_exp_dd1(n, l, K);
+            roln_spd_map_d(n, K, V, V, c.P, m ? b : a, w);
+        }
+        for (i = 0; i < nn; i++) err[q] += fabs((a[i] - b[i]) / (2 * h) - D[i]);
+    }
+    CHECK_NEAR(err[0] / err[1], 4, 0.02);
+}
+#endif
+
+void TEST_NAME(spd)(void)
+{
+    uint64_t seed = 11;
+    int n, m, kind, rep;
+    test_differences();
+    for (n = 1; n <= 4; n++)
+        for (m = 0; m < MAPS; m++)
+            for (kind = 0; kind < KINDS; kind++) {
+                check_map(n, 0, m, kind, &seed);
+                check_map(n, 1, m, kind, &seed);
+            }
+    for (m = 0; m < MAPS; m++) check_map(SN, 1, m, 3, &seed);
+    for (n = 1; n <= SN; n++)
+        for (rep = 0; rep < 4; rep++) {
+            check_exp_d2(n, 0, rep == 3 ? 0 : rep * 0.6L, &seed); /* scale 0: all eigenvalues equal */
+            check_exp_d2(n, 1, rep == 3 ? 0 : rep * 0.6L, &seed);
+        }
+    for (n = 1; n <= SN; n++)
+        for (rep = 0; rep < 20; rep++) check_distances(n, &seed);
+    for (kind = 0; kind < KINDS; kind++) {
+        for (n = 1; n <= SN; n++) check_map_identities(n, kind, &seed);
+        for (n = 1; n <= 4; n++) {
+            check_geometry(n, 0, kind, &seed);
+            check_geometry(n, 1, kind, &seed);
+        }
+        for (n = 1; n <= SN; n++) check_mean(n, n % 2 ? 3 : COUNT, kind, &seed);
+    }
+    test_mean(&seed);
+    test_status();
+#ifdef ROLN_DOUBLE
+    test_slopes(&seed);
+#endif
+    print_bounds();
+}
