@@ -1019,7 +1019,7 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
    numbers: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta; u64 FNV-1a of all before. */
 #define ROLN_FORMAT 2
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 1) + (int)sizeof(roln_real) * (5 + 3 * (n) + (params)) + 8)
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + (int)sizeof(roln_real) * (5 + 3 * (n) + (params)) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -1075,7 +1075,7 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
 }
 
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 1))
+#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
@@ -1085,7 +1085,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, (uint64_t)(8 + md->ae.layers + f->mass.layers + 2 * f->layers + 1), 1);
+    rolni_put(&p, (uint64_t)(8 + md->ae.layers + f->mass.layers + 2 * f->layers), 1);
     rolni_put(&p, (uint64_t)md->scheme, 2);
     rolni_put(&p, (uint64_t)md->inputs, 2);
     rolni_put(&p, (uint64_t)(f->head + 2 * f->base + 4 * f->damping), 2);

@@ -333,7 +333,7 @@ static double joule, V_rest;
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
     roln_real t = 0, v = 0;
-    check(chain_terms(&model, s, NULL, NULL, NULL, &t, &v, &work), "energy");
+    check(chain_terms(&model, s, NULL, NULL, NULL, NULL, &t, &v, &work), "energy");
     *T = joule * (double)t;
     *V = joule * (double)v + V_rest;
 }
@@ -559,7 +559,7 @@ int main(int argc, char **argv)
     for (int k = 0; k < PHASES; k++)
         train(&phases[k], &seed);
     model.dt = STEP;
-    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], &work), "range");
+    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], qd[0], &work), "range");
 
     print_table();
     fit_energy();

@@ -20,7 +20,7 @@ static void add(int n, const roln_real *x)
     for (; n > 0; n--, x++) {
         p = b;
         rolni_put_reals(&p, 1, x);
-        hash = roln_fnv(hash, b, (int)sizeof b);
+        hash = roln_fnv((int)sizeof b, b, hash);
     }
 }
 

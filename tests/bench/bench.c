@@ -316,7 +316,7 @@ static struct {
 /* size: N .. n, 0; networks 64, 64; batches of r->count windows of random samples. */
 static void net_setup(const row *r)
 {
-    const int N = r->size[0], hidden = 128, wide = 64;
+    const int N = r->size[0], wide = 64;
     int l = 0, n, moments = 0, b, sum, grad, update;
     while (r->size[l + 1] > 0)
         l++;
@@ -325,7 +325,7 @@ static void net_setup(const row *r)
     memcpy(net.md.ae.size, r->size, sizeof r->size);
     net.md.ae.slope = ROLN_C(0.41421356);
     net.md.lnn = cloth_model.lnn;
-    net.md.lnn.n = net.md.lnn.mass.size[0] = net.md.lnn.potential.size[0] = n;
+    net.md.lnn.n = net.md.lnn.width[0] = net.md.lnn.mass.size[0] = net.md.lnn.potential.size[0] = n;
     net.md.lnn.mass.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {
@@ -342,7 +342,8 @@ static void net_setup(const row *r)
         moments += roln_block_moments(net.table + b);
     net.params = roln_ae_params(&net.md.ae) + roln_lnn_params(&net.md.lnn);
     sum = rolni_ae_sum(&net.md.ae);
-    grad = ROLN_GRAD_WORK(N, n, sum, hidden, wide, BLOCK, HORIZON, ROLN_STAGES(r->more)); /* more than a tick needs */
+    grad = ROLN_GRAD_WORK(N, n, sum, BLOCK, HORIZON, ROLN_MAX(3, ROLN_STAGES(r->more)), roln_lnn_tape(&net.md.lnn, 2, BLOCK),
+                          ROLN_STEP_WORK(n, n, 0, 0, wide, 2, BLOCK)); /* more than a tick needs */
     update = roln_update_work(net.blocks, net.table);
     free(net.theta), free(net.g), free(net.m), free(net.v), free(net.v_max), free(net.data), free(net.work);
     net.theta = reals(net.params), net.g = reals(net.params), net.m = reals(net.params);
@@ -357,7 +358,7 @@ static void net_setup(const row *r)
 
 static void net_zdd(const row *r)
 {
-    roln_real zdd[MAX_N], *tape = net.work + ROLN_LNN_WORK(10, 64, 1, 1);
+    roln_real zdd[MAX_N], *tape = net.work + ROLN_LNN_WORK(10, 10, 0, 0, 64, 1, 1);
     (void)r;
     must(roln_lnn_zdd(&net.md.lnn, 1, 1, net.theta + roln_ae_params(&net.md.ae), net.data, NULL, zdd, tape, net.work));
 }
@@ -367,7 +368,7 @@ static void net_tick(const row *r)
     static const roln_scale one = {1, 1};
     const int N = r->size[0];
     roln_real z[MAX_N], zd[MAX_N], *q = net.data, *qd = q + N, *out = qd + N;
-    must(roln_encode(&net.md, &one, net.theta, q, qd, z, zd, net.work));
+    must(roln_encode(&net.md, &one, net.theta, q, qd, NULL, z, zd, NULL, net.work));
     must(roln_step(&net.md, &one, net.theta, z, zd, NULL, ROLN_C(1e-3), net.work));
     must(roln_decode(&net.md, &one, net.theta, z, zd, out, out + N, net.work));
 }

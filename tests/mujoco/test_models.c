@@ -129,10 +129,10 @@ static double drift(const any *a, const motion *d, int forces)
         const size_t at = (size_t)(k * d->samples) * (size_t)N;
         roln_real z[16], zd[16], z0[16], tau_z[16], T, V;
         double E0 = 0, work = 0, off = 0, top = 0;
-        if (roln_encode(a->model, a->scale, a->theta, d->q + at, d->qd + at, z, zd, a->work) != ROLN_OK) return 1e9;
+        if (roln_encode(a->model, a->scale, a->theta, d->q + at, d->qd + at, NULL, z, zd, NULL, a->work) != ROLN_OK) return 1e9;
         for (int t = 0; t < d->samples; t++) {
             const roln_real *tau = forces ? d->tau + at + (size_t)(t * N) : NULL;
-            if (roln_terms(a->model, a->scale, a->theta, z, zd, NULL, NULL, NULL, &T, &V, a->work) != ROLN_OK) return 1e9;
+            if (roln_terms(a->model, a->scale, a->theta, z, zd, NULL, NULL, NULL, NULL, &T, &V, a->work) != ROLN_OK) return 1e9;
             if (t == 0) E0 = (double)(T + V);
             top = fmax(top, (double)T);
             off = fmax(off, fabs((double)(T + V) - E0 - work));
@@ -183,7 +183,7 @@ static void test_pend16(void)
     const any a = {&pend16_model, &p.scale, p.theta, work.w};
     double eq, eqd;
     const int count = load(FOLDER "pend16.roln", bytes, sizeof bytes);
-    if (!d.q || !CHECK(pend16_unpack(bytes, count, &p) == ROLN_OK)) return;
+    if (!d.q || !CHECK(pend16_unpack(count, bytes, &p) == ROLN_OK)) return;
     table("pend16 free, n = 4, no forces given", &a, &d, 0);
     printf("  to compare: POD with n = 4 leaves %.1f %%, q + h qd at 25 ms %.2f %%\n", d.pod, trivial(&d, 25));
     CHECK(errors(&a, &d, 0, 25, &eq, &eqd) == ROLN_OK);
@@ -209,7 +209,7 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
             if (truth_mass_pend2(q, Mt) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
-                pend2_terms(p, &z, M, NULL, NULL, NULL, NULL, work) != ROLN_OK)
+                pend2_terms(p, &z, M, NULL, NULL, NULL, NULL, NULL, work) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
                 const double m = (double)(M[i] / (p->scale.q * p->scale.q));
@@ -234,7 +234,7 @@ static void test_pend2(enum truth_system system, const char *file, int forces)
     double eq, eqd, mass;
     char path[256];
     snprintf(path, sizeof path, FOLDER "%s.roln", file);
-    if (!d.q || !CHECK(pend2_unpack(bytes, load(path, bytes, sizeof bytes), &p) == ROLN_OK)) return;
+    if (!d.q || !CHECK(pend2_unpack(load(path, bytes, sizeof bytes), bytes, &p) == ROLN_OK)) return;
     table(file, &a, &d, forces);
     mass = mass_error(&p, &tick, &d, !forces);
     printf("  M error %.3f %%\n", mass);
