@@ -882,7 +882,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLN_BLOCK 16
 #endif
 
-/* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack. */
+/* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack;
+   horizon: longest training window in steps. */
 enum {
     ROLNI_(N0) = ROLNI_AT(0, ROLN_AE),
     ROLNI_(N1) = ROLNI_AT(1, ROLN_AE),
@@ -928,6 +929,7 @@ enum {
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(n) * ROLNI_(n) : 0,
     ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(net_size) + ROLNI_(base_size),
     ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0),
+    ROLNI_(horizon) = ROLN_HORIZON,
     ROLNI_(blocks) = 18,
     ROLNI_(ae_sum) = ROLNI_EACH_LAYER(ROLNI_LAYER_TAPE),
     ROLNI_(work_size) = ROLN_TICK_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(hidden), ROLNI_(wide)),
