@@ -3,15 +3,17 @@
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm
    ./train motion.csv [key=value ...]
 
-   MODEL names a config header (pend16.h: ROLN_NAME pend16 and its sizes, see roln.h). motion.csv has a header line, the
-   columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the next. Training
-   starts at the POD and has three stages, each with a falling learning rate: the autoencoder alone, the acceleration loss,
-   the ODE loss over windows of several steps. Each ends with the weights that predicted held-out trajectories best. They
-   are written as OUT_weights.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: `settings`. */
+   MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has a
+   header line, the columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the
+   next, and its columns may be left out unless torque=1. Training starts at the POD and has three stages, each with a falling
+   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps. Each ends with the
+   weights that predicted held-out trajectories best. They are written as OUT_weights.h (C definition for flash) and OUT.roln
+   (packed bytes). Keys and defaults: `settings`. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -56,13 +58,24 @@ static struct {
     {"from", 0},        /* 1: start from OUT.roln */
 };
 
+/* Message and exit. */
+static void fail(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    exit(1);
+}
+
 static double set(const char *key)
 {
     size_t i;
     for (i = 0; i < sizeof settings / sizeof *settings; i++)
         if (strcmp(settings[i].key, key) == 0) return settings[i].value;
-    fprintf(stderr, "no setting %s\n", key);
-    exit(1);
+    fail("no setting %s", key);
+    return 0;
 }
 
 static double now(void)
@@ -75,7 +88,7 @@ static double now(void)
 static void *room(size_t bytes)
 {
     void *p = calloc(1, bytes ? bytes : 1);
-    if (!p) fprintf(stderr, "out of memory\n"), exit(1);
+    if (!p) fail("out of memory");
     return p;
 }
 
@@ -87,50 +100,84 @@ typedef struct {
     roln_real *q, *qd, *qdd, *tau; /* [samples][N] */
 } motion;
 
+/* dx = dx/dt by central differences inside each trajectory, one-sided at its ends. */
+static void differences(const motion *d, const roln_real *x, roln_real *dx)
+{
+    enum { N = M(N) };
+    int k, i, j;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k]; i < d->first[k + 1]; i++) {
+            const int lo = i > d->first[k] ? i - 1 : i, hi = i + 1 < d->first[k + 1] ? i + 1 : i;
+            for (j = 0; j < N && lo < hi; j++)
+                dx[i * N + j] = (x[hi * N + j] - x[lo * N + j]) / (roln_real)((hi - lo) * d->dt);
+        }
+}
+
+/* Numbers of one line, the first `most` of them into v. Returns how many there are; what is none ends the program. */
+static int read_line(const char *path, int row, const char *line, int most, double *v)
+{
+    const char *p = line;
+    char *end;
+    int n = 0;
+    for (;;) {
+        const double x = strtod(p, &end);
+        if (end == p || !isfinite(x)) fail("%s, line %d: column %d is not a finite number", path, row, n + 1);
+        if (n < most) v[n] = x;
+        n++;
+        p = end + strspn(end, " \t\r\n");
+        if (*p == 0) return n;
+        if (*p == ',') p++;
+    }
+}
+
 static motion read_csv(const char *path)
 {
-    enum { N = M(N), COLUMNS = 1 + 3 * N };
-    static char line[64 * COLUMNS + 64];
+    enum { N = M(N), FREE = 1 + 2 * N, ALL = 1 + 3 * N }; /* columns without and with tau */
+    static char line[64 * ALL + 64];
     motion d = {0, 0, NULL, 0, NULL, NULL, NULL, NULL};
+    double v[ALL], t0 = 0, t1 = 0;
     size_t lines = 0, size;
-    double t0 = 0, t1 = 0;
-    int blank = 1, i, k;
+    int blank = 1, columns = 0, row = 1, i;
     FILE *f = fopen(path, "r");
-    if (!f) fprintf(stderr, "cannot read %s\n", path), exit(1);
+    if (!f) fail("cannot read %s", path);
     while (fgets(line, sizeof line, f)) lines++;
     rewind(f);
     size = lines * N * sizeof(roln_real);
     d.q = room(size), d.qd = room(size), d.qdd = room(size), d.tau = room(size);
     d.first = room((lines + 2) * sizeof *d.first);
-    if (!fgets(line, sizeof line, f)) fprintf(stderr, "%s is empty\n", path), exit(1);
+    if (!fgets(line, sizeof line, f)) fail("%s is empty", path);
     while (fgets(line, sizeof line, f)) {
-        char *p = line, *end;
-        double v[COLUMNS];
-        if (line[0] == '\n' || line[0] == '\r') {
+        int n;
+        row++;
+        if (!strchr(line, '\n') && !feof(f)) fail("%s, line %d is too long for 1 + 3 * %d columns", path, row, (int)N);
+        if (line[strspn(line, " \t\r\n")] == 0) {
             blank = 1;
             continue;
         }
-        for (i = 0; i < COLUMNS; i++, p = end + (*end == ',')) {
-            v[i] = strtod(p, &end);
-            if (end == p) fprintf(stderr, "%s: sample %d has %d columns, not %d\n", path, d.samples, i, COLUMNS), exit(1);
-        }
+        n = read_line(path, row, line, ALL, v);
+        if (columns == 0) columns = n;
+        if (n != columns) fail("%s, line %d has %d columns, the lines before it %d", path, row, n, columns);
+        if (n == FREE && set("torque") > 0) fail("%s has no tau columns, which torque=1 needs", path);
+        if (n != FREE && n != ALL)
+            fail("%s has %d columns, but " STRING(MODEL) " needs %d (t, %d q, %d qd) or %d (and %d tau)", path, n, (int)FREE, (int)N,
+                 (int)N, (int)ALL, (int)N);
         if (blank) d.first[d.trajectories++] = d.samples;
-        else if (d.samples == d.first[d.trajectories - 1] + 1 && d.trajectories == 1) t1 = v[0];
-        if (d.samples == 0) t0 = v[0];
+        if (d.samples == 0) t0 = t1 = v[0];
+        if (d.samples == 1 && d.trajectories == 1) t1 = v[0];
         blank = 0;
         for (i = 0; i < N; i++) {
             d.q[d.samples * N + i] = (roln_real)v[1 + i];
             d.qd[d.samples * N + i] = (roln_real)v[1 + N + i];
-            d.tau[d.samples * N + i] = (roln_real)v[1 + 2 * N + i];
+            if (n == ALL) d.tau[d.samples * N + i] = (roln_real)v[1 + 2 * N + i];
         }
         d.samples++;
     }
     fclose(f);
     d.first[d.trajectories] = d.samples;
     d.dt = t1 - t0;
-    for (k = 0; k < d.trajectories; k++) /* accelerations by central differences, inside each trajectory */
-        for (i = (d.first[k] + 1) * N; i < (d.first[k + 1] - 1) * N; i++)
-            d.qdd[i] = (d.qd[i + N] - d.qd[i - N]) / (roln_real)(2 * d.dt);
+    if (d.samples == 0) fail("%s has no samples", path);
+    if (!(d.dt > 0)) fail("%s: t must grow; its first two samples are %g s apart", path, d.dt);
+    differences(&d, d.qd, d.qdd);
     return d;
 }
 
@@ -193,7 +240,7 @@ static roln_status gradient(int acc, const roln_loss *weights, const roln_batch 
         s[k].acc = acc, s[k].dt = dt, s[k].weights = *weights, s[k].batch = *batch;
         s[k].batch.start = batch->start + from, s[k].batch.count = to - from;
         s[k].gradient = &slice_gradient[k], s[k].work = &slice_work[k];
-        if (k > 0 && pthread_create(&thread[k], NULL, run_slice, &s[k]) != 0) fprintf(stderr, "no thread\n"), exit(1);
+        if (k > 0 && pthread_create(&thread[k], NULL, run_slice, &s[k]) != 0) fail("no thread");
     }
     run_slice(&s[0]);
     for (k = 1; k < SLICES; k++)
@@ -268,7 +315,7 @@ static void stage(const motion *d, int train, int kind, int updates)
         st = gradient(acc, &w, &b, d->dt * stride);
         if (st == ROLN_OK) st = M(update)(&params, &opt, &optimiser, &slice_gradient[0], &slice_work[0]);
         if (st == ROLN_OK) add(&loss, &slice_gradient[0].loss), seen += (double)slice_gradient[0].windows;
-        else if (++refused > 1000) fprintf(stderr, "too many refused updates (status %d)\n", (int)st), exit(1);
+        else if (++refused > 1000) fail("too many refused updates (status %d)", (int)st);
         if ((t + 1) % (updates >= 20 ? updates / 20 : 1) == 0) {
             const double e = validate(d, train, look, held), e25 = kind == AUTOENCODER ? e : validate(d, train, 0.025, held);
             printf("%7d  loss %.2e (q %.1e)  E_q(25 ms) %6.2f %%  E_q(%g s) %6.2f %%  refused %d  %.0f s, %.0f s left\n", t + 1,
@@ -316,17 +363,21 @@ int main(int argc, char **argv)
     char path[512];
     FILE *f;
     int i, train;
-    if (argc < 2) fprintf(stderr, "usage: train motion.csv [test=FILE] [out=PREFIX] [key=value ...]\n"), exit(1);
+    if (argc < 2) fail("usage: train motion.csv [test=FILE] [out=PREFIX] [key=value ...]");
     for (i = 2; i < argc; i++) {
         char *eq = strchr(argv[i], '=');
         size_t k, known = 0;
-        if (!eq) fprintf(stderr, "%s: not key=value\n", argv[i]), exit(1);
+        if (!eq) fail("%s: not key=value", argv[i]);
         *eq = 0;
         if (strcmp(argv[i], "out") == 0) out = eq + 1, known = 1;
         if (strcmp(argv[i], "test") == 0) test = eq + 1, known = 1;
         for (k = 0; k < sizeof settings / sizeof *settings; k++)
-            if (strcmp(settings[k].key, argv[i]) == 0) settings[k].value = atof(eq + 1), known = 1;
-        if (!known) fprintf(stderr, "unknown setting %s\n", argv[i]), exit(1);
+            if (strcmp(settings[k].key, argv[i]) == 0) {
+                char *end;
+                settings[k].value = strtod(eq + 1, &end), known = 1;
+                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
+            }
+        if (!known) fail("unknown setting %s", argv[i]);
     }
     d = read_csv(argv[1]);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
@@ -334,12 +385,12 @@ int main(int argc, char **argv)
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     seed = (uint64_t)set("seed");
     if (M(init_pod)(&params, d.first[train], d.q, d.qd, qbar, &seed, &start_work) != ROLN_OK)
-        fprintf(stderr, "no start from this data\n"), exit(1);
+        fail("no start from this data: it does not move, or its numbers are too large");
     snprintf(path, sizeof path, "%s.roln", out);
     if (set("from") > 0) {
         f = fopen(path, "rb");
         if (!f || M(unpack)(bytes, (int)fread(bytes, 1, sizeof bytes, f), &params) != ROLN_OK)
-            fprintf(stderr, "cannot start from %s\n", path), exit(1);
+            fail("cannot start from %s", path);
         fclose(f);
     }
     params.dt = (roln_real)(d.dt * set("stride"));
@@ -348,7 +399,7 @@ int main(int argc, char **argv)
     stage(&d, train, ODE, (int)set("ode"));
     {
         static M(work) work;
-        if (M(fit_range)(&params, d.first[train], d.q, &work) != ROLN_OK) fprintf(stderr, "no range\n"), exit(1);
+        if (M(fit_range)(&params, d.first[train], d.q, &work) != ROLN_OK) fail("no range");
     }
     table("held-out trajectories", &d, train, d.trajectories);
     if (test) {
