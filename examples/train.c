@@ -256,7 +256,8 @@ static roln_status gradient(int acc, const roln_loss *weights, const roln_batch 
     return st;
 }
 
-/* E_q, E_qd at the end of windows of `samples` samples of d, in steps of `stride`; 1e9 where a roll-out fails. */
+/* E_q, E_qd at the end of windows of `samples` samples of d, in steps of `stride`; 1e9 where a roll-out fails or nothing
+   moves. */
 static void errors(const motion *d, const int *start, int count, int samples, int stride, double *eq, double *eqd)
 {
     roln_error e[2], *last = samples > 0 ? e + 1 : e;
@@ -266,45 +267,97 @@ static void errors(const motion *d, const int *start, int count, int samples, in
     b.count = count, b.steps = steps, b.stride = stride, b.start = start;
     b.q = d->q, b.qd = d->qd, b.tau = set("torque") > 0 ? d->tau : NULL;
     st = M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, e, &slice_work[0]);
-    *eq = st == ROLN_OK ? sqrt((double)(last->q / last->q_var)) : 1e9;
-    *eqd = st == ROLN_OK ? sqrt((double)(last->qd / last->qd_var)) : 1e9;
+    *eq = st == ROLN_OK && last->q_var > 0 ? sqrt((double)(last->q / last->q_var)) : 1e9;
+    *eqd = st == ROLN_OK && last->qd_var > 0 ? sqrt((double)(last->qd / last->qd_var)) : 1e9;
 }
 
-/* E_q after `time` seconds on the trajectories from `from` on. */
-static double validate(const motion *d, int from, double time, int *start)
+/* Samples of a roll-out of `time` seconds in whole steps of `stride` samples; at least one step unless time is 0. */
+static int span(const motion *d, double time, int stride)
 {
-    const int stride = (int)set("stride"), samples = (int)(time / d->dt / stride + 0.5) * stride;
+    const int steps = (int)(time / d->dt / stride + 0.5);
+    return time > 0 && steps < 1 ? stride : steps * stride;
+}
+
+/* Windows of `samples` samples on the trajectories from `from` on. */
+static int held_windows(const motion *d, int from, int samples, int *start)
+{
+    const int count = windows(d, from, d->trajectories, samples, 100, 0, start);
+    if (count == 0)
+        fail("no held-out trajectory is as long as a validation roll-out, %g s: lower look or stride", samples * d->dt);
+    return count;
+}
+
+/* E_q at their ends. */
+static double validate(const motion *d, int from, int samples, int *start)
+{
+    const int count = held_windows(d, from, samples, start);
     double eq, eqd;
-    errors(d, start, windows(d, from, d->trajectories, samples, 100, 0, start), samples, stride, &eq, &eqd);
+    errors(d, start, count, samples, (int)set("stride"), &eq, &eqd);
     return eq;
 }
 
-enum { AUTOENCODER, ACCELERATION, ODE };
+enum { AUTOENCODER, ACCELERATION, ODE, STAGES };
+static const struct {
+    const char *name, *updates, *batch;
+} stages[STAGES] = {{"autoencoder", "ae", "ae_batch"}, {"acceleration loss", "acc", "batch"}, {"ODE loss", "ode", "batch"}};
 
-/* One stage of training; ends with the parameters that predicted best. */
-static void stage(const motion *d, int train, int kind, int updates)
+/* Windows of a stage on the first `train` trajectories. */
+static int stage_windows(const motion *d, int train, int kind, int *start)
 {
-    static const char *name[] = {"autoencoder", "acceleration loss", "ODE loss"};
+    return windows(d, 0, train, kind == ACCELERATION ? 1 : kind == ODE ? (int)(set("steps") * set("stride")) : 0, 1,
+                   kind == ACCELERATION, start);
+}
+
+/* What would stop a later stage, found before the first. */
+static void check(const motion *d, int train)
+{
+    static const char *least_one[] = {"ae_batch", "batch", "steps", "stride"};
+    int *start, kind;
+    size_t i;
+    for (i = 0; i < sizeof least_one / sizeof *least_one; i++)
+        if (!(set(least_one[i]) >= 1)) fail("%s=%g: at least 1", least_one[i], set(least_one[i]));
+    if (train < 1 || train >= d->trajectories)
+        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d->trajectories, set("held"));
+    if (set("look") < 0) fail("look=%g: at least 0", set("look"));
+    if (set("ode") > 0 && set("steps") > M(horizon))
+        fail("steps=%g, but the windows of " STRING(MODEL) " have at most %d: raise ROLN_HORIZON", set("steps"), (int)M(horizon));
+    start = room((size_t)d->samples * sizeof *start);
+    for (kind = 0; kind < STAGES; kind++) {
+        const int count = stage_windows(d, train, kind, start), size = (int)set(stages[kind].batch);
+        if (set(stages[kind].updates) > 0 && count < size)
+            fail("%s: %d windows in the data, but %s=%d", stages[kind].name, count, stages[kind].batch, size);
+    }
+    held_windows(d, train, span(d, set("look"), (int)set("stride")), start);
+    held_windows(d, train, span(d, 0.025, (int)set("stride")), start);
+    free(start);
+}
+
+/* One stage of training; ends with the parameters that predicted best, be it those that it began with. */
+static void stage(const motion *d, int train, int kind)
+{
     const int acc = kind == ACCELERATION, stride = kind == ODE ? (int)set("stride") : 1, steps = kind == ODE ? (int)set("steps") : 0;
-    const int size = (int)set(kind == AUTOENCODER ? "ae_batch" : "batch");
+    const int size = (int)set(stages[kind].batch), updates = (int)set(stages[kind].updates);
     int *start = room((size_t)d->samples * sizeof *start), *held = room((size_t)d->samples * sizeof *held);
-    const int count = windows(d, 0, train, acc ? 1 : steps * stride, 1, acc, start);
-    const double look = kind == AUTOENCODER ? 0 : set("look"), t0 = now();
+    const int count = stage_windows(d, train, kind, start);
+    const int look = kind == AUTOENCODER ? 0 : span(d, set("look"), (int)set("stride"));
+    const int near = kind == AUTOENCODER ? 0 : span(d, 0.025, (int)set("stride"));
     const roln_real rate_ae = (roln_real)(kind == AUTOENCODER ? set("lr_ae") : set("lr_joint") * (kind == ODE ? set("ode_lr") : 1));
     const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
+    const double t0 = now();
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
     roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0}, loss = w;
     uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
-    double seen = 0, best_error = 1e300;
+    double seen = 0, best_error;
     int at = count, t, refused = 0;
-    if (updates == 0) return;
     b.count = size, b.steps = steps, b.stride = stride;
     b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? d->tau : NULL;
     w.q = (roln_real)set("w_q"), w.qd = 1;
     if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc");
     if (kind == ODE) w.zd = w.qd_pred = 1;
     memset(&optimiser, 0, sizeof optimiser);
-    printf("%s: %d windows, %d updates\n", name[kind], count, updates);
+    best = params, best_error = validate(d, train, look, held);
+    printf("%s: %d windows, %d updates from E_q(%.4g ms) %.2f %%\n", stages[kind].name, count, updates, 1e3 * look * d->dt,
+           100 * best_error);
     for (t = 0; t < updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)updates, (roln_real)set("fall"));
         roln_opt opt = ROLN_OPT(rate * rate_ae, rate * rate_net);
@@ -317,10 +370,10 @@ static void stage(const motion *d, int train, int kind, int updates)
         if (st == ROLN_OK) add(&loss, &slice_gradient[0].loss), seen += (double)slice_gradient[0].windows;
         else if (++refused > 1000) fail("too many refused updates (status %d)", (int)st);
         if ((t + 1) % (updates >= 20 ? updates / 20 : 1) == 0) {
-            const double e = validate(d, train, look, held), e25 = kind == AUTOENCODER ? e : validate(d, train, 0.025, held);
-            printf("%7d  loss %.2e (q %.1e)  E_q(25 ms) %6.2f %%  E_q(%g s) %6.2f %%  refused %d  %.0f s, %.0f s left\n", t + 1,
-                   (double)roln_loss_total(&w, &loss) / seen, (double)loss.q / seen, 100 * e25, look, 100 * e, refused,
-                   now() - t0, (now() - t0) * (updates - t - 1) / (t + 1));
+            const double e = validate(d, train, look, held), e_near = near == look ? e : validate(d, train, near, held);
+            printf("%7d  loss %.2e (q %.1e)  E_q(%.4g ms) %6.2f %%  E_q(%.4g s) %6.2f %%  refused %d  %.0f s, %.0f s left\n", t + 1,
+                   (double)roln_loss_total(&w, &loss) / seen, (double)loss.q / seen, 1e3 * near * d->dt, 100 * e_near,
+                   look * d->dt, 100 * e, refused, now() - t0, (now() - t0) * (updates - t - 1) / (t + 1));
             fflush(stdout);
             memset(&loss, 0, sizeof loss);
             seen = 0;
@@ -340,15 +393,17 @@ static void put_file(void *ctx, const char *text)
 static void table(const char *name, const motion *d, int from, int to)
 {
     static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2999};
-    int *start = room((size_t)d->samples * sizeof *start);
+    const int every = span(d, 0.025, 1);
+    int *start = room((size_t)d->samples * sizeof *start), last = -1;
     size_t i;
     printf("%s\n   ms    E_q %%   E_qd %%\n", name);
     for (i = 0; i < sizeof ms / sizeof *ms; i++) {
-        const int samples = (int)(ms[i] * 1e-3 / d->dt + 0.5), count = windows(d, from, to, samples, (int)(0.025 / d->dt + 0.5), 0, start);
+        const int samples = (int)(ms[i] * 1e-3 / d->dt + 0.5), count = windows(d, from, to, samples, every, 0, start);
         double eq, eqd;
-        if (count == 0) continue;
+        if (count == 0 || samples == last) continue;
+        last = samples;
         errors(d, start, count, samples, 1, &eq, &eqd);
-        printf("%5.0f %8.3f %8.3f\n", ms[i], 100 * eq, 100 * eqd);
+        printf("%5.4g %8.3f %8.3f\n", 1e3 * samples * d->dt, 100 * eq, 100 * eqd);
     }
     free(start);
 }
@@ -359,7 +414,7 @@ int main(int argc, char **argv)
     const char *out = STRING(MODEL), *test = NULL;
     const double began = now();
     uint64_t seed;
-    motion d;
+    motion d, unseen = {0, 0, NULL, 0, NULL, NULL, NULL, NULL};
     char path[512];
     FILE *f;
     int i, train;
@@ -380,7 +435,9 @@ int main(int argc, char **argv)
         if (!known) fail("unknown setting %s", argv[i]);
     }
     d = read_csv(argv[1]);
+    if (test) unseen = read_csv(test);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
+    check(&d, train);
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     seed = (uint64_t)set("seed");
@@ -394,27 +451,20 @@ int main(int argc, char **argv)
         fclose(f);
     }
     params.dt = (roln_real)(d.dt * set("stride"));
-    stage(&d, train, AUTOENCODER, (int)set("ae"));
-    stage(&d, train, ACCELERATION, (int)set("acc"));
-    stage(&d, train, ODE, (int)set("ode"));
+    for (i = 0; i < STAGES; i++)
+        if (set(stages[i].updates) >= 1) stage(&d, train, i);
     {
         static M(work) work;
         if (M(fit_range)(&params, d.first[train], d.q, &work) != ROLN_OK) fail("no range");
     }
-    table("held-out trajectories", &d, train, d.trajectories);
-    if (test) {
-        motion t = read_csv(test);
-        table(test, &t, 0, t.trajectories);
-    }
     M(pack)(&params, bytes);
     f = fopen(path, "wb");
-    if (!f || fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes) fprintf(stderr, "cannot write %s\n", path), exit(1);
-    fclose(f);
+    if (!f || fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes || fclose(f) != 0) fail("cannot write %s", path);
     snprintf(path, sizeof path, "%s_weights.h", out);
     f = fopen(path, "w");
-    if (!f) fprintf(stderr, "cannot write %s\n", path), exit(1);
-    M(write)(&params, put_file, f);
-    fclose(f);
+    if (!f || M(write)(&params, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s", path);
     printf("wrote %s.roln and %s_weights.h after %.0f s\n", out, out, now() - began);
+    table("held-out trajectories", &d, train, d.trajectories);
+    if (test) table(test, &unseen, 0, unseen.trajectories);
     return 0;
 }
