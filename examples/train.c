@@ -35,7 +35,7 @@ static struct {
     const char *key;
     double value;
 } settings[] = {
-    {"seed", 1},        /* of weights and shuffling */
+    {"seed", 1},        /* of weights, shuffling and noise */
     {"ae", 20000},      /* updates of the autoencoder alone, on its reconstruction */
     {"acc", 100000},    /* updates with the acceleration loss */
     {"ode", 10000},     /* updates with the ODE loss */
@@ -56,6 +56,8 @@ static struct {
     {"held", 0.1},      /* part of the trajectories held out for validation */
     {"look", 0.1},      /* validation roll-out, s */
     {"from", 0},        /* 1: start from OUT.roln */
+    {"noise", 0},       /* Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q */
+    {"smooth", 0},      /* q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none */
 };
 
 /* Message and exit. */
@@ -159,8 +161,8 @@ static motion read_csv(const char *path)
         if (n != columns) fail("%s, line %d has %d columns, the lines before it %d", path, row, n, columns);
         if (n == FREE && set("torque") > 0) fail("%s has no tau columns, which torque=1 needs", path);
         if (n != FREE && n != ALL)
-            fail("%s has %d columns, but " STRING(MODEL) " needs %d (t, %d q, %d qd) or %d (and %d tau)", path, n, (int)FREE, (int)N,
-                 (int)N, (int)ALL, (int)N);
+            fail("%s has %d columns, but " STRING(MODEL) " needs %d (t, %d q, %d qd) or %d (and %d tau)", path, n, (int)FREE,
+                 (int)N, (int)N, (int)ALL, (int)N);
         if (blank) d.first[d.trajectories++] = d.samples;
         if (d.samples == 0) t0 = t1 = v[0];
         if (d.samples == 1 && d.trajectories == 1) t1 = v[0];
@@ -180,6 +182,65 @@ static motion read_csv(const char *path)
     differences(&d, d.qd, d.qdd);
     return d;
 }
+
+/* ---- noise and smoothing ---- */
+
+/* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints; then qd, qdd as an
+   encoder without tachometer would give them. Returns the standard deviation of the noise. */
+static double add_noise(motion *d, double level, uint64_t seed)
+{
+    enum { N = M(N) };
+    double square = 0, sd;
+    int i, j;
+    for (j = 0; j < N; j++) {
+        double mean = 0;
+        for (i = 0; i < d->samples; i++)
+            mean += (double)d->q[i * N + j] / d->samples;
+        for (i = 0; i < d->samples; i++)
+            square += ((double)d->q[i * N + j] - mean) * ((double)d->q[i * N + j] - mean);
+    }
+    sd = level * sqrt(square / d->samples / N);
+    for (i = 0; i < d->samples * N; i++)
+        d->q[i] += (roln_real)sd * roln_normal(&seed);
+    differences(d, d->q, d->qd);
+    differences(d, d->qd, d->qdd);
+    return sd;
+}
+
+/* Savitzky-Golay: q, qd, qdd of each sample from the least-squares parabola c0 + c1 x + c2 x^2 through q of the samples at
+   x = -half .. half about it; at the ends of a trajectory from its first or last 2 half + 1 samples. */
+static void smooth(motion *d, int half)
+{
+    enum { N = M(N) };
+    const double dt = d->dt;
+    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples * sizeof *y);
+    int k, i, j, x;
+    for (x = -half; x <= half; x++)
+        s2 += (double)x * x, s4 += (double)x * x * x * x;
+    det = s0 * s4 - s2 * s2;
+    for (k = 0; k < d->trajectories; k++) {
+        const int a = d->first[k], b = d->first[k + 1];
+        if (b - a <= 2 * half) fail("smooth=%d needs %d samples, trajectory %d has %d", half, 2 * half + 1, k + 1, b - a);
+        for (j = 0; j < N; j++) {
+            for (i = a; i < b; i++)
+                y[i] = (double)d->q[i * N + j];
+            for (i = a; i < b; i++) {
+                const int mid = i < a + half ? a + half : i > b - 1 - half ? b - 1 - half : i;
+                const double u = i - mid;
+                double y0 = 0, y1 = 0, y2 = 0, c0, c1, c2;
+                for (x = -half; x <= half; x++)
+                    y0 += y[mid + x], y1 += x * y[mid + x], y2 += (double)x * x * y[mid + x];
+                c0 = (s4 * y0 - s2 * y2) / det, c1 = y1 / s2, c2 = (s0 * y2 - s2 * y0) / det;
+                d->q[i * N + j] = (roln_real)(c0 + u * (c1 + u * c2));
+                d->qd[i * N + j] = (roln_real)((c1 + 2 * u * c2) / dt);
+                d->qdd[i * N + j] = (roln_real)(2 * c2 / (dt * dt));
+            }
+        }
+    }
+    free(y);
+}
+
+/* ---- windows ---- */
 
 /* First samples of all windows of trajectories a .. b-1 that reach `reach` samples on; every `every` samples, from `skip`. */
 static int windows(const motion *d, int a, int b, int reach, int every, int skip, int *start)
@@ -311,14 +372,15 @@ static int stage_windows(const motion *d, int train, int kind, int *start)
 /* What would stop a later stage, found before the first. */
 static void check(const motion *d, int train)
 {
-    static const char *least_one[] = {"ae_batch", "batch", "steps", "stride"};
+    static const char *least_one[] = {"ae_batch", "batch", "steps", "stride"}, *least_zero[] = {"look", "noise", "smooth"};
     int *start, kind;
     size_t i;
     for (i = 0; i < sizeof least_one / sizeof *least_one; i++)
         if (!(set(least_one[i]) >= 1)) fail("%s=%g: at least 1", least_one[i], set(least_one[i]));
     if (train < 1 || train >= d->trajectories)
         fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d->trajectories, set("held"));
-    if (set("look") < 0) fail("look=%g: at least 0", set("look"));
+    for (i = 0; i < sizeof least_zero / sizeof *least_zero; i++)
+        if (set(least_zero[i]) < 0) fail("%s=%g: at least 0", least_zero[i], set(least_zero[i]));
     if (set("ode") > 0 && set("steps") > M(horizon))
         fail("steps=%g, but the windows of " STRING(MODEL) " have at most %d: raise ROLN_HORIZON", set("steps"), (int)M(horizon));
     start = room((size_t)d->samples * sizeof *start);
@@ -335,7 +397,8 @@ static void check(const motion *d, int train)
 /* One stage of training; ends with the parameters that predicted best, be it those that it began with. */
 static void stage(const motion *d, int train, int kind)
 {
-    const int acc = kind == ACCELERATION, stride = kind == ODE ? (int)set("stride") : 1, steps = kind == ODE ? (int)set("steps") : 0;
+    const int acc = kind == ACCELERATION;
+    const int stride = kind == ODE ? (int)set("stride") : 1, steps = kind == ODE ? (int)set("steps") : 0;
     const int size = (int)set(stages[kind].batch), updates = (int)set(stages[kind].updates);
     int *start = room((size_t)d->samples * sizeof *start), *held = room((size_t)d->samples * sizeof *held);
     const int count = stage_windows(d, train, kind, start);
@@ -440,10 +503,19 @@ int main(int argc, char **argv)
     check(&d, train);
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    if (set("noise") > 0) /* after `unseen` was read, which stays as it is */
+        printf("noise of standard deviation %.3g added to q\n", add_noise(&d, set("noise"), (uint64_t)set("seed") + 5000));
+    if (set("smooth") >= 1) {
+        printf("q, qd, qdd smoothed over %d samples\n", 2 * (int)set("smooth") + 1);
+        smooth(&d, (int)set("smooth"));
+    }
     seed = (uint64_t)set("seed");
     if (M(init_pod)(&params, d.first[train], d.q, d.qd, qbar, &seed, &start_work) != ROLN_OK)
         fail("no start from this data: it does not move, or its numbers are too large");
     snprintf(path, sizeof path, "%s.roln", out);
+    f = fopen(path, "ab"); /* now rather than after the training */
+    if (!f) fail("cannot write %s", path);
+    fclose(f);
     if (set("from") > 0) {
         f = fopen(path, "rb");
         if (!f || M(unpack)(bytes, (int)fread(bytes, 1, sizeof bytes, f), &params) != ROLN_OK)
@@ -464,7 +536,8 @@ int main(int argc, char **argv)
     f = fopen(path, "w");
     if (!f || M(write)(&params, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s", path);
     printf("wrote %s.roln and %s_weights.h after %.0f s\n", out, out, now() - began);
-    table("held-out trajectories", &d, train, d.trajectories);
+    table(set("noise") > 0 || set("smooth") >= 1 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
+          d.trajectories);
     if (test) table(test, &unseen, 0, unseen.trajectories);
     return 0;
 }
