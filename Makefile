@@ -43,11 +43,16 @@ clean:
 
 # ---- tests ----
 
-PACKAGES = gcc g++ clang libclang-rt-14-dev make pkg-config libmujoco-dev libhdf5-dev
-deps:
-	@missing=; for p in $(PACKAGES); do dpkg -s $$p > /dev/null 2>&1 || missing="$$missing $$p"; done; \
-	if [ -n "$$missing" ]; then sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
-	    $$sudo apt-get update -q && DEBIAN_FRONTEND=noninteractive $$sudo apt-get install -y -q $$missing; fi
+# the sanitizers of clang are a package with clang's version in its name, or, on other systems, part of clang
+PACKAGES = gcc g++ clang make pkg-config libmujoco-dev libhdf5-dev
+deps: | build
+	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \
+	set --; for p in $(PACKAGES); do dpkg -s $$p > /dev/null 2>&1 || set -- "$$@" $$p; done; \
+	if [ $$# -gt 0 ]; then get "$$@" || exit 1; fi; \
+	echo 'int main(void) { return 0; }' > build/deps.c; \
+	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
+	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
 
 test: build/test build/test_asan build/test_msan build/test_mujoco build/generate
 	sh tests/run.sh

@@ -1342,7 +1342,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLN_BLOCK 16
 #endif
 
-/* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack. */
+/* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack;
+   horizon: longest training window in steps. */
 enum {
     ROLNI_(N0) = ROLNI_AT(0, ROLN_AE),
     ROLNI_(N1) = ROLNI_AT(1, ROLN_AE),

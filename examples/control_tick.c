@@ -39,8 +39,7 @@ static roln_status control_tick(controller *c, const chain_state *x, roln_real t
     memset(tau, 0, N * sizeof *tau);
     st = chain_encode(&chain_weights, x, &s, &c->work); /* z = rho(q), zd = D(q) qd */
     if (st != ROLN_OK) return st;
-    for (int i = 0; i < n; i++) /* never trust the model where it was not trained */
-        if (s.z[i] < chain_weights.z_min[i] || s.z[i] > chain_weights.z_max[i]) return ROLN_E_RANGE;
+    if (!chain_in_range(&chain_weights, &s)) return ROLN_E_RANGE; /* never trust the model where it was not trained */
     st = chain_terms(&chain_weights, &s, NULL, NULL, g, NULL, NULL, &c->work); /* g = dV/dz */
     if (st != ROLN_OK) return st;
     for (int i = 0; i < n; i++) { /* tau_z = g - Kp (z - z_ref) - Kd zd */

@@ -1,7 +1,12 @@
 /* pend2.h - double pendulum, full order: no autoencoder (tests/mujoco). */
+#ifndef PEND2_H
+#define PEND2_H
+
 #define ROLN_NAME pend2
 #define ROLN_AE 2
 #define ROLN_MLP 64, 64
 #define ROLN_STEP rk4
 #define ROLN_HORIZON 16
 #include "roln.h"
+
+#endif

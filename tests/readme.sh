@@ -1,5 +1,6 @@
 #!/bin/sh
-# Every C block of README.md compiles without a warning, links and runs; every example compiles with the line it gives.
+# Every C block of README.md, saved under the name in its first line, and every example compile with the lines `cc ...` that
+# README.md and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train nothing run.
 cd "$(dirname "$0")/.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
@@ -14,19 +15,28 @@ check() {
         cat build/readme/log
     fi
 }
-awk '/^```c$/ { n++; on = 1; next } /^```$/ { on = 0 } on { print > ("build/readme/block" n ".c") }' README.md
-for f in build/readme/block*.c; do
-    check "gcc -std=c99 -O1 -Wall -Wextra -Wconversion -Wdouble-promotion -Werror -I. -Iexamples $f -o build/readme/block -lm && build/readme/block"
+# block n of README.md is build/readme/NAME.c if it begins with /* NAME.c, else blockn.c
+awk '/^```c$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
+     on && file == "" { file = "block" n ".c"; if ($1 == "/*" && $2 ~ /^[a-z_]+[.]c$/) file = $2 }
+     on { print > ("build/readme/" file) }' README.md
+blocks=$(cd build/readme && echo *.c)
+lines=$(sed -n 's/^ *\(cc -std=[^*]*\).*/\1/p' README.md examples/*.c | sed 's/ *$//' | sort -u)
+# no example and no block without its line, no line twice in different words
+for f in $blocks examples/*.c; do
+    check "[ \$(echo '$lines' | grep -c ' $f ') -eq 1 ]"
 done
-warn='-D_POSIX_C_SOURCE=200809L -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Wvla -Werror'
+warn='-O1 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Wvla -Werror'
+lines="$lines
+$(echo "$lines" | sed -n 's/pend16/pend2/p')"
 for cc in gcc clang; do
-    for f in pendulum spd control_tick 'train -DMODEL=pend16 -lpthread' 'train -DMODEL=pend2 -lpthread'; do
-        set -- $f
-        check "$cc -std=c99 -O1 $warn -I. -Iexamples $2 examples/$1.c -o build/readme/$1 $3 -lm"
-    done
+    while read -r line; do # the same line, but for the compiler, the place of what it reads and writes, and the warnings
+        check "$(echo "$line" | sed "s|^cc |$cc $warn |; s| -O3 | |; s| -o | -o build/readme/|; s| \([a-z_]*[.]c\) | build/readme/\1 |")"
+    done << END
+$lines
+END
 done
-for f in spd control_tick; do
-    check "build/readme/$f"
+for f in $blocks spd.c control_tick.c; do
+    check "build/readme/${f%.c}"
 done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -1,6 +1,7 @@
 #!/bin/sh
 # run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
-# A step is a command whose last line is `N passed, N failed`; its output is in build/log/.
+# A step is a command whose last line is `N passed, N failed`; its output is in build/log/. Nothing passed, nothing failed
+# is a failure.
 cd "$(dirname "$0")/.." || exit 1
 mkdir -p build/log
 passed=0
@@ -15,7 +16,8 @@ step() {
     last=$(grep -E '^[0-9]+ passed, [0-9]+ failed' "build/log/$name" | tail -n 1)
     p=$(echo "$last" | sed -n 's/^\([0-9]*\) passed.*/\1/p')
     f=$(echo "$last" | sed -n 's/.* \([0-9]*\) failed.*/\1/p')
-    if [ -z "$p" ] || { [ "$code" -ne 0 ] && [ "${f:-0}" -eq 0 ]; }; then # crashed, or did not even start
+    # crashed, did not even start, or tested nothing
+    if [ -z "$p" ] || { [ "$f" -eq 0 ] && { [ "$code" -ne 0 ] || [ "$p" -eq 0 ]; }; }; then
         p=${p:-0}
         f=1
     fi

@@ -3,22 +3,9 @@
 cd "$(dirname "$0")/.." || exit 1
 warn='-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Werror'
 strict='-Wstrict-prototypes -Wmissing-prototypes'
-mkdir -p build
-cat > build/models.h << 'END'
-#define ROLN_NAME big
-#define ROLN_AE 600, 128, 64, 32, 10
-#define ROLN_MLP 64, 64
-#include "roln.h"
-#define ROLN_NAME small
-#define ROLN_AE 2
-#define ROLN_MLP 8
-#define ROLN_BASE 1
-#define ROLN_STEP midpoint
-#include "roln.h"
-END
 passed=0
 failed=0
-for header in roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h build/models.h; do
+for header in roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h tests/models.h; do
     for type in '' -DROLN_DOUBLE -DROLN_SIMD=0; do
         for cc in "gcc -std=c99 -xc $strict" "clang -std=c99 -xc $strict" 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
             for level in -O0 -O2; do
