@@ -6,7 +6,8 @@
    MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has a
    header line, the columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the
    next, and its columns may be left out unless torque=1. Training starts at the POD and has three stages, each with a falling
-   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps. Each ends with the
+   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps
+   (or, with positions=1, the variational loss, which needs no velocities). Each ends with the
    weights that predicted held-out trajectories best. They are written as OUT_weights.h (C definition for flash) and OUT.roln
    (packed bytes). Keys and defaults: `settings`. */
 
@@ -52,6 +53,9 @@ static struct {
     {"clip", 10},       /* bound of the gradient norm */
     {"w_q", 2},         /* weight of the reconstruction of q */
     {"w_acc", 0.1},     /* weight of the accelerations in the acceleration loss */
+    {"w_pos", 0},       /* weight of the predicted positions (z and q) in the ODE loss */
+    {"positions", 0},   /* 1: the ODE stage sees positions only (variational loss) */
+    {"scaled", 0},      /* 1: each loss term over the variance of its data */
     {"torque", 0},      /* 1: use the tau columns, 0: no force does work */
     {"held", 0.1},      /* part of the trajectories held out for validation */
     {"look", 0.1},      /* validation roll-out, s */
@@ -416,7 +420,15 @@ static void stage(const motion *d, int train, int kind)
     b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? d->tau : NULL;
     w.q = (roln_real)set("w_q"), w.qd = 1;
     if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc");
-    if (kind == ODE) w.zd = w.qd_pred = 1;
+    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
+    if (kind == ODE && set("positions") > 0) b.qd = NULL, w.z = w.q_pred = 1;
+    if (set("scaled") > 0) {
+        roln_loss var;
+        roln_batch all = b;
+        all.count = count, all.steps = 0, all.start = start;
+        if (M(variance)(&params, &all, &var, &slice_work[0]) != ROLN_OK) fail("data without variance");
+        roln_loss_divide(&w, &var);
+    }
     memset(&optimiser, 0, sizeof optimiser);
     best = params, best_error = validate(d, train, look, held);
     printf("%s: %d windows, %d updates from E_q(%.4g ms) %.2f %%\n", stages[kind].name, count, updates, 1e3 * look * d->dt,
