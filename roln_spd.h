@@ -146,6 +146,7 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
 /* Only + - * / and operations on bits: the same result on every target (contraction off). exp, softplus
    and sigmoid have no branch, so that a loop over them becomes vector code under strict flags; NaN and
    range ends are selected in integers, and rounding goes through int, so -ffast-math leaves them whole.
+   roln_log1p and the scalar softplus and sigmoid are here for use without roln.h.
    Worst error in ulp, denormals included (float: every float; double: 7 10^7 points, random and at the ends):
 
                  exp   expm1   log    log1p   sinhc   softplus   sigmoid
@@ -307,7 +308,7 @@ ROLN_FN roln_real roln_log(roln_real x)
     return f + (roln_real)k * ROLNI_LN2HI;
 }
 
-/* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. For use without roln.h, which has softplus. */
+/* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. */
 ROLN_FN roln_real roln_log1p(roln_real x)
 {
     roln_real u = ROLN_C(1.0) + x, c = ROLN_C(0.0);
@@ -1036,7 +1037,7 @@ ROLN_FN roln_real rolni_map(int map, roln_real p, roln_real x)
 }
 
 /* f_i = f(l_i), i < n. l [n] ascending in, f [n] out, may be l, written only on ROLN_OK. p = 1/2: square root, -1/2: its
-   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l) within 2 (1 + |p log l|) ulp.
+   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 0.9 (1 + |p log l|) eps.
    exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real *l, roln_real *f)
 {
@@ -1083,8 +1084,9 @@ ROLN_FN roln_real rolni_power_dd1(roln_real p, roln_real a, roln_real b, roln_re
     return ROLN_ABS(x) >= 1 ? (fa - fb) / (a - b) : d * (ROLN_SQRT(fa) * ROLN_SQRT(fb)) * roln_sinhc(ROLN_C(0.5) * x);
 }
 
-/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i). l, f [n] in, from roln_map_values; K [n][n] out, symmetric.
-   No difference of close numbers: at every gap within 4 ulp (exp, log, powers 1/2, -1/2, -1), else 4 beyond the error of f. */
+/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i), without a difference of close numbers. Worst errors over 10^7
+   pairs at gaps from 0 to 400 l, in eps, float and double alike: log 1.9, powers 1/2: 1.3, -1/2: 3.3, -1: 1.5, 2: 3.5, other p:
+   4.8 (1 + |p log l|); exp as roln_exp_dd1. l, f [n] in, from roln_map_values; K [n][n] out, symmetric to the bit. */
 ROLN_FN void roln_map_dd1(int n, int map, roln_real p, const roln_real *l, const roln_real *f, roln_real *K)
 {
     int i, j;
