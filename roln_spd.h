@@ -146,6 +146,7 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
 /* Only + - * / and operations on bits: the same result on every target (contraction off). exp, softplus
    and sigmoid have no branch, so that a loop over them becomes vector code under strict flags; NaN and
    range ends are selected in integers, and rounding goes through int, so -ffast-math leaves them whole.
+   roln_log1p and the scalar softplus and sigmoid are here for use without roln.h.
    Worst error in ulp, denormals included (float: every float; double: 7 10^7 points, random and at the ends):
 
                  exp   expm1   log    log1p   sinhc   softplus   sigmoid
@@ -307,7 +308,7 @@ ROLN_FN roln_real roln_log(roln_real x)
     return f + (roln_real)k * ROLNI_LN2HI;
 }
 
-/* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. For use without roln.h, which has softplus. */
+/* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. */
 ROLN_FN roln_real roln_log1p(roln_real x)
 {
     roln_real u = ROLN_C(1.0) + x, c = ROLN_C(0.0);
@@ -1036,7 +1037,7 @@ ROLN_FN roln_real rolni_map(int map, roln_real p, roln_real x)
 }
 
 /* f_i = f(l_i), i < n. l [n] ascending in, f [n] out, may be l, written only on ROLN_OK. p = 1/2: square root, -1/2: its
-   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l) within 2 (1 + |p log l|) ulp.
+   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 0.9 (1 + |p log l|) eps.
    exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real *l, roln_real *f)
 {
@@ -1083,8 +1084,9 @@ ROLN_FN roln_real rolni_power_dd1(roln_real p, roln_real a, roln_real b, roln_re
     return ROLN_ABS(x) >= 1 ? (fa - fb) / (a - b) : d * (ROLN_SQRT(fa) * ROLN_SQRT(fb)) * roln_sinhc(ROLN_C(0.5) * x);
 }
 
-/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i). l, f [n] in, from roln_map_values; K [n][n] out, symmetric.
-   No difference of close numbers: at every gap within 4 ulp (exp, log, powers 1/2, -1/2, -1), else 4 beyond the error of f. */
+/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i), without a difference of close numbers. Worst errors over 10^7
+   pairs at gaps from 0 to 400 l, in eps, float and double alike: log 1.9, powers 1/2: 1.3, -1/2: 3.3, -1: 1.5, 2: 3.5, other p:
+   4.8 (1 + |p log l|); exp as roln_exp_dd1. l, f [n] in, from roln_map_values; K [n][n] out, symmetric to the bit. */
 ROLN_FN void roln_map_dd1(int n, int map, roln_real p, const roln_real *l, const roln_real *f, roln_real *K)
 {
     int i, j;
@@ -1376,70 +1378,87 @@ ROLN_FN void roln_spd_transport_bwd(int n, const roln_real *l, const roln_real *
         roln_congr_t(n, W, u, g_P, t);
 }
 
-/* At M = A A^T: G = mean of log(S_i), S_i = A^-1 X_i A^-T, minus the gradient of half the mean squared distance; *step =
-   2 / (1 + h), the best for a Hessian between 1 and h = mean of c(l_min, l_max), c(a, b) = log[a, b] (a + b) / 2; *noise
-   bounds the rounding of G, 8 n eps (mean of sum_jk (A^-1)_jk^2 (X_i)_kk / l_min(S_i) + sum |log l|). */
-ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *A, const roln_real *X, roln_real *G, roln_real *step,
-                                       roln_real *noise, roln_real *work)
+/* At M, R R^T = M^-1: G = mean of log(S_i), S_i = R X_i R^T, minus the gradient of half the mean squared distance; the
+   Hessian lies between 1 and *h = mean of c(l_min, l_max), c(a, b) = log[a, b] (a + b) / 2; *noise bounds the rounding of G,
+   8 n eps (mean of (sum_jk R_jk^2 (X_i)_kk / l_min + sum |log l|) + h sum_jk R_jk^2 M_kk). */
+ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, const roln_real *M, const roln_real *R, roln_real *G,
+                                       roln_real *h, roln_real *noise, roln_real *work)
 {
-    roln_real *R = work, *Q = R + n * n, *l = Q + n * n, *f = l + n, *t = f + n, h = 0, e = 0;
+    const roln_real share = 1 / (roln_real)count;
+    roln_real *Q = work, *l = Q + n * n, *f = l + n, *t = f + n, sum_c = 0, e = 0;
     roln_status st;
     int c, i;
-    rolni_spd_inv(n, A, R);
     memset(G, 0, (size_t)(n * n) * sizeof *G);
     for (c = 0; c < count; c++, X += n * n) {
         rolni_spd_whiten(n, R, X, Q, t);
         if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
             return st;
         for (i = 0; i < n; i++)
-            e += ROLN_ABS(f[i]), f[i] /= (roln_real)count;
-        rolni_spd_add(n, f, Q, G, t);
-        h += ROLN_C(0.5) * (l[0] + l[n - 1]) * rolni_log_dd1(l[0], l[n - 1]);
+            e += share * ROLN_ABS(f[i]), f[i] *= share;
         for (i = 0; i < n * n; i++)
-            e += R[i] * X[i % n * (n + 1)] * R[i] / l[0];
+            e += share * (R[i] * X[i % n * (n + 1)] * R[i] / l[0]);
+        rolni_spd_add(n, f, Q, G, t);
+        sum_c += ROLN_C(0.5) * (l[0] + l[n - 1]) * rolni_log_dd1(l[0], l[n - 1]);
     }
-    *step = 2 / (1 + h / (roln_real)count);
-    *noise = 8 * (roln_real)n * ROLN_EPS * e / (roln_real)count;
+    *h = share * sum_c;
+    for (i = 0; i < n * n; i++)
+        e += *h * (R[i] * M[i % n * (n + 1)] * R[i]);
+    *noise = 8 * (roln_real)n * ROLN_EPS * e;
     return ROLN_OK;
 }
 
 /* Frechet mean M of X [count][n][n], count >= 1: the minimiser of sum_i d(M, X_i)^2, unique (Karcher 1977). From the
-   arithmetic mean, M <- A exp(step G) A^T (Bini and Iannazzo 2013); the step is halved where |G| does not fall. Ends where
-   |G| is below n eps, or is below its rounding error and falls by less than a tenth, after at most 100 gradients.
+   arithmetic mean, M <- A exp(step G) A^T with the step of Barzilai and Borwein (Iannazzo and Porcelli 2018) within the
+   inverse bounds of the Hessian, halved where |G| does not fall. Ends where |G| is below n eps, or is below its rounding error
+   and falls by less than a tenth, after at most 100 gradients of 12 n^3 count multiply-adds each.
    M [n][n] out, symmetric to the bit, written only on ROLN_OK; may be an X_i. ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: an X_i is not,
-   to working precision, as seen from the mean; ROLN_E_NO_CONVERGENCE. A gradient costs 12 n^3 count multiply-adds. */
+   to working precision, as seen from the mean; ROLN_E_NO_CONVERGENCE. */
 #define ROLN_SPD_MEAN_WORK(n) (9 * (n) * (n) + 4 * (n))
 ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_real *M, roln_real *work)
 {
-    roln_real *best = work, *trial = best + n * n, *A = trial + n * n, *G = A + n * n, *V = G + n * n, *l = V + n * n, *f = l + n;
-    roln_real *t = f + n, norm = -1, g, step = 0, next = 0, noise = 0, next_noise = 0;
+    const int nn = n * n;
+    roln_real *best = work, *trial = best + nn, *A = trial + nn, *R = A + nn, *G = R + nn, *V = G + nn, *l = V + nn, *f = l + n, *t = f + n;
+    roln_real norm = -1, g, step = 0, h = 0, noise = 0, next_noise = 0; /* norm, noise: of best; norm < 0: there is none yet */
     roln_status st;
     int c, i, left;
-    if (!roln_all_finite(count * n * n, X))
+    if (!roln_all_finite(count * nn, X))
         return ROLN_E_NOT_FINITE;
-    for (i = 0; i < n * n; i++)
+    for (i = 0; i < nn; i++)
         for (trial[i] = 0, c = 0; c < count; c++)
-            trial[i] += X[c * n * n + i] / (roln_real)count;
+            trial[i] += X[c * nn + i] / (roln_real)count;
     for (left = 100; left > 0; left--) {
-        st = roln_chol(n, trial, A);
-        if (st == ROLN_OK)
-            st = rolni_spd_mean_log(n, count, A, X, G, &next, &next_noise, t);
+        if ((st = roln_chol(n, trial, A)) == ROLN_OK) {
+            rolni_spd_inv(n, A, R);
+            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, t);
+        }
         if (st != ROLN_OK && norm < 0)
             return st;
-        g = ROLN_SQRT(roln_dot(n * n, G, G));
-        if (st != ROLN_OK || (norm >= 0 && !(g < norm))) {
-            if (norm <= noise)
-                break;
-            step *= ROLN_C(0.5);
-        } else {
+        g = ROLN_SQRT(roln_dot(nn, G, G));
+        if (st == ROLN_OK && (norm < 0 || g < norm)) {
             const int slow = norm >= 0 && norm <= noise && g > ROLN_C(0.9) * norm;
-            memcpy(best, trial, (size_t)(n * n) * sizeof *best);
-            norm = g, step = next, noise = next_noise;
+            if (norm < 0) {
+                step = 2 / (1 + h);
+            } else { /* u = the old G, carried along; s = step u, y = u - G; step <- <s, y> / <y, y> */
+                roln_real *u = best, uG;
+                for (i = 0; i < n; i++)
+                    f[i] *= l[i];
+                roln_spd_form(n, f, V, u, t);
+                rolni_spd_whiten(n, R, u, u, t);
+                uG = roln_dot(nn, u, G);
+                step *= (norm * norm - uG) / (norm * norm - 2 * uG + g * g);
+                step = step > 1 ? 1 : step * h > 1 ? step : 1 / h;
+            }
+            memcpy(best, trial, (size_t)nn * sizeof *best);
+            norm = g, noise = next_noise;
             if (norm <= (roln_real)n * ROLN_EPS || slow)
                 break;
             if ((st = roln_eig(n, G, l, G, t)) != ROLN_OK)
                 return st;
             roln_mm_bt(n, n, n, G, A, V);
+        } else if (norm <= noise) {
+            break;
+        } else {
+            step *= ROLN_C(0.5);
         }
         for (i = 0; i < n; i++)
             f[i] = roln_exp(step * l[i]);
@@ -1447,7 +1466,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
     }
     if (left == 0 && !(norm <= noise))
         return ROLN_E_NO_CONVERGENCE;
-    memcpy(M, best, (size_t)(n * n) * sizeof *M);
+    memcpy(M, best, (size_t)nn * sizeof *M);
     return ROLN_OK;
 }
 

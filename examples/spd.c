@@ -18,7 +18,7 @@ int main(void)
     const roln_real U[n * n] = {ROLN_C(0.5), ROLN_C(0.2), 0, ROLN_C(0.2), ROLN_C(-0.3), ROLN_C(0.4), 0, ROLN_C(0.4), ROLN_C(0.1)};
     const roln_real P[n * n] = {2, 1, 0, 1, 3, 0, 0, 0, 1}, E[n * n] = {0, 1, 0, 1, 0, 0, 0, 0, 1};
     const roln_real bad[n * n] = {1, 2, 0, 2, 1, 0, 0, 0, 1}, h = ROLN_C(0.01);
-    roln_real X[n * n], l[n], Q[n * n], A[n * n], K[n * n], D[n * n], V[n * n], plus[n * n], minus[n * n];
+    roln_real X[n * n], l[n], Q[n * n], A[n * n], K[n * n], D[n * n], V[n * n], plus[n * n], minus[n * n], d;
     roln_real work[ROLN_SPD_MAP_WORK(n)];
 
     roln_spd_map(n, ROLN_EXP, 0, NULL, U, X, work); /* X = exp(U) */
@@ -29,6 +29,10 @@ int main(void)
     roln_chol(n, P, A); /* P = A A^T stands for P^1/2 in exp_P(U) = P^1/2 exp(P^-1/2 U P^-1/2) P^1/2 */
     roln_spd_map(n, ROLN_EXP, 0, A, U, X, work);
     print("exp_P(U)", n, X);
+    roln_spd_dist(n, A, X, &d, work);
+    printf("%-15s %9.5f\n", "its distance", (double)d);
+    roln_spd_map(n, ROLN_LOG, 0, A, X, X, work);
+    print("log_P of it", n, X);
 
     roln_eig(n, U, l, V, work); /* Frechet derivative D exp(U)[E], from the eigenvectors of U */
     roln_exp_dd1(n, l, K);
