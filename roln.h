@@ -601,6 +601,7 @@ typedef struct {
     roln_real q, qd, qdd;                /* reconstruction: phi(rho(q)) - q, J D qd - qd, and of the 3-jet */
     roln_real z, zd, zdd;                /* latent prediction minus encoded data */
     roln_real q_pred, qd_pred, qdd_pred; /* decoded prediction minus data */
+    roln_real force;                     /* inverse dynamics: M zdd + c + g + d - tau_z, of the acceleration loss */
 } roln_loss;
 
 /* Sum of the terms, each times its weight. */
@@ -608,13 +609,13 @@ ROLN_FN roln_real roln_loss_total(const roln_loss *weights, const roln_loss *l)
 {
     return weights->q * l->q + weights->qd * l->qd + weights->qdd * l->qdd + weights->z * l->z + weights->zd * l->zd +
            weights->zdd * l->zdd + weights->q_pred * l->q_pred + weights->qd_pred * l->qd_pred +
-           weights->qdd_pred * l->qdd_pred;
+           weights->qdd_pred * l->qdd_pred + weights->force * l->force;
 }
 
 /* The paper's unit weights: ODE loss over H steps (Eq. 13), acceleration loss (Eq. 12). */
-#define ROLN_ODE_WEIGHTS {1, 1, 0, 0, 1, 0, 0, 1, 0}
-#define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1}
-#define ROLN_POSITION_WEIGHTS {1, 0, 0, 1, 0, 0, 1, 0, 0} /* variational loss: positions only */
+#define ROLN_ODE_WEIGHTS {1, 1, 0, 0, 1, 0, 0, 1, 0, 0}
+#define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1, 0}
+#define ROLN_POSITION_WEIGHTS {1, 0, 0, 1, 0, 0, 1, 0, 0, 0} /* variational loss: positions only */
 
 /* One field of the nb windows from w0, at step h, scaled into X [nb][N]. */
 ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, int w0, int nb, int h, roln_real scale, roln_real *X)
@@ -785,6 +786,7 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
     roln_real *D = rolni_take(&work, 6 * m), *Y = rolni_take(&work, 6 * P); /* [3][both][nb] */
     roln_real *gD = rolni_take(&work, 6 * m), *gY = rolni_take(&work, 6 * P);
     roln_real *tape_e = rolni_take(&work, 3 * nb * sum), *tape_d = rolni_take(&work, 6 * nb * sum);
+    roln_real *tau = rolni_take(&work, 2 * m), *gtau = rolni_take(&work, 2 * m); /* tau_z: inverse dynamics, data */
     roln_real *tape = rolni_take(&work, roln_lnn_tape(lnn, 2, nb));
     rolni_torque f;
     roln_force held, *force = rolni_force_of(md, theta, ts, nb, 1, gtheta, &f, &held, &work);
@@ -798,6 +800,7 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
     roln_ae_encode(ae, 3, nb, theta, X, Z, tape_e);
     if (!roln_all_finite(3 * m, Z)) return ROLN_E_NOT_FINITE;
     if (force) rolni_gather(b, b->tau, roln_force_size(md), w0, nb, 0, sc->q * sc->t * sc->t, ts);
+    if (wt->force > 0 && (st = roln_lnn_inverse(lnn, 2, nb, th, Z, NULL, Z + 2 * m, tau, tape, work)) != ROLN_OK) return st;
     st = rolni_stage(lnn, 2, nb, th, force, Z, sd, tape, work);
     if (st != ROLN_OK) return st;
 
@@ -821,6 +824,15 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
         }
     rolni_square(m, sd + m, Z + 2 * m, 1, wt->zdd, &loss->zdd, gsd + m, gZ + 2 * m);
     rolni_stage_bwd(lnn, nb, th, force, tape, gsd, gZ, gth, work);
+    if (wt->force > 0) { /* inverse dynamics, again for its tape */
+        memset(tau + m, 0, (size_t)m * sizeof *tau);
+        memset(gtau, 0, (size_t)(2 * m) * sizeof *gtau);
+        if (force) force->eval(force->ctx, nb, Z, tau + m);
+        roln_lnn_inverse(lnn, 2, nb, th, Z, NULL, Z + 2 * m, tau, tape, work);
+        rolni_square(m, tau, tau + m, 1, wt->force, &loss->force, gtau, gtau + m);
+        roln_lnn_inverse_bwd(lnn, 0, nb, th, tape, gtau, gZ, NULL, gZ + 2 * m, gth, work);
+        if (force) force->bwd(force->ctx, nb, Z, gtau + m, 1, gZ);
+    }
     roln_ae_encode_bwd(ae, 3, nb, theta, tape_e, gZ, NULL, gtheta, work);
     return ROLN_OK;
 }
@@ -829,7 +841,8 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    acceleration loss over single samples (Eq. 12): encoder, roll-out, decoder, and straight back, the encoded targets not
    detached. Per window, with mean over its samples:
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
-   each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
+   each times its weight of wt. The term `force` belongs to the acceleration loss: where known forces work against gravity and
+   inertia it fixes M and g themselves, whereas zdd only knows M^-1 of them (with tau = 0 it would draw M to 0). Without b->qd the variational loss, of positions only: the first two start the discrete motion
    (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
    equations as a prediction error, H >= 2. Adds the sum over windows to gtheta [params] and the unweighted terms to loss
    (without the prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or
@@ -908,7 +921,7 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
 }
 
 /* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q, qd,
-   qdd, and of the encoded z, zd, zdd; 1 where there are no data. Divide the weights of a loss by it (roln_loss_divide) and
+   qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it (roln_loss_divide) and
    every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE leaves var untouched. */
 ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
                                   roln_loss *var, roln_real *work)
@@ -937,6 +950,7 @@ ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, co
     }
     var->q = var->q_pred = sum[0], var->qd = var->qd_pred = sum[1], var->qdd = var->qdd_pred = sum[2];
     var->z = sum[3], var->zd = sum[4], var->zdd = sum[5];
+    var->force = 1;
     return ROLN_OK;
 }
 
@@ -946,6 +960,7 @@ ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
     a->q /= b->q, a->qd /= b->qd, a->qdd /= b->qdd;
     a->z /= b->z, a->zd /= b->zd, a->zdd /= b->zdd;
     a->q_pred /= b->q_pred, a->qd_pred /= b->qd_pred, a->qdd_pred /= b->qdd_pred;
+    a->force /= b->force;
 }
 
 /* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.

@@ -53,6 +53,7 @@ static struct {
     {"clip", 10},       /* bound of the gradient norm */
     {"w_q", 2},         /* weight of the reconstruction of q */
     {"w_acc", 0.1},     /* weight of the accelerations in the acceleration loss */
+    {"w_force", 0},     /* weight of the inverse dynamics in the acceleration loss, for data with torques */
     {"w_pos", 0},       /* weight of the predicted positions (z and q) in the ODE loss */
     {"positions", 0},   /* 1: the ODE stage sees positions only (variational loss) */
     {"scaled", 0},      /* 1: each loss term over the variance of its data */
@@ -289,7 +290,7 @@ static void add(roln_loss *a, const roln_loss *b)
 {
     a->q += b->q, a->qd += b->qd, a->qdd += b->qdd;
     a->z += b->z, a->zd += b->zd, a->zdd += b->zdd;
-    a->q_pred += b->q_pred, a->qd_pred += b->qd_pred, a->qdd_pred += b->qdd_pred;
+    a->q_pred += b->q_pred, a->qd_pred += b->qd_pred, a->qdd_pred += b->qdd_pred, a->force += b->force;
 }
 
 /* Gradient of one batch into slice_gradient[0]. */
@@ -412,14 +413,14 @@ static void stage(const motion *d, int train, int kind)
     const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
     const double t0 = now();
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
-    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0}, loss = w;
+    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, loss = w;
     uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
     double seen = 0, best_error;
     int at = count, t, refused = 0;
     b.count = size, b.steps = steps, b.stride = stride;
     b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? d->tau : NULL;
     w.q = (roln_real)set("w_q"), w.qd = 1;
-    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc");
+    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
     if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
     if (kind == ODE && set("positions") > 0) b.qd = NULL, w.z = w.q_pred = 1;
     if (set("scaled") > 0) {
