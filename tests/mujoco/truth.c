@@ -556,3 +556,58 @@ int truth_pend16_reduced(const double z[4], double M[16], double *V)
     *V = rig->d->energy[0];
     return 0;
 }
+
+/* ---- a plant for closed loops ---- */
+
+struct truth_plant {
+    const struct rig *rig;                      /* its d is scratch here */
+    mjData *d;
+};
+
+int truth_plant_open(struct truth_plant **p, const double q[16], const double qd[16])
+{
+    const struct rig *rig = rig_of(TRUTH_PEND16_SOFT);
+    *p = rig ? malloc(sizeof **p) : NULL;
+    if (!*p) return -1;
+    (*p)->rig = rig;
+    (*p)->d = mj_makeData(rig->m);
+    if (!(*p)->d) {
+        fprintf(stderr, "truth: out of memory\n");
+        free(*p);
+        *p = NULL;
+        return -1;
+    }
+    put((*p)->d->qpos, 0, 16, q);
+    put((*p)->d->qvel, 0, 16, qd);
+    return 0;
+}
+
+int truth_plant_step(struct truth_plant *p, const double tau[16])
+{
+    put(p->d->qfrc_applied, 0, 16, tau);
+    mj_step(p->rig->m, p->d);
+    return warned(p->d) ? -1 : 0;
+}
+
+void truth_plant_state(const struct truth_plant *p, double q[16], double qd[16])
+{
+    put(q, 0, 16, p->d->qpos);
+    put(qd, 0, 16, p->d->qvel);
+}
+
+void truth_plant_gravity(const struct truth_plant *p, double g[16])
+{
+    const mjModel *m = p->rig->m;
+    mjData *d = p->rig->d;
+    put(d->qpos, 0, 16, p->d->qpos);
+    mju_zero(d->qvel, m->nv);
+    mj_fwdPosition(m, d);
+    mj_fwdVelocity(m, d);
+    put(g, 0, 16, d->qfrc_bias);
+}
+
+void truth_plant_close(struct truth_plant *p)
+{
+    if (p) mj_deleteData(p->d);
+    free(p);
+}

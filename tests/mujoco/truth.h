@@ -54,4 +54,13 @@ int truth_mass_pend2(const double q[2], double M[4]);
 void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
 int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */
 
+/* A plant for closed loops: the system of TRUTH_PEND16_SOFT, couplings by MuJoCo, a force on every joint. Any number
+   of plants side by side. */
+struct truth_plant;
+int truth_plant_open(struct truth_plant **p, const double q[16], const double qd[16]);
+int truth_plant_step(struct truth_plant *p, const double tau[16]);          /* 1 ms, tau held */
+void truth_plant_state(const struct truth_plant *p, double q[16], double qd[16]);
+void truth_plant_gravity(const struct truth_plant *p, double g[16]);        /* dV/dq at its q, without the couplings */
+void truth_plant_close(struct truth_plant *p);
+
 #endif
