@@ -125,36 +125,52 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
 /* ---- laws ---- */
 
 typedef struct { roln_real q[N], qd[N], qdd[N]; } reference;
+typedef roln_status law(const pend16_params *p, const pend16_state *x, const reference *ref, const roln_real *kp,
+                        const roln_real *kd, roln_real *tau, pend16_work *work);
 
-/* tau_z = -Kp e - Kd ed; with `model` nonzero + M zdd_ref + C zd_ref + g. */
-static roln_status latent_force(struct control_model *m, int model, const pend16_latent *s, const reference *ref,
-                                const struct control_gains *k, roln_real tau_z[n])
+/* tau = D^T (-Kp e - Kd ed). */
+static roln_status pd(const pend16_params *p, const pend16_state *x, const reference *ref, const roln_real *kp,
+                      const roln_real *kd, roln_real *tau, pend16_work *work)
 {
-    const roln_ae *ae = &pend16_model.ae;
-    roln_real x[3 * N], r[3 * n], M[n * n], g[n], plus[n], minus[n], tape[3 * pend16_ae_sum];
-    pend16_latent a = *s, b = *s;
-    roln_status st;
+    pend16_state xr;
+    pend16_latent s, r;
+    roln_real tau_z[n];
+    roln_status st = pend16_encode(p, x, &s, work);
+    memcpy(xr.q, ref->q, sizeof xr.q);
+    memcpy(xr.qd, ref->qd, sizeof xr.qd);
+    if (st == ROLN_OK) st = pend16_encode(p, &xr, &r, work);
+    if (st != ROLN_OK) return st;
+    for (int j = 0; j < n; j++) tau_z[j] = -kp[j] * (s.z[j] - r.z[j]) - kd[j] * (s.zd[j] - r.zd[j]);
+    return pend16_lift(p, &s, tau_z, tau, work);
+}
+
+/* tau = D^T (M zdd_ref + C zd_ref + g - Kp e - Kd ed). */
+static roln_status latent(const pend16_params *p, const pend16_state *x, const reference *ref, const roln_real *kp,
+                          const roln_real *kd, roln_real *tau, pend16_work *work)
+{
+    roln_real y[3 * N], r[3 * n], M[n * n], g[n], plus[n], minus[n], tau_z[n], tape[3 * pend16_ae_sum];
+    pend16_latent s, a, b;
+    roln_status st = pend16_encode(p, x, &s, work);
+    if (st != ROLN_OK) return st;
     for (int i = 0; i < N; i++) {
-        x[i] = ref->q[i] / m->p.scale.q;
-        x[N + i] = ref->qd[i] / m->p.scale.q;
-        x[2 * N + i] = ref->qdd[i] / m->p.scale.q;
+        y[i] = ref->q[i] / p->scale.q;
+        y[N + i] = ref->qd[i] / p->scale.q;
+        y[2 * N + i] = ref->qdd[i] / p->scale.q;
     }
-    roln_ae_encode(ae, 3, 1, m->p.theta, x, r, tape);
-    for (int j = 0; j < n; j++)
-        tau_z[j] = -k->kp[j] * (s->z[j] - r[j]) - k->kd[j] * (s->zd[j] - r[n + j]);
-    if (!model) return ROLN_OK;
+    roln_ae_encode(&pend16_model.ae, 3, 1, p->theta, y, r, tape);
+    a = b = s;
     for (int j = 0; j < n; j++) { /* c is a quadratic form of zd: C(zd) w = (c(zd + w) - c(zd - w)) / 4 */
         a.zd[j] += r[n + j];
         b.zd[j] -= r[n + j];
     }
-    st = pend16_terms(&m->p, &a, M, plus, g, NULL, NULL, &m->work);
-    if (st == ROLN_OK) st = pend16_terms(&m->p, &b, NULL, minus, NULL, NULL, NULL, &m->work);
+    st = pend16_terms(p, &a, M, plus, g, NULL, NULL, work);
+    if (st == ROLN_OK) st = pend16_terms(p, &b, NULL, minus, NULL, NULL, NULL, work);
     if (st != ROLN_OK) return st;
     for (int j = 0; j < n; j++) {
-        tau_z[j] += g[j] + (plus[j] - minus[j]) / 4;
+        tau_z[j] = (plus[j] - minus[j]) / 4 + g[j] - kp[j] * (s.z[j] - r[j]) - kd[j] * (s.zd[j] - r[n + j]);
         for (int l = 0; l < n; l++) tau_z[j] += M[n * j + l] * r[2 * n + l];
     }
-    return ROLN_OK;
+    return pend16_lift(p, &s, tau_z, tau, work);
 }
 
 /* A x = y for a symmetric positive-definite A, in place. */
@@ -172,21 +188,26 @@ static void solve(double A[n][n], double y[n])
     }
 }
 
-/* tau = B u with u = G^T (G G^T + mu^2 I)^-1 tau_z, G = J^T B: the motors of joints 0, 4, 8, 12 act on z as tau_z. */
-static roln_status four_motors(struct control_model *m, const pend16_latent *s, const roln_real tau_z[n], roln_real tau[N])
+/* Motors on joints 0, 4, 8, 12 alone, acting on z as tau does: tau becomes B u, u = G^T (G G^T + mu^2 I)^-1 J^T tau with
+   G = J^T B. */
+static roln_status four_motors(const pend16_params *p, const pend16_state *x, roln_real tau[N], pend16_work *work)
 {
-    const double mu = 1e-3;     /* of the size of G */
+    const double mu = 1e-3;     /* of |G| */
     double G[n][n], A[n][n], y[n], size = 0;
-    for (int k = 0; k < n; k++) {
-        roln_real unit[N] = {0}, column[n];
+    roln_real tau_z[n], column[n];
+    pend16_latent s;
+    roln_status st = pend16_encode(p, x, &s, work);
+    if (st == ROLN_OK) st = pend16_reduce(p, &s, tau, tau_z, work);
+    for (int k = 0; k < n && st == ROLN_OK; k++) {
+        roln_real unit[N] = {0};
         unit[4 * k] = 1;
-        const roln_status st = pend16_reduce(&m->p, s, unit, column, &m->work);
-        if (st != ROLN_OK) return st;
-        for (int i = 0; i < n; i++) {
+        st = pend16_reduce(p, &s, unit, column, work);
+        for (int i = 0; i < n && st == ROLN_OK; i++) {
             G[i][k] = (double)column[i];
             size += G[i][k] * G[i][k];
         }
     }
+    if (st != ROLN_OK) return st;
     for (int i = 0; i < n; i++) {
         y[i] = (double)tau_z[i];
         for (int j = 0; j < n; j++) {
@@ -201,36 +222,33 @@ static roln_status four_motors(struct control_model *m, const pend16_latent *s, 
     return ROLN_OK;
 }
 
-/* One tick of a law: tau from the measured state and the reference. */
-static roln_status tick(struct control_model *m, enum control_law law, const pend16_state *x, const reference *ref,
-                        const struct control_gains *k, pend16_latent *s, roln_real tau[N])
+/* Nonzero if z of q lies in the range seen in training. */
+static int in_range(struct control_model *m, const double q[N])
 {
-    const int model = law == CONTROL_LATENT || law == CONTROL_LATENT_4;
-    roln_real tau_z[n];
-    roln_status st = pend16_encode(&m->p, x, s, &m->work);
-    if (st == ROLN_OK) st = latent_force(m, model, s, ref, k, tau_z);
-    if (st != ROLN_OK) return st;
-    if (law == CONTROL_PD_4 || law == CONTROL_LATENT_4) return four_motors(m, s, tau_z, tau);
-    return pend16_lift(&m->p, s, tau_z, tau, &m->work);
+    pend16_state x;
+    pend16_latent s;
+    for (int i = 0; i < N; i++) x.q[i] = (roln_real)q[i], x.qd[i] = 0;
+    return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
 }
 
 /* ---- the loop ---- */
 
-int control_run(struct control_model *m, const struct control_reference *r, enum control_law law,
+int control_run(struct control_model *m, const struct control_reference *r, enum control_law which,
                 const struct control_gains *gains, int steps, struct control_result *result, double *trace)
 {
+    law *const control = which == CONTROL_LATENT || which == CONTROL_LATENT_4 ? latent : pd;
     struct truth_plant *plant;
     struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0};
-    double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N] = {0}, g[N];
+    double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N] = {0}, g[N] = {0};
     int status = 0, early = 0, late = 0;
     control_reference_at(r, 0, qr, qdr, qddr);
     if (truth_plant_open(&plant, qr, qdr)) return -1;
     for (int k = 0; k < steps && status == 0; k++) {
         double e2 = 0;
-        pend16_state x, xr;
-        pend16_latent s, sr;
+        pend16_state x;
         reference ref;
         roln_real f[N];
+        roln_status st;
         truth_plant_state(plant, q, qd);
         control_reference_at(r, k * DT, qr, qdr, qddr);
         for (int i = 0; i < N; i++) {
@@ -239,22 +257,22 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
             if (i % 4 == 0) sum.rms_free += e * e;
             sum.max = fabs(e) <= sum.max ? sum.max : fabs(e);       /* keeps NaN */
             x.q[i] = (roln_real)q[i], x.qd[i] = (roln_real)qd[i];
-            xr.q[i] = ref.q[i] = (roln_real)qr[i], xr.qd[i] = ref.qd[i] = (roln_real)qdr[i];
-            ref.qdd[i] = (roln_real)qddr[i];
+            ref.q[i] = (roln_real)qr[i], ref.qd[i] = (roln_real)qdr[i], ref.qdd[i] = (roln_real)qddr[i];
         }
         sum.rms += e2;
         if (k >= 2000 && k < 12000) sum.early += e2, early++;
         if (k >= steps - 10000) sum.late += e2, late++;
+        sum.outside += !in_range(m, q) || !in_range(m, qr);
         if (trace) memcpy(trace + (size_t)k * N, q, sizeof q);
 
-        if (tick(m, law, &x, &ref, gains, &s, f) != ROLN_OK) sum.bad++;     /* tau stays */
-        else {
-            sum.outside += !(pend16_in_range(&m->p, &s) && pend16_encode(&m->p, &xr, &sr, &m->work) == ROLN_OK &&
-                             pend16_in_range(&m->p, &sr));
-            truth_plant_gravity(plant, g);
-            for (int i = 0; i < N; i++) tau[i] = (double)f[i] + (law == CONTROL_PD_GRAVITY ? g[i] : 0);
+        st = control(&m->p, &x, &ref, gains->kp, gains->kd, f, &m->work);
+        if (st == ROLN_OK && (which == CONTROL_PD_4 || which == CONTROL_LATENT_4)) st = four_motors(&m->p, &x, f, &m->work);
+        if (which == CONTROL_PD_GRAVITY) truth_plant_gravity(plant, g);
+        if (st != ROLN_OK) sum.bad++;                               /* tau stays */
+        for (int i = 0; i < N; i++) {
+            if (st == ROLN_OK) tau[i] = (double)f[i] + g[i];
+            sum.tau += tau[i] * tau[i];
         }
-        for (int i = 0; i < N; i++) sum.tau += tau[i] * tau[i];
         status = truth_plant_step(plant, tau);
     }
     truth_plant_close(plant);
@@ -266,4 +284,15 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
     sum.outside /= steps;
     *result = sum;
     return status;
+}
+
+void control_heading(void)
+{
+    printf("                        error, mrad: rms of 16   of 4 free    largest   first, last 10 s   |tau|, N m   outside   to PD\n");
+}
+
+void control_row(enum control_law which, const struct control_result *r, const struct control_result *pd_result)
+{
+    printf("  %-18s            %10.2f  %10.2f %10.2f %9.2f %8.2f %12.3f %8.1f %%   1/%.1f\n", control_name(which), 1e3 * r->rms,
+           1e3 * r->rms_free, 1e3 * r->max, 1e3 * r->early, 1e3 * r->late, r->tau, 100 * r->outside, pd_result->rms / r->rms);
 }

@@ -7,6 +7,9 @@
 
 #include "../../roln.h"
 
+#define CONTROL_MODEL "tests/mujoco/models/pend16_act.roln"
+enum { CONTROL_REFERENCES = 3 };       /* seeds 1 .. 3 */
+
 enum control_law {
     CONTROL_PD,             /* tau = D^T (-Kp e - Kd ed), e = z - z_ref                                        */
     CONTROL_PD_GRAVITY,     /* plus the plant's true gravity force at the measured q                            */
@@ -46,5 +49,9 @@ struct control_result {
 /* Run for `steps` ms. trace [steps][16]: measured q, or NULL. 0, or -1 with the reason on stderr: the plant failed. */
 int control_run(struct control_model *m, const struct control_reference *r, enum control_law law,
                 const struct control_gains *gains, int steps, struct control_result *result, double *trace);
+
+/* A table on stdout; the last column is the rms error to that of pd. */
+void control_heading(void);
+void control_row(enum control_law law, const struct control_result *r, const struct control_result *pd);
 
 #endif

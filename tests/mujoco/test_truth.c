@@ -79,14 +79,14 @@ static void check_signals(const struct truth_set *s)
             a_max = fmax(a_max, fabs(*a));
             if (!last) dq = fmax(dq, fabs(q[n] - q[0] - h / 2 * (v[0] + v[n])));
             if (!last) dv = fmax(dv, fabs(v[n] - v[0] - h / 2 * (a[0] + a[n])));
-            if (s->system == TRUTH_PEND16_ACT && i % 4) undriven &= u == 0;
+            if ((s->system == TRUTH_PEND16_ACT || s->system == TRUTH_PEND16_PD) && i % 4) undriven &= u == 0;
             else driven |= u != 0;
         }
     }
     CHECK_BELOW(dq / (h * v_max), 5e-4);
     CHECK_BELOW(dv / (h * a_max), 3e-3);
     CHECK(undriven);
-    CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT));
+    CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT || s->system == TRUTH_PEND16_PD));
 }
 
 /* Trajectory b of s is trajectory a of r, bit for bit, in every vector. */
@@ -190,8 +190,8 @@ static void check_h5(const struct truth_set *s)
 
 void test_truth(void)
 {
-    static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT};
-    for (int i = 0; i < 4; i++) {
+    static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT, TRUTH_PEND16_PD};
+    for (int i = 0; i < 5; i++) {
         struct truth_set s;
         struct truth_report r;
         if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT)) continue;
