@@ -27,7 +27,7 @@ static void draw_axes(FILE *f, const axes *a, const char *title, double tick, in
 {
     fprintf(f, "<text x='%g' y='%g' font-weight='bold'>%s</text>\n", a->left, a->top - 12, title);
     for (double v = ceil(a->low / tick) * tick; v <= a->high + 1e-9; v += tick)
-        fprintf(f, "<path d='M%g %.1fh%g' stroke='#e4e4e4'/><text x='%g' y='%.1f' text-anchor='end'>%.3g</text>\n", a->left, at(a, v),
+        fprintf(f, "<path d='M%g %.1fh%g' stroke='#e4e4e4'/><text x='%g' y='%.1f' text-anchor='end'>%.4g</text>\n", a->left, at(a, v),
                 a->width, a->left - 6, at(a, v) + 4, log ? pow(10, v) : fabs(v) < 1e-9 ? 0 : v);
     for (int s = 0; s <= 10; s += 2)
         fprintf(f, "<text x='%g' y='%g' text-anchor='middle'>%d%s</text>\n", a->left + a->width * s / 10, a->top + a->height + 18, s,
@@ -48,7 +48,7 @@ static void draw_joint(FILE *f, const axes *a, int joint)
     double y[SHOWN / EVERY + 1];
     char text[80];
     snprintf(text, sizeof text, "joint %d, rad", joint);
-    draw_axes(f, a, text, .5, 0);
+    draw_axes(f, a, text, .2, 0);
     for (int c = -1; c < 3; c++) {
         for (int k = 0; k <= SHOWN / EVERY; k++) y[k] = c < 0 ? wanted[EVERY * k][joint] : trace[c][EVERY * k][joint];
         snprintf(text, sizeof text, "stroke='%s' stroke-width='%s'", c < 0 ? "#ccc" : colour[c], c < 0 ? "5" : "1.4");
@@ -78,7 +78,7 @@ static void draw_error(FILE *f, const axes *a)
 static int draw(const char *path, int joint0, int joint1)
 {
     static const char *const key[] = {"PD", "PD + true gravity", "latent control"};
-    axes first = {56, 84, 500, 170, -.55, .55}, second = {56, 320, 500, 170, -.55, .55}, error = {640, 84, 236, 406, -2, 3};
+    axes first = {56, 84, 500, 170, 0, 0}, second = {56, 320, 500, 170, 0, 0}, error = {640, 84, 236, 406, -2, 3};
     FILE *f = fopen(path, "w");
     if (!f) {
         perror(path);
@@ -86,17 +86,18 @@ static int draw(const char *path, int joint0, int joint1)
     }
     for (int k = 0; k <= SHOWN; k++)
         for (int c = 0; c < 3; c++) {
-            first.high = fmax(first.high, fabs(trace[c][k][joint0]) + .02);
-            second.high = fmax(second.high, fabs(trace[c][k][joint1]) + .02);
+            first.low = fmin(first.low, trace[c][k][joint0] - .02);
+            first.high = fmax(first.high, trace[c][k][joint0] + .02);
+            second.low = fmin(second.low, trace[c][k][joint1] - .02);
+            second.high = fmax(second.high, trace[c][k][joint1] + .02);
         }
-    first.low = -first.high;
-    second.low = -second.high;
     fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='900' height='526' viewBox='0 0 900 526' font-family='Helvetica, "
                "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='900' height='526' fill='#fff'/>\n"
                "<text x='24' y='32' font-size='16'>16 joints, 4 learned coordinates: tracking at equal gains</text>\n");
     for (int c = -1; c < 3; c++) {
-        const double x = c < 0 ? 440 : 536 + 62 * c + (c == 2 ? 78 : 0);
-        fprintf(f, "<path d='M%g 28h20' stroke='%s' stroke-width='%s'/><text x='%g' y='32'>%s</text>\n", x, c < 0 ? "#ccc" : colour[c],
+        static const int at_x[] = {494, 594, 652, 784};
+        const int x = at_x[c + 1];
+        fprintf(f, "<path d='M%d 28h20' stroke='%s' stroke-width='%s'/><text x='%d' y='32'>%s</text>\n", x, c < 0 ? "#ccc" : colour[c],
                 c < 0 ? "5" : "1.8", x + 26, c < 0 ? "reference" : key[c]);
     }
     draw_joint(f, &first, joint0);
