@@ -95,7 +95,7 @@ static int draw(const char *path, int joint0, int joint1)
                "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='900' height='526' fill='#fff'/>\n"
                "<text x='24' y='32' font-size='16'>16 joints, 4 learned coordinates: tracking at equal gains</text>\n");
     for (int c = -1; c < 3; c++) {
-        static const int at_x[] = {494, 594, 652, 784};
+        static const int at_x[] = {488, 586, 642, 784};
         const int x = at_x[c + 1];
         fprintf(f, "<path d='M%d 28h20' stroke='%s' stroke-width='%s'/><text x='%d' y='32'>%s</text>\n", x, c < 0 ? "#ccc" : colour[c],
                 c < 0 ? "5" : "1.8", x + 26, c < 0 ? "reference" : key[c]);
