@@ -84,7 +84,7 @@ static void check_signals(const struct truth_set *s)
         }
     }
     CHECK_BELOW(dq / (h * v_max), 5e-4);
-    CHECK_BELOW(dv / (h * a_max), 3e-3);
+    if (s->system != TRUTH_PEND16_PD) CHECK_BELOW(dv / (h * a_max), 3e-3);     /* there the torque, and qdd, jump with every sample */
     CHECK(undriven);
     CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT || s->system == TRUTH_PEND16_PD));
 }
@@ -196,7 +196,7 @@ void test_truth(void)
         struct truth_report r;
         if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT)) continue;
         CHECK(truth_check(&s, &r) == 0);
-        CHECK_BELOW(r.residual, 3e-13);
+        CHECK_BELOW(r.residual, systems[i] == TRUTH_PEND16_PD ? 3e-14 * r.force_max : 3e-13);
         CHECK_BELOW(r.ideal, 1e-11);        /* J^T (tau - tau_model) = 0 */
         CHECK_BELOW(r.energy, 2e-7);        /* energy is constant, or changes by the work of the held torques */
         check_signals(&s);
