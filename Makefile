@@ -1,4 +1,5 @@
-# roln: make demo, make swelling (C compiler only), make deps test, make errors, make bench, make models, make install, make clean
+# roln: make demo, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models, make noise,
+#       make install, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -14,7 +15,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo swelling deps test errors models bench install clean
+.PHONY: all demo swelling deps test errors control models noise bench install clean
 all: demo
 
 # ---- what a user does ----
@@ -79,8 +80,9 @@ build/msan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
 build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/main.c tests/check.c
 	$(MSAN) $^ -o $@ -lm
 
-build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c $(TRUTH) tests/check.c \
-                   tests/mujoco/truth.h tests/mujoco/h5.h tests/check.h $(HEADERS) | build
+build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c tests/mujoco/test_control.c \
+                   tests/mujoco/control.c $(TRUTH) tests/check.c tests/mujoco/control.h tests/mujoco/truth.h tests/mujoco/h5.h \
+                   tests/check.h examples/pend16.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
@@ -89,6 +91,16 @@ build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujo
 # error tables of the committed models, on fresh trajectories
 errors: build/test_mujoco
 	./build/test_mujoco
+
+# closed loops around MuJoCo's chain: table and build/control.svg, a minute and a half
+control: build/control
+	./build/control build/control.svg
+build/control: tests/mujoco/closed_loop.c tests/mujoco/control.c tests/mujoco/truth.c tests/mujoco/control.h tests/mujoco/truth.h \
+               examples/pend16.h $(HEADERS) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
+build/fit: tests/mujoco/fit.c tests/mujoco/truth.c tests/mujoco/truth.h examples/pend16.h $(HEADERS) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 # train the committed models again (an hour and a half)
 models: build/generate

@@ -3,11 +3,13 @@
 
 void test_truth(void);
 void test_models(void);
+void test_control(void);
 
 int main(void)
 {
     test_truth();
     test_models();
+    test_control();
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

@@ -21,6 +21,7 @@ static const struct {
     {"pend2_act", 2, 0, 1, 1e-3},
     {"pend16", 16, 4, 1, 1e-3},
     {"pend16_act", 16, 4, 1, 1e-3},
+    {"pend16_pd", 16, 4, 1, 1e-3},
     {"pend16_soft", 16, 0, 1, 1e-3},
 };
 
@@ -166,39 +167,56 @@ static int warned(const mjData *d)
     return 0;
 }
 
-/* ---- torques: a sum of sines on every driven joint ---- */
+/* ---- torques: on every driven joint a sum of sines, or a PD controller that follows one ---- */
 
 struct drive {
     int joints, terms, step;                    /* joint j of the drive is joint step * j of the chain */
     double amplitude[4], frequency[4][3], phase[4][3];
+    double kp[4], kd[4];                        /* 0: the sines are the torque; N m, N m s             */
 };
 
 /* pend2: tau_i = a_i sin(2 pi f t + p); a_0 ~ U(1, 4), a_1 ~ U(.3, 1) N m, f ~ U(.2, 2) Hz; gravity's moments reach
    19.6 and 4.9 N m.
-   pend16: tau_u = a_j sum of 3 sines with f ~ U(.2, 3) Hz; a_j ~ U(.5, 1) * 2 % of gravity's largest moment about the joint. */
+   pend16: tau_u = a_j sum of 3 sines with f ~ U(.2, 3) Hz; a_j ~ U(.5, 1) * 2 % of gravity's largest moment about the joint.
+   pend16_pd: the sines, a_j ~ U(.07, .2) rad, f ~ U(.1, 1.2) Hz, are followed with w ~ U(2, 8) rad/s, zeta ~ U(.2, .7). */
 static struct drive draw_drive(enum truth_system system, uint64_t *state)
 {
     static const double low2[2] = {1, .3}, high2[2] = {4, 1};
-    struct drive v = {0, 0, 1, {0}, {{0}}, {{0}}};
+    static const double inertia[4] = {5, 2.2, .85, .25};   /* about the joint; the last is made stiffer */
+    const int pd = system == TRUTH_PEND16_PD;
+    const double w = pd ? uniform(state, 2, 8) : 0, zeta = pd ? uniform(state, .2, .7) : 0;
+    struct drive v = {0, 0, 1, {0}, {{0}}, {{0}}, {0}, {0}};
     if (system == TRUTH_PEND2_ACT) v.joints = 2, v.terms = 1;
-    if (system == TRUTH_PEND16_ACT) v.joints = 4, v.terms = 3, v.step = 4;
+    if (system == TRUTH_PEND16_ACT || pd) v.joints = 4, v.terms = 3, v.step = 4;
     for (int j = 0; j < v.joints; j++) {
         double length = 2 - .5 * j, moment = 9.81 * length * length / 2;    /* 1 kg/m */
         v.amplitude[j] = v.joints == 2 ? uniform(state, low2[j], high2[j]) : uniform(state, .5, 1) * .02 * moment;
+        if (pd) {
+            v.amplitude[j] = uniform(state, .07, .2);
+            v.kp[j] = w * w * inertia[j];
+            v.kd[j] = 2 * zeta * w * inertia[j];
+        }
         for (int k = 0; k < v.terms; k++) {
-            v.frequency[j][k] = uniform(state, .2, v.joints == 2 ? 2 : 3);
+            v.frequency[j][k] = pd ? uniform(state, .1, 1.2) : uniform(state, .2, v.joints == 2 ? 2 : 3);
             v.phase[j][k] = uniform(state, 0, 2 * PI);
         }
     }
     return v;
 }
 
-static void drive_torque(const struct drive *v, double t, int dof, double *tau)
+/* x, xd: angles and rates of the driven joints. */
+static void drive_torque(const struct drive *v, double t, const double *x, const double *xd, int dof, double *tau)
 {
     memset(tau, 0, (size_t)dof * sizeof *tau);
-    for (int j = 0; j < v->joints; j++)
-        for (int k = 0; k < v->terms; k++)
-            tau[v->step * j] += v->amplitude[j] * sin(2 * PI * v->frequency[j][k] * t + v->phase[j][k]);
+    for (int j = 0; j < v->joints; j++) {
+        double r = 0, rd = 0;
+        for (int k = 0; k < v->terms; k++) {
+            const double w = 2 * PI * v->frequency[j][k], p = w * t + v->phase[j][k];
+            r += v->amplitude[j] * sin(p);
+            rd += v->amplitude[j] * w * cos(p);
+        }
+        tau[v->step * j] = v->kp[j] > 0 ? v->kp[j] * (r - x[j]) + v->kd[j] * (rd - xd[j]) : r;
+    }
 }
 
 /* ---- sets ---- */
@@ -296,7 +314,7 @@ static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, 
     mj_resetData(m, d);
     put(d->qpos, 0, s->dof, q0);
     for (int k = 0; k < s->samples; k++) {
-        drive_torque(v, k * s->dt, s->dof, d->qfrc_applied);
+        drive_torque(v, k * s->dt, d->qpos, d->qvel, s->dof, d->qfrc_applied);
         for (int i = 0; i < stride; i++) {
             mj_checkPos(m, d);
             mj_checkVel(m, d);
@@ -416,7 +434,7 @@ static void run_exact(struct truth_set *s, size_t row0, const struct rig *rig, c
     memcpy(z, z0, sizeof z);
     mj_resetData(rig->m, rig->d);
     for (int k = 0; k < s->samples; k++) {
-        drive_torque(v, k * s->dt, 16, tau_u);
+        drive_torque(v, k * s->dt, z, zd, 16, tau_u);
         reduced_forward(rig, z, zd, tau_u, zdd, qdd);
         mj_energyPos(rig->m, rig->d);
         mj_energyVel(rig->m, rig->d);
@@ -555,4 +573,59 @@ int truth_pend16_reduced(const double z[4], double M[16], double *V)
     reduced_mass(rig, d1, M);
     *V = rig->d->energy[0];
     return 0;
+}
+
+/* ---- a plant for closed loops ---- */
+
+struct truth_plant {
+    const struct rig *rig;                      /* its d is scratch here */
+    mjData *d;
+};
+
+int truth_plant_open(struct truth_plant **p, const double q[16], const double qd[16])
+{
+    const struct rig *rig = rig_of(TRUTH_PEND16_SOFT);
+    *p = rig ? malloc(sizeof **p) : NULL;
+    if (!*p) return -1;
+    (*p)->rig = rig;
+    (*p)->d = mj_makeData(rig->m);
+    if (!(*p)->d) {
+        fprintf(stderr, "truth: out of memory\n");
+        free(*p);
+        *p = NULL;
+        return -1;
+    }
+    put((*p)->d->qpos, 0, 16, q);
+    put((*p)->d->qvel, 0, 16, qd);
+    return 0;
+}
+
+int truth_plant_step(struct truth_plant *p, const double tau[16])
+{
+    put(p->d->qfrc_applied, 0, 16, tau);
+    mj_step(p->rig->m, p->d);
+    return warned(p->d) ? -1 : 0;
+}
+
+void truth_plant_state(const struct truth_plant *p, double q[16], double qd[16])
+{
+    put(q, 0, 16, p->d->qpos);
+    put(qd, 0, 16, p->d->qvel);
+}
+
+void truth_plant_gravity(const struct truth_plant *p, double g[16])
+{
+    const mjModel *m = p->rig->m;
+    mjData *d = p->rig->d;
+    put(d->qpos, 0, 16, p->d->qpos);
+    mju_zero(d->qvel, m->nv);
+    mj_fwdPosition(m, d);
+    mj_fwdVelocity(m, d);
+    put(g, 0, 16, d->qfrc_bias);
+}
+
+void truth_plant_close(struct truth_plant *p)
+{
+    if (p) mj_deleteData(p->d);
+    free(p);
 }

@@ -11,6 +11,7 @@ enum truth_system {
     TRUTH_PEND2_ACT,    /* the same with one sine torque per joint                                      */
     TRUTH_PEND16,       /* 16 rods on the manifold q = phi(z), z in R^4: J^T tau = 0, tau_model = 0      */
     TRUTH_PEND16_ACT,   /* plus tau_u on joints 0,4,8,12: J^T tau = J^T tau_u, tau_model = tau_u         */
+    TRUTH_PEND16_PD,    /* the same, tau_u by a PD controller of these joints along a random reference   */
     TRUTH_PEND16_SOFT,  /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
     TRUTH_SYSTEMS
 };
@@ -53,5 +54,14 @@ int truth_csv(const struct truth_set *s, const char *path);     /* t, q, qd, tau
 int truth_mass_pend2(const double q[2], double M[4]);
 void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
 int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */
+
+/* A plant for closed loops: the system of TRUTH_PEND16_SOFT, couplings by MuJoCo, a force on every joint. Any number
+   of plants side by side. */
+struct truth_plant;
+int truth_plant_open(struct truth_plant **p, const double q[16], const double qd[16]);
+int truth_plant_step(struct truth_plant *p, const double tau[16]);          /* 1 ms, tau held */
+void truth_plant_state(const struct truth_plant *p, double q[16], double qd[16]);
+void truth_plant_gravity(const struct truth_plant *p, double g[16]);        /* dV/dq at its q, without the couplings */
+void truth_plant_close(struct truth_plant *p);
 
 #endif

@@ -1,0 +1,225 @@
+#include "control.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../../examples/pend16.h"
+#include "truth.h"
+
+#define PI 3.14159265358979323846
+#define DT 1e-3
+enum { N = pend16_N, n = pend16_n };
+
+const char *control_name(enum control_law law)
+{
+    static const char *const names[CONTROL_LAWS] = {"PD", "PD + true gravity", "latent", "PD, 4 motors", "latent, 4 motors"};
+    return names[law];
+}
+
+/* ---- references ---- */
+
+static double uniform(uint64_t *seed, double low, double high)
+{
+    return low + (high - low) * (double)roln_uniform(seed);
+}
+
+struct control_reference control_reference(uint64_t seed)
+{
+    struct control_reference r;
+    for (int j = 0; j < n; j++) {
+        const double size = uniform(&seed, .3, .5);
+        double sum = 0;
+        for (int k = 0; k < 3; k++) {
+            sum += r.amplitude[j][k] = uniform(&seed, .3, 1);
+            r.frequency[j][k] = uniform(&seed, .1, .9);
+            r.phase[j][k] = uniform(&seed, 0, 2 * PI);
+        }
+        for (int k = 0; k < 3; k++)
+            r.amplitude[j][k] *= size / sum;
+    }
+    return r;
+}
+
+/* r = s(t/2) sum of sines with s = 10 x^3 - 15 x^4 + 6 x^5; q = phi(z), qd = J zd, qdd = J zdd + Jdot zd. */
+void control_reference_at(const struct control_reference *r, double t, double q[16], double qd[16], double qdd[16])
+{
+    const double x = fmin(t / 2, 1), y = 1 - x;
+    const double s = x * x * x * (10 + x * (6 * x - 15)), sd = 15 * x * x * y * y, sdd = 15 * x * y * (y - x), h = 1e-5;
+    double z[n], zd[n], zdd[n], J[N * n], plus[N * n], minus[N * n], none[N], to[n];
+    for (int j = 0; j < n; j++) {
+        double f = 0, fd = 0, fdd = 0;
+        for (int k = 0; k < 3; k++) {
+            const double w = 2 * PI * r->frequency[j][k], a = r->amplitude[j][k], p = w * t + r->phase[j][k];
+            f += a * sin(p), fd += a * w * cos(p), fdd -= a * w * w * sin(p);
+        }
+        z[j] = s * f;
+        zd[j] = sd * f + s * fd;
+        zdd[j] = sdd * f + 2 * sd * fd + s * fdd;
+    }
+    truth_pend16_phi(z, q, J);
+    for (int j = 0; j < n; j++) to[j] = z[j] + h * zd[j];
+    truth_pend16_phi(to, none, plus);
+    for (int j = 0; j < n; j++) to[j] = z[j] - h * zd[j];
+    truth_pend16_phi(to, none, minus);
+    for (int i = 0; i < N; i++) {
+        qd[i] = qdd[i] = 0;
+        for (int j = 0; j < n; j++) {
+            const int e = n * i + j;
+            qd[i] += J[e] * zd[j];
+            qdd[i] += J[e] * zdd[j] + (plus[e] - minus[e]) / (2 * h) * zd[j];
+        }
+    }
+}
+
+/* ---- the model ---- */
+
+struct control_model {
+    pend16_params p;
+    pend16_work work;
+};
+
+struct control_model *control_load(const char *path)
+{
+    static unsigned char bytes[pend16_packed_size + 1];
+    struct control_model *m = malloc(sizeof *m);
+    FILE *f = fopen(path, "rb");
+    const int count = f ? (int)fread(bytes, 1, sizeof bytes, f) : 0;
+    if (f) fclose(f);
+    if (m && pend16_unpack(count, bytes, &m->p) == ROLN_OK) return m;
+    fprintf(stderr, "%s: no model of examples/pend16.h\n", path);
+    free(m);
+    return NULL;
+}
+
+void control_free(struct control_model *m) { free(m); }
+
+int control_gains(struct control_model *m, double w, double zeta, struct control_gains *g)
+{
+    enum { POSES = 1000 };
+    uint64_t seed = 1;
+    double mean[n] = {0};
+    for (int k = 0; k < POSES; k++) {
+        double x[n], q[N];
+        roln_real M[n * n];
+        pend16_state s;
+        pend16_latent z;
+        for (int j = 0; j < n; j++) x[j] = uniform(&seed, -.5, .5);
+        truth_pend16_phi(x, q, NULL);
+        for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
+        if (pend16_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
+            pend16_terms(&m->p, &z, M, NULL, NULL, NULL, NULL, NULL, &m->work) != ROLN_OK) {
+            fprintf(stderr, "control: no mass matrix\n");
+            return -1;
+        }
+        for (int j = 0; j < n; j++) mean[j] += (double)M[j * (n + 1)] / POSES;
+    }
+    for (int j = 0; j < n; j++) {
+        g->kp[j] = (roln_real)(w * w * mean[j]);
+        g->kd[j] = (roln_real)(2 * zeta * w * mean[j]);
+    }
+    return 0;
+}
+
+/* ---- laws ---- */
+
+/* tau_z of a law: PD alone, or with M zdd_ref + C zd_ref + g. */
+static roln_status law(struct control_model *m, int pd, const pend16_latent *s, const pend16_target *r,
+                       const struct control_gains *g, roln_real tau_z[n])
+{
+    if (!pd) return pend16_control(&m->p, s, r, g->kp, g->kd, tau_z, &m->work);
+    for (int j = 0; j < n; j++) tau_z[j] = -g->kp[j] * (s->z[j] - r->z[j]) - g->kd[j] * (s->zd[j] - r->zd[j]);
+    return ROLN_OK;
+}
+
+/* tau_z to the joints: lifted to all of them, or by the motors of joints 0, 4, 8, 12 alone. */
+static roln_status drive(struct control_model *m, int motors, const pend16_latent *s, const roln_real tau_z[n], roln_real tau[N])
+{
+    static const roln_real B[N * 4] = {[0] = 1, [4 * 4 + 1] = 1, [8 * 4 + 2] = 1, [12 * 4 + 3] = 1};
+    roln_real u[4];
+    roln_status st;
+    if (!motors) return pend16_lift(&m->p, s, tau_z, tau, &m->work);
+    st = pend16_allocate(&m->p, s, 4, B, tau_z, ROLN_C(1e-3), u, &m->work);
+    memset(tau, 0, N * sizeof *tau);
+    for (int k = 0; k < 4 && st == ROLN_OK; k++) tau[4 * k] = u[k];
+    return st;
+}
+
+/* Nonzero if z of q lies in the range seen in training. */
+static int in_range(struct control_model *m, const double q[N])
+{
+    pend16_state x;
+    pend16_latent s;
+    for (int i = 0; i < N; i++) x.q[i] = (roln_real)q[i], x.qd[i] = 0;
+    return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
+}
+
+/* ---- the loop ---- */
+
+int control_run(struct control_model *m, const struct control_reference *r, enum control_law which,
+                const struct control_gains *gains, int steps, struct control_result *result, double *trace)
+{
+    const int pd = which != CONTROL_LATENT && which != CONTROL_LATENT_4, motors = which == CONTROL_PD_4 || which == CONTROL_LATENT_4;
+    struct truth_plant *plant;
+    struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0};
+    double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N] = {0}, g[N] = {0};
+    int status = 0, early = 0, late = 0;
+    control_reference_at(r, 0, qr, qdr, qddr);
+    if (truth_plant_open(&plant, qr, qdr)) return -1;
+    for (int k = 0; k < steps && status == 0; k++) {
+        double e2 = 0;
+        pend16_state x;
+        pend16_latent s;
+        pend16_target ref;
+        roln_real f[N], tau_z[n], aim[3][N];
+        roln_status st;
+        truth_plant_state(plant, q, qd);
+        control_reference_at(r, k * DT, qr, qdr, qddr);
+        for (int i = 0; i < N; i++) {
+            const double e = q[i] - qr[i];
+            e2 += e * e;
+            if (i % 4 == 0) sum.rms_free += e * e;
+            sum.max = fabs(e) <= sum.max ? sum.max : fabs(e);       /* keeps NaN */
+            x.q[i] = (roln_real)q[i], x.qd[i] = (roln_real)qd[i];
+            aim[0][i] = (roln_real)qr[i], aim[1][i] = (roln_real)qdr[i], aim[2][i] = (roln_real)qddr[i];
+        }
+        sum.rms += e2;
+        if (k >= 2000 && k < 12000) sum.early += e2, early++;
+        if (k >= steps - 10000) sum.late += e2, late++;
+        sum.outside += !in_range(m, q) || !in_range(m, qr);
+        if (trace) memcpy(trace + (size_t)k * N, q, sizeof q);
+
+        st = pend16_encode(&m->p, &x, &s, &m->work);
+        if (st == ROLN_OK) st = pend16_aim(&m->p, aim[0], aim[1], aim[2], &ref, &m->work);
+        if (st == ROLN_OK) st = law(m, pd, &s, &ref, gains, tau_z);
+        if (st == ROLN_OK) st = drive(m, motors, &s, tau_z, f);
+        if (which == CONTROL_PD_GRAVITY) truth_plant_gravity(plant, g);
+        if (st != ROLN_OK) sum.bad++;                               /* tau stays */
+        for (int i = 0; i < N; i++) {
+            if (st == ROLN_OK) tau[i] = (double)f[i] + g[i];
+            sum.tau += tau[i] * tau[i];
+        }
+        status = truth_plant_step(plant, tau);
+    }
+    truth_plant_close(plant);
+    sum.rms = sqrt(sum.rms / (steps * N));
+    sum.rms_free = sqrt(sum.rms_free / (steps * n));
+    sum.early = sqrt(sum.early / (early * N));
+    sum.late = sqrt(sum.late / (late * N));
+    sum.tau = sqrt(sum.tau / steps);
+    sum.outside /= steps;
+    *result = sum;
+    return status;
+}
+
+void control_heading(void)
+{
+    printf("                        error, mrad: rms of 16   of 4 free    largest   first, last 10 s   |tau|, N m   outside   to PD\n");
+}
+
+void control_row(enum control_law which, const struct control_result *r, const struct control_result *pd_result)
+{
+    printf("  %-18s            %10.2f  %10.2f %10.2f %9.2f %8.2f %12.3f %8.1f %%   1/%.1f\n", control_name(which), 1e3 * r->rms,
+           1e3 * r->rms_free, 1e3 * r->max, 1e3 * r->early, 1e3 * r->late, r->tau, 100 * r->outside, pd_result->rms / r->rms);
+}
