@@ -24,9 +24,9 @@
 /* ---- 1 configuration ------------------------------------------------------------------------- */
 
 #define ROLN_VERSION_MAJOR 0
-#define ROLN_VERSION_MINOR 1
+#define ROLN_VERSION_MINOR 2
 #define ROLN_VERSION_PATCH 0
-#define ROLN_VERSION "0.1.0"
+#define ROLN_VERSION "0.2.0"
 
 /* Scalar type: float, or double where ROLN_DOUBLE is defined. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */

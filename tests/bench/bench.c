@@ -7,6 +7,24 @@
 #define ROLN_STEP euler
 #include "../../roln.h"
 
+#define ROLN_NAME arm /* the chain of tests/mujoco, with every option of the mechanics */
+#define ROLN_AE 16, 16, 16, 16, 12, 8, 4
+#define ROLN_MLP 64, 64
+#define ROLN_DAMPING 1
+#include "../../roln.h"
+
+#define ROLN_NAME delan
+#define ROLN_AE 10
+#define ROLN_MLP 64, 64
+#define ROLN_MASS cholesky
+#include "../../roln.h"
+
+#define ROLN_NAME gyro
+#define ROLN_AE 10
+#define ROLN_MLP 64, 64
+#define ROLN_LAYERS gyro
+#include "../../roln.h"
+
 #include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -391,6 +409,82 @@ static void net_train(const row *r)
                           net.work));
 }
 
+/* ---- mechanics and control, 16 joints, n = 4 --------------------------------------------------- */
+
+static struct {
+    arm_params p;
+    arm_start start;
+    arm_work work;
+    arm_linwork linwork;
+    arm_guard guard;
+    arm_state x;
+    arm_latent s;
+    arm_target aim;
+    roln_real tau[arm_N], tau_z[arm_n], g[arm_n], zero[3][arm_N], A[64 * arm_N];
+} tick4;
+
+static void arm_setup(const row *r)
+{
+    (void)r;
+    memset(&tick4, 0, sizeof tick4);
+    must(arm_init(&tick4.p, &seed, &tick4.start));
+    fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
+    for (int i = 0; i < arm_n; i++)
+        tick4.g[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
+    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
+}
+
+static void arm_inverse_run(const row *r)
+{
+    (void)r;
+    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.g : NULL, tick4.g, tick4.tau_z, &tick4.work));
+}
+
+static void arm_inertia_run(const row *r)
+{
+    (void)r;
+    must(arm_inertia(&tick4.p, &tick4.s, tick4.x.qd, tick4.tau, &tick4.work));
+}
+
+static void arm_linear_run(const row *r)
+{
+    arm_latent s = tick4.s;
+    (void)r;
+    must(arm_linear(&tick4.p, &s, tick4.zero[0], ROLN_C(1e-3), tick4.A, tick4.A + 64, &tick4.linwork));
+}
+
+/* encode, aim, control, lift, guard. */
+static void arm_control_run(const row *r)
+{
+    static const roln_limits limits = {1, 1000, 1000, 5};
+    (void)r;
+    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
+    must(arm_aim(&tick4.p, tick4.zero[0], tick4.zero[1], tick4.zero[2], &tick4.aim, &tick4.work));
+    must(arm_control(&tick4.p, &tick4.s, &tick4.aim, tick4.g, tick4.g, tick4.tau_z, &tick4.work));
+    must(arm_lift(&tick4.p, &tick4.s, tick4.tau_z, tick4.tau, &tick4.work));
+    if (arm_guard_tick(&tick4.p, &limits, ROLN_C(1e-3), &tick4.x, &tick4.s, ROLN_OK, tick4.tau, &tick4.guard, &tick4.work) != 0)
+        fail("fault", (int)tick4.guard.g.faults);
+}
+
+/* Forward dynamics with other mass matrices, n = 10. */
+static struct { delan_params d; delan_start ds; delan_work dw; gyro_params g; gyro_start gs; gyro_work gw; } heads;
+
+static void heads_setup(const row *r)
+{
+    (void)r;
+    must(delan_init(&heads.d, &seed, &heads.ds));
+    must(gyro_init(&heads.g, &seed, &heads.gs));
+}
+
+static void heads_run(const row *r)
+{
+    const roln_lnn *f = r->more ? &gyro_model.lnn : &delan_model.lnn;
+    const roln_real *theta = r->more ? heads.g.theta : heads.d.theta;
+    static const roln_real s[20] = {0};
+    roln_real zdd[10], *work = r->more ? heads.gw.w : heads.dw.w;
+    must(roln_lnn_zdd(f, 1, 1, theta, s, NULL, zdd, work, work + roln_lnn_tape(f, 1, 1)));
+}
+
 /* ---- measuring -------------------------------------------------------------------------------- */
 
 static double now(void)
@@ -502,6 +596,13 @@ static const row table[] = {
     MATVEC(600, 128),
     {"softplus and slope, per element", big_setup, softplus, {LENGTH}, 0, LENGTH, 0, NULL, NULL, 0},
     {"latent dynamics n = 10, 64x2", net_setup, net_zdd, {10}, ROLN_EULER, 1, 10e-6, NULL, NULL, 0},
+    {"... with a gyro layer", heads_setup, heads_run, {10}, 1, 1, 0, NULL, NULL, 0},
+    {"... with the Cholesky head", heads_setup, heads_run, {10}, 0, 1, 0, NULL, NULL, 0},
+    {"16-..-4 inverse dynamics", arm_setup, arm_inverse_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16-..-4 inverse dynamics, C(z,zd) w", arm_setup, arm_inverse_run, {16, 4}, 1, 1, 0, NULL, NULL, 0},
+    {"16-..-4 apparent inertia", arm_setup, arm_inertia_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16-..-4 linearisation, rk4", arm_setup, arm_linear_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16-..-4 PD+ tick with guard", arm_setup, arm_control_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
     {"cloth encode", tick_setup, tick_encode, CLOTH, 0, 1, 0, NULL, NULL, 0},
     {"cloth step, euler", tick_setup, tick_step, CLOTH, 0, 1, 0, NULL, NULL, 0},
     {"cloth decode", tick_setup, tick_decode, CLOTH, 0, 1, 0, NULL, NULL, 0},
