@@ -105,6 +105,7 @@ typedef struct {
     int trajectories, samples, *first; /* first [trajectories + 1] */
     double dt;
     roln_real *q, *qd, *qdd, *tau; /* [samples][N] */
+    roln_real *tau_mid;            /* mean of the torques held before and after a sample: that of a central difference */
 } motion;
 
 /* dx = dx/dt by central differences inside each trajectory, one-sided at its ends. */
@@ -141,16 +142,16 @@ static motion read_csv(const char *path)
 {
     enum { N = M(N), FREE = 1 + 2 * N, ALL = 1 + 3 * N }; /* columns without and with tau */
     static char line[64 * ALL + 64];
-    motion d = {0, 0, NULL, 0, NULL, NULL, NULL, NULL};
+    motion d = {0, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL};
     double v[ALL], t0 = 0, t1 = 0;
     size_t lines = 0, size;
-    int blank = 1, columns = 0, row = 1, i;
+    int blank = 1, columns = 0, row = 1, i, k;
     FILE *f = fopen(path, "r");
     if (!f) fail("cannot read %s", path);
     while (fgets(line, sizeof line, f)) lines++;
     rewind(f);
     size = lines * N * sizeof(roln_real);
-    d.q = room(size), d.qd = room(size), d.qdd = room(size), d.tau = room(size);
+    d.q = room(size), d.qd = room(size), d.qdd = room(size), d.tau = room(size), d.tau_mid = room(size);
     d.first = room((lines + 2) * sizeof *d.first);
     if (!fgets(line, sizeof line, f)) fail("%s is empty", path);
     while (fgets(line, sizeof line, f)) {
@@ -185,6 +186,9 @@ static motion read_csv(const char *path)
     if (d.samples == 0) fail("%s has no samples", path);
     if (!(d.dt > 0)) fail("%s: t must grow; its first two samples are %g s apart", path, d.dt);
     differences(&d, d.qd, d.qdd);
+    for (k = 0; k < d.trajectories; k++)
+        for (i = d.first[k] * N; i < d.first[k + 1] * N; i++)
+            d.tau_mid[i] = i < (d.first[k] + 1) * N ? d.tau[i] : (d.tau[i - N] + d.tau[i]) / 2;
     return d;
 }
 
@@ -418,7 +422,7 @@ static void stage(const motion *d, int train, int kind)
     double seen = 0, best_error;
     int at = count, t, refused = 0;
     b.count = size, b.steps = steps, b.stride = stride;
-    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? d->tau : NULL;
+    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL;
     w.q = (roln_real)set("w_q"), w.qd = 1;
     if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
     if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
