@@ -970,6 +970,27 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
     return ROLN_OK;
 }
 
+/* Energies of a block: kinetic T_r = 1/2 zd^T M zd and potential V_r, [nb] each. s [2][nb][n] in; T, V and the tape out.
+   dirs = 1, or 2 if roln_lnn_energy_bwd is to follow. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
+ROLN_FN roln_status roln_lnn_energy(const roln_lnn *f, int dirs, int nb, const roln_real *theta, const roln_real *s, roln_real *T,
+                                    roln_real *V, roln_real *tape, roln_real *work)
+{
+    const int n = f->n;
+    const rolni_tape t = rolni_tape_of(f, dirs, nb, tape);
+    const roln_status st = rolni_eval(f, dirs, nb, theta, s, NULL, 0, tape, work);
+    roln_real *p = work, *e = p + n, *mem = e + nb;
+    int r;
+    if (st != ROLN_OK) return st;
+    for (r = 0; r < nb; r++) {
+        rolni_mul(f, &t, r, s + (nb + r) * n, p, mem);
+        e[r] = roln_dot(n, s + (nb + r) * n, p) / 2;
+    }
+    if (!roln_all_finite(nb, e) || !roln_all_finite(nb, t.v)) return ROLN_E_NOT_FINITE;
+    memcpy(T, e, (size_t)nb * sizeof *T);
+    memcpy(V, t.v, (size_t)nb * sizeof *V);
+    return ROLN_OK;
+}
+
 /* ---- 5 backward ------------------------------------------------------------------------------- */
 
 /* Gradient of a scalar that all backward passes share, on a tape filled at (z, zd):
@@ -1069,6 +1090,29 @@ ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int with_w, int nb, const r
     dir[0] = gs, dir[T] = gzd;
     if (with_w) dir[2] = gw;
     rolni_adjoint(f, T, nb, theta, tape, T, a, pair, dir, gtheta, mem);
+}
+
+/* Backward of roln_lnn_energy on its tape (dirs = 2) with cotangents gT, gV [nb]. Adds to gs [2][nb][n] and gtheta (each may be
+   NULL). work [ROLN_LNN_WORK + nb n]. */
+ROLN_FN void roln_lnn_energy_bwd(const roln_lnn *f, int nb, const roln_real *theta, roln_real *tape, const roln_real *gT,
+                                 const roln_real *gV, roln_real *gs, roln_real *gtheta, roln_real *work)
+{
+    const int n = f->n, m = nb * n, np = roln_mlp_params(&f->mass);
+    const rolni_tape t = rolni_tape_of(f, 2, nb, tape);
+    const roln_real *zd = t.x + 2 * m;
+    roln_real *p = work, *mem = p + m;
+    const rolni_pair pair = {ROLN_C(0.5), p, zd, NULL, NULL};
+    roln_real *const dir[3] = {gs, NULL, NULL};
+    int r, i;
+    for (i = 0; i < m; i++)
+        p[i] = gT[i / n] * zd[i];
+    rolni_adjoint(f, 2, nb, theta, tape, 0, NULL, &pair, dir, gtheta, mem);
+    roln_mlp_bwd(&f->potential, 1, 1, nb, theta + np, t.x, t.pot, gV, gs, gtheta ? gtheta + np : NULL, mem);
+    for (r = 0; gs && r < nb; r++) {
+        rolni_mul(f, &t, r, p + r * n, mem, mem + n);
+        for (i = 0; i < n; i++)
+            gs[m + r * n + i] += mem[i];
+    }
 }
 
 /* ---- 6 integrators ---------------------------------------------------------------------------- */

@@ -494,7 +494,7 @@ int main(int argc, char **argv)
     const char *out = STRING(MODEL), *test = NULL;
     const double began = now();
     uint64_t seed;
-    motion d, unseen = {0, 0, NULL, 0, NULL, NULL, NULL, NULL};
+    motion d, unseen = {0, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL};
     char path[512];
     FILE *f;
     int i, train;

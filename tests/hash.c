@@ -1,8 +1,23 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
-   state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out. See hash.sh. */
+   state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
+   every option, trained with all three losses, of its controller, linearisation and inertia, and of SPD maps and means. See
+   hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
+#define ROLN_HORIZON 4
+#define ROLN_BLOCK 8
+#include "../roln.h"
+
+#define ROLN_NAME full
+#define ROLN_AE 6, 4, 2
+#define ROLN_MLP 8, 8
+#define ROLN_STEP midpoint
+#define ROLN_BASE 1
+#define ROLN_WIDTH 3
+#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_DAMPING 1
+#define ROLN_INPUTS 2
 #define ROLN_HORIZON 4
 #define ROLN_BLOCK 8
 #include "../roln.h"
@@ -50,6 +65,78 @@ static void record(uint64_t *s, roln_real h, roln_real *q, roln_real *qd)
     }
 }
 
+/* Every option at once; a random torque as the input. */
+static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+{
+    static roln_real u[SAMPLES * 2], qdd[SAMPLES * 6], qbar[6];
+    static full_params p;
+    static full_optimiser o;
+    static full_gradient g;
+    static full_train train;
+    static full_start init;
+    static full_work work;
+    static full_linwork linwork;
+    static const roln_loss ode = ROLN_ODE_WEIGHTS, positions = ROLN_POSITION_WEIGHTS;
+    roln_loss acc = ROLN_ACC_WEIGHTS;
+    const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    roln_real gain[2] = {4, 2}, tau_z[2], tau[6], A[16], B[8];
+    full_latent z, next;
+    full_target aim;
+    full_state x;
+    roln_batch b;
+    int start[BATCH], k, i;
+
+    acc.force = ROLN_C(0.5);
+    for (i = 0; i < 2 * SAMPLES; i++) u[i] = ROLN_C(0.25) * roln_normal(s);
+    for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
+    must(full_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "full: init");
+    b.count = BATCH, b.stride = 1, b.start = start, b.q = q, b.qdd = qdd, b.tau = u;
+    for (k = 0; k < UPDATES / 4; k++) {
+        const int kind = k % 3;
+        b.steps = kind > 0 ? H : 0, b.qd = kind < 2 ? qd : NULL;
+        for (i = 0; i < BATCH; i++) start[i] = 1 + roln_randint(SAMPLES - H - 2, s);
+        memset(&g, 0, sizeof g);
+        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train) : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train), "full: grad");
+        must(full_update(&p, &opt, &o, &g, &train), "full: update");
+    }
+    add(full_theta_size, p.theta);
+    add(full_theta_size, o.m), add(full_moment_size, o.v);
+    memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
+    must(full_encode(&p, &x, &z, &work), "full: encode");
+    for (k = 1; k < STEPS / 10; k++) {
+        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &aim, &work), "full: aim");
+        must(full_control(&p, &z, &aim, gain, gain, tau_z, &work), "full: control");
+        must(full_lift(&p, &z, tau_z, tau, &work), "full: lift");
+        must(full_inertia(&p, &z, tau, tau, &work), "full: inertia");
+        next = z;
+        must(full_linear(&p, &next, u + 2 * k, h / 8, A, B, &linwork), "full: linear");
+        must(full_step(&p, &z, u + 2 * k, h / 8, &work), "full: step");
+        add(2, tau_z), add(6, tau), add(16, A), add(8, B), add(2, z.z), add(2, z.zd), add(2, next.z);
+    }
+}
+
+/* Maps, distances, transports and means of random SPD matrices. */
+static void hash_spd(uint64_t *s)
+{
+    enum { n = 5, COUNT = 3 };
+    roln_real X[COUNT][n * n], L[n * n], Y[n * n], d, work[ROLN_SPD_MEAN_WORK(n) + ROLN_SPD_MAP_WORK(n) + ROLN_SPD_TRANSPORT_WORK(n) + ROLN_SPD_DIST_WORK(n)];
+    int k, i;
+    for (k = 0; k < 20; k++) {
+        for (i = 0; i < COUNT; i++) {
+            int r, c;
+            for (r = 0; r < n * n; r++) Y[r] = roln_normal(s);
+            for (r = 0; r < n; r++)
+                for (c = 0; c < n; c++) X[i][r * n + c] = roln_dot(n, Y + r * n, Y + c * n) + (r == c);
+        }
+        must(roln_chol(n, X[0], L), "spd: chol");
+        must(roln_spd_map(n, ROLN_LOG, 0, L, X[1], Y, work), "spd: log"), add(n * n, Y);
+        must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), L, X[1], Y, work), "spd: geodesic"), add(n * n, Y);
+        must(roln_spd_transport(n, L, X[1], X[2], Y, work), "spd: transport"), add(n * n, Y);
+        must(roln_spd_dist(n, L, X[2], &d, work), "spd: dist"), add(1, &d);
+        must(roln_spd_mean(n, COUNT, X[0], Y, work), "spd: mean"), add(n * n, Y);
+    }
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6];
@@ -89,6 +176,8 @@ int main(void)
         must(net_decode(&p, &z, &x, &work), "decode");
         add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
+    hash_full(q, qd, h, &s);
+    hash_spd(&s);
     if (getenv("HASH_VERBOSE")) printf("loss %g, q %g %g\n", (double)(g.loss.q + g.loss.qd + g.loss.zd + g.loss.qd_pred) / BATCH, (double)x.q[0], (double)x.qd[0]);
     printf("%s %016llx\n", sizeof(roln_real) == 4 ? "float" : "double", (unsigned long long)hash);
     return 0;
