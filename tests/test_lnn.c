@@ -855,7 +855,6 @@ static void near_by(const char *what, int n, const roln_real *got, const ld *ref
     int i;
     for (i = 0; i < n; i++)
         if (!(fabsl((ld)got[i] - ref[i]) <= d)) d = roln_finite(got[i]) ? fabsl((ld)got[i] - ref[i]) : 1e30L;
-if(getenv("V") && d / (EPS * (moves + top + 1e-3L) + noise * (top + 1e-3L))>bound) printf("%s map %s n %d w0 %d layers %d %d %d head %d base %d d=%Lg top=%Lg moves=%Lg noise=%Lg eps %Lg\n", what,map_name[m.kind],m.f.n,m.f.width[0],m.f.layer[0],m.f.layer[1],m.f.layer[2],m.f.head,m.f.base,d/EPS,top,moves,noise*top/EPS,EPS);
     BOUND(what, d / (EPS * (moves + top + 1e-3L) + noise * (top + (order == 1 ? 0.3L : two_planes() ? 1e-3L : 0.03L))), bound);
 }
 
