@@ -1,22 +1,66 @@
 /* Lagrangian network (roln_lnn.h) against a twin in long double written from the definitions: naive perceptron, exp by
-   Taylor series, M = P exp(P^-1 U), the full tensor dM/dz and Christoffel symbols, Gaussian elimination, and central
-   differences of that twin for every backward. */
+   Taylor series, M = P exp(P^-1 U), SPD layers by Jacobi, the full tensor dM/dz and Christoffel symbols, Gaussian elimination,
+   and central differences of that twin for every backward.
+
+   Errors of maps and gradients are counted in units of their condition: what moving every input by one eps at random moves
+   the result (measured on the library itself), so that a bound does not depend on how the weights were drawn. */
 #include "../roln_lnn.h"
 #include "twin.h"
 
 void TEST_NAME(lnn)(void);
 
-#define MAXN 4
+#define MAXN 5
 #define MAXB 5
 #define MAXP 700
 #define NOISE (2e-13L / EPS) /* rounding of the nested differences of the twins: 0 in float, 900 in double */
 
-/* A network and all that its losses read. scheme 0: zdd, else a step of length h. */
+/* The maps under test: the forward dynamics, the integrators by their own names, and */
+enum { ZDD = 0, INVERSE = 4, INVERSE_W = 5, START = 6 };
+static const char *const map_name[] = {"zdd", "euler", "rk4", "midpoint", "inverse", "inverse with w", "start"};
+
+/* A network, and all that a map of it reads: the state s (start: z0, z1), a[0] (tau_z or zdd), a[1] (w), the force w, and the
+   weights y of its outputs in a loss. */
 static struct {
     roln_lnn f;
-    int nb, scheme, force, tau;
-    ld h, th[MAXP], s[2 * MAXB * MAXN], tau_z[MAXB * MAXN], y[2 * MAXB * MAXN], w[2 * MAXN];
+    int nb, kind, force;
+    ld h, th[MAXP], s[2 * MAXB * MAXN], a[2][MAXB * MAXN], y[2 * MAXB * MAXN], w[2 * MAXN];
 } m;
+
+/* Where the parts of theta begin, in the order that the header tells. */
+static int damper_at, base_at, layer_at[ROLN_LAYERS_MAX];
+
+static void layout(const roln_lnn *f)
+{
+    int i, at;
+    damper_at = roln_mlp_params(&f->mass) + roln_mlp_params(&f->potential);
+    base_at = at = damper_at + (f->damping ? roln_mlp_params(&f->damper) : 0);
+    if (f->base) at += f->width[0] * f->width[0];
+    for (i = 0; i < f->layers; i++) {
+        const int w = f->width[i];
+        layer_at[i] = at;
+        at += f->layer[i] == ROLN_GYRO ? ROLN_TRI(w) + w * w : f->layer[i] == ROLN_BIMAP ? w * f->width[i + 1] : 0;
+    }
+    CHECK(at == roln_lnn_params(f));
+}
+
+/* The part of theta that number i belongs to; for the entry of a symmetric matrix *mirror is its transpose, else i. */
+enum { NETWORKS, BASE, GYRO_W, GYRO_B, BIMAP, PARTS };
+static int part_of(int i, int *mirror)
+{
+    int k, b, w = m.f.width[0];
+    *mirror = i;
+    if (i < base_at) return NETWORKS;
+    if (m.f.base && i < base_at + w * w) {
+        *mirror = base_at + (i - base_at) % w * w + (i - base_at) / w;
+        return BASE;
+    }
+    for (k = m.f.layers - 1; i < layer_at[k];) k--;
+    if (m.f.layer[k] == ROLN_BIMAP) return BIMAP;
+    w = m.f.width[k], b = layer_at[k] + ROLN_TRI(w);
+    if (i < b) return GYRO_W;
+    *mirror = b + (i - b) % w * w + (i - b) / w;
+    return GYRO_B;
+}
 
 /* ---- twins ---- */
 
@@ -37,77 +81,189 @@ static void t_mlp(const roln_mlp *f, const ld *th, const ld *x, ld *y)
     }
 }
 
-static void t_mass(const ld *z, ld *M)
+static void t_low(int n, const ld *u, int symmetric, ld *U)
 {
-    static ld u[ROLN_TRI(MAXN)], U[MAXN * MAXN], P[MAXN * MAXN], E[MAXN * MAXN];
-    const int n = m.f.n;
-    const ld *p = m.th + roln_mlp_params(&m.f.mass) + roln_mlp_params(&m.f.potential);
     int i, j, k = n;
-    t_mlp(&m.f.mass, m.th, z, u);
+    for (i = 0; i < n * n; i++) U[i] = 0;
     for (i = 0; i < n; i++)
-        for (U[i * n + i] = u[i], j = 0; j < i; j++) U[i * n + j] = U[j * n + i] = u[k++];
-    if (!m.f.base) {
-        t_exp(n, U, M);
-        return;
-    }
-    memcpy(P, p, sizeof *P * (size_t)(n * n));
-    t_solve(n, n, P, U);
-    t_exp(n, U, E);
-    t_mul(n, p, E, M);
+        for (U[i * n + i] = u[i], j = 0; j < i; j++) {
+            U[i * n + j] = u[k++];
+            if (symmetric) U[j * n + i] = U[i * n + j];
+        }
 }
 
-/* dM [k][n][n] = dM/dz_k and g = dV/dz, differences of order 8. */
-static void t_tensor(const ld *z, ld *dM, ld *g)
+/* Y = A B C^T with A, C [m][n]. */
+static void t_congr(int mm, int n, const ld *A, const ld *B, const ld *C, ld *Y)
+{
+    ld t[MAXN * MAXN];
+    int i, j, k;
+    for (i = 0; i < mm; i++)
+        for (j = 0; j < n; j++)
+            for (t[i * n + j] = 0, k = 0; k < n; k++) t[i * n + j] += A[i * n + k] * B[k * n + j];
+    for (i = 0; i < mm; i++)
+        for (j = 0; j < mm; j++)
+            for (Y[i * mm + j] = 0, k = 0; k < n; k++) Y[i * mm + j] += t[i * n + k] * C[j * n + k];
+}
+
+/* Y = f(X) on the eigenvalues, which go to l. */
+enum { SQRT, LOG, CUT };
+static void t_spectral(int kind, int n, ld least, const ld *X, ld *Y, ld *l)
+{
+    ld A[MAXN * MAXN], V[MAXN * MAXN], D[MAXN * MAXN];
+    int i;
+    for (i = 0; i < n * n; i++) A[i] = (X[i] + X[i % n * n + i / n]) / 2, D[i] = 0;
+    t_jacobi(n, A, V);
+    for (i = 0; i < n; i++) {
+        const ld x = l[i] = A[i * n + i];
+        D[i * n + i] = kind == SQRT ? sqrtl(x) : kind == LOG ? logl(x) : x > least ? x : least;
+    }
+    t_congr(n, n, V, D, V, Y);
+}
+
+/* X_0 .. X_stop: the mass matrix behind `stop` layers; l: the eigenvalues that the last spectral layer saw. */
+static void t_chain(const ld *z, int stop, ld *X, ld *l)
+{
+    ld u[ROLN_TRI(MAXN)], U[MAXN * MAXN], W[MAXN * MAXN], E[MAXN * MAXN];
+    const roln_lnn *f = &m.f;
+    int i, j, w = f->width[0];
+    t_mlp(&f->mass, m.th, z, u);
+    t_low(w, u, f->head == ROLN_EXPONENTIAL, U);
+    if (f->head == ROLN_CHOLESKY) {
+        for (i = 0; i < w * w; i++) W[i] = i % (w + 1) == 0;
+        t_congr(w, w, U, W, U, X);
+        for (i = 0; i < w; i++) X[i * (w + 1)] += (ld)f->least;
+    } else if (!f->base) {
+        t_exp(w, U, X);
+    } else {
+        memcpy(W, m.th + base_at, sizeof *W * (size_t)(w * w));
+        t_solve(w, w, W, U);
+        t_exp(w, U, E);
+        t_mul(w, m.th + base_at, E, X);
+    }
+    for (i = 0; i < stop; i++, w = f->width[i]) {
+        const ld *th = m.th + layer_at[i];
+        if (f->layer[i] == ROLN_REEIG) t_spectral(CUT, w, (ld)f->least, X, X, l);
+        if (f->layer[i] == ROLN_BIMAP) {
+            memcpy(E, X, sizeof E);
+            t_congr(f->width[i + 1], w, th, E, th, X);
+        }
+        if (f->layer[i] == ROLN_GYRO) { /* A^1/2 B A^1/2, A = exp(W o log X) */
+            t_spectral(LOG, w, 0, X, E, l);
+            t_low(w, th, 1, W);
+            for (j = 0; j < w * w; j++) U[j] = W[j] * E[j];
+            t_exp(w, U, E);
+            t_spectral(SQRT, w, 0, E, E, u);
+            t_congr(w, w, E, th + ROLN_TRI(w), E, X);
+        }
+    }
+}
+
+static void t_mass(const ld *z, ld *M)
+{
+    ld X[MAXN * MAXN], l[MAXN];
+    t_chain(z, m.f.layers, X, l);
+    memcpy(M, X, sizeof *M * (size_t)(m.f.n * m.f.n));
+}
+
+/* Step of the differences. Heads with sqrt, log, max or L L^T are less smooth than exp. */
+static ld t_width(void)
+{
+    return rolni_formed(&m.f) ? 3e-3L : 6e-3L;
+}
+
+/* The terms at one state: dM [k][n][n] = dM/dz_k and g = dV/dz by differences of order 8, C_ij = sum_k Gamma_ijk zd_k,
+   kin_i = 1/2 sum_jk dM_jk/dz_i zd_j zd_k, d = L L^T zd. */
+static struct {
+    ld M[MAXN * MAXN], dM[MAXN * MAXN * MAXN], C[MAXN * MAXN], kin[MAXN], g[MAXN], d[MAXN], V;
+} tt;
+
+static void t_terms(const ld *z, const ld *zd)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
-    static ld x[MAXN], M[MAXN * MAXN];
-    const int n = m.f.n;
-    const ld h = 8e-3L;
-    int k, q, i;
+    const ld *pot = m.th + roln_mlp_params(&m.f.mass), h = t_width();
+    ld x[MAXN], M[MAXN * MAXN], u[ROLN_TRI(MAXN)], L[MAXN * MAXN], V, y;
+    const int n = m.f.n, nn = n * n;
+    int i, j, k, q;
+    memset(&tt, 0, sizeof tt);
+    t_mass(z, tt.M);
+    t_mlp(&m.f.potential, pot, z, &tt.V);
     memcpy(x, z, sizeof *x * (size_t)n);
-    for (i = 0; i < n * n * n; i++) dM[i] = 0;
     for (k = 0; k < n; k++) {
-        for (g[k] = 0, q = -4; q <= 4; q++) {
-            const ld d = q ? (q < 0 ? -c[-q - 1] : c[q - 1]) / h : 0;
-            ld V;
+        for (q = -4; q <= 4; q++) {
+            const ld w = q ? (q < 0 ? -c[-q - 1] : c[q - 1]) / h : 0;
             if (q == 0) continue;
             x[k] = z[k] + (ld)q * h;
             t_mass(x, M);
-            for (i = 0; i < n * n; i++) dM[k * n * n + i] += d * M[i];
-            t_mlp(&m.f.potential, m.th + roln_mlp_params(&m.f.mass), x, &V);
-            g[k] += d * V;
+            for (i = 0; i < nn; i++) tt.dM[k * nn + i] += w * M[i];
+            t_mlp(&m.f.potential, pot, x, &V);
+            tt.g[k] += w * V;
         }
         x[k] = z[k];
     }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (k = 0; k < n; k++) {
+                tt.C[i * n + j] += (tt.dM[k * nn + i * n + j] + tt.dM[j * nn + i * n + k] - tt.dM[i * nn + j * n + k]) / 2 * zd[k];
+                tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
+            }
+    if (!m.f.damping) return;
+    t_mlp(&m.f.damper, m.th + damper_at, z, u);
+    t_low(n, u, 0, L);
+    for (j = 0; j < n; j++) {
+        for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * zd[i];
+        for (i = 0; i < n; i++) tt.d[i] += L[i * n + j] * y;
+    }
 }
 
-/* M, c_i = sum_jk Gamma_ijk zd_j zd_k, kin_i = 1/2 sum_jk dM_jk/dz_i zd_j zd_k, g. */
-static void t_terms(const ld *z, const ld *zd, ld *M, ld *c, ld *kin, ld *g)
+/* y = A x [n][n] */
+static void t_apply(const ld *A, const ld *x, ld *y)
 {
-    static ld dM[MAXN * MAXN * MAXN];
-    const int n = m.f.n, nn = n * n;
-    int i, j, k;
-    t_mass(z, M);
-    t_tensor(z, dM, g);
+    const int n = m.f.n;
+    int i, j;
     for (i = 0; i < n; i++)
-        for (c[i] = kin[i] = 0, j = 0; j < n; j++)
-            for (k = 0; k < n; k++) {
-                c[i] += (dM[k * nn + i * n + j] + dM[j * nn + i * n + k] - dM[i * nn + j * n + k]) / 2 * zd[j] * zd[k];
-                kin[i] += dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
-            }
+        for (y[i] = 0, j = 0; j < n; j++) y[i] += A[i * n + j] * x[j];
 }
 
 /* A force with 2n parameters: tau_i = w_i z_(i+1)^2 + w_(n+i) z_i */
 #define FORCE(n, w, z, i) ((w)[i] * (z)[((i) + 1) % (n)] * (z)[((i) + 1) % (n)] + (w)[(n) + (i)] * (z)[i])
 
-static void t_zdd(const ld *s, const ld *sd, const ld *tau, ld *zdd)
+static ld t_tau(const ld *z, const ld *tau, int i)
 {
-    static ld M[MAXN * MAXN], c[MAXN], kin[MAXN], g[MAXN];
-    const int n = m.f.n;
+    return m.force ? FORCE(m.f.n, m.w, z, i) : tau ? tau[i] : 0;
+}
+
+static void t_zdd(const ld *s, const ld *zd, const ld *tau, ld *zdd)
+{
+    ld c[MAXN];
     int i;
-    t_terms(s, sd, M, c, kin, g);
-    for (i = 0; i < n; i++) zdd[i] = (m.force ? FORCE(n, m.w, s, i) : tau ? tau[i] : 0) - c[i] - g[i];
-    t_solve(n, 1, M, zdd);
+    t_terms(s, zd);
+    t_apply(tt.C, zd, c);
+    for (i = 0; i < m.f.n; i++) zdd[i] = t_tau(s, tau, i) - c[i] - tt.g[i] - tt.d[i];
+    t_solve(m.f.n, 1, tt.M, zdd);
+}
+
+static void t_inverse(const ld *s, const ld *zd, const ld *zdd, const ld *w, ld *tau)
+{
+    ld c[MAXN];
+    int i;
+    t_terms(s, zd);
+    t_apply(tt.C, w, c);
+    t_apply(tt.M, zdd, tau);
+    for (i = 0; i < m.f.n; i++) tau[i] += c[i] + tt.g[i] + tt.d[i];
+}
+
+/* s1 = [z1; zd1] from z0, z1: zd1 = M(z1)^-1 (M v + h/2 F) */
+static void t_start(ld h, const ld *z0, const ld *z1, ld *s1)
+{
+    const int n = m.f.n;
+    ld zm[MAXN], v[MAXN];
+    int i;
+    for (i = 0; i < n; i++) zm[i] = (z0[i] + z1[i]) / 2, v[i] = (z1[i] - z0[i]) / h;
+    t_terms(zm, v);
+    t_apply(tt.M, v, s1 + n);
+    for (i = 0; i < n; i++) s1[i] = z1[i], s1[n + i] += h / 2 * (tt.kin[i] - tt.g[i] - tt.d[i] + t_tau(zm, NULL, i));
+    t_mass(z1, tt.M);
+    t_solve(n, 1, tt.M, s1 + n);
 }
 
 /* One step of one sample, [z; zd] of length 2n. */
@@ -115,8 +271,8 @@ static void t_step(int scheme, ld h, const ld *s, ld *sn)
 {
     static const ld w[4] = {1.0L / 6, 1.0L / 3, 1.0L / 3, 1.0L / 6};
     const int n = m.f.n;
-    ld k[2 * MAXN], x[2 * MAXN], out[2 * MAXN], M[MAXN * MAXN], c[MAXN], kin[MAXN], g[MAXN], p[MAXN], pn[MAXN], v[MAXN], zm[MAXN];
-    int i, j, it;
+    ld k[2 * MAXN], x[2 * MAXN], out[2 * MAXN], p[MAXN], pn[MAXN], v[MAXN], zm[MAXN];
+    int i, j, it, settled = 0;
     if (scheme != ROLN_MIDPOINT) {
         memcpy(x, s, sizeof *x * (size_t)(2 * n));
         memcpy(out, s, sizeof *x * (size_t)(2 * n));
@@ -131,41 +287,48 @@ static void t_step(int scheme, ld h, const ld *s, ld *sn)
         memcpy(sn, out, sizeof *x * (size_t)(2 * n));
         return;
     }
-    t_mass(s, M); /* z+ = z + h M(z_m)^-1 p_m, p+ = p + h (kin - g + tau)(z_m, M^-1 p_m), from the middle of z and p */
-    for (i = 0; i < n; i++)
-        for (p[i] = 0, j = 0; j < n; j++) p[i] += M[i * n + j] * s[n + j];
+    t_mass(s, tt.M); /* z+ = z + h M(z_m)^-1 p_m, p+ = p + h (kin - g - d + tau)(z_m, M^-1 p_m), from the middle of z and p */
+    t_apply(tt.M, s + n, p);
     memcpy(pn, p, sizeof p);
     memcpy(v, s + n, sizeof *v * (size_t)n);
     for (it = 0; it < 60; it++) {
         ld change = 0;
         for (i = 0; i < n; i++) zm[i] = s[i] + h / 2 * v[i];
-        t_mass(zm, M);
+        t_mass(zm, tt.M);
         for (i = 0; i < n; i++) k[i] = (p[i] + pn[i]) / 2;
-        t_solve(n, 1, M, k);
+        t_solve(n, 1, tt.M, k);
         for (i = 0; i < n; i++) change += fabsl(k[i] - v[i]), v[i] = k[i];
-        t_terms(zm, v, M, c, kin, g);
-        for (i = 0; i < n; i++) pn[i] = p[i] + h * (kin[i] - g[i] + (m.force ? FORCE(n, m.w, zm, i) : 0));
-        if (change < 1e-17L) break;
+        t_terms(zm, v);
+        for (i = 0; i < n; i++) pn[i] = p[i] + h * (tt.kin[i] - tt.g[i] - tt.d[i] + t_tau(zm, NULL, i));
+        if (change < 1e-11L && ++settled == (EPS > 1e-10L ? 1 : 6)) break;
     }
     CHECK(it < 60);
     for (i = 0; i < n; i++) sn[i] = s[i] + h * v[i], sn[n + i] = pn[i];
-    t_mass(sn, M);
-    t_solve(n, 1, M, sn + n);
+    t_mass(sn, tt.M);
+    t_solve(n, 1, tt.M, sn + n);
 }
 
-/* zdd [nb][n] or the next state [2][nb][n] of the block of m */
+/* Maps with two planes of outputs [z; zd] rather than one. */
+static int two_planes(void)
+{
+    return m.kind == START || (m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT);
+}
+
+/* The map m.kind of the block of m: [nb][n] or [2][nb][n]. */
 static void t_run(ld *out)
 {
     const int n = m.f.n;
     ld a[2 * MAXN], b[2 * MAXN];
     int r, i;
     for (r = 0; r < m.nb; r++) {
-        if (m.scheme == 0) {
-            t_zdd(m.s + r * n, m.s + (m.nb + r) * n, m.tau ? m.tau_z + r * n : NULL, out + r * n);
-            continue;
-        }
-        for (i = 0; i < n; i++) a[i] = m.s[r * n + i], a[n + i] = m.s[(m.nb + r) * n + i];
-        t_step(m.scheme, m.h, a, b);
+        const ld *z = m.s + r * n, *zd = m.s + (m.nb + r) * n, *a0 = m.a[0] + r * n, *a1 = m.a[1] + r * n;
+        if (m.kind == ZDD) t_zdd(z, zd, a0, out + r * n);
+        if (m.kind == INVERSE) t_inverse(z, zd, a0, zd, out + r * n);
+        if (m.kind == INVERSE_W) t_inverse(z, zd, a0, a1, out + r * n);
+        if (!two_planes()) continue;
+        for (i = 0; i < n; i++) a[i] = z[i], a[n + i] = zd[i];
+        if (m.kind == START) t_start(m.h, a, a + n, b);
+        else t_step(m.kind, m.h, a, b);
         for (i = 0; i < n; i++) out[r * n + i] = b[i], out[(m.nb + r) * n + i] = b[n + i];
     }
 }
@@ -176,8 +339,39 @@ static ld t_loss(void *ctx)
     int i;
     (void)ctx;
     t_run(out);
-    for (i = 0; i < (m.scheme ? 2 : 1) * m.nb * m.f.n; i++) s += m.y[i] * out[i];
+    for (i = 0; i < (two_planes() ? 2 : 1) * m.nb * m.f.n; i++) s += m.y[i] * out[i];
     return s;
+}
+
+/* Slopes of the loss in n inputs; parameters: along symmetric directions. */
+static void t_slopes(int n, ld *x, ld *ref)
+{
+    int i;
+    for (i = 0; i < n; i++) ref[i] = t_slope(t_loss, NULL, x + i, t_width());
+}
+
+static struct {
+    int i, j;
+    ld x0, move;
+} param;
+static ld t_loss_param(void *ctx)
+{
+    m.th[param.i] = m.th[param.j] = param.x0 + param.move;
+    return t_loss(ctx);
+}
+
+static void t_slopes_params(ld *ref)
+{
+    for (param.i = 0; param.i < roln_lnn_params(&m.f); param.i++) {
+        part_of(param.i, &param.j);
+        if (param.j < param.i) {
+            ref[param.i] = ref[param.j];
+            continue;
+        }
+        param.x0 = m.th[param.i], param.move = 0;
+        ref[param.i] = t_slope(t_loss_param, NULL, &param.move, t_width());
+        m.th[param.i] = m.th[param.j] = param.x0;
+    }
 }
 
 /* ---- the library ---- */
@@ -222,36 +416,144 @@ static roln_lnn shape(int n, int base, int layers, int h1, int h2)
     int i;
     memset(&f, 0, sizeof f);
     f.n = n, f.base = base, f.width[0] = n;
-    f.mass.layers = f.potential.layers = layers;
-    for (i = 0; i < layers; i++) f.mass.size[i] = f.potential.size[i] = i == 0 ? n : i % 2 ? h1 : h2;
-    f.mass.size[layers] = ROLN_TRI(n), f.potential.size[layers] = 1;
+    f.mass.layers = layers;
+    for (i = 0; i < layers; i++) f.mass.size[i] = i == 0 ? n : i % 2 ? h1 : h2;
+    f.potential = f.damper = f.mass;
+    f.mass.size[layers] = f.damper.size[layers] = ROLN_TRI(n), f.potential.size[layers] = 1;
     return f;
 }
 
-/* Weights with biases, M well away from P, P random. */
+/* SPD layers behind the head of f, of width w: g gyro, r ReEig, a digit: BiMap to that width. */
+static roln_lnn behind(roln_lnn f, int w, const char *layers)
+{
+    f.width[0] = w;
+    f.mass.size[f.mass.layers] = ROLN_TRI(w);
+    for (; *layers; layers++) {
+        f.layer[f.layers] = *layers == 'g' ? ROLN_GYRO : *layers == 'r' ? ROLN_REEIG : ROLN_BIMAP;
+        f.width[f.layers + 1] = f.layer[f.layers] == ROLN_BIMAP ? *layers - '0' : f.width[f.layers];
+        f.layers++;
+    }
+    CHECK(f.width[f.layers] == f.n);
+    return f;
+}
+
+static roln_lnn cholesky(roln_lnn f)
+{
+    f.head = ROLN_CHOLESKY, f.least = ROLN_C(0.1);
+    return f;
+}
+
+static roln_lnn damped(roln_lnn f)
+{
+    f.damping = 1;
+    return f;
+}
+
+/* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
+enum { HEADS = 10 };
+static roln_lnn head(int i)
+{
+    switch (i) {
+    case 0: return behind(shape(2, 1, 2, 3, 0), 2, "g");
+    case 1: return behind(shape(3, 0, 2, 3, 0), 3, "r");
+    case 2: return behind(shape(2, 1, 2, 3, 0), 4, "2");
+    case 3: return damped(behind(shape(2, 1, 2, 2, 0), 3, "g2rg"));
+    case 4: return cholesky(shape(3, 0, 2, 3, 0));
+    case 5: return damped(cholesky(shape(2, 0, 3, 2, 3)));
+    case 6: return damped(shape(2, 1, 2, 3, 0));
+    case 7: return damped(behind(shape(1, 0, 2, 2, 0), 2, "rg1"));
+    case 8: return behind(shape(2, 0, 2, 2, 0), 3, "rg2g");
+    default: return behind(shape(2, 1, 2, 2, 0), 4, "3r2");
+    }
+}
+
+static int has(const roln_lnn *f, int kind)
+{
+    int i;
+    for (i = 0; i < f->layers && f->layer[i] != kind; i++) {}
+    return i < f->layers ? i : -1;
+}
+
+/* A random SPD matrix around I, and its value after roln_lnn_init. */
+static void random_spd(int n, roln_real *X, uint64_t *s)
+{
+    roln_real B[MAXN * MAXN], x;
+    int i, j, k;
+    for (i = 0; i < n * n; i++) B[i] = ROLN_C(0.3) * roln_normal(s), CHECK(X[i] == (roln_real)(i % (n + 1) == 0));
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) {
+            for (x = ROLN_C(0.8) * (i == j), k = 0; k < n; k++) x += B[i * n + k] * B[j * n + k];
+            X[i * n + j] = X[j * n + i] = x;
+        }
+}
+
+/* k orthonormal rows of length n, by Gram and Schmidt. */
+static void random_rows(int k, int n, roln_real *X, uint64_t *s)
+{
+    ld Y[MAXN * MAXN], x;
+    int i, j, q;
+    for (i = 0; i < k; i++) {
+        for (q = 0; q < n; q++) Y[i * n + q] = (i == q) + (ld)roln_normal(s) / 2, CHECK(X[i * n + q] == (roln_real)(i == q));
+        for (j = 0; j <= i; j++) {
+            for (x = 0, q = 0; q < n; q++) x += Y[i * n + q] * Y[j * n + q];
+            for (q = 0; q < n; q++) Y[i * n + q] = j < i ? Y[i * n + q] - x * Y[j * n + q] : Y[i * n + q] / sqrtl(x);
+        }
+    }
+    for (i = 0; i < k * n; i++) X[i] = (roln_real)Y[i];
+}
+
+/* Weights with biases, M well away from P, P and the layers random. ReEig: eigenvalues spread out. */
+static void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
+{
+    const int nm = roln_mlp_params(&f->mass);
+    int i, j;
+    m.f = *f;
+    layout(f);
+    roln_lnn_init(f, th, s);
+    for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
+    for (i = 0; i < f->width[0] && has(f, ROLN_REEIG) >= 0; i++) th[nm - ROLN_TRI(f->width[0]) + i] += i % 2 ? ROLN_C(0.8) : ROLN_C(-0.8);
+    if (f->base) random_spd(f->width[0], th + base_at, s);
+    for (i = 0; i < f->layers; i++) {
+        const int w = f->width[i];
+        roln_real *x = th + layer_at[i];
+        if (f->layer[i] == ROLN_BIMAP) random_rows(f->width[i + 1], w, x, s);
+        if (f->layer[i] != ROLN_GYRO) continue;
+        for (j = 0; j < ROLN_TRI(w); j++) CHECK(x[j] == 1), x[j] += ROLN_C(0.2) * roln_normal(s);
+        random_spd(w, x + ROLN_TRI(w), s);
+    }
+    widen(roln_lnn_params(f), th, m.th);
+}
+
 static roln_real *weights(const roln_lnn *f, uint64_t *s)
 {
-    const int p = roln_lnn_params(f), n = f->n, np = p - f->base * n * n;
-    roln_real *th = fresh(p);
-    int i, j, k;
-    roln_lnn_init(f, th, s);
-    for (i = 0; i < np; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
-    if (f->base) {
-        roln_real B[MAXN * MAXN];
-        for (i = 0; i < n * n; i++) B[i] = ROLN_C(0.3) * roln_normal(s), CHECK(th[np + i] == (roln_real)(i % (n + 1) == 0));
-        for (i = 0; i < n; i++)
-            for (j = 0; j <= i; j++) {
-                roln_real x = ROLN_C(0.8) * (i == j);
-                for (k = 0; k < n; k++) x += B[i * n + k] * B[j * n + k];
-                th[np + i * n + j] = th[np + j * n + i] = x;
-            }
-    }
-    m.f = *f;
-    widen(p, th, m.th);
+    roln_real *th = fresh(roln_lnn_params(f));
+    set_weights(f, th, s);
     return th;
 }
 
-#define TAPE(T, nb) roln_lnn_tape(&m.f, T, nb)
+/* `least` of f and m.f amid the widest gap between the eigenvalues that the ReEig layer sees at nb states; the gap. */
+static ld place_least(roln_lnn *f, int nb, const roln_real *z)
+{
+    const int at = has(f, ROLN_REEIG), w = at < 0 ? 0 : f->width[at];
+    ld X[MAXN * MAXN], x[MAXN], l[MAXB * MAXN], best = at < 0 ? 1e9L : 0;
+    int r, i, j;
+    for (r = 0; r < nb && at >= 0; r++) {
+        widen(f->n, z + r * f->n, x);
+        t_chain(x, at + 1, X, l + r * w);
+    }
+    for (i = 0; i < nb * w; i++) /* next above each */
+        for (j = 0; j < nb * w; j++) {
+            ld next = 1e9L;
+            for (r = 0; r < nb * w; r++)
+                if (l[r] > l[i] && l[r] < next) next = l[r];
+            if (next < 1e9L && next - l[i] > best) best = next - l[i], f->least = (roln_real)((l[i] + next) / 2);
+        }
+    m.f.least = f->least;
+    return best;
+}
+
+#define TAPE(T, nb) \
+    ROLN_LNN_TAPE(m.f.n, m.f.width[0], m.f.base, rolni_formed(&m.f), m.f.damping, roln_mlp_hidden(&m.f.mass), T, nb)
 #define WORK(T, nb) ROLN_LNN_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
 #define STEP_WORK(T, nb) ROLN_STEP_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
 
@@ -332,174 +634,418 @@ static void check_mlp(roln_mlp f, int T, int nb, uint64_t *s)
 
 /* ---- evaluation ---- */
 
+/* Inputs of a map, or their gradients. */
+typedef struct {
+    roln_real *th, *s, *a[2], *y, *w;
+} inputs;
+
+static int extras(void) /* inputs a[] */
+{
+    return m.kind == INVERSE_W ? 2 : m.kind == ZDD || m.kind == INVERSE ? 1 : 0;
+}
+
+static int directions(int backward)
+{
+    return 1 + (m.kind == INVERSE_W) + backward;
+}
+
+static int tapes(int backward)
+{
+    const int stepping = m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT;
+    return !backward ? 1 : stepping ? ROLN_STAGES(m.kind) : m.kind == START ? 2 : 1;
+}
+
+static int work_of(int T, int nb, int backward)
+{
+    if (two_planes()) return STEP_WORK(T, nb);
+    return WORK(T, nb) + (m.kind == ZDD && !backward ? 0 : nb * m.f.n);
+}
+
+static roln_status run(const inputs *x, int T, int nb, roln_real *out, roln_real *tape, roln_real *work)
+{
+    const roln_real h = (roln_real)m.h;
+    spring sp;
+    roln_force fc;
+    sp.n = m.f.n, sp.w = x->w, sp.gw = NULL;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+    if (m.kind == ZDD) return roln_lnn_zdd(&m.f, T, nb, x->th, x->s, x->a[0], out, tape, work);
+    if (m.kind == INVERSE || m.kind == INVERSE_W) return roln_lnn_inverse(&m.f, T, nb, x->th, x->s, m.kind == INVERSE ? NULL : x->a[1], x->a[0], out, tape, work);
+    if (m.kind == START) return roln_lnn_start(&m.f, T, nb, x->th, m.force ? &fc : NULL, h, x->s, x->s + nb * m.f.n, out, tape, work);
+    return roln_lnn_step(&m.f, m.kind, T, nb, x->th, m.force ? &fc : NULL, h, x->s, out, tape, work);
+}
+
+static void back(const inputs *x, int nb, roln_real *tape, const inputs *g, roln_real *work)
+{
+    const roln_real h = (roln_real)m.h;
+    spring sp;
+    roln_force fc;
+    sp.n = m.f.n, sp.w = x->w, sp.gw = g->w;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+    if (m.kind == ZDD) roln_lnn_zdd_bwd(&m.f, nb, x->th, tape, x->y, g->s, g->a[0], g->th, work);
+    else if (m.kind == INVERSE || m.kind == INVERSE_W) roln_lnn_inverse_bwd(&m.f, m.kind == INVERSE_W, nb, x->th, tape, x->y, g->s, g->a[1], g->a[0], g->th, work);
+    else if (m.kind == START) roln_lnn_start_bwd(&m.f, nb, x->th, m.force ? &fc : NULL, h, tape, x->y, g->s, g->s + nb * m.f.n, g->th, work);
+    else roln_lnn_step_bwd(&m.f, m.kind, nb, x->th, m.force ? &fc : NULL, h, tape, x->y, g->s, g->th, work);
+}
+
+/* The arrays of inputs (from m) and their lengths; the last is y, which has no gradient. */
+enum { ARRAYS = 6 };
+static void arrays(inputs *x, roln_real ***at, int *length)
+{
+    const int k = m.nb * m.f.n;
+    at[0] = &x->th, at[1] = &x->s, at[2] = x->a, at[3] = x->a + 1, at[4] = &x->w, at[5] = &x->y;
+    length[0] = roln_lnn_params(&m.f), length[1] = 2 * k, length[4] = 2 * m.f.n, length[5] = (two_planes() ? 2 : 1) * k;
+    length[2] = extras() > 0 ? k : 0, length[3] = extras() > 1 ? k : 0;
+}
+
+static inputs zero_inputs(void)
+{
+    inputs g;
+    roln_real **at[ARRAYS];
+    int len[ARRAYS], q;
+    arrays(&g, at, len);
+    for (q = 0; q < ARRAYS; q++) *at[q] = zeros(len[q]);
+    return g;
+}
+
+static inputs copy_inputs(inputs x)
+{
+    inputs c;
+    roln_real **to[ARRAYS], **from[ARRAYS];
+    int len[ARRAYS], q;
+    arrays(&c, to, len), arrays(&x, from, len);
+    for (q = 0; q < ARRAYS; q++) *to[q] = copy(len[q], *from[q]);
+    return c;
+}
+
+/* Row r of x. */
+static void row_of(const inputs *x, int r, inputs *one)
+{
+    const int n = m.f.n;
+    int q;
+    memcpy(one->s, x->s + r * n, (size_t)n * sizeof *x->s);
+    memcpy(one->s + n, x->s + (m.nb + r) * n, (size_t)n * sizeof *x->s);
+    for (q = 0; q < extras(); q++) memcpy(one->a[q], x->a[q] + r * n, (size_t)n * sizeof *x->s);
+}
+
+/* Random inputs of the map for the weights th, in x and in m; eigenvalues well away from `least`. */
+static inputs draw(roln_lnn *f, roln_real *th, int kind, int nb, int force, uint64_t *seed)
+{
+    inputs x;
+    int i, tries = 0;
+    const int k = nb * f->n;
+    ld *wide[ARRAYS];
+    roln_real **at[ARRAYS];
+    int len[ARRAYS];
+    m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
+    x.th = th, x.s = fresh(2 * k);
+    do {
+        if (tries % 40 == 39) set_weights(f, th, seed);
+        for (i = 0; i < k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
+    } while (place_least(f, nb, x.s) < 0.6L && ++tries < 400);
+    CHECK(tries < 400);
+    for (i = k; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
+    for (i = 0; i < k && kind == START; i++) x.s[k + i] = x.s[i] + (roln_real)m.h * x.s[k + i];
+    for (i = 0; i < 2; i++) x.a[i] = normal(k, 1, seed);
+    x.y = normal(2 * k, 1, seed), x.w = normal(2 * f->n, 0.5, seed);
+    arrays(&x, at, len);
+    wide[0] = m.th, wide[1] = m.s, wide[2] = m.a[0], wide[3] = m.a[1], wide[4] = m.w, wide[5] = m.y;
+    for (i = 0; i < ARRAYS; i++) widen(len[i], *at[i], wide[i]);
+    return x;
+}
+
+/* Condition: the largest change of an output of the map and of each array of gradients (theta by its parts) when every input
+   moves by one eps, up or down: the most of six random moves of 128 eps. */
+typedef struct {
+    ld out, part[PARTS], g[ARRAYS];
+} condition;
+
+static ld apart(int n, const roln_real *a, const roln_real *b)
+{
+    ld d = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        if (!(fabsl((ld)a[i] - (ld)b[i]) <= d)) d = fabsl((ld)a[i] - (ld)b[i]);
+    return d;
+}
+
+static condition condition_of(inputs x, const roln_real *out, inputs g, uint64_t *seed)
+{
+    const int T = directions(1), nb = m.nb, no = (two_planes() ? 2 : 1) * nb * m.f.n;
+    inputs x1 = copy_inputs(x), g1 = zero_inputs();
+    roln_real **ax[ARRAYS], **ax1[ARRAYS], **ag[ARRAYS], **ag1[ARRAYS];
+    roln_real *out1 = fresh(no), *tape = fresh(tapes(1) * TAPE(T, nb)), *work = fresh(work_of(T, nb, 1));
+    int len[ARRAYS], q, i, j, move;
+    condition c;
+    memset(&c, 0, sizeof c);
+    arrays(&x, ax, len), arrays(&x1, ax1, len), arrays(&g, ag, len), arrays(&g1, ag1, len);
+    for (move = 0; move < 6; move++) {
+        const ld unit = 128 * EPS;
+        for (q = 0; q < ARRAYS; q++)
+            for (i = 0; i < len[q]; i++) {
+                (*ax1[q])[i] = (*ax[q])[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
+                (*ag1[q])[i] = 0;
+            }
+        for (i = 0; i < len[0]; i++) part_of(i, &j), x1.th[i] = x1.th[i < j ? i : j];
+        CHECK(run(&x1, T, nb, out1, tape, work) == ROLN_OK);
+        back(&x1, nb, tape, &g1, work);
+        c.out = ROLN_MAX(c.out, apart(no, out, out1) / unit);
+        for (q = 0; q < ARRAYS; q++) c.g[q] = ROLN_MAX(c.g[q], apart(len[q], *ag[q], *ag1[q]) / unit);
+        for (i = 0; i < len[0]; i++) {
+            ld *k = c.part + part_of(i, &j);
+            *k = ROLN_MAX(*k, fabsl((ld)g.th[i] - (ld)g1.th[i]) * (i == j ? 1 : 2) / unit);
+        }
+    }
+    return c;
+}
+
+/* Midpoint and start go through momenta p = M zd and back by M^-1, and form the gradient of a change over h as a difference of
+   gradients of momenta: add the condition of these, of lambda^T M zd with lambda = M^-1 y, where lambda has the condition number
+   of M, which a move of all inputs does not show since M and M^-1 move together. By the backward of zdd and inverse. */
+static void add_momenta(inputs x, condition *c, uint64_t *seed)
+{
+    const int kind = m.kind, k = m.nb * m.f.n;
+    const ld h = kind == START ? m.h : 1;
+    roln_real *out = fresh(k), *tape = fresh(TAPE(2, m.nb)), *work = fresh(STEP_WORK(2, m.nb)), *zero = zeros(2 * k), *s = x.s;
+    ld M[MAXN * MAXN], l[MAXN], top, low, a;
+    inputs g;
+    condition c1;
+    int i, j;
+    if (kind != ROLN_MIDPOINT && kind != START) return;
+    t_mass(m.s, M);
+    t_spectral(LOG, m.f.n, 0, M, M, l);
+    for (top = low = l[0], i = 1; i < m.f.n; i++) top = ROLN_MAX(top, l[i]), low = -ROLN_MAX(-low, -l[i]);
+    m.kind = ZDD;
+    memcpy(zero, s, (size_t)k * sizeof *s);
+    x.s = zero, x.a[0] = zeros(k), x.y += k, g = zero_inputs();
+    CHECK(run(&x, 2, m.nb, out, tape, work) == ROLN_OK);
+    back(&x, m.nb, tape, &g, work);
+    for (i = 0; i < k; i++) {
+        c->g[1] = ROLN_MAX(c->g[1], top / low * fabsl((ld)x.y[i]) / h);
+        x.a[0][i] = kind == START ? (s[k + i] - s[i]) / (roln_real)m.h : s[k + i];
+    }
+    m.kind = INVERSE;
+    x.y = g.a[0], g = zero_inputs();
+    CHECK(run(&x, 2, m.nb, out, tape, work) == ROLN_OK);
+    back(&x, m.nb, tape, &g, work);
+    c1 = condition_of(x, out, g, seed);
+    for (i = 0; i < PARTS; i++) c->part[i] += c1.part[i];
+    c->g[0] += c1.g[0], c->g[1] += c1.g[1];
+    for (i = 0; i < roln_lnn_params(&m.f); i++) {
+        ld *most = c->part + part_of(i, &j);
+        a = top / low * fabsl((ld)g.th[i]);
+        c->g[0] = ROLN_MAX(c->g[0], a), *most = ROLN_MAX(*most, a);
+    }
+    m.kind = kind;
+}
+
+static ld largest(int n, const ld *x)
+{
+    ld top = 0;
+    while (n--) top = ROLN_MAX(top, fabsl(x[n]));
+    return top;
+}
+
+/* got against ref, in units of one eps of ref, what one eps of the inputs moves it, and the rounding of the twin's differences
+   (order 0, 1, 2) relative to ref. The bound counts roundings of each input. */
+static void near_by(const char *what, int n, const roln_real *got, const ld *ref, ld moves, int order)
+{
+    const ld h = t_width(), noise = order == 0 ? 0 : order == 1 ? 5e-17L / h : 5e-17L / (h * h), bound = 8;
+    const ld top = largest(n, ref);
+    ld d = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        if (!(fabsl((ld)got[i] - ref[i]) <= d)) d = roln_finite(got[i]) ? fabsl((ld)got[i] - ref[i]) : 1e30L;
+    BOUND(what, d / (EPS * (moves + top + 1e-3L) + noise * (top + (order == 1 ? 0.3L : two_planes() ? 1e-3L : 0.03L))), bound);
+}
+
 /* a = 2 b to rounding */
-static void check_twice(int n, const roln_real *twice, const roln_real *once)
+static void check_twice(int n, const roln_real *twice, const roln_real *once, ld moves)
 {
     ld b[MAXP];
     int i;
     for (i = 0; i < n; i++) b[i] = 2 * (ld)once[i];
-    BOUND("lnn: twice the gradient (eps)", distance(n, twice, b) / EPS, 12);
+    near_by("twice the gradient", n, twice, b, moves, 0);
 }
 
-/* Gradient of theta against the twin: networks directly, P along symmetric directions. */
-static ld p_move, p_base[MAXN * MAXN];
-static int p_i, p_j;
-static ld t_loss_P(void *ctx)
+/* Gradient of theta against the twin, part by part, symmetric matrices along symmetric directions. */
+static void check_theta(const roln_real *g, const condition *c)
+{
+    static const char *const name[PARTS] = {"gradient of the networks", "gradient of P", "gradient of gyro W", "gradient of gyro B", "gradient of BiMap"};
+    static ld slope[MAXP], ref[PARTS][MAXP];
+    static roln_real got[PARTS][MAXP];
+    const int np = roln_lnn_params(&m.f);
+    int k[PARTS] = {0, 0, 0, 0, 0}, i, j, q;
+    t_slopes_params(slope);
+    for (i = 0; i < np; i++) {
+        q = part_of(i, &j);
+        CHECK(same(1, g + i, g + j));
+        if (j < i) continue;
+        ref[q][k[q]] = slope[i], got[q][k[q]++] = g[i] * (i == j ? 1 : 2);
+    }
+    for (q = 0; q < PARTS; q++)
+        if (k[q]) near_by(name[q], k[q], got[q], ref[q], c->part[q], 2);
+}
+
+/* M, c, g, d, T, V (one after the other) and zdd at one state against the twin. */
+enum { NTERMS = 6 };
+static roln_status terms(const roln_real *th, const roln_real *s, int skip, roln_real *X, roln_real *tape, roln_real *w)
 {
     const int n = m.f.n;
-    ld *P = m.th + roln_lnn_params(&m.f) - n * n;
-    P[p_i * n + p_j] = P[p_j * n + p_i] = p_base[p_i * n + p_j] + p_move;
-    return t_loss(ctx);
+    roln_real *at[NTERMS];
+    int i;
+    for (i = 0; i < NTERMS; i++) at[i] = i == skip ? NULL : X + (i == 0 ? 0 : i < 5 ? n * n + (i - 1) * n : n * n + 3 * n + 1);
+    return roln_lnn_terms(&m.f, th, s, at[0], at[1], at[2], at[3], at[4], at[5], tape, w);
 }
 
-static void check_theta(const roln_real *g, ld bound)
-{
-    const int n = m.f.n, np = roln_lnn_params(&m.f) - m.f.base * n * n;
-    ld ref[MAXN * MAXN], sum[MAXN * MAXN];
-    roln_real got[MAXN * MAXN];
-    int k = 0;
-    BOUND("gradient of the networks (eps)", t_gradient(np, g, m.th, 8e-3L, t_loss, NULL) / EPS, bound);
-    if (!m.f.base) return;
-    memcpy(p_base, m.th + np, sizeof *p_base * (size_t)(n * n));
-    for (p_i = 0; p_i < n; p_i++)
-        for (p_j = 0; p_j <= p_i; p_j++, k++) {
-            CHECK(g[np + p_i * n + p_j] == g[np + p_j * n + p_i]);
-            got[k] = g[np + p_i * n + p_j] * (p_i == p_j ? 1 : 2);
-            p_move = 0;
-            sum[k] = t_slope(t_loss_P, NULL, &p_move, 8e-3L);
-            t_loss_P(NULL);
-            ref[k] = sum[k];
-        }
-    BOUND("gradient of P (eps)", distance(k, got, ref) / EPS, bound);
-}
-
-/* M, c, g, T, V and zdd at one state against the twin. */
 static void check_terms(roln_lnn f, uint64_t *seed)
 {
-    const int n = f.n;
-    roln_real *th = weights(&f, seed), *s = normal(2 * n, 0.8, seed), *M = fresh(n * n), *c = fresh(n), *g = fresh(n), *TV = fresh(2);
-    roln_real *tape = fresh(TAPE(1, 1)), *w = fresh(WORK(1, 1)), *tau = normal(n, 1, seed), *zdd = fresh(n), *z2 = fresh(n);
-    ld x[2 * MAXN], tM[MAXN * MAXN], tc[MAXN], kin[MAXN], tg[MAXN], V, T = 0, size = 0;
-    int i, j;
-    widen(2 * n, s, x);
-    CHECK(roln_lnn_terms(&f, th, s, M, c, g, NULL, TV, TV + 1, tape, w) == ROLN_OK);
-    t_terms(x, x + n, tM, tc, kin, tg);
-    t_mlp(&f.potential, m.th + roln_mlp_params(&f.mass), x, &V);
-    BOUND("terms: M (eps)", distance(n * n, M, tM) / EPS, 25);
-    BOUND("terms: c (eps)", distance(n, c, tc) / EPS, 40 + NOISE / 20);
-    BOUND("terms: g (eps)", distance(n, g, tg) / EPS, 20);
+    static const char *const name[NTERMS] = {"terms: M", "terms: c", "terms: g", "terms: d", "terms: T", "terms: V"};
+    const int n = f.n, nx = n * n + 3 * n + 2, np = roln_lnn_params(&f);
+    roln_real *th = weights(&f, seed);
+    const inputs x = draw(&f, th, ZDD, 1, 0, seed);
+    roln_real *X = fresh(nx), *X1 = fresh(nx), *th1 = fresh(np), *s1 = fresh(2 * n), *tape = fresh(TAPE(1, 1)), *w = fresh(WORK(1, 1));
+    roln_real *zdd = fresh(n), *z2 = fresh(n), *c = X + n * n, *g = c + n, *d = g + n;
+    ld ref[MAXN * MAXN + 3 * MAXN + 2], Mv[MAXN], move[NTERMS] = {0, 0, 0, 0, 0, 0}, size = 0;
+    int at[NTERMS + 1], i, j, q;
+    CHECK(TAPE(1, 1) == roln_lnn_tape(&f, 1, 1) && TAPE(2, 3) == roln_lnn_tape(&f, 2, 3) && TAPE(3, 2) == roln_lnn_tape(&f, 3, 2));
+    for (i = 0; i <= NTERMS; i++) at[i] = i == 0 ? 0 : i < 5 ? n * n + (i - 1) * n : n * n + 3 * n + i - 4;
+    at[5] = n * n + 3 * n + 1, at[4] = at[5] - 1, at[6] = nx;
+    CHECK(terms(th, x.s, -1, X, tape, w) == ROLN_OK);
+    for (q = 0; q < 6; q++) { /* condition */
+        for (i = 0; i < np; i++) part_of(i, &j), th1[i] = j < i ? th1[j] : th[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
+        for (i = 0; i < 2 * n; i++) s1[i] = x.s[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
+        CHECK(terms(th1, s1, -1, X1, tape, w) == ROLN_OK);
+        for (i = 0; i < NTERMS; i++) move[i] = ROLN_MAX(move[i], apart(at[i + 1] - at[i], X + at[i], X1 + at[i]) / (128 * EPS));
+    }
+    t_terms(m.s, m.s + n);
+    memcpy(ref, tt.M, sizeof *ref * (size_t)(n * n));
+    t_apply(tt.C, m.s + n, ref + n * n);
+    memcpy(ref + n * n + n, tt.g, sizeof *ref * (size_t)n);
+    memcpy(ref + n * n + 2 * n, tt.d, sizeof *ref * (size_t)n);
+    t_apply(tt.M, m.s + n, Mv);
+    for (ref[at[4]] = 0, i = 0; i < n; i++) ref[at[4]] += Mv[i] * m.s[n + i] / 2;
+    ref[at[5]] = tt.V;
+    for (i = 0; i < NTERMS; i++) near_by(name[i], at[i + 1] - at[i], X + at[i], ref + at[i], move[i], i == 1 || i == 2);
     for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) T += tM[i * n + j] * x[n + i] * x[n + j] / 2;
-    BOUND("terms: T, V (eps)", (fabsl((ld)TV[0] / T - 1) + distance(1, TV + 1, &V)) / EPS, 60);
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, s, tau, zdd, tape, w) == ROLN_OK);
-    for (i = 0; i < n; i++) { /* M zdd + c + g = tau_z, of the library's own terms */
-        ld e = (ld)c[i] + (ld)g[i] - (ld)tau[i], sz = fabsl((ld)c[i]) + fabsl((ld)g[i]) + fabsl((ld)tau[i]);
-        for (j = 0; j < n; j++) e += (ld)M[i * n + j] * (ld)zdd[j], sz += fabsl((ld)M[i * n + j] * (ld)zdd[j]);
+        for (j = 0; j < n; j++) BOUND("terms: M symmetric (eps)", fabsl((ld)X[i * n + j] - (ld)X[j * n + i]) / (EPS * sqrtl((ld)X[i * n + i] * (ld)X[j * n + j])), 4);
+    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
+    for (i = 0; i < n; i++) { /* M zdd + c + g + d = tau_z, of the library's own terms */
+        const ld tau = (ld)x.a[0][i];
+        ld e = (ld)c[i] + (ld)g[i] + (ld)d[i] - tau, sz = fabsl((ld)c[i]) + fabsl((ld)g[i]) + fabsl((ld)d[i]) + fabsl(tau);
+        for (j = 0; j < n; j++) e += (ld)X[i * n + j] * (ld)zdd[j], sz += fabsl((ld)X[i * n + j] * (ld)zdd[j]);
         if (fabsl(e) / sz > size) size = fabsl(e) / sz;
     }
-    BOUND("zdd: M zdd + c + g = tau_z (eps)", size / EPS, 30);
-    for (i = 0; i < n; i++) tau[i] = 0;
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, s, tau, zdd, tape, w) == ROLN_OK);
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, s, NULL, z2, tape, w) == ROLN_OK);
+    BOUND("zdd: M zdd + c + g + d = tau_z (eps)", size / EPS, 30);
+    for (i = 0; i < n; i++) x.a[0][i] = 0;
+    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, NULL, z2, tape, w) == ROLN_OK);
     CHECK(same(n, zdd, z2));
-    for (i = 0; i < 5; i++) { /* each output may be NULL, and does not change the others */
-        roln_real *M1 = fresh(n * n), *c1 = fresh(n), *g1 = fresh(n), *e1 = fresh(2);
-        CHECK(roln_lnn_terms(&f, th, s, i == 0 ? NULL : M1, i == 1 ? NULL : c1, i == 2 ? NULL : g1, NULL, i == 3 ? NULL : e1, i == 4 ? NULL : e1 + 1, tape, w) == ROLN_OK);
-        CHECK((i == 0 || same(n * n, M, M1)) && (i == 1 || same(n, c, c1)) && (i == 2 || same(n, g, g1)) && (i == 3 || TV[0] == e1[0]) && (i == 4 || TV[1] == e1[1]));
+    for (q = 0; q < NTERMS; q++) { /* each output may be NULL, and does not change the others */
+        CHECK(terms(th, x.s, q, X1, tape, w) == ROLN_OK);
+        for (i = 0; i < NTERMS; i++) CHECK(i == q || same(at[i + 1] - at[i], X + at[i], X1 + at[i]));
     }
     fresh_done();
 }
 
 #ifdef ROLN_DOUBLE
-static roln_real *s_th, *s_s, *s_tau, *s_y, *s_out, *s_tape, *s_work;
-static const roln_force *s_force;
+static struct {
+    inputs x;
+    roln_real *out, *tape, *work;
+} slope;
 static double s_loss(void *ctx)
 {
+    const int np = roln_lnn_params(&m.f);
     double e = 0;
-    int i;
+    int i, j;
     (void)ctx;
-    if (m.scheme) CHECK(roln_lnn_step(&m.f, m.scheme, 2, m.nb, s_th, s_force, (double)m.h, s_s, s_out, s_tape, s_work) == ROLN_OK);
-    else CHECK(roln_lnn_zdd(&m.f, 2, m.nb, s_th, s_s, s_tau, s_out, s_tape, s_work) == ROLN_OK);
-    for (i = 0; i < (m.scheme ? 2 : 1) * m.nb * m.f.n; i++) e += s_y[i] * s_out[i];
+    for (i = 0; i < np; i++) part_of(i, &j), slope.x.th[i] = slope.x.th[i > j ? i : j]; /* the lower triangle counts */
+    CHECK(run(&slope.x, directions(1), m.nb, slope.out, slope.tape, slope.work) == ROLN_OK);
+    for (i = 0; i < (two_planes() ? 2 : 1) * m.nb * m.f.n; i++) e += slope.x.y[i] * slope.out[i];
     return e;
+}
+
+static void check_slope(inputs x, inputs g)
+{
+    const int np = roln_lnn_params(&m.f), k = m.nb * m.f.n, T = directions(1);
+    int i, j, q;
+    slope.x = x, slope.out = fresh(2 * k), slope.tape = fresh(tapes(1) * TAPE(T, m.nb)), slope.work = fresh(work_of(T, m.nb, 0));
+    for (i = 0; i < np; i++) part_of(i, &j), g.th[i] *= i < j ? 0 : i > j ? 2 : 1;
+    check_halving(np, g.th, x.th, 1e-2, s_loss, NULL);
+    check_halving(2 * k, g.s, x.s, m.kind == START ? 1e-3 : 1e-2, s_loss, NULL);
+    for (q = 0; q < extras(); q++) check_halving(k, g.a[q], x.a[q], 1e-2, s_loss, NULL);
 }
 #endif
 
-/* Forward and backward of zdd (scheme 0) or of a step, on poisoned memory of exactly the documented sizes. */
-static void check_dynamics(roln_lnn f, int scheme, int nb, int force, int slope, uint64_t *seed)
+/* A map and its backward, on poisoned memory of exactly the documented sizes. */
+static void check_map(roln_lnn f, int kind, int nb, int force, int halving, uint64_t *seed)
 {
     static ld ref[2 * MAXB * MAXN];
-    const int n = f.n, np = roln_lnn_params(&f), ns = 2 * nb * n, no = (scheme ? 2 : 1) * nb * n;
-    const int stages = scheme ? ROLN_STAGES(scheme) : 1;
-    const ld slack = scheme ? 4 : 12, gslack = 150;
-    roln_real *th = weights(&f, seed), *s = normal(ns, 0.8, seed), *tau = normal(nb * n, 1, seed), *y = normal(no, 1, seed), *w = normal(2 * n, 0.5, seed);
-    roln_real *out = fresh(no), *out1 = fresh(no), *tape = fresh(stages * TAPE(2, nb)), *work = fresh(scheme ? STEP_WORK(2, nb) : WORK(2, nb));
-    roln_real *gs, *gth, *gtau, *gw, *gs1, *gth1, *gtau1, *gw1, *tape1 = fresh(TAPE(1, nb)), *work1 = fresh(scheme ? STEP_WORK(1, nb) : WORK(1, nb));
-    roln_real *one = fresh(2 * n), *one_tape = fresh(TAPE(1, 1)), *one_work = fresh(scheme ? STEP_WORK(1, 1) : WORK(1, 1));
-    const roln_real h = ROLN_C(0.05);
-    spring sp;
-    roln_force fc;
-    int r;
-    sp.n = n, sp.w = w, sp.gw = NULL;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
-    m.nb = nb, m.scheme = scheme, m.force = force, m.tau = !force, m.h = (ld)h;
-    widen(ns, s, m.s), widen(nb * n, tau, m.tau_z), widen(no, y, m.y), widen(2 * n, w, m.w);
-#define RUN(T, rows, si, so, tp, wk) \
-    (scheme ? roln_lnn_step(&f, scheme, T, rows, th, force ? &fc : NULL, h, si, so, tp, wk) : roln_lnn_zdd(&f, T, rows, th, si, tau_, so, tp, wk))
-    {
-        const roln_real *tau_ = tau;
-        CHECK(RUN(2, nb, s, out, tape, work) == ROLN_OK);
-        t_run(ref);
-        BOUND(scheme == 0 ? "zdd (eps)" : scheme == ROLN_EULER ? "euler (eps)" : scheme == ROLN_RK4 ? "rk4 (eps)" : "midpoint (eps)", distance(no, out, ref) / EPS, slack);
-        CHECK(RUN(1, nb, s, out1, tape1, work1) == ROLN_OK); /* same bits without backward, in place, one by one */
-        CHECK(same(no, out, out1));
-        if (scheme) {
-            out1 = copy(ns, s);
-            CHECK(RUN(1, nb, out1, out1, tape1, work1) == ROLN_OK);
-            CHECK(same(no, out, out1));
-        }
-        for (r = 0; r < nb; r++) {
-            memcpy(one, s + r * n, (size_t)n * sizeof *s);
-            memcpy(one + n, s + (nb + r) * n, (size_t)n * sizeof *s);
-            tau_ = tau + r * n;
-            CHECK(RUN(1, 1, one, one, one_tape, one_work) == ROLN_OK);
-            CHECK(same(n, one, out + r * n) && (!scheme || same(n, one + n, out + (nb + r) * n)));
-        }
+    const int n = f.n;
+    roln_real *th = weights(&f, seed), **ag[ARRAYS], **ag1[ARRAYS], **ag2[ARRAYS], *out1, *tape1, *work1;
+    const inputs x = draw(&f, th, kind, nb, force, seed);
+    const int planes = two_planes() ? 2 : 1, no = planes * nb * n, T0 = directions(0), T1 = directions(1);
+    roln_real *out = fresh(no), *tape = fresh(tapes(1) * TAPE(T1, nb)), *work = fresh(work_of(T1, nb, 0));
+    inputs one, g, g1, g2;
+    condition c;
+    int len[ARRAYS], r, q, j;
+
+    CHECK(run(&x, T1, nb, out, tape, work) == ROLN_OK);
+    t_run(ref);
+    out1 = fresh(no), tape1 = fresh(TAPE(T0, nb)), work1 = fresh(work_of(T0, nb, 0));
+    CHECK(run(&x, T0, nb, out1, tape1, work1) == ROLN_OK); /* same bits without backward, in place, one by one */
+    CHECK(same(no, out, out1));
+    one = copy_inputs(x);
+    if (two_planes() && kind != START) {
+        CHECK(run(&one, T0, nb, one.s, tape1, work1) == ROLN_OK);
+        CHECK(same(no, out, one.s));
     }
-    gs = zeros(ns), gth = zeros(np), gtau = zeros(nb * n), gw = zeros(2 * n);
-    work = fresh(scheme ? STEP_WORK(2, nb) : nb * n + WORK(2, nb));
-#define BWD(a, b, c) \
-    do { \
-        if (scheme) roln_lnn_step_bwd(&f, scheme, nb, th, force ? &fc : NULL, h, tape, y, a, b, work); \
-        else roln_lnn_zdd_bwd(&f, nb, th, tape, y, a, c, b, work); \
-    } while (0)
-    sp.gw = gw;
-    BWD(gs, gth, gtau);
-    BOUND("gradient of the state (eps)", t_gradient(ns, gs, m.s, 8e-3L, t_loss, NULL) / EPS, gslack + NOISE);
-    check_theta(gth, gslack + NOISE);
-    if (!scheme) BOUND("gradient of tau_z (eps)", t_gradient(nb * n, gtau, m.tau_z, 8e-3L, t_loss, NULL) / EPS, 10 + NOISE / 20);
-    if (force) BOUND("gradient of the force parameters (eps)", t_gradient(2 * n, gw, m.w, 8e-3L, t_loss, NULL) / EPS, gslack + NOISE);
-    gs1 = copy(ns, gs), gth1 = copy(np, gth), gtau1 = copy(nb * n, gtau), gw1 = copy(2 * n, gw);
-    BWD(gs, gth, gtau);
-    check_twice(ns, gs, gs1), check_twice(np, gth, gth1), check_twice(nb * n, gtau, gtau1), check_twice(2 * n, gw, gw1);
-    gs = zeros(ns), sp.gw = NULL;
-    BWD(gs, NULL, NULL);
-    CHECK(same(ns, gs, gs1));
-    if (!scheme) {
-        gth = zeros(np), gtau = zeros(nb * n);
-        BWD(NULL, gth, NULL);
-        BWD(NULL, NULL, gtau);
-        CHECK(same(np, gth, gth1) && same(nb * n, gtau, gtau1));
+    for (q = 0; q < extras() && kind != ZDD; q++) {
+        one = copy_inputs(x);
+        CHECK(run(&one, T0, nb, one.a[q], tape1, work1) == ROLN_OK);
+        CHECK(same(no, out, one.a[q]));
     }
+    one = copy_inputs(x), tape1 = fresh(TAPE(T0, 1)), work1 = fresh(work_of(T0, 1, 0)), out1 = fresh(2 * n);
+    for (r = 0; r < nb; r++) {
+        row_of(&x, r, &one);
+        CHECK(run(&one, T0, 1, out1, tape1, work1) == ROLN_OK);
+        CHECK(same(n, out1, out + r * n) && (planes == 1 || same(n, out1 + n, out + (nb + r) * n)));
+    }
+
+    g = zero_inputs(), work = fresh(work_of(T1, nb, 1));
+    back(&x, nb, tape, &g, work);
+    CHECK(unused(tapes(1) * TAPE(T1, nb), tape) == 0);
+    g1 = copy_inputs(g), arrays(&g, ag, len), arrays(&g1, ag1, len);
+    back(&x, nb, tape, &g, work);
+    g2 = zero_inputs(), arrays(&g2, ag2, len);
+    for (q = 0; q < 5; q++) { /* each gradient alone; steps need that of s */
+        inputs only = g2;
+        for (j = 0; j < len[q]; j++) (*ag2[q])[j] = 0;
+        for (j = 0; j < len[1]; j++) g2.s[j] = 0;
+        only.th = q == 0 ? only.th : NULL, only.s = q == 1 || planes == 2 ? only.s : NULL, only.w = q == 4 ? only.w : NULL;
+        for (j = 0; j < 2; j++) only.a[j] = q == 2 + j && len[q] ? only.a[j] : NULL;
+        back(&x, nb, tape, &only, work);
+        CHECK(same(len[q], *ag1[q], *ag2[q]));
+    }
+
+    c = condition_of(x, out, g1, seed);
+    add_momenta(x, &c, seed);
+    for (q = 0; q < 5; q++) check_twice(len[q], *ag[q], *ag1[q], c.g[q]);
+    near_by(map_name[kind], no, out, ref, c.out, 1);
+    t_slopes(2 * nb * n, m.s, ref);
+    near_by("gradient of the state", 2 * nb * n, g1.s, ref, c.g[1], 2);
+    for (q = 0; q < extras(); q++) {
+        t_slopes(nb * n, m.a[q], ref);
+        near_by(kind == ZDD ? "gradient of tau_z" : q ? "gradient of w" : "gradient of zdd", nb * n, g1.a[q], ref, c.g[2 + q], 2);
+    }
+    if (m.force) {
+        t_slopes(2 * n, m.w, ref);
+        near_by("gradient of the force parameters", 2 * n, g1.w, ref, c.g[4], 2);
+    }
+    check_theta(g1.th, &c);
 #ifdef ROLN_DOUBLE
-    if (slope) {
-        s_th = th, s_s = s, s_tau = tau, s_y = y, s_out = out, s_force = force ? &fc : NULL;
-        s_tape = fresh(stages * TAPE(2, nb)), s_work = fresh(scheme ? STEP_WORK(2, nb) : WORK(2, nb));
-        check_halving(np - f.base * n * n, gth1, th, 1e-2, s_loss, NULL);
-        check_halving(ns, gs1, s, 1e-2, s_loss, NULL);
-    }
+    if (halving) check_slope(x, g1);
 #else
-    (void)slope;
+    (void)halving;
 #endif
     fresh_done();
 }
@@ -511,82 +1057,119 @@ static void test_order(uint64_t *seed)
 {
 #ifdef ROLN_DOUBLE
     static const double order[4] = {0, 1, 4, 2};
-    const roln_lnn f = shape(2, 1, 3, 5, 4);
-    roln_real *th = weights(&f, seed), *s0 = normal(4, 0.7, seed), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
-    const double T = 0.8;
-    ld ref[4];
-    int scheme, q, k, i;
-    m.force = m.tau = 0;
-    widen(4, s0, ref);
-    for (k = 0; k < 200; k++) t_step(ROLN_RK4, (ld)T / 200, ref, ref);
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
-        double e[3];
-        for (q = 0; q < 3; q++) {
-            const int steps = (scheme == ROLN_EULER ? 64 : 8) << q;
-            double s[4];
-            memcpy(s, s0, sizeof s);
-            for (k = 0; k < steps; k++) CHECK(roln_lnn_step(&f, scheme, 1, 1, th, NULL, T / steps, s, s, tape, w) == ROLN_OK);
-            for (e[q] = 0, i = 0; i < 4; i++) e[q] += fabs(s[i] - (double)ref[i]);
+    int scheme, q, k, i, which;
+    for (which = 0; which < 2; which++) {
+        const roln_lnn f = which ? damped(behind(shape(2, 0, 3, 3, 2), 3, "g2")) : shape(2, 1, 3, 5, 4);
+        roln_real *th = weights(&f, seed), *s0 = normal(4, 0.7, seed), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        const double T = 0.8;
+        ld ref[4];
+        m.force = 0;
+        widen(4, s0, ref);
+        for (k = 0; k < 200; k++) t_step(ROLN_RK4, (ld)T / 200, ref, ref);
+        for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+            double e[3];
+            for (q = 0; q < 3; q++) {
+                const int steps = (scheme == ROLN_EULER ? 64 : 8) << q;
+                double s[4];
+                memcpy(s, s0, sizeof s);
+                for (k = 0; k < steps; k++) CHECK(roln_lnn_step(&f, scheme, 1, 1, th, NULL, T / steps, s, s, tape, w) == ROLN_OK);
+                for (e[q] = 0, i = 0; i < 4; i++) e[q] += fabs(s[i] - (double)ref[i]);
+            }
+            CHECK_NEAR(log(e[0] / e[1]) / log(2), order[scheme], 0.15);
+            CHECK_NEAR(log(e[1] / e[2]) / log(2), order[scheme], 0.1);
         }
-        CHECK_NEAR(log(e[0] / e[1]) / log(2), order[scheme], 0.15);
-        CHECK_NEAR(log(e[1] / e[2]) / log(2), order[scheme], 0.1);
+        fresh_done();
     }
-    fresh_done();
 #else
     (void)seed;
 #endif
 }
 
-#ifdef ROLN_DOUBLE
-/* The step as a map of x = [z; p] */
-static void canonical_step(int scheme, const roln_real *th, double h, const double *x, double *y, roln_real *tape, roln_real *w)
+/* X J X^T - J, relative, with X = A in canonical variables: dp = M dzd + N dz, N_ik = d(M zd)_i/dz_k, so
+   [dz; dp] = [I 0; N M] [dz; dzd] at s and at sn. */
+static ld symplectic_defect(const roln_real *A, const ld *s, const ld *sn)
 {
-    const int n = m.f.n;
-    double s[2 * MAXN], M[MAXN * MAXN];
-    ld A[MAXN * MAXN], b[MAXN];
-    int i, j;
-    memcpy(s, x, sizeof *s * (size_t)n), memset(s + n, 0, sizeof *s * (size_t)n);
-    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
-    widen(n * n, M, A), widen(n, x + n, b);
-    t_solve(n, 1, A, b);
-    for (i = 0; i < n; i++) s[n + i] = (double)b[i];
-    CHECK(roln_lnn_step(&m.f, scheme, 1, 1, th, NULL, h, s, s, tape, w) == ROLN_OK);
-    CHECK(roln_lnn_terms(&m.f, th, s, M, NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
-    for (i = 0; i < n; i++)
-        for (y[i] = s[i], y[n + i] = 0, j = 0; j < n; j++) y[n + i] += M[i * n + j] * s[n + j];
-}
-#endif
-
-/* Midpoint keeps dz ^ dp, the others do not. */
-static void test_symplectic(uint64_t *seed)
-{
-#ifdef ROLN_DOUBLE
-    const roln_lnn f = shape(3, 1, 3, 6, 5);
-    enum { N = 6 };
-    roln_real *th = weights(&f, seed), *x = normal(N, 0.6, seed), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
-    double D[N][N], y[4][N], e, worst, xi;
-    int scheme, i, j, k, q;
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
-        for (j = 0; j < N; j++) {
-            for (xi = x[j], q = 0; q < 4; q++) {
-                x[j] = xi + 1e-3 * (q < 2 ? q - 2 : q - 1);
-                canonical_step(scheme, th, 0.2, x, y[q], tape, w);
+    const int n = m.f.n, n2 = 2 * n;
+    ld G[2][4 * MAXN * MAXN], D[4 * MAXN * MAXN], B[4 * MAXN * MAXN], worst = 0, top = 0, e;
+    int q, i, j, k;
+    for (q = 0; q < 2; q++) {
+        const ld *x = q ? sn : s;
+        t_terms(x, x + n);
+        memset(G[q], 0, sizeof G[q]);
+        for (i = 0; i < n; i++)
+            for (G[q][i * n2 + i] = 1, k = 0; k < n; k++) {
+                for (j = 0; j < n; j++) G[q][(n + i) * n2 + k] += tt.dM[k * n * n + i * n + j] * x[n + j];
+                G[q][(n + i) * n2 + n + k] = tt.M[i * n + k];
             }
-            x[j] = xi;
-            for (i = 0; i < N; i++) D[i][j] = (8 * (y[2][i] - y[1][i]) - (y[3][i] - y[0][i])) / 12e-3;
-        }
-        for (worst = 0, i = 0; i < N; i++)
-            for (j = 0; j < N; j++) {
-                for (e = -(j == i + 3) + (i == j + 3), k = 0; k < 3; k++) e += D[k][i] * D[k + 3][j] - D[k + 3][i] * D[k][j];
-                worst = fabs(e) > worst ? fabs(e) : worst;
-            }
-        if (scheme == ROLN_MIDPOINT) BOUND("midpoint: dz ^ dp", (ld)worst, 1e-10L);
-        else CHECK(worst > 1e-9);
     }
-    fresh_done();
-#else
-    (void)seed;
-#endif
+    widen(n2 * n2, A, D);
+    t_mul(n2, G[1], D, D); /* G1 A G0^-1 by transposing: G0^T X^T = (G1 A)^T */
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++) B[i * n2 + j] = D[j * n2 + i];
+    for (i = 0; i < n2; i++)
+        for (j = i + 1; j < n2; j++) e = G[0][i * n2 + j], G[0][i * n2 + j] = G[0][j * n2 + i], G[0][j * n2 + i] = e;
+    t_solve(n2, n2, G[0], B); /* B = X^T; row i of B is column i of X */
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++) {
+            for (e = -(j == i + n) + (i == j + n), k = 0; k < n; k++) {
+                e += B[i * n2 + k] * B[j * n2 + n + k] - B[i * n2 + n + k] * B[j * n2 + k];
+                top = ROLN_MAX(top, fabsl(B[i * n2 + k] * B[j * n2 + n + k]));
+            }
+            worst = ROLN_MAX(worst, fabsl(e));
+        }
+    return worst / (top + 1);
+}
+
+/* Linearisation of all schemes: A and B against the twin, symplectic for midpoint alone and without damping. */
+static void check_linear(roln_lnn f, int force, uint64_t *seed)
+{
+    const int n = f.n, n2 = 2 * n, width = 3 * n;
+    int scheme, i, j, k;
+    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+        static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
+        roln_real *th = weights(&f, seed);
+        const inputs x = draw(&f, th, scheme, 1, force, seed);
+        const roln_real h = (roln_real)m.h;
+        roln_real *tape = fresh(ROLN_STAGES(scheme) * TAPE(2, 1)), *w = fresh(STEP_WORK(2, 1) + n2), *sn = fresh(n2), *s1 = fresh(n2);
+        roln_real *A = fresh(n2 * n2), *A1 = fresh(n2 * n2), *B = fresh(n2 * width);
+        ld refA[4 * MAXN * MAXN], refB[4 * MAXN * MAXN], out[2 * MAXN], s[2 * MAXN];
+        spring sp;
+        roln_force fc;
+        roln_real **row = (roln_real **)&sp.gw;
+        sp.n = n, sp.w = x.w, sp.gw = NULL;
+        fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+        CHECK(roln_lnn_step(&f, scheme, 1, 1, th, force ? &fc : NULL, h, x.s, s1, tape, w) == ROLN_OK);
+        CHECK(roln_lnn_linear(&f, scheme, th, force ? &fc : NULL, h, x.s, width, force ? row : NULL, sn, A, force ? B : NULL, tape, w) == ROLN_OK);
+        CHECK(same(n2, sn, s1));
+        for (j = 0; j < 2 * n2; j++) { /* column j of A, of B */
+            ld *at = j < n2 ? m.s + j : m.w + j - n2, *ref = j < n2 ? refA + j : refB + j - n2, x0 = *at;
+            for (i = 0; i < n2; i++) ref[i * n2] = 0;
+            for (k = -4; k <= 4; k++) {
+                if (k == 0) continue;
+                *at = x0 + (ld)k * t_width();
+                t_run(out);
+                for (i = 0; i < n2; i++) ref[i * n2] += (k > 0 ? c[k - 1] : -c[-k - 1]) * out[i] / t_width();
+            }
+            *at = x0;
+        }
+        near_by("linear: A", n2 * n2, A, refA, 4 * largest(n2 * n2, refA), 2);
+        if (force) {
+            for (i = 0; i < n2; i++) {
+                for (j = n2; j < width; j++) CHECK(B[i * width + j] == 0);
+                for (j = 0; j < n2; j++) A1[i * n2 + j] = B[i * width + j];
+            }
+            near_by("linear: B", n2 * n2, A1, refB, 4 * largest(n2 * n2, refB), 2);
+            sp.gw = NULL; /* without B */
+            CHECK(roln_lnn_linear(&f, scheme, th, &fc, h, x.s, width, NULL, sn, A1, NULL, tape, w) == ROLN_OK);
+            CHECK(sp.gw == NULL && same(n2 * n2, A, A1) && same(n2, sn, s1));
+        } else {
+            t_run(out);
+            memcpy(s, m.s, sizeof *s * (size_t)n2);
+            if (scheme == ROLN_MIDPOINT && !f.damping) BOUND("linear: midpoint is symplectic (eps)", symplectic_defect(A, s, out) / (EPS + 1e-17L / t_width()), 60);
+            else if (EPS < 1e-10L) CHECK(symplectic_defect(A, s, out) > 100 * EPS);
+        }
+        fresh_done();
+    }
 }
 
 /* A bowl: V = sum softplus(3 z_i) + softplus(-3 z_i), one hidden layer; the mass network varies with z. */
@@ -598,6 +1181,7 @@ static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
     for (i = 0; i < roln_mlp_params(&f->potential); i++) W[i] = 0;
     for (i = 0; i < n; i++) W[i * h + i] = 3, W[i * h + n + i] = -3;
     for (k = 0; k < h; k++) W[n * h + h + k] = 1;
+    for (i = base_at - ROLN_TRI(n); f->damping && i < base_at - ROLN_TRI(n) + n; i++) th[i] = ROLN_C(0.5);
     widen(roln_lnn_params(f), th, m.th);
     return th;
 }
@@ -611,24 +1195,35 @@ static double energy(const roln_lnn *f, const roln_real *th, const roln_real *s,
 
 static void test_energy(uint64_t *seed)
 {
-    const roln_lnn f = shape(2, 1, 2, 4, 0);
-    roln_real *th = bowl(&f, seed), *s = fresh(4), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
-    double e0, e, mean[2] = {0, 0}, swing = 0;
-    int k;
-    s[0] = ROLN_C(0.6), s[1] = ROLN_C(-0.3), s[2] = ROLN_C(0.2), s[3] = ROLN_C(0.5);
-    e0 = energy(&f, th, s, tape, w);
-    for (k = 0; k < 10000; k++) {
-        CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 1, th, NULL, ROLN_C(0.05), s, s, tape, w) == ROLN_OK);
-        e = energy(&f, th, s, tape, w) - e0;
-        mean[k / 5000] += e / 5000;
-        swing = fabs(e) > swing ? fabs(e) : swing;
+    int which, k;
+    for (which = 0; which < 4; which++) {
+        const roln_lnn f = which == 0 ? shape(2, 1, 2, 4, 0) : which == 1 ? behind(shape(2, 1, 2, 4, 0), 3, "g2") : which == 2 ? cholesky(shape(2, 0, 2, 4, 0)) : damped(behind(shape(2, 0, 2, 4, 0), 2, "g"));
+        roln_real *th = bowl(&f, seed), *s = fresh(4), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        const int steps = which == 0 ? 10000 : 4000;
+        double e0, e, last = 0, mean[2] = {0, 0}, swing = 0, rise = 0;
+        s[0] = ROLN_C(0.6), s[1] = ROLN_C(-0.3), s[2] = ROLN_C(0.2), s[3] = ROLN_C(0.5);
+        e0 = energy(&f, th, s, tape, w);
+        for (k = 0; k < steps; k++) {
+            CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 1, th, NULL, ROLN_C(0.05), s, s, tape, w) == ROLN_OK);
+            e = energy(&f, th, s, tape, w) - e0;
+            mean[2 * k / steps] += 2 * e / steps;
+            swing = fabs(e) > swing ? fabs(e) : swing;
+            rise = e - last > rise ? e - last : rise;
+            last = e;
+        }
+        if (f.damping) { /* never rises but by the error of the step, h^3, and comes to rest at the bottom, 2 n log 2 */
+            BOUND("damped midpoint: rise of the energy in a step", (ld)(rise / e0), 1e-5L);
+            BOUND("damped midpoint: energy left", (ld)((e0 + last) / (4 * log(2)) - 1), 1e-3L);
+            CHECK(e0 + last > 0.999 * 4 * log(2));
+        } else {
+            BOUND("midpoint: energy over 10^4 steps", (ld)(swing / e0), 3e-4L);
+            BOUND("midpoint: drift of the energy", (ld)(fabs(mean[1] - mean[0]) / e0), sizeof(roln_real) == 4 ? 2e-5L : which ? 1e-5L : 1e-6L); /* of the mean of each half */
+        }
+        fresh_done();
     }
-    BOUND("midpoint: energy over 10^4 steps", (ld)(swing / e0), 3e-4L);
-    BOUND("midpoint: drift of the energy", (ld)(fabs(mean[1] - mean[0]) / e0), sizeof(roln_real) == 8 ? 1e-6L : 2e-5L);
-    fresh_done();
 }
 
-/* dE/dt = zd . tau along the flow: E after and before a short RK4 step under a constant force. */
+/* dE/dt = zd . (tau - d) along the flow: E after and before a short RK4 step under a constant force. */
 static void const_eval(void *ctx, int nb, const roln_real *z, roln_real *tau)
 {
     (void)z;
@@ -638,123 +1233,373 @@ static void const_eval(void *ctx, int nb, const roln_real *z, roln_real *tau)
 static void test_power(uint64_t *seed)
 {
     int rep;
-    for (rep = 0; rep < 6; rep++) {
-        const roln_lnn f = shape(3, rep % 2, 3, 6, 5);
-        roln_real *th = weights(&f, seed), *s = normal(6, 0.7, seed), *tau = normal(3, 1, seed), *a = fresh(6), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
-        const roln_real h = sizeof(roln_real) == 8 ? ROLN_C(1e-3) : ROLN_C(3e-2);
-        double e[2], power = 0;
+    for (rep = 0; rep < 6 + 2 * HEADS; rep++) {
+        roln_lnn f = rep < 6 ? shape(3, rep % 2, 3, 6, 5) : head(rep % HEADS);
+        const int n = f.n;
+        roln_real *th = weights(&f, seed);
+        const inputs x = draw(&f, th, ZDD, 1, 0, seed);
+        roln_real *a = fresh(2 * n), *d = fresh(n), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        const roln_real h = sizeof(roln_real) == 8 ? ROLN_C(1e-3) : ROLN_C(2e-2);
+        double e[2], power = 0, size = 0;
         roln_force fc;
         int q, i;
-        fc.eval = const_eval, fc.bwd = NULL, fc.ctx = tau;
+        fc.eval = const_eval, fc.bwd = NULL, fc.ctx = x.a[0];
         for (q = 0; q < 2; q++) {
-            CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 1, th, &fc, q ? h : -h, s, a, tape, w) == ROLN_OK);
+            CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 1, th, &fc, q ? h : -h, x.s, a, tape, w) == ROLN_OK);
             e[q] = energy(&f, th, a, tape, w);
         }
-        for (i = 0; i < 3; i++) power += (double)s[3 + i] * (double)tau[i];
-        BOUND("dE/dt = zd . tau", (ld)fabs((e[1] - e[0]) / (2 * (double)h) - power), sizeof(roln_real) == 8 ? 1e-6L : 2e-3L);
+        CHECK(roln_lnn_terms(&f, th, x.s, NULL, NULL, NULL, d, NULL, NULL, tape, w) == ROLN_OK);
+        for (i = 0; i < n; i++) {
+            const double watt = (double)x.s[n + i] * ((double)x.a[0][i] - (double)d[i]);
+            power += watt, size += fabs(watt);
+        }
+        BOUND("dE/dt = zd . (tau - d)", (ld)(fabs((e[1] - e[0]) / (2 * (double)h) - power) / (1 + size)), sizeof(roln_real) == 8 ? 1e-5L : 4e-3L);
         fresh_done();
     }
+}
+
+/* zd^T d = |L^T zd|^2 >= 0, but for the rounding of the sum, whatever the weights. */
+static void test_damping(uint64_t *seed)
+{
+    int rep, i, j;
+    for (rep = 0; rep < 3000; rep++) {
+        const int n = 1 + rep % 5;
+        const roln_lnn f = damped(rep % 3 ? shape(n, 0, 2, 2, 0) : cholesky(shape(n, 0, 2, 2, 0)));
+        roln_real *th = weights(&f, seed), *s = normal(2 * n, 1, seed), *d = fresh(n), *tape = fresh(TAPE(1, 1)), *w = fresh(WORK(1, 1));
+        ld u[ROLN_TRI(MAXN)], L[MAXN * MAXN], x[2 * MAXN], power = 0, size = 0, y, scale = (ld)roln_normal(seed);
+        for (i = damper_at; i < base_at; i++) th[i] = (roln_real)(10 * scale * scale * (ld)th[i]); /* from nothing to strong */
+        for (i = base_at - n; rep % 7 == 0 && i < base_at; i++) th[i] = 0;
+        widen(roln_lnn_params(&f), th, m.th), widen(2 * n, s, x);
+        CHECK(roln_lnn_terms(&f, th, s, NULL, NULL, NULL, d, NULL, NULL, tape, w) == ROLN_OK);
+        t_mlp(&f.damper, m.th + damper_at, x, u);
+        t_low(n, u, 0, L);
+        for (j = 0; j < n; j++) {
+            for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * x[n + i];
+            for (i = 0; i < n; i++) size += fabsl(x[n + i] * L[i * n + j] * y);
+        }
+        for (i = 0; i < n; i++) power += x[n + i] * (ld)d[i];
+        BOUND("damping: -zd . d (eps)", -power / (EPS * (size + 1e-9L)), 8);
+        fresh_done();
+    }
+}
+
+/* Inverse dynamics: inverse of the forward ones, the full matrix C of Christoffel symbols, linear in w. */
+static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_real *w, roln_real *tau, roln_real *tape, roln_real *work)
+{
+    return roln_lnn_inverse(&m.f, w ? 2 : 1, 1, x->th, x->s, w, zdd, tau, tape, work);
+}
+
+static void check_inverse(roln_lnn f, uint64_t *seed)
+{
+    const int n = f.n, nn = n * n;
+    roln_real *th = weights(&f, seed);
+    const inputs x = draw(&f, th, INVERSE_W, 1, 0, seed);
+    roln_real *tape = fresh(TAPE(2, 1)), *work = fresh(WORK(2, 1) + n), *zdd = fresh(n), *tau = fresh(n), *t2 = fresh(n), *none = zeros(n);
+    roln_real *e = zeros(n), *g = fresh(n), *d = fresh(n), *C = fresh(nn), *c = fresh(n), *s = copy(2 * n, x.s);
+    roln_real cw[2][MAXN], u[MAXN];
+    ld size[MAXN], sum[MAXN * MAXN], v, a, b;
+    int i, j, k, q;
+
+    t_terms(m.s, m.s + n); /* sizes: the terms of C (zd + w) and of the equations by magnitude */
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (sum[i * n + j] = 0, k = 0; k < n; k++)
+                sum[i * n + j] += (fabsl(tt.dM[k * nn + i * n + j]) + fabsl(tt.dM[j * nn + i * n + k]) + fabsl(tt.dM[i * nn + j * n + k])) / 2 *
+                                  (fabsl(m.s[n + k]) + fabsl(m.a[1][k]));
+    for (i = 0; i < n; i++) {
+        for (size[i] = fabsl(tt.g[i]) + fabsl(tt.d[i]), j = 0; j < n; j++)
+            size[i] += sum[i * n + j] * (fabsl(m.s[n + j]) + fabsl(m.a[1][j])) + fabsl(tt.M[i * n + j] * m.a[0][j]);
+        size[i] += fabsl(m.a[0][i]);
+    }
+
+    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, work) == ROLN_OK); /* inverse(forward) = identity, w = zd */
+    CHECK(inverse(&x, zdd, NULL, tau, tape, work) == ROLN_OK);
+    CHECK(inverse(&x, zdd, x.s + n, t2, tape, work) == ROLN_OK);
+    for (i = 0; i < n; i++) {
+        for (v = size[i], j = 0; j < n; j++) v += fabsl(tt.M[i * n + j] * (ld)zdd[j]);
+        BOUND("inverse of the forward dynamics (eps)", fabsl((ld)tau[i] - m.a[0][i]) / (EPS * v), 30);
+        BOUND("inverse: w = zd (eps)", fabsl((ld)tau[i] - (ld)t2[i]) / (EPS * v), 30);
+    }
+    CHECK(roln_lnn_terms(&f, th, x.s, NULL, c, g, d, NULL, NULL, tape, work) == ROLN_OK); /* C column by column */
+    for (k = 0; k < n; k++) {
+        e[k] = 1;
+        CHECK(inverse(&x, none, e, t2, tape, work) == ROLN_OK);
+        for (e[k] = 0, i = 0; i < n; i++) C[i * n + k] = t2[i] - g[i] - d[i];
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            const ld tol = EPS * (sum[i * n + j] + size[i]) + 1e-17L / t_width();
+            BOUND("inverse: columns of C (eps)", fabsl((ld)C[i * n + j] - tt.C[i * n + j]) / tol, 30);
+        }
+    for (q = 0; q < 5; q++) { /* DM[zd] - 2 C is skew */
+        for (i = 0; i < n; i++) u[i] = roln_normal(seed);
+        for (a = b = 0, i = 0; i < n; i++)
+            for (j = 0; j < n; j++) {
+                const ld x2 = (ld)u[i] * (ld)u[j];
+                for (v = 0, k = 0; k < n; k++) v += tt.dM[k * nn + i * n + j] * m.s[n + k];
+                a += x2 * (v - 2 * (ld)C[i * n + j]), b += fabsl(x2) * (sum[i * n + j] + fabsl((ld)g[i]) + fabsl((ld)d[i]));
+            }
+        BOUND("inverse: DM[zd] - 2 C is skew (eps)", fabsl(a) / (EPS * b + 1e-17L / t_width() * (1 + b)), 30);
+    }
+    CHECK(inverse(&x, none, x.a[1], t2, tape, work) == ROLN_OK); /* polarisation: C w = (c(zd + w) - c(zd - w)) / 4 */
+    for (q = 0; q < 2; q++) {
+        for (i = 0; i < n; i++) s[n + i] = q ? x.s[n + i] - x.a[1][i] : x.s[n + i] + x.a[1][i];
+        CHECK(roln_lnn_terms(&f, th, s, NULL, cw[q], NULL, NULL, NULL, NULL, tape, work) == ROLN_OK);
+    }
+    for (i = 0; i < n; i++) BOUND("inverse: polarisation (eps)", fabsl((ld)t2[i] - (ld)g[i] - (ld)d[i] - ((ld)cw[0][i] - (ld)cw[1][i]) / 4) / (EPS * size[i]), 30);
+    fresh_done();
+}
+
+/* Ld(a, b) = h L((a + b)/2, (b - a)/h) */
+static ld lagrangian(const ld *a, const ld *b)
+{
+    const int n = m.f.n;
+    ld z[MAXN], v[MAXN], Mv[MAXN], M[MAXN * MAXN], V, L = 0;
+    int i;
+    for (i = 0; i < n; i++) z[i] = (a[i] + b[i]) / 2, v[i] = (b[i] - a[i]) / m.h;
+    t_mass(z, M);
+    t_mlp(&m.f.potential, m.th + roln_mlp_params(&m.f.mass), z, &V);
+    t_apply(M, v, Mv);
+    for (i = 0; i < n; i++) L += Mv[i] * v[i] / 2;
+    return m.h * (L - V);
+}
+
+static struct {
+    ld z[3][MAXN];
+} path;
+static ld t_action(void *ctx)
+{
+    (void)ctx;
+    return lagrangian(path.z[0], path.z[1]) + lagrangian(path.z[1], path.z[2]);
+}
+
+/* Positions from roln_lnn_start and midpoint steps make the action stationary: D2 Ld(z0, z1) + D1 Ld(z1, z2) + h/2 (F_01 + F_12)
+   = 0 with the forces tau_z - d at the midpoints. Unit: eps z / h, the rounding of a velocity, through M. */
+static void check_start(roln_lnn f, int force, uint64_t *seed)
+{
+    const int n = f.n, steps = 4;
+    roln_real *th = weights(&f, seed);
+    const inputs x = draw(&f, th, START, 1, force, seed);
+    roln_real *tape = fresh(TAPE(1, 1)), *work = fresh(STEP_WORK(1, 1)), *s = fresh(2 * n), z[6][MAXN];
+    spring sp;
+    roln_force fc;
+    int k, i, j, q;
+    sp.n = n, sp.w = x.w, sp.gw = NULL;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+    memcpy(z[0], x.s, (size_t)n * sizeof *s), memcpy(z[1], x.s + n, (size_t)n * sizeof *s);
+    CHECK(roln_lnn_start(&f, 1, 1, th, force ? &fc : NULL, (roln_real)m.h, z[0], z[1], s, tape, work) == ROLN_OK);
+    CHECK(same(n, s, z[1]));
+    for (k = 1; k <= steps; k++) {
+        CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 1, th, force ? &fc : NULL, (roln_real)m.h, s, s, tape, work) == ROLN_OK);
+        memcpy(z[k + 1], s, (size_t)n * sizeof *s);
+        for (j = 0; j < 3; j++) widen(n, z[k - 1 + j], path.z[j]);
+        for (i = 0; i < n; i++) {
+            ld r = t_slope(t_action, NULL, path.z[1] + i, 8e-3L * m.h), size = 0;
+            for (q = 0; q < 2; q++) {
+                ld zm[MAXN], v[MAXN];
+                for (j = 0; j < n; j++) zm[j] = (path.z[q][j] + path.z[q + 1][j]) / 2, v[j] = (path.z[q + 1][j] - path.z[q][j]) / m.h;
+                t_terms(zm, v);
+                r += m.h / 2 * (t_tau(zm, NULL, i) - tt.d[i]);
+                for (j = 0; j < n; j++) size += fabsl(tt.M[i * n + j]) * (1 + fabsl(path.z[1][j]));
+            }
+            BOUND("start: discrete Euler-Lagrange (eps / h)", fabsl(r) / (EPS * size / m.h), 8);
+        }
+    }
+    fresh_done();
 }
 
 /* ---- status and edges ---- */
 
 /* Every call that can fail, on the same inputs: all must report st and leave what they write alone. */
-static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real *s, const roln_real *tau, roln_status st, int terms)
+static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real *s, const roln_real *tau, roln_status st, int terms_too)
 {
     const int n = f->n;
-    roln_real *tape = fresh(3 * TAPE(2, 2)), *w = fresh(STEP_WORK(2, 2)), *out = zeros(4 * n), *zero = zeros(n * n + 4 * n), *M = zeros(n * n + 2 * n + 2);
+    roln_real *tape = fresh(3 * TAPE(2, 2)), *w = fresh(STEP_WORK(2, 2) + 2 * n), *out = zeros(4 * n), *zero = zeros(8 * n * n + 8 * n), *M = zeros(8 * n * n + 8 * n);
+    roln_real s1[2 * MAXN], *row = NULL;
     roln_force fc;
     int scheme;
     fc.eval = const_eval, fc.bwd = NULL, fc.ctx = copy(2 * n, tau);
+    memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
     CHECK(roln_lnn_zdd(f, 1, 2, th, s, tau, out, tape, w) == st);
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++)
+    CHECK(roln_lnn_inverse(f, 1, 2, th, s, NULL, tau, out, tape, w) == st);
+    CHECK(roln_lnn_inverse(f, 2, 2, th, s, tau, tau, out, tape, w) == st);
+    CHECK(roln_lnn_start(f, 1, 2, th, &fc, ROLN_C(0.1), s, s + 2 * n, out, tape, w) == st);
+    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
         CHECK(roln_lnn_step(f, scheme, 1, 2, th, &fc, ROLN_C(0.01), s, out, tape, w) == st);
-    CHECK(same(4 * n, out, zero));
-    if (terms) {
-        roln_real s1[2 * MAXN];
-        memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
-        CHECK(roln_lnn_terms(f, th, s1, M, M + n * n, M + n * n + n, NULL, M + n * n + 2 * n, M + n * n + 2 * n + 1, tape, w) == st);
-        CHECK(same(n * n + 2 * n + 2, M, zero));
+        if (terms_too) CHECK(roln_lnn_linear(f, scheme, th, NULL, ROLN_C(0.01), s1, n, &row, M, M + 2 * n, M + 2 * n + 4 * n * n, tape, w) == st);
     }
+    CHECK(same(4 * n, out, zero) && row == NULL);
+    if (terms_too) CHECK(terms(th, s1, -1, M, tape, w) == st);
+    CHECK(same(8 * n * n + 8 * n, M, zero));
+}
+
+/* What NaN in parameter i makes. */
+static roln_status expected(const roln_lnn *f, int i)
+{
+    int mirror, part = part_of(i, &mirror), k, spectral = 0;
+    if (part == NETWORKS) return f->head == ROLN_CHOLESKY && i < roln_mlp_params(&f->mass) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+    if (part == BASE) return ROLN_E_NOT_SPD;
+    if (part == GYRO_W) return ROLN_E_NOT_FINITE;
+    for (k = 0; k < f->layers; k++) spectral |= layer_at[k] > i && f->layer[k] != ROLN_BIMAP;
+    return spectral ? ROLN_E_NOT_FINITE : ROLN_E_NOT_SPD; /* met by the next roln_eig, or by the Cholesky factor of M */
 }
 
 static void test_status(uint64_t *seed)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
-    int base, b, i;
-    for (base = 0; base < 2; base++) {
-        const roln_lnn f = shape(2, base, 2, 3, 0);
-        const int np = roln_lnn_params(&f), nm = roln_mlp_params(&f.mass), nq = np - base * 4;
+    int which, b, i, j;
+    for (which = 0; which < 7; which++) {
+        roln_lnn f = which < 2 ? shape(2, which, 2, 3, 0) : which == 2 ? cholesky(shape(2, 0, 2, 3, 0)) : which == 3 ? damped(shape(2, 1, 2, 3, 0)) : which == 4 ? damped(behind(shape(2, 1, 2, 2, 0), 3, "g2rg")) : which == 5 ? behind(shape(2, 0, 2, 2, 0), 3, "rg2") : damped(cholesky(shape(2, 0, 2, 2, 0)));
+        const int np = roln_lnn_params(&f), nm = roln_mlp_params(&f.mass), w2 = f.width[0], hid = 3 * f.mass.size[1];
+#define DRAW \
+    roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed); \
+    if (f.head != ROLN_CHOLESKY) f.least = 1, m.f.least = 1
         for (b = 0; b < 3; b++) {
             for (i = 0; i < 8; i++) {
-                roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed);
+                DRAW;
                 s[i] = bad[b];
                 check_fails(&f, th, s, tau, ROLN_E_NOT_FINITE, i % 4 < 2);
                 fresh_done();
             }
             for (i = 0; i < 4; i++) {
-                roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed);
+                DRAW;
                 tau[i] = bad[b];
                 check_fails(&f, th, s, tau, ROLN_E_NOT_FINITE, 0);
                 fresh_done();
             }
             for (i = 0; i < np; i++) {
-                roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed);
-                if (i == nq - 1) continue; /* the bias of V moves nothing */
-                if (b && i < nq && (i < 9 || (i >= nm && i < nm + 9))) continue; /* softplus' of -Inf is 0: may stay finite */
+                DRAW;
+                const int in_net = i < nm ? i : i < damper_at ? i - nm : i - damper_at, part = part_of(i, &j);
+                if (i == damper_at - 1) continue; /* the bias of V moves nothing */
+                if (b && part == NETWORKS && in_net < hid) continue; /* softplus' of -Inf is 0: may stay finite */
+                if (part == BASE && j > i) continue;                 /* the upper triangle of P is not read */
                 th[i] = bad[b];
-                if (base && i == nq + 1) continue; /* the upper triangle of P is not read */
-                check_fails(&f, th, s, tau, i < nq ? ROLN_E_NOT_FINITE : ROLN_E_NOT_SPD, 1);
+                check_fails(&f, th, s, tau, expected(&f, i), 1);
                 fresh_done();
             }
         }
-        {
-            roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed);
-            th[nm - 3] = th[nm - 2] = 120; /* biases of the diagonal of U */
+        if (f.head != ROLN_CHOLESKY) {
+            DRAW;
+            for (i = 0; i < w2; i++) th[nm - ROLN_TRI(w2) + i] = 120; /* biases of the diagonal of U */
             check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
-            th[nm - 3] = -th[nm - 3], th[nm - 2] = 0;
+            th[nm - ROLN_TRI(w2)] = -120, th[nm - ROLN_TRI(w2) + 1] = 0;
             check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
-            th[nm - 3] = 0;
-            if (base) {
-                th[nq] = -1;
+            fresh_done();
+        }
+        for (i = 0; f.base && i < w2; i++) {
+            DRAW;
+            th[base_at + i * (w2 + 1)] = i % 2 ? 0 : -1;
+            check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
+            fresh_done();
+        }
+        for (i = 0; i < f.layers; i++) {
+            const int w = f.width[i];
+            DRAW;
+            if (f.layer[i] == ROLN_GYRO) { /* W too large for exp; B not SPD: the next log, or the factor of M, tells */
+                roln_real *W = th + layer_at[i], keep[ROLN_TRI(MAXN)];
+                memcpy(keep, W, sizeof *keep * (size_t)ROLN_TRI(w));
+                for (j = 0; j < ROLN_TRI(w); j++) W[j] *= 3000;
+                check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
+                memcpy(W, keep, sizeof *keep * (size_t)ROLN_TRI(w));
+                for (j = 0; j < w * w; j++) W[ROLN_TRI(w) + j] = j % (w + 1) ? 0 : -1;
+                if (has(&f, ROLN_REEIG) < i) check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1); /* ReEig would mend it */
+            }
+            if (f.layer[i] == ROLN_BIMAP && i == f.layers - 1) {
+                for (j = 0; j < w; j++) th[layer_at[i] + j] = 0; /* rank lost */
                 check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
-                th[nq] = 1;
             }
-            {
-                roln_real out[8], zero[8], *tape = fresh(TAPE(1, 2)), *w = fresh(STEP_WORK(1, 2));
-                memset(zero, 0, sizeof zero), memset(out, 0, sizeof out);
-                for (i = 4; i < 8; i++) s[i] *= 30;
-                CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 2, th, NULL, 1, s, out, tape, w) != ROLN_OK);
-                CHECK(same(8, out, zero));
-                for (i = 4; i < 8; i++) s[i] /= 30;
-                CHECK(roln_lnn_step(&f, ROLN_EULER, 1, 2, th, NULL, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
-                CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 2, th, NULL, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
-                CHECK(same(8, out, zero));
-            }
+            fresh_done();
+        }
+        if (f.head == ROLN_CHOLESKY) {
+            DRAW;
+            for (i = 0; i < nm; i++) th[i] = 0; /* L = 0: M = least I */
+            f.least = 0, m.f.least = 0;
+            check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
+            f.least = ROLN_C(0.1);
+            fresh_done();
+        }
+        {
+            roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), out[8], zero[8], *tape = fresh(TAPE(1, 2)), *w = fresh(STEP_WORK(1, 2));
+            memset(zero, 0, sizeof zero), memset(out, 0, sizeof out);
+            for (i = 4; i < 8; i++) s[i] *= 300;
+            CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 2, th, NULL, 1, s, out, tape, w) != ROLN_OK);
+            CHECK(same(8, out, zero));
+            for (i = 4; i < 8; i++) s[i] /= 300;
+            CHECK(roln_lnn_step(&f, ROLN_EULER, 1, 2, th, NULL, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 2, th, NULL, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
+            CHECK(roln_lnn_start(&f, 1, 2, th, NULL, 0, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(roln_lnn_start(&f, 1, 2, th, NULL, (roln_real)NAN, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(same(8, out, zero));
             fresh_done();
         }
     }
 }
 
-/* U a multiple of I, all eigenvalues equal: values and gradients as anywhere else. */
+/* All eigenvalues equal, in the head (U = c I, P = I) and thus in every spectral layer: values and gradients as anywhere else.
+   With c = 0 a gyro layer sees X = I and log X = 0. ReEig: `least` above all and below all eigenvalues. */
+static void check_repeated(roln_lnn f, roln_real diagonal, roln_real least, int kind, uint64_t *seed)
+{
+    const int n = f.n, w = f.width[0], nm = roln_mlp_params(&f.mass), np = roln_lnn_params(&f), tri = ROLN_TRI(w);
+    const int last = tri * (f.mass.size[f.mass.layers - 1] + 1), T = kind == INVERSE_W ? 3 : 2;
+    roln_real *th = weights(&f, seed);
+    inputs x = draw(&f, th, kind, 1, 0, seed), g = zero_inputs();
+    roln_real *out = fresh(2 * n), *tape = fresh(tapes(1) * TAPE(T, 1)), *work = fresh(work_of(T, 1, 1));
+    ld ref[MAXP];
+    condition c;
+    int i, j;
+    f.least = m.f.least = least;
+    for (i = nm - last; i < nm; i++) th[i] = i >= nm - tri && i < nm - tri + w ? diagonal : 0;
+    for (i = 0; f.base && i < w * w; i++) th[base_at + i] = i % (w + 1) == 0;
+    for (j = 0; j < f.layers; j++)
+        for (i = 0; f.layer[j] == ROLN_GYRO && i < f.width[j] * f.width[j]; i++) th[layer_at[j] + ROLN_TRI(f.width[j]) + i] = i % (f.width[j] + 1) ? 0 : ROLN_C(1.5);
+    widen(np, th, m.th);
+    CHECK(run(&x, T, 1, out, tape, work) == ROLN_OK);
+    back(&x, 1, tape, &g, work);
+    c = condition_of(x, out, g, seed);
+    add_momenta(x, &c, seed);
+    t_run(ref);
+    near_by("equal eigenvalues: value", (two_planes() ? 2 : 1) * n, out, ref, c.out, 1);
+    t_slopes(2 * n, m.s, ref);
+    near_by("equal eigenvalues: gradient of the state", 2 * n, g.s, ref, c.g[1], 2);
+    check_theta(g.th, &c);
+    if (has(&f, ROLN_REEIG) >= 0 && least > 100)
+        for (i = 0; i < nm; i++) CHECK(g.th[i] == 0);
+    fresh_done();
+}
+
 static void test_repeated(uint64_t *seed)
 {
     int n, i;
-    for (n = 1; n <= 3; n++) {
-        const roln_lnn f = shape(n, 0, 2, 4, 0);
-        const int nm = roln_mlp_params(&f.mass), tri = ROLN_TRI(n), np = roln_lnn_params(&f);
-        roln_real *th = weights(&f, seed), *s = normal(2 * n, 0.8, seed), *tau = normal(n, 1, seed), *y = normal(n, 1, seed), *zdd = fresh(n);
-        roln_real *tape = fresh(TAPE(2, 1)), *w = fresh(n + WORK(2, 1)), *gs = zeros(2 * n), *gth = zeros(np);
-        ld ref[MAXN];
-        for (i = nm - tri * 5; i < nm; i++) th[i] = i >= nm - tri && i < nm - tri + n ? ROLN_C(0.7) : 0;
-        widen(np, th, m.th), widen(2 * n, s, m.s), widen(n, tau, m.tau_z), widen(n, y, m.y);
-        m.nb = 1, m.scheme = 0, m.force = 0, m.tau = 1;
-        CHECK(roln_lnn_zdd(&f, 2, 1, th, s, tau, zdd, tape, w) == ROLN_OK);
-        t_run(ref);
-        BOUND("equal eigenvalues: zdd (eps)", distance(n, zdd, ref) / EPS, 4);
-        roln_lnn_zdd_bwd(&f, 1, th, tape, y, gs, NULL, gth, w);
-        BOUND("equal eigenvalues: gradient of theta (eps)", t_gradient(np, gth, m.th, 8e-3L, t_loss, NULL) / EPS, 5 + NOISE);
-        BOUND("equal eigenvalues: gradient of s (eps)", t_gradient(2 * n, gs, m.s, 8e-3L, t_loss, NULL) / EPS, 5 + NOISE);
+    for (n = 1; n <= 3; n++) check_repeated(shape(n, 0, 2, 3, 0), ROLN_C(0.7), 0, ZDD, seed);
+    for (i = 0; i < 3; i++) {
+        static const int kind[3] = {ZDD, INVERSE_W, START};
+        check_repeated(shape(2, 1, 2, 2, 0), 0, 0, kind[i], seed);
+        check_repeated(behind(shape(2, 1, 2, 2, 0), 2, "g"), 0, 0, kind[i], seed);
+        check_repeated(behind(shape(2, 0, 2, 2, 0), 3, "g2g"), ROLN_C(0.4), 0, kind[i], seed);
+        check_repeated(behind(shape(2, 0, 2, 2, 0), 2, "r"), ROLN_C(0.4), ROLN_C(0.5), kind[i], seed);
+        check_repeated(behind(shape(2, 1, 2, 2, 0), 3, "gr2g"), 0, ROLN_C(0.01), kind[i], seed);
+        check_repeated(behind(shape(2, 1, 2, 2, 0), 3, "g2rg"), 0, ROLN_C(150.0), kind[i], seed);
+        check_repeated(cholesky(shape(2, 0, 2, 2, 0)), 0, ROLN_C(0.3), kind[i], seed);
+    }
+}
+
+/* ReEig below all eigenvalues, gyro as roln_lnn_init makes it: the matrix passes as it is. */
+static void test_identity(uint64_t *seed)
+{
+    int q, i;
+    for (q = 0; q < 3; q++) {
+        roln_lnn f = shape(3, 1, 2, 4, 0), f1 = behind(f, 3, q == 0 ? "r" : q == 1 ? "g" : "rgrg");
+        roln_real *th, *th1, *s, M[2][9], *tape, *w;
+        ld ref[9];
+        f1.least = ROLN_C(1e-3);
+        th = weights(&f1, seed), s = normal(6, 0.8, seed), th1 = copy(roln_lnn_params(&f1), th);
+        roln_lnn_init(&f1, th1, seed);
+        for (i = 0; i < layer_at[0]; i++) th1[i] = th[i];
+        tape = fresh(TAPE(1, 1)), w = fresh(WORK(1, 1));
+        CHECK(roln_lnn_terms(&f, th1, s, M[0], NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
+        CHECK(roln_lnn_terms(&f1, th1, s, M[1], NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
+        widen(9, M[0], ref);
+        BOUND("layers that change nothing: M (eps)", distance(9, M[1], ref) / EPS, 40);
         fresh_done();
     }
 }
@@ -766,22 +1611,41 @@ void TEST_NAME(lnn)(void)
     int i, T, n, base;
     for (i = 0; i < 4; i++)
         for (T = 0; T <= 2; T++) check_mlp(nets[i], T, 1 + (i + T) % 3, &seed);
-    for (n = 1; n <= 4; n++)
+    for (n = 1; n <= 5; n++)
         for (i = 0; i < 6; i++) check_terms(shape(n, i % 2, 2 + i % 3, 7, 5), &seed);
     for (base = 0; base < 2; base++) {
-        check_dynamics(shape(1, base, 2, 3, 0), 0, 1, 0, 0, &seed);
-        check_dynamics(shape(2, base, 3, 4, 3), 0, 3, 0, 1, &seed);
-        check_dynamics(shape(3, base, 3, 4, 5), 0, 1, 0, 0, &seed);
+        check_map(shape(1, base, 2, 3, 0), ZDD, 1, 0, 0, &seed);
+        check_map(shape(2, base, 3, 4, 3), ZDD, 3, 0, 1, &seed);
+        check_map(shape(3, base, 3, 4, 5), ZDD, 1, 0, 0, &seed);
+        check_map(shape(3, base, 2, 3, 0), INVERSE, 2, 0, 1, &seed);
+        check_map(shape(2, base, 2, 3, 0), INVERSE_W, 3, 0, 1, &seed);
+        check_map(shape(2, base, 2, 3, 0), START, 2, base, 1, &seed);
         for (i = ROLN_EULER; i <= ROLN_MIDPOINT; i++) {
-            check_dynamics(shape(2, base, 2, 3, 0), i, 1, !base, base, &seed);
-            check_dynamics(shape(2, base, 2, 3, 0), i, 2, base, 0, &seed);
+            check_map(shape(2, base, 2, 3, 0), i, 1, !base, base, &seed);
+            check_map(shape(2, base, 2, 3, 0), i, 2, base, 0, &seed);
         }
     }
+    for (i = 0; i < HEADS; i++) {
+        for (T = 0; T < 3; T++) check_terms(head(i), &seed), check_inverse(head(i), &seed);
+        check_map(head(i), ZDD, 1, 0, 1, &seed);
+        check_map(head(i), INVERSE, 1, 0, 1, &seed);
+        check_map(head(i), INVERSE_W, 1 + (i == 3), 0, 1, &seed);
+        check_map(head(i), START, 1, i % 3 == 0, 1, &seed);
+        check_map(head(i), i % 2 ? ROLN_MIDPOINT : i % 4 ? ROLN_RK4 : ROLN_EULER, 1 + (i == 0), i % 3 == 0, 1, &seed);
+    }
+    for (n = 1; n <= 5; n++)
+        for (base = 0; base < 2; base++) check_inverse(shape(n, base, 2, 4, 0), &seed);
+    for (i = -1; i < HEADS; i++) {
+        const roln_lnn f = i < 0 ? shape(3, 1, 2, 4, 0) : head(i);
+        check_start(f, 0, &seed), check_start(f, 1, &seed);
+        check_linear(f, i % 2 == 0, &seed);
+    }
     test_order(&seed);
-    test_symplectic(&seed);
     test_energy(&seed);
     test_power(&seed);
+    test_damping(&seed);
     test_status(&seed);
     test_repeated(&seed);
+    test_identity(&seed);
     print_bounds();
 }

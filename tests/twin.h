@@ -40,7 +40,7 @@ ROLN_FN void print_bounds(void)
 
 #define GUARD 16
 static roln_real pool[600000];
-static int pool_at[64], pool_n[64], pools, pool_top;
+static int pool_at[128], pool_n[128], pools, pool_top;
 
 ROLN_FN roln_real poison(void)
 {
@@ -54,7 +54,7 @@ ROLN_FN roln_real poison(void)
 ROLN_FN roln_real *fresh(int n)
 {
     const roln_real p = poison();
-    const int room = pools < 64 && pool_top + n + 2 * GUARD <= (int)(sizeof pool / sizeof *pool);
+    const int room = pools < 128 && pool_top + n + 2 * GUARD <= (int)(sizeof pool / sizeof *pool);
     int i;
     CHECK(room);
     if (!room) pools = pool_top = 0;
@@ -139,8 +139,11 @@ ROLN_FN void t_mul(int n, const ld *a, const ld *b, ld *c)
     static ld t[TN * TN];
     int i, j, k;
     for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            for (t[i * n + j] = 0, k = 0; k < n; k++) t[i * n + j] += a[i * n + k] * b[k * n + j];
+        for (j = 0; j < n; j++) {
+            ld s = 0;
+            for (k = 0; k < n; k++) s += a[i * n + k] * b[k * n + j];
+            t[i * n + j] = s;
+        }
     memcpy(c, t, (size_t)(n * n) * sizeof *c);
 }
 
