@@ -61,6 +61,7 @@ static const model models[MODELS] = {MODEL(ma, 4), MODEL(mb, 3), MODEL(mc, 8), M
 
 #define N_OF(k) (models[k].md->ae.size[0])
 #define n_OF(k) (models[k].md->lnn.n)
+#define F_OF(k) roln_force_size(models[k].md)
 static ld worst[8];
 #define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
 
@@ -75,16 +76,23 @@ static roln_real *work_of(int n)
 }
 #define WORK_KEPT() (pool[pool_end] == 77 && memcmp(pool + pool_end, pool + pool_end + 1, 7 * sizeof *pool) == 0)
 
+static int step_work(int k, int nb)
+{
+    const roln_lnn *f = &models[k].md->lnn;
+    return ROLN_STEP_WORK(f->n, f->width[0], f->layers, rolni_formed(f), models[k].wide, 2, nb);
+}
+
 static int tick_work(int k)
 {
     const roln_model *m = models[k].md;
-    return ROLN_TICK_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_mlp_hidden(&m->lnn.mass), models[k].wide);
+    return ROLN_TICK_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_lnn_tape(&m->lnn, 2, 1), step_work(k, 1));
 }
 
 static int grad_work(int k, int nb, int H)
 {
     const roln_model *m = models[k].md;
-    return ROLN_GRAD_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_mlp_hidden(&m->lnn.mass), models[k].wide, nb, H, ROLN_STAGES(m->scheme));
+    return ROLN_GRAD_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), nb, H, ROLN_MAX(3, ROLN_STAGES(m->scheme)), roln_lnn_tape(&m->lnn, 2, nb),
+                          step_work(k, nb));
 }
 
 /* 16-bit dyadic numbers in +-size: the same in float and in double */
@@ -93,20 +101,51 @@ static void dyadic(int n, roln_real size, uint64_t *s, roln_real *x)
     while (n-- > 0) *x++ = size * ((roln_real)roln_randint(65536, s) - 32768) * ROLN_C(0.000030517578125);
 }
 
-/* Parameters: the constraint Psi^T Phi = I nearly holds, P is SPD. */
+/* P = I + P / 4, symmetric */
+static void near_one(int n, roln_real *P)
+{
+    int i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) P[i * n + j] = P[j * n + i] = P[i * n + j] / 4 + (i == j);
+}
+
+#ifdef ROLN_DOUBLE
+/* The parameter that must move with number i, to keep a symmetric matrix symmetric; else i. */
+static int mate(int k, int i)
+{
+    const roln_lnn *f = &models[k].md->lnn;
+    int l, at = roln_ae_params(&models[k].md->ae) + rolni_base_at(f), w = f->width[0];
+    if (f->base && i >= at && i < at + w * w) return at + (i - at) % w * w + (i - at) / w;
+    for (l = 0; l < f->layers; l++) {
+        w = f->width[l];
+        at = roln_ae_params(&models[k].md->ae) + rolni_layer_at(f, l) + ROLN_TRI(w);
+        if (f->layer[l] == ROLN_GYRO && i >= at && i < at + w * w) return at + (i - at) % w * w + (i - at) / w;
+    }
+    return i;
+}
+#endif
+
+/* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD, BiMap is nearly orthonormal. */
 static void parameters(int k, uint64_t *s, roln_real *theta)
 {
     const roln_model *m = models[k].md;
-    int l, i, n = n_OF(k);
+    const roln_lnn *f = &m->lnn;
+    roln_real *P;
+    int l, i, w = f->width[0];
     dyadic(models[k].params, ROLN_C(0.5), s, theta);
     for (l = 0; l < m->ae.layers; l++) {
         const int a = m->ae.size[l], b = m->ae.size[l + 1];
         for (i = 0; i < 2 * a * b; i++) theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
         theta += 2 * a * b + a;
     }
-    theta += roln_lnn_params(&m->lnn) - (m->lnn.base ? n * n : 0);
-    for (i = 0; m->lnn.base && i < n * n; i++) theta[i] = i % (n + 1) == 0 ? 1 + theta[i] / 2 : theta[i % n * n + i / n] / 4;
-    for (i = 0; m->lnn.base && i < n * n; i++) theta[i] = i / n > i % n ? theta[i] : theta[i % n * n + i / n];
+    P = theta + rolni_base_at(f);
+    if (f->base) near_one(w, P), P += w * w;
+    for (l = 0; l < f->layers; l++) {
+        const int wo = f->width[l + 1];
+        w = f->width[l];
+        if (f->layer[l] == ROLN_GYRO) near_one(w, P + ROLN_TRI(w)), P += ROLN_TRI(w) + w * w;
+        for (i = 0; f->layer[l] == ROLN_BIMAP && i < w * wo; i++) *P = *P / 4 + (i % (w + 1) == 0), P++;
+    }
 }
 
 /* Data of `count` windows: kind 0 ODE, torque, stride 1; 1 ODE, no torque, stride 2, given starts; 2, 3 acceleration. */
@@ -170,7 +209,7 @@ void test_roln_reference(int k, int kind, double *g, double *terms)
 static void slow_loss(int k, const roln_scale *sc, const roln_real *theta, const roln_batch *b, ld *terms)
 {
     const roln_model *m = models[k].md;
-    const int N = N_OF(k), n = n_OF(k), H = b->steps;
+    const int N = N_OF(k), n = n_OF(k), nu = F_OF(k), H = b->steps;
     const ld sq = 1 / ((ld)sc->q * (ld)sc->q), st = (ld)sc->t * (ld)sc->t;
     roln_real z[16], zd[16], p[16], pd[16], x[16], xd[16], tau[16];
     int w, h, i, j;
@@ -178,7 +217,7 @@ static void slow_loss(int k, const roln_scale *sc, const roln_real *theta, const
     for (w = 0; w < b->count; w++)
         for (h = 0; h <= H; h++) {
             const int at = ((b->start ? b->start[w] : w * (H * b->stride + 1)) + h * b->stride) * N;
-            CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, z, zd, work_of(tick_work(k))) == ROLN_OK);
+            CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, NULL, z, zd, NULL, work_of(tick_work(k))) == ROLN_OK);
             CHECK(roln_decode(m, sc, theta, z, zd, x, xd, work_of(tick_work(k))) == ROLN_OK);
             for (i = 0; i < N; i++) {
                 const ld e = (ld)x[i] - (ld)b->q[at + i], f = (ld)xd[i] - (ld)b->qd[at + i];
@@ -186,9 +225,9 @@ static void slow_loss(int k, const roln_scale *sc, const roln_real *theta, const
             }
             if (h == 0) memcpy(p, z, sizeof p), memcpy(pd, zd, sizeof pd);
             else {
-                for (i = 0; i < N && b->tau; i++) {
+                for (i = 0; i < nu && b->tau; i++) {
                     ld sum = 0;
-                    for (j = 0; j < b->stride; j++) sum += (ld)b->tau[at + (j - b->stride) * N + i] / b->stride;
+                    for (j = 0; j < b->stride; j++) sum += (ld)b->tau[(at / N + j - b->stride) * nu + i] / b->stride;
                     tau[i] = (roln_real)sum;
                 }
                 CHECK(roln_step(m, sc, theta, p, pd, b->tau ? tau : NULL, dt, work_of(tick_work(k))) == ROLN_OK && WORK_KEPT());
@@ -211,8 +250,8 @@ static void slow_loss_acc(int k, const roln_scale *sc, const roln_real *theta, c
 {
     static const double h[4] = {2e-4, -2e-4, 4e-4, -4e-4};
     const roln_model *m = models[k].md;
-    const int N = N_OF(k), n = n_OF(k);
-    double v[4][16], z[16], zd[16], acc[2][16], x[16], xd[16], a[16], M[64], c[16], g[16], tz[16], tau[16];
+    const int N = N_OF(k), n = n_OF(k), nu = F_OF(k);
+    double v[4][16], z[16], zd[16], acc[2][16], x[16], xd[16], a[16], M[64], c[16], g[16], d[16], tz[16], tau[16];
     int w, i, j, p;
     for (i = 0; i < TERMS; i++) terms[i] = 0;
     for (w = 0; w < b->count; w++) {
@@ -222,17 +261,16 @@ static void slow_loss_acc(int k, const roln_scale *sc, const roln_real *theta, c
                 x[i] = b->q[at + i] + h[j] * b->qd[at + i] + h[j] * h[j] / 2 * b->qdd[at + i];
                 xd[i] = b->qd[at + i] + h[j] * b->qdd[at + i];
             }
-            CHECK(roln_encode(m, sc, theta, x, xd, z, v[j], work_of(tick_work(k))) == ROLN_OK);
+            CHECK(roln_encode(m, sc, theta, x, xd, NULL, z, v[j], NULL, work_of(tick_work(k))) == ROLN_OK);
         }
         for (i = 0; i < n; i++) acc[0][i] = (8 * (v[0][i] - v[1][i]) - (v[2][i] - v[3][i])) / 2.4e-3;
-        CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, z, zd, work_of(tick_work(k))) == ROLN_OK);
-        CHECK(roln_terms(m, sc, theta, z, zd, M, c, g, NULL, NULL, work_of(tick_work(k))) == ROLN_OK);
-        for (i = 0; i < N; i++)
-            tau[i] = b->tau ? b->tau[at + i] : 0;
+        CHECK(roln_encode(m, sc, theta, b->q + at, b->qd + at, NULL, z, zd, NULL, work_of(tick_work(k))) == ROLN_OK);
+        CHECK(roln_terms(m, sc, theta, z, zd, M, c, g, d, NULL, NULL, work_of(tick_work(k))) == ROLN_OK);
+        for (i = 0; i < nu; i++)
+            tau[i] = b->tau ? b->tau[at / N * nu + i] : 0;
         CHECK(roln_reduce(m, sc, theta, z, tau, tz, work_of(tick_work(k))) == ROLN_OK);
-        for (i = 0; i < n * n; i++) M[i] *= sc->t * sc->t / (sc->t * sc->t); /* M zdd = tau_z - c - g, M in J s^2 */
         CHECK(roln_chol(n, M, M) == ROLN_OK);
-        for (i = 0; i < n; i++) a[i] = tz[i] - c[i] - g[i];
+        for (i = 0; i < n; i++) a[i] = tz[i] - c[i] - g[i] - d[i];
         roln_solve_lower(n, M, a, a), roln_solve_lower_t(n, M, a, acc[1]);
         for (i = 0; i < n; i++) terms[5] += (ld)((acc[1][i] - acc[0][i]) * (acc[1][i] - acc[0][i])) * powl((ld)sc->t, 4);
         for (p = 0; p < 2; p++) {
@@ -283,10 +321,10 @@ static void test_gradient(int k, int kind)
 #ifdef ROLN_DOUBLE
     (void)ref, (void)tref;
     for (i = 0; i < params; i++) {
-        const int n = n_OF(k), at = i - (params - n * n), j = models[k].md->lnn.base && at >= 0 ? params - n * n + at % n * n + at / n : i;
+        const int j = mate(k, i);
         const double x = theta[i], h = 3e-4, step[4] = {h, -h, 2 * h, -2 * h};
         double l[4];
-        for (w = 0; w < 4; w++) { /* P stays symmetric */
+        for (w = 0; w < 4; w++) {
             theta[i] = theta[j] = x + step[w];
             CHECK(grad_of(k, &scale, theta, &d.b, 16, g1, t1) == ROLN_OK);
             l[w] = weighted(t1);
@@ -319,7 +357,7 @@ static void test_gradient(int k, int kind)
             const int len = b.steps * b.stride + 1, skip = d.b.start ? d.b.start[w] : w * len;
             b.count = 1, b.start = NULL, b.q += skip * N_OF(k), b.qd += skip * N_OF(k);
             if (b.qdd) b.qdd += skip * N_OF(k);
-            if (b.tau) b.tau += skip * N_OF(k);
+            if (b.tau) b.tau += skip * F_OF(k);
             CHECK(roln_grad(models[k].md, &scale, theta, &weights, &b, kind >= 2, 16, dt, g1, &loss, &windows, pool) == ROLN_OK);
         }
         CHECK(windows == 3);
@@ -385,27 +423,27 @@ enum { ENCODE, DECODE, STEP, REDUCE, LIFT, TERMS_AT, RANGE, FIT, CALLS };
 static roln_status call(int which, int k, const roln_scale *sc, const roln_real *theta, const roln_real *in, roln_real *out, int *ni, int *no)
 {
     const roln_model *m = models[k].md;
-    const int N = N_OF(k), n = n_OF(k);
+    const int N = N_OF(k), n = n_OF(k), nu = F_OF(k);
     roln_real *w = work_of(tick_work(k)), s[32];
     roln_status st = ROLN_OK;
     roln_scale fit = {1, 1};
     switch (which) {
-    case ENCODE: *ni = 2 * N, *no = 2 * n, st = roln_encode(m, sc, theta, in, in + N, out, out + n, w); break;
+    case ENCODE: *ni = 2 * N, *no = 2 * n, st = roln_encode(m, sc, theta, in, in + N, NULL, out, out + n, NULL, w); break;
     case DECODE: *ni = 2 * n, *no = 2 * N, st = roln_decode(m, sc, theta, in, in + n, out, out + N, w); break;
     case STEP:
-        *ni = 2 * n + N + 1, *no = 2 * n;
+        *ni = 2 * n + nu + 1, *no = 2 * n;
         memcpy(s, in, (size_t)(2 * n) * sizeof *s);
-        st = roln_step(m, sc, theta, s, s + n, in + 2 * n, in[2 * n + N], w);
+        st = roln_step(m, sc, theta, s, s + n, in + 2 * n, in[2 * n + nu], w);
         if (st != ROLN_OK) CHECK(memcmp(s, in, (size_t)(2 * n) * sizeof *s) == 0);
         else memcpy(out, s, (size_t)(2 * n) * sizeof *s);
         break;
-    case REDUCE: *ni = n + N, *no = n, st = roln_reduce(m, sc, theta, in, in + n, out, w); break;
+    case REDUCE: *ni = n + nu, *no = n, st = roln_reduce(m, sc, theta, in, in + n, out, w); break;
     case LIFT: *ni = 2 * n, *no = N, st = roln_lift(m, sc, theta, in, in + n, out, w); break;
     case TERMS_AT:
-        *ni = 2 * n, *no = n * n + 2 * n + 2;
-        st = roln_terms(m, sc, theta, in, in + n, out, out + n * n, out + n * n + n, out + n * n + 2 * n, out + n * n + 2 * n + 1, w);
+        *ni = 2 * n, *no = n * n + 3 * n + 2;
+        st = roln_terms(m, sc, theta, in, in + n, out, out + n * n, out + n * n + n, out + n * n + 2 * n, out + n * n + 3 * n, out + n * n + 3 * n + 1, w);
         break;
-    case RANGE: *ni = 3 * N, *no = 2 * n, st = roln_fit_range(m, sc, theta, 3, in, out, out + n, w); break;
+    case RANGE: *ni = 6 * N, *no = 3 * n, st = roln_fit_range(m, sc, theta, 3, in, in + 3 * N, out, out + n, out + 2 * n, w); break;
     default:
         *ni = 6 * N, *no = N + 2, st = roln_fit_scale(m, 3, in, in + 3 * N, out, &fit);
         out[N] = fit.q, out[N + 1] = fit.t;
@@ -419,7 +457,7 @@ static void test_calls(int k)
 {
     static const roln_scale unit = {1, 1};
     static roln_real theta[MAXP], in[128], u[128], out[256], o2[256];
-    const int N = N_OF(k), n = n_OF(k);
+    const int N = N_OF(k), n = n_OF(k), nu = F_OF(k);
     const roln_real q = scale.q, c = scale.t;
     uint64_t s = 50 + (uint64_t)k;
     int which, i, b, ni, no, rep;
@@ -427,21 +465,21 @@ static void test_calls(int k)
     for (which = 0; which < CALLS; which++)
         for (rep = 0; rep < 5; rep++) {
             dyadic(128, 1, &s, in);
-            if (which == STEP) in[2 * n + N] = dt;
+            if (which == STEP) in[2 * n + nu] = dt;
             CHECK(call(which, k, &scale, theta, in, out, &ni, &no) == ROLN_OK);
             for (i = 0; i < ni; i++) switch (which) { /* units, bit for bit */
                 case ENCODE: u[i] = in[i] * (i < N ? 1 / q : c / q); break;
                 case DECODE: case TERMS_AT: u[i] = in[i] * (i < n ? 1 : c); break;
-                case STEP: u[i] = in[i] * (i < n ? 1 : i < 2 * n ? c : i < 2 * n + N ? q * c * c : 1 / c); break;
+                case STEP: u[i] = in[i] * (i < n ? 1 : i < 2 * n ? c : i < 2 * n + nu ? q * c * c : 1 / c); break;
                 case REDUCE: u[i] = in[i] * (i < n ? 1 : q); break;
                 case LIFT: u[i] = in[i] * (i < n ? 1 : 1 / q); break;
-                case RANGE: u[i] = in[i] / q; break;
+                case RANGE: u[i] = in[i] * (i < 3 * N ? 1 / q : c / q); break;
                 default: u[i] = in[i];
                 }
             CHECK(call(which, k, &unit, theta, u, o2, &ni, &no) == ROLN_OK);
             for (b = 0, i = 0; i < no; i++) {
                 const roln_real f = which == ENCODE || which == STEP ? (i < n ? 1 : 1 / c) : which == DECODE ? (i < N ? q : q / c)
-                                    : which == TERMS_AT ? (i < n * n ? 1 : 1 / (c * c)) : 1;
+                                    : which == TERMS_AT ? (i < n * n ? 1 : 1 / (c * c)) : which == RANGE ? (i < 2 * n ? 1 : 1 / c) : 1;
                 b += out[i] != f * o2[i];
             }
             CHECK(b == 0);
@@ -470,19 +508,19 @@ static void test_calls(int k)
 
     /* M zdd + c + g = tau_z, zdd from a very short step; reduce(lift) = 1; power of the force in both worlds */
     {
-        roln_real z[16], zd[16], v[16], M[64], cc[16], g[16], T, V, tau[16], tz[16], back[16], x[16], xd[16];
+        roln_real z[16], zd[16], v[16], M[64], cc[16], g[16], d[16], T, V, tau[16], tz[16], back[16], x[16], xd[16];
         ld top = 0, e, zdd[16], p = 0, r = 0, size = 0;
         const ld h = powl(2, PICK(-8, -20));
         int j;
         dyadic(n, 1, &s, z), dyadic(n, 1, &s, zd), dyadic(N, 1, &s, tau);
         memcpy(v, zd, sizeof v), memcpy(x, z, sizeof x);
-        CHECK(roln_terms(models[k].md, &scale, theta, z, zd, M, cc, g, &T, &V, work_of(tick_work(k))) == ROLN_OK);
+        CHECK(roln_terms(models[k].md, &scale, theta, z, zd, M, cc, g, d, &T, &V, work_of(tick_work(k))) == ROLN_OK);
         CHECK(roln_reduce(models[k].md, &scale, theta, z, tau, tz, work_of(tick_work(k))) == ROLN_OK);
         CHECK(roln_step(models[k].md, &scale, theta, x, v, tau, (roln_real)h, work_of(tick_work(k))) == ROLN_OK);
         for (i = 0; i < n; i++) zdd[i] = ((ld)v[i] - (ld)zd[i]) / h, e = fabsl((ld)tz[i]) + fabsl((ld)cc[i]) + fabsl((ld)g[i]), top = e > top ? e : top;
         for (i = 0; i < n; i++) {
             for (e = 0, j = 0; j < n; j++) e += (ld)M[i * n + j] * zdd[j], p += (ld)(zd[i] * M[i * n + j] * zd[j]) / 2;
-            WORST(4, fabsl(e + (ld)cc[i] + (ld)g[i] - (ld)tz[i]) / top / (h + EPS / h), PICK(30, 30));
+            WORST(4, fabsl(e + (ld)cc[i] + (ld)g[i] + (ld)d[i] - (ld)tz[i]) / top / (h + EPS / h), PICK(30, 30));
         }
         CHECK_NEAR((ld)T / p, 1, 20 * EPS);
         CHECK(roln_decode(models[k].md, &scale, theta, z, zd, x, xd, work_of(tick_work(k))) == ROLN_OK);
@@ -516,7 +554,7 @@ static void test_rollout(void)
     dyadic(6, 1, &s, tau);
     dyadic(2, 1, &s, z), dyadic(2, 1, &s, zd);
     for (k = 0; k <= 200; k++) { /* energy = work of the force, Simpson */
-        CHECK(roln_terms(&ma_model, &scale, theta, z, zd, NULL, NULL, NULL, &T, &V, work_of(tick_work(0))) == ROLN_OK);
+        CHECK(roln_terms(&ma_model, &scale, theta, z, zd, NULL, NULL, NULL, NULL, &T, &V, work_of(tick_work(0))) == ROLN_OK);
         CHECK(roln_reduce(&ma_model, &scale, theta, z, tau, tz, work_of(tick_work(0))) == ROLN_OK);
         P = (ld)tz[0] * (ld)zd[0] + (ld)tz[1] * (ld)zd[1];
         if (k == 0) E0 = (ld)T + (ld)V;
@@ -532,7 +570,7 @@ static void test_rollout(void)
         CHECK(roln_predict(&ma_model, &scale, theta, STEPS, h, again, q, qd, again == 1 ? NULL : tau, qp, qdp, work_of(tick_work(0))) == ROLN_OK);
         CHECK(WORK_KEPT());
         for (k = 0; k <= STEPS; k++) {
-            if (k == 0 || (again && k % again == 0)) CHECK(roln_encode(&ma_model, &scale, theta, q + 6 * k, qd + 6 * k, z, zd, pool) == ROLN_OK);
+            if (k == 0 || (again && k % again == 0)) CHECK(roln_encode(&ma_model, &scale, theta, q + 6 * k, qd + 6 * k, NULL, z, zd, NULL, pool) == ROLN_OK);
             else CHECK(roln_step(&ma_model, &scale, theta, z, zd, again == 1 ? NULL : tau + 6 * (k - 1), h, pool) == ROLN_OK);
             CHECK(roln_decode(&ma_model, &scale, theta, z, zd, x, xd, pool) == ROLN_OK);
             CHECK(memcmp(x, qp + 6 * k, sizeof x) == 0 && memcmp(xd, qdp + 6 * k, sizeof x) == 0);
@@ -566,7 +604,7 @@ static void test_errors(int k)
             CHECK(WORK_KEPT());
             for (w = 0; w < 5; w++) {
                 const int at = w * (H + 1) * N;
-                CHECK(roln_predict(models[k].md, &scale, theta, H, dt, 0, d.q + at, d.qd + at, d.tau + at, qp, qdp, pool) == ROLN_OK);
+                CHECK(roln_predict(models[k].md, &scale, theta, H, dt, 0, d.q + at, d.qd + at, d.tau + w * (H + 1) * F_OF(k), qp, qdp, pool) == ROLN_OK);
                 for (h = 0; h <= H; h += every)
                     for (i = 0; i < N; i++) {
                         const ld q = (ld)d.q[at + h * N + i], qd = (ld)d.qd[at + h * N + i], e = (ld)qp[h * N + i] - q, f = (ld)qdp[h * N + i] - qd;
@@ -594,25 +632,24 @@ static void test_grad_failures(int k, int kind)
     d.b.count = 2;
     for (f = 0; f < 4; f++) {
         roln_real *x = f == 0 ? d.q : f == 1 ? d.qd : f == 2 ? d.qdd : d.tau;
+        const int M = f == 3 ? F_OF(k) : N;
         if ((f == 2 && kind < 2) || (f == 3 && (!d.b.tau || kind == 3))) continue; /* kind 3: the windows share forces */
-        for (i = len * N; i < (2 * len - (f == 3 && kind < 2)) * N; i++)
+        for (i = len * M; i < (2 * len - (f == 3 && kind < 2)) * M; i++)
             for (b = 0; b < 2; b++) {
                 const roln_real was = x[i];
-                if (kind == 1 && (i / N - len) % 2) continue; /* skipped by the stride */
+                if (kind == 1 && (i / M - len) % 2) continue; /* skipped by the stride */
                 x[i] = (roln_real)(b ? NAN : INFINITY);
                 CHECK(grad_of(k, &scale, theta, &d.b, 1, g, t) == ROLN_E_NOT_FINITE);
                 CHECK(memcmp(g, first, (size_t)models[k].params * sizeof *g) == 0);
                 x[i] = was;
             }
     }
-    for (i = 0; i < models[k].params; i++) { /* a broken parameter never gives a finite gradient with ROLN_OK */
+    for (i = 0; i < models[k].params; i++) { /* so does a broken parameter, whether it matters or not */
         const roln_real was = theta[i];
-        const int n = n_OF(k), at = models[k].md->lnn.base ? i - (models[k].params - n * n) : i - models[k].params;
-        int ok;
-        if (at == -1 || (at >= 0 && at / n < at % n)) continue; /* the constant of V and the upper triangle of P do not matter */
         theta[i] = (roln_real)NAN;
-        ok = grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK;
-        CHECK(!ok || !roln_all_finite(models[k].params, g));
+        CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_E_NOT_FINITE);
+        for (f = 0, b = 0; b < models[k].params; b++) f += g[b] != 0;
+        CHECK(f == 0);
         theta[i] = was;
     }
 }
@@ -633,57 +670,78 @@ static void test_pack(int k)
     static roln_real theta[MAXP], t2[MAXP], zero[MAXP];
     static unsigned char bytes[16000], bad[16000];
     const roln_model *m = models[k].md;
-    const int total = models[k].packed, n = n_OF(k), lead = 12 + 4 * (m->ae.layers + 1) + 4 * (m->lnn.mass.layers - 1), R = (int)sizeof(roln_real);
+    const roln_lnn *f = &m->lnn;
+    const int total = models[k].packed, n = n_OF(k), sizes = 8 + m->ae.layers + f->mass.layers + 2 * f->layers, lead = 8 + 2 * sizes;
+    const int R = (int)sizeof(roln_real), numbers = 5 + 3 * n + models[k].params;
     roln_scale sc = {ROLN_C(0.3), ROLN_C(0.7)}, s2;
-    roln_real lo[8], hi[8], lo2[8], hi2[8], d2;
+    roln_real range[24], range2[24], d2;
+    const roln_numbers x = {&sc, &dt, range, range + n, range + 2 * n, theta};
     uint64_t s = 90, sum;
     int i, j;
-    CHECK(total <= 16000 - 8 && total == ROLN_PACKED(m->ae.layers, m->lnn.mass.layers, n, models[k].params));
-    random_bits(models[k].params, &s, theta), random_bits(n, &s, lo), random_bits(n, &s, hi);
+    CHECK(total <= 16000 - 8 && total == ROLN_PACKED(m->ae.layers, f->mass.layers, f->layers, n, models[k].params));
+    random_bits(models[k].params, &s, theta), random_bits(3 * n, &s, range);
     memset(bytes, 0xa5, sizeof bytes);
-    roln_pack(m, &sc, dt, lo, hi, theta, bytes);
-    CHECK(bytes[total] == 0xa5 && memcmp(bytes, "ROLN\1", 5) == 0 && bytes[6] == sizeof(roln_real) && bytes[12] == m->ae.size[0]);
+    roln_pack(m, &x, bytes);
+    CHECK(bytes[total] == 0xa5 && memcmp(bytes, "ROLN\2\0", 6) == 0 && bytes[6] == sizeof(roln_real) && bytes[7] == sizes);
+    { /* the sizes, in this order, 16 bits each; least and slope lead the numbers */
+        int want[64], c = 0;
+        want[c++] = m->scheme, want[c++] = m->inputs, want[c++] = f->head + 2 * f->base + 4 * f->damping, want[c++] = m->ae.layers;
+        want[c++] = f->mass.layers, want[c++] = f->layers, want[c++] = n;
+        for (i = 0; i <= m->ae.layers; i++) want[c++] = m->ae.size[i];
+        for (i = 1; i < f->mass.layers; i++) want[c++] = f->mass.size[i];
+        for (i = 0; i <= f->layers; i++) want[c++] = f->width[i];
+        for (i = 0; i < f->layers; i++) want[c++] = f->layer[i];
+        CHECK(c == sizes);
+        for (i = 0; i < c; i++) CHECK(bytes[8 + 2 * i] + 256 * bytes[9 + 2 * i] == want[i]);
+        CHECK(memcmp(bytes + lead, &m->ae.slope, sizeof dt) == 0 && memcmp(bytes + lead + R, &f->least, sizeof dt) == 0);
+    }
     memcpy(bad, bytes, sizeof bad);
-#define UNPACK(p, count) roln_unpack(m, p, count, &s2, &d2, lo2, hi2, t2)
-#define KEPT() (s2.q == 7 && s2.t == 7 && d2 == 7 && lo2[0] == 7 && hi2[n - 1] == 7 && memcmp(t2, zero, sizeof t2) == 0)
-    s2.q = s2.t = d2 = lo2[0] = hi2[n - 1] = 7;
+#define UNPACK(p, count) roln_unpack(m, count, p, &s2, &d2, range2, range2 + n, range2 + 2 * n, t2)
+#define KEPT() (s2.q == 7 && s2.t == 7 && d2 == 7 && range2[0] == 7 && memcmp(range2, range2 + 1, (size_t)(3 * n - 1) * sizeof *range2) == 0 && \
+                memcmp(t2, zero, sizeof t2) == 0)
+    s2.q = s2.t = d2 = 7;
+    for (i = 0; i < 3 * n; i++) range2[i] = 7;
     memset(t2, 0, sizeof t2);
-    for (i = 0; i < total; i++) /* every byte, two corruptions */
-        for (j = 0; j < 2; j++) {
-            bad[i] ^= (unsigned char)(j ? 255 : 1 << (i % 8));
-            CHECK(UNPACK(bad, total) == (i < 6 ? ROLN_E_FORMAT : i == 6 ? ROLN_E_PRECISION : i < lead ? ROLN_E_SHAPE : ROLN_E_CHECKSUM));
+    for (i = 0; i < total; i++) /* every byte, two corruptions; in the leading bytes, at the edges and here and there all 255 */
+        for (j = 1; j < 256; j++) {
+            const roln_status want = i < 6 ? ROLN_E_FORMAT : i == 6 ? ROLN_E_PRECISION : i < lead ? ROLN_E_SHAPE : ROLN_E_CHECKSUM;
+            if (i >= lead + 8 && i < total - 9 && i % 401 != 0 && j != 1 << (i % 8) && j != 255) continue;
+            bad[i] ^= (unsigned char)j;
+            CHECK(UNPACK(bad, total) == want);
             bad[i] = bytes[i];
         }
     CHECK(KEPT());
     for (i = 0; i <= total + 3; i++) { /* every length, in memory of that length */
         unsigned char *p = (unsigned char *)malloc((size_t)i + 1);
-        roln_status st;
         if (i == total) { free(p); continue; }
-        memcpy(p, bytes, (size_t)i);
-        st = UNPACK(p, i);
-        CHECK(st == ROLN_E_LENGTH || (i >= 12 && i < lead && st == ROLN_E_SHAPE));
+        memset(p, 0, (size_t)i + 1);
+        memcpy(p, bytes, (size_t)(i < total ? i : total));
+        CHECK(UNPACK(p, i) == ROLN_E_LENGTH);
         free(p);
     }
-    CHECK(UNPACK(bytes, -1) == ROLN_E_LENGTH);
+    CHECK(UNPACK(bytes, -1) == ROLN_E_LENGTH && UNPACK(bytes, -2147483647) == ROLN_E_LENGTH);
     for (i = 0; i < MODELS; i++) /* bytes of another model */
-        if (i != k) CHECK(roln_unpack(models[i].md, bytes, total, &s2, &d2, lo2, hi2, t2) == ROLN_E_SHAPE);
-    for (i = 0; i < 4 + 2 * n + models[k].params; i++) /* numbers, under a true checksum: other slope, bad scales, NaN */
+        if (i != k) {
+            const roln_status st = roln_unpack(models[i].md, total, bytes, &s2, &d2, range2, range2 + n, range2 + 2 * n, t2);
+            CHECK(st == ROLN_E_SHAPE || (st == ROLN_E_LENGTH && total < 8 + 2 * 40));
+        }
+    for (i = 0; i < numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
         for (j = 0; j < 3; j++) {
-            const int at = lead + R * i, slope = i == 0;
-            roln_real x = (roln_real)(j == 0 ? NAN : j == 1 ? -INFINITY : -0.f);
+            const int at = lead + R * i, same = i < 2;
+            roln_real y = (roln_real)(j == 0 ? NAN : j == 1 ? -INFINITY : -0.f);
             unsigned char *p = bad + total - 8;
-            if (j == 2 && i > 2) continue;
-            memcpy(bad + at, &x, sizeof x);
-            sum = roln_fnv(ROLN_FNV, bad, total - 8);
+            if (j == 2 && i > 3) continue;
+            memcpy(bad + at, &y, sizeof y);
+            sum = roln_fnv(total - 8, bad, ROLN_FNV);
             rolni_put(&p, sum, 8);
-            CHECK(UNPACK(bad, total) == (slope && j > 0 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
-            memcpy(bad + at, bytes + at, sizeof x);
+            CHECK(UNPACK(bad, total) == (same && j > 0 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
+            memcpy(bad + at, bytes + at, sizeof y);
         }
     CHECK(KEPT());
     CHECK(UNPACK(bytes, total) == ROLN_OK);
     CHECK(s2.q == sc.q && s2.t == sc.t && d2 == dt && memcmp(t2, theta, (size_t)models[k].params * sizeof *t2) == 0);
-    CHECK(memcmp(lo, lo2, (size_t)n * sizeof *lo) == 0 && memcmp(hi, hi2, (size_t)n * sizeof *hi) == 0);
-    CHECK(roln_fnv(ROLN_FNV, (const unsigned char *)"foobar", 6) == UINT64_C(0x85944171f73967e8));
+    CHECK(memcmp(range, range2, (size_t)(3 * n) * sizeof *range) == 0);
+    CHECK(roln_fnv(6, (const unsigned char *)"foobar", ROLN_FNV) == UINT64_C(0x85944171f73967e8));
 }
 
 static char text[200000];
@@ -717,21 +775,22 @@ static void test_write(void)
     static const roln_real edge[8] = {0, PICK(1e-45f, 4.9406564584124654e-324), PICK(3.4028235e38f, 1.7976931348623157e308), PICK(1.17549435e-38f, 2.2250738585072014e-308),
                                       PICK(1.1754942e-38f, 2.225073858507201e-308), 1, PICK(16777216, 9007199254740992.0), ROLN_C(0.1)};
     static ma_params p;
-    roln_real x[3 + 4 + ma_theta_size], y;
+    roln_real x[3 + 6 + ma_theta_size], y;
     const char *at = text;
     uint64_t s = 95;
     size_t len = 0;
     int i;
-    random_bits(3 + 4 + ma_theta_size, &s, x);
+    random_bits(3 + 6 + ma_theta_size, &s, x);
     for (i = 0; i < 16; i++) x[i] = i % 2 ? -edge[i / 2] : edge[i / 2];
     p.scale.q = x[0], p.scale.t = x[1], p.dt = x[2];
-    memcpy(p.z_min, x + 3, sizeof p.z_min), memcpy(p.z_max, x + 5, sizeof p.z_max), memcpy(p.theta, x + 7, sizeof p.theta);
+    memcpy(p.z_min, x + 3, sizeof p.z_min), memcpy(p.z_max, x + 5, sizeof p.z_max), memcpy(p.zd_max, x + 7, sizeof p.zd_max);
+    memcpy(p.theta, x + 9, sizeof p.theta);
     CHECK(ma_write(&p, put, &len) == ROLN_OK);
     at = strstr(text, "static const ma_params ma_weights = {\n");
     CHECK(at != NULL && strcmp(text + len - 4, "}};\n") == 0);
     if (!at) return;
     at += 37;
-    for (i = 0; i < 3 + 4 + ma_theta_size; i++) {
+    for (i = 0; i < 3 + 6 + ma_theta_size; i++) {
         at += strspn(at, " ,{}\n");
         CHECK(read_real(&at, &y));
         CHECK(memcmp(&y, x + i, sizeof y) == 0);
@@ -748,7 +807,7 @@ static void test_data(void)
     static const roln_scale unit = {1, 1};
     int index[100], seen[100] = {0}, again[100], orders[6] = {0}, i;
     uint64_t s = 1, r = 1;
-    roln_real q[60], qd[60], bar[6], lo[2], hi[2], theta[MAXP];
+    roln_real q[60], qd[60], still[60], bar[6], lo[2], hi[2], top[2], theta[MAXP];
     roln_scale sc = {7, 7};
     ld m[6] = {0}, sq = 0, sv = 0;
     for (i = 0; i < 100; i++) index[i] = again[i] = i;
@@ -771,30 +830,33 @@ static void test_data(void)
     for (i = 0; i < 6; i++) CHECK_NEAR(bar[i], m[i], 20 * EPS);
     CHECK_NEAR(sc.q, sqrtl(sq / 2), 20 * EPS * (ld)sc.q);
     CHECK_NEAR(sc.t, sqrtl(sq / sv), 20 * EPS);
-    memset(qd, 0, sizeof qd), sc.q = sc.t = 7;
-    CHECK(roln_fit_scale(&ma_model, 10, q, qd, bar, &sc) == ROLN_E_NOT_FINITE && sc.q == 7 && sc.t == 7);
+    memset(still, 0, sizeof still), sc.q = sc.t = 7;
+    CHECK(roln_fit_scale(&ma_model, 10, q, still, bar, &sc) == ROLN_E_NOT_FINITE && sc.q == 7 && sc.t == 7);
 
     parameters(0, &s, theta);
-    CHECK(roln_fit_range(&ma_model, &unit, theta, 10, q, lo, hi, work_of(tick_work(0))) == ROLN_OK);
-    for (sq = sv = 0, i = 0; i < 10; i++) {
+    CHECK(roln_fit_range(&ma_model, &unit, theta, 10, q, qd, lo, hi, top, work_of(tick_work(0))) == ROLN_OK);
+    for (sq = sv = m[0] = 0, i = 0; i < 10; i++) {
         roln_real z[2], zd[2];
-        CHECK(roln_encode(&ma_model, &unit, theta, q + 6 * i, q, z, zd, pool) == ROLN_OK);
+        CHECK(roln_encode(&ma_model, &unit, theta, q + 6 * i, qd + 6 * i, NULL, z, zd, NULL, pool) == ROLN_OK);
         CHECK(z[0] >= lo[0] && z[1] >= lo[1] && z[0] <= hi[0] && z[1] <= hi[1]);
+        CHECK(ROLN_ABS(zd[0]) <= top[0] && ROLN_ABS(zd[1]) <= top[1]);
+        m[0] += (ROLN_ABS(zd[0]) >= top[0]) + (ROLN_ABS(zd[1]) >= top[1]);
         sq += (z[0] == lo[0]) + (z[1] == lo[1]), sv += (z[0] == hi[0]) + (z[1] == hi[1]);
     }
-    CHECK(sq == 2 && sv == 2);
+    CHECK(sq == 2 && sv == 2 && m[0] == 2);
+    CHECK(roln_fit_range(&ma_model, &unit, theta, 0, q, qd, lo, hi, top, pool) == ROLN_E_LENGTH);
 }
 
 static void test_sizes(void)
 {
     int k;
     for (k = 0; k < MODELS; k++) {
-        CHECK(models[k].params == roln_ae_params(&models[k].md->ae) + roln_lnn_params(&models[k].md->lnn));
+        CHECK(models[k].params == roln_params(models[k].md));
         CHECK(models[k].work == tick_work(k));
         CHECK_BELOW(roln_update_work(models[k].blocks, models[k].table), models[k].update);
     }
     CHECK(ma_N == 6 && ma_n == 2 && mb_N == 3 && mb_n == 3 && md_n == 2 && md_layers == 8 && ma_layers == 2 && mb_layers == 0);
-    CHECK(md_mlp_layers == 6 && me_n == 1 && sizeof(ma_params) == sizeof(roln_real) * (3 + 4 + ma_theta_size));
+    CHECK(md_mlp_layers == 6 && me_n == 1 && sizeof(ma_params) == sizeof(roln_real) * (3 + 6 + ma_theta_size));
     CHECK(ma_model.scheme == ROLN_RK4 && mb_model.scheme == ROLN_MIDPOINT && mc_model.scheme == ROLN_EULER);
 }
 
@@ -819,19 +881,25 @@ static void test_shell(void)
         q[i] = roln_normal(&seed) / 4, qd[i] = roln_normal(&seed), qdd[i] = roln_normal(&seed), tau[i] = roln_normal(&seed);
     }
     memset(b, 0, sizeof b), memset(a, 0, sizeof a);
-    CHECK(ma_fit_range(&p, H + 1, q, &work) == ROLN_OK);
-    memcpy(s.z, p.z_min, sizeof s.z), s.zd[0] = 1, s.zd[1] = -1;
+    CHECK(ma_fit_range(&p, H + 1, q, qd, &work) == ROLN_OK);
+    memcpy(s.z, p.z_min, sizeof s.z), s.zd[0] = p.zd_max[0], s.zd[1] = -p.zd_max[1];
     CHECK(ma_in_range(&p, &s));
     s.z[1] = p.z_max[1] + 1;
     CHECK(!ma_in_range(&p, &s));
     s.z[1] = (roln_real)NAN;
     CHECK(!ma_in_range(&p, &s));
     s.z[1] = p.z_max[1];
+    CHECK(ma_in_range(&p, &s));
+    s.zd[1] *= 1 + 4 * ROLN_EPS;
+    CHECK(!ma_in_range(&p, &s));
+    s.zd[1] = (roln_real)NAN;
+    CHECK(!ma_in_range(&p, &s));
+    s.zd[1] = -1;
     CHECK(ma_reduce(&p, &s, tau, a[0], &work) == ROLN_OK && roln_reduce(&ma_model, &p.scale, p.theta, s.z, tau, b[0], work.w) == ROLN_OK);
     CHECK(ma_lift(&p, &s, a[0], a[1], &work) == ROLN_OK && roln_lift(&ma_model, &p.scale, p.theta, s.z, b[0], b[1], work.w) == ROLN_OK);
     CHECK(memcmp(a, b, sizeof a) == 0);
-    CHECK(ma_terms(&p, &s, M[0], c[0], gr[0], &T[0], &V[0], &work) == ROLN_OK);
-    CHECK(roln_terms(&ma_model, &p.scale, p.theta, s.z, s.zd, M[1], c[1], gr[1], &T[1], &V[1], work.w) == ROLN_OK);
+    CHECK(ma_terms(&p, &s, M[0], c[0], gr[0], NULL, &T[0], &V[0], &work) == ROLN_OK);
+    CHECK(roln_terms(&ma_model, &p.scale, p.theta, s.z, s.zd, M[1], c[1], gr[1], NULL, &T[1], &V[1], work.w) == ROLN_OK);
     CHECK(memcmp(M[0], M[1], sizeof M[0]) == 0 && memcmp(c[0], c[1], sizeof c[0]) == 0 && memcmp(gr[0], gr[1], sizeof gr[0]) == 0);
     CHECK(!(T[0] < T[1] || T[0] > T[1] || V[0] < V[1] || V[0] > V[1]) && ROLN_ABS(M[0][1] - M[0][2]) <= 0);
     CHECK(ma_predict(&p, H, dt, 2, q, qd, tau, a[0], a[1], &work) == ROLN_OK);
@@ -893,11 +961,11 @@ static void test_training(void)
     b.steps = 40, b.count = 4, start[0] = 0, start[1] = 90, start[2] = 180, start[3] = 270;
     CHECK(ma_errors(&p, &b, h, 40, qbar, (roln_error *)sums, &work) == ROLN_OK);
     CHECK_BELOW(sqrt((double)(sums[4] / sums[5])), 0.9);
-    CHECK(ma_fit_range(&p, SAMPLES, q, &tick) == ROLN_OK && p.z_min[0] < p.z_max[0]);
+    CHECK(ma_fit_range(&p, SAMPLES, q, qd, &tick) == ROLN_OK && p.z_min[0] < p.z_max[0]);
     p.dt = h;
     ma_pack(&p, bytes);
     memset(&was, 0, sizeof was);
-    CHECK(ma_unpack(bytes, ma_packed_size, &was) == ROLN_OK && memcmp(&p, &was, sizeof p) == 0);
+    CHECK(ma_unpack(ma_packed_size, bytes, &was) == ROLN_OK && memcmp(&p, &was, sizeof p) == 0);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     CHECK(ma_encode(&p, &x, &z, &tick) == ROLN_OK && ma_decode(&p, &z, &y, &tick) == ROLN_OK);
     memcpy(&x, &y, sizeof x);
