@@ -8,7 +8,7 @@ void TEST_NAME(roln)(void);
 enum { MAXD = 4000, KINDS = 6, TERMS = 9 };
 #define ACC(kind) ((kind) / 2 == 1)
 #define POS(kind) ((kind) >= 4)
-static ld worst[8];
+static ld worst[9];
 #define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
 
 /* Data of `count` windows: kind 0 ODE, torque, stride 1; 1 ODE, no torque, stride 2, given starts; 2, 3 acceleration; 4, 5 positions
@@ -340,6 +340,124 @@ static void test_weights(void)
             e = fabsl((ld)all[i] - (ld)g[i]) > e ? fabsl((ld)all[i] - (ld)g[i]) : e;
         }
         CHECK_BELOW(e / (top * EPS), 40);
+    }
+}
+
+/* Positions that the model itself made with the midpoint rule, any damping, forces and layers: no prediction error, at H = 2
+   and more; and none of it without forces, or where one position is off. Windows of H < 2 only reconstruct. */
+static void test_own_positions(int k)
+{
+    enum { H = 5 };
+    static data d;
+    static roln_real theta[MAXP], g[MAXP], g1[MAXP], t[TERMS], t1[TERMS], w[400];
+    static const roln_loss recon = {1, 0, 0, 0, 0, 0, 0, 0, 0};
+    roln_model m = *models[k].md;
+    const int N = N_OF(k), n = n_OF(k), nu = F_OF(k);
+    roln_real z[16], zd[16], qd[16], windows = 0;
+    uint64_t s = 110 + (uint64_t)k;
+    ld off;
+    int h, i, size;
+    m.scheme = ROLN_MIDPOINT;
+    parameters(k, &s, theta);
+    CHECK(roln_ae_init(&m.ae, theta, &s, w) == ROLN_OK);
+    make(k, 4, 1, &s, &d);
+    dyadic(n, ROLN_C(0.5), &s, z), dyadic(n, ROLN_C(0.25), &s, zd), dyadic((H + 1) * nu, k == 3 ? ROLN_C(0.0009765625) : ROLN_C(0.25), &s, d.tau);
+    for (h = 0; h <= H; h++) {
+        CHECK(roln_decode(&m, &scale, theta, z, zd, d.q + h * N, qd, work_of(tick_work(k))) == ROLN_OK);
+        if (h < H) CHECK(roln_step(&m, &scale, theta, z, zd, d.tau + h * nu, step, work_of(tick_work(k))) == ROLN_OK);
+    }
+    d.b.stride = 1, d.b.tau = d.tau, d.b.start = NULL, d.b.qd = NULL, d.b.count = 1;
+    for (d.b.steps = H; d.b.steps >= 2; d.b.steps--) {
+        CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK);
+        /* positions are good to eps |q|, velocities to eps |q| / h, and the steps multiply that by H: (64 H 300 eps)^2 */
+        off = k == 3 ? 1e10L : 1;
+        WORST(8, (t[3] + t[6]) / (EPS * EPS) / (off * 1e10L), 1);
+    }
+    d.b.steps = H;
+    if (k != 3) { /* a wrong force, a wrong position */
+        d.tau[nu] += 1;
+        CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t1) == ROLN_OK);
+        CHECK((ld)t1[3] > PICK(4, 1000) * (ld)t[3]);
+        d.tau[nu] -= 1, d.q[2 * N] += ROLN_C(0.0078125);
+        CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t1) == ROLN_OK);
+        CHECK(t1[3] > ROLN_C(1e-7));
+    }
+    for (d.b.steps = 1; d.b.steps >= 0; d.b.steps--) {
+        roln_loss loss;
+        CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK);
+        CHECK(t[3] <= 0 && t[6] <= 0 && t[4] <= 0 && t[7] <= 0);
+        memset(g1, 0, sizeof g1), memset(&loss, 0, sizeof loss);
+        CHECK(roln_grad(models[k].md, &scale, theta, &recon, &d.b, 0, 16, step, g1, &loss, &windows, work_of(grad_work(k, 16, 1))) == ROLN_OK);
+        size = roln_ae_params(&m.ae);
+        for (i = 0; i < models[k].params; i++) CHECK(i < size ? g[i] == g1[i] : g[i] <= 0 && g[i] >= 0);
+    }
+}
+
+/* Variance of the data of every term, slowly; and the loss in parts of it, whatever the scale. */
+static void test_variance(int k)
+{
+    static data d;
+    static roln_real theta[MAXP];
+    const int N = N_OF(k), n = n_OF(k);
+    uint64_t s = 120 + (uint64_t)k;
+    int kind, w, i, j;
+    parameters(k, &s, theta);
+    for (kind = 0; kind < KINDS; kind++) {
+        static roln_real x[8][96];
+        roln_real got[TERMS], was[TERMS];
+        ld var[6];
+        make(k, kind, 6, &s, &d);
+        for (w = 0; w < 6; w++) {
+            const int at = (d.b.start ? d.b.start[w] : w * (d.b.steps * d.b.stride + 1)) * N;
+            memcpy(x[w], d.q + at, (size_t)N * sizeof **x), memcpy(x[w] + 16, d.qd + at, (size_t)N * sizeof **x);
+            memcpy(x[w] + 32, d.qdd + at, (size_t)N * sizeof **x);
+            CHECK(roln_encode(models[k].md, &scale, theta, x[w], x[w] + 16, x[w] + 32, x[w] + 48, x[w] + 64, x[w] + 80, work_of(tick_work(k))) == ROLN_OK);
+        }
+        for (j = 0; j < 6; j++)
+            for (var[j] = 0, i = 0; i < (j < 3 ? N : n); i++) {
+                const ld unit = (j < 3 ? 1 / (ld)scale.q : 1) * powl((ld)scale.t, j % 3);
+                ld mean = 0, sum = 0;
+                for (w = 0; w < 6; w++) mean += (ld)x[w][16 * j + i] / 6;
+                for (w = 0; w < 6; w++) sum += ((ld)x[w][16 * j + i] - mean) * ((ld)x[w][16 * j + i] - mean) / 6;
+                var[j] += sum * unit * unit;
+            }
+        for (j = 0; j < 3; j++) /* no data: 1 */
+            if ((j == 1 && !d.b.qd) || (j == 2 && !d.b.qdd)) var[j] = var[3 + j] = 1;
+        CHECK(roln_variance(models[k].md, &scale, theta, &d.b, (roln_loss *)got, work_of(grad_work(k, 1, 0))) == ROLN_OK && WORK_KEPT());
+        for (i = 0; i < TERMS; i++) {
+            j = i < 3 ? i : i < 6 ? i : i - 6;
+            CHECK_NEAR(got[i] / (roln_real)var[j], 1, 200 * EPS);
+        }
+        memcpy(was, &weights, sizeof was);
+        roln_loss_divide((roln_loss *)was, (const roln_loss *)got);
+        for (i = 0; i < TERMS; i++) CHECK_NEAR(was[i] * got[i], ((const roln_real *)&weights)[i], 4 * EPS);
+        memcpy(was, got, sizeof got);
+        for (i = 0; i < 4; i++) { /* untouched: NaN, infinity, data at rest, no windows */
+            d.b.count = i == 3 ? 0 : 6;
+            if (i < 2) d.q[(d.b.start ? d.b.start[0] : 0) * N] = (roln_real)(i ? INFINITY : NAN);
+            if (i == 2) memset(d.q, 0, sizeof d.q);
+            CHECK(roln_variance(models[k].md, &scale, theta, &d.b, (roln_loss *)got, work_of(grad_work(k, 1, 0))) == ROLN_E_NOT_FINITE);
+            CHECK(memcmp(was, got, sizeof got) == 0);
+        }
+    }
+    if (k == 4) { /* a linear autoencoder, the same in other units: slope 1, biases along */
+        static const roln_scale other = {8, ROLN_C(0.125)};
+        roln_loss var[2], loss[2], part[2];
+        static roln_real g[MAXP];
+        roln_real windows = 0;
+        make(k, 0, 6, &s, &d);
+        d.b.steps = 0;
+        for (i = 0; i < 2; i++) {
+            const roln_scale *sc = i ? &other : &scale;
+            if (i)
+                for (j = 2 * N; j < 3 * N; j++) theta[j] *= scale.q / other.q;
+            memset(loss + i, 0, sizeof *loss), part[i] = weights;
+            CHECK(roln_variance(models[k].md, sc, theta, &d.b, var + i, work_of(grad_work(k, 1, 0))) == ROLN_OK);
+            CHECK(roln_grad(models[k].md, sc, theta, &weights, &d.b, 0, 16, step, g, loss + i, &windows, work_of(grad_work(k, 16, 0))) == ROLN_OK);
+            roln_loss_divide(part + i, var + i);
+        }
+        CHECK(loss[0].q > 2 * loss[1].q && loss[0].qd > 2 * loss[1].qd);
+        CHECK_NEAR(roln_loss_total(part, loss) / roln_loss_total(part + 1, loss + 1), 1, 20 * EPS);
     }
 }
 
@@ -858,6 +976,8 @@ void TEST_NAME(roln)(void)
         test_errors(k);
         test_pack(k);
         test_update(k);
+        test_own_positions(k);
+        test_variance(k);
     }
     test_weights();
     test_rollout();
@@ -867,7 +987,7 @@ void TEST_NAME(roln)(void)
     test_shell();
     test_training();
 #ifdef ROLN_TEST_VERBOSE
-    printf("roln " TEST_PRECISION ": loss %.1Lf eps, gradient %.2Lg, reference loss %.1Lf eps, blocks %.2Lf eps, motion %.2Lf, energy %.2Lg, loss ratio %.3Lf, constraint %.1Lf eps\n",
-           worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], worst[6], worst[7]);
+    printf("roln " TEST_PRECISION ": loss %.1Lf eps, gradient %.2Lg, reference loss %.1Lf eps, blocks %.2Lf eps, motion %.2Lf, energy %.2Lg, loss ratio %.3Lf, constraint %.1Lf eps, own motion %.2Lg\n",
+           worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], worst[6], worst[7], worst[8]);
 #endif
 }
