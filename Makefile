@@ -10,7 +10,7 @@ HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
 STRICT = -std=c99 -O2 -ffp-contract=off -I. -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef \
          -Wcast-qual -Wvla -Wstrict-prototypes -Wmissing-prototypes -Werror
-TESTS = elementary dense eig spd ae lnn riem roln
+TESTS = elementary dense eig spd ae lnn riem roln control
 MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
@@ -58,24 +58,24 @@ deps: | build
 test: build/test build/test_asan build/test_msan build/test_mujoco build/generate
 	sh tests/run.sh
 
-build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	gcc $(STRICT) -c $< -o $@
-build/f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	gcc $(STRICT) -DROLN_DOUBLE -c $< -o $@
 build/test: $(TESTS:%=build/f32_%.o) $(TESTS:%=build/f64_%.o) tests/main.c tests/check.c
 	gcc $(STRICT) $^ -o $@ -lm
 
 ASAN = clang $(STRICT) -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 MSAN = clang $(STRICT) -O1 -g -fsanitize=memory
-build/asan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/asan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	$(ASAN) -c $< -o $@
-build/asan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/asan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	$(ASAN) -DROLN_DOUBLE -c $< -o $@
 build/test_asan: $(TESTS:%=build/asan_f32_%.o) $(TESTS:%=build/asan_f64_%.o) tests/main.c tests/check.c
 	$(ASAN) $^ -o $@ -lm
-build/msan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/msan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	$(MSAN) -c $< -o $@
-build/msan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h $(HEADERS) | build
+build/msan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
 	$(MSAN) -DROLN_DOUBLE -c $< -o $@
 build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/main.c tests/check.c
 	$(MSAN) $^ -o $@ -lm

@@ -7,7 +7,7 @@ rm -rf $dir
 mkdir -p $dir
 cd $dir || exit 1
 flags='-std=c99 -O0 --coverage -ffp-contract=off -I../..'
-for f in dense eig spd ae lnn riem roln; do
+for f in dense eig spd ae lnn riem roln control; do
     gcc $flags -c ../../tests/test_$f.c -o ${f}_f32.o && gcc $flags -DROLN_DOUBLE -DROLN_SIMD=0 -c ../../tests/test_$f.c -o ${f}_f64.o || exit 1
 done
 # the exhaustive test of the elementary functions is too slow without optimisation; its double half covers section 4

@@ -4,7 +4,7 @@
 
 #include "check.h"
 
-#define FILES(X) X(elementary) X(dense) X(eig) X(spd) X(ae) X(lnn) X(riem) X(roln)
+#define FILES(X) X(elementary) X(dense) X(eig) X(spd) X(ae) X(lnn) X(riem) X(roln) X(control)
 #define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
 #ifdef SKIP_ELEMENTARY_F32 /* coverage: see coverage.sh */
 #define test_elementary_f32 test_elementary_f64

@@ -28,12 +28,13 @@ step() {
 }
 
 step warnings sh tests/warnings.sh
+step config sh tests/config.sh
 step unit build/test
 step hash sh tests/hash.sh
 step symbols sh tests/symbols.sh
 step readme sh tests/readme.sh
-step sanitize-au build/test_asan dense eig spd ae lnn riem roln
-step sanitize-m build/test_msan dense eig spd ae lnn riem roln
+step sanitize-au build/test_asan dense eig spd ae lnn riem roln control
+step sanitize-m build/test_msan dense eig spd ae lnn riem roln control
 step coverage sh tests/coverage.sh
 step mujoco build/test_mujoco
 step train sh tests/train.sh

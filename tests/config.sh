@@ -1,0 +1,68 @@
+#!/bin/sh
+# Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++.
+cd "$(dirname "$0")/.." || exit 1
+passed=0
+failed=0
+
+# try FRAGMENT NAME=VALUE ..: the definitions, one a line; FRAGMENT -: it compiles
+try() {
+    want=$1
+    shift
+    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
+        out=$({ echo '#define ROLN_NAME m'
+                for d in "$@"; do echo "#define ROLN_$(echo "$d" | sed 's/=/ /')"; done
+                echo '#include "roln.h"'; } | $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
+        code=$?
+        if if [ "$want" = - ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "$want"; fi; then
+            passed=$((passed + 1))
+        else
+            failed=$((failed + 1))
+            echo "$cc: wanted $want: $*"
+            echo "$out" | head -n 5
+        fi
+    done
+}
+
+try - 'AE=6, 4, 2' 'MLP=8'
+try 'ROLN_AE: the sizes of the autoencoder' 'MLP=8'
+try 'ROLN_MLP: the hidden widths' 'AE=6, 4, 2'
+# sizes
+try sizes_must_not_grow 'AE=6, 2, 4' 'MLP=8'
+try sizes_must_not_grow 'AE=2, 4' 'MLP=8'
+try - 'AE=10, 9, 8, 7, 6, 5, 4, 3, 2' 'MLP=8'
+try sizes_must_not_grow 'AE=10, 9, 8, 7, 6, 5, 4, 3, 2, 1' 'MLP=8'
+try sizes_must_not_grow 'AE=4, -2' 'MLP=8'
+# networks
+try - 'AE=4, 2' 'MLP=8, 7, 6, 5, 4'
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 7, 6, 5, 4, 3'
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=0'
+# SPD layers
+try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, bimap, reeig'
+try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, reeig, gyro, bimap'
+try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, reeig'
+try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=5'
+try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=1' 'LAYERS=bimap'
+try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=1'
+try ROLNI_KIND_conv 'AE=4, 2' 'MLP=8' 'LAYERS=conv'
+# Cholesky
+try - 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'DAMPING=1'
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'LAYERS=reeig'
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'BASE=1'
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'WIDTH=2'
+try ROLNI_MASS_ldl 'AE=4, 2' 'MLP=8' 'MASS=ldl'
+try ROLNI_SCHEME_rk5 'AE=4, 2' 'MLP=8' 'STEP=rk5'
+# lists with a hole, lists too long, flags and counts that are none
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 0, 4'
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, -3'
+try spd_layers_4_at_most 'AE=4, 2' 'MLP=8' 'LAYERS=gyro, 0, gyro'
+try spd_layers_4_at_most 'AE=4, 2' 'MLP=8' 'LAYERS=gyro, gyro, gyro, gyro, gyro'
+try inputs_at_most_N 'AE=4, 2' 'MLP=8' 'INPUTS=5'
+try inputs_at_most_N 'AE=4, 2' 'MLP=8' 'INPUTS=-1'
+try - 'AE=4, 2' 'MLP=8' 'INPUTS=4'
+try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'BASE=2'
+try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'DAMPING=2'
+try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
+try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=0'
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
