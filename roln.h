@@ -374,10 +374,11 @@ ROLN_FN roln_status roln_step(const roln_model *md, const roln_scale *sc, const 
     st = roln_lnn_step(&md->lnn, md->scheme, 1, 1, theta + roln_ae_params(&md->ae), tau ? force : NULL, dt / sc->t, ss, ss, tape,
                        work);
     if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++) {
-        z[i] = ss[i];
-        zd[i] = ss[n + i] / sc->t;
-    }
+    for (i = 0; i < n; i++)
+        ss[n + i] /= sc->t;
+    if (!roln_all_finite(n, ss + n)) return ROLN_E_NOT_FINITE;
+    memcpy(z, ss, (size_t)n * sizeof *z);
+    memcpy(zd, ss + n, (size_t)n * sizeof *zd);
     return ROLN_OK;
 }
 
@@ -411,13 +412,13 @@ ROLN_FN roln_status roln_linear(const roln_model *md, const roln_scale *sc, cons
         for (j = 0; j < nu; j++)
             Bs[i * nu + j] *= ti * unit;
     }
-    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * nu, Bs)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < n; i++)
+        next[n + i] /= sc->t;
+    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * nu, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
     memcpy(A, As, (size_t)(n2 * n2) * sizeof *A);
     if (B) memcpy(B, Bs, (size_t)(n2 * nu) * sizeof *B);
-    for (i = 0; i < n; i++) {
-        z[i] = next[i];
-        zd[i] = next[n + i] / sc->t;
-    }
+    memcpy(z, next, (size_t)n * sizeof *z);
+    memcpy(zd, next + n, (size_t)n * sizeof *zd);
     return ROLN_OK;
 }
 
@@ -467,7 +468,8 @@ ROLN_FN roln_status roln_control(const roln_model *md, const roln_scale *sc, con
 
 /* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
        u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_NOT_SPD: mu is 0 and the motors do not span z.
+   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_NOT_SPD: the motors do not span z, to within
+   rounding, and mu does not make up for it.
    Cost 2 motors roln_reduce. work [ROLN_TICK_WORK]. */
 ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, const roln_real *theta, int motors,
                                   const roln_real *z, const roln_real *B, const roln_real *tau_z, roln_real mu, roln_real *u,
@@ -478,6 +480,7 @@ ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, co
     roln_real *x = rolni_take(&work, N), *g = rolni_take(&work, n), *y = rolni_take(&work, n), *A = rolni_take(&work, n * n);
     roln_real *tape = rolni_take(&work, roln_ae_tape(ae, 1, 1));
     int pass, j, i;
+    if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     memset(A, 0, (size_t)(n * n) * sizeof *A);
     roln_ae_decode(ae, 1, 1, theta, z, x, tape);
     for (pass = 0; pass < 2; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y */
@@ -490,8 +493,10 @@ ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, co
         }
         if (pass == 1) break;
         for (i = 0; i < n; i++)
-            A[i * (n + 1)] += mu * mu;
+            y[i] = A[i * (n + 1)] += mu * mu;
         if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+        for (i = 0; i < n; i++) /* a pivot of rounding errors */
+            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * (roln_real)(n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
         roln_solve_lower(n, A, tau_z, y);
         roln_solve_lower_t(n, A, y, y);
         if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
@@ -501,7 +506,7 @@ ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, co
 
 /* What stands between a model and a motor. Bits of a fault word: */
 enum {
-    ROLN_FAULT_INPUT = 1,   /* a measured number is NaN or infinite */
+    ROLN_FAULT_INPUT = 1,   /* a measured number or a limit is NaN or infinite, or dt is not positive */
     ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
     ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
     ROLN_FAULT_LIMIT = 8,   /* a torque beyond limits.tau */
@@ -553,7 +558,9 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), T = 0, V = 0, before = 0, after = 0;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
     int i, known = 0;
-    if (!roln_all_finite(count, q) || !roln_all_finite(count, qd)) faults |= ROLN_FAULT_INPUT;
+    if (!roln_all_finite(count, q) || !roln_all_finite(count, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
+        !roln_finite(limits->power) || !roln_finite(limits->tau))
+        faults |= ROLN_FAULT_INPUT;
     if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     else
@@ -570,10 +577,10 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
             if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power)) faults |= ROLN_FAULT_ENERGY;
         }
     }
-    g->bad = faults ? (g->bad < limits->hold ? g->bad + 1 : limits->hold + 1) : 0;
-    if (g->bad > limits->hold) faults |= ROLN_FAULT_EXPIRED;
-    for (i = 0; i < nu; i++)
-        held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !roln_finite(held[i]) ? 0 : held[i];
+    if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
+    g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
+    for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
+        held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
     if (known && roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK) {
         for (i = 0; i < n; i++)
             after += zd[i] * (tau_z[i] - d[i]); /* power at the start of the next tick, under the new torque */
@@ -1447,7 +1454,18 @@ typedef char ROLNI_(cholesky_takes_no_base_nor_layers)[ROLNI_MASS(ROLN_MASS) == 
                                                                (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0)
                                                            ? 1
                                                            : -1];
-typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_AT(5, ROLN_MLP) == 0 ? 1 : -1];
+typedef char ROLNI_(spd_layers_4_at_most)[(ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
+                                                  (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0
+                                              ? 1
+                                              : -1];
+typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_(H2) >= 0 && ROLNI_(H3) >= 0 && ROLNI_(H4) >= 0 && ROLNI_(H5) >= 0 &&
+                                                     (ROLNI_(H2) > 0 || ROLNI_(H3) == 0) && (ROLNI_(H3) > 0 || ROLNI_(H4) == 0) &&
+                                                     (ROLNI_(H4) > 0 || ROLNI_(H5) == 0) && ROLNI_AT(5, ROLN_MLP) == 0
+                                                 ? 1
+                                                 : -1];
+typedef char ROLNI_(inputs_at_most_N)[(ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N) ? 1 : -1];
+typedef char ROLNI_(base_and_damping_are_0_or_1)[(ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING) ? 1 : -1];
+typedef char ROLNI_(block_at_least_1)[(ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0 ? 1 : -1];
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
 typedef struct {
