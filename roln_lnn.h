@@ -260,7 +260,7 @@ typedef struct {
     ((5 + 2 * (T)) * (m) * (m) + 4 * (m) + ROLN_EIG_WORK(m) + ((T) > 1) * (m) * (m) * (m) + \
      (formed) * (ROLNI_CHAIN(m, layers, T) + (1 + (T)) * (m) * (m)))
 #define ROLN_LNN_WORK(n, m, layers, formed, wide, T, nb) \
-    ((nb) * ((1 + (T)) * (ROLN_TRI(m) + (n)) + 2 + 2 * ROLN_TRI(n)) + \
+    ((nb) * ((1 + (T)) * (ROLN_TRI(m) + (n)) + 2 + ROLN_TRI(n)) + \
      ROLN_MAX(ROLN_MLP_BWD_WORK(1 + (T), nb, wide), ROLNI_HEAD_WORK(m, layers, formed, T)))
 
 /* The first at run time. */
@@ -865,8 +865,10 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real
         }
         if (formed) {
             if ((st = rolni_form(f, T, 0, theta, &t, r, NULL, &M, S, S + ROLNI_CHAIN(m, f->layers, T))) != ROLN_OK) return st;
-            memcpy(t.M + r * n * n, M, (size_t)(n * n) * sizeof *M);
-            if ((st = roln_chol(n, M, t.C + r * n * n)) != ROLN_OK) return st;
+            for (i = 0; i < n; i++) /* symmetric to the bit */
+                for (j = 0; j <= i; j++)
+                    t.M[(r * n + i) * n + j] = t.M[(r * n + j) * n + i] = M[i * n + j];
+            if ((st = roln_chol(n, t.M + r * n * n, t.C + r * n * n)) != ROLN_OK) return st;
         }
         if ((st = rolni_head_bwd(f, T, nb, 0, 0, theta, &t, r, &pair, gu, NULL, S)) != ROLN_OK) return st;
         for (i = 0; i < n; i++)
