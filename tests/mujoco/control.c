@@ -161,8 +161,10 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
                 const struct control_gains *gains, int steps, struct control_result *result, double *trace)
 {
     const int pd = which != CONTROL_LATENT && which != CONTROL_LATENT_4, motors = which == CONTROL_PD_4 || which == CONTROL_LATENT_4;
+    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, 3};
+    pend16_guard guard = {{0, 0, 0, 0, 0}, {0}};
     struct truth_plant *plant;
-    struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0};
+    struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0, 0};
     double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N] = {0}, g[N] = {0};
     int status = 0, early = 0, late = 0;
     control_reference_at(r, 0, qr, qdr, qddr);
@@ -194,6 +196,10 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
         if (st == ROLN_OK) st = pend16_aim(&m->p, aim[0], aim[1], aim[2], &ref, &m->work);
         if (st == ROLN_OK) st = law(m, pd, &s, &ref, gains, tau_z);
         if (st == ROLN_OK) st = drive(m, motors, &s, tau_z, f);
+        if (!pd) { /* the guard lets everything pass */
+            sum.faults += pend16_guard_tick(&m->p, &limits, (roln_real)DT, &x, &s, st, f, &guard, &m->work) != 0;
+            memcpy(f, guard.tau, sizeof f);
+        }
         if (which == CONTROL_PD_GRAVITY) truth_plant_gravity(plant, g);
         if (st != ROLN_OK) sum.bad++;                               /* tau stays */
         for (int i = 0; i < N; i++) {

@@ -8,6 +8,8 @@
 #include "../../roln.h"
 
 #define CONTROL_MODEL "tests/mujoco/models/pend16_act.roln"
+#define CONTROL_POWER 3.0 /* limits of the guard: energy-rate residual, W */
+#define CONTROL_TORQUE 60.0 /* N m */
 enum { CONTROL_REFERENCES = 3 };       /* seeds 1 .. 3 */
 
 enum control_law {
@@ -43,7 +45,7 @@ struct control_result {
     double early, late;             /* rms error of the first 10 s after the start-up of 2 s, and of the last 10 s */
     double tau;                     /* rms of |tau|, N m                          */
     double outside;                 /* part of the samples with z or z_ref outside the model's z_min .. z_max */
-    int bad;                        /* statuses other than ROLN_OK                */
+    int bad, faults;                /* statuses other than ROLN_OK; ticks with a fault of the guard */
 };
 
 /* Run for `steps` ms. trace [steps][16]: measured q, or NULL. 0, or -1 with the reason on stderr: the plant failed. */

@@ -1,8 +1,7 @@
 #!/bin/sh
 # How much sensor noise training bears: pend16, Gaussian noise on q of 1 % and 5 % of rms(q - mean), qd and qdd from the noisy
-# q. Trains ten models
-# and tests them on clean trajectories; about 40 minutes on two cores. Run by
-# `make noise`, from the top of the repository; logs in build/noise/.
+# q. Trains ten models and tests them on clean trajectories; about 40 minutes on two cores. A row whose log is there is not
+# trained again. Run by `make noise`, from the top of the repository; logs in build/noise/.
 set -e
 dir=build/noise
 mkdir -p $dir
