@@ -187,8 +187,8 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
             aim[0][i] = (roln_real)qr[i], aim[1][i] = (roln_real)qdr[i], aim[2][i] = (roln_real)qddr[i];
         }
         sum.rms += e2;
-        if (k >= 2000 && k < 12000) sum.early += e2, early++;
-        if (k >= steps - 10000) sum.late += e2, late++;
+        if (k >= 2000 && k < (steps + 2000) / 2) sum.early += e2, early++;
+        if (k >= (steps + 2000) / 2) sum.late += e2, late++;
         sum.outside += !in_range(m, q) || !in_range(m, qr);
         if (trace) memcpy(trace + (size_t)k * N, q, sizeof q);
 
@@ -221,7 +221,7 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
 
 void control_heading(void)
 {
-    printf("                        error, mrad: rms of 16   of 4 free    largest   first, last 10 s   |tau|, N m   outside   to PD\n");
+    printf("                        error, mrad: rms of 16   of 4 free    largest     of each half    |tau|, N m   outside   to PD\n");
 }
 
 void control_row(enum control_law which, const struct control_result *r, const struct control_result *pd_result)

@@ -42,7 +42,7 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
 
 struct control_result {
     double rms, rms_free, max;      /* error of the 16 joints, of the 4 free ones, largest of all; rad */
-    double early, late;             /* rms error of the first 10 s after the start-up of 2 s, and of the last 10 s */
+    double early, late;             /* rms error of the first and the second half after the start-up of 2 s */
     double tau;                     /* rms of |tau|, N m                          */
     double outside;                 /* part of the samples with z or z_ref outside the model's z_min .. z_max */
     int bad, faults;                /* statuses other than ROLN_OK; ticks with a fault of the guard */

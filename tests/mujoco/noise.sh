@@ -26,12 +26,13 @@ row() {
 acc="acc=40000 ode=0"
 ode="acc=30000 ode=1500 scaled=1 w_pos=1"
 var="acc=0 ode=5000 positions=1 scaled=1 ode_lr=0.3"
+fine="acc=30000 ode=1500 positions=1 scaled=1 ode_lr=0.1"
 row 'acceleration' 0 0 $acc
 row 'acceleration' 0.01 0 $acc
 for n in 0.01,15 0.05,25; do
     row 'acceleration' ${n%,*} ${n#*,} $acc
     row 'acceleration, then ODE' ${n%,*} ${n#*,} $ode
-    row 'variational (positions only)' ${n%,*} ${n#*,} $var
+    row 'acceleration, then variational' ${n%,*} ${n#*,} $fine
 done
 row 'variational (positions only)' 0 0 $var
-row 'variational (positions only)' 0.01 0 $var stride=10
+row 'variational (positions only)' 0.01 15 $var

@@ -68,7 +68,7 @@ static void test_reference(struct control_model *m, const struct control_gains *
         CHECK(control_run(m, &ref, (enum control_law)law, g, STEPS, &r[law], NULL) == 0);
         control_row((enum control_law)law, &r[law], &r[law == CONTROL_LATENT_4 ? CONTROL_PD_4 : 0]);
         CHECK(r[law].bad == 0 && r[law].faults == 0);
-        CHECK_BELOW(r[law].late, 2 * r[law].early);
+        CHECK_BELOW(r[law].late, 1.5 * r[law].early); /* halves of 29 s: the slowest sine has 10 s */
     }
     CHECK(r[CONTROL_LATENT].outside == 0 && r[CONTROL_LATENT_4].outside == 0);
     CHECK_BELOW(r[CONTROL_LATENT].rms, r[CONTROL_PD].rms / 5);
