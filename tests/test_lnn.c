@@ -1610,6 +1610,69 @@ static void test_identity(uint64_t *seed)
     }
 }
 
+/* Energies and their backward: T, V as in roln_lnn_terms, row by row; gradients of sum gT T + gV V against differences. */
+static struct {
+    const roln_lnn *f;
+    int nb;
+    roln_real *th, *s, *g, *tape, *w;
+} en;
+
+static double e_loss(void *ctx)
+{
+    roln_real E[2 * MAXB];
+    double sum = 0;
+    int i;
+    (void)ctx;
+    CHECK(roln_lnn_energy(en.f, 1, en.nb, en.th, en.s, E, E + en.nb, en.tape, en.w) == ROLN_OK);
+    for (i = 0; i < 2 * en.nb; i++) sum += (double)en.g[i] * (double)E[i];
+    return sum;
+}
+
+static void check_energies(roln_lnn f, uint64_t *seed)
+{
+    enum { NB = 2 };
+    const int n = f.n, np = roln_lnn_params(&f);
+    roln_real *th = weights(&f, seed), *s = normal(2 * NB * n, 0.5, seed), *E = fresh(2 * NB), *one = fresh(2 * n), T, V;
+    roln_real *tape = fresh(TAPE(2, NB)), *w = fresh(WORK(2, NB) + NB * n), *g = normal(2 * NB, 1, seed), *gs = zeros(2 * NB * n), *gth = zeros(np);
+    roln_real *gs1 = zeros(2 * NB * n), *gth1 = zeros(np);
+    int r, i, j;
+    CHECK(roln_lnn_energy(&f, 2, NB, th, s, E, E + NB, tape, w) == ROLN_OK);
+    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, gs, gth, w);
+    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, gs1, NULL, w);
+    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, NULL, gth1, w);
+    CHECK(same(2 * NB * n, gs, gs1) && same(np, gth, gth1));
+    en.f = &f, en.nb = NB, en.th = th, en.s = s, en.g = g, en.tape = fresh(TAPE(1, NB)), en.w = fresh(WORK(1, NB));
+    for (r = 0; r < NB; r++) { /* the terms of each row; dT/dzd = M zd */
+        roln_real *t1 = fresh(TAPE(1, 1)), *w1 = fresh(WORK(1, 1)), *M = fresh(n * n);
+        for (i = 0; i < n; i++) one[i] = s[r * n + i], one[n + i] = s[(NB + r) * n + i];
+        CHECK(roln_lnn_terms(&f, th, one, M, NULL, NULL, NULL, &T, &V, t1, w1) == ROLN_OK && same(1, E + r, &T) && same(1, E + NB + r, &V));
+        for (i = 0; i < n; i++) {
+            ld p_i = 0, size = 0;
+            for (j = 0; j < n; j++) {
+                const ld x = (ld)M[i * n + j] * (ld)one[n + j] * (ld)g[r];
+                p_i += x, size += fabsl(x);
+            }
+            BOUND("energy: dT/dzd = M zd (eps)", fabsl((ld)gs[(NB + r) * n + i] - p_i) / (size * EPS), 30);
+        }
+    }
+#ifdef ROLN_DOUBLE
+    check_halving(rolni_base_at(&f), gth, th, 1e-2, e_loss, NULL); /* the networks; check_map has the rest */
+    check_halving(2 * NB * n, gs, s, 1e-2, e_loss, NULL);
+#else
+    for (i = 0; i < 2 * NB * n; i++) { /* coarse; the double build measures */
+        const roln_real x = s[i], h = ROLN_C(0.01);
+        double d;
+        s[i] = x + h, d = e_loss(NULL);
+        s[i] = x - h, d = (d - e_loss(NULL)) / (2 * (double)h);
+        s[i] = x;
+        CHECK_NEAR(gs[i], d, 5e-3 * (1 + fabs(d)));
+    }
+#endif
+    T = E[0], s[0] = (roln_real)NAN;
+    CHECK(roln_lnn_energy(&f, 1, NB, th, s, E, E + NB, en.tape, en.w) == ROLN_E_NOT_FINITE && same(1, E, &T));
+    fresh_done();
+}
+
 void TEST_NAME(lnn)(void)
 {
     static const roln_mlp nets[] = {{1, {3, 2}}, {2, {2, 5, 3}}, {3, {3, 4, 6, 2}}, {6, {2, 3, 4, 3, 2, 4, 1}}};
@@ -1653,5 +1716,7 @@ void TEST_NAME(lnn)(void)
     test_status(&seed);
     test_repeated(&seed);
     test_identity(&seed);
+    check_energies(shape(3, 0, 3, 5, 4), &seed), check_energies(shape(2, 1, 2, 4, 0), &seed);
+    check_energies(head(0), &seed), check_energies(head(4), &seed);
     print_bounds();
 }
