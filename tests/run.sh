@@ -32,6 +32,7 @@ step unit build/test
 step hash sh tests/hash.sh
 step symbols sh tests/symbols.sh
 step readme sh tests/readme.sh
+step examples sh tests/examples.sh
 step sanitize-au build/test_asan dense eig spd ae lnn riem roln
 step sanitize-m build/test_msan dense eig spd ae lnn riem roln
 step coverage sh tests/coverage.sh
