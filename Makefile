@@ -1,5 +1,5 @@
-# roln: make demo, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models, make noise,
-#       make install, make clean
+# roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
+#       make noise, make install, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -15,7 +15,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo swelling deps test errors control models noise bench install clean
+.PHONY: all demo ekf swelling deps test errors control models noise bench install clean
 all: demo
 
 # ---- what a user does ----
@@ -23,7 +23,7 @@ all: demo
 demo: build/pendulum
 	./build/pendulum build
 
-build/pendulum: examples/pendulum.c $(HEADERS) examples/chain.h | build
+build/pendulum: examples/pendulum.c $(HEADERS) examples/chain.h examples/chain_plant.h | build
 	$(CC) $(FAST) examples/pendulum.c -o $@ -lm
 
 swelling: build/swelling
@@ -31,6 +31,12 @@ swelling: build/swelling
 
 build/swelling: examples/swelling.c roln_spd.h | build
 	$(CC) $(FAST) examples/swelling.c -o $@ -lm
+
+ekf: build/ekf
+	./build/ekf
+
+build/ekf: examples/ekf.c $(HEADERS) examples/chain.h examples/chain_plant.h examples/chain_weights.h | build
+	$(CC) $(FAST) examples/ekf.c -o $@ -lm
 
 build:
 	mkdir -p build/log

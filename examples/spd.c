@@ -18,7 +18,7 @@ int main(void)
     const roln_real U[n * n] = {ROLN_C(0.5), ROLN_C(0.2), 0, ROLN_C(0.2), ROLN_C(-0.3), ROLN_C(0.4), 0, ROLN_C(0.4), ROLN_C(0.1)};
     const roln_real P[n * n] = {2, 1, 0, 1, 3, 0, 0, 0, 1}, E[n * n] = {0, 1, 0, 1, 0, 0, 0, 0, 1};
     const roln_real bad[n * n] = {1, 2, 0, 2, 1, 0, 0, 0, 1}, h = ROLN_C(0.01);
-    roln_real X[n * n], l[n], Q[n * n], A[n * n], K[n * n], D[n * n], V[n * n], plus[n * n], minus[n * n], d;
+    roln_real X[n * n], l[n], Q[n * n], A[n * n], K[n * n], D[n * n], V[n * n], plus[n * n], minus[n * n], d = 0;
     roln_real work[ROLN_SPD_MAP_WORK(n)];
 
     roln_spd_map(n, ROLN_EXP, 0, NULL, U, X, work); /* X = exp(U) */
