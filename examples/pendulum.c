@@ -185,7 +185,7 @@ typedef struct {
 
 static const phase phases[] = {
     /* the surface: reconstruction of q, qd alone */
-    {"autoencoder", 6000, 64, 0, 0, {1, 1, 0, 0, 0, 0, 0, 0, 0}, ROLN_C(0.15), 0, ROLN_C(0.001), 0.08},
+    {"autoencoder", 6000, 64, 0, 0, {1, 1, 0, 0, 0, 0, 0, 0, 0, 0}, ROLN_C(0.15), 0, ROLN_C(0.001), 0.08},
     /* all together, one sample at a time: cheap */
     {"acceleration", 100000, 64, 0, 1, ROLN_ACC_WEIGHTS, ROLN_C(0.05), ROLN_C(4e-3), ROLN_C(0.05), 0.25},
     /* all together, through the integrator: what counts in the end */
