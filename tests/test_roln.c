@@ -376,7 +376,7 @@ static void test_own_positions(int k)
         CHECK(grad_of(k, &scale, theta, &d.b, 16, g, t) == ROLN_OK);
         /* positions are good to eps |q|, velocities to eps |q| / h, and the steps multiply that by H: (64 H 300 eps)^2 */
         off = k == 3 ? 1e10L : 1;
-        WORST(8, (t[3] + t[6]) / (EPS * EPS) / (off * 1e10L), 1);
+        WORST(8, ((ld)t[3] + (ld)t[6]) / (EPS * EPS) / (off * 1e10L), 1);
     }
     d.b.steps = H;
     if (k != 3) { /* a wrong force, a wrong position */
