@@ -15,6 +15,8 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
+# `make -j deps test`: first the packages, then what needs them
+.NOTPARALLEL:
 .PHONY: all demo ekf swelling deps test errors control models noise bench install clean
 all: demo
 
@@ -55,7 +57,7 @@ PACKAGES = gcc g++ clang make pkg-config libmujoco-dev libhdf5-dev
 deps: | build
 	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
 	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \
-	set --; for p in $(PACKAGES); do dpkg -s $$p > /dev/null 2>&1 || set -- "$$@" $$p; done; \
+	set --; for p in $(PACKAGES); do dpkg-query -W -f='$${Status}' $$p 2> /dev/null | grep -q 'ok installed' || set -- "$$@" $$p; done; \
 	if [ $$# -gt 0 ]; then get "$$@" || exit 1; fi; \
 	echo 'int main(void) { return 0; }' > build/deps.c; \
 	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \

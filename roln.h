@@ -143,8 +143,8 @@ ROLN_FN roln_force *rolni_force_of(const roln_model *md, const roln_real *theta,
 #define ROLN_TICK_WORK(N, n, aesum, tape, work) \
     (6 * (N) + 10 * (n) + 2 * (n) * (n) + 3 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + (tape) + (work))
 
-/* (z, zd) = (rho(q), D qd) and, with qdd, zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
-   q, qd, qdd (NULL: none) [N] in; z, zd, zdd [n] out, untouched on ROLN_E_NOT_FINITE. */
+/* (z, zd) = (rho(q), D qd) and zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
+   q, qd, qdd [N] in (qdd NULL: zdd = 0); z, zd, zdd [n] (zdd may be NULL) out, untouched on ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *q,
                                 const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd, roln_real *zdd,
                                 roln_real *work)
@@ -161,7 +161,8 @@ ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, cons
     if (!roln_all_finite(jets * n, s)) return ROLN_E_NOT_FINITE;
     memcpy(z, s, (size_t)n * sizeof *z);
     memcpy(zd, s + n, (size_t)n * sizeof *zd);
-    if (qdd) memcpy(zdd, s + 2 * n, (size_t)n * sizeof *zdd);
+    for (i = 0; zdd && i < n; i++)
+        zdd[i] = qdd ? s[2 * n + i] : 0;
     return ROLN_OK;
 }
 
@@ -314,7 +315,8 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
     return ROLN_OK;
 }
 
-/* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v. Adds to
+/* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v; for losses of
+   your own. Adds to
    gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. work [ROLN_GRAD_WORK]. */
 ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                                      const roln_real *v, const roln_real *gy, roln_real *gz, roln_real *gv, roln_real *gtheta,
@@ -383,7 +385,7 @@ ROLN_FN roln_status roln_step(const roln_model *md, const roln_scale *sc, const 
 }
 
 /* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
-   MPC. Also advances z, zd. tau may not be NULL; B may. Status of roln_step; nothing is written unless ROLN_OK.
+   MPC. Also advances z, zd. tau (0) and B may be NULL. Status of roln_step; nothing is written unless ROLN_OK.
    Cost about 4n steps. work [ROLN_LINEAR_WORK]: tape, step of the Lagrangian network with T = 2, nb = 1. */
 #define ROLN_LINEAR_WORK(N, n, aesum, stages, tape, step) \
     (6 * (n) + 4 * (n) * (n) + 2 * (n) * (N) + (N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 1) + (stages) * (tape) + (step))
@@ -400,7 +402,7 @@ ROLN_FN roln_status roln_linear(const roln_model *md, const roln_scale *sc, cons
     roln_status st;
     int i, j;
     for (i = 0; i < nu; i++)
-        ts[i] = tau[i] * unit;
+        ts[i] = tau ? tau[i] * unit : 0;
     rolni_state(n, sc, z, zd, ss);
     st = roln_lnn_linear(&md->lnn, md->scheme, theta + roln_ae_params(&md->ae), force, dt / sc->t, ss, nu, &f.gin, next, As, Bs,
                          tape, work);
@@ -437,7 +439,7 @@ ROLN_FN roln_status roln_predict(const roln_model *md, const roln_scale *sc, con
     for (k = 0; k <= steps && st == ROLN_OK; k++) {
         const size_t row = (size_t)k * (size_t)N;
         if (k == 0 || (again > 0 && k % again == 0)) st = roln_encode(md, sc, theta, q + row, qd + row, NULL, z, zd, NULL, work);
-        else st = roln_step(md, sc, theta, z, zd, tau ? tau + (k - 1) * roln_force_size(md) : NULL, dt, work);
+        else st = roln_step(md, sc, theta, z, zd, tau ? tau + (size_t)(k - 1) * (size_t)roln_force_size(md) : NULL, dt, work);
         if (st == ROLN_OK) st = roln_decode(md, sc, theta, z, zd, q_pred + row, qd_pred + row, work);
     }
     return st;
@@ -506,20 +508,23 @@ ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, co
 
 /* What stands between a model and a motor. Bits of a fault word: */
 enum {
-    ROLN_FAULT_INPUT = 1,   /* a measured number or a limit is NaN or infinite, or dt is not positive */
+    ROLN_FAULT_INPUT = 1,   /* a measured number or a limit is NaN, infinite or a limit negative, or dt is not positive */
     ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
     ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
     ROLN_FAULT_LIMIT = 8,   /* a torque beyond limits.tau */
     ROLN_FAULT_RANGE = 16,  /* z or zd outside the range seen in training, widened by limits.margin */
     ROLN_FAULT_ENERGY = 32, /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
-    ROLN_FAULT_EXPIRED = 64 /* more than limits.hold ticks in a row were bad: torques are 0 until the guard is zeroed */
+    ROLN_FAULT_EXPIRED = 64,  /* more than limits.hold ticks in a row were bad: torques are 0 until the guard is zeroed */
+    ROLN_FAULT_MANIFOLD = 128 /* q or qd farther than limits.q_off, qd_off from what the model can represent */
 };
 
 typedef struct {
     roln_real margin; /* of the range, as a part of its width */
-    roln_real power;  /* largest energy-rate residual, W; 0: no check */
+    roln_real power;  /* largest energy-rate residual, W (in the unit of the model's energy, if its forces had none); 0: no check */
     roln_real tau;    /* largest torque of each joint (or input) */
     int hold;         /* bad ticks in a row for which the last good torque is held */
+    roln_real q_off;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
+    roln_real qd_off; /* largest |qd - J zd| of a joint; 0: no check */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -543,29 +548,39 @@ ROLN_FN int roln_in_range(int n, const roln_real *z_min, const roln_real *z_max,
     return in;
 }
 
-/* One tick of the guard, after the controller: q, qd [count] are the measured numbers, (z, zd) their latent state, st the first
-   status other than ROLN_OK on the way (or ROLN_OK), want the torque to be applied for the next dt seconds; held the torque
-   of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most limits->hold times in a row,
-   then 0. Returns the faults of this tick, which are also added to g->faults.
+/* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
+   status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
+   now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
+   limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to g->faults.
    The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
    is that of second order in dt and grows with every external force that the model does not know. work [ROLN_TICK_WORK]. */
 ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
                                  const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
-                                 int count, const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd,
-                                 roln_status st, const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
+                                 const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
+                                 const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
 {
-    const int n = md->lnn.n, nu = roln_force_size(md);
-    roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), T = 0, V = 0, before = 0, after = 0;
+    const int N = md->ae.size[0], n = md->lnn.n, nu = roln_force_size(md);
+    roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), *x = rolni_take(&work, 2 * N);
+    roln_real T = 0, V = 0, before = 0, after = 0;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
     int i, known = 0;
-    if (!roln_all_finite(count, q) || !roln_all_finite(count, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
-        !roln_finite(limits->power) || !roln_finite(limits->tau))
+    if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
+        !roln_finite(limits->power) || !roln_finite(limits->tau) || !roln_finite(limits->q_off) || !roln_finite(limits->qd_off) ||
+        limits->margin < 0 || limits->power < 0 || limits->q_off < 0 || limits->qd_off < 0)
         faults |= ROLN_FAULT_INPUT;
     if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     else
         for (i = 0; i < nu; i++)
             if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
+    if ((limits->q_off > 0 || limits->qd_off > 0) && !(faults & ROLN_FAULT_INPUT)) {
+        if (roln_decode(md, sc, theta, z, zd, x, x + N, work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
+        else
+            for (i = 0; i < N; i++)
+                if ((limits->q_off > 0 && !(ROLN_ABS(q[i] - x[i]) <= limits->q_off)) ||
+                    (limits->qd_off > 0 && !(ROLN_ABS(qd[i] - x[N + i]) <= limits->qd_off)))
+                    faults |= ROLN_FAULT_MANIFOLD;
+    }
     if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
     else if (limits->power > 0 && st == ROLN_OK && !(faults & ROLN_FAULT_INPUT)) {
         known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK &&
@@ -624,14 +639,19 @@ ROLN_FN roln_real roln_loss_total(const roln_loss *weights, const roln_loss *l)
 #define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1, 0}
 #define ROLN_POSITION_WEIGHTS {1, 0, 0, 1, 0, 0, 1, 0, 0, 0} /* variational loss: positions only */
 
+/* Sample of window w at step h. */
+ROLN_FN size_t rolni_sample(const roln_batch *b, int w, int h)
+{
+    const size_t length = (size_t)b->steps * (size_t)b->stride;
+    return (b->start ? (size_t)b->start[w] : (size_t)w * (length + 1)) + (size_t)h * (size_t)b->stride;
+}
+
 /* One field of the nb windows from w0, at step h, scaled into X [nb][N]. */
 ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, int w0, int nb, int h, roln_real scale, roln_real *X)
 {
     int r, i;
     for (r = 0; r < nb; r++) {
-        const int w = w0 + r;
-        const size_t at = (size_t)(b->start ? b->start[w] : w * (b->steps * b->stride + 1)) + (size_t)(h * b->stride);
-        const roln_real *f = field + at * (size_t)N;
+        const roln_real *f = field + rolni_sample(b, w0 + r, h) * (size_t)N;
         for (i = 0; i < N; i++)
             X[r * N + i] = f[i] * scale;
     }
@@ -642,9 +662,7 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
 {
     int r, i, k;
     for (r = 0; r < nb; r++) {
-        const int w = w0 + r;
-        const size_t at = (size_t)(b->start ? b->start[w] : w * (b->steps * b->stride + 1)) + (size_t)(h * b->stride);
-        const roln_real *f = b->tau + at * (size_t)N, c = scale / (roln_real)b->stride;
+        const roln_real *f = b->tau + rolni_sample(b, w0 + r, h) * (size_t)N, c = scale / (roln_real)b->stride;
         for (i = 0; i < N; i++) {
             roln_real sum = 0;
             for (k = 0; k < b->stride; k++)
@@ -755,9 +773,7 @@ ROLN_FN roln_status rolni_grad_block(const roln_model *md, const roln_scale *sc,
                 gS[p * m + i] += gD[p * rows * n + m + i];
         }
         memset(gP, 0, (size_t)(2 * m) * sizeof *gP);
-        if (pred || (rollout && k == 1)) {
-            if (force) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
-        }
+        if (force && rollout && k > 0) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
         if (pred) { /* compare in z, then one step back */
             rolni_square(m, Sk, Zk, step, wt->z, &loss->z, gS, gZ);
             if (b->qd) rolni_square(m, Sk + m, Zk + m, step, wt->zd, &loss->zd, gS + m, gZ + m);
@@ -854,12 +870,13 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    equations as a prediction error, H >= 2. Adds the sum over windows to gtheta [params] and the unweighted terms to loss
    (without the prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or
    parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not looked
-   for here: the update refuses it. Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   for here: the update refuses it. ROLN_E_LENGTH: no qd, qdd for the acceleration loss; H < 2 for a prediction from positions. Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
 {
     int w;
+    if (acc ? !b->qd || !b->qdd : !b->qd && b->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     if (!roln_all_finite(roln_params(md), theta)) return ROLN_E_NOT_FINITE;
     for (w = 0; w < b->count; w += nb) {
         const int now = b->count - w < nb ? b->count - w : nb;
@@ -881,7 +898,7 @@ typedef struct {
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
    2 every ..: e [steps/every + 1] out. Windows of any length; qbar [N] mean of the training q. Work as roln_grad with
-   H = 0. A status other than ROLN_OK: bad data, or a roll-out left the domain; e is then partial. */
+   H = 0. A status other than ROLN_OK: bad data, no qd, or a roll-out left the domain; e is then partial. */
 ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
                                 int nb, roln_real dt, int every, const roln_real *qbar, roln_error *e, roln_real *work)
 {
@@ -889,6 +906,7 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
     const roln_lnn *lnn = &md->lnn;
     const int N = ae->size[0], n = lnn->n, sum = rolni_ae_sum(ae);
     int w, k, r, i;
+    if (!b->qd) return ROLN_E_LENGTH;
     memset(e, 0, (size_t)(b->steps / every + 1) * sizeof *e);
     for (w = 0; w < b->count; w += nb) {
         const int now = b->count - w < nb ? b->count - w : nb, P = now * N, m = now * n;
@@ -929,7 +947,7 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
 
 /* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q, qd,
    qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it (roln_loss_divide) and
-   every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE leaves var untouched. */
+   every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE (also for data at rest) leaves var untouched. */
 ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
                                   roln_loss *var, roln_real *work)
 {
@@ -1088,14 +1106,6 @@ ROLN_FN void rolni_get_reals(const unsigned char **p, int n, roln_real *x)
     }
 }
 
-ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
-{
-    int i, differ = 0;
-    for (i = 0; i < n; i++)
-        differ |= a[i] ^ b[i];
-    return differ == 0;
-}
-
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
 #define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
@@ -1158,23 +1168,24 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     const int n = md->lnn.n, params = roln_params(md);
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head), total = ROLN_PACKED(md->ae.layers, md->lnn.mass.layers, md->lnn.layers, n, params);
-    const unsigned char *p, *numbers = bytes + lead, *sum = bytes + total - 8;
+    const unsigned char *p, *sum;
     roln_real x;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
-    if (!rolni_same(6, bytes, head)) return ROLN_E_FORMAT;
+    if (memcmp(bytes, head, 6) != 0) return ROLN_E_FORMAT;
     if (bytes[6] != head[6]) return ROLN_E_PRECISION;
     if (count < lead) return ROLN_E_LENGTH;
-    if (!rolni_same(lead, bytes, head)) return ROLN_E_SHAPE;
+    if (memcmp(bytes, head, (size_t)lead) != 0) return ROLN_E_SHAPE;
     if (count != total) return ROLN_E_LENGTH;
+    sum = bytes + total - 8;
     if (rolni_get(&sum, 8) != roln_fnv(total - 8, bytes, ROLN_FNV)) return ROLN_E_CHECKSUM;
-    for (p = numbers, i = 0; i < 5 + 3 * n + params; i++) {
+    for (p = bytes + lead, i = 0; i < 5 + 3 * n + params; i++) {
         const roln_real same = i == 0 ? md->ae.slope : md->lnn.least;
         rolni_get_reals(&p, 1, &x);
         if (i < 2 && (x < same || x > same)) return ROLN_E_SHAPE;
         if (!roln_finite(x) || ((i == 2 || i == 3) && !(x > 0))) return ROLN_E_NOT_FINITE;
     }
-    p = numbers + 2 * sizeof(roln_real);
+    p = bytes + lead + 2 * sizeof(roln_real);
     rolni_get_reals(&p, 1, &sc->q);
     rolni_get_reals(&p, 1, &sc->t);
     rolni_get_reals(&p, 1, dt);
@@ -1643,7 +1654,7 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
                                     const ROLNI_(latent) *s, roln_status st, const roln_real *want, ROLNI_(guard) *g,
                                     ROLNI_(work) *work)
 {
-    return roln_guard_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, ROLNI_(N), x->q, x->qd,
+    return roln_guard_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, x->q, x->qd,
                            s->z, s->zd, st, want, &g->g, g->tau, work->w);
 }
 
@@ -1656,7 +1667,7 @@ ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_rea
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
-   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer. */
+   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer, or without b->qd (variational loss) shorter than 2 steps. */
 ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {

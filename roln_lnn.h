@@ -344,7 +344,7 @@ ROLN_FN void rolni_low_bwd(int n, roln_real scale, const roln_real *p, const rol
 }
 
 /* Y = Q^T X Q. work [n][n]. */
-ROLN_FN void rolni_congr_t(int n, const roln_real *Q, const roln_real *X, roln_real *Y, roln_real *work)
+ROLN_FN void rolni_congr_t_set(int n, const roln_real *Q, const roln_real *X, roln_real *Y, roln_real *work)
 {
     roln_mm(n, n, n, X, Q, work);
     memset(Y, 0, (size_t)(n * n) * sizeof *Y);
@@ -391,7 +391,7 @@ typedef struct {
     roln_real *l, *f, *Q, *K, *F;
 } rolni_spectrum;
 
-/* f and K of the ascending l. log = exp^-1, so K_ij = 1 / exp[f_i, f_j]. */
+/* f and K of the ascending l. log: within what exp can hold, for T is made of its differences. */
 ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real *l, roln_real *f, roln_real *K)
 {
     roln_status st;
@@ -402,16 +402,15 @@ ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real 
                 K[i * n + j] = K[j * n + i] = !(l[i] > least) ? 0 : l[j] >= least ? 1 : (l[i] - least) / (l[i] - l[j]);
         return ROLN_OK;
     }
-    for (i = 0; i < n; i++) {
-        if (kind == ROLNI_LOG && !(l[i] > 0)) return ROLN_E_NOT_SPD;
-        f[i] = kind == ROLNI_LOG ? roln_log(l[i]) : l[i];
+    if (kind == ROLNI_LOG) {
+        if ((st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK || (st = roln_exp_range(n, f)) != ROLN_OK) return st;
+        roln_map_dd1(n, ROLN_LOG, 0, l, f, K);
+        return ROLN_OK;
     }
-    if ((st = roln_exp_range(n, f)) != ROLN_OK) return st;
-    roln_exp_dd1(n, f, K);
-    for (i = 0; kind == ROLNI_EXP && i < n; i++)
+    if ((st = roln_exp_range(n, l)) != ROLN_OK) return st;
+    roln_exp_dd1(n, l, K);
+    for (i = 0; i < n; i++)
         f[i] = K[i * n + i];
-    for (i = 0; kind == ROLNI_LOG && i < n * n; i++)
-        K[i] = 1 / K[i];
     return ROLN_OK;
 }
 
@@ -474,7 +473,7 @@ ROLN_FN roln_status rolni_spectral(int kind, int n, int k, roln_real least, cons
         roln_congr(n, s->Q, X + t * nn, F, work);
         for (i = 0; i < nn; i++)
             work[i] = s->K[i] * F[i];
-        rolni_congr_t(n, s->Q, work, Y + t * nn, work + nn);
+        rolni_congr_t_set(n, s->Q, work, Y + t * nn, work + nn);
     }
     return ROLN_OK;
 }
@@ -491,7 +490,7 @@ ROLN_FN void rolni_spectral_bwd(int kind, int n, int k, roln_real least, const r
     rolni_spectral_eig_bwd(n, k, s->K, T, s->F, G);
     for (t = 0; t <= k; t++) {
         memcpy(D, G + t * nn, (size_t)nn * sizeof *D);
-        rolni_congr_t(n, s->Q, D, G + t * nn, tmp);
+        rolni_congr_t_set(n, s->Q, D, G + t * nn, tmp);
     }
 }
 
@@ -632,7 +631,7 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int T, int k, const roln_real 
         for (j = 0; j < k; j++) {
             for (i = 0; i < mm; i++)
                 work[i] = K[i] * F[j * mm + i];
-            rolni_congr_t(m, Q, work, X + (1 + j) * mm, work + mm);
+            rolni_congr_t_set(m, Q, work, X + (1 + j) * mm, work + mm);
         }
     }
     for (i = 0; i < f->layers; i++) {
@@ -745,7 +744,7 @@ ROLN_FN roln_status rolni_head_bwd(const roln_lnn *f, int T, int nb, int k, int 
     }
     rolni_spectral_eig_bwd(m, k, K, T3, F, Z);
     for (a = 0; a <= k; a++) {
-        rolni_congr_t(m, R, Z + a * mm, S, tmp);
+        rolni_congr_t_set(m, R, Z + a * mm, S, tmp);
         rolni_sym_bwd(m, 1, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
         if (!f->base || !gtheta) continue;
         for (i = 0; i < m; i++)
@@ -756,7 +755,7 @@ ROLN_FN roln_status rolni_head_bwd(const roln_lnn *f, int T, int nb, int k, int 
             B[i] -= tmp[i];
     }
     if (f->base && gtheta) {
-        rolni_congr_t(m, R, B, S, tmp);
+        rolni_congr_t_set(m, R, B, S, tmp);
         rolni_twice_sym(m, S, B);
         for (i = 0; i < mm; i++)
             gtheta[rolni_base_at(f) + i] += B[i] / 2;
@@ -973,7 +972,7 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
 }
 
 /* Energies of a block: kinetic T_r = 1/2 zd^T M zd and potential V_r, [nb] each. s [2][nb][n] in; T, V and the tape out.
-   dirs = 1, or 2 if roln_lnn_energy_bwd is to follow. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
+   dirs (the T of the other functions) = 1, or 2 if roln_lnn_energy_bwd is to follow, in losses of your own. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
 ROLN_FN roln_status roln_lnn_energy(const roln_lnn *f, int dirs, int nb, const roln_real *theta, const roln_real *s, roln_real *T,
                                     roln_real *V, roln_real *tape, roln_real *work)
 {

@@ -9,7 +9,7 @@
    7 SPD maps           exp, log, powers at any base point: value, derivative, second derivative, backward
    8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
 
-   Matrices are row-major. Arguments come in the order: sizes, const inputs, outputs, work. Work is
+   Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work. Work is
    the caller's memory, in units of roln_real, its size given by the macro above the function.
    Nothing here allocates, recurses, prints or keeps state; sqrt is the only function from outside. */
 
@@ -83,7 +83,7 @@ typedef enum {
     ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
     ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
     ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
-    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, slope, base point or integrator */
+    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator */
     ROLN_E_CHECKSUM = -10        /* ... damaged */
 } roln_status;
 
@@ -896,7 +896,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
 
 /* ---- 7 SPD maps ------------------------------------------------------------------------------- */
 
-/* Complete by itself, for use without roln.h, whose networks take the derivatives of exp only.
+/* Complete by itself, for use without roln.h.
 
    A scalar function f acts on a symmetric X as seen from a base point P = A A^T, A from roln_chol (A NULL: P = I):
        Y = f_P(X) = A f(A^-1 X A^-T) A^T        f_{TPT^T}(T X T^T) = T f_P(X) T^T for any T, so any factor A serves

@@ -16,7 +16,7 @@ enum { N = chain_N, n = chain_n };
 
 /* Range seen in training and 10 %; energy residual: ten times the largest here, which is rounding (a real chain: of a recorded
    run); torque: 1.5 times the largest here; 5 bad ticks are bridged. */
-static const roln_limits limits = {ROLN_C(0.1), 1, 200, 5};
+static const roln_limits limits = {ROLN_C(0.1), 1, 200, 5, ROLN_C(0.05), 1};
 
 typedef struct {
     chain_latent s;          /* z, zd of the last good tick */

@@ -9,7 +9,7 @@ if [ "$1" = -w ]; then
 fi
 one='name=$(echo "$0" | tr -c "[:alnum:]\n" _); case $0 in *DOUBLE*) p=double;; *) p=float;; esac
 got=$($0 -std=c99 -ffp-contract=off hash.c -lm -o '"$tmp"'/$name 2>&1 && '"$tmp"'/$name 2>&1); rm -f '"$tmp"'/$name
-if [ "$got" = "$(grep "^$p " hash.txt)" ]; then echo ok; else echo "$0: $got" | head -3 | tr "\n" " "; echo; fi'
+if [ -n "$got" ] && [ "$got" = "$(grep "^$p " hash.txt)" ]; then echo ok; else echo "$0: $got" | head -3 | tr "\n" " "; echo; fi'
 for cc in ${HASH_CC:-gcc clang}; do
     for level in -O3 -O2 -O1 -Os -O0; do
         for native in "" " -march=native"; do

@@ -34,6 +34,7 @@ step hash sh tests/hash.sh
 step symbols sh tests/symbols.sh
 step readme sh tests/readme.sh
 step examples sh tests/examples.sh
+# elementary: no memory, and millions of calls
 step sanitize-au build/test_asan dense eig spd ae lnn riem roln control
 step sanitize-m build/test_msan dense eig spd ae lnn riem roln control
 step coverage sh tests/coverage.sh

@@ -589,10 +589,10 @@ typedef struct {
 static uint32_t tick(int k, rig *x)
 {
     const uint32_t before = x->g.faults;
-    const uint32_t f = roln_guard_tick(models[k].md, &scale, th, x->z_min, x->z_max, x->zd_max, &x->limits, x->h, N_OF(k), x->q, x->qd, x->z, x->zd, x->st,
+    const uint32_t f = roln_guard_tick(models[k].md, &scale, th, x->z_min, x->z_max, x->zd_max, &x->limits, x->h, x->q, x->qd, x->z, x->zd, x->st,
                                        x->want, &x->g, x->held, W(k));
     CHECK(WORK_KEPT());
-    CHECK(x->g.faults == (before | f) && f < 128); /* sticky, nothing else */
+    CHECK(x->g.faults == (before | f) && f < 256); /* sticky, nothing else */
     CHECK(!(f & ROLN_FAULT_EXPIRED) || (x->held[0] <= 0 && x->held[0] >= 0));
     return f;
 }
@@ -674,6 +674,47 @@ static void test_guard_patterns(int k)
         x = start, x.st = (roln_status)p;
         CHECK(tick(k, &x) == (p == 0 ? 0 : (uint32_t)ROLN_FAULT_STATUS) && finite_in(nu, x.held, ROLN_C(1.5)));
     }
+}
+
+/* What z does not see: q, qd off the manifold, in any joint; limits of 0 do not look, limits that are none are a fault. */
+static void test_guard_manifold(int k)
+{
+    static rig start, x;
+    const int N = N_OF(k), n = n_OF(k);
+    const roln_real off = ROLN_C(0.015625), bad[3] = {-1, (roln_real)NAN, (roln_real)INFINITY};
+    int i, side;
+    good(k, &start);
+    CHECK(roln_decode(models[k].md, &scale, th, start.z, start.zd, start.q, start.qd, W(k)) == ROLN_OK);
+    start.limits.q_off = off, start.limits.qd_off = 2 * off;
+    x = start;
+    CHECK(tick(k, &x) == 0);
+    for (i = 0; i < N; i++)
+        for (side = -1; side < 2; side += 2) {
+            const roln_real s = (roln_real)side;
+            x = start, x.q[i] += ROLN_C(0.875) * s * off, x.qd[i] += ROLN_C(1.75) * s * off;
+            CHECK(tick(k, &x) == 0);
+            x = start, x.q[i] += ROLN_C(1.125) * s * off;
+            CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
+            x.limits.q_off = 0;
+            CHECK(tick(k, &x) == 0);
+            x = start, x.qd[i] += ROLN_C(2.25) * s * off;
+            CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
+            x.limits.qd_off = 0;
+            CHECK(tick(k, &x) == 0);
+        }
+    for (i = 0; i < 3; i++) {
+        x = start, x.limits.q_off = bad[i];
+        CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
+        x = start, x.limits.qd_off = bad[i];
+        CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
+    }
+    for (i = 0; i < 2; i++) { /* a negative limit is none */
+        x = start;
+        *(i ? &x.limits.margin : &x.limits.power) = -1;
+        CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
+    }
+    x = start, x.z[n - 1] = (roln_real)NAN;
+    CHECK((tick(k, &x) & (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE)) == (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE));
 }
 
 /* Counters out of order: whatever bad, known, faults and hold are, the torque is safe and a corrupted count does not hold for ever. */
@@ -933,7 +974,7 @@ void TEST_NAME(control)(void)
         test_closed_loop(k);
         test_guard_energy(k);
 #endif
-        test_guard_patterns(k);
+        test_guard_patterns(k), test_guard_manifold(k);
         test_guard_counters(k);
         test_guard_hold(k);
         test_guard_range(k);

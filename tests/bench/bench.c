@@ -456,7 +456,7 @@ static void arm_linear_run(const row *r)
 /* encode, aim, control, lift, guard. */
 static void arm_control_run(const row *r)
 {
-    static const roln_limits limits = {1, 1000, 1000, 5};
+    static const roln_limits limits = {1, 1000, 1000, 5, 1000, 1000};
     (void)r;
     must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
     must(arm_aim(&tick4.p, tick4.zero[0], tick4.zero[1], tick4.zero[2], &tick4.aim, &tick4.work));

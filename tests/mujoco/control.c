@@ -161,7 +161,7 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
                 const struct control_gains *gains, int steps, struct control_result *result, double *trace)
 {
     const int pd = which != CONTROL_LATENT && which != CONTROL_LATENT_4, motors = which == CONTROL_PD_4 || which == CONTROL_LATENT_4;
-    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, 3};
+    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, 3, (roln_real)CONTROL_OFF, (roln_real)CONTROL_OFF_RATE};
     pend16_guard guard = {{0, 0, 0, 0, 0}, {0}};
     struct truth_plant *plant;
     struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0, 0};

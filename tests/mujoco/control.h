@@ -10,6 +10,8 @@
 #define CONTROL_MODEL "tests/mujoco/models/pend16_act.roln"
 #define CONTROL_POWER 3.0 /* limits of the guard: energy-rate residual, W */
 #define CONTROL_TORQUE 60.0 /* N m */
+#define CONTROL_OFF 0.05    /* rad off the learned manifold */
+#define CONTROL_OFF_RATE 1.0 /* rad/s */
 enum { CONTROL_REFERENCES = 3 };       /* seeds 1 .. 3 */
 
 enum control_law {
