@@ -15,8 +15,6 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-# `make -j deps test`: first the packages, then what needs them
-.NOTPARALLEL:
 .PHONY: all demo ekf swelling deps test errors control models noise bench install clean
 all: demo
 

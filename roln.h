@@ -141,7 +141,8 @@ ROLN_FN roln_force *rolni_force_of(const roln_model *md, const roln_real *theta,
 /* Work of the functions of this section and the next. aesum: sum of N_l + N_{l+1}; tape, work: of the Lagrangian network
    (ROLN_LNN_TAPE with T = 2, ROLN_STEP_WORK with T = 2, nb = 1). */
 #define ROLN_TICK_WORK(N, n, aesum, tape, work) \
-    (6 * (N) + 10 * (n) + 2 * (n) * (n) + 3 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + (tape) + (work))
+    (6 * (N) + 10 * (n) + 2 * (n) * (n) + 3 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + \
+     (tape) + (work))
 
 /* (z, zd) = (rho(q), D qd) and zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
    q, qd, qdd [N] in (qdd NULL: zdd = 0); z, zd, zdd [n] (zdd may be NULL) out, untouched on ROLN_E_NOT_FINITE. */
@@ -293,7 +294,8 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
 {
     const roln_ae *ae = &md->ae;
     const int N = ae->size[0], n = md->lnn.n;
-    roln_real *jet = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n), *p = rolni_take(&work, n), *ss = rolni_take(&work, 2 * n);
+    roln_real *jet = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n), *p = rolni_take(&work, n);
+    roln_real *ss = rolni_take(&work, 2 * n);
     roln_real *ae_tape = rolni_take(&work, roln_ae_tape(ae, 2, 1)), *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
     const rolni_tape t = rolni_tape_of(&md->lnn, 1, 1, tape);
     roln_status st;
@@ -589,7 +591,8 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
         else {
             for (i = 0; i < n; i++)
                 before += zd[i] * (tau_z[i] - d[i]); /* power at the end of the last tick, under its torque */
-            if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power)) faults |= ROLN_FAULT_ENERGY;
+            if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
+                faults |= ROLN_FAULT_ENERGY;
         }
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
@@ -865,12 +868,13 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    detached. Per window, with mean over its samples:
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
    each times its weight of wt. The term `force` belongs to the acceleration loss: where known forces work against gravity and
-   inertia it fixes M and g themselves, whereas zdd only knows M^-1 of them (with tau = 0 it would draw M to 0). Without b->qd the variational loss, of positions only: the first two start the discrete motion
-   (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
-   equations as a prediction error, H >= 2. Adds the sum over windows to gtheta [params] and the unweighted terms to loss
-   (without the prediction terms if all their weights are 0), nb windows at a time; a block of windows that fails (data or
-   parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not looked
-   for here: the update refuses it. ROLN_E_LENGTH: no qd, qdd for the acceleration loss; H < 2 for a prediction from positions. Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   inertia it fixes M and g themselves, whereas zdd only knows M^-1 of them (with tau = 0 it would draw M to 0). Without b->qd
+   the variational loss, of positions only: the first two start the discrete motion (roln_lnn_start), the midpoint rule carries
+   it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange equations as a prediction error, H >= 2. Adds
+   the sum over windows to gtheta [params] and the unweighted terms to loss (without the prediction terms if all their weights
+   are 0), nb windows at a time; a block of windows that fails (data or parameters not finite, eigenvalues out of range) adds
+   nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. ROLN_E_LENGTH: no qd,
+   qdd for the acceleration loss; H < 2 for a prediction from positions. Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
@@ -941,13 +945,15 @@ ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, cons
         }
     }
     for (k = 0; k <= b->steps / every; k++)
-        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var)) return ROLN_E_NOT_FINITE;
+        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
+            return ROLN_E_NOT_FINITE;
     return ROLN_OK;
 }
 
-/* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q, qd,
-   qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it (roln_loss_divide) and
-   every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE (also for data at rest) leaves var untouched. */
+/* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q,
+   qd,    qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it
+   (roln_loss_divide) and    every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE (also for
+   data at rest) leaves var untouched. */
 ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
                                   roln_loss *var, roln_real *work)
 {
@@ -1314,13 +1320,15 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
 #define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
 /* Parameters, moments, what an update keeps and blocks of one SPD layer, width w -> wo: gyro's W, gyro's B, bimap's W^T. */
-#define ROLNI_SPD_LAYER(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) + (w) * (w) : (int)(kind) == (int)ROLN_BIMAP ? (w) * (wo) : 0)
-#define ROLNI_SPD_MOMENTS(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) + 1 : (int)(kind) == (int)ROLN_BIMAP ? 1 : 0)
-#define ROLNI_SPD_KEEP(kind, w, wo) ((int)(kind) == (int)ROLN_GYRO ? 2 * (w) * (w) + 2 : (int)(kind) == (int)ROLN_BIMAP ? 2 * (w) * (wo) + 2 : 0)
+#define ROLNI_GYRO(kind, x) ((int)(kind) == (int)ROLN_GYRO ? (x) : 0)
+#define ROLNI_BIMAP(kind, x) ((int)(kind) == (int)ROLN_BIMAP ? (x) : 0)
+#define ROLNI_SPD_LAYER(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + (w) * (w)) + ROLNI_BIMAP(kind, (w) * (wo)))
+#define ROLNI_SPD_MOMENTS(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + 1) + ROLNI_BIMAP(kind, 1))
+#define ROLNI_SPD_KEEP(kind, w, wo) (ROLNI_GYRO(kind, 2 * (w) * (w) + 2) + ROLNI_BIMAP(kind, 2 * (w) * (wo) + 2))
 #define ROLNI_SPD_BLOCKS(kind, w, wo) \
-    {ROLN_EUCLIDEAN, 1, (int)(kind) == (int)ROLN_GYRO ? ROLN_TRI(w) : 0, 1}, \
-    {(int)(kind) == (int)ROLN_GYRO ? &roln_spd : ROLN_EUCLIDEAN, (int)(kind) == (int)ROLN_GYRO ? (w) : 0, (int)(kind) == (int)ROLN_GYRO ? (w) : 0, 1}, \
-    {(int)(kind) == (int)ROLN_BIMAP ? &roln_stiefel : ROLN_EUCLIDEAN, (int)(kind) == (int)ROLN_BIMAP ? (wo) : 0, (int)(kind) == (int)ROLN_BIMAP ? (w) : 0, 1}
+    {ROLN_EUCLIDEAN, 1, ROLNI_GYRO(kind, ROLN_TRI(w)), 1}, \
+    {ROLNI_GYRO(kind, 1) ? &roln_spd : ROLN_EUCLIDEAN, ROLNI_GYRO(kind, w), ROLNI_GYRO(kind, w), 1}, \
+    {ROLNI_BIMAP(kind, 1) ? &roln_stiefel : ROLN_EUCLIDEAN, ROLNI_BIMAP(kind, wo), ROLNI_BIMAP(kind, w), 1}
 #define ROLNI_EACH_SPD(F) \
     (F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) + F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) + F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) + \
      F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)))
@@ -1475,7 +1483,10 @@ typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_(H2) >= 0 &
                                                  ? 1
                                                  : -1];
 typedef char ROLNI_(inputs_at_most_N)[(ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N) ? 1 : -1];
-typedef char ROLNI_(base_and_damping_are_0_or_1)[(ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING) ? 1 : -1];
+typedef char ROLNI_(base_and_damping_are_0_or_1)[(ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) &&
+                                                         (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING)
+                                                     ? 1
+                                                     : -1];
 typedef char ROLNI_(block_at_least_1)[(ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0 ? 1 : -1];
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
@@ -1667,7 +1678,8 @@ ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_rea
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
-   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer, or without b->qd (variational loss) shorter than 2 steps. */
+   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer, or without
+   b->qd (variational loss) shorter than 2 steps. */
 ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {

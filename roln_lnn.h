@@ -972,7 +972,8 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
 }
 
 /* Energies of a block: kinetic T_r = 1/2 zd^T M zd and potential V_r, [nb] each. s [2][nb][n] in; T, V and the tape out.
-   dirs (the T of the other functions) = 1, or 2 if roln_lnn_energy_bwd is to follow, in losses of your own. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
+   dirs (the T of the other functions) = 1, or 2 if roln_lnn_energy_bwd is to follow, in losses of your own. tape
+   [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
 ROLN_FN roln_status roln_lnn_energy(const roln_lnn *f, int dirs, int nb, const roln_real *theta, const roln_real *s, roln_real *T,
                                     roln_real *V, roln_real *tape, roln_real *work)
 {
@@ -1278,8 +1279,9 @@ ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, int nb, const roln_real *thet
         gs[m + i] += gv[i];
 }
 
-/* One step of length h from s to sn, both [2][nb][n] (sn may be s); force may be NULL. tape: ROLN_STAGES(scheme)
-   tapes [ROLN_LNN_TAPE] of T = 2, or one of T = 1. work [ROLN_STEP_WORK]. sn is written only on ROLN_OK. ROLN_E_NO_CONVERGENCE: h too long for midpoint. */
+/* One step of length h from s to sn, both [2][nb][n] (sn may be s); force may be NULL. tape: ROLN_STAGES(scheme)    tapes
+   [ROLN_LNN_TAPE] of T = 2, or one of T = 1. work [ROLN_STEP_WORK]. sn is written only on ROLN_OK. ROLN_E_NO_CONVERGENCE: h too
+   long for midpoint. */
 ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, int scheme, int T, int nb, const roln_real *theta,
                                   const roln_force *force, roln_real h, const roln_real *s, roln_real *sn, roln_real *tape,
                                   roln_real *work)

@@ -9,8 +9,8 @@
    7 SPD maps           exp, log, powers at any base point: value, derivative, second derivative, backward
    8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
 
-   Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work. Work is
-   the caller's memory, in units of roln_real, its size given by the macro above the function.
+   Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work.
+   Work is the caller's memory, in units of roln_real, its size given by the macro above the function.
    Nothing here allocates, recurses, prints or keeps state; sqrt is the only function from outside. */
 
 #ifndef ROLN_SPD_H
