@@ -1112,6 +1112,15 @@ ROLN_FN void rolni_get_reals(const unsigned char **p, int n, roln_real *x)
     }
 }
 
+/* Nonzero if n bytes agree. Not memcmp, of which compilers make bcmp. */
+ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
+{
+    int i, differ = 0;
+    for (i = 0; i < n; i++)
+        differ |= a[i] ^ b[i];
+    return differ == 0;
+}
+
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
 #define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
@@ -1178,10 +1187,10 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     roln_real x;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
-    if (memcmp(bytes, head, 6) != 0) return ROLN_E_FORMAT;
+    if (!rolni_same(6, bytes, head)) return ROLN_E_FORMAT;
     if (bytes[6] != head[6]) return ROLN_E_PRECISION;
     if (count < lead) return ROLN_E_LENGTH;
-    if (memcmp(bytes, head, (size_t)lead) != 0) return ROLN_E_SHAPE;
+    if (!rolni_same(lead, bytes, head)) return ROLN_E_SHAPE;
     if (count != total) return ROLN_E_LENGTH;
     sum = bytes + total - 8;
     if (rolni_get(&sum, 8) != roln_fnv(total - 8, bytes, ROLN_FNV)) return ROLN_E_CHECKSUM;
