@@ -109,7 +109,7 @@ build/control: tests/mujoco/closed_loop.c tests/mujoco/control.c tests/mujoco/tr
 models: build/generate
 	sh tests/mujoco/models/train.sh
 
-# what sensor noise costs: trains ten models (40 minutes)
+# what sensor noise costs: trains eleven models (45 minutes)
 noise: build/generate
 	sh tests/mujoco/noise.sh
 

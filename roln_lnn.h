@@ -309,15 +309,16 @@ ROLN_FN void rolni_sym(int n, const roln_real *u, roln_real *U)
             U[i * n + j] = U[j * n + i] = *u++;
 }
 
-/* gu = scale * the cotangent of u that belongs to the symmetric cotangent G of U. */
-ROLN_FN void rolni_sym_bwd(int n, roln_real scale, const roln_real *G, roln_real *gu)
+/* gu = diag G_ii, low G_ij in the order of u: the cotangent of u where G is that of a symmetric (1, 2) or of a triangular
+   matrix (1, 1). */
+ROLN_FN void rolni_tri_bwd(int n, roln_real diag, roln_real low, const roln_real *G, roln_real *gu)
 {
     int i, j;
     for (i = 0; i < n; i++)
-        *gu++ = scale * G[i * n + i];
+        *gu++ = diag * G[i * n + i];
     for (i = 1; i < n; i++)
         for (j = 0; j < i; j++)
-            *gu++ = 2 * scale * G[i * n + j];
+            *gu++ = low * G[i * n + j];
 }
 
 /* L = the lower triangular matrix of u, in the same order, zeros above. */
@@ -330,17 +331,6 @@ ROLN_FN void rolni_low(int n, const roln_real *u, roln_real *L)
     for (i = 1; i < n; i++)
         for (j = 0; j < i; j++)
             L[i * n + j] = *u++;
-}
-
-/* gu += scale * the lower triangle of p q^T. */
-ROLN_FN void rolni_low_bwd(int n, roln_real scale, const roln_real *p, const roln_real *q, roln_real *gu)
-{
-    int i, j;
-    for (i = 0; i < n; i++)
-        *gu++ += scale * (p[i] * q[i]);
-    for (i = 1; i < n; i++)
-        for (j = 0; j < i; j++)
-            *gu++ += scale * (p[i] * q[j]);
 }
 
 /* Y = Q^T X Q. work [n][n]. */
@@ -385,7 +375,7 @@ ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const ro
 
 /* Spectral functions Y = f(X) = Q^T f(l) Q with k directions X_t, planes [1+k][n][n]:
        F_t = Q X_t Q^T,   Y_t = Q^T (K o F_t) Q,   K_ij = f[l_i, l_j],   T_ijk = f[l_i, l_j, l_k] */
-enum { ROLNI_EXP, ROLNI_LOG, ROLNI_CUT }; /* f = exp, log, max(least, .) */
+enum { ROLNI_CUT = -1 }; /* f = max(least, .), beside ROLN_EXP and ROLN_LOG */
 
 typedef struct {
     roln_real *l, *f, *Q, *K, *F;
@@ -402,15 +392,9 @@ ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real 
                 K[i * n + j] = K[j * n + i] = !(l[i] > least) ? 0 : l[j] >= least ? 1 : (l[i] - least) / (l[i] - l[j]);
         return ROLN_OK;
     }
-    if (kind == ROLNI_LOG) {
-        if ((st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK || (st = roln_exp_range(n, f)) != ROLN_OK) return st;
-        roln_map_dd1(n, ROLN_LOG, 0, l, f, K);
-        return ROLN_OK;
-    }
-    if ((st = roln_exp_range(n, l)) != ROLN_OK) return st;
-    roln_exp_dd1(n, l, K);
-    for (i = 0; i < n; i++)
-        f[i] = K[i * n + i];
+    if ((st = roln_map_values(n, kind, 0, l, f)) != ROLN_OK) return st;
+    if (kind == ROLN_LOG && (st = roln_exp_range(n, f)) != ROLN_OK) return st;
+    roln_map_dd1(n, kind, 0, l, f, K);
     return ROLN_OK;
 }
 
@@ -419,11 +403,11 @@ ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, con
                        roln_real *T, roln_real *work)
 {
     int i, j, k;
-    if (kind == ROLNI_EXP) {
+    if (kind == ROLN_EXP) {
         roln_exp_dd2(n, l, K, T);
         return;
     }
-    if (kind == ROLNI_LOG) {
+    if (kind == ROLN_LOG) {
         roln_exp_dd1(n, f, work);
         roln_exp_dd2(n, f, work, T);
     }
@@ -431,7 +415,7 @@ ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, con
         for (j = 0; j < n; j++)
             for (k = 0; k < n; k++) {
                 roln_real *x = T + (i * n + j) * n + k;
-                if (kind == ROLNI_LOG) {
+                if (kind == ROLN_LOG) {
                     *x *= -(K[i * n + j] * K[j * n + k] * K[i * n + k]);
                 } else { /* one of the three on the other side of `least` than the two: its distance / (gap gap) */
                     const roln_real a = l[i], b = l[j], c = l[k];
@@ -529,12 +513,12 @@ ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int T, int k, const ro
         }
         return ROLN_OK;
     }
-    if ((st = rolni_spectral(ROLNI_LOG, w, k, 0, X, &m.a, m.L, work)) != ROLN_OK) return st;
+    if ((st = rolni_spectral(ROLN_LOG, w, k, 0, X, &m.a, m.L, work)) != ROLN_OK) return st;
     rolni_sym(w, theta, work);
     for (t = 0; t <= k; t++)
         for (j = 0; j < ww; j++)
             Y[t * ww + j] = work[j] * m.L[t * ww + j] / 2;
-    if ((st = rolni_spectral(ROLNI_EXP, w, k, 0, Y, &m.b, m.E, work)) != ROLN_OK) return st;
+    if ((st = rolni_spectral(ROLN_EXP, w, k, 0, Y, &m.b, m.E, work)) != ROLN_OK) return st;
     roln_congr(w, m.E, B, Y, work);
     for (t = 1; t <= k; t++) { /* E_t B E and its transpose */
         roln_mm(w, w, w, m.E + t * ww, B, work);
@@ -545,7 +529,7 @@ ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int T, int k, const ro
 }
 
 /* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL).
-   work [(3 + 2 (1+T)) w w + w w w]. */
+   work [(5 + k) w w + w w w]. */
 ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int T, int k, const roln_real *theta, const roln_real *X, roln_real *G,
                              roln_real *gtheta, roln_real *mem, roln_real *work)
 {
@@ -553,7 +537,7 @@ ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int T, int k, const roln_
     const rolni_layer_mem m = rolni_layer_mem_of(w, T, mem);
     const roln_real *B = theta + ROLN_TRI(w);
     roln_real *S = work, *tmp = S + ww, *gE = tmp + ww, *rest = gE + (1 + k) * ww;
-    int t, j, p;
+    int t, j;
     if (f->layer[i] == ROLN_REEIG) {
         rolni_spectral_bwd(ROLNI_CUT, w, k, f->least, &m.a, G, work);
         return;
@@ -590,7 +574,7 @@ ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int T, int k, const roln_
         for (j = 0; j < ww; j++)
             gtheta[ROLN_TRI(w) + j] += t == 0 ? tmp[j] / 2 : tmp[j];
     }
-    rolni_spectral_bwd(ROLNI_EXP, w, k, 0, &m.b, gE, rest);
+    rolni_spectral_bwd(ROLN_EXP, w, k, 0, &m.b, gE, rest);
     memset(S, 0, (size_t)ww * sizeof *S); /* gE is the cotangent of 1/2 W o L */
     rolni_sym(w, theta, tmp);
     for (t = 0; t <= k; t++)
@@ -598,12 +582,10 @@ ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int T, int k, const roln_
             S[j] += gE[t * ww + j] * m.L[t * ww + j] / 2;
             G[t * ww + j] = gE[t * ww + j] * tmp[j] / 2;
         }
-    for (j = 0; gtheta && j < w; j++)
-        gtheta[j] += S[j * (w + 1)];
-    for (j = 1, t = w; gtheta && j < w; j++)
-        for (p = 0; p < j; p++)
-            gtheta[t++] += 2 * S[j * w + p];
-    rolni_spectral_bwd(ROLNI_LOG, w, k, 0, &m.a, G, rest);
+    rolni_tri_bwd(w, 1, 2, S, tmp);
+    for (j = 0; gtheta && j < ROLN_TRI(w); j++)
+        gtheta[j] += tmp[j];
+    rolni_spectral_bwd(ROLN_LOG, w, k, 0, &m.a, G, rest);
 }
 
 /* The SPD matrices of row r and of the k directions p .. p+k-1 of its tape, [1+k][.][.] each: X_0 from the head, X_i+1
@@ -721,12 +703,7 @@ ROLN_FN roln_status rolni_head_bwd(const roln_lnn *f, int T, int nb, int k, int 
                 for (i = 0; i < nn; i++)
                     S[i] += tmp[i];
             }
-            v = gu + ((a ? p + a - 1 : 0) * nb + r) * tri;
-            for (i = 0; i < n; i++)
-                *v++ = 2 * S[i * (n + 1)];
-            for (i = 1; i < n; i++)
-                for (j = 0; j < i; j++)
-                    *v++ = 2 * S[i * n + j];
+            rolni_tri_bwd(n, 2, 2, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
         }
         return ROLN_OK;
     }
@@ -745,7 +722,7 @@ ROLN_FN roln_status rolni_head_bwd(const roln_lnn *f, int T, int nb, int k, int 
     rolni_spectral_eig_bwd(m, k, K, T3, F, Z);
     for (a = 0; a <= k; a++) {
         rolni_congr_t_set(m, R, Z + a * mm, S, tmp);
-        rolni_sym_bwd(m, 1, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
+        rolni_tri_bwd(m, 1, 2, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
         if (!f->base || !gtheta) continue;
         for (i = 0; i < m; i++)
             for (j = 0; j < m; j++)
@@ -1027,15 +1004,15 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int T, int nb, const roln_real *th
         roln_mlp_bwd(&f->potential, 1, 2, nb, theta + np, t.x, t.pot, gv, gx, gtheta ? gtheta + np : NULL, S);
     }
     if (a && f->damping) { /* -a^T d = -(L^T a)^T (L^T zd) */
-        memset(gL, 0, (size_t)(nb * ROLN_TRI(n)) * sizeof *gL);
         for (r = 0; r < nb; r++) {
             const roln_real *ar = t.x + m + r * n, *vr = zd + r * n;
-            roln_real *L = S, *x = L + n * n, *y = x + n;
+            roln_real *L = S, *G = L + n * n, *x = G + n * n, *y = x + n;
             rolni_low(n, t.L + r * ROLN_TRI(n), L);
             roln_mm(1, n, n, ar, L, x);
             roln_mm(1, n, n, vr, L, y);
-            rolni_low_bwd(n, -1, ar, y, gL + r * ROLN_TRI(n));
-            rolni_low_bwd(n, -1, vr, x, gL + r * ROLN_TRI(n));
+            for (i = 0; i < n * n; i++)
+                G[i] = ar[i / n] * y[i % n] + vr[i / n] * x[i % n];
+            rolni_tri_bwd(n, -1, -1, G, gL + r * ROLN_TRI(n));
             roln_mm_bt(1, n, n, x, L, y);
             for (i = 0; i < n; i++)
                 gx[T * m + r * n + i] -= y[i];

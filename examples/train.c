@@ -6,10 +6,9 @@
    MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has a
    header line, the columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the
    next, and its columns may be left out unless torque=1. Training starts at the POD and has three stages, each with a falling
-   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps
-   (or, with positions=1, the variational loss, which needs no velocities). Each ends with the
-   weights that predicted held-out trajectories best. They are written as OUT_weights.h (C definition for flash) and OUT.roln
-   (packed bytes). Keys and defaults: `settings`. */
+   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps (with positions=1 the
+   variational loss, which needs no velocities). Each ends with the weights that predicted held-out trajectories best. They are
+   written as OUT_weights.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: `settings`. */
 
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>

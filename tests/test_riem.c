@@ -546,16 +546,21 @@ static roln_status sphere_tangent(int rows, int cols, const roln_real *x, roln_r
     return ROLN_OK;
 }
 
+/* xn /= len, the length of xn. */
+static roln_status shorten(int n, roln_real len, roln_real *xn)
+{
+    int i;
+    for (i = 0; i < n; i++) xn[i] /= len;
+    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+}
+
 static roln_status sphere_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
     const int n = rows * cols;
-    roln_real len;
     int i;
     (void)work;
     for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
-    len = ROLN_SQRT(roln_dot(n, xn, xn));
-    for (i = 0; i < n; i++) xn[i] /= len;
-    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+    return shorten(n, ROLN_SQRT(roln_dot(n, xn, xn)), xn);
 }
 
 static const roln_manifold sphere = {free_size, no_work, sphere_tangent, NULL, sphere_retract};
@@ -586,13 +591,10 @@ static roln_status mode_tangent(int rows, int cols, const roln_real *x, roln_rea
 static roln_status mode_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
     const int n = rows * cols;
-    roln_real len;
     int i;
     (void)work;
     for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
-    len = ROLN_SQRT(mode_inner(rows, cols, x, xn, xn));
-    for (i = 0; i < n; i++) xn[i] /= len;
-    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+    return shorten(n, ROLN_SQRT(mode_inner(rows, cols, x, xn, xn)), xn);
 }
 
 static const roln_manifold mode = {free_size, no_work, mode_tangent, mode_inner, mode_retract};

@@ -13,10 +13,7 @@ trainer pend2
 
 # pend16: 100 trajectories are generated; the 3 in which the last block whips round (|q12| >= 2.1 rad) are left out
 build/generate pend16 $dir/pend16.h5 --train 100 --test 10 --seed 1 --csv $dir/pend16
-awk -F, 'function flush() { if (text != "" && !wild) { printf "%s%s", gap, text; gap = "\n" } text = ""; wild = 0 }
-         NR == 1 { print; next } /^$/ { flush(); next }
-         { text = text $0 "\n"; if ($14 >= 2.1 || $14 <= -2.1) wild = 1 } END { flush() }
-        ' $dir/pend16_train.csv > $dir/pend16_mild.csv
+awk -F, -f tests/mujoco/mild.awk $dir/pend16_train.csv > $dir/pend16_mild.csv
 run16() { $dir/train_pend16 $dir/pend16_mild.csv test=$dir/pend16_test.csv out=$dir/pend16 w_acc=0.1 stride=5 "$@"; }
 run16 held=0.1 ae=30000 acc=300000 ode=40000 look=1 lr_ae=0.1 lr_joint=0.1 w_q=2 lr_net=3e-3 steps=8
 run16 from=1 held=0.04 ae=0 acc=400000 ode=15000 look=0.1 lr_joint=0.04 w_q=8 lr_net=2.5e-3 fall=5e-4 ode_lr=0.1 steps=8
@@ -40,10 +37,7 @@ run2 $dir/pend2_train.csv from=1 held=0.02 acc=180000 ode=0 lr_net=4e-3 fall=1e-
 # dynamics, from the weights of pend16); recordings under a weak PD controller do, by the force residual (stages 3, 4).
 build/generate pend16_act $dir/act.h5 --train 200 --test 10 --seed 1 --csv $dir/act
 build/generate pend16_pd $dir/pd.h5 --train 150 --test 5 --seed 1 --csv $dir/pd
-awk -F, 'function flush() { if (text != "" && !wild) { printf "%s%s", gap, text; gap = "\n" } text = ""; wild = 0 }
-         NR == 1 { print; next } /^$/ { flush(); next }
-         { text = text $0 "\n"; if ($14 >= 2.1 || $14 <= -2.1) wild = 1 } END { flush() }
-        ' $dir/act_train.csv > $dir/act_mild.csv
+awk -F, -f tests/mujoco/mild.awk $dir/act_train.csv > $dir/act_mild.csv
 { awk -v RS= -v ORS='\n\n' 'NR <= 120' $dir/act_mild.csv; tail -n +2 $dir/pd_train.csv; } > $dir/act_pd.csv
 cp $dir/pend16.roln $dir/pend16_act.roln
 runact() { $dir/train_pend16 "$@" out=$dir/pend16_act torque=1 from=1 ae=0 w_acc=0.1 w_q=8; }
