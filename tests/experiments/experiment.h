@@ -15,21 +15,30 @@ struct motion {
     enum truth_system system;
     int count, samples, N;                  /* trajectories, samples of each */
     double dt;                              /* s between samples */
-    roln_real *q, *qd, *qdd, *tau;          /* [count * samples][N]; tau held to the next sample; NULL: no force does work */
-    roln_real *tau_mid;                     /* the force at the sample, for accelerations; NULL with tau */
+    roln_real *q, *qd, *qdd;                /* [count * samples][N]; qdd by central differences of qd */
+    roln_real *tau, *tau_mid;               /* held to the next sample; mean of before and after it; NULL: no force does work */
     roln_real *mean;                        /* [N] of the training q: what errors are relative to */
 };
 
-/* POD of q: q = mean + W a + what is left. */
+/* Trajectories first .. first + count - 1 of a simulated system; mean NULL: their own. forces 0: the model does not get tau. */
+int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, int forces,
+                    const roln_real *mean);
+void motion_free(struct motion *d);
+
+/* POD, q = mean + W a + what is left: W [N][r] with orthonormal columns, in the order of their share. */
 struct pod {
     int N, r;
-    roln_real *W;                           /* [N][r], orthonormal columns, largest first */
+    double *W;
 };
+int pod_fit(struct pod *p, const struct motion *d, int centred, int r);
+void pod_free(struct pod *p);
+/* The same motion in the coordinates a = W^T (q - mean), of force W^T tau. */
+int motion_project(struct motion *a, const struct motion *d, const struct pod *p);
 
 /* ---- measure.c: a model under test ---- */
 
-/* state: [state] numbers of its own. step: h seconds, force [N] held (NULL: none). accelerate: qdd [N] of a full state.
-   energy: kinetic and potential, NULL if it has none. All but energy return a status. */
+/* state: numbers of its state. step: h seconds, force [N] held (NULL: none). accelerate: qdd [N] of a full state.
+   energy: kinetic and potential; NULL if it has none. */
 struct predictor {
     int N, state;
     void *self;
@@ -39,6 +48,55 @@ struct predictor {
     roln_status (*accelerate)(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd);
     void (*energy)(void *self, const roln_real *s, double *T, double *V);
 };
+
+/* Errors on the motion d as lines `key argument value` to out, in percent. steps: integrator steps per sample.
+     E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms; MS = 0:
+                         reconstruction; qd the same, not centred
+     E_q whole, ..       one roll-out per trajectory, mean over all its samples
+     E_qdd 0             accelerations of measured states, not centred
+     failed MS           windows whose roll-out ended with a status; its last good state then counts
+     drift own           largest |E - E(0) - work| of the model's own energy over its largest T, whole roll-outs
+     trivial MS          E_q of q + h qd
+     us step, encode, decode       microseconds */
+int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out);
+
+/* ---- model.c: RO-LNN and its relatives, their sizes known at run time ---- */
+
+struct shape {
+    int ae[ROLN_AE_MAX + 1];                /* N .. n, 0-terminated; one number: no autoencoder */
+    int mlp;                                /* two hidden layers of this width */
+    int head, base, damping;                /* as in roln_lnn */
+    int layer[ROLN_LAYERS_MAX];             /* SPD layers, 0-terminated, all of width n */
+    double slope;
+};
+
+enum { STAGE_AE, STAGE_ACC, STAGE_ODE };
+
+/* One stage of training: Riemannian Adam, rates falling to `fall` of their start. */
+struct stage {
+    int kind, updates, batch;               /* kind: autoencoder alone, acceleration loss, ODE loss */
+    int steps, stride;                      /* ODE: steps of a window, samples of a step */
+    double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
+    double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
+};
+
+struct model {
+    roln_model md;
+    roln_scale sc;
+    roln_real dt, *theta, *work;
+    roln_block table[2 * ROLN_AE_MAX + 2 + 3 * ROLN_LAYERS_MAX];
+    int params, blocks;
+};
+
+int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);     /* the POD of d */
+void model_free(struct model *m);
+/* Adds to *samples the number of samples that gradients were taken of. */
+int model_train(struct model *m, const struct motion *d, const struct stage *stage, uint64_t seed, double *samples);
+/* b, of the full coordinates, from a, that was trained on motion_project: its first layer is multiplied out. */
+int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean);
+int model_save(const struct model *m, const char *path);
+int model_load(struct model *m, const struct shape *shape, const char *path);
+struct predictor model_predictor(struct model *m);
 
 /* ---- latent.c: other models of the motion of z, in the latent space of a trained autoencoder ---- */
 

@@ -1,0 +1,191 @@
+/* measure.c - errors of a model on recorded motion. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "experiment.h"
+
+enum { EVERY = 25 }; /* samples between the starts of windows */
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+struct sums {
+    double q, q_var, qd, qd_var;
+    long windows, failed;
+};
+
+struct rollout {
+    const struct predictor *p;
+    const struct motion *d;
+    roln_real *s, *next, *q, *qd; /* state; decoded */
+    int failed;
+};
+
+static const roln_real *at(const struct motion *d, const roln_real *x, int sample)
+{
+    return x ? x + (size_t)sample * (size_t)d->N : NULL;
+}
+
+static void begin(struct rollout *r, int sample)
+{
+    memset(r->s, 0, (size_t)r->p->state * sizeof *r->s);
+    r->failed = r->p->encode(r->p->self, at(r->d, r->d->q, sample), at(r->d, r->d->qd, sample), r->s) != ROLN_OK;
+}
+
+/* One sample on; after a failure the state stays. */
+static void advance(struct rollout *r, int sample, int steps)
+{
+    for (int i = 0; i < steps && !r->failed; i++) {
+        memcpy(r->next, r->s, (size_t)r->p->state * sizeof *r->s);
+        r->failed = r->p->step(r->p->self, r->next, at(r->d, r->d->tau, sample), r->d->dt / steps) != ROLN_OK;
+        if (!r->failed) memcpy(r->s, r->next, (size_t)r->p->state * sizeof *r->s);
+    }
+}
+
+static void compare(struct rollout *r, int sample, struct sums *e)
+{
+    const struct motion *d = r->d;
+    const roln_real *q = at(d, d->q, sample), *qd = at(d, d->qd, sample);
+    if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1; /* the decoded sample before stays */
+    for (int i = 0; i < d->N; i++) {
+        const double x = (double)(r->q[i] - q[i]), c = (double)(q[i] - d->mean[i]), v = (double)(r->qd[i] - qd[i]);
+        e->q += x * x, e->q_var += c * c, e->qd += v * v, e->qd_var += (double)(qd[i] * qd[i]);
+    }
+    e->windows++, e->failed += r->failed;
+}
+
+static void print(FILE *out, const char *horizon, const struct sums *e)
+{
+    if (e->windows == 0) return;
+    fprintf(out, "E_q %s %.5g\nE_qd %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var), horizon, 100 * sqrt(e->qd / e->qd_var));
+    if (e->failed) fprintf(out, "failed %s %.3g\n", horizon, 100 * (double)e->failed / (double)e->windows);
+}
+
+/* Windows: one roll-out from every start serves all horizons that fit into its trajectory. */
+static void windows(struct rollout *r, int steps, const int *ms, int horizons, FILE *out)
+{
+    const struct motion *d = r->d;
+    struct sums *e = calloc((size_t)horizons, sizeof *e);
+    if (!e) exit(1);
+    for (int k = 0; k < d->count; k++)
+        for (int i = 0; i < d->samples; i += EVERY) {
+            int h = 0;
+            begin(r, k * d->samples + i);
+            for (int t = 0, last; h < horizons; t++) {
+                last = (int)(ms[h] * 1e-3 / d->dt + 0.5);
+                if (i + last >= d->samples) break;
+                if (t == last) compare(r, k * d->samples + i + t, &e[h++]);
+                advance(r, k * d->samples + i + t, steps);
+            }
+        }
+    for (int h = 0; h < horizons; h++) {
+        char name[16];
+        snprintf(name, sizeof name, "%d", ms[h]);
+        print(out, name, &e[h]);
+    }
+    free(e);
+}
+
+/* Whole trajectories: errors, drift of the model's energy. Forces do the work sum tau (q_pred' - q_pred). */
+static void whole(struct rollout *r, int steps, FILE *out)
+{
+    const struct motion *d = r->d;
+    struct sums e = {0, 0, 0, 0, 0, 0};
+    roln_real *before = calloc((size_t)d->N, sizeof *before);
+    double worst = 0;
+    if (!before) exit(1);
+    for (int k = 0; k < d->count; k++) {
+        double E0 = 0, work = 0, off = 0, top = 0, T = 0, V = 0;
+        begin(r, k * d->samples);
+        for (int t = 0; t < d->samples; t++) {
+            const int sample = k * d->samples + t;
+            if (t > 0) memcpy(before, r->q, (size_t)d->N * sizeof *before);
+            compare(r, sample, &e);
+            for (int i = 0; i < d->N && t > 0 && d->tau; i++)
+                work += (double)(at(d, d->tau, sample - 1)[i] * (r->q[i] - before[i]));
+            if (r->p->energy) {
+                r->p->energy(r->p->self, r->s, &T, &V);
+                if (t == 0) E0 = T + V;
+                top = fmax(top, T), off = fmax(off, fabs(T + V - E0 - work));
+            }
+            advance(r, sample, steps);
+        }
+        worst = fmax(worst, off / top);
+    }
+    print(out, "whole", &e);
+    if (r->p->energy) fprintf(out, "drift own %.4g\n", 100 * worst);
+    free(before);
+}
+
+static void accelerations(const struct predictor *p, const struct motion *d, FILE *out)
+{
+    double e = 0, var = 0;
+    roln_real *qdd = calloc((size_t)d->N, sizeof *qdd);
+    if (!qdd) exit(1);
+    for (int i = 0; i < d->count * d->samples; i += EVERY) {
+        if (i % d->samples == 0 || (i + 1) % d->samples == 0) continue; /* one-sided differences */
+        const roln_real *a = at(d, d->qdd, i);
+        if (p->accelerate(p->self, at(d, d->q, i), at(d, d->qd, i), at(d, d->tau_mid, i), qdd) != ROLN_OK) continue;
+        for (int j = 0; j < d->N; j++)
+            e += (double)((qdd[j] - a[j]) * (qdd[j] - a[j])), var += (double)(a[j] * a[j]);
+    }
+    fprintf(out, "E_qdd 0 %.5g\n", 100 * sqrt(e / var));
+    free(qdd);
+}
+
+static void trivial(const struct motion *d, int ms, FILE *out)
+{
+    double e = 0, var = 0;
+    const int h = (int)(ms * 1e-3 / d->dt + 0.5);
+    for (int k = 0; k < d->count; k++)
+        for (int i = 0; i + h < d->samples; i += EVERY)
+            for (int j = 0; j < d->N; j++) {
+                const size_t a = (size_t)((k * d->samples + i) * d->N + j), b = a + (size_t)(h * d->N);
+                const double x = (double)(d->q[a] - d->q[b]) + ms * 1e-3 * (double)d->qd[a], c = (double)(d->q[b] - d->mean[j]);
+                e += x * x, var += c * c;
+            }
+    fprintf(out, "trivial %d %.5g\n", ms, 100 * sqrt(e / var));
+}
+
+/* Microseconds of a step, an encoding and a decoding: the least of ten measurements. */
+static void timing(struct rollout *r, double h, FILE *out)
+{
+    enum { RUNS = 10, CALLS = 200 };
+    const struct predictor *p = r->p;
+    double best[3] = {1e9, 1e9, 1e9};
+    static const char *const names[3] = {"step", "encode", "decode"};
+    for (int run = 0; run < RUNS; run++)
+        for (int what = 0; what < 3; what++) {
+            begin(r, 0);
+            const double t0 = now();
+            for (int i = 0; i < CALLS; i++) {
+                if (what == 0) p->step(p->self, r->s, NULL, h);
+                if (what == 1) p->encode(p->self, r->d->q, r->d->qd, r->s);
+                if (what == 2) p->decode(p->self, r->s, r->q, r->qd);
+            }
+            best[what] = fmin(best[what], 1e6 * (now() - t0) / CALLS);
+        }
+    for (int what = 0; what < 3; what++)
+        fprintf(out, "us %s %.4g\n", names[what], best[what]);
+}
+
+int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out)
+{
+    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
+    r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
+    r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
+    if (!r.s || !r.next || !r.q || !r.qd) return -1;
+    windows(&r, steps, ms, horizons, out);
+    whole(&r, steps, out);
+    accelerations(p, d, out);
+    trivial(d, 25, out);
+    timing(&r, d->dt / steps, out);
+    free(r.s), free(r.next), free(r.q), free(r.qd);
+    return 0;
+}

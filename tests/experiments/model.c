@@ -1,0 +1,286 @@
+/* model.c - RO-LNN and its relatives at run-time sizes: what the typed shell of roln.h does at compile time, training, and
+   the way back from POD coordinates. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment.h"
+
+enum { BLOCK = 16 }; /* windows together */
+
+static void *room(size_t count, size_t size)
+{
+    void *p = calloc(count ? count : 1, size);
+    if (!p) fprintf(stderr, "model: out of memory\n"), exit(1);
+    return p;
+}
+
+static int ae_sum(const roln_ae *ae)
+{
+    return roln_ae_tape(ae, 1, 1);
+}
+
+static int wide(const roln_lnn *f)
+{
+    return f->n > f->mass.size[1] ? f->n : f->mass.size[1];
+}
+
+static int formed(const roln_lnn *f)
+{
+    return f->layers > 0 || f->head == ROLN_CHOLESKY;
+}
+
+static int step_work(const roln_lnn *f, int nb)
+{
+    return ROLN_STEP_WORK(f->n, f->width[0], f->layers, formed(f), wide(f), 2, nb);
+}
+
+static void put_block(struct model *m, const roln_manifold *manifold, int rows, int cols, int group)
+{
+    const roln_block b = {manifold, rows, cols, group};
+    m->table[m->blocks++] = b;
+}
+
+static roln_mlp mlp(int n, int hidden, int out)
+{
+    const roln_mlp f = {3, {n, hidden, hidden, out}};
+    return f;
+}
+
+/* Sizes, manifold and memory of a model. */
+static void build(struct model *m, const struct shape *s)
+{
+    roln_ae *ae = &m->md.ae;
+    roln_lnn *f = &m->md.lnn;
+    memset(m, 0, sizeof *m);
+    for (ae->size[0] = s->ae[0]; ae->layers < ROLN_AE_MAX && s->ae[ae->layers + 1] > 0; ae->layers++)
+        ae->size[ae->layers + 1] = s->ae[ae->layers + 1];
+    ae->slope = (roln_real)s->slope;
+    f->n = ae->size[ae->layers];
+    f->head = s->head, f->base = s->base, f->damping = s->damping, f->least = ROLN_C(1e-4);
+    while (f->layers < ROLN_LAYERS_MAX && s->layer[f->layers] > 0) {
+        f->layer[f->layers] = s->layer[f->layers];
+        f->layers++;
+    }
+    for (int i = 0; i <= f->layers; i++)
+        f->width[i] = f->n;
+    f->mass = mlp(f->n, s->mlp, ROLN_TRI(f->n)), f->potential = mlp(f->n, s->mlp, 1), f->damper = mlp(f->n, s->mlp, ROLN_TRI(f->n));
+    m->md.scheme = ROLN_RK4;
+    m->params = roln_params(&m->md);
+    for (int l = 0; l < ae->layers; l++) {
+        put_block(m, &roln_biorthogonal, ae->size[l + 1], ae->size[l], 0);
+        put_block(m, ROLN_EUCLIDEAN, 1, ae->size[l], 0);
+    }
+    put_block(m, ROLN_EUCLIDEAN, 1, rolni_base_at(f), 1);
+    if (f->base) put_block(m, &roln_spd, f->n, f->n, 1);
+    for (int i = 0; i < f->layers; i++)
+        if (f->layer[i] == ROLN_GYRO) {
+            put_block(m, ROLN_EUCLIDEAN, 1, ROLN_TRI(f->n), 1);
+            put_block(m, &roln_spd, f->n, f->n, 1);
+        }
+    m->theta = room((size_t)m->params, sizeof *m->theta);
+    m->work = room((size_t)(ROLN_TICK_WORK(ae->size[0], f->n, ae_sum(ae), roln_lnn_tape(f, 2, 1), step_work(f, 1)) +
+                            3 * roln_ae_tape(ae, 1, 1) + 6 * ae->size[0] + 6 * f->n), sizeof *m->work);
+}
+
+int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed)
+{
+    const int rows = d->count * d->samples;
+    build(m, shape);
+    roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(d->N), sizeof *work);
+    roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
+    if (st == ROLN_OK) roln_lnn_init(&m->md.lnn, m->theta + roln_ae_params(&m->md.ae), &seed);
+    else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
+    free(qbar), free(work);
+    return st == ROLN_OK ? 0 : -1;
+}
+
+void model_free(struct model *m)
+{
+    free(m->theta), free(m->work);
+    memset(m, 0, sizeof *m);
+}
+
+/* ---- training ---- */
+
+int model_train(struct model *m, const struct motion *d, const struct stage *s, uint64_t seed, double *samples)
+{
+    const roln_ae *ae = &m->md.ae;
+    const roln_lnn *f = &m->md.lnn;
+    const int H = s->kind == STAGE_ODE ? s->steps : 0, stride = s->kind == STAGE_ODE ? s->stride : 1;
+    const int acc = s->kind == STAGE_ACC, reach = acc ? 1 : H * stride, all = d->count * d->samples;
+    const int grad_work = ROLN_GRAD_WORK(ae->size[0], f->n, ae_sum(ae), BLOCK, H, 4, roln_lnn_tape(f, 2, BLOCK), step_work(f, BLOCK));
+    const int update_work = roln_update_work(m->blocks, m->table);
+    int moments = 0, count = 0, at, refused = 0;
+    for (int b = 0; b < m->blocks; b++)
+        moments += roln_block_moments(m->table + b);
+    int *start = room((size_t)all, sizeof *start);
+    roln_real *work = room((size_t)ROLN_MAX(grad_work, update_work), sizeof *work), *g = room((size_t)m->params, sizeof *g);
+    roln_real *mom = room((size_t)m->params, sizeof *mom), *v = room((size_t)moments, sizeof *v), *top = room((size_t)moments, sizeof *top);
+    roln_adam adam = {0, 0, 0};
+    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, sum = w;
+    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
+    double seen = 0;
+    w.q = (roln_real)s->w_q, w.qd = 1;
+    if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc;
+    if (s->kind == STAGE_ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)s->w_pos;
+    for (int k = 0; k < d->count; k++)
+        for (int i = acc; i + reach < d->samples; i++)
+            start[count++] = k * d->samples + i;
+    b.count = s->batch, b.steps = H, b.stride = stride;
+    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = acc ? d->tau_mid : d->tau;
+    at = count;
+    for (int t = 0; t < s->updates; t++) {
+        const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)s->updates, (roln_real)s->fall);
+        roln_opt opt = ROLN_OPT(rate * (roln_real)s->lr_ae, rate * (roln_real)s->lr_net);
+        roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+        roln_real windows = 0;
+        if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
+        b.start = start + at, at += s->batch;
+        memset(g, 0, (size_t)m->params * sizeof *g);
+        roln_status st = roln_grad(&m->md, &m->sc, m->theta, &w, &b, acc, BLOCK, (roln_real)(d->dt * stride), g, &loss, &windows, work);
+        if (st == ROLN_OK)
+            st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, mom, v, top, work);
+        if (st != ROLN_OK) refused++;
+        else sum.q += loss.q, seen += (double)windows, sum.zdd += roln_loss_total(&w, &loss);
+        if ((t + 1) % (s->updates >= 10 ? s->updates / 10 : 1) == 0) {
+            printf("%s %7d  loss %.2e (q %.1e)  refused %d\n", acc ? "acceleration" : H ? "ode" : "autoencoder", t + 1,
+                   (double)sum.zdd / seen, (double)sum.q / seen, refused);
+            fflush(stdout);
+            sum.q = sum.zdd = 0, seen = 0;
+        }
+    }
+    if (s->kind == STAGE_ODE) m->dt = (roln_real)(d->dt * stride);
+    *samples += (double)s->updates * s->batch * (H + 1);
+    free(start), free(work), free(g), free(mom), free(v), free(top);
+    if (refused <= s->updates / 20) return 0;
+    fprintf(stderr, "model: %d of %d updates refused\n", refused, s->updates);
+    return -1;
+}
+
+/* ---- back from POD coordinates ---- */
+
+/* x = q / scale of the full model, y = W^T (q - mean) / scale that of the small one. The first encoder layer of the small model
+   sees Psi^T (y - b) = (W Psi)^T (x - (mean / scale + W b)), its decoder gives Phi u + b: W Phi and W Psi are biorthogonal again,
+   for W^T W = I. */
+int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean)
+{
+    const roln_ae *small = &a->md.ae;
+    const roln_lnn *f = &a->md.lnn;
+    const int N = p->N, r = p->r, n = small->size[1];
+    struct shape s = {{0}, f->mass.size[1], f->head, f->base, f->damping, {0}, (double)small->slope};
+    if (small->layers < 1 || small->size[0] != r) return -1;
+    for (int l = 0; l <= small->layers; l++)
+        s.ae[l] = l == 0 ? N : small->size[l];
+    for (int i = 0; i < f->layers; i++)
+        s.layer[i] = f->layer[i];
+    build(b, &s);
+    b->sc = a->sc, b->dt = a->dt;
+    for (int k = 0; k < 2 * n; k++) /* Phi^T, then Psi^T */
+        for (int j = 0; j < N; j++) {
+            double sum = 0;
+            for (int i = 0; i < r; i++)
+                sum += (double)a->theta[k * r + i] * p->W[j * r + i];
+            b->theta[k * N + j] = (roln_real)sum;
+        }
+    for (int j = 0; j < N; j++) {
+        double sum = (double)(mean[j] / a->sc.q);
+        for (int i = 0; i < r; i++)
+            sum += (double)a->theta[2 * n * r + i] * p->W[j * r + i];
+        b->theta[2 * n * N + j] = (roln_real)sum;
+    }
+    memcpy(b->theta + 2 * n * N + N, a->theta + 2 * n * r + r, (size_t)(a->params - 2 * n * r - r) * sizeof *b->theta);
+    return 0;
+}
+
+/* ---- files: the library's packed bytes ---- */
+
+static int packed(const struct model *m)
+{
+    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass.layers, m->md.lnn.layers, m->md.lnn.n, m->params);
+}
+
+int model_save(const struct model *m, const char *path)
+{
+    roln_real *range = room((size_t)(3 * m->md.lnn.n), sizeof *range);
+    const roln_numbers x = {&m->sc, &m->dt, range, range, range, m->theta};
+    unsigned char *bytes = room((size_t)packed(m), 1);
+    FILE *f = fopen(path, "wb");
+    int bad = !f;
+    roln_pack(&m->md, &x, bytes);
+    if (f) bad = fwrite(bytes, 1, (size_t)packed(m), f) != (size_t)packed(m), bad |= fclose(f) != 0;
+    if (bad) perror(path);
+    free(range), free(bytes);
+    return bad ? -1 : 0;
+}
+
+int model_load(struct model *m, const struct shape *shape, const char *path)
+{
+    build(m, shape);
+    const int size = packed(m), n = m->md.lnn.n;
+    roln_real *range = room((size_t)(3 * n), sizeof *range);
+    unsigned char *bytes = room((size_t)size + 1, 1);
+    FILE *f = fopen(path, "rb");
+    const int count = f ? (int)fread(bytes, 1, (size_t)size + 1, f) : 0;
+    if (f) fclose(f);
+    const roln_status st = roln_unpack(&m->md, count, bytes, &m->sc, &m->dt, range, range + n, range + 2 * n, m->theta);
+    if (st != ROLN_OK) fprintf(stderr, "%s: status %d\n", path, (int)st);
+    free(range), free(bytes);
+    return st == ROLN_OK ? 0 : -1;
+}
+
+/* ---- as a predictor ---- */
+
+static roln_status encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
+{
+    struct model *m = self;
+    return roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
+}
+
+static roln_status step(void *self, roln_real *s, const roln_real *tau, double h)
+{
+    struct model *m = self;
+    return roln_step(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, tau, (roln_real)h, m->work);
+}
+
+static roln_status decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
+{
+    struct model *m = self;
+    return roln_decode(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, q, qd, m->work);
+}
+
+/* qdd = J zdd + (dJ/dt) zd, zdd of the network at the encoded state. */
+static roln_status accelerate(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd)
+{
+    struct model *m = self;
+    const int N = m->md.ae.size[0], n = m->md.lnn.n;
+    const roln_real t = m->sc.t;
+    roln_real *s = m->work, *tau_z = s + 3 * n, *x = tau_z + n, *work = x + 3 * N;
+    roln_status st = roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + n, NULL, work);
+    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, s, tau, tau_z, work);
+    for (int i = 0; i < n; i++)
+        s[n + i] *= t, tau_z[i] *= t * t;
+    if (st == ROLN_OK)
+        st = roln_lnn_zdd(&m->md.lnn, 1, 1, m->theta + roln_ae_params(&m->md.ae), s, tau ? tau_z : NULL, s + 2 * n, work,
+                          work + roln_lnn_tape(&m->md.lnn, 1, 1));
+    if (st != ROLN_OK) return st;
+    roln_ae_decode(&m->md.ae, 3, 1, m->theta, s, x, work);
+    for (int i = 0; i < N; i++)
+        qdd[i] = x[2 * N + i] * (m->sc.q / (t * t));
+    return ROLN_OK;
+}
+
+static void energy(void *self, const roln_real *s, double *T, double *V)
+{
+    struct model *m = self;
+    roln_real t = 0, v = 0;
+    roln_terms(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, NULL, NULL, NULL, NULL, &t, &v, m->work);
+    *T = (double)t, *V = (double)v;
+}
+
+struct predictor model_predictor(struct model *m)
+{
+    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, encode, step, decode, accelerate, energy};
+    return p;
+}
