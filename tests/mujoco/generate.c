@@ -1,5 +1,5 @@
 /* generate - writes a ground-truth set.
-     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--seed S]
+     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--seed S]        N = 100 (rope, cloth 60) and 10, S = 1
      generate --export IN.h5 PREFIX          PREFIX_train.csv, PREFIX_test.csv from an existing file */
 #include <stdio.h>
 #include <stdlib.h>
@@ -43,7 +43,7 @@ int main(int argc, char **argv)
     struct truth_set train, test;
     enum truth_system system;
     const char *csv = NULL;
-    int train_count = 100, test_count = 10;
+    int train_count, test_count = 10;
     uint64_t seed = 1;
 
     if (argc == 4 && !strcmp(argv[1], "--export")) {
@@ -54,6 +54,7 @@ int main(int argc, char **argv)
         return bad != 0;
     }
     if (argc < 3 || argc % 2 == 0 || truth_find(argv[1], &system)) return usage();
+    train_count = system == TRUTH_ROPE || system == TRUTH_CLOTH ? 60 : 100;     /* 60: half a gigabyte */
     for (int i = 3; i < argc; i += 2) {
         if (!strcmp(argv[i], "--csv")) csv = argv[i + 1];
         else if (!strcmp(argv[i], "--train")) train_count = atoi(argv[i + 1]);
@@ -63,8 +64,8 @@ int main(int argc, char **argv)
     }
     if (train_count < 1 || test_count < 1) return usage();
 
-    if (truth_generate(&train, system, TRUTH_TRAIN, seed, 0, train_count, TRUTH_SAMPLES)) return 1;
-    if (truth_generate(&test, system, TRUTH_TEST, seed, 0, test_count, TRUTH_SAMPLES)) return 1;
+    if (truth_generate(&train, system, TRUTH_TRAIN, seed, 0, train_count, truth_samples(system))) return 1;
+    if (truth_generate(&test, system, TRUTH_TEST, seed, 0, test_count, truth_samples(system))) return 1;
     int bad = summary("train", &train) || summary("test", &test) || truth_h5_write(argv[2], &train, &test)
         || (csv && export_csv(&train, &test, csv));
     truth_free(&train);

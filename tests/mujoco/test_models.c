@@ -55,8 +55,8 @@ static motion simulate(enum truth_system system, int training)
 {
     struct truth_set train, test;
     motion d = {0, 0, 0, NULL, NULL, NULL, NULL, 0};
-    if (!CHECK(truth_generate(&train, system, TRUTH_TRAIN, SEED, 0, training, TRUTH_SAMPLES) == 0)) return d;
-    if (!CHECK(truth_generate(&test, system, TRUTH_TEST, SEED, 0, TEST_COUNT, TRUTH_SAMPLES) == 0)) return d;
+    if (!CHECK(truth_generate(&train, system, TRUTH_TRAIN, SEED, 0, training, truth_samples(system)) == 0)) return d;
+    if (!CHECK(truth_generate(&test, system, TRUTH_TEST, SEED, 0, TEST_COUNT, truth_samples(system)) == 0)) return d;
     const size_t total = (size_t)test.count * (size_t)test.samples * (size_t)test.dof, N = (size_t)test.dof;
     const size_t train_total = (size_t)train.count * (size_t)train.samples * N;
     d.count = test.count, d.samples = test.samples, d.dof = test.dof;

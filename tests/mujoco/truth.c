@@ -9,21 +9,39 @@
 #include <mujoco/mujoco.h>
 
 #define PI 3.14159265358979323846
-#define DOF_MAX 16
+#define DOF_MAX 600
 #define XML_MAX 16384
 
 static const struct {
     const char *name;
-    int dof, latent, stride;
+    int dof, latent, samples, stride;
     double dt_sim;
 } specs[TRUTH_SYSTEMS] = {
-    {"pend2", 2, 0, 1, 1e-3},
-    {"pend2_act", 2, 0, 1, 1e-3},
-    {"pend16", 16, 4, 1, 1e-3},
-    {"pend16_act", 16, 4, 1, 1e-3},
-    {"pend16_pd", 16, 4, 1, 1e-3},
-    {"pend16_soft", 16, 0, 1, 1e-3},
+    {"pend2", 2, 0, 3000, 1, 1e-3},
+    {"pend2_act", 2, 0, 3000, 1, 1e-3},
+    {"pend16", 16, 4, 3000, 1, 1e-3},
+    {"pend16_act", 16, 4, 3000, 1, 1e-3},
+    {"pend16_pd", 16, 4, 3000, 1, 1e-3},
+    {"pend16_soft", 16, 0, 3000, 1, 1e-3},
+    {"rope", 192, 0, 1000, 5, 2e-4},
+    {"cloth", 600, 0, 250, 10, 1e-4},
 };
+
+/* Beads on sliders, springs to the neighbours along the grid (main) and along its diagonals (shear). */
+static const struct grid {
+    int columns, rows, pinned;                  /* pinned: bead 0 stays where it is */
+    double mass, spacing, stiffness[2], damping[2];     /* main, shear; kg, m, N/m, N s/m   */
+} rope = {65, 1, 1, .005, .02, {2000, 0}, {0, 0}}, cloth = {20, 10, 0, .001, .02, {100, 20}, {.2, .05}};
+
+#define GRAVITY 9.81
+#define SPHERE .1       /* radius of what the cloth falls on */
+#define BEAD .005       /* radius of a bead of the cloth     */
+#define FALL .05
+
+static const struct grid *grid_of(enum truth_system system)
+{
+    return system == TRUTH_ROPE ? &rope : system == TRUTH_CLOTH ? &cloth : NULL;
+}
 
 /* pend16: joint i = a1 x + a2 x^2 + a3 x^3 + a4 x^4 of x = z[i/4], the first joint of its block. */
 static const double coupling[16][4] = {
@@ -101,11 +119,39 @@ static void chain_xml(struct text *x, const char *name, int n, double length, do
     append(x, "</mujoco>\n");
 }
 
+/* MuJoCo centres a grid half a spacing off, hence the offset. The rope's frame is turned: its sliders are down, y, x.
+   Equalities are off, so tendons are springs. As many constraints as the cloth has beads; without <size> some are dropped. */
+static void grid_xml(struct text *x, enum truth_system system)
+{
+    static const char *const kinds[2] = {"main", "shear"};
+    const struct grid *g = grid_of(system);
+    const int falls = g == &cloth;
+    x->n = 0;
+    append(x, "<mujoco model=\"%s\">\n<size njmax=\"256\" nconmax=\"256\" nstack=\"2000000\"/>\n", specs[system].name);
+    append(x, "<option timestep=\"%g\" integrator=\"%s\" solver=\"Newton\" gravity=\"0 0 -%g\">",
+           specs[system].dt_sim, falls ? "Euler" : "RK4", GRAVITY);
+    append(x, "<flag energy=\"enable\" equality=\"disable\"/></option>\n<worldbody>\n");
+    if (falls)
+        append(x, "<geom type=\"sphere\" size=\"%g\" contype=\"1\" conaffinity=\"0\" condim=\"1\" solref=\"0.02 1\"/>\n", SPHERE);
+    append(x, falls ? "<body pos=\"0 0 %g\">\n" : "<body quat=\"1 0 1 0\">\n", SPHERE + BEAD + FALL);
+    append(x, "<composite type=\"grid\" count=\"%d %d 1\" spacing=\"%g\" offset=\"%g %g 0\">\n", g->columns, g->rows, g->spacing,
+           (g->pinned ? g->columns : 1) * g->spacing / 2, g->spacing / 2);
+    append(x, "<joint kind=\"main\" damping=\"0\" armature=\"0\"/>\n");
+    for (int i = 0; i < 2; i++)
+        if (g->stiffness[i] > 0)
+            append(x, "<tendon kind=\"%s\" stiffness=\"%g\" damping=\"%g\"/>\n", kinds[i], g->stiffness[i], g->damping[i]);
+    append(x, "<geom type=\"sphere\" size=\"%g\" mass=\"%g\" contype=\"0\" conaffinity=\"%d\" condim=\"1\" solref=\"0.02 1\"/>\n",
+           BEAD, g->mass, falls);
+    if (g->pinned) append(x, "<pin coord=\"0\"/>\n");
+    append(x, "</composite>\n</body>\n</worldbody>\n</mujoco>\n");
+}
+
 static void system_xml(enum truth_system system, struct text *x)
 {
     const char *name = specs[system].name;
     double dt = specs[system].dt_sim;
-    if (specs[system].dof == 2) chain_xml(x, name, 2, 1, 1, dt, 0);
+    if (grid_of(system)) grid_xml(x, system);
+    else if (specs[system].dof == 2) chain_xml(x, name, 2, 1, 1, dt, 0);
     else chain_xml(x, name, 16, .125, .125, dt, system == TRUTH_PEND16_SOFT);
 }
 
@@ -222,6 +268,7 @@ static void drive_torque(const struct drive *v, double t, const double *x, const
 /* ---- sets ---- */
 
 const char *truth_name(enum truth_system system) { return specs[system].name; }
+int truth_samples(enum truth_system system) { return specs[system].samples; }
 
 int truth_find(const char *name, enum truth_system *system)
 {
@@ -298,13 +345,17 @@ static void log_sample(struct truth_set *s, size_t row0, int k, const mjData *d,
 
 /* ---- MuJoCo's own integration: mj_forward, log, step; bitwise the same as mj_step ---- */
 
-/* tau = applied + actuator + constraint + passive (no springs here: those are in e_pot). */
+/* tau = applied + actuator + constraint + dampers; springs are in e_pot, nothing else here is passive. */
 static void motion_force(const mjModel *m, const mjData *d, double *tau)
 {
-    for (int i = 0; i < m->nv; i++)
-        tau[i] = d->qfrc_applied[i] + d->qfrc_actuator[i] + d->qfrc_constraint[i] + d->qfrc_passive[i];
+    for (int i = 0; i < m->nv; i++) tau[i] = d->qfrc_applied[i] + d->qfrc_actuator[i] + d->qfrc_constraint[i];
+    for (int t = 0; t < m->ntendon; t++)
+        for (int i = d->ten_J_rowadr[t]; i < d->ten_J_rowadr[t] + d->ten_J_rownnz[t]; i++)      /* sparse from 60 dof on */
+            tau[d->ten_J_colind[i]] -= m->tendon_damping[t] * d->ten_velocity[t] * d->ten_J[i];
 }
 
+/* The cloth is stepped by Euler: h times the sum of tau over the steps of an interval is then the impulse of tau in it,
+   exactly, however short a contact is, so tau_model can be its mean. */
 static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, const double *q0, const struct drive *v)
 {
     const mjModel *m = rig->m;
@@ -314,17 +365,19 @@ static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, 
     mj_resetData(m, d);
     put(d->qpos, 0, s->dof, q0);
     for (int k = 0; k < s->samples; k++) {
+        double *mean = s->tau_model + (row0 + (size_t)k) * (size_t)s->dof;
         drive_torque(v, k * s->dt, d->qpos, d->qvel, s->dof, d->qfrc_applied);
         for (int i = 0; i < stride; i++) {
             mj_checkPos(m, d);
             mj_checkVel(m, d);
             mj_forward(m, d);
             mj_checkAcc(m, d);
-            if (i == 0) {
-                motion_force(m, d, tau);
-                log_sample(s, row0, k, d, d->qacc, tau, d->qfrc_applied);
-            }
-            mj_RungeKutta(m, d, 4);
+            if (i == 0 || grid_of(s->system)) motion_force(m, d, tau);
+            if (i == 0) log_sample(s, row0, k, d, d->qacc, tau, d->qfrc_applied);
+            if (grid_of(s->system))
+                for (int j = 0; j < s->dof; j++) mean[j] += tau[j] / stride;
+            if (m->opt.integrator == mjINT_EULER) mj_Euler(m, d);
+            else mj_RungeKutta(m, d, 4);
         }
     }
 }
@@ -451,6 +504,17 @@ static void run_exact(struct truth_set *s, size_t row0, const struct rig *rig, c
 
 /* ---- generation ---- */
 
+/* The rope: straight, tilted from hanging, any azimuth. The cloth: flat, its centre beside the sphere's. */
+static void start_grid(enum truth_system system, uint64_t *state, double *q)
+{
+    const struct grid *g = grid_of(system);
+    double a = g->pinned ? uniform(state, .24, .8) : uniform(state, -.01, .01);
+    double b = g->pinned ? uniform(state, 0, 2 * PI) : uniform(state, -.01, .01);
+    double rope_shift[3] = {cos(a) - 1, sin(a) * sin(b), sin(a) * cos(b)}, cloth_shift[3] = {a, b, 0};
+    for (int i = 0; i < specs[system].dof; i++)
+        q[i] = g->pinned ? g->spacing * (i / 3 + 1) * rope_shift[i % 3] : cloth_shift[i % 3];
+}
+
 int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed,
                    int first, int count, int samples)
 {
@@ -459,8 +523,8 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
     s->seed = seed;
     for (int n = 0; n < count; n++) {
         uint64_t state = stream(seed, split, first + n);
-        double x[4], q[16];
-        int free_joints = s->dof == 2 ? 2 : 4;
+        double x[4] = {0}, q[DOF_MAX];
+        int free_joints = grid_of(system) ? 0 : s->dof == 2 ? 2 : 4;
         for (int i = 0; i < free_joints; i++) x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
         struct drive v = draw_drive(system, &state);
 
@@ -468,12 +532,45 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         if (s->latent) run_exact(s, row0, rig, x, &v);
         else if (s->dof == 2) run_mujoco(s, row0, rig, x, &v);
         else {
-            truth_pend16_phi(x, q, NULL);
+            if (grid_of(system)) start_grid(system, &state, q);
+            else truth_pend16_phi(x, q, NULL);
             run_mujoco(s, row0, rig, q, &v);
         }
         if (warned(rig->d)) {
             truth_free(s);
             return -1;
+        }
+    }
+    return 0;
+}
+
+/* ---- grids ---- */
+
+int truth_grid(enum truth_system system, int *columns, int *rows)
+{
+    const struct grid *g = grid_of(system);
+    if (!g) return -1;
+    *columns = g->columns;
+    *rows = g->rows;
+    return 0;
+}
+
+int truth_beads(enum truth_system system, const double *q, double *xyz)
+{
+    const struct grid *g = grid_of(system);
+    if (!g) return -1;
+    for (int b = 0; b < g->columns * g->rows; b++) {
+        double *x = xyz + 3 * b;
+        if (g->pinned) {
+            static const double still[3] = {0, 0, 0};
+            const double *s = b ? q + 3 * (b - 1) : still;
+            x[0] = s[2];
+            x[1] = s[1];
+            x[2] = -b * g->spacing - s[0];
+        } else {
+            x[0] = (b / g->rows - .5 * (g->columns - 1)) * g->spacing + q[3 * b];
+            x[1] = (b % g->rows - .5 * (g->rows - 1)) * g->spacing + q[3 * b + 1];
+            x[2] = SPHERE + BEAD + FALL + q[3 * b + 2];
         }
     }
     return 0;

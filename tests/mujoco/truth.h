@@ -1,5 +1,6 @@
 /* truth.h - ground truth from MuJoCo 2.2.2: trajectories, energies and forces of known systems, and the true M and V.
-   Every sample satisfies  M(q) qdd + c(q, qd) + dV/dq = tau.  Models are trained with tau_model.
+   Every sample satisfies  M(q) qdd + c(q, qd) + dV/dq = tau.  Models are trained with tau_model, which holds from its
+   sample, at k ms, to the next.
    Not thread-safe: one MuJoCo model and state per system are loaded on first use and kept. */
 #ifndef TRUTH_H
 #define TRUTH_H
@@ -13,12 +14,13 @@ enum truth_system {
     TRUTH_PEND16_ACT,   /* plus tau_u on joints 0,4,8,12: J^T tau = J^T tau_u, tau_model = tau_u         */
     TRUTH_PEND16_PD,    /* the same, tau_u by a PD controller of these joints along a random reference   */
     TRUTH_PEND16_SOFT,  /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
+    TRUTH_ROPE,         /* 65 beads on springs, the first pinned, released straight and tilted, tau = 0    */
+    TRUTH_CLOTH,        /* 20 x 10 beads on springs and dampers fall flat on a frictionless sphere; tau: contact and
+                           dampers, tau_model: its mean until the next sample                               */
     TRUTH_SYSTEMS
 };
 
 enum truth_split { TRUTH_TRAIN, TRUTH_TEST };   /* independent random streams of one seed */
-
-#define TRUTH_SAMPLES 3000   /* 3 s at 1 ms: sample k is the state at k ms; its torque holds until sample k + 1 */
 
 struct truth_set {
     enum truth_system system;
@@ -27,7 +29,7 @@ struct truth_set {
     uint64_t seed;
     char *model_xml;
     double *t, *e_kin, *e_pot;                  /* [count][samples]; s, J                   */
-    double *q, *qd, *qdd, *tau, *tau_model;     /* [count][samples][dof]; rad, s, N m       */
+    double *q, *qd, *qdd, *tau, *tau_model;     /* [count][samples][dof]; rad, s, N m; of beads m, s, N */
     double *z, *zd;                             /* [count][samples][latent] or NULL         */
 };
 
@@ -40,6 +42,7 @@ struct truth_report {
 };
 
 const char *truth_name(enum truth_system system);
+int truth_samples(enum truth_system system);    /* of a trajectory, one per ms: 3000 of a pendulum, 1000 of the rope, 250 of the cloth */
 int truth_find(const char *name, enum truth_system *system);   /* 0, or -1: unknown name */
 
 /* All functions returning int: 0, or -1 with the reason on stderr. A MuJoCo warning is an error. */
@@ -49,6 +52,16 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
 void truth_free(struct truth_set *s);
 int truth_check(const struct truth_set *s, struct truth_report *r);
 int truth_csv(const struct truth_set *s, const char *path);     /* t, q, qd, tau_model; blank line between trajectories */
+
+/* Rope and cloth are grids of beads, columns x rows; bead b is at column b / rows, row b % rows; its neighbours by main
+   springs are b - 1, b + 1 (the same column) and b - rows, b + rows, by shear springs those across the diagonals.
+   q holds three sliders per bead, bead after bead, in m from rest:
+     rope    1 row; bead 0 is pinned at the origin and not in q, bead b >= 1 has q[3 b - 3 ..] = down, along y, along x;
+             rest (q = 0) hangs unstretched: bead b at (0, 0, -.02 b)
+     cloth   bead b has q[3 b ..] = along x, y, z; rest is flat, centred 5 cm above the sphere (radius .1, at the origin; the
+             beads' radius is .005): bead b at (.02 (column - 9.5), .02 (row - 4.5), .155) */
+int truth_grid(enum truth_system system, int *columns, int *rows);              /* -1: no grid */
+int truth_beads(enum truth_system system, const double *q, double *xyz);        /* world positions [columns rows][3] */
 
 /* The truth that learned models are compared with; all arrays row-major. */
 int truth_mass_pend2(const double q[2], double M[4]);
