@@ -113,6 +113,13 @@ models: build/generate
 noise: build/generate
 	sh tests/mujoco/noise.sh
 
+# the paper's experiments: every run that has no result yet in EXPERIMENTS, one core each; make -j2 experiments for two
+EXPERIMENTS = build/experiments
+PARTS = motion measure model mechanics latent opinf recipes
+build/experiment: tests/experiments/experiment.c $(PARTS:%=tests/experiments/%.c) tests/mujoco/truth.c tests/experiments/experiment.h \
+                  tests/experiments/recipes.h tests/mujoco/truth.h $(HEADERS) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
 bench: build/bench
 	./build/bench
 build/bench: tests/bench/bench.c $(HEADERS) | build

@@ -49,16 +49,19 @@ struct predictor {
     void (*energy)(void *self, const roln_real *s, double *T, double *V);
 };
 
-/* Errors on the motion d as lines `key argument value` to out, in percent. steps: integrator steps per sample.
-     E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms; MS = 0:
-                         reconstruction; qd the same, not centred
+/* Errors on the motion d as lines `key argument value` to out, in percent; `prefix` comes before every key. steps: integrator
+   steps per sample.
+     E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms, or 100 ms
+                         where they are longer than that; MS = 0: reconstruction; qd the same, not centred
      E_q whole, ..       one roll-out per trajectory, mean over all its samples
-     E_qdd 0             accelerations of measured states, not centred
      failed MS           windows whose roll-out ended with a status; its last good state then counts
      drift own           largest |E - E(0) - work| of the model's own energy over its largest T, whole roll-outs
+     drift true          the same of MuJoCo's energy along the prediction
+   and without prefix
+     E_qdd 0             accelerations of measured states, not centred
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
-int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out);
+int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out);
 
 /* ---- model.c: RO-LNN and its relatives, their sizes known at run time ---- */
 
@@ -97,6 +100,10 @@ int model_compose(struct model *b, const struct model *a, const struct pod *p, c
 int model_save(const struct model *m, const char *path);
 int model_load(struct model *m, const struct shape *shape, const char *path);
 struct predictor model_predictor(struct model *m);
+
+/* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d ---- */
+
+int mechanics(struct model *m, const struct motion *d, FILE *out);
 
 /* ---- latent.c: other models of the motion of z, in the latent space of a trained autoencoder ---- */
 

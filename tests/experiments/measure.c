@@ -6,7 +6,7 @@
 
 #include "experiment.h"
 
-enum { EVERY = 25 }; /* samples between the starts of windows */
+enum { EVERY = 25, LONG = 100 }; /* samples between the starts of windows, of those longer than LONG samples */
 
 static double now(void)
 {
@@ -23,6 +23,7 @@ struct sums {
 struct rollout {
     const struct predictor *p;
     const struct motion *d;
+    const char *prefix;
     roln_real *s, *next, *q, *qd; /* state; decoded */
     int failed;
 };
@@ -60,11 +61,12 @@ static void compare(struct rollout *r, int sample, struct sums *e)
     e->windows++, e->failed += r->failed;
 }
 
-static void print(FILE *out, const char *horizon, const struct sums *e)
+static void print(FILE *out, const char *prefix, const char *horizon, const struct sums *e)
 {
     if (e->windows == 0) return;
-    fprintf(out, "E_q %s %.5g\nE_qd %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var), horizon, 100 * sqrt(e->qd / e->qd_var));
-    if (e->failed) fprintf(out, "failed %s %.3g\n", horizon, 100 * (double)e->failed / (double)e->windows);
+    fprintf(out, "%sE_q %s %.5g\n%sE_qd %s %.5g\n", prefix, horizon, 100 * sqrt(e->q / e->q_var), prefix, horizon,
+            100 * sqrt(e->qd / e->qd_var));
+    if (e->failed) fprintf(out, "%sfailed %s %.3g\n", prefix, horizon, 100 * (double)e->failed / (double)e->windows);
 }
 
 /* Windows: one roll-out from every start serves all horizons that fit into its trajectory. */
@@ -75,11 +77,10 @@ static void windows(struct rollout *r, int steps, const int *ms, int horizons, F
     if (!e) exit(1);
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i < d->samples; i += EVERY) {
-            int h = 0;
             begin(r, k * d->samples + i);
-            for (int t = 0, last; h < horizons; t++) {
-                last = (int)(ms[h] * 1e-3 / d->dt + 0.5);
-                if (i + last >= d->samples) break;
+            for (int t = 0, h = 0; h < horizons; t++) {
+                const int last = (int)(ms[h] * 1e-3 / d->dt + 0.5);
+                if (i + last >= d->samples || (last > LONG && i % LONG != 0)) break;
                 if (t == last) compare(r, k * d->samples + i + t, &e[h++]);
                 advance(r, k * d->samples + i + t, steps);
             }
@@ -87,40 +88,57 @@ static void windows(struct rollout *r, int steps, const int *ms, int horizons, F
     for (int h = 0; h < horizons; h++) {
         char name[16];
         snprintf(name, sizeof name, "%d", ms[h]);
-        print(out, name, &e[h]);
+        print(out, r->prefix, name, &e[h]);
     }
     free(e);
 }
 
-/* Whole trajectories: errors, drift of the model's energy. Forces do the work sum tau (q_pred' - q_pred). */
-static void whole(struct rollout *r, int steps, FILE *out)
+/* Largest |E - E(0) - work| of a trajectory so far, and largest T. */
+struct balance {
+    double E0, off, top;
+};
+
+static void weigh(struct balance *b, int first, double T, double V, double work)
+{
+    if (first) b->E0 = T + V, b->off = b->top = 0;
+    b->top = fmax(b->top, T);
+    b->off = fmax(b->off, fabs(T + V - b->E0 - work));
+}
+
+/* Whole trajectories: errors; drift of the model's own energy and of MuJoCo's along the prediction. Forces do the work
+   sum tau (q_pred' - q_pred). */
+static int whole(struct rollout *r, int steps, FILE *out)
 {
     const struct motion *d = r->d;
+    const size_t N = (size_t)d->N;
     struct sums e = {0, 0, 0, 0, 0, 0};
-    roln_real *before = calloc((size_t)d->N, sizeof *before);
-    double worst = 0;
-    if (!before) exit(1);
-    for (int k = 0; k < d->count; k++) {
-        double E0 = 0, work = 0, off = 0, top = 0, T = 0, V = 0;
+    roln_real *before = calloc(N, sizeof *before);
+    double *q = calloc(2 * N, sizeof *q), own = 0, real = 0;
+    int bad = !before || !q;
+    for (int k = 0; k < d->count && !bad; k++) {
+        struct balance a = {0, 0, 0}, b = {0, 0, 0};
+        double work = 0, T = 0, V = 0;
         begin(r, k * d->samples);
-        for (int t = 0; t < d->samples; t++) {
+        for (int t = 0; t < d->samples && !bad; t++) {
             const int sample = k * d->samples + t;
-            if (t > 0) memcpy(before, r->q, (size_t)d->N * sizeof *before);
+            if (t > 0) memcpy(before, r->q, N * sizeof *before);
             compare(r, sample, &e);
-            for (int i = 0; i < d->N && t > 0 && d->tau; i++)
-                work += (double)(at(d, d->tau, sample - 1)[i] * (r->q[i] - before[i]));
-            if (r->p->energy) {
-                r->p->energy(r->p->self, r->s, &T, &V);
-                if (t == 0) E0 = T + V;
-                top = fmax(top, T), off = fmax(off, fabs(T + V - E0 - work));
+            for (size_t i = 0; i < N; i++) {
+                if (t > 0 && d->tau) work += (double)(at(d, d->tau, sample - 1)[i] * (r->q[i] - before[i]));
+                q[i] = (double)r->q[i], q[N + i] = (double)r->qd[i];
             }
+            if (r->p->energy) r->p->energy(r->p->self, r->s, &T, &V), weigh(&a, t == 0, T, V, work);
+            bad = truth_energy(d->system, q, q + N, &T, &V) != 0;
+            weigh(&b, t == 0, T, V, work);
             advance(r, sample, steps);
         }
-        worst = fmax(worst, off / top);
+        own = fmax(own, a.off / a.top), real = fmax(real, b.off / b.top);
     }
-    print(out, "whole", &e);
-    if (r->p->energy) fprintf(out, "drift own %.4g\n", 100 * worst);
-    free(before);
+    print(out, r->prefix, "whole", &e);
+    if (r->p->energy) fprintf(out, "%sdrift own %.4g\n", r->prefix, 100 * own);
+    fprintf(out, "%sdrift true %.4g\n", r->prefix, 100 * real);
+    free(before), free(q);
+    return bad ? -1 : 0;
 }
 
 static void accelerations(const struct predictor *p, const struct motion *d, FILE *out)
@@ -175,17 +193,20 @@ static void timing(struct rollout *r, double h, FILE *out)
         fprintf(out, "us %s %.4g\n", names[what], best[what]);
 }
 
-int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out)
+int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out)
 {
-    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
+    struct rollout r = {p, d, prefix, NULL, NULL, NULL, NULL, 0};
+    int bad;
     r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
     r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
     if (!r.s || !r.next || !r.q || !r.qd) return -1;
     windows(&r, steps, ms, horizons, out);
-    whole(&r, steps, out);
-    accelerations(p, d, out);
-    trivial(d, 25, out);
-    timing(&r, d->dt / steps, out);
+    bad = whole(&r, steps, out);
+    if (!*prefix) {
+        accelerations(p, d, out);
+        trivial(d, 25, out);
+        timing(&r, d->dt / steps, out);
+    }
     free(r.s), free(r.next), free(r.q), free(r.qd);
-    return 0;
+    return bad;
 }

@@ -201,14 +201,14 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
     int count = 0;
     for (int pass = 0; pass < 2; pass++) {
         for (int k = 0; k < d->count * d->samples; k += 97) {
-            double q[2], Mt[4], diff = 0, norm = 0;
+            double q[2], rest[2] = {0, 0}, Mt[4], c[2], g[2], diff = 0, norm = 0;
             roln_real M[4];
             pend2_state x;
             pend2_latent z;
             memcpy(x.q, d->q + 2 * k, sizeof x.q);
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
-            if (truth_mass_pend2(q, Mt) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
+            if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
                 pend2_terms(p, &z, M, NULL, NULL, NULL, NULL, NULL, work) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */

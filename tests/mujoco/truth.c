@@ -649,13 +649,19 @@ int truth_csv(const struct truth_set *s, const char *path)
 
 /* ---- true mass matrices and potential ---- */
 
-int truth_mass_pend2(const double q[2], double M[4])
+int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double c[2], double g[2])
 {
     const struct rig *rig = rig_of(TRUTH_PEND2);
     if (!rig) return -1;
     put(rig->d->qpos, 0, 2, q);
+    mju_zero(rig->d->qvel, 2);
     mj_fwdPosition(rig->m, rig->d);
+    mj_fwdVelocity(rig->m, rig->d);
     mj_fullM(rig->m, M, rig->d->qM);
+    put(g, 0, 2, rig->d->qfrc_bias);
+    put(rig->d->qvel, 0, 2, qd);
+    mj_fwdVelocity(rig->m, rig->d);
+    mju_sub(c, rig->d->qfrc_bias, g, 2);
     return 0;
 }
 

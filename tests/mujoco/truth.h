@@ -64,7 +64,7 @@ int truth_grid(enum truth_system system, int *columns, int *rows);              
 int truth_beads(enum truth_system system, const double *q, double *xyz);        /* world positions [columns rows][3] */
 
 /* The truth that learned models are compared with; all arrays row-major. */
-int truth_mass_pend2(const double q[2], double M[4]);
+int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double c[2], double g[2]);   /* M qdd + c + g = tau */
 void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
 int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */
 

@@ -1,0 +1,258 @@
+/* experiment.c - the run list, and one run of it.
+
+     experiment list                 run, its parent or -
+     experiment run NAME DIR         trains, measures; writes DIR/NAME.txt (and DIR/NAME.roln) when it is done
+     experiment check NAME FILE      measures committed weights on fresh trajectories, 25 ms and whole only
+
+   A run is a recipe with a seed, and every recipe stands in the table below. Training uses one core and no validation: what
+   counts are the last weights. Test trajectories are the first ten of the test stream, the same for all. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "experiment.h"
+#include "recipes.h"
+
+static double cpu(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* ---- what a run leaves in memory ---- */
+
+struct result {
+    const struct recipe *recipe;
+    struct model model;      /* of the full coordinates; of a latent baseline: its autoencoder */
+    struct latent *latent;
+    struct opinf *opinf;
+    double samples, seconds; /* of training */
+    int params;
+};
+
+/* ---- latent baselines: autoencoder of a model, motion of another ---- */
+
+static roln_status latent_encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
+{
+    struct model *m = &((struct result *)self)->model;
+    return roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
+}
+
+static roln_status latent_decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
+{
+    struct model *m = &((struct result *)self)->model;
+    return roln_decode(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, q, qd, m->work);
+}
+
+/* RK4 in the model's unit of time. */
+static roln_status latent_step(void *self, roln_real *s, const roln_real *tau, double dt)
+{
+    enum { MOST = 32 };
+    static const double c[4] = {0, .5, .5, 1}, b[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
+    struct result *r = self;
+    struct model *m = &r->model;
+    const int n = m->md.lnn.n;
+    const roln_real t = m->sc.t, h = (roln_real)dt / t;
+    roln_real k[MOST] = {0}, x[MOST], y[MOST], tau_z[MOST];
+    for (int i = 0; i < 2 * n; i++)
+        y[i] = s[i] *= i < n ? 1 : t;
+    for (int j = 0; j < 4; j++) {
+        for (int i = 0; i < 2 * n; i++)
+            x[i] = s[i] + (roln_real)c[j] * h * k[i];
+        roln_status st = tau ? roln_reduce(&m->md, &m->sc, m->theta, x, tau, tau_z, m->work) : ROLN_OK;
+        for (int i = 0; i < n && tau; i++)
+            tau_z[i] *= t * t;
+        if (st == ROLN_OK) st = latent_rate(r->latent, x, tau ? tau_z : NULL, k);
+        if (st != ROLN_OK) return st;
+        for (int i = 0; i < 2 * n; i++)
+            y[i] += (roln_real)b[j] * h * k[i];
+    }
+    for (int i = 0; i < 2 * n; i++)
+        s[i] = i < n ? y[i] : y[i] / t;
+    return roln_all_finite(2 * n, s) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+static roln_status latent_accelerate(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd)
+{
+    struct result *r = self;
+    struct model *m = &r->model;
+    const int N = m->md.ae.size[0], n = m->md.lnn.n;
+    const roln_real t = m->sc.t;
+    roln_real s[48], rate[48], tau_z[16], *x = m->work, *work = x + 3 * N;
+    roln_status st = latent_encode(self, q, qd, s);
+    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, s, tau, tau_z, m->work);
+    for (int i = 0; i < n; i++)
+        s[n + i] *= t, tau_z[i] *= t * t;
+    if (st == ROLN_OK) st = latent_rate(r->latent, s, tau ? tau_z : NULL, rate);
+    if (st != ROLN_OK) return st;
+    memcpy(s + 2 * n, rate + n, (size_t)n * sizeof *s);
+    roln_ae_decode(&m->md.ae, 3, 1, m->theta, s, x, work);
+    for (int i = 0; i < N; i++)
+        qdd[i] = x[2 * N + i] * (m->sc.q / (t * t));
+    return ROLN_OK;
+}
+
+static struct predictor latent_predictor(struct result *r)
+{
+    const struct predictor p = {r->model.md.ae.size[0], 2 * r->model.md.lnn.n, r, latent_encode, latent_step, latent_decode,
+                                latent_accelerate, NULL};
+    return p;
+}
+
+/* z, zd, zdd, tau_z of all samples, in the units of the network. */
+static int latent_fit(struct result *r, const struct motion *d, uint64_t seed)
+{
+    struct model *m = &r->model;
+    const struct recipe *e = r->recipe;
+    const int n = m->md.lnn.n, rows = d->count * d->samples;
+    const size_t total = (size_t)rows * (size_t)n;
+    const roln_real t = m->sc.t;
+    roln_real *z = malloc(4 * total * sizeof *z), *work = m->work;
+    int count = 0, st;
+    if (!z) return -1;
+    for (int i = 0; i < rows; i++) {
+        const size_t row = (size_t)i * (size_t)d->N, at = (size_t)count * (size_t)n;
+        if (i % d->samples == 0 || (i + 1) % d->samples == 0) continue;
+        if (roln_encode(&m->md, &m->sc, m->theta, d->q + row, d->qd + row, d->qdd + row, z + at, z + total + at, z + 2 * total + at,
+                        work) != ROLN_OK) return -1;
+        if (d->tau && roln_reduce(&m->md, &m->sc, m->theta, z + at, d->tau_mid + row, z + 3 * total + at, work) != ROLN_OK) return -1;
+        for (int j = 0; j < n; j++) {
+            z[total + at + (size_t)j] *= t;
+            z[2 * total + at + (size_t)j] *= t * t;
+            if (d->tau) z[3 * total + at + (size_t)j] *= t * t;
+        }
+        count++;
+    }
+    const struct latent_data data = {count, n, z, z + total, z + 2 * total, d->tau ? z + 3 * total : NULL};
+    st = latent_train(&r->latent, e->latent, &data, e->stage[0].updates, e->stage[0].batch, e->stage[0].lr_net, seed);
+    r->samples += (double)e->stage[0].updates * e->stage[0].batch;
+    free(z);
+    return st;
+}
+
+/* ---- a run ---- */
+
+/* Left out of training: trajectories of pend16 in which the last block whips round (|q12| >= 2.1 rad). */
+static void leave_out_wild(struct motion *d)
+{
+    int kept = 0;
+    const size_t length = (size_t)d->samples * (size_t)d->N;
+    roln_real *all[] = {d->q, d->qd, d->qdd, d->tau, d->tau_mid};
+    for (int k = 0; k < d->count; k++) {
+        int wild = 0;
+        for (int i = 0; i < d->samples; i++)
+            wild |= fabs((double)d->q[(size_t)k * length + (size_t)(i * d->N + 12)]) >= 2.1;
+        if (wild) continue;
+        for (int a = 0; a < 5; a++)
+            if (all[a]) memmove(all[a] + (size_t)kept * length, all[a] + (size_t)k * length, length * sizeof *all[a]);
+        kept++;
+    }
+    d->count = kept;
+}
+
+static int load_parent(struct result *r, const char *dir, int seed)
+{
+    const struct recipe *parent = recipe_of(r->recipe->parent);
+    struct shape shape = parent->shape;
+    char path[512];
+    if (parent->pod > 0) {
+        fprintf(stderr, "%s: a parent in POD coordinates\n", parent->name);
+        return -1;
+    }
+    snprintf(path, sizeof path, "%s/%s-%d.roln", dir, parent->name, seed);
+    return model_load(&r->model, &shape, path);
+}
+
+static int train(struct result *r, const struct motion *d, const char *dir, int seed)
+{
+    const struct recipe *e = r->recipe;
+    struct motion a = *d;
+    struct pod pod;
+    struct model small;
+    if (e->kind == OPINF || e->kind == OPINF_AFFINE) {
+        if (opinf_fit(&r->opinf, e->kind == OPINF_AFFINE, e->n, d) != 0) return -1;
+        r->params = opinf_params(r->opinf);
+        return 0;
+    }
+    if (e->kind == LATENT) {
+        if (load_parent(r, dir, seed) != 0 || latent_fit(r, d, (uint64_t)seed) != 0) return -1;
+        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->latent);
+        return 0;
+    }
+    if (e->pod > 0 && (pod_fit(&pod, d, 1, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
+    if (e->parent) {
+        if (load_parent(r, dir, seed) != 0) return -1;
+        small = r->model;
+    } else if (model_init(&small, &e->shape, &a, (uint64_t)seed) != 0) return -1;
+    for (int k = 0; k < STAGES && e->stage[k].updates > 0; k++)
+        if (model_train(&small, &a, &e->stage[k], (uint64_t)(1000 * seed + k), &r->samples) != 0) return -1;
+    r->model = small;
+    if (e->pod > 0) {
+        if (model_compose(&r->model, &small, &pod, d->mean) != 0) return -1;
+        model_free(&small), pod_free(&pod), motion_free(&a);
+    }
+    r->params = r->model.params;
+    return 0;
+}
+
+static struct predictor predictor_of(struct result *r)
+{
+    return r->opinf ? opinf_predictor(r->opinf) : r->latent ? latent_predictor(r) : model_predictor(&r->model);
+}
+
+/* Windows of the ODE loss last 40 ms: 400 ms and 2 s are 10 and 50 times as long. */
+static int measure_all(struct result *r, const struct motion *test, FILE *out)
+{
+    static const int ms[] = {0, 1, 5, 25, 100, 250, 400, 500, 1000, 2000};
+    const struct predictor p = predictor_of(r);
+    struct motion wide;
+    int bad;
+    if (measure(&p, test, "", 1, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
+    if (r->recipe->kind == LAGRANGE && mechanics(&r->model, test, out) != 0) return -1;
+    if (test->system != TRUTH_PEND16) return 0;
+    if (motion_simulate(&wide, TRUTH_PEND16_WIDE, TRUTH_TEST, 0, TESTS, 0, test->mean) != 0) return -1;
+    bad = measure(&p, &wide, "wide_", 1, ms, sizeof ms / sizeof *ms, out);
+    motion_free(&wide);
+    return bad;
+}
+
+static int run(const char *name, const char *dir)
+{
+    struct result r;
+    struct motion d, test;
+    char path[512], text[512];
+    int seed;
+    memset(&r, 0, sizeof r);
+    if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
+    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->forces, NULL) != 0 ||
+        motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->forces, d.mean) != 0) return -1;
+    if (d.system == TRUTH_PEND16) leave_out_wild(&d);
+    const double t0 = cpu();
+    if (train(&r, &d, dir, seed) != 0) return -1;
+    r.seconds = cpu() - t0;
+    printf("trained in %.0f s\n", r.seconds);
+    snprintf(path, sizeof path, "%s/%s.part", dir, name);
+    snprintf(text, sizeof text, "%s/%s.txt", dir, name);
+    FILE *out = fopen(path, "w");
+    if (!out) return perror(path), -1;
+    fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
+            r.params, 1e-6 * r.samples, r.seconds);
+    if (measure_all(&r, &test, out) != 0) return -1;
+    if (r.recipe->kind == LAGRANGE) {
+        snprintf(text, sizeof text, "%s/%s.roln", dir, name);
+        if (model_save(&r.model, text) != 0) return -1;
+        snprintf(text, sizeof text, "%s/%s.txt", dir, name);
+    }
+    fprintf(out, "seconds all %.4g\n", cpu());
+    return fclose(out) != 0 || rename(path, text) != 0 ? -1 : 0;
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 2 && strcmp(argv[1], "list") == 0) return recipes_list(), 0;
+    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3]) != 0;
+    fprintf(stderr, "usage: experiment list | run NAME DIR\n");
+    return 2;
+}
