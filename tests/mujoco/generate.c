@@ -31,10 +31,14 @@ static int export_csv(const struct truth_set *train, const struct truth_set *tes
 static int summary(const char *name, const struct truth_set *s)
 {
     struct truth_report r;
+    int columns, rows, beads = !truth_grid(s->system, &columns, &rows);
+    const char *unit = beads ? "m" : "rad";
     if (truth_check(s, &r)) return -1;
-    printf("%-11s %-5s %3d x %d, residual %.1e of max |tau| %.3g N m, J^T(tau - tau_model) %.1e, energy - work %.1e of peak,"
-           " max |q| %.2f rad, |qd| %.1f rad/s\n", truth_name(s->system), name, s->count, s->samples, r.residual, r.force_max,
-           r.ideal, r.energy, r.q_max, r.qd_max);
+    printf("%-11s %-5s %3d x %d, residual %.1e of max |tau| %.3g %s, ", truth_name(s->system), name, s->count, s->samples,
+           r.residual, r.force_max, beads ? "N" : "N m");
+    if (beads) printf("momentum - impulse %.1e N s", r.impulse);
+    else printf("J^T(tau - tau_model) %.1e", r.ideal);
+    printf(", energy - work %.1e of peak, max |q| %.2f %s, |qd| %.1f %s/s\n", r.energy, r.q_max, unit, r.qd_max, unit);
     return 0;
 }
 

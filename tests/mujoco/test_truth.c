@@ -13,9 +13,9 @@ void test_truth(void);
 #define SEED 7
 #define COUNT 6
 
-static int make(struct truth_set *s, enum truth_system system, enum truth_split split, int first, int count)
+static int make(struct truth_set *s, enum truth_system system, enum truth_split split, int first, int count, int samples)
 {
-    return CHECK(truth_generate(s, system, split, SEED, first, count, truth_samples(system)) == 0);
+    return CHECK(truth_generate(s, system, split, SEED, first, count, samples) == 0);
 }
 
 /* Two rods 1 kg, 1 m, relative angles, by hand: M, V, T and M qdd + C + G = tau. */
@@ -66,6 +66,76 @@ static void check_reduced(const struct truth_set *s)
     CHECK_BELOW(worst_E, 1e-12);
 }
 
+/* Rope and cloth from the beads' places alone: V and its gradient by the springs' lengths, T; M qdd + dV/dq = tau, M = mass 1. */
+static void check_grid_formula(const struct truth_set *s)
+{
+    static const int axis[2][3] = {{2, 1, 0}, {0, 1, 2}};       /* of the sliders; the rope's first points down */
+    static double x[600], f[600];
+    const int rope = s->system == TRUTH_ROPE, still = 3 * rope;
+    const double m = rope ? .005 : .001, main_spring = rope ? 2000 : 100, stiffness[3] = {main_spring, main_spring, 20};
+    const double length[3] = {.02, .02, .02 * sqrt(2)};
+    double worst_E = 0, worst_f = 0;
+    int columns, rows;
+    if (!CHECK(truth_grid(s->system, &columns, &rows) == 0) || !CHECK(3 * columns * rows == s->dof + still)) return;
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 7) {
+        const size_t n = (size_t)s->dof;
+        double V = 0, T = 0;
+        truth_beads(s->system, s->q + row * n, x);
+        memset(f, 0, sizeof f);
+        for (int b = 0; b < columns * rows; b++) {
+            V += m * 9.81 * x[3 * b + 2];
+            f[3 * b + 2] += m * 9.81;
+            for (int k = 0; k < 3; k++) {       /* column + 1, row + 1, both */
+                const int c = b / rows + (k != 1), r = b % rows + (k != 0), o = c * rows + r;
+                double e[3], l = 0;
+                if (c == columns || r == rows) continue;
+                for (int i = 0; i < 3; i++) e[i] = x[3 * o + i] - x[3 * b + i], l += e[i] * e[i];
+                l = sqrt(l);
+                V += .5 * stiffness[k] * (l - length[k]) * (l - length[k]);
+                for (int i = 0; i < 3; i++) {
+                    const double force = stiffness[k] * (l - length[k]) * e[i] / l;
+                    f[3 * b + i] -= force, f[3 * o + i] += force;
+                }
+            }
+        }
+        for (int i = still; i < 3 * columns * rows; i++) {
+            const size_t j = row * n + (size_t)(i - still);
+            const double g = f[i / 3 * 3 + axis[!rope][i % 3]] * (rope && i % 3 == 0 ? -1 : 1);
+            T += .5 * m * s->qd[j] * s->qd[j];
+            worst_f = fmax(worst_f, fabs(m * s->qdd[j] + g - s->tau[j]));
+        }
+        worst_E = fmax(worst_E, fmax(fabs(T - s->e_kin[row]), fabs(V - s->e_pot[row])));
+    }
+    CHECK_BELOW(worst_E, 1e-12);
+    CHECK_BELOW(worst_f, 3e-12);
+}
+
+/* The rope starts straight and tilted; the cloth starts flat and touches nothing for .1 s, about 5 cm. Both at rest. */
+static void check_start(const struct truth_set *s)
+{
+    static double x[600];
+    const size_t size = (size_t)s->samples * (size_t)s->dof;
+    int rest = 1, placed = 1;
+    for (size_t j = 0; j < (size_t)s->count; j++) {
+        const double *q = s->q + j * size, *u = s->tau_model + j * size;
+        for (int i = 0; i < s->dof; i++) rest &= s->qd[j * size + (size_t)i] == 0;
+        truth_beads(s->system, q, x);
+        if (s->system == TRUTH_ROPE) {
+            const double tilt = acos(-x[5] / .02);
+            placed &= tilt >= .24 && tilt <= .8;
+            for (int i = 0; i < 3 * 65; i++) placed &= fabs(x[i] - i / 3 * x[3 + i % 3]) < 1e-14;
+        } else {
+            size_t touch = 0;
+            for (size_t i = 0; i < (size_t)s->dof; i++) placed &= q[i] == q[i % 3];
+            placed &= fabs(q[0]) <= .01 && fabs(q[1]) <= .01 && fabs(x[2] - .155) < 1e-15;
+            while (touch < size && fabs(u[touch]) < 1e-9) touch++;
+            placed &= touch / (size_t)s->dof >= 100 && touch / (size_t)s->dof <= 104;
+        }
+    }
+    CHECK(rest);
+    CHECK(placed);
+}
+
 /* qd and qdd are the derivatives of q and qd (trapezoidal rule over each step); torques act where they must and nowhere else. */
 static void check_signals(const struct truth_set *s)
 {
@@ -85,28 +155,32 @@ static void check_signals(const struct truth_set *s)
             else driven |= u != 0;
         }
     }
-    CHECK_BELOW(dq / (h * v_max), 5e-4);
-    if (s->system != TRUTH_PEND16_PD) CHECK_BELOW(dv / (h * a_max), 3e-3);     /* there the torque, and qdd, jump with every sample */
+    const int cloth = s->system == TRUTH_CLOTH;
+    CHECK_BELOW(dq / (h * v_max), cloth ? 2e-2 : 5e-4);
+    if (s->system != TRUTH_PEND16_PD && !cloth)         /* there force and qdd jump: with every sample, at contacts */
+        CHECK_BELOW(dv / (h * a_max), s->system == TRUTH_ROPE ? 1e-2 : 3e-3);
     CHECK(undriven);
-    CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT || s->system == TRUTH_PEND16_PD));
+    CHECK(driven == (s->system == TRUTH_PEND2_ACT || s->system == TRUTH_PEND16_ACT || s->system == TRUTH_PEND16_PD || cloth));
 }
 
-/* Trajectory b of s is trajectory a of r, bit for bit, in every vector. */
+/* Trajectory b of s starts with trajectory a of r, bit for bit, in every vector. */
 static int same_trajectory(const struct truth_set *r, int a, const struct truth_set *s, int b)
 {
     const double *p[] = {r->q, r->qd, r->qdd, r->tau, r->tau_model}, *o[] = {s->q, s->qd, s->qdd, s->tau, s->tau_model};
-    size_t size = (size_t)r->samples * (size_t)r->dof;
-    int same = 1;
-    for (int i = 0; i < 5; i++) same &= !memcmp(p[i] + (size_t)a * size, o[i] + (size_t)b * size, size * sizeof(double));
+    const size_t size = (size_t)r->samples * (size_t)r->dof, whole = (size_t)s->samples * (size_t)s->dof;
+    int same = size <= whole;
+    for (int i = 0; i < 5 && same; i++) same = !memcmp(p[i] + (size_t)a * size, o[i] + (size_t)b * whole, size * sizeof(double));
     return same;
 }
 
-static void check_reproducible(const struct truth_set *s)
+/* A trajectory does not depend on the others, nor a sample, to its mean force, on those that follow. */
+static void check_reproducible(const struct truth_set *s, int samples)
 {
     struct truth_set one, test;
-    if (!make(&one, s->system, TRUTH_TRAIN, COUNT - 1, 1) || !make(&test, s->system, TRUTH_TEST, COUNT - 1, 1)) return;
-    CHECK(same_trajectory(s, COUNT - 1, &one, 0));
-    CHECK(!same_trajectory(s, COUNT - 1, &test, 0));
+    const int last = s->count - 1;
+    if (!make(&one, s->system, TRUTH_TRAIN, last, 1, samples) || !make(&test, s->system, TRUTH_TEST, last, 1, samples)) return;
+    CHECK(same_trajectory(&one, 0, s, last));
+    CHECK(!same_trajectory(&test, 0, s, last));
     CHECK(!same_trajectory(s, 0, s, 1));
     truth_free(&one);
     truth_free(&test);
@@ -120,7 +194,7 @@ static void check_soft(const struct truth_set *exact)
     struct truth_report r;
     double worst = 0;
     int close = 0;
-    if (!make(&soft, TRUTH_PEND16_SOFT, TRUTH_TRAIN, 0, COUNT)) return;
+    if (!make(&soft, TRUTH_PEND16_SOFT, TRUTH_TRAIN, 0, COUNT, exact->samples)) return;
     CHECK(truth_check(&soft, &r) == 0);
     CHECK_BELOW(r.residual, 3e-13);
     for (size_t j = 0, n = 16 * (size_t)exact->samples; j < COUNT; j++) {
@@ -163,13 +237,23 @@ static int same_set(const struct truth_set *a, const struct truth_set *b)
     return same;
 }
 
+static void check_round_trip(const char *path, const struct truth_set *s, const struct truth_set *held_out)
+{
+    struct truth_set train, test;
+    if (!CHECK(truth_h5_read(path, &train, &test) == 0)) return;
+    CHECK(same_set(s, &train));
+    CHECK(same_set(held_out, &test));
+    truth_free(&train);
+    truth_free(&test);
+}
+
 static void check_h5(const struct truth_set *s)
 {
     static const char *const path[2] = {"test_truth_0.h5", "test_truth_1.h5"};
-    struct truth_set train, test, held_out;
+    struct truth_set held_out;
     char *bytes[2];
     long size[2] = {0, -1};
-    if (!make(&held_out, s->system, TRUTH_TEST, 0, 2)) return;
+    if (!make(&held_out, s->system, TRUTH_TEST, 0, 2, s->samples)) return;
 
     CHECK(truth_h5_write(path[0], s, &held_out) == 0);
     for (time_t start = time(NULL); time(NULL) == start;) {}    /* time stamps, if any, have seconds */
@@ -179,15 +263,30 @@ static void check_h5(const struct truth_set *s)
     free(bytes[0]);
     free(bytes[1]);
 
-    if (CHECK(truth_h5_read(path[1], &train, &test) == 0)) {
-        CHECK(same_set(s, &train));
-        CHECK(same_set(&held_out, &test));
-        truth_free(&train);
-        truth_free(&test);
-    }
+    check_round_trip(path[1], s, &held_out);
     truth_free(&held_out);
     remove(path[0]);
     remove(path[1]);
+}
+
+static void check_grid(enum truth_system system)
+{
+    static const char path[] = "test_truth_grid.h5";
+    struct truth_set s;
+    struct truth_report r;
+    if (!make(&s, system, TRUTH_TRAIN, 0, 2, truth_samples(system))) return;
+    CHECK(truth_check(&s, &r) == 0);
+    CHECK_BELOW(r.residual, 3e-13);
+    CHECK_BELOW(r.energy, system == TRUTH_ROPE ? 1e-8 : 1e-2);     /* work of a mean force knows nothing of what happens in 1 ms */
+    CHECK_BELOW(r.impulse, 3e-15);
+    check_signals(&s);
+    check_reproducible(&s, 130);
+    check_grid_formula(&s);
+    check_start(&s);
+    CHECK(truth_h5_write(path, &s, &s) == 0);
+    check_round_trip(path, &s, &s);
+    remove(path);
+    truth_free(&s);
 }
 
 void test_truth(void)
@@ -196,13 +295,13 @@ void test_truth(void)
     for (int i = 0; i < 5; i++) {
         struct truth_set s;
         struct truth_report r;
-        if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT)) continue;
+        if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT, truth_samples(systems[i]))) continue;
         CHECK(truth_check(&s, &r) == 0);
         CHECK_BELOW(r.residual, systems[i] == TRUTH_PEND16_PD ? 3e-14 * r.force_max : 3e-13);
         CHECK_BELOW(r.ideal, 1e-11);        /* J^T (tau - tau_model) = 0 */
         CHECK_BELOW(r.energy, 2e-7);        /* energy is constant, or changes by the work of the held torques */
         check_signals(&s);
-        check_reproducible(&s);
+        check_reproducible(&s, s.samples);
         if (s.dof == 2) check_pend2_formula(&s);
         else check_reduced(&s);
         if (systems[i] == TRUTH_PEND16) {
@@ -211,4 +310,6 @@ void test_truth(void)
         }
         truth_free(&s);
     }
+    check_grid(TRUTH_ROPE);
+    check_grid(TRUTH_CLOTH);
 }

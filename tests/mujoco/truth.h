@@ -34,15 +34,16 @@ struct truth_set {
 };
 
 struct truth_report {
-    double residual;    /* max |M qdd + c + dV/dq - tau|, by recursive Newton-Euler, N m                       */
-    double force_max;   /* max |tau|, N m                                                                     */
+    double residual;    /* max |M qdd + c + dV/dq - tau|, by recursive Newton-Euler and, of grids, by inverse dynamics; N m, N */
+    double force_max;   /* max |tau|                                                                          */
     double ideal;       /* max |J^T (tau - tau_model)| (pend16), N m                                           */
     double energy;      /* max |E(t) - E(0) - work of tau_model| / peak kinetic energy, over the trajectories  */
+    double impulse;     /* cloth: max |change of momentum - dt (tau_model + weight)| between samples, N s       */
     double q_max, qd_max;
 };
 
 const char *truth_name(enum truth_system system);
-int truth_samples(enum truth_system system);    /* of a trajectory, one per ms: 3000 of a pendulum, 1000 of the rope, 250 of the cloth */
+int truth_samples(enum truth_system system);    /* of a whole trajectory, one per ms: pendulums 3000, rope 1000, cloth 250 */
 int truth_find(const char *name, enum truth_system *system);   /* 0, or -1: unknown name */
 
 /* All functions returning int: 0, or -1 with the reason on stderr. A MuJoCo warning is an error. */
@@ -54,7 +55,8 @@ int truth_check(const struct truth_set *s, struct truth_report *r);
 int truth_csv(const struct truth_set *s, const char *path);     /* t, q, qd, tau_model; blank line between trajectories */
 
 /* Rope and cloth are grids of beads, columns x rows; bead b is at column b / rows, row b % rows; its neighbours by main
-   springs are b - 1, b + 1 (the same column) and b - rows, b + rows, by shear springs those across the diagonals.
+   springs are b - 1 and b + 1 in its column, b - rows and b + rows; by shear springs b - rows - 1 and b + rows + 1 only, as
+   MuJoCo has one diagonal per cell.
    q holds three sliders per bead, bead after bead, in m from rest:
      rope    1 row; bead 0 is pinned at the origin and not in q, bead b >= 1 has q[3 b - 3 ..] = down, along y, along x;
              rest (q = 0) hangs unstretched: bead b at (0, 0, -.02 b)
