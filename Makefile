@@ -91,6 +91,11 @@ build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/te
                    tests/check.h examples/pend16.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
+build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/opinf_solve.c tests/check.c \
+                  tests/experiments/experiment.h tests/experiments/opinf_solve.h tests/mujoco/truth.h tests/check.h \
+                  $(HEADERS) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
+
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
