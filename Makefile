@@ -91,8 +91,8 @@ build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/te
                    tests/check.h examples/pend16.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
-build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/opinf_solve.c tests/check.c \
-                  tests/experiments/experiment.h tests/experiments/opinf_solve.h tests/mujoco/truth.h tests/check.h \
+build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/solve.c tests/check.c \
+                  tests/experiments/experiment.h tests/experiments/solve.h tests/mujoco/truth.h tests/check.h \
                   $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
 

@@ -181,7 +181,7 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
         r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->latent);
         return 0;
     }
-    if (e->pod > 0 && (pod_fit(&pod, d, 1, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
+    if (e->pod > 0 && (pod_fit(&pod, d, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
     if (e->parent) {
         if (load_parent(r, dir, seed) != 0) return -1;
         small = r->model;

@@ -30,7 +30,7 @@ struct pod {
     int N, r;
     double *W;
 };
-int pod_fit(struct pod *p, const struct motion *d, int centred, int r);
+int pod_fit(struct pod *p, const struct motion *d, int r);
 void pod_free(struct pod *p);
 /* The same motion in the coordinates a = W^T (q - mean), of force W^T tau. */
 int motion_project(struct motion *a, const struct motion *d, const struct pod *p);

@@ -1,9 +1,9 @@
 /* motion.c - recorded motion as the models see it, and its POD. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "experiment.h"
+#include "solve.h"
 
 #define SEED 1 /* of all sets */
 
@@ -65,84 +65,11 @@ void motion_free(struct motion *d)
     memset(d, 0, sizeof *d);
 }
 
-/* Rows of W orthonormal, by Gram-Schmidt, twice. */
-static void orthonormalise(int r, int N, double *W)
+int pod_fit(struct pod *p, const struct motion *d, int r)
 {
-    for (int i = 0; i < r; i++) {
-        double *w = W + i * N, norm = 0;
-        for (int pass = 0; pass < 2; pass++)
-            for (int k = 0; k < i; k++) {
-                const double *u = W + k * N;
-                double dot = 0;
-                for (int j = 0; j < N; j++)
-                    dot += u[j] * w[j];
-                for (int j = 0; j < N; j++)
-                    w[j] -= dot * u[j];
-            }
-        for (int j = 0; j < N; j++)
-            norm += w[j] * w[j];
-        for (int j = 0; j < N; j++)
-            w[j] /= sqrt(norm);
-    }
-}
-
-/* Subspace iteration on the covariance, in double: the weakest directions kept are 1e-4 of the strongest, below what an
-   eigensolver in float tells apart. Directions need not be told from their neighbours, only from what is left out. */
-int pod_fit(struct pod *p, const struct motion *d, int centred, int r)
-{
-    enum { SWEEPS = 40 };
-    const int N = d->N, rows = d->count * d->samples;
-    uint64_t seed = 7;
-    p->N = N, p->r = r;
-    p->W = malloc((size_t)(N * r) * sizeof *p->W);
-    double *C = calloc((size_t)(N * N), sizeof *C), *V = malloc((size_t)(r * N) * sizeof *V);
-    double *Y = malloc((size_t)(r * N) * sizeof *Y), *x = malloc((size_t)N * sizeof *x), *size = malloc((size_t)r * sizeof *size);
-    if (!p->W || !C || !V || !Y || !x || !size || r > N) {
-        fprintf(stderr, "pod: no room, or more directions than coordinates\n");
-        exit(1);
-    }
-    for (int i = 0; i < rows; i++) {
-        for (int j = 0; j < N; j++)
-            x[j] = (double)d->q[(size_t)i * (size_t)N + (size_t)j] - (centred ? (double)d->mean[j] : 0);
-        for (int a = 0; a < N; a++)
-            for (int b = 0; b <= a; b++)
-                C[a * N + b] += x[a] * x[b] / rows;
-    }
-    for (int a = 0; a < N; a++)
-        for (int b = 0; b < a; b++)
-            C[b * N + a] = C[a * N + b];
-    for (int i = 0; i < r * N; i++)
-        V[i] = (double)roln_normal(&seed);
-    orthonormalise(r, N, V);
-    for (int sweep = 0; sweep < SWEEPS; sweep++) {
-        memset(Y, 0, (size_t)(r * N) * sizeof *Y);
-        for (int i = 0; i < r; i++)
-            for (int a = 0; a < N; a++) {
-                const double v = V[i * N + a];
-                for (int b = 0; b < N; b++)
-                    Y[i * N + b] += v * C[a * N + b];
-            }
-        for (int i = 0; i < r; i++) {
-            size[i] = 0;
-            for (int j = 0; j < N; j++)
-                size[i] += V[i * N + j] * Y[i * N + j];
-        }
-        memcpy(V, Y, (size_t)(r * N) * sizeof *V);
-        for (int i = 1; i < r; i++) /* the strongest first, as Gram-Schmidt wants them */
-            for (int k = i; k > 0 && size[k] > size[k - 1]; k--) {
-                const double t = size[k];
-                size[k] = size[k - 1], size[k - 1] = t;
-                memcpy(x, V + k * N, (size_t)N * sizeof *x);
-                memcpy(V + k * N, V + (k - 1) * N, (size_t)N * sizeof *x);
-                memcpy(V + (k - 1) * N, x, (size_t)N * sizeof *x);
-            }
-        orthonormalise(r, N, V);
-    }
-    for (int i = 0; i < r; i++)
-        for (int j = 0; j < N; j++)
-            p->W[j * r + i] = V[i * N + j];
-    free(C), free(V), free(Y), free(x), free(size);
-    return 0;
+    p->N = d->N, p->r = r;
+    p->W = malloc((size_t)(p->N * r) * sizeof *p->W);
+    return p->W ? pod_solve(p->N, (size_t)(d->count * d->samples), d->q, d->mean, r, p->W) : -1;
 }
 
 void pod_free(struct pod *p)

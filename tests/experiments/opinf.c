@@ -1,5 +1,5 @@
 #include "experiment.h"
-#include "opinf_solve.h"
+#include "solve.h"
 
 #include <float.h>
 #include <math.h>
@@ -7,7 +7,7 @@
 
 /* Lagrangian operator inference (Sharma and Kramer, Physica D 2024), M = I: in the POD coordinates z = W^T (q - mean) the
    operators minimise |zdd + C zd + K z - f - W^T tau|^2 over all samples, all coordinates weighing the same. Double inside,
-   see opinf_solve.h. */
+   see solve.h. */
 struct opinf {
     int N, n, affine;
     struct opinf_operators of;      /* C = 0 and f = 0 where not affine                        */

@@ -22,6 +22,7 @@ static const struct {
     {"pend16", 16, 4, 3000, 1, 1e-3},
     {"pend16_act", 16, 4, 3000, 1, 1e-3},
     {"pend16_pd", 16, 4, 3000, 1, 1e-3},
+    {"pend16_wide", 16, 4, 3000, 1, 1e-3},
     {"pend16_soft", 16, 0, 3000, 1, 1e-3},
     {"rope", 192, 0, 1000, 5, 2e-4},
     {"cloth", 600, 0, 250, 10, 1e-4},
@@ -527,7 +528,10 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         uint64_t state = stream(seed, split, first + n);
         double x[4] = {0}, q[DOF_MAX];
         int free_joints = grid_of(system) ? 0 : s->dof == 2 ? 2 : 4;
-        for (int i = 0; i < free_joints; i++) x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
+        for (int i = 0; i < free_joints; i++) {
+            x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
+            if (system == TRUTH_PEND16_WIDE) x[i] = copysign(.5 + fabs(x[i]) / 2, x[i]);
+        }
         struct drive v = draw_drive(system, &state);
 
         size_t row0 = (size_t)n * (size_t)samples;
@@ -697,6 +701,19 @@ int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double
     put(rig->d->qvel, 0, 2, qd);
     mj_fwdVelocity(rig->m, rig->d);
     mju_sub(c, rig->d->qfrc_bias, g, 2);
+    return 0;
+}
+
+int truth_energy(enum truth_system system, const double *q, const double *qd, double *T, double *V)
+{
+    const struct rig *rig = rig_of(system);
+    if (!rig) return -1;
+    put(rig->d->qpos, 0, specs[system].dof, q);
+    put(rig->d->qvel, 0, specs[system].dof, qd);
+    mj_fwdPosition(rig->m, rig->d);
+    mj_energyPos(rig->m, rig->d);
+    mj_energyVel(rig->m, rig->d);
+    *V = rig->d->energy[0], *T = rig->d->energy[1];
     return 0;
 }
 

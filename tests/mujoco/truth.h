@@ -13,6 +13,7 @@ enum truth_system {
     TRUTH_PEND16,       /* 16 rods on the manifold q = phi(z), z in R^4: J^T tau = 0, tau_model = 0      */
     TRUTH_PEND16_ACT,   /* plus tau_u on joints 0,4,8,12: J^T tau = J^T tau_u, tau_model = tau_u         */
     TRUTH_PEND16_PD,    /* the same, tau_u by a PD controller of these joints along a random reference   */
+    TRUTH_PEND16_WIDE,  /* TRUTH_PEND16 from starts outside its range: .5 to .75 rad on either side     */
     TRUTH_PEND16_SOFT,  /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
     TRUTH_ROPE,         /* 65 beads on springs, the first pinned, released straight and tilted, tau = 0    */
     TRUTH_CLOTH,        /* 20 x 10 beads on springs and dampers fall flat on a frictionless sphere; tau: contact and
@@ -66,6 +67,7 @@ int truth_grid(enum truth_system system, int *columns, int *rows);              
 int truth_beads(enum truth_system system, const double *q, double *xyz);        /* world positions [columns rows][3] */
 
 /* The truth that learned models are compared with; all arrays row-major. */
+int truth_energy(enum truth_system system, const double *q, const double *qd, double *T, double *V);
 int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double c[2], double g[2]);   /* M qdd + c + g = tau */
 void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
 int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */

@@ -1,8 +1,12 @@
-/* opinf_solve.h - what opinf.c needs in double: roln's own kernels compiled with ROLN_DOUBLE, in a translation unit apart. */
-#ifndef OPINF_SOLVE_H
-#define OPINF_SOLVE_H
+/* solve.h - what is done in double: roln's own kernels compiled with ROLN_DOUBLE, in a translation unit apart. */
+#ifndef SOLVE_H
+#define SOLVE_H
 
 #include <stddef.h>
+
+/* POD of q - mean (mean NULL: of q), q [rows][N]: W [N][n], the leading directions, the strongest first. 0, or -1 with the reason
+   on stderr. */
+int pod_solve(int N, size_t rows, const float *q, const float *mean, int n, double *W);
 
 struct opinf_data {
     int N;

@@ -1,5 +1,5 @@
 #define ROLN_DOUBLE
-#include "opinf_solve.h"
+#include "solve.h"
 
 #include <float.h>
 #include <stdio.h>
@@ -37,18 +37,17 @@ static int chunk(const struct opinf_data *d, size_t at)
     return d->rows - at < CHUNK ? (int)(d->rows - at) : CHUNK;
 }
 
-/* W: the n leading eigenvectors of sum (q - mean)(q - mean)^T. roln_eig in double finds all N of them, whatever the gaps
+/* The n leading eigenvectors of sum (q - mean)(q - mean)^T. roln_eig in double finds all N of them, whatever the gaps
    between the eigenvalues are, on which a subspace iteration depends. */
-static int pod(int n, const struct opinf_data *d, double *X, double *W)
+int pod_solve(int N, size_t rows, const float *q, const float *mean, int n, double *W)
 {
-    const int N = d->N;
     const size_t NN = (size_t)N * (size_t)N;
-    double *S = numbers(NN + 3 * (size_t)N), *l = S ? S + NN : NULL;
+    double *S = numbers(NN + (3 + CHUNK) * (size_t)N), *l = S ? S + NN : NULL, *X = S ? l + 3 * N : NULL;
     if (!S) return fail("out of memory");
-    for (size_t at = 0; at < d->rows; at += CHUNK) {
-        const int rows = chunk(d, at);
-        load(rows, N, d->q + at * (size_t)N, d->mean, 0, X);
-        roln_mm_at(N, rows, N, X, X, S);
+    for (size_t at = 0; at < rows; at += CHUNK) {
+        const int now = rows - at < CHUNK ? (int)(rows - at) : CHUNK;
+        load(now, N, q + at * (size_t)N, mean, 0, X);
+        roln_mm_at(N, now, N, X, X, S);
     }
     const roln_status st = roln_eig(N, S, l, S, l + N);
     for (int i = 0; i < N && st == ROLN_OK; i++)
@@ -227,7 +226,7 @@ int opinf_solve(int affine, int n, const struct opinf_data *d, struct opinf_oper
     double *X = numbers(chunks + ww + (size_t)width);
     if (!X) return fail("out of memory");
     double *M = X + chunks, *s = M + ww;
-    int status = pod(n, d, X, o->W);
+    int status = pod_solve(d->N, d->rows, d->q, d->mean, n, o->W);
     if (status == 0) moments(n, blocks, d, o->W, X, X + CHUNK * d->N, M, s);
     if (status == 0 && !roln_all_finite((width + 1) * width, M)) status = fail("data are not finite");
     /* the minimiser over f is the mean of a + C zd + K z: K and C are those of the centred data */
