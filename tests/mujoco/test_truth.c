@@ -274,6 +274,7 @@ static void check_grid(enum truth_system system)
     static const char path[] = "test_truth_grid.h5";
     struct truth_set s;
     struct truth_report r;
+    int columns, rows;
     if (!make(&s, system, TRUTH_TRAIN, 0, 2, truth_samples(system))) return;
     CHECK(truth_check(&s, &r) == 0);
     CHECK_BELOW(r.residual, 3e-13);
@@ -283,6 +284,7 @@ static void check_grid(enum truth_system system)
     check_reproducible(&s, 130);
     check_grid_formula(&s);
     check_start(&s);
+    CHECK(truth_grid(TRUTH_PEND2, &columns, &rows) == -1 && truth_beads(TRUTH_PEND2, s.q, s.qd) == -1);
     CHECK(truth_h5_write(path, &s, &s) == 0);
     check_round_trip(path, &s, &s);
     remove(path);

@@ -357,8 +357,8 @@ static void motion_force(const mjModel *m, const mjData *d, double *tau)
 
 /* The cloth is stepped by Euler: h times the sum of tau over the steps of an interval is then exactly the impulse of tau in
    it, however hard a contact sets in, so tau_model can be the mean. Both Euler and RK4 close the equation to round-off and
-   lose an order at contacts: after .25 s q is 6e-4 (Euler) and 3e-4 (RK4, three times the time) off that of a quarter of the
-   step, energy - work of tau at every step is 2e-3 and 1e-3 of the peak, half of it with half the step. */
+   lose their order at contacts: after .25 s q is 6e-4 (Euler) and 3e-4 (RK4, four times the time) off RK4 with a quarter of
+   the step; energy - work of tau at every step is 2e-3 and 1e-3 of the peak, half of it with half the step. */
 static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, const double *q0, const struct drive *v)
 {
     const mjModel *m = rig->m;
