@@ -1,8 +1,8 @@
 /* experiment.c - the run list, and one run of it.
 
      experiment list                 run, its parent or -
-     experiment run NAME DIR         trains, measures; writes DIR/NAME.txt (and DIR/NAME.roln) when it is done
-     experiment check NAME FILE      measures committed weights on fresh trajectories, 25 ms and whole only
+     experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt
+     experiment measure NAME DIR     measures DIR/NAME.roln again
 
    A run is a recipe with a seed, and every recipe stands in the table below. Training uses one core and no validation: what
    counts are the last weights. Test trajectories are the first ten of the test stream, the same for all. */
@@ -218,41 +218,66 @@ static int measure_all(struct result *r, const struct motion *test, FILE *out)
     return bad;
 }
 
-static int run(const char *name, const char *dir)
+/* The weights of a run; after training in POD coordinates they are those of the full ones. */
+static int load(struct result *r, const char *path)
+{
+    struct shape shape = r->recipe->shape;
+    if (r->recipe->pod > 0) shape.ae[0] = truth_dof(r->recipe->system);
+    if (r->recipe->kind != LAGRANGE || model_load(&r->model, &shape, path) != 0) return -1;
+    r->params = r->model.params;
+    return 0;
+}
+
+/* `value` of the line `key argument value` of a result. */
+static double recall(const char *path, const char *key, const char *argument)
+{
+    char k[32], a[32];
+    double value = 0, v;
+    FILE *f = fopen(path, "r");
+    while (f && fscanf(f, "%31s %31s %lf", k, a, &v) == 3)
+        if (strcmp(k, key) == 0 && strcmp(a, argument) == 0) value = v;
+    if (f) fclose(f);
+    return value;
+}
+
+static int run(const char *name, const char *dir, int again)
 {
     struct result r;
     struct motion d, test;
-    char path[512], text[512];
+    char text[512], part[512], weights[512];
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
+    snprintf(text, sizeof text, "%s/%s.txt", dir, name);
+    snprintf(part, sizeof part, "%s/%s.part", dir, name);
+    snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
     if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->forces, NULL) != 0 ||
         motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->forces, d.mean) != 0) return -1;
     if (d.system == TRUTH_PEND16) leave_out_wild(&d);
-    const double t0 = cpu();
-    if (train(&r, &d, dir, seed) != 0) return -1;
-    r.seconds = cpu() - t0;
-    printf("trained in %.0f s\n", r.seconds);
-    snprintf(path, sizeof path, "%s/%s.part", dir, name);
-    snprintf(text, sizeof text, "%s/%s.txt", dir, name);
-    FILE *out = fopen(path, "w");
-    if (!out) return perror(path), -1;
+    if (again) {
+        if (load(&r, weights) != 0) return -1;
+        r.seconds = recall(text, "seconds", "train"), r.samples = 1e6 * recall(text, "samples", "million");
+    } else {
+        const double t0 = cpu();
+        if (train(&r, &d, dir, seed) != 0) return -1;
+        r.seconds = cpu() - t0;
+        printf("trained in %.0f s\n", r.seconds);
+        if (r.recipe->kind == LAGRANGE && model_save(&r.model, weights) != 0) return -1;
+    }
+    FILE *out = fopen(part, "w");
+    if (!out) return perror(part), -1;
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
     if (measure_all(&r, &test, out) != 0) return -1;
-    if (r.recipe->kind == LAGRANGE) {
-        snprintf(text, sizeof text, "%s/%s.roln", dir, name);
-        if (model_save(&r.model, text) != 0) return -1;
-        snprintf(text, sizeof text, "%s/%s.txt", dir, name);
-    }
-    fprintf(out, "seconds all %.4g\n", cpu());
-    return fclose(out) != 0 || rename(path, text) != 0 ? -1 : 0;
+    fprintf(out, "seconds all %.4g\n", cpu() + (again ? r.seconds : 0));
+    return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }
 
 int main(int argc, char **argv)
 {
     if (argc == 2 && strcmp(argv[1], "list") == 0) return recipes_list(), 0;
-    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3]) != 0;
-    fprintf(stderr, "usage: experiment list | run NAME DIR\n");
+    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], 0) != 0;
+    if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], 1) != 0;
+    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR\n");
     return 2;
 }

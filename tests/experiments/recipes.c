@@ -1,3 +1,4 @@
+/* recipes.c - the run list. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -269,6 +269,7 @@ static void drive_torque(const struct drive *v, double t, const double *x, const
 /* ---- sets ---- */
 
 const char *truth_name(enum truth_system system) { return specs[system].name; }
+int truth_dof(enum truth_system system) { return specs[system].dof; }
 int truth_samples(enum truth_system system) { return specs[system].samples; }
 
 int truth_find(const char *name, enum truth_system *system)

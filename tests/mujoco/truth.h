@@ -44,6 +44,7 @@ struct truth_report {
 };
 
 const char *truth_name(enum truth_system system);
+int truth_dof(enum truth_system system);
 int truth_samples(enum truth_system system);    /* of a whole trajectory, one per ms: pendulums 3000, rope 1000, cloth 250 */
 int truth_find(const char *name, enum truth_system *system);   /* 0, or -1: unknown name */
 
