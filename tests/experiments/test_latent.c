@@ -287,6 +287,23 @@ static void test_symoden(int n)
     latent_free(m);
 }
 
+/* SYMODEN begins with W near I and D near 0. */
+static void test_start(void)
+{
+    const struct latent_data d = sample(COUPLED, 0, 3, 3);
+    roln_real W[9], C[9], R[9];
+    struct latent *m;
+    int i;
+    CHECK(latent_train(&m, LATENT_SYMODEN, &d, 0, 1, 0, 51) == 0);
+    CHECK(inverse_mass(m, z, W, C) == ROLN_OK);
+    triangle(m, 2, z, R);
+    for (i = 0; i < 9; i++) {
+        CHECK_NEAR(W[i], i % 4 == 0, 0.5);
+        CHECK_NEAR(R[i], 0, 0.5);
+    }
+    latent_free(m);
+}
+
 /* COMET: no rate along grad c, to rounding; the projection takes nothing else. */
 static void test_comet(int flags)
 {
@@ -425,6 +442,7 @@ void TEST_NAME(latent)(void)
     test_canonical(LATENT_DHNN);
     test_symoden(1);
     test_symoden(3);
+    test_start();
     test_comet(0);
     test_comet(FORCED);
     test_learning();
