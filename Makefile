@@ -96,6 +96,17 @@ build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests
                   $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
 
+# the models that the experiments compare with; no MuJoCo: experiment.h needs but the declarations of truth.h
+LATENT = gcc $(STRICT) -O3 -march=native -fno-math-errno
+LATENT_DEPS = tests/experiments/test_latent.c tests/experiments/latent.c tests/experiments/experiment.h tests/mujoco/truth.h \
+              tests/check.h $(HEADERS)
+build/latent_f32.o: $(LATENT_DEPS) | build
+	$(LATENT) -c $< -o $@
+build/latent_f64.o: $(LATENT_DEPS) | build
+	$(LATENT) -DROLN_DOUBLE -c $< -o $@
+build/test_latent: build/latent_f32.o build/latent_f64.o tests/check.c
+	$(LATENT) $^ -o $@ -lm
+
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
