@@ -675,7 +675,8 @@ static void print_head(FILE *f)
         "- M, c, g, V: relative error of mass matrix, velocity forces, gravity, potential against MuJoCo's (pend16: through the "
         "learned chart, up to one factor).\n"
         "- million samples: of which gradients were taken.\n"
-        "- acc: trained with the acceleration loss; ode: then with the ODE loss over windows of 40 ms; long: more samples, 80 ms.\n\n");
+        "- acc: trained with the acceleration loss; ode: then with the ODE loss over windows of 40 ms; long: more samples, windows "
+        "of 80 ms.\n\n");
 }
 
 static void print_file(FILE *f, const char *name)
