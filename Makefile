@@ -149,6 +149,11 @@ build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/check.c tests/check.h | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
+# its tables and pictures
+build/report: tests/experiments/report.c tests/experiments/picture.c tests/experiments/recipes.c tests/experiments/report.h \
+              tests/experiments/recipes.h tests/experiments/experiment.h tests/mujoco/truth.h $(HEADERS) | build
+	gcc $(STRICT) $(filter %.c,$^) -o $@ -lm
+
 bench: build/bench
 	./build/bench
 build/bench: tests/bench/bench.c $(HEADERS) | build

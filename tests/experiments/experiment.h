@@ -62,6 +62,9 @@ struct predictor {
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
 int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out);
+/* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
+   beads, mm. */
+int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
 
 /* ---- model.c: RO-LNN and its relatives, their sizes known at run time ---- */
 
