@@ -61,7 +61,7 @@ deps: | build
 	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
 	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
 
-test: build/test build/test_asan build/test_msan build/test_mujoco build/generate
+test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report
 	sh tests/run.sh
 
 build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
