@@ -265,8 +265,8 @@ static int run(const char *name, const char *dir, int again)
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
     snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
     snprintf(path, sizeof path, "%s/%s.path", dir, name);
-    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->forces, NULL) != 0 ||
-        motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->forces, d.mean) != 0) return -1;
+    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->force, NULL) != 0 ||
+        motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->force, d.mean) != 0) return -1;
     if (d.system == TRUTH_PEND16) leave_out_wild(&d);
     if (again) {
         if (load(&r, weights) != 0) return -1;

@@ -129,7 +129,7 @@ static int whole(struct rollout *r, int steps, FILE *out)
             }
             if (r->p->energy) r->p->energy(r->p->self, r->s, &T, &V), weigh(&a, t == 0, T, V, work);
             bad = truth_energy(d->system, q, q + N, &T, &V) != 0;
-            weigh(&b, t == 0, T, V, work);
+            weigh(&b, t == 0, T, V, work * d->force);
             advance(r, sample, steps);
         }
         own = fmax(own, a.off / a.top), real = fmax(real, b.off / b.top);

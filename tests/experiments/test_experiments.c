@@ -13,8 +13,8 @@ enum { R = 7, N = 16 };
    still the left inverse of its decoder. */
 static void test_compose(void)
 {
-    const struct shape shape = {{R, 6, 3}, 8, ROLN_EXPONENTIAL, 0, 1, {0}, .5};
-    const struct stage stage = {STAGE_ACC, 300, 16, 0, 1, .05, 1e-3, 1e-2, 2, .1, 0};
+    const struct shape shape = {{R, 6, 3}, 8, ROLN_EXPONENTIAL, 0, 1, {0}, .5, 2};
+    const struct stage stage = {STAGE_ACC, 300, 16, 0, 1, .05, 1e-3, 1e-2, 2, .1, 0, 1, .3};
     struct motion d, a;
     struct pod p;
     struct model m, b;
@@ -62,7 +62,7 @@ static double find(FILE *f, const char *key, const char *argument)
 static void test_measure(void)
 {
     static const int ms[] = {0, 25, 100};
-    const struct shape shape = {{N, 16, 16, 16, 12, 8, 4}, 64, ROLN_EXPONENTIAL, 0, 0, {0}, .6};
+    const struct shape shape = {{N, 16, 16, 16, 12, 8, 4}, 64, ROLN_EXPONENTIAL, 0, 0, {0}, .6, 1};
     struct model m;
     struct motion d;
     int start[400], count = 0;
@@ -126,7 +126,7 @@ static void test_headline(void)
         if (e->pod > 0) shape.ae[0] = truth_dof(e->system);
         snprintf(path, sizeof path, "tests/experiments/weights/%s.roln", headline[i].run);
         if (!CHECK(model_load(&m, &shape, path) == 0) ||
-            !CHECK(motion_simulate(&d, e->system, TRUTH_TEST, 0, TESTS, e->forces, NULL) == 0)) return;
+            !CHECK(motion_simulate(&d, e->system, TRUTH_TEST, 0, TESTS, e->force, NULL) == 0)) return;
         const struct predictor p = model_predictor(&m);
         CHECK(measure(&p, &d, "", 1, ms, 1, f) == 0);
         printf("%-16s E_q(25 ms) %.3f %%, whole %.2f %%\n", headline[i].run, find(f, "E_q", "25"), find(f, "E_q", "whole"));
