@@ -51,19 +51,17 @@ struct predictor {
     void (*energy)(void *self, const roln_real *s, double *T, double *V);
 };
 
-/* Errors on the motion d as lines `key argument value` to out, in percent; `prefix` comes before every key. steps: integrator
-   steps per sample.
+/* Errors on the motion d as lines `key argument value` to out, in percent. steps: integrator steps per sample.
      E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms, or 100 ms
                          where they are longer than that; MS = 0: reconstruction; qd the same, not centred
      E_q whole, ..       one roll-out per trajectory, mean over all its samples
      failed MS           windows whose roll-out ended with a status; its last good state then counts
      drift own           largest |E - E(0) - work| of the model's own energy over its largest T, whole roll-outs
      drift true          the same of MuJoCo's energy along the prediction
-   and without prefix
      E_qdd 0             accelerations of measured states, not centred
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
-int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out);
+int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out);
 /* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
    beads, mm. */
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out);

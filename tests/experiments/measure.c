@@ -23,7 +23,6 @@ struct sums {
 struct rollout {
     const struct predictor *p;
     const struct motion *d;
-    const char *prefix;
     roln_real *s, *next, *q, *qd; /* state; decoded */
     int failed;
 };
@@ -61,12 +60,11 @@ static void compare(struct rollout *r, int sample, struct sums *e)
     e->windows++, e->failed += r->failed;
 }
 
-static void print(FILE *out, const char *prefix, const char *horizon, const struct sums *e)
+static void print(FILE *out, const char *horizon, const struct sums *e)
 {
     if (e->windows == 0) return;
-    fprintf(out, "%sE_q %s %.5g\n%sE_qd %s %.5g\n", prefix, horizon, 100 * sqrt(e->q / e->q_var), prefix, horizon,
-            100 * sqrt(e->qd / e->qd_var));
-    if (e->failed) fprintf(out, "%sfailed %s %.3g\n", prefix, horizon, 100 * (double)e->failed / (double)e->windows);
+    fprintf(out, "E_q %s %.5g\nE_qd %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var), horizon, 100 * sqrt(e->qd / e->qd_var));
+    if (e->failed) fprintf(out, "failed %s %.3g\n", horizon, 100 * (double)e->failed / (double)e->windows);
 }
 
 /* Windows: one roll-out from every start serves all horizons that fit into its trajectory. */
@@ -88,7 +86,7 @@ static void windows(struct rollout *r, int steps, const int *ms, int horizons, F
     for (int h = 0; h < horizons; h++) {
         char name[16];
         snprintf(name, sizeof name, "%d", ms[h]);
-        print(out, r->prefix, name, &e[h]);
+        print(out, name, &e[h]);
     }
     free(e);
 }
@@ -134,9 +132,9 @@ static int whole(struct rollout *r, int steps, FILE *out)
         }
         own = fmax(own, a.off / a.top), real = fmax(real, b.off / b.top);
     }
-    print(out, r->prefix, "whole", &e);
-    if (r->p->energy) fprintf(out, "%sdrift own %.4g\n", r->prefix, 100 * own);
-    fprintf(out, "%sdrift true %.4g\n", r->prefix, 100 * real);
+    print(out, "whole", &e);
+    if (r->p->energy) fprintf(out, "drift own %.4g\n", 100 * own);
+    fprintf(out, "drift true %.4g\n", 100 * real);
     free(before), free(q);
     return bad ? -1 : 0;
 }
@@ -193,20 +191,19 @@ static void timing(struct rollout *r, double h, FILE *out)
         fprintf(out, "us %s %.4g\n", names[what], best[what]);
 }
 
-int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out)
+int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out)
 {
-    struct rollout r = {p, d, prefix, NULL, NULL, NULL, NULL, 0};
+    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
     int bad;
     r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
     r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
     if (!r.s || !r.next || !r.q || !r.qd) return -1;
     windows(&r, steps, ms, horizons, out);
     bad = whole(&r, steps, out);
-    if (!*prefix) {
-        accelerations(p, d, out);
-        trivial(d, 25, out);
-        timing(&r, d->dt / steps, out);
-    }
+    accelerations(p, d, out);
+    for (int h = 0; h < horizons; h++)
+        if (ms[h] > 0 && ms[h] * 1e-3 < (d->samples - 1) * d->dt) trivial(d, ms[h], out);
+    timing(&r, d->dt / steps, out);
     free(r.s), free(r.next), free(r.q), free(r.qd);
     return bad;
 }
@@ -226,7 +223,7 @@ static void path_line(const struct motion *d, const char *whose, int t, const ro
 
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
 {
-    struct rollout r = {p, d, "", NULL, NULL, NULL, NULL, 0};
+    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
     struct sums e = {0, 0, 0, 0, 0, 0};
     int columns, rows;
     if (truth_grid(d->system, &columns, &rows) != 0) return -1;

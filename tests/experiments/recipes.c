@@ -34,6 +34,10 @@
     PEND16("pend16-few" text "-ro", train, 3, RO16(ROLN_EXPONENTIAL), AE(10000, 128), ACC(90000, .1, 3e-3)), \
     PEND16("pend16-few" text "-full", train, 3, NET16(ROLN_EXPONENTIAL, .6, 16), ACC1(110000, 3e-3)), \
     PEND16_LATENT("pend16-few" text "-mlp", train, 3, 90000, "pend16-few" text "-ro", LATENT_MLP)
+/* Learned from starts of .3 rad, tested from .5. */
+#define NARROW(name, shape, ...) {name, LAGRANGE, TRUTH_PEND16_NARROW, 200, 0, 3, 0, NULL, 0, 0, shape, {__VA_ARGS__}}
+#define NARROW_LATENT(name, kind) \
+    {name, LATENT, TRUTH_PEND16_NARROW, 200, 0, 3, 0, "pend16-narrow-ro", kind, 0, NONE, {ACC1(90000, 3e-3)}}
 #define OPINF16(name, kind) {name, kind, TRUTH_PEND16, 200, 0, 1, 0, NULL, 0, 4, NONE, {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}
 
 const struct recipe recipes[] = {
@@ -61,12 +65,18 @@ const struct recipe recipes[] = {
     PEND16_LATENT("pend16-dhnn", 200, 5, 270000, "pend16-acc", LATENT_DHNN),
     PEND16_LATENT("pend16-symoden", 200, 5, 270000, "pend16-acc", LATENT_SYMODEN),
     PEND16_LATENT("pend16-comet", 200, 5, 270000, "pend16-acc", LATENT_COMET),
-    PEND16("pend16-long", 200, 5, RO16(ROLN_EXPONENTIAL), AE(20000, 128), ACC(300000, .1, 3e-3), ACC(300000, .04, 2.5e-3),
+    PEND16("pend16-long", 1000, 5, RO16(ROLN_EXPONENTIAL), AE(20000, 128), ACC(300000, .1, 3e-3), ACC(300000, .04, 2.5e-3),
            ODE(6000, 16, 5, .01, 3e-4)),
     PEND16_FEW(5, "5"),
     PEND16_FEW(10, "10"),
     PEND16_FEW(20, "20"),
     PEND16_FEW(40, "40"),
+    NARROW("pend16-narrow-ro", RO16(ROLN_EXPONENTIAL), AE(10000, 128), ACC(90000, .1, 3e-3)),
+    NARROW_LATENT("pend16-narrow-mlp", LATENT_MLP),
+    NARROW_LATENT("pend16-narrow-hnn", LATENT_HNN),
+    NARROW_LATENT("pend16-narrow-dhnn", LATENT_DHNN),
+    NARROW_LATENT("pend16-narrow-symoden", LATENT_SYMODEN),
+    NARROW_LATENT("pend16-narrow-comet", LATENT_COMET),
 };
 const int recipes_count = sizeof recipes / sizeof *recipes;
 

@@ -22,7 +22,7 @@ static const struct {
     {"pend16", 16, 4, 3000, 1, 1e-3},
     {"pend16_act", 16, 4, 3000, 1, 1e-3},
     {"pend16_pd", 16, 4, 3000, 1, 1e-3},
-    {"pend16_wide", 16, 4, 3000, 1, 1e-3},
+    {"pend16_narrow", 16, 4, 3000, 1, 1e-3},
     {"pend16_soft", 16, 0, 3000, 1, 1e-3},
     {"rope", 192, 0, 1000, 5, 2e-4},
     {"cloth", 600, 0, 250, 10, 1e-4},
@@ -531,7 +531,7 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         int free_joints = grid_of(system) ? 0 : s->dof == 2 ? 2 : 4;
         for (int i = 0; i < free_joints; i++) {
             x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
-            if (system == TRUTH_PEND16_WIDE) x[i] = copysign(.5 + fabs(x[i]) / 5, x[i]);
+            if (system == TRUTH_PEND16_NARROW) x[i] *= .6;
         }
         struct drive v = draw_drive(system, &state);
 
