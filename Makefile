@@ -120,9 +120,15 @@ noise: build/generate
 
 # the paper's experiments: every run that has no result yet in EXPERIMENTS, one core each; make -j2 experiments for two
 EXPERIMENTS = build/experiments
+SPEED = motion model recipes solve
 PARTS = motion measure model mechanics latent opinf recipes
 build/experiment: tests/experiments/experiment.c $(PARTS:%=tests/experiments/%.c) tests/mujoco/truth.c tests/experiments/experiment.h \
                   tests/experiments/recipes.h tests/mujoco/truth.h $(HEADERS) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
+# MuJoCo against the reduced models of EXPERIMENTS, a markdown table
+build/speed: tests/experiments/speed.c $(SPEED:%=tests/experiments/%.c) tests/mujoco/truth.c tests/experiments/experiment.h \
+             tests/experiments/recipes.h tests/mujoco/truth.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 bench: build/bench
