@@ -15,7 +15,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo ekf swelling deps test errors control models noise bench install clean
+.PHONY: all demo ekf swelling deps test errors control models noise experiments bench install clean
 all: demo
 
 # ---- what a user does ----
@@ -61,7 +61,7 @@ deps: | build
 	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
 	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
 
-test: build/test build/test_asan build/test_msan build/test_mujoco build/generate
+test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report
 	sh tests/run.sh
 
 build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
@@ -96,6 +96,17 @@ build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests
                   $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
 
+# the models that the experiments compare with; no MuJoCo: experiment.h needs but the declarations of truth.h
+LATENT = gcc $(STRICT) -O3 -march=native -fno-math-errno
+LATENT_DEPS = tests/experiments/test_latent.c tests/experiments/latent.c tests/experiments/experiment.h tests/mujoco/truth.h \
+              tests/check.h $(HEADERS)
+build/latent_f32.o: $(LATENT_DEPS) | build
+	$(LATENT) -c $< -o $@
+build/latent_f64.o: $(LATENT_DEPS) | build
+	$(LATENT) -DROLN_DOUBLE -c $< -o $@
+build/test_latent: build/latent_f32.o build/latent_f64.o tests/check.c
+	$(LATENT) $^ -o $@ -lm
+
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
@@ -118,18 +129,34 @@ models: build/generate
 noise: build/generate
 	sh tests/mujoco/noise.sh
 
-# the paper's experiments: every run that has no result yet in EXPERIMENTS, one core each; make -j2 experiments for two
+# the paper's experiments: trains what has no result in EXPERIMENTS yet, each run on one core (make -j2 experiments: two at a
+# time), and writes tests/experiments/RESULTS.md. One run: make experiments RUN=pend16-acc-1
 EXPERIMENTS = build/experiments
-SPEED = motion model recipes solve
-PARTS = motion measure model mechanics latent opinf recipes
-build/experiment: tests/experiments/experiment.c $(PARTS:%=tests/experiments/%.c) tests/mujoco/truth.c tests/experiments/experiment.h \
-                  tests/experiments/recipes.h tests/mujoco/truth.h $(HEADERS) | build
+RUN =
+experiments: build/experiment build/speed build/report
+	@mkdir -p $(EXPERIMENTS)
+	@./build/experiment list | awk -v d=$(EXPERIMENTS) '{ t = t " " d "/" $$1 ".txt"; \
+	    print d "/" $$1 ".txt:" ($$2 == "-" ? "" : " " d "/" $$2 ".txt") "\n\t./build/experiment run " $$1 " " d " > " d "/" $$1 ".log" } \
+	    END { print "all:" t }' > $(EXPERIMENTS)/runs.mk
+	+$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
+	./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md
+	./build/report $(EXPERIMENTS) tests/experiments
+PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent opinf solve recipes) tests/mujoco/truth.c
+PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/mujoco/truth.h $(HEADERS)
+build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-# MuJoCo against the reduced models of EXPERIMENTS, a markdown table
-build/speed: tests/experiments/speed.c $(SPEED:%=tests/experiments/%.c) tests/mujoco/truth.c tests/experiments/experiment.h \
-             tests/experiments/recipes.h tests/mujoco/truth.h $(HEADERS) | build
+# MuJoCo against the reduced models, a markdown table
+build/speed: tests/experiments/speed.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
+build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/check.c tests/check.h | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
+# its tables and pictures
+build/report: tests/experiments/report.c tests/experiments/picture.c tests/experiments/recipes.c tests/experiments/report.h \
+              tests/experiments/recipes.h tests/experiments/experiment.h tests/mujoco/truth.h $(HEADERS) | build
+	gcc $(STRICT) $(filter %.c,$^) -o $@ -lm
 
 bench: build/bench
 	./build/bench

@@ -1327,7 +1327,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
-#define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 0}
+#define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 2}
 /* Parameters, moments, what an update keeps and blocks of one SPD layer, width w -> wo: gyro's W, gyro's B, bimap's W^T. */
 #define ROLNI_GYRO(kind, x) ((int)(kind) == (int)ROLN_GYRO ? (x) : 0)
 #define ROLNI_BIMAP(kind, x) ((int)(kind) == (int)ROLN_BIMAP ? (x) : 0)
@@ -1543,7 +1543,7 @@ static const roln_model ROLNI_(model) = {
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
 #undef ROLNI_MLP_OF
 
-/* The manifold of the parameters: per layer a biorthogonal pair and a bias (learning-rate group 0), then the networks, the base
+/* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), then the networks, the base
    point, the SPD layers, the input map (group 1). */
 static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
                                                          ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),

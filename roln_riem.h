@@ -40,7 +40,7 @@ typedef struct {
 #endif
 
 #define ROLN_EUCLIDEAN NULL /* the manifold of rows x cols free numbers, each with moments of its own */
-#define ROLN_GROUPS 2       /* learning-rate groups */
+#define ROLN_GROUPS 3       /* learning-rate groups */
 
 /* One factor of a product manifold; the blocks of a table follow each other in the parameter array without gaps. */
 typedef struct {
@@ -328,8 +328,9 @@ typedef struct {
     roln_real clip;            /* bound of the norm of the whole gradient; 0: none */
 } roln_opt;
 
-/* The usual settings: learning rates of group 0 (autoencoder) and 1 (networks). */
-#define ROLN_OPT(lr_ae, lr_net) {{lr_ae, lr_net}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 10}
+/* The usual settings: learning rates of groups 0 (pairs of the autoencoder), 1 (networks) and 2 (biases of the autoencoder; like
+   the pairs, but where their steps are the noisier, as in wide layers, a hundredth of it is better). */
+#define ROLN_OPT(lr_ae, lr_net) {{lr_ae, lr_net, lr_ae}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 10}
 
 /* What Adam carries beside its moments. Zero-initialised: a fresh start. Copy it with m and v to resume, bit for bit. */
 typedef struct {

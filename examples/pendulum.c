@@ -227,7 +227,7 @@ static void train(const phase *p, uint64_t *seed)
     for (int t = 0; t < p->updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)p->updates, p->last);
         roln_status st;
-        opt.lr[0] = rate * p->lr_ae;
+        opt.lr[0] = opt.lr[2] = rate * p->lr_ae;
         opt.lr[1] = rate * p->lr_net;
         for (int i = 0; i < p->batch; i++)
             start[i] = roln_randint(TRAIN, seed) * SAMPLES + roln_randint(SAMPLES - p->steps * STRIDE, seed);

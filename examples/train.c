@@ -45,6 +45,7 @@ static struct {
     {"stride", 5},      /* samples per step */
     {"lr_ae", 0.1},     /* learning rate of the autoencoder alone (Frobenius length of a step) */
     {"lr_joint", 0.1},  /* ... in the two later stages; 0: frozen, sequential training */
+    {"bias", 1},        /* learning rate of the autoencoder's biases over that of its matrices; less in wide layers */
     {"lr_net", 3e-3},   /* learning rate of the networks in these */
     {"fall", 1e-3},     /* last learning rate over first, in each stage */
     {"ode_lr", 0.3},    /* learning rates of the ODE stage over those of the acceleration stage */
@@ -441,6 +442,7 @@ static void stage(const motion *d, int train, int kind)
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)updates, (roln_real)set("fall"));
         roln_opt opt = ROLN_OPT(rate * rate_ae, rate * rate_net);
         roln_status st;
+        opt.lr[2] *= (roln_real)set("bias");
         opt.decay = (roln_real)set("decay"), opt.clip = (roln_real)set("clip");
         if (at + size > count) roln_shuffle(count, start, &seed), at = 0;
         b.start = start + at, at += size;

@@ -39,6 +39,10 @@ step sanitize-au build/test_asan dense eig spd ae lnn riem roln control
 step sanitize-m build/test_msan dense eig spd ae lnn riem roln control
 step coverage sh tests/coverage.sh
 step mujoco build/test_mujoco
+step latent build/test_latent
+step opinf build/test_opinf
+step experiments build/test_experiments
+step report sh tests/experiments/test_report.sh
 step train sh tests/train.sh
 
 echo "$passed passed, $failed failed"

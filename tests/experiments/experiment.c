@@ -1,7 +1,8 @@
 /* experiment.c - the run list, and one run of it.
 
      experiment list                 run, its parent or -
-     experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt
+     experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
+                                     of rope and cloth DIR/NAME.path
      experiment measure NAME DIR     measures DIR/NAME.roln again
 
    A run is a recipe with a seed, and every recipe stands in the table below. Training uses one core and no validation: what
@@ -240,19 +241,32 @@ static double recall(const char *path, const char *key, const char *argument)
     return value;
 }
 
+/* DIR/NAME.path, for the pictures of rope and cloth. */
+static int draw(struct result *r, const struct motion *test, const char *path)
+{
+    const struct predictor p = predictor_of(r);
+    int columns, rows, bad;
+    if (truth_grid(test->system, &columns, &rows) != 0) return 0;
+    FILE *out = fopen(path, "w");
+    if (!out) return perror(path), -1;
+    bad = measure_path(&p, test, out);
+    return fclose(out) != 0 || bad ? -1 : 0;
+}
+
 static int run(const char *name, const char *dir, int again)
 {
     struct result r;
     struct motion d, test;
-    char text[512], part[512], weights[512];
+    char text[512], part[512], weights[512], path[512];
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
     snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
-    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->forces, NULL) != 0 ||
-        motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->forces, d.mean) != 0) return -1;
+    snprintf(path, sizeof path, "%s/%s.path", dir, name);
+    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->force, NULL) != 0 ||
+        motion_simulate(&test, r.recipe->system, TRUTH_TEST, 0, TESTS, r.recipe->force, d.mean) != 0) return -1;
     if (d.system == TRUTH_PEND16) leave_out_wild(&d);
     if (again) {
         if (load(&r, weights) != 0) return -1;
@@ -268,7 +282,7 @@ static int run(const char *name, const char *dir, int again)
     if (!out) return perror(part), -1;
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
-    if (measure_all(&r, &test, out) != 0) return -1;
+    if (measure_all(&r, &test, out) != 0 || draw(&r, &test, path) != 0) return -1;
     fprintf(out, "seconds all %.4g\n", cpu() + (again ? r.seconds : 0));
     return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }

@@ -18,10 +18,12 @@ struct motion {
     roln_real *q, *qd, *qdd;                /* [count * samples][N]; qdd by central differences of qd */
     roln_real *tau, *tau_mid;               /* held to the next sample; mean of before and after it; NULL: no force does work */
     roln_real *mean;                        /* [N] of the training q: what errors are relative to */
+    double force;                           /* unit of tau in N */
 };
 
-/* Trajectories first .. first + count - 1 of a simulated system; mean NULL: their own. forces 0: the model does not get tau. */
-int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, int forces,
+/* Trajectories first .. first + count - 1 of a simulated system; mean NULL: their own. force: unit of tau, in N or N m,
+   so that masses are of order one in the model's units; 0: the model does not get tau. */
+int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, double force,
                     const roln_real *mean);
 void motion_free(struct motion *d);
 
@@ -62,6 +64,9 @@ struct predictor {
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
 int measure(const struct predictor *p, const struct motion *d, const char *prefix, int steps, const int *ms, int horizons, FILE *out);
+/* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
+   beads, mm. */
+int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
 
 /* ---- model.c: RO-LNN and its relatives, their sizes known at run time ---- */
 
@@ -70,7 +75,7 @@ struct shape {
     int mlp;                                /* two hidden layers of this width */
     int head, base, damping;                /* as in roln_lnn */
     int layer[ROLN_LAYERS_MAX];             /* SPD layers, 0-terminated, all of width n */
-    double slope;
+    double slope, zoom;                     /* of the activation; data are scaled to `zoom` times their usual size at the start */
 };
 
 enum { STAGE_AE, STAGE_ACC, STAGE_ODE };
@@ -81,6 +86,7 @@ struct stage {
     int steps, stride;                      /* ODE: steps of a window, samples of a step */
     double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
     double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
+    double w_qd, bias;                      /* ... of velocities; rate of the autoencoder's biases over lr_ae */
 };
 
 struct model {

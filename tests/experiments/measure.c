@@ -129,7 +129,7 @@ static int whole(struct rollout *r, int steps, FILE *out)
             }
             if (r->p->energy) r->p->energy(r->p->self, r->s, &T, &V), weigh(&a, t == 0, T, V, work);
             bad = truth_energy(d->system, q, q + N, &T, &V) != 0;
-            weigh(&b, t == 0, T, V, work);
+            weigh(&b, t == 0, T, V, work * d->force);
             advance(r, sample, steps);
         }
         own = fmax(own, a.off / a.top), real = fmax(real, b.off / b.top);
@@ -209,4 +209,41 @@ int measure(const struct predictor *p, const struct motion *d, const char *prefi
     }
     free(r.s), free(r.next), free(r.q), free(r.qd);
     return bad;
+}
+
+/* Beads of one instant, mm. */
+static void path_line(const struct motion *d, const char *whose, int t, const roln_real *q, int beads, double *room, FILE *out)
+{
+    double *xyz = room + d->N;
+    for (int i = 0; i < d->N; i++)
+        room[i] = (double)q[i];
+    truth_beads(d->system, room, xyz);
+    fprintf(out, "path %s %.0f", whose, 1e3 * t * d->dt);
+    for (int i = 0; i < 3 * beads; i++)
+        fprintf(out, " %.0f", round(1e3 * xyz[i]) + 0.); /* no -0 */
+    fprintf(out, "\n");
+}
+
+int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
+{
+    struct rollout r = {p, d, "", NULL, NULL, NULL, NULL, 0};
+    struct sums e = {0, 0, 0, 0, 0, 0};
+    int columns, rows;
+    if (truth_grid(d->system, &columns, &rows) != 0) return -1;
+    const int beads = columns * rows, last = d->samples - 1;
+    double *room = calloc((size_t)(d->N + 3 * beads), sizeof *room);
+    r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
+    r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
+    const int bad = !room || !r.s || !r.next || !r.q || !r.qd;
+    if (!bad) begin(&r, 0);
+    for (int t = 0, shown = 0; t <= last && !bad; t++) {
+        if (t == last * shown / 4) {
+            compare(&r, t, &e);
+            path_line(d, "true", t, at(d, d->q, t), beads, room, out), path_line(d, "predicted", t, r.q, beads, room, out);
+            shown++;
+        }
+        advance(&r, t, 1);
+    }
+    free(room), free(r.s), free(r.next), free(r.q), free(r.qd);
+    return bad ? -1 : 0;
 }

@@ -69,7 +69,7 @@ static void build(struct model *m, const struct shape *s)
     m->params = roln_params(&m->md);
     for (int l = 0; l < ae->layers; l++) {
         put_block(m, &roln_biorthogonal, ae->size[l + 1], ae->size[l], 0);
-        put_block(m, ROLN_EUCLIDEAN, 1, ae->size[l], 0);
+        put_block(m, ROLN_EUCLIDEAN, 1, ae->size[l], 2);
     }
     put_block(m, ROLN_EUCLIDEAN, 1, rolni_base_at(f), 1);
     if (f->base) put_block(m, &roln_spd, f->n, f->n, 1);
@@ -89,9 +89,17 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
     build(m, shape);
     roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(d->N), sizeof *work);
     roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
+    m->sc.q /= (roln_real)shape->zoom;
     if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
-    if (st == ROLN_OK) roln_lnn_init(&m->md.lnn, m->theta + roln_ae_params(&m->md.ae), &seed);
-    else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
+    if (st == ROLN_OK) {
+        const roln_lnn *f = &m->md.lnn;
+        roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
+        roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass), mass + rolni_damper_at(f)};
+        roln_lnn_init(f, mass, &seed);
+        for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom */
+            for (int i = 0; i < f->n * shape->mlp; i++)
+                nets[k][i] /= (roln_real)shape->zoom;
+    } else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work);
     return st == ROLN_OK ? 0 : -1;
 }
@@ -122,9 +130,9 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
     roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, sum = w;
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
     double seen = 0;
-    w.q = (roln_real)s->w_q, w.qd = 1;
+    w.q = (roln_real)s->w_q, w.qd = (roln_real)s->w_qd;
     if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc;
-    if (s->kind == STAGE_ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)s->w_pos;
+    if (s->kind == STAGE_ODE) w.zd = w.qd_pred = w.qd, w.z = w.q_pred = (roln_real)s->w_pos;
     for (int k = 0; k < d->count; k++)
         for (int i = acc; i + reach < d->samples; i++)
             start[count++] = k * d->samples + i;
@@ -134,6 +142,7 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
     for (int t = 0; t < s->updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)s->updates, (roln_real)s->fall);
         roln_opt opt = ROLN_OPT(rate * (roln_real)s->lr_ae, rate * (roln_real)s->lr_net);
+        opt.lr[2] *= (roln_real)s->bias;
         roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
         roln_real windows = 0;
         if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
@@ -169,7 +178,7 @@ int model_compose(struct model *b, const struct model *a, const struct pod *p, c
     const roln_ae *small = &a->md.ae;
     const roln_lnn *f = &a->md.lnn;
     const int N = p->N, r = p->r, n = small->size[1];
-    struct shape s = {{0}, f->mass.size[1], f->head, f->base, f->damping, {0}, (double)small->slope};
+    struct shape s = {{0}, f->mass.size[1], f->head, f->base, f->damping, {0}, (double)small->slope, 1};
     if (small->layers < 1 || small->size[0] != r) return -1;
     for (int l = 0; l <= small->layers; l++)
         s.ae[l] = l == 0 ? N : small->size[l];

@@ -38,7 +38,7 @@ static void middle(struct motion *d)
         }
 }
 
-int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, int forces,
+int motion_simulate(struct motion *d, enum truth_system system, enum truth_split split, int first, int count, double force,
                     const roln_real *mean)
 {
     struct truth_set s;
@@ -47,7 +47,10 @@ int motion_simulate(struct motion *d, enum truth_system system, enum truth_split
     memset(d, 0, sizeof *d);
     d->system = system, d->count = s.count, d->samples = s.samples, d->N = s.dof, d->dt = s.dt;
     d->q = room_of(total, s.q), d->qd = room_of(total, s.qd), d->qdd = room(total), d->mean = room(N);
-    if (forces) d->tau = room_of(total, s.tau_model), d->tau_mid = room(total);
+    d->force = force;
+    if (force > 0) d->tau = room_of(total, s.tau_model), d->tau_mid = room(total);
+    for (size_t i = 0; i < total && d->tau; i++)
+        d->tau[i] /= (roln_real)force;
     middle(d);
     for (size_t j = 0; j < N; j++) {
         double sum = 0;

@@ -4,18 +4,19 @@
 
 #include "recipes.h"
 
-/* Shapes: {autoencoder}, width of the networks, head, base, damping, {SPD layers}, slope. */
-#define NET2(head, base, layer) {{2}, 64, head, base, 0, {layer}, .6}
-#define NET16(head, slope, ...) {{__VA_ARGS__}, 64, head, 0, 0, {0}, slope}
+/* Shapes: {autoencoder}, width of the networks, head, base, damping, {SPD layers}, slope, zoom. */
+#define NONE {{0}, 0, 0, 0, 0, {0}, 0, 0}
+#define NET2(head, base, layer) {{2}, 64, head, base, 0, {layer}, .6, 1}
+#define NET16(head, slope, ...) {{__VA_ARGS__}, 64, head, 0, 0, {0}, slope, 1}
 #define RO16(head) NET16(head, .6, 16, 16, 16, 16, 12, 8, 4)
 
 /* Stages: the autoencoder alone; the acceleration loss; the ODE loss over windows of H steps of `stride` samples. */
-#define AE(updates, batch) {STAGE_AE, updates, batch, 0, 1, .1, 0, 1e-3, 2, 0, 0}
-#define ACC(updates, lr_ae, lr_net) {STAGE_ACC, updates, 64, 0, 1, lr_ae, lr_net, 1e-3, 2, .1, 0}
-#define ACC1(updates, lr_net) {STAGE_ACC, updates, 64, 0, 1, 0, lr_net, 1e-3, 1, 1, 0} /* no autoencoder */
-#define ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 64, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 0}
+#define AE(updates, batch) {STAGE_AE, updates, batch, 0, 1, .1, 0, 1e-3, 2, 0, 0, 1, 1}
+#define ACC(updates, lr_ae, lr_net) {STAGE_ACC, updates, 64, 0, 1, lr_ae, lr_net, 1e-3, 2, .1, 0, 1, 1}
+#define ACC1(updates, lr_net) {STAGE_ACC, updates, 64, 0, 1, 0, lr_net, 1e-3, 1, 1, 0, 1, 1} /* no autoencoder */
+#define ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 64, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 0, 1, 1}
 
-/* Equal budgets of samples: pend2 2.56 million, pend16 7.0 million; an update of the ODE loss costs 64 (H + 1) samples. */
+/* Equal budgets of samples: pend2 2.56 million, pend16 20 million; an update of the ODE loss costs 64 (H + 1) samples. */
 #define PEND2(name, train, seeds, shape, ...) {name, LAGRANGE, TRUTH_PEND2_ACT, train, 1, seeds, 0, NULL, 0, 0, shape, {__VA_ARGS__}}
 #define PEND2_BOTH(name, head, base, layer) \
     PEND2("pend2-" name "-acc", 40, 5, NET2(head, base, layer), ACC1(40000, 5e-3)), \
@@ -23,17 +24,17 @@
 #define PEND2_FEW(train, text) \
     PEND2("pend2-few" text "-exp", train, 5, NET2(ROLN_EXPONENTIAL, 0, 0), ACC1(40000, 5e-3)), \
     PEND2("pend2-few" text "-chol", train, 5, NET2(ROLN_CHOLESKY, 0, 0), ACC1(40000, 5e-3)), \
-    {"pend2-few" text "-mlp", LATENT, TRUTH_PEND2_ACT, train, 1, 5, 0, "pend2-few" text "-exp", LATENT_MLP, 0, {{0}, 0, 0, 0, 0, {0}, 0}, \
+    {"pend2-few" text "-mlp", LATENT, TRUTH_PEND2_ACT, train, 1, 5, 0, "pend2-few" text "-exp", LATENT_MLP, 0, NONE, \
      {ACC1(40000, 5e-3)}}
 
 #define PEND16(name, train, seeds, shape, ...) {name, LAGRANGE, TRUTH_PEND16, train, 0, seeds, 0, NULL, 0, 0, shape, {__VA_ARGS__}}
-#define PEND16_LATENT(name, train, seeds, parent, kind) \
-    {name, LATENT, TRUTH_PEND16, train, 0, seeds, 0, parent, kind, 0, {{0}, 0, 0, 0, 0, {0}, 0}, {ACC1(110000, 3e-3)}}
+#define PEND16_LATENT(name, train, seeds, updates, parent, kind) \
+    {name, LATENT, TRUTH_PEND16, train, 0, seeds, 0, parent, kind, 0, NONE, {ACC1(updates, 3e-3)}}
 #define PEND16_FEW(train, text) \
     PEND16("pend16-few" text "-ro", train, 3, RO16(ROLN_EXPONENTIAL), AE(10000, 128), ACC(90000, .1, 3e-3)), \
     PEND16("pend16-few" text "-full", train, 3, NET16(ROLN_EXPONENTIAL, .6, 16), ACC1(110000, 3e-3)), \
-    PEND16_LATENT("pend16-few" text "-mlp", train, 3, "pend16-few" text "-ro", LATENT_MLP)
-#define OPINF16(name, kind) {name, kind, TRUTH_PEND16, 100, 0, 1, 0, NULL, 0, 4, {{0}, 0, 0, 0, 0, {0}, 0}, {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}
+    PEND16_LATENT("pend16-few" text "-mlp", train, 3, 90000, "pend16-few" text "-ro", LATENT_MLP)
+#define OPINF16(name, kind) {name, kind, TRUTH_PEND16, 200, 0, 1, 0, NULL, 0, 4, NONE, {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}
 
 const struct recipe recipes[] = {
     PEND2_BOTH("exp", ROLN_EXPONENTIAL, 0, 0),
@@ -46,20 +47,20 @@ const struct recipe recipes[] = {
     PEND2_FEW(20, "20"),
     PEND2_FEW(40, "40"),
 
-    PEND16("pend16-acc", 100, 5, RO16(ROLN_EXPONENTIAL), AE(10000, 128), ACC(90000, .1, 3e-3)),
-    PEND16("pend16-ode", 100, 5, RO16(ROLN_EXPONENTIAL), AE(10000, 128), ACC(60000, .1, 3e-3), ODE(3333, 8, 5, .03, 1e-3)),
-    PEND16("pend16-chol", 100, 5, RO16(ROLN_CHOLESKY), AE(10000, 128), ACC(90000, .1, 3e-3)),
-    PEND16("pend16-seq", 100, 5, RO16(ROLN_EXPONENTIAL), AE(30000, 128), ACC(50000, 0, 3e-3)),
-    PEND16("pend16-pod", 100, 5, NET16(ROLN_EXPONENTIAL, 1, 16, 4), ACC(110000, 0, 3e-3)),
-    PEND16("pend16-full", 100, 5, NET16(ROLN_EXPONENTIAL, .6, 16), ACC1(110000, 3e-3)),
-    PEND16("pend16-fullchol", 100, 5, NET16(ROLN_CHOLESKY, .6, 16), ACC1(110000, 3e-3)),
+    PEND16("pend16-acc", 200, 5, RO16(ROLN_EXPONENTIAL), AE(20000, 128), ACC(270000, .1, 3e-3)),
+    PEND16("pend16-ode", 200, 5, RO16(ROLN_EXPONENTIAL), AE(20000, 128), ACC(180000, .1, 3e-3), ODE(10000, 8, 5, .03, 1e-3)),
+    PEND16("pend16-chol", 200, 5, RO16(ROLN_CHOLESKY), AE(20000, 128), ACC(270000, .1, 3e-3)),
+    PEND16("pend16-seq", 200, 5, RO16(ROLN_EXPONENTIAL), AE(75000, 128), ACC(160000, 0, 3e-3)),
+    PEND16("pend16-pod", 200, 5, NET16(ROLN_EXPONENTIAL, 1, 16, 4), ACC(310000, 0, 3e-3)),
+    PEND16("pend16-full", 200, 5, NET16(ROLN_EXPONENTIAL, .6, 16), ACC1(310000, 3e-3)),
+    PEND16("pend16-fullchol", 200, 5, NET16(ROLN_CHOLESKY, .6, 16), ACC1(310000, 3e-3)),
     OPINF16("pend16-opinf", OPINF),
     OPINF16("pend16-opinfaffine", OPINF_AFFINE),
-    PEND16_LATENT("pend16-mlp", 100, 5, "pend16-acc", LATENT_MLP),
-    PEND16_LATENT("pend16-hnn", 100, 5, "pend16-acc", LATENT_HNN),
-    PEND16_LATENT("pend16-dhnn", 100, 5, "pend16-acc", LATENT_DHNN),
-    PEND16_LATENT("pend16-symoden", 100, 5, "pend16-acc", LATENT_SYMODEN),
-    PEND16_LATENT("pend16-comet", 100, 5, "pend16-acc", LATENT_COMET),
+    PEND16_LATENT("pend16-mlp", 200, 5, 270000, "pend16-acc", LATENT_MLP),
+    PEND16_LATENT("pend16-hnn", 200, 5, 270000, "pend16-acc", LATENT_HNN),
+    PEND16_LATENT("pend16-dhnn", 200, 5, 270000, "pend16-acc", LATENT_DHNN),
+    PEND16_LATENT("pend16-symoden", 200, 5, 270000, "pend16-acc", LATENT_SYMODEN),
+    PEND16_LATENT("pend16-comet", 200, 5, 270000, "pend16-acc", LATENT_COMET),
     PEND16("pend16-long", 200, 5, RO16(ROLN_EXPONENTIAL), AE(20000, 128), ACC(300000, .1, 3e-3), ACC(300000, .04, 2.5e-3),
            ODE(6000, 16, 5, .01, 3e-4)),
     PEND16_FEW(5, "5"),

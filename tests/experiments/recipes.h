@@ -11,7 +11,9 @@ struct recipe {
     const char *name;                   /* a run is NAME-SEED */
     enum kind kind;
     enum truth_system system;
-    int train, forces, seeds;           /* trajectories simulated for training; whether the model gets tau; seeds 1 .. */
+    int train;                          /* trajectories simulated for training */
+    double force;                       /* unit of tau, N or N m; 0: the model gets none */
+    int seeds;                          /* 1 .. */
     int pod;                            /* POD coordinates in which to train; 0: none */
     const char *parent;                 /* recipe whose weights, of the same seed, are the start or the autoencoder */
     enum latent_kind latent;            /* LATENT */

@@ -352,9 +352,9 @@ static void time_reduced(struct task *k, struct column *c, struct cost cost[2])
 static int recorded(struct motion *test, const struct entry *e, const struct recipe *r)
 {
     struct motion train;
-    const int forces = r->forces && r->system == e->reduced;
+    const double force = r->system == e->reduced ? r->force : 0;
     if (motion_simulate(&train, r->system, TRUTH_TRAIN, 0, r->train, 0, NULL) != 0) return -1;
-    const int bad = motion_simulate(test, e->reduced, TRUTH_TEST, 0, TESTS, forces, train.mean);
+    const int bad = motion_simulate(test, e->reduced, TRUTH_TEST, 0, TESTS, force, train.mean);
     motion_free(&train);
     return bad;
 }

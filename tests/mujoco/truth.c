@@ -536,7 +536,7 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         int free_joints = grid_of(system) ? 0 : s->dof == 2 ? 2 : 4;
         for (int i = 0; i < free_joints; i++) {
             x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
-            if (system == TRUTH_PEND16_WIDE) x[i] = copysign(.5 + fabs(x[i]) / 2, x[i]);
+            if (system == TRUTH_PEND16_WIDE) x[i] = copysign(.5 + fabs(x[i]) / 5, x[i]);
         }
         struct drive v = draw_drive(system, &state);
 

@@ -13,7 +13,7 @@ enum truth_system {
     TRUTH_PEND16,       /* 16 rods on the manifold q = phi(z), z in R^4: J^T tau = 0, tau_model = 0      */
     TRUTH_PEND16_ACT,   /* plus tau_u on joints 0,4,8,12: J^T tau = J^T tau_u, tau_model = tau_u         */
     TRUTH_PEND16_PD,    /* the same, tau_u by a PD controller of these joints along a random reference   */
-    TRUTH_PEND16_WIDE,  /* TRUTH_PEND16 from starts outside its range: .5 to .75 rad on either side     */
+    TRUTH_PEND16_WIDE,  /* TRUTH_PEND16 from starts outside its range: .5 to .6 rad on either side      */
     TRUTH_PEND16_SOFT,  /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
     TRUTH_ROPE,         /* 65 beads on springs, the first pinned, released straight and tilted, tau = 0    */
     TRUTH_CLOTH,        /* 20 x 10 beads on springs and dampers fall flat on a frictionless sphere; tau: contact and
