@@ -146,6 +146,10 @@ PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/muj
 build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
+# MuJoCo against the reduced models, a markdown table
+build/speed: tests/experiments/speed.c $(PARTS) $(PARTS_H) | build
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+
 build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/check.c tests/check.h | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 

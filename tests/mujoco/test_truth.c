@@ -291,6 +291,22 @@ static void check_grid(enum truth_system system)
     truth_free(&s);
 }
 
+/* MuJoCo's own step repeats the trajectories; longer ones are further off, and too long ones unstable. */
+static void check_time(enum truth_system system, int samples, double longer, double unstable)
+{
+    struct truth_set s;
+    double us = 0, own = 1, off = 0, further = 0;
+    if (!make(&s, system, TRUTH_TEST, 0, 2, samples)) return;
+    CHECK(truth_time(&s, s.dt_sim, &us, &own) == 0);
+    CHECK_BELOW(own, 1e-12);
+    CHECK(us > .1 && us < 1e4);
+    CHECK(truth_time(&s, longer, NULL, &off) == 0 && truth_time(&s, 2 * longer, NULL, &further) == 0);
+    CHECK(off > own && further > 2 * off && further < .1);
+    if (unstable > 0) CHECK(truth_time(&s, unstable, NULL, &off) == 1);
+    CHECK(truth_time(&s, s.dt_sim, NULL, &off) == 0 && off == own);
+    truth_free(&s);
+}
+
 void test_truth(void)
 {
     static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT, TRUTH_PEND16_PD};
@@ -314,4 +330,6 @@ void test_truth(void)
     }
     check_grid(TRUTH_ROPE);
     check_grid(TRUTH_CLOTH);
+    check_time(TRUTH_PEND2, 1001, 1e-2, 0);
+    check_time(TRUTH_ROPE, 61, 5e-4, 5e-3);
 }

@@ -73,6 +73,12 @@ int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double
 void truth_pend16_phi(const double z[4], double q[16], double J[64]);      /* J = dphi/dz, 16 x 4, or NULL */
 int truth_pend16_reduced(const double z[4], double M[16], double *V);      /* J^T M J and V(phi(z))        */
 
+/* MuJoCo at another time step dt, by the system's integrator, along the trajectories of s: a system that MuJoCo steps and nobody
+   drives, from sample 0 on. error: sqrt(sum |q - s|^2 / sum |s - mean of s|^2) over the instants that are samples. us_per_step:
+   microseconds of mj_step alone, without energies; mean over the first trajectory, least of many timings; NULL: not measured.
+   1: this step is unstable, q not finite or a warning. */
+int truth_time(const struct truth_set *s, double dt, double *us_per_step, double *error);
+
 /* A plant for closed loops: the system of TRUTH_PEND16_SOFT, couplings by MuJoCo, a force on every joint. Any number
    of plants side by side. */
 struct truth_plant;

@@ -1,0 +1,431 @@
+/* speed.c - MuJoCo's full system against the reduced model, one thread, in one run: build/speed DIR prints a markdown table.
+   Weights are those of the run list in DIR; systems whose weights are not there yet are left out, with a note. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "recipes.h"
+
+enum { SEED = 1, EVERY = 25, BLOCK = 16 };
+enum { RUNS = 15, STEPS = 3000, PIECE = 50 };   /* timings: at least so many runs and steps, a piece of steps at a time */
+
+static const struct entry {
+    const char *title;
+    enum truth_system full, reduced;    /* what MuJoCo steps; what the model predicts */
+    const char *runs[3];                /* weights: the first that exists */
+} entries[] = {
+    {"pend2", TRUTH_PEND2, TRUTH_PEND2, {"pend2-exp-ode-1", "pend2-exp-acc-1"}},
+    {"pend16", TRUTH_PEND16_SOFT, TRUTH_PEND16, {"pend16-long-1", "pend16-ode-1", "pend16-acc-1"}},
+    {"rope", TRUTH_ROPE, TRUTH_ROPE, {"rope-n10-1"}},
+    {"cloth, contact forces given", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-n10-1"}},
+    {"cloth", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-free-n10-1"}},
+};
+enum { ENTRIES = sizeof entries / sizeof *entries };
+
+/* Steps of MuJoCo in 0.1 ms, of the model in ms, longest first. */
+static const int full_steps[] = {1000, 800, 600, 500, 400, 300, 250, 200, 150, 120, 100, 80,
+                                  60, 50, 40, 30, 25, 20, 15, 12, 10, 8, 6, 5, 4, 3, 2, 1};
+static const int reduced_steps[] = {100, 50, 25, 20, 10, 5, 2, 1};
+
+/* ---- table ---- */
+
+static const char *const labels[] = {
+    "joints, latent coordinates",
+    "**MuJoCo**: integrator, its time step",
+    "us per mj_step",
+    "us per simulated ms",
+    "largest stable step (E_q whole against its own step)",
+    "us per simulated ms",
+    "**reduced model**: weights",
+    "us per RK4 step, encode, decode",
+    "steps of 1 ms: E_q 25 ms, whole",
+    "us per simulated ms: latent",
+    "one encode, a decode every step",
+    "latent, 16 roll-outs together, each",
+    "largest stable step (off its steps of 1 ms)",
+    "E_q 25 ms, whole",
+    "us per simulated ms: latent",
+    "one encode, a decode every step",
+    "latent, 16 roll-outs together, each",
+    "**faster**, each at its standard step: latent",
+    "with encode and decode",
+    "latent, 16 together",
+    "**faster**, each at its largest stable step: latent",
+    "with encode and decode",
+    "latent, 16 together",
+};
+enum { LABELS = sizeof labels / sizeof *labels };
+
+struct column {
+    int rows;
+    char cell[LABELS][64];
+};
+
+static void add(struct column *c, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(c->cell[c->rows++], sizeof *c->cell, format, args);
+    va_end(args);
+}
+
+static void add_us(struct column *c, double us)
+{
+    add(c, us < 100 ? "%.3g" : "%.0f", us);
+}
+
+static void add_faster(struct column *c, double full, double reduced)
+{
+    if (reduced < full) add(c, "**reduced**, %.3g times", full / reduced);
+    else add(c, "**MuJoCo**, %.3g times", reduced / full);
+}
+
+/* ---- prediction ---- */
+
+struct task {
+    struct model model;
+    struct predictor p;
+    struct motion d;
+    roln_real *s, *next, *force;        /* state, state under way, mean force of a step */
+};
+
+static void *room(size_t count)
+{
+    void *p = calloc(count, sizeof(roln_real));
+    if (!p) fprintf(stderr, "speed: out of memory\n"), exit(1);
+    return p;
+}
+
+/* Mean force of h samples; NULL: none. */
+static const roln_real *force_of(const struct task *k, int sample, int h, roln_real *mean)
+{
+    const struct motion *d = &k->d;
+    if (!d->tau) return NULL;
+    for (int j = 0; j < d->N; j++) {
+        double sum = 0;
+        for (int i = sample; i < sample + h; i++)
+            sum += (double)d->tau[(size_t)i * (size_t)d->N + (size_t)j];
+        mean[j] = (roln_real)(sum / h);
+    }
+    return mean;
+}
+
+static int begin(struct task *k, int sample)
+{
+    const size_t row = (size_t)sample * (size_t)k->d.N;
+    return k->p.encode(k->p.self, k->d.q + row, k->d.qd + row, k->s) != ROLN_OK;
+}
+
+/* From one sample `count` on, in steps of h samples, the last one shorter if need be. After a failure the state stays. */
+static int advance(struct task *k, int sample, int count, int h)
+{
+    for (int i = 0; i < count; i += h) {
+        const int now = count - i < h ? count - i : h;
+        memcpy(k->next, k->s, (size_t)k->p.state * sizeof *k->s);
+        if (k->p.step(k->p.self, k->next, force_of(k, sample + i, now, k->force), now * k->d.dt) != ROLN_OK) return 1;
+        memcpy(k->s, k->next, (size_t)k->p.state * sizeof *k->s);
+    }
+    return 0;
+}
+
+/* Whole trajectories in steps of h samples; q at the ends of steps. Returns the number of trajectories that failed. */
+static int predict(struct task *k, int h, roln_real *q)
+{
+    const struct motion *d = &k->d;
+    roln_real *qd = room((size_t)d->N);
+    int failures = 0;
+    for (int t = 0; t < d->count; t++) {
+        int failed = begin(k, t * d->samples);
+        for (int i = 0; i < d->samples; i += h) {
+            const int sample = t * d->samples + i;
+            failed |= k->p.decode(k->p.self, k->s, q + (size_t)sample * (size_t)d->N, qd) != ROLN_OK;
+            if (!failed && i + h < d->samples) failed = advance(k, sample, h, h);
+        }
+        failures += failed;
+    }
+    free(qd);
+    return failures;
+}
+
+/* sqrt(sum |a - b|^2 / sum |b - mean|^2) over every h-th sample, percent. */
+static double relative(const struct motion *d, const roln_real *a, const roln_real *b, int h)
+{
+    double e = 0, var = 0;
+    for (int t = 0; t < d->count; t++)
+        for (int i = 0; i < d->samples; i += h)
+            for (int j = 0; j < d->N; j++) {
+                const size_t at = (size_t)(t * d->samples + i) * (size_t)d->N + (size_t)j;
+                const double x = (double)(a[at] - b[at]), c = (double)(b[at] - d->mean[j]);
+                e += x * x, var += c * c;
+            }
+    return 100 * sqrt(e / var);
+}
+
+/* E_q at the end of windows of 25 ms, percent. */
+static double window_error(struct task *k, int h)
+{
+    const struct motion *d = &k->d;
+    const size_t N = (size_t)d->N;
+    roln_real *x = room(2 * N);
+    double e = 0, var = 0;
+    for (int t = 0; t < d->count; t++)
+        for (int i = 0; i + EVERY < d->samples; i += EVERY) {
+            const int sample = t * d->samples + i;
+            const roln_real *q = d->q + (size_t)(sample + EVERY) * N;
+            if (begin(k, sample) == 0) advance(k, sample, EVERY, h);
+            k->p.decode(k->p.self, k->s, x, x + N);
+            for (size_t j = 0; j < N; j++) {
+                const double off = (double)(x[j] - q[j]), c = (double)(q[j] - d->mean[j]);
+                e += off * off, var += c * c;
+            }
+        }
+    free(x);
+    return 100 * sqrt(e / var);
+}
+
+/* ---- time: the least of many runs, piece by piece, as in truth_time ---- */
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
+}
+
+static double encode_time(struct task *k)
+{
+    double least = HUGE_VAL;
+    for (int run = 0; run < 10 * RUNS; run++) {
+        const double t0 = now();
+        for (int i = 0; i < PIECE; i++)
+            begin(k, i);
+        least = fmin(least, (now() - t0) / PIECE);
+    }
+    return least;
+}
+
+static double decode_time(struct task *k)
+{
+    roln_real *x = room(2 * (size_t)k->d.N);
+    double least = HUGE_VAL;
+    begin(k, 0);
+    for (int run = 0; run < 10 * RUNS; run++) {
+        const double t0 = now();
+        for (int i = 0; i < PIECE; i++)
+            k->p.decode(k->p.self, k->s, x, x + k->d.N);
+        least = fmin(least, (now() - t0) / PIECE);
+    }
+    free(x);
+    return least;
+}
+
+/* Microseconds per step of h samples along the first trajectory; decode: with a decoding after every step. */
+static double step_time(struct task *k, int h, int decode)
+{
+    const size_t N = (size_t)k->d.N;
+    const int steps = (k->d.samples - 1) / h;
+    roln_real *x = room(2 * N), *force = room((size_t)steps * N);
+    double sum = 0, *least = malloc((size_t)steps * sizeof *least);
+    if (!least) exit(1);
+    for (int i = 0; i < steps; i++)
+        force_of(k, i * h, h, force + (size_t)i * N), least[i] = HUGE_VAL;
+    for (int run = 0; run < RUNS || run * steps < STEPS; run++) {
+        begin(k, 0);
+        for (int a = 0; a < steps; a += PIECE) {
+            const double t0 = now();
+            for (int i = a; i < steps && i < a + PIECE; i++) {
+                k->p.step(k->p.self, k->s, k->d.tau ? force + (size_t)i * N : NULL, h * k->d.dt);
+                if (decode) k->p.decode(k->p.self, k->s, x, x + N);
+            }
+            least[a] = fmin(least[a], now() - t0);
+        }
+    }
+    for (int a = 0; a < steps; a += PIECE)
+        sum += least[a];
+    free(x), free(force), free(least);
+    return sum / steps;
+}
+
+/* The same of 16 roll-outs together, each: as roln_errors does it. They start 5 ms apart. */
+static double block_time(struct task *k, int h)
+{
+    const roln_model *md = &k->model.md;
+    const roln_lnn *f = &md->lnn;
+    const roln_real *theta = k->model.theta + roln_ae_params(&md->ae), *tau;
+    const roln_scale *sc = &k->model.sc;
+    const int N = md->ae.size[0], n = f->n, m = BLOCK * n, sum = roln_ae_tape(&md->ae, 1, 1), wide = ROLN_MAX(n, f->mass.size[1]);
+    const int tape = roln_lnn_tape(f, 2, BLOCK), step = ROLN_STEP_WORK(n, n, f->layers, 1, wide, 2, BLOCK);
+    roln_real *work = room((size_t)(4 * m + 2 * N * BLOCK + ROLN_GRAD_WORK(N, n, sum, BLOCK, 0, 4, tape, step)));
+    roln_real *mem = work, *s0 = rolni_take(&mem, 2 * m), *s = rolni_take(&mem, 2 * m), *ts = rolni_take(&mem, N * BLOCK);
+    roln_real *t = rolni_take(&mem, tape);
+    rolni_torque torque;
+    roln_force held, *force = rolni_force_of(md, k->model.theta, ts, BLOCK, 0, NULL, &torque, &held, &mem);
+    double least = HUGE_VAL;
+    for (int r = 0; r < BLOCK; r++) {
+        begin(k, 5 * r);
+        if ((tau = force_of(k, 5 * r, h, k->force)) != NULL)
+            for (int j = 0; j < N; j++)
+                ts[r * N + j] = tau[j] * (sc->q * sc->t * sc->t);
+        for (int i = 0; i < n; i++)
+            s0[r * n + i] = k->s[i], s0[m + r * n + i] = k->s[n + i] * sc->t;
+    }
+    for (int run = 0; run < 10 * RUNS; run++) {
+        memcpy(s, s0, (size_t)(2 * m) * sizeof *s);
+        const double t0 = now();
+        for (int i = 0; i < 5; i++)
+            roln_lnn_step(f, md->scheme, 1, BLOCK, theta, k->d.tau ? force : NULL, (roln_real)(h * k->d.dt) / sc->t, s, s, t, mem);
+        least = fmin(least, (now() - t0) / (5 * BLOCK));
+    }
+    free(work);
+    return least;
+}
+
+/* ---- one column ---- */
+
+struct cost {
+    double full, latent, decoded, block;        /* us per simulated ms */
+};
+
+static struct cost cost_of(struct task *k, int h)
+{
+    const double ms = 1e3 * h * k->d.dt, whole = 1e3 * (k->d.samples - 1) * k->d.dt;
+    const struct cost c = {0, step_time(k, h, 0) / ms, step_time(k, h, 1) / ms + encode_time(k) / whole, block_time(k, h) / ms};
+    return c;
+}
+
+/* At its own step and at the largest stable one. */
+static int time_full(const struct entry *e, struct column *c, double cost[2])
+{
+    struct truth_set s;
+    double us, error;
+    int i = 0;
+    if (truth_generate(&s, e->full, TRUTH_TEST, SEED, 0, TESTS, truth_samples(e->full)) != 0 ||
+        truth_time(&s, s.dt_sim, &us, &error) != 0) return -1;
+    cost[0] = us / (1e3 * s.dt_sim);
+    add(c, "%s, %g ms", e->full == TRUTH_CLOTH ? "Euler" : "RK4", 1e3 * s.dt_sim);
+    add_us(c, us);
+    add_us(c, cost[0]);
+    while (1e-4 * full_steps[i] > s.dt_sim * 1.0001 && (truth_time(&s, 1e-4 * full_steps[i], NULL, &error) != 0 || error > .05))
+        i++;
+    const double dt = 1e-4 * full_steps[i];
+    if (truth_time(&s, dt, &us, &error) != 0) return -1;
+    cost[1] = us / (1e3 * dt);
+    add(c, "%g ms (%.2g %%)", 1e3 * dt, 100 * error);
+    add_us(c, cost[1]);
+    truth_free(&s);
+    return 0;
+}
+
+static void add_cost(struct column *c, const struct cost *x)
+{
+    add_us(c, x->latent);
+    add_us(c, x->decoded);
+    add_us(c, x->block);
+}
+
+static void time_reduced(struct task *k, struct column *c, struct cost cost[2])
+{
+    const struct motion *d = &k->d;
+    const size_t size = (size_t)d->count * (size_t)d->samples * (size_t)d->N;
+    roln_real *own = room(size), *q = room(size);
+    double off = 0;
+    int i = 0;
+    predict(k, 1, own);
+    while (reduced_steps[i] > 1 && (predict(k, reduced_steps[i], q) > 0 || !(relative(d, q, own, reduced_steps[i]) <= 1)))
+        i++;
+    const int h = reduced_steps[i];
+    predict(k, h, q);
+    off = relative(d, q, own, h);
+    cost[0] = cost_of(k, 1), cost[1] = cost_of(k, h);
+    add(c, "%.3g, %.2g, %.2g", cost[0].latent * 1e3 * d->dt, encode_time(k), decode_time(k));
+    add(c, "%.2g %%, %.2g %%", window_error(k, 1), relative(d, own, d->q, 1));
+    add_cost(c, &cost[0]);
+    add(c, "%g ms (%.2g %%)", 1e3 * h * d->dt, off);
+    add(c, "%.2g %%, %.2g %%", window_error(k, h), relative(d, q, d->q, h));
+    add_cost(c, &cost[1]);
+    free(own), free(q);
+}
+
+/* The test motion, relative to the mean of the training. */
+static int recorded(struct motion *test, const struct entry *e, const struct recipe *r)
+{
+    struct motion train;
+    const double force = r->system == e->reduced ? r->force : 0;
+    if (motion_simulate(&train, r->system, TRUTH_TRAIN, 0, r->train, 0, NULL) != 0) return -1;
+    const int bad = motion_simulate(test, e->reduced, TRUTH_TEST, 0, TESTS, force, train.mean);
+    motion_free(&train);
+    return bad;
+}
+
+static int fill(const struct entry *e, const struct recipe *r, const char *run, const char *path, struct column *c)
+{
+    struct task k;
+    struct shape shape = r->shape;
+    struct cost cost[2];
+    double full[2];
+    shape.ae[0] = truth_dof(r->system);
+    if (model_load(&k.model, &shape, path) != 0 || recorded(&k.d, e, r) != 0) return -1;
+    k.p = model_predictor(&k.model);
+    k.s = room((size_t)k.p.state), k.next = room((size_t)k.p.state), k.force = room((size_t)k.d.N);
+    add(c, "%d, %d", k.d.N, k.model.md.lnn.n);
+    if (time_full(e, c, full) != 0) return -1;
+    add(c, "%s", run);
+    time_reduced(&k, c, cost);
+    for (int i = 0; i < 2; i++) {
+        add_faster(c, full[i], cost[i].latent);
+        add_faster(c, full[i], cost[i].decoded);
+        add_faster(c, full[i], cost[i].block);
+    }
+    free(k.s), free(k.next), free(k.force);
+    motion_free(&k.d), model_free(&k.model);
+    return 0;
+}
+
+/* The first run of the entry whose weights exist; NULL: none. */
+static const struct recipe *weights_of(const struct entry *e, const char *dir, const char **run, char path[512])
+{
+    for (int i = 0; i < 3 && e->runs[i]; i++) {
+        int seed;
+        const struct recipe *r = recipe_of_run(e->runs[i], &seed);
+        snprintf(path, 512, "%s/%s.roln", dir, *run = e->runs[i]);
+        FILE *f = r ? fopen(path, "rb") : NULL;
+        if (f) return fclose(f), r;
+    }
+    return NULL;
+}
+
+int main(int argc, char **argv)
+{
+    static struct column columns[ENTRIES];
+    char path[512];
+    const char *run;
+    if (argc != 2) return fprintf(stderr, "usage: speed DIR\n"), 2;
+    for (int i = 0; i < ENTRIES; i++) {
+        const struct recipe *r = weights_of(&entries[i], argv[1], &run, path);
+        if (r && fill(&entries[i], r, run, path, &columns[i]) != 0) return 1;
+    }
+    printf("Microseconds on one thread; %d test trajectories; faster: which of the two, and how many times.\n\n|", TESTS);
+    for (int i = 0; i < ENTRIES; i++)
+        if (columns[i].rows) printf(" | %s", entries[i].title);
+    printf(" |\n|---");
+    for (int i = 0; i < ENTRIES; i++)
+        if (columns[i].rows) printf("|---");
+    printf("|\n");
+    for (int row = 0; row < LABELS; row++) {
+        printf("| %s", labels[row]);
+        for (int i = 0; i < ENTRIES; i++)
+            if (columns[i].rows) printf(" | %s", columns[i].cell[row]);
+        printf(" |\n");
+    }
+    printf("\nMuJoCo computes in double, with pend16's couplings as its soft equality constraints; the model in float.\n"
+           "Largest stable step: of MuJoCo the longest of 0.1 .. 100 ms without warning and with E_q at most 5 %% against its\n"
+           "own step; of the model the longest of 1 .. 100 ms that stays within 1 %% of its own 1 ms roll-out. E_q: at the end\n"
+           "of windows of 25 ms (longer steps are cut to that) and of whole trajectories, at the ends of steps; pend2 swings\n"
+           "free. Contact forces that are given come from MuJoCo: what they cost there is not counted, what the model does\n"
+           "with them is.\n");
+    for (int i = 0; i < ENTRIES; i++)
+        if (!columns[i].rows) printf("\nNo weights of %s (%s).\n", entries[i].title, entries[i].runs[0]);
+    return 0;
+}
