@@ -60,7 +60,7 @@ A table of speeds.
 | | pend16 | rope |
 |---|---|---|
 | us per mj_step | 31 | 81 |
-| **faster**, each at its standard step: latent | **reduced**, 12.6 times | **MuJoCo**, 2 times |
+| **faster**, MuJoCo at its standard step, the model at its largest stable one: latent | **reduced**, 12.6 times | **MuJoCo**, 2 times |
 END
 printf '## 5. Speed\n\nFirst.\n\n### Within\n\nLast.\n\n## pend2: errors\nUnder a table.\n\n' > $dir/out/notes.md
 printf '## pend3\nNowhere.\n' >> $dir/out/notes.md
