@@ -22,7 +22,7 @@ enum { MOST_SEEDS = 9, MOST_GROUPS = 256 };
 const char *result_dir;
 
 struct value {
-    char key[64], argument[64];
+    char key[64], argument[128];
     double x;
 };
 
@@ -64,7 +64,7 @@ static int run_read(struct run *r, const char *name)
 static int speed_read(struct run *r)
 {
     enum { COLUMNS = 12 };
-    char path[512], line[2048], head[COLUMNS][64] = {""}, row[64] = "";
+    char path[512], line[2048], head[COLUMNS][64] = {""}, row[128] = "";
     int heads = 0;
     double x;
     snprintf(path, sizeof path, "%s/speed.md", result_dir);
@@ -73,7 +73,7 @@ static int speed_read(struct run *r)
         int n = 0;
         for (char *c = *line == '|' ? strtok(line, "|") : NULL; c && n < COLUMNS; c = strtok(NULL, "|"), n++) {
             if (heads == 0) sscanf(c, " %63[^\n]", head[n]);
-            else if (n == 0) sscanf(c, " %63[^\n]", row);
+            else if (n == 0) sscanf(c, " %127[^\n]", row);
             else if (sscanf(c, " **reduced**, %lf times", &x) == 1) add(r, head[n], row, x);
             else if (sscanf(c, " **MuJoCo**, %lf times", &x) == 1) add(r, head[n], row, 1 / x);
             for (char *t = n == 0 ? row : head[n], *e = t + strlen(t); e > t && e[-1] == ' ';)
@@ -491,7 +491,8 @@ struct goal {
 #define LINEAR {"pend16-pod", "pend16-opinf", "pend16-opinfaffine"}
 #define MOST(text, recipe, key, argument, limit) {text, recipe, key, argument, AT_MOST, limit, {NULL, NULL, NULL}, NULL}
 #define FASTER(text, system, times) \
-    {text, "speed", system, "**faster**, MuJoCo at its standard step, the model at its largest stable one: latent", AT_LEAST, times, {NULL, NULL, NULL}, NULL}
+    {text, "speed", system, "**faster**, MuJoCo at its standard step, the model at its largest stable one: latent", AT_LEAST, \
+     times, {NULL, NULL, NULL}, NULL}
 #define TRIVIAL_BELOW(text, recipe, ms, limit) {text, recipe, "E_q", ms, BELOW, limit, {recipe, NULL, NULL}, "trivial"}
 #define LINEAR_BELOW(text, recipe, argument, limit) {text, recipe, "E_q", argument, BELOW, limit, LINEAR, NULL}
 #define BETTER(text, recipe, key, argument, than) {text, recipe, key, argument, BELOW, 1, {than, NULL, NULL}, NULL}
