@@ -96,9 +96,11 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
         roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
         roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass), mass + rolni_damper_at(f)};
         roln_lnn_init(f, mass, &seed);
-        for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom */
+        for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom, and M = I / zoom^2 keeps T of order one */
             for (int i = 0; i < f->n * shape->mlp; i++)
                 nets[k][i] /= (roln_real)shape->zoom;
+        for (int i = 0; i < f->n && f->head == ROLN_EXPONENTIAL; i++)
+            nets[1][i - ROLN_TRI(f->n)] = (roln_real)(-2 * log(shape->zoom));
     } else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work);
     return st == ROLN_OK ? 0 : -1;
