@@ -187,8 +187,12 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
         if (load_parent(r, dir, seed) != 0) return -1;
         small = r->model;
     } else if (model_init(&small, &e->shape, &a, (uint64_t)seed) != 0) return -1;
-    for (int k = 0; k < STAGES && e->stage[k].updates > 0; k++)
-        if (model_train(&small, &a, &e->stage[k], (uint64_t)(1000 * seed + k), &r->samples) != 0) return -1;
+    for (int k = 0; k < STAGES && e->stage[k].updates > 0; k++) {
+        struct motion b = a;
+        if (e->stage[k].smooth > 0 && motion_smooth(&b, &a, e->stage[k].smooth) != 0) return -1;
+        if (model_train(&small, &b, &e->stage[k], (uint64_t)(1000 * seed + k), &r->samples) != 0) return -1;
+        if (e->stage[k].smooth > 0) motion_free(&b);
+    }
     r->model = small;
     if (e->pod > 0) {
         if (model_compose(&r->model, &small, &pod, d->mean) != 0) return -1;

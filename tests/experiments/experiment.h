@@ -27,6 +27,10 @@ int motion_simulate(struct motion *d, enum truth_system system, enum truth_split
                     const roln_real *mean);
 void motion_free(struct motion *d);
 
+/* q, qd, qdd of a parabola through 2 half + 1 samples of q, tau_mid of one through the forces: for accelerations of slow
+   coordinates under fast vibrations. */
+int motion_smooth(struct motion *a, const struct motion *d, int half);
+
 /* POD, q = mean + W a + what is left: W [N][r] with orthonormal columns, in the order of their share. */
 struct pod {
     int N, r;
@@ -85,6 +89,7 @@ struct stage {
     double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
     double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
     double w_qd, bias;                      /* ... of velocities; rate of the autoencoder's biases over lr_ae */
+    int smooth;                             /* half the samples of motion_smooth; 0: as recorded */
 };
 
 struct model {

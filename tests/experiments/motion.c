@@ -68,6 +68,52 @@ void motion_free(struct motion *d)
     memset(d, 0, sizeof *d);
 }
 
+/* Savitzky-Golay: from the parabola through 2 half + 1 samples about each sample (at the ends: through the first or last of them)
+   of x [samples][N], into c [3][samples][N]: value, first and second derivative by time. */
+static void parabola(int samples, int N, int half, double dt, const roln_real *x, roln_real *c)
+{
+    const double s0 = 2 * half + 1, s2 = half * (half + 1.) * s0 / 3, s4 = s2 * (3. * half * (half + 1) - 1) / 5;
+    const size_t plane = (size_t)(samples * N);
+    for (int i = 0; i < samples; i++) {
+        const int mid = i < half ? half : i > samples - 1 - half ? samples - 1 - half : i;
+        const double u = i - mid, det = s0 * s4 - s2 * s2;
+        for (int j = 0; j < N; j++) {
+            double y0 = 0, y1 = 0, y2 = 0;
+            for (int k = -half; k <= half; k++) {
+                const double y = (double)x[(mid + k) * N + j];
+                y0 += y, y1 += k * y, y2 += (double)k * k * y;
+            }
+            const double c0 = (s4 * y0 - s2 * y2) / det, c1 = y1 / s2, c2 = (s0 * y2 - s2 * y0) / det;
+            roln_real *to = c + i * N + j;
+            to[0] = (roln_real)(c0 + u * (c1 + u * c2));
+            to[plane] = (roln_real)((c1 + 2 * u * c2) / dt);
+            to[2 * plane] = (roln_real)(2 * c2 / (dt * dt));
+        }
+    }
+}
+
+int motion_smooth(struct motion *a, const struct motion *d, int half)
+{
+    const size_t length = (size_t)(d->samples * d->N), total = (size_t)d->count * length;
+    roln_real *c = room(3 * length);
+    *a = *d;
+    a->q = room(total), a->qd = room(total), a->qdd = room(total), a->mean = room((size_t)d->N);
+    memcpy(a->mean, d->mean, (size_t)d->N * sizeof *d->mean);
+    if (d->tau) a->tau = room(total), a->tau_mid = room(total);
+    for (size_t at = 0; at < total; at += length) {
+        parabola(d->samples, d->N, half, d->dt, d->q + at, c);
+        memcpy(a->q + at, c, length * sizeof *c);
+        memcpy(a->qd + at, c + length, length * sizeof *c);
+        memcpy(a->qdd + at, c + 2 * length, length * sizeof *c);
+        if (!d->tau) continue;
+        parabola(d->samples, d->N, half, d->dt, d->tau_mid + at, c);
+        memcpy(a->tau_mid + at, c, length * sizeof *c);
+        memcpy(a->tau + at, d->tau + at, length * sizeof *c);
+    }
+    free(c);
+    return 0;
+}
+
 int pod_fit(struct pod *p, const struct motion *d, int r)
 {
     p->N = d->N, p->r = r;
