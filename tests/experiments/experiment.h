@@ -89,6 +89,7 @@ struct stage {
     double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
     double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
     double w_qd, bias;                      /* ... of velocities; rate of the autoencoder's biases over lr_ae */
+    double w_force;                         /* ... of inverse dynamics, in the acceleration loss */
     int smooth;                             /* half the samples of motion_smooth; 0: as recorded */
 };
 

@@ -74,7 +74,8 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
 }
 
 /* The true chart of pend16 is z* = (q0, q4, q8, q12): with A = dz* / dz, the rows of J = d phi / dz of these joints, the true mass
-   in learned coordinates is A^T M* A. M and V up to one factor, V also up to a constant. */
+   in learned coordinates is A^T M* A. Without forces M and V up to one factor, V also up to a
+   constant. */
 static int pend16(struct model *m, const struct motion *d, FILE *out)
 {
     const int n = m->md.lnn.n, poses = d->count * d->samples / EVERY + 1;
@@ -106,7 +107,8 @@ static int pend16(struct model *m, const struct motion *d, FILE *out)
         V.a[V.count] = (double)Vz, V.b[V.count] = Vt;
         V.count = ++M.count;
     }
-    fprintf(out, "error M %.4g\nerror V %.4g\n", apart(&M, factor(&M), 0), apart(&V, factor(&M), 1));
+    const double s = d->tau ? 1 : factor(&M);
+    fprintf(out, "error M %.4g\nerror V %.4g\n", apart(&M, s, 0), apart(&V, s, 1));
     pairs_close(&M), pairs_close(&V);
     return 0;
 }
@@ -114,5 +116,5 @@ static int pend16(struct model *m, const struct motion *d, FILE *out)
 int mechanics(struct model *m, const struct motion *d, FILE *out)
 {
     if (d->system == TRUTH_PEND2_ACT) return pend2(m, d, out);
-    return d->system == TRUTH_PEND16 && m->md.ae.layers > 0 ? pend16(m, d, out) : 0;
+    return (d->system == TRUTH_PEND16 || d->system == TRUTH_PEND16_PD) && m->md.ae.layers > 0 ? pend16(m, d, out) : 0;
 }

@@ -133,7 +133,7 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
     double seen = 0;
     w.q = (roln_real)s->w_q, w.qd = (roln_real)s->w_qd;
-    if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc;
+    if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc, w.force = (roln_real)s->w_force;
     if (s->kind == STAGE_ODE) w.zd = w.qd_pred = w.qd, w.z = w.q_pred = (roln_real)s->w_pos;
     for (int k = 0; k < d->count; k++)
         for (int i = acc; i + reach < d->samples; i++)

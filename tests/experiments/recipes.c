@@ -11,10 +11,10 @@
 #define RO16(head) NET16(head, .6, 16, 16, 16, 16, 12, 8, 4)
 
 /* Stages: the autoencoder alone; the acceleration loss; the ODE loss over windows of H steps of `stride` samples. */
-#define AE(updates, batch) {STAGE_AE, updates, batch, 0, 1, .1, 0, 1e-3, 2, 0, 0, 1, 1, 0}
-#define ACC(updates, lr_ae, lr_net) {STAGE_ACC, updates, 64, 0, 1, lr_ae, lr_net, 1e-3, 2, .1, 0, 1, 1, 0}
-#define ACC1(updates, lr_net) {STAGE_ACC, updates, 64, 0, 1, 0, lr_net, 1e-3, 1, 1, 0, 1, 1, 0} /* no autoencoder */
-#define ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 64, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 0, 1, 1, 0}
+#define AE(updates, batch) {STAGE_AE, updates, batch, 0, 1, .1, 0, 1e-3, 2, 0, 0, 1, 1, 0, 0}
+#define ACC(updates, lr_ae, lr_net) {STAGE_ACC, updates, 64, 0, 1, lr_ae, lr_net, 1e-3, 2, .1, 0, 1, 1, 0, 0}
+#define ACC1(updates, lr_net) {STAGE_ACC, updates, 64, 0, 1, 0, lr_net, 1e-3, 1, 1, 0, 1, 1, 0, 0} /* no autoencoder */
+#define ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 64, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 0, 1, 1, 0, 0}
 
 /* Equal budgets of samples: pend2 2.56 million, pend16 20 million; an update of the ODE loss costs 64 (H + 1) samples. */
 #define PEND2(name, train, seeds, shape, ...) {name, LAGRANGE, TRUTH_PEND2_ACT, train, 1, seeds, 0, NULL, 0, 0, shape, {__VA_ARGS__}}
@@ -41,10 +41,10 @@
 /* Rope and cloth are trained in POD coordinates. Positions count more than velocities, in which vibrations that n coordinates do
    not hold are a twentieth and more; accelerations of the rope come from a parabola through 21 ms, across these vibrations. The
    windows of the ODE loss grow until they are as long as a trajectory. */
-#define WIDE_AE(updates) {STAGE_AE, updates, 64, 0, 1, .3, 0, 1e-3, 50, 0, 0, 1, .01, 0}
-#define WIDE_ACC(updates) {STAGE_ACC, updates, 64, 0, 1, .02, 3e-3, 1e-3, 50, .003, 0, .1, .01, 10}
+#define WIDE_AE(updates) {STAGE_AE, updates, 64, 0, 1, .3, 0, 1e-3, 50, 0, 0, 1, .01, 0, 0}
+#define WIDE_ACC(updates) {STAGE_ACC, updates, 64, 0, 1, .02, 3e-3, 1e-3, 50, .003, 0, .1, .01, 0, 10}
 #define WIDE_ODE(updates, batch, H, stride, lr_ae, lr_net, w_qd) \
-    {STAGE_ODE, updates, batch, H, stride, lr_ae, lr_net, 1e-3, 50, 0, 10, w_qd, .01, 0}
+    {STAGE_ODE, updates, batch, H, stride, lr_ae, lr_net, 1e-3, 50, 0, 10, w_qd, .01, 0, 0}
 #define ROPE(name, seeds, n, ...) \
     {name, LAGRANGE, TRUTH_ROPE, 100, 0, seeds, 48, NULL, 0, 0, \
      {{48, 48, 48, 48, 48, 48, 48, 48, n}, 64, ROLN_EXPONENTIAL, 0, 0, {0}, .6, 6.7}, {WIDE_AE(100000), __VA_ARGS__}}
@@ -57,7 +57,7 @@
      {{48, 48, 48, 48, 48, 32, n}, 64, ROLN_EXPONENTIAL, 0, damping, {0}, .6, 3.3}, {WIDE_AE(60000), __VA_ARGS__}}
 #define CLOTH_SHORT WIDE_ODE(8000, 64, 2, 5, .005, 3e-3, .3), WIDE_ODE(6000, 32, 8, 5, .01, 2e-3, .3)
 #define CLOTH_LONG CLOTH_SHORT, WIDE_ODE(3000, 32, 25, 5, .005, 1e-3, .3), WIDE_ODE(3000, 16, 49, 5, .003, 1e-3, .3)
-#define OPINF16(name, kind) {name, kind, TRUTH_PEND16, 200, 0, 1, 0, NULL, 0, 4, NONE, {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}
+#define OPINF16(name, kind) {name, kind, TRUTH_PEND16, 200, 0, 1, 0, NULL, 0, 4, NONE, {{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}}}
 
 const struct recipe recipes[] = {
     PEND2_BOTH("exp", ROLN_EXPONENTIAL, 0, 0),
@@ -87,6 +87,8 @@ const struct recipe recipes[] = {
     {"pend16-long", LAGRANGE, TRUTH_PEND16, 1000, 0, 5, 0, NULL, 0, 0,
      {{16, 16, 16, 16, 16, 12, 8, 4}, 96, ROLN_EXPONENTIAL, 0, 0, {0}, .6, 1},
      {AE(20000, 128), ACC(500000, .1, 3e-3), ACC(500000, .04, 2.5e-3), ODE(6000, 16, 5, .01, 3e-4)}},
+    {"pend16-pd", LAGRANGE, TRUTH_PEND16_PD, 200, 1, 3, 0, NULL, 0, 0, RO16(ROLN_EXPONENTIAL),
+     {AE(20000, 128), {STAGE_ACC, 270000, 64, 0, 1, .05, 3e-3, 1e-3, 8, .1, 0, 1, 1, 1, 0}}},
     PEND16_FEW(5, "5"),
     PEND16_FEW(10, "10"),
     PEND16_FEW(20, "20"),

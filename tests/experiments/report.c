@@ -362,6 +362,7 @@ static const struct column pend16_cost[] = {
 static const struct row pend16_chart[] = {
     ROW("RO-LNN, long", "pend16-long"), ROW("RO-LNN, ode", "pend16-ode"), ROW("RO-LNN, acc", "pend16-acc"),
     ROW("RO-LNN, acc, Cholesky", "pend16-chol"), ROW("RO-LNN, acc, sequential", "pend16-seq"), ROW("POD + LNN", "pend16-pod"),
+    ROW("RO-LNN, acc, forces known (absolute)", "pend16-pd"),
 };
 static const struct column pend16_terms[] = {COL("M", "error", "M", 2), COL("V", "error", "V", 2)};
 static const struct row pend16_few[] = {

@@ -14,7 +14,7 @@ enum { R = 7, N = 16 };
 static void test_compose(void)
 {
     const struct shape shape = {{R, 6, 3}, 8, ROLN_EXPONENTIAL, 0, 1, {0}, .5, 2};
-    const struct stage stage = {STAGE_ACC, 300, 16, 0, 1, .05, 1e-3, 1e-2, 2, .1, 0, 1, .3, 0};
+    const struct stage stage = {STAGE_ACC, 300, 16, 0, 1, .05, 1e-3, 1e-2, 2, .1, 0, 1, .3, 0, 0};
     struct motion d, a;
     struct pod p;
     struct model m, b;
