@@ -139,8 +139,8 @@ experiments: build/experiment build/speed build/report
 	    print d "/" $$1 ".txt:" ($$2 == "-" ? "" : " " d "/" $$2 ".txt") "\n\t./build/experiment run " $$1 " " d " > " d "/" $$1 ".log" } \
 	    END { print "all:" t }' > $(EXPERIMENTS)/runs.mk
 	+$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
-	./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md
-	./build/report $(EXPERIMENTS) tests/experiments
+	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md)
+	$(if $(RUN),,./build/report $(EXPERIMENTS) tests/experiments)
 PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent opinf solve recipes) tests/mujoco/truth.c
 PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/mujoco/truth.h $(HEADERS)
 build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
