@@ -15,6 +15,7 @@
 #define ACC(updates, lr_ae, lr_net) {STAGE_ACC, updates, 64, 0, 1, lr_ae, lr_net, 1e-3, 2, .1, 0, 1, 1, 0, 0}
 #define ACC1(updates, lr_net) {STAGE_ACC, updates, 64, 0, 1, 0, lr_net, 1e-3, 1, 1, 0, 1, 1, 0, 0} /* no autoencoder */
 #define ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 64, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 0, 1, 1, 0, 0}
+#define LONG_ODE(updates, H, stride, lr_ae, lr_net) {STAGE_ODE, updates, 32, H, stride, lr_ae, lr_net, 1e-3, 2, 0, 1, 1, 1, 0, 0}
 
 /* Equal budgets of samples: pend2 2.56 million, pend16 20 million; an update of the ODE loss costs 64 (H + 1) samples. */
 #define PEND2(name, train, seeds, shape, ...) {name, LAGRANGE, TRUTH_PEND2_ACT, train, 1, seeds, 0, NULL, 0, 0, shape, {__VA_ARGS__}}
@@ -86,7 +87,8 @@ const struct recipe recipes[] = {
     PEND16_LATENT("pend16-comet", 200, 5, 270000, "pend16-acc", LATENT_COMET),
     {"pend16-long", LAGRANGE, TRUTH_PEND16, 1000, 0, 5, 0, NULL, 0, 0,
      {{16, 16, 16, 16, 16, 12, 8, 4}, 96, ROLN_EXPONENTIAL, 0, 0, {0}, .6, 1},
-     {AE(20000, 128), ACC(500000, .1, 3e-3), ACC(500000, .04, 2.5e-3), ODE(6000, 16, 5, .01, 3e-4)}},
+     {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3), LONG_ODE(8000, 25, 10, .01, 1e-3),
+      LONG_ODE(6000, 50, 20, .005, 5e-4)}},
     {"pend16-pd", LAGRANGE, TRUTH_PEND16_PD, 200, 1, 3, 0, NULL, 0, 0, RO16(ROLN_EXPONENTIAL),
      {AE(20000, 128), {STAGE_ACC, 270000, 64, 0, 1, .05, 3e-3, 1e-3, 8, .1, 0, 1, 1, 1, 0}}},
     PEND16_FEW(5, "5"),
