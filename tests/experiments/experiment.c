@@ -153,6 +153,30 @@ static void leave_out_wild(struct motion *d)
     d->count = kept;
 }
 
+/* `value` of the line `key argument value` of a result. */
+static double recall(const char *path, const char *key, const char *argument)
+{
+    char k[32], a[32];
+    double value = 0, v;
+    FILE *f = fopen(path, "r");
+    while (f && fscanf(f, "%31s %31s %lf", k, a, &v) == 3)
+        if (strcmp(k, key) == 0 && strcmp(a, argument) == 0) value = v;
+    if (f) fclose(f);
+    return value;
+}
+
+/* DIR/NAME.path, for the pictures of rope and cloth. */
+static int draw(struct result *r, const struct motion *test, const char *path)
+{
+    const struct predictor p = predictor_of(r);
+    int columns, rows, bad;
+    if (truth_grid(test->system, &columns, &rows) != 0) return 0;
+    FILE *out = fopen(path, "w");
+    if (!out) return perror(path), -1;
+    bad = measure_path(&p, test, out);
+    return fclose(out) != 0 || bad ? -1 : 0;
+}
+
 static int load_parent(struct result *r, const char *dir, int seed)
 {
     const struct recipe *parent = recipe_of(r->recipe->parent);
@@ -162,6 +186,8 @@ static int load_parent(struct result *r, const char *dir, int seed)
         fprintf(stderr, "%s: a parent in POD coordinates\n", parent->name);
         return -1;
     }
+    snprintf(path, sizeof path, "%s/%s-%d.txt", dir, parent->name, seed);
+    r->samples = 1e6 * recall(path, "samples", "million"), r->seconds = recall(path, "seconds", "train");
     snprintf(path, sizeof path, "%s/%s-%d.roln", dir, parent->name, seed);
     return model_load(&r->model, &shape, path);
 }
@@ -226,30 +252,6 @@ static int load(struct result *r, const char *path)
     return 0;
 }
 
-/* `value` of the line `key argument value` of a result. */
-static double recall(const char *path, const char *key, const char *argument)
-{
-    char k[32], a[32];
-    double value = 0, v;
-    FILE *f = fopen(path, "r");
-    while (f && fscanf(f, "%31s %31s %lf", k, a, &v) == 3)
-        if (strcmp(k, key) == 0 && strcmp(a, argument) == 0) value = v;
-    if (f) fclose(f);
-    return value;
-}
-
-/* DIR/NAME.path, for the pictures of rope and cloth. */
-static int draw(struct result *r, const struct motion *test, const char *path)
-{
-    const struct predictor p = predictor_of(r);
-    int columns, rows, bad;
-    if (truth_grid(test->system, &columns, &rows) != 0) return 0;
-    FILE *out = fopen(path, "w");
-    if (!out) return perror(path), -1;
-    bad = measure_path(&p, test, out);
-    return fclose(out) != 0 || bad ? -1 : 0;
-}
-
 /* What is learned in a part of the range is tested in all of it. */
 static enum truth_system tested_on(const struct recipe *e)
 {
@@ -277,7 +279,7 @@ static int run(const char *name, const char *dir, int again)
     } else {
         const double t0 = cpu();
         if (train(&r, &d, dir, seed) != 0) return -1;
-        r.seconds = cpu() - t0;
+        r.seconds += cpu() - t0;
         printf("trained in %.0f s\n", r.seconds);
         if (r.recipe->kind == LAGRANGE && model_save(&r.model, weights) != 0) return -1;
     }

@@ -8,6 +8,7 @@
 
 #define FULL(n, ...) .shape = {.ae = {n}, .mlp = 64, .slope = .6, .zoom = 1, __VA_ARGS__}
 #define REDUCED(width, ...) .shape = {.ae = {16, 16, 16, 16, 12, 8, 4}, .mlp = width, .slope = .6, .zoom = 1, __VA_ARGS__}
+#define LONG16 .shape = {.ae = {16, 16, 16, 16, 16, 12, 8, 4}, .mlp = 96, .slope = .6, .zoom = 1}
 #define POD16 .shape = {.ae = {16, 4}, .mlp = 64, .slope = 1, .zoom = 1}
 
 /* ---- stages: the autoencoder alone; the acceleration loss; the ODE loss over windows of H steps of `ms` samples ---- */
@@ -19,6 +20,9 @@
 #define ODE(n, size, H, ms, ae, net, pos) \
     {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, \
      .w_pos = pos, .w_qd = 1, .bias = 1}
+#define LONG_ODE(n, H, ms, ae, net) \
+    {.kind = STAGE_ODE, .updates = n, .batch = 32, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 20, \
+     .w_pos = 1, .w_qd = 1, .bias = 1}
 
 /* ---- pend2: 2.56 million samples; an update of the ODE loss costs batch (H + 1) ---- */
 
@@ -101,9 +105,9 @@ const struct recipe recipes[] = {
     SAME("dhnn", LATENT_DHNN),
     SAME("symoden", LATENT_SYMODEN),
     SAME("comet", LATENT_COMET),
-    PEND16("long", 1000, 5, REDUCED(96, .base = 0),
-           .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3), ODE(8000, 32, 25, 10, .01, 1e-3, 1),
-                     ODE(6000, 32, 50, 20, .005, 5e-4, 1)}),
+    PEND16("longacc", 1000, 5, LONG16, .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3)}),
+    PEND16("long", 1000, 5, LONG16, .parent = "pend16-longacc",
+           .stage = {LONG_ODE(8000, 25, 10, .01, 1e-3), LONG_ODE(6000, 50, 20, .005, 5e-4)}),
     {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, REDUCED(64, .base = 0),
      .stage = {AE(20000, 128), {.kind = STAGE_ACC, .updates = 270000, .batch = 64, .lr_ae = .05, .lr_net = 3e-3, .fall = 1e-3,
                                 .w_q = 8, .w_acc = .1, .w_qd = 1, .bias = 1, .w_force = 1}}},
