@@ -165,18 +165,6 @@ static double recall(const char *path, const char *key, const char *argument)
     return value;
 }
 
-/* DIR/NAME.path, for the pictures of rope and cloth. */
-static int draw(struct result *r, const struct motion *test, const char *path)
-{
-    const struct predictor p = predictor_of(r);
-    int columns, rows, bad;
-    if (truth_grid(test->system, &columns, &rows) != 0) return 0;
-    FILE *out = fopen(path, "w");
-    if (!out) return perror(path), -1;
-    bad = measure_path(&p, test, out);
-    return fclose(out) != 0 || bad ? -1 : 0;
-}
-
 static int load_parent(struct result *r, const char *dir, int seed)
 {
     const struct recipe *parent = recipe_of(r->recipe->parent);
@@ -231,6 +219,18 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
 static struct predictor predictor_of(struct result *r)
 {
     return r->opinf ? opinf_predictor(r->opinf) : r->latent ? latent_predictor(r) : model_predictor(&r->model);
+}
+
+/* DIR/NAME.path, for the pictures of rope and cloth. */
+static int draw(struct result *r, const struct motion *test, const char *path)
+{
+    const struct predictor p = predictor_of(r);
+    int columns, rows, bad;
+    if (truth_grid(test->system, &columns, &rows) != 0) return 0;
+    FILE *out = fopen(path, "w");
+    if (!out) return perror(path), -1;
+    bad = measure_path(&p, test, out);
+    return fclose(out) != 0 || bad ? -1 : 0;
 }
 
 /* Windows of the ODE loss last 40 ms: 400 ms and 2 s are 10 and 50 times as long. */
