@@ -118,7 +118,8 @@ static int latent_fit(struct result *r, const struct motion *d, uint64_t seed)
         if (i % d->samples == 0 || (i + 1) % d->samples == 0) continue;
         if (roln_encode(&m->md, &m->sc, m->theta, d->q + row, d->qd + row, d->qdd + row, z + at, z + total + at, z + 2 * total + at,
                         work) != ROLN_OK) return -1;
-        if (d->tau && roln_reduce(&m->md, &m->sc, m->theta, z + at, d->tau_mid + row, z + 3 * total + at, work) != ROLN_OK) return -1;
+        if (d->tau && roln_reduce(&m->md, &m->sc, m->theta, z + at, d->tau_mid + row, z + 3 * total + at, work) != ROLN_OK)
+            return -1;
         for (int j = 0; j < n; j++) {
             z[total + at + (size_t)j] *= t;
             z[2 * total + at + (size_t)j] *= t * t;

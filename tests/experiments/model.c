@@ -120,14 +120,16 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
     const roln_lnn *f = &m->md.lnn;
     const int H = s->kind == STAGE_ODE ? s->steps : 0, stride = s->kind == STAGE_ODE ? s->stride : 1;
     const int acc = s->kind == STAGE_ACC, reach = acc ? 1 : H * stride, all = d->count * d->samples;
-    const int grad_work = ROLN_GRAD_WORK(ae->size[0], f->n, ae_sum(ae), BLOCK, H, 4, roln_lnn_tape(f, 2, BLOCK), step_work(f, BLOCK));
+    const int tape = roln_lnn_tape(f, 2, BLOCK), step = step_work(f, BLOCK);
+    const int grad_work = ROLN_GRAD_WORK(ae->size[0], f->n, ae_sum(ae), BLOCK, H, 4, tape, step);
     const int update_work = roln_update_work(m->blocks, m->table);
     int moments = 0, count = 0, at, refused = 0;
     for (int b = 0; b < m->blocks; b++)
         moments += roln_block_moments(m->table + b);
     int *start = room((size_t)all, sizeof *start);
     roln_real *work = room((size_t)ROLN_MAX(grad_work, update_work), sizeof *work), *g = room((size_t)m->params, sizeof *g);
-    roln_real *mom = room((size_t)m->params, sizeof *mom), *v = room((size_t)moments, sizeof *v), *top = room((size_t)moments, sizeof *top);
+    roln_real *mom = room((size_t)m->params, sizeof *mom), *v = room((size_t)moments, sizeof *v);
+    roln_real *top = room((size_t)moments, sizeof *top);
     roln_adam adam = {0, 0, 0};
     roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, sum = w;
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
@@ -150,7 +152,8 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
         if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
         b.start = start + at, at += s->batch;
         memset(g, 0, (size_t)m->params * sizeof *g);
-        roln_status st = roln_grad(&m->md, &m->sc, m->theta, &w, &b, acc, BLOCK, (roln_real)(d->dt * stride), g, &loss, &windows, work);
+        roln_status st = roln_grad(&m->md, &m->sc, m->theta, &w, &b, acc, BLOCK, (roln_real)(d->dt * stride), g, &loss, &windows,
+                                   work);
         if (st == ROLN_OK)
             st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, mom, v, top, work);
         if (st != ROLN_OK) refused++;

@@ -15,7 +15,8 @@
 
 #define AE(n, size) {.kind = STAGE_AE, .updates = n, .batch = size, .lr_ae = .1, .fall = 1e-3, .w_q = 2, .w_qd = 1, .bias = 1}
 #define ACC(n, ae, net) \
-    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, .w_acc = .1, .w_qd = 1, .bias = 1}
+    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, .w_acc = .1, .w_qd = 1, \
+     .bias = 1}
 #define ACC_FULL(n, net) {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_net = net, .fall = 1e-3, .w_acc = 1, .w_qd = 1}
 #define ODE(n, size, H, ms, ae, net, pos) \
     {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, \
@@ -59,14 +60,15 @@
 
 #define GRID_AE(n) {.kind = STAGE_AE, .updates = n, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
 #define GRID_ACC(n) \
-    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 50, .w_acc = .003, .w_qd = .1, \
-     .bias = .01, .smooth = 10}
+    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 50, .w_acc = .003, \
+     .w_qd = .1, .bias = .01, .smooth = 10}
 #define GRID_ODE(n, size, H, ms, ae, net, vel) \
-    {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 50, \
-     .w_pos = 10, .w_qd = vel, .bias = .01}
+    {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
+     .w_q = 50, .w_pos = 10, .w_qd = vel, .bias = .01}
 #define ROPE(id, repeats, n, ...) \
     {.name = "rope-" id, .kind = LAGRANGE, .system = TRUTH_ROPE, .train = 100, .seeds = repeats, .pod = 48, \
-     .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, .stage = {GRID_AE(100000), __VA_ARGS__}}
+     .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, \
+     .stage = {GRID_AE(100000), __VA_ARGS__}}
 #define ROPE_SHORT GRID_ACC(60000), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, .1)
 #define ROPE_LONG \
     GRID_ACC(120000), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, .1), \

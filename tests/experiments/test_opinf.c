@@ -62,7 +62,7 @@ static struct truth system_of(int affine, const double *K, const double *C, doub
 /* The force held over a step is not the force at the sample. */
 static struct motion record(const struct truth *t, int forces)
 {
-    struct motion m = {TRUTH_PEND2, 4, ROWS / 4, N, 1e-3, NULL, NULL, NULL, NULL, NULL, NULL};
+    struct motion m = {TRUTH_PEND2, 4, ROWS / 4, N, 1e-3, NULL, NULL, NULL, NULL, NULL, NULL, 1};
     double mean[N] = {0};
     roln_real *all = calloc(5 * ROWS * N + N, sizeof *all);
     if (!CHECK(all != NULL)) exit(1);
