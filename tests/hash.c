@@ -78,7 +78,7 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
     static full_linwork linwork;
     static const roln_loss ode = ROLN_ODE_WEIGHTS, positions = ROLN_POSITION_WEIGHTS;
     roln_loss acc = ROLN_ACC_WEIGHTS;
-    const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
     roln_real gain[2] = {4, 2}, tau_z[2], tau[6], A[16], B[8];
     full_latent z, next;
     full_target aim;
@@ -147,7 +147,7 @@ int main(void)
     static net_start init;
     static net_work work;
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
-    roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
+    roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
     const roln_real h = ROLN_C(0.0625);
     roln_batch b;
     net_state x;

@@ -807,7 +807,7 @@ static void test_update(int k)
 {
     static data d;
     static roln_real theta[MAXP], first[MAXP], was[MAXP], g[MAXP], t[TERMS], m[MAXP], v[MAXP], vm[MAXP], w[2000], L[64];
-    static const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    static const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
     const roln_model *md = models[k].md;
     const roln_lnn *f = &md->lnn;
     roln_adam adam, adam_was;
@@ -931,7 +931,7 @@ static void test_training(void)
     static ma_work tick;
     static unsigned char bytes[ma_packed_size];
     static const roln_loss unit = ROLN_ODE_WEIGHTS;
-    roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
     const roln_real h = ROLN_C(0.05);
     uint64_t s = 3;
     int start[BATCH], k, i, c;

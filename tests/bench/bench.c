@@ -396,7 +396,7 @@ static void net_train(const row *r)
 {
     static const roln_scale one = {1, 1};
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
-    static const roln_opt opt = {{ROLN_C(1e-9), ROLN_C(1e-9)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
+    static const roln_opt opt = {{ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
     roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     roln_real windows = 0;
     roln_batch b;
