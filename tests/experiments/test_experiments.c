@@ -108,6 +108,8 @@ static const struct {
     double near, whole;
 } headline[] = {
     {"pend16-acc-1", .5, 35},
+    {"rope-n10-1", .4, 3},
+    {"cloth-free-n10-1", .6, 1},
 };
 
 static void test_headline(void)
