@@ -111,8 +111,9 @@ build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujo
 	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
 # error tables of the committed models, on fresh trajectories
-errors: build/test_mujoco
+errors: build/test_mujoco build/test_experiments
 	./build/test_mujoco
+	./build/test_experiments
 
 # closed loops around MuJoCo's chain: table and build/control.svg, a minute and a half
 control: build/control

@@ -114,7 +114,7 @@ static const struct {
 
 static void test_headline(void)
 {
-    static const int ms[] = {25};
+    static const int ms[] = {0, 25, 100};
     for (size_t i = 0; i < sizeof headline / sizeof *headline; i++) {
         int seed;
         const struct recipe *e = recipe_of_run(headline[i].run, &seed);
@@ -130,8 +130,10 @@ static void test_headline(void)
         if (!CHECK(model_load(&m, &shape, path) == 0) ||
             !CHECK(motion_simulate(&d, e->system, TRUTH_TEST, 0, TESTS, e->force, NULL) == 0)) return;
         const struct predictor p = model_predictor(&m);
-        CHECK(measure(&p, &d, 1, ms, 1, f) == 0);
-        printf("%-16s E_q(25 ms) %.3f %%, whole %.2f %%\n", headline[i].run, find(f, "E_q", "25"), find(f, "E_q", "whole"));
+        CHECK(measure(&p, &d, 1, ms, 3, f) == 0);
+        printf("%-16s E_q 0 ms %.3f, 25 ms %.3f, 100 ms %.3f, whole %.3f, E_qd 25 ms %.2f %%; q + h qd at 25 ms %.2f %%\n",
+               headline[i].run, find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "100"), find(f, "E_q", "whole"),
+               find(f, "E_qd", "25"), find(f, "trivial", "25"));
         CHECK_BELOW(find(f, "E_q", "25"), headline[i].near);
         CHECK_BELOW(find(f, "E_q", "whole"), headline[i].whole);
         fclose(f), motion_free(&d), model_free(&m);
