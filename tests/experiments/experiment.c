@@ -5,7 +5,7 @@
                                      of rope and cloth DIR/NAME.path
      experiment measure NAME DIR     measures DIR/NAME.roln again
 
-   A run is a recipe with a seed, and every recipe stands in the table below. Training uses one core and no validation: what
+   A run is a recipe with a seed; the recipes stand in recipes.c. Training uses one core and no validation: what
    counts are the last weights. Test trajectories are the first ten of the test stream, the same for all. */
 #include <math.h>
 #include <stdlib.h>
@@ -239,7 +239,7 @@ static int measure_all(struct result *r, const struct motion *test, FILE *out)
 {
     static const int ms[] = {0, 1, 2, 5, 25, 100, 250, 400, 500, 1000, 2000};
     const struct predictor p = predictor_of(r);
-    if (measure(&p, test, 1, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
+    if (measure(&p, test, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
     return r->recipe->kind == LAGRANGE ? mechanics(&r->model, test, out) : 0;
 }
 

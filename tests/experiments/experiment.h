@@ -55,7 +55,7 @@ struct predictor {
     void (*energy)(void *self, const roln_real *s, double *T, double *V);
 };
 
-/* Errors on the motion d as lines `key argument value` to out, in percent. steps: integrator steps per sample.
+/* Errors on the motion d as lines `key argument value` to out, in percent; integrator steps are one sample long.
      E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms, or 100 ms
                          where they are longer than that; MS = 0: reconstruction; qd the same, not centred
      E_q whole, ..       one roll-out per trajectory, mean over all its samples
@@ -65,7 +65,7 @@ struct predictor {
      E_qdd 0             accelerations of measured states, not centred
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
-int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out);
+int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out);
 /* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
    beads, mm. */
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
@@ -101,13 +101,16 @@ struct model {
     int params, blocks;
 };
 
-int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);     /* the POD of d */
+/* Scales and autoencoder of rank-n POD from d, random networks (roln_fit_scale, roln_ae_init_pod, roln_lnn_init). -1: no start from
+   these data. */
+int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);
 void model_free(struct model *m);
-/* Adds to *samples the number of samples that gradients were taken of. */
+/* One stage. Adds to *samples the number of samples that gradients were taken of. -1: more than one update in twenty was
+   refused. */
 int model_train(struct model *m, const struct motion *d, const struct stage *stage, uint64_t seed, double *samples);
-/* b, of the full coordinates, from a, that was trained on motion_project: its first layer is multiplied out. */
+/* b, of the full coordinates q [N], from a, trained on motion_project: Phi_0 = W Phi, Psi_0 = W Psi, b_0 = mean / scale + W b. */
 int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean);
-int model_save(const struct model *m, const char *path);
+int model_save(const struct model *m, const char *path);         /* the bytes of roln_pack, without a range */
 int model_load(struct model *m, const struct shape *shape, const char *path);
 struct predictor model_predictor(struct model *m);
 

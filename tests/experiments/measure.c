@@ -39,13 +39,12 @@ static void begin(struct rollout *r, int sample)
 }
 
 /* One sample on; after a failure the state stays. */
-static void advance(struct rollout *r, int sample, int steps)
+static void advance(struct rollout *r, int sample)
 {
-    for (int i = 0; i < steps && !r->failed; i++) {
-        memcpy(r->next, r->s, (size_t)r->p->state * sizeof *r->s);
-        r->failed = r->p->step(r->p->self, r->next, at(r->d, r->d->tau, sample), r->d->dt / steps) != ROLN_OK;
-        if (!r->failed) memcpy(r->s, r->next, (size_t)r->p->state * sizeof *r->s);
-    }
+    if (r->failed) return;
+    memcpy(r->next, r->s, (size_t)r->p->state * sizeof *r->s);
+    r->failed = r->p->step(r->p->self, r->next, at(r->d, r->d->tau, sample), r->d->dt) != ROLN_OK;
+    if (!r->failed) memcpy(r->s, r->next, (size_t)r->p->state * sizeof *r->s);
 }
 
 static void compare(struct rollout *r, int sample, struct sums *e)
@@ -68,7 +67,7 @@ static void print(FILE *out, const char *horizon, const struct sums *e)
 }
 
 /* Windows: one roll-out from every start serves all horizons that fit into its trajectory. */
-static void windows(struct rollout *r, int steps, const int *ms, int horizons, FILE *out)
+static void windows(struct rollout *r, const int *ms, int horizons, FILE *out)
 {
     const struct motion *d = r->d;
     struct sums *e = calloc((size_t)horizons, sizeof *e);
@@ -80,7 +79,7 @@ static void windows(struct rollout *r, int steps, const int *ms, int horizons, F
                 const int last = (int)(ms[h] * 1e-3 / d->dt + 0.5);
                 if (i + last >= d->samples || (last > LONG && i % LONG != 0)) break;
                 if (t == last) compare(r, k * d->samples + i + t, &e[h++]);
-                advance(r, k * d->samples + i + t, steps);
+                advance(r, k * d->samples + i + t);
             }
         }
     for (int h = 0; h < horizons; h++) {
@@ -105,7 +104,7 @@ static void weigh(struct balance *b, int first, double T, double V, double work)
 
 /* Whole trajectories: errors; drift of the model's own energy and of MuJoCo's along the prediction. Forces do the work
    sum tau (q_pred' - q_pred). */
-static int whole(struct rollout *r, int steps, FILE *out)
+static int whole(struct rollout *r, FILE *out)
 {
     const struct motion *d = r->d;
     const size_t N = (size_t)d->N;
@@ -128,7 +127,7 @@ static int whole(struct rollout *r, int steps, FILE *out)
             if (r->p->energy) r->p->energy(r->p->self, r->s, &T, &V), weigh(&a, t == 0, T, V, work);
             bad = truth_energy(d->system, q, q + N, &T, &V) != 0;
             weigh(&b, t == 0, T, V, work * d->force);
-            advance(r, sample, steps);
+            advance(r, sample);
         }
         own = fmax(own, a.off / a.top), real = fmax(real, b.off / b.top);
     }
@@ -169,7 +168,7 @@ static void trivial(const struct motion *d, int ms, FILE *out)
     fprintf(out, "trivial %d %.5g\n", ms, 100 * sqrt(e / var));
 }
 
-/* Microseconds of a step, an encoding and a decoding: the least of ten measurements. */
+/* Microseconds of a step of h seconds, an encoding and a decoding: the least of ten measurements. */
 static void timing(struct rollout *r, double h, FILE *out)
 {
     enum { RUNS = 10, CALLS = 200 };
@@ -191,19 +190,19 @@ static void timing(struct rollout *r, double h, FILE *out)
         fprintf(out, "us %s %.4g\n", names[what], best[what]);
 }
 
-int measure(const struct predictor *p, const struct motion *d, int steps, const int *ms, int horizons, FILE *out)
+int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out)
 {
     struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
     int bad;
     r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
     r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
     if (!r.s || !r.next || !r.q || !r.qd) return -1;
-    windows(&r, steps, ms, horizons, out);
-    bad = whole(&r, steps, out);
+    windows(&r, ms, horizons, out);
+    bad = whole(&r, out);
     accelerations(p, d, out);
     for (int h = 0; h < horizons; h++)
         if (ms[h] > 0 && ms[h] * 1e-3 < (d->samples - 1) * d->dt) trivial(d, ms[h], out);
-    timing(&r, d->dt / steps, out);
+    timing(&r, d->dt, out);
     free(r.s), free(r.next), free(r.q), free(r.qd);
     return bad;
 }
@@ -239,7 +238,7 @@ int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
             path_line(d, "true", t, at(d, d->q, t), beads, room, out), path_line(d, "predicted", t, r.q, beads, room, out);
             shown++;
         }
-        advance(&r, t, 1);
+        advance(&r, t);
     }
     free(room), free(r.s), free(r.next), free(r.q), free(r.qd);
     return bad ? -1 : 0;

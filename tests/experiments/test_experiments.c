@@ -71,7 +71,7 @@ static void test_measure(void)
     if (!CHECK(model_load(&m, &shape, "tests/mujoco/models/pend16.roln") == 0) || !f ||
         !CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TEST, 0, 3, 0, NULL) == 0)) return;
     const struct predictor p = model_predictor(&m);
-    CHECK(measure(&p, &d, 1, ms, 3, f) == 0);
+    CHECK(measure(&p, &d, ms, 3, f) == 0);
     for (int k = 0; k < d.count; k++)
         for (int i = 0; i + 25 < d.samples; i += 25)
             start[count++] = k * d.samples + i;
@@ -130,7 +130,7 @@ static void test_headline(void)
         if (!CHECK(model_load(&m, &shape, path) == 0) ||
             !CHECK(motion_simulate(&d, e->system, TRUTH_TEST, 0, TESTS, e->force, NULL) == 0)) return;
         const struct predictor p = model_predictor(&m);
-        CHECK(measure(&p, &d, 1, ms, 3, f) == 0);
+        CHECK(measure(&p, &d, ms, 3, f) == 0);
         printf("%-16s E_q 0 ms %.3f, 25 ms %.3f, 100 ms %.3f, whole %.3f, E_qd 25 ms %.2f %%; q + h qd at 25 ms %.2f %%\n",
                headline[i].run, find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "100"), find(f, "E_q", "whole"),
                find(f, "E_qd", "25"), find(f, "trivial", "25"));
