@@ -10,129 +10,20 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "experiment.h"
 #include "recipes.h"
-
-static double cpu(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 /* ---- what a run leaves in memory ---- */
 
 struct result {
     const struct recipe *recipe;
-    struct model model;      /* of the full coordinates; of a latent baseline: its autoencoder */
-    struct latent *latent;
+    struct model model;       /* of the full coordinates; of a latent baseline: its autoencoder */
+    struct baseline baseline; /* no latent: not a baseline */
     struct opinf *opinf;
-    double samples, seconds; /* of training */
+    double samples, seconds;  /* of training */
     int params;
 };
-
-/* ---- latent baselines: autoencoder of a model, motion of another ---- */
-
-static roln_status latent_encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
-{
-    struct model *m = &((struct result *)self)->model;
-    return roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
-}
-
-static roln_status latent_decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
-{
-    struct model *m = &((struct result *)self)->model;
-    return roln_decode(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, q, qd, m->work);
-}
-
-/* RK4 in the model's unit of time. */
-static roln_status latent_step(void *self, roln_real *s, const roln_real *tau, double dt)
-{
-    enum { MOST = 32 };
-    static const double c[4] = {0, .5, .5, 1}, b[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
-    struct result *r = self;
-    struct model *m = &r->model;
-    const int n = m->md.lnn.n;
-    const roln_real t = m->sc.t, h = (roln_real)dt / t;
-    roln_real k[MOST] = {0}, x[MOST], y[MOST], tau_z[MOST];
-    for (int i = 0; i < 2 * n; i++)
-        y[i] = s[i] *= i < n ? 1 : t;
-    for (int j = 0; j < 4; j++) {
-        for (int i = 0; i < 2 * n; i++)
-            x[i] = s[i] + (roln_real)c[j] * h * k[i];
-        roln_status st = tau ? roln_reduce(&m->md, &m->sc, m->theta, x, tau, tau_z, m->work) : ROLN_OK;
-        for (int i = 0; i < n && tau; i++)
-            tau_z[i] *= t * t;
-        if (st == ROLN_OK) st = latent_rate(r->latent, x, tau ? tau_z : NULL, k);
-        if (st != ROLN_OK) return st;
-        for (int i = 0; i < 2 * n; i++)
-            y[i] += (roln_real)b[j] * h * k[i];
-    }
-    for (int i = 0; i < 2 * n; i++)
-        s[i] = i < n ? y[i] : y[i] / t;
-    return roln_all_finite(2 * n, s) ? ROLN_OK : ROLN_E_NOT_FINITE;
-}
-
-static roln_status latent_accelerate(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd)
-{
-    struct result *r = self;
-    struct model *m = &r->model;
-    const int N = m->md.ae.size[0], n = m->md.lnn.n;
-    const roln_real t = m->sc.t;
-    roln_real s[48], rate[48], tau_z[16], *x = m->work, *work = x + 3 * N;
-    roln_status st = latent_encode(self, q, qd, s);
-    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, s, tau, tau_z, m->work);
-    for (int i = 0; i < n; i++)
-        s[n + i] *= t, tau_z[i] *= t * t;
-    if (st == ROLN_OK) st = latent_rate(r->latent, s, tau ? tau_z : NULL, rate);
-    if (st != ROLN_OK) return st;
-    memcpy(s + 2 * n, rate + n, (size_t)n * sizeof *s);
-    roln_ae_decode(&m->md.ae, 3, 1, m->theta, s, x, work);
-    for (int i = 0; i < N; i++)
-        qdd[i] = x[2 * N + i] * (m->sc.q / (t * t));
-    return ROLN_OK;
-}
-
-static struct predictor latent_predictor(struct result *r)
-{
-    const struct predictor p = {r->model.md.ae.size[0], 2 * r->model.md.lnn.n, r, latent_encode, latent_step, latent_decode,
-                                latent_accelerate, NULL};
-    return p;
-}
-
-/* z, zd, zdd, tau_z of all samples, in the units of the network. */
-static int latent_fit(struct result *r, const struct motion *d, uint64_t seed)
-{
-    struct model *m = &r->model;
-    const struct recipe *e = r->recipe;
-    const int n = m->md.lnn.n, rows = d->count * d->samples;
-    const size_t total = (size_t)rows * (size_t)n;
-    const roln_real t = m->sc.t;
-    roln_real *z = malloc(4 * total * sizeof *z), *work = m->work;
-    int count = 0, st;
-    if (!z) return -1;
-    for (int i = 0; i < rows; i++) {
-        const size_t row = (size_t)i * (size_t)d->N, at = (size_t)count * (size_t)n;
-        if (i % d->samples == 0 || (i + 1) % d->samples == 0) continue;
-        if (roln_encode(&m->md, &m->sc, m->theta, d->q + row, d->qd + row, d->qdd + row, z + at, z + total + at, z + 2 * total + at,
-                        work) != ROLN_OK) return -1;
-        if (d->tau && roln_reduce(&m->md, &m->sc, m->theta, z + at, d->tau_mid + row, z + 3 * total + at, work) != ROLN_OK)
-            return -1;
-        for (int j = 0; j < n; j++) {
-            z[total + at + (size_t)j] *= t;
-            z[2 * total + at + (size_t)j] *= t * t;
-            if (d->tau) z[3 * total + at + (size_t)j] *= t * t;
-        }
-        count++;
-    }
-    const struct latent_data data = {count, n, z, z + total, z + 2 * total, d->tau ? z + 3 * total : NULL};
-    st = latent_train(&r->latent, e->latent, &data, e->stage[0].updates, e->stage[0].batch, e->stage[0].lr_net, seed);
-    r->samples += (double)e->stage[0].updates * e->stage[0].batch;
-    free(z);
-    return st;
-}
 
 /* ---- a run ---- */
 
@@ -193,8 +84,10 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
         return 0;
     }
     if (e->kind == LATENT) {
-        if (load_parent(r, dir, seed) != 0 || latent_fit(r, d, (uint64_t)seed) != 0) return -1;
-        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->latent);
+        if (load_parent(r, dir, seed) != 0) return -1;
+        r->baseline.model = &r->model;
+        if (baseline_train(&r->baseline, e->latent, d, e->stage, (uint64_t)seed, &r->samples) != 0) return -1;
+        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
         return 0;
     }
     if (e->pod > 0 && (pod_fit(&pod, d, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
@@ -219,7 +112,7 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
 
 static struct predictor predictor_of(struct result *r)
 {
-    return r->opinf ? opinf_predictor(r->opinf) : r->latent ? latent_predictor(r) : model_predictor(&r->model);
+    return r->opinf ? opinf_predictor(r->opinf) : r->baseline.latent ? baseline_predictor(&r->baseline) : model_predictor(&r->model);
 }
 
 /* DIR/NAME.path, for the pictures of rope and cloth. */
@@ -248,7 +141,8 @@ static int load(struct result *r, const char *path)
 {
     struct shape shape = r->recipe->shape;
     if (r->recipe->pod > 0) shape.ae[0] = truth_dof(r->recipe->system);
-    if (r->recipe->kind != LAGRANGE || model_load(&r->model, &shape, path) != 0) return -1;
+    if (r->recipe->kind != LAGRANGE) return fprintf(stderr, "%s: keeps no weights, run it again\n", r->recipe->name), -1;
+    if (model_load(&r->model, &shape, path) != 0) return -1;
     r->params = r->model.params;
     return 0;
 }
@@ -278,9 +172,9 @@ static int run(const char *name, const char *dir, int again)
         if (load(&r, weights) != 0) return -1;
         r.seconds = recall(text, "seconds", "train"), r.samples = 1e6 * recall(text, "samples", "million");
     } else {
-        const double t0 = cpu();
+        const double t0 = cpu_seconds();
         if (train(&r, &d, dir, seed) != 0) return -1;
-        r.seconds += cpu() - t0;
+        r.seconds += cpu_seconds() - t0;
         printf("trained in %.0f s\n", r.seconds);
         if (r.recipe->kind == LAGRANGE && model_save(&r.model, weights) != 0) return -1;
     }
@@ -289,7 +183,7 @@ static int run(const char *name, const char *dir, int again)
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
     if (measure_all(&r, &test, out) != 0 || draw(&r, &test, path) != 0) return -1;
-    fprintf(out, "seconds all %.4g\n", cpu() + (again ? r.seconds : 0));
+    fprintf(out, "seconds all %.4g\n", cpu_seconds() + (again ? r.seconds : 0));
     return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }
 

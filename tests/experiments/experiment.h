@@ -43,6 +43,8 @@ int motion_project(struct motion *a, const struct motion *d, const struct pod *p
 
 /* ---- measure.c: a model under test ---- */
 
+double cpu_seconds(void);               /* of this process */
+
 /* state: numbers of its state. step: h seconds, force [N] held (NULL: none). accelerate: qdd [N] of a full state.
    energy: kinetic and potential; NULL if it has none. */
 struct predictor {
@@ -114,6 +116,16 @@ int model_save(const struct model *m, const char *path);         /* the bytes of
 int model_load(struct model *m, const struct shape *shape, const char *path);
 struct predictor model_predictor(struct model *m);
 
+/* Its autoencoder, also under another model of the motion of z. */
+enum { LATENT_MOST = 16 };              /* largest n */
+roln_status model_encode(void *model, const roln_real *q, const roln_real *qd, roln_real *s);    /* as in struct predictor */
+roln_status model_decode(void *model, const roln_real *s, roln_real *q, roln_real *qd);
+/* z [3n] = z, zd, zdd and tau_z [n] in the network's units; qdd, tau may be NULL: then zdd, tau_z are not written. */
+roln_status model_latent(struct model *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, const roln_real *tau,
+                         roln_real *z, roln_real *tau_z);
+/* qdd = J zdd + (dJ/dt) zd of z [3n]. */
+void model_lift(struct model *m, const roln_real *z, roln_real *qdd);
+
 /* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d ---- */
 
 int mechanics(struct model *m, const struct motion *d, FILE *out);
@@ -145,6 +157,17 @@ int latent_params(const struct latent *m);
 roln_status latent_rate(const struct latent *m, const roln_real *s, const roln_real *tau_z, roln_real *sd);
 /* Its own energy, or what it takes for one; returns 0 if it has none. */
 int latent_energy(const struct latent *m, const roln_real *s, double *E);
+
+/* ---- baseline.c: the autoencoder of one model, the motion of z of another ---- */
+
+struct baseline {
+    struct model *model;
+    struct latent *latent;
+};
+/* b->latent from the motion d in the latent space of b->model: `stage` gives updates, batch, lr_net. */
+int baseline_train(struct baseline *b, enum latent_kind kind, const struct motion *d, const struct stage *stage, uint64_t seed,
+                   double *samples);
+struct predictor baseline_predictor(struct baseline *b);        /* integrates with RK4 */
 
 /* ---- opinf.c: Lagrangian operator inference in POD coordinates ---- */
 

@@ -8,7 +8,7 @@
 
 enum { EVERY = 25, LONG = 100 }; /* samples between the starts of windows, of those longer than LONG samples */
 
-static double now(void)
+double cpu_seconds(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -178,13 +178,13 @@ static void timing(struct rollout *r, double h, FILE *out)
     for (int run = 0; run < RUNS; run++)
         for (int what = 0; what < 3; what++) {
             begin(r, 0);
-            const double t0 = now();
+            const double t0 = cpu_seconds();
             for (int i = 0; i < CALLS; i++) {
                 if (what == 0) p->step(p->self, r->s, NULL, h);
                 if (what == 1) p->encode(p->self, r->d->q, r->d->qd, r->s);
                 if (what == 2) p->decode(p->self, r->s, r->q, r->qd);
             }
-            best[what] = fmin(best[what], 1e6 * (now() - t0) / CALLS);
+            best[what] = fmin(best[what], 1e6 * (cpu_seconds() - t0) / CALLS);
         }
     for (int what = 0; what < 3; what++)
         fprintf(out, "us %s %.4g\n", names[what], best[what]);

@@ -246,7 +246,7 @@ int model_load(struct model *m, const struct shape *shape, const char *path)
 
 /* ---- as a predictor ---- */
 
-static roln_status encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
+roln_status model_encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
 {
     struct model *m = self;
     return roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
@@ -258,31 +258,47 @@ static roln_status step(void *self, roln_real *s, const roln_real *tau, double h
     return roln_step(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, tau, (roln_real)h, m->work);
 }
 
-static roln_status decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
+roln_status model_decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
 {
     struct model *m = self;
     return roln_decode(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, q, qd, m->work);
 }
 
-/* qdd = J zdd + (dJ/dt) zd, zdd of the network at the encoded state. */
+roln_status model_latent(struct model *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, const roln_real *tau,
+                         roln_real *z, roln_real *tau_z)
+{
+    const int n = m->md.lnn.n;
+    const roln_real t = m->sc.t;
+    roln_status st = roln_encode(&m->md, &m->sc, m->theta, q, qd, qdd, z, z + n, qdd ? z + 2 * n : NULL, m->work);
+    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, z, tau, tau_z, m->work);
+    for (int i = 0; i < n; i++) {
+        z[n + i] *= t;
+        if (qdd) z[2 * n + i] *= t * t;
+        if (tau) tau_z[i] *= t * t;
+    }
+    return st;
+}
+
+void model_lift(struct model *m, const roln_real *z, roln_real *qdd)
+{
+    const int N = m->md.ae.size[0];
+    roln_real *x = m->work, *work = x + 3 * N;
+    roln_ae_decode(&m->md.ae, 3, 1, m->theta, z, x, work);
+    for (int i = 0; i < N; i++)
+        qdd[i] = x[2 * N + i] * (m->sc.q / (m->sc.t * m->sc.t));
+}
+
 static roln_status accelerate(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd)
 {
     struct model *m = self;
-    const int N = m->md.ae.size[0], n = m->md.lnn.n;
-    const roln_real t = m->sc.t;
-    roln_real *s = m->work, *tau_z = s + 3 * n, *x = tau_z + n, *work = x + 3 * N;
-    roln_status st = roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + n, NULL, work);
-    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, s, tau, tau_z, work);
-    for (int i = 0; i < n; i++)
-        s[n + i] *= t, tau_z[i] *= t * t;
+    const int n = m->md.lnn.n;
+    roln_real z[3 * LATENT_MOST], tau_z[LATENT_MOST];
+    roln_status st = model_latent(m, q, qd, NULL, tau, z, tau_z);
     if (st == ROLN_OK)
-        st = roln_lnn_zdd(&m->md.lnn, 1, 1, m->theta + roln_ae_params(&m->md.ae), s, tau ? tau_z : NULL, s + 2 * n, work,
-                          work + roln_lnn_tape(&m->md.lnn, 1, 1));
-    if (st != ROLN_OK) return st;
-    roln_ae_decode(&m->md.ae, 3, 1, m->theta, s, x, work);
-    for (int i = 0; i < N; i++)
-        qdd[i] = x[2 * N + i] * (m->sc.q / (t * t));
-    return ROLN_OK;
+        st = roln_lnn_zdd(&m->md.lnn, 1, 1, m->theta + roln_ae_params(&m->md.ae), z, tau ? tau_z : NULL, z + 2 * n, m->work,
+                          m->work + roln_lnn_tape(&m->md.lnn, 1, 1));
+    if (st == ROLN_OK) model_lift(m, z, qdd);
+    return st;
 }
 
 static void energy(void *self, const roln_real *s, double *T, double *V)
@@ -295,6 +311,6 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 
 struct predictor model_predictor(struct model *m)
 {
-    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, encode, step, decode, accelerate, energy};
+    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate, energy};
     return p;
 }

@@ -59,27 +59,27 @@
    windows of the ODE loss grow until they are as long as a trajectory. ---- */
 
 #define GRID_AE(n) {.kind = STAGE_AE, .updates = n, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
-#define GRID_ACC(n) \
-    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 50, .w_acc = .003, \
+#define GRID_ACC(n, pos) \
+    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = pos, .w_acc = .003, \
      .w_qd = .1, .bias = .01, .smooth = 10}
-#define GRID_ODE(n, size, H, ms, ae, net, vel) \
+#define GRID_ODE(n, size, H, ms, ae, net, pos, vel) \
     {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
-     .w_q = 50, .w_pos = 10, .w_qd = vel, .bias = .01}
+     .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
 #define ROPE(id, repeats, n, ...) \
     {.name = "rope-" id, .kind = LAGRANGE, .system = TRUTH_ROPE, .train = 100, .seeds = repeats, .pod = 48, \
      .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, \
-     .stage = {GRID_AE(100000), __VA_ARGS__}}
-#define ROPE_SHORT GRID_ACC(60000), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, .1)
+     .stage = {GRID_AE(200000), __VA_ARGS__}}
+#define ROPE_SHORT GRID_ACC(60000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1)
 #define ROPE_LONG \
-    GRID_ACC(120000), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, .1), \
-    GRID_ODE(2000, 16, 49, 20, .003, 1e-3, .1)
+    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), \
+    GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
 /* forces in units of 7e-5 N, so that masses are of order one */
 #define CLOTH(id, unit, damped, n, ...) \
     {.name = "cloth-" id, .kind = LAGRANGE, .system = TRUTH_CLOTH, .train = 60, .force = unit, .seeds = 1, .pod = 48, \
      .shape = {.ae = {48, 48, 48, 48, 48, 32, n}, .mlp = 64, .damping = damped, .slope = .6, .zoom = 3.3}, \
      .stage = {GRID_AE(60000), __VA_ARGS__}}
-#define CLOTH_SHORT GRID_ODE(8000, 64, 2, 5, .005, 3e-3, .3), GRID_ODE(6000, 32, 8, 5, .01, 2e-3, .3)
-#define CLOTH_LONG CLOTH_SHORT, GRID_ODE(3000, 32, 25, 5, .005, 1e-3, .3), GRID_ODE(3000, 16, 49, 5, .003, 1e-3, .3)
+#define CLOTH_SHORT GRID_ODE(8000, 64, 2, 5, .005, 3e-3, 50, .3), GRID_ODE(6000, 32, 8, 5, .01, 2e-3, 50, .3)
+#define CLOTH_LONG CLOTH_SHORT, GRID_ODE(3000, 32, 25, 5, .005, 1e-3, 50, .3), GRID_ODE(3000, 16, 49, 5, .003, 1e-3, 50, .3)
 
 const struct recipe recipes[] = {
     PEND2_BOTH("exp", .base = 0),

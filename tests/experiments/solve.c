@@ -13,7 +13,7 @@ static const double condition = 1e7;        /* largest of the Hessian: beyond it
 
 static int fail(const char *reason)
 {
-    fprintf(stderr, "opinf: %s\n", reason);
+    fprintf(stderr, "%s\n", reason);
     return -1;
 }
 

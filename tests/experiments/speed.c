@@ -4,7 +4,6 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "recipes.h"
 
@@ -190,11 +189,9 @@ static double window_error(struct task *k, int h)
 
 /* ---- time: the least of many runs, piece by piece, as in truth_time ---- */
 
-static double now(void)
+static double now(void) /* microseconds */
 {
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return 1e6 * (double)t.tv_sec + 1e-3 * (double)t.tv_nsec;
+    return 1e6 * cpu_seconds();
 }
 
 static double encode_time(struct task *k)
