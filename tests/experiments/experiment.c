@@ -85,7 +85,7 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
     }
     if (e->kind == LATENT) {
         if (load_parent(r, dir, seed) != 0) return -1;
-        r->baseline.model = &r->model;
+        r->baseline.model = &r->model, r->samples = r->seconds = 0;
         if (baseline_train(&r->baseline, e->latent, d, e->stage, (uint64_t)seed, &r->samples) != 0) return -1;
         r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
         return 0;
@@ -130,7 +130,7 @@ static int draw(struct result *r, const struct motion *test, const char *path)
 /* Windows of the ODE loss last 40 ms: 400 ms and 2 s are 10 and 50 times as long. */
 static int measure_all(struct result *r, const struct motion *test, FILE *out)
 {
-    static const int ms[] = {0, 1, 2, 5, 25, 100, 250, 400, 500, 1000, 2000};
+    static const int ms[] = {0, 1, 2, 3, 5, 25, 100, 250, 400, 500, 1000, 2000};
     const struct predictor p = predictor_of(r);
     if (measure(&p, test, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
     return r->recipe->kind == LAGRANGE ? mechanics(&r->model, test, out) : 0;

@@ -46,7 +46,7 @@ int motion_project(struct motion *a, const struct motion *d, const struct pod *p
 double cpu_seconds(void);               /* of this process */
 
 /* state: numbers of its state. step: h seconds, force [N] held (NULL: none). accelerate: qdd [N] of a full state.
-   energy: kinetic and potential; NULL if it has none. */
+   energy: kinetic and potential; NULL if it has none, or loses it. */
 struct predictor {
     int N, state;
     void *self;
@@ -58,13 +58,13 @@ struct predictor {
 };
 
 /* Errors on the motion d as lines `key argument value` to out, in percent; integrator steps are one sample long.
-     E_q MS, E_qd MS     sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms, or 100 ms
-                         where they are longer than that; MS = 0: reconstruction; qd the same, not centred
+     E_q, E_qd, E_qdd MS sqrt(mean |q_pred - q|^2 / mean |q - mean|^2) at the end of windows that start every 25 ms, or 100 ms
+                         where they are longer than that; MS = 0: reconstruction; qd, qdd the same, not centred; qdd is the
+                         model's at its predicted state
      E_q whole, ..       one roll-out per trajectory, mean over all its samples
      failed MS           windows whose roll-out ended with a status; its last good state then counts
      drift own           largest |E - E(0) - work| of the model's own energy over its largest T, whole roll-outs
      drift true          the same of MuJoCo's energy along the prediction
-     E_qdd 0             accelerations of measured states, not centred
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
 int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out);

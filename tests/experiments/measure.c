@@ -16,14 +16,14 @@ double cpu_seconds(void)
 }
 
 struct sums {
-    double q, q_var, qd, qd_var;
+    double q, q_var, qd, qd_var, qdd, qdd_var;
     long windows, failed;
 };
 
 struct rollout {
     const struct predictor *p;
     const struct motion *d;
-    roln_real *s, *next, *q, *qd; /* state; decoded */
+    roln_real *s, *next, *q, *qd, *qdd; /* state; decoded */
     int failed;
 };
 
@@ -50,11 +50,15 @@ static void advance(struct rollout *r, int sample)
 static void compare(struct rollout *r, int sample, struct sums *e)
 {
     const struct motion *d = r->d;
-    const roln_real *q = at(d, d->q, sample), *qd = at(d, d->qd, sample);
+    const roln_real *q = at(d, d->q, sample), *qd = at(d, d->qd, sample), *qdd = at(d, d->qdd, sample);
+    const int inside = sample % d->samples != 0 && (sample + 1) % d->samples != 0; /* else qdd is a one-sided difference */
     if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1; /* the decoded sample before stays */
+    if (inside && r->p->accelerate(r->p->self, r->q, r->qd, at(d, d->tau_mid, sample), r->qdd) != ROLN_OK) r->failed = 1;
     for (int i = 0; i < d->N; i++) {
         const double x = (double)(r->q[i] - q[i]), c = (double)(q[i] - d->mean[i]), v = (double)(r->qd[i] - qd[i]);
         e->q += x * x, e->q_var += c * c, e->qd += v * v, e->qd_var += (double)(qd[i] * qd[i]);
+        const double a = inside ? (double)(r->qdd[i] - qdd[i]) : 0;
+        e->qdd += a * a, e->qdd_var += inside ? (double)(qdd[i] * qdd[i]) : 0;
     }
     e->windows++, e->failed += r->failed;
 }
@@ -62,7 +66,9 @@ static void compare(struct rollout *r, int sample, struct sums *e)
 static void print(FILE *out, const char *horizon, const struct sums *e)
 {
     if (e->windows == 0) return;
-    fprintf(out, "E_q %s %.5g\nE_qd %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var), horizon, 100 * sqrt(e->qd / e->qd_var));
+    fprintf(out, "E_q %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var));
+    fprintf(out, "E_qd %s %.5g\n", horizon, 100 * sqrt(e->qd / e->qd_var));
+    fprintf(out, "E_qdd %s %.5g\n", horizon, 100 * sqrt(e->qdd / e->qdd_var));
     if (e->failed) fprintf(out, "failed %s %.3g\n", horizon, 100 * (double)e->failed / (double)e->windows);
 }
 
@@ -108,7 +114,7 @@ static int whole(struct rollout *r, FILE *out)
 {
     const struct motion *d = r->d;
     const size_t N = (size_t)d->N;
-    struct sums e = {0, 0, 0, 0, 0, 0};
+    struct sums e = {0, 0, 0, 0, 0, 0, 0, 0};
     roln_real *before = calloc(N, sizeof *before);
     double *q = calloc(2 * N, sizeof *q), own = 0, real = 0;
     int bad = !before || !q;
@@ -136,22 +142,6 @@ static int whole(struct rollout *r, FILE *out)
     fprintf(out, "drift true %.4g\n", 100 * real);
     free(before), free(q);
     return bad ? -1 : 0;
-}
-
-static void accelerations(const struct predictor *p, const struct motion *d, FILE *out)
-{
-    double e = 0, var = 0;
-    roln_real *qdd = calloc((size_t)d->N, sizeof *qdd);
-    if (!qdd) exit(1);
-    for (int i = 0; i < d->count * d->samples; i += EVERY) {
-        if (i % d->samples == 0 || (i + 1) % d->samples == 0) continue; /* one-sided differences */
-        const roln_real *a = at(d, d->qdd, i);
-        if (p->accelerate(p->self, at(d, d->q, i), at(d, d->qd, i), at(d, d->tau_mid, i), qdd) != ROLN_OK) continue;
-        for (int j = 0; j < d->N; j++)
-            e += (double)((qdd[j] - a[j]) * (qdd[j] - a[j])), var += (double)(a[j] * a[j]);
-    }
-    fprintf(out, "E_qdd 0 %.5g\n", 100 * sqrt(e / var));
-    free(qdd);
 }
 
 static void trivial(const struct motion *d, int ms, FILE *out)
@@ -190,20 +180,27 @@ static void timing(struct rollout *r, double h, FILE *out)
         fprintf(out, "us %s %.4g\n", names[what], best[what]);
 }
 
+static int rollout_init(struct rollout *r, const struct predictor *p, const struct motion *d)
+{
+    const size_t N = (size_t)d->N, n = (size_t)p->state;
+    const struct rollout new = {p, d, calloc(2 * n + 3 * N, sizeof *r->s), NULL, NULL, NULL, NULL, 0};
+    *r = new;
+    if (!r->s) return -1;
+    r->next = r->s + n, r->q = r->next + n, r->qd = r->q + N, r->qdd = r->qd + N;
+    return 0;
+}
+
 int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out)
 {
-    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
+    struct rollout r;
     int bad;
-    r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
-    r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
-    if (!r.s || !r.next || !r.q || !r.qd) return -1;
+    if (rollout_init(&r, p, d) != 0) return -1;
     windows(&r, ms, horizons, out);
     bad = whole(&r, out);
-    accelerations(p, d, out);
     for (int h = 0; h < horizons; h++)
         if (ms[h] > 0 && ms[h] * 1e-3 < (d->samples - 1) * d->dt) trivial(d, ms[h], out);
     timing(&r, d->dt, out);
-    free(r.s), free(r.next), free(r.q), free(r.qd);
+    free(r.s);
     return bad;
 }
 
@@ -222,15 +219,13 @@ static void path_line(const struct motion *d, const char *whose, int t, const ro
 
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
 {
-    struct rollout r = {p, d, NULL, NULL, NULL, NULL, 0};
-    struct sums e = {0, 0, 0, 0, 0, 0};
+    struct rollout r;
+    struct sums e = {0, 0, 0, 0, 0, 0, 0, 0};
     int columns, rows;
     if (truth_grid(d->system, &columns, &rows) != 0) return -1;
     const int beads = columns * rows, last = d->samples - 1;
     double *room = calloc((size_t)(d->N + 3 * beads), sizeof *room);
-    r.s = calloc((size_t)p->state, sizeof *r.s), r.next = calloc((size_t)p->state, sizeof *r.s);
-    r.q = calloc((size_t)d->N, sizeof *r.q), r.qd = calloc((size_t)d->N, sizeof *r.qd);
-    const int bad = !room || !r.s || !r.next || !r.q || !r.qd;
+    const int bad = rollout_init(&r, p, d) != 0 || !room;
     if (!bad) begin(&r, 0);
     for (int t = 0, shown = 0; t <= last && !bad; t++) {
         if (t == last * shown / 4) {
@@ -240,6 +235,6 @@ int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
         }
         advance(&r, t);
     }
-    free(room), free(r.s), free(r.next), free(r.q), free(r.qd);
+    free(room), free(r.s);
     return bad ? -1 : 0;
 }

@@ -311,6 +311,7 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 
 struct predictor model_predictor(struct model *m)
 {
-    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate, energy};
+    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate,
+                                m->md.lnn.damping ? NULL : energy};
     return p;
 }
