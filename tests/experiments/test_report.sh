@@ -68,11 +68,11 @@ printf '## pend3\nNowhere.\n' >> $dir/out/notes.md
 check 'no report' sh -c "build/report $dir/in $dir/out 2> $dir/stderr"
 check 'an unknown note passes' [ "$(cat $dir/stderr)" = 'notes.md: no heading `pend3`' ]
 # mean ± standard deviation (median); a value that is not finite; one seed; none
-has '| RO-LNN, acc | - | - | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |'
+has '| RO-LNN, acc | - | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |'
 has '| exp, acc | - | 0.40 ± 0.44 (0.20) | 1.0 | 1.0 | - | - |'
-has '| RO-LNN, long | - | - | 0.40 | 5.0 | 1.0e30 |'
+has '| RO-LNN, long | - | 0.40 | 5.0 | 1.0e30 |'
 has '| RO-LNN, ode | - | - | - | - | - |'
-has '| q + h qd | - | - | 4.0 | - | - |'
+has '| q + h qd | - | 4.0 | - | - |'
 # failed is 0 if it is not there
 has '| 1.0 ± 1.4 (1.0) |'
 has '| exponential, 1 s | 25 ± 7.1 (25) | 12 ± 3.5 (12) | 6.0 ± 1.4 (6.0) | 2.5 ± 0.71 (2.5) |'
