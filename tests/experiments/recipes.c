@@ -38,7 +38,7 @@
     {.name = "pend2-few" #trajectories "-mlp", .kind = LATENT, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, \
      .seeds = 5, .parent = "pend2-few" #trajectories "-exp", .latent = LATENT_MLP, .stage = {ACC_FULL(40000, 5e-3)}}
 
-/* ---- pend16: 20 million samples, or 7 million; no force does work ---- */
+/* ---- pend16: 20 million samples; with few trajectories 4, with a narrow range 7; no force does work ---- */
 
 #define PEND16(id, trajectories, repeats, ...) \
     {.name = "pend16-" id, .kind = LAGRANGE, .system = TRUTH_PEND16, .train = trajectories, .seeds = repeats, __VA_ARGS__}
@@ -46,9 +46,9 @@
     {.name = "pend16-" id, .kind = LATENT, .system = where, .train = trajectories, .seeds = repeats, .parent = "pend16-" from, \
      .latent = what, .stage = {ACC_FULL(n, 3e-3)}}
 #define PEND16_FEW(trajectories) \
-    PEND16("few" #trajectories "-ro", trajectories, 3, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(90000, .1, 3e-3)}), \
-    PEND16("few" #trajectories "-full", trajectories, 3, FULL(16, .base = 0), .stage = {ACC_FULL(110000, 3e-3)}), \
-    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 3, 90000, "few" #trajectories "-ro", LATENT_MLP)
+    PEND16("few" #trajectories "-ro", trajectories, 3, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
+    PEND16("few" #trajectories "-full", trajectories, 3, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
+    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 3, 40000, "few" #trajectories "-ro", LATENT_MLP)
 #define PEND16_OPINF(id, what) {.name = "pend16-" id, .kind = what, .system = TRUTH_PEND16, .train = 200, .seeds = 1, .n = 4}
 #define SAME(id, what) PEND16_LATENT(id, TRUTH_PEND16, 200, 5, 270000, "acc", what)
 /* learned from starts of .3 rad, tested from .5 */
@@ -65,11 +65,11 @@
 #define GRID_ODE(n, size, H, ms, ae, net, pos, vel) \
     {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
      .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
-#define ROPE(id, repeats, n, ...) \
+#define ROPE(id, repeats, n, updates, ...) \
     {.name = "rope-" id, .kind = LAGRANGE, .system = TRUTH_ROPE, .train = 100, .seeds = repeats, .pod = 48, \
      .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, \
-     .stage = {GRID_AE(200000), __VA_ARGS__}}
-#define ROPE_SHORT GRID_ACC(60000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1)
+     .stage = {GRID_AE(updates), __VA_ARGS__}}
+#define ROPE_SHORT GRID_ACC(40000, 200), GRID_ODE(2000, 32, 8, 10, .01, 2e-3, 200, .1)
 #define ROPE_LONG \
     GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), \
     GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
@@ -107,8 +107,8 @@ const struct recipe recipes[] = {
     SAME("dhnn", LATENT_DHNN),
     SAME("symoden", LATENT_SYMODEN),
     SAME("comet", LATENT_COMET),
-    PEND16("longacc", 1000, 5, LONG16, .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3)}),
-    PEND16("long", 1000, 5, LONG16, .parent = "pend16-longacc",
+    PEND16("longacc", 1000, 2, LONG16, .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3)}),
+    PEND16("long", 1000, 2, LONG16, .parent = "pend16-longacc",
            .stage = {LONG_ODE(8000, 25, 10, .01, 1e-3), LONG_ODE(6000, 50, 20, .005, 5e-4)}),
     {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, REDUCED(64, .base = 0),
      .stage = {AE(20000, 128), {.kind = STAGE_ACC, .updates = 270000, .batch = 64, .lr_ae = .05, .lr_net = 3e-3, .fall = 1e-3,
@@ -125,10 +125,10 @@ const struct recipe recipes[] = {
     NARROW("symoden", LATENT_SYMODEN),
     NARROW("comet", LATENT_COMET),
 
-    ROPE("n4", 1, 4, ROPE_SHORT),
-    ROPE("n6", 1, 6, ROPE_SHORT),
-    ROPE("n10", 2, 10, ROPE_LONG),
-    ROPE("n14", 1, 14, ROPE_SHORT),
+    ROPE("n4", 1, 4, 80000, ROPE_SHORT),
+    ROPE("n6", 1, 6, 80000, ROPE_SHORT),
+    ROPE("n10", 2, 10, 200000, ROPE_LONG),
+    ROPE("n14", 1, 14, 80000, ROPE_SHORT),
     CLOTH("n4", 7e-5, 0, 4, CLOTH_SHORT),
     CLOTH("n6", 7e-5, 0, 6, CLOTH_SHORT),
     CLOTH("n10", 7e-5, 0, 10, CLOTH_LONG),
