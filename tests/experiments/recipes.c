@@ -71,8 +71,8 @@
      .stage = {GRID_AE(updates), __VA_ARGS__}}
 #define ROPE_SHORT GRID_ACC(40000, 200), GRID_ODE(2000, 32, 8, 10, .01, 2e-3, 200, .1)
 #define ROPE_LONG \
-    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), \
-    GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
+    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(2000, 32, 20, 10, .005, 1e-3, 200, .1), \
+    GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
 /* forces in units of 7e-5 N, so that masses are of order one */
 #define CLOTH(id, unit, damped, n, ...) \
     {.name = "cloth-" id, .kind = LAGRANGE, .system = TRUTH_CLOTH, .train = 60, .force = unit, .seeds = 1, .pod = 48, \
