@@ -46,9 +46,9 @@
     {.name = "pend16-" id, .kind = LATENT, .system = where, .train = trajectories, .seeds = repeats, .parent = "pend16-" from, \
      .latent = what, .stage = {ACC_FULL(n, 3e-3)}}
 #define PEND16_FEW(trajectories) \
-    PEND16("few" #trajectories "-ro", trajectories, 3, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
-    PEND16("few" #trajectories "-full", trajectories, 3, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
-    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 3, 40000, "few" #trajectories "-ro", LATENT_MLP)
+    PEND16("few" #trajectories "-ro", trajectories, 2, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
+    PEND16("few" #trajectories "-full", trajectories, 2, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
+    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 2, 40000, "few" #trajectories "-ro", LATENT_MLP)
 #define PEND16_OPINF(id, what) {.name = "pend16-" id, .kind = what, .system = TRUTH_PEND16, .train = 200, .seeds = 1, .n = 4}
 #define SAME(id, what) PEND16_LATENT(id, TRUTH_PEND16, 200, 5, 270000, "acc", what)
 /* learned from starts of .3 rad, tested from .5 */
@@ -98,8 +98,8 @@ const struct recipe recipes[] = {
     PEND16("chol", 200, 5, REDUCED(64, .head = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
-    PEND16("full", 200, 5, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 5, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("full", 200, 3, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("fullchol", 200, 3, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16_OPINF("opinf", OPINF),
     PEND16_OPINF("opinfaffine", OPINF_AFFINE),
     SAME("mlp", LATENT_MLP),
