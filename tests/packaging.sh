@@ -45,7 +45,7 @@ sed 's/@ENTRY@/int main(void)/' tests/packaging/tick.c > "$tmp/tick.c"
 check cc -std=c99 -Wall -Wextra -Wpedantic -Werror -I. -Iexamples "$tmp/tick.c" -o "$tmp/here" -lm
 "$tmp/here" > "$tmp/line"
 check grep -Eq "^roln $version: status 0, mrad:( -?[0-9]{1,3}){8}\$" "$tmp/line"
-# prints FILE ..: the program, wherever it lies, prints the line
+# prints PROGRAM: it prints the same line first
 prints() { "$@" | head -n 1 | cmp - "$tmp/line"; }
 
 check make -s install PREFIX="$tmp/plain"
