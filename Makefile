@@ -1,5 +1,5 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make install, make clean
+#       make noise, make experiments, make install, make dist, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -15,7 +15,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo ekf swelling deps test errors control models noise experiments bench install clean
+.PHONY: all demo ekf swelling deps test errors control models noise experiments bench install dist clean
 all: demo
 
 # ---- what a user does ----
@@ -41,9 +41,17 @@ build/ekf: examples/ekf.c $(HEADERS) examples/chain.h examples/chain_plant.h exa
 build:
 	mkdir -p build/log
 
+# the headers, a pkg-config file and a CMake package; they find each other, so that the tree may be moved
+VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
+SHARE = share/pkgconfig/roln.pc share/cmake/roln/rolnConfig.cmake share/cmake/roln/rolnConfigVersion.cmake
 install:
-	mkdir -p "$(DESTDIR)$(PREFIX)/include"
+	mkdir -p "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(PREFIX)/share/pkgconfig" "$(DESTDIR)$(PREFIX)/share/cmake/roln"
 	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
+	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' tests/packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
+
+# packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist
+dist:
+	sh tests/packaging/dist.sh $(VERSION) $(HEADERS)
 
 clean:
 	rm -rf build
@@ -51,7 +59,7 @@ clean:
 # ---- tests ----
 
 # the sanitizers of clang are a package with clang's version in its name, or, on other systems, part of clang
-PACKAGES = gcc g++ clang make pkg-config libmujoco-dev libhdf5-dev
+PACKAGES = gcc g++ clang make pkg-config cmake zip libmujoco-dev libhdf5-dev
 deps: | build
 	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
 	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \

@@ -23,6 +23,7 @@
 
 /* ---- 1 configuration ------------------------------------------------------------------------- */
 
+/* The last release in CHANGELOG.md; all packages take their number from here. */
 #define ROLN_VERSION_MAJOR 0
 #define ROLN_VERSION_MINOR 2
 #define ROLN_VERSION_PATCH 0
@@ -54,6 +55,9 @@ typedef uint32_t roln_bits;
 #define ROLN_FN static
 #endif
 #endif
+
+/* Sizes are ints, of 32 bits or more. */
+typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 #define ROLN_MAX(a, b) ((a) > (b) ? (a) : (b))
 
