@@ -1,5 +1,5 @@
-/* torn.c - a save (store.h) that is interrupted by a reset after 1, 2, 3, .. instructions until it comes to its end: the state found
-   after every reset is whole, and the one before or the one being saved. Cortex-M; linked with -Wl,--wrap=systick: SysTick resets. */
+/* torn.c - a save (store.h) that a reset interrupts after 1, 2, 3, .. instructions until it comes to its end: the state found after
+   every reset is whole, and the one before or the one being saved. Cortex-M; with -Wl,--wrap=systick, so that SysTick resets. */
 #include "store.h"
 #include "text.h"
 
