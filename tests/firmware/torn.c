@@ -47,6 +47,7 @@ int main(void)
     REGISTER(0xe000e014) = test.trial * 6 + 30; /* one instruction takes 5 to 8 ticks */
     REGISTER(0xe000e018) = 0;
     REGISTER(0xe000e010) = 7;
+    store_settle(); /* the state changes after this line */
     s->value++;
     for (uint32_t k = 0; k < 15; k++)
         s->fill[k] = s->value * (k + 1);
