@@ -107,7 +107,7 @@ static const struct {
     const char *run;
     double near, far, whole;
 } headline[] = {
-    {"pend2-exp-acc-1", .006, 3, 5}, {"pend16-acc-1", .5, 25, 35}, {"pend16-ode-1", .5, 25, 35},
+    {"pend2-exp-acc-1", .006, 3, 5}, {"pend16-acc-1", .5, 25, 35}, {"pend16-ode-1", .5, 25, 35}, {"pend16-long-1", .5, 11, 11},
     {"rope-n10-1", .3, 0, 3}, {"cloth-n10-1", 1, 0, 1.5}, {"cloth-free-n10-1", .6, 0, 1},
 };
 
