@@ -9,7 +9,7 @@ int main(void);
 void start(void);
 void fault(void);
 void fault_report(uint32_t exception, const uint32_t *frame);
-void systick(void);
+__attribute__((weak)) void systick(void); /* 0, and a fault if it is called, unless somebody defines it */
 
 #define REGISTER(address) (*(volatile uint32_t *)(address))
 
@@ -76,5 +76,3 @@ __attribute__((weak)) uint32_t board_count(void)
     REGISTER(0xe0001000) |= 1;
     return REGISTER(0xe0001004);
 }
-
-__attribute__((weak, alias("fault"))) void systick(void);
