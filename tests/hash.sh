@@ -9,8 +9,8 @@
 #   hash.sh -w                  writes hash.txt
 #
 # JOBS=1 for one core. FLT_EVAL_METHOD must be 0: on s390x under -std=c99 gcc computes float in double unless it is told
-# -fexcess-precision=fast, and i386 has x87 without -mfpmath=sse. The vectors of armv7 and of ppc64 without VSX take denormal numbers
-# for 0: roln makes none of them, clang from -O2 on does unless told not to.
+# -fexcess-precision=fast, and i386 has x87 without -mfpmath=sse. The vectors of armv7 and of ppc64 without VSX take denormal
+# numbers for 0: roln makes none of them, clang from -O2 on does unless told not to.
 cd "$(dirname "$0")" || exit 1
 board=../examples/firmware
 flags='-std=c99 -ffp-contract=off'
