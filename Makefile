@@ -62,7 +62,9 @@ clean:
 # the sanitizers of clang are a package with clang's version in its name, or, on other systems, part of clang
 PACKAGES = gcc g++ clang make pkg-config cmake zip libmujoco-dev libhdf5-dev \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
-           qemu-system-arm qemu-system-misc
+           qemu-system-arm qemu-system-misc \
+           gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
+           gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user
 deps: | build
 	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
 	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \

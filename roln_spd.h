@@ -68,7 +68,9 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 #endif
 
 /* clang contracts a*b+c to a fused multiply-add unless told not to; gcc does not under -std=c99.
-   With contraction off the same program gives the same bits on every target. */
+   With contraction off the same program gives the same bits on every target that computes float in float (FLT_EVAL_METHOD 0)
+   and keeps denormal numbers: not x87, MVE, AltiVec without VSX, nor clang with -mfpu=neon on armv7; gcc on s390x needs
+   -fexcess-precision=fast. */
 #ifdef __clang__
 #pragma STDC FP_CONTRACT OFF
 #endif
@@ -374,9 +376,10 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
    order 2   eight partial sums, index p into sum p mod 8, added as     roln_mm_bt, roln_dot
              ((0+4)+(2+6))+((1+5)+(3+7))
    No output depends on how many rows are computed together: a block of samples gives the same bits as its
-   samples one by one. Where the target has vectors the loops use eight reals at a time, elsewhere plain C. */
+   samples one by one. Where the target has vectors that keep denormal numbers (not the NEON of 32-bit Arm, MVE, AltiVec without
+   VSX) the loops use eight reals at a time, elsewhere plain C. */
 #ifndef ROLN_SIMD
-#if defined(__GNUC__) && (defined(__SSE2__) || defined(__ARM_NEON) || defined(__ALTIVEC__))
+#if defined(__GNUC__) && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
 #define ROLN_SIMD 1
 #else
 #define ROLN_SIMD 0

@@ -1,7 +1,8 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
-   every option, trained with all three losses, of its controller, linearisation and inertia, and of SPD maps and means. See
-   hash.sh. */
+   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, and of
+   denormal numbers. Before the line it writes its packed parameters; what it goes on with are those that it then reads.
+   See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -22,8 +23,7 @@
 #define ROLN_BLOCK 8
 #include "../roln.h"
 
-#include <stdio.h>
-#include <stdlib.h>
+#include "../examples/firmware/text.h"
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
 
@@ -42,8 +42,11 @@ static void add(int n, const roln_real *x)
 static void must(roln_status st, const char *what)
 {
     if (st == ROLN_OK) return;
-    fprintf(stderr, "%s: status %d\n", what, (int)st);
-    exit(1);
+    put_text(what);
+    put_text(": status -");
+    put_integer((uint32_t)-st, 0);
+    put_text("\n");
+    board_exit(1);
 }
 
 /* Two oscillators, stepped by + and *, seen through six channels with a little of their product. */
@@ -91,19 +94,21 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
     for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
     must(full_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "full: init");
     b.count = BATCH, b.stride = 1, b.start = start, b.q = q, b.qdd = qdd, b.tau = u;
-    for (k = 0; k < UPDATES / 4; k++) {
+    for (k = 0; k < UPDATES / 8; k++) {
         const int kind = k % 3;
         b.steps = kind > 0 ? H : 0, b.qd = kind < 2 ? qd : NULL;
         for (i = 0; i < BATCH; i++) start[i] = 1 + roln_randint(SAMPLES - H - 2, s);
         memset(&g, 0, sizeof g);
-        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train) : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train), "full: grad");
+        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train)
+                       : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train),
+             "full: grad");
         must(full_update(&p, &opt, &o, &g, &train), "full: update");
     }
     add(full_theta_size, p.theta);
     add(full_theta_size, o.m), add(full_moment_size, o.v);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(full_encode(&p, &x, &z, &work), "full: encode");
-    for (k = 1; k < STEPS / 10; k++) {
+    for (k = 1; k < STEPS / 20; k++) {
         must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &aim, &work), "full: aim");
         must(full_control(&p, &z, &aim, gain, gain, tau_z, &work), "full: control");
         must(full_lift(&p, &z, tau_z, tau, &work), "full: lift");
@@ -119,7 +124,8 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
 static void hash_spd(uint64_t *s)
 {
     enum { n = 5, COUNT = 3 };
-    roln_real X[COUNT][n * n], L[n * n], Y[n * n], d, work[ROLN_SPD_MEAN_WORK(n) + ROLN_SPD_MAP_WORK(n) + ROLN_SPD_TRANSPORT_WORK(n) + ROLN_SPD_DIST_WORK(n)];
+    roln_real X[COUNT][n * n], L[n * n], Y[n * n], d = 0;
+    roln_real work[ROLN_SPD_MEAN_WORK(n) + ROLN_SPD_MAP_WORK(n) + ROLN_SPD_TRANSPORT_WORK(n) + ROLN_SPD_DIST_WORK(n)];
     int k, i;
     for (k = 0; k < 20; k++) {
         for (i = 0; i < COUNT; i++) {
@@ -137,6 +143,21 @@ static void hash_spd(uint64_t *s)
     }
 }
 
+/* Products and exponentials below the smallest normal number: a unit that takes them for 0 shows here. */
+static void hash_denormal(uint64_t *s)
+{
+    enum { n = 24 };
+    static roln_real A[n * n], B[n * n], C[n * n];
+    const roln_real end = sizeof(roln_real) == 4 ? 100 : 740, root = roln_exp(-end / 2);
+    int i;
+    for (i = 0; i < n * n; i++) A[i] = root * roln_normal(s), B[i] = root * roln_normal(s);
+    roln_mm(n, n, n, A, B, C), add(n * n, C);
+    roln_mm_bt(n, n, n, A, B, C), add(n * n, C);
+    for (i = 0; i < n; i++) C[i] = roln_dot(n, A + n * i, B), A[i] = roln_uniform(s) - end;
+    add(n, C);
+    roln_softplus_n(n, A, B, C), add(n, B), add(n, C);
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6];
@@ -146,6 +167,7 @@ int main(void)
     static net_train train;
     static net_start init;
     static net_work work;
+    static unsigned char packed[net_packed_size];
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
     const roln_real h = ROLN_C(0.0625);
@@ -164,6 +186,11 @@ int main(void)
         must(net_grad(&p, &weights, &b, h, &g, &train), "grad");
         must(net_update(&p, &opt, &o, &g, &train), "update");
     }
+    net_pack(&p, packed);
+    for (i = 0; i < net_packed_size; i++) board_put(packed[i]);
+    for (i = 0; i < net_packed_size; i++) packed[i] = board_get();
+    memset(&p, 0, sizeof p);
+    must(net_unpack(net_packed_size, packed, &p), "unpack");
     add(2, &p.scale.q);
     add(net_theta_size, p.theta);
     add(2, &o.adam.b1);
@@ -178,7 +205,9 @@ int main(void)
     }
     hash_full(q, qd, h, &s);
     hash_spd(&s);
-    if (getenv("HASH_VERBOSE")) printf("loss %g, q %g %g\n", (double)(g.loss.q + g.loss.qd + g.loss.zd + g.loss.qd_pred) / BATCH, (double)x.q[0], (double)x.qd[0]);
-    printf("%s %016llx\n", sizeof(roln_real) == 4 ? "float" : "double", (unsigned long long)hash);
+    hash_denormal(&s);
+    put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
+    put_hex(hash, 16);
+    put_text("\n");
     return 0;
 }

@@ -30,7 +30,8 @@ step() {
 step warnings sh tests/warnings.sh
 step config sh tests/config.sh
 step unit build/test
-step hash sh tests/hash.sh
+step hash sh tests/hash.sh host
+step targets sh tests/hash.sh targets
 step symbols sh tests/symbols.sh
 step readme sh tests/readme.sh
 step examples sh tests/examples.sh
