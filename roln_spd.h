@@ -399,6 +399,30 @@ typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), al
 #define ROLNI_ST(p, v) (*(rolni_v *)(void *)(p) = (v))
 #define ROLNI_LD8(p) (*(const rolni_v8 *)(const void *)(p))
 #define ROLNI_LD8_ONCE(p) (*(const ROLNI_ONCE rolni_v8 *)(const void *)(p))
+#else
+/* X of each lane of a block: scalars that stay in registers, as an array does not. */
+#define ROLNI_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
+#define ROLNI_16(X) ROLNI_8(X) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15)
+/* Two neighbouring numbers u.x[0], u.x[1]: on Cortex-M one load, which needs the alignment of one of them. */
+#if defined(__arm__) && defined(__GNUC__) && !defined(ROLN_DOUBLE)
+typedef double __attribute__((may_alias)) rolni_both;
+typedef union {
+    rolni_both both;
+    roln_real x[2];
+} rolni_two;
+#define ROLNI_LD2(u, p) ((u).both = *(const rolni_both *)(const void *)(p))
+#else
+typedef struct {
+    roln_real x[2];
+} rolni_two;
+#define ROLNI_LD2(u, p) ((u).x[0] = (p)[0], (u).x[1] = (p)[1])
+#endif
+/* No load moves across: so gcc does not fetch more numbers ahead than there are registers. No instruction. */
+#if defined(__GNUC__)
+#define ROLNI_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL);
+#else
+#define ROLNI_FENCE
+#endif
 #endif
 
 /* Row i of C = A B from column j on (see rolni_mm). */
@@ -427,6 +451,22 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
         for (p = 0; p < k; p++, a += sp, b += ldb)
             c0 += a[0] * ROLNI_LD(b);
         ROLNI_ST(c + j, c0);
+    }
+#else
+    for (; j < n - n % 16; j += 16) {
+        const roln_real *a = a0, *b = B + j;
+        roln_real *d = c + j;
+#define ROLNI_X(i) roln_real c##i = add ? d[i] : 0;
+        ROLNI_16(ROLNI_X)
+#undef ROLNI_X
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+#define ROLNI_X(i) c##i += a[0] * b[i];
+            ROLNI_16(ROLNI_X)
+#undef ROLNI_X
+        }
+#define ROLNI_X(i) d[i] = c##i;
+        ROLNI_16(ROLNI_X)
+#undef ROLNI_X
     }
 #endif
     for (; j < n - n % 4; j += 4) {
@@ -562,6 +602,39 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
     return ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
 }
 
+#if !ROLN_SIMD
+/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. */
+ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
+{
+    rolni_two u, v, w;
+    int p;
+#define ROLNI_X(i) roln_real s##i = 0, t##i = 0;
+    ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+    for (p = n >> 3; p > 0; p--, a += 8, b += 8, d += 8) {
+#define ROLNI_X(i, j) \
+        ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
+        s##i += u.x[0] * v.x[0], s##j += u.x[1] * v.x[1], t##i += u.x[0] * w.x[0], t##j += u.x[1] * w.x[1];
+        ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
+#undef ROLNI_X
+    }
+#define ROLNI_X(i) s##i += a[i] * b[i], t##i += a[i] * d[i];
+    switch (n & 7) {
+    case 7: ROLNI_X(6) /* fall through */
+    case 6: ROLNI_X(5) /* fall through */
+    case 5: ROLNI_X(4) /* fall through */
+    case 4: ROLNI_X(3) /* fall through */
+    case 3: ROLNI_X(2) /* fall through */
+    case 2: ROLNI_X(1) /* fall through */
+    case 1: ROLNI_X(0) /* fall through */
+    default: break;
+    }
+#undef ROLNI_X
+    c[0] = ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
+    c[1] = ((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7));
+}
+#endif
+
 #if ROLN_SIMD
 #if defined(__clang__) || __GNUC__ >= 12
 #define ROLNI_SHUFFLE __builtin_shufflevector
@@ -619,8 +692,12 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     }
 #endif
     for (i = 0; i < m; i++) {
-        int jj;
-        for (jj = j; jj < n; jj++)
+        int jj = j;
+#if !ROLN_SIMD
+        for (; jj < n - n % 2; jj += 2)
+            rolni_dot2(k, A + (size_t)i * ld, B + (size_t)jj * ld, B + (size_t)(jj + 1) * ld, C + (size_t)i * ldc + jj);
+#endif
+        for (; jj < n; jj++)
             C[(size_t)i * ldc + (size_t)jj] = roln_dot(k, A + (size_t)i * ld, B + (size_t)jj * ld);
     }
 }
