@@ -246,12 +246,13 @@ ROLN_FN roln_status roln_terms(const roln_model *md, const roln_scale *sc, const
     roln_status st;
     int i;
     rolni_state(n, sc, z, zd, ss);
-    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, y + n, y + 2 * n, y + 3 * n,
-                        y + 3 * n + 1, tape, work);
+    memset(y, 0, (size_t)(2 * n) * sizeof *y);
+    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, g ? y + n : NULL, y + 2 * n,
+                        y + 3 * n, y + 3 * n + 1, tape, work);
     if (st != ROLN_OK) return st;
-    for (i = c ? 0 : n; i < 3 * n + 2; i++)
+    for (i = 0; i < 3 * n + 2; i++)
         y[i] *= f;
-    if (!roln_all_finite(c ? 3 * n + 2 : 2 * n + 2, y + (c ? 0 : n))) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(3 * n + 2, y)) return ROLN_E_NOT_FINITE;
     if (M) memcpy(M, X, (size_t)(n * n) * sizeof *M);
     if (c) memcpy(c, y, (size_t)n * sizeof *c);
     if (g) memcpy(g, y + n, (size_t)n * sizeof *g);
@@ -302,7 +303,7 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
     int i;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
     roln_ae_decode(ae, 1, 1, theta, z, jet, ae_tape);
     for (i = 0; i < N; i++)
         jet[N + i] = v[i] / sc->q;
@@ -335,7 +336,7 @@ ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc,
     int i;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
     roln_ae_decode(ae, 1, 1, theta, z, x, tape_d);
     for (i = 0; i < N; i++) {
         x[N + i] = x[i];

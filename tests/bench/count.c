@@ -67,7 +67,7 @@ static void network(const row *r)
 static void forward(const row *r)
 {
     (void)r;
-    roln_mlp_forward(&mlp, 0, 0, 1, weights, x, y, tape);
+    roln_mlp_forward(&mlp, 0, 0, 1, 1, weights, x, y, tape);
 }
 
 static roln_real l[MAX_N], Q[MAX_N * MAX_N], work[ROLN_EIG_WORK(MAX_N)];
