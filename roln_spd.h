@@ -455,7 +455,7 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 #else
     for (; j < n - n % 16; j += 16) {
         const roln_real *a = a0, *b = B + j;
-        roln_real *d = c + j;
+        roln_real *const d = c + j;
 #define ROLNI_X(i) roln_real c##i = add ? d[i] : 0;
         ROLNI_16(ROLNI_X)
 #undef ROLNI_X
@@ -545,6 +545,30 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         }
         rolni_mm1(k, n, n4, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
         rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+    }
+#else
+    for (; i < m - m % 2; i += 2) { /* a pair: eight columns */
+        const size_t ldb = (size_t)n;
+        roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
+        int j, p;
+        for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
+            const roln_real *a = A + (size_t)i * si, *b = B + j;
+            rolni_two u;
+#define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
+            ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+            for (p = k; p > 0; p--, a += sp, b += ldb) {
+                const roln_real x = a[0], y = a[si];
+#define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1];
+                ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
+#undef ROLNI_X
+            }
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
+            ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+        }
+        rolni_mm1(k, n, j, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
+        rolni_mm1(k, n, j, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
     }
 #endif
     for (; i < m; i++)
