@@ -811,19 +811,38 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
 /* Plane rotation of two neighbouring rows: (x; x+n) <- (c x - s (x+n); s x + c (x+n)). */
 ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
 {
-    roln_real *y = x + n, u;
-    int k = 0;
+    roln_real *y = x + n;
 #if ROLN_SIMD
-    for (; k + ROLNI_W <= n; k += ROLNI_W) {
-        const rolni_v a = ROLNI_LD(x + k), b = ROLNI_LD(y + k);
-        ROLNI_ST(x + k, c * a - s * b);
-        ROLNI_ST(y + k, s * a + c * b);
+    for (; n >= ROLNI_W; n -= ROLNI_W, x += ROLNI_W, y += ROLNI_W) {
+        const rolni_v a = ROLNI_LD(x), b = ROLNI_LD(y);
+        ROLNI_ST(x, c * a - s * b);
+        ROLNI_ST(y, s * a + c * b);
     }
 #endif
-    for (; k < n; k++) {
-        u = x[k];
-        x[k] = c * u - s * y[k];
-        y[k] = s * u + c * y[k];
+    for (; n > 0; n--) {
+        const roln_real a = *x, b = *y;
+        *x++ = c * a - s * b;
+        *y++ = s * a + c * b;
+    }
+}
+
+/* Two of them in one pass: (y; z) by c1, s1, then (x; y) by c, s, y = x + n, z = y + n. */
+ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_real s, roln_real *x)
+{
+    roln_real *y = x + n, *z = y + n;
+#if ROLN_SIMD
+    for (; n >= ROLNI_W; n -= ROLNI_W, x += ROLNI_W, y += ROLNI_W, z += ROLNI_W) {
+        const rolni_v a = ROLNI_LD(x), b = ROLNI_LD(y), d = ROLNI_LD(z), m = c1 * b - s1 * d;
+        ROLNI_ST(x, c * a - s * m);
+        ROLNI_ST(y, s * a + c * m);
+        ROLNI_ST(z, s1 * b + c1 * d);
+    }
+#endif
+    for (; n > 0; n--) {
+        const roln_real a = *x, b = *y, d = *z, m = c1 * b - s1 * d;
+        *x++ = c * a - s * m;
+        *y++ = s * a + c * m;
+        *z++ = s1 * b + c1 * d;
     }
 }
 
@@ -923,7 +942,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
     /* QL: deflate or sweep rows i..m, the unreduced block that begins at i */
     e[n - 1] = 0;
     for (i = 0; i < n;) {
-        roln_real p, g, r, s, c;
+        roln_real p, g, r, s, c, s1, c1;
         for (m = i; m < n - 1; m++) {
             const roln_real x = ROLN_ABS(e[m]);
             if (x <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) || x <= tiny)
@@ -948,7 +967,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             i += 2;
         } else {
             g = l[m] - l[i] + r;
-            s = c = 1;
+            s = c = s1 = c1 = 1;
             p = 0;
             for (k = m - 1; k >= i; k--) {
                 const roln_real f = s * e[k], q = c * e[k];
@@ -966,8 +985,10 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
                 p = s * r;
                 l[k + 1] = g + p;
                 g = c * r - q;
-                rolni_rotate(n, c, s, Q + k * n);
+                if ((m - k) & 1) c1 = c, s1 = s; /* waits for the next */
+                else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
             }
+            if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
             l[k + 1] -= p;
             e[k + 1] = k < i ? g : 0;
             e[m] = 0;
