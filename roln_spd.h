@@ -895,9 +895,9 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         h = 1 / (s - f * g);
         v[i - 1] = f - g;
         l[i] = h;
-        for (k = 0; k < i; k++)
-            t[k] = 0;
-        for (j = 0; j < i; j++) { /* t = A v */
+        for (k = 0; k < i; k++) /* t = A v; 0 + makes -0 a 0 */
+            t[k] = 0 + v[0] * Q[k];
+        for (j = 1; j < i; j++) {
             const roln_real *ROLN_RESTRICT a = Q + j * n;
             const roln_real x = v[j];
             for (k = 0; k < i; k++)
@@ -997,21 +997,20 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
 
     /* sort ascending, undo the scale */
     for (i = 0; i < n; i++) {
+        roln_real least = l[i];
         for (m = i, k = i + 1; k < n; k++)
-            if (l[k] < l[m])
-                m = k;
+            if (l[k] < least)
+                m = k, least = l[k];
         if (m != i) {
             roln_real *ROLN_RESTRICT x = Q + i * n, *ROLN_RESTRICT y = Q + m * n;
-            const roln_real d = l[i];
-            l[i] = l[m];
-            l[m] = d;
+            l[m] = l[i];
             for (k = 0; k < n; k++) {
                 const roln_real xx = x[k];
                 x[k] = y[k];
                 y[k] = xx;
             }
         }
-        l[i] *= down;
+        l[i] = least * down;
     }
     return roln_all_finite(n, l) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
