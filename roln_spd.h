@@ -207,9 +207,11 @@ ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
     int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
     int32_t k = n - 2 * (int32_t)ROLNI_BIAS;
-    roln_real lo = (roln_real)k * ROLNI_LN2LO, r, rr, u, v;
-    /* The bit cleared is 0 already; clearing it keeps -ffast-math from adding k hi and k lo first. */
-    *h = x - rolni_real(rolni_bits((roln_real)k * ROLNI_LN2HI) & ~(roln_bits)1);
+    roln_real lo = (roln_real)k * ROLNI_LN2LO, hi = (roln_real)k * ROLNI_LN2HI, r, rr, u, v;
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+    hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
+#endif
+    *h = x - hi;
     r = *h - lo;
     rr = r * r;
 #ifdef ROLN_DOUBLE
@@ -249,9 +251,9 @@ ROLNI_INLINE roln_real rolni_log1p(roln_real f)
 ROLNI_INLINE roln_real rolni_exp(roln_real x)
 {
     const roln_bits end = rolni_bits(ROLNI_EXP_END);
-    roln_bits b = rolni_bits(x), m = b & ~ROLNI_SIGN, over = rolni_mask(end - m), nan = rolni_mask(ROLNI_INF - m), n;
+    roln_bits b = rolni_bits(x), m = b & ~ROLNI_SIGN, nan = rolni_mask(ROLNI_INF - m), n;
     roln_real h, t, y;
-    m = (m & ~over) | (end & over);
+    m = m < end ? m : end;
     n = rolni_exp_split(rolni_real(m | (b & ROLNI_SIGN)), &h, &t);
     y = rolni_real(rolni_bits(ROLN_C(1.0) + (h + t)) + (((n >> 1) - ROLNI_BIAS) << ROLNI_MANT));
     return y * rolni_real((n - (n >> 1)) << ROLNI_MANT | nan);
