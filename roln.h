@@ -551,6 +551,14 @@ ROLN_FN int roln_in_range(int n, const roln_real *z_min, const roln_real *z_max,
     return in;
 }
 
+/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [N]. */
+ROLN_FN roln_real rolni_power(const roln_model *md, const roln_real *theta, const roln_real *in, const roln_real *qd, roln_real *work)
+{
+    rolni_torque f;
+    f.md = md, f.theta = theta, f.in = in;
+    return roln_dot(md->ae.size[0], rolni_tau(&f, 1, work), qd);
+}
+
 /* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
    status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
    now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
@@ -563,8 +571,8 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
                                  const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n, nu = roln_force_size(md);
-    roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), *x = rolni_take(&work, 2 * N);
-    roln_real T = 0, V = 0, before = 0, after = 0;
+    roln_real *d = rolni_take(&work, n), *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N);
+    roln_real T = 0, V = 0, lost = 0, before, after;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
     int i, known = 0;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
@@ -576,7 +584,7 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     else
         for (i = 0; i < nu; i++)
             if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
-    if ((limits->q_off > 0 || limits->qd_off > 0) && !(faults & ROLN_FAULT_INPUT)) {
+    if ((limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0) && !(faults & ROLN_FAULT_INPUT)) {
         if (roln_decode(md, sc, theta, z, zd, x, x + N, work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
         else
             for (i = 0; i < N; i++)
@@ -585,26 +593,22 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
                     faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
-    else if (limits->power > 0 && st == ROLN_OK && !(faults & ROLN_FAULT_INPUT)) {
-        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK &&
-                roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK;
+    else if (limits->power > 0 && st == ROLN_OK && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS))) {
+        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK;
+        if (known) lost = roln_dot(n, zd, d);
+        before = rolni_power(md, theta, held, x + N, tau) - lost; /* at the end of the last tick, under its torque */
+        known = known && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else {
-            for (i = 0; i < n; i++)
-                before += zd[i] * (tau_z[i] - d[i]); /* power at the end of the last tick, under its torque */
-            if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
-                faults |= ROLN_FAULT_ENERGY;
-        }
+        else if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
+            faults |= ROLN_FAULT_ENERGY;
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
     for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
         held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
-    if (known && roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK) {
-        for (i = 0; i < n; i++)
-            after += zd[i] * (tau_z[i] - d[i]); /* power at the start of the next tick, under the new torque */
-        g->energy = T + V, g->power = after;
-    } else known = 0;
+    after = known ? rolni_power(md, theta, held, x + N, tau) - lost : 0; /* at the start of the next tick, under the new torque */
+    known = known && roln_finite(after);
+    if (known) g->energy = T + V, g->power = after;
     g->known = known;
     g->faults |= faults;
     return faults;
