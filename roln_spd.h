@@ -462,8 +462,11 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
         ROLNI_16(ROLNI_X)
 #undef ROLNI_X
         for (p = k; p > 0; p--, a += sp, b += ldb) {
-#define ROLNI_X(i) c##i += a[0] * b[i];
-            ROLNI_16(ROLNI_X)
+            const roln_real x = a[0];
+            rolni_two u;
+#define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1];
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLNI_FENCE
+            ROLNI_X(8, 9) ROLNI_X(10, 11) ROLNI_X(12, 13) ROLNI_X(14, 15)
 #undef ROLNI_X
         }
 #define ROLNI_X(i) d[i] = c##i;
