@@ -190,3 +190,8 @@ build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmw
 	sh examples/firmware/cc.sh $(1) $(WARN) $$< -o $$@
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
+
+# instructions of the kernels and of a control tick on a Cortex-M4F, against targets
+.PHONY: count
+count:
+	sh tests/bench/count.sh

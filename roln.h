@@ -246,12 +246,13 @@ ROLN_FN roln_status roln_terms(const roln_model *md, const roln_scale *sc, const
     roln_status st;
     int i;
     rolni_state(n, sc, z, zd, ss);
-    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, y + n, y + 2 * n, y + 3 * n,
-                        y + 3 * n + 1, tape, work);
+    memset(y, 0, (size_t)(2 * n) * sizeof *y);
+    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, g ? y + n : NULL, y + 2 * n,
+                        y + 3 * n, y + 3 * n + 1, tape, work);
     if (st != ROLN_OK) return st;
-    for (i = c ? 0 : n; i < 3 * n + 2; i++)
+    for (i = 0; i < 3 * n + 2; i++)
         y[i] *= f;
-    if (!roln_all_finite(c ? 3 * n + 2 : 2 * n + 2, y + (c ? 0 : n))) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(3 * n + 2, y)) return ROLN_E_NOT_FINITE;
     if (M) memcpy(M, X, (size_t)(n * n) * sizeof *M);
     if (c) memcpy(c, y, (size_t)n * sizeof *c);
     if (g) memcpy(g, y + n, (size_t)n * sizeof *g);
@@ -302,7 +303,7 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
     int i;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
     roln_ae_decode(ae, 1, 1, theta, z, jet, ae_tape);
     for (i = 0; i < N; i++)
         jet[N + i] = v[i] / sc->q;
@@ -335,7 +336,7 @@ ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc,
     int i;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, 0, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
     roln_ae_decode(ae, 1, 1, theta, z, x, tape_d);
     for (i = 0; i < N; i++) {
         x[N + i] = x[i];
@@ -550,6 +551,14 @@ ROLN_FN int roln_in_range(int n, const roln_real *z_min, const roln_real *z_max,
     return in;
 }
 
+/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [N]. */
+ROLN_FN roln_real rolni_power(const roln_model *md, const roln_real *theta, const roln_real *in, const roln_real *qd, roln_real *work)
+{
+    rolni_torque f;
+    f.md = md, f.theta = theta, f.in = in;
+    return roln_dot(md->ae.size[0], rolni_tau(&f, 1, work), qd);
+}
+
 /* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
    status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
    now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
@@ -562,8 +571,8 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
                                  const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n, nu = roln_force_size(md);
-    roln_real *d = rolni_take(&work, n), *tau_z = rolni_take(&work, n), *x = rolni_take(&work, 2 * N);
-    roln_real T = 0, V = 0, before = 0, after = 0;
+    roln_real *d = rolni_take(&work, n), *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N);
+    roln_real T = 0, V = 0, lost = 0, before, after;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
     int i, known = 0;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
@@ -575,7 +584,7 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     else
         for (i = 0; i < nu; i++)
             if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
-    if ((limits->q_off > 0 || limits->qd_off > 0) && !(faults & ROLN_FAULT_INPUT)) {
+    if ((limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0) && !(faults & ROLN_FAULT_INPUT)) {
         if (roln_decode(md, sc, theta, z, zd, x, x + N, work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
         else
             for (i = 0; i < N; i++)
@@ -584,26 +593,22 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
                     faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
-    else if (limits->power > 0 && st == ROLN_OK && !(faults & ROLN_FAULT_INPUT)) {
-        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK &&
-                roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK;
+    else if (limits->power > 0 && st == ROLN_OK && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS))) {
+        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK;
+        if (known) lost = roln_dot(n, zd, d);
+        before = rolni_power(md, theta, held, x + N, tau) - lost; /* at the end of the last tick, under its torque */
+        known = known && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else {
-            for (i = 0; i < n; i++)
-                before += zd[i] * (tau_z[i] - d[i]); /* power at the end of the last tick, under its torque */
-            if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
-                faults |= ROLN_FAULT_ENERGY;
-        }
+        else if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
+            faults |= ROLN_FAULT_ENERGY;
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
     for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
         held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
-    if (known && roln_reduce(md, sc, theta, z, held, tau_z, work) == ROLN_OK) {
-        for (i = 0; i < n; i++)
-            after += zd[i] * (tau_z[i] - d[i]); /* power at the start of the next tick, under the new torque */
-        g->energy = T + V, g->power = after;
-    } else known = 0;
+    after = known ? rolni_power(md, theta, held, x + N, tau) - lost : 0; /* at the start of the next tick, under the new torque */
+    known = known && roln_finite(after);
+    if (known) g->energy = T + V, g->power = after;
     g->known = known;
     g->faults |= faults;
     return faults;

@@ -50,29 +50,30 @@ ROLN_FN int roln_mlp_hidden(const roln_mlp *f)
     return sum;
 }
 
-/* Plane t of a block: t = 0 the values y = f(x), t = 1 .. T the directional derivatives y_t = Df(x)[x_t], for which
-   plane 0 must be on the tape. x [1+T][nb][in], theta in; y [1+T][nb][out] (plane t written),
+/* The planes t .. t+k-1 of a block: plane 0 the values y = f(x), 1 .. T the directional derivatives y_t = Df(x)[x_t], which
+   plane 0 must precede. x [1+T][nb][in], theta in; y [1+T][nb][out] (those planes written),
    tape [ROLN_MLP_TAPE]: per hidden layer the slopes softplus'(a) and the outputs of all planes. */
 #define ROLN_MLP_TAPE(T, nb, hidden) ((2 + (T)) * (nb) * (hidden))
-ROLN_FN void roln_mlp_forward(const roln_mlp *f, int T, int t, int nb, const roln_real *theta, const roln_real *x,
+ROLN_FN void roln_mlp_forward(const roln_mlp *f, int T, int t, int k, int nb, const roln_real *theta, const roln_real *x,
                               roln_real *y, roln_real *tape)
 {
     const roln_real *in = x + t * nb * f->size[0];
-    int l, r, i;
+    int l, r, i, p;
     for (l = 0; l < f->layers; l++) {
-        const int ni = f->size[l], no = f->size[l + 1], last = l + 1 == f->layers;
+        const int ni = f->size[l], no = f->size[l + 1], m = nb * no, last = l + 1 == f->layers;
         const roln_real *b = theta + ni * no;
-        roln_real *s = tape, *out = (last ? y : s + nb * no) + t * nb * no;
-        if (last) roln_mm_bt(nb, ni, no, in, theta, out);
-        else roln_mm(nb, ni, no, in, theta, out);
+        roln_real *s = tape, *out = (last ? y : s + m) + t * m;
+        if (last) roln_mm_bt(k * nb, ni, no, in, theta, out);
+        else roln_mm(k * nb, ni, no, in, theta, out);
         for (r = 0; r < nb && t == 0; r++)
             for (i = 0; i < no; i++)
                 out[r * no + i] += b[i];
-        if (!last && t == 0) roln_softplus_n(nb * no, out, out, s);
-        for (i = 0; i < nb * no && !last && t > 0; i++)
-            out[i] *= s[i];
+        if (!last && t == 0) roln_softplus_n(m, out, out, s);
+        for (p = t == 0; p < k && !last; p++)
+            for (i = 0; i < m; i++)
+                out[p * m + i] *= s[i];
         theta = b + no;
-        tape += (2 + T) * nb * no;
+        tape += (2 + T) * m;
         in = out;
     }
 }
@@ -767,14 +768,13 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
     roln_spd_mul(n, t->el + r * n, t->R + r * n * n, x, y, work);
 }
 
-/* y = DM[x_p] x for a block, x_p the direction p of the tape, whose planes of the networks are filled here. */
+/* y = DM[x_p] x for a block, x_p the direction p of the tape, whose plane of u is there. */
 ROLN_FN roln_status rolni_dm(const roln_lnn *f, int T, int nb, int p, const roln_real *theta, const rolni_tape *t,
                              const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n, m = f->width[0], mm = m * m, formed = rolni_formed(f);
     roln_real *F = work, *chain = F + mm, *tmp = chain + (formed ? ROLNI_CHAIN(m, f->layers, T) : 0), *M = NULL;
     int r;
-    roln_mlp_forward(&f->mass, T, p, nb, theta, t->x, t->u, t->mass);
     for (r = 0; r < nb; r++) {
         rolni_directions(f, nb, t, r, p, 1, F, tmp);
         if (formed) {
@@ -791,9 +791,12 @@ ROLN_FN roln_status rolni_dm(const roln_lnn *f, int T, int nb, int p, const roln
 
 /* ---- 4 mechanics ------------------------------------------------------------------------------ */
 
-/* Fill the tape at s = [z; zd]: networks, mass matrix, kin, g, d; with `coriolis` also DM[zd] w. w [nb][n]: zd if NULL. */
+/* How much of the tape is wanted at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w. */
+enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS };
+
+/* Fill it. w [nb][n]: NULL for zd, or the direction T - 1 of the tape, whose plane of u is then filled, too. */
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
-                               int coriolis, roln_real *tape, roln_real *work)
+                               int wanted, roln_real *tape, roln_real *work)
 {
     const int n = f->n, m = f->width[0], mm = m * m, tri = ROLN_TRI(m), formed = rolni_formed(f);
     const rolni_tape t = rolni_tape_of(f, T, nb, tape);
@@ -802,15 +805,17 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real
     roln_real *zd = t.x + T * nb * n;
     roln_status st;
     rolni_pair pair;
+    const int dirs = wanted < ROLNI_CORIOLIS ? 0 : w ? 2 : 1, together = dirs == T; /* directions: the last ones */
     int r, i, j;
 
     if (!roln_all_finite(2 * nb * n, s)) return ROLN_E_NOT_FINITE;
     memcpy(t.x, s, (size_t)(nb * n) * sizeof *s);
     memcpy(zd, s + nb * n, (size_t)(nb * n) * sizeof *s);
     pair.c = ROLN_C(0.5), pair.p = zd, pair.q = w ? w : zd, pair.gp = pair.gq = NULL;
-    roln_mlp_forward(&f->mass, T, 0, nb, theta, t.x, t.u, t.mass);
-    roln_mlp_forward(&f->potential, T > 1, 0, nb, pot, t.x, t.v, t.pot);
-    if (f->damping) roln_mlp_forward(&f->damper, 0, 0, nb, damper, t.x, t.L, t.damp);
+    roln_mlp_forward(&f->mass, T, 0, together ? 1 + T : 1, nb, theta, t.x, t.u, t.mass);
+    if (dirs > 0 && !together) roln_mlp_forward(&f->mass, T, T - dirs + 1, dirs, nb, theta, t.x, t.u, t.mass);
+    roln_mlp_forward(&f->potential, T > 1, 0, 1, nb, pot, t.x, t.v, t.pot);
+    if (f->damping) roln_mlp_forward(&f->damper, 0, 0, 1, nb, damper, t.x, t.L, t.damp);
     if (f->base && (st = roln_chol(m, P, t.A)) != ROLN_OK) return st;
 
     for (r = 0; r < nb; r++) {
@@ -846,7 +851,8 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real
                     t.M[(r * n + i) * n + j] = t.M[(r * n + j) * n + i] = M[i * n + j];
             if ((st = roln_chol(n, t.M + r * n * n, t.C + r * n * n)) != ROLN_OK) return st;
         }
-        if ((st = rolni_head_bwd(f, T, nb, 0, 0, theta, &t, r, &pair, gu, NULL, S)) != ROLN_OK) return st;
+        if (wanted >= ROLNI_GRADIENT && (st = rolni_head_bwd(f, T, nb, 0, 0, theta, &t, r, &pair, gu, NULL, S)) != ROLN_OK)
+            return st;
         for (i = 0; i < n; i++)
             t.d[r * n + i] = 0;
         if (f->damping) { /* d = L (L^T zd) */
@@ -855,7 +861,8 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real
             roln_mm_bt(1, n, n, G, S, t.d + r * n);
         }
     }
-    if (coriolis && (st = rolni_dm(f, T, nb, T, theta, &t, pair.q, t.dmv, S)) != ROLN_OK) return st;
+    if (wanted < ROLNI_GRADIENT) return ROLN_OK;
+    if (dirs > 0 && (st = rolni_dm(f, T, nb, T, theta, &t, pair.q, t.dmv, S)) != ROLN_OK) return st;
     memset(t.kin, 0, (size_t)(2 * nb * n) * sizeof *t.kin); /* kin and g */
     roln_mlp_bwd(&f->mass, T, 1, nb, theta, t.x, t.mass, gu, t.kin, NULL, S);
     for (r = 0; r < nb; r++)
@@ -872,7 +879,7 @@ ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int T, int nb, const roln_re
 {
     const int n = f->n;
     const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    const roln_status st = rolni_eval(f, T, nb, theta, s, NULL, 1, tape, work);
+    const roln_status st = rolni_eval(f, T, nb, theta, s, NULL, ROLNI_CORIOLIS, tape, work);
     int r, i;
     if (st != ROLN_OK) return st;
     for (r = 0; r < nb; r++) {
@@ -900,7 +907,7 @@ ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int T, int nb, const rol
     int r, i;
     if (w) memcpy(dir, w, (size_t)m * sizeof *w);
     memcpy(t.zdd, zdd, (size_t)m * sizeof *zdd);
-    if ((st = rolni_eval(f, T, nb, theta, s, w ? dir : NULL, 1, tape, mem)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, T, nb, theta, s, w ? dir : NULL, ROLNI_CORIOLIS, tape, mem)) != ROLN_OK) return st;
     if (w && (st = rolni_dm(f, T, nb, T - 1, theta, &t, t.x + T * m, out, mem)) != ROLN_OK) return st;
     for (i = 0; i < m; i++)
         out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
@@ -922,7 +929,8 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
 {
     const int n = f->n, nn = n * n;
     const rolni_tape t = rolni_tape_of(f, 1, 1, tape);
-    const roln_status st = rolni_eval(f, 1, 1, theta, s, NULL, c != NULL, tape, work);
+    const int wanted = c ? ROLNI_CORIOLIS : g ? ROLNI_GRADIENT : ROLNI_MASS;
+    const roln_status st = rolni_eval(f, 1, 1, theta, s, NULL, wanted, tape, work);
     roln_real *X = work, *p = X + nn, *e = p + n, twice;
     int i;
     if (st != ROLN_OK) return st;
@@ -934,8 +942,8 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
             e[i] = t.K[i * (n + 1)];
         roln_spd_form(n, e, t.Q, X, e + n);
     }
-    if (!roln_all_finite(nn, X) || !roln_finite(twice) || !roln_finite(t.v[0]) || !roln_all_finite(2 * n, t.kin) ||
-        !roln_all_finite(n, t.d) || (c && !roln_all_finite(n, t.dmv)))
+    if (!roln_all_finite(nn, X) || !roln_finite(twice) || !roln_finite(t.v[0]) ||
+        (wanted >= ROLNI_GRADIENT && !roln_all_finite(2 * n, t.kin)) || !roln_all_finite(n, t.d) || (c && !roln_all_finite(n, t.dmv)))
         return ROLN_E_NOT_FINITE;
     if (M) memcpy(M, X, (size_t)nn * sizeof *M);
     for (i = 0; i < n; i++) {
@@ -956,7 +964,7 @@ ROLN_FN roln_status roln_lnn_energy(const roln_lnn *f, int dirs, int nb, const r
 {
     const int n = f->n;
     const rolni_tape t = rolni_tape_of(f, dirs, nb, tape);
-    const roln_status st = rolni_eval(f, dirs, nb, theta, s, NULL, 0, tape, work);
+    const roln_status st = rolni_eval(f, dirs, nb, theta, s, NULL, ROLNI_MASS, tape, work);
     roln_real *p = work, *e = p + n, *mem = e + nb;
     int r;
     if (st != ROLN_OK) return st;
@@ -991,14 +999,14 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int T, int nb, const roln_real *th
 
     if (a) memcpy(t.x + m, a, (size_t)m * sizeof *a);
     for (p = 1; p <= k && p < T; p++)
-        roln_mlp_forward(&f->mass, T, p, nb, theta, t.x, t.u, t.mass);
+        roln_mlp_forward(&f->mass, T, p, 1, nb, theta, t.x, t.u, t.mass);
     memset(gx, 0, (size_t)((1 + T) * m) * sizeof *gx);
     for (r = 0; r < nb; r++)
         rolni_head_bwd(f, T, nb, k, 1, theta, &t, r, pair, gu, gtheta, S);
     roln_mlp_bwd(&f->mass, T, 1 + k, nb, theta, t.x, t.mass, gu, gx, gtheta, S);
 
     if (a) { /* -a^T g = -DV[a] */
-        roln_mlp_forward(&f->potential, 1, 1, nb, theta + np, t.x, t.v, t.pot);
+        roln_mlp_forward(&f->potential, 1, 1, 1, nb, theta + np, t.x, t.v, t.pot);
         for (i = 0; i < 2 * nb; i++)
             gv[i] = i < nb ? 0 : -1;
         roln_mlp_bwd(&f->potential, 1, 2, nb, theta + np, t.x, t.pot, gv, gx, gtheta ? gtheta + np : NULL, S);
@@ -1167,14 +1175,14 @@ ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, int T, int nb, const roln_
     const rolni_tape t1 = rolni_tape_of(f, T, nb, last);
     roln_status st;
     int it, i, settled = 1;
-    if ((st = rolni_eval(f, T, nb, theta, s, NULL, 0, tape, w)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, T, nb, theta, s, NULL, ROLNI_MASS, tape, w)) != ROLN_OK) return st;
     rolni_mul_all(f, nb, &t0, s + m, p, w);
     memcpy(v, s + m, (size_t)m * sizeof *v);
     for (it = 0;; it++) {
         for (i = 0; i < m; i++)
             sm[i] = s[i] + h / 2 * v[i];
         if (force) force->eval(force->ctx, nb, sm, F);
-        if ((st = rolni_eval(f, T, nb, theta, sm, NULL, 0, tape + stride, w)) != ROLN_OK) return st;
+        if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_GRADIENT, tape + stride, w)) != ROLN_OK) return st;
         for (i = 0; i < m; i++) {
             F[i] = tm.kin[i] - tm.g[i] - tm.d[i] + (force ? F[i] : 0);
             rhs[i] = p[i] + h / 2 * F[i];
@@ -1191,7 +1199,7 @@ ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, int T, int nb, const roln_
         p[i] += h * F[i];
         sm[i] = s[i] + h * v[i];
     }
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, 0, last, w)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_MASS, last, w)) != ROLN_OK) return st;
     rolni_minv_all(f, nb, &t1, p, t1.zdd, w);
     memcpy(sn, sm, (size_t)m * sizeof *sn);
     memcpy(sn + m, t1.zdd, (size_t)m * sizeof *sn);
@@ -1336,13 +1344,13 @@ ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, int T, int nb, const roln_
         sm[m + i] = (z1[i] - z0[i]) / h;
     }
     if (force) force->eval(force->ctx, nb, sm, F);
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, 0, tape, w)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_GRADIENT, tape, w)) != ROLN_OK) return st;
     rolni_mul_all(f, nb, &tm, sm + m, p, w);
     for (i = 0; i < m; i++) {
         p[i] += h / 2 * (tm.kin[i] - tm.g[i] - tm.d[i] + (force ? F[i] : 0));
         sm[i] = z1[i];
     }
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, 0, tape + stride, w)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_MASS, tape + stride, w)) != ROLN_OK) return st;
     rolni_minv_all(f, nb, &t1, p, t1.zdd, w);
     if (!roln_all_finite(m, t1.zdd)) return ROLN_E_NOT_FINITE;
     memcpy(s1 + m, t1.zdd, (size_t)m * sizeof *s1);

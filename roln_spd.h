@@ -213,9 +213,11 @@ ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
     int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
     int32_t k = n - 2 * (int32_t)ROLNI_BIAS;
-    roln_real lo = (roln_real)k * ROLNI_LN2LO, r, rr, u, v;
-    /* The bit cleared is 0 already; clearing it keeps -ffast-math from adding k hi and k lo first. */
-    *h = x - rolni_real(rolni_bits((roln_real)k * ROLNI_LN2HI) & ~(roln_bits)1);
+    roln_real lo = (roln_real)k * ROLNI_LN2LO, hi = (roln_real)k * ROLNI_LN2HI, r, rr, u, v;
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+    hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
+#endif
+    *h = x - hi;
     r = *h - lo;
     rr = r * r;
 #ifdef ROLN_DOUBLE
@@ -255,9 +257,9 @@ ROLNI_INLINE roln_real rolni_log1p(roln_real f)
 ROLNI_INLINE roln_real rolni_exp(roln_real x)
 {
     const roln_bits end = rolni_bits(ROLNI_EXP_END);
-    roln_bits b = rolni_bits(x), m = b & ~ROLNI_SIGN, over = rolni_mask(end - m), nan = rolni_mask(ROLNI_INF - m), n;
+    roln_bits b = rolni_bits(x), m = b & ~ROLNI_SIGN, nan = rolni_mask(ROLNI_INF - m), n;
     roln_real h, t, y;
-    m = (m & ~over) | (end & over);
+    m = m < end ? m : end;
     n = rolni_exp_split(rolni_real(m | (b & ROLNI_SIGN)), &h, &t);
     y = rolni_real(rolni_bits(ROLN_C(1.0) + (h + t)) + (((n >> 1) - ROLNI_BIAS) << ROLNI_MANT));
     return y * rolni_real((n - (n >> 1)) << ROLNI_MANT | nan);
@@ -406,6 +408,30 @@ typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), al
 #define ROLNI_ST(p, v) (*(rolni_v *)(void *)(p) = (v))
 #define ROLNI_LD8(p) (*(const rolni_v8 *)(const void *)(p))
 #define ROLNI_LD8_ONCE(p) (*(const ROLNI_ONCE rolni_v8 *)(const void *)(p))
+#else
+/* X of each lane of a block: scalars that stay in registers, as an array does not. */
+#define ROLNI_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
+#define ROLNI_16(X) ROLNI_8(X) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15)
+/* Two neighbouring numbers u.x[0], u.x[1]: on Cortex-M one load, which needs the alignment of one of them. */
+#if defined(__arm__) && defined(__GNUC__) && !defined(ROLN_DOUBLE)
+typedef double __attribute__((may_alias)) rolni_both;
+typedef union {
+    rolni_both both;
+    roln_real x[2];
+} rolni_two;
+#define ROLNI_LD2(u, p) ((u).both = *(const rolni_both *)(const void *)(p))
+#else
+typedef struct {
+    roln_real x[2];
+} rolni_two;
+#define ROLNI_LD2(u, p) ((u).x[0] = (p)[0], (u).x[1] = (p)[1])
+#endif
+/* No load moves across: so gcc does not fetch more numbers ahead than there are registers. No instruction. */
+#if defined(__GNUC__)
+#define ROLNI_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL);
+#else
+#define ROLNI_FENCE
+#endif
 #endif
 
 /* Row i of C = A B from column j on (see rolni_mm). */
@@ -434,6 +460,25 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
         for (p = 0; p < k; p++, a += sp, b += ldb)
             c0 += a[0] * ROLNI_LD(b);
         ROLNI_ST(c + j, c0);
+    }
+#else
+    for (; j < n - n % 16; j += 16) {
+        const roln_real *a = a0, *b = B + j;
+        roln_real *const d = c + j;
+#define ROLNI_X(i) roln_real c##i = add ? d[i] : 0;
+        ROLNI_16(ROLNI_X)
+#undef ROLNI_X
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+            const roln_real x = a[0];
+            rolni_two u;
+#define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1];
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLNI_FENCE
+            ROLNI_X(8, 9) ROLNI_X(10, 11) ROLNI_X(12, 13) ROLNI_X(14, 15)
+#undef ROLNI_X
+        }
+#define ROLNI_X(i) d[i] = c##i;
+        ROLNI_16(ROLNI_X)
+#undef ROLNI_X
     }
 #endif
     for (; j < n - n % 4; j += 4) {
@@ -513,6 +558,30 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         rolni_mm1(k, n, n4, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
         rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
     }
+#else
+    for (; i < m - m % 2; i += 2) { /* a pair: eight columns */
+        const size_t ldb = (size_t)n;
+        roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
+        int j, p;
+        for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
+            const roln_real *a = A + (size_t)i * si, *b = B + j;
+            rolni_two u;
+#define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
+            ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+            for (p = k; p > 0; p--, a += sp, b += ldb) {
+                const roln_real x = a[0], y = a[si];
+#define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1];
+                ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
+#undef ROLNI_X
+            }
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
+            ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+        }
+        rolni_mm1(k, n, j, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
+        rolni_mm1(k, n, j, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+    }
 #endif
     for (; i < m; i++)
         rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * (size_t)n);
@@ -568,6 +637,39 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
     }
     return ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
 }
+
+#if !ROLN_SIMD
+/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. */
+ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
+{
+    rolni_two u, v, w;
+    int p;
+#define ROLNI_X(i) roln_real s##i = 0, t##i = 0;
+    ROLNI_8(ROLNI_X)
+#undef ROLNI_X
+    for (p = n >> 3; p > 0; p--, a += 8, b += 8, d += 8) {
+#define ROLNI_X(i, j) \
+        ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
+        s##i += u.x[0] * v.x[0], s##j += u.x[1] * v.x[1], t##i += u.x[0] * w.x[0], t##j += u.x[1] * w.x[1];
+        ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
+#undef ROLNI_X
+    }
+#define ROLNI_X(i) s##i += a[i] * b[i], t##i += a[i] * d[i];
+    switch (n & 7) {
+    case 7: ROLNI_X(6) /* fall through */
+    case 6: ROLNI_X(5) /* fall through */
+    case 5: ROLNI_X(4) /* fall through */
+    case 4: ROLNI_X(3) /* fall through */
+    case 3: ROLNI_X(2) /* fall through */
+    case 2: ROLNI_X(1) /* fall through */
+    case 1: ROLNI_X(0) /* fall through */
+    default: break;
+    }
+#undef ROLNI_X
+    c[0] = ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
+    c[1] = ((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7));
+}
+#endif
 
 #if ROLN_SIMD
 #if defined(__clang__) || __GNUC__ >= 12
@@ -626,8 +728,12 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     }
 #endif
     for (i = 0; i < m; i++) {
-        int jj;
-        for (jj = j; jj < n; jj++)
+        int jj = j;
+#if !ROLN_SIMD
+        for (; jj < n - n % 2; jj += 2)
+            rolni_dot2(k, A + (size_t)i * ld, B + (size_t)jj * ld, B + (size_t)(jj + 1) * ld, C + (size_t)i * ldc + jj);
+#endif
+        for (; jj < n; jj++)
             C[(size_t)i * ldc + (size_t)jj] = roln_dot(k, A + (size_t)i * ld, B + (size_t)jj * ld);
     }
 }
@@ -717,19 +823,38 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
 /* Plane rotation of two neighbouring rows: (x; x+n) <- (c x - s (x+n); s x + c (x+n)). */
 ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
 {
-    roln_real *y = x + n, u;
-    int k = 0;
+    roln_real *y = x + n;
 #if ROLN_SIMD
-    for (; k + ROLNI_W <= n; k += ROLNI_W) {
-        const rolni_v a = ROLNI_LD(x + k), b = ROLNI_LD(y + k);
-        ROLNI_ST(x + k, c * a - s * b);
-        ROLNI_ST(y + k, s * a + c * b);
+    for (; n >= ROLNI_W; n -= ROLNI_W, x += ROLNI_W, y += ROLNI_W) {
+        const rolni_v a = ROLNI_LD(x), b = ROLNI_LD(y);
+        ROLNI_ST(x, c * a - s * b);
+        ROLNI_ST(y, s * a + c * b);
     }
 #endif
-    for (; k < n; k++) {
-        u = x[k];
-        x[k] = c * u - s * y[k];
-        y[k] = s * u + c * y[k];
+    for (; n > 0; n--) {
+        const roln_real a = *x, b = *y;
+        *x++ = c * a - s * b;
+        *y++ = s * a + c * b;
+    }
+}
+
+/* Two of them in one pass: (y; z) by c1, s1, then (x; y) by c, s, y = x + n, z = y + n. */
+ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_real s, roln_real *x)
+{
+    roln_real *y = x + n, *z = y + n;
+#if ROLN_SIMD
+    for (; n >= ROLNI_W; n -= ROLNI_W, x += ROLNI_W, y += ROLNI_W, z += ROLNI_W) {
+        const rolni_v a = ROLNI_LD(x), b = ROLNI_LD(y), d = ROLNI_LD(z), m = c1 * b - s1 * d;
+        ROLNI_ST(x, c * a - s * m);
+        ROLNI_ST(y, s * a + c * m);
+        ROLNI_ST(z, s1 * b + c1 * d);
+    }
+#endif
+    for (; n > 0; n--) {
+        const roln_real a = *x, b = *y, d = *z, m = c1 * b - s1 * d;
+        *x++ = c * a - s * m;
+        *y++ = s * a + c * m;
+        *z++ = s1 * b + c1 * d;
     }
 }
 
@@ -782,9 +907,9 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         h = 1 / (s - f * g);
         v[i - 1] = f - g;
         l[i] = h;
-        for (k = 0; k < i; k++)
-            t[k] = 0;
-        for (j = 0; j < i; j++) { /* t = A v */
+        for (k = 0; k < i; k++) /* t = A v; 0 + makes -0 a 0 */
+            t[k] = 0 + v[0] * Q[k];
+        for (j = 1; j < i; j++) {
             const roln_real *ROLN_RESTRICT a = Q + j * n;
             const roln_real x = v[j];
             for (k = 0; k < i; k++)
@@ -829,7 +954,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
     /* QL: deflate or sweep rows i..m, the unreduced block that begins at i */
     e[n - 1] = 0;
     for (i = 0; i < n;) {
-        roln_real p, g, r, s, c;
+        roln_real p, g, r, s, c, s1, c1;
         for (m = i; m < n - 1; m++) {
             const roln_real x = ROLN_ABS(e[m]);
             if (x <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) || x <= tiny)
@@ -854,7 +979,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             i += 2;
         } else {
             g = l[m] - l[i] + r;
-            s = c = 1;
+            s = c = s1 = c1 = 1;
             p = 0;
             for (k = m - 1; k >= i; k--) {
                 const roln_real f = s * e[k], q = c * e[k];
@@ -872,8 +997,10 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
                 p = s * r;
                 l[k + 1] = g + p;
                 g = c * r - q;
-                rolni_rotate(n, c, s, Q + k * n);
+                if ((m - k) & 1) c1 = c, s1 = s; /* waits for the next */
+                else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
             }
+            if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
             l[k + 1] -= p;
             e[k + 1] = k < i ? g : 0;
             e[m] = 0;
@@ -882,21 +1009,20 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
 
     /* sort ascending, undo the scale */
     for (i = 0; i < n; i++) {
+        roln_real least = l[i];
         for (m = i, k = i + 1; k < n; k++)
-            if (l[k] < l[m])
-                m = k;
+            if (l[k] < least)
+                m = k, least = l[k];
         if (m != i) {
             roln_real *ROLN_RESTRICT x = Q + i * n, *ROLN_RESTRICT y = Q + m * n;
-            const roln_real d = l[i];
-            l[i] = l[m];
-            l[m] = d;
+            l[m] = l[i];
             for (k = 0; k < n; k++) {
                 const roln_real xx = x[k];
                 x[k] = y[k];
                 y[k] = xx;
             }
         }
-        l[i] *= down;
+        l[i] = least * down;
     }
     return roln_all_finite(n, l) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }

@@ -613,7 +613,7 @@ static void check_mlp(roln_mlp f, int T, int nb, uint64_t *s)
     p.f = f, p.nb = nb;
     widen(np, th, p.th), widen((1 + T) * nb * in, x, p.x), widen((1 + T) * nb * no, g, p.g);
     for (t = 0; t <= T; t++) {
-        roln_mlp_forward(&f, T, t, nb, th, x, y, tape);
+        roln_mlp_forward(&f, T, t, 1, nb, th, x, y, tape);
         for (r = 0; r < nb; r++)
             for (i = 0; i < no; i++) ref[r * no + i] = p_plane(t, r, i);
         BOUND("perceptron: planes (eps)", distance(nb * no, y + t * nb * no, ref) / EPS, 12);

@@ -116,7 +116,7 @@ static void init(struct latent *m, uint64_t *seed)
 
 static void forward(const struct latent *m, int k, int t, int nb, const pass *p)
 {
-    roln_mlp_forward(&m->net[k], m->T[k], t, nb, m->theta + m->at[k], p->x[k], p->y[k], p->tape[k]);
+    roln_mlp_forward(&m->net[k], m->T[k], t, 1, nb, m->theta + m->at[k], p->x[k], p->y[k], p->tape[k]);
 }
 
 /* Backward of planes 0 .. planes-1 with the cotangents gy; gx, gtheta (of the whole model) may be NULL. */

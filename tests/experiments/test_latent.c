@@ -168,7 +168,7 @@ static void test_gradient(enum latent_kind kind, int flags, int n)
 static void triangle(const struct latent *m, int k, const roln_real *x, roln_real *L)
 {
     roln_real y[ROLN_TRI(N_MAX)], tape[ROLN_MLP_TAPE(0, 1, 2 * HIDDEN)];
-    roln_mlp_forward(&m->net[k], 0, 0, 1, m->theta + m->at[k], x, y, tape);
+    roln_mlp_forward(&m->net[k], 0, 0, 1, 1, m->theta + m->at[k], x, y, tape);
     rolni_low(m->n, y, L);
 }
 
@@ -238,7 +238,7 @@ static void test_canonical(enum latent_kind kind)
             for (j = 0; kind == LATENT_DHNN && j < 2; j++) {
                 memcpy(x, s, sizeof x);
                 x[i] += j ? h : -h;
-                roln_mlp_forward(&m->net[1], 0, 0, 1, m->theta + m->at[1], x, &y, tape);
+                roln_mlp_forward(&m->net[1], 0, 0, 1, 1, m->theta + m->at[1], x, &y, tape);
                 d += (j ? 1 : -1) * (double)y / (2 * (double)h);
             }
             CHECK_NEAR(none[i], rate + d, PICK(2e-3, 1e-8));
@@ -318,7 +318,7 @@ static void test_comet(int flags)
         roln_real tape[ROLN_MLP_TAPE(0, 1, 2 * HIDDEN)], work[ROLN_MLP_BWD_WORK(1, 1, HIDDEN)], a;
         uniform(in, 1, &seed, x);
         CHECK(latent_rate(m, x, flags & FORCED ? x + 2 * n : NULL, sd) == ROLN_OK);
-        roln_mlp_forward(m->net, 0, 0, 1, m->theta, x, y, tape);
+        roln_mlp_forward(m->net, 0, 0, 1, 1, m->theta, x, y, tape);
         gy[2 * n] = 1;
         roln_mlp_bwd(m->net, 0, 1, 1, m->theta, x, tape, gy, g, NULL, work);
         a = ROLN_SQRT(roln_dot(2 * n, g, g));

@@ -1,0 +1,201 @@
+/* count.c - what the kernels cost on a controller, in instructions (count.sh): each row over SAMPLES random inputs, mean and most,
+   in the unit of its target, without what the counter itself takes. A line: name, mean, most, target, with tabs between. */
+#define ROLN_NAME dynamics
+#define ROLN_AE 4
+#define ROLN_MLP 32, 32
+#include "../../roln.h"
+
+#include "pend16.h"
+#include "text.h"
+
+enum { SAMPLES = 64, MAX_N = 16, ROWS = 128, COLS = 600 };
+
+/* One line of the table. */
+typedef struct row row;
+struct row {
+    const char *name;
+    void (*setup)(const row *), (*run)(const row *); /* run: what is counted */
+    int size[2];
+    float unit, target;                              /* the figure: instructions / unit */
+};
+
+static uint64_t seed = 1;
+
+static void fill(int n, roln_real sd, roln_real *x)
+{
+    while (n-- > 0)
+        *x++ = sd * roln_normal(&seed);
+}
+
+static void must(roln_status st)
+{
+    if (st == ROLN_OK) return;
+    put_text("count: a status other than ROLN_OK\n");
+    board_exit(1);
+}
+
+/* ---- kernels ---------------------------------------------------------------------------------- */
+
+static roln_real A[ROWS * COLS], x[COLS], y[COLS];
+
+static void matrix(const row *r)
+{
+    fill(r->size[0] * r->size[1], 1, A);
+    fill(COLS, 1, x);
+}
+
+static void mm(const row *r)
+{
+    roln_mm(1, r->size[0], r->size[1], x, A, y);
+}
+
+static void mm_bt(const row *r)
+{
+    roln_mm_bt(1, r->size[1], r->size[0], x, A, y);
+}
+
+static const roln_mlp mlp = {3, {10, 64, 64, 10}};
+static roln_real weights[6 * 1024], tape[ROLN_MLP_TAPE(0, 1, 128)];
+
+static void network(const row *r)
+{
+    (void)r;
+    roln_mlp_init(&mlp, 1, weights, &seed);
+    fill(10, 1, x);
+}
+
+static void forward(const row *r)
+{
+    (void)r;
+    roln_mlp_forward(&mlp, 0, 0, 1, 1, weights, x, y, tape);
+}
+
+static roln_real l[MAX_N], Q[MAX_N * MAX_N], work[ROLN_EIG_WORK(MAX_N)];
+
+static void symmetric(const row *r)
+{
+    const int n = r->size[0];
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j <= i; j++)
+            A[i * n + j] = A[j * n + i] = roln_normal(&seed);
+}
+
+static void eig(const row *r)
+{
+    must(roln_eig(r->size[0], A, l, Q, work));
+}
+
+/* ---- models ----------------------------------------------------------------------------------- */
+
+static dynamics_params dyn;
+static dynamics_work dyn_work;
+static roln_real s[8], tau[4], zdd[4];
+
+static void state(const row *r)
+{
+    (void)r;
+    roln_lnn_init(&dynamics_model.lnn, dyn.theta, &seed);
+    fill(8, 1, s), fill(4, 1, tau);
+}
+
+static void zdd_of(const row *r)
+{
+    const int size = roln_lnn_tape(&dynamics_model.lnn, 1, 1);
+    (void)r;
+    must(roln_lnn_zdd(&dynamics_model.lnn, 1, 1, dyn.theta, s, tau, zdd, dyn_work.w, dyn_work.w + size));
+}
+
+enum { N = pend16_N, n = pend16_n };
+static pend16_params pend;
+static pend16_start pend_init;
+static struct {
+    pend16_latent s;
+    pend16_target ref;
+    roln_real kp[n], kd[n];
+    pend16_guard guard;
+    pend16_work work;
+} ctl;
+static pend16_state at;
+static const roln_limits limits = {0, 1e9f, 1e9f, 5, 1e9f, 1e9f};
+
+static void pose(const row *r)
+{
+    static roln_real q[64 * N], qd[64 * N], qbar[N];
+    (void)r;
+    if (pend.theta[0] == 0) {
+        fill(64 * N, 1, q), fill(64 * N, 1, qd);
+        must(pend16_init_pod(&pend, 64, q, qd, qbar, &seed, &pend_init));
+        for (int i = 0; i < n; i++) {
+            pend.z_min[i] = -1e9f, pend.z_max[i] = pend.zd_max[i] = 1e9f;
+            ctl.kp[i] = ctl.kd[i] = 1;
+        }
+    }
+    fill(N, 1, at.q), fill(N, 1, at.qd);
+    fill(n, 1, ctl.ref.z), fill(n, 1, ctl.ref.zd), fill(n, 1, ctl.ref.zdd);
+}
+
+/* As in examples/firmware/control.c, the reference in motion, every check of the guard on and passed. */
+static void tick(const row *r)
+{
+    roln_real tau_z[n], tau_q[N];
+    (void)r;
+    must(pend16_encode(&pend, &at, &ctl.s, &ctl.work));
+    must(pend16_control(&pend, &ctl.s, &ctl.ref, ctl.kp, ctl.kd, tau_z, &ctl.work));
+    must(pend16_lift(&pend, &ctl.s, tau_z, tau_q, &ctl.work));
+    if (pend16_guard_tick(&pend, &limits, 0.001f, &at, &ctl.s, ROLN_OK, tau_q, &ctl.guard, &ctl.work) != 0)
+        must(ROLN_E_RANGE);
+}
+
+/* ---- table ------------------------------------------------------------------------------------ */
+
+static const row table[] = {
+    {"mat-vec 64 x 64, order 1, per multiply-add", matrix, mm, {64, 64}, 64 * 64, 2.5f},
+    {"mat-vec 64 x 64, order 2, per multiply-add", matrix, mm_bt, {64, 64}, 64 * 64, 2.5f},
+    {"mat-vec 128 x 600, order 1, per multiply-add", matrix, mm, {128, 600}, 128 * 600, 2.5f},
+    {"mat-vec 128 x 600, order 2, per multiply-add", matrix, mm_bt, {128, 600}, 128 * 600, 2.5f},
+    {"softplus MLP 10-64-64-10", network, forward, {0}, 1, 24000},
+    {"eigensolver n = 3", symmetric, eig, {3}, 1, 955},
+    {"eigensolver n = 6", symmetric, eig, {6}, 1, 7700},
+    {"eigensolver n = 10", symmetric, eig, {10}, 1, 28800},
+    {"eigensolver n = 16", symmetric, eig, {16}, 1, 96000},
+    {"forward dynamics n = 4, 32 x 2", state, zdd_of, {0}, 1, 45000},
+    {"control tick of pend16, 16 joints, 64 x 2", pose, tick, {0}, 1, 120000},
+};
+
+static void nothing(const row *r)
+{
+    (void)r;
+}
+
+static uint32_t count(void (*volatile run)(const row *), const row *r)
+{
+    const uint32_t before = board_count();
+    run(r);
+    return board_count() - before;
+}
+
+int main(void)
+{
+    for (unsigned i = 0; i < sizeof table / sizeof *table; i++) {
+        const row *r = table + i;
+        const int places = r->unit > 1 ? 3 : 0;
+        float sum = 0, most = 0;
+        r->setup(r), r->run(r);
+        for (int k = 0; k < SAMPLES; k++) {
+            r->setup(r);
+            const uint32_t empty = count(nothing, r);
+            const float used = (float)(count(r->run, r) - empty);
+            sum += used;
+            most = used > most ? used : most;
+        }
+        put_text(r->name);
+        put_text("\t");
+        put_real(sum / (SAMPLES * r->unit), places);
+        put_text("\t");
+        put_real(most / r->unit, places);
+        put_text("\t");
+        put_real(r->target, r->unit > 1 ? 1 : 0);
+        put_text("\n");
+    }
+    return 0;
+}
