@@ -336,7 +336,7 @@ static void test_activation(void)
 /* The twin itself: its derivatives against differences of its values, along curves. */
 static void test_twin(uint64_t *s)
 {
-    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE};
+    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE, ROLN_FULL};
     static ld y[3 * MAXW];
     roln_real *in;
     int i;
@@ -447,7 +447,7 @@ static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
 
 static void test_init(uint64_t *s)
 {
-    static const roln_ae big = {1, {200, 100}, SLOPE};
+    static const roln_ae big = {1, {200, 100}, SLOPE, ROLN_FULL};
     const int p = 100 * 200;
     uint64_t s0 = *s;
     roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(ROLN_AE_INIT_WORK(100));
@@ -466,7 +466,7 @@ static void test_init(uint64_t *s)
 static void check_pod(int layers, int count, uint64_t *s)
 {
     enum { N = 6 };
-    static const roln_ae shapes[4] = {{0, {N}, SLOPE}, {1, {N, 2}, SLOPE}, {2, {N, 4, 2}, SLOPE}, {3, {N, 5, 3, 2}, SLOPE}};
+    static const roln_ae shapes[4] = {{0, {N}, SLOPE, ROLN_FULL}, {1, {N, 2}, SLOPE, ROLN_FULL}, {2, {N, 4, 2}, SLOPE, ROLN_FULL}, {3, {N, 5, 3, 2}, SLOPE, ROLN_FULL}};
     static ld X[100 * N], cov[N * N], V[N * N], mean[N], ref[100 * N];
     const roln_ae *ae = &shapes[layers];
     const ld scale = 0.3L;
@@ -513,11 +513,11 @@ static void check_pod(int layers, int count, uint64_t *s)
 
 void TEST_NAME(ae)(void)
 {
-    static const roln_ae shapes[] = {{0, {3}, SLOPE}, {1, {4, 2}, SLOPE}, {1, {2, 1}, ROLN_C(0.2)}, {2, {6, 4, 3}, ROLN_C(0.50952545)},
-        {3, {7, 5, 4, 2}, SLOPE}, {2, {5, 3, 1}, 1}, {3, {5, 4, 3, 3}, SLOPE}, {4, {9, 8, 4, 3, 1}, SLOPE}};
-    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)},
-        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7)}};
-    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE}, {2, {80, 40, 16}, SLOPE}};
+    static const roln_ae shapes[] = {{0, {3}, SLOPE, ROLN_FULL}, {1, {4, 2}, SLOPE, ROLN_FULL}, {1, {2, 1}, ROLN_C(0.2), ROLN_FULL}, {2, {6, 4, 3}, ROLN_C(0.50952545), ROLN_FULL},
+        {3, {7, 5, 4, 2}, SLOPE, ROLN_FULL}, {2, {5, 3, 1}, 1, ROLN_FULL}, {3, {5, 4, 3, 3}, SLOPE, ROLN_FULL}, {4, {9, 8, 4, 3, 1}, SLOPE, ROLN_FULL}};
+    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, ROLN_FULL}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL},
+        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), ROLN_FULL}};
+    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE, ROLN_FULL}, {2, {80, 40, 16}, SLOPE, ROLN_FULL}};
     const int ns = (int)(sizeof shapes / sizeof *shapes);
     uint64_t seed = 3;
     int i, enc, jets, nb;

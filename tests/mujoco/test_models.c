@@ -31,7 +31,7 @@ typedef struct {
 static double pod_error(const struct truth_set *train, const motion *d, int n)
 {
     const int N = d->dof, rows = train->count * train->samples, tests = d->count * d->samples;
-    const roln_ae ae = {1, {N, n}, 1};
+    const roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
     roln_real *q = malloc((size_t)(rows * N) * sizeof *q), *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
     roln_real *work = malloc((size_t)(ROLN_AE_POD_WORK(N) + roln_ae_tape(&ae, 1, 1)) * sizeof *work);
     double e = 0, v = 0;
