@@ -1544,9 +1544,8 @@ enum {
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
     ROLNI_(force_size) = (ROLN_INPUTS) > 0 ? (ROLN_INPUTS) : ROLNI_(N),
-    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER) + ROLNI_(input_size),
-    ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(rest_size),
-    ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL) + ROLNI_(rest_size),
+    ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER) +
+                         ROLNI_(input_size),
     ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
                           ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS) + ROLNI_(input_size),
     ROLNI_(blocks) = 31,
@@ -1566,8 +1565,6 @@ enum {
         ROLN_MAX(ROLN_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(W0)), ROLN_STIEFEL_RETRACT_WORK(ROLNI_(n), ROLNI_(W0))),
                  ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)), ROLN_BIORTH_RETRACT_WORK(ROLNI_(N1), ROLNI_(N0)))),
     ROLNI_(start_size) = ROLN_MAX(ROLN_AE_INIT_WORK(ROLNI_(N1)), ROLN_AE_POD_WORK(ROLNI_(N))),
-    ROLNI_(store_size) = 3 + 3 * ROLNI_(n) + ROLNI_(full_size) + ROLN_AE_STORE_WORK(ROLNI_(theta_size), ROLNI_(N0), ROLNI_(N1), ROLNI_(ae_sum)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size)),
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size))
 };
 
@@ -1871,6 +1868,13 @@ ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *
 
 #else
 
+/* Sizes of the model with full weights: parameters, bytes of roln_pack; scratch of NAME_store. */
+enum {
+    ROLNI_(full_size) = ROLNI_(theta_size) - ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_EACH_LAYER(ROLNI_LAYER_FULL),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size)),
+    ROLNI_(store_size) = 3 * ROLNI_(n) + ROLNI_(full_size) +
+                         ROLN_AE_STORE_WORK(ROLNI_(theta_size), ROLNI_(N0), ROLNI_(N1), ROLNI_(ae_sum))
+};
 typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) params; } ROLNI_(words); /* what NAME_write writes */
 typedef struct { roln_real w[ROLNI_(store_size)]; } ROLNI_(start); /* scratch of NAME_store */
 
