@@ -221,7 +221,7 @@ static void test_pend16(void)
         const any h = {&pend16_half_model, &half.scale, half.theta, work.w}, i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
         stored("full", &a, &d, sizeof p, (const double[]){.35, .35, 20});
         stored("half", &h, &d, sizeof half, (const double[]){.35, .35, 20});
-        stored("int8", &i, &d, sizeof int8, (const double[]){.8, .8, 22});
+        stored("int8", &i, &d, sizeof int8, (const double[]){1, 1, 22});
     }
     release(&d);
 }
