@@ -218,7 +218,8 @@ static void test_pend16(void)
     CHECK_BELOW(eq, PEND16_EQ1000);
     if (CHECK(pend16_half_store(count, bytes, &half, &half_work) == ROLN_OK) &&
         CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
-        const any h = {&pend16_half_model, &half.scale, half.theta, work.w}, i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
+        const any h = {&pend16_half_model, &half.scale, half.theta, work.w};
+        const any i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
         stored("full", &a, &d, sizeof p, (const double[]){.35, .35, 20});
         stored("half", &h, &d, sizeof half, (const double[]){.35, .35, 20});
         stored("int8", &i, &d, sizeof int8, (const double[]){1, 1, 22});
