@@ -1,5 +1,5 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make install, make clean
+#       make noise, make experiments, make firmware, make install, make dist, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -8,14 +8,15 @@ HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 
 # strict IEEE arithmetic: no -ffast-math anywhere; contraction off, so that every machine computes the same bits
 FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
-STRICT = -std=c99 -O2 -ffp-contract=off -I. -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef \
-         -Wcast-qual -Wvla -Wstrict-prototypes -Wmissing-prototypes -Werror
+WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Wstrict-prototypes \
+       -Wmissing-prototypes -Werror
+STRICT = -std=c99 -O2 -ffp-contract=off -I. $(WARN)
 TESTS = elementary dense eig spd ae lnn riem roln control
 MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo ekf swelling deps test errors control models noise experiments bench install clean
+.PHONY: all demo ekf swelling deps test errors control models noise experiments bench firmware install dist clean
 all: demo
 
 # ---- what a user does ----
@@ -41,9 +42,17 @@ build/ekf: examples/ekf.c $(HEADERS) examples/chain.h examples/chain_plant.h exa
 build:
 	mkdir -p build/log
 
+# the headers, a pkg-config file and a CMake package; they find each other, so that the tree may be moved
+VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
+SHARE = share/pkgconfig/roln.pc share/cmake/roln/rolnConfig.cmake share/cmake/roln/rolnConfigVersion.cmake
 install:
-	mkdir -p "$(DESTDIR)$(PREFIX)/include"
+	mkdir -p "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(PREFIX)/share/pkgconfig" "$(DESTDIR)$(PREFIX)/share/cmake/roln"
 	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
+	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' tests/packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
+
+# packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist
+dist:
+	sh tests/packaging/dist.sh $(VERSION) $(HEADERS)
 
 clean:
 	rm -rf build
@@ -51,7 +60,9 @@ clean:
 # ---- tests ----
 
 # the sanitizers of clang are a package with clang's version in its name, or, on other systems, part of clang
-PACKAGES = gcc g++ clang make pkg-config libmujoco-dev libhdf5-dev
+PACKAGES = gcc g++ clang make pkg-config cmake zip libmujoco-dev libhdf5-dev \
+           gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
+           qemu-system-arm qemu-system-misc
 deps: | build
 	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
 	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \
@@ -163,3 +174,17 @@ bench: build/bench
 	./build/bench
 build/bench: tests/bench/bench.c $(HEADERS) | build
 	gcc $(FAST) $< -o $@ -lmujoco -lm
+
+# ---- firmware ----
+
+# images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
+# make build/firmware/m4/tests/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/hash.elf
+FIRMWARE = $(patsubst %,examples/firmware/%.elf,predict three control adapt)
+CORES = m4 m7 m33 m55 rv32 host
+firmware: $(foreach c,$(CORES),$(FIRMWARE:%=build/firmware/$(c)/%))
+define image
+build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmware/*)
+	@mkdir -p $$(@D)
+	sh examples/firmware/cc.sh $(1) $(WARN) $$< -o $$@
+endef
+$(foreach c,$(CORES),$(eval $(call image,$(c))))

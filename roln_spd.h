@@ -23,6 +23,7 @@
 
 /* ---- 1 configuration ------------------------------------------------------------------------- */
 
+/* The last release in CHANGELOG.md; all packages take their number from here. */
 #define ROLN_VERSION_MAJOR 0
 #define ROLN_VERSION_MINOR 2
 #define ROLN_VERSION_PATCH 0
@@ -64,6 +65,9 @@ typedef uint32_t roln_bits;
 #define ROLN_FN ROLN_CODE static
 #endif
 #endif
+
+/* Sizes are ints, of 32 bits or more. */
+typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 #define ROLN_MAX(a, b) ((a) > (b) ? (a) : (b))
 
@@ -138,11 +142,11 @@ ROLN_FN roln_real roln_uniform(uint64_t *s)
 /* Normal deviate, mean 0, variance 1, as the sum of 12 uniforms minus 6: bounded by 6, no libm, the same bits. */
 ROLN_FN roln_real roln_normal(uint64_t *s)
 {
-    int64_t sum = 0;
+    int32_t sum = 0;
     int i;
     for (i = 0; i < 12; i++)
-        sum += (int64_t)(roln_rand(s) >> 40);
-    return (roln_real)(sum - (INT64_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
+        sum += (int32_t)(roln_rand(s) >> 40);
+    return (roln_real)(sum - (INT32_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
 }
 
 /* Uniform integer in 0..n-1, n >= 1 (multiply-shift; bias below n / 2^32). */

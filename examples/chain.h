@@ -1,9 +1,9 @@
 /* chain.h - the model of examples/pendulum.c and control_tick.c: 8 joints, 2 of them free. All that gives the weights
-   their meaning. */
+   their meaning. No comment behind the name, the prefix of every generated one: Arduino's preprocessor would paste it in. */
 #ifndef CHAIN_H
 #define CHAIN_H
 
-#define ROLN_NAME    chain         /* prefix of every generated name */
+#define ROLN_NAME    chain
 #define ROLN_AE      8, 7, 6, 4, 2 /* autoencoder: 8 joint angles -> 2 latent coordinates */
 #define ROLN_MLP     32, 32        /* hidden widths of the mass and the potential network */
 #define ROLN_STEP    rk4

@@ -70,10 +70,9 @@ END
     check ekf '/^EKF on/ { a = $(NF - 3) > 7.9 && $(NF - 3) < 8.1 } /^EKF, 3/ { ok = a && $(NF - 3) > 4.9 && $(NF - 3) < 5.1 }'
     check ekf '/runs in the range/ { ok = $1 >= 10 && $(NF - 2) > 2 && $(NF - 2) < 4.5 && $(NF - 1) > 95 }'
 done
-# README's headline: the demo trains the committed weights, bit for bit; install copies the headers
+# README's headline: the demo trains the committed weights, bit for bit
 cc=demo
 rm -f build/chain_weights.h
 if make -s demo > build/examples/demo.log 2>&1 && cmp build/chain_weights.h examples/chain_weights.h; then passed=$((passed + 1)); else failed=$((failed + 1)); tail -n 5 build/examples/demo.log; fi
-if make -s install DESTDIR=build/root PREFIX=/usr && [ "$(ls build/root/usr/include | wc -l)" -eq 5 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -2,7 +2,7 @@
 
      experiment list                 run, its parent or -
      experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
-                                     of rope and cloth DIR/NAME.path
+                                     of rope and cloth DIR/NAME.path; goes on where it was stopped
      experiment measure NAME DIR     measures DIR/NAME.roln again
 
    A run is a recipe with a seed; the recipes stand in recipes.c. Training uses one core and no validation: what
@@ -22,6 +22,7 @@ struct result {
     struct baseline baseline; /* no latent: not a baseline */
     struct opinf *opinf;
     double samples, seconds;  /* of training */
+    double before;            /* seconds of processes that this one goes on from */
     int params;
 };
 
@@ -72,34 +73,62 @@ static int load_parent(struct result *r, const char *dir, int seed)
     return model_load(&r->model, &shape, path);
 }
 
-static int train(struct result *r, const struct motion *d, const char *dir, int seed)
+/* After every stage its weights and cost go to DIR/NAME.stage and .stage.roln: a run that was stopped goes on behind the last
+   one, with the same bits. resume returns the number of stages done. */
+static int resume(struct result *r, struct model *m, const char *stage)
+{
+    struct shape shape = r->recipe->shape;
+    char weights[600];
+    const int done = (int)recall(stage, "stages", "done");
+    snprintf(weights, sizeof weights, "%s.roln", stage);
+    if (done == 0 || model_load(m, &shape, weights) != 0) return 0;
+    r->samples = recall(stage, "samples", "all"), r->seconds = recall(stage, "seconds", "train");
+    r->before = recall(stage, "seconds", "all");
+    return done;
+}
+
+static int keep(const struct result *r, const struct model *m, const char *stage, int done)
+{
+    char weights[600];
+    snprintf(weights, sizeof weights, "%s.roln", stage);
+    remove(stage);
+    if (model_save(m, weights) != 0) return -1;
+    FILE *f = fopen(stage, "w");
+    if (!f) return perror(stage), -1;
+    fprintf(f, "stages done %d\nsamples all %.17g\nseconds train %.17g\nseconds all %.17g\n", done, r->samples, r->seconds,
+            r->before + cpu_seconds());
+    return fclose(f) != 0 ? -1 : 0;
+}
+
+static void forget(const char *stage)
+{
+    char weights[600];
+    snprintf(weights, sizeof weights, "%s.roln", stage);
+    remove(stage), remove(weights);
+}
+
+/* A mechanical model: in POD coordinates where the recipe says so, from its parent's weights or from POD; stage by stage. */
+static int train_stages(struct result *r, const struct motion *d, const char *dir, const char *stage, int seed)
 {
     const struct recipe *e = r->recipe;
     struct motion a = *d;
     struct pod pod;
     struct model small;
-    if (e->kind == OPINF || e->kind == OPINF_AFFINE) {
-        if (opinf_fit(&r->opinf, e->kind == OPINF_AFFINE, e->n, d) != 0) return -1;
-        r->params = opinf_params(r->opinf);
-        return 0;
-    }
-    if (e->kind == LATENT) {
-        if (load_parent(r, dir, seed) != 0) return -1;
-        r->baseline.model = &r->model, r->samples = r->seconds = 0;
-        if (baseline_train(&r->baseline, e->latent, d, e->stage, (uint64_t)seed, &r->samples) != 0) return -1;
-        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
-        return 0;
-    }
+    int k;
     if (e->pod > 0 && (pod_fit(&pod, d, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
-    if (e->parent) {
+    k = resume(r, &small, stage);
+    if (k == 0 && e->parent) {
         if (load_parent(r, dir, seed) != 0) return -1;
         small = r->model;
-    } else if (model_init(&small, &e->shape, &a, (uint64_t)seed) != 0) return -1;
-    for (int k = 0; k < STAGES && e->stage[k].updates > 0; k++) {
+    } else if (k == 0 && model_init(&small, &e->shape, &a, (uint64_t)seed) != 0) return -1;
+    for (; k < STAGES && e->stage[k].updates > 0; k++) {
+        const double t0 = cpu_seconds();
         struct motion b = a;
         if (e->stage[k].smooth > 0 && motion_smooth(&b, &a, e->stage[k].smooth) != 0) return -1;
         if (model_train(&small, &b, &e->stage[k], (uint64_t)(1000 * seed + k), &r->samples) != 0) return -1;
         if (e->stage[k].smooth > 0) motion_free(&b);
+        r->seconds += cpu_seconds() - t0;
+        if (keep(r, &small, stage, k + 1) != 0) return -1;
     }
     r->model = small;
     if (e->pod > 0) {
@@ -107,6 +136,25 @@ static int train(struct result *r, const struct motion *d, const char *dir, int 
         model_free(&small), pod_free(&pod), motion_free(&a);
     }
     r->params = r->model.params;
+    return 0;
+}
+
+static int train(struct result *r, const struct motion *d, const char *dir, const char *stage, int seed)
+{
+    const struct recipe *e = r->recipe;
+    if (e->kind == LAGRANGE) return train_stages(r, d, dir, stage, seed);
+    if (e->kind == LATENT && load_parent(r, dir, seed) != 0) return -1;
+    r->samples = 0;
+    const double t0 = cpu_seconds();
+    if (e->kind == LATENT) {
+        r->baseline.model = &r->model;
+        if (baseline_train(&r->baseline, e->latent, d, e->stage, (uint64_t)seed, &r->samples) != 0) return -1;
+        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
+    } else {
+        if (opinf_fit(&r->opinf, e->kind == OPINF_AFFINE, e->n, d) != 0) return -1;
+        r->params = opinf_params(r->opinf);
+    }
+    r->seconds = cpu_seconds() - t0;
     return 0;
 }
 
@@ -157,12 +205,14 @@ static int run(const char *name, const char *dir, int again)
 {
     struct result r;
     struct motion d, test;
-    char text[512], part[512], weights[512], path[512];
+    char text[512], part[512], stage[512], weights[512], path[512];
+    double all = 0;
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
+    snprintf(stage, sizeof stage, "%s/%s.stage", dir, name);
     snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
     snprintf(path, sizeof path, "%s/%s.path", dir, name);
     if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->force, NULL) != 0 ||
@@ -171,10 +221,9 @@ static int run(const char *name, const char *dir, int again)
     if (again) {
         if (load(&r, weights) != 0) return -1;
         r.seconds = recall(text, "seconds", "train"), r.samples = 1e6 * recall(text, "samples", "million");
+        all = recall(text, "seconds", "all");
     } else {
-        const double t0 = cpu_seconds();
-        if (train(&r, &d, dir, seed) != 0) return -1;
-        r.seconds += cpu_seconds() - t0;
+        if (train(&r, &d, dir, stage, seed) != 0) return -1;
         printf("trained in %.0f s\n", r.seconds);
         if (r.recipe->kind == LAGRANGE && model_save(&r.model, weights) != 0) return -1;
     }
@@ -183,8 +232,10 @@ static int run(const char *name, const char *dir, int again)
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
     if (measure_all(&r, &test, out) != 0 || draw(&r, &test, path) != 0) return -1;
-    fprintf(out, "seconds all %.4g\n", cpu_seconds() + (again ? r.seconds : 0));
-    return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
+    fprintf(out, "seconds all %.4g\n", again ? all : r.before + cpu_seconds());
+    if (fclose(out) != 0 || rename(part, text) != 0) return -1;
+    forget(stage);
+    return 0;
 }
 
 int main(int argc, char **argv)

@@ -46,9 +46,9 @@
     {.name = "pend16-" id, .kind = LATENT, .system = where, .train = trajectories, .seeds = repeats, .parent = "pend16-" from, \
      .latent = what, .stage = {ACC_FULL(n, 3e-3)}}
 #define PEND16_FEW(trajectories) \
-    PEND16("few" #trajectories "-ro", trajectories, 3, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
-    PEND16("few" #trajectories "-full", trajectories, 3, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
-    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 3, 40000, "few" #trajectories "-ro", LATENT_MLP)
+    PEND16("few" #trajectories "-ro", trajectories, 2, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
+    PEND16("few" #trajectories "-full", trajectories, 2, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
+    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 2, 40000, "few" #trajectories "-ro", LATENT_MLP)
 #define PEND16_OPINF(id, what) {.name = "pend16-" id, .kind = what, .system = TRUTH_PEND16, .train = 200, .seeds = 1, .n = 4}
 #define SAME(id, what) PEND16_LATENT(id, TRUTH_PEND16, 200, 5, 270000, "acc", what)
 /* learned from starts of .3 rad, tested from .5 */
@@ -71,8 +71,8 @@
      .stage = {GRID_AE(updates), __VA_ARGS__}}
 #define ROPE_SHORT GRID_ACC(40000, 200), GRID_ODE(2000, 32, 8, 10, .01, 2e-3, 200, .1)
 #define ROPE_LONG \
-    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), \
-    GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
+    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(2000, 32, 20, 10, .005, 1e-3, 200, .1), \
+    GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
 /* forces in units of 7e-5 N, so that masses are of order one */
 #define CLOTH(id, unit, damped, n, ...) \
     {.name = "cloth-" id, .kind = LAGRANGE, .system = TRUTH_CLOTH, .train = 60, .force = unit, .seeds = 1, .pod = 48, \
@@ -98,8 +98,8 @@ const struct recipe recipes[] = {
     PEND16("chol", 200, 5, REDUCED(64, .head = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
-    PEND16("full", 200, 5, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 5, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("full", 200, 3, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("fullchol", 200, 3, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16_OPINF("opinf", OPINF),
     PEND16_OPINF("opinfaffine", OPINF_AFFINE),
     SAME("mlp", LATENT_MLP),
@@ -109,7 +109,8 @@ const struct recipe recipes[] = {
     SAME("comet", LATENT_COMET),
     PEND16("longacc", 1000, 2, LONG16, .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3)}),
     PEND16("long", 1000, 2, LONG16, .parent = "pend16-longacc",
-           .stage = {LONG_ODE(8000, 25, 10, .01, 1e-3), LONG_ODE(6000, 50, 20, .005, 5e-4)}),
+           .stage = {LONG_ODE(8000, 25, 10, .01, 1e-3), LONG_ODE(6000, 50, 20, .005, 5e-4), LONG_ODE(2500, 100, 20, .003, 3e-4),
+                    LONG_ODE(1500, 149, 20, .003, 3e-4)}),
     {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, REDUCED(64, .base = 0),
      .stage = {AE(20000, 128), {.kind = STAGE_ACC, .updates = 270000, .batch = 64, .lr_ae = .05, .lr_net = 3e-3, .fall = 1e-3,
                                 .w_q = 8, .w_acc = .1, .w_qd = 1, .bias = 1, .w_force = 1}}},

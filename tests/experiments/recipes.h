@@ -5,7 +5,7 @@
 #include "experiment.h"
 
 enum kind { LAGRANGE, LATENT, OPINF, OPINF_AFFINE };
-enum { STAGES = 5, TESTS = 10 };        /* stages of training at most; test trajectories */
+enum { STAGES = 6, TESTS = 10 };        /* stages of training at most; test trajectories */
 
 struct recipe {
     const char *name;                   /* a run is NAME-SEED */

@@ -691,7 +691,7 @@ static void print_head(FILE *f)
         "learned chart, up to one factor unless forces are known).\n"
         "- million samples: of which gradients were taken.\n"
         "- acc: trained with the acceleration loss; ode: then with the ODE loss over windows of 40 ms; longacc, "
-        "long: more recordings, wider networks, more samples, and for long windows of 250 ms and 1 s.\n\n");
+        "long: more recordings, wider networks, more samples, and for long windows of 250 ms, 1, 2 and 3 s.\n\n");
 }
 
 static void print_file(FILE *f, const char *name)

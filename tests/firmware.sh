@@ -1,0 +1,95 @@
+#!/bin/sh
+# The images of examples/firmware on every core, in QEMU: they print what the same program prints on this machine (but for lines on
+# instructions), they do what they claim, and they hold nothing from outside but mem*; the instruction counter is exact;
+# faults end safely; adaptation survives resets, a save survives one at any instruction.
+cd "$(dirname "$0")/.." || exit 1
+fw=examples/firmware
+out=build/firmware
+own='board_[a-z]+|start|start_memory|fault|fault_report|trap|trap_report|systick|main'
+allowed='mem(cpy|set|cmp|move)|__aeabi_u?ldivmod|__[al]sh[lr]di3'
+warn='-Wall -Wextra -Wconversion -Wdouble-promotion -Wshadow -Werror'
+passed=0
+failed=0
+# check text command ..
+check() {
+    text=$1
+    shift
+    if "$@" > $out/check.log 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$text"
+        head -n 20 $out/check.log
+    fi
+}
+# run core image: its output in image.txt, its exit code at the end
+run() {
+    timeout 300 sh $fw/run.sh "$1" "$2" > "$2.txt" 2>&1
+    echo "exit $?" >> "$2.txt"
+}
+# build core name file .. options: a test image
+build() {
+    core=$1
+    image=$out/$1/$2.elf
+    shift 2
+    check "$image does not build" sh $fw/cc.sh "$core" $warn "$@" -o "$image"
+    run "$core" "$image"
+}
+same() { grep -v '^instructions' "$1" | diff - "$2"; }
+prints() { grep -E "$1" "$2" || { cat "$2"; false; }; }
+
+make -s firmware || { echo '0 passed, 1 failed'; exit 1; }
+host=$out/host/$fw
+for p in predict three control adapt; do
+    run host $host/$p.elf
+    grep -v '^instructions' $host/$p.elf.txt > $host/$p.txt
+    check "$p fails on the host" prints '^exit 0$' $host/$p.txt
+done
+check 'adapt: the error does not fall to a tenth' \
+    awk '/^tick/ { if (!first) first = $4; last = $4 } END { exit !(first > 0.2 && last > 0 && last < first / 10) }' $host/adapt.txt
+check 'control: does not arrive' awk '$1 == 140 && $2 < 0.05 && $5 == 0 { ok = 1 } END { exit !ok }' $host/control.txt
+check 'control: a bad tick is not bridged' awk '$1 == 60 && $5 == 3 && $3 != 0 { ok = 1 } END { exit !ok }' $host/control.txt
+check 'control: a dead encoder does not stop the motors' \
+    awk '$1 == 165 && $5 == 67 && $3 == 0 && $4 == 0 { ok = 1 } END { exit !ok }' $host/control.txt
+
+for core in m4 m7 m33 m55 rv32; do
+    for p in predict three control adapt; do
+        image=$out/$core/$fw/$p.elf
+        run $core $image
+        check "$core $p: not what the host prints" same $image.txt $host/$p.txt
+        # all functions that are not of this directory: soft double, libm and the heap are not among the few allowed
+        found=$(arm-none-eabi-nm -g --defined-only $image | awk '$2 ~ /^[TtWw]$/ { print $3 }' | grep -vxE "$own|$allowed")
+        check "$core $p: holds $found" [ -z "$found" ]
+    done
+
+    build $core count tests/firmware/count.c
+    check "$core: the instruction counter is wrong" prints '^exit 0$' $out/$core/count.elf.txt 
+
+    build $core resets $fw/adapt.c tests/firmware/resets.c -Wl,--wrap=board_count
+    log=$out/$core/resets.elf.txt
+    check "$core: another hash after resets" [ "$(grep '^hash' $log)" = "$(grep '^hash' $host/adapt.txt)" ]
+    check "$core: hardly any resets" [ "$(grep -c '^resumed at tick [1-9]' $log)" -ge 20 ]
+    check "$core: started anew" [ "$(grep -c '^start' $log)" -eq 1 ]
+
+    for f in 1 2 3; do
+        [ $core$f = rv323 ] && continue # what lies below the stack is memory there, too
+        build $core fault$f -DFAULT=$f tests/firmware/fault.c
+        check "$core: fault $f" prints '^fault [0-9]+( at 0x[0-9a-f]+)?$' $out/$core/fault$f.elf.txt
+        check "$core: fault $f: motors" prints '^motors off$' $out/$core/fault$f.elf.txt
+        check "$core: fault $f: exit" prints '^exit 255$' $out/$core/fault$f.elf.txt
+    done
+    [ $core = rv32 ] && continue
+    build $core torn tests/firmware/torn.c -Wl,--wrap=systick
+    check "$core: a save torn by a reset" prints '^exit 0$' $out/$core/torn.elf.txt
+done
+
+# the directory alone with the headers, as a user copies it, and without emulator.c
+rm -rf $out/copy
+mkdir $out/copy
+cp $fw/* examples/chain.h examples/chain_weights.h roln*.h $out/copy
+sed -i 's/ emulator.c//' $out/copy/cc.sh
+for core in m4 rv32; do
+    check "$core: the copied directory" sh -c "cd $out/copy && sh cc.sh $core predict.c -o predict.elf"
+done
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

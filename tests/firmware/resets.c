@@ -1,0 +1,12 @@
+/* resets.c - linked to adapt.c with -Wl,--wrap=board_count: every 101st call, which is before or after a tick, resets the chip. */
+#include "board.h"
+
+uint32_t __real_board_count(void);
+uint32_t __wrap_board_count(void);
+
+uint32_t __wrap_board_count(void)
+{
+    static uint32_t calls KEPT;
+    if (++calls % 101 == 0) board_reset();
+    return __real_board_count();
+}

@@ -1,0 +1,201 @@
+#!/bin/sh
+# make install and make dist: one version number everywhere; programs outside the repository build against what is installed, with
+# plain make, pkg-config and CMake; the packages hold what their systems ask for, their examples build and run on the PC with the
+# stand-ins of tests/packaging/standin; the same bytes on every run. Each program is tick.c and prints the same line.
+cd "$(dirname "$0")/.." || exit 1
+repo=$PWD
+tmp=$(mktemp -d) || exit 1
+trap 'rm -rf "$tmp"' EXIT
+passed=0
+failed=0
+# check COMMAND ..: it must end with 0
+check() {
+    if "$@" > "$tmp/log" 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "failed: $*"
+        tail -n 20 "$tmp/log"
+    fi
+}
+not() { ! "$@"; }
+same() { [ "$1" = "$2" ] || { echo "$1 is not $2"; false; }; }
+
+# ---- versions ----
+
+version=$(printf '#include "roln_spd.h"\nversion ROLN_VERSION\n' | cc -E -P -I. - | sed -n 's/^version "\(.*\)"$/\1/p')
+numbers=$(printf '#include "roln_spd.h"\nversion ROLN_VERSION_MAJOR ROLN_VERSION_MINOR ROLN_VERSION_PATCH\n' | cc -E -P -I. - |
+    sed -n 's/^version \([0-9]*\) \([0-9]*\) \([0-9]*\)$/\1.\2.\3/p')
+check same "$version" "$numbers"
+# CHANGELOG: the version stands on top of the releases, which fall; above it at most what is not released yet
+check same "$version" "$(sed -n 's/^## \([0-9.]*\)$/\1/p' CHANGELOG.md | head -n 1)"
+check same "$(sed -n 's/^## //p' CHANGELOG.md | sed '1{/^Unreleased$/d;}')" \
+    "$(sed -n 's/^## \([0-9.]*\)$/\1/p' CHANGELOG.md | sort -Vru)"
+series=$(echo "$version" | grep -Eo '^(0[.])?[0-9]+') # who asks for it gets this version
+check grep -q "find_package(roln $series REQUIRED)" README.md
+
+# the first of two runs of make dist, seconds apart
+check make -s dist
+sums() { (cd build/dist && find . -type f -exec cksum {} + | LC_ALL=C sort -k 3); }
+sums > "$tmp/sums"
+
+# ---- make install, and programs that use it ----
+
+sed 's/@ENTRY@/int main(void)/' tests/packaging/tick.c > "$tmp/tick.c"
+check cc -std=c99 -Wall -Wextra -Wpedantic -Werror -I. -Iexamples "$tmp/tick.c" -o "$tmp/here" -lm
+"$tmp/here" > "$tmp/line"
+check grep -Eq "^roln $version: status 0, mrad:( -?[0-9]{1,3}){8}\$" "$tmp/line"
+# prints PROGRAM: it prints the same line first
+prints() { "$@" | head -n 1 | cmp - "$tmp/line"; }
+
+check make -s install PREFIX="$tmp/plain"
+check make -s install DESTDIR="$tmp/stage dir" PREFIX="/opt/my roln"
+check mv "$tmp/stage dir/opt/my roln" "$tmp/moved here" # both find their headers from where they lie
+check rmdir "$tmp/stage dir/opt" "$tmp/stage dir"
+for prefix in "$tmp/plain" "$tmp/moved here"; do
+    check same "$(cd "$prefix" && find . -type f | LC_ALL=C sort | tr '\n' ' ')" "./include/roln.h ./include/roln_ae.h \
+./include/roln_lnn.h ./include/roln_riem.h ./include/roln_spd.h ./share/cmake/roln/rolnConfig.cmake \
+./share/cmake/roln/rolnConfigVersion.cmake ./share/pkgconfig/roln.pc "
+    for f in roln*.h; do check cmp "$f" "$prefix/include/$f"; done
+    export PKG_CONFIG_LIBDIR="$prefix/share/pkgconfig"
+    check same "$version" "$(pkg-config --modversion roln)"
+    for cc in gcc clang; do
+        rm -rf "$tmp/consumer"
+        cp -R tests/packaging/consumer "$tmp"
+        cp "$tmp/tick.c" examples/chain.h examples/chain_weights.h "$tmp/consumer"
+        cp "$tmp/tick.c" "$tmp/consumer/tick.cc"
+        cd "$tmp/consumer" || exit 1
+        check make -s CC=$cc PREFIX="$prefix"
+        check sh -c "eval $cc -std=c99 tick.c -o line "'$(pkg-config --cflags --libs roln)' # eval: the blank in prefix
+        check cmake -S . -B build -DROLN="$version" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_C_COMPILER=$cc
+        check cmake --build build
+        for program in ./plain ./pkg ./line build/c build/cxx; do check prints $program; done
+        cd "$repo" || exit 1
+    done
+done
+
+# find_package: which versions a request gets
+mkdir "$tmp/ask"
+cat > "$tmp/ask/CMakeLists.txt" << 'END'
+cmake_minimum_required(VERSION 3.16)
+project(ask LANGUAGES NONE)
+find_package(roln ${ROLN} QUIET)
+message("found ${roln_FOUND}")
+END
+# serves YES-OR-NO VERSION-INSTALLED VERSION-ASKED ..: by the package in $tmp/plain under another number
+serves() {
+    f=share/cmake/roln/rolnConfigVersion.cmake
+    sed "s/@VERSION@/$2/" "tests/packaging/$f" > "$tmp/plain/$f"
+    rm -rf "$tmp/ask/build"
+    cmake -S "$tmp/ask" -B "$tmp/ask/build" -DROLN="$3" -DCMAKE_PREFIX_PATH="$tmp/plain" \
+        -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF 2>&1 | grep -qx "found $1"
+}
+for asked in '' 0.3 0.3.0 0.3.4 '0.3.4;EXACT'; do check serves 1 0.3.4 "$asked"; done
+for asked in 0 0.2 0.2.9 0.3.5 0.4 0.30 1 1.3 '0.3.3;EXACT'; do check serves 0 0.3.4 "$asked"; done
+for asked in 2 2.1 2.1.5 2.0.9; do check serves 1 2.1.5 "$asked"; done
+for asked in 0.2 1 1.9 2.1.6 2.2 3 21; do check serves 0 2.1.5 "$asked"; done
+
+# ---- make dist ----
+
+check same 4 "$(grep -c '/roln-[a-z-]*-'"$version"'[.][a-z.]*$' "$tmp/sums")"
+check sh -c 'umask 077 && TZ=Asia/Tokyo make -s dist'
+sums > "$tmp/again"
+check cmp "$tmp/sums" "$tmp/again"
+
+# unpack PACKAGE, directory of its headers: into $tmp/PACKAGE/roln, equal to build/dist/PACKAGE/roln, with what all hold
+unpack() {
+    mkdir "$tmp/$1"
+    if [ "$1" = arduino ]; then
+        check cmake -E chdir "$tmp/$1" cmake -E tar xf "$repo/build/dist/roln-$1-$version.zip"
+    else
+        check tar -C "$tmp/$1" -xf "build/dist/roln-$1-$version.tar.gz"
+    fi
+    check diff -r "build/dist/$1" "$tmp/$1"
+    check cmp LICENSE "$tmp/$1/roln/LICENSE"
+    check grep -q "find_package(roln $series REQUIRED)" "$tmp/$1/roln/README.md"
+    check not grep -qE '\]\(([^h]|h[^t])' "$tmp/$1/roln/README.md" # links to what the package does not have
+    for f in roln*.h; do check cmp "$f" "$tmp/$1/roln/$2/$f"; done
+    check not grep -rq '@[A-Z]*@' "$tmp/$1"
+}
+for package in platformio:src arduino:src zephyr:include esp-idf:include; do unpack ${package%:*} ${package#*:}; done
+
+# PlatformIO: JSON with the fields of the manifest, files that are there, the sketch as C++
+cat > "$tmp/json.cmake" << 'END'
+file(READ library.json text)
+function(get name)
+    string(JSON value GET "${text}" ${ARGN})
+    set(${name} "${value}" PARENT_SCOPE)
+endfunction()
+foreach(key name version description license)
+    get(value ${key})
+    message("${key}=${value}")
+endforeach()
+string(JSON count LENGTH "${text}" headers)
+string(JSON files LENGTH "${text}" examples 0 files)
+get(base examples 0 base)
+foreach(i RANGE 1 ${count})
+    math(EXPR i "${i} - 1")
+    get(header headers ${i})
+    list(APPEND all src/${header})
+endforeach()
+foreach(i RANGE 1 ${files})
+    math(EXPR i "${i} - 1")
+    get(file examples 0 files ${i})
+    list(APPEND all ${base}/${file})
+endforeach()
+list(APPEND all LICENSE README.md library.json)
+list(SORT all)
+foreach(file ${all})
+    message("file ${file}")
+endforeach()
+END
+cd "$tmp/platformio/roln" || exit 1
+cmake -P "$tmp/json.cmake" > "$tmp/json" 2>&1
+check same "$(grep '^file ' "$tmp/json")" "$(find . -type f | sed 's|^./|file |' | LC_ALL=C sort)"
+for field in name=roln "version=$version" license=MIT 'description=[A-Z].*'; do check grep -qx "$field" "$tmp/json"; done
+check grep -qx 'lib_deps = roln=symlink://../..' examples/tick/platformio.ini
+check test -f examples/tick/../../library.json
+check cmp examples/tick/src/main.cpp "$tmp/arduino/roln/examples/tick/tick.ino"
+
+# Arduino: every required field once, with a value; the sketch under the name of its directory
+cd "$tmp/arduino/roln" || exit 1
+for key in name version author maintainer sentence paragraph category url architectures includes; do
+    check same 1 "$(grep -c "^$key=[^ ]" library.properties)"
+done
+check not grep -qv '^[a-z]*=' library.properties
+check grep -qx "version=$version" library.properties
+check grep -qx 'category=Device Control' library.properties # one of nine that the library manager knows
+for cc in g++ clang++; do
+    set -- $cc -std=c++11 -Wall -Wextra -Werror -Isrc -I"$repo/tests/packaging/standin" -x c++ examples/tick/tick.ino
+    check "$@" -o "$tmp/arduino/$cc"
+    check "$@" -E -CC # as arduino-cli looks for prototypes: comments stay in macros
+    check prints "$tmp/arduino/$cc"
+done
+
+# YAML as these files use it: keys in lower case, two blanks to go in, a value or a key below
+yaml() { not grep -Evn '^(  )?[a-z_]+:( ("[^"]*"|[A-Za-z][^:#]*(:[^ ]+)?))?$' "$1"; }
+
+# Zephyr: the example through the stand-in; without CONFIG_ROLN the headers are not found, an unknown option is refused
+cd "$tmp/zephyr/roln" || exit 1
+export ZEPHYR_BASE="$repo/tests/packaging/standin"
+check yaml zephyr/module.yml
+check grep -qx 'name: roln' zephyr/module.yml
+check cmake -S samples/tick -B "$tmp/zephyr/build"
+check cmake --build "$tmp/zephyr/build"
+check prints "$tmp/zephyr/build/app"
+check cmake -S samples/tick -B "$tmp/zephyr/off" -DCONF=CONFIG_ROLN=n
+check not cmake --build "$tmp/zephyr/off"
+check not cmake -S samples/tick -B "$tmp/zephyr/typo" -DCONF=CONFIG_ROLM=y
+
+# ESP-IDF: the same
+cd "$tmp/esp-idf/roln" || exit 1
+export IDF_PATH="$repo/tests/packaging/standin"
+check yaml idf_component.yml
+check grep -qx "version: \"$version\"" idf_component.yml
+for key in description license url; do check same 1 "$(grep -c "^$key: ." idf_component.yml)"; done
+check cmake -S examples/tick -B "$tmp/esp-idf/build"
+check cmake --build "$tmp/esp-idf/build"
+check prints "$tmp/esp-idf/build/tick.elf"
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]

@@ -1,0 +1,42 @@
+#!/bin/sh
+# dist.sh VERSION HEADER.. - build/dist: packages for PlatformIO, Arduino, Zephyr and ESP-IDF, each a directory and an archive of
+# it: its files beside this script, the headers, LICENSE, the start of README, and tick as an example. The same bytes on every
+# run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.
+cd "$(dirname "$0")/../.." || exit 1
+set -e
+umask 022
+version=$1
+shift
+time=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2> /dev/null || echo 315532800)} # without git: 1980, the first that zip knows
+rm -rf build/dist
+
+# package NAME, directory of the headers, tick.c or tick.ino, the path it gets, its entry point, HEADER..
+package() {
+    name=$1 include=$2 tick=$3 example=$4 entry=$5
+    shift 5
+    root=build/dist/$name/roln
+    mkdir -p "$root/$include" "$root/$(dirname "$example")"
+    for file in $(cd "tests/packaging/$name" && find . -type f); do
+        mkdir -p "$root/$(dirname "$file")"
+        sed "s/@VERSION@/$version/" "tests/packaging/$name/$file" > "$root/$file"
+    done
+    cp "$@" "$root/$include"
+    cp LICENSE "$root"
+    awk '/^!\[/ { off = 1 } /^## / { off = !/^## Use it from your build/ } !off' README.md > "$root/README.md"
+    sed "s/@ENTRY@/$entry/" "tests/packaging/$tick" > "$root/$example"
+    cp examples/chain.h examples/chain_weights.h "$root/$(dirname "$example")"
+    find "$root" -exec touch -d "@$time" {} +
+    cd "build/dist/$name"
+    if [ "$name" = arduino ]; then # its IDE reads zip
+        find roln | LC_ALL=C sort | TZ=UTC zip -q -X -9 -@ "../roln-$name-$version.zip"
+    else
+        find roln | LC_ALL=C sort | tar --no-recursion --format=ustar --owner=0 --group=0 --numeric-owner -c -T - |
+            gzip -9 -n > "../roln-$name-$version.tar.gz"
+    fi
+    cd ../../..
+}
+
+package platformio src tick.ino examples/tick/src/main.cpp '' "$@"
+package arduino src tick.ino examples/tick/tick.ino '' "$@"
+package zephyr include tick.c samples/tick/src/main.c 'int main(void)' "$@"
+package esp-idf include tick.c examples/tick/main/main.c 'void app_main(void)' "$@"
