@@ -101,7 +101,7 @@ build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tes
 
 build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c tests/mujoco/test_control.c \
                    tests/mujoco/control.c $(TRUTH) tests/check.c tests/mujoco/control.h tests/mujoco/truth.h tests/mujoco/h5.h \
-                   tests/check.h examples/pend16.h $(HEADERS) | build
+                   tests/check.h examples/pend16.h examples/pend16_int8.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
 build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/solve.c tests/check.c \

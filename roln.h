@@ -16,6 +16,8 @@
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
+       #define ROLN_STORE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
+                                              predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
 
    One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors
@@ -182,6 +184,29 @@ ROLN_FN roln_status roln_decode(const roln_model *md, const roln_scale *sc, cons
     if (!roln_all_finite(2 * N, x)) return ROLN_E_NOT_FINITE;
     memcpy(q, x, (size_t)N * sizeof *q);
     memcpy(qd, x + N, (size_t)N * sizeof *qd);
+    return ROLN_OK;
+}
+
+/* The count joints which[] of roln_decode alone, the same bits: q, qd [count] out. ROLN_E_LENGTH: count beyond 0 .. N, or a joint
+   beyond 0 .. N-1; ROLN_E_NOT_FINITE. Then q, qd are untouched. The outermost layer costs n count instead of n N. */
+ROLN_FN roln_status roln_decode_some(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                     const roln_real *zd, int count, const int *which, roln_real *q, roln_real *qd,
+                                     roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n;
+    roln_real *x = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n);
+    int i;
+    if (count < 0 || count > N) return ROLN_E_LENGTH;
+    for (i = 0; i < count; i++)
+        if (which[i] < 0 || which[i] >= N) return ROLN_E_LENGTH;
+    memcpy(s, z, (size_t)n * sizeof *z);
+    memcpy(s + n, zd, (size_t)n * sizeof *zd);
+    roln_ae_decode_some(&md->ae, 2, 1, theta, s, count, which, x, work);
+    for (i = 0; i < 2 * count; i++)
+        x[i] *= sc->q;
+    if (!roln_all_finite(2 * count, x)) return ROLN_E_NOT_FINITE;
+    memcpy(q, x, (size_t)count * sizeof *q);
+    memcpy(qd, x + count, (size_t)count * sizeof *qd);
     return ROLN_OK;
 }
 
@@ -1067,7 +1092,8 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   numbers: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta; u64 FNV-1a of all before. */
+   numbers: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta with stored weights as words; u64 FNV-1a
+   of all before. */
 #define ROLN_FORMAT 2
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
     (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + (int)sizeof(roln_real) * (5 + 3 * (n) + (params)) + 8)
@@ -1140,7 +1166,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     rolni_put(&p, (uint64_t)(8 + md->ae.layers + f->mass.layers + 2 * f->layers), 1);
     rolni_put(&p, (uint64_t)md->scheme, 2);
     rolni_put(&p, (uint64_t)md->inputs, 2);
-    rolni_put(&p, (uint64_t)(f->head + 2 * f->base + 4 * f->damping), 2);
+    rolni_put(&p, (uint64_t)(f->head + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae)), 2);
     rolni_put(&p, (uint64_t)md->ae.layers, 2);
     rolni_put(&p, (uint64_t)f->mass.layers, 2);
     rolni_put(&p, (uint64_t)f->layers, 2);
@@ -1180,8 +1206,8 @@ ROLN_FN void roln_pack(const roln_model *md, const roln_numbers *x, unsigned cha
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a
-   number is not, or a scale is not positive): the outputs are untouched. */
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
+   ROLN_E_NOT_FINITE (a number is not, or a scale is not positive): the outputs are untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, roln_scale *sc, roln_real *dt,
                                 roln_real *z_min, roln_real *z_max, roln_real *zd_max, roln_real *theta)
 {
@@ -1203,7 +1229,7 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
         const roln_real same = i == 0 ? md->ae.slope : md->lnn.least;
         rolni_get_reals(&p, 1, &x);
         if (i < 2 && (x < same || x > same)) return ROLN_E_SHAPE;
-        if (!roln_finite(x) || ((i == 2 || i == 3) && !(x > 0))) return ROLN_E_NOT_FINITE;
+        if (!roln_finite(x) ? roln_ae_is_number(&md->ae, i - 5 - 3 * n) : (i == 2 || i == 3) && !(x > 0)) return ROLN_E_NOT_FINITE;
     }
     p = bytes + lead + 2 * sizeof(roln_real);
     rolni_get_reals(&p, 1, &sc->q);
@@ -1215,6 +1241,24 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     rolni_get_reals(&p, params, theta);
     return ROLN_OK;
 }
+
+#ifndef ROLN_DOUBLE
+/* theta of md, whose weights are stored small, from the numbers of the same model with ROLN_FULL. Status of roln_ae_store;
+   theta is untouched unless ROLN_OK. work [ROLN_AE_STORE_WORK]. */
+ROLN_FN roln_status roln_store(const roln_model *md, const roln_numbers *from, roln_real *theta, roln_real *work)
+{
+    roln_ae full = md->ae;
+    const int at = roln_ae_params(&md->ae), rest = roln_params(md) - at;
+    const roln_real *net;
+    roln_status st;
+    full.store = ROLN_FULL;
+    net = from->theta + roln_ae_params(&full);
+    if (!roln_all_finite(rest, net)) return ROLN_E_NOT_FINITE;
+    st = roln_ae_store(&md->ae, from->theta, from->z_min, from->z_max, theta, work);
+    if (st == ROLN_OK) memcpy(theta + at, net, (size_t)rest * sizeof *theta);
+    return st;
+}
+#endif
 
 /* Text of a C initialiser goes out through put(ctx, text), piece by piece; every number is written exactly, as an
    integer over a power of two. */
@@ -1269,19 +1313,53 @@ ROLN_FN void rolni_write_reals(const char *open, int n, const roln_real *x, cons
     put(ctx, close);
 }
 
-/* The definition `static const <name>_params <name>_weights = {...};` for flash. ROLN_E_NOT_FINITE: nothing is put. */
+ROLN_FN void rolni_write_words(int n, const roln_real *x, roln_put put, void *ctx)
+{
+    int i, k;
+    for (i = 0; i < n; i++) {
+        char text[] = "0x00000000,";
+        roln_bits b;
+        memcpy(&b, x + i, sizeof b);
+        for (k = 9; k >= 2; k--, b >>= 4)
+            text[k] = "0123456789abcdef"[b & 15];
+        put(ctx, i % 8 ? " " : "\n    ");
+        put(ctx, text);
+    }
+}
+
+/* The definition `static const <name>_params <name>_weights = {...};` for flash; with stored weights all of it as words,
+   which are no numbers to write. ROLN_E_NOT_FINITE: nothing is put. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const roln_numbers *x, roln_put put, void *ctx)
 {
-    const int n = md->lnn.n, params = roln_params(md);
-    if (!roln_all_finite(params, x->theta) || !roln_all_finite(n, x->z_min) || !roln_all_finite(n, x->z_max) ||
-        !roln_all_finite(n, x->zd_max) || !roln_finite(x->scale->q) || !roln_finite(x->scale->t) || !roln_finite(*x->dt))
+    const int n = md->lnn.n, params = roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    int i;
+    if (!roln_all_finite(n, x->z_min) || !roln_all_finite(n, x->z_max) || !roln_all_finite(n, x->zd_max) ||
+        !roln_finite(x->scale->q) || !roln_finite(x->scale->t) || !roln_finite(*x->dt))
         return ROLN_E_NOT_FINITE;
+    for (i = 0; i < params; i++)
+        if (!roln_finite(x->theta[i]) && roln_ae_is_number(&md->ae, i)) return ROLN_E_NOT_FINITE;
     put(ctx, "/* include after the definition of the model: ");
     put(ctx, name);
-    put(ctx, "_params */\nstatic const ");
+    put(ctx, words ? "_words */\nROLN_FLASH static const " : "_params */\nROLN_FLASH static const ");
     put(ctx, name);
-    put(ctx, "_params ");
+    put(ctx, words ? "_words " : "_params ");
     put(ctx, name);
+    if (words) {
+        put(ctx, "_flash = {{");
+        rolni_write_words(1, &x->scale->q, put, ctx);
+        rolni_write_words(1, &x->scale->t, put, ctx);
+        rolni_write_words(1, x->dt, put, ctx);
+        rolni_write_words(n, x->z_min, put, ctx);
+        rolni_write_words(n, x->z_max, put, ctx);
+        rolni_write_words(n, x->zd_max, put, ctx);
+        rolni_write_words(params, x->theta, put, ctx);
+        put(ctx, "\n}};\n#define ");
+        put(ctx, name);
+        put(ctx, "_weights ");
+        put(ctx, name);
+        put(ctx, "_flash.params\n");
+        return ROLN_OK;
+    }
     put(ctx, "_weights = {\n    {");
     rolni_write_real(x->scale->q, put, ctx);
     rolni_write_reals(", ", 1, &x->scale->t, "},\n    ", put, ctx);
@@ -1326,8 +1404,19 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_KIND_bimap ROLN_BIMAP
 #define ROLNI_KIND_(s) ROLNI_KIND_##s
 #define ROLNI_KIND(s) ROLNI_KIND_(s)
+#define ROLNI_STORE_full ROLN_FULL
+#define ROLNI_STORE_half &roln_half
+#define ROLNI_STORE_int8 &roln_int8
+#define ROLNI_STORE_(s) ROLNI_STORE_##s
+#define ROLNI_STORE(s) ROLNI_STORE_(s)
+#define ROLNI_BITS_full 0
+#define ROLNI_BITS_half 16
+#define ROLNI_BITS_int8 8
+#define ROLNI_BITS_(s) ROLNI_BITS_##s
+#define ROLNI_BITS(s) ROLNI_BITS_(s)
 /* Weights, second moments and tape of one autoencoder layer, what an update keeps of it, its blocks; n = 0: no layer. */
-#define ROLNI_LAYER(N, n) ((n) > 0 ? 2 * (N) * (n) + (N) : 0)
+#define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_STORE), N, n) : 0)
+#define ROLNI_LAYER_FULL(N, n) ((n) > 0 ? ROLN_AE_LAYER(0, N, n) : 0)
 #define ROLNI_LAYER_MOMENTS(N, n) ((n) > 0 ? 1 + (N) : 0)
 #define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
@@ -1395,6 +1484,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #endif
 #ifndef ROLN_BLOCK
 #define ROLN_BLOCK 16
+#endif
+#ifndef ROLN_STORE
+#define ROLN_STORE full
 #endif
 
 /* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack;
@@ -1502,6 +1594,7 @@ typedef char ROLNI_(base_and_damping_are_0_or_1)[(ROLN_BASE) * (ROLN_BASE) == (R
                                                      ? 1
                                                      : -1];
 typedef char ROLNI_(block_at_least_1)[(ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0 ? 1 : -1];
+typedef char ROLNI_(stored_weights_need_float)[ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4 ? 1 : -1];
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
 typedef struct {
@@ -1516,21 +1609,7 @@ typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)]; } ROLNI_
 typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard);        /* zero it once; tau: to be applied */
 typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction and control */
 typedef struct { roln_real w[ROLNI_(linear_size)]; } ROLNI_(linwork);     /* of linearisation */
-typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of training */
-typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start);        /* of initialisation */
-
-/* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
-typedef struct {
-    roln_real theta[ROLNI_(theta_size)];
-    roln_loss loss; /* unweighted terms; roln_loss_total */
-    roln_real windows;
-} ROLNI_(gradient);
-
-/* Optimiser state: zero it once. Saved and restored with the parameters it resumes bit for bit. */
-typedef struct {
-    roln_adam adam;
-    roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
-} ROLNI_(optimiser);
+typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of errors and training */
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -1539,7 +1618,7 @@ typedef struct {
 static const roln_model ROLNI_(model) = {
     {ROLNI_(layers),
      {ROLNI_(N0), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
-     (roln_real)(ROLN_SLOPE)},
+     (roln_real)(ROLN_SLOPE), ROLNI_STORE(ROLN_STORE)},
     {ROLNI_(n), ROLNI_MASS(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers),
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
@@ -1547,48 +1626,6 @@ static const roln_model ROLNI_(model) = {
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n)))},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
 #undef ROLNI_MLP_OF
-
-/* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), then the networks, the base
-   point, the SPD layers, the input map (group 1). */
-static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N2), ROLNI_(N3)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N3), ROLNI_(N4)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N4), ROLNI_(N5)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N5), ROLNI_(N6)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
-                                                         {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                                         {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
-                                                          ROLN_BASE ? ROLNI_(W0) : 0, 1},
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)),
-                                                         {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
-
-/* Random weights (scales 1, no range, input map 0). ROLN_E_NOT_SPD: hardly ever; call again. */
-ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
-{
-    memset(p, 0, sizeof *p);
-    p->scale.q = p->scale.t = 1;
-    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
-    return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->w);
-}
-
-/* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks. qbar [N] out.
-   Status of roln_fit_scale, roln_ae_init_pod; p is then not initialised. */
-ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
-                                     uint64_t *seed, ROLNI_(start) *work)
-{
-    roln_status st;
-    memset(p, 0, sizeof *p);
-    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
-    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->w);
-    if (st != ROLN_OK) return st;
-    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
-    return ROLN_OK;
-}
 
 /* z = rho(q), zd = D(q) qd. */
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
@@ -1600,6 +1637,13 @@ ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) 
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
     return roln_decode(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, x->q, x->qd, work->w);
+}
+
+/* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
+ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int count, const int *which,
+                                        roln_real *q, roln_real *qd, ROLNI_(work) *work)
+{
+    return roln_decode_some(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, count, which, q, qd, work->w);
 }
 
 /* Advance s by dt seconds under the force tau [N] (or inputs u) held over the step (NULL: none). s stays as it was unless
@@ -1691,39 +1735,6 @@ ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_rea
     return roln_predict(&ROLNI_(model), &p->scale, p->theta, steps, dt, again, q, qd, tau, q_pred, qd_pred, work->w);
 }
 
-/* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
-   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer, or without
-   b->qd (variational loss) shorter than 2 steps. */
-ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
-                                 ROLNI_(gradient) *g, ROLNI_(train) *work)
-{
-    if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 0, ROLN_BLOCK, dt, g->theta, &g->loss, &g->windows,
-                     work->w);
-}
-
-/* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
-ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b,
-                                     ROLNI_(gradient) *g, ROLNI_(train) *work)
-{
-    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 1, ROLN_BLOCK, 0, g->theta, &g->loss, &g->windows,
-                     work->w);
-}
-
-/* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. */
-ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI_(optimiser) *o, const ROLNI_(gradient) *g,
-                                   ROLNI_(train) *work)
-{
-    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, o->m, o->v,
-                            o->v_max, work->w);
-}
-
-/* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
-ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
-{
-    return roln_variance(&ROLNI_(model), &p->scale, p->theta, b, var, work->w);
-}
-
 /* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
                                    const roln_real *qbar, roln_error *e, ROLNI_(train) *work)
@@ -1767,6 +1778,133 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
     return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &x, put, ctx);
 }
 
+#if ROLNI_BITS(ROLN_STORE) == 0
+
+/* Training, of full weights. */
+typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start); /* of initialisation */
+
+/* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
+typedef struct {
+    roln_real theta[ROLNI_(theta_size)];
+    roln_loss loss; /* unweighted terms; roln_loss_total */
+    roln_real windows;
+} ROLNI_(gradient);
+
+/* Optimiser state: zero it once. Saved and restored with the parameters it resumes bit for bit. */
+typedef struct {
+    roln_adam adam;
+    roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
+} ROLNI_(optimiser);
+
+/* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), then the networks, the base
+   point, the SPD layers, the input map (group 1). */
+static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N2), ROLNI_(N3)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N3), ROLNI_(N4)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N4), ROLNI_(N5)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N5), ROLNI_(N6)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
+                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
+                                                         {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
+                                                         {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
+                                                          ROLN_BASE ? ROLNI_(W0) : 0, 1},
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)),
+                                                         ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)),
+                                                         {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
+
+/* Random weights (scales 1, no range, input map 0). ROLN_E_NOT_SPD: hardly ever; call again. */
+ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
+{
+    memset(p, 0, sizeof *p);
+    p->scale.q = p->scale.t = 1;
+    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
+    return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->w);
+}
+
+/* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks. qbar [N] out.
+   Status of roln_fit_scale, roln_ae_init_pod; p is then not initialised. */
+ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
+                                     uint64_t *seed, ROLNI_(start) *work)
+{
+    roln_status st;
+    memset(p, 0, sizeof *p);
+    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->w);
+    if (st != ROLN_OK) return st;
+    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
+    return ROLN_OK;
+}
+
+/* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
+   b->steps = 0 and weights for q, qd only, it trains the autoencoder alone. ROLN_E_LENGTH: the windows are longer, or without
+   b->qd (variational loss) shorter than 2 steps. */
+ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
+                                 ROLNI_(gradient) *g, ROLNI_(train) *work)
+{
+    if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
+    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 0, ROLN_BLOCK, dt, g->theta, &g->loss, &g->windows,
+                     work->w);
+}
+
+/* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
+ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b,
+                                     ROLNI_(gradient) *g, ROLNI_(train) *work)
+{
+    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 1, ROLN_BLOCK, 0, g->theta, &g->loss, &g->windows,
+                     work->w);
+}
+
+/* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI_(optimiser) *o, const ROLNI_(gradient) *g,
+                                   ROLNI_(train) *work)
+{
+    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, o->m, o->v,
+                            o->v_max, work->w);
+}
+
+/* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
+ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
+{
+    return roln_variance(&ROLNI_(model), &p->scale, p->theta, b, var, work->w);
+}
+
+#else
+
+/* Sizes of the model with full weights: parameters, bytes of roln_pack; scratch of NAME_store. */
+enum {
+    ROLNI_(full_size) = ROLNI_(theta_size) - ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_EACH_LAYER(ROLNI_LAYER_FULL),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size)),
+    ROLNI_(store_size) = 3 * ROLNI_(n) + ROLNI_(full_size) +
+                         ROLN_AE_STORE_WORK(ROLNI_(theta_size), ROLNI_(N0), ROLNI_(N1), ROLNI_(ae_sum))
+};
+typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) params; } ROLNI_(words); /* what NAME_write writes */
+typedef struct { roln_real w[ROLNI_(store_size)]; } ROLNI_(start); /* scratch of NAME_store */
+
+/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote. Status of roln_unpack, roln_store;
+   p is written only on ROLN_OK. */
+ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
+{
+    roln_model full = ROLNI_(model);
+    roln_real *w = work->w, *theta = rolni_take(&w, ROLNI_(full_size)), *z = rolni_take(&w, 3 * ROLNI_(n)), dt;
+    roln_scale scale;
+    const roln_numbers x = {&scale, &dt, z, z + ROLNI_(n), z + 2 * ROLNI_(n), theta};
+    roln_status st;
+    full.ae.store = ROLN_FULL;
+    st = roln_unpack(&full, count, bytes, &scale, &dt, z, z + ROLNI_(n), z + 2 * ROLNI_(n), theta);
+    if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &x, p->theta, w);
+    if (st != ROLN_OK) return st;
+    p->scale = scale, p->dt = dt;
+    memcpy(p->z_min, x.z_min, sizeof p->z_min);
+    memcpy(p->z_max, x.z_max, sizeof p->z_max);
+    memcpy(p->zd_max, x.zd_max, sizeof p->zd_max);
+    return ROLN_OK;
+}
+
+#endif
+
 #undef ROLN_NAME
 #undef ROLN_AE
 #undef ROLN_MLP
@@ -1781,5 +1919,6 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK
+#undef ROLN_STORE
 
 #endif /* ROLN_NAME */

@@ -10,6 +10,7 @@
    through the layers together, no Jacobian and no Hessian is formed.
 
    1 shape and layout     2 activation     3 encode     4 decode     5 forces     6 initialisation
+   7 weights stored as int8 or half-precision numbers
 
    A block of nb samples with `jets` planes is an array [jets][nb][dim]; jets = 1 positions, 2 with velocities,
    3 with accelerations. Forward functions write a tape that the backward of the same block reads. */
@@ -23,20 +24,80 @@
 
 #define ROLN_AE_MAX 8 /* layers at most */
 
+/* How the matrices lie in theta: as they are, ROLN_FULL, or small (section 7), and then how products read them. */
+typedef struct {
+    int bits; /* of a weight */
+    void (*mm)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C);    /* roln_mm */
+    void (*mm_bt)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C); /* roln_mm_bt */
+    roln_real (*column)(int k, int n, int j, const roln_real *a, const roln_real *B);         /* rolni_column */
+} roln_storage;
+#define ROLN_FULL NULL
+
 /* The shape of an autoencoder: all that gives its weights their meaning. */
 typedef struct {
     int layers;                /* L, 0 .. ROLN_AE_MAX; 0: no autoencoder, z = x */
     int size[ROLN_AE_MAX + 1]; /* N_0 >= N_1 >= ... >= N_L */
     roln_real slope;           /* k in (0,1], slope of the activation at +-infinity; 1 makes it the identity (POD) */
+    const roln_storage *store; /* ROLN_FULL; &roln_half, &roln_int8: no gradient with respect to theta */
 } roln_ae;
 
-/* theta holds for l = 0 .. L-1: Phi_l^T [N_{l+1}][N_l], Psi_l^T [N_{l+1}][N_l], b_l [N_l]. Both transposed: the long
-   side is contiguous. */
+/* Numbers that a row of n weights takes, and a layer N -> n. */
+#define ROLN_AE_ROW(bits, n) ((bits) == 8 ? 1 + ((n) + 7) / 8 * 2 : (bits) == 16 ? ((n) + 7) / 8 * 4 : (n))
+#define ROLN_AE_LAYER(bits, N, n) \
+    (2 * (n) * ROLN_AE_ROW(bits, N) + ((bits) > 0 ? (n) * ROLN_AE_ROW(bits, n) : 0) + (N))
+
+ROLN_FN int rolni_ae_bits(const roln_ae *ae)
+{
+    return ae->store == ROLN_FULL ? 0 : ae->store->bits;
+}
+
+/* theta holds for l = 0 .. L-1: Phi_l^T [N_{l+1}][N_l], Psi_l^T [N_{l+1}][N_l], of stored weights D_l [N_{l+1}][N_{l+1}],
+   and b_l [N_l]. Both transposed: the long side is contiguous. */
 ROLN_FN int roln_ae_params(const roln_ae *ae)
 {
+    const int bits = rolni_ae_bits(ae);
     int l, sum = 0;
     for (l = 0; l < ae->layers; l++)
-        sum += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
+        sum += ROLN_AE_LAYER(bits, ae->size[l], ae->size[l + 1]);
+    return sum;
+}
+
+/* The parts of layer l, which begins at theta. */
+typedef struct {
+    const roln_real *phi, *psi, *d, *b, *end;
+} rolni_part;
+
+ROLN_FN rolni_part rolni_part_of(const roln_ae *ae, int l, const roln_real *theta)
+{
+    const int bits = rolni_ae_bits(ae), N = ae->size[l], n = ae->size[l + 1], matrix = n * ROLN_AE_ROW(bits, N);
+    rolni_part w;
+    w.phi = theta;
+    w.psi = theta + matrix;
+    w.d = w.psi + matrix;
+    w.end = theta + ROLN_AE_LAYER(bits, N, n);
+    w.b = w.end - N;
+    return w;
+}
+
+/* The products with a matrix of a layer: C = A B, C = A B^T, and of C = a B one number, C[j]. */
+ROLN_FN void rolni_ae_mm(const roln_ae *ae, int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    if (ae->store == ROLN_FULL) roln_mm(m, k, n, A, B, C);
+    else ae->store->mm(m, k, n, A, B, C);
+}
+
+ROLN_FN void rolni_ae_mm_bt(const roln_ae *ae, int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    if (ae->store == ROLN_FULL) roln_mm_bt(m, k, n, A, B, C);
+    else ae->store->mm_bt(m, k, n, A, B, C);
+}
+
+ROLN_FN roln_real rolni_column(int k, int n, int j, const roln_real *a, const roln_real *B)
+{
+    roln_real sum = 0;
+    int p;
+    for (p = 0; p < k; p++)
+        sum += a[p] * B[p * n + j];
     return sum;
 }
 
@@ -139,7 +200,7 @@ ROLN_FN void rolni_act_bwd(const rolni_knee *s, roln_real sg, int jets, int n, c
 
 /* z = rho(x), zd = D xd, zdd = D xdd + (d/dt D) xd.
    theta [roln_ae_params], x [jets][nb][N] in; z [jets][nb][n], tape [roln_ae_tape(ae, jets, nb)] out.
-   Cost: jets * nb multiply-adds per weight of Psi. */
+   Cost: jets * nb multiply-adds per weight of Psi (and D). */
 ROLN_FN void roln_ae_encode(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *x, roln_real *z,
                             roln_real *tape)
 {
@@ -148,15 +209,20 @@ ROLN_FN void roln_ae_encode(const roln_ae *ae, int jets, int nb, const roln_real
     if (ae->layers == 0) memcpy(z, x, (size_t)(jets * nb * ae->size[0]) * sizeof *z);
     for (l = 0; l < ae->layers; l++) {
         const int N = ae->size[l], n = ae->size[l + 1], rows = jets * nb;
-        const roln_real *psi = theta + n * N, *b = psi + n * N;
+        const rolni_part w = rolni_part_of(ae, l, theta);
         roln_real *xb = tape, *a = tape + rows * N, *y = l + 1 < ae->layers ? a + rows * n : z;
         if (l == 0) memcpy(xb, x, (size_t)(rows * N) * sizeof *x);
         for (r = 0; r < nb; r++) /* only positions are shifted */
             for (i = 0; i < N; i++)
-                xb[r * N + i] -= b[i];
-        roln_mm_bt(rows, N, n, xb, psi, a);
+                xb[r * N + i] -= w.b[i];
+        rolni_ae_mm_bt(ae, rows, N, n, xb, w.psi, a);
+        if (ae->store != ROLN_FULL) { /* a += D a */
+            rolni_ae_mm_bt(ae, rows, n, n, a, w.d, y);
+            for (i = 0; i < rows * n; i++)
+                a[i] += y[i];
+        }
         rolni_act(&s, 1, jets, nb * n, a, y);
-        theta = b + N;
+        theta = w.end;
         tape = a + rows * n;
     }
 }
@@ -175,24 +241,29 @@ ROLN_FN void roln_ae_encode_bwd(const roln_ae *ae, int jets, int nb, const roln_
     memcpy(g, gz, (size_t)(rows * ae->size[ae->layers]) * sizeof *g);
     for (l = ae->layers - 1; l >= 0; l--) {
         const int N = ae->size[l], n = ae->size[l + 1];
-        const roln_real *b = th - N, *psi = b - n * N, *a = tp - rows * n, *xb = a - rows * N;
+        const roln_real *a = tp - rows * n, *xb = a - rows * N;
+        const rolni_part w = rolni_part_of(ae, l, th -= ROLN_AE_LAYER(rolni_ae_bits(ae), N, n));
         rolni_act_bwd(&s, 1, jets, nb * n, a, g);
         if (gtheta) { /* gPsi^T += ga^T (x - b), gb -= Psi sum_r ga_r */
-            roln_real *gb = gtheta + (b - theta);
-            roln_mm_at(n, rows, N, g, xb, gtheta + (psi - theta));
+            roln_real *gb = gtheta + (w.b - theta);
+            roln_mm_at(n, rows, N, g, xb, gtheta + (w.psi - theta));
             memcpy(sum, g, (size_t)n * sizeof *g);
             for (r = 1; r < nb; r++)
                 for (i = 0; i < n; i++)
                     sum[i] += g[r * n + i];
-            roln_mm(1, n, N, sum, psi, gpos);
+            roln_mm(1, n, N, sum, w.psi, gpos);
             for (i = 0; i < N; i++)
                 gb[i] -= gpos[i];
         }
+        if (ae->store != ROLN_FULL) { /* ga += D^T ga */
+            rolni_ae_mm(ae, rows, n, n, g, w.d, gn);
+            for (i = 0; i < rows * n; i++)
+                g[i] += gn[i];
+        }
         if (l > 0 || gx) { /* gx = Psi ga */
-            roln_mm(rows, n, N, g, psi, gn);
+            rolni_ae_mm(ae, rows, n, N, g, w.psi, gn);
             swap = g, g = gn, gn = swap;
         }
-        th = psi - n * N;
         tp = xb;
     }
     for (i = 0; gx && i < wide; i++)
@@ -212,17 +283,52 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
     if (ae->layers == 0) memcpy(x, z, (size_t)(jets * nb * ae->size[0]) * sizeof *x);
     for (l = ae->layers - 1; l >= 0; l--) {
         const int N = ae->size[l], n = ae->size[l + 1], rows = jets * nb;
-        const roln_real *b = th - N, *phi = b - 2 * n * N;
+        const rolni_part w = rolni_part_of(ae, l, th -= ROLN_AE_LAYER(rolni_ae_bits(ae), N, n));
         roln_real *y = tape, *u = tape + rows * n, *out = l > 0 ? u + rows * n : x;
         if (l == ae->layers - 1) memcpy(y, z, (size_t)(rows * n) * sizeof *z);
         rolni_act(&s, -1, jets, nb * n, y, u);
-        roln_mm(rows, n, N, u, phi, out);
+        rolni_ae_mm(ae, rows, n, N, u, w.phi, out);
         for (r = 0; r < nb; r++)
             for (i = 0; i < N; i++)
-                out[r * N + i] += b[i];
-        th = phi;
+                out[r * N + i] += w.b[i];
         tape = u + rows * n;
     }
+}
+
+/* ae without its first `skip` layers. */
+ROLN_FN roln_ae rolni_ae_inner(const roln_ae *ae, int skip)
+{
+    roln_ae inner = *ae;
+    inner.layers -= skip;
+    memcpy(inner.size, ae->size + skip, (size_t)(inner.layers + 1) * sizeof *ae->size);
+    return inner;
+}
+
+/* The coordinates which[0 .. count-1] of roln_ae_decode alone, the same bits: x [jets][nb][count]. Work as the tape of
+   roln_ae_decode; it can not be read backward. Of the last layer it costs n multiply-adds a number instead of n N. */
+ROLN_FN void roln_ae_decode_some(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *z, int count,
+                                 const int *which, roln_real *x, roln_real *work)
+{
+    const int N = ae->size[0], n = ae->size[1], rows = jets * nb;
+    const rolni_knee s = rolni_knee_of(ae->slope);
+    roln_real *y = work, *u = work + rows * n;
+    rolni_part w;
+    roln_ae inner;
+    int i, r;
+    if (ae->layers == 0) {
+        for (i = 0; i < rows * count; i++)
+            x[i] = z[i / count * N + which[i % count]];
+        return;
+    }
+    w = rolni_part_of(ae, 0, theta);
+    inner = rolni_ae_inner(ae, 1);
+    roln_ae_decode(&inner, jets, nb, w.end, z, y, u);
+    rolni_act(&s, -1, jets, nb * n, y, u);
+    for (r = 0; r < rows; r++)
+        for (i = 0; i < count; i++, x++) {
+            *x = (ae->store == ROLN_FULL ? rolni_column : ae->store->column)(n, N, which[i], u + r * n, w.phi);
+            if (r < nb) *x += w.b[which[i]];
+        }
 }
 
 /* Backward of roln_ae_decode. gx [jets][nb][N] in; adds to gz [jets][nb][n] and gtheta (each may be NULL).
@@ -239,7 +345,8 @@ ROLN_FN void roln_ae_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_
         tp += 2 * rows * ae->size[l + 1];
     for (l = 0; l < ae->layers; l++) {
         const int N = ae->size[l], n = ae->size[l + 1];
-        const roln_real *phi = theta, *u = tp - rows * n, *y = u - rows * n;
+        const roln_real *u = tp - rows * n, *y = u - rows * n;
+        const rolni_part w = rolni_part_of(ae, l, theta);
         if (gtheta) { /* gPhi^T += u^T gx, gb += sum_r gx_r */
             roln_real *gb = gtheta + 2 * n * N;
             roln_mm_at(n, rows, N, u, g, gtheta);
@@ -248,10 +355,10 @@ ROLN_FN void roln_ae_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_
                     gb[i] += g[r * N + i];
             gtheta = gb + N;
         }
-        roln_mm_bt(rows, N, n, g, phi, gu); /* gu = Phi^T gx */
+        rolni_ae_mm_bt(ae, rows, N, n, g, w.phi, gu); /* gu = Phi^T gx */
         rolni_act_bwd(&s, -1, jets, nb * n, y, gu);
         g = gu, gu = gn, gn = work + (g == work ? 0 : rows * ae->size[0]);
-        theta += 2 * n * N + N;
+        theta = w.end;
         tp = y;
     }
     for (i = 0; gz && i < rows * ae->size[ae->layers]; i++)
@@ -399,5 +506,303 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
     }
     return ROLN_OK;
 }
+
+/* ---- 7 stored weights ------------------------------------------------------------------------- */
+
+/* Weights as they lie in flash to be small; arithmetic stays float. A row of n weights is
+       roln_int8   a float s, then q_j = -127 .. 127, four to a word       w_j = s q_j, s = max |w| / 127
+       roln_half   h_j, two to a word                                      w_j = h_j, IEEE binary16
+   filled up with 0 to a multiple of eight entries; the first entry in the lowest bits of the first word, so that the order of
+   bytes does not matter. Words lie among the numbers of theta and are only ever copied as bits: some look like NaN.
+   Rounded Phi, Psi are no longer biorthogonal. What puts that right is (I + D) Psi^T for Psi^T, I + D = (Psi^T Phi)^-1, so that
+   encoding a decoded state still gives it back, up to the rounding of D, which is small. Float only. */
+
+/* Nonzero if number i of theta is a number, 0 if it is a word of weights. */
+ROLN_FN int roln_ae_is_number(const roln_ae *ae, int i)
+{
+    const int bits = rolni_ae_bits(ae);
+    int l, size = 0;
+    for (l = 0; l < ae->layers && bits > 0 && i >= 0; l++, i -= size) {
+        const int N = ae->size[l], n = ae->size[l + 1], row = ROLN_AE_ROW(bits, N), d = ROLN_AE_ROW(bits, n);
+        size = ROLN_AE_LAYER(bits, N, n);
+        if (i < 2 * n * row) return bits == 8 && i % row == 0;
+        if (i < size - N) return bits == 8 && (i - 2 * n * row) % d == 0;
+    }
+    return 1;
+}
+
+#ifndef ROLN_DOUBLE
+
+/* Eight entries from w on. Halves: sign and the other bits go to their places in a float, 2^112 puts the exponent right, and
+   keeps the smallest halves, unless the processor takes denormal floats for 0. */
+typedef struct {
+    float v0, v1, v2, v3, v4, v5, v6, v7;
+} rolni_eight;
+
+ROLNI_INLINE uint32_t rolni_word(const float *w)
+{
+    uint32_t x;
+    ROLNI_COPY(&x, w, sizeof x);
+    return x;
+}
+
+ROLNI_INLINE float rolni_byte(uint32_t low8)
+{
+    return (float)(int8_t)(low8 & 255);
+}
+
+ROLNI_INLINE float rolni_half(uint32_t high16)
+{
+    return 5.192296858534828e33f * rolni_real((uint32_t)((int32_t)high16 >> 3) & UINT32_C(0x8fffe000));
+}
+
+ROLNI_INLINE rolni_eight rolni_unpack(int bits, const float *w)
+{
+    const uint32_t a = rolni_word(w), b = rolni_word(w + 1);
+    rolni_eight x;
+    if (bits == 8) {
+        x.v0 = rolni_byte(a), x.v1 = rolni_byte(a >> 8), x.v2 = rolni_byte(a >> 16), x.v3 = rolni_byte(a >> 24);
+        x.v4 = rolni_byte(b), x.v5 = rolni_byte(b >> 8), x.v6 = rolni_byte(b >> 16), x.v7 = rolni_byte(b >> 24);
+    } else {
+        const uint32_t c = rolni_word(w + 2), d = rolni_word(w + 3);
+        x.v0 = rolni_half(a << 16), x.v1 = rolni_half(a), x.v2 = rolni_half(b << 16), x.v3 = rolni_half(b);
+        x.v4 = rolni_half(c << 16), x.v5 = rolni_half(c), x.v6 = rolni_half(d << 16), x.v7 = rolni_half(d);
+    }
+    return x;
+}
+
+ROLNI_INLINE void rolni_put_eight(int most, const rolni_eight *x, float *c)
+{
+    if (most >= 8) memcpy(c, x, sizeof *x);
+    else memcpy(c, x, (size_t)most * sizeof *c);
+}
+
+/* roln_mm, two rows of A at a time: sum_p (A[p] s_p) q_pj in order 1. */
+ROLNI_INLINE void rolni_stored_mm(int bits, int two, int k, int n, const float *a, const float *B, float *c)
+{
+    const int row = ROLN_AE_ROW(bits, n);
+    int j, p;
+    for (j = 0; j < n; j += 8, c += 8) {
+        const float *b = B + j * bits / 32;
+        rolni_eight s = {0, 0, 0, 0, 0, 0, 0, 0}, t = s;
+        for (p = 0; p < k; p++, b += row) {
+            const rolni_eight w = rolni_unpack(bits, b + (bits == 8));
+            const float f = bits == 8 ? a[p] * B[p * row] : a[p];
+            s.v0 += f * w.v0, s.v1 += f * w.v1, s.v2 += f * w.v2, s.v3 += f * w.v3;
+            s.v4 += f * w.v4, s.v5 += f * w.v5, s.v6 += f * w.v6, s.v7 += f * w.v7;
+            if (two) {
+                const float g = bits == 8 ? a[k + p] * B[p * row] : a[k + p];
+                t.v0 += g * w.v0, t.v1 += g * w.v1, t.v2 += g * w.v2, t.v3 += g * w.v3;
+                t.v4 += g * w.v4, t.v5 += g * w.v5, t.v6 += g * w.v6, t.v7 += g * w.v7;
+            }
+        }
+        rolni_put_eight(n - j, &s, c);
+        if (two) rolni_put_eight(n - j, &t, c + n);
+    }
+}
+
+/* roln_mm_bt, two rows of A at a time: s_j sum_p A[p] q_jp in order 2. */
+ROLNI_INLINE void rolni_stored_mm_bt(int bits, int two, int k, int n, const float *a, const float *B, float *c)
+{
+    const int row = ROLN_AE_ROW(bits, k);
+    float last[16] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}; /* the last eight of a row of A, filled up */
+    int j, p;
+    memcpy(last, a + k - k % 8, (size_t)(k % 8) * sizeof *a);
+    if (two) memcpy(last + 8, a + 2 * k - k % 8, (size_t)(k % 8) * sizeof *a);
+    for (j = 0; j < n; j++, B += row) {
+        const float *b = B + (bits == 8), scale = bits == 8 ? B[0] : 1;
+        rolni_eight s = {0, 0, 0, 0, 0, 0, 0, 0}, t = s;
+        for (p = 0; p < k; p += 8, b += bits / 4) {
+            const float *x = p + 8 <= k ? a + p : last, *y = p + 8 <= k ? a + k + p : last + 8;
+            const rolni_eight w = rolni_unpack(bits, b);
+            s.v0 += x[0] * w.v0, s.v1 += x[1] * w.v1, s.v2 += x[2] * w.v2, s.v3 += x[3] * w.v3;
+            s.v4 += x[4] * w.v4, s.v5 += x[5] * w.v5, s.v6 += x[6] * w.v6, s.v7 += x[7] * w.v7;
+            if (two) {
+                t.v0 += y[0] * w.v0, t.v1 += y[1] * w.v1, t.v2 += y[2] * w.v2, t.v3 += y[3] * w.v3;
+                t.v4 += y[4] * w.v4, t.v5 += y[5] * w.v5, t.v6 += y[6] * w.v6, t.v7 += y[7] * w.v7;
+            }
+        }
+        c[j] = scale * (((s.v0 + s.v4) + (s.v2 + s.v6)) + ((s.v1 + s.v5) + (s.v3 + s.v7)));
+        if (two) c[n + j] = scale * (((t.v0 + t.v4) + (t.v2 + t.v6)) + ((t.v1 + t.v5) + (t.v3 + t.v7)));
+    }
+}
+
+/* rolni_column. */
+ROLNI_INLINE float rolni_stored_column(int bits, int k, int n, int j, const float *a, const float *B)
+{
+    const int row = ROLN_AE_ROW(bits, n), at = j * bits % 32;
+    const float *b = B + (bits == 8) + j * bits / 32;
+    float sum = 0;
+    int p;
+    for (p = 0; p < k; p++, b += row)
+        sum += bits == 8 ? a[p] * B[p * row] * rolni_byte(rolni_word(b) >> at) : a[p] * rolni_half(rolni_word(b) >> at << 16);
+    return sum;
+}
+
+#define ROLNI_STORAGE(name, bits) \
+    ROLN_FN void name##_mm(int m, int k, int n, const float *A, const float *B, float *C) \
+    { \
+        for (; m > 1; m -= 2, A += 2 * k, C += 2 * n) \
+            rolni_stored_mm(bits, 1, k, n, A, B, C); \
+        if (m > 0) rolni_stored_mm(bits, 0, k, n, A, B, C); \
+    } \
+    ROLN_FN void name##_mm_bt(int m, int k, int n, const float *A, const float *B, float *C) \
+    { \
+        for (; m > 1; m -= 2, A += 2 * k, C += 2 * n) \
+            rolni_stored_mm_bt(bits, 1, k, n, A, B, C); \
+        if (m > 0) rolni_stored_mm_bt(bits, 0, k, n, A, B, C); \
+    } \
+    ROLN_FN float name##_column(int k, int n, int j, const float *a, const float *B) \
+    { \
+        return rolni_stored_column(bits, k, n, j, a, B); \
+    } \
+    ROLNI_TABLE roln_storage name = {bits, name##_mm, name##_mm_bt, name##_column};
+#if defined(__GNUC__)
+#define ROLNI_TABLE static const __attribute__((unused))
+#else
+#define ROLNI_TABLE static const
+#endif
+ROLNI_STORAGE(roln_half, 16)
+ROLNI_STORAGE(roln_int8, 8)
+#undef ROLNI_STORAGE
+#undef ROLNI_TABLE
+
+/* x to the nearest half, to the even one of two; 0x7c00 and more: beyond the largest, 65504. */
+ROLN_FN uint32_t rolni_half_of(float x)
+{
+    const uint32_t b = rolni_bits(x), m = rolni_bits(1.925929944387236e-34f * rolni_real(b & ~ROLNI_SIGN)); /* 2^-112 */
+    return (b >> 16 & 0x8000) | (m + 0xfff + (m >> 13 & 1)) >> 13;
+}
+
+/* Rows [rows][n] of x, stored. A row of int8 whose s would be denormal is 0. ROLN_E_NOT_FINITE; ROLN_E_RANGE: no half is so
+   large. */
+ROLN_FN roln_status rolni_store(int bits, int rows, int n, const float *x, float *out)
+{
+    if (!roln_all_finite(rows * n, x)) return ROLN_E_NOT_FINITE;
+    for (; rows > 0; rows--, x += n) {
+        uint32_t word = 0;
+        float top = 0, s;
+        int j;
+        for (j = 0; j < n; j++)
+            top = ROLN_ABS(x[j]) > top ? ROLN_ABS(x[j]) : top;
+        if (bits == 16 && rolni_half_of(top) >= 0x7c00) return ROLN_E_RANGE;
+        s = top / 127 >= 1.17549435e-38f ? top / 127 : 0;
+        if (bits == 8) *out++ = s;
+        for (j = 0; j < (n + 7) / 8 * 8; j++) {
+            const float w = j < n ? x[j] : 0, q = s > 0 ? w / s : 0;
+            const uint32_t entry = bits == 16 ? rolni_half_of(w) : (uint32_t)(int32_t)(q < 0 ? q - 0.5f : q + 0.5f) & 255;
+            word |= entry << j * bits % 32;
+            if ((j + 1) * bits % 32 > 0) continue;
+            memcpy(out++, &word, sizeof word);
+            word = 0;
+        }
+    }
+    return ROLN_OK;
+}
+
+/* Phi and b of layer l, once the layers behind it are stored. For states drawn from the box of z_min, z_max let v = [1; u] be
+   what the stored layers hand to this one, and u_full. The sum of |W^T v - W_full^T [1; u_full]|^2, and a little of |W - W_full|^2,
+   is least at W = (I + G) W_full, W = [b; Phi^T], G = H^-1 sum v [0; u_full - u]^T, H = sum v v^T + .. = L L^T. Rounding W to Q
+   adds sum_p L_pp^2 |w_p - q_p + sum_{r>p} (L_rp / L_pp) (w_r - q_r)|^2: the rows are rounded from the last to the first, each
+   corrected for those before, and b is free to end it (Babai 1986; Frantar et al. 2022 for networks). Plain rounding of Phi
+   to int8 costs eight times as much on pend16, and Psi, which D corrects, next to nothing.
+   full, out: where the layer begins. */
+ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
+                                        float *out, float *work)
+{
+    enum { DRAWS = 1024 };
+    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1, bits = ae->store->bits, row = ROLN_AE_ROW(bits, N);
+    const rolni_knee s = rolni_knee_of(ae->slope);
+    const float little = 1e-3f, one = 1;
+    float *H = work, *G = H + m * m, *W = G + m * m, *E = W + m * N, *u = E + m * N, *v = u + m, *z = v + m, *y = z + n;
+    float *tape = y + n, *b = out + ROLN_AE_LAYER(bits, N, n) - N, trace = 0;
+    roln_ae inner = rolni_ae_inner(ae, l + 1), plain = inner;
+    uint64_t seed = 1;
+    int i, j, k, p, r;
+    plain.store = ROLN_FULL;
+    memset(H, 0, (size_t)(2 * m * m) * sizeof *H);
+    for (k = 0; k < DRAWS; k++) {
+        for (i = 0; i < inner.size[inner.layers]; i++)
+            z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
+        roln_ae_decode(&plain, 1, 1, full + 2 * n * N + N, z, y, tape);
+        rolni_act(&s, -1, 1, n, y, u + 1);
+        roln_ae_decode(&inner, 1, 1, b + N, z, y, tape);
+        rolni_act(&s, -1, 1, n, y, v + 1);
+        u[0] = 0, v[0] = 1;
+        for (i = 1; i < m; i++)
+            u[i] -= v[i];
+        roln_mm_at(m, 1, m, v, v, H);
+        roln_mm_at(m, 1, m, v, u, G);
+    }
+    for (i = 0; i < m; i++)
+        trace += H[i * (m + 1)];
+    for (i = 0; i < m; i++)
+        H[i * (m + 1)] += little * trace / (float)m;
+    if (roln_chol(m, H, H) != ROLN_OK) return ROLN_E_NOT_FINITE;
+    for (j = 1; j < m; j++) {
+        for (i = 0; i < m; i++)
+            u[i] = G[i * m + j];
+        roln_solve_lower(m, H, u, u);
+        roln_solve_lower_t(m, H, u, u);
+        for (i = 0; i < m; i++)
+            G[i * m + j] = u[i];
+    }
+    memcpy(W, full + 2 * n * N, (size_t)N * sizeof *W);
+    memcpy(W + N, full, (size_t)(n * N) * sizeof *W);
+    roln_mm(m, m, N, G, W, E);
+    for (i = 0; i < m * N; i++)
+        W[i] += E[i];
+    for (p = n; p >= 0; p--) { /* E = W - Q, row by row; row p is what is to be rounded first */
+        float *w = W + p * N, *e = E + p * N;
+        roln_status st;
+        memcpy(e, w, (size_t)N * sizeof *e);
+        for (r = p + 1; r < m; r++)
+            for (j = 0; j < N; j++)
+                e[j] += H[r * m + p] / H[p * (m + 1)] * E[r * N + j];
+        if (p == 0) break;
+        if ((st = rolni_store(bits, 1, N, e, out + (p - 1) * row)) != ROLN_OK) return st;
+        ae->store->mm(1, 1, N, &one, out + (p - 1) * row, e);
+        for (j = 0; j < N; j++)
+            e[j] = w[j] - e[j];
+    }
+    memcpy(b, E, (size_t)N * sizeof *b);
+    return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
+   untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: a
+   weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse.
+   work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0, N_1, aesum: roln_ae_tape(ae, 1, 1). */
+#define ROLN_AE_STORE_WORK(size, N, n, aesum) ((size) + 2 * ((n) + 1) * ((N) + (n) + 3) + (aesum))
+ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
+                                  float *work)
+{
+    const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae);
+    float *out = work + size, *rest = out;
+    int l, i;
+    for (l = 0; l < ae->layers; l++)
+        full += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
+    for (l = ae->layers - 1; l >= 0; l--) {
+        const int N = ae->size[l], n = ae->size[l + 1];
+        float *psi, *D, *X = rest, *A = X + n * N, *C = A + n * n, *w = C + n * n;
+        roln_status st;
+        full -= 2 * n * N + N;
+        out -= ROLN_AE_LAYER(bits, N, n), psi = out + n * ROLN_AE_ROW(bits, N), D = psi + n * ROLN_AE_ROW(bits, N);
+        if ((st = rolni_store_decoder(ae, l, full, z_min, z_max, out, rest)) != ROLN_OK) return st;
+        if ((st = rolni_store(bits, n, N, full + n * N, psi)) != ROLN_OK) return st;
+        for (i = 0; i < n * n; i++)
+            C[i] = (float)(i % (n + 1) == 0);
+        ae->store->mm(n, n, N, C, psi, X); /* I Psi^T: as it is read */
+        ae->store->mm_bt(n, N, n, X, out, A);
+        if ((st = roln_inv(n, A, C, w)) != ROLN_OK) return st;
+        for (i = 0; i < n; i++)
+            C[i * (n + 1)] -= 1;
+        if ((st = rolni_store(bits, n, n, C, D)) != ROLN_OK) return st;
+    }
+    memcpy(theta, work, (size_t)size * sizeof *theta);
+    return ROLN_OK;
+}
+
+#endif
 
 #endif

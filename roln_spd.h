@@ -47,12 +47,22 @@ typedef uint32_t roln_bits;
 #define ROLN_ABS(x) fabsf(x)
 #endif
 
+/* Where code and weights lie: ROLN_CODE stands before every function, ROLN_FLASH before the weights that NAME_write writes.
+       #define ROLN_CODE __attribute__((section(".itcm")))
+       #define ROLN_FLASH __attribute__((section(".qspi"))) */
+#ifndef ROLN_CODE
+#define ROLN_CODE
+#endif
+#ifndef ROLN_FLASH
+#define ROLN_FLASH
+#endif
+
 /* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed. */
 #ifndef ROLN_FN
 #if defined(__GNUC__)
-#define ROLN_FN static __attribute__((unused))
+#define ROLN_FN ROLN_CODE static __attribute__((unused))
 #else
-#define ROLN_FN static
+#define ROLN_FN ROLN_CODE static
 #endif
 #endif
 
@@ -163,7 +173,7 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
 #define ROLNI_INLINE static inline __attribute__((always_inline))
 #define ROLNI_COPY __builtin_memcpy /* one move, under -ffreestanding too */
 #else
-#define ROLNI_INLINE static inline
+#define ROLNI_INLINE ROLN_CODE static inline
 #define ROLNI_COPY memcpy
 #endif
 

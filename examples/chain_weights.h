@@ -1,6 +1,6 @@
 /* chain_weights.h - written by examples/pendulum.c; include chain.h first. 1 J = 53.7843 of the model. */
 /* include after the definition of the model: chain_params */
-static const chain_params chain_weights = {
+ROLN_FLASH static const chain_params chain_weights = {
     {11653789.f/33554432.f, 16118061.f/134217728.f},
     13421773.f/536870912.f,
     {15954859.f/16777216.f, 5096631.f/8388608.f},

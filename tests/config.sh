@@ -63,6 +63,28 @@ try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'BASE=2'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'DAMPING=2'
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
 try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=0'
+# stored weights: float only, nothing to train
+try - 'AE=4, 2' 'MLP=8' 'STORE=half'
+try - 'AE=4' 'MLP=8' 'STORE=int8'
+try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
+try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
+try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
+for verb in init init_pod grad grad_acc update variance errors decode_some; do
+    for store in full half int8; do
+        case $store.$verb in full.* | *.errors | *.decode_some) want=0 ;; *) want=1 ;; esac
+        for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
+            out=$(printf '%s\n' '#define ROLN_NAME m' '#define ROLN_AE 4, 2' '#define ROLN_MLP 8' "#define ROLN_STORE $store" \
+                '#include "roln.h"' "int main(void) { return sizeof(&m_$verb) == 1; }" | $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
+            code=$?
+            if if [ $want -eq 0 ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "m_$verb"; fi; then
+                passed=$((passed + 1))
+            else
+                failed=$((failed + 1))
+                echo "$cc: ROLN_STORE $store, m_$verb: $out"
+            fi
+        done
+    done
+done
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

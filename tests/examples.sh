@@ -32,6 +32,28 @@ for cc in gcc clang; do
         /^(log-Euclidean|affine-invariant)/ { for (i = 2; i <= 10; i++) n += $i == "1.000" } { ok = n == 20 }'
     check swelling 'BEGIN { while ((getline line < "build/examples/swelling.svg") > 0) n += line ~ /<ellipse/; ok = n == 36 }'
 
+    # the written words, read by the compiler, are the parameters that were stored
+    cat > build/examples/store.c << 'END'
+#include <stdio.h>
+#include "pend16_int8.h"
+#include "pend16_int8_weights.h"
+int main(int argc, char **argv)
+{
+    static unsigned char bytes[pend16_int8_full_packed_size];
+    static pend16_int8_params p;
+    static pend16_int8_start work;
+    FILE *f = fopen(argv[argc - 1], "rb");
+    if (!f || pend16_int8_store((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &work) != ROLN_OK) return 1;
+    printf("%d\n", memcmp(&p, &pend16_int8_weights, sizeof p));
+    return 0;
+}
+END
+    { $cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o build/examples/store -lm &&
+        (cd build/examples && ./store ../../tests/mujoco/models/pend16.roln) &&
+        $cc -std=c99 -O2 -I. -Iexamples -Ibuild/examples build/examples/store.c -o build/examples/stored -lm &&
+        build/examples/stored tests/mujoco/models/pend16.roln; } > build/examples/store.log 2>&1
+    check store '/^pend16_int8_weights.h: 43256 bytes of flash instead of 47800$/ { a = 1 } /^0$/ { ok = a }'
+
     # the loop arrives; one bad tick is bridged with the torque before it; a dead encoder ends in torque 0
     check control_tick '$1 == 180 && $5 < 0.05 && $8 == 0 { ok = 1 }'
     check control_tick '$1 == 50 && $8 == 3 && /held/ && $6 != 0 { a = 1 } $1 == 51 && $8 == 0 { ok = a }'

@@ -1,4 +1,5 @@
-/* models.h - a large model, a small one, one with every option and one with the Cholesky head: what warnings.sh and symbols.sh compile. */
+/* models.h - a large model, a small one, one with every option, one with the Cholesky head, stored ones: what warnings.sh and
+   symbols.sh compile. */
 #ifndef MODELS_H
 #define MODELS_H
 
@@ -29,5 +30,19 @@
 #define ROLN_MLP 16, 16
 #define ROLN_MASS cholesky
 #include "../roln.h"
+
+#ifndef ROLN_DOUBLE
+#define ROLN_NAME bytes
+#define ROLN_AE 600, 128, 64, 32, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STORE int8
+#include "../roln.h"
+
+#define ROLN_NAME halves
+#define ROLN_AE 8, 6, 3
+#define ROLN_MLP 16, 16
+#define ROLN_STORE half
+#include "../roln.h"
+#endif
 
 #endif

@@ -81,6 +81,16 @@
 #define ROLN_HORIZON 2
 #include "../roln.h"
 
+#ifndef ROLN_DOUBLE
+#define ROLN_NAME ms /* ma, stored; not in the table below */
+#define ROLN_AE 6, 4, 2
+#define ROLN_MLP 5, 4
+#define ROLN_SLOPE 0.4375
+#define ROLN_HORIZON 4
+#define ROLN_STORE int8
+#include "../roln.h"
+#endif
+
 #include "twin.h"
 
 enum { MODELS = 9, MAXP = 1200 };

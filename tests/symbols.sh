@@ -22,5 +22,29 @@ for type in '' -DROLN_DOUBLE; do
         if [ "$functions" -ge 100 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "only $functions functions"; fi
     done
 done
+# ROLN_CODE and ROLN_FLASH: with the model that the examples commit, code and weights lie where they are told to, no code elsewhere
+cat > build/sections.c << 'END'
+#define ROLN_CODE __attribute__((section(".itcm")))
+#define ROLN_FLASH __attribute__((section(".qspi")))
+#include "examples/chain.h"
+#include "examples/chain_weights.h"
+#include "tests/models.h"
+int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v);
+ROLN_CODE int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v)
+{
+    return chain_encode(&chain_weights, x, s, w) + chain_step(&chain_weights, s, NULL, 0.01f, w) + bytes_decode(p, z, y, v) +
+           bytes_encode(p, y, z, v);
+}
+END
+for cc in 'gcc -O0' 'gcc -O2' 'gcc -O3' 'gcc -Os' 'clang -O2'; do
+    rm -f build/sections.o
+    $cc -std=c99 -I. -fno-math-errno -c -o build/sections.o build/sections.c
+    outside=$(objdump -t build/sections.o | awk '/ F / && !/\.itcm/ { print $NF }')
+    size=$(objdump -t build/sections.o | awk '/ chain_weights$/ && /\.qspi/ { print $(NF - 1) }')
+    functions=$(objdump -t build/sections.o | grep -c ' F .*\.itcm')
+    text=$(size -A build/sections.o | awk '$1 ~ /^\.text/ { n += $2 } END { print n + 0 }')
+    if [ -z "$outside" ] && [ -n "$size" ] && [ "$functions" -ge 3 ] && [ "$text" -eq 0 ]; then passed=$((passed + 1))
+    else failed=$((failed + 1)); echo "$cc: outside .itcm: $outside ($text bytes of .text), $functions inside; weights in .qspi: $size"; fi
+done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

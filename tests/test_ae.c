@@ -336,7 +336,7 @@ static void test_activation(void)
 /* The twin itself: its derivatives against differences of its values, along curves. */
 static void test_twin(uint64_t *s)
 {
-    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE};
+    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE, ROLN_FULL};
     static ld y[3 * MAXW];
     roln_real *in;
     int i;
@@ -447,7 +447,7 @@ static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
 
 static void test_init(uint64_t *s)
 {
-    static const roln_ae big = {1, {200, 100}, SLOPE};
+    static const roln_ae big = {1, {200, 100}, SLOPE, ROLN_FULL};
     const int p = 100 * 200;
     uint64_t s0 = *s;
     roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(ROLN_AE_INIT_WORK(100));
@@ -466,7 +466,7 @@ static void test_init(uint64_t *s)
 static void check_pod(int layers, int count, uint64_t *s)
 {
     enum { N = 6 };
-    static const roln_ae shapes[4] = {{0, {N}, SLOPE}, {1, {N, 2}, SLOPE}, {2, {N, 4, 2}, SLOPE}, {3, {N, 5, 3, 2}, SLOPE}};
+    static const roln_ae shapes[4] = {{0, {N}, SLOPE, ROLN_FULL}, {1, {N, 2}, SLOPE, ROLN_FULL}, {2, {N, 4, 2}, SLOPE, ROLN_FULL}, {3, {N, 5, 3, 2}, SLOPE, ROLN_FULL}};
     static ld X[100 * N], cov[N * N], V[N * N], mean[N], ref[100 * N];
     const roln_ae *ae = &shapes[layers];
     const ld scale = 0.3L;
@@ -511,13 +511,265 @@ static void check_pod(int layers, int count, uint64_t *s)
     fresh_done();
 }
 
+/* The coordinates asked for are those of decode, bit for bit. */
+static void check_some(const roln_ae *ae, const roln_real *th, uint64_t *s)
+{
+    enum { nb = 2 };
+    const int N = ae->size[0], n = ae->size[ae->layers];
+    int which[MAXW + 3], jets, count, i, r;
+    for (jets = 1; jets <= 3; jets++) {
+        const int tape = roln_ae_tape(ae, jets, nb);
+        roln_real *z = normal(jets * nb * n, 0.7, s), *x = fresh(jets * nb * N), *some = fresh(jets * nb * (N + 3)), *w = fresh(tape);
+        roln_ae_decode(ae, jets, nb, th, z, x, w);
+        for (count = 0; count <= N + 3; count++) {
+            for (i = 0; i < count; i++) which[i] = roln_randint(N, s);
+            roln_ae_decode_some(ae, jets, nb, th, z, count, which, some, w);
+            for (r = 0; r < jets * nb; r++)
+                for (i = 0; i < count; i++) CHECK(same(1, some + r * count + i, x + r * N + which[i]));
+        }
+    }
+}
+
+static void test_some(roln_ae ae, uint64_t *s)
+{
+    m.ae = ae;
+    check_some(&ae, weights(s), s);
+    fresh_done();
+}
+
+/* ---- stored weights ---- */
+
+#ifndef ROLN_DOUBLE
+/* Entry j of a row as the header defines it. */
+static ld t_entry(int bits, const float *row, int j)
+{
+    uint32_t w;
+    memcpy(&w, row + (bits == 8) + j * bits / 32, sizeof w);
+    w = w >> j * bits % 32 & (bits == 8 ? 255 : 65535);
+    if (bits == 8) return (ld)row[0] * ((ld)w - (w > 127 ? 256 : 0));
+    return (w & 0x8000 ? -1 : 1) * ldexpl((ld)(w & 1023) + (w & 0x7c00 ? 1024 : 0), (int)(w & 0x7c00 ? w >> 10 & 31 : 1) - 25);
+}
+
+/* Rows [rows][n], stored, as numbers. */
+static void t_unpack(int bits, int rows, int n, const float *from, ld *to)
+{
+    int i, j;
+    for (i = 0; i < rows; i++)
+        for (j = 0; j < n; j++) to[i * n + j] = t_entry(bits, from + i * ROLN_AE_ROW(bits, n), j);
+}
+
+/* What is stored against what was to be stored, and the three products against sums of what is stored. */
+static void check_products(const roln_storage *store, int rows, int k, int n, uint64_t *s)
+{
+    static ld B[40 * 40];
+    const int bits = store->bits, row = ROLN_AE_ROW(bits, n);
+    float *b = normal(k * n, 0.5, s), *st = fresh(k * row), *a, *c, *one, *j1;
+    int i, j, p;
+    for (i = 0; i < k * n; i++) b[i] *= i % 7 == 0 ? 1e-3f : 1; /* of different size */
+    CHECK(rolni_store(bits, k, n, b, st) == ROLN_OK);
+    t_unpack(bits, k, n, st, B);
+    for (i = 0; i < k; i++)
+        for (j = 0; j < row * 32 / bits - (bits == 8 ? 4 : 0); j++) {
+            const ld w = j < n ? (ld)b[i * n + j] : 0, e = fabsl(t_entry(bits, st + i * row, j) - w);
+            BOUND(bits == 8 ? "stored int8: rounding (s)" : "stored half: rounding (2^-11 w + 2^-25)",
+                  bits == 8 ? e / (ld)st[i * row] : e / (ldexpl(fabsl(w), -11) + ldexpl(1, -25)), bits == 8 ? 0.50001L : 1);
+        }
+    a = normal(rows * k, 1, s), c = fresh(rows * n), one = fresh(n);
+    store->mm(rows, k, n, a, st, c); /* rows x k times k x n */
+    for (i = 0; i < rows; i++) {
+        store->mm(1, k, n, a + i * k, st, one);
+        CHECK(same(n, one, c + i * n));
+        for (j = 0; j < n; j++) {
+            ld sum = 0, size = 0;
+            const float got = store->column(k, n, j, a + i * k, st);
+            for (p = 0; p < k; p++) sum += (ld)a[i * k + p] * B[p * n + j], size += fabsl((ld)a[i * k + p] * B[p * n + j]);
+            BOUND("stored: mm (eps of terms)", fabsl((ld)c[i * n + j] - sum) / ((size + 1e-20L) * EPS), 4 + k / 4);
+            CHECK(same(1, &got, c + i * n + j));
+        }
+    }
+    a = normal(rows * n, 1, s), c = fresh(rows * k), j1 = fresh(k);
+    store->mm_bt(rows, n, k, a, st, c); /* rows x n times n x k */
+    for (i = 0; i < rows; i++) {
+        store->mm_bt(1, n, k, a + i * n, st, j1);
+        CHECK(same(k, j1, c + i * k));
+        for (j = 0; j < k; j++) {
+            ld sum = 0, size = 0;
+            for (p = 0; p < n; p++) sum += (ld)a[i * n + p] * B[j * n + p], size += fabsl((ld)a[i * n + p] * B[j * n + p]);
+            BOUND("stored: mm_bt (eps of terms)", fabsl((ld)c[i * k + j] - sum) / ((size + 1e-20L) * EPS), 6);
+        }
+    }
+    fresh_done();
+}
+
+/* All halves there and back; ties go to even, what is too large is seen. */
+static void test_halves(void)
+{
+    uint32_t h;
+    for (h = 0; h < 0x7c00; h++) {
+        float row[4] = {0, 0, 0, 0}, x, one = 1, y[2];
+        const uint32_t both = h | (h | 0x8000) << 16;
+        memcpy(row, &both, sizeof both);
+        x = (float)t_entry(16, row, 0);
+        roln_half_mm(1, 1, 2, &one, row, y);
+        CHECK(y[0] == x && y[1] == -x);
+        CHECK(rolni_half_of(x) == h && rolni_half_of(-x) == (h | 0x8000));
+        if (h > 0) CHECK(rolni_half_of((x + (float)t_entry(16, row, 1) * (1 - 1 / 1024.f)) / 2 + x) >= h);
+        if (h % 2 == 0 && h + 1 < 0x7c00) {
+            float next[4] = {0, 0, 0, 0};
+            const uint32_t up = h + 1;
+            memcpy(next, &up, sizeof up);
+            CHECK(rolni_half_of((x + (float)t_entry(16, next, 0)) / 2) == h); /* half-way */
+        }
+    }
+    CHECK(rolni_half_of(65519.996f) == 0x7bff && rolni_half_of(65520) >= 0x7c00 && rolni_half_of(3e38f) >= 0x7c00);
+}
+
+/* A stored autoencoder is the twin with the weights that it stores, Psi = (I + D) Psi_q, in every jet, backward, with forces; and
+   nearly the left inverse. */
+static void check_stored(roln_ae ae, const roln_storage *store, uint64_t *s)
+{
+    enum { nb = 3 };
+    static ld ref[MAXB * MAXW], phi[MAXW * MAXW], psi[MAXW * MAXW], D[MAXW * MAXW];
+    const int N = ae.size[0], n = ae.size[ae.layers], L = ae.layers, bits = store->bits;
+    float *th, *st, *z, *x, *zz, *tape, *tau, *f, *back, *in, *g, *gin, *gtau, *y, *w, *lo = fresh(n), *hi = fresh(n);
+    int l, i, j, p, at = 0, numbers = 0;
+    m.ae = ae;
+    th = weights(s);
+    for (i = 0; i < n; i++) lo[i] = -1.5f, hi[i] = 1.5f;
+    m.ae.store = ae.store = store;
+    st = fresh(roln_ae_params(&ae));
+    w = fresh(ROLN_AE_STORE_WORK(roln_ae_params(&ae), N, ae.size[1], roln_ae_tape(&ae, 1, 1)));
+    CHECK(roln_ae_store(&ae, th, lo, hi, st, w) == ROLN_OK);
+    for (l = 0, p = 0; l < L; l++) {
+        const int a = ae.size[l], b = ae.size[l + 1], row = ROLN_AE_ROW(bits, a);
+        t_unpack(bits, b, a, st + at, phi), t_unpack(bits, b, a, st + at + b * row, psi);
+        t_unpack(bits, b, b, st + at + 2 * b * row, D);
+        for (i = 0; i < a * b; i++) {
+            ld sum = psi[i];
+            for (j = 0; j < b; j++) sum += D[i / a * b + j] * psi[j * a + i % a];
+            m.th[p + i] = phi[i], m.th[p + a * b + i] = sum;
+        }
+        at += 2 * b * row + b * ROLN_AE_ROW(bits, b);
+        for (i = 0; i < a; i++) m.th[p + 2 * a * b + i] = (ld)st[at + i];
+        at += a, p += 2 * a * b + a, numbers += a + (bits == 8 ? 3 * b : 0);
+    }
+    CHECK(at == roln_ae_params(&ae) && p <= MAXP);
+    for (i = 0; i < at; i++) numbers -= roln_ae_is_number(&ae, i) != 0;
+    CHECK(numbers == 0 && roln_ae_is_number(&ae, -1) && roln_ae_is_number(&ae, at));
+
+    for (m.enc = 0; m.enc < 2; m.enc++)
+        for (m.jets = 1, m.nb = nb; m.jets <= 3; m.jets++) {
+            const int ni = m.jets * nb * dim_in(), no = m.jets * nb * dim_out();
+            in = normal(ni, 0.7, s), x = fresh(no), g = normal(no, 1, s), gin = zeros(ni), tape = fresh(roln_ae_tape(&ae, m.jets, nb));
+            w = fresh(ROLN_AE_BWD_WORK(m.jets, nb, N));
+            widen(ni, in, m.in), widen(no, g, m.g);
+            run(nb, st, in, x, tape);
+            t_jets(m.in, ref);
+            for (i = 0; i < m.jets; i++) BOUND("stored: forward (eps)", distance(nb * dim_out(), x + i * nb * dim_out(), ref + i * nb * dim_out()) / EPS, 60);
+            run_bwd(st, tape, g, gin, NULL, w);
+            BOUND("stored: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 60 + NOISE);
+            if (m.jets > 1) continue;
+            tau = normal(no, 1, s), f = fresh(ni);
+            widen(no, tau, m.tau);
+            (m.enc ? roln_ae_lift : roln_ae_reduce)(&ae, nb, st, tape, tau, f, w);
+            t_force(ref);
+            BOUND("stored: force maps (eps)", distance(ni, f, ref) / EPS, 40);
+            y = normal(ni, 1, s), gin = zeros(ni), gtau = zeros(no);
+            w = fresh(ROLN_AE_REDUCE_BWD_WORK(nb, N, n, roln_ae_tape(&ae, 2, nb)));
+            widen(ni, y, m.g);
+            (m.enc ? roln_ae_lift_bwd : roln_ae_reduce_bwd)(&ae, nb, st, in, tau, y, gin, gtau, NULL, w);
+            BOUND("stored: force maps: gradient of the point (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, 100 + 2 * NOISE);
+            BOUND("stored: force maps: gradient of the force (eps)", t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, 40 + NOISE);
+        }
+
+    z = normal(3 * nb * n, 0.7, s), x = fresh(3 * nb * N), zz = fresh(3 * nb * n), tape = fresh(roln_ae_tape(&ae, 3, nb));
+    roln_ae_decode(&ae, 3, nb, st, z, x, tape);
+    roln_ae_encode(&ae, 3, nb, st, x, zz, tape);
+    widen(3 * nb * n, z, ref);
+    for (i = 0; i < 3; i++)
+        BOUND(bits == 8 ? "stored int8: rho(phi(z)) = z" : "stored half: rho(phi(z)) = z",
+              distance(nb * n, zz + i * nb * n, ref + i * nb * n), bits == 8 ? 3e-3L : 1e-5L);
+    tape = fresh(roln_ae_tape(&ae, 1, nb)), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
+    tau = fresh(nb * N), back = fresh(nb * n), f = fresh(roln_ae_tape(&ae, 1, nb));
+    roln_ae_decode(&ae, 1, nb, st, z, x, tape);
+    roln_ae_encode(&ae, 1, nb, st, x, zz, f);
+    roln_ae_lift(&ae, nb, st, f, z + nb * n, tau, w);
+    roln_ae_reduce(&ae, nb, st, tape, tau, back, w);
+    BOUND(bits == 8 ? "stored int8: reduce(lift(tau_z))" : "stored half: reduce(lift(tau_z))",
+          distance(nb * n, back, ref + nb * n), bits == 8 ? 1e-3L : 1e-5L);
+    fresh_done();
+    st = copy(at, st);
+    check_some(&ae, st, s);
+    fresh_done();
+}
+
+/* What can not be stored is refused, and theta stays as it was. */
+static void test_refused(const roln_storage *store, uint64_t *s)
+{
+    roln_ae ae = {2, {6, 4, 2}, SLOPE, ROLN_FULL};
+    const int params = roln_ae_params(&ae);
+    static const float bad[3] = {INFINITY, -INFINITY, NAN};
+    float z[4] = {-1, -1, 1, 1}, *th, *st, *was, *w;
+    int i, j, size;
+    m.ae = ae;
+    th = weights(s);
+    ae.store = store, size = roln_ae_params(&ae);
+    st = normal(size, 1, s), was = copy(size, st), w = fresh(ROLN_AE_STORE_WORK(size, 6, 4, roln_ae_tape(&ae, 1, 1)));
+#define STORE() roln_ae_store(&ae, th, z, z + 2, st, w)
+    for (j = 0; j < 3; j++) {
+        for (i = 0; i < params; i++) {
+            const float x = th[i];
+            th[i] = bad[j];
+            CHECK(STORE() == ROLN_E_NOT_FINITE);
+            th[i] = x;
+        }
+        for (i = 0; i < 4; i++) {
+            const float x = z[i];
+            z[i] = bad[j];
+            CHECK(STORE() == ROLN_E_NOT_FINITE);
+            z[i] = x;
+        }
+    }
+    for (j = 0; j < 3; j++) { /* rows of zeros, of denormals; of the largest numbers */
+        float row[6];
+        const roln_status want = j < 2 ? ROLN_E_ILL_CONDITIONED : store->bits == 16 ? ROLN_E_RANGE : ROLN_E_ILL_CONDITIONED;
+        for (i = 0; i < 8; i++) { /* Phi, Psi */
+            memcpy(row, th + 6 * i, sizeof row);
+            th[6 * i] = j == 0 ? 0 : j == 1 ? 1e-40f : 3e38f, th[6 * i + 1] = th[6 * i + 2] = th[6 * i + 3] = 0;
+            th[6 * i + 4] = th[6 * i + 5] = j == 2 ? 1e38f : 0;
+            if (i >= 4) CHECK(STORE() == want);
+            else CHECK(j < 2 || STORE() != ROLN_OK);
+            memcpy(th + 6 * i, row, sizeof row);
+        }
+    }
+    CHECK(same(size, st, was));
+    CHECK(STORE() == ROLN_OK && !same(size, st, was));
+    fresh_done();
+}
+
+static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
+{
+    static const roln_storage *const store[2] = {&roln_half, &roln_int8};
+    int t, rows, k, n, i;
+    test_halves();
+    for (t = 0; t < 2; t++) {
+        for (rows = 1; rows <= 5; rows++)
+            for (k = 1; k <= 19; k += 1 + k / 9)
+                for (n = 1; n <= 35; n += 1 + n / 9) check_products(store[t], rows, k, n, s);
+        for (i = 0; i < count; i++)
+            if (shapes[i].layers > 0) check_stored(shapes[i], store[t], s);
+        test_refused(store[t], s);
+    }
+}
+#endif
+
 void TEST_NAME(ae)(void)
 {
-    static const roln_ae shapes[] = {{0, {3}, SLOPE}, {1, {4, 2}, SLOPE}, {1, {2, 1}, ROLN_C(0.2)}, {2, {6, 4, 3}, ROLN_C(0.50952545)},
-        {3, {7, 5, 4, 2}, SLOPE}, {2, {5, 3, 1}, 1}, {3, {5, 4, 3, 3}, SLOPE}, {4, {9, 8, 4, 3, 1}, SLOPE}};
-    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7)},
-        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7)}};
-    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE}, {2, {80, 40, 16}, SLOPE}};
+    static const roln_ae shapes[] = {{0, {3}, SLOPE, ROLN_FULL}, {1, {4, 2}, SLOPE, ROLN_FULL}, {1, {2, 1}, ROLN_C(0.2), ROLN_FULL}, {2, {6, 4, 3}, ROLN_C(0.50952545), ROLN_FULL},
+        {3, {7, 5, 4, 2}, SLOPE, ROLN_FULL}, {2, {5, 3, 1}, 1, ROLN_FULL}, {3, {5, 4, 3, 3}, SLOPE, ROLN_FULL}, {4, {9, 8, 4, 3, 1}, SLOPE, ROLN_FULL}};
+    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, ROLN_FULL}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL},
+        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), ROLN_FULL}};
+    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE, ROLN_FULL}, {2, {80, 40, 16}, SLOPE, ROLN_FULL}};
     const int ns = (int)(sizeof shapes / sizeof *shapes);
     uint64_t seed = 3;
     int i, enc, jets, nb;
@@ -538,5 +790,9 @@ void TEST_NAME(ae)(void)
     check_inverse(large[1], &seed);
     test_init(&seed);
     for (i = 0; i <= 3; i++) check_pod(i, 40, &seed), check_pod(i, 5, &seed);
+    for (i = 0; i < ns; i++) test_some(shapes[i], &seed);
+#ifndef ROLN_DOUBLE
+    test_stored(shapes, ns, &seed);
+#endif
     print_bounds();
 }

@@ -680,7 +680,7 @@ static void test_pack(int k)
     CHECK(roln_fnv(6, (const unsigned char *)"foobar", ROLN_FNV) == UINT64_C(0x85944171f73967e8));
 }
 
-static char text[200000];
+static char text[400000];
 static void put(void *ctx, const char *piece)
 {
     size_t *at = (size_t *)ctx, len = strlen(piece);
@@ -735,6 +735,178 @@ static void test_write(void)
     for (at = text, i = 0; *at; at++) i += (*at == '{') - (*at == '}');
     CHECK(i == 0);
 }
+
+/* ---- some of the joints, stored weights ---- */
+
+/* What is asked for of decode, bit for bit; what is asked wrongly is refused. */
+static void test_some(int k)
+{
+    const roln_model *m = models[k].md;
+    const int N = N_OF(k), n = n_OF(k);
+    static roln_real theta[MAXP];
+    roln_real z[16], zd[16], q[16], qd[16], some[16], somed[16];
+    uint64_t s = 130 + (uint64_t)k;
+    int which[16], count, i;
+    parameters(k, &s, theta), dyadic(n, 1, &s, z), dyadic(n, 1, &s, zd);
+    CHECK(roln_decode(m, &scale, theta, z, zd, q, qd, work_of(tick_work(k))) == ROLN_OK);
+    for (count = 0; count <= N; count++) {
+        for (i = 0; i < 16; i++) which[i] = i < count ? roln_randint(N, &s) : -1, some[i] = somed[i] = 7;
+        CHECK(roln_decode_some(m, &scale, theta, z, zd, count, which, some, somed, work_of(tick_work(k))) == ROLN_OK && WORK_KEPT());
+        for (i = 0; i < count; i++)
+            CHECK(memcmp(some + i, q + which[i], sizeof *q) == 0 && memcmp(somed + i, qd + which[i], sizeof *q) == 0);
+        for (; i < 16; i++) CHECK(some[i] == 7 && somed[i] == 7);
+    }
+    for (i = 0; i < 5; i++) {
+        const roln_real was = z[0];
+        which[0] = i == 2 ? -1 : i == 3 ? N : 0, some[0] = somed[0] = 7;
+        if (i == 4) z[0] = (roln_real)NAN;
+        CHECK(roln_decode_some(m, &scale, theta, z, zd, i == 0 ? -1 : i == 1 ? N + 1 : 1, which, some, somed, room) ==
+              (i < 4 ? ROLN_E_LENGTH : ROLN_E_NOT_FINITE));
+        CHECK(some[0] == 7 && somed[0] == 7);
+        z[0] = was;
+    }
+}
+
+#ifndef ROLN_DOUBLE
+/* One of the small models stored: packed, every byte of it, unpacked, written. */
+static void test_stored(int k, const roln_storage *store)
+{
+    static float theta[MAXP], st[MAXP], t2[MAXP], zero[MAXP];
+    static unsigned char bytes[16000], bad[16000];
+    roln_model to = *models[k].md;
+    const roln_model *m = &to;
+    const roln_lnn *f = &to.lnn;
+    const int n = n_OF(k), lead = 8 + 2 * (8 + to.ae.layers + f->mass.layers + 2 * f->layers);
+    float range[24], range2[24], d2 = 7;
+    roln_scale sc = {0.3f, 0.7f}, s2 = {7, 7};
+    roln_numbers x = {&sc, &dt, range, range + n, range + 2 * n, theta};
+    const char *at = text;
+    uint64_t s = 140 + (uint64_t)k;
+    size_t len = 0;
+    int params, total, i, j, nan = 0;
+    to.ae.store = store, params = roln_params(m);
+    total = ROLN_PACKED(to.ae.layers, f->mass.layers, f->layers, n, params);
+    parameters(k, &s, theta);
+    for (i = 0; i < 3 * n; i++) range[i] = i < n ? -1 : 1;
+    theta[models[k].params - 1] = NAN; /* of the networks */
+    memset(st, 0, sizeof st);
+    CHECK(roln_store(m, &x, st, work_of(ROLN_AE_STORE_WORK(roln_ae_params(&to.ae), N_OF(k), to.ae.size[1], rolni_ae_sum(&to.ae)))) == ROLN_E_NOT_FINITE);
+    CHECK(memcmp(st, zero, sizeof st) == 0);
+    theta[models[k].params - 1] = 0.25f;
+    CHECK(roln_store(m, &x, st, work_of(ROLN_AE_STORE_WORK(roln_ae_params(&to.ae), N_OF(k), to.ae.size[1], rolni_ae_sum(&to.ae)))) == ROLN_OK && WORK_KEPT());
+    i = roln_params(models[k].md) - roln_ae_params(&models[k].md->ae);
+    CHECK(memcmp(st + params - i, theta + models[k].params - i, (size_t)i * sizeof *st) == 0);
+
+    for (i = 0; i < params; i++) /* words that are NaN, infinite, all bits: what packed weights may look like */
+        if (!roln_ae_is_number(&to.ae, i)) {
+            const uint32_t w = i % 4 == 0 ? UINT32_C(0xffffffff) : i % 4 == 1 ? UINT32_C(0x7f800001) : UINT32_C(0xff800000) + (uint32_t)i;
+            memcpy(st + i, &w, sizeof w), nan++;
+        }
+    CHECK(nan > 0 && total <= 16000);
+    x.theta = st;
+    roln_pack(m, &x, bytes), memcpy(bad, bytes, sizeof bad);
+    CHECK(bytes[12] == f->head + 2 * f->base + 4 * f->damping + 8 * store->bits);
+    memset(t2, 0, sizeof t2), memset(range2, 0, sizeof range2);
+    for (i = 0; i < total; i++)
+        for (j = 1; j < 256; j++) {
+            const roln_status want = i < 6 ? ROLN_E_FORMAT : i == 6 ? ROLN_E_PRECISION : i < lead ? ROLN_E_SHAPE : ROLN_E_CHECKSUM;
+            if (i >= lead && i % 101 != 0 && j != 1 << (i % 8)) continue;
+            bad[i] ^= (unsigned char)j;
+            CHECK(UNPACK(bad, total) == want);
+            bad[i] = bytes[i];
+        }
+    for (i = 0; i < params; i++) { /* NaN under a true checksum: refused among numbers only */
+        const float y = NAN;
+        unsigned char *p = bad + total - 8;
+        memcpy(bad + lead + 4 * (5 + 3 * n + i), &y, sizeof y);
+        rolni_put(&p, roln_fnv(total - 8, bad, ROLN_FNV), 8);
+        if (roln_ae_is_number(&to.ae, i)) CHECK(UNPACK(bad, total) == ROLN_E_NOT_FINITE && memcmp(t2, zero, sizeof t2) == 0);
+        else CHECK(UNPACK(bad, total) == ROLN_OK), memset(t2, 0, sizeof t2);
+        memcpy(bad, bytes, sizeof bad);
+    }
+    CHECK(roln_unpack(models[k].md, total, bytes, &s2, &d2, range2, range2 + n, range2 + 2 * n, t2) == ROLN_E_SHAPE);
+    CHECK(UNPACK(bytes, total) == ROLN_OK && memcmp(t2, st, (size_t)params * sizeof *st) == 0);
+
+    CHECK(roln_write(m, "mx", &x, put, &len) == ROLN_OK); /* all numbers as words, in the order of NAME_params */
+    at = strstr(text, "*/\nROLN_FLASH static const mx_words mx_flash = {{\n");
+    CHECK(at != NULL && strcmp(text + len - strlen("\n}};\n#define mx_weights mx_flash.params\n"), "\n}};\n#define mx_weights mx_flash.params\n") == 0);
+    if (!at) return;
+    at = strchr(at, '{') + 2;
+    for (i = 0; i < 3 + 3 * n + params; i++) {
+        const float *from = i < 1 ? &sc.q : i < 2 ? &sc.t : i < 3 ? &dt : i < 3 + 3 * n ? range + i - 3 : st + i - 3 - 3 * n;
+        uint32_t want;
+        char *end;
+        memcpy(&want, from, sizeof want);
+        at += strspn(at, " \n");
+        CHECK(strtoul(at, &end, 16) == want && *end == ',');
+        at = end + 1;
+    }
+    CHECK(*at == '\n' && at[1] == '}');
+    for (i = 0; i < params && !roln_ae_is_number(&to.ae, i); i++) {}
+    len = 0, st[i] = INFINITY;
+    CHECK(roln_write(m, "mx", &x, put, &len) == ROLN_E_NOT_FINITE && len == 0);
+}
+
+/* The typed way: bytes of the full model, stored; it then encodes, decodes, steps as the full one does, nearly. */
+static void test_stored_shell(void)
+{
+    static ma_params p;
+    static ms_params a, b;
+    static ms_words words;
+    static ma_start init;
+    static ma_work work;
+    static ms_work wa;
+    static ms_start start;
+    static unsigned char full[ma_packed_size], bytes[ms_packed_size];
+    static const int which[3] = {5, 0, 2};
+    float q[24], qd[24], some[3], somed[3], A[16], B[24], up[4], down[4];
+    ma_state x;
+    ms_state y, back;
+    ma_latent s;
+    ms_latent t, u;
+    uint64_t seed = 11;
+    int i, j;
+    CHECK(ma_init(&p, &seed, &init) == ROLN_OK);
+    dyadic(24, 1, &seed, q), dyadic(24, 1, &seed, qd);
+    CHECK(ma_fit_range(&p, 4, q, qd, &work) == ROLN_OK);
+    p.dt = dt;
+    ma_pack(&p, full);
+    memset(&b, 7, sizeof b), a = b;
+    CHECK(ms_store(ma_packed_size - 1, full, &a, &start) == ROLN_E_LENGTH);
+    full[300] ^= 1;
+    CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_E_CHECKSUM && memcmp(&a, &b, sizeof a) == 0);
+    full[300] ^= 1;
+    CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_OK && (int)ms_packed_size < (int)ma_packed_size);
+    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && memcmp(&a.dt, &p.dt, sizeof a.dt) == 0);
+    CHECK(memcmp(a.z_min, p.z_min, sizeof a.z_min) == 0 && memcmp(a.z_max, p.z_max, sizeof a.z_max) == 0 && memcmp(a.zd_max, p.zd_max, sizeof a.zd_max) == 0);
+    ms_pack(&a, bytes);
+    CHECK(ms_unpack(ms_packed_size, bytes, &b) == ROLN_OK && memcmp(&a, &b, sizeof a) == 0);
+    CHECK(ms_store(ms_packed_size, bytes, &b, &start) != ROLN_OK && memcmp(&a, &b, sizeof a) == 0); /* stored already */
+    CHECK(sizeof words == sizeof a && ms_theta_size == roln_params(&ms_model) && (int)ms_full_size == (int)ma_theta_size);
+    words.params = a; /* as flash holds it */
+    memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd), memcpy(&y, &x, sizeof y);
+    CHECK(ma_encode(&p, &x, &s, &work) == ROLN_OK && ms_encode(&words.params, &y, &t, &wa) == ROLN_OK);
+    for (i = 0; i < 2; i++) CHECK_NEAR(t.z[i], s.z[i], 0.02), CHECK_NEAR(t.zd[i], s.zd[i], 0.04);
+    CHECK(ma_decode(&p, &s, &x, &work) == ROLN_OK && ms_decode(&a, &t, &y, &wa) == ROLN_OK);
+    for (i = 0; i < 6; i++) CHECK_NEAR(y.q[i], x.q[i], 0.03), CHECK_NEAR(y.qd[i], x.qd[i], 0.06);
+    CHECK(ms_encode(&a, &y, &u, &wa) == ROLN_OK);
+    for (i = 0; i < 2; i++) CHECK_NEAR(u.z[i], t.z[i], 1e-3), CHECK_NEAR(u.zd[i], t.zd[i], 1e-3);
+    CHECK(ms_decode_some(&a, &t, 3, which, some, somed, &wa) == ROLN_OK);
+    for (i = 0; i < 3; i++) CHECK(some[i] == y.q[which[i]] && somed[i] == y.qd[which[i]]);
+    { /* linearisation of a step under torques against differences */
+        static ms_linwork lin;
+        const float h = 1.f / 64;
+        u = t;
+        CHECK(ms_linear(&a, &u, q, dt, A, B, &lin) == ROLN_OK);
+        for (j = 0; j < 6; j++) {
+            memcpy(back.q, q, sizeof back.q);
+            back.q[j] = q[j] + h, u = t, CHECK(ms_step(&a, &u, back.q, dt, &wa) == ROLN_OK), memcpy(up, &u, sizeof up);
+            back.q[j] = q[j] - h, u = t, CHECK(ms_step(&a, &u, back.q, dt, &wa) == ROLN_OK), memcpy(down, &u, sizeof down);
+            for (i = 0; i < 4; i++) CHECK_NEAR(B[6 * i + j], (up[i] - down[i]) / (2 * h), 2e-4);
+        }
+    }
+}
+#endif
 
 /* ---- data, sizes, training ---- */
 
@@ -993,6 +1165,15 @@ void TEST_NAME(roln)(void)
         test_own_positions(k);
         test_variance(k);
     }
+    for (k = 0; k < MODELS; k++) {
+        test_some(k);
+#ifndef ROLN_DOUBLE
+        if (models[k].md->ae.layers > 0) test_stored(k, &roln_half), test_stored(k, &roln_int8);
+#endif
+    }
+#ifndef ROLN_DOUBLE
+    test_stored_shell();
+#endif
     test_weights();
     test_rollout();
     test_write();

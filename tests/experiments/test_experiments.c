@@ -111,6 +111,38 @@ static const struct {
     {"rope-n10-1", .3, 0, 3}, {"cloth-n10-1", 1, 0, 1.5}, {"cloth-free-n10-1", .6, 0, 1},
 };
 
+/* The model with its autoencoder stored for flash: one row of a table, with bounds in percent. The range for which it is rounded
+   is that of three training trajectories. */
+static void stored(const struct recipe *e, const struct model *m, const struct motion *d, const roln_storage *store, double near,
+                   double whole)
+{
+    static const int ms[] = {0, 25};
+    const int n = m->md.lnn.n;
+    struct model s = *m;
+    struct motion train;
+    roln_real range[3 * LATENT_MOST];
+    const roln_numbers x = {&m->sc, &m->dt, range, range + n, range + 2 * n, m->theta};
+    FILE *f = tmpfile();
+    if (!CHECK(f) || !CHECK(motion_simulate(&train, e->system, TRUTH_TRAIN, 0, 3, e->force, NULL) == 0)) return;
+    CHECK(roln_fit_range(&m->md, &m->sc, m->theta, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n,
+                         m->work) == ROLN_OK);
+    s.md.ae.store = store, s.params = roln_params(&s.md);
+    const int size = roln_ae_params(&s.md.ae);
+    const int room = ROLN_AE_STORE_WORK(size, s.md.ae.size[0], s.md.ae.size[1], roln_ae_tape(&s.md.ae, 1, 1));
+    roln_real *work = malloc((size_t)room * sizeof *work);
+    s.theta = malloc((size_t)s.params * sizeof *s.theta);
+    if (CHECK(work && s.theta && roln_store(&s.md, &x, s.theta, work) == ROLN_OK)) {
+        const struct predictor p = model_predictor(&s);
+        CHECK(measure(&p, d, ms, 2, f) == 0);
+        printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",
+               store->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * (3 + 3 * n + s.params), (int)sizeof *s.theta * size,
+               find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
+        CHECK_BELOW(find(f, "E_q", "25"), near);
+        CHECK_BELOW(find(f, "E_q", "whole"), whole);
+    }
+    fclose(f), free(work), free(s.theta), motion_free(&train);
+}
+
 static void test_headline(void)
 {
     static const int ms[] = {0, 25, 100, 1000};
@@ -138,6 +170,12 @@ static void test_headline(void)
         CHECK_BELOW(find(f, "E_q", "25"), headline[i].near);
         CHECK_BELOW(find(f, "E_q", "whole"), headline[i].whole);
         if (headline[i].far > 0) CHECK_BELOW(find(f, "E_q", "1000"), headline[i].far);
+        if (strcmp(headline[i].run, "cloth-free-n10-1") == 0) {
+            printf("  stored full %6d bytes of flash, autoencoder %6d\n", (int)sizeof(roln_real) * (3 + 3 * m.md.lnn.n + m.params),
+                   (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
+            stored(e, &m, &d, &roln_half, .6, 1);
+            stored(e, &m, &d, &roln_int8, 1.3, 1.5);
+        }
         fclose(f), motion_free(&d), model_free(&m);
     }
 }

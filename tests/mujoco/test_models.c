@@ -7,6 +7,14 @@
 #include <string.h>
 
 #include "../../examples/pend16.h"
+#include "../../examples/pend16_int8.h"
+#define ROLN_NAME pend16_half
+#define ROLN_AE 16, 16, 16, 16, 12, 8, 4
+#define ROLN_SLOPE 0.6
+#define ROLN_MLP 64, 64
+#define ROLN_STEP rk4
+#define ROLN_STORE half
+#include "../../roln.h"
 #include "../../examples/pend2.h"
 #include "../check.h"
 #include "truth.h"
@@ -31,7 +39,7 @@ typedef struct {
 static double pod_error(const struct truth_set *train, const motion *d, int n)
 {
     const int N = d->dof, rows = train->count * train->samples, tests = d->count * d->samples;
-    const roln_ae ae = {1, {N, n}, 1};
+    const roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
     roln_real *q = malloc((size_t)(rows * N) * sizeof *q), *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
     roln_real *work = malloc((size_t)(ROLN_AE_POD_WORK(N) + roln_ae_tape(&ae, 1, 1)) * sizeof *work);
     double e = 0, v = 0;
@@ -174,8 +182,25 @@ static double trivial(const motion *d, int h)
     return 100 * sqrt(e / v);
 }
 
+/* One row of the table of stored weights; bound: of E_q at 0 and 25 ms and whole, %. */
+static void stored(const char *name, const any *a, const motion *d, size_t bytes, const double bound[3])
+{
+    static const int h[3] = {0, 25, -1};
+    double eq[3], eqd;
+    for (int i = 0; i < 3; i++) {
+        CHECK(errors(a, d, 0, h[i], &eq[i], &eqd) == ROLN_OK);
+        CHECK_BELOW(eq[i], bound[i]);
+    }
+    printf("  stored %-5s %6d bytes of flash, autoencoder %5d; E_q 0 ms %.3f, 25 ms %.3f, whole %.2f %%\n", name, (int)bytes,
+           (int)sizeof(roln_real) * roln_ae_params(&a->model->ae), eq[0], eq[1], eq[2]);
+}
+
 static void test_pend16(void)
 {
+    static pend16_half_params half;
+    static pend16_half_start half_work;
+    static pend16_int8_params int8;
+    static pend16_int8_start int8_work;
     static pend16_params p;
     static pend16_train work;
     static unsigned char bytes[pend16_packed_size];
@@ -191,6 +216,14 @@ static void test_pend16(void)
     CHECK_BELOW(eqd, PEND16_EQD25);
     CHECK(errors(&a, &d, 0, 1000, &eq, &eqd) == ROLN_OK);
     CHECK_BELOW(eq, PEND16_EQ1000);
+    if (CHECK(pend16_half_store(count, bytes, &half, &half_work) == ROLN_OK) &&
+        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
+        const any h = {&pend16_half_model, &half.scale, half.theta, work.w};
+        const any i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
+        stored("full", &a, &d, sizeof p, (const double[]){.35, .35, 20});
+        stored("half", &h, &d, sizeof half, (const double[]){.35, .35, 20});
+        stored("int8", &i, &d, sizeof int8, (const double[]){1, 1, 22});
+    }
     release(&d);
 }
 

@@ -1,0 +1,45 @@
+/* store.c - weights of a trained model for less flash: int8 or half-precision numbers instead of floats.
+
+   cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o store -lm
+   ./store pend16.roln
+
+   MODEL is the ROLN_NAME of a config header named after it: that of the trained model but for the name and ROLN_STORE. The
+   bytes are those of train.c. Writes MODEL_weights.h, the C definition for flash. */
+
+#include <stdio.h>
+
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+#define HEADER_(m) STRING(m.h)
+#define HEADER(m) HEADER_(m)
+#include HEADER(MODEL)
+
+#define CAT_(a, b) a##_##b
+#define CAT(a, b) CAT_(a, b)
+#define M(name) CAT(MODEL, name)
+
+static void put_file(void *ctx, const char *text)
+{
+    fputs(text, (FILE *)ctx);
+}
+
+int main(int argc, char **argv)
+{
+    static unsigned char bytes[M(full_packed_size) + 1];
+    static M(params) params;
+    static M(start) work;
+    const char *path = STRING(MODEL) "_weights.h";
+    FILE *f = argc == 2 ? fopen(argv[1], "rb") : NULL;
+    roln_status st;
+    int count;
+    if (!f) return fprintf(stderr, "usage: store MODEL.roln, a file that can be read\n"), 1;
+    count = (int)fread(bytes, 1, sizeof bytes, f);
+    fclose(f);
+    st = M(store)(count, bytes, &params, &work);
+    if (st != ROLN_OK) return fprintf(stderr, "%s: status %d\n", argv[1], (int)st), 1;
+    f = fopen(path, "w");
+    if (!f || M(write)(&params, put_file, f) != ROLN_OK || fclose(f) != 0) return fprintf(stderr, "cannot write %s\n", path), 1;
+    printf("%s: %u bytes of flash instead of %u\n", path, (unsigned)sizeof params,
+           (unsigned)(sizeof params + 4u * (M(full_size) - M(theta_size))));
+    return 0;
+}
