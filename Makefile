@@ -155,7 +155,7 @@ experiments: build/experiment build/speed build/report
 	+$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
 	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md)
 	$(if $(RUN),,./build/report $(EXPERIMENTS) tests/experiments)
-PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent baseline opinf solve recipes) tests/mujoco/truth.c
+PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent baseline opinf fit solve recipes) tests/mujoco/truth.c
 PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/mujoco/truth.h $(HEADERS)
 build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm

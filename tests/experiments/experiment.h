@@ -106,6 +106,7 @@ struct model {
 /* Scales and autoencoder of rank-n POD from d, random networks (roln_fit_scale, roln_ae_init_pod, roln_lnn_init). -1: no start from
    these data. */
 int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);
+void model_restart(struct model *m, const struct shape *shape, uint64_t seed);    /* its networks alone, random */
 void model_free(struct model *m);
 /* One stage. Adds to *samples the number of samples that gradients were taken of. -1: more than one update in twenty was
    refused. */
@@ -178,5 +179,10 @@ int opinf_fit(struct opinf **o, int affine, int n, const struct motion *train);
 void opinf_free(struct opinf *o);
 int opinf_params(const struct opinf *o);
 struct predictor opinf_predictor(struct opinf *o);      /* integrates with the variational midpoint rule */
+
+/* ---- fit.c: no model; what a test set whose trajectories differ in two numbers asks for ---- */
+
+/* `E_q whole`, percent, of every sample as a quadratic polynomial of the start's two leading POD coordinates. */
+int fit_measure(const struct motion *train, const struct motion *test, FILE *out);
 
 #endif

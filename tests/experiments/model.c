@@ -83,6 +83,19 @@ static void build(struct model *m, const struct shape *s)
                             3 * roln_ae_tape(ae, 1, 1) + 6 * ae->size[0] + 6 * f->n), sizeof *m->work);
 }
 
+void model_restart(struct model *m, const struct shape *shape, uint64_t seed)
+{
+    const roln_lnn *f = &m->md.lnn;
+    roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
+    roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass), mass + rolni_damper_at(f)};
+    roln_lnn_init(f, mass, &seed);
+    for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom, and M = I / zoom^2 keeps T of order one */
+        for (int i = 0; i < f->n * shape->mlp; i++)
+            nets[k][i] /= (roln_real)shape->zoom;
+    for (int i = 0; i < f->n && f->head == ROLN_EXPONENTIAL; i++)
+        nets[1][i - ROLN_TRI(f->n)] = (roln_real)(-2 * log(shape->zoom));
+}
+
 int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed)
 {
     const int rows = d->count * d->samples;
@@ -91,17 +104,8 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
     roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
     m->sc.q /= (roln_real)shape->zoom;
     if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
-    if (st == ROLN_OK) {
-        const roln_lnn *f = &m->md.lnn;
-        roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
-        roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass), mass + rolni_damper_at(f)};
-        roln_lnn_init(f, mass, &seed);
-        for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom, and M = I / zoom^2 keeps T of order one */
-            for (int i = 0; i < f->n * shape->mlp; i++)
-                nets[k][i] /= (roln_real)shape->zoom;
-        for (int i = 0; i < f->n && f->head == ROLN_EXPONENTIAL; i++)
-            nets[1][i - ROLN_TRI(f->n)] = (roln_real)(-2 * log(shape->zoom));
-    } else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
+    if (st == ROLN_OK) model_restart(m, shape, seed);
+    else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work);
     return st == ROLN_OK ? 0 : -1;
 }

@@ -46,13 +46,13 @@
     {.name = "pend16-" id, .kind = LATENT, .system = where, .train = trajectories, .seeds = repeats, .parent = "pend16-" from, \
      .latent = what, .stage = {ACC_FULL(n, 3e-3)}}
 #define PEND16_FEW(trajectories) \
-    PEND16("few" #trajectories "-ro", trajectories, 2, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
-    PEND16("few" #trajectories "-full", trajectories, 2, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
-    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 2, 40000, "few" #trajectories "-ro", LATENT_MLP)
+    PEND16("few" #trajectories "-ro", trajectories, 1, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
+    PEND16("few" #trajectories "-full", trajectories, 1, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
+    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 1, 40000, "few" #trajectories "-ro", LATENT_MLP)
 #define PEND16_OPINF(id, what) {.name = "pend16-" id, .kind = what, .system = TRUTH_PEND16, .train = 200, .seeds = 1, .n = 4}
 #define SAME(id, what) PEND16_LATENT(id, TRUTH_PEND16, 200, 5, 270000, "acc", what)
 /* learned from starts of .3 rad, tested from .5 */
-#define NARROW(id, what) PEND16_LATENT("narrow-" id, TRUTH_PEND16_NARROW, 200, 3, 90000, "narrow-ro", what)
+#define NARROW(id, what) PEND16_LATENT("narrow-" id, TRUTH_PEND16_NARROW, 200, 2, 90000, "narrow-ro", what)
 
 /* ---- rope and cloth, in POD coordinates. Positions count more than velocities, of which vibrations that n coordinates do not
    hold are a twentieth and more; accelerations of the rope come from a parabola through 21 ms, across these vibrations. The
@@ -65,6 +65,10 @@
 #define GRID_ODE(n, size, H, ms, ae, net, pos, vel) \
     {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
      .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
+#define GRID_OPINF(id, where, trajectories, unit) \
+    {.name = id "-opinf", .kind = OPINF, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
+    {.name = id "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
+    {.name = id "-fit", .kind = FIT, .system = where, .train = trajectories, .seeds = 1}
 #define ROPE(id, repeats, n, updates, ...) \
     {.name = "rope-" id, .kind = LAGRANGE, .system = TRUTH_ROPE, .train = 100, .seeds = repeats, .pod = 48, \
      .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, \
@@ -97,9 +101,10 @@ const struct recipe recipes[] = {
            .stage = {AE(20000, 128), ACC(180000, .1, 3e-3), ODE(10000, 64, 8, 5, .03, 1e-3, 0)}),
     PEND16("chol", 200, 5, REDUCED(64, .head = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
+    PEND16("frozen", 200, 2, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
-    PEND16("full", 200, 3, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 3, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("full", 200, 2, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("fullchol", 200, 2, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16_OPINF("opinf", OPINF),
     PEND16_OPINF("opinfaffine", OPINF_AFFINE),
     SAME("mlp", LATENT_MLP),
@@ -118,7 +123,7 @@ const struct recipe recipes[] = {
     PEND16_FEW(10),
     PEND16_FEW(20),
     PEND16_FEW(40),
-    {.name = "pend16-narrow-ro", .kind = LAGRANGE, .system = TRUTH_PEND16_NARROW, .train = 200, .seeds = 3, REDUCED(64, .base = 0),
+    {.name = "pend16-narrow-ro", .kind = LAGRANGE, .system = TRUTH_PEND16_NARROW, .train = 200, .seeds = 2, REDUCED(64, .base = 0),
      .stage = {AE(10000, 128), ACC(90000, .1, 3e-3)}},
     NARROW("mlp", LATENT_MLP),
     NARROW("hnn", LATENT_HNN),
@@ -126,10 +131,12 @@ const struct recipe recipes[] = {
     NARROW("symoden", LATENT_SYMODEN),
     NARROW("comet", LATENT_COMET),
 
+    GRID_OPINF("rope", TRUTH_ROPE, 100, 0),
     ROPE("n4", 1, 4, 80000, ROPE_SHORT),
     ROPE("n6", 1, 6, 80000, ROPE_SHORT),
     ROPE("n10", 2, 10, 200000, ROPE_LONG),
     ROPE("n14", 1, 14, 80000, ROPE_SHORT),
+    GRID_OPINF("cloth", TRUTH_CLOTH, 60, 7e-5),
     CLOTH("n4", 7e-5, 0, 4, CLOTH_SHORT),
     CLOTH("n6", 7e-5, 0, 6, CLOTH_SHORT),
     CLOTH("n10", 7e-5, 0, 10, CLOTH_LONG),

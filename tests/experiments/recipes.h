@@ -4,7 +4,7 @@
 
 #include "experiment.h"
 
-enum kind { LAGRANGE, LATENT, OPINF, OPINF_AFFINE };
+enum kind { LAGRANGE, LATENT, OPINF, OPINF_AFFINE, FIT };
 enum { STAGES = 6, TESTS = 10 };        /* stages of training at most; test trajectories */
 
 struct recipe {
@@ -16,6 +16,7 @@ struct recipe {
     int seeds;                          /* 1 .. */
     int pod;                            /* POD coordinates in which to train; 0: none */
     const char *parent;                 /* recipe whose weights, of the same seed, are the start or the autoencoder */
+    int fresh;                          /* of the parent only the autoencoder */
     enum latent_kind latent;            /* LATENT */
     int n;                              /* OPINF */
     struct shape shape;                 /* LAGRANGE */
