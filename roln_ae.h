@@ -413,6 +413,20 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
     roln_ae_encode_bwd(ae, 1, nb, theta, tape, tau_z, tau, NULL, work);
 }
 
+/* The tape of roln_ae_encode at x = phi(z), as far as roln_ae_lift reads it, from that of roln_ae_decode at z: Psi^T Phi = I makes
+   Psi^T (x - b) = s+(y). decoded: of jets planes; tape [roln_ae_tape(ae, 1, nb)] out. */
+ROLN_FN void roln_ae_turn(const roln_ae *ae, int jets, int nb, const roln_real *decoded, roln_real *tape)
+{
+    int l;
+    tape += roln_ae_tape(ae, 1, nb);
+    for (l = ae->layers - 1; l >= 0; l--) {
+        const int m = nb * ae->size[l + 1];
+        memcpy(tape - m, decoded + jets * m, (size_t)m * sizeof *tape);
+        decoded += 2 * jets * m;
+        tape -= m + nb * ae->size[l];
+    }
+}
+
 /* Backward of roln_ae_lift at x [nb][N] with cotangent y [nb][N] of tau: the backward of the velocity of an encoded
    1-jet (x, y). Adds to gx [nb][N], gtau_z [nb][n] = D y and gtheta (each may be NULL). work as roln_ae_reduce_bwd. */
 ROLN_FN void roln_ae_lift_bwd(const roln_ae *ae, int nb, const roln_real *theta, const roln_real *x, const roln_real *tau_z,
