@@ -649,7 +649,8 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
 }
 
 #if !ROLN_SIMD
-/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. */
+/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. The first products x stand for 0 + x, which differs where x is -0;
+   no sum that begins with 0 is -0, so that the 0 + at the end puts it right. */
 ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
 {
     rolni_two u, v, w;
@@ -657,13 +658,19 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 #define ROLNI_X(i) roln_real s##i = 0, t##i = 0;
     ROLNI_8(ROLNI_X)
 #undef ROLNI_X
-    for (p = n >> 3; p > 0; p--, a += 8, b += 8, d += 8) {
-#define ROLNI_X(i, j) \
-        ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
-        s##i += u.x[0] * v.x[0], s##j += u.x[1] * v.x[1], t##i += u.x[0] * w.x[0], t##j += u.x[1] * w.x[1];
-        ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
-#undef ROLNI_X
+#define ROLNI_X(i, j, op) \
+    ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
+    s##i op u.x[0] * v.x[0], s##j op u.x[1] * v.x[1], t##i op u.x[0] * w.x[0], t##j op u.x[1] * w.x[1];
+    p = n >> 3;
+    if (p > 0) {
+        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLNI_FENCE ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
+        a += 8, b += 8, d += 8;
     }
+    while (--p > 0) {
+        ROLNI_X(0, 1, +=) ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_X(6, 7, +=)
+        a += 8, b += 8, d += 8;
+    }
+#undef ROLNI_X
 #define ROLNI_X(i) s##i += a[i] * b[i], t##i += a[i] * d[i];
     switch (n & 7) {
     case 7: ROLNI_X(6) /* fall through */
@@ -676,8 +683,8 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
     default: break;
     }
 #undef ROLNI_X
-    c[0] = ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
-    c[1] = ((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7));
+    c[0] = 0 + (((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7)));
+    c[1] = 0 + (((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7)));
 }
 #endif
 
