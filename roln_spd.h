@@ -515,11 +515,10 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 /* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
 ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
-    int i = 0;
-#if ROLN_SIMD
     const size_t ldb = (size_t)n;
+    int i = 0, j, p;
+#if ROLN_SIMD
     const int w = ROLNI_W, m4 = m - m % 4, n2 = n - n % (2 * w), n4 = n - n % (4 * w);
-    int j, p;
     for (j = 0; j < n2; j += 2 * w) { /* four rows of two vectors share each load of B */
         for (i = 0; i < m4; i += 4) {
             const roln_real *a = A + (size_t)i * si, *b = B + j;
@@ -569,10 +568,32 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
     }
 #else
-    for (; i < m - m % 2; i += 2) { /* a pair: eight columns */
-        const size_t ldb = (size_t)n;
+    for (; i < m - m % 4 && n < 8; i += 4) { /* small: four columns */
+        roln_real *c = C + (size_t)i * ldb, *d = c + ldb, *e = d + ldb, *f = e + ldb;
+        for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+            const roln_real *a = A + (size_t)i * si, *b = B + j;
+            rolni_two u;
+#define ROLNI_X(i) \
+            roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
+            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+            for (p = k; p > 0; p--, a += sp, b += ldb) {
+                const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
+#define ROLNI_X(i, j) \
+                ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
+                e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
+                ROLNI_X(0, 1) ROLNI_X(2, 3)
+#undef ROLNI_X
+            }
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i, e[i] = e##i, f[i] = f##i;
+            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+        }
+        for (p = i; p < i + 4 && j < n; p++)
+            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
+    }
+    for (; i < m - m % 2 && n >= 8; i += 2) { /* a pair: eight columns */
         roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
-        int j, p;
         for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
             const roln_real *a = A + (size_t)i * si, *b = B + j;
             rolni_two u;
@@ -589,12 +610,12 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
             ROLNI_8(ROLNI_X)
 #undef ROLNI_X
         }
-        rolni_mm1(k, n, j, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-        rolni_mm1(k, n, j, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+        for (p = i; p < i + 2 && j < n; p++)
+            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
     }
 #endif
     for (; i < m; i++)
-        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * (size_t)n);
+        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
 }
 
 /* C = A B, A [m][k], B [k][n], C [m][n]. With m = 1 the mat-vec c = B^T a. C may not overlap A or B. */
