@@ -888,11 +888,11 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
         ROLNI_ST(z, s1 * b + c1 * d);
     }
 #endif
-    for (; n > 0; n--) {
+    for (; n > 0; n--, x++, y++, z++) {
         const roln_real a = *x, b = *y, d = *z, m = c1 * b - s1 * d;
-        *x++ = c * a - s * m;
-        *y++ = s * a + c * m;
-        *z++ = s1 * b + c1 * d;
+        *x = c * a - s * m;
+        *y = s * a + c * m;
+        *z = s1 * b + c1 * d;
     }
 }
 
@@ -994,8 +994,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
     for (i = 0; i < n;) {
         roln_real p, g, r, s, c, s1, c1;
         for (m = i; m < n - 1; m++) {
-            const roln_real x = ROLN_ABS(e[m]);
-            if (x <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) || x <= tiny)
+            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + tiny)
                 break;
         }
         if (m == i) {
@@ -1062,7 +1061,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         }
         l[i] = least * down;
     }
-    return roln_all_finite(n, l) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* ---- 7 SPD maps ------------------------------------------------------------------------------- */
