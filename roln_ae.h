@@ -139,11 +139,10 @@ ROLN_FN roln_real rolni_limit(roln_real x)
 #else
     const roln_bits big = UINT32_C(0x4e6e6b28), inf = UINT32_C(0x7f800000); /* 1e9 */
 #endif
-    roln_bits b, m, over;
+    roln_bits b, m;
     memcpy(&b, &x, sizeof b);
     m = b & (inf | (inf - 1));
-    over = (roln_bits)0 - (roln_bits)((m > big) & (m <= inf));
-    b ^= (m ^ big) & over;
+    b = (m - big < inf - big + 1 ? big : m) | (b & ~(inf | (inf - 1)));
     memcpy(&x, &b, sizeof x);
     return x;
 }

@@ -222,8 +222,8 @@ ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
 ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
     int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
-    int32_t k = n - 2 * (int32_t)ROLNI_BIAS;
-    roln_real lo = (roln_real)k * ROLNI_LN2LO, hi = (roln_real)k * ROLNI_LN2HI, r, rr, u, v;
+    roln_real k = (roln_real)n - ROLN_C(2.0) * (roln_real)ROLNI_BIAS;
+    roln_real lo = k * ROLNI_LN2LO, hi = k * ROLNI_LN2HI, r, rr, u, v;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
     hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
 #endif
