@@ -20,7 +20,8 @@
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
 
-   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors
+   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors;
+                        all four, sharing what they compute:  tick
    One prediction       encode;  step  M zdd + c + g + d = J^T tau, integrated;  decode  z, zd -> q, qd
    One training sample  the same, then the losses, then back through the same stations
 
@@ -725,12 +726,11 @@ ROLN_FN uint32_t roln_tick(const roln_model *md, const roln_scale *sc, const rol
     roln_real *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N), *tau_z = rolni_take(&work, n);
     roln_real *tape = rolni_take(&work, roln_ae_tape(&md->ae, 2, 1));
     rolni_balance b = {0, 0};
-    roln_status st = roln_encode(md, sc, theta, q, qd, NULL, z, zd, NULL, work), decoded;
+    roln_status st = roln_encode(md, sc, theta, q, qd, NULL, z, zd, NULL, work);
     memset(tau, 0, (size_t)N * sizeof *tau);
-    decoded = rolni_decode(md, sc, theta, z, zd, x, tape, work);
-    if (st == ROLN_OK) st = decoded;
+    rolni_decode(md, sc, theta, z, zd, x, tape, work);
     if (st == ROLN_OK) st = rolni_control(md, sc, theta, z, zd, z_ref, zd_ref, zdd_ref, kp, kd, tau_z, &b, work);
-    if (st == ROLN_OK) st = rolni_lift(md, sc, theta, 2, tape, tau_z, tau, work);
+    if (st == ROLN_OK) st = roln_all_finite(N, x) ? rolni_lift(md, sc, theta, 2, tape, tau_z, tau, work) : ROLN_E_NOT_FINITE;
     return rolni_guard_tick(md, sc, theta, z_min, z_max, zd_max, limits, dt, q, qd, z, zd, st, tau, g, held, x, &b, work);
 }
 
