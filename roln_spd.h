@@ -670,8 +670,8 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
 }
 
 #if !ROLN_SIMD
-/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. The first products x stand for 0 + x, which differs where x is -0;
-   no sum that begins with 0 is -0, so that the 0 + at the end puts it right. */
+/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. The first products stand for 0 + them, which differs where
+   they are -0; with one sum that is not, the total is not, as it is not in roln_dot. */
 ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
 {
     rolni_two u, v, w;
@@ -685,10 +685,10 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
     p = n >> 3;
     if (p > 0) {
         ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLNI_FENCE ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
-        a += 8, b += 8, d += 8;
+        s0 += 0, t0 += 0, a += 8, b += 8, d += 8;
     }
     while (--p > 0) {
-        ROLNI_X(0, 1, +=) ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_X(6, 7, +=)
+        ROLNI_X(0, 1, +=) ROLNI_FENCE ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_FENCE ROLNI_X(6, 7, +=)
         a += 8, b += 8, d += 8;
     }
 #undef ROLNI_X
@@ -704,8 +704,8 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
     default: break;
     }
 #undef ROLNI_X
-    c[0] = 0 + (((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7)));
-    c[1] = 0 + (((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7)));
+    c[0] = ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
+    c[1] = ((t0 + t4) + (t2 + t6)) + ((t1 + t5) + (t3 + t7));
 }
 #endif
 
