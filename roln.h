@@ -20,7 +20,8 @@
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
 
-   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors
+   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors;
+                        all four, sharing what they compute:  tick
    One prediction       encode;  step  M zdd + c + g + d = J^T tau, integrated;  decode  z, zd -> q, qd
    One training sample  the same, then the losses, then back through the same stations
 
@@ -169,19 +170,28 @@ ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, cons
     return ROLN_OK;
 }
 
+/* x = [phi(z); J(z) zd] [2N], and the tape of the decoder (2-jets). work [2n]. */
+ROLN_FN roln_status rolni_decode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                 const roln_real *zd, roln_real *x, roln_real *tape, roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n;
+    int i;
+    memcpy(work, z, (size_t)n * sizeof *z);
+    memcpy(work + n, zd, (size_t)n * sizeof *zd);
+    roln_ae_decode(&md->ae, 2, 1, theta, work, x, tape);
+    for (i = 0; i < 2 * N; i++)
+        x[i] *= sc->q;
+    return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
 /* q = phi(z), qd = J(z) zd. z, zd [n] in; q, qd [N] out, untouched on ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status roln_decode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                                 const roln_real *zd, roln_real *q, roln_real *qd, roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n;
     roln_real *x = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n);
-    int i;
-    memcpy(s, z, (size_t)n * sizeof *z);
-    memcpy(s + n, zd, (size_t)n * sizeof *zd);
-    roln_ae_decode(&md->ae, 2, 1, theta, s, x, work);
-    for (i = 0; i < 2 * N; i++)
-        x[i] *= sc->q;
-    if (!roln_all_finite(2 * N, x)) return ROLN_E_NOT_FINITE;
+    const roln_status st = rolni_decode(md, sc, theta, z, zd, x, work, s);
+    if (st != ROLN_OK) return st;
     memcpy(q, x, (size_t)N * sizeof *q);
     memcpy(qd, x + N, (size_t)N * sizeof *qd);
     return ROLN_OK;
@@ -228,23 +238,31 @@ ROLN_FN roln_status roln_reduce(const roln_model *md, const roln_scale *sc, cons
     return ROLN_OK;
 }
 
+/* roln_lift behind the decoder, from its tape of 2-jets (jets = 2) or positions (1). */
+ROLN_FN roln_status rolni_lift(const roln_model *md, const roln_scale *sc, const roln_real *theta, int jets, const roln_real *decoded,
+                               const roln_real *tau_z, roln_real *tau, roln_real *work)
+{
+    const int N = md->ae.size[0];
+    roln_real *out = rolni_take(&work, N), *tape = rolni_take(&work, roln_ae_tape(&md->ae, 1, 1));
+    int i;
+    roln_ae_turn(&md->ae, jets, 1, decoded, tape);
+    roln_ae_lift(&md->ae, 1, theta, tape, tau_z, out, work);
+    for (i = 0; i < N; i++)
+        out[i] /= sc->q;
+    if (!roln_all_finite(N, out)) return ROLN_E_NOT_FINITE;
+    memcpy(tau, out, (size_t)N * sizeof *out);
+    return ROLN_OK;
+}
+
 /* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z, J^T tau = tau_z. ROLN_E_NOT_FINITE leaves tau
    untouched. */
 ROLN_FN roln_status roln_lift(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                               const roln_real *tau_z, roln_real *tau, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, N), *y = rolni_take(&work, n), *out = rolni_take(&work, N);
-    roln_real *tape = rolni_take(&work, roln_ae_tape(&md->ae, 1, 1));
-    int i;
+    const int N = md->ae.size[0];
+    roln_real *x = rolni_take(&work, N), *tape = rolni_take(&work, roln_ae_tape(&md->ae, 1, 1));
     roln_ae_decode(&md->ae, 1, 1, theta, z, x, tape);
-    roln_ae_encode(&md->ae, 1, 1, theta, x, y, tape);
-    roln_ae_lift(&md->ae, 1, theta, tape, tau_z, out, work);
-    for (i = 0; i < N; i++)
-        out[i] /= sc->q;
-    if (!roln_all_finite(N, out) || !roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
-    memcpy(tau, out, (size_t)N * sizeof *out);
-    return ROLN_OK;
+    return roln_all_finite(N, x) ? rolni_lift(md, sc, theta, 1, tape, tau_z, tau, work) : ROLN_E_NOT_FINITE;
 }
 
 /* The state of the network in its own unit of time: ss = [z; zd t]. */
@@ -287,10 +305,32 @@ ROLN_FN roln_status roln_terms(const roln_model *md, const roln_scale *sc, const
     return ROLN_OK;
 }
 
-/* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK. */
-ROLN_FN roln_status roln_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                 const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
-                                 roln_real *work)
+/* The energy T + V at a state, and zd^T d, the power lost in it. */
+typedef struct {
+    roln_real energy, lost;
+} rolni_balance;
+
+/* From a tape of T directions filled at zd. work [2n]. */
+ROLN_FN rolni_balance rolni_balance_of(const roln_model *md, const roln_scale *sc, int T, roln_real *tape, const roln_real *zd,
+                                       roln_real *work)
+{
+    const int n = md->lnn.n;
+    const rolni_tape t = rolni_tape_of(&md->lnn, T, 1, tape);
+    const roln_real f = 1 / (sc->t * sc->t), *v = t.x + T * n;
+    rolni_balance b;
+    int i;
+    rolni_mul(&md->lnn, &t, 0, v, work, work + n);
+    b.energy = roln_dot(n, v, work) / 2 * f + t.v[0] * f;
+    for (i = 0; i < n; i++)
+        work[i] = t.d[i] * f;
+    b.lost = roln_dot(n, zd, work);
+    return b;
+}
+
+/* roln_inverse, and the balance at (z, zd), which may be NULL. */
+ROLN_FN roln_status rolni_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                  const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
+                                  rolni_balance *b, roln_real *work)
 {
     const int n = md->lnn.n;
     const roln_real t2 = sc->t * sc->t;
@@ -309,7 +349,16 @@ ROLN_FN roln_status roln_inverse(const roln_model *md, const roln_scale *sc, con
         a[i] /= t2;
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
     memcpy(tau_z, a, (size_t)n * sizeof *a);
+    if (b) *b = rolni_balance_of(md, sc, 2, tape, zd, work);
     return ROLN_OK;
+}
+
+/* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK. */
+ROLN_FN roln_status roln_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                 const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
+                                 roln_real *work)
+{
+    return rolni_inverse(md, sc, theta, z, zd, w, zdd, tau_z, NULL, work);
 }
 
 /* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
@@ -475,6 +524,23 @@ ROLN_FN roln_status roln_predict(const roln_model *md, const roln_scale *sc, con
 
 /* ---- 3 control and guard ---------------------------------------------------------------------- */
 
+/* roln_control, and the balance at (z, zd), which may be NULL. */
+ROLN_FN roln_status rolni_control(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
+                                  const roln_real *zd, const roln_real *z_ref, const roln_real *zd_ref, const roln_real *zdd_ref,
+                                  const roln_real *kp, const roln_real *kd, roln_real *tau_z, rolni_balance *b, roln_real *work)
+{
+    const int n = md->lnn.n;
+    roln_real *out = rolni_take(&work, n);
+    const roln_status st = rolni_inverse(md, sc, theta, z, zd, zd_ref, zdd_ref, out, b, work);
+    int i;
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        out[i] -= kp[i] * (z[i] - z_ref[i]) + kd[i] * (zd[i] - zd_ref[i]);
+    if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
+    memcpy(tau_z, out, (size_t)n * sizeof *out);
+    return ROLN_OK;
+}
+
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. Kp, Kd: the diagonals
@@ -484,16 +550,7 @@ ROLN_FN roln_status roln_control(const roln_model *md, const roln_scale *sc, con
                                  const roln_real *zd, const roln_real *z_ref, const roln_real *zd_ref, const roln_real *zdd_ref,
                                  const roln_real *kp, const roln_real *kd, roln_real *tau_z, roln_real *work)
 {
-    const int n = md->lnn.n;
-    roln_real *out = rolni_take(&work, n);
-    const roln_status st = roln_inverse(md, sc, theta, z, zd, zd_ref, zdd_ref, out, work);
-    int i;
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++)
-        out[i] -= kp[i] * (z[i] - z_ref[i]) + kd[i] * (zd[i] - zd_ref[i]);
-    if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
-    memcpy(tau_z, out, (size_t)n * sizeof *out);
-    return ROLN_OK;
+    return rolni_control(md, sc, theta, z, zd, z_ref, zd_ref, zdd_ref, kp, kd, tau_z, NULL, work);
 }
 
 /* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
@@ -584,20 +641,16 @@ ROLN_FN roln_real rolni_power(const roln_model *md, const roln_real *theta, cons
     return roln_dot(md->ae.size[0], rolni_tau(&f, 1, work), qd);
 }
 
-/* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
-   status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
-   now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
-   limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to g->faults.
-   The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
-   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_TICK_WORK]. */
-ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
-                                 const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
-                                 const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
-                                 const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
+/* roln_guard_tick. b NULL: x, b are yet to be computed; else they are known, x [2N] from rolni_decode, *b if st is ROLN_OK. */
+ROLN_FN uint32_t rolni_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
+                                  const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
+                                  const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
+                                  const roln_real *want, roln_guard *g, roln_real *held, roln_real *x, const rolni_balance *b,
+                                  roln_real *work)
 {
     const int N = md->ae.size[0], n = md->lnn.n, nu = roln_force_size(md);
-    roln_real *d = rolni_take(&work, n), *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N);
-    roln_real T = 0, V = 0, lost = 0, before, after;
+    roln_real *s = rolni_take(&work, 2 * n), *tau = rolni_take(&work, N), before, after;
+    rolni_balance own = {0, 0};
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
     int i, known = 0;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
@@ -610,7 +663,8 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
         for (i = 0; i < nu; i++)
             if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
     if ((limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0) && !(faults & ROLN_FAULT_INPUT)) {
-        if (roln_decode(md, sc, theta, z, zd, x, x + N, work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
+        if (!b) rolni_decode(md, sc, theta, z, zd, x, work, s);
+        if (!roln_all_finite(2 * N, x)) faults |= ROLN_FAULT_STATUS;
         else
             for (i = 0; i < N; i++)
                 if ((limits->q_off > 0 && !(ROLN_ABS(q[i] - x[i]) <= limits->q_off)) ||
@@ -619,24 +673,65 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     }
     if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
     else if (limits->power > 0 && st == ROLN_OK && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS))) {
-        known = roln_terms(md, sc, theta, z, zd, NULL, NULL, NULL, d, &T, &V, work) == ROLN_OK;
-        if (known) lost = roln_dot(n, zd, d);
-        before = rolni_power(md, theta, held, x + N, tau) - lost; /* at the end of the last tick, under its torque */
-        known = known && roln_finite(before);
+        if (b) known = 1, own = *b;
+        else {
+            roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
+            rolni_state(n, sc, z, zd, s);
+            known = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(&md->ae), s, NULL, ROLNI_MASS, tape, work) == ROLN_OK;
+            if (known) own = rolni_balance_of(md, sc, 1, tape, zd, work);
+        }
+        before = rolni_power(md, theta, held, x + N, tau) - own.lost; /* at the end of the last tick, under its torque */
+        known = known && roln_finite(own.energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else if (g->known && !(ROLN_ABS((T + V - g->energy) / dt - (before + g->power) / 2) <= limits->power))
+        else if (g->known && !(ROLN_ABS((own.energy - g->energy) / dt - (before + g->power) / 2) <= limits->power))
             faults |= ROLN_FAULT_ENERGY;
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
     for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
         held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
-    after = known ? rolni_power(md, theta, held, x + N, tau) - lost : 0; /* at the start of the next tick, under the new torque */
+    after = known ? rolni_power(md, theta, held, x + N, tau) - own.lost : 0; /* at the start of the next tick, under the new torque */
     known = known && roln_finite(after);
-    if (known) g->energy = T + V, g->power = after;
+    if (known) g->energy = own.energy, g->power = after;
     g->known = known;
     g->faults |= faults;
     return faults;
+}
+
+/* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
+   status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
+   now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
+   limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to g->faults.
+   The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
+   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_TICK_WORK]. */
+ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
+                                 const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
+                                 const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
+                                 const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
+{
+    roln_real *x = rolni_take(&work, 2 * md->ae.size[0]);
+    return rolni_guard_tick(md, sc, theta, z_min, z_max, zd_max, limits, dt, q, qd, z, zd, st, want, g, held, x, NULL, work);
+}
+
+/* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
+   and the networks are evaluated once. q, qd measured, reference and gains in; z, zd in and out, as they were if the encoder
+   fails; held: the safe torque. For models that get the force tau, not inputs. Returns the faults of this tick. */
+ROLN_FN uint32_t roln_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
+                           const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
+                           const roln_real *q, const roln_real *qd, const roln_real *z_ref, const roln_real *zd_ref,
+                           const roln_real *zdd_ref, const roln_real *kp, const roln_real *kd, roln_real *z, roln_real *zd,
+                           roln_guard *g, roln_real *held, roln_real *work)
+{
+    const int N = md->ae.size[0], n = md->lnn.n;
+    roln_real *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N), *tau_z = rolni_take(&work, n);
+    roln_real *tape = rolni_take(&work, roln_ae_tape(&md->ae, 2, 1));
+    rolni_balance b = {0, 0};
+    roln_status st = roln_encode(md, sc, theta, q, qd, NULL, z, zd, NULL, work);
+    memset(tau, 0, (size_t)N * sizeof *tau);
+    rolni_decode(md, sc, theta, z, zd, x, tape, work);
+    if (st == ROLN_OK) st = rolni_control(md, sc, theta, z, zd, z_ref, zd_ref, zdd_ref, kp, kd, tau_z, &b, work);
+    if (st == ROLN_OK) st = roln_all_finite(N, x) ? rolni_lift(md, sc, theta, 2, tape, tau_z, tau, work) : ROLN_E_NOT_FINITE;
+    return rolni_guard_tick(md, sc, theta, z_min, z_max, zd_max, limits, dt, q, qd, z, zd, st, tau, g, held, x, &b, work);
 }
 
 /* ---- 4 losses and gradient -------------------------------------------------------------------- */
@@ -1726,6 +1821,18 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
     return roln_guard_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, x->q, x->qd,
                            s->z, s->zd, st, want, &g->g, g->tau, work->w);
 }
+
+#if ROLN_INPUTS == 0
+/* All of a control tick: x measured, s its latent state out, g->tau to the motors. encode, control, lift and guard_tick in one
+   call, the same bits, at two thirds of the cost. */
+ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, roln_real dt, const ROLNI_(state) *x,
+                              const ROLNI_(target) *r, const roln_real *kp, const roln_real *kd, ROLNI_(latent) *s,
+                              ROLNI_(guard) *g, ROLNI_(work) *work)
+{
+    return roln_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, x->q, x->qd, r->z, r->zd, r->zdd,
+                     kp, kd, s->z, s->zd, &g->g, g->tau, work->w);
+}
+#endif
 
 /* Roll-out from q[0], qd[0], encoded anew from every again-th sample (0: never); all arrays as in roln_predict. */
 ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_real dt, int again, const roln_real *q,

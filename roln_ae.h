@@ -139,11 +139,10 @@ ROLN_FN roln_real rolni_limit(roln_real x)
 #else
     const roln_bits big = UINT32_C(0x4e6e6b28), inf = UINT32_C(0x7f800000); /* 1e9 */
 #endif
-    roln_bits b, m, over;
+    roln_bits b, m;
     memcpy(&b, &x, sizeof b);
     m = b & (inf | (inf - 1));
-    over = (roln_bits)0 - (roln_bits)((m > big) & (m <= inf));
-    b ^= (m ^ big) & over;
+    b = (m - big < inf - big + 1 ? big : m) | (b & ~(inf | (inf - 1)));
     memcpy(&x, &b, sizeof x);
     return x;
 }
@@ -411,6 +410,20 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
 {
     memset(tau, 0, (size_t)(nb * ae->size[0]) * sizeof *tau);
     roln_ae_encode_bwd(ae, 1, nb, theta, tape, tau_z, tau, NULL, work);
+}
+
+/* The tape of roln_ae_encode at x = phi(z), as far as roln_ae_lift reads it, from that of roln_ae_decode at z: Psi^T Phi = I makes
+   Psi^T (x - b) = s+(y). decoded: of jets planes; tape [roln_ae_tape(ae, 1, nb)] out. */
+ROLN_FN void roln_ae_turn(const roln_ae *ae, int jets, int nb, const roln_real *decoded, roln_real *tape)
+{
+    int l;
+    tape += roln_ae_tape(ae, 1, nb);
+    for (l = ae->layers - 1; l >= 0; l--) {
+        const int m = nb * ae->size[l + 1];
+        memcpy(tape - m, decoded + jets * m, (size_t)m * sizeof *tape);
+        decoded += 2 * jets * m;
+        tape -= m + nb * ae->size[l];
+    }
 }
 
 /* Backward of roln_ae_lift at x [nb][N] with cotangent y [nb][N] of tau: the backward of the velocity of an encoded

@@ -222,8 +222,8 @@ ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
 ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
     int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
-    int32_t k = n - 2 * (int32_t)ROLNI_BIAS;
-    roln_real lo = (roln_real)k * ROLNI_LN2LO, hi = (roln_real)k * ROLNI_LN2HI, r, rr, u, v;
+    roln_real k = (roln_real)n - ROLN_C(2.0) * (roln_real)ROLNI_BIAS;
+    roln_real lo = k * ROLNI_LN2LO, hi = k * ROLNI_LN2HI, r, rr, u, v;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
     hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
 #endif
@@ -515,11 +515,10 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 /* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
 ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
-    int i = 0;
-#if ROLN_SIMD
     const size_t ldb = (size_t)n;
+    int i = 0, j, p;
+#if ROLN_SIMD
     const int w = ROLNI_W, m4 = m - m % 4, n2 = n - n % (2 * w), n4 = n - n % (4 * w);
-    int j, p;
     for (j = 0; j < n2; j += 2 * w) { /* four rows of two vectors share each load of B */
         for (i = 0; i < m4; i += 4) {
             const roln_real *a = A + (size_t)i * si, *b = B + j;
@@ -569,10 +568,32 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
     }
 #else
-    for (; i < m - m % 2; i += 2) { /* a pair: eight columns */
-        const size_t ldb = (size_t)n;
+    for (; i < m - m % 4 && n < 8; i += 4) { /* small: four columns */
+        roln_real *c = C + (size_t)i * ldb, *d = c + ldb, *e = d + ldb, *f = e + ldb;
+        for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+            const roln_real *a = A + (size_t)i * si, *b = B + j;
+            rolni_two u;
+#define ROLNI_X(i) \
+            roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
+            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+            for (p = k; p > 0; p--, a += sp, b += ldb) {
+                const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
+#define ROLNI_X(i, j) \
+                ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
+                e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
+                ROLNI_X(0, 1) ROLNI_X(2, 3)
+#undef ROLNI_X
+            }
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i, e[i] = e##i, f[i] = f##i;
+            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+        }
+        for (p = i; p < i + 4 && j < n; p++)
+            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
+    }
+    for (; i < m - m % 2 && n >= 8; i += 2) { /* a pair: eight columns */
         roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
-        int j, p;
         for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
             const roln_real *a = A + (size_t)i * si, *b = B + j;
             rolni_two u;
@@ -589,12 +610,12 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
             ROLNI_8(ROLNI_X)
 #undef ROLNI_X
         }
-        rolni_mm1(k, n, j, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-        rolni_mm1(k, n, j, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+        for (p = i; p < i + 2 && j < n; p++)
+            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
     }
 #endif
     for (; i < m; i++)
-        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * (size_t)n);
+        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
 }
 
 /* C = A B, A [m][k], B [k][n], C [m][n]. With m = 1 the mat-vec c = B^T a. C may not overlap A or B. */
@@ -649,7 +670,8 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
 }
 
 #if !ROLN_SIMD
-/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. */
+/* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. The first products stand for 0 + them, which differs where
+   they are -0; with one sum that is not, the total is not, as it is not in roln_dot. */
 ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
 {
     rolni_two u, v, w;
@@ -657,13 +679,19 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 #define ROLNI_X(i) roln_real s##i = 0, t##i = 0;
     ROLNI_8(ROLNI_X)
 #undef ROLNI_X
-    for (p = n >> 3; p > 0; p--, a += 8, b += 8, d += 8) {
-#define ROLNI_X(i, j) \
-        ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
-        s##i += u.x[0] * v.x[0], s##j += u.x[1] * v.x[1], t##i += u.x[0] * w.x[0], t##j += u.x[1] * w.x[1];
-        ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
-#undef ROLNI_X
+#define ROLNI_X(i, j, op) \
+    ROLNI_LD2(u, a + i), ROLNI_LD2(v, b + i), ROLNI_LD2(w, d + i); \
+    s##i op u.x[0] * v.x[0], s##j op u.x[1] * v.x[1], t##i op u.x[0] * w.x[0], t##j op u.x[1] * w.x[1];
+    p = n >> 3;
+    if (p > 0) {
+        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLNI_FENCE ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
+        s0 += 0, t0 += 0, a += 8, b += 8, d += 8;
     }
+    while (--p > 0) {
+        ROLNI_X(0, 1, +=) ROLNI_FENCE ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_FENCE ROLNI_X(6, 7, +=)
+        a += 8, b += 8, d += 8;
+    }
+#undef ROLNI_X
 #define ROLNI_X(i) s##i += a[i] * b[i], t##i += a[i] * d[i];
     switch (n & 7) {
     case 7: ROLNI_X(6) /* fall through */
@@ -860,11 +888,11 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
         ROLNI_ST(z, s1 * b + c1 * d);
     }
 #endif
-    for (; n > 0; n--) {
+    for (; n > 0; n--, x++, y++, z++) {
         const roln_real a = *x, b = *y, d = *z, m = c1 * b - s1 * d;
-        *x++ = c * a - s * m;
-        *y++ = s * a + c * m;
-        *z++ = s1 * b + c1 * d;
+        *x = c * a - s * m;
+        *y = s * a + c * m;
+        *z = s1 * b + c1 * d;
     }
 }
 
@@ -966,8 +994,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
     for (i = 0; i < n;) {
         roln_real p, g, r, s, c, s1, c1;
         for (m = i; m < n - 1; m++) {
-            const roln_real x = ROLN_ABS(e[m]);
-            if (x <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) || x <= tiny)
+            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + tiny)
                 break;
         }
         if (m == i) {
@@ -1034,7 +1061,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         }
         l[i] = least * down;
     }
-    return roln_all_finite(n, l) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* ---- 7 SPD maps ------------------------------------------------------------------------------- */

@@ -41,14 +41,11 @@ static roln_status control_start(controller *c, const chain_state *x_ref)
     return st;
 }
 
-/* One tick: x in, guard.tau out whatever happens. Returns the faults. */
+/* One tick: x in, guard.tau out whatever happens: z = rho(q), zd = D(q) qd; PD+ on M, C, g; tau = D^T tau_z; the guard. With a
+   controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. Returns the faults. */
 static uint32_t control_tick(controller *c, const chain_state *x)
 {
-    roln_real tau_z[n], tau[N] = {0};
-    roln_status st = chain_encode(&chain_weights, x, &c->s, &c->work); /* z = rho(q), zd = D(q) qd */
-    if (st == ROLN_OK) st = chain_control(&chain_weights, &c->s, &c->ref, c->kp, c->kd, tau_z, &c->work); /* PD+ on M, C, g */
-    if (st == ROLN_OK) st = chain_lift(&chain_weights, &c->s, tau_z, tau, &c->work); /* tau = D^T tau_z */
-    return chain_guard_tick(&chain_weights, &limits, TICK, x, &c->s, st, tau, &c->guard, &c->work);
+    return chain_tick(&chain_weights, &limits, TICK, x, &c->ref, c->kp, c->kd, &c->s, &c->guard, &c->work);
 }
 
 int main(void)

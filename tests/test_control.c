@@ -612,6 +612,47 @@ static void good(int k, rig *x)
     CHECK(tick(k, x) == 0 && same(nu, x->held, x->want) && tick(k, x) == 0 && x->g.bad == 0 && x->g.known == 1 && x->g.faults == 0);
 }
 
+#define LATENT(x) (x).z_min, (x).z_max, (x).zd_max, &(x).limits, (x).h, (x).q, (x).qd
+/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits. */
+static void test_tick(int k)
+{
+    const roln_model *md = models[k].md;
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real ref[48], gain[32], tau_z[16];
+    uint64_t s = 330 + (uint64_t)k;
+    uint32_t f, seen = 0;
+    int t, i, reached = 0;
+    static rig a, b;
+    if (md->inputs > 0) return;
+    good(k, &a);
+    a.limits.q_off = a.limits.qd_off = 100;
+    for (i = 0; i < n; i++) a.z_min[i] = -100, a.z_max[i] = a.zd_max[i] = 100;
+    for (t = 0; t < 64; t++) {
+        dyadic(N, 1, &s, a.q), dyadic(N, 1, &s, a.qd), dyadic(3 * n, 1, &s, ref), dyadic(2 * n, 1, &s, gain);
+        for (i = 0; i < N; i++) a.q[i] /= 16, a.qd[i] /= 64;
+        if (t % 8 == 3) a.q[t % N] = (roln_real)NAN;
+        if (t % 8 == 4) ref[t % (3 * n)] = (roln_real)INFINITY;
+        if (t % 8 == 5) a.zd_max[t % n] = t % 16 == 5 ? 0 : 100;
+        if (t % 16 == 1) a.g.bad = 0, a.g.faults = 0;
+        if (t == 40) memset(&a.limits.q_off, 0, 2 * sizeof a.limits.q_off);
+        a.limits.tau = t % 8 == 6 ? ROLN_C(0.0009765625) : 1000;
+        a.limits.power = t % 8 == 7 ? ROLN_C(0.0009765625) : t == 48 ? 0 : 1000;
+        b = a;
+        memset(a.want, 0, sizeof a.want);
+        a.st = roln_encode(md, &scale, th, a.q, a.qd, NULL, a.z, a.zd, NULL, W(k));
+        if (a.st == ROLN_OK) a.st = roln_control(md, &scale, th, a.z, a.zd, ref, ref + n, ref + 2 * n, gain, gain + n, tau_z, W(k));
+        if (a.st == ROLN_OK) a.st = roln_lift(md, &scale, th, a.z, tau_z, a.want, W(k));
+        f = roln_guard_tick(md, &scale, th, LATENT(a), a.z, a.zd, a.st, a.want, &a.g, a.held, W(k));
+        CHECK(roln_tick(md, &scale, th, LATENT(b), ref, ref + n, ref + 2 * n, gain, gain + n, b.z, b.zd, &b.g, b.held, W(k)) == f);
+        CHECK(WORK_KEPT());
+        CHECK(memcmp(&a.g, &b.g, sizeof a.g) == 0 && same(N, a.held, b.held) && same(n, a.z, b.z) && same(n, a.zd, b.zd));
+        seen |= f, reached += f == 0 && a.g.known;
+    }
+    CHECK(reached > 2); /* all well, the balance known */
+    CHECK((seen & 27) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_LIMIT | ROLN_FAULT_RANGE));
+    CHECK(k == 1 || k == 2 || (seen & ROLN_FAULT_ENERGY)); /* in these two few states have any balance */
+}
+
 static int finite_in(int n, const roln_real *x, roln_real top)
 {
     int i, ok = 1;
@@ -978,6 +1019,7 @@ void TEST_NAME(control)(void)
         test_guard_counters(k);
         test_guard_hold(k);
         test_guard_range(k);
+        test_tick(k);
     }
     test_shell();
     test_overflow();

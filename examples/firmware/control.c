@@ -39,11 +39,7 @@ static roln_status control_start(const chain_state *x_ref)
 /* What a timer interrupt calls: x in, ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(const chain_state *x)
 {
-    roln_real tau_z[n], tau[N] = {0};
-    roln_status st = chain_encode(&chain_weights, x, &ctl.s, &ctl.work);
-    if (st == ROLN_OK) st = chain_control(&chain_weights, &ctl.s, &ctl.ref, ctl.kp, ctl.kd, tau_z, &ctl.work);
-    if (st == ROLN_OK) st = chain_lift(&chain_weights, &ctl.s, tau_z, tau, &ctl.work);
-    return chain_guard_tick(&chain_weights, &limits, TICK, x, &ctl.s, st, tau, &ctl.guard, &ctl.work);
+    return chain_tick(&chain_weights, &limits, TICK, x, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 /* A fault of the processor ends here first (board.h). */

@@ -453,16 +453,13 @@ static void arm_linear_run(const row *r)
     must(arm_linear(&tick4.p, &s, tick4.zero[0], ROLN_C(1e-3), tick4.A, tick4.A + 64, &tick4.linwork));
 }
 
-/* encode, aim, control, lift, guard. */
+/* aim, then encode, control, lift, guard. */
 static void arm_control_run(const row *r)
 {
     static const roln_limits limits = {1, 1000, 1000, 5, 1000, 1000};
     (void)r;
-    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
     must(arm_aim(&tick4.p, tick4.zero[0], tick4.zero[1], tick4.zero[2], &tick4.aim, &tick4.work));
-    must(arm_control(&tick4.p, &tick4.s, &tick4.aim, tick4.g, tick4.g, tick4.tau_z, &tick4.work));
-    must(arm_lift(&tick4.p, &tick4.s, tick4.tau_z, tick4.tau, &tick4.work));
-    if (arm_guard_tick(&tick4.p, &limits, ROLN_C(1e-3), &tick4.x, &tick4.s, ROLN_OK, tick4.tau, &tick4.guard, &tick4.work) != 0)
+    if (arm_tick(&tick4.p, &limits, ROLN_C(1e-3), &tick4.x, &tick4.aim, tick4.g, tick4.g, &tick4.s, &tick4.guard, &tick4.work) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 

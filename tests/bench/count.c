@@ -134,16 +134,11 @@ static void pose(const row *r)
     fill(n, 1, ctl.ref.z), fill(n, 1, ctl.ref.zd), fill(n, 1, ctl.ref.zdd);
 }
 
-/* As in examples/firmware/control.c, the reference in motion, every check of the guard on and passed. */
+/* Encode, controller, lift, guard; the reference in motion, every check of the guard on and passed. */
 static void tick(const row *r)
 {
-    roln_real tau_z[n], tau_q[N];
     (void)r;
-    must(pend16_encode(&pend, &at, &ctl.s, &ctl.work));
-    must(pend16_control(&pend, &ctl.s, &ctl.ref, ctl.kp, ctl.kd, tau_z, &ctl.work));
-    must(pend16_lift(&pend, &ctl.s, tau_z, tau_q, &ctl.work));
-    if (pend16_guard_tick(&pend, &limits, 0.001f, &at, &ctl.s, ROLN_OK, tau_q, &ctl.guard, &ctl.work) != 0)
-        must(ROLN_E_RANGE);
+    if (pend16_tick(&pend, &limits, 0.001f, &at, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work) != 0) must(ROLN_E_RANGE);
 }
 
 /* ---- table ------------------------------------------------------------------------------------ */
