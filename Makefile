@@ -191,6 +191,11 @@ build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmw
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
 
+# flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
+.PHONY: sizes
+sizes:
+	sh tests/sizes/sizes.sh
+
 # instructions of the kernels and of a control tick on a Cortex-M4F, against targets
 .PHONY: count
 count:
