@@ -1,5 +1,5 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make firmware, make install, make dist, make clean
+#       make noise, make experiments, make firmware, make sizes, make install, make dist, make clean
 
 CC = cc
 PREFIX = /usr/local

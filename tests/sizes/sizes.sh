@@ -6,8 +6,8 @@
 #   sizes.sh test       the lines of `some` below; what they leave out counts as equal, and fewer states must lie within the range
 #   sizes.sh -w         everything, into README.md
 #
-# JOBS=1 for one core. Code and constants, weights and RAM are those of firmware.o in the linked image (its map), so without start-up,
-# without mem* and without measure.c, which draws the states. Stack: stack.awk, and what measure.c finds painted over is within.
+# JOBS=1 for one core. Code and constants, weights and RAM are those of firmware.o in the linked image (its map): without start-up,
+# mem* and measure.c, which draws the states. Stack: stack.awk; what measure.c finds painted over is within.
 cd "$(dirname "$0")/../.." || exit 1
 here=tests/sizes
 out=build/sizes
@@ -80,21 +80,22 @@ one() {
         options="$level $part -DMODEL=$model -DSTATES=$states -I$here -I$out"
         rm -f "$image"*
         check 'warnings' sh examples/firmware/cc.sh "$core" $options $warn -fsyntax-only $here/firmware.c $here/measure.c
-        check 'does not build' sh examples/firmware/cc.sh "$core" $options -save-temps=obj -fcallgraph-info=su -Wl,-Map="$image.map" \
-            $here/firmware.c $here/measure.c -o "$image"
+        check 'does not build' sh examples/firmware/cc.sh "$core" $options -save-temps=obj -fcallgraph-info=su \
+            -Wl,-Map="$image.map" $here/firmware.c $here/measure.c -o "$image"
         [ -f "$image" ] || return
         # all functions of the image that are not of examples/firmware, which on rv32 shifts 64 bits, and what firmware.o calls
         found=$({ arm-none-eabi-nm -g --defined-only "$image" | awk '$2 ~ /^[TtWw]$/ { print $3 }' | grep -vxE "$own|__lshrdi3"
-                  arm-none-eabi-nm -u "$image-firmware.o" | awk '{ print $2 }'; } | grep -vxE "$allowed")
+                  arm-none-eabi-nm -u "$image-firmware.o" | awk '{ print $2 }'; } | grep -vxE "$allowed" | tr '\n' ' ')
         check "holds $found" [ -z "$found" ]
         $objdump -d --no-show-raw-insn "$image" > "$image.dis"
         sh examples/firmware/run.sh "$core" "$image" > "$image.txt"
         check 'fails' [ $? -eq 0 ]
         awk -v entries="tick ahead${part:+ train}" -f $here/stack.awk "$image-firmware.ci" "$image-firmware.s" "$image.dis" \
             > "$image.stack"
-        check 'no bound of the stack' sh -c 'cat "$0" && ! grep "^stack:" "$0"' "$image.stack"
+        check 'no bound of the stack' sh -c '! grep "^stack:" "$0"' "$image.stack"
         check 'measured stack above the proven one, or below half of it' awk '
-            NR == FNR { bound[$1] = $2; next } $1 in bound { print $1, $2, bound[$1]; n++; if ($2 > bound[$1] || 2 * $2 < bound[$1]) bad = 1 }
+            NR == FNR { bound[$1] = $2; next }
+            $1 in bound { print $1, $2, bound[$1]; n++; if ($2 > bound[$1] || 2 * $2 < bound[$1]) bad = 1 }
             END { for (e in bound) n--; exit bad || n != 0 }' "$image.stack" "$image.txt"
         stack=$(sort -n -k 2 "$image.stack" | awk 'END { print $2 }')
         [ -z "$part" ] && controls="$(parts) $stack" counts=$(awk '/^instructions/ { print $2, $3 }' "$image.txt")
@@ -114,13 +115,14 @@ table() {
         function thousand(x) { return sprintf("%.1f", x / 1000) }
         $1 != "row" { states[$1 " " $2 " " $3] = $4; next }
         { key = $2 " " $3 " " $4
-          value["code " key] = thousand($6); once("weights " $2, $7); once("ram " $2, $8); once("learnram " $2, $11); value["stack " key] = $9
+          value["code " key] = thousand($6); value["stack " key] = $9
+          once("weights " $2, $7); once("ram " $2, $8); once("learnram " $2, $11)
           value["learn " key] = $10 == "-" ? "-" : thousand($10); value["learnstack " key] = $12
           value["tick " key] = ($5 < states[key] ? "~" : "") thousand($13) "-" thousand($14) }
         END {
           print "| model | weights in flash | RAM | RAM to learn, too |\n|---|---|---|---|"
-          k = split("chain, 8 joints, n = 2, networks 32 x 2|pend16, 16 joints, n = 4, 64 x 2|cloth, 600 sliders, n = 10, 64 x 2, damping", \
-                    text, "|")
+          k = split("chain, 8 joints, n = 2, networks 32 x 2|pend16, 16 joints, n = 4, 64 x 2|" \
+                    "cloth, 600 sliders, n = 10, 64 x 2, damping", text, "|")
           for (i = 1; i <= k; i++) {
               model = text[i]
               sub(/,.*/, "", model)
@@ -184,7 +186,8 @@ grep '^row' $out/all > $out/rows
 table
 if [ "$1" = -w ] && ! grep -q '^failed' $out/all; then
     awk -v table=$out/table.md '/^<!-- end of sizes -->$/ { on = 0 } !on
-         /^<!-- sizes -->$/ { on = 1; while ((getline line < table) > 0) print line }' README.md > $out/README.md && cp $out/README.md README.md
+         /^<!-- sizes -->$/ { on = 1; while ((getline line < table) > 0) print line }' README.md > $out/README.md &&
+        cp $out/README.md README.md
 fi
 compare >> $out/all
 [ "$1" = test ] || cat $out/table.md

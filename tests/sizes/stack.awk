@@ -1,21 +1,9 @@
 # stack.awk - worst-case stack below a call:  awk -v entries='tick ahead' -f stack.awk firmware.ci firmware.s image.dis
 # Frames are gcc's (-fcallgraph-info=su); edges are its calls and every branch to a function in the assembly text. A call through a
-# member of a struct, x->verb(..), reaches every function below whose address may be in a member of that name. mem* and libgcc,
-# which have no .ci: what their disassembly takes from sp, all branches together. Prints bytes of each entry. Exit code 1 and a line
-# for recursion, a frame without bound, a call or an address that is not understood.
-BEGIN {
-    verb["mm"] = verb["mm_bt"] = verb["column"] = "" # of stored weights: these have none
-    verb["eval"] = "rolni_torque_eval"
-    verb["bwd"] = "rolni_torque_bwd"
-    split("size work tangent inner retract", verbs)
-    for (i in verbs)
-        verb[verbs[i]] = "rolni_biorth_" verbs[i] " roln_biorth_" verbs[i] " rolni_spd_" verbs[i] " rolni_stiefel_" verbs[i] \
-            " roln_stiefel_" verbs[i]
-    for (v in verb) {
-        k = split(verb[v], f)
-        for (i = 1; i <= k; i++) is_verb[f[i]] = 1
-    }
-}
+# member of a struct, x->verb(..), reaches every function whose address is taken and whose name ends in _verb. mem*, which have no
+# .ci: what their disassembly takes from sp, all branches together. Prints bytes of each entry; exit code 1 and a line for recursion,
+# a frame without bound, a call or an address that is not understood.
+BEGIN { verbs = "size|work|tangent|inner|retract|eval|bwd|mm|mm_bt|column" } # roln_manifold, roln_force, roln_storage
 
 function bad(text) { if (!(text in said)) print "stack: " text; said[text] = failed = 1 }
 function last(title) { sub(/.*:/, "", title); return title }
@@ -37,17 +25,14 @@ FILENAME ~ /ci$/ && /^edge:/ {
 }
 
 # The verbs called in a line of the source.
-function indirect(from, place,   p, text, i, k, f, found, v) {
+function indirect(from, place,   p, text, i, v, found) {
     split(place, p, ":")
-    for (i = 1; i <= p[2]; i++) if ((getline text < p[1]) <= 0) { bad("no line " place); return }
+    for (i = 1; i <= p[2]; i++) if ((getline text < p[1]) <= 0) bad("no line " place)
     close(p[1])
     while (match(text, /->[a-z_]+\(/)) {
         v = substr(text, RSTART + 2, RLENGTH - 3)
         text = substr(text, RSTART + RLENGTH)
-        if (!(v in verb)) continue
-        found = 1
-        k = split(verb[v], f)
-        for (i = 1; i <= k; i++) may[from] = may[from] " " f[i]
+        if (v ~ "^(" verbs ")$") found = may[from] = may[from] " " v
     }
     if (!found) bad("indirect call of " from ", " place)
 }
@@ -102,7 +87,7 @@ function registers(list,   k, i, f, n, r) {
 
 # ---- the longest path
 
-function depth(f,   k, i, to, d, most, list) {
+function depth(f,   k, i, to, v, d, most, list) {
     if (f in done) return done[f]
     if (f in open) { bad("recursion through " f); return 0 }
     if (f in odd) bad("not understood in " f ": " odd[f])
@@ -112,12 +97,12 @@ function depth(f,   k, i, to, d, most, list) {
     k = split(list, to)
     for (i = 1; i <= k; i++) if (to[i] != f || f in frame) { d = depth(to[i]); if (d > most) most = d }
     k = split(may[f], to)
-    for (i = 1; i <= k; i++) if (to[i] in taken) { d = depth(to[i]); if (d > most) most = d }
+    for (i = 1; i <= k; i++) for (v in taken) if (v ~ "_" to[i] "$") { d = depth(v); if (d > most) most = d }
     delete open[f]
     return done[f] = most + ((f in frame) ? frame[f] : library[f])
 }
 END {
-    for (name in taken) if (!(name in is_verb)) bad("address of " name ": a verb of what?")
+    for (name in taken) if (name !~ "_(" verbs ")$") bad("address of " name ": a verb of what?")
     k = split(entries, e)
     for (i = 1; i <= k; i++) print e[i], depth(e[i])
     exit failed
