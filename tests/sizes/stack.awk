@@ -1,7 +1,7 @@
 # stack.awk - worst-case stack below a call:  awk -v entries='tick ahead' -f stack.awk firmware.ci firmware.s image.dis
 # Frames are gcc's (-fcallgraph-info=su); edges are its calls and every branch to a function in the assembly text. A call through a
 # member of a struct, x->verb(..), reaches every function whose address is taken and whose name ends in _verb. mem*, which have no
-# .ci: what their disassembly takes from sp, all branches together. Prints bytes of each entry; exit code 1 and a line for recursion,
+# .ci: what their disassembly takes from sp, branches together. Prints bytes of each entry; exit code 1 and a line for recursion,
 # a frame without bound, a call or an address that is not understood.
 BEGIN { verbs = "size|work|tangent|inner|retract|eval|bwd|mm|mm_bt|column" } # roln_manifold, roln_force, roln_storage
 
