@@ -111,7 +111,7 @@ table() {
     all | awk -v versions="gcc $arm (arm-none-eabi), $riscv (riscv64-unknown-elf)" '
         function cell(key) { return key in value ? value[key] : "?" }
         function levels(key) { return cell(key "-Os") " / " cell(key "-O2") " / " cell(key "-O3") }
-        function once(key, x) { value[key] = key in value && value[key] != x ? "differs" : x }
+        function once(key, x) { if (key in value && value[key] != x) x = "differs"; value[key] = x }
         function thousand(x) { return sprintf("%.1f", x / 1000) }
         $1 != "row" { states[$1 " " $2 " " $3] = $4; next }
         { key = $2 " " $3 " " $4
