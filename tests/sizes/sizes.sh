@@ -153,7 +153,8 @@ compare() {
          function range(a, b,   x, y) {
              if (split(a, x, "-") != 2 || split(b, y, "-") != 2) return a == b
              if (sub(/^~/, "", x[1]))
-                 return between(x[1], other ? 0.9 : 1, other ? 1.1 : 1.02, y[1]) && between(x[2], other ? 0.9 : 0.98, other ? 1.1 : 1, y[2])
+                 return between(x[1], other ? 0.9 : 1, other ? 1.1 : 1.02, y[1]) &&
+                        between(x[2], other ? 0.9 : 0.98, other ? 1.1 : 1, y[2])
              return same(x[1], y[1]) && same(x[2], y[2])
          }
          FILENAME ~ /readme/ { want[FNR] = $0; lines = FNR; next }
