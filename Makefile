@@ -1,5 +1,5 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make firmware, make install, make dist, make clean
+#       make noise, make experiments, make firmware, make sizes, make install, make dist, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -190,6 +190,11 @@ build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmw
 	sh examples/firmware/cc.sh $(1) $(WARN) $$< -o $$@
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
+
+# flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
+.PHONY: sizes
+sizes:
+	sh tests/sizes/sizes.sh
 
 # instructions of the kernels and of a control tick on a Cortex-M4F, against targets
 .PHONY: count

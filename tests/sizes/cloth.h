@@ -1,0 +1,13 @@
+/* cloth.h - cloth falling on a sphere, no forces given (tests/experiments, cloth-free-n10): 600 sliders, 10 latent coordinates. */
+#ifndef CLOTH_H
+#define CLOTH_H
+
+#define ROLN_NAME cloth
+#define ROLN_AE 600, 48, 48, 48, 48, 32, 10
+#define ROLN_SLOPE 0.6
+#define ROLN_MLP 64, 64
+#define ROLN_DAMPING 1
+#define ROLN_STEP rk4
+#include "roln.h"
+
+#endif

@@ -1,0 +1,44 @@
+/* firmware.h - between firmware.c, which is measured, and measure.c, which measures. MODEL is the ROLN_NAME of a config header that
+   is named after it; with TRAIN the firmware learns, too. */
+#ifndef FIRMWARE_H
+#define FIRMWARE_H
+
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+#define HEADER_(m) STRING(m.h)
+#define HEADER(m) HEADER_(m)
+#define ROLN_BLOCK 1 /* one training window at a time: little scratch */
+#include HEADER(MODEL)
+
+#define CAT_(a, b) a##_##b
+#define CAT(a, b) CAT_(a, b)
+#define M(name) CAT(MODEL, name) /* M(params) is chain_params */
+
+enum { N = M(N), n = M(n), HORIZON = M(horizon) };
+
+extern const M(params) *const weights; /* in flash */
+extern struct control {
+    M(state) x;               /* measured */
+    M(latent) s;              /* z, zd of the last good tick */
+    M(target) ref;            /* to be followed */
+    roln_real kp[n], kd[n], tau_z[n], tau[N];
+    M(guard) guard;           /* guard.tau: to the motors */
+    M(work) work;
+} control;
+
+roln_status tick(void);  /* encode, control, lift, guard: control.x to control.guard.tau */
+roln_status ahead(void); /* one step of the prediction from control.s */
+
+#ifdef TRAIN
+extern struct learner {
+    M(params) p;
+    M(optimiser) optimiser;
+    M(gradient) gradient;
+    M(train) work;
+    roln_real q[(HORIZON + 1) * N], qd[(HORIZON + 1) * N], qdd[N]; /* a window; of its first sample the acceleration */
+} learner;
+
+roln_status train(void); /* gradient of the acceleration loss of a sample and of the ODE loss of a window, update of all weights */
+#endif
+
+#endif
