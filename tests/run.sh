@@ -47,6 +47,7 @@ step report sh tests/experiments/test_report.sh
 step packaging sh tests/packaging.sh
 step train sh tests/train.sh
 step firmware sh tests/firmware.sh
+step pil build/pil host m4 rv32
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
