@@ -4,7 +4,7 @@
        to the controller   "rolt", number, q, qd [N], z_ref, zd_ref, zdd_ref [n], CRC      a tick
                            "rola", number, kp, kd [n], the rest 0, CRC                     arm: new gains, guard as new
        answer              "rolt", number of the last frame used, faults of this tick, faults since armed (ROLN_FAULT_.., LINK_..),
-                           instructions of this tick, tau [N], CRC
+                           instructions of this tick, tau [N], CRC; the first one, all 0, after a reset
 
    The number of every frame is larger than that of the one before (modulo 2^32), by 1 if no tick was left out. */
 #ifndef FRAME_H

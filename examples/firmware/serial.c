@@ -122,6 +122,7 @@ static void answer(uint32_t faults, uint32_t used)
 
 int main(void)
 {
+    answer(0, 0); /* we are up; nothing is armed */
     for (;;) {
         const uint8_t letter = await();
         uint32_t faults = 0;
