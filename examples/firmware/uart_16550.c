@@ -8,7 +8,6 @@ extern volatile uint32_t finisher;
 
 void board_start(void)
 {
-    uart[2] = 0xc1;
     uart[3] = 3; /* 8 bits; the baud rate stays as the boot loader left it */
 }
 
