@@ -196,7 +196,7 @@ build/firmware/pend16_weights.h: tests/firmware/weights.c tests/mujoco/models/pe
 	$(CC) -std=c99 -O1 -I. $< -o build/firmware/weights -lm
 	./build/firmware/weights $(word 2,$^) > $@ || { rm $@; exit 1; }
 
-# processor in the loop: MuJoCo's chain here, its controller in QEMU
+# processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
 PIL = m4 m7 rv32
 pil: build/pil
 	./build/pil $(PIL)
