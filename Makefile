@@ -200,8 +200,8 @@ build/firmware/pend16_weights.h: tests/firmware/weights.c tests/mujoco/models/pe
 PIL = m4 m7 rv32
 pil: build/pil
 	./build/pil $(PIL)
-build/pil: tests/mujoco/pil.c tests/mujoco/control.c tests/mujoco/truth.c tests/check.c tests/mujoco/control.h tests/mujoco/truth.h \
-           tests/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
+build/pil: tests/mujoco/pil.c tests/mujoco/control.c tests/mujoco/truth.c tests/check.c tests/mujoco/control.h \
+           tests/mujoco/truth.h tests/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
            $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 

@@ -1,5 +1,5 @@
-/* frame.h - frames of fixed size between a machine and the controller of serial.c. All words of 32 bits, lowest byte first; N joints,
-   n latent coordinates.
+/* frame.h - frames of fixed size between a machine and the controller of serial.c. Words of 32 bits, lowest byte first; N joints, n
+   latent coordinates.
 
        to the controller   "rolt", number, q, qd [N], z_ref, zd_ref, zdd_ref [n], CRC      a tick
                            "rola", number, kp, kd [n], the rest 0, CRC                     arm: new gains, guard as new

@@ -1,13 +1,13 @@
-/* serial.c - a controller at the end of a serial line: state and reference come in frames (frame.h), torques go back. The machine may
-   be a simulation: tests/mujoco/pil.c runs MuJoCo's chain in lock step with this image.
+/* serial.c - a controller at the end of a serial line: state and reference come in frames (frame.h), torques go back. The machine
+   may be a simulation: tests/mujoco/pil.c runs MuJoCo's chain in lock step with this image.
 
    A tick begins with a new frame or, if none comes, at the deadline. Then the guard holds the last good torque, three ticks long;
    after that the torque is 0 until a frame arms again. What is damaged or cut off is no frame, a frame whose number is not new is
    not used, and numbers that were left out are bad ticks to the guard, too. Every tick is answered: a machine that gets no answer
    must stop its motors itself.
 
-   pend16_weights.h is what train.c writes; `make firmware` makes it of a committed model. On hardware the line needs a buffer filled
-   by DMA or an interrupt unless, as here, the other side waits for the answer. */
+   pend16_weights.h is what train.c writes; `make firmware` makes it of a committed model. On hardware the line needs a buffer
+   that DMA or an interrupt fills, unless, as here, the other side waits for the answer. */
 
 #include "board.h"
 #include "frame.h"
@@ -45,7 +45,7 @@ static struct {
     uint32_t all;     /* and since armed */
 } line;
 
-/* One byte more; nonzero: line.bytes is a frame. What cannot begin one is dropped, so that nothing before a frame costs the frame. */
+/* One byte more; nonzero: line.bytes is a frame. What cannot begin one is dropped: nothing before a frame costs the frame. */
 static int take(uint8_t byte)
 {
     int i = 0;

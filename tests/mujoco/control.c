@@ -209,8 +209,8 @@ static int in_range(struct control_model *m, const double q[N])
     return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
 }
 
-int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity, int steps,
-                 struct control_result *result, double *trace)
+int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity,
+                 int steps, struct control_result *result, double *trace)
 {
     struct truth_plant *plant;
     struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0, 0};

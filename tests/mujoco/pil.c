@@ -2,8 +2,8 @@
    emulated serial line, in lock step.
      pil CORE ..        from the top of the repository, after `make firmware`
 
-   The loop gives the same states and torques as the one on this machine alone, bit for bit; so does a loop whose line loses, repeats
-   and damages frames, with what the guard makes of it. Then one fault after the other. */
+   The loop gives the same states and torques as the one on this machine alone, bit for bit; so does a loop whose line loses,
+   repeats and damages frames, with what the guard makes of it. Then one fault after the other. */
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
@@ -101,8 +101,7 @@ static int image_open(struct image *m, const char *core)
     }
     close(line[1]);
     m->line = line[0];
-    if (!setsockopt(m->line, SOL_SOCKET, SO_RCVTIMEO, &silence, sizeof silence) && !get(m, &up) && !up.number && !up.faults && !up.all)
-        return 0;
+    if (!setsockopt(m->line, SOL_SOCKET, SO_RCVTIMEO, &silence, sizeof silence) && !get(m, &up) && !up.number && !up.all) return 0;
     image_close(m);
     return -1;
 }
@@ -203,8 +202,8 @@ static double seconds(void)
 }
 
 /* `want` is the same loop on this machine. */
-static void test_loop(const char *core, const struct control_reference *r, struct control_model *model, const struct control_gains *g,
-                      const struct loop *want, int lossy)
+static void test_loop(const char *core, const struct control_reference *r, struct control_model *model,
+                      const struct control_gains *g, const struct loop *want, int lossy)
 {
     static double q[TICKS][N];
     const int ticks = lossy ? LOSSY : TICKS;
@@ -251,7 +250,8 @@ static void expect(struct script *s, uint32_t faults, uint32_t unseen, const flo
     s->dead = s->dead || get(&s->m, &a);
     s->all |= faults | unseen;
     memmove(s->tau, tau, sizeof s->tau);
-    const int ok = !s->dead && a.number == s->number && a.faults == faults && a.all == s->all && !memcmp(a.tau, s->tau, sizeof a.tau);
+    const int ok = !s->dead && a.number == s->number && a.faults == faults && a.all == s->all &&
+                   !memcmp(a.tau, s->tau, sizeof a.tau);
     if (!ok && !s->dead)
         printf("number %u, faults %x, all %x, tau %g .. instead of %u, %x, %x, %g ..\n", (unsigned)a.number, (unsigned)a.faults,
                (unsigned)a.all, (double)a.tau[0], (unsigned)s->number, (unsigned)faults, (unsigned)s->all, (double)tau[0]);
