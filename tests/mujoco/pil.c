@@ -25,7 +25,7 @@ enum {
     TICKS = 10000,  /* of the loop */
     LOSSY = 1000,   /* of the one on a bad line */
     SILENCE = 60,   /* s without an answer: the image is dead */
-    LIMIT = 900     /* s for everything */
+    LIMIT = 1800     /* s for everything */
 };
 #define BAD (ROLN_FAULT_STATUS | LINK_NONE)       /* what the answer of a tick without a frame says */
 #define OFF (BAD | ROLN_FAULT_EXPIRED)
