@@ -1,5 +1,5 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make firmware, make sizes, make install, make dist, make clean
+#       make noise, make experiments, make firmware, make pil, make sizes, make count, make install, make dist, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -16,7 +16,7 @@ MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isys
 MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
 TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
 
-.PHONY: all demo ekf swelling deps test errors control models noise experiments bench firmware install dist clean
+.PHONY: all demo ekf swelling deps test errors control models noise experiments bench firmware pil install dist clean
 all: demo
 
 # ---- what a user does ----
@@ -74,7 +74,7 @@ deps: | build
 	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
 	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
 
-test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report
+test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report build/pil
 	sh tests/run.sh
 
 build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
@@ -181,15 +181,29 @@ build/bench: tests/bench/bench.c $(HEADERS) | build
 
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/hash.elf
-FIRMWARE = $(patsubst %,examples/firmware/%.elf,predict three control adapt)
+FIRMWARE = $(patsubst %,examples/firmware/%.elf,predict three control adapt serial)
 CORES = m4 m7 m33 m55 rv32 host
 firmware: $(foreach c,$(CORES),$(FIRMWARE:%=build/firmware/$(c)/%))
 define image
 build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmware/*)
 	@mkdir -p $$(@D)
-	sh examples/firmware/cc.sh $(1) $(WARN) $$< -o $$@
+	sh examples/firmware/cc.sh $(1) $(WARN) -Ibuild/firmware $$< -o $$@
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
+$(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_weights.h
+build/firmware/pend16_weights.h: tests/firmware/weights.c tests/mujoco/models/pend16_act.roln examples/pend16.h $(HEADERS)
+	@mkdir -p $(@D)
+	$(CC) -std=c99 -O1 -I. $< -o build/firmware/weights -lm
+	./build/firmware/weights $(word 2,$^) > $@ || { rm $@; exit 1; }
+
+# processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
+PIL = m4 m7 rv32
+pil: build/pil
+	./build/pil $(PIL)
+build/pil: tests/mujoco/pil.c tests/mujoco/control.c tests/mujoco/truth.c tests/check.c tests/mujoco/control.h \
+           tests/mujoco/truth.h tests/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
+           $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
+	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 # flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
 .PHONY: sizes

@@ -48,6 +48,7 @@ step packaging sh tests/packaging.sh
 step train sh tests/train.sh
 step firmware sh tests/firmware.sh
 step sizes sh tests/sizes/sizes.sh test
+step pil build/pil host m4 rv32
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -6,7 +6,7 @@
                      board_count counts cycles (start_arm.c, start_riscv.c).
    host.c            the same on a PC
 
-   For another board copy NAME.ld and change its numbers; for another UART write the three functions of uart_cmsdk.c. */
+   For another board copy NAME.ld and change its numbers; for another UART write the functions of uart_cmsdk.c. */
 #ifndef BOARD_H
 #define BOARD_H
 
@@ -14,6 +14,7 @@
 
 void board_start(void);         /* UART on; called before main */
 void board_put(uint8_t byte);   /* waits until the UART takes it */
+int board_poll(void);           /* a byte, or -1: none has come */
 uint8_t board_get(void);        /* waits for a byte */
 uint32_t board_count(void);     /* instructions since some moment, modulo 2^32; without emulator.c cycles */
 void board_reset(void);         /* reset of the whole chip; memory in KEPT stays */

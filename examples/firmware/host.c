@@ -11,8 +11,14 @@ void board_put(uint8_t byte)
     putchar(byte);
 }
 
+int board_poll(void)
+{
+    return board_get(); /* a PC waits */
+}
+
 uint8_t board_get(void)
 {
+    fflush(stdout);
     const int byte = getchar();
     if (byte == EOF) exit(255);
     return (uint8_t)byte;

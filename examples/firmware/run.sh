@@ -1,5 +1,6 @@
 #!/bin/sh
 # run.sh - run an image in QEMU: its UART on standard input and output, its exit code:  sh run.sh m4 file.elf [options of QEMU]
+# mux: a buffer before the UART, which takes one byte at a time; no byte (256) is an escape.
 # One instruction takes 256 ns of the virtual clock (emulator.c), on RISC-V 1 ns, which counts instructions by itself.
 core=$1
 image=$2
@@ -15,5 +16,5 @@ host) case $image in /*) exec "$image" ;; *) exec "./$image" ;; esac ;;
 esac
 shift=8
 [ "$core" = rv32 ] && shift=0
-exec $qemu -icount shift=$shift -display none -monitor none -serial stdio -semihosting-config enable=on,target=native \
-    -kernel "$image" "$@"
+exec $qemu -icount shift=$shift -display none -monitor none -chardev stdio,id=uart,mux=on -serial chardev:uart -echr 256 \
+    -semihosting-config enable=on,target=native -kernel "$image" "$@"

@@ -18,11 +18,17 @@ void board_put(uint8_t byte)
     uart[0] = byte;
 }
 
+int board_poll(void)
+{
+    return uart[5] & 1 ? uart[0] : -1; /* receive buffer full */
+}
+
 uint8_t board_get(void)
 {
-    while (!(uart[5] & 1)) /* receive buffer empty */
+    int byte;
+    while ((byte = board_poll()) < 0)
         ;
-    return uart[0];
+    return (uint8_t)byte;
 }
 
 void board_reset(void)

@@ -19,9 +19,15 @@ void board_put(uint8_t byte)
     uart.data = byte;
 }
 
+int board_poll(void)
+{
+    return uart.state & 2 ? (int)(uart.data & 0xff) : -1; /* receive buffer full */
+}
+
 uint8_t board_get(void)
 {
-    while (!(uart.state & 2)) /* receive buffer empty */
+    int byte;
+    while ((byte = board_poll()) < 0)
         ;
-    return (uint8_t)uart.data;
+    return (uint8_t)byte;
 }

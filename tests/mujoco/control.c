@@ -78,6 +78,11 @@ void control_reference_at(const struct control_reference *r, double t, double q[
 struct control_model {
     pend16_params p;
     pend16_work work;
+    enum control_law law; /* of the controller, and its state */
+    struct control_gains gains;
+    pend16_state x;
+    pend16_latent s;
+    pend16_guard guard;
 };
 
 struct control_model *control_load(const char *path)
@@ -146,6 +151,55 @@ static roln_status drive(struct control_model *m, int motors, const pend16_laten
     return st;
 }
 
+void control_start(struct control_model *m, enum control_law which, const struct control_gains *gains)
+{
+    m->law = which;
+    m->gains = *gains;
+    memset(&m->x, 0, sizeof m->x);
+    memset(&m->s, 0, sizeof m->s);
+    memset(&m->guard, 0, sizeof m->guard);
+}
+
+int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 * n])
+{
+    pend16_target r;
+    if (pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work) != ROLN_OK) return -1;
+    memcpy(z_ref, r.z, sizeof r.z);
+    memcpy(z_ref + n, r.zd, sizeof r.zd);
+    memcpy(z_ref + 2 * n, r.zdd, sizeof r.zdd);
+    return 0;
+}
+
+int control_tick(void *model, const roln_real *x, roln_real *tau)
+{
+    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, CONTROL_HOLD,
+                                       (roln_real)CONTROL_OFF, (roln_real)CONTROL_OFF_RATE};
+    struct control_model *m = model;
+    const int latent = m->law == CONTROL_LATENT || m->law == CONTROL_LATENT_4;
+    pend16_target ref;
+    roln_real f[N] = {0}, tau_z[n];
+    roln_status st = ROLN_E_LENGTH;
+    uint32_t faults;
+    if (x) {
+        memcpy(m->x.q, x, sizeof m->x.q);
+        memcpy(m->x.qd, x + N, sizeof m->x.qd);
+        st = pend16_encode(&m->p, &m->x, &m->s, &m->work);
+        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &ref, &m->work);
+        if (st == ROLN_OK) st = law(m, !latent, &m->s, &ref, &m->gains, tau_z);
+        if (st == ROLN_OK) st = drive(m, m->law == CONTROL_PD_4 || m->law == CONTROL_LATENT_4, &m->s, tau_z, f);
+    }
+    if (latent) { /* the guard lets everything pass */
+        faults = pend16_guard_tick(&m->p, &limits, (roln_real)DT, &m->x, &m->s, st, f, &m->guard, &m->work);
+        memcpy(tau, m->guard.tau, sizeof f);
+    } else {
+        faults = st == ROLN_OK ? 0 : ROLN_FAULT_STATUS;
+        if (st == ROLN_OK) memcpy(tau, f, sizeof f);
+    }
+    return (int)faults;
+}
+
+/* ---- the loop ---- */
+
 /* Nonzero if z of q lies in the range seen in training. */
 static int in_range(struct control_model *m, const double q[N])
 {
@@ -155,27 +209,18 @@ static int in_range(struct control_model *m, const double q[N])
     return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
 }
 
-/* ---- the loop ---- */
-
-int control_run(struct control_model *m, const struct control_reference *r, enum control_law which,
-                const struct control_gains *gains, int steps, struct control_result *result, double *trace)
+int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity,
+                 int steps, struct control_result *result, double *trace)
 {
-    const int pd = which != CONTROL_LATENT && which != CONTROL_LATENT_4, motors = which == CONTROL_PD_4 || which == CONTROL_LATENT_4;
-    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, 3, (roln_real)CONTROL_OFF, (roln_real)CONTROL_OFF_RATE};
-    pend16_guard guard = {{0, 0, 0, 0, 0}, {0}};
     struct truth_plant *plant;
     struct control_result sum = {0, 0, 0, 0, 0, 0, 0, 0, 0};
-    double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N] = {0}, g[N] = {0};
+    double q[N], qd[N], qr[N], qdr[N], qddr[N], tau[N], g[N] = {0};
+    roln_real x[5][N], f[N] = {0};
     int status = 0, early = 0, late = 0;
     control_reference_at(r, 0, qr, qdr, qddr);
     if (truth_plant_open(&plant, qr, qdr)) return -1;
     for (int k = 0; k < steps && status == 0; k++) {
         double e2 = 0;
-        pend16_state x;
-        pend16_latent s;
-        pend16_target ref;
-        roln_real f[N], tau_z[n], aim[3][N];
-        roln_status st;
         truth_plant_state(plant, q, qd);
         control_reference_at(r, k * DT, qr, qdr, qddr);
         for (int i = 0; i < N; i++) {
@@ -183,8 +228,8 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
             e2 += e * e;
             if (i % 4 == 0) sum.rms_free += e * e;
             sum.max = fabs(e) <= sum.max ? sum.max : fabs(e);       /* keeps NaN */
-            x.q[i] = (roln_real)q[i], x.qd[i] = (roln_real)qd[i];
-            aim[0][i] = (roln_real)qr[i], aim[1][i] = (roln_real)qdr[i], aim[2][i] = (roln_real)qddr[i];
+            x[0][i] = (roln_real)q[i], x[1][i] = (roln_real)qd[i];
+            x[2][i] = (roln_real)qr[i], x[3][i] = (roln_real)qdr[i], x[4][i] = (roln_real)qddr[i];
         }
         sum.rms += e2;
         if (k >= 2000 && k < (steps + 2000) / 2) sum.early += e2, early++;
@@ -192,21 +237,16 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
         sum.outside += !in_range(m, q) || !in_range(m, qr);
         if (trace) memcpy(trace + (size_t)k * N, q, sizeof q);
 
-        st = pend16_encode(&m->p, &x, &s, &m->work);
-        if (st == ROLN_OK) st = pend16_aim(&m->p, aim[0], aim[1], aim[2], &ref, &m->work);
-        if (st == ROLN_OK) st = law(m, pd, &s, &ref, gains, tau_z);
-        if (st == ROLN_OK) st = drive(m, motors, &s, tau_z, f);
-        if (!pd) { /* the guard lets everything pass */
-            sum.faults += pend16_guard_tick(&m->p, &limits, (roln_real)DT, &x, &s, st, f, &guard, &m->work) != 0;
-            memcpy(f, guard.tau, sizeof f);
-        }
-        if (which == CONTROL_PD_GRAVITY) truth_plant_gravity(plant, g);
-        if (st != ROLN_OK) sum.bad++;                               /* tau stays */
+        const int faults = tick(ctx, x[0], f);
+        if (faults < 0) status = -1;
+        sum.faults += faults != 0;
+        sum.bad += (faults & ROLN_FAULT_STATUS) != 0;
+        if (gravity) truth_plant_gravity(plant, g);
         for (int i = 0; i < N; i++) {
-            if (st == ROLN_OK) tau[i] = (double)f[i] + g[i];
+            tau[i] = (double)f[i] + g[i];
             sum.tau += tau[i] * tau[i];
         }
-        status = truth_plant_step(plant, tau);
+        if (status == 0) status = truth_plant_step(plant, tau);
     }
     truth_plant_close(plant);
     sum.rms = sqrt(sum.rms / (steps * N));
@@ -217,6 +257,13 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
     sum.outside /= steps;
     *result = sum;
     return status;
+}
+
+int control_run(struct control_model *m, const struct control_reference *r, enum control_law which,
+                const struct control_gains *gains, int steps, struct control_result *result, double *trace)
+{
+    control_start(m, which, gains);
+    return control_loop(m, r, control_tick, m, which == CONTROL_PD_GRAVITY, steps, result, trace);
 }
 
 void control_heading(void)

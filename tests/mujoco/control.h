@@ -12,6 +12,7 @@
 #define CONTROL_TORQUE 60.0 /* N m */
 #define CONTROL_OFF 0.05    /* rad off the learned manifold */
 #define CONTROL_OFF_RATE 1.0 /* rad/s */
+#define CONTROL_HOLD 3       /* bad ticks that are bridged */
 enum { CONTROL_REFERENCES = 3 };       /* seeds 1 .. 3 */
 
 enum control_law {
@@ -32,7 +33,7 @@ struct control_reference {
 struct control_reference control_reference(uint64_t seed);
 void control_reference_at(const struct control_reference *r, double t, double q[16], double qd[16], double qdd[16]);
 
-struct control_model;       /* a trained pend16 */
+struct control_model;       /* a trained pend16, and a controller that uses it */
 struct control_model *control_load(const char *path);                           /* NULL, with the reason on stderr */
 void control_free(struct control_model *m);
 
@@ -47,10 +48,22 @@ struct control_result {
     double early, late;             /* rms error of the first and the second half after the start-up of 2 s */
     double tau;                     /* rms of |tau|, N m                          */
     double outside;                 /* part of the samples with z or z_ref outside the model's z_min .. z_max */
-    int bad, faults;                /* statuses other than ROLN_OK; ticks with a fault of the guard */
+    int bad, faults;                /* ticks with a status other than ROLN_OK; with any fault */
 };
 
-/* Run for `steps` ms. trace [steps][16]: measured q, or NULL. 0, or -1 with the reason on stderr: the plant failed. */
+/* A controller: one tick. x [5][16]: q, qd measured, q, qd, qdd of the reference; tau [16]: of the last tick in, to be applied out.
+   Returns ROLN_FAULT_.., or -1: the loop ends. */
+typedef int control_controller(void *ctx, const roln_real *x, roln_real *tau);
+
+/* The controller of a law (ctx: the model), from control_start on; x NULL: a tick without measurement. */
+void control_start(struct control_model *m, enum control_law law, const struct control_gains *gains);
+int control_tick(void *m, const roln_real *x, roln_real *tau);
+int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[12]); /* z, zd, zdd of the reference; not 0: failed */
+
+/* Run for `steps` ms; gravity: the plant's own is added to tau. trace [steps][16]: measured q, or NULL. 0, or -1: the controller
+   said so, or, with the reason on stderr, the plant failed. */
+int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity,
+                 int steps, struct control_result *result, double *trace);
 int control_run(struct control_model *m, const struct control_reference *r, enum control_law law,
                 const struct control_gains *gains, int steps, struct control_result *result, double *trace);
 
