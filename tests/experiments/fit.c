@@ -25,7 +25,8 @@ int fit_measure(const struct motion *train, const struct motion *test, FILE *out
 {
     const int N = train->N, count = train->count;
     const size_t length = (size_t)train->samples * (size_t)N;
-    roln_real *start = malloc((size_t)count * (size_t)N * sizeof *start), *mean = calloc((size_t)N, sizeof *mean), *X = calloc((size_t)(count * TERMS), sizeof *X);
+    roln_real *start = malloc((size_t)count * (size_t)N * sizeof *start), *mean = calloc((size_t)N, sizeof *mean);
+    roln_real *X = calloc((size_t)(count * TERMS), sizeof *X);
     roln_real S[TERMS * TERMS], inverse[TERMS * TERMS], work[TERMS * TERMS], x[TERMS], y[TERMS];
     double e = 0, var = 0, scale[2] = {1, 1}, *w = malloc((size_t)count * sizeof *w);
     struct motion first = *train;

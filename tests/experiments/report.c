@@ -160,7 +160,7 @@ void recipe_few(char *name, size_t size, const char *pattern, const char *trajec
 
 /* ---- numbers ---- */
 
-/* So many significant digits, no exponent between .001 and 100000. */
+/* So many significant digits, no exponent between .001 and a million. */
 static char *number(char *s, size_t size, double x, int digits)
 {
     char e[32];
@@ -170,7 +170,7 @@ static char *number(char *s, size_t size, double x, int digits)
     const int power = atoi(mantissa_end + 1);
     *mantissa_end = 0;
     if (x == 0) snprintf(s, size, "0");
-    else if (power < -3 || power > 4) snprintf(s, size, "%.16se%d", e, power);
+    else if (power < -3 || power > 5) snprintf(s, size, "%.16se%d", e, power);
     else snprintf(s, size, "%.*f", power < digits - 1 ? digits - 1 - power : 0, x);
     return s;
 }
@@ -343,7 +343,8 @@ static const struct row pend2_few[] = {
 #define PEND16_ROWS \
     ROW("RO-LNN, long", "pend16-long"), ROW("RO-LNN, long, acc alone", "pend16-longacc"), \
     ROW("RO-LNN, ode", "pend16-ode"), ROW("RO-LNN, acc", "pend16-acc"), \
-    ROW("RO-LNN, acc, Cholesky", "pend16-chol"), ROW("RO-LNN, acc, sequential", "pend16-seq"), ROW("POD + LNN", "pend16-pod"), \
+    ROW("RO-LNN, acc, Cholesky", "pend16-chol"), ROW("RO-LNN, acc, sequential", "pend16-seq"), \
+    ROW("RO-LNN, acc, chart of acc frozen", "pend16-frozen"), ROW("POD + LNN", "pend16-pod"), \
     ROW("LNN, n = 16", "pend16-full"), ROW("LNN, n = 16, Cholesky", "pend16-fullchol"), ROW("L-OpInf", "pend16-opinf"), \
     ROW("L-OpInf, affine", "pend16-opinfaffine"), ROW("autoencoder + MLP", "pend16-mlp")
 static const struct row pend16_rows[] = {PEND16_ROWS};
@@ -367,7 +368,8 @@ static const struct column pend16_cost[] = {
 static const struct row pend16_chart[] = {
     ROW("RO-LNN, long", "pend16-long"), ROW("RO-LNN, long, acc alone", "pend16-longacc"),
     ROW("RO-LNN, ode", "pend16-ode"), ROW("RO-LNN, acc", "pend16-acc"),
-    ROW("RO-LNN, acc, Cholesky", "pend16-chol"), ROW("RO-LNN, acc, sequential", "pend16-seq"), ROW("POD + LNN", "pend16-pod"),
+    ROW("RO-LNN, acc, Cholesky", "pend16-chol"), ROW("RO-LNN, acc, sequential", "pend16-seq"),
+    ROW("RO-LNN, acc, chart of acc frozen", "pend16-frozen"), ROW("POD + LNN", "pend16-pod"),
     ROW("RO-LNN, acc, forces known (absolute)", "pend16-pd"),
 };
 static const struct column pend16_terms[] = {COL("M", "error", "M", 2), COL("V", "error", "V", 2)};
@@ -384,8 +386,14 @@ static const struct row pend16_few[] = {
 #define CLOTH_ROWS \
     ROW("n = 4", "cloth-n4"), ROW("n = 6", "cloth-n6"), ROW("n = 10", "cloth-n10"), ROW("n = 14", "cloth-n14"), \
     ROW("n = 10, no forces given", "cloth-free-n10")
-static const struct row rope_rows[] = {ROPE_ROWS}, rope_q_rows[] = {ROPE_ROWS, TRIVIAL("rope-n10")};
-static const struct row cloth_rows[] = {CLOTH_ROWS}, cloth_q_rows[] = {CLOTH_ROWS, TRIVIAL("cloth-n10")};
+static const struct row rope_rows[] = {ROPE_ROWS}, rope_q_rows[] = {
+    ROPE_ROWS, ROW("L-OpInf, n = 10", "rope-opinf"), ROW("L-OpInf, affine, n = 10", "rope-opinfaffine"), TRIVIAL("rope-n10"),
+    ROW("polynomial of the start", "rope-fit"),
+};
+static const struct row cloth_rows[] = {CLOTH_ROWS}, cloth_q_rows[] = {
+    CLOTH_ROWS, ROW("L-OpInf, n = 10", "cloth-opinf"), ROW("L-OpInf, affine, n = 10", "cloth-opinfaffine"), TRIVIAL("cloth-n10"),
+    ROW("polynomial of the start", "cloth-fit"),
+};
 static const struct column grid_columns[] = {
     COL("E_q 0 ms", "E_q", "0", 2), OPT("1 ms", "E_q", "1", 2), OPT("2 ms", "E_q", "2", 2), OPT("3 ms", "E_q", "3", 2),
     OPT("5 ms", "E_q", "5", 2), COL("25 ms", "E_q", "25", 2), OPT("100 ms", "E_q", "100", 2), OPT("225 ms", "E_q", "225", 2),
@@ -399,7 +407,8 @@ static const struct column grid_more[] = {
 };
 
 #define LATENT_ROWS \
-    ROW("RO-LNN, acc", "pend16-acc"), ROW("dissipative SymODEN", "pend16-symoden"), ROW("HNN", "pend16-hnn"), \
+    ROW("RO-LNN, acc", "pend16-acc"), ROW("RO-LNN, acc, chart of acc frozen", "pend16-frozen"), \
+    ROW("dissipative SymODEN", "pend16-symoden"), ROW("HNN", "pend16-hnn"), \
     ROW("dissipative HNN", "pend16-dhnn"), ROW("COMET", "pend16-comet"), ROW("MLP, no structure", "pend16-mlp")
 static const struct row structure_rows[] = {ROW("RO-LNN, ode", "pend16-ode"), LATENT_ROWS}, latent_rows[] = {LATENT_ROWS};
 static const struct column within_range[] = {
@@ -579,9 +588,9 @@ static void print_goal(FILE *f, const struct goal *g)
     if (least.count > 0) {
         fprintf(f, ", %s %s", who, cell(theirs, sizeof theirs, &least, 2));
         if (v.count > 0) fprintf(f, ": %s times", number(times, sizeof times, least.mean / v.mean, 2));
-        met = g->kind == COMPARED || least.mean / v.mean >= g->limit;
+        met = least.mean / v.mean >= g->limit && least.median / v.median >= g->limit;
     }
-    fprintf(f, " | %s |\n", verdict(all && v.count > 0, met));
+    fprintf(f, " | %s |\n", verdict(all && v.count > 0 && g->kind != COMPARED, met));
 }
 
 /* ---- the run list ---- */
@@ -682,18 +691,24 @@ static void print_head(FILE *f)
     note(f, "Experiments");
     fprintf(f,
         "Cells: mean ± standard deviation (median) over the seeds; one number: one seed, or all the same; `-`: no run. Errors and "
-        "drift in per cent, on ten trajectories that the training has not seen.\n\n"
+        "drift in per cent, on ten trajectories that the training has not seen. A goal is met if mean and median meet it. Settings "
+        "(rates, weights, lengths) were chosen in trials that looked at the errors on these ten trajectories, too: there is "
+        "no third set.\n\n"
         "- E_q, E_qd, E_qdd at h: sqrt(mean |q_pred - q|^2 / mean |q - qbar|^2) at the end of windows of h ms that start every 25 ms "
         "(every 100 ms where h > 100); qd, qdd the same, not centred. 0 ms: reconstruction. The model sees `q`, `qd` once, at the "
-        "start.\n"
+        "start; qbar: mean over all recordings simulated for training. E_qdd is against central differences of qd, without the ends "
+        "of a trajectory.\n"
         "- whole: one roll-out per trajectory (pendulums 3 s, rope 1 s, cloth 0.25 s), mean over all its samples.\n"
-        "- q + h qd: the trivial predictor.\n"
+        "- q + h qd: the trivial predictor, windows every 25 ms at every h. polynomial of the start: no model; every sample a quadratic "
+        "polynomial, fitted to the training trajectories, of the start's two leading POD coordinates.\n"
         "- drift own: largest |E - E(0) - work| of the model's own energy over its largest kinetic energy, along whole roll-outs; "
         "drift true: the same of MuJoCo's energy of the predicted motion.\n"
-        "- failed: roll-outs, of `whole` samples, that ended with a status; the last good state then counts.\n"
+        "- failed: windows in which the roll-out ended with a status; the last good state then counts; of whole trajectories, the "
+        "samples after that.\n"
         "- M, c, g, V: relative error of mass matrix, velocity forces, gravity, potential against MuJoCo's (pend16: through the "
         "learned chart, up to one factor unless forces are known).\n"
-        "- million samples: of which gradients were taken.\n"
+        "- million samples: of which gradients were taken; these and the time of training with those of the run it goes on from; "
+        "parameters without a POD basis.\n"
         "- acc: trained with the acceleration loss; ode: then with the ODE loss over windows of 40 ms; longacc, "
         "long: more recordings, wider networks, more samples, and for long windows of 250 ms, 1, 2 and 3 s.\n\n");
 }
@@ -786,7 +801,9 @@ static void print_all(FILE *f, const char *dir)
     print_file(f, "speed.md");
 
     section(f, "6. Hamiltonian relatives");
-    fprintf(f, "In the latent space of the autoencoder of RO-LNN, acc, of the same seed; their samples and time of training are without its.\n\n");
+    fprintf(f, "In the latent space of the autoencoder of RO-LNN, acc, of the same seed, which stays as it is: it was trained together "
+               "with the networks of RO-LNN; `chart of acc frozen` is RO-LNN under the same condition. Samples and time of training are "
+               "without those of the autoencoder. HNN and its dissipative form take zd for the momentum, as no other is measured.\n\n");
     print_table(f, &latent_table);
     print_table(f, &latent_cost_table);
 

@@ -23,10 +23,7 @@ roln_status tick(void)
 {
     static const roln_limits limits = {0.1f, 1e9f, 1e9f, 5, 1e9f, 1e9f}; /* every check is made */
     struct control *c = &control;
-    roln_status st = M(encode)(PARAMS, &c->x, &c->s, &c->work);
-    if (st == ROLN_OK) st = M(control)(PARAMS, &c->s, &c->ref, c->kp, c->kd, c->tau_z, &c->work);
-    if (st == ROLN_OK) st = M(lift)(PARAMS, &c->s, c->tau_z, c->tau, &c->work);
-    return M(guard_tick)(PARAMS, &limits, DT, &c->x, &c->s, st, c->tau, &c->guard, &c->work) != 0 ? ROLN_E_RANGE : st;
+    return M(tick)(PARAMS, &limits, DT, &c->x, &c->ref, c->kp, c->kd, &c->s, &c->guard, &c->work) != 0 ? ROLN_E_RANGE : ROLN_OK;
 }
 
 roln_status ahead(void)

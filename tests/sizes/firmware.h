@@ -21,12 +21,12 @@ extern struct control {
     M(state) x;               /* measured */
     M(latent) s;              /* z, zd of the last good tick */
     M(target) ref;            /* to be followed */
-    roln_real kp[n], kd[n], tau_z[n], tau[N];
+    roln_real kp[n], kd[n];
     M(guard) guard;           /* guard.tau: to the motors */
     M(work) work;
 } control;
 
-roln_status tick(void);  /* encode, control, lift, guard: control.x to control.guard.tau */
+roln_status tick(void);  /* NAME_tick, every check on: control.x to control.guard.tau */
 roln_status ahead(void); /* one step of the prediction from control.s */
 
 #ifdef TRAIN
