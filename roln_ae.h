@@ -700,73 +700,114 @@ ROLN_FN roln_status rolni_store(int bits, int rows, int n, const float *x, float
     return ROLN_OK;
 }
 
-/* Phi and b of layer l, once the layers behind it are stored. For states drawn from the box of z_min, z_max let v = [1; u] be
-   what the stored layers hand to this one, and u_full. The sum of |W^T v - W_full^T [1; u_full]|^2, and a little of |W - W_full|^2,
-   is least at W = (I + G) W_full, W = [b; Phi^T], G = H^-1 sum v [0; u_full - u]^T, H = sum v v^T + .. = L L^T. Rounding W to Q
-   adds sum_p L_pp^2 |w_p - q_p + sum_{r>p} (L_rp / L_pp) (w_r - q_r)|^2: the rows are rounded from the last to the first, each
-   corrected for those before, and b is free to end it (Babai 1986; Frantar et al. 2022 for networks). Plain rounding of Phi
-   to int8 costs eight times as much on pend16, and Psi, which D corrects, next to nothing.
-   full, out: where the layer begins. */
-ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
-                                        float *out, float *work)
+/* Rows [rows][n], as products read them. */
+ROLN_FN void rolni_read(const roln_storage *store, int rows, int n, const float *from, float *x)
+{
+    const float one = 1;
+    for (; rows > 0; rows--, from += ROLN_AE_ROW(store->bits, n), x += n)
+        store->mm(1, 1, n, &one, from, x);
+}
+
+/* The decoder of a layer, x = W^T v with W = [b; Phi^T] [m][N], m = n + 1, and v = [1; s+(y)] from the layers behind it, is stored
+   in three steps once those are. Plain rounding of Phi to int8 costs eight times as much on pend16, and Psi, which D corrects,
+   next to nothing.
+
+   1 What it gets: H = sum v v^T, G = sum v (v_full - v)^T [m][m] over states drawn from the box of z_min, z_max; v comes from
+   the stored layers behind, `stored`, v_full from `full`. */
+ROLN_FN void rolni_store_moments(const roln_ae *behind, const float *full, const float *stored, const float *z_min,
+                                 const float *z_max, float *H, float *G, float *work)
 {
     enum { DRAWS = 1024 };
-    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1, bits = ae->store->bits, row = ROLN_AE_ROW(bits, N);
-    const rolni_knee s = rolni_knee_of(ae->slope);
-    const float little = 1e-3f, one = 1;
-    float *H = work, *G = H + m * m, *W = G + m * m, *E = W + m * N, *u = E + m * N, *v = u + m, *z = v + m, *y = z + n;
-    float *tape = y + n, *b = out + ROLN_AE_LAYER(bits, N, n) - N, trace = 0;
-    roln_ae inner = rolni_ae_inner(ae, l + 1), plain = inner;
+    const int n = behind->size[0], nz = behind->size[behind->layers], m = n + 1;
+    const rolni_knee s = rolni_knee_of(behind->slope);
+    float *v = work, *off = v + m, *z = off + m, *y = z + nz, *tape = y + n; /* off = v_full - v */
+    roln_ae plain = *behind;
     uint64_t seed = 1;
-    int i, j, k, p, r;
+    int k, i;
     plain.store = ROLN_FULL;
-    memset(H, 0, (size_t)(2 * m * m) * sizeof *H);
+    memset(H, 0, (size_t)(m * m) * sizeof *H);
+    memset(G, 0, (size_t)(m * m) * sizeof *G);
+    v[0] = 1, off[0] = 0;
     for (k = 0; k < DRAWS; k++) {
-        for (i = 0; i < inner.size[inner.layers]; i++)
+        for (i = 0; i < nz; i++)
             z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
-        roln_ae_decode(&plain, 1, 1, full + 2 * n * N + N, z, y, tape);
-        rolni_act(&s, -1, 1, n, y, u + 1);
-        roln_ae_decode(&inner, 1, 1, b + N, z, y, tape);
+        roln_ae_decode(behind, 1, 1, stored, z, y, tape);
         rolni_act(&s, -1, 1, n, y, v + 1);
-        u[0] = 0, v[0] = 1;
+        roln_ae_decode(&plain, 1, 1, full, z, y, tape);
+        rolni_act(&s, -1, 1, n, y, off + 1);
         for (i = 1; i < m; i++)
-            u[i] -= v[i];
+            off[i] -= v[i];
         roln_mm_at(m, 1, m, v, v, H);
-        roln_mm_at(m, 1, m, v, u, G);
+        roln_mm_at(m, 1, m, v, off, G);
     }
+}
+
+/* 2 What it should do: sum |W^T v - W_full^T v_full|^2 + e |W - W_full|^2 is least at W = W_full + (H + e I)^-1 G W_full; e is a
+   little of the mean of H_ii. W [m][N]: W_full in, W out; H in, L out, L L^T = H + e I; G is spent. work [m (N + 1)]. */
+ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *W, float *work)
+{
+    const float little = 1e-3f;
+    float *change = work, *col = change + m * N, trace = 0;
+    int i, j;
     for (i = 0; i < m; i++)
         trace += H[i * (m + 1)];
     for (i = 0; i < m; i++)
         H[i * (m + 1)] += little * trace / (float)m;
     if (roln_chol(m, H, H) != ROLN_OK) return ROLN_E_NOT_FINITE;
-    for (j = 1; j < m; j++) {
+    for (j = 1; j < m; j++) { /* column 0 of G is 0 */
         for (i = 0; i < m; i++)
-            u[i] = G[i * m + j];
-        roln_solve_lower(m, H, u, u);
-        roln_solve_lower_t(m, H, u, u);
+            col[i] = G[i * m + j];
+        roln_solve_lower(m, H, col, col);
+        roln_solve_lower_t(m, H, col, col);
         for (i = 0; i < m; i++)
-            G[i * m + j] = u[i];
+            G[i * m + j] = col[i];
     }
-    memcpy(W, full + 2 * n * N, (size_t)N * sizeof *W);
-    memcpy(W + N, full, (size_t)(n * N) * sizeof *W);
-    roln_mm(m, m, N, G, W, E);
+    roln_mm(m, m, N, G, W, change);
     for (i = 0; i < m * N; i++)
-        W[i] += E[i];
-    for (p = n; p >= 0; p--) { /* E = W - Q, row by row; row p is what is to be rounded first */
-        float *w = W + p * N, *e = E + p * N;
+        W[i] += change[i];
+    return ROLN_OK;
+}
+
+/* 3 Rounding W to Q adds |L^T E|^2 = sum_p L_pp^2 |e_p + sum_{r>p} (L_rp / L_pp) e_r|^2, E = W - Q with rows e_p. From the last row
+   to the first, w_p + sum_{r>p} .. is rounded to q_p, which makes good the errors behind it; row 0, b, need not be rounded
+   (Babai 1986; Frantar et al. 2022 for networks). phi, b: where they are to lie. E [m][N] scratch. */
+ROLN_FN roln_status rolni_store_rows(const roln_storage *store, int m, int N, const float *L, const float *W, float *phi, float *b,
+                                     float *E)
+{
+    const int row = ROLN_AE_ROW(store->bits, N);
+    int p, r, j;
+    for (p = m - 1; p >= 0; p--) {
+        const float *w = W + p * N;
+        float *e = E + p * N, *q;
         roln_status st;
         memcpy(e, w, (size_t)N * sizeof *e);
         for (r = p + 1; r < m; r++)
             for (j = 0; j < N; j++)
-                e[j] += H[r * m + p] / H[p * (m + 1)] * E[r * N + j];
+                e[j] += L[r * m + p] / L[p * (m + 1)] * E[r * N + j];
         if (p == 0) break;
-        if ((st = rolni_store(bits, 1, N, e, out + (p - 1) * row)) != ROLN_OK) return st;
-        ae->store->mm(1, 1, N, &one, out + (p - 1) * row, e);
+        q = phi + (p - 1) * row;
+        if ((st = rolni_store(store->bits, 1, N, e, q)) != ROLN_OK) return st;
+        rolni_read(store, 1, N, q, e);
         for (j = 0; j < N; j++)
             e[j] = w[j] - e[j];
     }
     memcpy(b, E, (size_t)N * sizeof *b);
     return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Phi and b of layer l; full, out: where the layer begins. */
+ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
+                                        float *out, float *work)
+{
+    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1;
+    const roln_ae behind = rolni_ae_inner(ae, l + 1);
+    float *H = work, *G = H + m * m, *W = G + m * m, *rest = W + m * N, *end = out + ROLN_AE_LAYER(ae->store->bits, N, n);
+    roln_status st;
+    rolni_store_moments(&behind, full + 2 * n * N + N, end, z_min, z_max, H, G, rest);
+    memcpy(W, full + 2 * n * N, (size_t)N * sizeof *W);
+    memcpy(W + N, full, (size_t)(n * N) * sizeof *W);
+    if ((st = rolni_store_fit(m, N, H, G, W, rest)) != ROLN_OK) return st;
+    return rolni_store_rows(ae->store, m, N, H, W, out, end - N, rest);
 }
 
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
@@ -790,9 +831,7 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
         out -= ROLN_AE_LAYER(bits, N, n), psi = out + n * ROLN_AE_ROW(bits, N), D = psi + n * ROLN_AE_ROW(bits, N);
         if ((st = rolni_store_decoder(ae, l, full, z_min, z_max, out, rest)) != ROLN_OK) return st;
         if ((st = rolni_store(bits, n, N, full + n * N, psi)) != ROLN_OK) return st;
-        for (i = 0; i < n * n; i++)
-            C[i] = (float)(i % (n + 1) == 0);
-        ae->store->mm(n, n, N, C, psi, X); /* I Psi^T: as it is read */
+        rolni_read(ae->store, n, N, psi, X);
         ae->store->mm_bt(n, N, n, X, out, A);
         if ((st = roln_inv(n, A, C, w)) != ROLN_OK) return st;
         for (i = 0; i < n; i++)
