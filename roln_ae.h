@@ -515,7 +515,8 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
    filled up with 0 to a multiple of eight entries; the first entry in the lowest bits of the first word, so that the order of
    bytes does not matter. Words lie among the numbers of theta and are only ever copied as bits: some look like NaN.
    Rounded Phi, Psi are no longer biorthogonal. What puts that right is (I + D) Psi^T for Psi^T, I + D = (Psi^T Phi)^-1, so that
-   encoding a decoded state still gives it back, up to the rounding of D, which is small. Float only. */
+   encoding a decoded state still gives it back, up to the rounding of D, which is small: no layer is stored that gives its
+   input u back farther off than |u| / 100. Float only. */
 
 /* Nonzero if number i of theta is a number, 0 if it is a word of weights. */
 ROLN_FN int roln_ae_is_number(const roln_ae *ae, int i)
@@ -812,13 +813,15 @@ ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *f
 
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
    untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: a
-   weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse.
-   work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0, N_1, aesum: roln_ae_tape(ae, 1, 1). */
+   weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or rounding D leaves it
+   off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0, N_1, aesum:
+   roln_ae_tape(ae, 1, 1). */
 #define ROLN_AE_STORE_WORK(size, N, n, aesum) ((size) + 2 * ((n) + 1) * ((N) + (n) + 3) + (aesum))
 ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
                                   float *work)
 {
     const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae);
+    const float off = 1e-2f;
     float *out = work + size, *rest = out;
     int l, i;
     for (l = 0; l < ae->layers; l++)
@@ -837,6 +840,11 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
         for (i = 0; i < n; i++)
             C[i * (n + 1)] -= 1;
         if ((st = rolni_store(bits, n, n, C, D)) != ROLN_OK) return st;
+        rolni_read(ae->store, n, n, D, C);
+        roln_mm(n, n, n, C, A, X);
+        for (i = 0; i < n * n; i++)
+            X[i] += A[i] - (float)(i % (n + 1) == 0);
+        if (!(roln_dot(n * n, X, X) <= off * off)) return ROLN_E_ILL_CONDITIONED;
     }
     memcpy(theta, work, (size_t)size * sizeof *theta);
     return ROLN_OK;

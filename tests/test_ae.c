@@ -747,6 +747,44 @@ static void test_refused(const roln_storage *store, uint64_t *s)
     fresh_done();
 }
 
+/* The left inverse as rows of Psi come closer to each other: good or refused, never bad. With rows apart, and with halves, none is
+   refused; of rows that int8 can hardly tell apart most are. Slope 1: no activation between u and z. */
+static void test_parallel(const roln_storage *store)
+{
+    enum { N = 16, n = 4, TRIES = 20 };
+    static const float lo[n] = {-1, -1, -1, -1}, hi[n] = {1, 1, 1, 1};
+    uint64_t s = 5;
+    int power, try, i, j, k, refused;
+    for (power = 0; power <= 10; power += 2) {
+        for (try = refused = 0; try < TRIES; try++) {
+            roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
+            float *th, *psi, *st, *w, x[N], z[n], y[n], tape[N + n];
+            ld A[n * n], B[n * N], off, size;
+            roln_status code;
+            m.ae = ae, th = weights(&s), psi = th + n * N;
+            for (i = N; i < n * N; i++) psi[i] = psi[i % N] + ldexpf(psi[i], -power); /* psi_i = psi_0 + .. / 2^power */
+            widen(n * N, psi, B);
+            for (i = 0; i < n * n; i++)
+                for (A[i] = 0, j = 0; j < N; j++) A[i] += B[i / n * N + j] * B[i % n * N + j];
+            t_solve(n, N, A, B); /* Phi^T = (Psi^T Psi)^-1 Psi^T */
+            for (i = 0; i < n * N; i++) th[i] = (float)B[i];
+            ae.store = store, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_STORE_WORK(roln_ae_params(&ae), N, n, N + n));
+            code = roln_ae_store(&ae, th, lo, hi, st, w);
+            CHECK(code == ROLN_OK || code == ROLN_E_ILL_CONDITIONED);
+            refused += code != ROLN_OK;
+            for (k = 0; k < 50 && code == ROLN_OK; k++) {
+                for (i = 0; i < n; i++) z[i] = 2 * roln_uniform(&s) - 1;
+                roln_ae_decode(&ae, 1, 1, st, z, x, tape);
+                roln_ae_encode(&ae, 1, 1, st, x, y, tape);
+                for (i = 0, off = size = 0; i < n; i++) off += ((ld)y[i] - (ld)z[i]) * ((ld)y[i] - (ld)z[i]), size += (ld)z[i] * (ld)z[i];
+                BOUND(store->bits == 8 ? "parallel rows int8: |rho(phi(z)) - z| / |z|" : "parallel rows half: |rho(phi(z)) - z| / |z|", sqrtl(off / size), 0.0101L);
+            }
+            fresh_done();
+        }
+        CHECK(power <= 4 || store->bits == 16 ? refused == 0 : power < 10 || refused > TRIES / 2);
+    }
+}
+
 static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
 {
     static const roln_storage *const store[2] = {&roln_half, &roln_int8};
@@ -759,6 +797,7 @@ static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
         for (i = 0; i < count; i++)
             if (shapes[i].layers > 0) check_stored(shapes[i], store[t], s);
         test_refused(store[t], s);
+        test_parallel(store[t]);
     }
 }
 #endif
