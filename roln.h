@@ -1883,8 +1883,8 @@ enum {
 typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) params; } ROLNI_(words); /* what NAME_write writes */
 typedef struct { roln_real w[ROLNI_(store_size)]; } ROLNI_(start); /* scratch of NAME_store */
 
-/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote. Status of roln_unpack, roln_store;
-   p is written only on ROLN_OK. */
+/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
+   roln_unpack, roln_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
     roln_model full = ROLNI_(model);

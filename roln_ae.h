@@ -812,18 +812,21 @@ ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *f
 }
 
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
-   untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: a
-   weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or rounding D leaves it
-   off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0, N_1, aesum:
-   roln_ae_tape(ae, 1, 1). */
+   untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
+   z_min < z_max, or a weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or
+   rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0,
+   N_1, aesum: roln_ae_tape(ae, 1, 1). */
 #define ROLN_AE_STORE_WORK(size, N, n, aesum) ((size) + 2 * ((n) + 1) * ((N) + (n) + 3) + (aesum))
 ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
                                   float *work)
 {
-    const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae);
+    const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae), nz = ae->size[ae->layers];
     const float off = 1e-2f;
     float *out = work + size, *rest = out;
     int l, i;
+    if (!roln_all_finite(nz, z_min) || !roln_all_finite(nz, z_max)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < nz; i++)
+        if (!(z_min[i] < z_max[i])) return ROLN_E_RANGE;
     for (l = 0; l < ae->layers; l++)
         full += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
     for (l = ae->layers - 1; l >= 0; l--) {

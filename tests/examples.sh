@@ -53,6 +53,10 @@ END
         $cc -std=c99 -O2 -I. -Iexamples -Ibuild/examples build/examples/store.c -o build/examples/stored -lm &&
         build/examples/stored tests/mujoco/models/pend16.roln; } > build/examples/store.log 2>&1
     check store '/^pend16_int8_weights.h: 43256 bytes of flash instead of 47800$/ { a = 1 } /^0$/ { ok = a }'
+    # a model without a range of z is refused, and nothing written
+    (cd build/examples && rm -f pend16_int8_weights.h && ./store ../../tests/experiments/weights/pend16-acc-1.roln
+        echo "exit $?" && ls pend16_int8_weights.h) > build/examples/range.log 2>&1
+    check range '/no range z_min < z_max/ { a = 1 } /^exit 1$/ { b = a } /^ls: / { ok = b }'
 
     # the loop arrives; one bad tick is bridged with the torque before it; a dead encoder ends in torque 0
     check control_tick '$1 == 180 && $5 < 0.05 && $8 == 0 { ok = 1 }'

@@ -730,6 +730,16 @@ static void test_refused(const roln_storage *store, uint64_t *s)
             z[i] = x;
         }
     }
+    for (i = 0; i < 2; i++) { /* no range, as before NAME_fit_range; an empty one; one upside down */
+        static const float range[4][2] = {{0, 0}, {1, 1}, {1, -1}, {3e38f, -3e38f}};
+        for (j = 0; j < 4; j++) {
+            z[i] = range[j][0], z[2 + i] = range[j][1];
+            CHECK(STORE() == ROLN_E_RANGE);
+        }
+        z[i] = -3e38f, z[2 + i] = 3e38f; /* beyond what float can span */
+        CHECK(STORE() == ROLN_E_NOT_FINITE);
+        z[i] = -1, z[2 + i] = 1;
+    }
     for (j = 0; j < 3; j++) { /* rows of zeros, of denormals; of the largest numbers */
         float row[6];
         const roln_status want = j < 2 ? ROLN_E_ILL_CONDITIONED : store->bits == 16 ? ROLN_E_RANGE : ROLN_E_ILL_CONDITIONED;

@@ -868,10 +868,12 @@ static void test_stored_shell(void)
     int i, j;
     CHECK(ma_init(&p, &seed, &init) == ROLN_OK);
     dyadic(24, 1, &seed, q), dyadic(24, 1, &seed, qd);
+    ma_pack(&p, full);
+    memset(&b, 7, sizeof b), a = b;
+    CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_E_RANGE && memcmp(&a, &b, sizeof a) == 0); /* no range yet */
     CHECK(ma_fit_range(&p, 4, q, qd, &work) == ROLN_OK);
     p.dt = dt;
     ma_pack(&p, full);
-    memset(&b, 7, sizeof b), a = b;
     CHECK(ms_store(ma_packed_size - 1, full, &a, &start) == ROLN_E_LENGTH);
     full[300] ^= 1;
     CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_E_CHECKSUM && memcmp(&a, &b, sizeof a) == 0);
