@@ -344,8 +344,8 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
 }
 
 /* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v; for losses of
-   your own. Adds to
-   gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. work [ROLN_GRAD_WORK]. */
+   your own. Adds to gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. ROLN_E_SHAPE: gtheta of weights stored
+   small. work [ROLN_GRAD_WORK]. */
 ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                                      const roln_real *v, const roln_real *gy, roln_real *gz, roln_real *gv, roln_real *gtheta,
                                      roln_real *work)
@@ -359,6 +359,7 @@ ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc,
     const rolni_tape t = rolni_tape_of(&md->lnn, 2, 1, tape);
     roln_status st;
     int i;
+    if (gtheta && ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
     if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
@@ -904,12 +905,14 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    the sum over windows to gtheta [params] and the unweighted terms to loss (without the prediction terms if all their weights
    are 0), nb windows at a time; a block of windows that fails (data or parameters not finite, eigenvalues out of range) adds
    nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. ROLN_E_LENGTH: no qd,
-   qdd for the acceleration loss; H < 2 for a prediction from positions. Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   qdd for the acceleration loss; H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
+   Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
 {
     int w;
+    if (md->ae.store != ROLN_FULL) return ROLN_E_SHAPE;
     if (acc ? !b->qd || !b->qdd : !b->qd && b->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     if (!roln_all_finite(roln_params(md), theta)) return ROLN_E_NOT_FINITE;
     for (w = 0; w < b->count; w += nb) {

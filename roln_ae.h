@@ -439,11 +439,12 @@ ROLN_FN void roln_ae_lift_bwd(const roln_ae *ae, int nb, const roln_real *theta,
 
 /* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I; T = I
    where a layer keeps its size. theta out, seed in and out, work [ROLN_AE_INIT_WORK(N_1)]. ROLN_E_NOT_SPD, hardly ever,
-   if some T has no full rank: theta is then half written, call again. */
+   if some T has no full rank: theta is then half written, call again. ROLN_E_SHAPE: not ROLN_FULL; nothing is written. */
 #define ROLN_AE_INIT_WORK(n) ((n) * (n) + (n)) /* Gram matrix and one column */
 ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *seed, roln_real *work)
 {
     int l, i, j;
+    if (ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     for (l = 0; l < ae->layers; l++) {
         const int N = ae->size[l], n = ae->size[l + 1];
         const roln_real sd = ROLN_C(0.99) * ROLN_SQRT(2 / (roln_real)(N + n));
@@ -468,7 +469,8 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
 
 /* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
    principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig. Cost N^2 count + 9 N^3. */
+   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig; ROLN_E_SHAPE: not ROLN_FULL.
+   Cost N^2 count + 9 N^3. */
 #define ROLN_AE_POD_WORK(N) (2 * (N) * (N) + 3 * (N) + ROLN_EIG_WORK(N))
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale,
                                      roln_real *theta, roln_real *work)
@@ -478,6 +480,7 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
     const roln_real each = scale / (roln_real)count;
     roln_status st;
     int l, i, j;
+    if (ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
     memset(cov, 0, (size_t)(N * N) * sizeof *cov);
     memset(mean, 0, (size_t)N * sizeof *mean);

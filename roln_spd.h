@@ -99,7 +99,7 @@ typedef enum {
     ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
     ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
     ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
-    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator */
+    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator; weights stored small, to be trained */
     ROLN_E_CHECKSUM = -10        /* ... damaged */
 } roln_status;
 

@@ -752,6 +752,12 @@ static void test_refused(const roln_storage *store, uint64_t *s)
             memcpy(th + 6 * i, row, sizeof row);
         }
     }
+    { /* no start for training */
+        float *room = fresh(ROLN_AE_POD_WORK(6) + ROLN_AE_INIT_WORK(4));
+        uint64_t seed = 5;
+        CHECK(roln_ae_init(&ae, st, &seed, room) == ROLN_E_SHAPE && seed == 5);
+        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, room) == ROLN_E_SHAPE);
+    }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
     fresh_done();
