@@ -94,8 +94,8 @@ typedef enum {
     ROLN_E_NOT_SPD = -2,         /* a matrix that must be positive definite is not, to working precision */
     ROLN_E_NO_CONVERGENCE = -3,  /* an iteration reached its bound */
     ROLN_E_ILL_CONDITIONED = -4, /* an inverse or a retraction would lose all digits */
-    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, or a value outside the range
-                                    seen in training (for users of NAME_in_range to return) */
+    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, a weight beyond what a half can; no
+                                    range seen in training, or a value outside it (for users of NAME_in_range to return) */
     ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
     ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
     ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
