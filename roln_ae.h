@@ -671,11 +671,13 @@ ROLNI_STORAGE(roln_int8, 8)
 #undef ROLNI_STORAGE
 #undef ROLNI_TABLE
 
-/* x to the nearest half, to the even one of two; 0x7c00 and more: beyond the largest, 65504. */
+/* x to the nearest half, to the even one of two; 0x7c00 and more: beyond the largest, 65504. Below 2^-14 halves are 2^-24 apart, as
+   floats from 0.5 on are. */
 ROLN_FN uint32_t rolni_half_of(float x)
 {
-    const uint32_t b = rolni_bits(x), m = rolni_bits(1.925929944387236e-34f * rolni_real(b & ~ROLNI_SIGN)); /* 2^-112 */
-    return (b >> 16 & 0x8000) | (m + 0xfff + (m >> 13 & 1)) >> 13;
+    const uint32_t b = rolni_bits(x), a = b & ~ROLNI_SIGN, m = a - UINT32_C(0x38000000); /* 2^-112 |x| */
+    return (b >> 16 & 0x8000) |
+           (a < UINT32_C(0x38800000) ? rolni_bits(0.5f + rolni_real(a)) - UINT32_C(0x3f000000) : (m + 0xfff + (m >> 13 & 1)) >> 13);
 }
 
 /* Rows [rows][n] of x, stored. A row of int8 whose s would be denormal is 0. ROLN_E_NOT_FINITE; ROLN_E_RANGE: no half is so

@@ -601,10 +601,28 @@ static void check_products(const roln_storage *store, int rows, int k, int n, ui
     fresh_done();
 }
 
-/* All halves there and back; ties go to even, what is too large is seen. */
+/* The half nearest to |x| < 65520 by its definition: multiples of 2^(e-10), 2^e <= |x|, e = -14 below 2^-14; half-way to even. */
+static uint32_t t_half(float x)
+{
+    int e;
+    ld r, k;
+    frexpl(fabsl((ld)x), &e), e = e - 1 < -14 ? -14 : e - 1;
+    r = ldexpl(fabsl((ld)x), 10 - e), k = floorl(r);
+    k += r - k > 0.5L || (r - k >= 0.5L && fmodl(k, 2) > 0);
+    return (signbit(x) ? 0x8000 : 0) + (uint32_t)k + (uint32_t)(e + 14) * 1024; /* the leading one counts as exponent, carries too */
+}
+
+/* All halves there and back; ties go to even, what is too large is seen. Floats against the definition: a stride of all,
+   and those around every tie below 2^-13. */
 static void test_halves(void)
 {
-    uint32_t h;
+    uint32_t h, b;
+    for (b = 1; b < UINT32_C(0x477ff000); b += b < UINT32_C(0x33000000) ? 65521 : b < UINT32_C(0x39000000) ? 61 : 4093)
+        CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+    for (h = 0; h < 0x800; h++) { /* half-way behind h, and three floats on either side */
+        const uint32_t tie = rolni_bits((float)ldexpl((ld)(h < 1024 ? h : h % 1024 + 1024) + 0.5L, -24));
+        for (b = tie - 3; b <= tie + 3; b++) CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+    }
     for (h = 0; h < 0x7c00; h++) {
         float row[4] = {0, 0, 0, 0}, x, one = 1, y[2];
         const uint32_t both = h | (h | 0x8000) << 16;
