@@ -603,7 +603,7 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     int i, known = 0;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
         !roln_finite(limits->power) || !roln_finite(limits->tau) || !roln_finite(limits->q_off) || !roln_finite(limits->qd_off) ||
-        limits->margin < 0 || limits->power < 0 || limits->q_off < 0 || limits->qd_off < 0)
+        limits->margin < 0 || limits->power < 0 || limits->tau < 0 || limits->q_off < 0 || limits->qd_off < 0)
         faults |= ROLN_FAULT_INPUT;
     if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
@@ -630,8 +630,10 @@ ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, con
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
-    for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
-        held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
+    for (i = 0; i < nu; i++) { /* the last torque is only trusted within the limit: nothing else may reach a motor */
+        const int trust = !(faults & ROLN_FAULT_EXPIRED) && roln_finite(held[i]) && ROLN_ABS(held[i]) <= limits->tau;
+        held[i] = !faults ? want[i] : trust ? held[i] : 0;
+    }
     after = known ? rolni_power(md, theta, held, x + N, tau) - lost : 0; /* at the start of the next tick, under the new torque */
     known = known && roln_finite(after);
     if (known) g->energy = T + V, g->power = after;
