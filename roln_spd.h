@@ -57,7 +57,8 @@ typedef uint32_t roln_bits;
 #define ROLN_FLASH
 #endif
 
-/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed. */
+/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+       #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
 #if defined(__GNUC__)
 #define ROLN_FN ROLN_CODE static __attribute__((unused))
