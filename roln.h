@@ -393,8 +393,8 @@ ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, con
 }
 
 /* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v; for losses of
-   your own. Adds to
-   gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. work [ROLN_GRAD_WORK]. */
+   your own. Adds to gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. ROLN_E_SHAPE: gtheta of weights stored
+   small. work [ROLN_GRAD_WORK]. */
 ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
                                      const roln_real *v, const roln_real *gy, roln_real *gz, roln_real *gv, roln_real *gtheta,
                                      roln_real *work)
@@ -408,6 +408,7 @@ ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc,
     const rolni_tape t = rolni_tape_of(&md->lnn, 2, 1, tape);
     roln_status st;
     int i;
+    if (gtheta && ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     memcpy(ss, z, (size_t)n * sizeof *z);
     memset(ss + n, 0, (size_t)n * sizeof *ss);
     if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
@@ -655,7 +656,7 @@ ROLN_FN uint32_t rolni_guard_tick(const roln_model *md, const roln_scale *sc, co
     int i, known = 0;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
         !roln_finite(limits->power) || !roln_finite(limits->tau) || !roln_finite(limits->q_off) || !roln_finite(limits->qd_off) ||
-        limits->margin < 0 || limits->power < 0 || limits->q_off < 0 || limits->qd_off < 0)
+        limits->margin < 0 || limits->power < 0 || limits->tau < 0 || limits->q_off < 0 || limits->qd_off < 0)
         faults |= ROLN_FAULT_INPUT;
     if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
@@ -688,8 +689,10 @@ ROLN_FN uint32_t rolni_guard_tick(const roln_model *md, const roln_scale *sc, co
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
-    for (i = 0; i < nu; i++) /* the last torque is only trusted within the limit: nothing else may reach a motor */
-        held[i] = !faults ? want[i] : faults & ROLN_FAULT_EXPIRED || !(ROLN_ABS(held[i]) <= limits->tau) ? 0 : held[i];
+    for (i = 0; i < nu; i++) { /* the last torque is only trusted within the limit: nothing else may reach a motor */
+        const int trust = !(faults & ROLN_FAULT_EXPIRED) && roln_finite(held[i]) && ROLN_ABS(held[i]) <= limits->tau;
+        held[i] = !faults ? want[i] : trust ? held[i] : 0;
+    }
     after = known ? rolni_power(md, theta, held, x + N, tau) - own.lost : 0; /* at the start of the next tick, under the new torque */
     known = known && roln_finite(after);
     if (known) g->energy = own.energy, g->power = after;
@@ -999,12 +1002,14 @@ ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale 
    the sum over windows to gtheta [params] and the unweighted terms to loss (without the prediction terms if all their weights
    are 0), nb windows at a time; a block of windows that fails (data or parameters not finite, eigenvalues out of range) adds
    nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. ROLN_E_LENGTH: no qd,
-   qdd for the acceleration loss; H < 2 for a prediction from positions. Work [ROLN_GRAD_WORK]: only the states grow with H. */
+   qdd for the acceleration loss; H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
+   Work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
                               const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
                               roln_real *windows, roln_real *work)
 {
     int w;
+    if (md->ae.store != ROLN_FULL) return ROLN_E_SHAPE;
     if (acc ? !b->qd || !b->qdd : !b->qd && b->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     if (!roln_all_finite(roln_params(md), theta)) return ROLN_E_NOT_FINITE;
     for (w = 0; w < b->count; w += nb) {
@@ -1990,8 +1995,8 @@ enum {
 typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) params; } ROLNI_(words); /* what NAME_write writes */
 typedef struct { roln_real w[ROLNI_(store_size)]; } ROLNI_(start); /* scratch of NAME_store */
 
-/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote. Status of roln_unpack, roln_store;
-   p is written only on ROLN_OK. */
+/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
+   roln_unpack, roln_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
     roln_model full = ROLNI_(model);

@@ -452,11 +452,12 @@ ROLN_FN void roln_ae_lift_bwd(const roln_ae *ae, int nb, const roln_real *theta,
 
 /* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I; T = I
    where a layer keeps its size. theta out, seed in and out, work [ROLN_AE_INIT_WORK(N_1)]. ROLN_E_NOT_SPD, hardly ever,
-   if some T has no full rank: theta is then half written, call again. */
+   if some T has no full rank: theta is then half written, call again. ROLN_E_SHAPE: not ROLN_FULL; nothing is written. */
 #define ROLN_AE_INIT_WORK(n) ((n) * (n) + (n)) /* Gram matrix and one column */
 ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *seed, roln_real *work)
 {
     int l, i, j;
+    if (ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     for (l = 0; l < ae->layers; l++) {
         const int N = ae->size[l], n = ae->size[l + 1];
         const roln_real sd = ROLN_C(0.99) * ROLN_SQRT(2 / (roln_real)(N + n));
@@ -481,7 +482,8 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
 
 /* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
    principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig. Cost N^2 count + 9 N^3. */
+   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK(N)]. Status of roln_eig; ROLN_E_SHAPE: not ROLN_FULL.
+   Cost N^2 count + 9 N^3. */
 #define ROLN_AE_POD_WORK(N) (2 * (N) * (N) + 3 * (N) + ROLN_EIG_WORK(N))
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale,
                                      roln_real *theta, roln_real *work)
@@ -491,6 +493,7 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
     const roln_real each = scale / (roln_real)count;
     roln_status st;
     int l, i, j;
+    if (ae->store != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
     memset(cov, 0, (size_t)(N * N) * sizeof *cov);
     memset(mean, 0, (size_t)N * sizeof *mean);
@@ -528,7 +531,8 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
    filled up with 0 to a multiple of eight entries; the first entry in the lowest bits of the first word, so that the order of
    bytes does not matter. Words lie among the numbers of theta and are only ever copied as bits: some look like NaN.
    Rounded Phi, Psi are no longer biorthogonal. What puts that right is (I + D) Psi^T for Psi^T, I + D = (Psi^T Phi)^-1, so that
-   encoding a decoded state still gives it back, up to the rounding of D, which is small. Float only. */
+   encoding a decoded state still gives it back, up to the rounding of D, which is small: no layer is stored that gives its
+   input u back farther off than |u| / 100. Float only. */
 
 /* Nonzero if number i of theta is a number, 0 if it is a word of weights. */
 ROLN_FN int roln_ae_is_number(const roln_ae *ae, int i)
@@ -680,11 +684,13 @@ ROLNI_STORAGE(roln_int8, 8)
 #undef ROLNI_STORAGE
 #undef ROLNI_TABLE
 
-/* x to the nearest half, to the even one of two; 0x7c00 and more: beyond the largest, 65504. */
+/* x to the nearest half, to the even one of two; 0x7c00 and more: beyond the largest, 65504. Below 2^-14 halves are 2^-24 apart, as
+   floats from 0.5 on are. */
 ROLN_FN uint32_t rolni_half_of(float x)
 {
-    const uint32_t b = rolni_bits(x), m = rolni_bits(1.925929944387236e-34f * rolni_real(b & ~ROLNI_SIGN)); /* 2^-112 */
-    return (b >> 16 & 0x8000) | (m + 0xfff + (m >> 13 & 1)) >> 13;
+    const uint32_t b = rolni_bits(x), a = b & ~ROLNI_SIGN, m = a - UINT32_C(0x38000000); /* 2^-112 |x| */
+    return (b >> 16 & 0x8000) |
+           (a < UINT32_C(0x38800000) ? rolni_bits(0.5f + rolni_real(a)) - UINT32_C(0x3f000000) : (m + 0xfff + (m >> 13 & 1)) >> 13);
 }
 
 /* Rows [rows][n] of x, stored. A row of int8 whose s would be denormal is 0. ROLN_E_NOT_FINITE; ROLN_E_RANGE: no half is so
@@ -713,68 +719,94 @@ ROLN_FN roln_status rolni_store(int bits, int rows, int n, const float *x, float
     return ROLN_OK;
 }
 
-/* Phi and b of layer l, once the layers behind it are stored. For states drawn from the box of z_min, z_max let v = [1; u] be
-   what the stored layers hand to this one, and u_full. The sum of |W^T v - W_full^T [1; u_full]|^2, and a little of |W - W_full|^2,
-   is least at W = (I + G) W_full, W = [b; Phi^T], G = H^-1 sum v [0; u_full - u]^T, H = sum v v^T + .. = L L^T. Rounding W to Q
-   adds sum_p L_pp^2 |w_p - q_p + sum_{r>p} (L_rp / L_pp) (w_r - q_r)|^2: the rows are rounded from the last to the first, each
-   corrected for those before, and b is free to end it (Babai 1986; Frantar et al. 2022 for networks). Plain rounding of Phi
-   to int8 costs eight times as much on pend16, and Psi, which D corrects, next to nothing.
-   full, out: where the layer begins. */
-ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
-                                        float *out, float *work)
+/* Rows [rows][n], as products read them. */
+ROLN_FN void rolni_read(const roln_storage *store, int rows, int n, const float *from, float *x)
+{
+    const float one = 1;
+    for (; rows > 0; rows--, from += ROLN_AE_ROW(store->bits, n), x += n)
+        store->mm(1, 1, n, &one, from, x);
+}
+
+/* The decoder of a layer, x = W^T v with W = [b; Phi^T] [m][N], m = n + 1, and v = [1; s+(y)] from the layers behind it, is stored
+   in three steps once those are. Plain rounding of Phi to int8 costs eight times as much on pend16, and Psi, which D corrects,
+   next to nothing.
+
+   1 What it gets: H = sum v v^T, G = sum v (v_full - v)^T [m][m] over states drawn from the box of z_min, z_max; v comes from
+   the stored layers behind, `stored`, v_full from `full`. */
+ROLN_FN void rolni_store_moments(const roln_ae *behind, const float *full, const float *stored, const float *z_min,
+                                 const float *z_max, float *H, float *G, float *work)
 {
     enum { DRAWS = 1024 };
-    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1, bits = ae->store->bits, row = ROLN_AE_ROW(bits, N);
-    const rolni_knee s = rolni_knee_of(ae->slope);
-    const float little = 1e-3f, one = 1;
-    float *H = work, *G = H + m * m, *W = G + m * m, *E = W + m * N, *u = E + m * N, *v = u + m, *z = v + m, *y = z + n;
-    float *tape = y + n, *b = out + ROLN_AE_LAYER(bits, N, n) - N, trace = 0;
-    roln_ae inner = rolni_ae_inner(ae, l + 1), plain = inner;
+    const int n = behind->size[0], nz = behind->size[behind->layers], m = n + 1;
+    const rolni_knee s = rolni_knee_of(behind->slope);
+    float *v = work, *off = v + m, *z = off + m, *y = z + nz, *tape = y + n; /* off = v_full - v */
+    roln_ae plain = *behind;
     uint64_t seed = 1;
-    int i, j, k, p, r;
+    int k, i;
     plain.store = ROLN_FULL;
-    memset(H, 0, (size_t)(2 * m * m) * sizeof *H);
+    memset(H, 0, (size_t)(m * m) * sizeof *H);
+    memset(G, 0, (size_t)(m * m) * sizeof *G);
+    v[0] = 1, off[0] = 0;
     for (k = 0; k < DRAWS; k++) {
-        for (i = 0; i < inner.size[inner.layers]; i++)
+        for (i = 0; i < nz; i++)
             z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
-        roln_ae_decode(&plain, 1, 1, full + 2 * n * N + N, z, y, tape);
-        rolni_act(&s, -1, 1, n, y, u + 1);
-        roln_ae_decode(&inner, 1, 1, b + N, z, y, tape);
+        roln_ae_decode(behind, 1, 1, stored, z, y, tape);
         rolni_act(&s, -1, 1, n, y, v + 1);
-        u[0] = 0, v[0] = 1;
+        roln_ae_decode(&plain, 1, 1, full, z, y, tape);
+        rolni_act(&s, -1, 1, n, y, off + 1);
         for (i = 1; i < m; i++)
-            u[i] -= v[i];
+            off[i] -= v[i];
         roln_mm_at(m, 1, m, v, v, H);
-        roln_mm_at(m, 1, m, v, u, G);
+        roln_mm_at(m, 1, m, v, off, G);
     }
+}
+
+/* 2 What it should do: sum |W^T v - W_full^T v_full|^2 + e |W - W_full|^2 is least at W = W_full + (H + e I)^-1 G W_full; e is a
+   little of the mean of H_ii. W [m][N]: W_full in, W out; H in, L out, L L^T = H + e I; G is spent. work [m (N + 1)]. */
+ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *W, float *work)
+{
+    const float little = 1e-3f;
+    float *change = work, *col = change + m * N, trace = 0;
+    int i, j;
     for (i = 0; i < m; i++)
         trace += H[i * (m + 1)];
     for (i = 0; i < m; i++)
         H[i * (m + 1)] += little * trace / (float)m;
     if (roln_chol(m, H, H) != ROLN_OK) return ROLN_E_NOT_FINITE;
-    for (j = 1; j < m; j++) {
+    for (j = 1; j < m; j++) { /* column 0 of G is 0 */
         for (i = 0; i < m; i++)
-            u[i] = G[i * m + j];
-        roln_solve_lower(m, H, u, u);
-        roln_solve_lower_t(m, H, u, u);
+            col[i] = G[i * m + j];
+        roln_solve_lower(m, H, col, col);
+        roln_solve_lower_t(m, H, col, col);
         for (i = 0; i < m; i++)
-            G[i * m + j] = u[i];
+            G[i * m + j] = col[i];
     }
-    memcpy(W, full + 2 * n * N, (size_t)N * sizeof *W);
-    memcpy(W + N, full, (size_t)(n * N) * sizeof *W);
-    roln_mm(m, m, N, G, W, E);
+    roln_mm(m, m, N, G, W, change);
     for (i = 0; i < m * N; i++)
-        W[i] += E[i];
-    for (p = n; p >= 0; p--) { /* E = W - Q, row by row; row p is what is to be rounded first */
-        float *w = W + p * N, *e = E + p * N;
+        W[i] += change[i];
+    return ROLN_OK;
+}
+
+/* 3 Rounding W to Q adds |L^T E|^2 = sum_p L_pp^2 |e_p + sum_{r>p} (L_rp / L_pp) e_r|^2, E = W - Q with rows e_p. From the last row
+   to the first, w_p + sum_{r>p} .. is rounded to q_p, which makes good the errors behind it; row 0, b, need not be rounded
+   (Babai 1986; Frantar et al. 2022 for networks). phi, b: where they are to lie. E [m][N] scratch. */
+ROLN_FN roln_status rolni_store_rows(const roln_storage *store, int m, int N, const float *L, const float *W, float *phi, float *b,
+                                     float *E)
+{
+    const int row = ROLN_AE_ROW(store->bits, N);
+    int p, r, j;
+    for (p = m - 1; p >= 0; p--) {
+        const float *w = W + p * N;
+        float *e = E + p * N, *q;
         roln_status st;
         memcpy(e, w, (size_t)N * sizeof *e);
         for (r = p + 1; r < m; r++)
             for (j = 0; j < N; j++)
-                e[j] += H[r * m + p] / H[p * (m + 1)] * E[r * N + j];
+                e[j] += L[r * m + p] / L[p * (m + 1)] * E[r * N + j];
         if (p == 0) break;
-        if ((st = rolni_store(bits, 1, N, e, out + (p - 1) * row)) != ROLN_OK) return st;
-        ae->store->mm(1, 1, N, &one, out + (p - 1) * row, e);
+        q = phi + (p - 1) * row;
+        if ((st = rolni_store(store->bits, 1, N, e, q)) != ROLN_OK) return st;
+        rolni_read(store, 1, N, q, e);
         for (j = 0; j < N; j++)
             e[j] = w[j] - e[j];
     }
@@ -782,17 +814,37 @@ ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *f
     return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
+/* Phi and b of layer l; full, out: where the layer begins. */
+ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
+                                        float *out, float *work)
+{
+    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1;
+    const roln_ae behind = rolni_ae_inner(ae, l + 1);
+    float *H = work, *G = H + m * m, *W = G + m * m, *rest = W + m * N, *end = out + ROLN_AE_LAYER(ae->store->bits, N, n);
+    roln_status st;
+    rolni_store_moments(&behind, full + 2 * n * N + N, end, z_min, z_max, H, G, rest);
+    memcpy(W, full + 2 * n * N, (size_t)N * sizeof *W);
+    memcpy(W + N, full, (size_t)(n * N) * sizeof *W);
+    if ((st = rolni_store_fit(m, N, H, G, W, rest)) != ROLN_OK) return st;
+    return rolni_store_rows(ae->store, m, N, H, W, out, end - N, rest);
+}
+
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
-   untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: a
-   weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse.
-   work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0, N_1, aesum: roln_ae_tape(ae, 1, 1). */
+   untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
+   z_min < z_max, or a weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or
+   rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK], size: roln_ae_params(ae), N, n: N_0,
+   N_1, aesum: roln_ae_tape(ae, 1, 1). */
 #define ROLN_AE_STORE_WORK(size, N, n, aesum) ((size) + 2 * ((n) + 1) * ((N) + (n) + 3) + (aesum))
 ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
                                   float *work)
 {
-    const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae);
+    const int size = roln_ae_params(ae), bits = rolni_ae_bits(ae), nz = ae->size[ae->layers];
+    const float off = 1e-2f;
     float *out = work + size, *rest = out;
     int l, i;
+    if (!roln_all_finite(nz, z_min) || !roln_all_finite(nz, z_max)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < nz; i++)
+        if (!(z_min[i] < z_max[i])) return ROLN_E_RANGE;
     for (l = 0; l < ae->layers; l++)
         full += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
     for (l = ae->layers - 1; l >= 0; l--) {
@@ -803,14 +855,17 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
         out -= ROLN_AE_LAYER(bits, N, n), psi = out + n * ROLN_AE_ROW(bits, N), D = psi + n * ROLN_AE_ROW(bits, N);
         if ((st = rolni_store_decoder(ae, l, full, z_min, z_max, out, rest)) != ROLN_OK) return st;
         if ((st = rolni_store(bits, n, N, full + n * N, psi)) != ROLN_OK) return st;
-        for (i = 0; i < n * n; i++)
-            C[i] = (float)(i % (n + 1) == 0);
-        ae->store->mm(n, n, N, C, psi, X); /* I Psi^T: as it is read */
+        rolni_read(ae->store, n, N, psi, X);
         ae->store->mm_bt(n, N, n, X, out, A);
         if ((st = roln_inv(n, A, C, w)) != ROLN_OK) return st;
         for (i = 0; i < n; i++)
             C[i * (n + 1)] -= 1;
         if ((st = rolni_store(bits, n, n, C, D)) != ROLN_OK) return st;
+        rolni_read(ae->store, n, n, D, C);
+        roln_mm(n, n, n, C, A, X);
+        for (i = 0; i < n * n; i++)
+            X[i] += A[i] - (float)(i % (n + 1) == 0);
+        if (!(roln_dot(n * n, X, X) <= off * off)) return ROLN_E_ILL_CONDITIONED;
     }
     memcpy(theta, work, (size_t)size * sizeof *theta);
     return ROLN_OK;

@@ -25,9 +25,9 @@
 
 /* The last release in CHANGELOG.md; all packages take their number from here. */
 #define ROLN_VERSION_MAJOR 0
-#define ROLN_VERSION_MINOR 2
+#define ROLN_VERSION_MINOR 3
 #define ROLN_VERSION_PATCH 0
-#define ROLN_VERSION "0.2.0"
+#define ROLN_VERSION "0.3.0"
 
 /* Scalar type: float, or double where ROLN_DOUBLE is defined. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */
@@ -57,7 +57,8 @@ typedef uint32_t roln_bits;
 #define ROLN_FLASH
 #endif
 
-/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed. */
+/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+       #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
 #if defined(__GNUC__)
 #define ROLN_FN ROLN_CODE static __attribute__((unused))
@@ -94,12 +95,12 @@ typedef enum {
     ROLN_E_NOT_SPD = -2,         /* a matrix that must be positive definite is not, to working precision */
     ROLN_E_NO_CONVERGENCE = -3,  /* an iteration reached its bound */
     ROLN_E_ILL_CONDITIONED = -4, /* an inverse or a retraction would lose all digits */
-    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, or a value outside the range
-                                    seen in training (for users of NAME_in_range to return) */
+    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, a weight beyond what a half can; no
+                                    range seen in training, or a value outside it (for users of NAME_in_range to return) */
     ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
     ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
     ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
-    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator */
+    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator; weights stored small, to be trained */
     ROLN_E_CHECKSUM = -10        /* ... damaged */
 } roln_status;
 

@@ -4,7 +4,8 @@
    ./store pend16.roln
 
    MODEL is the ROLN_NAME of a config header named after it: that of the trained model but for the name and ROLN_STORE. The
-   bytes are those of train.c. Writes MODEL_weights.h, the C definition for flash. */
+   bytes are those of train.c, which records the range of z that the rounding needs: from a model without one (z_min < z_max)
+   nothing is written. Writes MODEL_weights.h, the C definition for flash. */
 
 #include <stdio.h>
 
@@ -36,6 +37,8 @@ int main(int argc, char **argv)
     count = (int)fread(bytes, 1, sizeof bytes, f);
     fclose(f);
     st = M(store)(count, bytes, &params, &work);
+    if (st == ROLN_E_RANGE)
+        return fprintf(stderr, "%s: no range z_min < z_max (NAME_fit_range), or a weight that no half can hold\n", argv[1]), 1;
     if (st != ROLN_OK) return fprintf(stderr, "%s: status %d\n", argv[1], (int)st), 1;
     f = fopen(path, "w");
     if (!f || M(write)(&params, put_file, f) != ROLN_OK || fclose(f) != 0) return fprintf(stderr, "cannot write %s\n", path), 1;

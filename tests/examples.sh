@@ -32,7 +32,8 @@ for cc in gcc clang; do
         /^(log-Euclidean|affine-invariant)/ { for (i = 2; i <= 10; i++) n += $i == "1.000" } { ok = n == 20 }'
     check swelling 'BEGIN { while ((getline line < "build/examples/swelling.svg") > 0) n += line ~ /<ellipse/; ok = n == 36 }'
 
-    # the written words, read by the compiler, are the parameters that were stored
+    # the written words, read by the compiler, are the parameters that were stored; the file is that of README
+    roln=$(sed -n 's|^    ./store \(.*[.]roln\)$|\1|p' README.md)
     cat > build/examples/store.c << 'END'
 #include <stdio.h>
 #include "pend16_int8.h"
@@ -49,10 +50,14 @@ int main(int argc, char **argv)
 }
 END
     { $cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o build/examples/store -lm &&
-        (cd build/examples && ./store ../../tests/mujoco/models/pend16.roln) &&
+        (cd build/examples && ./store "../../$roln") &&
         $cc -std=c99 -O2 -I. -Iexamples -Ibuild/examples build/examples/store.c -o build/examples/stored -lm &&
-        build/examples/stored tests/mujoco/models/pend16.roln; } > build/examples/store.log 2>&1
+        build/examples/stored "$roln"; } > build/examples/store.log 2>&1
     check store '/^pend16_int8_weights.h: 43256 bytes of flash instead of 47800$/ { a = 1 } /^0$/ { ok = a }'
+    # a model without a range of z is refused, and nothing written
+    (cd build/examples && rm -f pend16_int8_weights.h && ./store ../../tests/experiments/weights/pend16-acc-1.roln
+        echo "exit $?" && ls pend16_int8_weights.h) > build/examples/range.log 2>&1
+    check range '/no range z_min < z_max/ { a = 1 } /^exit 1$/ { b = a } /^ls: / { ok = b }'
 
     # the loop arrives; one bad tick is bridged with the torque before it; a dead encoder ends in torque 0
     check control_tick '$1 == 180 && $5 < 0.05 && $8 == 0 { ok = 1 }'

@@ -101,6 +101,28 @@ check same 4 "$(grep -c '/roln-[a-z-]*-'"$version"'[.][a-z.]*$' "$tmp/sums")"
 check sh -c 'umask 077 && TZ=Asia/Tokyo make -s dist'
 sums > "$tmp/again"
 check cmp "$tmp/sums" "$tmp/again"
+# times: of the last commit of a repository of its own; not of one further up, of SOURCE_DATE_EPOCH before all
+copy="$tmp/outer/roln"
+mkdir -p "$copy/tests" "$copy/examples"
+cp Makefile README.md LICENSE roln*.h "$copy"
+cp -R tests/packaging "$copy/tests"
+cp examples/chain.h examples/chain_weights.h "$copy/examples"
+commit() {
+    git init -q "$1"
+    GIT_COMMITTER_DATE='1234567890 +0000' git -C "$1" -c user.name=t -c user.email=t@t commit -q --allow-empty -m t
+}
+# dated TIME VARIABLE ..: a package made in the copy, with these in the environment, has files of that time
+dated() {
+    want=$1
+    shift
+    (cd "$copy" && env -u SOURCE_DATE_EPOCH "$@" make -s dist && [ "$(stat -c %Y build/dist/zephyr/roln/LICENSE)" = "$want" ])
+}
+check dated 315532800
+check commit "$tmp/outer"
+check dated 315532800
+check dated 1000000000 SOURCE_DATE_EPOCH=1000000000
+check commit "$copy"
+check dated 1234567890
 
 # unpack PACKAGE, directory of its headers: into $tmp/PACKAGE/roln, equal to build/dist/PACKAGE/roln, with what all hold
 unpack() {

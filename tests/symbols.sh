@@ -22,8 +22,16 @@ for type in '' -DROLN_DOUBLE; do
         if [ "$functions" -ge 100 ]; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "only $functions functions"; fi
     done
 done
-# ROLN_CODE and ROLN_FLASH: with the model that the examples commit, code and weights lie where they are told to, no code elsewhere
+# ROLN_CODE and ROLN_FLASH: with the model that the examples commit, code and weights lie where they are told to, no code elsewhere;
+# so too under OWN, the ROLN_FN that roln_spd.h proposes
+sed -n 's/^ *\(#define ROLN_FN .*inline\) .*/\1/p' roln_spd.h > build/own.h
 cat > build/sections.c << 'END'
+#ifdef OWN
+#include "own.h"
+#ifndef ROLN_FN
+#error "no ROLN_FN"
+#endif
+#endif
 #define ROLN_CODE __attribute__((section(".itcm")))
 #define ROLN_FLASH __attribute__((section(".qspi")))
 #include "examples/chain.h"
@@ -36,7 +44,7 @@ ROLN_CODE int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent 
            bytes_encode(p, y, z, v);
 }
 END
-for cc in 'gcc -O0' 'gcc -O2' 'gcc -O3' 'gcc -Os' 'clang -O2'; do
+for cc in 'gcc -O0' 'gcc -O2' 'gcc -O3' 'gcc -Os' 'clang -O2' 'gcc -O2 -DOWN' 'clang -O0 -DOWN'; do
     rm -f build/sections.o
     $cc -std=c99 -I. -fno-math-errno -c -o build/sections.o build/sections.c
     outside=$(objdump -t build/sections.o | awk '/ F / && !/\.itcm/ { print $NF }')

@@ -601,10 +601,28 @@ static void check_products(const roln_storage *store, int rows, int k, int n, ui
     fresh_done();
 }
 
-/* All halves there and back; ties go to even, what is too large is seen. */
+/* The half nearest to |x| < 65520 by its definition: multiples of 2^(e-10), 2^e <= |x|, e = -14 below 2^-14; half-way to even. */
+static uint32_t t_half(float x)
+{
+    int e;
+    ld r, k;
+    frexpl(fabsl((ld)x), &e), e = e - 1 < -14 ? -14 : e - 1;
+    r = ldexpl(fabsl((ld)x), 10 - e), k = floorl(r);
+    k += r - k > 0.5L || (r - k >= 0.5L && fmodl(k, 2) > 0);
+    return (signbit(x) ? 0x8000 : 0) + (uint32_t)k + (uint32_t)(e + 14) * 1024; /* the leading one counts as exponent, carries too */
+}
+
+/* All halves there and back; ties go to even, what is too large is seen. Floats against the definition: a stride of all,
+   and those around every tie below 2^-13. */
 static void test_halves(void)
 {
-    uint32_t h;
+    uint32_t h, b;
+    for (b = 1; b < UINT32_C(0x477ff000); b += b < UINT32_C(0x33000000) ? 65521 : b < UINT32_C(0x39000000) ? 61 : 4093)
+        CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+    for (h = 0; h < 0x800; h++) { /* half-way behind h, and three floats on either side */
+        const uint32_t tie = rolni_bits((float)ldexpl((ld)(h < 1024 ? h : h % 1024 + 1024) + 0.5L, -24));
+        for (b = tie - 3; b <= tie + 3; b++) CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+    }
     for (h = 0; h < 0x7c00; h++) {
         float row[4] = {0, 0, 0, 0}, x, one = 1, y[2];
         const uint32_t both = h | (h | 0x8000) << 16;
@@ -730,6 +748,16 @@ static void test_refused(const roln_storage *store, uint64_t *s)
             z[i] = x;
         }
     }
+    for (i = 0; i < 2; i++) { /* no range, as before NAME_fit_range; an empty one; one upside down */
+        static const float range[4][2] = {{0, 0}, {1, 1}, {1, -1}, {3e38f, -3e38f}};
+        for (j = 0; j < 4; j++) {
+            z[i] = range[j][0], z[2 + i] = range[j][1];
+            CHECK(STORE() == ROLN_E_RANGE);
+        }
+        z[i] = -3e38f, z[2 + i] = 3e38f; /* beyond what float can span */
+        CHECK(STORE() == ROLN_E_NOT_FINITE);
+        z[i] = -1, z[2 + i] = 1;
+    }
     for (j = 0; j < 3; j++) { /* rows of zeros, of denormals; of the largest numbers */
         float row[6];
         const roln_status want = j < 2 ? ROLN_E_ILL_CONDITIONED : store->bits == 16 ? ROLN_E_RANGE : ROLN_E_ILL_CONDITIONED;
@@ -742,9 +770,53 @@ static void test_refused(const roln_storage *store, uint64_t *s)
             memcpy(th + 6 * i, row, sizeof row);
         }
     }
+    { /* no start for training */
+        float *room = fresh(ROLN_AE_POD_WORK(6) + ROLN_AE_INIT_WORK(4));
+        uint64_t seed = 5;
+        CHECK(roln_ae_init(&ae, st, &seed, room) == ROLN_E_SHAPE && seed == 5);
+        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, room) == ROLN_E_SHAPE);
+    }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
     fresh_done();
+}
+
+/* The left inverse as rows of Psi come closer to each other: good or refused, never bad. With rows apart, and with halves, none is
+   refused; of rows that int8 can hardly tell apart most are. Slope 1: no activation between u and z. */
+static void test_parallel(const roln_storage *store)
+{
+    enum { N = 16, n = 4, TRIES = 20 };
+    static const float lo[n] = {-1, -1, -1, -1}, hi[n] = {1, 1, 1, 1};
+    uint64_t s = 5;
+    int power, try, i, j, k, refused;
+    for (power = 0; power <= 10; power += 2) {
+        for (try = refused = 0; try < TRIES; try++) {
+            roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
+            float *th, *psi, *st, *w, x[N], z[n], y[n], tape[N + n];
+            ld A[n * n], B[n * N], off, size;
+            roln_status code;
+            m.ae = ae, th = weights(&s), psi = th + n * N;
+            for (i = N; i < n * N; i++) psi[i] = psi[i % N] + ldexpf(psi[i], -power); /* psi_i = psi_0 + .. / 2^power */
+            widen(n * N, psi, B);
+            for (i = 0; i < n * n; i++)
+                for (A[i] = 0, j = 0; j < N; j++) A[i] += B[i / n * N + j] * B[i % n * N + j];
+            t_solve(n, N, A, B); /* Phi^T = (Psi^T Psi)^-1 Psi^T */
+            for (i = 0; i < n * N; i++) th[i] = (float)B[i];
+            ae.store = store, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_STORE_WORK(roln_ae_params(&ae), N, n, N + n));
+            code = roln_ae_store(&ae, th, lo, hi, st, w);
+            CHECK(code == ROLN_OK || code == ROLN_E_ILL_CONDITIONED);
+            refused += code != ROLN_OK;
+            for (k = 0; k < 50 && code == ROLN_OK; k++) {
+                for (i = 0; i < n; i++) z[i] = 2 * roln_uniform(&s) - 1;
+                roln_ae_decode(&ae, 1, 1, st, z, x, tape);
+                roln_ae_encode(&ae, 1, 1, st, x, y, tape);
+                for (i = 0, off = size = 0; i < n; i++) off += ((ld)y[i] - (ld)z[i]) * ((ld)y[i] - (ld)z[i]), size += (ld)z[i] * (ld)z[i];
+                BOUND(store->bits == 8 ? "parallel rows int8: |rho(phi(z)) - z| / |z|" : "parallel rows half: |rho(phi(z)) - z| / |z|", sqrtl(off / size), 0.0101L);
+            }
+            fresh_done();
+        }
+        CHECK(power <= 4 || store->bits == 16 ? refused == 0 : power < 10 || refused > TRIES / 2);
+    }
 }
 
 static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
@@ -759,6 +831,7 @@ static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
         for (i = 0; i < count; i++)
             if (shapes[i].layers > 0) check_stored(shapes[i], store[t], s);
         test_refused(store[t], s);
+        test_parallel(store[t]);
     }
 }
 #endif

@@ -749,10 +749,15 @@ static void test_guard_manifold(int k)
         x = start, x.limits.qd_off = bad[i];
         CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
     }
-    for (i = 0; i < 2; i++) { /* a negative limit is none */
+    for (i = 0; i < 3; i++) { /* a negative limit is none */
         x = start;
-        *(i ? &x.limits.margin : &x.limits.power) = -1;
+        *(i == 0 ? &x.limits.margin : i == 1 ? &x.limits.power : &x.limits.tau) = -1;
         CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
+    }
+    for (i = 0; i < 3; i++) { /* an old torque that is none, under a limit that is none */
+        x = start, x.limits.tau = (roln_real)INFINITY;
+        x.held[F_OF(k) - 1] = i == 0 ? (roln_real)INFINITY : i == 1 ? -(roln_real)INFINITY : (roln_real)NAN;
+        CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && finite_in(F_OF(k), x.held, x.limits.power));
     }
     x = start, x.z[n - 1] = (roln_real)NAN;
     CHECK((tick(k, &x) & (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE)) == (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE));

@@ -794,6 +794,24 @@ static void test_stored(int k, const roln_storage *store)
     CHECK(memcmp(st, zero, sizeof st) == 0);
     theta[models[k].params - 1] = 0.25f;
     CHECK(roln_store(m, &x, st, work_of(ROLN_AE_STORE_WORK(roln_ae_params(&to.ae), N_OF(k), to.ae.size[1], rolni_ae_sum(&to.ae)))) == ROLN_OK && WORK_KEPT());
+    { /* nothing trains it: gradients are refused, and written nowhere */
+        static data d;
+        static float g[MAXP], g7[MAXP];
+        static const roln_loss none = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+        const int sizes = grad_work(k, 2, models[k].horizon);
+        float windows = 0, q[16], gz[16] = {0}, gv[16] = {0};
+        roln_loss loss = none;
+        int kind;
+        for (i = 0; i < MAXP; i++) g[i] = g7[i] = 7;
+        for (kind = 0; kind < KINDS; kind++) {
+            make(k, kind, 2, &s, &d);
+            CHECK(roln_grad(m, &sc, st, &weights, &d.b, ACC(kind), 2, step, g, &loss, &windows, work_of(sizes)) == ROLN_E_SHAPE);
+        }
+        CHECK(memcmp(g, g7, sizeof g) == 0 && memcmp(&loss, &none, sizeof loss) == 0 && windows == 0);
+        dyadic(16, 1, &s, q);
+        CHECK(roln_inertia_bwd(m, &sc, st, q, d.q, d.q, gz, gv, g, work_of(sizes)) == ROLN_E_SHAPE && memcmp(g, g7, sizeof g) == 0 && gz[0] == 0 && gv[0] == 0);
+        CHECK(roln_inertia_bwd(m, &sc, st, q, d.q, d.q, gz, gv, NULL, work_of(sizes)) == ROLN_OK && gz[0] != 0 && gv[0] != 0 && WORK_KEPT());
+    }
     i = roln_params(models[k].md) - roln_ae_params(&models[k].md->ae);
     CHECK(memcmp(st + params - i, theta + models[k].params - i, (size_t)i * sizeof *st) == 0);
 
@@ -868,10 +886,12 @@ static void test_stored_shell(void)
     int i, j;
     CHECK(ma_init(&p, &seed, &init) == ROLN_OK);
     dyadic(24, 1, &seed, q), dyadic(24, 1, &seed, qd);
+    ma_pack(&p, full);
+    memset(&b, 7, sizeof b), a = b;
+    CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_E_RANGE && memcmp(&a, &b, sizeof a) == 0); /* no range yet */
     CHECK(ma_fit_range(&p, 4, q, qd, &work) == ROLN_OK);
     p.dt = dt;
     ma_pack(&p, full);
-    memset(&b, 7, sizeof b), a = b;
     CHECK(ms_store(ma_packed_size - 1, full, &a, &start) == ROLN_E_LENGTH);
     full[300] ^= 1;
     CHECK(ms_store(ma_packed_size, full, &a, &start) == ROLN_E_CHECKSUM && memcmp(&a, &b, sizeof a) == 0);

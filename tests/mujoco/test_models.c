@@ -189,17 +189,38 @@ static double trivial(const motion *d, int h)
     return 100 * sqrt(e / v);
 }
 
-/* One row of the table of stored weights; bound: of E_q at 0 and 25 ms and whole, %. */
-static void stored(const char *name, const any *a, const motion *d, size_t bytes, const double bound[3])
+/* Largest |rho(phi(z)) - z| of a coordinate, over states drawn from the box of z_min, z_max. */
+static double given_back(const any *a, const roln_real *z_min, const roln_real *z_max)
+{
+    const int n = a->model->lnn.n;
+    double top = 0;
+    uint64_t seed = 3;
+    for (int k = 0; k < 20000; k++) {
+        roln_real z[4], zd[4] = {0}, back[4], q[16], qd[16];
+        for (int i = 0; i < n; i++)
+            z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
+        CHECK(roln_decode(a->model, a->scale, a->theta, z, zd, q, qd, a->work) == ROLN_OK);
+        CHECK(roln_encode(a->model, a->scale, a->theta, q, qd, NULL, back, zd, NULL, a->work) == ROLN_OK);
+        for (int i = 0; i < n; i++)
+            top = fmax(top, fabs((double)(back[i] - z[i])));
+    }
+    return top;
+}
+
+/* One row of the table of stored weights; bound: of E_q at 0 and 25 ms and whole, %, and of what encoding a decoded state gives
+   back. */
+static void stored(const char *name, const any *a, const motion *d, const pend16_params *range, size_t bytes, const double bound[4])
 {
     static const int h[3] = {0, 25, -1};
+    const double off = given_back(a, range->z_min, range->z_max);
     double eq[3], eqd;
     for (int i = 0; i < 3; i++) {
         CHECK(errors(a, d, 0, h[i], &eq[i], &eqd) == ROLN_OK);
         CHECK_BELOW(eq[i], bound[i]);
     }
-    printf("  stored %-5s %6d bytes of flash, autoencoder %5d; E_q 0 ms %.3f, 25 ms %.3f, whole %.2f %%\n", name, (int)bytes,
-           (int)sizeof(roln_real) * roln_ae_params(&a->model->ae), eq[0], eq[1], eq[2]);
+    CHECK_BELOW(off, bound[3]);
+    printf("  stored %-5s %6d bytes of flash, autoencoder %5d; E_q 0 ms %.3f, 25 ms %.3f, whole %.2f %%; rho(phi(z)) off by %.1e\n",
+           name, (int)bytes, (int)sizeof(roln_real) * roln_ae_params(&a->model->ae), eq[0], eq[1], eq[2], off);
 }
 
 static void test_pend16(void)
@@ -227,9 +248,11 @@ static void test_pend16(void)
         CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
         const any h = {&pend16_half_model, &half.scale, half.theta, work.w};
         const any i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
-        stored("full", &a, &d, sizeof p, (const double[]){.35, .35, 20});
-        stored("half", &h, &d, sizeof half, (const double[]){.35, .35, 20});
-        stored("int8", &i, &d, sizeof int8, (const double[]){1, 1, 22});
+        stored("full", &a, &d, &p, sizeof p, (const double[]){.35, .35, 20, 1e-5});
+        stored("half", &h, &d, &p, sizeof half, (const double[]){.35, .35, 20, 1e-5});
+        stored("int8", &i, &d, &p, sizeof int8, (const double[]){1, 1, 22, 5e-3});
+        for (int k = 0; k < pend16_n; k++) /* as README says */
+            CHECK_BELOW(p.z_max[k] - p.z_min[k], 2.55);
     }
     release(&d);
 }

@@ -7,7 +7,9 @@ set -e
 umask 022
 version=$1
 shift
-time=${SOURCE_DATE_EPOCH:-$(git log -1 --format=%ct 2> /dev/null || echo 315532800)} # without git: 1980, the first that zip knows
+# without a git repository of its own: 1980, the first that zip knows; one further up knows nothing of roln
+time=$([ "$(git rev-parse --show-toplevel 2> /dev/null)" = "$(pwd -P)" ] && git log -1 --format=%ct 2> /dev/null) || time=315532800
+time=${SOURCE_DATE_EPOCH:-$time}
 rm -rf build/dist
 
 # package NAME, directory of the headers, tick.c or tick.ino, the path it gets, its entry point, HEADER..
