@@ -104,7 +104,7 @@ const struct recipe recipes[] = {
     PEND16("frozen", 200, 2, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
     PEND16("full", 200, 2, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 2, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("fullchol", 200, 1, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16_OPINF("opinf", OPINF),
     PEND16_OPINF("opinfaffine", OPINF_AFFINE),
     SAME("mlp", LATENT_MLP),
