@@ -101,7 +101,7 @@ const struct recipe recipes[] = {
            .stage = {AE(20000, 128), ACC(180000, .1, 3e-3), ODE(10000, 64, 8, 5, .03, 1e-3, 0)}),
     PEND16("chol", 200, 5, REDUCED(64, .head = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
-    PEND16("frozen", 200, 2, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
+    PEND16("frozen", 200, 1, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
     PEND16("full", 200, 2, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16("fullchol", 200, 1, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
