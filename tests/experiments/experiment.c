@@ -169,7 +169,12 @@ static int train(struct result *r, const struct motion *d, const char *dir, cons
 
 static struct predictor predictor_of(struct result *r)
 {
-    return r->opinf ? opinf_predictor(r->opinf) : r->baseline.latent ? baseline_predictor(&r->baseline) : model_predictor(&r->model);
+    struct predictor p;
+    if (r->baseline.latent) return baseline_predictor(&r->baseline);
+    if (!r->opinf) return model_predictor(&r->model);
+    p = opinf_predictor(r->opinf);
+    if (r->recipe->kind == OPINF_AFFINE) p.energy = NULL; /* it has damping */
+    return p;
 }
 
 /* DIR/NAME.path, for the pictures of rope and cloth. */

@@ -186,5 +186,5 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 
 struct predictor opinf_predictor(struct opinf *o)
 {
-    return (struct predictor){o->N, 2 * o->n, o, encode, step, decode, accelerate, o->affine ? NULL : energy};
+    return (struct predictor){o->N, 2 * o->n, o, encode, step, decode, accelerate, energy};
 }
