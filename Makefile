@@ -193,10 +193,10 @@ build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmw
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
 $(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_weights.h
-build/firmware/pend16_weights.h: tests/firmware/weights.c tests/mujoco/models/pend16_act.roln examples/pend16.h $(HEADERS)
+build/firmware/pend16_weights.h: tests/sizes/weights.c tests/mujoco/models/pend16_act.roln tests/sizes/firmware.h examples/pend16.h $(HEADERS)
 	@mkdir -p $(@D)
-	$(CC) -std=c99 -O1 -I. $< -o build/firmware/weights -lm
-	./build/firmware/weights $(word 2,$^) > $@ || { rm $@; exit 1; }
+	$(CC) -std=c99 -O1 -ffp-contract=off -I. -Iexamples -DMODEL=pend16 $< -o build/firmware/weights -lm
+	./build/firmware/weights < $(word 2,$^) > $@ || { rm $@; exit 1; }
 
 # processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
 PIL = m4 m7 rv32

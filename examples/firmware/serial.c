@@ -89,19 +89,15 @@ static void arm(void)
 /* One tick, of line.bytes or without a frame: ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(int frame)
 {
-    roln_real tau_z[n], tau[N] = {0};
-    roln_status st = ROLN_E_LENGTH;
-    if (frame) {
-        frame_get_floats(line.bytes, 2, N, ctl.x.q);
-        frame_get_floats(line.bytes, 2 + N, N, ctl.x.qd);
-        frame_get_floats(line.bytes, 2 + 2 * N, n, ctl.ref.z);
-        frame_get_floats(line.bytes, 2 + 2 * N + n, n, ctl.ref.zd);
-        frame_get_floats(line.bytes, 2 + 2 * N + 2 * n, n, ctl.ref.zdd);
-        st = pend16_encode(&pend16_weights, &ctl.x, &ctl.s, &ctl.work);
-        if (st == ROLN_OK) st = pend16_control(&pend16_weights, &ctl.s, &ctl.ref, ctl.kp, ctl.kd, tau_z, &ctl.work);
-        if (st == ROLN_OK) st = pend16_lift(&pend16_weights, &ctl.s, tau_z, tau, &ctl.work);
-    }
-    return pend16_guard_tick(&pend16_weights, &limits, TICK, &ctl.x, &ctl.s, st, tau, &ctl.guard, &ctl.work);
+    static const roln_real none[N];
+    if (!frame)
+        return pend16_guard_tick(&pend16_weights, &limits, TICK, &ctl.x, &ctl.s, ROLN_E_LENGTH, none, &ctl.guard, &ctl.work);
+    frame_get_floats(line.bytes, 2, N, ctl.x.q);
+    frame_get_floats(line.bytes, 2 + N, N, ctl.x.qd);
+    frame_get_floats(line.bytes, 2 + 2 * N, n, ctl.ref.z);
+    frame_get_floats(line.bytes, 2 + 2 * N + n, n, ctl.ref.zd);
+    frame_get_floats(line.bytes, 2 + 2 * N + 2 * n, n, ctl.ref.zdd);
+    return pend16_tick(&pend16_weights, &limits, TICK, &ctl.x, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 static void answer(uint32_t faults, uint32_t used)

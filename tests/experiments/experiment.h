@@ -17,7 +17,7 @@ struct motion {
     double dt;                              /* s between samples */
     roln_real *q, *qd, *qdd;                /* [count * samples][N]; qdd by central differences of qd */
     roln_real *tau, *tau_mid;               /* held to the next sample; mean of before and after it; NULL: no force does work */
-    roln_real *mean;                        /* [N] of the training q: what errors are relative to */
+    roln_real *mean;                        /* [N] of the training q; of a test set: what errors are relative to */
     double force;                           /* unit of tau in N */
 };
 
@@ -127,7 +127,8 @@ roln_status model_latent(struct model *m, const roln_real *q, const roln_real *q
 /* qdd = J zdd + (dJ/dt) zd of z [3n]. */
 void model_lift(struct model *m, const roln_real *z, roln_real *qdd);
 
-/* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d ---- */
+/* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d;
+   `failed mechanics VALUE`: poses that the model refused ---- */
 
 int mechanics(struct model *m, const struct motion *d, FILE *out);
 

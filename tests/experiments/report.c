@@ -396,7 +396,7 @@ static const struct row cloth_rows[] = {CLOTH_ROWS}, cloth_q_rows[] = {
 };
 static const struct column grid_columns[] = {
     COL("E_q 0 ms", "E_q", "0", 2), OPT("1 ms", "E_q", "1", 2), OPT("2 ms", "E_q", "2", 2), OPT("3 ms", "E_q", "3", 2),
-    OPT("5 ms", "E_q", "5", 2), COL("25 ms", "E_q", "25", 2), OPT("100 ms", "E_q", "100", 2), OPT("225 ms", "E_q", "225", 2),
+    OPT("5 ms", "E_q", "5", 2), COL("25 ms", "E_q", "25", 2), OPT("100 ms", "E_q", "100", 2),
     OPT("250 ms", "E_q", "250", 2), OPT("500 ms", "E_q", "500", 2), COL("whole", "E_q", "whole", 2),
 };
 static const struct column grid_more[] = {
