@@ -67,6 +67,15 @@ typedef uint32_t roln_bits;
 #endif
 #endif
 
+/* Small functions that are always inlined, and a copy of one number that is one move, under -ffreestanding too. */
+#if defined(__GNUC__)
+#define ROLNI_INLINE static inline __attribute__((always_inline))
+#define ROLNI_COPY __builtin_memcpy
+#else
+#define ROLNI_INLINE ROLN_CODE static inline
+#define ROLNI_COPY memcpy
+#endif
+
 /* Sizes are ints, of 32 bits or more. */
 typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
@@ -74,9 +83,20 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 #ifdef __cplusplus
 #define ROLN_RESTRICT __restrict
+#define ROLNI_AS(type, x) static_cast<type>(x)
 #else
 #define ROLN_RESTRICT restrict
+#define ROLNI_AS(type, x) ((type)(x))
 #endif
+
+/* Scratch is the caller's memory, `work`, in units of roln_real. What a function takes of it stands once, as a list of arrays
+   above the function, X(name, how many numbers); the size and the arrays are both made of that list:
+       #define ROLN_FOO_MEM(X, n) X(A, (n) * (n)) X(b, n)
+       #define ROLN_FOO_WORK(n)   (0 ROLN_FOO_MEM(ROLNI_SIZE, n) + what the hungriest function below takes)
+       ...
+       ROLN_FOO_MEM(ROLNI_CARVE, n)    in the function: declares A and b, and moves work on to what is left */
+#define ROLNI_SIZE(name, size) +(size)
+#define ROLNI_CARVE(name, size) roln_real *const name = (work += (size)) - (size);
 
 /* clang contracts a*b+c to a fused multiply-add unless told not to; gcc does not under -std=c99.
    With contraction off the same program gives the same bits on every target that computes float in float (FLT_EVAL_METHOD 0)
@@ -125,6 +145,17 @@ ROLN_FN int roln_all_finite(int n, const roln_real *x)
     return !bad;
 }
 
+/* y = x, y = 0, n numbers. */
+ROLNI_INLINE void rolni_copy(int n, const roln_real *x, roln_real *y)
+{
+    memcpy(y, x, ROLNI_AS(size_t, n) * sizeof *y);
+}
+
+ROLNI_INLINE void rolni_zero(int n, roln_real *y)
+{
+    memset(y, 0, ROLNI_AS(size_t, n) * sizeof *y);
+}
+
 /* ---- 3 random numbers ------------------------------------------------------------------------ */
 
 /* splitmix64 (Steele, Lea, Flood 2014). The state is one uint64_t in the caller's memory; any value is a seed. */
@@ -169,14 +200,6 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
                  exp   expm1   log    log1p   sinhc   softplus   sigmoid
        float     0.96  1.39    0.98   1.32    2.40    2.06       2.41
        double    0.95  1.23    1.32   1.25    2.37    2.03       2.36 */
-
-#if defined(__GNUC__)
-#define ROLNI_INLINE static inline __attribute__((always_inline))
-#define ROLNI_COPY __builtin_memcpy /* one move, under -ffreestanding too */
-#else
-#define ROLNI_INLINE ROLN_CODE static inline
-#define ROLNI_COPY memcpy
-#endif
 
 /* ln 2 = ROLNI_LN2HI + ROLNI_LN2LO; k * ROLNI_LN2HI is exact, with a bit to spare, for every exponent k. */
 #ifdef ROLN_DOUBLE
