@@ -48,11 +48,11 @@ SHARE = share/pkgconfig/roln.pc share/cmake/roln/rolnConfig.cmake share/cmake/ro
 install:
 	mkdir -p "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(PREFIX)/share/pkgconfig" "$(DESTDIR)$(PREFIX)/share/cmake/roln"
 	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
-	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' tests/packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
+	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' .packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
 
 # packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist
 dist:
-	sh tests/packaging/dist.sh $(VERSION) $(HEADERS)
+	sh .packaging/dist.sh $(VERSION) $(HEADERS)
 
 clean:
 	rm -rf build
@@ -77,47 +77,47 @@ deps: | build
 test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report build/pil
 	sh tests/run.sh
 
-build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	gcc $(STRICT) -c $< -o $@
-build/f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	gcc $(STRICT) -DROLN_DOUBLE -c $< -o $@
-build/test: $(TESTS:%=build/f32_%.o) $(TESTS:%=build/f64_%.o) tests/main.c tests/check.c
+build/test: $(TESTS:%=build/f32_%.o) $(TESTS:%=build/f64_%.o) tests/unit/main.c tests/unit/check.c
 	gcc $(STRICT) $^ -o $@ -lm
 
 ASAN = clang $(STRICT) -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
 MSAN = clang $(STRICT) -O1 -g -fsanitize=memory
-build/asan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/asan_f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	$(ASAN) -c $< -o $@
-build/asan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/asan_f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	$(ASAN) -DROLN_DOUBLE -c $< -o $@
-build/test_asan: $(TESTS:%=build/asan_f32_%.o) $(TESTS:%=build/asan_f64_%.o) tests/main.c tests/check.c
+build/test_asan: $(TESTS:%=build/asan_f32_%.o) $(TESTS:%=build/asan_f64_%.o) tests/unit/main.c tests/unit/check.c
 	$(ASAN) $^ -o $@ -lm
-build/msan_f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/msan_f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	$(MSAN) -c $< -o $@
-build/msan_f64_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
+build/msan_f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
 	$(MSAN) -DROLN_DOUBLE -c $< -o $@
-build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/main.c tests/check.c
+build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/unit/main.c tests/unit/check.c
 	$(MSAN) $^ -o $@ -lm
 
 build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c tests/mujoco/test_control.c \
-                   tests/mujoco/control.c $(TRUTH) tests/check.c tests/mujoco/control.h tests/mujoco/truth.h tests/mujoco/h5.h \
-                   tests/check.h examples/pend16.h examples/pend16_int8.h $(HEADERS) | build
+                   tests/control/control.c $(TRUTH) tests/unit/check.c tests/control/control.h tests/mujoco/truth.h tests/mujoco/h5.h \
+                   tests/unit/check.h examples/pend16.h examples/pend16_int8.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
 
-build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/solve.c tests/check.c \
-                  tests/experiments/experiment.h tests/experiments/solve.h tests/mujoco/truth.h tests/check.h \
+build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/solve.c tests/unit/check.c \
+                  tests/experiments/experiment.h tests/experiments/solve.h tests/mujoco/truth.h tests/unit/check.h \
                   $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
 
 # the models that the experiments compare with; no MuJoCo: experiment.h needs but the declarations of truth.h
 LATENT = gcc $(STRICT) -O3 -march=native -fno-math-errno
 LATENT_DEPS = tests/experiments/test_latent.c tests/experiments/latent.c tests/experiments/experiment.h tests/mujoco/truth.h \
-              tests/check.h $(HEADERS)
+              tests/unit/check.h $(HEADERS)
 build/latent_f32.o: $(LATENT_DEPS) | build
 	$(LATENT) -c $< -o $@
 build/latent_f64.o: $(LATENT_DEPS) | build
 	$(LATENT) -DROLN_DOUBLE -c $< -o $@
-build/test_latent: build/latent_f32.o build/latent_f64.o tests/check.c
+build/test_latent: build/latent_f32.o build/latent_f64.o tests/unit/check.c
 	$(LATENT) $^ -o $@ -lm
 
 build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
@@ -131,7 +131,7 @@ errors: build/test_mujoco build/test_experiments
 # closed loops around MuJoCo's chain: table and build/control.svg, a minute and a half
 control: build/control
 	./build/control build/control.svg
-build/control: tests/mujoco/closed_loop.c tests/mujoco/control.c tests/mujoco/truth.c tests/mujoco/control.h tests/mujoco/truth.h \
+build/control: tests/control/closed_loop.c tests/control/control.c tests/mujoco/truth.c tests/control/control.h tests/mujoco/truth.h \
                examples/pend16.h $(HEADERS) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
@@ -141,7 +141,7 @@ models: build/generate
 
 # what sensor noise costs: trains eleven models (45 minutes)
 noise: build/generate
-	sh tests/mujoco/noise.sh
+	sh tests/experiments/noise.sh
 
 # the paper's experiments: trains what has no result in EXPERIMENTS yet, each run on one core (make -j2 experiments: two at a
 # time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-acc-1
@@ -166,7 +166,7 @@ build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 build/speed: tests/experiments/speed.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/check.c tests/check.h | build
+build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/unit/check.c tests/unit/check.h | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 # its tables and pictures
@@ -176,13 +176,13 @@ build/report: tests/experiments/report.c tests/experiments/picture.c tests/exper
 
 bench: build/bench
 	./build/bench
-build/bench: tests/bench/bench.c $(HEADERS) | build
+build/bench: tests/measure/bench.c $(HEADERS) | build
 	gcc $(FAST) $< -o $@ -lmujoco -lm
 
 # ---- firmware ----
 
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
-# make build/firmware/m4/tests/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/hash.elf
+# make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
 FIRMWARE = $(patsubst %,examples/firmware/%.elf,predict three control adapt serial)
 CORES = m4 m7 m33 m55 rv32 host
 firmware: $(foreach c,$(CORES),$(FIRMWARE:%=build/firmware/$(c)/%))
@@ -193,7 +193,7 @@ build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmw
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
 $(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_weights.h
-build/firmware/pend16_weights.h: tests/sizes/weights.c tests/mujoco/models/pend16_act.roln tests/sizes/firmware.h examples/pend16.h $(HEADERS)
+build/firmware/pend16_weights.h: tests/measure/weights.c tests/mujoco/models/pend16_act.roln tests/measure/firmware.h examples/pend16.h $(HEADERS)
 	@mkdir -p $(@D)
 	$(CC) -std=c99 -O1 -ffp-contract=off -I. -Iexamples -DMODEL=pend16 $< -o build/firmware/weights -lm
 	./build/firmware/weights < $(word 2,$^) > $@ || { rm $@; exit 1; }
@@ -202,17 +202,17 @@ build/firmware/pend16_weights.h: tests/sizes/weights.c tests/mujoco/models/pend1
 PIL = m4 m7 rv32
 pil: build/pil
 	./build/pil $(PIL)
-build/pil: tests/mujoco/pil.c tests/mujoco/control.c tests/mujoco/truth.c tests/check.c tests/mujoco/control.h \
-           tests/mujoco/truth.h tests/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
+build/pil: tests/control/pil.c tests/control/control.c tests/mujoco/truth.c tests/unit/check.c tests/control/control.h \
+           tests/mujoco/truth.h tests/unit/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
            $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 # flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
 .PHONY: sizes
 sizes:
-	sh tests/sizes/sizes.sh
+	sh tests/measure/sizes.sh
 
 # instructions of the kernels and of a control tick on a Cortex-M4F, against targets
 .PHONY: count
 count:
-	sh tests/bench/count.sh
+	sh tests/measure/count.sh

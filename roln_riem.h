@@ -7,7 +7,7 @@
    5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
-   examples in tests/test_riem.c). Nothing here changes. For vector transport see each manifold: a projection or nothing.
+   examples in tests/unit/test_riem.c). Nothing here changes. For vector transport see each manifold: a projection or nothing.
    roln.h trains Euclidean, biorthogonal, SPD and Stiefel blocks with roln_adam_update; roln_sgd_update and the manifolds by
    themselves serve programs without it. */
 

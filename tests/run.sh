@@ -27,27 +27,27 @@ step() {
     if [ "$f" -ne 0 ]; then tail -n 40 "build/log/$name" | sed 's/^/    /'; fi
 }
 
-step warnings sh tests/warnings.sh
-step config sh tests/config.sh
+step warnings sh tests/compilers/warnings.sh
+step config sh tests/compilers/config.sh
 step unit build/test
-step hash sh tests/hash.sh host
-step targets sh tests/hash.sh targets
-step symbols sh tests/symbols.sh
-step readme sh tests/readme.sh
-step examples sh tests/examples.sh
+step hash sh tests/compilers/hash.sh host
+step targets sh tests/compilers/hash.sh targets
+step symbols sh tests/compilers/symbols.sh
+step readme sh tests/user/readme.sh
+step examples sh tests/user/examples.sh
 # elementary: no memory, and millions of calls
 step sanitize-au build/test_asan dense eig spd ae lnn riem roln control
 step sanitize-m build/test_msan dense eig spd ae lnn riem roln control
-step coverage sh tests/coverage.sh
+step coverage sh tests/compilers/coverage.sh
 step mujoco build/test_mujoco
 step latent build/test_latent
 step opinf build/test_opinf
 step experiments build/test_experiments
 step report sh tests/experiments/test_report.sh
-step packaging sh tests/packaging.sh
-step train sh tests/train.sh
-step firmware sh tests/firmware.sh
-step sizes sh tests/sizes/sizes.sh test
+step packaging sh tests/user/packaging.sh
+step train sh tests/user/train.sh
+step firmware sh tests/firmware/firmware.sh
+step sizes sh tests/measure/sizes.sh test
 step pil build/pil host m4 rv32
 
 echo "$passed passed, $failed failed"

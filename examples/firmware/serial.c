@@ -1,5 +1,5 @@
 /* serial.c - a controller at the end of a serial line: state and reference come in frames (frame.h), torques go back. The machine
-   may be a simulation: tests/mujoco/pil.c runs MuJoCo's chain in lock step with this image.
+   may be a simulation: tests/control/pil.c runs MuJoCo's chain in lock step with this image.
 
    A tick begins with a new frame or, if none comes, at the deadline. Then the guard holds the last good torque, three ticks long;
    after that the torque is 0 until a frame arms again. What is damaged or cut off is no frame, a frame whose number is not new is

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#include "../../roln.h"
+#include "roln.h"
 #include "../mujoco/truth.h"
 
 /* ---- motion.c: recorded motion ---- */

@@ -5,7 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "../../roln_spd.h"
+#include "roln_spd.h"
 
 enum { CHUNK = 64, ITERATIONS = 1000000 };
 static const double tolerance = 1e-6;       /* bound of the error of the operators, relative to those without the cone */

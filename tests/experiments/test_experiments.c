@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../check.h"
+#include "../unit/check.h"
 #include "recipes.h"
 
 /* Directions kept of the POD and of the whole space of 16. */

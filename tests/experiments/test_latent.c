@@ -1,7 +1,7 @@
 /* test_latent.c - the latent models of latent.c: gradients against central differences, the equations they promise against
    differences of their own H and c, and that they learn motions known in closed form. Both precisions in one program, so the
    public names of latent.c carry the precision. */
-#include "../check.h"
+#include "../unit/check.h"
 
 #define latent_train TEST_NAME(latent_train)
 #define latent_free TEST_NAME(latent_free)

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../check.h"
+#include "../unit/check.h"
 #include "experiment.h"
 
 enum { N = 6, n = 3, ROWS = 400 };

@@ -1,5 +1,5 @@
 /* main.c - the tests that need MuJoCo and HDF5. */
-#include "../check.h"
+#include "../unit/check.h"
 
 void test_truth(void);
 void test_models(void);

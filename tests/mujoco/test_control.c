@@ -2,8 +2,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "../check.h"
-#include "control.h"
+#include "../unit/check.h"
+#include "../control/control.h"
 #include "truth.h"
 
 void test_control(void);

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "../check.h"
+#include "../unit/check.h"
 #include "h5.h"
 
 void test_truth(void);

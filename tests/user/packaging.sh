@@ -1,8 +1,8 @@
 #!/bin/sh
 # make install and make dist: one version number everywhere; programs outside the repository build against what is installed, with
 # plain make, pkg-config and CMake; the packages hold what their systems ask for, their examples build and run on the PC with the
-# stand-ins of tests/packaging/standin; the same bytes on every run. Each program is tick.c and prints the same line.
-cd "$(dirname "$0")/.." || exit 1
+# stand-ins of tests/user/standin; the same bytes on every run. Each program is tick.c and prints the same line.
+cd "$(dirname "$0")/../.." || exit 1
 repo=$PWD
 tmp=$(mktemp -d) || exit 1
 trap 'rm -rf "$tmp"' EXIT
@@ -41,7 +41,7 @@ sums > "$tmp/sums"
 
 # ---- make install, and programs that use it ----
 
-sed 's/@ENTRY@/int main(void)/' tests/packaging/tick.c > "$tmp/tick.c"
+sed 's/@ENTRY@/int main(void)/' .packaging/tick.c > "$tmp/tick.c"
 check cc -std=c99 -Wall -Wextra -Wpedantic -Werror -I. -Iexamples "$tmp/tick.c" -o "$tmp/here" -lm
 "$tmp/here" > "$tmp/line"
 check grep -Eq "^roln $version: status 0, mrad:( -?[0-9]{1,3}){8}\$" "$tmp/line"
@@ -61,7 +61,7 @@ for prefix in "$tmp/plain" "$tmp/moved here"; do
     check same "$version" "$(pkg-config --modversion roln)"
     for cc in gcc clang; do
         rm -rf "$tmp/consumer"
-        cp -R tests/packaging/consumer "$tmp"
+        cp -R tests/user/consumer "$tmp"
         cp "$tmp/tick.c" examples/chain.h examples/chain_weights.h "$tmp/consumer"
         cp "$tmp/tick.c" "$tmp/consumer/tick.cc"
         cd "$tmp/consumer" || exit 1
@@ -85,7 +85,7 @@ END
 # serves YES-OR-NO VERSION-INSTALLED VERSION-ASKED ..: by the package in $tmp/plain under another number
 serves() {
     f=share/cmake/roln/rolnConfigVersion.cmake
-    sed "s/@VERSION@/$2/" "tests/packaging/$f" > "$tmp/plain/$f"
+    sed "s/@VERSION@/$2/" ".packaging/$f" > "$tmp/plain/$f"
     rm -rf "$tmp/ask/build"
     cmake -S "$tmp/ask" -B "$tmp/ask/build" -DROLN="$3" -DCMAKE_PREFIX_PATH="$tmp/plain" \
         -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF 2>&1 | grep -qx "found $1"
@@ -103,9 +103,9 @@ sums > "$tmp/again"
 check cmp "$tmp/sums" "$tmp/again"
 # times: of the last commit of a repository of its own; not of one further up, of SOURCE_DATE_EPOCH before all
 copy="$tmp/outer/roln"
-mkdir -p "$copy/tests" "$copy/examples"
+mkdir -p "$copy/examples"
 cp Makefile README.md LICENSE roln*.h "$copy"
-cp -R tests/packaging "$copy/tests"
+cp -R .packaging "$copy"
 cp examples/chain.h examples/chain_weights.h "$copy/examples"
 commit() {
     git init -q "$1"
@@ -188,7 +188,7 @@ check not grep -qv '^[a-z]*=' library.properties
 check grep -qx "version=$version" library.properties
 check grep -qx 'category=Device Control' library.properties # one of nine that the library manager knows
 for cc in g++ clang++; do
-    set -- $cc -std=c++11 -Wall -Wextra -Werror -Isrc -I"$repo/tests/packaging/standin" -x c++ examples/tick/tick.ino
+    set -- $cc -std=c++11 -Wall -Wextra -Werror -Isrc -I"$repo/tests/user/standin" -x c++ examples/tick/tick.ino
     check "$@" -o "$tmp/arduino/$cc"
     check "$@" -E -CC # as arduino-cli looks for prototypes: comments stay in macros
     check prints "$tmp/arduino/$cc"
@@ -199,7 +199,7 @@ yaml() { not grep -Evn '^(  )?[a-z_]+:( ("[^"]*"|[A-Za-z][^:#]*(:[^ ]+)?))?$' "$
 
 # Zephyr: the example through the stand-in; without CONFIG_ROLN the headers are not found, an unknown option is refused
 cd "$tmp/zephyr/roln" || exit 1
-export ZEPHYR_BASE="$repo/tests/packaging/standin"
+export ZEPHYR_BASE="$repo/tests/user/standin"
 check yaml zephyr/module.yml
 check grep -qx 'name: roln' zephyr/module.yml
 check cmake -S samples/tick -B "$tmp/zephyr/build"
@@ -211,7 +211,7 @@ check not cmake -S samples/tick -B "$tmp/zephyr/typo" -DCONF=CONFIG_ROLM=y
 
 # ESP-IDF: the same
 cd "$tmp/esp-idf/roln" || exit 1
-export IDF_PATH="$repo/tests/packaging/standin"
+export IDF_PATH="$repo/tests/user/standin"
 check yaml idf_component.yml
 check grep -qx "version: \"$version\"" idf_component.yml
 for key in description license url; do check same 1 "$(grep -c "^$key: ." idf_component.yml)"; done

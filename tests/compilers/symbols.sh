@@ -1,14 +1,14 @@
 #!/bin/sh
 # An object with every function kept takes nothing from outside but sqrt and mem*, and has no writable data (as in firmware,
 # code at fixed addresses: the tables of verbs hold addresses of functions).
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build
 passed=0
 failed=0
 for type in '' -DROLN_DOUBLE; do
     for cc in gcc clang; do
         rm -f build/symbols.o
-        if ! $cc -std=c99 -xc -DROLN_FN= $type -O2 -fno-pie -fno-math-errno -c -o build/symbols.o tests/models.h; then
+        if ! $cc -std=c99 -xc -DROLN_FN= $type -O2 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
             failed=$((failed + 1))
             echo "$cc $type: does not compile"
             continue
@@ -36,7 +36,7 @@ cat > build/sections.c << 'END'
 #define ROLN_FLASH __attribute__((section(".qspi")))
 #include "examples/chain.h"
 #include "examples/chain_weights.h"
-#include "tests/models.h"
+#include "tests/compilers/models.h"
 int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v);
 ROLN_CODE int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v)
 {

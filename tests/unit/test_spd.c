@@ -2,7 +2,7 @@
    definitions without eigenvectors: f_P(X) = f(X P^-1) P with f of a general matrix (Taylor and squaring for exp, Denman
    and Beavers for the root, roots and the series of atanh for log), derivatives from f of block triangular matrices (Mathias
    1996), backwards from central differences of order 8. Then the identities, degenerate inputs, statuses. */
-#include "../roln_spd.h"
+#include "roln_spd.h"
 #include "twin.h"
 
 void TEST_NAME(spd)(void);

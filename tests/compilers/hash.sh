@@ -1,5 +1,5 @@
 #!/bin/sh
-# hash.sh - the same bits everywhere: builds tests/hash.c for each line `target compiler options`, runs it, in QEMU if need be, and
+# hash.sh - the same bits everywhere: builds hash.c for each line `target compiler options`, runs it, in QEMU if need be, and
 # compares: the packed parameters that it writes with those that gcc's program on this machine writes, its line with hash.txt. Each
 # program goes on with the parameters from this machine. Prints what differs; last line: N passed, N failed.
 #
@@ -11,9 +11,10 @@
 # JOBS=1 for one core. FLT_EVAL_METHOD must be 0: on s390x under -std=c99 gcc computes float in double unless it is told
 # -fexcess-precision=fast, and i386 has x87 without -mfpmath=sse. The vectors of armv7 and of ppc64 without VSX take denormal
 # numbers for 0: roln makes none of them, clang from -O2 on does unless told not to.
-cd "$(dirname "$0")" || exit 1
-board=../examples/firmware
-flags='-std=c99 -ffp-contract=off'
+cd "$(dirname "$0")/../.." || exit 1
+here=tests/compilers
+board=examples/firmware
+flags='-std=c99 -ffp-contract=off -I.'
 
 host() {
     for cc in gcc clang; do
@@ -86,8 +87,8 @@ one() {
     case "$*" in *DOUBLE*) real=double ;; *) real=float ;; esac
     it=$dir/$(echo "$target $compiler $*" | tr ' ' _)
     case $target/$compiler in
-    host/* | */gcc) $link "$@" hash.c -lm -o "$it" ;;
-    *) $compiler --target=$triple $core -isystem $include $flags "$@" -c hash.c -o "$it.o" && $link "$it.o" -lm -o "$it" ;;
+    host/* | */gcc) $link "$@" $here/hash.c -lm -o "$it" ;;
+    *) $compiler --target=$triple $core -isystem $include $flags "$@" -c $here/hash.c -o "$it.o" && $link "$it.o" -lm -o "$it" ;;
     esac && timeout 600 $run "$it" < "$dir/$real.packed" > "$it.got" && cmp "$dir/$real.want" "$it.got" && rm "$it" && return
     tail -n 1 "$it.got"
     return 1
@@ -102,17 +103,17 @@ fi
 tmp=$(mktemp -d) || exit 1
 trap 'rm -rf "$tmp"' EXIT
 for real in float double; do # without input it ends when it has written its parameters
-    gcc $flags -O1 $([ $real = float ] || echo -DROLN_DOUBLE) hash.c $board/host.c -lm -o "$tmp/$real" &&
+    gcc $flags -O1 $([ $real = float ] || echo -DROLN_DOUBLE) $here/hash.c $board/host.c -lm -o "$tmp/$real" &&
         "$tmp/$real" < /dev/null > "$tmp/$real.packed"
 done
 if [ "$1" = -w ]; then
-    for real in float double; do "$tmp/$real" < "$tmp/$real.packed" | tail -n 1; done > hash.txt
+    for real in float double; do "$tmp/$real" < "$tmp/$real.packed" | tail -n 1; done > $here/hash.txt
     exit
 fi
-for real in float double; do { cat "$tmp/$real.packed"; echo; grep "^$real " hash.txt; } > "$tmp/$real.want"; done
+for real in float double; do { cat "$tmp/$real.packed"; echo; grep "^$real " $here/hash.txt; } > "$tmp/$real.want"; done
 
 case "$*" in host | targets) $1 ;; *) echo "$*" ;; esac | xargs -P "${JOBS:-$(nproc)}" -I{} sh -c \
-    'if got=$(sh hash.sh one '"$tmp"' {} 2>&1); then echo ok; else echo "{}:" $got; fi' > "$tmp/all"
+    'if got=$(sh '$here'/hash.sh one '"$tmp"' {} 2>&1); then echo ok; else echo "{}:" $got; fi' > "$tmp/all"
 grep -v '^ok$' "$tmp/all"
 failed=$(grep -vc '^ok$' "$tmp/all")
 echo "$(grep -c '^ok$' "$tmp/all") passed, $failed failed"

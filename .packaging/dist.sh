@@ -1,8 +1,8 @@
 #!/bin/sh
 # dist.sh VERSION HEADER.. - build/dist: packages for PlatformIO, Arduino, Zephyr and ESP-IDF, each a directory and an archive of
-# it: its files beside this script, the headers, LICENSE, the start of README, and tick as an example. The same bytes on every
+# it: its files in the directories beside this script, the headers, LICENSE, the start of README, and tick as an example. The same bytes on every
 # run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.
-cd "$(dirname "$0")/../.." || exit 1
+cd "$(dirname "$0")/.." || exit 1
 set -e
 umask 022
 version=$1
@@ -18,14 +18,14 @@ package() {
     shift 5
     root=build/dist/$name/roln
     mkdir -p "$root/$include" "$root/$(dirname "$example")"
-    for file in $(cd "tests/packaging/$name" && find . -type f); do
+    for file in $(cd ".packaging/$name" && find . -type f); do
         mkdir -p "$root/$(dirname "$file")"
-        sed "s/@VERSION@/$version/" "tests/packaging/$name/$file" > "$root/$file"
+        sed "s/@VERSION@/$version/" ".packaging/$name/$file" > "$root/$file"
     done
     cp "$@" "$root/$include"
     cp LICENSE "$root"
     awk '/^!\[/ { off = 1 } /^## / { off = !/^## Use it from your build/ } !off' README.md > "$root/README.md"
-    sed "s/@ENTRY@/$entry/" "tests/packaging/$tick" > "$root/$example"
+    sed "s/@ENTRY@/$entry/" ".packaging/$tick" > "$root/$example"
     cp examples/chain.h examples/chain_weights.h "$root/$(dirname "$example")"
     find "$root" -exec touch -d "@$time" {} +
     cd "build/dist/$name"

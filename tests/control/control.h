@@ -5,7 +5,7 @@
 
 #include <stdint.h>
 
-#include "../../roln.h"
+#include "roln.h"
 
 #define CONTROL_MODEL "tests/mujoco/models/pend16_act.roln"
 #define CONTROL_POWER 3.0 /* limits of the guard: energy-rate residual, W */

@@ -1,6 +1,6 @@
 /* Eigensolver and divided differences of exp (roln_spd.h, sections 6 and 7) against slow independent twins in long double:
    cyclic Jacobi, quotients and series. */
-#include "../roln_spd.h"
+#include "roln_spd.h"
 #include "twin.h"
 
 void TEST_NAME(eig)(void);

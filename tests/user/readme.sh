@@ -1,7 +1,7 @@
 #!/bin/sh
 # Every C block of README.md, saved under the name in its first line, and every example compile with the lines `cc ...` that
 # README.md and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train nothing run.
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
 passed=0

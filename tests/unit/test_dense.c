@@ -1,6 +1,6 @@
 /* Ground floor of roln_spd.h, sections 2, 3 and 5: bits of finite numbers, random numbers, and the dense kernels against
    naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the documented order. */
-#include "../roln_spd.h"
+#include "roln_spd.h"
 #include "twin.h"
 
 void TEST_NAME(dense)(void);

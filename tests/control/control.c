@@ -5,8 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../examples/pend16.h"
-#include "truth.h"
+#include "examples/pend16.h"
+#include "../mujoco/truth.h"
 
 #define PI 3.14159265358979323846
 #define DT 1e-3

@@ -16,8 +16,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../../examples/firmware/frame.h"
-#include "../check.h"
+#include "examples/firmware/frame.h"
+#include "../unit/check.h"
 #include "control.h"
 
 enum {

@@ -2,7 +2,7 @@
 # The images of examples/firmware on every core, in QEMU: they print what the same program prints on this machine (but for lines on
 # instructions), they do what they claim, and they hold nothing from outside but mem*; the instruction counter is exact;
 # faults end safely; adaptation survives resets, a save survives one at any instruction.
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 fw=examples/firmware
 out=build/firmware
 own='board_[a-z]+|start|start_memory|fault|fault_report|trap|trap_report|systick|main'
@@ -55,7 +55,7 @@ check 'control: a dead encoder does not stop the motors' \
 for core in m4 m7 m33 m55 rv32; do
     for p in predict three control adapt serial; do
         image=$out/$core/$fw/$p.elf
-        if [ $p != serial ]; then # which answers only (tests/mujoco/pil.c)
+        if [ $p != serial ]; then # which answers only (tests/control/pil.c)
             run $core $image
             check "$core $p: not what the host prints" same $image.txt $host/$p.txt
         fi

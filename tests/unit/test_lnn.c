@@ -4,7 +4,7 @@
 
    Errors of maps and gradients are counted in units of their condition: what moving every input by one eps at random moves
    the result (measured on the library itself), so that a bound does not depend on how the weights were drawn. */
-#include "../roln_lnn.h"
+#include "roln_lnn.h"
 #include "twin.h"
 
 void TEST_NAME(lnn)(void);

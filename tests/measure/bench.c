@@ -5,25 +5,25 @@
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
 #define ROLN_STEP euler
-#include "../../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME arm /* the chain of tests/mujoco, with every option of the mechanics */
 #define ROLN_AE 16, 16, 16, 16, 12, 8, 4
 #define ROLN_MLP 64, 64
 #define ROLN_DAMPING 1
-#include "../../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME delan
 #define ROLN_AE 10
 #define ROLN_MLP 64, 64
 #define ROLN_MASS cholesky
-#include "../../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME gyro
 #define ROLN_AE 10
 #define ROLN_MLP 64, 64
 #define ROLN_LAYERS gyro
-#include "../../roln.h"
+#include "roln.h"
 
 #include <mujoco/mujoco.h>
 #include <stdio.h>

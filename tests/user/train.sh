@@ -1,7 +1,7 @@
 #!/bin/sh
 # From nothing to a model, as a user would: simulate the chain with MuJoCo, export CSV, train for about a minute with
 # examples/train.c, and demand E_q(25 ms) below a bound on trajectories that it has not seen (POD leaves 34 %).
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 build/generate pend16 build/small.h5 --train 40 --test 5 --seed 1 --csv build/small || exit 1
 gcc -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples -DMODEL=pend16 \
     examples/train.c -o build/train_small -lpthread -lm || exit 1

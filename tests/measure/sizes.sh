@@ -9,7 +9,7 @@
 # JOBS=1 for one core. Code and constants, weights and RAM are those of firmware.o in the linked image (its map): without start-up,
 # mem* and measure.c, which draws the states. Stack: stack.awk; what measure.c finds painted over is within.
 cd "$(dirname "$0")/../.." || exit 1
-here=tests/sizes
+here=tests/measure
 out=build/sizes
 own='board_[a-z]+|start|start_memory|fault|fault_report|trap|trap_report|systick|main|tick|ahead|train|weights'
 allowed='mem(cpy|set|cmp|move)'

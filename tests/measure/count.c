@@ -3,7 +3,7 @@
 #define ROLN_NAME dynamics
 #define ROLN_AE 4
 #define ROLN_MLP 32, 32
-#include "../../roln.h"
+#include "roln.h"
 
 #include "pend16.h"
 #include "text.h"

@@ -6,14 +6,14 @@
 #define ROLN_NAME big
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME small
 #define ROLN_AE 2
 #define ROLN_MLP 8
 #define ROLN_BASE 1
 #define ROLN_STEP midpoint
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME layered
 #define ROLN_AE 8, 6, 3
@@ -23,26 +23,26 @@
 #define ROLN_LAYERS gyro, bimap, reeig
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME delan
 #define ROLN_AE 4
 #define ROLN_MLP 16, 16
 #define ROLN_MASS cholesky
-#include "../roln.h"
+#include "roln.h"
 
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME bytes
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
 #define ROLN_STORE int8
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME halves
 #define ROLN_AE 8, 6, 3
 #define ROLN_MLP 16, 16
 #define ROLN_STORE half
-#include "../roln.h"
+#include "roln.h"
 #endif
 
 #endif

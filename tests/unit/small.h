@@ -8,7 +8,7 @@
 #define ROLN_MLP 5, 4
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mb /* no autoencoder, base point, midpoint */
 #define ROLN_AE 3
@@ -17,7 +17,7 @@
 #define ROLN_BASE 1
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 1
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mc /* a layer that keeps its size */
 #define ROLN_AE 5, 3, 3
@@ -26,21 +26,21 @@
 #define ROLN_SLOPE 0.5
 #define ROLN_BASE 1
 #define ROLN_BLOCK 3
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME md /* the deepest */
 #define ROLN_AE 10, 9, 8, 7, 6, 5, 4, 3, 2
 #define ROLN_MLP 3, 2, 3, 2, 3
 #define ROLN_SLOPE 0.625
 #define ROLN_HORIZON 2
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME me /* one degree of freedom, as linear as can be */
 #define ROLN_AE 3, 1
 #define ROLN_MLP 2
 #define ROLN_STEP midpoint
 #define ROLN_SLOPE 1
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mf /* everything at once */
 #define ROLN_AE 6, 5, 3
@@ -51,7 +51,7 @@
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 3
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mg /* the Cholesky head */
 #define ROLN_AE 4, 2
@@ -60,7 +60,7 @@
 #define ROLN_LEAST 0.0625
 #define ROLN_STEP euler
 #define ROLN_HORIZON 3
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mh /* damping, midpoint; as many inputs as joints */
 #define ROLN_AE 5, 2
@@ -70,7 +70,7 @@
 #define ROLN_STEP midpoint
 #define ROLN_HORIZON 2
 #define ROLN_BLOCK 5
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME mi /* SPD layers that keep their size, no autoencoder */
 #define ROLN_AE 2
@@ -79,7 +79,7 @@
 #define ROLN_LEAST 0.015625
 #define ROLN_DAMPING 1
 #define ROLN_HORIZON 2
-#include "../roln.h"
+#include "roln.h"
 
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME ms /* ma, stored; not in the table below */
@@ -88,7 +88,7 @@
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
 #define ROLN_STORE int8
-#include "../roln.h"
+#include "roln.h"
 #endif
 
 #include "twin.h"

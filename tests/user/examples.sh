@@ -1,6 +1,6 @@
 #!/bin/sh
 # The examples that train nothing: each runs, ends with 0, and prints what its first lines promise. gcc and clang.
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/examples
 passed=0
 failed=0

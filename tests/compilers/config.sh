@@ -1,6 +1,6 @@
 #!/bin/sh
 # Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++.
-cd "$(dirname "$0")/.." || exit 1
+cd "$(dirname "$0")/../.." || exit 1
 passed=0
 failed=0
 

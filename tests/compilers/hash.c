@@ -8,7 +8,7 @@
 #define ROLN_MLP 16, 16
 #define ROLN_HORIZON 4
 #define ROLN_BLOCK 8
-#include "../roln.h"
+#include "roln.h"
 
 #define ROLN_NAME full
 #define ROLN_AE 6, 4, 2
@@ -21,9 +21,9 @@
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 4
 #define ROLN_BLOCK 8
-#include "../roln.h"
+#include "roln.h"
 
-#include "../examples/firmware/text.h"
+#include "examples/firmware/text.h"
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
 
