@@ -1,49 +1,40 @@
-# roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make firmware, make pil, make sizes, make count, make install, make dist, make clean
+# roln. A C compiler is enough for      make demo, swelling, ekf, install, dist, clean
+# make deps installs what these need:   make test, check, errors, control, models, noise, experiments, eig, bench, sizes, count,
+#                                            firmware, pil
 
 CC = cc
 PREFIX = /usr/local
 DESTDIR =
+JOBS = $(shell nproc 2> /dev/null || echo 1)
 HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
+VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
 
-# strict IEEE arithmetic: no -ffast-math anywhere; contraction off, so that every machine computes the same bits
-FAST = -std=c99 -D_POSIX_C_SOURCE=200809L -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples
+# Strict IEEE arithmetic: no -ffast-math anywhere; contraction off, so that every machine computes the same bits.
+STD = -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -I. -Iexamples
+FAST = -O3 -march=native -fno-math-errno
 WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Wstrict-prototypes \
        -Wmissing-prototypes -Werror
-STRICT = -std=c99 -O2 -ffp-contract=off -I. $(WARN)
-TESTS = elementary dense eig spd ae lnn riem roln control
-MUJOCO = -D_POSIX_C_SOURCE=200809L $$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
-MUJOCO_LIBS = -lmujoco $$(pkg-config --libs hdf5) -lm
-TRUTH = tests/mujoco/truth.c tests/mujoco/h5.c
+# What a file includes, as a rule beside what is made of it; read at the end.
+DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo ekf swelling deps test errors control models noise experiments bench firmware pil install dist clean
+.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments eig bench sizes count \
+        firmware pil
 all: demo
 
 # ---- what a user does ----
 
 demo: build/pendulum
 	./build/pendulum build
-
-build/pendulum: examples/pendulum.c $(HEADERS) examples/chain.h examples/chain_plant.h | build
-	$(CC) $(FAST) examples/pendulum.c -o $@ -lm
-
 swelling: build/swelling
 	./build/swelling build/swelling.svg
-
-build/swelling: examples/swelling.c roln_spd.h | build
-	$(CC) $(FAST) examples/swelling.c -o $@ -lm
-
 ekf: build/ekf
 	./build/ekf
 
-build/ekf: examples/ekf.c $(HEADERS) examples/chain.h examples/chain_plant.h examples/chain_weights.h | build
-	$(CC) $(FAST) examples/ekf.c -o $@ -lm
-
-build:
-	mkdir -p build/log
+build/%: examples/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
 
 # the headers, a pkg-config file and a CMake package; they find each other, so that the tree may be moved
-VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
 SHARE = share/pkgconfig/roln.pc share/cmake/roln/rolnConfig.cmake share/cmake/roln/rolnConfigVersion.cmake
 install:
 	mkdir -p "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(PREFIX)/share/pkgconfig" "$(DESTDIR)$(PREFIX)/share/cmake/roln"
@@ -59,69 +50,79 @@ clean:
 
 # ---- tests ----
 
-# the sanitizers of clang are a package with clang's version in its name, or, on other systems, part of clang
-PACKAGES = gcc g++ clang make pkg-config cmake zip libmujoco-dev libhdf5-dev \
+# The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
+PACKAGES = gcc g++ clang tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
            gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user
-deps: | build
-	@get() { sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
-	    $$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$$@"; }; \
-	set --; for p in $(PACKAGES); do dpkg-query -W -f='$${Status}' $$p 2> /dev/null | grep -q 'ok installed' || set -- "$$@" $$p; done; \
-	if [ $$# -gt 0 ]; then get "$$@" || exit 1; fi; \
-	echo 'int main(void) { return 0; }' > build/deps.c; \
-	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
-	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
+AGREE = no
+deps:
+	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
-test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report build/pil
-	sh tests/run.sh
+# Everything. To repeat some of its steps: sh tests/run.sh NAME ..
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate report pil
+test:
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
+	@JOBS=$(JOBS) sh tests/run.sh
 
-build/f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	gcc $(STRICT) -c $< -o $@
-build/f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	gcc $(STRICT) -DROLN_DOUBLE -c $< -o $@
-build/test: $(TESTS:%=build/f32_%.o) $(TESTS:%=build/f64_%.o) tests/unit/main.c tests/unit/check.c
-	gcc $(STRICT) $^ -o $@ -lm
+# The headers alone, in less than two minutes: of sweeps over millions of numbers a sample. Some files: build/test sample spd riem
+check:
+	+@$(MAKE) --no-print-directory -j$(JOBS) build/test
+	./build/test sample
 
-ASAN = clang $(STRICT) -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=all
-MSAN = clang $(STRICT) -O1 -g -fsanitize=memory
-build/asan_f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	$(ASAN) -c $< -o $@
-build/asan_f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	$(ASAN) -DROLN_DOUBLE -c $< -o $@
-build/test_asan: $(TESTS:%=build/asan_f32_%.o) $(TESTS:%=build/asan_f64_%.o) tests/unit/main.c tests/unit/check.c
-	$(ASAN) $^ -o $@ -lm
-build/msan_f32_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	$(MSAN) -c $< -o $@
-build/msan_f64_%.o: tests/unit/test_%.c tests/unit/check.h tests/unit/twin.h tests/unit/small.h $(HEADERS) | build
-	$(MSAN) -DROLN_DOUBLE -c $< -o $@
-build/test_msan: $(TESTS:%=build/msan_f32_%.o) $(TESTS:%=build/msan_f64_%.o) tests/unit/main.c tests/unit/check.c
-	$(MSAN) $^ -o $@ -lm
+# Objects: build/KIND/PATH.o from PATH.c
+KIND_unit32 = gcc $(STD) -O2 $(WARN)
+KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
+KIND_asan32 = clang $(STD) -O1 -g $(WARN) -fsanitize=address,undefined -fno-sanitize-recover=all
+KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE
+KIND_msan32 = clang $(STD) -O1 -g $(WARN) -fsanitize=memory
+KIND_msan64 = $(KIND_msan32) -DROLN_DOUBLE
+KIND_cov32 = gcc $(STD) -O0 --coverage
+KIND_cov64 = $(KIND_cov32) -DROLN_DOUBLE -DROLN_SIMD=0
+KIND_host32 = gcc $(STD) $(FAST) $(WARN) $$(pkg-config --cflags hdf5 2> /dev/null | sed 's/-I/-isystem /g')
+KIND_host64 = $(KIND_host32) -DROLN_DOUBLE
+define kind
+build/$(1)/%.o: %.c
+	@mkdir -p $$(@D)
+	$$(KIND_$(1)) $$(DEPENDS) -c $$< -o $$@
+endef
+$(foreach k,$(patsubst KIND_%,%,$(filter KIND_%,$(.VARIABLES))),$(eval $(call kind,$(k))))
+.SECONDARY:
 
-build/test_mujoco: tests/mujoco/main.c tests/mujoco/test_truth.c tests/mujoco/test_models.c tests/mujoco/test_control.c \
-                   tests/control/control.c $(TRUTH) tests/unit/check.c tests/control/control.h tests/mujoco/truth.h tests/mujoco/h5.h \
-                   tests/unit/check.h examples/pend16.h examples/pend16_int8.h $(HEADERS) | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+# every file of unit tests, as float and as double, in one program; one function for four of them
+UNIT = $(basename $(wildcard tests/unit/test_*.c))
+unit = $(UNIT:%=build/$(1)32/%.o) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o build/$(1)32/tests/unit/check.o
+build/test: $(call unit,unit)
+build/test_asan: $(call unit,asan)
+build/test_msan: $(call unit,msan)
+build/test_cov: $(call unit,cov)
+build/test: KIND = $(KIND_unit32)
+build/test_asan: KIND = $(KIND_asan32)
+build/test_msan: KIND = $(KIND_msan32)
+build/test_cov: KIND = $(KIND_cov32)
+build/test build/test_asan build/test_msan build/test_cov:
+	$(KIND) $^ -o $@ -lm
 
-build/test_opinf: tests/experiments/test_opinf.c tests/experiments/opinf.c tests/experiments/solve.c tests/unit/check.c \
-                  tests/experiments/experiment.h tests/experiments/solve.h tests/mujoco/truth.h tests/unit/check.h \
-                  $(HEADERS) | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno $(filter %.c,$^) -o $@ -lm
+# ---- with MuJoCo ----
 
-# the models that the experiments compare with; no MuJoCo: experiment.h needs but the declarations of truth.h
-LATENT = gcc $(STRICT) -O3 -march=native -fno-math-errno
-LATENT_DEPS = tests/experiments/test_latent.c tests/experiments/latent.c tests/experiments/experiment.h tests/mujoco/truth.h \
-              tests/unit/check.h $(HEADERS)
-build/latent_f32.o: $(LATENT_DEPS) | build
-	$(LATENT) -c $< -o $@
-build/latent_f64.o: $(LATENT_DEPS) | build
-	$(LATENT) -DROLN_DOUBLE -c $< -o $@
-build/test_latent: build/latent_f32.o build/latent_f64.o tests/unit/check.c
-	$(LATENT) $^ -o $@ -lm
-
-build/generate: tests/mujoco/generate.c $(TRUTH) tests/mujoco/truth.h tests/mujoco/h5.h | build
-	gcc $(STRICT) $(MUJOCO) $(filter %.c,$^) -o $@ $(MUJOCO_LIBS)
+# programs and their parts, PATH of tests/PATH.c
+host = $(patsubst %,build/host32/tests/%.o,$(1))
+PARTS = $(patsubst %,experiments/%,motion measure model mechanics latent baseline opinf fit solve recipes) mujoco/truth
+build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control) control/control mujoco/truth mujoco/h5 \
+                     unit/check)
+build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
+build/control: $(call host,control/closed_loop control/control mujoco/truth)
+build/pil: $(call host,control/pil control/control mujoco/truth unit/check)
+build/experiment: $(call host,experiments/experiment $(PARTS))
+build/speed: $(call host,experiments/speed $(PARTS))
+build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check)
+build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
+build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
+build/report: $(call host,experiments/report experiments/picture experiments/recipes)
+build/bench: $(call host,measure/bench)
+$(patsubst %,build/%,test_mujoco generate control pil experiment speed test_experiments test_opinf test_latent report bench):
+	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # error tables of the committed models, on fresh trajectories
 errors: build/test_mujoco build/test_experiments
@@ -131,9 +132,6 @@ errors: build/test_mujoco build/test_experiments
 # closed loops around MuJoCo's chain: table and build/control.svg, a minute and a half
 control: build/control
 	./build/control build/control.svg
-build/control: tests/control/closed_loop.c tests/control/control.c tests/mujoco/truth.c tests/control/control.h tests/mujoco/truth.h \
-               examples/pend16.h $(HEADERS) | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 # train the committed models again (two hours)
 models: build/generate
@@ -149,70 +147,62 @@ EXPERIMENTS = build/experiments
 RUN =
 experiments: build/experiment $(if $(RUN),,build/speed build/report)
 	@mkdir -p $(EXPERIMENTS)
-	@./build/experiment list | awk -v d=$(EXPERIMENTS) '{ t = t " " d "/" $$1 ".txt"; \
-	    print d "/" $$1 ".txt:" ($$2 == "-" ? "" : " " d "/" $$2 ".txt") "\n\t./build/experiment run " $$1 " " d " > " d "/" $$1 ".log" } \
+	@./build/experiment list | awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; \
+	    print d $$1 ".txt:" ($$2 == "-" ? "" : " " d $$2 ".txt"); \
+	    print "\t./build/experiment run " $$1 " $(EXPERIMENTS) > " d $$1 ".log" } \
 	    END { print "all:" t }' > $(EXPERIMENTS)/runs.mk
 	+$(if $(RUN),,-)$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
 	$(if $(RUN),@cat $(EXPERIMENTS)/$(RUN).txt)
 	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md)
 	$(if $(RUN),,./build/report $(EXPERIMENTS) tests/experiments)
 	$(if $(RUN),,@! grep '^Missing' tests/experiments/RESULTS.md)
-PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent baseline opinf fit solve recipes) tests/mujoco/truth.c
-PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/mujoco/truth.h $(HEADERS)
-build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-# MuJoCo against the reduced models, a markdown table
-build/speed: tests/experiments/speed.c $(PARTS) $(PARTS_H) | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+# ---- measurements ----
 
-build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/unit/check.c tests/unit/check.h | build
-	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+# the eigensolver on a million matrices, float and double
+EIG = $(basename $(wildcard tests/*/eig_million.c))
+eig: build/eig32 build/eig64
+	./build/eig32
+	./build/eig64
+build/eig32 build/eig64: build/eig%: build/host%/$(EIG).o build/host32/tests/unit/check.o
+	gcc $^ -o $@ -lm
 
-# its tables and pictures
-build/report: tests/experiments/report.c tests/experiments/picture.c tests/experiments/recipes.c tests/experiments/report.h \
-              tests/experiments/recipes.h tests/experiments/experiment.h tests/mujoco/truth.h $(HEADERS) | build
-	gcc $(STRICT) $(filter %.c,$^) -o $@ -lm
-
+# times on this machine
 bench: build/bench
 	./build/bench
-build/bench: tests/measure/bench.c $(HEADERS) | build
-	gcc $(FAST) $< -o $@ -lmujoco -lm
+
+# flash, RAM, stack and instructions of three models on five cores, compared with the tables between <!-- sizes --> in the texts
+sizes:
+	sh tests/measure/sizes.sh
+
+# instructions of the kernels and of a control tick on a Cortex-M4F, against targets
+count:
+	sh tests/measure/count.sh
 
 # ---- firmware ----
 
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
-FIRMWARE = $(patsubst %,examples/firmware/%.elf,predict three control adapt serial)
 CORES = m4 m7 m33 m55 rv32 host
-firmware: $(foreach c,$(CORES),$(FIRMWARE:%=build/firmware/$(c)/%))
+IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control adapt serial)
+firmware: $(foreach c,$(CORES),$(IMAGES:%=build/firmware/$(c)/%))
 define image
-build/firmware/$(1)/%.elf: %.c $(HEADERS) $(wildcard examples/*.h examples/firmware/*)
+build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)
 	@mkdir -p $$(@D)
-	sh examples/firmware/cc.sh $(1) $(WARN) -Ibuild/firmware $$< -o $$@
+	sh examples/firmware/cc.sh $(1) $(WARN) -Ibuild/firmware $$(DEPENDS) $$< -o $$@
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
 $(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_weights.h
-build/firmware/pend16_weights.h: tests/measure/weights.c tests/mujoco/models/pend16_act.roln tests/measure/firmware.h examples/pend16.h $(HEADERS)
+build/firmware/pend16_weights.h: build/firmware/weights tests/mujoco/models/pend16_act.roln
+	./$< < $(word 2,$^) > $@ || { rm $@; exit 1; }
+build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
-	$(CC) -std=c99 -O1 -ffp-contract=off -I. -Iexamples -DMODEL=pend16 $< -o build/firmware/weights -lm
-	./build/firmware/weights < $(word 2,$^) > $@ || { rm $@; exit 1; }
+	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
 # processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
 PIL = m4 m7 rv32
 pil: build/pil
 	./build/pil $(PIL)
-build/pil: tests/control/pil.c tests/control/control.c tests/mujoco/truth.c tests/unit/check.c tests/control/control.h \
-           tests/mujoco/truth.h tests/unit/check.h examples/firmware/frame.h examples/pend16.h $(HEADERS) \
-           $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
-	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
+build/pil: $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
 
-# flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
-.PHONY: sizes
-sizes:
-	sh tests/measure/sizes.sh
-
-# instructions of the kernels and of a control tick on a Cortex-M4F, against targets
-.PHONY: count
-count:
-	sh tests/measure/count.sh
+-include $(shell find build -name '*.d' 2> /dev/null)

@@ -1,54 +1,80 @@
 #!/bin/sh
 # run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
-# A step is a command whose last line is `N passed, N failed`; its output is in build/log/. Nothing passed, nothing failed
-# is a failure.
+#
+#   run.sh              all steps, JOBS of them at a time (as many as there are cores)
+#   run.sh NAME ..      these alone; their programs are there after `make test`
+#
+# A step is a command whose last line is `N passed, N failed`; its output is in build/log/NAME. One that ends otherwise, or passed
+# nothing, has failed. Each step uses one core, so that two of them are as fast on two cores as one that could use both.
 cd "$(dirname "$0")/.." || exit 1
-mkdir -p build/log
-passed=0
-failed=0
+log=build/log
+jobs=${JOBS:-$(nproc)}
+export JOBS=1
+unset MAKEFLAGS MFLAGS MAKELEVEL
 
-step() {
-    name=$1
-    shift
-    start=$(date +%s)
-    "$@" > "build/log/$name" 2>&1
-    code=$?
-    last=$(grep -E '^[0-9]+ passed, [0-9]+ failed' "build/log/$name" | tail -n 1)
-    p=$(echo "$last" | sed -n 's/^\([0-9]*\) passed.*/\1/p')
-    f=$(echo "$last" | sed -n 's/.* \([0-9]*\) failed.*/\1/p')
-    # crashed, did not even start, or tested nothing
-    if [ -z "$p" ] || { [ "$f" -eq 0 ] && { [ "$code" -ne 0 ] || [ "$p" -eq 0 ]; }; }; then
-        p=${p:-0}
-        f=1
-    fi
-    passed=$((passed + p))
-    failed=$((failed + f))
-    printf '%-12s %8d passed, %d failed, %d s\n' "$name" "$p" "$f" $(($(date +%s) - start))
-    if [ "$f" -ne 0 ]; then tail -n 40 "build/log/$name" | sed 's/^/    /'; fi
+# what takes longest first
+steps() {
+    cat << 'end'
+targets      sh tests/compilers/hash.sh targets
+sizes        sh tests/measure/sizes.sh test
+firmware     sh tests/firmware/firmware.sh
+pil          build/pil host m4 rv32
+sanitize-m   build/test_msan sample
+sanitize-au  build/test_asan sample
+train        sh tests/user/train.sh
+examples     sh tests/user/examples.sh
+unit         build/test
+hash         sh tests/compilers/hash.sh host
+coverage     sh tests/compilers/coverage.sh
+mujoco       build/test_mujoco
+experiments  build/test_experiments
+latent       build/test_latent
+opinf        build/test_opinf
+packaging    sh tests/user/packaging.sh
+warnings     sh tests/compilers/warnings.sh
+config       sh tests/compilers/config.sh
+symbols      sh tests/compilers/symbols.sh
+readme       sh tests/user/readme.sh
+report       sh tests/experiments/test_report.sh
+deps         sh tests/user/deps.sh
+style        sh tests/style/style.sh
+end
 }
 
-step warnings sh tests/compilers/warnings.sh
-step config sh tests/compilers/config.sh
-step unit build/test
-step hash sh tests/compilers/hash.sh host
-step targets sh tests/compilers/hash.sh targets
-step symbols sh tests/compilers/symbols.sh
-step readme sh tests/user/readme.sh
-step examples sh tests/user/examples.sh
-# elementary: no memory, and millions of calls
-step sanitize-au build/test_asan dense eig spd ae lnn riem roln control
-step sanitize-m build/test_msan dense eig spd ae lnn riem roln control
-step coverage sh tests/compilers/coverage.sh
-step mujoco build/test_mujoco
-step latent build/test_latent
-step opinf build/test_opinf
-step experiments build/test_experiments
-step report sh tests/experiments/test_report.sh
-step packaging sh tests/user/packaging.sh
-step train sh tests/user/train.sh
-step firmware sh tests/firmware/firmware.sh
-step sizes sh tests/measure/sizes.sh test
-step pil build/pil host m4 rv32
+# one step: its output; then in NAME.end the exit code, seconds, and seconds of processors that it and its children took
+if [ "$1" = one ]; then
+    name=$2
+    shift 2
+    start=$(date +%s)
+    "$@" > "$log/$name" 2>&1
+    code=$?
+    seconds=$(($(date +%s) - start))
+    times > "$log/$name.part" # not in a pipe, for there it would be another shell's
+    awk -v code=$code -v seconds=$seconds 'NR == 2 { split($0, t, /[ms ]+/); cpu = 60 * (t[1] + t[3]) + t[2] + t[4] }
+        END { printf "%d %d %.0f\n", code, seconds, cpu }' "$log/$name.part" > "$log/$name.time"
+    mv "$log/$name.time" "$log/$name.end" # there it is whole
+    exit 0
+fi
+
+mkdir -p $log
+rm -f $log/*
+if [ $# -eq 0 ]; then steps; else for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done; fi > $log/steps
+xargs -P "$jobs" -L 1 sh tests/run.sh one < $log/steps &
+runner=$!
+passed=0
+failed=0
+for name in $(awk '{ print $1 }' $log/steps); do # in this order, whichever ends first
+    while [ ! -f "$log/$name.end" ] && kill -0 $runner 2> /dev/null; do sleep 1; done
+    code=1 seconds='?' cpu='?' p= f=
+    [ ! -f "$log/$name.end" ] || read -r code seconds cpu < "$log/$name.end"
+    eval "$(sed -n 's/^\([0-9]*\) passed, \([0-9]*\) failed$/p=\1 f=\2/p' "$log/$name" | tail -n 1)"
+    # crashed, did not even start, or tested nothing
+    if [ -z "$p" ] || { [ "$f" -eq 0 ] && { [ "$code" -ne 0 ] || [ "$p" -eq 0 ]; }; }; then p=${p:-0} f=1; fi
+    passed=$((passed + p))
+    failed=$((failed + f))
+    printf '%-12s %8d passed, %d failed, %s s, %s s of a core\n' "$name" "$p" "$f" "$seconds" "$cpu"
+    if [ "$f" -ne 0 ]; then tail -n 40 "$log/$name" | sed 's/^/    /'; fi
+done
 
 echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+[ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]

@@ -1,6 +1,7 @@
 #include "check.h"
 
 long check_passed, check_failed;
+int check_sample;
 
 static int report(int ok)
 {

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 extern long check_passed, check_failed;
+extern int check_sample; /* sweeps over millions of numbers take a sample: make check, sanitizers, coverage */
 
 #define CHECK(cond) check_that((cond) != 0, #cond, __FILE__, __LINE__)
 
