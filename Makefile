@@ -207,7 +207,7 @@ build/pil: tests/mujoco/pil.c tests/mujoco/control.c tests/mujoco/truth.c tests/
            $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-# flash, RAM, stack and instructions of three models on five cores, compared with the tables of README.md
+# flash, RAM, stack and instructions of three models on five cores, compared with the tables of docs/firmware.md
 .PHONY: sizes
 sizes:
 	sh tests/sizes/sizes.sh
