@@ -32,8 +32,8 @@ for cc in gcc clang; do
         /^(log-Euclidean|affine-invariant)/ { for (i = 2; i <= 10; i++) n += $i == "1.000" } { ok = n == 20 }'
     check swelling 'BEGIN { while ((getline line < "build/examples/swelling.svg") > 0) n += line ~ /<ellipse/; ok = n == 36 }'
 
-    # the written words, read by the compiler, are the parameters that were stored; the file is that of README
-    roln=$(sed -n 's|^    ./store \(.*[.]roln\)$|\1|p' README.md)
+    # the written words, read by the compiler, are the parameters that were stored; the file is that of docs/firmware.md
+    roln=$(sed -n 's|^    ./store \(.*[.]roln\)$|\1|p' docs/firmware.md)
     cat > build/examples/store.c << 'END'
 #include <stdio.h>
 #include "pend16_int8.h"

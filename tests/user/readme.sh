@@ -1,6 +1,7 @@
 #!/bin/sh
-# Every C block of README.md, saved under the name in its first line, and every example compile with the lines `cc ...` that
-# README.md and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train nothing run.
+# Every C block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines `cc ...`
+# that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train nothing
+# run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts link to.
 cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
@@ -15,12 +16,14 @@ check() {
         cat build/readme/log
     fi
 }
-# block n of README.md is build/readme/NAME.c if it begins with /* NAME.c, else blockn.c
+texts="README.md CONTRIBUTING.md $(echo docs/*.md)"
+# block n of all is build/readme/NAME.c if it begins with /* NAME.c, else blockn.c; NAME.want: what `$ ./NAME` prints
 awk '/^```c$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
      on && file == "" { file = "block" n ".c"; if ($1 == "/*" && $2 ~ /^[a-z_]+[.]c$/) file = $2 }
-     on { print > ("build/readme/" file) }' README.md
+     on { print > ("build/readme/" file) }
+     /^```console$/ { getline; want = "build/readme/" substr($2, 3) ".want"; while ((getline line) > 0 && line != "```") print line > want }' $texts
 blocks=$(cd build/readme && echo *.c)
-lines=$(sed -n 's/^ *\(cc -std=[^*]*\).*/\1/p' README.md examples/*.c | sed 's/ *$//' | sort -u)
+lines=$(sed -n 's/^ *\(cc -std=[^*]*\).*/\1/p' $texts examples/*.c | sed 's/ *$//' | sort -u)
 # no example and no block without its line, no line twice in different words
 for f in $blocks examples/*.c; do
     check "[ \$(echo '$lines' | grep -c ' $f ') -eq 1 ]"
@@ -36,7 +39,21 @@ $lines
 END
 done
 for f in $blocks spd.c control_tick.c; do
-    check "build/readme/${f%.c}"
+    f=build/readme/${f%.c}
+    if [ -f "$f.want" ]; then check "$f | diff $f.want -"; else check "$f"; fi
+done
+for f in build/readme/*.want; do check "[ -x ${f%.want} ]"; done
+# tests/../FILE.c: NAME is a function of that file, wherever it lies
+for t in $(grep -oh 'tests/[a-z/_]*[.]c: [a-z_0-9]*' $texts | sed 's/: /:/' | sort -u); do
+    check "cat \$(find tests -name $(basename "${t%:*}") | sort) | grep '${t#*:}('"
+done
+# README's bytes are those of docs/firmware.md, which make sizes compares
+for m in chain pend16 cloth; do
+    check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')' ]"
+done
+# a link within the repository leads to a file
+for f in $texts; do
+    for l in $(grep -o ']([^)#]*' "$f" | sed 's/](//' | grep -v '^http' | sort -u); do check "[ -e $(dirname "$f")/$l ]"; done
 done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
