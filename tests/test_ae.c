@@ -587,10 +587,10 @@ static void check_off(roln_ae ae, uint64_t *s)
     th = phi = weights(s);
     CHECK(roln_ae_check(&ae, th) == ROLN_OK);
     for (l = 0; l < ae.layers; l++) {
-        const int N = ae.size[l], n = ae.size[l + 1], step = n > 8 ? 7 : 1;
+        const int N = ae.size[l], n = ae.size[l + 1], step = n > 8 ? 13 : 1;
         roln_real *was = copy(2 * n * N, phi);
         for (i = 0; i < n; i += step)
-            for (j = 0; j < n; j += step)
+            for (j = 0; j < n; j++)
                 for (q = 0; q < 4; q++) {
                     const roln_real d = (q % 2 ? 1 : -1) * (q < 2 ? ROLN_C(0.98) : ROLN_C(1.02)) * ROLN_AE_OFF;
                     int k;
