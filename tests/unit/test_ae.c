@@ -2,6 +2,7 @@
    Rowley 2023), encoder and decoder with full Jacobians, and central differences of the twins for every backward. */
 #include "roln_ae.h"
 #include "twin.h"
+#include "room.h"
 
 void TEST_NAME(ae)(void);
 
@@ -20,6 +21,30 @@ typedef struct {
 
 static model m;
 
+/* The sizes that the size macros of roln_ae.h ask for, of m. */
+typedef struct {
+    int N, n, N1, N2, ae_sum, ae_size;
+} sizes;
+
+static sizes sizes_of_m(void)
+{
+    const roln_ae *ae = &m.ae;
+    const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_size(ae, 1), roln_ae_size(ae, 2),
+                     roln_ae_sum(ae), roln_ae_params(ae)};
+    return s;
+}
+#define OF_M(name) sizes_of_m().name
+
+static int tape_size(int enc, int jets, int nb)
+{
+    return enc ? ROLN_AE_ENCODE_TAPE(OF_M, jets, nb) : ROLN_AE_DECODE_TAPE(OF_M, jets, nb);
+}
+
+static int bwd_size(int enc, int jets, int nb)
+{
+    return enc ? ROLN_AE_ENCODE_BWD_WORK(OF_M, jets, nb) : ROLN_AE_DECODE_BWD_WORK(OF_M, jets, nb);
+}
+
 /* ---- twins ---- */
 
 /* s[0..3] = value and derivatives of the activation. The published form, a = csc^2 - sec^2, b = csc^2 + sec^2 of alpha:
@@ -34,7 +59,8 @@ static void t_act(ld k, ld sg, ld x, ld s[4])
         s[0] = x, s[1] = 1, s[2] = s[3] = 0;
         return;
     }
-    s[0] = fabsl(x) > 0.01L ? b / a * x + sg * (r2 / (a * si) - R / a) : x * (b / a - sg / a * d * (d * x + sg * 2 * r2 / co) / (R + r2 / si));
+    if (fabsl(x) > 0.01L) s[0] = b / a * x + sg * (r2 / (a * si) - R / a);
+    else s[0] = x * (b / a - sg / a * d * (d * x + sg * 2 * r2 / co) / (R + r2 / si));
     s[1] = b / a - sg / a * d * Z / R;
     s[2] = -sg / a * d * d * 2 * a / (R * R * R);
     s[3] = 3 * sg / a * d * d * d * 2 * a * Z / (R * R * R * R * R);
@@ -171,7 +197,7 @@ static void run_bwd(const roln_real *th, const roln_real *tape, const roln_real 
 static roln_real *weights(uint64_t *s)
 {
     const int p = roln_ae_params(&m.ae);
-    roln_real *th = fresh(p), *t = th, *w = fresh(ROLN_AE_INIT_WORK(m.ae.layers ? m.ae.size[1] : 0));
+    roln_real *th = fresh(p), *t = th, *w = fresh(ROLN_AE_INIT_WORK(OF_M));
     roln_real best = 0, top;
     uint64_t draw = 0, seed;
     int l, i;
@@ -230,10 +256,10 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
 {
     static ld ref[MAXB * MAXW];
     const ld amp = (ld)(ae.layers > 4 ? 2 : 1);
-    int r, t, ni, no, p = roln_ae_params(&ae), tp = roln_ae_tape(&ae, jets, nb);
+    int r, t, ni, no, tp, p = roln_ae_params(&ae);
     roln_real *th, *in, *out, *tape, *g, *gin, *gth, *w, *gin1, *gth1, *one, *one_out;
     m.ae = ae, m.enc = enc, m.jets = jets, m.nb = nb;
-    ni = jets * nb * dim_in(), no = jets * nb * dim_out();
+    ni = jets * nb * dim_in(), no = jets * nb * dim_out(), tp = tape_size(enc, jets, nb);
     th = weights(s);
     in = normal(ni, 0.7, s), out = fresh(no), tape = fresh(tp), g = normal(no, 1, s);
     widen(ni, in, m.in), widen(no, g, m.g);
@@ -241,16 +267,16 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
     t_jets(m.in, ref);
     for (t = 0; t < jets; t++)
         BOUND("ae: jets (eps)", distance(no / jets, out + t * no / jets, ref + t * no / jets) / EPS, 90);
-    if (enc) CHECK(unused(tp, tape) == 0);
+    CHECK(unused(tp, tape) == 0);
 
-    one = fresh(jets * dim_in()), one_out = fresh(jets * dim_out()), w = fresh(roln_ae_tape(&ae, jets, 1));
+    one = fresh(jets * dim_in()), one_out = fresh(jets * dim_out()), w = fresh(tape_size(enc, jets, 1));
     for (r = 0; r < nb; r++) { /* one by one: the same bits */
         for (t = 0; t < jets; t++) memcpy(one + t * dim_in(), in + (t * nb + r) * dim_in(), (size_t)dim_in() * sizeof *in);
         run(1, th, one, one_out, w);
         for (t = 0; t < jets; t++) CHECK(same(dim_out(), one_out + t * dim_out(), out + (t * nb + r) * dim_out()));
     }
 
-    gin = zeros(ni), gth = zeros(p), w = fresh(ROLN_AE_BWD_WORK(jets, nb, ae.size[0]));
+    gin = zeros(ni), gth = zeros(p), w = fresh(bwd_size(enc, jets, nb));
     run_bwd(th, tape, g, gin, gth, w);
     BOUND("ae: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 30 * amp + NOISE);
     BOUND("ae: gradient of theta (eps)", t_gradient(p, gth, m.th, 2e-4L, t_loss, NULL) / EPS, 30 * amp + NOISE);
@@ -290,7 +316,7 @@ static void test_activation(void)
                 const roln_real x = (roln_real)((q % 2 ? -1 : 1) * pow(10, e / 10.) * (q < 2 ? 1 : 1.618));
                 const ld far = fabsl((ld)x) > 1e9L;
                 roln_real a[3], y[3], back[3], one[1], g[3];
-                ld r[4], u[4];
+                ld r[4], u[4], w;
                 for (i = 1; i >= -1; i -= 2) {
                     a[0] = x, a[1] = 1 + roln_uniform(&seed), a[2] = roln_normal(&seed);
                     rolni_act(&s, (roln_real)i, 3, 1, a, y);
@@ -298,7 +324,8 @@ static void test_activation(void)
                     u[1] = r[1] * (ld)a[1], u[2] = r[2] * (ld)a[1] * (ld)a[1] + r[1] * (ld)a[2];
                     BOUND("activation: s (eps k1/k)", fabsl((ld)y[0] / r[0] - 1) / (EPS * cancel), 3);
                     BOUND("activation: s' (eps k1/k)", fabsl((ld)y[1] / u[1] - 1) / (EPS * cancel), 3);
-                    BOUND("activation: s'' (eps of terms)", fabsl((ld)y[2] - u[2]) / (EPS * cancel * (fabsl(r[2]) * (ld)a[1] * (ld)a[1] + fabsl(r[1] * (ld)a[2]) + far * 1e-17L)), 6);
+                    w = fabsl(r[2]) * (ld)a[1] * (ld)a[1] + fabsl(r[1] * (ld)a[2]) + far * 1e-17L;
+                    BOUND("activation: s'' (eps of terms)", fabsl((ld)y[2] - u[2]) / (EPS * cancel * w), 6);
                     rolni_act(&s, (roln_real)i, 1, 1, a, one);
                     CHECK(one[0] == y[0]);
                     rolni_act(&s, (roln_real)i, 2, 1, a, back);
@@ -312,9 +339,13 @@ static void test_activation(void)
                         const ld t[5] = {r[1] * g0, r[2] * ad * g1, r[3] * ad * ad * g2, r[2] * add * g2, 0};
                         g[0] = 1, g[1] = ROLN_C(-0.7), g[2] = ROLN_C(0.4);
                         rolni_act_bwd(&s, (roln_real)i, j, 1, a, g);
-                        BOUND("activation: backward (eps of terms)", fabsl((ld)g[0] - (t[0] + t[1] + t[2] + t[3])) / (EPS * cancel * (fabsl(t[0]) + fabsl(t[1]) + fabsl(t[2]) + fabsl(t[3]))), 6);
-                        if (j > 1) BOUND("activation: backward (eps of terms)", fabsl((ld)g[1] - (r[1] * g1 + 2 * r[2] * ad * g2)) / (EPS * cancel * (fabsl(r[1] * g1) + fabsl(2 * r[2] * ad * g2))), 6);
-                        if (j > 2) BOUND("activation: backward (eps of terms)", fabsl((ld)g[2] - r[1] * g2) / (EPS * cancel * fabsl(r[1] * g2)), 6);
+                        w = EPS * cancel * (fabsl(t[0]) + fabsl(t[1]) + fabsl(t[2]) + fabsl(t[3]));
+                        BOUND("activation: backward (eps of terms)", fabsl((ld)g[0] - (t[0] + t[1] + t[2] + t[3])) / w, 6);
+                        w = EPS * cancel * (fabsl(r[1] * g1) + fabsl(2 * r[2] * ad * g2));
+                        if (j > 1)
+                            BOUND("activation: backward (eps of terms)", fabsl((ld)g[1] - (r[1] * g1 + 2 * r[2] * ad * g2)) / w, 6);
+                        w = EPS * cancel * fabsl(r[1] * g2);
+                        if (j > 2) BOUND("activation: backward (eps of terms)", fabsl((ld)g[2] - r[1] * g2) / w, 6);
                     }
                 }
             }
@@ -354,7 +385,8 @@ static void test_twin(uint64_t *s)
     for (m.enc = 0; m.enc < 2; m.enc++) {
         weights(s);
         in = normal(3 * dim_in(), 0.7, s);
-        widen(3 * dim_in(), in, m.in), widen(dim_in(), in, curve_x), widen(dim_in(), in + dim_in(), curve_v), widen(dim_in(), in + 2 * dim_in(), curve_a);
+        widen(3 * dim_in(), in, m.in), widen(dim_in(), in, curve_x);
+        widen(dim_in(), in + dim_in(), curve_v), widen(dim_in(), in + 2 * dim_in(), curve_a);
         t_jets(m.in, y);
         for (curve_i = 0; curve_i < dim_out(); curve_i++) {
             CHECK_NEAR(t_slope(t_curve, NULL, &curve_t, 1e-3L), y[dim_out() + curve_i], 1e-13L);
@@ -371,7 +403,7 @@ static void check_inverse(roln_ae ae, uint64_t *s)
 {
     enum { nb = 3 };
     const int N = ae.size[0], n = ae.size[ae.layers], p = roln_ae_params(&ae), rows = 3 * nb;
-    roln_real *th, *z, *x, *zz, *dec, *enc, *tz, *tau, *back, *w;
+    roln_real *th, *z, *x, *zz, *dec, *enc, *at_x, *tz, *tau, *back;
     int l, i, j, at = 0;
     m.ae = ae;
     th = weights(s);
@@ -390,8 +422,9 @@ static void check_inverse(roln_ae ae, uint64_t *s)
         at += 2 * a * b + a;
     }
     CHECK(at == p);
+    CHECK(roln_ae_check(&ae, th) == ROLN_OK);
     z = normal(rows * n, 0.7, s), x = fresh(rows * N), zz = fresh(rows * n);
-    dec = fresh(roln_ae_tape(&ae, 3, nb)), enc = fresh(roln_ae_tape(&ae, 3, nb));
+    dec = fresh(tape_size(0, 3, nb)), enc = fresh(tape_size(1, 3, nb)), at_x = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
     roln_ae_decode(&ae, 3, nb, th, z, x, dec);
     roln_ae_encode(&ae, 3, nb, th, x, zz, enc);
     {
@@ -400,46 +433,179 @@ static void check_inverse(roln_ae ae, uint64_t *s)
         for (i = 0; i < 3; i++) BOUND("rho(phi(z)) = z (eps)", distance(nb * n, zz + i * nb * n, ref + i * nb * n) / EPS, 300);
         roln_ae_decode(&ae, 1, nb, th, z, x, dec);
         roln_ae_encode(&ae, 1, nb, th, x, zz, enc);
-        tz = normal(nb * n, 1, s), tau = fresh(nb * N), back = fresh(nb * n), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
-        roln_ae_lift(&ae, nb, th, enc, tz, tau, w);
-        roln_ae_reduce(&ae, nb, th, dec, tau, back, w);
+        tz = normal(nb * n, 1, s), tau = fresh(nb * N), back = fresh(nb * n);
         widen(nb * n, tz, ref);
-        BOUND("reduce(lift(tau_z)) = tau_z (eps)", distance(nb * n, back, ref) / EPS, 150);
+        for (i = 0; i < 2; i++) { /* with the point as the encoder sees it, and as the decoder does */
+            roln_ae_lift_tape(&ae, 1, nb, i ? dec : enc, at_x);
+            roln_ae_lift(&ae, nb, th, at_x, tz, tau, fresh(ROLN_AE_LIFT_WORK(OF_M, nb)));
+            roln_ae_reduce(&ae, nb, th, dec, tau, back, fresh(ROLN_AE_REDUCE_WORK(OF_M, nb)));
+            BOUND("reduce(lift(tau_z)) = tau_z (eps)", distance(nb * n, back, ref) / EPS, 150);
+        }
     }
     fresh_done();
 }
 
-/* Reduce (enc = 0) and lift (enc = 1) against the explicit Jacobian, and their backward. */
+/* The force map of m at in: lift (enc) or reduce. */
+static void run_force(const roln_real *th, const roln_real *in, const roln_real *tau, roln_real *f)
+{
+    roln_real *tape = fresh(tape_size(m.enc, 1, m.nb)), *out = fresh(m.nb * dim_out());
+    roln_real *at_x = fresh(ROLN_AE_LIFT_TAPE(OF_M, m.nb)), *w = fresh(ROLN_AE_LIFT_WORK(OF_M, m.nb));
+    run(m.nb, th, in, out, tape);
+    roln_ae_lift_tape(&m.ae, 1, m.nb, tape, at_x);
+    if (m.enc) roln_ae_lift(&m.ae, m.nb, th, at_x, tau, f, w);
+    else roln_ae_reduce(&m.ae, m.nb, th, tape, tau, f, fresh(ROLN_AE_REDUCE_WORK(OF_M, m.nb)));
+}
+
+/* Reduce (enc = 0) and lift (enc = 1) against the explicit Jacobian, and the backward of reduce. */
 static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
 {
     static ld ref[MAXB * MAXW];
     const int N = ae.size[0], n = ae.size[ae.layers], p = roln_ae_params(&ae), a = nb * (enc ? N : n), b = nb * (enc ? n : N);
-    const int wn = ROLN_AE_REDUCE_BWD_WORK(nb, N, n, roln_ae_tape(&ae, 2, nb));
-    roln_real *th, *in, *tau, *f, *out, *tape, *y, *gin, *gtau, *gth, *gin1, *gtau1, *gth1, *w;
+    roln_real *th, *in, *tau, *f, *y, *gin, *gtau, *gth, *gin1, *gtau1, *gth1, *w;
     m.ae = ae, m.enc = enc, m.jets = 1, m.nb = nb;
     th = weights(s);
-    in = normal(a, 0.7, s), tau = normal(b, 1, s), y = normal(a, 1, s), out = fresh(b), f = fresh(a);
-    tape = fresh(roln_ae_tape(&ae, 1, nb)), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
-    widen(a, in, m.in), widen(b, tau, m.tau), widen(a, y, m.g);
-    run(nb, th, in, out, tape);
-    (enc ? roln_ae_lift : roln_ae_reduce)(&ae, nb, th, tape, tau, f, w);
+    in = normal(a, 0.7, s), tau = normal(b, 1, s), y = normal(a, 1, s), f = fresh(a);
+    widen(a, in, m.in), widen(b, tau, m.tau);
+    run_force(th, in, tau, f);
     t_force(ref);
     BOUND("force maps (eps)", distance(a, f, ref) / EPS, 20);
-    gin = zeros(a), gtau = zeros(b), gth = zeros(p), w = fresh(wn);
-#define FORCE_BWD(gi, gt, gp) (enc ? roln_ae_lift_bwd : roln_ae_reduce_bwd)(&ae, nb, th, in, tau, y, gi, gt, gp, w)
-    FORCE_BWD(gin, gtau, gth);
-    BOUND("force maps: gradient of the point (eps)", t_gradient(a, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, 50 + 2 * NOISE);
-    BOUND("force maps: gradient of the force (eps)", t_gradient(b, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, 20 + NOISE);
-    BOUND("force maps: gradient of theta (eps)", t_gradient(p, gth, m.th, 2e-4L, t_force_loss, NULL) / EPS, 30 + NOISE);
-    gin1 = copy(a, gin), gtau1 = copy(b, gtau), gth1 = copy(p, gth);
-    FORCE_BWD(gin, gtau, gth);
-    m.jets = 2;
-    check_twice(a, gin, gin1), check_twice(b, gtau, gtau1), check_twice(p, gth, gth1);
-    gin = zeros(a), gtau = zeros(b), gth = zeros(p);
-    FORCE_BWD(gin, NULL, NULL);
-    FORCE_BWD(NULL, gtau, NULL);
-    FORCE_BWD(NULL, NULL, gth);
-    CHECK(same(a, gin, gin1) && same(b, gtau, gtau1) && same(p, gth, gth1));
+    if (!enc) {
+        gin = zeros(a), gtau = zeros(b), gth = zeros(p), w = fresh(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb));
+        widen(a, y, m.g);
+#define REDUCE_BWD(gi, gt, gp) roln_ae_reduce_bwd(&ae, nb, th, in, tau, y, gi, gt, gp, w)
+        REDUCE_BWD(gin, gtau, gth);
+        BOUND("reduce: gradient of the point (eps)", t_gradient(a, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, 50 + 2 * NOISE);
+        BOUND("reduce: gradient of the force (eps)", t_gradient(b, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, 20 + NOISE);
+        BOUND("reduce: gradient of theta (eps)", t_gradient(p, gth, m.th, 2e-4L, t_force_loss, NULL) / EPS, 30 + NOISE);
+        gin1 = copy(a, gin), gtau1 = copy(b, gtau), gth1 = copy(p, gth);
+        REDUCE_BWD(gin, gtau, gth);
+        m.jets = 2;
+        check_twice(a, gin, gin1), check_twice(b, gtau, gtau1), check_twice(p, gth, gth1);
+        gin = zeros(a), gtau = zeros(b), gth = zeros(p);
+        REDUCE_BWD(gin, NULL, NULL);
+        REDUCE_BWD(NULL, gtau, NULL);
+        REDUCE_BWD(NULL, NULL, gth);
+        CHECK(same(a, gin, gin1) && same(b, gtau, gtau1) && same(p, gth, gth1));
+    }
+    fresh_done();
+}
+
+/* What may be left out or stand in place changes no bit: x and z on the tape, no x of the decoder, the tape of a lift in place. */
+static void check_in_place(roln_ae ae, int jets, int nb, uint64_t *s)
+{
+    const int N = ae.size[0], n = ae.size[ae.layers];
+    roln_real *th, *x, *z, *zz, *y, *tape, *other, *at_x, *own;
+    int end;
+    m.ae = ae;
+    th = weights(s);
+    x = normal(jets * nb * N, 0.7, s), z = fresh(jets * nb * n), zz = fresh(jets * nb * n), y = fresh(jets * nb * N);
+    tape = fresh(tape_size(1, jets, nb)), other = fresh(tape_size(1, jets, nb)), at_x = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
+    roln_ae_encode(&ae, jets, nb, th, x, z, tape);
+    if (ae.layers > 0) {
+        own = other + ROLN_AE_ENCODE_REST(OF_M, jets, nb);
+        memcpy(own, x, (size_t)(jets * nb * N) * sizeof *x);
+        roln_ae_encode(&ae, jets, nb, th, own, zz, other);
+        CHECK(same(jets * nb * n, z, zz) && same(tape_size(1, jets, nb), tape, other));
+    }
+    roln_ae_lift_tape(&ae, jets, nb, tape, at_x);
+    roln_ae_lift_tape(&ae, jets, nb, tape, tape);
+    CHECK(same(ROLN_AE_LIFT_TAPE(OF_M, nb), at_x, tape));
+
+    tape = fresh(tape_size(0, jets, nb)), other = fresh(tape_size(0, jets, nb)), end = tape_size(0, jets, nb) - jets * nb * n;
+    roln_ae_decode(&ae, jets, nb, th, z, y, tape);
+    roln_ae_decode(&ae, jets, nb, th, z, NULL, other);
+    CHECK(same(tape_size(0, jets, nb), tape, other));
+    if (ae.layers > 0) {
+        other = fresh(tape_size(0, jets, nb)), zz = fresh(jets * nb * N);
+        memcpy(other + end, z, (size_t)(jets * nb * n) * sizeof *z);
+        roln_ae_decode(&ae, jets, nb, th, other + end, zz, other);
+        CHECK(same(tape_size(0, jets, nb), tape, other) && same(jets * nb * N, y, zz));
+        CHECK(same(jets * nb * n, z, other + end));
+    }
+    fresh_done();
+}
+
+/* ---- scratch ---- */
+
+/* Every tape and every scratch is as large as its macro says, no more and no less. */
+static void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
+{
+    const int N = ae.size[0], n = ae.size[ae.layers], full = ae.storage == ROLN_FULL, p = roln_ae_params(&ae);
+    roln_real *th, *x, *z, *y, *g, *gth, *tape;
+    int which[3] = {0, 0, 0};
+    m.ae = ae;
+    m.ae.storage = ROLN_FULL;
+    th = weights(s);
+    m.ae = ae;
+#ifndef ROLN_DOUBLE
+    if (!full) {
+        roln_real lo[MAXW * 4], hi[MAXW * 4], *stored = fresh(p);
+        int i;
+        for (i = 0; i < n; i++) lo[i] = -1, hi[i] = 1;
+        CHECK(roln_ae_store(&ae, th, lo, hi, stored, room_of(ROLN_AE_STORE_WORK(OF_M))) == ROLN_OK);
+        CHECK_ROOM();
+        th = stored;
+    }
+#endif
+    x = normal(jets * nb * N, 0.7, s), z = normal(jets * nb * n, 0.7, s), y = zeros(jets * nb * N), g = zeros(jets * nb * N);
+    gth = full ? zeros(p) : NULL;
+
+    tape = fresh(tape_size(1, jets, nb));
+    roln_ae_encode(&ae, jets, nb, th, x, g, room_of(tape_size(1, jets, nb))), CHECK_ROOM();
+    roln_ae_encode(&ae, jets, nb, th, x, g, tape);
+    roln_ae_encode_bwd(&ae, jets, nb, th, tape, z, g, gth, room_of(bwd_size(1, jets, nb))), CHECK_ROOM();
+
+    tape = fresh(tape_size(0, jets, nb));
+    roln_ae_decode(&ae, jets, nb, th, z, y, room_of(tape_size(0, jets, nb))), CHECK_ROOM();
+    roln_ae_decode_some(&ae, jets, nb, 3, th, which, z, fresh(3 * jets * nb), room_of(tape_size(0, jets, nb))), CHECK_ROOM();
+    roln_ae_decode(&ae, jets, nb, th, z, y, tape);
+    roln_ae_decode_bwd(&ae, jets, nb, th, tape, x, g, gth, room_of(bwd_size(0, jets, nb))), CHECK_ROOM();
+
+    roln_ae_lift_tape(&ae, jets, nb, tape, room_of(ROLN_AE_LIFT_TAPE(OF_M, nb))), CHECK_ROOM();
+    roln_ae_lift_tape(&ae, jets, nb, tape, tape);
+    roln_ae_lift(&ae, nb, th, tape, z, y, room_of(ROLN_AE_LIFT_WORK(OF_M, nb))), CHECK_ROOM();
+    roln_ae_decode(&ae, 1, nb, th, z, NULL, tape);
+    roln_ae_reduce(&ae, nb, th, tape, x, y, room_of(ROLN_AE_REDUCE_WORK(OF_M, nb))), CHECK_ROOM();
+    roln_ae_reduce_bwd(&ae, nb, th, z, x, z, g, y, gth, room_of(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb))), CHECK_ROOM();
+    if (full) {
+        CHECK(roln_ae_init(&ae, gth, s, room_of(ROLN_AE_INIT_WORK(OF_M))) == ROLN_OK), CHECK_ROOM();
+        x = normal(2 * N * N, 1, s);
+        CHECK(roln_ae_init_pod(&ae, 2 * N, x, 1, gth, room_of(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK), CHECK_ROOM();
+    }
+    fresh_done();
+}
+
+/* ---- the check of the left inverse ---- */
+
+/* roln_ae_check sees every entry of every layer, on either side of its bound: adding d Phi_i to Phi_j makes entry i, j of Psi^T Phi
+   d larger. Weights that are not finite have no left inverse. */
+static void check_off(roln_ae ae, uint64_t *s)
+{
+    roln_real *th, *phi;
+    int l, i, j, q;
+    m.ae = ae;
+    th = phi = weights(s);
+    CHECK(roln_ae_check(&ae, th) == ROLN_OK);
+    for (l = 0; l < ae.layers; l++) {
+        const int N = ae.size[l], n = ae.size[l + 1], step = n > 8 ? 13 : 1;
+        roln_real *was = copy(2 * n * N, phi);
+        for (i = 0; i < n; i += step)
+            for (j = 0; j < n; j++)
+                for (q = 0; q < 4; q++) {
+                    const roln_real d = (q % 2 ? 1 : -1) * (q < 2 ? ROLN_C(0.98) : ROLN_C(1.02)) * ROLN_AE_OFF;
+                    int k;
+                    for (k = 0; k < N; k++) phi[j * N + k] += d * was[i * N + k];
+                    CHECK(roln_ae_check(&ae, th) == (q < 2 ? ROLN_OK : ROLN_E_ILL_CONDITIONED));
+                    memcpy(phi, was, (size_t)(n * N) * sizeof *was);
+                }
+        for (i = 0; i < 2 * n * N; i += N * step) {
+            phi[i] = i % 2 ? poison() : (roln_real)INFINITY;
+            CHECK(roln_ae_check(&ae, th) == ROLN_E_NOT_FINITE);
+            phi[i] = was[i];
+        }
+        phi += 2 * n * N + N;
+    }
+    CHECK(roln_ae_check(&ae, th) == ROLN_OK);
     fresh_done();
 }
 
@@ -450,7 +616,7 @@ static void test_init(uint64_t *s)
     static const roln_ae big = {1, {200, 100}, SLOPE, ROLN_FULL};
     const int p = 100 * 200;
     uint64_t s0 = *s;
-    roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(ROLN_AE_INIT_WORK(100));
+    roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(100 * 100 + 100);
     ld sum = 0, sq = 0;
     int i;
     CHECK(roln_ae_init(&big, th, s, w) == ROLN_OK);
@@ -466,18 +632,22 @@ static void test_init(uint64_t *s)
 static void check_pod(int layers, int count, uint64_t *s)
 {
     enum { N = 6 };
-    static const roln_ae shapes[4] = {{0, {N}, SLOPE, ROLN_FULL}, {1, {N, 2}, SLOPE, ROLN_FULL}, {2, {N, 4, 2}, SLOPE, ROLN_FULL}, {3, {N, 5, 3, 2}, SLOPE, ROLN_FULL}};
+    static const roln_ae shapes[4] = {{0, {N}, SLOPE, ROLN_FULL}, {1, {N, 2}, SLOPE, ROLN_FULL},
+        {2, {N, 4, 2}, SLOPE, ROLN_FULL}, {3, {N, 5, 3, 2}, SLOPE, ROLN_FULL}};
     static ld X[100 * N], cov[N * N], V[N * N], mean[N], ref[100 * N];
     const roln_ae *ae = &shapes[layers];
     const ld scale = 0.3L;
     const int p = roln_ae_params(ae);
-    roln_real *x = fresh(count * N), *th = fresh(p), *w = fresh(ROLN_AE_POD_WORK(N)), *z = fresh(count * 2), *y = fresh(count * N), *tape = fresh(roln_ae_tape(ae, 1, count));
+    roln_real *x = fresh(count * N), *th = fresh(p), *z = fresh(count * 2), *y = fresh(count * N), *tape, *w;
     int order[N], i, j, k, r, q;
+    m.ae = *ae;
+    tape = fresh(tape_size(1, 1, count)), w = fresh(ROLN_AE_POD_WORK(OF_M));
     for (r = 0; r < count; r++) { /* a few directions with gaps between their variances */
         roln_real c[N];
         for (i = 0; i < N; i++) c[i] = roln_normal(s) * (roln_real)(4 >> i);
         for (i = 0; i < N; i++)
-            for (x[r * N + i] = (roln_real)(i + 1), j = 0; j < N; j++) x[r * N + i] += c[j] * (roln_real)cos(i * (j + 0.5) * 0.5) + ROLN_C(0.01) * c[i];
+            for (x[r * N + i] = (roln_real)(i + 1), j = 0; j < N; j++)
+                x[r * N + i] += c[j] * (roln_real)cos(i * (j + 0.5) * 0.5) + ROLN_C(0.01) * c[i];
     }
     CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, th, w) == ROLN_OK);
     if (layers == 0) {
@@ -485,6 +655,7 @@ static void check_pod(int layers, int count, uint64_t *s)
         return;
     }
     for (i = 0; i < N; i++) mean[i] = 0;
+    CHECK(roln_ae_check(ae, th) == ROLN_OK);
     for (r = 0; r < count * N; r++) X[r] = (ld)(roln_real)scale * (ld)x[r], mean[r % N] += X[r] / count;
     for (i = 0; i < N; i++)
         for (j = 0; j < N; j++)
@@ -518,12 +689,14 @@ static void check_some(const roln_ae *ae, const roln_real *th, uint64_t *s)
     const int N = ae->size[0], n = ae->size[ae->layers];
     int which[MAXW + 3], jets, count, i, r;
     for (jets = 1; jets <= 3; jets++) {
-        const int tape = roln_ae_tape(ae, jets, nb);
-        roln_real *z = normal(jets * nb * n, 0.7, s), *x = fresh(jets * nb * N), *some = fresh(jets * nb * (N + 3)), *w = fresh(tape);
-        roln_ae_decode(ae, jets, nb, th, z, x, w);
+        const int size = tape_size(0, jets, nb);
+        roln_real *z = normal(jets * nb * n, 0.7, s), *x = fresh(jets * nb * N), *some = fresh(jets * nb * (N + 3));
+        roln_real *tape = fresh(size), *w = fresh(size);
+        roln_ae_decode(ae, jets, nb, th, z, x, tape);
         for (count = 0; count <= N + 3; count++) {
             for (i = 0; i < count; i++) which[i] = roln_randint(N, s);
-            roln_ae_decode_some(ae, jets, nb, th, z, count, which, some, w);
+            roln_ae_decode_some(ae, jets, nb, count, th, which, z, some, w);
+            CHECK(same(size, tape, w));
             for (r = 0; r < jets * nb; r++)
                 for (i = 0; i < count; i++) CHECK(same(1, some + r * count + i, x + r * N + which[i]));
         }
@@ -559,14 +732,14 @@ static void t_unpack(int bits, int rows, int n, const float *from, ld *to)
 }
 
 /* What is stored against what was to be stored, and the three products against sums of what is stored. */
-static void check_products(const roln_storage *store, int rows, int k, int n, uint64_t *s)
+static void check_products(const roln_storage *storage, int rows, int k, int n, uint64_t *s)
 {
     static ld B[40 * 40];
-    const int bits = store->bits, row = ROLN_AE_ROW(bits, n);
+    const int bits = storage->bits, row = ROLN_AE_ROW(bits, n);
     float *b = normal(k * n, 0.5, s), *st = fresh(k * row), *a, *c, *one, *j1;
     int i, j, p;
     for (i = 0; i < k * n; i++) b[i] *= i % 7 == 0 ? 1e-3f : 1; /* of different size */
-    CHECK(rolni_store(bits, k, n, b, st) == ROLN_OK);
+    CHECK(rolni_store_matrix(bits, k, n, b, st) == ROLN_OK);
     t_unpack(bits, k, n, st, B);
     for (i = 0; i < k; i++)
         for (j = 0; j < row * 32 / bits - (bits == 8 ? 4 : 0); j++) {
@@ -575,22 +748,22 @@ static void check_products(const roln_storage *store, int rows, int k, int n, ui
                   bits == 8 ? e / (ld)st[i * row] : e / (ldexpl(fabsl(w), -11) + ldexpl(1, -25)), bits == 8 ? 0.50001L : 1);
         }
     a = normal(rows * k, 1, s), c = fresh(rows * n), one = fresh(n);
-    store->mm(rows, k, n, a, st, c); /* rows x k times k x n */
+    storage->mm(rows, k, n, a, st, c); /* rows x k times k x n */
     for (i = 0; i < rows; i++) {
-        store->mm(1, k, n, a + i * k, st, one);
+        storage->mm(1, k, n, a + i * k, st, one);
         CHECK(same(n, one, c + i * n));
         for (j = 0; j < n; j++) {
             ld sum = 0, size = 0;
-            const float got = store->column(k, n, j, a + i * k, st);
+            const float got = storage->column(k, n, j, a + i * k, st);
             for (p = 0; p < k; p++) sum += (ld)a[i * k + p] * B[p * n + j], size += fabsl((ld)a[i * k + p] * B[p * n + j]);
             BOUND("stored: mm (eps of terms)", fabsl((ld)c[i * n + j] - sum) / ((size + 1e-20L) * EPS), 4 + k / 4);
             CHECK(same(1, &got, c + i * n + j));
         }
     }
     a = normal(rows * n, 1, s), c = fresh(rows * k), j1 = fresh(k);
-    store->mm_bt(rows, n, k, a, st, c); /* rows x n times n x k */
+    storage->mm_bt(rows, n, k, a, st, c); /* rows x n times n x k */
     for (i = 0; i < rows; i++) {
-        store->mm_bt(1, n, k, a + i * n, st, j1);
+        storage->mm_bt(1, n, k, a + i * n, st, j1);
         CHECK(same(k, j1, c + i * k));
         for (j = 0; j < k; j++) {
             ld sum = 0, size = 0;
@@ -609,7 +782,13 @@ static uint32_t t_half(float x)
     frexpl(fabsl((ld)x), &e), e = e - 1 < -14 ? -14 : e - 1;
     r = ldexpl(fabsl((ld)x), 10 - e), k = floorl(r);
     k += r - k > 0.5L || (r - k >= 0.5L && fmodl(k, 2) > 0);
-    return (signbit(x) ? 0x8000 : 0) + (uint32_t)k + (uint32_t)(e + 14) * 1024; /* the leading one counts as exponent, carries too */
+    /* the leading one counts as exponent, carries too */
+    return (signbit(x) ? 0x8000 : 0) + (uint32_t)k + (uint32_t)(e + 14) * 1024;
+}
+
+static void check_half(float x)
+{
+    CHECK(rolni_to_half(x) == t_half(x) && rolni_to_half(-x) == t_half(-x));
 }
 
 /* All halves there and back; ties go to even, what is too large is seen. Floats against the definition: a stride of all,
@@ -618,10 +797,10 @@ static void test_halves(void)
 {
     uint32_t h, b;
     for (b = 1; b < UINT32_C(0x477ff000); b += b < UINT32_C(0x33000000) ? 65521 : b < UINT32_C(0x39000000) ? 61 : 4093)
-        CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+        check_half(rolni_real(b));
     for (h = 0; h < 0x800; h++) { /* half-way behind h, and three floats on either side */
         const uint32_t tie = rolni_bits((float)ldexpl((ld)(h < 1024 ? h : h % 1024 + 1024) + 0.5L, -24));
-        for (b = tie - 3; b <= tie + 3; b++) CHECK(rolni_half_of(rolni_real(b)) == t_half(rolni_real(b)) && rolni_half_of(-rolni_real(b)) == t_half(-rolni_real(b)));
+        for (b = tie - 3; b <= tie + 3; b++) check_half(rolni_real(b));
     }
     for (h = 0; h < 0x7c00; h++) {
         float row[4] = {0, 0, 0, 0}, x, one = 1, y[2];
@@ -630,33 +809,85 @@ static void test_halves(void)
         x = (float)t_entry(16, row, 0);
         roln_half_mm(1, 1, 2, &one, row, y);
         CHECK(y[0] == x && y[1] == -x);
-        CHECK(rolni_half_of(x) == h && rolni_half_of(-x) == (h | 0x8000));
-        if (h > 0) CHECK(rolni_half_of((x + (float)t_entry(16, row, 1) * (1 - 1 / 1024.f)) / 2 + x) >= h);
+        CHECK(rolni_to_half(x) == h && rolni_to_half(-x) == (h | 0x8000));
+        if (h > 0) CHECK(rolni_to_half((x + (float)t_entry(16, row, 1) * (1 - 1 / 1024.f)) / 2 + x) >= h);
         if (h % 2 == 0 && h + 1 < 0x7c00) {
             float next[4] = {0, 0, 0, 0};
             const uint32_t up = h + 1;
             memcpy(next, &up, sizeof up);
-            CHECK(rolni_half_of((x + (float)t_entry(16, next, 0)) / 2) == h); /* half-way */
+            CHECK(rolni_to_half((x + (float)t_entry(16, next, 0)) / 2) == h); /* half-way */
         }
     }
-    CHECK(rolni_half_of(65519.996f) == 0x7bff && rolni_half_of(65520) >= 0x7c00 && rolni_half_of(3e38f) >= 0x7c00);
+    CHECK(rolni_to_half(65519.996f) == 0x7bff && rolni_to_half(65520) >= 0x7c00 && rolni_to_half(3e38f) >= 0x7c00);
+}
+
+/* Largest |(I + D) Psi^T Phi - I|_F of a layer of stored weights. */
+static ld t_off(const roln_ae *ae, const float *th)
+{
+    static ld phi[MAXW * MAXW], psi[MAXW * MAXW], D[MAXW * MAXW], A[MAXW * MAXW];
+    const int bits = ae->storage->bits;
+    ld worst = 0;
+    int l, i, j, k;
+    for (l = 0; l < ae->layers; l++) {
+        const int N = ae->size[l], n = ae->size[l + 1], row = ROLN_AE_ROW(bits, N);
+        ld off = 0;
+        t_unpack(bits, n, N, th, phi), t_unpack(bits, n, N, th + n * row, psi), t_unpack(bits, n, n, th + 2 * n * row, D);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++)
+                for (A[i * n + j] = 0, k = 0; k < N; k++) A[i * n + j] += psi[i * N + k] * phi[j * N + k];
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++) {
+                ld e = A[i * n + j] - (i == j);
+                for (k = 0; k < n; k++) e += D[i * n + k] * A[k * n + j];
+                off += e * e;
+            }
+        if (off > worst) worst = off;
+        th += ROLN_AE_LAYER(bits, N, n);
+    }
+    return sqrtl(worst);
+}
+
+/* What roln_ae_check says of stored weights is what long double finds, with Phi scaled to either side of the bound, with D
+   forgotten, with two rows of Psi exchanged. */
+static void check_stored_off(const roln_ae *ae, const float *theta)
+{
+    const int bits = ae->storage->bits, size = roln_ae_params(ae);
+    int l, change, at = 0, refused = 0;
+    CHECK(t_off(ae, theta) < 0.01L && roln_ae_check(ae, theta) == ROLN_OK);
+    for (l = 0; l < ae->layers; l++) {
+        const int N = ae->size[l], n = ae->size[l + 1], row = ROLN_AE_ROW(bits, N);
+        for (change = 0; change < 5; change++) {
+            float *th = copy(size, theta), *phi = th + at, *psi = phi + n * row, *last = phi + (n - 1) * row;
+            ld off;
+            if (change < 3 && bits == 8) *last *= change == 0 ? 1.005f : change == 1 ? 0.98f : 1.02f;
+            if (change == 3) memset(psi + n * row, 0, (size_t)(n * ROLN_AE_ROW(bits, n)) * sizeof *th);
+            if (change == 4) memcpy(psi, theta + at + n * row + (n - 1) * row, (size_t)row * sizeof *th);
+            off = t_off(ae, th);
+            if (fabsl(off / (ld)ROLN_AE_OFF - 1) < 1e-3L) continue; /* on the bound */
+            CHECK(roln_ae_check(ae, th) == (off > (ld)ROLN_AE_OFF ? ROLN_E_ILL_CONDITIONED : ROLN_OK));
+            refused += off > (ld)ROLN_AE_OFF;
+        }
+        at += ROLN_AE_LAYER(bits, N, n);
+    }
+    CHECK(refused > 0 || bits == 16);
 }
 
 /* A stored autoencoder is the twin with the weights that it stores, Psi = (I + D) Psi_q, in every jet, backward, with forces; and
    nearly the left inverse. */
-static void check_stored(roln_ae ae, const roln_storage *store, uint64_t *s)
+static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
 {
     enum { nb = 3 };
     static ld ref[MAXB * MAXW], phi[MAXW * MAXW], psi[MAXW * MAXW], D[MAXW * MAXW];
-    const int N = ae.size[0], n = ae.size[ae.layers], L = ae.layers, bits = store->bits;
+    const int N = ae.size[0], n = ae.size[ae.layers], L = ae.layers, bits = storage->bits;
     float *th, *st, *z, *x, *zz, *tape, *tau, *f, *back, *in, *g, *gin, *gtau, *y, *w, *lo = fresh(n), *hi = fresh(n);
     int l, i, j, p, at = 0, numbers = 0;
+    ld off;
     m.ae = ae;
     th = weights(s);
     for (i = 0; i < n; i++) lo[i] = -1.5f, hi[i] = 1.5f;
-    m.ae.store = ae.store = store;
+    m.ae.storage = ae.storage = storage;
     st = fresh(roln_ae_params(&ae));
-    w = fresh(ROLN_AE_STORE_WORK(roln_ae_params(&ae), N, ae.size[1], roln_ae_tape(&ae, 1, 1)));
+    w = fresh(ROLN_AE_STORE_WORK(OF_M));
     CHECK(roln_ae_store(&ae, th, lo, hi, st, w) == ROLN_OK);
     for (l = 0, p = 0; l < L; l++) {
         const int a = ae.size[l], b = ae.size[l + 1], row = ROLN_AE_ROW(bits, a);
@@ -678,39 +909,42 @@ static void check_stored(roln_ae ae, const roln_storage *store, uint64_t *s)
     for (m.enc = 0; m.enc < 2; m.enc++)
         for (m.jets = 1, m.nb = nb; m.jets <= 3; m.jets++) {
             const int ni = m.jets * nb * dim_in(), no = m.jets * nb * dim_out();
-            in = normal(ni, 0.7, s), x = fresh(no), g = normal(no, 1, s), gin = zeros(ni), tape = fresh(roln_ae_tape(&ae, m.jets, nb));
-            w = fresh(ROLN_AE_BWD_WORK(m.jets, nb, N));
+            in = normal(ni, 0.7, s), x = fresh(no), g = normal(no, 1, s), gin = zeros(ni);
+            tape = fresh(tape_size(m.enc, m.jets, nb)), w = fresh(bwd_size(m.enc, m.jets, nb));
             widen(ni, in, m.in), widen(no, g, m.g);
             run(nb, st, in, x, tape);
             t_jets(m.in, ref);
-            for (i = 0; i < m.jets; i++) BOUND("stored: forward (eps)", distance(nb * dim_out(), x + i * nb * dim_out(), ref + i * nb * dim_out()) / EPS, 60);
+            for (i = 0, j = nb * dim_out(); i < m.jets; i++)
+                BOUND("stored: forward (eps)", distance(j, x + i * j, ref + i * j) / EPS, 60);
             run_bwd(st, tape, g, gin, NULL, w);
             BOUND("stored: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 60 + NOISE);
             if (m.jets > 1) continue;
-            tau = normal(no, 1, s), f = fresh(ni);
+            tau = normal(no, 1, s), y = normal(ni, 1, s), f = fresh(ni);
             widen(no, tau, m.tau);
-            (m.enc ? roln_ae_lift : roln_ae_reduce)(&ae, nb, st, tape, tau, f, w);
+            run_force(st, in, tau, f);
             t_force(ref);
             BOUND("stored: force maps (eps)", distance(ni, f, ref) / EPS, 40);
-            y = normal(ni, 1, s), gin = zeros(ni), gtau = zeros(no);
-            w = fresh(ROLN_AE_REDUCE_BWD_WORK(nb, N, n, roln_ae_tape(&ae, 2, nb)));
+            if (m.enc) continue;
+            gin = zeros(ni), gtau = zeros(no), w = fresh(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb));
             widen(ni, y, m.g);
-            (m.enc ? roln_ae_lift_bwd : roln_ae_reduce_bwd)(&ae, nb, st, in, tau, y, gin, gtau, NULL, w);
-            BOUND("stored: force maps: gradient of the point (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, 100 + 2 * NOISE);
-            BOUND("stored: force maps: gradient of the force (eps)", t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, 40 + NOISE);
+            roln_ae_reduce_bwd(&ae, nb, st, in, tau, y, gin, gtau, NULL, w);
+            off = t_gradient(ni, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS;
+            BOUND("stored: reduce: gradient of the point (eps)", off, 100 + 2 * NOISE);
+            off = t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS;
+            BOUND("stored: reduce: gradient of the force (eps)", off, 40 + NOISE);
         }
 
-    z = normal(3 * nb * n, 0.7, s), x = fresh(3 * nb * N), zz = fresh(3 * nb * n), tape = fresh(roln_ae_tape(&ae, 3, nb));
+    z = normal(3 * nb * n, 0.7, s), x = fresh(3 * nb * N), zz = fresh(3 * nb * n), tape = fresh(tape_size(1, 3, nb));
     roln_ae_decode(&ae, 3, nb, st, z, x, tape);
     roln_ae_encode(&ae, 3, nb, st, x, zz, tape);
     widen(3 * nb * n, z, ref);
     for (i = 0; i < 3; i++)
         BOUND(bits == 8 ? "stored int8: rho(phi(z)) = z" : "stored half: rho(phi(z)) = z",
               distance(nb * n, zz + i * nb * n, ref + i * nb * n), bits == 8 ? 3e-3L : 1e-5L);
-    tape = fresh(roln_ae_tape(&ae, 1, nb)), w = fresh(ROLN_AE_BWD_WORK(1, nb, N));
-    tau = fresh(nb * N), back = fresh(nb * n), f = fresh(roln_ae_tape(&ae, 1, nb));
-    roln_ae_decode(&ae, 1, nb, st, z, x, tape);
-    roln_ae_encode(&ae, 1, nb, st, x, zz, f);
+    tape = fresh(tape_size(0, 1, nb)), w = fresh(ROLN_AE_LIFT_WORK(OF_M, nb));
+    tau = fresh(nb * N), back = fresh(nb * n), f = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
+    roln_ae_decode(&ae, 1, nb, st, z, NULL, tape);
+    roln_ae_lift_tape(&ae, 1, nb, tape, f);
     roln_ae_lift(&ae, nb, st, f, z + nb * n, tau, w);
     roln_ae_reduce(&ae, nb, st, tape, tau, back, w);
     BOUND(bits == 8 ? "stored int8: reduce(lift(tau_z))" : "stored half: reduce(lift(tau_z))",
@@ -718,11 +952,12 @@ static void check_stored(roln_ae ae, const roln_storage *store, uint64_t *s)
     fresh_done();
     st = copy(at, st);
     check_some(&ae, st, s);
+    check_stored_off(&ae, st);
     fresh_done();
 }
 
 /* What can not be stored is refused, and theta stays as it was. */
-static void test_refused(const roln_storage *store, uint64_t *s)
+static void test_refused(const roln_storage *storage, uint64_t *s)
 {
     roln_ae ae = {2, {6, 4, 2}, SLOPE, ROLN_FULL};
     const int params = roln_ae_params(&ae);
@@ -731,8 +966,8 @@ static void test_refused(const roln_storage *store, uint64_t *s)
     int i, j, size;
     m.ae = ae;
     th = weights(s);
-    ae.store = store, size = roln_ae_params(&ae);
-    st = normal(size, 1, s), was = copy(size, st), w = fresh(ROLN_AE_STORE_WORK(size, 6, 4, roln_ae_tape(&ae, 1, 1)));
+    ae.storage = storage, size = roln_ae_params(&ae);
+    st = normal(size, 1, s), was = copy(size, st), m.ae = ae, w = fresh(ROLN_AE_STORE_WORK(OF_M));
 #define STORE() roln_ae_store(&ae, th, z, z + 2, st, w)
     for (j = 0; j < 3; j++) {
         for (i = 0; i < params; i++) {
@@ -760,7 +995,7 @@ static void test_refused(const roln_storage *store, uint64_t *s)
     }
     for (j = 0; j < 3; j++) { /* rows of zeros, of denormals; of the largest numbers */
         float row[6];
-        const roln_status want = j < 2 ? ROLN_E_ILL_CONDITIONED : store->bits == 16 ? ROLN_E_RANGE : ROLN_E_ILL_CONDITIONED;
+        const roln_status want = j < 2 ? ROLN_E_ILL_CONDITIONED : storage->bits == 16 ? ROLN_E_RANGE : ROLN_E_ILL_CONDITIONED;
         for (i = 0; i < 8; i++) { /* Phi, Psi */
             memcpy(row, th + 6 * i, sizeof row);
             th[6 * i] = j == 0 ? 0 : j == 1 ? 1e-40f : 3e38f, th[6 * i + 1] = th[6 * i + 2] = th[6 * i + 3] = 0;
@@ -771,10 +1006,10 @@ static void test_refused(const roln_storage *store, uint64_t *s)
         }
     }
     { /* no start for training */
-        float *room = fresh(ROLN_AE_POD_WORK(6) + ROLN_AE_INIT_WORK(4));
+        float *scratch = fresh(ROLN_AE_POD_WORK(OF_M) + ROLN_AE_INIT_WORK(OF_M));
         uint64_t seed = 5;
-        CHECK(roln_ae_init(&ae, st, &seed, room) == ROLN_E_SHAPE && seed == 5);
-        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, room) == ROLN_E_SHAPE);
+        CHECK(roln_ae_init(&ae, st, &seed, scratch) == ROLN_E_SHAPE && seed == 5);
+        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, scratch) == ROLN_E_SHAPE);
     }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
@@ -783,7 +1018,7 @@ static void test_refused(const roln_storage *store, uint64_t *s)
 
 /* The left inverse as rows of Psi come closer to each other: good or refused, never bad. With rows apart, and with halves, none is
    refused; of rows that int8 can hardly tell apart most are. Slope 1: no activation between u and z. */
-static void test_parallel(const roln_storage *store)
+static void test_parallel(const roln_storage *storage)
 {
     enum { N = 16, n = 4, TRIES = 20 };
     static const float lo[n] = {-1, -1, -1, -1}, hi[n] = {1, 1, 1, 1};
@@ -802,46 +1037,60 @@ static void test_parallel(const roln_storage *store)
                 for (A[i] = 0, j = 0; j < N; j++) A[i] += B[i / n * N + j] * B[i % n * N + j];
             t_solve(n, N, A, B); /* Phi^T = (Psi^T Psi)^-1 Psi^T */
             for (i = 0; i < n * N; i++) th[i] = (float)B[i];
-            ae.store = store, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_STORE_WORK(roln_ae_params(&ae), N, n, N + n));
+            ae.storage = storage, m.ae = ae, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_STORE_WORK(OF_M));
             code = roln_ae_store(&ae, th, lo, hi, st, w);
             CHECK(code == ROLN_OK || code == ROLN_E_ILL_CONDITIONED);
+            CHECK(code != ROLN_OK || roln_ae_check(&ae, st) == ROLN_OK);
             refused += code != ROLN_OK;
             for (k = 0; k < 50 && code == ROLN_OK; k++) {
                 for (i = 0; i < n; i++) z[i] = 2 * roln_uniform(&s) - 1;
                 roln_ae_decode(&ae, 1, 1, st, z, x, tape);
                 roln_ae_encode(&ae, 1, 1, st, x, y, tape);
-                for (i = 0, off = size = 0; i < n; i++) off += ((ld)y[i] - (ld)z[i]) * ((ld)y[i] - (ld)z[i]), size += (ld)z[i] * (ld)z[i];
-                BOUND(store->bits == 8 ? "parallel rows int8: |rho(phi(z)) - z| / |z|" : "parallel rows half: |rho(phi(z)) - z| / |z|", sqrtl(off / size), 0.0101L);
+                for (i = 0, off = size = 0; i < n; i++) {
+                    const ld d = (ld)y[i] - (ld)z[i];
+                    off += d * d, size += (ld)z[i] * (ld)z[i];
+                }
+                if (storage->bits == 8) BOUND("parallel rows int8: |rho(phi(z)) - z| / |z|", sqrtl(off / size), 0.0101L);
+                else BOUND("parallel rows half: |rho(phi(z)) - z| / |z|", sqrtl(off / size), 0.0101L);
             }
             fresh_done();
         }
-        CHECK(power <= 4 || store->bits == 16 ? refused == 0 : power < 10 || refused > TRIES / 2);
+        CHECK(power <= 4 || storage->bits == 16 ? refused == 0 : power < 10 || refused > TRIES / 2);
     }
 }
 
 static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
 {
-    static const roln_storage *const store[2] = {&roln_half, &roln_int8};
+    static const roln_storage *const storages[2] = {&roln_half, &roln_int8};
     int t, rows, k, n, i;
     test_halves();
     for (t = 0; t < 2; t++) {
         for (rows = 1; rows <= 5; rows++)
             for (k = 1; k <= 19; k += 1 + k / 9)
-                for (n = 1; n <= 35; n += 1 + n / 9) check_products(store[t], rows, k, n, s);
+                for (n = 1; n <= 35; n += 1 + n / 9) check_products(storages[t], rows, k, n, s);
         for (i = 0; i < count; i++)
-            if (shapes[i].layers > 0) check_stored(shapes[i], store[t], s);
-        test_refused(store[t], s);
-        test_parallel(store[t]);
+            if (shapes[i].layers > 0) check_stored(shapes[i], storages[t], s);
+        test_refused(storages[t], s);
+        test_parallel(storages[t]);
     }
+    for (t = 0; t < 2; t++)
+        for (i = 0; i < count; i++)
+            for (rows = 1; rows <= 5; rows += 4) {
+                roln_ae ae = shapes[i];
+                ae.storage = storages[t];
+                check_rooms(ae, 2, rows, s);
+            }
 }
 #endif
 
 void TEST_NAME(ae)(void)
 {
-    static const roln_ae shapes[] = {{0, {3}, SLOPE, ROLN_FULL}, {1, {4, 2}, SLOPE, ROLN_FULL}, {1, {2, 1}, ROLN_C(0.2), ROLN_FULL}, {2, {6, 4, 3}, ROLN_C(0.50952545), ROLN_FULL},
-        {3, {7, 5, 4, 2}, SLOPE, ROLN_FULL}, {2, {5, 3, 1}, 1, ROLN_FULL}, {3, {5, 4, 3, 3}, SLOPE, ROLN_FULL}, {4, {9, 8, 4, 3, 1}, SLOPE, ROLN_FULL}};
-    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, ROLN_FULL}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL}, {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL},
-        {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), ROLN_FULL}};
+    static const roln_ae shapes[] = {{0, {3}, SLOPE, ROLN_FULL}, {1, {4, 2}, SLOPE, ROLN_FULL}, {1, {2, 1}, ROLN_C(0.2), ROLN_FULL},
+        {2, {6, 4, 3}, ROLN_C(0.50952545), ROLN_FULL}, {3, {7, 5, 4, 2}, SLOPE, ROLN_FULL}, {2, {5, 3, 1}, 1, ROLN_FULL},
+        {3, {5, 4, 3, 3}, SLOPE, ROLN_FULL}, {4, {9, 8, 4, 3, 1}, SLOPE, ROLN_FULL}};
+    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, ROLN_FULL}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL},
+        {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL}, {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), ROLN_FULL}};
+    static const roln_ae even[] = {{1, {4, 4}, SLOPE, ROLN_FULL}, {3, {4, 4, 4, 4}, SLOPE, ROLN_FULL}}; /* no layer reduces */
     static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE, ROLN_FULL}, {2, {80, 40, 16}, SLOPE, ROLN_FULL}};
     const int ns = (int)(sizeof shapes / sizeof *shapes);
     uint64_t seed = 3;
@@ -867,5 +1116,14 @@ void TEST_NAME(ae)(void)
 #ifndef ROLN_DOUBLE
     test_stored(shapes, ns, &seed);
 #endif
+    for (jets = 1; jets <= 3; jets++)
+        for (nb = 1; nb <= 5; nb += 4) {
+            for (i = 0; i < ns; i++) check_in_place(shapes[i], jets, nb, &seed), check_rooms(shapes[i], jets, nb, &seed);
+            for (i = 0; i < 4; i++) check_in_place(deep[i], jets, nb, &seed), check_rooms(deep[i], jets, nb, &seed);
+            for (i = 0; i < 2; i++) check_in_place(even[i], jets, nb, &seed), check_rooms(even[i], jets, nb, &seed);
+            check_rooms(large[0], jets, nb, &seed);
+        }
+    for (i = 0; i < ns; i++) check_off(shapes[i], &seed);
+    check_off(deep[3], &seed), check_off(large[1], &seed);
     print_bounds();
 }
