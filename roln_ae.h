@@ -9,13 +9,14 @@
    reducing it. Everything works on 1-, 2- or 3-jets: position, velocity and acceleration go through the layers together, and no
    Jacobian or Hessian is formed.
 
-   1 shape and layout     sizes, the weights in theta, the tape of a block, a check of Psi^T Phi = I
+   1 shape and layout     sizes, the weights in theta, the tape of a block
    2 activation           s- and s+, value and backward
    3 encode               z = rho(x) and backward
    4 decode               x = phi(z) and backward, and single coordinates of x
    5 forces               tau_z = J^T tau and backward, tau = D^T tau_z
    6 initialisation       random, or principal directions of data
    7 stored weights       int8 or half-precision numbers in place of floats
+   8 is it a left inverse?
 
    A block of nb samples with `jets` planes is an array [jets][nb][dim]; jets = 1: positions, 2: with velocities,
    3: with accelerations. Forward functions write a tape that the backward of the same block reads. */
@@ -148,56 +149,6 @@ ROLN_FN roln_real rolni_ae_column(const roln_ae *ae, int k, int n, int j, const 
 #define ROLN_AE_DECODE_TAPE(S, jets, nb) (2 * (jets) * (nb) * S(ae_sum))
 #define ROLN_AE_ENCODE_REST(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n)) : 0) /* without x - b_0 */
 #define ROLN_AE_ENCODE_TAPE(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n) + S(N)) : 0)
-
-/* Entry i, j of (I + D) Psi^T Phi - I of a layer N -> n with stored weights, for j = j0 .. j0 + count - 1, into e [count]. Reads
-   every number where it lies, one at a time. */
-ROLN_FN void rolni_ae_off(const roln_storage *st, int N, int n, const rolni_ae_layer *w, int i, int j0, int count, roln_real *e)
-{
-    const int row = ROLN_AE_ROW(st->bits, N);
-    const roln_real *D = w->d + i * ROLN_AE_ROW(st->bits, n), one = 1;
-    int p, k, j;
-    for (j = 0; j < count; j++)
-        e[j] = ROLNI_AS(roln_real, i == j0 + j ? -1 : 0);
-    for (p = 0; p < N; p++) {
-        roln_real psi = st->column(1, N, p, &one, w->psi + i * row);
-        for (k = 0; k < n; k++)
-            psi += st->column(1, n, k, &one, D) * st->column(1, N, p, &one, w->psi + k * row);
-        for (j = 0; j < count; j++)
-            e[j] += psi * st->column(1, N, p, &one, w->phi + (j0 + j) * row);
-    }
-}
-
-/* Is every layer a left inverse, |Psi^T Phi - I|_F <= ROLN_AE_OFF (of stored weights |(I + D) Psi^T Phi - I|_F)? Then no layer of
-   the encoder gives the input u of the decoder's layer back farther off than ROLN_AE_OFF |u|. The bound is that of roln_ae_store,
-   a hundredth, and a little for sums in another order; training keeps the norm near rounding (of every trained model of this
-   repository it is below 2e-6, in float). theta [roln_ae_params] in.
-   ROLN_E_ILL_CONDITIONED: a layer is not; ROLN_E_NOT_FINITE: a product is not finite.
-   Cost of a layer: n^2 N multiply-adds, of stored weights, which are unpacked one by one, (n / 32 + 1) n^2 N. */
-#define ROLN_AE_OFF ROLN_C(1.01e-2)
-ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
-{
-    roln_real e[32];
-    int l, i, j;
-    for (l = 0; l < ae->layers; l++) {
-        const int N = ae->size[l], n = ae->size[l + 1];
-        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, theta);
-        roln_real sum = 0;
-        for (i = 0; i < n; i++)
-            for (j = 0; j < n; j += 32) {
-                const int count = n - j < 32 ? n - j : 32;
-                int k;
-                if (ae->storage != ROLN_FULL) rolni_ae_off(ae->storage, N, n, &w, i, j, count, e);
-                else
-                    for (k = 0; k < count; k++)
-                        e[k] = roln_dot(N, w.psi + i * N, w.phi + (j + k) * N) - ROLNI_AS(roln_real, i == j + k);
-                sum += roln_dot(count, e, e);
-            }
-        if (!roln_finite(sum)) return ROLN_E_NOT_FINITE;
-        if (sum > ROLN_AE_OFF * ROLN_AE_OFF) return ROLN_E_ILL_CONDITIONED;
-        theta = w.end;
-    }
-    return ROLN_OK;
-}
 
 /* ---- 2 activation ----------------------------------------------------------------------------- */
 
@@ -1029,5 +980,79 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
 }
 
 #endif
+
+/* ---- 8 is it a left inverse? ------------------------------------------------------------------ */
+
+#define ROLN_AE_OFF ROLN_C(1.01e-2)
+
+/* The weights need not lie in an array, so that a file can be looked at before it is taken: the bits of number i of theta. */
+typedef roln_bits (*rolni_ae_read)(const void *theta, int i);
+
+/* Weight p of the row that begins at number `row`. */
+ROLN_FN roln_real rolni_ae_weight(int bits, rolni_ae_read read, const void *theta, int row, int p)
+{
+#ifndef ROLN_DOUBLE
+    if (bits == 8) return rolni_real(read(theta, row)) * rolni_from_int8(read(theta, row + 1 + p / 4) >> p % 4 * 8);
+    if (bits == 16) return rolni_from_half(read(theta, row + p / 2) >> p % 2 * 16 << 16);
+#endif
+    (void)bits;
+    return rolni_real(read(theta, row + p));
+}
+
+/* Entries i, j0 .. j0 + count - 1 of (I + D) Psi^T Phi - I of a layer N -> n, whose Phi begins at number `at`, into e [count]. */
+ROLN_FN void rolni_ae_off(int bits, rolni_ae_read read, const void *theta, int at, int N, int n, int i, int j0, int count,
+                          roln_real *e)
+{
+    const int row = ROLN_AE_ROW(bits, N), psi = at + n * row, D = psi + n * row + i * ROLN_AE_ROW(bits, n);
+    int p, k, j;
+    for (j = 0; j < count; j++)
+        e[j] = ROLNI_AS(roln_real, i == j0 + j ? -1 : 0);
+    for (p = 0; p < N; p++) {
+        roln_real x = rolni_ae_weight(bits, read, theta, psi + i * row, p);
+        for (k = 0; k < n && bits > 0; k++)
+            x += rolni_ae_weight(bits, read, theta, D, k) * rolni_ae_weight(bits, read, theta, psi + k * row, p);
+        for (j = 0; j < count; j++)
+            e[j] += x * rolni_ae_weight(bits, read, theta, at + (j0 + j) * row, p);
+    }
+}
+
+ROLN_FN roln_status rolni_ae_check(const roln_ae *ae, rolni_ae_read read, const void *theta)
+{
+    const int bits = rolni_ae_bits(ae);
+    roln_real e[32];
+    int l, i, j, at = 0;
+    for (l = 0; l < ae->layers; l++) {
+        const int N = ae->size[l], n = ae->size[l + 1];
+        roln_real sum = 0;
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j += 32) {
+                const int count = n - j < 32 ? n - j : 32;
+                rolni_ae_off(bits, read, theta, at, N, n, i, j, count, e);
+                sum += roln_dot(count, e, e);
+            }
+        if (!roln_finite(sum)) return ROLN_E_NOT_FINITE;
+        if (sum > ROLN_AE_OFF * ROLN_AE_OFF) return ROLN_E_ILL_CONDITIONED;
+        at += ROLN_AE_LAYER(bits, N, n);
+    }
+    return ROLN_OK;
+}
+
+ROLN_FN roln_bits rolni_ae_bits_at(const void *theta, int i)
+{
+    roln_bits b;
+    memcpy(&b, ROLNI_AS(const roln_real *, theta) + i, sizeof b);
+    return b;
+}
+
+/* Is every layer a left inverse, |Psi^T Phi - I|_F <= ROLN_AE_OFF (of stored weights |(I + D) Psi^T Phi - I|_F)? Then no layer of
+   the encoder gives the input u of the decoder's layer back farther off than ROLN_AE_OFF |u|. The bound is that of roln_ae_store,
+   a hundredth, and a little for sums in another order; training keeps the norm near rounding (of every trained model of this
+   repository it is below 2e-6, in float). theta [roln_ae_params] in.
+   ROLN_E_ILL_CONDITIONED: a layer is not; ROLN_E_NOT_FINITE: a product is not finite.
+   Cost of a layer: n^2 N multiply-adds, of stored weights, which are unpacked one by one, (n / 32 + 1) n^2 N. */
+ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
+{
+    return rolni_ae_check(ae, rolni_ae_bits_at, theta);
+}
 
 #endif
