@@ -1045,8 +1045,10 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             for (k = m - 1; k >= i; k--) {
                 const roln_real f = s * e[k], q = c * e[k];
                 r = f * f + g * g;
-                if (r < tiny * tiny) /* the block splits here */
+                if (r < tiny * tiny) { /* the block splits here; what is left of e[k] was rotated with row k + 1 */
+                    e[k] = q;
                     break;
+                }
                 s = 1 / r; /* beside the root, not after it: shorter chain */
                 r = ROLN_SQRT(r);
                 e[k + 1] = r;
