@@ -97,7 +97,7 @@ ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real
             for (j = 0; j < n; j++)
                 C[i * n + j] /= -(ra[i] + rb[j]);
         roln_mm(n, n, n, C, Ub, D); /* and back: E = -A, C = -A^T */
-        memset(E, 0, (size_t)(n * n) * sizeof *E);
+        rolni_zero(n * n, E);
         roln_mm_at(n, n, n, Ua, D, E);
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j++)
@@ -123,7 +123,7 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
     }
     roln_mm_bt(n, N, n, psi, phi, W);
     if ((st = roln_inv(n, W, inv, phi + n * N)) != ROLN_OK) return st;
-    memset(xn, 0, (size_t)(n * N) * sizeof *xn);
+    rolni_zero(n * N, xn);
     roln_mm_at(n, n, N, inv, phi, xn);
     return ROLN_OK;
 }
@@ -164,7 +164,7 @@ ROLN_FN roln_status roln_spd_rgrad(int n, const roln_real *X, const roln_real *G
         for (j = 0; j < n; j++)
             S[i * n + j] = (G[i * n + j] + G[j * n + i]) / 2;
     roln_mm(n, n, n, S, A, T);
-    memset(u, 0, (size_t)(n * n) * sizeof *u);
+    rolni_zero(n * n, u);
     roln_mm_at(n, n, n, A, T, u);
     return ROLN_OK;
 }
@@ -187,7 +187,7 @@ ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real 
         for (j = 0; j < i; j++)
             S[j * n + i] = S[i * n + j];
     if (roln_chol(n, S, T) != ROLN_OK) return ROLN_E_NOT_SPD;
-    memcpy(Xn, S, (size_t)(n * n) * sizeof *Xn);
+    rolni_copy(n * n, S, Xn);
     return ROLN_OK;
 }
 
@@ -278,7 +278,7 @@ ROLN_FN roln_status roln_stiefel_retract(int k, int m, const roln_real *X, const
     for (i = 0; i < k * m; i++)
         Y[i] = X[i] + U[i];
     if (rolni_orthonormal(k, m, Y, Y + k * m) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    memcpy(Xn, Y, (size_t)(k * m) * sizeof *Xn);
+    rolni_copy(k * m, Y, Xn);
     return ROLN_OK;
 }
 
@@ -342,9 +342,9 @@ typedef struct {
 ROLN_FN roln_real roln_schedule(uint32_t t, uint32_t warmup, uint32_t total, roln_real last)
 {
     roln_real x;
-    if (t < warmup) return (roln_real)(t + 1) / (roln_real)warmup;
+    if (t < warmup) return ROLNI_AS(roln_real, t + 1) / ROLNI_AS(roln_real, warmup);
     if (t >= total) return last;
-    x = (roln_real)(t - warmup) / (roln_real)(total - warmup);
+    x = ROLNI_AS(roln_real, t - warmup) / ROLNI_AS(roln_real, total - warmup);
     return last + (1 - last) * (1 - x * x * (3 - 2 * x));
 }
 
@@ -410,7 +410,7 @@ ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, co
     int i;
     for (i = 0; i < size; i++)
         g[i] = scale * egrad[i] + o->decay * x[i];
-    memcpy(mn, m, (size_t)size * sizeof *m);
+    rolni_copy(size, m, mn);
     if ((st = M->tangent(rows, cols, x, g, work)) != ROLN_OK) return st;
     gg = M->inner ? M->inner(rows, cols, x, g, g) : roln_dot(size, g, g);
     v = o->beta2 * v + (1 - o->beta2) * gg;
@@ -469,8 +469,8 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
                 const roln_status st = rolni_adam_curved(k, opt, &next, scale, g, x, mb, *vb, *wb, keep, work + kept);
                 if (st != ROLN_OK) return st;
             } else {
-                memcpy(x, keep, (size_t)size * sizeof *x);
-                memcpy(mb, keep + size, (size_t)size * sizeof *x);
+                rolni_copy(size, keep, x);
+                rolni_copy(size, keep + size, mb);
                 *vb = keep[2 * size], *wb = keep[2 * size + 1];
             }
             keep += rolni_keep(k);

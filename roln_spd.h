@@ -170,7 +170,7 @@ ROLN_FN uint64_t roln_rand(uint64_t *s)
 /* Uniform in [0, 1), 24 bits: exact in float and in double, hence the same numbers in both. */
 ROLN_FN roln_real roln_uniform(uint64_t *s)
 {
-    return (roln_real)(int32_t)(roln_rand(s) >> 40) * ROLN_C(5.9604644775390625e-8);
+    return ROLNI_AS(roln_real, ROLNI_AS(int32_t, roln_rand(s) >> 40)) * ROLN_C(5.9604644775390625e-8);
 }
 
 /* Normal deviate, mean 0, variance 1, as the sum of 12 uniforms minus 6: bounded by 6, no libm, the same bits. */
@@ -179,14 +179,14 @@ ROLN_FN roln_real roln_normal(uint64_t *s)
     int32_t sum = 0;
     int i;
     for (i = 0; i < 12; i++)
-        sum += (int32_t)(roln_rand(s) >> 40);
-    return (roln_real)(sum - (INT32_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
+        sum += ROLNI_AS(int32_t, roln_rand(s) >> 40);
+    return ROLNI_AS(roln_real, sum - (INT32_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
 }
 
 /* Uniform integer in 0..n-1, n >= 1 (multiply-shift; bias below n / 2^32). */
 ROLN_FN int roln_randint(int n, uint64_t *s)
 {
-    return (int)(((roln_rand(s) >> 32) * (uint64_t)n) >> 32);
+    return ROLNI_AS(int, ((roln_rand(s) >> 32) * ROLNI_AS(uint64_t, n)) >> 32);
 }
 
 /* ---- 4 elementary functions ------------------------------------------------------------------ */
@@ -237,7 +237,7 @@ ROLNI_INLINE roln_real rolni_real(roln_bits b)
 /* All ones if the sign bit of b is set, else 0. */
 ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
 {
-    return (roln_bits)0 - (b >> (8 * sizeof b - 1));
+    return ROLNI_AS(roln_bits, 0) - (b >> (8 * sizeof b - 1));
 }
 
 /* x = k ln 2 + r, |r| <= ln 2 / 2, for |x| <= ROLNI_EXP_END: e^r = 1 + (h + t), h exact.
@@ -245,11 +245,11 @@ ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
    instead of one long). Returns k + 2 bias. */
 ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
-    int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
-    roln_real k = (roln_real)n - ROLN_C(2.0) * (roln_real)ROLNI_BIAS;
+    int32_t n = ROLNI_AS(int32_t, x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * ROLNI_AS(roln_real, ROLNI_BIAS) + ROLN_C(0.5)));
+    roln_real k = ROLNI_AS(roln_real, n) - ROLN_C(2.0) * ROLNI_AS(roln_real, ROLNI_BIAS);
     roln_real lo = k * ROLNI_LN2LO, hi = k * ROLNI_LN2HI, r, rr, u, v;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-    hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
+    hi = rolni_real(rolni_bits(hi) & ~ROLNI_AS(roln_bits, 1)); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
 #endif
     *h = x - hi;
     r = *h - lo;
@@ -262,7 +262,7 @@ ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
     v = 0.166665211f + rr * 8.36871751e-3f;
 #endif
     *t = rr * (u + r * v) - lo;
-    return (roln_bits)n;
+    return ROLNI_AS(roln_bits, n);
 }
 
 /* 2 atanh(s) / s - 2 of z = s^2, |s| <= 1/3: z (u + z v), u and v polynomials in z^2. */
@@ -332,22 +332,22 @@ ROLN_FN roln_real roln_log(roln_real x)
 {
     const roln_bits base = rolni_bits(ROLN_C(0.66666667)), one = ROLNI_BIAS << ROLNI_MANT;
     roln_bits b = rolni_bits(x);
-    int32_t k = -(int32_t)ROLNI_BIAS;
+    int32_t k = -ROLNI_AS(int32_t, ROLNI_BIAS);
     roln_real f;
     if (b >= ROLNI_INF) {                                              /* NaN, Inf, sign bit set */
         if ((b & ~ROLNI_SIGN) == 0) return rolni_real(ROLNI_SIGN | ROLNI_INF);
         return rolni_real(b > (ROLNI_SIGN | ROLNI_INF) || b < ROLNI_SIGN ? b : ROLNI_INF | (ROLNI_INF >> 1));
     }
-    if (b < (roln_bits)1 << ROLNI_MANT) {                              /* 0, denormal */
+    if (b < ROLNI_AS(roln_bits, 1) << ROLNI_MANT) {                              /* 0, denormal */
         if (b == 0) return rolni_real(ROLNI_SIGN | ROLNI_INF);
-        b = rolni_bits(x * (roln_real)((roln_bits)1 << ROLNI_MANT));
+        b = rolni_bits(x * ROLNI_AS(roln_real, ROLNI_AS(roln_bits, 1) << ROLNI_MANT));
         k -= ROLNI_MANT;
     }
     b += one - base;
-    k += (int32_t)(b >> ROLNI_MANT);
-    f = rolni_real((b & (((roln_bits)1 << ROLNI_MANT) - 1)) + base) - ROLN_C(1.0);
-    f = rolni_log1p(f) + (roln_real)k * ROLNI_LN2LO;
-    return f + (roln_real)k * ROLNI_LN2HI;
+    k += ROLNI_AS(int32_t, b >> ROLNI_MANT);
+    f = rolni_real((b & ((ROLNI_AS(roln_bits, 1) << ROLNI_MANT) - 1)) + base) - ROLN_C(1.0);
+    f = rolni_log1p(f) + ROLNI_AS(roln_real, k) * ROLNI_LN2LO;
+    return f + ROLNI_AS(roln_real, k) * ROLNI_LN2HI;
 }
 
 /* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. */
@@ -401,7 +401,7 @@ ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln
 /* y = softplus(a), s = sigmoid(a), n elements, bit for bit as the two functions above. y may be a; no other overlap. */
 ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real *s)
 {
-    if (y != a && n > 0) memcpy(y, a, (size_t)n * sizeof *y);
+    if (y != a && n > 0) rolni_copy(n, a, y);
     rolni_softplus_inplace(n, y, s);
 }
 
@@ -435,13 +435,13 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
 #else
 #define ROLNI_ONCE
 #endif
-#define ROLNI_W ((int)(ROLNI_BYTES / sizeof(roln_real)))
+#define ROLNI_W (ROLNI_AS(int, ROLNI_BYTES / sizeof(roln_real)))
 typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
-#define ROLNI_LD(p) (*(const rolni_v *)(const void *)(p))
-#define ROLNI_ST(p, v) (*(rolni_v *)(void *)(p) = (v))
-#define ROLNI_LD8(p) (*(const rolni_v8 *)(const void *)(p))
-#define ROLNI_LD8_ONCE(p) (*(const ROLNI_ONCE rolni_v8 *)(const void *)(p))
+#define ROLNI_LD(p) (*ROLNI_AS(const rolni_v *, ROLNI_AS(const void *, p)))
+#define ROLNI_ST(p, v) (*ROLNI_AS(rolni_v *, ROLNI_AS(void *, p)) = (v))
+#define ROLNI_LD8(p) (*ROLNI_AS(const rolni_v8 *, ROLNI_AS(const void *, p)))
+#define ROLNI_LD8_ONCE(p) (*ROLNI_AS(const ROLNI_ONCE rolni_v8 *, ROLNI_AS(const void *, p)))
 #else
 /* X of each lane of a block: scalars that stay in registers, as an array does not. */
 #define ROLNI_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
@@ -453,7 +453,7 @@ typedef union {
     rolni_both both;
     roln_real x[2];
 } rolni_two;
-#define ROLNI_LD2(u, p) ((u).both = *(const rolni_both *)(const void *)(p))
+#define ROLNI_LD2(u, p) ((u).both = *ROLNI_AS(const rolni_both *, ROLNI_AS(const void *, p)))
 #else
 typedef struct {
     roln_real x[2];
@@ -468,13 +468,15 @@ typedef struct {
 #endif
 #endif
 
-/* Row i of C = A B from column j on (see rolni_mm). */
-ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
-{
-    const size_t ldb = (size_t)n;
-    int p;
+/* One, two and four rows of a product with B, c[j] = (add ? c[j] : 0) + sum_p a[p sp] B[p][j], in blocks of columns that fit the
+   registers: rolni_mm_wide from column j on as far as its blocks reach, and returns the first column that is left; rolni_mm1 to
+   the end. Rows of A are si apart, rows of C follow each other. */
 #if ROLN_SIMD
+ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
     const int w = ROLNI_W;
+    int p;
     for (; j < n - n % (4 * w); j += 4 * w) {
         const roln_real *a = a0, *b = B + j;
         rolni_v c0 = {0}, c1 = {0}, c2 = {0}, c3 = {0};
@@ -495,7 +497,13 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
             c0 += a[0] * ROLNI_LD(b);
         ROLNI_ST(c + j, c0);
     }
+    return j;
+}
 #else
+ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int p;
     for (; j < n - n % 16; j += 16) {
         const roln_real *a = a0, *b = B + j;
         roln_real *const d = c + j;
@@ -514,7 +522,15 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
         ROLNI_16(ROLNI_X)
 #undef ROLNI_X
     }
+    return j;
+}
 #endif
+
+ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int p;
+    j = rolni_mm_wide(k, n, j, a0, sp, B, add, c);
     for (; j < n - n % 4; j += 4) {
         const roln_real *a = a0, *b = B + j;
         roln_real c0 = 0, c1 = 0, c2 = 0, c3 = 0;
@@ -536,17 +552,17 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
     }
 }
 
-/* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
-ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
-{
-    const size_t ldb = (size_t)n;
-    int i = 0, j, p;
 #if ROLN_SIMD
-    const int w = ROLNI_W, m4 = m - m % 4, n2 = n - n % (2 * w), n4 = n - n % (4 * w);
-    for (j = 0; j < n2; j += 2 * w) { /* four rows of two vectors share each load of B */
-        for (i = 0; i < m4; i += 4) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            roln_real *c = C + (size_t)i * ldb + j;
+/* m rows, a multiple of four: four rows of two vectors share each load of B. */
+ROLNI_INLINE void rolni_mm4(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    const int w = ROLNI_W, n2 = n - n % (2 * w);
+    int i, j, p;
+    for (j = 0; j < n2; j += 2 * w) {
+        for (i = 0; i < m; i += 4) {
+            const roln_real *a = A + ROLNI_AS(size_t, i) * si, *b = B + j;
+            roln_real *c = C + ROLNI_AS(size_t, i) * ldb + j;
             rolni_v c00 = {0}, c01 = {0}, c10 = {0}, c11 = {0}, c20 = {0}, c21 = {0}, c30 = {0}, c31 = {0};
             if (add) {
                 c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w);
@@ -567,92 +583,125 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
             ROLNI_ST(c + 3 * ldb, c30), ROLNI_ST(c + 3 * ldb + w, c31);
         }
     }
-    for (i = 0; i < m4; i++)
-        rolni_mm1(k, n, n2, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-    for (; i < m - m % 2; i += 2) { /* a pair, position and velocity of one sample: one pass over B */
-        for (j = 0; j < n4; j += 4 * w) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            roln_real *c = C + (size_t)i * ldb + j;
-            rolni_v c00 = {0}, c01 = {0}, c02 = {0}, c03 = {0}, c10 = {0}, c11 = {0}, c12 = {0}, c13 = {0};
-            if (add) {
-                c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w), c02 = ROLNI_LD(c + 2 * w), c03 = ROLNI_LD(c + 3 * w);
-                c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
-                c12 = ROLNI_LD(c + ldb + 2 * w), c13 = ROLNI_LD(c + ldb + 3 * w);
-            }
-            for (p = 0; p < k; p++, a += sp, b += ldb) {
-                const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w), b2 = ROLNI_LD(b + 2 * w), b3 = ROLNI_LD(b + 3 * w);
-                c00 += a[0] * b0, c01 += a[0] * b1, c02 += a[0] * b2, c03 += a[0] * b3;
-                c10 += a[si] * b0, c11 += a[si] * b1, c12 += a[si] * b2, c13 += a[si] * b3;
-            }
-            ROLNI_ST(c, c00), ROLNI_ST(c + w, c01), ROLNI_ST(c + 2 * w, c02), ROLNI_ST(c + 3 * w, c03);
-            ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
-            ROLNI_ST(c + ldb + 2 * w, c12), ROLNI_ST(c + ldb + 3 * w, c13);
+    for (i = 0; i < m; i++)
+        rolni_mm1(k, n, n2, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+}
+
+/* Two rows, position and velocity of one sample: one pass over B. */
+ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    const int w = ROLNI_W, n4 = n - n % (4 * w);
+    int j, p;
+    for (j = 0; j < n4; j += 4 * w) {
+        const roln_real *a = A, *b = B + j;
+        roln_real *c = C + j;
+        rolni_v c00 = {0}, c01 = {0}, c02 = {0}, c03 = {0}, c10 = {0}, c11 = {0}, c12 = {0}, c13 = {0};
+        if (add) {
+            c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w), c02 = ROLNI_LD(c + 2 * w), c03 = ROLNI_LD(c + 3 * w);
+            c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
+            c12 = ROLNI_LD(c + ldb + 2 * w), c13 = ROLNI_LD(c + ldb + 3 * w);
         }
-        rolni_mm1(k, n, n4, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-        rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+        for (p = 0; p < k; p++, a += sp, b += ldb) {
+            const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w), b2 = ROLNI_LD(b + 2 * w), b3 = ROLNI_LD(b + 3 * w);
+            c00 += a[0] * b0, c01 += a[0] * b1, c02 += a[0] * b2, c03 += a[0] * b3;
+            c10 += a[si] * b0, c11 += a[si] * b1, c12 += a[si] * b2, c13 += a[si] * b3;
+        }
+        ROLNI_ST(c, c00), ROLNI_ST(c + w, c01), ROLNI_ST(c + 2 * w, c02), ROLNI_ST(c + 3 * w, c03);
+        ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
+        ROLNI_ST(c + ldb + 2 * w, c12), ROLNI_ST(c + ldb + 3 * w, c13);
     }
+    rolni_mm1(k, n, n4, A, sp, B, add, C);
+    rolni_mm1(k, n, n4, A + si, sp, B, add, C + ldb);
+}
 #else
-    for (; i < m - m % 4 && n < 8; i += 4) { /* small: four columns */
-        roln_real *c = C + (size_t)i * ldb, *d = c + ldb, *e = d + ldb, *f = e + ldb;
-        for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            rolni_two u;
+/* Four rows by four columns, for a small B. */
+ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int j, p;
+    roln_real *c = C, *d = c + ldb, *e = d + ldb, *f = e + ldb;
+    for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+        const roln_real *a = A, *b = B + j;
+        rolni_two u;
 #define ROLNI_X(i) \
-            roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
-            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+        roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
+        ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
 #undef ROLNI_X
-            for (p = k; p > 0; p--, a += sp, b += ldb) {
-                const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+            const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
 #define ROLNI_X(i, j) \
-                ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
-                e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
-                ROLNI_X(0, 1) ROLNI_X(2, 3)
+            ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
+            e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
+            ROLNI_X(0, 1) ROLNI_X(2, 3)
 #undef ROLNI_X
-            }
+        }
 #define ROLNI_X(i) c[i] = c##i, d[i] = d##i, e[i] = e##i, f[i] = f##i;
-            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+        ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
 #undef ROLNI_X
-        }
-        for (p = i; p < i + 4 && j < n; p++)
-            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
     }
-    for (; i < m - m % 2 && n >= 8; i += 2) { /* a pair: eight columns */
-        roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
-        for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            rolni_two u;
+    for (p = 0; p < 4 && j < n; p++)
+        rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
+}
+
+/* Two rows, position and velocity of one sample, by eight columns. */
+ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int j, p;
+    roln_real *c = C, *d = c + ldb;
+    for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
+        const roln_real *a = A, *b = B + j;
+        rolni_two u;
 #define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
-            ROLNI_8(ROLNI_X)
+        ROLNI_8(ROLNI_X)
 #undef ROLNI_X
-            for (p = k; p > 0; p--, a += sp, b += ldb) {
-                const roln_real x = a[0], y = a[si];
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+            const roln_real x = a[0], y = a[si];
 #define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1];
-                ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
-#undef ROLNI_X
-            }
-#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
-            ROLNI_8(ROLNI_X)
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
 #undef ROLNI_X
         }
-        for (p = i; p < i + 2 && j < n; p++)
-            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
+        ROLNI_8(ROLNI_X)
+#undef ROLNI_X
     }
+    for (p = 0; p < 2 && j < n; p++)
+        rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
+}
+#endif
+
+/* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
+ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int i = 0;
+#if ROLN_SIMD
+    i = m - m % 4;
+    rolni_mm4(i, k, n, A, si, sp, B, add, C);
+    for (; i < m - m % 2; i += 2)
+        rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+#else
+    for (; i < m - m % 4 && n < 8; i += 4)
+        rolni_mm4(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+    for (; i < m - m % 2 && n >= 8; i += 2)
+        rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 #endif
     for (; i < m; i++)
-        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
+        rolni_mm1(k, n, 0, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 }
 
 /* C = A B, A [m][k], B [k][n], C [m][n]. With m = 1 the mat-vec c = B^T a. C may not overlap A or B. */
 ROLN_FN void roln_mm(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    rolni_mm(m, k, n, A, (size_t)k, 1, B, 0, C);
+    rolni_mm(m, k, n, A, ROLNI_AS(size_t, k), 1, B, 0, C);
 }
 
 /* C += A^T B, A [k][m], B [k][n], C [m][n]: the gradient of a weight, summed over the k samples of a block.
    With k = 1 the rank-one update C += a b^T. C may not overlap A or B. */
 ROLN_FN void roln_mm_at(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    rolni_mm(m, k, n, A, 1, (size_t)m, B, 1, C);
+    rolni_mm(m, k, n, A, 1, ROLNI_AS(size_t, m), B, 1, C);
 }
 
 /* sum_p a[p] b[p], p < n, in order 2. */
@@ -754,16 +803,16 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 /* C = A B^T, A [m][k], B [n][k], C [m][n], in order 2. With m = 1 the mat-vec c = B a. C may not overlap A or B. */
 ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    const size_t ld = (size_t)k, ldc = (size_t)n;
+    const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
 #if ROLN_SIMD
     if (k % 8 == 0) {
         for (; j < n - n % 4; j += 4) { /* four rows of B, two of A: eight accumulators */
-            const roln_real *b = B + (size_t)j * ld;
+            const roln_real *b = B + ROLNI_AS(size_t, j) * ld;
             int p;
             for (i = 0; i < m - m % 2; i += 2) {
-                const roln_real *a = A + (size_t)i * ld;
-                roln_real *c = C + (size_t)i * ldc + j;
+                const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+                roln_real *c = C + ROLNI_AS(size_t, i) * ldc + j;
                 rolni_v8 v00 = {0}, v01 = {0}, v02 = {0}, v03 = {0}, v10 = {0}, v11 = {0}, v12 = {0}, v13 = {0};
                 for (p = 0; p < k; p += 8) {
                     const rolni_v8 a0 = ROLNI_LD8_ONCE(a + p), a1 = ROLNI_LD8_ONCE(a + ld + p);
@@ -776,8 +825,8 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
                 ROLNI_SUM4(v10, v11, v12, v13, c + ldc);
             }
             if (m % 2) {
-                const roln_real *a = A + (size_t)i * ld;
-                roln_real *c = C + (size_t)i * ldc + j;
+                const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+                roln_real *c = C + ROLNI_AS(size_t, i) * ldc + j;
                 rolni_v8 v0 = {0}, v1 = {0}, v2 = {0}, v3 = {0};
                 for (p = 0; p < k; p += 8) {
                     const rolni_v8 a0 = ROLNI_LD8(a + p);
@@ -793,10 +842,10 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
         int jj = j;
 #if !ROLN_SIMD
         for (; jj < n - n % 2; jj += 2)
-            rolni_dot2(k, A + (size_t)i * ld, B + (size_t)jj * ld, B + (size_t)(jj + 1) * ld, C + (size_t)i * ldc + jj);
+            rolni_dot2(k, A + ROLNI_AS(size_t, i) * ld, B + ROLNI_AS(size_t, jj) * ld, B + ROLNI_AS(size_t, jj + 1) * ld, C + ROLNI_AS(size_t, i) * ldc + jj);
 #endif
         for (; jj < n; jj++)
-            C[(size_t)i * ldc + (size_t)jj] = roln_dot(k, A + (size_t)i * ld, B + (size_t)jj * ld);
+            C[ROLNI_AS(size_t, i) * ldc + ROLNI_AS(size_t, jj)] = roln_dot(k, A + ROLNI_AS(size_t, i) * ld, B + ROLNI_AS(size_t, jj) * ld);
     }
 }
 
@@ -877,7 +926,7 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
         nx = cx > nx ? cx : nx;
         if (!roln_finite(ca) || !roln_finite(cx)) return ROLN_E_ILL_CONDITIONED;
     }
-    return na * nx * (64 * (roln_real)n * ROLN_EPS) < 1 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+    return na * nx * (64 * ROLNI_AS(roln_real, n) * ROLN_EPS) < 1 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
 }
 
 /* ---- 6 eigensolver ---------------------------------------------------------------------------- */
@@ -920,39 +969,36 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
     }
 }
 
-/* Symmetric eigen-decomposition A = Q^T diag(l) Q: row k of Q is the eigenvector of l[k], l ascending.
-   Householder tridiagonalisation (Martin, Reinsch, Wilkinson 1968), then implicit QL with Wilkinson's
-   shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
-   not matter: denormal and near-overflow inputs keep full precision.
-     A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
-   Residual within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most 30 n sweeps.
-   ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
-   number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
-   than it saves. About 9 n^3 multiply-adds. */
-#define ROLN_EIG_WORK(n) (2 * (n))
-ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real *Q, roln_real *work)
+/* roln_eig in five steps. The first: Q = 2^k A, with the largest exponent at 2^30 as far as 2^k is normal, so that squares
+   neither overflow nor underflow; *down = 2^-k. */
+ROLN_FN roln_status rolni_eig_scale(int n, const roln_real *A, roln_real *Q, roln_real *down)
 {
-    const roln_real tiny = ROLN_EPS * ROLN_EPS;
-    roln_real *const e = work, *const ROLN_RESTRICT t = work + n;
-    roln_real up, down;
+    roln_real up;
     roln_bits top = 0;
-    int i, j, k, m, sweeps = 30 * n;
-
-    /* the largest exponent goes to 2^30, as far as the factor is normal: squares then neither over- nor underflow */
+    int i, k;
     for (i = 0; i < n * n; i++) {
         const roln_bits b = rolni_bits(A[i]) & ~ROLNI_SIGN;
         top = b > top ? b : top;
     }
     if (top >= ROLNI_INF)
         return ROLN_E_NOT_FINITE;
-    k = (int)ROLNI_BIAS + 30 - (int)(top >> ROLNI_MANT);
-    k = k < (int)ROLNI_BIAS ? k : (int)ROLNI_BIAS - 1;
-    up = rolni_real((roln_bits)((int)ROLNI_BIAS + k) << ROLNI_MANT);
-    down = rolni_real((roln_bits)((int)ROLNI_BIAS - k) << ROLNI_MANT);
+    k = ROLNI_AS(int, ROLNI_BIAS) + 30 - ROLNI_AS(int, top >> ROLNI_MANT);
+    k = k < ROLNI_AS(int, ROLNI_BIAS) ? k : ROLNI_AS(int, ROLNI_BIAS) - 1;
+    up = rolni_real(ROLNI_AS(roln_bits, ROLNI_AS(int, ROLNI_BIAS) + k) << ROLNI_MANT);
+    *down = rolni_real(ROLNI_AS(roln_bits, ROLNI_AS(int, ROLNI_BIAS) - k) << ROLNI_MANT);
     for (i = 0; i < n * n; i++)
         Q[i] = A[i] * up;
+    return ROLN_OK;
+}
 
-    /* A <- H A H, H = I - v v^T / h, clears row i left of its subdiagonal e[i-1]; v stays in the row, 1/h in l[i] */
+/* What counts as zero beside entries of 2^30. */
+#define ROLNI_EIG_TINY (ROLN_EPS * ROLN_EPS)
+
+/* The second, to tridiagonal form: Q <- H Q H, H = I - v v^T / h, clears row i left of its subdiagonal e[i-1], from the last row
+   up. v stays in the row, 1/h in l[i]. t: n - 1 numbers of scratch. */
+ROLN_FN void rolni_eig_reduce(int n, roln_real *Q, roln_real *l, roln_real *e, roln_real *ROLN_RESTRICT t)
+{
+    int i, j, k;
     for (i = n - 1; i > 1; i--) {
         roln_real *ROLN_RESTRICT v = Q + i * n;
         roln_real s = 0, f = v[i - 1], g, h;
@@ -960,7 +1006,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             s += v[k] * v[k];
         l[i] = 0;
         e[i - 1] = f;
-        if (s < tiny * tiny)
+        if (s < ROLNI_EIG_TINY * ROLNI_EIG_TINY)
             continue;
         s += f * f;
         g = ROLN_SQRT(s);
@@ -969,7 +1015,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         h = 1 / (s - f * g);
         v[i - 1] = f - g;
         l[i] = h;
-        for (k = 0; k < i; k++) /* t = A v; 0 + makes -0 a 0 */
+        for (k = 0; k < i; k++) /* t = Q v; 0 + makes -0 a 0 */
             t[k] = 0 + v[0] * Q[k];
         for (j = 1; j < i; j++) {
             const roln_real *ROLN_RESTRICT a = Q + j * n;
@@ -983,15 +1029,19 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         s *= ROLN_C(0.5) * h;
         for (k = 0; k < i; k++) /* w = (t - (t.v) v / 2h) / h */
             t[k] = (t[k] - s * v[k]) * h;
-        for (j = 0; j < i; j++) { /* A -= v w^T + w v^T */
+        for (j = 0; j < i; j++) { /* Q -= v w^T + w v^T */
             roln_real *ROLN_RESTRICT a = Q + j * n;
             const roln_real x = v[j], y = t[j];
             for (k = 0; k < i; k++)
                 a[k] -= x * t[k] + y * v[k];
         }
     }
+}
 
-    /* Q <- H_2 H_3 ..: the i x i block grows by one row and column per reflection */
+/* The third: Q <- H_2 H_3 ..; its i x i block grows by one row and column per reflection. The diagonal goes to l. */
+ROLN_FN void rolni_eig_accumulate(int n, roln_real *Q, roln_real *l, roln_real *e)
+{
+    int i, j, k;
     for (i = 0; i < n; i++) {
         roln_real *ROLN_RESTRICT v = Q + i * n;
         const roln_real h = i > 1 ? l[i] : 0;
@@ -1012,13 +1062,50 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             v[k] = Q[k * n + i] = 0;
         v[i] = 1;
     }
+}
 
-    /* QL: deflate or sweep rows i..m, the unreduced block that begins at i */
+/* One implicit QL sweep over rows i..m of the tridiagonal matrix with diagonal l and subdiagonal e, g = l[m] - shift. Rows of Q
+   are rotated with it, two rotations in one pass: the first of a pair waits in c1, s1 for the next. */
+ROLN_FN void rolni_eig_sweep(int n, int i, int m, roln_real g, roln_real *l, roln_real *e, roln_real *Q)
+{
+    roln_real p = 0, s = 1, c = 1, s1 = 1, c1 = 1;
+    int k;
+    for (k = m - 1; k >= i; k--) {
+        const roln_real f = s * e[k], q = c * e[k];
+        roln_real r = f * f + g * g;
+        if (r < ROLNI_EIG_TINY * ROLNI_EIG_TINY) { /* the block splits here; the rotation of row k + 1 has made e[k] to q */
+            e[k] = q;
+            break;
+        }
+        s = 1 / r; /* beside the root, not after it: shorter chain */
+        r = ROLN_SQRT(r);
+        e[k + 1] = r;
+        c = r * s;
+        s = f * c;
+        c = g * c;
+        g = l[k + 1] - p;
+        r = (l[k] - g) * s + 2 * (c * q);
+        p = s * r;
+        l[k + 1] = g + p;
+        g = c * r - q;
+        if ((m - k) & 1) c1 = c, s1 = s;
+        else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
+    }
+    if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
+    l[k + 1] -= p;
+    e[k + 1] = k < i ? g : 0;
+    e[m] = 0;
+}
+
+/* The fourth: sweeps until the subdiagonal is gone. Rows i..m are the unreduced block that begins at i. */
+ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_real *Q)
+{
+    int i, m, sweeps = 30 * n;
     e[n - 1] = 0;
     for (i = 0; i < n;) {
-        roln_real p, g, r, s, c, s1, c1;
+        roln_real g, r, s, c;
         for (m = i; m < n - 1; m++) {
-            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + tiny)
+            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + ROLNI_EIG_TINY)
                 break;
         }
         if (m == i) {
@@ -1031,46 +1118,24 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         r = ROLN_SQRT(g * g + 4 * e[i] * e[i]);
         s = 2 * e[i] / (g < 0 ? g - r : g + r); /* tan of the rotation of rows i, i+1 */
         r = s * e[i];
-        if (m == i + 1) { /* 2 x 2: that rotation is the answer */
+        if (m > i + 1) {
+            rolni_eig_sweep(n, i, m, l[m] - l[i] + r, l, e, Q);
+        } else { /* 2 x 2: that rotation is the answer */
             c = 1 / ROLN_SQRT(1 + s * s);
             s *= c;
             l[i] -= r;
             l[m] += r;
             rolni_rotate(n, c, s, Q + i * n);
             i += 2;
-        } else {
-            g = l[m] - l[i] + r;
-            s = c = s1 = c1 = 1;
-            p = 0;
-            for (k = m - 1; k >= i; k--) {
-                const roln_real f = s * e[k], q = c * e[k];
-                r = f * f + g * g;
-                if (r < tiny * tiny) { /* the block splits here; what is left of e[k] was rotated with row k + 1 */
-                    e[k] = q;
-                    break;
-                }
-                s = 1 / r; /* beside the root, not after it: shorter chain */
-                r = ROLN_SQRT(r);
-                e[k + 1] = r;
-                c = r * s;
-                s = f * c;
-                c = g * c;
-                g = l[k + 1] - p;
-                r = (l[k] - g) * s + 2 * (c * q);
-                p = s * r;
-                l[k + 1] = g + p;
-                g = c * r - q;
-                if ((m - k) & 1) c1 = c, s1 = s; /* waits for the next */
-                else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
-            }
-            if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
-            l[k + 1] -= p;
-            e[k + 1] = k < i ? g : 0;
-            e[m] = 0;
         }
     }
+    return ROLN_OK;
+}
 
-    /* sort ascending, undo the scale */
+/* The fifth: eigenvalues ascending, rows of Q with them, and the scale undone. */
+ROLN_FN void rolni_eig_sort(int n, roln_real down, roln_real *l, roln_real *Q)
+{
+    int i, k, m;
     for (i = 0; i < n; i++) {
         roln_real least = l[i];
         for (m = i, k = i + 1; k < n; k++)
@@ -1087,6 +1152,31 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         }
         l[i] = least * down;
     }
+}
+
+/* Symmetric eigen-decomposition A = Q^T diag(l) Q: row k of Q is the eigenvector of l[k], l ascending.
+   Householder tridiagonalisation (Martin, Reinsch, Wilkinson 1968), then implicit QL with Wilkinson's
+   shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
+   not matter: denormal and near-overflow inputs keep full precision.
+     A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
+   Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most 30 n sweeps.
+   ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
+   number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
+   than it saves. About 9 n^3 multiply-adds. */
+#define ROLN_EIG_MEM(X, n) X(t, n) X(e, n)
+#define ROLN_EIG_WORK(n) (0 ROLN_EIG_MEM(ROLNI_SIZE, n))
+ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real *Q, roln_real *work)
+{
+    roln_real down = 1;
+    roln_status st;
+    ROLN_EIG_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_eig_scale(n, A, Q, &down)) != ROLN_OK)
+        return st;
+    rolni_eig_reduce(n, Q, l, e, t);
+    rolni_eig_accumulate(n, Q, l, e);
+    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK)
+        return st;
+    rolni_eig_sort(n, down, l, Q);
     return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -1246,7 +1336,7 @@ ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real
     }
     if (!roln_all_finite(n, l))
         return ROLN_E_NOT_FINITE;
-    if (!(l[0] > (roln_real)n * ROLN_EPS * l[n - 1]))
+    if (!(l[0] > ROLNI_AS(roln_real, n) * ROLN_EPS * l[n - 1]))
         return ROLN_E_NOT_SPD;
     for (k = -2; k < n; k++) { /* first the two ends: between them a power is finite if it is there */
         const roln_real y = rolni_map(map, p, l[k == -2 ? n - 1 : k == -1 ? 0 : k]);
@@ -1340,13 +1430,13 @@ ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X
     const roln_status st = rolni_spd_eig(n, A, X, d, Q, R, d + n);
     if (st != ROLN_OK)
         return st;
-    memcpy(l, d, (size_t)n * sizeof *l);
+    rolni_copy(n, d, l);
     if (A != NULL) {
         roln_mm_bt(n, n, n, Q, A, V);
         roln_mm(n, n, n, Q, R, W);
     } else {
-        memcpy(V, Q, (size_t)(n * n) * sizeof *V);
-        memcpy(W, Q, (size_t)(n * n) * sizeof *W);
+        rolni_copy(n * n, Q, V);
+        rolni_copy(n * n, Q, W);
     }
     return ROLN_OK;
 }
@@ -1369,7 +1459,7 @@ ROLN_FN void rolni_spd_add(int n, const roln_real *f, const roln_real *V, roln_r
 #define ROLN_SPD_FORM_WORK(n) (2 * (n) * (n))
 ROLN_FN void roln_spd_form(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
-    memset(Y, 0, (size_t)(n * n) * sizeof *Y);
+    rolni_zero(n * n, Y);
     rolni_spd_add(n, f, V, Y, work);
 }
 
@@ -1396,7 +1486,7 @@ ROLN_FN roln_status roln_spd_map(int n, int map, roln_real p, const roln_real *A
     roln_spd_form(n, l, V, W, t);
     if (!roln_all_finite(n * n, W))
         return ROLN_E_NOT_FINITE;
-    memcpy(Y, W, (size_t)(n * n) * sizeof *Y);
+    rolni_copy(n * n, W, Y);
     return ROLN_OK;
 }
 
@@ -1538,7 +1628,7 @@ ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_rea
     roln_congr_t(n, V, u, y, t);
     if (!roln_all_finite(n * n, y))
         return ROLN_E_NOT_FINITE;
-    memcpy(Y, y, (size_t)(n * n) * sizeof *Y);
+    rolni_copy(n * n, y, Y);
     return ROLN_OK;
 }
 
@@ -1580,11 +1670,11 @@ ROLN_FN void roln_spd_transport_bwd(int n, const roln_real *l, const roln_real *
 ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, const roln_real *M, const roln_real *R, roln_real *G,
                                        roln_real *h, roln_real *noise, roln_real *work)
 {
-    const roln_real share = 1 / (roln_real)count;
+    const roln_real share = 1 / ROLNI_AS(roln_real, count);
     roln_real *Q = work, *l = Q + n * n, *f = l + n, *t = f + n, sum_c = 0, e = 0;
     roln_status st;
     int c, i;
-    memset(G, 0, (size_t)(n * n) * sizeof *G);
+    rolni_zero(n * n, G);
     for (c = 0; c < count; c++, X += n * n) {
         rolni_spd_whiten(n, R, X, Q, t);
         if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
@@ -1599,7 +1689,7 @@ ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, con
     *h = share * sum_c;
     for (i = 0; i < n * n; i++)
         e += *h * (R[i] * M[i % n * (n + 1)] * R[i]);
-    *noise = 8 * (roln_real)n * ROLN_EPS * e;
+    *noise = 8 * ROLNI_AS(roln_real, n) * ROLN_EPS * e;
     return ROLN_OK;
 }
 
@@ -1621,7 +1711,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < nn; i++)
         for (trial[i] = 0, c = 0; c < count; c++)
-            trial[i] += X[c * nn + i] / (roln_real)count;
+            trial[i] += X[c * nn + i] / ROLNI_AS(roln_real, count);
     for (left = 100; left > 0; left--) {
         if ((st = roln_chol(n, trial, A)) == ROLN_OK) {
             rolni_spd_inv(n, A, R);
@@ -1644,9 +1734,9 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
                 step *= (norm * norm - uG) / (norm * norm - 2 * uG + g * g);
                 step = step > 1 ? 1 : step * h > 1 ? step : 1 / h;
             }
-            memcpy(best, trial, (size_t)nn * sizeof *best);
+            rolni_copy(nn, trial, best);
             norm = g, noise = next_noise;
-            if (norm <= (roln_real)n * ROLN_EPS || slow)
+            if (norm <= ROLNI_AS(roln_real, n) * ROLN_EPS || slow)
                 break;
             if ((st = roln_eig(n, G, l, G, t)) != ROLN_OK)
                 return st;
@@ -1662,7 +1752,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
     }
     if (left == 0 && !(norm <= noise))
         return ROLN_E_NO_CONVERGENCE;
-    memcpy(M, best, (size_t)nn * sizeof *M);
+    rolni_copy(nn, best, M);
     return ROLN_OK;
 }
 
@@ -1707,7 +1797,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
         if (left == 0)
             return ROLN_E_NO_CONVERGENCE;
         rr = next;
-        memset(Lp, 0, (size_t)nn * sizeof *Lp);
+        rolni_zero(nn, Lp);
         for (c = 0; c < count; c++) {
             const roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
             roln_congr(n, Q, p, h, t);

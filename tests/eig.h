@@ -22,10 +22,10 @@ static roln_real A[EIG_MAX * EIG_MAX], Q[EIG_MAX * EIG_MAX], l[EIG_MAX], work[RO
 #define DECADES 42
 #endif
 
-/* The documented bounds, in n eps max|A|, n eps, and that of eigenvalues, in n eps max|A|, which follows from them. */
+/* The documented bounds of the residual, in n eps max|A|, of orthogonality, in n eps, and of eigenvalues, in n eps max|A|. */
 #define EIG_RESIDUAL 8
 #define EIG_ORTHOGONAL 4
-#define EIG_VALUE 4
+#define EIG_VALUE 8
 
 static const char *const families[] = {
     "random", "near overflow", "denormal", "times 1e-18", "times 1e18", "graded down", "graded up", "graded, 40 decades",
