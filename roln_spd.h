@@ -1,14 +1,16 @@
 /* roln_spd.h - the ground floor of roln: numbers, vectors, symmetric positive-definite (SPD) matrices.
 
-   1 configuration      scalar type, qualifiers, version
-   2 status             what a function can report
+   1 configuration      scalar type, qualifiers, version, scratch
+   2 status             what a function can report; finite numbers; copy and zero
    3 random numbers     splitmix64, the same bits everywhere
    4 elementary         exp, expm1, log, log1p, sinhc, softplus, sigmoid
    5 dense kernels      matrix products, Cholesky, small inverse
    6 eigensolver        symmetric, any n, scaled, bounded
-   7 SPD maps           exp, log, powers at any base point: value, derivative, second derivative, backward
+   7 SPD maps           exp, log, powers at any base point: value, derivative, backward; second derivative of exp
    8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
 
+   Names: what begins with roln_ or ROLN_ is for users. What begins with rolni_ or ROLNI_ is shared among the five headers, may
+   change with every version, and is promised to nobody else.
    Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work.
    Work is the caller's memory, in units of roln_real, its size given by the macro above the function.
    Nothing here allocates, recurses, prints or keeps state; sqrt is the only function from outside. */
@@ -110,18 +112,17 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 /* A function that returns a status writes its outputs only when it returns ROLN_OK, unless it says otherwise. */
 typedef enum {
-    ROLN_OK = 0,
-    ROLN_E_NOT_FINITE = -1,      /* an input or a result is NaN or infinite */
-    ROLN_E_NOT_SPD = -2,         /* a matrix that must be positive definite is not, to working precision */
-    ROLN_E_NO_CONVERGENCE = -3,  /* an iteration reached its bound */
-    ROLN_E_ILL_CONDITIONED = -4, /* an inverse or a retraction would lose all digits */
-    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, a weight beyond what a half can; no
-                                    range seen in training, or a value outside it (for users of NAME_in_range to return) */
-    ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
-    ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
-    ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
-    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator; weights stored small, to be trained */
-    ROLN_E_CHECKSUM = -10        /* ... damaged */
+    ROLN_OK = 0,                 /* Done. */
+    ROLN_E_NOT_FINITE = -1,      /* An input or a result is NaN or infinite. */
+    ROLN_E_NOT_SPD = -2,         /* A matrix that must be positive definite is not, to working precision. */
+    ROLN_E_NO_CONVERGENCE = -3,  /* An iteration reached its bound. */
+    ROLN_E_ILL_CONDITIONED = -4, /* An inverse or a retraction would lose all digits. */
+    ROLN_E_RANGE = -5,           /* A number is beyond what its type can hold, or outside the range that it must lie in. */
+    ROLN_E_LENGTH = -6,          /* Data has a wrong number of bytes, or a count is too small or too large. */
+    ROLN_E_FORMAT = -7,          /* Data is not in the format that is read here, or in another version of it. */
+    ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or the reverse. */
+    ROLN_E_SHAPE = -9,           /* Data belongs to something of other sizes or options. */
+    ROLN_E_CHECKSUM = -10        /* Data is damaged. */
 } roln_status;
 
 /* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. */
@@ -249,14 +250,17 @@ ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
     roln_real k = ROLNI_AS(roln_real, n) - ROLN_C(2.0) * ROLNI_AS(roln_real, ROLNI_BIAS);
     roln_real lo = k * ROLNI_LN2LO, hi = k * ROLNI_LN2HI, r, rr, u, v;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-    hi = rolni_real(rolni_bits(hi) & ~ROLNI_AS(roln_bits, 1)); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
+    /* the last bit is 0 already; to clear it keeps -ffast-math from adding k hi and k lo first */
+    hi = rolni_real(rolni_bits(hi) & ~ROLNI_AS(roln_bits, 1));
 #endif
     *h = x - hi;
     r = *h - lo;
     rr = r * r;
 #ifdef ROLN_DOUBLE
-    u = 0.50000000000000111 + rr * (4.1666666666530162e-2 + rr * (1.3888888943628945e-3 + rr * (2.480149310007098e-5 + rr * 2.7630247990155085e-7)));
-    v = 0.16666666666666413 + rr * (8.3333333334944647e-3 + rr * (1.984126950656571e-4 + rr * (2.755758638843295e-6 + rr * 2.5000056708160523e-8)));
+    u = 0.50000000000000111 + rr * (4.1666666666530162e-2 + rr * (1.3888888943628945e-3 + rr * (2.480149310007098e-5 +
+        rr * 2.7630247990155085e-7)));
+    v = 0.16666666666666413 + rr * (8.3333333334944647e-3 + rr * (1.984126950656571e-4 + rr * (2.755758638843295e-6 +
+        rr * 2.5000056708160523e-8)));
 #else
     u = 0.49999994f + rr * (4.1668389e-2f + rr * 1.38145988e-3f);
     v = 0.166665211f + rr * 8.36871751e-3f;
@@ -270,8 +274,10 @@ ROLNI_INLINE roln_real rolni_atanh_tail(roln_real z)
 {
     roln_real zz = z * z, u, v;
 #ifdef ROLN_DOUBLE
-    u = 0.66666666666666308 + zz * (0.2857142854811856 + zz * (0.18181744481049464 + zz * (0.1330112201913855 + zz * 0.083449945676209308)));
-    v = 0.40000000000155117 + zz * (0.22222223953598844 + zz * (0.15386548346493306 + zz * (0.12104939690836743 + zz * 0.17009713829115114)));
+    u = 0.66666666666666308 + zz * (0.2857142854811856 + zz * (0.18181744481049464 + zz * (0.1330112201913855 +
+        zz * 0.083449945676209308)));
+    v = 0.40000000000155117 + zz * (0.22222223953598844 + zz * (0.15386548346493306 + zz * (0.12104939690836743 +
+        zz * 0.17009713829115114)));
 #else
     u = 0.666664183f + zz * 0.280018151f;
     v = 0.400215268f + zz * 0.280119389f;
@@ -460,11 +466,14 @@ typedef struct {
 } rolni_two;
 #define ROLNI_LD2(u, p) ((u).x[0] = (p)[0], (u).x[1] = (p)[1])
 #endif
-/* No load moves across: so gcc does not fetch more numbers ahead than there are registers. No instruction. */
-#if defined(__GNUC__)
-#define ROLNI_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL);
+/* No load moves across, so that gcc does not fetch more numbers ahead than there are registers. No instruction; may be
+   defined as nothing for a compiler that claims to be GNU C and is not. */
+#ifndef ROLN_FENCE
+#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#define ROLN_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL)
 #else
-#define ROLNI_FENCE
+#define ROLN_FENCE ((void)0)
+#endif
 #endif
 #endif
 
@@ -514,7 +523,7 @@ ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t 
             const roln_real x = a[0];
             rolni_two u;
 #define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1];
-            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLNI_FENCE
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLN_FENCE;
             ROLNI_X(8, 9) ROLNI_X(10, 11) ROLNI_X(12, 13) ROLNI_X(14, 15)
 #undef ROLNI_X
         }
@@ -554,7 +563,8 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 
 #if ROLN_SIMD
 /* m rows, a multiple of four: four rows of two vectors share each load of B. */
-ROLNI_INLINE void rolni_mm4(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+ROLNI_INLINE void rolni_mm4(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add,
+                            roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
     const int w = ROLNI_W, n2 = n - n % (2 * w);
@@ -659,7 +669,7 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
         for (p = k; p > 0; p--, a += sp, b += ldb) {
             const roln_real x = a[0], y = a[si];
 #define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1];
-            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLN_FENCE; ROLNI_X(4, 5) ROLNI_X(6, 7)
 #undef ROLNI_X
         }
 #define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
@@ -757,11 +767,11 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
     s##i op u.x[0] * v.x[0], s##j op u.x[1] * v.x[1], t##i op u.x[0] * w.x[0], t##j op u.x[1] * w.x[1];
     p = n >> 3;
     if (p > 0) {
-        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLNI_FENCE ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
+        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLN_FENCE; ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
         s0 += 0, t0 += 0, a += 8, b += 8, d += 8;
     }
     while (--p > 0) {
-        ROLNI_X(0, 1, +=) ROLNI_FENCE ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_FENCE ROLNI_X(6, 7, +=)
+        ROLNI_X(0, 1, +=) ROLN_FENCE; ROLNI_X(2, 3, +=) ROLN_FENCE; ROLNI_X(4, 5, +=) ROLN_FENCE; ROLNI_X(6, 7, +=)
         a += 8, b += 8, d += 8;
     }
 #undef ROLNI_X
@@ -839,13 +849,15 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     }
 #endif
     for (i = 0; i < m; i++) {
+        const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+        roln_real *c = C + ROLNI_AS(size_t, i) * ldc;
         int jj = j;
 #if !ROLN_SIMD
         for (; jj < n - n % 2; jj += 2)
-            rolni_dot2(k, A + ROLNI_AS(size_t, i) * ld, B + ROLNI_AS(size_t, jj) * ld, B + ROLNI_AS(size_t, jj + 1) * ld, C + ROLNI_AS(size_t, i) * ldc + jj);
+            rolni_dot2(k, a, B + ROLNI_AS(size_t, jj) * ld, B + ROLNI_AS(size_t, jj + 1) * ld, c + jj);
 #endif
         for (; jj < n; jj++)
-            C[ROLNI_AS(size_t, i) * ldc + ROLNI_AS(size_t, jj)] = roln_dot(k, A + ROLNI_AS(size_t, i) * ld, B + ROLNI_AS(size_t, jj) * ld);
+            c[jj] = roln_dot(k, a, B + ROLNI_AS(size_t, jj) * ld);
     }
 }
 
@@ -891,11 +903,13 @@ ROLN_FN void roln_solve_lower_t(int n, const roln_real *L, const roln_real *b, r
 /* Inverse X of a general A [n][n] by Gauss-Jordan elimination with row pivoting. X may not be A. 2 n^3 flops.
    ROLN_E_ILL_CONDITIONED if |A|_1 |X|_1 > 1 / (64 n eps) or a pivot vanishes (NaN and infinity end there too);
    then X holds no result. */
-#define ROLN_INV_WORK(n) ((n) * (n))
+#define ROLN_INV_MEM(X, n) X(W, (n) * (n))
+#define ROLN_INV_WORK(n) (0 ROLN_INV_MEM(ROLNI_SIZE, n))
 ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real *work)
 {
-    roln_real *W = work, na = 0, nx = 0, t;
+    roln_real na = 0, nx = 0, t;
     int i, j, k;
+    ROLN_INV_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n * n; i++)
         W[i] = A[i], X[i] = 0;
     for (i = 0; i < n; i++)
@@ -1159,7 +1173,8 @@ ROLN_FN void rolni_eig_sort(int n, roln_real down, roln_real *l, roln_real *Q)
    shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
    not matter: denormal and near-overflow inputs keep full precision.
      A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
-   Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most 30 n sweeps.
+   Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most
+   30 n sweeps.
    ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
    number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
    than it saves. About 9 n^3 multiply-adds. */
@@ -1185,14 +1200,14 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
 /* Complete by itself, for use without roln.h.
 
    A scalar function f acts on a symmetric X as seen from a base point P = A A^T, A from roln_chol (A NULL: P = I):
-       Y = f_P(X) = A f(A^-1 X A^-T) A^T        f_{TPT^T}(T X T^T) = T f_P(X) T^T for any T, so any factor A serves
+       Y = f_P(X) = A f(A^-1 X A^-T) A^T        f_{BPB^T}(B X B^T) = B f_P(X) B^T for any B, so any factor A serves
        f = exp: exponential map, X a tangent    f = log: logarithmic map    f = l^t: geodesic from P (t = 0) to X (t = 1)
        P = I: exponential, logarithm, power (root, inverse) of a matrix
    One eigen-decomposition A^-1 X A^-T = Q^T diag(l) Q serves all. The frame (l, V, W) of X at P, with f from
    roln_map_values and K_ij = f[l_i, l_j] from roln_map_dd1:
        V = Q A^T, W = Q A^-1, V W^T = I:    P = V^T V    X = V^T diag(l) V    Y = V^T diag(f) V    Y^-1 = W^T diag(1/f) W
        derivative of Y in X along E:        D = V^T (K o (W E W^T)) V
-       backward, Z = V g_Y V^T:             g_X += W^T (K o Z) W,   g_P += W^T (H o Z) W
+       backward, Z = V gY V^T:             gX += W^T (K o Z) W,   gP += W^T (H o Z) W
    P = I: V = W = Q, and the derivative is its own adjoint. No eigenvector is differentiated: equal eigenvalues are no exception. */
 
 /* Y = Q X Q^T, all [n][n]. work may not overlap, nor Y with Q or work; Y may be X. 4 n^3 flops. */
@@ -1240,20 +1255,20 @@ ROLN_FN void roln_exp_dd1(int n, const roln_real *l, roln_real *K)
     }
 }
 
-/* Second divided differences T_ijk = exp[l_i, l_j, l_k]. For a <= b <= c, m = (a+c)/2, y = b - m, g = (c-a)/2:
+/* Second divided differences exp[l_i, l_j, l_k]. For a <= b <= c, m = (a+c)/2, y = b - m, g = (c-a)/2:
        c - a >= 1: (exp[b,c] - exp[a,b]) / (c - a)
        else:       e^m sum_r h_r(-g, y, g) / (r+2)! = e^m sum_s C_s y^s,   C_s = 1/(s+2)! + g^2 C_{s+2}
    (h_r the complete homogeneous polynomials), cut below half an ulp. e^m = sqrt(e^a e^c).
-     l [n] in, ascending   K [n][n] in, from roln_exp_dd1   T [n][n][n] out, one number in all six permutations
+     l [n] in, ascending   K [n][n] in, from roln_exp_dd1   K3 [n][n][n] out, one number in all six permutations
    n(n+1)(n+2)/6 values of 8 (float) or 14 (double) multiply-adds. */
-ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_real *T)
+ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_real *K3)
 {
 #ifdef ROLN_DOUBLE
-    enum { TERMS = 14 };
+    enum { ROLNI_TERMS = 14 };
 #else
-    enum { TERMS = 8 };
+    enum { ROLNI_TERMS = 8 };
 #endif
-    static const roln_real inv_fact[TERMS] = { /* 1/(s+2)! */
+    static const roln_real inv_fact[ROLNI_TERMS] = { /* 1/(s+2)! */
         ROLN_C(0.5), ROLN_C(0.16666666666666667), ROLN_C(4.1666666666666667e-2), ROLN_C(8.3333333333333333e-3),
         ROLN_C(1.3888888888888889e-3), ROLN_C(1.9841269841269841e-4), ROLN_C(2.4801587301587302e-5), ROLN_C(2.7557319223985891e-6),
 #ifdef ROLN_DOUBLE
@@ -1261,15 +1276,15 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
         1.1470745597729725e-11, 7.6471637318198165e-13
 #endif
     };
-    roln_real C[TERMS + 2];
+    roln_real C[ROLNI_TERMS + 2];
     int i, j, k, s;
-    C[TERMS] = C[TERMS + 1] = 0;
+    C[ROLNI_TERMS] = C[ROLNI_TERMS + 1] = 0;
     for (i = 0; i < n; i++)
         for (k = i; k < n; k++) {
             const roln_real gap = l[k] - l[i], g2 = ROLN_C(0.25) * gap * gap;
             const int far = gap >= 1;
             const roln_real scale = far ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
-            for (s = TERMS - 1; s >= 0; s--)
+            for (s = ROLNI_TERMS - 1; s >= 0; s--)
                 C[s] = inv_fact[s] + g2 * C[s + 2];
             for (j = i; j <= k; j++) {
                 roln_real x;
@@ -1277,27 +1292,28 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
                     x = K[j * n + k] - K[i * n + j];
                 } else {
                     const roln_real y = ROLN_C(0.5) * ((l[j] - l[i]) - (l[k] - l[j]));
-                    x = C[TERMS - 1];
-                    for (s = TERMS - 2; s >= 0; s--)
+                    x = C[ROLNI_TERMS - 1];
+                    for (s = ROLNI_TERMS - 2; s >= 0; s--)
                         x = C[s] + y * x;
                 }
                 x *= scale;
-                T[(i * n + j) * n + k] = T[(i * n + k) * n + j] = x;
-                T[(j * n + i) * n + k] = T[(j * n + k) * n + i] = x;
-                T[(k * n + i) * n + j] = T[(k * n + j) * n + i] = x;
+                K3[(i * n + j) * n + k] = K3[(i * n + k) * n + j] = x;
+                K3[(j * n + i) * n + k] = K3[(j * n + k) * n + i] = x;
+                K3[(k * n + i) * n + j] = K3[(k * n + j) * n + i] = x;
             }
         }
 }
 
-/* Second derivative of exp in the eigenbasis: D_ij += sum_k T_ikj (E_ik F_kj + F_ik E_kj). E, F [n][n] in, symmetric;
-   D [n][n] gets a symmetric increment and may not overlap. With any third
-   symmetric G: <G, D2[E,F]> = <F, D2[E,G]>, so this is its own backward. 2 n^3 multiply-adds. */
-ROLN_FN void roln_exp_d2(int n, const roln_real *T, const roln_real *E, const roln_real *F, roln_real *D)
+/* Second derivative of exp in the eigenbasis: D_ij += sum_k exp[l_i, l_k, l_j] (E_ik F_kj + F_ik E_kj). K3 from roln_exp_dd2;
+   E, F [n][n] in, symmetric; D [n][n] gets a symmetric increment and may not overlap. With any third symmetric G:
+   <G, D2[E,F]> = <F, D2[E,G]>, so this is its own backward. 2 n^3 multiply-adds. At a base point: E, F are W E W^T, W F W^T, and
+   the second derivative is V^T D V. */
+ROLN_FN void roln_exp_d2(int n, const roln_real *K3, const roln_real *E, const roln_real *F, roln_real *D)
 {
     int i, j, k;
     for (i = 0; i < n; i++)
         for (j = 0; j <= i; j++) {
-            const roln_real *t = T + (i * n + j) * n, *ei = E + i * n, *ej = E + j * n, *fi = F + i * n, *fj = F + j * n;
+            const roln_real *t = K3 + (i * n + j) * n, *ei = E + i * n, *ej = E + j * n, *fi = F + i * n, *fj = F + j * n;
             roln_real s = 0;
             for (k = 0; k < n; k++)
                 s += t[k] * (ei[k] * fj[k] + fi[k] * ej[k]);
@@ -1410,8 +1426,10 @@ ROLN_FN void rolni_spd_whiten(int n, const roln_real *R, const roln_real *X, rol
             S[i * n + j] = S[j * n + i] = ROLN_C(0.5) * (S[i * n + j] + S[j * n + i]);
 }
 
-/* l, Q of A^-1 X A^-T, and R = A^-1, unused where A is NULL. Status of roln_eig. work [n][n], of roln_eig too. */
-ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *Q, roln_real *R, roln_real *work)
+/* l, Q of A^-1 X A^-T, and R = A^-1, unused where A is NULL. Status of roln_eig. */
+#define ROLNI_SPD_EIG_WORK(n) ROLN_MAX(ROLN_CONGR_WORK(n), ROLN_EIG_WORK(n))
+ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *Q, roln_real *R,
+                                  roln_real *work)
 {
     if (A == NULL)
         return roln_eig(n, X, l, Q, work);
@@ -1423,12 +1441,14 @@ ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X,
 /* Frame (l, V, W) of X at P = A A^T, A lower triangular with zeros above (roln_chol), or NULL: V = W = Q.
      A, X [n][n] in, X symmetric   l [n] ascending, V, W [n][n] out   no overlap, but W may be V where A is NULL
    Status of roln_eig; the outputs are written only on ROLN_OK. About 15 n^3 multiply-adds. */
-#define ROLN_SPD_FRAME_WORK(n) (3 * (n) * (n) + ROLN_EIG_WORK(n) + (n))
-ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *V, roln_real *W, roln_real *work)
+#define ROLN_SPD_FRAME_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(d, n)
+#define ROLN_SPD_FRAME_WORK(n) (0 ROLN_SPD_FRAME_MEM(ROLNI_SIZE, n) + ROLNI_SPD_EIG_WORK(n))
+ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *V, roln_real *W,
+                                   roln_real *work)
 {
-    roln_real *Q = work, *R = Q + n * n, *d = R + n * n;
-    const roln_status st = rolni_spd_eig(n, A, X, d, Q, R, d + n);
-    if (st != ROLN_OK)
+    roln_status st;
+    ROLN_SPD_FRAME_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, d, Q, R, work)) != ROLN_OK)
         return st;
     rolni_copy(n, d, l);
     if (A != NULL) {
@@ -1442,21 +1462,22 @@ ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X
 }
 
 /* Y += V^T diag(f) V; work as roln_spd_form. */
+#define ROLN_SPD_FORM_MEM(X, n) X(left, (n) * (n)) X(right, (n) * (n))
+#define ROLN_SPD_FORM_WORK(n) (0 ROLN_SPD_FORM_MEM(ROLNI_SIZE, n))
 ROLN_FN void rolni_spd_add(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
-    roln_real *T = work, *signed_T = T + n * n;
     int i, k;
+    ROLN_SPD_FORM_MEM(ROLNI_CARVE, n)
     for (k = 0; k < n; k++) {
         const roln_real h = ROLN_SQRT(ROLN_ABS(f[k])), s = f[k] < 0 ? -h : h;
         for (i = 0; i < n; i++)
-            T[k * n + i] = h * V[k * n + i], signed_T[k * n + i] = s * V[k * n + i];
+            left[k * n + i] = h * V[k * n + i], right[k * n + i] = s * V[k * n + i];
     }
-    roln_mm_at(n, n, n, T, signed_T, Y);
+    roln_mm_at(n, n, n, left, right, Y);
 }
 
 /* Y = V^T diag(f) V, f [n] of any sign: sqrt|f| goes to both factors, the sign to one, so that Y is symmetric to the bit,
    and a Gram matrix where f >= 0. (f, V) gives f_P(X), (1/f, W) its inverse. Y [n][n] out, no overlap. n^3 multiply-adds. */
-#define ROLN_SPD_FORM_WORK(n) (2 * (n) * (n))
 ROLN_FN void roln_spd_form(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
     rolni_zero(n * n, Y);
@@ -1476,95 +1497,90 @@ ROLN_FN void roln_spd_mul(int n, const roln_real *f, const roln_real *V, const r
 
 /* The whole: Y = f_P(X). A [n][n] or NULL, X [n][n] in, symmetric, Y [n][n] out, symmetric to the bit, may be X.
    Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE if Y overflows; Y is written only on ROLN_OK. */
-#define ROLN_SPD_MAP_WORK(n) (2 * (n) * (n) + (n) + ROLN_SPD_FRAME_WORK(n))
+#define ROLN_SPD_MAP_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
+#define ROLN_SPD_MAP_WORK(n) (0 ROLN_SPD_MAP_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLNI_SPD_EIG_WORK(n), ROLN_SPD_FORM_WORK(n)))
 ROLN_FN roln_status roln_spd_map(int n, int map, roln_real p, const roln_real *A, const roln_real *X, roln_real *Y, roln_real *work)
 {
-    roln_real *V = work, *W = V + n * n, *l = W + n * n, *t = l + n;
+    roln_real *V, *y; /* V takes the room of R, or is Q; y takes the other */
     roln_status st;
-    if ((st = roln_spd_frame(n, A, X, l, V, W, t)) != ROLN_OK || (st = roln_map_values(n, map, p, l, l)) != ROLN_OK)
+    ROLN_SPD_MAP_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, l, Q, R, work)) != ROLN_OK || (st = roln_map_values(n, map, p, l, l)) != ROLN_OK)
         return st;
-    roln_spd_form(n, l, V, W, t);
-    if (!roln_all_finite(n * n, W))
+    V = A == NULL ? Q : R;
+    y = A == NULL ? R : Q;
+    if (A != NULL)
+        roln_mm_bt(n, n, n, Q, A, V);
+    roln_spd_form(n, l, V, y, work);
+    if (!roln_all_finite(n * n, y))
         return ROLN_E_NOT_FINITE;
-    rolni_copy(n * n, W, Y);
+    rolni_copy(n * n, y, Y);
     return ROLN_OK;
 }
 
 /* Derivative of Y = f_P(X) in X along E: D = V^T (K o (W E W^T)) V. E, D [n][n] symmetric; D may be E. */
-#define ROLN_SPD_MAP_D_WORK(n) (2 * (n) * (n))
-ROLN_FN void roln_spd_map_d(int n, const roln_real *K, const roln_real *V, const roln_real *W, const roln_real *E, roln_real *D, roln_real *work)
+#define ROLN_SPD_MAP_D_MEM(X, n) X(Y, (n) * (n))
+#define ROLN_SPD_MAP_D_WORK(n) (0 ROLN_SPD_MAP_D_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
+ROLN_FN void roln_spd_map_d(int n, const roln_real *K, const roln_real *V, const roln_real *W, const roln_real *E, roln_real *D,
+                            roln_real *work)
 {
-    roln_real *Y = work, *t = Y + n * n;
     int i;
-    roln_congr(n, W, E, Y, t);
+    ROLN_SPD_MAP_D_MEM(ROLNI_CARVE, n)
+    roln_congr(n, W, E, Y, work);
     for (i = 0; i < n * n; i++)
         Y[i] *= K[i], D[i] = 0;
-    roln_congr_t(n, V, Y, D, t);
+    roln_congr_t(n, V, Y, D, work);
 }
 
-/* Backward of Y = f_P(X), Z = V g_Y V^T:
-       g_X += W^T (K o Z) W        g_P += W^T (H o Z) W,   H_ij = (f_i + f_j)/2 - K_ij (l_i + l_j)/2
-   The second is sym(P^-1 (Y g_Y - X g_X)), from the equivariance above, in the frame.
-     l, f, K, V, W in   g_Y [n][n] in, symmetric   g_X, g_P [n][n] added to, no overlap; g_P NULL where P is fixed */
-#define ROLN_SPD_MAP_BWD_WORK(n) (3 * (n) * (n))
-ROLN_FN void roln_spd_map_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *K, const roln_real *V, const roln_real *W,
-                              const roln_real *g_Y, roln_real *g_X, roln_real *g_P, roln_real *work)
+/* Backward of Y = f_P(X), Z = V gY V^T:
+       gX += W^T (K o Z) W        gP += W^T (H o Z) W,   H_ij = (f_i + f_j)/2 - K_ij (l_i + l_j)/2
+   The second is sym(P^-1 (Y gY - X gX)), from the equivariance above, in the frame.
+     l, f, K, V, W in   gY [n][n] in, symmetric   gX, gP [n][n] added to, no overlap; gP NULL where P is fixed */
+#define ROLN_SPD_MAP_BWD_MEM(X, n) X(Z, (n) * (n)) X(Y, (n) * (n))
+#define ROLN_SPD_MAP_BWD_WORK(n) (0 ROLN_SPD_MAP_BWD_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
+ROLN_FN void roln_spd_map_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *K, const roln_real *V,
+                              const roln_real *W, const roln_real *gY, roln_real *gX, roln_real *gP, roln_real *work)
 {
-    roln_real *Z = work, *Y = Z + n * n, *t = Y + n * n;
     int i, j;
-    roln_congr(n, V, g_Y, Z, t);
+    ROLN_SPD_MAP_BWD_MEM(ROLNI_CARVE, n)
+    roln_congr(n, V, gY, Z, work);
     for (i = 0; i < n * n; i++)
         Y[i] = K[i] * Z[i];
-    roln_congr_t(n, W, Y, g_X, t);
-    if (g_P == NULL)
+    roln_congr_t(n, W, Y, gX, work);
+    if (gP == NULL)
         return;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             Y[i * n + j] = ROLN_C(0.5) * ((f[i] + f[j]) * Z[i * n + j] - (l[i] + l[j]) * Y[i * n + j]);
-    roln_congr_t(n, W, Y, g_P, t);
-}
-
-/* Second derivative D = D2 exp_P(U)[E, F] = V^T d2(W E W^T, W F W^T) V with d2 = roln_exp_d2, T from roln_exp_dd2.
-   E, F, D [n][n] symmetric; D may be E or F. */
-#define ROLN_SPD_EXP_D2_WORK(n) (4 * (n) * (n))
-ROLN_FN void roln_spd_exp_d2(int n, const roln_real *T, const roln_real *V, const roln_real *W, const roln_real *E, const roln_real *F,
-                             roln_real *D, roln_real *work)
-{
-    roln_real *a = work, *b = a + n * n, *Y = b + n * n, *t = Y + n * n;
-    int i;
-    roln_congr(n, W, E, a, t);
-    roln_congr(n, W, F, b, t);
-    for (i = 0; i < n * n; i++)
-        Y[i] = D[i] = 0;
-    roln_exp_d2(n, T, a, b, Y);
-    roln_congr_t(n, V, Y, D, t);
+    roln_congr_t(n, W, Y, gP, work);
 }
 
 /* ---- 8 SPD geometry --------------------------------------------------------------------------- */
 
 /* Complete by itself, for use without roln.h. The affine-invariant metric at P = A A^T (A NULL: P = I) is
-   <U, V>_P = tr(P^-1 U P^-1 V); X -> T X T^T is an isometry for every invertible T, X -> X^-1 too. Its exponential map,
+   <U, V>_P = tr(P^-1 U P^-1 V); X -> B X B^T is an isometry for every invertible B, X -> X^-1 too. Its exponential map,
    logarithmic map and geodesics are the maps exp, log and power t of section 7. Names as there; U, V, X, g [n][n] symmetric. */
 
 /* <U, V>_P = <u, v>_F, u = A^-1 U A^-T, v likewise. */
-#define ROLN_SPD_INNER_WORK(n) (4 * (n) * (n))
+#define ROLN_SPD_INNER_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n))
+#define ROLN_SPD_INNER_WORK(n) (0 ROLN_SPD_INNER_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
 ROLN_FN roln_real roln_spd_inner(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real *work)
 {
-    roln_real *R = work, *u = R + n * n, *v = u + n * n, *t = v + n * n;
+    ROLN_SPD_INNER_MEM(ROLNI_CARVE, n)
     rolni_spd_inv(n, A, R);
-    rolni_spd_whiten(n, R, U, u, t);
-    rolni_spd_whiten(n, R, V, v, t);
+    rolni_spd_whiten(n, R, U, u, work);
+    rolni_spd_whiten(n, R, V, v, work);
     return roln_dot(n * n, u, v);
 }
 
-/* Its backward, g the cotangent of the value: g_U += g R^T v R, g_V += g R^T u R, g_P -= g R^T (u v + v u) R, R = A^-1.
-   g_U, g_V, g_P [n][n] added to, no overlap with inputs; g_P NULL where P is fixed. */
-#define ROLN_SPD_INNER_BWD_WORK(n) (5 * (n) * (n))
-ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real g, roln_real *g_U,
-                                roln_real *g_V, roln_real *g_P, roln_real *work)
+/* Its backward, g the cotangent of the value: gU += g R^T v R, gV += g R^T u R, gP -= g R^T (u v + v u) R, R = A^-1.
+   gU, gV, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed. */
+#define ROLN_SPD_INNER_BWD_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n)) X(m, (n) * (n)) X(t, (n) * (n))
+#define ROLN_SPD_INNER_BWD_WORK(n) (0 ROLN_SPD_INNER_BWD_MEM(ROLNI_SIZE, n))
+ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real g, roln_real *gU,
+                                roln_real *gV, roln_real *gP, roln_real *work)
 {
-    roln_real *R = work, *u = R + n * n, *v = u + n * n, *m = v + n * n, *t = m + n * n;
     int i, j;
+    ROLN_SPD_INNER_BWD_MEM(ROLNI_CARVE, n)
     rolni_spd_inv(n, A, R);
     rolni_spd_whiten(n, R, U, u, t);
     rolni_spd_whiten(n, R, V, v, t);
@@ -1574,116 +1590,129 @@ ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, c
             m[i * n + j] = -g * (t[i * n + j] + t[j * n + i]);
     for (i = 0; i < n * n; i++)
         u[i] *= g, v[i] *= g;
-    roln_congr_t(n, R, v, g_U, t);
-    roln_congr_t(n, R, u, g_V, t);
-    if (g_P != NULL)
-        roln_congr_t(n, R, m, g_P, t);
+    roln_congr_t(n, R, v, gU, t);
+    roln_congr_t(n, R, u, gV, t);
+    if (gP != NULL)
+        roln_congr_t(n, R, m, gP, t);
 }
 
 /* Distance *d = |log(A^-1 X A^-T)|_F of P and X. Status of roln_eig and roln_map_values; *d is written only on ROLN_OK. */
-#define ROLN_SPD_DIST_WORK(n) (3 * (n) * (n) + ROLN_EIG_WORK(n) + (n))
+#define ROLN_SPD_DIST_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
+#define ROLN_SPD_DIST_WORK(n) (0 ROLN_SPD_DIST_MEM(ROLNI_SIZE, n) + ROLNI_SPD_EIG_WORK(n))
 ROLN_FN roln_status roln_spd_dist(int n, const roln_real *A, const roln_real *X, roln_real *d, roln_real *work)
 {
-    roln_real *Q = work, *R = Q + n * n, *l = R + n * n;
     roln_status st;
-    if ((st = rolni_spd_eig(n, A, X, l, Q, R, l + n)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, l)) != ROLN_OK)
+    ROLN_SPD_DIST_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, l, Q, R, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, l)) != ROLN_OK)
         return st;
     *d = ROLN_SQRT(roln_dot(n, l, l));
     return ROLN_OK;
 }
 
-/* Backward of g d^2/2, which is smooth where X = P as d is not: g_X += g W^T diag(f / l) W, g_P -= g W^T diag(f) W.
-   l, W from roln_spd_frame, f = log l from roln_map_values   g_X, g_P [n][n] added to; g_P NULL where P is fixed */
-#define ROLN_SPD_DIST_BWD_WORK(n) (2 * (n) * (n) + (n))
-ROLN_FN void roln_spd_dist_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *W, roln_real g, roln_real *g_X,
-                               roln_real *g_P, roln_real *work)
+/* Backward of g d^2/2, which is smooth where X = P as d is not: gX += g W^T diag(f / l) W, gP -= g W^T diag(f) W.
+   l, W from roln_spd_frame, f = log l from roln_map_values   gX, gP [n][n] added to; gP NULL where P is fixed */
+#define ROLN_SPD_DIST_BWD_MEM(X, n) X(c, n)
+#define ROLN_SPD_DIST_BWD_WORK(n) (0 ROLN_SPD_DIST_BWD_MEM(ROLNI_SIZE, n) + ROLN_SPD_FORM_WORK(n))
+ROLN_FN void roln_spd_dist_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *W, roln_real g, roln_real *gX,
+                               roln_real *gP, roln_real *work)
 {
-    roln_real *c = work, *t = c + n;
     int i;
+    ROLN_SPD_DIST_BWD_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n; i++)
         c[i] = g * f[i] / l[i];
-    rolni_spd_add(n, c, W, g_X, t);
-    if (g_P == NULL)
+    rolni_spd_add(n, c, W, gX, work);
+    if (gP == NULL)
         return;
     for (i = 0; i < n; i++)
         c[i] = -g * f[i];
-    rolni_spd_add(n, c, W, g_P, t);
+    rolni_spd_add(n, c, W, gP, work);
 }
 
 /* Y = E U E^T, E = A (A^-1 X A^-T)^1/2 A^-1: parallel transport of U along the geodesic from P to X, an isometry. In the
    frame Y = V^T (s s^T o (W U W^T)) V, s = sqrt(l). Y [n][n] out, may be U.
    Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE; Y is written only on ROLN_OK. */
-#define ROLN_SPD_TRANSPORT_WORK(n) (4 * (n) * (n) + (n) + ROLN_SPD_FRAME_WORK(n))
-ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_real *X, const roln_real *U, roln_real *Y, roln_real *work)
+#define ROLN_SPD_TRANSPORT_MEM(X, n) X(V, (n) * (n)) X(W, (n) * (n)) X(s, n)
+#define ROLNI_TRANSPORT_MEM(X, n) X(u, (n) * (n)) X(y, (n) * (n)) /* in the room of the frame's work */
+#define ROLN_SPD_TRANSPORT_WORK(n) \
+    (0 ROLN_SPD_TRANSPORT_MEM(ROLNI_SIZE, n) + \
+     ROLN_MAX(ROLN_SPD_FRAME_WORK(n), 0 ROLNI_TRANSPORT_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n)))
+ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_real *X, const roln_real *U, roln_real *Y,
+                                       roln_real *work)
 {
-    roln_real *V = work, *W = V + n * n, *u = W + n * n, *y = u + n * n, *s = y + n * n, *t = s + n;
     roln_status st;
     int i, j;
-    if ((st = roln_spd_frame(n, A, X, s, V, W, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_POWER, ROLN_C(0.5), s, s)) != ROLN_OK)
+    ROLN_SPD_TRANSPORT_MEM(ROLNI_CARVE, n)
+    if ((st = roln_spd_frame(n, A, X, s, V, W, work)) != ROLN_OK ||
+        (st = roln_map_values(n, ROLN_POWER, ROLN_C(0.5), s, s)) != ROLN_OK)
         return st;
-    roln_congr(n, W, U, u, t);
+    ROLNI_TRANSPORT_MEM(ROLNI_CARVE, n)
+    roln_congr(n, W, U, u, work);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             u[i * n + j] *= s[i] * s[j], y[i * n + j] = 0;
-    roln_congr_t(n, V, u, y, t);
+    roln_congr_t(n, V, u, y, work);
     if (!roln_all_finite(n * n, y))
         return ROLN_E_NOT_FINITE;
     rolni_copy(n * n, y, Y);
     return ROLN_OK;
 }
 
-/* Backward, with Z = V g_Y V^T, u = W U W^T, N = Z diag(s) u:
-       g_U += W^T (s s^T o Z) W
-       g_X += W^T B W, B_ij = (N_ij + N_ji) / (s_i + s_j)        g_P -= W^T C W, C_ij = (l_i N_ij + l_j N_ji) / (s_i + s_j)
+/* Backward, with Z = V gY V^T, u = W U W^T, N = Z diag(s) u:
+       gU += W^T (s s^T o Z) W
+       gX += W^T B W, B_ij = (N_ij + N_ji) / (s_i + s_j)        gP -= W^T C W, C_ij = (l_i N_ij + l_j N_ji) / (s_i + s_j)
    from E = f_P(X) P^-1, f = sqrt, whose K = 1 / (s_i + s_j) and H = s_i s_j / (s_i + s_j).
-   l, V, W from roln_spd_frame, l > 0   g_U, g_X, g_P [n][n] added to, no overlap with inputs; g_P NULL where P is fixed */
-#define ROLN_SPD_TRANSPORT_BWD_WORK(n) (4 * (n) * (n) + (n))
+   l, V, W from roln_spd_frame, l > 0   gU, gX, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed */
+#define ROLN_SPD_TRANSPORT_BWD_MEM(X, n) X(s, n) X(Z, (n) * (n)) X(u, (n) * (n)) X(N, (n) * (n))
+#define ROLN_SPD_TRANSPORT_BWD_WORK(n) (0 ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_SIZE, n))
 ROLN_FN void roln_spd_transport_bwd(int n, const roln_real *l, const roln_real *V, const roln_real *W, const roln_real *U,
-                                    const roln_real *g_Y, roln_real *g_U, roln_real *g_X, roln_real *g_P, roln_real *work)
+                                    const roln_real *gY, roln_real *gU, roln_real *gX, roln_real *gP, roln_real *work)
 {
-    roln_real *Z = work, *u = Z + n * n, *N = u + n * n, *t = N + n * n, *s = t + n * n;
     int i, j;
+    ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n; i++)
         s[i] = ROLN_SQRT(l[i]);
-    roln_congr(n, V, g_Y, Z, t);
-    roln_congr(n, W, U, u, t);
+    roln_congr(n, V, gY, Z, N); /* N, and u and N later, serve as work where they are not in use */
+    roln_congr(n, W, U, u, N);
     for (i = 0; i < n * n; i++)
         u[i] *= s[i / n];
     roln_mm(n, n, n, Z, u, N);
     for (i = 0; i < n * n; i++)
         Z[i] *= s[i / n] * s[i % n];
-    roln_congr_t(n, W, Z, g_U, t);
+    roln_congr_t(n, W, Z, gU, u);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) {
             const roln_real a = N[i * n + j], b = N[j * n + i], h = 1 / (s[i] + s[j]);
             Z[i * n + j] = h * (a + b);
             u[i * n + j] = -h * (l[i] * a + l[j] * b);
         }
-    roln_congr_t(n, W, Z, g_X, t);
-    if (g_P != NULL)
-        roln_congr_t(n, W, u, g_P, t);
+    roln_congr_t(n, W, Z, gX, N);
+    if (gP != NULL)
+        roln_congr_t(n, W, u, gP, N);
 }
 
 /* At M, R R^T = M^-1: G = mean of log(S_i), S_i = R X_i R^T, minus the gradient of half the mean squared distance; the
    Hessian lies between 1 and *h = mean of c(l_min, l_max), c(a, b) = log[a, b] (a + b) / 2; *noise bounds the rounding of G,
    8 n eps (mean of (sum_jk R_jk^2 (X_i)_kk / l_min + sum |log l|) + h sum_jk R_jk^2 M_kk). */
+#define ROLNI_MEAN_LOG_MEM(X, n) X(Q, (n) * (n)) X(l, n) X(f, n)
+#define ROLNI_MEAN_LOG_WORK(n) (0 ROLNI_MEAN_LOG_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLN_SPD_FORM_WORK(n), ROLN_EIG_WORK(n)))
 ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, const roln_real *M, const roln_real *R, roln_real *G,
                                        roln_real *h, roln_real *noise, roln_real *work)
 {
     const roln_real share = 1 / ROLNI_AS(roln_real, count);
-    roln_real *Q = work, *l = Q + n * n, *f = l + n, *t = f + n, sum_c = 0, e = 0;
+    roln_real sum_c = 0, e = 0;
     roln_status st;
     int c, i;
+    ROLNI_MEAN_LOG_MEM(ROLNI_CARVE, n)
     rolni_zero(n * n, G);
     for (c = 0; c < count; c++, X += n * n) {
-        rolni_spd_whiten(n, R, X, Q, t);
-        if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
+        rolni_spd_whiten(n, R, X, Q, work);
+        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
             return st;
         for (i = 0; i < n; i++)
             e += share * ROLN_ABS(f[i]), f[i] *= share;
         for (i = 0; i < n * n; i++)
             e += share * (R[i] * X[i % n * (n + 1)] * R[i] / l[0]);
-        rolni_spd_add(n, f, Q, G, t);
+        rolni_spd_add(n, f, Q, G, work);
         sum_c += ROLN_C(0.5) * (l[0] + l[n - 1]) * rolni_log_dd1(l[0], l[n - 1]);
     }
     *h = share * sum_c;
@@ -1699,14 +1728,16 @@ ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, con
    and falls by less than a tenth, after at most 100 gradients of 12 n^3 count multiply-adds each.
    M [n][n] out, symmetric to the bit, written only on ROLN_OK; may be an X_i. ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: an X_i is not,
    to working precision, as seen from the mean; ROLN_E_NO_CONVERGENCE. */
-#define ROLN_SPD_MEAN_WORK(n) (9 * (n) * (n) + 4 * (n))
+#define ROLN_SPD_MEAN_MEM(X, n) \
+    X(best, (n) * (n)) X(trial, (n) * (n)) X(A, (n) * (n)) X(R, (n) * (n)) X(G, (n) * (n)) X(V, (n) * (n)) X(l, n) X(f, n)
+#define ROLN_SPD_MEAN_WORK(n) (0 ROLN_SPD_MEAN_MEM(ROLNI_SIZE, n) + ROLNI_MEAN_LOG_WORK(n))
 ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_real *M, roln_real *work)
 {
     const int nn = n * n;
-    roln_real *best = work, *trial = best + nn, *A = trial + nn, *R = A + nn, *G = R + nn, *V = G + nn, *l = V + nn, *f = l + n, *t = f + n;
     roln_real norm = -1, g, step = 0, h = 0, noise = 0, next_noise = 0; /* norm, noise: of best; norm < 0: there is none yet */
     roln_status st;
     int c, i, left;
+    ROLN_SPD_MEAN_MEM(ROLNI_CARVE, n)
     if (!roln_all_finite(count * nn, X))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < nn; i++)
@@ -1715,7 +1746,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
     for (left = 100; left > 0; left--) {
         if ((st = roln_chol(n, trial, A)) == ROLN_OK) {
             rolni_spd_inv(n, A, R);
-            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, t);
+            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, work);
         }
         if (st != ROLN_OK && norm < 0)
             return st;
@@ -1728,8 +1759,8 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
                 roln_real *u = best, uG;
                 for (i = 0; i < n; i++)
                     f[i] *= l[i];
-                roln_spd_form(n, f, V, u, t);
-                rolni_spd_whiten(n, R, u, u, t);
+                roln_spd_form(n, f, V, u, work);
+                rolni_spd_whiten(n, R, u, u, work);
                 uG = roln_dot(nn, u, G);
                 step *= (norm * norm - uG) / (norm * norm - 2 * uG + g * g);
                 step = step > 1 ? 1 : step * h > 1 ? step : 1 / h;
@@ -1738,7 +1769,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
             norm = g, noise = next_noise;
             if (norm <= ROLNI_AS(roln_real, n) * ROLN_EPS || slow)
                 break;
-            if ((st = roln_eig(n, G, l, G, t)) != ROLN_OK)
+            if ((st = roln_eig(n, G, l, G, work)) != ROLN_OK)
                 return st;
             roln_mm_bt(n, n, n, G, A, V);
         } else if (norm <= noise) {
@@ -1748,7 +1779,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
         }
         for (i = 0; i < n; i++)
             f[i] = roln_exp(step * l[i]);
-        roln_spd_form(n, f, V, trial, t);
+        roln_spd_form(n, f, V, trial, work);
     }
     if (left == 0 && !(norm <= noise))
         return ROLN_E_NO_CONVERGENCE;
@@ -1756,36 +1787,56 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
     return ROLN_OK;
 }
 
+/* Lp = L[p] of roln_spd_mean_bwd; frames: [count] of Q [n][n], K [n][n], l [n]. */
+#define ROLNI_MEAN_FRAME(n) (2 * (n) * (n) + (n))
+ROLN_FN void rolni_spd_mean_hessian(int n, int count, const roln_real *frames, const roln_real *p, roln_real *Lp, roln_real *h,
+                                    roln_real *work)
+{
+    int c, i;
+    rolni_zero(n * n, Lp);
+    for (c = 0; c < count; c++) {
+        const roln_real *Q = frames + c * ROLNI_MEAN_FRAME(n), *K = Q + n * n, *l = K + n * n;
+        roln_congr(n, Q, p, h, work);
+        for (i = 0; i < n * n; i++)
+            h[i] *= ROLN_C(0.5) * K[i] * (l[i / n] + l[i % n]);
+        roln_congr_t(n, Q, h, Lp, work);
+    }
+}
+
 /* Backward of the mean, by differentiating sum_i log(S_i) = 0. With M -> A (I + H) A^T the Hessian is
        L[H] = sum_i Q_i^T (C_i o (Q_i H Q_i^T)) Q_i,   C = c(l_a, l_b) >= 1 as above: symmetric, eigenvalues >= count
    (what else depends on H has the factor sum_i log(S_i)), hence, by conjugate gradients on symmetric matrices,
-       L[Y] = A^T sym(g_M) A        g_X_i += W_i^T (K_i o (Q_i Y Q_i^T)) W_i,   K = log[l_a, l_b], W_i = Q_i A^-1
-     X [count][n][n], M, g_M [n][n] in, M from roln_spd_mean   g_X [count][n][n] added to, only on ROLN_OK
+       L[Y] = A^T sym(gM) A        gX_i += W_i^T (K_i o (Q_i Y Q_i^T)) W_i,   K = log[l_a, l_b], W_i = Q_i A^-1
+     X [count][n][n], M, gM [n][n] in, M from roln_spd_mean   gX [count][n][n] added to, only on ROLN_OK
    Status of roln_chol, roln_eig, roln_map_values, ROLN_E_NOT_FINITE, ROLN_E_NO_CONVERGENCE after 100 steps. A frame costs 12,
    a step 4 n^3 multiply-adds for each X_i. */
-#define ROLN_SPD_MEAN_BWD_WORK(n, count) ((count) * (2 * (n) * (n) + (n)) + 8 * (n) * (n) + ROLN_EIG_WORK(n))
-ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, const roln_real *M, const roln_real *g_M, roln_real *g_X,
+#define ROLN_SPD_MEAN_BWD_MEM(X, n, count) \
+    X(A, (n) * (n)) X(R, (n) * (n)) X(Y, (n) * (n)) X(r, (n) * (n)) X(p, (n) * (n)) X(h, (n) * (n)) \
+    X(frames, (count) * ROLNI_MEAN_FRAME(n))
+#define ROLN_SPD_MEAN_BWD_WORK(n, count) (0 ROLN_SPD_MEAN_BWD_MEM(ROLNI_SIZE, n, count) + ROLNI_SPD_EIG_WORK(n))
+ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, const roln_real *M, const roln_real *gM, roln_real *gX,
                                       roln_real *work)
 {
-    const int nn = n * n, size = 2 * nn + n;
-    roln_real *A = work, *R = A + nn, *Y = R + nn, *r = Y + nn, *p = r + nn, *Lp = p + nn, *h = Lp + nn, *frames = h + nn;
-    roln_real *t = frames + count * size, top = 0, rr, next, stop, a;
+    const int nn = n * n, size = ROLNI_MEAN_FRAME(n);
+    roln_real top = 0, rr, next, stop, a;
     roln_status st;
     int c, i, j, left = 100;
+    ROLN_SPD_MEAN_BWD_MEM(ROLNI_CARVE, n, count)
+    roln_real *const Lp = A; /* when A is not needed any more */
     if ((st = roln_chol(n, M, A)) != ROLN_OK)
         return st;
     rolni_spd_inv(n, A, R);
     for (c = 0; c < count; c++) {
         roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
-        rolni_spd_whiten(n, R, X + c * nn, Q, t);
-        if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, t)) != ROLN_OK)
+        rolni_spd_whiten(n, R, X + c * nn, Q, work);
+        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, work)) != ROLN_OK)
             return st;
-        roln_map_dd1(n, ROLN_LOG, 0, l, t, K);
+        roln_map_dd1(n, ROLN_LOG, 0, l, work, K);
     }
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            h[i * n + j] = ROLN_C(0.5) * (g_M[i * n + j] + g_M[j * n + i]), r[i * n + j] = Y[i * n + j] = 0;
-    roln_congr_t(n, A, h, r, t);
+            h[i * n + j] = ROLN_C(0.5) * (gM[i * n + j] + gM[j * n + i]), r[i * n + j] = Y[i * n + j] = 0;
+    roln_congr_t(n, A, h, r, work);
     if (!roln_all_finite(nn, r))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < nn; i++)
@@ -1797,14 +1848,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
         if (left == 0)
             return ROLN_E_NO_CONVERGENCE;
         rr = next;
-        rolni_zero(nn, Lp);
-        for (c = 0; c < count; c++) {
-            const roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
-            roln_congr(n, Q, p, h, t);
-            for (i = 0; i < nn; i++)
-                h[i] *= ROLN_C(0.5) * K[i] * (l[i / n] + l[i % n]);
-            roln_congr_t(n, Q, h, Lp, t);
-        }
+        rolni_spd_mean_hessian(n, count, frames, p, Lp, h, work);
         a = rr / roln_dot(nn, p, Lp);
         for (i = 0; i < nn; i++)
             Y[i] += a * p[i], r[i] -= a * Lp[i];
@@ -1814,11 +1858,11 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
     }
     for (c = 0; c < count; c++) {
         const roln_real *Q = frames + c * size, *K = Q + nn;
-        roln_congr(n, Q, Y, h, t);
+        roln_congr(n, Q, Y, h, work);
         for (i = 0; i < nn; i++)
             h[i] *= top * K[i];
         roln_mm(n, n, n, Q, R, p);
-        roln_congr_t(n, p, h, g_X + c * nn, t);
+        roln_congr_t(n, p, h, gX + c * nn, work);
     }
     return ROLN_OK;
 }
