@@ -1340,7 +1340,8 @@ ROLN_FN roln_real rolni_map(int map, roln_real p, roln_real x)
 
 /* f_i = f(l_i), i < n. l [n] ascending in, f [n] out, may be l, written only on ROLN_OK. p = 1/2: square root, -1/2: its
    inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 0.9 (1 + |p log l|) eps.
-   exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE. */
+   exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE.
+   Eigenvalues from roln_eig are known to a few n eps l_max: what that costs the smallest of them stands at roln_spd_map. */
 ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real *l, roln_real *f)
 {
     int i, k;
@@ -1496,6 +1497,12 @@ ROLN_FN void roln_spd_mul(int n, const roln_real *f, const roln_real *V, const r
 }
 
 /* The whole: Y = f_P(X). A [n][n] or NULL, X [n][n] in, symmetric, Y [n][n] out, symmetric to the bit, may be X.
+   P = I: every Y_ij is within 3 n eps (max|l| max|f'| + max|f|) of f(X), maxima over the eigenvalues l; with k = l_max / l_min:
+       log                3 n eps (k + max|log l|)
+       l^p, p < 0         3 n eps (1 + |p| k) max l^p
+       l^p, 0 < p <= 1    3 n eps (1 + p k^(1-p)) max l^p
+   An inverse thus has three digits where n k < 3e-4 / eps (2,500 in float), and none close to n k = 1 / eps, where the status
+   becomes ROLN_E_NOT_SPD. At other base points the condition of P multiplies the error, as the frame is rounded.
    Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE if Y overflows; Y is written only on ROLN_OK. */
 #define ROLN_SPD_MAP_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
 #define ROLN_SPD_MAP_WORK(n) (0 ROLN_SPD_MAP_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLNI_SPD_EIG_WORK(n), ROLN_SPD_FORM_WORK(n)))

@@ -2,8 +2,6 @@
    cyclic Jacobi, quotients and series. */
 #include "eig.h"
 
-#include "room.h"
-
 void TEST_NAME(eig)(void);
 
 /* ---- eigensolver ---- */

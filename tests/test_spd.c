@@ -5,6 +5,8 @@
 #include "../roln_spd.h"
 #include "twin.h"
 
+#include "room.h"
+
 void TEST_NAME(spd)(void);
 
 #define SN 6 /* largest n; the twins take 4 n */
@@ -505,6 +507,50 @@ static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
     fresh_done();
 }
 
+/* The accuracy that stands at roln_spd_map, for conditions up to the one that is refused: eigenvalues graded, one small, one
+   large, in random directions; f of the matrix by Jacobi. */
+static void check_accuracy(int n, int map, double p, double power, int kind, uint64_t *s)
+{
+    enum { N = 16 };
+    static roln_real X[N * N], V[N * N], Y[N * N], l[N], w[ROLN_SPD_MAP_WORK(N)];
+    static ld a[N * N], v[N * N];
+    const ld kappa = powl(0.98L / ((ld)n * EPS), (ld)power); /* power 1: the limit */
+    ld top = 0, f = 0, slope = 0, err = 0;
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) X[i * n + j] = X[j * n + i] = roln_normal(s);
+    CHECK(roln_eig(n, X, l, V, w) == ROLN_OK);
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) {
+            ld x = 0;
+            for (k = 0; k < n; k++) {
+                const ld e = kind == 0 ? (ld)k / (n - 1) : kind == 1 ? k == n - 1 : k > 0;
+                x += (map == ROLN_EXP ? (ld)power * (7 - 14 * e) : powl(kappa, -e)) * (ld)V[k * n + i] * (ld)V[k * n + j];
+            }
+            X[i * n + j] = X[j * n + i] = (roln_real)x;
+        }
+    if (roln_spd_map(n, map, (roln_real)p, NULL, X, Y, w) != ROLN_OK) { /* rounding of X moved it beyond the limit */
+        CHECK(power > 0.95);
+        return;
+    }
+    widen(n * n, X, a);
+    t_jacobi(n, a, v);
+    for (k = 0; k < n; k++) {
+        const ld x = a[k * n + k];
+        top = fmaxl(top, fabsl(x));
+        f = fmaxl(f, fabsl(map == ROLN_EXP ? expl(x) : t_f(map, (ld)(roln_real)p, x, 0)));
+        slope = fmaxl(slope, fabsl(map == ROLN_EXP ? expl(x) : t_f(map, (ld)(roln_real)p, x, 1)));
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            ld x = 0;
+            for (k = 0; k < n; k++)
+                x += (map == ROLN_EXP ? expl(a[k * n + k]) : t_f(map, (ld)(roln_real)p, a[k * n + k], 0)) * v[i * n + k] * v[j * n + k];
+            err = fmaxl(err, fabsl(x - (ld)Y[i * n + j]));
+        }
+    BOUND("map: accuracy by condition", err / ((ld)n * EPS * (top * slope + f)), 3);
+}
+
 /* exp log = id, log_P exp_P = id, root^2 = X, powers add, the ends of a geodesic, f_P(X)^-1 = f_{P^-1}(X^-1) */
 static void check_map_identities(int n, int kind, uint64_t *s)
 {
@@ -795,6 +841,58 @@ static void test_mean(uint64_t *s)
     }
 }
 
+/* ---- scratch: what is declared is what is written ---- */
+
+static void check_rooms(int n, int count, uint64_t *s)
+{
+    roln_real P[SNN], A[SNN], X[COUNT * SNN], M[SNN], U[SNN], G[SNN], Y[SNN], V[SNN], W[SNN], K[SNN], l[SN], f[SN];
+    roln_real gX[COUNT * SNN] = {0}, gP[SNN] = {0}, gU[SNN] = {0}, d;
+    int k;
+    random_spd(n, 0, s, P);
+    for (k = 0; k < count; k++) random_spd(n, 0, s, X + k * n * n);
+    random_sym(n, 1, s, U);
+    random_sym(n, 1, s, G);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    roln_congr(n, A, X, Y, room_of(ROLN_CONGR_WORK(n)));
+    CHECK_ROOM();
+    roln_congr_t(n, A, X, Y, room_of(ROLN_CONGR_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_inv(n, P, Y, room_of(ROLN_INV_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_eig(n, P, l, Y, room_of(ROLN_EIG_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_spd_frame(n, A, X, l, V, W, room_of(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+    roln_map_dd1(n, ROLN_LOG, 0, l, f, K);
+    roln_spd_form(n, f, V, Y, room_of(ROLN_SPD_FORM_WORK(n)));
+    CHECK_ROOM();
+    roln_spd_mul(n, f, V, f, f, room_of(n));
+    CHECK_ROOM();
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, A, X, Y, room_of(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_map_d(n, K, V, W, U, Y, room_of(ROLN_SPD_MAP_D_WORK(n)));
+    CHECK_ROOM();
+    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, room_of(ROLN_SPD_MAP_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_finite(roln_spd_inner(n, A, U, X, room_of(ROLN_SPD_INNER_WORK(n)))));
+    CHECK_ROOM();
+    roln_spd_inner_bwd(n, A, U, X, 1, gU, gX, gP, room_of(ROLN_SPD_INNER_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_dist(n, A, X, &d, room_of(ROLN_SPD_DIST_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_dist_bwd(n, l, f, W, 1, gX, gP, room_of(ROLN_SPD_DIST_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_transport(n, A, X, U, Y, room_of(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_transport_bwd(n, l, V, W, U, G, gU, gX, gP, room_of(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_mean(n, count, X, M, room_of(ROLN_SPD_MEAN_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, room_of(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    CHECK_ROOM();
+}
+
 /* ---- statuses: outputs stay as they are ---- */
 
 static void test_status(void)
@@ -972,7 +1070,7 @@ static void test_slopes(uint64_t *s)
 
 void TEST_NAME(spd)(void)
 {
-    uint64_t seed = 11;
+    uint64_t seed = 11, own = 12;
     int n, m, kind, rep;
     test_differences();
     for (n = 1; n <= 4; n++)
@@ -987,6 +1085,10 @@ void TEST_NAME(spd)(void)
             check_exp_d2(n, 0, rep == 3 ? 0 : rep * 0.6L, &seed); /* scale 0: all eigenvalues equal */
             check_exp_d2(n, 1, rep == 3 ? 0 : rep * 0.6L, &seed);
         }
+    for (n = 2; n <= 16; n += n < 6 ? 1 : 5)
+        for (m = 0; m < MAPS; m++)
+            for (kind = 0; kind < 3; kind++)
+                for (rep = 1; rep <= 40; rep++) check_accuracy(n, maps[m].map, maps[m].p, rep / 40., kind, &own);
     for (n = 1; n <= SN; n++)
         for (rep = 0; rep < 20; rep++) check_distances(n, &seed);
     for (kind = 0; kind < KINDS; kind++) {
@@ -998,6 +1100,8 @@ void TEST_NAME(spd)(void)
         for (n = 1; n <= SN; n++) check_mean(n, n % 2 ? 3 : COUNT, kind, &seed);
     }
     test_mean(&seed);
+    for (n = 1; n <= SN; n++)
+        for (rep = 1; rep <= 3; rep++) check_rooms(n, rep, &seed);
     test_status();
 #ifdef ROLN_DOUBLE
     test_slopes(&seed);
