@@ -454,20 +454,20 @@ typedef struct {
     const roln_real *grad;
     roln_real *x, *keep;
     roln_moments mom; /* of this block; NULLs where the optimiser has none */
-} rolni_part;
+} rolni_factor;
 
 /* What an optimiser does with one block: with a Euclidean one, check that the new numbers are finite, or write them; with a
    manifold one, fill keep. */
 typedef struct rolni_rule rolni_rule;
 struct rolni_rule {
-    roln_status (*flat)(const rolni_rule *r, const rolni_part *p, int write);
-    roln_status (*curved)(const rolni_rule *r, const rolni_part *p, roln_real *work);
+    roln_status (*flat)(const rolni_rule *r, const rolni_factor *p, int write);
+    roln_status (*curved)(const rolni_rule *r, const rolni_factor *p, roln_real *work);
     const roln_opt *opt;
     roln_adam adam;
     roln_real scale;
 };
 
-ROLN_FN void rolni_write_kept(const rolni_part *p)
+ROLN_FN void rolni_write_kept(const rolni_factor *p)
 {
     rolni_copy(p->size, p->keep, p->x);
     if (p->mom.m == NULL) return;
@@ -487,7 +487,7 @@ ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rul
     if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
     if (r->opt->clip > 0 && norm > r->opt->clip) r->scale *= r->opt->clip / norm;
     for (write = 0; write < 2; write++) {
-        rolni_part p;
+        rolni_factor p;
         p.grad = grad, p.x = theta, p.keep = work, p.mom = mom != NULL ? *mom : none;
         for (b = 0; b < blocks; b++) {
             const int moments = roln_block_moments(table + b);
@@ -510,7 +510,7 @@ ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rul
 }
 
 /* Adam on free numbers. */
-ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_part *p, int write)
+ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_factor *p, int write)
 {
     const roln_opt *const o = r->opt;
     int i;
@@ -526,7 +526,7 @@ ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_part *p, in
 }
 
 /* Adam on a manifold block: one second moment, of the length of the gradient. */
-ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_part *p, roln_real *work)
+ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
 {
     const roln_opt *const o = r->opt;
     const roln_manifold *const M = p->block->manifold;
@@ -574,7 +574,7 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
 }
 
 /* Gradient descent on free numbers, and on a manifold block. */
-ROLN_FN roln_status rolni_sgd_flat(const rolni_rule *r, const rolni_part *p, int write)
+ROLN_FN roln_status rolni_sgd_flat(const rolni_rule *r, const rolni_factor *p, int write)
 {
     int i;
     for (i = 0; i < p->size; i++) {
@@ -585,7 +585,7 @@ ROLN_FN roln_status rolni_sgd_flat(const rolni_rule *r, const rolni_part *p, int
     return ROLN_OK;
 }
 
-ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_part *p, roln_real *work)
+ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
 {
     const roln_block *const k = p->block;
     roln_real *const g = p->keep;
