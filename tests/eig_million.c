@@ -28,10 +28,11 @@ int main(int argc, char **argv)
         if (done % (count / 100 + 1) == 0) fprintf(stderr, "\r%ld %% of %ld matrices", 100 * done / count, count);
     }
     fprintf(stderr, "\r");
-    printf("%-26s %9s %8s %8s %8s %6s   (" TEST_PRECISION "; bounds %d, %d, %d)\n", "family", "matrices", "residual", "orthog.", "eigenv.",
-           "failed", EIG_RESIDUAL, EIG_ORTHOGONAL, EIG_VALUE);
+    printf("%-26s %9s %8s %8s %8s %6s   (" TEST_PRECISION "; bounds %d, %d, %d)\n", "family", "matrices",
+           "residual", "orthog.", "eigenv.", "failed", EIG_RESIDUAL, EIG_ORTHOGONAL, EIG_VALUE);
     for (f = 0; f < FAMILIES; f++) {
-        printf("%-26s %9ld %8.2f %8.2f %8.2f %6ld\n", families[f], matrices[f], worst[f].residual, worst[f].orthogonal, worst[f].value, bad[f]);
+        printf("%-26s %9ld %8.2f %8.2f %8.2f %6ld\n", families[f], matrices[f], worst[f].residual, worst[f].orthogonal,
+               worst[f].value, bad[f]);
         failed += bad[f];
     }
     printf("%ld passed, %ld failed\n", count - failed, failed);

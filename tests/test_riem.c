@@ -140,7 +140,8 @@ static void point(int n, int N, int family, uint64_t *s, roln_real *x)
 static void test_project(void)
 {
     static const int shape[][2] = {{1, 1}, {1, 2}, {2, 3}, {3, 3}, {3, 7}, {4, 8}, {5, 16}, {8, 12}, {12, 16}};
-    static roln_real x[MS], u[2 * MS], p[2 * MS], v[MS], y[MS], work[ROLN_BIORTH_PROJECT_WORK(MN) + ROLN_BIORTH_RETRACT_WORK(MN, 16)];
+    static roln_real x[MS], u[2 * MS], p[2 * MS], v[MS], y[MS];
+    static roln_real work[ROLN_BIORTH_PROJECT_WORK(MN) + ROLN_BIORTH_RETRACT_WORK(MN, 16)];
     static ld X[MS], U[MS], P[MS], V[MS], A[MNN], B[MNN], C[MNN], D[MNN], t[MS];
     static const ld spread[3] = {1, 1, 200}; /* an error along the smallest directions is so much larger */
     uint64_t s = 1;
@@ -641,8 +642,8 @@ static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, 
     return st;
 }
 
-/* The whole of math.md section 6 for one table, in long double; sgd: without moments. SPD tangents are full matrices,
-   carried from X = A A^T to X' by E = A' A^-1. */
+/* Adam on the product manifold of one table, from its formulas, in long double; sgd: without moments. SPD tangents are full
+   matrices, carried from X = A A^T to X' by E = A' A^-1. */
 typedef struct { ld x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS], p1, p2; } twin;
 
 static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd, twin *t)
@@ -650,7 +651,8 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
     ld norm = 0, clip = 1, g[MS], u[MS], y[MS], A[MNN], B[MNN];
     int b, i, at = 0, av = 0;
     for (b = 0; b < BLOCKS; at += roln_block_size(table + b), b++)
-        for (i = 0; i < roln_block_size(table + b) && (ld)o->lr[table[b].group] > 0; i++) norm += (ld)grad[at + i] * (ld)grad[at + i];
+        for (i = 0; i < roln_block_size(table + b) && (ld)o->lr[table[b].group] > 0; i++)
+            norm += (ld)grad[at + i] * (ld)grad[at + i];
     norm = scale * sqrtl(norm);
     if ((ld)o->clip > 0 && norm > (ld)o->clip) clip = (ld)o->clip / norm;
     t->p1 *= (ld)o->beta1, t->p2 *= (ld)o->beta2;
@@ -661,7 +663,8 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
         if (lr > 0 && size > 0) {
             for (i = 0; i < size; i++) g[i] = clip * scale * (ld)grad[at + i] + (ld)o->decay * x[i];
             if (k->manifold == &roln_biorthogonal) t_project(n, N, x, g), t_project(n, N, x, m);
-            if (k->manifold == &roln_stiefel || k->manifold == &sphere) t_stiefel_project(n, N, x, g), t_stiefel_project(n, N, x, m);
+            if (k->manifold == &roln_stiefel || k->manifold == &sphere)
+                t_stiefel_project(n, N, x, g), t_stiefel_project(n, N, x, m);
             if (k->manifold == &roln_spd) {
                 for (i = 0; i < size; i++) u[i] = (g[i] + g[i % n * n + i / n]) / 2;
                 t_congruence(n, x, u, g);
@@ -810,7 +813,10 @@ static void test_failures(void)
         good = r;
         r.x[i] = (roln_real)NAN;
         was = r;
-        if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK), UNTOUCHED(SGD(&opt) != ROLN_OK);
+        if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) {
+            UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK);
+            UNTOUCHED(SGD(&opt) != ROLN_OK);
+        }
         r = good;
         r.m[i] = (roln_real)INFINITY;
         was = r;
@@ -864,7 +870,8 @@ static void test_work(void)
         CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, owork) == ROLN_OK);
         for (i = need; i < 400; i++) CHECK(owork[i] == 77);
         CHECK(need == 0 || owork[need - (k == 1 ? 2 : 1)] != 77); /* roln_eig leaves its last number */
-        CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, &(roln_moments){m, v, w}, owork) == ROLN_E_NOT_FINITE); /* <g, g> */
+        CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, &(roln_moments){m, v, w},
+                               owork) == ROLN_E_NOT_FINITE); /* <g, g> */
         CHECK(a.t == 1 && roln_finite(v[0]) && roln_finite(w[0]));
     }
 }
@@ -873,9 +880,9 @@ static void test_work(void)
 static void test_rooms(void)
 {
     static const roln_block one[] = {{&roln_biorthogonal, 1, 1, 0}, {&roln_biorthogonal, 2, 16, 0}, {&roln_biorthogonal, 4, 5, 0},
-                                     {&roln_biorthogonal, 8, 8, 0}, {&roln_spd, 1, 1, 0}, {&roln_spd, 2, 2, 0}, {&roln_spd, 7, 7, 0},
-                                     {&roln_stiefel, 1, 1, 0}, {&roln_stiefel, 3, 5, 0}, {&roln_stiefel, 4, 4, 0}, {&sphere, 3, 3, 0},
-                                     {ROLN_EUCLIDEAN, 3, 3, 0}};
+                                     {&roln_biorthogonal, 8, 8, 0}, {&roln_spd, 1, 1, 0}, {&roln_spd, 2, 2, 0},
+                                     {&roln_spd, 7, 7, 0}, {&roln_stiefel, 1, 1, 0}, {&roln_stiefel, 3, 5, 0},
+                                     {&roln_stiefel, 4, 4, 0}, {&sphere, 3, 3, 0}, {ROLN_EUCLIDEAN, 3, 3, 0}};
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), 0, 0};
     static roln_real all[SIZE], g[2 * MS], x[MS], u[MS], m[MS], v[MS], w[MS];
     uint64_t s = 10;
@@ -1100,11 +1107,14 @@ static void test_long_run(void)
 static void test_schedule(void)
 {
     uint32_t t;
-    CHECK(roln_schedule(0, 4, 20, 0) == ROLN_C(0.25) && roln_schedule(2, 4, 20, 0) == ROLN_C(0.75) && roln_schedule(3, 4, 20, 0) == 1);
+    CHECK(roln_schedule(0, 4, 20, 0) == ROLN_C(0.25) && roln_schedule(2, 4, 20, 0) == ROLN_C(0.75) &&
+          roln_schedule(3, 4, 20, 0) == 1);
     CHECK(roln_schedule(4, 4, 20, ROLN_C(0.5)) == 1 && roln_schedule(12, 4, 20, ROLN_C(0.5)) == ROLN_C(0.75));
     CHECK(roln_schedule(8, 4, 20, 0) == ROLN_C(0.84375)); /* x = 1/4: 1 - 3/16 + 2/64 */
-    CHECK(roln_schedule(20, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125) && roln_schedule(UINT32_MAX, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125));
-    CHECK(roln_schedule(0, 0, 20, 0) == 1 && roln_schedule(0, 0, 0, ROLN_C(0.25)) == ROLN_C(0.25) && roln_schedule(9, 9, 9, ROLN_C(0.5)) == ROLN_C(0.5));
+    CHECK(roln_schedule(20, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125) &&
+          roln_schedule(UINT32_MAX, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125));
+    CHECK(roln_schedule(0, 0, 20, 0) == 1 && roln_schedule(0, 0, 0, ROLN_C(0.25)) == ROLN_C(0.25) &&
+          roln_schedule(9, 9, 9, ROLN_C(0.5)) == ROLN_C(0.5));
     for (t = 0; t < 30; t++) {
         const roln_real a = roln_schedule(t, 4, 25, ROLN_C(0.1)), b = roln_schedule(t + 1, 4, 25, ROLN_C(0.1));
         CHECK(t < 4 ? b >= a : b <= a);
@@ -1125,10 +1135,12 @@ void TEST_NAME(riem)(void)
     test_long_run();
     test_schedule();
 #ifdef ROLN_TEST_VERBOSE
-    printf("riem " TEST_PRECISION ": Stiefel constraint %.2Lf, tangent %.2Lf, self-adjoint %.2Lf, idempotent %.2Lf, twin %.2Lf, retract %.2Lf, "
-           "10000 steps %.2Lf eps\n", worst[12], worst[13], worst[14], worst[15], worst[16], worst[17], worst[18]);
-    printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, retract %.2Lf, "
-           "constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n", worst[0], worst[1], worst[2], worst[3],
-           worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10], worst[11]);
+    printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, "
+           "retract %.2Lf, constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n",
+           worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10],
+           worst[11]);
+    printf("riem " TEST_PRECISION ": Stiefel constraint %.2Lf, tangent %.2Lf, self-adjoint %.2Lf, idempotent %.2Lf, twin %.2Lf, "
+           "retract %.2Lf, 10000 steps %.2Lf eps\n",
+           worst[12], worst[13], worst[14], worst[15], worst[16], worst[17], worst[18]);
 #endif
 }

@@ -352,7 +352,8 @@ static void check_map(int n, int based, int m, int kind, uint64_t *s)
     static ld B[TN * TN], t[TN * TN], r[SNN], d[SNN], g[SNN];
     const int map = maps[m].map, nn = n * n, N = 2 * n, chain = map == ROLN_LOG || (map == ROLN_POWER && maps[m].p < 1);
     const roln_real p = (roln_real)maps[m].p;
-    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn), *D = fresh(nn);
+    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn);
+    roln_real *D = fresh(nn);
     roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *l = fresh(n), *f = fresh(n), *x = fresh(n), *y = fresh(n);
     roln_real *gX = zeros(nn), *gP = zeros(nn);
     ld tol, kf, hX, hP;
@@ -425,7 +426,7 @@ static void check_map(int n, int based, int m, int kind, uint64_t *s)
     roln_spd_map_d(n, K, V, W, E, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
     BOUND("map: derivative, n eps kappa", relative(nn, D, d, 1) / tol, 16);
 
-    /* backward: both add; g_X does not depend on whether g_P is wanted; P = I: the derivative is its own adjoint */
+    /* backward: both add; gX does not depend on whether gP is wanted; P = I: the derivative is its own adjoint */
     roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
     BOUND("map: backward in X, n eps kappa", gradient(nn, gX, c.X, hX, &c) / tol, 32);
     BOUND("map: backward in P, n eps kappa", gradient(nn, gP, c.P, hP, &c) / tol, 32);
@@ -460,7 +461,8 @@ static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
 {
     static ld u[SNN], e[SNN], f[SNN], p[SNN], B[TN * TN], t[TN * TN], r[SNN];
     const int nn = n * n, N = 4 * n;
-    roln_real *P = fresh(nn), *A = fresh(nn), *U = fresh(nn), *E = fresh(nn), *F = fresh(nn), *G = fresh(nn), *D = fresh(nn), *X = fresh(nn);
+    roln_real *P = fresh(nn), *A = fresh(nn), *U = fresh(nn), *E = fresh(nn), *F = fresh(nn), *G = fresh(nn), *D = fresh(nn);
+    roln_real *X = fresh(nn);
     roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *T = fresh(n * nn), *l = fresh(n);
     ld a = 0, b = 0, size = 0, tol;
     int i, j, k;
@@ -545,7 +547,8 @@ static void check_accuracy(int n, int map, double p, double power, int kind, uin
         for (j = 0; j < n; j++) {
             ld x = 0;
             for (k = 0; k < n; k++)
-                x += (map == ROLN_EXP ? expl(a[k * n + k]) : t_f(map, (ld)(roln_real)p, a[k * n + k], 0)) * v[i * n + k] * v[j * n + k];
+                x += v[i * n + k] * v[j * n + k] *
+                     (map == ROLN_EXP ? expl(a[k * n + k]) : t_f(map, (ld)(roln_real)p, a[k * n + k], 0));
             err = fmaxl(err, fabsl(x - (ld)Y[i * n + j]));
         }
     BOUND("map: accuracy by condition", err / ((ld)n * EPS * (top * slope + f)), 3);
@@ -606,7 +609,7 @@ static void check_geometry(int n, int based, int kind, uint64_t *s)
     roln_real *V = fresh(nn), *W = fresh(nn), *l = fresh(n), *f = fresh(n), *g1 = zeros(nn), *g2 = zeros(nn), *g3 = zeros(nn);
     const roln_real *B = based ? A : NULL;
     roln_real d = 7;
-    ld tol, tolX, ref, hX, hP;
+    ld tol, tolX, ref, hX, hP, lengths;
     int i;
     identity(n, P);
     if (based) random_spd(n, 0, s, P);
@@ -627,8 +630,9 @@ static void check_geometry(int n, int based, int kind, uint64_t *s)
     c.what = INNER;
     ref = t_value(&c) / c.G[0];
     d = roln_spd_inner(n, B, U, X, fresh(ROLN_SPD_INNER_WORK(n)));
-    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * (ld)ROLN_SQRT(roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
-                                                                 roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n))))), 8);
+    lengths = (ld)roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
+              (ld)roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n)));
+    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * sqrtl(lengths)), 8);
     roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
     BOUND("inner: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tol, 16);
     BOUND("inner: backward in V, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tol, 16);
@@ -1010,7 +1014,8 @@ static void test_slopes(uint64_t *s)
 {
     enum { n = 3, nn = n * n };
     static own_case c;
-    double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn], w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
+    double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn];
+    double w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
     double T[n * nn], D[nn], t[nn], a[nn], b[nn], err[2];
     int m, i, q;
     c.n = n, c.count = COUNT;
