@@ -1973,8 +1973,9 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
 ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI_(optimiser) *o, const ROLNI_(gradient) *g,
                                    ROLNI_(train) *work)
 {
-    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, o->m, o->v,
-                            o->v_max, work->w);
+    roln_moments moments;
+    moments.m = o->m, moments.v = o->v, moments.v_max = o->v_max;
+    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments, work->w);
 }
 
 /* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */

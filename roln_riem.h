@@ -4,10 +4,10 @@
    2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
    4 Stiefel           matrices with orthonormal rows
-   5 optimisers        Riemannian SGD and Adam (AMSGrad), clipping, weight decay, schedule
+   5 optimisers        settings, schedule, update of a product of blocks, Riemannian Adam (AMSGrad) and SGD
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
-   examples in tests/unit/test_riem.c). Nothing here changes. For vector transport see each manifold: a projection or nothing.
+   examples in tests/unit/test_riem.c). Nothing here changes. Each manifold says how it carries a tangent to another point.
    roln.h trains Euclidean, biorthogonal, SPD and Stiefel blocks with roln_adam_update; roln_sgd_update and the manifolds by
    themselves serve programs without it. */
 
@@ -73,18 +73,22 @@ ROLN_FN int roln_block_moments(const roln_block *b)
    in u passes through.
    work [ROLN_BIORTH_PROJECT_WORK(n)]. Status of roln_eig; ROLN_E_ILL_CONDITIONED if Phi or Psi has lost rank.
    Cost 18 n^3 + 4 count n^2 N. */
-#define ROLN_BIORTH_PROJECT_WORK(n) (5 * (n) * (n) + 2 * (n) + ROLN_EIG_WORK(n))
+#define ROLN_BIORTH_PROJECT_MEM(X, n) X(Ua, (n) * (n)) X(Ub, (n) * (n)) X(C, (n) * (n)) X(ra, n) X(rb, n)
+#define ROLNI_PROJECT_MEM(X, n) X(D, (n) * (n)) /* in the room of roln_eig */
+#define ROLN_BIORTH_PROJECT_WORK(n) \
+    (0 ROLN_BIORTH_PROJECT_MEM(ROLNI_SIZE, n) + ROLN_MAX(0 ROLNI_PROJECT_MEM(ROLNI_SIZE, n), ROLN_EIG_WORK(n)))
 ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real *x, roln_real *u, roln_real *work)
 {
     const roln_real *phi = x, *psi = x + n * N;
-    roln_real *Ua = work, *Ub = Ua + n * n, *C = Ub + n * n, *D = C + n * n, *E = D + n * n, *ra = E + n * n, *rb = ra + n;
     roln_status st;
     int c, i, j;
+    ROLN_BIORTH_PROJECT_MEM(ROLNI_CARVE, n)
     roln_mm_bt(n, N, n, psi, psi, C);
-    if ((st = roln_eig(n, C, ra, Ua, rb + n)) != ROLN_OK) return st;
+    if ((st = roln_eig(n, C, ra, Ua, work)) != ROLN_OK) return st;
     roln_mm_bt(n, N, n, phi, phi, C);
-    if ((st = roln_eig(n, C, rb, Ub, rb + n)) != ROLN_OK) return st;
+    if ((st = roln_eig(n, C, rb, Ub, work)) != ROLN_OK) return st;
     if (!(ra[0] + rb[0] > (ra[n - 1] + rb[n - 1]) * ROLN_EPS)) return ROLN_E_ILL_CONDITIONED;
+    ROLNI_PROJECT_MEM(ROLNI_CARVE, n)
     for (c = 0; c < count; c++, u += 2 * n * N) {
         roln_real *X = u, *Y = u + n * N;
         roln_mm_bt(n, N, n, Y, phi, C); /* C = Y^T Phi + Psi^T X */
@@ -96,14 +100,14 @@ ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j++)
                 C[i * n + j] /= -(ra[i] + rb[j]);
-        roln_mm(n, n, n, C, Ub, D); /* and back: E = -A, C = -A^T */
-        memset(E, 0, (size_t)(n * n) * sizeof *E);
-        roln_mm_at(n, n, n, Ua, D, E);
+        roln_mm(n, n, n, C, Ub, D); /* and back: C = -A, D = -A^T */
+        rolni_zero(n * n, C);
+        roln_mm_at(n, n, n, Ua, D, C);
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j++)
-                C[j * n + i] = E[i * n + j];
-        roln_mm_at(n, n, N, E, psi, X); /* X^T -= A^T Psi^T */
-        roln_mm_at(n, n, N, C, phi, Y); /* Y^T -= A Phi^T */
+                D[j * n + i] = C[i * n + j];
+        roln_mm_at(n, n, N, C, psi, X); /* X^T -= A^T Psi^T */
+        roln_mm_at(n, n, N, D, phi, Y); /* Y^T -= A Phi^T */
     }
     return ROLN_OK;
 }
@@ -111,24 +115,27 @@ ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real
 /* Retraction: Psi+ = Psi + Y, Phi+ = (Phi + X) [(Psi + Y)^T (Phi + X)]^-1, which restores Psi^T Phi = I at every step.
    x, u [2][n][N] in; xn [2][n][N] out (xn may be u, not x). work [ROLN_BIORTH_RETRACT_WORK(n, N)].
    ROLN_E_ILL_CONDITIONED if the inverse is: the step is too long; xn is then scratch. */
-#define ROLN_BIORTH_RETRACT_WORK(n, N) (2 * (n) * (n) + (n) * (N) + ROLN_INV_WORK(n))
+#define ROLN_BIORTH_RETRACT_MEM(X, n, N) X(W, (n) * (n)) X(inv, (n) * (n)) X(phi, (n) * (N))
+#define ROLN_BIORTH_RETRACT_WORK(n, N) (0 ROLN_BIORTH_RETRACT_MEM(ROLNI_SIZE, n, N) + ROLN_INV_WORK(n))
 ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
-    roln_real *W = work, *inv = W + n * n, *phi = inv + n * n, *psi = xn + n * N;
+    roln_real *psi = xn + n * N;
     roln_status st;
     int i;
+    ROLN_BIORTH_RETRACT_MEM(ROLNI_CARVE, n, N)
     for (i = 0; i < n * N; i++) {
         phi[i] = x[i] + u[i];
         psi[i] = x[n * N + i] + u[n * N + i];
     }
     roln_mm_bt(n, N, n, psi, phi, W);
-    if ((st = roln_inv(n, W, inv, phi + n * N)) != ROLN_OK) return st;
-    memset(xn, 0, (size_t)(n * N) * sizeof *xn);
+    if ((st = roln_inv(n, W, inv, work)) != ROLN_OK) return st;
+    rolni_zero(n * N, xn);
     roln_mm_at(n, n, N, inv, phi, xn);
     return ROLN_OK;
 }
 
 /* As a block: rows = n, cols = N. */
+#define ROLN_BIORTH_BLOCK_WORK(n, N) ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(n), ROLN_BIORTH_RETRACT_WORK(n, N))
 ROLN_FN int rolni_biorth_size(int rows, int cols)
 {
     return 2 * rows * cols;
@@ -136,7 +143,7 @@ ROLN_FN int rolni_biorth_size(int rows, int cols)
 
 ROLN_FN int rolni_biorth_work(int rows, int cols)
 {
-    return ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(rows), ROLN_BIORTH_RETRACT_WORK(rows, cols));
+    return ROLN_BIORTH_BLOCK_WORK(rows, cols);
 }
 
 ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
@@ -150,48 +157,78 @@ ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_
 
 /* Tangents at X = A A^T (Cholesky) are kept in the frame of A: U = A u A^T is stored as the symmetric u. The affine-
    invariant metric <U,U>_X = tr(X^-1 U X^-1 U) then is |u|_F^2, and to carry a tangent to another point is to keep u,
-   an isometry. [ours] */
+   an isometry. */
 
 /* Riemannian gradient X sym(G) X of the Euclidean one G, in the frame: u = A^T sym(G) A. X, G [n][n] in, u [n][n] out
    (may be G). work [ROLN_SPD_RGRAD_WORK(n)]. ROLN_E_NOT_SPD leaves u untouched. */
-#define ROLN_SPD_RGRAD_WORK(n) (3 * (n) * (n))
+#define ROLN_SPD_RGRAD_MEM(X, n) X(A, (n) * (n)) X(t, (n) * (n))
+#define ROLN_SPD_RGRAD_WORK(n) (0 ROLN_SPD_RGRAD_MEM(ROLNI_SIZE, n))
 ROLN_FN roln_status roln_spd_rgrad(int n, const roln_real *X, const roln_real *G, roln_real *u, roln_real *work)
 {
-    roln_real *A = work, *S = A + n * n, *T = S + n * n;
     int i, j;
+    ROLN_SPD_RGRAD_MEM(ROLNI_CARVE, n)
     if (roln_chol(n, X, A) != ROLN_OK) return ROLN_E_NOT_SPD;
     for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            S[i * n + j] = (G[i * n + j] + G[j * n + i]) / 2;
-    roln_mm(n, n, n, S, A, T);
-    memset(u, 0, (size_t)(n * n) * sizeof *u);
-    roln_mm_at(n, n, n, A, T, u);
+        for (j = 0; j <= i; j++)
+            u[i * n + j] = u[j * n + i] = (G[i * n + j] + G[j * n + i]) / 2;
+    roln_mm(n, n, n, u, A, t);
+    rolni_zero(n * n, u);
+    roln_mm_at(n, n, n, A, t, u);
     return ROLN_OK;
+}
+
+/* S = A (I + u + u^2/2) A^T, exactly symmetric, and its Cholesky factor L. */
+ROLN_FN roln_status rolni_spd_step(int n, const roln_real *A, const roln_real *u, roln_real *S, roln_real *L)
+{
+    int i, j;
+    roln_mm(n, n, n, u, u, S);
+    for (i = 0; i < n * n; i++)
+        S[i] = (i % (n + 1) == 0) + u[i] + S[i] / 2;
+    roln_mm(n, n, n, A, S, L);
+    roln_mm_bt(n, n, n, L, A, S);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++)
+            S[j * n + i] = S[i * n + j];
+    return roln_chol(n, S, L);
 }
 
 /* Retraction X+ = X + U + 1/2 U X^-1 U = A (I + u + u^2/2) A^T, positive definite for every u. X, u [n][n] in, Xn [n][n]
    out (may be X or u), made exactly symmetric. work [ROLN_SPD_RETRACT_WORK(n)]. ROLN_E_NOT_SPD: X was not, or the step
    is so long that the result is not to working precision; Xn is then untouched. */
-#define ROLN_SPD_RETRACT_WORK(n) (3 * (n) * (n))
+#define ROLN_SPD_RETRACT_MEM(X, n) X(A, (n) * (n)) X(S, (n) * (n)) X(L, (n) * (n))
+#define ROLN_SPD_RETRACT_WORK(n) (0 ROLN_SPD_RETRACT_MEM(ROLNI_SIZE, n))
 ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real *u, roln_real *Xn, roln_real *work)
 {
-    roln_real *A = work, *S = A + n * n, *T = S + n * n;
-    int i, j;
-    if (roln_chol(n, X, A) != ROLN_OK) return ROLN_E_NOT_SPD;
-    roln_mm(n, n, n, u, u, S);
-    for (i = 0; i < n * n; i++)
-        S[i] = (i % (n + 1) == 0) + u[i] + S[i] / 2;
-    roln_mm(n, n, n, A, S, T);
-    roln_mm_bt(n, n, n, T, A, S);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < i; j++)
-            S[j * n + i] = S[i * n + j];
-    if (roln_chol(n, S, T) != ROLN_OK) return ROLN_E_NOT_SPD;
-    memcpy(Xn, S, (size_t)(n * n) * sizeof *Xn);
+    ROLN_SPD_RETRACT_MEM(ROLNI_CARVE, n)
+    if (roln_chol(n, X, A) != ROLN_OK || rolni_spd_step(n, A, u, S, L) != ROLN_OK) return ROLN_E_NOT_SPD;
+    rolni_copy(n * n, S, Xn);
     return ROLN_OK;
 }
 
-/* As a block: rows = cols = n. The momentum stays as it is. */
+/* As a block: rows = cols = n. The momentum stays as it is.
+   A block keeps its point where the next update can still factor it: tr(X) tr(X^-1), which bounds the condition from above, below
+   1 / (64 eps) (131,000 in float), and both traces below ROLN_SPD_TRACE. A step that would end outside, or end further outside
+   than it began, is not taken: the point waits, with ROLN_OK, while the moments go on, so that it leaves the edge as soon as the
+   momentum turns. To refuse the update instead would keep the momentum, and so refuse the next ones for ever. */
+#ifdef ROLN_DOUBLE
+#define ROLN_SPD_TRACE 2.5822498780869086e120 /* 2^400 */
+#else
+#define ROLN_SPD_TRACE 1.12589991e15f /* 2^50 */
+#endif
+#define ROLN_SPD_BLOCK_WORK(n) ROLN_MAX(ROLN_SPD_RGRAD_WORK(n), ROLN_SPD_RETRACT_WORK(n))
+
+/* How far X = L L^T is outside: 1 on the edge, less inside. R [n][n]: scratch. */
+ROLN_FN roln_real rolni_spd_outside(int n, const roln_real *X, const roln_real *L, roln_real *R)
+{
+    roln_real trace = 0, inverse;
+    int i;
+    for (i = 0; i < n; i++)
+        trace += X[i * (n + 1)];
+    rolni_spd_inv(n, L, R);
+    inverse = roln_dot(n * n, R, R);
+    return ROLN_MAX(64 * ROLN_EPS * trace * inverse, ROLN_MAX(trace, inverse) / ROLN_SPD_TRACE);
+}
+
 ROLN_FN int rolni_spd_size(int rows, int cols)
 {
     (void)cols;
@@ -201,7 +238,7 @@ ROLN_FN int rolni_spd_size(int rows, int cols)
 ROLN_FN int rolni_spd_work(int rows, int cols)
 {
     (void)cols;
-    return ROLN_MAX(ROLN_SPD_RGRAD_WORK(rows), ROLN_SPD_RETRACT_WORK(rows));
+    return ROLN_SPD_BLOCK_WORK(rows);
 }
 
 ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
@@ -210,10 +247,23 @@ ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, ro
     return roln_spd_rgrad(rows, x, gm, gm, work);
 }
 
+/* ROLN_E_NOT_SPD: x is not. ROLN_E_NOT_FINITE: the end of the step is not. */
 ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
+    const int n = rows;
+    roln_status st;
+    roln_real end;
     (void)cols;
-    return roln_spd_retract(rows, x, u, xn, work);
+    ROLN_SPD_RETRACT_MEM(ROLNI_CARVE, n)
+    if (roln_chol(n, x, A) != ROLN_OK) return ROLN_E_NOT_SPD;
+    st = rolni_spd_step(n, A, u, S, L);
+    if (!roln_all_finite(n * n, S)) return ROLN_E_NOT_FINITE;
+    if (st == ROLN_OK) { /* u is not needed any more: xn serves as scratch */
+        end = rolni_spd_outside(n, S, L, xn);
+        if (!(end <= 1) && !(end < rolni_spd_outside(n, x, A, xn))) st = ROLN_E_ILL_CONDITIONED;
+    }
+    rolni_copy(n * n, st == ROLN_OK ? S : x, xn);
+    return ROLN_OK;
 }
 
 ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NULL, rolni_spd_retract};
@@ -270,21 +320,22 @@ ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
    X, U [k][m] in; Xn [k][m] out (may be X or U). work [ROLN_STIEFEL_RETRACT_WORK(k, m)]. ROLN_E_ILL_CONDITIONED if X + U
    has lost rank to working precision, or is not finite: the step is too long; Xn is then untouched.
    Cost 3/2 k^2 m + k^3/6, twice that where |U| is above 1. */
-#define ROLN_STIEFEL_RETRACT_WORK(k, m) ((k) * (m) + (k) * (k))
+#define ROLN_STIEFEL_RETRACT_MEM(X, k, m) X(Y, (k) * (m)) X(L, (k) * (k))
+#define ROLN_STIEFEL_RETRACT_WORK(k, m) (0 ROLN_STIEFEL_RETRACT_MEM(ROLNI_SIZE, k, m))
 ROLN_FN roln_status roln_stiefel_retract(int k, int m, const roln_real *X, const roln_real *U, roln_real *Xn, roln_real *work)
 {
-    roln_real *Y = work;
     int i;
+    ROLN_STIEFEL_RETRACT_MEM(ROLNI_CARVE, k, m)
     for (i = 0; i < k * m; i++)
         Y[i] = X[i] + U[i];
-    if (rolni_orthonormal(k, m, Y, Y + k * m) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    memcpy(Xn, Y, (size_t)(k * m) * sizeof *Xn);
+    if (rolni_orthonormal(k, m, Y, L) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    rolni_copy(k * m, Y, Xn);
     return ROLN_OK;
 }
 
 /* A random point X [k][m], uniform on the manifold as far as roln_normal is normal: Q of normal deviates, which are drawn
-   again (it does not bias Q) where ill-conditioned. work [ROLN_STIEFEL_INIT_WORK(k)]. ROLN_E_ILL_CONDITIONED after 8
-   draws: as good as never, call again; X is then scratch. */
+   again (it does not bias Q) where ill-conditioned. work [ROLN_STIEFEL_INIT_WORK(k)]. ROLN_E_ILL_CONDITIONED if eight
+   draws in a row are, which is not to be expected; X is then scratch. */
 #define ROLN_STIEFEL_INIT_WORK(k) ((k) * (k))
 ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed, roln_real *work)
 {
@@ -299,6 +350,7 @@ ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed
 }
 
 /* As a block: rows = k, cols = m. */
+#define ROLN_STIEFEL_BLOCK_WORK(k, m) ROLN_MAX(ROLN_STIEFEL_PROJECT_WORK(k), ROLN_STIEFEL_RETRACT_WORK(k, m))
 ROLN_FN int rolni_stiefel_size(int rows, int cols)
 {
     return rows * cols;
@@ -306,7 +358,7 @@ ROLN_FN int rolni_stiefel_size(int rows, int cols)
 
 ROLN_FN int rolni_stiefel_work(int rows, int cols)
 {
-    return ROLN_STIEFEL_RETRACT_WORK(rows, cols); /* more than a projection needs */
+    return ROLN_STIEFEL_BLOCK_WORK(rows, cols);
 }
 
 ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
@@ -332,7 +384,12 @@ typedef struct {
    the pairs, but where their steps are the noisier, as in wide layers, a hundredth of it is better). */
 #define ROLN_OPT(lr_ae, lr_net) {{lr_ae, lr_net, lr_ae}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 10}
 
-/* What Adam carries beside its moments. Zero-initialised: a fresh start. Copy it with m and v to resume, bit for bit. */
+/* Adam's moments: m in the layout of the parameters; v and the largest v so far, roln_block_moments numbers for each block. */
+typedef struct {
+    roln_real *m, *v, *v_max;
+} roln_moments;
+
+/* What Adam carries beside them. Zero-initialised: a fresh start. Copy it with the moments to resume, bit for bit. */
 typedef struct {
     uint32_t t;       /* updates done */
     roln_real b1, b2; /* 1 - beta1^t, 1 - beta2^t */
@@ -342,9 +399,9 @@ typedef struct {
 ROLN_FN roln_real roln_schedule(uint32_t t, uint32_t warmup, uint32_t total, roln_real last)
 {
     roln_real x;
-    if (t < warmup) return (roln_real)(t + 1) / (roln_real)warmup;
+    if (t < warmup) return ROLNI_AS(roln_real, t + 1) / ROLNI_AS(roln_real, warmup);
     if (t >= total) return last;
-    x = (roln_real)(t - warmup) / (roln_real)(total - warmup);
+    x = ROLNI_AS(roln_real, t - warmup) / ROLNI_AS(roln_real, total - warmup);
     return last + (1 - last) * (1 - x * x * (3 - 2 * x));
 }
 
@@ -388,96 +445,159 @@ ROLN_FN int roln_update_work(int blocks, const roln_block *table)
     return rolni_keep_all(blocks, table) + verb;
 }
 
-/* One Adam step of one number with gradient g, of squared length gg: the new x; m, v, vmax in and out. */
-ROLN_FN roln_real rolni_adam1(const roln_opt *o, const roln_adam *a, roln_real lr, roln_real x, roln_real g, roln_real *m,
-                              roln_real *v, roln_real *vmax)
+/* A block as an update of the product meets it. keep: where a manifold block leaves [x+][m+][v+][v_max+] until all blocks have
+   succeeded. */
+typedef struct {
+    const roln_block *block;
+    int size;
+    roln_real lr;
+    const roln_real *grad;
+    roln_real *x, *keep;
+    roln_moments mom; /* of this block; NULLs where the optimiser has none */
+} rolni_factor;
+
+/* What an optimiser does with one block: with a Euclidean one, check that the new numbers are finite, or write them; with a
+   manifold one, fill keep. */
+typedef struct rolni_rule rolni_rule;
+struct rolni_rule {
+    roln_status (*flat)(const rolni_rule *r, const rolni_factor *p, int write);
+    roln_status (*curved)(const rolni_rule *r, const rolni_factor *p, roln_real *work);
+    const roln_opt *opt;
+    roln_adam adam;
+    roln_real scale;
+};
+
+ROLN_FN void rolni_write_kept(const rolni_factor *p)
 {
-    *m = o->beta1 * *m + (1 - o->beta1) * g;
-    *v = o->beta2 * *v + (1 - o->beta2) * (g * g);
-    *vmax = *v > *vmax ? *v : *vmax;
-    return x - lr * (*m / a->b1) / (ROLN_SQRT(*vmax / a->b2) + o->eps);
+    rolni_copy(p->size, p->keep, p->x);
+    if (p->mom.m == NULL) return;
+    rolni_copy(p->size, p->keep + p->size, p->mom.m);
+    *p->mom.v = p->keep[2 * p->size];
+    *p->mom.v_max = p->keep[2 * p->size + 1];
 }
 
-/* The Adam step of a manifold block at x: writes keep = [x+][m+][v+][vmax+]. g = scale egrad + decay x. */
-ROLN_FN roln_status rolni_adam_curved(const roln_block *k, const roln_opt *o, const roln_adam *a, roln_real scale,
-                                      const roln_real *egrad, const roln_real *x, const roln_real *m, roln_real v,
-                                      roln_real vmax, roln_real *keep, roln_real *work)
+/* The update of a product of blocks by any rule: everything is computed and checked first, then written. */
+ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rule *r, const roln_real *grad, roln_real *theta,
+                                  const roln_moments *mom, roln_real *work)
 {
-    const roln_manifold *const M = k->manifold;
-    const int size = roln_block_size(k), rows = k->rows, cols = k->cols;
-    roln_real *g = keep, *mn = keep + size, gg, f;
+    const roln_moments none = {NULL, NULL, NULL};
+    const roln_real norm = rolni_grad_norm(blocks, table, r->opt, r->scale, grad);
+    roln_real *const verb_work = work + rolni_keep_all(blocks, table);
+    int write, b;
+    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
+    if (r->opt->clip > 0 && norm > r->opt->clip) r->scale *= r->opt->clip / norm;
+    for (write = 0; write < 2; write++) {
+        rolni_factor p;
+        p.grad = grad, p.x = theta, p.keep = work, p.mom = mom != NULL ? *mom : none;
+        for (b = 0; b < blocks; b++) {
+            const int moments = roln_block_moments(table + b);
+            p.block = table + b;
+            p.size = roln_block_size(p.block);
+            p.lr = r->opt->lr[p.block->group];
+            if (p.lr > 0 && p.size > 0) {
+                roln_status st = ROLN_OK;
+                if (p.block->manifold == ROLN_EUCLIDEAN) st = r->flat(r, &p, write);
+                else if (write) rolni_write_kept(&p);
+                else st = r->curved(r, &p, verb_work);
+                if (st != ROLN_OK) return st;
+                p.keep += rolni_keep(p.block);
+            }
+            p.grad += p.size, p.x += p.size;
+            if (mom != NULL) p.mom.m += p.size, p.mom.v += moments, p.mom.v_max += moments;
+        }
+    }
+    return ROLN_OK;
+}
+
+/* Adam on free numbers. */
+ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_factor *p, int write)
+{
+    const roln_opt *const o = r->opt;
+    int i;
+    for (i = 0; i < p->size; i++) {
+        const roln_real g = r->scale * p->grad[i] + o->decay * p->x[i];
+        const roln_real m = o->beta1 * p->mom.m[i] + (1 - o->beta1) * g, v = o->beta2 * p->mom.v[i] + (1 - o->beta2) * (g * g);
+        const roln_real v_max = v > p->mom.v_max[i] ? v : p->mom.v_max[i];
+        const roln_real x = p->x[i] - p->lr * (m / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps);
+        if (write) p->x[i] = x, p->mom.m[i] = m, p->mom.v[i] = v, p->mom.v_max[i] = v_max;
+        else if (!roln_finite(x) || !roln_finite(v_max)) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* Adam on a manifold block: one second moment, of the length of the gradient. */
+ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
+{
+    const roln_opt *const o = r->opt;
+    const roln_manifold *const M = p->block->manifold;
+    const int size = p->size, rows = p->block->rows, cols = p->block->cols;
+    roln_real *const keep = p->keep, *const g = keep, *const m = keep + size;
+    roln_real v, v_max, f;
     roln_status st;
     int i;
     for (i = 0; i < size; i++)
-        g[i] = scale * egrad[i] + o->decay * x[i];
-    memcpy(mn, m, (size_t)size * sizeof *m);
-    if ((st = M->tangent(rows, cols, x, g, work)) != ROLN_OK) return st;
-    gg = M->inner ? M->inner(rows, cols, x, g, g) : roln_dot(size, g, g);
-    v = o->beta2 * v + (1 - o->beta2) * gg;
-    vmax = v > vmax ? v : vmax;
-    f = -(o->lr[k->group] / a->b1) / (ROLN_SQRT(vmax / a->b2) + o->eps);
+        g[i] = r->scale * p->grad[i] + o->decay * p->x[i];
+    rolni_copy(size, p->mom.m, m);
+    if ((st = M->tangent(rows, cols, p->x, g, work)) != ROLN_OK) return st;
+    v = M->inner ? M->inner(rows, cols, p->x, g, g) : roln_dot(size, g, g);
+    v = o->beta2 * *p->mom.v + (1 - o->beta2) * v;
+    v_max = v > *p->mom.v_max ? v : *p->mom.v_max;
+    f = -(p->lr / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps);
     for (i = 0; i < size; i++) {
-        mn[i] = o->beta1 * mn[i] + (1 - o->beta1) * g[i];
-        g[i] = f * mn[i];
+        m[i] = o->beta1 * m[i] + (1 - o->beta1) * g[i];
+        g[i] = f * m[i];
     }
     keep[2 * size] = v;
-    keep[2 * size + 1] = vmax;
-    if ((st = M->retract(rows, cols, x, g, keep, work)) != ROLN_OK) return st;
+    keep[2 * size + 1] = v_max;
+    if ((st = M->retract(rows, cols, p->x, g, keep, work)) != ROLN_OK) return st;
     return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Riemannian Adam with AMSGrad (Becigneul and Ganea 2019) on the product of the blocks:
-       g = scale egrad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
-       vmax = max(v, vmax);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(vmax / (1-b2^t)) + eps));  m carried to x when next used.
-   theta, m, grad share the layout of the table; v, vmax hold roln_block_moments per block. scale: usually 1 / number of
-   samples that were added to grad. work [roln_update_work]. Everything is computed and checked before anything is
-   written: on a status other than ROLN_OK theta, state, m, v and vmax are as they were. */
+       g = scale grad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
+       v_max = max(v, v_max);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(v_max / (1-b2^t)) + eps));  m carried to x when next used.
+   theta and grad share the layout of the table. scale: usually 1 / number of samples that were added to grad.
+   work [roln_update_work]. Everything is computed and checked before anything is written: on a status other than ROLN_OK theta,
+   state and moments are as they were. */
 ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
-                                     const roln_real *grad, roln_real *theta, roln_adam *state, roln_real *m, roln_real *v,
-                                     roln_real *vmax, roln_real *work)
+                                     const roln_real *grad, roln_real *theta, roln_adam *state, const roln_moments *moments,
+                                     roln_real *work)
 {
-    const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
-    const int kept = rolni_keep_all(blocks, table);
-    roln_adam next;
-    int pass, b, i;
-    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
-    if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
-    next.t = state->t + 1;
-    next.b1 = 1 - opt->beta1 * (1 - state->b1);
-    next.b2 = 1 - opt->beta2 * (1 - state->b2);
-    for (pass = 0; pass < 2; pass++) { /* 0: compute and check, 1: write */
-        roln_real *keep = work;
-        int at = 0, av = 0;
-        for (b = 0; b < blocks; b++) {
-            const roln_block *k = table + b;
-            const int size = roln_block_size(k);
-            const roln_real lr = opt->lr[k->group], *g = grad + at;
-            roln_real *x = theta + at, *mb = m + at, *vb = v + av, *wb = vmax + av;
-            at += size;
-            av += roln_block_moments(k);
-            if (!(lr > 0) || size == 0) continue;
-            if (k->manifold == ROLN_EUCLIDEAN) {
-                for (i = 0; i < size; i++) {
-                    roln_real mi = mb[i], vi = vb[i], wi = wb[i];
-                    const roln_real xi = rolni_adam1(opt, &next, lr, x[i], scale * g[i] + opt->decay * x[i], &mi, &vi, &wi);
-                    if (pass == 1) x[i] = xi, mb[i] = mi, vb[i] = vi, wb[i] = wi;
-                    else if (!roln_finite(xi) || !roln_finite(wi)) return ROLN_E_NOT_FINITE;
-                }
-                continue;
-            }
-            if (pass == 0) {
-                const roln_status st = rolni_adam_curved(k, opt, &next, scale, g, x, mb, *vb, *wb, keep, work + kept);
-                if (st != ROLN_OK) return st;
-            } else {
-                memcpy(x, keep, (size_t)size * sizeof *x);
-                memcpy(mb, keep + size, (size_t)size * sizeof *x);
-                *vb = keep[2 * size], *wb = keep[2 * size + 1];
-            }
-            keep += rolni_keep(k);
-        }
+    rolni_rule r = {rolni_adam_flat, rolni_adam_curved, opt, {0, 0, 0}, scale};
+    roln_status st;
+    r.adam.t = state->t + 1;
+    r.adam.b1 = 1 - opt->beta1 * (1 - state->b1);
+    r.adam.b2 = 1 - opt->beta2 * (1 - state->b2);
+    st = rolni_product(blocks, table, &r, grad, theta, moments, work);
+    if (st == ROLN_OK) *state = r.adam;
+    return st;
+}
+
+/* Gradient descent on free numbers, and on a manifold block. */
+ROLN_FN roln_status rolni_sgd_flat(const rolni_rule *r, const rolni_factor *p, int write)
+{
+    int i;
+    for (i = 0; i < p->size; i++) {
+        const roln_real x = p->x[i] - p->lr * (r->scale * p->grad[i] + r->opt->decay * p->x[i]);
+        if (write) p->x[i] = x;
+        else if (!roln_finite(x)) return ROLN_E_NOT_FINITE;
     }
-    *state = next;
     return ROLN_OK;
+}
+
+ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
+{
+    const roln_block *const k = p->block;
+    roln_real *const g = p->keep;
+    roln_status st;
+    int i;
+    for (i = 0; i < p->size; i++)
+        g[i] = r->scale * p->grad[i] + r->opt->decay * p->x[i], g[p->size + i] = 0; /* the momentum that tangent carries */
+    if ((st = k->manifold->tangent(k->rows, k->cols, p->x, g, work)) != ROLN_OK) return st;
+    for (i = 0; i < p->size; i++)
+        g[i] *= -p->lr;
+    if ((st = k->manifold->retract(k->rows, k->cols, p->x, g, g, work)) != ROLN_OK) return st;
+    return roln_all_finite(p->size, g) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. Not
@@ -485,41 +605,8 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
 ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
                                     const roln_real *grad, roln_real *theta, roln_real *work)
 {
-    const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
-    const int kept = rolni_keep_all(blocks, table);
-    int pass, b, i;
-    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
-    if (opt->clip > 0 && norm > opt->clip) scale *= opt->clip / norm;
-    for (pass = 0; pass < 2; pass++) {
-        roln_real *keep = work, *x = theta;
-        const roln_real *g = grad;
-        for (b = 0; b < blocks; b++) {
-            const roln_block *k = table + b;
-            const int size = roln_block_size(k), curved = k->manifold != ROLN_EUCLIDEAN;
-            const roln_real lr = opt->lr[k->group];
-            if (lr > 0 && size > 0) {
-                if (curved && pass == 0) {
-                    roln_status st;
-                    for (i = 0; i < size; i++)
-                        keep[i] = scale * g[i] + opt->decay * x[i], keep[size + i] = 0;
-                    if ((st = k->manifold->tangent(k->rows, k->cols, x, keep, work + kept)) != ROLN_OK) return st;
-                    for (i = 0; i < size; i++)
-                        keep[i] *= -lr;
-                    if ((st = k->manifold->retract(k->rows, k->cols, x, keep, keep, work + kept)) != ROLN_OK) return st;
-                    if (!roln_all_finite(size, keep)) return ROLN_E_NOT_FINITE;
-                }
-                for (i = 0; i < size; i++) {
-                    const roln_real xi = curved ? keep[i] : x[i] - lr * (scale * g[i] + opt->decay * x[i]);
-                    if (pass == 1) x[i] = xi;
-                    else if (!roln_finite(xi)) return ROLN_E_NOT_FINITE;
-                }
-                if (curved) keep += rolni_keep(k);
-            }
-            x += size;
-            g += size;
-        }
-    }
-    return ROLN_OK;
+    rolni_rule r = {rolni_sgd_flat, rolni_sgd_curved, opt, {0, 0, 0}, scale};
+    return rolni_product(blocks, table, &r, grad, theta, NULL, work);
 }
 
 #endif

@@ -1,14 +1,16 @@
 /* roln_spd.h - the ground floor of roln: numbers, vectors, symmetric positive-definite (SPD) matrices.
 
-   1 configuration      scalar type, qualifiers, version
-   2 status             what a function can report
+   1 configuration      scalar type, qualifiers, version, scratch
+   2 status             what a function can report; finite numbers; copy and zero
    3 random numbers     splitmix64, the same bits everywhere
    4 elementary         exp, expm1, log, log1p, sinhc, softplus, sigmoid
    5 dense kernels      matrix products, Cholesky, small inverse
    6 eigensolver        symmetric, any n, scaled, bounded
-   7 SPD maps           exp, log, powers at any base point: value, derivative, second derivative, backward
+   7 SPD maps           exp, log, powers at any base point: value, derivative, backward; second derivative of exp
    8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
 
+   Names: what begins with roln_ or ROLN_ is for users. What begins with rolni_ or ROLNI_ is shared among the five headers, may
+   change with every version, and is promised to nobody else.
    Matrices are row-major. Arguments come in the order: the object or model, sizes, const inputs, in-and-outs, outputs, work.
    Work is the caller's memory, in units of roln_real, its size given by the macro above the function.
    Nothing here allocates, recurses, prints or keeps state; sqrt is the only function from outside. */
@@ -110,18 +112,17 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 /* A function that returns a status writes its outputs only when it returns ROLN_OK, unless it says otherwise. */
 typedef enum {
-    ROLN_OK = 0,
-    ROLN_E_NOT_FINITE = -1,      /* an input or a result is NaN or infinite */
-    ROLN_E_NOT_SPD = -2,         /* a matrix that must be positive definite is not, to working precision */
-    ROLN_E_NO_CONVERGENCE = -3,  /* an iteration reached its bound */
-    ROLN_E_ILL_CONDITIONED = -4, /* an inverse or a retraction would lose all digits */
-    ROLN_E_RANGE = -5,           /* eigenvalues beyond what exp can hold in this precision, a weight beyond what a half can; no
-                                    range seen in training, or a value outside it (for users of NAME_in_range to return) */
-    ROLN_E_LENGTH = -6,          /* packed parameters of a wrong number of bytes, or a count that is too small or too large */
-    ROLN_E_FORMAT = -7,          /* packed parameters: not a roln file, or of another format version */
-    ROLN_E_PRECISION = -8,       /* ... float read as double or the reverse */
-    ROLN_E_SHAPE = -9,           /* ... of a model with other sizes, options, slope or integrator; weights stored small, to be trained */
-    ROLN_E_CHECKSUM = -10        /* ... damaged */
+    ROLN_OK = 0,                 /* Done. */
+    ROLN_E_NOT_FINITE = -1,      /* An input or a result is NaN or infinite. */
+    ROLN_E_NOT_SPD = -2,         /* A matrix that must be positive definite is not, to working precision. */
+    ROLN_E_NO_CONVERGENCE = -3,  /* An iteration reached its bound. */
+    ROLN_E_ILL_CONDITIONED = -4, /* An inverse or a retraction would lose all digits. */
+    ROLN_E_RANGE = -5,           /* A number is beyond what its type can hold, or outside the range that it must lie in. */
+    ROLN_E_LENGTH = -6,          /* Data has a wrong number of bytes, or a count is too small or too large. */
+    ROLN_E_FORMAT = -7,          /* Data is not in the format that is read here, or in another version of it. */
+    ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or the reverse. */
+    ROLN_E_SHAPE = -9,           /* Data belongs to something of other sizes or options. */
+    ROLN_E_CHECKSUM = -10        /* Data is damaged. */
 } roln_status;
 
 /* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. */
@@ -170,7 +171,7 @@ ROLN_FN uint64_t roln_rand(uint64_t *s)
 /* Uniform in [0, 1), 24 bits: exact in float and in double, hence the same numbers in both. */
 ROLN_FN roln_real roln_uniform(uint64_t *s)
 {
-    return (roln_real)(int32_t)(roln_rand(s) >> 40) * ROLN_C(5.9604644775390625e-8);
+    return ROLNI_AS(roln_real, ROLNI_AS(int32_t, roln_rand(s) >> 40)) * ROLN_C(5.9604644775390625e-8);
 }
 
 /* Normal deviate, mean 0, variance 1, as the sum of 12 uniforms minus 6: bounded by 6, no libm, the same bits. */
@@ -179,14 +180,14 @@ ROLN_FN roln_real roln_normal(uint64_t *s)
     int32_t sum = 0;
     int i;
     for (i = 0; i < 12; i++)
-        sum += (int32_t)(roln_rand(s) >> 40);
-    return (roln_real)(sum - (INT32_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
+        sum += ROLNI_AS(int32_t, roln_rand(s) >> 40);
+    return ROLNI_AS(roln_real, sum - (INT32_C(6) << 24)) * ROLN_C(5.9604644775390625e-8);
 }
 
 /* Uniform integer in 0..n-1, n >= 1 (multiply-shift; bias below n / 2^32). */
 ROLN_FN int roln_randint(int n, uint64_t *s)
 {
-    return (int)(((roln_rand(s) >> 32) * (uint64_t)n) >> 32);
+    return ROLNI_AS(int, ((roln_rand(s) >> 32) * ROLNI_AS(uint64_t, n)) >> 32);
 }
 
 /* ---- 4 elementary functions ------------------------------------------------------------------ */
@@ -237,7 +238,7 @@ ROLNI_INLINE roln_real rolni_real(roln_bits b)
 /* All ones if the sign bit of b is set, else 0. */
 ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
 {
-    return (roln_bits)0 - (b >> (8 * sizeof b - 1));
+    return ROLNI_AS(roln_bits, 0) - (b >> (8 * sizeof b - 1));
 }
 
 /* x = k ln 2 + r, |r| <= ln 2 / 2, for |x| <= ROLNI_EXP_END: e^r = 1 + (h + t), h exact.
@@ -245,24 +246,27 @@ ROLNI_INLINE roln_bits rolni_mask(roln_bits b)
    instead of one long). Returns k + 2 bias. */
 ROLNI_INLINE roln_bits rolni_exp_split(roln_real x, roln_real *h, roln_real *t)
 {
-    int32_t n = (int32_t)(x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * (roln_real)ROLNI_BIAS + ROLN_C(0.5)));
-    roln_real k = (roln_real)n - ROLN_C(2.0) * (roln_real)ROLNI_BIAS;
+    int32_t n = ROLNI_AS(int32_t, x * ROLN_C(1.4426950408889634) + (ROLN_C(2.0) * ROLNI_AS(roln_real, ROLNI_BIAS) + ROLN_C(0.5)));
+    roln_real k = ROLNI_AS(roln_real, n) - ROLN_C(2.0) * ROLNI_AS(roln_real, ROLNI_BIAS);
     roln_real lo = k * ROLNI_LN2LO, hi = k * ROLNI_LN2HI, r, rr, u, v;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-    hi = rolni_real(rolni_bits(hi) & ~(roln_bits)1); /* the bit is 0 already; this keeps them from adding k hi and k lo first */
+    /* the last bit is 0 already; to clear it keeps -ffast-math from adding k hi and k lo first */
+    hi = rolni_real(rolni_bits(hi) & ~ROLNI_AS(roln_bits, 1));
 #endif
     *h = x - hi;
     r = *h - lo;
     rr = r * r;
 #ifdef ROLN_DOUBLE
-    u = 0.50000000000000111 + rr * (4.1666666666530162e-2 + rr * (1.3888888943628945e-3 + rr * (2.480149310007098e-5 + rr * 2.7630247990155085e-7)));
-    v = 0.16666666666666413 + rr * (8.3333333334944647e-3 + rr * (1.984126950656571e-4 + rr * (2.755758638843295e-6 + rr * 2.5000056708160523e-8)));
+    u = 0.50000000000000111 + rr * (4.1666666666530162e-2 + rr * (1.3888888943628945e-3 + rr * (2.480149310007098e-5 +
+        rr * 2.7630247990155085e-7)));
+    v = 0.16666666666666413 + rr * (8.3333333334944647e-3 + rr * (1.984126950656571e-4 + rr * (2.755758638843295e-6 +
+        rr * 2.5000056708160523e-8)));
 #else
     u = 0.49999994f + rr * (4.1668389e-2f + rr * 1.38145988e-3f);
     v = 0.166665211f + rr * 8.36871751e-3f;
 #endif
     *t = rr * (u + r * v) - lo;
-    return (roln_bits)n;
+    return ROLNI_AS(roln_bits, n);
 }
 
 /* 2 atanh(s) / s - 2 of z = s^2, |s| <= 1/3: z (u + z v), u and v polynomials in z^2. */
@@ -270,8 +274,10 @@ ROLNI_INLINE roln_real rolni_atanh_tail(roln_real z)
 {
     roln_real zz = z * z, u, v;
 #ifdef ROLN_DOUBLE
-    u = 0.66666666666666308 + zz * (0.2857142854811856 + zz * (0.18181744481049464 + zz * (0.1330112201913855 + zz * 0.083449945676209308)));
-    v = 0.40000000000155117 + zz * (0.22222223953598844 + zz * (0.15386548346493306 + zz * (0.12104939690836743 + zz * 0.17009713829115114)));
+    u = 0.66666666666666308 + zz * (0.2857142854811856 + zz * (0.18181744481049464 + zz * (0.1330112201913855 +
+        zz * 0.083449945676209308)));
+    v = 0.40000000000155117 + zz * (0.22222223953598844 + zz * (0.15386548346493306 + zz * (0.12104939690836743 +
+        zz * 0.17009713829115114)));
 #else
     u = 0.666664183f + zz * 0.280018151f;
     v = 0.400215268f + zz * 0.280119389f;
@@ -332,22 +338,22 @@ ROLN_FN roln_real roln_log(roln_real x)
 {
     const roln_bits base = rolni_bits(ROLN_C(0.66666667)), one = ROLNI_BIAS << ROLNI_MANT;
     roln_bits b = rolni_bits(x);
-    int32_t k = -(int32_t)ROLNI_BIAS;
+    int32_t k = -ROLNI_AS(int32_t, ROLNI_BIAS);
     roln_real f;
     if (b >= ROLNI_INF) {                                              /* NaN, Inf, sign bit set */
         if ((b & ~ROLNI_SIGN) == 0) return rolni_real(ROLNI_SIGN | ROLNI_INF);
         return rolni_real(b > (ROLNI_SIGN | ROLNI_INF) || b < ROLNI_SIGN ? b : ROLNI_INF | (ROLNI_INF >> 1));
     }
-    if (b < (roln_bits)1 << ROLNI_MANT) {                              /* 0, denormal */
+    if (b < ROLNI_AS(roln_bits, 1) << ROLNI_MANT) {                              /* 0, denormal */
         if (b == 0) return rolni_real(ROLNI_SIGN | ROLNI_INF);
-        b = rolni_bits(x * (roln_real)((roln_bits)1 << ROLNI_MANT));
+        b = rolni_bits(x * ROLNI_AS(roln_real, ROLNI_AS(roln_bits, 1) << ROLNI_MANT));
         k -= ROLNI_MANT;
     }
     b += one - base;
-    k += (int32_t)(b >> ROLNI_MANT);
-    f = rolni_real((b & (((roln_bits)1 << ROLNI_MANT) - 1)) + base) - ROLN_C(1.0);
-    f = rolni_log1p(f) + (roln_real)k * ROLNI_LN2LO;
-    return f + (roln_real)k * ROLNI_LN2HI;
+    k += ROLNI_AS(int32_t, b >> ROLNI_MANT);
+    f = rolni_real((b & ((ROLNI_AS(roln_bits, 1) << ROLNI_MANT) - 1)) + base) - ROLN_C(1.0);
+    f = rolni_log1p(f) + ROLNI_AS(roln_real, k) * ROLNI_LN2LO;
+    return f + ROLNI_AS(roln_real, k) * ROLNI_LN2HI;
 }
 
 /* log(1 + x). For x > 1 with u = 1 + x rounded: log u + (x - (u - 1)) / u. */
@@ -401,7 +407,7 @@ ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln
 /* y = softplus(a), s = sigmoid(a), n elements, bit for bit as the two functions above. y may be a; no other overlap. */
 ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real *s)
 {
-    if (y != a && n > 0) memcpy(y, a, (size_t)n * sizeof *y);
+    if (y != a && n > 0) rolni_copy(n, a, y);
     rolni_softplus_inplace(n, y, s);
 }
 
@@ -435,13 +441,13 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
 #else
 #define ROLNI_ONCE
 #endif
-#define ROLNI_W ((int)(ROLNI_BYTES / sizeof(roln_real)))
+#define ROLNI_W (ROLNI_AS(int, ROLNI_BYTES / sizeof(roln_real)))
 typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
-#define ROLNI_LD(p) (*(const rolni_v *)(const void *)(p))
-#define ROLNI_ST(p, v) (*(rolni_v *)(void *)(p) = (v))
-#define ROLNI_LD8(p) (*(const rolni_v8 *)(const void *)(p))
-#define ROLNI_LD8_ONCE(p) (*(const ROLNI_ONCE rolni_v8 *)(const void *)(p))
+#define ROLNI_LD(p) (*ROLNI_AS(const rolni_v *, ROLNI_AS(const void *, p)))
+#define ROLNI_ST(p, v) (*ROLNI_AS(rolni_v *, ROLNI_AS(void *, p)) = (v))
+#define ROLNI_LD8(p) (*ROLNI_AS(const rolni_v8 *, ROLNI_AS(const void *, p)))
+#define ROLNI_LD8_ONCE(p) (*ROLNI_AS(const ROLNI_ONCE rolni_v8 *, ROLNI_AS(const void *, p)))
 #else
 /* X of each lane of a block: scalars that stay in registers, as an array does not. */
 #define ROLNI_8(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
@@ -453,28 +459,33 @@ typedef union {
     rolni_both both;
     roln_real x[2];
 } rolni_two;
-#define ROLNI_LD2(u, p) ((u).both = *(const rolni_both *)(const void *)(p))
+#define ROLNI_LD2(u, p) ((u).both = *ROLNI_AS(const rolni_both *, ROLNI_AS(const void *, p)))
 #else
 typedef struct {
     roln_real x[2];
 } rolni_two;
 #define ROLNI_LD2(u, p) ((u).x[0] = (p)[0], (u).x[1] = (p)[1])
 #endif
-/* No load moves across: so gcc does not fetch more numbers ahead than there are registers. No instruction. */
-#if defined(__GNUC__)
-#define ROLNI_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL);
+/* No load moves across, so that gcc does not fetch more numbers ahead than there are registers. No instruction; may be
+   defined as nothing for a compiler that claims to be GNU C and is not. */
+#ifndef ROLN_FENCE
+#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#define ROLN_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL)
 #else
-#define ROLNI_FENCE
+#define ROLN_FENCE ((void)0)
+#endif
 #endif
 #endif
 
-/* Row i of C = A B from column j on (see rolni_mm). */
-ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
-{
-    const size_t ldb = (size_t)n;
-    int p;
+/* One, two and four rows of a product with B, c[j] = (add ? c[j] : 0) + sum_p a[p sp] B[p][j], in blocks of columns that fit the
+   registers: rolni_mm_wide from column j on as far as its blocks reach, and returns the first column that is left; rolni_mm1 to
+   the end. Rows of A are si apart, rows of C follow each other. */
 #if ROLN_SIMD
+ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
     const int w = ROLNI_W;
+    int p;
     for (; j < n - n % (4 * w); j += 4 * w) {
         const roln_real *a = a0, *b = B + j;
         rolni_v c0 = {0}, c1 = {0}, c2 = {0}, c3 = {0};
@@ -495,7 +506,13 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
             c0 += a[0] * ROLNI_LD(b);
         ROLNI_ST(c + j, c0);
     }
+    return j;
+}
 #else
+ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int p;
     for (; j < n - n % 16; j += 16) {
         const roln_real *a = a0, *b = B + j;
         roln_real *const d = c + j;
@@ -506,7 +523,7 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
             const roln_real x = a[0];
             rolni_two u;
 #define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1];
-            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLNI_FENCE
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_X(4, 5) ROLNI_X(6, 7) ROLN_FENCE;
             ROLNI_X(8, 9) ROLNI_X(10, 11) ROLNI_X(12, 13) ROLNI_X(14, 15)
 #undef ROLNI_X
         }
@@ -514,7 +531,15 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
         ROLNI_16(ROLNI_X)
 #undef ROLNI_X
     }
+    return j;
+}
 #endif
+
+ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int p;
+    j = rolni_mm_wide(k, n, j, a0, sp, B, add, c);
     for (; j < n - n % 4; j += 4) {
         const roln_real *a = a0, *b = B + j;
         roln_real c0 = 0, c1 = 0, c2 = 0, c3 = 0;
@@ -536,17 +561,18 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
     }
 }
 
-/* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
-ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
-{
-    const size_t ldb = (size_t)n;
-    int i = 0, j, p;
 #if ROLN_SIMD
-    const int w = ROLNI_W, m4 = m - m % 4, n2 = n - n % (2 * w), n4 = n - n % (4 * w);
-    for (j = 0; j < n2; j += 2 * w) { /* four rows of two vectors share each load of B */
-        for (i = 0; i < m4; i += 4) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            roln_real *c = C + (size_t)i * ldb + j;
+/* m rows, a multiple of four: four rows of two vectors share each load of B. */
+ROLNI_INLINE void rolni_mm4(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add,
+                            roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    const int w = ROLNI_W, n2 = n - n % (2 * w);
+    int i, j, p;
+    for (j = 0; j < n2; j += 2 * w) {
+        for (i = 0; i < m; i += 4) {
+            const roln_real *a = A + ROLNI_AS(size_t, i) * si, *b = B + j;
+            roln_real *c = C + ROLNI_AS(size_t, i) * ldb + j;
             rolni_v c00 = {0}, c01 = {0}, c10 = {0}, c11 = {0}, c20 = {0}, c21 = {0}, c30 = {0}, c31 = {0};
             if (add) {
                 c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w);
@@ -567,92 +593,125 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
             ROLNI_ST(c + 3 * ldb, c30), ROLNI_ST(c + 3 * ldb + w, c31);
         }
     }
-    for (i = 0; i < m4; i++)
-        rolni_mm1(k, n, n2, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-    for (; i < m - m % 2; i += 2) { /* a pair, position and velocity of one sample: one pass over B */
-        for (j = 0; j < n4; j += 4 * w) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            roln_real *c = C + (size_t)i * ldb + j;
-            rolni_v c00 = {0}, c01 = {0}, c02 = {0}, c03 = {0}, c10 = {0}, c11 = {0}, c12 = {0}, c13 = {0};
-            if (add) {
-                c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w), c02 = ROLNI_LD(c + 2 * w), c03 = ROLNI_LD(c + 3 * w);
-                c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
-                c12 = ROLNI_LD(c + ldb + 2 * w), c13 = ROLNI_LD(c + ldb + 3 * w);
-            }
-            for (p = 0; p < k; p++, a += sp, b += ldb) {
-                const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w), b2 = ROLNI_LD(b + 2 * w), b3 = ROLNI_LD(b + 3 * w);
-                c00 += a[0] * b0, c01 += a[0] * b1, c02 += a[0] * b2, c03 += a[0] * b3;
-                c10 += a[si] * b0, c11 += a[si] * b1, c12 += a[si] * b2, c13 += a[si] * b3;
-            }
-            ROLNI_ST(c, c00), ROLNI_ST(c + w, c01), ROLNI_ST(c + 2 * w, c02), ROLNI_ST(c + 3 * w, c03);
-            ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
-            ROLNI_ST(c + ldb + 2 * w, c12), ROLNI_ST(c + ldb + 3 * w, c13);
+    for (i = 0; i < m; i++)
+        rolni_mm1(k, n, n2, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+}
+
+/* Two rows, position and velocity of one sample: one pass over B. */
+ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    const int w = ROLNI_W, n4 = n - n % (4 * w);
+    int j, p;
+    for (j = 0; j < n4; j += 4 * w) {
+        const roln_real *a = A, *b = B + j;
+        roln_real *c = C + j;
+        rolni_v c00 = {0}, c01 = {0}, c02 = {0}, c03 = {0}, c10 = {0}, c11 = {0}, c12 = {0}, c13 = {0};
+        if (add) {
+            c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w), c02 = ROLNI_LD(c + 2 * w), c03 = ROLNI_LD(c + 3 * w);
+            c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
+            c12 = ROLNI_LD(c + ldb + 2 * w), c13 = ROLNI_LD(c + ldb + 3 * w);
         }
-        rolni_mm1(k, n, n4, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
-        rolni_mm1(k, n, n4, A + (size_t)(i + 1) * si, sp, B, add, C + (size_t)(i + 1) * ldb);
+        for (p = 0; p < k; p++, a += sp, b += ldb) {
+            const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w), b2 = ROLNI_LD(b + 2 * w), b3 = ROLNI_LD(b + 3 * w);
+            c00 += a[0] * b0, c01 += a[0] * b1, c02 += a[0] * b2, c03 += a[0] * b3;
+            c10 += a[si] * b0, c11 += a[si] * b1, c12 += a[si] * b2, c13 += a[si] * b3;
+        }
+        ROLNI_ST(c, c00), ROLNI_ST(c + w, c01), ROLNI_ST(c + 2 * w, c02), ROLNI_ST(c + 3 * w, c03);
+        ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
+        ROLNI_ST(c + ldb + 2 * w, c12), ROLNI_ST(c + ldb + 3 * w, c13);
     }
+    rolni_mm1(k, n, n4, A, sp, B, add, C);
+    rolni_mm1(k, n, n4, A + si, sp, B, add, C + ldb);
+}
 #else
-    for (; i < m - m % 4 && n < 8; i += 4) { /* small: four columns */
-        roln_real *c = C + (size_t)i * ldb, *d = c + ldb, *e = d + ldb, *f = e + ldb;
-        for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            rolni_two u;
+/* Four rows by four columns, for a small B. */
+ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int j, p;
+    roln_real *c = C, *d = c + ldb, *e = d + ldb, *f = e + ldb;
+    for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+        const roln_real *a = A, *b = B + j;
+        rolni_two u;
 #define ROLNI_X(i) \
-            roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
-            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+        roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0, e##i = add ? e[i] : 0, f##i = add ? f[i] : 0;
+        ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
 #undef ROLNI_X
-            for (p = k; p > 0; p--, a += sp, b += ldb) {
-                const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+            const roln_real x = a[0], y = a[si], z = a[2 * si], w = a[3 * si];
 #define ROLNI_X(i, j) \
-                ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
-                e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
-                ROLNI_X(0, 1) ROLNI_X(2, 3)
+            ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1], \
+            e##i += z * u.x[0], e##j += z * u.x[1], f##i += w * u.x[0], f##j += w * u.x[1];
+            ROLNI_X(0, 1) ROLNI_X(2, 3)
 #undef ROLNI_X
-            }
+        }
 #define ROLNI_X(i) c[i] = c##i, d[i] = d##i, e[i] = e##i, f[i] = f##i;
-            ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+        ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
 #undef ROLNI_X
-        }
-        for (p = i; p < i + 4 && j < n; p++)
-            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
     }
-    for (; i < m - m % 2 && n >= 8; i += 2) { /* a pair: eight columns */
-        roln_real *c = C + (size_t)i * ldb, *d = c + ldb;
-        for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
-            const roln_real *a = A + (size_t)i * si, *b = B + j;
-            rolni_two u;
+    for (p = 0; p < 4 && j < n; p++)
+        rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
+}
+
+/* Two rows, position and velocity of one sample, by eight columns. */
+ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int j, p;
+    roln_real *c = C, *d = c + ldb;
+    for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
+        const roln_real *a = A, *b = B + j;
+        rolni_two u;
 #define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
-            ROLNI_8(ROLNI_X)
+        ROLNI_8(ROLNI_X)
 #undef ROLNI_X
-            for (p = k; p > 0; p--, a += sp, b += ldb) {
-                const roln_real x = a[0], y = a[si];
+        for (p = k; p > 0; p--, a += sp, b += ldb) {
+            const roln_real x = a[0], y = a[si];
 #define ROLNI_X(i, j) ROLNI_LD2(u, b + i), c##i += x * u.x[0], c##j += x * u.x[1], d##i += y * u.x[0], d##j += y * u.x[1];
-                ROLNI_X(0, 1) ROLNI_X(2, 3) ROLNI_FENCE ROLNI_X(4, 5) ROLNI_X(6, 7)
-#undef ROLNI_X
-            }
-#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
-            ROLNI_8(ROLNI_X)
+            ROLNI_X(0, 1) ROLNI_X(2, 3) ROLN_FENCE; ROLNI_X(4, 5) ROLNI_X(6, 7)
 #undef ROLNI_X
         }
-        for (p = i; p < i + 2 && j < n; p++)
-            rolni_mm1(k, n, j, A + (size_t)p * si, sp, B, add, C + (size_t)p * ldb);
+#define ROLNI_X(i) c[i] = c##i, d[i] = d##i;
+        ROLNI_8(ROLNI_X)
+#undef ROLNI_X
     }
+    for (p = 0; p < 2 && j < n; p++)
+        rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
+}
+#endif
+
+/* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
+ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int i = 0;
+#if ROLN_SIMD
+    i = m - m % 4;
+    rolni_mm4(i, k, n, A, si, sp, B, add, C);
+    for (; i < m - m % 2; i += 2)
+        rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+#else
+    for (; i < m - m % 4 && n < 8; i += 4)
+        rolni_mm4(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+    for (; i < m - m % 2 && n >= 8; i += 2)
+        rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 #endif
     for (; i < m; i++)
-        rolni_mm1(k, n, 0, A + (size_t)i * si, sp, B, add, C + (size_t)i * ldb);
+        rolni_mm1(k, n, 0, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 }
 
 /* C = A B, A [m][k], B [k][n], C [m][n]. With m = 1 the mat-vec c = B^T a. C may not overlap A or B. */
 ROLN_FN void roln_mm(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    rolni_mm(m, k, n, A, (size_t)k, 1, B, 0, C);
+    rolni_mm(m, k, n, A, ROLNI_AS(size_t, k), 1, B, 0, C);
 }
 
 /* C += A^T B, A [k][m], B [k][n], C [m][n]: the gradient of a weight, summed over the k samples of a block.
    With k = 1 the rank-one update C += a b^T. C may not overlap A or B. */
 ROLN_FN void roln_mm_at(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    rolni_mm(m, k, n, A, 1, (size_t)m, B, 1, C);
+    rolni_mm(m, k, n, A, 1, ROLNI_AS(size_t, m), B, 1, C);
 }
 
 /* sum_p a[p] b[p], p < n, in order 2. */
@@ -708,11 +767,11 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
     s##i op u.x[0] * v.x[0], s##j op u.x[1] * v.x[1], t##i op u.x[0] * w.x[0], t##j op u.x[1] * w.x[1];
     p = n >> 3;
     if (p > 0) {
-        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLNI_FENCE ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
+        ROLNI_X(0, 1, =) ROLNI_X(2, 3, =) ROLN_FENCE; ROLNI_X(4, 5, =) ROLNI_X(6, 7, =)
         s0 += 0, t0 += 0, a += 8, b += 8, d += 8;
     }
     while (--p > 0) {
-        ROLNI_X(0, 1, +=) ROLNI_FENCE ROLNI_X(2, 3, +=) ROLNI_FENCE ROLNI_X(4, 5, +=) ROLNI_FENCE ROLNI_X(6, 7, +=)
+        ROLNI_X(0, 1, +=) ROLN_FENCE; ROLNI_X(2, 3, +=) ROLN_FENCE; ROLNI_X(4, 5, +=) ROLN_FENCE; ROLNI_X(6, 7, +=)
         a += 8, b += 8, d += 8;
     }
 #undef ROLNI_X
@@ -754,16 +813,16 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 /* C = A B^T, A [m][k], B [n][k], C [m][n], in order 2. With m = 1 the mat-vec c = B a. C may not overlap A or B. */
 ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    const size_t ld = (size_t)k, ldc = (size_t)n;
+    const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
 #if ROLN_SIMD
     if (k % 8 == 0) {
         for (; j < n - n % 4; j += 4) { /* four rows of B, two of A: eight accumulators */
-            const roln_real *b = B + (size_t)j * ld;
+            const roln_real *b = B + ROLNI_AS(size_t, j) * ld;
             int p;
             for (i = 0; i < m - m % 2; i += 2) {
-                const roln_real *a = A + (size_t)i * ld;
-                roln_real *c = C + (size_t)i * ldc + j;
+                const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+                roln_real *c = C + ROLNI_AS(size_t, i) * ldc + j;
                 rolni_v8 v00 = {0}, v01 = {0}, v02 = {0}, v03 = {0}, v10 = {0}, v11 = {0}, v12 = {0}, v13 = {0};
                 for (p = 0; p < k; p += 8) {
                     const rolni_v8 a0 = ROLNI_LD8_ONCE(a + p), a1 = ROLNI_LD8_ONCE(a + ld + p);
@@ -776,8 +835,8 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
                 ROLNI_SUM4(v10, v11, v12, v13, c + ldc);
             }
             if (m % 2) {
-                const roln_real *a = A + (size_t)i * ld;
-                roln_real *c = C + (size_t)i * ldc + j;
+                const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+                roln_real *c = C + ROLNI_AS(size_t, i) * ldc + j;
                 rolni_v8 v0 = {0}, v1 = {0}, v2 = {0}, v3 = {0};
                 for (p = 0; p < k; p += 8) {
                     const rolni_v8 a0 = ROLNI_LD8(a + p);
@@ -790,13 +849,15 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     }
 #endif
     for (i = 0; i < m; i++) {
+        const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
+        roln_real *c = C + ROLNI_AS(size_t, i) * ldc;
         int jj = j;
 #if !ROLN_SIMD
         for (; jj < n - n % 2; jj += 2)
-            rolni_dot2(k, A + (size_t)i * ld, B + (size_t)jj * ld, B + (size_t)(jj + 1) * ld, C + (size_t)i * ldc + jj);
+            rolni_dot2(k, a, B + ROLNI_AS(size_t, jj) * ld, B + ROLNI_AS(size_t, jj + 1) * ld, c + jj);
 #endif
         for (; jj < n; jj++)
-            C[(size_t)i * ldc + (size_t)jj] = roln_dot(k, A + (size_t)i * ld, B + (size_t)jj * ld);
+            c[jj] = roln_dot(k, a, B + ROLNI_AS(size_t, jj) * ld);
     }
 }
 
@@ -842,11 +903,13 @@ ROLN_FN void roln_solve_lower_t(int n, const roln_real *L, const roln_real *b, r
 /* Inverse X of a general A [n][n] by Gauss-Jordan elimination with row pivoting. X may not be A. 2 n^3 flops.
    ROLN_E_ILL_CONDITIONED if |A|_1 |X|_1 > 1 / (64 n eps) or a pivot vanishes (NaN and infinity end there too);
    then X holds no result. */
-#define ROLN_INV_WORK(n) ((n) * (n))
+#define ROLN_INV_MEM(X, n) X(W, (n) * (n))
+#define ROLN_INV_WORK(n) (0 ROLN_INV_MEM(ROLNI_SIZE, n))
 ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real *work)
 {
-    roln_real *W = work, na = 0, nx = 0, t;
+    roln_real na = 0, nx = 0, t;
     int i, j, k;
+    ROLN_INV_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n * n; i++)
         W[i] = A[i], X[i] = 0;
     for (i = 0; i < n; i++)
@@ -877,7 +940,7 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
         nx = cx > nx ? cx : nx;
         if (!roln_finite(ca) || !roln_finite(cx)) return ROLN_E_ILL_CONDITIONED;
     }
-    return na * nx * (64 * (roln_real)n * ROLN_EPS) < 1 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+    return na * nx * (64 * ROLNI_AS(roln_real, n) * ROLN_EPS) < 1 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
 }
 
 /* ---- 6 eigensolver ---------------------------------------------------------------------------- */
@@ -920,39 +983,36 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
     }
 }
 
-/* Symmetric eigen-decomposition A = Q^T diag(l) Q: row k of Q is the eigenvector of l[k], l ascending.
-   Householder tridiagonalisation (Martin, Reinsch, Wilkinson 1968), then implicit QL with Wilkinson's
-   shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
-   not matter: denormal and near-overflow inputs keep full precision.
-     A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
-   Residual within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most 30 n sweeps.
-   ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
-   number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
-   than it saves. About 9 n^3 multiply-adds. */
-#define ROLN_EIG_WORK(n) (2 * (n))
-ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real *Q, roln_real *work)
+/* roln_eig in five steps. The first: Q = 2^k A, with the largest exponent at 2^30 as far as 2^k is normal, so that squares
+   neither overflow nor underflow; *down = 2^-k. */
+ROLN_FN roln_status rolni_eig_scale(int n, const roln_real *A, roln_real *Q, roln_real *down)
 {
-    const roln_real tiny = ROLN_EPS * ROLN_EPS;
-    roln_real *const e = work, *const ROLN_RESTRICT t = work + n;
-    roln_real up, down;
+    roln_real up;
     roln_bits top = 0;
-    int i, j, k, m, sweeps = 30 * n;
-
-    /* the largest exponent goes to 2^30, as far as the factor is normal: squares then neither over- nor underflow */
+    int i, k;
     for (i = 0; i < n * n; i++) {
         const roln_bits b = rolni_bits(A[i]) & ~ROLNI_SIGN;
         top = b > top ? b : top;
     }
     if (top >= ROLNI_INF)
         return ROLN_E_NOT_FINITE;
-    k = (int)ROLNI_BIAS + 30 - (int)(top >> ROLNI_MANT);
-    k = k < (int)ROLNI_BIAS ? k : (int)ROLNI_BIAS - 1;
-    up = rolni_real((roln_bits)((int)ROLNI_BIAS + k) << ROLNI_MANT);
-    down = rolni_real((roln_bits)((int)ROLNI_BIAS - k) << ROLNI_MANT);
+    k = ROLNI_AS(int, ROLNI_BIAS) + 30 - ROLNI_AS(int, top >> ROLNI_MANT);
+    k = k < ROLNI_AS(int, ROLNI_BIAS) ? k : ROLNI_AS(int, ROLNI_BIAS) - 1;
+    up = rolni_real(ROLNI_AS(roln_bits, ROLNI_AS(int, ROLNI_BIAS) + k) << ROLNI_MANT);
+    *down = rolni_real(ROLNI_AS(roln_bits, ROLNI_AS(int, ROLNI_BIAS) - k) << ROLNI_MANT);
     for (i = 0; i < n * n; i++)
         Q[i] = A[i] * up;
+    return ROLN_OK;
+}
 
-    /* A <- H A H, H = I - v v^T / h, clears row i left of its subdiagonal e[i-1]; v stays in the row, 1/h in l[i] */
+/* What counts as zero beside entries of 2^30. */
+#define ROLNI_EIG_TINY (ROLN_EPS * ROLN_EPS)
+
+/* The second, to tridiagonal form: Q <- H Q H, H = I - v v^T / h, clears row i left of its subdiagonal e[i-1], from the last row
+   up. v stays in the row, 1/h in l[i]. t: n - 1 numbers of scratch. */
+ROLN_FN void rolni_eig_reduce(int n, roln_real *Q, roln_real *l, roln_real *e, roln_real *ROLN_RESTRICT t)
+{
+    int i, j, k;
     for (i = n - 1; i > 1; i--) {
         roln_real *ROLN_RESTRICT v = Q + i * n;
         roln_real s = 0, f = v[i - 1], g, h;
@@ -960,7 +1020,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             s += v[k] * v[k];
         l[i] = 0;
         e[i - 1] = f;
-        if (s < tiny * tiny)
+        if (s < ROLNI_EIG_TINY * ROLNI_EIG_TINY)
             continue;
         s += f * f;
         g = ROLN_SQRT(s);
@@ -969,7 +1029,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         h = 1 / (s - f * g);
         v[i - 1] = f - g;
         l[i] = h;
-        for (k = 0; k < i; k++) /* t = A v; 0 + makes -0 a 0 */
+        for (k = 0; k < i; k++) /* t = Q v; 0 + makes -0 a 0 */
             t[k] = 0 + v[0] * Q[k];
         for (j = 1; j < i; j++) {
             const roln_real *ROLN_RESTRICT a = Q + j * n;
@@ -983,15 +1043,19 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         s *= ROLN_C(0.5) * h;
         for (k = 0; k < i; k++) /* w = (t - (t.v) v / 2h) / h */
             t[k] = (t[k] - s * v[k]) * h;
-        for (j = 0; j < i; j++) { /* A -= v w^T + w v^T */
+        for (j = 0; j < i; j++) { /* Q -= v w^T + w v^T */
             roln_real *ROLN_RESTRICT a = Q + j * n;
             const roln_real x = v[j], y = t[j];
             for (k = 0; k < i; k++)
                 a[k] -= x * t[k] + y * v[k];
         }
     }
+}
 
-    /* Q <- H_2 H_3 ..: the i x i block grows by one row and column per reflection */
+/* The third: Q <- H_2 H_3 ..; its i x i block grows by one row and column per reflection. The diagonal goes to l. */
+ROLN_FN void rolni_eig_accumulate(int n, roln_real *Q, roln_real *l, roln_real *e)
+{
+    int i, j, k;
     for (i = 0; i < n; i++) {
         roln_real *ROLN_RESTRICT v = Q + i * n;
         const roln_real h = i > 1 ? l[i] : 0;
@@ -1012,13 +1076,50 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
             v[k] = Q[k * n + i] = 0;
         v[i] = 1;
     }
+}
 
-    /* QL: deflate or sweep rows i..m, the unreduced block that begins at i */
+/* One implicit QL sweep over rows i..m of the tridiagonal matrix with diagonal l and subdiagonal e, g = l[m] - shift. Rows of Q
+   are rotated with it, two rotations in one pass: the first of a pair waits in c1, s1 for the next. */
+ROLN_FN void rolni_eig_sweep(int n, int i, int m, roln_real g, roln_real *l, roln_real *e, roln_real *Q)
+{
+    roln_real p = 0, s = 1, c = 1, s1 = 1, c1 = 1;
+    int k;
+    for (k = m - 1; k >= i; k--) {
+        const roln_real f = s * e[k], q = c * e[k];
+        roln_real r = f * f + g * g;
+        if (r < ROLNI_EIG_TINY * ROLNI_EIG_TINY) { /* the block splits here; the rotation of row k + 1 has made e[k] to q */
+            e[k] = q;
+            break;
+        }
+        s = 1 / r; /* beside the root, not after it: shorter chain */
+        r = ROLN_SQRT(r);
+        e[k + 1] = r;
+        c = r * s;
+        s = f * c;
+        c = g * c;
+        g = l[k + 1] - p;
+        r = (l[k] - g) * s + 2 * (c * q);
+        p = s * r;
+        l[k + 1] = g + p;
+        g = c * r - q;
+        if ((m - k) & 1) c1 = c, s1 = s;
+        else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
+    }
+    if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
+    l[k + 1] -= p;
+    e[k + 1] = k < i ? g : 0;
+    e[m] = 0;
+}
+
+/* The fourth: sweeps until the subdiagonal is gone. Rows i..m are the unreduced block that begins at i. */
+ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_real *Q)
+{
+    int i, m, sweeps = 30 * n;
     e[n - 1] = 0;
     for (i = 0; i < n;) {
-        roln_real p, g, r, s, c, s1, c1;
+        roln_real g, r, s, c;
         for (m = i; m < n - 1; m++) {
-            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + tiny)
+            if (ROLN_ABS(e[m]) <= ROLN_C(0.5) * ROLN_EPS * (ROLN_ABS(l[m]) + ROLN_ABS(l[m + 1])) + ROLNI_EIG_TINY)
                 break;
         }
         if (m == i) {
@@ -1031,44 +1132,24 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         r = ROLN_SQRT(g * g + 4 * e[i] * e[i]);
         s = 2 * e[i] / (g < 0 ? g - r : g + r); /* tan of the rotation of rows i, i+1 */
         r = s * e[i];
-        if (m == i + 1) { /* 2 x 2: that rotation is the answer */
+        if (m > i + 1) {
+            rolni_eig_sweep(n, i, m, l[m] - l[i] + r, l, e, Q);
+        } else { /* 2 x 2: that rotation is the answer */
             c = 1 / ROLN_SQRT(1 + s * s);
             s *= c;
             l[i] -= r;
             l[m] += r;
             rolni_rotate(n, c, s, Q + i * n);
             i += 2;
-        } else {
-            g = l[m] - l[i] + r;
-            s = c = s1 = c1 = 1;
-            p = 0;
-            for (k = m - 1; k >= i; k--) {
-                const roln_real f = s * e[k], q = c * e[k];
-                r = f * f + g * g;
-                if (r < tiny * tiny) /* the block splits here */
-                    break;
-                s = 1 / r; /* beside the root, not after it: shorter chain */
-                r = ROLN_SQRT(r);
-                e[k + 1] = r;
-                c = r * s;
-                s = f * c;
-                c = g * c;
-                g = l[k + 1] - p;
-                r = (l[k] - g) * s + 2 * (c * q);
-                p = s * r;
-                l[k + 1] = g + p;
-                g = c * r - q;
-                if ((m - k) & 1) c1 = c, s1 = s; /* waits for the next */
-                else rolni_rotate2(n, c1, s1, c, s, Q + k * n);
-            }
-            if (!((m - k) & 1)) rolni_rotate(n, c1, s1, Q + (k + 1) * n);
-            l[k + 1] -= p;
-            e[k + 1] = k < i ? g : 0;
-            e[m] = 0;
         }
     }
+    return ROLN_OK;
+}
 
-    /* sort ascending, undo the scale */
+/* The fifth: eigenvalues ascending, rows of Q with them, and the scale undone. */
+ROLN_FN void rolni_eig_sort(int n, roln_real down, roln_real *l, roln_real *Q)
+{
+    int i, k, m;
     for (i = 0; i < n; i++) {
         roln_real least = l[i];
         for (m = i, k = i + 1; k < n; k++)
@@ -1085,6 +1166,32 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         }
         l[i] = least * down;
     }
+}
+
+/* Symmetric eigen-decomposition A = Q^T diag(l) Q: row k of Q is the eigenvector of l[k], l ascending.
+   Householder tridiagonalisation (Martin, Reinsch, Wilkinson 1968), then implicit QL with Wilkinson's
+   shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
+   not matter: denormal and near-overflow inputs keep full precision.
+     A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
+   Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most
+   30 n sweeps.
+   ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
+   number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
+   than it saves. About 9 n^3 multiply-adds. */
+#define ROLN_EIG_MEM(X, n) X(t, n) X(e, n)
+#define ROLN_EIG_WORK(n) (0 ROLN_EIG_MEM(ROLNI_SIZE, n))
+ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real *Q, roln_real *work)
+{
+    roln_real down = 1;
+    roln_status st;
+    ROLN_EIG_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_eig_scale(n, A, Q, &down)) != ROLN_OK)
+        return st;
+    rolni_eig_reduce(n, Q, l, e, t);
+    rolni_eig_accumulate(n, Q, l, e);
+    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK)
+        return st;
+    rolni_eig_sort(n, down, l, Q);
     return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -1093,14 +1200,14 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
 /* Complete by itself, for use without roln.h.
 
    A scalar function f acts on a symmetric X as seen from a base point P = A A^T, A from roln_chol (A NULL: P = I):
-       Y = f_P(X) = A f(A^-1 X A^-T) A^T        f_{TPT^T}(T X T^T) = T f_P(X) T^T for any T, so any factor A serves
+       Y = f_P(X) = A f(A^-1 X A^-T) A^T        f_{BPB^T}(B X B^T) = B f_P(X) B^T for any B, so any factor A serves
        f = exp: exponential map, X a tangent    f = log: logarithmic map    f = l^t: geodesic from P (t = 0) to X (t = 1)
        P = I: exponential, logarithm, power (root, inverse) of a matrix
    One eigen-decomposition A^-1 X A^-T = Q^T diag(l) Q serves all. The frame (l, V, W) of X at P, with f from
    roln_map_values and K_ij = f[l_i, l_j] from roln_map_dd1:
        V = Q A^T, W = Q A^-1, V W^T = I:    P = V^T V    X = V^T diag(l) V    Y = V^T diag(f) V    Y^-1 = W^T diag(1/f) W
        derivative of Y in X along E:        D = V^T (K o (W E W^T)) V
-       backward, Z = V g_Y V^T:             g_X += W^T (K o Z) W,   g_P += W^T (H o Z) W
+       backward, Z = V gY V^T:             gX += W^T (K o Z) W,   gP += W^T (H o Z) W
    P = I: V = W = Q, and the derivative is its own adjoint. No eigenvector is differentiated: equal eigenvalues are no exception. */
 
 /* Y = Q X Q^T, all [n][n]. work may not overlap, nor Y with Q or work; Y may be X. 4 n^3 flops. */
@@ -1148,20 +1255,20 @@ ROLN_FN void roln_exp_dd1(int n, const roln_real *l, roln_real *K)
     }
 }
 
-/* Second divided differences T_ijk = exp[l_i, l_j, l_k]. For a <= b <= c, m = (a+c)/2, y = b - m, g = (c-a)/2:
+/* Second divided differences exp[l_i, l_j, l_k]. For a <= b <= c, m = (a+c)/2, y = b - m, g = (c-a)/2:
        c - a >= 1: (exp[b,c] - exp[a,b]) / (c - a)
        else:       e^m sum_r h_r(-g, y, g) / (r+2)! = e^m sum_s C_s y^s,   C_s = 1/(s+2)! + g^2 C_{s+2}
    (h_r the complete homogeneous polynomials), cut below half an ulp. e^m = sqrt(e^a e^c).
-     l [n] in, ascending   K [n][n] in, from roln_exp_dd1   T [n][n][n] out, one number in all six permutations
+     l [n] in, ascending   K [n][n] in, from roln_exp_dd1   K3 [n][n][n] out, one number in all six permutations
    n(n+1)(n+2)/6 values of 8 (float) or 14 (double) multiply-adds. */
-ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_real *T)
+ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_real *K3)
 {
 #ifdef ROLN_DOUBLE
-    enum { TERMS = 14 };
+    enum { ROLNI_TERMS = 14 };
 #else
-    enum { TERMS = 8 };
+    enum { ROLNI_TERMS = 8 };
 #endif
-    static const roln_real inv_fact[TERMS] = { /* 1/(s+2)! */
+    static const roln_real inv_fact[ROLNI_TERMS] = { /* 1/(s+2)! */
         ROLN_C(0.5), ROLN_C(0.16666666666666667), ROLN_C(4.1666666666666667e-2), ROLN_C(8.3333333333333333e-3),
         ROLN_C(1.3888888888888889e-3), ROLN_C(1.9841269841269841e-4), ROLN_C(2.4801587301587302e-5), ROLN_C(2.7557319223985891e-6),
 #ifdef ROLN_DOUBLE
@@ -1169,15 +1276,15 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
         1.1470745597729725e-11, 7.6471637318198165e-13
 #endif
     };
-    roln_real C[TERMS + 2];
+    roln_real C[ROLNI_TERMS + 2];
     int i, j, k, s;
-    C[TERMS] = C[TERMS + 1] = 0;
+    C[ROLNI_TERMS] = C[ROLNI_TERMS + 1] = 0;
     for (i = 0; i < n; i++)
         for (k = i; k < n; k++) {
             const roln_real gap = l[k] - l[i], g2 = ROLN_C(0.25) * gap * gap;
             const int far = gap >= 1;
             const roln_real scale = far ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
-            for (s = TERMS - 1; s >= 0; s--)
+            for (s = ROLNI_TERMS - 1; s >= 0; s--)
                 C[s] = inv_fact[s] + g2 * C[s + 2];
             for (j = i; j <= k; j++) {
                 roln_real x;
@@ -1185,27 +1292,28 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
                     x = K[j * n + k] - K[i * n + j];
                 } else {
                     const roln_real y = ROLN_C(0.5) * ((l[j] - l[i]) - (l[k] - l[j]));
-                    x = C[TERMS - 1];
-                    for (s = TERMS - 2; s >= 0; s--)
+                    x = C[ROLNI_TERMS - 1];
+                    for (s = ROLNI_TERMS - 2; s >= 0; s--)
                         x = C[s] + y * x;
                 }
                 x *= scale;
-                T[(i * n + j) * n + k] = T[(i * n + k) * n + j] = x;
-                T[(j * n + i) * n + k] = T[(j * n + k) * n + i] = x;
-                T[(k * n + i) * n + j] = T[(k * n + j) * n + i] = x;
+                K3[(i * n + j) * n + k] = K3[(i * n + k) * n + j] = x;
+                K3[(j * n + i) * n + k] = K3[(j * n + k) * n + i] = x;
+                K3[(k * n + i) * n + j] = K3[(k * n + j) * n + i] = x;
             }
         }
 }
 
-/* Second derivative of exp in the eigenbasis: D_ij += sum_k T_ikj (E_ik F_kj + F_ik E_kj). E, F [n][n] in, symmetric;
-   D [n][n] gets a symmetric increment and may not overlap. With any third
-   symmetric G: <G, D2[E,F]> = <F, D2[E,G]>, so this is its own backward. 2 n^3 multiply-adds. */
-ROLN_FN void roln_exp_d2(int n, const roln_real *T, const roln_real *E, const roln_real *F, roln_real *D)
+/* Second derivative of exp in the eigenbasis: D_ij += sum_k exp[l_i, l_k, l_j] (E_ik F_kj + F_ik E_kj). K3 from roln_exp_dd2;
+   E, F [n][n] in, symmetric; D [n][n] gets a symmetric increment and may not overlap. With any third symmetric G:
+   <G, D2[E,F]> = <F, D2[E,G]>, so this is its own backward. 2 n^3 multiply-adds. At a base point: E, F are W E W^T, W F W^T, and
+   the second derivative is V^T D V. */
+ROLN_FN void roln_exp_d2(int n, const roln_real *K3, const roln_real *E, const roln_real *F, roln_real *D)
 {
     int i, j, k;
     for (i = 0; i < n; i++)
         for (j = 0; j <= i; j++) {
-            const roln_real *t = T + (i * n + j) * n, *ei = E + i * n, *ej = E + j * n, *fi = F + i * n, *fj = F + j * n;
+            const roln_real *t = K3 + (i * n + j) * n, *ei = E + i * n, *ej = E + j * n, *fi = F + i * n, *fj = F + j * n;
             roln_real s = 0;
             for (k = 0; k < n; k++)
                 s += t[k] * (ei[k] * fj[k] + fi[k] * ej[k]);
@@ -1232,7 +1340,8 @@ ROLN_FN roln_real rolni_map(int map, roln_real p, roln_real x)
 
 /* f_i = f(l_i), i < n. l [n] ascending in, f [n] out, may be l, written only on ROLN_OK. p = 1/2: square root, -1/2: its
    inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 0.9 (1 + |p log l|) eps.
-   exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE. */
+   exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE.
+   Eigenvalues from roln_eig are known to a few n eps l_max: what that costs the smallest of them stands at roln_spd_map. */
 ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real *l, roln_real *f)
 {
     int i, k;
@@ -1244,7 +1353,7 @@ ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real
     }
     if (!roln_all_finite(n, l))
         return ROLN_E_NOT_FINITE;
-    if (!(l[0] > (roln_real)n * ROLN_EPS * l[n - 1]))
+    if (!(l[0] > ROLNI_AS(roln_real, n) * ROLN_EPS * l[n - 1]))
         return ROLN_E_NOT_SPD;
     for (k = -2; k < n; k++) { /* first the two ends: between them a power is finite if it is there */
         const roln_real y = rolni_map(map, p, l[k == -2 ? n - 1 : k == -1 ? 0 : k]);
@@ -1318,8 +1427,10 @@ ROLN_FN void rolni_spd_whiten(int n, const roln_real *R, const roln_real *X, rol
             S[i * n + j] = S[j * n + i] = ROLN_C(0.5) * (S[i * n + j] + S[j * n + i]);
 }
 
-/* l, Q of A^-1 X A^-T, and R = A^-1, unused where A is NULL. Status of roln_eig. work [n][n], of roln_eig too. */
-ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *Q, roln_real *R, roln_real *work)
+/* l, Q of A^-1 X A^-T, and R = A^-1, unused where A is NULL. Status of roln_eig. */
+#define ROLNI_SPD_EIG_WORK(n) ROLN_MAX(ROLN_CONGR_WORK(n), ROLN_EIG_WORK(n))
+ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *Q, roln_real *R,
+                                  roln_real *work)
 {
     if (A == NULL)
         return roln_eig(n, X, l, Q, work);
@@ -1331,43 +1442,46 @@ ROLN_FN roln_status rolni_spd_eig(int n, const roln_real *A, const roln_real *X,
 /* Frame (l, V, W) of X at P = A A^T, A lower triangular with zeros above (roln_chol), or NULL: V = W = Q.
      A, X [n][n] in, X symmetric   l [n] ascending, V, W [n][n] out   no overlap, but W may be V where A is NULL
    Status of roln_eig; the outputs are written only on ROLN_OK. About 15 n^3 multiply-adds. */
-#define ROLN_SPD_FRAME_WORK(n) (3 * (n) * (n) + ROLN_EIG_WORK(n) + (n))
-ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *V, roln_real *W, roln_real *work)
+#define ROLN_SPD_FRAME_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(d, n)
+#define ROLN_SPD_FRAME_WORK(n) (0 ROLN_SPD_FRAME_MEM(ROLNI_SIZE, n) + ROLNI_SPD_EIG_WORK(n))
+ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X, roln_real *l, roln_real *V, roln_real *W,
+                                   roln_real *work)
 {
-    roln_real *Q = work, *R = Q + n * n, *d = R + n * n;
-    const roln_status st = rolni_spd_eig(n, A, X, d, Q, R, d + n);
-    if (st != ROLN_OK)
+    roln_status st;
+    ROLN_SPD_FRAME_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, d, Q, R, work)) != ROLN_OK)
         return st;
-    memcpy(l, d, (size_t)n * sizeof *l);
+    rolni_copy(n, d, l);
     if (A != NULL) {
         roln_mm_bt(n, n, n, Q, A, V);
         roln_mm(n, n, n, Q, R, W);
     } else {
-        memcpy(V, Q, (size_t)(n * n) * sizeof *V);
-        memcpy(W, Q, (size_t)(n * n) * sizeof *W);
+        rolni_copy(n * n, Q, V);
+        rolni_copy(n * n, Q, W);
     }
     return ROLN_OK;
 }
 
 /* Y += V^T diag(f) V; work as roln_spd_form. */
+#define ROLN_SPD_FORM_MEM(X, n) X(left, (n) * (n)) X(right, (n) * (n))
+#define ROLN_SPD_FORM_WORK(n) (0 ROLN_SPD_FORM_MEM(ROLNI_SIZE, n))
 ROLN_FN void rolni_spd_add(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
-    roln_real *T = work, *signed_T = T + n * n;
     int i, k;
+    ROLN_SPD_FORM_MEM(ROLNI_CARVE, n)
     for (k = 0; k < n; k++) {
         const roln_real h = ROLN_SQRT(ROLN_ABS(f[k])), s = f[k] < 0 ? -h : h;
         for (i = 0; i < n; i++)
-            T[k * n + i] = h * V[k * n + i], signed_T[k * n + i] = s * V[k * n + i];
+            left[k * n + i] = h * V[k * n + i], right[k * n + i] = s * V[k * n + i];
     }
-    roln_mm_at(n, n, n, T, signed_T, Y);
+    roln_mm_at(n, n, n, left, right, Y);
 }
 
 /* Y = V^T diag(f) V, f [n] of any sign: sqrt|f| goes to both factors, the sign to one, so that Y is symmetric to the bit,
    and a Gram matrix where f >= 0. (f, V) gives f_P(X), (1/f, W) its inverse. Y [n][n] out, no overlap. n^3 multiply-adds. */
-#define ROLN_SPD_FORM_WORK(n) (2 * (n) * (n))
 ROLN_FN void roln_spd_form(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
-    memset(Y, 0, (size_t)(n * n) * sizeof *Y);
+    rolni_zero(n * n, Y);
     rolni_spd_add(n, f, V, Y, work);
 }
 
@@ -1383,96 +1497,97 @@ ROLN_FN void roln_spd_mul(int n, const roln_real *f, const roln_real *V, const r
 }
 
 /* The whole: Y = f_P(X). A [n][n] or NULL, X [n][n] in, symmetric, Y [n][n] out, symmetric to the bit, may be X.
+   P = I: every Y_ij is within 3 n eps (max|l| max|f'| + max|f|) of f(X), maxima over the eigenvalues l; with k = l_max / l_min:
+       log                3 n eps (k + max|log l|)
+       l^p, p < 0         3 n eps (1 + |p| k) max l^p
+       l^p, 0 < p <= 1    3 n eps (1 + p k^(1-p)) max l^p
+   An inverse thus has three digits where n k < 3e-4 / eps (2,500 in float), and none close to n k = 1 / eps, where the status
+   becomes ROLN_E_NOT_SPD. At other base points the condition of P multiplies the error, as the frame is rounded.
    Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE if Y overflows; Y is written only on ROLN_OK. */
-#define ROLN_SPD_MAP_WORK(n) (2 * (n) * (n) + (n) + ROLN_SPD_FRAME_WORK(n))
+#define ROLN_SPD_MAP_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
+#define ROLN_SPD_MAP_WORK(n) (0 ROLN_SPD_MAP_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLNI_SPD_EIG_WORK(n), ROLN_SPD_FORM_WORK(n)))
 ROLN_FN roln_status roln_spd_map(int n, int map, roln_real p, const roln_real *A, const roln_real *X, roln_real *Y, roln_real *work)
 {
-    roln_real *V = work, *W = V + n * n, *l = W + n * n, *t = l + n;
+    roln_real *V, *y; /* V takes the room of R, or is Q; y takes the other */
     roln_status st;
-    if ((st = roln_spd_frame(n, A, X, l, V, W, t)) != ROLN_OK || (st = roln_map_values(n, map, p, l, l)) != ROLN_OK)
+    ROLN_SPD_MAP_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, l, Q, R, work)) != ROLN_OK || (st = roln_map_values(n, map, p, l, l)) != ROLN_OK)
         return st;
-    roln_spd_form(n, l, V, W, t);
-    if (!roln_all_finite(n * n, W))
+    V = A == NULL ? Q : R;
+    y = A == NULL ? R : Q;
+    if (A != NULL)
+        roln_mm_bt(n, n, n, Q, A, V);
+    roln_spd_form(n, l, V, y, work);
+    if (!roln_all_finite(n * n, y))
         return ROLN_E_NOT_FINITE;
-    memcpy(Y, W, (size_t)(n * n) * sizeof *Y);
+    rolni_copy(n * n, y, Y);
     return ROLN_OK;
 }
 
 /* Derivative of Y = f_P(X) in X along E: D = V^T (K o (W E W^T)) V. E, D [n][n] symmetric; D may be E. */
-#define ROLN_SPD_MAP_D_WORK(n) (2 * (n) * (n))
-ROLN_FN void roln_spd_map_d(int n, const roln_real *K, const roln_real *V, const roln_real *W, const roln_real *E, roln_real *D, roln_real *work)
+#define ROLN_SPD_MAP_D_MEM(X, n) X(Y, (n) * (n))
+#define ROLN_SPD_MAP_D_WORK(n) (0 ROLN_SPD_MAP_D_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
+ROLN_FN void roln_spd_map_d(int n, const roln_real *K, const roln_real *V, const roln_real *W, const roln_real *E, roln_real *D,
+                            roln_real *work)
 {
-    roln_real *Y = work, *t = Y + n * n;
     int i;
-    roln_congr(n, W, E, Y, t);
+    ROLN_SPD_MAP_D_MEM(ROLNI_CARVE, n)
+    roln_congr(n, W, E, Y, work);
     for (i = 0; i < n * n; i++)
         Y[i] *= K[i], D[i] = 0;
-    roln_congr_t(n, V, Y, D, t);
+    roln_congr_t(n, V, Y, D, work);
 }
 
-/* Backward of Y = f_P(X), Z = V g_Y V^T:
-       g_X += W^T (K o Z) W        g_P += W^T (H o Z) W,   H_ij = (f_i + f_j)/2 - K_ij (l_i + l_j)/2
-   The second is sym(P^-1 (Y g_Y - X g_X)), from the equivariance above, in the frame.
-     l, f, K, V, W in   g_Y [n][n] in, symmetric   g_X, g_P [n][n] added to, no overlap; g_P NULL where P is fixed */
-#define ROLN_SPD_MAP_BWD_WORK(n) (3 * (n) * (n))
-ROLN_FN void roln_spd_map_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *K, const roln_real *V, const roln_real *W,
-                              const roln_real *g_Y, roln_real *g_X, roln_real *g_P, roln_real *work)
+/* Backward of Y = f_P(X), Z = V gY V^T:
+       gX += W^T (K o Z) W        gP += W^T (H o Z) W,   H_ij = (f_i + f_j)/2 - K_ij (l_i + l_j)/2
+   The second is sym(P^-1 (Y gY - X gX)), from the equivariance above, in the frame.
+     l, f, K, V, W in   gY [n][n] in, symmetric   gX, gP [n][n] added to, no overlap; gP NULL where P is fixed */
+#define ROLN_SPD_MAP_BWD_MEM(X, n) X(Z, (n) * (n)) X(Y, (n) * (n))
+#define ROLN_SPD_MAP_BWD_WORK(n) (0 ROLN_SPD_MAP_BWD_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
+ROLN_FN void roln_spd_map_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *K, const roln_real *V,
+                              const roln_real *W, const roln_real *gY, roln_real *gX, roln_real *gP, roln_real *work)
 {
-    roln_real *Z = work, *Y = Z + n * n, *t = Y + n * n;
     int i, j;
-    roln_congr(n, V, g_Y, Z, t);
+    ROLN_SPD_MAP_BWD_MEM(ROLNI_CARVE, n)
+    roln_congr(n, V, gY, Z, work);
     for (i = 0; i < n * n; i++)
         Y[i] = K[i] * Z[i];
-    roln_congr_t(n, W, Y, g_X, t);
-    if (g_P == NULL)
+    roln_congr_t(n, W, Y, gX, work);
+    if (gP == NULL)
         return;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             Y[i * n + j] = ROLN_C(0.5) * ((f[i] + f[j]) * Z[i * n + j] - (l[i] + l[j]) * Y[i * n + j]);
-    roln_congr_t(n, W, Y, g_P, t);
-}
-
-/* Second derivative D = D2 exp_P(U)[E, F] = V^T d2(W E W^T, W F W^T) V with d2 = roln_exp_d2, T from roln_exp_dd2.
-   E, F, D [n][n] symmetric; D may be E or F. */
-#define ROLN_SPD_EXP_D2_WORK(n) (4 * (n) * (n))
-ROLN_FN void roln_spd_exp_d2(int n, const roln_real *T, const roln_real *V, const roln_real *W, const roln_real *E, const roln_real *F,
-                             roln_real *D, roln_real *work)
-{
-    roln_real *a = work, *b = a + n * n, *Y = b + n * n, *t = Y + n * n;
-    int i;
-    roln_congr(n, W, E, a, t);
-    roln_congr(n, W, F, b, t);
-    for (i = 0; i < n * n; i++)
-        Y[i] = D[i] = 0;
-    roln_exp_d2(n, T, a, b, Y);
-    roln_congr_t(n, V, Y, D, t);
+    roln_congr_t(n, W, Y, gP, work);
 }
 
 /* ---- 8 SPD geometry --------------------------------------------------------------------------- */
 
 /* Complete by itself, for use without roln.h. The affine-invariant metric at P = A A^T (A NULL: P = I) is
-   <U, V>_P = tr(P^-1 U P^-1 V); X -> T X T^T is an isometry for every invertible T, X -> X^-1 too. Its exponential map,
+   <U, V>_P = tr(P^-1 U P^-1 V); X -> B X B^T is an isometry for every invertible B, X -> X^-1 too. Its exponential map,
    logarithmic map and geodesics are the maps exp, log and power t of section 7. Names as there; U, V, X, g [n][n] symmetric. */
 
 /* <U, V>_P = <u, v>_F, u = A^-1 U A^-T, v likewise. */
-#define ROLN_SPD_INNER_WORK(n) (4 * (n) * (n))
+#define ROLN_SPD_INNER_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n))
+#define ROLN_SPD_INNER_WORK(n) (0 ROLN_SPD_INNER_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
 ROLN_FN roln_real roln_spd_inner(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real *work)
 {
-    roln_real *R = work, *u = R + n * n, *v = u + n * n, *t = v + n * n;
+    ROLN_SPD_INNER_MEM(ROLNI_CARVE, n)
     rolni_spd_inv(n, A, R);
-    rolni_spd_whiten(n, R, U, u, t);
-    rolni_spd_whiten(n, R, V, v, t);
+    rolni_spd_whiten(n, R, U, u, work);
+    rolni_spd_whiten(n, R, V, v, work);
     return roln_dot(n * n, u, v);
 }
 
-/* Its backward, g the cotangent of the value: g_U += g R^T v R, g_V += g R^T u R, g_P -= g R^T (u v + v u) R, R = A^-1.
-   g_U, g_V, g_P [n][n] added to, no overlap with inputs; g_P NULL where P is fixed. */
-#define ROLN_SPD_INNER_BWD_WORK(n) (5 * (n) * (n))
-ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real g, roln_real *g_U,
-                                roln_real *g_V, roln_real *g_P, roln_real *work)
+/* Its backward, g the cotangent of the value: gU += g R^T v R, gV += g R^T u R, gP -= g R^T (u v + v u) R, R = A^-1.
+   gU, gV, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed. */
+#define ROLN_SPD_INNER_BWD_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n)) X(m, (n) * (n)) X(t, (n) * (n))
+#define ROLN_SPD_INNER_BWD_WORK(n) (0 ROLN_SPD_INNER_BWD_MEM(ROLNI_SIZE, n))
+ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real g, roln_real *gU,
+                                roln_real *gV, roln_real *gP, roln_real *work)
 {
-    roln_real *R = work, *u = R + n * n, *v = u + n * n, *m = v + n * n, *t = m + n * n;
     int i, j;
+    ROLN_SPD_INNER_BWD_MEM(ROLNI_CARVE, n)
     rolni_spd_inv(n, A, R);
     rolni_spd_whiten(n, R, U, u, t);
     rolni_spd_whiten(n, R, V, v, t);
@@ -1482,122 +1597,135 @@ ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, c
             m[i * n + j] = -g * (t[i * n + j] + t[j * n + i]);
     for (i = 0; i < n * n; i++)
         u[i] *= g, v[i] *= g;
-    roln_congr_t(n, R, v, g_U, t);
-    roln_congr_t(n, R, u, g_V, t);
-    if (g_P != NULL)
-        roln_congr_t(n, R, m, g_P, t);
+    roln_congr_t(n, R, v, gU, t);
+    roln_congr_t(n, R, u, gV, t);
+    if (gP != NULL)
+        roln_congr_t(n, R, m, gP, t);
 }
 
 /* Distance *d = |log(A^-1 X A^-T)|_F of P and X. Status of roln_eig and roln_map_values; *d is written only on ROLN_OK. */
-#define ROLN_SPD_DIST_WORK(n) (3 * (n) * (n) + ROLN_EIG_WORK(n) + (n))
+#define ROLN_SPD_DIST_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
+#define ROLN_SPD_DIST_WORK(n) (0 ROLN_SPD_DIST_MEM(ROLNI_SIZE, n) + ROLNI_SPD_EIG_WORK(n))
 ROLN_FN roln_status roln_spd_dist(int n, const roln_real *A, const roln_real *X, roln_real *d, roln_real *work)
 {
-    roln_real *Q = work, *R = Q + n * n, *l = R + n * n;
     roln_status st;
-    if ((st = rolni_spd_eig(n, A, X, l, Q, R, l + n)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, l)) != ROLN_OK)
+    ROLN_SPD_DIST_MEM(ROLNI_CARVE, n)
+    if ((st = rolni_spd_eig(n, A, X, l, Q, R, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, l)) != ROLN_OK)
         return st;
     *d = ROLN_SQRT(roln_dot(n, l, l));
     return ROLN_OK;
 }
 
-/* Backward of g d^2/2, which is smooth where X = P as d is not: g_X += g W^T diag(f / l) W, g_P -= g W^T diag(f) W.
-   l, W from roln_spd_frame, f = log l from roln_map_values   g_X, g_P [n][n] added to; g_P NULL where P is fixed */
-#define ROLN_SPD_DIST_BWD_WORK(n) (2 * (n) * (n) + (n))
-ROLN_FN void roln_spd_dist_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *W, roln_real g, roln_real *g_X,
-                               roln_real *g_P, roln_real *work)
+/* Backward of g d^2/2, which is smooth where X = P as d is not: gX += g W^T diag(f / l) W, gP -= g W^T diag(f) W.
+   l, W from roln_spd_frame, f = log l from roln_map_values   gX, gP [n][n] added to; gP NULL where P is fixed */
+#define ROLN_SPD_DIST_BWD_MEM(X, n) X(c, n)
+#define ROLN_SPD_DIST_BWD_WORK(n) (0 ROLN_SPD_DIST_BWD_MEM(ROLNI_SIZE, n) + ROLN_SPD_FORM_WORK(n))
+ROLN_FN void roln_spd_dist_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *W, roln_real g, roln_real *gX,
+                               roln_real *gP, roln_real *work)
 {
-    roln_real *c = work, *t = c + n;
     int i;
+    ROLN_SPD_DIST_BWD_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n; i++)
         c[i] = g * f[i] / l[i];
-    rolni_spd_add(n, c, W, g_X, t);
-    if (g_P == NULL)
+    rolni_spd_add(n, c, W, gX, work);
+    if (gP == NULL)
         return;
     for (i = 0; i < n; i++)
         c[i] = -g * f[i];
-    rolni_spd_add(n, c, W, g_P, t);
+    rolni_spd_add(n, c, W, gP, work);
 }
 
 /* Y = E U E^T, E = A (A^-1 X A^-T)^1/2 A^-1: parallel transport of U along the geodesic from P to X, an isometry. In the
    frame Y = V^T (s s^T o (W U W^T)) V, s = sqrt(l). Y [n][n] out, may be U.
    Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE; Y is written only on ROLN_OK. */
-#define ROLN_SPD_TRANSPORT_WORK(n) (4 * (n) * (n) + (n) + ROLN_SPD_FRAME_WORK(n))
-ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_real *X, const roln_real *U, roln_real *Y, roln_real *work)
+#define ROLN_SPD_TRANSPORT_MEM(X, n) X(V, (n) * (n)) X(W, (n) * (n)) X(s, n)
+#define ROLNI_TRANSPORT_MEM(X, n) X(u, (n) * (n)) X(y, (n) * (n)) /* in the room of the frame's work */
+#define ROLN_SPD_TRANSPORT_WORK(n) \
+    (0 ROLN_SPD_TRANSPORT_MEM(ROLNI_SIZE, n) + \
+     ROLN_MAX(ROLN_SPD_FRAME_WORK(n), 0 ROLNI_TRANSPORT_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n)))
+ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_real *X, const roln_real *U, roln_real *Y,
+                                       roln_real *work)
 {
-    roln_real *V = work, *W = V + n * n, *u = W + n * n, *y = u + n * n, *s = y + n * n, *t = s + n;
     roln_status st;
     int i, j;
-    if ((st = roln_spd_frame(n, A, X, s, V, W, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_POWER, ROLN_C(0.5), s, s)) != ROLN_OK)
+    ROLN_SPD_TRANSPORT_MEM(ROLNI_CARVE, n)
+    if ((st = roln_spd_frame(n, A, X, s, V, W, work)) != ROLN_OK ||
+        (st = roln_map_values(n, ROLN_POWER, ROLN_C(0.5), s, s)) != ROLN_OK)
         return st;
-    roln_congr(n, W, U, u, t);
+    ROLNI_TRANSPORT_MEM(ROLNI_CARVE, n)
+    roln_congr(n, W, U, u, work);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             u[i * n + j] *= s[i] * s[j], y[i * n + j] = 0;
-    roln_congr_t(n, V, u, y, t);
+    roln_congr_t(n, V, u, y, work);
     if (!roln_all_finite(n * n, y))
         return ROLN_E_NOT_FINITE;
-    memcpy(Y, y, (size_t)(n * n) * sizeof *Y);
+    rolni_copy(n * n, y, Y);
     return ROLN_OK;
 }
 
-/* Backward, with Z = V g_Y V^T, u = W U W^T, N = Z diag(s) u:
-       g_U += W^T (s s^T o Z) W
-       g_X += W^T B W, B_ij = (N_ij + N_ji) / (s_i + s_j)        g_P -= W^T C W, C_ij = (l_i N_ij + l_j N_ji) / (s_i + s_j)
+/* Backward, with Z = V gY V^T, u = W U W^T, N = Z diag(s) u:
+       gU += W^T (s s^T o Z) W
+       gX += W^T B W, B_ij = (N_ij + N_ji) / (s_i + s_j)        gP -= W^T C W, C_ij = (l_i N_ij + l_j N_ji) / (s_i + s_j)
    from E = f_P(X) P^-1, f = sqrt, whose K = 1 / (s_i + s_j) and H = s_i s_j / (s_i + s_j).
-   l, V, W from roln_spd_frame, l > 0   g_U, g_X, g_P [n][n] added to, no overlap with inputs; g_P NULL where P is fixed */
-#define ROLN_SPD_TRANSPORT_BWD_WORK(n) (4 * (n) * (n) + (n))
+   l, V, W from roln_spd_frame, l > 0   gU, gX, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed */
+#define ROLN_SPD_TRANSPORT_BWD_MEM(X, n) X(s, n) X(Z, (n) * (n)) X(u, (n) * (n)) X(N, (n) * (n))
+#define ROLN_SPD_TRANSPORT_BWD_WORK(n) (0 ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_SIZE, n))
 ROLN_FN void roln_spd_transport_bwd(int n, const roln_real *l, const roln_real *V, const roln_real *W, const roln_real *U,
-                                    const roln_real *g_Y, roln_real *g_U, roln_real *g_X, roln_real *g_P, roln_real *work)
+                                    const roln_real *gY, roln_real *gU, roln_real *gX, roln_real *gP, roln_real *work)
 {
-    roln_real *Z = work, *u = Z + n * n, *N = u + n * n, *t = N + n * n, *s = t + n * n;
     int i, j;
+    ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_CARVE, n)
     for (i = 0; i < n; i++)
         s[i] = ROLN_SQRT(l[i]);
-    roln_congr(n, V, g_Y, Z, t);
-    roln_congr(n, W, U, u, t);
+    roln_congr(n, V, gY, Z, N); /* N, and u and N later, serve as work where they are not in use */
+    roln_congr(n, W, U, u, N);
     for (i = 0; i < n * n; i++)
         u[i] *= s[i / n];
     roln_mm(n, n, n, Z, u, N);
     for (i = 0; i < n * n; i++)
         Z[i] *= s[i / n] * s[i % n];
-    roln_congr_t(n, W, Z, g_U, t);
+    roln_congr_t(n, W, Z, gU, u);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) {
             const roln_real a = N[i * n + j], b = N[j * n + i], h = 1 / (s[i] + s[j]);
             Z[i * n + j] = h * (a + b);
             u[i * n + j] = -h * (l[i] * a + l[j] * b);
         }
-    roln_congr_t(n, W, Z, g_X, t);
-    if (g_P != NULL)
-        roln_congr_t(n, W, u, g_P, t);
+    roln_congr_t(n, W, Z, gX, N);
+    if (gP != NULL)
+        roln_congr_t(n, W, u, gP, N);
 }
 
 /* At M, R R^T = M^-1: G = mean of log(S_i), S_i = R X_i R^T, minus the gradient of half the mean squared distance; the
    Hessian lies between 1 and *h = mean of c(l_min, l_max), c(a, b) = log[a, b] (a + b) / 2; *noise bounds the rounding of G,
    8 n eps (mean of (sum_jk R_jk^2 (X_i)_kk / l_min + sum |log l|) + h sum_jk R_jk^2 M_kk). */
+#define ROLNI_MEAN_LOG_MEM(X, n) X(Q, (n) * (n)) X(l, n) X(f, n)
+#define ROLNI_MEAN_LOG_WORK(n) (0 ROLNI_MEAN_LOG_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLN_SPD_FORM_WORK(n), ROLN_EIG_WORK(n)))
 ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, const roln_real *M, const roln_real *R, roln_real *G,
                                        roln_real *h, roln_real *noise, roln_real *work)
 {
-    const roln_real share = 1 / (roln_real)count;
-    roln_real *Q = work, *l = Q + n * n, *f = l + n, *t = f + n, sum_c = 0, e = 0;
+    const roln_real share = 1 / ROLNI_AS(roln_real, count);
+    roln_real sum_c = 0, e = 0;
     roln_status st;
     int c, i;
-    memset(G, 0, (size_t)(n * n) * sizeof *G);
+    ROLNI_MEAN_LOG_MEM(ROLNI_CARVE, n)
+    rolni_zero(n * n, G);
     for (c = 0; c < count; c++, X += n * n) {
-        rolni_spd_whiten(n, R, X, Q, t);
-        if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
+        rolni_spd_whiten(n, R, X, Q, work);
+        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
             return st;
         for (i = 0; i < n; i++)
             e += share * ROLN_ABS(f[i]), f[i] *= share;
         for (i = 0; i < n * n; i++)
             e += share * (R[i] * X[i % n * (n + 1)] * R[i] / l[0]);
-        rolni_spd_add(n, f, Q, G, t);
+        rolni_spd_add(n, f, Q, G, work);
         sum_c += ROLN_C(0.5) * (l[0] + l[n - 1]) * rolni_log_dd1(l[0], l[n - 1]);
     }
     *h = share * sum_c;
     for (i = 0; i < n * n; i++)
         e += *h * (R[i] * M[i % n * (n + 1)] * R[i]);
-    *noise = 8 * (roln_real)n * ROLN_EPS * e;
+    *noise = 8 * ROLNI_AS(roln_real, n) * ROLN_EPS * e;
     return ROLN_OK;
 }
 
@@ -1607,23 +1735,25 @@ ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, con
    and falls by less than a tenth, after at most 100 gradients of 12 n^3 count multiply-adds each.
    M [n][n] out, symmetric to the bit, written only on ROLN_OK; may be an X_i. ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: an X_i is not,
    to working precision, as seen from the mean; ROLN_E_NO_CONVERGENCE. */
-#define ROLN_SPD_MEAN_WORK(n) (9 * (n) * (n) + 4 * (n))
+#define ROLN_SPD_MEAN_MEM(X, n) \
+    X(best, (n) * (n)) X(trial, (n) * (n)) X(A, (n) * (n)) X(R, (n) * (n)) X(G, (n) * (n)) X(V, (n) * (n)) X(l, n) X(f, n)
+#define ROLN_SPD_MEAN_WORK(n) (0 ROLN_SPD_MEAN_MEM(ROLNI_SIZE, n) + ROLNI_MEAN_LOG_WORK(n))
 ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_real *M, roln_real *work)
 {
     const int nn = n * n;
-    roln_real *best = work, *trial = best + nn, *A = trial + nn, *R = A + nn, *G = R + nn, *V = G + nn, *l = V + nn, *f = l + n, *t = f + n;
     roln_real norm = -1, g, step = 0, h = 0, noise = 0, next_noise = 0; /* norm, noise: of best; norm < 0: there is none yet */
     roln_status st;
     int c, i, left;
+    ROLN_SPD_MEAN_MEM(ROLNI_CARVE, n)
     if (!roln_all_finite(count * nn, X))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < nn; i++)
         for (trial[i] = 0, c = 0; c < count; c++)
-            trial[i] += X[c * nn + i] / (roln_real)count;
+            trial[i] += X[c * nn + i] / ROLNI_AS(roln_real, count);
     for (left = 100; left > 0; left--) {
         if ((st = roln_chol(n, trial, A)) == ROLN_OK) {
             rolni_spd_inv(n, A, R);
-            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, t);
+            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, work);
         }
         if (st != ROLN_OK && norm < 0)
             return st;
@@ -1636,17 +1766,17 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
                 roln_real *u = best, uG;
                 for (i = 0; i < n; i++)
                     f[i] *= l[i];
-                roln_spd_form(n, f, V, u, t);
-                rolni_spd_whiten(n, R, u, u, t);
+                roln_spd_form(n, f, V, u, work);
+                rolni_spd_whiten(n, R, u, u, work);
                 uG = roln_dot(nn, u, G);
                 step *= (norm * norm - uG) / (norm * norm - 2 * uG + g * g);
                 step = step > 1 ? 1 : step * h > 1 ? step : 1 / h;
             }
-            memcpy(best, trial, (size_t)nn * sizeof *best);
+            rolni_copy(nn, trial, best);
             norm = g, noise = next_noise;
-            if (norm <= (roln_real)n * ROLN_EPS || slow)
+            if (norm <= ROLNI_AS(roln_real, n) * ROLN_EPS || slow)
                 break;
-            if ((st = roln_eig(n, G, l, G, t)) != ROLN_OK)
+            if ((st = roln_eig(n, G, l, G, work)) != ROLN_OK)
                 return st;
             roln_mm_bt(n, n, n, G, A, V);
         } else if (norm <= noise) {
@@ -1656,44 +1786,64 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
         }
         for (i = 0; i < n; i++)
             f[i] = roln_exp(step * l[i]);
-        roln_spd_form(n, f, V, trial, t);
+        roln_spd_form(n, f, V, trial, work);
     }
     if (left == 0 && !(norm <= noise))
         return ROLN_E_NO_CONVERGENCE;
-    memcpy(M, best, (size_t)nn * sizeof *M);
+    rolni_copy(nn, best, M);
     return ROLN_OK;
+}
+
+/* Lp = L[p] of roln_spd_mean_bwd; frames: [count] of Q [n][n], K [n][n], l [n]. */
+#define ROLNI_MEAN_FRAME(n) (2 * (n) * (n) + (n))
+ROLN_FN void rolni_spd_mean_hessian(int n, int count, const roln_real *frames, const roln_real *p, roln_real *Lp, roln_real *h,
+                                    roln_real *work)
+{
+    int c, i;
+    rolni_zero(n * n, Lp);
+    for (c = 0; c < count; c++) {
+        const roln_real *Q = frames + c * ROLNI_MEAN_FRAME(n), *K = Q + n * n, *l = K + n * n;
+        roln_congr(n, Q, p, h, work);
+        for (i = 0; i < n * n; i++)
+            h[i] *= ROLN_C(0.5) * K[i] * (l[i / n] + l[i % n]);
+        roln_congr_t(n, Q, h, Lp, work);
+    }
 }
 
 /* Backward of the mean, by differentiating sum_i log(S_i) = 0. With M -> A (I + H) A^T the Hessian is
        L[H] = sum_i Q_i^T (C_i o (Q_i H Q_i^T)) Q_i,   C = c(l_a, l_b) >= 1 as above: symmetric, eigenvalues >= count
    (what else depends on H has the factor sum_i log(S_i)), hence, by conjugate gradients on symmetric matrices,
-       L[Y] = A^T sym(g_M) A        g_X_i += W_i^T (K_i o (Q_i Y Q_i^T)) W_i,   K = log[l_a, l_b], W_i = Q_i A^-1
-     X [count][n][n], M, g_M [n][n] in, M from roln_spd_mean   g_X [count][n][n] added to, only on ROLN_OK
+       L[Y] = A^T sym(gM) A        gX_i += W_i^T (K_i o (Q_i Y Q_i^T)) W_i,   K = log[l_a, l_b], W_i = Q_i A^-1
+     X [count][n][n], M, gM [n][n] in, M from roln_spd_mean   gX [count][n][n] added to, only on ROLN_OK
    Status of roln_chol, roln_eig, roln_map_values, ROLN_E_NOT_FINITE, ROLN_E_NO_CONVERGENCE after 100 steps. A frame costs 12,
    a step 4 n^3 multiply-adds for each X_i. */
-#define ROLN_SPD_MEAN_BWD_WORK(n, count) ((count) * (2 * (n) * (n) + (n)) + 8 * (n) * (n) + ROLN_EIG_WORK(n))
-ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, const roln_real *M, const roln_real *g_M, roln_real *g_X,
+#define ROLN_SPD_MEAN_BWD_MEM(X, n, count) \
+    X(A, (n) * (n)) X(R, (n) * (n)) X(Y, (n) * (n)) X(r, (n) * (n)) X(p, (n) * (n)) X(h, (n) * (n)) \
+    X(frames, (count) * ROLNI_MEAN_FRAME(n))
+#define ROLN_SPD_MEAN_BWD_WORK(n, count) (0 ROLN_SPD_MEAN_BWD_MEM(ROLNI_SIZE, n, count) + ROLNI_SPD_EIG_WORK(n))
+ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, const roln_real *M, const roln_real *gM, roln_real *gX,
                                       roln_real *work)
 {
-    const int nn = n * n, size = 2 * nn + n;
-    roln_real *A = work, *R = A + nn, *Y = R + nn, *r = Y + nn, *p = r + nn, *Lp = p + nn, *h = Lp + nn, *frames = h + nn;
-    roln_real *t = frames + count * size, top = 0, rr, next, stop, a;
+    const int nn = n * n, size = ROLNI_MEAN_FRAME(n);
+    roln_real top = 0, rr, next, stop, a;
     roln_status st;
     int c, i, j, left = 100;
+    ROLN_SPD_MEAN_BWD_MEM(ROLNI_CARVE, n, count)
+    roln_real *const Lp = A; /* when A is not needed any more */
     if ((st = roln_chol(n, M, A)) != ROLN_OK)
         return st;
     rolni_spd_inv(n, A, R);
     for (c = 0; c < count; c++) {
         roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
-        rolni_spd_whiten(n, R, X + c * nn, Q, t);
-        if ((st = roln_eig(n, Q, l, Q, t)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, t)) != ROLN_OK)
+        rolni_spd_whiten(n, R, X + c * nn, Q, work);
+        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, work)) != ROLN_OK)
             return st;
-        roln_map_dd1(n, ROLN_LOG, 0, l, t, K);
+        roln_map_dd1(n, ROLN_LOG, 0, l, work, K);
     }
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            h[i * n + j] = ROLN_C(0.5) * (g_M[i * n + j] + g_M[j * n + i]), r[i * n + j] = Y[i * n + j] = 0;
-    roln_congr_t(n, A, h, r, t);
+            h[i * n + j] = ROLN_C(0.5) * (gM[i * n + j] + gM[j * n + i]), r[i * n + j] = Y[i * n + j] = 0;
+    roln_congr_t(n, A, h, r, work);
     if (!roln_all_finite(nn, r))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < nn; i++)
@@ -1705,14 +1855,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
         if (left == 0)
             return ROLN_E_NO_CONVERGENCE;
         rr = next;
-        memset(Lp, 0, (size_t)nn * sizeof *Lp);
-        for (c = 0; c < count; c++) {
-            const roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
-            roln_congr(n, Q, p, h, t);
-            for (i = 0; i < nn; i++)
-                h[i] *= ROLN_C(0.5) * K[i] * (l[i / n] + l[i % n]);
-            roln_congr_t(n, Q, h, Lp, t);
-        }
+        rolni_spd_mean_hessian(n, count, frames, p, Lp, h, work);
         a = rr / roln_dot(nn, p, Lp);
         for (i = 0; i < nn; i++)
             Y[i] += a * p[i], r[i] -= a * Lp[i];
@@ -1722,11 +1865,11 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
     }
     for (c = 0; c < count; c++) {
         const roln_real *Q = frames + c * size, *K = Q + nn;
-        roln_congr(n, Q, Y, h, t);
+        roln_congr(n, Q, Y, h, work);
         for (i = 0; i < nn; i++)
             h[i] *= top * K[i];
         roln_mm(n, n, n, Q, R, p);
-        roln_congr_t(n, p, h, g_X + c * nn, t);
+        roln_congr_t(n, p, h, gX + c * nn, work);
     }
     return ROLN_OK;
 }

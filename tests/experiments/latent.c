@@ -453,7 +453,7 @@ static int run(struct latent *m, const struct latent_data *d, int updates, int b
         memset(g, 0, (size_t)params * sizeof *g);
         st = batch_gradient(m, d, index + at, batch, seed, g, rows, &p);
         at += batch;
-        if (st == ROLN_OK) st = roln_adam_update(1, &block, &opt, 1 / (roln_real)batch, g, m->theta, &adam, m1, m2, top, NULL);
+        if (st == ROLN_OK) st = roln_adam_update(1, &block, &opt, 1 / (roln_real)batch, g, m->theta, &adam, &(roln_moments){m1, m2, top}, NULL);
         if (st != ROLN_OK && ++refused > REFUSED) return refuse("too many updates left out");
     }
     if (refused > 0) fprintf(stderr, "latent: %d of %d updates left out\n", refused, updates);

@@ -159,7 +159,7 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
         roln_status st = roln_grad(&m->md, &m->sc, m->theta, &w, &b, acc, BLOCK, (roln_real)(d->dt * stride), g, &loss, &windows,
                                    work);
         if (st == ROLN_OK)
-            st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, mom, v, top, work);
+            st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, &(roln_moments){mom, v, top}, work);
         if (st != ROLN_OK) refused++;
         else sum.q += loss.q, seen += (double)windows, sum.zdd += roln_loss_total(&w, &loss);
         if ((t + 1) % (s->updates >= 10 ? s->updates / 10 : 1) == 0) {

@@ -225,7 +225,8 @@ static void stiefel_update(const row *r)
 {
     static const roln_opt opt = ROLN_OPT(ROLN_C(1e-2), 0);
     (void)r;
-    must(roln_adam_update(1, &point.block, &opt, 1, point.g, point.x, &point.adam, point.m, &point.v, &point.v_max, point.work));
+    must(roln_adam_update(1, &point.block, &opt, 1, point.g, point.x, &point.adam, &(roln_moments){point.m, &point.v, &point.v_max},
+                          point.work));
 }
 
 /* ---- vectors ---------------------------------------------------------------------------------- */
@@ -405,8 +406,8 @@ static void net_train(const row *r)
     b.q = net.data, b.qd = net.data + r->count * (HORIZON + 1) * r->size[0];
     memset(net.g, 0, (size_t)net.params * sizeof *net.g);
     must(roln_grad(&net.md, &one, net.theta, &weights, &b, 0, BLOCK, ROLN_C(1e-3), net.g, &loss, &windows, net.work));
-    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam, net.m, net.v, net.v_max,
-                          net.work));
+    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam,
+                          &(roln_moments){net.m, net.v, net.v_max}, net.work));
 }
 
 /* ---- mechanics and control, 16 joints, n = 4 --------------------------------------------------- */

@@ -34,7 +34,8 @@ static ld error_of(int k, roln_real c, roln_real c0, const roln_real *a, int sa,
 
 static void check_products(int mm, int k, int n, uint64_t *s)
 {
-    const roln_real *A = normal(mm * k, 1, s), *At = normal(k * mm, 1, s), *B = normal(k * n, 1, s), *Bt = normal(n * k, 1, s), *C0 = normal(mm * n, 1, s);
+    const roln_real *A = normal(mm * k, 1, s), *At = normal(k * mm, 1, s), *B = normal(k * n, 1, s), *Bt = normal(n * k, 1, s);
+    const roln_real *C0 = normal(mm * n, 1, s);
     roln_real *C = fresh(mm * n), *Ct = fresh(mm * n), *Ca = copy(mm * n, C0), *row = fresh(n), *col = fresh(k);
     const ld bound1 = k < 4 ? 2 : 0.5L * k, bound2 = 0.5L * (k / 8 + 4);
     ld worst1 = 0, worst2 = 0, e;
@@ -45,7 +46,8 @@ static void check_products(int mm, int k, int n, uint64_t *s)
     for (i = 0; i < mm; i++) {
         for (j = 0; j < n; j++) {
             const roln_real c = C[i * n + j], ct = Ct[i * n + j], ca = Ca[i * n + j];
-            bits &= c == order1(k, 0, A + i * k, 1, B + j, n) && ct == order2(k, A + i * k, Bt + j * k) && ct == roln_dot(k, A + i * k, Bt + j * k);
+            bits &= c == order1(k, 0, A + i * k, 1, B + j, n) && ct == order2(k, A + i * k, Bt + j * k) &&
+                    ct == roln_dot(k, A + i * k, Bt + j * k);
             bits &= ca == order1(k, C0[i * n + j], At + i, mm, B + j, n);
             e = error_of(k, c, 0, A + i * k, 1, B + j, n), worst1 = e > worst1 ? e : worst1;
             e = error_of(k, ca, C0[i * n + j], At + i, mm, B + j, n), worst1 = e > worst1 ? e : worst1;
@@ -196,7 +198,8 @@ static void test_inv_status(uint64_t *s)
 
 static void test_random(void)
 {
-    static const uint64_t known[5] = {UINT64_C(0xe220a8397b1dcdaf), UINT64_C(0x6e789e6aa1b965f4), UINT64_C(0x06c45d188009454f), UINT64_C(0xf88bb8a8724c81ec), UINT64_C(0x1b39896a51a8749b)};
+    static const uint64_t known[5] = {UINT64_C(0xe220a8397b1dcdaf), UINT64_C(0x6e789e6aa1b965f4), UINT64_C(0x06c45d188009454f),
+                                      UINT64_C(0xf88bb8a8724c81ec), UINT64_C(0x1b39896a51a8749b)};
     enum { count = 1 << 20 };
     uint64_t s = 0, s2;
     double mean = 0, var = 0, kurt = 0, umean = 0, top = 0, low = 1;
@@ -220,7 +223,7 @@ static void test_random(void)
     CHECK_NEAR(kurt, 2.9, 0.06); /* 3 - 6/5 / 12 */
     for (i = 0; i < 10; i++) CHECK_NEAR(hits[i], count / 10, 5 * 308);
     s2 = s;
-    for (i = 0; i < 12; i++) mean = i ? mean + (double)(roln_rand(&s2) >> 40) / 16777216 : (double)(roln_rand(&s2) >> 40) / 16777216;
+    for (mean = 0, i = 0; i < 12; i++) mean += (double)(roln_rand(&s2) >> 40) / 16777216;
     CHECK((double)roln_normal(&s) == (double)(roln_real)(mean - 6));
     for (n = 1; n <= 40; n++)
         for (i = 0; i < 200; i++) {
@@ -235,7 +238,8 @@ static void test_random(void)
 
 static void test_finite(void)
 {
-    const roln_bits inf = ROLNI_INF, sign = ROLNI_SIGN, bits[] = {0, 1, inf / 3, inf - 1, inf, inf + 1, inf | (inf >> 1), sign - 1, (roln_bits)1 << ROLNI_MANT};
+    const roln_bits inf = ROLNI_INF, sign = ROLNI_SIGN, normal = (roln_bits)1 << ROLNI_MANT;
+    const roln_bits bits[] = {0, 1, inf / 3, inf - 1, inf, inf + 1, inf | (inf >> 1), sign - 1, normal};
     uint64_t s = 5;
     int i, q;
     for (i = 0; i < 9; i++)
@@ -257,7 +261,8 @@ static void test_finite(void)
 
 void TEST_NAME(dense)(void)
 {
-    static const int large[][3] = {{33, 64, 35}, {64, 33, 66}, {7, 130, 29}, {100, 100, 100}, {1, 600, 64}, {2, 64, 601}, {5, 0, 9}, {4, 8, 0}};
+    static const int large[][3] = {{33, 64, 35}, {64, 33, 66},  {7, 130, 29}, {100, 100, 100},
+                                   {1, 600, 64}, {2, 64, 601}, {5, 0, 9},    {4, 8, 0}};
     uint64_t seed = 17;
     int i, mm, k, n;
     for (mm = 1; mm <= 20; mm++)

@@ -1,143 +1,63 @@
 /* Eigensolver and divided differences of exp (roln_spd.h, sections 6 and 7) against slow independent twins in long double:
    cyclic Jacobi, quotients and series. */
-#include "roln_spd.h"
-#include "twin.h"
+#include "eig.h"
 
 void TEST_NAME(eig)(void);
 
-#define MAXN 640
-
-static roln_real A[MAXN * MAXN], Q[MAXN * MAXN], Q2[MAXN * MAXN], l[MAXN], l2[MAXN], work[ROLN_EIG_WORK(MAXN)];
-
 /* ---- eigensolver ---- */
 
-#ifdef ROLN_DOUBLE
-#define BIG 1e306L
-#define SMALL 1e-318L
-#define TINIEST 4.95e-324L
-#else
-#define BIG 2e36L
-#define SMALL 1e-42L
-#define TINIEST 1.41e-45L
-#endif
-#define FAMILIES 25
-
-static void family(int f, int n, uint64_t *s)
-{
-    static ld v[MAXN];
-    ld vv = 0;
-    int i, j;
-    for (i = 0; i < n; i++) v[i] = (ld)roln_normal(s), vv += v[i] * v[i];
-    for (i = 0; i < n; i++)
-        for (j = 0; j <= i; j++) {
-            ld x = (ld)roln_normal(s), gi = powl(10, -20.0L * (ld)i / (ld)n), gj = powl(10, -20.0L * (ld)j / (ld)n), eq = i == j;
-            switch (f) {
-            case 0: break;                                                  /* random */
-            case 1: x *= BIG; break;                                        /* near overflow */
-            case 2: x *= SMALL; break;                                      /* denormal */
-            case 3: x *= 1e-18L; break;
-            case 4: x *= 1e18L; break;
-            case 5: x *= sqrtl(gi * gj); break;                             /* graded over 20 decades, down */
-            case 6: x *= 1e-20L / sqrtl(gi * gj); break;                    /* and up */
-            case 7: x *= gi * gj; break;                                    /* over 40 */
-            case 8: x = eq + 10 * EPS * x; break;                           /* clustered at 1 */
-            case 9: x = (i < n / 2 ? eq : -eq) + EPS * x; break;            /* two clusters */
-            case 10: x = eq - 2 * v[i] * v[j] / vv; break;                  /* reflection: repeated */
-            case 11: x = v[i] * v[j]; break;                                /* rank one */
-            case 12: x = (1 + i % 3) * (1 + j % 3); break;                  /* rank one, integers */
-            case 13: x = eq * v[i]; break;                                  /* diagonal */
-            case 14: x = eq * (i % 4) + 0.1L * EPS * x; break;              /* diagonal up to rounding, repeated */
-            case 15: x = 0; break;
-            case 16: x = eq; break;
-            case 17: x = i == j ? fabsl((ld)i - 0.5L * (ld)(n - 1)) : i == j + 1; break; /* Wilkinson */
-            case 18: x = i == j ? i : j == 0; break;                        /* arrow */
-            case 19: x = i == j ? i : i == n - 1; break;                    /* arrow, other way */
-            case 20: x = i == j + 1; break;                                 /* zero diagonal */
-            case 21: x = i == j + 1 ? 1e-12L : (i == n - 1 && eq != 0); break;
-            case 22: x = 1.0L / (i + j + 1); break;                         /* Hilbert */
-            case 23: x = 2 * eq - (i == j + 1); break;                      /* Laplacian */
-            case 24: x = i % 2 == j % 2 ? 0 : x; break;                     /* bipartite: +- pairs */
-            }
-            A[i * n + j] = A[j * n + i] = (roln_real)x;
-        }
-}
-
-/* Residual and orthogonality in units of n eps max|A| and n eps, rows of Q stepped for large n. */
-static void residual(int n, ld *res, ld *orth)
-{
-    const int step = n > 128 ? 23 : 1;
-    ld top = TINIEST, r = 0, o = 0;
-    int i, j, k;
-    for (i = 0; i < n * n; i++)
-        if (fabsl((ld)A[i]) > top) top = fabsl((ld)A[i]);
-    for (i = 0; i < n; i += step)
-        for (j = 0; j < n; j++) {
-            ld x = (ld)A[i * n + j], y = i == j;
-            for (k = 0; k < n; k++) {
-                x -= (ld)Q[k * n + i] * (ld)l[k] * (ld)Q[k * n + j];
-                y -= (ld)Q[i * n + k] * (ld)Q[j * n + k];
-            }
-            x = fabsl(x) - (ld)n * TINIEST;
-            if (!(x <= r)) r = x;
-            if (!(fabsl(y) <= o)) o = fabsl(y);
-        }
-    *res = r / (top * (ld)n * EPS);
-    *orth = o / ((ld)n * EPS);
-}
-
+/* Every family, every n to 32, some repeated, and a few above: bounds of residual, orthogonality and eigenvalues. */
 static void test_families(void)
 {
-    static ld B[TN * TN], V[TN * TN];
-    ld worst_r = 0, worst_o = 0, worst_l = 0;
     uint64_t seed = 1;
-    int f, n, i, j, rep;
+    int f, n, rep;
     for (f = 0; f < FAMILIES; f++)
-        for (n = 1; n <= 128; n += n < 40 ? 1 : n < 64 ? 24 : 64)
-            for (rep = 0; rep < (n <= 6 ? 20 : 1); rep++) {
-                ld r, o, d = 0, top = TINIEST;
-                int sorted = 1;
+        for (n = 1; n <= 32; n++)
+            for (rep = 0; rep < (n > 8 ? 1 : f < SPLIT ? 20 : 1000); rep++) {
+                eig_errors e;
                 family(f, n, &seed);
                 CHECK(roln_eig(n, A, l, Q, work) == ROLN_OK);
-                residual(n, &r, &o);
-                CHECK_BELOW(r, 8);
-                CHECK_BELOW(o, 4);
-                for (i = 1; i < n; i++) sorted &= l[i - 1] <= l[i];
-                CHECK(sorted);
-                if (r > worst_r) worst_r = r;
-                if (o > worst_o) worst_o = o;
-                if (n > 20) continue;
-                for (i = 0; i < n * n; i++) { /* eigenvalues against Jacobi */
-                    B[i] = (ld)A[i];
-                    if (fabsl(B[i]) > top) top = fabsl(B[i]);
-                }
-                t_jacobi(n, B, V);
-                for (i = 0; i < n; i++) {
-                    ld x;
-                    for (j = i + 1; j < n; j++)
-                        if (B[j * n + j] < B[i * n + i]) x = B[i * n + i], B[i * n + i] = B[j * n + j], B[j * n + j] = x;
-                    x = (fabsl(B[i * n + i] - (ld)l[i]) - TINIEST) / (top * (ld)n * EPS);
-                    if (!(x <= d)) d = x;
-                }
-                CHECK_BELOW(d, 4);
-                if (d > worst_l) worst_l = d;
+                e = eig_check(n);
+                BOUND("eig: residual, n eps max|A|", e.residual, EIG_RESIDUAL);
+                BOUND("eig: orthogonality, n eps", e.orthogonal, EIG_ORTHOGONAL);
+                BOUND("eig: eigenvalues, n eps max|A|", e.value, 4);
             }
-    for (f = 0; f < 12; f += 5) { /* random, graded, reflection */
-        ld r, o;
-        family(f, MAXN, &seed);
-        CHECK(roln_eig(MAXN, A, l, Q, work) == ROLN_OK);
-        residual(MAXN, &r, &o);
-        CHECK_BELOW(r, 8);
-        CHECK_BELOW(o, 4);
-    }
-#ifdef ROLN_TEST_VERBOSE
-    printf("eig " TEST_PRECISION ": residual %.2Lf, orthogonality %.2Lf, eigenvalue %.2Lf (units of n eps)\n", worst_r, worst_o, worst_l);
-#endif
-    (void)worst_l;
+    for (f = 0; f < FAMILIES; f++)
+        for (n = 40; n <= (f % 5 ? 128 : EIG_MAX); n += n < 64 ? 24 : n < 128 ? 64 : 512) {
+            eig_errors e;
+            family(f, n, &seed);
+            CHECK(roln_eig(n, A, l, Q, work) == ROLN_OK);
+            e = eig_residual(n);
+            BOUND("eig: residual, n eps max|A|", e.residual, EIG_RESIDUAL);
+            BOUND("eig: orthogonality, n eps", e.orthogonal, EIG_ORTHOGONAL);
+        }
+}
+
+/* A sweep that splits off a block with c = -1: two eigenvectors were once exchanged. */
+static void test_split(void)
+{
+    const roln_real tiny = ROLN_EPS < ROLN_C(1e-10) ? (roln_real)1e-41 : (roln_real)1e-24;
+    const roln_real S[16] = {0, ROLN_C(1e-3), 0, 0, ROLN_C(1e-3), 0, tiny, 0, 0, tiny, 0, ROLN_C(0.1), 0, 0, ROLN_C(0.1), 0};
+    roln_real Y[16], w[ROLN_SPD_MAP_WORK(4)];
+    ld a[16], y[16];
+    eig_errors e;
+    memcpy(A, S, sizeof S);
+    CHECK(roln_eig(4, A, l, Q, work) == ROLN_OK);
+    e = eig_check(4);
+    CHECK_BELOW(e.residual, EIG_RESIDUAL);
+    CHECK_BELOW(e.orthogonal, EIG_ORTHOGONAL);
+    CHECK_BELOW(e.value, 4);
+    CHECK(roln_spd_map(4, ROLN_EXP, 0, NULL, S, Y, w) == ROLN_OK);
+    widen(16, S, a);
+    t_exp(4, a, y);
+    CHECK_BELOW(distance(16, Y, y), 8 * EPS);
+    CHECK_NEAR(Y[1], sinhl((ld)S[1]), 8 * EPS);
 }
 
 static void test_edges(void)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
+    roln_real Q2[25], l2[5];
     uint64_t seed = 5;
     int n, p, b, i;
     for (n = 1; n <= 5; n++) {
@@ -252,7 +172,9 @@ static void test_range(void)
 void TEST_NAME(eig)(void)
 {
     test_families();
+    test_split();
     test_edges();
     test_differences();
     test_range();
+    print_bounds();
 }

@@ -191,18 +191,24 @@ static void special(void)
     const roln_real inf = REAL(HUGE_VAL), nan = real((roln_bits)~SIGN_BIT), zero = REAL(0), one_ = REAL(1);
     const roln_real small = real(1), low = REAL(-1) * inf;
     CHECK(same(roln_exp(zero), one_) && same(roln_exp(-zero), one_));
-    CHECK(same(roln_exp(inf), inf) && same(roln_exp(low), zero) && same(roln_exp(REAL(1e30)), inf) && same(roln_exp(REAL(-1e30)), zero));
+    CHECK(same(roln_exp(inf), inf) && same(roln_exp(low), zero) && same(roln_exp(REAL(1e30)), inf) &&
+          same(roln_exp(REAL(-1e30)), zero));
     CHECK(same(roln_expm1(zero), zero) && same(roln_expm1(-zero), -zero) && same(roln_expm1(-small), -small));
     CHECK(same(roln_expm1(inf), inf) && same(roln_expm1(low), -one_));
     CHECK(same(roln_log(one_), zero) && same(roln_log(zero), low) && same(roln_log(-zero), low) && same(roln_log(inf), inf));
     CHECK(same(roln_log(-one_), nan) && same(roln_log(low), nan) && same(roln_log(-small), nan));
-    CHECK(same(roln_log1p(zero), zero) && same(roln_log1p(-zero), -zero) && same(roln_log1p(small), small) && same(roln_log1p(-small), -small));
-    CHECK(same(roln_log1p(-one_), low) && same(roln_log1p(REAL(-1.5)), nan) && same(roln_log1p(inf), inf) && same(roln_log1p(low), nan));
-    CHECK(same(roln_sinhc(zero), one_) && same(roln_sinhc(-zero), one_) && same(roln_sinhc(inf), inf) && same(roln_sinhc(low), inf));
+    CHECK(same(roln_log1p(zero), zero) && same(roln_log1p(-zero), -zero) && same(roln_log1p(small), small) &&
+          same(roln_log1p(-small), -small));
+    CHECK(same(roln_log1p(-one_), low) && same(roln_log1p(REAL(-1.5)), nan) && same(roln_log1p(inf), inf) &&
+          same(roln_log1p(low), nan));
+    CHECK(same(roln_sinhc(zero), one_) && same(roln_sinhc(-zero), one_) && same(roln_sinhc(inf), inf) &&
+          same(roln_sinhc(low), inf));
     CHECK(same(roln_softplus(inf), inf) && same(roln_softplus(low), zero) && same(roln_softplus(REAL(1e30)), REAL(1e30)));
     CHECK(same(roln_sigmoid(inf), one_) && same(roln_sigmoid(low), zero) && same(roln_sigmoid(zero), REAL(0.5)));
-    CHECK(same(roln_exp(nan), nan) && same(roln_exp(-nan), nan) && same(roln_expm1(nan), nan) && same(roln_log(nan), nan) && same(roln_log(-nan), nan));
-    CHECK(same(roln_log1p(nan), nan) && same(roln_sinhc(nan), nan) && same(roln_softplus(nan), nan) && same(roln_softplus(-nan), nan));
+    CHECK(same(roln_exp(nan), nan) && same(roln_exp(-nan), nan) && same(roln_expm1(nan), nan) && same(roln_log(nan), nan) &&
+          same(roln_log(-nan), nan));
+    CHECK(same(roln_log1p(nan), nan) && same(roln_sinhc(nan), nan) && same(roln_softplus(nan), nan) &&
+          same(roln_softplus(-nan), nan));
     CHECK(same(roln_sigmoid(nan), nan) && same(roln_sigmoid(-nan), nan));
 }
 

@@ -2,6 +2,7 @@
    linear system in the n^2 unknowns of A, SPD tangents as full matrices, Adam step by step. */
 #include "roln_riem.h"
 #include "check.h"
+#include "room.h"
 
 #include <stdlib.h>
 
@@ -139,7 +140,8 @@ static void point(int n, int N, int family, uint64_t *s, roln_real *x)
 static void test_project(void)
 {
     static const int shape[][2] = {{1, 1}, {1, 2}, {2, 3}, {3, 3}, {3, 7}, {4, 8}, {5, 16}, {8, 12}, {12, 16}};
-    static roln_real x[MS], u[2 * MS], p[2 * MS], v[MS], y[MS], work[ROLN_BIORTH_PROJECT_WORK(MN) + ROLN_BIORTH_RETRACT_WORK(MN, 16)];
+    static roln_real x[MS], u[2 * MS], p[2 * MS], v[MS], y[MS];
+    static roln_real work[ROLN_BIORTH_PROJECT_WORK(MN) + ROLN_BIORTH_RETRACT_WORK(MN, 16)];
     static ld X[MS], U[MS], P[MS], V[MS], A[MNN], B[MNN], C[MNN], D[MNN], t[MS];
     static const ld spread[3] = {1, 1, 200}; /* an error along the smallest directions is so much larger */
     uint64_t s = 1;
@@ -635,13 +637,13 @@ static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, 
     const int need = roln_update_work(BLOCKS, table);
     roln_status st;
     owork[need] = owork[need + 1] = 77;
-    st = roln_adam_update(BLOCKS, table, o, scale, g, r->x, &r->a, r->m, r->v, r->w, owork);
+    st = roln_adam_update(BLOCKS, table, o, scale, g, r->x, &r->a, &(roln_moments){r->m, r->v, r->w}, owork);
     CHECK(owork[need] == 77 && owork[need + 1] == 77);
     return st;
 }
 
-/* The whole of math.md section 6 for one table, in long double; sgd: without moments. SPD tangents are full matrices,
-   carried from X = A A^T to X' by E = A' A^-1. */
+/* Adam on the product manifold of one table, from its formulas, in long double; sgd: without moments. SPD tangents are full
+   matrices, carried from X = A A^T to X' by E = A' A^-1. */
 typedef struct { ld x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS], p1, p2; } twin;
 
 static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd, twin *t)
@@ -649,7 +651,8 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
     ld norm = 0, clip = 1, g[MS], u[MS], y[MS], A[MNN], B[MNN];
     int b, i, at = 0, av = 0;
     for (b = 0; b < BLOCKS; at += roln_block_size(table + b), b++)
-        for (i = 0; i < roln_block_size(table + b) && (ld)o->lr[table[b].group] > 0; i++) norm += (ld)grad[at + i] * (ld)grad[at + i];
+        for (i = 0; i < roln_block_size(table + b) && (ld)o->lr[table[b].group] > 0; i++)
+            norm += (ld)grad[at + i] * (ld)grad[at + i];
     norm = scale * sqrtl(norm);
     if ((ld)o->clip > 0 && norm > (ld)o->clip) clip = (ld)o->clip / norm;
     t->p1 *= (ld)o->beta1, t->p2 *= (ld)o->beta2;
@@ -660,7 +663,8 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
         if (lr > 0 && size > 0) {
             for (i = 0; i < size; i++) g[i] = clip * scale * (ld)grad[at + i] + (ld)o->decay * x[i];
             if (k->manifold == &roln_biorthogonal) t_project(n, N, x, g), t_project(n, N, x, m);
-            if (k->manifold == &roln_stiefel || k->manifold == &sphere) t_stiefel_project(n, N, x, g), t_stiefel_project(n, N, x, m);
+            if (k->manifold == &roln_stiefel || k->manifold == &sphere)
+                t_stiefel_project(n, N, x, g), t_stiefel_project(n, N, x, m);
             if (k->manifold == &roln_spd) {
                 for (i = 0; i < size; i++) u[i] = (g[i] + g[i % n * n + i / n]) / 2;
                 t_congruence(n, x, u, g);
@@ -779,7 +783,7 @@ static void test_adam(void)
         for (i = 0; i < 15; i++) len += ((ld)x[i] - (ld)r.x[i]) * ((ld)x[i] - (ld)r.x[i]);
         CHECK_NEAR(sqrtl(len), (ld)q.lr[1] * 0.125L, 20 * EPS);
         CHECK(roln_update_work(1, &flat) == 0 && roln_update_work(0, &flat) == 0);
-        CHECK(roln_adam_update(0, &flat, &q, 1, g, x, &r.a, r.m, r.v, r.w, NULL) == ROLN_OK);
+        CHECK(roln_adam_update(0, &flat, &q, 1, g, x, &r.a, &(roln_moments){r.m, r.v, r.w}, NULL) == ROLN_OK);
     }
 }
 
@@ -809,7 +813,10 @@ static void test_failures(void)
         good = r;
         r.x[i] = (roln_real)NAN;
         was = r;
-        if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK), UNTOUCHED(SGD(&opt) != ROLN_OK);
+        if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) {
+            UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK);
+            UNTOUCHED(SGD(&opt) != ROLN_OK);
+        }
         r = good;
         r.m[i] = (roln_real)INFINITY;
         was = r;
@@ -860,11 +867,156 @@ static void test_work(void)
         else if (one[k].manifold == &roln_stiefel) CHECK(roln_stiefel_init(3, 5, x, &s, owork) == ROLN_OK);
         else random_spd(4, &s, x);
         for (i = 0; i < 400; i++) owork[i] = 77;
-        CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK);
+        CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, owork) == ROLN_OK);
         for (i = need; i < 400; i++) CHECK(owork[i] == 77);
         CHECK(need == 0 || owork[need - (k == 1 ? 2 : 1)] != 77); /* roln_eig leaves its last number */
-        CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, m, v, w, owork) == ROLN_E_NOT_FINITE); /* <g, g> */
+        CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, &(roln_moments){m, v, w},
+                               owork) == ROLN_E_NOT_FINITE); /* <g, g> */
         CHECK(a.t == 1 && roln_finite(v[0]) && roln_finite(w[0]));
+    }
+}
+
+/* Scratch of the functions by themselves, and of an update of every block by Adam and by SGD. */
+static void test_rooms(void)
+{
+    static const roln_block one[] = {{&roln_biorthogonal, 1, 1, 0}, {&roln_biorthogonal, 2, 16, 0}, {&roln_biorthogonal, 4, 5, 0},
+                                     {&roln_biorthogonal, 8, 8, 0}, {&roln_spd, 1, 1, 0}, {&roln_spd, 2, 2, 0},
+                                     {&roln_spd, 7, 7, 0}, {&roln_stiefel, 1, 1, 0}, {&roln_stiefel, 3, 5, 0},
+                                     {&roln_stiefel, 4, 4, 0}, {&sphere, 3, 3, 0}, {ROLN_EUCLIDEAN, 3, 3, 0}};
+    const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.99), ROLN_C(1e-8), 0, 0};
+    static roln_real all[SIZE], g[2 * MS], x[MS], u[MS], m[MS], v[MS], w[MS];
+    uint64_t s = 10;
+    int k;
+    for (k = 0; k < (int)(sizeof one / sizeof *one); k++) {
+        const roln_block *b = one + k;
+        const int rows = b->rows, cols = b->cols, need = roln_update_work(1, b);
+        roln_adam a = {0, 0, 0};
+        fill(2 * MS, ROLN_C(0.1), &s, g);
+        memset(m, 0, sizeof m), memset(v, 0, sizeof v), memset(w, 0, sizeof w);
+        if (b->manifold == &roln_biorthogonal) {
+            point(rows, cols, 0, &s, x);
+            CHECK(roln_biorth_project(rows, cols, 2, x, g, room_of(ROLN_BIORTH_PROJECT_WORK(rows))) == ROLN_OK);
+            CHECK_ROOM();
+            CHECK(roln_biorth_retract(rows, cols, x, g, u, room_of(ROLN_BIORTH_RETRACT_WORK(rows, cols))) == ROLN_OK);
+            CHECK_ROOM();
+            CHECK(need == 4 * rows * cols + 2 + ROLN_BIORTH_BLOCK_WORK(rows, cols));
+        } else if (b->manifold == &roln_spd) {
+            random_spd(rows, &s, x);
+            CHECK(roln_spd_rgrad(rows, x, g, u, room_of(ROLN_SPD_RGRAD_WORK(rows))) == ROLN_OK);
+            CHECK_ROOM();
+            CHECK(roln_spd_retract(rows, x, u, u, room_of(ROLN_SPD_RETRACT_WORK(rows))) == ROLN_OK);
+            CHECK_ROOM();
+            CHECK(need == 2 * rows * rows + 2 + ROLN_SPD_BLOCK_WORK(rows));
+        } else if (b->manifold == &roln_stiefel) {
+            CHECK(roln_stiefel_init(rows, cols, x, &s, room_of(ROLN_STIEFEL_INIT_WORK(rows))) == ROLN_OK);
+            CHECK_ROOM();
+            roln_stiefel_project(rows, cols, 2, x, g, room_of(ROLN_STIEFEL_PROJECT_WORK(rows)));
+            CHECK_ROOM();
+            CHECK(roln_stiefel_retract(rows, cols, x, g, u, room_of(ROLN_STIEFEL_RETRACT_WORK(rows, cols))) == ROLN_OK);
+            CHECK_ROOM();
+            CHECK(need == 2 * rows * cols + 2 + ROLN_STIEFEL_BLOCK_WORK(rows, cols));
+        } else {
+            fill(rows * cols, 1, &s, x);
+        }
+        CHECK(roln_adam_update(1, b, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, room_of(need)) == ROLN_OK);
+        CHECK_ROOM();
+        CHECK(roln_sgd_update(1, b, &opt, ROLN_C(0.01), g, x, room_of(need)) == ROLN_OK);
+        if (need > 2 * roln_block_size(b) + 2) CHECK_ROOM(); /* without verb work: the moments at the end are not needed */
+    }
+    {
+        static run r;
+        start(&r, &s);
+        fill(SIZE, 1, &s, all);
+        CHECK(roln_adam_update(BLOCKS, table, &opt, 1, all, r.x, &r.a, &(roln_moments){r.m, r.v, r.w},
+                               room_of(roln_update_work(BLOCKS, table))) == ROLN_OK);
+        CHECK_ROOM();
+    }
+}
+
+/* tr(X) tr(X^-1) in long double. */
+static ld traces(int n, const roln_real *X)
+{
+    ld x[MNN], y[MNN], trace = 0, inverse = 0;
+    int i;
+    widen(n * n, X, x);
+    for (i = 0; i < n * n; i++) y[i] = i % (n + 1) == 0;
+    for (i = 0; i < n; i++) trace += x[i * (n + 1)];
+    solve(n, n, x, y);
+    for (i = 0; i < n; i++) inverse += y[i * (n + 1)];
+    return trace * inverse;
+}
+
+/* g = Euclidean gradient; framed: that whose Riemannian gradient in the frame of X is G, A^-T G A^-1. */
+static void edge_gradient(int n, int framed, roln_real sign, const roln_real *X, const roln_real *G, roln_real *g)
+{
+    ld x[MNN], A[MNN], t[MNN];
+    int i;
+    if (framed) {
+        widen(n * n, X, x);
+        t_chol(n, x, A);
+        for (i = 0; i < n * n; i++) x[i] = A[i % n * n + i / n], t[i] = (ld)G[i];
+        memcpy(A, x, (size_t)(n * n) * sizeof *A);
+        solve(n, n, A, t); /* A^-T G, then the same from the right, by symmetry */
+        for (i = 0; i < n * n; i++) A[i] = t[i % n * n + i / n];
+        solve(n, n, x, A);
+        for (i = 0; i < n * n; i++) g[i] = sign * (roln_real)A[i];
+    } else {
+        for (i = 0; i < n * n; i++) g[i] = sign * G[i];
+    }
+}
+
+/* A gradient that never changes drives an SPD block to the edge of what can be factored; it waits there, every update is ROLN_OK,
+   and when the gradient turns it comes back: by Adam and by SGD. Up to version 0.3.0 it was refused for ever. */
+static void check_edge(int n, int framed, int sgd, uint64_t *s)
+{
+    const roln_block b = {&roln_spd, n, n, 0};
+    const ld limit = 1 / (64 * EPS);
+    roln_opt o = {{ROLN_C(0.05), 0, 0}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
+    roln_real X[MNN], at[MNN], G[MNN], g[MNN], m[MNN] = {0}, v = 0, w = 0, l[MN], Q[MNN], work[ROLN_EIG_WORK(MN)];
+    roln_adam a = {0, 0, 0};
+    const int outward = framed ? 4000 : 1000;
+    ld top = 0, end, size = 0;
+    roln_real turn = 0;
+    int i, k, ok = 1, moved = 0, near = 0;
+    for (i = 0; i < n * n; i++) X[i] = i % (n + 1) == 0, G[i] = X[i] * (roln_real)(i / n % 2 ? 1 : -1);
+    for (i = 0; i < n * n && !framed; i++)
+        if (i / n > i % n) G[i] = G[i % n * n + i / n] = ROLN_C(0.2) * roln_normal(s);
+    for (i = 0; i < n * n; i++) size += (ld)G[i] * (ld)G[i];
+    if (sgd) o.lr[0] = (roln_real)(0.02L / sqrtl(size));
+    for (k = 0; k < 3 * outward; k++) {
+        edge_gradient(n, framed, k < outward ? 1 : -1, X, G, g);
+        if (sgd) ok &= roln_sgd_update(1, &b, &o, 1, g, X, owork) == ROLN_OK;
+        else ok &= roln_adam_update(1, &b, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK;
+        if (k % 10 == 0 && (end = traces(n, X)) > top) top = end;
+        if (k == outward - 1) {
+            memcpy(at, X, sizeof at);
+            CHECK(roln_eig(n, X, l, Q, work) == ROLN_OK);
+            turn = l[n - 1];
+        }
+        if (k == outward + 100) moved = memcmp(at, X, (size_t)(n * n) * sizeof *X) != 0;
+        if (k > outward && k % 10 == 0) {
+            ld d = 0;
+            CHECK(roln_eig(n, X, l, Q, work) == ROLN_OK);
+            for (i = 0; i < n; i++) d = fmaxl(d, fabsl(logl((ld)l[i])));
+            near |= d < 0.5L; /* a geodesic through I */
+            if (k == 3 * outward - 10 && !framed) CHECK_BELOW(l[n - 1], turn / 20); /* slower: v_max does not forget */
+        }
+    }
+    CHECK(ok);
+    CHECK(moved);
+    CHECK_BELOW(top, 1.01L * limit);
+    if (n > 1 && !sgd) CHECK_BELOW(limit / 20, top); /* it has been there */
+    if (framed) CHECK(near);
+}
+
+static void test_edge(void)
+{
+    uint64_t s = 13;
+    int n;
+    for (n = 1; n <= 8; n += n < 4 ? 1 : 2) {
+        check_edge(n, 0, 0, &s);
+        check_edge(n, 1, 0, &s);
+        check_edge(n, 1, 1, &s);
     }
 }
 
@@ -897,7 +1049,7 @@ static void test_solves(void)
             for (i = 0; i < K * M; i++) g[i] = -g[i];
             o.lr[0] = (sgd ? ROLN_C(0.2) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
             if (sgd) CHECK(roln_sgd_update(1, &subspace, &o, 1, g, X, owork) == ROLN_OK);
-            else CHECK(roln_adam_update(1, &subspace, &o, 1, g, X, &a, m, &v, &w, owork) == ROLN_OK);
+            else CHECK(roln_adam_update(1, &subspace, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
         }
         CHECK_BELOW(skewness(K, M, X), 6 * EPS);
         for (i = 0; i < K; i++) { /* nothing left outside the three eigenvectors */
@@ -917,7 +1069,7 @@ static void test_solves(void)
             roln_mm(1, MASSES, MASSES, x, stiff, g);
             o.lr[0] = (sgd ? ROLN_C(0.5) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
             if (sgd) CHECK(roln_sgd_update(1, &shape, &o, 1, g, x, owork) == ROLN_OK);
-            else CHECK(roln_adam_update(1, &shape, &o, 1, g, x, &a, m, &v, &w, owork) == ROLN_OK);
+            else CHECK(roln_adam_update(1, &shape, &o, 1, g, x, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
             /* |grad|^2 in the metric of the masses at (1, 0, 0, 0): grad = (0, -1/3, 0, 0) */
             if (k == 0 && !sgd) CHECK_NEAR(v, (1 - (ld)o.beta2) / 3, 4 * EPS);
         }
@@ -941,7 +1093,7 @@ static void test_long_run(void)
     point(2, 4, 0, &s, x);
     for (k = 0; k < 100000; k++) {
         for (i = 0; i < 16; i++) g[i] = roln_uniform(&s) - ROLN_C(0.5);
-        ok &= roln_adam_update(1, &pair, &opt, 1, g, x, &a, m, v, w, owork) == ROLN_OK;
+        ok &= roln_adam_update(1, &pair, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, owork) == ROLN_OK;
         if (k % 100 == 99) {
             const ld d = defect(2, 4, x) / EPS;
             if (!(d <= top)) top = d;
@@ -955,11 +1107,14 @@ static void test_long_run(void)
 static void test_schedule(void)
 {
     uint32_t t;
-    CHECK(roln_schedule(0, 4, 20, 0) == ROLN_C(0.25) && roln_schedule(2, 4, 20, 0) == ROLN_C(0.75) && roln_schedule(3, 4, 20, 0) == 1);
+    CHECK(roln_schedule(0, 4, 20, 0) == ROLN_C(0.25) && roln_schedule(2, 4, 20, 0) == ROLN_C(0.75) &&
+          roln_schedule(3, 4, 20, 0) == 1);
     CHECK(roln_schedule(4, 4, 20, ROLN_C(0.5)) == 1 && roln_schedule(12, 4, 20, ROLN_C(0.5)) == ROLN_C(0.75));
     CHECK(roln_schedule(8, 4, 20, 0) == ROLN_C(0.84375)); /* x = 1/4: 1 - 3/16 + 2/64 */
-    CHECK(roln_schedule(20, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125) && roln_schedule(UINT32_MAX, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125));
-    CHECK(roln_schedule(0, 0, 20, 0) == 1 && roln_schedule(0, 0, 0, ROLN_C(0.25)) == ROLN_C(0.25) && roln_schedule(9, 9, 9, ROLN_C(0.5)) == ROLN_C(0.5));
+    CHECK(roln_schedule(20, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125) &&
+          roln_schedule(UINT32_MAX, 4, 20, ROLN_C(0.125)) == ROLN_C(0.125));
+    CHECK(roln_schedule(0, 0, 20, 0) == 1 && roln_schedule(0, 0, 0, ROLN_C(0.25)) == ROLN_C(0.25) &&
+          roln_schedule(9, 9, 9, ROLN_C(0.5)) == ROLN_C(0.5));
     for (t = 0; t < 30; t++) {
         const roln_real a = roln_schedule(t, 4, 25, ROLN_C(0.1)), b = roln_schedule(t + 1, 4, 25, ROLN_C(0.1));
         CHECK(t < 4 ? b >= a : b <= a);
@@ -974,14 +1129,18 @@ void TEST_NAME(riem)(void)
     test_adam();
     test_failures();
     test_work();
+    test_rooms();
+    test_edge();
     test_solves();
     test_long_run();
     test_schedule();
 #ifdef ROLN_TEST_VERBOSE
-    printf("riem " TEST_PRECISION ": Stiefel constraint %.2Lf, tangent %.2Lf, self-adjoint %.2Lf, idempotent %.2Lf, twin %.2Lf, retract %.2Lf, "
-           "10000 steps %.2Lf eps\n", worst[12], worst[13], worst[14], worst[15], worst[16], worst[17], worst[18]);
-    printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, retract %.2Lf, "
-           "constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n", worst[0], worst[1], worst[2], worst[3],
-           worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10], worst[11]);
+    printf("riem " TEST_PRECISION ": tangent %.2Lf, orthogonal %.2Lf, normal %.2Lf, Sylvester %.2Lf, twin %.1Lf, idempotent %.2Lf, "
+           "retract %.2Lf, constraint %.2Lf, rgrad %.2Lf, spd retract %.2Lf, adam %.0Lf, 100000 steps %.2Lf eps\n",
+           worst[0], worst[1], worst[2], worst[3], worst[4], worst[5], worst[6], worst[7], worst[8], worst[9], worst[10],
+           worst[11]);
+    printf("riem " TEST_PRECISION ": Stiefel constraint %.2Lf, tangent %.2Lf, self-adjoint %.2Lf, idempotent %.2Lf, twin %.2Lf, "
+           "retract %.2Lf, 10000 steps %.2Lf eps\n",
+           worst[12], worst[13], worst[14], worst[15], worst[16], worst[17], worst[18]);
 #endif
 }

@@ -1019,7 +1019,7 @@ static void test_update(int k)
         if (round == 3) g[models[k].params - 1] = (roln_real)NAN;
         for (i = 0; i < models[k].update + 8; i++) w[i] = 77;
         CHECK(models[k].update + 8 <= 2000 && roln_adam_update(models[k].blocks, models[k].table, &opt, 1 / (roln_real)4, g, theta, &adam,
-                                                               m, v, vm, w) == (round == 3 ? ROLN_E_NOT_FINITE : ROLN_OK));
+                                                               &(roln_moments){m, v, vm}, w) == (round == 3 ? ROLN_E_NOT_FINITE : ROLN_OK));
         for (i = 0; i < 8; i++) CHECK(w[models[k].update + i] == 77);
         if (round == 3) CHECK(memcmp(was, theta, sizeof was) == 0 && memcmp(&adam, &adam_was, sizeof adam) == 0);
     }

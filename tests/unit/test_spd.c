@@ -5,6 +5,8 @@
 #include "roln_spd.h"
 #include "twin.h"
 
+#include "room.h"
+
 void TEST_NAME(spd)(void);
 
 #define SN 6 /* largest n; the twins take 4 n */
@@ -350,7 +352,8 @@ static void check_map(int n, int based, int m, int kind, uint64_t *s)
     static ld B[TN * TN], t[TN * TN], r[SNN], d[SNN], g[SNN];
     const int map = maps[m].map, nn = n * n, N = 2 * n, chain = map == ROLN_LOG || (map == ROLN_POWER && maps[m].p < 1);
     const roln_real p = (roln_real)maps[m].p;
-    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn), *D = fresh(nn);
+    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn);
+    roln_real *D = fresh(nn);
     roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *l = fresh(n), *f = fresh(n), *x = fresh(n), *y = fresh(n);
     roln_real *gX = zeros(nn), *gP = zeros(nn);
     ld tol, kf, hX, hP;
@@ -423,7 +426,7 @@ static void check_map(int n, int based, int m, int kind, uint64_t *s)
     roln_spd_map_d(n, K, V, W, E, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
     BOUND("map: derivative, n eps kappa", relative(nn, D, d, 1) / tol, 16);
 
-    /* backward: both add; g_X does not depend on whether g_P is wanted; P = I: the derivative is its own adjoint */
+    /* backward: both add; gX does not depend on whether gP is wanted; P = I: the derivative is its own adjoint */
     roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
     BOUND("map: backward in X, n eps kappa", gradient(nn, gX, c.X, hX, &c) / tol, 32);
     BOUND("map: backward in P, n eps kappa", gradient(nn, gP, c.P, hP, &c) / tol, 32);
@@ -440,12 +443,26 @@ static void check_map(int n, int based, int m, int kind, uint64_t *s)
     fresh_done();
 }
 
+/* D2 exp_P(U)[E, F] = V^T d2(W E W^T, W F W^T) V, d2 = roln_exp_d2. */
+static void exp_d2(int n, const roln_real *K3, const roln_real *V, const roln_real *W, const roln_real *E, const roln_real *F,
+                   roln_real *D)
+{
+    roln_real e[SNN], f[SNN], d[SNN], t[SNN];
+    int i;
+    roln_congr(n, W, E, e, t);
+    roln_congr(n, W, F, f, t);
+    for (i = 0; i < n * n; i++) d[i] = D[i] = 0;
+    roln_exp_d2(n, K3, e, f, d);
+    roln_congr_t(n, V, d, D, t);
+}
+
 /* Second derivative of exp at P: the corner of exp [U E F 0; . U 0 F; . . U E; . . . U], each right-multiplied by P^-1. */
 static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
 {
     static ld u[SNN], e[SNN], f[SNN], p[SNN], B[TN * TN], t[TN * TN], r[SNN];
     const int nn = n * n, N = 4 * n;
-    roln_real *P = fresh(nn), *A = fresh(nn), *U = fresh(nn), *E = fresh(nn), *F = fresh(nn), *G = fresh(nn), *D = fresh(nn), *X = fresh(nn);
+    roln_real *P = fresh(nn), *A = fresh(nn), *U = fresh(nn), *E = fresh(nn), *F = fresh(nn), *G = fresh(nn), *D = fresh(nn);
+    roln_real *X = fresh(nn);
     roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *T = fresh(n * nn), *l = fresh(n);
     ld a = 0, b = 0, size = 0, tol;
     int i, j, k;
@@ -473,7 +490,7 @@ static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
         for (j = 0; j < n; j++) r[i * n + j] = t[i * N + j + 3 * n];
     t_mul(n, r, p, r);
     tol = (ld)n * EPS * (based ? condition(n, P) : 1);
-    roln_spd_exp_d2(n, T, V, W, E, F, D, fresh(ROLN_SPD_EXP_D2_WORK(n)));
+    exp_d2(n, T, V, W, E, F, D);
     BOUND("exp: second derivative, n eps kappa", relative(nn, D, r, 0.1L) / tol, 16);
 
     /* eigenbasis: <G, D2[E,F]> = <F, D2[E,G]>; the increment adds and is symmetric to the bit */
@@ -490,6 +507,51 @@ static void check_exp_d2(int n, int based, ld scale, uint64_t *s)
     roln_exp_d2(n, T, E, F, D);
     for (i = 0; i < nn; i++) CHECK_NEAR(D[i], 2 * X[i], 4 * EPS * (ld)ROLN_ABS(X[i]) + tol * size / (ld)nn);
     fresh_done();
+}
+
+/* The accuracy that stands at roln_spd_map, for conditions up to the one that is refused: eigenvalues graded, one small, one
+   large, in random directions; f of the matrix by Jacobi. */
+static void check_accuracy(int n, int map, double p, double power, int kind, uint64_t *s)
+{
+    enum { N = 16 };
+    static roln_real X[N * N], V[N * N], Y[N * N], l[N], w[ROLN_SPD_MAP_WORK(N)];
+    static ld a[N * N], v[N * N];
+    const ld kappa = powl(0.98L / ((ld)n * EPS), (ld)power); /* power 1: the limit */
+    ld top = 0, f = 0, slope = 0, err = 0;
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) X[i * n + j] = X[j * n + i] = roln_normal(s);
+    CHECK(roln_eig(n, X, l, V, w) == ROLN_OK);
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) {
+            ld x = 0;
+            for (k = 0; k < n; k++) {
+                const ld e = kind == 0 ? (ld)k / (n - 1) : kind == 1 ? k == n - 1 : k > 0;
+                x += (map == ROLN_EXP ? (ld)power * (7 - 14 * e) : powl(kappa, -e)) * (ld)V[k * n + i] * (ld)V[k * n + j];
+            }
+            X[i * n + j] = X[j * n + i] = (roln_real)x;
+        }
+    if (roln_spd_map(n, map, (roln_real)p, NULL, X, Y, w) != ROLN_OK) { /* rounding of X moved it beyond the limit */
+        CHECK(power > 0.95);
+        return;
+    }
+    widen(n * n, X, a);
+    t_jacobi(n, a, v);
+    for (k = 0; k < n; k++) {
+        const ld x = a[k * n + k];
+        top = fmaxl(top, fabsl(x));
+        f = fmaxl(f, fabsl(map == ROLN_EXP ? expl(x) : t_f(map, (ld)(roln_real)p, x, 0)));
+        slope = fmaxl(slope, fabsl(map == ROLN_EXP ? expl(x) : t_f(map, (ld)(roln_real)p, x, 1)));
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            ld x = 0;
+            for (k = 0; k < n; k++)
+                x += v[i * n + k] * v[j * n + k] *
+                     (map == ROLN_EXP ? expl(a[k * n + k]) : t_f(map, (ld)(roln_real)p, a[k * n + k], 0));
+            err = fmaxl(err, fabsl(x - (ld)Y[i * n + j]));
+        }
+    BOUND("map: accuracy by condition", err / ((ld)n * EPS * (top * slope + f)), 3);
 }
 
 /* exp log = id, log_P exp_P = id, root^2 = X, powers add, the ends of a geodesic, f_P(X)^-1 = f_{P^-1}(X^-1) */
@@ -547,7 +609,7 @@ static void check_geometry(int n, int based, int kind, uint64_t *s)
     roln_real *V = fresh(nn), *W = fresh(nn), *l = fresh(n), *f = fresh(n), *g1 = zeros(nn), *g2 = zeros(nn), *g3 = zeros(nn);
     const roln_real *B = based ? A : NULL;
     roln_real d = 7;
-    ld tol, tolX, ref, hX, hP;
+    ld tol, tolX, ref, hX, hP, lengths;
     int i;
     identity(n, P);
     if (based) random_spd(n, 0, s, P);
@@ -568,8 +630,9 @@ static void check_geometry(int n, int based, int kind, uint64_t *s)
     c.what = INNER;
     ref = t_value(&c) / c.G[0];
     d = roln_spd_inner(n, B, U, X, fresh(ROLN_SPD_INNER_WORK(n)));
-    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * (ld)ROLN_SQRT(roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
-                                                                 roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n))))), 8);
+    lengths = (ld)roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
+              (ld)roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n)));
+    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * sqrtl(lengths)), 8);
     roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
     BOUND("inner: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tol, 16);
     BOUND("inner: backward in V, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tol, 16);
@@ -782,6 +845,58 @@ static void test_mean(uint64_t *s)
     }
 }
 
+/* ---- scratch: what is declared is what is written ---- */
+
+static void check_rooms(int n, int count, uint64_t *s)
+{
+    roln_real P[SNN], A[SNN], X[COUNT * SNN], M[SNN], U[SNN], G[SNN], Y[SNN], V[SNN], W[SNN], K[SNN], l[SN], f[SN];
+    roln_real gX[COUNT * SNN] = {0}, gP[SNN] = {0}, gU[SNN] = {0}, d;
+    int k;
+    random_spd(n, 0, s, P);
+    for (k = 0; k < count; k++) random_spd(n, 0, s, X + k * n * n);
+    random_sym(n, 1, s, U);
+    random_sym(n, 1, s, G);
+    CHECK(roln_chol(n, P, A) == ROLN_OK);
+    roln_congr(n, A, X, Y, room_of(ROLN_CONGR_WORK(n)));
+    CHECK_ROOM();
+    roln_congr_t(n, A, X, Y, room_of(ROLN_CONGR_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_inv(n, P, Y, room_of(ROLN_INV_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_eig(n, P, l, Y, room_of(ROLN_EIG_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_spd_frame(n, A, X, l, V, W, room_of(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+    roln_map_dd1(n, ROLN_LOG, 0, l, f, K);
+    roln_spd_form(n, f, V, Y, room_of(ROLN_SPD_FORM_WORK(n)));
+    CHECK_ROOM();
+    roln_spd_mul(n, f, V, f, f, room_of(n));
+    CHECK_ROOM();
+    CHECK(roln_spd_map(n, ROLN_LOG, 0, A, X, Y, room_of(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_map_d(n, K, V, W, U, Y, room_of(ROLN_SPD_MAP_D_WORK(n)));
+    CHECK_ROOM();
+    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, room_of(ROLN_SPD_MAP_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_finite(roln_spd_inner(n, A, U, X, room_of(ROLN_SPD_INNER_WORK(n)))));
+    CHECK_ROOM();
+    roln_spd_inner_bwd(n, A, U, X, 1, gU, gX, gP, room_of(ROLN_SPD_INNER_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_dist(n, A, X, &d, room_of(ROLN_SPD_DIST_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_dist_bwd(n, l, f, W, 1, gX, gP, room_of(ROLN_SPD_DIST_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_transport(n, A, X, U, Y, room_of(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    roln_spd_transport_bwd(n, l, V, W, U, G, gU, gX, gP, room_of(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    CHECK_ROOM();
+    CHECK(roln_spd_mean(n, count, X, M, room_of(ROLN_SPD_MEAN_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_spd_mean_bwd(n, count, X, M, G, gX, room_of(ROLN_SPD_MEAN_BWD_WORK(n, count))) == ROLN_OK);
+    CHECK_ROOM();
+}
+
 /* ---- statuses: outputs stay as they are ---- */
 
 static void test_status(void)
@@ -899,7 +1014,8 @@ static void test_slopes(uint64_t *s)
 {
     enum { n = 3, nn = n * n };
     static own_case c;
-    double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn], w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
+    double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn];
+    double w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
     double T[n * nn], D[nn], t[nn], a[nn], b[nn], err[2];
     int m, i, q;
     c.n = n, c.count = COUNT;
@@ -941,7 +1057,7 @@ static void test_slopes(uint64_t *s)
     CHECK(roln_spd_frame(n, NULL, c.U, l, V, V, w) == ROLN_OK);
     roln_exp_dd1(n, l, K);
     roln_exp_dd2(n, l, K, T);
-    roln_spd_exp_d2(n, T, V, V, c.P, c.G, D, w);
+    exp_d2(n, T, V, V, c.P, c.G, D);
     for (q = 0; q < 2; q++) {
         const double h = q ? 5e-3 : 1e-2;
         err[q] = 0;
@@ -959,7 +1075,7 @@ static void test_slopes(uint64_t *s)
 
 void TEST_NAME(spd)(void)
 {
-    uint64_t seed = 11;
+    uint64_t seed = 11, own = 12;
     int n, m, kind, rep;
     test_differences();
     for (n = 1; n <= 4; n++)
@@ -974,6 +1090,10 @@ void TEST_NAME(spd)(void)
             check_exp_d2(n, 0, rep == 3 ? 0 : rep * 0.6L, &seed); /* scale 0: all eigenvalues equal */
             check_exp_d2(n, 1, rep == 3 ? 0 : rep * 0.6L, &seed);
         }
+    for (n = 2; n <= 16; n += n < 6 ? 1 : 5)
+        for (m = 0; m < MAPS; m++)
+            for (kind = 0; kind < 3; kind++)
+                for (rep = 1; rep <= 40; rep++) check_accuracy(n, maps[m].map, maps[m].p, rep / 40., kind, &own);
     for (n = 1; n <= SN; n++)
         for (rep = 0; rep < 20; rep++) check_distances(n, &seed);
     for (kind = 0; kind < KINDS; kind++) {
@@ -985,6 +1105,8 @@ void TEST_NAME(spd)(void)
         for (n = 1; n <= SN; n++) check_mean(n, n % 2 ? 3 : COUNT, kind, &seed);
     }
     test_mean(&seed);
+    for (n = 1; n <= SN; n++)
+        for (rep = 1; rep <= 3; rep++) check_rooms(n, rep, &seed);
     test_status();
 #ifdef ROLN_DOUBLE
     test_slopes(&seed);

@@ -12,6 +12,17 @@
 typedef long double ld;
 #define EPS ((ld)ROLN_EPS)
 
+/* The next wider type, where long double is too slow. */
+#ifdef ROLN_DOUBLE
+typedef long double wide;
+#define wide_abs fabsl
+#define wide_sqrt sqrtl
+#else
+typedef double wide;
+#define wide_abs fabs
+#define wide_sqrt sqrt
+#endif
+
 /* ---- worst errors ---- */
 
 static struct {
@@ -222,6 +233,48 @@ ROLN_FN void t_jacobi(int n, ld *a, ld *v)
                 }
                 a[p * n + q] = a[q * n + p] = 0;
             }
+}
+
+ROLN_FN void swap(roln_real *a, roln_real *b)
+{
+    const roln_real t = *a;
+    *a = *b, *b = t;
+}
+
+/* Eigenvalues of A, ascending, by cyclic Jacobi; for many matrices, hence not in long double where double is enough. */
+ROLN_FN void t_eigenvalues(int n, const roln_real *A, wide *l)
+{
+    static wide a[TN * TN];
+    wide top = 0;
+    int i, p, q, turned = 1, sweep;
+    for (i = 0; i < n * n; i++) {
+        a[i] = (wide)A[i];
+        if (wide_abs(a[i]) > top) top = wide_abs(a[i]);
+    }
+    for (sweep = 0; sweep < 60 && turned; sweep++)
+        for (turned = 0, p = 0; p < n; p++)
+            for (q = p + 1; q < n; q++) {
+                const wide apq = a[p * n + q];
+                wide d, r, t, c, s;
+                if (wide_abs(apq) <= (wide)1e-9 * (wide)EPS * top) continue;
+                d = a[q * n + q] - a[p * n + p], r = wide_sqrt(d / top * (d / top) + 4 * (apq / top) * (apq / top)) * top;
+                t = 2 * apq / (d < 0 ? d - r : d + r);
+                c = 1 / wide_sqrt(1 + t * t), s = t * c, turned = 1;
+                for (i = 0; i < n; i++) {
+                    const wide x = a[p * n + i], y = a[q * n + i];
+                    a[p * n + i] = c * x - s * y, a[q * n + i] = s * x + c * y;
+                }
+                for (i = 0; i < n; i++) {
+                    const wide x = a[i * n + p], y = a[i * n + q];
+                    a[i * n + p] = c * x - s * y, a[i * n + q] = s * x + c * y;
+                }
+                a[p * n + q] = a[q * n + p] = 0;
+            }
+    for (i = 0; i < n; i++) {
+        const wide x = a[i * n + i];
+        for (p = i; p > 0 && l[p - 1] > x; p--) l[p] = l[p - 1];
+        l[p] = x;
+    }
 }
 
 /* df/dx by central differences of order 8; x is a number that f reads. h^8 / 630 of truncation, about 2e-19 / h of rounding. */
