@@ -666,23 +666,23 @@ ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int k, const roln_real *t
     else rolni_gyro_bwd(w, k, theta, m, G, gtheta, work);
 }
 
-/* Row r of a tape, and k directions in u of that row. */
+/* Row r of a tape, and up to two directions in u of that row. The functions of a row take the number k of its directions as an
+   argument, like the shape f, so that a compiler which knows both drops what is not used. */
 typedef struct {
-    const roln_lnn *shape;
     const roln_real *theta;
     const rolni_tape *tape;
-    int r, k;
+    int r;
     const roln_real *u[2]; /* [tri] each */
 } rolni_row;
 
 /* F_t = R U_t R^T of the k directions U_t of U; Cholesky: F_t = L_t. F [k][width][width] out. */
 #define ROLNI_DIRECTIONS_WORK(S, k) (((k) > 0) * (1 - S(cholesky)) * 2 * S(width) * S(width))
-ROLN_FN void rolni_directions(const rolni_row *row, roln_real *F, roln_real *work)
+ROLN_FN void rolni_directions(const roln_lnn *f, int k, const rolni_row *row, roln_real *F, roln_real *work)
 {
-    const int m = row->shape->width[0], mm = m * m;
+    const int m = f->width[0], mm = m * m;
     int t;
-    for (t = 0; t < row->k; t++) {
-        if (row->shape->mass == ROLN_CHOLESKY) {
+    for (t = 0; t < k; t++) {
+        if (f->mass == ROLN_CHOLESKY) {
             rolni_low(m, row->u[t], F + t * mm);
         } else {
             rolni_sym(m, row->u[t], work);
@@ -706,18 +706,17 @@ ROLN_FN int rolni_chain_size(const roln_lnn *f, int k)
 /* Fills the chain; F from rolni_directions, *M is the last matrix. */
 #define ROLNI_FORM_WORK(S, k) \
     (S(cholesky) ? ((k) > 0) * S(width) * S(width) : S(formed) * (S(width) + ROLN_SPD_FORM_WORK(S(width))))
-ROLN_FN roln_status rolni_form(const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M, roln_real *work)
+ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M, roln_real *work)
 {
-    const roln_lnn *f = row->shape;
     const int m = f->width[0], mm = m * m;
     const roln_real *Q = row->tape->Q + row->r * mm, *K = row->tape->K + row->r * mm;
-    roln_real *X = chain, *end = X + (1 + row->k) * mm;
+    roln_real *X = chain, *end = X + (1 + k) * mm;
     int i, t;
     if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + least I, X_t = L_t L^T + L L_t^T */
         roln_mm_bt(m, m, m, Q, Q, X);
         for (i = 0; i < m; i++)
             X[i * (m + 1)] += f->least;
-        for (t = 0; t < row->k; t++) {
+        for (t = 0; t < k; t++) {
             roln_mm_bt(m, m, m, F + t * mm, Q, work);
             rolni_twice_sym(m, work, X + (1 + t) * mm);
         }
@@ -725,7 +724,7 @@ ROLN_FN roln_status rolni_form(const rolni_row *row, const roln_real *F, roln_re
         for (i = 0; i < m; i++)
             work[i] = K[i * (m + 1)];
         roln_spd_form(m, work, Q, X, work + m);
-        for (t = 0; t < row->k; t++) {
+        for (t = 0; t < k; t++) {
             for (i = 0; i < mm; i++)
                 work[i] = K[i] * F[t * mm + i];
             rolni_congr_t_set(m, Q, work, X + (1 + t) * mm, work + mm);
@@ -733,21 +732,20 @@ ROLN_FN roln_status rolni_form(const rolni_row *row, const roln_real *F, roln_re
     }
     for (i = 0; i < f->layers; i++) {
         const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
-        const rolni_layer_mem mem = rolni_layer_mem_of(kind, w, row->k, end);
-        const roln_status st = rolni_layer(f, i, row->k, row->theta + rolni_layer_at(f, i), X, &mem, work);
+        const rolni_layer_mem mem = rolni_layer_mem_of(kind, w, k, end);
+        const roln_status st = rolni_layer(f, i, k, row->theta + rolni_layer_at(f, i), X, &mem, work);
         if (st != ROLN_OK) return st;
         X = mem.Y;
-        end += ROLN_LAYER_KEEP(kind, w, wo) + row->k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
+        end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
     }
     *M = X;
     return ROLN_OK;
 }
 
 /* Backward of the layers, last first: the cotangents Z of M become those of X_0. The chain from rolni_form. */
-ROLN_FN void rolni_chain_bwd(const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta, roln_real *work)
+ROLN_FN void rolni_chain_bwd(const roln_lnn *f, int k, const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta, roln_real *work)
 {
-    const roln_lnn *f = row->shape;
-    const int k = row->k, m = f->width[0];
+    const int m = f->width[0];
     const roln_real *X[ROLN_LAYERS_MAX + 1];
     rolni_layer_mem mem[ROLN_LAYERS_MAX];
     roln_real *end = chain + (1 + k) * m * m;
@@ -774,9 +772,9 @@ typedef struct {
 } rolni_pair;
 
 /* v = M_t x of a row that is not formed, from y = Q x. work [n]. */
-ROLN_FN void rolni_from_basis(const rolni_row *row, int t, const roln_real *F, const roln_real *y, roln_real *v, roln_real *work)
+ROLN_FN void rolni_from_basis(const roln_lnn *f, const rolni_row *row, int t, const roln_real *F, const roln_real *y, roln_real *v, roln_real *work)
 {
-    const int n = row->shape->n;
+    const int n = f->n;
     const roln_real *Q = row->tape->Q + row->r * n * n, *K = row->tape->K + row->r * n * n;
     int i;
     if (t > 0) {
@@ -791,13 +789,13 @@ ROLN_FN void rolni_from_basis(const rolni_row *row, int t, const roln_real *F, c
 /* Backward of the pairs with respect to their vectors, and the cotangents Z_t = c sym(p q^T) of M_t; in the eigenbasis, where M
    is not formed. M [1+k][n][n] from rolni_form, or F. Z [1+k][n][n] out. grad: 1 where a pair has a gp or gq. */
 #define ROLNI_PAIRS_WORK(S, grad) (S(formed) ? (grad) * S(n) : (2 + 2 * (grad)) * S(n))
-ROLN_FN void rolni_pairs_bwd(const rolni_row *row, const rolni_pair *pair, const roln_real *M, const roln_real *F, roln_real *Z,
+ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, const roln_real *M, const roln_real *F, roln_real *Z,
                              roln_real *work)
 {
-    const int n = row->shape->n, nn = n * n, formed = rolni_formed(row->shape);
+    const int n = f->n, nn = n * n, formed = rolni_formed(f);
     roln_real *x = work, *y = x + n, *v = formed ? work : y + n, *product = v + n;
     int t, i, j;
-    for (t = 0; t <= row->k; t++) {
+    for (t = 0; t <= k; t++) {
         const rolni_pair *of = pair + t;
         const roln_real *p = of->p + row->r * n, *q = of->q + row->r * n;
         roln_real *out[2];
@@ -811,7 +809,7 @@ ROLN_FN void rolni_pairs_bwd(const rolni_row *row, const rolni_pair *pair, const
         for (j = 0; j < 2; j++) {
             if (!out[j]) continue;
             if (formed) roln_mm_bt(1, n, n, j ? p : q, M + t * nn, v);
-            else rolni_from_basis(row, t, F, j ? p : q, v, product);
+            else rolni_from_basis(f, row, t, F, j ? p : q, v, product);
             for (i = 0; i < n; i++)
                 out[j][row->r * n + i] += of->c * v[i];
         }
@@ -820,15 +818,15 @@ ROLN_FN void rolni_pairs_bwd(const rolni_row *row, const rolni_pair *pair, const
 
 /* Backward of L L^T: g_L = 2 (Z_0 L + sum_t Z_t L_t), g_L_t = 2 Z_t L. gu: the cotangents of u and its directions, one every
    `stride` numbers. work [2 n n], with k = 0 [n][n]. */
-ROLN_FN void rolni_cholesky_bwd(const rolni_row *row, const roln_real *F, const roln_real *Z, roln_real *gu, int stride,
+ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, const roln_real *Z, roln_real *gu, int stride,
                                 roln_real *work)
 {
-    const int n = row->shape->n, nn = n * n;
+    const int n = f->n, nn = n * n;
     roln_real *G = work, *product = G + nn;
     int t, j, i;
-    for (t = 0; t <= row->k; t++) {
+    for (t = 0; t <= k; t++) {
         roln_mm(n, n, n, Z + t * nn, row->tape->Q + row->r * nn, G);
-        for (j = 0; t == 0 && j < row->k; j++) {
+        for (j = 0; t == 0 && j < k; j++) {
             roln_mm(n, n, n, Z + (1 + j) * nn, F + j * nn, product);
             for (i = 0; i < nn; i++)
                 G[i] += product[i];
@@ -837,20 +835,21 @@ ROLN_FN void rolni_cholesky_bwd(const rolni_row *row, const roln_real *F, const 
     }
 }
 
-/* B (+ or -)= Z diag(l) or, with K, Z diag(e^l) at t = 0; Z F_t or Z (K o F_t) else. S, product [m][m] are scratch. */
-ROLN_FN void rolni_add_base(int m, int t, int sign, const roln_real *Z, const roln_real *l, const roln_real *K, const roln_real *F,
-                            roln_real *B, roln_real *S, roln_real *product)
+/* B += c Z_t F, with l: F_0 = diag(l), F_t; with K: E_0 = diag(e^l), E_t = K o F_t. S and product [m][m] are scratch. Inline, so
+   that nothing of it is left where base is 0. */
+ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, const roln_real *l, const roln_real *K,
+                                 const roln_real *F, roln_real *B, roln_real *S, roln_real *product)
 {
     int i, j;
     for (i = 0; i < m; i++)
         for (j = 0; j < m; j++) {
             const int at = i * m + j;
-            if (t == 0) S[at] = i != j ? 0 : K ? K[at] : l[i];
-            else S[at] = K ? K[at] * F[(t - 1) * m * m + at] : F[(t - 1) * m * m + at];
+            if (t == 0) S[at] = i != j ? 0 : l ? l[i] : K[at];
+            else S[at] = l ? F[(t - 1) * m * m + at] : K[at] * F[(t - 1) * m * m + at];
         }
     roln_mm(m, m, m, Z + t * m * m, S, product);
     for (i = 0; i < m * m; i++)
-        B[i] += ROLNI_AS(roln_real, sign) * product[i];
+        B[i] += c * product[i];
 }
 
 /* Backward of exp_P in the eigenbasis: Z_t, the cotangents of X_t, become those of U and its directions, and these those of u.
@@ -861,21 +860,21 @@ ROLN_FN void rolni_add_base(int m, int t, int sign, const roln_real *Z, const ro
 #define ROLNI_EXP_BWD_WORK(S, k, grad) \
     (0 ROLNI_EXP_BWD_MEM(ROLNI_SIZE, S, grad) + \
      ROLN_MAX(((k) > 0) * S(width) * S(width) * S(width), 2 * S(width) * S(width)))
-ROLN_FN void rolni_exp_bwd(const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu, int stride, roln_real *gtheta,
+ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu, int stride, roln_real *gtheta,
                            roln_real *work)
 {
     const rolni_tape *tape = row->tape;
-    const int width = row->shape->width[0], base = row->shape->base && gtheta, mm = width * width;
+    const int width = f->width[0], base = f->base && gtheta, mm = width * width;
     const roln_real *l = tape->l + row->r * width, *K = tape->K + row->r * mm, *R = tape->R + row->r * mm;
     int t, i;
     ROLNI_EXP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, 1)
     roln_real *const D = work, *const S = work, *const product = S + mm;
     if (base) rolni_zero(mm, B);
-    for (t = 0; base && t <= row->k; t++)
-        rolni_add_base(width, t, 1, Z, l, K, F, B, S, product);
-    if (row->k > 0) roln_exp_dd2(width, l, K, D);
-    rolni_spectral_eig_bwd(width, row->k, K, D, F, Z);
-    for (t = 0; t <= row->k; t++) {
+    for (t = 0; base && t <= k; t++)
+        rolni_add_base(width, t, 1, Z, NULL, K, F, B, S, product);
+    if (k > 0) roln_exp_dd2(width, l, K, D);
+    rolni_spectral_eig_bwd(width, k, K, D, F, Z);
+    for (t = 0; t <= k; t++) {
         rolni_congr_t_set(width, R, Z + t * mm, S, product);
         rolni_tri_bwd(width, 1, 2, S, gu + t * stride);
         if (base) rolni_add_base(width, t, -1, Z, l, NULL, F, B, S, product);
@@ -884,7 +883,7 @@ ROLN_FN void rolni_exp_bwd(const rolni_row *row, const roln_real *F, roln_real *
     rolni_congr_t_set(width, R, B, S, product);
     rolni_twice_sym(width, S, B);
     for (i = 0; i < mm; i++)
-        gtheta[rolni_base_at(row->shape) + i] += B[i] / 2;
+        gtheta[rolni_base_at(f) + i] += B[i] / 2;
 }
 
 /* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
@@ -897,30 +896,29 @@ ROLN_FN void rolni_exp_bwd(const rolni_row *row, const roln_real *F, roln_real *
                        ROLNI_CHAIN(S, k) + ROLN_MAX(ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad)), \
                                                     ROLNI_LAYER_BWD_WORK(S, k))), \
               S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
-ROLN_FN roln_status rolni_row_bwd(const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride, roln_real *gtheta,
+ROLN_FN roln_status rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride, roln_real *gtheta,
                                   roln_real *work)
 {
-    const roln_lnn *f = row->shape;
-    const int k = row->k, width = f->width[0], mm = width * width, formed = rolni_formed(f);
+    const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
     roln_real *M = NULL, *chain, *rest;
     roln_status st;
     int t;
     ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
     chain = rest = work;
-    rolni_directions(row, F, work);
+    rolni_directions(f, k, row, F, work);
     if (formed) {
         rest += rolni_chain_size(f, k);
-        if ((st = rolni_form(row, F, chain, &M, rest)) != ROLN_OK) return st;
+        if ((st = rolni_form(f, k, row, F, chain, &M, rest)) != ROLN_OK) return st;
     }
-    rolni_pairs_bwd(row, pair, M, F, Z, rest);
-    if (formed) rolni_chain_bwd(row, chain, Z, gtheta, rest);
+    rolni_pairs_bwd(f, k, row, pair, M, F, Z, rest);
+    if (formed) rolni_chain_bwd(f, k, row, chain, Z, gtheta, rest);
     if (f->mass == ROLN_CHOLESKY) {
-        rolni_cholesky_bwd(row, F, Z, gu, stride, work);
+        rolni_cholesky_bwd(f, k, row, F, Z, gu, stride, work);
         return ROLN_OK;
     }
     for (t = 0; formed && t <= k; t++)
         roln_congr(width, row->tape->Q + row->r * mm, Z + t * mm, Z + t * mm, work);
-    rolni_exp_bwd(row, F, Z, gu, stride, gtheta, work);
+    rolni_exp_bwd(f, k, row, F, Z, gu, stride, gtheta, work);
     return ROLN_OK;
 }
 
@@ -963,18 +961,18 @@ ROLN_FN roln_status rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, 
     rolni_row row;
     int r;
     ROLNI_DM_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    row.shape = f, row.theta = theta, row.tape = tape, row.k = 1;
+    row.theta = theta, row.tape = tape;
     for (r = 0; r < nb; r++) {
         row.r = r, row.u[0] = u + r * ROLN_TRI(width);
-        rolni_directions(&row, F, work);
+        rolni_directions(f, 1, &row, F, work);
         if (formed) {
             roln_real *M;
-            const roln_status st = rolni_form(&row, F, work, &M, work + rolni_chain_size(f, 1));
+            const roln_status st = rolni_form(f, 1, &row, F, work, &M, work + rolni_chain_size(f, 1));
             if (st != ROLN_OK) return st;
             roln_mm_bt(1, n, n, x + r * n, M + n * n, y + r * n);
         } else {
             roln_mm_bt(1, n, n, x + r * n, tape->Q + r * n * n, work);
-            rolni_from_basis(&row, 1, F, work, y + r * n, work + n);
+            rolni_from_basis(f, &row, 1, F, work, y + r * n, work + n);
         }
     }
     return ROLN_OK;
@@ -1048,11 +1046,11 @@ ROLN_FN roln_status rolni_eigenbasis(const roln_lnn *f, const rolni_tape *t, int
 
 /* M and its Cholesky factor of a row, where M is formed. Status of rolni_form and roln_chol. */
 #define ROLNI_FORM_MASS_WORK(S) (S(formed) * (ROLNI_CHAIN(S, 0) + ROLNI_FORM_WORK(S, 0)))
-ROLN_FN roln_status rolni_form_mass(const rolni_row *row, roln_real *work)
+ROLN_FN roln_status rolni_form_mass(const roln_lnn *f, const rolni_row *row, roln_real *work)
 {
-    const int n = row->shape->n;
+    const int n = f->n;
     roln_real *M = row->tape->M + row->r * n * n, *last = NULL;
-    const roln_status st = rolni_form(row, NULL, work, &last, work + rolni_chain_size(row->shape, 0));
+    const roln_status st = rolni_form(f, 0, row, NULL, work, &last, work + rolni_chain_size(f, 0));
     int i, j;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) /* symmetric to the bit */
@@ -1112,13 +1110,13 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
         ROLNI_EVAL_MEM(ROLNI_CARVE, ROLNI_LOCAL, keep)
         if (base && (st = roln_chol(width, theta + rolni_base_at(f), A)) != ROLN_OK) return st;
         pair.c = ROLN_C(0.5), pair.p = t.zd, pair.q = w ? t.x + nb * n : t.zd, pair.gp = pair.gq = NULL;
-        row.shape = f, row.theta = theta, row.tape = &t, row.k = 0;
+        row.theta = theta, row.tape = &t;
         for (r = 0; r < nb; r++) {
             row.r = r;
             if (cholesky) rolni_low(width, t.u + r * tri, t.Q + r * width * width);
             else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * width : l_row, work)) != ROLN_OK) return st;
-            if (rolni_formed(f) && (st = rolni_form_mass(&row, work)) != ROLN_OK) return st;
-            if (wanted >= ROLNI_GRADIENT && (st = rolni_row_bwd(&row, &pair, t.u + r * tri, 0, NULL, work)) != ROLN_OK) return st;
+            if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
+            if (wanted >= ROLNI_GRADIENT && (st = rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work)) != ROLN_OK) return st;
             rolni_damping(f, &t, r, work);
         }
     }
@@ -1201,10 +1199,10 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
     int r, p;
     ROLNI_MASS_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
     if (k > 0) roln_mlp_forward(&f->mass_net, 0, 1, nb, theta, of->a, gu + stride, t->mass_slope, out); /* u along a */
-    row.shape = f, row.theta = theta, row.tape = t, row.k = k;
+    row.theta = theta, row.tape = t;
     for (r = 0; r < nb; r++) {
         row.r = r, row.u[0] = gu + stride + r * tri, row.u[1] = t->u + stride + r * tri;
-        rolni_row_bwd(&row, of->pair, gu + r * tri, stride, gtheta, work);
+        rolni_row_bwd(f, k, &row, of->pair, gu + r * tri, stride, gtheta, work);
     }
     for (p = 0; p <= k; p++) { /* z and zd from one call where zd was wanted */
         plane[p].x = p == 0 ? t->x : p == 1 ? of->a : t->zd;
@@ -1404,23 +1402,23 @@ typedef struct {
     void *ctx;
 } roln_force;
 
-/* What moves: a Lagrangian network under a force. */
+/* What moves: a Lagrangian network with its weights, under a force. The shape f stays an argument of its own, so that a compiler
+   that knows it drops what this shape does not use. */
 typedef struct {
-    const roln_lnn *shape;
     const roln_real *theta;
     const roln_force *force; /* NULL: none */
 } roln_system;
 
 /* sd = F(s) = [zd; zdd], the force taken at the z of s. sd may not be s. */
 #define ROLNI_STAGE_WORK(S, keep, nb) ROLN_LNN_ZDD_WORK(S, keep, nb)
-ROLN_FN roln_status rolni_stage(const roln_system *sys, int keep, int nb, const roln_real *s, roln_real *sd, roln_real *tape,
+ROLN_FN roln_status rolni_stage(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *s, roln_real *sd, roln_real *tape,
                                 roln_real *work)
 {
     const roln_force *force = sys->force;
-    const int m = nb * sys->shape->n;
+    const int m = nb * f->n;
     roln_status st;
     if (force) force->eval(force->ctx, nb, s, sd); /* tau_z, where zd will be */
-    st = roln_lnn_zdd(sys->shape, keep, nb, sys->theta, s, force ? sd : NULL, sd + m, tape, work);
+    st = roln_lnn_zdd(f, keep, nb, sys->theta, s, force ? sd : NULL, sd + m, tape, work);
     rolni_copy(m, s + m, sd);
     return st;
 }
@@ -1428,18 +1426,18 @@ ROLN_FN roln_status rolni_stage(const roln_system *sys, int keep, int nb, const 
 /* Backward of rolni_stage at the state on its tape: gs += DF^T gsd. */
 #define ROLNI_STAGE_BWD_MEM(X, S, nb) X(gtau_z, (nb) * S(n))
 #define ROLNI_STAGE_BWD_WORK(S, nb) (0 ROLNI_STAGE_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_LNN_ZDD_BWD_WORK(S, nb))
-ROLN_FN void rolni_stage_bwd(const roln_system *sys, int nb, const roln_real *gsd, roln_real *gs, roln_real *gtheta,
+ROLN_FN void rolni_stage_bwd(const roln_lnn *f, const roln_system *sys, int nb, const roln_real *gsd, roln_real *gs, roln_real *gtheta,
                              roln_real *tape, roln_real *work)
 {
     const roln_force *force = sys->force;
-    const int n = sys->shape->n, m = nb * n;
+    const int n = f->n, m = nb * n;
     int i;
     ROLNI_STAGE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (i = 0; i < m; i++)
         gs[m + i] += gsd[i];
     rolni_zero(m, gtau_z);
-    roln_lnn_zdd_bwd(sys->shape, nb, sys->theta, gsd + m, gs, gtau_z, gtheta, tape, work);
-    if (force) force->bwd(force->ctx, nb, rolni_tape_of(sys->shape, 1, 1, nb, tape).x, gtau_z, 1, gs);
+    roln_lnn_zdd_bwd(f, nb, sys->theta, gsd + m, gs, gtau_z, gtheta, tape, work);
+    if (force) force->bwd(force->ctx, nb, rolni_tape_of(f, 1, 1, nb, tape).x, gtau_z, 1, gs);
 }
 
 /* y = M x, y = M^-1 x for every row of a filled tape. work [n]. */
@@ -1459,10 +1457,9 @@ ROLN_FN void rolni_minv_all(const roln_lnn *f, int nb, const rolni_tape *t, cons
 
 /* A tape filled at sm = [z_m; v], and F = 1/2 grad_z (v^T M v) - g - d + tau_z there: the impulse per unit of time. F [nb][n] out;
    work of rolni_eval with ROLNI_GRADIENT. */
-ROLN_FN roln_status rolni_impulse(const roln_system *sys, int keep, int nb, const roln_real *sm, roln_real *F, roln_real *tape,
+ROLN_FN roln_status rolni_impulse(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *sm, roln_real *F, roln_real *tape,
                                   roln_real *work)
 {
-    const roln_lnn *f = sys->shape;
     const rolni_tape t = rolni_tape_of(f, 1, keep, nb, tape);
     const roln_force *force = sys->force;
     roln_status st;
@@ -1474,26 +1471,25 @@ ROLN_FN roln_status rolni_impulse(const roln_system *sys, int keep, int nb, cons
     return ROLN_OK;
 }
 
-/* Backward of c mu^T M v + a^T (F - tau_z) at (z_m, v) on the tape of rolni_impulse; in the first term v is held fixed. Adds to
+/* Backward of momentum + a^T (F - tau_z) at (z_m, v) on the tape of rolni_impulse, momentum = c mu^T M v at fixed v. Adds to
    gz, gv [nb][n] and gtheta (may be NULL); the caller adds what the force gives. */
-ROLN_FN void rolni_impulse_bwd(const roln_system *sys, int nb, roln_real c, const roln_real *mu, const roln_real *a, roln_real *gz,
-                               roln_real *gv, roln_real *gtheta, roln_real *tape, roln_real *work)
+ROLN_FN void rolni_impulse_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_pair *momentum, const roln_real *a,
+                               roln_real *gz, roln_real *gv, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const rolni_tape t = rolni_tape_of(sys->shape, 1, 1, nb, tape);
-    const rolni_pair momentum = {c, mu, t.zd, NULL, NULL}, kinetic = {ROLN_C(0.5), t.zd, t.zd, gv, gv};
+    const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    const rolni_pair kinetic = {ROLN_C(0.5), t.zd, t.zd, gv, gv};
     rolni_scalar of;
-    of.k = 1, of.a = a, of.pair[0] = momentum, of.pair[1] = kinetic;
-    rolni_adjoint(sys->shape, nb, sys->theta, &of, gz, gv, gtheta, tape, work);
+    of.k = 1, of.a = a, of.pair[0] = *momentum, of.pair[1] = kinetic;
+    rolni_adjoint(f, nb, theta, &of, gz, gv, gtheta, tape, work);
 }
 
-/* gz += d/dz of c p^T M x at the state on the tape, p and x [nb][n] held fixed; gtheta likewise. */
-ROLN_FN void rolni_momentum_bwd(const roln_system *sys, int nb, roln_real c, const roln_real *p, const roln_real *x, roln_real *gz,
+/* gz += d/dz of momentum = c p^T M x at the state on the tape, p and x [nb][n] held fixed; gtheta likewise. */
+ROLN_FN void rolni_momentum_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_pair *momentum, roln_real *gz,
                                 roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const rolni_pair pair = {c, p, x, NULL, NULL};
     rolni_scalar of;
-    of.k = 0, of.a = NULL, of.pair[0] = pair;
-    rolni_adjoint(sys->shape, nb, sys->theta, &of, gz, NULL, gtheta, tape, work);
+    of.k = 0, of.a = NULL, of.pair[0] = *momentum;
+    rolni_adjoint(f, nb, theta, &of, gz, NULL, gtheta, tape, work);
 }
 
 /* The variational midpoint rule (roln_lnn_step): with z_m = z + h/2 v, F = 1/2 grad_z(v^T M v) - g - d + tau_z at (z_m, v),
@@ -1503,10 +1499,9 @@ ROLN_FN void rolni_momentum_bwd(const roln_system *sys, int nb, roln_real c, con
 #define ROLNI_MIDPOINT_WORK(S, keep, nb) \
     (0 ROLNI_MIDPOINT_MEM(ROLNI_SIZE, S, nb) + \
      ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), 2 * (nb) * S(n) + S(n)))
-ROLN_FN roln_status rolni_midpoint(const roln_system *sys, int keep, int nb, roln_real h, const roln_real *s, roln_real *sn,
+ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *s, roln_real *sn,
                                    roln_real *tape, int stride, roln_real *work)
 {
-    const roln_lnn *f = sys->shape;
     const int n = f->n, m = nb * n;
     const rolni_tape t0 = rolni_tape_of(f, 1, keep, nb, tape), tm = rolni_tape_of(f, 1, keep, nb, tape + stride);
     const rolni_tape t1 = rolni_tape_of(f, 1, keep, nb, tape + 2 * stride);
@@ -1521,7 +1516,7 @@ ROLN_FN roln_status rolni_midpoint(const roln_system *sys, int keep, int nb, rol
     for (it = 0;; it++) {
         for (i = 0; i < m; i++)
             sm[i] = s[i] + h / 2 * v[i];
-        if ((st = rolni_impulse(sys, keep, nb, sm, F, tape + stride, work)) != ROLN_OK) return st;
+        if ((st = rolni_impulse(f, sys, keep, nb, sm, F, tape + stride, work)) != ROLN_OK) return st;
         if (it == ROLN_MIDPOINT_ITERS) break;
         for (i = 0; i < m; i++)
             rhs[i] = p[i] + h / 2 * F[i];
@@ -1548,26 +1543,27 @@ ROLN_FN roln_status rolni_midpoint(const roln_system *sys, int keep, int nb, rol
 #define ROLNI_MIDPOINT_BWD_MEM(X, S, nb) \
     X(gz, (nb) * S(n)) X(gp, (nb) * S(n)) X(mu, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
 #define ROLNI_MIDPOINT_BWD_WORK(S, nb) (0 ROLNI_MIDPOINT_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), S(n)))
-ROLN_FN void rolni_midpoint_bwd(const roln_system *sys, int nb, roln_real h, const roln_real *gsn, roln_real *gs, roln_real *gtheta,
+ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gsn, roln_real *gs, roln_real *gtheta,
                                 roln_real *tape, int stride, roln_real *work)
 {
-    const roln_lnn *f = sys->shape;
+    const roln_real *theta = sys->theta;
     const roln_force *force = sys->force;
     const int n = f->n, m = nb * n;
     const rolni_tape t0 = rolni_tape_of(f, 1, 1, nb, tape), tm = rolni_tape_of(f, 1, 1, nb, tape + stride);
     const rolni_tape t1 = rolni_tape_of(f, 1, 1, nb, tape + 2 * stride);
     int it, i;
     ROLNI_MIDPOINT_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    const rolni_pair first = {1, gp, t0.zd, NULL, NULL}, implicit = {-1, mu, tm.zd, NULL, NULL}, last = {-1, gp, t1.zdd, NULL, NULL};
     rolni_minv_all(f, nb, &t1, gsn + m, gp, work);
     rolni_copy(m, gsn, gz);
-    rolni_momentum_bwd(sys, nb, -1, gp, t1.zdd, gz, gtheta, tape + 2 * stride, work);
+    rolni_momentum_bwd(f, nb, theta, &last, gz, gtheta, tape + 2 * stride, work);
     rolni_zero(m, mu);
     for (it = 0;; it++) {
         const int final = it == ROLN_MIDPOINT_ITERS;
         rolni_zero(m, gm), rolni_zero(m, gv);
         for (i = 0; i < m; i++)
             a[i] = h * gp[i] + h / 2 * mu[i];
-        rolni_impulse_bwd(sys, nb, -1, mu, a, gm, gv, final ? gtheta : NULL, tape + stride, work);
+        rolni_impulse_bwd(f, nb, theta, &implicit, a, gm, gv, final ? gtheta : NULL, tape + stride, work);
         if (force) force->bwd(force->ctx, nb, tm.x, a, final, gm);
         if (final) break;
         for (i = 0; i < m; i++)
@@ -1578,7 +1574,7 @@ ROLN_FN void rolni_midpoint_bwd(const roln_system *sys, int nb, roln_real h, con
         gs[i] += gz[i] + gm[i];
         gp[i] += mu[i];
     }
-    rolni_momentum_bwd(sys, nb, 1, gp, t0.zd, gs, gtheta, tape, work);
+    rolni_momentum_bwd(f, nb, theta, &first, gs, gtheta, tape, work);
     rolni_mul_all(f, nb, &t0, gp, gv, work);
     for (i = 0; i < m; i++)
         gs[m + i] += gv[i];
@@ -1606,21 +1602,21 @@ ROLN_FN roln_real rolni_stage_move(int j, roln_real h)
 #define ROLN_LNN_STEP_WORK(S, scheme, keep, nb) \
     (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + \
      ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_WORK(S, keep, nb) : ROLNI_STAGE_WORK(S, keep, nb)))
-ROLN_FN roln_status roln_lnn_step(const roln_system *sys, int scheme, int keep, int nb, roln_real h, const roln_real *s,
+ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int scheme, int keep, int nb, roln_real h, const roln_real *s,
                                   roln_real *sn, roln_real *tape, roln_real *work)
 {
-    const int n = sys->shape->n, m2 = 2 * nb * n, stride = keep ? roln_lnn_tape(sys->shape, 1, 1, nb) : 0;
+    const int n = f->n, m2 = 2 * nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
     const int stages = ROLN_STAGES(scheme);
     roln_status st;
     int j, i;
     ROLN_LNN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, scheme, nb)
     if (scheme == ROLN_MIDPOINT) {
-        if ((st = rolni_midpoint(sys, keep, nb, h, s, next, tape, stride, work)) != ROLN_OK) return st;
+        if ((st = rolni_midpoint(f, sys, keep, nb, h, s, next, tape, stride, work)) != ROLN_OK) return st;
     } else {
         rolni_copy(m2, s, next);
         for (j = 0; j < stages; j++) {
             const roln_real b = rolni_stage_weight(scheme, j, h), c = rolni_stage_move(j, h);
-            if ((st = rolni_stage(sys, keep, nb, j ? sx : s, k, tape + j * stride, work)) != ROLN_OK) return st;
+            if ((st = rolni_stage(f, sys, keep, nb, j ? sx : s, k, tape + j * stride, work)) != ROLN_OK) return st;
             for (i = 0; i < m2; i++)
                 next[i] += b * k[i];
             for (i = 0; i < m2 && j + 1 < stages; i++)
@@ -1638,13 +1634,13 @@ ROLN_FN roln_status roln_lnn_step(const roln_system *sys, int scheme, int keep, 
 #define ROLN_LNN_STEP_BWD_WORK(S, scheme, nb) \
     ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_BWD_WORK(S, nb) \
                                : 0 ROLN_LNN_STEP_BWD_MEM(ROLNI_SIZE, S, nb) + ROLNI_STAGE_BWD_WORK(S, nb))
-ROLN_FN void roln_lnn_step_bwd(const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn, roln_real *gs,
+ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn, roln_real *gs,
                                roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const int n = sys->shape->n, m2 = 2 * nb * n, stride = roln_lnn_tape(sys->shape, 1, 1, nb);
+    const int n = f->n, m2 = 2 * nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
     int j, i;
     if (scheme == ROLN_MIDPOINT) {
-        rolni_midpoint_bwd(sys, nb, h, gsn, gs, gtheta, tape, stride, work);
+        rolni_midpoint_bwd(f, sys, nb, h, gsn, gs, gtheta, tape, stride, work);
         return;
     }
     {
@@ -1658,7 +1654,7 @@ ROLN_FN void roln_lnn_step_bwd(const roln_system *sys, int scheme, int nb, roln_
                 gk[i] = b * gsn[i] + c * gx[i];
                 gx[i] = 0;
             }
-            rolni_stage_bwd(sys, nb, gk, gx, gtheta, tape + j * stride, work);
+            rolni_stage_bwd(f, sys, nb, gk, gx, gtheta, tape + j * stride, work);
             for (i = 0; i < m2; i++)
                 gs[i] += gx[i];
         }
@@ -1674,10 +1670,9 @@ ROLN_FN void roln_lnn_step_bwd(const roln_system *sys, int scheme, int nb, roln_
 #define ROLN_LNN_START_MEM(X, S, nb) X(sm, 2 * (nb) * S(n)) X(p, (nb) * S(n)) X(F, (nb) * S(n))
 #define ROLN_LNN_START_WORK(S, keep, nb) \
     (0 ROLN_LNN_START_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), S(n)))
-ROLN_FN roln_status roln_lnn_start(const roln_system *sys, int keep, int nb, roln_real h, const roln_real *z0, const roln_real *z1,
+ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *z0, const roln_real *z1,
                                    roln_real *s1, roln_real *tape, roln_real *work)
 {
-    const roln_lnn *f = sys->shape;
     const int n = f->n, m = nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
     const rolni_tape tm = rolni_tape_of(f, 1, keep, nb, tape), t1 = rolni_tape_of(f, 1, keep, nb, tape + stride);
     roln_status st;
@@ -1687,7 +1682,7 @@ ROLN_FN roln_status roln_lnn_start(const roln_system *sys, int keep, int nb, rol
         sm[i] = (z0[i] + z1[i]) / 2;
         sm[m + i] = (z1[i] - z0[i]) / h;
     }
-    if ((st = rolni_impulse(sys, keep, nb, sm, F, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_impulse(f, sys, keep, nb, sm, F, tape, work)) != ROLN_OK) return st;
     rolni_mul_all(f, nb, &tm, sm + m, p, work);
     for (i = 0; i < m; i++) {
         p[i] += h / 2 * F[i];
@@ -1706,20 +1701,20 @@ ROLN_FN roln_status roln_lnn_start(const roln_system *sys, int keep, int nb, rol
 #define ROLN_LNN_START_BWD_MEM(X, S, nb) X(gp, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
 #define ROLN_LNN_START_BWD_WORK(S, nb) \
     (0 ROLN_LNN_START_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), (nb) * S(n) + S(n)))
-ROLN_FN void roln_lnn_start_bwd(const roln_system *sys, int nb, roln_real h, const roln_real *gs1, roln_real *gz0, roln_real *gz1,
+ROLN_FN void roln_lnn_start_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gs1, roln_real *gz0, roln_real *gz1,
                                 roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const roln_lnn *f = sys->shape;
     const int n = f->n, m = nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
     const rolni_tape tm = rolni_tape_of(f, 1, 1, nb, tape), t1 = rolni_tape_of(f, 1, 1, nb, tape + stride);
     int i;
     ROLN_LNN_START_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    const rolni_pair first = {1, gp, tm.zd, NULL, NULL}, last = {-1, gp, t1.zdd, NULL, NULL};
     rolni_minv_all(f, nb, &t1, gs1 + m, gp, work);
-    rolni_momentum_bwd(sys, nb, -1, gp, t1.zdd, gz1, gtheta, tape + stride, work);
+    rolni_momentum_bwd(f, nb, sys->theta, &last, gz1, gtheta, tape + stride, work);
     for (i = 0; i < m; i++)
         a[i] = h / 2 * gp[i];
     rolni_zero(m, gm), rolni_zero(m, gv);
-    rolni_impulse_bwd(sys, nb, 1, gp, a, gm, gv, gtheta, tape, work);
+    rolni_impulse_bwd(f, nb, sys->theta, &first, a, gm, gv, gtheta, tape, work);
     if (sys->force) sys->force->bwd(sys->force->ctx, nb, tm.x, a, 1, gm);
     rolni_mul_all(f, nb, &tm, gp, work, work + m);
     for (i = 0; i < m; i++) {
