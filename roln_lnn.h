@@ -409,8 +409,8 @@ ROLN_FN void rolni_outer(int n, roln_real c, const roln_real *p, const roln_real
 }
 
 /* y = Q^T ((K o F) p): the symmetric matrix Q^T (K o F) Q applied to the vector with p = Q x. work [n]. */
-ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const roln_real *F, const roln_real *p,
-                         roln_real *y, roln_real *work)
+ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const roln_real *F, const roln_real *p, roln_real *y,
+                         roln_real *work)
 {
     int i, j;
     for (i = 0; i < n; i++) {
@@ -448,8 +448,8 @@ ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real 
 }
 
 /* D. log: differentiating exp(log X) = X twice, D_ijk = - exp[f_i, f_j, f_k] K_ij K_jk K_ik. work [n][n]. */
-ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, const roln_real *f, const roln_real *K,
-                       roln_real *D, roln_real *work)
+ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, const roln_real *f, const roln_real *K, roln_real *D,
+                       roln_real *work)
 {
     int i, j, k;
     if (kind == ROLN_EXP) {
@@ -706,7 +706,8 @@ ROLN_FN int rolni_chain_size(const roln_lnn *f, int k)
 /* Fills the chain; F from rolni_directions, *M is the last matrix. */
 #define ROLNI_FORM_WORK(S, k) \
     (S(cholesky) ? ((k) > 0) * S(width) * S(width) : S(formed) * (S(width) + ROLN_SPD_FORM_WORK(S(width))))
-ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M, roln_real *work)
+ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M,
+                               roln_real *work)
 {
     const int m = f->width[0], mm = m * m;
     const roln_real *Q = row->tape->Q + row->r * mm, *K = row->tape->K + row->r * mm;
@@ -743,7 +744,8 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
 }
 
 /* Backward of the layers, last first: the cotangents Z of M become those of X_0. The chain from rolni_form. */
-ROLN_FN void rolni_chain_bwd(const roln_lnn *f, int k, const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta, roln_real *work)
+ROLN_FN void rolni_chain_bwd(const roln_lnn *f, int k, const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta,
+                             roln_real *work)
 {
     const int m = f->width[0];
     const roln_real *X[ROLN_LAYERS_MAX + 1];
@@ -772,7 +774,8 @@ typedef struct {
 } rolni_pair;
 
 /* v = M_t x of a row that is not formed, from y = Q x. work [n]. */
-ROLN_FN void rolni_from_basis(const roln_lnn *f, const rolni_row *row, int t, const roln_real *F, const roln_real *y, roln_real *v, roln_real *work)
+ROLN_FN void rolni_from_basis(const roln_lnn *f, const rolni_row *row, int t, const roln_real *F, const roln_real *y, roln_real *v,
+                              roln_real *work)
 {
     const int n = f->n;
     const roln_real *Q = row->tape->Q + row->r * n * n, *K = row->tape->K + row->r * n * n;
@@ -789,8 +792,8 @@ ROLN_FN void rolni_from_basis(const roln_lnn *f, const rolni_row *row, int t, co
 /* Backward of the pairs with respect to their vectors, and the cotangents Z_t = c sym(p q^T) of M_t; in the eigenbasis, where M
    is not formed. M [1+k][n][n] from rolni_form, or F. Z [1+k][n][n] out. grad: 1 where a pair has a gp or gq. */
 #define ROLNI_PAIRS_WORK(S, grad) (S(formed) ? (grad) * S(n) : (2 + 2 * (grad)) * S(n))
-ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, const roln_real *M, const roln_real *F, roln_real *Z,
-                             roln_real *work)
+ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, const roln_real *M,
+                             const roln_real *F, roln_real *Z, roln_real *work)
 {
     const int n = f->n, nn = n * n, formed = rolni_formed(f);
     roln_real *x = work, *y = x + n, *v = formed ? work : y + n, *product = v + n;
@@ -818,8 +821,8 @@ ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, con
 
 /* Backward of L L^T: g_L = 2 (Z_0 L + sum_t Z_t L_t), g_L_t = 2 Z_t L. gu: the cotangents of u and its directions, one every
    `stride` numbers. work [2 n n], with k = 0 [n][n]. */
-ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, const roln_real *Z, roln_real *gu, int stride,
-                                roln_real *work)
+ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, const roln_real *Z,
+                                roln_real *gu, int stride, roln_real *work)
 {
     const int n = f->n, nn = n * n;
     roln_real *G = work, *product = G + nn;
@@ -860,8 +863,8 @@ ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, 
 #define ROLNI_EXP_BWD_WORK(S, k, grad) \
     (0 ROLNI_EXP_BWD_MEM(ROLNI_SIZE, S, grad) + \
      ROLN_MAX(((k) > 0) * S(width) * S(width) * S(width), 2 * S(width) * S(width)))
-ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu, int stride, roln_real *gtheta,
-                           roln_real *work)
+ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu,
+                           int stride, roln_real *gtheta, roln_real *work)
 {
     const rolni_tape *tape = row->tape;
     const int width = f->width[0], base = f->base && gtheta, mm = width * width;
@@ -896,8 +899,8 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
                        ROLNI_CHAIN(S, k) + ROLN_MAX(ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad)), \
                                                     ROLNI_LAYER_BWD_WORK(S, k))), \
               S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
-ROLN_FN roln_status rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride, roln_real *gtheta,
-                                  roln_real *work)
+ROLN_FN roln_status rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
+                                  roln_real *gtheta, roln_real *work)
 {
     const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
     roln_real *M = NULL, *chain, *rest;
@@ -1014,7 +1017,8 @@ ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const
 
 /* Eigenbasis of row r: Q, R, K, el and l [width] from u; A: Cholesky factor of P, if base. Status of roln_eig, roln_exp_range. */
 #define ROLNI_EIGENBASIS_WORK(S) ROLN_MAX(ROLN_EIG_WORK(S(width)), S(base) * (S(width) * S(width) + S(width)))
-ROLN_FN roln_status rolni_eigenbasis(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *A, roln_real *l, roln_real *work)
+ROLN_FN roln_status rolni_eigenbasis(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *A, roln_real *l,
+                                     roln_real *work)
 {
     const int m = f->width[0], mm = m * m;
     roln_real *Q = t->Q + r * mm, *G = work, *column = G + mm;
@@ -1116,12 +1120,14 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (cholesky) rolni_low(width, t.u + r * tri, t.Q + r * width * width);
             else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * width : l_row, work)) != ROLN_OK) return st;
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
-            if (wanted >= ROLNI_GRADIENT && (st = rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work)) != ROLN_OK) return st;
+            if (wanted >= ROLNI_GRADIENT && (st = rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work)) != ROLN_OK)
+                return st;
             rolni_damping(f, &t, r, work);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
-    if (wanted == ROLNI_CORIOLIS && (st = rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest)) != ROLN_OK) return st;
+    if (wanted == ROLNI_CORIOLIS && (st = rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest)) != ROLN_OK)
+        return st;
     rolni_zero(nb * n, t.kin);
     roln_mlp_bwd(&f->mass_net, 1, nb, theta, NULL, t.mass_slope, t.u, t.kin, NULL, rest);
     return ROLN_OK;
@@ -1213,8 +1219,8 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
     roln_mlp_bwd(&f->mass_net, 1 + k, nb, theta, plane, t->mass_slope, gu, gx, gtheta, work);
 }
 
-/* One sweep back: the gradient of S. Adds to gz, gzd [nb][n] (each may be NULL; gzd is with k = 0), beside the shares of the pairs, and to
-   gtheta (may be NULL). Tape with keep, filled with ROLNI_CORIOLIS for k = 2, with less for k = 0, 1. */
+/* One sweep back: the gradient of S. Adds to gz, gzd [nb][n], beside what the pairs add, and to gtheta. Each may be NULL, but gzd
+   with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2, with less for k = 0, 1. */
 #define ROLNI_ADJOINT_MEM(X, S, k, nb) X(gx, (1 + (k)) * (nb) * S(n))
 #define ROLNI_ADJOINT_WORK(S, k, nb) \
     (0 ROLNI_ADJOINT_MEM(ROLNI_SIZE, S, k, nb) + \
@@ -1268,8 +1274,9 @@ ROLN_FN void rolni_motion_bwd(const roln_lnn *f, int nb, const roln_real *theta,
     const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
     roln_real *gzd = gs ? gs + nb * f->n : NULL;
     rolni_scalar of;
-    const rolni_pair pair[3] = {{-1, lambda, t.zdd, NULL, gzdd}, {ROLN_C(0.5), t.zd, t.zd, gzd, gzd}, {-1, lambda, t.zd, NULL, gzd}};
-    of.k = 2, of.a = lambda, of.pair[0] = pair[0], of.pair[1] = pair[1], of.pair[2] = pair[2];
+    const rolni_pair inertia = {-1, lambda, t.zdd, NULL, gzdd};
+    const rolni_pair kinetic = {ROLN_C(0.5), t.zd, t.zd, gzd, gzd}, along_zd = {-1, lambda, t.zd, NULL, gzd};
+    of.k = 2, of.a = lambda, of.pair[0] = inertia, of.pair[1] = kinetic, of.pair[2] = along_zd;
     rolni_adjoint(f, nb, theta, &of, gs, gzd, gtheta, tape, work);
 }
 
@@ -1411,8 +1418,8 @@ typedef struct {
 
 /* sd = F(s) = [zd; zdd], the force taken at the z of s. sd may not be s. */
 #define ROLNI_STAGE_WORK(S, keep, nb) ROLN_LNN_ZDD_WORK(S, keep, nb)
-ROLN_FN roln_status rolni_stage(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *s, roln_real *sd, roln_real *tape,
-                                roln_real *work)
+ROLN_FN roln_status rolni_stage(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *s, roln_real *sd,
+                                roln_real *tape, roln_real *work)
 {
     const roln_force *force = sys->force;
     const int m = nb * f->n;
@@ -1426,8 +1433,8 @@ ROLN_FN roln_status rolni_stage(const roln_lnn *f, const roln_system *sys, int k
 /* Backward of rolni_stage at the state on its tape: gs += DF^T gsd. */
 #define ROLNI_STAGE_BWD_MEM(X, S, nb) X(gtau_z, (nb) * S(n))
 #define ROLNI_STAGE_BWD_WORK(S, nb) (0 ROLNI_STAGE_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_LNN_ZDD_BWD_WORK(S, nb))
-ROLN_FN void rolni_stage_bwd(const roln_lnn *f, const roln_system *sys, int nb, const roln_real *gsd, roln_real *gs, roln_real *gtheta,
-                             roln_real *tape, roln_real *work)
+ROLN_FN void rolni_stage_bwd(const roln_lnn *f, const roln_system *sys, int nb, const roln_real *gsd, roln_real *gs,
+                             roln_real *gtheta, roln_real *tape, roln_real *work)
 {
     const roln_force *force = sys->force;
     const int n = f->n, m = nb * n;
@@ -1457,8 +1464,8 @@ ROLN_FN void rolni_minv_all(const roln_lnn *f, int nb, const rolni_tape *t, cons
 
 /* A tape filled at sm = [z_m; v], and F = 1/2 grad_z (v^T M v) - g - d + tau_z there: the impulse per unit of time. F [nb][n] out;
    work of rolni_eval with ROLNI_GRADIENT. */
-ROLN_FN roln_status rolni_impulse(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *sm, roln_real *F, roln_real *tape,
-                                  roln_real *work)
+ROLN_FN roln_status rolni_impulse(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *sm, roln_real *F,
+                                  roln_real *tape, roln_real *work)
 {
     const rolni_tape t = rolni_tape_of(f, 1, keep, nb, tape);
     const roln_force *force = sys->force;
@@ -1499,8 +1506,8 @@ ROLN_FN void rolni_momentum_bwd(const roln_lnn *f, int nb, const roln_real *thet
 #define ROLNI_MIDPOINT_WORK(S, keep, nb) \
     (0 ROLNI_MIDPOINT_MEM(ROLNI_SIZE, S, nb) + \
      ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), 2 * (nb) * S(n) + S(n)))
-ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *s, roln_real *sn,
-                                   roln_real *tape, int stride, roln_real *work)
+ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *s,
+                                   roln_real *sn, roln_real *tape, int stride, roln_real *work)
 {
     const int n = f->n, m = nb * n;
     const rolni_tape t0 = rolni_tape_of(f, 1, keep, nb, tape), tm = rolni_tape_of(f, 1, keep, nb, tape + stride);
@@ -1543,8 +1550,8 @@ ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, const roln_system *sys, in
 #define ROLNI_MIDPOINT_BWD_MEM(X, S, nb) \
     X(gz, (nb) * S(n)) X(gp, (nb) * S(n)) X(mu, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
 #define ROLNI_MIDPOINT_BWD_WORK(S, nb) (0 ROLNI_MIDPOINT_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), S(n)))
-ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gsn, roln_real *gs, roln_real *gtheta,
-                                roln_real *tape, int stride, roln_real *work)
+ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gsn, roln_real *gs,
+                                roln_real *gtheta, roln_real *tape, int stride, roln_real *work)
 {
     const roln_real *theta = sys->theta;
     const roln_force *force = sys->force;
@@ -1553,7 +1560,8 @@ ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int n
     const rolni_tape t1 = rolni_tape_of(f, 1, 1, nb, tape + 2 * stride);
     int it, i;
     ROLNI_MIDPOINT_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
-    const rolni_pair first = {1, gp, t0.zd, NULL, NULL}, implicit = {-1, mu, tm.zd, NULL, NULL}, last = {-1, gp, t1.zdd, NULL, NULL};
+    const rolni_pair first = {1, gp, t0.zd, NULL, NULL}, implicit = {-1, mu, tm.zd, NULL, NULL};
+    const rolni_pair last = {-1, gp, t1.zdd, NULL, NULL};
     rolni_minv_all(f, nb, &t1, gsn + m, gp, work);
     rolni_copy(m, gsn, gz);
     rolni_momentum_bwd(f, nb, theta, &last, gz, gtheta, tape + 2 * stride, work);
@@ -1602,8 +1610,8 @@ ROLN_FN roln_real rolni_stage_move(int j, roln_real h)
 #define ROLN_LNN_STEP_WORK(S, scheme, keep, nb) \
     (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + \
      ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_WORK(S, keep, nb) : ROLNI_STAGE_WORK(S, keep, nb)))
-ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int scheme, int keep, int nb, roln_real h, const roln_real *s,
-                                  roln_real *sn, roln_real *tape, roln_real *work)
+ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int scheme, int keep, int nb, roln_real h,
+                                  const roln_real *s, roln_real *sn, roln_real *tape, roln_real *work)
 {
     const int n = f->n, m2 = 2 * nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
     const int stages = ROLN_STAGES(scheme);
@@ -1634,8 +1642,8 @@ ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int
 #define ROLN_LNN_STEP_BWD_WORK(S, scheme, nb) \
     ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_BWD_WORK(S, nb) \
                                : 0 ROLN_LNN_STEP_BWD_MEM(ROLNI_SIZE, S, nb) + ROLNI_STAGE_BWD_WORK(S, nb))
-ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn, roln_real *gs,
-                               roln_real *gtheta, roln_real *tape, roln_real *work)
+ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn,
+                               roln_real *gs, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
     const int n = f->n, m2 = 2 * nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
     int j, i;
@@ -1670,8 +1678,8 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 #define ROLN_LNN_START_MEM(X, S, nb) X(sm, 2 * (nb) * S(n)) X(p, (nb) * S(n)) X(F, (nb) * S(n))
 #define ROLN_LNN_START_WORK(S, keep, nb) \
     (0 ROLN_LNN_START_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), S(n)))
-ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *z0, const roln_real *z1,
-                                   roln_real *s1, roln_real *tape, roln_real *work)
+ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *z0,
+                                   const roln_real *z1, roln_real *s1, roln_real *tape, roln_real *work)
 {
     const int n = f->n, m = nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
     const rolni_tape tm = rolni_tape_of(f, 1, keep, nb, tape), t1 = rolni_tape_of(f, 1, keep, nb, tape + stride);
@@ -1701,8 +1709,8 @@ ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, in
 #define ROLN_LNN_START_BWD_MEM(X, S, nb) X(gp, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
 #define ROLN_LNN_START_BWD_WORK(S, nb) \
     (0 ROLN_LNN_START_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), (nb) * S(n) + S(n)))
-ROLN_FN void roln_lnn_start_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gs1, roln_real *gz0, roln_real *gz1,
-                                roln_real *gtheta, roln_real *tape, roln_real *work)
+ROLN_FN void roln_lnn_start_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gs1,
+                                roln_real *gz0, roln_real *gz1, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
     const int n = f->n, m = nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
     const rolni_tape tm = rolni_tape_of(f, 1, 1, nb, tape), t1 = rolni_tape_of(f, 1, 1, nb, tape + stride);
