@@ -703,7 +703,8 @@ ROLN_FN int rolni_chain_size(const roln_lnn *f, int k)
     return size;
 }
 
-/* Fills the chain; F from rolni_directions, *M is the last matrix. */
+/* Fills the chain; F from rolni_directions, *M is the last matrix. The status depends on the matrices only, not on directions:
+   where rolni_eval has formed M of a row, it is ROLN_OK ever after. */
 #define ROLNI_FORM_WORK(S, k) \
     (S(cholesky) ? ((k) > 0) * S(width) * S(width) : S(formed) * (S(width) + ROLN_SPD_FORM_WORK(S(width))))
 ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M,
@@ -713,6 +714,7 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
     const roln_real *Q = row->tape->Q + row->r * mm, *K = row->tape->K + row->r * mm;
     roln_real *X = chain, *end = X + (1 + k) * mm;
     int i, t;
+    *M = X;
     if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + least I, X_t = L_t L^T + L L_t^T */
         roln_mm_bt(m, m, m, Q, Q, X);
         for (i = 0; i < m; i++)
@@ -735,11 +737,10 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
         const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
         const rolni_layer_mem mem = rolni_layer_mem_of(kind, w, k, end);
         const roln_status st = rolni_layer(f, i, k, row->theta + rolni_layer_at(f, i), X, &mem, work);
+        *M = X = mem.Y;
         if (st != ROLN_OK) return st;
-        X = mem.Y;
         end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
     }
-    *M = X;
     return ROLN_OK;
 }
 
@@ -891,7 +892,7 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
 
 /* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
    gu, one every `stride` numbers (over row->u, if they lie there), adds to those of the vectors of each pair and, for P and the
-   layers, to gtheta (may be NULL). Status of rolni_form, which succeeded with k = 0 when the tape was filled. */
+   layers, to gtheta (may be NULL). M of the row was formed before: rolni_form succeeds. */
 #define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(width) * S(width)) X(Z, (1 + (k)) * S(width) * S(width))
 #define ROLNI_ROW_BWD_WORK(S, k, grad) \
     (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
@@ -899,30 +900,28 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
                        ROLNI_CHAIN(S, k) + ROLN_MAX(ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad)), \
                                                     ROLNI_LAYER_BWD_WORK(S, k))), \
               S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
-ROLN_FN roln_status rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
+ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
                                   roln_real *gtheta, roln_real *work)
 {
     const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
     roln_real *M = NULL, *chain, *rest;
-    roln_status st;
     int t;
     ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
     chain = rest = work;
     rolni_directions(f, k, row, F, work);
     if (formed) {
         rest += rolni_chain_size(f, k);
-        if ((st = rolni_form(f, k, row, F, chain, &M, rest)) != ROLN_OK) return st;
+        (void)rolni_form(f, k, row, F, chain, &M, rest);
     }
     rolni_pairs_bwd(f, k, row, pair, M, F, Z, rest);
     if (formed) rolni_chain_bwd(f, k, row, chain, Z, gtheta, rest);
     if (f->mass == ROLN_CHOLESKY) {
         rolni_cholesky_bwd(f, k, row, F, Z, gu, stride, work);
-        return ROLN_OK;
+        return;
     }
     for (t = 0; formed && t <= k; t++)
         roln_congr(width, row->tape->Q + row->r * mm, Z + t * mm, Z + t * mm, work);
     rolni_exp_bwd(f, k, row, F, Z, gu, stride, gtheta, work);
-    return ROLN_OK;
 }
 
 /* y = M x, from row r of a tape. x, y [n], work [n]. */
@@ -952,12 +951,13 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
     roln_spd_mul(n, t->el + r * n, t->R + r * n * n, x, y, work);
 }
 
-/* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. */
+/* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
+   before: rolni_form succeeds. */
 #define ROLNI_DM_MEM(X, S) X(F, S(width) * S(width))
 #define ROLNI_DM_WORK(S) \
     (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
                                                                                       : 2 * S(n)))
-ROLN_FN roln_status rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
+ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
                              const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n, width = f->width[0], formed = rolni_formed(f);
@@ -970,15 +970,13 @@ ROLN_FN roln_status rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, 
         rolni_directions(f, 1, &row, F, work);
         if (formed) {
             roln_real *M;
-            const roln_status st = rolni_form(f, 1, &row, F, work, &M, work + rolni_chain_size(f, 1));
-            if (st != ROLN_OK) return st;
+            (void)rolni_form(f, 1, &row, F, work, &M, work + rolni_chain_size(f, 1));
             roln_mm_bt(1, n, n, x + r * n, M + n * n, y + r * n);
         } else {
             roln_mm_bt(1, n, n, x + r * n, tape->Q + r * n * n, work);
             rolni_from_basis(f, &row, 1, F, work, y + r * n, work + n);
         }
     }
-    return ROLN_OK;
 }
 
 /* ---- 4 mechanics ------------------------------------------------------------------------------ */
@@ -1120,14 +1118,12 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (cholesky) rolni_low(width, t.u + r * tri, t.Q + r * width * width);
             else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * width : l_row, work)) != ROLN_OK) return st;
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
-            if (wanted >= ROLNI_GRADIENT && (st = rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work)) != ROLN_OK)
-                return st;
+            if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
-    if (wanted == ROLNI_CORIOLIS && (st = rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest)) != ROLN_OK)
-        return st;
+    if (wanted == ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
     rolni_zero(nb * n, t.kin);
     roln_mlp_bwd(&f->mass_net, 1, nb, theta, NULL, t.mass_slope, t.u, t.kin, NULL, rest);
     return ROLN_OK;
@@ -1318,7 +1314,7 @@ ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int keep, int nb, const 
     {
         ROLN_LNN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
         rolni_copy(nb * n, zdd, t.zdd);
-        if (w && (st = rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->width[0]), t.zd, out, work)) != ROLN_OK) return st;
+        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->width[0]), t.zd, out, work);
         for (i = 0; i < nb * n; i++)
             out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
         for (r = 0; r < nb; r++) {
