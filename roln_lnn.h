@@ -9,9 +9,14 @@
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
 
    one directional derivative and one gradient; neither dM/dz nor, with the exponential, M^-1 is ever formed.
-   After Friedl et al., ICLR 2025, Eqs. 4-8 and section 3.1; [ours] in the form of c and of its backward.
+   After Friedl et al., ICLR 2025, Eqs. 4-8 and section 3.1. The paper differentiates M entry by entry; the form of c above and
+   the backward that is built on it are roln's own.
 
-   1 perceptron     2 shape and layout     3 mass matrix     4 mechanics     5 backward     6 integrators
+   1 perceptron          forward, backward, initial weights
+   2 shape and layout    sizes, where the parts of theta lie, the tape
+   3 mass matrix         from u to M and back, row by row
+   4 mechanics           one sweep forward, one back; forward and inverse dynamics, terms
+   5 integrators         explicit Euler, Runge-Kutta, variational midpoint; the start from two positions
 
    Samples come in blocks of nb rows, state s = [z; zd] as [2][nb][n]. Forward functions fill a tape; backward functions
    read the tape, add to their outputs and skip those that are NULL. Complete without roln.h. */
@@ -50,78 +55,104 @@ ROLN_FN int roln_mlp_hidden(const roln_mlp *f)
     return sum;
 }
 
-/* The planes t .. t+k-1 of a block: plane 0 the values y = f(x), 1 .. T the directional derivatives y_t = Df(x)[x_t], which
-   plane 0 must precede. x [1+T][nb][in], theta in; y [1+T][nb][out] (those planes written),
-   tape [ROLN_MLP_TAPE]: per hidden layer the slopes softplus'(a) and the outputs of all planes. */
-#define ROLN_MLP_TAPE(T, nb, hidden) ((2 + (T)) * (nb) * (hidden))
-ROLN_FN void roln_mlp_forward(const roln_mlp *f, int T, int t, int k, int nb, const roln_real *theta, const roln_real *x,
-                              roln_real *y, roln_real *tape)
+/* Largest size of the layers first, first + 2 .. below the output; layer 0 is the input. */
+ROLN_FN int roln_mlp_widest(const roln_mlp *f, int first)
 {
-    const roln_real *in = x + t * nb * f->size[0];
+    int l, wide = 0;
+    for (l = first; l < f->layers; l += 2)
+        wide = ROLN_MAX(wide, f->size[l]);
+    return wide;
+}
+
+/* Planes of a block, together. If value, plane 0 is the value y = f(x), and slope is written; all others are directional
+   derivatives y_t = Df(x)[x_t], which read slope. x [planes][nb][in], theta in; y [planes][nb][out] out;
+   slope [nb * hidden]: softplus'(a) of each hidden layer, [nb][size] one layer after the other;
+   out [planes * nb * hidden]: the outputs of each hidden layer, [planes][nb][size] one layer after the other. */
+ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, const roln_real *theta, const roln_real *x,
+                              roln_real *y, roln_real *slope, roln_real *out)
+{
+    const roln_real *in = x;
     int l, r, i, p;
     for (l = 0; l < f->layers; l++) {
-        const int ni = f->size[l], no = f->size[l + 1], m = nb * no, last = l + 1 == f->layers;
+        const int ni = f->size[l], no = f->size[l + 1], rows = nb * no, last = l + 1 == f->layers;
         const roln_real *b = theta + ni * no;
-        roln_real *s = tape, *out = (last ? y : s + m) + t * m;
-        if (last) roln_mm_bt(k * nb, ni, no, in, theta, out);
-        else roln_mm(k * nb, ni, no, in, theta, out);
-        for (r = 0; r < nb && t == 0; r++)
+        roln_real *to = last ? y : out;
+        if (last) roln_mm_bt(planes * nb, ni, no, in, theta, to);
+        else roln_mm(planes * nb, ni, no, in, theta, to);
+        for (r = 0; r < nb && value; r++)
             for (i = 0; i < no; i++)
-                out[r * no + i] += b[i];
-        if (!last && t == 0) roln_softplus_n(m, out, out, s);
-        for (p = t == 0; p < k && !last; p++)
-            for (i = 0; i < m; i++)
-                out[p * m + i] *= s[i];
+                to[r * no + i] += b[i];
         theta = b + no;
-        tape += (2 + T) * m;
-        in = out;
+        in = to;
+        if (last) return;
+        if (value) roln_softplus_n(rows, to, to, slope);
+        for (p = value; p < planes; p++)
+            for (i = 0; i < rows; i++)
+                to[p * rows + i] *= slope[i];
+        slope += rows;
+        out += planes * rows;
     }
 }
 
-/* Backward of the first `planes` planes (1 + T or fewer). gy [planes][nb][out] in; adds to gx [planes][nb][in] and
-   gtheta (each may be NULL). work [ROLN_MLP_BWD_WORK], wide = the largest of the input and hidden sizes. */
-#define ROLN_MLP_BWD_WORK(planes, nb, wide) (2 * (planes) * (nb) * (wide))
-ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int T, int planes, int nb, const roln_real *theta, const roln_real *x,
-                          const roln_real *tape, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
+/* A plane for the backward, which takes planes from several calls of roln_mlp_forward. */
+typedef struct {
+    const roln_real *x;   /* [nb][in] its input */
+    const roln_real *out; /* `out` of the call that made it */
+    int planes, at;       /* planes of that call, and which of them this is */
+} roln_mlp_plane;
+
+/* The input of layer l, [nb][size[l]]; below: sum of the hidden sizes before layer l. */
+ROLN_FN const roln_real *rolni_plane_input(const roln_mlp *f, const roln_mlp_plane *plane, int l, int nb, int below)
+{
+    return l == 0 ? plane->x : plane->out + nb * (plane->planes * below + plane->at * f->size[l]);
+}
+
+/* Backward. plane [planes] in, plane 0 the value; may be NULL where planes = 1 and gtheta is NULL. slope of the value,
+   gy [planes][nb][out] in; adds to gx [planes][nb][in] and gtheta (each may be NULL). work: the cotangents of two
+   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1). */
+#define ROLN_MLP_BWD_WORK(planes, nb, wide) ((planes) * (nb) * (wide))
+ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_mlp_plane *plane,
+                          const roln_real *slope, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
 {
     const int rows = planes * nb;
-    const roln_real *g = gy, *th = theta + roln_mlp_params(f), *tp = tape + ROLN_MLP_TAPE(T, nb, roln_mlp_hidden(f));
-    roln_real *ga = work, *gn;
-    int l, r, i, t, wide = f->size[0];
-    for (l = 1; l < f->layers; l++)
-        wide = f->size[l] > wide ? f->size[l] : wide;
-    gn = work + rows * wide;
+    const roln_real *g = gy, *end = theta + roln_mlp_params(f);
+    roln_real *const odd = work + rows * roln_mlp_widest(f, 0);
+    int l, r, i, t, below = roln_mlp_hidden(f);
     for (l = f->layers - 1; l >= 0; l--) {
-        const int ni = f->size[l], no = f->size[l + 1], last = l + 1 == f->layers;
-        const roln_real *b = th - no, *W = b - ni * no;
-        const roln_real *in = l > 0 ? tp - (1 + T) * nb * ni : x; /* outputs of the layer below */
-        if (gtheta) {
+        const int ni = f->size[l], no = f->size[l + 1], last = l + 1 == f->layers, m = nb * ni;
+        const roln_real *b = end - no, *W = b - ni * no;
+        roln_real *gn = l % 2 ? odd : work;
+        below -= l > 0 ? ni : 0;
+        if (gtheta) { /* the inputs of all planes, one after the other, lie where gn will be */
             roln_real *gb = gtheta + (b - theta), *gW = gtheta + (W - theta);
+            const roln_real *in = planes == 1 ? rolni_plane_input(f, plane, l, nb, below) : gn;
+            for (t = 0; t < planes && planes > 1; t++)
+                rolni_copy(m, rolni_plane_input(f, plane + t, l, nb, below), gn + t * m);
             if (last) roln_mm_at(no, rows, ni, g, in, gW);
             else roln_mm_at(ni, rows, no, in, g, gW);
             for (r = 0; r < nb; r++)
                 for (i = 0; i < no; i++)
                     gb[i] += g[r * no + i];
         }
-        if (l == 0 && !gx) break;
+        if (l == 0 && !gx) return;
         if (last) roln_mm(rows, no, ni, g, W, gn);
         else roln_mm_bt(rows, no, ni, g, W, gn);
         if (l > 0) { /* y = softplus(a), y_t = s a_t, s' = s (1 - s): ga = s gy + (1 - s) sum_t gy_t y_t, ga_t = s gy_t */
-            const roln_real *s = in - nb * ni;
-            const int m = nb * ni;
+            const roln_real *s = slope + nb * below;
             for (i = 0; i < m; i++)
                 gn[i] *= s[i];
-            for (t = 1; t < planes; t++)
+            for (t = 1; t < planes; t++) {
+                const roln_real *y = rolni_plane_input(f, plane + t, l, nb, below);
                 for (i = 0; i < m; i++) {
-                    gn[i] += (1 - s[i]) * gn[t * m + i] * in[t * m + i];
+                    gn[i] += (1 - s[i]) * gn[t * m + i] * y[i];
                     gn[t * m + i] *= s[i];
                 }
-            tp = s;
+            }
         }
-        g = gn, gn = ga, ga = work + (g == work ? 0 : rows * wide);
-        th = W;
+        g = gn;
+        end = W;
     }
-    for (i = 0; gx && i < rows * f->size[0]; i++)
+    for (i = 0; i < rows * f->size[0]; i++)
         gx[i] += g[i];
 }
 
@@ -131,7 +162,7 @@ ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, u
     int l, i;
     for (l = 0; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1];
-        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = ROLN_SQRT(gain * 2 / (roln_real)(ni + no));
+        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = ROLN_SQRT(gain * 2 / ROLNI_AS(roln_real, ni + no));
         for (i = 0; i < ni * no; i++)
             *theta++ = sd * roln_normal(seed);
         for (i = 0; i < no; i++)
@@ -146,34 +177,39 @@ ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, u
 
 #define ROLN_LAYERS_MAX 4 /* SPD layers at most */
 
-enum { ROLN_EXPONENTIAL = 0, ROLN_CHOLESKY = 1 };       /* heads: how u becomes a mass matrix */
+enum { ROLN_EXPONENTIAL = 0, ROLN_CHOLESKY = 1 };       /* how u becomes a mass matrix */
 enum { ROLN_GYRO = 1, ROLN_REEIG = 2, ROLN_BIMAP = 3 }; /* SPD layers, see section 3 */
 
 /* Shape of a Lagrangian network; all its perceptrons have the same hidden sizes. */
 typedef struct {
     int n;                          /* degrees of freedom */
-    int head;                       /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + least I */
+    int mass;                       /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + least I */
     int base;                       /* exponential: 0: base point I, 1: learned P */
     int layers;                     /* SPD layers behind the exponential: X_i+1 = layer_i(X_i), the last is M */
     int layer[ROLN_LAYERS_MAX];     /* ROLN_GYRO, ROLN_REEIG keep the width; ROLN_BIMAP: width[i+1] <= width[i] */
-    int width[ROLN_LAYERS_MAX + 1]; /* of X_0 (and U, P), .. X_layers; the last is n */
+    int width[ROLN_LAYERS_MAX + 1]; /* of X_0 (and U, P), .. X_layers; the last is n. Cholesky: width[0] = n, no layers */
     int damping;                    /* 1: learned dissipation R(z) = L L^T */
     roln_real least;                /* smallest eigenvalue that ROLN_CHOLESKY adds and ROLN_REEIG lets through */
-    roln_mlp mass;                  /* z -> u, ROLN_TRI(width[0]) outputs */
-    roln_mlp potential;             /* z -> V, one output */
-    roln_mlp damper;                /* z -> L, ROLN_TRI(n) outputs */
+    roln_mlp mass_net;              /* z -> u, ROLN_TRI(width[0]) outputs */
+    roln_mlp potential_net;         /* z -> V, one output */
+    roln_mlp damper_net;            /* z -> L, ROLN_TRI(n) outputs */
 } roln_lnn;
 
 /* theta holds the networks (mass, potential and, if damping, damper), P if base, and the SPD layers: ROLN_GYRO the
    triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
+ROLN_FN int rolni_potential_at(const roln_lnn *f)
+{
+    return roln_mlp_params(&f->mass_net);
+}
+
 ROLN_FN int rolni_damper_at(const roln_lnn *f)
 {
-    return roln_mlp_params(&f->mass) + roln_mlp_params(&f->potential);
+    return rolni_potential_at(f) + roln_mlp_params(&f->potential_net);
 }
 
 ROLN_FN int rolni_base_at(const roln_lnn *f)
 {
-    return rolni_damper_at(f) + (f->damping ? roln_mlp_params(&f->damper) : 0);
+    return rolni_damper_at(f) + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
 }
 
 ROLN_FN int rolni_layer_at(const roln_lnn *f, int layer)
@@ -198,12 +234,12 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
     roln_real *th = theta + rolni_base_at(f);
     int i, j, w = f->width[0];
-    roln_mlp_init(&f->mass, ROLN_C(0.1), theta, seed);
-    if (f->head == ROLN_CHOLESKY)
+    roln_mlp_init(&f->mass_net, ROLN_C(0.1), theta, seed);
+    if (f->mass == ROLN_CHOLESKY)
         for (i = 0; i < f->n; i++) /* L = I */
-            theta[roln_mlp_params(&f->mass) - ROLN_TRI(f->n) + i] = 1;
-    roln_mlp_init(&f->potential, 1, theta + roln_mlp_params(&f->mass), seed);
-    if (f->damping) roln_mlp_init(&f->damper, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
+            theta[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = 1;
+    roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
+    if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
     for (j = 0; f->base && j < w * w; j++)
         *th++ = j % (w + 1) == 0;
     for (i = 0; i < f->layers; i++) {
@@ -220,80 +256,92 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
 ROLN_FN int rolni_formed(const roln_lnn *f)
 {
-    return f->layers > 0 || f->head == ROLN_CHOLESKY;
+    return f->layers > 0 || f->mass == ROLN_CHOLESKY;
 }
 
-/* The tape of a block, for T directions: 1 serves the forward pass (zd), 2 also the backward (one more), 3 the backward of
-   roln_lnn_inverse with a velocity of its own. m = width[0]. Where things lie: */
+/* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(width) ..; at run time they are local ints:
+       n           degrees of freedom
+       width       of U, P and X_0: width[0]
+       base        1: learned base point P             damping    1: learned dissipation
+       cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
+       hidden      roln_mlp_hidden
+       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of n, H_2, H_4 plus largest of H_1, H_3, H_5
+       chain       sum of ROLN_LAYER_KEEP over the SPD layers, 0 without
+       chain_dir   sum of ROLN_LAYER_KEEP_DIR
+       gyro, reeig width of the first layer of that kind, which is the widest; 0 without
+       bimap, bimap_to   width before and behind the first BiMap layer; 0 without
+   and no more of them than a macro needs. */
+
+/* Kept of an SPD layer from width w to wo, its output included: at the matrix, and for each direction. kind 0: no layer. */
+#define ROLN_LAYER_KEEP(kind, w, wo) \
+    ((kind) == ROLN_GYRO    ? 4 * (w) + 6 * (w) * (w) + (wo) * (wo) \
+     : (kind) == ROLN_REEIG ? 2 * (w) + 2 * (w) * (w) + (wo) * (wo) \
+     : (kind) == ROLN_BIMAP ? (wo) * (wo) \
+                            : 0)
+#define ROLN_LAYER_KEEP_DIR(kind, w, wo) \
+    ((kind) == ROLN_GYRO    ? 4 * (w) * (w) + (wo) * (wo) \
+     : (kind) == ROLN_REEIG ? (w) * (w) + (wo) * (wo) \
+     : (kind) == ROLN_BIMAP ? (wo) * (wo) \
+                            : 0)
+
+/* The tape of a block. dirs: directions in z that it holds: 1 (zd), or 2 in roln_lnn_inverse with a velocity w (w, zd).
+   keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
+#define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
+    X(x, (1 + (dirs)) * (nb) * S(n))                               /* [1+dirs][nb][n]   z, directions, zd last */ \
+    X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(width)))                 /* [1+dirs][nb][tri] mass network, and along directions */ \
+    X(v, nb)                                                       /* [nb]              potential */ \
+    X(L, S(damping) * (nb) * ROLN_TRI(S(n)))                       /* [nb][tri(n)]      damper */ \
+    X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
+    X(g, (nb) * S(n))                                              /* [nb][n]           dV/dz */ \
+    X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
+    X(d, (nb) * S(n))                                              /* [nb][n]           R zd, 0 without damping */ \
+    X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
+    X(l, (keep) * (1 - S(cholesky)) * (nb) * S(width))             /* [nb][width]       eigenvalues of A^-1 U A^-T, A A^T = P */ \
+    X(el, (1 - S(formed)) * (nb) * S(width))                       /* [nb][width]       e^-l */ \
+    X(Q, (nb) * S(width) * S(width))                               /* [nb][width][width] X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(K, (1 - S(cholesky)) * (nb) * S(width) * S(width))           /* [nb][width][width] exp[l_i, l_j] */ \
+    X(R, S(base) * (nb) * S(width) * S(width))                     /* [nb][width][width] X_0^-1 = R^T e^-l R; Q where P = I */ \
+    X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
+    X(C, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        its Cholesky factor */ \
+    X(mass_slope, (keep) * (nb) * S(hidden))                       /* traces of the networks: see roln_mlp_forward */ \
+    X(mass_out, (keep) * (1 + (dirs)) * (nb) * S(hidden)) \
+    X(potential_slope, (keep) * (nb) * S(hidden)) \
+    X(potential_out, (keep) * (nb) * S(hidden)) \
+    X(damper_slope, (keep) * S(damping) * (nb) * S(hidden)) \
+    X(damper_out, (keep) * S(damping) * (nb) * S(hidden))
+
+#define ROLN_LNN_TAPE(S, dirs, keep, nb) (0 ROLNI_TAPE_MEM(ROLNI_SIZE, S, dirs, keep, nb))
+
+/* Where things lie on a tape. */
+#define ROLNI_FIELD(name, size) roln_real *name;
+#define ROLNI_NO_SIZE(x) 0
 typedef struct {
-    roln_real *x;      /* [1+T][nb][n]   z, directions, zd last */
-    roln_real *u;      /* [1+T][nb][tri] mass network */
-    roln_real *mass;   /*                its tape */
-    roln_real *v;      /* [2][nb]        potential, and in direction 1 */
-    roln_real *pot;    /*                its tape */
-    roln_real *L;      /* [nb][tri]      damper */
-    roln_real *damp;   /*                its tape */
-    roln_real *kin;    /* [nb][n]        1/2 grad_z (zd^T M w), w = zd unless asked for */
-    roln_real *g;      /* [nb][n]        dV/dz */
-    roln_real *dmv;    /* [nb][n]        DM[zd] w */
-    roln_real *d;      /* [nb][n]        R zd, 0 without damping */
-    roln_real *zdd;    /* [nb][n] */
-    roln_real *l;      /* [nb][m]        eigenvalues of A^-1 U A^-T */
-    roln_real *el;     /* [nb][m]        e^-l */
-    roln_real *Q;      /* [nb][m][m]     X_0 = Q^T e^l Q; Cholesky head: L */
-    roln_real *R;      /* [nb][m][m]     X_0^-1 = R^T e^-l R, Q R^T = I; R is Q where P = I */
-    roln_real *K;      /* [nb][m][m]     exp[l_i, l_j] */
-    roln_real *M, *C;  /* [nb][n][n]     M and its Cholesky factor, where M is formed */
-    roln_real *A;      /* [m][m]         Cholesky factor of P */
+    ROLNI_TAPE_MEM(ROLNI_FIELD, ROLNI_NO_SIZE, 0, 0, 0)
+    roln_real *zd; /* the last direction of x */
 } rolni_tape;
+#undef ROLNI_FIELD
 
-/* Numbers on a tape. m: width[0]; formed: 1 with SPD layers or the Cholesky head; hidden: sum of the hidden sizes. */
-#define ROLN_LNN_TAPE(n, m, base, formed, damping, hidden, T, nb) \
-    ((nb) * ((1 + (T)) * ((n) + ROLN_TRI(m)) + 2 + 5 * (n) + 2 * (m) + (2 + (base)) * (m) * (m) + 2 * (formed) * (n) * (n) + \
-             (damping) * ROLN_TRI(n)) + (base) * (m) * (m) + ROLN_MLP_TAPE(T, nb, hidden) + \
-     ROLN_MLP_TAPE((T) > 1, nb, hidden) + (damping) * ROLN_MLP_TAPE(0, nb, hidden))
+#define ROLNI_LOCAL(x) x
+#define ROLNI_TAPE_SIZES(f) \
+    const int n = (f)->n, width = (f)->width[0], base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
+    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net)
 
-/* Work of rolni_eval and rolni_adjoint on such a tape, hence of every function below that names it. layers: SPD layers;
-   wide: the largest of n and the hidden sizes. */
-#define ROLNI_LAYER_MEM(w, T) (4 * (w) + (6 + 4 * (T)) * (w) * (w))
-#define ROLNI_CHAIN(m, layers, T) ((1 + (T)) * (m) * (m) + (layers) * (ROLNI_LAYER_MEM(m, T) + (1 + (T)) * (m) * (m)))
-#define ROLNI_HEAD_WORK(m, layers, formed, T) \
-    ((5 + 2 * (T)) * (m) * (m) + 4 * (m) + ROLN_EIG_WORK(m) + ((T) > 1) * (m) * (m) * (m) + \
-     (formed) * (ROLNI_CHAIN(m, layers, T) + (1 + (T)) * (m) * (m)))
-#define ROLN_LNN_WORK(n, m, layers, formed, wide, T, nb) \
-    ((nb) * ((1 + (T)) * (ROLN_TRI(m) + (n)) + 2 + ROLN_TRI(n)) + \
-     ROLN_MAX(ROLN_MLP_BWD_WORK(1 + (T), nb, wide), ROLNI_HEAD_WORK(m, layers, formed, T)))
-
-/* The first at run time. */
-ROLN_FN int roln_lnn_tape(const roln_lnn *f, int T, int nb)
+/* ROLN_LNN_TAPE at run time. */
+ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
 {
-    return ROLN_LNN_TAPE(f->n, f->width[0], f->base, rolni_formed(f), f->damping, roln_mlp_hidden(&f->mass), T, nb);
+    ROLNI_TAPE_SIZES(f);
+    return ROLN_LNN_TAPE(ROLNI_LOCAL, dirs, keep, nb);
 }
 
-ROLN_FN rolni_tape rolni_tape_of(const roln_lnn *f, int T, int nb, roln_real *mem)
+ROLN_FN rolni_tape rolni_tape_of(const roln_lnn *f, int dirs, int keep, int nb, roln_real *mem)
 {
-    const int n = f->n, m = f->width[0], h = roln_mlp_hidden(&f->mass), formed = rolni_formed(f);
+    ROLNI_TAPE_SIZES(f);
     rolni_tape t;
-    t.x = mem;
-    t.u = t.x + (1 + T) * nb * n;
-    t.mass = t.u + (1 + T) * nb * ROLN_TRI(m);
-    t.v = t.mass + ROLN_MLP_TAPE(T, nb, h);
-    t.pot = t.v + 2 * nb;
-    t.L = t.pot + ROLN_MLP_TAPE(T > 1, nb, h);
-    t.damp = t.L + f->damping * nb * ROLN_TRI(n);
-    t.kin = t.damp + f->damping * ROLN_MLP_TAPE(0, nb, h);
-    t.g = t.kin + nb * n;
-    t.dmv = t.g + nb * n;
-    t.d = t.dmv + nb * n;
-    t.zdd = t.d + nb * n;
-    t.l = t.zdd + nb * n;
-    t.el = t.l + nb * m;
-    t.Q = t.el + nb * m;
-    t.K = t.Q + nb * m * m;
-    t.R = f->base ? t.K + nb * m * m : t.Q;
-    t.M = t.K + (1 + f->base) * nb * m * m;
-    t.C = t.M + formed * nb * n * n;
-    t.A = t.C + formed * nb * n * n;
+#define ROLNI_PLACE(name, size) t.name = mem, mem += (size);
+    ROLNI_TAPE_MEM(ROLNI_PLACE, ROLNI_LOCAL, dirs, keep, nb)
+#undef ROLNI_PLACE
+    if (!base) t.R = t.Q;
+    t.zd = t.x + dirs * nb * n;
     return t;
 }
 
@@ -310,8 +358,20 @@ ROLN_FN void rolni_sym(int n, const roln_real *u, roln_real *U)
             U[i * n + j] = U[j * n + i] = *u++;
 }
 
-/* gu = diag G_ii, low G_ij in the order of u: the cotangent of u where G is that of a symmetric (1, 2) or of a triangular
-   matrix (1, 1). */
+/* L = the lower triangular matrix of u, in the same order, zeros above. */
+ROLN_FN void rolni_low(int n, const roln_real *u, roln_real *L)
+{
+    int i, j;
+    rolni_zero(n * n, L);
+    for (i = 0; i < n; i++)
+        L[i * n + i] = *u++;
+    for (i = 1; i < n; i++)
+        for (j = 0; j < i; j++)
+            L[i * n + j] = *u++;
+}
+
+/* Backward of both: gu = diag G_ii, low G_ij in the order of u, where G is the cotangent of a symmetric (diag 1, low 2) or of
+   a triangular matrix (1, 1). */
 ROLN_FN void rolni_tri_bwd(int n, roln_real diag, roln_real low, const roln_real *G, roln_real *gu)
 {
     int i, j;
@@ -322,23 +382,11 @@ ROLN_FN void rolni_tri_bwd(int n, roln_real diag, roln_real low, const roln_real
             *gu++ = low * G[i * n + j];
 }
 
-/* L = the lower triangular matrix of u, in the same order, zeros above. */
-ROLN_FN void rolni_low(int n, const roln_real *u, roln_real *L)
-{
-    int i, j;
-    memset(L, 0, (size_t)(n * n) * sizeof *L);
-    for (i = 0; i < n; i++)
-        L[i * n + i] = *u++;
-    for (i = 1; i < n; i++)
-        for (j = 0; j < i; j++)
-            L[i * n + j] = *u++;
-}
-
 /* Y = Q^T X Q. work [n][n]. */
 ROLN_FN void rolni_congr_t_set(int n, const roln_real *Q, const roln_real *X, roln_real *Y, roln_real *work)
 {
     roln_mm(n, n, n, X, Q, work);
-    memset(Y, 0, (size_t)(n * n) * sizeof *Y);
+    rolni_zero(n * n, Y);
     roln_mm_at(n, n, n, Q, work, Y);
 }
 
@@ -361,8 +409,8 @@ ROLN_FN void rolni_outer(int n, roln_real c, const roln_real *p, const roln_real
 }
 
 /* y = Q^T ((K o F) p): the symmetric matrix Q^T (K o F) Q applied to the vector with p = Q x. work [n]. */
-ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const roln_real *F, const roln_real *p,
-                         roln_real *y, roln_real *work)
+ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const roln_real *F, const roln_real *p, roln_real *y,
+                         roln_real *work)
 {
     int i, j;
     for (i = 0; i < n; i++) {
@@ -375,14 +423,14 @@ ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const ro
 }
 
 /* Spectral functions Y = f(X) = Q^T f(l) Q with k directions X_t, planes [1+k][n][n]:
-       F_t = Q X_t Q^T,   Y_t = Q^T (K o F_t) Q,   K_ij = f[l_i, l_j],   T_ijk = f[l_i, l_j, l_k] */
+       F_t = Q X_t Q^T,   Y_t = Q^T (K o F_t) Q,   K_ij = f[l_i, l_j],   D_ijk = f[l_i, l_j, l_k] */
 enum { ROLNI_CUT = -1 }; /* f = max(least, .), beside ROLN_EXP and ROLN_LOG */
 
 typedef struct {
     roln_real *l, *f, *Q, *K, *F;
 } rolni_spectrum;
 
-/* f and K of the ascending l. log: within what exp can hold, for T is made of its differences. */
+/* f and K of the ascending l. log: within what exp can hold, for D is made of the differences of exp. */
 ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real *l, roln_real *f, roln_real *K)
 {
     roln_status st;
@@ -399,23 +447,23 @@ ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real 
     return ROLN_OK;
 }
 
-/* T. log: differentiating exp(log X) = X twice, T_ijk = - exp[f_i, f_j, f_k] K_ij K_jk K_ik. work [n][n]. */
-ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, const roln_real *f, const roln_real *K,
-                       roln_real *T, roln_real *work)
+/* D. log: differentiating exp(log X) = X twice, D_ijk = - exp[f_i, f_j, f_k] K_ij K_jk K_ik. work [n][n]. */
+ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, const roln_real *f, const roln_real *K, roln_real *D,
+                       roln_real *work)
 {
     int i, j, k;
     if (kind == ROLN_EXP) {
-        roln_exp_dd2(n, l, K, T);
+        roln_exp_dd2(n, l, K, D);
         return;
     }
     if (kind == ROLN_LOG) {
         roln_exp_dd1(n, f, work);
-        roln_exp_dd2(n, f, work, T);
+        roln_exp_dd2(n, f, work, D);
     }
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             for (k = 0; k < n; k++) {
-                roln_real *x = T + (i * n + j) * n + k;
+                roln_real *x = D + (i * n + j) * n + k;
                 if (kind == ROLN_LOG) {
                     *x *= -(K[i * n + j] * K[j * n + k] * K[i * n + k]);
                 } else { /* one of the three on the other side of `least` than the two: its distance / (gap gap) */
@@ -429,21 +477,21 @@ ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, con
 }
 
 /* In the eigenbasis, in place: the cotangents Z_t of the planes of Y become those of X,
-       D_0 = K o Z_0 + sum_t D2f[F_t, Z_t],   D_t = K o Z_t. */
-ROLN_FN void rolni_spectral_eig_bwd(int n, int k, const roln_real *K, const roln_real *T, const roln_real *F, roln_real *Z)
+       Z_0 <- K o Z_0 + sum_t D2f[F_t, Z_t],   Z_t <- K o Z_t. */
+ROLN_FN void rolni_spectral_eig_bwd(int n, int k, const roln_real *K, const roln_real *D, const roln_real *F, roln_real *Z)
 {
     const int nn = n * n;
     int t, i;
     for (i = 0; i < nn; i++)
         Z[i] *= K[i];
     for (t = 1; t <= k; t++) {
-        roln_exp_d2(n, T, F + (t - 1) * nn, Z + t * nn, Z);
+        roln_exp_d2(n, D, F + (t - 1) * nn, Z + t * nn, Z);
         for (i = 0; i < nn; i++)
             Z[t * nn + i] *= K[i];
     }
 }
 
-/* Forward; s keeps what the backward needs. work [2 n n + ROLN_EIG_WORK(n)]. */
+/* Forward; s keeps what the backward needs. work [2 n n]. */
 ROLN_FN roln_status rolni_spectral(int kind, int n, int k, roln_real least, const roln_real *X, const rolni_spectrum *s,
                                    roln_real *Y, roln_real *work)
 {
@@ -463,50 +511,64 @@ ROLN_FN roln_status rolni_spectral(int kind, int n, int k, roln_real least, cons
     return ROLN_OK;
 }
 
-/* Backward: the cotangents G [1+k][n][n] of Y become those of X. work [2 n n + n n n]. */
+/* Backward: the cotangents G [1+k][n][n] of Y become those of X. D, and then a copy of G, lie behind the product. */
+#define ROLNI_SPECTRAL_BWD_WORK(n, k) ((n) * (n) + ROLN_MAX(((k) > 0) * (n) * (n) * (n), (n) * (n)))
 ROLN_FN void rolni_spectral_bwd(int kind, int n, int k, roln_real least, const rolni_spectrum *s, roln_real *G, roln_real *work)
 {
     const int nn = n * n;
-    roln_real *tmp = work, *D = tmp + nn, *T = D + nn;
+    roln_real *product = work, *D = product + nn;
     int t;
     for (t = 0; t <= k; t++)
-        roln_congr(n, s->Q, G + t * nn, G + t * nn, tmp);
-    if (k > 0) rolni_dd2(kind, n, least, s->l, s->f, s->K, T, tmp);
-    rolni_spectral_eig_bwd(n, k, s->K, T, s->F, G);
+        roln_congr(n, s->Q, G + t * nn, G + t * nn, product);
+    if (k > 0) rolni_dd2(kind, n, least, s->l, s->f, s->K, D, product);
+    rolni_spectral_eig_bwd(n, k, s->K, D, s->F, G);
     for (t = 0; t <= k; t++) {
-        memcpy(D, G + t * nn, (size_t)nn * sizeof *D);
-        rolni_congr_t_set(n, s->Q, D, G + t * nn, tmp);
+        rolni_copy(nn, G + t * nn, D);
+        rolni_congr_t_set(n, s->Q, D, G + t * nn, product);
     }
 }
 
-/* SPD layers (paper, section 3.1), on planes X [1+k][w][w] -> Y [1+k][wo][wo], mem [ROLNI_LAYER_MEM(w, T)]:
+/* SPD layers (paper, section 3.1), on planes X [1+k][w][w] -> Y [1+k][wo][wo]:
        gyro     Y = E B E, E = exp(1/2 W o log X): gyro-translation by the SPD bias B of the matrix scaling of X by W
        ReEig    Y = max(least, X), on the eigenvalues
        BiMap    Y = W^T X W, W^T W = I
-   Eigenvalues of X of the gyro layer within what exp can hold, else ROLN_E_RANGE or ROLN_E_NOT_SPD. */
+   Eigenvalues of X of the gyro layer within what exp can hold, else ROLN_E_RANGE or ROLN_E_NOT_SPD.
+   mem [ROLN_LAYER_KEEP + k ROLN_LAYER_KEEP_DIR] gets Y and what the backward needs; work [2 w w]. */
 typedef struct {
-    rolni_spectrum a, b; /* of log and exp; ReEig: a */
-    roln_real *L, *E;    /* log X, exp(1/2 W o log X) [1+k][w][w] */
+    rolni_spectrum a, b;    /* of log and exp; ReEig: a */
+    roln_real *log_X, *E;   /* log X, exp(1/2 W o log X) [1+k][w][w] */
+    roln_real *Y;
 } rolni_layer_mem;
 
-ROLN_FN rolni_layer_mem rolni_layer_mem_of(int w, int T, roln_real *mem)
+ROLN_FN rolni_spectrum rolni_spectrum_of(int w, int k, roln_real **mem)
+{
+    rolni_spectrum s;
+    s.l = *mem, s.f = s.l + w, s.Q = s.f + w, s.K = s.Q + w * w, s.F = s.K + w * w, *mem = s.F + k * w * w;
+    return s;
+}
+
+ROLN_FN rolni_layer_mem rolni_layer_mem_of(int kind, int w, int k, roln_real *mem)
 {
     rolni_layer_mem m;
-    m.a.l = mem, m.a.f = m.a.l + w, m.a.Q = m.a.f + w, m.a.K = m.a.Q + w * w, m.a.F = m.a.K + w * w;
-    m.b.l = m.a.F + T * w * w, m.b.f = m.b.l + w, m.b.Q = m.b.f + w, m.b.K = m.b.Q + w * w, m.b.F = m.b.K + w * w;
-    m.L = m.b.F + T * w * w, m.E = m.L + (1 + T) * w * w;
+    memset(&m, 0, sizeof m);
+    if (kind != ROLN_BIMAP) m.a = rolni_spectrum_of(w, k, &mem);
+    if (kind == ROLN_GYRO) {
+        m.b = rolni_spectrum_of(w, k, &mem);
+        m.log_X = mem, m.E = m.log_X + (1 + k) * w * w, mem = m.E + (1 + k) * w * w;
+    }
+    m.Y = mem;
     return m;
 }
 
-ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int T, int k, const roln_real *theta, const roln_real *X,
-                                roln_real *Y, roln_real *mem, roln_real *work)
+ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int k, const roln_real *theta, const roln_real *X,
+                                const rolni_layer_mem *m, roln_real *work)
 {
     const int w = f->width[i], wo = f->width[i + 1], ww = w * w;
-    const rolni_layer_mem m = rolni_layer_mem_of(w, T, mem);
     const roln_real *B = theta + ROLN_TRI(w);
+    roln_real *Y = m->Y;
     roln_status st;
     int t, j;
-    if (f->layer[i] == ROLN_REEIG) return rolni_spectral(ROLNI_CUT, w, k, f->least, X, &m.a, Y, work);
+    if (f->layer[i] == ROLN_REEIG) return rolni_spectral(ROLNI_CUT, w, k, f->least, X, &m->a, Y, work);
     if (f->layer[i] == ROLN_BIMAP) {
         for (t = 0; t <= k; t++) {
             roln_mm(wo, w, w, theta, X + t * ww, work);
@@ -514,234 +576,355 @@ ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int T, int k, const ro
         }
         return ROLN_OK;
     }
-    if ((st = rolni_spectral(ROLN_LOG, w, k, 0, X, &m.a, m.L, work)) != ROLN_OK) return st;
+    if ((st = rolni_spectral(ROLN_LOG, w, k, 0, X, &m->a, m->log_X, work)) != ROLN_OK) return st;
     rolni_sym(w, theta, work);
     for (t = 0; t <= k; t++)
         for (j = 0; j < ww; j++)
-            Y[t * ww + j] = work[j] * m.L[t * ww + j] / 2;
-    if ((st = rolni_spectral(ROLN_EXP, w, k, 0, Y, &m.b, m.E, work)) != ROLN_OK) return st;
-    roln_congr(w, m.E, B, Y, work);
+            Y[t * ww + j] = work[j] * m->log_X[t * ww + j] / 2;
+    if ((st = rolni_spectral(ROLN_EXP, w, k, 0, Y, &m->b, m->E, work)) != ROLN_OK) return st;
+    roln_congr(w, m->E, B, Y, work);
     for (t = 1; t <= k; t++) { /* E_t B E and its transpose */
-        roln_mm(w, w, w, m.E + t * ww, B, work);
-        roln_mm(w, w, w, work, m.E, work + ww);
+        roln_mm(w, w, w, m->E + t * ww, B, work);
+        roln_mm(w, w, w, work, m->E, work + ww);
         rolni_twice_sym(w, work + ww, Y + t * ww);
     }
     return ROLN_OK;
 }
 
-/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL).
-   work [(5 + k) w w + w w w]. */
-ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int T, int k, const roln_real *theta, const roln_real *X, roln_real *G,
-                             roln_real *gtheta, roln_real *mem, roln_real *work)
+/* Backward of the BiMap layer: G <- W G W^T, g_W^T += 2 G W^T X. */
+ROLN_FN void rolni_bimap_bwd(int w, int wo, int k, const roln_real *theta, const roln_real *X, roln_real *G, roln_real *gtheta,
+                             roln_real *work)
 {
-    const int w = f->width[i], wo = f->width[i + 1], ww = w * w;
-    const rolni_layer_mem m = rolni_layer_mem_of(w, T, mem);
-    const roln_real *B = theta + ROLN_TRI(w);
-    roln_real *S = work, *tmp = S + ww, *gE = tmp + ww, *rest = gE + (1 + k) * ww;
+    const int ww = w * w;
+    roln_real *GW = work, *product = GW + wo * w, *gX = product + wo * w;
     int t, j;
-    if (f->layer[i] == ROLN_REEIG) {
-        rolni_spectral_bwd(ROLNI_CUT, w, k, f->least, &m.a, G, work);
-        return;
-    }
-    if (f->layer[i] == ROLN_BIMAP) {
-        for (t = 0; t <= k; t++) { /* W G W^T; g_W^T = 2 G W^T X */
-            roln_mm(wo, wo, w, G + t * wo * wo, theta, tmp);
-            if (gtheta) {
-                roln_mm(wo, w, w, tmp, X + t * ww, S);
-                for (j = 0; j < wo * w; j++)
-                    gtheta[j] += 2 * S[j];
-            }
-            memset(gE + t * ww, 0, (size_t)ww * sizeof *gE);
-            roln_mm_at(w, wo, w, theta, tmp, gE + t * ww);
+    for (t = 0; t <= k; t++) {
+        roln_mm(wo, wo, w, G + t * wo * wo, theta, GW);
+        if (gtheta) {
+            roln_mm(wo, w, w, GW, X + t * ww, product);
+            for (j = 0; j < wo * w; j++)
+                gtheta[j] += 2 * product[j];
         }
-        memcpy(G, gE, (size_t)((1 + k) * ww) * sizeof *G);
-        return;
+        rolni_zero(ww, gX + t * ww);
+        roln_mm_at(w, wo, w, theta, GW, gX + t * ww);
     }
-    for (t = 0; t <= k; t++) { /* Y_t: cotangents of E_t, and of E */
-        roln_mm(w, w, w, m.E, B, tmp);
-        roln_mm(w, w, w, G + t * ww, tmp, S);
-        rolni_twice_sym(w, S, gE + t * ww);
-        if (t == 0) continue;
-        roln_mm(w, w, w, m.E + t * ww, B, tmp);
-        roln_mm(w, w, w, G + t * ww, tmp, S);
-        rolni_twice_sym(w, S, tmp);
-        for (j = 0; j < ww; j++)
-            gE[j] += tmp[j];
-    }
-    for (t = 0; gtheta && t <= k; t++) { /* g_B = E G_0 E + sum_t E_t G_t E + its transpose */
-        roln_mm(w, w, w, m.E + t * ww, G + t * ww, tmp);
-        roln_mm(w, w, w, tmp, m.E, S);
-        rolni_twice_sym(w, S, tmp);
-        for (j = 0; j < ww; j++)
-            gtheta[ROLN_TRI(w) + j] += t == 0 ? tmp[j] / 2 : tmp[j];
-    }
-    rolni_spectral_bwd(ROLN_EXP, w, k, 0, &m.b, gE, rest);
-    memset(S, 0, (size_t)ww * sizeof *S); /* gE is the cotangent of 1/2 W o L */
-    rolni_sym(w, theta, tmp);
-    for (t = 0; t <= k; t++)
-        for (j = 0; j < ww; j++) {
-            S[j] += gE[t * ww + j] * m.L[t * ww + j] / 2;
-            G[t * ww + j] = gE[t * ww + j] * tmp[j] / 2;
-        }
-    rolni_tri_bwd(w, 1, 2, S, tmp);
-    for (j = 0; gtheta && j < ROLN_TRI(w); j++)
-        gtheta[j] += tmp[j];
-    rolni_spectral_bwd(ROLN_LOG, w, k, 0, &m.a, G, rest);
+    rolni_copy((1 + k) * ww, gX, G);
 }
 
-/* The SPD matrices of row r and of the k directions p .. p+k-1 of its tape, [1+k][.][.] each: X_0 from the head, X_i+1
-   from layer i, lie one after the other in chain (ROLNI_CHAIN), between them what the layers keep. F [k][m][m]: directions
-   of U in the eigenbasis (rolni_directions); Cholesky: of L. *M gets the last. */
-ROLN_FN roln_status rolni_form(const roln_lnn *f, int T, int k, const roln_real *theta, const rolni_tape *t, int r,
-                               const roln_real *F, roln_real **M, roln_real *chain, roln_real *work)
+/* Backward of the gyro layer; the first two lines of the loops by the product rule of Y_t = E_t B E + E B E_t. */
+ROLN_FN void rolni_gyro_bwd(int w, int k, const roln_real *theta, const rolni_layer_mem *m, roln_real *G, roln_real *gtheta,
+                            roln_real *work)
 {
-    const int m = f->width[0], mm = m * m, step = ROLNI_LAYER_MEM(m, T);
-    const roln_real *Q = t->Q + r * mm, *K = t->K + r * mm;
-    roln_real *X = chain;
-    int i, j;
-    if (f->head == ROLN_CHOLESKY) {
+    const int ww = w * w;
+    const roln_real *B = theta + ROLN_TRI(w);
+    roln_real *gE = work, *rest = gE + (1 + k) * ww, *S = rest, *product = S + ww;
+    int t, j;
+    for (t = 0; t <= k; t++) { /* cotangents of E_t, and of E */
+        roln_mm(w, w, w, m->E, B, product);
+        roln_mm(w, w, w, G + t * ww, product, S);
+        rolni_twice_sym(w, S, gE + t * ww);
+        if (t == 0) continue;
+        roln_mm(w, w, w, m->E + t * ww, B, product);
+        roln_mm(w, w, w, G + t * ww, product, S);
+        rolni_twice_sym(w, S, product);
+        for (j = 0; j < ww; j++)
+            gE[j] += product[j];
+    }
+    for (t = 0; gtheta && t <= k; t++) { /* g_B = E G_0 E + sum_t E_t G_t E + its transpose */
+        roln_mm(w, w, w, m->E + t * ww, G + t * ww, product);
+        roln_mm(w, w, w, product, m->E, S);
+        rolni_twice_sym(w, S, product);
+        for (j = 0; j < ww; j++)
+            gtheta[ROLN_TRI(w) + j] += t == 0 ? product[j] / 2 : product[j];
+    }
+    rolni_spectral_bwd(ROLN_EXP, w, k, 0, &m->b, gE, rest);
+    rolni_zero(ww, S); /* gE is now the cotangent of 1/2 W o log X */
+    rolni_sym(w, theta, product);
+    for (t = 0; t <= k; t++)
+        for (j = 0; j < ww; j++) {
+            S[j] += gE[t * ww + j] * m->log_X[t * ww + j] / 2;
+            G[t * ww + j] = gE[t * ww + j] * product[j] / 2;
+        }
+    rolni_tri_bwd(w, 1, 2, S, product);
+    for (j = 0; gtheta && j < ROLN_TRI(w); j++)
+        gtheta[j] += product[j];
+    rolni_spectral_bwd(ROLN_LOG, w, k, 0, &m->a, G, rest);
+}
+
+/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL). The largest work of all
+   layers of a network: */
+#define ROLNI_LAYER_BWD_WORK(S, k) \
+    ROLN_MAX(ROLN_MAX((S(gyro) > 0) * ((1 + (k)) * S(gyro) * S(gyro) + ROLNI_SPECTRAL_BWD_WORK(S(gyro), k)), \
+                      (S(reeig) > 0) * ROLNI_SPECTRAL_BWD_WORK(S(reeig), k)), \
+             2 * S(bimap) * S(bimap_to) + (1 + (k)) * S(bimap) * S(bimap))
+ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int k, const roln_real *theta, const roln_real *X, roln_real *G,
+                             roln_real *gtheta, const rolni_layer_mem *m, roln_real *work)
+{
+    const int w = f->width[i];
+    if (f->layer[i] == ROLN_REEIG) rolni_spectral_bwd(ROLNI_CUT, w, k, f->least, &m->a, G, work);
+    else if (f->layer[i] == ROLN_BIMAP) rolni_bimap_bwd(w, f->width[i + 1], k, theta, X, G, gtheta, work);
+    else rolni_gyro_bwd(w, k, theta, m, G, gtheta, work);
+}
+
+/* Row r of a tape, and up to two directions in u of that row. The functions of a row take the number k of its directions as an
+   argument, like the shape f, so that a compiler which knows both drops what is not used. */
+typedef struct {
+    const roln_real *theta;
+    const rolni_tape *tape;
+    int r;
+    const roln_real *u[2]; /* [tri] each */
+} rolni_row;
+
+/* F_t = R U_t R^T of the k directions U_t of U; Cholesky: F_t = L_t. F [k][width][width] out. */
+#define ROLNI_DIRECTIONS_WORK(S, k) (((k) > 0) * (1 - S(cholesky)) * 2 * S(width) * S(width))
+ROLN_FN void rolni_directions(const roln_lnn *f, int k, const rolni_row *row, roln_real *F, roln_real *work)
+{
+    const int m = f->width[0], mm = m * m;
+    int t;
+    for (t = 0; t < k; t++) {
+        if (f->mass == ROLN_CHOLESKY) {
+            rolni_low(m, row->u[t], F + t * mm);
+        } else {
+            rolni_sym(m, row->u[t], work);
+            roln_congr(m, row->tape->R + row->r * mm, work, F + t * mm, work + mm);
+        }
+    }
+}
+
+/* The chain of a row: its SPD matrices and those of its directions, [1+k][.][.] each, where they are formed: X_0, and behind it
+   what each layer keeps, X_i+1 included. The size, and the same at run time. */
+#define ROLNI_CHAIN(S, k) (S(formed) * (1 + (k)) * S(width) * S(width) + S(chain) + (k) * S(chain_dir))
+ROLN_FN int rolni_chain_size(const roln_lnn *f, int k)
+{
+    int i, size = rolni_formed(f) * (1 + k) * f->width[0] * f->width[0];
+    for (i = 0; i < f->layers; i++)
+        size += ROLN_LAYER_KEEP(f->layer[i], f->width[i], f->width[i + 1]) +
+                k * ROLN_LAYER_KEEP_DIR(f->layer[i], f->width[i], f->width[i + 1]);
+    return size;
+}
+
+/* Fills the chain; F from rolni_directions, *M is the last matrix. The status depends on the matrices only, not on directions:
+   where rolni_eval has formed M of a row, it is ROLN_OK ever after. */
+#define ROLNI_FORM_WORK(S, k) \
+    (S(cholesky) ? ((k) > 0) * S(width) * S(width) : S(formed) * (S(width) + ROLN_SPD_FORM_WORK(S(width))))
+ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M,
+                               roln_real *work)
+{
+    const int m = f->width[0], mm = m * m;
+    const roln_real *Q = row->tape->Q + row->r * mm, *K = row->tape->K + row->r * mm;
+    roln_real *X = chain, *end = X + (1 + k) * mm;
+    int i, t;
+    *M = X;
+    if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + least I, X_t = L_t L^T + L L_t^T */
         roln_mm_bt(m, m, m, Q, Q, X);
         for (i = 0; i < m; i++)
             X[i * (m + 1)] += f->least;
-        for (j = 0; j < k; j++) {
-            roln_mm_bt(m, m, m, F + j * mm, Q, work);
-            rolni_twice_sym(m, work, X + (1 + j) * mm);
+        for (t = 0; t < k; t++) {
+            roln_mm_bt(m, m, m, F + t * mm, Q, work);
+            rolni_twice_sym(m, work, X + (1 + t) * mm);
         }
-    } else {
+    } else { /* X_0 = Q^T e^l Q, X_t = Q^T (K o F_t) Q */
         for (i = 0; i < m; i++)
             work[i] = K[i * (m + 1)];
         roln_spd_form(m, work, Q, X, work + m);
-        for (j = 0; j < k; j++) {
+        for (t = 0; t < k; t++) {
             for (i = 0; i < mm; i++)
-                work[i] = K[i] * F[j * mm + i];
-            rolni_congr_t_set(m, Q, work, X + (1 + j) * mm, work + mm);
+                work[i] = K[i] * F[t * mm + i];
+            rolni_congr_t_set(m, Q, work, X + (1 + t) * mm, work + mm);
         }
     }
     for (i = 0; i < f->layers; i++) {
-        roln_real *mem = X + (1 + T) * mm, *next = mem + step;
-        const roln_status st = rolni_layer(f, i, T, k, theta + rolni_layer_at(f, i), X, next, mem, work);
+        const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
+        const rolni_layer_mem mem = rolni_layer_mem_of(kind, w, k, end);
+        const roln_status st = rolni_layer(f, i, k, row->theta + rolni_layer_at(f, i), X, &mem, work);
+        *M = X = mem.Y;
         if (st != ROLN_OK) return st;
-        X = next;
+        end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
     }
-    *M = X;
     return ROLN_OK;
 }
 
-/* F_j = R U_j R^T for the k directions p .. p+k-1 of row r; Cholesky: F_j = L_j. work [2 m m]. */
-ROLN_FN void rolni_directions(const roln_lnn *f, int nb, const rolni_tape *t, int r, int p, int k, roln_real *F, roln_real *work)
+/* Backward of the layers, last first: the cotangents Z of M become those of X_0. The chain from rolni_form. */
+ROLN_FN void rolni_chain_bwd(const roln_lnn *f, int k, const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta,
+                             roln_real *work)
 {
-    const int m = f->width[0], mm = m * m;
-    int j;
-    for (j = 0; j < k; j++) {
-        const roln_real *u = t->u + ((p + j) * nb + r) * ROLN_TRI(m);
-        if (f->head == ROLN_CHOLESKY) {
-            rolni_low(m, u, F + j * mm);
-            continue;
-        }
-        rolni_sym(m, u, work);
-        roln_congr(m, t->R + r * mm, work, F + j * mm, work + mm);
+    const int m = f->width[0];
+    const roln_real *X[ROLN_LAYERS_MAX + 1];
+    rolni_layer_mem mem[ROLN_LAYERS_MAX];
+    roln_real *end = chain + (1 + k) * m * m;
+    int i;
+    X[0] = chain;
+    for (i = 0; i < f->layers; i++) {
+        const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
+        mem[i] = rolni_layer_mem_of(kind, w, k, end);
+        X[i + 1] = mem[i].Y;
+        end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
+    }
+    for (i = f->layers - 1; i >= 0; i--) {
+        const int at = rolni_layer_at(f, i);
+        rolni_layer_bwd(f, i, k, row->theta + at, X[i], Z, gtheta ? gtheta + at : NULL, mem + i, work);
     }
 }
 
 /* One bilinear form c p^T M_t q of a block, p and q [nb][n], and where its cotangents go: gp += c M_t q, gq += c M_t p
-   (each may be NULL). */
+   (each may be NULL). M_0 is the mass matrix, M_1, M_2 its derivatives along the directions of a row. */
 typedef struct {
     roln_real c;
     const roln_real *p, *q;
     roln_real *gp, *gq;
 } rolni_pair;
 
-/* Row r of the backward of sum_t c_t p_t^T M_t q_t, t = 0 the mass matrix, t = 1 .. k its derivatives along the directions
-   p .. p+k-1: writes the cotangents gu of their planes (and plane 0) of u, adds to gp, gq and, for P and the layers, gtheta.
-   P: exp_{BPB^T}(B U B^T) = B exp_P(U) B^T makes g_P = sym((sum_t gX_t X_t - gU_t U_t) P^-1); in the eigenbasis
-   R^T sym(sum_t Z_t E_t - D_t S_t) R with X_t = Q^T E_t Q, U_t = Q^T S_t Q. [ours] */
-ROLN_FN roln_status rolni_head_bwd(const roln_lnn *f, int T, int nb, int k, int p, const roln_real *theta, const rolni_tape *t,
-                                   int r, const rolni_pair *pair, roln_real *gu, roln_real *gtheta, roln_real *work)
+/* v = M_t x of a row that is not formed, from y = Q x. work [n]. */
+ROLN_FN void rolni_from_basis(const roln_lnn *f, const rolni_row *row, int t, const roln_real *F, const roln_real *y, roln_real *v,
+                              roln_real *work)
 {
-    const int n = f->n, m = f->width[0], mm = m * m, nn = n * n, tri = ROLN_TRI(m), formed = rolni_formed(f);
-    const roln_real *Q = t->Q + r * mm, *R = t->R + r * mm, *K = t->K + r * mm, *l = t->l + r * m;
-    roln_real *F = work, *Z = F + T * mm, *chain = Z + (1 + T) * mm;
-    roln_real *tmp = chain + (formed ? ROLNI_CHAIN(m, f->layers, T) : 0), *S = tmp + mm, *B = S + mm;
-    roln_real *x = B + mm + mm, *y = x + m, *v = y + m, *T3 = v + m, *M = NULL;
-    roln_status st;
-    int a, i, j;
-
-    rolni_directions(f, nb, t, r, p, k, F, tmp);
-    if (formed && (st = rolni_form(f, T, k, theta, t, r, F, &M, chain, tmp)) != ROLN_OK) return st;
-    for (a = 0; a <= k; a++) {
-        const roln_real *pr = pair[a].p + r * n, *qr = pair[a].q + r * n;
-        roln_real *out[2];
-        out[0] = pair[a].gp, out[1] = pair[a].gq;
-        if (!formed) {
-            roln_mm_bt(1, n, n, pr, Q, x);
-            roln_mm_bt(1, n, n, qr, Q, y);
-        }
-        rolni_outer(n, pair[a].c, formed ? pr : x, formed ? qr : y, Z + a * nn);
-        for (j = 0; j < 2; j++) {
-            const roln_real *of = formed ? (j ? pr : qr) : (j ? x : y);
-            if (!out[j]) continue;
-            if (formed) roln_mm_bt(1, n, n, of, M + a * nn, v);
-            else if (a > 0) rolni_apply(n, Q, K, F + (a - 1) * mm, of, v, tmp);
-            else {
-                for (i = 0; i < n; i++)
-                    tmp[i] = K[i * (n + 1)] * of[i];
-                roln_mm(1, n, n, tmp, Q, v);
-            }
-            for (i = 0; i < n; i++)
-                out[j][r * n + i] += pair[a].c * v[i];
-        }
+    const int n = f->n;
+    const roln_real *Q = row->tape->Q + row->r * n * n, *K = row->tape->K + row->r * n * n;
+    int i;
+    if (t > 0) {
+        rolni_apply(n, Q, K, F + (t - 1) * n * n, y, v, work);
+        return;
     }
-    for (i = f->layers - 1; i >= 0; i--) {
-        const int at = rolni_layer_at(f, i), step = ROLNI_LAYER_MEM(m, T);
-        roln_real *X = chain + i * (step + (1 + T) * mm);
-        rolni_layer_bwd(f, i, T, k, theta + at, X, Z, gtheta ? gtheta + at : NULL, X + (1 + T) * mm, tmp);
-    }
-    if (f->head == ROLN_CHOLESKY) { /* g_L = 2 (G_0 L + sum_t G_t L_t), g_L_t = 2 G_t L */
-        for (a = 0; a <= k; a++) {
-            roln_mm(n, n, n, Z + a * nn, Q, S);
-            for (j = 0; a == 0 && j < k; j++) {
-                roln_mm(n, n, n, Z + (1 + j) * nn, F + j * nn, tmp);
-                for (i = 0; i < nn; i++)
-                    S[i] += tmp[i];
-            }
-            rolni_tri_bwd(n, 2, 2, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
-        }
-        return ROLN_OK;
-    }
-    for (a = 0; formed && a <= k; a++)
-        roln_congr(m, Q, Z + a * mm, Z + a * mm, tmp);
-    if (k > 0) roln_exp_dd2(m, l, K, T3);
-    for (a = 0; f->base && a <= k; a++) { /* B = sum Z_t E_t */
-        for (i = 0; i < m; i++)
-            for (j = 0; j < m; j++)
-                S[i * m + j] = a ? K[i * m + j] * F[(a - 1) * mm + i * m + j] : i == j ? K[i * m + j] : 0;
-        if (a == 0) memset(B, 0, (size_t)mm * sizeof *B);
-        roln_mm(m, m, m, Z + a * mm, S, tmp);
-        for (i = 0; i < mm; i++)
-            B[i] += tmp[i];
-    }
-    rolni_spectral_eig_bwd(m, k, K, T3, F, Z);
-    for (a = 0; a <= k; a++) {
-        rolni_congr_t_set(m, R, Z + a * mm, S, tmp);
-        rolni_tri_bwd(m, 1, 2, S, gu + ((a ? p + a - 1 : 0) * nb + r) * tri);
-        if (!f->base || !gtheta) continue;
-        for (i = 0; i < m; i++)
-            for (j = 0; j < m; j++)
-                S[i * m + j] = a ? F[(a - 1) * mm + i * m + j] : i == j ? l[i] : 0;
-        roln_mm(m, m, m, Z + a * mm, S, tmp);
-        for (i = 0; i < mm; i++)
-            B[i] -= tmp[i];
-    }
-    if (f->base && gtheta) {
-        rolni_congr_t_set(m, R, B, S, tmp);
-        rolni_twice_sym(m, S, B);
-        for (i = 0; i < mm; i++)
-            gtheta[rolni_base_at(f) + i] += B[i] / 2;
-    }
-    return ROLN_OK;
+    for (i = 0; i < n; i++)
+        work[i] = K[i * (n + 1)] * y[i];
+    roln_mm(1, n, n, work, Q, v);
 }
 
-/* y_r = M x_r, from row r of a tape. work [m]. */
+/* Backward of the pairs with respect to their vectors, and the cotangents Z_t = c sym(p q^T) of M_t; in the eigenbasis, where M
+   is not formed. M [1+k][n][n] from rolni_form, or F. Z [1+k][n][n] out. grad: 1 where a pair has a gp or gq. */
+#define ROLNI_PAIRS_WORK(S, grad) (S(formed) ? (grad) * S(n) : (2 + 2 * (grad)) * S(n))
+ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, const roln_real *M,
+                             const roln_real *F, roln_real *Z, roln_real *work)
+{
+    const int n = f->n, nn = n * n, formed = rolni_formed(f);
+    roln_real *x = work, *y = x + n, *v = formed ? work : y + n, *product = v + n;
+    int t, i, j;
+    for (t = 0; t <= k; t++) {
+        const rolni_pair *of = pair + t;
+        const roln_real *p = of->p + row->r * n, *q = of->q + row->r * n;
+        roln_real *out[2];
+        out[0] = of->gp, out[1] = of->gq;
+        if (!formed) {
+            roln_mm_bt(1, n, n, p, row->tape->Q + row->r * nn, x);
+            roln_mm_bt(1, n, n, q, row->tape->Q + row->r * nn, y);
+            p = x, q = y;
+        }
+        rolni_outer(n, of->c, p, q, Z + t * nn);
+        for (j = 0; j < 2; j++) {
+            if (!out[j]) continue;
+            if (formed) roln_mm_bt(1, n, n, j ? p : q, M + t * nn, v);
+            else rolni_from_basis(f, row, t, F, j ? p : q, v, product);
+            for (i = 0; i < n; i++)
+                out[j][row->r * n + i] += of->c * v[i];
+        }
+    }
+}
+
+/* Backward of L L^T: g_L = 2 (Z_0 L + sum_t Z_t L_t), g_L_t = 2 Z_t L. gu: the cotangents of u and its directions, one every
+   `stride` numbers. work [2 n n], with k = 0 [n][n]. */
+ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, const roln_real *Z,
+                                roln_real *gu, int stride, roln_real *work)
+{
+    const int n = f->n, nn = n * n;
+    roln_real *G = work, *product = G + nn;
+    int t, j, i;
+    for (t = 0; t <= k; t++) {
+        roln_mm(n, n, n, Z + t * nn, row->tape->Q + row->r * nn, G);
+        for (j = 0; t == 0 && j < k; j++) {
+            roln_mm(n, n, n, Z + (1 + j) * nn, F + j * nn, product);
+            for (i = 0; i < nn; i++)
+                G[i] += product[i];
+        }
+        rolni_tri_bwd(n, 2, 2, G, gu + t * stride);
+    }
+}
+
+/* B += c Z_t F, with l: F_0 = diag(l), F_t; with K: E_0 = diag(e^l), E_t = K o F_t. S and product [m][m] are scratch. Inline, so
+   that nothing of it is left where base is 0. */
+ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, const roln_real *l, const roln_real *K,
+                                 const roln_real *F, roln_real *B, roln_real *S, roln_real *product)
+{
+    int i, j;
+    for (i = 0; i < m; i++)
+        for (j = 0; j < m; j++) {
+            const int at = i * m + j;
+            if (t == 0) S[at] = i != j ? 0 : l ? l[i] : K[at];
+            else S[at] = l ? F[(t - 1) * m * m + at] : K[at] * F[(t - 1) * m * m + at];
+        }
+    roln_mm(m, m, m, Z + t * m * m, S, product);
+    for (i = 0; i < m * m; i++)
+        B[i] += c * product[i];
+}
+
+/* Backward of exp_P in the eigenbasis: Z_t, the cotangents of X_t, become those of U and its directions, and these those of u.
+   exp_{BPB^T}(B U B^T) = B exp_P(U) B^T makes g_P = sym((sum_t gX_t X_t - gU_t U_t) P^-1), which in the eigenbasis is
+   R^T sym(sum_t gX_t E_t - gU_t F_t) R, where X_t = Q^T E_t Q, E_0 = diag(e^l), E_t = K o F_t, F_0 = diag(l).
+   grad: 1 with gtheta. D lies where S and product do. */
+#define ROLNI_EXP_BWD_MEM(X, S, grad) X(B, (grad) * S(base) * S(width) * S(width))
+#define ROLNI_EXP_BWD_WORK(S, k, grad) \
+    (0 ROLNI_EXP_BWD_MEM(ROLNI_SIZE, S, grad) + \
+     ROLN_MAX(((k) > 0) * S(width) * S(width) * S(width), 2 * S(width) * S(width)))
+ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu,
+                           int stride, roln_real *gtheta, roln_real *work)
+{
+    const rolni_tape *tape = row->tape;
+    const int width = f->width[0], base = f->base && gtheta, mm = width * width;
+    const roln_real *l = tape->l + row->r * width, *K = tape->K + row->r * mm, *R = tape->R + row->r * mm;
+    int t, i;
+    ROLNI_EXP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, 1)
+    roln_real *const D = work, *const S = work, *const product = S + mm;
+    if (base) rolni_zero(mm, B);
+    for (t = 0; base && t <= k; t++)
+        rolni_add_base(width, t, 1, Z, NULL, K, F, B, S, product);
+    if (k > 0) roln_exp_dd2(width, l, K, D);
+    rolni_spectral_eig_bwd(width, k, K, D, F, Z);
+    for (t = 0; t <= k; t++) {
+        rolni_congr_t_set(width, R, Z + t * mm, S, product);
+        rolni_tri_bwd(width, 1, 2, S, gu + t * stride);
+        if (base) rolni_add_base(width, t, -1, Z, l, NULL, F, B, S, product);
+    }
+    if (!base) return;
+    rolni_congr_t_set(width, R, B, S, product);
+    rolni_twice_sym(width, S, B);
+    for (i = 0; i < mm; i++)
+        gtheta[rolni_base_at(f) + i] += B[i] / 2;
+}
+
+/* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
+   gu, one every `stride` numbers (over row->u, if they lie there), adds to those of the vectors of each pair and, for P and the
+   layers, to gtheta (may be NULL). M of the row was formed before: rolni_form succeeds. */
+#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(width) * S(width)) X(Z, (1 + (k)) * S(width) * S(width))
+#define ROLNI_ROW_BWD_WORK(S, k, grad) \
+    (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
+     ROLN_MAX(ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
+                       ROLNI_CHAIN(S, k) + ROLN_MAX(ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad)), \
+                                                    ROLNI_LAYER_BWD_WORK(S, k))), \
+              S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
+ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
+                                  roln_real *gtheta, roln_real *work)
+{
+    const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
+    roln_real *M = NULL, *chain, *rest;
+    int t;
+    ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
+    chain = rest = work;
+    rolni_directions(f, k, row, F, work);
+    if (formed) {
+        rest += rolni_chain_size(f, k);
+        (void)rolni_form(f, k, row, F, chain, &M, rest);
+    }
+    rolni_pairs_bwd(f, k, row, pair, M, F, Z, rest);
+    if (formed) rolni_chain_bwd(f, k, row, chain, Z, gtheta, rest);
+    if (f->mass == ROLN_CHOLESKY) {
+        rolni_cholesky_bwd(f, k, row, F, Z, gu, stride, work);
+        return;
+    }
+    for (t = 0; formed && t <= k; t++)
+        roln_congr(width, row->tape->Q + row->r * mm, Z + t * mm, Z + t * mm, work);
+    rolni_exp_bwd(f, k, row, F, Z, gu, stride, gtheta, work);
+}
+
+/* y = M x, from row r of a tape. x, y [n], work [n]. */
 ROLN_FN void rolni_mul(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n;
@@ -756,7 +939,7 @@ ROLN_FN void rolni_mul(const roln_lnn *f, const rolni_tape *t, int r, const roln
     roln_mm(1, n, n, work, t->Q + r * n * n, y);
 }
 
-/* y_r = M^-1 x_r: R^T (e^-l o (R x)), or by the Cholesky factor of a formed M. work [m]. */
+/* y = M^-1 x: R^T (e^-l o (R x)), or by the Cholesky factor of a formed M. x, y [n], work [n]. */
 ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n;
@@ -768,341 +951,444 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
     roln_spd_mul(n, t->el + r * n, t->R + r * n * n, x, y, work);
 }
 
-/* y = DM[x_p] x for a block, x_p the direction p of the tape, whose plane of u is there. */
-ROLN_FN roln_status rolni_dm(const roln_lnn *f, int T, int nb, int p, const roln_real *theta, const rolni_tape *t,
+/* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
+   before: rolni_form succeeds. */
+#define ROLNI_DM_MEM(X, S) X(F, S(width) * S(width))
+#define ROLNI_DM_WORK(S) \
+    (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
+                                                                                      : 2 * S(n)))
+ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
                              const roln_real *x, roln_real *y, roln_real *work)
 {
-    const int n = f->n, m = f->width[0], mm = m * m, formed = rolni_formed(f);
-    roln_real *F = work, *chain = F + mm, *tmp = chain + (formed ? ROLNI_CHAIN(m, f->layers, T) : 0), *M = NULL;
+    const int n = f->n, width = f->width[0], formed = rolni_formed(f);
+    rolni_row row;
     int r;
+    ROLNI_DM_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    row.theta = theta, row.tape = tape;
     for (r = 0; r < nb; r++) {
-        rolni_directions(f, nb, t, r, p, 1, F, tmp);
+        row.r = r, row.u[0] = u + r * ROLN_TRI(width);
+        rolni_directions(f, 1, &row, F, work);
         if (formed) {
-            const roln_status st = rolni_form(f, T, 1, theta, t, r, F, &M, chain, tmp);
-            if (st != ROLN_OK) return st;
+            roln_real *M;
+            (void)rolni_form(f, 1, &row, F, work, &M, work + rolni_chain_size(f, 1));
             roln_mm_bt(1, n, n, x + r * n, M + n * n, y + r * n);
         } else {
-            roln_mm_bt(1, n, n, x + r * n, t->Q + r * mm, tmp);
-            rolni_apply(n, t->Q + r * mm, t->K + r * mm, F, tmp, y + r * n, tmp + n);
+            roln_mm_bt(1, n, n, x + r * n, tape->Q + r * n * n, work);
+            rolni_from_basis(f, &row, 1, F, work, y + r * n, work + n);
         }
     }
-    return ROLN_OK;
 }
 
 /* ---- 4 mechanics ------------------------------------------------------------------------------ */
 
-/* How much of the tape is wanted at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w. */
+/* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w. */
 enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS };
 
-/* Fill it. w [nb][n]: NULL for zd, or the direction T - 1 of the tape, whose plane of u is then filled, too. */
-ROLN_FN roln_status rolni_eval(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
-                               int wanted, roln_real *tape, roln_real *work)
+/* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
+   the tape or, without keep, in the first nb hidden numbers of work, where t->mass_slope then points. */
+#define ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb) \
+    ((1 - (keep)) * (nb) * S(hidden) + \
+     ROLN_MAX((1 - (keep)) * (1 + ((wanted) < ROLNI_CORIOLIS ? 0 : (dirs))) * (nb) * S(hidden), \
+              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLN_MLP_BWD_WORK(1, nb, S(wide))))
+ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
+                            roln_real *work)
 {
-    const int n = f->n, m = f->width[0], mm = m * m, tri = ROLN_TRI(m), formed = rolni_formed(f);
-    const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    const roln_real *pot = theta + roln_mlp_params(&f->mass), *P = theta + rolni_base_at(f), *damper = theta + rolni_damper_at(f);
-    roln_real *gu = work, *S = gu + nb * tri, *G = S + mm, *tmp = G + mm, *M = NULL;
-    roln_real *zd = t.x + T * nb * n;
+    const int n = f->n, hidden = nb * roln_mlp_hidden(&f->mass_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
+    const roln_real *potential = theta + rolni_potential_at(f);
+    roln_real *rest = keep ? work : work + hidden;
+    int r;
+    if (!keep) {
+        t->mass_slope = t->potential_slope = t->damper_slope = work;
+        t->mass_out = t->potential_out = t->damper_out = rest;
+    }
+    roln_mlp_forward(&f->potential_net, 1, 1, nb, potential, t->x, t->v, t->potential_slope, t->potential_out);
+    if (wanted >= ROLNI_GRADIENT) { /* g = dV/dz */
+        for (r = 0; r < nb; r++)
+            rest[r] = 1;
+        rolni_zero(nb * n, t->g);
+        roln_mlp_bwd(&f->potential_net, 1, nb, potential, NULL, t->potential_slope, rest, t->g, NULL, rest + nb);
+    }
+    if (f->damping)
+        roln_mlp_forward(&f->damper_net, 1, 1, nb, theta + rolni_damper_at(f), t->x, t->L, t->damper_slope, t->damper_out);
+    roln_mlp_forward(&f->mass_net, 1, planes, nb, theta, t->x, t->u, t->mass_slope, t->mass_out);
+}
+
+/* Eigenbasis of row r: Q, R, K, el and l [width] from u; A: Cholesky factor of P, if base. Status of roln_eig, roln_exp_range. */
+#define ROLNI_EIGENBASIS_WORK(S) ROLN_MAX(ROLN_EIG_WORK(S(width)), S(base) * (S(width) * S(width) + S(width)))
+ROLN_FN roln_status rolni_eigenbasis(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *A, roln_real *l,
+                                     roln_real *work)
+{
+    const int m = f->width[0], mm = m * m;
+    roln_real *Q = t->Q + r * mm, *G = work, *column = G + mm;
     roln_status st;
-    rolni_pair pair;
-    const int dirs = wanted < ROLNI_CORIOLIS ? 0 : w ? 2 : 1, together = dirs == T; /* directions: the last ones */
-    int r, i, j;
-
-    if (!roln_all_finite(2 * nb * n, s)) return ROLN_E_NOT_FINITE;
-    memcpy(t.x, s, (size_t)(nb * n) * sizeof *s);
-    memcpy(zd, s + nb * n, (size_t)(nb * n) * sizeof *s);
-    pair.c = ROLN_C(0.5), pair.p = zd, pair.q = w ? w : zd, pair.gp = pair.gq = NULL;
-    roln_mlp_forward(&f->mass, T, 0, together ? 1 + T : 1, nb, theta, t.x, t.u, t.mass);
-    if (dirs > 0 && !together) roln_mlp_forward(&f->mass, T, T - dirs + 1, dirs, nb, theta, t.x, t.u, t.mass);
-    roln_mlp_forward(&f->potential, T > 1, 0, 1, nb, pot, t.x, t.v, t.pot);
-    if (f->damping) roln_mlp_forward(&f->damper, 0, 0, 1, nb, damper, t.x, t.L, t.damp);
-    if (f->base && (st = roln_chol(m, P, t.A)) != ROLN_OK) return st;
-
-    for (r = 0; r < nb; r++) {
-        roln_real *Q = t.Q + r * mm, *l = t.l + r * m;
-        if (f->head == ROLN_CHOLESKY) {
-            rolni_low(m, t.u + r * tri, Q);
-        } else {
-            rolni_sym(m, t.u + r * tri, S);
-            if (f->base) { /* S = A^-1 U A^-T, A A^T = P */
-                for (i = 0; i < m; i++)
-                    roln_solve_lower(m, t.A, S + i * m, G + i * m);
-                for (i = 0; i < m; i++) {
-                    for (j = 0; j < m; j++)
-                        tmp[j] = G[j * m + i];
-                    roln_solve_lower(m, t.A, tmp, S + i * m);
-                }
-            }
-            if ((st = roln_eig(m, S, l, Q, tmp)) != ROLN_OK || (st = roln_exp_range(m, l)) != ROLN_OK) return st;
-            if (f->base) { /* Q = V A^T, R = V A^-1 */
-                memcpy(S, Q, (size_t)mm * sizeof *S);
-                roln_mm_bt(m, m, m, S, t.A, Q);
-                for (i = 0; i < m; i++)
-                    roln_solve_lower_t(m, t.A, S + i * m, t.R + r * mm + i * m);
-            }
-            roln_exp_dd1(m, l, t.K + r * mm);
-            for (i = 0; i < m; i++)
-                t.el[r * m + i] = roln_exp(-l[i]);
-        }
-        if (formed) {
-            if ((st = rolni_form(f, T, 0, theta, &t, r, NULL, &M, S, S + ROLNI_CHAIN(m, f->layers, T))) != ROLN_OK) return st;
-            for (i = 0; i < n; i++) /* symmetric to the bit */
-                for (j = 0; j <= i; j++)
-                    t.M[(r * n + i) * n + j] = t.M[(r * n + j) * n + i] = M[i * n + j];
-            if ((st = roln_chol(n, t.M + r * n * n, t.C + r * n * n)) != ROLN_OK) return st;
-        }
-        if (wanted >= ROLNI_GRADIENT && (st = rolni_head_bwd(f, T, nb, 0, 0, theta, &t, r, &pair, gu, NULL, S)) != ROLN_OK)
-            return st;
-        for (i = 0; i < n; i++)
-            t.d[r * n + i] = 0;
-        if (f->damping) { /* d = L (L^T zd) */
-            rolni_low(n, t.L + r * ROLN_TRI(n), S);
-            roln_mm(1, n, n, zd + r * n, S, G);
-            roln_mm_bt(1, n, n, G, S, t.d + r * n);
+    int i, j;
+    rolni_sym(m, t->u + r * ROLN_TRI(m), Q);
+    if (f->base) { /* A^-1 U A^-T */
+        for (i = 0; i < m; i++)
+            roln_solve_lower(m, A, Q + i * m, G + i * m);
+        for (i = 0; i < m; i++) {
+            for (j = 0; j < m; j++)
+                column[j] = G[j * m + i];
+            roln_solve_lower(m, A, column, Q + i * m);
         }
     }
-    if (wanted < ROLNI_GRADIENT) return ROLN_OK;
-    if (dirs > 0 && (st = rolni_dm(f, T, nb, T, theta, &t, pair.q, t.dmv, S)) != ROLN_OK) return st;
-    memset(t.kin, 0, (size_t)(2 * nb * n) * sizeof *t.kin); /* kin and g */
-    roln_mlp_bwd(&f->mass, T, 1, nb, theta, t.x, t.mass, gu, t.kin, NULL, S);
-    for (r = 0; r < nb; r++)
-        gu[r] = 1;
-    roln_mlp_bwd(&f->potential, T > 1, 1, nb, pot, t.x, t.pot, gu, t.g, NULL, S);
+    if ((st = roln_eig(m, Q, l, Q, work)) != ROLN_OK || (st = roln_exp_range(m, l)) != ROLN_OK) return st;
+    if (f->base) { /* with the eigenvectors V: Q = V A^T, R = V A^-1 */
+        roln_real *V = G;
+        rolni_copy(mm, Q, V);
+        roln_mm_bt(m, m, m, V, A, Q);
+        for (i = 0; i < m; i++)
+            roln_solve_lower_t(m, A, V + i * m, t->R + r * mm + i * m);
+    }
+    roln_exp_dd1(m, l, t->K + r * mm);
+    for (i = 0; i < m && !rolni_formed(f); i++)
+        t->el[r * m + i] = roln_exp(-l[i]);
     return ROLN_OK;
 }
 
+/* M and its Cholesky factor of a row, where M is formed. Status of rolni_form and roln_chol. */
+#define ROLNI_FORM_MASS_WORK(S) (S(formed) * (ROLNI_CHAIN(S, 0) + ROLNI_FORM_WORK(S, 0)))
+ROLN_FN roln_status rolni_form_mass(const roln_lnn *f, const rolni_row *row, roln_real *work)
+{
+    const int n = f->n;
+    roln_real *M = row->tape->M + row->r * n * n, *last = NULL;
+    const roln_status st = rolni_form(f, 0, row, NULL, work, &last, work + rolni_chain_size(f, 0));
+    int i, j;
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++) /* symmetric to the bit */
+        for (j = 0; j <= i; j++)
+            M[i * n + j] = M[j * n + i] = last[i * n + j];
+    return roln_chol(n, M, row->tape->C + row->r * n * n);
+}
+
+/* d = R zd = L (L^T zd) of row r, 0 without damping. */
+#define ROLNI_DAMPING_WORK(S) (S(damping) * (S(n) * S(n) + S(n)))
+ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_real *work)
+{
+    const int n = f->n;
+    roln_real *L = work, *y = L + n * n;
+    if (!f->damping) {
+        rolni_zero(n, t->d + r * n);
+        return;
+    }
+    rolni_low(n, t->L + r * ROLN_TRI(n), L);
+    roln_mm(1, n, n, t->zd + r * n, L, y);
+    roln_mm_bt(1, n, n, y, L, t->d + r * n);
+}
+
+/* One sweep forward: fills the tape at s [2][nb][n]. w [nb][n]: the velocity of roln_lnn_inverse, NULL for zd. The gradient
+   kin = 1/2 grad_z (zd^T M w) is the backward of a row at once, rolni_row_bwd, with the pair (zd, w) and no directions; its
+   cotangents of u take the place of u, which the eigenbasis has used by then. */
+#define ROLNI_EVAL_MEM(X, S, keep) \
+    X(A, S(base) * S(width) * S(width)) X(l_row, (1 - (keep)) * (1 - S(cholesky)) * S(width))
+#define ROLNI_EVAL_ROW_WORK(S, wanted) \
+    ROLN_MAX(ROLN_MAX(S(cholesky) ? 0 : ROLNI_EIGENBASIS_WORK(S), ROLNI_FORM_MASS_WORK(S)), \
+             ROLN_MAX((wanted) < ROLNI_GRADIENT ? 0 : ROLNI_ROW_BWD_WORK(S, 0, 0), ROLNI_DAMPING_WORK(S)))
+#define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
+    ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
+             (1 - (keep)) * (nb) * S(hidden) + \
+                 ROLN_MAX(0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ROLNI_EVAL_ROW_WORK(S, wanted), \
+                          ROLN_MAX((wanted) < ROLNI_CORIOLIS ? 0 : ROLNI_DM_WORK(S), \
+                                   (wanted) < ROLNI_GRADIENT ? 0 : ROLN_MLP_BWD_WORK(1, nb, S(wide)))))
+ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
+                               int wanted, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, width = f->width[0], base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = ROLN_TRI(width);
+    const int dirs = w ? 2 : 1;
+    rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
+    roln_real *rest;
+    rolni_pair pair;
+    rolni_row row;
+    roln_status st;
+    int r;
+    if (!roln_all_finite(2 * nb * n, s)) return ROLN_E_NOT_FINITE;
+    rolni_copy(nb * n, s, t.x);
+    rolni_copy(nb * n, s + nb * n, t.zd);
+    if (w) rolni_copy(nb * n, w, t.x + nb * n);
+    rolni_networks(f, dirs, keep, nb, theta, wanted, &t, work);
+    work += keep ? 0 : nb * roln_mlp_hidden(&f->mass_net);
+    rest = work;
+    {
+        ROLNI_EVAL_MEM(ROLNI_CARVE, ROLNI_LOCAL, keep)
+        if (base && (st = roln_chol(width, theta + rolni_base_at(f), A)) != ROLN_OK) return st;
+        pair.c = ROLN_C(0.5), pair.p = t.zd, pair.q = w ? t.x + nb * n : t.zd, pair.gp = pair.gq = NULL;
+        row.theta = theta, row.tape = &t;
+        for (r = 0; r < nb; r++) {
+            row.r = r;
+            if (cholesky) rolni_low(width, t.u + r * tri, t.Q + r * width * width);
+            else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * width : l_row, work)) != ROLN_OK) return st;
+            if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
+            if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
+            rolni_damping(f, &t, r, work);
+        }
+    }
+    if (wanted < ROLNI_GRADIENT) return ROLN_OK;
+    if (wanted == ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
+    rolni_zero(nb * n, t.kin);
+    roln_mlp_bwd(&f->mass_net, 1, nb, theta, NULL, t.mass_slope, t.u, t.kin, NULL, rest);
+    return ROLN_OK;
+}
+
+/* The scalar whose gradient all backward passes need, on a tape filled at (z, zd):
+
+       S = sum_t c_t p_t^T (D^t M) q_t - a^T g - a^T d      t = 0: M; t = 1: DM[a]; t = 2: DM[zd]
+
+   k: the last t; a [nb][n], NULL with k = 0: no a, and no terms in g and d. */
+typedef struct {
+    int k;
+    const roln_real *a;
+    rolni_pair pair[3];
+} rolni_scalar;
+
+/* -a^T d = -(L^T a)^T (L^T zd): adds to gz, gzd [nb][n] and gtheta. */
+#define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * ROLN_TRI(S(n)))
+#define ROLNI_DAMPING_BWD_WORK(S, nb) \
+    (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide))))
+ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
+                               roln_real *gz, roln_real *gzd, roln_real *gtheta, roln_real *work)
+{
+    const int n = f->n, at = rolni_damper_at(f);
+    roln_mlp_plane plane;
+    int r, i;
+    ROLNI_DAMPING_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    for (r = 0; r < nb; r++) {
+        const roln_real *ar = a + r * n, *vr = t->zd + r * n;
+        roln_real *L = work, *G = L + n * n, *x = G + n * n, *y = x + n;
+        rolni_low(n, t->L + r * ROLN_TRI(n), L);
+        roln_mm(1, n, n, ar, L, x);
+        roln_mm(1, n, n, vr, L, y);
+        for (i = 0; i < n * n; i++)
+            G[i] = ar[i / n] * y[i % n] + vr[i / n] * x[i % n];
+        rolni_tri_bwd(n, -1, -1, G, gL + r * ROLN_TRI(n));
+        roln_mm_bt(1, n, n, x, L, y);
+        for (i = 0; i < n; i++)
+            gzd[r * n + i] -= y[i];
+    }
+    plane.x = t->x, plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
+    roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gz, gtheta ? gtheta + at : NULL, work);
+}
+
+/* -a^T g = -DV[a]: adds to gx [2][nb][n], the cotangents of z and a, and to gtheta. */
+#define ROLNI_POTENTIAL_BWD_MEM(X, S, nb) X(gv, 2 * (nb)) X(out, (nb) * S(hidden))
+#define ROLNI_POTENTIAL_BWD_WORK(S, nb) \
+    (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide)))
+ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
+                                 roln_real *gx, roln_real *gtheta, roln_real *work)
+{
+    const int hidden = roln_mlp_hidden(&f->potential_net), at = rolni_potential_at(f);
+    roln_mlp_plane plane[2];
+    int i;
+    ROLNI_POTENTIAL_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    roln_mlp_forward(&f->potential_net, 0, 1, nb, theta + at, a, gv, t->potential_slope, out);
+    for (i = 0; i < 2 * nb; i++) /* DV[a] itself is not needed */
+        gv[i] = i < nb ? 0 : -1;
+    plane[0].x = t->x, plane[0].out = t->potential_out, plane[1].x = a, plane[1].out = out;
+    plane[0].planes = plane[1].planes = 1, plane[0].at = plane[1].at = 0;
+    roln_mlp_bwd(&f->potential_net, 2, nb, theta + at, plane, t->potential_slope, gv, gx, gtheta ? gtheta + at : NULL, work);
+}
+
+/* The terms in M: adds to gx [1+k][nb][n], the cotangents of z, a, zd, to those of the vectors of the pairs and to gtheta. */
+#define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(width))) X(out, ((k) > 0) * (nb) * S(hidden))
+#define ROLNI_MASS_BWD_WORK(S, k, nb) \
+    (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
+     ROLN_MAX(ROLNI_ROW_BWD_WORK(S, k, 1), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
+ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
+                            roln_real *gx, roln_real *gtheta, roln_real *work)
+{
+    const int k = of->k, width = f->width[0], hidden = roln_mlp_hidden(&f->mass_net), tri = ROLN_TRI(width), stride = nb * tri;
+    roln_mlp_plane plane[3];
+    rolni_row row;
+    int r, p;
+    ROLNI_MASS_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
+    if (k > 0) roln_mlp_forward(&f->mass_net, 0, 1, nb, theta, of->a, gu + stride, t->mass_slope, out); /* u along a */
+    row.theta = theta, row.tape = t;
+    for (r = 0; r < nb; r++) {
+        row.r = r, row.u[0] = gu + stride + r * tri, row.u[1] = t->u + stride + r * tri;
+        rolni_row_bwd(f, k, &row, of->pair, gu + r * tri, stride, gtheta, work);
+    }
+    for (p = 0; p <= k; p++) { /* z and zd from one call where zd was wanted */
+        plane[p].x = p == 0 ? t->x : p == 1 ? of->a : t->zd;
+        plane[p].out = p == 1 ? out : t->mass_out;
+        plane[p].planes = p != 1 && k == 2 ? 2 : 1;
+        plane[p].at = p == 2;
+    }
+    roln_mlp_bwd(&f->mass_net, 1 + k, nb, theta, plane, t->mass_slope, gu, gx, gtheta, work);
+}
+
+/* One sweep back: the gradient of S. Adds to gz, gzd [nb][n], beside what the pairs add, and to gtheta. Each may be NULL, but gzd
+   with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2, with less for k = 0, 1. */
+#define ROLNI_ADJOINT_MEM(X, S, k, nb) X(gx, (1 + (k)) * (nb) * S(n))
+#define ROLNI_ADJOINT_WORK(S, k, nb) \
+    (0 ROLNI_ADJOINT_MEM(ROLNI_SIZE, S, k, nb) + \
+     ROLN_MAX(ROLNI_MASS_BWD_WORK(S, k, nb), ((k) > 0) * ROLN_MAX(ROLNI_POTENTIAL_BWD_WORK(S, nb), \
+                                                                  S(damping) * ROLNI_DAMPING_BWD_WORK(S, nb))))
+ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, const rolni_scalar *of, roln_real *gz, roln_real *gzd,
+                           roln_real *gtheta, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, k = of->k;
+    const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    int i;
+    ROLNI_ADJOINT_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
+    rolni_zero((1 + k) * nb * n, gx);
+    rolni_mass_bwd(f, nb, theta, &t, of, gx, gtheta, work);
+    if (k > 0) rolni_potential_bwd(f, nb, theta, &t, of->a, gx, gtheta, work);
+    if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, gx, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
+    for (i = 0; gz && i < nb * n; i++)
+        gz[i] += gx[i];
+    for (i = 0; gzd && k == 2 && i < nb * n; i++)
+        gzd[i] += gx[2 * nb * n + i];
+}
+
 /* Forward dynamics zdd = M^-1 (tau_z - c - g - d). theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the
-   tape out. tape [ROLN_LNN_TAPE], T = 2 if roln_lnn_zdd_bwd is to follow, else 1; work [ROLN_LNN_WORK].
-   Status of roln_eig, roln_exp_range and roln_chol (P, a formed M); zdd is written only on ROLN_OK. */
-ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_real *s,
+   tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, else 0. tape [ROLN_LNN_TAPE(S, 1, keep, nb)].
+   Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is written only on ROLN_OK. */
+#define ROLN_LNN_ZDD_WORK(S, keep, nb) ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_CORIOLIS, nb), 2 * S(n))
+ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s,
                                  const roln_real *tau_z, roln_real *zdd, roln_real *tape, roln_real *work)
 {
     const int n = f->n;
-    const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    const roln_status st = rolni_eval(f, T, nb, theta, s, NULL, ROLNI_CORIOLIS, tape, work);
+    const rolni_tape t = rolni_tape_of(f, 1, keep, nb, tape);
+    const roln_status st = rolni_eval(f, keep, nb, theta, s, NULL, ROLNI_CORIOLIS, tape, work);
     int r, i;
     if (st != ROLN_OK) return st;
     for (r = 0; r < nb; r++) {
-        roln_real *rhs = work, *y = work + n;
+        roln_real *rhs = work;
         for (i = r * n; i < r * n + n; i++)
             rhs[i - r * n] = (tau_z ? tau_z[i] : 0) - (t.dmv[i] - t.kin[i]) - t.g[i] - t.d[i];
-        rolni_minv(f, &t, r, rhs, t.zdd + r * n, y);
+        rolni_minv(f, &t, r, rhs, t.zdd + r * n, work + n);
     }
     if (!roln_all_finite(nb * n, t.zdd)) return ROLN_E_NOT_FINITE;
-    memcpy(zdd, t.zdd, (size_t)(nb * n) * sizeof *zdd);
+    rolni_copy(nb * n, t.zdd, zdd);
     return ROLN_OK;
+}
+
+/* Backward of -lambda^T (M zdd + c + g + d) at fixed lambda [nb][n], zdd being that of the tape: adds to gs [2][nb][n],
+   gzdd [nb][n] and gtheta (each may be NULL). Both dynamics go back by it. */
+ROLN_FN void rolni_motion_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_real *lambda, roln_real *gs,
+                              roln_real *gzdd, roln_real *gtheta, roln_real *tape, roln_real *work)
+{
+    const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    roln_real *gzd = gs ? gs + nb * f->n : NULL;
+    rolni_scalar of;
+    const rolni_pair inertia = {-1, lambda, t.zdd, NULL, gzdd};
+    const rolni_pair kinetic = {ROLN_C(0.5), t.zd, t.zd, gzd, gzd}, along_zd = {-1, lambda, t.zd, NULL, gzd};
+    of.k = 2, of.a = lambda, of.pair[0] = inertia, of.pair[1] = kinetic, of.pair[2] = along_zd;
+    rolni_adjoint(f, nb, theta, &of, gs, gzd, gtheta, tape, work);
+}
+
+/* Backward of roln_lnn_zdd on its tape with cotangent y [nb][n] of zdd: lambda = M^-1 y is the cotangent of tau_z, and
+   -lambda^T (M zdd + c + g + d) at fixed lambda, zdd gives the rest. Adds to gs [2][nb][n], gtau_z [nb][n] and gtheta
+   (each may be NULL). */
+#define ROLN_LNN_ZDD_BWD_MEM(X, S, nb) X(lambda, (nb) * S(n))
+#define ROLN_LNN_ZDD_BWD_WORK(S, nb) (0 ROLN_LNN_ZDD_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 2, nb), S(n)))
+ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_real *y, roln_real *gs,
+                              roln_real *gtau_z, roln_real *gtheta, roln_real *tape, roln_real *work)
+{
+    const int n = f->n;
+    const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    int r, i;
+    ROLN_LNN_ZDD_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    for (r = 0; r < nb; r++)
+        rolni_minv(f, &t, r, y + r * n, lambda + r * n, work);
+    for (i = 0; gtau_z && i < nb * n; i++)
+        gtau_z[i] += lambda[i];
+    rolni_motion_bwd(f, nb, theta, lambda, gs, NULL, gtheta, tape, work);
 }
 
 /* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d, w [nb][n] a velocity of its own (NULL: zd):
        C(z, zd) w = 1/2 (DM[zd] w + DM[w] zd - grad_z (zd^T M w)),   Christoffel symbols, so that DM[zd] - 2C is skew.
-   s [2][nb][n], zdd [nb][n] in; tau_z [nb][n] (may be w or zdd) and the tape out. T = 1 (2 with w), one more if
-   roln_lnn_inverse_bwd is to follow. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK + nb n]. Status of roln_lnn_zdd. */
-ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_real *s,
+   s [2][nb][n], zdd [nb][n] in; tau_z [nb][n] (may be w or zdd) and the tape out. keep: 1 if roln_lnn_inverse_bwd is to follow,
+   which needs w NULL, else 0. tape [ROLN_LNN_TAPE(S, dirs, keep, nb)], dirs = 2 with w, 1 without. Status of roln_lnn_zdd. */
+#define ROLN_LNN_INVERSE_MEM(X, S, nb) X(out, (nb) * S(n))
+#define ROLN_LNN_INVERSE_WORK(S, dirs, keep, nb) \
+    ROLN_MAX(ROLNI_EVAL_WORK(S, dirs, keep, ROLNI_CORIOLIS, nb), \
+             0 ROLN_LNN_INVERSE_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n), (dirs) > 1 ? ROLNI_DM_WORK(S) : 0))
+ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s,
                                      const roln_real *w, const roln_real *zdd, roln_real *tau_z, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, m = nb * n;
-    const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    roln_real *out = work, *mem = out + m, *dir = t.x + (T - 1) * m;
+    const int n = f->n;
+    const rolni_tape t = rolni_tape_of(f, w ? 2 : 1, keep, nb, tape);
     roln_status st;
     int r, i;
-    if (w) memcpy(dir, w, (size_t)m * sizeof *w);
-    memcpy(t.zdd, zdd, (size_t)m * sizeof *zdd);
-    if ((st = rolni_eval(f, T, nb, theta, s, w ? dir : NULL, ROLNI_CORIOLIS, tape, mem)) != ROLN_OK) return st;
-    if (w && (st = rolni_dm(f, T, nb, T - 1, theta, &t, t.x + T * m, out, mem)) != ROLN_OK) return st;
-    for (i = 0; i < m; i++)
-        out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
-    for (r = 0; r < nb; r++) {
-        rolni_mul(f, &t, r, t.zdd + r * n, mem, mem + n);
-        for (i = 0; i < n; i++)
-            out[r * n + i] += mem[i];
+    if ((st = rolni_eval(f, keep, nb, theta, s, w, ROLNI_CORIOLIS, tape, work)) != ROLN_OK) return st;
+    {
+        ROLN_LNN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+        rolni_copy(nb * n, zdd, t.zdd);
+        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->width[0]), t.zd, out, work);
+        for (i = 0; i < nb * n; i++)
+            out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
+        for (r = 0; r < nb; r++) {
+            rolni_mul(f, &t, r, t.zdd + r * n, work, work + n);
+            for (i = 0; i < n; i++)
+                out[r * n + i] += work[i];
+        }
+        if (!roln_all_finite(nb * n, out)) return ROLN_E_NOT_FINITE;
+        rolni_copy(nb * n, out, tau_z);
     }
-    if (!roln_all_finite(m, out)) return ROLN_E_NOT_FINITE;
-    memcpy(tau_z, out, (size_t)m * sizeof *out);
     return ROLN_OK;
 }
 
-/* The terms of the equations of motion at one state s = [z; zd]: M [n][n], c = C zd, g, d = R zd [n], kinetic and potential
-   energy T, V; each output may be NULL. tape [ROLN_LNN_TAPE], work [ROLN_LNN_WORK], T = nb = 1. With E = T + V the power
-   balance is dE/dt = zd^T (tau_z - d). */
-ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, const roln_real *s, roln_real *M, roln_real *c,
-                                   roln_real *g, roln_real *d, roln_real *T, roln_real *V, roln_real *tape, roln_real *work)
-{
-    const int n = f->n, nn = n * n;
-    const rolni_tape t = rolni_tape_of(f, 1, 1, tape);
-    const int wanted = c ? ROLNI_CORIOLIS : g ? ROLNI_GRADIENT : ROLNI_MASS;
-    const roln_status st = rolni_eval(f, 1, 1, theta, s, NULL, wanted, tape, work);
-    roln_real *X = work, *p = X + nn, *e = p + n, twice;
-    int i;
-    if (st != ROLN_OK) return st;
-    rolni_mul(f, &t, 0, s + n, p, e);
-    twice = roln_dot(n, s + n, p);
-    if (rolni_formed(f)) memcpy(X, t.M, (size_t)nn * sizeof *X);
-    else {
-        for (i = 0; i < n; i++)
-            e[i] = t.K[i * (n + 1)];
-        roln_spd_form(n, e, t.Q, X, e + n);
-    }
-    if (!roln_all_finite(nn, X) || !roln_finite(twice) || !roln_finite(t.v[0]) ||
-        (wanted >= ROLNI_GRADIENT && !roln_all_finite(2 * n, t.kin)) || !roln_all_finite(n, t.d) || (c && !roln_all_finite(n, t.dmv)))
-        return ROLN_E_NOT_FINITE;
-    if (M) memcpy(M, X, (size_t)nn * sizeof *M);
-    for (i = 0; i < n; i++) {
-        if (c) c[i] = t.dmv[i] - t.kin[i];
-        if (g) g[i] = t.g[i];
-        if (d) d[i] = t.d[i];
-    }
-    if (T) *T = twice / 2;
-    if (V) *V = t.v[0];
-    return ROLN_OK;
-}
-
-/* Energies of a block: kinetic T_r = 1/2 zd^T M zd and potential V_r, [nb] each. s [2][nb][n] in; T, V and the tape out.
-   dirs (the T of the other functions) = 1, or 2 if roln_lnn_energy_bwd is to follow, in losses of your own. tape
-   [ROLN_LNN_TAPE], work [ROLN_LNN_WORK]. Status of roln_lnn_zdd. */
-ROLN_FN roln_status roln_lnn_energy(const roln_lnn *f, int dirs, int nb, const roln_real *theta, const roln_real *s, roln_real *T,
-                                    roln_real *V, roln_real *tape, roln_real *work)
+/* Backward of roln_lnn_inverse without w on its tape, with cotangent y [nb][n] of tau_z. Adds to gs [2][nb][n], gzdd [nb][n]
+   and gtheta (each may be NULL). */
+#define ROLN_LNN_INVERSE_BWD_MEM(X, S, nb) X(lambda, (nb) * S(n))
+#define ROLN_LNN_INVERSE_BWD_WORK(S, nb) (0 ROLN_LNN_INVERSE_BWD_MEM(ROLNI_SIZE, S, nb) + ROLNI_ADJOINT_WORK(S, 2, nb))
+ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_real *y, roln_real *gs,
+                                  roln_real *gzdd, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
     const int n = f->n;
-    const rolni_tape t = rolni_tape_of(f, dirs, nb, tape);
-    const roln_status st = rolni_eval(f, dirs, nb, theta, s, NULL, ROLNI_MASS, tape, work);
-    roln_real *p = work, *e = p + n, *mem = e + nb;
-    int r;
+    int i;
+    ROLN_LNN_INVERSE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    for (i = 0; i < nb * n; i++)
+        lambda[i] = -y[i];
+    rolni_motion_bwd(f, nb, theta, lambda, gs, gzdd, gtheta, tape, work);
+}
+
+/* Terms of the equations of motion at one state: M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V. */
+typedef struct {
+    roln_real *M, *c, *g, *d, *T, *V; /* each may be NULL */
+} roln_terms_out;
+
+/* The terms at s = [z; zd], nb = 1. tape [ROLN_LNN_TAPE(S, 1, 0, 1)]. With E = T + V the power balance is
+   dE/dt = zd^T (tau_z - d). Status of roln_lnn_zdd; out is written only on ROLN_OK. */
+#define ROLN_LNN_TERMS_MEM(X, S) X(M, S(n) * S(n)) X(el, S(n))
+#define ROLN_LNN_TERMS_WORK(S) \
+    ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_CORIOLIS, 1), \
+             ROLN_MAX(2 * S(n), (1 - S(formed)) * (0 ROLN_LNN_TERMS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n)))))
+ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_terms_out *out,
+                                   roln_real *tape, roln_real *work)
+{
+    const int n = f->n, nn = n * n, wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : ROLNI_MASS;
+    const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
+    const roln_status st = rolni_eval(f, 0, 1, theta, s, NULL, wanted, tape, work);
+    const roln_real *mass = t.M;
+    roln_real twice;
+    int i;
     if (st != ROLN_OK) return st;
-    for (r = 0; r < nb; r++) {
-        rolni_mul(f, &t, r, s + (nb + r) * n, p, mem);
-        e[r] = roln_dot(n, s + (nb + r) * n, p) / 2;
+    rolni_mul(f, &t, 0, t.zd, work, work + n);
+    twice = roln_dot(n, t.zd, work); /* zd^T M zd */
+    if (!rolni_formed(f)) {
+        ROLN_LNN_TERMS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+        for (i = 0; i < n; i++)
+            el[i] = t.K[i * (n + 1)];
+        roln_spd_form(n, el, t.Q, M, work);
+        mass = M;
     }
-    if (!roln_all_finite(nb, e) || !roln_all_finite(nb, t.v)) return ROLN_E_NOT_FINITE;
-    memcpy(T, e, (size_t)nb * sizeof *T);
-    memcpy(V, t.v, (size_t)nb * sizeof *V);
+    if (!roln_all_finite(nn, mass) || !roln_finite(twice) || !roln_finite(t.v[0]) || !roln_all_finite(n, t.d) ||
+        (wanted >= ROLNI_GRADIENT && (!roln_all_finite(n, t.kin) || !roln_all_finite(n, t.g))) ||
+        (wanted == ROLNI_CORIOLIS && !roln_all_finite(n, t.dmv)))
+        return ROLN_E_NOT_FINITE;
+    if (out->M) rolni_copy(nn, mass, out->M);
+    for (i = 0; i < n; i++) {
+        if (out->c) out->c[i] = t.dmv[i] - t.kin[i];
+        if (out->g) out->g[i] = t.g[i];
+        if (out->d) out->d[i] = t.d[i];
+    }
+    if (out->T) *out->T = twice / 2;
+    if (out->V) *out->V = t.v[0];
     return ROLN_OK;
 }
 
-/* ---- 5 backward ------------------------------------------------------------------------------- */
-
-/* Gradient of a scalar that all backward passes share, on a tape filled at (z, zd):
-
-       S = sum_t c_t p_t^T (D^t M) q_t - a^T g - a^T d      t = 0: M; t = 1 .. k: DM along direction t of the tape
-
-   Directions: a is direction 1, zd is direction T; 1 .. k are used, k <= T, and those in between must be on the tape
-   (x planes; their planes of u are filled here but for zd). One reverse sweep through the networks gives the cotangents:
-   dir[t] += that of direction t (NULL: not wanted), dir[0] that of z, dir[T] that of zd, beside the shares in gp and gq.
-   work [ROLN_LNN_WORK]. [ours] */
-ROLN_FN void rolni_adjoint(const roln_lnn *f, int T, int nb, const roln_real *theta, roln_real *tape, int k, const roln_real *a,
-                           const rolni_pair *pair, roln_real *const *dir, roln_real *gtheta, roln_real *work)
-{
-    const int n = f->n, m = nb * n, tri = nb * ROLN_TRI(f->width[0]), np = roln_mlp_params(&f->mass), da = rolni_damper_at(f);
-    const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    const roln_real *zd = t.x + T * m;
-    roln_real *gu = work, *gx = gu + (1 + T) * tri, *gv = gx + (1 + T) * m, *gL = gv + 2 * nb, *S = gL + nb * ROLN_TRI(n);
-    int r, i, p;
-
-    if (a) memcpy(t.x + m, a, (size_t)m * sizeof *a);
-    for (p = 1; p <= k && p < T; p++)
-        roln_mlp_forward(&f->mass, T, p, 1, nb, theta, t.x, t.u, t.mass);
-    memset(gx, 0, (size_t)((1 + T) * m) * sizeof *gx);
-    for (r = 0; r < nb; r++)
-        rolni_head_bwd(f, T, nb, k, 1, theta, &t, r, pair, gu, gtheta, S);
-    roln_mlp_bwd(&f->mass, T, 1 + k, nb, theta, t.x, t.mass, gu, gx, gtheta, S);
-
-    if (a) { /* -a^T g = -DV[a] */
-        roln_mlp_forward(&f->potential, 1, 1, 1, nb, theta + np, t.x, t.v, t.pot);
-        for (i = 0; i < 2 * nb; i++)
-            gv[i] = i < nb ? 0 : -1;
-        roln_mlp_bwd(&f->potential, 1, 2, nb, theta + np, t.x, t.pot, gv, gx, gtheta ? gtheta + np : NULL, S);
-    }
-    if (a && f->damping) { /* -a^T d = -(L^T a)^T (L^T zd) */
-        for (r = 0; r < nb; r++) {
-            const roln_real *ar = t.x + m + r * n, *vr = zd + r * n;
-            roln_real *L = S, *G = L + n * n, *x = G + n * n, *y = x + n;
-            rolni_low(n, t.L + r * ROLN_TRI(n), L);
-            roln_mm(1, n, n, ar, L, x);
-            roln_mm(1, n, n, vr, L, y);
-            for (i = 0; i < n * n; i++)
-                G[i] = ar[i / n] * y[i % n] + vr[i / n] * x[i % n];
-            rolni_tri_bwd(n, -1, -1, G, gL + r * ROLN_TRI(n));
-            roln_mm_bt(1, n, n, x, L, y);
-            for (i = 0; i < n; i++)
-                gx[T * m + r * n + i] -= y[i];
-        }
-        roln_mlp_bwd(&f->damper, 0, 1, nb, theta + da, t.x, t.damp, gL, gx, gtheta ? gtheta + da : NULL, S);
-    }
-    for (p = 0; p <= T; p++)
-        for (i = 0; dir[p] && i < m; i++)
-            dir[p][i] += gx[p * m + i];
-}
-
-/* Backward of roln_lnn_zdd on its tape (T = 2) with cotangent y [nb][n] of zdd: lambda = M^-1 y is the cotangent of tau_z,
-   and -lambda^T (M zdd + c + g + d) at fixed lambda, zdd gives the rest. Adds to gs [2][nb][n], gtau_z [nb][n] and gtheta
-   (each may be NULL). work [ROLN_LNN_WORK + nb n]. */
-ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta, roln_real *tape, const roln_real *y,
-                              roln_real *gs, roln_real *gtau_z, roln_real *gtheta, roln_real *work)
-{
-    const int n = f->n, m = nb * n;
-    const rolni_tape t = rolni_tape_of(f, 2, nb, tape);
-    const roln_real *zd = t.x + 2 * m;
-    roln_real *lambda = work, *w = lambda + m, *gzd = gs ? gs + m : NULL;
-    const rolni_pair pair[3] = {{-1, lambda, t.zdd, NULL, NULL}, {ROLN_C(0.5), zd, zd, gzd, gzd}, {-1, lambda, zd, NULL, gzd}};
-    roln_real *const dir[3] = {gs, NULL, gzd};
-    int r, i;
-    for (r = 0; r < nb; r++)
-        rolni_minv(f, &t, r, y + r * n, lambda + r * n, w);
-    for (i = 0; gtau_z && i < m; i++)
-        gtau_z[i] += lambda[i];
-    rolni_adjoint(f, 2, nb, theta, tape, 2, lambda, pair, dir, gtheta, w);
-}
-
-/* Backward of roln_lnn_inverse on its tape (T = 2, with_w = 0; T = 3, with_w = 1) with cotangent y [nb][n] of tau_z. Adds to
-   gs [2][nb][n], gw, gzdd [nb][n] and gtheta (each may be NULL). work [ROLN_LNN_WORK + nb n]. */
-ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int with_w, int nb, const roln_real *theta, roln_real *tape,
-                                  const roln_real *y, roln_real *gs, roln_real *gw, roln_real *gzdd, roln_real *gtheta,
-                                  roln_real *work)
-{
-    const int m = nb * f->n, T = 2 + with_w;
-    const rolni_tape t = rolni_tape_of(f, T, nb, tape);
-    const roln_real *zd = t.x + T * m, *w = with_w ? t.x + 2 * m : zd;
-    const roln_real half = with_w ? ROLN_C(0.5) : 1;
-    roln_real *a = work, *mem = a + m, *gzd = gs ? gs + m : NULL;
-    rolni_pair pair[4] = {{-1, NULL, NULL, NULL, NULL}, {ROLN_C(0.5), NULL, NULL, NULL, NULL}, {0, NULL, NULL, NULL, NULL},
-                          {0, NULL, NULL, NULL, NULL}};
-    roln_real *dir[4] = {NULL, NULL, NULL, NULL};
-    int i;
-    for (i = 0; i < m; i++) /* S = y^T tau_z */
-        a[i] = -y[i];
-    if (!with_w) gw = gzd;
-    pair[0].p = a, pair[0].q = t.zdd, pair[0].gq = gzdd;
-    pair[1].p = zd, pair[1].q = w, pair[1].gp = gzd, pair[1].gq = gw;       /* 1/2 zd^T DM[a] w */
-    pair[T].c = -half, pair[T].p = a, pair[T].q = w, pair[T].gq = gw;       /* -1/2 a^T DM[zd] w */
-    if (with_w) pair[2].c = -half, pair[2].p = a, pair[2].q = zd, pair[2].gq = gzd; /* -1/2 a^T DM[w] zd */
-    dir[0] = gs, dir[T] = gzd;
-    if (with_w) dir[2] = gw;
-    rolni_adjoint(f, T, nb, theta, tape, T, a, pair, dir, gtheta, mem);
-}
-
-/* Backward of roln_lnn_energy on its tape (dirs = 2) with cotangents gT, gV [nb]. Adds to gs [2][nb][n] and gtheta (each may be
-   NULL). work [ROLN_LNN_WORK + nb n]. */
-ROLN_FN void roln_lnn_energy_bwd(const roln_lnn *f, int nb, const roln_real *theta, roln_real *tape, const roln_real *gT,
-                                 const roln_real *gV, roln_real *gs, roln_real *gtheta, roln_real *work)
-{
-    const int n = f->n, m = nb * n, np = roln_mlp_params(&f->mass);
-    const rolni_tape t = rolni_tape_of(f, 2, nb, tape);
-    const roln_real *zd = t.x + 2 * m;
-    roln_real *p = work, *mem = p + m;
-    const rolni_pair pair = {ROLN_C(0.5), p, zd, NULL, NULL};
-    roln_real *const dir[3] = {gs, NULL, NULL};
-    int r, i;
-    for (i = 0; i < m; i++)
-        p[i] = gT[i / n] * zd[i];
-    rolni_adjoint(f, 2, nb, theta, tape, 0, NULL, &pair, dir, gtheta, mem);
-    roln_mlp_bwd(&f->potential, 1, 1, nb, theta + np, t.x, t.pot, gV, gs, gtheta ? gtheta + np : NULL, mem);
-    for (r = 0; gs && r < nb; r++) {
-        rolni_mul(f, &t, r, p + r * n, mem, mem + n);
-        for (i = 0; i < n; i++)
-            gs[m + r * n + i] += mem[i];
-    }
-}
-
-/* ---- 6 integrators ---------------------------------------------------------------------------- */
+/* ---- 5 integrators ---------------------------------------------------------------------------- */
 
 /* Explicit Euler (the paper's), the classical Runge-Kutta method of order 4, and the variational midpoint rule: the
    implicit midpoint rule in (z, p = M zd), which preserves dz ^ dp. */
@@ -1110,45 +1396,54 @@ enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
 
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
-/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. eval writes tau_z [nb][n];
-   bwd adds to gz [nb][n] for the cotangent y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx. */
+/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. The caller gives both functions:
+   they are the two calls that leave this header upwards. eval writes tau_z [nb][n]; bwd adds to gz [nb][n] for the cotangent
+   y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx. */
 typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
     void *ctx;
 } roln_force;
 
-/* Tapes that a step fills when its backward is to follow (T = 2); without, it needs one (T = 1). */
-#define ROLN_STAGES(scheme) ((scheme) == ROLN_EULER ? 1 : (scheme) == ROLN_RK4 ? 4 : 3)
-#define ROLN_STEP_WORK(n, m, layers, formed, wide, T, nb) (8 * (nb) * (n) + ROLN_LNN_WORK(n, m, layers, formed, wide, T, nb))
+/* What moves: a Lagrangian network with its weights, under a force. The shape f stays an argument of its own, so that a compiler
+   that knows it drops what this shape does not use. */
+typedef struct {
+    const roln_real *theta;
+    const roln_force *force; /* NULL: none */
+} roln_system;
 
-/* sd = F(s) = [zd; zdd], the force taken at the z of s. */
-ROLN_FN roln_status rolni_stage(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_force *force,
-                                const roln_real *s, roln_real *sd, roln_real *tape, roln_real *work)
+/* sd = F(s) = [zd; zdd], the force taken at the z of s. sd may not be s. */
+#define ROLNI_STAGE_WORK(S, keep, nb) ROLN_LNN_ZDD_WORK(S, keep, nb)
+ROLN_FN roln_status rolni_stage(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *s, roln_real *sd,
+                                roln_real *tape, roln_real *work)
 {
+    const roln_force *force = sys->force;
     const int m = nb * f->n;
-    if (force) force->eval(force->ctx, nb, s, sd);
-    {
-        const roln_status st = roln_lnn_zdd(f, T, nb, theta, s, force ? sd : NULL, sd + m, tape, work);
-        memcpy(sd, s + m, (size_t)m * sizeof *s);
-        return st;
-    }
+    roln_status st;
+    if (force) force->eval(force->ctx, nb, s, sd); /* tau_z, where zd will be */
+    st = roln_lnn_zdd(f, keep, nb, sys->theta, s, force ? sd : NULL, sd + m, tape, work);
+    rolni_copy(m, s + m, sd);
+    return st;
 }
 
 /* Backward of rolni_stage at the state on its tape: gs += DF^T gsd. */
-ROLN_FN void rolni_stage_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_force *force, roln_real *tape,
-                             const roln_real *gsd, roln_real *gs, roln_real *gtheta, roln_real *work)
+#define ROLNI_STAGE_BWD_MEM(X, S, nb) X(gtau_z, (nb) * S(n))
+#define ROLNI_STAGE_BWD_WORK(S, nb) (0 ROLNI_STAGE_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_LNN_ZDD_BWD_WORK(S, nb))
+ROLN_FN void rolni_stage_bwd(const roln_lnn *f, const roln_system *sys, int nb, const roln_real *gsd, roln_real *gs,
+                             roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const int m = nb * f->n;
-    roln_real *lambda = work;
+    const roln_force *force = sys->force;
+    const int n = f->n, m = nb * n;
     int i;
+    ROLNI_STAGE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (i = 0; i < m; i++)
-        gs[m + i] += gsd[i], lambda[i] = 0;
-    roln_lnn_zdd_bwd(f, nb, theta, tape, gsd + m, gs, lambda, gtheta, work + m);
-    if (force) force->bwd(force->ctx, nb, rolni_tape_of(f, 2, nb, tape).x, lambda, 1, gs);
+        gs[m + i] += gsd[i];
+    rolni_zero(m, gtau_z);
+    roln_lnn_zdd_bwd(f, nb, sys->theta, gsd + m, gs, gtau_z, gtheta, tape, work);
+    if (force) force->bwd(force->ctx, nb, rolni_tape_of(f, 1, 1, nb, tape).x, gtau_z, 1, gs);
 }
 
-/* y = M x, y = M^-1 x for every row of a filled tape. work [m]. */
+/* y = M x, y = M^-1 x for every row of a filled tape. work [n]. */
 ROLN_FN void rolni_mul_all(const roln_lnn *f, int nb, const rolni_tape *t, const roln_real *x, roln_real *y, roln_real *work)
 {
     int r;
@@ -1163,35 +1458,75 @@ ROLN_FN void rolni_minv_all(const roln_lnn *f, int nb, const rolni_tape *t, cons
         rolni_minv(f, t, r, x + r * f->n, y + r * f->n, work);
 }
 
+/* A tape filled at sm = [z_m; v], and F = 1/2 grad_z (v^T M v) - g - d + tau_z there: the impulse per unit of time. F [nb][n] out;
+   work of rolni_eval with ROLNI_GRADIENT. */
+ROLN_FN roln_status rolni_impulse(const roln_lnn *f, const roln_system *sys, int keep, int nb, const roln_real *sm, roln_real *F,
+                                  roln_real *tape, roln_real *work)
+{
+    const rolni_tape t = rolni_tape_of(f, 1, keep, nb, tape);
+    const roln_force *force = sys->force;
+    roln_status st;
+    int i;
+    if (force) force->eval(force->ctx, nb, sm, F);
+    if ((st = rolni_eval(f, keep, nb, sys->theta, sm, NULL, ROLNI_GRADIENT, tape, work)) != ROLN_OK) return st;
+    for (i = 0; i < nb * f->n; i++)
+        F[i] = t.kin[i] - t.g[i] - t.d[i] + (force ? F[i] : 0);
+    return ROLN_OK;
+}
+
+/* Backward of momentum + a^T (F - tau_z) at (z_m, v) on the tape of rolni_impulse, momentum = c mu^T M v at fixed v. Adds to
+   gz, gv [nb][n] and gtheta (may be NULL); the caller adds what the force gives. */
+ROLN_FN void rolni_impulse_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_pair *momentum, const roln_real *a,
+                               roln_real *gz, roln_real *gv, roln_real *gtheta, roln_real *tape, roln_real *work)
+{
+    const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    const rolni_pair kinetic = {ROLN_C(0.5), t.zd, t.zd, gv, gv};
+    rolni_scalar of;
+    of.k = 1, of.a = a, of.pair[0] = *momentum, of.pair[1] = kinetic;
+    rolni_adjoint(f, nb, theta, &of, gz, gv, gtheta, tape, work);
+}
+
+/* gz += d/dz of momentum = c p^T M x at the state on the tape, p and x [nb][n] held fixed; gtheta likewise. */
+ROLN_FN void rolni_momentum_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_pair *momentum, roln_real *gz,
+                                roln_real *gtheta, roln_real *tape, roln_real *work)
+{
+    rolni_scalar of;
+    of.k = 0, of.a = NULL, of.pair[0] = *momentum;
+    rolni_adjoint(f, nb, theta, &of, gz, NULL, gtheta, tape, work);
+}
+
 /* The variational midpoint rule (roln_lnn_step): with z_m = z + h/2 v, F = 1/2 grad_z(v^T M v) - g - d + tau_z at (z_m, v),
-       M(z_m) v = p + h/2 F,   z+ = z + h v,   p+ = p + h F,   p = M(z) zd,   zd+ = M(z+)^-1 p+. */
-ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_force *force,
-                                   roln_real h, const roln_real *s, roln_real *sn, roln_real *tape, int stride,
-                                   roln_real *work)
+       M(z_m) v = p + h/2 F,   z+ = z + h v,   p+ = p + h F,   p = M(z) zd,   zd+ = M(z+)^-1 p+.
+   stride: from one tape to the next, 0 for one. */
+#define ROLNI_MIDPOINT_MEM(X, S, nb) X(p, (nb) * S(n)) X(F, (nb) * S(n)) X(sm, 2 * (nb) * S(n))
+#define ROLNI_MIDPOINT_WORK(S, keep, nb) \
+    (0 ROLNI_MIDPOINT_MEM(ROLNI_SIZE, S, nb) + \
+     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), 2 * (nb) * S(n) + S(n)))
+ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *s,
+                                   roln_real *sn, roln_real *tape, int stride, roln_real *work)
 {
     const int n = f->n, m = nb * n;
-    roln_real *p = work, *F = p + m, *sm = F + m, *v = sm + m, *rhs = v + m, *w = rhs + m, *last = tape + 2 * stride;
-    const rolni_tape t0 = rolni_tape_of(f, T, nb, tape), tm = rolni_tape_of(f, T, nb, tape + stride);
-    const rolni_tape t1 = rolni_tape_of(f, T, nb, last);
+    const rolni_tape t0 = rolni_tape_of(f, 1, keep, nb, tape), tm = rolni_tape_of(f, 1, keep, nb, tape + stride);
+    const rolni_tape t1 = rolni_tape_of(f, 1, keep, nb, tape + 2 * stride);
+    roln_real *v, *rhs, *next;
     roln_status st;
     int it, i, settled = 1;
-    if ((st = rolni_eval(f, T, nb, theta, s, NULL, ROLNI_MASS, tape, w)) != ROLN_OK) return st;
-    rolni_mul_all(f, nb, &t0, s + m, p, w);
-    memcpy(v, s + m, (size_t)m * sizeof *v);
+    ROLNI_MIDPOINT_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    v = sm + m, rhs = work, next = rhs + m;
+    if ((st = rolni_eval(f, keep, nb, sys->theta, s, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
+    rolni_mul_all(f, nb, &t0, s + m, p, work);
+    rolni_copy(m, s + m, v);
     for (it = 0;; it++) {
         for (i = 0; i < m; i++)
             sm[i] = s[i] + h / 2 * v[i];
-        if (force) force->eval(force->ctx, nb, sm, F);
-        if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_GRADIENT, tape + stride, w)) != ROLN_OK) return st;
-        for (i = 0; i < m; i++) {
-            F[i] = tm.kin[i] - tm.g[i] - tm.d[i] + (force ? F[i] : 0);
-            rhs[i] = p[i] + h / 2 * F[i];
-        }
+        if ((st = rolni_impulse(f, sys, keep, nb, sm, F, tape + stride, work)) != ROLN_OK) return st;
         if (it == ROLN_MIDPOINT_ITERS) break;
-        rolni_minv_all(f, nb, &tm, rhs, w, w + m);
+        for (i = 0; i < m; i++)
+            rhs[i] = p[i] + h / 2 * F[i];
+        rolni_minv_all(f, nb, &tm, rhs, next, next + m);
         for (settled = 1, i = 0; i < m; i++) { /* NaN does not settle */
-            settled &= ROLN_ABS(w[i] - v[i]) <= 1000 * ROLN_EPS * ROLN_MAX(1, ROLN_ABS(w[i]));
-            v[i] = w[i];
+            settled &= ROLN_ABS(next[i] - v[i]) <= 1000 * ROLN_EPS * ROLN_MAX(1, ROLN_ABS(next[i]));
+            v[i] = next[i];
         }
     }
     if (!settled) return ROLN_E_NO_CONVERGENCE;
@@ -1199,130 +1534,134 @@ ROLN_FN roln_status rolni_midpoint(const roln_lnn *f, int T, int nb, const roln_
         p[i] += h * F[i];
         sm[i] = s[i] + h * v[i];
     }
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_MASS, last, w)) != ROLN_OK) return st;
-    rolni_minv_all(f, nb, &t1, p, t1.zdd, w);
-    memcpy(sn, sm, (size_t)m * sizeof *sn);
-    memcpy(sn + m, t1.zdd, (size_t)m * sizeof *sn);
+    if ((st = rolni_eval(f, keep, nb, sys->theta, sm, NULL, ROLNI_MASS, tape + 2 * stride, work)) != ROLN_OK) return st;
+    rolni_minv_all(f, nb, &t1, p, t1.zdd, work);
+    rolni_copy(m, sm, sn);
+    rolni_copy(m, t1.zdd, sn + m);
     return ROLN_OK;
-}
-
-/* gz += d/dz of c p^T M x at the state on the tape, p and x held fixed; gtheta likewise. */
-ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, roln_real *tape, roln_real c, const roln_real *p,
-                            const roln_real *x, roln_real *gz, roln_real *gtheta, roln_real *work)
-{
-    const rolni_pair pair = {c, p, x, NULL, NULL};
-    roln_real *const dir[3] = {gz, NULL, NULL};
-    rolni_adjoint(f, 2, nb, theta, tape, 0, NULL, &pair, dir, gtheta, work);
-}
-
-/* Backward of c mu^T M v + a^T F, F = 1/2 grad_z(v^T M v) - g - d, at (z, v) on the tape; in the first term v is held fixed.
-   Adds to gz, gv, gtheta. */
-ROLN_FN void rolni_impulse_bwd(const roln_lnn *f, int nb, const roln_real *theta, roln_real *tape, roln_real c,
-                               const roln_real *mu, const roln_real *a, roln_real *gz, roln_real *gv, roln_real *gtheta,
-                               roln_real *work)
-{
-    const roln_real *v = rolni_tape_of(f, 2, nb, tape).x + 2 * nb * f->n;
-    const rolni_pair pair[2] = {{c, mu, v, NULL, NULL}, {ROLN_C(0.5), v, v, gv, gv}};
-    roln_real *const dir[3] = {gz, NULL, gv};
-    rolni_adjoint(f, 2, nb, theta, tape, 1, a, pair, dir, gtheta, work);
 }
 
 /* Backward of rolni_midpoint. The cotangent mu of the implicit equation solves, with a = h g_p+ + h/2 mu and
    S = a^T F - mu^T M v at z_m,   M mu = h g_z+ + dS/dv|_M + h/2 dS/dz_m,   by the same number of iterations. */
-ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_force *force, roln_real h,
-                                roln_real *tape, int stride, const roln_real *gsn, roln_real *gs, roln_real *gtheta,
-                                roln_real *work)
+#define ROLNI_MIDPOINT_BWD_MEM(X, S, nb) \
+    X(gz, (nb) * S(n)) X(gp, (nb) * S(n)) X(mu, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
+#define ROLNI_MIDPOINT_BWD_WORK(S, nb) (0 ROLNI_MIDPOINT_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), S(n)))
+ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gsn, roln_real *gs,
+                                roln_real *gtheta, roln_real *tape, int stride, roln_real *work)
 {
+    const roln_real *theta = sys->theta;
+    const roln_force *force = sys->force;
     const int n = f->n, m = nb * n;
-    const rolni_tape t0 = rolni_tape_of(f, 2, nb, tape), tm = rolni_tape_of(f, 2, nb, tape + stride);
-    const rolni_tape t1 = rolni_tape_of(f, 2, nb, tape + 2 * stride);
-    roln_real *gz = work, *gp = gz + m, *mu = gp + m, *a = mu + m, *gm = a + m, *gv = gm + m, *w = gv + m;
+    const rolni_tape t0 = rolni_tape_of(f, 1, 1, nb, tape), tm = rolni_tape_of(f, 1, 1, nb, tape + stride);
+    const rolni_tape t1 = rolni_tape_of(f, 1, 1, nb, tape + 2 * stride);
     int it, i;
-    memset(work, 0, (size_t)(6 * m) * sizeof *work);
-    rolni_minv_all(f, nb, &t1, gsn + m, gp, w);
-    memcpy(gz, gsn, (size_t)m * sizeof *gz);
-    rolni_mass_bwd(f, nb, theta, tape + 2 * stride, -1, gp, t1.zdd, gz, gtheta, w);
+    ROLNI_MIDPOINT_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    const rolni_pair first = {1, gp, t0.zd, NULL, NULL}, implicit = {-1, mu, tm.zd, NULL, NULL};
+    const rolni_pair last = {-1, gp, t1.zdd, NULL, NULL};
+    rolni_minv_all(f, nb, &t1, gsn + m, gp, work);
+    rolni_copy(m, gsn, gz);
+    rolni_momentum_bwd(f, nb, theta, &last, gz, gtheta, tape + 2 * stride, work);
+    rolni_zero(m, mu);
     for (it = 0;; it++) {
         const int final = it == ROLN_MIDPOINT_ITERS;
-        memset(gm, 0, (size_t)(2 * m) * sizeof *gm);
+        rolni_zero(m, gm), rolni_zero(m, gv);
         for (i = 0; i < m; i++)
             a[i] = h * gp[i] + h / 2 * mu[i];
-        rolni_impulse_bwd(f, nb, theta, tape + stride, -1, mu, a, gm, gv, final ? gtheta : NULL, w);
+        rolni_impulse_bwd(f, nb, theta, &implicit, a, gm, gv, final ? gtheta : NULL, tape + stride, work);
         if (force) force->bwd(force->ctx, nb, tm.x, a, final, gm);
         if (final) break;
         for (i = 0; i < m; i++)
             gv[i] += h * gz[i] + h / 2 * gm[i];
-        rolni_minv_all(f, nb, &tm, gv, mu, w);
+        rolni_minv_all(f, nb, &tm, gv, mu, work);
     }
     for (i = 0; i < m; i++) { /* p = M(z) zd */
         gs[i] += gz[i] + gm[i];
         gp[i] += mu[i];
     }
-    rolni_mass_bwd(f, nb, theta, tape, 1, gp, t0.x + 2 * m, gs, gtheta, w);
-    rolni_mul_all(f, nb, &t0, gp, gv, w);
+    rolni_momentum_bwd(f, nb, theta, &first, gs, gtheta, tape, work);
+    rolni_mul_all(f, nb, &t0, gp, gv, work);
     for (i = 0; i < m; i++)
         gs[m + i] += gv[i];
 }
 
-/* One step of length h from s to sn, both [2][nb][n] (sn may be s); force may be NULL. tape: ROLN_STAGES(scheme)    tapes
-   [ROLN_LNN_TAPE] of T = 2, or one of T = 1. work [ROLN_STEP_WORK]. sn is written only on ROLN_OK. ROLN_E_NO_CONVERGENCE: h too
-   long for midpoint. */
-ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, int scheme, int T, int nb, const roln_real *theta,
-                                  const roln_force *force, roln_real h, const roln_real *s, roln_real *sn, roln_real *tape,
-                                  roln_real *work)
+/* Stages of an explicit step, and tapes of a step that its backward needs. */
+#define ROLN_STAGES(scheme) ((scheme) == ROLN_EULER ? 1 : (scheme) == ROLN_RK4 ? 4 : 3)
+
+/* Weight of stage j in s+, and the part of h by which it moves the state of the next stage. */
+ROLN_FN roln_real rolni_stage_weight(int scheme, int j, roln_real h)
 {
-    static const roln_real weight[4] = {ROLN_C(1.0) / 6, ROLN_C(1.0) / 3, ROLN_C(1.0) / 3, ROLN_C(1.0) / 6};
-    const int m2 = 2 * nb * f->n, stride = T > 1 ? roln_lnn_tape(f, T, nb) : 0;
-    roln_real *next = work, *sx = next + m2, *k = sx + m2, *w = k + m2;
+    return scheme == ROLN_EULER ? h : h * (j == 0 || j == 3 ? ROLN_C(1.0) / 6 : ROLN_C(1.0) / 3);
+}
+
+ROLN_FN roln_real rolni_stage_move(int j, roln_real h)
+{
+    return j < 2 ? h / 2 : h;
+}
+
+/* One step of length h from s to sn, both [2][nb][n] (sn may be s). keep: 1 if roln_lnn_step_bwd is to follow, else 0.
+   tape: ROLN_STAGES(scheme) tapes [ROLN_LNN_TAPE(S, 1, 1, nb)] with keep, one [ROLN_LNN_TAPE(S, 1, 0, nb)] without.
+   Status of roln_lnn_zdd; ROLN_E_NO_CONVERGENCE: h is too long for the midpoint rule. sn is written only on ROLN_OK. */
+#define ROLN_LNN_STEP_MEM(X, S, scheme, nb) \
+    X(next, 2 * (nb) * S(n)) X(sx, ((scheme) == ROLN_RK4) * 2 * (nb) * S(n)) X(k, ((scheme) != ROLN_MIDPOINT) * 2 * (nb) * S(n))
+#define ROLN_LNN_STEP_WORK(S, scheme, keep, nb) \
+    (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + \
+     ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_WORK(S, keep, nb) : ROLNI_STAGE_WORK(S, keep, nb)))
+ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int scheme, int keep, int nb, roln_real h,
+                                  const roln_real *s, roln_real *sn, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, m2 = 2 * nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
     const int stages = ROLN_STAGES(scheme);
     roln_status st;
     int j, i;
+    ROLN_LNN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, scheme, nb)
     if (scheme == ROLN_MIDPOINT) {
-        if ((st = rolni_midpoint(f, T, nb, theta, force, h, s, next, tape, stride, sx)) != ROLN_OK) return st;
+        if ((st = rolni_midpoint(f, sys, keep, nb, h, s, next, tape, stride, work)) != ROLN_OK) return st;
     } else {
-        memcpy(next, s, (size_t)m2 * sizeof *s);
-        memcpy(sx, s, (size_t)m2 * sizeof *s);
+        rolni_copy(m2, s, next);
         for (j = 0; j < stages; j++) {
-            const roln_real b = stages == 1 ? h : h * weight[j], c = j < 2 ? h / 2 : h;
-            if ((st = rolni_stage(f, T, nb, theta, force, sx, k, tape + j * stride, w)) != ROLN_OK) return st;
-            for (i = 0; i < m2; i++) {
+            const roln_real b = rolni_stage_weight(scheme, j, h), c = rolni_stage_move(j, h);
+            if ((st = rolni_stage(f, sys, keep, nb, j ? sx : s, k, tape + j * stride, work)) != ROLN_OK) return st;
+            for (i = 0; i < m2; i++)
                 next[i] += b * k[i];
+            for (i = 0; i < m2 && j + 1 < stages; i++)
                 sx[i] = s[i] + c * k[i];
-            }
         }
     }
     if (!roln_all_finite(m2, next)) return ROLN_E_NOT_FINITE;
-    memcpy(sn, next, (size_t)m2 * sizeof *sn);
+    rolni_copy(m2, next, sn);
     return ROLN_OK;
 }
 
 /* Backward of roln_lnn_step through its tapes: gsn [2][nb][n] in; adds to gs [2][nb][n], gtheta (may be NULL) and,
-   through force->bwd, to what the force depends on. gs may not be gsn. work [ROLN_STEP_WORK], T = 2. */
-ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, int scheme, int nb, const roln_real *theta, const roln_force *force,
-                               roln_real h, roln_real *tape, const roln_real *gsn, roln_real *gs, roln_real *gtheta,
-                               roln_real *work)
+   through force->bwd, to what the force depends on. gs may not be gsn. */
+#define ROLN_LNN_STEP_BWD_MEM(X, S, nb) X(gx, 2 * (nb) * S(n)) X(gk, 2 * (nb) * S(n))
+#define ROLN_LNN_STEP_BWD_WORK(S, scheme, nb) \
+    ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_BWD_WORK(S, nb) \
+                               : 0 ROLN_LNN_STEP_BWD_MEM(ROLNI_SIZE, S, nb) + ROLNI_STAGE_BWD_WORK(S, nb))
+ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn,
+                               roln_real *gs, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    static const roln_real weight[4] = {ROLN_C(1.0) / 6, ROLN_C(1.0) / 3, ROLN_C(1.0) / 3, ROLN_C(1.0) / 6};
-    const int m2 = 2 * nb * f->n, stride = roln_lnn_tape(f, 2, nb);
-    const int stages = ROLN_STAGES(scheme);
-    roln_real *gx = work, *gk = gx + m2, *w = gk + m2;
+    const int n = f->n, m2 = 2 * nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
     int j, i;
     if (scheme == ROLN_MIDPOINT) {
-        rolni_midpoint_bwd(f, nb, theta, force, h, tape, stride, gsn, gs, gtheta, work);
+        rolni_midpoint_bwd(f, sys, nb, h, gsn, gs, gtheta, tape, stride, work);
         return;
     }
-    memset(gx, 0, (size_t)m2 * sizeof *gx);
-    for (i = 0; i < m2; i++)
-        gs[i] += gsn[i];
-    for (j = stages - 1; j >= 0; j--) { /* k_j enters s+ with weight b, the next stage with c */
-        const roln_real b = stages == 1 ? h : h * weight[j], c = j < 2 ? h / 2 : h;
-        for (i = 0; i < m2; i++) {
-            gk[i] = b * gsn[i] + c * gx[i];
-            gx[i] = 0;
-        }
-        rolni_stage_bwd(f, nb, theta, force, tape + j * stride, gk, gx, gtheta, w);
+    {
+        ROLN_LNN_STEP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+        rolni_zero(m2, gx);
         for (i = 0; i < m2; i++)
-            gs[i] += gx[i];
+            gs[i] += gsn[i];
+        for (j = ROLN_STAGES(scheme) - 1; j >= 0; j--) { /* k_j enters s+ with weight b, the next stage with c */
+            const roln_real b = rolni_stage_weight(scheme, j, h), c = rolni_stage_move(j, h);
+            for (i = 0; i < m2; i++) {
+                gk[i] = b * gsn[i] + c * gx[i];
+                gx[i] = 0;
+            }
+            rolni_stage_bwd(f, sys, nb, gk, gx, gtheta, tape + j * stride, work);
+            for (i = 0; i < m2; i++)
+                gs[i] += gx[i];
+        }
     }
 }
 
@@ -1330,81 +1669,63 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, int scheme, int nb, const roln
    transform of the variational midpoint rule,
        M(z1) zd1 = M(z_m) v + h/2 F(z_m, v),   z_m = (z0 + z1)/2,  v = (z1 - z0)/h.
    roln_lnn_step with ROLN_MIDPOINT goes on from there, so that three successive positions satisfy the discrete Euler-Lagrange
-   equations. force may be NULL. Tapes: two of T = 2 if the backward is to follow, else one of T = 1. work [ROLN_STEP_WORK]. */
-ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, int T, int nb, const roln_real *theta, const roln_force *force, roln_real h,
-                                   const roln_real *z0, const roln_real *z1, roln_real *s1, roln_real *tape, roln_real *work)
+   equations. keep: 1 if roln_lnn_start_bwd is to follow, else 0. tape: two [ROLN_LNN_TAPE(S, 1, 1, nb)] with keep, one
+   [ROLN_LNN_TAPE(S, 1, 0, nb)] without. Status of roln_lnn_zdd; s1 is written only on ROLN_OK. */
+#define ROLN_LNN_START_MEM(X, S, nb) X(sm, 2 * (nb) * S(n)) X(p, (nb) * S(n)) X(F, (nb) * S(n))
+#define ROLN_LNN_START_WORK(S, keep, nb) \
+    (0 ROLN_LNN_START_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_GRADIENT, nb), S(n)))
+ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, int keep, int nb, roln_real h, const roln_real *z0,
+                                   const roln_real *z1, roln_real *s1, roln_real *tape, roln_real *work)
 {
-    const int m = nb * f->n, stride = T > 1 ? roln_lnn_tape(f, T, nb) : 0;
-    const rolni_tape tm = rolni_tape_of(f, T, nb, tape), t1 = rolni_tape_of(f, T, nb, tape + stride);
-    roln_real *sm = work, *p = sm + 2 * m, *F = p + m, *w = F + m;
+    const int n = f->n, m = nb * n, stride = keep ? roln_lnn_tape(f, 1, 1, nb) : 0;
+    const rolni_tape tm = rolni_tape_of(f, 1, keep, nb, tape), t1 = rolni_tape_of(f, 1, keep, nb, tape + stride);
     roln_status st;
     int i;
+    ROLN_LNN_START_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (i = 0; i < m; i++) {
         sm[i] = (z0[i] + z1[i]) / 2;
         sm[m + i] = (z1[i] - z0[i]) / h;
     }
-    if (force) force->eval(force->ctx, nb, sm, F);
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_GRADIENT, tape, w)) != ROLN_OK) return st;
-    rolni_mul_all(f, nb, &tm, sm + m, p, w);
+    if ((st = rolni_impulse(f, sys, keep, nb, sm, F, tape, work)) != ROLN_OK) return st;
+    rolni_mul_all(f, nb, &tm, sm + m, p, work);
     for (i = 0; i < m; i++) {
-        p[i] += h / 2 * (tm.kin[i] - tm.g[i] - tm.d[i] + (force ? F[i] : 0));
+        p[i] += h / 2 * F[i];
         sm[i] = z1[i];
     }
-    if ((st = rolni_eval(f, T, nb, theta, sm, NULL, ROLNI_MASS, tape + stride, w)) != ROLN_OK) return st;
-    rolni_minv_all(f, nb, &t1, p, t1.zdd, w);
+    if ((st = rolni_eval(f, keep, nb, sys->theta, sm, NULL, ROLNI_MASS, tape + stride, work)) != ROLN_OK) return st;
+    rolni_minv_all(f, nb, &t1, p, t1.zdd, work);
     if (!roln_all_finite(m, t1.zdd)) return ROLN_E_NOT_FINITE;
-    memcpy(s1 + m, t1.zdd, (size_t)m * sizeof *s1);
-    memcpy(s1, sm, (size_t)m * sizeof *s1);
+    rolni_copy(m, sm, s1);
+    rolni_copy(m, t1.zdd, s1 + m);
     return ROLN_OK;
 }
 
 /* Backward of roln_lnn_start through its tapes: gs1 [2][nb][n] in; adds to gz0, gz1 [nb][n], gtheta (may be NULL) and, through
    force->bwd, to what the force depends on. */
-ROLN_FN void roln_lnn_start_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_force *force, roln_real h,
-                                roln_real *tape, const roln_real *gs1, roln_real *gz0, roln_real *gz1, roln_real *gtheta,
-                                roln_real *work)
+#define ROLN_LNN_START_BWD_MEM(X, S, nb) X(gp, (nb) * S(n)) X(a, (nb) * S(n)) X(gm, (nb) * S(n)) X(gv, (nb) * S(n))
+#define ROLN_LNN_START_BWD_WORK(S, nb) \
+    (0 ROLN_LNN_START_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 1, nb), (nb) * S(n) + S(n)))
+ROLN_FN void roln_lnn_start_bwd(const roln_lnn *f, const roln_system *sys, int nb, roln_real h, const roln_real *gs1,
+                                roln_real *gz0, roln_real *gz1, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const int m = nb * f->n, stride = roln_lnn_tape(f, 2, nb);
-    const rolni_tape tm = rolni_tape_of(f, 2, nb, tape), t1 = rolni_tape_of(f, 2, nb, tape + stride);
-    roln_real *gp = work, *a = gp + m, *gm = a + m, *gv = gm + m, *w = gv + m;
+    const int n = f->n, m = nb * n, stride = roln_lnn_tape(f, 1, 1, nb);
+    const rolni_tape tm = rolni_tape_of(f, 1, 1, nb, tape), t1 = rolni_tape_of(f, 1, 1, nb, tape + stride);
     int i;
-    memset(gm, 0, (size_t)(2 * m) * sizeof *gm);
-    rolni_minv_all(f, nb, &t1, gs1 + m, gp, w);
-    rolni_mass_bwd(f, nb, theta, tape + stride, -1, gp, t1.zdd, gz1, gtheta, w);
+    ROLN_LNN_START_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    const rolni_pair first = {1, gp, tm.zd, NULL, NULL}, last = {-1, gp, t1.zdd, NULL, NULL};
+    rolni_minv_all(f, nb, &t1, gs1 + m, gp, work);
+    rolni_momentum_bwd(f, nb, sys->theta, &last, gz1, gtheta, tape + stride, work);
     for (i = 0; i < m; i++)
         a[i] = h / 2 * gp[i];
-    rolni_impulse_bwd(f, nb, theta, tape, 1, gp, a, gm, gv, gtheta, w);
-    if (force) force->bwd(force->ctx, nb, tm.x, a, 1, gm);
-    rolni_mul_all(f, nb, &tm, gp, w, w + m);
+    rolni_zero(m, gm), rolni_zero(m, gv);
+    rolni_impulse_bwd(f, nb, sys->theta, &first, a, gm, gv, gtheta, tape, work);
+    if (sys->force) sys->force->bwd(sys->force->ctx, nb, tm.x, a, 1, gm);
+    rolni_mul_all(f, nb, &tm, gp, work, work + m);
     for (i = 0; i < m; i++) {
-        const roln_real v = (gv[i] + w[i]) / h, z = gm[i] / 2;
+        const roln_real v = (gv[i] + work[i]) / h, z = gm[i] / 2;
         gz0[i] += z - v;
         gz1[i] += gs1[i] + z + v;
     }
-}
-
-/* Linearisation of a step, nb = 1: sn = step(s), A = d sn / d s [2n][2n]. The backward runs once per row; before row i *row is
-   set to B + i width, so that force->bwd may add there the derivative of sn_i by what the force depends on. B is zeroed;
-   force and B may be NULL. tape: ROLN_STAGES(scheme) of T = 2, work [ROLN_STEP_WORK + 2 n]. sn, A, B are written only on
-   ROLN_OK. Cost about 4n steps. */
-ROLN_FN roln_status roln_lnn_linear(const roln_lnn *f, int scheme, const roln_real *theta, const roln_force *force, roln_real h,
-                                    const roln_real *s, int width, roln_real **row, roln_real *sn, roln_real *A, roln_real *B,
-                                    roln_real *tape, roln_real *work)
-{
-    const int n2 = 2 * f->n;
-    roln_real *e = work, *w = e + n2;
-    const roln_status st = roln_lnn_step(f, scheme, 2, 1, theta, force, h, s, sn, tape, w);
-    int i, j;
-    if (st != ROLN_OK) return st;
-    memset(A, 0, (size_t)(n2 * n2) * sizeof *A);
-    if (B) memset(B, 0, (size_t)(n2 * width) * sizeof *B);
-    for (i = 0; i < n2; i++) {
-        for (j = 0; j < n2; j++)
-            e[j] = i == j;
-        if (B) *row = B + i * width;
-        roln_lnn_step_bwd(f, scheme, 1, theta, force, h, tape, e, A + i * n2, NULL, w);
-    }
-    return ROLN_OK;
 }
 
 #endif

@@ -6,6 +6,7 @@
    the result (measured on the library itself), so that a bound does not depend on how the weights were drawn. */
 #include "roln_lnn.h"
 #include "twin.h"
+#include "room.h"
 
 void TEST_NAME(lnn)(void);
 
@@ -26,14 +27,45 @@ static struct {
     ld h, th[MAXP], s[2 * MAXB * MAXN], a[2][MAXB * MAXN], y[2 * MAXB * MAXN], w[2 * MAXN];
 } m;
 
+/* The sizes of a shape for the macros: SZ(n), SZ(width) .. */
+static struct {
+    int n, width, base, damping, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to;
+} sz;
+#define SZ(x) sz.x
+
+static void set_sizes(const roln_lnn *f)
+{
+    const roln_mlp *net = &f->mass_net;
+    int i, even = 0, odd = 0;
+    memset(&sz, 0, sizeof sz);
+    sz.n = f->n, sz.width = f->width[0], sz.base = f->base, sz.damping = f->damping;
+    sz.cholesky = f->mass == ROLN_CHOLESKY, sz.formed = sz.cholesky || f->layers > 0;
+    for (i = 0; i < net->layers; i++) {
+        if (i % 2) odd = ROLN_MAX(odd, net->size[i]);
+        else even = ROLN_MAX(even, net->size[i]);
+        if (i > 0) sz.hidden += net->size[i];
+    }
+    sz.wide = even + odd;
+    for (i = f->layers - 1; i >= 0; i--) { /* backwards, so that the first of each kind stays */
+        const int w = f->width[i], to = f->width[i + 1];
+        sz.chain += ROLN_LAYER_KEEP(f->layer[i], w, to), sz.chain_dir += ROLN_LAYER_KEEP_DIR(f->layer[i], w, to);
+        if (f->layer[i] == ROLN_GYRO) sz.gyro = w;
+        if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
+        if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
+    }
+}
+
+#define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)
+#define TERMS_WORK ROLN_LNN_TERMS_WORK(SZ)
+
 /* Where the parts of theta begin, in the order that the header tells. */
 static int damper_at, base_at, layer_at[ROLN_LAYERS_MAX];
 
 static void layout(const roln_lnn *f)
 {
     int i, at;
-    damper_at = roln_mlp_params(&f->mass) + roln_mlp_params(&f->potential);
-    base_at = at = damper_at + (f->damping ? roln_mlp_params(&f->damper) : 0);
+    damper_at = roln_mlp_params(&f->mass_net) + roln_mlp_params(&f->potential_net);
+    base_at = at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
     if (f->base) at += f->width[0] * f->width[0];
     for (i = 0; i < f->layers; i++) {
         const int w = f->width[i];
@@ -41,6 +73,7 @@ static void layout(const roln_lnn *f)
         at += f->layer[i] == ROLN_GYRO ? ROLN_TRI(w) + w * w : f->layer[i] == ROLN_BIMAP ? w * f->width[i + 1] : 0;
     }
     CHECK(at == roln_lnn_params(f));
+    set_sizes(f);
 }
 
 /* The part of theta that number i belongs to; for the entry of a symmetric matrix *mirror is its transpose, else i. */
@@ -126,9 +159,9 @@ static void t_chain(const ld *z, int stop, ld *X, ld *l)
     ld u[ROLN_TRI(MAXN)], U[MAXN * MAXN], W[MAXN * MAXN], E[MAXN * MAXN];
     const roln_lnn *f = &m.f;
     int i, j, w = f->width[0];
-    t_mlp(&f->mass, m.th, z, u);
-    t_low(w, u, f->head == ROLN_EXPONENTIAL, U);
-    if (f->head == ROLN_CHOLESKY) {
+    t_mlp(&f->mass_net, m.th, z, u);
+    t_low(w, u, f->mass == ROLN_EXPONENTIAL, U);
+    if (f->mass == ROLN_CHOLESKY) {
         for (i = 0; i < w * w; i++) W[i] = i % (w + 1) == 0;
         t_congr(w, w, U, W, U, X);
         for (i = 0; i < w; i++) X[i * (w + 1)] += (ld)f->least;
@@ -165,7 +198,7 @@ static void t_mass(const ld *z, ld *M)
     memcpy(M, X, sizeof *M * (size_t)(m.f.n * m.f.n));
 }
 
-/* Step of the differences. Heads with sqrt, log, max or L L^T are less smooth than exp. */
+/* Step of the differences. Masses with sqrt, log, max or L L^T are less smooth than exp. */
 static ld t_width(void)
 {
     return rolni_formed(&m.f) ? 3e-3L : 6e-3L;
@@ -180,13 +213,13 @@ static struct {
 static void t_terms(const ld *z, const ld *zd)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
-    const ld *pot = m.th + roln_mlp_params(&m.f.mass), h = t_width();
+    const ld *pot = m.th + roln_mlp_params(&m.f.mass_net), h = t_width();
     ld x[MAXN], M[MAXN * MAXN], u[ROLN_TRI(MAXN)], L[MAXN * MAXN], V, y;
     const int n = m.f.n, nn = n * n;
     int i, j, k, q;
     memset(&tt, 0, sizeof tt);
     t_mass(z, tt.M);
-    t_mlp(&m.f.potential, pot, z, &tt.V);
+    t_mlp(&m.f.potential_net, pot, z, &tt.V);
     memcpy(x, z, sizeof *x * (size_t)n);
     for (k = 0; k < n; k++) {
         for (q = -4; q <= 4; q++) {
@@ -195,7 +228,7 @@ static void t_terms(const ld *z, const ld *zd)
             x[k] = z[k] + (ld)q * h;
             t_mass(x, M);
             for (i = 0; i < nn; i++) tt.dM[k * nn + i] += w * M[i];
-            t_mlp(&m.f.potential, pot, x, &V);
+            t_mlp(&m.f.potential_net, pot, x, &V);
             tt.g[k] += w * V;
         }
         x[k] = z[k];
@@ -207,7 +240,7 @@ static void t_terms(const ld *z, const ld *zd)
                 tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
             }
     if (!m.f.damping) return;
-    t_mlp(&m.f.damper, m.th + damper_at, z, u);
+    t_mlp(&m.f.damper_net, m.th + damper_at, z, u);
     t_low(n, u, 0, L);
     for (j = 0; j < n; j++) {
         for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * zd[i];
@@ -403,31 +436,24 @@ static void spring_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y
         }
 }
 
-static int wide_of(const roln_lnn *f)
-{
-    int l, w = f->n;
-    for (l = 1; l < f->mass.layers; l++) w = f->mass.size[l] > w ? f->mass.size[l] : w;
-    return w;
-}
-
 static roln_lnn shape(int n, int base, int layers, int h1, int h2)
 {
     roln_lnn f;
     int i;
     memset(&f, 0, sizeof f);
     f.n = n, f.base = base, f.width[0] = n;
-    f.mass.layers = layers;
-    for (i = 0; i < layers; i++) f.mass.size[i] = i == 0 ? n : i % 2 ? h1 : h2;
-    f.potential = f.damper = f.mass;
-    f.mass.size[layers] = f.damper.size[layers] = ROLN_TRI(n), f.potential.size[layers] = 1;
+    f.mass_net.layers = layers;
+    for (i = 0; i < layers; i++) f.mass_net.size[i] = i == 0 ? n : i % 2 ? h1 : h2;
+    f.potential_net = f.damper_net = f.mass_net;
+    f.mass_net.size[layers] = f.damper_net.size[layers] = ROLN_TRI(n), f.potential_net.size[layers] = 1;
     return f;
 }
 
-/* SPD layers behind the head of f, of width w: g gyro, r ReEig, a digit: BiMap to that width. */
+/* SPD layers behind the exponential of f, of width w: g gyro, r ReEig, a digit: BiMap to that width. */
 static roln_lnn behind(roln_lnn f, int w, const char *layers)
 {
     f.width[0] = w;
-    f.mass.size[f.mass.layers] = ROLN_TRI(w);
+    f.mass_net.size[f.mass_net.layers] = ROLN_TRI(w);
     for (; *layers; layers++) {
         f.layer[f.layers] = *layers == 'g' ? ROLN_GYRO : *layers == 'r' ? ROLN_REEIG : ROLN_BIMAP;
         f.width[f.layers + 1] = f.layer[f.layers] == ROLN_BIMAP ? *layers - '0' : f.width[f.layers];
@@ -439,7 +465,7 @@ static roln_lnn behind(roln_lnn f, int w, const char *layers)
 
 static roln_lnn cholesky(roln_lnn f)
 {
-    f.head = ROLN_CHOLESKY, f.least = ROLN_C(0.1);
+    f.mass = ROLN_CHOLESKY, f.least = ROLN_C(0.1);
     return f;
 }
 
@@ -450,8 +476,8 @@ static roln_lnn damped(roln_lnn f)
 }
 
 /* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
-enum { HEADS = 10 };
-static roln_lnn head(int i)
+enum { VARIANTS = 10 };
+static roln_lnn variant(int i)
 {
     switch (i) {
     case 0: return behind(shape(2, 1, 2, 3, 0), 2, "g");
@@ -505,13 +531,14 @@ static void random_rows(int k, int n, roln_real *X, uint64_t *s)
 /* Weights with biases, M well away from P, P and the layers random. ReEig: eigenvalues spread out. */
 static void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
 {
-    const int nm = roln_mlp_params(&f->mass);
+    const int nm = roln_mlp_params(&f->mass_net);
     int i, j;
     m.f = *f;
     layout(f);
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
-    for (i = 0; i < f->width[0] && has(f, ROLN_REEIG) >= 0; i++) th[nm - ROLN_TRI(f->width[0]) + i] += i % 2 ? ROLN_C(0.8) : ROLN_C(-0.8);
+    for (i = 0; i < f->width[0] && has(f, ROLN_REEIG) >= 0; i++)
+        th[nm - ROLN_TRI(f->width[0]) + i] += i % 2 ? ROLN_C(0.8) : ROLN_C(-0.8);
     if (f->base) random_spd(f->width[0], th + base_at, s);
     for (i = 0; i < f->layers; i++) {
         const int w = f->width[i];
@@ -551,11 +578,6 @@ static ld place_least(roln_lnn *f, int nb, const roln_real *z)
     m.f.least = f->least;
     return best;
 }
-
-#define TAPE(T, nb) \
-    ROLN_LNN_TAPE(m.f.n, m.f.width[0], m.f.base, rolni_formed(&m.f), m.f.damping, roln_mlp_hidden(&m.f.mass), T, nb)
-#define WORK(T, nb) ROLN_LNN_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
-#define STEP_WORK(T, nb) ROLN_STEP_WORK(m.f.n, m.f.width[0], m.f.layers, rolni_formed(&m.f), wide_of(&m.f), T, nb)
 
 /* ---- perceptron ---- */
 
@@ -599,34 +621,45 @@ static ld p_loss(void *ctx)
     return s;
 }
 
-static void check_mlp(roln_mlp f, int T, int nb, uint64_t *s)
+/* The value alone and then all directions in one call, or all planes in one call: the same bits, and the same backward. */
+static void check_mlp(roln_mlp f, int dirs, int nb, uint64_t *s)
 {
-    const int in = f.size[0], no = f.size[f.layers], np = roln_mlp_params(&f), h = roln_mlp_hidden(&f);
-    roln_real *th = fresh(np), *x, *y, *g, *gx, *gth, *gx1, *gth1, *w, *tape = fresh(ROLN_MLP_TAPE(T, nb, h));
-    ld ref[3 * MAXB * 8];
-    int i, r, t, wide = in, l;
-    for (l = 1; l < f.layers; l++) wide = f.size[l] > wide ? f.size[l] : wide;
+    const int in = f.size[0], no = f.size[f.layers], np = roln_mlp_params(&f), h = nb * roln_mlp_hidden(&f), all = 1 + dirs;
+    const int wide = roln_mlp_widest(&f, 0) + roln_mlp_widest(&f, 1);
+    roln_real *th = fresh(np), *x, *y = fresh(all * nb * no), *y1 = fresh(all * nb * no), *g, *gx, *gth, *gx1, *gth1, *w;
+    roln_real *slope = fresh(h), *slope1 = fresh(h), *out = fresh(all * h), *value = fresh(h), *rest = fresh(dirs * h);
+    roln_mlp_plane plane[3], apart_plane[3];
+    ld ref[3 * MAXB * 8], e;
+    int i, r, t;
     roln_mlp_init(&f, 1, th, s);
     for (i = 0; i < np; i++) th[i] += ROLN_C(0.2) * roln_normal(s);
-    x = normal((1 + T) * nb * in, 0.8, s), y = fresh((1 + T) * nb * no);
-    g = normal((1 + T) * nb * no, 1, s);
+    x = normal(all * nb * in, 0.8, s), g = normal(all * nb * no, 1, s);
     p.f = f, p.nb = nb;
-    widen(np, th, p.th), widen((1 + T) * nb * in, x, p.x), widen((1 + T) * nb * no, g, p.g);
-    for (t = 0; t <= T; t++) {
-        roln_mlp_forward(&f, T, t, 1, nb, th, x, y, tape);
+    widen(np, th, p.th), widen(all * nb * in, x, p.x), widen(all * nb * no, g, p.g);
+    roln_mlp_forward(&f, 1, all, nb, th, x, y, slope, out);
+    roln_mlp_forward(&f, 1, 1, nb, th, x, y1, slope1, value);
+    if (dirs) roln_mlp_forward(&f, 0, dirs, nb, th, x + nb * in, y1 + nb * no, slope1, rest);
+    CHECK(same(all * nb * no, y, y1) && same(h, slope, slope1));
+    CHECK(unused(h, slope) == 0 && unused(all * h, out) == 0 && unused(h, value) == 0 && unused(dirs * h, rest) == 0);
+    for (t = 0; t < all; t++) {
         for (r = 0; r < nb; r++)
             for (i = 0; i < no; i++) ref[r * no + i] = p_plane(t, r, i);
         BOUND("perceptron: planes (eps)", distance(nb * no, y + t * nb * no, ref) / EPS, 12);
+        plane[t].x = apart_plane[t].x = x + t * nb * in;
+        plane[t].out = out, plane[t].planes = all, plane[t].at = t;
+        apart_plane[t].out = t ? rest : value, apart_plane[t].planes = t ? dirs : 1, apart_plane[t].at = t ? t - 1 : 0;
     }
-    CHECK(unused(ROLN_MLP_TAPE(T, nb, h), tape) == 0);
-    for (p.planes = 1; p.planes <= 1 + T; p.planes++) {
-        gx = zeros(p.planes * nb * in), gth = zeros(np), w = fresh(ROLN_MLP_BWD_WORK(p.planes, nb, wide));
-        roln_mlp_bwd(&f, T, p.planes, nb, th, x, tape, g, gx, gth, w);
-        BOUND("perceptron: gradient of x (eps)", t_gradient(p.planes * nb * in, gx, p.x, 1e-2L, p_loss, NULL) / EPS, 12 + 2 * NOISE);
-        BOUND("perceptron: gradient of theta (eps)", t_gradient(np, gth, p.th, 1e-2L, p_loss, NULL) / EPS, 12 + 2 * NOISE);
+    for (p.planes = 1; p.planes <= all; p.planes++) {
+        gx = zeros(p.planes * nb * in), gth = zeros(np), w = room_of(ROLN_MLP_BWD_WORK(p.planes, nb, wide));
+        roln_mlp_bwd(&f, p.planes, nb, th, plane, slope, g, gx, gth, w);
+        CHECK_ROOM();
+        e = t_gradient(p.planes * nb * in, gx, p.x, 1e-2L, p_loss, NULL);
+        BOUND("perceptron: gradient of x (eps)", e / EPS, 12 + 2 * NOISE);
+        e = t_gradient(np, gth, p.th, 1e-2L, p_loss, NULL);
+        BOUND("perceptron: gradient of theta (eps)", e / EPS, 12 + 2 * NOISE);
         gx1 = zeros(p.planes * nb * in), gth1 = zeros(np);
-        roln_mlp_bwd(&f, T, p.planes, nb, th, x, tape, g, gx1, NULL, w);
-        roln_mlp_bwd(&f, T, p.planes, nb, th, x, tape, g, NULL, gth1, w);
+        roln_mlp_bwd(&f, p.planes, nb, th, p.planes > 1 ? apart_plane : NULL, slope, g, gx1, NULL, w);
+        roln_mlp_bwd(&f, p.planes, nb, th, apart_plane, slope, g, NULL, gth1, w);
         CHECK(same(p.planes * nb * in, gx, gx1) && same(np, gth, gth1));
     }
     fresh_done();
@@ -644,47 +677,83 @@ static int extras(void) /* inputs a[] */
     return m.kind == INVERSE_W ? 2 : m.kind == ZDD || m.kind == INVERSE ? 1 : 0;
 }
 
-static int directions(int backward)
+static int directions(void)
 {
-    return 1 + (m.kind == INVERSE_W) + backward;
+    return m.kind == INVERSE_W ? 2 : 1;
 }
 
-static int tapes(int backward)
+static int stepping(void)
 {
-    const int stepping = m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT;
-    return !backward ? 1 : stepping ? ROLN_STAGES(m.kind) : m.kind == START ? 2 : 1;
+    return m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT;
 }
 
-static int work_of(int T, int nb, int backward)
+/* Numbers on the tapes of the map. */
+static int tape_of(int keep, int nb)
 {
-    if (two_planes()) return STEP_WORK(T, nb);
-    return WORK(T, nb) + (m.kind == ZDD && !backward ? 0 : nb * m.f.n);
+    const int tapes = !keep ? 1 : stepping() ? ROLN_STAGES(m.kind) : m.kind == START ? 2 : 1;
+    return tapes * TAPE(directions(), keep, nb);
 }
 
-static roln_status run(const inputs *x, int T, int nb, roln_real *out, roln_real *tape, roln_real *work)
+static int work_of(int keep, int nb)
 {
+    if (m.kind == ZDD) return ROLN_LNN_ZDD_WORK(SZ, keep, nb);
+    if (m.kind == INVERSE || m.kind == INVERSE_W) return ROLN_LNN_INVERSE_WORK(SZ, directions(), keep, nb);
+    if (m.kind == START) return ROLN_LNN_START_WORK(SZ, keep, nb);
+    return ROLN_LNN_STEP_WORK(SZ, m.kind, keep, nb);
+}
+
+static int back_work_of(int nb)
+{
+    if (m.kind == ZDD) return ROLN_LNN_ZDD_BWD_WORK(SZ, nb);
+    if (m.kind == INVERSE) return ROLN_LNN_INVERSE_BWD_WORK(SZ, nb);
+    if (m.kind == START) return ROLN_LNN_START_BWD_WORK(SZ, nb);
+    return ROLN_LNN_STEP_BWD_WORK(SZ, m.kind, nb);
+}
+
+/* The most that a forward function takes without a backward to follow. */
+static int any_work(int nb)
+{
+    const int step = ROLN_MAX(ROLN_LNN_STEP_WORK(SZ, ROLN_RK4, 0, nb), ROLN_LNN_STEP_WORK(SZ, ROLN_MIDPOINT, 0, nb));
+    const int inverse = ROLN_LNN_INVERSE_WORK(SZ, 2, 0, nb), start = ROLN_LNN_START_WORK(SZ, 0, nb);
+    return ROLN_MAX(ROLN_MAX(step, inverse), ROLN_MAX(start, TERMS_WORK));
+}
+
+/* A system of the weights x->th under the force of the test, if m has one. */
+static roln_system system_of(const inputs *x, roln_real *gw, spring *sp, roln_force *fc)
+{
+    roln_system sys;
+    sp->n = m.f.n, sp->w = x->w, sp->gw = gw;
+    fc->eval = spring_eval, fc->bwd = spring_bwd, fc->ctx = sp;
+    sys.theta = x->th, sys.force = m.force ? fc : NULL;
+    return sys;
+}
+
+static roln_status run(const inputs *x, int keep, int nb, roln_real *out, roln_real *tape, roln_real *work)
+{
+    const roln_lnn *f = &m.f;
     const roln_real h = (roln_real)m.h;
     spring sp;
     roln_force fc;
-    sp.n = m.f.n, sp.w = x->w, sp.gw = NULL;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
-    if (m.kind == ZDD) return roln_lnn_zdd(&m.f, T, nb, x->th, x->s, x->a[0], out, tape, work);
-    if (m.kind == INVERSE || m.kind == INVERSE_W) return roln_lnn_inverse(&m.f, T, nb, x->th, x->s, m.kind == INVERSE ? NULL : x->a[1], x->a[0], out, tape, work);
-    if (m.kind == START) return roln_lnn_start(&m.f, T, nb, x->th, m.force ? &fc : NULL, h, x->s, x->s + nb * m.f.n, out, tape, work);
-    return roln_lnn_step(&m.f, m.kind, T, nb, x->th, m.force ? &fc : NULL, h, x->s, out, tape, work);
+    const roln_system sys = system_of(x, NULL, &sp, &fc);
+    if (m.kind == ZDD) return roln_lnn_zdd(f, keep, nb, x->th, x->s, x->a[0], out, tape, work);
+    if (m.kind == INVERSE) return roln_lnn_inverse(f, keep, nb, x->th, x->s, NULL, x->a[0], out, tape, work);
+    if (m.kind == INVERSE_W) return roln_lnn_inverse(f, keep, nb, x->th, x->s, x->a[1], x->a[0], out, tape, work);
+    if (m.kind == START) return roln_lnn_start(f, &sys, keep, nb, h, x->s, x->s + nb * f->n, out, tape, work);
+    return roln_lnn_step(f, &sys, m.kind, keep, nb, h, x->s, out, tape, work);
 }
 
+/* The backward; inverse with w has none. */
 static void back(const inputs *x, int nb, roln_real *tape, const inputs *g, roln_real *work)
 {
+    const roln_lnn *f = &m.f;
     const roln_real h = (roln_real)m.h;
     spring sp;
     roln_force fc;
-    sp.n = m.f.n, sp.w = x->w, sp.gw = g->w;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
-    if (m.kind == ZDD) roln_lnn_zdd_bwd(&m.f, nb, x->th, tape, x->y, g->s, g->a[0], g->th, work);
-    else if (m.kind == INVERSE || m.kind == INVERSE_W) roln_lnn_inverse_bwd(&m.f, m.kind == INVERSE_W, nb, x->th, tape, x->y, g->s, g->a[1], g->a[0], g->th, work);
-    else if (m.kind == START) roln_lnn_start_bwd(&m.f, nb, x->th, m.force ? &fc : NULL, h, tape, x->y, g->s, g->s + nb * m.f.n, g->th, work);
-    else roln_lnn_step_bwd(&m.f, m.kind, nb, x->th, m.force ? &fc : NULL, h, tape, x->y, g->s, g->th, work);
+    const roln_system sys = system_of(x, g->w, &sp, &fc);
+    if (m.kind == ZDD) roln_lnn_zdd_bwd(f, nb, x->th, x->y, g->s, g->a[0], g->th, tape, work);
+    else if (m.kind == INVERSE) roln_lnn_inverse_bwd(f, nb, x->th, x->y, g->s, g->a[0], g->th, tape, work);
+    else if (m.kind == START) roln_lnn_start_bwd(f, &sys, nb, h, x->y, g->s, g->s + nb * f->n, g->th, tape, work);
+    else if (stepping()) roln_lnn_step_bwd(f, &sys, m.kind, nb, h, x->y, g->s, g->th, tape, work);
 }
 
 /* The arrays of inputs (from m) and their lengths; the last is y, which has no gradient. */
@@ -770,10 +839,11 @@ static ld apart(int n, const roln_real *a, const roln_real *b)
 
 static condition condition_of(inputs x, const roln_real *out, inputs g, uint64_t *seed)
 {
-    const int T = directions(1), nb = m.nb, no = (two_planes() ? 2 : 1) * nb * m.f.n;
+    const int keep = m.kind != INVERSE_W, nb = m.nb, no = (two_planes() ? 2 : 1) * nb * m.f.n;
     inputs x1 = copy_inputs(x), g1 = zero_inputs();
     roln_real **ax[ARRAYS], **ax1[ARRAYS], **ag[ARRAYS], **ag1[ARRAYS];
-    roln_real *out1 = fresh(no), *tape = fresh(tapes(1) * TAPE(T, nb)), *work = fresh(work_of(T, nb, 1));
+    roln_real *out1 = fresh(no), *tape = fresh(tape_of(keep, nb)), *work = fresh(work_of(keep, nb));
+    roln_real *back_work = fresh(back_work_of(nb));
     int len[ARRAYS], q, i, j, move;
     condition c;
     memset(&c, 0, sizeof c);
@@ -786,8 +856,8 @@ static condition condition_of(inputs x, const roln_real *out, inputs g, uint64_t
                 (*ag1[q])[i] = 0;
             }
         for (i = 0; i < len[0]; i++) part_of(i, &j), x1.th[i] = x1.th[i < j ? i : j];
-        CHECK(run(&x1, T, nb, out1, tape, work) == ROLN_OK);
-        back(&x1, nb, tape, &g1, work);
+        CHECK(run(&x1, keep, nb, out1, tape, work) == ROLN_OK);
+        back(&x1, nb, tape, &g1, back_work);
         c.out = ROLN_MAX(c.out, apart(no, out, out1) / unit);
         for (q = 0; q < ARRAYS; q++) c.g[q] = ROLN_MAX(c.g[q], apart(len[q], *ag[q], *ag1[q]) / unit);
         for (i = 0; i < len[0]; i++) {
@@ -805,7 +875,8 @@ static void add_momenta(inputs x, condition *c, uint64_t *seed)
 {
     const int kind = m.kind, k = m.nb * m.f.n;
     const ld h = kind == START ? m.h : 1;
-    roln_real *out = fresh(k), *tape = fresh(TAPE(2, m.nb)), *work = fresh(STEP_WORK(2, m.nb)), *zero = zeros(2 * k), *s = x.s;
+    roln_real *out = fresh(k), *tape = fresh(TAPE(1, 1, m.nb)), *work = fresh(ROLN_LNN_STEP_BWD_WORK(SZ, ROLN_RK4, m.nb));
+    roln_real *zero = zeros(2 * k), *s = x.s;
     ld M[MAXN * MAXN], l[MAXN], top, low, a;
     inputs g;
     condition c1;
@@ -817,7 +888,7 @@ static void add_momenta(inputs x, condition *c, uint64_t *seed)
     m.kind = ZDD;
     memcpy(zero, s, (size_t)k * sizeof *s);
     x.s = zero, x.a[0] = zeros(k), x.y += k, g = zero_inputs();
-    CHECK(run(&x, 2, m.nb, out, tape, work) == ROLN_OK);
+    CHECK(run(&x, 1, m.nb, out, tape, work) == ROLN_OK);
     back(&x, m.nb, tape, &g, work);
     for (i = 0; i < k; i++) {
         c->g[1] = ROLN_MAX(c->g[1], top / low * fabsl((ld)x.y[i]) / h);
@@ -825,7 +896,7 @@ static void add_momenta(inputs x, condition *c, uint64_t *seed)
     }
     m.kind = INVERSE;
     x.y = g.a[0], g = zero_inputs();
-    CHECK(run(&x, 2, m.nb, out, tape, work) == ROLN_OK);
+    CHECK(run(&x, 1, m.nb, out, tape, work) == ROLN_OK);
     back(&x, m.nb, tape, &g, work);
     c1 = condition_of(x, out, g, seed);
     for (i = 0; i < PARTS; i++) c->part[i] += c1.part[i];
@@ -870,7 +941,8 @@ static void check_twice(int n, const roln_real *twice, const roln_real *once, ld
 /* Gradient of theta against the twin, part by part, symmetric matrices along symmetric directions. */
 static void check_theta(const roln_real *g, const condition *c)
 {
-    static const char *const name[PARTS] = {"gradient of the networks", "gradient of P", "gradient of gyro W", "gradient of gyro B", "gradient of BiMap"};
+    static const char *const name[PARTS] = {"gradient of the networks", "gradient of P", "gradient of gyro W", "gradient of gyro B",
+                                            "gradient of BiMap"};
     static ld slope[MAXP], ref[PARTS][MAXP];
     static roln_real got[PARTS][MAXP];
     const int np = roln_lnn_params(&m.f);
@@ -897,9 +969,11 @@ static int term_at(int i)
 static roln_status terms(const roln_real *th, const roln_real *s, int skip, roln_real *X, roln_real *tape, roln_real *w)
 {
     roln_real *at[NTERMS];
+    roln_terms_out out;
     int i;
     for (i = 0; i < NTERMS; i++) at[i] = i == skip ? NULL : X + term_at(i);
-    return roln_lnn_terms(&m.f, th, s, at[0], at[1], at[2], at[3], at[4], at[5], tape, w);
+    out.M = at[0], out.c = at[1], out.g = at[2], out.d = at[3], out.T = at[4], out.V = at[5];
+    return roln_lnn_terms(&m.f, th, s, &out, tape, w);
 }
 
 /* The terms and zdd at one state against the twin. */
@@ -909,18 +983,24 @@ static void check_terms(roln_lnn f, uint64_t *seed)
     const int n = f.n, nx = n * n + 3 * n + 2, np = roln_lnn_params(&f);
     roln_real *th = weights(&f, seed);
     const inputs x = draw(&f, th, ZDD, 1, 0, seed);
-    roln_real *X = fresh(nx), *X1 = fresh(nx), *th1 = fresh(np), *s1 = fresh(2 * n), *tape = fresh(TAPE(1, 1)), *w = fresh(WORK(1, 1));
+    roln_real *X = fresh(nx), *X1 = fresh(nx), *th1 = fresh(np), *s1 = fresh(2 * n);
+    roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
     roln_real *zdd = fresh(n), *z2 = fresh(n), *c = X + n * n, *g = c + n, *d = g + n;
     ld ref[MAXN * MAXN + 3 * MAXN + 2], Mv[MAXN], move[NTERMS] = {0, 0, 0, 0, 0, 0}, size = 0;
     int at[NTERMS + 1], i, j, q;
-    CHECK(TAPE(1, 1) == roln_lnn_tape(&f, 1, 1) && TAPE(2, 3) == roln_lnn_tape(&f, 2, 3) && TAPE(3, 2) == roln_lnn_tape(&f, 3, 2));
+    CHECK(TAPE(1, 0, 1) == roln_lnn_tape(&f, 1, 0, 1) && TAPE(2, 0, 3) == roln_lnn_tape(&f, 2, 0, 3));
+    CHECK(TAPE(1, 1, 2) == roln_lnn_tape(&f, 1, 1, 2));
     for (i = 0; i <= NTERMS; i++) at[i] = term_at(i);
     CHECK(terms(th, x.s, -1, X, tape, w) == ROLN_OK);
     for (q = 0; q < 6; q++) { /* condition */
-        for (i = 0; i < np; i++) part_of(i, &j), th1[i] = j < i ? th1[j] : th[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
+        for (i = 0; i < np; i++) {
+            part_of(i, &j);
+            th1[i] = j < i ? th1[j] : th[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
+        }
         for (i = 0; i < 2 * n; i++) s1[i] = x.s[i] * (1 + (roln_normal(seed) > 0 ? 128 : -128) * ROLN_EPS);
         CHECK(terms(th1, s1, -1, X1, tape, w) == ROLN_OK);
-        for (i = 0; i < NTERMS; i++) move[i] = ROLN_MAX(move[i], apart(at[i + 1] - at[i], X + at[i], X1 + at[i]) / (128 * EPS));
+        for (i = 0; i < NTERMS; i++)
+            move[i] = ROLN_MAX(move[i], apart(at[i + 1] - at[i], X + at[i], X1 + at[i]) / (128 * EPS));
     }
     t_terms(m.s, m.s + n);
     memcpy(ref, tt.M, sizeof *ref * (size_t)(n * n));
@@ -932,18 +1012,21 @@ static void check_terms(roln_lnn f, uint64_t *seed)
     ref[at[5]] = tt.V;
     for (i = 0; i < NTERMS; i++) near_by(name[i], at[i + 1] - at[i], X + at[i], ref + at[i], move[i], i == 1 || i == 2);
     for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) BOUND("terms: M symmetric (eps)", fabsl((ld)X[i * n + j] - (ld)X[j * n + i]) / (EPS * sqrtl((ld)X[i * n + i] * (ld)X[j * n + j])), 4);
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
+        for (j = 0; j < n; j++) {
+            const ld unit = EPS * sqrtl((ld)X[i * n + i] * (ld)X[j * n + j]);
+            BOUND("terms: M symmetric (eps)", fabsl((ld)X[i * n + j] - (ld)X[j * n + i]) / unit, 4);
+        }
+    CHECK(roln_lnn_zdd(&f, 0, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
     for (i = 0; i < n; i++) { /* M zdd + c + g + d = tau_z, of the library's own terms */
         const ld tau = (ld)x.a[0][i];
-        ld e = (ld)c[i] + (ld)g[i] + (ld)d[i] - tau, sz = fabsl((ld)c[i]) + fabsl((ld)g[i]) + fabsl((ld)d[i]) + fabsl(tau);
-        for (j = 0; j < n; j++) e += (ld)X[i * n + j] * (ld)zdd[j], sz += fabsl((ld)X[i * n + j] * (ld)zdd[j]);
-        if (fabsl(e) / sz > size) size = fabsl(e) / sz;
+        ld e = (ld)c[i] + (ld)g[i] + (ld)d[i] - tau, all = fabsl((ld)c[i]) + fabsl((ld)g[i]) + fabsl((ld)d[i]) + fabsl(tau);
+        for (j = 0; j < n; j++) e += (ld)X[i * n + j] * (ld)zdd[j], all += fabsl((ld)X[i * n + j] * (ld)zdd[j]);
+        if (fabsl(e) / all > size) size = fabsl(e) / all;
     }
     BOUND("zdd: M zdd + c + g + d = tau_z (eps)", size / EPS, 30);
     for (i = 0; i < n; i++) x.a[0][i] = 0;
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, NULL, z2, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_zdd(&f, 0, 1, th, x.s, x.a[0], zdd, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_zdd(&f, 0, 1, th, x.s, NULL, z2, tape, w) == ROLN_OK);
     CHECK(same(n, zdd, z2));
     for (q = 0; q < NTERMS; q++) { /* each output may be NULL, and does not change the others */
         CHECK(terms(th, x.s, q, X1, tape, w) == ROLN_OK);
@@ -964,16 +1047,16 @@ static double s_loss(void *ctx)
     int i, j;
     (void)ctx;
     for (i = 0; i < np; i++) part_of(i, &j), slope.x.th[i] = slope.x.th[i > j ? i : j]; /* the lower triangle counts */
-    CHECK(run(&slope.x, directions(1), m.nb, slope.out, slope.tape, slope.work) == ROLN_OK);
+    CHECK(run(&slope.x, 1, m.nb, slope.out, slope.tape, slope.work) == ROLN_OK);
     for (i = 0; i < (two_planes() ? 2 : 1) * m.nb * m.f.n; i++) e += slope.x.y[i] * slope.out[i];
     return e;
 }
 
 static void check_slope(inputs x, inputs g)
 {
-    const int np = roln_lnn_params(&m.f), k = m.nb * m.f.n, T = directions(1);
+    const int np = roln_lnn_params(&m.f), k = m.nb * m.f.n;
     int i, j, q;
-    slope.x = x, slope.out = fresh(2 * k), slope.tape = fresh(tapes(1) * TAPE(T, m.nb)), slope.work = fresh(work_of(T, m.nb, 0));
+    slope.x = x, slope.out = fresh(2 * k), slope.tape = fresh(tape_of(1, m.nb)), slope.work = fresh(work_of(1, m.nb));
     for (i = 0; i < np; i++) part_of(i, &j), g.th[i] *= i < j ? 0 : i > j ? 2 : 1;
     check_halving(np, g.th, x.th, 1e-2, s_loss, NULL);
     check_halving(2 * k, g.s, x.s, m.kind == START ? 1e-3 : 1e-2, s_loss, NULL);
@@ -981,74 +1064,92 @@ static void check_slope(inputs x, inputs g)
 }
 #endif
 
+/* The same bits without the backward, in place, and row by row. */
+static void check_forward(const inputs *x, const roln_real *out)
+{
+    const int n = m.f.n, nb = m.nb, planes = two_planes() ? 2 : 1, no = planes * nb * n;
+    roln_real *out1 = fresh(no), *tape = fresh(tape_of(0, nb)), *work = fresh(work_of(0, nb));
+    inputs one = copy_inputs(*x);
+    int r, q;
+    CHECK(run(x, 0, nb, out1, tape, work) == ROLN_OK);
+    CHECK(same(no, out, out1) && unused(tape_of(0, nb), tape) == 0);
+    if (stepping()) {
+        CHECK(run(&one, 0, nb, one.s, tape, work) == ROLN_OK);
+        CHECK(same(no, out, one.s));
+    }
+    for (q = 0; q < extras() && m.kind != ZDD; q++) {
+        one = copy_inputs(*x);
+        CHECK(run(&one, 0, nb, one.a[q], tape, work) == ROLN_OK);
+        CHECK(same(no, out, one.a[q]));
+    }
+    one = copy_inputs(*x), tape = fresh(tape_of(0, 1)), work = fresh(work_of(0, 1)), out1 = fresh(2 * n);
+    for (r = 0; r < nb; r++) {
+        row_of(x, r, &one);
+        CHECK(run(&one, 0, 1, out1, tape, work) == ROLN_OK);
+        CHECK(same(n, out1, out + r * n) && (planes == 1 || same(n, out1 + n, out + (nb + r) * n)));
+    }
+}
+
+/* The gradients g, each of which may be asked for alone; a step needs that of s. */
+static void check_backward(const inputs *x, roln_real *tape, inputs *g)
+{
+    const int nb = m.nb;
+    roln_real **ag[ARRAYS], **at[ARRAYS], *work = fresh(back_work_of(nb));
+    inputs alone = zero_inputs();
+    int len[ARRAYS], q, j;
+    *g = zero_inputs();
+    back(x, nb, tape, g, work);
+    CHECK(unused(tape_of(1, nb), tape) == 0);
+    arrays(g, ag, len), arrays(&alone, at, len);
+    for (q = 0; q < 5; q++) {
+        inputs only = alone;
+        for (j = 0; j < len[q]; j++) (*at[q])[j] = 0;
+        for (j = 0; j < len[1]; j++) alone.s[j] = 0;
+        only.th = q == 0 ? only.th : NULL, only.s = q == 1 || two_planes() ? only.s : NULL, only.w = q == 4 ? only.w : NULL;
+        for (j = 0; j < 2; j++) only.a[j] = q == 2 + j && len[q] ? only.a[j] : NULL;
+        back(x, nb, tape, &only, work);
+        CHECK(same(len[q], *ag[q], *at[q]));
+    }
+}
+
 /* A map and its backward, on poisoned memory of exactly the documented sizes. */
 static void check_map(roln_lnn f, int kind, int nb, int force, int halving, uint64_t *seed)
 {
     static ld ref[2 * MAXB * MAXN];
-    const int n = f.n;
-    roln_real *th = weights(&f, seed), **ag[ARRAYS], **ag1[ARRAYS], **ag2[ARRAYS], *out1, *tape1, *work1;
+    roln_real *th = weights(&f, seed), **ag[ARRAYS], **ag2[ARRAYS];
     const inputs x = draw(&f, th, kind, nb, force, seed);
-    const int planes = two_planes() ? 2 : 1, no = planes * nb * n, T0 = directions(0), T1 = directions(1);
-    roln_real *out = fresh(no), *tape = fresh(tapes(1) * TAPE(T1, nb)), *work = fresh(work_of(T1, nb, 0));
-    inputs one, g, g1, g2;
+    const int n = f.n, no = (two_planes() ? 2 : 1) * nb * n, keep = kind != INVERSE_W;
+    roln_real *out = fresh(no), *tape = fresh(tape_of(keep, nb)), *work = fresh(work_of(keep, nb));
+    inputs g = zero_inputs(), g2;
     condition c;
-    int len[ARRAYS], r, q, j;
+    int len[ARRAYS], q;
 
-    CHECK(run(&x, T1, nb, out, tape, work) == ROLN_OK);
+    CHECK(run(&x, keep, nb, out, tape, work) == ROLN_OK);
     t_run(ref);
-    out1 = fresh(no), tape1 = fresh(TAPE(T0, nb)), work1 = fresh(work_of(T0, nb, 0));
-    CHECK(run(&x, T0, nb, out1, tape1, work1) == ROLN_OK); /* same bits without backward, in place, one by one */
-    CHECK(same(no, out, out1));
-    one = copy_inputs(x);
-    if (two_planes() && kind != START) {
-        CHECK(run(&one, T0, nb, one.s, tape1, work1) == ROLN_OK);
-        CHECK(same(no, out, one.s));
-    }
-    for (q = 0; q < extras() && kind != ZDD; q++) {
-        one = copy_inputs(x);
-        CHECK(run(&one, T0, nb, one.a[q], tape1, work1) == ROLN_OK);
-        CHECK(same(no, out, one.a[q]));
-    }
-    one = copy_inputs(x), tape1 = fresh(TAPE(T0, 1)), work1 = fresh(work_of(T0, 1, 0)), out1 = fresh(2 * n);
-    for (r = 0; r < nb; r++) {
-        row_of(&x, r, &one);
-        CHECK(run(&one, T0, 1, out1, tape1, work1) == ROLN_OK);
-        CHECK(same(n, out1, out + r * n) && (planes == 1 || same(n, out1 + n, out + (nb + r) * n)));
-    }
-
-    g = zero_inputs(), work = fresh(work_of(T1, nb, 1));
-    back(&x, nb, tape, &g, work);
-    CHECK(unused(tapes(1) * TAPE(T1, nb), tape) == 0);
-    g1 = copy_inputs(g), arrays(&g, ag, len), arrays(&g1, ag1, len);
-    back(&x, nb, tape, &g, work);
-    g2 = zero_inputs(), arrays(&g2, ag2, len);
-    for (q = 0; q < 5; q++) { /* each gradient alone; steps need that of s */
-        inputs only = g2;
-        for (j = 0; j < len[q]; j++) (*ag2[q])[j] = 0;
-        for (j = 0; j < len[1]; j++) g2.s[j] = 0;
-        only.th = q == 0 ? only.th : NULL, only.s = q == 1 || planes == 2 ? only.s : NULL, only.w = q == 4 ? only.w : NULL;
-        for (j = 0; j < 2; j++) only.a[j] = q == 2 + j && len[q] ? only.a[j] : NULL;
-        back(&x, nb, tape, &only, work);
-        CHECK(same(len[q], *ag1[q], *ag2[q]));
-    }
-
-    c = condition_of(x, out, g1, seed);
-    add_momenta(x, &c, seed);
-    for (q = 0; q < 5; q++) check_twice(len[q], *ag[q], *ag1[q], c.g[q]);
+    check_forward(&x, out);
+    if (keep) check_backward(&x, tape, &g);
+    c = condition_of(x, out, g, seed);
     near_by(map_name[kind], no, out, ref, c.out, 1);
-    t_slopes(2 * nb * n, m.s, ref);
-    near_by("gradient of the state", 2 * nb * n, g1.s, ref, c.g[1], 2);
-    for (q = 0; q < extras(); q++) {
-        t_slopes(nb * n, m.a[q], ref);
-        near_by(kind == ZDD ? "gradient of tau_z" : q ? "gradient of w" : "gradient of zdd", nb * n, g1.a[q], ref, c.g[2 + q], 2);
+    if (keep) {
+        add_momenta(x, &c, seed);
+        g2 = copy_inputs(g), arrays(&g, ag, len), arrays(&g2, ag2, len);
+        work = fresh(back_work_of(nb));
+        back(&x, nb, tape, &g2, work);
+        for (q = 0; q < 5; q++) check_twice(len[q], *ag2[q], *ag[q], c.g[q]);
+        t_slopes(2 * nb * n, m.s, ref);
+        near_by("gradient of the state", 2 * nb * n, g.s, ref, c.g[1], 2);
+        if (extras()) {
+            t_slopes(nb * n, m.a[0], ref);
+            near_by(kind == ZDD ? "gradient of tau_z" : "gradient of zdd", nb * n, g.a[0], ref, c.g[2], 2);
+        }
+        if (m.force) {
+            t_slopes(2 * n, m.w, ref);
+            near_by("gradient of the force parameters", 2 * n, g.w, ref, c.g[4], 2);
+        }
+        check_theta(g.th, &c);
     }
-    if (m.force) {
-        t_slopes(2 * n, m.w, ref);
-        near_by("gradient of the force parameters", 2 * n, g1.w, ref, c.g[4], 2);
-    }
-    check_theta(g1.th, &c);
 #ifdef ROLN_DOUBLE
-    if (halving) check_slope(x, g1);
+    if (halving && keep) check_slope(x, g);
 #else
     (void)halving;
 #endif
@@ -1065,19 +1166,21 @@ static void test_order(uint64_t *seed)
     int scheme, q, k, i, which;
     for (which = 0; which < 2; which++) {
         const roln_lnn f = which ? damped(behind(shape(2, 0, 3, 3, 2), 3, "g2")) : shape(2, 1, 3, 5, 4);
-        roln_real *th = weights(&f, seed), *s0 = normal(4, 0.7, seed), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        roln_real *th = weights(&f, seed), *s0 = normal(4, 0.7, seed), *tape = fresh(TAPE(1, 0, 1));
+        const roln_system sys = {th, NULL};
         const double T = 0.8;
         ld ref[4];
         m.force = 0;
         widen(4, s0, ref);
         for (k = 0; k < 200; k++) t_step(ROLN_RK4, (ld)T / 200, ref, ref);
         for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+            roln_real *w = fresh(ROLN_LNN_STEP_WORK(SZ, scheme, 0, 1));
             double e[3];
             for (q = 0; q < 3; q++) {
                 const int steps = (scheme == ROLN_EULER ? 64 : 8) << q;
                 double s[4];
                 memcpy(s, s0, sizeof s);
-                for (k = 0; k < steps; k++) CHECK(roln_lnn_step(&f, scheme, 1, 1, th, NULL, T / steps, s, s, tape, w) == ROLN_OK);
+                for (k = 0; k < steps; k++) CHECK(roln_lnn_step(&f, &sys, scheme, 0, 1, T / steps, s, s, tape, w) == ROLN_OK);
                 for (e[q] = 0, i = 0; i < 4; i++) e[q] += fabs(s[i] - (double)ref[i]);
             }
             CHECK_NEAR(log(e[0] / e[1]) / log(2), order[scheme], 0.15);
@@ -1125,27 +1228,37 @@ static ld symplectic_defect(const roln_real *A, const ld *s, const ld *sn)
     return worst / (top + 1);
 }
 
-/* Linearisation of all schemes: A and B against the twin, symplectic for midpoint alone and without damping. */
+/* A = d sn / d s [2n][2n] and, with gw, B = d sn / d w [2n][2n], a row at a time by the backward of a step. */
+static void linearise(const roln_lnn *f, const roln_system *sys, const inputs *x, roln_real **gw, roln_real *A, roln_real *B)
+{
+    const int n2 = 2 * f->n;
+    const roln_real h = (roln_real)m.h;
+    roln_real *tape = fresh(tape_of(1, 1)), *work = fresh(work_of(1, 1)), *back_work = fresh(back_work_of(1));
+    roln_real *sn = fresh(n2), *e = zeros(n2);
+    int i;
+    CHECK(roln_lnn_step(f, sys, m.kind, 1, 1, h, x->s, sn, tape, work) == ROLN_OK);
+    memset(A, 0, (size_t)(n2 * n2) * sizeof *A), memset(B, 0, (size_t)(n2 * n2) * sizeof *B);
+    for (i = 0; i < n2; i++) {
+        e[i] = 1, *gw = B + i * n2;
+        roln_lnn_step_bwd(f, sys, m.kind, 1, h, e, A + i * n2, NULL, tape, back_work);
+        e[i] = 0;
+    }
+}
+
+/* Linearisation of all schemes: A and B against the twin; midpoint without damping, and nothing else, is symplectic. */
 static void check_linear(roln_lnn f, int force, uint64_t *seed)
 {
-    const int n = f.n, n2 = 2 * n, width = 3 * n;
+    static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
+    const int n = f.n, n2 = 2 * n;
     int scheme, i, j, k;
     for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
-        static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
-        roln_real *th = weights(&f, seed);
+        roln_real *th = weights(&f, seed), *A = fresh(n2 * n2), *B = fresh(n2 * n2);
         const inputs x = draw(&f, th, scheme, 1, force, seed);
-        const roln_real h = (roln_real)m.h;
-        roln_real *tape = fresh(ROLN_STAGES(scheme) * TAPE(2, 1)), *w = fresh(STEP_WORK(2, 1) + n2), *sn = fresh(n2), *s1 = fresh(n2);
-        roln_real *A = fresh(n2 * n2), *A1 = fresh(n2 * n2), *B = fresh(n2 * width);
         ld refA[4 * MAXN * MAXN], refB[4 * MAXN * MAXN], out[2 * MAXN], s[2 * MAXN];
         spring sp;
         roln_force fc;
-        roln_real **row = (roln_real **)&sp.gw;
-        sp.n = n, sp.w = x.w, sp.gw = NULL;
-        fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
-        CHECK(roln_lnn_step(&f, scheme, 1, 1, th, force ? &fc : NULL, h, x.s, s1, tape, w) == ROLN_OK);
-        CHECK(roln_lnn_linear(&f, scheme, th, force ? &fc : NULL, h, x.s, width, force ? row : NULL, sn, A, force ? B : NULL, tape, w) == ROLN_OK);
-        CHECK(same(n2, sn, s1));
+        const roln_system sys = system_of(&x, NULL, &sp, &fc);
+        linearise(&f, &sys, &x, &sp.gw, A, B);
         for (j = 0; j < 2 * n2; j++) { /* column j of A, of B */
             ld *at = j < n2 ? m.s + j : m.w + (j - n2), *ref = j < n2 ? refA + j : refB + (j - n2), x0 = *at;
             for (i = 0; i < n2; i++) ref[i * n2] = 0;
@@ -1159,19 +1272,16 @@ static void check_linear(roln_lnn f, int force, uint64_t *seed)
         }
         near_by("linear: A", n2 * n2, A, refA, 4 * largest(n2 * n2, refA), 2);
         if (force) {
-            for (i = 0; i < n2; i++) {
-                for (j = n2; j < width; j++) CHECK(B[i * width + j] == 0);
-                for (j = 0; j < n2; j++) A1[i * n2 + j] = B[i * width + j];
-            }
-            near_by("linear: B", n2 * n2, A1, refB, 4 * largest(n2 * n2, refB), 2);
-            sp.gw = NULL; /* without B */
-            CHECK(roln_lnn_linear(&f, scheme, th, &fc, h, x.s, width, NULL, sn, A1, NULL, tape, w) == ROLN_OK);
-            CHECK(sp.gw == NULL && same(n2 * n2, A, A1) && same(n2, sn, s1));
+            near_by("linear: B", n2 * n2, B, refB, 4 * largest(n2 * n2, refB), 2);
         } else {
             t_run(out);
             memcpy(s, m.s, sizeof *s * (size_t)n2);
-            if (scheme == ROLN_MIDPOINT && !f.damping) BOUND("linear: midpoint is symplectic (eps)", symplectic_defect(A, s, out) / (EPS + 1e-17L / t_width()), 60);
-            else if (EPS < 1e-10L) CHECK(symplectic_defect(A, s, out) > 100 * EPS);
+            if (scheme == ROLN_MIDPOINT && !f.damping) {
+                const ld unit = EPS + 1e-17L / t_width();
+                BOUND("linear: midpoint is symplectic (eps)", symplectic_defect(A, s, out) / unit, 60);
+            } else if (EPS < 1e-10L) {
+                CHECK(symplectic_defect(A, s, out) > 100 * EPS);
+            }
         }
         fresh_done();
     }
@@ -1180,10 +1290,10 @@ static void check_linear(roln_lnn f, int force, uint64_t *seed)
 /* A bowl: V = sum softplus(3 z_i) + softplus(-3 z_i), one hidden layer; the mass network varies with z. */
 static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
 {
-    const int n = f->n, h = 2 * n, np = roln_mlp_params(&f->mass);
+    const int n = f->n, h = 2 * n, np = roln_mlp_params(&f->mass_net);
     roln_real *th = weights(f, seed), *W = th + np;
     int i, k;
-    for (i = 0; i < roln_mlp_params(&f->potential); i++) W[i] = 0;
+    for (i = 0; i < roln_mlp_params(&f->potential_net); i++) W[i] = 0;
     for (i = 0; i < n; i++) W[i * h + i] = 3, W[i * h + n + i] = -3;
     for (k = 0; k < h; k++) W[n * h + h + k] = 1;
     for (i = base_at - ROLN_TRI(n); f->damping && i < base_at - ROLN_TRI(n) + n; i++) th[i] = ROLN_C(0.5);
@@ -1191,25 +1301,39 @@ static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
     return th;
 }
 
+/* T + V, and the friction d = R zd, at s. */
 static double energy(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *tape, roln_real *w)
 {
+    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
     roln_real T = 0, V = 0;
-    CHECK(roln_lnn_terms(f, th, s, NULL, NULL, NULL, NULL, &T, &V, tape, w) == ROLN_OK);
+    out.T = &T, out.V = &V;
+    CHECK(roln_lnn_terms(f, th, s, &out, tape, w) == ROLN_OK);
     return (double)T + (double)V;
+}
+
+static void friction(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *d, roln_real *tape, roln_real *w)
+{
+    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    out.d = d;
+    CHECK(roln_lnn_terms(f, th, s, &out, tape, w) == ROLN_OK);
 }
 
 static void test_energy(uint64_t *seed)
 {
     int which, k;
     for (which = 0; which < 4; which++) {
-        const roln_lnn f = which == 0 ? shape(2, 1, 2, 4, 0) : which == 1 ? behind(shape(2, 1, 2, 4, 0), 3, "g2") : which == 2 ? cholesky(shape(2, 0, 2, 4, 0)) : damped(behind(shape(2, 0, 2, 4, 0), 2, "g"));
-        roln_real *th = bowl(&f, seed), *s = fresh(4), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        const roln_lnn f = which == 0   ? shape(2, 1, 2, 4, 0)
+                           : which == 1 ? behind(shape(2, 1, 2, 4, 0), 3, "g2")
+                           : which == 2 ? cholesky(shape(2, 0, 2, 4, 0))
+                                        : damped(behind(shape(2, 0, 2, 4, 0), 2, "g"));
+        roln_real *th = bowl(&f, seed), *s = fresh(4), *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
+        const roln_system sys = {th, NULL};
         const int steps = which == 0 ? 10000 : 4000;
         double e0, e, last = 0, mean[2] = {0, 0}, swing = 0, rise = 0;
         s[0] = ROLN_C(0.6), s[1] = ROLN_C(-0.3), s[2] = ROLN_C(0.2), s[3] = ROLN_C(0.5);
         e0 = energy(&f, th, s, tape, w);
         for (k = 0; k < steps; k++) {
-            CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 1, th, NULL, ROLN_C(0.05), s, s, tape, w) == ROLN_OK);
+            CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, ROLN_C(0.05), s, s, tape, w) == ROLN_OK);
             e = energy(&f, th, s, tape, w) - e0;
             mean[2 * k / steps] += 2 * e / steps;
             swing = fabs(e) > swing ? fabs(e) : swing;
@@ -1221,8 +1345,9 @@ static void test_energy(uint64_t *seed)
             BOUND("damped midpoint: energy left", (ld)((e0 + last) / (4 * log(2)) - 1), 1e-3L);
             CHECK(e0 + last > 0.999 * 4 * log(2));
         } else {
+            const ld drift = (ld)(fabs(mean[1] - mean[0]) / e0); /* of the mean of each half */
             BOUND("midpoint: energy over 10^4 steps", (ld)(swing / e0), 3e-4L);
-            BOUND("midpoint: drift of the energy", (ld)(fabs(mean[1] - mean[0]) / e0), sizeof(roln_real) == 4 ? 2e-5L : which ? 1e-5L : 1e-6L); /* of the mean of each half */
+            BOUND("midpoint: drift of the energy", drift, sizeof(roln_real) == 4 ? 2e-5L : which ? 1e-5L : 1e-6L);
         }
         fresh_done();
     }
@@ -1238,27 +1363,30 @@ static void const_eval(void *ctx, int nb, const roln_real *z, roln_real *tau)
 static void test_power(uint64_t *seed)
 {
     int rep;
-    for (rep = 0; rep < 6 + 2 * HEADS; rep++) {
-        roln_lnn f = rep < 6 ? shape(3, rep % 2, 3, 6, 5) : head(rep % HEADS);
+    for (rep = 0; rep < 6 + 2 * VARIANTS; rep++) {
+        roln_lnn f = rep < 6 ? shape(3, rep % 2, 3, 6, 5) : variant(rep % VARIANTS);
         const int n = f.n;
         roln_real *th = weights(&f, seed);
         const inputs x = draw(&f, th, ZDD, 1, 0, seed);
-        roln_real *a = fresh(2 * n), *d = fresh(n), *tape = fresh(TAPE(1, 1)), *w = fresh(STEP_WORK(1, 1));
+        roln_real *a = fresh(2 * n), *d = fresh(n), *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
         const roln_real h = sizeof(roln_real) == 8 ? ROLN_C(1e-3) : ROLN_C(2e-2);
         double e[2], power = 0, size = 0;
         roln_force fc;
+        roln_system sys;
         int q, i;
         fc.eval = const_eval, fc.bwd = NULL, fc.ctx = x.a[0];
+        sys.theta = th, sys.force = &fc;
         for (q = 0; q < 2; q++) {
-            CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 1, th, &fc, q ? h : -h, x.s, a, tape, w) == ROLN_OK);
+            CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 1, q ? h : -h, x.s, a, tape, w) == ROLN_OK);
             e[q] = energy(&f, th, a, tape, w);
         }
-        CHECK(roln_lnn_terms(&f, th, x.s, NULL, NULL, NULL, d, NULL, NULL, tape, w) == ROLN_OK);
+        friction(&f, th, x.s, d, tape, w);
         for (i = 0; i < n; i++) {
             const double watt = (double)x.s[n + i] * ((double)x.a[0][i] - (double)d[i]);
             power += watt, size += fabs(watt);
         }
-        BOUND("dE/dt = zd . (tau - d)", (ld)(fabs((e[1] - e[0]) / (2 * (double)h) - power) / (1 + size)), sizeof(roln_real) == 8 ? 1e-5L : 4e-3L);
+        power -= (e[1] - e[0]) / (2 * (double)h);
+        BOUND("dE/dt = zd . (tau - d)", (ld)(fabs(power) / (1 + size)), sizeof(roln_real) == 8 ? 1e-5L : 4e-3L);
         fresh_done();
     }
 }
@@ -1270,13 +1398,14 @@ static void test_damping(uint64_t *seed)
     for (rep = 0; rep < 3000; rep++) {
         const int n = 1 + rep % 5;
         const roln_lnn f = damped(rep % 3 ? shape(n, 0, 2, 2, 0) : cholesky(shape(n, 0, 2, 2, 0)));
-        roln_real *th = weights(&f, seed), *s = normal(2 * n, 1, seed), *d = fresh(n), *tape = fresh(TAPE(1, 1)), *w = fresh(WORK(1, 1));
+        roln_real *th = weights(&f, seed), *s = normal(2 * n, 1, seed), *d = fresh(n);
+        roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(TERMS_WORK);
         ld u[ROLN_TRI(MAXN)], L[MAXN * MAXN], x[2 * MAXN], power = 0, size = 0, y, scale = (ld)roln_normal(seed);
         for (i = damper_at; i < base_at; i++) th[i] = (roln_real)(10 * scale * scale * (ld)th[i]); /* from nothing to strong */
         for (i = base_at - n; rep % 7 == 0 && i < base_at; i++) th[i] = 0;
         widen(roln_lnn_params(&f), th, m.th), widen(2 * n, s, x);
-        CHECK(roln_lnn_terms(&f, th, s, NULL, NULL, NULL, d, NULL, NULL, tape, w) == ROLN_OK);
-        t_mlp(&f.damper, m.th + damper_at, x, u);
+        friction(&f, th, s, d, tape, w);
+        t_mlp(&f.damper_net, m.th + damper_at, x, u);
         t_low(n, u, 0, L);
         for (j = 0; j < n; j++) {
             for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * x[n + i];
@@ -1289,9 +1418,19 @@ static void test_damping(uint64_t *seed)
 }
 
 /* Inverse dynamics: inverse of the forward ones, the full matrix C of Christoffel symbols, linear in w. */
-static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_real *w, roln_real *tau, roln_real *tape, roln_real *work)
+static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_real *w, roln_real *tau, roln_real *tape,
+                           roln_real *work)
 {
-    return roln_lnn_inverse(&m.f, w ? 2 : 1, 1, x->th, x->s, w, zdd, tau, tape, work);
+    return roln_lnn_inverse(&m.f, 0, 1, x->th, x->s, w, zdd, tau, tape, work);
+}
+
+/* c = C zd, g, d at s [n] each, those not NULL. */
+static void forces_at(const roln_real *th, const roln_real *s, roln_real *c, roln_real *g, roln_real *d, roln_real *tape,
+                      roln_real *work)
+{
+    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    out.c = c, out.g = g, out.d = d;
+    CHECK(roln_lnn_terms(&m.f, th, s, &out, tape, work) == ROLN_OK);
 }
 
 static void check_inverse(roln_lnn f, uint64_t *seed)
@@ -1299,7 +1438,8 @@ static void check_inverse(roln_lnn f, uint64_t *seed)
     const int n = f.n, nn = n * n;
     roln_real *th = weights(&f, seed);
     const inputs x = draw(&f, th, INVERSE_W, 1, 0, seed);
-    roln_real *tape = fresh(TAPE(2, 1)), *work = fresh(WORK(2, 1) + n), *zdd = fresh(n), *tau = fresh(n), *t2 = fresh(n), *none = zeros(n);
+    roln_real *tape = fresh(TAPE(2, 0, 1)), *work = fresh(any_work(1));
+    roln_real *zdd = fresh(n), *tau = fresh(n), *t2 = fresh(n), *none = zeros(n);
     roln_real *e = zeros(n), *g = fresh(n), *d = fresh(n), *C = fresh(nn), *c = fresh(n), *s = copy(2 * n, x.s);
     roln_real cw[2][MAXN], u[MAXN];
     ld size[MAXN], sum[MAXN * MAXN], v, a, b;
@@ -1309,15 +1449,16 @@ static void check_inverse(roln_lnn f, uint64_t *seed)
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
             for (sum[i * n + j] = 0, k = 0; k < n; k++)
-                sum[i * n + j] += (fabsl(tt.dM[k * nn + i * n + j]) + fabsl(tt.dM[j * nn + i * n + k]) + fabsl(tt.dM[i * nn + j * n + k])) / 2 *
-                                  (fabsl(m.s[n + k]) + fabsl(m.a[1][k]));
+                sum[i * n + j] += (fabsl(m.s[n + k]) + fabsl(m.a[1][k])) / 2 *
+                                  (fabsl(tt.dM[k * nn + i * n + j]) + fabsl(tt.dM[j * nn + i * n + k]) +
+                                   fabsl(tt.dM[i * nn + j * n + k]));
     for (i = 0; i < n; i++) {
         for (size[i] = fabsl(tt.g[i]) + fabsl(tt.d[i]), j = 0; j < n; j++)
             size[i] += sum[i * n + j] * (fabsl(m.s[n + j]) + fabsl(m.a[1][j])) + fabsl(tt.M[i * n + j] * m.a[0][j]);
         size[i] += fabsl(m.a[0][i]);
     }
 
-    CHECK(roln_lnn_zdd(&f, 1, 1, th, x.s, x.a[0], zdd, tape, work) == ROLN_OK); /* inverse(forward) = identity, w = zd */
+    CHECK(roln_lnn_zdd(&f, 0, 1, th, x.s, x.a[0], zdd, tape, work) == ROLN_OK); /* inverse(forward) = identity, w = zd */
     CHECK(inverse(&x, zdd, NULL, tau, tape, work) == ROLN_OK);
     CHECK(inverse(&x, zdd, x.s + n, t2, tape, work) == ROLN_OK);
     for (i = 0; i < n; i++) {
@@ -1325,7 +1466,7 @@ static void check_inverse(roln_lnn f, uint64_t *seed)
         BOUND("inverse of the forward dynamics (eps)", fabsl((ld)tau[i] - m.a[0][i]) / (EPS * v), 30);
         BOUND("inverse: w = zd (eps)", fabsl((ld)tau[i] - (ld)t2[i]) / (EPS * v), 30);
     }
-    CHECK(roln_lnn_terms(&f, th, x.s, NULL, c, g, d, NULL, NULL, tape, work) == ROLN_OK); /* C column by column */
+    forces_at(th, x.s, c, g, d, tape, work); /* C column by column */
     for (k = 0; k < n; k++) {
         e[k] = 1;
         CHECK(inverse(&x, none, e, t2, tape, work) == ROLN_OK);
@@ -1349,9 +1490,12 @@ static void check_inverse(roln_lnn f, uint64_t *seed)
     CHECK(inverse(&x, none, x.a[1], t2, tape, work) == ROLN_OK); /* polarisation: C w = (c(zd + w) - c(zd - w)) / 4 */
     for (q = 0; q < 2; q++) {
         for (i = 0; i < n; i++) s[n + i] = q ? x.s[n + i] - x.a[1][i] : x.s[n + i] + x.a[1][i];
-        CHECK(roln_lnn_terms(&f, th, s, NULL, cw[q], NULL, NULL, NULL, NULL, tape, work) == ROLN_OK);
+        forces_at(th, s, cw[q], NULL, NULL, tape, work);
     }
-    for (i = 0; i < n; i++) BOUND("inverse: polarisation (eps)", fabsl((ld)t2[i] - (ld)g[i] - (ld)d[i] - ((ld)cw[0][i] - (ld)cw[1][i]) / 4) / (EPS * size[i]), 30);
+    for (i = 0; i < n; i++) {
+        const ld e_i = (ld)t2[i] - (ld)g[i] - (ld)d[i] - ((ld)cw[0][i] - (ld)cw[1][i]) / 4;
+        BOUND("inverse: polarisation (eps)", fabsl(e_i) / (EPS * size[i]), 30);
+    }
     fresh_done();
 }
 
@@ -1363,7 +1507,7 @@ static ld lagrangian(const ld *a, const ld *b)
     int i;
     for (i = 0; i < n; i++) z[i] = (a[i] + b[i]) / 2, v[i] = (b[i] - a[i]) / m.h;
     t_mass(z, M);
-    t_mlp(&m.f.potential, m.th + roln_mlp_params(&m.f.mass), z, &V);
+    t_mlp(&m.f.potential_net, m.th + roln_mlp_params(&m.f.mass_net), z, &V);
     t_apply(M, v, Mv);
     for (i = 0; i < n; i++) L += Mv[i] * v[i] / 2;
     return m.h * (L - V);
@@ -1385,24 +1529,26 @@ static void check_start(roln_lnn f, int force, uint64_t *seed)
     const int n = f.n, steps = 4;
     roln_real *th = weights(&f, seed);
     const inputs x = draw(&f, th, START, 1, force, seed);
-    roln_real *tape = fresh(TAPE(1, 1)), *work = fresh(STEP_WORK(1, 1)), *s = fresh(2 * n), z[6][MAXN];
+    roln_real *tape = fresh(TAPE(1, 0, 1)), *work = fresh(any_work(1)), *s = fresh(2 * n), z[6][MAXN];
     spring sp;
     roln_force fc;
+    const roln_system sys = system_of(&x, NULL, &sp, &fc);
     int k, i, j, q;
-    sp.n = n, sp.w = x.w, sp.gw = NULL;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
     memcpy(z[0], x.s, (size_t)n * sizeof *s), memcpy(z[1], x.s + n, (size_t)n * sizeof *s);
-    CHECK(roln_lnn_start(&f, 1, 1, th, force ? &fc : NULL, (roln_real)m.h, z[0], z[1], s, tape, work) == ROLN_OK);
+    CHECK(roln_lnn_start(&f, &sys, 0, 1, (roln_real)m.h, z[0], z[1], s, tape, work) == ROLN_OK);
     CHECK(same(n, s, z[1]));
     for (k = 1; k <= steps; k++) {
-        CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 1, th, force ? &fc : NULL, (roln_real)m.h, s, s, tape, work) == ROLN_OK);
+        CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, (roln_real)m.h, s, s, tape, work) == ROLN_OK);
         memcpy(z[k + 1], s, (size_t)n * sizeof *s);
         for (j = 0; j < 3; j++) widen(n, z[k - 1 + j], path.z[j]);
         for (i = 0; i < n; i++) {
             ld r = t_slope(t_action, NULL, path.z[1] + i, 8e-3L * m.h), size = 0;
             for (q = 0; q < 2; q++) {
                 ld zm[MAXN], v[MAXN];
-                for (j = 0; j < n; j++) zm[j] = (path.z[q][j] + path.z[q + 1][j]) / 2, v[j] = (path.z[q + 1][j] - path.z[q][j]) / m.h;
+                for (j = 0; j < n; j++) {
+                    zm[j] = (path.z[q][j] + path.z[q + 1][j]) / 2;
+                    v[j] = (path.z[q + 1][j] - path.z[q][j]) / m.h;
+                }
                 t_terms(zm, v);
                 r += m.h / 2 * (t_tau(zm, NULL, i) - tt.d[i]);
                 for (j = 0; j < n; j++) size += fabsl(tt.M[i * n + j]) * (1 + fabsl(path.z[1][j]));
@@ -1415,50 +1561,68 @@ static void check_start(roln_lnn f, int force, uint64_t *seed)
 
 /* ---- status and edges ---- */
 
-/* Every call that can fail, on the same inputs: all must report st and leave what they write alone. */
-static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real *s, const roln_real *tau, roln_status st, int terms_too)
+/* Every call that can fail, on the same inputs, nb = 2: all must report st and leave what they write alone. */
+static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real *s, const roln_real *tau, roln_status st,
+                        int terms_too)
 {
-    const int n = f->n;
-    roln_real *tape = fresh(3 * TAPE(2, 2)), *w = fresh(STEP_WORK(2, 2) + 2 * n), *out = zeros(4 * n), *zero = zeros(8 * n * n + 8 * n), *M = zeros(8 * n * n + 8 * n);
-    roln_real s1[2 * MAXN], *row = NULL;
+    const int n = f->n, nx = n * n + 3 * n + 2;
+    roln_real *tape = fresh(TAPE(2, 0, 2)), *w = fresh(any_work(2)), *out = zeros(4 * n), *zero = zeros(4 * n + nx), *X = zeros(nx);
+    roln_real s1[2 * MAXN];
     roln_force fc;
+    roln_system sys;
     int scheme;
     fc.eval = const_eval, fc.bwd = NULL, fc.ctx = copy(2 * n, tau);
+    sys.theta = th, sys.force = &fc;
     memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
-    CHECK(roln_lnn_zdd(f, 1, 2, th, s, tau, out, tape, w) == st);
-    CHECK(roln_lnn_inverse(f, 1, 2, th, s, NULL, tau, out, tape, w) == st);
-    CHECK(roln_lnn_inverse(f, 2, 2, th, s, tau, tau, out, tape, w) == st);
-    CHECK(roln_lnn_start(f, 1, 2, th, &fc, ROLN_C(0.1), s, s + 2 * n, out, tape, w) == st);
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
-        CHECK(roln_lnn_step(f, scheme, 1, 2, th, &fc, ROLN_C(0.01), s, out, tape, w) == st);
-        if (terms_too) CHECK(roln_lnn_linear(f, scheme, th, NULL, ROLN_C(0.01), s1, n, &row, M, M + 2 * n, M + 2 * n + 4 * n * n, tape, w) == st);
-    }
-    CHECK(same(4 * n, out, zero) && row == NULL);
-    if (terms_too) CHECK(terms(th, s1, -1, M, tape, w) == st);
-    CHECK(same(8 * n * n + 8 * n, M, zero));
+    CHECK(roln_lnn_zdd(f, 0, 2, th, s, tau, out, tape, w) == st);
+    CHECK(roln_lnn_inverse(f, 0, 2, th, s, NULL, tau, out, tape, w) == st);
+    CHECK(roln_lnn_inverse(f, 0, 2, th, s, tau, tau, out, tape, w) == st);
+    CHECK(roln_lnn_start(f, &sys, 0, 2, ROLN_C(0.1), s, s + 2 * n, out, tape, w) == st);
+    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++)
+        CHECK(roln_lnn_step(f, &sys, scheme, 0, 2, ROLN_C(0.01), s, out, tape, w) == st);
+    if (terms_too) CHECK(terms(th, s1, -1, X, tape, w) == st);
+    CHECK(same(4 * n, out, zero) && same(nx, X, zero));
 }
 
 /* What NaN in parameter i makes. */
 static roln_status expected(const roln_lnn *f, int i)
 {
     int mirror, part = part_of(i, &mirror), k, spectral = 0;
-    if (part == NETWORKS) return f->head == ROLN_CHOLESKY && i < roln_mlp_params(&f->mass) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+    if (part == NETWORKS) {
+        const int in_mass = i < roln_mlp_params(&f->mass_net);
+        return f->mass == ROLN_CHOLESKY && in_mass ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+    }
     if (part == BASE) return ROLN_E_NOT_SPD;
     if (part == GYRO_W) return ROLN_E_NOT_FINITE;
     for (k = 0; k < f->layers; k++) spectral |= layer_at[k] > i && f->layer[k] != ROLN_BIMAP;
     return spectral ? ROLN_E_NOT_FINITE : ROLN_E_NOT_SPD; /* met by the next roln_eig, or by the Cholesky factor of M */
 }
 
+enum { STATUS_SHAPES = 8 };
+static roln_lnn status_shape(int i)
+{
+    switch (i) {
+    case 0: return shape(2, 0, 2, 3, 0);
+    case 1: return shape(2, 1, 2, 3, 0);
+    case 2: return cholesky(shape(2, 0, 2, 3, 0));
+    case 3: return damped(shape(2, 1, 2, 3, 0));
+    case 4: return damped(behind(shape(2, 1, 2, 2, 0), 3, "g2rg"));
+    case 5: return behind(shape(2, 0, 2, 2, 0), 3, "rg2");
+    case 6: return behind(shape(2, 0, 2, 2, 0), 2, "gg"); /* the first gyro layer can spoil the log of the second */
+    default: return damped(cholesky(shape(2, 0, 2, 2, 0)));
+    }
+}
+
 static void test_status(uint64_t *seed)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
     int which, b, i, j;
-    for (which = 0; which < 7; which++) {
-        roln_lnn f = which < 2 ? shape(2, which, 2, 3, 0) : which == 2 ? cholesky(shape(2, 0, 2, 3, 0)) : which == 3 ? damped(shape(2, 1, 2, 3, 0)) : which == 4 ? damped(behind(shape(2, 1, 2, 2, 0), 3, "g2rg")) : which == 5 ? behind(shape(2, 0, 2, 2, 0), 3, "rg2") : damped(cholesky(shape(2, 0, 2, 2, 0)));
-        const int np = roln_lnn_params(&f), nm = roln_mlp_params(&f.mass), w2 = f.width[0], hid = 3 * f.mass.size[1];
+    for (which = 0; which < STATUS_SHAPES; which++) {
+        roln_lnn f = status_shape(which);
+        const int np = roln_lnn_params(&f), nm = roln_mlp_params(&f.mass_net), w2 = f.width[0], hid = 3 * f.mass_net.size[1];
 #define DRAW \
     roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed); \
-    if (f.head != ROLN_CHOLESKY) f.least = 1, m.f.least = 1
+    if (f.mass != ROLN_CHOLESKY) f.least = 1, m.f.least = 1
         for (b = 0; b < 3; b++) {
             for (i = 0; i < 8; i++) {
                 DRAW;
@@ -1483,7 +1647,7 @@ static void test_status(uint64_t *seed)
                 fresh_done();
             }
         }
-        if (f.head != ROLN_CHOLESKY) {
+        if (f.mass != ROLN_CHOLESKY) {
             DRAW;
             for (i = 0; i < w2; i++) th[nm - ROLN_TRI(w2) + i] = 120; /* biases of the diagonal of U */
             check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
@@ -1515,7 +1679,7 @@ static void test_status(uint64_t *seed)
             }
             fresh_done();
         }
-        if (f.head == ROLN_CHOLESKY) {
+        if (f.mass == ROLN_CHOLESKY) {
             DRAW;
             for (i = 0; i < nm; i++) th[i] = 0; /* L = 0: M = least I */
             f.least = 0, m.f.least = 0;
@@ -1524,31 +1688,33 @@ static void test_status(uint64_t *seed)
             fresh_done();
         }
         {
-            roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), out[8], zero[8], *tape = fresh(TAPE(1, 2)), *w = fresh(STEP_WORK(1, 2));
+            roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), out[8], zero[8];
+            roln_real *tape = fresh(TAPE(1, 0, 2)), *w = fresh(any_work(2));
+            const roln_system sys = {th, NULL};
             memset(zero, 0, sizeof zero), memset(out, 0, sizeof out);
             for (i = 4; i < 8; i++) s[i] *= 300; /* far outside, where ReEig may make M constant */
-            if (has(&f, ROLN_REEIG) < 0) CHECK(roln_lnn_step(&f, ROLN_MIDPOINT, 1, 2, th, NULL, 1, s, out, tape, w) != ROLN_OK);
+            if (has(&f, ROLN_REEIG) < 0) CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 2, 1, s, out, tape, w) != ROLN_OK);
             CHECK(same(8, out, zero));
             for (i = 4; i < 8; i++) s[i] /= 300;
-            CHECK(roln_lnn_step(&f, ROLN_EULER, 1, 2, th, NULL, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
-            CHECK(roln_lnn_step(&f, ROLN_RK4, 1, 2, th, NULL, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
-            CHECK(roln_lnn_start(&f, 1, 2, th, NULL, 0, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
-            CHECK(roln_lnn_start(&f, 1, 2, th, NULL, (roln_real)NAN, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(roln_lnn_step(&f, &sys, ROLN_EULER, 0, 2, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 2, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
+            CHECK(roln_lnn_start(&f, &sys, 0, 2, 0, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+            CHECK(roln_lnn_start(&f, &sys, 0, 2, (roln_real)NAN, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
             CHECK(same(8, out, zero));
             fresh_done();
         }
     }
 }
 
-/* All eigenvalues equal, in the head (U = c I, P = I) and thus in every spectral layer: values and gradients as anywhere else.
-   With c = 0 a gyro layer sees X = I and log X = 0. ReEig: `least` above all and below all eigenvalues. */
+/* All eigenvalues equal, in the exponential (U = c I, P = I) and thus in every spectral layer: values and gradients as anywhere
+   else. With c = 0 a gyro layer sees X = I and log X = 0. ReEig: `least` above all and below all eigenvalues. */
 static void check_repeated(roln_lnn f, roln_real diagonal, roln_real least, int kind, uint64_t *seed)
 {
-    const int n = f.n, w = f.width[0], nm = roln_mlp_params(&f.mass), np = roln_lnn_params(&f), tri = ROLN_TRI(w);
-    const int last = tri * (f.mass.size[f.mass.layers - 1] + 1), T = kind == INVERSE_W ? 3 : 2;
+    const int n = f.n, w = f.width[0], nm = roln_mlp_params(&f.mass_net), np = roln_lnn_params(&f), tri = ROLN_TRI(w);
+    const int last = tri * (f.mass_net.size[f.mass_net.layers - 1] + 1);
     roln_real *th = weights(&f, seed);
     inputs x = draw(&f, th, kind, 1, 0, seed), g = zero_inputs();
-    roln_real *out = fresh(2 * n), *tape = fresh(tapes(1) * TAPE(T, 1)), *work = fresh(work_of(T, 1, 1));
+    roln_real *out = fresh(2 * n), *tape = fresh(tape_of(1, 1)), *work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));
     ld ref[MAXP];
     condition c;
     int i, j;
@@ -1556,9 +1722,10 @@ static void check_repeated(roln_lnn f, roln_real diagonal, roln_real least, int 
     for (i = nm - last; i < nm; i++) th[i] = i >= nm - tri && i < nm - tri + w ? diagonal : 0;
     for (i = 0; f.base && i < w * w; i++) th[base_at + i] = i % (w + 1) == 0;
     for (j = 0; j < f.layers; j++)
-        for (i = 0; f.layer[j] == ROLN_GYRO && i < f.width[j] * f.width[j]; i++) th[layer_at[j] + ROLN_TRI(f.width[j]) + i] = i % (f.width[j] + 1) ? 0 : ROLN_C(1.5);
+        for (i = 0; f.layer[j] == ROLN_GYRO && i < f.width[j] * f.width[j]; i++)
+            th[layer_at[j] + ROLN_TRI(f.width[j]) + i] = i % (f.width[j] + 1) ? 0 : ROLN_C(1.5);
     widen(np, th, m.th);
-    CHECK(run(&x, T, 1, out, tape, work) == ROLN_OK);
+    CHECK(run(&x, 1, 1, out, tape, work) == ROLN_OK);
     back(&x, 1, tape, &g, work);
     c = condition_of(x, out, g, seed);
     add_momenta(x, &c, seed);
@@ -1577,7 +1744,7 @@ static void test_repeated(uint64_t *seed)
     int n, i;
     for (n = 1; n <= 3; n++) check_repeated(shape(n, 0, 2, 3, 0), ROLN_C(0.7), 0, ZDD, seed);
     for (i = 0; i < 2; i++) {
-        const int kind = i ? INVERSE_W : ZDD;
+        const int kind = i ? INVERSE : ZDD;
         check_repeated(shape(2, 1, 2, 2, 0), 0, 0, kind, seed);
         check_repeated(behind(shape(2, 1, 2, 2, 0), 2, "g"), 0, 0, kind, seed);
         check_repeated(behind(shape(2, 0, 2, 2, 0), 3, "g2g"), ROLN_C(0.4), 0, kind, seed);
@@ -1595,82 +1762,136 @@ static void test_identity(uint64_t *seed)
     int q, i;
     for (q = 0; q < 3; q++) {
         roln_lnn f = shape(3, 1, 2, 4, 0), f1 = behind(f, 3, q == 0 ? "r" : q == 1 ? "g" : "rgrg");
+        roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
         roln_real *th, *th1, *s, M[2][9], *tape, *w;
         ld ref[9];
         f1.least = ROLN_C(1e-3);
         th = weights(&f1, seed), s = normal(6, 0.8, seed), th1 = copy(roln_lnn_params(&f1), th);
         roln_lnn_init(&f1, th1, seed);
         for (i = 0; i < layer_at[0]; i++) th1[i] = th[i];
-        tape = fresh(TAPE(1, 1)), w = fresh(WORK(1, 1));
-        CHECK(roln_lnn_terms(&f, th1, s, M[0], NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
-        CHECK(roln_lnn_terms(&f1, th1, s, M[1], NULL, NULL, NULL, NULL, NULL, tape, w) == ROLN_OK);
+        tape = fresh(TAPE(1, 0, 1)), w = fresh(TERMS_WORK);
+        out.M = M[1];
+        CHECK(roln_lnn_terms(&f1, th1, s, &out, tape, w) == ROLN_OK);
+        set_sizes(&f);
+        tape = fresh(TAPE(1, 0, 1)), w = fresh(TERMS_WORK);
+        out.M = M[0];
+        CHECK(roln_lnn_terms(&f, th1, s, &out, tape, w) == ROLN_OK);
         widen(9, M[0], ref);
         BOUND("layers that change nothing: M (eps)", distance(9, M[1], ref) / EPS, 40);
         fresh_done();
     }
 }
 
-/* Energies and their backward: T, V as in roln_lnn_terms, row by row; gradients of sum gT T + gV V against differences. */
-static struct {
-    const roln_lnn *f;
-    int nb;
-    roln_real *th, *s, *g, *tape, *w;
-} en;
-
-static double e_loss(void *ctx)
+/* A step that begins within what exp can hold and ends beyond: one joint, log M = 39.9925 + z/100, no potential, h v = 1. The
+   evaluation that fails is the last one, of M at the end, or with a force that of a later iteration at the middle. */
+static void test_edge(uint64_t *seed)
 {
-    roln_real E[2 * MAXB];
-    double sum = 0;
+    const roln_lnn f = shape(1, 0, 2, 1, 0);
+    roln_real *th = weights(&f, seed), s[2] = {0, 1}, sn[2] = {0, 0}, z[2] = {0, 1}, push;
+    roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
+    roln_terms_out none = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_force fc;
+    roln_system sys;
     int i;
-    (void)ctx;
-    CHECK(roln_lnn_energy(en.f, 1, en.nb, en.th, en.s, E, E + en.nb, en.tape, en.w) == ROLN_OK);
-    for (i = 0; i < 2 * en.nb; i++) sum += (double)en.g[i] * (double)E[i];
-    return sum;
+    for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
+    th[0] = 1, th[1] = 20; /* softplus(z + 20) = z + 20 to rounding */
+    th[2] = ROLN_C(0.01), th[3] = ROLN_C(39.7925);
+    fc.eval = const_eval, fc.bwd = NULL, fc.ctx = &push;
+    sys.theta = th, sys.force = NULL;
+    for (i = 0; i < 3; i++) {
+        const roln_real at[2] = {(roln_real)i / 2, 0};
+        CHECK(roln_lnn_terms(&f, th, at, &none, tape, w) == (i == 2 ? ROLN_E_RANGE : ROLN_OK));
+    }
+    CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_E_RANGE);
+    CHECK(roln_lnn_start(&f, &sys, 0, 1, 1, z, z + 1, sn, tape, w) == ROLN_E_RANGE);
+    s[1] = 0, push = 4 * roln_exp(40), sys.force = &fc; /* v = 0 at first, then 2 */
+    CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_E_RANGE);
+    CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 1, 2, s, sn, tape, w) == ROLN_E_RANGE);
+    CHECK(sn[0] == 0 && sn[1] == 0);
+    push = 0;
+    CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_OK);
+    fresh_done();
 }
 
-static void check_energies(roln_lnn f, uint64_t *seed)
+/* The backward of a midpoint step makes ROLN_MIDPOINT_ITERS iterations, no more and no less: M = 1, V = 0 and the spring
+   tau = -z at rest with h = 1, where the iteration of mu contracts by 1/4 and is far from its end after ten. */
+static void test_iterations(uint64_t *seed)
 {
-    enum { NB = 2 };
-    const int n = f.n, np = roln_lnn_params(&f);
-    roln_real *th = weights(&f, seed), *s = normal(2 * NB * n, 0.5, seed), *E = fresh(2 * NB), *one = fresh(2 * n), T, V;
-    roln_real *tape = fresh(TAPE(2, NB)), *w = fresh(WORK(2, NB) + NB * n), *g = normal(2 * NB, 1, seed), *gs = zeros(2 * NB * n), *gth = zeros(np);
-    roln_real *gs1 = zeros(2 * NB * n), *gth1 = zeros(np);
-    int r, i, j;
-    CHECK(roln_lnn_energy(&f, 2, NB, th, s, E, E + NB, tape, w) == ROLN_OK);
-    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, gs, gth, w);
-    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, gs1, NULL, w);
-    roln_lnn_energy_bwd(&f, NB, th, tape, g, g + NB, NULL, gth1, w);
-    CHECK(same(2 * NB * n, gs, gs1) && same(np, gth, gth1));
-    en.f = &f, en.nb = NB, en.th = th, en.s = s, en.g = g, en.tape = fresh(TAPE(1, NB)), en.w = fresh(WORK(1, NB));
-    for (r = 0; r < NB; r++) { /* the terms of each row; dT/dzd = M zd */
-        roln_real *t1 = fresh(TAPE(1, 1)), *w1 = fresh(WORK(1, 1)), *M = fresh(n * n);
-        for (i = 0; i < n; i++) one[i] = s[r * n + i], one[n + i] = s[(NB + r) * n + i];
-        CHECK(roln_lnn_terms(&f, th, one, M, NULL, NULL, NULL, &T, &V, t1, w1) == ROLN_OK && same(1, E + r, &T) && same(1, E + NB + r, &V));
-        for (i = 0; i < n; i++) {
-            ld p_i = 0, size = 0;
-            for (j = 0; j < n; j++) {
-                const ld x = (ld)M[i * n + j] * (ld)one[n + j] * (ld)g[r];
-                p_i += x, size += fabsl(x);
-            }
-            BOUND("energy: dT/dzd = M zd (eps)", fabsl((ld)gs[(NB + r) * n + i] - p_i) / (size * EPS), 30);
-        }
-    }
-#ifdef ROLN_DOUBLE
-    check_halving(rolni_base_at(&f), gth, th, 1e-2, e_loss, NULL); /* the networks; check_map has the rest */
-    check_halving(2 * NB * n, gs, s, 1e-2, e_loss, NULL);
-#else
-    for (i = 0; i < 2 * NB * n; i++) { /* coarse; the double build measures */
-        const roln_real x = s[i], h = ROLN_C(0.01);
-        double d;
-        s[i] = x + h, d = e_loss(NULL);
-        s[i] = x - h, d = (d - e_loss(NULL)) / (2 * (double)h);
-        s[i] = x;
-        CHECK_NEAR(gs[i], d, 5e-3 * (1 + fabs(d)));
-    }
-#endif
-    T = E[0], s[0] = (roln_real)NAN;
-    CHECK(roln_lnn_energy(&f, 1, NB, th, s, E, E + NB, en.tape, en.w) == ROLN_E_NOT_FINITE && same(1, E, &T));
+    const roln_lnn f = shape(1, 0, 2, 1, 0);
+    const roln_real w[2] = {0, -1}, gsn[2] = {1, ROLN_C(0.5)}, s[2] = {0, 0};
+    roln_real *th = weights(&f, seed), sn[2], gs[2] = {0, 0}, gw[2] = {0, 0}, *tape, *work;
+    spring sp = {1, NULL, NULL};
+    roln_force fc;
+    roln_system sys;
+    ld mu = 0;
+    int i;
+    for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
+    sp.w = w, sp.gw = gw;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+    sys.theta = th, sys.force = &fc;
+    m.kind = ROLN_MIDPOINT;
+    tape = fresh(tape_of(1, 1)), work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));
+    CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 1, 1, 1, s, sn, tape, work) == ROLN_OK);
+    roln_lnn_step_bwd(&f, &sys, ROLN_MIDPOINT, 1, 1, gsn, gs, NULL, tape, work);
+    for (i = 0; i < ROLN_MIDPOINT_ITERS; i++) mu = 1 - (0.5L + mu / 2) / 2; /* g_z+ + dS/dz_m / 2, dS/dz_m = -(g_p+ + mu / 2) */
+    BOUND("midpoint backward: iterations, z (eps)", fabsl((ld)gs[0] - (1 - (0.5L + mu / 2))) / EPS, 8);
+    BOUND("midpoint backward: iterations, zd (eps)", fabsl((ld)gs[1] - (0.5L + mu)) / EPS, 8);
     fresh_done();
+}
+
+/* A map writes its tapes and its work, forward and back, up to the last number of the declared sizes. */
+static void check_room(roln_lnn f, int kind, int keep, int nb, uint64_t *seed)
+{
+    roln_real *th = weights(&f, seed);
+    const inputs x = draw(&f, th, kind, nb, 1, seed), g = zero_inputs();
+    roln_real *out = fresh(2 * nb * f.n), *tape = fresh(tape_of(keep, nb)), *work = fresh(work_of(keep, nb));
+    if (kind == ROLN_MIDPOINT) m.h = (ld)ROLN_C(1e-3); /* any of the shapes converges */
+    CHECK(run(&x, keep, nb, out, room_of(tape_of(keep, nb)), work) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(run(&x, keep, nb, out, tape, room_of(work_of(keep, nb))) == ROLN_OK);
+    CHECK_ROOM();
+    if (keep) {
+        back(&x, nb, tape, &g, room_of(back_work_of(nb)));
+        CHECK_ROOM();
+    }
+    fresh_done();
+}
+
+static void check_terms_room(roln_lnn f, uint64_t *seed)
+{
+    roln_real *th = weights(&f, seed);
+    const inputs x = draw(&f, th, ZDD, 1, 0, seed);
+    roln_real *X = fresh(f.n * f.n + 3 * f.n + 2), *tape = fresh(TAPE(1, 0, 1)), *work = fresh(TERMS_WORK);
+    CHECK(terms(th, x.s, -1, X, room_of(TAPE(1, 0, 1)), work) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(terms(th, x.s, -1, X, tape, room_of(TERMS_WORK)) == ROLN_OK);
+    CHECK_ROOM();
+    fresh_done();
+}
+
+static void check_rooms(roln_lnn f, int nb, uint64_t *seed)
+{
+    static const int kinds[] = {ZDD, INVERSE, START, ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT};
+    int i;
+    for (i = 0; i < 12; i++) check_room(f, kinds[i / 2], i % 2, nb, seed);
+    check_room(f, INVERSE_W, 0, nb, seed);
+    if (nb == 1) check_terms_room(f, seed);
+}
+
+static void test_rooms(uint64_t *seed)
+{
+    int i, nb;
+    for (nb = 1; nb <= 5; nb += 4) {
+        for (i = 0; i < VARIANTS; i++) check_rooms(variant(i), nb, seed);
+        for (i = 0; i < 2; i++) { /* perceptrons of one to four hidden layers, narrow and wide, and wider than anything else */
+            check_rooms(shape(4, i, 2, 1, 0), nb, seed), check_rooms(shape(1, i, 2, 9, 0), nb, seed);
+            check_rooms(shape(3, i, 3, 9, 2), nb, seed), check_rooms(shape(3, i, 3, 2, 9), nb, seed);
+            check_rooms(damped(shape(3, i, 4, 3, 6)), nb, seed), check_rooms(damped(shape(2, i, 5, 5, 2)), nb, seed);
+            check_rooms(shape(2, i, 3, 20, 20), nb, seed), check_rooms(damped(shape(5, i, 3, 2, 1)), nb, seed);
+        }
+        check_rooms(cholesky(shape(4, 0, 3, 2, 3)), nb, seed), check_rooms(damped(cholesky(shape(4, 0, 2, 8, 0))), nb, seed);
+        check_rooms(behind(shape(2, 0, 3, 2, 5), 4, "r3g2"), nb, seed), check_rooms(behind(shape(1, 1, 2, 2, 0), 4, "1"), nb, seed);
+    }
 }
 
 void TEST_NAME(lnn)(void)
@@ -1694,18 +1915,18 @@ void TEST_NAME(lnn)(void)
             check_map(shape(2, base, 2, 3, 0), i, 2, base, 0, &seed);
         }
     }
-    for (i = 0; i < HEADS; i++) {
-        for (T = 0; T < 3; T++) check_terms(head(i), &seed), check_inverse(head(i), &seed);
-        check_map(head(i), ZDD, 1, 0, 1, &seed);
-        check_map(head(i), INVERSE, 1, 0, 1, &seed);
-        check_map(head(i), INVERSE_W, 1 + (i == 3), 0, 1, &seed);
-        check_map(head(i), START, 1, i % 3 == 0, 1, &seed);
-        check_map(head(i), i % 2 ? ROLN_MIDPOINT : i % 4 ? ROLN_RK4 : ROLN_EULER, 1 + (i == 0), i % 3 == 0, 1, &seed);
+    for (i = 0; i < VARIANTS; i++) {
+        for (T = 0; T < 3; T++) check_terms(variant(i), &seed), check_inverse(variant(i), &seed);
+        check_map(variant(i), ZDD, 1, 0, 1, &seed);
+        check_map(variant(i), INVERSE, 1, 0, 1, &seed);
+        check_map(variant(i), INVERSE_W, 1 + (i == 3), 0, 1, &seed);
+        check_map(variant(i), START, 1, i % 3 == 0, 1, &seed);
+        check_map(variant(i), i % 2 ? ROLN_MIDPOINT : i % 4 ? ROLN_RK4 : ROLN_EULER, 1 + (i == 0), i % 3 == 0, 1, &seed);
     }
     for (n = 1; n <= 5; n++)
         for (base = 0; base < 2; base++) check_inverse(shape(n, base, 2, 4, 0), &seed);
-    for (i = -1; i < HEADS; i++) {
-        const roln_lnn f = i < 0 ? shape(3, 1, 2, 4, 0) : head(i);
+    for (i = -1; i < VARIANTS; i++) {
+        const roln_lnn f = i < 0 ? shape(3, 1, 2, 4, 0) : variant(i);
         check_start(f, 0, &seed), check_start(f, 1, &seed);
         check_linear(f, i % 2 == 0, &seed);
     }
@@ -1716,7 +1937,8 @@ void TEST_NAME(lnn)(void)
     test_status(&seed);
     test_repeated(&seed);
     test_identity(&seed);
-    check_energies(shape(3, 0, 3, 5, 4), &seed), check_energies(shape(2, 1, 2, 4, 0), &seed);
-    check_energies(head(0), &seed), check_energies(head(4), &seed);
+    test_edge(&seed);
+    test_iterations(&seed);
+    test_rooms(&seed);
     print_bounds();
 }
