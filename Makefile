@@ -51,7 +51,7 @@ clean:
 # ---- tests ----
 
 # The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
-PACKAGES = gcc g++ clang tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev \
+PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \

@@ -1,7 +1,7 @@
 #!/bin/sh
 # dist.sh VERSION HEADER.. - build/dist: packages for PlatformIO, Arduino, Zephyr and ESP-IDF, each a directory and an archive of
-# it: its files in the directories beside this script, the headers, LICENSE, the start of README, and tick as an example. The same bytes on every
-# run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.
+# it: the files of its directory beside this script, the headers, LICENSE, the start of README, and tick as an example. The same
+# bytes on every run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.
 cd "$(dirname "$0")/.." || exit 1
 set -e
 umask 022

@@ -481,7 +481,8 @@ int main(int argc, char **argv)
     fit_energy();
     print_energy();
     draw(svg, TRAIN);
-    fprintf(f, "/* chain_weights.h - written by examples/pendulum.c; include chain.h first. 1 J = %.6g of the model. */\n", 1 / joule);
+    fprintf(f, "/* chain_weights.h - written by examples/pendulum.c; include chain.h first. 1 J = %.6g of the model. */\n",
+            1 / joule);
     chain_write(&model, put_file, f);
     fclose(f);
     printf("\nwrote %s and %s after %.0f s\n", svg, weights, seconds());

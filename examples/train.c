@@ -403,6 +403,16 @@ static void check(const motion *d, int train)
     free(start);
 }
 
+/* What a stage minimises, before it is scaled. */
+static roln_loss stage_weights(int kind)
+{
+    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    w.q = (roln_real)set("w_q"), w.qd = 1;
+    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
+    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = set("positions") > 0 ? 1 : (roln_real)set("w_pos");
+    return w;
+}
+
 /* One stage of training; ends with the parameters that predicted best, be it those that it began with. */
 static void stage(const motion *d, int train, int kind)
 {
@@ -417,16 +427,14 @@ static void stage(const motion *d, int train, int kind)
     const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
     const double t0 = now();
     roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
-    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, loss = w;
+    roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, w;
     uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
     double seen = 0, best_error;
     int at = count, t, refused = 0;
     b.count = size, b.steps = steps, b.stride = stride;
     b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL;
-    w.q = (roln_real)set("w_q"), w.qd = 1;
-    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
-    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
-    if (kind == ODE && set("positions") > 0) b.qd = NULL, w.z = w.q_pred = 1;
+    w = stage_weights(kind);
+    if (kind == ODE && set("positions") > 0) b.qd = NULL;
     if (set("scaled") > 0) {
         roln_loss var;
         roln_batch all = b;
@@ -489,6 +497,27 @@ static void table(const char *name, const motion *d, int from, int to)
     free(start);
 }
 
+/* The arguments key=value, from the third on. */
+static void read_settings(int argc, char **argv, const char **out, const char **test)
+{
+    int i;
+    for (i = 2; i < argc; i++) {
+        char *eq = strchr(argv[i], '=');
+        size_t k, known = 0;
+        if (!eq) fail("%s: not key=value", argv[i]);
+        *eq = 0;
+        if (strcmp(argv[i], "out") == 0) *out = eq + 1, known = 1;
+        if (strcmp(argv[i], "test") == 0) *test = eq + 1, known = 1;
+        for (k = 0; k < sizeof settings / sizeof *settings; k++)
+            if (strcmp(settings[k].key, argv[i]) == 0) {
+                char *end;
+                settings[k].value = strtod(eq + 1, &end), known = 1;
+                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
+            }
+        if (!known) fail("unknown setting %s", argv[i]);
+    }
+}
+
 int main(int argc, char **argv)
 {
     static unsigned char bytes[M(packed_size)];
@@ -500,21 +529,7 @@ int main(int argc, char **argv)
     FILE *f;
     int i, train;
     if (argc < 2) fail("usage: train motion.csv [test=FILE] [out=PREFIX] [key=value ...]");
-    for (i = 2; i < argc; i++) {
-        char *eq = strchr(argv[i], '=');
-        size_t k, known = 0;
-        if (!eq) fail("%s: not key=value", argv[i]);
-        *eq = 0;
-        if (strcmp(argv[i], "out") == 0) out = eq + 1, known = 1;
-        if (strcmp(argv[i], "test") == 0) test = eq + 1, known = 1;
-        for (k = 0; k < sizeof settings / sizeof *settings; k++)
-            if (strcmp(settings[k].key, argv[i]) == 0) {
-                char *end;
-                settings[k].value = strtod(eq + 1, &end), known = 1;
-                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
-            }
-        if (!known) fail("unknown setting %s", argv[i]);
-    }
+    read_settings(argc, argv, &out, &test);
     d = read_csv(argv[1]);
     if (test) unseen = read_csv(test);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));

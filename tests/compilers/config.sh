@@ -74,7 +74,8 @@ for verb in init init_pod grad grad_acc update variance errors decode_some; do
         case $store.$verb in full.* | *.errors | *.decode_some) want=0 ;; *) want=1 ;; esac
         for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
             out=$(printf '%s\n' '#define ROLN_NAME m' '#define ROLN_AE 4, 2' '#define ROLN_MLP 8' "#define ROLN_STORE $store" \
-                '#include "roln.h"' "int main(void) { return sizeof(&m_$verb) == 1; }" | $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
+                '#include "roln.h"' "int main(void) { return sizeof(&m_$verb) == 1; }" |
+                $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
             code=$?
             if if [ $want -eq 0 ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "m_$verb"; fi; then
                 passed=$((passed + 1))

@@ -28,6 +28,8 @@ host() {
             done
         done
     done
+    echo 'host tcc' # which optimises nothing and has no vectors
+    echo 'host tcc -DROLN_DOUBLE'
 }
 
 targets() { # what takes longest first

@@ -8,7 +8,7 @@ failed=0
 for type in '' -DROLN_DOUBLE; do
     for cc in gcc clang; do
         rm -f build/symbols.o
-        if ! $cc -std=c99 -xc -DROLN_FN= $type -O2 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
+        if ! $cc -std=c99 -I. -xc -DROLN_FN= $type -O2 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
             failed=$((failed + 1))
             echo "$cc $type: does not compile"
             continue
@@ -38,7 +38,8 @@ cat > build/sections.c << 'END'
 #include "examples/chain_weights.h"
 #include "tests/compilers/models.h"
 int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v);
-ROLN_CODE int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v)
+ROLN_CODE
+int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v)
 {
     return chain_encode(&chain_weights, x, s, w) + chain_step(&chain_weights, s, NULL, 0.01f, w) + bytes_decode(p, z, y, v) +
            bytes_encode(p, y, z, v);
@@ -51,8 +52,12 @@ for cc in 'gcc -O0' 'gcc -O2' 'gcc -O3' 'gcc -Os' 'clang -O2' 'gcc -O2 -DOWN' 'c
     size=$(objdump -t build/sections.o | awk '/ chain_weights$/ && /\.qspi/ { print $(NF - 1) }')
     functions=$(objdump -t build/sections.o | grep -c ' F .*\.itcm')
     text=$(size -A build/sections.o | awk '$1 ~ /^\.text/ { n += $2 } END { print n + 0 }')
-    if [ -z "$outside" ] && [ -n "$size" ] && [ "$functions" -ge 3 ] && [ "$text" -eq 0 ]; then passed=$((passed + 1))
-    else failed=$((failed + 1)); echo "$cc: outside .itcm: $outside ($text bytes of .text), $functions inside; weights in .qspi: $size"; fi
+    if [ -z "$outside" ] && [ -n "$size" ] && [ "$functions" -ge 3 ] && [ "$text" -eq 0 ]; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$cc: outside .itcm: $outside ($text bytes of .text), $functions inside; weights in .qspi: $size"
+    fi
 done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

@@ -27,11 +27,11 @@ static void draw_axes(FILE *f, const axes *a, const char *title, double tick, in
 {
     fprintf(f, "<text x='%g' y='%g' font-weight='bold'>%s</text>\n", a->left, a->top - 12, title);
     for (double v = ceil(a->low / tick) * tick; v <= a->high + 1e-9; v += tick)
-        fprintf(f, "<path d='M%g %.1fh%g' stroke='#e4e4e4'/><text x='%g' y='%.1f' text-anchor='end'>%.4g</text>\n", a->left, at(a, v),
-                a->width, a->left - 6, at(a, v) + 4, log ? pow(10, v) : fabs(v) < 1e-9 ? 0 : v);
+        fprintf(f, "<path d='M%g %.1fh%g' stroke='#e4e4e4'/><text x='%g' y='%.1f' text-anchor='end'>%.4g</text>\n",
+                a->left, at(a, v), a->width, a->left - 6, at(a, v) + 4, log ? pow(10, v) : fabs(v) < 1e-9 ? 0 : v);
     for (int s = 0; s <= 10; s += 2)
-        fprintf(f, "<text x='%g' y='%g' text-anchor='middle'>%d%s</text>\n", a->left + a->width * s / 10, a->top + a->height + 18, s,
-                s == 10 ? " s" : "");
+        fprintf(f, "<text x='%g' y='%g' text-anchor='middle'>%d%s</text>\n", a->left + a->width * s / 10,
+                a->top + a->height + 18, s, s == 10 ? " s" : "");
     fprintf(f, "<path d='M%g %gv%gh%g' fill='none' stroke='#444'/>\n", a->left, a->top, a->height, a->width);
 }
 
@@ -97,8 +97,8 @@ static int draw(const char *path, int joint0, int joint1)
     for (int c = -1; c < 3; c++) {
         static const int at_x[] = {488, 586, 642, 784};
         const int x = at_x[c + 1];
-        fprintf(f, "<path d='M%d 28h20' stroke='%s' stroke-width='%s'/><text x='%d' y='32'>%s</text>\n", x, c < 0 ? "#ccc" : colour[c],
-                c < 0 ? "5" : "1.8", x + 26, c < 0 ? "reference" : key[c]);
+        fprintf(f, "<path d='M%d 28h20' stroke='%s' stroke-width='%s'/><text x='%d' y='32'>%s</text>\n", x,
+                c < 0 ? "#ccc" : colour[c], c < 0 ? "5" : "1.8", x + 26, c < 0 ? "reference" : key[c]);
     }
     draw_joint(f, &first, joint0);
     draw_joint(f, &second, joint1);

@@ -268,7 +268,8 @@ int control_run(struct control_model *m, const struct control_reference *r, enum
 
 void control_heading(void)
 {
-    printf("                        error, mrad: rms of 16   of 4 free    largest     of each half    |tau|, N m   outside   to PD\n");
+    printf("                        error, mrad: rms of 16   of 4 free    largest     of each half    |tau|, N m   outside"
+           "   to PD\n");
 }
 
 void control_row(enum control_law which, const struct control_result *r, const struct control_result *pd_result)

@@ -5,8 +5,10 @@
 set -e
 dir=build/noise
 mkdir -p $dir
-gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples -DMODEL=pend16 examples/train.c -o $dir/train -lpthread -lm
-[ -f $dir/pend16_train.csv ] || build/generate pend16 $dir/pend16.h5 --train 100 --test 10 --seed 1 --csv $dir/pend16 > $dir/generate.log
+gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples -DMODEL=pend16 examples/train.c \
+    -o $dir/train -lpthread -lm
+[ -f $dir/pend16_train.csv ] ||
+    build/generate pend16 $dir/pend16.h5 --train 100 --test 10 --seed 1 --csv $dir/pend16 > $dir/generate.log
 [ -f $dir/mild.csv ] || awk -F, -f tests/mujoco/mild.awk $dir/pend16_train.csv > $dir/mild.csv
 printf '%-7s %-9s %-34s %8s %8s %8s %8s   E_q %% on clean test trajectories\n' noise smoothed loss '0 ms' '25 ms' '100 ms' '1 s'
 row() {
@@ -16,7 +18,8 @@ row() {
     grep -q '^ 2000' "$log" 2> /dev/null || # done in an earlier call
     $dir/train $dir/mild.csv test=$dir/pend16_test.csv out=$dir/run noise="$noise" smooth="$smooth" held=0.1 ae=8000 look=0.25 \
         lr_joint=0.05 "$@" > "$log" 2>&1 || true # a training may refuse
-    awk -v name="$name" -v noise="$noise" -v smooth="$smooth" '/_test.csv$/ { on = 1 } on && $1 == 0 { a = $2 } on && $1 == 25 { b = $2 }
+    awk -v name="$name" -v noise="$noise" -v smooth="$smooth" '
+        /_test.csv$/ { on = 1 } on && $1 == 0 { a = $2 } on && $1 == 25 { b = $2 }
         on && $1 == 100 { c = $2 } on && $1 == 1000 { d = $2 }
         { last = $0 }
         END { printf "%5.0f %%  %4d ms   %-34s ", 100 * noise, 2 * smooth, name

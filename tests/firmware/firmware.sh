@@ -65,7 +65,7 @@ for core in m4 m7 m33 m55 rv32; do
     done
 
     build $core count tests/firmware/count.c
-    check "$core: the instruction counter is wrong" prints '^exit 0$' $out/$core/count.elf.txt 
+    check "$core: the instruction counter is wrong" prints '^exit 0$' $out/$core/count.elf.txt
 
     build $core resets $fw/adapt.c tests/firmware/resets.c -Wl,--wrap=board_count
     log=$out/$core/resets.elf.txt

@@ -168,8 +168,8 @@ static void spd_exp(const row *r)
 /* SPD matrices with condition below 2 as seen from the first; size: n, what is timed. */
 enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST, TRANSPORT, MEAN };
 static struct {
-    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N], W[MAX_N * MAX_N];
-    roln_real Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d, work[16 * MAX_N * MAX_N];
+    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N];
+    roln_real V[MAX_N * MAX_N], W[MAX_N * MAX_N], Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d, work[16 * MAX_N * MAX_N];
 } spd;
 
 static void spd_setup(const row *r)
@@ -397,7 +397,9 @@ static void net_train(const row *r)
 {
     static const roln_scale one = {1, 1};
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
-    static const roln_opt opt = {{ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), ROLN_C(2e-5), 5};
+    static const roln_opt opt = {
+        .lr = {ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8),
+        .decay = ROLN_C(2e-5), .clip = 5};
     roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     roln_real windows = 0;
     roln_batch b;

@@ -1,16 +1,19 @@
 #!/bin/sh
 # sizes.sh - what a model needs on a microcontroller: builds firmware.c for each model, core and level, checks the image, runs it in
-# QEMU, writes build/sizes/table.md and compares it with the table of docs/firmware.md. Last line: N passed, N failed.
+# QEMU, writes build/sizes/table.md and compares it with the table in README.md or docs/: between `<!-- sizes -->` and
+# `<!-- end of sizes -->`. Last line: N passed, N failed.
 #
 #   sizes.sh            everything: make sizes, a quarter of an hour of one core
 #   sizes.sh test       the lines of `some` below; what they leave out counts as equal, and fewer states must lie within the range
-#   sizes.sh -w         everything, into docs/firmware.md
+#   sizes.sh -w         everything, into that text
 #
 # JOBS=1 for one core. Code and constants, weights and RAM are those of firmware.o in the linked image (its map): without start-up,
 # mem* and measure.c, which draws the states. Stack: stack.awk; what measure.c finds painted over is within.
 cd "$(dirname "$0")/../.." || exit 1
 here=tests/measure
 out=build/sizes
+text=$(grep -lx '<!-- sizes -->' README.md docs/*.md 2> /dev/null | head -n 1)
+[ -n "$text" ] || { echo 'no text with <!-- sizes -->'; echo '0 passed, 1 failed'; exit 1; }
 own='board_[a-z]+|start|start_memory|fault|fault_report|trap|trap_report|systick|main|tick|ahead|train|weights'
 allowed='mem(cpy|set|cmp|move)'
 warn='-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Wstrict-prototypes
@@ -144,10 +147,10 @@ table() {
         }' - $out/rows > $out/table.md
 }
 
-# Token by token; other versions of gcc: numbers within a tenth. ~a-b lies in the range of docs/firmware.md, within 2 % of its ends.
+# Token by token; other versions of gcc: numbers within a tenth. ~a-b lies in the range of the text, within 2 % of its ends.
 compare() {
-    awk '/^<!-- sizes -->$/ { on = 1; next } /^<!-- end of sizes -->$/ { on = 0 } on' docs/firmware.md > $out/want.md
-    awk 'function number(x) { return x ~ /^[0-9.]+$/ }
+    awk '/^<!-- sizes -->$/ { on = 1; next } /^<!-- end of sizes -->$/ { on = 0 } on' "$text" > $out/text.md
+    awk -v text="$text" 'function number(x) { return x ~ /^[0-9.]+$/ }
          function same(a, b) { return a == b || other && number(a) && number(b) && a <= 1.1 * b && b <= 1.1 * a }
          function between(a, low, high, b) { a += 0; return a >= low * b && a <= high * b }
          function range(a, b,   x, y) {
@@ -157,18 +160,18 @@ compare() {
                         between(x[2], other ? 0.9 : 0.98, other ? 1.1 : 1, y[2])
              return same(x[1], y[1]) && same(x[2], y[2])
          }
-         FILENAME ~ /readme/ { want[FNR] = $0; lines = FNR; next }
-         /^gcc / && $0 != want[FNR] { print "note there: " want[FNR] "; here: " $0 ", so numbers within 10 %"; }
+         FILENAME ~ /text/ { want[FNR] = $0; lines = FNR; next }
+         /^gcc / && $0 != want[FNR] { print "note " text ": " want[FNR] "; here: " $0 ", so numbers within 10 %"; }
          { got[FNR] = $0; rows = FNR }
          END {
              other = got[rows] != want[lines]
-             if (rows != lines) { print "failed docs/firmware.md has " lines " lines of sizes, not " rows; exit }
+             if (rows != lines) { print "failed " text " has " lines " lines of sizes, not " rows; exit }
              for (r = 1; r < rows; r++) {
                  k = split(got[r], a, " "); bad = split(want[r], b, " ") != k
                  for (i = 1; i <= k; i++) if (a[i] != "?" && !same(a[i], b[i]) && !range(a[i], b[i])) bad = 1
-                 print bad ? "failed there: " want[r] "\nfailed  here: " got[r] : "ok"
+                 print bad ? "failed " text ": " want[r] "\nfailed  here: " got[r] : "ok"
              }
-         }' $out/want.md $out/table.md
+         }' $out/text.md $out/table.md
 }
 
 if [ "$1" = one ]; then
@@ -188,8 +191,8 @@ grep '^row' $out/all > $out/rows
 table
 if [ "$1" = -w ] && ! grep -q '^failed' $out/all; then
     awk -v table=$out/table.md '/^<!-- end of sizes -->$/ { on = 0 } !on
-         /^<!-- sizes -->$/ { on = 1; while ((getline line < table) > 0) print line }' docs/firmware.md > $out/firmware.md &&
-        cp $out/firmware.md docs/firmware.md
+         /^<!-- sizes -->$/ { on = 1; while ((getline line < table) > 0) print line }' "$text" > $out/new.md &&
+        cp $out/new.md "$text"
 fi
 compare >> $out/all
 [ "$1" = test ] || cat $out/table.md

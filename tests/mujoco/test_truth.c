@@ -25,7 +25,8 @@ static void check_pend2_formula(const struct truth_set *s)
     double worst_M = 0, worst_E = 0, worst_f = 0;
     for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 7) {
         const double *q = s->q + 2 * row, *v = s->qd + 2 * row, *a = s->qdd + 2 * row, *tau = s->tau + 2 * row;
-        double c = cos(q[1]), k = .5 * sin(q[1]), M[4], cm[2], gm[2], truth[4] = {5. / 3 + c, 1. / 3 + c / 2, 1. / 3 + c / 2, 1. / 3};
+        double c = cos(q[1]), k = .5 * sin(q[1]), M[4], cm[2], gm[2];
+        const double truth[4] = {5. / 3 + c, 1. / 3 + c / 2, 1. / 3 + c / 2, 1. / 3};
         double V = -g * (1.5 * cos(q[0]) + .5 * cos(q[0] + q[1])), T = 0;
         double G[2] = {g * (1.5 * sin(q[0]) + .5 * sin(q[0] + q[1])), g * .5 * sin(q[0] + q[1])};
         double C[2] = {-k * v[1] * (2 * v[0] + v[1]), k * v[0] * v[0]};

@@ -1,4 +1,5 @@
-# functions.awk - of stripped C, with braces of functions in the first column: file, line, name, lines, parameters, Long: above (0, 1).
+# functions.awk - of stripped C, with braces of functions in the first column: file, line, name, lines, parameters, and whether
+# Long: stands in the comment above (0, 1).
 #   awk -v file=NAME -f functions.awk
 
 # parameters of `signature`, which ends with their parentheses; its name is left in `name`
@@ -28,7 +29,14 @@ inside { if (/^}/) { found(NR); reset(); inside = 0 } next }
 directive || /^ *#/ { directive = /\\$/; signature = ""; first = 0; next }
 /^[ @]*$/ { if (/@/) long = 1; else if (signature == "") long = 0; next }
 /^[{]/ { inside = 1; next }
-/\) *[{].*}$/ { if (!first) first = NR; signature = signature " " $0; sub(/ *[{].*/, "", signature); found(NR); reset(); next }
+/\) *[{].*}$/ {
+    if (!first) first = NR
+    signature = signature " " $0
+    sub(/ *[{].*/, "", signature)
+    found(NR)
+    reset()
+    next
+}
 {
     if (!first) first = NR
     signature = signature " " $0

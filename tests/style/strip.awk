@@ -17,8 +17,10 @@
             rest = substr(rest, RSTART)
             if (mark == "/*") { comment = 1; rest = substr(rest, 3) }
             else if (mark == "//") rest = ""
-            else if (match(rest, /^"([^"\\]|\\.)*"/) || match(rest, /^'([^'\\]|\\.)*'/)) { out = out "0"; rest = substr(rest, RLENGTH + 1) }
-            else { out = out substr(rest, 1, 1); rest = substr(rest, 2) }
+            else if (match(rest, /^"([^"\\]|\\.)*"/) || match(rest, /^'([^'\\]|\\.)*'/)) {
+                out = out "0"
+                rest = substr(rest, RLENGTH + 1)
+            } else { out = out substr(rest, 1, 1); rest = substr(rest, 2) }
         } else {
             out = out rest
             rest = ""

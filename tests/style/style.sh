@@ -17,13 +17,14 @@ export LC_ALL=C
 functions() { awk -f "$style/strip.awk" "$1" | awk -v file="$1" -f "$style/functions.awk"; }
 
 if [ "$1" = table ]; then
-    echo '| header | functions | longest, lines | over 60, without a reason | most parameters | over 8, 10 | lines over 132 columns |'
+    echo '| header | functions | longest, lines | over 60, no reason | most parameters | over 8, 10 | lines over 132 columns |'
     echo '|---|---|---|---|---|---|---|'
     for h in $headers; do
         functions "$h" | awk -v wide="$(grep -cE '^.{133}' "$h")" '
             { n++; if ($4 > most) { most = $4; long = $3 } if ($4 > 60 && !$6) over++
               if ($5 > many) { many = $5; crowd = $3 } if ($5 > 8) eight++; if ($5 > 10) ten++ }
-            END { printf "| %s | %d | %s %d | %d | %s %d | %d, %d | %d |\n", $1, n, long, most, over, crowd, many, eight, ten, wide }'
+            END { printf "| %s | %d | %s %d | %d | %s %d | %d, %d | %d |\n", $1, n, long, most, over + 0, crowd, many,
+                         eight + 0, ten + 0, wide }'
     done
     exit
 fi
@@ -62,6 +63,18 @@ check 'more than 8 parameters'
 awk '$1 ~ /^roln_/ && $5 > 10 { print $1 ":" $2, $3, $5 " parameters" }' build/style.functions > $wrong
 check 'more than 10 parameters'
 
+# clang-format would align the comments of tables anew and set tables in columns of its own, so that a file may differ from what it
+# makes in 10 lines and an eighth of its own; tables alone are left out. Other versions than 14 have other opinions.
+if clang-format --version 2> /dev/null | grep -q 'version 14[.]'; then
+    for f in $(echo "$code" | grep -v '^tests/experiments/recipes[.]'); do
+        clang-format "$f" | diff "$f" - | awk -v f="$f" -v lines="$(wc -l < "$f")" '/^</ { n++ }
+            END { if (n > 10 + lines / 8) print f ": " n " of " lines " lines are not as .clang-format has them" }'
+    done > $wrong
+    check 'layout'
+else
+    echo 'no clang-format 14: layout is not checked'
+fi
+
 # a user's macros must not meet ours: each of ours, and each word in capitals of two letters or more, begins with ROLN
 for h in $headers; do
     awk -f "$style/strip.awk" "$h" | awk -v h="$h" -v foreign="^($foreign)\$" '
@@ -69,7 +82,8 @@ for h in $headers; do
         { gsub(/0[xX][0-9A-Fa-f]+|[0-9.]+[eE][-+]?[0-9]+/, "0")
           n = split($0, word, /[^A-Za-z0-9_]+/)
           for (i = 1; i <= n; i++)
-              if (word[i] ~ /^[A-Z][A-Z0-9_]*[A-Z][A-Z0-9_]*$/ && word[i] !~ /^ROLN/ && word[i] !~ foreign) print h ":" NR, word[i] }'
+              if (word[i] ~ /^[A-Z][A-Z0-9_]*[A-Z][A-Z0-9_]*$/ && word[i] !~ /^ROLN/ && word[i] !~ foreign)
+                  print h ":" NR, word[i] }'
 done | sort -u > $wrong
 check 'names that do not begin with ROLN'
 set --

@@ -33,7 +33,8 @@ lines="$lines
 $(echo "$lines" | sed -n 's/=pend16 /=pend2 /p')"
 for cc in gcc clang; do
     while read -r line; do # the same line, but for the compiler, the place of what it reads and writes, and the warnings
-        check "$(echo "$line" | sed "s|^cc |$cc $warn |; s| -O3 | |; s| -o | -o build/readme/|; s| \([a-z_]*[.]c\) | build/readme/\1 |")"
+        check "$(echo "$line" |
+            sed "s|^cc |$cc $warn |; s| -O3 | |; s| -o | -o build/readme/|; s| \([a-z_]*[.]c\) | build/readme/\1 |")"
     done << END
 $lines
 END
