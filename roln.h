@@ -20,14 +20,67 @@
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
 
-   One control tick     encode  q, qd -> z, zd;  control  PD+ on M, C, g;  lift  tau = D^T tau_z;  guard  before the motors;
-                        all four, sharing what they compute:  tick
-   One prediction       encode;  step  M zdd + c + g + d = J^T tau, integrated;  decode  z, zd -> q, qd
-   One training sample  the same, then the losses, then back through the same stations
+   Generated types, for ROLN_NAME NAME:
 
-   1 model and units     2 prediction and mechanics     3 control and guard     4 losses and gradient
-   5 errors and data     6 packed parameters
-   7 the typed shell (generated anew for every ROLN_NAME): the functions to call are listed there
+       NAME_params      all numbers of a model: scales, time step, range seen in training, weights
+       NAME_state       q, qd of all N joints
+       NAME_latent      z, zd of the n latent coordinates
+       NAME_target      what a controller follows, z, zd, zdd, and how firmly, its gains kp, kd
+       NAME_guard       what a guard remembers; in it tau, the torque that may go to the motors
+       NAME_equation    M, c, g, d, T, V at a state
+       NAME_jacobian    A, B of a step
+       NAME_work        scratch of prediction and control
+       NAME_linwork     scratch of NAME_linear
+       NAME_train       scratch of training and of NAME_errors
+       NAME_start       scratch of NAME_init and NAME_init_pod; with small weights of NAME_store
+       NAME_gradient    a gradient, the loss and the number of windows behind it
+       NAME_optimiser   moments of the optimiser
+       NAME_words       with small weights: what NAME_write writes
+
+   Generated functions. One control tick:
+
+       NAME_tick        measured state to guarded torque: the next four and NAME_lift in one call
+       NAME_encode      q, qd -> z, zd
+       NAME_decode      z, zd -> q, qd
+       NAME_decode_some z, zd -> q, qd of a few joints
+       NAME_aim         reference q, qd, qdd -> z, zd, zdd
+       NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
+       NAME_lift        tau_z -> tau = D^T tau_z
+       NAME_allocate    tau_z -> the few motors that come nearest
+       NAME_guard_tick  lets a torque pass to the motors, or holds the last one, or stops
+       NAME_in_range    is a latent state within what training has seen?
+
+   Prediction and mechanics:
+
+       NAME_step        z, zd a step of dt seconds ahead under tau: M zdd + c + g + d = J^T tau
+       NAME_linear      the same, with its derivatives A, B
+       NAME_reduce      tau -> tau_z = J^T tau
+       NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
+       NAME_terms       M, c, g, d, kinetic and potential energy
+       NAME_inertia     y = D^T M D v: the inertia that the joints feel
+
+   Training, of models with full weights:
+
+       NAME_init_pod    scales and weights at the linear optimum (POD) of recorded motion
+       NAME_init        random weights
+       NAME_variance    of the data of each loss term, to weigh the terms by
+       NAME_grad_acc    adds the gradient of the acceleration loss
+       NAME_grad        adds the gradient of the loss over windows of several steps
+       NAME_update      one step of Riemannian Adam
+       NAME_errors      roll-out errors
+       NAME_fit_range   records the range of z, zd that the motion has seen
+
+   Keeping it:
+
+       NAME_pack        parameters -> bytes
+       NAME_unpack      bytes -> parameters
+       NAME_write       parameters -> C text for flash
+       NAME_store       with small weights: bytes of the full model -> parameters
+
+   How this file is ordered: what a control tick meets comes in the order in which it meets it, then what a training sample meets.
+
+   1 model and units     2 a control tick     3 prediction and mechanics     4 a training sample
+   5 data and errors     6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. */
 
@@ -48,7 +101,7 @@ typedef struct {
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
 } roln_model;
 
-/* theta holds the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */
+/* Number of parameters theta: of the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */
 ROLN_FN int roln_params(const roln_model *md)
 {
     return roln_ae_params(&md->ae) + roln_lnn_params(&md->lnn) + md->ae.size[0] * md->inputs;
@@ -65,244 +118,132 @@ typedef struct {
     roln_real q, t;
 } roln_scale;
 
-/* Next n numbers of *w. */
-ROLN_FN roln_real *rolni_take(roln_real **w, int n)
-{
-    roln_real *p = *w;
-    *w += n;
-    return p;
-}
-
-ROLN_FN int rolni_ae_sum(const roln_ae *ae)
-{
-    return roln_ae_tape(ae, 1, 1);
-}
-
-/* A force in [nb][roln_force_size] (scaled): it acts on z as J(z)^T tau, tau = in or B in. */
+/* A trained model: its description, and where its numbers are. */
 typedef struct {
-    const roln_model *md;
-    const roln_real *theta, *in;
-    roln_real *gtheta, *gin; /* gradients [params], [nb][roln_force_size]; NULL: not wanted */
-    roln_real *work;         /* [ROLN_TORQUE_WORK] */
-} rolni_torque;
+    const roln_model *model;
+    const roln_scale *scale;
+    const roln_real *z_min, *z_max, *zd_max; /* [n] range seen in training */
+    const roln_real *theta;                  /* [roln_params] */
+} roln_trained;
 
-#define ROLN_TORQUE_WORK(N, n, aesum, nb, bwd) \
-    ((nb) * (N) + ((bwd) ? (nb) * (N) + ROLN_AE_REDUCE_BWD_WORK(nb, N, n, 2 * (nb) * (aesum)) \
-                         : (nb) * ((N) + (aesum)) + ROLN_AE_BWD_WORK(1, nb, N)))
-
-/* tau [nb][N] in x, or in itself. */
-ROLN_FN const roln_real *rolni_tau(const rolni_torque *f, int nb, roln_real *x)
+/* The parameters of the Lagrangian network among those of a model. */
+ROLN_FN const roln_real *rolni_net(const roln_trained *m)
 {
-    const roln_model *md = f->md;
+    return m->theta + roln_ae_params(&m->model->ae);
+}
+
+/* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs, force_size, and scheme.
+   */
+
+/* tau [N] of nb forces in [nb][roln_force_size]: in itself, or B in, written to x [nb][N]. */
+ROLN_FN const roln_real *rolni_tau(const roln_trained *m, int nb, const roln_real *in, roln_real *x)
+{
+    const roln_model *md = m->model;
     const int N = md->ae.size[0];
-    if (md->inputs == 0) return f->in;
-    roln_mm_bt(nb, md->inputs, N, f->in, f->theta + roln_params(md) - N * md->inputs, x);
+    if (md->inputs == 0) return in;
+    roln_mm_bt(nb, md->inputs, N, in, m->theta + roln_params(md) - N * md->inputs, x);
     return x;
 }
+#define ROLNI_TAU(S, nb) ((S(inputs) > 0) * (nb) * S(N)) /* numbers of x that rolni_tau writes */
 
-ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real *tau_z)
-{
-    const rolni_torque *f = (const rolni_torque *)ctx;
-    const roln_ae *ae = &f->md->ae;
-    roln_real *w = f->work, *tau = rolni_take(&w, nb * ae->size[0]), *x = rolni_take(&w, nb * ae->size[0]);
-    roln_real *tape = rolni_take(&w, roln_ae_tape(ae, 1, nb));
-    roln_ae_decode(ae, 1, nb, f->theta, z, x, tape);
-    roln_ae_reduce(ae, nb, f->theta, tape, rolni_tau(f, nb, tau), tau_z, w);
-}
+/* ---- 2 a control tick ------------------------------------------------------------------------- */
 
-ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz)
-{
-    const rolni_torque *f = (const rolni_torque *)ctx;
-    const roln_model *md = f->md;
-    const int N = md->ae.size[0], nu = md->inputs, at = roln_params(md) - N * nu;
-    roln_real *w = f->work, *tau = rolni_take(&w, nb * N), *g = rolni_take(&w, nb * N);
-    int i;
-    memset(g, 0, (size_t)(nb * N) * sizeof *g);
-    roln_ae_reduce_bwd(&md->ae, nb, f->theta, z, rolni_tau(f, nb, tau), y, gz, g, params ? f->gtheta : NULL, w);
-    if (nu > 0 && params && f->gtheta) roln_mm_at(N, nb, nu, g, f->in, f->gtheta + at);
-    if (!params || !f->gin) return;
-    if (nu > 0) roln_mm(nb, N, nu, g, f->theta + at, tau);
-    for (i = 0; i < nb * roln_force_size(md); i++)
-        f->gin[i] += nu > 0 ? tau[i] : g[i];
-}
-
-/* f and its roln_force, on work that is taken from *w; tau NULL: no force. */
-ROLN_FN roln_force *rolni_force_of(const roln_model *md, const roln_real *theta, const roln_real *in, int nb, int bwd,
-                                   roln_real *gtheta, rolni_torque *f, roln_force *force, roln_real **w)
-{
-    const int N = md->ae.size[0];
-    f->md = md, f->theta = theta, f->in = in, f->gtheta = gtheta, f->gin = NULL;
-    f->work = *w;
-    *w += bwd ? ROLN_TORQUE_WORK(N, md->lnn.n, rolni_ae_sum(&md->ae), nb, 1)
-              : ROLN_TORQUE_WORK(N, md->lnn.n, rolni_ae_sum(&md->ae), nb, 0);
-    force->eval = rolni_torque_eval, force->bwd = rolni_torque_bwd, force->ctx = f;
-    return force;
-}
-
-/* ---- 2 prediction and mechanics --------------------------------------------------------------- */
-
-/* Work of the functions of this section and the next. aesum: sum of N_l + N_{l+1}; tape, work: of the Lagrangian network
-   (ROLN_LNN_TAPE with T = 2, ROLN_STEP_WORK with T = 2, nb = 1). */
-#define ROLN_TICK_WORK(N, n, aesum, tape, work) \
-    (6 * (N) + 10 * (n) + 2 * (n) * (n) + 3 * (aesum) + ROLN_AE_BWD_WORK(1, 1, N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 0) + \
-     (tape) + (work))
+/* Measured q, qd become z, zd (roln_encode), these a torque tau_z in the latent space (roln_control, in it roln_inverse), that a
+   torque tau on the joints (roln_lift), which a guard lets pass or not (roln_guard_tick). roln_tick is all of it. */
 
 /* (z, zd) = (rho(q), D qd) and zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
-   q, qd, qdd [N] in (qdd NULL: zdd = 0); z, zd, zdd [n] (zdd may be NULL) out, untouched on ROLN_E_NOT_FINITE. */
-ROLN_FN roln_status roln_encode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *q,
-                                const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd, roln_real *zdd,
-                                roln_real *work)
+   q, qd, qdd [N] in (qdd NULL: zdd = 0); z, zd, zdd [n] (zdd may be NULL) out, untouched on ROLN_E_NOT_FINITE.
+   work [ROLN_ENCODE_WORK], jets = 3 with qdd, else 2. */
+#define ROLN_ENCODE_MEM(X, S, jets) X(s, (jets) * S(n)) X(tape, ROLN_AE_ENCODE_REST(S, jets, 1)) X(x, (jets) * S(N))
+#define ROLN_ENCODE_WORK(S, jets) (0 ROLN_ENCODE_MEM(ROLNI_SIZE, S, jets))
+ROLN_FN roln_status roln_encode(const roln_trained *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
+                                roln_real *zd, roln_real *zdd, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n, jets = qdd ? 3 : 2;
-    roln_real *x = rolni_take(&work, 3 * N), *s = rolni_take(&work, 3 * n);
+    const roln_ae *ae = &m->model->ae;
+    const roln_real unit = m->scale->q;
+    const int N = ae->size[0], n = m->model->lnn.n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae), jets = qdd ? 3 : 2;
+    ROLN_ENCODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets)
     int i;
     for (i = 0; i < N; i++) {
-        x[i] = q[i] / sc->q;
-        x[N + i] = qd[i] / sc->q;
-        if (qdd) x[2 * N + i] = qdd[i] / sc->q;
+        x[i] = q[i] / unit;
+        x[N + i] = qd[i] / unit;
+        if (qdd) x[2 * N + i] = qdd[i] / unit;
     }
-    roln_ae_encode(&md->ae, jets, 1, theta, x, s, work);
+    roln_ae_encode(ae, jets, 1, m->theta, x, s, tape); /* x is the end of tape */
     if (!roln_all_finite(jets * n, s)) return ROLN_E_NOT_FINITE;
-    memcpy(z, s, (size_t)n * sizeof *z);
-    memcpy(zd, s + n, (size_t)n * sizeof *zd);
-    for (i = 0; zdd && i < n; i++)
-        zdd[i] = qdd ? s[2 * n + i] : 0;
+    rolni_copy(n, s, z);
+    rolni_copy(n, s + n, zd);
+    if (zdd && qdd) rolni_copy(n, s + 2 * n, zdd);
+    else if (zdd) rolni_zero(n, zdd);
     return ROLN_OK;
 }
 
-/* x = [phi(z); J(z) zd] [2N], and the tape of the decoder (2-jets). work [2n]. */
-ROLN_FN roln_status rolni_decode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                 const roln_real *zd, roln_real *x, roln_real *tape, roln_real *work)
+/* x = [phi(z); J(z) zd] [2N] and the tape of the decoder (2-jets). ROLN_E_NOT_FINITE if x is not finite. work [2n]. */
+ROLN_FN roln_status rolni_decode(const roln_trained *m, const roln_real *z, const roln_real *zd, roln_real *x, roln_real *tape,
+                                 roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n;
     int i;
-    memcpy(work, z, (size_t)n * sizeof *z);
-    memcpy(work + n, zd, (size_t)n * sizeof *zd);
-    roln_ae_decode(&md->ae, 2, 1, theta, work, x, tape);
+    rolni_copy(n, z, work);
+    rolni_copy(n, zd, work + n);
+    roln_ae_decode(ae, 2, 1, m->theta, work, x, tape);
     for (i = 0; i < 2 * N; i++)
-        x[i] *= sc->q;
+        x[i] *= m->scale->q;
     return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* q = phi(z), qd = J(z) zd. z, zd [n] in; q, qd [N] out, untouched on ROLN_E_NOT_FINITE. */
-ROLN_FN roln_status roln_decode(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                const roln_real *zd, roln_real *q, roln_real *qd, roln_real *work)
+/* q = phi(z), qd = J(z) zd. z, zd [n] in; q, qd [N] out, untouched on ROLN_E_NOT_FINITE. work [ROLN_DECODE_WORK]. */
+#define ROLN_DECODE_MEM(X, S) X(x, 2 * S(N)) X(s, 2 * S(n))
+#define ROLN_DECODE_WORK(S) (0 ROLN_DECODE_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_FN roln_status roln_decode(const roln_trained *m, const roln_real *z, const roln_real *zd, roln_real *q, roln_real *qd,
+                                roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n);
-    const roln_status st = rolni_decode(md, sc, theta, z, zd, x, work, s);
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLN_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = rolni_decode(m, z, zd, x, work, s);
     if (st != ROLN_OK) return st;
-    memcpy(q, x, (size_t)N * sizeof *q);
-    memcpy(qd, x + N, (size_t)N * sizeof *qd);
+    rolni_copy(N, x, q);
+    rolni_copy(N, x + N, qd);
     return ROLN_OK;
 }
 
 /* The count joints which[] of roln_decode alone, the same bits: q, qd [count] out. ROLN_E_LENGTH: count beyond 0 .. N, or a joint
-   beyond 0 .. N-1; ROLN_E_NOT_FINITE. Then q, qd are untouched. The outermost layer costs n count instead of n N. */
-ROLN_FN roln_status roln_decode_some(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                     const roln_real *zd, int count, const int *which, roln_real *q, roln_real *qd,
-                                     roln_real *work)
+   beyond 0 .. N-1; ROLN_E_NOT_FINITE. Then q, qd are untouched. The outermost layer costs n count instead of n N multiply-adds.
+   work [ROLN_DECODE_SOME_WORK]: the most, for count = N. */
+#define ROLN_DECODE_SOME_MEM(X, S, count) X(s, 2 * S(n)) X(x, 2 * (count))
+#define ROLN_DECODE_SOME_WORK(S) (0 ROLN_DECODE_SOME_MEM(ROLNI_SIZE, S, S(N)) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_FN roln_status roln_decode_some(const roln_trained *m, const roln_real *z, const roln_real *zd, int count, const int *which,
+                                     roln_real *q, roln_real *qd, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n);
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
     int i;
     if (count < 0 || count > N) return ROLN_E_LENGTH;
     for (i = 0; i < count; i++)
         if (which[i] < 0 || which[i] >= N) return ROLN_E_LENGTH;
-    memcpy(s, z, (size_t)n * sizeof *z);
-    memcpy(s + n, zd, (size_t)n * sizeof *zd);
-    roln_ae_decode_some(&md->ae, 2, 1, theta, s, count, which, x, work);
-    for (i = 0; i < 2 * count; i++)
-        x[i] *= sc->q;
-    if (!roln_all_finite(2 * count, x)) return ROLN_E_NOT_FINITE;
-    memcpy(q, x, (size_t)count * sizeof *q);
-    memcpy(qd, x + count, (size_t)count * sizeof *qd);
+    {
+        ROLN_DECODE_SOME_MEM(ROLNI_CARVE, ROLNI_LOCAL, count)
+        rolni_copy(n, z, s);
+        rolni_copy(n, zd, s + n);
+        roln_ae_decode_some(&m->model->ae, 2, 1, count, m->theta, which, s, x, work);
+        for (i = 0; i < 2 * count; i++)
+            x[i] *= m->scale->q;
+        if (!roln_all_finite(2 * count, x)) return ROLN_E_NOT_FINITE;
+        rolni_copy(count, x, q);
+        rolni_copy(count, x + count, qd);
+    }
     return ROLN_OK;
 }
 
-/* tau_z = J(z)^T tau [n] of a force [N], or of inputs u through B, at z. ROLN_E_NOT_FINITE leaves tau_z untouched. */
-ROLN_FN roln_status roln_reduce(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                const roln_real *tau, roln_real *tau_z, roln_real *work)
+/* The state of the network in its own unit of time: s = [z; zd t]. */
+ROLN_FN void rolni_state(const roln_trained *m, const roln_real *z, const roln_real *zd, roln_real *s)
 {
-    const int n = md->lnn.n;
-    roln_real *out = rolni_take(&work, n);
-    rolni_torque f;
-    roln_force force;
-    int i;
-    rolni_force_of(md, theta, tau, 1, 0, NULL, &f, &force, &work);
-    rolni_torque_eval(&f, 1, z, out);
-    for (i = 0; i < n; i++)
-        out[i] *= sc->q;
-    if (!roln_all_finite(n, out) || !roln_all_finite(roln_force_size(md), tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
-    memcpy(tau_z, out, (size_t)n * sizeof *out);
-    return ROLN_OK;
-}
-
-/* roln_lift behind the decoder, from its tape of 2-jets (jets = 2) or positions (1). */
-ROLN_FN roln_status rolni_lift(const roln_model *md, const roln_scale *sc, const roln_real *theta, int jets, const roln_real *decoded,
-                               const roln_real *tau_z, roln_real *tau, roln_real *work)
-{
-    const int N = md->ae.size[0];
-    roln_real *out = rolni_take(&work, N), *tape = rolni_take(&work, roln_ae_tape(&md->ae, 1, 1));
-    int i;
-    roln_ae_turn(&md->ae, jets, 1, decoded, tape);
-    roln_ae_lift(&md->ae, 1, theta, tape, tau_z, out, work);
-    for (i = 0; i < N; i++)
-        out[i] /= sc->q;
-    if (!roln_all_finite(N, out)) return ROLN_E_NOT_FINITE;
-    memcpy(tau, out, (size_t)N * sizeof *out);
-    return ROLN_OK;
-}
-
-/* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z, J^T tau = tau_z. ROLN_E_NOT_FINITE leaves tau
-   untouched. */
-ROLN_FN roln_status roln_lift(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                              const roln_real *tau_z, roln_real *tau, roln_real *work)
-{
-    const int N = md->ae.size[0];
-    roln_real *x = rolni_take(&work, N), *tape = rolni_take(&work, roln_ae_tape(&md->ae, 1, 1));
-    roln_ae_decode(&md->ae, 1, 1, theta, z, x, tape);
-    return roln_all_finite(N, x) ? rolni_lift(md, sc, theta, 1, tape, tau_z, tau, work) : ROLN_E_NOT_FINITE;
-}
-
-/* The state of the network in its own unit of time: ss = [z; zd t]. */
-ROLN_FN void rolni_state(int n, const roln_scale *sc, const roln_real *z, const roln_real *zd, roln_real *ss)
-{
+    const int n = m->model->lnn.n;
     int i;
     for (i = 0; i < n; i++) {
-        ss[i] = z[i];
-        ss[n + i] = zd[i] * sc->t;
+        s[i] = z[i];
+        s[n + i] = zd[i] * m->scale->t;
     }
-}
-
-/* The terms of M zdd + c + g + d = tau_z at (z, zd): M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V;
-   each may be NULL. With E = T + V the power balance is dE/dt = zd^T (tau_z - d). Status of roln_lnn_terms,
-   ROLN_E_NOT_FINITE also if a term is not in these units; outputs are written only on ROLN_OK. */
-ROLN_FN roln_status roln_terms(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                               const roln_real *zd, roln_real *M, roln_real *c, roln_real *g, roln_real *d, roln_real *T,
-                               roln_real *V, roln_real *work)
-{
-    const int n = md->lnn.n;
-    const roln_real f = 1 / (sc->t * sc->t);
-    roln_real *ss = rolni_take(&work, 2 * n), *X = rolni_take(&work, n * n), *y = rolni_take(&work, 3 * n + 2);
-    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
-    roln_status st;
-    int i;
-    rolni_state(n, sc, z, zd, ss);
-    memset(y, 0, (size_t)(2 * n) * sizeof *y);
-    st = roln_lnn_terms(&md->lnn, theta + roln_ae_params(&md->ae), ss, M ? X : NULL, c ? y : NULL, g ? y + n : NULL, y + 2 * n,
-                        y + 3 * n, y + 3 * n + 1, tape, work);
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < 3 * n + 2; i++)
-        y[i] *= f;
-    if (!roln_all_finite(3 * n + 2, y)) return ROLN_E_NOT_FINITE;
-    if (M) memcpy(M, X, (size_t)(n * n) * sizeof *M);
-    if (c) memcpy(c, y, (size_t)n * sizeof *c);
-    if (g) memcpy(g, y + n, (size_t)n * sizeof *g);
-    if (d) memcpy(d, y + 2 * n, (size_t)n * sizeof *d);
-    if (T) *T = y[3 * n];
-    if (V) *V = y[3 * n + 1];
-    return ROLN_OK;
 }
 
 /* The energy T + V at a state, and zd^T d, the power lost in it. */
@@ -310,286 +251,124 @@ typedef struct {
     roln_real energy, lost;
 } rolni_balance;
 
-/* From a tape of T directions filled at zd. work [2n]. */
-ROLN_FN rolni_balance rolni_balance_of(const roln_model *md, const roln_scale *sc, int T, roln_real *tape, const roln_real *zd,
-                                       roln_real *work)
+/* From the tape of the Lagrangian network at z, zd. work [2n]. */
+ROLN_FN rolni_balance rolni_balance_of(const roln_trained *m, const rolni_tape *t, const roln_real *zd, roln_real *work)
 {
-    const int n = md->lnn.n;
-    const rolni_tape t = rolni_tape_of(&md->lnn, T, 1, tape);
-    const roln_real f = 1 / (sc->t * sc->t), *v = t.x + T * n;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n;
+    const roln_real f = 1 / (m->scale->t * m->scale->t);
     rolni_balance b;
     int i;
-    rolni_mul(&md->lnn, &t, 0, v, work, work + n);
-    b.energy = roln_dot(n, v, work) / 2 * f + t.v[0] * f;
+    rolni_mul(lnn, t, 0, t->zd, work, work + n);
+    b.energy = roln_dot(n, t->zd, work) / 2 * f + t->v[0] * f;
     for (i = 0; i < n; i++)
-        work[i] = t.d[i] * f;
+        work[i] = t->d[i] * f;
     b.lost = roln_dot(n, zd, work);
     return b;
 }
 
-/* roln_inverse, and the balance at (z, zd), which may be NULL. */
-ROLN_FN roln_status rolni_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                  const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
-                                  rolni_balance *b, roln_real *work)
+/* roln_inverse, and the balance at (z, zd), which may be NULL. work [ROLN_INVERSE_WORK]. */
+#define ROLN_INVERSE_MEM(X, S, tape_size) X(s, 2 * S(n)) X(a, S(n)) X(v, S(n)) X(tape, tape_size)
+#define ROLN_INVERSE_WORK(S) (0 ROLN_INVERSE_MEM(ROLNI_SIZE, S, ROLN_LNN_TAPE(S, 2, 0, 1)) + ROLN_LNN_INVERSE_WORK(S, 2, 0, 1))
+ROLN_FN roln_status rolni_inverse(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_real *w,
+                                  const roln_real *zdd, roln_real *tau_z, rolni_balance *b, roln_real *work)
 {
-    const int n = md->lnn.n;
-    const roln_real t2 = sc->t * sc->t;
-    roln_real *ss = rolni_take(&work, 2 * n), *a = rolni_take(&work, n), *ws = rolni_take(&work, n);
-    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 2, 1));
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n;
+    const roln_real ts = m->scale->t, t2 = ts * ts;
+    ROLN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, roln_lnn_tape(lnn, 2, 0, 1))
     roln_status st;
     int i;
-    rolni_state(n, sc, z, zd, ss);
+    rolni_state(m, z, zd, s);
     for (i = 0; i < n; i++) {
         a[i] = zdd[i] * t2;
-        ws[i] = w ? w[i] * sc->t : 0;
+        v[i] = w ? w[i] * ts : 0;
     }
-    st = roln_lnn_inverse(&md->lnn, 2, 1, theta + roln_ae_params(&md->ae), ss, w ? ws : NULL, a, a, tape, work);
+    st = roln_lnn_inverse(lnn, 0, 1, rolni_net(m), s, w ? v : NULL, a, a, tape, work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         a[i] /= t2;
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
-    memcpy(tau_z, a, (size_t)n * sizeof *a);
-    if (b) *b = rolni_balance_of(md, sc, 2, tape, zd, work);
-    return ROLN_OK;
-}
-
-/* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK. */
-ROLN_FN roln_status roln_inverse(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                 const roln_real *zd, const roln_real *w, const roln_real *zdd, roln_real *tau_z,
-                                 roln_real *work)
-{
-    return rolni_inverse(md, sc, theta, z, zd, w, zdd, tau_z, NULL, work);
-}
-
-/* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
-   rank n, and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v). Status of roln_lnn_terms, ROLN_E_NOT_FINITE;
-   y is untouched unless ROLN_OK. */
-ROLN_FN roln_status roln_inertia(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                 const roln_real *v, roln_real *y, roln_real *work)
-{
-    const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], n = md->lnn.n;
-    roln_real *jet = rolni_take(&work, 2 * N), *s = rolni_take(&work, 2 * n), *p = rolni_take(&work, n);
-    roln_real *ss = rolni_take(&work, 2 * n);
-    roln_real *ae_tape = rolni_take(&work, roln_ae_tape(ae, 2, 1)), *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
-    const rolni_tape t = rolni_tape_of(&md->lnn, 1, 1, tape);
-    roln_status st;
-    int i;
-    memcpy(ss, z, (size_t)n * sizeof *z);
-    memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(ae), ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
-    roln_ae_decode(ae, 1, 1, theta, z, jet, ae_tape);
-    for (i = 0; i < N; i++)
-        jet[N + i] = v[i] / sc->q;
-    roln_ae_encode(ae, 2, 1, theta, jet, s, ae_tape);
-    rolni_mul(&md->lnn, &t, 0, s + n, p, work);
-    roln_ae_encode(ae, 1, 1, theta, jet, s, ae_tape);
-    roln_ae_lift(ae, 1, theta, ae_tape, p, jet, work);
-    for (i = 0; i < N; i++)
-        jet[i] /= sc->q;
-    if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
-    memcpy(y, jet, (size_t)N * sizeof *y);
-    return ROLN_OK;
-}
-
-/* Backward of roln_inertia for the cotangent gy [N] of y, which by gy^T y = (D gy)^T M (D v) treats gy as it does v; for losses of
-   your own. Adds to gz [n], gv [N] and gtheta [params] (each may be NULL) unless it fails. ROLN_E_SHAPE: gtheta of weights stored
-   small. work [ROLN_GRAD_WORK]. */
-ROLN_FN roln_status roln_inertia_bwd(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                     const roln_real *v, const roln_real *gy, roln_real *gz, roln_real *gv, roln_real *gtheta,
-                                     roln_real *work)
-{
-    const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], n = md->lnn.n, at = roln_ae_params(ae);
-    roln_real *x = rolni_take(&work, 4 * N), *gx = rolni_take(&work, 4 * N); /* [1-jet][rows v and gy] */
-    roln_real *s = rolni_take(&work, 4 * n), *gs = rolni_take(&work, 4 * n), *ss = rolni_take(&work, 2 * n);
-    roln_real *tape_d = rolni_take(&work, roln_ae_tape(ae, 1, 1)), *tape_e = rolni_take(&work, roln_ae_tape(ae, 2, 2));
-    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 2, 1)), *Dv = s + 2 * n, *Dg = s + 3 * n;
-    const rolni_tape t = rolni_tape_of(&md->lnn, 2, 1, tape);
-    roln_status st;
-    int i;
-    if (gtheta && ae->store != ROLN_FULL) return ROLN_E_SHAPE;
-    memcpy(ss, z, (size_t)n * sizeof *z);
-    memset(ss + n, 0, (size_t)n * sizeof *ss);
-    if ((st = rolni_eval(&md->lnn, 2, 1, theta + at, ss, NULL, ROLNI_MASS, tape, work)) != ROLN_OK) return st;
-    roln_ae_decode(ae, 1, 1, theta, z, x, tape_d);
-    for (i = 0; i < N; i++) {
-        x[N + i] = x[i];
-        x[2 * N + i] = v[i] / sc->q;
-        x[3 * N + i] = gy[i] / sc->q;
+    rolni_copy(n, a, tau_z);
+    if (b) {
+        const rolni_tape t = rolni_tape_of(lnn, w ? 2 : 1, 0, 1, tape);
+        *b = rolni_balance_of(m, &t, zd, work);
     }
-    roln_ae_encode(ae, 2, 2, theta, x, s, tape_e);
-    memset(gx, 0, (size_t)(4 * N) * sizeof *gx);
-    memset(gs, 0, (size_t)(4 * n) * sizeof *gs);
-    memset(ss, 0, (size_t)n * sizeof *ss);
-    rolni_mul(&md->lnn, &t, 0, Dg, gs + 2 * n, work);
-    rolni_mul(&md->lnn, &t, 0, Dv, gs + 3 * n, work);
-    rolni_mass_bwd(&md->lnn, 1, theta + at, tape, 1, Dg, Dv, ss, gtheta ? gtheta + at : NULL, work);
-    roln_ae_encode_bwd(ae, 2, 2, theta, tape_e, gs, gx, gtheta, work);
-    for (i = 0; i < N; i++) {
-        gx[i] += gx[N + i];
-        if (gv) gv[i] += gx[2 * N + i] / sc->q;
-    }
-    roln_ae_decode_bwd(ae, 1, 1, theta, tape_d, gx, ss, gtheta, work);
-    for (i = 0; gz && i < n; i++)
-        gz[i] += ss[i];
     return ROLN_OK;
 }
 
-/* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
-   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. */
-ROLN_FN roln_status roln_step(const roln_model *md, const roln_scale *sc, const roln_real *theta, roln_real *z,
-                              roln_real *zd, const roln_real *tau, roln_real dt, roln_real *work)
+/* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK.
+   work [ROLN_INVERSE_WORK]. */
+ROLN_FN roln_status roln_inverse(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_real *w,
+                                 const roln_real *zdd, roln_real *tau_z, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *ss = rolni_take(&work, 2 * n), *ts = rolni_take(&work, N);
-    roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
-    rolni_torque f;
-    roln_force held, *force = rolni_force_of(md, theta, ts, 1, 0, NULL, &f, &held, &work);
-    roln_status st;
-    int i;
-    for (i = 0; i < roln_force_size(md) && tau; i++)
-        ts[i] = tau[i] * (sc->q * sc->t * sc->t);
-    rolni_state(n, sc, z, zd, ss);
-    st = roln_lnn_step(&md->lnn, md->scheme, 1, 1, theta + roln_ae_params(&md->ae), tau ? force : NULL, dt / sc->t, ss, ss, tape,
-                       work);
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++)
-        ss[n + i] /= sc->t;
-    if (!roln_all_finite(n, ss + n)) return ROLN_E_NOT_FINITE;
-    memcpy(z, ss, (size_t)n * sizeof *z);
-    memcpy(zd, ss + n, (size_t)n * sizeof *zd);
-    return ROLN_OK;
+    return rolni_inverse(m, z, zd, w, zdd, tau_z, NULL, work);
 }
 
-/* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
-   MPC. Also advances z, zd. tau (0) and B may be NULL. Status of roln_step; nothing is written unless ROLN_OK.
-   Cost about 4n steps. work [ROLN_LINEAR_WORK]: tape, step of the Lagrangian network with T = 2, nb = 1. */
-#define ROLN_LINEAR_WORK(N, n, aesum, stages, tape, step) \
-    (6 * (n) + 4 * (n) * (n) + 2 * (n) * (N) + (N) + ROLN_TORQUE_WORK(N, n, aesum, 1, 1) + (stages) * (tape) + (step))
-ROLN_FN roln_status roln_linear(const roln_model *md, const roln_scale *sc, const roln_real *theta, roln_real *z, roln_real *zd,
-                                const roln_real *tau, roln_real dt, roln_real *A, roln_real *B, roln_real *work)
-{
-    const int N = md->ae.size[0], n = md->lnn.n, n2 = 2 * n, nu = roln_force_size(md);
-    const roln_real unit = sc->q * sc->t * sc->t;
-    roln_real *ss = rolni_take(&work, n2), *next = rolni_take(&work, n2), *As = rolni_take(&work, n2 * n2);
-    roln_real *Bs = rolni_take(&work, n2 * nu), *ts = rolni_take(&work, N);
-    rolni_torque f;
-    roln_force held, *force = rolni_force_of(md, theta, ts, 1, 1, NULL, &f, &held, &work);
-    roln_real *tape = rolni_take(&work, ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 2, 1));
-    roln_status st;
-    int i, j;
-    for (i = 0; i < nu; i++)
-        ts[i] = tau ? tau[i] * unit : 0;
-    rolni_state(n, sc, z, zd, ss);
-    st = roln_lnn_linear(&md->lnn, md->scheme, theta + roln_ae_params(&md->ae), force, dt / sc->t, ss, nu, &f.gin, next, As, Bs,
-                         tape, work);
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < n2; i++) { /* z, zd t; tau unit */
-        const roln_real ti = i < n ? 1 : 1 / sc->t;
-        for (j = 0; j < n2; j++)
-            As[i * n2 + j] *= ti * (j < n ? 1 : sc->t);
-        for (j = 0; j < nu; j++)
-            Bs[i * nu + j] *= ti * unit;
-    }
-    for (i = 0; i < n; i++)
-        next[n + i] /= sc->t;
-    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * nu, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
-    memcpy(A, As, (size_t)(n2 * n2) * sizeof *A);
-    if (B) memcpy(B, Bs, (size_t)(n2 * nu) * sizeof *B);
-    memcpy(z, next, (size_t)n * sizeof *z);
-    memcpy(zd, next + n, (size_t)n * sizeof *zd);
-    return ROLN_OK;
-}
-
-/* Roll out `steps` steps of dt from the measured q[0], qd[0] and decode every state.
-   q, qd [steps+1][N] measured in: with again = 0 only the first sample is read, with again = k the state is encoded anew
-   from every k-th; tau [steps][N] held forces or NULL; q_pred, qd_pred [steps+1][N] out. On a status other than ROLN_OK
-   the samples before the failing one are written. */
-ROLN_FN roln_status roln_predict(const roln_model *md, const roln_scale *sc, const roln_real *theta, int steps, roln_real dt,
-                                 int again, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *q_pred,
-                                 roln_real *qd_pred, roln_real *work)
-{
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *z = rolni_take(&work, n), *zd = rolni_take(&work, n);
-    roln_status st = ROLN_OK;
-    int k;
-    for (k = 0; k <= steps && st == ROLN_OK; k++) {
-        const size_t row = (size_t)k * (size_t)N;
-        if (k == 0 || (again > 0 && k % again == 0)) st = roln_encode(md, sc, theta, q + row, qd + row, NULL, z, zd, NULL, work);
-        else st = roln_step(md, sc, theta, z, zd, tau ? tau + (size_t)(k - 1) * (size_t)roln_force_size(md) : NULL, dt, work);
-        if (st == ROLN_OK) st = roln_decode(md, sc, theta, z, zd, q_pred + row, qd_pred + row, work);
-    }
-    return st;
-}
-
-/* ---- 3 control and guard ---------------------------------------------------------------------- */
+/* What a controller follows and how firmly: the reference z, zd, zdd [n], the diagonals of the gains Kp, Kd: kp [J], kd [J s] [n].
+   */
+typedef struct {
+    const roln_real *z, *zd, *zdd, *kp, *kd;
+} roln_target;
 
 /* roln_control, and the balance at (z, zd), which may be NULL. */
-ROLN_FN roln_status rolni_control(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                  const roln_real *zd, const roln_real *z_ref, const roln_real *zd_ref, const roln_real *zdd_ref,
-                                  const roln_real *kp, const roln_real *kd, roln_real *tau_z, rolni_balance *b, roln_real *work)
+#define ROLN_CONTROL_MEM(X, S) X(out, S(n))
+#define ROLN_CONTROL_WORK(S) (0 ROLN_CONTROL_MEM(ROLNI_SIZE, S) + ROLN_INVERSE_WORK(S))
+ROLN_FN roln_status rolni_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
+                                  roln_real *tau_z, rolni_balance *b, roln_real *work)
 {
-    const int n = md->lnn.n;
-    roln_real *out = rolni_take(&work, n);
-    const roln_status st = rolni_inverse(md, sc, theta, z, zd, zd_ref, zdd_ref, out, b, work);
+    const int n = m->model->lnn.n;
+    ROLN_CONTROL_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = rolni_inverse(m, z, zd, ref->zd, ref->zdd, out, b, work);
     int i;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
-        out[i] -= kp[i] * (z[i] - z_ref[i]) + kd[i] * (zd[i] - zd_ref[i]);
+        out[i] -= ref->kp[i] * (z[i] - ref->z[i]) + ref->kd[i] * (zd[i] - ref->zd[i]);
     if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
-    memcpy(tau_z, out, (size_t)n * sizeof *out);
+    rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed
-   W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. Kp, Kd: the diagonals
-   kp [J], kd [J s] [n]. z.., reference z_ref.. [n] in; tau_z [n] out, untouched unless ROLN_OK. Then roln_lift, or
-   roln_allocate where there are fewer motors. */
-ROLN_FN roln_status roln_control(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z,
-                                 const roln_real *zd, const roln_real *z_ref, const roln_real *zd_ref, const roln_real *zdd_ref,
-                                 const roln_real *kp, const roln_real *kd, roln_real *tau_z, roln_real *work)
+   W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. z, zd, ref in; tau_z [n] out,
+   untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. work [ROLN_CONTROL_WORK]. */
+ROLN_FN roln_status roln_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
+                                 roln_real *tau_z, roln_real *work)
 {
-    return rolni_control(md, sc, theta, z, zd, z_ref, zd_ref, zdd_ref, kp, kd, tau_z, NULL, work);
+    return rolni_control(m, z, zd, ref, tau_z, NULL, work);
 }
 
-/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
-       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_NOT_SPD: the motors do not span z, to within
-   rounding, and mu does not make up for it.
-   Cost 2 motors roln_reduce. work [ROLN_TICK_WORK]. */
-ROLN_FN roln_status roln_allocate(const roln_model *md, const roln_scale *sc, const roln_real *theta, int motors,
-                                  const roln_real *z, const roln_real *B, const roln_real *tau_z, roln_real mu, roln_real *u,
-                                  roln_real *work)
+/* roln_lift behind the decoder: tape of the decoder, 2-jets (jets = 2) or positions (1), in; it is spent. tau is written in any
+   case. work [ROLN_AE_LIFT_WORK(S, 1)]. */
+ROLN_FN roln_status rolni_lift(const roln_trained *m, int jets, roln_real *tape, const roln_real *tau_z, roln_real *tau,
+                               roln_real *work)
 {
-    const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, N), *g = rolni_take(&work, n), *y = rolni_take(&work, n), *A = rolni_take(&work, n * n);
-    roln_real *tape = rolni_take(&work, roln_ae_tape(ae, 1, 1));
-    int pass, j, i;
-    if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
-    memset(A, 0, (size_t)(n * n) * sizeof *A);
-    roln_ae_decode(ae, 1, 1, theta, z, x, tape);
-    for (pass = 0; pass < 2; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y */
-        for (j = 0; j < motors; j++) {
-            for (i = 0; i < N; i++)
-                x[i] = B[i * motors + j] * sc->q;
-            roln_ae_reduce(ae, 1, theta, tape, x, g, work);
-            if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
-            else u[j] = roln_dot(n, g, y);
-        }
-        if (pass == 1) break;
-        for (i = 0; i < n; i++)
-            y[i] = A[i * (n + 1)] += mu * mu;
-        if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
-        for (i = 0; i < n; i++) /* a pivot of rounding errors */
-            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * (roln_real)(n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
-        roln_solve_lower(n, A, tau_z, y);
-        roln_solve_lower_t(n, A, y, y);
-        if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
-    }
-    return ROLN_OK;
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0];
+    int i;
+    roln_ae_lift_tape(ae, jets, 1, tape, tape);
+    roln_ae_lift(ae, 1, m->theta, tape, tau_z, tau, work);
+    for (i = 0; i < N; i++)
+        tau[i] /= m->scale->q;
+    return roln_all_finite(N, tau) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z, J^T tau = tau_z. ROLN_E_NOT_FINITE leaves tau
+   untouched. work [ROLN_LIFT_WORK]. */
+#define ROLN_LIFT_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(out, S(N))
+#define ROLN_LIFT_WORK(S) (0 ROLN_LIFT_MEM(ROLNI_SIZE, S) + ROLN_AE_LIFT_WORK(S, 1))
+ROLN_FN roln_status roln_lift(const roln_trained *m, const roln_real *z, const roln_real *tau_z, roln_real *tau, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae);
+    ROLN_LIFT_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st;
+    if (!roln_all_finite(m->model->lnn.n, z)) return ROLN_E_NOT_FINITE;
+    roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
+    st = rolni_lift(m, 1, tape, tau_z, out, work);
+    if (st == ROLN_OK) rolni_copy(N, out, tau);
+    return st;
 }
 
 /* What stands between a model and a motor. Bits of a fault word: */
@@ -605,6 +384,7 @@ enum {
 };
 
 typedef struct {
+    roln_real dt;     /* time from tick to tick, s */
     roln_real margin; /* of the range, as a part of its width */
     roln_real power;  /* largest energy-rate residual, W (in the unit of the model's energy, if its forces had none); 0: no check */
     roln_real tau;    /* largest torque of each joint (or input) */
@@ -621,123 +401,459 @@ typedef struct {
     roln_real energy, power;
 } roln_guard;
 
+/* Measured q, qd [N]. */
+typedef struct {
+    const roln_real *q, *qd;
+} roln_full;
+
+/* A guard, and the torque [roln_force_size] that it holds: of the last tick when a tick begins, the safe one when it ends. */
+typedef struct {
+    roln_guard *guard;
+    roln_real *tau;
+} roln_held;
+
 /* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. */
-ROLN_FN int roln_in_range(int n, const roln_real *z_min, const roln_real *z_max, const roln_real *zd_max, roln_real margin,
-                          const roln_real *z, const roln_real *zd)
+ROLN_FN int roln_in_range(const roln_trained *m, roln_real margin, const roln_real *z, const roln_real *zd)
 {
+    const int n = m->model->lnn.n;
     int i, in = 1;
     for (i = 0; i < n; i++) {
-        const roln_real wide = margin * (z_max[i] - z_min[i]);
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) && z[i] >= z_min[i] - wide && z[i] <= z_max[i] + wide;
-        in &= ROLN_ABS(zd[i]) <= (1 + margin) * zd_max[i];
+        const roln_real wide = margin * (m->z_max[i] - m->z_min[i]);
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) && z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide;
+        in &= ROLN_ABS(zd[i]) <= (1 + margin) * m->zd_max[i];
     }
     return in;
 }
 
-/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [N]. */
-ROLN_FN roln_real rolni_power(const roln_model *md, const roln_real *theta, const roln_real *in, const roln_real *qd, roln_real *work)
+/* Nonzero if the limits make sense: finite, none negative, dt positive. */
+ROLN_FN int rolni_limits_valid(const roln_limits *limits)
 {
-    rolni_torque f;
-    f.md = md, f.theta = theta, f.in = in;
-    return roln_dot(md->ae.size[0], rolni_tau(&f, 1, work), qd);
+    const roln_real bound[6] = {limits->dt, limits->margin, limits->power, limits->tau, limits->q_off, limits->qd_off};
+    int i, valid = roln_all_finite(6, bound) && limits->dt > 0;
+    for (i = 1; i < 6; i++)
+        valid &= bound[i] >= 0;
+    return valid;
 }
 
-/* roln_guard_tick. b NULL: x, b are yet to be computed; else they are known, x [2N] from rolni_decode, *b if st is ROLN_OK. */
-ROLN_FN uint32_t rolni_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
-                                  const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
-                                  const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
-                                  const roln_real *want, roln_guard *g, roln_real *held, roln_real *x, const rolni_balance *b,
-                                  roln_real *work)
+/* Nonzero if |a - b| <= bound for all n numbers; NaN is not. bound 0: no check. */
+ROLN_FN int rolni_near(int n, const roln_real *a, const roln_real *b, roln_real bound)
 {
-    const int N = md->ae.size[0], n = md->lnn.n, nu = roln_force_size(md);
-    roln_real *s = rolni_take(&work, 2 * n), *tau = rolni_take(&work, N), before, after;
-    rolni_balance own = {0, 0};
-    uint32_t faults = g->faults & ROLN_FAULT_EXPIRED;
-    int i, known = 0;
-    if (!roln_all_finite(N, q) || !roln_all_finite(N, qd) || !roln_finite(dt) || !(dt > 0) || !roln_finite(limits->margin) ||
-        !roln_finite(limits->power) || !roln_finite(limits->tau) || !roln_finite(limits->q_off) || !roln_finite(limits->qd_off) ||
-        limits->margin < 0 || limits->power < 0 || limits->tau < 0 || limits->q_off < 0 || limits->qd_off < 0)
-        faults |= ROLN_FAULT_INPUT;
-    if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS;
-    if (!roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
-    else
-        for (i = 0; i < nu; i++)
-            if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
-    if ((limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0) && !(faults & ROLN_FAULT_INPUT)) {
-        if (!b) rolni_decode(md, sc, theta, z, zd, x, work, s);
-        if (!roln_all_finite(2 * N, x)) faults |= ROLN_FAULT_STATUS;
-        else
-            for (i = 0; i < N; i++)
-                if ((limits->q_off > 0 && !(ROLN_ABS(q[i] - x[i]) <= limits->q_off)) ||
-                    (limits->qd_off > 0 && !(ROLN_ABS(qd[i] - x[N + i]) <= limits->qd_off)))
-                    faults |= ROLN_FAULT_MANIFOLD;
+    int i, near = 1;
+    for (i = 0; i < n && bound > 0; i++)
+        near &= ROLN_ABS(a[i] - b[i]) <= bound;
+    return near;
+}
+
+/* What a guard judges: the measured q, qd [N], their latent state z, zd [n], NULL if the encoder failed, the state decoded, x [2N]
+   = [phi(z); J zd], and the balance there, NULL if it is not known. x and the balance are read where a limit asks for them. */
+typedef struct {
+    const roln_real *q, *qd, *z, *zd, *x;
+    const rolni_balance *balance;
+} rolni_seen;
+
+/* Nonzero if a limit asks for the decoded state. */
+ROLN_FN int rolni_limits_decode(const roln_limits *limits)
+{
+    return limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0;
+}
+
+/* The faults of a tick but for energy and expiry. */
+ROLN_FN uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want)
+{
+    const int N = m->model->ae.size[0], nu = roln_force_size(m->model);
+    uint32_t faults = 0;
+    int i;
+    if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd) || !rolni_limits_valid(limits)) faults |= ROLN_FAULT_INPUT;
+    if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
+    if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
+    for (i = 0; want && !(faults & ROLN_FAULT_OUTPUT) && i < nu; i++)
+        if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
+    if (!seen->z) return faults;
+    if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
+        if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
+        else if (!rolni_near(N, seen->q, seen->x, limits->q_off) || !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
+            faults |= ROLN_FAULT_MANIFOLD;
     }
-    if (!roln_in_range(n, z_min, z_max, zd_max, limits->margin, z, zd)) faults |= ROLN_FAULT_RANGE;
-    else if (limits->power > 0 && st == ROLN_OK && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS))) {
-        if (b) known = 1, own = *b;
-        else {
-            roln_real *tape = rolni_take(&work, roln_lnn_tape(&md->lnn, 1, 1));
-            rolni_state(n, sc, z, zd, s);
-            known = rolni_eval(&md->lnn, 1, 1, theta + roln_ae_params(&md->ae), s, NULL, ROLNI_MASS, tape, work) == ROLN_OK;
-            if (known) own = rolni_balance_of(md, sc, 1, tape, zd, work);
-        }
-        before = rolni_power(md, theta, held, x + N, tau) - own.lost; /* at the end of the last tick, under its torque */
-        known = known && roln_finite(own.energy) && roln_finite(before);
+    if (!roln_in_range(m, limits->margin, seen->z, seen->zd)) faults |= ROLN_FAULT_RANGE;
+    return faults;
+}
+
+/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [ROLNI_TAU(S, 1)]. */
+ROLN_FN roln_real rolni_power(const roln_trained *m, const roln_real *in, const roln_real *qd, roln_real *work)
+{
+    return roln_dot(m->model->ae.size[0], rolni_tau(m, 1, in, work), qd);
+}
+
+/* roln_guard_tick on what was seen. */
+ROLN_FN uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
+                             const roln_held *held, roln_real *work)
+{
+    const int nu = roln_force_size(m->model);
+    const roln_real *qd = seen->x + m->model->ae.size[0];
+    const rolni_balance *b = seen->balance;
+    roln_guard *g = held->guard;
+    roln_real *tau = held->tau;
+    uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want);
+    int i, known = 0;
+    if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
+        const roln_real before = b ? rolni_power(m, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
+        known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else if (g->known && !(ROLN_ABS((own.energy - g->energy) / dt - (before + g->power) / 2) <= limits->power))
+        else if (g->known && !(ROLN_ABS((b->energy - g->energy) / limits->dt - (before + g->power) / 2) <= limits->power))
             faults |= ROLN_FAULT_ENERGY;
     }
     if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
     for (i = 0; i < nu; i++) { /* the last torque is only trusted within the limit: nothing else may reach a motor */
-        const int trust = !(faults & ROLN_FAULT_EXPIRED) && roln_finite(held[i]) && ROLN_ABS(held[i]) <= limits->tau;
-        held[i] = !faults ? want[i] : trust ? held[i] : 0;
+        const int trust = !(faults & ROLN_FAULT_EXPIRED) && roln_finite(tau[i]) && ROLN_ABS(tau[i]) <= limits->tau;
+        tau[i] = !faults ? want[i] : trust ? tau[i] : 0;
     }
-    after = known ? rolni_power(md, theta, held, x + N, tau) - own.lost : 0; /* at the start of the next tick, under the new torque */
-    known = known && roln_finite(after);
-    if (known) g->energy = own.energy, g->power = after;
-    g->known = known;
+    g->known = 0;
+    if (known) { /* start of the next tick, under the new torque */
+        const roln_real after = rolni_power(m, tau, qd, work) - b->lost;
+        if (roln_finite(after)) g->known = 1, g->energy = b->energy, g->power = after;
+    }
     g->faults |= faults;
     return faults;
 }
 
-/* One tick of the guard, after the controller: q, qd [N] are the measured numbers, (z, zd) their latent state, st the first
-   status other than ROLN_OK on the way (or ROLN_OK), dt the seconds since the last tick, want the torque to be applied from
-   now on; held the torque of the last tick in, the safe torque out: want if nothing is wrong, else the last one, at most
-   limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to g->faults.
+/* One tick of the guard, after the controller. x is what was measured, z, zd [n] its latent state, both NULL if the encoder failed;
+   want [roln_force_size] the torque to be applied from now on, NULL if a function on the way to it returned a status other than
+   ROLN_OK. held->tau is the torque of the last tick in and the safe torque out: want if nothing is wrong, else the last one, at
+   most limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to held->guard->faults.
    The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
-   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_TICK_WORK]. */
-ROLN_FN uint32_t roln_guard_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
-                                 const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
-                                 const roln_real *q, const roln_real *qd, const roln_real *z, const roln_real *zd, roln_status st,
-                                 const roln_real *want, roln_guard *g, roln_real *held, roln_real *work)
+   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_GUARD_WORK]. */
+#define ROLN_GUARD_MEM(X, S) X(decoded, 2 * S(N)) X(s, 2 * S(n))
+#define ROLNI_BALANCE_WORK(S) (ROLN_LNN_TAPE(S, 1, 0, 1) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_MASS, 1), 2 * S(n)))
+#define ROLN_GUARD_WORK(S) \
+    (0 ROLN_GUARD_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_MAX(ROLNI_BALANCE_WORK(S), ROLNI_TAU(S, 1))))
+ROLN_FN uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *limits, const roln_full *x, const roln_real *z,
+                                 const roln_real *zd, const roln_real *want, const roln_held *held, roln_real *work)
 {
-    roln_real *x = rolni_take(&work, 2 * md->ae.size[0]);
-    return rolni_guard_tick(md, sc, theta, z_min, z_max, zd_max, limits, dt, q, qd, z, zd, st, want, g, held, x, NULL, work);
+    const roln_lnn *lnn = &m->model->lnn;
+    const int N = m->model->ae.size[0], n = lnn->n;
+    ROLN_GUARD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    rolni_balance b = {0, 0};
+    rolni_seen seen = {x->q, x->qd, z, zd, decoded, NULL};
+    if (z && rolni_limits_decode(limits)) rolni_decode(m, z, zd, decoded, work, s);
+    if (z && want && limits->power > 0) {
+        roln_real *w = work + roln_lnn_tape(lnn, 1, 0, 1);
+        const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, work);
+        rolni_state(m, z, zd, s);
+        if (rolni_eval(lnn, 0, 1, rolni_net(m), s, NULL, ROLNI_MASS, work, w) == ROLN_OK) {
+            b = rolni_balance_of(m, &t, zd, w);
+            seen.balance = &b;
+        }
+    }
+    return rolni_guard(m, limits, &seen, want, held, work);
 }
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
-   and the networks are evaluated once. q, qd measured, reference and gains in; z, zd in and out, as they were if the encoder
-   fails; held: the safe torque. For models that get the force tau, not inputs. Returns the faults of this tick. */
-ROLN_FN uint32_t roln_tick(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_real *z_min,
-                           const roln_real *z_max, const roln_real *zd_max, const roln_limits *limits, roln_real dt,
-                           const roln_real *q, const roln_real *qd, const roln_real *z_ref, const roln_real *zd_ref,
-                           const roln_real *zdd_ref, const roln_real *kp, const roln_real *kd, roln_real *z, roln_real *zd,
-                           roln_guard *g, roln_real *held, roln_real *work)
+   and the networks are evaluated once. x measured, reference and gains in; z, zd [n] out, untouched if the encoder fails;
+   held->tau: the safe torque. For models that get the force tau, not inputs. Returns the faults of this tick.
+   work [ROLN_TICK_WORK]. */
+#define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLN_TICK_WORK(S) \
+    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), 0 ROLN_TICK_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_CONTROL_WORK(S), ROLN_AE_LIFT_WORK(S, 1)))
+ROLN_FN uint32_t roln_tick(const roln_trained *m, const roln_limits *limits, const roln_full *x, const roln_target *ref,
+                           roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
 {
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *x = rolni_take(&work, 2 * N), *tau = rolni_take(&work, N), *tau_z = rolni_take(&work, n);
-    roln_real *tape = rolni_take(&work, roln_ae_tape(&md->ae, 2, 1));
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae);
+    roln_status st = roln_encode(m, x->q, x->qd, NULL, z, zd, NULL, work); /* done before anything else lies in work */
+    ROLN_TICK_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_balance b = {0, 0};
-    roln_status st = roln_encode(md, sc, theta, q, qd, NULL, z, zd, NULL, work);
-    memset(tau, 0, (size_t)N * sizeof *tau);
-    rolni_decode(md, sc, theta, z, zd, x, tape, work);
-    if (st == ROLN_OK) st = rolni_control(md, sc, theta, z, zd, z_ref, zd_ref, zdd_ref, kp, kd, tau_z, &b, work);
-    if (st == ROLN_OK) st = roln_all_finite(N, x) ? rolni_lift(md, sc, theta, 2, tape, tau_z, tau, work) : ROLN_E_NOT_FINITE;
-    return rolni_guard_tick(md, sc, theta, z_min, z_max, zd_max, limits, dt, q, qd, z, zd, st, tau, g, held, x, &b, work);
+    rolni_seen seen = {x->q, x->qd, NULL, NULL, decoded, &b};
+    if (st == ROLN_OK) {
+        seen.z = z, seen.zd = zd;
+        st = rolni_decode(m, z, zd, decoded, tape, work);
+    }
+    if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
+    if (st == ROLN_OK) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
-/* ---- 4 losses and gradient -------------------------------------------------------------------- */
+/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
+       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
+   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_LENGTH: motors < 1. ROLN_E_NOT_SPD: the motors do
+   not span z, to within rounding, and mu does not make up for it. Cost 2 motors roln_reduce. work [ROLN_ALLOCATE_WORK]. */
+#define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
+#define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
+ROLN_FN roln_status roln_allocate(const roln_trained *m, int motors, const roln_real *z, const roln_real *B, const roln_real *tau_z,
+                                  roln_real mu, roln_real *u, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae);
+    ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int pass, j, i;
+    if (motors < 1) return ROLN_E_LENGTH;
+    if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
+    rolni_zero(n * n, A);
+    roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
+    for (pass = 0; pass < 2; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y */
+        for (j = 0; j < motors; j++) {
+            for (i = 0; i < N; i++)
+                x[i] = B[i * motors + j] * m->scale->q;
+            roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
+            if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
+            else u[j] = roln_dot(n, g, y);
+        }
+        if (pass == 1) break;
+        for (i = 0; i < n; i++)
+            y[i] = A[i * (n + 1)] += mu * mu;
+        if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+        for (i = 0; i < n; i++) /* a pivot of rounding errors */
+            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
+        roln_solve_lower(n, A, tau_z, y);
+        roln_solve_lower_t(n, A, y, y);
+        if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* ---- 3 prediction and mechanics --------------------------------------------------------------- */
+
+/* A held force in [nb][roln_force_size] (scaled) as the integrators ask for it (roln_force): on z it acts as J(z)^T tau, tau = in
+   or B in. */
+typedef struct {
+    const roln_trained *m;
+    const roln_real *in;
+    roln_real *gtheta, *gin; /* gradients [params], [nb][roln_force_size]; NULL: not wanted */
+    roln_real *work;         /* [ROLNI_TORQUE_WORK], with a backward [ROLNI_TORQUE_BWD_WORK] */
+} rolni_torque;
+
+/* tau_z = J(z)^T tau. */
+#define ROLNI_TORQUE_MEM(X, S, nb) X(tape, ROLN_AE_DECODE_TAPE(S, 1, nb)) X(tau, ROLNI_TAU(S, nb))
+#define ROLNI_TORQUE_WORK(S, nb) (0 ROLNI_TORQUE_MEM(ROLNI_SIZE, S, nb) + ROLN_AE_REDUCE_WORK(S, nb))
+ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real *tau_z)
+{
+    const rolni_torque *f = ROLNI_AS(const rolni_torque *, ctx);
+    const roln_ae *ae = &f->m->model->ae;
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae), inputs = f->m->model->inputs;
+    roln_real *work = f->work;
+    ROLNI_TORQUE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    roln_ae_decode(ae, 1, nb, f->m->theta, z, NULL, tape);
+    roln_ae_reduce(ae, nb, f->m->theta, tape, rolni_tau(f->m, nb, f->in, tau), tau_z, work);
+}
+
+/* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gtheta and gin. */
+#define ROLNI_TORQUE_BWD_MEM(X, S, nb, gin) X(tau, ROLNI_TAU(S, nb)) X(g, ((gin) || S(inputs) > 0) * (nb) * S(N))
+#define ROLNI_TORQUE_BWD_WORK(S, nb, gin) (0 ROLNI_TORQUE_BWD_MEM(ROLNI_SIZE, S, nb, gin) + ROLN_AE_REDUCE_BWD_WORK(S, nb))
+ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz)
+{
+    const rolni_torque *f = ROLNI_AS(const rolni_torque *, ctx);
+    const roln_model *md = f->m->model;
+    const int N = md->ae.size[0], inputs = md->inputs, at = roln_params(md) - N * inputs, wanted = f->gin || inputs > 0;
+    roln_real *work = f->work;
+    ROLNI_TORQUE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, f->gin != NULL)
+    int i;
+    if (wanted) rolni_zero(nb * N, g);
+    roln_ae_reduce_bwd(&md->ae, nb, f->m->theta, z, rolni_tau(f->m, nb, f->in, tau), y, gz, wanted ? g : NULL,
+                       params ? f->gtheta : NULL, work);
+    if (inputs > 0 && params && f->gtheta) roln_mm_at(N, nb, inputs, g, f->in, f->gtheta + at);
+    if (!params || !f->gin) return;
+    if (inputs > 0) roln_mm(nb, N, inputs, g, f->m->theta + at, tau);
+    for (i = 0; i < nb * roln_force_size(md); i++)
+        f->gin[i] += inputs > 0 ? tau[i] : g[i];
+}
+
+/* Numbers of work of a force, at run time; bwd: 1 with a backward, 2 if that shall give gin. */
+ROLN_FN int rolni_torque_work(const roln_model *md, int nb, int bwd)
+{
+    const roln_ae *ae = &md->ae;
+    const int N = ae->size[0], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), ae_sum = roln_ae_sum(ae), inputs = md->inputs;
+    const int eval = ROLNI_TORQUE_WORK(ROLNI_LOCAL, nb), back = ROLNI_TORQUE_BWD_WORK(ROLNI_LOCAL, nb, bwd > 1);
+    return bwd && back > eval ? back : eval;
+}
+#define ROLNI_FORCE_WORK(S, nb, bwd) \
+    ROLN_MAX(ROLNI_TORQUE_WORK(S, nb), (bwd) ? ROLNI_TORQUE_BWD_WORK(S, nb, (bwd) > 1) : 0) /* the same at compile time */
+
+/* The network with a held force on it, and all that hangs on it. */
+typedef struct {
+    roln_system sys; /* for the integrators; sys.force NULL: no force */
+    roln_force force;
+    rolni_torque torque;
+} rolni_driven;
+
+/* in [nb][roln_force_size], NULL: no force; gtheta NULL: no gradient; work [ROLNI_FORCE_WORK]. d must stay where it is. */
+ROLN_FN void rolni_drive(const roln_trained *m, const roln_real *in, rolni_driven *d, roln_real *gtheta, roln_real *work)
+{
+    d->torque.m = m, d->torque.in = in, d->torque.gtheta = gtheta, d->torque.gin = NULL, d->torque.work = work;
+    d->force.eval = rolni_torque_eval, d->force.bwd = rolni_torque_bwd, d->force.ctx = &d->torque;
+    d->sys.theta = rolni_net(m), d->sys.force = in ? &d->force : NULL;
+}
+
+/* tau_z = J(z)^T tau [n] of a force [N], or of inputs u through B, at z. ROLN_E_NOT_FINITE leaves tau_z untouched.
+   work [ROLN_REDUCE_WORK]. */
+#define ROLN_REDUCE_MEM(X, S) X(out, S(n))
+#define ROLN_REDUCE_WORK(S) (0 ROLN_REDUCE_MEM(ROLNI_SIZE, S) + ROLNI_TORQUE_WORK(S, 1))
+ROLN_FN roln_status roln_reduce(const roln_trained *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, roln_real *work)
+{
+    const int n = m->model->lnn.n;
+    ROLN_REDUCE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    rolni_driven d;
+    int i;
+    rolni_drive(m, tau, &d, NULL, work);
+    rolni_torque_eval(&d.torque, 1, z, out);
+    for (i = 0; i < n; i++)
+        out[i] *= m->scale->q;
+    if (!roln_all_finite(n, out) || !roln_all_finite(roln_force_size(m->model), tau) || !roln_all_finite(n, z))
+        return ROLN_E_NOT_FINITE;
+    rolni_copy(n, out, tau_z);
+    return ROLN_OK;
+}
+
+/* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
+   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
+#define ROLN_STEP_MEM(X, S, force_size, force_work, tape_size) \
+    X(s, 2 * S(n)) X(held, force_size) X(force, force_work) X(tape, tape_size)
+#define ROLN_STEP_WORK(S) \
+    (0 ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
+     ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, 1))
+ROLN_FN roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
+                              roln_real *work)
+{
+    const roln_model *md = m->model;
+    const int n = md->lnn.n, size = roln_force_size(md);
+    const roln_real q = m->scale->q, t = m->scale->t;
+    ROLN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 0), roln_lnn_tape(&md->lnn, 1, 0, 1))
+    rolni_driven d;
+    roln_status st;
+    int i;
+    rolni_drive(m, tau ? held : NULL, &d, NULL, force);
+    for (i = 0; i < size && tau; i++)
+        held[i] = tau[i] * (q * t * t);
+    rolni_state(m, z, zd, s);
+    st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, 1, dt / t, s, s, tape, work);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        s[n + i] /= t;
+    if (!roln_all_finite(n, s + n)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, s, z);
+    rolni_copy(n, s + n, zd);
+    return ROLN_OK;
+}
+
+/* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
+   MPC. Also advances z, zd. tau (0) and B may be NULL. Status of roln_step; nothing is written unless ROLN_OK. One backward of the
+   step for each row. Cost about 4n steps. work [ROLN_LINEAR_WORK]. */
+#define ROLN_LINEAR_MEM(X, S, size, force_work, tape_size) \
+    X(s, 2 * S(n)) X(next, 2 * S(n)) X(As, 4 * S(n) * S(n)) X(Bs, 2 * S(n) * (size)) X(held, size) X(e, 2 * S(n)) \
+    X(force, force_work) X(tape, tape_size)
+#define ROLN_LINEAR_WORK(S) \
+    (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 2), \
+                       ROLN_STAGES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
+     ROLN_MAX(ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, 1), ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), 1)))
+ROLN_FN roln_status roln_linear(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
+                                roln_real *A, roln_real *B, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md);
+    const roln_real t = m->scale->t, unit = m->scale->q * t * t;
+    ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 2),
+                    ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
+    rolni_driven d;
+    roln_status st;
+    int i, j;
+    rolni_drive(m, held, &d, NULL, force);
+    for (i = 0; i < size; i++)
+        held[i] = tau ? tau[i] * unit : 0;
+    rolni_state(m, z, zd, s);
+    if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 1, 1, dt / t, s, next, tape, work)) != ROLN_OK) return st;
+    rolni_zero(n2 * n2, As);
+    rolni_zero(n2 * size, Bs);
+    for (i = 0; i < n2; i++) { /* row i: z, zd t by z, zd t, and by tau unit */
+        const roln_real ti = i < n ? 1 : 1 / t;
+        for (j = 0; j < n2; j++)
+            e[j] = i == j;
+        d.torque.gin = Bs + i * size;
+        roln_lnn_step_bwd(&md->lnn, &d.sys, md->scheme, 1, dt / t, e, As + i * n2, NULL, tape, work);
+        for (j = 0; j < n2; j++)
+            As[i * n2 + j] *= ti * (j < n ? 1 : t);
+        for (j = 0; j < size; j++)
+            Bs[i * size + j] *= ti * unit;
+    }
+    for (i = 0; i < n; i++)
+        next[n + i] /= t;
+    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * size, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n2 * n2, As, A);
+    if (B) rolni_copy(n2 * size, Bs, B);
+    rolni_copy(n, next, z);
+    rolni_copy(n, next + n, zd);
+    return ROLN_OK;
+}
+
+/* The terms of M zdd + c + g + d = tau_z at (z, zd): M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V;
+   each pointer of out may be NULL. With E = T + V the power balance is dE/dt = zd^T (tau_z - d). Status of roln_lnn_terms,
+   ROLN_E_NOT_FINITE also if a term is not in these units; outputs are written only on ROLN_OK. work [ROLN_TERMS_WORK]. */
+#define ROLN_TERMS_MEM(X, S, tape_size) \
+    X(s, 2 * S(n)) X(M, S(n) * S(n)) X(c, S(n)) X(g, S(n)) X(d, S(n)) X(T, 1) X(V, 1) X(tape, tape_size)
+#define ROLN_TERMS_WORK(S) (0 ROLN_TERMS_MEM(ROLNI_SIZE, S, ROLN_LNN_TAPE(S, 1, 0, 1)) + ROLN_LNN_TERMS_WORK(S))
+ROLN_FN roln_status roln_terms(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_terms_out *out,
+                               roln_real *work)
+{
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n;
+    const roln_real f = 1 / (m->scale->t * m->scale->t);
+    ROLN_TERMS_MEM(ROLNI_CARVE, ROLNI_LOCAL, roln_lnn_tape(lnn, 1, 0, 1))
+    const roln_terms_out mine = {out->M ? M : NULL, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
+    roln_status st;
+    int i;
+    rolni_state(m, z, zd, s);
+    rolni_zero(2 * n, c); /* c, g: not asked for */
+    if ((st = roln_lnn_terms(lnn, rolni_net(m), s, &mine, tape, work)) != ROLN_OK) return st;
+    for (i = 0; i < 3 * n + 2; i++) /* c, g, d, T, V follow each other */
+        c[i] *= f;
+    if (!roln_all_finite(3 * n + 2, c)) return ROLN_E_NOT_FINITE;
+    if (out->M) rolni_copy(n * n, M, out->M);
+    if (out->c) rolni_copy(n, c, out->c);
+    if (out->g) rolni_copy(n, g, out->g);
+    if (out->d) rolni_copy(n, d, out->d);
+    if (out->T) *out->T = *T;
+    if (out->V) *out->V = *V;
+    return ROLN_OK;
+}
+
+/* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
+   rank n, and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v). Status of roln_lnn_terms, ROLN_E_NOT_FINITE;
+   y is untouched unless ROLN_OK. work [ROLN_INERTIA_WORK]. */
+#define ROLN_INERTIA_MEM(X, S, lnn_tape_size) \
+    X(s, 2 * S(n)) X(p, S(n)) X(lnn_tape, lnn_tape_size) X(tape, ROLN_AE_ENCODE_REST(S, 2, 1)) X(jet, 2 * S(N))
+#define ROLN_INERTIA_WORK(S) \
+    (0 ROLN_INERTIA_MEM(ROLNI_SIZE, S, ROLN_LNN_TAPE(S, 1, 0, 1)) + \
+     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_MASS, 1), \
+              ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 1, 1), ROLN_MAX(S(n), ROLN_AE_LIFT_WORK(S, 1)))))
+ROLN_FN roln_status roln_inertia(const roln_trained *m, const roln_real *z, const roln_real *v, roln_real *y, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int N = ae->size[0], n = lnn->n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
+    ROLN_INERTIA_MEM(ROLNI_CARVE, ROLNI_LOCAL, roln_lnn_tape(lnn, 1, 0, 1))
+    const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, lnn_tape);
+    roln_status st;
+    int i;
+    rolni_copy(n, z, s);
+    rolni_zero(n, s + n);
+    if ((st = rolni_eval(lnn, 0, 1, rolni_net(m), s, NULL, ROLNI_MASS, lnn_tape, work)) != ROLN_OK) return st;
+    roln_ae_decode(ae, 1, 1, m->theta, z, jet, work);
+    for (i = 0; i < N; i++)
+        jet[N + i] = v[i] / m->scale->q;
+    roln_ae_encode(ae, 2, 1, m->theta, jet, s, tape); /* jet is the end of tape */
+    rolni_mul(lnn, &t, 0, s + n, p, work);
+    roln_ae_lift_tape(ae, 2, 1, tape, tape);
+    roln_ae_lift(ae, 1, m->theta, tape, p, jet, work);
+    for (i = 0; i < N; i++)
+        jet[i] /= m->scale->q;
+    if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
+    rolni_copy(N, jet, y);
+    return ROLN_OK;
+}
+
+/* ---- 4 a training sample ---------------------------------------------------------------------- */
+
+/* A sample is encoded (roln_ae_encode), stepped (roln_lnn_step), decoded (roln_ae_decode) and compared with the data, and from
+   there it goes back through the same stations in reverse, each of which computes its forward once more: rolni_windows_forward and
+   rolni_windows_backward for windows of several steps, rolni_grad_acc_block for the acceleration loss of single samples. */
 
 /* Windows of recorded motion. Window w has samples start[w] + h stride, h = 0 .. steps, of the arrays. */
 typedef struct {
@@ -770,11 +886,17 @@ ROLN_FN roln_real roln_loss_total(const roln_loss *weights, const roln_loss *l)
 #define ROLN_ACC_WEIGHTS {1, 1, 1, 0, 0, 1, 0, 0, 1, 0}
 #define ROLN_POSITION_WEIGHTS {1, 0, 0, 1, 0, 0, 1, 0, 0, 0} /* variational loss: positions only */
 
+/* Nonzero if the numbers of a batch make sense. */
+ROLN_FN int rolni_batch_valid(const roln_batch *b)
+{
+    return b->count >= 0 && b->steps >= 0 && b->stride >= 1;
+}
+
 /* Sample of window w at step h. */
 ROLN_FN size_t rolni_sample(const roln_batch *b, int w, int h)
 {
-    const size_t length = (size_t)b->steps * (size_t)b->stride;
-    return (b->start ? (size_t)b->start[w] : (size_t)w * (length + 1)) + (size_t)h * (size_t)b->stride;
+    const size_t stride = ROLNI_AS(size_t, b->stride), length = ROLNI_AS(size_t, b->steps) * stride;
+    return (b->start ? ROLNI_AS(size_t, b->start[w]) : ROLNI_AS(size_t, w) * (length + 1)) + ROLNI_AS(size_t, h) * stride;
 }
 
 /* One field of the nb windows from w0, at step h, scaled into X [nb][N]. */
@@ -782,7 +904,7 @@ ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, in
 {
     int r, i;
     for (r = 0; r < nb; r++) {
-        const roln_real *f = field + rolni_sample(b, w0 + r, h) * (size_t)N;
+        const roln_real *f = field + rolni_sample(b, w0 + r, h) * ROLNI_AS(size_t, N);
         for (i = 0; i < N; i++)
             X[r * N + i] = f[i] * scale;
     }
@@ -793,11 +915,11 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
 {
     int r, i, k;
     for (r = 0; r < nb; r++) {
-        const roln_real *f = b->tau + rolni_sample(b, w0 + r, h) * (size_t)N, c = scale / (roln_real)b->stride;
+        const roln_real *f = b->tau + rolni_sample(b, w0 + r, h) * ROLNI_AS(size_t, N), c = scale / ROLNI_AS(roln_real, b->stride);
         for (i = 0; i < N; i++) {
             roln_real sum = 0;
             for (k = 0; k < b->stride; k++)
-                sum += f[(size_t)k * (size_t)N + (size_t)i];
+                sum += f[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, i)];
             X[r * N + i] = c * sum;
         }
     }
@@ -808,11 +930,11 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
 ROLN_FN void rolni_square(int n, const roln_real *a, const roln_real *b, roln_real f, roln_real wt, roln_real *term,
                           roln_real *ga, roln_real *gb)
 {
-    enum { PART = 64 }; /* the sum of squares in parts, in order 2 */
-    roln_real d[PART], sum = 0;
+    enum { ROLNI_PART = 64 }; /* the sum of squares is taken in parts, each in order 2 */
+    roln_real d[ROLNI_PART], sum = 0;
     int i, j;
-    for (i = 0; i < n; i += PART) {
-        const int m = n - i < PART ? n - i : PART;
+    for (i = 0; i < n; i += ROLNI_PART) {
+        const int m = n - i < ROLNI_PART ? n - i : ROLNI_PART;
         for (j = 0; j < m; j++) {
             const roln_real g = 2 * f * wt * (d[j] = a[i + j] - b[i + j]);
             ga[i + j] += g;
@@ -823,286 +945,433 @@ ROLN_FN void rolni_square(int n, const roln_real *a, const roln_real *b, roln_re
     *term += f * sum;
 }
 
-/* Work of a gradient. N, n, aesum: as in ROLN_TICK_WORK; nb: windows together; H: longest window; stages: ROLN_STAGES, 3 at
-   least; tape, step: ROLN_LNN_TAPE and ROLN_STEP_WORK with T = 2 and nb. */
-#define ROLN_GRAD_WORK(N, n, aesum, nb, H, stages, tape, step) \
-    (4 * ((H) + 1) * (nb) * (n) + (nb) * (24 * (n) + 16 * (N)) + 9 * (nb) * (aesum) + ROLN_AE_BWD_WORK(3, 2 * (nb), N) + \
-     ROLN_TORQUE_WORK(N, n, aesum, nb, 1) + (stages) * (tape) + (step))
-
-/* One block of nb windows from w0 of the ODE loss, or without b->qd of the variational loss: see roln_grad. Adds to gtheta and
-   loss unless it fails. */
-ROLN_FN roln_status rolni_grad_block(const roln_model *md, const roln_scale *sc, const roln_real *theta,
-                                     const roln_loss *wt, const roln_batch *b, int w0, int nb, roln_real dt,
-                                     roln_real *gtheta, roln_loss *loss, roln_real *work)
-{
-    const roln_ae *ae = &md->ae;
-    const roln_lnn *lnn = &md->lnn;
-    const int N = ae->size[0], n = lnn->n, H = b->steps, P = nb * N, m = nb * n, sum = rolni_ae_sum(ae), nu = roln_force_size(md);
-    const int jets = b->qd ? 2 : 1, first = b->qd ? 1 : 2; /* first predicted sample */
-    const int scheme = b->qd ? md->scheme : ROLN_MIDPOINT;
-    const int rollout = H >= first && (wt->z > 0 || wt->zd > 0 || wt->q_pred > 0 || wt->qd_pred > 0);
-    const roln_real vscale = sc->t / sc->q, fscale = sc->q * sc->t * sc->t, h = dt / sc->t;
-    const roln_real each = 1 / (roln_real)(H + 1), step = 1 / (roln_real)(H >= first ? H - first + 1 : 1);
-    const roln_real *th = theta + roln_ae_params(ae);
-    roln_real *gth = gtheta + roln_ae_params(ae);
-    roln_real *Z = rolni_take(&work, (H + 1) * 2 * m), *S = rolni_take(&work, (H + 1) * 2 * m); /* encoded, predicted */
-    roln_real *X = rolni_take(&work, 2 * P), *ts = rolni_take(&work, P);                         /* data, force */
-    roln_real *D = rolni_take(&work, 4 * m), *Y = rolni_take(&work, 4 * P); /* to decode, decoded: [jets][both][nb] */
-    roln_real *gD = rolni_take(&work, 4 * m), *gY = rolni_take(&work, 4 * P);
-    roln_real *gZ = rolni_take(&work, 2 * m), *gS = rolni_take(&work, 2 * m), *gP = rolni_take(&work, 2 * m), *swap;
-    roln_real *tape_e = rolni_take(&work, 2 * nb * sum), *tape_d = rolni_take(&work, 4 * nb * sum);
-    roln_real *tape = rolni_take(&work, ROLN_MAX(3, ROLN_STAGES(scheme)) * roln_lnn_tape(lnn, 2, nb));
-    rolni_torque f;
-    roln_force held, *force = rolni_force_of(md, theta, ts, nb, 1, gtheta, &f, &held, &work);
-    roln_status st;
-    int k, p, i;
-    if (!b->tau) force = NULL;
-
-    /* forward: encode every sample, roll out from the first (two); only states are kept */
-    for (k = 0; k <= H; k++) {
-        roln_real *Zk = Z + k * 2 * m, *Sk = S + k * 2 * m;
-        rolni_gather(b, b->q, N, w0, nb, k, 1 / sc->q, X);
-        if (b->qd) rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
-        roln_ae_encode(ae, jets, nb, theta, X, Zk, tape_e);
-        if (!roln_all_finite(jets * m, Zk)) return ROLN_E_NOT_FINITE;
-        if (k == 0) memcpy(Sk, Zk, (size_t)(jets * m) * sizeof *Sk);
-        else if (rollout) {
-            if (force) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
-            st = k < first ? roln_lnn_start(lnn, 1, nb, th, force, h, Zk - 2 * m, Zk, Sk, tape, work)
-                           : roln_lnn_step(lnn, scheme, 1, nb, th, force, h, Sk - 2 * m, Sk, tape, work);
-            if (st != ROLN_OK) return st;
-        }
-    }
-
-    /* backward, last sample first; each station recomputes its forward, so memory grows with H by the states only */
-    memset(gS, 0, (size_t)(2 * m) * sizeof *gS);
-    for (k = H; k >= 0; k--) {
-        const roln_real *Zk = Z + k * 2 * m, *Sk = S + k * 2 * m;
-        const int pred = rollout && k >= first, rows = pred ? 2 * nb : nb;
-        rolni_gather(b, b->q, N, w0, nb, k, 1 / sc->q, X);
-        if (b->qd) rolni_gather(b, b->qd, N, w0, nb, k, vscale, X + P);
-        roln_ae_encode(ae, jets, nb, theta, X, gZ, tape_e); /* for its tape; gZ is scratch until it is written below */
-
-        /* decode reconstruction and prediction side by side, compare both with the data, and back to z */
-        for (p = 0; p < jets; p++) {
-            memcpy(D + p * rows * n, Zk + p * m, (size_t)m * sizeof *D);
-            if (pred) memcpy(D + p * rows * n + m, Sk + p * m, (size_t)m * sizeof *D);
-        }
-        roln_ae_decode(ae, jets, rows, theta, D, Y, tape_d);
-        memset(gY, 0, (size_t)(jets * rows * N) * sizeof *gY);
-        memset(gD, 0, (size_t)(jets * rows * n) * sizeof *gD);
-        rolni_square(P, Y, X, each, wt->q, &loss->q, gY, NULL);
-        if (pred) rolni_square(P, Y + P, X, step, wt->q_pred, &loss->q_pred, gY + P, NULL);
-        if (b->qd) {
-            rolni_square(P, Y + rows * N, X + P, each, wt->qd, &loss->qd, gY + rows * N, NULL);
-            if (pred) rolni_square(P, Y + rows * N + P, X + P, step, wt->qd_pred, &loss->qd_pred, gY + rows * N + P, NULL);
-        }
-        roln_ae_decode_bwd(ae, jets, rows, theta, tape_d, gY, gD, gtheta, work);
-        for (p = 0; p < jets; p++) {
-            memcpy(gZ + p * m, gD + p * rows * n, (size_t)m * sizeof *gZ);
-            for (i = 0; pred && i < m; i++)
-                gS[p * m + i] += gD[p * rows * n + m + i];
-        }
-        memset(gP, 0, (size_t)(2 * m) * sizeof *gP);
-        if (force && rollout && k > 0) rolni_gather_tau(b, nu, w0, nb, k - 1, fscale, ts);
-        if (pred) { /* compare in z, then one step back */
-            rolni_square(m, Sk, Zk, step, wt->z, &loss->z, gS, gZ);
-            if (b->qd) rolni_square(m, Sk + m, Zk + m, step, wt->zd, &loss->zd, gS + m, gZ + m);
-            roln_lnn_step(lnn, scheme, 2, nb, th, force, h, Sk - 2 * m, D, tape, work);
-            roln_lnn_step_bwd(lnn, scheme, nb, th, force, h, tape, gS, gP, gth, work);
-            swap = gS, gS = gP, gP = swap;
-        } else if (rollout && k == 1) { /* the start from two positions */
-            roln_lnn_start(lnn, 2, nb, th, force, h, Zk - 2 * m, Zk, D, tape, work);
-            roln_lnn_start_bwd(lnn, nb, th, force, h, tape, gS, gP, gZ, gth, work);
-            swap = gS, gS = gP, gP = swap;
-        } else if (rollout && k == 0)
-            for (i = 0; i < jets * m; i++) /* the roll-out began at the encoded sample */
-                gZ[i] += gS[i];
-        roln_ae_encode_bwd(ae, jets, nb, theta, tape_e, gZ, NULL, gtheta, work);
-    }
-    return ROLN_OK;
-}
-
-/* One block of the acceleration loss: see roln_grad. */
-ROLN_FN roln_status rolni_grad_acc_block(const roln_model *md, const roln_scale *sc, const roln_real *theta,
-                                         const roln_loss *wt, const roln_batch *b, int w0, int nb, roln_real *gtheta,
-                                         roln_loss *loss, roln_real *work)
-{
-    const roln_ae *ae = &md->ae;
-    const roln_lnn *lnn = &md->lnn;
-    const int N = ae->size[0], n = lnn->n, P = nb * N, m = nb * n, sum = rolni_ae_sum(ae);
-    const roln_real vscale = sc->t / sc->q;
-    const roln_real *th = theta + roln_ae_params(ae);
-    roln_real *gth = gtheta + roln_ae_params(ae);
-    roln_real *Z = rolni_take(&work, 3 * m), *gZ = rolni_take(&work, 3 * m);                    /* encoded */
-    roln_real *sd = rolni_take(&work, 2 * m), *gsd = rolni_take(&work, 2 * m);                  /* zd, zdd_pred */
-    roln_real *X = rolni_take(&work, 3 * P), *ts = rolni_take(&work, P);                        /* data, force */
-    roln_real *D = rolni_take(&work, 6 * m), *Y = rolni_take(&work, 6 * P); /* [3][both][nb] */
-    roln_real *gD = rolni_take(&work, 6 * m), *gY = rolni_take(&work, 6 * P);
-    roln_real *tape_e = rolni_take(&work, 3 * nb * sum), *tape_d = rolni_take(&work, 6 * nb * sum);
-    roln_real *tau = rolni_take(&work, 2 * m), *gtau = rolni_take(&work, 2 * m); /* tau_z: inverse dynamics, data */
-    roln_real *tape = rolni_take(&work, roln_lnn_tape(lnn, 2, nb));
-    rolni_torque f;
-    roln_force held, *force = rolni_force_of(md, theta, ts, nb, 1, gtheta, &f, &held, &work);
-    roln_status st;
-    int p, i;
-    if (!b->tau) force = NULL;
-
-    rolni_gather(b, b->q, N, w0, nb, 0, 1 / sc->q, X);
-    rolni_gather(b, b->qd, N, w0, nb, 0, vscale, X + P);
-    rolni_gather(b, b->qdd, N, w0, nb, 0, vscale * sc->t, X + 2 * P);
-    roln_ae_encode(ae, 3, nb, theta, X, Z, tape_e);
-    if (!roln_all_finite(3 * m, Z)) return ROLN_E_NOT_FINITE;
-    if (force) rolni_gather(b, b->tau, roln_force_size(md), w0, nb, 0, sc->q * sc->t * sc->t, ts);
-    if (wt->force > 0 && (st = roln_lnn_inverse(lnn, 2, nb, th, Z, NULL, Z + 2 * m, tau, tape, work)) != ROLN_OK) return st;
-    st = rolni_stage(lnn, 2, nb, th, force, Z, sd, tape, work);
-    if (st != ROLN_OK) return st;
-
-    for (p = 0; p < 3; p++) { /* reconstruction: z, zd, zdd; prediction: z, zd, zdd_pred */
-        memcpy(D + 2 * p * m, Z + p * m, (size_t)m * sizeof *D);
-        memcpy(D + 2 * p * m + m, p < 2 ? Z + p * m : sd + m, (size_t)m * sizeof *D);
-    }
-    roln_ae_decode(ae, 3, 2 * nb, theta, D, Y, tape_d);
-    memset(gY, 0, (size_t)(6 * P) * sizeof *gY);
-    memset(gD, 0, (size_t)(6 * m) * sizeof *gD);
-    memset(gsd, 0, (size_t)(2 * m) * sizeof *gsd);
-    rolni_square(P, Y, X, 1, wt->q, &loss->q, gY, NULL);
-    rolni_square(P, Y + 2 * P, X + P, 1, wt->qd, &loss->qd, gY + 2 * P, NULL);
-    rolni_square(P, Y + 4 * P, X + 2 * P, 1, wt->qdd, &loss->qdd, gY + 4 * P, NULL);
-    rolni_square(P, Y + 5 * P, X + 2 * P, 1, wt->qdd_pred, &loss->qdd_pred, gY + 5 * P, NULL);
-    roln_ae_decode_bwd(ae, 3, 2 * nb, theta, tape_d, gY, gD, gtheta, work);
-    for (p = 0; p < 3; p++)
-        for (i = 0; i < m; i++) {
-            gZ[p * m + i] = gD[2 * p * m + i] + (p < 2 ? gD[2 * p * m + m + i] : 0);
-            if (p == 2) gsd[m + i] = gD[5 * m + i];
-        }
-    rolni_square(m, sd + m, Z + 2 * m, 1, wt->zdd, &loss->zdd, gsd + m, gZ + 2 * m);
-    rolni_stage_bwd(lnn, nb, th, force, tape, gsd, gZ, gth, work);
-    if (wt->force > 0) { /* inverse dynamics, again for its tape */
-        memset(tau + m, 0, (size_t)m * sizeof *tau);
-        memset(gtau, 0, (size_t)(2 * m) * sizeof *gtau);
-        if (force) force->eval(force->ctx, nb, Z, tau + m);
-        roln_lnn_inverse(lnn, 2, nb, th, Z, NULL, Z + 2 * m, tau, tape, work);
-        rolni_square(m, tau, tau + m, 1, wt->force, &loss->force, gtau, gtau + m);
-        roln_lnn_inverse_bwd(lnn, 0, nb, th, tape, gtau, gZ, NULL, gZ + 2 * m, gth, work);
-        if (force) force->bwd(force->ctx, nb, Z, gtau + m, 1, gZ);
-    }
-    roln_ae_encode_bwd(ae, 3, nb, theta, tape_e, gZ, NULL, gtheta, work);
-    return ROLN_OK;
-}
-
-/* Gradient of the ODE loss over windows of H = b->steps steps of dt seconds (paper Eq. 13), or with acc nonzero of the
-   acceleration loss over single samples (Eq. 12): encoder, roll-out, decoder, and straight back, the encoded targets not
-   detached. Per window, with mean over its samples:
-       |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
-   each times its weight of wt. The term `force` belongs to the acceleration loss: where known forces work against gravity and
-   inertia it fixes M and g themselves, whereas zdd only knows M^-1 of them (with tau = 0 it would draw M to 0). Without b->qd
-   the variational loss, of positions only: the first two start the discrete motion (roln_lnn_start), the midpoint rule carries
-   it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange equations as a prediction error, H >= 2. Adds
-   the sum over windows to gtheta [params] and the unweighted terms to loss (without the prediction terms if all their weights
-   are 0), nb windows at a time; a block of windows that fails (data or parameters not finite, eigenvalues out of range) adds
-   nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. ROLN_E_LENGTH: no qd,
-   qdd for the acceleration loss; H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
-   Work [ROLN_GRAD_WORK]: only the states grow with H. */
-ROLN_FN roln_status roln_grad(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_loss *wt,
-                              const roln_batch *b, int acc, int nb, roln_real dt, roln_real *gtheta, roln_loss *loss,
-                              roln_real *windows, roln_real *work)
-{
-    int w;
-    if (md->ae.store != ROLN_FULL) return ROLN_E_SHAPE;
-    if (acc ? !b->qd || !b->qdd : !b->qd && b->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
-    if (!roln_all_finite(roln_params(md), theta)) return ROLN_E_NOT_FINITE;
-    for (w = 0; w < b->count; w += nb) {
-        const int now = b->count - w < nb ? b->count - w : nb;
-        const roln_status st = acc ? rolni_grad_acc_block(md, sc, theta, wt, b, w, now, gtheta, loss, work)
-                                   : rolni_grad_block(md, sc, theta, wt, b, w, now, dt, gtheta, loss, work);
-        if (st != ROLN_OK) return st;
-        *windows += (roln_real)now;
-    }
-    return ROLN_OK;
-}
-
-/* ---- 5 errors and data ------------------------------------------------------------------------ */
-
-/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
+/* Where a gradient is added to: theta [params] the sum over windows, loss the unweighted terms, windows their number. */
 typedef struct {
-    roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
-    roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
-} roln_error;
+    roln_real *theta;
+    roln_loss *loss;
+    roln_real *windows;
+} roln_gradient;
 
-/* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
-   2 every ..: e [steps/every + 1] out. Windows of any length; qbar [N] mean of the training q. Work as roln_grad with
-   H = 0. A status other than ROLN_OK: bad data, no qd, or a roll-out left the domain; e is then partial. */
-ROLN_FN roln_status roln_errors(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
-                                int nb, roln_real dt, int every, const roln_real *qbar, roln_error *e, roln_real *work)
+/* A block of nb windows from window w0 on its way through the stations, and the arrays that live as long as it does. */
+#define ROLNI_WINDOWS_MEM(X, S, nb, H, size) \
+    X(Z, 2 * ((H) + 1) * (nb) * S(n)) /* encoded samples [H+1][2][nb][n] */ \
+    X(P, 2 * ((H) + 1) * (nb) * S(n)) /* predicted */ \
+    X(gZ, 2 * (nb) * S(n)) /* cotangents of an encoded sample, of a predicted one, and of the one before */ \
+    X(gP, 2 * (nb) * S(n)) \
+    X(gB, 2 * (nb) * S(n)) \
+    X(x, 2 * (nb) * S(N)) /* data [2][nb][N] */ \
+    X(held, (nb) * (size)) /* force */ \
+    X(tape, ROLN_AE_ENCODE_TAPE(S, 2, nb))
+#define ROLNI_DECODED_MEM(X, S, jets, nb) /* what decoding and comparing takes, [jets][data and prediction][nb] */ \
+    X(D, 2 * (jets) * (nb) * S(n)) \
+    X(Y, 2 * (jets) * (nb) * S(N)) \
+    X(gY, 2 * (jets) * (nb) * S(N)) \
+    X(tape, ROLN_AE_DECODE_TAPE(S, jets, 2 * (nb)))
+#define ROLNI_STEPPED_MEM(X, S, nb, tape_size) X(next, 2 * (nb) * S(n)) X(tapes, tape_size) /* what a step and its backward take */
+#define ROLNI_STEPPED_TAPES(S) ROLN_MAX(3, ROLN_STAGES((S(scheme) + 0))) /* the variational loss takes the midpoint rule */
+#define ROLNI_STEPPED_WORK(S, nb) \
+    (ROLNI_FORCE_WORK(S, nb, 1) + \
+     ROLN_MAX((0 ROLNI_STEPPED_MEM(ROLNI_SIZE, S, nb, ROLNI_STEPPED_TAPES(S) * ROLN_LNN_TAPE(S, 1, 1, nb))) + \
+                  ROLN_MAX(ROLN_MAX(ROLN_MAX(S(step_kept), S(step_bwd)), ROLN_MAX(S(mid_kept), S(mid_bwd))), \
+                           ROLN_MAX(S(start_kept), S(start_bwd))), \
+              ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_MAX(ROLN_MAX(S(step_once), S(mid_once)), S(start_once))))
+/* What these macros ask S for beside: work of a step of the model and of the midpoint rule, and of a start, for a block. */
+#define ROLN_GRAD_STEPS(X, S, nb) \
+    X(step_kept, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) X(step_bwd, ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), nb)) \
+    X(mid_kept, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 1, nb)) X(mid_bwd, ROLN_LNN_STEP_BWD_WORK(S, ROLN_MIDPOINT, nb)) \
+    X(start_kept, ROLN_LNN_START_WORK(S, 1, nb)) X(start_bwd, ROLN_LNN_START_BWD_WORK(S, nb)) \
+    X(step_once, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) X(mid_once, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
+    X(start_once, ROLN_LNN_START_WORK(S, 0, nb))
+#define ROLN_GRAD_WORK(S, nb, H) \
+    (0 ROLNI_WINDOWS_MEM(ROLNI_SIZE, S, nb, H, S(force_size)) + \
+     ROLN_MAX(ROLNI_STEPPED_WORK(S, nb), \
+              ROLN_MAX((0 ROLNI_DECODED_MEM(ROLNI_SIZE, S, 2, nb)) + ROLN_AE_DECODE_BWD_WORK(S, 2, 2 * (nb)), \
+                       ROLN_AE_ENCODE_BWD_WORK(S, 2, nb))))
+typedef struct {
+    const roln_trained *m;
+    const roln_loss *weights;
+    const roln_batch *batch;
+    const roln_gradient *g;
+    roln_real h; /* step in the time of the networks */
+    int w0, nb;
+    int scheme, jets, first, rollout; /* planes of the data; first predicted sample; 0: nothing is predicted */
+    rolni_driven drive;
+    ROLNI_WINDOWS_MEM(ROLNI_FIELD, ROLNI_LOCAL, nb, H, size)
+    roln_real *work, *behind; /* what is left of work, and of that what is behind the force's */
+} rolni_windows;
+
+ROLN_FN void rolni_windows_start(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt,
+                                 const roln_gradient *g, rolni_windows *b, roln_real *work)
 {
-    const roln_ae *ae = &md->ae;
-    const roln_lnn *lnn = &md->lnn;
-    const int N = ae->size[0], n = lnn->n, sum = rolni_ae_sum(ae);
-    int w, k, r, i;
-    if (!b->qd) return ROLN_E_LENGTH;
-    memset(e, 0, (size_t)(b->steps / every + 1) * sizeof *e);
-    for (w = 0; w < b->count; w += nb) {
-        const int now = b->count - w < nb ? b->count - w : nb, P = now * N, m = now * n;
-        roln_real *mem = work, *s = rolni_take(&mem, 2 * m), *X = rolni_take(&mem, 2 * P), *Y = rolni_take(&mem, 2 * P);
-        roln_real *ts = rolni_take(&mem, P), *ae_tape = rolni_take(&mem, 2 * now * sum);
-        roln_real *tape = rolni_take(&mem, roln_lnn_tape(lnn, 1, now));
-        rolni_torque f;
-        roln_force held, *force = rolni_force_of(md, theta, ts, now, 0, NULL, &f, &held, &mem);
-        roln_status st;
-        if (!b->tau) force = NULL;
-        for (k = 0; k <= b->steps; k++) {
-            roln_error *ek = e + k / every;
-            if (k > 0) {
-                if (force) rolni_gather_tau(b, roln_force_size(md), w, now, k - 1, sc->q * sc->t * sc->t, ts);
-                st = roln_lnn_step(lnn, md->scheme, 1, now, theta + roln_ae_params(ae), force, dt / sc->t, s, s, tape, mem);
-                if (st != ROLN_OK) return st;
-            }
-            if (k % every != 0) continue;
-            rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, X);
-            rolni_gather(b, b->qd, N, w, now, k, sc->t / sc->q, X + P);
-            if (k == 0) roln_ae_encode(ae, 2, now, theta, X, s, ae_tape);
-            roln_ae_decode(ae, 2, now, theta, s, Y, ae_tape);
-            for (r = 0; r < now; r++)
-                for (i = 0; i < N; i++) {
-                    const roln_real q = X[r * N + i], qd = X[P + r * N + i];
-                    const roln_real d = sc->q * (Y[r * N + i] - q), c = sc->q * q - qbar[i], u = sc->q / sc->t;
-                    ek->q += d * d;
-                    ek->q_var += c * c;
-                    ek->qd += u * u * (Y[P + r * N + i] - qd) * (Y[P + r * N + i] - qd);
-                    ek->qd_var += u * u * qd * qd;
-                }
-        }
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
+    const int H = batch->steps, nb = b->nb;
+    b->m = m, b->weights = wt, b->batch = batch, b->g = g;
+    b->h = dt / m->scale->t;
+    b->scheme = batch->qd ? m->model->scheme : ROLN_MIDPOINT;
+    b->jets = batch->qd ? 2 : 1;
+    b->first = batch->qd ? 1 : 2;
+    b->rollout = H >= b->first && (wt->z > 0 || wt->zd > 0 || wt->q_pred > 0 || wt->qd_pred > 0);
+    ROLNI_WINDOWS_MEM(ROLNI_LAY, ROLNI_LOCAL, nb, H, roln_force_size(m->model))
+    b->work = work;
+    b->behind = work + rolni_torque_work(m->model, nb, 1);
+    rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, g->theta, work);
+}
+
+/* The data of step k to x, and the force that is held from there on. */
+ROLN_FN void rolni_windows_data(const rolni_windows *b, int k)
+{
+    const roln_scale *sc = b->m->scale;
+    const int N = b->m->model->ae.size[0];
+    rolni_gather(b->batch, b->batch->q, N, b->w0, b->nb, k, 1 / sc->q, b->x);
+    if (b->batch->qd) rolni_gather(b->batch, b->batch->qd, N, b->w0, b->nb, k, sc->t / sc->q, b->x + b->nb * N);
+}
+
+ROLN_FN void rolni_windows_force(const rolni_windows *b, int k)
+{
+    const roln_scale *sc = b->m->scale;
+    if (b->batch->tau)
+        rolni_gather_tau(b->batch, roln_force_size(b->m->model), b->w0, b->nb, k, sc->q * sc->t * sc->t, b->held);
+}
+
+/* Forward: encode every sample and roll out from the first (two). Only the states Z and P are kept. */
+ROLN_FN roln_status rolni_windows_forward(const rolni_windows *b)
+{
+    const roln_model *md = b->m->model;
+    const int n = md->lnn.n, nb = b->nb, nz = nb * n;
+    roln_real *tape = b->behind, *work = tape + roln_lnn_tape(&md->lnn, 1, 0, nb);
+    int k;
+    for (k = 0; k <= b->batch->steps; k++) {
+        roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz;
+        roln_status st = ROLN_OK;
+        rolni_windows_data(b, k);
+        roln_ae_encode(&md->ae, b->jets, nb, b->m->theta, b->x, Zk, b->tape);
+        if (!roln_all_finite(b->jets * nz, Zk)) return ROLN_E_NOT_FINITE;
+        if (k == 0) rolni_copy(b->jets * nz, Zk, Pk);
+        if (k == 0 || !b->rollout) continue;
+        rolni_windows_force(b, k - 1);
+        if (k < b->first) st = roln_lnn_start(&md->lnn, &b->drive.sys, 0, nb, b->h, Zk - 2 * nz, Zk, Pk, tape, work);
+        else st = roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 0, nb, b->h, Pk - 2 * nz, Pk, tape, work);
+        if (st != ROLN_OK) return st;
     }
-    for (k = 0; k <= b->steps / every; k++)
-        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
-            return ROLN_E_NOT_FINITE;
     return ROLN_OK;
 }
 
-/* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: q,
-   qd,    qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it
-   (roln_loss_divide) and    every term counts in parts of its own variance. work [ROLN_GRAD_WORK]. ROLN_E_NOT_FINITE (also for
-   data at rest) leaves var untouched. */
-ROLN_FN roln_status roln_variance(const roln_model *md, const roln_scale *sc, const roln_real *theta, const roln_batch *b,
-                                  roln_loss *var, roln_real *work)
+/* Sample k decoded, its reconstruction beside its prediction (pred: there is one), both compared with the data, and back to z:
+   gZ is set, gP is added to. */
+ROLN_FN void rolni_windows_decode(const rolni_windows *b, int k, int pred, roln_real *gP)
 {
-    const int N = md->ae.size[0], n = md->lnn.n, jets = !b->qd ? 1 : !b->qdd ? 2 : 3, dim = jets * (N + n);
-    const roln_real f = sc->t / sc->q, each = 1 / (roln_real)b->count;
-    roln_real *x = rolni_take(&work, 3 * (N + n)), *mean = rolni_take(&work, dim), sum[6] = {0, 0, 0, 0, 0, 0};
+    const roln_model *md = b->m->model;
+    const roln_loss *wt = b->weights;
+    const int N = md->ae.size[0], n = md->lnn.n, ae_sum = roln_ae_sum(&md->ae), nb = b->nb, nz = nb * n, nx = nb * N;
+    const int rows = pred ? 2 * nb : nb, H = b->batch->steps;
+    const roln_real each = 1 / ROLNI_AS(roln_real, H + 1), step = 1 / ROLNI_AS(roln_real, H >= b->first ? H - b->first + 1 : 1);
+    const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz, *x = b->x;
+    roln_loss *loss = b->g->loss;
+    roln_real *work = b->work;
+    ROLNI_DECODED_MEM(ROLNI_CARVE, ROLNI_LOCAL, b->jets, nb)
+    int p, i;
+    for (p = 0; p < b->jets; p++) {
+        rolni_copy(nz, Zk + p * nz, D + p * rows * n);
+        if (pred) rolni_copy(nz, Pk + p * nz, D + p * rows * n + nz);
+    }
+    roln_ae_decode(&md->ae, b->jets, rows, b->m->theta, D, Y, tape);
+    rolni_zero(b->jets * rows * N, gY);
+    rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
+    rolni_square(nx, Y, x, each, wt->q, &loss->q, gY, NULL);
+    if (pred) rolni_square(nx, Y + nx, x, step, wt->q_pred, &loss->q_pred, gY + nx, NULL);
+    if (b->jets > 1) {
+        rolni_square(nx, Y + rows * N, x + nx, each, wt->qd, &loss->qd, gY + rows * N, NULL);
+        if (pred) rolni_square(nx, Y + rows * N + nx, x + nx, step, wt->qd_pred, &loss->qd_pred, gY + rows * N + nx, NULL);
+    }
+    roln_ae_decode_bwd(&md->ae, b->jets, rows, b->m->theta, tape, gY, D, b->g->theta, work);
+    for (p = 0; p < b->jets; p++) {
+        rolni_copy(nz, D + p * rows * n, b->gZ + p * nz);
+        for (i = 0; pred && i < nz; i++)
+            gP[p * nz + i] += D[p * rows * n + nz + i];
+    }
+}
+
+/* The step, or the start, that led to sample k, and back: gP of sample k becomes gB of the one before; gZ is added to. */
+ROLN_FN void rolni_windows_step(const rolni_windows *b, int k, int pred, roln_real *gP, roln_real *gB)
+{
+    const roln_model *md = b->m->model;
+    const int n = md->lnn.n, nb = b->nb, nz = nb * n, H = b->batch->steps, stages = ROLN_STAGES(b->scheme);
+    const roln_real step = 1 / ROLNI_AS(roln_real, H >= b->first ? H - b->first + 1 : 1);
+    const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz;
+    roln_real *work = b->behind, *gth = b->g->theta + roln_ae_params(&md->ae);
+    ROLNI_STEPPED_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, stages * roln_lnn_tape(&md->lnn, 1, 1, nb))
+    rolni_zero(2 * nz, gB);
+    rolni_windows_force(b, k - 1);
+    if (!pred) { /* the start from two positions */
+        roln_lnn_start(&md->lnn, &b->drive.sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, tapes, work);
+        roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, gth, tapes, work);
+        return;
+    }
+    rolni_square(nz, Pk, Zk, step, b->weights->z, &b->g->loss->z, gP, b->gZ);
+    if (b->jets > 1) rolni_square(nz, Pk + nz, Zk + nz, step, b->weights->zd, &b->g->loss->zd, gP + nz, b->gZ + nz);
+    roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
+    roln_lnn_step_bwd(&md->lnn, &b->drive.sys, b->scheme, nb, b->h, gP, gB, gth, tapes, work);
+}
+
+/* Backward, last sample first: decode, compare, one step back, encode. Each station recomputes its forward, so memory grows with H
+   by the states only. */
+ROLN_FN void rolni_windows_backward(const rolni_windows *b)
+{
+    const roln_ae *ae = &b->m->model->ae;
+    const int nb = b->nb, nz = nb * b->m->model->lnn.n;
+    roln_real *gP = b->gP, *gB = b->gB, *swap;
+    int k, i;
+    rolni_zero(2 * nz, gP);
+    for (k = b->batch->steps; k >= 0; k--) {
+        const int pred = b->rollout && k >= b->first;
+        rolni_windows_data(b, k);
+        rolni_windows_decode(b, k, pred, gP);
+        if (b->rollout && k > 0) {
+            rolni_windows_step(b, k, pred, gP, gB);
+            swap = gP, gP = gB, gB = swap;
+        }
+        for (i = 0; b->rollout && k == 0 && i < b->jets * nz; i++) /* the roll-out began at the encoded sample */
+            b->gZ[i] += gP[i];
+        roln_ae_encode(ae, b->jets, nb, b->m->theta, b->x, gB, b->tape); /* for its tape; gB is scratch here */
+        roln_ae_encode_bwd(ae, b->jets, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->theta, b->work);
+    }
+}
+
+/* A block of nb samples of the acceleration loss on its way. */
+#define ROLNI_SAMPLES_MEM(X, S, nb, size) \
+    X(Z, 3 * (nb) * S(n)) /* encoded [3][nb][n], and its cotangent */ \
+    X(gZ, 3 * (nb) * S(n)) \
+    X(sd, 2 * (nb) * S(n)) /* zd, zdd_pred */ \
+    X(gsd, 2 * (nb) * S(n)) \
+    X(tau, 2 * (nb) * S(n)) /* tau_z of inverse dynamics, of the data */ \
+    X(gtau, 2 * (nb) * S(n)) \
+    X(x, 3 * (nb) * S(N)) /* data [3][nb][N] */ \
+    X(held, (nb) * (size)) /* force */ \
+    X(tape, ROLN_AE_ENCODE_TAPE(S, 3, nb))
+#define ROLN_GRAD_ACC_WORK(S, nb) \
+    (0 ROLNI_SAMPLES_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \
+     ROLN_MAX(ROLN_AE_ENCODE_BWD_WORK(S, 3, nb), \
+              ROLNI_FORCE_WORK(S, nb, 1) + ROLN_LNN_TAPE(S, 1, 1, nb) + \
+                  ROLN_MAX((0 ROLNI_DECODED_MEM(ROLNI_SIZE, S, 3, nb)) + ROLN_AE_DECODE_BWD_WORK(S, 3, 2 * (nb)), \
+                           ROLN_MAX(ROLN_MAX(ROLNI_STAGE_WORK(S, 1, nb), ROLNI_STAGE_BWD_WORK(S, nb)), \
+                                    ROLN_MAX(ROLN_LNN_INVERSE_WORK(S, 1, 1, nb), ROLN_LNN_INVERSE_BWD_WORK(S, nb))))))
+typedef struct {
+    const roln_trained *m;
+    const roln_loss *weights;
+    const roln_batch *batch;
+    const roln_gradient *g;
+    int w0, nb;
+    rolni_driven drive;
+    ROLNI_SAMPLES_MEM(ROLNI_FIELD, ROLNI_LOCAL, nb, size)
+    roln_real *lnn_tape, *work;
+} rolni_samples;
+
+/* Forward: encode, and the accelerations of the model. */
+ROLN_FN roln_status rolni_samples_forward(const rolni_samples *b)
+{
+    const roln_model *md = b->m->model;
+    const roln_scale *sc = b->m->scale;
+    const int N = md->ae.size[0], nb = b->nb, nx = nb * N, nz = nb * md->lnn.n;
+    const roln_real v = sc->t / sc->q;
+    roln_status st = ROLN_OK;
+    rolni_gather(b->batch, b->batch->q, N, b->w0, nb, 0, 1 / sc->q, b->x);
+    rolni_gather(b->batch, b->batch->qd, N, b->w0, nb, 0, v, b->x + nx);
+    rolni_gather(b->batch, b->batch->qdd, N, b->w0, nb, 0, v * sc->t, b->x + 2 * nx);
+    roln_ae_encode(&md->ae, 3, nb, b->m->theta, b->x, b->Z, b->tape);
+    if (!roln_all_finite(3 * nz, b->Z)) return ROLN_E_NOT_FINITE;
+    if (b->batch->tau)
+        rolni_gather(b->batch, b->batch->tau, roln_force_size(md), b->w0, nb, 0, sc->q * sc->t * sc->t, b->held);
+    if (b->weights->force > 0) /* only its status */
+        st = roln_lnn_inverse(&md->lnn, 1, nb, rolni_net(b->m), b->Z, NULL, b->Z + 2 * nz, b->tau, b->lnn_tape, b->work);
+    return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, b->Z, b->sd, b->lnn_tape, b->work) : st;
+}
+
+/* Reconstruction z, zd, zdd and prediction z, zd, zdd_pred decoded, compared with the data, and back: gZ and gsd are set. */
+ROLN_FN void rolni_samples_decode(const rolni_samples *b)
+{
+    const roln_model *md = b->m->model;
+    const roln_loss *wt = b->weights;
+    const int N = md->ae.size[0], n = md->lnn.n, ae_sum = roln_ae_sum(&md->ae), nb = b->nb, nz = nb * n, nx = nb * N;
+    const roln_real *x = b->x;
+    roln_loss *loss = b->g->loss;
+    roln_real *work = b->work;
+    ROLNI_DECODED_MEM(ROLNI_CARVE, ROLNI_LOCAL, 3, nb)
+    int p, i;
+    for (p = 0; p < 3; p++) {
+        rolni_copy(nz, b->Z + p * nz, D + 2 * p * nz);
+        rolni_copy(nz, p < 2 ? b->Z + p * nz : b->sd + nz, D + 2 * p * nz + nz);
+    }
+    roln_ae_decode(&md->ae, 3, 2 * nb, b->m->theta, D, Y, tape);
+    rolni_zero(6 * nx, gY);
+    rolni_zero(6 * nz, D); /* from here on the cotangents of what was decoded */
+    rolni_square(nx, Y, x, 1, wt->q, &loss->q, gY, NULL);
+    rolni_square(nx, Y + 2 * nx, x + nx, 1, wt->qd, &loss->qd, gY + 2 * nx, NULL);
+    rolni_square(nx, Y + 4 * nx, x + 2 * nx, 1, wt->qdd, &loss->qdd, gY + 4 * nx, NULL);
+    rolni_square(nx, Y + 5 * nx, x + 2 * nx, 1, wt->qdd_pred, &loss->qdd_pred, gY + 5 * nx, NULL);
+    roln_ae_decode_bwd(&md->ae, 3, 2 * nb, b->m->theta, tape, gY, D, b->g->theta, work);
+    for (p = 0; p < 3; p++)
+        for (i = 0; i < nz; i++)
+            b->gZ[p * nz + i] = D[2 * p * nz + i] + (p < 2 ? D[2 * p * nz + nz + i] : 0);
+    rolni_zero(nz, b->gsd);
+    rolni_copy(nz, D + 5 * nz, b->gsd + nz);
+}
+
+/* Backward: decode, compare in z, the accelerations, inverse dynamics, encode. */
+ROLN_FN void rolni_samples_backward(const rolni_samples *b)
+{
+    const roln_model *md = b->m->model;
+    const roln_lnn *lnn = &md->lnn;
+    const roln_real *th = rolni_net(b->m);
+    const int nb = b->nb, nz = nb * lnn->n;
+    roln_real *gth = b->g->theta + roln_ae_params(&md->ae), *tau = b->tau, *gtau = b->gtau;
+    roln_loss *loss = b->g->loss;
+    rolni_samples_decode(b);
+    rolni_square(nz, b->sd + nz, b->Z + 2 * nz, 1, b->weights->zdd, &loss->zdd, b->gsd + nz, b->gZ + 2 * nz);
+    rolni_stage_bwd(lnn, &b->drive.sys, nb, b->gsd, b->gZ, gth, b->lnn_tape, b->work);
+    if (b->weights->force > 0) {
+        const roln_force *force = b->drive.sys.force;
+        rolni_zero(nz, tau + nz);
+        rolni_zero(2 * nz, gtau);
+        if (force) force->eval(force->ctx, nb, b->Z, tau + nz);
+        roln_lnn_inverse(lnn, 1, nb, th, b->Z, NULL, b->Z + 2 * nz, tau, b->lnn_tape, b->work); /* again, for its tape */
+        rolni_square(nz, tau, tau + nz, 1, b->weights->force, &loss->force, gtau, gtau + nz);
+        roln_lnn_inverse_bwd(lnn, nb, th, gtau, b->gZ, b->gZ + 2 * nz, gth, b->lnn_tape, b->work);
+        if (force) force->bwd(force->ctx, nb, b->Z, gtau + nz, 1, b->gZ);
+    }
+    roln_ae_encode_bwd(&md->ae, 3, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->theta, b->work);
+}
+
+/* What both gradients ask of their arguments first. */
+ROLN_FN roln_status rolni_grad_valid(const roln_trained *m, const roln_batch *b)
+{
+    if (m->model->ae.storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (!rolni_batch_valid(b)) return ROLN_E_LENGTH;
+    return roln_all_finite(roln_params(m->model), m->theta) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Gradient of the acceleration loss over single samples (paper Eq. 12), nb at a time:
+       |phi(rho(q)) - q|^2 + |J D qd - qd|^2 + .. of the 3-jet + |zdd_pred - zdd|^2 + |decoded zdd_pred - qdd|^2 + |inverse dynamics
+   - tau_z|^2 each times its weight. The last, `force`: where known forces work against gravity and inertia it fixes M and g
+   themselves, whereas zdd only knows M^-1 of them (with tau = 0 it would draw M to 0). Else as roln_grad. work
+   [ROLN_GRAD_ACC_WORK]. */
+ROLN_FN roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, int nb,
+                                  const roln_gradient *g, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const int N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
+    roln_real *const all = work;
+    roln_status st = rolni_grad_valid(m, batch);
+    int w;
+    if (st != ROLN_OK) return st;
+    if (!batch->qd || !batch->qdd) return ROLN_E_LENGTH;
+    for (w = 0; w < batch->count; w += nb) {
+        const int now = batch->count - w < nb ? batch->count - w : nb;
+        rolni_samples block, *b = &block;
+        work = all;
+        b->m = m, b->weights = wt, b->batch = batch, b->g = g, b->w0 = w, b->nb = now;
+        ROLNI_SAMPLES_MEM(ROLNI_LAY, ROLNI_LOCAL, now, roln_force_size(md))
+        rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, g->theta, work);
+        b->lnn_tape = work + rolni_torque_work(md, now, 1);
+        b->work = b->lnn_tape + roln_lnn_tape(&md->lnn, 1, 1, now);
+        if ((st = rolni_samples_forward(b)) != ROLN_OK) return st;
+        rolni_samples_backward(b);
+        *g->windows += ROLNI_AS(roln_real, now);
+    }
+    return ROLN_OK;
+}
+
+/* Gradient of the ODE loss over windows of H = b->steps steps of dt seconds (paper Eq. 13): encoder, roll-out, decoder, and
+   straight back, the encoded targets not detached. Per window, with mean over its samples:
+       |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
+   each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
+   (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
+   equations as a prediction error, H >= 2. Adds the sum over windows to g->theta, the unweighted terms to g->loss (without the
+   prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time; a block of windows that fails
+   (data or parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not
+   looked for here: the update refuses it. ROLN_E_LENGTH: count or steps negative, stride below 1, no qd or qdd for the acceleration
+   loss, H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
+   work [ROLN_GRAD_WORK]: only the states grow with H. */
+ROLN_FN roln_status roln_grad(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int nb,
+                              const roln_gradient *g, roln_real *work)
+{
+    roln_status st = rolni_grad_valid(m, batch);
+    int w;
+    if (st != ROLN_OK) return st;
+    if (!batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
+    for (w = 0; w < batch->count; w += nb) {
+        const int now = batch->count - w < nb ? batch->count - w : nb;
+        rolni_windows b;
+        b.w0 = w, b.nb = now;
+        rolni_windows_start(m, wt, batch, dt, g, &b, work);
+        if ((st = rolni_windows_forward(&b)) != ROLN_OK) return st;
+        rolni_windows_backward(&b);
+        *g->windows += ROLNI_AS(roln_real, now);
+    }
+    return ROLN_OK;
+}
+
+/* ---- 5 data and errors ------------------------------------------------------------------------ */
+
+/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
+   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_LENGTH: count below 1. ROLN_E_NOT_FINITE (also for data at rest) leaves sc
+   untouched, not qbar. */
+ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
+                                   roln_scale *sc)
+{
+    const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
+    const roln_real each = 1 / ROLNI_AS(roln_real, count);
+    roln_real sq = 0, sv = 0, scale, time;
+    size_t k, i;
+    if (count < 1) return ROLN_E_LENGTH;
+    rolni_zero(md->ae.size[0], qbar);
+    for (k = 0; k < rows; k++)
+        for (i = 0; i < N; i++)
+            qbar[i] += each * q[k * N + i];
+    for (k = 0; k < rows; k++)
+        for (i = 0; i < N; i++) {
+            const roln_real a = q[k * N + i] - qbar[i], v = qd[k * N + i];
+            sq += each * a * a;
+            sv += each * v * v;
+        }
+    scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
+    time = ROLN_SQRT(sq / sv);
+    if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
+    sc->q = scale, sc->t = time;
+    return ROLN_OK;
+}
+
+/* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: of q, qd,
+   qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. Divide the weights of a loss by it
+   (roln_loss_divide) and every term counts in parts of its own variance. ROLN_E_LENGTH: no window. ROLN_E_NOT_FINITE (also for data
+   at rest). var is untouched unless ROLN_OK. work [ROLN_VARIANCE_WORK]. */
+#define ROLN_VARIANCE_MEM(X, S, jets) \
+    X(x, (jets) * S(N)) X(z, (jets) * S(n)) X(mean, (jets) * (S(N) + S(n))) X(tape, ROLN_AE_ENCODE_TAPE(S, jets, 1))
+#define ROLN_VARIANCE_WORK(S) (0 ROLN_VARIANCE_MEM(ROLNI_SIZE, S, 3))
+ROLN_FN roln_status roln_variance(const roln_trained *m, const roln_batch *b, roln_loss *var, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
+    const int jets = !b->qd ? 1 : !b->qdd ? 2 : 3, dim = jets * (N + n);
+    const roln_real f = m->scale->t / m->scale->q, each = 1 / ROLNI_AS(roln_real, b->count);
+    ROLN_VARIANCE_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets)
+    roln_real sum[6] = {0, 0, 0, 0, 0, 0};
     int w, i, j, pass;
-    memset(mean, 0, (size_t)dim * sizeof *mean);
+    if (!rolni_batch_valid(b) || b->count < 1) return ROLN_E_LENGTH;
+    rolni_zero(dim, mean);
     for (pass = 0; pass < 2; pass++)
         for (w = 0; w < b->count; w++) {
-            rolni_gather(b, b->q, N, w, 1, 0, 1 / sc->q, x);
+            rolni_gather(b, b->q, N, w, 1, 0, 1 / m->scale->q, x);
             if (jets > 1) rolni_gather(b, b->qd, N, w, 1, 0, f, x + N);
-            if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * sc->t, x + 2 * N);
-            roln_ae_encode(&md->ae, jets, 1, theta, x, x + jets * N, work);
-            for (i = 0; i < dim && pass == 0; i++)
-                mean[i] += each * x[i];
-            for (i = 0; i < dim && pass == 1; i++) {
-                j = i < jets * N ? i / N : 3 + (i - jets * N) / n;
-                sum[j] += each * (x[i] - mean[i]) * (x[i] - mean[i]);
+            if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * m->scale->t, x + 2 * N);
+            roln_ae_encode(ae, jets, 1, m->theta, x, z, tape);
+            for (i = 0; i < dim; i++) { /* x, and z behind it */
+                if (pass == 0) {
+                    mean[i] += each * x[i];
+                } else {
+                    j = i < jets * N ? i / N : 3 + (i - jets * N) / n;
+                    sum[j] += each * (x[i] - mean[i]) * (x[i] - mean[i]);
+                }
             }
         }
     for (j = 0; j < 6; j++) {
@@ -1124,57 +1393,103 @@ ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
     a->force /= b->force;
 }
 
-/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
-   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_NOT_FINITE (also for data at rest) leaves sc untouched, not qbar. */
-ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
-                                   roln_scale *sc)
+/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. ROLN_E_LENGTH: count below 1;
+   status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
+#define ROLN_FIT_RANGE_MEM(X, S) X(s, 2 * S(n)) X(low, S(n)) X(high, S(n)) X(top, S(n))
+#define ROLN_FIT_RANGE_WORK(S) (0 ROLN_FIT_RANGE_MEM(ROLNI_SIZE, S) + ROLN_ENCODE_WORK(S, 2))
+ROLN_FN roln_status roln_fit_range(const roln_trained *m, int count, const roln_real *q, const roln_real *qd, roln_real *z_min,
+                                   roln_real *z_max, roln_real *zd_max, roln_real *work)
 {
-    const int N = md->ae.size[0];
-    const roln_real each = 1 / (roln_real)count;
-    roln_real sq = 0, sv = 0, scale, time;
-    int k, i;
-    memset(qbar, 0, (size_t)N * sizeof *qbar);
-    for (k = 0; k < count; k++)
-        for (i = 0; i < N; i++)
-            qbar[i] += each * q[(size_t)k * (size_t)N + (size_t)i];
-    for (k = 0; k < count; k++) {
-        const roln_real *a = q + (size_t)k * (size_t)N, *v = qd + (size_t)k * (size_t)N;
-        for (i = 0; i < N; i++) {
-            sq += each * (a[i] - qbar[i]) * (a[i] - qbar[i]);
-            sv += each * v[i] * v[i];
-        }
-    }
-    scale = ROLN_SQRT(sq / (roln_real)md->lnn.n);
-    time = ROLN_SQRT(sq / sv);
-    if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
-    sc->q = scale, sc->t = time;
-    return ROLN_OK;
-}
-
-/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. Work as roln_encode.
-   ROLN_E_LENGTH: count < 1. The outputs are written only on ROLN_OK. */
-ROLN_FN roln_status roln_fit_range(const roln_model *md, const roln_scale *sc, const roln_real *theta, int count,
-                                   const roln_real *q, const roln_real *qd, roln_real *z_min, roln_real *z_max,
-                                   roln_real *zd_max, roln_real *work)
-{
-    const int N = md->ae.size[0], n = md->lnn.n;
-    roln_real *s = rolni_take(&work, 2 * n), *lo = rolni_take(&work, n), *hi = rolni_take(&work, n), *top = rolni_take(&work, n);
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLN_FIT_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int k, i;
     if (count < 1) return ROLN_E_LENGTH;
     for (k = 0; k < count; k++) {
-        const size_t row = (size_t)k * (size_t)N;
-        const roln_status st = roln_encode(md, sc, theta, q + row, qd + row, NULL, s, s + n, NULL, work);
+        const size_t row = ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N);
+        const roln_status st = roln_encode(m, q + row, qd + row, NULL, s, s + n, NULL, work);
         if (st != ROLN_OK) return st;
         for (i = 0; i < n; i++) {
             const roln_real v = ROLN_ABS(s[n + i]);
-            lo[i] = k == 0 || s[i] < lo[i] ? s[i] : lo[i];
-            hi[i] = k == 0 || s[i] > hi[i] ? s[i] : hi[i];
+            low[i] = k == 0 || s[i] < low[i] ? s[i] : low[i];
+            high[i] = k == 0 || s[i] > high[i] ? s[i] : high[i];
             top[i] = k == 0 || v > top[i] ? v : top[i];
         }
     }
-    memcpy(z_min, lo, (size_t)n * sizeof *lo);
-    memcpy(z_max, hi, (size_t)n * sizeof *hi);
-    memcpy(zd_max, top, (size_t)n * sizeof *top);
+    rolni_copy(n, low, z_min);
+    rolni_copy(n, high, z_max);
+    rolni_copy(n, top, zd_max);
+    return ROLN_OK;
+}
+
+/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
+typedef struct {
+    roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
+    roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
+} roln_error;
+
+/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to e. */
+#define ROLNI_ERRORS_DECODE_MEM(X, S, nb) X(Y, 2 * (nb) * S(N)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, nb))
+ROLN_FN void rolni_errors_decode(const roln_trained *m, int nb, const roln_real *s, const roln_real *x, const roln_real *qbar,
+                                 roln_error *e, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae);
+    const roln_real q = m->scale->q, u = q / m->scale->t;
+    ROLNI_ERRORS_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    int i;
+    roln_ae_decode(ae, 2, nb, m->theta, s, Y, tape);
+    for (i = 0; i < nb * N; i++) {
+        const roln_real d = q * (Y[i] - x[i]), c = q * x[i] - qbar[i % N], v = x[nb * N + i], dv = Y[nb * N + i] - v;
+        e->q += d * d;
+        e->q_var += c * c;
+        e->qd += u * u * dv * dv;
+        e->qd_var += u * u * v * v;
+    }
+}
+
+/* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
+   2 every ..: e [steps/every + 1] out. Windows of any length, nb at a time; qbar [N] mean of the training q. A status other than
+   ROLN_OK: bad data, or a roll-out left the domain; e is then partial. ROLN_E_LENGTH: no qd, every below 1, or a count as in
+   roln_grad; e is then untouched. work [ROLN_ERRORS_WORK]. */
+#define ROLN_ERRORS_MEM(X, S, nb, size) X(s, 2 * (nb) * S(n)) X(x, 2 * (nb) * S(N)) X(held, (nb) * (size))
+#define ROLN_ERRORS_WORK(S, nb) \
+    (0 ROLN_ERRORS_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \
+     ROLN_MAX(ROLN_AE_ENCODE_TAPE(S, 2, nb), \
+              ROLN_MAX(0 ROLNI_ERRORS_DECODE_MEM(ROLNI_SIZE, S, nb), \
+                       ROLNI_FORCE_WORK(S, nb, 0) + ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb))))
+ROLN_FN roln_status roln_errors(const roln_trained *m, const roln_batch *b, roln_real dt, int nb, int every, const roln_real *qbar,
+                                roln_error *e, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const roln_scale *sc = m->scale;
+    const int N = md->ae.size[0], n = md->lnn.n, size = roln_force_size(md);
+    roln_real *const all = work;
+    int w, k;
+    if (!b->qd || every < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
+    memset(e, 0, ROLNI_AS(size_t, b->steps / every + 1) * sizeof *e);
+    for (w = 0; w < b->count; w += nb) {
+        const int now = b->count - w < nb ? b->count - w : nb;
+        ROLN_ERRORS_MEM(ROLNI_CARVE, ROLNI_LOCAL, now, size)
+        roln_real *tape = work + rolni_torque_work(md, now, 0), *rest = tape + roln_lnn_tape(&md->lnn, 1, 0, now);
+        rolni_driven d;
+        roln_status st;
+        rolni_drive(m, b->tau ? held : NULL, &d, NULL, work);
+        for (k = 0; k <= b->steps; k++) {
+            if (k > 0) {
+                if (b->tau) rolni_gather_tau(b, size, w, now, k - 1, sc->q * sc->t * sc->t, held);
+                if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, s, s, tape, rest)) != ROLN_OK) return st;
+            }
+            if (k % every != 0) continue;
+            rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);
+            rolni_gather(b, b->qd, N, w, now, k, sc->t / sc->q, x + now * N);
+            if (k == 0) roln_ae_encode(&md->ae, 2, now, m->theta, x, s, work);
+            rolni_errors_decode(m, now, s, x, qbar, e + k / every, work);
+        }
+        work = all;
+    }
+    for (k = 0; k <= b->steps / every; k++)
+        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
+            return ROLN_E_NOT_FINITE;
     return ROLN_OK;
 }
 
@@ -1192,11 +1507,13 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   numbers: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta with stored weights as words; u64 FNV-1a
-   of all before. */
+   numbers: slope, least, and those of NAME_params in their order: scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of
+   which weights stored small are words; u64 FNV-1a of all before.
+   The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 2
+#define ROLN_NUMBERS(n, params) (3 + 3 * (n) + (params)) /* of NAME_params */
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + (int)sizeof(roln_real) * (5 + 3 * (n) + (params)) + 8)
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + ROLNI_AS(int, sizeof(roln_real)) * (2 + ROLN_NUMBERS(n, params)) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -1211,7 +1528,7 @@ ROLN_FN uint64_t roln_fnv(int count, const unsigned char *bytes, uint64_t h)
 ROLN_FN void rolni_put(unsigned char **p, uint64_t x, int bytes)
 {
     for (; bytes > 0; bytes--, x >>= 8)
-        *(*p)++ = (unsigned char)(x & 255);
+        *(*p)++ = ROLNI_AS(unsigned char, x & 255);
 }
 
 ROLN_FN uint64_t rolni_get(const unsigned char **p, int bytes)
@@ -1219,28 +1536,29 @@ ROLN_FN uint64_t rolni_get(const unsigned char **p, int bytes)
     uint64_t x = 0;
     int i;
     for (i = 0; i < bytes; i++)
-        x |= (uint64_t)(*p)[i] << (8 * i);
+        x |= ROLNI_AS(uint64_t, (*p)[i]) << (8 * i);
     *p += bytes;
     return x;
 }
 
-ROLN_FN void rolni_put_reals(unsigned char **p, int n, const roln_real *x)
+/* The bits of number i of the numbers at p, which may lie anywhere in memory; in this machine's order of bytes. */
+ROLN_FN roln_bits rolni_word_at(const unsigned char *p, int i)
 {
-    int i;
-    for (i = 0; i < n; i++) {
-        roln_bits b;
-        memcpy(&b, x + i, sizeof b);
-        rolni_put(p, b, (int)sizeof b);
-    }
+    roln_bits b;
+    memcpy(&b, p + ROLNI_AS(size_t, i) * sizeof b, sizeof b);
+    return b;
 }
 
-ROLN_FN void rolni_get_reals(const unsigned char **p, int n, roln_real *x)
+/* The same of packed numbers. */
+ROLN_FN roln_bits rolni_packed_at(const unsigned char *p, int i)
 {
-    int i;
-    for (i = 0; i < n; i++) {
-        const roln_bits b = (roln_bits)rolni_get(p, (int)sizeof b);
-        memcpy(x + i, &b, sizeof b);
-    }
+    p += ROLNI_AS(size_t, i) * sizeof(roln_bits);
+    return ROLNI_AS(roln_bits, rolni_get(&p, ROLNI_AS(int, sizeof(roln_bits))));
+}
+
+ROLN_FN roln_real rolni_packed(const unsigned char *p, int i)
+{
+    return rolni_real(rolni_packed_at(p, i));
 }
 
 /* Nonzero if n bytes agree. Not memcmp, of which compilers make bcmp. */
@@ -1263,59 +1581,56 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, (uint64_t)(8 + md->ae.layers + f->mass.layers + 2 * f->layers), 1);
-    rolni_put(&p, (uint64_t)md->scheme, 2);
-    rolni_put(&p, (uint64_t)md->inputs, 2);
-    rolni_put(&p, (uint64_t)(f->head + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae)), 2);
-    rolni_put(&p, (uint64_t)md->ae.layers, 2);
-    rolni_put(&p, (uint64_t)f->mass.layers, 2);
-    rolni_put(&p, (uint64_t)f->layers, 2);
-    rolni_put(&p, (uint64_t)f->n, 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers)), 1);
+    rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, (f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae))), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, f->layers), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, f->n), 2);
     for (l = 0; l <= md->ae.layers; l++)
-        rolni_put(&p, (uint64_t)md->ae.size[l], 2);
-    for (l = 1; l < f->mass.layers; l++)
-        rolni_put(&p, (uint64_t)f->mass.size[l], 2);
+        rolni_put(&p, ROLNI_AS(uint64_t, md->ae.size[l]), 2);
+    for (l = 1; l < f->mass_net.layers; l++)
+        rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.size[l]), 2);
     for (l = 0; l <= f->layers; l++)
-        rolni_put(&p, (uint64_t)f->width[l], 2);
+        rolni_put(&p, ROLNI_AS(uint64_t, f->width[l]), 2);
     for (l = 0; l < f->layers; l++)
-        rolni_put(&p, (uint64_t)f->layer[l], 2);
-    return (int)(p - bytes);
+        rolni_put(&p, ROLNI_AS(uint64_t, f->layer[l]), 2);
+    return ROLNI_AS(int, p - bytes);
 }
 
-/* The trained numbers of a model beside theta. */
-typedef struct {
-    const roln_scale *scale;
-    const roln_real *dt, *z_min, *z_max, *zd_max, *theta;
-} roln_numbers;
-
-/* Write parameters to bytes [ROLN_PACKED]. */
-ROLN_FN void roln_pack(const roln_model *md, const roln_numbers *x, unsigned char *bytes)
+/* Write the numbers of a model to bytes [ROLN_PACKED]. */
+ROLN_FN void roln_pack(const roln_model *md, const void *numbers, unsigned char *bytes)
 {
-    const int n = md->lnn.n;
+    const unsigned char *from = ROLNI_AS(const unsigned char *, numbers);
+    const int count = ROLN_NUMBERS(md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
     unsigned char *p = bytes + rolni_pack_head(md, bytes);
-    rolni_put_reals(&p, 1, &md->ae.slope);
-    rolni_put_reals(&p, 1, &md->lnn.least);
-    rolni_put_reals(&p, 1, &x->scale->q);
-    rolni_put_reals(&p, 1, &x->scale->t);
-    rolni_put_reals(&p, 1, x->dt);
-    rolni_put_reals(&p, n, x->z_min);
-    rolni_put_reals(&p, n, x->z_max);
-    rolni_put_reals(&p, n, x->zd_max);
-    rolni_put_reals(&p, roln_params(md), x->theta);
-    rolni_put(&p, roln_fnv((int)(p - bytes), bytes, ROLN_FNV), 8);
+    int i;
+    rolni_put(&p, rolni_bits(md->ae.slope), size);
+    rolni_put(&p, rolni_bits(md->lnn.least), size);
+    for (i = 0; i < count; i++)
+        rolni_put(&p, rolni_word_at(from, i), size);
+    rolni_put(&p, roln_fnv(ROLNI_AS(int, p - bytes), bytes, ROLN_FNV), 8);
+}
+
+/* Number i of theta, which is packed at ctx. */
+ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
+{
+    return rolni_packed_at(ROLNI_AS(const unsigned char *, ctx), i);
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
    ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
-   ROLN_E_NOT_FINITE (a number is not, or a scale is not positive): the outputs are untouched. */
-ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, roln_scale *sc, roln_real *dt,
-                                roln_real *z_min, roln_real *z_max, roln_real *zd_max, roln_real *theta)
+   ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max, zd_max or dt negative),
+   ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
+ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
-    const int n = md->lnn.n, params = roln_params(md);
+    const int n = md->lnn.n, params = roln_params(md), at = 3 + 3 * n; /* at: number of theta[0] */
     unsigned char head[ROLNI_HEAD];
-    const int lead = rolni_pack_head(md, head), total = ROLN_PACKED(md->ae.layers, md->lnn.mass.layers, md->lnn.layers, n, params);
+    const int lead = rolni_pack_head(md, head);
+    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, n, params);
     const unsigned char *p, *sum;
-    roln_real x;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
     if (!rolni_same(6, bytes, head)) return ROLN_E_FORMAT;
@@ -1325,37 +1640,38 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     if (count != total) return ROLN_E_LENGTH;
     sum = bytes + total - 8;
     if (rolni_get(&sum, 8) != roln_fnv(total - 8, bytes, ROLN_FNV)) return ROLN_E_CHECKSUM;
-    for (p = bytes + lead, i = 0; i < 5 + 3 * n + params; i++) {
-        const roln_real same = i == 0 ? md->ae.slope : md->lnn.least;
-        rolni_get_reals(&p, 1, &x);
-        if (i < 2 && (x < same || x > same)) return ROLN_E_SHAPE;
-        if (!roln_finite(x) ? roln_ae_is_number(&md->ae, i - 5 - 3 * n) : (i == 2 || i == 3) && !(x > 0)) return ROLN_E_NOT_FINITE;
+    p = bytes + lead;
+    if (rolni_packed_at(p, 0) != rolni_bits(md->ae.slope)) return ROLN_E_SHAPE;
+    if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
+    p += 2 * sizeof(roln_real);
+    for (i = 0; i < at + params; i++)
+        if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
+    if (!(rolni_packed(p, 0) > 0) || !(rolni_packed(p, 1) > 0)) return ROLN_E_NOT_FINITE;
+    if (rolni_packed(p, 2) < 0) return ROLN_E_RANGE;
+    for (i = 3; i < 3 + n; i++)
+        if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
+    {
+        const roln_status st = rolni_ae_check(&md->ae, rolni_packed_theta, p + ROLNI_AS(size_t, at) * sizeof(roln_real));
+        if (st != ROLN_OK) return st;
     }
-    p = bytes + lead + 2 * sizeof(roln_real);
-    rolni_get_reals(&p, 1, &sc->q);
-    rolni_get_reals(&p, 1, &sc->t);
-    rolni_get_reals(&p, 1, dt);
-    rolni_get_reals(&p, n, z_min);
-    rolni_get_reals(&p, n, z_max);
-    rolni_get_reals(&p, n, zd_max);
-    rolni_get_reals(&p, params, theta);
+    for (i = 0; i < at + params; i++) {
+        const roln_bits b = rolni_packed_at(p, i);
+        memcpy(ROLNI_AS(unsigned char *, numbers) + ROLNI_AS(size_t, i) * sizeof b, &b, sizeof b);
+    }
     return ROLN_OK;
 }
 
 #ifndef ROLN_DOUBLE
-/* theta of md, whose weights are stored small, from the numbers of the same model with ROLN_FULL. Status of roln_ae_store;
-   theta is untouched unless ROLN_OK. work [ROLN_AE_STORE_WORK]. */
-ROLN_FN roln_status roln_store(const roln_model *md, const roln_numbers *from, roln_real *theta, roln_real *work)
+/* theta of md, whose weights are stored small, from the same model with ROLN_FULL. Status of roln_ae_store; theta is untouched
+   unless ROLN_OK. work [ROLN_AE_STORE_WORK]. */
+ROLN_FN roln_status roln_store(const roln_model *md, const roln_trained *from, roln_real *theta, roln_real *work)
 {
-    roln_ae full = md->ae;
     const int at = roln_ae_params(&md->ae), rest = roln_params(md) - at;
-    const roln_real *net;
+    const roln_real *net = rolni_net(from);
     roln_status st;
-    full.store = ROLN_FULL;
-    net = from->theta + roln_ae_params(&full);
     if (!roln_all_finite(rest, net)) return ROLN_E_NOT_FINITE;
     st = roln_ae_store(&md->ae, from->theta, from->z_min, from->z_max, theta, work);
-    if (st == ROLN_OK) memcpy(theta + at, net, (size_t)rest * sizeof *theta);
+    if (st == ROLN_OK) rolni_copy(rest, net, theta + at);
     return st;
 }
 #endif
@@ -1369,7 +1685,7 @@ ROLN_FN void rolni_write_integer(uint64_t x, roln_put put, void *ctx)
     char text[24];
     int at = 23;
     text[at] = 0;
-    do text[--at] = (char)('0' + x % 10);
+    do text[--at] = ROLNI_AS(char, '0' + x % 10);
     while ((x /= 10) != 0);
     put(ctx, text + at);
     put(ctx, sizeof(roln_real) == 4 ? ".f" : ".");
@@ -1388,7 +1704,7 @@ ROLN_FN void rolni_write_real(roln_real x, roln_put put, void *ctx)
     memcpy(&b, &x, sizeof b);
     if (b >> (8 * sizeof b - 1)) put(ctx, "-");
     m = b & ((one << mant) - 1);
-    e = (int)((b >> mant) & ((one << (8 * (int)sizeof b - 1 - mant)) - 1));
+    e = ROLNI_AS(int, (b >> mant) & ((one << (8 * ROLNI_AS(int, sizeof b) - 1 - mant)) - 1));
     if (e > 0) m |= one << mant;
     e = (e > 0 ? e : 1) - (sizeof b == 4 ? 127 : 1023) - mant;
     for (; m != 0 && !(m & 1); e++)
@@ -1397,29 +1713,29 @@ ROLN_FN void rolni_write_real(roln_real x, roln_put put, void *ctx)
     while (m != 0 && e != 0) {
         const int k = e > 0 ? (e < 60 ? e : 60) : (e > -60 ? -e : 60);
         put(ctx, e > 0 ? "*" : "/");
-        rolni_write_integer((uint64_t)1 << k, put, ctx);
+        rolni_write_integer(UINT64_C(1) << k, put, ctx);
         e += e > 0 ? -k : k;
     }
 }
 
-ROLN_FN void rolni_write_reals(const char *open, int n, const roln_real *x, const char *close, roln_put put, void *ctx)
+/* Numbers from .. from + n - 1 of p as a list, and what follows it. */
+ROLN_FN void rolni_write_reals(int from, int n, const unsigned char *p, const char *then, roln_put put, void *ctx)
 {
     int i;
-    put(ctx, open);
     for (i = 0; i < n; i++) {
         if (i > 0) put(ctx, i % 8 ? ", " : ",\n    ");
-        rolni_write_real(x[i], put, ctx);
+        rolni_write_real(rolni_real(rolni_word_at(p, from + i)), put, ctx);
     }
-    put(ctx, close);
+    put(ctx, then);
 }
 
-ROLN_FN void rolni_write_words(int n, const roln_real *x, roln_put put, void *ctx)
+/* Their bits as words. */
+ROLN_FN void rolni_write_words(int n, const unsigned char *p, roln_put put, void *ctx)
 {
     int i, k;
     for (i = 0; i < n; i++) {
         char text[] = "0x00000000,";
-        roln_bits b;
-        memcpy(&b, x + i, sizeof b);
+        roln_bits b = rolni_word_at(p, i);
         for (k = 9; k >= 2; k--, b >>= 4)
             text[k] = "0123456789abcdef"[b & 15];
         put(ctx, i % 8 ? " " : "\n    ");
@@ -1427,32 +1743,25 @@ ROLN_FN void rolni_write_words(int n, const roln_real *x, roln_put put, void *ct
     }
 }
 
-/* The definition `static const <name>_params <name>_weights = {...};` for flash; with stored weights all of it as words,
+/* The definition `static const NAME_params NAME_weights = {...};` for flash; with stored weights all of it as words,
    which are no numbers to write. ROLN_E_NOT_FINITE: nothing is put. */
-ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const roln_numbers *x, roln_put put, void *ctx)
+ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
-    const int n = md->lnn.n, params = roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
+    const int n = md->lnn.n, at = 3 + 3 * n, count = at + roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
     int i;
-    if (!roln_all_finite(n, x->z_min) || !roln_all_finite(n, x->z_max) || !roln_all_finite(n, x->zd_max) ||
-        !roln_finite(x->scale->q) || !roln_finite(x->scale->t) || !roln_finite(*x->dt))
-        return ROLN_E_NOT_FINITE;
-    for (i = 0; i < params; i++)
-        if (!roln_finite(x->theta[i]) && roln_ae_is_number(&md->ae, i)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < count; i++)
+        if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
+            return ROLN_E_NOT_FINITE;
     put(ctx, "/* include after the definition of the model: ");
     put(ctx, name);
     put(ctx, words ? "_words */\nROLN_FLASH static const " : "_params */\nROLN_FLASH static const ");
     put(ctx, name);
     put(ctx, words ? "_words " : "_params ");
     put(ctx, name);
+    put(ctx, words ? "_flash = {{" : "_weights = {\n    {");
     if (words) {
-        put(ctx, "_flash = {{");
-        rolni_write_words(1, &x->scale->q, put, ctx);
-        rolni_write_words(1, &x->scale->t, put, ctx);
-        rolni_write_words(1, x->dt, put, ctx);
-        rolni_write_words(n, x->z_min, put, ctx);
-        rolni_write_words(n, x->z_max, put, ctx);
-        rolni_write_words(n, x->zd_max, put, ctx);
-        rolni_write_words(params, x->theta, put, ctx);
+        rolni_write_words(count, p, put, ctx);
         put(ctx, "\n}};\n#define ");
         put(ctx, name);
         put(ctx, "_weights ");
@@ -1460,14 +1769,12 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
         put(ctx, "_flash.params\n");
         return ROLN_OK;
     }
-    put(ctx, "_weights = {\n    {");
-    rolni_write_real(x->scale->q, put, ctx);
-    rolni_write_reals(", ", 1, &x->scale->t, "},\n    ", put, ctx);
-    rolni_write_real(*x->dt, put, ctx);
-    rolni_write_reals(",\n    {", n, x->z_min, "},\n    {", put, ctx);
-    rolni_write_reals("", n, x->z_max, "},\n    {", put, ctx);
-    rolni_write_reals("", n, x->zd_max, "},\n    {", put, ctx);
-    rolni_write_reals("", params, x->theta, "}};\n", put, ctx);
+    rolni_write_reals(0, 2, p, "},\n    ", put, ctx);
+    rolni_write_reals(2, 1, p, ",\n    {", put, ctx);
+    rolni_write_reals(3, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(3 + n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(3 + 2 * n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(at, count - at, p, "}};\n", put, ctx);
     return ROLN_OK;
 }
 
@@ -1514,17 +1821,34 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLNI_BITS_int8 8
 #define ROLNI_BITS_(s) ROLNI_BITS_##s
 #define ROLNI_BITS(s) ROLNI_BITS_(s)
-/* Weights, second moments and tape of one autoencoder layer, what an update keeps of it, its blocks; n = 0: no layer. */
+#define ROLNI_OR(a, b) ((a) > 0 ? (a) : (b))
+#define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
+#define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
+#define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];
+/* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none, and of the four SPD layers. */
+#define ROLNI_EACH_LAYER(F, join) \
+    F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
+    F(ROLNI_(N4), ROLNI_(N5)) join F(ROLNI_(N5), ROLNI_(N6)) join F(ROLNI_(N6), ROLNI_(N7)) join F(ROLNI_(N7), ROLNI_(N8))
+#define ROLNI_EACH_SPD(F, join) \
+    F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
+    F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
+#define ROLNI_COMMA ,
+/* Numbers of work of the hungriest manifold. */
+#define ROLNI_VERB_WORK(S) \
+    ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
+             ROLN_MAX(S(base) > 0 || S(gyro) > 0 ? ROLN_SPD_BLOCK_WORK(S(base) > 0 ? S(width) : S(gyro)) : 0, \
+                      S(bimap) > 0 ? ROLN_STIEFEL_BLOCK_WORK(S(bimap_to), S(bimap)) : 0))
+/* Of one layer: its weights, as stored and full; second moments; what an update keeps of it; its blocks. */
 #define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_STORE), N, n) : 0)
 #define ROLNI_LAYER_FULL(N, n) ((n) > 0 ? ROLN_AE_LAYER(0, N, n) : 0)
 #define ROLNI_LAYER_MOMENTS(N, n) ((n) > 0 ? 1 + (N) : 0)
-#define ROLNI_LAYER_TAPE(N, n) ((n) > 0 ? (N) + (n) : 0)
 #define ROLNI_LAYER_KEEP(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
 #define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 2}
-/* Parameters, moments, what an update keeps and blocks of one SPD layer, width w -> wo: gyro's W, gyro's B, bimap's W^T. */
-#define ROLNI_GYRO(kind, x) ((int)(kind) == (int)ROLN_GYRO ? (x) : 0)
-#define ROLNI_BIMAP(kind, x) ((int)(kind) == (int)ROLN_BIMAP ? (x) : 0)
+/* The same of one SPD layer of width w -> wo: gyro has W and B, bimap W^T. */
+#define ROLNI_GYRO(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_GYRO) ? (x) : 0)
+#define ROLNI_REEIG(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_REEIG) ? (x) : 0)
+#define ROLNI_BIMAP(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_BIMAP) ? (x) : 0)
 #define ROLNI_SPD_LAYER(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + (w) * (w)) + ROLNI_BIMAP(kind, (w) * (wo)))
 #define ROLNI_SPD_MOMENTS(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + 1) + ROLNI_BIMAP(kind, 1))
 #define ROLNI_SPD_KEEP(kind, w, wo) (ROLNI_GYRO(kind, 2 * (w) * (w) + 2) + ROLNI_BIMAP(kind, 2 * (w) * (wo) + 2))
@@ -1532,13 +1856,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
     {ROLN_EUCLIDEAN, 1, ROLNI_GYRO(kind, ROLN_TRI(w)), 1}, \
     {ROLNI_GYRO(kind, 1) ? &roln_spd : ROLN_EUCLIDEAN, ROLNI_GYRO(kind, w), ROLNI_GYRO(kind, w), 1}, \
     {ROLNI_BIMAP(kind, 1) ? &roln_stiefel : ROLN_EUCLIDEAN, ROLNI_BIMAP(kind, wo), ROLNI_BIMAP(kind, w), 1}
-#define ROLNI_EACH_SPD(F) \
-    (F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) + F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) + F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) + \
-     F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)))
-#define ROLNI_EACH_LAYER(F) \
-    (F(ROLNI_(N0), ROLNI_(N1)) + F(ROLNI_(N1), ROLNI_(N2)) + F(ROLNI_(N2), ROLNI_(N3)) + F(ROLNI_(N3), ROLNI_(N4)) + \
-     F(ROLNI_(N4), ROLNI_(N5)) + F(ROLNI_(N5), ROLNI_(N6)) + F(ROLNI_(N6), ROLNI_(N7)) + F(ROLNI_(N7), ROLNI_(N8)))
-#define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
 
 #endif
 
@@ -1589,10 +1906,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const rol
 #define ROLN_STORE full
 #endif
 
-/* Sizes. N, n: full and latent degrees of freedom; theta_size: trained parameters; packed_size: bytes of roln_pack;
-   horizon: longest training window in steps. */
+/* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
+   bytes of NAME_pack; horizon: longest training window in steps. Every size follows the last one. */
 enum {
-    ROLNI_(N0) = ROLNI_AT(0, ROLN_AE),
+    ROLNI_(N) = ROLNI_AT(0, ROLN_AE),
     ROLNI_(N1) = ROLNI_AT(1, ROLN_AE),
     ROLNI_(N2) = ROLNI_AT(2, ROLN_AE),
     ROLNI_(N3) = ROLNI_AT(3, ROLN_AE),
@@ -1603,34 +1920,24 @@ enum {
     ROLNI_(N8) = ROLNI_AT(8, ROLN_AE),
     ROLNI_(layers) = (ROLNI_(N1) > 0) + (ROLNI_(N2) > 0) + (ROLNI_(N3) > 0) + (ROLNI_(N4) > 0) + (ROLNI_(N5) > 0) +
                      (ROLNI_(N6) > 0) + (ROLNI_(N7) > 0) + (ROLNI_(N8) > 0),
-    ROLNI_(N) = ROLNI_(N0),
-    ROLNI_(n) = ROLNI_(N8) > 0   ? ROLNI_(N8)
-                : ROLNI_(N7) > 0 ? ROLNI_(N7)
-                : ROLNI_(N6) > 0 ? ROLNI_(N6)
-                : ROLNI_(N5) > 0 ? ROLNI_(N5)
-                : ROLNI_(N4) > 0 ? ROLNI_(N4)
-                : ROLNI_(N3) > 0 ? ROLNI_(N3)
-                : ROLNI_(N2) > 0 ? ROLNI_(N2)
-                : ROLNI_(N1) > 0 ? ROLNI_(N1)
-                             : ROLNI_(N0),
+    ROLNI_(ae_sum) = ROLNI_(N1) + ROLNI_(N2) + ROLNI_(N3) + ROLNI_(N4) + ROLNI_(N5) + ROLNI_(N6) + ROLNI_(N7) + ROLNI_(N8),
+    ROLNI_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +),
+    ROLNI_(n4) = ROLNI_OR(ROLNI_(N4), ROLNI_OR(ROLNI_(N3), ROLNI_OR(ROLNI_(N2), ROLNI_OR(ROLNI_(N1), ROLNI_(N))))),
+    ROLNI_(n) = ROLNI_OR(ROLNI_(N8), ROLNI_OR(ROLNI_(N7), ROLNI_OR(ROLNI_(N6), ROLNI_OR(ROLNI_(N5), ROLNI_(n4))))),
+    /* perceptrons: hidden sizes; weights without the output layer */
     ROLNI_(H1) = ROLNI_AT(0, ROLN_MLP),
     ROLNI_(H2) = ROLNI_AT(1, ROLN_MLP),
     ROLNI_(H3) = ROLNI_AT(2, ROLN_MLP),
     ROLNI_(H4) = ROLNI_AT(3, ROLN_MLP),
     ROLNI_(H5) = ROLNI_AT(4, ROLN_MLP),
-    ROLNI_(mlp_layers) =
-        1 + (ROLNI_(H1) > 0) + (ROLNI_(H2) > 0) + (ROLNI_(H3) > 0) + (ROLNI_(H4) > 0) + (ROLNI_(H5) > 0),
+    ROLNI_(mlp_layers) = 1 + (ROLNI_(H1) > 0) + (ROLNI_(H2) > 0) + (ROLNI_(H3) > 0) + (ROLNI_(H4) > 0) + (ROLNI_(H5) > 0),
     ROLNI_(hidden) = ROLNI_(H1) + ROLNI_(H2) + ROLNI_(H3) + ROLNI_(H4) + ROLNI_(H5),
-    ROLNI_(wide) = ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLNI_(n), ROLNI_(H1)), ROLN_MAX(ROLNI_(H2), ROLNI_(H3))),
-                             ROLN_MAX(ROLNI_(H4), ROLNI_(H5))),
-    /* every size follows the last one: weights of a network without its output layer, then the output layer */
+    ROLNI_(even) = ROLN_MAX(ROLNI_(n), ROLN_MAX(ROLNI_(H2), ROLNI_(H4))),
+    ROLNI_(odd) = ROLN_MAX(ROLNI_(H1), ROLN_MAX(ROLNI_(H3), ROLNI_(H5))),
+    ROLNI_(wide) = ROLNI_(even) + ROLNI_(odd),
+    ROLNI_(last) = ROLNI_OR(ROLNI_(H5), ROLNI_OR(ROLNI_(H4), ROLNI_OR(ROLNI_(H3), ROLNI_OR(ROLNI_(H2), ROLNI_(H1))))),
     ROLNI_(trunk) = (ROLNI_(n) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
-    ROLNI_(last) = ROLNI_(H5) > 0   ? ROLNI_(H5)
-                   : ROLNI_(H4) > 0 ? ROLNI_(H4)
-                   : ROLNI_(H3) > 0 ? ROLNI_(H3)
-                   : ROLNI_(H2) > 0 ? ROLNI_(H2)
-                                : ROLNI_(H1),
     /* SPD layers: kinds, and widths that the first bimap brings down to n */
     ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
     ROLNI_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
@@ -1642,59 +1949,56 @@ enum {
     ROLNI_(W2) = ROLNI_(L1) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W1),
     ROLNI_(W3) = ROLNI_(L2) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W2),
     ROLNI_(W4) = ROLNI_(L3) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W3),
-    ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_MASS(ROLN_MASS) == ROLN_CHOLESKY,
+    ROLNI_(width) = ROLNI_(W0),
     ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
+    ROLNI_(base) = ROLN_BASE,
+    ROLNI_(damping) = ROLN_DAMPING,
+    ROLNI_(cholesky) = ROLNI_MASS(ROLN_MASS) == ROLN_CHOLESKY,
+    ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
+    ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
+                            ROLN_MAX(ROLNI_GYRO(ROLNI_(L2), ROLNI_(W2)), ROLNI_GYRO(ROLNI_(L3), ROLNI_(W3)))),
+    ROLNI_(reeig) = ROLN_MAX(ROLN_MAX(ROLNI_REEIG(ROLNI_(L0), ROLNI_(W0)), ROLNI_REEIG(ROLNI_(L1), ROLNI_(W1))),
+                             ROLN_MAX(ROLNI_REEIG(ROLNI_(L2), ROLNI_(W2)), ROLNI_REEIG(ROLNI_(L3), ROLNI_(W3)))),
+    ROLNI_(bimap) = ROLN_MAX(ROLN_MAX(ROLNI_BIMAP(ROLNI_(L0), ROLNI_(W0)), ROLNI_BIMAP(ROLNI_(L1), ROLNI_(W1))),
+                             ROLN_MAX(ROLNI_BIMAP(ROLNI_(L2), ROLNI_(W2)), ROLNI_BIMAP(ROLNI_(L3), ROLNI_(W3)))),
+    ROLNI_(bimap_to) = ROLNI_(bimap) > 0 ? ROLNI_(n) : 0,
+    ROLNI_(chain) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP, +),
+    ROLNI_(chain_dir) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP_DIR, +),
+    ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
+    /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
                        ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0),
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
-    ROLNI_(force_size) = (ROLN_INPUTS) > 0 ? (ROLN_INPUTS) : ROLNI_(N),
-    ROLNI_(theta_size) = ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER) +
-                         ROLNI_(input_size),
-    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
-                          ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS) + ROLNI_(input_size),
-    ROLNI_(blocks) = 31,
+    ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
+    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER, +) + ROLNI_(input_size),
+    ROLNI_(theta_size) = ROLNI_(ae_size) + ROLNI_(rest_size),
+    ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLNI_(rest_size), /* if no weights are stored small */
+    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
+                          ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
+    ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_KEEP, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
+                        ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
     ROLNI_(horizon) = ROLN_HORIZON,
-    ROLNI_(ae_sum) = ROLNI_EACH_LAYER(ROLNI_LAYER_TAPE),
-    ROLNI_(stages) = ROLN_STAGES(ROLNI_SCHEME(ROLN_STEP)),
-    ROLNI_(tape) = ROLN_LNN_TAPE(ROLNI_(n), ROLNI_(W0), ROLN_BASE, ROLNI_(formed), ROLN_DAMPING, ROLNI_(hidden), 2, 1),
-    ROLNI_(tape_block) = ROLN_LNN_TAPE(ROLNI_(n), ROLNI_(W0), ROLN_BASE, ROLNI_(formed), ROLN_DAMPING, ROLNI_(hidden), 2, ROLN_BLOCK),
-    ROLNI_(step_work) = ROLN_STEP_WORK(ROLNI_(n), ROLNI_(W0), ROLNI_(spd_layers), ROLNI_(formed), ROLNI_(wide), 2, 1),
-    ROLNI_(step_block) = ROLN_STEP_WORK(ROLNI_(n), ROLNI_(W0), ROLNI_(spd_layers), ROLNI_(formed), ROLNI_(wide), 2, ROLN_BLOCK),
-    ROLNI_(work_size) = ROLN_TICK_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(tape), ROLNI_(step_work)),
-    ROLNI_(linear_size) = ROLN_LINEAR_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLNI_(stages), ROLNI_(tape), ROLNI_(step_work)),
-    ROLNI_(grad_size) = ROLN_GRAD_WORK(ROLNI_(N), ROLNI_(n), ROLNI_(ae_sum), ROLN_BLOCK, ROLN_HORIZON,
-                                       ROLN_MAX(3, ROLNI_(stages)), ROLNI_(tape_block), ROLNI_(step_block)),
-    ROLNI_(update_size) =
-        ROLNI_EACH_LAYER(ROLNI_LAYER_KEEP) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) + ROLNI_EACH_SPD(ROLNI_SPD_KEEP) +
-        ROLN_MAX(ROLN_MAX(ROLN_SPD_RETRACT_WORK(ROLNI_(W0)), ROLN_STIEFEL_RETRACT_WORK(ROLNI_(n), ROLNI_(W0))),
-                 ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(ROLNI_(N1)), ROLN_BIORTH_RETRACT_WORK(ROLNI_(N1), ROLNI_(N0)))),
-    ROLNI_(start_size) = ROLN_MAX(ROLN_AE_INIT_WORK(ROLNI_(N1)), ROLN_AE_POD_WORK(ROLNI_(N))),
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size))
+    ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
+    ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size)),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size))
 };
 
-typedef char ROLNI_(sizes_must_not_grow)[ROLNI_EACH_LAYER(ROLNI_LAYER_OK) == 8 && ROLNI_AT(9, ROLN_AE) == 0 ? 1 : -1];
-typedef char ROLNI_(spd_layers_must_end_at_n)[ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n) ? 1 : -1];
-typedef char ROLNI_(cholesky_takes_no_base_nor_layers)[ROLNI_MASS(ROLN_MASS) == ROLN_EXPONENTIAL ||
-                                                               (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0)
-                                                           ? 1
-                                                           : -1];
-typedef char ROLNI_(spd_layers_4_at_most)[(ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
-                                                  (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0
-                                              ? 1
-                                              : -1];
-typedef char ROLNI_(mlp_needs_1_to_5_widths)[ROLNI_(H1) > 0 && ROLNI_(H2) >= 0 && ROLNI_(H3) >= 0 && ROLNI_(H4) >= 0 && ROLNI_(H5) >= 0 &&
-                                                     (ROLNI_(H2) > 0 || ROLNI_(H3) == 0) && (ROLNI_(H3) > 0 || ROLNI_(H4) == 0) &&
-                                                     (ROLNI_(H4) > 0 || ROLNI_(H5) == 0) && ROLNI_AT(5, ROLN_MLP) == 0
-                                                 ? 1
-                                                 : -1];
-typedef char ROLNI_(inputs_at_most_N)[(ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N) ? 1 : -1];
-typedef char ROLNI_(base_and_damping_are_0_or_1)[(ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) &&
-                                                         (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING)
-                                                     ? 1
-                                                     : -1];
-typedef char ROLNI_(block_at_least_1)[(ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0 ? 1 : -1];
-typedef char ROLNI_(stored_weights_need_float)[ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4 ? 1 : -1];
+ROLNI_ASSERT(sizes_must_not_grow, (ROLNI_EACH_LAYER(ROLNI_LAYER_OK, &&)) && ROLNI_AT(9, ROLN_AE) == 0)
+ROLNI_ASSERT(spd_layers_must_end_at_n, ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n))
+ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0))
+ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
+                                       (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
+ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_(H1) > 0 && ROLNI_(H2) >= 0 && ROLNI_(H3) >= 0 && ROLNI_(H4) >= 0 && ROLNI_(H5) >= 0 &&
+                                          (ROLNI_(H2) > 0 || ROLNI_(H3) == 0) && (ROLNI_(H3) > 0 || ROLNI_(H4) == 0) &&
+                                          (ROLNI_(H4) > 0 || ROLNI_(H5) == 0) && ROLNI_AT(5, ROLN_MLP) == 0)
+ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
+ROLNI_ASSERT(base_and_damping_are_0_or_1,
+             (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
+ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0)
+ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
 typedef struct {
@@ -1702,198 +2006,217 @@ typedef struct {
     roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)], zd_max[ROLNI_(n)];
     roln_real theta[ROLNI_(theta_size)];
 } ROLNI_(params);
+ROLNI_ASSERT(params_are_numbers_only, sizeof(ROLNI_(params)) == ROLN_NUMBERS(ROLNI_(n), ROLNI_(theta_size)) * sizeof(roln_real))
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, qd in 1/s */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
-typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)]; } ROLNI_(target); /* reference of a controller */
-typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard);        /* zero it once; tau: to be applied */
-typedef struct { roln_real w[ROLNI_(work_size)]; } ROLNI_(work);          /* scratch of prediction and control */
-typedef struct { roln_real w[ROLNI_(linear_size)]; } ROLNI_(linwork);     /* of linearisation */
-typedef struct { roln_real w[ROLN_MAX(ROLNI_(grad_size), ROLNI_(update_size))]; } ROLNI_(train); /* of errors and training */
+typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)], kp[ROLNI_(n)], kd[ROLNI_(n)]; } ROLNI_(target);
+typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard); /* zero it once; tau: to be applied */
+typedef struct { roln_real M[ROLNI_(n) * ROLNI_(n)], c[ROLNI_(n)], g[ROLNI_(n)], d[ROLNI_(n)], T, V; } ROLNI_(equation);
+typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI_(force_size)]; } ROLNI_(jacobian);
+
+/* Scratch of prediction and control: for every function what it takes, one upon the other. */
+typedef union {
+    roln_real encode[ROLN_ENCODE_WORK(ROLNI_, 2)], aim[ROLN_ENCODE_WORK(ROLNI_, 3)], decode[ROLN_DECODE_WORK(ROLNI_)];
+    roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
+    roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
+    roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
+    roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
+#if ROLN_INPUTS == 0
+    roln_real tick[ROLN_TICK_WORK(ROLNI_)];
+#endif
+} ROLNI_(work);
+typedef struct { roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; } ROLNI_(linwork); /* scratch of linearisation */
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
-     {ROLNI_(n), ROLNI_(H1), ROLNI_(H2) > 0 ? ROLNI_(H2) : (out), ROLNI_(H3) > 0 ? ROLNI_(H3) : (out), \
-      ROLNI_(H4) > 0 ? ROLNI_(H4) : (out), ROLNI_(H5) > 0 ? ROLNI_(H5) : (out), out}}
+     {ROLNI_(n), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
+      ROLNI_OR(ROLNI_(H5), out), out}}
 static const roln_model ROLNI_(model) = {
     {ROLNI_(layers),
-     {ROLNI_(N0), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
-     (roln_real)(ROLN_SLOPE), ROLNI_STORE(ROLN_STORE)},
+     {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
+     ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE)},
     {ROLNI_(n), ROLNI_MASS(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers),
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
-     ROLN_DAMPING, (roln_real)(ROLN_LEAST),
+     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n)))},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
 #undef ROLNI_MLP_OF
 
+/* The model and where its numbers are, as the functions above want it. */
+ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
+{
+    const roln_trained m = {&ROLNI_(model), &p->scale, p->z_min, p->z_max, p->zd_max, p->theta};
+    return m;
+}
+
 /* z = rho(q), zd = D(q) qd. */
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
-    return roln_encode(&ROLNI_(model), &p->scale, p->theta, x->q, x->qd, NULL, s->z, s->zd, NULL, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, work->encode);
 }
 
 /* q = phi(z), qd = J(z) zd. */
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
-    return roln_decode(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, x->q, x->qd, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_decode(&m, s->z, s->zd, x->q, x->qd, work->decode);
 }
 
 /* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
 ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int count, const int *which,
                                         roln_real *q, roln_real *qd, ROLNI_(work) *work)
 {
-    return roln_decode_some(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, count, which, q, qd, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_decode_some(&m, s->z, s->zd, count, which, q, qd, work->decode_some);
 }
 
-/* Advance s by dt seconds under the force tau [N] (or inputs u) held over the step (NULL: none). s stays as it was unless
-   ROLN_OK. */
-ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real *tau, roln_real dt,
-                                 ROLNI_(work) *work)
-{
-    return roln_step(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, tau, dt, work->w);
-}
-
-/* The same, and A = d(z,zd)+ / d(z,zd) [2n][2n], B = d(z,zd)+ / d tau [2n][force_size] (may be NULL). */
-ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real *tau, roln_real dt, roln_real *A,
-                                   roln_real *B, ROLNI_(linwork) *work)
-{
-    return roln_linear(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, tau, dt, A, B, work->w);
-}
-
-/* tau_z = J(z)^T tau, and tau = D(phi(z))^T tau_z, the force that reduces to tau_z. tau [N] (or u), tau_z [n]. */
-ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *tau, roln_real *tau_z,
-                                   ROLNI_(work) *work)
-{
-    return roln_reduce(&ROLNI_(model), &p->scale, p->theta, s->z, tau, tau_z, work->w);
-}
-
-ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *tau_z, roln_real *tau,
-                                 ROLNI_(work) *work)
-{
-    return roln_lift(&ROLNI_(model), &p->scale, p->theta, s->z, tau_z, tau, work->w);
-}
-
-/* M [n][n], c = C zd, g, d [n] of M zdd + c + g + d = tau_z, kinetic and potential energy T, V; each may be NULL. If no force
-   did work in training, all of them, and forces with them, share one unknown factor. */
-ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) *s, roln_real *M, roln_real *c, roln_real *g,
-                                  roln_real *d, roln_real *T, roln_real *V, ROLNI_(work) *work)
-{
-    return roln_terms(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, M, c, g, d, T, V, work->w);
-}
-
-/* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
-ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *w, const roln_real *zdd,
-                                    roln_real *tau_z, ROLNI_(work) *work)
-{
-    return roln_inverse(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, w, zdd, tau_z, work->w);
-}
-
-/* y = D^T M D v, the apparent inertia of the full space applied to v [N]. */
-ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real *v, roln_real *y,
-                                    ROLNI_(work) *work)
-{
-    return roln_inertia(&ROLNI_(model), &p->scale, p->theta, s->z, v, y, work->w);
-}
-
-/* Reference q, qd, qdd [N] in the latent space. */
-ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real *q, const roln_real *qd, const roln_real *qdd,
+/* Reference q, qd, qdd [N] in the latent space: r->z, zd, zdd; the gains in r stay as they are. */
+ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLNI_(N))],
+                                const roln_real qd[ROLN_AT_LEAST(ROLNI_(N))], const roln_real qdd[ROLN_AT_LEAST(ROLNI_(N))],
                                 ROLNI_(target) *r, ROLNI_(work) *work)
 {
-    return roln_encode(&ROLNI_(model), &p->scale, p->theta, q, qd, qdd, r->z, r->zd, r->zdd, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, work->aim);
 }
 
-/* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), diagonal gains kp, kd [n]. */
+/* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), reference and diagonal gains in r. */
 ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const ROLNI_(target) *r,
-                                    const roln_real *kp, const roln_real *kd, roln_real *tau_z, ROLNI_(work) *work)
+                                    roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
-    return roln_control(&ROLNI_(model), &p->scale, p->theta, s->z, s->zd, r->z, r->zd, r->zdd, kp, kd, tau_z, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
+    return roln_control(&m, s->z, s->zd, &ref, tau_z, work->control);
+}
+
+/* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
+ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))],
+                                 roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_lift(&m, s->z, tau_z, tau, work->lift);
 }
 
 /* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
 ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int motors, const roln_real *B,
-                                     const roln_real *tau_z, roln_real mu, roln_real *u, ROLNI_(work) *work)
+                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real mu, roln_real *u,
+                                     ROLNI_(work) *work)
 {
-    return roln_allocate(&ROLNI_(model), &p->scale, p->theta, motors, s->z, B, tau_z, mu, u, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_allocate(&m, motors, s->z, B, tau_z, mu, u, work->allocate);
 }
 
-/* Last call of a control tick: g->tau becomes the torque `want` if all is well, else a safe one; st: the first status other
-   than ROLN_OK of this tick. Returns the faults of this tick, ROLN_FAULT_..; g->g.faults keeps those of all ticks. */
-ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, roln_real dt, const ROLNI_(state) *x,
-                                    const ROLNI_(latent) *s, roln_status st, const roln_real *want, ROLNI_(guard) *g,
+/* Last call of a control tick: g->tau becomes the torque `want` if all is well, else a safe one. s NULL: the encoder failed; want
+   NULL: something on the way to it failed. Returns the faults of this tick, ROLN_FAULT_..; g->g.faults keeps those of all ticks. */
+ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x,
+                                    const ROLNI_(latent) *s, const roln_real want[ROLNI_(force_size)], ROLNI_(guard) *g,
                                     ROLNI_(work) *work)
 {
-    return roln_guard_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, x->q, x->qd,
-                           s->z, s->zd, st, want, &g->g, g->tau, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_full measured = {x->q, x->qd};
+    const roln_held held = {&g->g, g->tau};
+    return roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held, work->guard_tick);
 }
 
 #if ROLN_INPUTS == 0
-/* All of a control tick: x measured, s its latent state out, g->tau to the motors. encode, control, lift and guard_tick in one
-   call, the same bits, at two thirds of the cost. */
-ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, roln_real dt, const ROLNI_(state) *x,
-                              const ROLNI_(target) *r, const roln_real *kp, const roln_real *kd, ROLNI_(latent) *s,
-                              ROLNI_(guard) *g, ROLNI_(work) *work)
+/* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
+   control, lift and guard_tick in one call, the same bits, at two thirds of the cost. */
+ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
+                              ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
-    return roln_tick(&ROLNI_(model), &p->scale, p->theta, p->z_min, p->z_max, p->zd_max, limits, dt, x->q, x->qd, r->z, r->zd, r->zdd,
-                     kp, kd, s->z, s->zd, &g->g, g->tau, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_full measured = {x->q, x->qd};
+    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
+    const roln_held held = {&g->g, g->tau};
+    return roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, work->tick);
 }
 #endif
-
-/* Roll-out from q[0], qd[0], encoded anew from every again-th sample (0: never); all arrays as in roln_predict. */
-ROLN_FN roln_status ROLNI_(predict)(const ROLNI_(params) *p, int steps, roln_real dt, int again, const roln_real *q,
-                                    const roln_real *qd, const roln_real *tau, roln_real *q_pred, roln_real *qd_pred,
-                                    ROLNI_(work) *work)
-{
-    return roln_predict(&ROLNI_(model), &p->scale, p->theta, steps, dt, again, q, qd, tau, q_pred, qd_pred, work->w);
-}
-
-/* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
-ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                   const roln_real *qbar, roln_error *e, ROLNI_(train) *work)
-{
-    return roln_errors(&ROLNI_(model), &p->scale, p->theta, b, ROLN_BLOCK, dt, every, qbar, e, work->w);
-}
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
 {
-    return roln_in_range(ROLNI_(n), p->z_min, p->z_max, p->zd_max, 0, s->z, s->zd);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_in_range(&m, 0, s->z, s->zd);
+}
+
+/* Advance s by dt seconds under the force tau [N] (or inputs u) held over the step (NULL: none). s stays as it was unless
+   ROLN_OK. */
+ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real tau[ROLNI_(force_size)], roln_real dt,
+                                 ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_step(&m, s->z, s->zd, tau, dt, work->step);
+}
+
+/* The same, and j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau [2n][force_size]. */
+ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, const roln_real tau[ROLNI_(force_size)],
+                                   roln_real dt, ROLNI_(jacobian) *j, ROLNI_(linwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, work->linear);
+}
+
+/* tau_z = J(z)^T tau. tau [N] (or u). */
+ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent) *s,
+                                   const roln_real tau[ROLN_AT_LEAST(ROLNI_(force_size))],
+                                   roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_reduce(&m, s->z, tau, tau_z, work->reduce);
+}
+
+/* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
+ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real w[ROLNI_(n)],
+                                    const roln_real zdd[ROLN_AT_LEAST(ROLNI_(n))], roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))],
+                                    ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, work->inverse);
+}
+
+/* M [n][n], c = C zd, g, d of M zdd + c + g + d = tau_z, kinetic and potential energy T, V. If no force did work in training, all
+   of them, and forces with them, share one unknown factor. */
+ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(equation) *e, ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
+    return roln_terms(&m, s->z, s->zd, &out, work->terms);
+}
+
+/* y = D^T M D v, the apparent inertia of the full space applied to v. */
+ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real v[ROLN_AT_LEAST(ROLNI_(N))],
+                                    roln_real y[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_inertia(&m, s->z, v, y, work->inertia);
 }
 
 /* Record in p the range of z, zd over the samples q, qd [count][N]. */
 ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
-    return roln_fit_range(&ROLNI_(model), &p->scale, p->theta, count, q, qd, p->z_min, p->z_max, p->zd_max, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, work->fit_range);
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
-ROLN_FN roln_numbers ROLNI_(numbers)(const ROLNI_(params) *p)
+ROLN_FN void ROLNI_(pack)(const ROLNI_(params) *p, unsigned char bytes[ROLN_AT_LEAST(ROLNI_(packed_size))])
 {
-    const roln_numbers x = {&p->scale, &p->dt, p->z_min, p->z_max, p->zd_max, p->theta};
-    return x;
-}
-
-ROLN_FN void ROLNI_(pack)(const ROLNI_(params) *p, unsigned char bytes[ROLNI_(packed_size)])
-{
-    const roln_numbers x = ROLNI_(numbers)(p);
-    roln_pack(&ROLNI_(model), &x, bytes);
+    roln_pack(&ROLNI_(model), p, bytes);
 }
 
 ROLN_FN roln_status ROLNI_(unpack)(int count, const unsigned char *bytes, ROLNI_(params) *p)
 {
-    return roln_unpack(&ROLNI_(model), count, bytes, &p->scale, &p->dt, p->z_min, p->z_max, p->zd_max, p->theta);
+    return roln_unpack(&ROLNI_(model), count, bytes, p);
 }
 
 ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *ctx)
 {
-    const roln_numbers x = ROLNI_(numbers)(p);
-    return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), &x, put, ctx);
+    return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), p, put, ctx);
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
-
-/* Training, of full weights. */
-typedef struct { roln_real w[ROLNI_(start_size)]; } ROLNI_(start); /* of initialisation */
 
 /* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
 typedef struct {
@@ -1908,46 +2231,66 @@ typedef struct {
     roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
 } ROLNI_(optimiser);
 
+/* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
+   in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
+typedef union {
+    roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
+    roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
+    roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)];
+} ROLNI_(train);
+
+/* Scratch of initialisation. */
+typedef union {
+    roln_real init[ROLN_MAX(1, ROLN_AE_INIT_WORK(ROLNI_))], init_pod[ROLN_MAX(1, ROLN_AE_POD_WORK(ROLNI_))];
+} ROLNI_(start);
+
 /* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), then the networks, the base
    point, the SPD layers, the input map (group 1). */
-static const roln_block ROLNI_(table)[ROLNI_(blocks)] = {ROLNI_LAYER_BLOCKS(ROLNI_(N0), ROLNI_(N1)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N1), ROLNI_(N2)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N2), ROLNI_(N3)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N3), ROLNI_(N4)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N4), ROLNI_(N5)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N5), ROLNI_(N6)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N6), ROLNI_(N7)),
-                                                         ROLNI_LAYER_BLOCKS(ROLNI_(N7), ROLNI_(N8)),
-                                                         {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                                         {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
-                                                          ROLN_BASE ? ROLNI_(W0) : 0, 1},
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)),
-                                                         ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4)),
-                                                         {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
+static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, ROLNI_COMMA),
+                                           {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
+                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
+                                            ROLN_BASE ? ROLNI_(W0) : 0, 1},
+                                           ROLNI_EACH_SPD(ROLNI_SPD_BLOCKS, ROLNI_COMMA),
+                                           {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
+enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
 
-/* Random weights (scales 1, no range, input map 0). ROLN_E_NOT_SPD: hardly ever; call again. */
+/* Random weights (scales 1, no range, input map 0). Status of roln_ae_init. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
 {
     memset(p, 0, sizeof *p);
     p->scale.q = p->scale.t = 1;
-    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
-    return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->w);
+    roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
+    return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
 }
 
 /* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks. qbar [N] out.
    Status of roln_fit_scale, roln_ae_init_pod; p is then not initialised. */
-ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
-                                     uint64_t *seed, ROLNI_(start) *work)
+ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd,
+                                     roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], uint64_t *seed, ROLNI_(start) *work)
 {
     roln_status st;
     memset(p, 0, sizeof *p);
     st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
-    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->w);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod);
     if (st != ROLN_OK) return st;
-    roln_lnn_init(&ROLNI_(model).lnn, p->theta + roln_ae_params(&ROLNI_(model).ae), seed);
+    roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return ROLN_OK;
+}
+
+/* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
+ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_variance(&m, b, var, work->variance);
+}
+
+/* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
+ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b,
+                                     ROLNI_(gradient) *g, ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_gradient to = {g->theta, &g->loss, &g->windows};
+    return roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, work->grad_acc);
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
@@ -1956,63 +2299,55 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
 ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_gradient to = {g->theta, &g->loss, &g->windows};
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 0, ROLN_BLOCK, dt, g->theta, &g->loss, &g->windows,
-                     work->w);
-}
-
-/* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
-ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b,
-                                     ROLNI_(gradient) *g, ROLNI_(train) *work)
-{
-    return roln_grad(&ROLNI_(model), &p->scale, p->theta, weights, b, 1, ROLN_BLOCK, 0, g->theta, &g->loss, &g->windows,
-                     work->w);
+    return roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, work->grad);
 }
 
 /* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. */
 ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI_(optimiser) *o, const ROLNI_(gradient) *g,
                                    ROLNI_(train) *work)
 {
-    roln_moments moments;
-    moments.m = o->m, moments.v = o->v, moments.v_max = o->v_max;
-    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments, work->w);
+    const roln_moments moments = {o->m, o->v, o->v_max};
+    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
+                            work->update);
 }
 
-/* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
-ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
+/* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
+ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
+                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
 {
-    return roln_variance(&ROLNI_(model), &p->scale, p->theta, b, var, work->w);
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, work->errors);
 }
 
 #else
 
-/* Sizes of the model with full weights: parameters, bytes of roln_pack; scratch of NAME_store. */
-enum {
-    ROLNI_(full_size) = ROLNI_(theta_size) - ROLNI_EACH_LAYER(ROLNI_LAYER) + ROLNI_EACH_LAYER(ROLNI_LAYER_FULL),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size)),
-    ROLNI_(store_size) = 3 * ROLNI_(n) + ROLNI_(full_size) +
-                         ROLN_AE_STORE_WORK(ROLNI_(theta_size), ROLNI_(N0), ROLNI_(N1), ROLNI_(ae_sum))
-};
 typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) params; } ROLNI_(words); /* what NAME_write writes */
-typedef struct { roln_real w[ROLNI_(store_size)]; } ROLNI_(start); /* scratch of NAME_store */
+
+/* Scratch of NAME_store: the numbers of the full model, and behind them that of roln_store. */
+typedef struct {
+    roln_real full[ROLN_NUMBERS(ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
+} ROLNI_(start);
 
 /* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
    roln_unpack, roln_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
+    enum { ROLNI_n = ROLNI_(n) };
+    const roln_real *x = work->full;
+    const roln_trained from = {&ROLNI_(model), NULL, x + 3, x + 3 + ROLNI_n, x + 3 + 2 * ROLNI_n, x + 3 + 3 * ROLNI_n};
     roln_model full = ROLNI_(model);
-    roln_real *w = work->w, *theta = rolni_take(&w, ROLNI_(full_size)), *z = rolni_take(&w, 3 * ROLNI_(n)), dt;
-    roln_scale scale;
-    const roln_numbers x = {&scale, &dt, z, z + ROLNI_(n), z + 2 * ROLNI_(n), theta};
     roln_status st;
-    full.ae.store = ROLN_FULL;
-    st = roln_unpack(&full, count, bytes, &scale, &dt, z, z + ROLNI_(n), z + 2 * ROLNI_(n), theta);
-    if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &x, p->theta, w);
+    full.ae.storage = ROLN_FULL;
+    st = roln_unpack(&full, count, bytes, work->full);
+    if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &from, p->theta, work->store);
     if (st != ROLN_OK) return st;
-    p->scale = scale, p->dt = dt;
-    memcpy(p->z_min, x.z_min, sizeof p->z_min);
-    memcpy(p->z_max, x.z_max, sizeof p->z_max);
-    memcpy(p->zd_max, x.zd_max, sizeof p->zd_max);
+    p->scale.q = x[0], p->scale.t = x[1], p->dt = x[2];
+    rolni_copy(ROLNI_n, from.z_min, p->z_min);
+    rolni_copy(ROLNI_n, from.z_max, p->z_max);
+    rolni_copy(ROLNI_n, from.zd_max, p->zd_max);
     return ROLN_OK;
 }
 

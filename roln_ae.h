@@ -55,9 +55,6 @@ typedef struct {
        S(N1), S(N2)   N_1, N_2; 0 where there is no such layer, so that S(N1) > 0 means that there are layers
        S(ae_sum)      N_1 + N_2 + .. + N_L
        S(ae_size)     roln_ae_params(ae) */
-#ifndef ROLNI_LOCAL
-#define ROLNI_LOCAL(x) x
-#endif
 
 /* N_l, or 0 beyond the last layer. */
 ROLN_FN int roln_ae_size(const roln_ae *ae, int l)

@@ -270,7 +270,12 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        chain_dir   sum of ROLN_LAYER_KEEP_DIR
        gyro, reeig width of the first layer of that kind, which is the widest; 0 without
        bimap, bimap_to   width before and behind the first BiMap layer; 0 without
+       row_mass ..       ROLN_LNN_ROWS: what one row of a block takes, named so that the macros stay short when they are expanded
    and no more of them than a macro needs. */
+#define ROLN_LNN_ROWS(X, S) \
+    X(row_mass, ROLNI_EVAL_ROW_WORK(S, ROLNI_MASS)) X(row_gradient, ROLNI_EVAL_ROW_WORK(S, ROLNI_GRADIENT)) \
+    X(row_dm, ROLNI_DM_WORK(S)) \
+    X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1))
 
 /* Kept of an SPD layer from width w to wo, its output included: at the matrix, and for each direction. kind 0: no layer. */
 #define ROLN_LAYER_KEEP(kind, w, wo) \
@@ -313,15 +318,12 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
 #define ROLN_LNN_TAPE(S, dirs, keep, nb) (0 ROLNI_TAPE_MEM(ROLNI_SIZE, S, dirs, keep, nb))
 
 /* Where things lie on a tape. */
-#define ROLNI_FIELD(name, size) roln_real *name;
 #define ROLNI_NO_SIZE(x) 0
 typedef struct {
     ROLNI_TAPE_MEM(ROLNI_FIELD, ROLNI_NO_SIZE, 0, 0, 0)
     roln_real *zd; /* the last direction of x */
 } rolni_tape;
-#undef ROLNI_FIELD
 
-#define ROLNI_LOCAL(x) x
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, width = (f)->width[0], base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
     const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net)
@@ -333,13 +335,11 @@ ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
     return ROLN_LNN_TAPE(ROLNI_LOCAL, dirs, keep, nb);
 }
 
-ROLN_FN rolni_tape rolni_tape_of(const roln_lnn *f, int dirs, int keep, int nb, roln_real *mem)
+ROLN_FN rolni_tape rolni_tape_of(const roln_lnn *f, int dirs, int keep, int nb, roln_real *work)
 {
     ROLNI_TAPE_SIZES(f);
-    rolni_tape t;
-#define ROLNI_PLACE(name, size) t.name = mem, mem += (size);
-    ROLNI_TAPE_MEM(ROLNI_PLACE, ROLNI_LOCAL, dirs, keep, nb)
-#undef ROLNI_PLACE
+    rolni_tape t, *b = &t;
+    ROLNI_TAPE_MEM(ROLNI_LAY, ROLNI_LOCAL, dirs, keep, nb)
     if (!base) t.R = t.Q;
     t.zd = t.x + dirs * nb * n;
     return t;
@@ -1087,8 +1087,8 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
     ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
              (1 - (keep)) * (nb) * S(hidden) + \
-                 ROLN_MAX(0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ROLNI_EVAL_ROW_WORK(S, wanted), \
-                          ROLN_MAX((wanted) < ROLNI_CORIOLIS ? 0 : ROLNI_DM_WORK(S), \
+                 ROLN_MAX(0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ((wanted) < ROLNI_GRADIENT ? S(row_mass) : S(row_gradient)), \
+                          ROLN_MAX((wanted) < ROLNI_CORIOLIS ? 0 : S(row_dm), \
                                    (wanted) < ROLNI_GRADIENT ? 0 : ROLN_MLP_BWD_WORK(1, nb, S(wide)))))
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
@@ -1191,7 +1191,7 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 #define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(width))) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
-     ROLN_MAX(ROLNI_ROW_BWD_WORK(S, k, 1), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
+     ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             roln_real *gx, roln_real *gtheta, roln_real *work)
 {
@@ -1302,7 +1302,7 @@ ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta,
 #define ROLN_LNN_INVERSE_MEM(X, S, nb) X(out, (nb) * S(n))
 #define ROLN_LNN_INVERSE_WORK(S, dirs, keep, nb) \
     ROLN_MAX(ROLNI_EVAL_WORK(S, dirs, keep, ROLNI_CORIOLIS, nb), \
-             0 ROLN_LNN_INVERSE_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n), (dirs) > 1 ? ROLNI_DM_WORK(S) : 0))
+             0 ROLN_LNN_INVERSE_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n), (dirs) > 1 ? S(row_dm) : 0))
 ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s,
                                      const roln_real *w, const roln_real *zdd, roln_real *tau_z, roln_real *tape, roln_real *work)
 {

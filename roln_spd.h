@@ -99,6 +99,19 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
        ROLN_FOO_MEM(ROLNI_CARVE, n)    in the function: declares A and b, and moves work on to what is left */
 #define ROLNI_SIZE(name, size) +(size)
 #define ROLNI_CARVE(name, size) roln_real *const name = (work += (size)) - (size);
+/* A list may also be the members of a struct, placed in *b; and what depends on the whole shape of a model asks for its sizes by
+   name, S(n), S(N) .., where S is ROLNI_LOCAL in a function, whose local ints have those names, and a prefix in the typed shell of
+   roln.h. */
+#define ROLNI_FIELD(name, size) roln_real *name;
+#define ROLNI_LAY(name, size) b->name = work, work += (size);
+#define ROLNI_LOCAL(x) x
+
+/* An array parameter of n numbers or more: in C, compilers warn where a shorter one is passed. */
+#ifdef __cplusplus
+#define ROLN_AT_LEAST(n) n
+#else
+#define ROLN_AT_LEAST(n) static n
+#endif
 
 /* clang contracts a*b+c to a fused multiply-add unless told not to; gcc does not under -std=c99.
    With contraction off the same program gives the same bits on every target that computes float in float (FLT_EVAL_METHOD 0)

@@ -30,6 +30,7 @@ static struct {
 /* The sizes of a shape for the macros: SZ(n), SZ(width) .. */
 static struct {
     int n, width, base, damping, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to;
+    int row_mass, row_gradient, row_dm, row_bwd_0, row_bwd_1, row_bwd_2;
 } sz;
 #define SZ(x) sz.x
 
@@ -53,6 +54,9 @@ static void set_sizes(const roln_lnn *f)
         if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
         if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
     }
+#define SET(name, size) sz.name = (size);
+    ROLN_LNN_ROWS(SET, SZ)
+#undef SET
 }
 
 #define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)
