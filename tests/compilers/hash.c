@@ -34,8 +34,8 @@ static void add(int n, const roln_real *x)
     unsigned char b[sizeof(roln_real)], *p;
     for (; n > 0; n--, x++) {
         p = b;
-        rolni_put_reals(&p, 1, x);
-        hash = roln_fnv((int)sizeof b, b, hash);
+        rolni_put(&p, rolni_bits(*x), sizeof b);
+        hash = roln_fnv(sizeof b, b, hash);
     }
 }
 
@@ -82,9 +82,10 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
     static const roln_loss ode = ROLN_ODE_WEIGHTS, positions = ROLN_POSITION_WEIGHTS;
     roln_loss acc = ROLN_ACC_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
-    roln_real gain[2] = {4, 2}, tau_z[2], tau[6], A[16], B[8];
+    roln_real tau_z[2], tau[6];
+    full_jacobian j;
     full_latent z, next;
-    full_target aim;
+    full_target target = {.kp = {4, 2}, .kd = {4, 2}};
     full_state x;
     roln_batch b;
     int start[BATCH], k, i;
@@ -109,14 +110,14 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(full_encode(&p, &x, &z, &work), "full: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &aim, &work), "full: aim");
-        must(full_control(&p, &z, &aim, gain, gain, tau_z, &work), "full: control");
+        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work), "full: aim");
+        must(full_control(&p, &z, &target, tau_z, &work), "full: control");
         must(full_lift(&p, &z, tau_z, tau, &work), "full: lift");
         must(full_inertia(&p, &z, tau, tau, &work), "full: inertia");
         next = z;
-        must(full_linear(&p, &next, u + 2 * k, h / 8, A, B, &linwork), "full: linear");
+        must(full_linear(&p, &next, u + 2 * k, h / 8, &j, &linwork), "full: linear");
         must(full_step(&p, &z, u + 2 * k, h / 8, &work), "full: step");
-        add(2, tau_z), add(6, tau), add(16, A), add(8, B), add(2, z.z), add(2, z.zd), add(2, next.z);
+        add(2, tau_z), add(6, tau), add(16, j.A), add(8, j.B), add(2, z.z), add(2, z.zd), add(2, next.z);
     }
 }
 
@@ -125,7 +126,10 @@ static void hash_spd(uint64_t *s)
 {
     enum { n = 5, COUNT = 3 };
     roln_real X[COUNT][n * n], L[n * n], Y[n * n], d = 0;
-    roln_real work[ROLN_SPD_MEAN_WORK(n) + ROLN_SPD_MAP_WORK(n) + ROLN_SPD_TRANSPORT_WORK(n) + ROLN_SPD_DIST_WORK(n)];
+    union {
+        roln_real map[ROLN_SPD_MAP_WORK(n)], transport[ROLN_SPD_TRANSPORT_WORK(n)], dist[ROLN_SPD_DIST_WORK(n)];
+        roln_real mean[ROLN_SPD_MEAN_WORK(n)];
+    } work;
     int k, i;
     for (k = 0; k < 20; k++) {
         for (i = 0; i < COUNT; i++) {
@@ -135,11 +139,11 @@ static void hash_spd(uint64_t *s)
                 for (c = 0; c < n; c++) X[i][r * n + c] = roln_dot(n, Y + r * n, Y + c * n) + (r == c);
         }
         must(roln_chol(n, X[0], L), "spd: chol");
-        must(roln_spd_map(n, ROLN_LOG, 0, L, X[1], Y, work), "spd: log"), add(n * n, Y);
-        must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), L, X[1], Y, work), "spd: geodesic"), add(n * n, Y);
-        must(roln_spd_transport(n, L, X[1], X[2], Y, work), "spd: transport"), add(n * n, Y);
-        must(roln_spd_dist(n, L, X[2], &d, work), "spd: dist"), add(1, &d);
-        must(roln_spd_mean(n, COUNT, X[0], Y, work), "spd: mean"), add(n * n, Y);
+        must(roln_spd_map(n, ROLN_LOG, 0, L, X[1], Y, work.map), "spd: log"), add(n * n, Y);
+        must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), L, X[1], Y, work.map), "spd: geodesic"), add(n * n, Y);
+        must(roln_spd_transport(n, L, X[1], X[2], Y, work.transport), "spd: transport"), add(n * n, Y);
+        must(roln_spd_dist(n, L, X[2], &d, work.dist), "spd: dist"), add(1, &d);
+        must(roln_spd_mean(n, COUNT, X[0], Y, work.mean), "spd: mean"), add(n * n, Y);
     }
 }
 
