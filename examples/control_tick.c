@@ -14,63 +14,68 @@ enum { N = chain_N, n = chain_n };
 #define TICK ROLN_C(0.005) /* s */
 #define SPEED ROLN_C(8.0)  /* 1/s, of the closed loop */
 
-/* Range seen in training and 10 %; energy residual: ten times the largest here, which is rounding (a real chain: of a recorded
-   run); torque: 1.5 times the largest here; 5 bad ticks are bridged. */
-static const roln_limits limits = {ROLN_C(0.1), 1, 200, 5, ROLN_C(0.05), 1};
+static const roln_limits limits = {
+    .dt = TICK,
+    .margin = ROLN_C(0.1), /* of the range seen in training */
+    .power = 1,            /* ten times the largest energy residual here, which is rounding (a real chain: of a recorded run) */
+    .tau = 200,            /* 1.5 times the largest torque here */
+    .hold = 5,             /* bad ticks that are bridged */
+    .q_off = ROLN_C(0.05),
+    .qd_off = 1};
 
-typedef struct {
-    chain_latent s;          /* z, zd of the last good tick */
-    chain_target ref;        /* z_ref, at rest: zd_ref = zdd_ref = 0 */
-    roln_real kp[n], kd[n];  /* SPEED^2 and 2 SPEED times the diagonal of M(z_ref) */
-    chain_guard guard;       /* guard.tau: to the motors; zeroed: a fresh start */
+static struct {
+    chain_latent s;      /* z, zd of the last good tick */
+    chain_target target; /* the pose to hold, at rest, and the gains */
+    chain_guard guard;   /* guard.tau: to the motors; zeroed: a fresh start */
     chain_work work;
-} controller;
-static controller ctl; /* RAM */
+} ctl; /* RAM */
 
-static roln_status control_start(controller *c, const chain_state *x_ref)
+/* Hold the pose q, with gains SPEED^2 and 2 SPEED times the diagonal of M there. */
+static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
-    roln_real M[n * n];
-    roln_status st = chain_aim(&chain_weights, x_ref->q, rest, rest, &c->ref, &c->work);
-    memcpy(c->s.z, c->ref.z, sizeof c->s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &c->s, M, NULL, NULL, NULL, NULL, NULL, &c->work);
+    chain_equation at;
+    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work);
+    memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
+    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
-        c->kp[i] = SPEED * SPEED * M[i * (n + 1)];
-        c->kd[i] = 2 * SPEED * M[i * (n + 1)];
+        ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
+        ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];
     }
     return st;
 }
 
-/* One tick: x in, guard.tau out whatever happens: z = rho(q), zd = D(q) qd; PD+ on M, C, g; tau = D^T tau_z; the guard. With a
-   controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. Returns the faults. */
-static uint32_t control_tick(controller *c, const chain_state *x)
+/* What a timer interrupt calls: x measured, ctl.guard.tau out whatever happens. z = rho(q), zd = D(q) qd; PD+ on M, C, g;
+   tau = D^T tau_z; the guard. With a controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. Returns
+   the faults. */
+static uint32_t control_tick(const chain_state *x)
 {
-    return chain_tick(&chain_weights, &limits, TICK, x, &c->ref, c->kp, c->kd, &c->s, &c->guard, &c->work);
+    return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 int main(void)
 {
-    static chain_latent plant, target;
+    static chain_latent plant, bent;
     static chain_work plant_work;
-    static chain_state x, x_ref; /* zero: hanging, at rest */
+    static chain_state x, pose; /* zero: hanging, at rest */
     uint32_t before = 0;
     for (int i = 0; i < n; i++)
-        target.z[i] = ROLN_C(0.25) * chain_weights.z_min[i] + ROLN_C(0.75) * chain_weights.z_max[i];
+        bent.z[i] = ROLN_C(0.25) * chain_weights.z_min[i] + ROLN_C(0.75) * chain_weights.z_max[i];
     printf("flash: weights %u bytes    RAM: controller %u bytes, of them scratch %u\n\n"
            "  tick      q1      q5      q8  |z-z_ref|    tau1    tau8  faults\n",
            (unsigned)sizeof chain_weights, (unsigned)sizeof ctl, (unsigned)sizeof ctl.work);
     if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
-        chain_decode(&chain_weights, &target, &x_ref, &plant_work) != ROLN_OK || control_start(&ctl, &x_ref) != ROLN_OK)
+        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK)
         return 1;
     for (int k = 0; k <= 200; k++) {
         uint32_t faults;
         if (chain_decode(&chain_weights, &plant, &x, &plant_work) != ROLN_OK) return 1; /* "read the encoders" */
         if (k == 50 || k > 180) x.q[3] = (roln_real)NAN; /* a broken one: for a tick, for good */
-        faults = control_tick(&ctl, &x);
+        faults = control_tick(&x);
         if (k % 20 == 0 || faults != before)
             printf("%6d %7.3f %7.3f %7.3f %10.4f %7.2f %7.2f  %u%s\n", k, (double)x.q[0], (double)x.q[4], (double)x.q[7],
-                   (double)(ROLN_ABS(plant.z[0] - ctl.ref.z[0]) + ROLN_ABS(plant.z[1] - ctl.ref.z[1])), (double)ctl.guard.tau[0],
-                   (double)ctl.guard.tau[7], (unsigned)faults,
+                   (double)(ROLN_ABS(plant.z[0] - ctl.target.z[0]) + ROLN_ABS(plant.z[1] - ctl.target.z[1])),
+                   (double)ctl.guard.tau[0], (double)ctl.guard.tau[7], (unsigned)faults,
                    faults & ROLN_FAULT_EXPIRED ? " torque off" : faults ? " torque held" : "");
         before = faults;
         if (chain_step(&chain_weights, &plant, ctl.guard.tau, TICK, &plant_work) != ROLN_OK) return 1;

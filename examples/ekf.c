@@ -22,6 +22,7 @@ typedef struct {
     roln_real push;       /* error of the model: white noise on zdd, 1/s^1.5 */
     roln_real nis;        /* normalised innovation squared of the last tick: chi-square, a degree per working encoder */
     roln_real log_det;    /* of the covariance of that innovation */
+    chain_jacobian step;  /* derivatives of the last one */
     chain_linwork linwork;
     chain_work work;
 } filter;
@@ -45,13 +46,12 @@ static roln_status filter_start(filter *f, const roln_real y[N], roln_real push)
    model guesses: ten times the noise, a guess too. */
 static roln_status predict(filter *f)
 {
-    static const roln_real no_torque[N];
     const roln_real push = chain_in_range(&chain_weights, &f->s) ? f->push : 10 * f->push, v = push * push * TICK;
-    roln_real A[n2 * n2], AP[n2 * n2];
-    const roln_status st = chain_linear(&chain_weights, &f->s, no_torque, TICK, A, NULL, &f->linwork);
+    roln_real AP[n2 * n2];
+    const roln_status st = chain_linear(&chain_weights, &f->s, NULL, TICK, &f->step, &f->linwork);
     if (st != ROLN_OK) return st;
-    roln_mm(n2, n2, n2, A, f->P, AP);
-    roln_mm_bt(n2, n2, n2, AP, A, f->P);
+    roln_mm(n2, n2, n2, f->step.A, f->P, AP);
+    roln_mm_bt(n2, n2, n2, AP, f->step.A, f->P);
     for (int i = 0, j = n; i < n; i++, j++) {
         f->P[i * n2 + i] += v * TICK * TICK / 3;
         f->P[i * n2 + j] += v * TICK / 2;
@@ -236,7 +236,7 @@ static void add(score *to, const score *s)
 static roln_status run(int r, int broken, roln_real push, score *a, score *b)
 {
     roln_status st = filter_start(&ekf, y[r][0], push);
-    score c = {1, {0, 0}, {0, 0}, 0, 0, 0, 0}, *to = a;
+    score c = {.runs = 1}, *to = a;
     if (st == ROLN_OK) st = correct(&ekf, y[r][0]);
     for (int k = 0; k < TICKS; k++) {
         chain_latent s;
@@ -295,7 +295,7 @@ int main(void)
     /* Q from measurements alone, as on a real machine: the one under which the innovations of other runs are likeliest */
     simulate(TUNE, &seed);
     for (size_t i = 0; i < sizeof pushes / sizeof *pushes; i++) {
-        score s = {0, {0, 0}, {0, 0}, 0, 0, 0, 0};
+        score s = {0};
         for (int r = 0; r < TUNE; r++)
             if (run(r, 0, pushes[i], &s, &s) != ROLN_OK) return 1;
         if (s.likelihood > most) most = s.likelihood, push = pushes[i];

@@ -128,7 +128,8 @@ static error model_error(int first, int last, int steps)
 {
     static int start[ALL * SAMPLES];
     roln_error sums[POINTS];
-    const roln_batch b = {windows(first, last, steps, start), steps, STRIDE, start, q[0], qd[0], NULL, NULL};
+    const int count = windows(first, last, steps, start);
+    const roln_batch b = {.count = count, .steps = steps, .stride = STRIDE, .start = start, .q = q[0], .qd = qd[0]};
     const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums, &train_work);
     return ratios(sums, steps, st == ROLN_OK ? 0 : HUGE_VAL); /* a model that ran away */
 }
@@ -138,7 +139,7 @@ static error linear_error(int first, int last, int steps)
 {
     static int start[ALL * SAMPLES];
     const int count = windows(first, last, steps, start);
-    roln_error sums[POINTS] = {{0, 0, 0, 0}};
+    roln_error sums[POINTS] = {{0}};
     for (int w = 0; w < count; w++) {
         chain_state x;
         chain_latent s;
@@ -185,7 +186,7 @@ typedef struct {
 
 static const phase phases[] = {
     /* the surface: reconstruction of q, qd alone */
-    {"autoencoder", 6000, 64, 0, 0, {1, 1, 0, 0, 0, 0, 0, 0, 0, 0}, ROLN_C(0.15), 0, ROLN_C(0.001), 0.08},
+    {"autoencoder", 6000, 64, 0, 0, {.q = 1, .qd = 1}, ROLN_C(0.15), 0, ROLN_C(0.001), 0.08},
     /* all together, one sample at a time: cheap */
     {"acceleration", 100000, 64, 0, 1, ROLN_ACC_WEIGHTS, ROLN_C(0.05), ROLN_C(4e-3), ROLN_C(0.05), 0.25},
     /* all together, through the integrator: what counts in the end */
@@ -221,7 +222,8 @@ static void train(const phase *p, uint64_t *seed)
     static chain_optimiser optimiser;
     static chain_gradient gradient;
     int start[BATCH_MAX], refused = 0;
-    const roln_batch b = {p->batch, p->steps, STRIDE, start, q[0], qd[0], qdd[0], NULL};
+    const roln_batch b = {
+        .count = p->batch, .steps = p->steps, .stride = STRIDE, .start = start, .q = q[0], .qd = qd[0], .qdd = qdd[0]};
     roln_opt opt = ROLN_OPT(0, 0);
     memset(&optimiser, 0, sizeof optimiser);
     for (int t = 0; t < p->updates; t++) {
@@ -248,10 +250,10 @@ static double joule, V_rest;
 
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
-    roln_real t = 0, v = 0;
-    check(chain_terms(&model, s, NULL, NULL, NULL, NULL, &t, &v, &work), "energy");
-    *T = joule * (double)t;
-    *V = joule * (double)v + V_rest;
+    chain_equation e;
+    check(chain_terms(&model, s, &e, &work), "energy");
+    *T = joule * (double)e.T;
+    *V = joule * (double)e.V + V_rest;
 }
 
 static chain_latent encoded(int row)

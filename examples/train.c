@@ -142,7 +142,7 @@ static motion read_csv(const char *path)
 {
     enum { N = M(N), FREE = 1 + 2 * N, ALL = 1 + 3 * N }; /* columns without and with tau */
     static char line[64 * ALL + 64];
-    motion d = {0, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL};
+    motion d = {0};
     double v[ALL], t0 = 0, t1 = 0;
     size_t lines = 0, size;
     int blank = 1, columns = 0, row = 1, i, k;
@@ -332,11 +332,11 @@ static void errors(const motion *d, const int *start, int count, int samples, in
 {
     roln_error e[2], *last = samples > 0 ? e + 1 : e;
     const int steps = samples / stride;
-    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
-    roln_status st;
-    b.count = count, b.steps = steps, b.stride = stride, b.start = start;
-    b.q = d->q, b.qd = d->qd, b.tau = set("torque") > 0 ? d->tau : NULL;
-    st = M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, e, &slice_work[0]);
+    const roln_batch b = {
+        .count = count, .steps = steps, .stride = stride, .start = start,
+        .q = d->q, .qd = d->qd, .tau = set("torque") > 0 ? d->tau : NULL};
+    const roln_status st =
+        M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, e, &slice_work[0]);
     *eq = st == ROLN_OK && last->q_var > 0 ? sqrt((double)(last->q / last->q_var)) : 1e9;
     *eqd = st == ROLN_OK && last->qd_var > 0 ? sqrt((double)(last->qd / last->qd_var)) : 1e9;
 }
@@ -426,15 +426,16 @@ static void stage(const motion *d, int train, int kind)
     const roln_real rate_ae = (roln_real)(kind == AUTOENCODER ? set("lr_ae") : set("lr_joint") * (kind == ODE ? set("ode_lr") : 1));
     const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
     const double t0 = now();
-    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
-    roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, w;
+    roln_batch b = {
+        .count = size, .steps = steps, .stride = stride, .q = d->q, .qd = d->qd, .qdd = d->qdd,
+        .tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL};
+    roln_loss w = {.q = (roln_real)set("w_q"), .qd = 1}, loss = {0};
     uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
     double seen = 0, best_error;
     int at = count, t, refused = 0;
-    b.count = size, b.steps = steps, b.stride = stride;
-    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL;
-    w = stage_weights(kind);
-    if (kind == ODE && set("positions") > 0) b.qd = NULL;
+    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
+    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
+    if (kind == ODE && set("positions") > 0) b.qd = NULL, w.z = w.q_pred = 1;
     if (set("scaled") > 0) {
         roln_loss var;
         roln_batch all = b;
@@ -524,7 +525,7 @@ int main(int argc, char **argv)
     const char *out = STRING(MODEL), *test = NULL;
     const double began = now();
     uint64_t seed;
-    motion d, unseen = {0, 0, NULL, 0, NULL, NULL, NULL, NULL, NULL};
+    motion d, unseen = {0};
     char path[512];
     FILE *f;
     int i, train;

@@ -14,7 +14,7 @@
 #define ROLN_BLOCK 1 /* one sample at a time: little scratch */
 #include "chain.h"
 #include "chain_weights.h"
-#include "store.h"
+#include "kept.h"
 #include "text.h"
 
 enum {
@@ -28,8 +28,9 @@ enum {
 #define TICK 0.005f         /* s */
 #define FASTER 0.877058019f /* 1 / sqrt(1.3): unit of time under 1.3 times the gravity */
 
-static const roln_loss loss = {0, 0, 0, 0, 0, 1, 0, 0, 0, 0};            /* zdd */
-static const roln_opt rates = {{0, 0.001f, 0}, 0.9f, 0.99f, 1e-8f, 0, 5}; /* only the Lagrangian network learns */
+static const roln_loss loss = {.zdd = 1};
+static const roln_opt rates = { /* only the Lagrangian network learns */
+    .lr = {0, 0.001f, 0}, .beta1 = 0.9f, .beta2 = 0.99f, .eps = 1e-8f, .clip = 5};
 
 /* All that a reset must not lose. */
 typedef struct {
@@ -43,7 +44,7 @@ typedef struct {
     chain_latent machine;
 } memory;
 
-static store_mark marks[2] KEPT;
+static kept_mark marks[2] KEPT;
 static memory copies[2] KEPT;
 
 static chain_params machine; /* what nature knows */
@@ -103,7 +104,7 @@ static void take(memory *m, const chain_state *x)
 static roln_status learn(memory *m)
 {
     const int start = roln_randint((int)(m->filled < RING ? m->filled : RING), &m->seed);
-    const roln_batch b = {1, 0, 1, &start, m->q[0], m->qd[0], m->qdd[0], NULL};
+    const roln_batch b = {.count = 1, .stride = 1, .start = &start, .q = m->q[0], .qd = m->qd[0], .qdd = m->qdd[0]};
     return chain_grad_acc(&m->model, &loss, &b, &gradient, &train);
 }
 
@@ -118,7 +119,7 @@ static int tick(int copy, const chain_state *x, int *kind)
     if (at == 0) memset(&gradient, 0, sizeof gradient);
     if (*kind == 0 && m->filled > 0) learn(m);
     if (*kind == 1 && gradient.windows > 0) chain_update(&m->model, &rates, &m->optimiser, &gradient, &train);
-    return *kind == 2 ? store_save(marks, copies, (int)sizeof *copies, copy) : copy;
+    return *kind == 2 ? kept_save(marks, copies, (int)sizeof *copies, copy) : copy;
 }
 
 /* Of numbers only: not of the padding between them. */
@@ -144,7 +145,7 @@ int main(void)
 {
     static const char *const names[3] = {"\ninstructions of a tick: gradient ", ", update ", ", save "};
     uint32_t most[3] = {0, 0, 0};
-    int copy = store_open(marks, copies, (int)sizeof *copies);
+    int copy = kept_open(marks, copies, (int)sizeof *copies);
     if (copy < 0) {
         copy = 0;
         memset(&copies[0], 0, sizeof copies[0]);

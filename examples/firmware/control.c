@@ -12,26 +12,27 @@ enum { N = chain_N, n = chain_n, TICKS = 180 };
 #define TICK 0.005f /* s */
 #define SPEED 8.0f  /* 1/s, of the closed loop */
 
-static const roln_limits limits = {0.1f, 1, 200, 5, 0.05f, 1}; /* as in control_tick.c */
+static const roln_limits limits = { /* as in control_tick.c */
+    .dt = TICK, .margin = 0.1f, .power = 1, .tau = 200, .hold = 5, .q_off = 0.05f, .qd_off = 1};
 
 static struct {
-    chain_latent s;         /* z, zd of the last good tick */
-    chain_target ref;       /* z_ref, at rest */
-    roln_real kp[n], kd[n]; /* SPEED^2 and 2 SPEED times the diagonal of M(z_ref) */
-    chain_guard guard;      /* guard.tau: to the motors */
+    chain_latent s;      /* z, zd of the last good tick */
+    chain_target target; /* the pose to hold, at rest, and the gains */
+    chain_guard guard;   /* guard.tau: to the motors */
     chain_work work;
 } ctl;
 
-static roln_status control_start(const chain_state *x_ref)
+/* Hold the pose q, with gains SPEED^2 and 2 SPEED times the diagonal of M there. */
+static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
-    roln_real M[n * n];
-    roln_status st = chain_aim(&chain_weights, x_ref->q, rest, rest, &ctl.ref, &ctl.work);
-    memcpy(ctl.s.z, ctl.ref.z, sizeof ctl.s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, M, NULL, NULL, NULL, NULL, NULL, &ctl.work);
+    chain_equation at;
+    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work);
+    memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
+    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
-        ctl.kp[i] = SPEED * SPEED * M[i * (n + 1)];
-        ctl.kd[i] = 2 * SPEED * M[i * (n + 1)];
+        ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
+        ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];
     }
     return st;
 }
@@ -39,7 +40,7 @@ static roln_status control_start(const chain_state *x_ref)
 /* What a timer interrupt calls: x in, ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(const chain_state *x)
 {
-    return chain_tick(&chain_weights, &limits, TICK, x, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work);
+    return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 /* A fault of the processor ends here first (board.h). */
@@ -50,15 +51,15 @@ void board_safe(void)
 
 int main(void)
 {
-    static chain_latent plant, target;
+    static chain_latent plant, bent;
     static chain_work plant_work;
-    static chain_state x, x_ref; /* zero: hanging, at rest */
+    static chain_state x, pose; /* zero: hanging, at rest */
     uint64_t hash = ROLN_FNV;
     uint32_t before = 0, most = 0;
     for (int i = 0; i < n; i++)
-        target.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
+        bent.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
     if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
-        chain_decode(&chain_weights, &target, &x_ref, &plant_work) != ROLN_OK || control_start(&x_ref) != ROLN_OK)
+        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK)
         return 1;
     put_text("tick   |z-z_ref|         tau1         tau8  faults\n");
     for (int k = 0; k < TICKS; k++) {
@@ -68,7 +69,7 @@ int main(void)
         const uint32_t count = board_count(), faults = control_tick(&x), used = board_count() - count;
         if (used > most) most = used;
         for (int i = 0; i < n; i++)
-            d += ROLN_ABS(plant.z[i] - ctl.ref.z[i]);
+            d += ROLN_ABS(plant.z[i] - ctl.target.z[i]);
         if (k % 20 == 0 || faults != before) {
             put_integer((uint32_t)k, 4);
             put_real(d, 4);

@@ -22,14 +22,14 @@
 #define TICK 0.001f /* s */
 enum { N = pend16_N, n = pend16_n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWER(N) };
 
-/* Range seen in training and 5 %, W, N m, bad ticks that are bridged, rad and rad/s off the manifold. */
-static const roln_limits limits = {0.05f, 3, 60, 3, 0.05f, 1};
+/* s, range seen in training and 5 %, W, N m, bad ticks that are bridged, rad and rad/s off the manifold. */
+static const roln_limits limits = {
+    .dt = TICK, .margin = 0.05f, .power = 3, .tau = 60, .hold = 3, .q_off = 0.05f, .qd_off = 1};
 
 static struct {
     pend16_state x; /* of the last frame */
     pend16_latent s;
-    pend16_target ref;
-    roln_real kp[n], kd[n];
+    pend16_target ref;  /* and gains */
     pend16_guard guard; /* guard.tau: the answer */
     pend16_work work;
 } ctl;
@@ -80,8 +80,8 @@ static uint8_t await(void)
 static void arm(void)
 {
     memset(&ctl, 0, sizeof ctl);
-    frame_get_floats(line.bytes, 2, n, ctl.kp);
-    frame_get_floats(line.bytes, 2 + n, n, ctl.kd);
+    frame_get_floats(line.bytes, 2, n, ctl.ref.kp);
+    frame_get_floats(line.bytes, 2 + n, n, ctl.ref.kd);
     line.armed = 1;
     line.all = 0;
 }
@@ -89,15 +89,13 @@ static void arm(void)
 /* One tick, of line.bytes or without a frame: ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(int frame)
 {
-    static const roln_real none[N];
-    if (!frame)
-        return pend16_guard_tick(&pend16_weights, &limits, TICK, &ctl.x, &ctl.s, ROLN_E_LENGTH, none, &ctl.guard, &ctl.work);
+    if (!frame) return pend16_guard_tick(&pend16_weights, &limits, &ctl.x, &ctl.s, NULL, &ctl.guard, &ctl.work);
     frame_get_floats(line.bytes, 2, N, ctl.x.q);
     frame_get_floats(line.bytes, 2 + N, N, ctl.x.qd);
     frame_get_floats(line.bytes, 2 + 2 * N, n, ctl.ref.z);
     frame_get_floats(line.bytes, 2 + 2 * N + n, n, ctl.ref.zd);
     frame_get_floats(line.bytes, 2 + 2 * N + 2 * n, n, ctl.ref.zdd);
-    return pend16_tick(&pend16_weights, &limits, TICK, &ctl.x, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work);
+    return pend16_tick(&pend16_weights, &limits, &ctl.x, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 static void answer(uint32_t faults, uint32_t used)

@@ -1,10 +1,10 @@
-/* torn.c - a save (store.h) that a reset interrupts after 1, 2, 3, .. instructions until it comes to its end: the state found after
+/* torn.c - a save (kept.h) that a reset interrupts after 1, 2, 3, .. instructions until it comes to its end: the state found after
    every reset is whole, and the one before or the one being saved. Cortex-M; with -Wl,--wrap=systick, so that SysTick resets. */
-#include "store.h"
+#include "kept.h"
 #include "text.h"
 
 typedef struct { uint32_t value, fill[15]; } state;
-static store_mark marks[2] KEPT;
+static kept_mark marks[2] KEPT;
 static state states[2] KEPT;
 static struct { uint32_t magic, trial, value, old, new; } test KEPT;
 
@@ -18,12 +18,12 @@ void __wrap_systick(void)
 
 int main(void)
 {
-    int i = store_open(marks, states, (int)sizeof *states);
+    int i = kept_open(marks, states, (int)sizeof *states);
     if (test.magic != 0x600d) { /* power-up: two saves without a reset */
         memset(&test, 0, sizeof test);
         memset(states, 0, sizeof states);
-        i = store_save(marks, states, (int)sizeof *states, 0);
-        i = store_save(marks, states, (int)sizeof *states, i);
+        i = kept_save(marks, states, (int)sizeof *states, 0);
+        i = kept_save(marks, states, (int)sizeof *states, i);
         test.magic = 0x600d;
     }
     if (i < 0) {
@@ -50,11 +50,11 @@ int main(void)
     REGISTER(0xe000e014) = test.trial * 6 + 30; /* one instruction takes 5 to 8 ticks */
     REGISTER(0xe000e018) = 0;
     REGISTER(0xe000e010) = 7;
-    store_settle(); /* the state changes after this line */
+    kept_settle(); /* the state changes after this line */
     s->value++;
     for (uint32_t k = 0; k < 15; k++)
         s->fill[k] = s->value * (k + 1);
-    store_save(marks, states, (int)sizeof *states, i);
+    kept_save(marks, states, (int)sizeof *states, i);
     REGISTER(0xe000e010) = 0;
 
     put_text("resets before the save counted: ");
