@@ -406,8 +406,7 @@ static void check(const motion *d, int train)
 /* What a stage minimises, before it is scaled. */
 static roln_loss stage_weights(int kind)
 {
-    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
-    w.q = (roln_real)set("w_q"), w.qd = 1;
+    roln_loss w = {.q = (roln_real)set("w_q"), .qd = 1};
     if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
     if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = set("positions") > 0 ? 1 : (roln_real)set("w_pos");
     return w;
@@ -429,13 +428,11 @@ static void stage(const motion *d, int train, int kind)
     roln_batch b = {
         .count = size, .steps = steps, .stride = stride, .q = d->q, .qd = d->qd, .qdd = d->qdd,
         .tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL};
-    roln_loss w = {.q = (roln_real)set("w_q"), .qd = 1}, loss = {0};
+    roln_loss w = stage_weights(kind), loss = {0};
     uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
     double seen = 0, best_error;
     int at = count, t, refused = 0;
-    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
-    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = (roln_real)set("w_pos");
-    if (kind == ODE && set("positions") > 0) b.qd = NULL, w.z = w.q_pred = 1;
+    if (kind == ODE && set("positions") > 0) b.qd = NULL;
     if (set("scaled") > 0) {
         roln_loss var;
         roln_batch all = b;
