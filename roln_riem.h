@@ -482,7 +482,7 @@ ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rul
 {
     const roln_moments none = {NULL, NULL, NULL};
     const roln_real norm = rolni_grad_norm(blocks, table, r->opt, r->scale, grad);
-    roln_real *const verb_work = work + rolni_keep_all(blocks, table);
+    const int kept = rolni_keep_all(blocks, table);
     int write, b;
     if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
     if (r->opt->clip > 0 && norm > r->opt->clip) r->scale *= r->opt->clip / norm;
@@ -496,11 +496,14 @@ ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rul
             p.lr = r->opt->lr[p.block->group];
             if (p.lr > 0 && p.size > 0) {
                 roln_status st = ROLN_OK;
-                if (p.block->manifold == ROLN_EUCLIDEAN) st = r->flat(r, &p, write);
-                else if (write) rolni_write_kept(&p);
-                else st = r->curved(r, &p, verb_work);
+                if (p.block->manifold == ROLN_EUCLIDEAN) {
+                    st = r->flat(r, &p, write);
+                } else {
+                    if (write) rolni_write_kept(&p);
+                    else st = r->curved(r, &p, work + kept);
+                    p.keep += rolni_keep(p.block);
+                }
                 if (st != ROLN_OK) return st;
-                p.keep += rolni_keep(p.block);
             }
             p.grad += p.size, p.x += p.size;
             if (mom != NULL) p.mom.m += p.size, p.mom.v += moments, p.mom.v_max += moments;

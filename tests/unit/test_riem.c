@@ -891,7 +891,7 @@ static void test_rooms(void)
         const roln_block *b = one + k;
         const int rows = b->rows, cols = b->cols, need = roln_update_work(1, b);
         roln_adam a = {0, 0, 0};
-        fill(2 * MS, ROLN_C(0.1), &s, g);
+        fill(2 * MS, 0.1L, &s, g);
         memset(m, 0, sizeof m), memset(v, 0, sizeof v), memset(w, 0, sizeof w);
         if (b->manifold == &roln_biorthogonal) {
             point(rows, cols, 0, &s, x);
