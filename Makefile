@@ -1,5 +1,6 @@
 # roln: make demo, make ekf, make swelling (C compiler only), make deps test, make errors, make control, make bench, make models,
-#       make noise, make experiments, make firmware, make pil, make sizes, make count, make install, make dist, make clean
+#       make noise, make experiments, make report, make firmware, make pil, make sizes, make count, make install,
+#       make dist, make clean
 
 CC = cc
 PREFIX = /usr/local
@@ -74,7 +75,7 @@ deps: | build
 	clang -fsanitize=memory build/deps.c -o build/deps > /dev/null 2>&1 || \
 	    get libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev
 
-test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/report build/pil
+test: build/test build/test_asan build/test_msan build/test_mujoco build/generate build/test_latent build/test_opinf build/test_experiments build/pil
 	sh tests/run.sh
 
 build/f32_%.o: tests/test_%.c tests/check.h tests/twin.h tests/small.h $(HEADERS) | build
@@ -147,32 +148,39 @@ noise: build/generate
 # time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-acc-1
 EXPERIMENTS = build/experiments
 RUN =
-experiments: build/experiment $(if $(RUN),,build/speed build/report)
+experiments: build/experiment $(if $(RUN),,build/speed)
 	@mkdir -p $(EXPERIMENTS)
-	@./build/experiment list | awk -v d=$(EXPERIMENTS) '{ t = t " " d "/" $$1 ".txt"; \
+	@./build/experiment list > $(EXPERIMENTS)/runs.list
+	@awk -v d=$(EXPERIMENTS) '{ t = t " " d "/" $$1 ".txt"; \
 	    print d "/" $$1 ".txt:" ($$2 == "-" ? "" : " " d "/" $$2 ".txt") "\n\t./build/experiment run " $$1 " " d " > " d "/" $$1 ".log" } \
-	    END { print "all:" t }' > $(EXPERIMENTS)/runs.mk
+	    END { print "all:" t }' $(EXPERIMENTS)/runs.list > $(EXPERIMENTS)/runs.mk
 	+$(if $(RUN),,-)$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
 	$(if $(RUN),@cat $(EXPERIMENTS)/$(RUN).txt)
-	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md)
-	$(if $(RUN),,./build/report $(EXPERIMENTS) tests/experiments)
+	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.part && mv $(EXPERIMENTS)/speed.part $(EXPERIMENTS)/speed.txt)
+	$(if $(RUN),,$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments)
 	$(if $(RUN),,@! grep '^Missing' tests/experiments/RESULTS.md)
 PARTS = $(patsubst %,tests/experiments/%.c,motion measure model mechanics latent baseline opinf fit solve recipes) tests/mujoco/truth.c
 PARTS_H = $(patsubst %,tests/experiments/%.h,experiment recipes solve) tests/mujoco/truth.h $(HEADERS)
 build/experiment: tests/experiments/experiment.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-# MuJoCo against the reduced models, a markdown table
+# MuJoCo against the reduced models
 build/speed: tests/experiments/speed.c $(PARTS) $(PARTS_H) | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
 build/test_experiments: tests/experiments/test_experiments.c $(PARTS) $(PARTS_H) tests/check.c tests/check.h | build
 	gcc $(STRICT) -O3 -march=native -fno-math-errno -D_POSIX_C_SOURCE=200809L $(filter %.c,$^) -o $@ -lmujoco -lm
 
-# its tables and pictures
-build/report: tests/experiments/report.c tests/experiments/picture.c tests/experiments/recipes.c tests/experiments/report.h \
-              tests/experiments/recipes.h tests/experiments/experiment.h tests/mujoco/truth.h $(HEADERS) | build
-	gcc $(STRICT) $(filter %.c,$^) -o $@ -lm
+# tables and pictures of the results that are there; Python 3.8 or later with matplotlib, which nothing else here needs
+.PHONY: report plotting-deps plotting-test
+PLOTTING = /usr/bin/python3
+report:
+	$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments
+plotting-deps:
+	@sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	$$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends python3-matplotlib
+plotting-test:
+	$(PLOTTING) tests/experiments/test_report.py
 
 bench: build/bench
 	./build/bench

@@ -43,7 +43,6 @@ step mujoco build/test_mujoco
 step latent build/test_latent
 step opinf build/test_opinf
 step experiments build/test_experiments
-step report sh tests/experiments/test_report.sh
 step packaging sh tests/packaging.sh
 step train sh tests/train.sh
 step firmware sh tests/firmware.sh
