@@ -124,8 +124,8 @@ def markdown(heading, rows):
 
 
 def table(results, rows, columns):
-    """A column that no run has is left out."""
-    shown = [c for c in columns if any(results.stat(recipe, c[1]) for _, recipe in rows)]
+    """A column that no run has is left out; of a table without results none."""
+    shown = [c for c in columns if any(results.stat(recipe, c[1]) for _, recipe in rows)] or columns
     return markdown([""] + [c[0] for c in shown],
                     [[label] + [cell(results.stat(recipe, quantity), *digits) for _, quantity, *digits in shown]
                      for label, recipe in rows])
