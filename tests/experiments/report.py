@@ -381,8 +381,8 @@ def runs_table(results):
 
 plt.rcdefaults()
 plt.rcParams.update({"svg.hashsalt": "roln", "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans", "Helvetica", "Arial"],
-                     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid.axis": "y",
-                     "axes.axisbelow": True, "grid.color": "#e4e4e4", "legend.frameon": False})
+                     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+                     "grid.color": "#e4e4e4", "legend.frameon": False})
 
 
 def save(figure, path):
@@ -457,7 +457,7 @@ def draw_panel(axes, panel, curves):
                    major_formatter=FuncFormatter(lambda x, _: f"{x:g}" if few else f"{x:g} ms" if x < 1000 else "1 s"))
     axes.yaxis.set(major_locator=LogLocator(subs=(1, 2, 5) if high / low < 60 / 1.44 else (1,)), minor_locator=NullLocator(),
                    major_formatter=FuncFormatter(lambda y, _: f"{y:g}"))
-    axes.grid()
+    axes.grid(axis="y")
     axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), labelcolor="linecolor", borderaxespad=0, handlelength=1.6,
                 handletextpad=.5)
 
