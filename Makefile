@@ -1,6 +1,6 @@
 # roln. A C compiler is enough for      make demo, swelling, ekf, install, dist, clean
 # make deps installs what these need:   make test, check, errors, control, models, noise, experiments, eig, bench, sizes, count,
-#                                            firmware, pil
+#                                            firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -17,7 +17,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments eig bench sizes count \
+.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments report plotting-deps plotting-test eig bench sizes count \
         firmware pil
 all: demo
 
@@ -61,7 +61,7 @@ deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate report pil
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate pil
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -119,9 +119,8 @@ build/speed: $(call host,experiments/speed $(PARTS))
 build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check)
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
-build/report: $(call host,experiments/report experiments/picture experiments/recipes)
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate control pil experiment speed test_experiments test_opinf test_latent report bench):
+$(patsubst %,build/%,test_mujoco generate control pil experiment speed test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # error tables of the committed models, on fresh trajectories
@@ -145,17 +144,28 @@ noise: build/generate
 # time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-acc-1
 EXPERIMENTS = build/experiments
 RUN =
-experiments: build/experiment $(if $(RUN),,build/speed build/report)
+experiments: build/experiment $(if $(RUN),,build/speed)
 	@mkdir -p $(EXPERIMENTS)
-	@./build/experiment list | awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; \
+	@./build/experiment list > $(EXPERIMENTS)/runs.list
+	@awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; \
 	    print d $$1 ".txt:" ($$2 == "-" ? "" : " " d $$2 ".txt"); \
 	    print "\t./build/experiment run " $$1 " $(EXPERIMENTS) > " d $$1 ".log" } \
-	    END { print "all:" t }' > $(EXPERIMENTS)/runs.mk
+	    END { print "all:" t }' $(EXPERIMENTS)/runs.list > $(EXPERIMENTS)/runs.mk
 	+$(if $(RUN),,-)$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
 	$(if $(RUN),@cat $(EXPERIMENTS)/$(RUN).txt)
-	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.md)
-	$(if $(RUN),,./build/report $(EXPERIMENTS) tests/experiments)
+	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.part && mv $(EXPERIMENTS)/speed.part $(EXPERIMENTS)/speed.txt)
+	$(if $(RUN),,$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments)
 	$(if $(RUN),,@! grep '^Missing' tests/experiments/RESULTS.md)
+
+# tables and pictures of the results that are there; Python 3.8 or later with matplotlib, which nothing else here needs
+PLOTTING = /usr/bin/python3
+report:
+	$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments
+plotting-deps:
+	@sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
+	$$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends python3-matplotlib
+plotting-test:
+	$(PLOTTING) tests/experiments/test_report.py
 
 # ---- measurements ----
 

@@ -35,7 +35,6 @@ warnings     sh tests/compilers/warnings.sh
 config       sh tests/compilers/config.sh
 symbols      sh tests/compilers/symbols.sh
 readme       sh tests/user/readme.sh
-report       sh tests/experiments/test_report.sh
 deps         sh tests/user/deps.sh
 style        sh tests/style/style.sh
 end

@@ -1,6 +1,6 @@
 /* experiment.c - the run list, and one run of it.
 
-     experiment list                 run, its parent or -
+     experiment list                 run, its parent or -, trajectories simulated for training, system
      experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
                                      of rope and cloth DIR/NAME.path; goes on where it was stopped
      experiment measure NAME DIR     measures DIR/NAME.roln again

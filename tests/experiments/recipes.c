@@ -166,10 +166,17 @@ const struct recipe *recipe_of_run(const char *run, int *seed)
 
 void recipes_list(void)
 {
+    static const char *const system[TRUTH_SYSTEMS] = {
+        [TRUTH_PEND2] = "pend2", [TRUTH_PEND2_ACT] = "pend2, torques", [TRUTH_PEND16] = "pend16",
+        [TRUTH_PEND16_PD] = "pend16, PD torques", [TRUTH_PEND16_NARROW] = "pend16, starts of .3 rad", [TRUTH_ROPE] = "rope",
+        [TRUTH_CLOTH] = "cloth",
+    };
     for (int i = 0; i < recipes_count; i++)
         for (int s = 1; s <= recipes[i].seeds; s++) {
             printf("%s-%d ", recipes[i].name, s);
-            if (recipes[i].parent) printf("%s-%d\n", recipes[i].parent, s);
-            else printf("-\n");
+            if (recipes[i].parent) printf("%s-%d", recipes[i].parent, s);
+            else printf("-");
+            const enum truth_system w = recipes[i].system;
+            printf(" %d %s\n", recipes[i].train, system[w] ? system[w] : truth_name(w));
         }
 }

@@ -28,6 +28,6 @@ extern const int recipes_count;
 
 const struct recipe *recipe_of(const char *name);                   /* NULL: no such */
 const struct recipe *recipe_of_run(const char *run, int *seed);
-void recipes_list(void);                                            /* to stdout: run, parent run or - */
+void recipes_list(void);                /* to stdout, a line each: run, parent run or -, trajectories simulated, system */
 
 #endif

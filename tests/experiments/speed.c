@@ -1,7 +1,7 @@
-/* speed.c - MuJoCo's full system against the reduced model, one thread, in one run: build/speed DIR prints a markdown table.
-   Weights are those of the run list in DIR; systems whose weights are not there yet are left out, with a note. */
+/* speed.c - MuJoCo's full system against the reduced model, one thread, in one run: build/speed DIR prints lines
+   `key system value`; microseconds, milliseconds, per cent. Weights are those of the run list in DIR; of a system whose weights
+   are not there yet it says `missing system RUN`, and no more. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,14 +11,14 @@ enum { SEED = 1, EVERY = 25, BLOCK = 16 };
 enum { RUNS = 15, STEPS = 3000, PIECE = 50 };   /* timings: at least so many runs and steps, a piece of steps at a time */
 
 static const struct entry {
-    const char *title;
+    const char *name;
     enum truth_system full, reduced;    /* what MuJoCo steps; what the model predicts */
     const char *runs[3];                /* weights: the first that exists */
 } entries[] = {
     {"pend2", TRUTH_PEND2, TRUTH_PEND2, {"pend2-exp-ode-1", "pend2-exp-acc-1"}},
     {"pend16", TRUTH_PEND16_SOFT, TRUTH_PEND16, {"pend16-long-1", "pend16-ode-1", "pend16-acc-1"}},
     {"rope", TRUTH_ROPE, TRUTH_ROPE, {"rope-n10-1"}},
-    {"cloth, contact forces given", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-n10-1"}},
+    {"cloth_given", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-n10-1"}},
     {"cloth", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-free-n10-1"}},
 };
 enum { ENTRIES = sizeof entries / sizeof *entries };
@@ -28,60 +28,10 @@ static const int full_steps[] = {1000, 800, 600, 500, 400, 300, 250, 200, 150, 1
                                   60, 50, 40, 30, 25, 20, 15, 12, 10, 8, 6, 5, 4, 3, 2, 1};
 static const int reduced_steps[] = {100, 50, 25, 20, 10, 5, 2, 1};
 
-/* ---- table ---- */
-
-static const char *const labels[] = {
-    "joints, latent coordinates",
-    "**MuJoCo**: integrator, its time step",
-    "us per mj_step",
-    "us per simulated ms",
-    "largest stable step (E_q whole against its own step)",
-    "us per simulated ms",
-    "**reduced model**: weights",
-    "us per RK4 step, encode, decode",
-    "steps of 1 ms: E_q 25 ms, whole",
-    "us per simulated ms: latent",
-    "one encode, a decode every step",
-    "latent, 16 roll-outs together, each",
-    "largest stable step (off its steps of 1 ms)",
-    "E_q 25 ms, whole",
-    "us per simulated ms: latent",
-    "one encode, a decode every step",
-    "latent, 16 roll-outs together, each",
-    "**faster**, each at its standard step: latent",
-    "with encode and decode",
-    "latent, 16 together",
-    "**faster**, MuJoCo at its standard step, the model at its largest stable one: latent",
-    "with encode and decode",
-    "latent, 16 together",
-    "**faster**, each at its largest stable step: latent",
-    "with encode and decode",
-    "latent, 16 together",
-};
-enum { LABELS = sizeof labels / sizeof *labels };
-
-struct column {
-    int rows;
-    char cell[LABELS][64];
-};
-
-static void add(struct column *c, const char *format, ...)
+/* `prefix` tells the model at steps of 1 ms from the model at its largest stable one. */
+static void put(const struct entry *e, const char *prefix, const char *key, double x)
 {
-    va_list args;
-    va_start(args, format);
-    vsnprintf(c->cell[c->rows++], sizeof *c->cell, format, args);
-    va_end(args);
-}
-
-static void add_us(struct column *c, double us)
-{
-    add(c, us < 100 ? "%.3g" : "%.0f", us);
-}
-
-static void add_faster(struct column *c, double full, double reduced)
-{
-    if (reduced < full) add(c, "**reduced**, %.3g times", full / reduced);
-    else add(c, "**MuJoCo**, %.3g times", reduced / full);
+    printf("%s%s %s %.6g\n", prefix, key, e->name, x);
 }
 
 /* ---- prediction ---- */
@@ -282,69 +232,58 @@ static double block_time(struct task *k, int h)
     return least;
 }
 
-/* ---- one column ---- */
+/* ---- one system ---- */
 
-struct cost {
-    double full, latent, decoded, block;        /* us per simulated ms */
-};
-
-static struct cost cost_of(struct task *k, int h)
-{
-    const double ms = 1e3 * h * k->d.dt, whole = 1e3 * (k->d.samples - 1) * k->d.dt;
-    const struct cost c = {0, step_time(k, h, 0) / ms, step_time(k, h, 1) / ms + encode_time(k) / whole, block_time(k, h) / ms};
-    return c;
-}
-
-/* At its own step and at the largest stable one. */
-static int time_full(const struct entry *e, struct column *c, double cost[2])
+/* Of a step of MuJoCo at its own step and at the largest stable one. */
+static int time_full(const struct entry *e)
 {
     struct truth_set s;
     double us, error;
     int i = 0;
     if (truth_generate(&s, e->full, TRUTH_TEST, SEED, 0, TESTS, truth_samples(e->full)) != 0 ||
         truth_time(&s, s.dt_sim, &us, &error) != 0) return -1;
-    cost[0] = us / (1e3 * s.dt_sim);
-    add(c, "%s, %g ms", e->full == TRUTH_CLOTH ? "Euler" : "RK4", 1e3 * s.dt_sim);
-    add_us(c, us);
-    add_us(c, cost[0]);
+    printf("integrator %s %s\n", e->name, e->full == TRUTH_CLOTH ? "Euler" : "RK4");
+    put(e, "full_", "ms", 1e3 * s.dt_sim);
+    put(e, "full_", "us", us);
     while (1e-4 * full_steps[i] > s.dt_sim * 1.0001 && (truth_time(&s, 1e-4 * full_steps[i], NULL, &error) != 0 || error > .05))
         i++;
     const double dt = 1e-4 * full_steps[i];
     if (truth_time(&s, dt, &us, &error) != 0) return -1;
-    cost[1] = us / (1e3 * dt);
-    add(c, "%g ms (%.2g %%)", 1e3 * dt, 100 * error);
-    add_us(c, cost[1]);
+    put(e, "full_stable_", "ms", 1e3 * dt);
+    put(e, "full_stable_", "off", 100 * error);
+    put(e, "full_stable_", "us", us);
     truth_free(&s);
     return 0;
 }
 
-static void add_cost(struct column *c, const struct cost *x)
+/* The model in steps of h samples, q as predicted by it: errors, and microseconds per simulated ms. */
+static void put_reduced(struct task *k, const struct entry *e, const char *prefix, int h, const roln_real *q)
 {
-    add_us(c, x->latent);
-    add_us(c, x->decoded);
-    add_us(c, x->block);
+    const double ms = 1e3 * h * k->d.dt, whole = 1e3 * (k->d.samples - 1) * k->d.dt;
+    put(e, prefix, "ms", ms);
+    put(e, prefix, "E_q_25", window_error(k, h));
+    put(e, prefix, "E_q_whole", relative(&k->d, q, k->d.q, h));
+    put(e, prefix, "latent", step_time(k, h, 0) / ms);
+    put(e, prefix, "decoded", step_time(k, h, 1) / ms + encode_time(k) / whole);
+    put(e, prefix, "block", block_time(k, h) / ms);
 }
 
-static void time_reduced(struct task *k, struct column *c, struct cost cost[2])
+static void time_reduced(struct task *k, const struct entry *e)
 {
     const struct motion *d = &k->d;
     const size_t size = (size_t)d->count * (size_t)d->samples * (size_t)d->N;
     roln_real *own = room(size), *q = room(size);
-    double off = 0;
     int i = 0;
     predict(k, 1, own);
     while (reduced_steps[i] > 1 && (predict(k, reduced_steps[i], q) > 0 || !(relative(d, q, own, reduced_steps[i]) <= 1)))
         i++;
     const int h = reduced_steps[i];
     predict(k, h, q);
-    off = relative(d, q, own, h);
-    cost[0] = cost_of(k, 1), cost[1] = cost_of(k, h);
-    add(c, "%.3g, %.2g, %.2g", cost[0].latent * 1e3 * d->dt, encode_time(k), decode_time(k));
-    add(c, "%.2g %%, %.2g %%", window_error(k, 1), relative(d, own, d->q, 1));
-    add_cost(c, &cost[0]);
-    add(c, "%g ms (%.2g %%)", 1e3 * h * d->dt, off);
-    add(c, "%.2g %%, %.2g %%", window_error(k, h), relative(d, q, d->q, h));
-    add_cost(c, &cost[1]);
+    put(e, "", "encode", encode_time(k));
+    put(e, "", "decode", decode_time(k));
+    put_reduced(k, e, "model_", 1, own);
+    put_reduced(k, e, "model_stable_", h, q);
+    put(e, "model_stable_", "off", relative(d, q, own, h));
     free(own), free(q);
 }
 
@@ -359,30 +298,22 @@ static int recorded(struct motion *test, const struct entry *e, const struct rec
     return bad;
 }
 
-static int fill(const struct entry *e, const struct recipe *r, const char *run, const char *path, struct column *c)
+static int measure_entry(const struct entry *e, const struct recipe *r, const char *run, const char *path)
 {
     struct task k;
     struct shape shape = r->shape;
-    struct cost cost[2];
-    double full[2];
     shape.ae[0] = truth_dof(r->system);
     if (model_load(&k.model, &shape, path) != 0 || recorded(&k.d, e, r) != 0) return -1;
     k.p = model_predictor(&k.model);
     k.s = room((size_t)k.p.state), k.next = room((size_t)k.p.state), k.force = room((size_t)k.d.N);
-    add(c, "%d, %d", k.d.N, k.model.md.lnn.n);
-    if (time_full(e, c, full) != 0) return -1;
-    add(c, "%s", run);
-    time_reduced(&k, c, cost);
-    for (int i = 0; i < 3; i++) {
-        const double us = full[i / 2];
-        const struct cost *reduced = &cost[(i + 1) / 2];
-        add_faster(c, us, reduced->latent);
-        add_faster(c, us, reduced->decoded);
-        add_faster(c, us, reduced->block);
-    }
+    printf("weights %s %s\n", e->name, run);
+    put(e, "", "joints", k.d.N);
+    put(e, "", "coordinates", k.model.md.lnn.n);
+    const int bad = time_full(e);
+    if (!bad) time_reduced(&k, e);
     free(k.s), free(k.next), free(k.force);
     motion_free(&k.d), model_free(&k.model);
-    return 0;
+    return bad;
 }
 
 /* The first run of the entry whose weights exist; NULL: none. */
@@ -400,34 +331,13 @@ static const struct recipe *weights_of(const struct entry *e, const char *dir, c
 
 int main(int argc, char **argv)
 {
-    static struct column columns[ENTRIES];
     char path[512];
     const char *run;
     if (argc != 2) return fprintf(stderr, "usage: speed DIR\n"), 2;
     for (int i = 0; i < ENTRIES; i++) {
         const struct recipe *r = weights_of(&entries[i], argv[1], &run, path);
-        if (r && fill(&entries[i], r, run, path, &columns[i]) != 0) return 1;
+        if (!r) printf("missing %s %s\n", entries[i].name, entries[i].runs[0]);
+        else if (measure_entry(&entries[i], r, run, path) != 0) return 1;
     }
-    printf("Microseconds on one thread; %d test trajectories; faster: which of the two, and how many times.\n\n|", TESTS);
-    for (int i = 0; i < ENTRIES; i++)
-        if (columns[i].rows) printf(" | %s", entries[i].title);
-    printf(" |\n|---");
-    for (int i = 0; i < ENTRIES; i++)
-        if (columns[i].rows) printf("|---");
-    printf("|\n");
-    for (int row = 0; row < LABELS; row++) {
-        printf("| %s", labels[row]);
-        for (int i = 0; i < ENTRIES; i++)
-            if (columns[i].rows) printf(" | %s", columns[i].cell[row]);
-        printf(" |\n");
-    }
-    printf("\nMuJoCo computes in double, with pend16's couplings as its soft equality constraints; the model in float.\n"
-           "Largest stable step: of MuJoCo the longest of 0.1 .. 100 ms without warning and with E_q at most 5 %% against its\n"
-           "own step; of the model the longest of 1 .. 100 ms that stays within 1 %% of its own 1 ms roll-out. E_q: at the end\n"
-           "of windows of 25 ms (longer steps are cut to that) and of whole trajectories, at the ends of steps; pend2 swings\n"
-           "free. Contact forces that are given come from MuJoCo: what they cost there is not counted, what the model does\n"
-           "with them is.\n");
-    for (int i = 0; i < ENTRIES; i++)
-        if (!columns[i].rows) printf("\nNo weights of %s (%s).\n", entries[i].title, entries[i].runs[0]);
     return 0;
 }

@@ -1,0 +1,599 @@
+"""report.py - RESULTS.md and its pictures, from the result files of the runs.
+
+    report.py DIR OUTDIR
+
+DIR holds runs.list (what `experiment list` prints), NAME-SEED.txt (lines `key argument value`), NAME-SEED.path of rope and cloth,
+and speed.txt (lines `key system value`); a run that is missing is left open. The text is that of RESULTS.in.md, beside this file:
+$name stands for a table of that name, and a line `![..](NAME.svg)` for a picture, which goes if there is nothing to show.
+"""
+import io
+import math
+import re
+import statistics
+import string
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+try:
+    import matplotlib
+except ImportError:
+    sys.exit("report.py: matplotlib is missing. The results of the runs are kept; `make plotting-deps` installs it (Debian), "
+             "`make report` then writes tables and pictures.")
+matplotlib.use("svg")
+import matplotlib.pyplot as plt
+from matplotlib.patches import Circle, Patch, PathPatch
+from matplotlib.path import Path as Outline
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullLocator
+
+# ---- results ----
+
+Stat = namedtuple("Stat", "count mean deviation median least most")   # over the seeds
+Recipe = namedtuple("Recipe", "system trajectories seeds")
+TRIVIAL = " trivial"  # what a run says of q + h qd stands under its recipe with this behind it, as E_q
+
+
+def stat(values):
+    """A value that is not finite counts as infinity. None: no values."""
+    if not values:
+        return None
+    x = [v if math.isfinite(v) else math.inf for v in values]
+    if min(x) == max(x):
+        return Stat(len(x), x[0], 0, x[0], x[0], x[0])
+    finite = math.isfinite(max(x))
+    return Stat(len(x), statistics.fmean(x) if finite else math.inf, statistics.stdev(x) if finite else 0, statistics.median(x),
+                min(x), max(x))
+
+
+class Results:
+    """recipes: the run list; runs[recipe][seed]: {"key argument": value}."""
+
+    def __init__(self, directory):
+        self.directory = Path(directory)
+        self.recipes, self.runs, self.speed = {}, {"speed": {}}, {}
+        if not (self.directory / "runs.list").exists():
+            sys.exit(f"report.py: no runs in {directory}; `make experiments` makes them")
+        for line in (self.directory / "runs.list").read_text().splitlines():
+            run, _, trajectories, system = line.split(None, 3)
+            name, seed = run.rsplit("-", 1)
+            self.recipes[name] = Recipe(system, int(trajectories), int(seed))
+            self.read_run(name, int(seed))
+        self.read_speed()
+
+    def read_run(self, name, seed):
+        path = self.directory / f"{name}-{seed}.txt"
+        if not path.exists():
+            return
+        run = self.runs.setdefault(name, {}).setdefault(seed, {})
+        trivial = self.runs.setdefault(name + TRIVIAL, {}).setdefault(seed, {})
+        for key, argument, value in map(str.split, path.read_text().splitlines()):
+            if key == "trivial":
+                trivial["E_q " + argument] = float(value)
+            else:
+                run[key + " " + argument] = float(value)
+            if key == "E_q":  # failures are only written if there are some
+                run.setdefault("failed " + argument, 0)
+
+    def read_speed(self):
+        """self.speed[system][key]; how many times faster than MuJoCo a model is goes to the recipe `speed` for the goals."""
+        path = self.directory / "speed.txt"
+        for key, system, value in map(str.split, path.read_text().splitlines() if path.exists() else []):
+            self.speed.setdefault(system, {})[key] = value if key in ("weights", "missing", "integrator") else float(value)
+        faster = {f"faster {system}": v["full_us"] / v["full_ms"] / v["model_stable_latent"]
+                  for system, v in self.speed.items() if "missing" not in v}
+        self.runs["speed"] = {1: faster} if faster else {}
+
+    def seeds(self, recipe):
+        return sorted(self.runs.get(recipe, {}))
+
+    def stat(self, recipe, quantity):
+        return stat([run[quantity] for run in self.runs.get(recipe, {}).values() if quantity in run])
+
+
+# ---- numbers ----
+
+
+def number(x, digits):
+    """So many significant digits, no exponent between .001 and a million."""
+    if not math.isfinite(x):
+        return "inf"
+    if x == 0:
+        return "0"
+    mantissa, _, exponent = f"{x:.{digits - 1}e}".partition("e")
+    power = int(exponent)
+    return f"{mantissa}e{power}" if not -3 <= power <= 5 else f"{x:.{max(0, digits - 1 - power)}f}"
+
+
+def cell(s, digits=2):
+    """mean ± standard deviation (median); one value if there is but one."""
+    if not s:
+        return "-"
+    if not math.isfinite(s.mean):
+        return f"inf ({number(s.median, digits)})" if s.count > 1 else "inf"
+    if s.deviation == 0:
+        return number(s.mean, digits)
+    return f"{number(s.mean, digits)} ± {number(s.deviation, 2)} ({number(s.median, digits)})"
+
+
+# ---- tables: rows of (label, recipe), columns of (heading, quantity[, digits]) ----
+
+
+def markdown(heading, rows):
+    lines = [heading, ["---"] * len(heading)] + rows
+    return "\n".join("|" + "".join(f" {c} |" if c != "---" else "---|" for c in line) for line in lines).replace("|  |", "| |")
+
+
+def table(results, rows, columns):
+    """A column that no run has is left out; of a table without results none."""
+    shown = [c for c in columns if any(results.stat(recipe, c[1]) for _, recipe in rows)] or columns
+    return markdown([""] + [c[0] for c in shown],
+                    [[label] + [cell(results.stat(recipe, quantity), *digits) for _, quantity, *digits in shown]
+                     for label, recipe in rows])
+
+
+FEW = (5, 10, 20, 40)  # trajectories of training, for the * of recipes
+
+
+def few_table(results, rows, when):
+    return markdown([""] + [str(n) for n in FEW],
+                    [[f"{label}, {text}"] + [cell(results.stat(recipe.replace("*", str(n)), quantity)) for n in FEW]
+                     for text, quantity in when for label, recipe in rows])
+
+
+PEND2 = [(f"{head}, {loss}", f"pend2-{name}-{loss}")
+         for head, name in (("exp", "exp"), ("base", "base"), ("gyro", "gyro"), ("base + gyro", "basegyro"), ("Cholesky", "chol"))
+         for loss in ("acc", "ode")]
+CHART = [("RO-LNN, long", "pend16-long"), ("RO-LNN, long, acc alone", "pend16-longacc"), ("RO-LNN, ode", "pend16-ode"),
+         ("RO-LNN, acc", "pend16-acc"), ("RO-LNN, acc, Cholesky", "pend16-chol"), ("RO-LNN, acc, sequential", "pend16-seq"),
+         ("RO-LNN, acc, chart of acc frozen", "pend16-frozen"), ("POD + LNN", "pend16-pod")]
+PEND16 = CHART + [("LNN, n = 16", "pend16-full"), ("LNN, n = 16, Cholesky", "pend16-fullchol"), ("L-OpInf", "pend16-opinf"),
+                  ("L-OpInf, affine", "pend16-opinfaffine"), ("autoencoder + MLP", "pend16-mlp")]
+SIZES = [(f"n = {n}", f"-n{n}") for n in (4, 6, 10, 14)]
+ROPE = [(label, "rope" + n) for label, n in SIZES]
+CLOTH = [(label, "cloth" + n) for label, n in SIZES] + [("n = 10, no forces given", "cloth-free-n10")]
+RELATIVES = [("RO-LNN, acc", "pend16-acc"), ("RO-LNN, acc, chart of acc frozen", "pend16-frozen"),
+             ("dissipative SymODEN", "pend16-symoden"), ("HNN", "pend16-hnn"), ("dissipative HNN", "pend16-dhnn"),
+             ("COMET", "pend16-comet"), ("MLP, no structure", "pend16-mlp")]
+NARROW = [("RO-LNN, acc", "pend16-narrow-ro")] + [(label, recipe.replace("16-", "16-narrow-")) for label, recipe in RELATIVES[2:]]
+
+
+def with_trivial(rows, recipe):
+    return rows + [("q + h qd", recipe + TRIVIAL)]
+
+
+def with_rivals(rows, system):
+    return with_trivial(rows + [("L-OpInf, n = 10", system + "-opinf"), ("L-OpInf, affine, n = 10", system + "-opinfaffine")],
+                        system + "-n10") + [("polynomial of the start", system + "-fit")]
+
+
+def errors(key, *headings):
+    """Columns of `key` at 0 ms, 25 ms, 1 s .. and over whole trajectories; the first one says which key."""
+    ms = {"1 s": "1000", "2 s": "2000", "whole": "whole"}
+    return [(h if i else f"{key} {h}", f"{key} {ms.get(h, h[:-3])}") for i, h in enumerate(headings)]
+
+
+E_QDD, TRAINING, STEP = ("E_qdd", "E_qdd 0"), ("training, s", "seconds train"), ("ms per predicted second", "us step")  # of 1 ms
+DRIFT = [("drift own", "drift own"), ("drift true", "drift true")]
+GRID_Q = errors("E_q", "0 ms", "1 ms", "2 ms", "3 ms", "5 ms", "25 ms", "100 ms", "250 ms", "500 ms", "whole")
+GRID_MORE = [E_QDD, *errors("E_qd", "0 ms", "2 ms", "3 ms", "25 ms", "whole"), *DRIFT, ("trajectories", "trajectories train", 1),
+             TRAINING]
+RANGE = [*errors("E_q", "0 ms", "25 ms", "400 ms", "2 s", "whole"), DRIFT[1], ("failed, 2 s", "failed 2000"),
+         ("failed, whole", "failed whole")]
+TABLES = {
+    "pend2_errors": (with_trivial(PEND2, "pend2-exp-acc"),
+                     [E_QDD, *errors("E_q", "25 ms", "1 s", "whole"), *errors("E_qd", "25 ms", "whole")]),
+    "pend2_terms": (PEND2, [("M", "error M"), ("c", "error c"), ("g", "error g"), *DRIFT, TRAINING]),
+    "pend16_q": (with_trivial(PEND16, "pend16-acc"), errors("E_q", "0 ms", "25 ms", "1 s", "whole")),
+    "pend16_qd": (PEND16, errors("E_qd", "0 ms", "25 ms", "1 s", "whole")),
+    "pend16_qdd": (PEND16, errors("E_qdd", "0 ms", "25 ms", "1 s", "whole")),
+    "pend16_cost": (PEND16, [*DRIFT, TRAINING, STEP]),
+    "pend16_terms": (CHART + [("RO-LNN, acc, forces known (absolute)", "pend16-pd")], [("M", "error M"), ("V", "error V")]),
+    "rope_q": (with_rivals(ROPE, "rope"), GRID_Q),
+    "rope_more": (ROPE, GRID_MORE),
+    "cloth_q": (with_rivals(CLOTH, "cloth"), GRID_Q),
+    "cloth_more": (CLOTH, GRID_MORE),
+    "within": ([("RO-LNN, ode", "pend16-ode")] + RELATIVES, RANGE),
+    "narrow": (NARROW, RANGE),
+    "relatives": (RELATIVES, [E_QDD, *errors("E_q", "25 ms", "100 ms", "1 s", "whole"), *errors("E_qd", "25 ms")]),
+    "relatives_cost": (RELATIVES, [*DRIFT, ("parameters", "parameters all", 1), TRAINING, STEP]),
+}
+WHEN_25, WHEN_1000, WHEN_WHOLE = ("25 ms", "E_q 25"), ("1 s", "E_q 1000"), ("whole", "E_q whole")
+FEW_TABLES = {
+    "pend2_few": ([("exponential", "pend2-few*-exp"), ("Cholesky", "pend2-few*-chol"), ("unstructured", "pend2-few*-mlp")],
+                  [WHEN_1000, WHEN_WHOLE]),
+    "pend16_few": ([("RO-LNN", "pend16-few*-ro"), ("LNN, n = 16", "pend16-few*-full"), ("autoencoder + MLP", "pend16-few*-mlp")],
+                   [WHEN_25, WHEN_1000, WHEN_WHOLE]),
+    "structure_few": ([("RO-LNN, acc", "pend16-few*-ro"), ("MLP, no structure", "pend16-few*-mlp")], [WHEN_1000]),
+}
+
+# ---- speed ----
+
+SYSTEMS = {"pend2": "pend2", "pend16": "pend16", "rope": "rope", "cloth_given": "cloth, contact forces given", "cloth": "cloth"}
+REDUCED = [("us per simulated ms: latent", "{%s_latent}"), ("one encode, a decode every step", "{%s_decoded}"),
+           ("latent, 16 roll-outs together, each", "{%s_block}")]
+FASTER = [("**faster**, HOW: latent", "latent"), ("with encode and decode", "decoded"), ("latent, 16 together", "block")]
+SPEED = [
+    ("joints, latent coordinates", "{joints}, {coordinates}"),
+    ("**MuJoCo**: integrator, its time step", "{integrator}, {full_ms} ms"),
+    ("us per mj_step", "{full_us}"),
+    ("us per simulated ms", "{full}"),
+    ("largest stable step (E_q whole against its own step)", "{full_stable_ms} ms ({full_stable_off} %)"),
+    ("us per simulated ms", "{full_stable}"),
+    ("**reduced model**: weights", "{weights}"),
+    ("us per RK4 step, encode, decode", "{model}, {encode}, {decode}"),
+    ("steps of 1 ms: E_q 25 ms, whole", "{model_E_q_25} %, {model_E_q_whole} %"),
+    *[(label, text % "model") for label, text in REDUCED],
+    ("largest stable step (off its steps of 1 ms)", "{model_stable_ms} ms ({model_stable_off} %)"),
+    ("E_q 25 ms, whole", "{model_stable_E_q_25} %, {model_stable_E_q_whole} %"),
+    *[(label, text % "model_stable") for label, text in REDUCED],
+] + [(label.replace("HOW", how), "{%s/%s_%s}" % (full, model, what))
+     for how, full, model in (("each at its standard step", "full", "model"),
+                              ("MuJoCo at its standard step, the model at its largest stable one", "full", "model_stable"),
+                              ("each at its largest stable step", "full_stable", "model_stable"))
+     for label, what in FASTER]
+
+
+def speed_texts(v):
+    """What stands in the braces of SPEED: microseconds and steps with three digits, the rest with two."""
+    v = dict(v, full=v["full_us"] / v["full_ms"], full_stable=v["full_stable_us"] / v["full_stable_ms"],
+             model=v["model_latent"] * v["model_ms"])
+    text = {}
+    for key, x in v.items():
+        if isinstance(x, str):
+            text[key] = x
+        elif key in ("encode", "decode") or "E_q" in key or key.endswith("off"):
+            text[key] = f"{x:.2g}"
+        else:
+            text[key] = f"{x:.3g}" if x < 100 else f"{x:.0f}"
+    for full in ("full", "full_stable"):
+        for model in (m for m in v if re.fullmatch("model(_stable)?_(latent|decoded|block)", m)):
+            times = v[full] / v[model]
+            text[f"{full}/{model}"] = f"**reduced**, {times:.3g} times" if times > 1 else f"**MuJoCo**, {1 / times:.3g} times"
+    return text
+
+
+def speed_table(results):
+    known = {s: speed_texts(v) for s, v in results.speed.items() if "missing" not in v}
+    text = markdown([""] + [SYSTEMS[s] for s in known], [[label] + [form.format_map(v) for v in known.values()]
+                                                         for label, form in SPEED]) if known else ""
+    return "\n\n".join([text] * bool(known) + [f"No weights of {SYSTEMS[s]} ({v['missing']})."
+                                               for s, v in results.speed.items() if s not in known])
+
+
+# ---- goals ----
+
+# at_most, at_least: a limit; times_below: so many times below the least of the others; none of these: the quotient is shown
+Goal = namedtuple("Goal", "text recipe quantity at_most at_least times_below others", defaults=(None, None, None, ()))
+L_OPINF = ("pend16-opinf", "pend16-opinfaffine")
+
+
+def both(text, quantity, **limit):
+    """Of the model trained at length, and of the one at equal budget."""
+    return [Goal(text, "pend16-long", quantity, **limit), Goal("the same, equal budget", "pend16-ode", quantity, **limit)]
+
+
+def below_trivial(text, quantity, times):
+    return [goal._replace(others=(goal.recipe + TRIVIAL,)) for goal in both(text, quantity, times_below=times)]
+
+
+GOALS = [
+    *both("pend16: E_q 25 ms of the multi-step RO-LNN at most 0.5 %", "E_q 25", at_most=.5),
+    *both("40 times below POD + LNN and both L-OpInf", "E_q 25", times_below=40, others=("pend16-pod", *L_OPINF)),
+    *below_trivial("8 times below q + h qd", "E_q 25", 8),
+    *both("at 1 s 10 times below the linear models, both L-OpInf", "E_q 1000", times_below=10, others=L_OPINF),
+    *both("at 1 s 10 times below POD + LNN, a linear chart with learned dynamics", "E_q 1000", times_below=10,
+          others=("pend16-pod",)),
+    *both("over 3 s 10 times below the linear models, both L-OpInf", "E_q whole", times_below=10, others=L_OPINF),
+    *both("over 3 s 10 times below POD + LNN", "E_q whole", times_below=10, others=("pend16-pod",)),
+    Goal("full-order LNN compared at 25 ms", "pend16-acc", "E_q 25", others=("pend16-full",)),
+    Goal("at 1 s", "pend16-acc", "E_q 1000", others=("pend16-full",)),
+    Goal("over 3 s", "pend16-acc", "E_q whole", others=("pend16-full",)),
+    *[Goal(f"at 25 ms, {n} trajectories", f"pend16-few{n}-ro", "E_q 25", others=(f"pend16-few{n}-full",)) for n in FEW],
+    Goal("rope, n = 10: E_q 25 ms at most 0.3 %", "rope-n10", "E_q 25", at_most=.3),
+    Goal("rope, n = 10: whole 1 s at most 3 %", "rope-n10", "E_q whole", at_most=3),
+    Goal("cloth, n = 10: reconstruction at most 1 %", "cloth-n10", "E_q 0", at_most=1),
+    Goal("cloth, n = 10: whole 0.25 s with forces at most 1.5 %", "cloth-n10", "E_q whole", at_most=1.5),
+    Goal("cloth, n = 10: whole 0.25 s without given forces at most 4 %", "cloth-free-n10", "E_q whole", at_most=4),
+    Goal("pend16: 10 times faster than mj_step, latent", "speed", "faster pend16", at_least=10),
+    Goal("rope: 50 times faster than mj_step, latent", "speed", "faster rope", at_least=50),
+    Goal("cloth: 50 times faster than mj_step, latent", "speed", "faster cloth", at_least=50),
+    Goal("the same, contact forces given", "speed", "faster cloth_given", at_least=50),
+    Goal("joint training better than sequential, 25 ms", "pend16-acc", "E_q 25", times_below=1, others=("pend16-seq",)),
+    Goal("joint training better than sequential, 1 s", "pend16-acc", "E_q 1000", times_below=1, others=("pend16-seq",)),
+    *[Goal(f"exponential map better than Cholesky in M, {text}", ours, "error M", times_below=1, others=(theirs,))
+      for text, ours, theirs in (("pend2, acc", "pend2-exp-acc", "pend2-chol-acc"),
+                                 ("pend2, ode", "pend2-exp-ode", "pend2-chol-ode"), ("pend16", "pend16-acc", "pend16-chol"))],
+]
+
+
+def verdict(met):
+    return "-" if met is None else "met" if met else "**missed**"
+
+
+def quotient(a, b):
+    return a / b if b else math.inf
+
+
+def goal_row(results, goal):
+    run = [goal.recipe if goal.recipe != "speed" else "section 5"]
+    recipe, seeds = results.recipes.get(goal.recipe), len(results.seeds(goal.recipe))
+    if recipe and 0 < seeds < recipe.seeds:
+        run.append(f"{seeds} of {recipe.seeds} seeds")
+    if trained := results.stat(goal.recipe, "trajectories train"):
+        run.append(f"{trained.mean:.0f} trajectories")
+    s = results.stat(goal.recipe, goal.quantity)
+    others = [(results.stat(name, goal.quantity), name) for name in goal.others]
+    known = [other for other in others if other[0]]
+    reached = cell(s) + (" times" if s and goal.at_least else "")
+    met = None
+    if known:
+        least, name = min(known, key=lambda other: other[0].mean)
+        reached += f", {'q + h qd' if name.endswith(TRIVIAL) else name} {cell(least)}"
+        if s:
+            reached += f": {number(quotient(least.mean, s.mean), 2)} times"
+            if goal.times_below and len(known) == len(others):
+                met = min(quotient(least.mean, s.mean), quotient(least.median, s.median)) >= goal.times_below
+    elif s and goal.at_most:
+        met = max(s.mean, s.median) <= goal.at_most
+    elif s and goal.at_least:
+        met = min(s.mean, s.median) >= goal.at_least
+    return [goal.text, ", ".join(run), reached, verdict(met)]
+
+
+# ---- the run list ----
+
+
+def cost(results):
+    """Runs there are and runs there should be, hours of all, minutes of the longest."""
+    runs = [run for name in results.recipes for run in results.runs.get(name, {}).values()]
+    seconds = [run["seconds all"] for run in runs if "seconds all" in run]
+    return (len(runs), sum(recipe.seeds for recipe in results.recipes.values()),
+            sum(seconds) / 3600, max(seconds, default=0) / 60)
+
+
+def goals_table(results):
+    runs, wanted, hours, longest = cost(results)
+    whole = [["no run over 60 minutes", f"{runs} of {wanted}", f"{longest:.0f} minutes", verdict(longest <= 60 if runs else None)],
+             ["at most 20 core-hours", f"{runs} of {wanted}", f"{hours:.2f}", verdict(hours <= 20 if runs else None)]]
+    return markdown(["goal", "run", "reached", ""], [goal_row(results, goal) for goal in GOALS] + whole)
+
+
+def runs_table(results):
+    rows, missing = [], []
+    for name, recipe in results.recipes.items():
+        seeds, trained = results.seeds(name), results.stat(name, "trajectories train")
+        rows.append([name, recipe.system, f"{trained.mean if trained else recipe.trajectories:.0f}",
+                     str(recipe.seeds) if len(seeds) == recipe.seeds else f"{len(seeds)} of {recipe.seeds}"])
+        for quantity, digits in (("parameters all", 1), ("samples million", 3), ("seconds train", 3), ("seconds all", 3)):
+            s = results.stat(name, quantity)
+            rows[-1].append(number(s.mean, digits) if s else "-")
+        left = " ".join(str(seed) for seed in range(1, recipe.seeds + 1) if seed not in seeds)
+        if left:
+            missing.append(f"{name}-{left}" if seeds else name)
+    runs, wanted, hours, longest = cost(results)
+    heading = ["run", "system", "trajectories", "seeds", "parameters", "million samples", "training, s", "with its measurement, s"]
+    return "\n\n".join([markdown(heading, rows),
+                        f"{runs} of {wanted} runs: {hours:.2f} core-hours; the longest run took {longest:.0f} minutes.",
+                        f"Missing: {', '.join(missing)}." if missing else "No run is missing."])
+
+
+# ---- pictures: of 760 px; each returns a figure, or None if there is nothing to show ----
+
+plt.rcdefaults()
+plt.rcParams.update({"svg.hashsalt": "roln", "svg.fonttype": "none", "font.sans-serif": ["DejaVu Sans", "Helvetica", "Arial"],
+                     "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
+                     "grid.color": "#e4e4e4", "legend.frameon": False})
+
+
+def save(figure, path):
+    """The same bytes on every run: no date. Coordinates in 1/100 point, no blanks that a path does without."""
+    text = io.StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    plt.close(figure)
+    shorter = re.sub(r'(?<= d=")[^"]*', lambda outline: shorten(outline[0]), text.getvalue())
+    path.write_text(re.sub(r"[ \t]+$", "", shorter, flags=re.M))
+
+
+def shorten(outline):
+    rounded = re.sub(r"-?\d+\.\d+", lambda x: f"{float(x[0]):.2f}".rstrip("0").rstrip("."), outline)
+    return re.sub(r"\s*([A-Za-z])\s*", r"\1", rounded)
+
+
+def new_figure(title, height, rows, columns, **place):
+    figure, axes = plt.subplots(rows, columns, squeeze=False, figsize=(760 / 96, height / 96))
+    figure.subplots_adjust(**place)
+    figure.text(.026, 1 - 30 / height, title, size=12)
+    return figure, list(axes.flat)
+
+
+HORIZONS = (1, 5, 25, 100, 250, 400, 500, 1000, 2000)
+Series = namedtuple("Series", "label recipe colour line", defaults=("-",))
+Panel = namedtuple("Panel", "title quantity series")  # quantity E_q: against the horizon; E_q 25 ..: against FEW
+PEND2_FEW = [Series("exponential", "pend2-few*-exp", "#08519c"), Series("Cholesky", "pend2-few*-chol", "#e6550d"),
+             Series("unstructured", "pend2-few*-mlp", "#555555", "--")]
+PEND16_FEW = [Series("RO-LNN", "pend16-few*-ro", "#08519c"), Series("LNN, n = 16", "pend16-few*-full", "#238b45"),
+              Series("autoenc. + MLP", "pend16-few*-mlp", "#555555", "--")]
+PEND16_CURVES = [
+    Series("RO-LNN, long", "pend16-long", "#08306b"), Series("RO-LNN, ode", "pend16-ode", "#2171b5"),
+    Series("RO-LNN, acc", "pend16-acc", "#6baed6"), Series("RO, Cholesky", "pend16-chol", "#807dba"),
+    Series("POD + LNN", "pend16-pod", "#a63603"), Series("LNN, n = 16", "pend16-full", "#006d2c"),
+    Series("same, Cholesky", "pend16-fullchol", "#74c476"), Series("L-OpInf", "pend16-opinf", "#e6550d", "--"),
+    Series("L-OpInf, affine", "pend16-opinfaffine", "#e6ab02", "--"), Series("autoenc. + MLP", "pend16-mlp", "#555555", "--")]
+NARROW_CURVES = [
+    Series("RO-LNN, acc", "pend16-narrow-ro", "#6baed6"), Series("diss. SymODEN", "pend16-narrow-symoden", "#238b45"),
+    Series("HNN", "pend16-narrow-hnn", "#e6550d"), Series("diss. HNN", "pend16-narrow-dhnn", "#e6ab02"),
+    Series("COMET", "pend16-narrow-comet", "#7a0177"), Series("MLP", "pend16-narrow-mlp", "#555555", "--")]
+STRUCTURE_CURVES = [Series("RO-LNN, ode", "pend16-ode", "#08519c"), NARROW_CURVES[0]._replace(recipe="pend16-acc")] + [
+    s._replace(recipe=s.recipe.replace("narrow-", "")) for s in NARROW_CURVES[1:]]
+
+
+def gather(results, panel, series):
+    """Points (x, Stat) of a curve."""
+    if " " in panel.quantity:
+        points = [(n, results.stat(series.recipe.replace("*", str(n)), panel.quantity)) for n in FEW]
+    else:
+        points = [(ms, results.stat(series.recipe, f"{panel.quantity} {ms}")) for ms in HORIZONS]
+    return [(x, s) for x, s in points if s]
+
+
+def draw_panel(axes, panel, curves):
+    """Medians over the seeds; against FEW with a bar from the least to the largest. Curves leave the frame at its top."""
+    few = " " in panel.quantity
+    low = min(s.least if few else s.median for _, points in curves for _, s in points)
+    high = max(s.most if few else s.median for _, points in curves for _, s in points)
+    high = min(high, max(200, 5 * low))  # per cent
+    low = max(min(low, high / 3), 1e-6)
+    for i, (series, points) in enumerate(sorted(curves, key=lambda curve: -curve[1][-1][1].median)):
+        aside = 1.02 ** (i - (len(curves) - 1) / 2) if few else 1
+        least, y, most = ([min(max(getattr(s, name), 1e-9), 1e9) for _, s in points] for name in ("least", "median", "most"))
+        x = [aside * p for p, _ in points]
+        axes.plot(x, y, series.line, color=series.colour, label=series.label, marker="o", markersize=2.5, linewidth=1.5)
+        if few:
+            axes.vlines(x, least, most, color=series.colour, linewidth=.8)
+    axes.set(xscale="log", yscale="log", xlim=(4.5, 44) if few else (1, 2000), ylim=(low / 1.2, high * 1.2),
+             xlabel="training trajectories" if few else "horizon")
+    axes.set_title(panel.title, loc="left", size=9, weight="bold")
+    axes.xaxis.set(major_locator=FixedLocator(FEW if few else (1, 10, 100, 1000)), minor_locator=NullLocator(),
+                   major_formatter=FuncFormatter(lambda x, _: f"{x:g}" if few else f"{x:g} ms" if x < 1000 else "1 s"))
+    axes.yaxis.set(major_locator=LogLocator(subs=(1, 2, 5) if high / low < 60 / 1.44 else (1,)), minor_locator=NullLocator(),
+                   major_formatter=FuncFormatter(lambda y, _: f"{y:g}"))
+    axes.grid(axis="y")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.01, 1), labelcolor="linecolor", borderaxespad=0, handlelength=1.6,
+                handletextpad=.5)
+
+
+def draw_curves(results, title, height, panels):
+    curves = [[(s, points) for s in panel.series if (points := gather(results, panel, s))] for panel in panels]
+    if not any(curves):
+        return None
+    figure, axes = new_figure(title, height, 1, len(panels), left=.075, right=.815, top=1 - 76 / height,
+                              bottom=50 / height, wspace=.85)
+    for place, panel, drawn in zip(axes, panels, curves):
+        if drawn:
+            draw_panel(place, panel, drawn)
+        else:
+            place.axis("off")
+    return figure
+
+
+TRUE = dict(facecolor="#deebf7", edgecolor="#9ecae1")
+PREDICTED = dict(facecolor="none", edgecolor="#08519c")
+
+
+def read_shapes(results, run):
+    """Instants (ms, true, predicted) of DIR/RUN.path, each a list of (x, y, z) in mm."""
+    path = results.directory / f"{run}.path"
+    shapes = {"true": [], "predicted": []}
+    for _, whose, ms, *xyz in map(str.split, path.read_text().splitlines() if path.exists() else []):
+        xyz = [float(x) for x in xyz]
+        shapes[whose].append((int(ms), list(zip(xyz[::3], xyz[1::3], xyz[2::3]))))
+    return [(ms, true, predicted) for (ms, true), (_, predicted) in zip(shapes["true"], shapes["predicted"])]
+
+
+def draw_rope(results, title, run):
+    """From the side, in the plane in which the rope starts, from where it starts on the left; each instant hangs a step right."""
+    shapes = read_shapes(results, run)
+    if not shapes:
+        return None
+    figure, (axes,) = new_figure(title, 496, 1, 1, left=.03, right=.97, top=.9, bottom=.02)
+    x, y, _ = shapes[0][1][-1]
+    length = -max(1, math.hypot(x, y))
+    styles = (dict(color="#9ecae1", linewidth=4.5, solid_capstyle="round"), dict(color="#08519c", linewidth=1.2, linestyle="--"))
+    heights = [z for _, true, _ in shapes for _, _, z in true]
+    apart = .34 * (max(heights) - min(heights))
+    for k, (ms, *ropes) in enumerate(shapes):
+        for rope, style, label in zip(ropes, styles, ("true", "predicted")):
+            axes.plot([k * apart + (x * p[0] + y * p[1]) / length for p in rope], [p[2] for p in rope],
+                      label=label if k == 0 else None, **style)
+        axes.plot(k * apart, 0, "o", color="#222222", markersize=5)
+        axes.annotate(f"{ms} ms", (k * apart, 0), (0, 8), textcoords="offset points", ha="center")
+    axes.set_aspect("equal")
+    axes.axis("off")
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncol=2)
+    return figure
+
+
+def project(p):
+    """Parallel projection, from above at the long side: to the right, up, away."""
+    turned, lifted = .38, .5  # rad
+    back = math.cos(turned) * p[1] - math.sin(turned) * p[0]
+    return (math.cos(turned) * p[0] + math.sin(turned) * p[1], math.sin(lifted) * back + math.cos(lifted) * p[2],
+            math.cos(lifted) * back - math.sin(lifted) * p[2])
+
+
+def cells(cloth, front):
+    """Outline of the cells in front of the middle of the sphere, or behind it, far ones first."""
+    rows, beads = 10, [project(p) for p in cloth]
+    quads = [(beads[i], beads[i + rows], beads[i + rows + 1], beads[i + 1]) for i in range(len(beads) - rows) if (i + 1) % rows]
+    quads = sorted((q for q in quads if (sum(p[2] for p in q) < 0) == front), key=lambda q: -sum(p[2] for p in q))
+    return Outline.make_compound_path(*[Outline([p[:2] for p in q] + [(0, 0)], closed=True) for q in quads]) if quads else None
+
+
+def draw_cloth(results, title, run):
+    shapes = read_shapes(results, run)
+    if not shapes:
+        return None
+    figure, axes = new_figure(title, 484, 2, 3, left=.01, right=.99, top=.84, bottom=.01, wspace=.04, hspace=.12)
+    for place, (ms, true, predicted) in zip(axes, shapes):
+        for layer, front in ((1, False), (5, True)):
+            for order, cloth, width, colours in ((0, true, 1.8, TRUE), (1, predicted, .5, PREDICTED)):
+                outline = cells(cloth, front)
+                if outline:
+                    place.add_patch(PathPatch(outline, linewidth=width, zorder=layer + order, joinstyle="round", **colours))
+        place.add_patch(Circle((0, 0), 100, facecolor="#eeeeee", edgecolor="#bbbbbb", zorder=3))
+        place.set(xlim=(-225, 225), ylim=(-110, 220), aspect="equal", title=f"{ms} ms")
+        place.title.set_size(9)
+    for place in axes:
+        place.axis("off")
+    figure.legend(handles=[Patch(linewidth=1.8, label="true", **TRUE), Patch(linewidth=.5, label="predicted", **PREDICTED)],
+                  loc="upper right", ncol=2)
+    return figure
+
+
+PICTURES = {
+    "pend2_few": (draw_curves, "2 joints: error and number of training trajectories", 330,
+                  [Panel("E_q after 1 s, %", "E_q 1000", PEND2_FEW), Panel("E_q of the whole 3 s, %", "E_q whole", PEND2_FEW)]),
+    "pend16": (draw_curves, "16 joints, n = 4: error of q against the horizon", 470, [Panel("E_q, %", "E_q", PEND16_CURVES)]),
+    "pend16_few": (draw_curves, "16 joints: error and number of training trajectories", 330,
+                   [Panel("E_q after 25 ms, %", "E_q 25", PEND16_FEW), Panel("E_q after 1 s, %", "E_q 1000", PEND16_FEW)]),
+    "rope": (draw_rope, "Rope, 192 dof, n = 10: one unseen second", "rope-n10-1"),
+    "cloth": (draw_cloth, "Cloth, 600 dof, n = 10: an unseen fall", "cloth-n10-1"),
+    "cloth_free": (draw_cloth, "Cloth, 600 dof, n = 10, no contact forces given", "cloth-free-n10-1"),
+    "structure": (draw_curves, "16 joints: with and without structure", 380,
+                  [Panel("E_q, %, within the training range", "E_q", STRUCTURE_CURVES),
+                   Panel("E_q, %, out of it", "E_q", NARROW_CURVES)]),
+}
+
+# ---- the document ----
+
+
+def machine():
+    cpu = Path("/proc/cpuinfo")
+    name = re.search(r"^model name\s*: (.*)$", cpu.read_text(), re.M) if cpu.exists() else None
+    return name[1] if name else "an unknown processor"
+
+
+def report(directory, out):
+    results, template = Results(directory), (Path(__file__).parent / "RESULTS.in.md").read_text()
+    text = {name: table(results, *spec) for name, spec in TABLES.items()}
+    text.update({name: few_table(results, *spec) for name, spec in FEW_TABLES.items()})
+    text.update(runs=runs_table(results), goals=goals_table(results), speed=speed_table(results), machine=machine())
+    unused = [name for name in text if not re.search(rf"\${name}\b", template)]
+    if unused:
+        sys.exit(f"RESULTS.in.md: no ${', $'.join(unused)}")
+
+    def picture(line):
+        draw, *spec = PICTURES[line[1]]
+        figure = draw(results, *spec)
+        if figure:
+            save(figure, out / f"{line[1]}.svg")
+        return line[0] if figure else ""
+
+    filled = re.sub(r"^!\[.*\]\((\w+)\.svg\)$", picture, string.Template(template).substitute(text), flags=re.M)
+    (out / "RESULTS.md").write_text(re.sub(r"\n{3,}", "\n\n", filled))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) != 3:
+        sys.exit("usage: report.py DIR OUTDIR")
+    report(sys.argv[1], Path(sys.argv[2]))
