@@ -107,20 +107,20 @@ ROLN_FN void family(int f, int n, uint64_t *s)
         }
     for (i = n - 1; i > 0 && f == 27; i--) { /* a random order of rows and columns */
         k = roln_randint(i + 1, s);
-        for (j = 0; j < n; j++) swap(A + i * n + j, A + k * n + j);
-        for (j = 0; j < n; j++) swap(A + j * n + i, A + j * n + k);
+        for (j = 0; j < n; j++) t_swap(A + i * n + j, A + k * n + j);
+        for (j = 0; j < n; j++) t_swap(A + j * n + i, A + j * n + k);
     }
 }
 
 typedef struct { double residual, orthogonal, value; } eig_errors; /* worst, in the units of the bounds */
 
 /* Largest entry of A, at least the smallest number: the unit of residuals and eigenvalues. */
-ROLN_FN wide eig_unit(int n)
+ROLN_FN t_wide eig_unit(int n)
 {
-    wide top = (wide)TINIEST;
+    t_wide top = (t_wide)TINIEST;
     int i;
     for (i = 0; i < n * n; i++)
-        if (wide_abs((wide)A[i]) > top) top = wide_abs((wide)A[i]);
+        if (t_abs((t_wide)A[i]) > top) top = t_abs((t_wide)A[i]);
     return top;
 }
 
@@ -128,35 +128,35 @@ ROLN_FN wide eig_unit(int n)
 ROLN_FN eig_errors eig_residual(int n)
 {
     const int step = n > 128 ? 23 : 1;
-    wide r = 0, o = 0;
+    t_wide r = 0, o = 0;
     eig_errors e = {0, 0, 0};
     int i, j, k;
     for (i = 0; i < n; i += step)
         for (j = 0; j < n; j++) {
-            wide x = (wide)A[i * n + j], y = i == j;
+            t_wide x = (t_wide)A[i * n + j], y = i == j;
             for (k = 0; k < n; k++) {
-                x -= (wide)Q[k * n + i] * (wide)l[k] * (wide)Q[k * n + j];
-                y -= (wide)Q[i * n + k] * (wide)Q[j * n + k];
+                x -= (t_wide)Q[k * n + i] * (t_wide)l[k] * (t_wide)Q[k * n + j];
+                y -= (t_wide)Q[i * n + k] * (t_wide)Q[j * n + k];
             }
-            x = wide_abs(x) - (wide)n * (wide)TINIEST;
+            x = t_abs(x) - (t_wide)n * (t_wide)TINIEST;
             if (!(x <= r)) r = x;
-            if (!(wide_abs(y) <= o)) o = wide_abs(y);
+            if (!(t_abs(y) <= o)) o = t_abs(y);
         }
-    e.residual = (double)(r / (eig_unit(n) * (wide)n * (wide)EPS));
-    e.orthogonal = (double)(o / ((wide)n * (wide)EPS));
+    e.residual = (double)(r / (eig_unit(n) * (t_wide)n * (t_wide)EPS));
+    e.orthogonal = (double)(o / ((t_wide)n * (t_wide)EPS));
     return e;
 }
 
 /* All three, n <= TN. */
 ROLN_FN eig_errors eig_check(int n)
 {
-    static wide twin[TN];
-    const wide unit = eig_unit(n);
+    static t_wide twin[TN];
+    const t_wide unit = eig_unit(n);
     eig_errors e = eig_residual(n);
     int i;
     t_eigenvalues(n, A, twin);
     for (i = 0; i < n; i++) {
-        const double d = (double)((wide_abs(twin[i] - (wide)l[i]) - (wide)TINIEST) / (unit * (wide)n * (wide)EPS));
+        const double d = (double)((t_abs(twin[i] - (t_wide)l[i]) - (t_wide)TINIEST) / (unit * (t_wide)n * (t_wide)EPS));
         if (!(d <= e.value)) e.value = d;
         if (i > 0 && !(l[i - 1] <= l[i])) e.value = 1e30; /* not ascending */
     }

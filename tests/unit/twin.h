@@ -14,13 +14,13 @@ typedef long double ld;
 
 /* The next wider type, where long double is too slow. */
 #ifdef ROLN_DOUBLE
-typedef long double wide;
-#define wide_abs fabsl
-#define wide_sqrt sqrtl
+typedef long double t_wide;
+#define t_abs fabsl
+#define t_sqrt sqrtl
 #else
-typedef double wide;
-#define wide_abs fabs
-#define wide_sqrt sqrt
+typedef double t_wide;
+#define t_abs fabs
+#define t_sqrt sqrt
 #endif
 
 /* ---- worst errors ---- */
@@ -235,43 +235,43 @@ ROLN_FN void t_jacobi(int n, ld *a, ld *v)
             }
 }
 
-ROLN_FN void swap(roln_real *a, roln_real *b)
+ROLN_FN void t_swap(roln_real *a, roln_real *b)
 {
     const roln_real t = *a;
     *a = *b, *b = t;
 }
 
 /* Eigenvalues of A, ascending, by cyclic Jacobi; for many matrices, hence not in long double where double is enough. */
-ROLN_FN void t_eigenvalues(int n, const roln_real *A, wide *l)
+ROLN_FN void t_eigenvalues(int n, const roln_real *A, t_wide *l)
 {
-    static wide a[TN * TN];
-    wide top = 0;
+    static t_wide a[TN * TN];
+    t_wide top = 0;
     int i, p, q, turned = 1, sweep;
     for (i = 0; i < n * n; i++) {
-        a[i] = (wide)A[i];
-        if (wide_abs(a[i]) > top) top = wide_abs(a[i]);
+        a[i] = (t_wide)A[i];
+        if (t_abs(a[i]) > top) top = t_abs(a[i]);
     }
     for (sweep = 0; sweep < 60 && turned; sweep++)
         for (turned = 0, p = 0; p < n; p++)
             for (q = p + 1; q < n; q++) {
-                const wide apq = a[p * n + q];
-                wide d, r, t, c, s;
-                if (wide_abs(apq) <= (wide)1e-9 * (wide)EPS * top) continue;
-                d = a[q * n + q] - a[p * n + p], r = wide_sqrt(d / top * (d / top) + 4 * (apq / top) * (apq / top)) * top;
+                const t_wide apq = a[p * n + q];
+                t_wide d, r, t, c, s;
+                if (t_abs(apq) <= (t_wide)1e-9 * (t_wide)EPS * top) continue;
+                d = a[q * n + q] - a[p * n + p], r = t_sqrt(d / top * (d / top) + 4 * (apq / top) * (apq / top)) * top;
                 t = 2 * apq / (d < 0 ? d - r : d + r);
-                c = 1 / wide_sqrt(1 + t * t), s = t * c, turned = 1;
+                c = 1 / t_sqrt(1 + t * t), s = t * c, turned = 1;
                 for (i = 0; i < n; i++) {
-                    const wide x = a[p * n + i], y = a[q * n + i];
+                    const t_wide x = a[p * n + i], y = a[q * n + i];
                     a[p * n + i] = c * x - s * y, a[q * n + i] = s * x + c * y;
                 }
                 for (i = 0; i < n; i++) {
-                    const wide x = a[i * n + p], y = a[i * n + q];
+                    const t_wide x = a[i * n + p], y = a[i * n + q];
                     a[i * n + p] = c * x - s * y, a[i * n + q] = s * x + c * y;
                 }
                 a[p * n + q] = a[q * n + p] = 0;
             }
     for (i = 0; i < n; i++) {
-        const wide x = a[i * n + i];
+        const t_wide x = a[i * n + i];
         for (p = i; p > 0 && l[p - 1] > x; p--) l[p] = l[p - 1];
         l[p] = x;
     }
