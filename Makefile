@@ -17,8 +17,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments report plotting-deps plotting-test eig bench sizes count \
-        firmware pil
+.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments report plotting-deps \
+        plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
