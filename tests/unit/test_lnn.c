@@ -1786,8 +1786,8 @@ static void test_identity(uint64_t *seed)
     }
 }
 
-/* A step that begins within what exp can hold and ends beyond: one joint, log M = 39.9925 + z/100, no potential, h v = 1. The
-   evaluation that fails is the last one, of M at the end, or with a force that of a later iteration at the middle. */
+/* One joint with log M = 39.9925 + z/100 and no potential, h v = 1: exp holds M up to z = 3/4. So one evaluation of a step alone
+   fails: the last one, of M at the end; with a force that of a later iteration at the middle; or the first. */
 static void test_edge(uint64_t *seed)
 {
     const roln_lnn f = shape(1, 0, 2, 1, 0);
@@ -1811,18 +1811,21 @@ static void test_edge(uint64_t *seed)
     s[1] = 0, push = 4 * roln_exp(40), sys.force = &fc; /* v = 0 at first, then 2 */
     CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_E_RANGE);
     CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 1, 2, s, sn, tape, w) == ROLN_E_RANGE);
+    s[0] = 1, s[1] = -1, z[0] = 2, z[1] = ROLN_C(0.5), sys.force = NULL; /* the first evaluation alone fails */
+    CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_E_RANGE);
+    CHECK(roln_lnn_start(&f, &sys, 0, 1, 1, z, z + 1, sn, tape, w) == ROLN_E_RANGE);
     CHECK(sn[0] == 0 && sn[1] == 0);
-    push = 0;
+    s[0] = s[1] = 0;
     CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_OK);
     fresh_done();
 }
 
 /* The backward of a midpoint step makes ROLN_MIDPOINT_ITERS iterations, no more and no less: M = 1, V = 0 and the spring
-   tau = -z at rest with h = 1, where the iteration of mu contracts by 1/4 and is far from its end after ten. */
+   tau = -3 z at rest with h = 1, where the iteration of mu contracts by 3/4 and is far from its end after ten. */
 static void test_iterations(uint64_t *seed)
 {
     const roln_lnn f = shape(1, 0, 2, 1, 0);
-    const roln_real w[2] = {0, -1}, gsn[2] = {1, ROLN_C(0.5)}, s[2] = {0, 0};
+    const roln_real w[2] = {0, -3}, gsn[2] = {1, ROLN_C(0.5)}, s[2] = {0, 0};
     roln_real *th = weights(&f, seed), sn[2], gs[2] = {0, 0}, gw[2] = {0, 0}, *tape, *work;
     spring sp = {1, NULL, NULL};
     roln_force fc;
@@ -1837,8 +1840,8 @@ static void test_iterations(uint64_t *seed)
     tape = fresh(tape_of(1, 1)), work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));
     CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 1, 1, 1, s, sn, tape, work) == ROLN_OK);
     roln_lnn_step_bwd(&f, &sys, ROLN_MIDPOINT, 1, 1, gsn, gs, NULL, tape, work);
-    for (i = 0; i < ROLN_MIDPOINT_ITERS; i++) mu = 1 - (0.5L + mu / 2) / 2; /* g_z+ + dS/dz_m / 2, dS/dz_m = -(g_p+ + mu / 2) */
-    BOUND("midpoint backward: iterations, z (eps)", fabsl((ld)gs[0] - (1 - (0.5L + mu / 2))) / EPS, 8);
+    for (i = 0; i < ROLN_MIDPOINT_ITERS; i++) mu = 1 - 1.5L * (0.5L + mu / 2); /* g_z+ + dS/dz_m / 2, dS/dz_m = -3 (g_p+ + mu / 2) */
+    BOUND("midpoint backward: iterations, z (eps)", fabsl((ld)gs[0] - (1 - 3 * (0.5L + mu / 2))) / EPS, 8);
     BOUND("midpoint backward: iterations, zd (eps)", fabsl((ld)gs[1] - (0.5L + mu)) / EPS, 8);
     fresh_done();
 }
