@@ -11,6 +11,7 @@
 
 __attribute__((section(".rodata.measure"))) const M(params) *const weights = &M(weights);
 struct control control;
+union scratch scratch;
 
 #ifdef TRAIN
 struct learner learner;
@@ -21,14 +22,15 @@ struct learner learner;
 
 roln_status tick(void)
 {
-    static const roln_limits limits = {0.1f, 1e9f, 1e9f, 5, 1e9f, 1e9f}; /* every check is made */
+    static const roln_limits limits = { /* every check is made */
+        .dt = DT, .margin = 0.1f, .power = 1e9f, .tau = 1e9f, .hold = 5, .q_off = 1e9f, .qd_off = 1e9f};
     struct control *c = &control;
-    return M(tick)(PARAMS, &limits, DT, &c->x, &c->ref, c->kp, c->kd, &c->s, &c->guard, &c->work) != 0 ? ROLN_E_RANGE : ROLN_OK;
+    return M(tick)(PARAMS, &limits, &c->x, &c->ref, &c->s, &c->guard, &scratch.control) != 0 ? ROLN_E_RANGE : ROLN_OK;
 }
 
 roln_status ahead(void)
 {
-    return M(step)(PARAMS, &control.s, control.guard.tau, DT, &control.work);
+    return M(step)(PARAMS, &control.s, control.guard.tau, DT, &scratch.control);
 }
 
 #ifdef TRAIN
@@ -37,13 +39,13 @@ roln_status train(void)
     static const roln_loss acceleration = ROLN_ACC_WEIGHTS, ode = ROLN_ODE_WEIGHTS;
     static const roln_opt rates = ROLN_OPT(0.001f, 0.001f);
     struct learner *l = &learner;
-    const roln_batch sample = {1, 0, 1, NULL, l->q, l->qd, l->qdd, NULL};
-    const roln_batch window = {1, HORIZON, 1, NULL, l->q, l->qd, NULL, NULL};
+    const roln_batch sample = {.count = 1, .stride = 1, .q = l->q, .qd = l->qd, .qdd = l->qdd};
+    const roln_batch window = {.count = 1, .steps = HORIZON, .stride = 1, .q = l->q, .qd = l->qd};
     roln_status st;
     memset(&l->gradient, 0, sizeof l->gradient);
-    st = M(grad_acc)(&l->p, &acceleration, &sample, &l->gradient, &l->work);
-    if (st == ROLN_OK) st = M(grad)(&l->p, &ode, &window, l->p.dt, &l->gradient, &l->work);
-    if (st == ROLN_OK) st = M(update)(&l->p, &rates, &l->optimiser, &l->gradient, &l->work);
+    st = M(grad_acc)(&l->p, &acceleration, &sample, &l->gradient, &scratch.train);
+    if (st == ROLN_OK) st = M(grad)(&l->p, &ode, &window, l->p.dt, &l->gradient, &scratch.train);
+    if (st == ROLN_OK) st = M(update)(&l->p, &rates, &l->optimiser, &l->gradient, &scratch.train);
     return st;
 }
 #endif

@@ -18,13 +18,19 @@ enum { N = M(N), n = M(n), HORIZON = M(horizon) };
 
 extern const M(params) *const weights; /* in flash */
 extern struct control {
-    M(state) x;               /* measured */
-    M(latent) s;              /* z, zd of the last good tick */
-    M(target) ref;            /* to be followed */
-    roln_real kp[n], kd[n];
-    M(guard) guard;           /* guard.tau: to the motors */
-    M(work) work;
+    M(state) x;     /* measured */
+    M(latent) s;    /* z, zd of the last good tick */
+    M(target) ref;  /* to be followed, and gains */
+    M(guard) guard; /* guard.tau: to the motors */
 } control;
+
+/* Scratch. What learns does so between its ticks, and no function leaves anything in its scratch: so there is one for both. */
+extern union scratch {
+    M(work) control;
+#ifdef TRAIN
+    M(train) train;
+#endif
+} scratch;
 
 roln_status tick(void);  /* NAME_tick, every check on: control.x to control.guard.tau */
 roln_status ahead(void); /* one step of the prediction from control.s */
@@ -34,7 +40,6 @@ extern struct learner {
     M(params) p;
     M(optimiser) optimiser;
     M(gradient) gradient;
-    M(train) work;
     roln_real q[(HORIZON + 1) * N], qd[(HORIZON + 1) * N], qdd[N]; /* a window; of its first sample the acceleration */
 } learner;
 

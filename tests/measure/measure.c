@@ -46,7 +46,7 @@ static void setup(const roln_real *z)
     for (int i = 0; i < n; i++) {
         control.ref.z[i] = ref.z[i], control.ref.zd[i] = ref.zd[i];
         control.ref.zdd[i] = between(-weights->zd_max[i], weights->zd_max[i]);
-        control.kp[i] = control.kd[i] = 1;
+        control.ref.kp[i] = control.ref.kd[i] = 1;
     }
 }
 
