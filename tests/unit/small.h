@@ -1,16 +1,16 @@
-/* small.h - what test_roln.c and test_control.c share: a table of small models of every kind, work of exactly the promised
-   size, numbers that are the same in float and in double. */
+/* small.h - what test_roln.c and test_control.c share: a table of small models of every kind with all their sizes, parameters that
+   lie on their manifolds, numbers that are the same in float and in double. */
 #ifndef SMALL_H
 #define SMALL_H
 
-#define ROLN_NAME ma
+#define ROLN_NAME plain
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 5, 4
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
 #include "roln.h"
 
-#define ROLN_NAME mb /* no autoencoder, base point, midpoint */
+#define ROLN_NAME bare /* no autoencoder; base point, midpoint */
 #define ROLN_AE 3
 #define ROLN_MLP 4
 #define ROLN_STEP midpoint
@@ -19,7 +19,7 @@
 #define ROLN_BLOCK 1
 #include "roln.h"
 
-#define ROLN_NAME mc /* a layer that keeps its size */
+#define ROLN_NAME square /* a layer that keeps its size */
 #define ROLN_AE 5, 3, 3
 #define ROLN_MLP 3, 4, 3
 #define ROLN_STEP euler
@@ -28,21 +28,21 @@
 #define ROLN_BLOCK 3
 #include "roln.h"
 
-#define ROLN_NAME md /* the deepest */
+#define ROLN_NAME deep /* the deepest */
 #define ROLN_AE 10, 9, 8, 7, 6, 5, 4, 3, 2
 #define ROLN_MLP 3, 2, 3, 2, 3
 #define ROLN_SLOPE 0.625
 #define ROLN_HORIZON 2
 #include "roln.h"
 
-#define ROLN_NAME me /* one degree of freedom, as linear as can be */
+#define ROLN_NAME pole /* one degree of freedom, as linear as can be */
 #define ROLN_AE 3, 1
 #define ROLN_MLP 2
 #define ROLN_STEP midpoint
 #define ROLN_SLOPE 1
 #include "roln.h"
 
-#define ROLN_NAME mf /* everything at once */
+#define ROLN_NAME rich /* everything at once */
 #define ROLN_AE 6, 5, 3
 #define ROLN_MLP 4, 3
 #define ROLN_WIDTH 4
@@ -53,7 +53,7 @@
 #define ROLN_HORIZON 3
 #include "roln.h"
 
-#define ROLN_NAME mg /* the Cholesky head */
+#define ROLN_NAME delan /* the mass matrix L L^T + least I of DeLaN */
 #define ROLN_AE 4, 2
 #define ROLN_MLP 4
 #define ROLN_MASS cholesky
@@ -62,7 +62,7 @@
 #define ROLN_HORIZON 3
 #include "roln.h"
 
-#define ROLN_NAME mh /* damping, midpoint; as many inputs as joints */
+#define ROLN_NAME pushed /* damping, midpoint; as many inputs as joints */
 #define ROLN_AE 5, 2
 #define ROLN_MLP 4, 3
 #define ROLN_DAMPING 1
@@ -72,7 +72,7 @@
 #define ROLN_BLOCK 5
 #include "roln.h"
 
-#define ROLN_NAME mi /* SPD layers that keep their size, no autoencoder */
+#define ROLN_NAME layered /* SPD layers that keep their size, no autoencoder */
 #define ROLN_AE 2
 #define ROLN_MLP 3
 #define ROLN_LAYERS reeig, gyro, gyro, bimap
@@ -82,7 +82,7 @@
 #include "roln.h"
 
 #ifndef ROLN_DOUBLE
-#define ROLN_NAME ms /* ma, stored; not in the table below */
+#define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 5, 4
 #define ROLN_SLOPE 0.4375
@@ -92,57 +92,163 @@
 #endif
 
 #include "twin.h"
+#include "room.h"
 
-enum { MODELS = 9, MAXP = 1200 };
-typedef struct { const roln_model *md; const roln_block *table; int blocks, params, wide, work, train, update, packed, horizon, moments, linear, block; } model;
-#define MODEL(x, H, B) \
-    {&x##_model, x##_table, x##_blocks, x##_theta_size, x##_wide, (int)(sizeof(x##_work) / sizeof(roln_real)), x##_grad_size, \
-     x##_update_size, x##_packed_size, H, x##_moment_size, x##_linear_size, B}
-static const model models[MODELS] = {MODEL(ma, 4, 16), MODEL(mb, 3, 1), MODEL(mc, 8, 3), MODEL(md, 2, 16), MODEL(me, 8, 16), MODEL(mf, 3, 16), MODEL(mg, 3, 16), MODEL(mh, 2, 5), MODEL(mi, 2, 16)};
+/* ---- the table -------------------------------------------------------------------------------- */
 
-#define N_OF(k) (models[k].md->ae.size[0])
-#define n_OF(k) (models[k].md->lnn.n)
-#define F_OF(k) roln_force_size(models[k].md)
-/* Work of exactly n numbers, NaN at first: the eight after them must not change. */
-static roln_real room[400000];
-static int room_end;
-ROLN_FN roln_real *work_of(int n)
+/* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
+#define SIZES(X, of) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, ae_size) X(of, inputs) X(of, force_size) X(of, scheme) \
+    X(of, width) X(of, base) X(of, damping) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) \
+    X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, mass_row) X(of, gradient_row) X(of, dm_row) X(of, back_row_0) \
+    X(of, back_row_1) X(of, back_row_2) X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) \
+    X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
+#define SIZE_FIELD(of, name) int name;
+#define SIZE_VALUE(of, name) of##_##name,
+typedef struct {
+    SIZES(SIZE_FIELD, )
+} sizes;
+
+/* Every function with scratch, and the union that has a member of its name. */
+#define MEMBERS(X, of) \
+    X(of, work, encode) X(of, work, aim) X(of, work, decode) X(of, work, decode_some) X(of, work, step) X(of, work, reduce) \
+    X(of, work, lift) X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) \
+    X(of, work, guard_tick) X(of, work, fit_range) X(of, linwork, linear) X(of, train, grad) X(of, train, grad_acc) \
+    X(of, train, update) X(of, train, variance) X(of, train, errors) X(of, start, init) X(of, start, init_pod)
+#define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
+#define MEMBER_FIELD(of, type, name) int name;
+#define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),
+typedef struct {
+    MEMBERS(MEMBER_FIELD, )
+    int tick; /* 0: has none, its forces are inputs */
+} members;
+
+typedef struct {
+    const char *name;
+    const roln_model *md;
+    const roln_block *table;
+    int blocks, params, moments, packed, horizon, block;
+    sizes size;
+    members scratch;
+} model;
+
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, MODELS };
+#define MODEL(of, block, tick) \
+    {#of, \
+     &of##_model, \
+     of##_table, \
+     of##_blocks, \
+     of##_theta_size, \
+     of##_moment_size, \
+     of##_packed_size, \
+     of##_horizon, \
+     block, \
+     {SIZES(SIZE_VALUE, of)}, \
+     {MEMBERS(MEMBER_VALUE, of) tick}}
+static const model models[MODELS] = {
+    MODEL(plain, 16, NUMBERS_OF(plain_work, tick)), MODEL(bare, 1, NUMBERS_OF(bare_work, tick)),
+    MODEL(square, 3, NUMBERS_OF(square_work, tick)), MODEL(deep, 16, NUMBERS_OF(deep_work, tick)),
+    MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
+    MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
+    MODEL(layered, 16, NUMBERS_OF(layered_work, tick)),
+};
+
+#define N_OF(k) (models[k].size.N)
+#define n_OF(k) (models[k].size.n)
+#define F_OF(k) (models[k].size.force_size)
+
+/* ---- a model with its numbers ----------------------------------------------------------------- */
+
+enum { MAXP = 1200, MAXN = 16 }; /* parameters, numbers of a vector */
+
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, unit = {1, 1};
+static const roln_real dt = ROLN_C(0.0625);
+
+ROLN_FN roln_trained trained(const roln_model *md, const roln_scale *sc, const roln_real *theta)
 {
-    int i;
-    for (i = 0; i < n + 8; i++) room[i] = i < n ? (roln_real)NAN : 77;
-    return room + 0 * (room_end = n);
+    const roln_trained m = {md, sc, NULL, NULL, NULL, theta};
+    return m;
 }
-#define WORK_KEPT() (room[room_end] == 77 && memcmp(room + room_end, room + room_end + 1, 7 * sizeof *room) == 0)
 
-ROLN_FN int step_work(int k, int nb)
-{
-    const roln_lnn *f = &models[k].md->lnn;
-    return ROLN_STEP_WORK(f->n, f->width[0], f->layers, rolni_formed(f), models[k].wide, 2, nb);
-}
+/* ---- scratch ---------------------------------------------------------------------------------- */
 
-ROLN_FN int tick_work(int k)
+/* The room of the function that was called last has not been left. */
+#define ROOM_KEPT() CHECK_BELOW(room_used(), room_end)
+
+/* Room of one function of model k, which has to be there. */
+#define ROOM(function) room_of(models[k].scratch.function)
+
+static roln_real spare[20000]; /* where scratch is not what is tested */
+
+/* Sizes of training in blocks of nb windows of H steps. */
+ROLN_FN sizes for_block(int k, int nb)
 {
-    const roln_model *m = models[k].md;
-    return ROLN_TICK_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), roln_lnn_tape(&m->lnn, 2, 1), step_work(k, 1));
+    sizes z = models[k].size;
+#define OF_Z(name) z.name
+#define SET_SIZE(name, size) z.name = (size);
+    ROLN_GRAD_STEPS(SET_SIZE, OF_Z, nb)
+#undef SET_SIZE
+    return z;
 }
 
 ROLN_FN int grad_work(int k, int nb, int H)
 {
-    const roln_model *m = models[k].md;
-    return ROLN_GRAD_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), nb, H, ROLN_MAX(3, ROLN_STAGES(m->scheme)), roln_lnn_tape(&m->lnn, 2, nb),
-                          step_work(k, nb));
+    const sizes z = for_block(k, nb);
+    return ROLN_GRAD_WORK(OF_Z, nb, H);
 }
 
-ROLN_FN int linear_work(int k)
+ROLN_FN int grad_acc_work(int k, int nb)
 {
-    const roln_model *m = models[k].md;
-    return ROLN_LINEAR_WORK(N_OF(k), n_OF(k), rolni_ae_sum(&m->ae), ROLN_STAGES(m->scheme), roln_lnn_tape(&m->lnn, 2, 1), step_work(k, 1));
+    const sizes z = models[k].size;
+    return ROLN_GRAD_ACC_WORK(OF_Z, nb);
 }
+
+ROLN_FN int errors_work(int k, int nb)
+{
+    const sizes z = models[k].size;
+    return ROLN_ERRORS_WORK(OF_Z, nb);
+}
+
+/* ---- numbers ---------------------------------------------------------------------------------- */
 
 /* 16-bit dyadic numbers in +-size: the same in float and in double */
 ROLN_FN void dyadic(int n, roln_real size, uint64_t *s, roln_real *x)
 {
-    while (n-- > 0) *x++ = size * ((roln_real)roln_randint(65536, s) - 32768) * ROLN_C(0.000030517578125);
+    while (n-- > 0)
+        *x++ = size * ((roln_real)roln_randint(65536, s) - 32768) * ROLN_C(0.000030517578125);
+}
+
+ROLN_FN void fill(int n, roln_real value, roln_real *x)
+{
+    while (n-- > 0)
+        *x++ = value;
+}
+
+/* Are the n numbers at x all `value`, which is not NaN? */
+ROLN_FN int all(int n, const roln_real *x, roln_real value)
+{
+    int i, ok = 1;
+    for (i = 0; i < n; i++)
+        ok &= x[i] <= value && x[i] >= value;
+    return ok;
+}
+
+ROLN_FN ld largest(int n, const roln_real *x)
+{
+    ld top = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        top = fabsl((ld)x[i]) > top ? fabsl((ld)x[i]) : top;
+    return top;
+}
+
+ROLN_FN ld furthest(int n, const roln_real *x, const roln_real *y)
+{
+    ld top = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        top = fabsl((ld)x[i] - (ld)y[i]) > top ? fabsl((ld)x[i] - (ld)y[i]) : top;
+    return top;
 }
 
 /* P = I + P / 4, symmetric */
@@ -150,7 +256,8 @@ ROLN_FN void near_one(int n, roln_real *P)
 {
     int i, j;
     for (i = 0; i < n; i++)
-        for (j = 0; j <= i; j++) P[i * n + j] = P[j * n + i] = P[i * n + j] / 4 + (i == j);
+        for (j = 0; j <= i; j++)
+            P[i * n + j] = P[j * n + i] = P[i * n + j] / 4 + (i == j);
 }
 
 /* The parameter that must move with number i, to keep a symmetric matrix symmetric; else i. */
@@ -177,22 +284,22 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     dyadic(models[k].params, ROLN_C(0.5), s, theta);
     for (l = 0; l < m->ae.layers; l++) {
         const int a = m->ae.size[l], b = m->ae.size[l + 1];
-        for (i = 0; i < 2 * a * b; i++) theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
+        for (i = 0; i < 2 * a * b; i++)
+            theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
         theta += 2 * a * b + a;
     }
     P = theta + rolni_base_at(f);
-    for (i = 0; f->head == ROLN_CHOLESKY && i < f->n; i++) theta[roln_mlp_params(&f->mass) - ROLN_TRI(f->n) + i] += 1; /* L near I */
+    for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
+        theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
     if (f->base) near_one(w, P), P += w * w;
     for (l = 0; l < f->layers; l++) {
         const int wo = f->width[l + 1];
         w = f->width[l];
         if (f->layer[l] == ROLN_GYRO) near_one(w, P + ROLN_TRI(w)), P += ROLN_TRI(w) + w * w;
-        for (i = 0; f->layer[l] == ROLN_BIMAP && i < w * wo; i++) *P = *P / 4 + (i % (w + 1) == 0), P++;
+        for (i = 0; f->layer[l] == ROLN_BIMAP && i < w * wo; i++)
+            *P = *P / 4 + (i % (w + 1) == 0), P++;
     }
 }
-
-static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)};
-static const roln_real dt = ROLN_C(0.0625);
 
 #ifdef ROLN_DOUBLE
 #define PICK(f, d) (d)
