@@ -2216,6 +2216,24 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
     return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), p, put, ctx);
 }
 
+/* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
+   in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
+typedef union {
+    roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)];
+#if ROLNI_BITS(ROLN_STORE) == 0
+    roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
+    roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
+#endif
+} ROLNI_(train);
+
+/* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1]. */
+ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
+                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, work->errors);
+}
+
 #if ROLNI_BITS(ROLN_STORE) == 0
 
 /* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
@@ -2230,14 +2248,6 @@ typedef struct {
     roln_adam adam;
     roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
 } ROLNI_(optimiser);
-
-/* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
-   in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
-typedef union {
-    roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
-    roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
-    roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)];
-} ROLNI_(train);
 
 /* Scratch of initialisation. */
 typedef union {
