@@ -954,7 +954,7 @@ static void test_pack(int k)
     for (i = 0; i < 2 + p.numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
         for (j = 0; j < 3; j++) {
             if (j == 2 && i > 3) continue;
-            CHECK(unpack_with(&p, i, odd[j]) == (i < 2 && j > 0 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
+            CHECK(unpack_with(&p, i, odd[j]) == (i < 2 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
         }
     CHECK(all(MAXNUM, p.to, 7));
     CHECK(unpack(&p, p.total) == ROLN_OK && same(p.numbers, p.x, p.to) && all(MAXNUM - p.numbers, p.to + p.numbers, 7));
@@ -1148,7 +1148,8 @@ static void check_written(const roln_model *md, package *p)
         if (roln_ae_is_number(&md->ae, i)) number = number < 0 ? i : number;
         else memcpy(theta + i, words + i % 4, sizeof *words), nan++;
     }
-    CHECK(nan > 0 && number > 0 && roln_write(md, "mx", p->x, put, &len) == ROLN_OK);
+    CHECK(nan > 0 && number >= 0);
+    CHECK_OK(roln_write(md, "mx", p->x, put, &len));
     at = strstr(text, head);
     CHECK(at != NULL && strcmp(text + len - strlen(tail), tail) == 0);
     if (!at) return;
@@ -1610,12 +1611,14 @@ static void use_training(int k, const roln_trained *m, roln_real *theta, uint64_
     roln_error e[MAXE];
     terms t;
     const roln_gradient to = {g, &t.loss, &windows};
-    int kind, force;
+    int kind, force, i;
     fill(TERMS, 0, t.term), fill(MAXP, 0, g), fill(MAXP, 0, m1), fill(MAXP, 0, v), fill(MAXP, 0, v_max);
     for (kind = 0; kind < KINDS; kind += 2)
         for (force = 0; force < 2; force++) {
             make(k, kind, block, s, &d);
             d.h = dt / 16;
+            for (i = 0; i < MAXD && k == DEEP; i++) /* which multiplies by a thousand */
+                d.q[i] /= 64, d.qd[i] /= 64, d.tau[i] /= 4096;
             if (!force) d.b.tau = NULL;
             if (is_acc(kind)) USE(grad_acc, roln_grad_acc(m, &weights.loss, &d.b, block, &to, work));
             else USE(grad, roln_grad(m, &weights.loss, &d.b, d.h, block, &to, work));
@@ -1642,9 +1645,11 @@ static void check_exact(const char *name, const char *function, int declared, in
 static void test_scratch(int k)
 {
     static roln_real theta[MAXP], x[256];
-    const roln_real lo[MAXN] = {0};
-    const roln_trained m = {models[k].md, &scale, lo, lo, lo, theta};
+    roln_real low[MAXN], high[MAXN];
+    const roln_trained m = {models[k].md, &scale, low, high, high, theta};
+    const sizes z = models[k].size;
     uint64_t s = 500 + (uint64_t)k;
+    fill(MAXN, -100, low), fill(MAXN, 100, high);
     memset(&used, 0, sizeof used);
     parameters(k, &s, theta);
     CHECK_OK(roln_ae_init(&models[k].md->ae, theta, &s, ROOM(init)));
@@ -1652,6 +1657,7 @@ static void test_scratch(int k)
     use_tick(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
+    used.linear += (z.formed ? 0 : z.base) * z.width * z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
     MEMBERS(CHECK_EXACT, )
     check_exact(models[k].name, "tick", models[k].scratch.tick, used.tick);
 }
