@@ -968,20 +968,25 @@ typedef struct {
     X(gY, 2 * (jets) * (nb) * S(N)) \
     X(tape, ROLN_AE_DECODE_TAPE(S, jets, 2 * (nb)))
 #define ROLNI_STEPPED_MEM(X, S, nb, tape_size) X(next, 2 * (nb) * S(n)) X(tapes, tape_size) /* what a step and its backward take */
-#define ROLNI_STEPPED_TAPES(S) ROLN_MAX(3, ROLN_STAGES((S(scheme) + 0))) /* the variational loss takes the midpoint rule */
 #define ROLNI_STEPPED_WORK(S, nb) \
     (ROLNI_FORCE_WORK(S, nb, 1) + \
-     ROLN_MAX((0 ROLNI_STEPPED_MEM(ROLNI_SIZE, S, nb, ROLNI_STEPPED_TAPES(S) * ROLN_LNN_TAPE(S, 1, 1, nb))) + \
+     ROLN_MAX((0 ROLNI_STEPPED_MEM(ROLNI_SIZE, S, nb, 0)) + \
                   ROLN_MAX(ROLN_MAX(ROLN_MAX(S(step_kept), S(step_bwd)), ROLN_MAX(S(mid_kept), S(mid_bwd))), \
                            ROLN_MAX(S(start_kept), S(start_bwd))), \
-              ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_MAX(ROLN_MAX(S(step_once), S(mid_once)), S(start_once))))
-/* What these macros ask S for beside: work of a step of the model and of the midpoint rule, and of a start, for a block. */
+              ROLN_MAX(ROLN_MAX(S(step_once), S(mid_once)), S(start_once))))
+/* What these macros ask S for beside: tapes and work of a step of the model, of the midpoint rule, which the variational loss takes,
+   and of a start, for a block. */
+#define ROLNI_KEPT_TAPES(S, scheme, nb) (ROLN_STAGES(scheme) * ROLN_LNN_TAPE(S, 1, 1, nb))
 #define ROLN_GRAD_STEPS(X, S, nb) \
-    X(step_kept, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) X(step_bwd, ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), nb)) \
-    X(mid_kept, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 1, nb)) X(mid_bwd, ROLN_LNN_STEP_BWD_WORK(S, ROLN_MIDPOINT, nb)) \
-    X(start_kept, ROLN_LNN_START_WORK(S, 1, nb)) X(start_bwd, ROLN_LNN_START_BWD_WORK(S, nb)) \
-    X(step_once, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) X(mid_once, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
-    X(start_once, ROLN_LNN_START_WORK(S, 0, nb))
+    X(step_kept, ROLNI_KEPT_TAPES(S, (S(scheme) + 0), nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) \
+    X(step_bwd, ROLNI_KEPT_TAPES(S, (S(scheme) + 0), nb) + ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), nb)) \
+    X(mid_kept, ROLNI_KEPT_TAPES(S, ROLN_MIDPOINT, nb) + ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 1, nb)) \
+    X(mid_bwd, ROLNI_KEPT_TAPES(S, ROLN_MIDPOINT, nb) + ROLN_LNN_STEP_BWD_WORK(S, ROLN_MIDPOINT, nb)) \
+    X(start_kept, ROLNI_KEPT_TAPES(S, ROLN_MIDPOINT, nb) + ROLN_LNN_START_WORK(S, 1, nb)) \
+    X(start_bwd, ROLNI_KEPT_TAPES(S, ROLN_MIDPOINT, nb) + ROLN_LNN_START_BWD_WORK(S, nb)) \
+    X(step_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) \
+    X(mid_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
+    X(start_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_START_WORK(S, 0, nb))
 #define ROLN_GRAD_WORK(S, nb, H) \
     (0 ROLNI_WINDOWS_MEM(ROLNI_SIZE, S, nb, H, S(force_size)) + \
      ROLN_MAX(ROLNI_STEPPED_WORK(S, nb), \
