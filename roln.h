@@ -974,8 +974,8 @@ typedef struct {
                   ROLN_MAX(ROLN_MAX(ROLN_MAX(S(step_kept), S(step_bwd)), ROLN_MAX(S(mid_kept), S(mid_bwd))), \
                            ROLN_MAX(S(start_kept), S(start_bwd))), \
               ROLN_MAX(ROLN_MAX(S(step_once), S(mid_once)), S(start_once))))
-/* What these macros ask S for beside: tapes and work of a step of the model, of the midpoint rule, which the variational loss takes,
-   and of a start, for a block. */
+/* What these macros ask S for beside: tapes and work of a step of the model, of the midpoint rule, which the variational loss
+   takes, and of a start, for a block. */
 #define ROLNI_KEPT_TAPES(S, scheme, nb) (ROLN_STAGES(scheme) * ROLN_LNN_TAPE(S, 1, 1, nb))
 #define ROLN_GRAD_STEPS(X, S, nb) \
     X(step_kept, ROLNI_KEPT_TAPES(S, (S(scheme) + 0), nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) \
@@ -2327,14 +2327,6 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
     const roln_moments moments = {o->m, o->v, o->v_max};
     return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
                             work->update);
-}
-
-/* Roll-out errors over windows of any length, at every `every` steps: e [steps/every + 1] (roln_errors). */
-ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
-{
-    const roln_trained m = ROLNI_(trained)(p);
-    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, work->errors);
 }
 
 #else
