@@ -79,7 +79,7 @@ struct control_model {
     pend16_params p;
     pend16_work work;
     enum control_law law; /* of the controller, and its state */
-    struct control_gains gains;
+    pend16_target ref;
     pend16_state x;
     pend16_latent s;
     pend16_guard guard;
@@ -107,18 +107,18 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
     double mean[n] = {0};
     for (int k = 0; k < POSES; k++) {
         double x[n], q[N];
-        roln_real M[n * n];
+        pend16_equation e;
         pend16_state s;
         pend16_latent z;
         for (int j = 0; j < n; j++) x[j] = uniform(&seed, -.5, .5);
         truth_pend16_phi(x, q, NULL);
         for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
         if (pend16_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
-            pend16_terms(&m->p, &z, M, NULL, NULL, NULL, NULL, NULL, &m->work) != ROLN_OK) {
+            pend16_terms(&m->p, &z, &e, &m->work) != ROLN_OK) {
             fprintf(stderr, "control: no mass matrix\n");
             return -1;
         }
-        for (int j = 0; j < n; j++) mean[j] += (double)M[j * (n + 1)] / POSES;
+        for (int j = 0; j < n; j++) mean[j] += (double)e.M[j * (n + 1)] / POSES;
     }
     for (int j = 0; j < n; j++) {
         g->kp[j] = (roln_real)(w * w * mean[j]);
@@ -130,11 +130,10 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
 /* ---- laws ---- */
 
 /* tau_z of a law: PD alone, or with M zdd_ref + C zd_ref + g. */
-static roln_status law(struct control_model *m, int pd, const pend16_latent *s, const pend16_target *r,
-                       const struct control_gains *g, roln_real tau_z[n])
+static roln_status law(struct control_model *m, int pd, const pend16_latent *s, const pend16_target *r, roln_real tau_z[n])
 {
-    if (!pd) return pend16_control(&m->p, s, r, g->kp, g->kd, tau_z, &m->work);
-    for (int j = 0; j < n; j++) tau_z[j] = -g->kp[j] * (s->z[j] - r->z[j]) - g->kd[j] * (s->zd[j] - r->zd[j]);
+    if (!pd) return pend16_control(&m->p, s, r, tau_z, &m->work);
+    for (int j = 0; j < n; j++) tau_z[j] = -r->kp[j] * (s->z[j] - r->z[j]) - r->kd[j] * (s->zd[j] - r->zd[j]);
     return ROLN_OK;
 }
 
@@ -154,7 +153,9 @@ static roln_status drive(struct control_model *m, int motors, const pend16_laten
 void control_start(struct control_model *m, enum control_law which, const struct control_gains *gains)
 {
     m->law = which;
-    m->gains = *gains;
+    memset(&m->ref, 0, sizeof m->ref);
+    memcpy(m->ref.kp, gains->kp, sizeof m->ref.kp);
+    memcpy(m->ref.kd, gains->kd, sizeof m->ref.kd);
     memset(&m->x, 0, sizeof m->x);
     memset(&m->s, 0, sizeof m->s);
     memset(&m->guard, 0, sizeof m->guard);
@@ -172,24 +173,25 @@ int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 *
 
 int control_tick(void *model, const roln_real *x, roln_real *tau)
 {
-    static const roln_limits limits = {ROLN_C(0.05), (roln_real)CONTROL_POWER, (roln_real)CONTROL_TORQUE, CONTROL_HOLD,
-                                       (roln_real)CONTROL_OFF, (roln_real)CONTROL_OFF_RATE};
+    static const roln_limits limits = {
+        .dt = (roln_real)DT, .margin = ROLN_C(0.05), .power = (roln_real)CONTROL_POWER, .tau = (roln_real)CONTROL_TORQUE,
+        .hold = CONTROL_HOLD, .q_off = (roln_real)CONTROL_OFF, .qd_off = (roln_real)CONTROL_OFF_RATE};
     struct control_model *m = model;
     const int latent = m->law == CONTROL_LATENT || m->law == CONTROL_LATENT_4;
-    pend16_target ref;
-    roln_real f[N] = {0}, tau_z[n];
-    roln_status st = ROLN_E_LENGTH;
+    roln_real f[N], tau_z[n];
+    roln_status seen = ROLN_OK, st = ROLN_E_LENGTH; /* no measurement: the state is the last one */
     uint32_t faults;
     if (x) {
         memcpy(m->x.q, x, sizeof m->x.q);
         memcpy(m->x.qd, x + N, sizeof m->x.qd);
-        st = pend16_encode(&m->p, &m->x, &m->s, &m->work);
-        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &ref, &m->work);
-        if (st == ROLN_OK) st = law(m, !latent, &m->s, &ref, &m->gains, tau_z);
+        st = seen = pend16_encode(&m->p, &m->x, &m->s, &m->work);
+        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work);
+        if (st == ROLN_OK) st = law(m, !latent, &m->s, &m->ref, tau_z);
         if (st == ROLN_OK) st = drive(m, m->law == CONTROL_PD_4 || m->law == CONTROL_LATENT_4, &m->s, tau_z, f);
     }
     if (latent) { /* the guard lets everything pass */
-        faults = pend16_guard_tick(&m->p, &limits, (roln_real)DT, &m->x, &m->s, st, f, &m->guard, &m->work);
+        const pend16_latent *s = seen == ROLN_OK ? &m->s : NULL;
+        faults = pend16_guard_tick(&m->p, &limits, &m->x, s, st == ROLN_OK ? f : NULL, &m->guard, &m->work);
         memcpy(tau, m->guard.tau, sizeof f);
     } else {
         faults = st == ROLN_OK ? 0 : ROLN_FAULT_STATUS;

@@ -34,6 +34,7 @@ static roln_status step(void *self, roln_real *s, const roln_real *tau, double d
     const struct baseline *b = self;
     struct model *m = b->model;
     const int n = m->md.lnn.n;
+    const roln_trained reduced = model_trained(m);
     const roln_real t = m->sc.t, h = (roln_real)dt / t;
     roln_real k[2 * LATENT_MOST] = {0}, x[2 * LATENT_MOST], y[2 * LATENT_MOST], tau_z[LATENT_MOST];
     for (int i = 0; i < 2 * n; i++)
@@ -41,7 +42,7 @@ static roln_status step(void *self, roln_real *s, const roln_real *tau, double d
     for (int j = 0; j < 4; j++) {
         for (int i = 0; i < 2 * n; i++)
             x[i] = s[i] + (roln_real)c[j] * h * k[i];
-        roln_status st = tau ? roln_reduce(&m->md, &m->sc, m->theta, x, tau, tau_z, m->work) : ROLN_OK;
+        roln_status st = tau ? roln_reduce(&reduced, x, tau, tau_z, m->work) : ROLN_OK;
         for (int i = 0; i < n && tau; i++)
             tau_z[i] *= t * t;
         if (st == ROLN_OK) st = latent_rate(b->latent, x, tau ? tau_z : NULL, k);

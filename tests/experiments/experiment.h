@@ -77,7 +77,7 @@ int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
 struct shape {
     int ae[ROLN_AE_MAX + 1];                /* N .. n, 0-terminated; one number: no autoencoder */
     int mlp;                                /* two hidden layers of this width */
-    int head, base, damping;                /* as in roln_lnn */
+    int mass, base, damping;                /* as in roln_lnn */
     int layer[ROLN_LAYERS_MAX];             /* SPD layers, 0-terminated, all of width n */
     double slope, zoom;                     /* of the activation; data are scaled to `zoom` times their usual size at the start */
 };
@@ -115,6 +115,7 @@ int model_train(struct model *m, const struct motion *d, const struct stage *sta
 int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean);
 int model_save(const struct model *m, const char *path);         /* the bytes of roln_pack, without a range */
 int model_load(struct model *m, const struct shape *shape, const char *path);
+roln_trained model_trained(const struct model *m);              /* as the functions of roln.h take it, without a range */
 struct predictor model_predictor(struct model *m);
 
 /* Its autoencoder, also under another model of the motion of z. */

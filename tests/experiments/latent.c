@@ -31,7 +31,8 @@ struct latent {
 /* What a pass over nb rows keeps. */
 typedef struct {
     int size;                                                   /* numbers in all */
-    roln_real *x[NETS], *y[NETS], *gy[NETS], *tape[NETS];       /* of each network [1+T][nb][in], .. [out]; its tape */
+    roln_real *x[NETS], *y[NETS], *gy[NETS];                    /* of each network [1+T][nb][in], .. [out] */
+    roln_real *slope[NETS], *out[NETS];                         /* [nb * 2 HIDDEN], [1+T][nb * 2 HIDDEN]: roln_mlp_forward */
     roln_real *g[NETS];                                         /* [nb][in] a gradient by its input */
     roln_real *rate, *bar;                                      /* [nb][2n] s', and its cotangent */
     roln_real *L, *L1, *R, *C;                                  /* SYMODEN [nb][n][n]: L, DL[zd], L of D, W = C C^T */
@@ -60,7 +61,8 @@ static pass pass_of(const struct latent *m, int nb, roln_real *mem)
         p.x[k] = take(mem, &p.size, (1 + T) * nb * in);
         p.y[k] = take(mem, &p.size, (1 + T) * nb * out);
         p.gy[k] = take(mem, &p.size, (1 + T) * nb * out);
-        p.tape[k] = take(mem, &p.size, ROLN_MLP_TAPE(T, nb, 2 * HIDDEN));
+        p.slope[k] = take(mem, &p.size, nb * 2 * HIDDEN);
+        p.out[k] = take(mem, &p.size, (1 + T) * nb * 2 * HIDDEN);
         p.g[k] = take(mem, &p.size, nb * in);
     }
     p.rate = take(mem, &p.size, 2 * nb * n);
@@ -72,7 +74,7 @@ static pass pass_of(const struct latent *m, int nb, roln_real *mem)
     p.p = take(mem, &p.size, nb * n);
     p.f = take(mem, &p.size, nb * n);
     p.row = take(mem, &p.size, 2 * nn + 9 * n);
-    p.work = take(mem, &p.size, ROLN_MLP_BWD_WORK(1 + m->T[0], nb, HIDDEN));
+    p.work = take(mem, &p.size, ROLN_MLP_BWD_WORK(1 + m->T[0], nb, 2 * HIDDEN));
     return p;
 }
 
@@ -114,15 +116,24 @@ static void init(struct latent *m, uint64_t *seed)
         m->theta[m->at[1] - ROLN_TRI(m->n) + i] = 1;
 }
 
+/* Plane t, after plane 0: 0 the outputs, 1 .. their derivatives along plane t of x. */
 static void forward(const struct latent *m, int k, int t, int nb, const pass *p)
 {
-    roln_mlp_forward(&m->net[k], m->T[k], t, 1, nb, m->theta + m->at[k], p->x[k], p->y[k], p->tape[k]);
+    const roln_mlp *f = &m->net[k];
+    roln_mlp_forward(f, t == 0, 1, nb, m->theta + m->at[k], p->x[k] + t * nb * f->size[0], p->y[k] + t * nb * f->size[f->layers],
+                     p->slope[k], p->out[k] + t * nb * 2 * HIDDEN);
 }
 
 /* Backward of planes 0 .. planes-1 with the cotangents gy; gx, gtheta (of the whole model) may be NULL. */
 static void backward(const struct latent *m, int k, int planes, int nb, const pass *p, roln_real *gx, roln_real *gtheta)
 {
-    roln_mlp_bwd(&m->net[k], m->T[k], planes, nb, m->theta + m->at[k], p->x[k], p->tape[k], p->gy[k], gx,
+    roln_mlp_plane plane[3];
+    int t;
+    for (t = 0; t < planes; t++) { /* each from a call of its own */
+        const roln_mlp_plane own = {p->x[k] + t * nb * m->net[k].size[0], p->out[k] + t * nb * 2 * HIDDEN, 1, 0};
+        plane[t] = own;
+    }
+    roln_mlp_bwd(&m->net[k], planes, nb, m->theta + m->at[k], plane, p->slope[k], p->gy[k], gx,
                  gtheta ? gtheta + m->at[k] : NULL, p->work);
 }
 
@@ -441,7 +452,8 @@ static int run(struct latent *m, const struct latent_data *d, int updates, int b
     const roln_block block = {ROLN_EUCLIDEAN, params, 1, 1};
     roln_real *g = mem, *m1 = g + params, *m2 = m1 + params, *top = m2 + params, *rows = top + params;
     const pass p = pass_of(m, 2 * BLOCK, rows + 8 * BLOCK * m->n);
-    roln_adam adam = {0, 0, 0};
+    const roln_moments moments = {m1, m2, top};
+    roln_adam adam = {0};
     int t, i, at = d->count, refused = 0;
     memset(mem, 0, (size_t)(4 * params) * sizeof *mem);
     for (i = 0; i < d->count; i++)
@@ -453,7 +465,7 @@ static int run(struct latent *m, const struct latent_data *d, int updates, int b
         memset(g, 0, (size_t)params * sizeof *g);
         st = batch_gradient(m, d, index + at, batch, seed, g, rows, &p);
         at += batch;
-        if (st == ROLN_OK) st = roln_adam_update(1, &block, &opt, 1 / (roln_real)batch, g, m->theta, &adam, &(roln_moments){m1, m2, top}, NULL);
+        if (st == ROLN_OK) st = roln_adam_update(1, &block, &opt, 1 / (roln_real)batch, g, m->theta, &adam, &moments, NULL);
         if (st != ROLN_OK && ++refused > REFUSED) return refuse("too many updates left out");
     }
     if (refused > 0) fprintf(stderr, "latent: %d of %d updates left out\n", refused, updates);

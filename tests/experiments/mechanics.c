@@ -58,15 +58,17 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
 {
     const int poses = (d->count * d->samples + EVERY - 1) / EVERY;
     const double u = (double)m->sc.q;
+    const roln_trained t = model_trained(m);
     struct pairs M, c, g;
     pairs_open(&M, poses, 4), pairs_open(&c, poses, 2), pairs_open(&g, poses, 2);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
         roln_real z[2], zd[2], Mz[4], cz[2], gz[2];
+        const roln_terms_out terms = {.M = Mz, .c = cz, .g = gz};
         double q[2], qd[2];
         for (int j = 0; j < 2; j++)
             q[j] = (double)d->q[2 * i + j], qd[j] = (double)d->qd[2 * i + j];
-        if (roln_encode(&m->md, &m->sc, m->theta, d->q + 2 * i, d->qd + 2 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
-            roln_terms(&m->md, &m->sc, m->theta, z, zd, Mz, cz, gz, NULL, NULL, NULL, m->work) != ROLN_OK) continue;
+        if (roln_encode(&t, d->q + 2 * i, d->qd + 2 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
+            roln_terms(&t, z, zd, &terms, m->work) != ROLN_OK) continue;
         if (truth_terms_pend2(q, qd, M.b + 4 * M.count, c.b + 2 * M.count, g.b + 2 * M.count) != 0) return -1;
         for (int j = 0; j < 4; j++)
             M.a[4 * M.count + j] = (double)Mz[j] / (u * u);
@@ -86,19 +88,21 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
 static int pend16(struct model *m, const struct motion *d, FILE *out)
 {
     const int n = m->md.lnn.n, poses = (d->count * d->samples + EVERY - 1) / EVERY;
+    const roln_trained t = model_trained(m);
     struct pairs M, V;
     if (n != 4) return 0;
     pairs_open(&M, poses, 16), pairs_open(&V, poses, 1);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
         roln_real z[4], zd[4], e[4], q[16], J[16], Mz[16], Vz;
+        const roln_terms_out terms = {.M = Mz, .V = &Vz};
         double zt[4], Mt[16], Vt, A[16];
-        if (roln_encode(&m->md, &m->sc, m->theta, d->q + 16 * i, d->qd + 16 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
-            roln_terms(&m->md, &m->sc, m->theta, z, zd, Mz, NULL, NULL, NULL, NULL, &Vz, m->work) != ROLN_OK) continue;
+        if (roln_encode(&t, d->q + 16 * i, d->qd + 16 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
+            roln_terms(&t, z, zd, &terms, m->work) != ROLN_OK) continue;
         roln_status st = ROLN_OK;
         for (int k = 0; k < 4 && st == ROLN_OK; k++) {
             for (int j = 0; j < 4; j++)
                 e[j] = j == k;
-            st = roln_decode(&m->md, &m->sc, m->theta, z, e, q, J, m->work);
+            st = roln_decode(&t, z, e, q, J, m->work);
             for (int j = 0; j < 4; j++)
                 A[4 * j + k] = (double)J[4 * j], zt[j] = (double)q[4 * j];
         }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "experiment.h"
+#include "sizes.h"
 
 enum { BLOCK = 16 }; /* windows together */
 
@@ -15,24 +16,23 @@ static void *room(size_t count, size_t size)
     return p;
 }
 
-static int ae_sum(const roln_ae *ae)
+roln_trained model_trained(const struct model *m)
 {
-    return roln_ae_tape(ae, 1, 1);
+    const roln_trained t = {.model = &m->md, .scale = &m->sc, .theta = m->theta};
+    return t;
 }
 
-static int wide(const roln_lnn *f)
+/* Scratch of one function of the predictor at a time. */
+static int predictor_work(const roln_model *md)
 {
-    return f->n > f->mass.size[1] ? f->n : f->mass.size[1];
-}
-
-static int formed(const roln_lnn *f)
-{
-    return f->layers > 0 || f->head == ROLN_CHOLESKY;
-}
-
-static int step_work(const roln_lnn *f, int nb)
-{
-    return ROLN_STEP_WORK(f->n, f->width[0], f->layers, formed(f), wide(f), 2, nb);
+    const struct sizes sz = sizes_of(md, 1);
+    const int sizes[] = {
+        ROLN_ENCODE_WORK(SZ, 3), ROLN_DECODE_WORK(SZ), ROLN_REDUCE_WORK(SZ), ROLN_STEP_WORK(SZ), ROLN_TERMS_WORK(SZ),
+        ROLN_FIT_RANGE_WORK(SZ), 3 * sz.N + ROLN_AE_DECODE_TAPE(SZ, 3, 1), ROLN_LNN_TAPE(SZ, 1, 0, 1) + ROLN_LNN_ZDD_WORK(SZ, 0, 1)};
+    int most = 0;
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        most = ROLN_MAX(most, sizes[i]);
+    return most;
 }
 
 static void put_block(struct model *m, const roln_manifold *manifold, int rows, int cols, int group)
@@ -57,14 +57,14 @@ static void build(struct model *m, const struct shape *s)
         ae->size[ae->layers + 1] = s->ae[ae->layers + 1];
     ae->slope = (roln_real)s->slope;
     f->n = ae->size[ae->layers];
-    f->head = s->head, f->base = s->base, f->damping = s->damping, f->least = ROLN_C(1e-4);
+    f->mass = s->mass, f->base = s->base, f->damping = s->damping, f->least = ROLN_C(1e-4);
     while (f->layers < ROLN_LAYERS_MAX && s->layer[f->layers] > 0) {
         f->layer[f->layers] = s->layer[f->layers];
         f->layers++;
     }
     for (int i = 0; i <= f->layers; i++)
         f->width[i] = f->n;
-    f->mass = mlp(f->n, s->mlp, ROLN_TRI(f->n)), f->potential = mlp(f->n, s->mlp, 1), f->damper = mlp(f->n, s->mlp, ROLN_TRI(f->n));
+    f->mass_net = f->damper_net = mlp(f->n, s->mlp, ROLN_TRI(f->n)), f->potential_net = mlp(f->n, s->mlp, 1);
     m->md.scheme = ROLN_RK4;
     m->params = roln_params(&m->md);
     for (int l = 0; l < ae->layers; l++) {
@@ -79,20 +79,19 @@ static void build(struct model *m, const struct shape *s)
             put_block(m, &roln_spd, f->n, f->n, 1);
         }
     m->theta = room((size_t)m->params, sizeof *m->theta);
-    m->work = room((size_t)(ROLN_TICK_WORK(ae->size[0], f->n, ae_sum(ae), roln_lnn_tape(f, 2, 1), step_work(f, 1)) +
-                            3 * roln_ae_tape(ae, 1, 1) + 6 * ae->size[0] + 6 * f->n), sizeof *m->work);
+    m->work = room((size_t)predictor_work(&m->md), sizeof *m->work);
 }
 
 void model_restart(struct model *m, const struct shape *shape, uint64_t seed)
 {
     const roln_lnn *f = &m->md.lnn;
     roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
-    roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass), mass + rolni_damper_at(f)};
+    roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass_net), mass + rolni_damper_at(f)};
     roln_lnn_init(f, mass, &seed);
     for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom, and M = I / zoom^2 keeps T of order one */
         for (int i = 0; i < f->n * shape->mlp; i++)
             nets[k][i] /= (roln_real)shape->zoom;
-    for (int i = 0; i < f->n && f->head == ROLN_EXPONENTIAL; i++)
+    for (int i = 0; i < f->n && f->mass == ROLN_EXPONENTIAL; i++)
         nets[1][i - ROLN_TRI(f->n)] = (roln_real)(-2 * log(shape->zoom));
 }
 
@@ -100,10 +99,11 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
 {
     const int rows = d->count * d->samples;
     build(m, shape);
-    roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(d->N), sizeof *work);
+    const struct sizes sz = sizes_of(&m->md, 1);
+    roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(SZ), sizeof *work);
     roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
     m->sc.q /= (roln_real)shape->zoom;
-    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, 1 / m->sc.q, d->q, m->theta, work);
     if (st == ROLN_OK) model_restart(m, shape, seed);
     else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work);
@@ -120,12 +120,11 @@ void model_free(struct model *m)
 
 int model_train(struct model *m, const struct motion *d, const struct stage *s, uint64_t seed, double *samples)
 {
-    const roln_ae *ae = &m->md.ae;
-    const roln_lnn *f = &m->md.lnn;
+    const roln_trained trainee = model_trained(m);
+    const struct sizes sz = sizes_of(&m->md, BLOCK);
     const int H = s->kind == STAGE_ODE ? s->steps : 0, stride = s->kind == STAGE_ODE ? s->stride : 1;
     const int acc = s->kind == STAGE_ACC, reach = acc ? 1 : H * stride, all = d->count * d->samples;
-    const int tape = roln_lnn_tape(f, 2, BLOCK), step = step_work(f, BLOCK);
-    const int grad_work = ROLN_GRAD_WORK(ae->size[0], f->n, ae_sum(ae), BLOCK, H, 4, tape, step);
+    const int grad_work = acc ? ROLN_GRAD_ACC_WORK(SZ, BLOCK) : ROLN_GRAD_WORK(SZ, BLOCK, H);
     const int update_work = roln_update_work(m->blocks, m->table);
     int moments = 0, count = 0, at, refused = 0;
     for (int b = 0; b < m->blocks; b++)
@@ -134,32 +133,31 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
     roln_real *work = room((size_t)ROLN_MAX(grad_work, update_work), sizeof *work), *g = room((size_t)m->params, sizeof *g);
     roln_real *mom = room((size_t)m->params, sizeof *mom), *v = room((size_t)moments, sizeof *v);
     roln_real *top = room((size_t)moments, sizeof *top);
-    roln_adam adam = {0, 0, 0};
-    roln_loss w = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, sum = w;
-    roln_batch b = {0, 0, 0, NULL, NULL, NULL, NULL, NULL};
+    const roln_moments moved = {mom, v, top};
+    roln_adam adam = {0};
+    roln_loss w = {.q = (roln_real)s->w_q, .qd = (roln_real)s->w_qd}, sum = {0};
+    roln_batch b = {
+        .count = s->batch, .steps = H, .stride = stride, .q = d->q, .qd = d->qd, .qdd = d->qdd, .tau = acc ? d->tau_mid : d->tau};
     double seen = 0;
-    w.q = (roln_real)s->w_q, w.qd = (roln_real)s->w_qd;
     if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc, w.force = (roln_real)s->w_force;
     if (s->kind == STAGE_ODE) w.zd = w.qd_pred = w.qd, w.z = w.q_pred = (roln_real)s->w_pos;
     for (int k = 0; k < d->count; k++)
         for (int i = acc; i + reach < d->samples; i++)
             start[count++] = k * d->samples + i;
-    b.count = s->batch, b.steps = H, b.stride = stride;
-    b.q = d->q, b.qd = d->qd, b.qdd = d->qdd, b.tau = acc ? d->tau_mid : d->tau;
     at = count;
     for (int t = 0; t < s->updates; t++) {
         const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)s->updates, (roln_real)s->fall);
         roln_opt opt = ROLN_OPT(rate * (roln_real)s->lr_ae, rate * (roln_real)s->lr_net);
         opt.lr[2] *= (roln_real)s->bias;
-        roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+        roln_loss loss = {0};
         roln_real windows = 0;
+        const roln_gradient to = {g, &loss, &windows};
         if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
         b.start = start + at, at += s->batch;
         memset(g, 0, (size_t)m->params * sizeof *g);
-        roln_status st = roln_grad(&m->md, &m->sc, m->theta, &w, &b, acc, BLOCK, (roln_real)(d->dt * stride), g, &loss, &windows,
-                                   work);
-        if (st == ROLN_OK)
-            st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, &(roln_moments){mom, v, top}, work);
+        roln_status st = acc ? roln_grad_acc(&trainee, &w, &b, BLOCK, &to, work)
+                             : roln_grad(&trainee, &w, &b, (roln_real)(d->dt * stride), BLOCK, &to, work);
+        if (st == ROLN_OK) st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, &moved, work);
         if (st != ROLN_OK) refused++;
         else sum.q += loss.q, seen += (double)windows, sum.zdd += roln_loss_total(&w, &loss);
         if ((t + 1) % (s->updates >= 10 ? s->updates / 10 : 1) == 0) {
@@ -187,7 +185,7 @@ int model_compose(struct model *b, const struct model *a, const struct pod *p, c
     const roln_ae *small = &a->md.ae;
     const roln_lnn *f = &a->md.lnn;
     const int N = p->N, r = p->r, n = small->size[1];
-    struct shape s = {{0}, f->mass.size[1], f->head, f->base, f->damping, {0}, (double)small->slope, 1};
+    struct shape s = {{0}, f->mass_net.size[1], f->mass, f->base, f->damping, {0}, (double)small->slope, 1};
     if (small->layers < 1 || small->size[0] != r) return -1;
     for (int l = 0; l <= small->layers; l++)
         s.ae[l] = l == 0 ? N : small->size[l];
@@ -216,35 +214,46 @@ int model_compose(struct model *b, const struct model *a, const struct pod *p, c
 
 static int packed(const struct model *m)
 {
-    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass.layers, m->md.lnn.layers, m->md.lnn.n, m->params);
+    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass_net.layers, m->md.lnn.layers, m->md.lnn.n, m->params);
+}
+
+/* Numbers of a packed model, which has no range: scale, dt, 3 n zeros, theta. */
+static roln_real *numbers_of(const struct model *m)
+{
+    return room((size_t)ROLN_NUMBERS(m->md.lnn.n, m->params), sizeof(roln_real));
 }
 
 int model_save(const struct model *m, const char *path)
 {
-    roln_real *range = room((size_t)(3 * m->md.lnn.n), sizeof *range);
-    const roln_numbers x = {&m->sc, &m->dt, range, range, range, m->theta};
+    roln_real *x = numbers_of(m);
     unsigned char *bytes = room((size_t)packed(m), 1);
     FILE *f = fopen(path, "wb");
     int bad = !f;
-    roln_pack(&m->md, &x, bytes);
+    x[0] = m->sc.q, x[1] = m->sc.t, x[2] = m->dt;
+    memcpy(x + ROLN_NUMBERS(m->md.lnn.n, 0), m->theta, (size_t)m->params * sizeof *x);
+    roln_pack(&m->md, x, bytes);
     if (f) bad = fwrite(bytes, 1, (size_t)packed(m), f) != (size_t)packed(m), bad |= fclose(f) != 0;
     if (bad) perror(path);
-    free(range), free(bytes);
+    free(x), free(bytes);
     return bad ? -1 : 0;
 }
 
 int model_load(struct model *m, const struct shape *shape, const char *path)
 {
     build(m, shape);
-    const int size = packed(m), n = m->md.lnn.n;
-    roln_real *range = room((size_t)(3 * n), sizeof *range);
+    const int size = packed(m);
+    roln_real *x = numbers_of(m);
     unsigned char *bytes = room((size_t)size + 1, 1);
     FILE *f = fopen(path, "rb");
     const int count = f ? (int)fread(bytes, 1, (size_t)size + 1, f) : 0;
     if (f) fclose(f);
-    const roln_status st = roln_unpack(&m->md, count, bytes, &m->sc, &m->dt, range, range + n, range + 2 * n, m->theta);
+    const roln_status st = roln_unpack(&m->md, count, bytes, x);
     if (st != ROLN_OK) fprintf(stderr, "%s: status %d\n", path, (int)st);
-    free(range), free(bytes);
+    else {
+        m->sc.q = x[0], m->sc.t = x[1], m->dt = x[2];
+        memcpy(m->theta, x + ROLN_NUMBERS(m->md.lnn.n, 0), (size_t)m->params * sizeof *x);
+    }
+    free(x), free(bytes);
     return st == ROLN_OK ? 0 : -1;
 }
 
@@ -253,19 +262,22 @@ int model_load(struct model *m, const struct shape *shape, const char *path)
 roln_status model_encode(void *self, const roln_real *q, const roln_real *qd, roln_real *s)
 {
     struct model *m = self;
-    return roln_encode(&m->md, &m->sc, m->theta, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
+    const roln_trained t = model_trained(m);
+    return roln_encode(&t, q, qd, NULL, s, s + m->md.lnn.n, NULL, m->work);
 }
 
 static roln_status step(void *self, roln_real *s, const roln_real *tau, double h)
 {
     struct model *m = self;
-    return roln_step(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, tau, (roln_real)h, m->work);
+    const roln_trained t = model_trained(m);
+    return roln_step(&t, s, s + m->md.lnn.n, tau, (roln_real)h, m->work);
 }
 
 roln_status model_decode(void *self, const roln_real *s, roln_real *q, roln_real *qd)
 {
     struct model *m = self;
-    return roln_decode(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, q, qd, m->work);
+    const roln_trained t = model_trained(m);
+    return roln_decode(&t, s, s + m->md.lnn.n, q, qd, m->work);
 }
 
 roln_status model_latent(struct model *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, const roln_real *tau,
@@ -273,8 +285,9 @@ roln_status model_latent(struct model *m, const roln_real *q, const roln_real *q
 {
     const int n = m->md.lnn.n;
     const roln_real t = m->sc.t;
-    roln_status st = roln_encode(&m->md, &m->sc, m->theta, q, qd, qdd, z, z + n, qdd ? z + 2 * n : NULL, m->work);
-    if (st == ROLN_OK && tau) st = roln_reduce(&m->md, &m->sc, m->theta, z, tau, tau_z, m->work);
+    const roln_trained self = model_trained(m);
+    roln_status st = roln_encode(&self, q, qd, qdd, z, z + n, qdd ? z + 2 * n : NULL, m->work);
+    if (st == ROLN_OK && tau) st = roln_reduce(&self, z, tau, tau_z, m->work);
     for (int i = 0; i < n; i++) {
         z[n + i] *= t;
         if (qdd) z[2 * n + i] *= t * t;
@@ -299,8 +312,8 @@ static roln_status accelerate(void *self, const roln_real *q, const roln_real *q
     roln_real z[3 * LATENT_MOST], tau_z[LATENT_MOST];
     roln_status st = model_latent(m, q, qd, NULL, tau, z, tau_z);
     if (st == ROLN_OK)
-        st = roln_lnn_zdd(&m->md.lnn, 1, 1, m->theta + roln_ae_params(&m->md.ae), z, tau ? tau_z : NULL, z + 2 * n, m->work,
-                          m->work + roln_lnn_tape(&m->md.lnn, 1, 1));
+        st = roln_lnn_zdd(&m->md.lnn, 0, 1, m->theta + roln_ae_params(&m->md.ae), z, tau ? tau_z : NULL, z + 2 * n, m->work,
+                          m->work + roln_lnn_tape(&m->md.lnn, 1, 0, 1));
     if (st == ROLN_OK) model_lift(m, z, qdd);
     return st;
 }
@@ -308,9 +321,11 @@ static roln_status accelerate(void *self, const roln_real *q, const roln_real *q
 static void energy(void *self, const roln_real *s, double *T, double *V)
 {
     struct model *m = self;
-    roln_real t = 0, v = 0;
-    roln_terms(&m->md, &m->sc, m->theta, s, s + m->md.lnn.n, NULL, NULL, NULL, NULL, &t, &v, m->work);
-    *T = (double)t, *V = (double)v;
+    roln_real kinetic = 0, potential = 0;
+    const roln_trained t = model_trained(m);
+    const roln_terms_out out = {.T = &kinetic, .V = &potential};
+    roln_terms(&t, s, s + m->md.lnn.n, &out, m->work);
+    *T = (double)kinetic, *V = (double)potential;
 }
 
 struct predictor model_predictor(struct model *m)

@@ -34,7 +34,7 @@
     PEND2(id "-ode", 40, FULL(2, __VA_ARGS__), .stage = {ACC_FULL(30000, 5e-3), ODE(1111, 64, 8, 5, 0, 1.5e-3, 0)})
 #define PEND2_FEW(trajectories) \
     PEND2("few" #trajectories "-exp", trajectories, FULL(2, .base = 0), .stage = {ACC_FULL(40000, 5e-3)}), \
-    PEND2("few" #trajectories "-chol", trajectories, FULL(2, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(40000, 5e-3)}), \
+    PEND2("few" #trajectories "-chol", trajectories, FULL(2, .mass = ROLN_CHOLESKY), .stage = {ACC_FULL(40000, 5e-3)}), \
     {.name = "pend2-few" #trajectories "-mlp", .kind = LATENT, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, \
      .seeds = 5, .parent = "pend2-few" #trajectories "-exp", .latent = LATENT_MLP, .stage = {ACC_FULL(40000, 5e-3)}}
 
@@ -90,7 +90,7 @@ const struct recipe recipes[] = {
     PEND2_BOTH("base", .base = 1),
     PEND2_BOTH("gyro", .layer = {ROLN_GYRO}),
     PEND2_BOTH("basegyro", .base = 1, .layer = {ROLN_GYRO}),
-    PEND2_BOTH("chol", .head = ROLN_CHOLESKY),
+    PEND2_BOTH("chol", .mass = ROLN_CHOLESKY),
     PEND2_FEW(5),
     PEND2_FEW(10),
     PEND2_FEW(20),
@@ -99,12 +99,12 @@ const struct recipe recipes[] = {
     PEND16("acc", 200, 5, REDUCED(64, .base = 0), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("ode", 200, 5, REDUCED(64, .base = 0),
            .stage = {AE(20000, 128), ACC(180000, .1, 3e-3), ODE(10000, 64, 8, 5, .03, 1e-3, 0)}),
-    PEND16("chol", 200, 5, REDUCED(64, .head = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
+    PEND16("chol", 200, 5, REDUCED(64, .mass = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
     PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
     PEND16("frozen", 200, 1, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
     PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
     PEND16("full", 200, 2, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 1, FULL(16, .head = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
+    PEND16("fullchol", 200, 1, FULL(16, .mass = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
     PEND16_OPINF("opinf", OPINF),
     PEND16_OPINF("opinfaffine", OPINF_AFFINE),
     SAME("mlp", LATENT_MLP),

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "recipes.h"
+#include "sizes.h"
 
 enum { SEED = 1, EVERY = 25, BLOCK = 16 };
 enum { RUNS = 15, STEPS = 3000, PIECE = 50 };   /* timings: at least so many runs and steps, a piece of steps at a time */
@@ -201,18 +202,19 @@ static double step_time(struct task *k, int h, int decode)
 /* The same of 16 roll-outs together, each: as roln_errors does it. They start 5 ms apart. */
 static double block_time(struct task *k, int h)
 {
-    const roln_model *md = &k->model.md;
-    const roln_lnn *f = &md->lnn;
-    const roln_real *theta = k->model.theta + roln_ae_params(&md->ae), *tau;
-    const roln_scale *sc = &k->model.sc;
-    const int N = md->ae.size[0], n = f->n, m = BLOCK * n, sum = roln_ae_tape(&md->ae, 1, 1), wide = ROLN_MAX(n, f->mass.size[1]);
-    const int tape = roln_lnn_tape(f, 2, BLOCK), step = ROLN_STEP_WORK(n, n, f->layers, 1, wide, 2, BLOCK);
-    roln_real *work = room((size_t)(4 * m + 2 * N * BLOCK + ROLN_GRAD_WORK(N, n, sum, BLOCK, 0, 4, tape, step)));
-    roln_real *mem = work, *s0 = rolni_take(&mem, 2 * m), *s = rolni_take(&mem, 2 * m), *ts = rolni_take(&mem, N * BLOCK);
-    roln_real *t = rolni_take(&mem, tape);
-    rolni_torque torque;
-    roln_force held, *force = rolni_force_of(md, k->model.theta, ts, BLOCK, 0, NULL, &torque, &held, &mem);
+    const roln_trained model = model_trained(&k->model);
+    const roln_model *md = model.model;
+    const roln_scale *sc = model.scale;
+    const roln_real *tau;
+    const struct sizes sz = sizes_of(md, BLOCK);
+    const int N = sz.N, n = sz.n, m = BLOCK * n;
+    roln_real *s0 = room((size_t)(4 * m + N * BLOCK + rolni_torque_work(md, BLOCK, 0) + ROLN_LNN_TAPE(SZ, 1, 0, BLOCK) +
+                                  ROLN_LNN_STEP_WORK(SZ, md->scheme, 0, BLOCK)));
+    roln_real *s = s0 + 2 * m, *ts = s + 2 * m, *force = ts + N * BLOCK, *tape = force + rolni_torque_work(md, BLOCK, 0);
+    roln_real *work = tape + ROLN_LNN_TAPE(SZ, 1, 0, BLOCK);
+    rolni_driven drive;
     double least = HUGE_VAL;
+    rolni_drive(&model, k->d.tau ? ts : NULL, &drive, NULL, force);
     for (int r = 0; r < BLOCK; r++) {
         begin(k, 5 * r);
         if ((tau = force_of(k, 5 * r, h, k->force)) != NULL)
@@ -225,10 +227,10 @@ static double block_time(struct task *k, int h)
         memcpy(s, s0, (size_t)(2 * m) * sizeof *s);
         const double t0 = now();
         for (int i = 0; i < 5; i++)
-            roln_lnn_step(f, md->scheme, 1, BLOCK, theta, k->d.tau ? force : NULL, (roln_real)(h * k->d.dt) / sc->t, s, s, t, mem);
+            roln_lnn_step(&md->lnn, &drive.sys, md->scheme, 0, BLOCK, (roln_real)(h * k->d.dt) / sc->t, s, s, tape, work);
         least = fmin(least, (now() - t0) / (5 * BLOCK));
     }
-    free(work);
+    free(s0);
     return least;
 }
 

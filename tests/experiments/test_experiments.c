@@ -5,6 +5,7 @@
 
 #include "../unit/check.h"
 #include "recipes.h"
+#include "sizes.h"
 
 /* Directions kept of the POD and of the whole space of 16. */
 enum { R = 7, N = 16 };
@@ -75,9 +76,11 @@ static void test_measure(void)
     for (int k = 0; k < d.count; k++)
         for (int i = 0; i + 25 < d.samples; i += 25)
             start[count++] = k * d.samples + i;
-    roln_batch b = {count, 25, 1, start, d.q, d.qd, NULL, NULL};
-    roln_real *work = calloc(400000, sizeof *work);
-    CHECK(work && roln_errors(&m.md, &m.sc, m.theta, &b, 16, ROLN_C(1e-3), 25, d.mean, e, work) == ROLN_OK);
+    const roln_trained t = model_trained(&m);
+    const roln_batch b = {.count = count, .steps = 25, .stride = 1, .start = start, .q = d.q, .qd = d.qd};
+    const struct sizes sz = sizes_of(&m.md, 16);
+    roln_real *work = calloc((size_t)ROLN_ERRORS_WORK(SZ, 16), sizeof *work);
+    CHECK(work && roln_errors(&t, &b, ROLN_C(1e-3), 16, 25, d.mean, e, work) == ROLN_OK);
     CHECK_NEAR(find(f, "E_q", "25"), 100 * sqrt((double)(e[1].q / e[1].q_var)), 1e-3);
     CHECK_NEAR(find(f, "E_qd", "25"), 100 * sqrt((double)(e[1].qd / e[1].qd_var)), 1e-3);
     CHECK(find(f, "E_q", "0") > 0 && find(f, "E_q", "0") < find(f, "E_q", "25") && find(f, "E_q", "100") > find(f, "E_q", "25"));
@@ -113,7 +116,7 @@ static const struct {
 
 /* The model with its autoencoder stored for flash: one row of a table, with bounds in percent. The range for which it is rounded
    is that of three training trajectories. */
-static void stored(const struct recipe *e, const struct model *m, const struct motion *d, const roln_storage *store, double near,
+static void stored(const struct recipe *e, const struct model *m, const struct motion *d, const roln_storage *storage, double near,
                    double whole)
 {
     static const int ms[] = {0, 25};
@@ -121,21 +124,20 @@ static void stored(const struct recipe *e, const struct model *m, const struct m
     struct model s = *m;
     struct motion train;
     roln_real range[3 * LATENT_MOST];
-    const roln_numbers x = {&m->sc, &m->dt, range, range + n, range + 2 * n, m->theta};
+    roln_trained full = model_trained(m);
     FILE *f = tmpfile();
     if (!CHECK(f) || !CHECK(motion_simulate(&train, e->system, TRUTH_TRAIN, 0, 3, e->force, NULL) == 0)) return;
-    CHECK(roln_fit_range(&m->md, &m->sc, m->theta, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n,
-                         m->work) == ROLN_OK);
-    s.md.ae.store = store, s.params = roln_params(&s.md);
-    const int size = roln_ae_params(&s.md.ae);
-    const int room = ROLN_AE_STORE_WORK(size, s.md.ae.size[0], s.md.ae.size[1], roln_ae_tape(&s.md.ae, 1, 1));
-    roln_real *work = malloc((size_t)room * sizeof *work);
+    CHECK(roln_fit_range(&full, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n, m->work) == ROLN_OK);
+    full.z_min = range, full.z_max = range + n, full.zd_max = range + 2 * n;
+    s.md.ae.storage = storage, s.params = roln_params(&s.md);
+    const struct sizes sz = sizes_of(&s.md, 1);
+    roln_real *work = malloc((size_t)ROLN_AE_STORE_WORK(SZ) * sizeof *work);
     s.theta = malloc((size_t)s.params * sizeof *s.theta);
-    if (CHECK(work && s.theta && roln_store(&s.md, &x, s.theta, work) == ROLN_OK)) {
+    if (CHECK(work && s.theta && roln_store(&s.md, &full, s.theta, work) == ROLN_OK)) {
         const struct predictor p = model_predictor(&s);
         CHECK(measure(&p, d, ms, 2, f) == 0);
         printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",
-               store->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * (3 + 3 * n + s.params), (int)sizeof *s.theta * size,
+               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * (3 + 3 * n + s.params), (int)sizeof *s.theta * sz.ae_size,
                find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
         CHECK_BELOW(find(f, "E_q", "25"), near);
         CHECK_BELOW(find(f, "E_q", "whole"), whole);

@@ -164,11 +164,18 @@ static void test_gradient(enum latent_kind kind, int flags, int n)
 
 /* ---- promises ---- */
 
+/* y of network k at x. */
+static void output(const struct latent *m, int k, const roln_real *x, roln_real *y)
+{
+    roln_real slope[2 * HIDDEN], out[2 * HIDDEN];
+    roln_mlp_forward(&m->net[k], 1, 1, 1, m->theta + m->at[k], x, y, slope, out);
+}
+
 /* L and D of a triangle network at z. */
 static void triangle(const struct latent *m, int k, const roln_real *x, roln_real *L)
 {
-    roln_real y[ROLN_TRI(N_MAX)], tape[ROLN_MLP_TAPE(0, 1, 2 * HIDDEN)];
-    roln_mlp_forward(&m->net[k], 0, 0, 1, 1, m->theta + m->at[k], x, y, tape);
+    roln_real y[ROLN_TRI(N_MAX)];
+    output(m, k, x, y);
     rolni_low(m->n, y, L);
 }
 
@@ -231,14 +238,14 @@ static void test_canonical(enum latent_kind kind)
         }
         for (i = 0; i < 2 * n; i++) {
             const roln_real h = PICK(ROLN_C(3e-3), 1e-5);
-            roln_real e[2 * n] = {0}, x[2 * n], y, tape[ROLN_MLP_TAPE(0, 1, 2 * HIDDEN)];
+            roln_real e[2 * n] = {0}, x[2 * n], y;
             double d = 0, rate;
             e[i < n ? n + i : i - n] = 1;
             rate = (i < n ? 1 : -1) * energy_slope(m, s, e, NULL);
             for (j = 0; kind == LATENT_DHNN && j < 2; j++) {
                 memcpy(x, s, sizeof x);
                 x[i] += j ? h : -h;
-                roln_mlp_forward(&m->net[1], 0, 0, 1, 1, m->theta + m->at[1], x, &y, tape);
+                output(m, 1, x, &y);
                 d += (j ? 1 : -1) * (double)y / (2 * (double)h);
             }
             CHECK_NEAR(none[i], rate + d, PICK(2e-3, 1e-8));
@@ -315,12 +322,12 @@ static void test_comet(int flags)
     CHECK(in == (flags & FORCED ? 3 * n : 2 * n));
     for (k = 0; k < 5; k++) {
         roln_real x[3 * n] = {0}, sd[2 * n], y[2 * n + 1], gy[2 * n + 1] = {0}, g[3 * n] = {0}, e[2 * n];
-        roln_real tape[ROLN_MLP_TAPE(0, 1, 2 * HIDDEN)], work[ROLN_MLP_BWD_WORK(1, 1, HIDDEN)], a;
+        roln_real slope[2 * HIDDEN], out[2 * HIDDEN], work[ROLN_MLP_BWD_WORK(1, 1, 2 * HIDDEN)], a;
         uniform(in, 1, &seed, x);
         CHECK(latent_rate(m, x, flags & FORCED ? x + 2 * n : NULL, sd) == ROLN_OK);
-        roln_mlp_forward(m->net, 0, 0, 1, 1, m->theta, x, y, tape);
+        roln_mlp_forward(m->net, 1, 1, 1, m->theta, x, y, slope, out);
         gy[2 * n] = 1;
-        roln_mlp_bwd(m->net, 0, 1, 1, m->theta, x, tape, gy, g, NULL, work);
+        roln_mlp_bwd(m->net, 1, 1, m->theta, NULL, slope, gy, g, NULL, work);
         a = ROLN_SQRT(roln_dot(2 * n, g, g));
         CHECK_BELOW(ROLN_ABS(roln_dot(2 * n, g, sd)), 8 * ROLN_EPS * a * ROLN_SQRT(roln_dot(2 * n, y, y)));
         for (i = 0; i < 2 * n; i++)

@@ -25,6 +25,8 @@
 #define ROLN_LAYERS gyro
 #include "roln.h"
 
+#include "../experiments/sizes.h"
+
 #include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -74,7 +76,10 @@ static void fill(int n, roln_real sd, roln_real *x)
 /* ---- small matrices --------------------------------------------------------------------------- */
 
 static struct {
-    roln_real A[MATRICES][MAX_N * MAX_N], x[MAX_N], y[MAX_N], X[MAX_N * MAX_N], work[8 * MAX_N * MAX_N];
+    roln_real A[MATRICES][MAX_N * MAX_N], x[MAX_N], y[MAX_N], X[MAX_N * MAX_N];
+    union {
+        roln_real eig[ROLN_EIG_WORK(MAX_N)], map[ROLN_SPD_MAP_WORK(MAX_N)], scaled[MAX_N * MAX_N];
+    } work;
     mjtNum dA[MATRICES][MAX_N * MAX_N], dx[MAX_N], dy[MAX_N], dX[MAX_N * MAX_N], quat[4];
 } small;
 
@@ -101,14 +106,14 @@ static void small_setup(const row *r)
             for (j = 0; j <= i; j++)
                 A[i * n + j] = A[j * n + i] = roln_normal(&seed);
         if (r->more != RANDOM) { /* random directions, given eigenvalues */
-            must(roln_eig(n, A, l, Q, small.work));
+            must(roln_eig(n, A, l, Q, small.work.eig));
             memset(A, 0, sizeof small.A[k]);
             for (i = 0; i < n; i++) {
                 l[i] = r->more == HARD ? hard_eigenvalue(k, n, i) : 1 + roln_uniform(&seed);
                 for (j = 0; j < n; j++)
-                    small.work[i * n + j] = l[i] * Q[i * n + j];
+                    small.work.scaled[i * n + j] = l[i] * Q[i * n + j];
             }
-            roln_mm_at(n, n, n, Q, small.work, A);
+            roln_mm_at(n, n, n, Q, small.work.scaled, A);
             for (i = 0; i < n; i++)
                 for (j = 0; j < i; j++)
                     A[j * n + i] = A[i * n + j];
@@ -125,7 +130,7 @@ static void eig(const row *r)
 {
     int k;
     for (k = 0; k < MATRICES; k++)
-        must(roln_eig(r->size[0], small.A[k], small.x, small.X, small.work));
+        must(roln_eig(r->size[0], small.A[k], small.x, small.X, small.work.eig));
 }
 
 static void eig3_mujoco(const row *r)
@@ -162,14 +167,18 @@ static void spd_exp(const row *r)
 {
     int k;
     for (k = 0; k < MATRICES; k++)
-        must(roln_spd_map(r->size[0], ROLN_EXP, 0, NULL, small.A[k], small.X, small.work));
+        must(roln_spd_map(r->size[0], ROLN_EXP, 0, NULL, small.A[k], small.X, small.work.map));
 }
 
 /* SPD matrices with condition below 2 as seen from the first; size: n, what is timed. */
 enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST, TRANSPORT, MEAN };
 static struct {
-    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N];
-    roln_real V[MAX_N * MAX_N], W[MAX_N * MAX_N], Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d, work[16 * MAX_N * MAX_N];
+    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N], W[MAX_N * MAX_N];
+    roln_real Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d;
+    union {
+        roln_real frame[ROLN_SPD_FRAME_WORK(MAX_N)], map[ROLN_SPD_MAP_WORK(MAX_N)], map_bwd[ROLN_SPD_MAP_BWD_WORK(MAX_N)];
+        roln_real dist[ROLN_SPD_DIST_WORK(MAX_N)], transport[ROLN_SPD_TRANSPORT_WORK(MAX_N)], mean[ROLN_SPD_MEAN_WORK(MAX_N)];
+    } work;
 } spd;
 
 static void spd_setup(const row *r)
@@ -180,7 +189,7 @@ static void spd_setup(const row *r)
     for (k = 0; k < MATRICES + 4; k++)
         memcpy(spd.X + k * n * n, small.A[k % MATRICES], (size_t)(n * n) * sizeof *spd.X);
     must(roln_chol(n, spd.X, spd.A));
-    must(roln_spd_frame(n, spd.A, spd.X + n * n, spd.l, spd.V, spd.W, spd.work));
+    must(roln_spd_frame(n, spd.A, spd.X + n * n, spd.l, spd.V, spd.W, spd.work.frame));
     must(roln_map_values(n, ROLN_LOG, 0, spd.l, spd.f));
     roln_map_dd1(n, ROLN_LOG, 0, spd.l, spd.f, spd.K);
 }
@@ -192,13 +201,13 @@ static void spd_run(const row *r)
     for (k = 0; k < MATRICES; k++) {
         const roln_real *X = spd.X + k * n * n;
         switch (r->size[1]) {
-        case LOG_MAP: must(roln_spd_map(n, ROLN_LOG, 0, spd.A, X, spd.Y, spd.work)); break;
-        case ROOT: must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), NULL, X, spd.Y, spd.work)); break;
+        case LOG_MAP: must(roln_spd_map(n, ROLN_LOG, 0, spd.A, X, spd.Y, spd.work.map)); break;
+        case ROOT: must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), NULL, X, spd.Y, spd.work.map)); break;
         case LOG_DD1: roln_map_dd1(n, ROLN_LOG, 0, spd.l, spd.f, spd.K); break;
-        case MAP_BWD: roln_spd_map_bwd(n, spd.l, spd.f, spd.K, spd.V, spd.W, X, spd.g[0], spd.g[1], spd.work); break;
-        case DIST: must(roln_spd_dist(n, spd.A, X, &spd.d, spd.work)); break;
-        case TRANSPORT: must(roln_spd_transport(n, spd.A, X, spd.K, spd.Y, spd.work)); break;
-        default: must(roln_spd_mean(n, 5, X, spd.Y, spd.work)); break;
+        case MAP_BWD: roln_spd_map_bwd(n, spd.l, spd.f, spd.K, spd.V, spd.W, X, spd.g[0], spd.g[1], spd.work.map_bwd); break;
+        case DIST: must(roln_spd_dist(n, spd.A, X, &spd.d, spd.work.dist)); break;
+        case TRANSPORT: must(roln_spd_transport(n, spd.A, X, spd.K, spd.Y, spd.work.transport)); break;
+        default: must(roln_spd_mean(n, 5, X, spd.Y, spd.work.mean)); break;
         }
     }
 }
@@ -225,8 +234,8 @@ static void stiefel_update(const row *r)
 {
     static const roln_opt opt = ROLN_OPT(ROLN_C(1e-2), 0);
     (void)r;
-    must(roln_adam_update(1, &point.block, &opt, 1, point.g, point.x, &point.adam, &(roln_moments){point.m, &point.v, &point.v_max},
-                          point.work));
+    const roln_moments moments = {point.m, &point.v, &point.v_max};
+    must(roln_adam_update(1, &point.block, &opt, 1, point.g, point.x, &point.adam, &moments, point.work));
 }
 
 /* ---- vectors ---------------------------------------------------------------------------------- */
@@ -335,8 +344,9 @@ static struct {
 /* size: N .. n, 0; networks 64, 64; batches of r->count windows of random samples. */
 static void net_setup(const row *r)
 {
-    const int N = r->size[0], wide = 64;
-    int l = 0, n, moments = 0, b, sum, grad, update;
+    const int N = r->size[0];
+    struct sizes sz;
+    int l = 0, n, moments = 0, b, work;
     while (r->size[l + 1] > 0)
         l++;
     n = r->size[l];
@@ -344,8 +354,8 @@ static void net_setup(const row *r)
     memcpy(net.md.ae.size, r->size, sizeof r->size);
     net.md.ae.slope = ROLN_C(0.41421356);
     net.md.lnn = cloth_model.lnn;
-    net.md.lnn.n = net.md.lnn.width[0] = net.md.lnn.mass.size[0] = net.md.lnn.potential.size[0] = n;
-    net.md.lnn.mass.size[3] = ROLN_TRI(n);
+    net.md.lnn.n = net.md.lnn.width[0] = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
+    net.md.lnn.mass_net.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {
         const roln_block pair = {&roln_biorthogonal, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
@@ -360,15 +370,14 @@ static void net_setup(const row *r)
     for (b = 0; b < net.blocks; b++)
         moments += roln_block_moments(net.table + b);
     net.params = roln_ae_params(&net.md.ae) + roln_lnn_params(&net.md.lnn);
-    sum = rolni_ae_sum(&net.md.ae);
-    grad = ROLN_GRAD_WORK(N, n, sum, BLOCK, HORIZON, ROLN_MAX(3, ROLN_STAGES(r->more)), roln_lnn_tape(&net.md.lnn, 2, BLOCK),
-                          ROLN_STEP_WORK(n, n, 0, 0, wide, 2, BLOCK)); /* more than a tick needs */
-    update = roln_update_work(net.blocks, net.table);
+    sz = sizes_of(&net.md, BLOCK);
+    work = ROLN_MAX(ROLN_GRAD_WORK(SZ, BLOCK, HORIZON), ROLN_AE_INIT_WORK(SZ)); /* of a gradient: more than a tick needs */
+    work = ROLN_MAX(work, roln_update_work(net.blocks, net.table));
     free(net.theta), free(net.g), free(net.m), free(net.v), free(net.v_max), free(net.data), free(net.work);
     net.theta = reals(net.params), net.g = reals(net.params), net.m = reals(net.params);
     net.v = reals(moments), net.v_max = reals(moments);
     net.data = reals(2 * r->count * (HORIZON + 1) * N);
-    net.work = reals(grad > update ? grad : update);
+    net.work = reals(work);
     memset(&net.adam, 0, sizeof net.adam);
     must(roln_ae_init(&net.md.ae, net.theta, &seed, net.work));
     roln_lnn_init(&net.md.lnn, net.theta + roln_ae_params(&net.md.ae), &seed);
@@ -377,39 +386,47 @@ static void net_setup(const row *r)
 
 static void net_zdd(const row *r)
 {
-    roln_real zdd[MAX_N], *tape = net.work + ROLN_LNN_WORK(10, 10, 0, 0, 64, 1, 1);
+    const roln_lnn *f = &net.md.lnn;
+    roln_real zdd[MAX_N];
     (void)r;
-    must(roln_lnn_zdd(&net.md.lnn, 1, 1, net.theta + roln_ae_params(&net.md.ae), net.data, NULL, zdd, tape, net.work));
+    must(roln_lnn_zdd(f, 0, 1, net.theta + roln_ae_params(&net.md.ae), net.data, NULL, zdd, net.work,
+                      net.work + roln_lnn_tape(f, 1, 0, 1)));
+}
+
+static roln_trained net_trained(void)
+{
+    static const roln_scale one = {1, 1};
+    const roln_trained m = {.model = &net.md, .scale = &one, .theta = net.theta};
+    return m;
 }
 
 static void net_tick(const row *r)
 {
-    static const roln_scale one = {1, 1};
+    const roln_trained m = net_trained();
     const int N = r->size[0];
     roln_real z[MAX_N], zd[MAX_N], *q = net.data, *qd = q + N, *out = qd + N;
-    must(roln_encode(&net.md, &one, net.theta, q, qd, NULL, z, zd, NULL, net.work));
-    must(roln_step(&net.md, &one, net.theta, z, zd, NULL, ROLN_C(1e-3), net.work));
-    must(roln_decode(&net.md, &one, net.theta, z, zd, out, out + N, net.work));
+    must(roln_encode(&m, q, qd, NULL, z, zd, NULL, net.work));
+    must(roln_step(&m, z, zd, NULL, ROLN_C(1e-3), net.work));
+    must(roln_decode(&m, z, zd, out, out + N, net.work));
 }
 
 /* Gradient of a batch and update, so small that every run does the same work. */
 static void net_train(const row *r)
 {
-    static const roln_scale one = {1, 1};
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     static const roln_opt opt = {
         .lr = {ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8),
         .decay = ROLN_C(2e-5), .clip = 5};
-    roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    const roln_trained m = net_trained();
+    const roln_batch b = {
+        .count = r->count, .steps = HORIZON, .stride = 1, .q = net.data, .qd = net.data + r->count * (HORIZON + 1) * r->size[0]};
+    const roln_moments moments = {net.m, net.v, net.v_max};
+    roln_loss loss = {0};
     roln_real windows = 0;
-    roln_batch b;
-    memset(&b, 0, sizeof b);
-    b.count = r->count, b.steps = HORIZON, b.stride = 1;
-    b.q = net.data, b.qd = net.data + r->count * (HORIZON + 1) * r->size[0];
+    const roln_gradient to = {net.g, &loss, &windows};
     memset(net.g, 0, (size_t)net.params * sizeof *net.g);
-    must(roln_grad(&net.md, &one, net.theta, &weights, &b, 0, BLOCK, ROLN_C(1e-3), net.g, &loss, &windows, net.work));
-    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam,
-                          &(roln_moments){net.m, net.v, net.v_max}, net.work));
+    must(roln_grad(&m, &weights, &b, ROLN_C(1e-3), BLOCK, &to, net.work));
+    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam, &moments, net.work));
 }
 
 /* ---- mechanics and control, 16 joints, n = 4 --------------------------------------------------- */
@@ -423,7 +440,8 @@ static struct {
     arm_state x;
     arm_latent s;
     arm_target aim;
-    roln_real tau[arm_N], tau_z[arm_n], g[arm_n], zero[3][arm_N], A[64 * arm_N];
+    arm_jacobian linear;
+    roln_real tau[arm_N], tau_z[arm_n], one[arm_n], zero[arm_N];
 } tick4;
 
 static void arm_setup(const row *r)
@@ -433,14 +451,14 @@ static void arm_setup(const row *r)
     must(arm_init(&tick4.p, &seed, &tick4.start));
     fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
     for (int i = 0; i < arm_n; i++)
-        tick4.g[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
+        tick4.one[i] = tick4.aim.kp[i] = tick4.aim.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
     must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
 }
 
 static void arm_inverse_run(const row *r)
 {
     (void)r;
-    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.g : NULL, tick4.g, tick4.tau_z, &tick4.work));
+    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.one : NULL, tick4.one, tick4.tau_z, &tick4.work));
 }
 
 static void arm_inertia_run(const row *r)
@@ -453,21 +471,31 @@ static void arm_linear_run(const row *r)
 {
     arm_latent s = tick4.s;
     (void)r;
-    must(arm_linear(&tick4.p, &s, tick4.zero[0], ROLN_C(1e-3), tick4.A, tick4.A + 64, &tick4.linwork));
+    must(arm_linear(&tick4.p, &s, NULL, ROLN_C(1e-3), &tick4.linear, &tick4.linwork));
 }
 
 /* aim, then encode, control, lift, guard. */
 static void arm_control_run(const row *r)
 {
-    static const roln_limits limits = {1, 1000, 1000, 5, 1000, 1000};
+    static const roln_limits limits = {
+        .dt = ROLN_C(1e-3), .margin = 1, .power = 1000, .tau = 1000, .hold = 5, .q_off = 1000, .qd_off = 1000};
     (void)r;
-    must(arm_aim(&tick4.p, tick4.zero[0], tick4.zero[1], tick4.zero[2], &tick4.aim, &tick4.work));
-    if (arm_tick(&tick4.p, &limits, ROLN_C(1e-3), &tick4.x, &tick4.aim, tick4.g, tick4.g, &tick4.s, &tick4.guard, &tick4.work) != 0)
+    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work));
+    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 
 /* Forward dynamics with other mass matrices, n = 10. */
-static struct { delan_params d; delan_start ds; delan_work dw; gyro_params g; gyro_start gs; gyro_work gw; } heads;
+#define DELAN(x) delan_##x
+#define GYRO(x) gyro_##x
+static struct {
+    delan_params d;
+    delan_start ds;
+    roln_real dw[ROLN_LNN_TAPE(DELAN, 1, 0, 1) + ROLN_LNN_ZDD_WORK(DELAN, 0, 1)];
+    gyro_params g;
+    gyro_start gs;
+    roln_real gw[ROLN_LNN_TAPE(GYRO, 1, 0, 1) + ROLN_LNN_ZDD_WORK(GYRO, 0, 1)];
+} heads;
 
 static void heads_setup(const row *r)
 {
@@ -481,8 +509,8 @@ static void heads_run(const row *r)
     const roln_lnn *f = r->more ? &gyro_model.lnn : &delan_model.lnn;
     const roln_real *theta = r->more ? heads.g.theta : heads.d.theta;
     static const roln_real s[20] = {0};
-    roln_real zdd[10], *work = r->more ? heads.gw.w : heads.dw.w;
-    must(roln_lnn_zdd(f, 1, 1, theta, s, NULL, zdd, work, work + roln_lnn_tape(f, 1, 1)));
+    roln_real zdd[10], *work = r->more ? heads.gw : heads.dw;
+    must(roln_lnn_zdd(f, 0, 1, theta, s, NULL, zdd, work, work + roln_lnn_tape(f, 1, 0, 1)));
 }
 
 /* ---- measuring -------------------------------------------------------------------------------- */

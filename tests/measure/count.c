@@ -55,7 +55,7 @@ static void mm_bt(const row *r)
 }
 
 static const roln_mlp mlp = {3, {10, 64, 64, 10}};
-static roln_real weights[6 * 1024], tape[ROLN_MLP_TAPE(0, 1, 128)];
+static roln_real weights[6 * 1024], slope[128], out[128];
 
 static void network(const row *r)
 {
@@ -67,7 +67,7 @@ static void network(const row *r)
 static void forward(const row *r)
 {
     (void)r;
-    roln_mlp_forward(&mlp, 0, 0, 1, 1, weights, x, y, tape);
+    roln_mlp_forward(&mlp, 1, 1, 1, weights, x, y, slope, out);
 }
 
 static roln_real l[MAX_N], Q[MAX_N * MAX_N], work[ROLN_EIG_WORK(MAX_N)];
@@ -87,8 +87,9 @@ static void eig(const row *r)
 
 /* ---- models ----------------------------------------------------------------------------------- */
 
+#define DYNAMICS(x) dynamics_##x
 static dynamics_params dyn;
-static dynamics_work dyn_work;
+static roln_real dyn_tape[ROLN_LNN_TAPE(DYNAMICS, 1, 0, 1)], dyn_work[ROLN_LNN_ZDD_WORK(DYNAMICS, 0, 1)];
 static roln_real s[8], tau[4], zdd[4];
 
 static void state(const row *r)
@@ -100,9 +101,8 @@ static void state(const row *r)
 
 static void zdd_of(const row *r)
 {
-    const int size = roln_lnn_tape(&dynamics_model.lnn, 1, 1);
     (void)r;
-    must(roln_lnn_zdd(&dynamics_model.lnn, 1, 1, dyn.theta, s, tau, zdd, dyn_work.w, dyn_work.w + size));
+    must(roln_lnn_zdd(&dynamics_model.lnn, 0, 1, dyn.theta, s, tau, zdd, dyn_tape, dyn_work));
 }
 
 enum { N = pend16_N, n = pend16_n };
@@ -111,12 +111,11 @@ static pend16_start pend_init;
 static struct {
     pend16_latent s;
     pend16_target ref;
-    roln_real kp[n], kd[n];
     pend16_guard guard;
     pend16_work work;
 } ctl;
 static pend16_state at;
-static const roln_limits limits = {0, 1e9f, 1e9f, 5, 1e9f, 1e9f};
+static const roln_limits limits = {.dt = 0.001f, .power = 1e9f, .tau = 1e9f, .hold = 5, .q_off = 1e9f, .qd_off = 1e9f};
 
 static void pose(const row *r)
 {
@@ -127,7 +126,7 @@ static void pose(const row *r)
         must(pend16_init_pod(&pend, 64, q, qd, qbar, &seed, &pend_init));
         for (int i = 0; i < n; i++) {
             pend.z_min[i] = -1e9f, pend.z_max[i] = pend.zd_max[i] = 1e9f;
-            ctl.kp[i] = ctl.kd[i] = 1;
+            ctl.ref.kp[i] = ctl.ref.kd[i] = 1;
         }
     }
     fill(N, 1, at.q), fill(N, 1, at.qd);
@@ -138,7 +137,7 @@ static void pose(const row *r)
 static void tick(const row *r)
 {
     (void)r;
-    if (pend16_tick(&pend, &limits, 0.001f, &at, &ctl.ref, ctl.kp, ctl.kd, &ctl.s, &ctl.guard, &ctl.work) != 0) must(ROLN_E_RANGE);
+    if (pend16_tick(&pend, &limits, &at, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work) != 0) must(ROLN_E_RANGE);
 }
 
 /* ---- table ------------------------------------------------------------------------------------ */

@@ -40,9 +40,11 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
 {
     const int N = d->dof, length = train->samples * N, tests = d->count * d->samples;
     const roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
-    roln_real *q = malloc((size_t)(train->count * length) * sizeof *q);
-    roln_real *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
-    roln_real *work = malloc((size_t)(ROLN_AE_POD_WORK(N) + roln_ae_tape(&ae, 1, 1)) * sizeof *work);
+    roln_real *q = malloc((size_t)(train->count * length) * sizeof *q), *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
+    const int N1 = n, ae_sum = n; /* sizes for the macros */
+    const int pod = ROLN_AE_POD_WORK(ROLNI_LOCAL), encode = ROLN_AE_ENCODE_TAPE(ROLNI_LOCAL, 1, 1);
+    const int room = ROLN_MAX(pod, ROLN_MAX(encode, ROLN_AE_DECODE_TAPE(ROLNI_LOCAL, 1, 1)));
+    roln_real *work = malloc((size_t)room * sizeof *work);
     double e = 0, v = 0;
     int rows = 0;
     for (int t = 0; t < train->count; t++) {
@@ -53,7 +55,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
         }
         rows += wild ? 0 : train->samples;
     }
-    CHECK(roln_ae_init_pod(&ae, rows, q, 1, theta, work) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&ae, rows, 1, q, theta, work) == ROLN_OK);
     for (int k = 0; k < tests; k += 25) {
         roln_real z[16], x[16];
         roln_ae_encode(&ae, 1, 1, theta, d->q + k * N, z, work);
@@ -105,11 +107,9 @@ static int load(const char *file, unsigned char *bytes, int size)
     return count;
 }
 
-/* Any model through its generic functions. */
+/* Any model through its generic functions; work: that of roln_errors, which no other of them exceeds. */
 typedef struct {
-    const roln_model *model;
-    const roln_scale *scale;
-    const roln_real *theta;
+    roln_trained m;
     roln_real *work;
 } any;
 
@@ -120,13 +120,12 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
     int *start = malloc((size_t)(d->count * d->samples) * sizeof *start), count = 0;
     roln_error *at = calloc((size_t)(steps + 1), sizeof *at);
     double q = 0, q_var = 0, qd = 0, qd_var = 0;
-    roln_batch b = {0, 0, 1, NULL, NULL, NULL, NULL, NULL};
-    roln_status st;
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i + steps < d->samples; i += h < 0 ? d->samples : 25)
             start[count++] = k * d->samples + i;
-    b.count = count, b.steps = steps, b.start = start, b.q = d->q, b.qd = d->qd, b.tau = forces ? d->tau : NULL;
-    st = roln_errors(a->model, a->scale, a->theta, &b, 16, ROLN_C(1e-3), h < 0 ? 1 : h > 0 ? h : 1, d->qbar, at, a->work);
+    const roln_batch b = {
+        .count = count, .steps = steps, .stride = 1, .start = start, .q = d->q, .qd = d->qd, .tau = forces ? d->tau : NULL};
+    const roln_status st = roln_errors(&a->m, &b, ROLN_C(1e-3), 16, h < 0 ? 1 : h > 0 ? h : 1, d->qbar, at, a->work);
     for (int k = h > 0 ? 1 : 0; k <= (h < 0 ? steps : h > 0); k++)
         q += (double)at[k].q, q_var += (double)at[k].q_var, qd += (double)at[k].qd, qd_var += (double)at[k].qd_var;
     *eq = 100 * sqrt(q / q_var);
@@ -139,22 +138,23 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
 /* Largest |E(t) - E(0) - work| over the largest T along the model's own roll-outs of whole trajectories, in percent. */
 static double drift(const any *a, const motion *d, int forces)
 {
-    const int N = d->dof, n = a->model->lnn.n;
+    const int N = d->dof, n = a->m.model->lnn.n;
     double worst = 0;
     for (int k = 0; k < d->count; k++) {
         const size_t at = (size_t)(k * d->samples) * (size_t)N;
         roln_real z[16], zd[16], z0[16], tau_z[16], T, V;
+        const roln_terms_out energy = {.T = &T, .V = &V};
         double E0 = 0, work = 0, off = 0, top = 0;
-        if (roln_encode(a->model, a->scale, a->theta, d->q + at, d->qd + at, NULL, z, zd, NULL, a->work) != ROLN_OK) return 1e9;
+        if (roln_encode(&a->m, d->q + at, d->qd + at, NULL, z, zd, NULL, a->work) != ROLN_OK) return 1e9;
         for (int t = 0; t < d->samples; t++) {
             const roln_real *tau = forces ? d->tau + at + (size_t)(t * N) : NULL;
-            if (roln_terms(a->model, a->scale, a->theta, z, zd, NULL, NULL, NULL, NULL, &T, &V, a->work) != ROLN_OK) return 1e9;
+            if (roln_terms(&a->m, z, zd, &energy, a->work) != ROLN_OK) return 1e9;
             if (t == 0) E0 = (double)(T + V);
             top = fmax(top, (double)T);
             off = fmax(off, fabs((double)(T + V) - E0 - work));
             memcpy(z0, z, sizeof z0);
-            if (roln_step(a->model, a->scale, a->theta, z, zd, tau, ROLN_C(1e-3), a->work) != ROLN_OK) return 1e9;
-            if (tau && roln_reduce(a->model, a->scale, a->theta, z0, tau, tau_z, a->work) == ROLN_OK)
+            if (roln_step(&a->m, z, zd, tau, ROLN_C(1e-3), a->work) != ROLN_OK) return 1e9;
+            if (tau && roln_reduce(&a->m, z0, tau, tau_z, a->work) == ROLN_OK)
                 for (int i = 0; i < n; i++)
                     work += (double)(tau_z[i] * (z[i] - z0[i]));
         }
@@ -184,8 +184,7 @@ static double trivial(const motion *d, int h)
         for (int i = 0; i + h < d->samples; i += 25)
             for (int j = 0; j < d->dof; j++) {
                 const size_t p = (size_t)((k * d->samples + i) * d->dof + j), f = p + (size_t)(h * d->dof);
-                const double r = (double)(d->q[p] + ROLN_C(1e-3) * (roln_real)h * d->qd[p] - d->q[f]);
-                const double c = (double)(d->q[f] - d->qbar[j]);
+                const double r = (double)(d->q[p] + ROLN_C(1e-3) * (roln_real)h * d->qd[p] - d->q[f]), c = (double)(d->q[f] - d->qbar[j]);
                 e += r * r, v += c * c;
             }
     return 100 * sqrt(e / v);
@@ -194,15 +193,15 @@ static double trivial(const motion *d, int h)
 /* Largest |rho(phi(z)) - z| of a coordinate, over states drawn from the box of z_min, z_max. */
 static double given_back(const any *a, const roln_real *z_min, const roln_real *z_max)
 {
-    const int n = a->model->lnn.n;
+    const int n = a->m.model->lnn.n;
     double top = 0;
     uint64_t seed = 3;
     for (int k = 0; k < 20000; k++) {
         roln_real z[4], zd[4] = {0}, back[4], q[16], qd[16];
         for (int i = 0; i < n; i++)
             z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
-        CHECK(roln_decode(a->model, a->scale, a->theta, z, zd, q, qd, a->work) == ROLN_OK);
-        CHECK(roln_encode(a->model, a->scale, a->theta, q, qd, NULL, back, zd, NULL, a->work) == ROLN_OK);
+        CHECK(roln_decode(&a->m, z, zd, q, qd, a->work) == ROLN_OK);
+        CHECK(roln_encode(&a->m, q, qd, NULL, back, zd, NULL, a->work) == ROLN_OK);
         for (int i = 0; i < n; i++)
             top = fmax(top, fabs((double)(back[i] - z[i])));
     }
@@ -222,7 +221,7 @@ static void stored(const char *name, const any *a, const motion *d, const pend16
     }
     CHECK_BELOW(off, bound[3]);
     printf("  stored %-5s %6d bytes of flash, autoencoder %5d; E_q 0 ms %.3f, 25 ms %.3f, whole %.2f %%; rho(phi(z)) off by %.1e\n",
-           name, (int)bytes, (int)sizeof(roln_real) * roln_ae_params(&a->model->ae), eq[0], eq[1], eq[2], off);
+           name, (int)bytes, (int)sizeof(roln_real) * roln_ae_params(&a->m.model->ae), eq[0], eq[1], eq[2], off);
 }
 
 static void test_pend16(void)
@@ -235,7 +234,7 @@ static void test_pend16(void)
     static pend16_train work;
     static unsigned char bytes[pend16_packed_size];
     motion d = simulate(TRUTH_PEND16, 100);
-    const any a = {&pend16_model, &p.scale, p.theta, work.w};
+    const any a = {pend16_trained(&p), work.errors};
     double eq, eqd;
     const int count = load(FOLDER "pend16.roln", bytes, sizeof bytes);
     if (!d.q || !CHECK(pend16_unpack(count, bytes, &p) == ROLN_OK)) return;
@@ -248,8 +247,8 @@ static void test_pend16(void)
     CHECK_BELOW(eq, PEND16_EQ1000);
     if (CHECK(pend16_half_store(count, bytes, &half, &half_work) == ROLN_OK) &&
         CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
-        const any h = {&pend16_half_model, &half.scale, half.theta, work.w};
-        const any i = {&pend16_int8_model, &int8.scale, int8.theta, work.w};
+        const any h = {pend16_half_trained(&half), work.errors};
+        const any i = {pend16_int8_trained(&int8), work.errors};
         stored("full", &a, &d, &p, sizeof p, (const double[]){.35, .35, 20, 1e-5});
         stored("half", &h, &d, &p, sizeof half, (const double[]){.35, .35, 20, 1e-5});
         stored("int8", &i, &d, &p, sizeof int8, (const double[]){1, 1, 22, 5e-3});
@@ -267,17 +266,17 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
     for (int pass = 0; pass < 2; pass++) {
         for (int k = 0; k < d->count * d->samples; k += 97) {
             double q[2], rest[2] = {0, 0}, Mt[4], c[2], g[2], diff = 0, norm = 0;
-            roln_real M[4];
+            pend2_equation e;
             pend2_state x;
             pend2_latent z;
             memcpy(x.q, d->q + 2 * k, sizeof x.q);
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
             if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
-                pend2_terms(p, &z, M, NULL, NULL, NULL, NULL, NULL, work) != ROLN_OK)
+                pend2_terms(p, &z, &e, work) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
-                const double m = (double)(M[i] / (p->scale.q * p->scale.q));
+                const double m = (double)(e.M[i] / (p->scale.q * p->scale.q));
                 if (pass == 0) mt += m * Mt[i], tt += Mt[i] * Mt[i];
                 diff += (m - s * Mt[i]) * (m - s * Mt[i]), norm += s * Mt[i] * s * Mt[i];
             }
@@ -295,7 +294,7 @@ static void test_pend2(enum truth_system system, const char *file, int forces)
     static pend2_work tick;
     static unsigned char bytes[pend2_packed_size];
     motion d = simulate(system, 40);
-    const any a = {&pend2_model, &p.scale, p.theta, work.w};
+    const any a = {pend2_trained(&p), work.errors};
     double eq, eqd, mass;
     char path[256];
     snprintf(path, sizeof path, FOLDER "%s.roln", file);

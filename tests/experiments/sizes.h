@@ -1,0 +1,43 @@
+/* sizes.h - the sizes that the macros of roln.h ask for, of a model that is known at run time only: behind
+   `const struct sizes sz = sizes_of(model, nb)`, ROLN_STEP_WORK(SZ) is the scratch of roln_step. nb: windows of a block together.
+   A model that is known at compile time has NAME_work and NAME_train. */
+#ifndef SIZES_H
+#define SIZES_H
+
+#include "roln.h"
+
+#define SZ(name) sz.name
+#define SIZES_FIELD(name, size) int name;
+#define SIZES_SET(name, size) sz.name = size;
+
+struct sizes {
+    int N, N1, N2, ae_sum, ae_size; /* roln_ae.h */
+    int n, width, base, damping, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to; /* roln_lnn.h */
+    int inputs, force_size, scheme; /* roln.h */
+    ROLN_LNN_ROWS(SIZES_FIELD, SZ) ROLN_GRAD_STEPS(SIZES_FIELD, SZ, nb)
+};
+
+ROLN_FN struct sizes sizes_of(const roln_model *model, int nb)
+{
+    const roln_ae *ae = &model->ae;
+    const roln_lnn *f = &model->lnn;
+    struct sizes sz = {0};
+    sz.N = ae->size[0], sz.N1 = roln_ae_size(ae, 1), sz.N2 = roln_ae_size(ae, 2);
+    sz.ae_sum = roln_ae_sum(ae), sz.ae_size = roln_ae_params(ae);
+    sz.n = f->n, sz.width = f->width[0], sz.base = f->base, sz.damping = f->damping;
+    sz.cholesky = f->mass == ROLN_CHOLESKY, sz.formed = rolni_formed(f), sz.hidden = roln_mlp_hidden(&f->mass_net);
+    sz.wide = roln_mlp_widest(&f->mass_net, 0) + roln_mlp_widest(&f->mass_net, 1);
+    for (int i = f->layers - 1; i >= 0; i--) { /* backwards, so that the first of each kind stays */
+        const int w = f->width[i], to = f->width[i + 1];
+        sz.chain += ROLN_LAYER_KEEP(f->layer[i], w, to), sz.chain_dir += ROLN_LAYER_KEEP_DIR(f->layer[i], w, to);
+        if (f->layer[i] == ROLN_GYRO) sz.gyro = w;
+        if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
+        if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
+    }
+    sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme;
+    ROLN_LNN_ROWS(SIZES_SET, SZ)
+    ROLN_GRAD_STEPS(SIZES_SET, SZ, nb)
+    return sz;
+}
+
+#endif
