@@ -1,5 +1,5 @@
-/* The whole model (roln.h): loss and gradient against a slow loss and central differences, units, roll-outs and their errors, packed
-   and written parameters, failures, sizes of scratch, training. */
+/* The whole model (roln.h): loss and gradient against a slow loss and central differences, units, roll-outs and their errors,
+   packed and written parameters, failures, sizes of scratch, training. */
 #include "small.h"
 #include <stdlib.h>
 
@@ -9,11 +9,17 @@ void TEST_NAME(roln)(void);
 
 /* ---- data and losses -------------------------------------------------------------------------- */
 
-/* Kinds of data: the ODE loss, the acceleration loss, the variational loss. The first of each has windows that follow each other and
-   forces; the second a stride of 2 and given starts, and no forces but in the acceleration loss. */
+/* Kinds of data: the ODE loss, the acceleration loss, the variational loss. The first of each has windows that follow each other
+   and forces; the second a stride of 2 and given starts, and no forces but in the acceleration loss. */
 enum { ODE, ODE_FREE, ACC, ACC_STARTS, VAR, VAR_FREE, KINDS };
-static int is_acc(int kind) { return kind == ACC || kind == ACC_STARTS; }
-static int is_var(int kind) { return kind == VAR || kind == VAR_FREE; }
+static int is_acc(int kind)
+{
+    return kind == ACC || kind == ACC_STARTS;
+}
+static int is_var(int kind)
+{
+    return kind == VAR || kind == VAR_FREE;
+}
 
 /* A loss, or weights of one, as numbers too. */
 enum { Q, QD, QDD, Z, ZD, ZDD, Q_PRED, QD_PRED, QDD_PRED, FORCE, TERMS };
@@ -499,7 +505,8 @@ static void test_grad_acc_free(int k)
         CHECK_OK(grad_of(k, &m, &d, 2, g, &t));
         d.b.tau = NULL;
         CHECK_OK(grad_of(k, &m, &d, 2, free_g, &free_t));
-        CHECK(furthest(models[k].params, g, free_g) <= 0 && furthest(TERMS, t.term, free_t.term) <= 0 && largest(TERMS, t.term) > 0);
+        CHECK(furthest(models[k].params, g, free_g) <= 0 && furthest(TERMS, t.term, free_t.term) <= 0 &&
+              largest(TERMS, t.term) > 0);
     }
 }
 
@@ -978,7 +985,8 @@ static void test_sealed(int k)
     fill(MAXNUM, 7, p.to);
     CHECK(unpack_with(&p, step, -dt) == ROLN_E_RANGE);
     for (i = 0; i < n; i++) {
-        CHECK(unpack_with(&p, low + i, 1 + ROLN_EPS) == ROLN_E_RANGE && unpack_with(&p, high + i, -1 - 2 * ROLN_EPS) == ROLN_E_RANGE);
+        CHECK(unpack_with(&p, low + i, 1 + ROLN_EPS) == ROLN_E_RANGE &&
+              unpack_with(&p, high + i, -1 - 2 * ROLN_EPS) == ROLN_E_RANGE);
         CHECK(unpack_with(&p, top + i, -ROLN_EPS) == ROLN_E_RANGE);
         CHECK(unpack_with(&p, low + i, 1) == ROLN_OK); /* a range may be a point */
         fill(MAXNUM, 7, p.to);
@@ -1079,7 +1087,10 @@ static void test_some(int k)
     const struct {
         int count, which;
         roln_status want;
-    } wrong[5] = {{-1, 0, ROLN_E_LENGTH}, {N + 1, 0, ROLN_E_LENGTH}, {1, -1, ROLN_E_LENGTH}, {1, N, ROLN_E_LENGTH},
+    } wrong[5] = {{-1, 0, ROLN_E_LENGTH},
+                  {N + 1, 0, ROLN_E_LENGTH},
+                  {1, -1, ROLN_E_LENGTH},
+                  {1, N, ROLN_E_LENGTH},
                   {1, 0, ROLN_E_NOT_FINITE}}; /* the last with NaN in z */
     roln_real z[MAXN], zd[MAXN], q[MAXN], qd[MAXN], some[MAXN], somed[MAXN];
     uint64_t s = 130 + (uint64_t)k;
@@ -1431,7 +1442,8 @@ static void check_manifolds(int k, const roln_real *theta)
         at += 2 * n * N + N;
     }
     for (l = -1; l < f->layers; l++) {
-        const int base = l < 0, w = f->width[base ? 0 : l], wo = base ? w : f->width[l + 1], gyro = !base && f->layer[l] == ROLN_GYRO;
+        const int base = l < 0, w = f->width[base ? 0 : l], wo = base ? w : f->width[l + 1],
+                  gyro = !base && f->layer[l] == ROLN_GYRO;
         const roln_real *X = theta + at + (base ? rolni_base_at(f) : rolni_layer_at(f, l)) + (gyro ? ROLN_TRI(w) : 0);
         if (base ? f->base : gyro) {
             CHECK_OK(roln_chol(w, X, L));
@@ -1657,7 +1669,8 @@ static void test_scratch(int k)
     use_tick(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
-    used.linear += (z.formed ? 0 : z.base) * z.width * z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
+    used.linear += (z.formed ? 0 : z.base) * z.width *
+                   z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
     MEMBERS(CHECK_EXACT, )
     check_exact(models[k].name, "tick", models[k].scratch.tick, used.tick);
 }
