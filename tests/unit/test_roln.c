@@ -1254,10 +1254,12 @@ static void check_stored_motion(const plain_params *p, const stored_params *a, c
     float some[3], somed[3];
     int i;
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd), memcpy(&y, &x, sizeof y);
-    CHECK(plain_encode(p, &x, &s, &work) == ROLN_OK && stored_encode(a, &y, &t, &stored) == ROLN_OK);
+    CHECK_OK(plain_encode(p, &x, &s, &work));
+    CHECK_OK(stored_encode(a, &y, &t, &stored));
     for (i = 0; i < 2; i++)
         CHECK_NEAR(t.z[i], s.z[i], 0.02), CHECK_NEAR(t.zd[i], s.zd[i], 0.04);
-    CHECK(plain_decode(p, &s, &x, &work) == ROLN_OK && stored_decode(a, &t, &y, &stored) == ROLN_OK);
+    CHECK_OK(plain_decode(p, &s, &x, &work));
+    CHECK_OK(stored_decode(a, &t, &y, &stored));
     for (i = 0; i < 6; i++)
         CHECK_NEAR(y.q[i], x.q[i], 0.03), CHECK_NEAR(y.qd[i], x.qd[i], 0.06);
     CHECK_OK(stored_encode(a, &y, &u, &stored));
@@ -1769,9 +1771,11 @@ static void check_trained(plain_params *p, const roln_real *q, const roln_real *
     memset(&again, 0, sizeof again);
     CHECK(plain_unpack(plain_packed_size, bytes, &again) == ROLN_OK && memcmp(p, &again, sizeof *p) == 0);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
-    CHECK(plain_encode(p, &x, &z, &work) == ROLN_OK && plain_decode(p, &z, &y, &work) == ROLN_OK);
+    CHECK_OK(plain_encode(p, &x, &z, &work));
+    CHECK_OK(plain_decode(p, &z, &y, &work));
     x = y;
-    CHECK(plain_encode(p, &x, &z, &work) == ROLN_OK && plain_decode(p, &z, &y, &work) == ROLN_OK);
+    CHECK_OK(plain_encode(p, &x, &z, &work));
+    CHECK_OK(plain_decode(p, &z, &y, &work));
     for (i = 0; i < 6; i++)
         CHECK_NEAR(x.q[i], y.q[i], 60 * EPS), CHECK_NEAR(x.qd[i], y.qd[i], 200 * EPS);
 }
