@@ -2344,8 +2344,8 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 {
     enum { ROLNI_n = ROLNI_(n) };
     const roln_real *x = work->full;
-    const roln_trained from = {&ROLNI_(model), NULL, x + 3, x + 3 + ROLNI_n, x + 3 + 2 * ROLNI_n, x + 3 + 3 * ROLNI_n};
     roln_model full = ROLNI_(model);
+    const roln_trained from = {&full, NULL, x + 3, x + 3 + ROLNI_n, x + 3 + 2 * ROLNI_n, x + 3 + 3 * ROLNI_n};
     roln_status st;
     full.ae.storage = ROLN_FULL;
     st = roln_unpack(&full, count, bytes, work->full);
