@@ -839,8 +839,8 @@ ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, 
     }
 }
 
-/* B += c Z_t F, with l: F_0 = diag(l), F_t; with K: E_0 = diag(e^l), E_t = K o F_t. S and product [m][m] are scratch. Inline, so
-   that nothing of it is left where base is 0. */
+/* B += c Z_t S with S = F_t, F_0 = diag(l), where l is given, or S = E_t, E_0 = diag(e^l), E_t = K o F_t, where l is NULL.
+   S and product [m][m] are scratch. Inline, so that nothing of it is left where base is 0. */
 ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, const roln_real *l, const roln_real *K,
                                  const roln_real *F, roln_real *B, roln_real *S, roln_real *product)
 {
@@ -868,7 +868,7 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
                            int stride, roln_real *gtheta, roln_real *work)
 {
     const rolni_tape *tape = row->tape;
-    const int width = f->width[0], base = f->base && gtheta, mm = width * width;
+    const int width = f->width[0], mm = width * width, base = f->base && gtheta; /* B is there with gtheta only */
     const roln_real *l = tape->l + row->r * width, *K = tape->K + row->r * mm, *R = tape->R + row->r * mm;
     int t, i;
     ROLNI_EXP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, 1)

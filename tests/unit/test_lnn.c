@@ -1840,7 +1840,8 @@ static void test_iterations(uint64_t *seed)
     tape = fresh(tape_of(1, 1)), work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));
     CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 1, 1, 1, s, sn, tape, work) == ROLN_OK);
     roln_lnn_step_bwd(&f, &sys, ROLN_MIDPOINT, 1, 1, gsn, gs, NULL, tape, work);
-    for (i = 0; i < ROLN_MIDPOINT_ITERS; i++) mu = 1 - 1.5L * (0.5L + mu / 2); /* g_z+ + dS/dz_m / 2, dS/dz_m = -3 (g_p+ + mu / 2) */
+    for (i = 0; i < ROLN_MIDPOINT_ITERS; i++) /* mu <- g_z+ + dS/dz_m / 2 with dS/dz_m = -3 (g_p+ + mu / 2) */
+        mu = 1 - 1.5L * (0.5L + mu / 2);
     BOUND("midpoint backward: iterations, z (eps)", fabsl((ld)gs[0] - (1 - 3 * (0.5L + mu / 2))) / EPS, 8);
     BOUND("midpoint backward: iterations, zd (eps)", fabsl((ld)gs[1] - (0.5L + mu)) / EPS, 8);
     fresh_done();
