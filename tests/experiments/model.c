@@ -104,7 +104,7 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
     roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(SZ), sizeof *work);
     roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
     m->sc.q /= (roln_real)shape->zoom;
-    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, 1 / m->sc.q, d->q, m->theta, work);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
     if (st == ROLN_OK) model_restart(m, shape, seed);
     else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work);

@@ -55,7 +55,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
         }
         rows += wild ? 0 : train->samples;
     }
-    CHECK(roln_ae_init_pod(&ae, rows, 1, q, theta, work) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&ae, rows, q, 1, theta, work) == ROLN_OK);
     for (int k = 0; k < tests; k += 25) {
         roln_real z[16], x[16];
         roln_ae_encode(&ae, 1, 1, theta, d->q + k * N, z, work);
