@@ -901,7 +901,7 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
                                                     ROLNI_LAYER_BWD_WORK(S, k))), \
               S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
 ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
-                                  roln_real *gtheta, roln_real *work)
+                           roln_real *gtheta, roln_real *work)
 {
     const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
     roln_real *M = NULL, *chain, *rest;
@@ -958,7 +958,7 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
     (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
                                                                                       : 2 * S(n)))
 ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
-                             const roln_real *x, roln_real *y, roln_real *work)
+                      const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n, width = f->width[0], formed = rolni_formed(f);
     rolni_row row;
