@@ -239,10 +239,10 @@ ROLN_FN void roln_ae_encode(const roln_ae *ae, int jets, int nb, const roln_real
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int rows = jets * nb;
-    roln_real *a = tape, *xb = tape + rows * (2 * roln_ae_sum(ae) - ae->size[ae->layers]);
+    roln_real *a = tape, *xb = tape + (ae->layers > 0 ? rows * (2 * roln_ae_sum(ae) - ae->size[ae->layers]) : 0);
     int l, i, r;
     if (ae->layers == 0) rolni_copy(rows * ae->size[0], x, z);
-    else if (x != xb) rolni_copy(rows * ae->size[0], x, xb);
+    else if (x != xb) memmove(xb, x, ROLNI_AS(size_t, rows * ae->size[0]) * sizeof *xb); /* gcc takes memcpy for an overlap */
     for (l = 0; l < ae->layers; l++) {
         const int N = ae->size[l], n = ae->size[l + 1];
         const rolni_ae_layer w = rolni_ae_layer_at(ae, l, theta);
@@ -327,7 +327,7 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int rows = jets * nb;
     const roln_real *th = theta + roln_ae_params(ae);
-    roln_real *u = tape + 2 * rows * roln_ae_sum(ae), *y = u - rows * ae->size[ae->layers];
+    roln_real *u = tape + 2 * rows * roln_ae_sum(ae), *y = ae->layers > 0 ? u - rows * ae->size[ae->layers] : u;
     int l, i, r;
     if (ae->layers > 0 && z != y) rolni_copy(rows * ae->size[ae->layers], z, y);
     if (ae->layers == 0 && x) rolni_copy(rows * ae->size[0], z, x);

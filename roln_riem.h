@@ -484,7 +484,9 @@ ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rul
     const roln_real norm = rolni_grad_norm(blocks, table, r->opt, r->scale, grad);
     const int kept = rolni_keep_all(blocks, table);
     int write, b;
-    if (!roln_finite(norm)) return ROLN_E_NOT_FINITE;
+    if (!roln_finite(norm) || !roln_finite(r->opt->clip) || !roln_finite(r->opt->decay)) return ROLN_E_NOT_FINITE;
+    for (b = 0; b < ROLN_GROUPS; b++)
+        if (!roln_finite(r->opt->lr[b]) || r->opt->lr[b] < 0) return ROLN_E_NOT_FINITE;
     if (r->opt->clip > 0 && norm > r->opt->clip) r->scale *= r->opt->clip / norm;
     for (write = 0; write < 2; write++) {
         rolni_factor p;

@@ -92,16 +92,16 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 #endif
 
 /* Scratch is the caller's memory, `work`, in units of roln_real. What a function takes of it stands once, as a list of arrays
-   above the function, X(name, how many numbers); the size and the arrays are both made of that list:
+   above the function, X(name, how many numbers). X says what to make of an array: ROLNI_SIZE "+ size", ROLNI_CARVE a local pointer
+   that is cut from work. So the same list gives the size at compile time and the arrays at run time:
        #define ROLN_FOO_MEM(X, n) X(A, (n) * (n)) X(b, n)
        #define ROLN_FOO_WORK(n)   (0 ROLN_FOO_MEM(ROLNI_SIZE, n) + what the hungriest function below takes)
        ...
        ROLN_FOO_MEM(ROLNI_CARVE, n)    in the function: declares A and b, and moves work on to what is left */
 #define ROLNI_SIZE(name, size) +(size)
 #define ROLNI_CARVE(name, size) roln_real *const name = (work += (size)) - (size);
-/* A list may also be the members of a struct, placed in *b; and what depends on the whole shape of a model asks for its sizes by
-   name, S(n), S(N) .., where S is ROLNI_LOCAL in a function, whose local ints have those names, and a prefix in the typed shell of
-   roln.h. */
+/* A list may also be the members of a struct, placed in *b. Lists that depend on the whole shape of a model ask S for sizes by
+   name: in a function S is ROLNI_LOCAL, and S(n) is its local int n; in the typed shell of roln.h S(n) is the constant NAME_n. */
 #define ROLNI_FIELD(name, size) roln_real *name;
 #define ROLNI_LAY(name, size) b->name = work, work += (size);
 #define ROLNI_LOCAL(x) x
@@ -467,7 +467,7 @@ typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), al
 #define ROLNI_16(X) ROLNI_8(X) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15)
 /* Two neighbouring numbers u.x[0], u.x[1]: on Cortex-M one load, which needs the alignment of one of them. */
 #if defined(__arm__) && defined(__GNUC__) && !defined(ROLN_DOUBLE)
-typedef double __attribute__((may_alias)) rolni_both;
+typedef double __attribute__((may_alias, aligned(4))) rolni_both;
 typedef union {
     rolni_both both;
     roln_real x[2];

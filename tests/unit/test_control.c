@@ -232,7 +232,7 @@ static void test_motion(int k)
     const roln_trained m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = models[k].md->inputs;
     const ld h = powl(2, PICK(-8, -20));
-    roln_real z[MAXN], zd[MAXN], z1[MAXN], zd1[MAXN], M[64], c[MAXN], g[MAXN], d[MAXN], T, V, in[MAXN], tau_z[MAXN], q[MAXN],
+    roln_real z[MAXN], zd[MAXN], z1[MAXN], zd1[MAXN], M[64], c[MAXN], g[MAXN], d[MAXN], T = 0, V = 0, in[MAXN], tau_z[MAXN], q[MAXN],
         qd[MAXN];
     const roln_terms_out terms = {M, c, g, d, &T, &V};
     ld zdd[MAXN], top = 0, kinetic = 0, power = 0, power_z = 0, size = 0;
@@ -389,7 +389,7 @@ static double power_error(int k, const roln_trained *m, const double *z0, const 
 {
     const int n = n_OF(k);
     const double h = 0.4 / steps;
-    double z[MAXN], zd[MAXN], tau_z[MAXN], d[MAXN], T, V, gained = 0, work = 0, moved = 0;
+    double z[MAXN], zd[MAXN], tau_z[MAXN], d[MAXN], T = 0, V = 0, gained = 0, work = 0, moved = 0;
     const roln_terms_out terms = {NULL, NULL, NULL, d, &T, &V};
     int p, i;
     memcpy(z, z0, sizeof z), memcpy(zd, zd0, sizeof zd);
@@ -450,7 +450,7 @@ static void test_inertia(int k)
     static double Y[MAXN * MAXN], D[MAXN * MAXN];
     const roln_trained m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
-    double z[MAXN], zd[MAXN], q[MAXN], qd[MAXN], M[64], v[MAXN], y[MAXN], one[MAXN], column[MAXN], T, top = 0, e;
+    double z[MAXN], zd[MAXN], q[MAXN], qd[MAXN], M[64], v[MAXN], y[MAXN], one[MAXN], column[MAXN], T = 0, top = 0, e;
     const roln_terms_out terms = {M, NULL, NULL, NULL, &T, NULL};
     uint64_t s = 230 + (uint64_t)k;
     int i, j, a, b;
@@ -783,7 +783,7 @@ static roln_trained of_rig(int k, const rig *x)
 static uint32_t tick(int k, rig *x)
 {
     const roln_trained m = of_rig(k, x);
-    const roln_full full = {x->q, x->qd};
+    const roln_measured full = {x->q, x->qd};
     const roln_held held = {&x->g, x->held};
     const uint32_t before = x->g.faults;
     const int blind = x->failed == ENCODER;
@@ -834,7 +834,7 @@ static uint32_t four_calls(int k, rig *x, const roln_target *ref)
 static uint32_t one_call(int k, rig *x, const roln_target *ref)
 {
     const roln_trained m = of_rig(k, x);
-    const roln_full full = {x->q, x->qd};
+    const roln_measured full = {x->q, x->qd};
     const roln_held held = {&x->g, x->held};
     const uint32_t f = roln_tick(&m, &x->limits, &full, ref, x->z, x->zd, &held, ROOM(tick));
     ROOM_KEPT();
@@ -909,7 +909,7 @@ static void test_first_tick(int k)
     memset(start.z, 0xa5, sizeof start.z), memset(start.zd, 0x5a, sizeof start.zd);
     for (i = 0; i < 2 * N; i++) {
         const roln_trained m = of_rig(k, &x);
-        const roln_full full = {x.q, x.qd};
+        const roln_measured full = {x.q, x.qd};
         x = start;
         (i < N ? x.q : x.qd)[i % N] = (roln_real)NAN;
         CHECK(one_call(k, &x, &ref) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));

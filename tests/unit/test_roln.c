@@ -264,7 +264,7 @@ static void slow_start(int k, const roln_trained *m, const double *z0, const dou
 {
     static const double c[4] = {4.0 / 5, -1.0 / 5, 4.0 / 105, -1.0 / 280};
     const int n = n_OF(k);
-    double zm[MAXN], v[MAXN], M[64], M1[64], g[MAXN], d[MAXN], T, tau_z[MAXN], p[MAXN];
+    double zm[MAXN], v[MAXN], M[64], M1[64], g[MAXN], d[MAXN], T = 0, tau_z[MAXN], p[MAXN];
     const roln_terms_out middle = {M, NULL, g, d, &T, NULL}, end = {M1, NULL, NULL, NULL, NULL, NULL};
     const roln_terms_out kinetic = {NULL, NULL, NULL, NULL, &T, NULL};
     int i, j, s;
@@ -621,7 +621,7 @@ static void test_variance_units(void)
     static roln_real theta[MAXP], g[MAXP];
     const int N = pole_N;
     uint64_t s = 120 + POLE;
-    roln_loss var;
+    roln_loss var = {0};
     terms loss[2], part[2];
     roln_real windows = 0;
     int i, j;
@@ -651,7 +651,7 @@ static void test_variance(int k)
     int kind, i;
     parameters(k, &s, theta);
     for (kind = 0; kind < KINDS; kind++) {
-        terms got, was, part = weights;
+        terms got = {0}, was, part = weights;
         ld var[TERMS];
         make(k, kind, VAR_WINDOWS, &s, &d);
         slow_variance(k, &m, &d, var);
@@ -682,7 +682,7 @@ static void test_rollout(void)
     static roln_real theta[MAXP];
     const roln_trained m = trained(&plain_model, &scale, theta);
     const roln_real h = PICK(ROLN_C(0.015625), 0.00390625);
-    roln_real z[2], zd[2], tau[6], tau_z[2], T, V;
+    roln_real z[2], zd[2], tau[6], tau_z[2], T = 0, V = 0;
     const roln_terms_out energies = {NULL, NULL, NULL, NULL, &T, &V};
     uint64_t s = 60;
     ld start = 0, work = 0, moved = 0;
@@ -1410,9 +1410,9 @@ static void test_sizes(int k)
 
 static void test_shapes(void)
 {
-    CHECK(plain_N == 6 && plain_n == 2 && plain_layers == 2);
-    CHECK(bare_N == 3 && bare_n == 3 && bare_layers == 0);
-    CHECK(deep_n == 2 && deep_layers == 8 && deep_mlp_layers == 6 && pole_n == 1);
+    CHECK(plain_N == 6 && plain_n == 2 && plain_ae_layers == 2);
+    CHECK(bare_N == 3 && bare_n == 3 && bare_ae_layers == 0);
+    CHECK(deep_n == 2 && deep_ae_layers == 8 && deep_mlp_layers == 6 && pole_n == 1);
     CHECK(sizeof(plain_params) == sizeof(roln_real) * (3 + 6 + plain_theta_size));
     CHECK(plain_model.scheme == ROLN_RK4 && bare_model.scheme == ROLN_MIDPOINT && square_model.scheme == ROLN_EULER);
 }
@@ -1573,7 +1573,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     const int N = N_OF(k), n = n_OF(k);
     const roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100};
     const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n};
-    const roln_full full = {x, x + N};
+    const roln_measured full = {x, x + N};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
     roln_guard guard = {0, 0, 0, 0, 0};
     const roln_held held = {&guard, tau};
@@ -1597,7 +1597,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
 static void use_mechanics(int k, const roln_trained *m, const roln_real *x)
 {
     const int N = N_OF(k), n = n_OF(k);
-    roln_real z[MAXN], zd[MAXN], y[MAXN], A[256], B[256], M[64], c[MAXN], g[MAXN], d[MAXN], T, V;
+    roln_real z[MAXN], zd[MAXN], y[MAXN], A[256], B[256], M[64], c[MAXN], g[MAXN], d[MAXN], T = 0, V = 0;
     const roln_terms_out out = {M, c, g, d, &T, &V};
     int force, i;
     for (force = 0; force < 2; force++) {
@@ -1706,7 +1706,7 @@ static void test_shell(void)
     static plain_params p;
     static plain_gradient g, g1;
     static plain_start start;
-    roln_real q[ALL], qd[ALL], qdd[ALL], tau[ALL], tau_z[2], tau_z1[2], lifted[6], lifted1[6], M[4], c[2], gr[2], T, V;
+    roln_real q[ALL], qd[ALL], qdd[ALL], tau[ALL], tau_z[2], tau_z1[2], lifted[6], lifted1[6], M[4], c[2], gr[2], T = 0, V = 0;
     const roln_terms_out out = {M, c, gr, NULL, &T, &V};
     const roln_gradient to = {g1.theta, &g1.loss, &g1.windows};
     roln_batch b = {.count = SAMPLES, .steps = 0, .stride = 1, .q = q, .qd = qd, .qdd = qdd, .tau = tau};
