@@ -163,7 +163,8 @@ report:
 	$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments
 plotting-deps:
 	@sudo=; [ "$$(id -u)" = 0 ] || sudo=sudo; \
-	$$sudo apt-get update -q && $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends python3-matplotlib
+	$$sudo apt-get update -q && \
+	$$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends python3-matplotlib
 plotting-test:
 	$(PLOTTING) tests/experiments/test_report.py
 

@@ -596,17 +596,17 @@ ROLN_FN void rolni_bimap_bwd(int w, int wo, int k, const roln_real *theta, const
                              roln_real *work)
 {
     const int ww = w * w;
-    roln_real *GW = work, *product = GW + wo * w, *gX = product + wo * w;
+    roln_real *gW = work, *product = gW + wo * w, *gX = product + wo * w;
     int t, j;
     for (t = 0; t <= k; t++) {
-        roln_mm(wo, wo, w, G + t * wo * wo, theta, GW);
+        roln_mm(wo, wo, w, G + t * wo * wo, theta, gW);
         if (gtheta) {
-            roln_mm(wo, w, w, GW, X + t * ww, product);
+            roln_mm(wo, w, w, gW, X + t * ww, product);
             for (j = 0; j < wo * w; j++)
                 gtheta[j] += 2 * product[j];
         }
         rolni_zero(ww, gX + t * ww);
-        roln_mm_at(w, wo, w, theta, GW, gX + t * ww);
+        roln_mm_at(w, wo, w, theta, gW, gX + t * ww);
     }
     rolni_copy((1 + k) * ww, gX, G);
 }

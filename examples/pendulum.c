@@ -250,7 +250,7 @@ static double joule, V_rest;
 
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
-    chain_equation e = {.T = 0, .V = 0}; /* check ends the program, which a compiler does not see */
+    chain_equation e = {0}; /* check ends the program, which a compiler does not see */
     check(chain_terms(&model, s, &e, &work), "energy");
     *T = joule * (double)e.T;
     *V = joule * (double)e.V + V_rest;

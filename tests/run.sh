@@ -34,6 +34,7 @@ packaging    sh tests/user/packaging.sh
 warnings     sh tests/compilers/warnings.sh
 config       sh tests/compilers/config.sh
 symbols      sh tests/compilers/symbols.sh
+list         sh tests/compilers/list.sh
 readme       sh tests/user/readme.sh
 deps         sh tests/user/deps.sh
 style        sh tests/style/style.sh

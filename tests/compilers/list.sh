@@ -35,7 +35,8 @@ awk -v dir=$dir '
 # what NAME_trained, NAME_model and NAME_table are is for those who call the kernels below the shell
 ${CC:-gcc} -std=c99 -I. -DROLN_FN= -O0 -c -o $dir/models.o $dir/models.c &&
     nm $dir/models.o | sed -n 's/^[0-9a-f]* T \(one\|two\)_//p' | grep -vx trained | sort -u > $dir/functions
-${CC:-gcc} -std=c99 -I. -E -P $dir/models.c | grep -oE '\} *(one|two)_[a-z_]+ *;' | sed 's/.*\(one\|two\)_//; s/ *;//' | sort -u > $dir/types
+${CC:-gcc} -std=c99 -I. -E -P $dir/models.c | grep -oE '\} *(one|two)_[a-z_]+ *;' |
+    sed 's/.*\(one\|two\)_//; s/ *;//' | sort -u > $dir/types
 
 for kind in functions types; do
     sort -u $dir/$kind.listed > $dir/$kind.sorted

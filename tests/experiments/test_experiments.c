@@ -125,9 +125,11 @@ static void stored(const struct recipe *e, const struct model *m, const struct m
     struct motion train;
     roln_real range[3 * LATENT_MOST];
     roln_trained full = model_trained(m);
+    roln_status st;
     FILE *f = tmpfile();
     if (!CHECK(f) || !CHECK(motion_simulate(&train, e->system, TRUTH_TRAIN, 0, 3, e->force, NULL) == 0)) return;
-    CHECK(roln_fit_range(&full, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n, m->work) == ROLN_OK);
+    st = roln_fit_range(&full, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n, m->work);
+    CHECK(st == ROLN_OK);
     full.z_min = range, full.z_max = range + n, full.zd_max = range + 2 * n;
     s.md.ae.storage = storage, s.params = roln_params(&s.md);
     const struct sizes sz = sizes_of(&s.md, 1);
@@ -137,8 +139,8 @@ static void stored(const struct recipe *e, const struct model *m, const struct m
         const struct predictor p = model_predictor(&s);
         CHECK(measure(&p, d, ms, 2, f) == 0);
         printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",
-               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * (3 + 3 * n + s.params), (int)sizeof *s.theta * sz.ae_size,
-               find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
+               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * (3 + 3 * n + s.params),
+               (int)sizeof *s.theta * sz.ae_size, find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
         CHECK_BELOW(find(f, "E_q", "25"), near);
         CHECK_BELOW(find(f, "E_q", "whole"), whole);
     }

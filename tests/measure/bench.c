@@ -173,8 +173,8 @@ static void spd_exp(const row *r)
 /* SPD matrices with condition below 2 as seen from the first; size: n, what is timed. */
 enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST, TRANSPORT, MEAN };
 static struct {
-    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N], W[MAX_N * MAX_N];
-    roln_real Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d;
+    roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N];
+    roln_real W[MAX_N * MAX_N], Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d;
     union {
         roln_real frame[ROLN_SPD_FRAME_WORK(MAX_N)], map[ROLN_SPD_MAP_WORK(MAX_N)], map_bwd[ROLN_SPD_MAP_BWD_WORK(MAX_N)];
         roln_real dist[ROLN_SPD_DIST_WORK(MAX_N)], transport[ROLN_SPD_TRANSPORT_WORK(MAX_N)], mean[ROLN_SPD_MEAN_WORK(MAX_N)];

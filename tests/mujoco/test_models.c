@@ -40,7 +40,8 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
 {
     const int N = d->dof, length = train->samples * N, tests = d->count * d->samples;
     const roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
-    roln_real *q = malloc((size_t)(train->count * length) * sizeof *q), *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
+    roln_real *q = malloc((size_t)(train->count * length) * sizeof *q);
+    roln_real *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
     const int N1 = n, ae_sum = n; /* sizes for the macros */
     const int pod = ROLN_AE_POD_WORK(ROLNI_LOCAL), encode = ROLN_AE_ENCODE_TAPE(ROLNI_LOCAL, 1, 1);
     const int room = ROLN_MAX(pod, ROLN_MAX(encode, ROLN_AE_DECODE_TAPE(ROLNI_LOCAL, 1, 1)));
@@ -184,7 +185,8 @@ static double trivial(const motion *d, int h)
         for (int i = 0; i + h < d->samples; i += 25)
             for (int j = 0; j < d->dof; j++) {
                 const size_t p = (size_t)((k * d->samples + i) * d->dof + j), f = p + (size_t)(h * d->dof);
-                const double r = (double)(d->q[p] + ROLN_C(1e-3) * (roln_real)h * d->qd[p] - d->q[f]), c = (double)(d->q[f] - d->qbar[j]);
+                const double r = (double)(d->q[p] + ROLN_C(1e-3) * (roln_real)h * d->qd[p] - d->q[f]);
+                const double c = (double)(d->q[f] - d->qbar[j]);
                 e += r * r, v += c * c;
             }
     return 100 * sqrt(e / v);

@@ -78,6 +78,11 @@ done
 # README's headline: the demo trains the committed weights, bit for bit
 cc=demo
 rm -f build/chain_weights.h
-if make -s demo > build/examples/demo.log 2>&1 && cmp build/chain_weights.h examples/chain_weights.h; then passed=$((passed + 1)); else failed=$((failed + 1)); tail -n 5 build/examples/demo.log; fi
+if make -s demo > build/examples/demo.log 2>&1 && cmp build/chain_weights.h examples/chain_weights.h; then
+    passed=$((passed + 1))
+else
+    failed=$((failed + 1))
+    tail -n 5 build/examples/demo.log
+fi
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

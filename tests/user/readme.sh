@@ -1,7 +1,8 @@
 #!/bin/sh
-# Every C block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines `cc ...`
-# that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train nothing
-# run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts link to.
+# Every C block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
+# `cc ...` that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train
+# nothing run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts
+# link to.
 cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
@@ -21,7 +22,8 @@ texts="README.md CONTRIBUTING.md $(echo docs/*.md)"
 awk '/^```c$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
      on && file == "" { file = "block" n ".c"; if ($1 == "/*" && $2 ~ /^[a-z_]+[.]c$/) file = $2 }
      on { print > ("build/readme/" file) }
-     /^```console$/ { getline; want = "build/readme/" substr($2, 3) ".want"; while ((getline line) > 0 && line != "```") print line > want }' $texts
+     /^```console$/ { getline; want = "build/readme/" substr($2, 3) ".want"
+                      while ((getline line) > 0 && line != "```") print line > want }' $texts
 blocks=$(cd build/readme && echo *.c)
 lines=$(sed -n 's/^ *\(cc -std=[^*]*\).*/\1/p' $texts examples/*.c | sed 's/ *$//' | sort -u)
 # no example and no block without its line, no line twice in different words
@@ -50,7 +52,8 @@ for t in $(grep -oh 'tests/[a-z/_]*[.]c: [a-z_0-9]*' $texts | sed 's/: /:/' | so
 done
 # README's bytes are those of docs/firmware.md, which make sizes compares
 for m in chain pend16 cloth; do
-    check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')' ]"
+    bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')
+    check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$bytes' ]"
 done
 # a link within the repository leads to a file
 for f in $texts; do
