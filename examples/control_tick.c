@@ -2,31 +2,34 @@
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/control_tick.c -o control_tick -lm
 
-   Holds the chain of pendulum.c in a bent pose. The plant is the model itself, one state that the tick sees only as q, qd.
-   chain_weights.h was trained without known forces, so torques and powers are in the model's own unit; on a real chain multiply
-   them by the factor that pendulum.c fits to one known energy. */
+   Holds the chain of pendulum.c in a bent pose. The plant is the model itself, one state that the tick sees only as q, qd. An
+   encoder breaks for a tick, later for 20 ticks: the guard lets go, and nothing moves the motors until it is armed again.
+
+   chain_weights.h was trained without known forces, so every energy, torque, power and gain of the model is in a unit of its
+   own: JOULE of it are one joule, JOULE of a torque one newton metre. pendulum.c fits that number to a known energy. */
 
 #include <stdio.h>
 #include "chain.h"
 #include "chain_weights.h" /* static const chain_params chain_weights: flash */
 
 enum { N = chain_N, n = chain_n };
-#define TICK ROLN_C(0.005) /* s */
-#define SPEED ROLN_C(8.0)  /* 1/s, of the closed loop */
+#define TICK ROLN_C(0.005)    /* s */
+#define SPEED ROLN_C(8.0)     /* 1/s, of the closed loop */
+#define JOULE ROLN_C(53.7843) /* 1 J = 53.7843 of the model: first line of chain_weights.h */
 
 static const roln_limits limits = {
     .dt = TICK,
-    .margin = ROLN_C(0.1), /* of the range seen in training */
-    .power = 1,            /* ten times the largest energy residual here, which is rounding (a real chain: of a recorded run) */
-    .tau = 200,            /* 1.5 times the largest torque here */
-    .hold = 5,             /* bad ticks that are bridged */
-    .q_off = ROLN_C(0.05),
-    .qd_off = 1};
+    .margin = ROLN_C(0.1),         /* of the range seen in training */
+    .power = ROLN_C(0.02) * JOULE, /* 0.02 W: ten times the largest residual here, rounding (a real chain: of a recorded run) */
+    .tau = ROLN_C(3.7) * JOULE,    /* 3.7 N m, 1.5 times the largest torque here. What is beyond is a fault, it is not clipped */
+    .hold = 5,                     /* bad ticks that are bridged */
+    .q_off = ROLN_C(0.05),         /* rad */
+    .qd_off = 1};                  /* rad/s */
 
 static struct {
     chain_latent s;      /* z, zd of the last good tick */
     chain_target target; /* the pose to hold, at rest, and the gains */
-    chain_guard guard;   /* guard.tau: to the motors; zeroed: a fresh start */
+    chain_guard guard;   /* guard.tau / JOULE: to the motors; zeroed: a fresh start */
     chain_work work;
 } ctl; /* RAM */
 
@@ -45,12 +48,21 @@ static roln_status control_start(const roln_real q[N])
     return st;
 }
 
-/* What a timer interrupt calls: x measured, ctl.guard.tau out whatever happens. z = rho(q), zd = D(q) qd; PD+ on M, C, g;
-   tau = D^T tau_z; the guard. With a controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. Returns
-   the faults. */
-static uint32_t control_tick(const chain_state *x)
+/* After ROLN_FAULT_EXPIRED the torque is 0 until somebody who has looked at the machine says that it may move again. */
+static void control_arm(void)
 {
-    return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
+    memset(&ctl.guard, 0, sizeof ctl.guard);
+}
+
+/* What a timer interrupt calls: x measured, motor out whatever happens. z = rho(q), zd = D(q) qd; PD+ on M, C, g;
+   tau = D^T tau_z; the guard. With a controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. motor:
+   N m, to the motors. Returns the faults. */
+static uint32_t control_tick(const chain_state *x, roln_real motor[N])
+{
+    const uint32_t faults = chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
+    for (int i = 0; i < N; i++)
+        motor[i] = ctl.guard.tau[i] / JOULE;
+    return faults;
 }
 
 int main(void)
@@ -58,27 +70,31 @@ int main(void)
     static chain_latent plant, bent;
     static chain_work plant_work;
     static chain_state x, pose; /* zero: hanging, at rest */
+    roln_real motor[N], tau[N];
     uint32_t before = 0;
     for (int i = 0; i < n; i++)
         bent.z[i] = ROLN_C(0.25) * chain_weights.z_min[i] + ROLN_C(0.75) * chain_weights.z_max[i];
     printf("flash: weights %u bytes    RAM: controller %u bytes, of them scratch %u\n\n"
-           "  tick      q1      q5      q8  |z-z_ref|    tau1    tau8  faults\n",
+           "  tick      q1      q5      q8  |z-z_ref| tau1,Nm tau8,Nm  faults\n",
            (unsigned)sizeof chain_weights, (unsigned)sizeof ctl, (unsigned)sizeof ctl.work);
     if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
         chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK)
         return 1;
-    for (int k = 0; k <= 200; k++) {
+    for (int k = 0; k <= 340; k++) {
         uint32_t faults;
         if (chain_decode(&chain_weights, &plant, &x, &plant_work) != ROLN_OK) return 1; /* "read the encoders" */
-        if (k == 50 || k > 180) x.q[3] = (roln_real)NAN; /* a broken one: for a tick, for good */
-        faults = control_tick(&x);
+        if (k == 50 || (k > 180 && k <= 200)) x.q[3] = (roln_real)NAN; /* a broken one */
+        if (k == 205) control_arm();
+        faults = control_tick(&x, motor);
         if (k % 20 == 0 || faults != before)
-            printf("%6d %7.3f %7.3f %7.3f %10.4f %7.2f %7.2f  %u%s\n", k, (double)x.q[0], (double)x.q[4], (double)x.q[7],
+            printf("%6d %7.3f %7.3f %7.3f %10.4f %7.3f %7.3f  %u%s\n", k, (double)x.q[0], (double)x.q[4], (double)x.q[7],
                    (double)(ROLN_ABS(plant.z[0] - ctl.target.z[0]) + ROLN_ABS(plant.z[1] - ctl.target.z[1])),
-                   (double)ctl.guard.tau[0], (double)ctl.guard.tau[7], (unsigned)faults,
-                   faults & ROLN_FAULT_EXPIRED ? " torque off" : faults ? " torque held" : "");
+                   (double)motor[0], (double)motor[7], (unsigned)faults,
+                   faults & ROLN_FAULT_EXPIRED ? " torque off" : faults ? " torque held" : k == 205 ? " armed again" : "");
         before = faults;
-        if (chain_step(&chain_weights, &plant, ctl.guard.tau, TICK, &plant_work) != ROLN_OK) return 1;
+        for (int i = 0; i < N; i++) /* the plant is a model, so back into its unit */
+            tau[i] = motor[i] * JOULE;
+        if (chain_step(&chain_weights, &plant, tau, TICK, &plant_work) != ROLN_OK) return 1;
     }
     return 0;
 }

@@ -59,11 +59,14 @@ END
         echo "exit $?" && ls pend16_int8_weights.h) > build/examples/range.log 2>&1
     check range '/no range z_min < z_max/ { a = 1 } /^exit 1$/ { b = a } /^ls: / { ok = b }'
 
-    # the loop arrives; one bad tick is bridged with the torque before it; a dead encoder ends in torque 0
+    # the loop arrives; one bad tick is bridged with the torque before it; a dead encoder ends in torque 0, which outlasts it, until
+    # the guard is armed again: then the loop goes where it was
     check control_tick '$1 == 180 && $5 < 0.05 && $8 == 0 { ok = 1 }'
     check control_tick '$1 == 50 && $8 == 3 && /held/ && $6 != 0 { a = 1 } $1 == 51 && $8 == 0 { ok = a }'
-    check control_tick '$1 == 181 && $8 == 3 && /held/ && $6 < -10 { a = 1 }
+    check control_tick '$1 == 181 && $8 == 3 && /held/ && $6 < -0.2 { a = 1 }
         $1 == 186 && $8 == 67 && /off/ && $6 == 0 && $7 == 0 { b = 1 } $1 == 200 && $8 == 67 && $6 == 0 { ok = a && b }'
+    check control_tick '$1 == 201 && $8 == 64 && /off/ && $6 == 0 { a = 1 } $1 == 205 && $8 == 0 && /armed/ && $6 < -0.2 { b = a }
+        $1 == 340 && $5 < 0.05 && $8 == 0 { ok = b }'
 
     # EKF against the better tracker and the differences, which are noise: qd below a fifth (measured: a tenth) and a twentieth,
     # q below a third (a fifth); with 3 encoders broken qd still below a fifth
