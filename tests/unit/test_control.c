@@ -1165,6 +1165,7 @@ static void test_guard_counters(int k)
             for (t = 0; t < 4; t++) {
                 const uint32_t f = tick(k, &x);
                 CHECK((f & ROLN_FAULT_STATUS) && within(F, x.held, x.limits.tau));
+                CHECK(((f & ROLN_FAULT_INPUT) != 0) == (counts[h] < 0));
                 if (counts[h] <= 0 || counts[b] < 0) CHECK(f & ROLN_FAULT_EXPIRED); /* no holding; a count below zero is none */
             }
         }

@@ -1506,6 +1506,29 @@ static void test_update(int k)
 
 /* ---- arguments that make no sense ------------------------------------------------------------- */
 
+/* Settings of an update that make no sense: a status, and nothing moves. */
+static void test_settings(void)
+{
+    static plain_params p, p0;
+    static plain_optimiser o, o0;
+    static plain_gradient g;
+    static plain_train train;
+    static plain_start start;
+    uint64_t seed = 15;
+    int i;
+    CHECK_OK(plain_init(&p, &seed, &start));
+    g.windows = 1, p0 = p, o0 = o;
+    for (i = 0; i < 6; i++) {
+        roln_opt opt = ROLN_OPT(ROLN_C(0.01), ROLN_C(0.01));
+        if (i < 3) opt.lr[i] = i == 1 ? -1 : (roln_real)NAN;
+        if (i == 3) opt.clip = (roln_real)NAN;
+        if (i == 4) opt.decay = (roln_real)INFINITY;
+        if (i == 5) opt.lr[0] = (roln_real)INFINITY;
+        CHECK(plain_update(&p, &opt, &o, &g, &train) == ROLN_E_NOT_FINITE);
+        CHECK(memcmp(&p, &p0, sizeof p) == 0 && memcmp(&o, &o0, sizeof o) == 0);
+    }
+}
+
 /* A status each, and nothing is written. */
 static void test_arguments(void)
 {
@@ -1544,6 +1567,13 @@ static void test_arguments(void)
         CHECK(plain_errors(&p, &d.b, dt, every, d.q, e, &train) == ROLN_E_LENGTH);
     for (i = -1; i <= 0; i++)
         CHECK(plain_allocate(&p, &s, i, d.q, tau_z, 1, u, &work) == ROLN_E_LENGTH);
+    for (i = -1; i <= 0; i++) { /* windows together */
+        const roln_trained m = plain_trained(&p);
+        const roln_gradient to = {g.theta, &g.loss, &g.windows};
+        CHECK(roln_grad(&m, &ode_weights, &d.b, dt, i, &to, train.grad) == ROLN_E_LENGTH);
+        CHECK(roln_grad_acc(&m, &acc_weights, &d.b, i, &to, train.grad_acc) == ROLN_E_LENGTH);
+        CHECK(roln_errors(&m, &d.b, dt, i, 1, d.q, e, train.errors) == ROLN_E_LENGTH);
+    }
     d.b.count = 0; /* no windows: no variance, and nothing to add */
     CHECK(plain_variance(&p, &d.b, &var.loss, &train) == ROLN_E_LENGTH);
     CHECK_OK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train));
@@ -1859,6 +1889,7 @@ void TEST_NAME(roln)(void)
     test_fit();
     test_shapes();
     test_statuses();
+    test_settings();
     test_arguments();
     test_shell();
     test_training();
