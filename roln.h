@@ -102,7 +102,8 @@
 /* ---- 1 model and units ------------------------------------------------------------------------ */
 
 /* Linkage of the functions that take a trained model: inlined into those of the shell, where the model is a constant, so that the
-   compiler leaves out what it does not use: a quarter of the code. */
+   compiler leaves out what it does not use: a quarter of the code. A program that knows its models at run time only, and calls
+   these functions itself, defines ROLN_INLINE as ROLN_FN. */
 #ifndef ROLN_INLINE
 #define ROLN_INLINE ROLNI_INLINE
 #endif

@@ -6,6 +6,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#define ROLN_INLINE ROLN_FN /* models are known at run time only */
 #include "roln.h"
 #include "../mujoco/truth.h"
 
