@@ -302,11 +302,32 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
 
 /* ---- activation ---- */
 
+/* Backward of 1, 2 and 3 jets at a, with the slopes r of the twin. */
+static void check_act_bwd(const rolni_knee *s, int i, const roln_real *a, const ld *r, ld cancel)
+{
+    roln_real g[3];
+    ld w;
+    int j;
+    for (j = 1; j <= 3; j++) {
+        const ld g0 = 1, g1 = j > 1 ? -0.7L : 0, g2 = j > 2 ? 0.4L : 0, ad = (ld)a[1], add = (ld)a[2];
+        const ld t[5] = {r[1] * g0, r[2] * ad * g1, r[3] * ad * ad * g2, r[2] * add * g2, 0};
+        g[0] = 1, g[1] = ROLN_C(-0.7), g[2] = ROLN_C(0.4);
+        rolni_act_bwd(s, (roln_real)i, j, 1, a, g);
+        w = EPS * cancel * (fabsl(t[0]) + fabsl(t[1]) + fabsl(t[2]) + fabsl(t[3]));
+        BOUND("activation: backward (eps of terms)", fabsl((ld)g[0] - (t[0] + t[1] + t[2] + t[3])) / w, 6);
+        w = EPS * cancel * (fabsl(r[1] * g1) + fabsl(2 * r[2] * ad * g2));
+        if (j > 1)
+            BOUND("activation: backward (eps of terms)", fabsl((ld)g[1] - (r[1] * g1 + 2 * r[2] * ad * g2)) / w, 6);
+        w = EPS * cancel * fabsl(r[1] * g2);
+        if (j > 2) BOUND("activation: backward (eps of terms)", fabsl((ld)g[2] - r[1] * g2) / w, 6);
+    }
+}
+
 static void test_activation(void)
 {
     static const double slope[4] = {0.41421356, 0.50952545, 0.1, 1};
     uint64_t seed = 1;
-    int ks, e, q, i, j;
+    int ks, e, q, i;
     for (ks = 0; ks < 4; ks++) {
         const roln_real k = (roln_real)slope[ks];
         const rolni_knee s = rolni_knee_of(k);
@@ -315,7 +336,7 @@ static void test_activation(void)
             for (q = 0; q < 4; q++) {
                 const roln_real x = (roln_real)((q % 2 ? -1 : 1) * pow(10, e / 10.) * (q < 2 ? 1 : 1.618));
                 const ld far = fabsl((ld)x) > 1e9L;
-                roln_real a[3], y[3], back[3], one[1], g[3];
+                roln_real a[3], y[3], back[3], one[1];
                 ld r[4], u[4], w;
                 for (i = 1; i >= -1; i -= 2) {
                     a[0] = x, a[1] = 1 + roln_uniform(&seed), a[2] = roln_normal(&seed);
@@ -334,19 +355,7 @@ static void test_activation(void)
                     else rolni_act(&s, 1, 3, 1, y, back);
                     BOUND("activation: inverse (eps k1/k^2)", fabsl((ld)back[0] / (ld)x - 1) / (EPS * cancel / kk), 3);
                     if (ks == 3) CHECK(y[0] == x && y[1] == a[1] && y[2] == a[2]);
-                    for (j = 1; j <= 3; j++) { /* backward */
-                        const ld g0 = 1, g1 = j > 1 ? -0.7L : 0, g2 = j > 2 ? 0.4L : 0, ad = (ld)a[1], add = (ld)a[2];
-                        const ld t[5] = {r[1] * g0, r[2] * ad * g1, r[3] * ad * ad * g2, r[2] * add * g2, 0};
-                        g[0] = 1, g[1] = ROLN_C(-0.7), g[2] = ROLN_C(0.4);
-                        rolni_act_bwd(&s, (roln_real)i, j, 1, a, g);
-                        w = EPS * cancel * (fabsl(t[0]) + fabsl(t[1]) + fabsl(t[2]) + fabsl(t[3]));
-                        BOUND("activation: backward (eps of terms)", fabsl((ld)g[0] - (t[0] + t[1] + t[2] + t[3])) / w, 6);
-                        w = EPS * cancel * (fabsl(r[1] * g1) + fabsl(2 * r[2] * ad * g2));
-                        if (j > 1)
-                            BOUND("activation: backward (eps of terms)", fabsl((ld)g[1] - (r[1] * g1 + 2 * r[2] * ad * g2)) / w, 6);
-                        w = EPS * cancel * fabsl(r[1] * g2);
-                        if (j > 2) BOUND("activation: backward (eps of terms)", fabsl((ld)g[2] - r[1] * g2) / w, 6);
-                    }
+                    check_act_bwd(&s, i, a, r, cancel);
                 }
             }
         for (i = -1; i <= 1; i += 2) {
@@ -872,25 +881,14 @@ static void check_stored_off(const roln_ae *ae, const float *theta)
     CHECK(refused > 0 || bits == 16);
 }
 
-/* A stored autoencoder is the twin with the weights that it stores, Psi = (I + D) Psi_q, in every jet, backward, with forces; and
-   nearly the left inverse. */
-static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
+/* The twin's weights are those that st stores, Psi = (I + D) Psi_q. */
+static void t_stored(const roln_ae *ae, const float *st)
 {
-    enum { nb = 3 };
-    static ld ref[MAXB * MAXW], phi[MAXW * MAXW], psi[MAXW * MAXW], D[MAXW * MAXW];
-    const int N = ae.size[0], n = ae.size[ae.layers], L = ae.layers, bits = storage->bits;
-    float *th, *st, *z, *x, *zz, *tape, *tau, *f, *back, *in, *g, *gin, *gtau, *y, *w, *lo = fresh(n), *hi = fresh(n);
+    static ld phi[MAXW * MAXW], psi[MAXW * MAXW], D[MAXW * MAXW];
+    const int bits = ae->storage->bits;
     int l, i, j, p, at = 0, numbers = 0;
-    ld off;
-    m.ae = ae;
-    th = weights(s);
-    for (i = 0; i < n; i++) lo[i] = -1.5f, hi[i] = 1.5f;
-    m.ae.storage = ae.storage = storage;
-    st = fresh(roln_ae_params(&ae));
-    w = fresh(ROLN_AE_STORE_WORK(OF_M));
-    CHECK(roln_ae_store(&ae, th, lo, hi, st, w) == ROLN_OK);
-    for (l = 0, p = 0; l < L; l++) {
-        const int a = ae.size[l], b = ae.size[l + 1], row = ROLN_AE_ROW(bits, a);
+    for (l = 0, p = 0; l < ae->layers; l++) {
+        const int a = ae->size[l], b = ae->size[l + 1], row = ROLN_AE_ROW(bits, a);
         t_unpack(bits, b, a, st + at, phi), t_unpack(bits, b, a, st + at + b * row, psi);
         t_unpack(bits, b, b, st + at + 2 * b * row, D);
         for (i = 0; i < a * b; i++) {
@@ -902,55 +900,88 @@ static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
         for (i = 0; i < a; i++) m.th[p + 2 * a * b + i] = (ld)st[at + i];
         at += a, p += 2 * a * b + a, numbers += a + (bits == 8 ? 3 * b : 0);
     }
-    CHECK(at == roln_ae_params(&ae) && p <= MAXP);
-    for (i = 0; i < at; i++) numbers -= roln_ae_is_number(&ae, i) != 0;
-    CHECK(numbers == 0 && roln_ae_is_number(&ae, -1) && roln_ae_is_number(&ae, at));
+    CHECK(at == roln_ae_params(ae) && p <= MAXP);
+    for (i = 0; i < at; i++) numbers -= roln_ae_is_number(ae, i) != 0;
+    CHECK(numbers == 0 && roln_ae_is_number(ae, -1) && roln_ae_is_number(ae, at));
+}
 
-    for (m.enc = 0; m.enc < 2; m.enc++)
-        for (m.jets = 1, m.nb = nb; m.jets <= 3; m.jets++) {
-            const int ni = m.jets * nb * dim_in(), no = m.jets * nb * dim_out();
-            in = normal(ni, 0.7, s), x = fresh(no), g = normal(no, 1, s), gin = zeros(ni);
-            tape = fresh(tape_size(m.enc, m.jets, nb)), w = fresh(bwd_size(m.enc, m.jets, nb));
-            widen(ni, in, m.in), widen(no, g, m.g);
-            run(nb, st, in, x, tape);
-            t_jets(m.in, ref);
-            for (i = 0, j = nb * dim_out(); i < m.jets; i++)
-                BOUND("stored: forward (eps)", distance(j, x + i * j, ref + i * j) / EPS, 60);
-            run_bwd(st, tape, g, gin, NULL, w);
-            BOUND("stored: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 60 + NOISE);
-            if (m.jets > 1) continue;
-            tau = normal(no, 1, s), y = normal(ni, 1, s), f = fresh(ni);
-            widen(no, tau, m.tau);
-            run_force(st, in, tau, f);
-            t_force(ref);
-            BOUND("stored: force maps (eps)", distance(ni, f, ref) / EPS, 40);
-            if (m.enc) continue;
-            gin = zeros(ni), gtau = zeros(no), w = fresh(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb));
-            widen(ni, y, m.g);
-            roln_ae_reduce_bwd(&ae, nb, st, in, tau, y, gin, gtau, NULL, w);
-            off = t_gradient(ni, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS;
-            BOUND("stored: reduce: gradient of the point (eps)", off, 100 + 2 * NOISE);
-            off = t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS;
-            BOUND("stored: reduce: gradient of the force (eps)", off, 40 + NOISE);
-        }
+/* The map of m.enc with m.jets at m.nb samples is the twin, backward and with forces too. */
+static void check_stored_map(const roln_ae *ae, const float *st, uint64_t *s)
+{
+    static ld ref[MAXB * MAXW];
+    const int nb = m.nb, ni = m.jets * nb * dim_in(), no = m.jets * nb * dim_out();
+    float *in = normal(ni, 0.7, s), *x = fresh(no), *g = normal(no, 1, s), *gin = zeros(ni), *tau, *y, *f, *gtau;
+    float *tape = fresh(tape_size(m.enc, m.jets, nb)), *w = fresh(bwd_size(m.enc, m.jets, nb));
+    ld off;
+    int i, j;
+    widen(ni, in, m.in), widen(no, g, m.g);
+    run(nb, st, in, x, tape);
+    t_jets(m.in, ref);
+    for (i = 0, j = nb * dim_out(); i < m.jets; i++)
+        BOUND("stored: forward (eps)", distance(j, x + i * j, ref + i * j) / EPS, 60);
+    run_bwd(st, tape, g, gin, NULL, w);
+    BOUND("stored: gradient of the input (eps)", t_gradient(ni, gin, m.in, 2e-4L, t_loss, NULL) / EPS, 60 + NOISE);
+    if (m.jets > 1) return;
+    tau = normal(no, 1, s), y = normal(ni, 1, s), f = fresh(ni);
+    widen(no, tau, m.tau);
+    run_force(st, in, tau, f);
+    t_force(ref);
+    BOUND("stored: force maps (eps)", distance(ni, f, ref) / EPS, 40);
+    if (m.enc) return;
+    gin = zeros(ni), gtau = zeros(no), w = fresh(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb));
+    widen(ni, y, m.g);
+    roln_ae_reduce_bwd(ae, nb, st, in, tau, y, gin, gtau, NULL, w);
+    off = t_gradient(ni, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS;
+    BOUND("stored: reduce: gradient of the point (eps)", off, 100 + 2 * NOISE);
+    off = t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS;
+    BOUND("stored: reduce: gradient of the force (eps)", off, 40 + NOISE);
+}
 
-    z = normal(3 * nb * n, 0.7, s), x = fresh(3 * nb * N), zz = fresh(3 * nb * n), tape = fresh(tape_size(1, 3, nb));
-    roln_ae_decode(&ae, 3, nb, st, z, x, tape);
-    roln_ae_encode(&ae, 3, nb, st, x, zz, tape);
+/* Nearly the left inverse, of points and of forces. */
+static void check_stored_inverse(const roln_ae *ae, const float *st, uint64_t *s)
+{
+    enum { nb = 3 };
+    static ld ref[MAXB * MAXW];
+    const int N = ae->size[0], n = ae->size[ae->layers], bits = ae->storage->bits;
+    float *z = normal(3 * nb * n, 0.7, s), *x = fresh(3 * nb * N), *zz = fresh(3 * nb * n), *tape = fresh(tape_size(1, 3, nb));
+    float *tau, *f, *back, *w;
+    int i;
+    roln_ae_decode(ae, 3, nb, st, z, x, tape);
+    roln_ae_encode(ae, 3, nb, st, x, zz, tape);
     widen(3 * nb * n, z, ref);
     for (i = 0; i < 3; i++)
         BOUND(bits == 8 ? "stored int8: rho(phi(z)) = z" : "stored half: rho(phi(z)) = z",
               distance(nb * n, zz + i * nb * n, ref + i * nb * n), bits == 8 ? 3e-3L : 1e-5L);
     tape = fresh(tape_size(0, 1, nb)), w = fresh(ROLN_AE_LIFT_WORK(OF_M, nb));
     tau = fresh(nb * N), back = fresh(nb * n), f = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
-    roln_ae_decode(&ae, 1, nb, st, z, NULL, tape);
-    roln_ae_lift_tape(&ae, 1, nb, tape, f);
-    roln_ae_lift(&ae, nb, st, f, z + nb * n, tau, w);
-    roln_ae_reduce(&ae, nb, st, tape, tau, back, w);
+    roln_ae_decode(ae, 1, nb, st, z, NULL, tape);
+    roln_ae_lift_tape(ae, 1, nb, tape, f);
+    roln_ae_lift(ae, nb, st, f, z + nb * n, tau, w);
+    roln_ae_reduce(ae, nb, st, tape, tau, back, w);
     BOUND(bits == 8 ? "stored int8: reduce(lift(tau_z))" : "stored half: reduce(lift(tau_z))",
           distance(nb * n, back, ref + nb * n), bits == 8 ? 1e-3L : 1e-5L);
+}
+
+/* A stored autoencoder is the twin with the weights that it stores, in every jet; and nearly the left inverse. */
+static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
+{
+    const int n = ae.size[ae.layers];
+    float *th, *st, *w, *lo = fresh(n), *hi = fresh(n);
+    int i;
+    m.ae = ae;
+    th = weights(s);
+    for (i = 0; i < n; i++) lo[i] = -1.5f, hi[i] = 1.5f;
+    m.ae.storage = ae.storage = storage;
+    st = fresh(roln_ae_params(&ae));
+    w = fresh(ROLN_AE_STORE_WORK(OF_M));
+    CHECK(roln_ae_store(&ae, th, lo, hi, st, w) == ROLN_OK);
+    t_stored(&ae, st);
+    m.nb = 3;
+    for (m.enc = 0; m.enc < 2; m.enc++)
+        for (m.jets = 1; m.jets <= 3; m.jets++) check_stored_map(&ae, st, s);
+    check_stored_inverse(&ae, st, s);
     fresh_done();
-    st = copy(at, st);
+    st = copy(roln_ae_params(&ae), st);
     check_some(&ae, st, s);
     check_stored_off(&ae, st);
     fresh_done();

@@ -1437,6 +1437,24 @@ static void forces_at(const roln_real *th, const roln_real *s, roln_real *c, rol
     CHECK(roln_lnn_terms(&m.f, th, s, &out, tape, work) == ROLN_OK);
 }
 
+/* Rounding is measured by these: the terms of C (zd + w) [n][n] and those of the equations [n], by magnitude. */
+static void t_sizes(int n, ld *sum, ld *size)
+{
+    const int nn = n * n;
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (sum[i * n + j] = 0, k = 0; k < n; k++)
+                sum[i * n + j] += (fabsl(m.s[n + k]) + fabsl(m.a[1][k])) / 2 *
+                                  (fabsl(tt.dM[k * nn + i * n + j]) + fabsl(tt.dM[j * nn + i * n + k]) +
+                                   fabsl(tt.dM[i * nn + j * n + k]));
+    for (i = 0; i < n; i++) {
+        for (size[i] = fabsl(tt.g[i]) + fabsl(tt.d[i]), j = 0; j < n; j++)
+            size[i] += sum[i * n + j] * (fabsl(m.s[n + j]) + fabsl(m.a[1][j])) + fabsl(tt.M[i * n + j] * m.a[0][j]);
+        size[i] += fabsl(m.a[0][i]);
+    }
+}
+
 static void check_inverse(roln_lnn f, uint64_t *seed)
 {
     const int n = f.n, nn = n * n;
@@ -1449,19 +1467,8 @@ static void check_inverse(roln_lnn f, uint64_t *seed)
     ld size[MAXN], sum[MAXN * MAXN], v, a, b;
     int i, j, k, q;
 
-    t_terms(m.s, m.s + n); /* sizes: the terms of C (zd + w) and of the equations by magnitude */
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            for (sum[i * n + j] = 0, k = 0; k < n; k++)
-                sum[i * n + j] += (fabsl(m.s[n + k]) + fabsl(m.a[1][k])) / 2 *
-                                  (fabsl(tt.dM[k * nn + i * n + j]) + fabsl(tt.dM[j * nn + i * n + k]) +
-                                   fabsl(tt.dM[i * nn + j * n + k]));
-    for (i = 0; i < n; i++) {
-        for (size[i] = fabsl(tt.g[i]) + fabsl(tt.d[i]), j = 0; j < n; j++)
-            size[i] += sum[i * n + j] * (fabsl(m.s[n + j]) + fabsl(m.a[1][j])) + fabsl(tt.M[i * n + j] * m.a[0][j]);
-        size[i] += fabsl(m.a[0][i]);
-    }
-
+    t_terms(m.s, m.s + n);
+    t_sizes(n, sum, size);
     CHECK(roln_lnn_zdd(&f, 0, 1, th, x.s, x.a[0], zdd, tape, work) == ROLN_OK); /* inverse(forward) = identity, w = zd */
     CHECK(inverse(&x, zdd, NULL, tau, tape, work) == ROLN_OK);
     CHECK(inverse(&x, zdd, x.s + n, t2, tape, work) == ROLN_OK);
@@ -1617,96 +1624,127 @@ static roln_lnn status_shape(int i)
     }
 }
 
+#define DRAW roln_real *th = weights(f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed)
+
+/* `bad`, which is not finite, in every number of the states, of the forces and of the parameters. */
+static void check_not_finite(const roln_lnn *f, roln_real bad, uint64_t *seed)
+{
+    const int np = roln_lnn_params(f), nm = roln_mlp_params(&f->mass_net), hid = 3 * f->mass_net.size[1];
+    int i, j;
+    for (i = 0; i < 8; i++) {
+        DRAW;
+        s[i] = bad;
+        check_fails(f, th, s, tau, ROLN_E_NOT_FINITE, i % 4 < 2);
+        fresh_done();
+    }
+    for (i = 0; i < 4; i++) {
+        DRAW;
+        tau[i] = bad;
+        check_fails(f, th, s, tau, ROLN_E_NOT_FINITE, 0);
+        fresh_done();
+    }
+    for (i = 0; i < np; i++) {
+        DRAW;
+        const int in_net = i < nm ? i : i < damper_at ? i - nm : i - damper_at, part = part_of(i, &j);
+        if (i == damper_at - 1) continue; /* the bias of V moves nothing */
+        if (bad == bad && part == NETWORKS && in_net < hid) continue; /* infinity: softplus' of -Inf is 0, may stay finite */
+        if (part == BASE && j > i) continue; /* the upper triangle of P is not read */
+        th[i] = bad;
+        check_fails(f, th, s, tau, expected(f, i), 1);
+        fresh_done();
+    }
+}
+
+/* Masses without a range, P not SPD. */
+static void check_mass_fails(const roln_lnn *f, uint64_t *seed)
+{
+    const int nm = roln_mlp_params(&f->mass_net), w = f->width[0];
+    int i;
+    if (f->mass != ROLN_CHOLESKY) {
+        DRAW;
+        for (i = 0; i < w; i++) th[nm - ROLN_TRI(w) + i] = 120; /* biases of the diagonal of U */
+        check_fails(f, th, s, tau, ROLN_E_RANGE, 1);
+        th[nm - ROLN_TRI(w)] = -120, th[nm - ROLN_TRI(w) + 1] = 0;
+        check_fails(f, th, s, tau, ROLN_E_RANGE, 1);
+        fresh_done();
+    }
+    for (i = 0; f->base && i < w; i++) {
+        DRAW;
+        th[base_at + i * (w + 1)] = i % 2 ? 0 : -1;
+        check_fails(f, th, s, tau, ROLN_E_NOT_SPD, 1);
+        fresh_done();
+    }
+}
+
+/* Layer i: of a gyro layer W too large for exp, and B not SPD, of which the next log, or the factor of M, tells; of the last BiMap
+   layer a rank that is lost. */
+static void check_layer_fails(const roln_lnn *f, int i, uint64_t *seed)
+{
+    const int w = f->width[i];
+    int j;
+    DRAW;
+    if (f->layer[i] == ROLN_GYRO) {
+        roln_real *W = th + layer_at[i], keep[ROLN_TRI(MAXN)];
+        memcpy(keep, W, sizeof *keep * (size_t)ROLN_TRI(w));
+        for (j = 0; j < ROLN_TRI(w); j++) W[j] *= 3000;
+        check_fails(f, th, s, tau, ROLN_E_RANGE, 1);
+        memcpy(W, keep, sizeof *keep * (size_t)ROLN_TRI(w));
+        for (j = 0; j < w * w; j++) W[ROLN_TRI(w) + j] = j % (w + 1) ? 0 : -1;
+        if (has(f, ROLN_REEIG) < i) check_fails(f, th, s, tau, ROLN_E_NOT_SPD, 1); /* ReEig would mend it */
+    }
+    if (f->layer[i] == ROLN_BIMAP && i == f->layers - 1) {
+        for (j = 0; j < w; j++) th[layer_at[i] + j] = 0;
+        check_fails(f, th, s, tau, ROLN_E_NOT_SPD, 1);
+    }
+    fresh_done();
+}
+
+/* L = 0: M = least I, least 0. */
+static void check_cholesky_fails(roln_lnn f0, uint64_t *seed)
+{
+    roln_lnn *f = &f0;
+    const int nm = roln_mlp_params(&f->mass_net);
+    int i;
+    DRAW;
+    for (i = 0; i < nm; i++) th[i] = 0;
+    f->least = 0, m.f.least = 0;
+    check_fails(f, th, s, tau, ROLN_E_NOT_SPD, 1);
+    fresh_done();
+}
+#undef DRAW
+
+/* Steps that leave the range, or whose h is none. */
+static void check_step_fails(const roln_lnn *f, uint64_t *seed)
+{
+    roln_real *th = weights(f, seed), *s = normal(8, 0.7, seed), out[8], zero[8];
+    roln_real *tape = fresh(TAPE(1, 0, 2)), *w = fresh(any_work(2));
+    const roln_system sys = {th, NULL};
+    int i;
+    memset(zero, 0, sizeof zero), memset(out, 0, sizeof out);
+    for (i = 4; i < 8; i++) s[i] *= 300; /* far outside, where ReEig may make M constant */
+    if (has(f, ROLN_REEIG) < 0) CHECK(roln_lnn_step(f, &sys, ROLN_MIDPOINT, 0, 2, 1, s, out, tape, w) != ROLN_OK);
+    CHECK(same(8, out, zero));
+    for (i = 4; i < 8; i++) s[i] /= 300;
+    CHECK(roln_lnn_step(f, &sys, ROLN_EULER, 0, 2, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
+    CHECK(roln_lnn_step(f, &sys, ROLN_RK4, 0, 2, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
+    CHECK(roln_lnn_start(f, &sys, 0, 2, 0, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+    CHECK(roln_lnn_start(f, &sys, 0, 2, (roln_real)NAN, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
+    CHECK(same(8, out, zero));
+    fresh_done();
+}
+
 static void test_status(uint64_t *seed)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
-    int which, b, i, j;
+    int which, b, i;
     for (which = 0; which < STATUS_SHAPES; which++) {
         roln_lnn f = status_shape(which);
-        const int np = roln_lnn_params(&f), nm = roln_mlp_params(&f.mass_net), w2 = f.width[0], hid = 3 * f.mass_net.size[1];
-#define DRAW \
-    roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), *tau = normal(4, 1, seed); \
-    if (f.mass != ROLN_CHOLESKY) f.least = 1, m.f.least = 1
-        for (b = 0; b < 3; b++) {
-            for (i = 0; i < 8; i++) {
-                DRAW;
-                s[i] = bad[b];
-                check_fails(&f, th, s, tau, ROLN_E_NOT_FINITE, i % 4 < 2);
-                fresh_done();
-            }
-            for (i = 0; i < 4; i++) {
-                DRAW;
-                tau[i] = bad[b];
-                check_fails(&f, th, s, tau, ROLN_E_NOT_FINITE, 0);
-                fresh_done();
-            }
-            for (i = 0; i < np; i++) {
-                DRAW;
-                const int in_net = i < nm ? i : i < damper_at ? i - nm : i - damper_at, part = part_of(i, &j);
-                if (i == damper_at - 1) continue; /* the bias of V moves nothing */
-                if (b && part == NETWORKS && in_net < hid) continue; /* softplus' of -Inf is 0: may stay finite */
-                if (part == BASE && j > i) continue;                 /* the upper triangle of P is not read */
-                th[i] = bad[b];
-                check_fails(&f, th, s, tau, expected(&f, i), 1);
-                fresh_done();
-            }
-        }
-        if (f.mass != ROLN_CHOLESKY) {
-            DRAW;
-            for (i = 0; i < w2; i++) th[nm - ROLN_TRI(w2) + i] = 120; /* biases of the diagonal of U */
-            check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
-            th[nm - ROLN_TRI(w2)] = -120, th[nm - ROLN_TRI(w2) + 1] = 0;
-            check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
-            fresh_done();
-        }
-        for (i = 0; f.base && i < w2; i++) {
-            DRAW;
-            th[base_at + i * (w2 + 1)] = i % 2 ? 0 : -1;
-            check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
-            fresh_done();
-        }
-        for (i = 0; i < f.layers; i++) {
-            const int w = f.width[i];
-            DRAW;
-            if (f.layer[i] == ROLN_GYRO) { /* W too large for exp; B not SPD: the next log, or the factor of M, tells */
-                roln_real *W = th + layer_at[i], keep[ROLN_TRI(MAXN)];
-                memcpy(keep, W, sizeof *keep * (size_t)ROLN_TRI(w));
-                for (j = 0; j < ROLN_TRI(w); j++) W[j] *= 3000;
-                check_fails(&f, th, s, tau, ROLN_E_RANGE, 1);
-                memcpy(W, keep, sizeof *keep * (size_t)ROLN_TRI(w));
-                for (j = 0; j < w * w; j++) W[ROLN_TRI(w) + j] = j % (w + 1) ? 0 : -1;
-                if (has(&f, ROLN_REEIG) < i) check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1); /* ReEig would mend it */
-            }
-            if (f.layer[i] == ROLN_BIMAP && i == f.layers - 1) {
-                for (j = 0; j < w; j++) th[layer_at[i] + j] = 0; /* rank lost */
-                check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
-            }
-            fresh_done();
-        }
-        if (f.mass == ROLN_CHOLESKY) {
-            DRAW;
-            for (i = 0; i < nm; i++) th[i] = 0; /* L = 0: M = least I */
-            f.least = 0, m.f.least = 0;
-            check_fails(&f, th, s, tau, ROLN_E_NOT_SPD, 1);
-            f.least = ROLN_C(0.1);
-            fresh_done();
-        }
-        {
-            roln_real *th = weights(&f, seed), *s = normal(8, 0.7, seed), out[8], zero[8];
-            roln_real *tape = fresh(TAPE(1, 0, 2)), *w = fresh(any_work(2));
-            const roln_system sys = {th, NULL};
-            memset(zero, 0, sizeof zero), memset(out, 0, sizeof out);
-            for (i = 4; i < 8; i++) s[i] *= 300; /* far outside, where ReEig may make M constant */
-            if (has(&f, ROLN_REEIG) < 0) CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 2, 1, s, out, tape, w) != ROLN_OK);
-            CHECK(same(8, out, zero));
-            for (i = 4; i < 8; i++) s[i] /= 300;
-            CHECK(roln_lnn_step(&f, &sys, ROLN_EULER, 0, 2, (roln_real)NAN, s, out, tape, w) == ROLN_E_NOT_FINITE);
-            CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 2, (roln_real)INFINITY, s, out, tape, w) != ROLN_OK);
-            CHECK(roln_lnn_start(&f, &sys, 0, 2, 0, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
-            CHECK(roln_lnn_start(&f, &sys, 0, 2, (roln_real)NAN, s, s + 4, out, tape, w) == ROLN_E_NOT_FINITE);
-            CHECK(same(8, out, zero));
-            fresh_done();
-        }
+        if (f.mass != ROLN_CHOLESKY) f.least = 1;
+        for (b = 0; b < 3; b++) check_not_finite(&f, bad[b], seed);
+        check_mass_fails(&f, seed);
+        for (i = 0; i < f.layers; i++) check_layer_fails(&f, i, seed);
+        if (f.mass == ROLN_CHOLESKY) check_cholesky_fails(f, seed);
+        check_step_fails(&f, seed);
     }
 }
 

@@ -345,101 +345,140 @@ static void test_differences(void)
 
 /* ---- section 7 ---- */
 
-/* Everything about one map at one X and P; kind of the eigenvalues in the frame. */
-static void check_map(int n, int based, int m, int kind, uint64_t *s)
-{
-    static t_case c;
-    static ld B[TN * TN], t[TN * TN], r[SNN], d[SNN], g[SNN];
-    const int map = maps[m].map, nn = n * n, N = 2 * n, chain = map == ROLN_LOG || (map == ROLN_POWER && maps[m].p < 1);
-    const roln_real p = (roln_real)maps[m].p;
-    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *E = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn);
-    roln_real *D = fresh(nn);
-    roln_real *V = fresh(nn), *W = fresh(nn), *K = fresh(nn), *l = fresh(n), *f = fresh(n), *x = fresh(n), *y = fresh(n);
-    roln_real *gX = zeros(nn), *gP = zeros(nn);
-    ld tol, kf, hX, hP;
-    int i, j;
+/* One map at one X and P, random E and G; value: by the twin; Y by the library; Z and gX, gP are free. */
+static struct {
+    int n, map;
+    roln_real p, *P, *A, *X, *E, *G, *V, *W, *K, *l, *f, *Y, *Z, *gX, *gP;
+    const roln_real *base; /* A, or NULL for P = I */
+    t_case c;
+    ld value[SNN], tol, hX, hP; /* tol: what n eps makes of the map; widths of differences */
+} one;
 
-    random_spd(n, kind, s, X);
-    if (map == ROLN_EXP) random_sym(n, kind == 1 ? 0 : 0.2 * kind, s, X);
-    identity(n, P);
+/* kind of the eigenvalues in the frame */
+static void one_map(int n, int based, int m, int kind, uint64_t *s)
+{
+    const int map = maps[m].map, nn = n * n, chain = map == ROLN_LOG || (map == ROLN_POWER && maps[m].p < 1);
+    t_case *c = &one.c;
+    ld kf;
+    one.n = n, one.map = map, one.p = (roln_real)maps[m].p;
+    one.P = fresh(nn), one.A = fresh(nn), one.X = fresh(nn), one.E = fresh(nn), one.G = fresh(nn);
+    one.V = fresh(nn), one.W = fresh(nn), one.K = fresh(nn), one.l = fresh(n), one.f = fresh(n);
+    one.Y = fresh(nn), one.Z = fresh(nn), one.gX = zeros(nn), one.gP = zeros(nn);
+    one.base = based ? one.A : NULL;
+
+    random_spd(n, kind, s, one.X);
+    if (map == ROLN_EXP) random_sym(n, kind == 1 ? 0 : 0.2 * kind, s, one.X);
+    identity(n, one.P);
     if (based) {
-        random_spd(n, 0, s, P);
-        CHECK(roln_chol(n, P, A) == ROLN_OK);
-        congruence(n, A, X, X);
+        random_spd(n, 0, s, one.P);
+        CHECK(roln_chol(n, one.P, one.A) == ROLN_OK);
+        congruence(n, one.A, one.X, one.X);
     }
-    random_sym(n, 1, s, E);
-    random_sym(n, 1, s, G);
-    c.what = MAP, c.n = n, c.count = 1, c.map = map, c.p = (ld)p;
-    widen(nn, P, c.P), widen(nn, X, c.X), widen(nn, E, c.U), widen(nn, G, c.G);
+    random_sym(n, 1, s, one.E);
+    random_sym(n, 1, s, one.G);
+    c->what = MAP, c->n = n, c->count = 1, c->map = map, c->p = (ld)one.p;
+    widen(nn, one.P, c->P), widen(nn, one.X, c->X), widen(nn, one.E, c->U), widen(nn, one.G, c->G);
 
     /* Rounding in the frame, n eps |S| kappa(P), moves f by that times f' in the smallest eigenvalue, hence kappa(S) where f'
        falls: kf; and K likewise, f'' / f'. */
-    hX = map == ROLN_EXP ? 1 : smallest(n, X), hP = smallest(n, P);
-    kf = (chain && map != ROLN_EXP ? condition(n, X) : 1) * (based ? condition(n, P) : 1);
-    if (map == ROLN_POWER && p < 0) kf *= 2;
-    tol = (ld)n * EPS * kf;
+    one.hX = map == ROLN_EXP ? 1 : smallest(n, one.X), one.hP = smallest(n, one.P);
+    kf = (chain && map != ROLN_EXP ? condition(n, one.X) : 1) * (based ? condition(n, one.P) : 1);
+    if (map == ROLN_POWER && one.p < 0) kf *= 2;
+    one.tol = (ld)n * EPS * kf;
+}
 
-    CHECK(roln_spd_frame(n, based ? A : NULL, X, l, V, W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
-    CHECK(roln_map_values(n, map, p, l, f) == ROLN_OK);
-    roln_map_dd1(n, map, p, l, f, K);
-    roln_spd_form(n, f, V, Y, fresh(ROLN_SPD_FORM_WORK(n)));
-    CHECK(symmetric(n, Y));
-    CHECK(roln_spd_map(n, map, p, based ? A : NULL, X, Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
-    CHECK(same(nn, Y, Z));
-    memcpy(Z, X, (size_t)nn * sizeof *Z);
-    CHECK(roln_spd_map(n, map, p, based ? A : NULL, Z, Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
-    CHECK(same(nn, Y, Z));
-    t_map_at(n, map, (ld)p, c.P, c.X, r);
-    BOUND("map: value, n eps kappa", relative(nn, Y, r, 1) / tol, 8);
+static void check_map_value(void)
+{
+    const int n = one.n, nn = n * n;
+    CHECK(roln_spd_frame(n, one.base, one.X, one.l, one.V, one.W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK(roln_map_values(n, one.map, one.p, one.l, one.f) == ROLN_OK);
+    roln_map_dd1(n, one.map, one.p, one.l, one.f, one.K);
+    roln_spd_form(n, one.f, one.V, one.Y, fresh(ROLN_SPD_FORM_WORK(n)));
+    CHECK(symmetric(n, one.Y));
+    CHECK(roln_spd_map(n, one.map, one.p, one.base, one.X, one.Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, one.Y, one.Z));
+    memcpy(one.Z, one.X, (size_t)nn * sizeof *one.Z);
+    CHECK(roln_spd_map(n, one.map, one.p, one.base, one.Z, one.Z, fresh(ROLN_SPD_MAP_WORK(n))) == ROLN_OK);
+    CHECK(same(nn, one.Y, one.Z));
+    t_map_at(n, one.map, (ld)one.p, one.c.P, one.c.X, one.value);
+    BOUND("map: value, n eps kappa", relative(nn, one.Y, one.value, 1) / one.tol, 8);
+}
 
-    /* the matrix and, where it has one, its inverse times a vector; in place */
-    for (i = 0; i < n; i++) x[i] = E[i];
-    roln_spd_mul(n, f, V, x, y, fresh(n));
+/* The matrix and, where it has one, its inverse times a vector; in place. */
+static void check_map_mul(void)
+{
+    static ld t[SNN], g[SNN];
+    const int n = one.n, nn = n * n;
+    roln_real *x = fresh(n), *y = fresh(n), *f = one.f;
+    int i, j;
+    for (i = 0; i < n; i++) x[i] = one.E[i];
+    roln_spd_mul(n, f, one.V, x, y, fresh(n));
     for (i = 0; i < n; i++)
-        for (t[i] = 0, j = 0; j < n; j++) t[i] += r[i * n + j] * c.U[j];
-    BOUND("map: times a vector, n eps kappa", relative(n, y, t, 1) / tol, 16);
-    roln_spd_mul(n, f, V, x, x, fresh(n));
+        for (t[i] = 0, j = 0; j < n; j++) t[i] += one.value[i * n + j] * one.c.U[j];
+    BOUND("map: times a vector, n eps kappa", relative(n, y, t, 1) / one.tol, 16);
+    roln_spd_mul(n, f, one.V, x, x, fresh(n));
     CHECK(same(n, x, y));
-    if (map != ROLN_LOG) {
-        for (i = 0; i < n; i++) f[i] = 1 / f[i];
-        roln_spd_form(n, f, W, Z, fresh(ROLN_SPD_FORM_WORK(n)));
-        for (i = 0; i < n; i++) f[i] = 1 / f[i];
-        t_inverse(n, r, t);
-        widen(nn, Z, g);
-        t_mul(n, g, r, g);
-        for (i = 0; i < nn; i++) CHECK_NEAR(g[i], i % (n + 1) == 0, 16 * tol * condition(n, Y));
-    }
+    if (one.map == ROLN_LOG) return;
+    for (i = 0; i < n; i++) f[i] = 1 / f[i];
+    roln_spd_form(n, f, one.W, one.Z, fresh(ROLN_SPD_FORM_WORK(n)));
+    for (i = 0; i < n; i++) f[i] = 1 / f[i];
+    t_inverse(n, one.value, t);
+    widen(nn, one.Z, g);
+    t_mul(n, g, one.value, g);
+    for (i = 0; i < nn; i++) CHECK_NEAR(g[i], i % (n + 1) == 0, 16 * one.tol * condition(n, one.Y));
+}
 
-    /* derivative: f [X E; 0 X] = [., D; 0 .], right-multiplied */
-    t_over(n, c.X, c.P, r);
-    t_over(n, c.U, c.P, d);
+/* Derivative: f [X E; 0 X] = [., D; 0 .], right-multiplied. */
+static void check_map_d(void)
+{
+    static ld B[TN * TN], t[TN * TN], r[SNN], d[SNN];
+    const int n = one.n, nn = n * n, N = 2 * n;
+    roln_real *D = fresh(nn);
+    int i, j;
+    t_over(n, one.c.X, one.c.P, r);
+    t_over(n, one.c.U, one.c.P, d);
     for (i = 0; i < N * N; i++) B[i] = 0;
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) {
             B[i * N + j] = B[(i + n) * N + j + n] = r[i * n + j];
             B[i * N + j + n] = d[i * n + j];
         }
-    t_map(N, map, (ld)p, B, t);
+    t_map(N, one.map, (ld)one.p, B, t);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++) d[i * n + j] = t[i * N + j + n];
-    t_mul(n, d, c.P, d);
-    roln_spd_map_d(n, K, V, W, E, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
-    BOUND("map: derivative, n eps kappa", relative(nn, D, d, 1) / tol, 16);
+    t_mul(n, d, one.c.P, d);
+    roln_spd_map_d(n, one.K, one.V, one.W, one.E, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
+    BOUND("map: derivative, n eps kappa", relative(nn, D, d, 1) / one.tol, 16);
+    if (!one.base) { /* P = I: the derivative is its own adjoint */
+        roln_spd_map_d(n, one.K, one.V, one.W, one.G, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
+        CHECK_BELOW(apart(nn, one.gX, D), 4 * (ld)n * EPS);
+    }
+}
 
-    /* backward: both add; gX does not depend on whether gP is wanted; P = I: the derivative is its own adjoint */
-    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
-    BOUND("map: backward in X, n eps kappa", gradient(nn, gX, c.X, hX, &c) / tol, 32);
-    BOUND("map: backward in P, n eps kappa", gradient(nn, gP, c.P, hP, &c) / tol, 32);
+/* Backward: both add; gX does not depend on whether gP is wanted. */
+static void check_map_bwd(void)
+{
+    const int n = one.n, nn = n * n;
+    roln_real *K = one.K, *V = one.V, *W = one.W, *l = one.l, *f = one.f, *gX = one.gX, *gP = one.gP, *Z = one.Z;
+    int i;
+    roln_spd_map_bwd(n, l, f, K, V, W, one.G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    BOUND("map: backward in X, n eps kappa", gradient(nn, gX, one.c.X, one.hX, &one.c) / one.tol, 32);
+    BOUND("map: backward in P, n eps kappa", gradient(nn, gP, one.c.P, one.hP, &one.c) / one.tol, 32);
     memcpy(Z, gX, (size_t)nn * sizeof *Z);
-    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    roln_spd_map_bwd(n, l, f, K, V, W, one.G, gX, gP, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
     for (i = 0; i < nn; i++) CHECK_NEAR(gX[i], 2 * Z[i], (ld)n * n * EPS * (fabsl((ld)Z[i]) + 30));
     memset(gX, 0, (size_t)nn * sizeof *gX);
-    roln_spd_map_bwd(n, l, f, K, V, W, G, gX, NULL, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
+    roln_spd_map_bwd(n, l, f, K, V, W, one.G, gX, NULL, fresh(ROLN_SPD_MAP_BWD_WORK(n)));
     CHECK(same(nn, gX, Z));
-    if (!based) {
-        roln_spd_map_d(n, K, V, W, G, D, fresh(ROLN_SPD_MAP_D_WORK(n)));
-        CHECK_BELOW(apart(nn, gX, D), 4 * (ld)n * EPS);
-    }
+}
+
+static void check_map(int n, int based, int m, int kind, uint64_t *s)
+{
+    one_map(n, based, m, kind, s);
+    check_map_value();
+    check_map_mul();
+    check_map_bwd();
+    check_map_d(); /* compares gX */
     fresh_done();
 }
 
@@ -600,88 +639,139 @@ static void check_map_identities(int n, int kind, uint64_t *s)
 
 /* ---- section 8 ---- */
 
-static void check_geometry(int n, int based, int kind, uint64_t *s)
-{
-    static t_case c;
-    static ld r[SNN], e[SNN], t[SNN];
-    const int nn = n * n;
-    roln_real *P = fresh(nn), *A = fresh(nn), *X = fresh(nn), *U = fresh(nn), *G = fresh(nn), *Y = fresh(nn), *Z = fresh(nn);
-    roln_real *V = fresh(nn), *W = fresh(nn), *l = fresh(n), *f = fresh(n), *g1 = zeros(nn), *g2 = zeros(nn), *g3 = zeros(nn);
-    const roln_real *B = based ? A : NULL;
-    roln_real d = 7;
-    ld tol, tolX, ref, hX, hP, lengths;
-    int i;
-    identity(n, P);
-    if (based) random_spd(n, 0, s, P);
-    CHECK(roln_chol(n, P, A) == ROLN_OK);
-    random_spd(n, kind, s, X);
-    if (kind == 1) for (i = 0; i < nn; i++) X[i] = ROLN_C(1.7) * P[i]; /* all eigenvalues of the frame equal */
-    random_sym(n, 1, s, U);
-    random_sym(n, 1, s, G);
-    c.n = n, c.count = 1;
-    widen(nn, P, c.P), widen(nn, X, c.X), widen(nn, U, c.U), widen(nn, G, c.G);
-    tol = (ld)n * EPS * condition(n, P);
-    tolX = tol * condition(n, X);
-    hX = smallest(n, X), hP = smallest(n, P);
-    CHECK(roln_spd_frame(n, B, X, l, V, W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
-    CHECK(roln_map_values(n, ROLN_LOG, 0, l, f) == ROLN_OK);
+/* P = A A^T, X seen from it, U and G; Y and Z and g1, g2, g3 are free. */
+static struct {
+    int n;
+    roln_real *P, *A, *X, *U, *G, *Y, *Z, *V, *W, *l, *f, *g1, *g2, *g3;
+    const roln_real *base; /* A, or NULL for P = I */
+    t_case c;
+    ld tol, tolX, hX, hP; /* what n eps makes of P, of P and X; widths of differences */
+} at;
 
-    /* inner product of U and X */
-    c.what = INNER;
-    ref = t_value(&c) / c.G[0];
+static void look_from(int n, int based, int kind, uint64_t *s)
+{
+    const int nn = n * n;
+    t_case *c = &at.c;
+    int i;
+    at.n = n;
+    at.P = fresh(nn), at.A = fresh(nn), at.X = fresh(nn), at.U = fresh(nn), at.G = fresh(nn), at.Y = fresh(nn), at.Z = fresh(nn);
+    at.V = fresh(nn), at.W = fresh(nn), at.l = fresh(n), at.f = fresh(n);
+    at.g1 = zeros(nn), at.g2 = zeros(nn), at.g3 = zeros(nn);
+    at.base = based ? at.A : NULL;
+    identity(n, at.P);
+    if (based) random_spd(n, 0, s, at.P);
+    CHECK(roln_chol(n, at.P, at.A) == ROLN_OK);
+    random_spd(n, kind, s, at.X);
+    if (kind == 1) for (i = 0; i < nn; i++) at.X[i] = ROLN_C(1.7) * at.P[i]; /* all eigenvalues of the frame equal */
+    random_sym(n, 1, s, at.U);
+    random_sym(n, 1, s, at.G);
+    c->n = n, c->count = 1;
+    widen(nn, at.P, c->P), widen(nn, at.X, c->X), widen(nn, at.U, c->U), widen(nn, at.G, c->G);
+    at.tol = (ld)n * EPS * condition(n, at.P);
+    at.tolX = at.tol * condition(n, at.X);
+    at.hX = smallest(n, at.X), at.hP = smallest(n, at.P);
+    CHECK(roln_spd_frame(n, at.base, at.X, at.l, at.V, at.W, fresh(ROLN_SPD_FRAME_WORK(n))) == ROLN_OK);
+    CHECK(roln_map_values(n, ROLN_LOG, 0, at.l, at.f) == ROLN_OK);
+}
+
+static void no_gradients(void)
+{
+    const size_t size = (size_t)(at.n * at.n) * sizeof *at.g1;
+    memset(at.g1, 0, size), memset(at.g2, 0, size), memset(at.g3, 0, size);
+}
+
+/* A second call adds the same again to what was `once` after the first. */
+static void check_added(int nn, const roln_real *g, const roln_real *once)
+{
+    int i;
+    for (i = 0; i < nn; i++) CHECK_NEAR(g[i], 2 * once[i], 64 * EPS * (ld)(1 + ROLN_ABS(once[i])) * (ld)at.n);
+}
+
+/* Inner product of U and X. */
+static void check_inner(void)
+{
+    const int n = at.n, nn = n * n;
+    const roln_real *B = at.base, *U = at.U, *X = at.X, g = at.G[0];
+    t_case *c = &at.c;
+    ld ref, lengths;
+    roln_real d;
+    c->what = INNER;
+    ref = t_value(c) / c->G[0];
     d = roln_spd_inner(n, B, U, X, fresh(ROLN_SPD_INNER_WORK(n)));
     lengths = (ld)roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n))) *
               (ld)roln_spd_inner(n, B, X, X, fresh(ROLN_SPD_INNER_WORK(n)));
-    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (tol * sqrtl(lengths)), 8);
-    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
-    BOUND("inner: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tol, 16);
-    BOUND("inner: backward in V, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tol, 16);
-    BOUND("inner: backward in P, n eps kappa", gradient(nn, g3, c.P, hP, &c) / tol, 16);
-    memcpy(Y, g3, (size_t)nn * sizeof *Y);
-    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
-    for (i = 0; i < nn; i++) CHECK_NEAR(g3[i], 2 * Y[i], 64 * EPS * (ld)(1 + ROLN_ABS(Y[i])) * (ld)n);
-    roln_spd_inner_bwd(n, B, U, X, G[0], g1, g2, NULL, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+    BOUND("inner, n eps kappa", fabsl((ld)d - ref) / (at.tol * sqrtl(lengths)), 8);
+    roln_spd_inner_bwd(n, B, U, X, g, at.g1, at.g2, at.g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+    BOUND("inner: backward in U, n eps kappa", gradient(nn, at.g1, c->U, 1, c) / at.tol, 16);
+    BOUND("inner: backward in V, n eps kappa", gradient(nn, at.g2, c->X, at.hX, c) / at.tol, 16);
+    BOUND("inner: backward in P, n eps kappa", gradient(nn, at.g3, c->P, at.hP, c) / at.tol, 16);
+    memcpy(at.Y, at.g3, (size_t)nn * sizeof *at.Y);
+    roln_spd_inner_bwd(n, B, U, X, g, at.g1, at.g2, at.g3, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+    check_added(nn, at.g3, at.Y);
+    roln_spd_inner_bwd(n, B, U, X, g, at.g1, at.g2, NULL, fresh(ROLN_SPD_INNER_BWD_WORK(n)));
+}
 
-    /* distance: |log of l| moves by the rounding of S over l */
-    c.what = DIST;
-    ref = sqrtl(2 * t_value(&c) / c.G[0]);
-    CHECK(roln_spd_dist(n, B, X, &d, fresh(ROLN_SPD_DIST_WORK(n))) == ROLN_OK);
-    BOUND("dist, n eps kappa", fabsl((ld)d - ref) / tolX, 4);
-    memset(g1, 0, (size_t)nn * sizeof *g1), memset(g2, 0, (size_t)nn * sizeof *g2), memset(g3, 0, (size_t)nn * sizeof *g3);
-    roln_spd_dist_bwd(n, l, f, W, G[0], g1, g2, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
-    BOUND("dist: backward in X, n eps kappa", gradient(nn, g1, c.X, hX, &c) / tolX, 8);
-    BOUND("dist: backward in P, n eps kappa", gradient(nn, g2, c.P, hP, &c) / tolX, 8);
-    CHECK(symmetric(n, g1) && symmetric(n, g2));
-    memcpy(Y, g1, (size_t)nn * sizeof *Y);
-    roln_spd_dist_bwd(n, l, f, W, G[0], g1, NULL, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
-    for (i = 0; i < nn; i++) CHECK_NEAR(g1[i], 2 * Y[i], 64 * EPS * (ld)(1 + ROLN_ABS(Y[i])) * (ld)n);
+/* Distance: |log of l| moves by the rounding of S over l. */
+static void check_dist(void)
+{
+    const int n = at.n, nn = n * n;
+    t_case *c = &at.c;
+    roln_real d = 7;
+    ld ref;
+    c->what = DIST;
+    ref = sqrtl(2 * t_value(c) / c->G[0]);
+    CHECK(roln_spd_dist(n, at.base, at.X, &d, fresh(ROLN_SPD_DIST_WORK(n))) == ROLN_OK);
+    BOUND("dist, n eps kappa", fabsl((ld)d - ref) / at.tolX, 4);
+    no_gradients();
+    roln_spd_dist_bwd(n, at.l, at.f, at.W, at.G[0], at.g1, at.g2, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
+    BOUND("dist: backward in X, n eps kappa", gradient(nn, at.g1, c->X, at.hX, c) / at.tolX, 8);
+    BOUND("dist: backward in P, n eps kappa", gradient(nn, at.g2, c->P, at.hP, c) / at.tolX, 8);
+    CHECK(symmetric(n, at.g1) && symmetric(n, at.g2));
+    memcpy(at.Y, at.g1, (size_t)nn * sizeof *at.Y);
+    roln_spd_dist_bwd(n, at.l, at.f, at.W, at.G[0], at.g1, NULL, fresh(ROLN_SPD_DIST_BWD_WORK(n)));
+    check_added(nn, at.g1, at.Y);
+}
 
-    /* transport */
-    c.what = TRANSPORT;
-    t_over(n, c.X, c.P, r), t_root(n, r, e), t_mul(n, e, c.U, r);
+/* Transport of U to X, in Y; it is an isometry, and leads back again. */
+static void check_transport(void)
+{
+    static ld r[SNN], e[SNN], t[SNN];
+    const int n = at.n, nn = n * n;
+    roln_real *V = at.V, *W = at.W, *U = at.U, *G = at.G, *Y = at.Y, *Z = at.Z, d;
+    t_case *c = &at.c;
+    int i;
+    c->what = TRANSPORT;
+    t_over(n, c->X, c->P, r), t_root(n, r, e), t_mul(n, e, c->U, r);
     for (i = 0; i < nn; i++) t[i] = e[i % n * n + i / n];
     t_mul(n, r, t, r);
-    CHECK(roln_spd_transport(n, B, X, U, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
-    BOUND("transport, n eps kappa", relative(nn, Y, r, 0.1L) / tolX, 8);
+    CHECK(roln_spd_transport(n, at.base, at.X, U, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    BOUND("transport, n eps kappa", relative(nn, Y, r, 0.1L) / at.tolX, 8);
     memcpy(Z, U, (size_t)nn * sizeof *Z);
-    CHECK(roln_spd_transport(n, B, X, Z, Z, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK(roln_spd_transport(n, at.base, at.X, Z, Z, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
     CHECK(same(nn, Y, Z));
-    memset(g1, 0, (size_t)nn * sizeof *g1), memset(g2, 0, (size_t)nn * sizeof *g2), memset(g3, 0, (size_t)nn * sizeof *g3);
-    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
-    BOUND("transport: backward in U, n eps kappa", gradient(nn, g1, c.U, 1, &c) / tolX, 8);
-    BOUND("transport: backward in X, n eps kappa", gradient(nn, g2, c.X, hX, &c) / tolX, 8);
-    BOUND("transport: backward in P, n eps kappa", gradient(nn, g3, c.P, hP, &c) / tolX, 8);
-    memcpy(Z, g3, (size_t)nn * sizeof *Z);
-    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
-    for (i = 0; i < nn; i++) CHECK_NEAR(g3[i], 2 * Z[i], 64 * EPS * (ld)(1 + ROLN_ABS(Z[i])) * (ld)n);
-    roln_spd_transport_bwd(n, l, V, W, U, G, g1, g2, NULL, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    no_gradients();
+    roln_spd_transport_bwd(n, at.l, V, W, U, G, at.g1, at.g2, at.g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    BOUND("transport: backward in U, n eps kappa", gradient(nn, at.g1, c->U, 1, c) / at.tolX, 8);
+    BOUND("transport: backward in X, n eps kappa", gradient(nn, at.g2, c->X, at.hX, c) / at.tolX, 8);
+    BOUND("transport: backward in P, n eps kappa", gradient(nn, at.g3, c->P, at.hP, c) / at.tolX, 8);
+    memcpy(Z, at.g3, (size_t)nn * sizeof *Z);
+    roln_spd_transport_bwd(n, at.l, V, W, U, G, at.g1, at.g2, at.g3, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
+    check_added(nn, at.g3, Z);
+    roln_spd_transport_bwd(n, at.l, V, W, U, G, at.g1, at.g2, NULL, fresh(ROLN_SPD_TRANSPORT_BWD_WORK(n)));
 
-    /* isometry, and back again */
-    d = roln_spd_inner(n, B, U, U, fresh(ROLN_SPD_INNER_WORK(n)));
-    CHECK(roln_chol(n, X, A) == ROLN_OK);
-    CHECK_NEAR(roln_spd_inner(n, A, Y, Y, fresh(ROLN_SPD_INNER_WORK(n))) / d, 1, 8 * tolX);
-    CHECK(roln_spd_transport(n, A, P, Y, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
-    CHECK_BELOW(apart(nn, Y, U), 8 * tolX);
+    d = roln_spd_inner(n, at.base, U, U, fresh(ROLN_SPD_INNER_WORK(n)));
+    CHECK(roln_chol(n, at.X, at.A) == ROLN_OK); /* from here on A is of X */
+    CHECK_NEAR(roln_spd_inner(n, at.A, Y, Y, fresh(ROLN_SPD_INNER_WORK(n))) / d, 1, 8 * at.tolX);
+    CHECK(roln_spd_transport(n, at.A, at.P, Y, Y, fresh(ROLN_SPD_TRANSPORT_WORK(n))) == ROLN_OK);
+    CHECK_BELOW(apart(nn, Y, U), 8 * at.tolX);
+}
+
+static void check_geometry(int n, int based, int kind, uint64_t *s)
+{
+    look_from(n, based, kind, s);
+    check_inner();
+    check_dist();
+    check_transport();
     fresh_done();
 }
 
@@ -899,71 +989,90 @@ static void check_rooms(int n, int count, uint64_t *s)
 
 /* ---- statuses: outputs stay as they are ---- */
 
-static void test_status(void)
-{
-    const roln_real nan = (roln_real)NAN, inf = (roln_real)INFINITY;
-    const roln_real one[4] = {1, 0, 0, 1}, half[4] = {1, 0, 0, 0}, singular[4] = {1, 1, 1, 1}, indefinite[4] = {1, 2, 2, 1};
-    const roln_real large[4] = {50, 0, 0, 50}, negative[4] = {-1, 0, 0, -2};
-    const roln_real sevens[8] = {7, 7, 7, 7, 7, 7, 7, 7}, *bad[4];
-    roln_real X[8], Y[8], d, w[ROLN_SPD_MEAN_BWD_WORK(2, 2) + ROLN_SPD_TRANSPORT_WORK(2)], l[2], f[2];
-    const roln_real huge = ROLN_EPS < ROLN_C(1e-10) ? (roln_real)1e200 : (roln_real)1e30;
-    int i, k;
-    bad[0] = half, bad[1] = singular, bad[2] = indefinite, bad[3] = negative;
-    memcpy(Y, sevens, sizeof Y);
+static const roln_real unit[4] = {1, 0, 0, 1}, large[4] = {50, 0, 0, 50};
+static const roln_real sevens[8] = {7, 7, 7, 7, 7, 7, 7, 7};
+static const roln_real huge = ROLN_EPS < ROLN_C(1e-10) ? (roln_real)1e200 : (roln_real)1e30;
+enum { STATUS_WORK = ROLN_SPD_MEAN_BWD_WORK(2, 2) + ROLN_SPD_TRANSPORT_WORK(2) };
 #define REFUSED(call, status) CHECK((call) == (status) && same(8, Y, sevens))
+
+/* Matrices with an eigenvalue of zero or below. */
+static void check_not_spd(void)
+{
+    static const roln_real bad[4][4] = {{1, 0, 0, 0}, {1, 1, 1, 1}, {1, 2, 2, 1}, {-1, 0, 0, -2}};
+    roln_real X[8], Y[8], w[STATUS_WORK];
+    int i, k;
+    memcpy(Y, sevens, sizeof Y);
     for (i = 0; i < 4; i++) {
         REFUSED(roln_spd_map(2, ROLN_LOG, 0, NULL, bad[i], Y, w), ROLN_E_NOT_SPD);
-        REFUSED(roln_spd_map(2, ROLN_POWER, ROLN_C(0.5), one, bad[i], Y, w), ROLN_E_NOT_SPD);
-        REFUSED(roln_spd_map(2, ROLN_POWER, 2, one, bad[i], Y, w), ROLN_E_NOT_SPD);
-        REFUSED(roln_spd_dist(2, one, bad[i], Y, w), ROLN_E_NOT_SPD);
-        REFUSED(roln_spd_transport(2, NULL, bad[i], one, Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_map(2, ROLN_POWER, ROLN_C(0.5), unit, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_map(2, ROLN_POWER, 2, unit, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_dist(2, unit, bad[i], Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_transport(2, NULL, bad[i], unit, Y, w), ROLN_E_NOT_SPD);
         for (k = 0; k < 2; k++) {
-            memcpy(X + 4 * k, bad[i], sizeof half);
-            memcpy(X + 4 - 4 * k, i == 3 ? large : one, sizeof one); /* positive mean, one that is not */
+            memcpy(X + 4 * k, bad[i], sizeof unit);
+            memcpy(X + 4 - 4 * k, i == 3 ? large : unit, sizeof unit); /* positive mean, one that is not */
             REFUSED(roln_spd_mean(2, 2, X, Y, w), ROLN_E_NOT_SPD);
-            REFUSED(roln_spd_mean_bwd(2, 2, X, one, one, Y, w), ROLN_E_NOT_SPD);
+            REFUSED(roln_spd_mean_bwd(2, 2, X, unit, unit, Y, w), ROLN_E_NOT_SPD);
         }
         REFUSED(roln_spd_mean(2, 1, bad[i], Y, w), ROLN_E_NOT_SPD);
-        REFUSED(roln_spd_mean_bwd(2, 1, one, bad[i], one, Y, w), ROLN_E_NOT_SPD);
+        REFUSED(roln_spd_mean_bwd(2, 1, unit, bad[i], unit, Y, w), ROLN_E_NOT_SPD);
     }
+}
+
+/* NaN and infinities, a base point that is none, results that overflow. */
+static void check_not_finite(void)
+{
+    static const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
+    roln_real X[8], Y[8], w[STATUS_WORK];
+    int i;
+    memcpy(Y, sevens, sizeof Y);
     for (i = 0; i < 12; i++) {
-        memcpy(X, one, sizeof one), memcpy(X + 4, one, sizeof one);
-        X[i % 4] = i < 4 ? nan : i < 8 ? inf : -inf;
+        memcpy(X, unit, sizeof unit), memcpy(X + 4, unit, sizeof unit);
+        X[i % 4] = bad[i / 4];
         X[i % 4 % 2 * 2 + i % 4 / 2] = X[i % 4];
         REFUSED(roln_spd_map(2, ROLN_EXP, 0, NULL, X, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_map(2, ROLN_LOG, 0, one, X, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_frame(2, one, X, Y, Y + 4, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_map(2, ROLN_LOG, 0, unit, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_frame(2, unit, X, Y, Y + 4, Y, w), ROLN_E_NOT_FINITE);
         REFUSED(roln_spd_dist(2, NULL, X, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_transport(2, one, X, one, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_transport(2, one, one, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_transport(2, unit, X, unit, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_transport(2, unit, unit, X, Y, w), ROLN_E_NOT_FINITE);
         REFUSED(roln_spd_mean(2, 2, X, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_mean_bwd(2, 2, X, one, one, Y, w), ROLN_E_NOT_FINITE);
-        REFUSED(roln_spd_mean_bwd(2, 1, one, one, X, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_mean_bwd(2, 2, X, unit, unit, Y, w), ROLN_E_NOT_FINITE);
+        REFUSED(roln_spd_mean_bwd(2, 1, unit, unit, X, Y, w), ROLN_E_NOT_FINITE);
     }
     X[0] = 0, X[1] = X[2] = 0, X[3] = 1; /* a base point that is none */
-    REFUSED(roln_spd_map(2, ROLN_LOG, 0, X, one, Y, w), ROLN_E_NOT_FINITE);
+    REFUSED(roln_spd_map(2, ROLN_LOG, 0, X, unit, Y, w), ROLN_E_NOT_FINITE);
     REFUSED(roln_spd_map(2, ROLN_EXP, 0, NULL, large, Y, w), ROLN_E_RANGE);
-    for (i = 0; i < 4; i++) X[i] = huge * one[i];
+    for (i = 0; i < 4; i++) X[i] = huge * unit[i];
     REFUSED(roln_spd_map(2, ROLN_POWER, 2, NULL, X, Y, w), ROLN_E_NOT_FINITE); /* overflow */
     X[0] = X[3] = ROLN_EPS < ROLN_C(1e-10) ? (roln_real)1e153 : (roln_real)1e18; /* e^35 is finite, A e^35 A^T is not */
     for (i = 0; i < 4; i++) X[4 + i] = 35 * X[0] * X[i];
     REFUSED(roln_spd_map(2, ROLN_EXP, 0, X, X + 4, Y, w), ROLN_E_NOT_FINITE);
-    REFUSED(roln_spd_map(2, ROLN_POWER, nan, NULL, one, Y, w), ROLN_E_NOT_FINITE);
+    REFUSED(roln_spd_map(2, ROLN_POWER, bad[0], NULL, unit, Y, w), ROLN_E_NOT_FINITE);
+}
 
-    /* values, one by one: the limit of NOT_SPD, order of checks, f untouched */
+/* Values, one by one: the limit of NOT_SPD, order of checks, f untouched. */
+static void check_values(void)
+{
+    roln_real l[2], f[2];
     l[1] = 1, l[0] = 2 * ROLN_EPS, f[0] = f[1] = 7;
     CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_E_NOT_SPD && f[0] == 7 && f[1] == 7);
     l[0] *= ROLN_C(1.001);
     CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_OK && f[1] == 0);
     f[0] = f[1] = 7, l[0] = 1 / huge, l[1] = l[0] * 2;
     CHECK(roln_map_values(2, ROLN_POWER, -2, l, f) == ROLN_E_NOT_FINITE && f[0] == 7 && f[1] == 7);
-    l[1] = inf;
+    l[1] = (roln_real)INFINITY;
     CHECK(roln_map_values(2, ROLN_LOG, 0, l, f) == ROLN_E_NOT_FINITE && f[0] == 7);
     CHECK(roln_map_values(2, ROLN_EXP, 0, l, f) == ROLN_E_NOT_FINITE && f[0] == 7);
     l[0] = 0, l[1] = 41;
     CHECK(roln_map_values(2, ROLN_EXP, 0, l, f) == ROLN_E_RANGE && f[0] == 7);
+}
 
-    /* scales: near both ends of the exponents nothing is lost */
+/* Near both ends of the exponents nothing is lost. */
+static void check_scales(void)
+{
+    roln_real X[8], Y[8], d, w[STATUS_WORK];
+    int i, k;
     for (i = 0; i < 2; i++) {
         const roln_real c = i ? huge * 64 : 1 / huge / 64;
         const roln_real B[4] = {2 * c, c, c, 3 * c};
@@ -978,6 +1087,14 @@ static void test_status(void)
         CHECK(roln_spd_mean(2, 2, X, Y, w) == ROLN_OK);
         for (k = 0; k < 4; k++) CHECK_NEAR(Y[k] / c, sqrtl(2) * (ld)(B[k] / c), 32 * EPS);
     }
+}
+
+static void test_status(void)
+{
+    check_not_spd();
+    check_not_finite();
+    check_values();
+    check_scales();
 }
 
 #ifdef ROLN_DOUBLE
@@ -1010,14 +1127,38 @@ static double own_value(void *ctx)
     return roln_dot(nn, Y, c->G);
 }
 
+/* The second derivative of exp by differences of the first along F = G, at E = U. */
+static void check_slope_d2(const own_case *c)
+{
+    enum { n = 3, nn = n * n };
+    double V[nn], K[nn], l[n], T[n * nn], D[nn], t[nn], a[nn], b[nn], err[2], w[ROLN_SPD_FRAME_WORK(n) + ROLN_SPD_MAP_D_WORK(n)];
+    int m, i, q;
+    CHECK(roln_spd_frame(n, NULL, c->U, l, V, V, w) == ROLN_OK);
+    roln_exp_dd1(n, l, K);
+    roln_exp_dd2(n, l, K, T);
+    exp_d2(n, T, V, V, c->P, c->G, D);
+    for (q = 0; q < 2; q++) {
+        const double h = q ? 5e-3 : 1e-2;
+        err[q] = 0;
+        for (m = 0; m < 2; m++) {
+            for (i = 0; i < nn; i++) t[i] = c->U[i] + (m ? -h : h) * c->G[i];
+            CHECK(roln_spd_frame(n, NULL, t, l, V, V, w) == ROLN_OK);
+            roln_exp_dd1(n, l, K);
+            roln_spd_map_d(n, K, V, V, c->P, m ? b : a, w);
+        }
+        for (i = 0; i < nn; i++) err[q] += fabs((a[i] - b[i]) / (2 * h) - D[i]);
+    }
+    CHECK_NEAR(err[0] / err[1], 4, 0.02);
+}
+
 static void test_slopes(uint64_t *s)
 {
     enum { n = 3, nn = n * n };
     static own_case c;
     double A[nn], V[nn], W[nn], K[nn], l[n], f[n], g1[COUNT * nn], g2[nn], g3[nn];
     double w[ROLN_SPD_MEAN_BWD_WORK(n, COUNT) + ROLN_SPD_FRAME_WORK(n)];
-    double T[n * nn], D[nn], t[nn], a[nn], b[nn], err[2];
-    int m, i, q;
+    double t[nn];
+    int m, i;
     c.n = n, c.count = COUNT;
     for (i = 0; i < COUNT; i++) random_spd(n, 0, s, c.X + i * nn);
     random_spd(n, 0, s, c.P), random_sym(n, 1, s, c.U), random_sym(n, 1, s, c.G);
@@ -1052,24 +1193,7 @@ static void test_slopes(uint64_t *s)
     CHECK(roln_spd_mean(n, COUNT, c.X, t, w) == ROLN_OK);
     CHECK(roln_spd_mean_bwd(n, COUNT, c.X, t, c.G, g1, w) == ROLN_OK);
     check_halving(COUNT * nn, g1, c.X, 1e-2, own_value, &c);
-
-    /* second derivative of exp: differences of the first along F = G, at E = U */
-    CHECK(roln_spd_frame(n, NULL, c.U, l, V, V, w) == ROLN_OK);
-    roln_exp_dd1(n, l, K);
-    roln_exp_dd2(n, l, K, T);
-    exp_d2(n, T, V, V, c.P, c.G, D);
-    for (q = 0; q < 2; q++) {
-        const double h = q ? 5e-3 : 1e-2;
-        err[q] = 0;
-        for (m = 0; m < 2; m++) {
-            for (i = 0; i < nn; i++) t[i] = c.U[i] + (m ? -h : h) * c.G[i];
-            CHECK(roln_spd_frame(n, NULL, t, l, V, V, w) == ROLN_OK);
-            roln_exp_dd1(n, l, K);
-            roln_spd_map_d(n, K, V, V, c.P, m ? b : a, w);
-        }
-        for (i = 0; i < nn; i++) err[q] += fabs((a[i] - b[i]) / (2 * h) - D[i]);
-    }
-    CHECK_NEAR(err[0] / err[1], 4, 0.02);
+    check_slope_d2(&c);
 }
 #endif
 
