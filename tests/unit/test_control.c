@@ -232,7 +232,8 @@ static void test_motion(int k)
     const roln_trained m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = models[k].md->inputs;
     const ld h = powl(2, PICK(-8, -20));
-    roln_real z[MAXN], zd[MAXN], z1[MAXN], zd1[MAXN], M[64], c[MAXN], g[MAXN], d[MAXN], T = 0, V = 0, in[MAXN], tau_z[MAXN], q[MAXN],
+    roln_real z[MAXN], zd[MAXN], z1[MAXN], zd1[MAXN], M[64],
+        c[MAXN], g[MAXN], d[MAXN], T = 0, V = 0, in[MAXN], tau_z[MAXN], q[MAXN],
         qd[MAXN];
     const roln_terms_out terms = {M, c, g, d, &T, &V};
     ld zdd[MAXN], top = 0, kinetic = 0, power = 0, power_z = 0, size = 0;
