@@ -12,7 +12,7 @@ void TEST_NAME(lnn)(void);
 
 #define MAXN 5
 #define MAXB 5
-#define MAXP 700
+#define MAXP 1600
 #define NOISE (2e-13L / EPS) /* rounding of the nested differences of the twins: 0 in float, 900 in double */
 
 /* The maps under test: the forward dynamics, the integrators by their own names, and */
