@@ -158,8 +158,8 @@ ROLN_FN roln_real rolni_velocity_unit(const roln_scale *sc)
     return sc->t / sc->q;
 }
 
-/* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs, force_size, and scheme.
-   */
+/* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs,
+   force_size and scheme. */
 
 /* The force on the joints [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs, B in, which is written to x.
    Returns where it is. */
@@ -332,8 +332,8 @@ ROLN_INLINE roln_status roln_inverse(const roln_trained *m, const roln_real *z, 
     return rolni_inverse(m, z, zd, w, zdd, tau_z, NULL, work);
 }
 
-/* What a controller follows and how firmly: the reference z, zd, zdd [n], the diagonals of the gains Kp, Kd: kp [J], kd [J s] [n].
-   */
+/* What a controller follows and how firmly: the reference z, zd, zdd [n], the diagonals of the gains Kp, Kd: kp [J],
+   kd [J s] [n]. */
 typedef struct {
     const roln_real *z, *zd, *zdd, *kp, *kd;
 } roln_target;
