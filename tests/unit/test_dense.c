@@ -1,7 +1,9 @@
-/* Ground floor of roln_spd.h, sections 2, 3 and 5: bits of finite numbers, random numbers, and the dense kernels against
-   naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the documented order. */
+/* Ground floor of roln_spd.h, sections 2, 3, 5 and 9: bits of finite numbers, random numbers, the dense kernels and the large
+   symmetric systems against naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the
+   documented order. */
 #include "roln_spd.h"
 #include "twin.h"
+#include "room.h"
 
 void TEST_NAME(dense)(void);
 
@@ -194,6 +196,199 @@ static void test_inv_status(uint64_t *s)
     }
 }
 
+/* ---- large symmetric systems ---- */
+
+/* order 3: sums of 128 products, each from 0, added to c one after the other. a and b with strides. */
+static roln_real order3(int k, roln_real c, const roln_real *a, int sa, const roln_real *b, int sb)
+{
+    roln_real s = 0;
+    int i;
+    for (i = 0; i < k; i++) {
+        s += a[i * sa] * b[i * sb];
+        if (i % 128 == 127 || i == k - 1) c += s, s = 0;
+    }
+    return c;
+}
+
+/* Both products, with rows from.. to - 1 of C, of A [k][n] and of A^T: to the bit; nothing else is written. */
+static void check_sums(int k, int n, int from, int to, uint64_t *s)
+{
+    const roln_real *A = normal(k * n, 1, s);
+    roln_real *S0 = normal(n * (n + 1), 1, s), *At = fresh(k * n), *S, *St;
+    const ld bound = 0.5L * ((k < 128 ? k : 128) + k / 128) + 2;
+    ld worst = 0, e;
+    int i, j, bits = 1, kept = 1;
+    for (i = 0; i < n; i++) /* to add even 0 to -0 would show */
+        for (j = 0; j <= n; j++)
+            if (i < from || i >= to || j > i) S0[i * (n + 1) + j] = -ROLN_C(0.0);
+    S = copy(n * (n + 1), S0), St = copy(n * (n + 1), S0);
+    for (i = 0; i < k; i++)
+        for (j = 0; j < n; j++) At[j * k + i] = A[i * n + j];
+    roln_sym_at(k, n, from, to, A, S, room_of(ROLN_SYM_WORK)), CHECK_BELOW(room_used(), room_end);
+    roln_sym_bt(n, k, from, to, At, St, room_of(ROLN_SYM_WORK)), CHECK_BELOW(room_used(), room_end);
+    CHECK(same(n * (n + 1), S, St));
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= n; j++) {
+            const roln_real c0 = S0[i * (n + 1) + j], c = S[i * (n + 1) + j];
+            if (i < from || i >= to || j > i) kept &= same(1, &c, &c0);
+            else {
+                bits &= c == order3(k, c0, A + i, n, A + j, n);
+                e = error_of(k, c, c0, A + i, n, A + j, n), worst = e > worst ? e : worst;
+            }
+        }
+    CHECK(bits);
+    CHECK(kept);
+    BOUND("order 3 (of its bound)", worst / bound, 1);
+    fresh_done();
+}
+
+/* Groups of rows, strips and tiles of all kinds; rows together and apart; blocks of 128 rows together and apart; exact scratch. */
+static void test_sums(uint64_t *s)
+{
+    static const int large[][2] = {{300, 70}, {127, 129}, {128, 128}, {129, 127}, {257, 65}, {2, 515}, {5, 300}, {0, 5}};
+    roln_real *A, *S, *S2;
+    int i, k, n;
+    for (n = 1; n <= 40; n++)
+        for (k = 1; k <= 40; k += 1 + k / 5) check_sums(k, n, 0, n, s), check_sums(k, n, n / 3, n - n / 4, s);
+    for (i = 0; i < 8; i++) {
+        k = large[i][0], n = large[i][1];
+        check_sums(k, n, 0, n, s), check_sums(k, n, 2, 2, s);
+        check_sums(k, n, 7 * n / 10, n, s), check_sums(k, n, 0, 7 * n / 10, s);
+    }
+    n = 50, k = 384 + 20;
+    A = normal(k * n, 1, s), S = zeros(n * (n + 1)), S2 = zeros(n * (n + 1));
+    roln_sym_at(k, n, 0, n, A, S, room_of(ROLN_SYM_WORK));
+    roln_sym_at(256, n, 0, n, A, S2, room_of(ROLN_SYM_WORK));
+    roln_sym_at(k - 256, n, 0, n, A + 256 * n, S2, room_of(ROLN_SYM_WORK));
+    CHECK(same(n * (n + 1), S, S2));
+    fresh_done();
+    n = 600, k = 128;
+    A = normal(k * n, 1, s), S = zeros(n * (n + 1));
+    roln_sym_at(k, n, 0, n, A, S, room_of(ROLN_SYM_WORK));
+    CHECK_ROOM();
+    fresh_done();
+}
+
+/* A long sum of like signs, where a single sum in float loses k eps / 2 in the mean. */
+static void test_long_sum(void)
+{
+    enum { K = 100000 };
+    roln_real *A = fresh(2 * K), S[6] = {0, 0, 0, 0, 0, 0};
+    uint64_t s = 3;
+    int i;
+    for (i = 0; i < 2 * K; i++) A[i] = 1 + roln_uniform(&s);
+    roln_sym_bt(2, K, 0, 2, A, S, room_of(ROLN_SYM_WORK));
+    BOUND("order 3, 100,000 products (eps)", error_of(K, S[3], 0, A, 1, A + K, 1), 4);
+    fresh_done();
+}
+
+/* U, C + diag(d) = U^T U: as documented, one number after the other. S [n][n+1]. */
+static void slow_chol(int n, const roln_real *d, roln_real *S)
+{
+    const int next = n + 1;
+    roln_real *U = S + 1;
+    int i, j;
+    for (i = 0; i < n; i++) {
+        roln_real inv = 0;
+        for (j = i; j < n; j++) {
+            roln_real c = S[j * next + i], s = 0;
+            int p;
+            if (j == i) c += d[i];
+            for (p = 0; p < i; p++) {
+                s += U[p * next + i] * U[p * next + j];
+                if (p % 128 == 127) c -= s, s = 0;
+            }
+            c -= s;
+            if (j == i) inv = 1 / ROLN_SQRT(c);
+            U[i * next + j] = j == i ? ROLN_SQRT(c) : c * inv;
+        }
+    }
+}
+
+/* C of rank min(n - 1, 60), and damping: factor, solution; factor again with other damping. */
+static void check_system(int n, double damping, uint64_t *s)
+{
+    const int size = n * (n + 1), k = n > 60 ? 60 : n > 1 ? n - 1 : 1;
+    const roln_real *b = normal(n, 1, s);
+    roln_real *A = normal(k * n, 1, s), *S = zeros(size), *S2, *d = fresh(n), *x = zeros(n + 16);
+    ld worst = 0, rest = 0, e;
+    int i, j, kept = 1;
+    for (i = 0; i < n; i++)
+        for (d[i] = (roln_real)damping * (1 + roln_uniform(s)), j = i; j < n; j++) S[i * (n + 1) + j + 1] = poison();
+    roln_sym_at(k, n, 0, n, A, S, room_of(ROLN_SYM_WORK));
+    S2 = copy(size, S);
+    CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == ROLN_OK);
+    CHECK_ROOM();
+    slow_chol(n, d, S2);
+    CHECK(same(size, S, S2));
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) {
+            const roln_real shift = i == j ? -d[i] : 0;
+            kept &= S[i * (n + 1) + j] == S2[i * (n + 1) + j];
+            e = error_of(j + 1, S[i * (n + 1) + j], shift, S + 1 + i, n + 1, S + 1 + j, n + 1), worst = e > worst ? e : worst;
+        }
+    CHECK(kept);
+    BOUND("large Cholesky: C + d - U^T U (eps sum |U||U|)", worst, 8);
+    roln_sym_solve(n, S, b, x);
+    for (i = 0; i < n; i++) { /* (C + d) x = b, in units of eps sum |C + d||x| */
+        ld r = (ld)d[i] * (ld)x[i] - (ld)b[i], sum = fabsl((ld)d[i] * (ld)x[i]) + fabsl((ld)b[i]);
+        for (j = 0; j < n; j++) {
+            const ld c = (ld)S[(i > j ? i : j) * (n + 1) + (i > j ? j : i)] * (ld)x[j];
+            r += c, sum += fabsl(c);
+        }
+        e = fabsl(r) / (sum * EPS), rest = e > rest ? e : rest;
+    }
+    for (i = n; i < n + 16; i++) kept &= x[i] == 0;
+    CHECK(kept);
+    BOUND("large Cholesky: (C + d) x - b (eps sum |C||x|)", rest, 3);
+    for (i = 0; i < n; i++) d[i] *= 4; /* another damping: C is still there, and x may be b */
+    CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == ROLN_OK);
+    slow_chol(n, d, S2);
+    CHECK(same(size, S, S2));
+    roln_sym_solve(n, S, b, x);
+    memcpy(d, b, (size_t)n * sizeof *d);
+    roln_sym_solve(n, S, d, d);
+    CHECK(same(n, d, x));
+    fresh_done();
+}
+
+/* Every place of a small matrix, and places around the blocks of a large one; C remains. */
+static void test_system_status(uint64_t *s)
+{
+    static const int sizes[] = {1, 2, 3, 5, 9, 129, 140}, places[] = {0, 1, 8, 126, 127, 128, 129, 139};
+    const roln_real bad[4] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, -1};
+    int c, n, i, j, b;
+    for (c = 0; c < 7; c++) {
+        const int size = sizes[c] * (sizes[c] + 1), few = sizes[c] > 9;
+        roln_real *d = zeros(sizes[c]), *S = zeros(size), *S2;
+        n = sizes[c];
+        for (i = 0; i < n; i++) S[i * (n + 2)] = 1 + roln_uniform(s);
+        CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == ROLN_OK);
+        S2 = copy(size, S);
+        for (i = 0; i < n; i++)
+            for (j = 0; j <= i; j++)
+                for (b = 0; b < 4; b++) {
+                    roln_real *at = S + i * (n + 1) + j, *const at_d = d + i, was = *at;
+                    int p, q;
+                    for (p = 0; p < 8 && places[p] != i; p++) {}
+                    for (q = 0; q < 8 && places[q] != j; q++) {}
+                    if (few && (p == 8 || q == 8)) continue;
+                    *at = b == 3 && j < i ? 3 : bad[b];
+                    CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == ROLN_E_NOT_SPD);
+                    *at = was;
+                    if (i != j) continue;
+                    *at_d = b == 3 ? -was : bad[b]; /* exactly semi-definite */
+                    CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == ROLN_E_NOT_SPD);
+                    *at_d = 0;
+                }
+        for (i = 0; i < n; i++) CHECK(same(i + 1, S + i * (n + 1), S2 + i * (n + 1)));
+        for (i = 0; i < n; i++) /* rank 1, exactly */
+            for (j = 0; j <= i; j++) S[i * (n + 1) + j] = 4;
+        CHECK(roln_sym_chol(n, d, S, room_of(ROLN_SYM_CHOL_WORK(n))) == (n > 1 ? ROLN_E_NOT_SPD : ROLN_OK));
+        fresh_done();
+    }
+}
+
 /* ---- random numbers, finite ---- */
 
 static void test_random(void)
@@ -263,6 +458,7 @@ void TEST_NAME(dense)(void)
 {
     static const int large[][3] = {{33, 64, 35}, {64, 33, 66},  {7, 130, 29}, {100, 100, 100},
                                    {1, 600, 64}, {2, 64, 601}, {5, 0, 9},    {4, 8, 0}};
+    static const int systems[] = {63, 70, 127, 128, 129, 200, 255, 257, 384, 515};
     uint64_t seed = 17;
     int i, mm, k, n;
     for (mm = 1; mm <= 20; mm++)
@@ -275,6 +471,12 @@ void TEST_NAME(dense)(void)
     check_spd(70, 1, &seed);
     test_chol_status(&seed);
     test_inv_status(&seed);
+    test_sums(&seed);
+    test_long_sum();
+    for (n = 1; n <= 40; n++)
+        for (i = 0; i < 3; i++) check_system(n, i % 2 ? 1 : 0.01, &seed);
+    for (i = 0; i < 10; i++) check_system(systems[i], 0.1, &seed);
+    test_system_status(&seed);
     test_random();
     test_finite();
     print_bounds();

@@ -54,7 +54,7 @@ ROLN_FN void print_bounds(void)
 /* ---- guarded memory ---- */
 
 #define GUARD 16
-static roln_real pool[600000];
+static roln_real pool[1000000];
 static int pool_at[128], pool_n[128], pools, pool_top;
 
 ROLN_FN roln_real poison(void)
