@@ -1,7 +1,7 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
-   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, and of
-   denormal numbers. Before the line it writes its packed parameters; what it goes on with are those that it then reads.
+   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, of
+   denormal numbers, and of a large symmetric system. Before the line it writes its packed parameters; what it goes on with are those that it then reads.
    See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
@@ -162,6 +162,25 @@ static void hash_denormal(uint64_t *s)
     roln_softplus_n(n, A, B, C), add(n, B), add(n, C);
 }
 
+/* Sums of 150 products, in order 3 two sums, and a factor and solution of a matrix of rank 48 with damping. */
+static void hash_system(uint64_t *s)
+{
+    enum { n = 70, RANK = 48, COLS = 24, K = 150 };
+    static roln_real A[K * COLS], S[n * (n + 1)], d[n];
+    static union {
+        roln_real sums[ROLN_SYM_WORK], chol[ROLN_SYM_CHOL_WORK(n)];
+    } work;
+    int i;
+    for (i = 0; i < K * COLS; i++) A[i] = roln_normal(s);
+    roln_sym_at(K, COLS, 0, COLS, A, S, work.sums), add(COLS * (COLS + 1), S);
+    memset(S, 0, sizeof S);
+    roln_sym_bt(n, RANK, 0, n, A, S, work.sums);
+    for (i = 0; i < n; i++) d[i] = ROLN_C(0.125) + roln_uniform(s);
+    must(roln_sym_chol(n, d, S, work.chol), "system: chol");
+    roln_sym_solve(n, S, A, d);
+    add(n * (n + 1), S), add(n, d);
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6];
@@ -210,6 +229,7 @@ int main(void)
     hash_full(q, qd, h, &s);
     hash_spd(&s);
     hash_denormal(&s);
+    hash_system(&s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
     put_hex(hash, 16);
     put_text("\n");
