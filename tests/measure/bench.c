@@ -278,6 +278,72 @@ static void softplus(const row *r)
     roln_softplus_n(LENGTH, big.x, big.y, big.s);
 }
 
+/* ---- large symmetric systems ------------------------------------------------------------------- */
+
+/* size: k, n of roln_sym_at and roln_sym_bt; 0, n of a system that is solved. */
+static struct {
+    roln_real *A, *S, *d, *x, *work;
+} sym;
+
+static void sym_setup(const row *r)
+{
+    const int k = r->size[0], n = r->size[1];
+    const size_t next = (size_t)n + 1;
+    int i;
+    free(sym.A), free(sym.S), free(sym.d), free(sym.x), free(sym.work);
+    sym.A = reals(k * n + 1), sym.S = reals(n * (n + 1)), sym.d = reals(n), sym.x = reals(n);
+    sym.work = reals(ROLN_MAX(ROLN_SYM_WORK, ROLN_SYM_CHOL_WORK(n)));
+    fill(k * n, 1, sym.A);
+    fill(k > 0 ? 0 : n * (n + 1), 1 / (roln_real)n, sym.S);
+    for (i = 0; i < n; i++)
+        sym.S[(size_t)i * next + (size_t)i] = sym.d[i] = sym.x[i] = 1;
+    if (k == 0) must(roln_sym_chol(n, sym.d, sym.S, sym.work));
+}
+
+static void sym_at(const row *r)
+{
+    roln_sym_at(r->size[0], r->size[1], 0, r->size[1], sym.A, sym.S, sym.work);
+}
+
+static void sym_bt(const row *r)
+{
+    roln_sym_bt(r->size[1], r->size[0], 0, r->size[1], sym.A, sym.S, sym.work);
+}
+
+static void sym_chol(const row *r)
+{
+    must(roln_sym_chol(r->size[1], sym.d, sym.S, sym.work));
+}
+
+static void sym_solve(const row *r)
+{
+    roln_sym_solve(r->size[1], sym.S, sym.d, sym.x);
+}
+
+/* As many multiplications, each followed by an addition, as the row takes, of numbers that stay in registers: the roof without
+   contraction. Twelve chains of the vectors that the kernels use. */
+static void sym_roof(const row *r)
+{
+    const double k = r->size[0], n = r->size[1], count = k > 0 ? k * n * (n + 1) / 2 : n * n * n / 6;
+    static volatile roln_real half = ROLN_C(0.5);
+    static volatile rolni_w out;
+    const rolni_w zero = {0}, a = zero + half, b = a + half;
+    long left = (long)(count / (12 * ROLNI_LANES));
+#define CHAINS(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7) X(8) X(9) X(10) X(11)
+#define CHAIN(i) rolni_w c##i = b + i;
+    CHAINS(CHAIN)
+#undef CHAIN
+    for (; left > 0; left--) {
+#define CHAIN(i) c##i = c##i * a + b;
+        CHAINS(CHAIN)
+#undef CHAIN
+    }
+#define CHAIN(i) + c##i
+    out = zero CHAINS(CHAIN);
+#undef CHAIN
+    (void)out;
+}
+
 /* ---- the control tick, through the typed shell ------------------------------------------------ */
 
 static struct {
@@ -532,30 +598,32 @@ typedef struct {
     double min, median; /* seconds */
 } timing;
 
-/* Runs for about a second, at least 7 times: samples of 50 us or more, the first are warm-up. */
-static timing measure(const row *r, void (*run)(const row *))
+/* Runs for about a second, at least 7 times: samples of 50 us or more, the first are warm-up. A peer runs between the samples, so
+   that both meet the same moments of the machine. */
+static void measure(const row *r, int runs, void (*const run[])(const row *), timing *result)
 {
-    static double sample[SAMPLES];
-    const double begin = now();
-    double start, t = 0;
-    int reps = 1, n, i;
-    timing result;
-    while (start = now(), i = 0, 1) {
-        for (; i < reps; i++)
-            run(r);
-        if ((t = now() - start) > 5e-5 && now() - begin > 0.05) break;
-        if (t <= 5e-5) reps *= 2;
+    static double sample[2][SAMPLES];
+    int reps[2] = {1, 1}, n, i, k;
+    double begin, start, t = 0;
+    for (k = 0; k < runs; k++)
+        for (begin = now(); start = now(), i = 0, 1;) {
+            for (; i < reps[k]; i++)
+                run[k](r);
+            if ((t = now() - start) > 5e-5 && now() - begin > 0.05) break;
+            if (t <= 5e-5) reps[k] *= 2;
+        }
+    for (begin = now(), n = 0; n < SAMPLES && (n < 7 || now() - begin < runs); n++)
+        for (k = 0; k < runs; k++) {
+            start = now();
+            for (i = 0; i < reps[k]; i++)
+                run[k](r);
+            sample[k][n] = (now() - start) / reps[k];
+        }
+    for (k = 0; k < runs; k++) {
+        qsort(sample[k], (size_t)n, sizeof **sample, ascending);
+        result[k].min = sample[k][0];
+        result[k].median = sample[k][n / 2];
     }
-    for (n = 0; n < SAMPLES && (n < 7 || now() - begin < 1); n++) {
-        start = now();
-        for (i = 0; i < reps; i++)
-            run(r);
-        sample[n] = (now() - start) / reps;
-    }
-    qsort(sample, (size_t)n, sizeof *sample, ascending);
-    result.min = sample[0];
-    result.median = sample[n / 2];
-    return result;
 }
 
 static void print_time(double s)
@@ -568,24 +636,24 @@ static void print_time(double s)
 static void print_row(const row *r)
 {
     const double count = r->run == net_train ? 1 : r->count;
-    timing t;
+    void (*const run[])(const row *) = {r->run, r->run_peer};
+    timing t[2];
     seed = 1;
     r->setup(r);
-    t = measure(r, r->run);
+    measure(r, r->run_peer ? 2 : 1, run, t);
     printf("%-36s", r->name);
-    print_time(t.min / count);
-    print_time(t.median / count);
+    print_time(t[0].min / count);
+    print_time(t[0].median / count);
     if (r->run_peer) {
-        const timing p = measure(r, r->run_peer);
         printf("  %s", r->peer);
-        print_time(p.min / count);
-        printf(", ratio %.2f", p.min / t.min);
+        print_time(t[1].min / count);
+        printf(", ratio %.2f", t[1].min / t[0].min);
     }
     if (r->eigen > 0) printf("  Eigen, other machine %5.0f ns", r->eigen);
     if (r->target > 0) {
         printf("  target");
         print_time(r->target);
-        printf(t.min <= r->target ? ", met" : ", missed");
+        printf(t[0].min <= r->target ? ", met" : ", missed");
     }
     printf("\n");
     fflush(stdout);
@@ -602,6 +670,7 @@ static void print_row(const row *r)
 #define MATVEC(m, k) \
     {"mat-vec " #m "x" #k ", order 1", big_setup, matvec_order1, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}, \
     {"mat-vec " #m "x" #k ", order 2", big_setup, matvec_order2, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}
+#define SYM(name, run, k, n) {name, sym_setup, run, {k, n}, 0, 1, 0, "registers only", sym_roof, 0}
 #define CLOTH {cloth_N, 128, 64, 32, cloth_n}
 
 static const row table[] = {
@@ -622,6 +691,12 @@ static const row table[] = {
     MATVEC(64, 64),
     MATVEC(128, 600),
     MATVEC(600, 128),
+    SYM("A^T A, 4000 rows of 2800", sym_at, 4000, 2800),
+    SYM("A^T A, 256 rows of 2800", sym_at, 256, 2800),
+    SYM("A A^T, 400 rows of 12000", sym_bt, 12000, 400),
+    SYM("large Cholesky n = 400", sym_chol, 0, 400),
+    SYM("large Cholesky n = 2800", sym_chol, 0, 2800),
+    {"... and one solution", sym_setup, sym_solve, {0, 2800}, 0, 1, 0, NULL, NULL, 0},
     {"softplus and slope, per element", big_setup, softplus, {LENGTH}, 0, LENGTH, 0, NULL, NULL, 0},
     {"latent dynamics n = 10, 64x2", net_setup, net_zdd, {10}, ROLN_EULER, 1, 10e-6, NULL, NULL, 0},
     {"... with a gyro layer", heads_setup, heads_run, {10}, 1, 1, 0, NULL, NULL, 0},
@@ -654,11 +729,11 @@ int main(int argc, char **argv)
            "%8s %14s %10s %14s %10s\n", "N", "tick", "/ N", "training", "/ N");
     for (N = 64; N <= 4096; N *= 2) {
         const row r = {"cost against N", net_setup, net_tick, {N, 64, 10}, ROLN_EULER, 64, 0, NULL, NULL, 0};
+        void (*const run[])(const row *) = {net_tick, net_train};
         timing t[2];
         seed = 1;
         net_setup(&r);
-        t[0] = measure(&r, net_tick);
-        t[1] = measure(&r, net_train);
+        measure(&r, 1, run, t), measure(&r, 1, run + 1, t + 1);
         printf("%8d   ", N);
         print_time(t[0].min);
         printf(" %7.2f ns   ", 1e9 * t[0].min / N);
