@@ -1,8 +1,8 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
-   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, of
-   denormal numbers, and of a large symmetric system. Before the line it writes its packed parameters; what it goes on with are those that it then reads.
-   See hash.sh. */
+   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, of denormal
+   numbers, and of a large symmetric system. Before the line it writes its packed parameters; what it goes on with are those that
+   it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
