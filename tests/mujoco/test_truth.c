@@ -1,4 +1,4 @@
-/* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, reproducibility, HDF5. */
+/* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, random streams, HDF5. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +10,7 @@
 
 void test_truth(void);
 
+#define PI 3.14159265358979323846
 #define SEED 7
 #define COUNT 6
 
@@ -174,17 +175,17 @@ static int same_trajectory(const struct truth_set *r, int a, const struct truth_
     return same;
 }
 
-/* A trajectory does not depend on the others, nor a sample, to its mean force, on those that follow. */
+/* A trajectory does not depend on the others, nor a sample, to its mean force, on those that follow; other splits have others. */
 static void check_reproducible(const struct truth_set *s, int samples)
 {
-    struct truth_set one, test;
     const int last = s->count - 1;
-    if (!make(&one, s->system, TRUTH_TRAIN, last, 1, samples) || !make(&test, s->system, TRUTH_TEST, last, 1, samples)) return;
-    CHECK(same_trajectory(&one, 0, s, last));
-    CHECK(!same_trajectory(&test, 0, s, last));
+    for (int i = 0; i < TRUTH_SPLITS; i++) {
+        struct truth_set one;
+        if (!make(&one, s->system, (enum truth_split)i, last, 1, samples)) continue;
+        CHECK(same_trajectory(&one, 0, s, last) == (i == TRUTH_TRAIN));
+        truth_free(&one);
+    }
     CHECK(!same_trajectory(s, 0, s, 1));
-    truth_free(&one);
-    truth_free(&test);
 }
 
 /* MuJoCo's soft couplings know nothing of phi: relative error of q over 3 s. A trajectory whose last block whips round
@@ -238,42 +239,99 @@ static int same_set(const struct truth_set *a, const struct truth_set *b)
     return same;
 }
 
-static void check_round_trip(const char *path, const struct truth_set *s, const struct truth_set *held_out)
+static void check_round_trip(const char *path, const struct truth_set sets[TRUTH_SPLITS])
 {
-    struct truth_set train, test;
-    if (!CHECK(truth_h5_read(path, &train, &test) == 0)) return;
-    CHECK(same_set(s, &train));
-    CHECK(same_set(held_out, &test));
-    truth_free(&train);
-    truth_free(&test);
+    struct truth_set back[TRUTH_SPLITS];
+    if (!CHECK(truth_h5_read(path, back) == 0)) return;
+    for (int i = 0; i < TRUTH_SPLITS; i++) {
+        CHECK(same_set(&sets[i], &back[i]));
+        truth_free(&back[i]);
+    }
 }
 
-static void check_h5(const struct truth_set *s)
+static void check_h5(enum truth_system system)
 {
     static const char *const path[2] = {"test_truth_0.h5", "test_truth_1.h5"};
-    struct truth_set held_out;
+    struct truth_set sets[TRUTH_SPLITS];
     char *bytes[2];
     long size[2] = {0, -1};
-    if (!make(&held_out, s->system, TRUTH_TEST, 0, 2, s->samples)) return;
+    for (int i = 0; i < TRUTH_SPLITS; i++)
+        if (!make(&sets[i], system, (enum truth_split)i, 0, 4 - i, 1000 - 10 * i)) return;
 
-    CHECK(truth_h5_write(path[0], s, &held_out) == 0);
+    CHECK(truth_h5_write(path[0], sets) == 0);
     for (time_t start = time(NULL); time(NULL) == start;) {}    /* time stamps, if any, have seconds */
-    CHECK(truth_h5_write(path[1], s, &held_out) == 0);
+    CHECK(truth_h5_write(path[1], sets) == 0);
     for (int i = 0; i < 2; i++) bytes[i] = slurp(path[i], &size[i]);
     CHECK(bytes[0] && bytes[1] && size[0] == size[1] && !memcmp(bytes[0], bytes[1], (size_t)size[0]));
     free(bytes[0]);
     free(bytes[1]);
 
-    check_round_trip(path[1], s, &held_out);
-    truth_free(&held_out);
+    check_round_trip(path[1], sets);
+    for (int i = 0; i < TRUTH_SPLITS; i++) truth_free(&sets[i]);
     remove(path[0]);
     remove(path[1]);
+}
+
+/* ---- random streams, by where pend2 starts: two draws per trajectory, uniform in +-pi/2 ---- */
+
+enum { STREAM = 2000 };
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static int starts(double x[2 * STREAM], enum truth_split split, uint64_t seed)
+{
+    struct truth_set s;
+    if (!CHECK(truth_generate(&s, TRUTH_PEND2, split, seed, 0, STREAM, 1) == 0)) return 0;
+    memcpy(x, s.q, 2 * STREAM * sizeof *x);
+    truth_free(&s);
+    return 1;
+}
+
+/* Correlation of a with b, uniform in +-pi/2, b `later` trajectories on. */
+static double correlation(const double *a, const double *b, int later)
+{
+    double sum = 0;
+    const int n = 2 * (STREAM - later);
+    for (int i = 0; i < n; i++) sum += a[i] * b[i + 2 * later];
+    return sum / n / (PI * PI / 12);
+}
+
+/* Train and test are today what they always were. No number occurs in two streams, of neighbouring seeds either, nor twice in one,
+   which it would if two streams overlapped; and none tells anything of another: four standard deviations. */
+static void check_streams(void)
+{
+    enum { SETS = 4 * TRUTH_SPLITS, ONE = 2 * STREAM }; /* set i: seed i / TRUTH_SPLITS, split i % TRUTH_SPLITS */
+    static const double always[2][2] = {{0x1.5bb63275e1c32p+0, -0x1.484e851fef9e7p+0}, {0x1.daa2c61fcb2e8p-2, 0x1.dd10541cb238p-7}};
+    static double x[SETS * ONE];
+    const double bound = 4 / sqrt(ONE);
+    int same = 0;
+    for (int i = 0; i < SETS; i++)
+        if (!starts(x + i * ONE, (enum truth_split)(i % TRUTH_SPLITS), (uint64_t)(i / TRUTH_SPLITS))) return;
+    CHECK(!memcmp(x + (TRUTH_SPLITS + TRUTH_TRAIN) * ONE + 6, always[0], sizeof always[0]));
+    CHECK(!memcmp(x + (TRUTH_SPLITS + TRUTH_TEST) * ONE + 6, always[1], sizeof always[1]));
+    for (int i = 0; i < SETS; i++) {
+        const double *a = x + i * ONE;
+        double mean = 0;
+        for (int k = 0; k < ONE; k++) mean += a[k] / ONE;
+        CHECK_BELOW(fabs(mean) / (PI / sqrt(12)), bound);
+        CHECK_BELOW(fabs(correlation(a, a, 0) - 1), bound);
+        CHECK_BELOW(fabs(correlation(a, a, 1)), bound);
+        for (int j = 0; j < i; j++)
+            for (int later = 0; later < 2; later++) CHECK_BELOW(fabs(correlation(a, x + j * ONE, later)), bound);
+    }
+    qsort(x, SETS * ONE, sizeof *x, ascending);
+    for (int i = 1; i < SETS * ONE; i++) same += x[i] == x[i - 1];
+    CHECK(same == 0);
 }
 
 static void check_grid(enum truth_system system)
 {
     static const char path[] = "test_truth_grid.h5";
-    struct truth_set s;
+    struct truth_set s, sets[TRUTH_SPLITS];
     struct truth_report r;
     int columns, rows;
     if (!make(&s, system, TRUTH_TRAIN, 0, 2, truth_samples(system))) return;
@@ -286,8 +344,9 @@ static void check_grid(enum truth_system system)
     check_grid_formula(&s);
     check_start(&s);
     CHECK(truth_grid(TRUTH_PEND2, &columns, &rows) == -1 && truth_beads(TRUTH_PEND2, s.q, s.qd) == -1);
-    CHECK(truth_h5_write(path, &s, &s) == 0);
-    check_round_trip(path, &s, &s);
+    for (int i = 0; i < TRUTH_SPLITS; i++) sets[i] = s;
+    CHECK(truth_h5_write(path, sets) == 0);
+    check_round_trip(path, sets);
     remove(path);
     truth_free(&s);
 }
@@ -311,6 +370,7 @@ static void check_time(enum truth_system system, int samples, double longer, dou
 void test_truth(void)
 {
     static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT, TRUTH_PEND16_PD};
+    check_streams();
     for (int i = 0; i < 5; i++) {
         struct truth_set s;
         struct truth_report r;
@@ -325,7 +385,7 @@ void test_truth(void)
         else check_reduced(&s);
         if (systems[i] == TRUTH_PEND16) {
             check_soft(&s);
-            check_h5(&s);
+            check_h5(systems[i]);
         }
         truth_free(&s);
     }

@@ -68,9 +68,12 @@ static double uniform(uint64_t *state, double low, double high)
     return low + (high - low) * ((double)(mix(*state) >> 11) * 0x1p-53);
 }
 
+/* Keys of train and test are 2 seed + 1 and 2 seed + 2, those of tune stand at the other end: of seeds below 2^62 no two are
+   equal. */
 static uint64_t stream(uint64_t seed, enum truth_split split, int trajectory)
 {
-    return mix(mix(2 * seed + (split == TRUTH_TEST) + 1) + (uint64_t)trajectory + 1);
+    const uint64_t key = split == TRUTH_TUNE ? ~(2 * seed) : 2 * seed + (split == TRUTH_TEST) + 1;
+    return mix(mix(key) + (uint64_t)trajectory + 1);
 }
 
 /* ---- models ---- */
@@ -272,6 +275,12 @@ static void drive_torque(const struct drive *v, double t, const double *x, const
 }
 
 /* ---- sets ---- */
+
+const char *truth_split_name(enum truth_split split)
+{
+    static const char *const names[TRUTH_SPLITS] = {"train", "test", "tune"};
+    return names[split];
+}
 
 const char *truth_name(enum truth_system system) { return specs[system].name; }
 int truth_dof(enum truth_system system) { return specs[system].dof; }

@@ -21,7 +21,8 @@ enum truth_system {
     TRUTH_SYSTEMS
 };
 
-enum truth_split { TRUTH_TRAIN, TRUTH_TEST }; /* independent random streams of one seed */
+/* Independent random streams of one seed, below 2^62. Settings are chosen on TRUTH_TUNE, never on TRUTH_TEST. */
+enum truth_split { TRUTH_TRAIN, TRUTH_TEST, TRUTH_TUNE, TRUTH_SPLITS };
 
 struct truth_set {
     enum truth_system system;
@@ -44,6 +45,7 @@ struct truth_report {
 };
 
 const char *truth_name(enum truth_system system);
+const char *truth_split_name(enum truth_split split); /* train, test, tune */
 int truth_dof(enum truth_system system);
 int truth_samples(enum truth_system system); /* of a whole trajectory, one per ms: pendulums 3000, rope 1000, cloth 250 */
 int truth_find(const char *name, enum truth_system *system); /* 0, or -1: unknown name */
