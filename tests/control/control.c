@@ -58,11 +58,11 @@ void control_reference_at(const struct control_reference *r, double t, double q[
         zd[j] = sd * f + s * fd;
         zdd[j] = sdd * f + 2 * sd * fd + s * fdd;
     }
-    truth_pend16_phi(z, q, J);
+    truth_phi(TRUTH_PEND16, z, q, J);
     for (int j = 0; j < n; j++) to[j] = z[j] + h * zd[j];
-    truth_pend16_phi(to, none, plus);
+    truth_phi(TRUTH_PEND16, to, none, plus);
     for (int j = 0; j < n; j++) to[j] = z[j] - h * zd[j];
-    truth_pend16_phi(to, none, minus);
+    truth_phi(TRUTH_PEND16, to, none, minus);
     for (int i = 0; i < N; i++) {
         qd[i] = qdd[i] = 0;
         for (int j = 0; j < n; j++) {
@@ -111,7 +111,7 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
         pend16_state s;
         pend16_latent z;
         for (int j = 0; j < n; j++) x[j] = uniform(&seed, -.5, .5);
-        truth_pend16_phi(x, q, NULL);
+        truth_phi(TRUTH_PEND16, x, q, NULL);
         for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
         if (pend16_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
             pend16_terms(&m->p, &z, &e, &m->work) != ROLN_OK) {

@@ -82,10 +82,9 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
     return 0;
 }
 
-/* The true chart of pend16 is z* = (q0, q4, q8, q12): with A = dz* / dz, the rows of J = d phi / dz of these joints, the true mass
-   in learned coordinates is A^T M* A. Without forces M and V up to one factor, V also up to a
-   constant. */
-static int pend16(struct model *m, const struct motion *d, FILE *out)
+/* The true chart of pend16 and wave16 is z* = (q0, q4, q8, q12): with A = dz* / dz, the rows of J = d phi / dz of these joints,
+   the true mass in learned coordinates is A^T M* A. Without forces M and V up to one factor, V also up to a constant. */
+static int joints16(struct model *m, const struct motion *d, FILE *out)
 {
     const int n = m->md.lnn.n, poses = (d->count * d->samples + EVERY - 1) / EVERY;
     const roln_trained t = model_trained(m);
@@ -107,7 +106,7 @@ static int pend16(struct model *m, const struct motion *d, FILE *out)
                 A[4 * j + k] = (double)J[4 * j], zt[j] = (double)q[4 * j];
         }
         if (st != ROLN_OK) continue;
-        if (truth_pend16_reduced(zt, Mt, &Vt) != 0) return -1;
+        if (truth_reduced(d->system, zt, Mt, &Vt) != 0) return -1;
         for (int a = 0; a < 4; a++)
             for (int b = 0; b < 4; b++) {
                 double sum = 0;
@@ -130,5 +129,6 @@ static int pend16(struct model *m, const struct motion *d, FILE *out)
 int mechanics(struct model *m, const struct motion *d, FILE *out)
 {
     if (d->system == TRUTH_PEND2_ACT) return pend2(m, d, out);
-    return (d->system == TRUTH_PEND16 || d->system == TRUTH_PEND16_PD) && m->md.ae.layers > 0 ? pend16(m, d, out) : 0;
+    const int known = d->system == TRUTH_PEND16 || d->system == TRUTH_PEND16_PD || d->system == TRUTH_WAVE16;
+    return known && m->md.ae.layers > 0 ? joints16(m, d, out) : 0;
 }

@@ -1,6 +1,8 @@
 /* generate - writes a ground-truth set.
-     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--seed S]        N = 100 (rope, cloth 60) and 10, S = 1
-     generate --export IN.h5 PREFIX          PREFIX_train.csv, PREFIX_test.csv from an existing file */
+     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S]
+                                             N = 100 (rope, cloth 60), 10 and 10, S = 1
+     generate --export IN.h5 PREFIX          PREFIX_train.csv, PREFIX_test.csv, PREFIX_tune.csv from an existing file
+   Settings are chosen on tune, so that test stays unseen until they stand. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,23 +11,26 @@
 
 static int usage(void)
 {
-    fprintf(stderr, "generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--seed S]\n"
+    fprintf(stderr, "generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S]\n"
                     "generate --export IN.h5 PREFIX\nSYSTEM:");
     for (int i = 0; i < TRUTH_SYSTEMS; i++) fprintf(stderr, " %s", truth_name((enum truth_system)i));
     fputc('\n', stderr);
     return 2;
 }
 
-static int export_csv(const struct truth_set *train, const struct truth_set *test, const char *prefix)
+static int export_csv(const struct truth_set sets[TRUTH_SPLITS], const char *prefix)
 {
     char path[4096];
-    const struct truth_set *sets[2] = {train, test};
-    static const char *const suffix[2] = {"train", "test"};
-    for (int i = 0; i < 2; i++) {
-        if (snprintf(path, sizeof path, "%s_%s.csv", prefix, suffix[i]) >= (int)sizeof path) return -1;
-        if (truth_csv(sets[i], path)) return -1;
+    for (int i = 0; i < TRUTH_SPLITS; i++) {
+        if (snprintf(path, sizeof path, "%s_%s.csv", prefix, truth_split_name((enum truth_split)i)) >= (int)sizeof path) return -1;
+        if (truth_csv(&sets[i], path)) return -1;
     }
     return 0;
+}
+
+static void release(struct truth_set sets[TRUTH_SPLITS])
+{
+    for (int i = 0; i < TRUTH_SPLITS; i++) truth_free(&sets[i]);
 }
 
 static int summary(const char *name, const struct truth_set *s)
@@ -42,37 +47,46 @@ static int summary(const char *name, const struct truth_set *s)
     return 0;
 }
 
+/* --train, --test or --tune; -1: another word. */
+static int split_of(const char *option)
+{
+    for (int i = 0; i < TRUTH_SPLITS; i++)
+        if (!strncmp(option, "--", 2) && !strcmp(option + 2, truth_split_name((enum truth_split)i))) return i;
+    return -1;
+}
+
 int main(int argc, char **argv)
 {
-    struct truth_set train, test;
+    struct truth_set sets[TRUTH_SPLITS] = {{0}};
     enum truth_system system;
     const char *csv = NULL;
-    int train_count, test_count = 10;
+    int count[TRUTH_SPLITS] = {[TRUTH_TRAIN] = 100, [TRUTH_TEST] = 10, [TRUTH_TUNE] = 10}, bad = 0;
     uint64_t seed = 1;
 
     if (argc == 4 && !strcmp(argv[1], "--export")) {
-        if (truth_h5_read(argv[2], &train, &test)) return 1;
-        int bad = export_csv(&train, &test, argv[3]);
-        truth_free(&train);
-        truth_free(&test);
+        if (truth_h5_read(argv[2], sets)) return 1;
+        bad = export_csv(sets, argv[3]);
+        release(sets);
         return bad != 0;
     }
     if (argc < 3 || argc % 2 == 0 || truth_find(argv[1], &system)) return usage();
-    train_count = system == TRUTH_ROPE || system == TRUTH_CLOTH ? 60 : 100;     /* 60: half a gigabyte */
+    if (system == TRUTH_ROPE || system == TRUTH_CLOTH) count[TRUTH_TRAIN] = 60; /* half a gigabyte */
     for (int i = 3; i < argc; i += 2) {
-        if (!strcmp(argv[i], "--csv")) csv = argv[i + 1];
-        else if (!strcmp(argv[i], "--train")) train_count = atoi(argv[i + 1]);
-        else if (!strcmp(argv[i], "--test")) test_count = atoi(argv[i + 1]);
+        const int split = split_of(argv[i]);
+        if (split >= 0) count[split] = atoi(argv[i + 1]);
+        else if (!strcmp(argv[i], "--csv")) csv = argv[i + 1];
         else if (!strcmp(argv[i], "--seed")) seed = strtoull(argv[i + 1], NULL, 0);
         else return usage();
     }
-    if (train_count < 1 || test_count < 1) return usage();
+    for (int i = 0; i < TRUTH_SPLITS; i++)
+        if (count[i] < 1) return usage();
 
-    if (truth_generate(&train, system, TRUTH_TRAIN, seed, 0, train_count, truth_samples(system))) return 1;
-    if (truth_generate(&test, system, TRUTH_TEST, seed, 0, test_count, truth_samples(system))) return 1;
-    int bad = summary("train", &train) || summary("test", &test) || truth_h5_write(argv[2], &train, &test)
-        || (csv && export_csv(&train, &test, csv));
-    truth_free(&train);
-    truth_free(&test);
+    for (int i = 0; i < TRUTH_SPLITS && !bad; i++) {
+        const enum truth_split split = (enum truth_split)i;
+        bad = truth_generate(&sets[i], system, split, seed, 0, count[i], truth_samples(system))
+            || summary(truth_split_name(split), &sets[i]);
+    }
+    bad = bad || truth_h5_write(argv[2], sets) || (csv && export_csv(sets, csv));
+    release(sets);
     return bad;
 }

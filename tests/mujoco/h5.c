@@ -95,11 +95,12 @@ static int put_set(hid_t file, const char *name, const struct truth_set *s)
     return bad ? -1 : 0;
 }
 
-int truth_h5_write(const char *path, const struct truth_set *train, const struct truth_set *test)
+int truth_h5_write(const char *path, const struct truth_set sets[TRUTH_SPLITS])
 {
     hid_t file = H5Fcreate(path, H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
     if (file < 0) return -1;
-    int bad = put_set(file, "train", train) || put_set(file, "test", test);
+    int bad = 0;
+    for (int i = 0; i < TRUTH_SPLITS && !bad; i++) bad = put_set(file, truth_split_name((enum truth_split)i), &sets[i]);
     return H5Fclose(file) < 0 || bad ? -1 : 0;
 }
 
@@ -176,17 +177,14 @@ static int get_set(hid_t file, const char *name, struct truth_set *s)
     return bad ? -1 : 0;
 }
 
-int truth_h5_read(const char *path, struct truth_set *train, struct truth_set *test)
+int truth_h5_read(const char *path, struct truth_set sets[TRUTH_SPLITS])
 {
-    memset(train, 0, sizeof *train);
-    memset(test, 0, sizeof *test);
+    memset(sets, 0, TRUTH_SPLITS * sizeof *sets);
     hid_t file = H5Fopen(path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (file < 0) return -1;
-    int bad = get_set(file, "train", train) || get_set(file, "test", test);
-    if (bad) {
-        truth_free(train);
-        truth_free(test);
-    }
+    int bad = 0;
+    for (int i = 0; i < TRUTH_SPLITS && !bad; i++) bad = get_set(file, truth_split_name((enum truth_split)i), &sets[i]);
+    for (int i = 0; i < TRUTH_SPLITS && bad; i++) truth_free(&sets[i]);
     H5Fclose(file);
     return bad ? -1 : 0;
 }

@@ -25,7 +25,7 @@ static void test_plant(void)
         truth_plant_close(p);
     }
     truth_free(&s);
-    truth_pend16_phi(z, q, J);
+    truth_phi(TRUTH_PEND16, z, q, J);
     if (!CHECK(truth_plant_open(&p, q, none) == 0)) return;
     truth_plant_gravity(p, g);
     for (int j = 0; j < 4; j++) {
@@ -33,7 +33,7 @@ static void test_plant(void)
         for (int side = 0; side < 2; side++) {
             memcpy(to, z, sizeof to);
             to[j] += side ? h : -h;
-            CHECK(truth_pend16_reduced(to, M, &V[side]) == 0);
+            CHECK(truth_reduced(TRUTH_PEND16, to, M, &V[side]) == 0);
         }
         for (int i = 0; i < 16; i++) f += J[4 * i + j] * g[i];
         CHECK_NEAR(f, (V[1] - V[0]) / (2 * h), 1e-6);

@@ -1,4 +1,4 @@
-/* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, reproducibility, HDF5. */
+/* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, random streams, HDF5. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +10,7 @@
 
 void test_truth(void);
 
+#define PI 3.14159265358979323846
 #define SEED 7
 #define COUNT 6
 
@@ -53,8 +54,8 @@ static void check_reduced(const struct truth_set *s)
     for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 17) {
         const double *z = s->z + 4 * row, *zd = s->zd + 4 * row;
         double q[16], J[64], M[16], V = 0, T = 0;
-        truth_pend16_phi(z, q, J);
-        truth_pend16_reduced(z, M, &V);
+        truth_phi(s->system, z, q, J);
+        truth_reduced(s->system, z, M, &V);
         for (int i = 0; i < 16; i++) {
             double qd = 0;
             for (int b = 0; b < 4; b++) qd += J[4 * i + b] * zd[b];
@@ -65,6 +66,138 @@ static void check_reduced(const struct truth_set *s)
     }
     CHECK_BELOW(worst_q, 0);
     CHECK_BELOW(worst_E, 1e-12);
+}
+
+/* Central differences are off by O(h^2): halving h quarters that. off: its squares, summed, at h and at h / 2. */
+static void check_slope(const double off[2], double bound)
+{
+    CHECK_BELOW(sqrt(off[0]), bound);
+    CHECK_NEAR(sqrt(off[0] / off[1]), 4, .02);
+}
+
+/* Some point of the ranges that the blocks have, 0 included. */
+static void pose(int k, double z[4])
+{
+    static const double range[4] = {1, 1, 1, 2};
+    for (int b = 0; b < 4; b++) z[b] = range[b] * sin(k * (1.1 + .37 * b));
+}
+
+/* phi(0) = 0, first joints are z, J is the derivative of phi; the ninth differences of the other joints by their block's z vanish
+   for pend16 alone, whose couplings have degree 4. */
+static void check_phi(enum truth_system system)
+{
+    enum { POSES = 50, NINTH = 9 };
+    double off[2] = {0, 0}, apart[16], least = HUGE_VAL, most = 0;
+    int first = 1, zero = 1;
+    for (int k = 0; k < POSES; k++) {
+        double z[4], q[16], J[64], side[2][16];
+        pose(k, z);
+        truth_phi(system, z, q, J);
+        for (int i = 0; i < 16; i++) first &= i % 4 || q[i] == z[i / 4], zero &= k > 0 || q[i] == 0;
+        for (int b = 0; b < 4; b++)
+            for (int step = 0; step < 2; step++) {
+                const double h = .02 / (1 + step);
+                for (int s = 0; s < 2; s++) {
+                    double to[4];
+                    memcpy(to, z, sizeof to);
+                    to[b] += s ? h : -h;
+                    truth_phi(system, to, side[s], NULL);
+                }
+                for (int i = 0; i < 16; i++) off[step] += pow((side[1][i] - side[0][i]) / (2 * h) - J[4 * i + b], 2);
+            }
+    }
+    CHECK(first);
+    CHECK(zero);
+    check_slope(off, 4e-3);
+
+    memset(apart, 0, sizeof apart);
+    for (int k = 0, binomial = 1; k <= NINTH; binomial = binomial * (NINTH - k) / (k + 1), k++) {
+        const double x = -1 + .3 * k, z[4] = {x, x, x, x};
+        double q[16];
+        truth_phi(system, z, q, NULL);
+        for (int i = 0; i < 16; i++) apart[i] += (k % 2 ? -1 : 1) * binomial * q[i];
+    }
+    for (int i = 0; i < 16; i++)
+        if (i % 4) least = fmin(least, fabs(apart[i])), most = fmax(most, fabs(apart[i]));
+    if (system == TRUTH_WAVE16) CHECK(least > 1e-5);
+    else CHECK_BELOW(most, 1e-13);
+}
+
+/* Places of the middles of 16 rods of .125 m and their angles from hanging: x [16], height [16], angle [16]. */
+static void rods(const double q[16], double at[48])
+{
+    const double l = .125;
+    double x = 0, y = 0, angle = 0;
+    for (int i = 0; i < 16; i++) {
+        angle += q[i];
+        at[i] = x + l / 2 * sin(angle), at[16 + i] = y - l / 2 * cos(angle), at[32 + i] = angle;
+        x += l * sin(angle), y -= l * cos(angle);
+    }
+}
+
+/* The reduced mass and potential from these places alone, M by central differences over z: M_ab is the sum over the rods of
+   m <dx/dz_a, dx/dz_b> + I dangle/dz_a dangle/dz_b. */
+static void check_rods(enum truth_system system)
+{
+    const double m = .125, inertia = .125 * .125 * .125 / 12;
+    double off[2] = {0, 0}, worst_V = 0, z[4], q[16], M[16], V = 0, at[48], d[4][48];
+    pose(0, z);
+    CHECK(truth_reduced(TRUTH_PEND2, z, M, &V) == -1);
+    for (int k = 0; k < 20; k++) {
+        pose(k, z);
+        if (!CHECK(truth_reduced(system, z, M, &V) == 0)) return;
+        truth_phi(system, z, q, NULL);
+        rods(q, at);
+        for (int i = 0; i < 16; i++) V -= m * 9.81 * at[16 + i];
+        worst_V = fmax(worst_V, fabs(V));
+        for (int step = 0; step < 2; step++) {
+            const double h = .01 / (1 + step);
+            for (int b = 0; b < 4; b++)
+                for (int s = -1; s < 2; s += 2) {
+                    double to[4];
+                    memcpy(to, z, sizeof to);
+                    to[b] += s * h;
+                    truth_phi(system, to, q, NULL);
+                    rods(q, at);
+                    for (int i = 0; i < 48; i++) d[b][i] = (s > 0 ? d[b][i] : 0) + s * at[i] / (2 * h);
+                }
+            for (int e = 0; e < 16; e++) {
+                double sum = 0;
+                for (int i = 0; i < 48; i++) sum += (i < 32 ? m : inertia) * d[e / 4][i] * d[e % 4][i];
+                off[step] += pow(sum - M[e], 2);
+            }
+        }
+    }
+    CHECK_BELOW(worst_V, 2e-14);
+    check_slope(off, 1e-2);
+}
+
+/* qdd = J zdd + (dJ/dt) zd, dJ/dt by central differences of J along zd; zdd is what the first joints say. */
+static void check_acceleration(const struct truth_set *s)
+{
+    double off[2] = {0, 0}, top = 0;
+    for (size_t row = 0; row < (size_t)s->count * (size_t)s->samples; row += 17) {
+        const double *z = s->z + 4 * row, *zd = s->zd + 4 * row, *qdd = s->qdd + 16 * row;
+        double q[16], J[64], side[2][64];
+        truth_phi(s->system, z, q, J);
+        for (int step = 0; step < 2; step++) {
+            const double h = 2e-3 / (1 + step);
+            for (int k = 0; k < 2; k++) {
+                double to[4];
+                for (int b = 0; b < 4; b++) to[b] = z[b] + (k ? h : -h) * zd[b];
+                truth_phi(s->system, to, q, side[k]);
+            }
+            for (int i = 0; i < 16; i++) {
+                double a = 0;
+                for (int b = 0; b < 4; b++)
+                    a += J[4 * i + b] * qdd[4 * b] + (side[1][4 * i + b] - side[0][4 * i + b]) / (2 * h) * zd[b];
+                off[step] += pow(qdd[i] - a, 2);
+                top += qdd[i] * qdd[i] / 2;
+            }
+        }
+    }
+    off[0] /= top, off[1] /= top;
+    check_slope(off, 2e-4);
 }
 
 /* Rope and cloth from the beads' places alone: V and its gradient by the springs' lengths, T; M qdd + dV/dq = tau, M = mass 1. */
@@ -174,28 +307,28 @@ static int same_trajectory(const struct truth_set *r, int a, const struct truth_
     return same;
 }
 
-/* A trajectory does not depend on the others, nor a sample, to its mean force, on those that follow. */
+/* A trajectory does not depend on the others, nor a sample, to its mean force, on those that follow; other splits have others. */
 static void check_reproducible(const struct truth_set *s, int samples)
 {
-    struct truth_set one, test;
     const int last = s->count - 1;
-    if (!make(&one, s->system, TRUTH_TRAIN, last, 1, samples) || !make(&test, s->system, TRUTH_TEST, last, 1, samples)) return;
-    CHECK(same_trajectory(&one, 0, s, last));
-    CHECK(!same_trajectory(&test, 0, s, last));
+    for (int i = 0; i < TRUTH_SPLITS; i++) {
+        struct truth_set one;
+        if (!make(&one, s->system, (enum truth_split)i, last, 1, samples)) continue;
+        CHECK(same_trajectory(&one, 0, s, last) == (i == TRUTH_TRAIN));
+        truth_free(&one);
+    }
     CHECK(!same_trajectory(s, 0, s, 1));
-    truth_free(&one);
-    truth_free(&test);
 }
 
-/* MuJoCo's soft couplings know nothing of phi: relative error of q over 3 s. A trajectory whose last block whips round
-   amplifies the difference about tenfold, hence two bounds. */
-static void check_soft(const struct truth_set *exact)
+/* MuJoCo's soft couplings know nothing of J and its derivative: relative error of q over 3 s. A trajectory whose last block whips
+   round amplifies the difference about tenfold, hence two bounds. */
+static void check_soft(const struct truth_set *exact, enum truth_system system)
 {
     struct truth_set soft;
     struct truth_report r;
     double worst = 0;
     int close = 0;
-    if (!make(&soft, TRUTH_PEND16_SOFT, TRUTH_TRAIN, 0, COUNT, exact->samples)) return;
+    if (!make(&soft, system, TRUTH_TRAIN, 0, COUNT, exact->samples)) return;
     CHECK(truth_check(&soft, &r) == 0);
     CHECK_BELOW(r.residual, 3e-13);
     for (size_t j = 0, n = 16 * (size_t)exact->samples; j < COUNT; j++) {
@@ -238,42 +371,99 @@ static int same_set(const struct truth_set *a, const struct truth_set *b)
     return same;
 }
 
-static void check_round_trip(const char *path, const struct truth_set *s, const struct truth_set *held_out)
+static void check_round_trip(const char *path, const struct truth_set sets[TRUTH_SPLITS])
 {
-    struct truth_set train, test;
-    if (!CHECK(truth_h5_read(path, &train, &test) == 0)) return;
-    CHECK(same_set(s, &train));
-    CHECK(same_set(held_out, &test));
-    truth_free(&train);
-    truth_free(&test);
+    struct truth_set back[TRUTH_SPLITS];
+    if (!CHECK(truth_h5_read(path, back) == 0)) return;
+    for (int i = 0; i < TRUTH_SPLITS; i++) {
+        CHECK(same_set(&sets[i], &back[i]));
+        truth_free(&back[i]);
+    }
 }
 
-static void check_h5(const struct truth_set *s)
+static void check_h5(enum truth_system system)
 {
     static const char *const path[2] = {"test_truth_0.h5", "test_truth_1.h5"};
-    struct truth_set held_out;
+    struct truth_set sets[TRUTH_SPLITS];
     char *bytes[2];
     long size[2] = {0, -1};
-    if (!make(&held_out, s->system, TRUTH_TEST, 0, 2, s->samples)) return;
+    for (int i = 0; i < TRUTH_SPLITS; i++)
+        if (!make(&sets[i], system, (enum truth_split)i, 0, 4 - i, 1000 - 10 * i)) return;
 
-    CHECK(truth_h5_write(path[0], s, &held_out) == 0);
+    CHECK(truth_h5_write(path[0], sets) == 0);
     for (time_t start = time(NULL); time(NULL) == start;) {}    /* time stamps, if any, have seconds */
-    CHECK(truth_h5_write(path[1], s, &held_out) == 0);
+    CHECK(truth_h5_write(path[1], sets) == 0);
     for (int i = 0; i < 2; i++) bytes[i] = slurp(path[i], &size[i]);
     CHECK(bytes[0] && bytes[1] && size[0] == size[1] && !memcmp(bytes[0], bytes[1], (size_t)size[0]));
     free(bytes[0]);
     free(bytes[1]);
 
-    check_round_trip(path[1], s, &held_out);
-    truth_free(&held_out);
+    check_round_trip(path[1], sets);
+    for (int i = 0; i < TRUTH_SPLITS; i++) truth_free(&sets[i]);
     remove(path[0]);
     remove(path[1]);
+}
+
+/* ---- random streams, by where pend2 starts: two draws per trajectory, uniform in +-pi/2 ---- */
+
+enum { STREAM = 2000 };
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static int starts(double x[2 * STREAM], enum truth_split split, uint64_t seed)
+{
+    struct truth_set s;
+    if (!CHECK(truth_generate(&s, TRUTH_PEND2, split, seed, 0, STREAM, 1) == 0)) return 0;
+    memcpy(x, s.q, 2 * STREAM * sizeof *x);
+    truth_free(&s);
+    return 1;
+}
+
+/* Correlation of a with b, uniform in +-pi/2, b `later` trajectories on. */
+static double correlation(const double *a, const double *b, int later)
+{
+    double sum = 0;
+    const int n = 2 * (STREAM - later);
+    for (int i = 0; i < n; i++) sum += a[i] * b[i + 2 * later];
+    return sum / n / (PI * PI / 12);
+}
+
+/* Train and test are today what they always were. No number occurs in two streams, of neighbouring seeds either, nor twice in one,
+   which it would if two streams overlapped; and none tells anything of another: four standard deviations. */
+static void check_streams(void)
+{
+    enum { SETS = 4 * TRUTH_SPLITS, ONE = 2 * STREAM }; /* set i: seed i / TRUTH_SPLITS, split i % TRUTH_SPLITS */
+    static const double always[2][2] = {{0x1.5bb63275e1c32p+0, -0x1.484e851fef9e7p+0}, {0x1.daa2c61fcb2e8p-2, 0x1.dd10541cb238p-7}};
+    static double x[SETS * ONE];
+    const double bound = 4 / sqrt(ONE);
+    int same = 0;
+    for (int i = 0; i < SETS; i++)
+        if (!starts(x + i * ONE, (enum truth_split)(i % TRUTH_SPLITS), (uint64_t)(i / TRUTH_SPLITS))) return;
+    CHECK(!memcmp(x + (TRUTH_SPLITS + TRUTH_TRAIN) * ONE + 6, always[0], sizeof always[0]));
+    CHECK(!memcmp(x + (TRUTH_SPLITS + TRUTH_TEST) * ONE + 6, always[1], sizeof always[1]));
+    for (int i = 0; i < SETS; i++) {
+        const double *a = x + i * ONE;
+        double mean = 0;
+        for (int k = 0; k < ONE; k++) mean += a[k] / ONE;
+        CHECK_BELOW(fabs(mean) / (PI / sqrt(12)), bound);
+        CHECK_BELOW(fabs(correlation(a, a, 0) - 1), bound);
+        CHECK_BELOW(fabs(correlation(a, a, 1)), bound);
+        for (int j = 0; j < i; j++)
+            for (int later = 0; later < 2; later++) CHECK_BELOW(fabs(correlation(a, x + j * ONE, later)), bound);
+    }
+    qsort(x, SETS * ONE, sizeof *x, ascending);
+    for (int i = 1; i < SETS * ONE; i++) same += x[i] == x[i - 1];
+    CHECK(same == 0);
 }
 
 static void check_grid(enum truth_system system)
 {
     static const char path[] = "test_truth_grid.h5";
-    struct truth_set s;
+    struct truth_set s, sets[TRUTH_SPLITS];
     struct truth_report r;
     int columns, rows;
     if (!make(&s, system, TRUTH_TRAIN, 0, 2, truth_samples(system))) return;
@@ -286,8 +476,9 @@ static void check_grid(enum truth_system system)
     check_grid_formula(&s);
     check_start(&s);
     CHECK(truth_grid(TRUTH_PEND2, &columns, &rows) == -1 && truth_beads(TRUTH_PEND2, s.q, s.qd) == -1);
-    CHECK(truth_h5_write(path, &s, &s) == 0);
-    check_round_trip(path, &s, &s);
+    for (int i = 0; i < TRUTH_SPLITS; i++) sets[i] = s;
+    CHECK(truth_h5_write(path, sets) == 0);
+    check_round_trip(path, sets);
     remove(path);
     truth_free(&s);
 }
@@ -310,22 +501,29 @@ static void check_time(enum truth_system system, int samples, double longer, dou
 
 void test_truth(void)
 {
-    static const enum truth_system systems[] = {TRUTH_PEND2, TRUTH_PEND2_ACT, TRUTH_PEND16, TRUTH_PEND16_ACT, TRUTH_PEND16_PD};
-    for (int i = 0; i < 5; i++) {
+    static const enum truth_system systems[] = {TRUTH_PEND2,      TRUTH_PEND2_ACT, TRUTH_PEND16,
+                                                TRUTH_PEND16_ACT, TRUTH_PEND16_PD, TRUTH_WAVE16};
+    check_streams();
+    for (size_t i = 0; i < sizeof systems / sizeof *systems; i++) {
         struct truth_set s;
         struct truth_report r;
         if (!make(&s, systems[i], TRUTH_TRAIN, 0, COUNT, truth_samples(systems[i]))) continue;
         CHECK(truth_check(&s, &r) == 0);
         CHECK_BELOW(r.residual, systems[i] == TRUTH_PEND16_PD ? 3e-14 * r.force_max : 3e-13);
-        CHECK_BELOW(r.ideal, 1e-11);        /* J^T (tau - tau_model) = 0 */
+        CHECK_BELOW(r.ideal, systems[i] == TRUTH_PEND16_PD ? 3e-14 * r.force_max : 1e-12);  /* J^T (tau - tau_model) = 0 */
         CHECK_BELOW(r.energy, 2e-7);        /* energy is constant, or changes by the work of the held torques */
         check_signals(&s);
         check_reproducible(&s, s.samples);
         if (s.dof == 2) check_pend2_formula(&s);
-        else check_reduced(&s);
-        if (systems[i] == TRUTH_PEND16) {
-            check_soft(&s);
-            check_h5(&s);
+        else {
+            check_reduced(&s);
+            check_acceleration(&s);
+        }
+        if (systems[i] == TRUTH_PEND16 || systems[i] == TRUTH_WAVE16) {
+            check_phi(systems[i]);
+            check_rods(systems[i]);
+            check_soft(&s, systems[i] == TRUTH_PEND16 ? TRUTH_PEND16_SOFT : TRUTH_WAVE16_SOFT);
+            check_h5(systems[i]);
         }
         truth_free(&s);
     }

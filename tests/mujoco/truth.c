@@ -25,6 +25,8 @@ static const struct {
     {"pend16_pd", 16, 4, 3000, 1, 1e-3},
     {"pend16_narrow", 16, 4, 3000, 1, 1e-3},
     {"pend16_soft", 16, 0, 3000, 1, 1e-3},
+    {"wave16", 16, 4, 3000, 1, 1e-3},
+    {"wave16_soft", 16, 0, 3000, 1, 1e-3},
     {"rope", 192, 0, 1000, 5, 2e-4},
     {"cloth", 600, 0, 250, 10, 1e-4},
 };
@@ -46,12 +48,23 @@ static const struct grid *grid_of(enum truth_system system)
 }
 
 /* pend16: joint i = a1 x + a2 x^2 + a3 x^3 + a4 x^4 of x = z[i/4], the first joint of its block. */
-static const double coupling[16][4] = {
+static const double polynomial[16][4] = {
     {1, 0, 0, 0}, {.8, .4025, 0, 0}, {-.65, .175, .255, 0}, {.255, -.45, 0, .156},
     {1, 0, 0, 0}, {.56, .2975, 0, 0}, {-.5, .2875, .39, 0}, {.39, -.315, 0, .12},
     {1, 0, 0, 0}, {.92, .455, 0, 0}, {-.35, .2125, .3, 0}, {.3, -.5175, 0, .084},
     {1, 0, 0, 0}, {.68, .35, 0, 0}, {-.575, .325, .21, 0}, {.21, -.3825, 0, .138},
 };
+
+/* wave16: joint i = l x + a sin(b x) + c (1 - cos(d x)) + e tanh(f x), row l a b c d e f. Of such motion linear
+   POD with n = 4 leaves 20 % as of pend16, polynomials in z of degree 4, 6 and 8 leave .9, .13 and .025 %. */
+static const double wave[16][7] = {
+    {1, 0, 0, 0, 0, 0, 0}, {0, .42, 1.9, .32, 1.6, 0, 0}, {0, .16, 2.3, 0, 0, -.62, 1.6}, {0, 0, 0, -.32, 1.8, .2, 1.5},
+    {1, 0, 0, 0, 0, 0, 0}, {0, 0, 0, .24, 1.7, .34, 1.7}, {0, -.32, 2.3, .17, 2, 0, 0}, {0, .18, 2, -.24, 1.8, 0, 0},
+    {1, 0, 0, 0, 0, 0, 0}, {0, .3, 2.1, .3, 1.8, .16, 1.8}, {0, -.22, 2.2, .18, 1.9, 0, 0}, {0, 0, 0, -.3, 1.9, .22, 1.8},
+    {1, 0, 0, 0, 0, 0, 0}, {0, .54, 1.2, .5, 1.1, 0, 0}, {0, 0, 0, .36, 1.2, -.56, .95}, {0, .24, 1.3, -.54, 1.1, 0, 0},
+};
+
+static int is_wave(enum truth_system system) { return system == TRUTH_WAVE16 || system == TRUTH_WAVE16_SOFT; }
 
 /* ---- random numbers: splitmix64, one stream per (seed, split, trajectory) ---- */
 
@@ -68,9 +81,12 @@ static double uniform(uint64_t *state, double low, double high)
     return low + (high - low) * ((double)(mix(*state) >> 11) * 0x1p-53);
 }
 
+/* Keys of train and test are 2 seed + 1 and 2 seed + 2, those of tune stand at the other end: of seeds below 2^62 no two are
+   equal. */
 static uint64_t stream(uint64_t seed, enum truth_split split, int trajectory)
 {
-    return mix(mix(2 * seed + (split == TRUTH_TEST) + 1) + (uint64_t)trajectory + 1);
+    const uint64_t key = split == TRUTH_TUNE ? ~(2 * seed) : 2 * seed + (split == TRUTH_TEST) + 1;
+    return mix(mix(key) + (uint64_t)trajectory + 1);
 }
 
 /* ---- models ---- */
@@ -94,8 +110,9 @@ static void append(struct text *x, const char *format, ...)
 }
 
 /* n uniform rods hanging from the origin, hinges about -y at their upper ends, relative angles.
-   Couplings as stiff as MuJoCo allows: with the default solimp .9 .95 the error is 15 to 120 times larger. */
-static void chain_xml(struct text *x, const char *name, int n, double length, double mass, double dt, int coupled)
+   Couplings by polynomials, or NULL, as stiff as MuJoCo allows: with the default solimp .9 .95 the error is 15 to 120 times
+   larger. */
+static void chain_xml(struct text *x, const char *name, int n, double length, double mass, double dt, const double (*poly)[4])
 {
     double inertia = mass * length * length / 12;
     x->n = 0;
@@ -109,13 +126,13 @@ static void chain_xml(struct text *x, const char *name, int n, double length, do
     }
     for (int i = 0; i < n; i++) append(x, "</body>");
     append(x, "\n</worldbody>\n");
-    if (coupled) {
+    if (poly) {
         append(x, "<equality>\n");
         for (int i = 0; i < n; i++)
             if (i % 4)
                 append(x, "<joint joint1=\"j%d\" joint2=\"j%d\" polycoef=\"0 %g %g %g %g\" solref=\"%g 1\"\n"
                        "  solimp=\".9999 .9999 .001\"/>\n", i, i - i % 4,
-                       coupling[i][0], coupling[i][1], coupling[i][2], coupling[i][3], 2 * dt);
+                       poly[i][0], poly[i][1], poly[i][2], poly[i][3], 2 * dt);
         append(x, "</equality>\n");
     }
     append(x, "</mujoco>\n");
@@ -150,11 +167,13 @@ static void grid_xml(struct text *x, enum truth_system system)
 
 static void system_xml(enum truth_system system, struct text *x)
 {
+    static const double later[16][4];           /* those of wave16_soft: couple() */
+    const double(*poly)[4] = system == TRUTH_PEND16_SOFT ? polynomial : system == TRUTH_WAVE16_SOFT ? later : NULL;
     const char *name = specs[system].name;
     double dt = specs[system].dt_sim;
     if (grid_of(system)) grid_xml(x, system);
-    else if (specs[system].dof == 2) chain_xml(x, name, 2, 1, 1, dt, 0);
-    else chain_xml(x, name, 16, .125, .125, dt, system == TRUTH_PEND16_SOFT);
+    else if (specs[system].dof == 2) chain_xml(x, name, 2, 1, 1, dt, NULL);
+    else chain_xml(x, name, 16, .125, .125, dt, poly);
 }
 
 static void on_error(const char *message)       /* MuJoCo goes on if this returns */
@@ -169,6 +188,7 @@ static void on_warning(const char *message)     /* counted in d->warning, see wa
 }
 
 struct rig {
+    enum truth_system system;
     mjModel *m;
     mjData *d;
 };
@@ -201,6 +221,7 @@ static struct rig *rig_of(enum truth_system system)
     static struct text xml;
     struct rig *rig = &rigs[system];
     if (rig->d) return rig;
+    rig->system = system;
     system_xml(system, &xml);
     return load(rig, xml.s) ? NULL : rig;
 }
@@ -272,6 +293,12 @@ static void drive_torque(const struct drive *v, double t, const double *x, const
 }
 
 /* ---- sets ---- */
+
+const char *truth_split_name(enum truth_split split)
+{
+    static const char *const names[TRUTH_SPLITS] = {"train", "test", "tune"};
+    return names[split];
+}
 
 const char *truth_name(enum truth_system system) { return specs[system].name; }
 int truth_dof(enum truth_system system) { return specs[system].dof; }
@@ -350,6 +377,66 @@ static void log_sample(struct truth_set *s, size_t row0, int k, const mjData *d,
     put(s->tau_model, row, s->dof, tau_model);
 }
 
+/* ---- couplings: q = phi(z) ---- */
+
+/* Joint i and its first two derivatives by x, the first joint of its block. */
+static void joint_jet(enum truth_system system, int i, double x, double jet[3])
+{
+    if (is_wave(system)) {
+        const double *w = wave[i], s = sin(w[2] * x), c = cos(w[2] * x), v = sin(w[4] * x), u = cos(w[4] * x), t = tanh(w[6] * x);
+        jet[0] = w[0] * x + w[1] * s + w[3] * (1 - u) + w[5] * t;
+        jet[1] = w[0] + w[1] * w[2] * c + w[3] * w[4] * v + w[5] * w[6] * (1 - t * t);
+        jet[2] = -w[1] * w[2] * w[2] * s + w[3] * w[4] * w[4] * u - 2 * w[5] * w[6] * w[6] * t * (1 - t * t);
+    } else {
+        const double *a = polynomial[i];
+        jet[0] = x * (a[0] + x * (a[1] + x * (a[2] + x * a[3])));
+        jet[1] = a[0] + x * (2 * a[1] + x * (3 * a[2] + x * 4 * a[3]));
+        jet[2] = 2 * a[1] + x * (6 * a[2] + x * 12 * a[3]);
+    }
+}
+
+/* phi, phi' and phi'' of each joint with respect to its own block's z. */
+static void phi_jet(enum truth_system system, const double z[4], double q[16], double d1[16], double d2[16])
+{
+    for (int i = 0; i < 16; i++) {
+        double jet[3];
+        joint_jet(system, i, z[i / 4], jet);
+        q[i] = jet[0], d1[i] = jet[1], d2[i] = jet[2];
+    }
+}
+
+void truth_phi(enum truth_system system, const double z[4], double q[16], double J[64])
+{
+    double d1[16], d2[16];
+    phi_jet(system, z, q, d1, d2);
+    if (J)
+        for (int i = 0; i < 64; i++) J[i] = i / 4 / 4 == i % 4 ? d1[i / 4] : 0;
+}
+
+/* MuJoCo couples joints by polynomials of degree 4 only. Those of wave16_soft become, before every step, the ones through five
+   points about the present x: of a step's .02 rad at most 4e-9 rad off. */
+static void couple(const struct rig *rig)
+{
+    enum { NODES = 5 };
+    const double apart = .02;
+    for (int e = 0; e < rig->m->neq && is_wave(rig->system); e++) {
+        const int i = rig->m->eq_obj1id[e];
+        double *a = rig->m->eq_data + e * mjNEQDATA, x[NODES], c[NODES], jet[3];
+        for (int k = 0; k < NODES; k++) {
+            x[k] = rig->d->qpos[i - i % 4] + (k - NODES / 2) * apart;
+            joint_jet(rig->system, i, x[k], jet);
+            c[k] = jet[0];
+        }
+        for (int k = 1; k < NODES; k++)         /* Newton's divided differences .. */
+            for (int j = NODES - 1; j >= k; j--) c[j] = (c[j] - c[j - 1]) / (x[j] - x[j - k]);
+        mju_zero(a, NODES);
+        for (int k = NODES - 1; k >= 0; k--) {  /* .. by powers */
+            for (int j = NODES - 1; j > 0; j--) a[j] = a[j - 1] - x[k] * a[j];
+            a[0] = c[k] - x[k] * a[0];
+        }
+    }
+}
+
 /* ---- MuJoCo's own integration: mj_forward, log, step; bitwise the same as mj_step ---- */
 
 /* tau = applied + actuator + constraint + dampers; springs are in e_pot, nothing else here is passive. */
@@ -379,6 +466,7 @@ static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, 
         for (int i = 0; i < stride; i++) {
             mj_checkPos(m, d);
             mj_checkVel(m, d);
+            couple(rig);
             mj_forward(m, d);
             mj_checkAcc(m, d);
             if (i == 0 || grid_of(s->system)) motion_force(m, d, tau);
@@ -391,26 +479,7 @@ static void run_mujoco(struct truth_set *s, size_t row0, const struct rig *rig, 
     }
 }
 
-/* ---- exact coupling: q = phi(z), MuJoCo supplies M and bias = c + dV/dq ---- */
-
-/* phi, phi' and phi'' of each joint with respect to its own block's z. */
-static void phi_jet(const double z[4], double q[16], double d1[16], double d2[16])
-{
-    for (int i = 0; i < 16; i++) {
-        const double *a = coupling[i], x = z[i / 4];
-        q[i] = x * (a[0] + x * (a[1] + x * (a[2] + x * a[3])));
-        d1[i] = a[0] + x * (2 * a[1] + x * (3 * a[2] + x * 4 * a[3]));
-        d2[i] = 2 * a[1] + x * (6 * a[2] + x * 12 * a[3]);
-    }
-}
-
-void truth_pend16_phi(const double z[4], double q[16], double J[64])
-{
-    double d1[16], d2[16];
-    phi_jet(z, q, d1, d2);
-    if (J)
-        for (int i = 0; i < 64; i++) J[i] = i / 4 / 4 == i % 4 ? d1[i / 4] : 0;
-}
+/* ---- exact coupling: MuJoCo supplies M and bias = c + dV/dq ---- */
 
 static void project(const double d1[16], const double f[16], double out[4])     /* J^T f */
 {
@@ -455,7 +524,7 @@ static void reduced_forward(const struct rig *rig, const double z[4], const doub
     const mjModel *m = rig->m;
     mjData *d = rig->d;
     double d1[16], d2[16], Jdzd[16], f[16], Mz[16];
-    phi_jet(z, d->qpos, d1, d2);
+    phi_jet(rig->system, z, d->qpos, d1, d2);
     for (int i = 0; i < 16; i++) {
         d->qvel[i] = d1[i] * zd[i / 4];
         Jdzd[i] = d2[i] * zd[i / 4] * zd[i / 4];
@@ -545,7 +614,7 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         else if (s->dof == 2) run_mujoco(s, row0, rig, x, &v);
         else {
             if (grid_of(system)) start_grid(system, &state, q);
-            else truth_pend16_phi(x, q, NULL);
+            else truth_phi(system, x, q, NULL);
             run_mujoco(s, row0, rig, q, &v);
         }
         if (warned(rig->d)) {
@@ -652,7 +721,7 @@ int truth_check(const struct truth_set *s, struct truth_report *r)
                 f[i] = tau[i] - u[i];
             }
             if (s->latent) {
-                phi_jet(s->z + 4 * row, rig->d->qpos, d1, d2);
+                phi_jet(s->system, s->z + 4 * row, rig->d->qpos, d1, d2);
                 project(d1, f, z);
                 for (int i = 0; i < 4; i++) r->ideal = larger(r->ideal, z[i]);
             }
@@ -723,12 +792,15 @@ int truth_energy(enum truth_system system, const double *q, const double *qd, do
     return 0;
 }
 
-int truth_pend16_reduced(const double z[4], double M[16], double *V)
+int truth_reduced(enum truth_system system, const double z[4], double M[16], double *V)
 {
-    const struct rig *rig = rig_of(TRUTH_PEND16);
+    const struct rig *rig = specs[system].dof == 16 ? rig_of(system) : NULL;
     double d1[16], d2[16];
-    if (!rig) return -1;
-    phi_jet(z, rig->d->qpos, d1, d2);
+    if (!rig) {
+        fprintf(stderr, "truth: %s: no reduced mass\n", specs[system].name);
+        return -1;
+    }
+    phi_jet(system, z, rig->d->qpos, d1, d2);
     mj_fwdPosition(rig->m, rig->d);
     mj_energyPos(rig->m, rig->d);
     reduced_mass(rig, d1, M);
@@ -761,6 +833,7 @@ static double step_error(const struct truth_set *s, const struct rig *rig, const
         for (long k = 1; k <= steps; k++) {
             const double at = (double)k * dt / s->dt, nearest = floor(at + .5);
             const double *q = s->q + (row + (size_t)nearest) * n;
+            couple(rig);
             mj_step(rig->m, rig->d);
             if (warning(rig->d) >= 0) return HUGE_VAL;
             if (fabs(at - nearest) > 1e-6) continue;
@@ -786,7 +859,10 @@ static double step_time(const struct truth_set *s, const struct rig *rig)
             struct timespec a, b;
             double us;
             clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &a);
-            for (int i = k; i < steps && i < k + PIECE; i++) mj_step(rig->m, rig->d);
+            for (int i = k; i < steps && i < k + PIECE; i++) {
+                couple(rig);
+                mj_step(rig->m, rig->d);
+            }
             clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &b);
             us = 1e6 * (double)(b.tv_sec - a.tv_sec) + 1e-3 * (double)(b.tv_nsec - a.tv_nsec);
             if (run == 0 || us < least[k / PIECE]) least[k / PIECE] = us;

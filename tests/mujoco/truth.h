@@ -15,13 +15,16 @@ enum truth_system {
     TRUTH_PEND16_PD,     /* the same, tau_u by a PD controller of these joints along a random reference   */
     TRUTH_PEND16_NARROW, /* TRUTH_PEND16 from starts of at most .3 rad                                   */
     TRUTH_PEND16_SOFT,   /* starts of TRUTH_PEND16, couplings by MuJoCo's own equality constraints        */
+    TRUTH_WAVE16,        /* the rods and starts of TRUTH_PEND16; phi, there polynomials, of sin, 1 - cos and tanh */
+    TRUTH_WAVE16_SOFT,   /* starts of TRUTH_WAVE16, couplings by MuJoCo: polynomials anew for every step  */
     TRUTH_ROPE,          /* 65 beads on springs, the first pinned, released straight and tilted, tau = 0    */
     TRUTH_CLOTH,         /* 20 x 10 beads on springs and dampers fall flat on a frictionless sphere; tau: contact and
                            dampers, tau_model: its mean until the next sample                               */
     TRUTH_SYSTEMS
 };
 
-enum truth_split { TRUTH_TRAIN, TRUTH_TEST }; /* independent random streams of one seed */
+/* Independent random streams of one seed, below 2^62. Settings are chosen on TRUTH_TUNE, never on TRUTH_TEST. */
+enum truth_split { TRUTH_TRAIN, TRUTH_TEST, TRUTH_TUNE, TRUTH_SPLITS };
 
 struct truth_set {
     enum truth_system system;
@@ -44,6 +47,7 @@ struct truth_report {
 };
 
 const char *truth_name(enum truth_system system);
+const char *truth_split_name(enum truth_split split); /* train, test, tune */
 int truth_dof(enum truth_system system);
 int truth_samples(enum truth_system system); /* of a whole trajectory, one per ms: pendulums 3000, rope 1000, cloth 250 */
 int truth_find(const char *name, enum truth_system *system); /* 0, or -1: unknown name */
@@ -70,12 +74,14 @@ int truth_beads(enum truth_system system, const double *q, double *xyz); /* worl
 /* The truth that learned models are compared with; all arrays row-major. */
 int truth_energy(enum truth_system system, const double *q, const double *qd, double *T, double *V);
 int truth_terms_pend2(const double q[2], const double qd[2], double M[4], double c[2], double g[2]); /* M qdd + c + g = tau */
-void truth_pend16_phi(const double z[4], double q[16], double J[64]); /* J = dphi/dz, 16 x 4, or NULL */
-int truth_pend16_reduced(const double z[4], double M[16], double *V); /* J^T M J and V(phi(z))        */
+/* Of the systems of 16 joints, the second -1 of others: J = dphi/dz, 16 x 4, or NULL; J^T M J and V(phi(z)). */
+void truth_phi(enum truth_system system, const double z[4], double q[16], double J[64]);
+int truth_reduced(enum truth_system system, const double z[4], double M[16], double *V);
 
 /* MuJoCo at another time step dt, by the system's integrator, along the trajectories of s: a system that MuJoCo steps and nobody
    drives, from sample 0 on. error: sqrt(sum |q - s|^2 / sum |s - mean of s|^2) over the instants that are samples. us_per_step:
-   microseconds of mj_step alone, without energies; mean over the first trajectory, least of many timings; NULL: not measured.
+   microseconds of mj_step alone, without energies (wave16_soft: and of setting its couplings); mean over the first trajectory,
+   least of many timings; NULL: not measured.
    1: this step is unstable, q not finite or a warning. */
 int truth_time(const struct truth_set *s, double dt, double *us_per_step, double *error);
 
