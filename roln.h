@@ -16,6 +16,8 @@
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
+       #define ROLN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
+       #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
        #define ROLN_STORE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
@@ -35,6 +37,8 @@
        NAME_start       scratch of NAME_init and NAME_init_pod; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
+       NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
+       NAME_newton      ... its sums, the step and where it ends
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -67,6 +71,8 @@
        NAME_grad_acc    adds the gradient of the acceleration loss
        NAME_grad        adds the gradient of the loss over windows of several steps
        NAME_update      one step of Riemannian Adam
+       NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
+       NAME_newton_rows, NAME_newton_sums, NAME_newton_step, NAME_newton_judge   one step of Riemannian Gauss-Newton
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
 
@@ -648,8 +654,8 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
 typedef struct {
     const roln_trained *m;
     const roln_real *in;
-    roln_real *gtheta, *gin; /* gradients [params], [nb][roln_force_size]; NULL: not wanted */
-    roln_real *work;         /* [ROLNI_TORQUE_WORK], with a backward [ROLNI_TORQUE_BWD_WORK] */
+    roln_real *gae, *gB, *gin; /* gradients: of the autoencoder, of B [N][inputs], of in; NULL: not wanted */
+    roln_real *work;           /* [ROLNI_TORQUE_WORK], with a backward [ROLNI_TORQUE_BWD_WORK] */
 } rolni_torque;
 
 /* tau_z = J(z)^T tau. */
@@ -666,7 +672,7 @@ ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real 
     roln_ae_reduce(ae, nb, f->m->theta, tape, rolni_tau(f->m, nb, f->in, tau), tau_z, work);
 }
 
-/* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gtheta and gin. */
+/* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gae, gB and gin. */
 #define ROLNI_TORQUE_BWD_MEM(X, S, nb, gin) X(tau, ROLNI_TAU(S, nb)) X(g, ((gin) || S(inputs) > 0) * (nb) * S(N))
 #define ROLNI_TORQUE_BWD_WORK(S, nb, gin) (0 ROLNI_TORQUE_BWD_MEM(ROLNI_SIZE, S, nb, gin) + ROLN_AE_REDUCE_BWD_WORK(S, nb))
 ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz)
@@ -679,8 +685,8 @@ ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_
     int i;
     if (wanted) rolni_zero(nb * N, g);
     roln_ae_reduce_bwd(&md->ae, nb, f->m->theta, z, rolni_tau(f->m, nb, f->in, tau), y, gz, wanted ? g : NULL,
-                       params ? f->gtheta : NULL, work);
-    if (inputs > 0 && params && f->gtheta) roln_mm_at(N, nb, inputs, g, f->in, f->gtheta + at);
+                       params ? f->gae : NULL, work);
+    if (inputs > 0 && params && f->gB) roln_mm_at(N, nb, inputs, g, f->in, f->gB);
     if (!params || !f->gin) return;
     if (inputs > 0) roln_mm(nb, N, inputs, g, f->m->theta + at, tau);
     for (i = 0; i < nb * roln_force_size(md); i++)
@@ -705,10 +711,11 @@ typedef struct {
     rolni_torque torque;
 } rolni_driven;
 
-/* in [nb][roln_force_size], NULL: no force; gtheta NULL: no gradient; work [ROLNI_FORCE_WORK]. d must stay where it is. */
-ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_driven *d, roln_real *gtheta, roln_real *work)
+/* in [nb][roln_force_size], NULL: no force; work [ROLNI_FORCE_WORK]. d must stay where it is. For gradients set d->torque.gae, gB,
+   gin. */
+ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_driven *d, roln_real *work)
 {
-    d->torque.m = m, d->torque.in = in, d->torque.gtheta = gtheta, d->torque.gin = NULL, d->torque.work = work;
+    d->torque.m = m, d->torque.in = in, d->torque.work = work, d->torque.gae = d->torque.gB = d->torque.gin = NULL;
     d->force.eval = rolni_torque_eval, d->force.bwd = rolni_torque_bwd, d->force.ctx = &d->torque;
     d->sys.theta = rolni_net(m), d->sys.force = in ? &d->force : NULL;
 }
@@ -724,7 +731,7 @@ ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, c
     ROLN_REDUCE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_driven d;
     int i;
-    rolni_drive(m, tau, &d, NULL, work);
+    rolni_drive(m, tau, &d, work);
     rolni_torque_eval(&d.torque, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= m->scale->q;
@@ -751,7 +758,7 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     rolni_driven d;
     roln_status st;
     int i;
-    rolni_drive(m, tau ? held : NULL, &d, NULL, force);
+    rolni_drive(m, tau ? held : NULL, &d, force);
     for (i = 0; i < size && tau; i++)
         held[i] = tau[i] * unit;
     rolni_state(m, z, zd, s);
@@ -786,7 +793,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
     rolni_driven d;
     roln_status st;
     int i, j;
-    rolni_drive(m, held, &d, NULL, force);
+    rolni_drive(m, held, &d, force);
     for (i = 0; i < size; i++)
         held[i] = tau ? tau[i] * unit : 0;
     rolni_state(m, z, zd, s);
@@ -957,32 +964,93 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
     }
 }
 
-/* One loss term: *term += f |a - b|^2, and with its weight wt the cotangents ga += 2 f wt (a - b), gb -= the same (gb
+/* Where the backward of a block goes. A gradient: of the autoencoder and of all behind it (ae, net; NULL: not wanted) is the sum
+   over windows, loss gets the unweighted terms, windows their number. A row (signs not NULL, one window): ae, net are the
+   derivative of the number sum_i xi_i sqrt(weight_i) (model - data)_i over all that the loss compares, xi_i = +-1 drawn from signs,
+   and residual that number with the other sign: E residual^2 is the loss, E row^T row its Gauss-Newton matrix. */
+typedef struct {
+    roln_real *ae, *net;
+    roln_loss *loss;
+    roln_real *windows;
+    uint64_t *signs;
+    roln_real *residual;
+} roln_gradient;
+
+/* The gradient by all parameters, theta [roln_params]. */
+ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, roln_loss *loss, roln_real *windows)
+{
+    roln_gradient g;
+    g.ae = theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
+    g.signs = NULL, g.residual = NULL;
+    return g;
+}
+
+/* Nonzero if a backward is wanted, and not the loss alone. */
+ROLNI_INLINE int rolni_goes_back(const roln_gradient *g)
+{
+    return g->ae != NULL || g->net != NULL;
+}
+
+/* A term of the loss in a block: its share f of a window's loss, its weight, where it is summed. */
+typedef struct {
+    roln_real f, weight, *sum;
+} rolni_term;
+
+ROLN_FN rolni_term rolni_term_of(roln_real f, roln_real weight, roln_real *sum)
+{
+    rolni_term t;
+    t.f = f, t.weight = weight, t.sum = sum;
+    return t;
+}
+
+/* One loss term of a row, c = sqrt(f weight): residual -= c xi . (a - b), ga += c xi, gb -= c xi. */
+ROLN_FN void rolni_project(const roln_gradient *g, rolni_term t, int n, const roln_real *a, const roln_real *b, roln_real *ga,
+                           roln_real *gb)
+{
+    const roln_real c = ROLN_SQRT(t.f * t.weight);
+    uint64_t bits = 0;
+    int i;
+    for (i = 0; i < n && t.weight > 0; i++, bits >>= 1) {
+        roln_real x;
+        if (i % 64 == 0) bits = roln_rand(g->signs);
+        x = bits & 1 ? c : -c;
+        *g->residual -= x * (a[i] - b[i]);
+        ga[i] += x;
+        if (gb) gb[i] -= x;
+    }
+}
+
+/* One loss term: *sum += f |a - b|^2, and with its weight the cotangents ga += 2 f weight (a - b), gb -= the same (gb
    may be NULL). */
-ROLN_FN void rolni_square(int n, const roln_real *a, const roln_real *b, roln_real f, roln_real wt, roln_real *term, roln_real *ga,
-                          roln_real *gb)
+ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const roln_real *a, const roln_real *b, roln_real *ga,
+                           roln_real *gb)
 {
     enum { ROLNI_PART = 64 }; /* the sum of squares is taken in parts, each in order 2 */
     roln_real d[ROLNI_PART], sum = 0;
     int i, j;
+    if (g->signs) {
+        rolni_project(g, t, n, a, b, ga, gb);
+        return;
+    }
     for (i = 0; i < n; i += ROLNI_PART) {
         const int m = n - i < ROLNI_PART ? n - i : ROLNI_PART;
         for (j = 0; j < m; j++) {
-            const roln_real g = 2 * f * wt * (d[j] = a[i + j] - b[i + j]);
-            ga[i + j] += g;
-            if (gb) gb[i + j] -= g;
+            const roln_real x = 2 * t.f * t.weight * (d[j] = a[i + j] - b[i + j]);
+            ga[i + j] += x;
+            if (gb) gb[i + j] -= x;
         }
         sum += roln_dot(m, d, d);
     }
-    *term += f * sum;
+    *t.sum += t.f * sum;
 }
 
-/* Where a gradient is added to: theta [params] the sum over windows, loss the unweighted terms, windows their number. */
-typedef struct {
-    roln_real *theta;
-    roln_loss *loss;
-    roln_real *windows;
-} roln_gradient;
+/* The gradients that a force gives go there, too. */
+ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
+{
+    const roln_model *md = d->torque.m->model;
+    d->torque.gae = g->ae;
+    d->torque.gB = g->net ? g->net + roln_lnn_params(&md->lnn) : NULL;
+}
 
 /* The arrays of a block of nb windows that live as long as it does, and those that its stations take one after the other. */
 #define ROLNI_WINDOWS_MEM(X, S, nb, H, size) \
@@ -1058,7 +1126,8 @@ ROLN_INLINE void rolni_windows_start(const roln_trained *m, const roln_loss *wt,
     ROLNI_WINDOWS_MEM(ROLNI_LAY, ROLNI_LOCAL, nb, H, roln_force_size(m->model))
     b->work = work;
     b->behind = work + rolni_torque_work(m->model, nb, 1);
-    rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, g->theta, work);
+    rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, work);
+    rolni_drive_to(g, &b->drive);
 }
 
 /* The data of step k, scaled, to x. */
@@ -1119,13 +1188,16 @@ ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, 
     roln_ae_decode(&md->ae, b->jets, rows, b->m->theta, D, Y, tape);
     rolni_zero(b->jets * rows * N, gY);
     rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
-    rolni_square(nx, Y, x, b->each, wt->q, &loss->q, gY, NULL);
-    if (pred) rolni_square(nx, Y + nx, x, b->step, wt->q_pred, &loss->q_pred, gY + nx, NULL);
+    rolni_compare(b->g, rolni_term_of(b->each, wt->q, &loss->q), nx, Y, x, gY, NULL);
+    if (pred) rolni_compare(b->g, rolni_term_of(b->step, wt->q_pred, &loss->q_pred), nx, Y + nx, x, gY + nx, NULL);
     if (b->jets > 1) {
-        rolni_square(nx, Y + rows * N, x + nx, b->each, wt->qd, &loss->qd, gY + rows * N, NULL);
-        if (pred) rolni_square(nx, Y + rows * N + nx, x + nx, b->step, wt->qd_pred, &loss->qd_pred, gY + rows * N + nx, NULL);
+        rolni_compare(b->g, rolni_term_of(b->each, wt->qd, &loss->qd), nx, Y + rows * N, x + nx, gY + rows * N, NULL);
+        if (pred)
+            rolni_compare(b->g, rolni_term_of(b->step, wt->qd_pred, &loss->qd_pred), nx, Y + rows * N + nx, x + nx,
+                          gY + rows * N + nx, NULL);
     }
-    roln_ae_decode_bwd(&md->ae, b->jets, rows, b->m->theta, tape, gY, D, b->g->theta, work);
+    if (!rolni_goes_back(b->g)) return;
+    roln_ae_decode_bwd(&md->ae, b->jets, rows, b->m->theta, tape, gY, D, b->g->ae, work);
     for (p = 0; p < b->jets; p++) {
         rolni_copy(nz, D + p * rows * n, b->gZ + p * nz);
         for (i = 0; pred && i < nz; i++)
@@ -1138,19 +1210,22 @@ ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, in
 {
     const int n = md->lnn.n, nb = b->nb, nz = nb * n, stages = ROLN_STAGES(b->scheme);
     const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz;
-    roln_real *work = b->behind, *gth = b->g->theta + roln_ae_params(&md->ae);
+    roln_real *work = b->behind;
     ROLNI_STEPPED_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, stages * roln_lnn_tape(&md->lnn, 1, 1, nb))
     rolni_zero(2 * nz, gB);
     rolni_windows_force(md, b, k - 1);
     if (!pred) { /* the start from two positions */
+        if (!rolni_goes_back(b->g)) return;
         roln_lnn_start(&md->lnn, &b->drive.sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, tapes, work);
-        roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, gth, tapes, work);
+        roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, b->g->net, tapes, work);
         return;
     }
-    rolni_square(nz, Pk, Zk, b->step, b->weights->z, &b->g->loss->z, gP, b->gZ);
-    if (b->jets > 1) rolni_square(nz, Pk + nz, Zk + nz, b->step, b->weights->zd, &b->g->loss->zd, gP + nz, b->gZ + nz);
+    rolni_compare(b->g, rolni_term_of(b->step, b->weights->z, &b->g->loss->z), nz, Pk, Zk, gP, b->gZ);
+    if (b->jets > 1)
+        rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, b->gZ + nz);
+    if (!rolni_goes_back(b->g)) return;
     roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
-    roln_lnn_step_bwd(&md->lnn, &b->drive.sys, b->scheme, nb, b->h, gP, gB, gth, tapes, work);
+    roln_lnn_step_bwd(&md->lnn, &b->drive.sys, b->scheme, nb, b->h, gP, gB, b->g->net, tapes, work);
 }
 
 /* Backward, last sample first: decode, compare, one step back, encode. Each station recomputes its forward, so memory grows with H
@@ -1172,8 +1247,9 @@ ROLN_FN void rolni_windows_backward(const roln_model *md, const rolni_windows *b
         }
         for (i = 0; b->rollout && k == 0 && i < b->jets * nz; i++) /* the roll-out began at the encoded sample */
             b->gZ[i] += gP[i];
+        if (!b->g->ae) continue;
         roln_ae_encode(ae, b->jets, nb, b->m->theta, b->x, gB, b->tape); /* for its tape; gB is scratch here */
-        roln_ae_encode_bwd(ae, b->jets, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->theta, b->work);
+        roln_ae_encode_bwd(ae, b->jets, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->ae, b->work);
     }
 }
 
@@ -1242,11 +1318,12 @@ ROLN_FN void rolni_samples_decode(const roln_model *md, const rolni_samples *b)
     roln_ae_decode(&md->ae, 3, 2 * nb, b->m->theta, D, Y, tape);
     rolni_zero(6 * nx, gY);
     rolni_zero(6 * nz, D); /* from here on the cotangents of what was decoded */
-    rolni_square(nx, Y, x, 1, wt->q, &loss->q, gY, NULL);
-    rolni_square(nx, Y + 2 * nx, x + nx, 1, wt->qd, &loss->qd, gY + 2 * nx, NULL);
-    rolni_square(nx, Y + 4 * nx, x + 2 * nx, 1, wt->qdd, &loss->qdd, gY + 4 * nx, NULL);
-    rolni_square(nx, Y + 5 * nx, x + 2 * nx, 1, wt->qdd_pred, &loss->qdd_pred, gY + 5 * nx, NULL);
-    roln_ae_decode_bwd(&md->ae, 3, 2 * nb, b->m->theta, tape, gY, D, b->g->theta, work);
+    rolni_compare(b->g, rolni_term_of(1, wt->q, &loss->q), nx, Y, x, gY, NULL);
+    rolni_compare(b->g, rolni_term_of(1, wt->qd, &loss->qd), nx, Y + 2 * nx, x + nx, gY + 2 * nx, NULL);
+    rolni_compare(b->g, rolni_term_of(1, wt->qdd, &loss->qdd), nx, Y + 4 * nx, x + 2 * nx, gY + 4 * nx, NULL);
+    rolni_compare(b->g, rolni_term_of(1, wt->qdd_pred, &loss->qdd_pred), nx, Y + 5 * nx, x + 2 * nx, gY + 5 * nx, NULL);
+    if (!rolni_goes_back(b->g)) return;
+    roln_ae_decode_bwd(&md->ae, 3, 2 * nb, b->m->theta, tape, gY, D, b->g->ae, work);
     for (p = 0; p < 3; p++)
         for (i = 0; i < nz; i++)
             b->gZ[p * nz + i] = D[2 * p * nz + i] + (p < 2 ? D[2 * p * nz + nz + i] : 0);
@@ -1260,22 +1337,59 @@ ROLN_FN void rolni_samples_backward(const roln_model *md, const rolni_samples *b
     const roln_lnn *lnn = &md->lnn;
     const roln_real *th = b->m->theta + roln_ae_params(&md->ae);
     const int nb = b->nb, nz = nb * lnn->n;
-    roln_real *gth = b->g->theta + roln_ae_params(&md->ae), *tau = b->tau, *gtau = b->gtau;
+    const int back = rolni_goes_back(b->g);
+    roln_real *tau = b->tau, *gtau = b->gtau;
     roln_loss *loss = b->g->loss;
     rolni_samples_decode(md, b);
-    rolni_square(nz, b->sd + nz, b->Z + 2 * nz, 1, b->weights->zdd, &loss->zdd, b->gsd + nz, b->gZ + 2 * nz);
-    rolni_stage_bwd(lnn, &b->drive.sys, nb, b->gsd, b->gZ, gth, b->lnn_tape, b->work);
+    rolni_compare(b->g, rolni_term_of(1, b->weights->zdd, &loss->zdd), nz, b->sd + nz, b->Z + 2 * nz, b->gsd + nz, b->gZ + 2 * nz);
+    if (back) rolni_stage_bwd(lnn, &b->drive.sys, nb, b->gsd, b->gZ, b->g->net, b->lnn_tape, b->work);
     if (b->weights->force > 0) {
         const roln_force *force = b->drive.sys.force;
         rolni_zero(nz, tau + nz);
         rolni_zero(2 * nz, gtau);
         if (force) force->eval(force->ctx, nb, b->Z, tau + nz);
         roln_lnn_inverse(lnn, 1, nb, th, b->Z, NULL, b->Z + 2 * nz, tau, b->lnn_tape, b->work); /* again, for its tape */
-        rolni_square(nz, tau, tau + nz, 1, b->weights->force, &loss->force, gtau, gtau + nz);
-        roln_lnn_inverse_bwd(lnn, nb, th, gtau, b->gZ, b->gZ + 2 * nz, gth, b->lnn_tape, b->work);
+        rolni_compare(b->g, rolni_term_of(1, b->weights->force, &loss->force), nz, tau, tau + nz, gtau, gtau + nz);
+        if (!back) return;
+        roln_lnn_inverse_bwd(lnn, nb, th, gtau, b->gZ, b->gZ + 2 * nz, b->g->net, b->lnn_tape, b->work);
         if (force) force->bwd(force->ctx, nb, b->Z, gtau + nz, 1, b->gZ);
     }
-    roln_ae_encode_bwd(&md->ae, 3, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->theta, b->work);
+    if (b->g->ae) roln_ae_encode_bwd(&md->ae, 3, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->ae, b->work);
+}
+
+/* nb samples from sample w0 on, there and back. */
+ROLN_INLINE roln_status rolni_samples_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, int w0, int nb,
+                                            const roln_gradient *g, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const int N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
+    rolni_samples block, *b = &block;
+    roln_status st;
+    b->m = m, b->weights = wt, b->batch = batch, b->g = g, b->w0 = w0, b->nb = nb;
+    ROLNI_SAMPLES_MEM(ROLNI_LAY, ROLNI_LOCAL, nb, roln_force_size(md))
+    rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, work);
+    rolni_drive_to(g, &b->drive);
+    b->lnn_tape = work + rolni_torque_work(md, nb, 1);
+    b->work = b->lnn_tape + roln_lnn_tape(&md->lnn, 1, 1, nb);
+    if ((st = rolni_samples_forward(md, b)) != ROLN_OK) return st;
+    rolni_samples_backward(md, b);
+    *g->windows += ROLNI_AS(roln_real, nb);
+    return ROLN_OK;
+}
+
+/* nb windows from window w0 on, there and back. */
+ROLN_INLINE roln_status rolni_windows_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int w0,
+                                            int nb, const roln_gradient *g, roln_real *work)
+{
+    const roln_model *md = m->model;
+    rolni_windows b;
+    roln_status st;
+    b.w0 = w0, b.nb = nb;
+    rolni_windows_start(m, wt, batch, dt, g, &b, work);
+    if ((st = rolni_windows_forward(md, &b)) != ROLN_OK) return st;
+    rolni_windows_backward(md, &b);
+    *g->windows += ROLNI_AS(roln_real, nb);
+    return ROLN_OK;
 }
 
 /* What both gradients ask of their arguments first. */
@@ -1294,27 +1408,13 @@ ROLN_INLINE roln_status rolni_grad_valid(const roln_trained *m, const roln_batch
 ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, int nb,
                                       const roln_gradient *g, roln_real *work)
 {
-    const roln_model *md = m->model;
-    const int N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
-    roln_real *const all = work;
     roln_status st = rolni_grad_valid(m, batch, nb);
-    int w, now;
+    int w;
     if (st != ROLN_OK) return st;
     if (!batch->qd || !batch->qdd) return ROLN_E_LENGTH;
-    for (w = 0; w < batch->count; w += now) {
-        now = batch->count - w < nb ? batch->count - w : nb;
-        rolni_samples block, *b = &block;
-        work = all;
-        b->m = m, b->weights = wt, b->batch = batch, b->g = g, b->w0 = w, b->nb = now;
-        ROLNI_SAMPLES_MEM(ROLNI_LAY, ROLNI_LOCAL, now, roln_force_size(md))
-        rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, g->theta, work);
-        b->lnn_tape = work + rolni_torque_work(md, now, 1);
-        b->work = b->lnn_tape + roln_lnn_tape(&md->lnn, 1, 1, now);
-        if ((st = rolni_samples_forward(md, b)) != ROLN_OK) return st;
-        rolni_samples_backward(md, b);
-        *g->windows += ROLNI_AS(roln_real, now);
-    }
-    return ROLN_OK;
+    for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
+        st = rolni_samples_block(m, wt, batch, w, ROLN_MIN(nb, batch->count - w), g, work);
+    return st;
 }
 
 /* Gradient of the ODE loss over windows of H = b->steps steps of dt seconds (paper Eq. 13): encoder, roll-out, decoder, and
@@ -1322,7 +1422,7 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
    each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
    (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
-   equations as a prediction error, H >= 2. Adds the sum over windows to g->theta, the unweighted terms to g->loss (without the
+   equations as a prediction error, H >= 2. Adds the sum over windows to g->ae and g->net, the unweighted terms to g->loss (without the
    prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time; a block of windows that fails
    (data or parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not
    looked for here: the update refuses it. ROLN_E_LENGTH: count or steps negative, stride below 1, no qd or qdd for the acceleration
@@ -1331,21 +1431,53 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
 ROLN_INLINE roln_status roln_grad(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int nb,
                                   const roln_gradient *g, roln_real *work)
 {
-    const roln_model *md = m->model;
     roln_status st = rolni_grad_valid(m, batch, nb);
-    int w, now;
+    int w;
     if (st != ROLN_OK) return st;
     if (!batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
-    for (w = 0; w < batch->count; w += now) {
-        now = batch->count - w < nb ? batch->count - w : nb;
-        rolni_windows b;
-        b.w0 = w, b.nb = now;
-        rolni_windows_start(m, wt, batch, dt, g, &b, work);
-        if ((st = rolni_windows_forward(md, &b)) != ROLN_OK) return st;
-        rolni_windows_backward(md, &b);
-        *g->windows += ROLNI_AS(roln_real, now);
+    for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
+        st = rolni_windows_block(m, wt, batch, dt, w, ROLN_MIN(nb, batch->count - w), g, work);
+    return st;
+}
+
+/* What roln_rows fills: residuals r [count] and their rows J [count][columns], NULL: not wanted. columns: all parameters, or with
+   behind > 0 those behind the autoencoder. The signs of row w are drawn from seed + w. */
+typedef struct {
+    roln_real *J, *r;
+    int behind;
+    uint64_t seed;
+} roln_rows_to;
+
+/* Residual rows of the same losses for Gauss-Newton (roln_newton_rows): row w, of window w, is the derivative by the parameters of
+       f = sum_i xi_i sqrt(weight_i) (model - data)_i
+   over all numbers i that the loss of the window compares, xi_i = +-1 at random; r_w = -f. So E r^2 is the loss of the window and
+   E J^T J its Gauss-Newton matrix, at one backward a row; a window may be listed several times for several rows (Hutchinson 1990).
+   Single samples with b->qdd and b->steps = 0: the acceleration loss; else windows (roln_grad). The same signs come again for the
+   same seed, so that a step can be judged by its own rows. Statuses and work of roln_grad_acc or roln_grad for one window; on a
+   status other than ROLN_OK J and r are scratch. */
+ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt,
+                                  const roln_rows_to *to, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const int ae_size = roln_ae_params(&md->ae), columns = roln_params(md) - (to->behind ? ae_size : 0);
+    const int acceleration = batch->qdd && batch->steps == 0;
+    roln_status st = rolni_grad_valid(m, batch, 1);
+    int w;
+    if (st != ROLN_OK) return st;
+    if (acceleration ? !batch->qd : !batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
+    for (w = 0; w < batch->count && st == ROLN_OK; w++) {
+        roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, columns) : NULL, windows = 0;
+        uint64_t signs = to->seed + ROLNI_AS(uint64_t, w);
+        roln_loss unused;
+        roln_gradient g;
+        g.ae = to->behind ? NULL : row, g.net = !row ? NULL : to->behind ? row : row + ae_size;
+        g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w;
+        to->r[w] = 0;
+        if (row) rolni_zero(columns, row);
+        st = acceleration ? rolni_samples_block(m, wt, batch, w, 1, &g, work)
+                          : rolni_windows_block(m, wt, batch, dt, w, 1, &g, work);
     }
-    return ROLN_OK;
+    return st;
 }
 
 /* ---- 5 data and errors ------------------------------------------------------------------------ */
@@ -1510,7 +1642,7 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
         roln_real *tape = work + rolni_torque_work(md, now, 0), *rest = tape + roln_lnn_tape(&md->lnn, 1, 0, now);
         rolni_driven d;
         roln_status st;
-        rolni_drive(m, b->tau ? held : NULL, &d, NULL, work);
+        rolni_drive(m, b->tau ? held : NULL, &d, work);
         for (k = 0; k <= b->steps; k++) {
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, size, w, now, k - 1, rolni_force_unit(sc), held);
@@ -1858,6 +1990,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_BITS_int8 8
 #define ROLNI_BITS_(s) ROLNI_BITS_##s
 #define ROLNI_BITS(s) ROLNI_BITS_(s)
+#define ROLNI_LEARN_networks 1
+#define ROLNI_LEARN_everything 0
+#define ROLNI_LEARN_(s) ROLNI_LEARN_##s
+#define ROLNI_LEARN(s) ROLNI_LEARN_(s)
 #define ROLNI_OR(a, b) ((a) > 0 ? (a) : (b))
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
@@ -1942,6 +2078,12 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_STORE
 #define ROLN_STORE full
 #endif
+#ifndef ROLN_ROWS
+#define ROLN_ROWS 0
+#endif
+#ifndef ROLN_LEARN
+#define ROLN_LEARN networks
+#endif
 
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
@@ -2016,6 +2158,8 @@ enum {
                           ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
                         ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
+    ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
+    ROLNI_(newton_side) = ROLN_MIN(ROLN_ROWS, ROLNI_(newton_size)),
     ROLNI_(horizon) = ROLN_HORIZON,
     ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
@@ -2036,6 +2180,7 @@ ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0)
+ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
 /* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
@@ -2338,7 +2483,7 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
                                      ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_gradient to = {g->theta, &g->loss, &g->windows};
+    const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     return roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, work->grad_acc);
 }
 
@@ -2349,7 +2494,7 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_gradient to = {g->theta, &g->loss, &g->windows};
+    const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
     return roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, work->grad);
 }
@@ -2363,6 +2508,90 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
     return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
                             work->update);
 }
+
+#if ROLN_ROWS > 0
+ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_ROWS) > 0)
+/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names; behind them the last step. next:
+   the same residuals where a step ends. The signs of row k are drawn from seed + k. Zero it once. */
+typedef struct {
+    uint64_t seed;
+    roln_real r[ROLN_ROWS], next[ROLN_ROWS], J[(ROLN_ROWS + 1) * ROLNI_(newton_size)];
+} ROLNI_(residuals);
+
+/* A step of Gauss-Newton. Zero it once, and set state to ROLN_NEWTON_START. With the last step in NAME_residuals it resumes bit
+   for bit. */
+typedef struct {
+    roln_newton state;
+    ROLNI_(params) next; /* where the step ends */
+    roln_real d[ROLNI_(newton_size)], S[ROLNI_(newton_side) * (ROLNI_(newton_side) + 1)];
+    union {
+        roln_real rows[ROLN_MAX(1, ROLNI_VERB_WORK(ROLNI_))], sums[ROLN_SYM_WORK];
+        roln_real step[ROLN_NEWTON_STEP_WORK(ROLN_ROWS, ROLNI_(newton_size), ROLNI_VERB_WORK(ROLNI_))];
+    } work;
+} ROLNI_(newton);
+
+/* The blocks that it moves: those behind the autoencoder are the last 15. */
+enum {
+    ROLNI_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(ae_size) : 0,
+    ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 15 : 0,
+    ROLNI_(newton_blocks) = ROLNI_(blocks) - ROLNI_(newton_first)
+};
+
+/* Rows at .. at + b->count - 1 of g at p, of the acceleration loss if b has qdd and no steps, else of windows (roln_rows). again:
+   the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH: they do not fit into g, the windows are longer than ROLN_HORIZON,
+   or as NAME_grad. Threads may fill different rows at the same time, each with work of its own. */
+ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt, int at,
+                                 int again, ROLNI_(residuals) *g, ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    roln_rows_to to;
+    if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_ROWS - b->count) return ROLN_E_LENGTH;
+    to.J = again ? NULL : g->J + ROLNI_AS(size_t, at) * ROLNI_(newton_size);
+    to.r = (again ? g->next : g->r) + at;
+    to.behind = ROLNI_LEARN(ROLN_LEARN), to.seed = g->seed + ROLNI_AS(uint64_t, at);
+    return roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? work->grad_acc : work->grad);
+}
+
+/* count rows are complete: they and the last step become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. The last step stands
+   in row `count`, so count must not change while there is momentum. */
+ROLN_FN roln_status ROLNI_(newton_rows)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
+                                        ROLNI_(newton) *o)
+{
+    if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
+    return roln_newton_rows(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, count,
+                            p->theta + ROLNI_(newton_from), g->J, g->r, &o->state, o->work.rows);
+}
+
+/* Their sums, rows from .. to - 1 of the system: 0, NAME_newton_side for all, unless two threads share them. */
+ROLN_FN void ROLNI_(newton_sums)(int count, int from, int to, const ROLNI_(residuals) *g, ROLNI_(newton) *o,
+                                 roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
+{
+    roln_newton_sums(count, ROLNI_(newton_size), from, to, g->J, o->S, work);
+}
+
+/* A step from p to o->next (roln_newton_step). */
+ROLN_FN roln_status ROLNI_(newton_step)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, const ROLNI_(residuals) *g,
+                                        ROLNI_(newton) *o)
+{
+    roln_newton_system system;
+    roln_status st;
+    system.R = count, system.P = ROLNI_(newton_size), system.J = g->J, system.r = g->r, system.S = o->S;
+    if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
+    memcpy(&o->next, p, sizeof *p);
+    st = roln_newton_step(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, &system,
+                          p->theta + ROLNI_(newton_from), &o->state, o->d, o->next.theta + ROLNI_(newton_from), o->work.step);
+    return st;
+}
+
+/* Nonzero if the step is taken: then p becomes o->next. g->next: the residuals there, NAME_rows with again = 1. */
+ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, ROLNI_(residuals) *g, ROLNI_(newton) *o)
+{
+    if (count < 1 || count > ROLN_ROWS || !roln_newton_judge(count, g->next, &o->state)) return 0;
+    memcpy(p, &o->next, sizeof *p);
+    rolni_copy(ROLNI_(newton_size), o->d, g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
+    return 1;
+}
+#endif
 
 #else
 
@@ -2410,5 +2639,7 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK
 #undef ROLN_STORE
+#undef ROLN_ROWS
+#undef ROLN_LEARN
 
 #endif /* ROLN_NAME */

@@ -5,6 +5,7 @@
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
    4 Stiefel           matrices with orthonormal rows
    5 optimisers        settings, schedule, update of a product of blocks, Riemannian Adam (AMSGrad) and SGD
+   6 Gauss-Newton      rows of a Jacobian, damped least squares, acceptance of a step
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
    examples in tests/unit/test_riem.c). Nothing here changes. Each manifold says how it carries a tangent to another point.
@@ -24,8 +25,9 @@
 typedef struct {
     int (*size)(int rows, int cols); /* numbers of a point */
     int (*work)(int rows, int cols); /* work of tangent and of retract, whichever needs more */
-    /* gm [2][size] in: Euclidean gradient at x, momentum at the previous point; out: Riemannian gradient, momentum at x */
-    roln_status (*tangent)(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work);
+    /* gm, count + 1 rows that begin stride numbers apart, in: Euclidean gradients at x and, last, the momentum at the previous
+       point; out: Riemannian gradients, momentum at x */
+    roln_status (*tangent)(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work);
     /* <u, v> at x; NULL: the dot product of the coordinates */
     roln_real (*inner)(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v);
     /* xn = R_x(u), at least of first order; xn may be u */
@@ -67,7 +69,7 @@ ROLN_FN int roln_block_moments(const roln_block *b)
 /* A point is x = (Phi^T, Psi^T), [2][n][N], with Psi^T Phi = I; a tangent (X, Y) satisfies Y^T Phi + Psi^T X = 0.
    Frobenius metric. To carry a tangent to another point is to project it there. Otto, Macchio, Rowley 2023. */
 
-/* Project count ambient pairs u [count][2][n][N] (in and out) onto the tangent space at x [2][n][N]:
+/* Project count ambient pairs u (in and out), [2][n][N] each, which begin stride numbers apart, onto the tangent space at x [2][n][N]:
    (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
    Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
    in u passes through.
@@ -77,7 +79,7 @@ ROLN_FN int roln_block_moments(const roln_block *b)
 #define ROLNI_PROJECT_MEM(X, n) X(D, (n) * (n)) /* in the room of roln_eig */
 #define ROLN_BIORTH_PROJECT_WORK(n) \
     (0 ROLN_BIORTH_PROJECT_MEM(ROLNI_SIZE, n) + ROLN_MAX(0 ROLNI_PROJECT_MEM(ROLNI_SIZE, n), ROLN_EIG_WORK(n)))
-ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real *x, roln_real *u, roln_real *work)
+ROLN_FN roln_status roln_biorth_project(int n, int N, int count, int stride, const roln_real *x, roln_real *u, roln_real *work)
 {
     const roln_real *phi = x, *psi = x + n * N;
     roln_status st;
@@ -89,7 +91,7 @@ ROLN_FN roln_status roln_biorth_project(int n, int N, int count, const roln_real
     if ((st = roln_eig(n, C, rb, Ub, work)) != ROLN_OK) return st;
     if (!(ra[0] + rb[0] > (ra[n - 1] + rb[n - 1]) * ROLN_EPS)) return ROLN_E_ILL_CONDITIONED;
     ROLNI_PROJECT_MEM(ROLNI_CARVE, n)
-    for (c = 0; c < count; c++, u += 2 * n * N) {
+    for (c = 0; c < count; c++, u += stride) {
         roln_real *X = u, *Y = u + n * N;
         roln_mm_bt(n, N, n, Y, phi, C); /* C = Y^T Phi + Psi^T X */
         roln_mm_bt(n, N, n, psi, X, D);
@@ -146,9 +148,10 @@ ROLN_FN int rolni_biorth_work(int rows, int cols)
     return ROLN_BIORTH_BLOCK_WORK(rows, cols);
 }
 
-ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm,
+                                         roln_real *work)
 {
-    return roln_biorth_project(rows, cols, 2, x, gm, work);
+    return roln_biorth_project(rows, cols, count + 1, stride, x, gm, work);
 }
 
 ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, roln_biorth_retract};
@@ -241,10 +244,14 @@ ROLN_FN int rolni_spd_work(int rows, int cols)
     return ROLN_SPD_BLOCK_WORK(rows);
 }
 
-ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm,
+                                      roln_real *work)
 {
+    roln_status st = ROLN_OK;
     (void)cols;
-    return roln_spd_rgrad(rows, x, gm, gm, work);
+    for (; count > 0 && st == ROLN_OK; count--, gm += stride)
+        st = roln_spd_rgrad(rows, x, gm, gm, work);
+    return st;
 }
 
 /* ROLN_E_NOT_SPD: x is not. ROLN_E_NOT_FINITE: the end of the step is not. */
@@ -274,14 +281,15 @@ ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NU
    orthogonal group. A tangent U satisfies U X^T + X U^T = 0. Frobenius metric. To carry a tangent to another point is to
    project it there. Edelman, Arias, Smith 1998; Absil, Mahony, Sepulchre 2008. */
 
-/* Project count ambient matrices Z [count][k][m] (in and out) onto the tangent space at X [k][m]: Z - sym(Z X^T) X.
+/* Project count ambient matrices Z [k][m] (in and out), which begin stride numbers apart, onto the tangent space at X [k][m]:
+   Z - sym(Z X^T) X.
    NaN passes through. work [ROLN_STIEFEL_PROJECT_WORK(k)]. Cost 2 count k^2 m. */
 #define ROLN_STIEFEL_PROJECT_WORK(k) ((k) * (k))
-ROLN_FN void roln_stiefel_project(int k, int m, int count, const roln_real *X, roln_real *Z, roln_real *work)
+ROLN_FN void roln_stiefel_project(int k, int m, int count, int stride, const roln_real *X, roln_real *Z, roln_real *work)
 {
     roln_real *S = work;
     int c, i, j;
-    for (c = 0; c < count; c++, Z += k * m) {
+    for (c = 0; c < count; c++, Z += stride) {
         roln_mm_bt(k, m, k, Z, X, S);
         for (i = 0; i < k; i++)
             for (j = 0; j <= i; j++)
@@ -361,9 +369,10 @@ ROLN_FN int rolni_stiefel_work(int rows, int cols)
     return ROLN_STIEFEL_BLOCK_WORK(rows, cols);
 }
 
-ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+ROLN_FN roln_status rolni_stiefel_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm,
+                                          roln_real *work)
 {
-    roln_stiefel_project(rows, cols, 2, x, gm, work);
+    roln_stiefel_project(rows, cols, count + 1, stride, x, gm, work);
     return ROLN_OK;
 }
 
@@ -543,7 +552,7 @@ ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p
     for (i = 0; i < size; i++)
         g[i] = r->scale * p->grad[i] + o->decay * p->x[i];
     rolni_copy(size, p->mom.m, m);
-    if ((st = M->tangent(rows, cols, p->x, g, work)) != ROLN_OK) return st;
+    if ((st = M->tangent(rows, cols, p->x, 1, size, g, work)) != ROLN_OK) return st;
     v = M->inner ? M->inner(rows, cols, p->x, g, g) : roln_dot(size, g, g);
     v = o->beta2 * *p->mom.v + (1 - o->beta2) * v;
     v_max = v > *p->mom.v_max ? v : *p->mom.v_max;
@@ -598,7 +607,7 @@ ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p,
     int i;
     for (i = 0; i < p->size; i++)
         g[i] = r->scale * p->grad[i] + r->opt->decay * p->x[i], g[p->size + i] = 0; /* the momentum that tangent carries */
-    if ((st = k->manifold->tangent(k->rows, k->cols, p->x, g, work)) != ROLN_OK) return st;
+    if ((st = k->manifold->tangent(k->rows, k->cols, p->x, 1, p->size, g, work)) != ROLN_OK) return st;
     for (i = 0; i < p->size; i++)
         g[i] *= -p->lr;
     if ((st = k->manifold->retract(k->rows, k->cols, p->x, g, g, work)) != ROLN_OK) return st;
@@ -612,6 +621,246 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
 {
     rolni_rule r = {rolni_sgd_flat, rolni_sgd_curved, opt, {0, 0, 0}, scale};
     return rolni_product(blocks, table, &r, grad, theta, NULL, work);
+}
+
+/* ---- 6 Gauss-Newton --------------------------------------------------------------------------- */
+
+/* Riemannian Gauss-Newton on the product of the blocks. R residuals r_k, data minus model, have rows J_k, the derivative of the
+   model's number k by the parameters; R may be less or more than the number P of parameters. A step is
+       d = argmin |J d - r|^2 + s |d - mu d_old|^2,   x+ = R_x(rate d),   s = lambda tr(J^T J) / P
+   over the tangent space at x, d_old the last step, carried to x (Levenberg 1944, Marquardt 1963; with few rows and mu near 1 the
+   momentum of Goldshlager et al. 2024). It is found by the smaller of two symmetric systems, with y = r - mu J d_old:
+       primal   d = mu d_old + (J^T J + s I)^-1 J^T y     [P][P]
+       dual     d = mu d_old + J^T (J J^T + s I)^-1 y     [R][R]
+   Whether a step is taken, and the next lambda, is decided by the gain ratio: the decrease of the loss on the same residuals over
+   that of its model |J d - r|^2. A step that is not taken leaves everything but lambda as it was.
+
+       roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
+       roln_newton_sums    J^T J or J J^T                                                       once for new rows
+       roln_newton_step    x+                                                                   again after a refusal
+       roln_newton_judge   takes the residuals at x+: is the step taken?
+
+   J [R + 1][P] is the caller's: behind the rows stands d_old, 0 at first, which is carried along. All blocks must have the dot
+   product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a step's business:
+   parameters that shall stay are left out of the table. */
+
+typedef struct {
+    roln_real rate;     /* of a step: 1 */
+    roln_real momentum; /* mu: 0 where R is several times P */
+    roln_real cap;      /* residuals beyond cap times their rms count linearly, as in Huber's loss; 0: none do */
+} roln_newton_opt;
+#define ROLN_NEWTON_OPT {1, 0, 5}
+
+typedef struct {
+    roln_real lambda; /* 0: no damping, and none is ever added */
+    roln_real bound;  /* of a residual, in its units; 0: none */
+    roln_real loss;   /* sum of the R residuals' losses at x */
+    roln_real hope;   /* its decrease by the last step, if the model |J d - r|^2 is true */
+    roln_real gain;   /* the gain ratio of the last step */
+    uint32_t taken, refused;
+} roln_newton;
+#define ROLN_NEWTON_START {ROLN_C(1e-2), 0, 0, 0, 0, 0, 0}
+
+/* Numbers of a point. */
+ROLN_FN int roln_product_size(int blocks, const roln_block *table)
+{
+    int b, sum = 0;
+    for (b = 0; b < blocks; b++)
+        sum += roln_block_size(table + b);
+    return sum;
+}
+
+/* Size of the smaller system. */
+#define ROLN_NEWTON_SIDE(R, P) ROLN_MIN(R, P)
+
+/* Huber's loss of a residual: r^2 up to bound, then its tangent; bound 0: r^2. */
+ROLN_FN roln_real rolni_huber(roln_real r, roln_real bound)
+{
+    const roln_real a = ROLN_ABS(r);
+    return bound > 0 && a > bound ? bound * (2 * a - bound) : r * r;
+}
+
+/* Sum of the losses of R residuals. */
+ROLN_FN roln_real roln_newton_loss(int R, const roln_real *r, roln_real bound)
+{
+    roln_real sum = 0;
+    int k, j;
+    for (k = 0; k < R; k += ROLNI_SUM) {
+        roln_real part = 0;
+        for (j = k; j < R && j < k + ROLNI_SUM; j++)
+            part += rolni_huber(r[j], bound);
+        sum += part;
+    }
+    return sum;
+}
+
+/* J [R + 1][P], Euclidean rows and the last step, becomes Riemannian and is carried to x; rows whose residual is beyond the bound
+   are scaled, and the residual with them, so that their square has the slope of Huber's loss. loss and bound of `state` are set.
+   x [P] in; J, r [R] in and out. work: the largest roln_manifold.work. ROLN_E_NOT_FINITE: a row or residual is not; ROLN_E_SHAPE: a
+   block has a metric of its own; status of the verbs. J and r are then scratch, all else is as it was. */
+ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const roln_newton_opt *opt, int R, const roln_real *x,
+                                     roln_real *J, roln_real *r, roln_newton *state, roln_real *work)
+{
+    const int P = roln_product_size(blocks, table);
+    const roln_real rms = ROLN_SQRT(roln_newton_loss(R, r, 0) / ROLNI_AS(roln_real, ROLN_MAX(R, 1)));
+    const roln_real bound = opt->cap * rms;
+    int b, k, i, at = 0;
+    if (!roln_finite(rms) || !roln_finite(bound)) return ROLN_E_NOT_FINITE;
+    for (k = 0; k <= R; k++)
+        if (!roln_all_finite(P, J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P))) return ROLN_E_NOT_FINITE;
+    for (b = 0; b < blocks; b++) {
+        const roln_block *t = table + b;
+        roln_status st;
+        if (t->manifold != ROLN_EUCLIDEAN && roln_block_size(t) > 0) {
+            if (t->manifold->inner != NULL) return ROLN_E_SHAPE;
+            if ((st = t->manifold->tangent(t->rows, t->cols, x + at, R, P, J + at, work)) != ROLN_OK) return st;
+        }
+        at += roln_block_size(t);
+    }
+    state->bound = bound, state->loss = roln_newton_loss(R, r, bound);
+    for (k = 0; k < R; k++) {
+        const roln_real a = ROLN_ABS(r[k]), w = bound > 0 && a > bound ? ROLN_SQRT(bound / a) : 1;
+        roln_real *row = J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P);
+        for (i = 0; i < P && w < 1; i++)
+            row[i] *= w;
+        r[k] *= w;
+    }
+    return ROLN_OK;
+}
+
+/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side: all.
+   Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
+ROLN_FN void roln_newton_sums(int R, int P, int from, int to, const roln_real *J, roln_real *S, roln_real *work)
+{
+    const int side = ROLN_NEWTON_SIDE(R, P);
+    int i;
+    for (i = from; i < to; i++)
+        rolni_zero(i + 1, S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1));
+    if (side == P) roln_sym_at(R, P, from, to, J, S, work);
+    else roln_sym_bt(R, P, from, to, J, S, work);
+}
+
+/* y += J^T t in order 3, t [R]. */
+ROLN_FN void rolni_newton_back(int R, int P, const roln_real *J, const roln_real *t, roln_real *y, roln_real *part)
+{
+    int k, i, now;
+    for (k = 0; k < R; k += now) {
+        now = R - k < ROLNI_SUM ? R - k : ROLNI_SUM;
+        rolni_zero(P, part);
+        roln_mm_at(1, now, P, t + k, J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P), part);
+        for (i = 0; i < P; i++)
+            y[i] += part[i];
+    }
+}
+
+/* d for one lambda; t = r - mu J d_old is given, d is mu d_old and is added to. ROLN_E_NOT_SPD: too little damping. */
+#define ROLN_NEWTON_SOLVE_MEM(X, side, P) X(damp, side) X(y, side) X(part, P)
+#define ROLN_NEWTON_SOLVE_WORK(side, P) (0 ROLN_NEWTON_SOLVE_MEM(ROLNI_SIZE, side, P) + ROLN_SYM_CHOL_WORK(side))
+ROLN_FN roln_status rolni_newton_solve(int R, int P, roln_real lambda, const roln_real *J, const roln_real *t, roln_real *S,
+                                       roln_real *d, roln_real *work)
+{
+    const int side = ROLN_NEWTON_SIDE(R, P);
+    roln_real trace = 0;
+    roln_status st;
+    int i;
+    ROLN_NEWTON_SOLVE_MEM(ROLNI_CARVE, side, P)
+    for (i = 0; i < side; i++)
+        trace += S[ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 2)];
+    for (i = 0; i < side; i++)
+        damp[i] = lambda * trace / ROLNI_AS(roln_real, P);
+    if ((st = roln_sym_chol(side, damp, S, work)) != ROLN_OK) return st;
+    if (side == P) {
+        rolni_zero(P, y);
+        rolni_newton_back(R, P, J, t, y, part);
+        roln_sym_solve(side, S, y, y);
+        for (i = 0; i < P; i++)
+            d[i] += y[i];
+    } else {
+        roln_sym_solve(side, S, t, y);
+        rolni_newton_back(R, P, J, y, d, part);
+    }
+    return ROLN_OK;
+}
+
+/* x+ = R_x(rate d), block by block; u [P] scratch. */
+ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_real rate, const roln_real *x, const roln_real *d,
+                                      roln_real *u, roln_real *next, roln_real *work)
+{
+    int b, i, at = 0;
+    for (b = 0; b < blocks; b++) {
+        const roln_block *t = table + b;
+        const int size = roln_block_size(t);
+        for (i = at; i < at + size; i++)
+            u[i] = t->manifold == ROLN_EUCLIDEAN ? x[i] + rate * d[i] : rate * d[i];
+        if (t->manifold == ROLN_EUCLIDEAN || size == 0) {
+            rolni_copy(size, u + at, next + at);
+        } else {
+            const roln_status st = t->manifold->retract(t->rows, t->cols, x + at, u + at, next + at, work);
+            if (st != ROLN_OK) return st;
+        }
+        at += size;
+    }
+    return roln_all_finite(at, next) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Work of a step: of the solution, and of the hungriest manifold (verb). */
+#define ROLN_NEWTON_STEP_MEM(X, R, P) X(t, R) X(u, P)
+#define ROLN_NEWTON_STEP_WORK(R, P, verb) \
+    (0 ROLN_NEWTON_STEP_MEM(ROLNI_SIZE, R, P) + ROLN_MAX(ROLN_NEWTON_SOLVE_WORK(ROLN_NEWTON_SIDE(R, P), P), verb))
+
+/* The rows, residuals and sums of a step. */
+typedef struct {
+    int R, P;
+    const roln_real *J, *r; /* [R + 1][P], [R], of roln_newton_rows */
+    roln_real *S;           /* [side][side + 1], of roln_newton_sums; its factor is written there, too */
+} roln_newton_system;
+
+/* The step d [P] and where it ends, next [P], from x [P]; state->hope. More damping is tried, 8 times as much and 24 times at most,
+   if the system is not positive definite to working precision or the step leaves a manifold; lambda keeps it. ROLN_E_NOT_SPD: no
+   damping helped, or lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; status of a retraction. x, J and r are as they were, in
+   any case. work [ROLN_NEWTON_STEP_WORK]. */
+ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
+                                     const roln_real *x, roln_newton *state, roln_real *d, roln_real *next, roln_real *work)
+{
+    const int R = g->R, P = g->P;
+    const size_t row = ROLNI_AS(size_t, P);
+    const roln_real *old = g->J + ROLNI_AS(size_t, R) * row;
+    roln_status st = ROLN_E_NOT_SPD;
+    int k, i, tries;
+    ROLN_NEWTON_STEP_MEM(ROLNI_CARVE, R, P)
+    if (!(state->lambda >= 0) || !roln_finite(state->lambda) || !roln_finite(opt->rate)) return ROLN_E_NOT_FINITE;
+    for (tries = 0; tries < 24 && st != ROLN_OK; tries++) {
+        for (k = 0; k < R; k++)
+            t[k] = g->r[k] - (opt->momentum > 0 ? opt->momentum * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, old) : 0);
+        for (i = 0; i < P; i++)
+            d[i] = opt->momentum * old[i];
+        st = rolni_newton_solve(R, P, state->lambda, g->J, t, g->S, d, work);
+        if (st == ROLN_OK) st = rolni_newton_move(blocks, table, opt->rate, x, d, u, next, work);
+        if (st == ROLN_OK) break;
+        if (!(state->lambda > 0)) return st;
+        state->lambda *= 8;
+    }
+    if (st != ROLN_OK) return st;
+    state->hope = 0;
+    for (k = 0; k < R; k++) { /* |r|^2 - |r - rate J d|^2 */
+        const roln_real a = opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, d);
+        state->hope += a * (2 * g->r[k] - a);
+    }
+    return roln_finite(state->hope) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Nonzero if the step is to be taken: r [R], the same residuals at x+, have a smaller loss; the caller then copies next to x and d
+   to row R of J. lambda falls where the model was good and grows where it was not. */
+ROLN_FN int roln_newton_judge(int R, const roln_real *r, roln_newton *state)
+{
+    const roln_real loss = roln_newton_loss(R, r, state->bound), decrease = state->loss - loss;
+    const int take = roln_finite(loss) && decrease > 0 && state->hope > 0;
+    state->gain = take ? decrease / state->hope : 0;
+    if (state->gain > ROLN_C(0.75)) state->lambda = ROLN_MAX(state->lambda / 3, state->lambda > 0 ? ROLN_EPS : 0);
+    if (state->gain < ROLN_C(0.25)) state->lambda *= take ? 2 : 4;
+    if (take) state->taken++;
+    else state->refused++;
+    return take;
 }
 
 #endif

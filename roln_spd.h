@@ -83,6 +83,7 @@ typedef uint32_t roln_bits;
 typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 #define ROLN_MAX(a, b) ((a) > (b) ? (a) : (b))
+#define ROLN_MIN(a, b) ((a) < (b) ? (a) : (b))
 
 #ifdef __cplusplus
 #define ROLN_RESTRICT __restrict

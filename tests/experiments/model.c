@@ -152,7 +152,7 @@ int model_train(struct model *m, const struct motion *d, const struct stage *s, 
         opt.lr[2] *= (roln_real)s->bias;
         roln_loss loss = {0};
         roln_real windows = 0;
-        const roln_gradient to = {g, &loss, &windows};
+        const roln_gradient to = roln_gradient_of(&m->md, g, &loss, &windows);
         if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
         b.start = start + at, at += s->batch;
         memset(g, 0, (size_t)m->params * sizeof *g);

@@ -186,10 +186,10 @@ static ld check_projection(int n, int N, int family, const roln_real *x, roln_re
     fill(2 * size, 1, s, u);
     memcpy(p, u, sizeof u);
     work[need] = 77;
-    CHECK(roln_biorth_project(n, N, 2, x, p, work) == ROLN_OK);
+    CHECK(roln_biorth_project(n, N, 2, 2 * n * N, x, p, work) == ROLN_OK);
     CHECK(work[need] == 77);
     memcpy(v, u + size, sizeof v); /* two in one call: the same bits */
-    CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
+    CHECK(roln_biorth_project(n, N, 1, 2 * n * N, x, v, work) == ROLN_OK);
     CHECK(memcmp(v, p + size, (size_t)size * sizeof *v) == 0);
     widen(size, x, X), widen(size, u, U), widen(size, p, P), widen(size, v, V);
     nx = sqrtl(dot(size, X, X)), nu = sqrtl(dot(size, U, U));
@@ -206,7 +206,7 @@ static ld check_projection(int n, int N, int family, const roln_real *x, roln_re
         WORST(4, dist(size, p, t) / (nu * EPS), 8 * spreads[family]);
     }
     memcpy(v, p, sizeof v); /* idempotent */
-    CHECK(roln_biorth_project(n, N, 1, x, v, work) == ROLN_OK);
+    CHECK(roln_biorth_project(n, N, 1, 2 * n * N, x, v, work) == ROLN_OK);
     WORST(5, dist(size, v, P) / (nu * EPS), (family == 2 ? 2000 : 30));
     return nu;
 }
@@ -252,11 +252,11 @@ static void check_project_failures(uint64_t *s)
     fill(42, 1, s, u);
     memcpy(p, u, sizeof p), memcpy(y, x, sizeof y);
     memcpy(x + 7, x, 7 * sizeof *x), memcpy(x + 28, x + 21, 7 * sizeof *x); /* both have lost rank */
-    CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_biorth_project(3, 7, 1, 42, x, u, work) == ROLN_E_ILL_CONDITIONED);
     for (i = 0; i < 42; i++) {
         memcpy(x, y, sizeof x);
         x[i] = (roln_real)(i % 2 ? NAN : INFINITY);
-        CHECK(roln_biorth_project(3, 7, 1, x, u, work) == ROLN_E_NOT_FINITE);
+        CHECK(roln_biorth_project(3, 7, 1, 42, x, u, work) == ROLN_E_NOT_FINITE);
         CHECK(roln_biorth_retract(3, 7, x, u, v, work) == ROLN_E_ILL_CONDITIONED);
     }
     CHECK(memcmp(u, p, sizeof p) == 0);
@@ -468,10 +468,10 @@ static ld check_stiefel_project(int k, int m, const roln_real *X, roln_real *P, 
     fill(2 * size, 1, s, Z);
     memcpy(P, Z, sizeof Z);
     work[ROLN_STIEFEL_PROJECT_WORK(k)] = 77;
-    roln_stiefel_project(k, m, 2, X, P, work);
+    roln_stiefel_project(k, m, 2, k * m, X, P, work);
     CHECK(work[ROLN_STIEFEL_PROJECT_WORK(k)] == 77);
     memcpy(V, Z + size, (size_t)size * sizeof *V); /* two in one call: the same bits */
-    roln_stiefel_project(k, m, 1, X, V, work);
+    roln_stiefel_project(k, m, 1, k * m, X, V, work);
     CHECK(memcmp(V, P + size, (size_t)size * sizeof *V) == 0);
     widen(size, X, x), widen(2 * size, Z, z), widen(2 * size, P, p);
     nz = sqrtl(dot(2 * size, z, z));
@@ -480,7 +480,7 @@ static ld check_stiefel_project(int k, int m, const roln_real *X, roln_real *P, 
     WORST(13, sqrtl(d) / (nz * EPS), 4);
     WORST(14, fabsl(dot(size, p, z + size) - dot(size, z, p + size)) / (nz * nz * EPS), 2); /* self-adjoint */
     memcpy(V, P, (size_t)size * sizeof *V); /* idempotent */
-    roln_stiefel_project(k, m, 1, X, V, work);
+    roln_stiefel_project(k, m, 1, k * m, X, V, work);
     WORST(15, dist(size, V, p) / (nz * EPS), 4);
     memcpy(t, z, (size_t)size * sizeof *t);
     t_stiefel_project(k, m, x, t);
@@ -566,7 +566,7 @@ static void check_stiefel_walk(int k, int m, uint64_t *s)
     int q, ok = roln_stiefel_init(k, m, X, s, work) == ROLN_OK;
     for (q = 0; q < 10000; q++) {
         fill(k * m, powl(10, q % 4 - 2) / sqrtl(k * m), s, U);
-        roln_stiefel_project(k, m, 1, X, U, work);
+        roln_stiefel_project(k, m, 1, k * m, X, U, work);
         ok &= roln_stiefel_retract(k, m, X, U, X, work) == ROLN_OK;
         if (!(skewness(k, m, X) <= top)) top = skewness(k, m, X);
     }
@@ -629,12 +629,12 @@ static int no_work(int rows, int cols)
 }
 
 /* The unit sphere. */
-static roln_status sphere_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+static roln_status sphere_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work)
 {
     const int n = rows * cols;
     int c, i;
     (void)work;
-    for (c = 0; c < 2; c++, gm += n) {
+    for (c = 0; c <= count; c++, gm += stride) {
         const roln_real f = roln_dot(n, x, gm);
         for (i = 0; i < n; i++) gm[i] -= f * x[i];
     }
@@ -673,13 +673,15 @@ static roln_real mode_inner(int rows, int cols, const roln_real *x, const roln_r
     return sum;
 }
 
-static roln_status mode_tangent(int rows, int cols, const roln_real *x, roln_real *gm, roln_real *work)
+static roln_status mode_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work)
 {
     const int n = rows * cols;
-    const roln_real f = roln_dot(n, x, gm), h = mode_inner(rows, cols, x, x, gm + n);
-    int i;
+    int c, i;
     (void)work;
-    for (i = 0; i < n; i++) gm[i] = gm[i] / mass[i] - f * x[i], gm[n + i] -= h * x[i];
+    for (c = 0; c <= count; c++, gm += stride) {
+        const roln_real f = c < count ? roln_dot(n, x, gm) : mode_inner(rows, cols, x, x, gm);
+        for (i = 0; i < n; i++) gm[i] = (c < count ? gm[i] / mass[i] : gm[i]) - f * x[i];
+    }
     return ROLN_OK;
 }
 
@@ -1018,7 +1020,7 @@ static void test_rooms(void)
         memset(m, 0, sizeof m), memset(v, 0, sizeof v), memset(w, 0, sizeof w);
         if (b->manifold == &roln_biorthogonal) {
             point(rows, cols, 0, &s, x);
-            CHECK(roln_biorth_project(rows, cols, 2, x, g, room_of(ROLN_BIORTH_PROJECT_WORK(rows))) == ROLN_OK);
+            CHECK(roln_biorth_project(rows, cols, 2, 2 * rows * cols, x, g, room_of(ROLN_BIORTH_PROJECT_WORK(rows))) == ROLN_OK);
             CHECK_ROOM();
             CHECK(roln_biorth_retract(rows, cols, x, g, u, room_of(ROLN_BIORTH_RETRACT_WORK(rows, cols))) == ROLN_OK);
             CHECK_ROOM();
@@ -1033,7 +1035,7 @@ static void test_rooms(void)
         } else if (b->manifold == &roln_stiefel) {
             CHECK(roln_stiefel_init(rows, cols, x, &s, room_of(ROLN_STIEFEL_INIT_WORK(rows))) == ROLN_OK);
             CHECK_ROOM();
-            roln_stiefel_project(rows, cols, 2, x, g, room_of(ROLN_STIEFEL_PROJECT_WORK(rows)));
+            roln_stiefel_project(rows, cols, 2, rows * cols, x, g, room_of(ROLN_STIEFEL_PROJECT_WORK(rows)));
             CHECK_ROOM();
             CHECK(roln_stiefel_retract(rows, cols, x, g, u, room_of(ROLN_STIEFEL_RETRACT_WORK(rows, cols))) == ROLN_OK);
             CHECK_ROOM();

@@ -109,7 +109,7 @@ static roln_status add_grad(int k, const roln_trained *m, const roln_loss *wt, c
 static roln_status grad_of(int k, const roln_trained *m, const data *d, int nb, roln_real *g, terms *t)
 {
     roln_real windows = 0;
-    const roln_gradient to = {g, &t->loss, &windows};
+    const roln_gradient to = roln_gradient_of(m->model, g, &t->loss, &windows);
     roln_status st;
     fill(models[k].params, 0, g), fill(TERMS, 0, t->term);
     st = add_grad(k, m, &weights.loss, d, nb, &to);
@@ -403,7 +403,7 @@ static void check_blocks(const subject *x)
     const int N = N_OF(x->k);
     roln_real windows = 0;
     terms t;
-    roln_gradient to = {sum, &t.loss, &windows};
+    roln_gradient to = roln_gradient_of(x->m.model, sum, &t.loss, &windows);
     int w, i;
     for (w = 2; w >= 1; w--) {
         CHECK_OK(grad_of(x->k, &x->m, &x->d, w, g, &t));
@@ -476,7 +476,7 @@ static void test_weights(void)
     parameters(PLAIN, &s, theta);
     for (kind = ODE; kind < KINDS; kind += 2) {
         roln_real windows = 0;
-        const roln_gradient to = {sum, &t.loss, &windows};
+        const roln_gradient to = roln_gradient_of(&plain_model, sum, &t.loss, &windows);
         make(PLAIN, kind, 3, &s, &d);
         CHECK_OK(grad_of(PLAIN, &m, &d, 16, g, &t));
         fill(plain_theta_size, 0, sum);
@@ -519,7 +519,7 @@ static void check_too_short(int k, const roln_trained *m, data *d)
     roln_real windows = 0;
     roln_error e[1];
     terms t;
-    const roln_gradient to = {g, &t.loss, &windows};
+    const roln_gradient to = roln_gradient_of(models[k].md, g, &t.loss, &windows);
     for (d->b.steps = 1; d->b.steps >= 0; d->b.steps--) {
         CHECK(grad_of(k, m, d, 16, g, &t) == ROLN_E_LENGTH && all(params, g, 0));
         fill(TERMS, 0, t.term);
@@ -630,7 +630,7 @@ static void test_variance_units(void)
     d.b.steps = 0;
     for (i = 0; i < 2; i++) {
         const roln_trained m = trained(&pole_model, i ? &other : &scale, theta);
-        const roln_gradient to = {g, &loss[i].loss, &windows};
+        const roln_gradient to = roln_gradient_of(&pole_model, g, &loss[i].loss, &windows);
         for (j = 2 * N; j < 3 * N && i; j++)
             theta[j] *= scale.q / other.q;
         fill(TERMS, 0, loss[i].term), part[i] = weights;
@@ -1135,7 +1135,7 @@ static void check_not_trained(int k, const roln_trained *m)
     float windows = 0;
     uint64_t s = 145;
     terms t;
-    const roln_gradient to = {g, &t.loss, &windows};
+    const roln_gradient to = roln_gradient_of(models[k].md, g, &t.loss, &windows);
     int kind;
     fill(MAXP, 7, g), fill(TERMS, 7, t.term);
     for (kind = 0; kind < KINDS; kind++) {
@@ -1569,7 +1569,7 @@ static void test_arguments(void)
         CHECK(plain_allocate(&p, &s, i, d.q, tau_z, 1, u, &work) == ROLN_E_LENGTH);
     for (i = -1; i <= 0; i++) { /* windows together */
         const roln_trained m = plain_trained(&p);
-        const roln_gradient to = {g.theta, &g.loss, &g.windows};
+        const roln_gradient to = roln_gradient_of(&plain_model, g.theta, &g.loss, &g.windows);
         CHECK(roln_grad(&m, &ode_weights, &d.b, dt, i, &to, train.grad) == ROLN_E_LENGTH);
         CHECK(roln_grad_acc(&m, &acc_weights, &d.b, i, &to, train.grad_acc) == ROLN_E_LENGTH);
         CHECK(roln_errors(&m, &d.b, dt, i, 1, d.q, e, train.errors) == ROLN_E_LENGTH);
@@ -1654,7 +1654,7 @@ static void use_training(int k, const roln_trained *m, roln_real *theta, uint64_
     roln_real windows = 0, qbar[MAXN] = {0};
     roln_error e[MAXE];
     terms t;
-    const roln_gradient to = {g, &t.loss, &windows};
+    const roln_gradient to = roln_gradient_of(models[k].md, g, &t.loss, &windows);
     int kind, force, i;
     fill(TERMS, 0, t.term), fill(MAXP, 0, g), fill(MAXP, 0, m1), fill(MAXP, 0, v), fill(MAXP, 0, v_max);
     for (kind = 0; kind < KINDS; kind += 2)
@@ -1738,7 +1738,7 @@ static void test_shell(void)
     static plain_start start;
     roln_real q[ALL], qd[ALL], qdd[ALL], tau[ALL], tau_z[2], tau_z1[2], lifted[6], lifted1[6], M[4], c[2], gr[2], T = 0, V = 0;
     const roln_terms_out out = {M, c, gr, NULL, &T, &V};
-    const roln_gradient to = {g1.theta, &g1.loss, &g1.windows};
+    const roln_gradient to = roln_gradient_of(&plain_model, g1.theta, &g1.loss, &g1.windows);
     roln_batch b = {.count = SAMPLES, .steps = 0, .stride = 1, .q = q, .qd = qd, .qdd = qdd, .tau = tau};
     roln_trained m;
     plain_equation e;
