@@ -6,6 +6,7 @@
    4 Stiefel           matrices with orthonormal rows
    5 optimisers        settings, schedule, update of a product of blocks, Riemannian Adam (AMSGrad) and SGD
    6 Gauss-Newton      rows of a Jacobian, damped least squares, acceptance of a step
+   7 limited memory    Riemannian BFGS of a few pairs of vectors, for a loss over fixed data
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
    examples in tests/unit/test_riem.c). Nothing here changes. Each manifold says how it carries a tangent to another point.
@@ -861,6 +862,167 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, roln_newton *state)
     if (take) state->taken++;
     else state->refused++;
     return take;
+}
+
+/* ---- 7 limited memory ------------------------------------------------------------------------- */
+
+/* Riemannian L-BFGS on the product of the blocks (Nocedal 1980; Huang, Absil, Gallivan 2015): the direction -H g, with H from the
+   last m pairs of steps s and changes of the gradient y, all carried to the tangent space at x by the verb tangent; a step along
+   it, by halves and by parabolas, until the value falls by 1e-4 of what the slope promises (Armijo). For values that are the same
+   each time they are asked for: a loss over fixed data. Blocks must have the dot product of their coordinates for a metric. */
+
+/* The value at x, and its Euclidean gradient g [P]. NaN: there is none at x. */
+typedef roln_real (*roln_value)(void *ctx, const roln_real *x, roln_real *g);
+
+typedef struct {
+    roln_real first;  /* length of the very first step, and of one after a failure */
+    roln_real value;  /* at x */
+    roln_real length; /* of the last step */
+    int pairs, newest;
+    uint32_t t; /* steps taken */
+} roln_lbfgs;
+#define ROLN_LBFGS_START {ROLN_C(0.1), 0, 0, 0, 0, 0}
+
+/* What a minimisation keeps: the Riemannian gradient and the pairs. */
+#define ROLN_LBFGS_KEEP_MEM(X, m, P) X(g, P) X(pair, 2 * (m) * (P)) /* [m][s, y] */
+#define ROLN_LBFGS_KEEP(m, P) (0 ROLN_LBFGS_KEEP_MEM(ROLNI_SIZE, m, P))
+
+/* gm [2][P]: the Euclidean gradient at x and a tangent elsewhere become the Riemannian gradient and a tangent at x. */
+ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const roln_real *x, int count, int P, roln_real *gm,
+                                   roln_real *work)
+{
+    int b;
+    for (b = 0; b < blocks; b++) {
+        const roln_block *t = table + b;
+        const int size = roln_block_size(t);
+        if (t->manifold != ROLN_EUCLIDEAN && size > 0) {
+            roln_status st;
+            if (t->manifold->inner != NULL) return ROLN_E_SHAPE;
+            if ((st = t->manifold->tangent(t->rows, t->cols, x, count, P, gm, work)) != ROLN_OK) return st;
+        }
+        x += size, gm += size;
+    }
+    return ROLN_OK;
+}
+
+/* d = -H g by the two loops, newest pair first; a [m] scratch. */
+ROLN_FN void rolni_lbfgs_direction(int m, int P, const roln_lbfgs *state, const roln_real *g, const roln_real *pair, roln_real *a,
+                                   roln_real *d)
+{
+    int k, i, j;
+    for (i = 0; i < P; i++)
+        d[i] = -g[i];
+    for (k = 0; k < state->pairs; k++) {
+        const roln_real *s = pair + ROLNI_AS(size_t, (state->newest - k + m) % m) * 2 * ROLNI_AS(size_t, P), *y = s + P;
+        a[k] = roln_dot(P, s, d) / roln_dot(P, s, y);
+        for (j = 0; j < P; j++)
+            d[j] -= a[k] * y[j];
+    }
+    if (state->pairs > 0) { /* the newest pair gives the scale */
+        const roln_real *s = pair + ROLNI_AS(size_t, state->newest) * 2 * ROLNI_AS(size_t, P), *y = s + P;
+        const roln_real scale = roln_dot(P, s, y) / roln_dot(P, y, y);
+        for (j = 0; j < P; j++)
+            d[j] *= scale;
+    }
+    for (k = state->pairs - 1; k >= 0; k--) {
+        const roln_real *s = pair + ROLNI_AS(size_t, (state->newest - k + m) % m) * 2 * ROLNI_AS(size_t, P), *y = s + P;
+        const roln_real f = a[k] - roln_dot(P, y, d) / roln_dot(P, s, y);
+        for (j = 0; j < P; j++)
+            d[j] += f * s[j];
+    }
+}
+
+/* Where a step ends. */
+typedef struct {
+    roln_real *gn, *step, *d, *u, *next, *a;
+    roln_real length, value; /* of d, at next */
+} rolni_search;
+
+/* The step from x: next, its value and its Euclidean gradient gn. */
+ROLN_FN roln_status rolni_lbfgs_search(int blocks, const roln_block *table, int m, roln_value value, void *ctx, roln_lbfgs *state,
+                                       const roln_real *x, const roln_real *keep, rolni_search *to, roln_real *work)
+{
+    enum { ROLNI_TRIES = 20 };
+    const int P = roln_product_size(blocks, table);
+    const roln_real *g = keep, *pair = keep + P;
+    roln_status st = ROLN_OK;
+    int tries;
+    for (;;) { /* along -H g, and if that is in vain along -g */
+        const int plain = state->pairs == 0;
+        roln_real slope, e;
+        rolni_lbfgs_direction(m, P, state, g, pair, to->a, to->d);
+        slope = roln_dot(P, g, to->d);
+        e = plain ? state->first / ROLN_SQRT(-slope) : 1;
+        for (tries = 0; tries < ROLNI_TRIES && slope < 0; tries++) {
+            roln_real f = 0, best = 0;
+            st = rolni_newton_move(blocks, table, e, x, to->d, to->u, to->next, work);
+            if (st == ROLN_OK) {
+                rolni_zero(P, to->gn);
+                f = value(ctx, to->next, to->gn);
+                if (!roln_finite(f) || !roln_all_finite(P, to->gn)) st = ROLN_E_NOT_FINITE;
+            }
+            to->length = e, to->value = f;
+            if (st == ROLN_OK && f <= state->value + ROLN_C(1e-4) * e * slope) return ROLN_OK;
+            if (st == ROLN_OK) best = -slope * e * e / (2 * (f - state->value - e * slope)); /* the lowest point of a parabola */
+            e = ROLN_MIN(ROLN_MAX(best, e / 10), e / 2);
+        }
+        if (plain) return !roln_finite(slope) ? ROLN_E_NOT_FINITE : st == ROLN_OK ? ROLN_E_NO_CONVERGENCE : st;
+        state->pairs = 0;
+    }
+}
+
+/* One step. x [P], keep [ROLN_LBFGS_KEEP] in and out. ROLN_E_NO_CONVERGENCE: no step along -g lowers the value, which is the end,
+   where rounding decides; ROLN_E_NOT_FINITE: no value or gradient at x; ROLN_E_SHAPE: a metric of its own; status of the verbs. x is
+   as it was unless ROLN_OK, and keep forgets its pairs. At most 40 values. work [ROLN_LBFGS_WORK], verb: the largest
+   roln_manifold.work. */
+#define ROLN_LBFGS_MEM(X, m, P) X(gn, P) X(step, P) /* behind gn */ X(d, P) X(u, P) X(next, P) X(a, m)
+#define ROLN_LBFGS_WORK(m, P, verb) (0 ROLN_LBFGS_MEM(ROLNI_SIZE, m, P) + (verb))
+ROLN_FN roln_status roln_lbfgs_step(int blocks, const roln_block *table, int m, roln_value value, void *ctx, roln_lbfgs *state,
+                                    roln_real *x, roln_real *keep, roln_real *work)
+{
+    const int P = roln_product_size(blocks, table);
+    roln_real *g = keep, *pair = keep + P, sy;
+    rolni_search to = {NULL, NULL, NULL, NULL, NULL, NULL, 0, 0};
+    roln_status st;
+    int i, k;
+    ROLN_LBFGS_MEM(ROLNI_CARVE, m, P)
+    to.gn = gn, to.d = d, to.u = u, to.next = next, to.a = a;
+    if (state->t == 0) {
+        rolni_zero(P, g);
+        state->value = value(ctx, x, g);
+        if (!roln_finite(state->value) || !roln_all_finite(P, g)) return ROLN_E_NOT_FINITE;
+        rolni_copy(P, g, gn), rolni_zero(P, step);
+        if ((st = rolni_tangents(blocks, table, x, 1, P, gn, work)) != ROLN_OK) return st;
+        rolni_copy(P, gn, g);
+    }
+    if ((st = rolni_lbfgs_search(blocks, table, m, value, ctx, state, x, keep, &to, work)) != ROLN_OK) return st;
+    for (i = 0; i < P; i++)
+        step[i] = to.length * d[i];
+    st = rolni_tangents(blocks, table, next, 1, P, gn, work); /* and step */
+    if (st == ROLN_OK) st = rolni_tangents(blocks, table, next, 0, P, g, work);
+    for (k = 0; k < 2 * m && st == ROLN_OK; k++)
+        if (k / 2 < state->pairs)
+            st = rolni_tangents(blocks, table, next, 0, P,
+                                pair + ROLNI_AS(size_t, (state->newest - k / 2 + m) % m * 2 + k % 2) * ROLNI_AS(size_t, P), work);
+    if (st != ROLN_OK) {
+        state->pairs = 0, state->t = 0;
+        return st;
+    }
+    for (i = 0; i < P; i++)
+        u[i] = gn[i] - g[i];
+    sy = roln_dot(P, step, u);
+    if (sy > ROLN_EPS * ROLN_SQRT(roln_dot(P, step, step) * roln_dot(P, u, u))) {
+        state->newest = (state->newest + 1) % m;
+        rolni_copy(P, step, pair + ROLNI_AS(size_t, 2 * state->newest) * ROLNI_AS(size_t, P));
+        rolni_copy(P, u, pair + ROLNI_AS(size_t, 2 * state->newest + 1) * ROLNI_AS(size_t, P));
+        state->pairs = ROLN_MIN(state->pairs + 1, m);
+    }
+    state->length = ROLN_SQRT(roln_dot(P, step, step));
+    rolni_copy(P, next, x);
+    rolni_copy(P, gn, g);
+    state->value = to.value;
+    state->t++;
+    return ROLN_OK;
 }
 
 #endif
