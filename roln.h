@@ -72,7 +72,10 @@
        NAME_grad        adds the gradient of the loss over windows of several steps
        NAME_update      one step of Riemannian Adam
        NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
-       NAME_newton_rows, NAME_newton_sums, NAME_newton_step, NAME_newton_judge   one step of Riemannian Gauss-Newton
+       NAME_newton_rows   Riemannian Gauss-Newton: rows become tangents
+       NAME_newton_sums   ... the sums of their products
+       NAME_newton_step   ... the step, and where it ends
+       NAME_newton_judge  ... is it taken?
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
 
@@ -1378,8 +1381,8 @@ ROLN_INLINE roln_status rolni_samples_block(const roln_trained *m, const roln_lo
 }
 
 /* nb windows from window w0 on, there and back. */
-ROLN_INLINE roln_status rolni_windows_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int w0,
-                                            int nb, const roln_gradient *g, roln_real *work)
+ROLN_INLINE roln_status rolni_windows_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt,
+                                            int w0, int nb, const roln_gradient *g, roln_real *work)
 {
     const roln_model *md = m->model;
     rolni_windows b;
@@ -1422,8 +1425,8 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
    each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
    (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
-   equations as a prediction error, H >= 2. Adds the sum over windows to g->ae and g->net, the unweighted terms to g->loss (without the
-   prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time; a block of windows that fails
+   equations as a prediction error, H >= 2. Adds the sum over windows to g->ae and g->net, the unweighted terms to g->loss (without
+   the prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time; a block of windows that fails
    (data or parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not
    looked for here: the update refuses it. ROLN_E_LENGTH: count or steps negative, stride below 1, no qd or qdd for the acceleration
    loss, H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
@@ -2538,8 +2541,8 @@ enum {
 };
 
 /* Rows at .. at + b->count - 1 of g at p, of the acceleration loss if b has qdd and no steps, else of windows (roln_rows). again:
-   the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH: they do not fit into g, the windows are longer than ROLN_HORIZON,
-   or as NAME_grad. Threads may fill different rows at the same time, each with work of its own. */
+   the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH: they do not fit into g, the windows are longer than
+   ROLN_HORIZON, or as NAME_grad. Threads may fill different rows at the same time, each with work of its own. */
 ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt, int at,
                                  int again, ROLNI_(residuals) *g, ROLNI_(train) *work)
 {
@@ -2552,8 +2555,8 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
     return roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? work->grad_acc : work->grad);
 }
 
-/* count rows are complete: they and the last step become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. The last step stands
-   in row `count`, so count must not change while there is momentum. */
+/* count rows are complete: they and the last step become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. The last step
+   stands in row `count`, so count must not change while there is momentum. */
 ROLN_FN roln_status ROLNI_(newton_rows)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
                                         ROLNI_(newton) *o)
 {

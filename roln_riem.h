@@ -70,7 +70,8 @@ ROLN_FN int roln_block_moments(const roln_block *b)
 /* A point is x = (Phi^T, Psi^T), [2][n][N], with Psi^T Phi = I; a tangent (X, Y) satisfies Y^T Phi + Psi^T X = 0.
    Frobenius metric. To carry a tangent to another point is to project it there. Otto, Macchio, Rowley 2023. */
 
-/* Project count ambient pairs u (in and out), [2][n][N] each, which begin stride numbers apart, onto the tangent space at x [2][n][N]:
+/* Project count ambient pairs u (in and out), [2][n][N] each, which begin stride numbers apart, onto the tangent space at x
+   [2][n][N]:
    (X - Psi A, Y - Phi A^T) with (Psi^T Psi) A + A (Phi^T Phi) = Y^T Phi + Psi^T X, solved in the eigenbases of the two
    Gram matrices; all denominators are positive. They are shared by the count pairs. u is untouched unless ROLN_OK; NaN
    in u passes through.
@@ -729,8 +730,8 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side: all.
-   Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
+/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side:
+   all. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
 ROLN_FN void roln_newton_sums(int R, int P, int from, int to, const roln_real *J, roln_real *S, roln_real *work)
 {
     const int side = ROLN_NEWTON_SIDE(R, P);
@@ -972,8 +973,8 @@ ROLN_FN roln_status rolni_lbfgs_search(int blocks, const roln_block *table, int 
 }
 
 /* One step. x [P], keep [ROLN_LBFGS_KEEP] in and out. ROLN_E_NO_CONVERGENCE: no step along -g lowers the value, which is the end,
-   where rounding decides; ROLN_E_NOT_FINITE: no value or gradient at x; ROLN_E_SHAPE: a metric of its own; status of the verbs. x is
-   as it was unless ROLN_OK, and keep forgets its pairs. At most 40 values. work [ROLN_LBFGS_WORK], verb: the largest
+   where rounding decides; ROLN_E_NOT_FINITE: no value or gradient at x; ROLN_E_SHAPE: a metric of its own; status of the verbs. x
+   is as it was unless ROLN_OK, and keep forgets its pairs. At most 40 values. work [ROLN_LBFGS_WORK], verb: the largest
    roln_manifold.work. */
 #define ROLN_LBFGS_MEM(X, m, P) X(gn, P) X(step, P) /* behind gn */ X(d, P) X(u, P) X(next, P) X(a, m)
 #define ROLN_LBFGS_WORK(m, P, verb) (0 ROLN_LBFGS_MEM(ROLNI_SIZE, m, P) + (verb))

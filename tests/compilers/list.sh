@@ -17,6 +17,7 @@ cat > $dir/models.c << 'END'
 #define ROLN_NAME one
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 4
+#define ROLN_ROWS 8
 #include "roln.h"
 #define ROLN_NAME two
 #define ROLN_AE 6, 4, 2
