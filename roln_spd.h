@@ -908,15 +908,15 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
 {
     int i, j;
-    for (i = 0; i < n; i++) {
-        for (j = 0; j <= i; j++) {
-            const roln_real s = A[i * n + j] - roln_dot(j, L + i * n, L + j * n);
-            if (j < i) L[i * n + j] = s / L[j * n + j];
-            else if (s > 0 && roln_finite(s)) L[i * n + i] = ROLN_SQRT(s);
-            else return ROLN_E_NOT_SPD;
+    for (j = 0; j < n; j++) { /* by columns: the rows of one do not wait for each other */
+        const roln_real *const l = L + j * n;
+        roln_real s = A[j * n + j] - roln_dot(j, l, l);
+        if (!(s > 0) || !roln_finite(s)) return ROLN_E_NOT_SPD;
+        s = L[j * n + j] = ROLN_SQRT(s);
+        for (i = j + 1; i < n; i++) {
+            L[i * n + j] = (A[i * n + j] - roln_dot(j, L + i * n, l)) / s;
+            L[j * n + i] = 0;
         }
-        for (; j < n; j++)
-            L[i * n + j] = 0;
     }
     return ROLN_OK;
 }
