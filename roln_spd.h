@@ -444,10 +444,16 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
 #endif
 
 #if ROLN_SIMD
-/* rolni_v: as wide as a register, for order 1, where the width does not matter; rolni_v8: the lanes of order 2. */
-#ifdef __AVX__
+/* rolni_w: as wide as a register; rolni_v: of at most 32 bytes, for what rolni_w leaves; both for sums whose lanes are outputs,
+   where the width does not matter. rolni_v8: the lanes of order 2. */
+#if defined(__AVX512F__)
+#define ROLNI_WIDE 64
+#define ROLNI_BYTES 32
+#elif defined(__AVX__)
+#define ROLNI_WIDE 32
 #define ROLNI_BYTES 32
 #else
+#define ROLNI_WIDE 16
 #define ROLNI_BYTES 16
 #endif
 /* Where rolni_v8 is one register, operands with several uses are read as volatile: gcc 12 else reads them for each use. */
@@ -457,11 +463,17 @@ ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real 
 #define ROLNI_ONCE
 #endif
 #define ROLNI_W (ROLNI_AS(int, ROLNI_BYTES / sizeof(roln_real)))
+#define ROLNI_LANES (ROLNI_AS(int, ROLNI_WIDE / sizeof(roln_real)))
+typedef roln_real rolni_w __attribute__((vector_size(ROLNI_WIDE), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
-#define ROLNI_LD(p) (*ROLNI_AS(const rolni_v *, ROLNI_AS(const void *, p)))
-#define ROLNI_ST(p, v) (*ROLNI_AS(rolni_v *, ROLNI_AS(void *, p)) = (v))
-#define ROLNI_LD8(p) (*ROLNI_AS(const rolni_v8 *, ROLNI_AS(const void *, p)))
+#define ROLNI_LDT(type, p) (*ROLNI_AS(const type *, ROLNI_AS(const void *, p)))
+#define ROLNI_STT(type, p, v) (*ROLNI_AS(type *, ROLNI_AS(void *, p)) = (v))
+#define ROLNI_LD(p) ROLNI_LDT(rolni_v, p)
+#define ROLNI_ST(p, v) ROLNI_STT(rolni_v, p, v)
+#define ROLNI_LDW(p) ROLNI_LDT(rolni_w, p)
+#define ROLNI_STW(p, v) ROLNI_STT(rolni_w, p, v)
+#define ROLNI_LD8(p) ROLNI_LDT(rolni_v8, p)
 #define ROLNI_LD8_ONCE(p) (*ROLNI_AS(const ROLNI_ONCE rolni_v8 *, ROLNI_AS(const void *, p)))
 #else
 /* X of each lane of a block: scalars that stay in registers, as an array does not. */
@@ -497,24 +509,34 @@ typedef struct {
    registers: rolni_mm_wide from column j on as far as its blocks reach, and returns the first column that is left; rolni_mm1 to
    the end. Rows of A are si apart, rows of C follow each other. */
 #if ROLN_SIMD
+/* One row, four vectors beside each other. */
+#define ROLNI_MM_1X4(type, w) \
+    for (; j < n - n % (4 * (w)); j += 4 * (w)) { \
+        const roln_real *a = a0, *b = B + j; \
+        roln_real *const d = c + j; \
+        type c0 = {0}, c1 = {0}, c2 = {0}, c3 = {0}; \
+        if (add) { \
+            c0 = ROLNI_LDT(type, d), c1 = ROLNI_LDT(type, d + (w)); \
+            c2 = ROLNI_LDT(type, d + 2 * (w)), c3 = ROLNI_LDT(type, d + 3 * (w)); \
+        } \
+        for (p = 0; p < k; p++, a += sp, b += ldb) { \
+            c0 += a[0] * ROLNI_LDT(type, b); \
+            c1 += a[0] * ROLNI_LDT(type, b + (w)); \
+            c2 += a[0] * ROLNI_LDT(type, b + 2 * (w)); \
+            c3 += a[0] * ROLNI_LDT(type, b + 3 * (w)); \
+        } \
+        ROLNI_STT(type, d, c0), ROLNI_STT(type, d + (w), c1); \
+        ROLNI_STT(type, d + 2 * (w), c2), ROLNI_STT(type, d + 3 * (w), c3); \
+    }
 ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    const int w = ROLNI_W;
     int p;
-    for (; j < n - n % (4 * w); j += 4 * w) {
-        const roln_real *a = a0, *b = B + j;
-        rolni_v c0 = {0}, c1 = {0}, c2 = {0}, c3 = {0};
-        if (add) c0 = ROLNI_LD(c + j), c1 = ROLNI_LD(c + j + w), c2 = ROLNI_LD(c + j + 2 * w), c3 = ROLNI_LD(c + j + 3 * w);
-        for (p = 0; p < k; p++, a += sp, b += ldb) {
-            c0 += a[0] * ROLNI_LD(b);
-            c1 += a[0] * ROLNI_LD(b + w);
-            c2 += a[0] * ROLNI_LD(b + 2 * w);
-            c3 += a[0] * ROLNI_LD(b + 3 * w);
-        }
-        ROLNI_ST(c + j, c0), ROLNI_ST(c + j + w, c1), ROLNI_ST(c + j + 2 * w, c2), ROLNI_ST(c + j + 3 * w, c3);
-    }
-    for (; j < n - n % w; j += w) {
+#if ROLNI_WIDE > ROLNI_BYTES
+    ROLNI_MM_1X4(rolni_w, ROLNI_LANES)
+#endif
+    ROLNI_MM_1X4(rolni_v, ROLNI_W)
+    for (; j < n - n % ROLNI_W; j += ROLNI_W) {
         const roln_real *a = a0, *b = B + j;
         rolni_v c0 = {0};
         if (add) c0 = ROLNI_LD(c + j);
@@ -579,66 +601,71 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 
 #if ROLN_SIMD
 /* m rows, a multiple of four: four rows of two vectors share each load of B. */
+#define ROLNI_MM_4X2(type, w) \
+    for (; j < n - n % (2 * (w)); j += 2 * (w)) { \
+        for (i = 0; i < m; i += 4) { \
+            const roln_real *a = A + ROLNI_AS(size_t, i) * si, *b = B + j; \
+            roln_real *const c = C + ROLNI_AS(size_t, i) * ldb + j, *const d = c + ldb, *const e = d + ldb, *const f = e + ldb; \
+            type c0 = {0}, c1 = {0}, d0 = {0}, d1 = {0}, e0 = {0}, e1 = {0}, f0 = {0}, f1 = {0}; \
+            if (add) { \
+                c0 = ROLNI_LDT(type, c), c1 = ROLNI_LDT(type, c + (w)), d0 = ROLNI_LDT(type, d), d1 = ROLNI_LDT(type, d + (w)); \
+                e0 = ROLNI_LDT(type, e), e1 = ROLNI_LDT(type, e + (w)), f0 = ROLNI_LDT(type, f), f1 = ROLNI_LDT(type, f + (w)); \
+            } \
+            for (p = 0; p < k; p++, a += sp, b += ldb) { \
+                const type b0 = ROLNI_LDT(type, b), b1 = ROLNI_LDT(type, b + (w)); \
+                c0 += a[0] * b0, c1 += a[0] * b1; \
+                d0 += a[si] * b0, d1 += a[si] * b1; \
+                e0 += a[2 * si] * b0, e1 += a[2 * si] * b1; \
+                f0 += a[3 * si] * b0, f1 += a[3 * si] * b1; \
+            } \
+            ROLNI_STT(type, c, c0), ROLNI_STT(type, c + (w), c1), ROLNI_STT(type, d, d0), ROLNI_STT(type, d + (w), d1); \
+            ROLNI_STT(type, e, e0), ROLNI_STT(type, e + (w), e1), ROLNI_STT(type, f, f0), ROLNI_STT(type, f + (w), f1); \
+        } \
+    }
 ROLNI_INLINE void rolni_mm4(int m, int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add,
                             roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    const int w = ROLNI_W, n2 = n - n % (2 * w);
-    int i, j, p;
-    for (j = 0; j < n2; j += 2 * w) {
-        for (i = 0; i < m; i += 4) {
-            const roln_real *a = A + ROLNI_AS(size_t, i) * si, *b = B + j;
-            roln_real *c = C + ROLNI_AS(size_t, i) * ldb + j;
-            rolni_v c00 = {0}, c01 = {0}, c10 = {0}, c11 = {0}, c20 = {0}, c21 = {0}, c30 = {0}, c31 = {0};
-            if (add) {
-                c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w);
-                c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
-                c20 = ROLNI_LD(c + 2 * ldb), c21 = ROLNI_LD(c + 2 * ldb + w);
-                c30 = ROLNI_LD(c + 3 * ldb), c31 = ROLNI_LD(c + 3 * ldb + w);
-            }
-            for (p = 0; p < k; p++, a += sp, b += ldb) {
-                const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w);
-                c00 += a[0] * b0, c01 += a[0] * b1;
-                c10 += a[si] * b0, c11 += a[si] * b1;
-                c20 += a[2 * si] * b0, c21 += a[2 * si] * b1;
-                c30 += a[3 * si] * b0, c31 += a[3 * si] * b1;
-            }
-            ROLNI_ST(c, c00), ROLNI_ST(c + w, c01);
-            ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
-            ROLNI_ST(c + 2 * ldb, c20), ROLNI_ST(c + 2 * ldb + w, c21);
-            ROLNI_ST(c + 3 * ldb, c30), ROLNI_ST(c + 3 * ldb + w, c31);
-        }
-    }
+    int i, j = 0, p;
+#if ROLNI_WIDE > ROLNI_BYTES
+    ROLNI_MM_4X2(rolni_w, ROLNI_LANES)
+#endif
+    ROLNI_MM_4X2(rolni_v, ROLNI_W)
     for (i = 0; i < m; i++)
-        rolni_mm1(k, n, n2, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+        rolni_mm1(k, n, j, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 }
 
 /* Two rows, position and velocity of one sample: one pass over B. */
+#define ROLNI_MM_2X4(type, w) \
+    for (; j < n - n % (4 * (w)); j += 4 * (w)) { \
+        const roln_real *a = A, *b = B + j; \
+        roln_real *const c = C + j, *const d = c + ldb; \
+        type c0 = {0}, c1 = {0}, c2 = {0}, c3 = {0}, d0 = {0}, d1 = {0}, d2 = {0}, d3 = {0}; \
+        if (add) { \
+            c0 = ROLNI_LDT(type, c), c1 = ROLNI_LDT(type, c + (w)); \
+            c2 = ROLNI_LDT(type, c + 2 * (w)), c3 = ROLNI_LDT(type, c + 3 * (w)); \
+            d0 = ROLNI_LDT(type, d), d1 = ROLNI_LDT(type, d + (w)); \
+            d2 = ROLNI_LDT(type, d + 2 * (w)), d3 = ROLNI_LDT(type, d + 3 * (w)); \
+        } \
+        for (p = 0; p < k; p++, a += sp, b += ldb) { \
+            const type b0 = ROLNI_LDT(type, b), b1 = ROLNI_LDT(type, b + (w)); \
+            const type b2 = ROLNI_LDT(type, b + 2 * (w)), b3 = ROLNI_LDT(type, b + 3 * (w)); \
+            c0 += a[0] * b0, c1 += a[0] * b1, c2 += a[0] * b2, c3 += a[0] * b3; \
+            d0 += a[si] * b0, d1 += a[si] * b1, d2 += a[si] * b2, d3 += a[si] * b3; \
+        } \
+        ROLNI_STT(type, c, c0), ROLNI_STT(type, c + (w), c1), ROLNI_STT(type, c + 2 * (w), c2), ROLNI_STT(type, c + 3 * (w), c3); \
+        ROLNI_STT(type, d, d0), ROLNI_STT(type, d + (w), d1), ROLNI_STT(type, d + 2 * (w), d2), ROLNI_STT(type, d + 3 * (w), d3); \
+    }
 ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    const int w = ROLNI_W, n4 = n - n % (4 * w);
-    int j, p;
-    for (j = 0; j < n4; j += 4 * w) {
-        const roln_real *a = A, *b = B + j;
-        roln_real *c = C + j;
-        rolni_v c00 = {0}, c01 = {0}, c02 = {0}, c03 = {0}, c10 = {0}, c11 = {0}, c12 = {0}, c13 = {0};
-        if (add) {
-            c00 = ROLNI_LD(c), c01 = ROLNI_LD(c + w), c02 = ROLNI_LD(c + 2 * w), c03 = ROLNI_LD(c + 3 * w);
-            c10 = ROLNI_LD(c + ldb), c11 = ROLNI_LD(c + ldb + w);
-            c12 = ROLNI_LD(c + ldb + 2 * w), c13 = ROLNI_LD(c + ldb + 3 * w);
-        }
-        for (p = 0; p < k; p++, a += sp, b += ldb) {
-            const rolni_v b0 = ROLNI_LD(b), b1 = ROLNI_LD(b + w), b2 = ROLNI_LD(b + 2 * w), b3 = ROLNI_LD(b + 3 * w);
-            c00 += a[0] * b0, c01 += a[0] * b1, c02 += a[0] * b2, c03 += a[0] * b3;
-            c10 += a[si] * b0, c11 += a[si] * b1, c12 += a[si] * b2, c13 += a[si] * b3;
-        }
-        ROLNI_ST(c, c00), ROLNI_ST(c + w, c01), ROLNI_ST(c + 2 * w, c02), ROLNI_ST(c + 3 * w, c03);
-        ROLNI_ST(c + ldb, c10), ROLNI_ST(c + ldb + w, c11);
-        ROLNI_ST(c + ldb + 2 * w, c12), ROLNI_ST(c + ldb + 3 * w, c13);
-    }
-    rolni_mm1(k, n, n4, A, sp, B, add, C);
-    rolni_mm1(k, n, n4, A + si, sp, B, add, C + ldb);
+    int j = 0, p;
+#if ROLNI_WIDE > ROLNI_BYTES
+    ROLNI_MM_2X4(rolni_w, ROLNI_LANES)
+#endif
+    ROLNI_MM_2X4(rolni_v, ROLNI_W)
+    rolni_mm1(k, n, j, A, sp, B, add, C);
+    rolni_mm1(k, n, j, A + si, sp, B, add, C + ldb);
 }
 #else
 /* Four rows by four columns, for a small B. */
@@ -882,15 +909,15 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
 {
     int i, j;
-    for (i = 0; i < n; i++) {
-        for (j = 0; j <= i; j++) {
-            const roln_real s = A[i * n + j] - roln_dot(j, L + i * n, L + j * n);
-            if (j < i) L[i * n + j] = s / L[j * n + j];
-            else if (s > 0 && roln_finite(s)) L[i * n + i] = ROLN_SQRT(s);
-            else return ROLN_E_NOT_SPD;
+    for (j = 0; j < n; j++) { /* by columns: the rows of one do not wait for each other */
+        const roln_real *const l = L + j * n;
+        roln_real s = A[j * n + j] - roln_dot(j, l, l);
+        if (!(s > 0) || !roln_finite(s)) return ROLN_E_NOT_SPD;
+        s = L[j * n + j] = ROLN_SQRT(s);
+        for (i = j + 1; i < n; i++) {
+            L[i * n + j] = (A[i * n + j] - roln_dot(j, L + i * n, l)) / s;
+            L[j * n + i] = 0;
         }
-        for (; j < n; j++)
-            L[i * n + j] = 0;
     }
     return ROLN_OK;
 }
@@ -1905,23 +1932,17 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
 
 #if ROLN_SIMD
 #ifdef __AVX512F__
-#define ROLNI_WIDE 64
 #define ROLNI_ROWS 8
 #define ROLNI_TILE(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
 #else
-#define ROLNI_WIDE ROLNI_BYTES
 #define ROLNI_ROWS 4
 #define ROLNI_TILE(X) X(0) X(1) X(2) X(3)
 #endif
-#define ROLNI_LANES (ROLNI_AS(int, ROLNI_WIDE / sizeof(roln_real)))
 #define ROLNI_COLS (2 * ROLNI_LANES)
 #define ROLNI_GROUP (ROLNI_AS(int, 2048 / sizeof(roln_real))) /* columns that stay in the L2 cache as strips */
-typedef roln_real rolni_w __attribute__((vector_size(ROLNI_WIDE), aligned(sizeof(roln_real)), may_alias));
 typedef roln_real rolni_v4 __attribute__((vector_size(4 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
-#define ROLNI_LDW(p) (*ROLNI_AS(const rolni_w *, ROLNI_AS(const void *, p)))
-#define ROLNI_STW(p, v) (*ROLNI_AS(rolni_w *, ROLNI_AS(void *, p)) = (v))
-#define ROLNI_LD4(p) (*ROLNI_AS(const rolni_v4 *, ROLNI_AS(const void *, p)))
-#define ROLNI_ST4(p, v) (*ROLNI_AS(rolni_v4 *, ROLNI_AS(void *, p)) = (v))
+#define ROLNI_LD4(p) ROLNI_LDT(rolni_v4, p)
+#define ROLNI_ST4(p, v) ROLNI_STT(rolni_v4, p, v)
 #else
 #define ROLNI_ROWS 4
 #define ROLNI_LANES 1
