@@ -166,6 +166,59 @@ static void test_subspace(void)
     }
 }
 
+/* What a step leaves: the newest pair is the step and the change of the gradient, H y = s, H scales what is normal to both by
+   s.y / y.y; on a manifold all pairs are tangents where it ends. */
+static void test_pairs(void)
+{
+    static const roln_block flat[] = {{ROLN_EUCLIDEAN, 1, 6, 0}}, sphere[] = {{&roln_stiefel, 1, 6, 0}};
+    problem p = {0};
+    roln_lbfgs state = ROLN_LBFGS_START;
+    roln_real x[6] = {0}, x0[6], g0[6], keep[ROLN_LBFGS_KEEP(M, 6)], d[6], a[M], *pair = keep + 6;
+    uint64_t seed = 5;
+    int t, i, k, count = 0;
+    p.n = 6, p.k = 1;
+    for (t = 0; t < 40; t++) {
+        const roln_real *s, *y;
+        const int newest = state.newest;
+        rolni_copy(6, x, x0), rolni_copy(6, keep, g0);
+        CHECK(roln_lbfgs_step(1, flat, M, valley, &p, &state, x, keep, room_of(ROLN_LBFGS_WORK(M, 6, 0))) == ROLN_OK);
+        CHECK_BELOW(room_used(), room_end);
+        if (state.newest == newest) continue; /* the curvature was negative */
+        count++;
+        s = pair + 12 * state.newest, y = s + 6;
+        for (i = 0; i < 6 && t > 0; i++) {
+            CHECK_NEAR(s[i], x[i] - x0[i], 4 * ROLN_EPS);
+            CHECK(y[i] == keep[i] - g0[i]);
+        }
+        rolni_lbfgs_direction(M, 6, &state, y, pair, a, d);
+        for (i = 0; i < 6; i++)
+            CHECK_NEAR(d[i], -s[i], 256 * ROLN_EPS);
+        if (state.pairs > 1) continue;
+        for (i = 0; i < 6; i++) /* of one pair */
+            g0[i] = roln_normal(&seed);
+        for (k = 0; k < 4000; k++) { /* made normal to both, one after the other */
+            const roln_real *v = k % 2 ? s : y, f = roln_dot(6, g0, v) / roln_dot(6, v, v);
+            for (i = 0; i < 6; i++)
+                g0[i] -= f * v[i];
+        }
+        rolni_lbfgs_direction(M, 6, &state, g0, pair, a, d);
+        for (i = 0; i < 6; i++)
+            CHECK_NEAR(d[i] / (roln_dot(6, s, y) / roln_dot(6, y, y)), -g0[i], 1e-3);
+    }
+    CHECK(count > 10);
+    symmetric(6, &seed, p.A);
+    state = (roln_lbfgs)ROLN_LBFGS_START;
+    CHECK(roln_stiefel_init(1, 6, x, &seed, room_of(ROLN_STIEFEL_INIT_WORK(1))) == ROLN_OK);
+    for (t = 0; t < 8; t++) {
+        const int verb = ROLN_STIEFEL_BLOCK_WORK(1, 6);
+        CHECK(roln_lbfgs_step(1, sphere, M, subspace, &p, &state, x, keep, room_of(ROLN_LBFGS_WORK(M, 6, verb))) == ROLN_OK);
+        for (k = 0; k < 2 * state.pairs; k++) {
+            const roln_real *v = pair + 6 * ((state.newest + M - k / 2) % M * 2 + k % 2);
+            CHECK_NEAR(roln_dot(6, x, v), 0, 16 * ROLN_EPS * ROLN_MAX(1, ROLN_SQRT(roln_dot(6, v, v))));
+        }
+    }
+}
+
 /* All manifolds side by side: the gradient where it ends is normal to them. */
 static void test_nearest(void)
 {
@@ -269,6 +322,7 @@ void TEST_NAME(lbfgs)(void)
     test_valley();
     test_bowl();
     test_subspace();
+    test_pairs();
     test_nearest();
     test_refused();
 }
