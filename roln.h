@@ -6,7 +6,9 @@
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
        #define ROLN_STEP    rk4               euler, rk4 or midpoint; default rk4
-       #define ROLN_SLOPE   0.41421356        slope k of the activation, default tan(pi/8)
+       #define ROLN_SLOPE   0.41421356        slope k of the activation, default tan(pi/8); 1: none, all layers are linear
+       #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
+                                              degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_WIDTH   8                 size of U where a bimap layer brings it down to n; default n
@@ -34,11 +36,12 @@
        NAME_work        scratch of prediction and control
        NAME_linwork     scratch of NAME_linear
        NAME_train       scratch of training and of NAME_errors
-       NAME_start       scratch of NAME_init and NAME_init_pod; with small weights of NAME_store
+       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
        NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
        NAME_newton      ... its sums, the step and where it ends
+       NAME_chart       with ROLN_CHART: sums of NAME_chart_add
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -78,6 +81,13 @@
        NAME_newton_judge  ... is it taken?
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
+
+   A chart in closed form (ROLN_CHART, full weights): NAME_init_pod, or NAME_chart_center, then
+
+       NAME_chart_add    adds recorded motion, a sample at a time or all, to sums
+       NAME_chart_merge  adds the sums of other recordings, or of another machine
+       NAME_chart_solve  the decoder that fits them best
+       NAME_chart_center coordinates in which the recorded range is -1 .. 1
 
    Keeping it:
 
@@ -245,10 +255,11 @@ ROLN_INLINE roln_status roln_decode(const roln_trained *m, const roln_real *z, c
 }
 
 /* The count joints which[] of roln_decode alone, the same bits: q, qd [count] out. ROLN_E_LENGTH: count beyond 0 .. N, or a joint
-   beyond 0 .. N-1; ROLN_E_NOT_FINITE. Then q, qd are untouched. The outermost layer costs n count instead of n N multiply-adds.
+   beyond 0 .. N-1; ROLN_E_NOT_FINITE. Then q, qd are untouched. The outermost layer costs n count instead of n N multiply-adds; if
+   it is bent, as much as all joints (roln_ae_decode_some).
    work [ROLN_DECODE_SOME_WORK]: the most, for count = N. */
 #define ROLN_DECODE_SOME_MEM(X, S, count) X(s, 2 * S(n)) X(x, 2 * (count))
-#define ROLN_DECODE_SOME_WORK(S) (0 ROLN_DECODE_SOME_MEM(ROLNI_SIZE, S, S(N)) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLN_DECODE_SOME_WORK(S) (0 ROLN_DECODE_SOME_MEM(ROLNI_SIZE, S, S(N)) + ROLN_AE_DECODE_SOME_TAPE(S, 2, 1))
 ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real *z, const roln_real *zd, int count,
                                          const int *which, roln_real *q, roln_real *qd, roln_real *work)
 {
@@ -398,7 +409,7 @@ ROLN_INLINE roln_status roln_lift(const roln_trained *m, const roln_real *z, con
                                   roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
-    const int N = ae->size[0], ae_sum = roln_ae_sum(ae);
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves;
     ROLN_LIFT_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     roln_status st;
     if (!roln_all_finite(m->model->lnn.n, z)) return ROLN_E_NOT_FINITE;
@@ -418,7 +429,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const r
                                       const roln_real *tau_z, roln_real mu, roln_real *u, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
-    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae);
+    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
     ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int pass, j, i;
     if (motors < 1) return ROLN_E_LENGTH;
@@ -635,7 +646,7 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
                                roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
-    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae);
+    const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
     roln_status st = roln_encode(m, x->q, x->qd, NULL, z, zd, NULL, work); /* done before anything else lies in work */
     ROLN_TICK_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_balance b = {0, 0};
@@ -668,7 +679,7 @@ ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real 
 {
     const rolni_torque *f = ROLNI_AS(const rolni_torque *, ctx);
     const roln_ae *ae = &f->m->model->ae;
-    const int N = ae->size[0], ae_sum = roln_ae_sum(ae), inputs = f->m->model->inputs;
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves, inputs = f->m->model->inputs;
     roln_real *work = f->work;
     ROLNI_TORQUE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     roln_ae_decode(ae, 1, nb, f->m->theta, z, NULL, tape);
@@ -700,7 +711,8 @@ ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_
 ROLN_FN int rolni_torque_work(const roln_model *md, int nb, int bwd)
 {
     const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), ae_sum = roln_ae_sum(ae), inputs = md->inputs;
+    const int N = ae->size[0], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), inputs = md->inputs;
+    const int ae_sum = roln_ae_sum(ae), curves = ae->curves, bent = roln_ae_bent(ae);
     const int eval = ROLNI_TORQUE_WORK(ROLNI_LOCAL, nb), back = ROLNI_TORQUE_BWD_WORK(ROLNI_LOCAL, nb, bwd > 1);
     return bwd && back > eval ? back : eval;
 }
@@ -1177,8 +1189,8 @@ ROLN_FN roln_status rolni_windows_forward(const roln_model *md, const rolni_wind
 ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, int k, int pred, roln_real *gP)
 {
     const roln_loss *wt = b->weights;
-    const int N = md->ae.size[0], n = md->lnn.n, ae_sum = roln_ae_sum(&md->ae), nb = b->nb, nz = nb * n, nx = nb * N;
-    const int rows = pred ? 2 * nb : nb;
+    const int N = md->ae.size[0], n = md->lnn.n, nb = b->nb, nz = nb * n, nx = nb * N;
+    const int ae_sum = roln_ae_sum(&md->ae), curves = md->ae.curves, rows = pred ? 2 * nb : nb;
     const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz, *x = b->x;
     roln_loss *loss = b->g->loss;
     roln_real *work = b->work;
@@ -1308,7 +1320,8 @@ ROLN_FN roln_status rolni_samples_forward(const roln_model *md, const rolni_samp
 ROLN_FN void rolni_samples_decode(const roln_model *md, const rolni_samples *b)
 {
     const roln_loss *wt = b->weights;
-    const int N = md->ae.size[0], n = md->lnn.n, ae_sum = roln_ae_sum(&md->ae), nb = b->nb, nz = nb * n, nx = nb * N;
+    const int N = md->ae.size[0], n = md->lnn.n, nb = b->nb, nz = nb * n, nx = nb * N;
+    const int ae_sum = roln_ae_sum(&md->ae), curves = md->ae.curves;
     const roln_real *x = b->x;
     roln_loss *loss = b->g->loss;
     roln_real *work = b->work;
@@ -1605,7 +1618,7 @@ ROLN_INLINE void rolni_errors_decode(const roln_trained *m, int nb, const roln_r
                                      roln_error *e, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
-    const int N = ae->size[0], ae_sum = roln_ae_sum(ae);
+    const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves;
     const roln_real q = m->scale->q, u = q / m->scale->t;
     ROLNI_ERRORS_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     int i;
@@ -1748,7 +1761,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
     unsigned char *p = bytes;
-    int l;
+    int flags, l;
     memcpy(p, "ROLN", 4);
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
@@ -1756,7 +1769,8 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers)), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
-    rolni_put(&p, ROLNI_AS(uint64_t, (f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae))), 2);
+    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
+    rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->layers), 2);
@@ -1793,7 +1807,7 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
    ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max, zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
@@ -1997,7 +2011,16 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_LEARN_everything 0
 #define ROLNI_LEARN_(s) ROLNI_LEARN_##s
 #define ROLNI_LEARN(s) ROLNI_LEARN_(s)
+#define ROLNI_CHART_none ROLN_UNBENT
+#define ROLNI_CHART_polynomial &roln_polynomial
+#define ROLNI_CHART_(s) ROLNI_CHART_##s
+#define ROLNI_CHART(s) ROLNI_CHART_(s)
+#define ROLNI_BENDS_none 0
+#define ROLNI_BENDS_polynomial 1
+#define ROLNI_BENDS_(s) ROLNI_BENDS_##s
+#define ROLNI_BENDS(s) ROLNI_BENDS_(s)
 #define ROLNI_OR(a, b) ((a) > 0 ? (a) : (b))
+#define ROLNI_BEFORE(a, b, c, other) ((c) > 0 ? (b) : (b) > 0 ? (a) : (other)) /* of the last size of a, b, c the one before it */
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];
@@ -2051,6 +2074,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_SLOPE
 #define ROLN_SLOPE 0.41421356
 #endif
+#ifndef ROLN_CHART
+#define ROLN_CHART none
+#endif
 #ifndef ROLN_BASE
 #define ROLN_BASE 0
 #endif
@@ -2103,9 +2129,15 @@ enum {
     ROLNI_(ae_layers) = (ROLNI_(N1) > 0) + (ROLNI_(N2) > 0) + (ROLNI_(N3) > 0) + (ROLNI_(N4) > 0) + (ROLNI_(N5) > 0) +
                      (ROLNI_(N6) > 0) + (ROLNI_(N7) > 0) + (ROLNI_(N8) > 0),
     ROLNI_(ae_sum) = ROLNI_(N1) + ROLNI_(N2) + ROLNI_(N3) + ROLNI_(N4) + ROLNI_(N5) + ROLNI_(N6) + ROLNI_(N7) + ROLNI_(N8),
-    ROLNI_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +),
     ROLNI_(n4) = ROLNI_OR(ROLNI_(N4), ROLNI_OR(ROLNI_(N3), ROLNI_OR(ROLNI_(N2), ROLNI_OR(ROLNI_(N1), ROLNI_(N))))),
     ROLNI_(n) = ROLNI_OR(ROLNI_(N8), ROLNI_OR(ROLNI_(N7), ROLNI_OR(ROLNI_(N6), ROLNI_OR(ROLNI_(N5), ROLNI_(n4))))),
+    /* the bent layer: size of its input, degree and number of its polynomials */
+    ROLNI_(degree) = ROLNI_AT(1, ROLN_CHART),
+    ROLNI_(outer) = ROLNI_BEFORE(ROLNI_(N6), ROLNI_(N7), ROLNI_(N8), ROLNI_BEFORE(ROLNI_(N4), ROLNI_(N5), ROLNI_(N6),
+                    ROLNI_BEFORE(ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_BEFORE(ROLNI_(N), ROLNI_(N1), ROLNI_(N2), 0)))),
+    ROLNI_(bent) = ROLNI_(degree) > 0 ? ROLNI_(outer) : 0,
+    ROLNI_(curves) = ROLN_CURVES(ROLNI_(n), ROLNI_(degree)),
+    ROLNI_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLNI_(curves) * ROLN_AE_ROW(ROLNI_BITS(ROLN_STORE), ROLNI_(bent)),
     /* perceptrons: hidden sizes; weights without the output layer */
     ROLNI_(H1) = ROLNI_AT(0, ROLN_MLP),
     ROLNI_(H2) = ROLNI_AT(1, ROLN_MLP),
@@ -2156,8 +2188,9 @@ enum {
     ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
     ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER, +) + ROLNI_(input_size),
     ROLNI_(theta_size) = ROLNI_(ae_size) + ROLNI_(rest_size),
-    ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLNI_(rest_size), /* if no weights are stored small */
-    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
+    ROLNI_(bend_size) = ROLNI_(curves) * ROLNI_(bent),
+    ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLNI_(bend_size) + ROLNI_(rest_size), /* none stored small */
+    ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLNI_(bend_size) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
                           ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
                         ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
@@ -2171,6 +2204,10 @@ enum {
 };
 
 ROLNI_ASSERT(sizes_must_not_grow, (ROLNI_EACH_LAYER(ROLNI_LAYER_OK, &&)) && ROLNI_AT(9, ROLN_AE) == 0)
+ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
+             (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLNI_(degree) >= 2 && ROLNI_(degree) <= ROLN_DEGREE_MAX
+                                                   : ROLNI_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
+ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLNI_(degree) == 0 || ROLNI_(n) < ROLNI_(outer))
 ROLNI_ASSERT(spd_layers_must_end_at_n, ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n))
 ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
@@ -2221,7 +2258,8 @@ typedef struct { roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; } ROLNI_(linwork); 
 static const roln_model ROLNI_(model) = {
     {ROLNI_(ae_layers),
      {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
-     ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE)},
+     ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLNI_(degree),
+     ROLNI_(curves)},
     {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers),
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
@@ -2436,14 +2474,22 @@ typedef struct {
     roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
 } ROLNI_(optimiser);
 
-/* Scratch of initialisation. */
+/* Scratch of initialisation, and of charts in closed form. */
 typedef union {
     roln_real init[ROLN_MAX(1, ROLN_AE_INIT_WORK(ROLNI_))], init_pod[ROLN_MAX(1, ROLN_AE_POD_WORK(ROLNI_))];
+#if ROLNI_AT(1, ROLN_CHART) > 0
+    struct {
+        double room[ROLN_CHART_ADD_ROOM(ROLNI_)];
+        roln_real work[ROLN_CHART_ADD_WORK(ROLNI_)];
+    } chart_add;
+    double chart_solve[ROLN_CHART_SOLVE_ROOM(ROLNI_)];
+#endif
 } ROLNI_(start);
 
-/* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), then the networks, the base
-   point, the SPD layers, the input map (group 1). */
+/* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), of a chart its polynomials
+   (2), then the networks, the base point, the SPD layers, the input map (group 1). */
 static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, ROLNI_COMMA),
+                                           {ROLN_EUCLIDEAN, ROLNI_(curves), ROLNI_(bent), 2},
                                            {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
                                            {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
                                             ROLN_BASE ? ROLNI_(W0) : 0, 1},
@@ -2473,6 +2519,53 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return ROLN_OK;
 }
+
+#if ROLNI_AT(1, ROLN_CHART) > 0
+
+/* Sums of a chart in closed form, numbers that may be merged by adding them: zero it once. */
+typedef struct {
+    double sums[ROLN_CHART_SUMS(ROLNI_)];
+} ROLNI_(chart);
+
+/* Add the samples q [count][N] to c (roln_chart_add), for the encoder in p. A sample that is not finite ends the call; those before
+   it are added, c->sums[0] is how many there are. */
+ROLN_FN roln_status ROLNI_(chart_add)(const ROLNI_(params) *p, int count, const roln_real *q, ROLNI_(chart) *c,
+                                      ROLNI_(start) *work)
+{
+    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, c->sums, work->chart_add.room,
+                          work->chart_add.work);
+}
+
+/* Add the sums of other samples for the same encoder. */
+ROLN_FN void ROLNI_(chart_merge)(const ROLNI_(chart) *from, ROLNI_(chart) *to)
+{
+    roln_chart_merge(ROLN_CHART_SUMS(ROLNI_), from->sums, to->sums);
+}
+
+/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; 0 is usual). residual [1]: what it leaves, in
+   parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *c, roln_real ridge, roln_real *residual,
+                                        ROLNI_(start) *work)
+{
+    return roln_chart_solve(&ROLNI_(model).ae, c->sums, ridge, p->theta, residual, work->chart_solve);
+}
+
+/* Coordinates in which the range in p (NAME_fit_range) is -1 .. 1, W = 0 (roln_chart_center); NAME_init_pod ends in such already. p
+   stays as it was unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
+{
+    const roln_status st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
+    int i;
+    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) {
+        p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
+        p->z_min[i] = -1, p->z_max[i] = 1;
+    }
+    return st;
+}
+
+#else
+ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degree) == 0)
+#endif
 
 /* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
@@ -2632,6 +2725,7 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_MLP
 #undef ROLN_STEP
 #undef ROLN_SLOPE
+#undef ROLN_CHART
 #undef ROLN_BASE
 #undef ROLN_MASS
 #undef ROLN_WIDTH

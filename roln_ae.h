@@ -6,17 +6,24 @@
        encoder layer   a = Psi^T (x - b),  y = s-(a)          decoder layer   x = Phi u + b,  u = s+(y)
 
    with s+ the inverse function of s-. Beyond the paper, a layer may keep its size (N_{l+1} = N_l): it then bends its input without
-   reducing it. Everything works on 1-, 2- or 3-jets: position, velocity and acceleration go through the layers together, and no
-   Jacobian or Hessian is formed.
+   reducing it. And the innermost layer may be bent by polynomials p(z) in place of an activation,
+
+       encoder layer   z = Psi^T (x - b)              decoder layer   x = b + Phi z + (I - Phi Psi^T) W^T p(z)
+
+   whose encoder is linear and whose W is found in closed form: a chart of the manifold that the data lie on (section 10).
+   Everything works on 1-, 2- or 3-jets: position, velocity and acceleration go through the layers together, and no Jacobian or
+   Hessian is formed.
 
    1 shape and layout     sizes, the weights in theta, the tape of a block
    2 activation           s- and s+, value and backward
-   3 encode               z = rho(x) and backward
-   4 decode               x = phi(z) and backward, and single coordinates of x
-   5 forces               tau_z = J^T tau and backward, tau = D^T tau_z
-   6 initialisation       random, or principal directions of data
-   7 stored weights       int8 or half-precision numbers in place of floats
-   8 is it a left inverse?
+   3 bend                 the polynomials p(z), the bent layer of the decoder and its backward
+   4 encode               z = rho(x) and backward
+   5 decode               x = phi(z) and backward, and single coordinates of x
+   6 forces               tau_z = J^T tau and backward, tau = D^T tau_z
+   7 initialisation       random, or principal directions of data
+   8 stored weights       int8 or half-precision numbers in place of floats
+   9 is it a left inverse?
+   10 fit a chart         the bent layer in closed form, from a stream of samples
 
    A block of nb samples with `jets` planes is an array [jets][nb][dim]; jets = 1: positions, 2: with velocities,
    3: with accelerations. Forward functions write a tape that the backward of the same block reads. */
@@ -31,7 +38,7 @@
 #define ROLN_AE_MAX 8 /* layers at most */
 
 /* How the matrices of an autoencoder lie in theta, and the products that read them there. ROLN_FULL: as they are. roln_half and
-   roln_int8 (section 7): as 16- or 8-bit numbers. Each function of a storage computes what the one of its comment does, but takes
+   roln_int8 (section 8): as 16- or 8-bit numbers. Each function of a storage computes what the one of its comment does, but takes
    B in that form; A and C are numbers. */
 typedef struct {
     int bits;                                                                                 /* of a weight */
@@ -41,19 +48,34 @@ typedef struct {
 } roln_storage;
 #define ROLN_FULL NULL
 
-/* The shape of an autoencoder: all that gives its weights their meaning. */
+/* What bends the innermost layer of an autoencoder: ROLN_UNBENT, it has an activation as all others; &roln_polynomial (section 3).
+   Only the shape of a bent autoencoder names these functions, so that a program without one does not hold them. Their arguments are
+   explained there. */
+typedef struct roln_ae roln_ae;
 typedef struct {
+    void (*decode)(const roln_ae *ae, int jets, int nb, const roln_real *layer, roln_real *tape, roln_real *x);
+    void (*row)(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x);
+    void (*back)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
+                 roln_real *glayer, roln_real *gz, roln_real *work);
+} roln_bend;
+#define ROLN_UNBENT NULL
+
+/* The shape of an autoencoder: all that gives its weights their meaning. */
+struct roln_ae {
     int layers;                  /* L, 0 .. ROLN_AE_MAX; 0: no autoencoder, z = x */
     int size[ROLN_AE_MAX + 1];   /* N_0 >= N_1 >= ... >= N_L */
     roln_real slope;             /* k in (0,1], slope of the activation at +-infinity; 1 makes it the identity (POD) */
     const roln_storage *storage; /* ROLN_FULL; &roln_half or &roln_int8: for use only, there is no gradient with respect to theta */
-} roln_ae;
+    const roln_bend *bend;       /* ROLN_UNBENT; &roln_polynomial, if L > 0 and N_L < N_{L-1} */
+    int degree, curves;          /* of the polynomials, 2 .. ROLN_DEGREE_MAX, and F = ROLN_CURVES(N_L, degree); ROLN_UNBENT: 0 */
+};
 
 /* Size macros of this header take S, a macro that gives sizes of the shape by name. In a function it is ROLNI_LOCAL, and the
    sizes are local ints of these names; the typed shell of roln.h gives enum constants instead.
        S(N), S(n)     N_0, N_L
        S(N1), S(N2)   N_1, N_2; 0 where there is no such layer, so that S(N1) > 0 means that there are layers
        S(ae_sum)      N_1 + N_2 + .. + N_L
+       S(curves)      F, the numbers of p(z), and S(bent), N_{L-1}, if layer L-1 is bent; else both 0
        S(ae_size)     roln_ae_params(ae) */
 
 /* N_l, or 0 beyond the last layer. */
@@ -71,7 +93,19 @@ ROLN_FN int roln_ae_sum(const roln_ae *ae)
     return sum;
 }
 
-/* Numbers that a row of n weights takes, and a layer N -> n. */
+/* Nonzero if layer l is bent. */
+ROLNI_INLINE int rolni_bends(const roln_ae *ae, int l)
+{
+    return ae->bend != ROLN_UNBENT && l == ae->layers - 1;
+}
+
+/* N_{L-1}, the size of the input of the bent layer, or 0. */
+ROLN_FN int roln_ae_bent(const roln_ae *ae)
+{
+    return ae->bend == ROLN_UNBENT ? 0 : ae->size[ae->layers - 1];
+}
+
+/* Numbers that a row of n weights takes, and a layer N -> n but for W. */
 #define ROLN_AE_ROW(bits, n) ((bits) == 8 ? 1 + ((n) + 7) / 8 * 2 : (bits) == 16 ? ((n) + 7) / 8 * 4 : (n))
 #define ROLN_AE_LAYER(bits, N, n) \
     (2 * (n) * ROLN_AE_ROW(bits, N) + ((bits) > 0 ? (n) * ROLN_AE_ROW(bits, n) : 0) + (N))
@@ -82,30 +116,49 @@ ROLN_FN int rolni_ae_bits(const roln_ae *ae)
     return ae->storage == ROLN_FULL ? 0 : ae->storage->bits;
 }
 
-/* theta holds for l = 0 .. L-1: Phi_l^T [N_{l+1}][N_l], Psi_l^T [N_{l+1}][N_l], of stored weights D_l [N_{l+1}][N_{l+1}],
-   and b_l [N_l]. Both matrices are transposed, so that their long side is contiguous. */
-ROLN_FN int roln_ae_params(const roln_ae *ae)
+/* ROLN_AE_ROW and ROLN_AE_LAYER of a shape. */
+ROLN_FN int rolni_ae_row(const roln_ae *ae, int n)
 {
     const int bits = rolni_ae_bits(ae);
+    return ROLN_AE_ROW(bits, n);
+}
+
+ROLN_FN int rolni_ae_layer_size(const roln_ae *ae, int l)
+{
+    const int N = ae->size[l], n = ae->size[l + 1];
+    return 2 * n * rolni_ae_row(ae, N) + (ae->storage != ROLN_FULL ? n * rolni_ae_row(ae, n) : 0) + N;
+}
+
+/* theta holds for l = 0 .. L-1: Phi_l^T [N_{l+1}][N_l], Psi_l^T [N_{l+1}][N_l], of stored weights D_l [N_{l+1}][N_{l+1}],
+   and b_l [N_l]; behind them, if the last layer is bent, W [F][N_{L-1}]. Phi and Psi are transposed, so that their long side is
+   contiguous. */
+ROLN_FN int rolni_ae_layers(const roln_ae *ae) /* all but W */
+{
     int l, sum = 0;
     for (l = 0; l < ae->layers; l++)
-        sum += ROLN_AE_LAYER(bits, ae->size[l], ae->size[l + 1]);
+        sum += rolni_ae_layer_size(ae, l);
     return sum;
 }
 
-/* The weights of layer l, which begin at theta; those of layer l + 1 begin at end. */
+ROLN_FN int roln_ae_params(const roln_ae *ae)
+{
+    const int layers = rolni_ae_layers(ae);
+    return ae->curves > 0 ? layers + ae->curves * rolni_ae_row(ae, roln_ae_bent(ae)) : layers;
+}
+
+/* The weights of layer l, which begin at theta; those of layer l + 1, or W, begin at end. */
 typedef struct {
     const roln_real *phi, *psi, *d, *b, *end;
 } rolni_ae_layer;
 
 ROLN_FN rolni_ae_layer rolni_ae_layer_at(const roln_ae *ae, int l, const roln_real *theta)
 {
-    const int bits = rolni_ae_bits(ae), N = ae->size[l], n = ae->size[l + 1], matrix = n * ROLN_AE_ROW(bits, N);
+    const int N = ae->size[l], matrix = ae->size[l + 1] * rolni_ae_row(ae, N);
     rolni_ae_layer w;
     w.phi = theta;
     w.psi = theta + matrix;
     w.d = w.psi + matrix;
-    w.end = theta + ROLN_AE_LAYER(bits, N, n);
+    w.end = theta + rolni_ae_layer_size(ae, l);
     w.b = w.end - N;
     return w;
 }
@@ -142,8 +195,10 @@ ROLN_FN roln_real rolni_ae_column(const roln_ae *ae, int k, int n, int j, const 
        inner side [jets][nb][N_{l+1}]   encoder: a = Psi^T (x - b)                     decoder: u = s+(y)
        outer side [jets][nb][N_{l+1}]   encoder: y - b_{l+1}, input of layer l + 1     decoder: y
    At the same point, x = phi(z), a and u are the same numbers up to rounding, since Psi^T Phi = I. The encoder leaves out the
-   outer side of the last layer, which is z, and has x - b_0 [jets][nb][N] in its place. */
-#define ROLN_AE_DECODE_TAPE(S, jets, nb) (2 * (jets) * (nb) * S(ae_sum))
+   outer side of the last layer, which is z, and has x - b_0 [jets][nb][N] in its place.
+   Of a bent layer the inner side is a = z in the encoder, and s = z - Psi^T W^T p in the decoder, which has p [jets][nb][F] behind
+   it. */
+#define ROLN_AE_DECODE_TAPE(S, jets, nb) ((jets) * (nb) * (2 * S(ae_sum) + S(curves)))
 #define ROLN_AE_ENCODE_REST(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n)) : 0) /* without x - b_0 */
 #define ROLN_AE_ENCODE_TAPE(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n) + S(N)) : 0)
 
@@ -228,7 +283,266 @@ ROLN_FN void rolni_act_bwd(const rolni_knee *s, roln_real sg, int jets, int n, c
         }
 }
 
-/* ---- 3 encode --------------------------------------------------------------------------------- */
+/* ---- 3 bend ----------------------------------------------------------------------------------- */
+
+/* The innermost layer N_{L-1} -> n, bent by polynomials p(z):
+       encoder   z = Psi^T (x - b)
+       decoder   y = W^T p(z),  s = z - Psi^T y,  x = b + y + Phi s,  that is x = b + Phi z + (I - Phi Psi^T) W^T p(z)
+   Since Psi^T Phi = I, Psi^T (x - b) = Psi^T y + s = z for every W. (Of stored weights Psi^T stands for (I + D) Psi^T.) W^T and
+   W^T + Phi A are the same map: what W has along Phi has no effect.
+   p(z): all products of Chebyshev polynomials T_a1(z_1) .. T_an(z_n) of total degree 2 .. d, T_0 = 1, T_1 = z,
+   T_{k+1} = 2 z T_k - T_{k-1}; degrees 0 and 1 are b and Phi. On [-1, 1], where |T_k| <= 1, they are well conditioned in float:
+   Phi, Psi and b hold the scale that brings the data there (roln_chart_center). */
+
+#define ROLN_DEGREE_MAX 8
+
+/* F = (n + d choose d) - 1 - n, factor by factor, each step an integer; 0 for d = 0. As in roln.h: */
+#define ROLNI_CHOOSE(n, d, k) *((d) >= (k) ? (n) + (k) : 1) / ((d) >= (k) ? (k) : 1)
+#define ROLN_CURVES(n, d) \
+    ((d) > 0 ? 1 ROLNI_CHOOSE(n, d, 1) ROLNI_CHOOSE(n, d, 2) ROLNI_CHOOSE(n, d, 3) ROLNI_CHOOSE(n, d, 4) ROLNI_CHOOSE(n, d, 5) \
+                   ROLNI_CHOOSE(n, d, 6) ROLNI_CHOOSE(n, d, 7) ROLNI_CHOOSE(n, d, 8) - 1 - (n) : 0)
+
+/* Terms are ordered by degree e = 2 .. d, those of one degree by their last variable i = 0 .. n-1, those by the power k = 1 .. e of
+   it, and those as their other factor, a term of degree e - k in the variables before i, is ordered. So
+   - the terms of degree e in the variables 0 .. i are the first ones of that degree, and their last is T_e(z_i);
+   - the terms with the factor T_k(z_i) are the first ones of degree e - k, as many as there were before i, times T_k(z_i).
+   A walk over i and e keeps upto[e], the number of terms of degree e in the variables so far (1 for e = 0), and at[e], where those
+   of degree e begin in p; of degree 1 they are z itself. */
+typedef struct {
+    int upto[ROLN_DEGREE_MAX + 1], at[ROLN_DEGREE_MAX + 1];
+} rolni_walk;
+
+/* Variable i joins: by Pascal's rule upto[e] of i variables and upto[e - 1] of i + 1; and leaves again. */
+ROLN_FN void rolni_walk_in(int degree, rolni_walk *w)
+{
+    int e;
+    for (e = 1; e <= degree; e++)
+        w->upto[e] += w->upto[e - 1];
+}
+
+ROLN_FN void rolni_walk_out(int degree, rolni_walk *w)
+{
+    int e;
+    for (e = degree; e >= 1; e--)
+        w->upto[e] -= w->upto[e - 1];
+}
+
+/* A walk with no variable yet, but the places of n. */
+ROLN_FN rolni_walk rolni_walk_of(int n, int degree)
+{
+    rolni_walk w;
+    int e, count = n;
+    w.upto[0] = 1, w.at[0] = w.at[1] = 0;
+    for (e = 1; e <= degree; e++)
+        w.upto[e] = 0;
+    for (w.at[2] = 0, e = 3; e <= degree; e++) {
+        count = count * (n + e - 2) / (e - 1); /* terms of degree e - 1 */
+        w.at[e] = w.at[e - 1] + count;
+    }
+    return w;
+}
+
+/* Where the terms of degree e begin, and where T_e of the walk's last variable i stands: of degree 1 in z, else in p. */
+ROLNI_INLINE int rolni_first(const rolni_walk *w, int e)
+{
+    return e == 1 ? 0 : w->at[e];
+}
+
+ROLNI_INLINE int rolni_power_of(const rolni_walk *w, int e, int i)
+{
+    return e == 1 ? i : w->at[e] + w->upto[e] - 1;
+}
+
+/* f = t g of jets: one t, m numbers g and f, planes ts, gs, fs apart. f' = t' g + t g', f'' = t'' g + 2 t' g' + t g''. */
+ROLN_FN void rolni_times(int jets, int m, const roln_real *t, int ts, const roln_real *g, int gs, roln_real *f, int fs)
+{
+    const roln_real t0 = t[0], t1 = jets > 1 ? t[ts] : 0, t2 = jets > 2 ? t[2 * ts] : 0;
+    int j;
+    for (j = 0; j < m; j++)
+        f[j] = t0 * g[j];
+    for (j = 0; j < m && jets > 1; j++)
+        f[fs + j] = t1 * g[j] + t0 * g[gs + j];
+    for (j = 0; j < m && jets > 2; j++)
+        f[2 * fs + j] = t2 * g[j] + 2 * t1 * g[gs + j] + t0 * g[2 * gs + j];
+}
+
+/* Its backward: from the cotangents cf of f adds to those of g, cg, and of t, ct. */
+ROLN_FN void rolni_times_bwd(int jets, int m, const roln_real *t, int ts, const roln_real *g, int gs, const roln_real *cf, int fs,
+                             roln_real *ct, roln_real *cg)
+{
+    const roln_real t0 = t[0], t1 = jets > 1 ? t[ts] : 0, t2 = jets > 2 ? t[2 * ts] : 0;
+    roln_real s0 = 0, s1 = 0, s2 = 0;
+    int j;
+    for (j = 0; j < m; j++) {
+        s0 += cf[j] * g[j];
+        cg[j] += cf[j] * t0;
+    }
+    for (j = 0; j < m && jets > 1; j++) {
+        const roln_real c = cf[fs + j];
+        s0 += c * g[gs + j], s1 += c * g[j];
+        cg[j] += c * t1, cg[gs + j] += c * t0;
+    }
+    for (j = 0; j < m && jets > 2; j++) {
+        const roln_real c = cf[2 * fs + j];
+        s0 += c * g[2 * gs + j], s1 += 2 * c * g[gs + j], s2 += c * g[j];
+        cg[j] += c * t2, cg[gs + j] += 2 * c * t1, cg[2 * gs + j] += c * t0;
+    }
+    ct[0] += s0;
+    if (jets > 1) ct[ts] += s1;
+    if (jets > 2) ct[2 * ts] += s2;
+}
+
+/* p(z) of one sample: planes of z are zs apart, of p ps. */
+ROLN_FN void rolni_polynomials(int n, int degree, int jets, const roln_real *z, int zs, roln_real *p, int ps)
+{
+    const roln_real *const from[2] = {z, p}; /* where terms of degree 1 are, and above */
+    const int step[2] = {zs, ps};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, q;
+    for (i = 0; i < n; i++) {
+        rolni_walk_in(degree, &w);
+        for (e = 2; e <= degree; e++) {
+            roln_real *f = p + w.at[e] + w.upto[e] - w.upto[e - 1];
+            for (k = 1; k < e; k++) { /* T_k(z_i) times what there was of degree e - k */
+                const int m = w.upto[e - k] - w.upto[e - k - 1];
+                rolni_times(jets, m, from[k > 1] + rolni_power_of(&w, k, i), step[k > 1],
+                            from[e - k > 1] + rolni_first(&w, e - k), step[e - k > 1], f, ps);
+                f += m;
+            }
+            rolni_times(jets, 1, z + i, zs, from[e > 2] + rolni_power_of(&w, e - 1, i), step[e > 2], f, ps);
+            for (q = 0; q < jets; q++) { /* T_e = 2 z T_{e-1} - T_{e-2} */
+                const int at = e > 2 ? rolni_power_of(&w, e - 2, i) + q * step[e > 3] : 0;
+                f[q * ps] = 2 * f[q * ps] - (e > 2 ? from[e > 3][at] : ROLNI_AS(roln_real, q == 0));
+            }
+        }
+    }
+}
+
+/* Its backward: adds to cz the cotangents of z, from those of p, cp, which are spent. */
+ROLN_FN void rolni_polynomials_bwd(int n, int degree, int jets, const roln_real *z, int zs, const roln_real *p, int ps,
+                                   roln_real *cp, roln_real *cz)
+{
+    const roln_real *const from[2] = {z, p};
+    roln_real *const to[2] = {cz, cp};
+    const int step[2] = {zs, ps};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, q;
+    for (i = 0; i < n; i++)
+        rolni_walk_in(degree, &w);
+    for (i = n - 1; i >= 0; rolni_walk_out(degree, &w), i--)
+        for (e = degree; e >= 2; e--) {
+            roln_real *cf = cp + rolni_power_of(&w, e, i);
+            const int one = rolni_power_of(&w, e - 1, i);
+            for (q = 0; q < jets; q++) { /* T_e = 2 z T_{e-1} - T_{e-2} */
+                if (e > 2) to[e > 3][rolni_power_of(&w, e - 2, i) + q * step[e > 3]] -= cf[q * ps];
+                cf[q * ps] *= 2;
+            }
+            rolni_times_bwd(jets, 1, z + i, zs, from[e > 2] + one, step[e > 2], cf, ps, cz + i, to[e > 2] + one);
+            cf = cp + w.at[e] + w.upto[e] - w.upto[e - 1];
+            for (k = 1; k < e; k++) {
+                const int m = w.upto[e - k] - w.upto[e - k - 1], t = rolni_power_of(&w, k, i), g = rolni_first(&w, e - k);
+                rolni_times_bwd(jets, m, from[k > 1] + t, step[k > 1], from[e - k > 1] + g, step[e - k > 1], cf, ps,
+                                to[k > 1] + t, to[e - k > 1] + g);
+                cf += m;
+            }
+        }
+}
+
+/* `count` rows of x - b from row r on, of the bent layer whose weights begin at `layer`, and their s. Its tape, of `rows` rows, has
+   p and z; of stored weights, which no gradient asks for s, it gets Psi^T y in place of s. */
+ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, int r, int count, const roln_real *layer, roln_real *tape, roln_real *x)
+{
+    enum { ROLNI_PART = 8 }; /* numbers of s at a time */
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, bits = rolni_ae_bits(ae);
+    const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
+    roln_real *s = tape + r * n, *p = tape + rows * n, *z = p + rows * F + r * n, part[ROLNI_PART];
+    int i, k, at;
+    rolni_ae_mm(ae, count, F, N, p + r * F, w.end, x); /* y */
+    rolni_ae_mm_bt(ae, count, N, n, x, w.psi, s);
+    if (ae->storage == ROLN_FULL) {
+        for (i = 0; i < count * n; i++)
+            s[i] = z[i] - s[i];
+        rolni_mm(count, n, N, s, ROLNI_AS(size_t, n), 1, w.phi, 1, x);
+        return;
+    }
+    for (; count > 0; count--, s += n, z += n, x += N)
+        for (at = 0; at < n; at += ROLNI_PART) {
+            const int m = n - at < ROLNI_PART ? n - at : ROLNI_PART;
+            rolni_ae_mm_bt(ae, 1, n, m, s, w.d + at * ROLN_AE_ROW(bits, n), part);
+            for (k = 0; k < m; k++)
+                part[k] = z[at + k] - (s[at + k] + part[k]); /* z - (I + D) Psi^T y */
+            for (i = 0; i < N; i++)
+                x[i] += rolni_ae_column(ae, m, N, i, part, w.phi + at * ROLN_AE_ROW(bits, N));
+        }
+}
+
+/* p, and unless x is NULL x - b and s, from z, which stands on the tape. */
+ROLN_FN void rolni_bent_decode(const roln_ae *ae, int jets, int nb, const roln_real *layer, roln_real *tape, roln_real *x)
+{
+    const int n = ae->size[ae->layers], F = ae->curves, rows = jets * nb;
+    roln_real *p = tape + rows * n, *z = p + rows * F;
+    int r;
+    for (r = 0; r < nb; r++)
+        rolni_polynomials(n, ae->degree, jets, z + r * n, nb * n, p + r * F, nb * F);
+    if (x) rolni_bent_rows(ae, rows, 0, rows, layer, tape, x);
+}
+
+/* Row r alone: x [N_{L-1}] out, behind rolni_bent_decode without x. */
+ROLN_FN void rolni_bent_row(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x)
+{
+    rolni_bent_rows(ae, rows, r, 1, layer, tape, x);
+}
+
+/* Backward of the bent layer: from gx [jets][nb][N_{L-1}] the cotangent gz [jets][nb][n] of z, which is not added to; glayer, the
+   gradient of the weights from Phi on, is, unless it is NULL. With gs = Phi^T gx:
+       gy = gx - Psi gs,   gPsi -= y gs^T,   gPhi += gx s^T,   gW += p gy^T,   gz = gs + (dp/dz)^T W gy
+   work [ROLNI_BENT_BACK_WORK]: y is first y, then gy. */
+#define ROLNI_BENT_BACK_MEM(X, rows, N, curves) X(y, (rows) * (N)) X(gp, (rows) * (curves))
+#define ROLNI_BENT_BACK_WORK(rows, N, curves) (0 ROLNI_BENT_BACK_MEM(ROLNI_SIZE, rows, N, curves))
+ROLN_FN void rolni_bent_back(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape,
+                             const roln_real *gx, roln_real *glayer, roln_real *gz, roln_real *work)
+{
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, rows = jets * nb;
+    const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
+    const roln_real *s = tape, *p = s + rows * n, *z = p + rows * F;
+    int i, r;
+    ROLNI_BENT_BACK_MEM(ROLNI_CARVE, rows, N, F)
+    rolni_ae_mm_bt(ae, rows, N, n, gx, w.phi, gz); /* gs */
+    if (glayer) {
+        roln_real *gpsi = glayer + n * N, *gb = gpsi + n * N;
+        roln_mm(rows, F, N, p, w.end, y);
+        for (i = 0; i < rows * N; i++)
+            y[i] = -y[i];
+        roln_mm_at(n, rows, N, gz, y, gpsi);
+        roln_mm_at(n, rows, N, s, gx, glayer);
+        for (r = 0; r < nb; r++)
+            for (i = 0; i < N; i++)
+                gb[i] += gx[r * N + i];
+    }
+    if (ae->storage == ROLN_FULL) {
+        roln_mm(rows, n, N, gz, w.psi, y);
+    } else { /* Psi (I + D^T) gs */
+        rolni_ae_mm(ae, rows, n, n, gz, w.d, gp);
+        for (i = 0; i < rows * n; i++)
+            gp[i] += gz[i];
+        rolni_ae_mm(ae, rows, n, N, gp, w.psi, y);
+    }
+    for (i = 0; i < rows * N; i++)
+        y[i] = gx[i] - y[i];
+    if (glayer) roln_mm_at(F, rows, N, p, y, glayer + 2 * n * N + N);
+    rolni_ae_mm_bt(ae, rows, N, F, y, w.end, gp);
+    for (r = 0; r < nb; r++)
+        rolni_polynomials_bwd(n, ae->degree, jets, z + r * n, nb * n, p + r * F, nb * F, gp + r * F, gz + r * n);
+}
+
+#if defined(__GNUC__) /* linkage of tables: no warning where one is not used */
+#define ROLNI_TABLE static const __attribute__((unused))
+#else
+#define ROLNI_TABLE static const
+#endif
+ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back};
+
+/* ---- 4 encode --------------------------------------------------------------------------------- */
 
 /* z = rho(x), zd = D xd, zdd = D xdd + (d/dt D) xd.
    theta [roln_ae_params], x [jets][nb][N] in; z [jets][nb][n], tape [ROLN_AE_ENCODE_TAPE] out. x may stand in its place at the end
@@ -256,7 +570,8 @@ ROLN_FN void roln_ae_encode(const roln_ae *ae, int jets, int nb, const roln_real
             for (i = 0; i < rows * n; i++)
                 a[i] += y[i];
         }
-        rolni_act(&s, 1, jets, nb * n, a, y);
+        if (rolni_bends(ae, l)) rolni_copy(rows * n, a, y);
+        else rolni_act(&s, 1, jets, nb * n, a, y);
         theta = w.end;
         xb = y;
         a += 2 * rows * n;
@@ -285,16 +600,16 @@ ROLN_FN void roln_ae_encode_bwd(const roln_ae *ae, int jets, int nb, const roln_
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int rows = jets * nb, L = ae->layers, N = ae->size[0], N1 = roln_ae_size(ae, 1);
-    const roln_real *th = theta + roln_ae_params(ae), *a = tape + 2 * rows * roln_ae_sum(ae), *last = a - rows * ae->size[L];
+    const roln_real *th = theta + rolni_ae_layers(ae), *a = tape + 2 * rows * roln_ae_sum(ae), *last = a - rows * ae->size[L];
     int l, i;
     ROLNI_AE_ENCODE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets, nb)
     if (L > 0) rolni_copy(rows * ae->size[L], gz, L % 2 ? odd : even);
     for (l = L - 1; l >= 0; l--) {
         const int Nl = ae->size[l], nl = ae->size[l + 1];
-        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - ROLN_AE_LAYER(rolni_ae_bits(ae), Nl, nl));
+        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - rolni_ae_layer_size(ae, l));
         roln_real *g = l % 2 ? even : odd, *next = l % 2 ? odd : even;
         a -= 2 * rows * nl;
-        rolni_act_bwd(&s, 1, jets, nb * nl, a, g);
+        if (!rolni_bends(ae, l)) rolni_act_bwd(&s, 1, jets, nb * nl, a, g);
         if (gtheta) { /* gPsi^T += ga^T (x - b), gb -= Psi sum_r ga_r */
             roln_real *gb = gtheta + (w.b - theta);
             roln_mm_at(nl, rows, Nl, g, l > 0 ? a - rows * Nl : last, gtheta + (w.psi - theta));
@@ -315,30 +630,37 @@ ROLN_FN void roln_ae_encode_bwd(const roln_ae *ae, int jets, int nb, const roln_
         gx[i] += L > 0 ? even[i] : gz[i];
 }
 
-/* ---- 4 decode --------------------------------------------------------------------------------- */
+/* ---- 5 decode --------------------------------------------------------------------------------- */
 
 /* x = phi(z), xd = J zd, xdd = J zdd + (d/dt J) zd.
    theta, z [jets][nb][n] in; x [jets][nb][N], tape [ROLN_AE_DECODE_TAPE] out. x NULL: the tape alone, without the product with
-   Phi_0, which is the largest. z may stand in its place, the last jets nb n numbers of the tape: then it is not copied; it stays.
-   Cost as roln_ae_encode. */
+   Phi_0, which is the largest; if layer 0 is bent, s is missing there, which only a gradient with respect to theta asks for. z may
+   stand in its place, the last jets nb n numbers of the tape: then it is not copied; it stays.
+   Cost as roln_ae_encode; of a bent layer jets nb (F + 2 n) N_{L-1} multiply-adds. */
 ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *z, roln_real *x,
                             roln_real *tape)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int rows = jets * nb;
-    const roln_real *th = theta + roln_ae_params(ae);
-    roln_real *u = tape + 2 * rows * roln_ae_sum(ae), *y = ae->layers > 0 ? u - rows * ae->size[ae->layers] : u;
+    const roln_real *th = theta + rolni_ae_layers(ae);
+    roln_real *u = tape + 2 * rows * roln_ae_sum(ae), *y = u;
     int l, i, r;
+    if (ae->layers > 0) y += rows * ae->curves - rows * ae->size[ae->layers];
     if (ae->layers > 0 && z != y) rolni_copy(rows * ae->size[ae->layers], z, y);
     if (ae->layers == 0 && x) rolni_copy(rows * ae->size[0], z, x);
     for (l = ae->layers - 1; l >= 0; l--) {
         const int N = ae->size[l], n = ae->size[l + 1];
-        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - ROLN_AE_LAYER(rolni_ae_bits(ae), N, n));
+        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - rolni_ae_layer_size(ae, l));
+        const roln_real *from = y;
         u -= 2 * rows * n;
-        rolni_act(&s, -1, jets, nb * n, y, u);
         y = l > 0 ? u - rows * N : x;
+        if (rolni_bends(ae, l)) {
+            ae->bend->decode(ae, jets, nb, w.phi, u, y);
+        } else {
+            rolni_act(&s, -1, jets, nb * n, from, u);
+            if (y) rolni_ae_mm(ae, rows, n, N, u, w.phi, y);
+        }
         if (!y) return;
-        rolni_ae_mm(ae, rows, n, N, u, w.phi, y);
         for (r = 0; r < nb; r++)
             for (i = 0; i < N; i++)
                 y[r * N + i] += w.b[i];
@@ -349,7 +671,8 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
 /* The cotangent of z [jets][nb][n] from that of x, gx, without adding it to anything: it stands in work [ROLN_AE_DECODE_BWD_WORK],
    or is gx itself if there are no layers. */
 #define ROLNI_AE_DECODE_BWD_MEM(X, S, jets, nb) X(odd, (jets) * (nb) * S(N1)) X(even, (jets) * (nb) * S(N2))
-#define ROLN_AE_DECODE_BWD_WORK(S, jets, nb) (0 ROLNI_AE_DECODE_BWD_MEM(ROLNI_SIZE, S, jets, nb))
+#define ROLN_AE_DECODE_BWD_WORK(S, jets, nb) \
+    (0 ROLNI_AE_DECODE_BWD_MEM(ROLNI_SIZE, S, jets, nb) + ROLNI_BENT_BACK_WORK((jets) * (nb), S(bent), S(curves)))
 ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *tape,
                                            const roln_real *gx, roln_real *gtheta, roln_real *work)
 {
@@ -363,6 +686,10 @@ ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, 
         const rolni_ae_layer w = rolni_ae_layer_at(ae, l, theta);
         const roln_real *u = tape, *y = u + rows * n;
         roln_real *gu = l % 2 ? even : odd;
+        if (rolni_bends(ae, l)) {
+            ae->bend->back(ae, jets, nb, theta, tape, g, gtheta, gu, work);
+            return gu;
+        }
         if (gtheta) { /* gPhi^T += u^T gx, gb += sum_r gx_r */
             roln_real *gb = gtheta + 2 * n * N;
             roln_mm_at(n, rows, N, u, g, gtheta);
@@ -392,25 +719,32 @@ ROLN_FN void roln_ae_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_
 }
 
 /* The coordinates which[0 .. count-1] of roln_ae_decode alone, the same bits: which [count] of 0 .. N-1, z [jets][nb][n] in;
-   x [jets][nb][count], tape [ROLN_AE_DECODE_TAPE] out, the same as of roln_ae_decode.
-   Of the last layer it costs N_1 multiply-adds a number instead of N_1 N for all. */
+   x [jets][nb][count], tape [ROLN_AE_DECODE_SOME_TAPE] out: that of roln_ae_decode, and scratch.
+   Of the last layer it costs N_1 multiply-adds a number instead of N_1 N for all; if that layer is bent it costs as much as all,
+   since s needs every number of y. */
+#define ROLN_AE_DECODE_SOME_TAPE(S, jets, nb) \
+    (ROLN_AE_DECODE_TAPE(S, jets, nb) + (S(curves) > 0 && S(N2) == 0 ? S(N) : 0))
 ROLN_FN void roln_ae_decode_some(const roln_ae *ae, int jets, int nb, int count, const roln_real *theta, const int *which,
                                  const roln_real *z, roln_real *x, roln_real *tape)
 {
     const int N = ae->size[0], rows = jets * nb;
     int r, i;
     roln_ae_decode(ae, jets, nb, theta, z, NULL, tape);
-    for (r = 0; r < rows; r++)
+    for (r = 0; r < rows; r++) {
+        roln_real *all = tape + 2 * rows * roln_ae_sum(ae) + rows * ae->curves;
+        if (rolni_bends(ae, 0)) ae->bend->row(ae, rows, r, theta, tape, all);
         for (i = 0; i < count; i++, x++)
             if (ae->layers == 0) *x = z[r * N + which[i]];
             else {
                 const rolni_ae_layer w = rolni_ae_layer_at(ae, 0, theta);
-                *x = rolni_ae_column(ae, ae->size[1], N, which[i], tape + r * ae->size[1], w.phi);
+                *x = rolni_bends(ae, 0) ? all[which[i]]
+                                        : rolni_ae_column(ae, ae->size[1], N, which[i], tape + r * ae->size[1], w.phi);
                 if (r < nb) *x += w.b[which[i]];
             }
+    }
 }
 
-/* ---- 5 forces --------------------------------------------------------------------------------- */
+/* ---- 6 forces --------------------------------------------------------------------------------- */
 
 /* Both maps are vector-Jacobian products through a tape; with D taken at the decoded point phi(z), D J = I, so that
    reducing a lifted force gives it back exactly and no pseudo-inverse is needed. */
@@ -436,6 +770,7 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
                                 const roln_real *y, roln_real *gz, roln_real *gtau, roln_real *gtheta, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
+    const int curves = ae->curves;
     const roln_real *g;
     int i;
     ROLNI_AE_REDUCE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
@@ -447,7 +782,7 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
     }
     rolni_copy(nb * n, z, zy);
     rolni_copy(nb * n, y, zy + nb * n);
-    roln_ae_decode(ae, 2, nb, theta, zy, gtau ? jet : NULL, tape);
+    roln_ae_decode(ae, 2, nb, theta, zy, gtau || (gtheta && curves > 0) ? jet : NULL, tape);
     for (i = 0; gtau && i < nb * N; i++)
         gtau[i] += jet[nb * N + i];
     rolni_zero(nb * N, jet);
@@ -458,8 +793,8 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
 }
 
 /* What roln_ae_lift needs of the tape of roln_ae_decode or roln_ae_encode at a point: the positions on the inner side of every
-   layer, with which a lift at x = phi(z) need not encode x. tape: of jets planes; lift_tape [ROLN_AE_LIFT_TAPE] out, which may be
-   the beginning of tape. */
+   layer, with which a lift at x = phi(z) need not encode x; of a bent one, whose encoder is linear, they are not read. tape: of
+   jets planes; lift_tape [ROLN_AE_LIFT_TAPE] out, which may be the beginning of tape. */
 #define ROLN_AE_LIFT_TAPE(S, nb) ((nb) * S(ae_sum))
 ROLN_FN void roln_ae_lift_tape(const roln_ae *ae, int jets, int nb, const roln_real *tape, roln_real *lift_tape)
 {
@@ -481,7 +816,7 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int L = ae->layers, N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2);
-    const roln_real *th = theta + roln_ae_params(ae), *a = lift_tape + nb * roln_ae_sum(ae);
+    const roln_real *th = theta + rolni_ae_layers(ae), *a = lift_tape + nb * roln_ae_sum(ae);
     int l, i;
     ROLNI_AE_LIFT_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     roln_real *first = L == 0 ? tau : L % 2 ? odd : even;
@@ -489,10 +824,10 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
         first[i] = 0 + tau_z[i]; /* 0 + makes -0 a 0 */
     for (l = L - 1; l >= 0; l--) {
         const int N = ae->size[l], n = ae->size[l + 1];
-        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - ROLN_AE_LAYER(rolni_ae_bits(ae), N, n));
+        const rolni_ae_layer w = rolni_ae_layer_at(ae, l, th - rolni_ae_layer_size(ae, l));
         roln_real *g = l % 2 ? even : odd, *next = l == 0 ? tau : l % 2 ? odd : even;
         a -= nb * n;
-        rolni_act_bwd(&s, 1, 1, nb * n, a, g);
+        if (!rolni_bends(ae, l)) rolni_act_bwd(&s, 1, 1, nb * n, a, g);
         if (ae->storage != ROLN_FULL) { /* ga += D^T ga */
             rolni_ae_mm(ae, nb, n, n, g, w.d, next);
             for (i = 0; i < nb * n; i++)
@@ -503,10 +838,10 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
     }
 }
 
-/* ---- 6 initialisation ------------------------------------------------------------------------- */
+/* ---- 7 initialisation ------------------------------------------------------------------------- */
 
 /* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I; T = I
-   where a layer keeps its size. theta out, seed in and out, work [ROLN_AE_INIT_WORK].
+   where a layer keeps its size; W = 0. theta out, seed in and out, work [ROLN_AE_INIT_WORK].
    ROLN_E_NOT_SPD: rows of some T are dependent to working precision, which has next to no probability; theta is then unusable, but
    seed has moved on, so that another call draws other numbers. ROLN_E_SHAPE: not ROLN_FULL; nothing is written. */
 #define ROLNI_AE_INIT_MEM(X, S) X(G, S(N1) * S(N1)) X(col, S(N1)) /* Gram matrix, one column */
@@ -536,20 +871,71 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         rolni_zero(N, b);
         theta = b + N;
     }
+    rolni_zero(ae->curves * roln_ae_bent(ae), theta);
+    return ROLN_OK;
+}
+
+/* New coordinates of a bent layer N -> n, whose weights begin at `layer`: z' = (z - mid) / half, so that z_min .. z_max becomes
+   -1 .. 1. Psi' = Psi / half, Phi' = half Phi, b' = b + Phi mid, W' = 0. */
+ROLN_FN void rolni_stretch(int N, int n, int F, const roln_real *z_min, const roln_real *z_max, roln_real *layer)
+{
+    roln_real *phi = layer, *psi = phi + n * N, *b = psi + n * N;
+    int i, j;
+    for (i = 0; i < n; i++) {
+        const roln_real half = z_max[i] / 2 - z_min[i] / 2, mid = z_max[i] / 2 + z_min[i] / 2;
+        for (j = 0; j < N; j++) {
+            b[j] += mid * phi[i * N + j];
+            phi[i * N + j] *= half;
+            psi[i * N + j] /= half;
+        }
+    }
+    rolni_zero(F * N, b + N);
+}
+
+/* The range of the first nz principal coordinates, eigenvectors Q, over the samples: range [2][nz], lows and highs, behind the
+   activations of the layers but the last. ROLN_E_ILL_CONDITIONED: one of them is as narrow as the rounding of another. x1 [N]:
+   scratch. */
+ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *Q,
+                                    const roln_real *mean, roln_real *x1, roln_real *range)
+{
+    const int N = ae->size[0], nz = ae->size[ae->layers];
+    const rolni_knee s = rolni_knee_of(ae->slope);
+    roln_real widest = 0;
+    int k, i, j;
+    rolni_zero(2 * nz, range);
+    for (k = 0; k < count; k++) {
+        for (j = 0; j < N; j++)
+            x1[j] = scale * x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)] - mean[j];
+        for (i = 0; i < nz; i++) {
+            const roln_real a = roln_dot(N, Q + (N - 1 - i) * N, x1);
+            range[i] = k == 0 || a < range[i] ? a : range[i];
+            range[nz + i] = k == 0 || a > range[nz + i] ? a : range[nz + i];
+        }
+    }
+    for (i = 0; i < nz; i++)
+        widest = range[nz + i] - range[i] > widest ? range[nz + i] - range[i] : widest;
+    for (i = 0; i < nz; i++)
+        if (!(range[nz + i] - range[i] > 64 * ROLN_EPS * widest)) return ROLN_E_ILL_CONDITIONED;
+    for (k = 1; k < ae->layers; k++)
+        for (i = 0; i < 2; i++) {
+            rolni_act(&s, 1, 1, nz, range + i * nz, x1);
+            rolni_copy(nz, x1, range + i * nz);
+        }
     return ROLN_OK;
 }
 
 /* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
    principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. theta out, untouched unless ROLN_OK; work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_SHAPE: not ROLN_FULL.
-   Cost N^2 count + 9 N^3. */
+   rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out, untouched unless ROLN_OK;
+   work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not fill n dimensions;
+   ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count + 9 N^3. */
 #define ROLNI_AE_POD_MEM(X, S) \
     X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* one sample, then eigenvalues */ X(mean, S(N))
 #define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale,
                                      roln_real *theta, roln_real *work)
 {
-    const int N = ae->size[0], n = ae->size[1];
+    const int N = ae->size[0], n = ae->size[1], nz = ae->size[ae->layers];
     const roln_real each = scale / ROLNI_AS(roln_real, count);
     roln_status st;
     int l, i, j;
@@ -567,24 +953,25 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
         roln_mm_at(N, 1, N, eval, eval, Q);
     }
     st = roln_eig(N, Q, eval, Q, work);
+    if (st == ROLN_OK && ae->curves > 0) st = rolni_pod_range(ae, count, x, scale, Q, mean, eval, work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) { /* the largest eigenvalue comes first */
         rolni_copy(N, Q + (N - 1 - i) * N, theta + i * N);
         rolni_copy(N, Q + (N - 1 - i) * N, theta + (n + i) * N);
     }
     rolni_copy(N, mean, theta + 2 * n * N);
-    theta += 2 * n * N + N;
     for (l = 1; l < ae->layers; l++) {
         const int Nl = ae->size[l], nl = ae->size[l + 1];
+        theta += ROLN_AE_LAYER(0, ae->size[l - 1], Nl);
         rolni_zero(2 * nl * Nl + Nl, theta);
         for (i = 0; i < nl; i++)
             theta[i * Nl + i] = theta[(nl + i) * Nl + i] = 1;
-        theta += 2 * nl * Nl + Nl;
     }
+    if (ae->curves > 0) rolni_stretch(roln_ae_bent(ae), nz, ae->curves, work, work + nz, theta);
     return ROLN_OK;
 }
 
-/* ---- 7 stored weights ------------------------------------------------------------------------- */
+/* ---- 8 stored weights ------------------------------------------------------------------------- */
 
 /* Weights that take less flash; arithmetic stays float. A storage is how a matrix lies in theta, roln_storage; to store weights is
    to round them to one, roln_ae_store. A row of n weights is
@@ -606,6 +993,10 @@ ROLN_FN int roln_ae_is_number(const roln_ae *ae, int i)
         size = ROLN_AE_LAYER(bits, N, n);
         if (i < 2 * n * row) return bits == 8 && i % row == 0;
         if (i < size - N) return bits == 8 && (i - 2 * n * row) % d == 0;
+    }
+    if (bits > 0 && i >= 0) { /* W */
+        const int row = ROLN_AE_ROW(bits, roln_ae_bent(ae));
+        if (i < ae->curves * row) return bits == 8 && i % row == 0;
     }
     return 1;
 }
@@ -742,15 +1133,9 @@ ROLNI_INLINE float rolni_stored_column(int bits, int k, int n, int j, const floa
         return rolni_stored_column(bits, k, n, j, a, B); \
     } \
     ROLNI_TABLE roln_storage name = {bits, name##_mm, name##_mm_bt, name##_column};
-#if defined(__GNUC__)
-#define ROLNI_TABLE static const __attribute__((unused))
-#else
-#define ROLNI_TABLE static const
-#endif
 ROLNI_STORAGE(roln_half, 16)
 ROLNI_STORAGE(roln_int8, 8)
 #undef ROLNI_STORAGE
-#undef ROLNI_TABLE
 
 /* The half nearest to x, the even one of two; 0x7c00 or more if |x| is beyond the largest half, 65504. Below 2^-14 halves are 2^-24
    apart, as floats from 0.5 on are. */
@@ -805,24 +1190,26 @@ ROLN_FN roln_ae rolni_ae_inner(const roln_ae *ae, int skip)
     return inner;
 }
 
-/* The decoder of a layer, x = W^T v with W = [b; Phi^T] [m][N], m = n + 1, and v = [1; s+(y)] from the layers behind it, is stored
-   in three steps once those are. Plain rounding of Phi to int8 costs eight times as much on pend16, and Psi, which D corrects,
+/* The decoder of a layer, x = B^T v with B = [b; Phi^T] [m][N], m = n + 1, and v = [1; s+(y)] from the layers behind it, is stored
+   in three steps once those are. Of a bent layer B = [b; Phi^T; W], m = 1 + n + F, and v = [1; z; p(z)]: that is the layer, once W
+   has lost what it has along Phi. Plain rounding of Phi to int8 costs eight times as much on pend16, and Psi, which D corrects,
    next to nothing.
 
    1 What the layer gets: H = sum v v^T, G = sum v (v_full - v)^T [m][m] over states drawn from the box of z_min, z_max; v comes
    from the stored layers behind it, v_full from the full ones. part: the autoencoder from this layer on, whose weights begin at
-   `stored` and `full`; of this layer itself none is read. */
-#define ROLNI_STORE_MOMENTS_MEM(X, n, sum) X(v, (n) + 1) X(off, (n) + 1) X(tape, 2 * (sum)) /* off = v_full - v; sum: of part */
-#define ROLNI_STORE_MOMENTS_WORK(n, sum) (0 ROLNI_STORE_MOMENTS_MEM(ROLNI_SIZE, n, sum))
+   `stored` and `full`; of this layer itself none is read. tape_size: of the decoder of part, for one state. */
+#define ROLNI_STORE_MOMENTS_MEM(X, m, tape_size) X(v, m) X(off, m) X(tape, tape_size) /* off = v_full - v */
+#define ROLNI_STORE_MOMENTS_WORK(m, tape_size) (0 ROLNI_STORE_MOMENTS_MEM(ROLNI_SIZE, m, tape_size))
 ROLN_FN void rolni_store_moments(const roln_ae *part, const float *full, const float *stored, const float *z_min,
                                  const float *z_max, float *H, float *G, float *work)
 {
     enum { ROLNI_DRAWS = 1024 };
-    const int n = part->size[1], m = n + 1, nz = part->size[part->layers];
+    const int n = part->size[1], nz = part->size[part->layers], bends = rolni_bends(part, 0), F = part->curves;
+    const int m = n + 1 + (bends ? F : 0);
     roln_ae plain = *part;
     uint64_t seed = 1;
     int k, i;
-    ROLNI_STORE_MOMENTS_MEM(ROLNI_CARVE, n, roln_ae_sum(part))
+    ROLNI_STORE_MOMENTS_MEM(ROLNI_CARVE, m, 2 * roln_ae_sum(part) + F)
     float *z = work - nz; /* in its place on the tape */
     plain.storage = ROLN_FULL;
     rolni_zero(m * m, H);
@@ -832,20 +1219,21 @@ ROLN_FN void rolni_store_moments(const roln_ae *part, const float *full, const f
         for (i = 0; i < nz; i++)
             z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
         roln_ae_decode(part, 1, 1, stored, z, NULL, tape);
-        rolni_copy(n, tape, v + 1);
-        roln_ae_decode(&plain, 1, 1, full, z, NULL, tape);
+        rolni_copy(n, bends ? z : tape, v + 1);
+        if (bends) rolni_copy(F, tape + n, v + 1 + n);
+        else roln_ae_decode(&plain, 1, 1, full, z, NULL, tape);
         for (i = 1; i < m; i++)
-            off[i] = tape[i - 1] - v[i];
+            off[i] = bends ? 0 : tape[i - 1] - v[i];
         roln_mm_at(m, 1, m, v, v, H);
         roln_mm_at(m, 1, m, v, off, G);
     }
 }
 
-/* 2 What it should do: sum |W^T v - W_full^T v_full|^2 + e |W - W_full|^2 is least at W = W_full + (H + e I)^-1 G W_full; e is a
-   little of the mean of H_ii. W [m][N]: W_full in, W out; H in, L out, L L^T = H + e I; G is spent. */
+/* 2 What it should do: sum |B^T v - B_full^T v_full|^2 + e |B - B_full|^2 is least at B = B_full + (H + e I)^-1 G B_full; e is a
+   little of the mean of H_ii. B [m][N]: B_full in, B out; H in, L out, L L^T = H + e I; G is spent. */
 #define ROLNI_STORE_FIT_MEM(X, m, N) X(change, (m) * (N)) X(col, m)
 #define ROLNI_STORE_FIT_WORK(m, N) (0 ROLNI_STORE_FIT_MEM(ROLNI_SIZE, m, N))
-ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *W, float *work)
+ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *B, float *work)
 {
     const float little = 1e-3f;
     float trace = 0;
@@ -864,22 +1252,22 @@ ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *W, 
         for (i = 0; i < m; i++)
             G[i * m + j] = col[i];
     }
-    roln_mm(m, m, N, G, W, change);
+    roln_mm(m, m, N, G, B, change);
     for (i = 0; i < m * N; i++)
-        W[i] += change[i];
+        B[i] += change[i];
     return ROLN_OK;
 }
 
-/* 3 Rounding W to Q adds |L^T E|^2 = sum_p L_pp^2 |e_p + sum_{r>p} (L_rp / L_pp) e_r|^2, E = W - Q with rows e_p. From the last row
-   to the first, w_p + sum_{r>p} .. is rounded to q_p, which makes good the errors behind it; row 0, b, need not be rounded
-   (Babai 1986; Frantar et al. 2022 for networks). phi, b: where they are to lie. E [m][N] scratch. */
-ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, const float *L, const float *W, float *phi,
+/* 3 Rounding B to Q adds |L^T E|^2 = sum_p L_pp^2 |e_p + sum_{r>p} (L_rp / L_pp) e_r|^2, E = B - Q with rows e_p. From the last row
+   to the first, b_p + sum_{r>p} .. is rounded to q_p, which makes good the errors behind it; row 0, b, need not be rounded
+   (Babai 1986; Frantar et al. 2022 for networks). phi, b: where they are to lie, W behind b. E [m][N] scratch. */
+ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, int n, const float *L, const float *B, float *phi,
                                      float *b, float *E)
 {
     const int row = ROLN_AE_ROW(storage->bits, N);
     int p, r, j;
     for (p = m - 1; p >= 0; p--) {
-        const float *w = W + p * N;
+        const float *w = B + p * N;
         float *e = E + p * N, *q;
         roln_status st;
         rolni_copy(N, w, e);
@@ -887,7 +1275,7 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
             for (j = 0; j < N; j++)
                 e[j] += L[r * m + p] / L[p * (m + 1)] * E[r * N + j];
         if (p == 0) break;
-        q = phi + (p - 1) * row;
+        q = p <= n ? phi + (p - 1) * row : b + N + (p - 1 - n) * row;
         if ((st = rolni_store_matrix(storage->bits, 1, N, e, q)) != ROLN_OK) return st;
         rolni_read_matrix(storage, 1, N, q, e);
         for (j = 0; j < N; j++)
@@ -897,24 +1285,32 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
     return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* Phi and b of layer l by the three steps; full, out: where the layer begins; the layers behind it are stored.
-   sum: N_{l+1} + .. + N_L. */
-#define ROLNI_STORE_DECODER_MEM(X, N, n) X(H, ((n) + 1) * ((n) + 1)) X(G, ((n) + 1) * ((n) + 1)) X(W, ((n) + 1) * (N))
-#define ROLNI_STORE_DECODER_WORK(N, n, sum) \
-    (0 ROLNI_STORE_DECODER_MEM(ROLNI_SIZE, N, n) + ROLN_MAX(ROLNI_STORE_MOMENTS_WORK(n, sum), ROLNI_STORE_FIT_WORK((n) + 1, N)))
+/* Phi, b and W of layer l by the three steps; full, out: where the layer begins; the layers behind it are stored. */
+#define ROLNI_STORE_DECODER_MEM(X, N, m) X(H, (m) * (m)) X(G, (m) * (m)) X(B, (m) * (N))
+#define ROLNI_STORE_DECODER_WORK(N, m, tape_size) \
+    (0 ROLNI_STORE_DECODER_MEM(ROLNI_SIZE, N, m) + ROLN_MAX(ROLNI_STORE_MOMENTS_WORK(m, tape_size), ROLNI_STORE_FIT_WORK(m, N)))
 ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
                                         float *out, float *work)
 {
-    const int N = ae->size[l], n = ae->size[l + 1], m = n + 1;
+    const int N = ae->size[l], n = ae->size[l + 1], F = rolni_bends(ae, l) ? ae->curves : 0, m = n + 1 + F;
     const roln_ae part = rolni_ae_inner(ae, l);
     float *b = out + ROLN_AE_LAYER(ae->storage->bits, N, n) - N;
     roln_status st;
-    ROLNI_STORE_DECODER_MEM(ROLNI_CARVE, N, n)
+    int k, i;
+    ROLNI_STORE_DECODER_MEM(ROLNI_CARVE, N, m)
+    rolni_copy(N, full + 2 * n * N, B);
+    rolni_copy(n * N, full, B + N);
+    rolni_copy(F * N, full + 2 * n * N + N, B + (n + 1) * N);
+    for (k = 0; k < F; k++) { /* W -= (W Psi) Phi^T */
+        float *w = B + (n + 1 + k) * N;
+        roln_mm_bt(1, N, n, w, full + n * N, H);
+        for (i = 0; i < n; i++)
+            H[i] = -H[i];
+        roln_mm_at(1, n, N, H, full, w);
+    }
     rolni_store_moments(&part, full, out, z_min, z_max, H, G, work);
-    rolni_copy(N, full + 2 * n * N, W);
-    rolni_copy(n * N, full, W + N);
-    if ((st = rolni_store_fit(m, N, H, G, W, work)) != ROLN_OK) return st;
-    return rolni_store_rows(ae->storage, m, N, H, W, out, b, work);
+    if ((st = rolni_store_fit(m, N, H, G, B, work)) != ROLN_OK) return st;
+    return rolni_store_rows(ae->storage, m, N, n, H, B, out, b, work);
 }
 
 /* Psi and D of a layer N -> n whose Phi is stored at out, where the layer begins; psi_full: Psi^T as numbers. */
@@ -946,18 +1342,20 @@ ROLN_FN roln_status rolni_store_encoder(const roln_storage *storage, int N, int 
    untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
    z_min < z_max, or a weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or
    rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK]: out is theta to be, and the outermost
-   layer takes the most. */
+   layer or a bent one takes the most. */
 #define ROLNI_AE_STORE_MEM(X, S) X(out, S(ae_size))
 #define ROLN_AE_STORE_WORK(S) \
     (S(N1) > 0 ? 0 ROLNI_AE_STORE_MEM(ROLNI_SIZE, S) + \
-                     ROLN_MAX(ROLNI_STORE_DECODER_WORK(S(N), S(N1), S(ae_sum)), ROLNI_STORE_ENCODER_WORK(S(N), S(N1))) \
+                     ROLN_MAX(ROLN_MAX(ROLNI_STORE_DECODER_WORK(S(N), S(N1) + 1, 2 * S(ae_sum) + S(curves)), \
+                                       ROLNI_STORE_ENCODER_WORK(S(N), S(N1))), \
+                              S(curves) > 0 ? ROLNI_STORE_DECODER_WORK(S(bent), S(n) + 1 + S(curves), 2 * S(n) + S(curves)) : 0) \
                : 0)
 ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
                                   float *work)
 {
     const int ae_size = roln_ae_params(ae), bits = rolni_ae_bits(ae), nz = ae->size[ae->layers];
     roln_status st = ROLN_OK;
-    int at = ae_size, l, i;
+    int at = rolni_ae_layers(ae), l, i;
     ROLNI_AE_STORE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (!roln_all_finite(nz, z_min) || !roln_all_finite(nz, z_max)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < nz; i++)
@@ -978,7 +1376,7 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
 
 #endif
 
-/* ---- 8 is it a left inverse? ------------------------------------------------------------------ */
+/* ---- 9 is it a left inverse? ------------------------------------------------------------------ */
 
 #define ROLN_AE_OFF ROLN_C(1.01e-2)
 
@@ -1050,6 +1448,295 @@ ROLN_FN roln_bits rolni_ae_bits_at(const void *theta, int i)
 ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
 {
     return rolni_ae_check(ae, rolni_ae_bits_at, theta);
+}
+
+/* ---- 10 fit a chart --------------------------------------------------------------------------- */
+
+/* The decoder of a bent layer in closed form, from samples that may come one by one, on this machine or on several, and that
+   nothing keeps. The layers before it, Psi and b are given. With the features f = [1; z; p(z)] of a sample, m = 1 + n + F numbers,
+   and its input v to the layer, the coefficients C = [b; Phi^T; W] [m][N_{L-1}] that make
+       sum |v - C^T f|^2 / count + ridge |W|^2
+   least solve (G + ridge count I_W) C = h, G = sum f f^T, h = sum f v^T. No constraint is needed: Psi^T v = z + Psi^T b is a linear
+   function of the features without p, so that this part of the sum reaches 0, and does so without W, which a ridge would shrink.
+   Hence Psi^T Phi = I, Psi^T W^T = 0, and Psi^T b is what it was: z does not change.
+
+   Sums are double in every build: products of floats are exact there, and so the same bits come out wherever double is IEEE's,
+   contracted or not. Where a processor has none it is done in software, on a Cortex-M4F 100 to 150 cycles for each of the
+   ROLN_CHART_SUMS and sample. They lie in one flat array, to be zeroed first:
+       G by rows, each as far as the diagonal; sums[0] is their count     h [m][N_{L-1}]     sum |v|^2
+   Two arrays are merged by adding them, as MPI_Allreduce(.., MPI_SUM) does; a solve leaves them good for more samples. They are
+   spent when the encoder changes: by training, roln_chart_center, a new start. */
+#define ROLNI_FEATURES(S) (1 + S(n) + S(curves))
+#define ROLN_CHART_SUMS(S) (ROLNI_FEATURES(S) * (ROLNI_FEATURES(S) + 1) / 2 + ROLNI_FEATURES(S) * S(bent) + 1)
+
+/* As ROLNI_CARVE, of scratch in double, `room`. */
+#define ROLNI_CARVE_DOUBLE(name, size) double *const name = (room += (size)) - (size);
+
+#if ROLN_SIMD
+typedef double rolni_vd __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(double)), may_alias));
+#endif
+
+/* c[j] += sum_r A[r lda] B[r ldb + j], j < n, r = 0 .. k-1 one after the other. */
+ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double *B, int ldb, double *c)
+{
+    int j = 0, r;
+#if ROLN_SIMD
+    enum { ROLNI_WIDE = ROLNI_BYTES / sizeof(double) };
+    for (; j + 4 * ROLNI_WIDE <= n; j += 4 * ROLNI_WIDE) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0], c1 = d[1], c2 = d[2], c3 = d[3];
+        for (r = 0; r < k; r++) {
+            const double a = A[r * lda];
+            const rolni_vd *const b = ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+            c0 += a * b[0], c1 += a * b[1], c2 += a * b[2], c3 += a * b[3];
+        }
+        d[0] = c0, d[1] = c1, d[2] = c2, d[3] = c3;
+    }
+    for (; j + ROLNI_WIDE <= n; j += ROLNI_WIDE) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0];
+        for (r = 0; r < k; r++)
+            c0 += A[r * lda] * *ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+        d[0] = c0;
+    }
+#endif
+    for (; j < n; j++) {
+        double sum = c[j];
+        for (r = 0; r < k; r++)
+            sum += A[r * lda] * B[r * ldb + j];
+        c[j] = sum;
+    }
+}
+
+/* The weights of the bent layer, ROLN_FULL, of a theta. */
+ROLN_FN int rolni_bent_at(const roln_ae *ae)
+{
+    return rolni_ae_layers(ae) - rolni_ae_layer_size(ae, ae->layers - 1);
+}
+
+/* f [m] and v [N_{L-1}] of nb samples, scale * x [nb][N], in double. Returns how many of them come before the first that is not
+   finite. work [ROLNI_FEATURES_WORK]. */
+#define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(curves)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
+#define ROLNI_FEATURES_WORK(S, nb) (0 ROLNI_FEATURES_MEM(ROLNI_SIZE, S, nb))
+ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale, double *f,
+                           double *v, roln_real *work)
+{
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const int bent = roln_ae_bent(ae), L = ae->layers;
+    const roln_real *b = theta + rolni_bent_at(ae) + 2 * n * bent;
+    int r, i;
+    ROLNI_FEATURES_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    roln_real *in = tape + nb * (2 * ae_sum - n); /* x, then x - b_0; of layers behind others the input is an outer side */
+    for (i = 0; i < nb * N; i++)
+        in[i] = scale * x[i];
+    roln_ae_encode(ae, 1, nb, theta, in, z, tape);
+    if (L > 1) in = tape + nb * (2 * (ae_sum - n) - bent);
+    for (r = 0; r < nb; r++, in += bent, v += bent) {
+        rolni_polynomials(n, ae->degree, 1, z + r * n, 0, p, 0);
+        if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(curves, p)) return r;
+        *f++ = 1;
+        for (i = 0; i < n; i++)
+            *f++ = ROLNI_AS(double, z[r * n + i]);
+        for (i = 0; i < curves; i++)
+            *f++ = ROLNI_AS(double, p[i]);
+        for (i = 0; i < bent; i++)
+            v[i] = ROLNI_AS(double, in[i]) + ROLNI_AS(double, b[i]);
+    }
+    return nb;
+}
+
+/* Adds the count samples scale * x [count][N] to sums [ROLN_CHART_SUMS]. theta in. Samples are added in their order, in blocks that
+   do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first sample that is not finite, or whose features
+   are not, and those behind it are not added; sums[0] tells how many were. ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL;
+   ROLN_E_LENGTH: count below 0; then sums are untouched. room [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK].
+   Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
+#define ROLN_CHART_BLOCK 8
+#define ROLNI_CHART_ADD_MEM(X, m, bent) X(f, ROLN_CHART_BLOCK * (m)) X(v, ROLN_CHART_BLOCK * (bent))
+#define ROLN_CHART_ADD_ROOM(S) (0 ROLNI_CHART_ADD_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent)))
+#define ROLN_CHART_ADD_WORK(S) ROLNI_FEATURES_WORK(S, ROLN_CHART_BLOCK)
+ROLN_FN roln_status roln_chart_add(const roln_ae *ae, const roln_real *theta, int count, const roln_real *x, roln_real scale,
+                                   double *sums, double *room, roln_real *work)
+{
+    const int N = ae->size[0], m = 1 + ae->size[ae->layers] + ae->curves, bent = roln_ae_bent(ae);
+    double *const h = sums + m * (m + 1) / 2, *const vv = h + m * bent;
+    int now, good, i;
+    ROLNI_CHART_ADD_MEM(ROLNI_CARVE_DOUBLE, m, bent)
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (count < 0) return ROLN_E_LENGTH;
+    for (; count > 0; count -= now, x += now * N) {
+        double *G = sums;
+        now = count < ROLN_CHART_BLOCK ? count : ROLN_CHART_BLOCK;
+        good = rolni_features(ae, theta, now, x, scale, f, v, work);
+        for (i = 0; i < m; i++) {
+            rolni_add_rows(good, i + 1, f + i, m, f, m, G);
+            rolni_add_rows(good, bent, f + i, m, v, bent, h + i * bent);
+            G += i + 1;
+        }
+        for (i = 0; i < good * bent; i++)
+            *vv += v[i] * v[i];
+        if (good < now) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* to += from, sums of other samples for the same theta. size: ROLN_CHART_SUMS. */
+ROLN_FN void roln_chart_merge(int size, const double *from, double *to)
+{
+    int i;
+    for (i = 0; i < size; i++)
+        to[i] += from[i];
+}
+
+/* L D L^T = G of a symmetric G [m][m], rows packed as far as the diagonal, in place; D on the diagonal, of which L is 1.
+   ROLN_E_ILL_CONDITIONED: a feature is all but a combination of those before it, a pivot below `least` of its diagonal. */
+ROLN_FN roln_status rolni_ldl(int m, double least, double *G)
+{
+    double *row = G;
+    int i, j, k;
+    for (i = 0; i < m; row += ++i) {
+        const double *other = G;
+        double pivot = row[i];
+        for (j = 0; j < i; other += ++j) /* L_ij D_j */
+            for (k = 0; k < j; k++)
+                row[j] -= row[k] * other[k];
+        for (other = G, j = 0; j < i; other += ++j) {
+            const double t = row[j];
+            row[j] = t / other[j];
+            pivot -= row[j] * t;
+        }
+        if (!(pivot > least * row[i])) return ROLN_E_ILL_CONDITIONED;
+        row[i] = pivot;
+    }
+    return ROLN_OK;
+}
+
+/* C = (L D L^T)^-1 C, C [m][N]. */
+ROLN_FN void rolni_ldl_solve(int m, int N, const double *G, double *C)
+{
+    const double *row = G;
+    int i, j, k;
+    for (i = 0; i < m; row += ++i)
+        for (k = 0; k < i; k++)
+            for (j = 0; j < N; j++)
+                C[i * N + j] -= row[k] * C[k * N + j];
+    for (row = G, i = 0; i < m; row += ++i)
+        for (j = 0; j < N; j++)
+            C[i * N + j] /= row[i];
+    for (i = m - 1; i > 0; i--) {
+        row = G + i * (i + 1) / 2;
+        for (k = 0; k < i; k++)
+            for (j = 0; j < N; j++)
+                C[k * N + j] -= row[k] * C[i * N + j];
+    }
+}
+
+/* Phi^T = C [n][N] such that Psi^T Phi = I up to the square of what it was off, E: Phi (I - E). E [n][n] scratch.
+   ROLN_E_ILL_CONDITIONED: some |E_ij| is above 1 / 64. */
+ROLN_FN roln_status rolni_chart_polish(int n, int N, const roln_real *psi, double *C, double *E)
+{
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            double e = i == j ? -1 : 0;
+            for (k = 0; k < N; k++)
+                e += ROLNI_AS(double, psi[i * N + k]) * C[j * N + k];
+            if (!(e <= 0.015625 && e >= -0.015625)) return ROLN_E_ILL_CONDITIONED;
+            E[i * n + j] = e;
+        }
+    for (k = 0; k < N; k++)
+        for (j = 0; j < n; j++) /* in place: what that adds is of second order, too */
+            for (i = 0; i < n; i++)
+                C[j * N + k] -= E[i * n + j] * C[i * N + k];
+    return ROLN_OK;
+}
+
+/* What the fit leaves, sqrt(sum |v - C^T f|^2 / sum |v - mean|^2), from the sums and C; penalty: ridge count. It is a difference of
+   sums: below about 1e-7 of the ratio of |v| to |v - mean| it is their rounding, and 0 where that made it negative. */
+ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, const double *sums, const double *C)
+{
+    const double *h = sums + m * (m + 1) / 2;
+    double left = h[m * N], all = left, W2 = 0;
+    int i;
+    for (i = 0; i < m * N; i++) {
+        left -= C[i] * h[i];
+        if (i >= first * N) W2 += C[i] * C[i];
+    }
+    for (i = 0; i < N; i++)
+        all -= h[i] / sums[0] * h[i];
+    left -= penalty * W2;
+    return left > 0 ? ROLN_SQRT(ROLNI_AS(roln_real, left / all)) : 0;
+}
+
+/* Phi, b and W of the bent layer from the sums; Psi and the layers before it stay. theta in and out, residual [1] out
+   (rolni_chart_residual), both untouched unless ROLN_OK. ROLN_E_LENGTH: no samples. ROLN_E_ILL_CONDITIONED: too few of them, or too
+   few different ones, or they do not fill n dimensions, or the polynomials of so high a degree are not told apart by them: to
+   working precision a feature is a combination of others. A ridge of some ROLN_EPS helps against the last. ROLN_E_NOT_FINITE, of
+   ridge or sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add. room [ROLN_CHART_SOLVE_ROOM].
+   Cost m^3 / 6 + m^2 N_{L-1}. */
+#define ROLNI_CHART_SOLVE_MEM(X, m, bent, n) X(G, (m) * ((m) + 1) / 2) X(C, (m) * (bent)) X(E, (n) * (n))
+#define ROLN_CHART_SOLVE_ROOM(S) (0 ROLNI_CHART_SOLVE_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent), S(n)))
+ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln_real ridge, roln_real *theta,
+                                     roln_real *residual, double *room)
+{
+    const int n = ae->size[ae->layers], m = 1 + n + ae->curves, bent = roln_ae_bent(ae), at = m * (m + 1) / 2;
+    const double noise = 32 * ROLNI_AS(double, ROLN_EPS), least = noise * noise + 1.4e-14 * m; /* of features, and of sums */
+    const double penalty = ROLNI_AS(double, ridge) * sums[0];
+    roln_real *phi, *b;
+    roln_real left;
+    roln_status st;
+    int i, bad = 0;
+    ROLNI_CHART_SOLVE_MEM(ROLNI_CARVE_DOUBLE, m, bent, n)
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (!roln_finite(ridge)) return ROLN_E_NOT_FINITE;
+    if (ridge < 0) return ROLN_E_RANGE;
+    if (sums[0] < 1) return ROLN_E_LENGTH;
+    for (i = 0; i <= at + m * bent; i++)
+        bad |= !roln_finite(ROLNI_AS(roln_real, sums[i]));
+    if (bad) return ROLN_E_NOT_FINITE;
+    memcpy(G, sums, ROLNI_AS(size_t, at) * sizeof *G);
+    memcpy(C, sums + at, ROLNI_AS(size_t, m * bent) * sizeof *C);
+    for (i = 1 + n; i < m; i++)
+        G[i * (i + 3) / 2] += penalty;
+    if ((st = rolni_ldl(m, least, G)) != ROLN_OK) return st;
+    rolni_ldl_solve(m, bent, G, C);
+    left = rolni_chart_residual(m, bent, 1 + n, penalty, sums, C);
+    phi = theta + rolni_bent_at(ae), b = phi + 2 * n * bent;
+    if ((st = rolni_chart_polish(n, bent, phi + n * bent, C + bent, E)) != ROLN_OK) return st;
+    for (i = 0; i < m * bent; i++)
+        bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));
+    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < bent; i++)
+        b[i] = ROLNI_AS(roln_real, C[i]);
+    for (i = 0; i < n * bent; i++)
+        phi[i] = ROLNI_AS(roln_real, C[bent + i]);
+    for (i = 0; i < ae->curves * bent; i++)
+        b[bent + i] = ROLNI_AS(roln_real, C[(1 + n) * bent + i]);
+    *residual = left;
+    return ROLN_OK;
+}
+
+/* Coordinates of a bent layer in which z_min .. z_max [n] of today become -1 .. 1, and W = 0: what a chart needs before its sums.
+   theta is untouched unless ROLN_OK. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not z_min < z_max; ROLN_E_ILL_CONDITIONED: along some
+   coordinate the range is as narrow, |Phi_i| (z_max - z_min), as the rounding of another one; ROLN_E_SHAPE as roln_chart_add. */
+ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min, const roln_real *z_max, roln_real *theta)
+{
+    const int n = ae->size[ae->layers], N = roln_ae_bent(ae);
+    roln_real *layer, widest = 0;
+    int i, pass;
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (!roln_all_finite(n, z_min) || !roln_all_finite(n, z_max)) return ROLN_E_NOT_FINITE;
+    layer = theta + rolni_bent_at(ae);
+    for (pass = 0; pass < 2; pass++)
+        for (i = 0; i < n; i++) {
+            const roln_real half = z_max[i] / 2 - z_min[i] / 2;
+            const roln_real wide = half * ROLN_SQRT(roln_dot(N, layer + i * N, layer + i * N));
+            if (!(half > 0)) return ROLN_E_RANGE;
+            if (!roln_finite(wide)) return ROLN_E_NOT_FINITE;
+            if (pass == 0) widest = wide > widest ? wide : widest;
+            else if (!(wide > 64 * ROLN_EPS * widest)) return ROLN_E_ILL_CONDITIONED;
+        }
+    rolni_stretch(N, n, ae->curves, z_min, z_max, layer);
+    return ROLN_OK;
 }
 
 #endif

@@ -39,7 +39,7 @@ typedef struct {
 static double pod_error(const struct truth_set *train, const motion *d, int n)
 {
     const int N = d->dof, length = train->samples * N, tests = d->count * d->samples;
-    const roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
+    const roln_ae ae = {1, {N, n}, 1, ROLN_FULL, ROLN_UNBENT, 0, 0};
     roln_real *q = malloc((size_t)(train->count * length) * sizeof *q);
     roln_real *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
     const int N1 = n, ae_sum = n; /* sizes for the macros */

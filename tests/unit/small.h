@@ -81,6 +81,24 @@
 #define ROLN_HORIZON 2
 #include "roln.h"
 
+#define ROLN_NAME chart /* a chart of polynomials, and nothing else in the autoencoder */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_CHART polynomial, 3
+#define ROLN_HORIZON 3
+#define ROLN_BLOCK 4
+#include "roln.h"
+
+#define ROLN_NAME curved /* a chart behind a layer with an activation; inputs, midpoint */
+#define ROLN_AE 6, 4, 3
+#define ROLN_MLP 4, 3
+#define ROLN_SLOPE 0.5
+#define ROLN_CHART polynomial, 2
+#define ROLN_STEP midpoint
+#define ROLN_INPUTS 2
+#define ROLN_HORIZON 2
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
@@ -98,11 +116,11 @@
 
 /* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, ae_size) X(of, inputs) X(of, force_size) X(of, scheme) \
-    X(of, width) X(of, base) X(of, damping) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) \
-    X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) \
-    X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) \
-    X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) \
+    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cholesky) X(of, formed) X(of, hidden) \
+    X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
+    X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) \
+    X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
 #define SIZE_FIELD(of, name) int name;
 #define SIZE_VALUE(of, name) of##_##name,
 typedef struct {
@@ -132,7 +150,7 @@ typedef struct {
     members scratch;
 } model;
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, MODELS };
 #define MODEL(of, block, tick) \
     {#of, \
      &of##_model, \
@@ -150,7 +168,7 @@ static const model models[MODELS] = {
     MODEL(square, 3, NUMBERS_OF(square_work, tick)), MODEL(deep, 16, NUMBERS_OF(deep_work, tick)),
     MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
     MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
-    MODEL(layered, 16, NUMBERS_OF(layered_work, tick)),
+    MODEL(layered, 16, NUMBERS_OF(layered_work, tick)), MODEL(chart, 4, NUMBERS_OF(chart_work, tick)), MODEL(curved, 16, 0),
 };
 
 #define N_OF(k) (models[k].size.N)
@@ -288,6 +306,7 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
             theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
         theta += 2 * a * b + a;
     }
+    theta += m->ae.curves * roln_ae_bent(&m->ae);
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;

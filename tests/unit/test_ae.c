@@ -3,11 +3,15 @@
 #include "roln_ae.h"
 #include "twin.h"
 #include "room.h"
+#include "curves.h"
 
 void TEST_NAME(ae)(void);
 
 #define SLOPE ROLN_C(0.41421356)
+#define STRAIGHT ROLN_FULL, ROLN_UNBENT, 0, 0
+#define BENT(n, d) ROLN_FULL, &roln_polynomial, d, ROLN_CURVES(n, d)
 #define NOISE (1.5e-14L / EPS) /* rounding of the differences of the twins */
+#define AMP(ae) ((ae).curves > 0 ? 0.4 : 0.7) /* of states: the polynomials are made for [-1, 1] */
 #define MAXW 12    /* widest layer that the twin takes */
 #define MAXP 1000  /* most parameters */
 #define MAXB 40    /* most rows of a block */
@@ -23,17 +27,22 @@ static model m;
 
 /* The sizes that the size macros of roln_ae.h ask for, of m. */
 typedef struct {
-    int N, n, N1, N2, ae_sum, ae_size;
+    int N, n, N1, N2, ae_sum, curves, bent, ae_size;
 } sizes;
 
 static sizes sizes_of_m(void)
 {
     const roln_ae *ae = &m.ae;
     const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_size(ae, 1), roln_ae_size(ae, 2),
-                     roln_ae_sum(ae), roln_ae_params(ae)};
+                     roln_ae_sum(ae), ae->curves, roln_ae_bent(ae), roln_ae_params(ae)};
     return s;
 }
 #define OF_M(name) sizes_of_m().name
+
+static int some_size(int jets, int nb)
+{
+    return ROLN_AE_DECODE_SOME_TAPE(OF_M, jets, nb);
+}
 
 static int tape_size(int enc, int jets, int nb)
 {
@@ -66,41 +75,92 @@ static void t_act(ld k, ld sg, ld x, ld s[4])
     s[3] = 3 * sg / a * d * d * d * 2 * a * Z / (R * R * R * R * R);
 }
 
+/* A point on its way through the layers: y, its Jacobian J [rows][d] with respect to the first, and the rate of J along v. */
+typedef struct {
+    int d;
+    const ld *v;
+    ld *y, *J, *Jd;
+} point;
+
+/* The rate of number i of y. */
+static ld t_rate(const point *q, int i)
+{
+    ld sum = 0;
+    int k;
+    for (k = 0; k < q->d; k++) sum += q->J[i * q->d + k] * q->v[k];
+    return sum;
+}
+
+/* y = x [out], a function of the y that was [in], with the derivative G [out][in] and its rate Gd (NULL: 0) */
+static void t_chain(point *q, int out, int in, const ld *x, const ld *G, const ld *Gd)
+{
+    static ld T[MAXW * MAXW], Td[MAXW * MAXW];
+    const int d = q->d;
+    int i, j, k;
+    for (i = 0; i < out; i++)
+        for (k = 0; k < d; k++)
+            for (T[i * d + k] = Td[i * d + k] = 0, j = 0; j < in; j++) {
+                T[i * d + k] += G[i * in + j] * q->J[j * d + k];
+                Td[i * d + k] += G[i * in + j] * q->Jd[j * d + k] + (Gd ? Gd[i * in + j] * q->J[j * d + k] : 0);
+            }
+    for (i = 0; i < out; i++) q->y[i] = x[i];
+    for (i = 0; i < out * d; i++) q->J[i] = T[i], q->Jd[i] = Td[i];
+}
+
+/* Psi^T (y - b) (enc) or Phi y + b of a layer N -> n. */
+static void t_linear(point *q, int enc, int N, int n, const ld *layer)
+{
+    static ld G[MAXW * MAXW], x[MAXW];
+    const ld *phi = layer, *psi = phi + n * N, *b = psi + n * N;
+    const int out = enc ? n : N, in = enc ? N : n;
+    int i, j;
+    for (i = 0; i < out; i++)
+        for (x[i] = enc ? 0 : b[i], j = 0; j < in; j++) {
+            G[i * in + j] = enc ? psi[i * N + j] : phi[j * N + i];
+            x[i] += G[i * in + j] * (q->y[j] - (enc ? b[j] : 0));
+        }
+    t_chain(q, out, in, x, G, NULL);
+}
+
+static void t_activation(point *q, int enc, int n, ld slope)
+{
+    int i, k;
+    for (i = 0; i < n; i++) {
+        const ld yd = t_rate(q, i);
+        ld s[4], *J = q->J + i * q->d, *Jd = q->Jd + i * q->d;
+        t_act(slope, enc ? 1 : -1, q->y[i], s);
+        for (k = 0; k < q->d; k++) Jd[k] = s[1] * Jd[k] + s[2] * yd * J[k], J[k] *= s[1];
+        q->y[i] = s[0];
+    }
+}
+
+static void t_bent(point *q, int N, int n, int degree, const ld *layer)
+{
+    static ld x[MAXW], G[MAXW * MAXW], Gd[MAXW * MAXW], yd[MAXW];
+    int i;
+    for (i = 0; i < n; i++) yd[i] = t_rate(q, i);
+    t_bend(N, n, degree, layer, q->y, yd, x, G, Gd);
+    t_chain(q, N, n, x, G, Gd);
+}
+
 /* y = rho(x) (enc) or phi(x), its Jacobian J [out][in] and the rate of J along v. */
 static void t_map(const roln_ae *ae, int enc, const ld *th, const ld *x, const ld *v, ld *y, ld *J, ld *Jd)
 {
-    static ld T[MAXW * MAXW], Td[MAXW * MAXW], a[MAXW];
     const int L = ae->layers, d = ae->size[enc ? 0 : L];
-    int step, l, i, j, k;
+    point q;
+    int step, l, i;
+    q.d = d, q.v = v, q.y = y, q.J = J, q.Jd = Jd;
     for (i = 0; i < d; i++) y[i] = x[i];
     for (i = 0; i < d * d; i++) J[i] = i % (d + 1) == 0, Jd[i] = 0;
-    for (step = 0; step < 2 * L; step++) { /* encoder: linear, activation, linear ..; decoder: activation, linear .. */
-        const int layer = enc ? step / 2 : L - 1 - step / 2, N = ae->size[layer], n = ae->size[layer + 1];
-        const ld *phi = th, *psi, *b;
-        for (l = 0; l < layer; l++) phi += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
-        psi = phi + n * N, b = psi + n * N;
-        if (step % 2 == !enc) {
-            const int out = enc ? n : N, in = enc ? N : n;
-            for (i = 0; i < out; i++) {
-                a[i] = enc ? 0 : b[i];
-                for (j = 0; j < in; j++) a[i] += enc ? psi[i * N + j] * (y[j] - b[j]) : phi[j * N + i] * y[j];
-                for (k = 0; k < d; k++)
-                    for (T[i * d + k] = Td[i * d + k] = 0, j = 0; j < in; j++) {
-                        const ld w = enc ? psi[i * N + j] : phi[j * N + i];
-                        T[i * d + k] += w * J[j * d + k], Td[i * d + k] += w * Jd[j * d + k];
-                    }
-            }
-            for (i = 0; i < out; i++) y[i] = a[i];
-            for (i = 0; i < out * d; i++) J[i] = T[i], Jd[i] = Td[i];
-        } else {
-            for (i = 0; i < n; i++) {
-                ld s[4], yd = 0;
-                t_act((ld)ae->slope, enc ? 1 : -1, y[i], s);
-                for (k = 0; k < d; k++) yd += J[i * d + k] * v[k];
-                for (k = 0; k < d; k++) Jd[i * d + k] = s[1] * Jd[i * d + k] + s[2] * yd * J[i * d + k], J[i * d + k] *= s[1];
-                y[i] = s[0];
-            }
-        }
+    for (step = 0; step < L; step++) {
+        const int layer = enc ? step : L - 1 - step, N = ae->size[layer], n = ae->size[layer + 1];
+        const int bent = ae->curves > 0 && layer == L - 1;
+        const ld *w = th;
+        for (l = 0; l < layer; l++) w += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
+        if (enc) t_linear(&q, 1, N, n, w);
+        if (!bent) t_activation(&q, enc, n, (ld)ae->slope);
+        if (!enc && !bent) t_linear(&q, 0, N, n, w);
+        if (!enc && bent) t_bent(&q, N, n, ae->degree, w);
     }
 }
 
@@ -220,6 +280,10 @@ static roln_real *weights(uint64_t *s)
         t += 2 * N * n;
         for (i = 0; i < m.ae.size[l]; i++) *t++ = ROLN_C(0.3) * roln_normal(s);
     }
+    for (i = 0; i < m.ae.curves * roln_ae_bent(&m.ae); i++) {
+        CHECK(*t == 0); /* W */
+        *t++ = ROLN_C(0.3) * roln_normal(s);
+    }
     CHECK(t == th + p);
     if (p <= MAXP) widen(p, th, m.th);
     return th;
@@ -261,7 +325,7 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
     m.ae = ae, m.enc = enc, m.jets = jets, m.nb = nb;
     ni = jets * nb * dim_in(), no = jets * nb * dim_out(), tp = tape_size(enc, jets, nb);
     th = weights(s);
-    in = normal(ni, 0.7, s), out = fresh(no), tape = fresh(tp), g = normal(no, 1, s);
+    in = normal(ni, AMP(ae), s), out = fresh(no), tape = fresh(tp), g = normal(no, 1, s);
     widen(ni, in, m.in), widen(no, g, m.g);
     run(nb, th, in, out, tape);
     t_jets(m.in, ref);
@@ -289,7 +353,7 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
     run_bwd(th, tape, g, NULL, NULL, w);
     CHECK(same(ni, gin, gin1) && same(p, gth, gth1));
 #ifdef ROLN_DOUBLE
-    if (slope && ae.slope < 1) {
+    if (slope && (ae.slope < 1 || ae.curves > 0)) {
         s_th = th, s_in = in, s_out = out, s_g = g, s_tape = tape;
         check_halving(p, gth, th, 5e-3, s_loss, NULL);
         check_halving(ni, gin, in, 5e-3, s_loss, NULL);
@@ -376,7 +440,7 @@ static void test_activation(void)
 /* The twin itself: its derivatives against differences of its values, along curves. */
 static void test_twin(uint64_t *s)
 {
-    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE, ROLN_FULL};
+    static const roln_ae ae = {3, {6, 5, 4, 2}, SLOPE, STRAIGHT};
     static ld y[3 * MAXW];
     roln_real *in;
     int i;
@@ -430,9 +494,9 @@ static void check_inverse(roln_ae ae, uint64_t *s)
         BOUND("init: Psi^T Phi = I (eps of terms)", worst / EPS, 100);
         at += 2 * a * b + a;
     }
-    CHECK(at == p);
+    CHECK(at + ae.curves * roln_ae_bent(&ae) == p);
     CHECK(roln_ae_check(&ae, th) == ROLN_OK);
-    z = normal(rows * n, 0.7, s), x = fresh(rows * N), zz = fresh(rows * n);
+    z = normal(rows * n, AMP(ae), s), x = fresh(rows * N), zz = fresh(rows * n);
     dec = fresh(tape_size(0, 3, nb)), enc = fresh(tape_size(1, 3, nb)), at_x = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
     roln_ae_decode(&ae, 3, nb, th, z, x, dec);
     roln_ae_encode(&ae, 3, nb, th, x, zz, enc);
@@ -473,7 +537,7 @@ static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
     roln_real *th, *in, *tau, *f, *y, *gin, *gtau, *gth, *gin1, *gtau1, *gth1, *w;
     m.ae = ae, m.enc = enc, m.jets = 1, m.nb = nb;
     th = weights(s);
-    in = normal(a, 0.7, s), tau = normal(b, 1, s), y = normal(a, 1, s), f = fresh(a);
+    in = normal(a, AMP(ae), s), tau = normal(b, 1, s), y = normal(a, 1, s), f = fresh(a);
     widen(a, in, m.in), widen(b, tau, m.tau);
     run_force(th, in, tau, f);
     t_force(ref);
@@ -523,6 +587,10 @@ static void check_in_place(roln_ae ae, int jets, int nb, uint64_t *s)
     tape = fresh(tape_size(0, jets, nb)), other = fresh(tape_size(0, jets, nb)), end = tape_size(0, jets, nb) - jets * nb * n;
     roln_ae_decode(&ae, jets, nb, th, z, y, tape);
     roln_ae_decode(&ae, jets, nb, th, z, NULL, other);
+    if (ae.layers == 1 && ae.curves > 0) { /* without x there is no s */
+        CHECK(unused(jets * nb * n, other) == jets * nb * n);
+        memcpy(other, tape, (size_t)(jets * nb * n) * sizeof *tape);
+    }
     CHECK(same(tape_size(0, jets, nb), tape, other));
     if (ae.layers > 0) {
         other = fresh(tape_size(0, jets, nb)), zz = fresh(jets * nb * N);
@@ -566,7 +634,7 @@ static void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
 
     tape = fresh(tape_size(0, jets, nb));
     roln_ae_decode(&ae, jets, nb, th, z, y, room_of(tape_size(0, jets, nb))), CHECK_ROOM();
-    roln_ae_decode_some(&ae, jets, nb, 3, th, which, z, fresh(3 * jets * nb), room_of(tape_size(0, jets, nb))), CHECK_ROOM();
+    roln_ae_decode_some(&ae, jets, nb, 3, th, which, z, fresh(3 * jets * nb), room_of(some_size(jets, nb))), CHECK_ROOM();
     roln_ae_decode(&ae, jets, nb, th, z, y, tape);
     roln_ae_decode_bwd(&ae, jets, nb, th, tape, x, g, gth, room_of(bwd_size(0, jets, nb))), CHECK_ROOM();
 
@@ -622,7 +690,7 @@ static void check_off(roln_ae ae, uint64_t *s)
 
 static void test_init(uint64_t *s)
 {
-    static const roln_ae big = {1, {200, 100}, SLOPE, ROLN_FULL};
+    static const roln_ae big = {1, {200, 100}, SLOPE, STRAIGHT};
     const int p = 100 * 200;
     uint64_t s0 = *s;
     roln_real *th = fresh(roln_ae_params(&big)), *th2 = fresh(roln_ae_params(&big)), *w = fresh(100 * 100 + 100);
@@ -641,8 +709,8 @@ static void test_init(uint64_t *s)
 static void check_pod(int layers, int count, uint64_t *s)
 {
     enum { N = 6 };
-    static const roln_ae shapes[4] = {{0, {N}, SLOPE, ROLN_FULL}, {1, {N, 2}, SLOPE, ROLN_FULL},
-        {2, {N, 4, 2}, SLOPE, ROLN_FULL}, {3, {N, 5, 3, 2}, SLOPE, ROLN_FULL}};
+    static const roln_ae shapes[4] = {{0, {N}, SLOPE, STRAIGHT}, {1, {N, 2}, SLOPE, STRAIGHT},
+        {2, {N, 4, 2}, SLOPE, STRAIGHT}, {3, {N, 5, 3, 2}, SLOPE, STRAIGHT}};
     static ld X[100 * N], cov[N * N], V[N * N], mean[N], ref[100 * N];
     const roln_ae *ae = &shapes[layers];
     const ld scale = 0.3L;
@@ -700,7 +768,7 @@ static void check_some(const roln_ae *ae, const roln_real *th, uint64_t *s)
     for (jets = 1; jets <= 3; jets++) {
         const int size = tape_size(0, jets, nb);
         roln_real *z = normal(jets * nb * n, 0.7, s), *x = fresh(jets * nb * N), *some = fresh(jets * nb * (N + 3));
-        roln_real *tape = fresh(size), *w = fresh(size);
+        roln_real *tape = fresh(size), *w = fresh(some_size(jets, nb));
         roln_ae_decode(ae, jets, nb, th, z, x, tape);
         for (count = 0; count <= N + 3; count++) {
             for (i = 0; i < count; i++) which[i] = roln_randint(N, s);
@@ -900,6 +968,11 @@ static void t_stored(const roln_ae *ae, const float *st)
         for (i = 0; i < a; i++) m.th[p + 2 * a * b + i] = (ld)st[at + i];
         at += a, p += 2 * a * b + a, numbers += a + (bits == 8 ? 3 * b : 0);
     }
+    if (ae->curves > 0) {
+        const int N = ae->size[ae->layers - 1];
+        t_unpack(bits, ae->curves, N, st + at, m.th + p);
+        at += ae->curves * ROLN_AE_ROW(bits, N), p += ae->curves * N, numbers += bits == 8 ? ae->curves : 0;
+    }
     CHECK(at == roln_ae_params(ae) && p <= MAXP);
     for (i = 0; i < at; i++) numbers -= roln_ae_is_number(ae, i) != 0;
     CHECK(numbers == 0 && roln_ae_is_number(ae, -1) && roln_ae_is_number(ae, at));
@@ -910,7 +983,7 @@ static void check_stored_map(const roln_ae *ae, const float *st, uint64_t *s)
 {
     static ld ref[MAXB * MAXW];
     const int nb = m.nb, ni = m.jets * nb * dim_in(), no = m.jets * nb * dim_out();
-    float *in = normal(ni, 0.7, s), *x = fresh(no), *g = normal(no, 1, s), *gin = zeros(ni), *tau, *y, *f, *gtau;
+    float *in = normal(ni, AMP(*ae), s), *x = fresh(no), *g = normal(no, 1, s), *gin = zeros(ni), *tau, *y, *f, *gtau;
     float *tape = fresh(tape_size(m.enc, m.jets, nb)), *w = fresh(bwd_size(m.enc, m.jets, nb));
     ld off;
     int i, j;
@@ -943,11 +1016,10 @@ static void check_stored_inverse(const roln_ae *ae, const float *st, uint64_t *s
     enum { nb = 3 };
     static ld ref[MAXB * MAXW];
     const int N = ae->size[0], n = ae->size[ae->layers], bits = ae->storage->bits;
-    float *z = normal(3 * nb * n, 0.7, s), *x = fresh(3 * nb * N), *zz = fresh(3 * nb * n), *tape = fresh(tape_size(1, 3, nb));
-    float *tau, *f, *back, *w;
+    float *z = normal(3 * nb * n, AMP(*ae), s), *x = fresh(3 * nb * N), *zz = fresh(3 * nb * n), *tape, *tau, *f, *back, *w;
     int i;
-    roln_ae_decode(ae, 3, nb, st, z, x, tape);
-    roln_ae_encode(ae, 3, nb, st, x, zz, tape);
+    roln_ae_decode(ae, 3, nb, st, z, x, fresh(tape_size(0, 3, nb)));
+    roln_ae_encode(ae, 3, nb, st, x, zz, fresh(tape_size(1, 3, nb)));
     widen(3 * nb * n, z, ref);
     for (i = 0; i < 3; i++)
         BOUND(bits == 8 ? "stored int8: rho(phi(z)) = z" : "stored half: rho(phi(z)) = z",
@@ -957,7 +1029,7 @@ static void check_stored_inverse(const roln_ae *ae, const float *st, uint64_t *s
     roln_ae_decode(ae, 1, nb, st, z, NULL, tape);
     roln_ae_lift_tape(ae, 1, nb, tape, f);
     roln_ae_lift(ae, nb, st, f, z + nb * n, tau, w);
-    roln_ae_reduce(ae, nb, st, tape, tau, back, w);
+    roln_ae_reduce(ae, nb, st, tape, tau, back, fresh(ROLN_AE_REDUCE_WORK(OF_M, nb)));
     BOUND(bits == 8 ? "stored int8: reduce(lift(tau_z))" : "stored half: reduce(lift(tau_z))",
           distance(nb * n, back, ref + nb * n), bits == 8 ? 1e-3L : 1e-5L);
 }
@@ -990,7 +1062,7 @@ static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
 /* What can not be stored is refused, and theta stays as it was. */
 static void test_refused(const roln_storage *storage, uint64_t *s)
 {
-    roln_ae ae = {2, {6, 4, 2}, SLOPE, ROLN_FULL};
+    roln_ae ae = {2, {6, 4, 2}, SLOPE, STRAIGHT};
     const int params = roln_ae_params(&ae);
     static const float bad[3] = {INFINITY, -INFINITY, NAN};
     float z[4] = {-1, -1, 1, 1}, *th, *st, *was, *w;
@@ -1057,7 +1129,7 @@ static void test_parallel(const roln_storage *storage)
     int power, try, i, j, k, refused;
     for (power = 0; power <= 10; power += 2) {
         for (try = refused = 0; try < TRIES; try++) {
-            roln_ae ae = {1, {N, n}, 1, ROLN_FULL};
+            roln_ae ae = {1, {N, n}, 1, STRAIGHT};
             float *th, *psi, *st, *w, x[N], z[n], y[n], tape[N + n];
             ld A[n * n], B[n * N], off, size;
             roln_status code;
@@ -1114,15 +1186,46 @@ static void test_stored(const roln_ae *shapes, int count, uint64_t *s)
 }
 #endif
 
+/* The same for autoencoders whose last layer is bent. */
+static void test_bent(void)
+{
+    static const roln_ae bent[] = {{1, {3, 1}, 1, BENT(1, 8)}, {1, {4, 2}, SLOPE, BENT(2, 3)}, {1, {7, 3}, SLOPE, BENT(3, 4)},
+        {1, {6, 5}, SLOPE, BENT(5, 2)}, {2, {6, 4, 2}, SLOPE, BENT(2, 4)}, {2, {7, 5, 3}, 1, BENT(3, 2)},
+        {3, {5, 5, 4, 2}, ROLN_C(0.50952545), BENT(2, 5)}};
+    uint64_t seed = 4;
+    int i, enc, jets, nb;
+    for (i = 0; i < (int)(sizeof bent / sizeof *bent); i++) {
+        for (enc = 0; enc < 2; enc++)
+            for (jets = 1; jets <= 3; jets++)
+                for (nb = 1; nb <= 4; nb += nb < 2 ? 1 : 2) check_jets(bent[i], enc, jets, nb, nb == 2, &seed);
+        check_inverse(bent[i], &seed);
+        for (enc = 0; enc < 2; enc++)
+            for (nb = 1; nb <= 3; nb++) check_force(bent[i], enc, nb, &seed);
+        test_some(bent[i], &seed);
+        check_off(bent[i], &seed);
+        for (jets = 1; jets <= 3; jets++)
+            for (nb = 1; nb <= 5; nb += 4) check_in_place(bent[i], jets, nb, &seed), check_rooms(bent[i], jets, nb, &seed);
+    }
+#ifndef ROLN_DOUBLE
+    for (i = 0; i < (int)(sizeof bent / sizeof *bent); i++)
+        for (nb = 0; nb < 2; nb++) {
+            roln_ae ae = bent[i];
+            check_stored(ae, nb ? &roln_int8 : &roln_half, &seed);
+            ae.storage = nb ? &roln_int8 : &roln_half;
+            for (jets = 1; jets <= 3; jets++) check_rooms(ae, jets, 1 + 4 * nb, &seed);
+        }
+#endif
+}
+
 void TEST_NAME(ae)(void)
 {
-    static const roln_ae shapes[] = {{0, {3}, SLOPE, ROLN_FULL}, {1, {4, 2}, SLOPE, ROLN_FULL}, {1, {2, 1}, ROLN_C(0.2), ROLN_FULL},
-        {2, {6, 4, 3}, ROLN_C(0.50952545), ROLN_FULL}, {3, {7, 5, 4, 2}, SLOPE, ROLN_FULL}, {2, {5, 3, 1}, 1, ROLN_FULL},
-        {3, {5, 4, 3, 3}, SLOPE, ROLN_FULL}, {4, {9, 8, 4, 3, 1}, SLOPE, ROLN_FULL}};
-    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, ROLN_FULL}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL},
-        {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), ROLN_FULL}, {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), ROLN_FULL}};
-    static const roln_ae even[] = {{1, {4, 4}, SLOPE, ROLN_FULL}, {3, {4, 4, 4, 4}, SLOPE, ROLN_FULL}}; /* no layer reduces */
-    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE, ROLN_FULL}, {2, {80, 40, 16}, SLOPE, ROLN_FULL}};
+    static const roln_ae shapes[] = {{0, {3}, SLOPE, STRAIGHT}, {1, {4, 2}, SLOPE, STRAIGHT}, {1, {2, 1}, ROLN_C(0.2), STRAIGHT},
+        {2, {6, 4, 3}, ROLN_C(0.50952545), STRAIGHT}, {3, {7, 5, 4, 2}, SLOPE, STRAIGHT}, {2, {5, 3, 1}, 1, STRAIGHT},
+        {3, {5, 4, 3, 3}, SLOPE, STRAIGHT}, {4, {9, 8, 4, 3, 1}, SLOPE, STRAIGHT}};
+    static const roln_ae deep[] = {{5, {7, 6, 5, 4, 3, 2}, SLOPE, STRAIGHT}, {6, {7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), STRAIGHT},
+        {7, {8, 7, 6, 5, 4, 3, 2, 1}, ROLN_C(0.7), STRAIGHT}, {8, {10, 9, 8, 7, 6, 5, 4, 3, 2}, ROLN_C(0.7), STRAIGHT}};
+    static const roln_ae even[] = {{1, {4, 4}, SLOPE, STRAIGHT}, {3, {4, 4, 4, 4}, SLOPE, STRAIGHT}}; /* no layer reduces */
+    static const roln_ae large[] = {{3, {33, 24, 13, 6}, SLOPE, STRAIGHT}, {2, {80, 40, 16}, SLOPE, STRAIGHT}};
     const int ns = (int)(sizeof shapes / sizeof *shapes);
     uint64_t seed = 3;
     int i, enc, jets, nb;
@@ -1156,5 +1259,6 @@ void TEST_NAME(ae)(void)
         }
     for (i = 0; i < ns; i++) check_off(shapes[i], &seed);
     check_off(deep[3], &seed), check_off(large[1], &seed);
+    test_bent();
     print_bounds();
 }

@@ -896,7 +896,8 @@ static void check_head(const package *p, int bits)
     const roln_lnn *f = &md->lnn;
     int want[64], c = 0, i;
     CHECK(memcmp(p->bytes, "ROLN\2\0", 6) == 0 && p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
-    want[c++] = md->scheme, want[c++] = md->inputs, want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits;
+    want[c++] = md->scheme, want[c++] = md->inputs;
+    want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree;
     want[c++] = md->ae.layers, want[c++] = f->mass_net.layers, want[c++] = f->layers, want[c++] = f->n;
     for (i = 0; i <= md->ae.layers; i++)
         want[c++] = md->ae.size[i];
@@ -1392,6 +1393,7 @@ static void test_sizes(int k)
     CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_size(&md->ae, 1) && z.N2 == roln_ae_size(&md->ae, 2));
     CHECK(z.n == f->n && z.n == md->ae.size[md->ae.layers]);
     CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae));
+    CHECK(z.curves == md->ae.curves && z.bent == roln_ae_bent(&md->ae) && (z.curves > 0) == (md->ae.degree > 0));
     CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
     CHECK(z.width == f->width[0] && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
     CHECK(z.hidden == roln_mlp_hidden(net) && z.wide == roln_mlp_widest(net, 0) + roln_mlp_widest(net, 1));
