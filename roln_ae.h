@@ -1481,8 +1481,8 @@ ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double
 {
     int j = 0, r;
 #if ROLN_SIMD
-    enum { ROLNI_WIDE = ROLNI_BYTES / sizeof(double) };
-    for (; j + 4 * ROLNI_WIDE <= n; j += 4 * ROLNI_WIDE) {
+    enum { ROLNI_DOUBLES = ROLNI_BYTES / sizeof(double) };
+    for (; j + 4 * ROLNI_DOUBLES <= n; j += 4 * ROLNI_DOUBLES) {
         rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
         rolni_vd c0 = d[0], c1 = d[1], c2 = d[2], c3 = d[3];
         for (r = 0; r < k; r++) {
@@ -1492,7 +1492,7 @@ ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double
         }
         d[0] = c0, d[1] = c1, d[2] = c2, d[3] = c3;
     }
-    for (; j + ROLNI_WIDE <= n; j += ROLNI_WIDE) {
+    for (; j + ROLNI_DOUBLES <= n; j += ROLNI_DOUBLES) {
         rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
         rolni_vd c0 = d[0];
         for (r = 0; r < k; r++)
