@@ -85,8 +85,8 @@ static void symmetric(int n, uint64_t *seed, roln_real *A)
 }
 
 /* Steps until one is refused, `most` at most; the value never grows. Returns the last status. */
-static roln_status minimise(const roln_block *table, int blocks, roln_value value, problem *p, int most, int verb, roln_lbfgs *state,
-                            roln_real *x)
+static roln_status minimise(const roln_block *table, int blocks, roln_value value, problem *p, int most, int verb,
+                            roln_lbfgs *state, roln_real *x)
 {
     static roln_real keep[ROLN_LBFGS_KEEP(M, MOST)];
     const int P = roln_product_size(blocks, table);
