@@ -1470,7 +1470,8 @@ typedef struct {
    E J^T J its Gauss-Newton matrix, at one backward a row; a window may be listed several times for several rows (Hutchinson 1990).
    Single samples with b->qdd and b->steps = 0: the acceleration loss; else windows (roln_grad). The same signs come again for the
    same seed, so that a step can be judged by its own rows. Statuses and work of roln_grad_acc or roln_grad for one window; on a
-   status other than ROLN_OK J and r are scratch. */
+   status other than ROLN_OK J and r are scratch, and the residual of the window that failed is infinite, so that roln_newton_judge
+   refuses a step that led there. */
 ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt,
                                   const roln_rows_to *to, roln_real *work)
 {
@@ -1492,6 +1493,7 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
         if (row) rolni_zero(columns, row);
         st = acceleration ? rolni_samples_block(m, wt, batch, w, 1, &g, work)
                           : rolni_windows_block(m, wt, batch, dt, w, 1, &g, work);
+        if (st != ROLN_OK) to->r[w] = rolni_real(ROLNI_INF);
     }
     return st;
 }
@@ -2679,12 +2681,19 @@ ROLN_FN roln_status ROLNI_(newton_step)(const ROLNI_(params) *p, const roln_newt
     return st;
 }
 
-/* Nonzero if the step is taken: then p becomes o->next. g->next: the residuals there, NAME_rows with again = 1. */
+/* Nonzero if the step is taken: then p becomes o->next; else the momentum ends. g->next: the residuals there, NAME_rows with
+   again = 1, whatever its status. */
 ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, ROLNI_(residuals) *g, ROLNI_(newton) *o)
 {
-    if (count < 1 || count > ROLN_ROWS || !roln_newton_judge(count, g->next, &o->state)) return 0;
+    roln_real *last;
+    if (count < 1 || count > ROLN_ROWS) return 0;
+    last = g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size);
+    if (!roln_newton_judge(count, g->next, &o->state)) {
+        rolni_zero(ROLNI_(newton_size), last);
+        return 0;
+    }
     memcpy(p, &o->next, sizeof *p);
-    rolni_copy(ROLNI_(newton_size), o->d, g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
+    rolni_copy(ROLNI_(newton_size), o->d, last);
     return 1;
 }
 #endif

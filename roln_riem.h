@@ -9,7 +9,7 @@
    7 limited memory    Riemannian BFGS of a few pairs of vectors, for a loss over fixed data
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
-   examples in tests/unit/test_riem.c). Nothing here changes. Each manifold says how it carries a tangent to another point.
+   examples in tests/unit/manifolds.h). Nothing here changes. Each manifold says how it carries a tangent to another point.
    roln.h trains Euclidean, biorthogonal, SPD and Stiefel blocks with roln_adam_update; roln_sgd_update and the manifolds by
    themselves serve programs without it. */
 
@@ -635,7 +635,8 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
        primal   d = mu d_old + (J^T J + s I)^-1 J^T y     [P][P]
        dual     d = mu d_old + J^T (J J^T + s I)^-1 y     [R][R]
    Whether a step is taken, and the next lambda, is decided by the gain ratio: the decrease of the loss on the same residuals over
-   that of its model |J d - r|^2. A step that is not taken leaves everything but lambda as it was.
+   that of its model |J d - r|^2. A step that is not taken leaves everything but lambda as it was, and ends the momentum: damping
+   only shortens d - mu d_old, so that a d_old that leads uphill would be refused for ever.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
        roln_newton_sums    J^T J or J J^T                                                       once for new rows
@@ -730,16 +731,16 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side:
-   all. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
+/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or
+   more: all. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
 ROLN_FN void roln_newton_sums(int R, int P, int from, int to, const roln_real *J, roln_real *S, roln_real *work)
 {
-    const int side = ROLN_NEWTON_SIDE(R, P);
+    const int side = ROLN_NEWTON_SIDE(R, P), end = ROLN_MIN(to, side);
     int i;
-    for (i = from; i < to; i++)
+    for (i = from; i < end; i++)
         rolni_zero(i + 1, S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1));
-    if (side == P) roln_sym_at(R, P, from, to, J, S, work);
-    else roln_sym_bt(R, P, from, to, J, S, work);
+    if (side == P) roln_sym_at(R, P, from, end, J, S, work);
+    else roln_sym_bt(R, P, from, end, J, S, work);
 }
 
 /* y += J^T t in order 3, t [R]. */
@@ -818,48 +819,51 @@ typedef struct {
 } roln_newton_system;
 
 /* The step d [P] and where it ends, next [P], from x [P]; state->hope. More damping is tried, 8 times as much and 24 times at most,
-   if the system is not positive definite to working precision or the step leaves a manifold; lambda keeps it. ROLN_E_NOT_SPD: no
-   damping helped, or lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; status of a retraction. x, J and r are as they were, in
-   any case. work [ROLN_NEWTON_STEP_WORK]. */
+   and no momentum, if the system is not positive definite to working precision or the step leaves a manifold; lambda keeps it.
+   ROLN_E_NOT_SPD: no
+   damping helped, or lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; status of a retraction. d and next are then scratch, and
+   state is as it was; x, J, r and the sums are in any case. work [ROLN_NEWTON_STEP_WORK]. */
 ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
                                      const roln_real *x, roln_newton *state, roln_real *d, roln_real *next, roln_real *work)
 {
     const int R = g->R, P = g->P;
     const size_t row = ROLNI_AS(size_t, P);
     const roln_real *old = g->J + ROLNI_AS(size_t, R) * row;
+    roln_real lambda = state->lambda, hope = 0;
     roln_status st = ROLN_E_NOT_SPD;
     int k, i, tries;
     ROLN_NEWTON_STEP_MEM(ROLNI_CARVE, R, P)
-    if (!(state->lambda >= 0) || !roln_finite(state->lambda) || !roln_finite(opt->rate)) return ROLN_E_NOT_FINITE;
-    for (tries = 0; tries < 24 && st != ROLN_OK; tries++) {
+    if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(opt->momentum)) return ROLN_E_NOT_FINITE;
+    for (tries = 0; tries < 24; tries++) {
+        const roln_real mu = tries == 0 ? opt->momentum : 0; /* damping does not shorten what is left of the last step */
         for (k = 0; k < R; k++)
-            t[k] = g->r[k] - (opt->momentum > 0 ? opt->momentum * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, old) : 0);
+            t[k] = g->r[k] - mu * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, old);
         for (i = 0; i < P; i++)
-            d[i] = opt->momentum * old[i];
-        st = rolni_newton_solve(R, P, state->lambda, g->J, t, g->S, d, work);
+            d[i] = mu * old[i];
+        st = rolni_newton_solve(R, P, lambda, g->J, t, g->S, d, work);
         if (st == ROLN_OK) st = rolni_newton_move(blocks, table, opt->rate, x, d, u, next, work);
-        if (st == ROLN_OK) break;
-        if (!(state->lambda > 0)) return st;
-        state->lambda *= 8;
+        if (st == ROLN_OK || !(lambda > 0)) break;
+        lambda *= 8;
     }
     if (st != ROLN_OK) return st;
-    state->hope = 0;
     for (k = 0; k < R; k++) { /* |r|^2 - |r - rate J d|^2 */
         const roln_real a = opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, d);
-        state->hope += a * (2 * g->r[k] - a);
+        hope += a * (2 * g->r[k] - a);
     }
-    return roln_finite(state->hope) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    if (!roln_finite(hope)) return ROLN_E_NOT_FINITE;
+    state->lambda = lambda, state->hope = hope;
+    return ROLN_OK;
 }
 
 /* Nonzero if the step is to be taken: r [R], the same residuals at x+, have a smaller loss; the caller then copies next to x and d
-   to row R of J. lambda falls where the model was good and grows where it was not. */
+   to row R of J, else zeroes that. lambda falls where the model was good, down to eps, and grows where it was not, up to 1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, roln_newton *state)
 {
     const roln_real loss = roln_newton_loss(R, r, state->bound), decrease = state->loss - loss;
     const int take = roln_finite(loss) && decrease > 0 && state->hope > 0;
     state->gain = take ? decrease / state->hope : 0;
     if (state->gain > ROLN_C(0.75)) state->lambda = ROLN_MAX(state->lambda / 3, state->lambda > 0 ? ROLN_EPS : 0);
-    if (state->gain < ROLN_C(0.25)) state->lambda *= take ? 2 : 4;
+    if (state->gain < ROLN_C(0.25) && state->lambda < 1 / ROLN_EPS) state->lambda *= take ? 2 : 4;
     if (take) state->taken++;
     else state->refused++;
     return take;

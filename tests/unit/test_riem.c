@@ -1,141 +1,15 @@
 /* Manifolds and optimisers (roln_riem.h) against twins in long double, written from the formulas: projections by one
    linear system in the n^2 unknowns of A, SPD tangents as full matrices, Adam step by step. */
 #include "roln_riem.h"
-#include "check.h"
+#include "manifolds.h"
 #include "room.h"
 
 #include <stdlib.h>
 
 void TEST_NAME(riem)(void);
 
-typedef long double ld;
-#define EPS ((ld)ROLN_EPS)
-#define MN 12         /* largest n, */
-#define MNN (MN * MN) /* n^2, */
-#define MS 512        /* and size of a block */
-#ifdef ROLN_DOUBLE
-#define PICK(f, d) (d)
-#else
-#define PICK(f, d) (f)
-#endif
-
 static ld worst[19]; /* measured errors, in units of the bounds' eps */
 #define WORST(k, e, bound) (worst[k] = (e) > worst[k] ? (e) : worst[k], CHECK_BELOW(e, bound))
-
-static void fill(int n, ld scale, uint64_t *s, roln_real *x)
-{
-    while (n-- > 0) *x++ = (roln_real)(scale * (ld)roln_normal(s));
-}
-
-/* c = op(a) op(b) for a [m][k], b [k][n]; ta, tb: stored transposed */
-static void mul(int m, int k, int n, int ta, const ld *a, int tb, const ld *b, ld *c)
-{
-    int i, j, p;
-    for (i = 0; i < m; i++)
-        for (j = 0; j < n; j++)
-            for (c[i * n + j] = 0, p = 0; p < k; p++)
-                c[i * n + j] += (ta ? a[p * m + i] : a[i * k + p]) * (tb ? b[j * k + p] : b[p * n + j]);
-}
-
-static void widen(int n, const roln_real *x, ld *y)
-{
-    while (n-- > 0) *y++ = (ld)*x++;
-}
-
-static ld dot(int n, const ld *a, const ld *b)
-{
-    ld s = 0;
-    while (n-- > 0) s += *a++ * *b++;
-    return s;
-}
-
-static ld dist(int n, const roln_real *a, const ld *b)
-{
-    ld s = 0;
-    int i;
-    for (i = 0; i < n; i++) s += ((ld)a[i] - b[i]) * ((ld)a[i] - b[i]);
-    return sqrtl(s);
-}
-
-/* x = a^-1 b, b [n][k] in and x out; a is destroyed */
-static void solve(int n, int k, ld *a, ld *b)
-{
-    int i, j, p, piv;
-    for (p = 0; p < n; p++) {
-        for (piv = p, i = p + 1; i < n; i++)
-            if (fabsl(a[i * n + p]) > fabsl(a[piv * n + p])) piv = i;
-        for (j = 0; j < n; j++) { ld t = a[p * n + j]; a[p * n + j] = a[piv * n + j]; a[piv * n + j] = t; }
-        for (j = 0; j < k; j++) { ld t = b[p * k + j]; b[p * k + j] = b[piv * k + j]; b[piv * k + j] = t; }
-        for (i = 0; i < n; i++) {
-            const ld f = i == p ? 0 : a[i * n + p] / a[p * n + p];
-            for (j = 0; j < n; j++) a[i * n + j] -= f * a[p * n + j];
-            for (j = 0; j < k; j++) b[i * k + j] -= f * b[p * k + j];
-        }
-    }
-    for (i = 0; i < n; i++)
-        for (j = 0; j < k; j++) b[i * k + j] /= a[i * n + i];
-}
-
-/* ---- biorthogonal twins: x = (Phi^T, Psi^T) [2][n][N] ---- */
-
-static void t_project(int n, int N, const ld *x, ld *u)
-{
-    static ld S[36 * 36], C[MNN], D[MNN], t[MS];
-    const ld *phi = x, *psi = x + n * N;
-    int i, j, k;
-    mul(n, N, n, 0, u + n * N, 1, phi, C); /* Y^T Phi + Psi^T X */
-    mul(n, N, n, 0, psi, 1, u, D);
-    for (i = 0; i < n * n; i++) C[i] += D[i];
-    for (i = 0; i < n * n * n * n; i++) S[i] = 0;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            for (k = 0; k < n; k++) {
-                S[(i * n + j) * n * n + k * n + j] += dot(N, psi + i * N, psi + k * N);
-                S[(i * n + j) * n * n + i * n + k] += dot(N, phi + k * N, phi + j * N);
-            }
-    solve(n * n, 1, S, C);
-    mul(n, n, N, 1, C, 0, psi, t);
-    for (i = 0; i < n * N; i++) u[i] -= t[i];
-    mul(n, n, N, 0, C, 0, phi, t);
-    for (i = 0; i < n * N; i++) u[n * N + i] -= t[i];
-}
-
-static void t_retract(int n, int N, const ld *x, const ld *u, ld *y)
-{
-    ld W[MNN];
-    int i;
-    for (i = 0; i < 2 * n * N; i++) y[i] = x[i] + u[i];
-    mul(n, N, n, 0, y, 1, y + n * N, W); /* W^T */
-    solve(n, N, W, y);
-}
-
-/* |Psi^T Phi - I| over |Phi| |Psi| */
-static ld defect(int n, int N, const roln_real *x)
-{
-    static ld w[MS], W[MNN];
-    int i;
-    widen(2 * n * N, x, w);
-    mul(n, N, n, 0, w + n * N, 1, w, W);
-    for (i = 0; i < n; i++) W[i * n + i] -= 1;
-    return sqrtl(dot(n * n, W, W) / (dot(n * N, w, w) * dot(n * N, w + n * N, w + n * N)));
-}
-
-/* A random point; Gram eigenvalues: family 0 generic, 1 all equal to one, 2 spread over about spread^2 */
-static void point(int n, int N, int family, uint64_t *s, roln_real *x)
-{
-    static ld w[MS], z[MS];
-    const ld spread = PICK(1e2L, 1e4L);
-    int i, j;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < N; j++) {
-            const ld g = family == 2 && n > 1 ? powl(spread, -(ld)i / (n - 1)) : 1;
-            w[i * N + j] = w[(n + i) * N + j] = family == 1 ? i == j : g * ((ld)roln_normal(s) + (i == j ? 4 : 0));
-            if (family != 1) w[i * N + j] += g * 0.3L * (ld)roln_normal(s);
-        }
-    for (i = 0; i < 2 * n * N; i++) z[i] = 0;
-    if (family != 1) t_retract(n, N, w, z, w);
-    for (i = 0; i < 2 * n * N; i++) x[i] = (roln_real)w[i];
-}
 
 static const ld spreads[3] = {1, 1, 200}; /* of a family: an error along the smallest directions is so much larger */
 
@@ -288,54 +162,16 @@ static void test_project(void)
 
 /* ---- SPD twins ---- */
 
-static void t_chol(int n, const ld *X, ld *A)
-{
-    int i, j;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            const ld s = j > i ? 0 : X[i * n + j] - dot(j, A + i * n, A + j * n);
-            A[i * n + j] = j > i ? 0 : j < i ? s / A[j * n + j] : sqrtl(s);
-        }
-}
-
-/* Y = B X B^T */
-static void t_congruence(int n, const ld *B, const ld *X, ld *Y)
-{
-    ld t[MNN];
-    mul(n, n, n, 0, B, 0, X, t);
-    mul(n, n, n, 0, t, 1, B, Y);
-}
-
-/* X + U + 1/2 U X^-1 U */
-static void t_spd_retract(int n, const ld *X, const ld *U, ld *Y)
-{
-    ld a[MNN], b[MNN];
-    int i;
-    memcpy(a, X, (size_t)(n * n) * sizeof *a), memcpy(b, U, (size_t)(n * n) * sizeof *b);
-    solve(n, n, a, b);
-    mul(n, n, n, 0, U, 0, b, Y);
-    for (i = 0; i < n * n; i++) Y[i] = X[i] + U[i] + Y[i] / 2;
-}
-
 /* tr(X^-1 U X^-1 U) */
 static ld t_metric(int n, const ld *X, const ld *U)
 {
     ld a[MNN], b[MNN], c[MNN];
     int i;
     memcpy(a, X, (size_t)(n * n) * sizeof *a), memcpy(b, U, (size_t)(n * n) * sizeof *b);
-    solve(n, n, a, b);
+    t_solve(n, n, a, b);
     mul(n, n, n, 0, b, 0, b, c);
     for (a[0] = 0, i = 0; i < n; i++) a[0] += c[i * n + i];
     return a[0];
-}
-
-static void random_spd(int n, uint64_t *s, roln_real *X)
-{
-    roln_real B[MNN];
-    int i;
-    fill(n * n, 1, s, B);
-    roln_mm_bt(n, n, n, B, B, X);
-    for (i = 0; i < n; i++) X[i * n + i] += ROLN_C(0.5);
 }
 
 /* Riemannian gradient and retraction at one X, in the frame of its Cholesky factor. */
@@ -418,44 +254,6 @@ static void test_spd(void)
 }
 
 /* ---- Stiefel twins ---- */
-
-/* Z - sym(Z X^T) X */
-static void t_stiefel_project(int k, int m, const ld *X, ld *Z)
-{
-    static ld S[MNN], T[MNN], t[MS];
-    int i, j;
-    mul(k, m, k, 0, Z, 1, X, S);
-    for (i = 0; i < k; i++)
-        for (j = 0; j < k; j++) T[i * k + j] = (S[i * k + j] + S[j * k + i]) / 2;
-    mul(k, k, m, 0, T, 0, X, t);
-    for (i = 0; i < k * m; i++) Z[i] -= t[i];
-}
-
-/* Gram-Schmidt on the rows, first to last, every row twice */
-static void t_orthonormal(int k, int m, ld *X)
-{
-    int i, j, p, pass;
-    for (i = 0; i < k; i++)
-        for (pass = 0; pass < 2; pass++) {
-            ld *x = X + i * m, f;
-            for (j = 0; j < i; j++)
-                for (f = dot(m, x, X + j * m), p = 0; p < m; p++) x[p] -= f * X[j * m + p];
-            for (f = sqrtl(dot(m, x, x)), p = 0; p < m; p++) x[p] /= f;
-        }
-}
-
-/* largest |X X^T - I| */
-static ld skewness(int k, int m, const roln_real *X)
-{
-    static ld x[MS];
-    ld top = 0, d;
-    int i, j;
-    widen(k * m, X, x);
-    for (i = 0; i < k; i++)
-        for (j = 0; j < k; j++)
-            if (!((d = fabsl(dot(m, x + i * m, x + j * m) - (i == j))) <= top)) top = d;
-    return top;
-}
 
 /* Two vectors Z at X are projected, in P; the length of both before. */
 static ld check_stiefel_project(int k, int m, const roln_real *X, roln_real *P, uint64_t *s)
@@ -615,95 +413,7 @@ static void test_stiefel(void)
     check_stiefel_uniform(&s);
 }
 
-/* ---- manifolds of the user, without a line in the header ---- */
-
-static int free_size(int rows, int cols)
-{
-    return rows * cols;
-}
-
-static int no_work(int rows, int cols)
-{
-    (void)rows, (void)cols;
-    return 0;
-}
-
-/* The unit sphere. */
-static roln_status sphere_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work)
-{
-    const int n = rows * cols;
-    int c, i;
-    (void)work;
-    for (c = 0; c <= count; c++, gm += stride) {
-        const roln_real f = roln_dot(n, x, gm);
-        for (i = 0; i < n; i++) gm[i] -= f * x[i];
-    }
-    return ROLN_OK;
-}
-
-/* xn /= len, the length of xn. */
-static roln_status shorten(int n, roln_real len, roln_real *xn)
-{
-    int i;
-    for (i = 0; i < n; i++) xn[i] /= len;
-    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
-}
-
-static roln_status sphere_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
-{
-    const int n = rows * cols;
-    int i;
-    (void)work;
-    for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
-    return shorten(n, ROLN_SQRT(roln_dot(n, xn, xn)), xn);
-}
-
-static const roln_manifold sphere = {free_size, no_work, sphere_tangent, NULL, sphere_retract};
-
-/* Shapes of unit modal mass, x^T M x = 1, in the metric of the masses: an inner product of its own. */
-enum { MASSES = 4 };
-static const roln_real mass[MASSES] = {1, 3, ROLN_C(0.5), 2};
-
-static roln_real mode_inner(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v)
-{
-    roln_real sum = 0;
-    int i;
-    (void)x;
-    for (i = 0; i < rows * cols; i++) sum += u[i] * mass[i] * v[i];
-    return sum;
-}
-
-static roln_status mode_tangent(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work)
-{
-    const int n = rows * cols;
-    int c, i;
-    (void)work;
-    for (c = 0; c <= count; c++, gm += stride) {
-        const roln_real f = c < count ? roln_dot(n, x, gm) : mode_inner(rows, cols, x, x, gm);
-        for (i = 0; i < n; i++) gm[i] = (c < count ? gm[i] / mass[i] : gm[i]) - f * x[i];
-    }
-    return ROLN_OK;
-}
-
-static roln_status mode_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
-{
-    const int n = rows * cols;
-    int i;
-    (void)work;
-    for (i = 0; i < n; i++) xn[i] = x[i] + u[i];
-    return shorten(n, ROLN_SQRT(mode_inner(rows, cols, x, xn, xn)), xn);
-}
-
-static const roln_manifold mode = {free_size, no_work, mode_tangent, mode_inner, mode_retract};
-
-/* ---- optimisers: a table of every manifold, empty blocks too ---- */
-
-enum { BLOCKS = 12, AT_B = 6, AT_S = 26, AT_E = 35, AT_B2 = 39, AT_T = 51, AT_U = 59, SIZE = 62, MOMENTS = 15 };
-static const roln_block table[BLOCKS] = {{ROLN_EUCLIDEAN, 2, 3, 0},   {&roln_spd, 0, 0, 0},      {&roln_biorthogonal, 2, 5, 1},
-                                         {&roln_biorthogonal, 0, 0, 1}, {&roln_spd, 3, 3, 0},      {ROLN_EUCLIDEAN, 1, 0, 1},
-                                         {ROLN_EUCLIDEAN, 4, 1, 1},    {&roln_biorthogonal, 2, 3, 0},
-                                         {&roln_stiefel, 2, 4, 1},     {&roln_stiefel, 0, 0, 0}, {&sphere, 3, 0, 1},
-                                         {&sphere, 1, 3, 0}};
+/* ---- optimisers, on the table of every manifold ---- */
 
 /* learning-rate group of the number i */
 static int group(int i)
@@ -718,13 +428,7 @@ static roln_real owork[400];
 static void start(run *r, uint64_t *s)
 {
     memset(r, 0, sizeof *r);
-    fill(6, 1, s, r->x);
-    point(2, 5, 0, s, r->x + AT_B);
-    random_spd(3, s, r->x + AT_S);
-    fill(4, 1, s, r->x + AT_E);
-    point(2, 3, 0, s, r->x + AT_B2);
-    CHECK(roln_stiefel_init(2, 4, r->x + AT_T, s, owork) == ROLN_OK);
-    CHECK(roln_stiefel_init(1, 3, r->x + AT_U, s, owork) == ROLN_OK);
+    point_of_table(s, r->x);
 }
 
 static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, run *r)
@@ -784,7 +488,7 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
                 t_chol(n, x, A);
                 t_chol(n, y, B);
                 for (i = 0; i < size; i++) g[i] = A[i % n * n + i / n], u[i] = B[i % n * n + i / n];
-                solve(n, n, g, u); /* A^-T B^T = E^T */
+                t_solve(n, n, g, u); /* A^-T B^T = E^T */
                 for (i = 0; i < size; i++) g[i] = u[i % n * n + i / n];
                 t_congruence(n, g, m, u);
                 memcpy(m, u, (size_t)size * sizeof *m), memcpy(x, y, (size_t)size * sizeof *x);
@@ -1066,7 +770,7 @@ static ld traces(int n, const roln_real *X)
     widen(n * n, X, x);
     for (i = 0; i < n * n; i++) y[i] = i % (n + 1) == 0;
     for (i = 0; i < n; i++) trace += x[i * (n + 1)];
-    solve(n, n, x, y);
+    t_solve(n, n, x, y);
     for (i = 0; i < n; i++) inverse += y[i * (n + 1)];
     return trace * inverse;
 }
@@ -1081,9 +785,9 @@ static void edge_gradient(int n, int framed, roln_real sign, const roln_real *X,
         t_chol(n, x, A);
         for (i = 0; i < n * n; i++) x[i] = A[i % n * n + i / n], t[i] = (ld)G[i];
         memcpy(A, x, (size_t)(n * n) * sizeof *A);
-        solve(n, n, A, t); /* A^-T G, then the same from the right, by symmetry */
+        t_solve(n, n, A, t); /* A^-T G, then the same from the right, by symmetry */
         for (i = 0; i < n * n; i++) A[i] = t[i % n * n + i / n];
-        solve(n, n, x, A);
+        t_solve(n, n, x, A);
         for (i = 0; i < n * n; i++) g[i] = sign * (roln_real)A[i];
     } else {
         for (i = 0; i < n * n; i++) g[i] = sign * G[i];

@@ -808,6 +808,335 @@ static void test_grad_failures(int k, int kind)
     }
 }
 
+/* ---- rows of residuals ------------------------------------------------------------------------ */
+
+/* Residuals r [count] of d.b and, unless J is NULL, their rows: of all parameters, or of those behind the autoencoder. */
+static roln_status rows_of(int k, const roln_trained *m, const roln_loss *wt, const data *d, const roln_rows_to *to)
+{
+    const int acc = d->b.qdd != NULL && d->b.steps == 0;
+    const roln_status st = roln_rows(m, wt, &d->b, d->h, to,
+                                     room_of(acc ? grad_acc_work(k, 1) : grad_work(k, 1, d->b.steps > 0 ? d->b.steps : 0)));
+    ROOM_KEPT();
+    return st;
+}
+
+/* A model, two windows of a kind, the second of them again where windows may be listed, their rows and residuals. */
+enum { ROWS = 3 };
+typedef struct {
+    int k, kind, params, count;
+    roln_real theta[MAXP], J[ROWS * MAXP], r[ROWS];
+    roln_trained m;
+    data d;
+} rows_subject;
+
+static void rows_make(int k, int kind, rows_subject *x)
+{
+    const roln_rows_to to = {x->J, x->r, 0, 40};
+    uint64_t s = (uint64_t)(1000 + 10 * k + kind);
+    x->k = k, x->kind = kind, x->params = models[k].params;
+    x->m = trained(models[k].md, &scale, x->theta);
+    parameters(k, &s, x->theta);
+    make(k, kind, 2, &s, &x->d);
+    if (x->d.b.start) x->d.b.count = 3, x->d.start[2] = x->d.start[1];
+    x->count = x->d.b.count;
+    fill(ROWS * MAXP, 7, x->J), fill(ROWS, 7, x->r);
+    CHECK_OK(rows_of(k, &x->m, &weights.loss, &x->d, &to));
+}
+
+void test_roln_rows_reference(int k, int kind, double *J, double *r);
+#ifdef ROLN_DOUBLE
+void test_roln_rows_reference(int k, int kind, double *J, double *r)
+{
+    static rows_subject x;
+    rows_make(k, kind, &x);
+    memcpy(J, x.J, sizeof x.J), memcpy(r, x.r, sizeof x.r);
+}
+
+/* In parts of the largest number of its row, so that what is compared is of order one. */
+static double minus_residual(void *ctx)
+{
+    const rows_subject *x = (const rows_subject *)ctx;
+    roln_real r[ROWS];
+    const roln_rows_to to = {NULL, r, 0, 40};
+    CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to));
+    return -r[0] / (double)largest(x->params, x->J);
+}
+
+/* Every row by central differences of -r in every parameter, in kinds other than ODE every third; the first also with half the
+   step. */
+static void check_rows_slope(rows_subject *x)
+{
+    const double h = 1e-4, move[4] = {h, -h, 2 * h, -2 * h};
+    static double row[MAXP];
+    double v[4][ROWS];
+    int i, w, p;
+    for (i = 0; i < x->params; i++) {
+        const int j = mate(x->k, i);
+        const double was = x->theta[i];
+        if (x->kind != ODE && i % 3 != x->kind % 3) continue;
+        for (p = 0; p < 4; p++) {
+            const roln_rows_to to = {NULL, v[p], 0, 40};
+            x->theta[i] = x->theta[j] = was + move[p];
+            CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to));
+        }
+        x->theta[i] = x->theta[j] = was;
+        for (w = 0; w < x->count; w++) {
+            const double *J = x->J + w * x->params, got = J[i] + (i == j ? 0 : J[j]);
+            const double want = -(8 * (v[0][w] - v[1][w]) - (v[2][w] - v[3][w])) / (12 * h);
+            BOUND("rows", fabsl((ld)got - (ld)want) / largest(x->params, J), 2e-8);
+        }
+    }
+    for (i = 0; i < x->params && mate(x->k, i) == i; i++)
+        row[i] = x->J[i] / (double)largest(x->params, x->J);
+    if (i == x->params && x->kind % 2 == 0) check_halving(x->params, row, x->theta, 1e-3, minus_residual, x);
+}
+#else
+/* Every row against that in double; a residual is a sum of errors of either sign, which the loss adds as squares. */
+static void check_rows_slope(const rows_subject *x)
+{
+    static double J[ROWS * MAXP], r[ROWS];
+    const ld amp = is_var(x->kind) ? (ld)scale.t / (ld)x->d.h : 1;
+    terms t = {0};
+    ld size;
+    static roln_real g[MAXP];
+    int i, w;
+    test_roln_rows_reference(x->k, x->kind, J, r);
+    CHECK_OK(grad_of(x->k, &x->m, &x->d, 16, g, &t));
+    size = sqrtl((ld)weighted(&t));
+    for (w = 0; w < x->count; w++) {
+        const roln_real *row = x->J + w * x->params;
+        BOUND("residuals, eps", fabsl((ld)x->r[w] - (ld)r[w]) / (size * EPS), 30 * amp);
+        for (i = 0; i < x->params; i++)
+            BOUND("rows, eps", fabsl((ld)row[i] - (ld)J[w * x->params + i]) / (largest(x->params, row) * EPS), 160 * amp);
+    }
+}
+#endif
+
+/* The same bits: residuals alone, the rows of the networks alone, one window at a time; others for other signs. */
+static void check_rows_bits(const rows_subject *x)
+{
+    static roln_real J[ROWS * MAXP], tail[ROWS * MAXP];
+    static data one;
+    roln_real r[ROWS];
+    const int N = N_OF(x->k), P = x->params, ae = roln_ae_params(&models[x->k].md->ae), rest = P - ae, count = x->count;
+    roln_rows_to to = {NULL, r, 0, 40};
+    int w;
+    fill(ROWS, 7, r);
+    CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to));
+    CHECK(same(count, r, x->r) && all(ROWS - count, r + count, 7));
+    CHECK(all((ROWS - count) * P, x->J + count * P, 7)); /* nothing behind the last row */
+    for (to.behind = 0; to.behind < 2; to.behind++) {
+        fill(ROWS, 7, r), fill(ROWS * MAXP, 7, tail);
+        to.J = to.behind ? tail : J;
+        CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to));
+        CHECK(same(count, r, x->r));
+    }
+    CHECK(same(count * P, J, x->J) && all(ROWS * MAXP - count * rest, tail + count * rest, 7));
+    for (w = 0; w < count; w++) {
+        const int skip = first_of(&x->d.b, w);
+        CHECK(same(rest, tail + w * rest, x->J + w * P + ae));
+        one = x->d, one.b.count = 1, one.b.start = NULL;
+        one.b.q = one.q + skip * N;
+        if (one.b.qd) one.b.qd = one.qd + skip * N;
+        if (one.b.qdd) one.b.qdd = one.qdd + skip * N;
+        if (one.b.tau) one.b.tau = one.tau + skip * F_OF(x->k);
+        to.J = J, to.behind = 0, to.seed = 40 + (uint64_t)w;
+        CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &one, &to));
+        CHECK(same(1, r, x->r + w) && same(P, J, x->J + w * P));
+        to.seed = 90;
+        CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &one, &to));
+        CHECK(!same(P, J, x->J + w * P));
+    }
+    if (count == 3) CHECK(!same(P, x->J + P, x->J + 2 * P)); /* the same window */
+}
+
+/* Parameters and data are as they were; no window, no row. */
+static void check_rows_kept(const rows_subject *x)
+{
+    static rows_subject again;
+    roln_real r = 7, J = 7;
+    const roln_rows_to to = {&J, &r, 0, 40};
+    uint64_t s = (uint64_t)(1000 + 10 * x->k + x->kind);
+    data *d = &again.d;
+    parameters(x->k, &s, again.theta);
+    make(x->k, x->kind, 2, &s, d);
+    CHECK(same(x->params, x->theta, again.theta) && same(MAXD, x->d.q, d->q) && same(MAXD, x->d.qd, d->qd));
+    CHECK(same(MAXD, x->d.qdd, d->qdd) && same(MAXD, x->d.tau, d->tau));
+    d->b.count = 0;
+    CHECK_OK(rows_of(x->k, &x->m, &weights.loss, d, &to));
+    CHECK(all(1, &r, 7) && all(1, &J, 7));
+}
+
+/* A window that fails: its status, an infinite residual, those before it as they are. Arguments that are none. */
+static void check_rows_status(rows_subject *x)
+{
+    static roln_real J[ROWS * MAXP];
+    const int N = N_OF(x->k), length = x->d.b.steps * x->d.b.stride + 1, P = x->params;
+    roln_real r[ROWS], *const fields[4] = {x->d.q, x->d.qd, x->d.qdd, x->d.tau};
+    const int skip[4] = {0, is_var(x->kind), !is_acc(x->kind), x->d.b.tau == NULL};
+    roln_rows_to to = {J, r, 0, 40};
+    const roln_batch b = x->d.b;
+    int f, i;
+    x->d.b.start = NULL, x->d.b.count = 2;
+    for (f = 0; f < 4; f++)
+        for (i = 0; i < 4 && !skip[f]; i++) {
+            const int size = f == 3 ? F_OF(x->k) : N;
+            roln_real *at = fields[f] + length * size + i % size, was = *at;
+            *at = (roln_real)(i % 2 ? NAN : INFINITY);
+            to.J = i < 2 ? J : NULL, fill(ROWS, 7, r);
+            CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_NOT_FINITE);
+            CHECK(roln_finite(r[0]) && !all(1, r, 7) && !roln_finite(r[1]) && all(ROWS - 2, r + 2, 7));
+            *at = was;
+        }
+    to.J = J, fill(ROWS, 7, r), fill(ROWS * MAXP, 7, J);
+    for (i = 0; i < P; i += 1 + P / 20) {
+        const roln_real was = x->theta[i];
+        x->theta[i] = (roln_real)NAN;
+        CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_NOT_FINITE);
+        x->theta[i] = was;
+    }
+    x->d.b.count = -1;
+    CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_LENGTH);
+    x->d.b.count = 1, x->d.b.stride = 0;
+    CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_LENGTH);
+    x->d.b.stride = 1, x->d.b.steps = -1;
+    CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_LENGTH);
+    x->d.b.steps = 1 - is_acc(x->kind), x->d.b.qd = NULL; /* the acceleration loss needs them; others two steps of positions */
+    CHECK(rows_of(x->k, &x->m, &weights.loss, &x->d, &to) == ROLN_E_LENGTH);
+    CHECK(all(ROWS, r, 7) && all(ROWS * MAXP, J, 7));
+    x->d.b = b;
+}
+
+/* The loss and -1/2 of its gradient are the means of r^2 and r J over all signs: over all patterns of the few signs of one term, each
+   found by drawing, exactly. K numbers are compared. */
+enum { MOST = 6, PATTERNS = 1 << MOST };
+static void check_patterns(const rows_subject *x, int term, int K)
+{
+    static roln_real row[MAXP], g[MAXP];
+    static ld mean[MAXP];
+    static uint64_t seen[PATTERNS];
+    roln_real r, windows = 0;
+    roln_rows_to to = {row, &r, 0, 0};
+    terms wt = {0}, t = {0};
+    const roln_gradient gradient = roln_gradient_of(x->m.model, g, &t.loss, &windows);
+    ld loss = 0, want, top, amp = is_var(x->kind) ? (ld)scale.t / (ld)x->d.h : 1;
+    int found = 0, i;
+    wt.term[term] = weights.term[term];
+    fill(MAXP, 0, g), memset(mean, 0, sizeof mean);
+    CHECK_OK(add_grad(x->k, &x->m, &wt.loss, &x->d, 1, &gradient));
+    want = (ld)wt.term[term] * (ld)t.term[term], top = largest(x->params, g) + 1e-30L;
+    for (to.seed = 1; to.seed < 20u << K && found < 1 << K; to.seed++) {
+        uint64_t mark;
+        CHECK_OK(rows_of(x->k, &x->m, &wt.loss, &x->d, &to));
+        mark = roln_fnv((int)((size_t)x->params * sizeof *row), (const unsigned char *)row, ROLN_FNV);
+        for (i = 0; i < found && seen[i] != mark; i++) {}
+        if (i < found) continue;
+        seen[found++] = mark;
+        loss += (ld)r * (ld)r / (1 << K);
+        for (i = 0; i < x->params; i++)
+            mean[i] += (ld)r * (ld)row[i] / (1 << K);
+    }
+    CHECK(found == 1 << K);
+    BOUND("mean of r^2, eps", fabsl(loss - want) / (want * EPS + 1e-30L), 6);
+    for (i = 0; i < x->params; i++)
+        BOUND("mean of r J, eps", fabsl(2 * mean[i] + (ld)g[i]) / (top * EPS), 60 * amp);
+}
+
+static void check_all_patterns(const rows_subject *x)
+{
+    static rows_subject one;
+    const int N = N_OF(x->k), n = n_OF(x->k), H = is_acc(x->kind) ? 0 : 1 + is_var(x->kind), ahead = is_var(x->kind) ? 1 : H;
+    const int bent = models[x->k].md->ae.layers > 0;
+    int term;
+    one = *x, one.m.theta = one.theta;
+    one.d.b.count = 1, one.d.b.steps = H, one.d.b.start = NULL, one.d.b.q = one.d.q;
+    if (x->d.b.qd) one.d.b.qd = one.d.qd;
+    if (x->d.b.qdd) one.d.b.qdd = one.d.qdd;
+    if (x->d.b.tau) one.d.b.tau = one.d.tau;
+    for (term = 0; term < TERMS; term++) {
+        const int predicted = term == Z || term == ZD || term == Q_PRED || term == QD_PRED;
+        const int latent = term == Z || term == ZD || term == ZDD || term == FORCE;
+        const int K = (latent ? n : N) * (is_acc(x->kind) ? 1 : predicted ? ahead : H + 1);
+        if (!has_term[x->kind / 2][term] || (!bent && term <= QDD) || K > MOST) continue;
+        check_patterns(&one, term, K);
+    }
+}
+
+/* The same of all terms together, over many signs: within five standard errors. */
+static void check_means(const rows_subject *x, int draws)
+{
+    static roln_real row[MAXP], g[MAXP];
+    static ld mean[MAXP], square[MAXP];
+    roln_real r;
+    roln_rows_to to = {row, &r, 0, 0};
+    data d = x->d;
+    terms t = {0};
+    ld loss = 0, want, along = 0, size = 0;
+    int i, k;
+    d.b.count = 1;
+    CHECK_OK(grad_of(x->k, &x->m, &d, 1, g, &t));
+    want = (ld)weighted(&t);
+    memset(mean, 0, sizeof mean), memset(square, 0, sizeof square);
+    for (k = 0; k < draws; k++, to.seed++) {
+        CHECK_OK(rows_of(x->k, &x->m, &weights.loss, &d, &to));
+        loss += (ld)r * (ld)r / draws;
+        for (i = 0; i < x->params; i++) {
+            const ld y = (ld)r * (ld)row[i];
+            mean[i] += y / draws, square[i] += y * y / draws;
+        }
+    }
+    BOUND("mean of r^2, standard errors", fabsl(loss - want) / (want * sqrtl(2.0L / draws)), 5); /* E r^4 <= 3 (E r^2)^2 */
+    for (i = 0; i < x->params; i++) {
+        const ld error = sqrtl((square[i] - mean[i] * mean[i]) / draws);
+        BOUND("mean of r J, standard errors", fabsl(mean[i] + (ld)g[i] / 2) / (error + 1e-30L), 5);
+        along -= 2 * mean[i] * (ld)g[i], size += (ld)g[i] * (ld)g[i];
+    }
+    CHECK_NEAR(along / size, 1, 0.2);
+}
+
+static void test_rows(int k, int kind)
+{
+    static rows_subject x;
+    rows_make(k, kind, &x);
+    check_rows_slope(&x);
+    check_rows_bits(&x);
+    check_rows_kept(&x);
+    check_all_patterns(&x);
+    if (kind % 2 == 0 && (k == PLAIN || k == RICH || k == PUSHED || k == CURVED)) check_means(&x, 1000);
+    check_rows_status(&x);
+}
+
+/* More numbers than a draw has bits: every sign is drawn, and the three outputs agree. */
+static void test_signs(void)
+{
+    enum { n = 200 };
+    roln_real a[n], b[n], left[n], right[n], ga[n], gb[n], r = 1, sum = 7;
+    const roln_real f = ROLN_C(0.25), weight = 4; /* sqrt(f weight) = 1 */
+    uint64_t s = 31, signs;
+    const roln_gradient g = {NULL, NULL, NULL, NULL, &signs, &r};
+    ld want = 1;
+    int i, up[3] = {0, 0, 0}, alike[2] = {0, 0};
+    dyadic(n, 1, &s, a), dyadic(n, 1, &s, b), dyadic(n, 1, &s, left), dyadic(n, 1, &s, right);
+    memcpy(ga, left, sizeof ga), memcpy(gb, right, sizeof gb), signs = s;
+    rolni_compare(&g, rolni_term_of(f, weight, &sum), n, a, b, ga, gb);
+    CHECK(signs != s && all(1, &sum, 7));
+    for (i = 0; i < n; i++) {
+        ga[i] -= left[i], gb[i] -= right[i];
+        CHECK(ROLN_ABS(ga[i]) <= 1 && ROLN_ABS(ga[i]) >= 1 && ga[i] + gb[i] <= 0 && ga[i] + gb[i] >= 0);
+        want -= (ld)ga[i] * ((ld)a[i] - (ld)b[i]);
+        if (i < 192) up[i / 64] += ga[i] > 0;
+        if (i >= 64 && i < 192) alike[i / 64 - 1] += (ga[i] > 0) == (ga[i - 64] > 0);
+    }
+    CHECK_NEAR(r, want, 200 * EPS);
+    for (i = 0; i < 3; i++)
+        CHECK(up[i] > 12 && up[i] < 52);
+    for (i = 0; i < 2; i++)
+        CHECK(alike[i] > 12 && alike[i] < 52);
+    signs = 5, r = 1; /* a weight of 0 asks for nothing and draws nothing */
+    rolni_compare(&g, rolni_term_of(f, 0, &sum), n, a, b, ga, gb);
+    CHECK(signs == 5 && all(1, &r, 1));
+}
+
 /* ---- packed parameters ------------------------------------------------------------------------ */
 
 enum { MAXB = 16000, MAXNUM = MAXP + 64 };
@@ -1865,6 +2194,7 @@ void TEST_NAME(roln)(void)
         for (kind = 0; kind < KINDS; kind++) {
             test_gradient(k, kind);
             test_grad_failures(k, kind);
+            test_rows(k, kind);
         }
         test_grad_acc_free(k);
         test_own_positions(k);
@@ -1883,6 +2213,7 @@ void TEST_NAME(roln)(void)
 #ifndef ROLN_DOUBLE
     test_stored_shell();
 #endif
+    test_signs();
     test_weights();
     test_variance_units();
     test_rollout();
