@@ -1373,15 +1373,26 @@ ROLN_FN void rolni_samples_backward(const roln_model *md, const rolni_samples *b
     if (b->g->ae) roln_ae_encode_bwd(&md->ae, 3, nb, b->m->theta, b->tape, b->gZ, NULL, b->g->ae, b->work);
 }
 
-/* nb samples from sample w0 on, there and back. */
-ROLN_INLINE roln_status rolni_samples_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, int w0, int nb,
-                                            const roln_gradient *g, roln_real *work)
+/* Windows w0 .. w0 + nb - 1 of a batch. */
+typedef struct {
+    int w0, nb;
+} rolni_part;
+
+ROLN_FN rolni_part rolni_part_of(const roln_batch *batch, int w0, int nb)
 {
-    const roln_model *md = m->model;
-    const int N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
+    rolni_part part;
+    part.w0 = w0, part.nb = ROLN_MIN(nb, batch->count - w0);
+    return part;
+}
+
+/* A part of the samples, there and back. md is m->model, loaded before m was seen by other functions, so that it is a constant. */
+ROLN_INLINE roln_status rolni_samples_block(const roln_model *md, const roln_trained *m, const roln_loss *wt, const roln_batch *batch,
+                                            rolni_part part, const roln_gradient *g, roln_real *work)
+{
+    const int nb = part.nb, N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
     rolni_samples block, *b = &block;
     roln_status st;
-    b->m = m, b->weights = wt, b->batch = batch, b->g = g, b->w0 = w0, b->nb = nb;
+    b->m = m, b->weights = wt, b->batch = batch, b->g = g, b->w0 = part.w0, b->nb = nb;
     ROLNI_SAMPLES_MEM(ROLNI_LAY, ROLNI_LOCAL, nb, roln_force_size(md))
     rolni_drive(m, batch->tau ? b->held : NULL, &b->drive, work);
     rolni_drive_to(g, &b->drive);
@@ -1393,18 +1404,17 @@ ROLN_INLINE roln_status rolni_samples_block(const roln_trained *m, const roln_lo
     return ROLN_OK;
 }
 
-/* nb windows from window w0 on, there and back. */
-ROLN_INLINE roln_status rolni_windows_block(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt,
-                                            int w0, int nb, const roln_gradient *g, roln_real *work)
+/* A part of the windows, there and back. */
+ROLN_INLINE roln_status rolni_windows_block(const roln_model *md, const roln_trained *m, const roln_loss *wt, const roln_batch *batch,
+                                            roln_real dt, rolni_part part, const roln_gradient *g, roln_real *work)
 {
-    const roln_model *md = m->model;
     rolni_windows b;
     roln_status st;
-    b.w0 = w0, b.nb = nb;
+    b.w0 = part.w0, b.nb = part.nb;
     rolni_windows_start(m, wt, batch, dt, g, &b, work);
     if ((st = rolni_windows_forward(md, &b)) != ROLN_OK) return st;
     rolni_windows_backward(md, &b);
-    *g->windows += ROLNI_AS(roln_real, nb);
+    *g->windows += ROLNI_AS(roln_real, part.nb);
     return ROLN_OK;
 }
 
@@ -1424,12 +1434,13 @@ ROLN_INLINE roln_status rolni_grad_valid(const roln_trained *m, const roln_batch
 ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, int nb,
                                       const roln_gradient *g, roln_real *work)
 {
+    const roln_model *md = m->model;
     roln_status st = rolni_grad_valid(m, batch, nb);
     int w;
     if (st != ROLN_OK) return st;
     if (!batch->qd || !batch->qdd) return ROLN_E_LENGTH;
     for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
-        st = rolni_samples_block(m, wt, batch, w, ROLN_MIN(nb, batch->count - w), g, work);
+        st = rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, nb), g, work);
     return st;
 }
 
@@ -1447,12 +1458,13 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
 ROLN_INLINE roln_status roln_grad(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int nb,
                                   const roln_gradient *g, roln_real *work)
 {
+    const roln_model *md = m->model;
     roln_status st = rolni_grad_valid(m, batch, nb);
     int w;
     if (st != ROLN_OK) return st;
     if (!batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
-        st = rolni_windows_block(m, wt, batch, dt, w, ROLN_MIN(nb, batch->count - w), g, work);
+        st = rolni_windows_block(md, m, wt, batch, dt, rolni_part_of(batch, w, nb), g, work);
     return st;
 }
 
@@ -1491,8 +1503,8 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
         g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w;
         to->r[w] = 0;
         if (row) rolni_zero(columns, row);
-        st = acceleration ? rolni_samples_block(m, wt, batch, w, 1, &g, work)
-                          : rolni_windows_block(m, wt, batch, dt, w, 1, &g, work);
+        st = acceleration ? rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, 1), &g, work)
+                          : rolni_windows_block(md, m, wt, batch, dt, rolni_part_of(batch, w, 1), &g, work);
         if (st != ROLN_OK) to->r[w] = rolni_real(ROLNI_INF);
     }
     return st;
