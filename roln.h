@@ -34,9 +34,10 @@
        NAME_work        scratch of prediction and control
        NAME_linwork     scratch of NAME_linear
        NAME_train       scratch of training and of NAME_errors
-       NAME_start       scratch of NAME_init and NAME_init_pod; with small weights of NAME_store
+       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
+       NAME_chart       with ROLN_CHART: sums of NAME_chart_add
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -71,6 +72,13 @@
        NAME_update      one step of Riemannian Adam
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
+
+   A chart in closed form (ROLN_CHART, full weights): NAME_init_pod, or NAME_chart_center, then
+
+       NAME_chart_add    adds recorded motion, a sample at a time or all, to sums
+       NAME_chart_merge  adds the sums of other recordings, or of another machine
+       NAME_chart_solve  the decoder that fits them best
+       NAME_chart_center coordinates in which the recorded range is -1 .. 1
 
    Keeping it:
 
@@ -2318,9 +2326,16 @@ typedef struct {
     roln_real m[ROLNI_(theta_size)], v[ROLNI_(moment_size)], v_max[ROLNI_(moment_size)];
 } ROLNI_(optimiser);
 
-/* Scratch of initialisation. */
+/* Scratch of initialisation, and of charts in closed form. */
 typedef union {
     roln_real init[ROLN_MAX(1, ROLN_AE_INIT_WORK(ROLNI_))], init_pod[ROLN_MAX(1, ROLN_AE_POD_WORK(ROLNI_))];
+#if ROLNI_AT(1, ROLN_CHART) > 0
+    struct {
+        double room[ROLN_CHART_ADD_ROOM(ROLNI_)];
+        roln_real work[ROLN_CHART_ADD_WORK(ROLNI_)];
+    } chart_add;
+    double chart_solve[ROLN_CHART_SOLVE_ROOM(ROLNI_)];
+#endif
 } ROLNI_(start);
 
 /* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), of a chart its polynomials
@@ -2356,6 +2371,53 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return ROLN_OK;
 }
+
+#if ROLNI_AT(1, ROLN_CHART) > 0
+
+/* Sums of a chart in closed form, numbers that may be merged by adding them: zero it once. */
+typedef struct {
+    double sums[ROLN_CHART_SUMS(ROLNI_)];
+} ROLNI_(chart);
+
+/* Add the samples q [count][N] to c (roln_chart_add), for the encoder in p. A sample that is not finite ends the call; those before
+   it are added, c->sums[0] is how many there are. */
+ROLN_FN roln_status ROLNI_(chart_add)(const ROLNI_(params) *p, int count, const roln_real *q, ROLNI_(chart) *c,
+                                      ROLNI_(start) *work)
+{
+    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, c->sums, work->chart_add.room,
+                          work->chart_add.work);
+}
+
+/* Add the sums of other samples for the same encoder. */
+ROLN_FN void ROLNI_(chart_merge)(const ROLNI_(chart) *from, ROLNI_(chart) *to)
+{
+    roln_chart_merge(ROLN_CHART_SUMS(ROLNI_), from->sums, to->sums);
+}
+
+/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; 0 is usual). residual [1]: what it leaves, in
+   parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *c, roln_real ridge, roln_real *residual,
+                                        ROLNI_(start) *work)
+{
+    return roln_chart_solve(&ROLNI_(model).ae, c->sums, ridge, p->theta, residual, work->chart_solve);
+}
+
+/* Coordinates in which the range in p (NAME_fit_range) is -1 .. 1, W = 0 (roln_chart_center); NAME_init_pod ends in such already. p
+   stays as it was unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
+{
+    const roln_status st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
+    int i;
+    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) {
+        p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
+        p->z_min[i] = -1, p->z_max[i] = 1;
+    }
+    return st;
+}
+
+#else
+ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degree) == 0)
+#endif
 
 /* Variance of the data of each loss term (roln_variance): roln_loss_divide(&weights, &var) scales a loss by it. */
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)

@@ -23,6 +23,7 @@
    7 initialisation       random, or principal directions of data
    8 stored weights       int8 or half-precision numbers in place of floats
    9 is it a left inverse?
+   10 fit a chart         the bent layer in closed form, from a stream of samples
 
    A block of nb samples with `jets` planes is an array [jets][nb][dim]; jets = 1: positions, 2: with velocities,
    3: with accelerations. Forward functions write a tape that the backward of the same block reads. */
@@ -1447,6 +1448,295 @@ ROLN_FN roln_bits rolni_ae_bits_at(const void *theta, int i)
 ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
 {
     return rolni_ae_check(ae, rolni_ae_bits_at, theta);
+}
+
+/* ---- 10 fit a chart --------------------------------------------------------------------------- */
+
+/* The decoder of a bent layer in closed form, from samples that may come one by one, on this machine or on several, and that
+   nothing keeps. The layers before it, Psi and b are given. With the features f = [1; z; p(z)] of a sample, m = 1 + n + F numbers,
+   and its input v to the layer, the coefficients C = [b; Phi^T; W] [m][N_{L-1}] that make
+       sum |v - C^T f|^2 / count + ridge |W|^2
+   least solve (G + ridge count I_W) C = h, G = sum f f^T, h = sum f v^T. No constraint is needed: Psi^T v = z + Psi^T b is a linear
+   function of the features without p, so that this part of the sum reaches 0, and does so without W, which a ridge would shrink.
+   Hence Psi^T Phi = I, Psi^T W^T = 0, and Psi^T b is what it was: z does not change.
+
+   Sums are double in every build: products of floats are exact there, and so the same bits come out wherever double is IEEE's,
+   contracted or not. Where a processor has none it is done in software, on a Cortex-M4F 100 to 150 cycles for each of the
+   ROLN_CHART_SUMS and sample. They lie in one flat array, to be zeroed first:
+       G by rows, each as far as the diagonal; sums[0] is their count     h [m][N_{L-1}]     sum |v|^2
+   Two arrays are merged by adding them, as MPI_Allreduce(.., MPI_SUM) does; a solve leaves them good for more samples. They are
+   spent when the encoder changes: by training, roln_chart_center, a new start. */
+#define ROLNI_FEATURES(S) (1 + S(n) + S(curves))
+#define ROLN_CHART_SUMS(S) (ROLNI_FEATURES(S) * (ROLNI_FEATURES(S) + 1) / 2 + ROLNI_FEATURES(S) * S(bent) + 1)
+
+/* As ROLNI_CARVE, of scratch in double, `room`. */
+#define ROLNI_CARVE_DOUBLE(name, size) double *const name = (room += (size)) - (size);
+
+#if ROLN_SIMD
+typedef double rolni_vd __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(double)), may_alias));
+#endif
+
+/* c[j] += sum_r A[r lda] B[r ldb + j], j < n, r = 0 .. k-1 one after the other. */
+ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double *B, int ldb, double *c)
+{
+    int j = 0, r;
+#if ROLN_SIMD
+    enum { ROLNI_WIDE = ROLNI_BYTES / sizeof(double) };
+    for (; j + 4 * ROLNI_WIDE <= n; j += 4 * ROLNI_WIDE) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0], c1 = d[1], c2 = d[2], c3 = d[3];
+        for (r = 0; r < k; r++) {
+            const double a = A[r * lda];
+            const rolni_vd *const b = ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+            c0 += a * b[0], c1 += a * b[1], c2 += a * b[2], c3 += a * b[3];
+        }
+        d[0] = c0, d[1] = c1, d[2] = c2, d[3] = c3;
+    }
+    for (; j + ROLNI_WIDE <= n; j += ROLNI_WIDE) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0];
+        for (r = 0; r < k; r++)
+            c0 += A[r * lda] * *ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+        d[0] = c0;
+    }
+#endif
+    for (; j < n; j++) {
+        double sum = c[j];
+        for (r = 0; r < k; r++)
+            sum += A[r * lda] * B[r * ldb + j];
+        c[j] = sum;
+    }
+}
+
+/* The weights of the bent layer, ROLN_FULL, of a theta. */
+ROLN_FN int rolni_bent_at(const roln_ae *ae)
+{
+    return rolni_ae_layers(ae) - rolni_ae_layer_size(ae, ae->layers - 1);
+}
+
+/* f [m] and v [N_{L-1}] of nb samples, scale * x [nb][N], in double. Returns how many of them come before the first that is not
+   finite. work [ROLNI_FEATURES_WORK]. */
+#define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(curves)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
+#define ROLNI_FEATURES_WORK(S, nb) (0 ROLNI_FEATURES_MEM(ROLNI_SIZE, S, nb))
+ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale, double *f,
+                           double *v, roln_real *work)
+{
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const int bent = roln_ae_bent(ae), L = ae->layers;
+    const roln_real *b = theta + rolni_bent_at(ae) + 2 * n * bent;
+    int r, i;
+    ROLNI_FEATURES_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    roln_real *in = tape + nb * (2 * ae_sum - n); /* x, then x - b_0; of layers behind others the input is an outer side */
+    for (i = 0; i < nb * N; i++)
+        in[i] = scale * x[i];
+    roln_ae_encode(ae, 1, nb, theta, in, z, tape);
+    if (L > 1) in = tape + nb * (2 * (ae_sum - n) - bent);
+    for (r = 0; r < nb; r++, in += bent, v += bent) {
+        rolni_polynomials(n, ae->degree, 1, z + r * n, 0, p, 0);
+        if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(curves, p)) return r;
+        *f++ = 1;
+        for (i = 0; i < n; i++)
+            *f++ = ROLNI_AS(double, z[r * n + i]);
+        for (i = 0; i < curves; i++)
+            *f++ = ROLNI_AS(double, p[i]);
+        for (i = 0; i < bent; i++)
+            v[i] = ROLNI_AS(double, in[i]) + ROLNI_AS(double, b[i]);
+    }
+    return nb;
+}
+
+/* Adds the count samples scale * x [count][N] to sums [ROLN_CHART_SUMS]. theta in. Samples are added in their order, in blocks that
+   do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first sample that is not finite, or whose features
+   are not, and those behind it are not added; sums[0] tells how many were. ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL;
+   ROLN_E_LENGTH: count below 0; then sums are untouched. room [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK].
+   Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
+#define ROLN_CHART_BLOCK 8
+#define ROLNI_CHART_ADD_MEM(X, m, bent) X(f, ROLN_CHART_BLOCK * (m)) X(v, ROLN_CHART_BLOCK * (bent))
+#define ROLN_CHART_ADD_ROOM(S) (0 ROLNI_CHART_ADD_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent)))
+#define ROLN_CHART_ADD_WORK(S) ROLNI_FEATURES_WORK(S, ROLN_CHART_BLOCK)
+ROLN_FN roln_status roln_chart_add(const roln_ae *ae, const roln_real *theta, int count, const roln_real *x, roln_real scale,
+                                   double *sums, double *room, roln_real *work)
+{
+    const int N = ae->size[0], m = 1 + ae->size[ae->layers] + ae->curves, bent = roln_ae_bent(ae);
+    double *const h = sums + m * (m + 1) / 2, *const vv = h + m * bent;
+    int now, good, i;
+    ROLNI_CHART_ADD_MEM(ROLNI_CARVE_DOUBLE, m, bent)
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (count < 0) return ROLN_E_LENGTH;
+    for (; count > 0; count -= now, x += now * N) {
+        double *G = sums;
+        now = count < ROLN_CHART_BLOCK ? count : ROLN_CHART_BLOCK;
+        good = rolni_features(ae, theta, now, x, scale, f, v, work);
+        for (i = 0; i < m; i++) {
+            rolni_add_rows(good, i + 1, f + i, m, f, m, G);
+            rolni_add_rows(good, bent, f + i, m, v, bent, h + i * bent);
+            G += i + 1;
+        }
+        for (i = 0; i < good * bent; i++)
+            *vv += v[i] * v[i];
+        if (good < now) return ROLN_E_NOT_FINITE;
+    }
+    return ROLN_OK;
+}
+
+/* to += from, sums of other samples for the same theta. size: ROLN_CHART_SUMS. */
+ROLN_FN void roln_chart_merge(int size, const double *from, double *to)
+{
+    int i;
+    for (i = 0; i < size; i++)
+        to[i] += from[i];
+}
+
+/* L D L^T = G of a symmetric G [m][m], rows packed as far as the diagonal, in place; D on the diagonal, of which L is 1.
+   ROLN_E_ILL_CONDITIONED: a feature is all but a combination of those before it, a pivot below `least` of its diagonal. */
+ROLN_FN roln_status rolni_ldl(int m, double least, double *G)
+{
+    double *row = G;
+    int i, j, k;
+    for (i = 0; i < m; row += ++i) {
+        const double *other = G;
+        double pivot = row[i];
+        for (j = 0; j < i; other += ++j) /* L_ij D_j */
+            for (k = 0; k < j; k++)
+                row[j] -= row[k] * other[k];
+        for (other = G, j = 0; j < i; other += ++j) {
+            const double t = row[j];
+            row[j] = t / other[j];
+            pivot -= row[j] * t;
+        }
+        if (!(pivot > least * row[i])) return ROLN_E_ILL_CONDITIONED;
+        row[i] = pivot;
+    }
+    return ROLN_OK;
+}
+
+/* C = (L D L^T)^-1 C, C [m][N]. */
+ROLN_FN void rolni_ldl_solve(int m, int N, const double *G, double *C)
+{
+    const double *row = G;
+    int i, j, k;
+    for (i = 0; i < m; row += ++i)
+        for (k = 0; k < i; k++)
+            for (j = 0; j < N; j++)
+                C[i * N + j] -= row[k] * C[k * N + j];
+    for (row = G, i = 0; i < m; row += ++i)
+        for (j = 0; j < N; j++)
+            C[i * N + j] /= row[i];
+    for (i = m - 1; i > 0; i--) {
+        row = G + i * (i + 1) / 2;
+        for (k = 0; k < i; k++)
+            for (j = 0; j < N; j++)
+                C[k * N + j] -= row[k] * C[i * N + j];
+    }
+}
+
+/* Phi^T = C [n][N] such that Psi^T Phi = I up to the square of what it was off, E: Phi (I - E). E [n][n] scratch.
+   ROLN_E_ILL_CONDITIONED: some |E_ij| is above 1 / 64. */
+ROLN_FN roln_status rolni_chart_polish(int n, int N, const roln_real *psi, double *C, double *E)
+{
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            double e = i == j ? -1 : 0;
+            for (k = 0; k < N; k++)
+                e += ROLNI_AS(double, psi[i * N + k]) * C[j * N + k];
+            if (!(e <= 0.015625 && e >= -0.015625)) return ROLN_E_ILL_CONDITIONED;
+            E[i * n + j] = e;
+        }
+    for (k = 0; k < N; k++)
+        for (j = 0; j < n; j++) /* in place: what that adds is of second order, too */
+            for (i = 0; i < n; i++)
+                C[j * N + k] -= E[i * n + j] * C[i * N + k];
+    return ROLN_OK;
+}
+
+/* What the fit leaves, sqrt(sum |v - C^T f|^2 / sum |v - mean|^2), from the sums and C; penalty: ridge count. It is a difference of
+   sums: below about 1e-7 of the ratio of |v| to |v - mean| it is their rounding, and 0 where that made it negative. */
+ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, const double *sums, const double *C)
+{
+    const double *h = sums + m * (m + 1) / 2;
+    double left = h[m * N], all = left, W2 = 0;
+    int i;
+    for (i = 0; i < m * N; i++) {
+        left -= C[i] * h[i];
+        if (i >= first * N) W2 += C[i] * C[i];
+    }
+    for (i = 0; i < N; i++)
+        all -= h[i] / sums[0] * h[i];
+    left -= penalty * W2;
+    return left > 0 ? ROLN_SQRT(ROLNI_AS(roln_real, left / all)) : 0;
+}
+
+/* Phi, b and W of the bent layer from the sums; Psi and the layers before it stay. theta in and out, residual [1] out
+   (rolni_chart_residual), both untouched unless ROLN_OK. ROLN_E_LENGTH: no samples. ROLN_E_ILL_CONDITIONED: too few of them, or too
+   few different ones, or they do not fill n dimensions, or the polynomials of so high a degree are not told apart by them: to
+   working precision a feature is a combination of others. A ridge of some ROLN_EPS helps against the last. ROLN_E_NOT_FINITE, of
+   ridge or sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add. room [ROLN_CHART_SOLVE_ROOM].
+   Cost m^3 / 6 + m^2 N_{L-1}. */
+#define ROLNI_CHART_SOLVE_MEM(X, m, bent, n) X(G, (m) * ((m) + 1) / 2) X(C, (m) * (bent)) X(E, (n) * (n))
+#define ROLN_CHART_SOLVE_ROOM(S) (0 ROLNI_CHART_SOLVE_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent), S(n)))
+ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln_real ridge, roln_real *theta,
+                                     roln_real *residual, double *room)
+{
+    const int n = ae->size[ae->layers], m = 1 + n + ae->curves, bent = roln_ae_bent(ae), at = m * (m + 1) / 2;
+    const double noise = 32 * ROLNI_AS(double, ROLN_EPS), least = noise * noise + 1.4e-14 * m; /* of features, and of sums */
+    const double penalty = ROLNI_AS(double, ridge) * sums[0];
+    roln_real *phi, *b;
+    roln_real left;
+    roln_status st;
+    int i, bad = 0;
+    ROLNI_CHART_SOLVE_MEM(ROLNI_CARVE_DOUBLE, m, bent, n)
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (!roln_finite(ridge)) return ROLN_E_NOT_FINITE;
+    if (ridge < 0) return ROLN_E_RANGE;
+    if (sums[0] < 1) return ROLN_E_LENGTH;
+    for (i = 0; i <= at + m * bent; i++)
+        bad |= !roln_finite(ROLNI_AS(roln_real, sums[i]));
+    if (bad) return ROLN_E_NOT_FINITE;
+    memcpy(G, sums, ROLNI_AS(size_t, at) * sizeof *G);
+    memcpy(C, sums + at, ROLNI_AS(size_t, m * bent) * sizeof *C);
+    for (i = 1 + n; i < m; i++)
+        G[i * (i + 3) / 2] += penalty;
+    if ((st = rolni_ldl(m, least, G)) != ROLN_OK) return st;
+    rolni_ldl_solve(m, bent, G, C);
+    left = rolni_chart_residual(m, bent, 1 + n, penalty, sums, C);
+    phi = theta + rolni_bent_at(ae), b = phi + 2 * n * bent;
+    if ((st = rolni_chart_polish(n, bent, phi + n * bent, C + bent, E)) != ROLN_OK) return st;
+    for (i = 0; i < m * bent; i++)
+        bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));
+    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < bent; i++)
+        b[i] = ROLNI_AS(roln_real, C[i]);
+    for (i = 0; i < n * bent; i++)
+        phi[i] = ROLNI_AS(roln_real, C[bent + i]);
+    for (i = 0; i < ae->curves * bent; i++)
+        b[bent + i] = ROLNI_AS(roln_real, C[(1 + n) * bent + i]);
+    *residual = left;
+    return ROLN_OK;
+}
+
+/* Coordinates of a bent layer in which z_min .. z_max [n] of today become -1 .. 1, and W = 0: what a chart needs before its sums.
+   theta is untouched unless ROLN_OK. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not z_min < z_max; ROLN_E_ILL_CONDITIONED: along some
+   coordinate the range is as narrow, |Phi_i| (z_max - z_min), as the rounding of another one; ROLN_E_SHAPE as roln_chart_add. */
+ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min, const roln_real *z_max, roln_real *theta)
+{
+    const int n = ae->size[ae->layers], N = roln_ae_bent(ae);
+    roln_real *layer, widest = 0;
+    int i, pass;
+    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (!roln_all_finite(n, z_min) || !roln_all_finite(n, z_max)) return ROLN_E_NOT_FINITE;
+    layer = theta + rolni_bent_at(ae);
+    for (pass = 0; pass < 2; pass++)
+        for (i = 0; i < n; i++) {
+            const roln_real half = z_max[i] / 2 - z_min[i] / 2;
+            const roln_real wide = half * ROLN_SQRT(roln_dot(N, layer + i * N, layer + i * N));
+            if (!(half > 0)) return ROLN_E_RANGE;
+            if (!roln_finite(wide)) return ROLN_E_NOT_FINITE;
+            if (pass == 0) widest = wide > widest ? wide : widest;
+            else if (!(wide > 64 * ROLN_EPS * widest)) return ROLN_E_ILL_CONDITIONED;
+        }
+    rolni_stretch(N, n, ae->curves, z_min, z_max, layer);
+    return ROLN_OK;
 }
 
 #endif
