@@ -1,8 +1,8 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
-   every option, trained with all three losses, of its controller, linearisation and inertia, of SPD maps and means, and of
-   denormal numbers. Before the line it writes its packed parameters; what it goes on with are those that it then reads.
-   See hash.sh. */
+   every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
+   maps and means, and of denormal numbers. Before the line it writes its packed parameters; what it goes on with are those that it
+   then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -23,6 +23,14 @@
 #define ROLN_BLOCK 8
 #include "roln.h"
 
+#define ROLN_NAME curved
+#define ROLN_AE 6, 4, 2
+#define ROLN_CHART polynomial, 4
+#define ROLN_MLP 8, 8
+#define ROLN_HORIZON 4
+#define ROLN_BLOCK 8
+#include "roln.h"
+
 #include "examples/firmware/text.h"
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
@@ -36,6 +44,18 @@ static void add(int n, const roln_real *x)
         p = b;
         rolni_put(&p, rolni_bits(*x), sizeof b);
         hash = roln_fnv(sizeof b, b, hash);
+    }
+}
+
+static void add_double(int n, const double *x)
+{
+    unsigned char b[8], *p;
+    for (; n > 0; n--, x++) {
+        uint64_t bits;
+        memcpy(&bits, x, sizeof bits);
+        p = b;
+        rolni_put(&p, bits, 8);
+        hash = roln_fnv(8, b, hash);
     }
 }
 
@@ -118,6 +138,52 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
         must(full_linear(&p, &next, u + 2 * k, h / 8, &j, &linwork), "full: linear");
         must(full_step(&p, &z, u + 2 * k, h / 8, &work), "full: step");
         add(2, tau_z), add(6, tau), add(16, j.A), add(8, j.B), add(2, z.z), add(2, z.zd), add(2, next.z);
+    }
+}
+
+/* A chart from two halves of the data, merged; trained on; its controller. */
+static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+{
+    static roln_real qbar[6];
+    static curved_params p;
+    static curved_optimiser o;
+    static curved_gradient g;
+    static curved_train train;
+    static curved_start init;
+    static curved_work work;
+    static curved_chart sums, half;
+    static const roln_loss ode = ROLN_ODE_WEIGHTS;
+    const roln_opt opt = {{ROLN_C(0.001), ROLN_C(0.005), ROLN_C(0.001)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
+    roln_real tau_z[2], tau[6], left = 0;
+    curved_target target = {.kp = {4, 2}, .kd = {4, 2}};
+    curved_latent z;
+    curved_state x;
+    roln_batch b;
+    int start[BATCH], k, i;
+    must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "chart: init");
+    must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init), "chart: add");
+    must(curved_chart_add(&p, SAMPLES / 2, q + SAMPLES / 2 * 6, &half, &init), "chart: add");
+    curved_chart_merge(&half, &sums);
+    must(curved_chart_solve(&p, &sums, ROLN_C(1e-5), &left, &init), "chart: solve");
+    add_double((int)(sizeof sums.sums / sizeof *sums.sums), sums.sums);
+    add(curved_theta_size, p.theta), add(1, &left);
+    b.count = BATCH, b.steps = H, b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
+    for (k = 0; k < UPDATES / 8; k++) {
+        for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
+        memset(&g, 0, sizeof g);
+        must(curved_grad(&p, &ode, &b, h, &g, &train), "chart: grad");
+        must(curved_update(&p, &opt, &o, &g, &train), "chart: update");
+    }
+    add(curved_theta_size, p.theta);
+    memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
+    must(curved_encode(&p, &x, &z, &work), "chart: encode");
+    for (k = 1; k < STEPS / 20; k++) {
+        must(curved_aim(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work), "chart: aim");
+        must(curved_control(&p, &z, &target, tau_z, &work), "chart: control");
+        must(curved_lift(&p, &z, tau_z, tau, &work), "chart: lift");
+        must(curved_step(&p, &z, tau, h / 8, &work), "chart: step");
+        must(curved_decode(&p, &z, &x, &work), "chart: decode");
+        add(6, tau), add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
 }
 
@@ -208,6 +274,7 @@ int main(void)
         add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
     hash_full(q, qd, h, &s);
+    hash_chart(q, qd, h, &s);
     hash_spd(&s);
     hash_denormal(&s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
