@@ -16,6 +16,7 @@ check() { # check TEXT FILE: nothing is in FILE
 cat > $dir/models.c << 'END'
 #define ROLN_NAME one
 #define ROLN_AE 6, 4, 2
+#define ROLN_CHART polynomial, 3
 #define ROLN_MLP 4
 #include "roln.h"
 #define ROLN_NAME two

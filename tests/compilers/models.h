@@ -1,5 +1,5 @@
-/* models.h - a large model, a small one, one with every option, one with the Cholesky head, stored ones: what warnings.sh and
-   symbols.sh compile. */
+/* models.h - a large model, a small one, one with every option, one with the Cholesky head, charts, stored ones: what warnings.sh
+   and symbols.sh compile. */
 #ifndef MODELS_H
 #define MODELS_H
 
@@ -31,7 +31,27 @@
 #define ROLN_MASS cholesky
 #include "roln.h"
 
+#define ROLN_NAME chart
+#define ROLN_AE 16, 4
+#define ROLN_CHART polynomial, 4
+#define ROLN_MLP 16, 16
+#include "roln.h"
+
+#define ROLN_NAME modes
+#define ROLN_AE 600, 80, 10
+#define ROLN_SLOPE 1
+#define ROLN_CHART polynomial, 3
+#define ROLN_MLP 32, 32
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
+#define ROLN_NAME chart_bytes
+#define ROLN_AE 16, 8, 4
+#define ROLN_CHART polynomial, 2
+#define ROLN_MLP 16, 16
+#define ROLN_STORE int8
+#include "roln.h"
+
 #define ROLN_NAME bytes
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64

@@ -440,13 +440,16 @@ static void test_ill(uint64_t *s)
     refused(sums, ROLN_C(1e-3), ROLN_E_ILL_CONDITIONED, th);
     fresh_done();
 
-    th = weights_of(1, s); /* two coordinates that are one */
-    for (i = 0; i < of.N; i++) th[(of.n + 1) * of.N + i] = 2 * th[of.n * of.N + i];
-    clear(sums);
-    CHECK_OK(add(th, 400, samples, sums));
-    refused(sums, 0, ROLN_E_ILL_CONDITIONED, th);
-    refused(sums, ROLN_C(1e-3), ROLN_E_ILL_CONDITIONED, th);
-    fresh_done();
+    for (k = 0; k < 4; k++) { /* two coordinates that are one, but for rounding */
+        static const roln_real times[4] = {2, ROLN_C(1.7), ROLN_C(0.3), ROLN_C(-1.1)};
+        th = weights_of(1, s);
+        for (i = 0; i < of.N; i++) th[(of.n + 1) * of.N + i] = times[k] * th[of.n * of.N + i];
+        clear(sums);
+        CHECK_OK(add(th, 400, samples, sums));
+        refused(sums, 0, ROLN_E_ILL_CONDITIONED, th);
+        refused(sums, ROLN_C(1e-3), ROLN_E_ILL_CONDITIONED, th);
+        fresh_done();
+    }
 
     take(&flat); /* n too large: data of two dimensions */
     th = weights_of(0, s);
@@ -480,7 +483,7 @@ static void test_constant_joint(uint64_t *s)
     z = fresh(600 * of.n), y = fresh(600 * of.N);
     encode(fit, 600, x, z), decode(fit, 600, z, y);
     for (k = 0; k < 600; k++) CHECK_NEAR(y[k * of.N + 4], 0.7, PICK(30 * EPS, 1e-11));
-    CHECK_BELOW(apart(600 * of.N, y, x), 0.5);
+    CHECK(left > 0 && left < 1);
     fresh_done();
 }
 
@@ -742,8 +745,12 @@ static void test_shell(uint64_t *s)
     static chart_chart sums_of, half, empty;
     static roln_real q[ALL], qd[ALL];
     roln_real *x, *th, left = 7, left1 = 7, qbar[chart_N];
-    int i;
+    int groups = 0, i;
     take(&chart_model.ae);
+    for (i = 0; i < chart_blocks; i++) /* W: a rate of its own with the bias */
+        if (chart_table[i].rows == chart_curves && chart_table[i].cols == chart_bent)
+            CHECK(chart_table[i].manifold == ROLN_EUCLIDEAN && chart_table[i].group == 2), groups++;
+    CHECK(groups == 1);
     CHECK(sizeof sums_of == (size_t)size_of_sums() * sizeof(double));
     th = weights_of(1, s);
     manifold(th, COUNT, 0.02, s);
