@@ -690,6 +690,9 @@ static void check_stored(const roln_storage *storage, uint64_t *s)
     CHECK_OK(rolni_store_encoder(storage, 16, 4, th + 4 * 16, plain, work));
     off_plain = stored_off(&small, plain, th, s);
     CHECK(row * (8 + of.curves) < 16 * (8 + of.curves));
+    plain[0] = th[of.ae_size - 1], th[of.ae_size - 1] = NAN;
+    CHECK(roln_ae_store(&small, th, lo, hi, plain, work) == ROLN_E_NOT_FINITE);
+    th[of.ae_size - 1] = plain[0];
     BOUND(storage->bits == 8 ? "stored chart, int8" : "stored chart, half", off, storage->bits == 8 ? 6e-3L : 3e-4L);
     CHECK_BELOW(1.4L * off, off_plain);
     fresh_done();
