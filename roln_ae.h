@@ -188,7 +188,7 @@ ROLN_FN roln_real rolni_column(int k, int n, int j, const roln_real *a, const ro
 
 ROLN_FN roln_real rolni_ae_column(const roln_ae *ae, int k, int n, int j, const roln_real *a, const roln_real *B)
 {
-    return (ae->storage == ROLN_FULL ? rolni_column : ae->storage->column)(k, n, j, a, B);
+    return ae->storage == ROLN_FULL ? rolni_column(k, n, j, a, B) : ae->storage->column(k, n, j, a, B);
 }
 
 /* The tape of a block. Encoder and decoder write the same layout, for l = 0 .. L-1 both sides of the activation of the layer:
