@@ -1386,8 +1386,8 @@ ROLN_FN rolni_part rolni_part_of(const roln_batch *batch, int w0, int nb)
 }
 
 /* A part of the samples, there and back. md is m->model, loaded before m was seen by other functions, so that it is a constant. */
-ROLN_INLINE roln_status rolni_samples_block(const roln_model *md, const roln_trained *m, const roln_loss *wt, const roln_batch *batch,
-                                            rolni_part part, const roln_gradient *g, roln_real *work)
+ROLN_INLINE roln_status rolni_samples_block(const roln_model *md, const roln_trained *m, const roln_loss *wt,
+                                            const roln_batch *batch, rolni_part part, const roln_gradient *g, roln_real *work)
 {
     const int nb = part.nb, N = md->ae.size[0], n = md->lnn.n, N1 = roln_ae_size(&md->ae, 1), ae_sum = roln_ae_sum(&md->ae);
     rolni_samples block, *b = &block;
@@ -1405,8 +1405,8 @@ ROLN_INLINE roln_status rolni_samples_block(const roln_model *md, const roln_tra
 }
 
 /* A part of the windows, there and back. */
-ROLN_INLINE roln_status rolni_windows_block(const roln_model *md, const roln_trained *m, const roln_loss *wt, const roln_batch *batch,
-                                            roln_real dt, rolni_part part, const roln_gradient *g, roln_real *work)
+ROLN_INLINE roln_status rolni_windows_block(const roln_model *md, const roln_trained *m, const roln_loss *wt,
+                                            const roln_batch *batch, roln_real dt, rolni_part part, const roln_gradient *g, roln_real *work)
 {
     rolni_windows b;
     roln_status st;
@@ -2620,7 +2620,6 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
 }
 
 #if ROLN_ROWS > 0
-ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_ROWS) > 0)
 /* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names; behind them the last step. next:
    the same residuals where a step ends. The signs of row k are drawn from seed + k. Zero it once. */
 typedef struct {
@@ -2708,6 +2707,8 @@ ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, ROLNI_(residuals)
     rolni_copy(ROLNI_(newton_size), o->d, last);
     return 1;
 }
+#else
+ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_ROWS) <= 0)
 #endif
 
 #else

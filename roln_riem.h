@@ -856,7 +856,8 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
 }
 
 /* Nonzero if the step is to be taken: r [R], the same residuals at x+, have a smaller loss; the caller then copies next to x and d
-   to row R of J, else zeroes that. lambda falls where the model was good, down to eps, and grows where it was not, up to 1 / eps. */
+   to row R of J, else zeroes that. lambda falls where the model was good, down to eps, and grows where it was not, up to
+   1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, roln_newton *state)
 {
     const roln_real loss = roln_newton_loss(R, r, state->bound), decrease = state->loss - loss;

@@ -82,17 +82,26 @@ try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'BASE=2'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'DAMPING=2'
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
 try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=0'
+# rows of Gauss-Newton
+try - 'AE=4, 2' 'MLP=8' 'ROWS=100'
+try - 'AE=4, 2' 'MLP=8' 'ROWS=0' 'LEARN=networks'
+try - 'AE=4, 2' 'MLP=8' 'ROWS=1' 'LEARN=everything'
+try rows_must_not_be_negative 'AE=4, 2' 'MLP=8' 'ROWS=-1'
+try rows_must_be_a_number_that_the_preprocessor_can_read 'AE=4, 2' 'MLP=8' 'ROWS=ROLN_MIDPOINT'
+try ROLNI_LEARN_decoder 'AE=4, 2' 'MLP=8' 'ROWS=100' 'LEARN=decoder'
+try ROLNI_LEARN_decoder 'AE=4, 2' 'MLP=8' 'LEARN=decoder'
 # stored weights: float only, nothing to train
 try - 'AE=4, 2' 'MLP=8' 'STORE=half'
 try - 'AE=4' 'MLP=8' 'STORE=int8'
 try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
 try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
 try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
-for verb in init init_pod grad grad_acc update variance errors decode_some; do
+for verb in init init_pod grad grad_acc update variance errors decode_some rows newton_step; do
     for store in full half int8; do
         case $store.$verb in full.* | *.errors | *.decode_some) want=0 ;; *) want=1 ;; esac
         for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
             out=$(printf '%s\n' '#define ROLN_NAME m' '#define ROLN_AE 4, 2' '#define ROLN_MLP 8' "#define ROLN_STORE $store" \
+                '#define ROLN_ROWS 9' \
                 '#include "roln.h"' "int main(void) { return sizeof(&m_$verb) == 1; }" |
                 $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
             code=$?

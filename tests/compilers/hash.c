@@ -1,8 +1,8 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
-   maps and means, of denormal numbers, and of a large symmetric system. Before the line it writes its packed parameters; what it
-   goes on with are those that it then reads. See hash.sh. */
+   maps and means, of denormal numbers, of a large symmetric system, and of Gauss-Newton, which goes on from a copy as if it had not
+   stopped. Before the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -29,6 +29,16 @@
 #define ROLN_MLP 8, 8
 #define ROLN_HORIZON 4
 #define ROLN_BLOCK 8
+#include "roln.h"
+
+#define ROLN_NAME pupil /* 33 parameters: fewer than rows, then more */
+#define ROLN_AE 6, 1
+#define ROLN_MLP 2
+#define ROLN_BASE 1
+#define ROLN_HORIZON 2
+#define ROLN_BLOCK 1
+#define ROLN_ROWS 40
+#define ROLN_LEARN everything
 #include "roln.h"
 
 #include "examples/firmware/text.h"
@@ -247,6 +257,59 @@ static void hash_system(uint64_t *s)
     add(n * (n + 1), S), add(n, d);
 }
 
+/* Steps of Gauss-Newton from p. */
+static pupil_residuals rows;
+static pupil_newton newton;
+static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *weights, const roln_batch *b, roln_real h)
+{
+    static pupil_train train;
+    int k;
+    for (k = 0; k < 4; k++, rows.seed += 100) {
+        must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train), "newton: rows");
+        must(pupil_newton_rows(p, opt, b->count, &rows, &newton), "newton: tangents");
+        pupil_newton_sums(b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
+        must(pupil_newton_step(p, opt, b->count, &rows, &newton), "newton: step");
+        (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train);
+        (void)pupil_newton_judge(p, b->count, &rows, &newton);
+        add(b->count, rows.next), add(1, &newton.state.lambda), add(1, &newton.state.gain);
+    }
+}
+
+/* 40 rows of accelerations, then 16 of windows with momentum; each time what is said to be enough to go on gives the same bits. */
+static void hash_newton(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+{
+    static roln_real qdd[SAMPLES * 6], qbar[6], last[pupil_newton_size];
+    static pupil_params p, was;
+    static pupil_start init;
+    static const roln_newton fresh = ROLN_NEWTON_START;
+    static const roln_loss weights[2] = {ROLN_ACC_WEIGHTS, ROLN_ODE_WEIGHTS};
+    roln_newton_opt opt = ROLN_NEWTON_OPT;
+    roln_newton state;
+    roln_batch b;
+    uint64_t seed;
+    int start[40], kind, i;
+    for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
+    must(pupil_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "newton: init");
+    newton.state = fresh, rows.seed = 7;
+    b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.tau = NULL;
+    for (i = 0; i < 40; i++) start[i] = 1 + roln_randint(SAMPLES - 4, s);
+    for (kind = 0; kind < 2; kind++) {
+        b.count = kind ? 16 : 40, b.steps = kind ? 2 : 0, b.qdd = kind ? NULL : qdd;
+        opt.momentum = kind ? ROLN_C(0.75) : 0;
+        memset(rows.J, 0, sizeof rows.J);
+        learn(&p, &opt, weights + kind, &b, h);
+        was = p, state = newton.state, seed = rows.seed;
+        memcpy(last, rows.J + b.count * pupil_newton_size, sizeof last);
+        learn(&p, &opt, weights + kind, &b, h);
+        add(pupil_theta_size, p.theta), add(pupil_newton_size, rows.J + b.count * pupil_newton_size);
+        memset(&rows, 0, sizeof rows), memset(&newton, 0, sizeof newton);
+        newton.state = state, rows.seed = seed;
+        memcpy(rows.J + b.count * pupil_newton_size, last, sizeof last);
+        learn(&was, &opt, weights + kind, &b, h);
+        if (memcmp(&p, &was, sizeof p) != 0) must(ROLN_E_CHECKSUM, "newton: resumed");
+    }
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6];
@@ -297,6 +360,7 @@ int main(void)
     hash_spd(&s);
     hash_denormal(&s);
     hash_system(&s);
+    hash_newton(q, qd, h, &s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
     put_hex(hash, 16);
     put_text("\n");

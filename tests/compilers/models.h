@@ -23,12 +23,15 @@
 #define ROLN_LAYERS gyro, bimap, reeig
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
+#define ROLN_ROWS 100
+#define ROLN_LEARN everything
 #include "roln.h"
 
 #define ROLN_NAME delan
 #define ROLN_AE 4
 #define ROLN_MLP 16, 16
 #define ROLN_MASS cholesky
+#define ROLN_ROWS 50
 #include "roln.h"
 
 #define ROLN_NAME chart

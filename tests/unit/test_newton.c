@@ -1,5 +1,5 @@
-/* Riemannian Gauss-Newton: the step (roln_riem.h, section 6) against a dense solution of its definition in long double, on tables of
-   every manifold; problems with a known end; what must fail or be refused, and leave everything as it was; its shell (roln.h) at
+/* Riemannian Gauss-Newton: the step (roln_riem.h, section 6) against a dense solution of its definition in long double, on tables
+   of    every manifold; problems with a known end; what must fail or be refused, and leave everything as it was; its shell (roln.h) at
    work on small models. Rows of residuals: test_roln.c. */
 #define ROLN_NAME arm /* two links, no autoencoder */
 #define ROLN_AE 2
@@ -50,13 +50,15 @@ enum { MAXR = 400, MAXP = 200 };
 
 /* A table of more parameters than a block of sums has terms, so that a system in the rows has more rows than that, too. */
 enum { WIDE_SIZE = 130 + 48 + 9 + 4 };
-static const roln_block wide[] = {{&roln_biorthogonal, 3, 8, 0}, {ROLN_EUCLIDEAN, 1, 130, 0}, {&mode, 0, 4, 0}, {&roln_spd, 3, 3, 0},
+static const roln_block wide[] = {{&roln_biorthogonal, 3, 8, 0}, {ROLN_EUCLIDEAN, 1, 130, 0}, {&mode, 0, 4, 0},
+                                  {&roln_spd, 3, 3, 0},
                                   {&sphere, 1, 4, 0}};
 /* Numbers without a constraint, in three blocks. */
 static const roln_block flat[] = {{ROLN_EUCLIDEAN, 2, 3, 0}, {&roln_spd, 0, 0, 0}, {ROLN_EUCLIDEAN, 6, 1, 0}};
 /* One of each, small. */
 enum { FEW_SIZE = 4 + 16 + 4 + 2 };
-static const roln_block few[] = {{&sphere, 1, 4, 0}, {&roln_biorthogonal, 2, 4, 0}, {&roln_spd, 2, 2, 0}, {ROLN_EUCLIDEAN, 2, 1, 0}};
+static const roln_block few[] = {{&sphere, 1, 4, 0}, {&roln_biorthogonal, 2, 4, 0}, {&roln_spd, 2, 2, 0},
+                                 {ROLN_EUCLIDEAN, 2, 1, 0}};
 #define TABLE(t) t, (int)(sizeof t / sizeof *t)
 
 typedef struct {
@@ -308,7 +310,8 @@ static void check_step(void)
     CHECK_OK(step(&now));
     CHECK_ROOM();
     t_step(&was, &slow);
-    size = sqrtl(dot(P, slow.d, slow.d)) + sqrtl(dot(P, slow.J + R * P, slow.J + R * P)) + sqrtl(dot(R, slow.r, slow.r) / slow.trace);
+    size = sqrtl(dot(P, slow.d, slow.d)) + sqrtl(dot(P, slow.J + R * P, slow.J + R * P)) +
+           sqrtl(dot(R, slow.r, slow.r) / slow.trace);
     e = slow.condition * size * EPS;
     BOUND("step, eps of its condition", dist(P, now.d, slow.d) / e, 0.3);
     BOUND("end of the step, eps", dist(P, now.next, slow.next) / (e + 20 * EPS), 1);
@@ -407,7 +410,8 @@ static ld t_linear(int R, const roln_real *x, ld *y)
         for (j = 0; j < side; j++) {
             ld sum = 0;
             for (k = 0; k < (R < P ? P : R); k++)
-                sum += R < P ? (ld)linear_A[i * P + k] * (ld)linear_A[j * P + k] : (ld)linear_A[k * P + i] * (ld)linear_A[k * P + j];
+                sum += R < P ? (ld)linear_A[i * P + k] * (ld)linear_A[j * P + k]
+                             : (ld)linear_A[k * P + i] * (ld)linear_A[k * P + j];
             K[i * side + j] = C[i * side + j] = sum, A[i * side + j] = i == j;
         }
     for (i = 0; i < P; i++)
@@ -1052,7 +1056,8 @@ static void check_hand(const hand_params *p)
     for (i = 0; i < 2; i++) BOUND("left inverse, eps", (fabsl((ld)(y.z[i] - z.z[i])) + fabsl((ld)(y.zd[i] - z.zd[i]))) / EPS, 20);
 }
 
-/* Windows of the whole model, autoencoder and all: it learns; 6 steps and 6 more, from copies of what is said to be enough, are 12. */
+/* Windows of the whole model, autoencoder and all: it learns; 6 steps and 6 more, from copies of what is said to be enough, are
+   12. */
 static void check_resume(int count, roln_real momentum)
 {
     roln_newton_opt opt = usual;
@@ -1171,7 +1176,8 @@ static void check_sizes(void)
 /* Counts that do not fit: a status, and nothing is touched. */
 static void check_lengths(void)
 {
-    static const int wrong[][3] = {{-1, 1, 3}, {COUNT, 1, 3}, {COUNT - 4, 5, 3}, {0, COUNT + 1, 3}, {0, -1, 3}, {0, 1, 4}, {0, 1, -1}};
+    static const int wrong[][3] = {{-1, 1, 3}, {COUNT, 1, 3}, {COUNT - 4, 5, 3}, {0, COUNT + 1, 3}, {0, -1, 3},
+                                   {0, 1, 4}, {0, 1, -1}};
     int i, again;
     hand_begin(&hand_a, 14);
     hand_learn(&hand_a, &usual, DUAL, 1);

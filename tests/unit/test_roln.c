@@ -1007,8 +1007,8 @@ static void check_rows_status(rows_subject *x)
     x->d.b = b;
 }
 
-/* The loss and -1/2 of its gradient are the means of r^2 and r J over all signs: over all patterns of the few signs of one term, each
-   found by drawing, exactly. K numbers are compared. */
+/* The loss and -1/2 of its gradient are the means of r^2 and r J over all signs: over all patterns of the few signs of one term,
+   each    found by drawing, exactly. K numbers are compared. */
 enum { MOST = 6, PATTERNS = 1 << MOST };
 static void check_patterns(const rows_subject *x, int term, int K)
 {
