@@ -1406,7 +1406,8 @@ ROLN_INLINE roln_status rolni_samples_block(const roln_model *md, const roln_tra
 
 /* A part of the windows, there and back. */
 ROLN_INLINE roln_status rolni_windows_block(const roln_model *md, const roln_trained *m, const roln_loss *wt,
-                                            const roln_batch *batch, roln_real dt, rolni_part part, const roln_gradient *g, roln_real *work)
+                                            const roln_batch *batch, roln_real dt, rolni_part part,
+                                            const roln_gradient *g, roln_real *work)
 {
     rolni_windows b;
     roln_status st;
