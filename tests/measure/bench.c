@@ -489,7 +489,7 @@ static void net_train(const row *r)
     const roln_moments moments = {net.m, net.v, net.v_max};
     roln_loss loss = {0};
     roln_real windows = 0;
-    const roln_gradient to = {net.g, &loss, &windows};
+    const roln_gradient to = roln_gradient_of(&net.md, net.g, &loss, &windows);
     memset(net.g, 0, (size_t)net.params * sizeof *net.g);
     must(roln_grad(&m, &weights, &b, ROLN_C(1e-3), BLOCK, &to, net.work));
     must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam, &moments, net.work));
