@@ -646,9 +646,9 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
        roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
        roln_newton_judge   takes the residuals at x+: is the step taken?
 
-   J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks must
-   have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a step's
-   business: parameters that shall stay are left out of the table. */
+   J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
+   must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
+   step's business: parameters that shall stay are left out of the table. */
 
 typedef struct {
     roln_real memory; /* in steps; 1: of this step's rows alone */
@@ -677,8 +677,8 @@ ROLN_FN int roln_product_size(int blocks, const roln_block *table)
 /* Size of the system: P, or R where P > 8 R. */
 #define ROLN_NEWTON_SIDE(R, P) ((P) > 8 * (R) ? (R) : (P))
 
-/* gm [count + 1][P]: count Euclidean gradients at x and a tangent elsewhere become Riemannian gradients and a tangent at x. work: the
-   largest roln_manifold.work. ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. */
+/* gm [count + 1][P]: count Euclidean gradients at x and a tangent elsewhere become Riemannian gradients and a tangent at x. work:
+   the largest roln_manifold.work. ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. */
 ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const roln_real *x, int count, int P, roln_real *gm,
                                    roln_real *work)
 {
@@ -830,12 +830,12 @@ ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_
 #define ROLN_NEWTON_STEP_WORK(R, P, verb) \
     (0 ROLN_NEWTON_STEP_MEM(ROLNI_SIZE, P) + ROLN_MAX(ROLN_NEWTON_SOLVE_WORK(ROLN_NEWTON_SIDE(R, P), P), verb))
 
-/* A step from x [P]: where it ends, next [P]; the residuals there if they are linear, expect [R]; what takes the place of row R of J
-   if it is taken, keep [P]. If the system is not positive definite to working precision, or the step leaves a manifold, more damping
-   is tried, 8 times as much and 24 times at most, and d_old is dropped; lambda keeps it. ROLN_E_NOT_SPD: no damping helped, or
-   lambda is 0 and the rows have lost rank; ROLN_E_NOT_FINITE: a setting or an output is not; ROLN_E_RANGE: memory below 1; status
-   of the verbs. next, expect and keep are then scratch, and state is as it was; x, J, r and the sums are in any case. work
-   [ROLN_NEWTON_STEP_WORK]. */
+/* A step from x [P]: where it ends, next [P]; the residuals there if they are linear, expect [R]; what takes the place of row R of
+   J if it is taken, keep [P]. If the system is not positive definite to working precision, or the step leaves a manifold, more
+   damping is tried, 8 times as much and 24 times at most, and d_old is dropped; lambda keeps it. ROLN_E_NOT_SPD: no damping
+   helped, or lambda is 0 and the rows have lost rank; ROLN_E_NOT_FINITE: a setting or an output is not; ROLN_E_RANGE: memory below
+   1; status of the verbs. next, expect and keep are then scratch, and state is as it was; x, J, r and the sums are in any case.
+   work [ROLN_NEWTON_STEP_WORK]. */
 ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
                                      const roln_real *x, roln_newton *state, roln_real *next, roln_real *expect, roln_real *keep,
                                      roln_real *work)
@@ -865,8 +865,8 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
 
 /* Nonzero if the step is to be taken. The first R rows judge, all or fewer: r and weight [R] of roln_newton_rows, expect [R] of
    roln_newton_step, and there [R], the residuals at x+ as they are measured. The caller then copies next to x and keep behind the
-   rows of J; if it is not, he zeroes what stands there in the system of the rows, and leaves rest where it is. lambda *= error / 0.17,
-   but by 1/3 to 2, and by 4 if the step is not taken; it stays between eps and 1 / eps. */
+   rows of J; if it is not, he zeroes what stands there in the system of the rows, and leaves rest where it is. lambda *= error /
+   0.17, but by 1/3 to 2, and by 4 if the step is not taken; it stays between eps and 1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
                               roln_newton *state)
 {

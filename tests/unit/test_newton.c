@@ -364,7 +364,7 @@ static void check_again(void)
     CHECK(!same(P, now.next, other.next));
 }
 
-/* Three steps: what is carried from one to the next, too. */
+/* A step, and two more where something is remembered. */
 static void test_step(const roln_block *t, int blocks, int R, uint64_t *s)
 {
     static const roln_newton_opt opts[5] = {{1, 1, 0}, {8, 1, 0}, {2, ROLN_C(0.5), 2}, {1, ROLN_C(0.25), 1}, {8, ROLN_C(0.5), 5}};
@@ -376,7 +376,7 @@ static void test_step(const roln_block *t, int blocks, int R, uint64_t *s)
         memset(&slow.A, 0, sizeof slow.A);
         random_point(&now, s, now.x);
         random_carried(&now, s);
-        for (k = 0; k < 3; k++) {
+        for (k = 0; k < (now.opt.memory > 1 ? 3 : 1); k++) {
             random_rows(&now, s);
             check_rows();
             check_sums(k == 0);
@@ -389,11 +389,11 @@ static void test_step(const roln_block *t, int blocks, int R, uint64_t *s)
 
 static void test_steps(void)
 {
-    static const int counts[] = {1, 7, 8, 30, 61, 62, 129, 300}, wides[] = {5, 23, 24, 129, 191, 300};
+    static const int counts[] = {1, 7, 8, 30, 61, 62, 129, 300}, wides[] = {5, 23, 24, 129, 300};
     uint64_t s = 1;
     int i;
     for (i = 0; i < 8; i++) test_step(TABLE(table), counts[i], &s);
-    for (i = 0; i < 6; i++) test_step(TABLE(wide), wides[i], &s);
+    for (i = 0; i < 5; i++) test_step(TABLE(wide), wides[i], &s);
     for (i = 0; i < 8; i++) test_step(TABLE(flat), counts[i], &s);
 }
 
@@ -433,8 +433,8 @@ static void linear(const problem *g, const roln_real *x, roln_real *r, roln_real
     if (J) memcpy(J, A, (size_t)(g->R * g->P) * sizeof *J);
 }
 
-/* y = x + d, d = argmin sum_k w_k (b - A (x + d))_k^2 + lambda tr / P |d|^2 over R rows; with none of it and fewer rows than numbers
-   the shortest such d. Returns the condition, about. */
+/* y = x + d, d = argmin sum_k w_k (b - A (x + d))_k^2 + lambda tr / P |d|^2 over R rows; with none of it and fewer rows than
+   numbers the shortest such d. Returns the condition, about. */
 static ld t_linear(int R, int P, const ld *w, ld lambda, const ld *x, ld *y)
 {
     static ld B[MAXR * LINE], K[LINE * LINE], C[LINE * LINE], inverse[LINE * LINE];
@@ -917,7 +917,8 @@ static void test_judge(void)
     CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1), CHECK_NEAR(g.error, 0.25, EPS);
     /* no change is foretold: none is right, any other wrong; one that is beyond all numbers foretells nothing */
     g = start, there[2] = 5;
-    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 1 && g.error <= 0), CHECK_NEAR(g.lambda, 0.5 / 3, EPS);
+    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 1 && g.error <= 0);
+    CHECK_NEAR(g.lambda, 0.5 / 3, EPS);
     there[2] = 5 + 8 * ROLN_EPS;
     CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
     far[0] = PICK(1e30f, 1e300);
