@@ -282,8 +282,8 @@ static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *
     }
 }
 
-/* 40 rows of accelerations without memory, 16 with, and 4 of windows, whose system is that of the rows; each time what is said to be
-   enough to go on gives the same bits. */
+/* 40 rows of accelerations without memory, 16 with, and 4 of windows, whose system is that of the rows; each time what is said to
+   be enough to go on gives the same bits. */
 static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real h, uint64_t *s)
 {
     static roln_real qbar[6], carried[pupil_newton_size], S[pupil_newton_side * (pupil_newton_side + 1)];
