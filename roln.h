@@ -2558,8 +2558,8 @@ ROLN_FN void ROLNI_(chart_merge)(const ROLNI_(chart) *from, ROLNI_(chart) *to)
     roln_chart_merge(ROLN_CHART_SUMS(ROLNI_), from->sums, to->sums);
 }
 
-/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; 0 is usual). residual [1]: what it leaves, in
-   parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
+/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; ROLN_CHART_RIDGE is usual). residual [1]:
+   what it leaves, in parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
 ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *c, roln_real ridge, roln_real *residual,
                                         ROLNI_(start) *work)
 {
