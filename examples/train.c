@@ -300,7 +300,7 @@ static void *work_off(void *arg)
 /* job(ctx, part, thread) for each of the parts, none of which touches what another one does. */
 static void share(int parts, void (*job)(void *ctx, int part, int thread), void *ctx)
 {
-    hand h[THREADS];
+    hand h[THREADS] = {{NULL, NULL, 0, 0, 0}};
     pthread_t id[THREADS];
     const int threads = (int)set("threads");
     int t;
@@ -336,7 +336,7 @@ static struct {
     double seconds, best_error;
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
-    roln_real window_weight;          /* 0: no windows yet */
+    roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
     roln_real qbar[M(N)];
     M(params) p, best;
     M(optimiser) optimiser;
@@ -578,10 +578,10 @@ static void sum(void *ctx, int k, int thread)
 static void newton_step(rows *f)
 {
     enum { JUDGES = 4 };
-    roln_newton_opt opt = ROLN_NEWTON_OPT;
+    roln_newton_opt opt = {s.memory, 1, 20}; /* rows more than 20 times the mean are few, but they may be true */
+    const roln_real damping = s.newton.state.lambda;
     roln_status st;
     int tries, k;
-    opt.cap = 40; /* rows that large, of wild recordings, are few but true: they are not to be ignored */
     if (s.window_weight == 0 && f->windows->count > 0 && s.step >= WINDOWS_FROM) weigh_windows(f);
     for (tries = 0; (st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK; tries++)
         if (tries == 100) fail("the model can not be evaluated on the data any more: status %d", (int)st);
@@ -589,12 +589,13 @@ static void newton_step(rows *f)
     if (st != ROLN_OK) fail("rows: status %d", (int)st);
     share((int)set("threads"), sum, &opt);
     f->p = &s.newton.next, f->again = 1;
-    for (tries = 0; tries < 10; tries++) {
+    for (tries = 0; tries < 6; tries++) {
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
         if (st != ROLN_OK) fail("step: status %d", (int)st);
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
+    if (tries == 6) s.newton.state.lambda = (roln_real)fmin((double)damping * 4, 1); /* it was these rows */
     for (k = 0; k < M(newton_size); k++)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
 }
@@ -730,6 +731,16 @@ static int resume(void)
 
 /* ---- 11 stages ---- */
 
+/* Behind what fits the data so well, the memory of older steps leads astray: back to the best weights, with half of it. */
+static void turn_back(void)
+{
+    if (s.memory <= 2) return;
+    s.p = s.best, s.memory /= 2;
+    memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
+    memset(residuals.J + (size_t)(PARTS * PART) * M(newton_size), 0, sizeof s.carried);
+    printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
+}
+
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
    how they reconstruct them. Keeps the best. */
 static void look(void)
@@ -754,6 +765,7 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && e[1].typical > 1.25 * s.best_error) turn_back();
 }
 
 /* Updates of a stage; of Gauss-Newton 1: it ends by itself. */
@@ -783,7 +795,7 @@ static void run(void)
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
-    if (s.next == 0) s.newton.state = fresh, printf("%s\n", stage_names[s.stage]);
+    if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
     while (s.next == 0 || !done(updates)) {
         if (s.step == s.next) {
             s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
