@@ -754,8 +754,8 @@ static void look(void)
     far = s.stage == LAYERS ? 0 : (int)(fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
     near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
-    e[0] = errors(&d, &p, train, d.trajectories, near, stride, 100);
-    e[1] = errors(&d, &p, train, d.trajectories, far, stride, 100);
+    e[0] = errors(&d, &p, train, d.trajectories, near, stride, stride_of(&d, 0.1));
+    e[1] = errors(&d, &p, train, d.trajectories, far, stride, stride_of(&d, 0.1));
     if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.step;
     printf("%7d  E_q(%.3g ms) %7.3f %%  E_q(%.3g s) %7.3f +- %.3f %%, typical %.3f %%", s.step, 1e3 * near * d.dt, 100 * e[0].q,
            far * d.dt, 100 * e[1].q, 100 * e[1].q_off, 100 * e[1].typical);
