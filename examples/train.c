@@ -739,6 +739,7 @@ static void turn_back(void)
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
     memset(residuals.J + (size_t)(PARTS * PART) * M(newton_size), 0, sizeof s.carried);
     printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
+    s.best_step = s.step; /* from where the end is counted */
 }
 
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
