@@ -100,7 +100,8 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the model with full weights); NAME_horizon.
-   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks.
+   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model
+   included last has a chart, else 0.
 
    Statuses of all that evaluates the networks: ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
    far apart (roln_exp_range); ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision;
@@ -2930,6 +2931,14 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
     return ROLN_OK;
 }
 
+#endif
+
+/* 1 if the model that was included last has a chart, and so NAME_chart_..; else 0: for programs that are compiled for any model. */
+#undef ROLN_CHARTED
+#if ROLNI_AT(1, ROLN_CHART) > 0
+#define ROLN_CHARTED 1
+#else
+#define ROLN_CHARTED 0
 #endif
 
 #undef ROLN_NAME
