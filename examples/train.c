@@ -341,7 +341,7 @@ static struct {
     M(params) p, best;
     M(optimiser) optimiser;
     M(newton) newton;
-    roln_real carried[M(newton_size)], mean[M(newton_size)]; /* row behind the residuals; mean of the weights of 8 steps */
+    roln_real mean[M(newton_size)];  /* of the weights of 8 steps */
 } s;
 
 static motion d;  /* of motion.csv */
@@ -707,7 +707,6 @@ static void store(void)
     char part[512], path[512];
     FILE *f = file(".part", "wb");
     s.seconds = seconds(), began = now();
-    memcpy(s.carried, residuals.J + (size_t)(PARTS * PART) * M(newton_size), sizeof s.carried);
     snprintf(part, sizeof part, "%s.part", words[OUT].value);
     snprintf(path, sizeof path, "%s.check", words[OUT].value);
     if (fwrite(&o, sizeof o, 1, f) != 1 || fwrite(&s, sizeof s, 1, f) != 1 || fclose(f) != 0 || rename(part, path) != 0)
@@ -724,7 +723,6 @@ static int resume(void)
     if (fread(&was, sizeof was, 1, f) != 1 || memcmp(&was, &o, sizeof o) != 0 || fread(&s, sizeof s, 1, f) != 1)
         fail("%s.check is of other data, other settings or another config", words[OUT].value);
     fclose(f);
-    memcpy(residuals.J + (size_t)(PARTS * PART) * M(newton_size), s.carried, sizeof s.carried);
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
@@ -737,7 +735,7 @@ static void turn_back(void)
     if (s.memory <= 2) return;
     s.p = s.best, s.memory /= 2;
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
-    memset(residuals.J + (size_t)(PARTS * PART) * M(newton_size), 0, sizeof s.carried);
+    memset(s.newton.rest, 0, sizeof s.newton.rest);
     printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
     s.best_step = s.step; /* from where the end is counted */
 }
