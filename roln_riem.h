@@ -739,7 +739,7 @@ ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from
     for (i = from; i < end; i++) {
         roln_real *row = S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1);
         for (j = 0; j <= i; j++)
-            row[j] = beta > 0 ? beta * row[j] : 0;
+            row[j] = beta > 0 && ROLN_ABS(row[j]) > ROLN_C(1e-30) ? beta * row[j] : 0; /* what fades ends, before it is denormal */ /* columns without rows fade no further */
     }
     if (side == P) roln_sym_at(R, P, from, end, J, S, work);
     else roln_sym_bt(R, P, from, end, J, S, work);
@@ -967,7 +967,7 @@ ROLN_FN roln_status rolni_lbfgs_search(int blocks, const roln_block *table, int 
                 if (!roln_finite(f) || !roln_all_finite(P, to->gn)) st = ROLN_E_NOT_FINITE;
             }
             to->length = e, to->value = f;
-            if (st == ROLN_OK && f <= state->value + ROLN_C(1e-4) * e * slope) return ROLN_OK;
+            if (st == ROLN_OK && f < state->value && f <= state->value + ROLN_C(1e-4) * e * slope) return ROLN_OK;
             if (st == ROLN_OK) best = -slope * e * e / (2 * (f - state->value - e * slope)); /* the lowest point of a parabola */
             e = ROLN_MIN(ROLN_MAX(best, e / 10), e / 2);
         }
