@@ -157,7 +157,7 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
     }
 }
 
-/* A chart from two halves of the data, merged; trained on; its controller. */
+/* The encoder of a chart; its decoder from two halves of the data, merged; trained on; its controller. */
 static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
 {
     static roln_real qbar[6];
@@ -167,6 +167,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     static curved_start init;
     static curved_work work;
     static curved_chart sums, half;
+    static curved_turn turn;
     static const roln_loss ode = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.001), ROLN_C(0.005), ROLN_C(0.001)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
     roln_real tau_z[2], tau[6], left = 0;
@@ -176,13 +177,18 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     roln_batch b;
     int start[BATCH], k, i;
     must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "chart: init");
+    b.count = SAMPLES / 4, b.steps = 0, b.stride = 1, b.start = NULL, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
+    for (k = 0; k < 6; k++) {
+        must(curved_chart_turn(&p, &b, &turn, &left), "chart: turn");
+        add(curved_theta_size, p.theta), add(2, p.zd_max), add(1, &left);
+    }
     must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init), "chart: add");
     must(curved_chart_add(&p, SAMPLES / 2, q + SAMPLES / 2 * 6, &half, &init), "chart: add");
     curved_chart_merge(&half, &sums);
     must(curved_chart_solve(&p, &sums, ROLN_C(1e-5), &left, &init), "chart: solve");
     add_double((int)(sizeof sums.sums / sizeof *sums.sums), sums.sums);
     add(curved_theta_size, p.theta), add(1, &left);
-    b.count = BATCH, b.steps = H, b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
+    b.count = BATCH, b.steps = H, b.start = start;
     for (k = 0; k < UPDATES / 8; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
         memset(&g, 0, sizeof g);
