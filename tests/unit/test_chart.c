@@ -592,7 +592,7 @@ static void check_turned(roln_real left)
     CHECK_OK(add(th, count, samples, sums));
     CHECK_OK(solve(sums, ROLN_CHART_RIDGE, th, &again));
     decode(th, 50, back, x), decode(enc.theta, 50, back, spare + 10000);
-    BOUND("encoder: the closed form again (eps)", apart(50 * of.N, spare + 10000, x) / EPS, PICK(1000, 1e6L));
+    BOUND("encoder: the closed form again (eps)", apart(50 * of.N, spare + 10000, x) / EPS, PICK(100, 1e5L));
     again = again * again + ROLN_CHART_RIDGE * roln_dot(of.curves * of.bent, w, w) * (roln_real)sums[0] /
                                 (roln_real)rolni_chart_spread(1 + of.n + of.curves, of.bent, sums);
     CHECK_NEAR(ROLN_SQRT(again), left, PICK(1e-3L, 1e-7L) * (ld)left + PICK(2e-7, 1e-7));
