@@ -2694,6 +2694,7 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
     if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod);
     if (st != ROLN_OK) return st;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
+    if (ROLNI_(degree) > 0) roln_lnn_steepen(&ROLNI_(model).lnn, 4, p->theta + ROLNI_(ae_size));
     return ROLN_OK;
 }
 
