@@ -2,18 +2,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "experiment.h"
 
 enum { EVERY = 25, LONG = 100 }; /* samples between the starts of windows, of those longer than LONG samples */
-
-double cpu_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 struct sums {
     double q, q_var, qd, qd_var, qdd, qdd_var;
