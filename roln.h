@@ -2210,7 +2210,7 @@ enum {
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
                         ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
     ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
-    ROLNI_(newton_side) = ROLN_MIN(ROLN_ROWS, ROLNI_(newton_size)),
+    ROLNI_(newton_side) = ROLN_NEWTON_SIDE(ROLN_ROWS, ROLNI_(newton_size)),
     ROLNI_(horizon) = ROLN_HORIZON,
     ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
@@ -2621,19 +2621,19 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
 }
 
 #if ROLN_ROWS > 0
-/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names; behind them the last step. next:
-   the same residuals where a step ends. The signs of row k are drawn from seed + k. Zero it once. */
+/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names; behind them what older rows left
+   (roln_newton_rows). weight: by which large ones are scaled down; expect, next: the residuals that are expected where a step ends,
+   and those that are there. The signs of row k are drawn from seed + k. Zero it once. */
 typedef struct {
     uint64_t seed;
-    roln_real r[ROLN_ROWS], next[ROLN_ROWS], J[(ROLN_ROWS + 1) * ROLNI_(newton_size)];
+    roln_real r[ROLN_ROWS], weight[ROLN_ROWS], expect[ROLN_ROWS], next[ROLN_ROWS], J[(ROLN_ROWS + 1) * ROLNI_(newton_size)];
 } ROLNI_(residuals);
 
-/* A step of Gauss-Newton. Zero it once, and set state to ROLN_NEWTON_START. With the last step in NAME_residuals it resumes bit
-   for bit. */
+/* A step of Gauss-Newton. Zero it once, and set state to ROLN_NEWTON_START. With NAME_residuals it resumes bit for bit. */
 typedef struct {
     roln_newton state;
     ROLNI_(params) next; /* where the step ends */
-    roln_real d[ROLNI_(newton_size)], S[ROLNI_(newton_side) * (ROLNI_(newton_side) + 1)];
+    roln_real keep[ROLNI_(newton_size)], S[ROLNI_(newton_side) * (ROLNI_(newton_side) + 1)];
     union {
         roln_real rows[ROLN_MAX(1, ROLNI_VERB_WORK(ROLNI_))], sums[ROLN_SYM_WORK];
         roln_real step[ROLN_NEWTON_STEP_WORK(ROLN_ROWS, ROLNI_(newton_size), ROLNI_VERB_WORK(ROLNI_))];
@@ -2662,50 +2662,49 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
     return roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? work->grad_acc : work->grad);
 }
 
-/* count rows are complete: they and the last step become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. The last step
-   stands in row `count`, so count must not change while there is momentum. */
+/* count rows are complete: they, and what stands in row `count` from the steps before, become tangents at p (roln_newton_rows). So
+   count must not change between steps. ROLN_E_LENGTH: count. */
 ROLN_FN roln_status ROLNI_(newton_rows)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
                                         ROLNI_(newton) *o)
 {
     if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
     return roln_newton_rows(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, count,
-                            p->theta + ROLNI_(newton_from), g->J, g->r, &o->state, o->work.rows);
+                            p->theta + ROLNI_(newton_from), g->J, g->r, g->weight, &o->state, o->work.rows);
 }
 
 /* Their sums, rows from .. to - 1 of the system: 0, NAME_newton_side for all, unless two threads share them. */
-ROLN_FN void ROLNI_(newton_sums)(int count, int from, int to, const ROLNI_(residuals) *g, ROLNI_(newton) *o,
-                                 roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
+ROLN_FN void ROLNI_(newton_sums)(const roln_newton_opt *opt, int count, int from, int to, const ROLNI_(residuals) *g,
+                                 ROLNI_(newton) *o, roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
 {
-    roln_newton_sums(count, ROLNI_(newton_size), from, to, g->J, o->S, work);
+    roln_newton_sums(opt, count, ROLNI_(newton_size), from, to, g->J, o->S, work);
 }
 
-/* A step from p to o->next (roln_newton_step). */
-ROLN_FN roln_status ROLNI_(newton_step)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, const ROLNI_(residuals) *g,
+/* A step from p to o->next, with g->expect (roln_newton_step). */
+ROLN_FN roln_status ROLNI_(newton_step)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
                                         ROLNI_(newton) *o)
 {
     roln_newton_system system;
-    roln_status st;
     system.R = count, system.P = ROLNI_(newton_size), system.J = g->J, system.r = g->r, system.S = o->S;
     if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
     memcpy(&o->next, p, sizeof *p);
-    st = roln_newton_step(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, &system,
-                          p->theta + ROLNI_(newton_from), &o->state, o->d, o->next.theta + ROLNI_(newton_from), o->work.step);
-    return st;
+    return roln_newton_step(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, &system,
+                            p->theta + ROLNI_(newton_from), &o->state, o->next.theta + ROLNI_(newton_from), g->expect, o->keep,
+                            o->work.step);
 }
 
-/* Nonzero if the step is taken: then p becomes o->next; else the momentum ends. g->next: the residuals there, NAME_rows with
-   again = 1, whatever its status. */
-ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, ROLNI_(residuals) *g, ROLNI_(newton) *o)
+/* Nonzero if the step is taken: then p becomes o->next. It is judged by the first `judges` of its count rows, of which g->next has
+   the residuals at o->next: NAME_rows with again = 1, whatever its status. */
+ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, int judges, ROLNI_(residuals) *g, ROLNI_(newton) *o)
 {
-    roln_real *last;
-    if (count < 1 || count > ROLN_ROWS) return 0;
-    last = g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size);
-    if (!roln_newton_judge(count, g->next, &o->state)) {
-        rolni_zero(ROLNI_(newton_size), last);
+    roln_real *carried;
+    if (count < 1 || count > ROLN_ROWS || judges < 1 || judges > count) return 0;
+    carried = g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size);
+    if (!roln_newton_judge(judges, g->r, g->weight, g->expect, g->next, &o->state)) {
+        if (ROLN_NEWTON_SIDE(count, ROLNI_(newton_size)) < ROLNI_(newton_size)) rolni_zero(ROLNI_(newton_size), carried);
         return 0;
     }
     memcpy(p, &o->next, sizeof *p);
-    rolni_copy(ROLNI_(newton_size), o->d, last);
+    rolni_copy(ROLNI_(newton_size), o->keep, carried);
     return 1;
 }
 #else

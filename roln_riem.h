@@ -627,42 +627,42 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
 
 /* ---- 6 Gauss-Newton --------------------------------------------------------------------------- */
 
-/* Riemannian Gauss-Newton on the product of the blocks. R residuals r_k, data minus model, have rows J_k, the derivative of the
-   model's number k by the parameters; R may be less or more than the number P of parameters. A step is
-       d = argmin |J d - r|^2 + s |d - mu d_old|^2,   x+ = R_x(rate d),   s = lambda tr(J^T J) / P
-   over the tangent space at x, d_old the last step, carried to x (Levenberg 1944, Marquardt 1963; with few rows and mu near 1 the
-   momentum of Goldshlager et al. 2024). It is found by the smaller of two symmetric systems, with y = r - mu J d_old:
-       primal   d = mu d_old + (J^T J + s I)^-1 J^T y     [P][P]
-       dual     d = mu d_old + J^T (J J^T + s I)^-1 y     [R][R]
-   Whether a step is taken, and the next lambda, is decided by the gain ratio: the decrease of the loss on the same residuals over
-   that of its model |J d - r|^2. A step that is not taken leaves everything but lambda as it was, and ends the momentum: damping
-   only shortens d - mu d_old, so that a d_old that leads uphill would be refused for ever.
+/* Riemannian Gauss-Newton on the product of the blocks, recursive: each step gets R fresh residuals r_k, data minus model, with rows
+   J_k, the derivative of the model's number k by the P parameters, and remembers older ones, which fade by beta = 1 - 1 / memory:
+       A <- beta A + J^T J,   G = beta g + J^T r,   d = (A + s I)^-1 G,   x+ = R_x(rate d),   s = lambda tr(A) / P
+   in the tangent space at x. g = G - rate A d is what the older rows still ask for if they are linear: the gradient of their half
+   squares, without their being looked at again (Kalman 1960; Levenberg 1944, Marquardt 1963 for s). Of many more parameters than
+   rows, P > 8 R, the smaller system in the rows is solved, where the last step d_old is all that is remembered (Goldshlager et al.
+   2024), mu = beta:
+       d = argmin |J d - r|^2 + s |d - mu d_old|^2 = mu d_old + J^T (J J^T + s I)^-1 (r - mu J d_old),   s = lambda tr(J J^T) / P
+   A step is taken if the rows are as linear along it as that their change is foretold better than by none,
+       error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,
+   and lambda follows the error, which it holds near 0.17. A step that is not taken leaves everything but lambda as it was, except
+   that it ends the momentum of the system in the rows: damping only shortens d - mu d_old.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
-       roln_newton_sums    J^T J or J J^T                                                       once for new rows
-       roln_newton_step    x+                                                                   again after a refusal
+       roln_newton_sums    A, or J J^T                                                          once for new rows
+       roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
        roln_newton_judge   takes the residuals at x+: is the step taken?
 
-   J [R + 1][P] is the caller's: behind the rows stands d_old, 0 at first, which is carried along. All blocks must have the dot
-   product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a step's business:
-   parameters that shall stay are left out of the table. */
+   J [R + 1][P] is the caller's: behind the rows stands g, or d_old, 0 at first. All blocks must have the dot product of their
+   coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a step's business: parameters that shall
+   stay are left out of the table. */
 
 typedef struct {
-    roln_real rate;     /* of a step: 1 */
-    roln_real momentum; /* mu: 0 where R is several times P */
-    roln_real cap;      /* residuals beyond cap times their rms count linearly, as in Huber's loss; 0: none do */
+    roln_real memory; /* in steps, at least 1: no memory */
+    roln_real rate;   /* of a step: 1; smaller with a long momentum */
+    roln_real cap;    /* residuals beyond cap times their mean size count linearly, as in Huber's loss; 0: none do */
 } roln_newton_opt;
-#define ROLN_NEWTON_OPT {1, 0, 5}
+#define ROLN_NEWTON_OPT {8, 1, 5}
 
 typedef struct {
     roln_real lambda; /* 0: no damping, and none is ever added */
-    roln_real bound;  /* of a residual, in its units; 0: none */
-    roln_real loss;   /* sum of the R residuals' losses at x */
-    roln_real hope;   /* its decrease by the last step, if the model |J d - r|^2 is true */
-    roln_real gain;   /* the gain ratio of the last step */
+    roln_real loss;   /* sum of squares of the last R residuals, capped */
+    roln_real error;  /* of the last step */
     uint32_t taken, refused;
 } roln_newton;
-#define ROLN_NEWTON_START {ROLN_C(1e-2), 0, 0, 0, 0, 0, 0}
+#define ROLN_NEWTON_START {ROLN_C(1e-2), 0, 0, 0, 0}
 
 /* Numbers of a point. */
 ROLN_FN int roln_product_size(int blocks, const roln_block *table)
@@ -673,72 +673,70 @@ ROLN_FN int roln_product_size(int blocks, const roln_block *table)
     return sum;
 }
 
-/* Size of the smaller system. */
-#define ROLN_NEWTON_SIDE(R, P) ROLN_MIN(R, P)
+/* Size of the system: P, or R where P > 8 R. */
+#define ROLN_NEWTON_SIDE(R, P) ((P) > 8 * (R) ? (R) : (P))
 
-/* Huber's loss of a residual: r^2 up to bound, then its tangent; bound 0: r^2. */
-ROLN_FN roln_real rolni_huber(roln_real r, roln_real bound)
+/* gm [count + 1][P]: count Euclidean gradients at x and a tangent elsewhere become Riemannian gradients and a tangent at x. work: the
+   largest roln_manifold.work. ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. */
+ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const roln_real *x, int count, int P, roln_real *gm,
+                                   roln_real *work)
 {
-    const roln_real a = ROLN_ABS(r);
-    return bound > 0 && a > bound ? bound * (2 * a - bound) : r * r;
-}
-
-/* Sum of the losses of R residuals. */
-ROLN_FN roln_real roln_newton_loss(int R, const roln_real *r, roln_real bound)
-{
-    roln_real sum = 0;
-    int k, j;
-    for (k = 0; k < R; k += ROLNI_SUM) {
-        roln_real part = 0;
-        for (j = k; j < R && j < k + ROLNI_SUM; j++)
-            part += rolni_huber(r[j], bound);
-        sum += part;
-    }
-    return sum;
-}
-
-/* J [R + 1][P], Euclidean rows and the last step, becomes Riemannian and is carried to x; rows whose residual is beyond the bound
-   are scaled, and the residual with them, so that their square has the slope of Huber's loss. loss and bound of `state` are set.
-   x [P] in; J, r [R] in and out. work: the largest roln_manifold.work. ROLN_E_NOT_FINITE: a row or residual is not; ROLN_E_SHAPE: a
-   block has a metric of its own; status of the verbs. J and r are then scratch, all else is as it was. */
-ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const roln_newton_opt *opt, int R, const roln_real *x,
-                                     roln_real *J, roln_real *r, roln_newton *state, roln_real *work)
-{
-    const int P = roln_product_size(blocks, table);
-    const roln_real rms = ROLN_SQRT(roln_newton_loss(R, r, 0) / ROLNI_AS(roln_real, ROLN_MAX(R, 1)));
-    const roln_real bound = opt->cap * rms;
-    int b, k, i, at = 0;
-    if (!roln_finite(rms) || !roln_finite(bound)) return ROLN_E_NOT_FINITE;
-    for (k = 0; k <= R; k++)
-        if (!roln_all_finite(P, J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P))) return ROLN_E_NOT_FINITE;
+    int b;
     for (b = 0; b < blocks; b++) {
         const roln_block *t = table + b;
-        roln_status st;
-        if (t->manifold != ROLN_EUCLIDEAN && roln_block_size(t) > 0) {
+        const int size = roln_block_size(t);
+        if (t->manifold != ROLN_EUCLIDEAN && size > 0) {
+            roln_status st;
             if (t->manifold->inner != NULL) return ROLN_E_SHAPE;
-            if ((st = t->manifold->tangent(t->rows, t->cols, x + at, R, P, J + at, work)) != ROLN_OK) return st;
+            if ((st = t->manifold->tangent(t->rows, t->cols, x, count, P, gm, work)) != ROLN_OK) return st;
         }
-        at += roln_block_size(t);
+        x += size, gm += size;
     }
-    state->bound = bound, state->loss = roln_newton_loss(R, r, bound);
+    return ROLN_OK;
+}
+
+/* J [R + 1][P], Euclidean rows and what is carried along, becomes Riemannian at x; rows whose residual is beyond the bound are
+   scaled by weight = sqrt(bound / |r|), and the residual with them, so that their square has the slope of Huber's loss. x [P] in; J,
+   r [R] in and out; weight [R], 1 where nothing is scaled, and state->loss out. work: the largest roln_manifold.work.
+   ROLN_E_NOT_FINITE: a row or residual is not; ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. J, r and weight
+   are then scratch, all else is as it was. */
+ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const roln_newton_opt *opt, int R, const roln_real *x,
+                                     roln_real *J, roln_real *r, roln_real *weight, roln_newton *state, roln_real *work)
+{
+    const int P = roln_product_size(blocks, table);
+    roln_real bound = 0;
+    roln_status st;
+    int k, i;
+    for (k = 0; k < R; k++)
+        bound += ROLN_ABS(r[k]) / ROLNI_AS(roln_real, R);
+    if (!roln_finite(bound) || !roln_finite(bound *= opt->cap)) return ROLN_E_NOT_FINITE;
+    for (k = 0; k <= R; k++)
+        if (!roln_all_finite(P, J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P))) return ROLN_E_NOT_FINITE;
+    if ((st = rolni_tangents(blocks, table, x, R, P, J, work)) != ROLN_OK) return st;
     for (k = 0; k < R; k++) {
         const roln_real a = ROLN_ABS(r[k]), w = bound > 0 && a > bound ? ROLN_SQRT(bound / a) : 1;
         roln_real *row = J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P);
         for (i = 0; i < P && w < 1; i++)
             row[i] *= w;
-        r[k] *= w;
+        r[k] *= w, weight[k] = w;
     }
+    state->loss = roln_dot(R, r, r);
     return ROLN_OK;
 }
 
-/* Rows from .. to - 1 of C = J^T J (P <= R) or J J^T in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or
-   more: all. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
-ROLN_FN void roln_newton_sums(int R, int P, int from, int to, const roln_real *J, roln_real *S, roln_real *work)
+/* Rows from .. to - 1 of A, or of J J^T, in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or more: all. S
+   is 0 before the first call. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
+ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from, int to, const roln_real *J, roln_real *S,
+                              roln_real *work)
 {
     const int side = ROLN_NEWTON_SIDE(R, P), end = ROLN_MIN(to, side);
-    int i;
-    for (i = from; i < end; i++)
-        rolni_zero(i + 1, S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1));
+    const roln_real beta = side == P ? 1 - 1 / opt->memory : 0;
+    int i, j;
+    for (i = from; i < end; i++) {
+        roln_real *row = S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1);
+        for (j = 0; j <= i; j++)
+            row[j] = beta > 0 ? beta * row[j] : 0;
+    }
     if (side == P) roln_sym_at(R, P, from, end, J, S, work);
     else roln_sym_bt(R, P, from, end, J, S, work);
 }
@@ -756,31 +754,47 @@ ROLN_FN void rolni_newton_back(int R, int P, const roln_real *J, const roln_real
     }
 }
 
-/* d for one lambda; t = r - mu J d_old is given, d is mu d_old and is added to. ROLN_E_NOT_SPD: too little damping. */
+/* The rows, residuals and sums of a step. */
+typedef struct {
+    int R, P;
+    const roln_real *J, *r; /* [R + 1][P], [R], of roln_newton_rows */
+    roln_real *S;           /* [side][side + 1], of roln_newton_sums; its factor is written there, too */
+} roln_newton_system;
+
+/* d [P] for one lambda, and what is carried along from it, keep [P]. ROLN_E_NOT_SPD: too little damping. */
 #define ROLN_NEWTON_SOLVE_MEM(X, side, P) X(damp, side) X(y, side) X(part, P)
 #define ROLN_NEWTON_SOLVE_WORK(side, P) (0 ROLN_NEWTON_SOLVE_MEM(ROLNI_SIZE, side, P) + ROLN_SYM_CHOL_WORK(side))
-ROLN_FN roln_status rolni_newton_solve(int R, int P, roln_real lambda, const roln_real *J, const roln_real *t, roln_real *S,
-                                       roln_real *d, roln_real *work)
+ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real lambda, roln_real mu, roln_real rate, roln_real *d,
+                                       roln_real *keep, roln_real *work)
 {
-    const int side = ROLN_NEWTON_SIDE(R, P);
-    roln_real trace = 0;
+    const int R = g->R, P = g->P, side = ROLN_NEWTON_SIDE(R, P);
+    const size_t row = ROLNI_AS(size_t, P);
+    const roln_real *J = g->J, *old = J + ROLNI_AS(size_t, R) * row;
+    roln_real s = 0;
     roln_status st;
     int i;
     ROLN_NEWTON_SOLVE_MEM(ROLNI_CARVE, side, P)
     for (i = 0; i < side; i++)
-        trace += S[ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 2)];
+        s += g->S[ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 2)];
+    s *= lambda / ROLNI_AS(roln_real, P);
     for (i = 0; i < side; i++)
-        damp[i] = lambda * trace / ROLNI_AS(roln_real, P);
-    if ((st = roln_sym_chol(side, damp, S, work)) != ROLN_OK) return st;
+        damp[i] = s;
+    if ((st = roln_sym_chol(side, damp, g->S, work)) != ROLN_OK) return st;
     if (side == P) {
-        rolni_zero(P, y);
-        rolni_newton_back(R, P, J, t, y, part);
-        roln_sym_solve(side, S, y, y);
         for (i = 0; i < P; i++)
-            d[i] += y[i];
+            y[i] = mu * old[i];
+        rolni_newton_back(R, P, J, g->r, y, part);
+        roln_sym_solve(side, g->S, y, d);
+        for (i = 0; i < P; i++)
+            keep[i] = rate * s * d[i] + (1 - rate) * y[i];
     } else {
-        roln_sym_solve(side, S, t, y);
+        for (i = 0; i < R; i++)
+            y[i] = g->r[i] - mu * roln_dot(P, J + ROLNI_AS(size_t, i) * row, old);
+        roln_sym_solve(side, g->S, y, y);
+        for (i = 0; i < P; i++)
+            d[i] = mu * old[i];
         rolni_newton_back(R, P, J, y, d, part);
+        rolni_copy(P, d, keep);
     }
     return ROLN_OK;
 }
@@ -807,64 +821,60 @@ ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_
 }
 
 /* Work of a step: of the solution, and of the hungriest manifold (verb). */
-#define ROLN_NEWTON_STEP_MEM(X, R, P) X(t, R) X(u, P)
+#define ROLN_NEWTON_STEP_MEM(X, P) X(d, P) X(u, P)
 #define ROLN_NEWTON_STEP_WORK(R, P, verb) \
-    (0 ROLN_NEWTON_STEP_MEM(ROLNI_SIZE, R, P) + ROLN_MAX(ROLN_NEWTON_SOLVE_WORK(ROLN_NEWTON_SIDE(R, P), P), verb))
+    (0 ROLN_NEWTON_STEP_MEM(ROLNI_SIZE, P) + ROLN_MAX(ROLN_NEWTON_SOLVE_WORK(ROLN_NEWTON_SIDE(R, P), P), verb))
 
-/* The rows, residuals and sums of a step. */
-typedef struct {
-    int R, P;
-    const roln_real *J, *r; /* [R + 1][P], [R], of roln_newton_rows */
-    roln_real *S;           /* [side][side + 1], of roln_newton_sums; its factor is written there, too */
-} roln_newton_system;
-
-/* The step d [P] and where it ends, next [P], from x [P]; state->hope. More damping is tried, 8 times as much and 24 times at most,
-   and no momentum, if the system is not positive definite to working precision or the step leaves a manifold; lambda keeps it.
-   ROLN_E_NOT_SPD: no
-   damping helped, or lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; status of a retraction. d and next are then scratch, and
-   state is as it was; x, J, r and the sums are in any case. work [ROLN_NEWTON_STEP_WORK]. */
+/* A step from x [P]: where it ends, next [P]; the residuals there if they are linear, expect [R]; what takes the place of row R of J
+   if it is taken, keep [P]. More damping is tried, 8 times as much and 24 times at most, and no momentum, if the system is not
+   positive definite to working precision or the step leaves a manifold; lambda keeps it. ROLN_E_NOT_SPD: no damping helped, or
+   lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; ROLN_E_RANGE: memory below 1; status of a retraction. next, expect and keep are
+   then scratch, and state is as it was; x, J, r and the sums are in any case. work [ROLN_NEWTON_STEP_WORK]. */
 ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
-                                     const roln_real *x, roln_newton *state, roln_real *d, roln_real *next, roln_real *work)
+                                     const roln_real *x, roln_newton *state, roln_real *next, roln_real *expect, roln_real *keep,
+                                     roln_real *work)
 {
-    const int R = g->R, P = g->P;
-    const size_t row = ROLNI_AS(size_t, P);
-    const roln_real *old = g->J + ROLNI_AS(size_t, R) * row;
-    roln_real lambda = state->lambda, hope = 0;
+    const int R = g->R, P = g->P, sums = ROLN_NEWTON_SIDE(R, P) == P;
+    const roln_real beta = 1 - 1 / opt->memory;
+    roln_real lambda = state->lambda;
     roln_status st = ROLN_E_NOT_SPD;
-    int k, i, tries;
-    ROLN_NEWTON_STEP_MEM(ROLNI_CARVE, R, P)
-    if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(opt->momentum)) return ROLN_E_NOT_FINITE;
+    int k, tries;
+    ROLN_NEWTON_STEP_MEM(ROLNI_CARVE, P)
+    if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(beta)) return ROLN_E_NOT_FINITE;
+    if (beta < 0 || opt->memory < 1) return ROLN_E_RANGE;
     for (tries = 0; tries < 24; tries++) {
-        const roln_real mu = tries == 0 ? opt->momentum : 0; /* damping does not shorten what is left of the last step */
-        for (k = 0; k < R; k++)
-            t[k] = g->r[k] - mu * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, old);
-        for (i = 0; i < P; i++)
-            d[i] = mu * old[i];
-        st = rolni_newton_solve(R, P, lambda, g->J, t, g->S, d, work);
+        st = rolni_newton_solve(g, lambda, sums || tries == 0 ? beta : 0, opt->rate, d, keep, work);
+        if (st == ROLN_OK && sums && beta > 0) st = rolni_tangents(blocks, table, x, 0, P, d, work); /* older rows were elsewhere */
         if (st == ROLN_OK) st = rolni_newton_move(blocks, table, opt->rate, x, d, u, next, work);
         if (st == ROLN_OK || !(lambda > 0)) break;
         lambda *= 8;
     }
     if (st != ROLN_OK) return st;
-    for (k = 0; k < R; k++) { /* |r|^2 - |r - rate J d|^2 */
-        const roln_real a = opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * row, d);
-        hope += a * (2 * g->r[k] - a);
-    }
-    if (!roln_finite(hope)) return ROLN_E_NOT_FINITE;
-    state->lambda = lambda, state->hope = hope;
+    for (k = 0; k < R; k++)
+        expect[k] = g->r[k] - opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P), d);
+    if (!roln_all_finite(R, expect) || !roln_all_finite(P, keep)) return ROLN_E_NOT_FINITE;
+    state->lambda = lambda;
     return ROLN_OK;
 }
 
-/* Nonzero if the step is to be taken: r [R], the same residuals at x+, have a smaller loss; the caller then copies next to x and d
-   to row R of J, else zeroes that. lambda falls where the model was good, down to eps, and grows where it was not, up to
-   1 / eps. */
-ROLN_FN int roln_newton_judge(int R, const roln_real *r, roln_newton *state)
+/* Nonzero if the step is to be taken: there [R] are the residuals at x+, not yet scaled. The caller then copies next to x and keep to
+   row R of J; else, of the system in the rows, he zeroes that. lambda stays between eps and 1 / eps. R may be less than that of the
+   step: the first R rows judge. */
+ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
+                              roln_newton *state)
 {
-    const roln_real loss = roln_newton_loss(R, r, state->bound), decrease = state->loss - loss;
-    const int take = roln_finite(loss) && decrease > 0 && state->hope > 0;
-    state->gain = take ? decrease / state->hope : 0;
-    if (state->gain > ROLN_C(0.75)) state->lambda = ROLN_MAX(state->lambda / 3, state->lambda > 0 ? ROLN_EPS : 0);
-    if (state->gain < ROLN_C(0.25) && state->lambda < 1 / ROLN_EPS) state->lambda *= take ? 2 : 4;
+    roln_real wrong = 0, change = 0, factor = 4;
+    int k, take;
+    for (k = 0; k < R; k++) {
+        const roln_real a = weight[k] * there[k] - expect[k], b = r[k] - expect[k];
+        wrong += a * a, change += b * b;
+    }
+    take = roln_finite(wrong) && wrong <= change;
+    if (take) {
+        state->error = change > 0 ? ROLN_SQRT(wrong / change) : 0;
+        factor = ROLN_MIN(ROLN_MAX(state->error / ROLN_C(0.17), 1 / ROLN_C(3.0)), 2);
+    }
+    if (state->lambda > 0) state->lambda = ROLN_MIN(ROLN_MAX(state->lambda * factor, ROLN_EPS), 1 / ROLN_EPS);
     if (take) state->taken++;
     else state->refused++;
     return take;
@@ -892,24 +902,6 @@ typedef struct {
 /* What a minimisation keeps: the Riemannian gradient and the pairs. */
 #define ROLN_LBFGS_KEEP_MEM(X, m, P) X(g, P) X(pair, 2 * (m) * (P)) /* [m][s, y] */
 #define ROLN_LBFGS_KEEP(m, P) (0 ROLN_LBFGS_KEEP_MEM(ROLNI_SIZE, m, P))
-
-/* gm [2][P]: the Euclidean gradient at x and a tangent elsewhere become the Riemannian gradient and a tangent at x. */
-ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const roln_real *x, int count, int P, roln_real *gm,
-                                   roln_real *work)
-{
-    int b;
-    for (b = 0; b < blocks; b++) {
-        const roln_block *t = table + b;
-        const int size = roln_block_size(t);
-        if (t->manifold != ROLN_EUCLIDEAN && size > 0) {
-            roln_status st;
-            if (t->manifold->inner != NULL) return ROLN_E_SHAPE;
-            if ((st = t->manifold->tangent(t->rows, t->cols, x, count, P, gm, work)) != ROLN_OK) return st;
-        }
-        x += size, gm += size;
-    }
-    return ROLN_OK;
-}
 
 /* d = -H g by the two loops, newest pair first; a [m] scratch. */
 ROLN_FN void rolni_lbfgs_direction(int m, int P, const roln_lbfgs *state, const roln_real *g, const roln_real *pair, roln_real *a,
