@@ -109,11 +109,11 @@ static void rk4_bwd(const struct latent *m, int n, const roln_real *tau_z, roln_
 /* ---- rows ---- */
 
 struct rows {
+    struct newton_task task;
     struct encoded e;
     struct latent *m;
     const struct stage *s;
     struct picks picks;
-    double window;          /* factor of rows of windows */
     double *samples;
 };
 
@@ -138,7 +138,7 @@ static roln_real window(struct rows *w, int from, uint64_t signs, roln_real *gth
 {
     const struct encoded *e = &w->e;
     const int n = e->n, H = w->s->steps, stride = w->s->stride;
-    const roln_real h = (roln_real)(e->d->dt * stride) / e->m->sc.t, part = (roln_real)(w->window / sqrt(H));
+    const roln_real h = (roln_real)(e->d->dt * stride) / e->m->sc.t, part = (roln_real)(w->picks.factor / sqrt(H));
     roln_real x[H_MAX][8 * LATENT_MOST], bar[H_MAX][2 * LATENT_MOST], tau[LATENT_MOST], s[2 * LATENT_MOST], r = 0;
     memcpy(s, e->s + 2 * from * n, (size_t)(2 * n) * sizeof *s);
     for (int k = 0; k < H; k++) {
@@ -159,10 +159,10 @@ static roln_real window(struct rows *w, int from, uint64_t signs, roln_real *gth
     return r;
 }
 
-static void draw(void *self, int count, uint64_t *seed)
+static void draw(void *self, int count, double share, uint64_t *seed)
 {
     struct rows *w = self;
-    picks_draw(&w->picks, count, w->s->share, seed);
+    picks_draw(&w->picks, count, share, seed);
 }
 
 static void rows(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r)
@@ -183,29 +183,44 @@ static void rows(void *self, const roln_real *x, int from, int count, roln_real 
     free(kept);
 }
 
+void baseline_task_free(struct newton_task *task)
+{
+    struct rows *w = task->self;
+    picks_close(&w->picks);
+    free(w->e.s), free(w->e.zdd), free(w->e.tau_z), free(w);
+}
+
+struct newton_task *baseline_task(struct baseline *b, const struct motion *d, const struct stage *s, double *samples)
+{
+    struct rows *w = room(1, sizeof *w);
+    w->task.self = w, w->task.draw = draw, w->task.rows = rows;
+    w->m = b->latent, w->s = s, w->samples = samples;
+    picks_open(&w->picks, d, s);
+    if (s->steps <= H_MAX && encode_all(&w->e, b->model, d) == 0) return &w->task;
+    baseline_task_free(&w->task);
+    return NULL;
+}
+
 int baseline_train(struct baseline *b, enum latent_kind kind, const struct motion *d, const struct stage *s, double seconds,
                    uint64_t seed, double *samples)
 {
-    struct rows w;
-    memset(&w, 0, sizeof w);
     const double t0 = cpu_seconds();
-    if (s->steps > H_MAX || encode_all(&w.e, b->model, d) != 0) return fprintf(stderr, "baseline: no latent motion\n"), -1;
-    const int n = w.e.n;
-    if (!b->latent) b->latent = latent_new(kind, n, d->tau != NULL, b->model->md.ae.curves > 0 ? 4 : 1, seed);
+    const struct model *m = b->model;
+    if (!b->latent) b->latent = latent_new(kind, m->md.lnn.n, d->tau != NULL, m->md.ae.curves > 0 ? 4 : 1, seed);
     if (!b->latent) return fprintf(stderr, "baseline: no such model\n"), -1;
-    const roln_block block = {ROLN_EUCLIDEAN, latent_params(b->latent), 1, 1};
-    roln_real *x = room((size_t)latent_params(b->latent), sizeof *x);
-    const struct newton_task task = {&w, draw, rows};
-    w.m = b->latent, w.s = s, w.window = 1, w.samples = samples;
-    picks_open(&w.picks, d, s);
+    const int P = latent_params(b->latent);
+    const roln_block block = {ROLN_EUCLIDEAN, P, 1, 1};
+    struct newton_task *task = baseline_task(b, d, s, samples);
+    if (!task) return fprintf(stderr, "baseline: no latent motion\n"), -1;
+    struct rows *w = task->self;
+    roln_real *x = room((size_t)P, sizeof *x);
+    memcpy(x, latent_theta(b->latent), (size_t)P * sizeof *x);
     b->table = block;
     if (!b->newton) b->newton = newton_new(1, &b->table, s->batch);
-    memcpy(x, latent_theta(b->latent), (size_t)latent_params(b->latent) * sizeof *x);
-    w.window = picks_weight(&w.picks, &task, s, x, seed);
-    const int steps = newton_run(b->newton, &task, x, seconds - (cpu_seconds() - t0), s->most, seed);
-    memcpy(latent_theta(b->latent), x, (size_t)latent_params(b->latent) * sizeof *x);
-    picks_close(&w.picks);
-    free(w.e.s), free(w.e.zdd), free(w.e.tau_z), free(x);
+    w->picks.factor = newton_balance(task, s, x, seed);
+    const int steps = newton_run(b->newton, task, s, x, seconds - (cpu_seconds() - t0), seed);
+    memcpy(latent_theta(b->latent), x, (size_t)P * sizeof *x);
+    baseline_task_free(task), free(x);
     return steps > 0 ? 0 : -1;
 }
 

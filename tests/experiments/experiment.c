@@ -95,7 +95,7 @@ static int train_stages(struct result *r, const struct motion *d, int seed, doub
         if (model_compose(&r->model, &small, &e->shape, &pod, d->mean) != 0) return -1;
         model_free(&small), pod_free(&pod), motion_free(&a);
     }
-    r->params = r->model.params;
+    r->params = e->kind == CHART ? roln_ae_params(&r->model.md.ae) : r->model.params;
     return 0;
 }
 
@@ -103,7 +103,7 @@ static int train(struct result *r, const struct motion *d, int seed)
 {
     const struct recipe *e = r->recipe;
     const double t0 = cpu_seconds();
-    if (e->kind == LAGRANGE || e->kind == LATENT) {
+    if (e->kind == LAGRANGE || e->kind == LATENT || e->kind == CHART) {
         if (train_stages(r, d, seed, t0) != 0) return -1;
     } else if (e->kind != FIT) {
         if (opinf_fit(&r->opinf, e->kind == OPINF_AFFINE, e->n, d) != 0) return -1;
@@ -144,6 +144,7 @@ static int measure_all(struct result *r, const struct motion *test, FILE *out)
 {
     static const int ms[] = {0, 1, 2, 3, 5, 25, 100, 250, 400, 500, 1000, 2000};
     const struct predictor p = predictor_of(r);
+    if (r->recipe->kind == CHART) return measure_chart(&p, test, out);
     if (measure(&p, test, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
     return r->recipe->kind == LAGRANGE ? mechanics(&r->model, test, out) : 0;
 }
@@ -204,7 +205,7 @@ static int run(const char *name, const char *dir, enum order order)
     if (!out) return perror(part), -1;
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
-    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out) : measure_all(&r, &test, out) || draw(&r, &test, path)) return -1;
+    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out) : measure_all(&r, &test, out) || (r.recipe->kind != CHART && draw(&r, &test, path))) return -1;
     fprintf(out, "seconds all %.4g\n", order == MEASURE ? all : cpu_seconds());
     return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }

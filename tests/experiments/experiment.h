@@ -67,6 +67,8 @@ struct predictor {
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
 int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out);
+/* E_q, E_qd, E_qdd of reconstruction alone. */
+int measure_chart(const struct predictor *p, const struct motion *d, FILE *out);
 /* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
    beads, mm. */
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
@@ -137,40 +139,44 @@ void model_lift(struct model *m, const roln_real *z, roln_real *qdd);
 
 double cpu_seconds(void);               /* of this process */
 
-/* draw: choose `count` samples or windows for the rows of a step. rows: of these from .. from + count - 1 at x, residuals r and, unless
-   NULL, derivatives J; r infinite where there is none. */
-struct newton_task {
-    void *self;
-    void (*draw)(void *self, int count, uint64_t *seed);
-    void (*rows)(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r);
-};
-
-struct newton;
-struct newton *newton_new(int blocks, const roln_block *table, int rows);
-void newton_free(struct newton *n);
-/* Steps until `seconds` are over, `most` at most unless 0. x [params]. Returns the number of steps, -1 after twenty without one that
-   was taken. A later call goes on from what n knows. */
-int newton_run(struct newton *n, const struct newton_task *task, roln_real *x, double seconds, int most, uint64_t seed);
-/* x = the mean of the last iterates, of a product of Euclidean blocks; else x stays. */
-void newton_mean(const struct newton *n, roln_real *x);
-
 /* The rows of a step: single samples that have a central difference, and windows of steps * stride samples. */
 struct picks {
     int *single, *longer, singles, windows;     /* where they may begin */
     int *start, *window;                        /* [rows]: where each begins, and is it a window? */
     uint64_t signs;                             /* those of row k are drawn from signs + k */
+    double factor;                              /* of the rows of windows */
 };
 void picks_open(struct picks *p, const struct motion *d, const struct stage *s);
 void picks_close(struct picks *p);
 void picks_draw(struct picks *p, int count, double share, uint64_t *seed);
+
+/* draw: choose `count` rows, of `share` windows. rows: of these from .. from + count - 1 at x, residuals r, not finite where there is
+   none, and unless NULL their derivatives J, of the model. */
+struct newton_task {
+    void *self;
+    void (*draw)(void *self, int count, double share, uint64_t *seed);
+    void (*rows)(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r);
+};
 /* Factor that makes the rows of windows three times as large as those of single samples, in the middle of a hundred of each; 1 if the
    stage has one kind alone. */
-double picks_weight(struct picks *p, const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed);
+double newton_balance(const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed);
+
+struct newton;
+struct newton *newton_new(int blocks, const roln_block *table, int rows);
+void newton_free(struct newton *n);
+/* Steps until `seconds` are over, at most s->most unless 0. x [params]. Returns the number of steps, -1 after twenty without one that
+   was taken. A later call goes on from what n knows. */
+int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds, uint64_t seed);
+/* x = the mean of the last iterates, of a product of Euclidean blocks; else x stays. */
+void newton_mean(const struct newton *n, roln_real *x);
 
 /* ---- train.c: stages of training ---- */
 
 /* One stage that lasts so many seconds. Adds to *samples the number of samples that gradients were taken of. -1: it failed. */
 int model_train(struct model *m, const struct motion *d, const struct stage *stage, double seconds, uint64_t seed, double *samples);
+/* The rows of a stage NEWTON of its networks. */
+struct newton_task *model_task(const struct model *m, const struct motion *d, const struct stage *s, double *samples);
+void model_task_free(struct newton_task *task);
 void model_finish(struct model *m);     /* after the last one: of Gauss-Newton the mean of the last iterates */
 
 /* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d;
@@ -219,6 +225,9 @@ struct baseline {
 /* A stage NEWTON of b->latent from the motion d in the latent space of b->model. */
 int baseline_train(struct baseline *b, enum latent_kind kind, const struct motion *d, const struct stage *stage, double seconds,
                    uint64_t seed, double *samples);
+/* Its rows; NULL: the autoencoder refuses d. */
+struct newton_task *baseline_task(struct baseline *b, const struct motion *d, const struct stage *s, double *samples);
+void baseline_task_free(struct newton_task *task);
 void baseline_finish(struct baseline *b);
 struct predictor baseline_predictor(struct baseline *b);        /* integrates with RK4 */
 

@@ -196,6 +196,16 @@ int measure(const struct predictor *p, const struct motion *d, const int *ms, in
     return bad;
 }
 
+int measure_chart(const struct predictor *p, const struct motion *d, FILE *out)
+{
+    static const int now = 0;
+    struct rollout r;
+    if (rollout_init(&r, p, d) != 0) return -1;
+    windows(&r, &now, 1, out);
+    free(r.s);
+    return 0;
+}
+
 /* Beads of one instant, mm. */
 static void path_line(const struct motion *d, const char *whose, int t, const roln_real *q, int beads, double *room, FILE *out)
 {

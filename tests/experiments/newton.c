@@ -16,6 +16,7 @@ struct newton {
     uint32_t iterates;                              /* in the mean */
     roln_real *J, *r, *weight, *expect, *there;     /* [rows + 1][params], [rows] */
     roln_real *S, *keep, *next, *mean, *work;
+    int *left_out;                                  /* [rows] */
 };
 
 double cpu_seconds(void)
@@ -28,6 +29,13 @@ double cpu_seconds(void)
 static roln_real *room(size_t n)
 {
     roln_real *p = calloc(n ? n : 1, sizeof *p);
+    if (!p) fprintf(stderr, "newton: out of memory\n"), exit(1);
+    return p;
+}
+
+static int *ints(size_t n)
+{
+    int *p = calloc(n ? n : 1, sizeof *p);
     if (!p) fprintf(stderr, "newton: out of memory\n"), exit(1);
     return p;
 }
@@ -52,38 +60,41 @@ struct newton *newton_new(int blocks, const roln_block *table, int rows)
     n->S = room((size_t)side * (size_t)(side + 1));
     n->keep = room(3 * (size_t)P), n->next = n->keep + P, n->mean = n->next + P;
     n->work = room((size_t)ROLN_MAX(step, ROLN_SYM_WORK));
+    n->left_out = ints((size_t)rows);
     return n;
 }
 
 void newton_free(struct newton *n)
 {
     if (!n) return;
-    free(n->J), free(n->r), free(n->S), free(n->keep), free(n->work), free(n);
+    free(n->J), free(n->r), free(n->S), free(n->keep), free(n->work), free(n->left_out), free(n);
 }
 
 /* Fresh rows at x, added to the sums with the memory that opt gives. One without a residual is left out. */
-static int gather(struct newton *n, const struct newton_task *task, const roln_newton_opt *opt, const roln_real *x, uint64_t *seed)
+static int gather(struct newton *n, const struct newton_task *task, double share, const roln_newton_opt *opt, const roln_real *x,
+                  uint64_t *seed)
 {
     const size_t P = (size_t)n->params;
-    task->draw(task->self, n->rows, seed);
+    task->draw(task->self, n->rows, share, seed);
     task->rows(task->self, x, 0, n->rows, n->J, n->r);
-    for (int k = 0; k < n->rows; k++)
-        if (!roln_finite(n->r[k]) || !roln_all_finite(n->params, n->J + (size_t)k * P)) {
-            memset(n->J + (size_t)k * P, 0, P * sizeof *n->J);
-            n->r[k] = 0;
-        }
+    for (int k = 0; k < n->rows; k++) {
+        n->left_out[k] = !roln_finite(n->r[k]) || !roln_all_finite(n->params, n->J + (size_t)k * P);
+        if (!n->left_out[k]) continue;
+        memset(n->J + (size_t)k * P, 0, P * sizeof *n->J);
+        n->r[k] = 0;
+    }
     if (roln_newton_rows(n->blocks, n->table, opt, n->rows, x, n->J, n->r, n->weight, &n->state, n->work) != ROLN_OK) return -1;
     roln_newton_sums(opt, n->rows, n->params, 0, n->params, n->J, n->S, n->work);
     return 0;
 }
 
 /* The first step gets more rows: what the earlier ones ask for is carried along. */
-static int gather_first(struct newton *n, const struct newton_task *task, const roln_real *x, uint64_t *seed)
+static int gather_first(struct newton *n, const struct newton_task *task, double share, const roln_real *x, uint64_t *seed)
 {
     const roln_newton_opt all = {ROLN_C(1e6), 1, 5};
     const int P = n->params;
     for (int i = 1; i < FIRST && ROLN_NEWTON_SIDE(n->rows, P) == P; i++) {
-        if (gather(n, task, &all, x, seed) != 0) return -1;
+        if (gather(n, task, share, &all, x, seed) != 0) return -1;
         rolni_newton_back(n->rows, P, n->J, n->r, n->J + (size_t)n->rows * (size_t)P, n->next);
     }
     return 0;
@@ -99,6 +110,8 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
         if (roln_newton_step(n->blocks, n->table, opt, &system, x, &n->state, n->next, n->expect, n->keep, n->work) != ROLN_OK)
             return 0;
         task->rows(task->self, n->next, 0, judges, NULL, n->there);
+        for (int k = 0; k < judges; k++)
+            if (n->left_out[k]) n->there[k] = n->expect[k];
         if (roln_newton_judge(judges, n->r, n->weight, n->expect, n->there, &n->state)) {
             memcpy(x, n->next, (size_t)P * sizeof *x);
             memcpy(carried, n->keep, (size_t)P * sizeof *x);
@@ -116,17 +129,17 @@ static void add_to_mean(struct newton *n, const roln_real *x)
         n->mean[i] += (x[i] - n->mean[i]) / (roln_real)n->iterates;
 }
 
-int newton_run(struct newton *n, const struct newton_task *task, roln_real *x, double seconds, int most, uint64_t seed)
+int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds, uint64_t seed)
 {
     static const roln_newton_opt opt = ROLN_NEWTON_OPT;
     const double t0 = cpu_seconds();
     int steps = 0, in_vain = 0, looks = 1;
-    if (n->state.taken == 0 && gather_first(n, task, x, &seed) != 0) return -1;
-    for (; (most == 0 || steps < most) && cpu_seconds() - t0 < seconds; steps++) {
-        if (gather(n, task, &opt, x, &seed) != 0) return -1;
+    if (n->state.taken == 0 && gather_first(n, task, s->share, x, &seed) != 0) return -1;
+    for (; (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
+        if (gather(n, task, s->share, &opt, x, &seed) != 0) return -1;
         if (step(n, task, &opt, x)) in_vain = 0, add_to_mean(n, x);
         else if (++in_vain == IN_VAIN) return fprintf(stderr, "newton: no step is taken\n"), -1;
-        if (cpu_seconds() - t0 < looks * seconds / 10 && (most == 0 || steps + 1 < most)) continue;
+        if (cpu_seconds() - t0 < looks * seconds / 10 && (s->most == 0 || steps + 1 < s->most)) continue;
         printf("gauss-newton %5d of %4u taken, %u refused  rms %.2e  error %.2f  lambda %.1e\n", steps + 1, n->state.taken,
                n->state.refused, sqrt((double)n->state.loss / n->rows), (double)n->state.error, (double)n->state.lambda);
         fflush(stdout);
@@ -143,17 +156,11 @@ void newton_mean(const struct newton *n, roln_real *x)
 
 /* ---- which samples ---- */
 
-static int *ints(size_t n)
-{
-    int *p = calloc(n ? n : 1, sizeof *p);
-    if (!p) fprintf(stderr, "newton: out of memory\n"), exit(1);
-    return p;
-}
-
 void picks_open(struct picks *p, const struct motion *d, const struct stage *s)
 {
     const int all = d->count * d->samples, reach = s->steps * s->stride;
     memset(p, 0, sizeof *p);
+    p->factor = 1;
     p->single = ints((size_t)all), p->longer = ints((size_t)all);
     p->start = ints((size_t)s->batch), p->window = ints((size_t)s->batch);
     for (int k = 0; k < d->count; k++)
@@ -183,14 +190,14 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-double picks_weight(struct picks *p, const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed)
+double newton_balance(const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed)
 {
     enum { SOME = 101, WINDOW = 3 };
     roln_real middle[2], r[SOME];
     const int some = ROLN_MIN(SOME, s->batch);
     if (s->share <= 0 || s->share >= 1) return 1;
     for (int windows = 0; windows < 2; windows++) {
-        picks_draw(p, some, windows, &seed);
+        task->draw(task->self, some, windows, &seed);
         task->rows(task->self, x, 0, some, NULL, r);
         for (int k = 0; k < some; k++)
             r[k] = roln_finite(r[k]) ? ROLN_ABS(r[k]) : ROLN_C(1e30);

@@ -72,10 +72,10 @@
     LATENT16(name_ "-mlp", where, d, 200, 3, LATENT_MLP), \
     LATENT16(name_ "-hnn", where, d, 200, 3, LATENT_HNN), \
     LATENT16(name_ "-symoden", where, d, 200, 3, LATENT_SYMODEN), \
-    JOINTS(LAGRANGE, name_ "300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
-    JOINTS(LAGRANGE, name_ "300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON(0, 2000)}), \
-    JOINTS(LAGRANGE, name_ "300-full", where, 200, 1, 300, FULL16(.base = 0)), \
-    JOINTS(LAGRANGE, name_ "300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
+    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, FULL16(.base = 0)), \
+    JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
     FEW16(name_, where, d, 5), FEW16(name_, where, d, 10), FEW16(name_, where, d, 20), FEW16(name_, where, d, 40)
 /* learned from starts of .3 rad, tested from .5 */
 #define NARROW(id, what) LATENT16("pend16-narrow-" id, TRUTH_PEND16_NARROW, 4, 200, 2, what)
@@ -92,11 +92,46 @@
     {.name = id "-fit", .kind = FIT, .system = where, .train = trajectories, .seeds = 1}
 #define GRID_SHAPE(n, d, ...) .shape = {.ae = {64, n}, .degree = d, .mlp = 32, .slope = 1, .zoom = 1, __VA_ARGS__}
 #define SMOOTH(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows, .smooth = 10}
+#define GRID_LAYERED(n, ...) \
+    .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7, __VA_ARGS__}
+#define CLOTH_LAYERED(...) \
+    .shape = {.ae = {48, 48, 48, 48, 48, 32, 10}, .mlp = 64, .slope = .6, .zoom = 3.3, __VA_ARGS__}
+#define LAYERED_GRID(id, where, trajectories, unit, ...) \
+    {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .seconds = 300, .pod = 48, \
+     __VA_ARGS__}
+#define GRID_ODE(p, size, H, samples, ae, net, pos, vel) \
+    {.kind = STAGE_ODE, .part = p, .batch = size, .steps = H, .stride = samples, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
+     .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
+#define GRID_AE(p) {.kind = STAGE_AE, .part = p, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
+#define ROPE_PAPER \
+    .stage = {GRID_AE(.25), {.kind = STAGE_ACC, .part = .2, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 200, \
+                             .w_acc = .003, .w_qd = .1, .bias = .01, .smooth = 10}, \
+              GRID_ODE(.2, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(.2, 32, 25, 20, .005, 1e-3, 200, .1), \
+              GRID_ODE(.15, 16, 49, 20, .003, 1e-3, 200, .1)}
+#define CLOTH_PAPER \
+    .stage = {GRID_AE(.25), GRID_ODE(.3, 32, 8, 5, .01, 2e-3, 50, .3), GRID_ODE(.25, 32, 25, 5, .005, 1e-3, 50, .3), \
+              GRID_ODE(.2, 16, 49, 5, .003, 1e-3, 50, .3)}
 #define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.35, 2000), WINDOWS(.6, 2000, 25, 20)}
 #define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, GRID_SHAPE(n, d, .base = 0), ROPE_STEPS)
 #define CLOTH_STEPS .stage = {TURN(.05), SMOOTH(.35, 2000), WINDOWS(.6, 2000, 25, 5)}
 #define CLOTH(id, unit, damped, repeats, time, n, d) \
     GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, GRID_SHAPE(n, d, .damping = damped), CLOTH_STEPS)
+
+/* ---- charts alone: E_q at 0 ms and seconds; the encoder turns until that gains no more ---- */
+
+#define ALONE(id, where, trajectories, r, time, ...) \
+    {.name = "chart-" id, .kind = CHART, .system = where, .train = trajectories, .seeds = 1, .seconds = time, .pod = r, __VA_ARGS__}
+#define BENT(id, where, trajectories, r, N, n, d) \
+    ALONE(id "-d" #d, where, trajectories, r, 60, .shape = {.ae = {N, n}, .degree = d, .mlp = 4, .slope = 1, .zoom = 1}, \
+          .stage = {TURN(1)})
+#define CHARTS(id, where, trajectories, r, N, n) \
+    ALONE(id "-pod", where, trajectories, r, 60, .shape = {.ae = {N, n}, .mlp = 4, .slope = 1, .zoom = 1}), \
+    BENT(id, where, trajectories, r, N, n, 2), BENT(id, where, trajectories, r, N, n, 3)
+#define CHARTS_DEEP(id, where, trajectories, r, N, n) \
+    BENT(id, where, trajectories, r, N, n, 4), BENT(id, where, trajectories, r, N, n, 5)
+#define CHARTS16(id, where) \
+    CHARTS(id, where, 200, 0, 16, 4), CHARTS_DEEP(id, where, 200, 0, 16, 4), BENT(id, where, 200, 0, 16, 4, 6), \
+    BENT(id, where, 200, 0, 16, 4, 8), ALONE(id "-layered", where, 200, 0, 60, LAYERED16, .stage = {ADAM(STAGE_AE, 1, .1, 0, .w_q = 2)})
 
 const struct recipe recipes[] = {
     PEND2("exp", .base = 0),
@@ -139,6 +174,21 @@ const struct recipe recipes[] = {
     CLOTH("n14", 7e-5, 0, 1, 60, 14, 3),
     CLOTH("free-n10", 0, 1, 3, 300, 10, 3),
     GRID("cloth-pod", TRUTH_CLOTH, 60, 7e-5, 3, 60, GRID_SHAPE(10, 0, .base = 0), CLOTH_STEPS),
+    LAYERED_GRID("rope-paper", TRUTH_ROPE, 100, 0, GRID_LAYERED(10, .base = 0), ROPE_PAPER),
+    LAYERED_GRID("cloth-paper", TRUTH_CLOTH, 60, 7e-5, CLOTH_LAYERED(.damping = 0), CLOTH_PAPER),
+    LAYERED_GRID("cloth-free-paper", TRUTH_CLOTH, 60, 0, CLOTH_LAYERED(.damping = 1), CLOTH_PAPER),
+
+    CHARTS16("pend16", TRUTH_PEND16),
+    CHARTS16("wave16", TRUTH_WAVE16),
+    CHARTS("rope-n4", TRUTH_ROPE, 100, 64, 64, 4),
+    CHARTS_DEEP("rope-n4", TRUTH_ROPE, 100, 64, 64, 4),
+    ALONE("rope-n4-layered", TRUTH_ROPE, 100, 48, 60, GRID_LAYERED(4, .base = 0), .stage = {GRID_AE(1)}),
+    CHARTS("rope-n10", TRUTH_ROPE, 100, 64, 64, 10),
+    BENT("rope-n10", TRUTH_ROPE, 100, 64, 64, 10, 4),
+    ALONE("rope-n10-layered", TRUTH_ROPE, 100, 48, 60, GRID_LAYERED(10, .base = 0), .stage = {GRID_AE(1)}),
+    CHARTS("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10),
+    BENT("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10, 4),
+    ALONE("cloth-n10-layered", TRUTH_CLOTH, 60, 48, 60, CLOTH_LAYERED(.damping = 0), .stage = {GRID_AE(1)}),
 };
 const int recipes_count = sizeof recipes / sizeof *recipes;
 

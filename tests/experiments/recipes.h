@@ -4,7 +4,7 @@
 
 #include "experiment.h"
 
-enum kind { LAGRANGE, LATENT, OPINF, OPINF_AFFINE, FIT };
+enum kind { LAGRANGE, LATENT, CHART, OPINF, OPINF_AFFINE, FIT }; /* CHART: an autoencoder alone */
 enum { STAGES = 6, TESTS = 10 };        /* stages of training at most; test trajectories */
 
 struct recipe {

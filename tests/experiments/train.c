@@ -131,19 +131,26 @@ static int train_adam(struct model *m, const struct motion *d, const struct stag
 /* ---- Gauss-Newton: rows of the networks behind the autoencoder, which stays ---- */
 
 struct rows {
+    struct newton_task task;
     const struct model *m;
     const struct motion *d;
     const struct stage *s;
     struct picks picks;
-    roln_loss acc, pred;            /* weights of single samples, of windows */
     roln_real *theta, *work;
     double *samples;
 };
 
-static void draw(void *self, int count, uint64_t *seed)
+static void draw(void *self, int count, double share, uint64_t *seed)
 {
     struct rows *w = self;
-    picks_draw(&w->picks, count, w->s->share, seed);
+    picks_draw(&w->picks, count, share, seed);
+}
+
+static roln_loss row_weights(const struct rows *w, int window)
+{
+    const roln_real c = (roln_real)(w->picks.factor * w->picks.factor);
+    const roln_loss acc = {.qdd_pred = 1, .force = (roln_real)w->s->w_force}, pred = {.q_pred = c, .qd_pred = c / 10};
+    return window ? pred : acc;
 }
 
 /* One by one, so that a window that fails does not end the call. */
@@ -157,69 +164,71 @@ static void rows(void *self, const roln_real *x, int from, int count, roln_real 
     at.theta = w->theta;
     for (int k = 0; k < count; k++) {
         const int window = w->picks.window[from + k];
+        const roln_loss weights = row_weights(w, window);
         const roln_batch b = batch_of(w->d, 1, window ? w->s->steps : 0, window ? w->s->stride : 1, w->picks.start + from + k);
         const roln_rows_to to = {J ? J + (size_t)k * (size_t)P : NULL, r + k, 1, w->picks.signs + (uint64_t)(from + k)};
-        roln_rows(&at, window ? &w->pred : &w->acc, &b, (roln_real)(w->d->dt * w->s->stride), &to, w->work);
+        roln_rows(&at, &weights, &b, (roln_real)(w->d->dt * w->s->stride), &to, w->work);
         *w->samples += window ? w->s->steps + 1 : 1;
     }
 }
 
-static void rows_open(struct rows *w, const struct model *m, const struct motion *d, const struct stage *s, double *samples)
+struct newton_task *model_task(const struct model *m, const struct motion *d, const struct stage *s, double *samples)
 {
     const struct sizes sz = sizes_of(&m->md, BLOCK);
-    const roln_loss acc = {.qdd_pred = 1, .force = (roln_real)s->w_force}, pred = {.q_pred = 1, .qd_pred = ROLN_C(0.1)};
     const int work = ROLN_MAX(ROLN_GRAD_ACC_WORK(SZ, BLOCK), ROLN_GRAD_WORK(SZ, BLOCK, s->steps));
-    memset(w, 0, sizeof *w);
-    w->m = m, w->d = d, w->s = s, w->samples = samples, w->acc = acc, w->pred = pred;
+    struct rows *w = room(1, sizeof *w);
+    w->task.self = w, w->task.draw = draw, w->task.rows = rows;
+    w->m = m, w->d = d, w->s = s, w->samples = samples;
     picks_open(&w->picks, d, s);
     w->theta = room((size_t)m->params, sizeof *w->theta), w->work = room((size_t)work, sizeof *w->work);
     memcpy(w->theta, m->theta, (size_t)m->params * sizeof *w->theta);
+    return &w->task;
 }
 
-static void rows_close(struct rows *w)
+void model_task_free(struct newton_task *task)
 {
-    picks_close(&w->picks), free(w->theta), free(w->work);
+    struct rows *w = task->self;
+    picks_close(&w->picks), free(w->theta), free(w->work), free(w);
 }
 
 static int train_newton(struct model *m, const struct motion *d, const struct stage *s, double seconds, uint64_t seed,
                         double *samples)
 {
     roln_real *x = m->theta + roln_ae_params(&m->md.ae);
-    struct rows w;
-    const struct newton_task task = {&w, draw, rows};
-    rows_open(&w, m, d, s, samples);
+    struct newton_task *task = model_task(m, d, s, samples);
+    struct rows *w = task->self;
     if (!m->newton) m->newton = newton_new(m->blocks - m->front, m->table + m->front, s->batch);
-    const double c = picks_weight(&w.picks, &task, s, x, seed);
-    w.pred.q_pred *= (roln_real)(c * c), w.pred.qd_pred *= (roln_real)(c * c);
-    const int steps = newton_run(m->newton, &task, x, seconds, s->most, seed);
+    w->picks.factor = newton_balance(task, s, x, seed);
+    const int steps = newton_run(m->newton, task, s, x, seconds, seed);
     if (s->share > 0) m->dt = (roln_real)(d->dt * s->stride);
-    rows_close(&w);
+    model_task_free(task);
     return steps > 0 ? 0 : -1;
 }
 
 /* ---- L-BFGS of the networks, accelerations of samples that stay ---- */
 
 struct fixed {
-    struct rows rows;
+    struct rows *rows;
     roln_batch batch;
 };
 
 static roln_real fixed_value(void *self, const roln_real *x, roln_real *g)
 {
     struct fixed *f = self;
-    const struct model *m = f->rows.m;
+    const struct model *m = f->rows->m;
+    const roln_loss weights = row_weights(f->rows, 0);
     const int front = roln_ae_params(&m->md.ae);
     roln_trained at = model_trained(m);
     roln_loss loss = {0};
     roln_real windows = 0;
     const roln_gradient to = {.net = g, .loss = &loss, .windows = &windows};
-    memcpy(f->rows.theta + front, x, (size_t)(m->params - front) * sizeof *x);
-    at.theta = f->rows.theta;
-    *f->rows.samples += f->batch.count;
-    if (roln_grad_acc(&at, &f->rows.acc, &f->batch, BLOCK, &to, f->rows.work) != ROLN_OK) return ROLN_C(0.0) / ROLN_C(0.0);
+    memcpy(f->rows->theta + front, x, (size_t)(m->params - front) * sizeof *x);
+    at.theta = f->rows->theta;
+    *f->rows->samples += f->batch.count;
+    if (roln_grad_acc(&at, &weights, &f->batch, BLOCK, &to, f->rows->work) != ROLN_OK) return ROLN_C(0.0) / ROLN_C(0.0);
     for (int i = 0; i < m->params - front; i++)
         g[i] /= windows;
-    return roln_loss_total(&f->rows.acc, &loss) / windows;
+    return roln_loss_total(&weights, &loss) / windows;
 }
 
 static int train_lbfgs(struct model *m, const struct motion *d, const struct stage *s, double seconds, uint64_t seed,
@@ -231,16 +240,17 @@ static int train_lbfgs(struct model *m, const struct motion *d, const struct sta
     roln_lbfgs state = ROLN_LBFGS_START;
     roln_status st = ROLN_OK;
     struct fixed f;
-    rows_open(&f.rows, m, d, s, samples);
-    draw(&f.rows, s->batch, &seed);
-    f.batch = batch_of(d, s->batch, 0, 1, f.rows.picks.start);
+    struct newton_task *task = model_task(m, d, s, samples);
+    f.rows = task->self;
+    draw(f.rows, s->batch, 0, &seed);
+    f.batch = batch_of(d, s->batch, 0, 1, f.rows->picks.start);
     roln_real *keep = room((size_t)ROLN_LBFGS_KEEP(PAIRS, P), sizeof *keep);
     roln_real *work = room((size_t)ROLN_LBFGS_WORK(PAIRS, P, 0), sizeof *work);
     for (int t = 0; st == ROLN_OK && (s->most == 0 || t < s->most) && cpu_seconds() - t0 < seconds; t++) {
         st = roln_lbfgs_step(m->blocks - m->front, m->table + m->front, PAIRS, fixed_value, &f, &state, m->theta + front, keep, work);
         if (t % 100 == 99) printf("l-bfgs %5d  loss %.2e\n", t + 1, (double)state.value), fflush(stdout);
     }
-    free(keep), free(work), rows_close(&f.rows);
+    free(keep), free(work), model_task_free(task);
     return st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE ? 0 : refuse("l-bfgs", (int)st);
 }
 
