@@ -627,39 +627,40 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
 
 /* ---- 6 Gauss-Newton --------------------------------------------------------------------------- */
 
-/* Riemannian Gauss-Newton on the product of the blocks, recursive: each step gets R fresh residuals r_k, data minus model, with rows
-   J_k, the derivative of the model's number k by the P parameters, and remembers older ones, which fade by beta = 1 - 1 / memory:
-       A <- beta A + J^T J,   G = beta g + J^T r,   d = (A + s I)^-1 G,   x+ = R_x(rate d),   s = lambda tr(A) / P
-   in the tangent space at x. g = G - rate A d is what the older rows still ask for if they are linear: the gradient of their half
-   squares, without their being looked at again (Kalman 1960; Levenberg 1944, Marquardt 1963 for s). Of many more parameters than
-   rows, P > 8 R, the smaller system in the rows is solved, where the last step d_old is all that is remembered (Goldshlager et al.
-   2024), mu = beta:
+/* Riemannian Gauss-Newton on the product of the blocks, recursive. A step gets R fresh residuals r_k, data minus model, with rows
+   J_k, the derivative of the model's number k by the P parameters. Older rows are not looked at again: they stay in two sums, where
+   they fade by beta = 1 - 1 / memory from step to step,
+       A <- beta A + J^T J,   G = beta rest + J^T r,   d = (A + s I)^-1 G,   x+ = R_x(rate d),   s = lambda tr(A) / P
+   in the tangent space at x. rest = G - rate A d is what the rows still ask for at x+ if they are linear, the sum of J^T r there.
+   So a step on linear rows is that on all rows so far at once, each weighted by beta^age (recursive least squares, Kalman 1960;
+   damping, Levenberg 1944, Marquardt 1963). Of many more parameters than rows, P > 8 R, the smaller system in the rows is solved,
+   where the last step d_old is all that is remembered, mu = beta (Goldshlager et al. 2024):
        d = argmin |J d - r|^2 + s |d - mu d_old|^2 = mu d_old + J^T (J J^T + s I)^-1 (r - mu J d_old),   s = lambda tr(J J^T) / P
-   A step is taken if the rows are as linear along it as that their change is foretold better than by none,
+   A step is taken if along it the change of the rows is foretold better by J d than by no change,
        error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,
-   and lambda follows the error, which it holds near 0.17. A step that is not taken leaves everything but lambda as it was, except
-   that it ends the momentum of the system in the rows: damping only shortens d - mu d_old.
+   and lambda follows the error: it grows where that is above 0.17, and falls where it is below. A step that is not taken leaves
+   everything but lambda as it was, except that it ends the memory of the system in the rows: damping only shortens d - mu d_old.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
        roln_newton_sums    A, or J J^T                                                          once for new rows
        roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
        roln_newton_judge   takes the residuals at x+: is the step taken?
 
-   J [R + 1][P] is the caller's: behind the rows stands g, or d_old, 0 at first. All blocks must have the dot product of their
-   coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a step's business: parameters that shall
-   stay are left out of the table. */
+   J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
+   must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
+   step's business: parameters that shall stay are left out of the table. */
 
 typedef struct {
-    roln_real memory; /* in steps, at least 1: no memory */
-    roln_real rate;   /* of a step: 1; smaller with a long momentum */
+    roln_real memory; /* in steps; 1: of this step's rows alone */
+    roln_real rate;   /* the part of d that a step goes: 1; less with a long memory in the system of the rows */
     roln_real cap;    /* residuals beyond cap times their mean size count linearly, as in Huber's loss; 0: none do */
 } roln_newton_opt;
 #define ROLN_NEWTON_OPT {8, 1, 5}
 
 typedef struct {
     roln_real lambda; /* 0: no damping, and none is ever added */
-    roln_real loss;   /* sum of squares of the last R residuals, capped */
-    roln_real error;  /* of the last step */
+    roln_real loss;   /* sum of squares of the R residuals at x, scaled as the cap asks */
+    roln_real error;  /* of the last step that was taken */
     uint32_t taken, refused;
 } roln_newton;
 #define ROLN_NEWTON_START {ROLN_C(1e-2), 0, 0, 0, 0}
@@ -676,8 +677,8 @@ ROLN_FN int roln_product_size(int blocks, const roln_block *table)
 /* Size of the system: P, or R where P > 8 R. */
 #define ROLN_NEWTON_SIDE(R, P) ((P) > 8 * (R) ? (R) : (P))
 
-/* gm [count + 1][P]: count Euclidean gradients at x and a tangent elsewhere become Riemannian gradients and a tangent at x. work: the
-   largest roln_manifold.work. ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. */
+/* gm [count + 1][P]: count Euclidean gradients at x and a tangent elsewhere become Riemannian gradients and a tangent at x. work:
+   the largest roln_manifold.work. ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. */
 ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const roln_real *x, int count, int P, roln_real *gm,
                                    roln_real *work)
 {
@@ -695,11 +696,11 @@ ROLN_FN roln_status rolni_tangents(int blocks, const roln_block *table, const ro
     return ROLN_OK;
 }
 
-/* J [R + 1][P], Euclidean rows and what is carried along, becomes Riemannian at x; rows whose residual is beyond the bound are
-   scaled by weight = sqrt(bound / |r|), and the residual with them, so that their square has the slope of Huber's loss. x [P] in; J,
-   r [R] in and out; weight [R], 1 where nothing is scaled, and state->loss out. work: the largest roln_manifold.work.
-   ROLN_E_NOT_FINITE: a row or residual is not; ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. J, r and weight
-   are then scratch, all else is as it was. */
+/* J [R + 1][P], Euclidean rows and what is carried, becomes Riemannian at x; rows whose residual is beyond the bound are scaled by
+   weight = sqrt(bound / |r|), and the residual with them, so that their square has the slope of Huber's loss. x [P] in; J, r [R] in
+   and out; weight [R], 1 where nothing is scaled, and state->loss out. work: the largest roln_manifold.work. ROLN_E_NOT_FINITE: a
+   row, a residual, their sum of squares or a setting is not; ROLN_E_RANGE: memory below 1. All is then as it was. ROLN_E_SHAPE: a
+   block has a metric of its own; status of the verbs: J is then scratch, all else as it was. */
 ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const roln_newton_opt *opt, int R, const roln_real *x,
                                      roln_real *J, roln_real *r, roln_real *weight, roln_newton *state, roln_real *work)
 {
@@ -709,7 +710,9 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
     int k, i;
     for (k = 0; k < R; k++)
         bound += ROLN_ABS(r[k]) / ROLNI_AS(roln_real, R);
-    if (!roln_finite(bound) || !roln_finite(bound *= opt->cap)) return ROLN_E_NOT_FINITE;
+    bound *= opt->cap;
+    if (!roln_finite(roln_dot(R, r, r)) || !roln_finite(bound) || !roln_finite(opt->memory)) return ROLN_E_NOT_FINITE;
+    if (opt->memory < 1) return ROLN_E_RANGE;
     for (k = 0; k <= R; k++)
         if (!roln_all_finite(P, J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P))) return ROLN_E_NOT_FINITE;
     if ((st = rolni_tangents(blocks, table, x, R, P, J, work)) != ROLN_OK) return st;
@@ -725,7 +728,8 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
 }
 
 /* Rows from .. to - 1 of A, or of J J^T, in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or more: all. S
-   is 0 before the first call. Calls for other rows may run at the same time, each with work of its own. work [ROLN_SYM_WORK]. */
+   in is that of the step before, 0 at first. Calls for other rows may run at the same time, each with work of its own. work
+   [ROLN_SYM_WORK]. */
 ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from, int to, const roln_real *J, roln_real *S,
                               roln_real *work)
 {
@@ -761,7 +765,8 @@ typedef struct {
     roln_real *S;           /* [side][side + 1], of roln_newton_sums; its factor is written there, too */
 } roln_newton_system;
 
-/* d [P] for one lambda, and what is carried along from it, keep [P]. ROLN_E_NOT_SPD: too little damping. */
+/* d [P] for one lambda, and what is carried on if it is gone, keep [P]: d, or rest by A d = G - s d. ROLN_E_NOT_SPD: too little
+   damping. */
 #define ROLN_NEWTON_SOLVE_MEM(X, side, P) X(damp, side) X(y, side) X(part, P)
 #define ROLN_NEWTON_SOLVE_WORK(side, P) (0 ROLN_NEWTON_SOLVE_MEM(ROLNI_SIZE, side, P) + ROLN_SYM_CHOL_WORK(side))
 ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real lambda, roln_real mu, roln_real rate, roln_real *d,
@@ -769,7 +774,7 @@ ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real la
 {
     const int R = g->R, P = g->P, side = ROLN_NEWTON_SIDE(R, P);
     const size_t row = ROLNI_AS(size_t, P);
-    const roln_real *J = g->J, *old = J + ROLNI_AS(size_t, R) * row;
+    const roln_real *J = g->J, *carried = J + ROLNI_AS(size_t, R) * row;
     roln_real s = 0;
     roln_status st;
     int i;
@@ -782,17 +787,17 @@ ROLN_FN roln_status rolni_newton_solve(const roln_newton_system *g, roln_real la
     if ((st = roln_sym_chol(side, damp, g->S, work)) != ROLN_OK) return st;
     if (side == P) {
         for (i = 0; i < P; i++)
-            y[i] = mu * old[i];
+            y[i] = mu * carried[i];
         rolni_newton_back(R, P, J, g->r, y, part);
         roln_sym_solve(side, g->S, y, d);
         for (i = 0; i < P; i++)
             keep[i] = rate * s * d[i] + (1 - rate) * y[i];
     } else {
         for (i = 0; i < R; i++)
-            y[i] = g->r[i] - mu * roln_dot(P, J + ROLNI_AS(size_t, i) * row, old);
+            y[i] = g->r[i] - mu * roln_dot(P, J + ROLNI_AS(size_t, i) * row, carried);
         roln_sym_solve(side, g->S, y, y);
         for (i = 0; i < P; i++)
-            d[i] = mu * old[i];
+            d[i] = mu * carried[i];
         rolni_newton_back(R, P, J, y, d, part);
         rolni_copy(P, d, keep);
     }
@@ -825,11 +830,12 @@ ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_
 #define ROLN_NEWTON_STEP_WORK(R, P, verb) \
     (0 ROLN_NEWTON_STEP_MEM(ROLNI_SIZE, P) + ROLN_MAX(ROLN_NEWTON_SOLVE_WORK(ROLN_NEWTON_SIDE(R, P), P), verb))
 
-/* A step from x [P]: where it ends, next [P]; the residuals there if they are linear, expect [R]; what takes the place of row R of J
-   if it is taken, keep [P]. More damping is tried, 8 times as much and 24 times at most, and no momentum, if the system is not
-   positive definite to working precision or the step leaves a manifold; lambda keeps it. ROLN_E_NOT_SPD: no damping helped, or
-   lambda is 0 and J has lost rank; ROLN_E_NOT_FINITE; ROLN_E_RANGE: memory below 1; status of a retraction. next, expect and keep are
-   then scratch, and state is as it was; x, J, r and the sums are in any case. work [ROLN_NEWTON_STEP_WORK]. */
+/* A step from x [P]: where it ends, next [P]; the residuals there if they are linear, expect [R]; what takes the place of row R of
+   J if it is taken, keep [P]. If the system is not positive definite to working precision, or the step leaves a manifold, more
+   damping is tried, 8 times as much and 24 times at most, and d_old is dropped; lambda keeps it. ROLN_E_NOT_SPD: no damping
+   helped, or lambda is 0 and the rows have lost rank; ROLN_E_NOT_FINITE: a setting or an output is not; ROLN_E_RANGE: memory below
+   1; status of the verbs. next, expect and keep are then scratch, and state is as it was; x, J, r and the sums are in any case.
+   work [ROLN_NEWTON_STEP_WORK]. */
 ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
                                      const roln_real *x, roln_newton *state, roln_real *next, roln_real *expect, roln_real *keep,
                                      roln_real *work)
@@ -840,8 +846,8 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
     roln_status st = ROLN_E_NOT_SPD;
     int k, tries;
     ROLN_NEWTON_STEP_MEM(ROLNI_CARVE, P)
-    if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(beta)) return ROLN_E_NOT_FINITE;
-    if (beta < 0 || opt->memory < 1) return ROLN_E_RANGE;
+    if (!(lambda >= 0) || !roln_finite(lambda) || !roln_finite(opt->rate) || !roln_finite(opt->memory)) return ROLN_E_NOT_FINITE;
+    if (opt->memory < 1) return ROLN_E_RANGE;
     for (tries = 0; tries < 24; tries++) {
         st = rolni_newton_solve(g, lambda, sums || tries == 0 ? beta : 0, opt->rate, d, keep, work);
         if (st == ROLN_OK && sums && beta > 0) st = rolni_tangents(blocks, table, x, 0, P, d, work); /* older rows were elsewhere */
@@ -857,9 +863,10 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* Nonzero if the step is to be taken: there [R] are the residuals at x+, not yet scaled. The caller then copies next to x and keep to
-   row R of J; else, of the system in the rows, he zeroes that. lambda stays between eps and 1 / eps. R may be less than that of the
-   step: the first R rows judge. */
+/* Nonzero if the step is to be taken. The first R rows judge, all or fewer: r and weight [R] of roln_newton_rows, expect [R] of
+   roln_newton_step, and there [R], the residuals at x+ as they are measured. The caller then copies next to x and keep behind the
+   rows of J; if it is not, he zeroes what stands there in the system of the rows, and leaves rest where it is. lambda *= error /
+   0.17, but by 1/3 to 2, and by 4 if the step is not taken; it stays between eps and 1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
                               roln_newton *state)
 {
@@ -869,7 +876,7 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight
         const roln_real a = weight[k] * there[k] - expect[k], b = r[k] - expect[k];
         wrong += a * a, change += b * b;
     }
-    take = roln_finite(wrong) && wrong <= change;
+    take = roln_finite(wrong + change) && wrong <= change;
     if (take) {
         state->error = change > 0 ? ROLN_SQRT(wrong / change) : 0;
         factor = ROLN_MIN(ROLN_MAX(state->error / ROLN_C(0.17), 1 / ROLN_C(3.0)), 2);

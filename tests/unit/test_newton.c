@@ -7,7 +7,7 @@
 #define ROLN_ROWS 360
 #include "roln.h"
 
-#define ROLN_NAME hand /* every manifold, all of it learned; fewer rows than parameters and more */
+#define ROLN_NAME hand /* every manifold, all of it learned; systems of either kind */
 #define ROLN_AE 5, 4, 2
 #define ROLN_CHART polynomial, 2
 #define ROLN_MLP 3
@@ -33,7 +33,7 @@
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 2
-#define ROLN_ROWS 20
+#define ROLN_ROWS 13
 #define ROLN_LEARN networks
 #include "roln.h"
 
@@ -48,13 +48,14 @@ void TEST_NAME(newton)(void);
 
 enum { MAXR = 400, MAXP = 200 };
 
-/* A table of more parameters than a block of sums has terms, so that a system in the rows has more rows than that, too. */
+/* A table of more parameters than a block of sums has terms, so that a system in the rows sums over more than that, too. */
 enum { WIDE_SIZE = 130 + 48 + 9 + 4 };
 static const roln_block wide[] = {{&roln_biorthogonal, 3, 8, 0}, {ROLN_EUCLIDEAN, 1, 130, 0}, {&mode, 0, 4, 0},
                                   {&roln_spd, 3, 3, 0},
                                   {&sphere, 1, 4, 0}};
-/* Numbers without a constraint, in three blocks. */
+/* Numbers without a constraint, in three blocks and in one. */
 static const roln_block flat[] = {{ROLN_EUCLIDEAN, 2, 3, 0}, {&roln_spd, 0, 0, 0}, {ROLN_EUCLIDEAN, 6, 1, 0}};
+static const roln_block line[] = {{ROLN_EUCLIDEAN, 4, 10, 0}};
 /* One of each, small. */
 enum { FEW_SIZE = 4 + 16 + 4 + 2 };
 static const roln_block few[] = {{&sphere, 1, 4, 0}, {&roln_biorthogonal, 2, 4, 0}, {&roln_spd, 2, 2, 0},
@@ -66,12 +67,13 @@ typedef struct {
     int blocks, R, P, side;
     roln_newton_opt opt;
     roln_newton state;
-    roln_real x[MAXP], J[(MAXR + 1) * MAXP], r[MAXR], S[MAXP * (MAXP + 1)], d[MAXP], next[MAXP];
+    roln_real x[MAXP], J[(MAXR + 1) * MAXP], r[MAXR], S[MAXP * (MAXP + 1)];
+    roln_real weight[MAXR], expect[MAXR], next[MAXP], keep[MAXP];
 } problem;
 
 static void problem_of(const roln_block *t, int blocks, int R, problem *g)
 {
-    const roln_newton_opt opt = {1, 0, 0};
+    const roln_newton_opt opt = {1, 1, 0};
     const roln_newton start = ROLN_NEWTON_START;
     memset(g, 0, sizeof *g);
     g->table = t, g->blocks = blocks, g->R = R, g->P = roln_product_size(blocks, t), g->side = ROLN_NEWTON_SIDE(R, g->P);
@@ -95,18 +97,24 @@ static void random_point(const problem *g, uint64_t *s, roln_real *x)
     }
 }
 
-/* Random rows and residuals, some of them ten times as large, and a last step, which is symmetric in the frame of a matrix. */
+/* Random rows and residuals, some of them ten times as large. */
 static void random_rows(problem *g, uint64_t *s)
 {
-    roln_real *old = g->J + g->R * g->P;
-    int k, b, i;
+    int k;
     fill(g->R * g->P, 1, s, g->J);
-    fill(g->P, 0.005L, s, old);
-    for (b = 0; b < g->blocks; old += roln_block_size(g->table + b), b++) {
-        const int n = g->table[b].rows;
-        for (i = 0; i < n * n && g->table[b].manifold == &roln_spd; i++) old[i] = old[i % n * n + i / n];
-    }
     for (k = 0; k < g->R; k++) fill(1, k % 7 == 3 ? 0.1L : 0.01L, s, g->r + k);
+}
+
+/* Something to carry, as if from steps before; symmetric in the frame of a matrix. */
+static void random_carried(problem *g, uint64_t *s)
+{
+    roln_real *carried = g->J + g->R * g->P;
+    int b, i;
+    fill(g->P, 0.005L, s, carried);
+    for (b = 0; b < g->blocks; carried += roln_block_size(g->table + b), b++) {
+        const int n = g->table[b].rows;
+        for (i = 0; i < n * n && g->table[b].manifold == &roln_spd; i++) carried[i] = carried[i % n * n + i / n];
+    }
 }
 
 /* The largest work of a verb. */
@@ -123,35 +131,52 @@ static int verb_of(const problem *g)
 static roln_status rows(problem *g)
 {
     const roln_status st =
-        roln_newton_rows(g->blocks, g->table, &g->opt, g->R, g->x, g->J, g->r, &g->state, room_of(verb_of(g)));
+        roln_newton_rows(g->blocks, g->table, &g->opt, g->R, g->x, g->J, g->r, g->weight, &g->state, room_of(verb_of(g)));
     CHECK_BELOW(room_used(), room_end);
     return st;
 }
 
 static void sums(problem *g)
 {
-    roln_newton_sums(g->R, g->P, 0, g->side, g->J, g->S, room_of(ROLN_SYM_WORK));
+    roln_newton_sums(&g->opt, g->R, g->P, 0, g->side, g->J, g->S, room_of(ROLN_SYM_WORK));
     CHECK_BELOW(room_used(), room_end);
 }
 
 static roln_status step(problem *g)
 {
     const roln_newton_system system = {g->R, g->P, g->J, g->r, g->S};
-    const roln_status st = roln_newton_step(g->blocks, g->table, &g->opt, &system, g->x, &g->state, g->d, g->next,
+    const roln_status st = roln_newton_step(g->blocks, g->table, &g->opt, &system, g->x, &g->state, g->next, g->expect, g->keep,
                                             room_of(ROLN_NEWTON_STEP_WORK(g->R, g->P, verb_of(g))));
     CHECK_BELOW(room_used(), room_end);
     return st;
 }
 
+/* The step is taken, or not. */
+static void end_step(problem *g, int taken)
+{
+    roln_real *carried = g->J + g->R * g->P;
+    if (taken) memcpy(g->x, g->next, sizeof g->x), memcpy(carried, g->keep, (size_t)g->P * sizeof *carried);
+    else if (g->side < g->P) memset(carried, 0, (size_t)g->P * sizeof *carried);
+}
+
+/* The triangle of sums, without that of their factor. */
+static int same_sums(const problem *g, const roln_real *S)
+{
+    int i, ok = 1;
+    for (i = 0; i < g->side; i++) ok &= same(i + 1, g->S + i * (g->side + 1), S + i * (g->side + 1));
+    return ok;
+}
+
 /* ---- the twin --------------------------------------------------------------------------------- */
 
 typedef struct {
-    ld J[(MAXR + 1) * MAXP], r[MAXR], size[MAXR + 1]; /* size: of a row before it was projected */
-    ld d[MAXP], next[MAXP], bound, loss, hope, trace, condition;
+    ld J[(MAXR + 1) * MAXP], r[MAXR], weight[MAXR], size[MAXR + 1]; /* size: of a row before it was projected */
+    ld A[MAXP * MAXP];                                              /* sums of all rows, faded, from step to step */
+    ld next[MAXP], expect[MAXR], keep[MAXP], length, trace, condition;
     int capped;
 } twin;
 
-/* The Riemannian gradient of u at x in the coordinates of the manifold; carried: u is the last step. */
+/* The Riemannian gradient of u at x in the coordinates of the manifold; carried: u is a tangent. */
 static void t_tangent(const roln_block *b, const ld *x, int carried, ld *u)
 {
     const int n = b->rows, N = b->cols;
@@ -180,61 +205,61 @@ static void t_retraction(const roln_block *b, const ld *x, const ld *u, ld *y)
     t_spd_retract(n, x, U, y);
 }
 
-/* Huber's loss of a residual. */
-static ld t_huber(ld r, ld bound)
-{
-    return bound > 0 && fabsl(r) > bound ? 2 * bound * fabsl(r) - bound * bound : r * r;
-}
-
-/* Rows and residuals as roln_newton_rows makes them: w^2 r^2 has the slope of Huber's loss. */
+/* Rows and residuals as roln_newton_rows makes them: the square of what is left of r has the slope of bound |r|. */
 static void t_rows(const problem *g, twin *t)
 {
     const int R = g->R, P = g->P;
-    ld x[MAXP], sum = 0;
+    ld x[MAXP], bound = 0;
     int b, k, i, at = 0;
     widen(P, g->x, x), widen((R + 1) * P, g->J, t->J), widen(R, g->r, t->r);
     for (k = 0; k <= R; k++) t->size[k] = sqrtl(dot(P, t->J + k * P, t->J + k * P));
     for (b = 0; b < g->blocks; at += roln_block_size(g->table + b), b++)
         for (k = 0; k <= R && roln_block_size(g->table + b) > 0; k++) t_tangent(g->table + b, x + at, k == R, t->J + k * P + at);
-    t->bound = (ld)g->opt.cap * sqrtl(dot(R, t->r, t->r) / R), t->capped = 0;
+    for (k = 0; k < R; k++) bound += fabsl(t->r[k]);
+    bound *= (ld)g->opt.cap / R, t->capped = 0;
     for (k = 0; k < R; k++) {
-        const ld r = t->r[k], a = fabsl(r);
-        sum += t_huber(r, t->bound);
-        if (!(t->bound > 0) || a <= t->bound) continue;
-        for (i = 0; i < P; i++) t->J[k * P + i] *= sqrtl(t->bound / a);
-        t->r[k] *= sqrtl(t->bound / a), t->capped++;
+        const int out = bound > 0 && fabsl(t->r[k]) > bound;
+        t->weight[k] = out ? sqrtl(bound / fabsl(t->r[k])) : 1, t->capped += out;
+        for (i = 0; i < P; i++) t->J[k * P + i] *= t->weight[k];
+        t->r[k] *= t->weight[k];
     }
-    t->loss = sum;
 }
 
-/* The minimiser of |J d - r|^2 + s |d - mu d_old|^2, where the derivative vanishes: (J^T J + s I) d = J^T r + s mu d_old. */
+/* (A + s I) d = G, with all rows; of few rows d = argmin |J d - r|^2 + s |d - mu d_old|^2, where its derivative vanishes:
+   (J^T J + s I) d = J^T r + s mu d_old. The direction that is gone lies in the tangent space. */
 static void t_step(const problem *g, twin *t)
 {
     static ld K[MAXP * MAXP];
-    const int R = g->R, P = g->P;
-    const ld *old = t->J + R * P;
-    ld x[MAXP], u[MAXP], s, rate = (ld)g->opt.rate;
+    const int R = g->R, P = g->P, few_rows = P > 8 * R;
+    const ld beta = 1 - 1 / (ld)g->opt.memory, rate = (ld)g->opt.rate, *carried = t->J + R * P;
+    ld x[MAXP], u[MAXP], d[MAXP], G[MAXP], s;
     int b, k, i, j, at = 0;
     for (i = 0; i < P; i++)
-        for (j = 0; j < P; j++)
-            for (K[i * P + j] = 0, k = 0; k < R; k++) K[i * P + j] += t->J[k * P + i] * t->J[k * P + j];
+        for (j = 0; j <= i; j++) {
+            ld sum = few_rows ? 0 : beta * t->A[i * P + j];
+            for (k = 0; k < R; k++) sum += t->J[k * P + i] * t->J[k * P + j];
+            t->A[i * P + j] = t->A[j * P + i] = sum;
+        }
+    memcpy(K, t->A, sizeof K);
     for (t->trace = 0, i = 0; i < P; i++) t->trace += K[i * P + i];
     s = (ld)g->state.lambda * t->trace / P, t->condition = 1 + t->trace / s;
     for (i = 0; i < P; i++) {
-        t->d[i] = s * (ld)g->opt.momentum * old[i];
-        for (k = 0; k < R; k++) t->d[i] += t->J[k * P + i] * t->r[k];
-        K[i * P + i] += s;
+        G[i] = beta * carried[i] * (few_rows ? s : 1);
+        for (k = 0; k < R; k++) G[i] += t->J[k * P + i] * t->r[k];
+        d[i] = G[i], K[i * P + i] += s;
     }
-    t_solve(P, 1, K, t->d);
-    t->hope = 0;
-    for (k = 0; k < R; k++) {
-        const ld left = t->r[k] - rate * dot(P, t->J + k * P, t->d);
-        t->hope += t->r[k] * t->r[k] - left * left;
-    }
+    t_solve(P, 1, K, d);
+    for (i = 0; i < P; i++) t->keep[i] = few_rows ? d[i] : G[i] - rate * dot(P, t->A + i * P, d);
+    t->length = sqrtl(dot(P, d, d)) + sqrtl(dot(P, carried, carried)) / (few_rows ? 1 : t->trace) +
+                sqrtl(dot(R, t->r, t->r) / t->trace);
     widen(P, g->x, x);
-    for (i = 0; i < P; i++) u[i] = rate * t->d[i];
-    for (b = 0; b < g->blocks; at += roln_block_size(g->table + b), b++)
-        if (roln_block_size(g->table + b) > 0) t_retraction(g->table + b, x + at, u + at, t->next + at);
+    for (b = 0; b < g->blocks; at += roln_block_size(g->table + b), b++) {
+        if (roln_block_size(g->table + b) == 0) continue;
+        t_tangent(g->table + b, x + at, 1, d + at);
+        for (i = at; i < at + roln_block_size(g->table + b); i++) u[i] = rate * d[i];
+        t_retraction(g->table + b, x + at, u + at, t->next + at);
+    }
+    for (k = 0; k < R; k++) t->expect[k] = t->r[k] - dot(P, t->J + k * P, u);
 }
 
 /* ---- one step, in every way ------------------------------------------------------------------- */
@@ -242,7 +267,7 @@ static void t_step(const problem *g, twin *t)
 static problem now, was, other;
 static twin slow;
 
-/* Rows of many are the bits of rows one by one, and a last step without rows is that with them. */
+/* Rows of many are the bits of rows one by one, and what is carried without rows is that with them. */
 static void check_single_rows(const problem *before, const problem *after)
 {
     const int R = after->R, P = after->P;
@@ -273,11 +298,11 @@ static void check_rows(void)
     CHECK_OK(rows(&now));
     t_rows(&was, &slow);
     for (k = 0; k <= R; k++)
-        BOUND("rows, eps of their size", dist(P, now.J + k * P, slow.J + k * P) / (slow.size[k] * EPS), 12);
-    BOUND("residuals, eps", dist(R, now.r, slow.r) / (sqrtl(dot(R, slow.r, slow.r)) * EPS), 2);
-    BOUND("bound of residuals, eps", fabsl((ld)now.state.bound - slow.bound) / (slow.bound * EPS + 1e-30L), 4);
-    BOUND("loss, eps", fabsl((ld)now.state.loss - slow.loss) / (slow.loss * EPS), 8);
-    CHECK(same(P, now.x, was.x) && now.state.lambda == was.state.lambda && now.state.hope == was.state.hope);
+        BOUND("rows, eps of their size", dist(P, now.J + k * P, slow.J + k * P) / (slow.size[k] * EPS + 1e-30L), 12);
+    BOUND("residuals, eps", dist(R, now.r, slow.r) / (sqrtl(dot(R, slow.r, slow.r)) * EPS), 4);
+    BOUND("weights, eps", dist(R, now.weight, slow.weight) / (sqrtl((ld)R) * EPS), 1);
+    BOUND("loss, eps", fabsl((ld)now.state.loss - dot(R, slow.r, slow.r)) / (dot(R, slow.r, slow.r) * EPS), 8);
+    CHECK(same(P, now.x, was.x) && now.state.lambda == was.state.lambda && now.state.error == was.state.error);
     CHECK(now.opt.cap > 0 ? slow.capped < R : slow.capped == 0);
     CHECK(!(now.opt.cap > 0) || slow.capped > 0 || now.opt.cap > 2 || R < 20);
     if (now.opt.cap > 0) return;
@@ -288,15 +313,17 @@ static void check_rows(void)
     check_single_rows(&was, &now);
 }
 
-/* However they are divided, and not beyond the system. */
-static void check_sums(void)
+/* However they are divided, not beyond the system, and with the older rows, unless none are remembered. */
+static void check_sums(int first)
 {
     const int size = now.side * (now.side + 1), cut = 7 * now.side / 10;
     int i;
-    for (i = 0; i < MAXP * (MAXP + 1); i++) now.S[i] = other.S[i] = poison();
+    for (i = first ? 0 : size; i < MAXP * (MAXP + 1); i++) now.S[i] = poison();
+    for (i = 0; i < size && first && now.side == now.P && now.opt.memory > 1; i++) now.S[i] = 0;
+    memcpy(other.S, now.S, sizeof other.S);
     sums(&now);
-    roln_newton_sums(now.R, now.P, cut, now.side + 3, now.J, other.S, room_of(ROLN_SYM_WORK));
-    roln_newton_sums(now.R, now.P, 0, cut, now.J, other.S, room_of(ROLN_SYM_WORK));
+    roln_newton_sums(&now.opt, now.R, now.P, cut, now.side + 3, now.J, other.S, room_of(ROLN_SYM_WORK));
+    roln_newton_sums(&now.opt, now.R, now.P, 0, cut, now.J, other.S, room_of(ROLN_SYM_WORK));
     CHECK(same(MAXP * (MAXP + 1), now.S, other.S));
     CHECK(unused(MAXP * (MAXP + 1) - size, now.S + size) == MAXP * (MAXP + 1) - size);
 }
@@ -304,64 +331,69 @@ static void check_sums(void)
 static void check_step(void)
 {
     const int R = now.R, P = now.P;
-    ld size, e;
+    ld e, unit;
     CHECK(now.state.lambda > 0);
     was = now;
     CHECK_OK(step(&now));
     CHECK_ROOM();
     t_step(&was, &slow);
-    size = sqrtl(dot(P, slow.d, slow.d)) + sqrtl(dot(P, slow.J + R * P, slow.J + R * P)) +
-           sqrtl(dot(R, slow.r, slow.r) / slow.trace);
-    e = slow.condition * size * EPS;
-    BOUND("step, eps of its condition", dist(P, now.d, slow.d) / e, 0.3);
-    BOUND("end of the step, eps", dist(P, now.next, slow.next) / (e + 20 * EPS), 1);
-    BOUND("hope, eps", fabsl((ld)now.state.hope - slow.hope) / (slow.loss * EPS * slow.condition), 0.5);
-    CHECK(same(P, now.x, was.x) && same((R + 1) * P, now.J, was.J) && same(R, now.r, was.r));
-    was.state.hope = now.state.hope;
-    CHECK(memcmp(&now.state, &was.state, sizeof now.state) == 0);
+    e = slow.condition * slow.length * EPS, unit = now.side == P ? slow.trace : slow.condition;
+    BOUND("end of the step, eps of its condition", dist(P, now.next, slow.next) / (e + 60 * EPS), 0.4);
+    BOUND("residuals that are expected, eps", dist(R, now.expect, slow.expect) / (sqrtl(slow.trace) * e), 0.5);
+    BOUND("what is carried on, eps", dist(P, now.keep, slow.keep) / (unit * slow.length * EPS), 0.3);
+    CHECK(same(P, now.x, was.x) && same((R + 1) * P, now.J, was.J) && same(R, now.r, was.r) && same_sums(&now, was.S));
+    CHECK(same(R, now.weight, was.weight) && memcmp(&now.state, &was.state, sizeof now.state) == 0);
 }
 
-/* A step again, and one with more damping, take the sums that are there; the second is that of fresh sums. */
+/* A step again is the same; one with more damping takes the sums that are there, whatever was factored beside them. */
 static void check_again(void)
 {
-    const int P = now.P;
-    memcpy(was.d, now.d, sizeof was.d), memcpy(was.next, now.next, sizeof was.next);
-    memset(now.d, 0, sizeof now.d), memset(now.next, 0, sizeof now.next);
-    CHECK_OK(step(&now));
-    CHECK(same(P, now.d, was.d) && same(P, now.next, was.next));
-    other = now, other.state.lambda *= 4, now.state.lambda *= 4;
-    CHECK_OK(step(&now));
-    sums(&other);
+    const int P = now.P, R = now.R, n = now.side;
+    int i, j;
+    other = now;
+    memset(other.next, 0, sizeof other.next), memset(other.expect, 0, sizeof other.expect);
+    memset(other.keep, 0, sizeof other.keep);
     CHECK_OK(step(&other));
-    CHECK(same(P, now.d, other.d) && same(P, now.next, other.next) && same(1, &now.state.hope, &other.state.hope));
-    CHECK(!same(P, now.d, was.d));
+    CHECK(same(P, now.next, other.next) && same(R, now.expect, other.expect) && same(P, now.keep, other.keep));
+    was = now, other.state.lambda *= 4, was.state.lambda *= 4;
+    for (i = 0; i < n; i++)
+        for (j = i; j < n; j++) other.S[i * (n + 1) + j + 1] = poison();
+    CHECK_OK(step(&other));
+    CHECK_OK(step(&was));
+    CHECK(same(P, was.next, other.next) && same(R, was.expect, other.expect) && same(P, was.keep, other.keep));
+    CHECK(!same(P, now.next, other.next));
 }
 
+/* A step, and two more where something is remembered. */
 static void test_step(const roln_block *t, int blocks, int R, uint64_t *s)
 {
-    static const roln_newton_opt opts[5] = {{1, 0, 0}, {1, ROLN_C(0.9), 0}, {ROLN_C(0.5), ROLN_C(0.5), 2}, {1, 0, 1},
-                                            {ROLN_C(0.25), -ROLN_C(0.25), 5}};
-    int o;
+    static const roln_newton_opt opts[5] = {{1, 1, 0}, {8, 1, 0}, {2, ROLN_C(0.5), 2}, {1, ROLN_C(0.25), 1}, {8, ROLN_C(0.5), 5}};
+    int o, k;
     for (o = 0; o < 5; o++) {
         problem_of(t, blocks, R, &now);
         now.opt = opts[o], now.state.lambda = o % 2 ? ROLN_C(0.01) : 1;
-        now.state.taken = 3, now.state.refused = 5;
+        now.state.error = 2, now.state.taken = 3, now.state.refused = 5;
+        memset(&slow.A, 0, sizeof slow.A);
         random_point(&now, s, now.x);
-        random_rows(&now, s);
-        check_rows();
-        check_sums();
-        check_step();
-        check_again();
+        random_carried(&now, s);
+        for (k = 0; k < (now.opt.memory > 1 ? 3 : 1); k++) {
+            random_rows(&now, s);
+            check_rows();
+            check_sums(k == 0);
+            check_step();
+            check_again();
+            end_step(&now, 1);
+        }
     }
 }
 
 static void test_steps(void)
 {
-    static const int counts[] = {1, 7, 30, 61, 62, 63, 129, 300}, wides[] = {5, 129, 190, 191, 192, 400};
+    static const int counts[] = {1, 7, 8, 30, 61, 62, 129, 300}, wides[] = {5, 23, 24, 129, 300};
     uint64_t s = 1;
     int i;
     for (i = 0; i < 8; i++) test_step(TABLE(table), counts[i], &s);
-    for (i = 0; i < 6; i++) test_step(TABLE(wide), wides[i], &s);
+    for (i = 0; i < 5; i++) test_step(TABLE(wide), wides[i], &s);
     for (i = 0; i < 8; i++) test_step(TABLE(flat), counts[i], &s);
 }
 
@@ -370,88 +402,129 @@ static void test_steps(void)
 /* Residuals of `now` at x, and their rows in J unless it is NULL. */
 typedef void (*measure)(const problem *g, const roln_real *x, roln_real *r, roln_real *J);
 
-/* One step of the problem, as its user takes it; lambda > 0 is set, 0 is chosen by judge. What judge says. */
+/* One step of the problem, as its user takes it: with the same sums and more damping, till one is taken. How many were refused; 20:
+   all, and nothing has changed. lambda < 0 is chosen by judge. */
 static int advance(problem *g, measure f, roln_real lambda)
 {
-    roln_real r[MAXR];
-    int taken, i;
+    roln_real there[MAXR];
+    int refused, taken = 0;
     f(g, g->x, g->r, g->J);
-    if (lambda > 0) g->state.lambda = lambda;
+    if (lambda >= 0) g->state.lambda = lambda;
     CHECK_OK(rows(g));
     sums(g);
-    CHECK_OK(step(g));
-    f(g, g->next, r, NULL);
-    taken = roln_newton_judge(g->R, r, &g->state);
-    if (taken) memcpy(g->x, g->next, sizeof g->x);
-    for (i = 0; i < g->P; i++) g->J[g->R * g->P + i] = taken ? g->d[i] : 0;
-    return taken;
+    for (refused = 0; refused < 20 && !taken; refused += !taken) {
+        CHECK_OK(step(g));
+        f(g, g->next, there, NULL);
+        taken = roln_newton_judge(g->R, g->r, g->weight, g->expect, there, &g->state);
+        end_step(g, taken);
+    }
+    return refused;
 }
 
-/* b - A x. */
-static roln_real linear_A[MAXR * 12], linear_b[MAXR];
+/* b - A x, rows `at` and on of what there are. */
+enum { LINE = 40, PIECE = 5, PIECES = 12 };
+static roln_real linear_A[MAXR * LINE], linear_b[MAXR];
+static int linear_at;
 static void linear(const problem *g, const roln_real *x, roln_real *r, roln_real *J)
 {
+    const roln_real *A = linear_A + linear_at * g->P;
     int k;
-    for (k = 0; k < g->R; k++) r[k] = linear_b[k] - roln_dot(12, linear_A + k * 12, x);
-    if (J) memcpy(J, linear_A, (size_t)(g->R * 12) * sizeof *J);
+    for (k = 0; k < g->R; k++) r[k] = linear_b[linear_at + k] - roln_dot(g->P, A + k * g->P, x);
+    if (J) memcpy(J, A, (size_t)(g->R * g->P) * sizeof *J);
 }
 
-/* The least-squares solution, or where there are many the one that is nearest to x; the condition of J J^T or J^T J, about. */
-static ld t_linear(int R, const roln_real *x, ld *y)
+/* y = x + d, d = argmin sum_k w_k (b - A (x + d))_k^2 + lambda tr / P |d|^2 over R rows; with none of it and fewer rows than
+   numbers the shortest such d. Returns the condition, about. */
+static ld t_linear(int R, int P, const ld *w, ld lambda, const ld *x, ld *y)
 {
-    static ld K[144], C[144];
-    ld A[12 * 12], rest[MAXR], row[12], top = 0, inverse = 0;
-    const int P = 12, side = ROLN_MIN(R, P);
+    static ld B[MAXR * LINE], K[LINE * LINE], C[LINE * LINE], inverse[LINE * LINE];
+    ld left[MAXR], top = 0, bottom = 0;
+    const int dual = R < P && !(lambda > 0), side = dual ? R : P;
     int i, j, k;
-    widen(P, x, row);
-    for (k = 0; k < R; k++)
-        for (rest[k] = (ld)linear_b[k], i = 0; i < P; i++) rest[k] -= (ld)linear_A[k * P + i] * row[i];
-    for (i = 0; i < side; i++)
-        for (j = 0; j < side; j++) {
-            ld sum = 0;
-            for (k = 0; k < (R < P ? P : R); k++)
-                sum += R < P ? (ld)linear_A[i * P + k] * (ld)linear_A[j * P + k]
-                             : (ld)linear_A[k * P + i] * (ld)linear_A[k * P + j];
-            K[i * side + j] = C[i * side + j] = sum, A[i * side + j] = i == j;
-        }
-    for (i = 0; i < P; i++)
-        for (y[i] = 0, k = 0; k < R && R >= P; k++) y[i] += (ld)linear_A[k * P + i] * rest[k];
-    t_solve(side, 1, K, R < P ? rest : y);
-    for (i = 0; i < P; i++) {
-        for (k = 0; k < R && R < P; k++) y[i] += (ld)linear_A[k * P + i] * rest[k];
-        y[i] += row[i];
+    for (k = 0; k < R; k++) {
+        for (i = 0; i < P; i++) B[k * P + i] = sqrtl(w[k]) * (ld)linear_A[k * P + i];
+        left[k] = sqrtl(w[k]) * (ld)linear_b[k] - dot(P, B + k * P, x);
     }
-    for (i = 0; i < side; i++) top += C[i * (side + 1)];
-    t_solve(side, side, C, A);
-    for (i = 0; i < side; i++) inverse += A[i * (side + 1)];
-    return top * inverse;
+    mul(dual ? R : P, dual ? P : R, side, !dual, B, dual, B, K);
+    for (i = 0; i < side; i++) top += K[i * (side + 1)];
+    for (i = 0; i < side; i++) K[i * (side + 1)] += lambda * top / P;
+    for (i = 0; i < side * side; i++) C[i] = K[i], inverse[i] = i % (side + 1) == 0;
+    t_solve(side, side, C, inverse);
+    for (i = 0; i < side; i++) bottom += inverse[i * (side + 1)];
+    if (dual) t_solve(side, 1, K, left);
+    for (i = 0; i < P; i++)
+        for (y[i] = 0, k = 0; k < R; k++) y[i] += B[k * P + i] * left[k];
+    if (!dual) t_solve(side, 1, K, y);
+    for (j = 0; j < P; j++) y[j] += x[j];
+    return top * bottom;
 }
 
-/* A linear problem of full rank: the solution in one step, in more rows than parameters, as many, fewer. */
+/* A linear problem of full rank: the solution in one step, in more rows than parameters, as many, far fewer. */
 static void test_linear(void)
 {
-    static const int counts[] = {1, 5, 11, 12, 13, 40, 300};
+    static const struct {
+        const roln_block *table;
+        int blocks, R;
+    } cases[] = {{TABLE(flat), 1}, {TABLE(line), 3}, {TABLE(line), 4}, {TABLE(flat), 12}, {TABLE(flat), 13},
+                 {TABLE(flat), 40}, {TABLE(flat), 300}, {TABLE(line), 200}};
+    ld x[LINE], y[LINE], w[MAXR], e, size;
     uint64_t s = 2;
     int c, i, rep;
-    for (c = 0; c < 7; c++)
+    for (i = 0; i < MAXR; i++) w[i] = 1;
+    for (c = 0; c < 8; c++)
         for (rep = 0; rep < 5; rep++) {
-            const int R = counts[c];
-            ld y[12], e, size;
-            problem_of(TABLE(flat), R, &now);
-            fill(R * 12, 1, &s, linear_A), fill(R, 1, &s, linear_b), fill(12, 1, &s, now.x);
-            now.state.lambda = 0;
-            e = t_linear(R, now.x, y) * EPS, size = 1 + sqrtl(dot(12, y, y));
-            CHECK(advance(&now, linear, 0) == 1);
-            BOUND("linear problem, eps of its condition", dist(12, now.x, y) / (size * e), 1);
-            BOUND("gain of a linear problem - 1", fabsl((ld)now.state.gain - 1) / e, 1);
+            const int R = cases[c].R;
+            int P;
+            problem_of(cases[c].table, cases[c].blocks, R, &now);
+            P = now.P, linear_at = 0;
+            fill(R * P, 1, &s, linear_A), fill(R, 1, &s, linear_b), fill(P, 1, &s, now.x);
+            widen(P, now.x, x);
+            e = t_linear(R, P, w, 0, x, y) * EPS, size = 1 + sqrtl(dot(P, y, y));
+            CHECK(advance(&now, linear, 0) == 0);
+            BOUND("linear problem, eps of its condition", dist(P, now.x, y) / (size * e), 1);
+            BOUND("error of a linear problem", (ld)now.state.error / e, 5);
             CHECK(now.state.lambda == 0 && now.state.taken == 1 && now.state.refused == 0);
-            fill(12, 0, &s, now.J + R * 12); /* again, from there: nowhere else */
-            linear(&now, now.x, now.r, now.J);
+            linear(&now, now.x, now.r, now.J); /* again, from there: nowhere else */
             CHECK_OK(rows(&now));
             sums(&now);
             CHECK_OK(step(&now));
-            for (i = 0; i < 12; i++) BOUND("second step", fabsl((ld)now.d[i]) / (size * e), 1);
+            for (i = 0; i < P; i++) BOUND("second step", fabsl((ld)now.next[i] - (ld)now.x[i]) / (size * e), 1);
         }
+}
+
+/* What recursion means: linear rows come in pieces of fewer than there are numbers, and each step is that on all rows so far, each
+   weighted by beta^age, of which it goes the part `rate`. Without damping the first piece has rank. */
+static void check_pieces(const roln_newton_opt *opt, roln_real lambda, uint64_t *s)
+{
+    ld x[LINE], y[LINE], w[MAXR], e = 0;
+    int k, i, P;
+    problem_of(TABLE(flat), PIECE, &now);
+    P = now.P, now.opt = *opt, linear_at = 0;
+    fill(MAXR * P, 1, s, linear_A), fill(MAXR, 1, s, linear_b), fill(P, 1, s, now.x);
+    widen(P, now.x, x);
+    if (!(lambda > 0)) now.R = P + 1;
+    for (k = 0; k < PIECES; k++) {
+        ld c;
+        CHECK(advance(&now, linear, lambda) == 0);
+        memmove(now.J + PIECE * P, now.J + now.R * P, (size_t)P * sizeof *now.J);
+        for (i = 0; i < linear_at; i++) w[i] *= 1 - 1 / (ld)opt->memory;
+        for (; i < linear_at + now.R; i++) w[i] = 1;
+        linear_at += now.R, now.R = PIECE;
+        c = t_linear(linear_at, P, w, (ld)lambda, x, y);
+        for (i = 0; i < P; i++) x[i] += (ld)opt->rate * (y[i] - x[i]);
+        e = e * (1 - (ld)opt->rate * (lambda > 0 ? 0 : 1)) + c * (1 + sqrtl(dot(P, y, y))) * EPS;
+        BOUND("linear problem in pieces, eps of its condition", dist(P, now.x, x) / e, 1);
+    }
+}
+
+static void test_pieces(void)
+{
+    static const roln_newton_opt opts[] = {{8, 1, 0}, {2, 1, 0}, {8, ROLN_C(0.5), 0}, {50, 1, 0}};
+    static const roln_real damping[] = {0, ROLN_C(0.01), 1};
+    uint64_t s = 9;
+    int o, d;
+    for (o = 0; o < 4; o++)
+        for (d = 0; d < 3; d++) check_pieces(opts + o, damping[d], &s);
 }
 
 /* 0 - (A x - (x^T A x) x), zero at eigenvectors of the symmetric A. */
@@ -528,10 +601,10 @@ static void nearby(const problem *g, ld way, uint64_t *s, roln_real *x)
     }
 }
 
-/* Steps with next to no damping: the length of the residuals is about squared every time, till rounding ends it. */
+/* Steps with next to no damping and no memory: the length of the residuals is about squared every time, till rounding ends it. */
 static void check_quadratic(const char *what, measure f, ld factor, ld rounding)
 {
-    const ld lambda = sqrtl(EPS) / 64;
+    const ld lambda = sqrtl(EPS) / 64; /* which is next to none */
     ld e[12];
     int k, fast = 0;
     for (k = 0; k < 12; k++) {
@@ -541,7 +614,6 @@ static void check_quadratic(const char *what, measure f, ld factor, ld rounding)
             BOUND(what, e[k] / (factor * e[k - 1] * e[k - 1] + 8 * sqrtl(EPS) * e[k - 1] + rounding * EPS), 1);
             fast += e[k] < 0.1L * e[k - 1];
         }
-        memset(now.J + now.R * now.P, 0, (size_t)now.P * sizeof *now.J);
         now.state.lambda = (roln_real)lambda;
         CHECK_OK(rows(&now));
         sums(&now);
@@ -552,19 +624,20 @@ static void check_quadratic(const char *what, measure f, ld factor, ld rounding)
     BOUND("residuals in the end, of their rounding", e[11] / (rounding * EPS), 1);
 }
 
-/* From further away, with damping as it comes: taken and refused steps. */
-static void check_default(const char *what, measure f, int most, ld rounding)
+/* From further away, with damping as it comes, until rounding refuses all: taken and refused steps. */
+static void check_default(const char *what, measure f, roln_real memory, int most, ld rounding)
 {
     const roln_newton start = ROLN_NEWTON_START;
-    ld last = 0;
-    int k, taken = 0;
-    now.state = start;
-    for (k = 0; k < most; k++) {
-        taken += advance(&now, f, 0);
-        if (k == most - 1) f(&now, now.x, now.r, NULL), last = sqrtl((ld)roln_dot(now.R, now.r, now.r));
+    int k, tries = 0, refused = 0;
+    now.state = start, now.opt.memory = memory;
+    memset(now.S, 0, sizeof now.S), memset(now.J, 0, sizeof now.J);
+    for (k = 0; k < most && refused < 20; k++) {
+        refused = advance(&now, f, -1);
+        tries += refused + (refused < 20);
     }
-    CHECK((int)now.state.taken == taken && (int)now.state.refused == most - taken);
-    BOUND(what, last / (rounding * EPS), 1);
+    CHECK((int)(now.state.taken + now.state.refused) == tries && (int)now.state.taken >= k - 1);
+    f(&now, now.x, now.r, NULL);
+    BOUND(what, sqrtl((ld)roln_dot(now.R, now.r, now.r)) / (rounding * EPS), 1);
 }
 
 static void test_rayleigh(void)
@@ -586,14 +659,14 @@ static void test_rayleigh(void)
         for (i = 0, A[0] = 0; i < EIG; i++) A[0] += (ld)now.x[i] * V[i * EIG + v];
         CHECK_NEAR(fabsl(A[0]), 1, 20 * EPS); /* the eigenvector that was near */
         random_point(&now, &s, now.x);
-        check_default("Rayleigh quotient from afar", rayleigh, 40, 40);
+        check_default("Rayleigh quotient from afar", rayleigh, rep % 2 ? 1 : 2, 60, 40);
     }
 }
 
 static void test_toys(void)
 {
     static const roln_block pair[] = {{&roln_biorthogonal, 2, 4, 0}};
-    static const int counts[] = {FORMS, 23, 15}; /* more equations than unknowns; more than dimensions; fewer than those */
+    static const int counts[] = {FORMS, 23, 3}; /* more equations than unknowns; more than dimensions; far fewer */
     uint64_t s = 4;
     int rep, c;
     for (rep = 0; rep < 10; rep++) {
@@ -609,7 +682,7 @@ static void test_toys(void)
             was = now;
             check_quadratic("forms", forms, 60, 400);
             now = was;
-            check_default("forms as it comes", forms, 40, 400);
+            check_default("forms as it comes", forms, rep % 2 ? 1 : 2, 60, 600);
         }
         problem_of(TABLE(pair), 16, &now);
         random_point(&now, &s, now.x);
@@ -620,7 +693,7 @@ static void test_toys(void)
         was = now;
         check_quadratic("projector", projector, 8, 10);
         now = was;
-        check_default("projector as it comes", projector, 40, 10);
+        check_default("projector as it comes", projector, rep % 2 ? 1 : 2, 60, 10);
         CHECK_BELOW(defect(2, 4, now.x) / EPS, 4);
     }
 }
@@ -644,48 +717,49 @@ static roln_status wall_retract(int rows, int cols, const roln_real *x, const ro
 }
 
 static const roln_manifold wall = {free_size, no_work, wall_tangent, NULL, wall_retract};
-static const roln_block walled[] = {{ROLN_EUCLIDEAN, 1, 1, 0}, {&wall, 1, 3, 0}};
+static const roln_block walled[] = {{ROLN_EUCLIDEAN, 1, 1, 0}, {&wall, 1, 63, 0}};
 
-/* `now` but for d, next and S is `was`. */
-static int unchanged(void)
+/* `now` is `was` but for what a step writes, and J, of which nothing is promised where a manifold refuses it. */
+static int kept(void)
 {
-    return same(MAXP, now.x, was.x) && same((MAXR + 1) * MAXP, now.J, was.J) && same(MAXR, now.r, was.r) &&
+    return same(MAXP, now.x, was.x) && same(MAXR, now.r, was.r) && same(MAXR, now.weight, was.weight) && same_sums(&now, was.S) &&
            memcmp(&now.state, &was.state, sizeof now.state) == 0;
 }
 
-/* Point and state after a refusal of the rows, of which nothing is promised. */
-static int kept(void)
+static int unchanged(void)
 {
-    return same(MAXP, now.x, was.x) && memcmp(&now.state, &was.state, sizeof now.state) == 0;
+    return kept() && same((MAXR + 1) * MAXP, now.J, was.J);
 }
 
-/* Every number of the rows and of the last step, every residual, the cap; what a manifold says; a metric of its own. */
+/* Every number of the rows and of what is carried, every residual, the settings; what a manifold says; a metric of its own. */
 static void test_rows_status(void)
 {
     static const roln_block modal[] = {{ROLN_EUCLIDEAN, 1, 2, 0}, {&mode, 1, MASSES, 0}};
-    static const roln_real bad[] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
+    static const roln_real bad[] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY}, small[] = {ROLN_C(0.5), 0, -1};
     uint64_t s = 5;
     int i, b;
     problem_of(TABLE(table), 7, &now);
     point_of_table(&s, now.x);
-    random_rows(&now, &s);
-    now.opt.cap = 2, now.state.loss = 3, now.state.bound = 4;
+    random_rows(&now, &s), random_carried(&now, &s);
+    now.opt.cap = 2, now.state.loss = 3, now.state.error = 4;
     was = now;
-    for (i = 0; i < 8 * SIZE + 7 + 2; i++)
+    for (i = 0; i < 8 * SIZE + 7 + 4; i++)
         for (b = 0; b < 3; b++) {
             now = was;
             if (i < 8 * SIZE) now.J[i] = bad[b];
             else if (i < 8 * SIZE + 7) now.r[i - 8 * SIZE] = bad[b];
             else if (i == 8 * SIZE + 7) now.opt.cap = bad[b];
+            else if (i == 8 * SIZE + 8) now.opt.memory = bad[b];
+            else if (i == 8 * SIZE + 9) now.opt.memory = small[b];
             else now.r[b] = PICK(1e30f, 1e300); /* its square is not finite */
-            CHECK(rows(&now) == ROLN_E_NOT_FINITE);
-            CHECK(kept());
+            other = now;
+            CHECK(rows(&now) == (i == 8 * SIZE + 9 ? ROLN_E_RANGE : ROLN_E_NOT_FINITE));
+            CHECK(memcmp(&now, &other, sizeof now) == 0);
         }
-    now = was, now.x[AT_S] = -1, other = now;
-    CHECK(rows(&now) == ROLN_E_NOT_SPD && same(SIZE, now.x, other.x) && memcmp(&now.state, &was.state, sizeof was.state) == 0);
-    now = was, memset(now.x + AT_B2, 0, 12 * sizeof *now.x), other = now;
-    CHECK(rows(&now) == ROLN_E_ILL_CONDITIONED && same(SIZE, now.x, other.x));
-    CHECK(memcmp(&now.state, &was.state, sizeof was.state) == 0);
+    other = was, was.x[AT_S] = -1, now = was;
+    CHECK(rows(&now) == ROLN_E_NOT_SPD && kept());
+    was = other, memset(was.x + AT_B2, 0, 12 * sizeof *was.x), now = was;
+    CHECK(rows(&now) == ROLN_E_ILL_CONDITIONED && kept());
     problem_of(TABLE(modal), 7, &now);
     random_point(&now, &s, now.x), random_rows(&now, &s);
     was = now;
@@ -695,161 +769,195 @@ static void test_rows_status(void)
 /* Settings that are none, too little damping, retractions that fail: nothing has changed. */
 static void test_step_status(void)
 {
-    static const roln_real bad[] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, -1};
-    static const int counts[] = {40, 7}; /* primal, dual */
+    static const roln_real bad[] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, -1, ROLN_C(0.5), 0};
+    static const int counts[] = {40, 3}; /* all rows; the system of the rows */
     uint64_t s = 6;
     int c, i, b;
     for (c = 0; c < 2; c++) {
         problem_of(TABLE(few), counts[c], &now);
-        random_point(&now, &s, now.x), random_rows(&now, &s);
-        now.state.taken = 1, now.state.hope = 2, now.state.gain = 3;
+        random_point(&now, &s, now.x), random_rows(&now, &s), random_carried(&now, &s);
+        now.opt.memory = 3, now.state.taken = 1, now.state.error = 3;
         CHECK_OK(rows(&now));
         sums(&now);
         was = now;
         for (i = 0; i < 3; i++)
-            for (b = 0; b < (i == 0 ? 4 : 3); b++) {
+            for (b = 0; b < (i == 0 ? 4 : i == 1 ? 3 : 6); b++) {
                 now = was;
-                *(i == 0 ? &now.state.lambda : i == 1 ? &now.opt.rate : &now.opt.momentum) = bad[b];
+                *(i == 0 ? &now.state.lambda : i == 1 ? &now.opt.rate : &now.opt.memory) = bad[b];
                 other = now;
-                CHECK(step(&now) == ROLN_E_NOT_FINITE);
+                CHECK(step(&now) == (i == 2 && b > 2 ? ROLN_E_RANGE : ROLN_E_NOT_FINITE));
                 CHECK(memcmp(&now.state, &other.state, sizeof now.state) == 0);
                 now.state = was.state;
                 CHECK(unchanged());
             }
-        for (i = 0; i < 2; i++) { /* a step beyond all numbers; one that ends there on free numbers alone */
-            now = was;
-            now.opt.rate = PICK(3e38f, 1e308);
-            if (i) now.table += 3, now.blocks = 1;
-            CHECK(step(&now) != ROLN_OK && unchanged());
-            now.opt = was.opt, now.table = was.table, now.blocks = was.blocks;
-        }
         now = was;
-        for (i = 0; i < (now.R + 1) * now.P; i++) now.J[i] = 0; /* no rows at all: no damping is enough */
+        memset(now.J, 0, sizeof now.J), memset(now.S, 0, sizeof now.S); /* no rows at all: no damping is enough */
         sums(&now);
         was = now;
         CHECK(step(&now) == ROLN_E_NOT_SPD && unchanged());
     }
 }
 
-/* J has lost rank, exactly: without damping a status, with little as much as it takes; steps that are too long for a retraction
-   likewise. lambda keeps what it took. */
+/* Steps that end beyond all numbers, and ones that foretell what is there. */
+static void check_beyond(int R)
+{
+    uint64_t s = 10;
+    int i, k;
+    for (i = 0; i < 2; i++) {
+        problem_of(TABLE(line), R, &now);
+        random_rows(&now, &s);
+        for (k = 0; k < R * now.P && i; k++) now.J[k] *= PICK(1e10f, 1e80); /* d is as much shorter */
+        now.state.lambda = 0, now.opt.rate = i ? PICK(1e36f, 1e250) : PICK(3e38f, 1e308);
+        for (k = 0; k < R; k++) now.r[k] *= PICK(1e4f, 1e60);
+        CHECK_OK(rows(&now));
+        sums(&now);
+        was = now;
+        CHECK(step(&now) == ROLN_E_NOT_FINITE && unchanged());
+        CHECK(roln_all_finite(now.P, now.next) == i && roln_all_finite(R, now.expect) == !i);
+    }
+}
+
+/* J has lost rank, exactly: without damping a status, with little as much as it takes. */
+static void check_rank(int R)
+{
+    const int P = 64;
+    roln_real lambda;
+    int i, k;
+    problem_of(TABLE(walled), R, &now);
+    for (k = 0; k < R; k++) /* sums of 64 ones, whose roots are exact */
+        for (i = 0; i < P; i++) now.J[k * P + i] = R < 9 || i < 2 || i == k;
+    for (i = 0; i < R; i++) now.r[i] = (roln_real)i + 1;
+    now.x[63] = 1000; /* far */
+    CHECK_OK(rows(&now));
+    sums(&now);
+    now.state.lambda = 0, was = now;
+    CHECK(step(&now) == ROLN_E_NOT_SPD && unchanged());
+    now.state.lambda = lambda = PICK(1e-20f, 1e-30);
+    CHECK_OK(step(&now));
+    CHECK(now.state.lambda > lambda && now.state.lambda < 256 * ROLN_EPS);
+    for (; lambda < now.state.lambda; lambda *= 8) {}
+    CHECK(lambda == now.state.lambda);
+    now.state = was.state;
+    CHECK(unchanged());
+}
+
+/* Steps that are too long for a manifold are damped till they are not; lambda keeps what it took. */
+static void check_long(int R)
+{
+    const int P = 64, in_rows = R < 9;
+    const double carried = 7 * 0.9 / R;
+    int i;
+    problem_of(TABLE(walled), R, &now);
+    for (i = 0; i < R; i++) now.J[P * i + 1] = 1, now.r[i] = 8; /* d = 8 R / (R + lambda R / 64) */
+    now.x[63] = ROLN_C(0.25);
+    CHECK_OK(rows(&now));
+    sums(&now);
+    now.state.lambda = ROLN_C(0.125), was = now;
+    CHECK_OK(step(&now));
+    CHECK(now.state.lambda == 4096); /* 512: 8 / 9 */
+    CHECK_NEAR(now.next[1], 8.0 / 65, 8 * EPS);
+    CHECK_NEAR(now.expect[R - 1], 8 - 8.0 / 65, 16 * EPS);
+    CHECK_NEAR(now.keep[1], in_rows ? 8.0 / 65 : 8 * R * 64 / 65.0, 8 * EPS * R);
+    other = now, now = was; /* something is carried: rest asks for more, a last step that is too long by itself is dropped */
+    now.opt.memory = 10, now.J[P * R + 1] = 7;
+    CHECK_OK(step(&now));
+    CHECK(now.state.lambda == 4096);
+    CHECK_NEAR(now.next[1], in_rows ? 8.0 / 65 : (8 + carried) / 65, 8 * EPS);
+    CHECK(!in_rows || (same(P, now.next, other.next) && same(P, now.keep, other.keep)));
+    now.opt.memory = ROLN_C(1.0078125); /* and one that is not stays */
+    CHECK_OK(step(&now));
+    CHECK(now.state.lambda == 4096 && !same(P, now.next, other.next));
+    now = was, now.state.lambda = 0, now.J[0] = 1;
+    for (i = 0; i < R; i++) now.J[P * i + i] += 1; /* of full rank */
+    if (!in_rows) return;
+    sums(&now);
+    was = now;
+    CHECK(step(&now) == ROLN_E_ILL_CONDITIONED && unchanged()); /* no damping is ever added */
+    now.state.lambda = was.state.lambda = 1, now.x[63] = was.x[63] = -1;
+    CHECK(step(&now) == ROLN_E_ILL_CONDITIONED && unchanged()); /* none helps */
+}
+
 static void test_damping(void)
 {
-    static const int counts[] = {16, 3}; /* primal, dual */
-    roln_real lambda;
-    int c, i;
-    for (c = 0; c < 2; c++) {
-        problem_of(TABLE(walled), counts[c], &now);
-        for (i = 0; i < now.R * 4; i++) now.J[i] = c == 0 && i % 4 > 1 ? (roln_real)(i % 7) : 1; /* sums of 16 and 4: exact roots */
-        for (i = 0; i < now.R; i++) now.r[i] = (roln_real)i + 1;
-        now.x[3] = 1000; /* far */
-        CHECK_OK(rows(&now));
-        sums(&now);
-        now.state.lambda = 0, was = now;
-        CHECK(step(&now) == ROLN_E_NOT_SPD && unchanged());
-        now.state.lambda = lambda = PICK(1e-20f, 1e-30);
-        CHECK_OK(step(&now));
-        CHECK(now.state.lambda > lambda && now.state.lambda < 64 * ROLN_EPS);
-        for (; lambda < now.state.lambda; lambda *= 8) {}
-        CHECK(lambda == now.state.lambda);
-        now.state = was.state, now.state.hope = was.state.hope;
-        CHECK(unchanged());
-        /* |d| falls with damping, 1 / s in the end */
-        problem_of(TABLE(walled), counts[c], &now);
-        for (i = 0; i < now.R; i++) now.J[4 * i + 1] = 1, now.r[i] = 8; /* d = 8 R / (R + lambda R / 4) */
-        now.x[3] = ROLN_C(0.25);
-        CHECK_OK(rows(&now));
-        sums(&now);
-        now.state.lambda = ROLN_C(0.125), was = now;
-        CHECK_OK(step(&now));
-        CHECK(now.state.lambda == 512); /* 64: 8 / 17 */
-        CHECK_NEAR(now.d[1], 8.0 / 129, 8 * EPS);
-        CHECK_NEAR(now.next[1], 8.0 / 129, 8 * EPS);
-        other = now, now = was; /* a last step that is too long by itself: it is dropped */
-        now.opt.momentum = ROLN_C(0.9), now.J[4 * now.R + 1] = 7;
-        CHECK_OK(step(&now));
-        CHECK(now.state.lambda == 512 && same(4, now.d, other.d) && same(4, now.next, other.next));
-        now.opt.momentum = ROLN_C(0.0078125); /* and one that is not stays */
-        CHECK_OK(step(&now));
-        CHECK(now.state.lambda == 512 && !same(4, now.d, other.d));
-        now = was, now.state.lambda = 0, now.J[0] = 1;
-        for (i = 1; i < now.R; i++) now.J[4 * i + i % 4] += 1; /* of full rank */
-        if (c == 0) continue;
-        sums(&now);
-        was = now;
-        CHECK(step(&now) == ROLN_E_ILL_CONDITIONED && unchanged()); /* no damping is ever added */
-        now.state.lambda = was.state.lambda = 1, now.x[3] = was.x[3] = -1;
-        CHECK(step(&now) == ROLN_E_ILL_CONDITIONED && unchanged()); /* none helps */
-    }
+    check_beyond(200), check_beyond(4);
+    check_rank(64), check_rank(3);
+    check_long(16), check_long(3);
 }
 
-/* What the residuals say of a step: loss 4 at its beginning, hope 2. */
+/* What the residuals say of a step that was to change them by 2, of a scaled row and another. */
 static void test_judge(void)
 {
     static const struct {
-        double loss, gain;
+        double error;
         int take;
         double factor;
-    } cases[] = {{2, 1, 1, 1 / 3.0},     {0.5, 1.75, 1, 1 / 3.0}, {2.49, 0.755, 1, 1 / 3.0}, {2.51, 0.745, 1, 1},
-                 {3.49, 0.255, 1, 1},    {3.51, 0.245, 1, 2},     {3.99, 0.005, 1, 2},       {4, 0, 0, 4},
-                 {5, 0, 0, 4},           {NAN, 0, 0, 4},          {INFINITY, 0, 0, 4}};
-    const roln_newton start = {ROLN_C(0.5), 0, 4, 2, 9, 10, 20};
+    } cases[] = {{0, 1, 1 / 3.0}, {0.05, 1, 1 / 3.0}, {0.0566, 1, 1 / 3.0}, {0.1, 1, 0.1 / 0.17}, {0.17, 1, 1},
+                 {0.25, 1, 0.25 / 0.17}, {0.339, 1, 0.339 / 0.17}, {0.5, 1, 2}, {0.99, 1, 2}, {1.01, 0, 4}, {50, 0, 4}, {NAN, 0, 4},
+                 {INFINITY, 0, 4}};
+    static const roln_real r[3] = {2, 1, 5}, weight[3] = {ROLN_C(0.5), 1, 1}, expect[3] = {0, 1, 5};
+    const roln_newton start = {ROLN_C(0.5), 4, 9, 10, 20};
     roln_newton g;
-    roln_real r[3];
-    int i, hope;
-    for (i = 0; i < 11; i++)
-        for (hope = 0; hope < 4; hope++) {
-            const int take = cases[i].take && hope == 0;
+    roln_real there[3], far[3] = {0, 1, 5};
+    int i, row;
+    for (i = 0; i < 13; i++)
+        for (row = 0; row < 2; row++) {
+            const int take = cases[i].take;
+            there[0] = 0, there[1] = 1, there[2] = 5;
+            there[row] += (roln_real)((row ? 2 : 4) * cases[i].error);
             g = start;
-            if (hope > 0) g.hope = hope == 1 ? 0 : hope == 2 ? -1 : (roln_real)NAN;
-            r[0] = (roln_real)sqrt(cases[i].loss), r[1] = r[2] = 0;
-            CHECK(roln_newton_judge(3, r, &g) == take);
-            CHECK_NEAR(g.gain, take ? cases[i].gain : 0, 20 * EPS);
-            CHECK_NEAR(g.lambda, 0.5 * (take ? cases[i].factor : 4), 2 * EPS);
-            CHECK(g.taken == 10 + (uint32_t)take && g.refused == 20 + (uint32_t)!take);
-            CHECK(g.loss == 4 && g.bound == 0);
+            CHECK(roln_newton_judge(3, r, weight, expect, there, &g) == take);
+            CHECK_NEAR(g.error, take ? cases[i].error : 9, 20 * EPS);
+            CHECK_NEAR(g.lambda, 0.5 * cases[i].factor, 8 * EPS);
+            CHECK(g.taken == 10 + (uint32_t)take && g.refused == 20 + (uint32_t)!take && g.loss == 4);
         }
-    /* one residual that is none; beyond the bound they count 2 bound |r| - bound^2 */
-    g = start, r[0] = r[1] = 0, r[2] = (roln_real)NAN;
-    CHECK(roln_newton_judge(3, r, &g) == 0 && g.refused == 21);
-    g = start, g.bound = ROLN_C(0.5), r[0] = 2, r[1] = -ROLN_C(0.25), r[2] = -1; /* 1.75 + 0.0625 + 0.75 */
-    CHECK(roln_newton_judge(3, r, &g) == 1);
-    CHECK_NEAR(g.gain, (4 - 2.5625) / 2, 4 * EPS);
+    /* rows behind those that judge are not looked at */
+    there[0] = there[1] = 1, there[2] = (roln_real)NAN;
+    g = start;
+    CHECK(roln_newton_judge(3, r, weight, expect, there, &g) == 0);
+    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1), CHECK_NEAR(g.error, 0.25, EPS);
+    /* no change is foretold: none is right, any other wrong; one that is beyond all numbers foretells nothing */
+    g = start, there[2] = 5;
+    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 1 && g.error <= 0);
+    CHECK_NEAR(g.lambda, 0.5 / 3, EPS);
+    there[2] = 5 + 8 * ROLN_EPS;
+    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
+    far[0] = PICK(1e30f, 1e300);
+    CHECK(roln_newton_judge(2, r, weight, far, there, &g) == 0);
     /* no damping stays none; damping has an end on both sides */
-    g = start, g.lambda = 0;
-    CHECK(roln_newton_judge(3, r, &g) == 0 && g.lambda == 0);
-    r[0] = r[2] = 0;
-    CHECK(roln_newton_judge(3, r, &g) == 1 && g.lambda == 0);
-    for (g.lambda = 1, i = 0; i < 200; i++) g.loss = g.hope = 1, roln_newton_judge(3, r, &g);
+    g = start, g.lambda = 0, there[0] = there[1] = 1;
+    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1 && g.lambda == 0);
+    there[0] = 5;
+    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 0 && g.lambda == 0);
+    for (g.lambda = 1, there[0] = 0, i = 0; i < 200; i++) roln_newton_judge(2, r, weight, expect, there, &g);
     CHECK(g.lambda == ROLN_EPS);
-    for (i = 0; i < 2000; i++) g.loss = 0, roln_newton_judge(3, r, &g);
-    CHECK(roln_finite(g.lambda) && g.lambda >= 1 / ROLN_EPS);
+    for (there[0] = 5, i = 0; i < 2000; i++) roln_newton_judge(2, r, weight, expect, there, &g);
+    CHECK(g.lambda == 1 / ROLN_EPS);
 }
 
 /* ---- many steps ------------------------------------------------------------------------------- */
 
-/* A pair after 100,000 steps of a few random rows with momentum; the encoder undoes the decoder still. */
-static void test_pair(void)
+/* A pair after 100,000 steps of a few random rows that are remembered; the encoder undoes the decoder still. */
+static void test_pair(int R, roln_real memory, uint64_t s)
 {
     static const roln_block pair[] = {{&roln_biorthogonal, 2, 4, 0}};
-    uint64_t s = 7;
+    const roln_newton_system system = {R, 16, now.J, now.r, now.S};
     ld top = 0, moved = 0;
     int k, i, ok = 1;
-    problem_of(TABLE(pair), 3, &now);
-    now.opt.momentum = ROLN_C(0.9), now.opt.cap = 3, now.state.lambda = ROLN_C(0.1);
+    problem_of(TABLE(pair), R, &now);
+    now.opt.memory = memory, now.opt.cap = 3, now.state.lambda = ROLN_C(0.1);
     random_point(&now, &s, now.x);
     for (k = 0; k < 100000; k++) {
-        for (i = 0; i < 3 * 16; i++) now.J[i] = roln_uniform(&s) - ROLN_C(0.5);
-        for (i = 0; i < 3; i++) now.r[i] = ROLN_C(0.05) * (roln_uniform(&s) - ROLN_C(0.5));
-        ok &= roln_newton_rows(now.blocks, now.table, &now.opt, 3, now.x, now.J, now.r, &now.state, room) == ROLN_OK;
-        roln_newton_sums(3, 16, 0, 3, now.J, now.S, room);
-        ok &= roln_newton_step(now.blocks, now.table, &now.opt, &(roln_newton_system){3, 16, now.J, now.r, now.S}, now.x,
-                               &now.state, now.d, now.next, room) == ROLN_OK;
-        memcpy(now.x, now.next, 16 * sizeof *now.x), memcpy(now.J + 3 * 16, now.d, 16 * sizeof *now.d);
+        for (i = 0; i < R * 16; i++) now.J[i] = roln_uniform(&s) - ROLN_C(0.5);
+        for (i = 0; i < R; i++) now.r[i] = ROLN_C(0.05) * (roln_uniform(&s) - ROLN_C(0.5));
+        ok &= roln_newton_rows(now.blocks, now.table, &now.opt, R, now.x, now.J, now.r, now.weight, &now.state, room) == ROLN_OK;
+        roln_newton_sums(&now.opt, R, 16, 0, now.side, now.J, now.S, room);
+        ok &= roln_newton_step(now.blocks, now.table, &now.opt, &system, now.x, &now.state, now.next, now.expect, now.keep, room) ==
+              ROLN_OK;
+        for (i = 0; i < 16; i++) moved += fabsl((ld)now.next[i] - (ld)now.x[i]) / 100;
+        end_step(&now, 1);
         if (k % 100 == 99) {
             const ld d = defect(2, 4, now.x) / EPS;
             if (!(d <= top)) top = d;
-            moved += (ld)ROLN_SQRT(roln_dot(16, now.d, now.d));
         }
     }
     CHECK(ok && moved > 10);
@@ -857,21 +965,20 @@ static void test_pair(void)
 }
 
 /* The table, 3,000 steps: on every manifold still. */
-static void test_table(void)
+static void test_table(int R, roln_real memory, ld size, uint64_t s)
 {
-    uint64_t s = 8;
     ld start[SIZE], moved = 0;
     int k, i, b;
-    problem_of(TABLE(table), 5, &now);
-    now.opt.momentum = ROLN_C(0.9), now.state.lambda = ROLN_C(0.1);
+    problem_of(TABLE(table), R, &now);
+    now.opt.memory = memory, now.state.lambda = ROLN_C(0.1);
     point_of_table(&s, now.x);
     widen(SIZE, now.x, start);
     for (k = 0; k < 3000; k++) {
-        fill(5 * SIZE, 1, &s, now.J), fill(5, 0.05L, &s, now.r);
+        fill(R * SIZE, 1, &s, now.J), fill(R, size, &s, now.r);
         CHECK_OK(rows(&now));
         sums(&now);
         CHECK_OK(step(&now));
-        memcpy(now.x, now.next, sizeof now.x), memcpy(now.J + 5 * SIZE, now.d, SIZE * sizeof *now.d);
+        end_step(&now, 1);
         BOUND("pair, eps", defect(2, 5, now.x + AT_B) / EPS, 4);
         BOUND("rows of a Stiefel matrix, eps", skewness(2, 4, now.x + AT_T) / EPS, 6);
         BOUND("length on the sphere, eps", skewness(1, 3, now.x + AT_U) / EPS, 6);
@@ -883,8 +990,8 @@ static void test_table(void)
 
 static void test_walks(void)
 {
-    test_pair();
-    test_table();
+    test_pair(3, 8, 7), test_pair(1, 10, 7);
+    test_table(8, 8, 0.2L, 8), test_table(5, 10, 0.05L, 8);
 }
 
 /* ---- the shell at work ------------------------------------------------------------------------ */
@@ -925,8 +1032,8 @@ static ld pose_error(const arm_params *p, const roln_loss *weights, arm_train *t
     return (ld)g.loss.zdd / POSES;
 }
 
-/* Two links from random weights: the mean square of the errors of acceleration falls by 10,000. */
-static void check_learning(int count, roln_real momentum, int steps, uint64_t s)
+/* Two links from random weights: what is left of the mean square of the errors of acceleration. */
+static void check_learning(int count, roln_real memory, int steps, ld most, uint64_t s)
 {
     static const roln_loss weights = {.zdd = 1};
     static arm_start init;
@@ -939,36 +1046,39 @@ static void check_learning(int count, roln_real momentum, int steps, uint64_t s)
     roln_newton_opt opt = usual;
     roln_real qbar[2];
     ld first;
-    int k, i;
+    int k, i, taken = 0;
     two_links(&s);
     CHECK_OK(arm_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init));
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
-    o.state = begin, opt.momentum = momentum, g.seed = s;
+    o.state = begin, opt.memory = memory, g.seed = s;
     first = pose_error(&p, &weights, &train);
     for (k = 0; k < steps; k++, g.seed += (uint64_t)count) {
         for (i = 0; i < count; i++) start[i] = (k * count + i) % POSES;
         CHECK_OK(arm_rows(&p, &weights, &b, 1, 0, 0, &g, &train));
         CHECK_OK(arm_newton_rows(&p, &opt, count, &g, &o));
-        arm_newton_sums(count, 0, arm_newton_side, &g, &o, o.work.sums);
-        CHECK_OK(arm_newton_step(&p, &opt, count, &g, &o));
-        (void)arm_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train); /* a model that fails there is refused */
-        (void)arm_newton_judge(&p, count, &g, &o);
+        arm_newton_sums(&opt, count, 0, arm_newton_side, &g, &o, o.work.sums);
+        for (taken = i = 0; i < 30 && !taken; i++) {
+            CHECK_OK(arm_newton_step(&p, &opt, count, &g, &o));
+            (void)arm_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train); /* a model that fails there is refused */
+            taken = arm_newton_judge(&p, count, count, &g, &o);
+        }
     }
-    CHECK((int)(o.state.taken + o.state.refused) == steps && o.state.refused > 0);
-    BOUND("two links, loss, last / first", pose_error(&p, &weights, &train) / first, 1e-4L);
+    CHECK((int)o.state.taken == steps && o.state.refused > 0);
+    BOUND("two links, loss, last / first", pose_error(&p, &weights, &train) / first, most);
 }
 
 static void test_learning(void)
 {
     uint64_t s;
     for (s = 1; s <= 2; s++) {
-        check_learning(360, 0, 60, s); /* primal */
-        check_learning(120, ROLN_C(0.9), 100, s); /* dual */
+        check_learning(360, 1, 60, 1e-3L, s);
+        check_learning(60, 8, 100, 1e-5L, s); /* fewer than parameters, but remembered */
+        check_learning(40, 10, 200, 3e-4L, s); /* the system of the rows */
     }
 }
 
 /* Two oscillators seen through five channels, and inputs that do nothing. */
-enum { SEEN = 300, COUNT = 230, DUAL = 40 };
+enum { SEEN = 300, COUNT = 230, DUAL = 20 };
 static roln_real seen_q[5 * SEEN], seen_qd[5 * SEEN], seen_u[2 * SEEN];
 static int seen_start[COUNT];
 static const roln_real tick = ROLN_C(0.05);
@@ -1018,18 +1128,28 @@ static void hand_begin(hand_all *h, uint64_t s)
 static void hand_try(hand_all *h, const roln_newton_opt *opt, int count)
 {
     const roln_batch b = hand_batch(0, count);
-    CHECK_OK(hand_rows(&h->p, &hand_weights, &b, tick, 0, 0, &h->g, &hand_scratch));
-    CHECK_OK(hand_newton_rows(&h->p, opt, count, &h->g, &h->o));
-    hand_newton_sums(count, 0, hand_newton_side, &h->g, &h->o, h->o.work.sums);
     CHECK_OK(hand_newton_step(&h->p, opt, count, &h->g, &h->o));
     (void)hand_rows(&h->o.next, &hand_weights, &b, tick, 0, 1, &h->g, &hand_scratch);
 }
 
+/* New rows and their sums. */
+static void hand_look(hand_all *h, const roln_newton_opt *opt, int count)
+{
+    const roln_batch b = hand_batch(0, count);
+    CHECK_OK(hand_rows(&h->p, &hand_weights, &b, tick, 0, 0, &h->g, &hand_scratch));
+    CHECK_OK(hand_newton_rows(&h->p, opt, count, &h->g, &h->o));
+    hand_newton_sums(opt, count, 0, hand_newton_side, &h->g, &h->o, h->o.work.sums);
+}
+
+/* Steps that are taken, whatever damping they need. */
 static void hand_learn(hand_all *h, const roln_newton_opt *opt, int count, int steps)
 {
     for (; steps > 0; steps--, h->g.seed += 1000) {
-        hand_try(h, opt, count);
-        (void)hand_newton_judge(&h->p, count, &h->g, &h->o);
+        int tries = 0;
+        hand_look(h, opt, count);
+        do hand_try(h, opt, count);
+        while (!hand_newton_judge(&h->p, count, count, &h->g, &h->o) && ++tries < 30);
+        CHECK(tries < 30);
     }
 }
 
@@ -1058,71 +1178,94 @@ static void check_hand(const hand_params *p)
 
 /* Windows of the whole model, autoencoder and all: it learns; 6 steps and 6 more, from copies of what is said to be enough, are
    12. */
-static void check_resume(int count, roln_real momentum)
+static void check_resume(int count, roln_real memory)
 {
     roln_newton_opt opt = usual;
     ld first;
-    opt.momentum = momentum;
+    opt.memory = memory;
     hand_begin(&hand_a, 11);
     first = hand_error(&hand_a.p);
     hand_learn(&hand_a, &opt, count, 6);
     memset(&hand_b, 0, sizeof hand_b);
     hand_b.p = hand_a.p, hand_b.o.state = hand_a.o.state, hand_b.g.seed = hand_a.g.seed;
+    memcpy(hand_b.o.S, hand_a.o.S, sizeof hand_a.o.S);
     memcpy(hand_b.g.J + count * hand_newton_size, hand_a.g.J + count * hand_newton_size, hand_newton_size * sizeof(roln_real));
     hand_learn(&hand_a, &opt, count, 6), hand_learn(&hand_b, &opt, count, 6);
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && memcmp(&hand_a.o.state, &hand_b.o.state, sizeof begin) == 0);
     CHECK(same(hand_newton_size, hand_a.g.J + count * hand_newton_size, hand_b.g.J + count * hand_newton_size));
-    CHECK(hand_a.o.state.taken >= 6);
-    BOUND("windows, loss, last / first", hand_error(&hand_a.p) / first, 0.5);
+    CHECK(hand_a.o.state.taken == 12);
+    BOUND("windows, loss, last / first", hand_error(&hand_a.p) / first, count == COUNT ? 0.15L : 0.6L);
     check_hand(&hand_a.p);
 }
 
-/* Rows in pieces, sums in two halves, each verb of the shell and what it stands for; a refused step. */
-static void check_hand_pieces(int count)
+/* Rows in pieces, sums in two halves, each verb of the shell and what it stands for. */
+static void check_hand_pieces(int count, roln_newton_opt opt)
 {
     const int side = ROLN_NEWTON_SIDE(count, hand_newton_size), cut = 7 * side / 10, P = hand_newton_size;
     static roln_real other_work[ROLN_SYM_WORK];
     const roln_newton_system system = {count, P, hand_b.g.J, hand_b.g.r, hand_b.o.S};
     roln_batch b;
-    roln_newton_opt opt = usual;
-    roln_real lambda;
-    opt.momentum = ROLN_C(0.5);
     hand_begin(&hand_a, 12);
     hand_learn(&hand_a, &opt, count, 3);
     hand_b = hand_a;
-    hand_try(&hand_a, &opt, count);
+    hand_look(&hand_a, &opt, count), hand_try(&hand_a, &opt, count);
     b = hand_batch(0, 7);
     CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 0, 0, &hand_b.g, &hand_scratch));
     b = hand_batch(7, count - 7);
     CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 7, 0, &hand_b.g, &hand_scratch));
-    CHECK_OK(roln_newton_rows(hand_blocks, hand_table, &opt, count, hand_b.p.theta, hand_b.g.J, hand_b.g.r, &hand_b.o.state, room));
+    CHECK_OK(roln_newton_rows(hand_blocks, hand_table, &opt, count, hand_b.p.theta, hand_b.g.J, hand_b.g.r, hand_b.g.weight,
+                              &hand_b.o.state, room));
     CHECK(same((count + 1) * P, hand_a.g.J, hand_b.g.J) && same(count, hand_a.g.r, hand_b.g.r));
-    hand_newton_sums(count, cut, hand_newton_side, &hand_b.g, &hand_b.o, other_work);
-    hand_newton_sums(count, 0, cut, &hand_b.g, &hand_b.o, hand_b.o.work.sums);
+    CHECK(same(count, hand_a.g.weight, hand_b.g.weight));
+    hand_newton_sums(&opt, count, cut, hand_newton_side, &hand_b.g, &hand_b.o, other_work);
+    hand_newton_sums(&opt, count, 0, cut, &hand_b.g, &hand_b.o, hand_b.o.work.sums);
     hand_b.o.next = hand_b.p;
-    CHECK_OK(roln_newton_step(hand_blocks, hand_table, &opt, &system, hand_b.p.theta, &hand_b.o.state, hand_b.o.d,
-                              hand_b.o.next.theta, room));
-    CHECK(same(side * (side + 1), hand_a.o.S, hand_b.o.S) && same(P, hand_a.o.d, hand_b.o.d));
+    CHECK_OK(roln_newton_step(hand_blocks, hand_table, &opt, &system, hand_b.p.theta, &hand_b.o.state, hand_b.o.next.theta,
+                              hand_b.g.expect, hand_b.o.keep, room));
+    CHECK(same(side * (side + 1), hand_a.o.S, hand_b.o.S) && same(P, hand_a.o.keep, hand_b.o.keep));
+    CHECK(same(count, hand_a.g.expect, hand_b.g.expect));
     CHECK(memcmp(&hand_a.o.next, &hand_b.o.next, sizeof hand_a.o.next) == 0);
     CHECK(memcmp(&hand_a.o.state, &hand_b.o.state, sizeof hand_a.o.state) == 0);
-    /* refused: residuals that are none */
+}
+
+static ld move_of(const hand_params *p, const hand_params *next)
+{
+    ld sum = 0;
+    int i;
+    for (i = 0; i < hand_theta_size; i++) sum += ((ld)next->theta[i] - (ld)p->theta[i]) * ((ld)next->theta[i] - (ld)p->theta[i]);
+    return sum;
+}
+
+/* Refused, and with more damping from the same sums; taken; judged by some of the rows. */
+static void check_hand_judge(int count, roln_newton_opt opt)
+{
+    const int side = ROLN_NEWTON_SIDE(count, hand_newton_size), P = hand_newton_size;
+    const roln_batch b = hand_batch(0, 5);
+    roln_real *carried = hand_a.g.J + count * P, lambda;
+    hand_begin(&hand_a, 12);
+    hand_learn(&hand_a, &opt, count, 3);
+    hand_look(&hand_a, &opt, count), hand_try(&hand_a, &opt, count);
     hand_b = hand_a, lambda = hand_a.o.state.lambda;
-    hand_a.g.next[count - 1] = (roln_real)NAN;
-    CHECK(hand_newton_judge(&hand_a.p, count, &hand_a.g, &hand_a.o) == 0);
+    hand_a.g.next[count - 1] = (roln_real)NAN; /* refused: residuals that are none */
+    CHECK(hand_newton_judge(&hand_a.p, count, count, &hand_a.g, &hand_a.o) == 0);
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && same(count * P, hand_a.g.J, hand_b.g.J));
     CHECK(same(count, hand_a.g.r, hand_b.g.r) && same(side * (side + 1), hand_a.o.S, hand_b.o.S));
     CHECK(hand_a.o.state.lambda == 4 * lambda && hand_a.o.state.loss == hand_b.o.state.loss);
-    CHECK(roln_dot(P, hand_a.g.J + count * P, hand_a.g.J + count * P) <= 0); /* and no momentum */
+    if (side == P) CHECK(same(P, carried, hand_b.g.J + count * P)); /* rest waits, */
+    else CHECK(roln_dot(P, carried, carried) <= 0); /* the last step is forgotten */
     CHECK_OK(hand_newton_step(&hand_a.p, &opt, count, &hand_a.g, &hand_a.o)); /* shorter, from the same sums */
-    CHECK(roln_dot(P, hand_a.o.d, hand_a.o.d) < roln_dot(P, hand_b.o.d, hand_b.o.d));
-    /* taken, now or with more damping */
-    b = hand_batch(0, count);
-    while (!hand_newton_judge(&hand_b.p, count, &hand_b.g, &hand_b.o) && hand_b.o.state.refused < 50) {
+    CHECK(move_of(&hand_a.p, &hand_a.o.next) < move_of(&hand_b.p, &hand_b.o.next));
+    /* taken, now or with more damping; 5 of the rows judge, and the others do not count */
+    hand_a = hand_b;
+    memset(hand_b.g.next, 255, sizeof hand_b.g.next); /* NaN */
+    CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch));
+    CHECK(same(5, hand_a.g.next, hand_b.g.next));
+    while (!hand_newton_judge(&hand_b.p, count, 5, &hand_b.g, &hand_b.o) && hand_b.o.state.refused < 50) {
         CHECK_OK(hand_newton_step(&hand_b.p, &opt, count, &hand_b.g, &hand_b.o));
-        (void)hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch);
+        CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch));
     }
     CHECK(hand_b.o.state.refused < 50 && hand_b.o.state.taken == hand_a.o.state.taken + 1);
-    CHECK(memcmp(&hand_b.p, &hand_b.o.next, sizeof hand_b.p) == 0 && same(P, hand_b.o.d, hand_b.g.J + count * P));
+    CHECK(memcmp(&hand_b.p, &hand_b.o.next, sizeof hand_b.p) == 0 && same(P, hand_b.o.keep, hand_b.g.J + count * P));
 }
 
 /* The networks alone: what is in front of them stays, bit for bit; their rows are the tail of those of everything. */
@@ -1133,22 +1276,22 @@ static void check_palm(void)
     static palm_newton o;
     static palm_train train;
     const int P = palm_newton_size, ae = palm_ae_size;
-    const roln_batch b = hand_batch(0, 20);
+    const roln_batch b = hand_batch(0, 13);
     int k, i, moved = 0;
     hand_begin(&hand_a, 13);
     memcpy(&p, &hand_a.p, sizeof p);
-    CHECK(sizeof p == sizeof hand_a.p && P == hand_newton_size - ae && palm_newton_side == 20);
+    CHECK(sizeof p == sizeof hand_a.p && P == hand_newton_size - ae && palm_newton_side == 13);
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
     o.state = begin, g.seed = hand_a.g.seed;
     CHECK_OK(hand_rows(&hand_a.p, &hand_weights, &b, tick, 0, 0, &hand_a.g, &hand_scratch));
     for (k = 0; k < 8; k++) {
         CHECK_OK(palm_rows(&p, &hand_weights, &b, tick, 0, 0, &g, &train));
-        for (i = 0; i < 20 && k == 0; i++) CHECK(same(P, g.J + i * P, hand_a.g.J + i * hand_newton_size + ae));
-        CHECK_OK(palm_newton_rows(&p, &usual, 20, &g, &o));
-        palm_newton_sums(20, 0, palm_newton_side, &g, &o, o.work.sums);
-        CHECK_OK(palm_newton_step(&p, &usual, 20, &g, &o));
+        for (i = 0; i < 13 && k == 0; i++) CHECK(same(P, g.J + i * P, hand_a.g.J + i * hand_newton_size + ae));
+        CHECK_OK(palm_newton_rows(&p, &usual, 13, &g, &o));
+        palm_newton_sums(&usual, 13, 0, palm_newton_side, &g, &o, o.work.sums);
+        CHECK_OK(palm_newton_step(&p, &usual, 13, &g, &o));
         (void)palm_rows(&o.next, &hand_weights, &b, tick, 0, 1, &g, &train);
-        (void)palm_newton_judge(&p, 20, &g, &o);
+        (void)palm_newton_judge(&p, 13, 13, &g, &o);
     }
     CHECK(o.state.taken >= 4 && same(ae, p.theta, hand_a.p.theta) && same(3, &p.scale.q, &hand_a.p.scale.q));
     for (i = ae; i < palm_theta_size; i++) moved += p.theta[i] < hand_a.p.theta[i] || p.theta[i] > hand_a.p.theta[i];
@@ -1192,7 +1335,8 @@ static void check_lengths(void)
         const int count = i == 0 ? -1 : i == 1 ? 0 : COUNT + 1;
         CHECK(hand_newton_rows(&hand_a.p, &usual, count, &hand_a.g, &hand_a.o) == ROLN_E_LENGTH);
         CHECK(hand_newton_step(&hand_a.p, &usual, count, &hand_a.g, &hand_a.o) == ROLN_E_LENGTH);
-        CHECK(hand_newton_judge(&hand_a.p, count, &hand_a.g, &hand_a.o) == 0);
+        CHECK(hand_newton_judge(&hand_a.p, count, 1, &hand_a.g, &hand_a.o) == 0);
+        CHECK(hand_newton_judge(&hand_a.p, DUAL, i == 2 ? DUAL + 1 : count, &hand_a.g, &hand_a.o) == 0);
     }
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && memcmp(&hand_a.g, &hand_b.g, sizeof hand_a.g) == 0);
     CHECK(memcmp(&hand_a.o.state, &hand_b.o.state, sizeof begin) == 0);
@@ -1200,12 +1344,15 @@ static void check_lengths(void)
 
 static void test_shell(void)
 {
+    static const roln_newton_opt opts[] = {{1, 1, 5}, {4, 1, 2}, {2, 1, 5}};
+    int i;
     check_sizes();
     check_lengths();
-    check_resume(COUNT, 0);
-    check_resume(DUAL, ROLN_C(0.9));
-    check_hand_pieces(COUNT);
-    check_hand_pieces(DUAL);
+    check_resume(COUNT, 1), check_resume(COUNT, 8), check_resume(DUAL, 10);
+    for (i = 0; i < 3; i++) {
+        check_hand_pieces(i < 2 ? COUNT : DUAL, opts[i]);
+        check_hand_judge(i < 2 ? COUNT : DUAL, opts[i]);
+    }
     check_palm();
 }
 
@@ -1213,6 +1360,7 @@ void TEST_NAME(newton)(void)
 {
     test_steps();
     test_linear();
+    test_pieces();
     test_rayleigh();
     test_toys();
     test_rows_status();
