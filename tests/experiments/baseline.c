@@ -1,5 +1,5 @@
-/* baseline.c - the models of latent.c under the autoencoder of a trained model: rows for Gauss-Newton as RO-LNN has them, from the same
-   samples and windows, and roll-outs. */
+/* baseline.c - the models of latent.c under the autoencoder of a trained model: rows for Gauss-Newton as RO-LNN has them, from the
+   same samples and windows, and roll-outs. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -4,7 +4,7 @@
      experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
                                      of rope and cloth DIR/NAME.path
      experiment measure NAME DIR     measures DIR/NAME.roln again
-     experiment tune NAME DIR        as run, on the trajectories on which settings are chosen
+     experiment tune NAME DIR SECONDS    as run for so long, on the trajectories on which settings are chosen
 
    A run is a recipe with a seed; the recipes stand in recipes.c. Training uses one core for so many seconds and no validation:
    what counts are the last weights. Test trajectories are the first ten of the test stream, the same for all; of the tune stream
@@ -20,10 +20,11 @@
 
 struct result {
     const struct recipe *recipe;
+    double budget;            /* seconds of training */
     struct model model;       /* of the full coordinates; of a latent baseline: its autoencoder */
     struct baseline baseline; /* no latent: not a baseline */
     struct opinf *opinf;
-    double samples, seconds;  /* of training */
+    double samples, seconds; /* of training */
     int params;
 };
 
@@ -66,8 +67,8 @@ static double recall(const char *path, const char *key, const char *argument)
     return value;
 }
 
-/* A mechanical or latent model: in POD coordinates where the recipe says so, stage by stage. What a stage leaves of its seconds is the
-   next one's. t0: when it all began. */
+/* A mechanical or latent model: in POD coordinates where the recipe says so, stage by stage. What a stage leaves of its seconds is
+   the next one's. t0: when it all began. */
 static int train_stages(struct result *r, const struct motion *d, int seed, double t0)
 {
     const struct recipe *e = r->recipe;
@@ -83,10 +84,11 @@ static int train_stages(struct result *r, const struct motion *d, int seed, doub
         struct motion b = a;
         part += s->part;
         if (s->smooth > 0 && motion_smooth(&b, &a, s->smooth) != 0) return -1;
-        const double seconds = part * e->seconds - (cpu_seconds() - t0);
+        const double seconds = part * r->budget - (cpu_seconds() - t0);
         if (e->kind == LATENT && s->kind == STAGE_NEWTON
                 ? baseline_train(&r->baseline, e->latent, &b, s, seconds, draws, &r->samples) != 0
-                : model_train(&r->model, &b, s, seconds, draws, &r->samples) != 0) return -1;
+                : model_train(&r->model, &b, s, seconds, draws, &r->samples) != 0)
+            return -1;
         if (s->smooth > 0) motion_free(&b);
     }
     model_finish(&r->model);
@@ -172,13 +174,15 @@ static int simulate(const struct recipe *e, enum order order, struct motion *d, 
     const enum truth_system where = tested_on(e);
     const int wild = where == TRUTH_PEND16 || where == TRUTH_WAVE16;
     if (motion_simulate(d, e->system, TRUTH_TRAIN, 0, e->train, e->force, NULL) != 0 ||
-        motion_simulate(test, where, order == TUNE ? TRUTH_TUNE : TRUTH_TEST, 0, TESTS, e->force, d->mean) != 0) return -1;
+        motion_simulate(test, where, order == TUNE ? TRUTH_TUNE : TRUTH_TEST, 0, TESTS, e->force, d->mean) != 0)
+        return -1;
     if (wild) leave_out_wild(d);
     if (wild && order == TUNE) leave_out_wild(test);
     return 0;
 }
 
-static int run(const char *name, const char *dir, enum order order)
+/* budget: seconds of training; 0: as the recipe has them. */
+static int run(const char *name, const char *dir, enum order order, double budget)
 {
     struct result r;
     struct motion d, test;
@@ -187,6 +191,7 @@ static int run(const char *name, const char *dir, enum order order)
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
+    r.budget = budget > 0 ? budget : r.recipe->seconds;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
     snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
@@ -205,7 +210,9 @@ static int run(const char *name, const char *dir, enum order order)
     if (!out) return perror(part), -1;
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
-    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out) : measure_all(&r, &test, out) || (r.recipe->kind != CHART && draw(&r, &test, path))) return -1;
+    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out)
+                              : measure_all(&r, &test, out) || (r.recipe->kind != CHART && draw(&r, &test, path)))
+        return -1;
     fprintf(out, "seconds all %.4g\n", order == MEASURE ? all : cpu_seconds());
     return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }
@@ -213,9 +220,9 @@ static int run(const char *name, const char *dir, enum order order)
 int main(int argc, char **argv)
 {
     if (argc == 2 && strcmp(argv[1], "list") == 0) return recipes_list(), 0;
-    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], RUN) != 0;
-    if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], MEASURE) != 0;
-    if (argc == 4 && strcmp(argv[1], "tune") == 0) return run(argv[2], argv[3], TUNE) != 0;
-    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR | tune NAME DIR\n");
+    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], RUN, 0) != 0;
+    if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], MEASURE, 0) != 0;
+    if (argc == 5 && strcmp(argv[1], "tune") == 0) return run(argv[2], argv[3], TUNE, atof(argv[4])) != 0;
+    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR | tune NAME DIR SECONDS\n");
     return 2;
 }

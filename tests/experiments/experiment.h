@@ -150,23 +150,24 @@ void picks_open(struct picks *p, const struct motion *d, const struct stage *s);
 void picks_close(struct picks *p);
 void picks_draw(struct picks *p, int count, double share, uint64_t *seed);
 
-/* draw: choose `count` rows, of `share` windows. rows: of these from .. from + count - 1 at x, residuals r, not finite where there is
-   none, and unless NULL their derivatives J, of the model. */
+/* draw: choose `count` rows, of `share` windows. rows: of these from .. from + count - 1 at x, residuals r, not finite where there
+   is none, and unless NULL their derivatives J, of the model. */
 struct newton_task {
     void *self;
     void (*draw)(void *self, int count, double share, uint64_t *seed);
     void (*rows)(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r);
 };
-/* Factor that makes the rows of windows three times as large as those of single samples, in the middle of a hundred of each; 1 if the
-   stage has one kind alone. */
+/* Factor that makes the rows of windows three times as large as those of single samples, in the middle of a hundred of each; 1 if
+   the stage has one kind alone. */
 double newton_balance(const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed);
 
 struct newton;
 struct newton *newton_new(int blocks, const roln_block *table, int rows);
 void newton_free(struct newton *n);
-/* Steps until `seconds` are over, at most s->most unless 0. x [params]. Returns the number of steps, -1 after twenty without one that
-   was taken. A later call goes on from what n knows. */
-int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds, uint64_t seed);
+/* Steps until `seconds` are over, at most s->most unless 0. x [params]. Returns the number of steps, -1 after twenty without one
+   that was taken. A later call goes on from what n knows. */
+int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds,
+               uint64_t seed);
 /* x = the mean of the last iterates, of a product of Euclidean blocks; else x stays. */
 void newton_mean(const struct newton *n, roln_real *x);
 
@@ -207,8 +208,8 @@ roln_status latent_rate(const struct latent *m, const roln_real *s, const roln_r
 /* gs [2n] = gradient of <bar, sd> by s, gtheta += that by the parameters (may be NULL). */
 roln_status latent_bwd(const struct latent *m, const roln_real *s, const roln_real *tau_z, const roln_real *bar, roln_real *gs,
                        roln_real *gtheta);
-/* COMET's loss has terms beside the rate's: with random signs, their sum at s, where s' was measured as sd, and its gradient, added to
-   gtheta unless NULL. 0 of the others. */
+/* COMET's loss has terms beside the rate's: with random signs, their sum at s, where s' was measured as sd, and its gradient, added
+   to gtheta unless NULL. 0 of the others. */
 roln_real latent_extra(const struct latent *m, const roln_real *s, const roln_real *tau_z, const roln_real *sd, uint64_t *signs,
                        roln_real *gtheta);
 /* Its own energy, or what it takes for one; returns 0 if it has none. */

@@ -21,22 +21,22 @@ enum { N_MAX = 16, HIDDEN = 32, NETS = 3 };
 
 struct latent {
     enum latent_kind kind;
-    int n, force;           /* force: tau is an input of the network */
-    int nets, T[NETS];      /* networks; tangent planes that each needs */
-    int at[NETS + 1];       /* where each begins in theta, and its end */
-    roln_mlp net[NETS];     /* SYMODEN: L of W, V, L of D */
+    int n, force;       /* force: tau is an input of the network */
+    int nets, T[NETS];  /* networks; tangent planes that each needs */
+    int at[NETS + 1];   /* where each begins in theta, and its end */
+    roln_mlp net[NETS]; /* SYMODEN: L of W, V, L of D */
     roln_real theta[];
 };
 
 /* What a pass keeps. */
 typedef struct {
-    int size;                                                   /* numbers in all */
-    roln_real *x[NETS], *y[NETS], *gx[NETS], *gy[NETS];         /* of each network [1+T][in], [1+T][out], and cotangents */
-    roln_real *slope[NETS], *out[NETS];                         /* [2 HIDDEN], [1+T][2 HIDDEN]: roln_mlp_forward */
-    roln_real *g[NETS];                                         /* [in] a gradient by its input */
-    roln_real *rate;                                            /* [2n] s' */
-    roln_real *L, *L1, *R, *C;                                  /* SYMODEN [n][n]: L, DL[zd], L of D, W = C C^T */
-    roln_real *p, *f, *nu;                                      /* SYMODEN [n]: p, p', cotangent of zd */
+    int size;                                           /* numbers in all */
+    roln_real *x[NETS], *y[NETS], *gx[NETS], *gy[NETS]; /* of each network [1+T][in], [1+T][out], and cotangents */
+    roln_real *slope[NETS], *out[NETS];                 /* [2 HIDDEN], [1+T][2 HIDDEN]: roln_mlp_forward */
+    roln_real *g[NETS];                                 /* [in] a gradient by its input */
+    roln_real *rate;                                    /* [2n] s' */
+    roln_real *L, *L1, *R, *C;                          /* SYMODEN [n][n]: L, DL[zd], L of D, W = C C^T */
+    roln_real *p, *f, *nu;                              /* SYMODEN [n]: p, p', cotangent of zd */
     roln_real *row, *work;
 } pass;
 
@@ -124,8 +124,8 @@ static void init(struct latent *m, double steep, uint64_t *seed)
 static void forward(const struct latent *m, int k, int t, const pass *p)
 {
     const roln_mlp *f = &m->net[k];
-    roln_mlp_forward(f, t == 0, 1, 1, m->theta + m->at[k], p->x[k] + t * f->size[0], p->y[k] + t * f->size[f->layers],
-                     p->slope[k], p->out[k] + t * 2 * HIDDEN);
+    roln_mlp_forward(f, t == 0, 1, 1, m->theta + m->at[k], p->x[k] + t * f->size[0], p->y[k] + t * f->size[f->layers], p->slope[k],
+                     p->out[k] + t * 2 * HIDDEN);
 }
 
 /* Backward of planes 0 .. planes-1 with the cotangents gy; adds to gx and gtheta (of the whole model), each may be NULL. */
@@ -137,8 +137,8 @@ static void backward(const struct latent *m, int k, int planes, const pass *p, r
         const roln_mlp_plane own = {p->x[k] + t * m->net[k].size[0], p->out[k] + t * 2 * HIDDEN, 1, 0};
         plane[t] = own;
     }
-    roln_mlp_bwd(&m->net[k], planes, 1, m->theta + m->at[k], plane, p->slope[k], p->gy[k], gx,
-                 gtheta ? gtheta + m->at[k] : NULL, p->work);
+    roln_mlp_bwd(&m->net[k], planes, 1, m->theta + m->at[k], plane, p->slope[k], p->gy[k], gx, gtheta ? gtheta + m->at[k] : NULL,
+                 p->work);
 }
 
 /* g [in] = gradient of the last output by the input; with SYMODEN's triangles, of what gy holds. */
@@ -416,8 +416,8 @@ roln_status latent_bwd(const struct latent *m, const roln_real *s, const roln_re
     return st;
 }
 
-/* COMET's loss is |s' - sd|^2 + |s_0 - sd|^2 + 2n (grad c . s_0)^2, the last, which shall make the projection superfluous, at a state
-   with noise. */
+/* COMET's loss is |s' - sd|^2 + |s_0 - sd|^2 + 2n (grad c . s_0)^2, the last, which shall make the projection superfluous, at a
+   state with noise. */
 roln_real latent_extra(const struct latent *m, const roln_real *s, const roln_real *tau_z, const roln_real *sd, uint64_t *signs,
                        roln_real *gtheta)
 {

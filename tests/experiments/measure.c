@@ -44,7 +44,7 @@ static void compare(struct rollout *r, int sample, struct sums *e)
     const struct motion *d = r->d;
     const roln_real *q = at(d, d->q, sample), *qd = at(d, d->qd, sample), *qdd = at(d, d->qdd, sample);
     const int inside = sample % d->samples != 0 && (sample + 1) % d->samples != 0; /* else qdd is a one-sided difference */
-    if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1; /* the decoded sample before stays */
+    if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1;     /* the decoded sample before stays */
     if (inside && r->p->accelerate(r->p->self, r->q, r->qd, at(d, d->tau_mid, sample), r->qdd) != ROLN_OK) r->failed = 1;
     for (int i = 0; i < d->N; i++) {
         const double x = (double)(r->q[i] - q[i]), c = (double)(q[i] - d->mean[i]), v = (double)(r->qd[i] - qd[i]);

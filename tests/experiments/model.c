@@ -24,10 +24,14 @@ roln_trained model_trained(const struct model *m)
 static int predictor_work(const roln_model *md)
 {
     const struct sizes sz = sizes_of(md, 1);
-    const int sizes[] = {
-        ROLN_ENCODE_WORK(SZ, 3), ROLN_DECODE_WORK(SZ), ROLN_REDUCE_WORK(SZ), ROLN_STEP_WORK(SZ), ROLN_TERMS_WORK(SZ),
-        ROLN_FIT_RANGE_WORK(SZ), 3 * sz.N + ROLN_AE_DECODE_TAPE(SZ, 3, 1),
-        ROLN_LNN_TAPE(SZ, 1, 0, 1) + ROLN_LNN_ZDD_WORK(SZ, 0, 1)};
+    const int sizes[] = {ROLN_ENCODE_WORK(SZ, 3),
+                         ROLN_DECODE_WORK(SZ),
+                         ROLN_REDUCE_WORK(SZ),
+                         ROLN_STEP_WORK(SZ),
+                         ROLN_TERMS_WORK(SZ),
+                         ROLN_FIT_RANGE_WORK(SZ),
+                         3 * sz.N + ROLN_AE_DECODE_TAPE(SZ, 3, 1),
+                         ROLN_LNN_TAPE(SZ, 1, 0, 1) + ROLN_LNN_ZDD_WORK(SZ, 0, 1)};
     int most = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
         most = ROLN_MAX(most, sizes[i]);
@@ -289,7 +293,7 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 
 struct predictor model_predictor(struct model *m)
 {
-    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate,
-                                m->md.lnn.damping ? NULL : energy};
+    const struct predictor p = {
+        m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate, m->md.lnn.damping ? NULL : energy};
     return p;
 }

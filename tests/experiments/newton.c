@@ -11,12 +11,12 @@ enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, IN_VAIN = 20 };
 
 struct newton {
     const roln_block *table;
-    int blocks, rows, params, flat;                 /* flat: Euclidean blocks alone, whose points have a mean */
+    int blocks, rows, params, flat; /* flat: Euclidean blocks alone, whose points have a mean */
     roln_newton state;
-    uint32_t iterates;                              /* in the mean */
-    roln_real *J, *r, *weight, *expect, *there;     /* [rows + 1][params], [rows] */
+    uint32_t iterates;                          /* in the mean */
+    roln_real *J, *r, *weight, *expect, *there; /* [rows + 1][params], [rows] */
     roln_real *S, *keep, *next, *mean, *work;
-    int *left_out;                                  /* [rows] */
+    int *left_out; /* [rows] */
 };
 
 double cpu_seconds(void)

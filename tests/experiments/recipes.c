@@ -131,7 +131,8 @@
     BENT(id, where, trajectories, r, N, n, 4), BENT(id, where, trajectories, r, N, n, 5)
 #define CHARTS16(id, where) \
     CHARTS(id, where, 200, 0, 16, 4), CHARTS_DEEP(id, where, 200, 0, 16, 4), BENT(id, where, 200, 0, 16, 4, 6), \
-    BENT(id, where, 200, 0, 16, 4, 8), ALONE(id "-layered", where, 200, 0, 60, LAYERED16, .stage = {ADAM(STAGE_AE, 1, .1, 0, .w_q = 2)})
+    BENT(id, where, 200, 0, 16, 4, 8), \
+    ALONE(id "-layered", where, 200, 0, 60, LAYERED16, .stage = {ADAM(STAGE_AE, 1, .1, 0, .w_q = 2)})
 
 const struct recipe recipes[] = {
     PEND2("exp", .base = 0),

@@ -218,7 +218,8 @@ TABLES = {
     "pend2_terms": (PEND2[:5], [("M", "error M"), ("c", "error c"), ("g", "error g"), *DRIFT, TRAINING]),
     "pend16_q": (with_trivial(PEND16, "pend16-ro"), errors("E_q", "0 ms", "25 ms", "100 ms", "1 s", "whole")),
     "pend16_more": (PEND16, SIXTEEN_MORE),
-    "pend16_terms": ([row for row in PEND16 if row[1].endswith(MECHANICAL)] + [("60 s: RO-LNN, forces known (absolute)", "pend16-pd")],
+    "pend16_terms": ([row for row in PEND16 if row[1].endswith(MECHANICAL)] +
+                     [("60 s: RO-LNN, forces known (absolute)", "pend16-pd")],
                      [("M", "error M"), ("V", "error V")]),
     "wave16_q": (with_trivial(WAVE16, "wave16-ro"), errors("E_q", "0 ms", "25 ms", "100 ms", "1 s", "whole")),
     "wave16_more": (WAVE16, SIXTEEN_MORE),
@@ -248,7 +249,8 @@ FEW_TABLES = {
 
 # ---- speed ----
 
-SYSTEMS = {"pend2": "pend2", "pend16": "pend16", "pend16_paper": "pend16, layered autoencoder", "wave16": "wave16", "rope": "rope", "cloth_given": "cloth, contact forces given", "cloth": "cloth"}
+SYSTEMS = {"pend2": "pend2", "pend16": "pend16", "pend16_paper": "pend16, layered autoencoder", "wave16": "wave16",
+           "rope": "rope", "cloth_given": "cloth, contact forces given", "cloth": "cloth"}
 REDUCED = [("us per simulated ms: latent", "{%s_latent}"), ("one encode, a decode every step", "{%s_decoded}"),
            ("latent, 16 roll-outs together, each", "{%s_block}")]
 FASTER = [("**faster**, HOW: latent", "latent"), ("with encode and decode", "decoded"), ("latent, 16 together", "block")]
@@ -334,7 +336,8 @@ GOALS = [
            others=("pend16-300-pod",))
       for when, quantity, times in (("25 ms", "E_q 25", 200), ("1 s", "E_q 1000", 10), ("whole", "E_q whole", 10))],
     *[Goal(f"{system}: LNN, n = 16, compared, 300 s, {when}", f"{system}-300-ro", quantity, others=(f"{system}-300-full",))
-      for system in ("pend16", "wave16") for when, quantity in (("25 ms", "E_q 25"), ("1 s", "E_q 1000"), ("whole", "E_q whole"))],
+      for system in ("pend16", "wave16")
+      for when, quantity in (("25 ms", "E_q 25"), ("1 s", "E_q 1000"), ("whole", "E_q whole"))],
     *[Goal(f"pend16: at 25 ms, {n} trajectories", f"pend16-few{n}-ro", "E_q 25", others=(f"pend16-few{n}-full",)) for n in FEW],
     Goal("pend16: 10 times faster than mj_step, latent", "speed", "faster pend16", at_least=10),
     Goal("rope: 50 times faster than mj_step, latent", "speed", "faster rope", at_least=50),
@@ -462,7 +465,8 @@ def curves(system):
     return [Series("RO-LNN, 300 s", system + "-300-ro", "#08306b"), Series("RO-LNN", system + "-ro", "#2171b5"),
             Series("RO, Cholesky", system + "-chol", "#807dba"), Series("layered, Adam", system + "-paper", "#6baed6"),
             Series("POD + LNN", system + "-pod", "#a63603"), Series("LNN, n = 16", system + "-full", "#006d2c"),
-            Series("same, Cholesky", system + "-fullchol", "#74c476"), Series("L-OpInf, affine", system + "-opinfaffine", "#e6ab02", "--"),
+            Series("same, Cholesky", system + "-fullchol", "#74c476"),
+            Series("L-OpInf, affine", system + "-opinfaffine", "#e6ab02", "--"),
             Series("diss. SymODEN", system + "-symoden", "#7a0177"), Series("chart + MLP", system + "-mlp", "#555555", "--")]
 
 
@@ -634,7 +638,8 @@ def report(directory, out):
     results, template = Results(directory), (Path(__file__).parent / "RESULTS.in.md").read_text()
     text = {name: table(results, *spec) for name, spec in TABLES.items()}
     text.update({name: few_table(results, *spec) for name, spec in FEW_TABLES.items()})
-    text.update(charts=charts_table(results), runs=runs_table(results), goals=goals_table(results), speed=speed_table(results), machine=machine())
+    text.update(charts=charts_table(results), runs=runs_table(results), goals=goals_table(results), speed=speed_table(results),
+                machine=machine())
     unused = [name for name in text if not re.search(rf"\${name}\b", template)]
     if unused:
         sys.exit(f"RESULTS.in.md: no ${', $'.join(unused)}")

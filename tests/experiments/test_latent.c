@@ -1,6 +1,6 @@
 /* test_latent.c - the latent models of latent.c: derivatives against central differences, the equations they promise against
-   differences of their own H and c, and that they learn motions known in closed form by newton.c. Both precisions in one program, so
-   the public names carry the precision. */
+   differences of their own H and c, and that they learn motions known in closed form by newton.c. Both precisions in one program,
+   so the public names carry the precision. */
 #include "../unit/check.h"
 
 #define latent_new TEST_NAME(latent_new)
@@ -330,7 +330,9 @@ static void test_start(void)
     }
     for (i = 0; i < latent_params(m); i++)
         CHECK(steep->theta[i] == m->theta[i] * (i < 3 * HIDDEN || (i >= m->at[1] && i < m->at[1] + 3 * HIDDEN) ||
-                                                        (i >= m->at[2] && i < m->at[2] + 3 * HIDDEN) ? 4 : 1));
+                                                        (i >= m->at[2] && i < m->at[2] + 3 * HIDDEN)
+                                                    ? 4
+                                                    : 1));
     latent_free(m), latent_free(steep);
 }
 

@@ -35,8 +35,14 @@ static int *starts_of(const struct motion *d, int central, int reach, int *count
 static roln_batch batch_of(const struct motion *d, int count, int steps, int stride, const int *start)
 {
     const int acc = steps == 0;
-    const roln_batch b = {.count = count, .steps = steps, .stride = stride, .start = start, .q = d->q, .qd = d->qd,
-                          .qdd = acc ? d->qdd : NULL, .tau = acc ? d->tau_mid : d->tau};
+    const roln_batch b = {.count = count,
+                          .steps = steps,
+                          .stride = stride,
+                          .start = start,
+                          .q = d->q,
+                          .qd = d->qd,
+                          .qdd = acc ? d->qdd : NULL,
+                          .tau = acc ? d->tau_mid : d->tau};
     return b;
 }
 
@@ -89,15 +95,15 @@ static double adam_update(struct adam *a, struct model *m, const struct stage *s
     memset(a->g, 0, (size_t)m->params * sizeof *a->g);
     roln_status st = s->kind == STAGE_ACC ? roln_grad_acc(&trainee, &w, b, BLOCK, &to, a->work)
                                           : roln_grad(&trainee, &w, b, (roln_real)dt, BLOCK, &to, a->work);
-    if (st == ROLN_OK)
-        st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, a->g, m->theta, &a->state, &a->moved, a->work);
+    if (st == ROLN_OK) st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, a->g, m->theta, &a->state, &a->moved, a->work);
     if (st != ROLN_OK) return a->refused++, 0;
     *seen += (double)windows;
     return (double)roln_loss_total(&w, &loss);
 }
 
 /* The rate falls with the seconds that are over. */
-static int train_adam(struct model *m, const struct motion *d, const struct stage *s, double seconds, uint64_t seed, double *samples)
+static int train_adam(struct model *m, const struct motion *d, const struct stage *s, double seconds, uint64_t seed,
+                      double *samples)
 {
     const struct sizes sz = sizes_of(&m->md, BLOCK);
     const int H = s->kind == STAGE_ODE ? s->steps : 0, stride = s->kind == STAGE_ODE ? s->stride : 1;
@@ -115,8 +121,11 @@ static int train_adam(struct model *m, const struct motion *d, const struct stag
         done = (cpu_seconds() - t0) / seconds;
         if (s->most > 0) done = fmax(done, (double)t / s->most);
         if (10 * done < looks) continue;
-        printf("%s %7d  loss %.2e  refused %d\n", s->kind == STAGE_ACC ? "acceleration" : H ? "ode" : "autoencoder", t, sum / seen,
-               a.refused);
+        printf("%s %7d  loss %.2e  refused %d\n",
+               s->kind == STAGE_ACC ? "acceleration"
+               : H                  ? "ode"
+                                    : "autoencoder",
+               t, sum / seen, a.refused);
         fflush(stdout);
         sum = seen = 0, looks = (int)(10 * done) + 1;
     }
@@ -247,7 +256,8 @@ static int train_lbfgs(struct model *m, const struct motion *d, const struct sta
     roln_real *keep = room((size_t)ROLN_LBFGS_KEEP(PAIRS, P), sizeof *keep);
     roln_real *work = room((size_t)ROLN_LBFGS_WORK(PAIRS, P, 0), sizeof *work);
     for (int t = 0; st == ROLN_OK && (s->most == 0 || t < s->most) && cpu_seconds() - t0 < seconds; t++) {
-        st = roln_lbfgs_step(m->blocks - m->front, m->table + m->front, PAIRS, fixed_value, &f, &state, m->theta + front, keep, work);
+        st = roln_lbfgs_step(m->blocks - m->front, m->table + m->front, PAIRS, fixed_value, &f, &state, m->theta + front, keep,
+                             work);
         if (t % 100 == 99) printf("l-bfgs %5d  loss %.2e\n", t + 1, (double)state.value), fflush(stdout);
     }
     free(keep), free(work), model_task_free(task);
