@@ -15,10 +15,10 @@
 
 #define TURN(p) {.kind = STAGE_CHART, .part = p, .batch = 4000}
 #define SINGLE(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows}
-#define WINDOWS(p, rows, H, samples) \
-    {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = .05, .steps = H, .stride = samples}
+#define WINDOWS(p, rows, part_, H, samples, ...) \
+    {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
 /* rows of single samples, then windows of half a second among them */
-#define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, 25, 20)
+#define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .smooth = 0)
 /* the paper's: autoencoder alone, acceleration loss, ODE loss over windows of 40 ms */
 #define ADAM(kind_, p, ae, net, ...) \
     {.kind = kind_, .part = p, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_qd = 1, .bias = 1, __VA_ARGS__}
@@ -111,9 +111,9 @@
 #define CLOTH_PAPER \
     .stage = {GRID_AE(.25), GRID_ODE(.3, 32, 8, 5, .01, 2e-3, 50, .3), GRID_ODE(.25, 32, 25, 5, .005, 1e-3, 50, .3), \
               GRID_ODE(.2, 16, 49, 5, .003, 1e-3, 50, .3)}
-#define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.35, 2000), WINDOWS(.6, 2000, 25, 20)}
+#define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 20, .smooth = 10)}
 #define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, GRID_SHAPE(n, d, .base = 0), ROPE_STEPS)
-#define CLOTH_STEPS .stage = {TURN(.05), SMOOTH(.35, 2000), WINDOWS(.6, 2000, 25, 5)}
+#define CLOTH_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 5, .smooth = 10)}
 #define CLOTH(id, unit, damped, repeats, time, n, d) \
     GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, GRID_SHAPE(n, d, .damping = damped), CLOTH_STEPS)
 
