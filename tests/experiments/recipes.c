@@ -53,7 +53,7 @@
 #define JOINTS(what, id, where, trajectories, repeats, time, ...) \
     {.name = id, .kind = what, .system = where, .train = trajectories, .seeds = repeats, .seconds = time, __VA_ARGS__}
 #define STEPS16 .stage = {TURN(.15), NEWTON(.15, 2000)}
-#define FULL16(...) FULL(16, __VA_ARGS__), .stage = {NEWTON(0, 500)}
+#define FULL16(...) .shape = {.ae = {16}, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}, .stage = {NEWTON(0, 1000)}
 #define LATENT16(id, where, d, trajectories, repeats, what) \
     JOINTS(LATENT, id, where, trajectories, repeats, 60, CHART16(d, .base = 0), .latent = what, STEPS16)
 #define FEW16(name_, where, d, trajectories) \
@@ -78,7 +78,7 @@
     JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
     FEW16(name_, where, d, 5), FEW16(name_, where, d, 10), FEW16(name_, where, d, 20), FEW16(name_, where, d, 40)
 /* learned from starts of .3 rad, tested from .5 */
-#define NARROW(id, what) LATENT16("pend16-narrow-" id, TRUTH_PEND16_NARROW, 4, 200, 2, what)
+#define NARROW(id, what) LATENT16("pend16-narrow-" id, TRUTH_PEND16_NARROW, 4, 200, 1, what)
 
 /* ---- rope and cloth, in POD coordinates. Accelerations of the rope come from a parabola through 21 ms, across vibrations that n
    coordinates do not hold; forces of the cloth in units of 7e-5 N, so that masses are of order one. ---- */
@@ -113,7 +113,9 @@
               GRID_ODE(.2, 16, 49, 5, .003, 1e-3, 50, .3)}
 #define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 20, .smooth = 10)}
 #define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, GRID_SHAPE(n, d, .base = 0), ROPE_STEPS)
-#define CLOTH_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 5, .smooth = 10)}
+#define CLOTH_STEPS \
+    .stage = {TURN(.05), WINDOWS(.2, 1000, .8, 2, 5, .smooth = 0), WINDOWS(.25, 1000, .8, 8, 5, .smooth = 0), \
+              WINDOWS(.5, 1000, .5, 25, 5, .smooth = 0)}
 #define CLOTH(id, unit, damped, repeats, time, n, d) \
     GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, GRID_SHAPE(n, d, .damping = damped), CLOTH_STEPS)
 
@@ -148,12 +150,12 @@ const struct recipe recipes[] = {
     PEND2_FEW(20),
 
     SIXTEEN("pend16", TRUTH_PEND16, 4, 4),
-    LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 3, LATENT_DHNN),
-    LATENT16("pend16-comet", TRUTH_PEND16, 4, 200, 3, LATENT_COMET),
+    LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 1, LATENT_DHNN),
+    LATENT16("pend16-comet", TRUTH_PEND16, 4, 200, 1, LATENT_COMET),
     JOINTS(LAGRANGE, "pend16-1200-ro", TRUTH_PEND16, 200, 1, 1200, CHART16(4, .base = 0), STEPS16),
     {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, .seconds = 60,
      CHART16(4, .base = 0), STEPS16},
-    JOINTS(LAGRANGE, "pend16-narrow-ro", TRUTH_PEND16_NARROW, 200, 2, 60, CHART16(4, .base = 0), STEPS16),
+    JOINTS(LAGRANGE, "pend16-narrow-ro", TRUTH_PEND16_NARROW, 200, 1, 60, CHART16(4, .base = 0), STEPS16),
     NARROW("mlp", LATENT_MLP),
     NARROW("hnn", LATENT_HNN),
     NARROW("symoden", LATENT_SYMODEN),
