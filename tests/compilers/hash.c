@@ -31,7 +31,7 @@
 #define ROLN_BLOCK 8
 #include "roln.h"
 
-#define ROLN_NAME pupil /* 33 parameters: fewer than rows, then more */
+#define ROLN_NAME pupil /* 33 parameters: a system of these, and one of 4 rows */
 #define ROLN_AE 6, 1
 #define ROLN_MLP 2
 #define ROLN_BASE 1
@@ -46,6 +46,14 @@
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
 
 static uint64_t hash = ROLN_FNV;
+
+/* Scratch: of one model at a time, so that all fit into the 512 kB of a microcontroller. */
+static union {
+    net_train net;
+    full_train full;
+    curved_train curved;
+    pupil_train pupil;
+} train;
 
 static void add(int n, const roln_real *x)
 {
@@ -99,13 +107,12 @@ static void record(uint64_t *s, roln_real h, roln_real *q, roln_real *qd)
 }
 
 /* Every option at once; a random torque as the input. */
-static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real h, uint64_t *s)
 {
-    static roln_real u[SAMPLES * 2], qdd[SAMPLES * 6], qbar[6];
+    static roln_real u[SAMPLES * 2], qbar[6];
     static full_params p;
     static full_optimiser o;
     static full_gradient g;
-    static full_train train;
     static full_start init;
     static full_work work;
     static full_linwork linwork;
@@ -122,7 +129,6 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
 
     acc.force = ROLN_C(0.5);
     for (i = 0; i < 2 * SAMPLES; i++) u[i] = ROLN_C(0.25) * roln_normal(s);
-    for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
     must(full_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "full: init");
     b.count = BATCH, b.stride = 1, b.start = start, b.q = q, b.qdd = qdd, b.tau = u;
     for (k = 0; k < UPDATES / 8; k++) {
@@ -130,10 +136,10 @@ static void hash_full(const roln_real *q, const roln_real *qd, roln_real h, uint
         b.steps = kind > 0 ? H : 0, b.qd = kind < 2 ? qd : NULL;
         for (i = 0; i < BATCH; i++) start[i] = 1 + roln_randint(SAMPLES - H - 2, s);
         memset(&g, 0, sizeof g);
-        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train)
-                       : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train),
+        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train.full)
+                       : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train.full),
              "full: grad");
-        must(full_update(&p, &opt, &o, &g, &train), "full: update");
+        must(full_update(&p, &opt, &o, &g, &train.full), "full: update");
     }
     add(full_theta_size, p.theta);
     add(full_theta_size, o.m), add(full_moment_size, o.v);
@@ -158,7 +164,6 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     static curved_params p;
     static curved_optimiser o;
     static curved_gradient g;
-    static curved_train train;
     static curved_start init;
     static curved_work work;
     static curved_chart sums, half;
@@ -181,8 +186,8 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     for (k = 0; k < UPDATES / 8; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
         memset(&g, 0, sizeof g);
-        must(curved_grad(&p, &ode, &b, h, &g, &train), "chart: grad");
-        must(curved_update(&p, &opt, &o, &g, &train), "chart: update");
+        must(curved_grad(&p, &ode, &b, h, &g, &train.curved), "chart: grad");
+        must(curved_update(&p, &opt, &o, &g, &train.curved), "chart: update");
     }
     add(curved_theta_size, p.theta);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
@@ -257,66 +262,69 @@ static void hash_system(uint64_t *s)
     add(n * (n + 1), S), add(n, d);
 }
 
-/* Steps of Gauss-Newton from p. */
+/* Four steps of Gauss-Newton from p; one that is refused is tried again with more damping. */
 static pupil_residuals rows;
 static pupil_newton newton;
 static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *weights, const roln_batch *b, roln_real h)
 {
-    static pupil_train train;
-    int k;
+    int k, tries;
     for (k = 0; k < 4; k++, rows.seed += 100) {
-        must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train), "newton: rows");
+        must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train.pupil), "newton: rows");
         must(pupil_newton_rows(p, opt, b->count, &rows, &newton), "newton: tangents");
-        pupil_newton_sums(b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
-        must(pupil_newton_step(p, opt, b->count, &rows, &newton), "newton: step");
-        (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train);
-        (void)pupil_newton_judge(p, b->count, &rows, &newton);
-        add(b->count, rows.next), add(1, &newton.state.lambda), add(1, &newton.state.gain);
+        pupil_newton_sums(opt, b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
+        for (tries = 0; tries < 4; tries++) {
+            must(pupil_newton_step(p, opt, b->count, &rows, &newton), "newton: step");
+            (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train.pupil);
+            add(b->count, rows.expect), add(b->count, rows.next);
+            if (pupil_newton_judge(p, b->count, b->count, &rows, &newton)) break;
+        }
+        add(1, &newton.state.lambda), add(1, &newton.state.error);
     }
 }
 
-/* 40 rows of accelerations, then 16 of windows with momentum; each time what is said to be enough to go on gives the same bits. */
-static void hash_newton(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+/* 40 rows of accelerations without memory, 16 with, and 4 of windows, whose system is that of the rows; each time what is said to
+   be enough to go on gives the same bits. */
+static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real h, uint64_t *s)
 {
-    static roln_real qdd[SAMPLES * 6], qbar[6], last[pupil_newton_size];
+    static roln_real qbar[6], carried[pupil_newton_size], S[pupil_newton_side * (pupil_newton_side + 1)];
     static pupil_params p, was;
     static pupil_start init;
     static const roln_newton fresh = ROLN_NEWTON_START;
-    static const roln_loss weights[2] = {ROLN_ACC_WEIGHTS, ROLN_ODE_WEIGHTS};
+    static const roln_loss acc = ROLN_ACC_WEIGHTS, ode = ROLN_ODE_WEIGHTS;
+    static const int counts[3] = {40, 16, 4};
     roln_newton_opt opt = ROLN_NEWTON_OPT;
     roln_newton state;
     roln_batch b;
     uint64_t seed;
     int start[40], kind, i;
-    for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
     must(pupil_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "newton: init");
     newton.state = fresh, rows.seed = 7;
     b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.tau = NULL;
     for (i = 0; i < 40; i++) start[i] = 1 + roln_randint(SAMPLES - 4, s);
-    for (kind = 0; kind < 2; kind++) {
-        b.count = kind ? 16 : 40, b.steps = kind ? 2 : 0, b.qdd = kind ? NULL : qdd;
-        opt.momentum = kind ? ROLN_C(0.75) : 0;
-        memset(rows.J, 0, sizeof rows.J);
-        learn(&p, &opt, weights + kind, &b, h);
+    for (kind = 0; kind < 3; kind++) {
+        const roln_loss *weights = kind < 2 ? &acc : &ode;
+        b.count = counts[kind], b.steps = kind < 2 ? 0 : 2, b.qdd = kind < 2 ? qdd : NULL;
+        opt.memory = kind > 0 ? 4 : 1;
+        memset(rows.J, 0, sizeof rows.J), memset(newton.S, 0, sizeof newton.S);
+        learn(&p, &opt, weights, &b, h);
         was = p, state = newton.state, seed = rows.seed;
-        memcpy(last, rows.J + b.count * pupil_newton_size, sizeof last);
-        learn(&p, &opt, weights + kind, &b, h);
+        memcpy(carried, rows.J + b.count * pupil_newton_size, sizeof carried), memcpy(S, newton.S, sizeof S);
+        learn(&p, &opt, weights, &b, h);
         add(pupil_theta_size, p.theta), add(pupil_newton_size, rows.J + b.count * pupil_newton_size);
         memset(&rows, 0, sizeof rows), memset(&newton, 0, sizeof newton);
         newton.state = state, rows.seed = seed;
-        memcpy(rows.J + b.count * pupil_newton_size, last, sizeof last);
-        learn(&was, &opt, weights + kind, &b, h);
+        memcpy(rows.J + b.count * pupil_newton_size, carried, sizeof carried), memcpy(newton.S, S, sizeof S);
+        learn(&was, &opt, weights, &b, h);
         if (memcmp(&p, &was, sizeof p) != 0) must(ROLN_E_CHECKSUM, "newton: resumed");
     }
 }
 
 int main(void)
 {
-    static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qbar[6];
+    static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qdd[SAMPLES * 6], qbar[6];
     static net_params p;
     static net_optimiser o;
     static net_gradient g;
-    static net_train train;
     static net_start init;
     static net_work work;
     static unsigned char packed[net_packed_size];
@@ -330,13 +338,14 @@ int main(void)
     int start[BATCH], k, i;
 
     record(&s, h, q, qd);
+    for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
     must(net_init_pod(&p, SAMPLES, q, qd, qbar, &s, &init), "init");
     b.count = BATCH, b.steps = H, b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
     for (k = 0; k < UPDATES; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, &s);
         memset(&g, 0, sizeof g);
-        must(net_grad(&p, &weights, &b, h, &g, &train), "grad");
-        must(net_update(&p, &opt, &o, &g, &train), "update");
+        must(net_grad(&p, &weights, &b, h, &g, &train.net), "grad");
+        must(net_update(&p, &opt, &o, &g, &train.net), "update");
     }
     net_pack(&p, packed);
     for (i = 0; i < net_packed_size; i++) board_put(packed[i]);
@@ -355,12 +364,12 @@ int main(void)
         must(net_decode(&p, &z, &x, &work), "decode");
         add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
-    hash_full(q, qd, h, &s);
+    hash_full(q, qd, qdd, h, &s);
     hash_chart(q, qd, h, &s);
     hash_spd(&s);
     hash_denormal(&s);
     hash_system(&s);
-    hash_newton(q, qd, h, &s);
+    hash_newton(q, qd, qdd, h, &s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
     put_hex(hash, 16);
     put_text("\n");

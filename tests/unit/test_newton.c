@@ -922,7 +922,7 @@ static void test_judge(void)
     there[2] = 5 + 8 * ROLN_EPS;
     CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
     far[0] = PICK(1e30f, 1e300);
-    CHECK(roln_newton_judge(2, r, weight, far, there, &g) == 0);
+    CHECK(roln_newton_judge(2, far, weight, expect, there, &g) == 0);
     /* no damping stays none; damping has an end on both sides */
     g = start, g.lambda = 0, there[0] = there[1] = 1;
     CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1 && g.lambda == 0);
