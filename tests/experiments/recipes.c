@@ -90,7 +90,7 @@
     {.name = id "-opinf", .kind = OPINF, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-fit", .kind = FIT, .system = where, .train = trajectories, .seeds = 1}
-#define GRID_SHAPE(n, d, ...) .shape = {.ae = {64, n}, .degree = d, .mlp = 32, .slope = 1, .zoom = 1, __VA_ARGS__}
+#define GRID_SHAPE(n, d, ...) .shape = {.ae = {64, n}, .degree = d, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}
 #define SMOOTH(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows, .smooth = 10}
 #define GRID_LAYERED(n, ...) \
     .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7, __VA_ARGS__}
