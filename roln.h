@@ -42,6 +42,7 @@
        NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
        NAME_newton      ... its sums, the step and where it ends
        NAME_chart       with ROLN_CHART: sums of NAME_chart_add
+       NAME_turn        ... steps and scratch of NAME_chart_turn
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -84,6 +85,7 @@
 
    A chart in closed form (ROLN_CHART, full weights): NAME_init_pod, or NAME_chart_center, then
 
+       NAME_chart_turn   a step to a better encoder, on a few thousand samples
        NAME_chart_add    adds recorded motion, a sample at a time or all, to sums
        NAME_chart_merge  adds the sums of other recordings, or of another machine
        NAME_chart_solve  the decoder that fits them best
@@ -107,7 +109,7 @@
    How this file is ordered: what a control tick meets comes in the order in which it meets it, then what a training sample meets.
 
    1 model and units     2 a control tick     3 prediction and mechanics     4 a training sample
-   5 data and errors     6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
+   5 data, charts, errors    6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. */
 
@@ -1511,7 +1513,7 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
     return st;
 }
 
-/* ---- 5 data and errors ------------------------------------------------------------------------ */
+/* ---- 5 data, charts, errors ------------------------------------------------------------------- */
 
 /* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
    q, qd [count][N] in; qbar [N] and sc out. ROLN_E_LENGTH: count below 1. ROLN_E_NOT_FINITE (also for data at rest) leaves sc
@@ -1593,31 +1595,190 @@ ROLN_FN void roln_loss_divide(roln_loss *a, const roln_loss *b)
     a->force /= b->force;
 }
 
-/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. ROLN_E_LENGTH: count below 1;
-   status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
-#define ROLN_FIT_RANGE_MEM(X, S) X(s, 2 * S(n)) X(low, S(n)) X(high, S(n)) X(top, S(n))
-#define ROLN_FIT_RANGE_WORK(S) (0 ROLN_FIT_RANGE_MEM(ROLNI_SIZE, S) + ROLN_ENCODE_WORK(S, 2))
-ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const roln_real *q, const roln_real *qd, roln_real *z_min,
-                                       roln_real *z_max, roln_real *zd_max, roln_real *work)
+/* Low and high z, largest |zd| [n] over the first samples of the windows of b. Status of roln_encode; then they are scratch.
+   work [ROLNI_RANGE_WORK]. */
+#define ROLNI_RANGE_MEM(X, S) X(s, 2 * S(n))
+#define ROLNI_RANGE_WORK(S) (0 ROLNI_RANGE_MEM(ROLNI_SIZE, S) + ROLN_ENCODE_WORK(S, 2))
+ROLN_INLINE roln_status rolni_range(const roln_trained *m, const roln_batch *b, roln_real *low, roln_real *high, roln_real *top,
+                                    roln_real *work)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
-    ROLN_FIT_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    int k, i;
-    if (count < 1) return ROLN_E_LENGTH;
-    for (k = 0; k < count; k++) {
-        const size_t row = ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N);
-        const roln_status st = roln_encode(m, q + row, qd + row, NULL, s, s + n, NULL, work);
+    ROLNI_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int w, i;
+    for (w = 0; w < b->count; w++) {
+        const size_t row = rolni_sample(b, w, 0) * ROLNI_AS(size_t, N);
+        const roln_status st = roln_encode(m, b->q + row, b->qd + row, NULL, s, s + n, NULL, work);
         if (st != ROLN_OK) return st;
         for (i = 0; i < n; i++) {
             const roln_real v = ROLN_ABS(s[n + i]);
-            low[i] = k == 0 || s[i] < low[i] ? s[i] : low[i];
-            high[i] = k == 0 || s[i] > high[i] ? s[i] : high[i];
-            top[i] = k == 0 || v > top[i] ? v : top[i];
+            low[i] = w == 0 || s[i] < low[i] ? s[i] : low[i];
+            high[i] = w == 0 || s[i] > high[i] ? s[i] : high[i];
+            top[i] = w == 0 || v > top[i] ? v : top[i];
         }
     }
+    return ROLN_OK;
+}
+
+/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. ROLN_E_LENGTH: count below 1;
+   status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
+#define ROLN_FIT_RANGE_MEM(X, S) X(low, S(n)) X(high, S(n)) X(top, S(n))
+#define ROLN_FIT_RANGE_WORK(S) (0 ROLN_FIT_RANGE_MEM(ROLNI_SIZE, S) + ROLNI_RANGE_WORK(S))
+ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const roln_real *q, const roln_real *qd, roln_real *z_min,
+                                       roln_real *z_max, roln_real *zd_max, roln_real *work)
+{
+    const int n = m->model->lnn.n;
+    const roln_batch b = {count, 0, 1, NULL, q, qd, NULL, NULL};
+    roln_status st;
+    ROLN_FIT_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (count < 1) return ROLN_E_LENGTH;
+    if ((st = rolni_range(m, &b, low, high, top, work)) != ROLN_OK) return st;
     rolni_copy(n, low, z_min);
     rolni_copy(n, high, z_max);
     rolni_copy(n, top, zd_max);
+    return ROLN_OK;
+}
+
+/* The encoder of a chart. Coordinates z of the same space of columns of Psi have the same polynomials, whatever their scale and
+   origin: what the best decoder leaves of the samples is a function of that space. Its logarithm is made small by Riemannian L-BFGS
+   over Psi with orthonormal columns, each value a fit in closed form. What is kept between steps, to be zeroed before the first,
+   and scratch in double: */
+#define ROLN_TURN_PAIRS 20
+typedef struct {
+    roln_lbfgs *state;
+    roln_real *psi;      /* [n][N_{L-1}] orthonormal rows */
+    roln_real *from;     /* [N_{L-1}] z is measured from here: b of the start */
+    roln_real *keep;     /* [ROLN_LBFGS_KEEP(ROLN_TURN_PAIRS, n N_{L-1})] */
+    double *sums, *room; /* [ROLN_CHART_SUMS], [ROLN_CHART_TURN_ROOM] */
+} roln_turn;
+#define ROLN_CHART_TURN_ROOM(S) ROLN_MAX(ROLN_CHART_ADD_ROOM(S), ROLN_CHART_SOLVE_ROOM(S))
+
+/* The fit for one encoder. */
+#define ROLNI_ENCODER_MEM(X, S) X(low, S(n)) X(high, S(n)) X(top, S(n)) X(x, ROLN_CHART_BLOCK * S(N))
+#define ROLNI_ENCODER_WORK(S) \
+    (0 ROLNI_ENCODER_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLNI_RANGE_WORK(S), ROLN_MAX(ROLN_CHART_ADD_WORK(S), ROLN_CHART_GRAD_WORK(S, ROLN_CHART_BLOCK))))
+typedef struct {
+    const roln_trained *m;
+    const roln_batch *batch;
+    const roln_turn *turn;
+    roln_real *theta; /* of m */
+    ROLNI_ENCODER_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+    roln_real *work;
+    roln_real residual; /* of the last fit */
+    roln_status status;
+} rolni_encoder;
+
+/* Samples at .. of the batch, a block of them, scaled, to f->x; returns how many. */
+ROLN_FN int rolni_encoder_block(const rolni_encoder *f, int at)
+{
+    const int left = f->batch->count - at, now = ROLN_MIN(left, ROLN_CHART_BLOCK);
+    rolni_gather(f->batch, f->batch->q, f->m->model->ae.size[0], at, now, 0, 1 / f->m->scale->q, f->x);
+    return now;
+}
+
+/* Coordinates psi in which the samples lie in [-1, 1], and the best decoder for them; top: largest |zd|. */
+ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
+{
+    const roln_ae *ae = &f->m->model->ae;
+    const int n = ae->size[ae->layers], bent = roln_ae_bent(ae), m = 1 + n + ae->curves;
+    roln_real *layer = f->theta + rolni_bent_at(ae);
+    double *const sums = f->turn->sums;
+    roln_status st;
+    int w, i;
+    rolni_copy(n * bent, psi, layer);
+    rolni_copy(n * bent, psi, layer + n * bent);
+    rolni_copy(bent, f->turn->from, layer + 2 * n * bent);
+    if ((st = rolni_range(f->m, f->batch, f->low, f->high, f->top, f->work)) != ROLN_OK) return st;
+    if ((st = roln_chart_center(ae, f->low, f->high, f->theta)) != ROLN_OK) return st;
+    for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
+        sums[i] = 0;
+    for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK) {
+        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, sums, f->turn->room, f->work);
+        if (st != ROLN_OK) return st;
+    }
+    return roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, f->theta, &f->residual, f->turn->room);
+}
+
+/* log of the residual, sqrt((sum |v - C^T f|^2 + ridge count |W|^2) / sum |v - mean|^2), for roln_lbfgs_step; below ROLN_EPS it
+   counts as nothing. g leaves out what the coordinates of Psi do to |W|, a little of what is itself little. */
+ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real *g)
+{
+    rolni_encoder *f = ROLNI_AS(rolni_encoder *, ctx);
+    const roln_ae *ae = &f->m->model->ae;
+    const int n = ae->size[ae->layers], bent = roln_ae_bent(ae), m = 1 + n + ae->curves;
+    const roln_real *W = f->theta + rolni_ae_layers(ae);
+    const double *sums = f->turn->sums;
+    double sum = 0, W2 = 0, both;
+    int w, i, j;
+    f->status = rolni_encoder_fit(f, psi);
+    if (f->status != ROLN_OK) return rolni_real(ROLNI_INF);
+    for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK)
+        roln_chart_grad(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, &sum, g, f->work);
+    for (i = 0; i < ae->curves * bent; i++)
+        W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
+    both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
+    f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
+    for (i = 0; i < n; i++) {
+        const roln_real half = f->high[i] / 2 - f->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
+        for (j = 0; j < bent; j++)
+            g[i * bent + j] /= unit;
+    }
+    return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
+}
+
+/* One step for the encoder of the bent layer, on the first samples of the windows of the batch, the same ones in every step.
+   theta: that of m, in and out. It comes out as a model with the encoder that the step led to, in coordinates in which the samples
+   lie in [-1, 1], and with Phi, b and W fitted to them, with ROLN_CHART_RIDGE. zd_max [n] out: the largest |zd|; the batch has qd
+   for it. residual [1] out: what is left as in roln_chart_solve, but with the ridge; no step raises it.
+   The first step begins with the encoder in theta. A few thousand samples that show all of the motion suffice, and it is done when
+   the residual falls by less than a hundredth in 20 steps; roln_chart_add and roln_chart_solve then fit the decoder to all samples.
+   theta and the outputs are untouched unless ROLN_OK. ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end.
+   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent; ROLN_E_SHAPE: no layer is bent, or not
+   ROLN_FULL; else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
+   Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and 5 F N_{L-1} more for each
+   sample, and a solve. */
+#define ROLN_CHART_TURN_MEM(X, S) \
+    X(kept, (2 * S(n) + 1 + S(curves)) * S(bent)) \
+    X(step, ROLN_LBFGS_WORK(ROLN_TURN_PAIRS, S(n) * S(bent), ROLN_STIEFEL_BLOCK_WORK(S(n), S(bent))))
+#define ROLN_CHART_TURN_WORK(S) (0 ROLN_CHART_TURN_MEM(ROLNI_SIZE, S) + ROLNI_ENCODER_WORK(S))
+ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch *batch, const roln_turn *t, roln_real *theta,
+                                        roln_real *zd_max, roln_real *residual, roln_real *work)
+{
+    const roln_ae *ae = &m->model->ae;
+    const int N = ae->size[0], n = m->model->lnn.n, bent = roln_ae_bent(ae), curves = ae->curves;
+    const roln_block encoder = {&roln_stiefel, n, bent, 0};
+    const roln_lbfgs start = ROLN_LBFGS_START;
+    rolni_encoder fit, *b = &fit;
+    roln_status st = rolni_grad_valid(m, batch, 1);
+    roln_real *layer, *row;
+    int i, j;
+    ROLN_CHART_TURN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    ROLNI_ENCODER_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->m = m, b->batch = batch, b->turn = t, b->theta = theta, b->work = work, b->residual = 0, b->status = ROLN_OK;
+    if (st != ROLN_OK) return st;
+    if (curves == 0) return ROLN_E_SHAPE;
+    if (batch->count < 1 || !batch->qd) return ROLN_E_LENGTH;
+    layer = theta + rolni_bent_at(ae);
+    if (t->state->t == 0) {
+        *t->state = start;
+        rolni_copy(bent, layer + 2 * n * bent, t->from);
+        rolni_copy(n * bent, layer + n * bent, t->psi);
+        for (row = t->psi, i = 0; i < n; i++, row += bent) {
+            const roln_real size = ROLN_SQRT(roln_dot(bent, row, row));
+            for (j = 0; j < bent; j++)
+                row[j] /= size;
+        }
+        if ((st = rolni_orthonormal(n, bent, t->psi, step)) != ROLN_OK) return st;
+    }
+    rolni_copy((2 * n + 1 + curves) * bent, layer, kept);
+    st = roln_lbfgs_step(1, &encoder, ROLN_TURN_PAIRS, rolni_encoder_value, b, t->state, t->psi, t->keep, step);
+    if (st != ROLN_OK) {
+        rolni_copy((2 * n + 1 + curves) * bent, kept, layer);
+        return st == ROLN_E_NOT_FINITE && b->status != ROLN_OK ? b->status : st;
+    }
+    for (i = 0; i < n; i++) /* the last fit was that of the step */
+        zd_max[i] = b->top[i] / (b->high[i] / 2 - b->low[i] / 2);
+    *residual = b->residual;
     return ROLN_OK;
 }
 
@@ -2557,8 +2718,8 @@ ROLN_FN void ROLNI_(chart_merge)(const ROLNI_(chart) *from, ROLNI_(chart) *to)
     roln_chart_merge(ROLN_CHART_SUMS(ROLNI_), from->sums, to->sums);
 }
 
-/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; 0 is usual). residual [1]: what it leaves, in
-   parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
+/* The decoder of the bent layer that fits c best, with ridge |W|^2 (roln_chart_solve; ROLN_CHART_RIDGE is usual). residual [1]:
+   what it leaves, in parts of the deviation of the samples from their mean. p and residual stay as they were unless ROLN_OK. */
 ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *c, roln_real ridge, roln_real *residual,
                                         ROLNI_(start) *work)
 {
@@ -2575,6 +2736,32 @@ ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
         p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
         p->z_min[i] = -1, p->z_max[i] = 1;
     }
+    return st;
+}
+
+/* Steps for the encoder: zero it once. Saved and restored with the parameters they resume bit for bit; what stands behind keep is
+   scratch. */
+typedef struct {
+    roln_lbfgs state;
+    roln_real psi[ROLNI_(n) * ROLNI_(bent)], from[ROLNI_(bent)];
+    roln_real keep[ROLN_LBFGS_KEEP(ROLN_TURN_PAIRS, ROLNI_(n) * ROLNI_(bent))];
+    double sums[ROLN_CHART_SUMS(ROLNI_)], room[ROLN_CHART_TURN_ROOM(ROLNI_)];
+    roln_real work[ROLN_CHART_TURN_WORK(ROLNI_)];
+} ROLNI_(turn);
+
+/* One step for the encoder of the bent layer, behind NAME_init_pod, on the first samples of the windows of b, a few thousand, the
+   same ones in every step, until the residual [1] falls by less than a hundredth in 20 steps (roln_chart_turn). p becomes a model
+   with a better encoder, and the decoder and the range that fit these samples. Then NAME_chart_add, NAME_chart_solve and
+   NAME_fit_range with all samples. p and residual stay as they were unless ROLN_OK; ROLN_E_NO_CONVERGENCE: no step lowers the
+   residual, which is the end. */
+ROLN_FN roln_status ROLNI_(chart_turn)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(turn) *turn, roln_real *residual)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_turn t = {&turn->state, turn->psi, turn->from, turn->keep, turn->sums, turn->room};
+    const roln_status st = roln_chart_turn(&m, b, &t, p->theta, p->zd_max, residual, turn->work);
+    int i;
+    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++)
+        p->z_min[i] = -1, p->z_max[i] = 1;
     return st;
 }
 

@@ -1514,6 +1514,20 @@ ROLN_FN int rolni_bent_at(const roln_ae *ae)
     return rolni_ae_layers(ae) - rolni_ae_layer_size(ae, ae->layers - 1);
 }
 
+/* z [nb][n] of nb samples, scale * x [nb][N]. Returns the input of the bent layer less b, v - b [nb][N_{L-1}], which is on the tape
+   [ROLN_AE_ENCODE_TAPE]. */
+ROLN_FN roln_real *rolni_chart_encode(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale,
+                                      roln_real *z, roln_real *tape)
+{
+    const int n = ae->size[ae->layers], sum = roln_ae_sum(ae);
+    roln_real *in = tape + nb * (2 * sum - n); /* x, then x - b_0; of layers behind others the input is an outer side */
+    int i;
+    for (i = 0; i < nb * ae->size[0]; i++)
+        in[i] = scale * x[i];
+    roln_ae_encode(ae, 1, nb, theta, in, z, tape);
+    return ae->layers > 1 ? tape + nb * (2 * (sum - n) - roln_ae_bent(ae)) : in;
+}
+
 /* f [m] and v [N_{L-1}] of nb samples, scale * x [nb][N], in double. Returns how many of them come before the first that is not
    finite. work [ROLNI_FEATURES_WORK]. */
 #define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(curves)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
@@ -1522,15 +1536,11 @@ ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, co
                            double *v, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
-    const int bent = roln_ae_bent(ae), L = ae->layers;
-    const roln_real *b = theta + rolni_bent_at(ae) + 2 * n * bent;
+    const int bent = roln_ae_bent(ae);
+    const roln_real *in, *b = theta + rolni_bent_at(ae) + 2 * n * bent;
     int r, i;
     ROLNI_FEATURES_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
-    roln_real *in = tape + nb * (2 * ae_sum - n); /* x, then x - b_0; of layers behind others the input is an outer side */
-    for (i = 0; i < nb * N; i++)
-        in[i] = scale * x[i];
-    roln_ae_encode(ae, 1, nb, theta, in, z, tape);
-    if (L > 1) in = tape + nb * (2 * (ae_sum - n) - bent);
+    in = rolni_chart_encode(ae, theta, nb, x, scale, z, tape);
     for (r = 0; r < nb; r++, in += bent, v += bent) {
         rolni_polynomials(n, ae->degree, 1, z + r * n, 0, p, 0);
         if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(curves, p)) return r;
@@ -1630,24 +1640,49 @@ ROLN_FN void rolni_ldl_solve(int m, int N, const double *G, double *C)
     }
 }
 
-/* Phi^T = C [n][N] such that Psi^T Phi = I up to the square of what it was off, E: Phi (I - E). E [n][n] scratch.
-   ROLN_E_ILL_CONDITIONED: some |E_ij| is above 1 / 64. */
-ROLN_FN roln_status rolni_chart_polish(int n, int N, const roln_real *psi, double *C, double *E)
+/* What the coefficients C = [b; Phi^T; W] [m][N] have along Phi is known: Psi^T Phi = I, Psi^T W^T = 0, Psi^T b = Psi^T b_0. Where
+   G is nearly singular a solution is off there by features that cancel in C^T f, but not in the decoder, a left inverse. So Phi
+   becomes Phi (I - E), where Psi^T Phi = I + E, which leaves E^2, until that is rounding, and b and W lose what they have too much.
+   E [n][n] scratch. ROLN_E_ILL_CONDITIONED: some |E_ij| is above 1 / 64. */
+ROLN_FN roln_status rolni_chart_polish(int n, int m, int N, const roln_real *psi, const roln_real *b0, double *C, double *E)
 {
-    int i, j, k;
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            double e = i == j ? -1 : 0;
+    double *const phi = C + N;
+    int i, j, k, pass;
+    for (pass = 0; pass < 4; pass++) {
+        for (i = 0; i < n; i++)
+            for (j = 0; j < n; j++) {
+                double e = i == j ? -1 : 0;
+                for (k = 0; k < N; k++)
+                    e += ROLNI_AS(double, psi[i * N + k]) * phi[j * N + k];
+                if (!(e <= 0.015625 && e >= -0.015625)) return ROLN_E_ILL_CONDITIONED;
+                E[i * n + j] = e;
+            }
+        for (k = 0; k < N; k++)
+            for (j = 0; j < n; j++) /* in place: what that adds is of second order, too */
+                for (i = 0; i < n; i++)
+                    phi[j * N + k] -= E[i * n + j] * phi[i * N + k];
+    }
+    for (j = 0; j < m; j = j == 0 ? n + 1 : j + 1) { /* b and W */
+        double *row = C + j * N;
+        for (i = 0; i < n; i++)
+            for (E[i] = 0, k = 0; k < N; k++)
+                E[i] += ROLNI_AS(double, psi[i * N + k]) * (row[k] - (j == 0 ? ROLNI_AS(double, b0[k]) : 0));
+        for (i = 0; i < n; i++)
             for (k = 0; k < N; k++)
-                e += ROLNI_AS(double, psi[i * N + k]) * C[j * N + k];
-            if (!(e <= 0.015625 && e >= -0.015625)) return ROLN_E_ILL_CONDITIONED;
-            E[i * n + j] = e;
-        }
-    for (k = 0; k < N; k++)
-        for (j = 0; j < n; j++) /* in place: what that adds is of second order, too */
-            for (i = 0; i < n; i++)
-                C[j * N + k] -= E[i * n + j] * C[i * N + k];
+                row[k] -= E[i] * phi[i * N + k];
+    }
     return ROLN_OK;
+}
+
+/* sum |v - mean|^2 from the sums. */
+ROLN_FN double rolni_chart_spread(int m, int N, const double *sums)
+{
+    const double *h = sums + m * (m + 1) / 2;
+    double all = h[m * N];
+    int i;
+    for (i = 0; i < N; i++)
+        all -= h[i] / sums[0] * h[i];
+    return all;
 }
 
 /* What the fit leaves, sqrt(sum |v - C^T f|^2 / sum |v - mean|^2), from the sums and C; penalty: ridge count. It is a difference of
@@ -1655,24 +1690,24 @@ ROLN_FN roln_status rolni_chart_polish(int n, int N, const roln_real *psi, doubl
 ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, const double *sums, const double *C)
 {
     const double *h = sums + m * (m + 1) / 2;
-    double left = h[m * N], all = left, W2 = 0;
+    double left = h[m * N], W2 = 0;
     int i;
     for (i = 0; i < m * N; i++) {
         left -= C[i] * h[i];
         if (i >= first * N) W2 += C[i] * C[i];
     }
-    for (i = 0; i < N; i++)
-        all -= h[i] / sums[0] * h[i];
     left -= penalty * W2;
-    return left > 0 ? ROLN_SQRT(ROLNI_AS(roln_real, left / all)) : 0;
+    return left > 0 ? ROLN_SQRT(ROLNI_AS(roln_real, left / rolni_chart_spread(m, N, sums))) : 0;
 }
 
 /* Phi, b and W of the bent layer from the sums; Psi and the layers before it stay. theta in and out, residual [1] out
    (rolni_chart_residual), both untouched unless ROLN_OK. ROLN_E_LENGTH: no samples. ROLN_E_ILL_CONDITIONED: too few of them, or too
    few different ones, or they do not fill n dimensions, or the polynomials of so high a degree are not told apart by them: to
-   working precision a feature is a combination of others. A ridge of some ROLN_EPS helps against the last. ROLN_E_NOT_FINITE, of
-   ridge or sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add. room [ROLN_CHART_SOLVE_ROOM].
-   Cost m^3 / 6 + m^2 N_{L-1}. */
+   working precision a feature is a combination of others. A ridge helps against the last. ROLN_CHART_RIDGE is usual: it does not
+   show in what is left, and keeps W small along all that the samples hardly tell apart (of a cloth, n = 10, degree 3: |W| is 24 in
+   place of 180). ROLN_E_NOT_FINITE, of ridge or sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add.
+   room [ROLN_CHART_SOLVE_ROOM]. Cost m^3 / 6 + m^2 N_{L-1}. */
+#define ROLN_CHART_RIDGE ROLN_C(1e-9)
 #define ROLNI_CHART_SOLVE_MEM(X, m, bent, n) X(G, (m) * ((m) + 1) / 2) X(C, (m) * (bent)) X(E, (n) * (n))
 #define ROLN_CHART_SOLVE_ROOM(S) (0 ROLNI_CHART_SOLVE_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent), S(n)))
 ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln_real ridge, roln_real *theta,
@@ -1701,7 +1736,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     rolni_ldl_solve(m, bent, G, C);
     left = rolni_chart_residual(m, bent, 1 + n, penalty, sums, C);
     phi = theta + rolni_bent_at(ae), b = phi + 2 * n * bent;
-    if ((st = rolni_chart_polish(n, bent, phi + n * bent, C + bent, E)) != ROLN_OK) return st;
+    if ((st = rolni_chart_polish(n, m, bent, phi + n * bent, b, C, E)) != ROLN_OK) return st;
     for (i = 0; i < m * bent; i++)
         bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));
     if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE;
@@ -1737,6 +1772,35 @@ ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min,
         }
     rolni_stretch(N, n, ae->curves, z_min, z_max, layer);
     return ROLN_OK;
+}
+
+/* How the fit changes with the encoder. theta: as roln_chart_solve left it, from sums of all samples, of which x [nb][N] is a part.
+   With e = C^T f - v it adds sum |e|^2 to *sum and the derivative of that by Psi^T, with b and C as they are, to gpsi:
+       2 sum g_z (v - b)^T  [n][N_{L-1}],   g_z = (df/dz)^T C e
+   Over all samples it is also the derivative of the least sum, since at C a change of C counts nothing (variable projection, Golub
+   and Pereyra 1973). NaN passes through. work [ROLN_CHART_GRAD_WORK]. Cost of a sample about 3 F N_{L-1} multiply-adds. */
+#define ROLN_CHART_GRAD_MEM(X, S, nb) \
+    X(e, (nb) * S(bent)) X(gz, (nb) * S(n)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb)) X(s, (nb) * (2 * S(n) + S(curves)))
+#define ROLN_CHART_GRAD_WORK(S, nb) \
+    (0 ROLN_CHART_GRAD_MEM(ROLNI_SIZE, S, nb) + ROLNI_BENT_BACK_WORK(nb, S(bent), S(curves)))
+ROLN_FN void roln_chart_grad(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale, double *sum,
+                             roln_real *gpsi, roln_real *work)
+{
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const int bent = roln_ae_bent(ae);
+    const roln_real *layer = theta + rolni_bent_at(ae), *in;
+    int i;
+    ROLN_CHART_GRAD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    in = rolni_chart_encode(ae, theta, nb, x, scale, s + nb * (n + curves), tape); /* z to its place on the decoder's tape */
+    ae->bend->decode(ae, 1, nb, layer, s, e);
+    for (i = 0; i < nb * bent; i++) {
+        e[i] -= in[i];
+        *sum += ROLNI_AS(double, e[i]) * ROLNI_AS(double, e[i]);
+    }
+    ae->bend->back(ae, 1, nb, layer, s, e, NULL, gz, work);
+    for (i = 0; i < nb * n; i++)
+        gz[i] *= 2;
+    roln_mm_at(n, nb, bent, gz, in, gpsi);
 }
 
 #endif

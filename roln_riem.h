@@ -967,7 +967,7 @@ ROLN_FN roln_status rolni_lbfgs_search(int blocks, const roln_block *table, int 
                 if (!roln_finite(f) || !roln_all_finite(P, to->gn)) st = ROLN_E_NOT_FINITE;
             }
             to->length = e, to->value = f;
-            if (st == ROLN_OK && f <= state->value + ROLN_C(1e-4) * e * slope) return ROLN_OK;
+            if (st == ROLN_OK && f < state->value && f <= state->value + ROLN_C(1e-4) * e * slope) return ROLN_OK;
             if (st == ROLN_OK) best = -slope * e * e / (2 * (f - state->value - e * slope)); /* the lowest point of a parabola */
             e = ROLN_MIN(ROLN_MAX(best, e / 10), e / 2);
         }

@@ -84,7 +84,7 @@ static void symmetric(int n, uint64_t *seed, roln_real *A)
             A[i * n + j] = A[j * n + i] = roln_normal(seed);
 }
 
-/* Steps until one is refused, `most` at most; the value never grows. Returns the last status. */
+/* Steps until one is refused, `most` at most; each lowers the value. Returns the last status. */
 static roln_status minimise(const roln_block *table, int blocks, roln_value value, problem *p, int most, int verb,
                             roln_lbfgs *state, roln_real *x)
 {
@@ -96,7 +96,7 @@ static roln_status minimise(const roln_block *table, int blocks, roln_value valu
     for (t = 0; t < most && st == ROLN_OK; t++) {
         st = roln_lbfgs_step(blocks, table, M, value, p, state, x, keep, room_of(ROLN_LBFGS_WORK(M, P, verb)));
         CHECK_BELOW(room_used(), room_end);
-        if (t > 0) CHECK(state->value <= before);
+        if (t > 0 && st == ROLN_OK) CHECK(state->value < before);
         before = state->value;
     }
     return st;
