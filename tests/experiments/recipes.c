@@ -53,7 +53,8 @@
 #define JOINTS(what, id, where, trajectories, repeats, time, ...) \
     {.name = id, .kind = what, .system = where, .train = trajectories, .seeds = repeats, .seconds = time, __VA_ARGS__}
 #define STEPS16 .stage = {TURN(.15), NEWTON(.15, 2000)}
-#define FULL16(...) .shape = {.ae = {16}, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}, .stage = {NEWTON(0, 1000)}
+/* 7,721 parameters: the smaller system is that in the rows, and few of them are more steps */
+#define FULL16(...) FULL(16, __VA_ARGS__), .stage = {NEWTON(0, 500)}
 #define LATENT16(id, where, d, trajectories, repeats, what) \
     JOINTS(LATENT, id, where, trajectories, repeats, 60, CHART16(d, .base = 0), .latent = what, STEPS16)
 #define FEW16(name_, where, d, trajectories) \
