@@ -100,7 +100,8 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the model with full weights); NAME_horizon.
-   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks.
+   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model
+   included last has a chart, else 0.
 
    Statuses of all that evaluates the networks: ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
    far apart (roln_exp_range); ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision;
@@ -2808,18 +2809,19 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
 }
 
 #if ROLN_ROWS > 0
-/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names; behind them what older rows left
-   (roln_newton_rows). weight: by which large ones are scaled down; expect, next: the residuals that are expected where a step ends,
-   and those that are there. The signs of row k are drawn from seed + k. Zero it once. */
+/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names, with room for one more. weight: by
+   which large ones are scaled down; expect, next: the residuals that are expected where a step ends, and those that are there. The
+   signs of row k are drawn from seed + k. */
 typedef struct {
     uint64_t seed;
     roln_real r[ROLN_ROWS], weight[ROLN_ROWS], expect[ROLN_ROWS], next[ROLN_ROWS], J[(ROLN_ROWS + 1) * ROLNI_(newton_size)];
 } ROLNI_(residuals);
 
-/* A step of Gauss-Newton. Zero it once, and set state to ROLN_NEWTON_START. With NAME_residuals it resumes bit for bit. */
+/* Gauss-Newton from step to step. Zero it once, and set state to ROLN_NEWTON_START. With the parameters it resumes bit for bit. */
 typedef struct {
     roln_newton state;
     ROLNI_(params) next; /* where the step ends */
+    roln_real rest[ROLNI_(newton_size)]; /* what earlier rows still ask for, or the last step (roln_newton_rows) */
     roln_real keep[ROLNI_(newton_size)], S[ROLNI_(newton_side) * (ROLNI_(newton_side) + 1)];
     union {
         roln_real rows[ROLN_MAX(1, ROLNI_VERB_WORK(ROLNI_))], sums[ROLN_SYM_WORK];
@@ -2849,12 +2851,13 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
     return roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? work->grad_acc : work->grad);
 }
 
-/* count rows are complete: they, and what stands in row `count` from the steps before, become tangents at p (roln_newton_rows). So
-   count must not change between steps. ROLN_E_LENGTH: count. */
+/* count rows are complete: they and the rest of earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. Of the
+   system in the rows, NAME_newton_size > 8 count, count must not change from step to step. */
 ROLN_FN roln_status ROLNI_(newton_rows)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
                                         ROLNI_(newton) *o)
 {
     if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
+    rolni_copy(ROLNI_(newton_size), o->rest, g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
     return roln_newton_rows(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, count,
                             p->theta + ROLNI_(newton_from), g->J, g->r, g->weight, &o->state, o->work.rows);
 }
@@ -2883,15 +2886,16 @@ ROLN_FN roln_status ROLNI_(newton_step)(const ROLNI_(params) *p, const roln_newt
    the residuals at o->next: NAME_rows with again = 1, whatever its status. */
 ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, int judges, ROLNI_(residuals) *g, ROLNI_(newton) *o)
 {
-    roln_real *carried;
     if (count < 1 || count > ROLN_ROWS || judges < 1 || judges > count) return 0;
-    carried = g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size);
     if (!roln_newton_judge(judges, g->r, g->weight, g->expect, g->next, &o->state)) {
-        if (ROLN_NEWTON_SIDE(count, ROLNI_(newton_size)) < ROLNI_(newton_size)) rolni_zero(ROLNI_(newton_size), carried);
+        if (ROLN_NEWTON_SIDE(count, ROLNI_(newton_size)) < ROLNI_(newton_size)) {
+            rolni_zero(ROLNI_(newton_size), o->rest);
+            rolni_zero(ROLNI_(newton_size), g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
+        }
         return 0;
     }
     memcpy(p, &o->next, sizeof *p);
-    rolni_copy(ROLNI_(newton_size), o->keep, carried);
+    rolni_copy(ROLNI_(newton_size), o->keep, o->rest);
     return 1;
 }
 #else
@@ -2927,6 +2931,14 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
     return ROLN_OK;
 }
 
+#endif
+
+/* 1 if the model that was included last has a chart, and so NAME_chart_..; else 0: for programs that are compiled for any model. */
+#undef ROLN_CHARTED
+#if ROLNI_AT(1, ROLN_CHART) > 0
+#define ROLN_CHARTED 1
+#else
+#define ROLN_CHARTED 0
 #endif
 
 #undef ROLN_NAME

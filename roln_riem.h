@@ -739,7 +739,7 @@ ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from
     for (i = from; i < end; i++) {
         roln_real *row = S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1);
         for (j = 0; j <= i; j++)
-            row[j] = beta > 0 ? beta * row[j] : 0;
+            row[j] = beta > 0 && ROLN_ABS(row[j]) > ROLN_C(1e-30) ? beta * row[j] : 0; /* what fades ends, before it is denormal */ /* columns without rows fade no further */
     }
     if (side == P) roln_sym_at(R, P, from, end, J, S, work);
     else roln_sym_bt(R, P, from, end, J, S, work);

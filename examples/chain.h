@@ -4,10 +4,10 @@
 #define CHAIN_H
 
 #define ROLN_NAME    chain
-#define ROLN_AE      8, 7, 6, 4, 2 /* autoencoder: 8 joint angles -> 2 latent coordinates */
-#define ROLN_MLP     32, 32        /* hidden widths of the mass and the potential network */
+#define ROLN_AE      8, 2          /* 8 joint angles -> 2 latent coordinates .. */
+#define ROLN_CHART   polynomial, 3 /* .. and back by a polynomial of degree 3 */
+#define ROLN_MLP     16, 16        /* hidden widths of the mass and the potential network */
 #define ROLN_STEP    rk4
-#define ROLN_SLOPE   0.6
 #define ROLN_HORIZON 8             /* steps in a training window */
 #include "roln.h"
 

@@ -1,14 +1,24 @@
 /* train.c - train a model on recorded motion.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm
-   ./train motion.csv [key=value ...]
+   ./train motion.csv [test=FILE] [out=PREFIX] [from=FILE] [method=adam] [key=value ...]
 
    MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has a
    header line, the columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the
-   next, and its columns may be left out unless torque=1. Training starts at the POD and has three stages, each with a falling
-   learning rate: the autoencoder alone, the acceleration loss, the ODE loss over windows of several steps (with positions=1 the
-   variational loss, which needs no velocities). Each ends with the weights that predicted held-out trajectories best. They are
-   written as OUT_weights.h (C definition for flash) and OUT.roln (packed bytes). Keys and defaults: `settings`. */
+   next, and its columns may be left out unless torque=1. Stages, each of which ends with the weights that predicted held-out
+   trajectories best:
+
+     chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
+     layers    of an autoencoder without chart: Riemannian Adam on their reconstruction
+     networks  recursive Gauss-Newton on accelerations, then also on windows of half a second, until held-out trajectories are
+               predicted no better; or, method=adam, Riemannian Adam on accelerations, of all parameters together
+
+   Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
+   the same bits as if nothing had happened. In the end: OUT_weights.h (C definition for flash), OUT.roln (packed bytes), a table of
+   errors, each with its standard error over trajectories. Keys and defaults: `settings`.
+
+   1 settings     2 recorded motion     3 noise     4 threads     5 state     6 errors     7 chart     8 Gauss-Newton     9 Adam
+   10 curve, checkpoint     11 stages     12 main */
 
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -23,47 +33,41 @@
 #define STRING(x) STRING_(x)
 #define HEADER_(m) STRING(m.h)
 #define HEADER(m) HEADER_(m)
+#define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
 #define M(name) CAT(MODEL, name) /* M(params) is pend16_params */
 
-enum { SLICES = 4 }; /* parts of a batch, one thread each; their gradients are added in order, whatever the machine */
+/* ---- 1 settings ---- */
 
 static struct {
     const char *key;
     double value;
 } settings[] = {
-    {"seed", 1},        /* of weights, shuffling and noise */
-    {"ae", 20000},      /* updates of the autoencoder alone, on its reconstruction */
-    {"acc", 100000},    /* updates with the acceleration loss */
-    {"ode", 10000},     /* updates with the ODE loss */
-    {"ae_batch", 128},  /* samples per update of the autoencoder alone */
-    {"batch", 64},      /* windows per update */
-    {"steps", 8},       /* steps per window, at most ROLN_HORIZON */
-    {"stride", 5},      /* samples per step */
-    {"lr_ae", 0.1},     /* learning rate of the autoencoder alone (Frobenius length of a step) */
-    {"lr_joint", 0.1},  /* ... in the two later stages; 0: frozen, sequential training */
-    {"bias", 1},        /* learning rate of the autoencoder's biases over that of its matrices; less in wide layers */
-    {"lr_net", 3e-3},   /* learning rate of the networks in these */
-    {"fall", 1e-3},     /* last learning rate over first, in each stage */
-    {"ode_lr", 0.3},    /* learning rates of the ODE stage over those of the acceleration stage */
-    {"decay", 0},       /* weight decay */
-    {"clip", 10},       /* bound of the gradient norm */
-    {"w_q", 2},         /* weight of the reconstruction of q */
-    {"w_acc", 0.1},     /* weight of the accelerations in the acceleration loss */
-    {"w_force", 0},     /* weight of the inverse dynamics in the acceleration loss, for data with torques */
-    {"w_pos", 0},       /* weight of the predicted positions (z and q) in the ODE loss */
-    {"positions", 0},   /* 1: the ODE stage sees positions only (variational loss) */
-    {"scaled", 0},      /* 1: each loss term over the variance of its data */
-    {"torque", 0},      /* 1: use the tau columns, 0: no force does work */
-    {"held", 0.1},      /* part of the trajectories held out for validation */
-    {"look", 0.1},      /* validation roll-out, s */
-    {"from", 0},        /* 1: start from OUT.roln */
-    {"noise", 0},       /* Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q */
-    {"smooth", 0},      /* q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none */
+    {"seed", 1},       /* of weights, samples and noise: trainings of one config end at different errors */
+    {"seconds", 0},    /* end after so many at the latest; 0: no limit, and the same bits in every run */
+    {"steps", 0},      /* end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better */
+    {"held", 0.1},     /* part of the trajectories that is held out */
+    {"look", 1},       /* s that these are predicted ahead, to see which weights are best; at most half of the shortest one */
+    {"window", 0.5},   /* s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows */
+    {"torque", 0},     /* 1: use the tau columns, 0: no force does work */
+    {"force", 0},      /* weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves */
+    {"noise", 0},      /* Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q */
+    {"smooth", 0},     /* q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none */
+    {"ae", 20000},     /* layers: updates of Adam on their reconstruction */
+    {"acc", 100000},   /* method=adam: updates on accelerations */
+    {"lr_ae", 0.1},    /* Adam: learning rate of the layers (Frobenius length of a step); less in wide ones */
+    {"lr_net", 3e-3},  /* Adam: learning rate of the networks */
+    {"threads", 2},    /* at most 16; changes no bit */
+    {"resume", 0},     /* 1: go on from OUT.check, if it is there */
 };
+enum { SETTINGS = sizeof settings / sizeof *settings };
+static struct {
+    const char *key, *value;
+} words[] = {{"out", STRING(MODEL)}, {"test", NULL}, {"from", NULL}, {"method", "newton"}};
+enum { OUT, TEST, FROM, METHOD, WORDS };
 
 /* Message and exit. */
 static void fail(const char *format, ...)
@@ -79,10 +83,35 @@ static void fail(const char *format, ...)
 static double set(const char *key)
 {
     size_t i;
-    for (i = 0; i < sizeof settings / sizeof *settings; i++)
+    for (i = 0; i < SETTINGS; i++)
         if (strcmp(settings[i].key, key) == 0) return settings[i].value;
     fail("no setting %s", key);
     return 0;
+}
+
+/* The arguments key=value, from the third on. */
+static void read_settings(int argc, char **argv)
+{
+    int i;
+    for (i = 2; i < argc; i++) {
+        char *eq = strchr(argv[i], '=');
+        size_t k, known = 0;
+        if (!eq) fail("%s: not key=value", argv[i]);
+        *eq = 0;
+        for (k = 0; k < WORDS; k++)
+            if (strcmp(words[k].key, argv[i]) == 0) words[k].value = eq + 1, known = 1;
+        for (k = 0; k < SETTINGS; k++)
+            if (strcmp(settings[k].key, argv[i]) == 0) {
+                char *end;
+                settings[k].value = strtod(eq + 1, &end), known = 1;
+                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
+                if (settings[k].value < 0) fail("%s=%s: at least 0", argv[i], eq + 1);
+            }
+        if (!known) fail("unknown setting %s", argv[i]);
+    }
+    if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
+        fail("method=%s: newton or adam", words[METHOD].value);
+    if (!(set("threads") >= 1 && set("threads") <= 16)) fail("threads=%g: 1 .. 16", set("threads"));
 }
 
 static double now(void)
@@ -99,7 +128,7 @@ static void *room(size_t bytes)
     return p;
 }
 
-/* ---- motion ---- */
+/* ---- 2 recorded motion ---- */
 
 typedef struct {
     int trajectories, samples, *first; /* first [trajectories + 1] */
@@ -192,7 +221,7 @@ static motion read_csv(const char *path)
     return d;
 }
 
-/* ---- noise and smoothing ---- */
+/* ---- 3 noise ---- */
 
 /* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints; then qd, qdd as an
    encoder without tachometer would give them. Returns the standard deviation of the noise. */
@@ -249,227 +278,556 @@ static void smooth(motion *d, int half)
     free(y);
 }
 
-/* ---- windows ---- */
+/* ---- 4 threads ---- */
+
+enum { THREADS = 16 };
+
+typedef struct {
+    void (*job)(void *ctx, int part, int thread);
+    void *ctx;
+    int parts, thread, threads;
+} hand;
+
+static void *work_off(void *arg)
+{
+    const hand *h = arg;
+    int k;
+    for (k = h->thread; k < h->parts; k += h->threads)
+        h->job(h->ctx, k, h->thread);
+    return NULL;
+}
+
+/* job(ctx, part, thread) for each of the parts, none of which touches what another one does. */
+static void share(int parts, void (*job)(void *ctx, int part, int thread), void *ctx)
+{
+    hand h[THREADS] = {{NULL, NULL, 0, 0, 0}};
+    pthread_t id[THREADS];
+    const int threads = (int)set("threads");
+    int t;
+    for (t = 0; t < threads; t++) {
+        const hand own = {job, ctx, parts, t, threads};
+        h[t] = own;
+        if (t > 0 && pthread_create(&id[t], NULL, work_off, &h[t]) != 0) fail("no thread");
+    }
+    work_off(&h[0]);
+    for (t = 1; t < threads; t++)
+        pthread_join(id[t], NULL);
+}
+
+/* ---- 5 state ---- */
+
+enum { LAYERS, NEWTON, ADAM, STAGES };
+static const char *const stage_names[STAGES] = {"layers, Riemannian Adam", "networks, Gauss-Newton", "all, Riemannian Adam"};
+
+enum {
+    ROWS = sizeof((M(residuals) *)0)->r / sizeof(roln_real), /* of a step of Gauss-Newton, in parts that threads share */
+    PARTS = 16, PART = ROWS / PARTS,
+    WINDOWS = PART / 20, /* rows of a part that are windows, from step WINDOWS_FROM on */
+    WINDOWS_FROM = 100,
+    FLAT = (int)M(newton_size) == (int)M(net_size) + (int)M(input_size), /* no SPD layer nor base point: weights can be averaged */
+    POINTS = 400
+};
+typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
+
+/* All that a training is. */
+static struct {
+    int stage, step, next, best_step; /* next: step of the next look; 0: the stage has not begun */
+    uint64_t seed;
+    double seconds, best_error;
+    int points;
+    double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
+    roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
+    roln_real qbar[M(N)];
+    M(params) p, best;
+    M(optimiser) optimiser;
+    M(newton) newton;
+    roln_real mean[M(newton_size)];  /* of the weights of 8 steps */
+} s;
+
+static motion d;  /* of motion.csv */
+static int train; /* its first trajectories; the others are held out */
+static double began;
+static M(train) work[THREADS];
+static M(residuals) residuals;
+
+static double seconds(void)
+{
+    return s.seconds + now() - began;
+}
 
 /* First samples of all windows of trajectories a .. b-1 that reach `reach` samples on; every `every` samples, from `skip`. */
-static int windows(const motion *d, int a, int b, int reach, int every, int skip, int *start)
+static int windows(const motion *m, int a, int b, int reach, int every, int skip, int *start)
 {
     int count = 0, k, i;
     for (k = a; k < b; k++)
-        for (i = d->first[k] + skip; i + reach < d->first[k + 1]; i += every)
+        for (i = m->first[k] + skip; i + reach < m->first[k + 1]; i += every)
             start[count++] = i;
     return count;
 }
 
-/* ---- training ---- */
+/* Samples of a step of at most `longest` seconds; at least 1. */
+static int stride_of(const motion *m, double longest)
+{
+    const int stride = (int)(longest / m->dt + 1e-6);
+    return stride > 1 ? stride : 1;
+}
 
-static M(params) params, best;
-static M(optimiser) optimiser;
-static M(gradient) slice_gradient[SLICES];
-static M(train) slice_work[SLICES];
-static M(start) start_work;
-static roln_real qbar[M(N)];
+/* Where training samples, steps = 0, or windows may begin: nowhere at the ends, where qdd is one-sided. */
+typedef struct {
+    int *start, count, steps, stride;
+} pool;
+
+static pool pool_of(int steps, int stride)
+{
+    pool p = {.steps = steps, .stride = stride};
+    p.start = room((size_t)d.samples * sizeof *p.start);
+    do
+        p.count = windows(&d, 0, train, steps > 0 ? p.steps * stride : 1, 1, 1, p.start);
+    while (p.count == 0 && p.steps-- > 1);
+    return p;
+}
+
+/* ---- 6 errors ---- */
+
+/* E_q, E_qd, their standard errors; geometric mean of E_q over the trajectories, in which a wild one counts no more than others. */
+typedef struct { double q, qd, q_off, qd_off, typical; } error;
 
 typedef struct {
-    int acc;
-    double dt;
-    roln_loss weights;
-    roln_batch batch;
-    M(gradient) *gradient;
-    M(train) *work;
-    roln_status status;
-} slice;
+    const motion *m;
+    const M(params) *p;
+    int from, samples, stride, every, *start;
+    double (*sums)[4];
+} rollout;
 
-static void *run_slice(void *arg)
+/* Windows of one trajectory: sums of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2. */
+static void roll(void *ctx, int k, int thread)
 {
-    slice *s = arg;
-    memset(s->gradient, 0, sizeof *s->gradient);
-    s->status = s->acc ? M(grad_acc)(&params, &s->weights, &s->batch, s->gradient, s->work)
-                       : M(grad)(&params, &s->weights, &s->batch, (roln_real)s->dt, s->gradient, s->work);
-    return NULL;
+    const rollout *r = ctx;
+    const int at = r->from + k, steps = r->samples / r->stride;
+    int *start = r->start + r->m->first[at];
+    roln_error e[2] = {{0}}, *last = steps > 0 ? e + 1 : e;
+    roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
+    b.tau = set("torque") > 0 ? r->m->tau : NULL;
+    b.count = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
+    if (b.count > 0 && M(errors)(r->p, &b, (roln_real)(r->m->dt * r->stride), steps > 0 ? steps : 1, s.qbar, e, &work[thread]))
+        last->q = last->qd = (roln_real)1e18; /* it ran away */
+    r->sums[k][0] = (double)last->q, r->sums[k][1] = (double)last->q_var;
+    r->sums[k][2] = (double)last->qd, r->sums[k][3] = (double)last->qd_var;
 }
 
-/* a += b, term by term. */
-static void add(roln_loss *a, const roln_loss *b)
+/* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
+static double ratio(int count, double (*sums)[4], int which, double *off)
 {
-    a->q += b->q, a->qd += b->qd, a->qdd += b->qdd;
-    a->z += b->z, a->zd += b->zd, a->zdd += b->zdd;
-    a->q_pred += b->q_pred, a->qd_pred += b->qd_pred, a->qdd_pred += b->qdd_pred, a->force += b->force;
-}
-
-/* Gradient of one batch into slice_gradient[0]. */
-static roln_status gradient(int acc, const roln_loss *weights, const roln_batch *batch, double dt)
-{
-    slice s[SLICES];
-    pthread_t thread[SLICES];
-    roln_real *sum = slice_gradient[0].theta;
-    roln_status st = ROLN_OK;
-    int k, i;
-    for (k = 0; k < SLICES; k++) {
-        const int from = batch->count * k / SLICES, to = batch->count * (k + 1) / SLICES;
-        s[k].acc = acc, s[k].dt = dt, s[k].weights = *weights, s[k].batch = *batch;
-        s[k].batch.start = batch->start + from, s[k].batch.count = to - from;
-        s[k].gradient = &slice_gradient[k], s[k].work = &slice_work[k];
-        if (k > 0 && pthread_create(&thread[k], NULL, run_slice, &s[k]) != 0) fail("no thread");
+    double a = 0, b = 0, mean = 0, square = 0;
+    int k;
+    for (k = 0; k < count; k++)
+        a += sums[k][which], b += sums[k][which + 1];
+    for (k = 0; k < count; k++) {
+        const double e = sqrt(fabs(a - sums[k][which]) / fmax(b - sums[k][which + 1], 1e-30));
+        mean += e / count, square += e * e / count;
     }
-    run_slice(&s[0]);
-    for (k = 1; k < SLICES; k++)
-        pthread_join(thread[k], NULL);
-    for (k = 0; k < SLICES; k++) {
-        if (s[k].status != ROLN_OK) st = s[k].status;
-        if (k == 0) continue;
-        for (i = 0; i < M(theta_size); i++)
-            sum[i] += slice_gradient[k].theta[i];
-        add(&slice_gradient[0].loss, &slice_gradient[k].loss);
-        slice_gradient[0].windows += slice_gradient[k].windows;
-    }
-    return st;
+    *off = sqrt(fmax(0, square - mean * mean) * (count - 1));
+    return b > 0 ? fmin(sqrt(a / b), 1e6) : 1e6;
 }
 
-/* E_q, E_qd at the end of windows of `samples` samples of d, in steps of `stride`; 1e9 where a roll-out fails or nothing
-   moves. */
-static void errors(const motion *d, const int *start, int count, int samples, int stride, double *eq, double *eqd)
+/* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. to-1. */
+static error errors(const motion *m, const M(params) *p, int from, int to, int samples, int stride, int every)
 {
-    roln_error e[2], *last = samples > 0 ? e + 1 : e;
-    const int steps = samples / stride;
-    const roln_batch b = {
-        .count = count, .steps = steps, .stride = stride, .start = start,
-        .q = d->q, .qd = d->qd, .tau = set("torque") > 0 ? d->tau : NULL};
-    const roln_status st =
-        M(errors)(&params, &b, (roln_real)(d->dt * stride), steps > 0 ? steps : 1, qbar, e, &slice_work[0]);
-    *eq = st == ROLN_OK && last->q_var > 0 ? sqrt((double)(last->q / last->q_var)) : 1e9;
-    *eqd = st == ROLN_OK && last->qd_var > 0 ? sqrt((double)(last->qd / last->qd_var)) : 1e9;
+    rollout r = {m, p, from, samples, stride, every, NULL, NULL};
+    error e = {0};
+    int k;
+    r.start = room((size_t)m->samples * sizeof *r.start), r.sums = room((size_t)(to - from) * sizeof *r.sums);
+    share(to - from, roll, &r);
+    e.q = ratio(to - from, r.sums, 0, &e.q_off), e.qd = ratio(to - from, r.sums, 2, &e.qd_off);
+    for (k = 0; k < to - from; k++)
+        e.typical += log(fmin(sqrt(fmax(r.sums[k][0], 1e-30) / fmax(r.sums[k][1], 1e-30)), 1e6)) / (to - from);
+    e.typical = exp(e.typical);
+    free(r.start), free(r.sums);
+    return e;
 }
 
-/* Samples of a roll-out of `time` seconds in whole steps of `stride` samples; at least one step unless time is 0. */
-static int span(const motion *d, double time, int stride)
+static void table(const char *name, const motion *m, int from, int to)
 {
-    const int steps = (int)(time / d->dt / stride + 0.5);
-    return time > 0 && steps < 1 ? stride : steps * stride;
-}
-
-/* Windows of `samples` samples on the trajectories from `from` on. */
-static int held_windows(const motion *d, int from, int samples, int *start)
-{
-    const int count = windows(d, from, d->trajectories, samples, 100, 0, start);
-    if (count == 0)
-        fail("no held-out trajectory is as long as a validation roll-out, %g s: lower look or stride", samples * d->dt);
-    return count;
-}
-
-/* E_q at their ends. */
-static double validate(const motion *d, int from, int samples, int *start)
-{
-    const int count = held_windows(d, from, samples, start);
-    double eq, eqd;
-    errors(d, start, count, samples, (int)set("stride"), &eq, &eqd);
-    return eq;
-}
-
-enum { AUTOENCODER, ACCELERATION, ODE, STAGES };
-static const struct {
-    const char *name, *updates, *batch;
-} stages[STAGES] = {{"autoencoder", "ae", "ae_batch"}, {"acceleration loss", "acc", "batch"}, {"ODE loss", "ode", "batch"}};
-
-/* Windows of a stage on the first `train` trajectories. */
-static int stage_windows(const motion *d, int train, int kind, int *start)
-{
-    return windows(d, 0, train, kind == ACCELERATION ? 1 : kind == ODE ? (int)(set("steps") * set("stride")) : 0, 1,
-                   kind == ACCELERATION, start);
-}
-
-/* What would stop a later stage, found before the first. */
-static void check(const motion *d, int train)
-{
-    static const char *least_one[] = {"ae_batch", "batch", "steps", "stride"}, *least_zero[] = {"look", "noise", "smooth"};
-    int *start, kind;
+    static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
+    const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
+    int last = -1;
     size_t i;
-    for (i = 0; i < sizeof least_one / sizeof *least_one; i++)
-        if (!(set(least_one[i]) >= 1)) fail("%s=%g: at least 1", least_one[i], set(least_one[i]));
-    if (train < 1 || train >= d->trajectories)
-        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d->trajectories, set("held"));
-    for (i = 0; i < sizeof least_zero / sizeof *least_zero; i++)
-        if (set(least_zero[i]) < 0) fail("%s=%g: at least 0", least_zero[i], set(least_zero[i]));
-    if (set("ode") > 0 && set("steps") > M(horizon))
-        fail("steps=%g, but the windows of " STRING(MODEL) " have at most %d: raise ROLN_HORIZON", set("steps"), (int)M(horizon));
-    start = room((size_t)d->samples * sizeof *start);
-    for (kind = 0; kind < STAGES; kind++) {
-        const int count = stage_windows(d, train, kind, start), size = (int)set(stages[kind].batch);
-        if (set(stages[kind].updates) > 0 && count < size)
-            fail("%s: %d windows in the data, but %s=%d", stages[kind].name, count, stages[kind].batch, size);
+    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-\n", name);
+    for (i = 0; i < sizeof ms / sizeof *ms; i++) {
+        const int samples = (int)(ms[i] * 1e-3 / m->dt + 0.5);
+        error e;
+        if (samples == last || samples >= m->first[from + 1] - m->first[from]) continue;
+        last = samples;
+        e = errors(m, &s.p, from, to, samples, samples % stride ? 1 : stride, every);
+        printf("%5.4g %8.3f %7.3f %8.3f %7.3f\n", 1e3 * samples * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd, 100 * e.qd_off);
     }
-    held_windows(d, train, span(d, set("look"), (int)set("stride")), start);
-    held_windows(d, train, span(d, 0.025, (int)set("stride")), start);
-    free(start);
 }
 
-/* What a stage minimises, before it is scaled. */
-static roln_loss stage_weights(int kind)
+/* ---- 7 chart ---- */
+
+/* The encoder on 4,000 samples, until the residual falls by less than 1 % in 20 steps; then the decoder on all. */
+static void fit_chart(void)
 {
-    roln_loss w = {.q = (roln_real)set("w_q"), .qd = 1};
-    if (kind == ACCELERATION) w.qdd = w.zdd = w.qdd_pred = (roln_real)set("w_acc"), w.force = (roln_real)set("w_force");
-    if (kind == ODE) w.zd = w.qd_pred = 1, w.z = w.q_pred = set("positions") > 0 ? 1 : (roln_real)set("w_pos");
-    return w;
+#if ROLN_CHARTED
+    enum { SOME = 4000 };
+    static M(turn) turn;
+    static M(chart) sums;
+    static M(start) scratch;
+    const int count = d.first[train], some = count < SOME ? count : SOME;
+    int start[SOME], k;
+    roln_real residual = 1, before = 1;
+    roln_status st = ROLN_OK;
+    roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd};
+    b.count = some;
+    for (k = 0; k < some; k++)
+        start[k] = (int)((double)k * count / some);
+    for (k = 1; st == ROLN_OK && (k % 20 || residual < ROLN_C(0.99) * before); k++) {
+        if (k % 20 == 0) before = residual;
+        st = M(chart_turn)(&s.p, &b, &turn, &residual);
+    }
+    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) fail("chart: status %d", (int)st);
+    st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
+    if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, 0, &residual, &scratch);
+    if (st != ROLN_OK) fail("chart: status %d; a lower degree?", (int)st);
+    printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, k, seconds());
+#endif
 }
 
-/* One stage of training; ends with the parameters that predicted best, be it those that it began with. */
-static void stage(const motion *d, int train, int kind)
+/* ---- 8 Gauss-Newton ---- */
+
+typedef struct {
+    const pool *samples, *windows;
+    const M(params) *p; /* where */
+    int again;          /* there the step has come to: residuals alone */
+    int start[ROWS], of_windows[PARTS];
+    roln_status status[PARTS];
+} rows;
+
+static roln_batch batch_of(const pool *p, const int *start, int count)
 {
-    const int acc = kind == ACCELERATION;
-    const int stride = kind == ODE ? (int)set("stride") : 1, steps = kind == ODE ? (int)set("steps") : 0;
-    const int size = (int)set(stages[kind].batch), updates = (int)set(stages[kind].updates);
-    int *start = room((size_t)d->samples * sizeof *start), *held = room((size_t)d->samples * sizeof *held);
-    const int count = stage_windows(d, train, kind, start);
-    const int look = kind == AUTOENCODER ? 0 : span(d, set("look"), (int)set("stride"));
-    const int near = kind == AUTOENCODER ? 0 : span(d, 0.025, (int)set("stride"));
-    const roln_real rate_ae = (roln_real)(kind == AUTOENCODER ? set("lr_ae") : set("lr_joint") * (kind == ODE ? set("ode_lr") : 1));
-    const roln_real rate_net = (roln_real)(kind == AUTOENCODER ? 0 : set("lr_net") * (kind == ODE ? set("ode_lr") : 1));
-    const double t0 = now();
-    roln_batch b = {
-        .count = size, .steps = steps, .stride = stride, .q = d->q, .qd = d->qd, .qdd = d->qdd,
-        .tau = set("torque") > 0 ? (acc ? d->tau_mid : d->tau) : NULL};
-    roln_loss w = stage_weights(kind), loss = {0};
-    uint64_t seed = (uint64_t)set("seed") + 1000 * (uint64_t)(kind + 1);
-    double seen = 0, best_error;
-    int at = count, t, refused = 0;
-    if (kind == ODE && set("positions") > 0) b.qd = NULL;
-    if (set("scaled") > 0) {
-        roln_loss var;
-        roln_batch all = b;
-        all.count = count, all.steps = 0, all.start = start;
-        if (M(variance)(&params, &all, &var, &slice_work[0]) != ROLN_OK) fail("data without variance");
-        roln_loss_divide(&w, &var);
+    roln_batch b = {.q = d.q, .qd = d.qd, .start = start, .count = count};
+    b.steps = p->steps, b.stride = p->stride;
+    b.qdd = p->steps > 0 ? NULL : d.qdd;
+    b.tau = set("torque") > 0 ? (p->steps > 0 ? d.tau : d.tau_mid) : NULL;
+    return b;
+}
+
+/* The rows of a part: windows, if they do not run away, then samples. */
+static void fill(void *ctx, int part, int thread)
+{
+    rows *f = ctx;
+    const roln_real weight = s.window_weight * s.window_weight;
+    const roln_loss of_window = {.q_pred = weight, .qd_pred = weight / 10},
+                    of_sample = {.qdd_pred = 1, .force = (roln_real)set("force")};
+    const int from = part * PART;
+    int at = from + f->of_windows[part];
+    roln_batch b;
+    if (at > from) {
+        b = batch_of(f->windows, f->start + from, at - from);
+        f->status[part] = M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread]);
+        if (f->status[part] != ROLN_OK && f->again) return;
+        if (f->status[part] != ROLN_OK) f->of_windows[part] = 0, at = from;
     }
-    memset(&optimiser, 0, sizeof optimiser);
-    best = params, best_error = validate(d, train, look, held);
-    printf("%s: %d windows, %d updates from E_q(%.4g ms) %.2f %%\n", stages[kind].name, count, updates, 1e3 * look * d->dt,
-           100 * best_error);
-    for (t = 0; t < updates; t++) {
-        const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)updates, (roln_real)set("fall"));
-        roln_opt opt = ROLN_OPT(rate * rate_ae, rate * rate_net);
-        roln_status st;
-        opt.lr[2] *= (roln_real)set("bias");
-        opt.decay = (roln_real)set("decay"), opt.clip = (roln_real)set("clip");
-        if (at + size > count) roln_shuffle(count, start, &seed), at = 0;
-        b.start = start + at, at += size;
-        st = gradient(acc, &w, &b, d->dt * stride);
-        if (st == ROLN_OK) st = M(update)(&params, &opt, &optimiser, &slice_gradient[0], &slice_work[0]);
-        if (st == ROLN_OK) add(&loss, &slice_gradient[0].loss), seen += (double)slice_gradient[0].windows;
-        else if (++refused > 1000) fail("too many refused updates (status %d)", (int)st);
-        if ((t + 1) % (updates >= 20 ? updates / 20 : 1) == 0) {
-            const double e = validate(d, train, look, held), e_near = near == look ? e : validate(d, train, near, held);
-            printf("%7d  loss %.2e (q %.1e)  E_q(%.4g ms) %6.2f %%  E_q(%.4g s) %6.2f %%  refused %d  %.0f s, %.0f s left\n", t + 1,
-                   (double)roln_loss_total(&w, &loss) / seen, (double)loss.q / seen, 1e3 * near * d->dt, 100 * e_near,
-                   look * d->dt, 100 * e, refused, now() - t0, (now() - t0) * (updates - t - 1) / (t + 1));
-            fflush(stdout);
-            memset(&loss, 0, sizeof loss);
-            seen = 0;
-            if (e < best_error) best_error = e, best = params;
+    b = batch_of(f->samples, f->start + at, from + PART - at);
+    f->status[part] = M(rows)(f->p, &of_sample, &b, 1, at, f->again, &residuals, &work[thread]);
+}
+
+/* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. */
+static roln_status draw(rows *f, int of_windows)
+{
+    int k;
+    f->p = &s.p, f->again = 0;
+    residuals.seed = roln_rand(&s.seed);
+    for (k = 0; k < PARTS * PART; k++) {
+        const pool *p = k % PART < of_windows ? f->windows : f->samples;
+        f->start[k] = p->start[roln_randint(p->count, &s.seed)];
+        f->of_windows[k / PART] = of_windows;
+    }
+    share(PARTS, fill, f);
+    for (k = 0; k < PARTS; k++)
+        if (f->status[k] != ROLN_OK) return f->status[k];
+    return ROLN_OK;
+}
+
+/* The windows' weight: one row in twenty is a window, and three times as large as the other rows are. */
+static void weigh_windows(rows *f)
+{
+    double of_window = 0, of_sample = 0;
+    int k;
+    s.window_weight = 1;
+    if (draw(f, WINDOWS) != ROLN_OK) of_window = 1;
+    s.window_weight = 0;
+    for (k = 0; k < PARTS * PART; k++)
+        *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
+    for (k = 0; k < PARTS; k++)
+        if (f->of_windows[k] < WINDOWS || f->status[k] != ROLN_OK) return; /* some ran away: the model is not yet good enough */
+    s.window_weight = (roln_real)(3 * of_sample / (PART - WINDOWS) * WINDOWS / of_window);
+    printf("from here on windows of %d steps of %g s\n", f->windows->steps, d.dt * f->windows->stride);
+}
+
+/* Rows of the sums, a triangle, that take equal times. */
+static void sum(void *ctx, int k, int thread)
+{
+    static roln_real scratch[THREADS][ROLN_SYM_WORK];
+    const double threads = set("threads");
+    const int from = (int)(M(newton_side) * sqrt(k / threads)), to = (int)(M(newton_side) * sqrt((k + 1) / threads));
+    M(newton_sums)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
+}
+
+/* One step. If it is refused in spite of more and more damping, the next rows may know better. */
+static void newton_step(rows *f)
+{
+    enum { JUDGES = 4 };
+    roln_newton_opt opt = {s.memory, 1, 20}; /* rows more than 20 times the mean are few, but they may be true */
+    const roln_real damping = s.newton.state.lambda;
+    roln_status st;
+    int tries, k;
+    if (s.window_weight == 0 && f->windows->count > 0 && s.step >= WINDOWS_FROM) weigh_windows(f);
+    for (tries = 0; (st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK; tries++)
+        if (tries == 100) fail("the model can not be evaluated on the data any more: status %d", (int)st);
+    st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
+    if (st != ROLN_OK) fail("rows: status %d", (int)st);
+    share((int)set("threads"), sum, &opt);
+    f->p = &s.newton.next, f->again = 1;
+    for (tries = 0; tries < 6; tries++) {
+        st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
+        if (st != ROLN_OK) fail("step: status %d", (int)st);
+        share(JUDGES, fill, f);
+        if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
+    }
+    if (tries == 6) s.newton.state.lambda = (roln_real)fmin((double)damping * 4, 1); /* it was these rows */
+    for (k = 0; k < M(newton_size); k++)
+        s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
+}
+
+/* ---- 9 Adam ---- */
+
+enum { SLICES = 4, BATCH = 64 };
+
+typedef struct {
+    const pool *samples;
+    int start[BATCH];
+    M(gradient) g[SLICES];
+    roln_status status[SLICES];
+} descent;
+
+static void slice(void *ctx, int k, int thread)
+{
+    static const roln_loss of_layers = {.q = 2, .qd = 1},
+                           of_all = {.q = 2, .qd = 1, .qdd = ROLN_C(0.1), .zdd = ROLN_C(0.1), .qdd_pred = ROLN_C(0.1)};
+    descent *a = ctx;
+    const roln_batch b = batch_of(a->samples, a->start + k * (BATCH / SLICES), BATCH / SLICES);
+    memset(&a->g[k], 0, sizeof a->g[k]);
+    a->status[k] = s.stage == ADAM ? M(grad_acc)(&s.p, &of_all, &b, &a->g[k], &work[thread])
+                                   : M(grad)(&s.p, &of_layers, &b, 1, &a->g[k], &work[thread]);
+}
+
+/* One of `updates` updates. One that is refused changes nothing. */
+static void adam_step(descent *a, int updates)
+{
+    const roln_real rate = roln_schedule((uint32_t)s.step, 100, (uint32_t)updates, ROLN_C(1e-3));
+    const roln_opt opt = ROLN_OPT(rate * (roln_real)set("lr_ae"), rate * (roln_real)(s.stage == ADAM ? set("lr_net") : 0));
+    int k, i;
+    for (i = 0; i < BATCH; i++)
+        a->start[i] = a->samples->start[roln_randint(a->samples->count, &s.seed)];
+    share(SLICES, slice, a);
+    for (k = 0; k < SLICES; k++) {
+        if (a->status[k] != ROLN_OK) return;
+        for (i = 0; i < M(theta_size) && k > 0; i++)
+            a->g[0].theta[i] += a->g[k].theta[i];
+        if (k > 0) a->g[0].windows += a->g[k].windows;
+    }
+    M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0]);
+}
+
+/* ---- 10 curve, checkpoint ---- */
+
+static FILE *file(const char *suffix, const char *mode)
+{
+    char path[512];
+    FILE *f;
+    snprintf(path, sizeof path, "%s%s", words[OUT].value, suffix);
+    f = fopen(path, mode);
+    if (!f && *mode != 'r') fail("cannot write %s", path);
+    return f;
+}
+
+/* E_q of held-out trajectories, near and far, over seconds; logarithmic. */
+static void draw_curve(double near, double far)
+{
+    static const char *const colour[] = {"#08519c", "#a63603"};
+    const double end = fmax(s.point[s.points - 1][0], 1), ahead[] = {near, far};
+    int k, i;
+    FILE *f = file(".svg", "w");
+    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='640' height='400' viewBox='0 0 640 400' font-family='Helvetica, "
+               "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='640' height='400' fill='#fff'/>\n"
+               "<text x='60' y='28' font-size='15'>" STRING(MODEL) ": E_q of held-out trajectories</text>\n");
+    for (k = -3; k <= 2; k++)
+        fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/><text x='54' y='%d' text-anchor='end'>%g %%</text>\n", 180 - 60 * k,
+                184 - 60 * k, pow(10, k));
+    for (k = 0; k <= 4; k++)
+        fprintf(f, "<text x='%d' y='382' text-anchor='middle'>%.0f%s</text>\n", 60 + 135 * k, end * k / 4, k == 4 ? " s" : "");
+    for (i = 0; i < 2; i++) {
+        fprintf(f, "<text x='%d' y='50' fill='%s'>%.3g ms ahead</text>\n<path fill='none' stroke-width='2' stroke='%s' d='",
+                60 + 140 * i, colour[i], 1e3 * ahead[i], colour[i]);
+        for (k = 0; k < s.points; k++)
+            fprintf(f, "%c%.1f %.1f", k ? 'L' : 'M', 60 + 540 * s.point[k][0] / end,
+                    180 - 60 * log10(fmin(fmax(100 * s.point[k][1 + i], 1e-3), 100)));
+        fprintf(f, "'/>\n");
+    }
+    fprintf(f, "</svg>\n");
+    fclose(f);
+}
+
+/* What a checkpoint belongs to. */
+typedef struct {
+    size_t size;
+    int samples, trajectories;
+    char method[8];
+    double value[SETTINGS];
+} origin;
+
+static origin origin_of(void)
+{
+    static const char *const may_change = "seconds steps threads resume";
+    origin o;
+    int i;
+    memset(&o, 0, sizeof o);
+    o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
+    snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
+    for (i = 0; i < SETTINGS; i++)
+        o.value[i] = strstr(may_change, settings[i].key) ? 0 : settings[i].value;
+    return o;
+}
+
+/* OUT.check: whenever the power fails, either the old one is there or the new one. */
+static void store(void)
+{
+    const origin o = origin_of();
+    char part[512], path[512];
+    FILE *f = file(".part", "wb");
+    s.seconds = seconds(), began = now();
+    snprintf(part, sizeof part, "%s.part", words[OUT].value);
+    snprintf(path, sizeof path, "%s.check", words[OUT].value);
+    if (fwrite(&o, sizeof o, 1, f) != 1 || fwrite(&s, sizeof s, 1, f) != 1 || fclose(f) != 0 || rename(part, path) != 0)
+        fail("cannot write %s", path);
+}
+
+/* Nonzero if there was a checkpoint to go on from. */
+static int resume(void)
+{
+    const origin o = origin_of();
+    origin was;
+    FILE *f = set("resume") > 0 ? file(".check", "rb") : NULL;
+    if (!f) return 0;
+    if (fread(&was, sizeof was, 1, f) != 1 || memcmp(&was, &o, sizeof o) != 0 || fread(&s, sizeof s, 1, f) != 1)
+        fail("%s.check is of other data, other settings or another config", words[OUT].value);
+    fclose(f);
+    printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
+    return 1;
+}
+
+/* ---- 11 stages ---- */
+
+/* Behind what fits the data so well, the memory of older steps leads astray: back to the best weights, with half of it. */
+static void turn_back(void)
+{
+    if (s.memory <= 2) return;
+    s.p = s.best, s.memory /= 2;
+    memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
+    memset(s.newton.rest, 0, sizeof s.newton.rest);
+    printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
+    s.best_step = s.step; /* from where the end is counted */
+}
+
+/* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
+   how they reconstruct them. Keeps the best. */
+static void look(void)
+{
+    const int stride = stride_of(&d, 0.005);
+    int shortest = d.samples, k, far, near;
+    M(params) p = s.p;
+    error e[2];
+    for (k = train; k < d.trajectories; k++)
+        if (d.first[k + 1] - d.first[k] < shortest) shortest = d.first[k + 1] - d.first[k];
+    far = s.stage == LAYERS ? 0 : (int)(fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
+    near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
+    if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
+    e[0] = errors(&d, &p, train, d.trajectories, near, stride, stride_of(&d, 0.1));
+    e[1] = errors(&d, &p, train, d.trajectories, far, stride, stride_of(&d, 0.1));
+    if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.step;
+    printf("%7d  E_q(%.3g ms) %7.3f %%  E_q(%.3g s) %7.3f +- %.3f %%, typical %.3f %%", s.step, 1e3 * near * d.dt, 100 * e[0].q,
+           far * d.dt, 100 * e[1].q, 100 * e[1].q_off, 100 * e[1].typical);
+    if (s.stage == NEWTON)
+        printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
+    printf("  %.0f s\n", seconds());
+    fflush(stdout);
+    if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
+    draw_curve(near * d.dt, far * d.dt);
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && e[1].typical > 1.25 * s.best_error) turn_back();
+}
+
+/* Updates of a stage; of Gauss-Newton 1: it ends by itself. */
+static int updates_of(int stage)
+{
+    const int adam = strcmp(words[METHOD].value, "adam") == 0, layers = M(ae_layers) > 0 && M(degree) == 0;
+    return stage == LAYERS ? layers * (int)set("ae") : stage == ADAM ? adam * (int)set("acc") : !adam;
+}
+
+/* Gauss-Newton ends when nothing has been gained for a third of its steps, and for 100 at least. */
+static int done(int updates)
+{
+    const int wait = s.best_step / 2 > 100 ? s.best_step / 2 : 100;
+    if (set("seconds") > 0 && seconds() > set("seconds")) return 1;
+    if (s.stage != NEWTON) return s.step >= updates;
+    return set("steps") > 0 ? s.step >= (int)set("steps") : s.step >= s.best_step + wait;
+}
+
+/* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. */
+static void run(void)
+{
+    static const roln_newton fresh = ROLN_NEWTON_START;
+    static rows f;
+    static descent a;
+    const int updates = updates_of(s.stage), stride = stride_of(&d, 0.02), most = (int)(set("window") / d.dt / stride + 0.5);
+    pool samples = pool_of(0, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride);
+    if (longer.steps == 0) longer.count = 0;
+    f.samples = a.samples = &samples, f.windows = &longer;
+    if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
+    if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
+    while (s.next == 0 || !done(updates)) {
+        if (s.step == s.next) {
+            s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
+            look();
+            store();
         }
+        if (s.stage == NEWTON) newton_step(&f);
+        else adam_step(&a, updates);
+        s.step++;
     }
-    params = best;
-    free(start);
-    free(held);
+    look();
+    s.p = s.best, s.step = s.next = 0;
+    free(samples.start), free(longer.start);
+}
+
+/* ---- 12 main ---- */
+
+/* The POD, then the chart; or the packed weights that the user names. */
+static void start(void)
+{
+    static M(start) scratch;
+    static unsigned char bytes[M(packed_size)];
+    s.seed = (uint64_t)set("seed");
+    if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch) != ROLN_OK)
+        fail("no start from this data: it does not move, or its numbers are too large");
+    if (words[FROM].value) {
+        FILE *f = fopen(words[FROM].value, "rb");
+        if (!f || M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &s.p) != ROLN_OK)
+            fail("cannot start from %s", words[FROM].value);
+        fclose(f);
+    } else {
+        fit_chart();
+    }
 }
 
 static void put_file(void *ctx, const char *text)
@@ -477,61 +835,31 @@ static void put_file(void *ctx, const char *text)
     fputs(text, (FILE *)ctx);
 }
 
-static void table(const char *name, const motion *d, int from, int to)
+static void save(void)
 {
-    static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2999};
-    const int every = span(d, 0.025, 1);
-    int *start = room((size_t)d->samples * sizeof *start), last = -1;
-    size_t i;
-    printf("%s\n   ms    E_q %%   E_qd %%\n", name);
-    for (i = 0; i < sizeof ms / sizeof *ms; i++) {
-        const int samples = (int)(ms[i] * 1e-3 / d->dt + 0.5), count = windows(d, from, to, samples, every, 0, start);
-        double eq, eqd;
-        if (count == 0 || samples == last) continue;
-        last = samples;
-        errors(d, start, count, samples, 1, &eq, &eqd);
-        printf("%5.4g %8.3f %8.3f\n", 1e3 * samples * d->dt, 100 * eq, 100 * eqd);
-    }
-    free(start);
-}
-
-/* The arguments key=value, from the third on. */
-static void read_settings(int argc, char **argv, const char **out, const char **test)
-{
-    int i;
-    for (i = 2; i < argc; i++) {
-        char *eq = strchr(argv[i], '=');
-        size_t k, known = 0;
-        if (!eq) fail("%s: not key=value", argv[i]);
-        *eq = 0;
-        if (strcmp(argv[i], "out") == 0) *out = eq + 1, known = 1;
-        if (strcmp(argv[i], "test") == 0) *test = eq + 1, known = 1;
-        for (k = 0; k < sizeof settings / sizeof *settings; k++)
-            if (strcmp(settings[k].key, argv[i]) == 0) {
-                char *end;
-                settings[k].value = strtod(eq + 1, &end), known = 1;
-                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
-            }
-        if (!known) fail("unknown setting %s", argv[i]);
-    }
+    static unsigned char bytes[M(packed_size)];
+    static M(work) scratch;
+    FILE *f = file(".roln", "wb");
+    s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
+    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) fail("no range");
+    M(pack)(&s.p, bytes);
+    if (fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes || fclose(f) != 0) fail("cannot write %s.roln", words[OUT].value);
+    f = file("_weights.h", "w");
+    if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s_weights.h", words[OUT].value);
+    printf("wrote %s.roln and %s_weights.h after %.0f s\n", words[OUT].value, words[OUT].value, seconds());
 }
 
 int main(int argc, char **argv)
 {
-    static unsigned char bytes[M(packed_size)];
-    const char *out = STRING(MODEL), *test = NULL;
-    const double began = now();
-    uint64_t seed;
-    motion d, unseen = {0};
-    char path[512];
-    FILE *f;
-    int i, train;
-    if (argc < 2) fail("usage: train motion.csv [test=FILE] [out=PREFIX] [key=value ...]");
-    read_settings(argc, argv, &out, &test);
+    motion unseen = {0};
+    if (argc < 2) fail("usage: train motion.csv [test=FILE] [out=PREFIX] [from=FILE] [method=adam] [key=value ...]");
+    began = now();
+    read_settings(argc, argv);
     d = read_csv(argv[1]);
-    if (test) unseen = read_csv(test);
+    if (words[TEST].value) unseen = read_csv(words[TEST].value);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
-    check(&d, train);
+    if (train < 1 || train >= d.trajectories)
+        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d.trajectories, set("held"));
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (set("noise") > 0) /* after `unseen` was read, which stays as it is */
@@ -540,35 +868,13 @@ int main(int argc, char **argv)
         printf("q, qd, qdd smoothed over %d samples\n", 2 * (int)set("smooth") + 1);
         smooth(&d, (int)set("smooth"));
     }
-    seed = (uint64_t)set("seed");
-    if (M(init_pod)(&params, d.first[train], d.q, d.qd, qbar, &seed, &start_work) != ROLN_OK)
-        fail("no start from this data: it does not move, or its numbers are too large");
-    snprintf(path, sizeof path, "%s.roln", out);
-    f = fopen(path, "ab"); /* now rather than after the training */
-    if (!f) fail("cannot write %s", path);
-    fclose(f);
-    if (set("from") > 0) {
-        f = fopen(path, "rb");
-        if (!f || M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &params) != ROLN_OK)
-            fail("cannot start from %s", path);
-        fclose(f);
-    }
-    params.dt = (roln_real)(d.dt * set("stride"));
-    for (i = 0; i < STAGES; i++)
-        if (set(stages[i].updates) >= 1) stage(&d, train, i);
-    {
-        static M(work) work;
-        if (M(fit_range)(&params, d.first[train], d.q, d.qd, &work) != ROLN_OK) fail("no range");
-    }
-    M(pack)(&params, bytes);
-    f = fopen(path, "wb");
-    if (!f || fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes || fclose(f) != 0) fail("cannot write %s", path);
-    snprintf(path, sizeof path, "%s_weights.h", out);
-    f = fopen(path, "w");
-    if (!f || M(write)(&params, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s", path);
-    printf("wrote %s.roln and %s_weights.h after %.0f s\n", out, out, now() - began);
+    fclose(file(".roln", "ab")); /* now rather than after the training */
+    if (!resume()) start();
+    for (; s.stage < STAGES; s.stage++)
+        if (updates_of(s.stage) > 0) run();
+    save();
     table(set("noise") > 0 || set("smooth") >= 1 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
           d.trajectories);
-    if (test) table(test, &unseen, 0, unseen.trajectories);
+    if (words[TEST].value) table(words[TEST].value, &unseen, 0, unseen.trajectories);
     return 0;
 }

@@ -284,13 +284,14 @@ static roln_status turn(struct model *m, const struct motion *d, const struct st
     const roln_turn t = {&state, psi, psi + n * bent, psi + n * bent + bent, sums, sums + ROLN_CHART_SUMS(SZ)};
     roln_real *work = room((size_t)ROLN_CHART_TURN_WORK(SZ), sizeof *work), top[LATENT_MOST], residual = 1, before = 2;
     roln_status st = ROLN_OK;
-    for (int k = 0; st == ROLN_OK && (s->most == 0 || k < s->most) && cpu_seconds() - t0 < seconds; k++) {
+    int k;
+    for (k = 0; st == ROLN_OK && (s->most == 0 || k < s->most) && cpu_seconds() - t0 < seconds; k++) {
         st = roln_chart_turn(&trained, &b, &t, m->theta, top, &residual, work);
         if (k % AGAIN != AGAIN - 1) continue;
-        printf("chart %5d  residual %.5f %%\n", k + 1, 100 * (double)residual), fflush(stdout);
         if (!(residual < ROLN_C(0.99) * before)) break;
         before = residual;
     }
+    printf("chart, %d steps: %.5f %%, status %d\n", k, 100 * (double)residual, (int)st);
     free(start), free(psi), free(sums), free(work);
     return st == ROLN_E_NO_CONVERGENCE ? ROLN_OK : st;
 }
