@@ -195,7 +195,7 @@ count:
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
 CORES = m4 m7 m33 m55 rv32 host
-IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control adapt serial)
+IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial)
 firmware: $(foreach c,$(CORES),$(IMAGES:%=build/firmware/$(c)/%))
 define image
 build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)

@@ -1,181 +1,306 @@
 /* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
 
-   The machine has changed: gravity, say, is 30 % stronger than in the recordings of the training. It is simulated by the same model
-   with another unit of time: in a pendulum that is all that gravity sets. The learner sees q, qd of every tick, nothing else. Its
-   autoencoder stays, since the joints have not changed; mass matrix and potential learn from the acceleration loss.
+   The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
+   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network,
+   by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and forgotten; what stays of it is
+   in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say nothing: a Kalman filter of
+   weights that are constant but unknown.
 
-   Every tick measures, and every fourth sample goes into a ring. Then, in turn, a tick adds the gradient of one sample of the ring
-   (BATCH ticks), makes an update (one tick), saves (one tick). After a reset the program goes on from the last save, so that at
-   most a turn is done again; what it learned is the same to the last bit, however often it was reset. (Here the machine waits,
-   too: its state is saved. A real one moves on, and the samples of a turn are lost.)
+   Every EVERY-th tick takes a sample and makes its row. ROWS of them are a turn, which ends with one tick each for the sums, for
+   the step, for every sample that judges the step, and for the save. A step that is refused is taken again with more damping. After
+   a reset the program goes on from the last save, so that at most a turn is done again; what it learned is the same to the last
+   bit, however often it was reset. (Here the machine waits, too: its state is saved. A real one moves on, and the samples of a turn
+   are lost.)
 
-   Prints the error of the adapting model along roll-outs of 0.25 s, relative to the motion, and a hash of all that was learned. */
+   Prints errors after 250 ms and after 1 s, relative to the motion: those of the trained model along the motion of the chain as it
+   was, then those of the adapting model along the motion of the heavier one; and a hash of all that was learned. */
 
 #define ROLN_BLOCK 1 /* one sample at a time: little scratch */
-#include "chain.h"
+#include "rods.h"
 #include "chain_weights.h"
 #include "kept.h"
 #include "text.h"
 
+#ifndef SEED
+#define SEED 1
+#endif
+
 enum {
     N = chain_N, n = chain_n,
-    BATCH = 10, TURN = BATCH + 2,
-    TICKS = 1200, REPORT = 300,
-    PUSH = 400,            /* ticks after which somebody moves the chain elsewhere */
-    RING = 64, EVERY = 4,  /* samples in the ring, ticks between them: the last 1.3 s; with less it forgets */
-    TESTS = 4, TEST_STEPS = 10 /* of 25 ms */
+    ROWS = 20, EVERY = 3,       /* samples of a turn, ticks between them */
+    JUDGES = 8,                 /* of them */
+    TICKS = 2000, REPORT = 500,
+    PUSH = 50,                  /* ticks after which somebody moves the chain elsewhere */
+    TESTS = 50, TEST_STEPS = 40 /* of 25 ms */
 };
-#define TICK 0.005f         /* s */
-#define FASTER 0.877058019f /* 1 / sqrt(1.3): unit of time under 1.3 times the gravity */
+#define TICK 0.005f  /* s */
+#define STIFF 0.3f   /* the diagonal that A begins with, in parts of the mean of that of the first turn */
+#define GIVE_UP 0.1f /* lambda: a turn that no step fits is left, and makes A stiffer */
 
+static const float before[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f}; /* kg */
+static const float after[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.12f, 0.12f, 0.12f, 0.12f};
+
+/* ---- what is learned ---- */
+
+/* The matrices of the output layers, each behind the other layers of its network and before its bias. */
+enum {
+    LAST = 32, /* width of the layers before them, as in chain.h */
+    MASS = LAST * n * (n + 1) / 2,
+    P = MASS + LAST
+};
+static const roln_block table[] = {{ROLN_EUCLIDEAN, 1, P, 0}};
+static const roln_newton_opt newton = {1e6f, 1, 5}; /* forgets nothing */
 static const roln_loss loss = {.zdd = 1};
-static const roln_opt rates = { /* only the Lagrangian network learns */
-    .lr = {0, 0.001f, 0}, .beta1 = 0.9f, .beta2 = 0.99f, .eps = 1e-8f, .clip = 5};
+
+/* Where they lie among the numbers of both networks. */
+static int mass_at(void)
+{
+    return roln_mlp_params(&chain_model.lnn.mass_net) - n * (n + 1) / 2 - MASS;
+}
+
+static int potential_at(void)
+{
+    return roln_mlp_params(&chain_model.lnn.mass_net) + roln_mlp_params(&chain_model.lnn.potential_net) - 1 - LAST;
+}
+
+/* x [P] from the networks [chain_net_size], and back. */
+static void take_out(const float *networks, float *x)
+{
+    memcpy(x, networks + mass_at(), MASS * sizeof *x);
+    memcpy(x + MASS, networks + potential_at(), LAST * sizeof *x);
+}
+
+static void put_in(const float *x, float *networks)
+{
+    memcpy(networks + mass_at(), x, MASS * sizeof *x);
+    memcpy(networks + potential_at(), x + MASS, LAST * sizeof *x);
+}
+
+/* ---- memory ---- */
 
 /* All that a reset must not lose. */
 typedef struct {
     uint32_t tick, samples; /* samples: since somebody last moved the chain */
     uint64_t seed;
     chain_params model;
-    chain_optimiser optimiser;
-    roln_real q[RING][N], qd[RING][N], qdd[RING][N]; /* ring */
-    uint32_t filled;
-    chain_state last[2]; /* samples of the last two ticks */
-    chain_latent machine;
+    roln_newton state;
+    float A[P * (P + 1)], older[P]; /* what samples of the turns before still ask for */
+    chain_state last[2];            /* of the last two ticks */
+    rods machine;
 } memory;
 
 static kept_mark marks[2] KEPT;
 static memory copies[2] KEPT;
 
-static chain_params machine; /* what nature knows */
-static chain_gradient gradient;
-static chain_train train;
-static chain_work work;
+/* A turn: done again after a reset. */
+typedef enum { SAMPLE, SUMS, STEP, JUDGE, SAVE, PHASES } phases;
+static struct {
+    phases phase;
+    int rows, judged;
+    float q[ROWS][N], qd[ROWS][N], qdd[ROWS][N];
+    float J[(ROWS + 1) * P], r[ROWS], weight[ROWS], expect[ROWS], there[ROWS], keep[P];
+    chain_params next; /* where the step ends */
+} turn;
 
-/* Somewhere within the range of the training. */
-static void move(chain_latent *s, uint64_t *seed)
+static union {
+    chain_train train;
+    chain_work work;
+    float sums[ROLN_SYM_WORK], step[ROLN_NEWTON_STEP_WORK(ROWS, P, 0)];
+} scratch;
+
+/* ---- learning ---- */
+
+/* Sample k of the turn: its residual r at the weights p and, unless J is NULL, its row J [P]. */
+static roln_status row(const memory *m, const chain_params *p, int k, float *J, float *r)
 {
-    for (int i = 0; i < n; i++) {
-        const roln_real low = chain_weights.z_min[i], high = chain_weights.z_max[i];
-        s->z[i] = low + (high - low) * (0.15f + 0.7f * roln_uniform(seed));
-        s->zd[i] = 0.3f * chain_weights.zd_max[i] * (2 * roln_uniform(seed) - 1);
+    static float networks[chain_net_size];
+    const roln_trained model = chain_trained(p);
+    const roln_batch b = {.count = 1, .stride = 1, .start = &k, .q = turn.q[0], .qd = turn.qd[0], .qdd = turn.qdd[0]};
+    const roln_rows_to to = {J ? networks : NULL, r, 1, m->state.taken * ROWS + (uint32_t)k};
+    const roln_status st = roln_rows(&model, &loss, &b, 0, &to, scratch.train.grad_acc);
+    if (st == ROLN_OK && J) take_out(networks, J);
+    return st;
+}
+
+/* The sample of the tick before, with the central difference of qd. */
+static void sample(const memory *m, const chain_state *x)
+{
+    const int k = turn.rows;
+    memcpy(turn.q[k], m->last[1].q, sizeof turn.q[k]);
+    memcpy(turn.qd[k], m->last[1].qd, sizeof turn.qd[k]);
+    for (int i = 0; i < N; i++)
+        turn.qdd[k][i] = (x->qd[i] - m->last[0].qd[i]) / (2 * TICK);
+    if (row(m, &m->model, k, turn.J + k * P, turn.r + k) == ROLN_OK) turn.rows++;
+    if (turn.rows == ROWS) turn.phase = SUMS;
+}
+
+static void sums(memory *m)
+{
+    float trace = 0;
+    memcpy(turn.J + ROWS * P, m->older, sizeof m->older);
+    if (roln_newton_rows(1, table, &newton, ROWS, NULL, turn.J, turn.r, turn.weight, &m->state, scratch.sums) != ROLN_OK) {
+        turn.phase = SAMPLE, turn.rows = 0; /* not finite: another turn */
+        return;
+    }
+    roln_newton_sums(&newton, ROWS, P, 0, P, turn.J, m->A, scratch.sums);
+    for (int i = 0; i < P && m->state.taken + m->state.refused == 0; i++)
+        trace += m->A[i * (P + 2)];
+    for (int i = 0; i < P; i++)
+        m->A[i * (P + 2)] += STIFF * trace / P;
+    turn.phase = STEP;
+}
+
+static void step(memory *m)
+{
+    static float x[P], next[P];
+    const roln_newton_system g = {ROWS, P, turn.J, turn.r, m->A};
+    take_out(m->model.theta + chain_ae_size, x);
+    turn.next = m->model;
+    turn.judged = 0;
+    turn.phase = SAVE;
+    if (roln_newton_step(1, table, &newton, &g, x, &m->state, next, turn.expect, turn.keep, scratch.step) != ROLN_OK) return;
+    put_in(next, turn.next.theta + chain_ae_size);
+    turn.phase = JUDGE;
+}
+
+static void judge(memory *m)
+{
+    (void)row(m, &turn.next, turn.judged, NULL, turn.there + turn.judged); /* where it fails: infinite */
+    if (++turn.judged < JUDGES) return;
+    turn.phase = SAVE;
+    if (roln_newton_judge(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) {
+        m->model = turn.next;
+        memcpy(m->older, turn.keep, sizeof m->older);
+    } else if (m->state.lambda < GIVE_UP) {
+        turn.phase = STEP;
     }
 }
 
-/* sqrt(sum |q_model - q|^2 / sum |q|^2) at the end of roll-outs that the learning has not seen. */
-static float test(const chain_params *model)
-{
-    uint64_t seed = 99;
-    roln_real error = 0, size = 0;
-    for (int t = 0; t < TESTS; t++) {
-        chain_latent a, b;
-        chain_state x, y;
-        roln_status st = ROLN_OK;
-        move(&a, &seed);
-        b = a;
-        for (int k = 0; k < TEST_STEPS && st == ROLN_OK; k++) {
-            st = chain_step(&machine, &a, NULL, 5 * TICK, &work);
-            if (st == ROLN_OK) st = chain_step(model, &b, NULL, 5 * TICK, &work);
-        }
-        if (st != ROLN_OK || chain_decode(&machine, &a, &x, &work) != ROLN_OK || chain_decode(model, &b, &y, &work) != ROLN_OK)
-            return -1;
-        for (int i = 0; i < N; i++) {
-            error += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);
-            size += x.q[i] * x.q[i];
-        }
-    }
-    return ROLN_SQRT(error / size);
-}
-
-/* Every few ticks a sample into the ring: that of the tick before, with the central difference of qd. */
-static void take(memory *m, const chain_state *x)
-{
-    if (m->samples++ >= 2 && m->samples % EVERY == 0) {
-        const uint32_t r = m->filled++ % RING;
-        memcpy(m->q[r], m->last[1].q, sizeof m->q[r]);
-        memcpy(m->qd[r], m->last[1].qd, sizeof m->qd[r]);
-        for (int i = 0; i < N; i++)
-            m->qdd[r][i] = (x->qd[i] - m->last[0].qd[i]) / (2 * TICK);
-    }
-    m->last[0] = m->last[1];
-    m->last[1] = *x;
-}
-
-static roln_status learn(memory *m)
-{
-    const int start = roln_randint((int)(m->filled < RING ? m->filled : RING), &m->seed);
-    const roln_batch b = {.count = 1, .stride = 1, .start = &start, .q = m->q[0], .qd = m->qd[0], .qdd = m->qdd[0]};
-    return chain_grad_acc(&m->model, &loss, &b, &gradient, &train);
-}
-
-/* One tick of the learner, x measured. Returns the copy to work on; *kind: 0 gradient, 1 update, 2 save. A sample or an update
-   that fails leaves the model as it is. */
-static int tick(int copy, const chain_state *x, int *kind)
+/* One tick of the learner, x measured. Returns the copy to work on. */
+static int tick(int copy, const chain_state *x)
 {
     memory *m = &copies[copy];
-    const uint32_t at = m->tick++ % TURN;
-    *kind = at < BATCH ? 0 : at == BATCH ? 1 : 2;
-    take(m, x);
-    if (at == 0) memset(&gradient, 0, sizeof gradient);
-    if (*kind == 0 && m->filled > 0) learn(m);
-    if (*kind == 1 && gradient.windows > 0) chain_update(&m->model, &rates, &m->optimiser, &gradient, &train);
-    return *kind == 2 ? kept_save(marks, copies, (int)sizeof *copies, copy) : copy;
+    const phases now = turn.phase;
+    if (now == SAMPLE && m->samples >= 2 && m->tick % EVERY == 0) sample(m, x);
+    if (now == SUMS) sums(m);
+    if (now == STEP) step(m);
+    if (now == JUDGE) judge(m);
+    m->tick++, m->samples++;
+    m->last[0] = m->last[1];
+    m->last[1] = *x;
+    if (now != SAVE) return copy;
+    turn.phase = SAMPLE, turn.rows = 0;
+    return kept_save(marks, copies, (int)sizeof *copies, copy);
 }
 
-/* Of numbers only: not of the padding between them. */
-static uint64_t hash_of(const memory *m)
+/* ---- errors ---- */
+
+/* Somewhere within the range of the training. */
+static void move(rods *s, uint64_t *seed)
 {
-    uint64_t h = roln_fnv((int)sizeof m->model, (const unsigned char *)&m->model, ROLN_FNV);
-    h = roln_fnv((int)sizeof m->optimiser.m, (const unsigned char *)m->optimiser.m, h);
-    h = roln_fnv((int)sizeof m->optimiser.v, (const unsigned char *)m->optimiser.v, h);
-    h = roln_fnv((int)sizeof m->q, (const unsigned char *)m->q, h);
-    return roln_fnv((int)sizeof m->qdd, (const unsigned char *)m->qdd, h);
+    for (int i = 0; i < n; i++) {
+        s->z[i] = 1.4f * roln_uniform(seed) - 0.7f;
+        s->zd[i] = 2 * roln_uniform(seed) - 1;
+    }
+}
+
+/* sqrt(sum |q_model - q|^2 / sum |q|^2) at 250 ms and 1 s of roll-outs that the learning has not seen. */
+static void test(const chain_params *model, const float mass[N])
+{
+    uint64_t seed = 99;
+    float error[2] = {0, 0}, size[2] = {0, 0};
+    for (int t = 0; t < TESTS; t++) {
+        rods machine;
+        chain_state x, y;
+        chain_latent s;
+        roln_status st;
+        move(&machine, &seed);
+        rods_read(&machine, &x);
+        st = chain_encode(model, &x, &s, &scratch.work);
+        for (int k = 1; k <= TEST_STEPS && st == ROLN_OK; k++) {
+            const int late = k > TEST_STEPS / 4;
+            for (int i = 0; i < 5; i++)
+                rods_step(&machine, mass, TICK);
+            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work);
+            if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work);
+            rods_read(&machine, &x);
+            for (int i = 0; i < N && k % (late ? TEST_STEPS : TEST_STEPS / 4) == 0; i++) {
+                error[late] += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);
+                size[late] += x.q[i] * x.q[i];
+            }
+        }
+        if (st != ROLN_OK) error[0] = error[1] = 1e6f;
+    }
+    put_real(ROLN_SQRT(error[0] / size[0]), 4);
+    put_real(ROLN_SQRT(error[1] / size[1]), 4);
+    put_text("\n");
 }
 
 static void report(uint32_t at, const memory *m)
 {
     put_text("tick ");
     put_integer(at, 5);
-    put_text("  error");
-    put_real(test(&m->model), 4);
-    put_text("\n");
+    test(&m->model, after);
+}
+
+/* ---- main ---- */
+
+/* Of numbers only: not of the padding between them. */
+static uint64_t hash_of(const memory *m)
+{
+    uint64_t h = roln_fnv((int)sizeof m->model, (const unsigned char *)&m->model, ROLN_FNV);
+    h = roln_fnv((int)sizeof m->A, (const unsigned char *)m->A, h);
+    return roln_fnv((int)sizeof m->older, (const unsigned char *)m->older, h);
+}
+
+static void start(memory *m)
+{
+    static const roln_newton anew = ROLN_NEWTON_START;
+    memset(m, 0, sizeof *m);
+    m->model = chain_weights;
+    m->state = anew;
+    m->state.lambda = 1e-6f; /* A has its diagonal */
+    m->seed = SEED;
+    put_text("start\ntrained   ");
+    test(&m->model, before);
 }
 
 int main(void)
 {
-    static const char *const names[3] = {"\ninstructions of a tick: gradient ", ", update ", ", save "};
-    uint32_t most[3] = {0, 0, 0};
+    static const char *const names[PHASES] = {"sample ", ", sums ", ", step ", ", judge ", ", save "};
+    uint32_t most[PHASES] = {0, 0, 0, 0, 0};
     int copy = kept_open(marks, copies, (int)sizeof *copies);
+    if (chain_model.lnn.mass_net.size[chain_model.lnn.mass_net.layers - 1] != LAST) return 1;
     if (copy < 0) {
         copy = 0;
-        memset(&copies[0], 0, sizeof copies[0]);
-        copies[0].model = chain_weights;
-        copies[0].seed = 1;
-        put_text("start\n");
+        start(&copies[0]);
     } else {
         put_text("resumed at tick ");
         put_integer(copies[copy].tick, 0);
         put_text("\n");
     }
-    machine = chain_weights;
-    machine.scale.t *= FASTER;
     while (copies[copy].tick < TICKS) {
         memory *m = &copies[copy];
+        const phases now = turn.phase;
         chain_state x;
-        int kind;
         if (m->tick % REPORT == 0) report(m->tick, m);
         if (m->tick % PUSH == 0) move(&m->machine, &m->seed), m->samples = 0;
-        if (chain_step(&machine, &m->machine, NULL, TICK, &work) != ROLN_OK) return 1;
-        if (chain_decode(&machine, &m->machine, &x, &work) != ROLN_OK) return 1; /* "read the encoders" */
-        const uint32_t before = board_count();
-        copy = tick(copy, &x, &kind);
-        const uint32_t used = board_count() - before;
-        if (used > most[kind]) most[kind] = used;
+        rods_step(&m->machine, after, TICK);
+        rods_read(&m->machine, &x); /* "read the encoders" */
+        const uint32_t count = board_count();
+        copy = tick(copy, &x);
+        const uint32_t used = board_count() - count;
+        if (used > most[now]) most[now] = used;
     }
     report(TICKS, &copies[copy]);
-    put_text("hash ");
+    put_text("steps taken ");
+    put_integer(copies[copy].state.taken, 0);
+    put_text(", refused ");
+    put_integer(copies[copy].state.refused, 0);
+    put_text("\nhash ");
     put_hex(hash_of(&copies[copy]), 16);
-    for (int i = 0; i < 3; i++) {
+    put_text("\ninstructions of a tick: ");
+    for (int i = 0; i < PHASES; i++) {
         put_text(names[i]);
         put_integer(most[i], 0);
     }

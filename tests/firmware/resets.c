@@ -1,4 +1,5 @@
-/* resets.c - linked to adapt.c with -Wl,--wrap=board_count: every 101st call, which is before or after a tick, resets the chip. */
+/* resets.c - linked to adapt.c with -Wl,--wrap=board_count: every 251st call, which is before or after a tick, resets the
+   chip: in less than two turns. */
 #include "board.h"
 
 uint32_t __real_board_count(void);
@@ -7,6 +8,6 @@ uint32_t __wrap_board_count(void);
 uint32_t __wrap_board_count(void)
 {
     static uint32_t calls KEPT;
-    if (++calls % 101 == 0) board_reset();
+    if (++calls % 251 == 0) board_reset();
     return __real_board_count();
 }

@@ -153,7 +153,7 @@ static const row table[] = {
     {"eigensolver n = 10", symmetric, eig, {10}, 1, 28800},
     {"eigensolver n = 16", symmetric, eig, {16}, 1, 96000},
     {"forward dynamics n = 4, 32 x 2", state, zdd_of, {0}, 1, 45000},
-    {"control tick of pend16, 16 joints, 64 x 2", pose, tick, {0}, 1, 120000},
+    {"control tick of pend16, 16 joints, 32 x 2", pose, tick, {0}, 1, 90000},
 };
 
 static void nothing(const row *r)

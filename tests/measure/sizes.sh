@@ -124,7 +124,7 @@ table() {
           value["tick " key] = ($5 < states[key] ? "~" : "") thousand($13) "-" thousand($14) }
         END {
           print "| model | weights in flash | RAM | RAM to learn, too |\n|---|---|---|---|"
-          k = split("chain, 8 joints, n = 2, networks 32 x 2|pend16, 16 joints, n = 4, 64 x 2|" \
+          k = split("chain, 8 joints, n = 2, networks 16 x 2|pend16, 16 joints, n = 4, 32 x 2|" \
                     "cloth, 600 sliders, n = 10, 64 x 2, damping", text, "|")
           for (i = 1; i <= k; i++) {
               model = text[i]

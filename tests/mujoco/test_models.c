@@ -9,9 +9,9 @@
 #include "examples/pend16.h"
 #include "examples/pend16_int8.h"
 #define ROLN_NAME pend16_half
-#define ROLN_AE 16, 16, 16, 16, 12, 8, 4
-#define ROLN_SLOPE 0.6
-#define ROLN_MLP 64, 64
+#define ROLN_AE 16, 4
+#define ROLN_CHART polynomial, 4
+#define ROLN_MLP 32, 32
 #define ROLN_STEP rk4
 #define ROLN_STORE half
 #include "roln.h"

@@ -1190,6 +1190,60 @@ static void test_shell(uint64_t *s)
     fresh_done();
 }
 
+/* Eight machines, each with an eighth of the recordings, add flat arrays number by number (docs/training.md): the chart and the
+   update are those of one machine with all of them, but for rounding. */
+static void test_fleet(uint64_t *s)
+{
+    enum { PARTS = 8, EACH = 50, COUNT = PARTS * EACH, ALL = COUNT * chart_N };
+    enum { FIGURES = sizeof(chart_gradient) / sizeof(roln_real) };
+    static const roln_loss weights = ROLN_ACC_WEIGHTS;
+    static const roln_opt opt = ROLN_OPT(ROLN_C(0.02), ROLN_C(0.003));
+    static chart_params whole, split;
+    static chart_start start;
+    static chart_train work;
+    static chart_chart all_sums, part, merged;
+    static chart_gradient all_of, one;
+    static chart_optimiser o, o_split;
+    static roln_real q[ALL], qd[ALL], qdd[ALL], sum[FIGURES];
+    roln_real left = 7, left_split = 7, qbar[chart_N];
+    roln_batch b = {.count = COUNT, .stride = 1, .q = q, .qd = qd, .qdd = qdd};
+    int k, i, index[COUNT];
+    CHECK(sizeof(chart_gradient) == (chart_theta_size + 1) * sizeof(roln_real) + sizeof(roln_loss)); /* no padding */
+    take(&chart_model.ae);
+    manifold(weights_of(1, s), COUNT, 0.02, s);
+    for (i = 0; i < ALL; i++) q[i] = 3 * samples[i], qd[i] = roln_normal(s), qdd[i] = roln_normal(s);
+    for (i = 0; i < COUNT; i++) index[i] = i;
+    b.start = index;
+    CHECK_OK(chart_init_pod(&whole, COUNT, q, qd, qbar, s, &start));
+    split = whole;
+    for (k = 0; k < PARTS; k++) {
+        memset(&part, 0, sizeof part);
+        CHECK_OK(chart_chart_add(&split, EACH, q + k * EACH * chart_N, &part, &start));
+        for (i = 0; i < (int)(sizeof part / sizeof *part.sums); i++) merged.sums[i] += part.sums[i];
+    }
+    CHECK_OK(chart_chart_add(&whole, COUNT, q, &all_sums, &start));
+    CHECK_OK(chart_chart_solve(&whole, &all_sums, 0, &left, &start));
+    CHECK_OK(chart_chart_solve(&split, &merged, 0, &left_split, &start));
+    BOUND("fleet: chart (eps)", apart(chart_theta_size, split.theta, whole.theta) / EPS, PICK(1, 150));
+    CHECK_NEAR(left_split, left, PICK(1e-6, 1e-12));
+    split = whole;
+    CHECK_OK(chart_grad_acc(&whole, &weights, &b, &all_of, &work));
+    for (b.count = EACH, k = 0; k < PARTS; k++, b.start += EACH) {
+        memset(&one, 0, sizeof one);
+        CHECK_OK(chart_grad_acc(&split, &weights, &b, &one, &work));
+        for (i = 0; i < FIGURES; i++) sum[i] += ((const roln_real *)(const void *)&one)[i];
+    }
+    memcpy(&one, sum, sizeof one);
+    CHECK(all(1, &one.windows, COUNT));
+    BOUND("fleet: gradient (eps)", apart(chart_theta_size, one.theta, all_of.theta) / EPS, 12);
+    CHECK_NEAR(roln_loss_total(&weights, &one.loss), roln_loss_total(&weights, &all_of.loss),
+               20 * EPS * (ld)roln_loss_total(&weights, &all_of.loss));
+    CHECK_OK(chart_update(&whole, &opt, &o, &all_of, &work));
+    CHECK_OK(chart_update(&split, &opt, &o_split, &one, &work));
+    BOUND("fleet: update (eps)", apart(chart_theta_size, split.theta, whole.theta) / EPS, 1);
+    fresh_done();
+}
+
 void TEST_NAME(chart)(void)
 {
     static const roln_ae shapes[] = {{1, {3, 1}, 1, BENT(1, 8)}, {1, {6, 2}, 1, BENT(2, 5)}, {1, {7, 3}, 1, BENT(3, 3)},
@@ -1229,5 +1283,6 @@ void TEST_NAME(chart)(void)
     for (i = 0; i < 5; i++) check_stored(&roln_int8, &seed), check_stored(&roln_half, &seed);
 #endif
     test_shell(&seed);
+    test_fleet(&seed);
     print_bounds();
 }
