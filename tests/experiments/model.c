@@ -111,12 +111,13 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
     build(m, shape);
     const struct sizes sz = sizes_of(&m->md, 1);
     roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(SZ), sizeof *work);
+    double *sums = room((size_t)ROLN_AE_POD_ROOM(SZ) + 1, sizeof *sums);
     roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
     m->sc.q /= (roln_real)shape->zoom;
-    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, work);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, sums, work);
     if (st == ROLN_OK) model_restart(m, shape, seed);
     else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
-    free(qbar), free(work);
+    free(qbar), free(work), free(sums);
     return st == ROLN_OK ? 0 : -1;
 }
 
