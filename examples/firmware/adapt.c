@@ -1,10 +1,10 @@
 /* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
-   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network,
-   by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and forgotten; what stays of it is
-   in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say nothing: a Kalman filter of
-   weights that are constant but unknown.
+   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network
+   and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and
+   forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
+   nothing: a Kalman filter of weights that are constant but unknown.
 
    Every EVERY-th tick takes a sample and makes its row. ROWS of them are a turn, which ends with one tick each for the sums, for
    the step, for every sample that judges the step, and for the save. A step that is refused is taken again with more damping. After
