@@ -221,7 +221,7 @@ int baseline_train(struct baseline *b, enum latent_kind kind, const struct motio
     const int steps = newton_run(b->newton, task, s, x, seconds - (cpu_seconds() - t0), seed);
     memcpy(latent_theta(b->latent), x, (size_t)P * sizeof *x);
     baseline_task_free(task), free(x);
-    return steps > 0 ? 0 : -1;
+    return steps < 0 ? -1 : 0;
 }
 
 void baseline_finish(struct baseline *b)

@@ -211,7 +211,7 @@ static int train_newton(struct model *m, const struct motion *d, const struct st
     const int steps = newton_run(m->newton, task, s, x, seconds, seed);
     if (s->share > 0) m->dt = (roln_real)(d->dt * s->stride);
     model_task_free(task);
-    return steps > 0 ? 0 : -1;
+    return steps < 0 ? -1 : 0;
 }
 
 /* ---- L-BFGS of the networks, accelerations of samples that stay ---- */
