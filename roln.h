@@ -2653,7 +2653,11 @@ typedef struct {
 
 /* Scratch of initialisation, and of charts in closed form. */
 typedef union {
-    roln_real init[ROLN_MAX(1, ROLN_AE_INIT_WORK(ROLNI_))], init_pod[ROLN_MAX(1, ROLN_AE_POD_WORK(ROLNI_))];
+    roln_real init[ROLN_MAX(1, ROLN_AE_INIT_WORK(ROLNI_))];
+    struct {
+        double room[ROLN_MAX(1, ROLN_AE_POD_ROOM(ROLNI_))];
+        roln_real work[ROLN_MAX(1, ROLN_AE_POD_WORK(ROLNI_))];
+    } init_pod;
 #if ROLNI_AT(1, ROLN_CHART) > 0
     struct {
         double room[ROLN_CHART_ADD_ROOM(ROLNI_)];
@@ -2691,9 +2695,11 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
     roln_status st;
     memset(p, 0, sizeof *p);
     st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
-    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod);
+    if (st == ROLN_OK)
+        st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod.room, work->init_pod.work);
     if (st != ROLN_OK) return st;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
+    if (ROLNI_(degree) > 0) roln_lnn_steepen(&ROLNI_(model).lnn, 4, p->theta + ROLNI_(ae_size));
     return ROLN_OK;
 }
 

@@ -875,6 +875,45 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
     return ROLN_OK;
 }
 
+/* As ROLNI_CARVE, of scratch in double, `room`. */
+#define ROLNI_CARVE_DOUBLE(name, size) double *const name = (room += (size)) - (size);
+
+#if ROLN_SIMD
+typedef double rolni_vd __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(double)), may_alias));
+#endif
+
+/* c[j] += sum_r A[r lda] B[r ldb + j], j < n, r = 0 .. k-1 one after the other. */
+ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double *B, int ldb, double *c)
+{
+    int j = 0, r;
+#if ROLN_SIMD
+    enum { ROLNI_DOUBLES = ROLNI_BYTES / sizeof(double) };
+    for (; j + 4 * ROLNI_DOUBLES <= n; j += 4 * ROLNI_DOUBLES) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0], c1 = d[1], c2 = d[2], c3 = d[3];
+        for (r = 0; r < k; r++) {
+            const double a = A[r * lda];
+            const rolni_vd *const b = ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+            c0 += a * b[0], c1 += a * b[1], c2 += a * b[2], c3 += a * b[3];
+        }
+        d[0] = c0, d[1] = c1, d[2] = c2, d[3] = c3;
+    }
+    for (; j + ROLNI_DOUBLES <= n; j += ROLNI_DOUBLES) {
+        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
+        rolni_vd c0 = d[0];
+        for (r = 0; r < k; r++)
+            c0 += A[r * lda] * *ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
+        d[0] = c0;
+    }
+#endif
+    for (; j < n; j++) {
+        double sum = c[j];
+        for (r = 0; r < k; r++)
+            sum += A[r * lda] * B[r * ldb + j];
+        c[j] = sum;
+    }
+}
+
 /* New coordinates of a bent layer N -> n, whose weights begin at `layer`: z' = (z - mid) / half, so that z_min .. z_max becomes
    -1 .. 1. Psi' = Psi / half, Phi' = half Phi, b' = b + Phi mid, W' = 0. */
 ROLN_FN void rolni_stretch(int N, int n, int F, const roln_real *z_min, const roln_real *z_max, roln_real *layer)
@@ -924,34 +963,63 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     return ROLN_OK;
 }
 
+/* mean [N] of the count samples scale * x [count][N], and Q = sum (x - mean)(x - mean)^T [N][N], summed in double: as float each of
+   100,000 samples would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each
+   for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
+#define ROLNI_POD_ROWS 8
+#define ROLNI_POD_SAMPLES 4
+#define ROLNI_AE_POD_ROOM_MEM(X, N) \
+    X(sum, ((N) < ROLNI_POD_ROWS ? (N) : ROLNI_POD_ROWS) * (N)) X(part, ROLNI_POD_SAMPLES * (N))
+#define ROLN_AE_POD_ROOM(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_ROOM_MEM(ROLNI_SIZE, S(N)) : 0)
+ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, roln_real *mean, roln_real *Q, double *room)
+{
+    const double unit = ROLNI_AS(double, scale);
+    int from, k, i, j;
+    ROLNI_AE_POD_ROOM_MEM(ROLNI_CARVE_DOUBLE, N)
+    for (j = 0; j < N; j++)
+        sum[j] = 0;
+    for (k = 0; k < count; k++)
+        for (j = 0; j < N; j++)
+            sum[j] += ROLNI_AS(double, x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)]);
+    for (j = 0; j < N; j++)
+        mean[j] = ROLNI_AS(roln_real, unit * sum[j] / count);
+    for (from = 0; from < N; from += ROLNI_POD_ROWS) {
+        const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = from + rows;
+        for (i = 0; i < rows * N; i++)
+            sum[i] = 0;
+        for (k = 0; k < count; k += ROLNI_POD_SAMPLES) {
+            const int now = count - k < ROLNI_POD_SAMPLES ? count - k : ROLNI_POD_SAMPLES;
+            const roln_real *in = x + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N);
+            for (i = 0; i < now; i++)
+                for (j = 0; j < cols; j++)
+                    part[i * N + j] = unit * ROLNI_AS(double, in[i * N + j]) - ROLNI_AS(double, mean[j]);
+            for (i = 0; i < rows; i++)
+                rolni_add_rows(now, from + i + 1, part + from + i, N, part, N, sum + i * N);
+        }
+        for (i = 0; i < rows; i++)
+            for (j = 0; j <= from + i; j++)
+                Q[(from + i) * N + j] = Q[j * N + from + i] = ROLNI_AS(roln_real, sum[i * N + j]);
+    }
+}
+
 /* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
    principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
    rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out, untouched unless ROLN_OK;
-   work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not fill n dimensions;
-   ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count + 9 N^3. */
+   room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not
+   fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
 #define ROLNI_AE_POD_MEM(X, S) \
-    X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* one sample, then eigenvalues */ X(mean, S(N))
+    X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N))
 #define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
-ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale,
-                                     roln_real *theta, roln_real *work)
+ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, roln_real *theta,
+                                     double *room, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[1], nz = ae->size[ae->layers];
-    const roln_real each = scale / ROLNI_AS(roln_real, count);
     roln_status st;
-    int l, i, j;
+    int l, i;
     ROLNI_AE_POD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
-    rolni_zero(N * N, Q);
-    rolni_zero(N, mean);
-    for (i = 0; i < count; i++)
-        for (j = 0; j < N; j++)
-            mean[j] += each * x[ROLNI_AS(size_t, i) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)];
-    for (i = 0; i < count; i++) {
-        for (j = 0; j < N; j++)
-            eval[j] = scale * x[ROLNI_AS(size_t, i) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)] - mean[j];
-        roln_mm_at(N, 1, N, eval, eval, Q);
-    }
+    rolni_pod_sums(N, count, x, scale, mean, Q, room);
     st = roln_eig(N, Q, eval, Q, work);
     if (st == ROLN_OK && ae->curves > 0) st = rolni_pod_range(ae, count, x, scale, Q, mean, eval, work);
     if (st != ROLN_OK) return st;
@@ -1468,45 +1536,6 @@ ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
    spent when the encoder changes: by training, roln_chart_center, a new start. */
 #define ROLNI_FEATURES(S) (1 + S(n) + S(curves))
 #define ROLN_CHART_SUMS(S) (ROLNI_FEATURES(S) * (ROLNI_FEATURES(S) + 1) / 2 + ROLNI_FEATURES(S) * S(bent) + 1)
-
-/* As ROLNI_CARVE, of scratch in double, `room`. */
-#define ROLNI_CARVE_DOUBLE(name, size) double *const name = (room += (size)) - (size);
-
-#if ROLN_SIMD
-typedef double rolni_vd __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(double)), may_alias));
-#endif
-
-/* c[j] += sum_r A[r lda] B[r ldb + j], j < n, r = 0 .. k-1 one after the other. */
-ROLN_FN void rolni_add_rows(int k, int n, const double *A, int lda, const double *B, int ldb, double *c)
-{
-    int j = 0, r;
-#if ROLN_SIMD
-    enum { ROLNI_DOUBLES = ROLNI_BYTES / sizeof(double) };
-    for (; j + 4 * ROLNI_DOUBLES <= n; j += 4 * ROLNI_DOUBLES) {
-        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
-        rolni_vd c0 = d[0], c1 = d[1], c2 = d[2], c3 = d[3];
-        for (r = 0; r < k; r++) {
-            const double a = A[r * lda];
-            const rolni_vd *const b = ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
-            c0 += a * b[0], c1 += a * b[1], c2 += a * b[2], c3 += a * b[3];
-        }
-        d[0] = c0, d[1] = c1, d[2] = c2, d[3] = c3;
-    }
-    for (; j + ROLNI_DOUBLES <= n; j += ROLNI_DOUBLES) {
-        rolni_vd *const d = ROLNI_AS(rolni_vd *, ROLNI_AS(void *, c + j));
-        rolni_vd c0 = d[0];
-        for (r = 0; r < k; r++)
-            c0 += A[r * lda] * *ROLNI_AS(const rolni_vd *, ROLNI_AS(const void *, B + r * ldb + j));
-        d[0] = c0;
-    }
-#endif
-    for (; j < n; j++) {
-        double sum = c[j];
-        for (r = 0; r < k; r++)
-            sum += A[r * lda] * B[r * ldb + j];
-        c[j] = sum;
-    }
-}
 
 /* The weights of the bent layer, ROLN_FULL, of a theta. */
 ROLN_FN int rolni_bent_at(const roln_ae *ae)

@@ -253,6 +253,18 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     }
 }
 
+/* Networks that see `factor` times what they saw: the weights of their first layers, by factor. The z of a chart are in [-1, 1], and
+   its networks begin 4 times as steep as others (measured: 3 to 8 are alike, with 1 Gauss-Newton needs several times the steps). */
+ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
+{
+    const roln_mlp *net[3] = {&f->mass_net, &f->potential_net, &f->damper_net};
+    const int at[3] = {0, rolni_potential_at(f), rolni_damper_at(f)};
+    int k, i;
+    for (k = 0; k < (f->damping ? 3 : 2); k++)
+        for (i = 0; i < net[k]->size[0] * net[k]->size[1]; i++)
+            theta[at[k] + i] *= factor;
+}
+
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
 ROLN_FN int rolni_formed(const roln_lnn *f)
 {

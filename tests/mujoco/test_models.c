@@ -46,7 +46,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
     const int pod = ROLN_AE_POD_WORK(ROLNI_LOCAL), encode = ROLN_AE_ENCODE_TAPE(ROLNI_LOCAL, 1, 1);
     const int room = ROLN_MAX(pod, ROLN_MAX(encode, ROLN_AE_DECODE_TAPE(ROLNI_LOCAL, 1, 1)));
     roln_real *work = malloc((size_t)room * sizeof *work);
-    double e = 0, v = 0;
+    double *sums = malloc((size_t)ROLN_AE_POD_ROOM(ROLNI_LOCAL) * sizeof *sums), e = 0, v = 0;
     int rows = 0;
     for (int t = 0; t < train->count; t++) {
         int wild = 0;
@@ -56,7 +56,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
         }
         rows += wild ? 0 : train->samples;
     }
-    CHECK(roln_ae_init_pod(&ae, rows, q, 1, theta, work) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&ae, rows, q, 1, theta, sums, work) == ROLN_OK);
     for (int k = 0; k < tests; k += 25) {
         roln_real z[16], x[16];
         roln_ae_encode(&ae, 1, 1, theta, d->q + k * N, z, work);
@@ -66,7 +66,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
             e += r * r, v += c * c;
         }
     }
-    free(q), free(theta), free(work);
+    free(q), free(theta), free(work), free(sums);
     return 100 * sqrt(e / v);
 }
 

@@ -8,11 +8,6 @@
 #define MN 12         /* largest n, */
 #define MNN (MN * MN) /* n^2, */
 #define MS 512        /* and size of a block */
-#ifdef ROLN_DOUBLE
-#define PICK(f, d) (d)
-#else
-#define PICK(f, d) (f)
-#endif
 
 ROLN_FN void fill(int n, ld scale, uint64_t *s, roln_real *x)
 {

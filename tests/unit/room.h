@@ -1,4 +1,4 @@
-/* room.h - scratch that remembers how far it was written. Include after a header of roln. */
+/* room.h - scratch that remembers how far it was written, of numbers and of doubles. Include after a header of roln. */
 #ifndef ROOM_H
 #define ROOM_H
 
@@ -29,5 +29,26 @@ ROLN_FN int room_used(void)
 
 /* The size that was asked for is the size that was written, to a number or two. */
 #define CHECK_ROOM() (CHECK_BELOW(room_used(), room_end), CHECK_BELOW(room_end - 2, room_used()))
+
+enum { AREA_SIZE = 20000 };
+static double area[AREA_SIZE];
+
+/* The same of n doubles; but for one or two all of them are written. */
+ROLN_FN double *area_of(int n)
+{
+    int i;
+    for (i = 0; i < AREA_SIZE; i++)
+        area[i] = 1.25e-77;
+    return n + ROOM_MARGIN <= AREA_SIZE ? area : NULL;
+}
+
+ROLN_FN int area_used(int n)
+{
+    int i = n + ROOM_MARGIN;
+    while (i > 0 && area[i - 1] >= 1.25e-77 && area[i - 1] <= 1.25e-77)
+        i--;
+    return i;
+}
+#define CHECK_AREA(n) (CHECK_BELOW(area_used(n), n), CHECK_BELOW((n) - 2, area_used(n)))
 
 #endif

@@ -645,9 +645,11 @@ static void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
     roln_ae_reduce(&ae, nb, th, tape, x, y, room_of(ROLN_AE_REDUCE_WORK(OF_M, nb))), CHECK_ROOM();
     roln_ae_reduce_bwd(&ae, nb, th, z, x, z, g, y, gth, room_of(ROLN_AE_REDUCE_BWD_WORK(OF_M, nb))), CHECK_ROOM();
     if (full) {
+        const int sums = ROLN_AE_POD_ROOM(OF_M);
         CHECK(roln_ae_init(&ae, gth, s, room_of(ROLN_AE_INIT_WORK(OF_M))) == ROLN_OK), CHECK_ROOM();
         x = normal(2 * N * N, 1, s);
-        CHECK(roln_ae_init_pod(&ae, 2 * N, x, 1, gth, room_of(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK), CHECK_ROOM();
+        CHECK(roln_ae_init_pod(&ae, 2 * N, x, 1, gth, area_of(sums), room_of(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
+        CHECK_ROOM(), CHECK_AREA(sums);
     }
     fresh_done();
 }
@@ -726,7 +728,7 @@ static void check_pod(int layers, int count, uint64_t *s)
             for (x[r * N + i] = (roln_real)(i + 1), j = 0; j < N; j++)
                 x[r * N + i] += c[j] * (roln_real)cos(i * (j + 0.5) * 0.5) + ROLN_C(0.01) * c[i];
     }
-    CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, th, w) == ROLN_OK);
+    CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, th, area, w) == ROLN_OK);
     if (layers == 0) {
         fresh_done();
         return;
@@ -753,9 +755,64 @@ static void check_pod(int layers, int count, uint64_t *s)
     {
         const roln_real *before = copy(p, th);
         x[3] = (roln_real)INFINITY;
-        CHECK(roln_ae_init_pod(ae, count, x, 1, th, w) == ROLN_E_NOT_FINITE);
+        CHECK(roln_ae_init_pod(ae, count, x, 1, th, area, w) == ROLN_E_NOT_FINITE);
         CHECK(same(p, th, before));
     }
+    fresh_done();
+}
+
+/* 100,000 samples, far from 0, of three directions, the last of them 1/300 of the first: it is found as closely as rounding the
+   covariance allows, and so what the POD leaves is noise. */
+static void test_pod_of_many(uint64_t *s)
+{
+    enum { N = 6, COUNT = 100000 };
+    static const roln_ae shape = {1, {N, 3}, 1, STRAIGHT};
+    static const roln_real size[3] = {1, ROLN_C(0.3), ROLN_C(0.003)};
+    static ld cov[N * N], V[N * N];
+    roln_real *x = fresh(COUNT * N), *th = fresh(roln_ae_params(&shape)), *dir = normal(3 * N, 0.5, s);
+    ld mean[N] = {0}, off = 0, least = 0, dot = 0, apart = 0;
+    int i, j, k, third = 0;
+    m.ae = shape;
+    for (k = 0; k < COUNT; k++) {
+        roln_real *row = x + k * N;
+        for (i = 0; i < N; i++) row[i] = (roln_real)(i + 1) + ROLN_C(1e-4) * roln_normal(s);
+        for (j = 0; j < 3; j++) {
+            const roln_real a = size[j] * roln_normal(s);
+            for (i = 0; i < N; i++) row[i] += a * dir[j * N + i];
+        }
+        for (i = 0; i < N; i++) mean[i] += (ld)row[i] / COUNT;
+    }
+    memset(cov, 0, sizeof cov);
+    for (k = 0; k < COUNT; k++)
+        for (i = 0; i < N; i++)
+            for (j = 0; j < N; j++) cov[i * N + j] += ((ld)x[k * N + i] - mean[i]) * ((ld)x[k * N + j] - mean[j]);
+    t_jacobi(N, cov, V);
+    for (i = 0; i < N; i++) { /* the third largest is third */
+        int larger = 0;
+        for (j = 0; j < N; j++) larger += cov[j * (N + 1)] > cov[i * (N + 1)];
+        if (larger == 2) third = i;
+        if (larger > 2) least += cov[i * (N + 1)];
+    }
+    CHECK(roln_ae_init_pod(&shape, COUNT, x, 1, th, area_of(ROLN_AE_POD_ROOM(OF_M)), fresh(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
+    for (i = 0; i < N; i++) {
+        dot += (ld)th[2 * N + i] * V[i * N + third];
+        CHECK_NEAR(th[6 * N + i], mean[i], PICK(2, 1000) * EPS * mean[i]);
+    }
+    for (i = 0; i < N; i++) {
+        const ld d = (ld)th[2 * N + i] - (dot > 0 ? 1 : -1) * V[i * N + third];
+        apart += d * d;
+    }
+    for (k = 0; k < COUNT; k++) {
+        ld d[N], a;
+        for (i = 0; i < N; i++) d[i] = (ld)x[k * N + i] - mean[i];
+        for (j = 0; j < 3; j++) {
+            for (a = 0, i = 0; i < N; i++) a += (ld)th[j * N + i] * ((ld)x[k * N + i] - mean[i]);
+            for (i = 0; i < N; i++) d[i] -= a * (ld)th[j * N + i];
+        }
+        for (i = 0; i < N; i++) off += d[i] * d[i];
+    }
+    BOUND("POD of 100,000: the third direction", sqrtl(apart), PICK(0.03L, 1e-9L));
+    BOUND("POD of 100,000: what is left", off / least - 1, PICK(0.05L, 1e-9L));
     fresh_done();
 }
 
@@ -1112,7 +1169,7 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
         float *scratch = fresh(ROLN_AE_POD_WORK(OF_M) + ROLN_AE_INIT_WORK(OF_M));
         uint64_t seed = 5;
         CHECK(roln_ae_init(&ae, st, &seed, scratch) == ROLN_E_SHAPE && seed == 5);
-        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, scratch) == ROLN_E_SHAPE);
+        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, area, scratch) == ROLN_E_SHAPE);
     }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));
@@ -1246,6 +1303,7 @@ void TEST_NAME(ae)(void)
     check_inverse(large[1], &seed);
     test_init(&seed);
     for (i = 0; i <= 3; i++) check_pod(i, 40, &seed), check_pod(i, 5, &seed);
+    test_pod_of_many(&seed);
     for (i = 0; i < ns; i++) test_some(shapes[i], &seed);
 #ifndef ROLN_DOUBLE
     test_stored(shapes, ns, &seed);

@@ -25,29 +25,13 @@ static void take(const roln_ae *shape)
 }
 
 enum { MAX_SUMS = 20000, MAX_SAMPLES = 3000 };
-static double sums[MAX_SUMS], other[MAX_SUMS], area[MAX_SUMS];
-
-/* Scratch in double that remembers how far it was written. */
-static double *area_of(int size)
-{
-    int i;
-    CHECK(size + 64 <= MAX_SUMS);
-    for (i = 0; i < MAX_SUMS; i++) area[i] = 1.25e-77;
-    return area;
-}
-
-static void check_area(int size)
-{
-    int i = size + 64;
-    while (i > 0 && area[i - 1] >= 1.25e-77 && area[i - 1] <= 1.25e-77) i--;
-    CHECK(i <= size && i >= size - 2);
-}
+static double sums[MAX_SUMS], other[MAX_SUMS];
 
 static roln_status add(const roln_real *th, int count, const roln_real *x, double *to)
 {
     const int size = ROLN_CHART_ADD_ROOM(OF);
     const roln_status st = roln_chart_add(&ae, th, count, x, 1, to, area_of(size), room_of(ROLN_CHART_ADD_WORK(OF)));
-    if (st == ROLN_OK && count >= ROLN_CHART_BLOCK) check_area(size), CHECK_ROOM();
+    if (st == ROLN_OK && count >= ROLN_CHART_BLOCK) CHECK_AREA(size), CHECK_ROOM();
     ROOM_KEPT();
     return st;
 }
@@ -56,7 +40,7 @@ static roln_status solve(const double *from, roln_real ridge, roln_real *th, rol
 {
     const int size = ROLN_CHART_SOLVE_ROOM(OF);
     const roln_status st = roln_chart_solve(&ae, from, ridge, th, residual, area_of(size));
-    if (st == ROLN_OK) check_area(size);
+    if (st == ROLN_OK) CHECK_AREA(size);
     return st;
 }
 
@@ -527,7 +511,7 @@ static roln_status turn(roln_real *left)
     const int size = ROLN_CHART_TURN_ROOM(OF);
     const roln_turn t = {&enc.state, enc.psi, enc.from, enc.keep, sums, area_of(size)};
     const roln_status st = roln_chart_turn(&m, &enc.b, &t, enc.theta, enc.zd_max, left, room_of(ROLN_CHART_TURN_WORK(OF)));
-    if (st == ROLN_OK && enc.b.count >= ROLN_CHART_BLOCK) check_area(size), CHECK_ROOM();
+    if (st == ROLN_OK && enc.b.count >= ROLN_CHART_BLOCK) CHECK_AREA(size), CHECK_ROOM();
     ROOM_KEPT();
     return st;
 }
@@ -654,7 +638,7 @@ static void check_turns(const roln_model *md, int pod, uint64_t *s)
     int i;
     motion(md, 400, pod ? ROLN_C(0.3) : 1, 0, truth, s);
     psi = layer_of(enc.theta) + of.n * of.bent;
-    if (pod) CHECK_OK(roln_ae_init_pod(&ae, 400, enc.q, 1 / scale.q, enc.theta, fresh(ROLN_AE_POD_WORK(OF))));
+    if (pod) CHECK_OK(roln_ae_init_pod(&ae, 400, enc.q, 1 / scale.q, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
     for (i = 0; i < of.n * of.bent && !pod; i++) psi[i] += ROLN_C(0.2) * roln_normal(s);
     fresh_done();
     CHECK_OK(turns(1, &first));
@@ -860,7 +844,7 @@ static void test_ill(uint64_t *s)
     clear(sums);
     CHECK_OK(add(th, 400, x, sums));
     refused(sums, 0, ROLN_E_ILL_CONDITIONED, th);
-    CHECK(roln_ae_init_pod(&ae, 400, x, 1, copy(of.ae_size, th), fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, 400, x, 1, copy(of.ae_size, th), area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
     fresh_done();
 }
 
@@ -875,7 +859,7 @@ static void test_constant_joint(uint64_t *s)
     manifold(th, 600, 0, s);
     x = copy(600 * of.N, samples);
     for (k = 0; k < 600; k++) x[k * of.N + 4] = ROLN_C(0.7);
-    CHECK_OK(roln_ae_init_pod(&ae, 600, x, 1, fit, fresh(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&ae, 600, x, 1, fit, area, fresh(ROLN_AE_POD_WORK(OF))));
     clear(sums);
     CHECK_OK(add(fit, 600, x, sums));
     CHECK_OK(solve(sums, 0, fit, &left));
@@ -1019,8 +1003,8 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
     manifold(th, 300, 0.01, s);
     x = copy(300 * of.N, samples), z = fresh(300 * of.n), y = fresh(300 * of.N), plain = fresh(of.ae_size);
     for (i = 0; i < 300 * of.N; i++) x[i] /= 4;
-    CHECK_OK(roln_ae_init_pod(&ae, 300, x, 4, th, room_of(ROLN_AE_POD_WORK(OF))));
-    CHECK_ROOM();
+    CHECK_OK(roln_ae_init_pod(&ae, 300, x, 4, th, area_of(ROLN_AE_POD_ROOM(OF)), room_of(ROLN_AE_POD_WORK(OF))));
+    CHECK_ROOM(), CHECK_AREA(ROLN_AE_POD_ROOM(OF));
     CHECK_OK(roln_ae_check(&ae, th));
     encode(th, 300, samples, z);
     for (i = 0; i < of.n; i++) {
@@ -1032,13 +1016,13 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
         CHECK_NEAR(lo[i], -1, 100 * EPS), CHECK_NEAR(hi[i], 1, 100 * EPS);
     }
     straight.bend = ROLN_UNBENT, straight.degree = straight.curves = 0;
-    CHECK_OK(roln_ae_init_pod(&straight, 300, x, 4, plain, fresh(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&straight, 300, x, 4, plain, area, fresh(ROLN_AE_POD_WORK(OF))));
     decode(th, 300, z, y);
     roln_ae_encode(&straight, 1, 300, plain, samples, z, spare), roln_ae_decode(&straight, 1, 300, plain, z, x, spare);
     BOUND("POD start of a chart (eps)", apart(300 * of.N, y, x) / EPS, 10);
     before = copy(of.ae_size, th); /* fewer samples than directions */
-    CHECK(roln_ae_init_pod(&ae, of.n, samples, 1, th, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
-    CHECK(roln_ae_init_pod(&ae, 1, samples, 1, th, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, of.n, samples, 1, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, 1, samples, 1, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
     CHECK(same(of.ae_size, th, before));
     fresh_done();
 }

@@ -1824,6 +1824,29 @@ static void test_identity(uint64_t *seed)
     }
 }
 
+/* Networks that are 4 times as steep see z / 4 as they saw z, to the last bit; M, R and V are what they were. */
+static void test_steep(uint64_t *seed)
+{
+    int q, i;
+    for (q = 0; q < 8; q++) {
+        const roln_lnn f = q & 4 ? cholesky(shape(3, 0, 2, 4, q & 1)) : shape(3, q & 2, 2, 4, q & 1);
+        roln_real *th = weights(&f, seed), *s = normal(6, 0.8, seed), *steep = copy(roln_lnn_params(&f), th), M[2][9], V[2], d[2][3];
+        int k;
+        roln_lnn_steepen(&f, 4, steep);
+        for (k = 0; k < 2; k++) {
+            roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(TERMS_WORK);
+            roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+            out.M = M[k], out.V = &V[k], out.d = d[k];
+            for (i = 0; i < 3; i++) s[i] /= k ? 4 : 1;
+            CHECK(roln_lnn_terms(&f, k ? steep : th, s, &out, tape, w) == ROLN_OK);
+        }
+        CHECK(same(9, M[0], M[1]) && same(1, &V[0], &V[1]) && same(3, d[0], d[1]));
+        for (i = k = 0; i < roln_lnn_params(&f); i++) k += th[i] < steep[i] || th[i] > steep[i];
+        CHECK(k == (f.damping ? 3 : 2) * 3 * 4); /* and nothing else */
+        fresh_done();
+    }
+}
+
 /* One joint with log M = 39.9925 + z/100 and no potential, h v = 1: exp holds M up to z = 3/4. So one evaluation of a step alone
    fails: the last one, of M at the end; with a force that of a later iteration at the middle; or the first. */
 static void test_edge(uint64_t *seed)
@@ -1983,6 +2006,7 @@ void TEST_NAME(lnn)(void)
     test_status(&seed);
     test_repeated(&seed);
     test_identity(&seed);
+    test_steep(&seed);
     test_edge(&seed);
     test_iterations(&seed);
     test_rooms(&seed);

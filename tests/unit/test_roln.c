@@ -2006,7 +2006,6 @@ static void use_training(int k, const roln_trained *m, roln_real *theta, uint64_
     }
     USE(update, roln_adam_update(models[k].blocks, models[k].table, &adam_options, 1 / windows, g, theta, &adam, &moments, work));
     USE(init, roln_ae_init(&m->model->ae, theta, s, work));
-    USE(init_pod, roln_ae_init_pod(&m->model->ae, 30, d.q, 1, theta, work));
 }
 
 /* Every function with scratch, with all that makes it take more: its hungriest call writes as many numbers as are declared. */

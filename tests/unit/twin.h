@@ -12,6 +12,12 @@
 typedef long double ld;
 #define EPS ((ld)ROLN_EPS)
 
+#ifdef ROLN_DOUBLE
+#define PICK(f, d) (d)
+#else
+#define PICK(f, d) (f)
+#endif
+
 /* The next wider type, where long double is too slow. */
 #ifdef ROLN_DOUBLE
 typedef long double t_wide;
