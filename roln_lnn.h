@@ -253,8 +253,9 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     }
 }
 
-/* Networks that see `factor` times what they saw: the weights of their first layers, by factor. The z of a chart are in [-1, 1], and
-   its networks begin 4 times as steep as others (measured: 3 to 8 are alike, with 1 Gauss-Newton needs several times the steps). */
+/* Networks of factor z in place of z: the weights of their first layers times factor. Random networks of roln_lnn_init suit z of
+   order one; behind a chart, where |z| <= 1, they are next to linear, and begin 4 times as steep (3 to 8 are alike; with 1
+   Gauss-Newton needs several times the steps). */
 ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
 {
     const roln_mlp *net[3] = {&f->mass_net, &f->potential_net, &f->damper_net};

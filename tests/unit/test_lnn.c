@@ -1830,7 +1830,8 @@ static void test_steep(uint64_t *seed)
     int q, i;
     for (q = 0; q < 8; q++) {
         const roln_lnn f = q & 4 ? cholesky(shape(3, 0, 2, 4, q & 1)) : shape(3, q & 2, 2, 4, q & 1);
-        roln_real *th = weights(&f, seed), *s = normal(6, 0.8, seed), *steep = copy(roln_lnn_params(&f), th), M[2][9], V[2], d[2][3];
+        roln_real *th = weights(&f, seed), *s = normal(6, 0.8, seed), *steep = copy(roln_lnn_params(&f), th);
+        roln_real M[2][9], V[2], d[2][3];
         int k;
         roln_lnn_steepen(&f, 4, steep);
         for (k = 0; k < 2; k++) {
