@@ -2687,7 +2687,8 @@ ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
 }
 
-/* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks. qbar [N] out.
+/* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks, with ROLN_CHART four times as
+   steep as those of NAME_init (roln_lnn_steepen). qbar [N] out.
    Status of roln_fit_scale, roln_ae_init_pod; p then holds no model. */
 ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd,
                                      roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], uint64_t *seed, ROLNI_(start) *work)
@@ -2699,7 +2700,7 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
         st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod.room, work->init_pod.work);
     if (st != ROLN_OK) return st;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
-    if (ROLNI_(degree) > 0) roln_lnn_steepen(&ROLNI_(model).lnn, 4, p->theta + ROLNI_(ae_size));
+    if (ROLNI_(degree) > 0) roln_lnn_steepen(&ROLNI_(model).lnn, 4, p->theta + ROLNI_(ae_size)); /* z is in [-1, 1] */
     return ROLN_OK;
 }
 

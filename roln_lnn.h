@@ -254,16 +254,15 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 }
 
 /* Networks of factor z in place of z: the weights of their first layers times factor. Random networks of roln_lnn_init suit z of
-   order one; behind a chart, where |z| <= 1, they are next to linear, and begin 4 times as steep (3 to 8 are alike; with 1
-   Gauss-Newton needs several times the steps). */
+   order one; behind a chart, where |z| <= 1 and about a half, they are next to linear, and training would first have to make them
+   steeper. */
 ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
 {
-    const roln_mlp *net[3] = {&f->mass_net, &f->potential_net, &f->damper_net};
-    const int at[3] = {0, rolni_potential_at(f), rolni_damper_at(f)};
+    roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     int k, i;
-    for (k = 0; k < (f->damping ? 3 : 2); k++)
-        for (i = 0; i < net[k]->size[0] * net[k]->size[1]; i++)
-            theta[at[k] + i] *= factor;
+    for (k = 0; k < 2 + f->damping; k++)
+        for (i = 0; i < f->n * f->mass_net.size[1]; i++)
+            nets[k][i] *= factor;
 }
 
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */

@@ -95,14 +95,11 @@ void model_restart(struct model *m, const struct shape *shape, uint64_t seed)
 {
     const roln_lnn *f = &m->md.lnn;
     roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
-    roln_real *nets[3] = {mass, mass + roln_mlp_params(&f->mass_net), mass + rolni_damper_at(f)};
     roln_lnn_init(f, mass, &seed);
-    const double steep = m->md.ae.curves > 0 ? 4 : 1 / shape->zoom; /* z of a chart is in [-1, 1] */
-    for (int k = 0; k < 2 + f->damping; k++) /* the networks see z / zoom, and M = I / zoom^2 keeps T of order one */
-        for (int i = 0; i < f->n * shape->mlp; i++)
-            nets[k][i] *= (roln_real)steep;
+    /* z of a chart is in [-1, 1]; networks that see z / zoom, with M = I / zoom^2, keep T of order one */
+    roln_lnn_steepen(f, m->md.ae.curves > 0 ? 4 : 1 / (roln_real)shape->zoom, mass);
     for (int i = 0; i < f->n && f->mass == ROLN_EXPONENTIAL; i++)
-        nets[1][i - ROLN_TRI(f->n)] = (roln_real)(-2 * log(shape->zoom));
+        mass[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = (roln_real)(-2 * log(shape->zoom));
 }
 
 int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed)

@@ -1131,6 +1131,7 @@ static void test_shell(uint64_t *s)
     static chart_chart sums_of, half, empty;
     static roln_real q[ALL], qd[ALL];
     roln_real *x, *th, left = 7, left1 = 7, qbar[chart_N];
+    uint64_t seed;
     int groups = 0, i;
     take(&chart_model.ae);
     for (i = 0; i < chart_blocks; i++) /* W: a rate of its own with the bias */
@@ -1141,7 +1142,10 @@ static void test_shell(uint64_t *s)
     th = weights_of(1, s);
     manifold(th, COUNT, 0.02, s);
     for (i = 0; i < ALL; i++) q[i] = 3 * samples[i], qd[i] = roln_normal(s);
+    seed = *s;
     CHECK_OK(chart_init_pod(&p, COUNT, q, qd, qbar, s, &start));
+    roln_lnn_init(&chart_model.lnn, was.theta, &seed), roln_lnn_steepen(&chart_model.lnn, 4, was.theta);
+    CHECK(seed == *s && same(chart_theta_size - chart_ae_size, was.theta, p.theta + chart_ae_size));
     CHECK_OK(chart_fit_range(&p, COUNT, q, qd, &work));
     for (i = 0; i < 2; i++) CHECK_NEAR(p.z_min[i], -1, 100 * EPS), CHECK_NEAR(p.z_max[i], 1, 100 * EPS);
     p.z_max[0] = 2, p.zd_max[1] = 3; /* other coordinates: the middle of the first moves */
