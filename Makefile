@@ -108,7 +108,7 @@ build/test build/test_asan build/test_msan build/test_cov:
 
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
-PARTS = $(patsubst %,experiments/%,motion measure model mechanics latent baseline opinf fit solve recipes) mujoco/truth
+PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
 build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control) control/control mujoco/truth mujoco/h5 \
                      unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
@@ -141,14 +141,14 @@ noise: build/generate
 	sh tests/experiments/noise.sh
 
 # the paper's experiments: trains what has no result in EXPERIMENTS yet, each run on one core (make -j2 experiments: two at a
-# time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-acc-1
+# time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-ro-1
 EXPERIMENTS = build/experiments
 RUN =
 experiments: build/experiment $(if $(RUN),,build/speed)
 	@mkdir -p $(EXPERIMENTS)
 	@./build/experiment list > $(EXPERIMENTS)/runs.list
 	@awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; \
-	    print d $$1 ".txt:" ($$2 == "-" ? "" : " " d $$2 ".txt"); \
+	    print d $$1 ".txt:"; \
 	    print "\t./build/experiment run " $$1 " $(EXPERIMENTS) > " d $$1 ".log" } \
 	    END { print "all:" t }' $(EXPERIMENTS)/runs.list > $(EXPERIMENTS)/runs.mk
 	+$(if $(RUN),,-)$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)

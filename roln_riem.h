@@ -728,8 +728,8 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
 }
 
 /* Rows from .. to - 1 of A, or of J J^T, in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or more: all. S
-   in is that of the step before, 0 at first. Calls for other rows may run at the same time, each with work of its own. work
-   [ROLN_SYM_WORK]. */
+   in is that of the step before, 0 at first; what has faded below 1e-30 becomes 0, not denormal. Calls for other rows may run at
+   the same time, each with work of its own. work [ROLN_SYM_WORK]. */
 ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from, int to, const roln_real *J, roln_real *S,
                               roln_real *work)
 {
@@ -739,7 +739,7 @@ ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from
     for (i = from; i < end; i++) {
         roln_real *row = S + ROLNI_AS(size_t, i) * ROLNI_AS(size_t, side + 1);
         for (j = 0; j <= i; j++)
-            row[j] = beta > 0 && ROLN_ABS(row[j]) > ROLN_C(1e-30) ? beta * row[j] : 0; /* what fades ends, before it is denormal */ /* columns without rows fade no further */
+            row[j] = beta > 0 && ROLN_ABS(row[j]) > ROLN_C(1e-30) ? beta * row[j] : 0;
     }
     if (side == P) roln_sym_at(R, P, from, end, J, S, work);
     else roln_sym_bt(R, P, from, end, J, S, work);

@@ -15,7 +15,7 @@
 enum { N = chain_N, n = chain_n };
 #define TICK ROLN_C(0.005)    /* s */
 #define SPEED ROLN_C(8.0)     /* 1/s, of the closed loop */
-#define JOULE ROLN_C(35.425) /* 1 J = 35.425 of the model: first line of chain_weights.h */
+#define JOULE ROLN_C(25.888) /* 1 J = 25.888 of the model: first line of chain_weights.h */
 
 static const roln_limits limits = {
     .dt = TICK,

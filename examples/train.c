@@ -729,10 +729,15 @@ static int resume(void)
 
 /* ---- 11 stages ---- */
 
-/* Behind what fits the data so well, the memory of older steps leads astray: back to the best weights, with half of it. */
+/* Steps of Gauss-Newton without a gain that are one too many. */
+static int patience(void)
+{
+    return s.best_step / 4 > 60 ? s.best_step / 4 : 60;
+}
+
+/* Near the end the memory of older steps leads astray: back to the best weights, with half of it. */
 static void turn_back(void)
 {
-    if (s.memory <= 2) return;
     s.p = s.best, s.memory /= 2;
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
     memset(s.newton.rest, 0, sizeof s.newton.rest);
@@ -764,7 +769,9 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && e[1].typical > 1.25 * s.best_error) turn_back();
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
+        (e[1].typical > 2 * s.best_error || s.step >= s.best_step + patience()))
+        turn_back();
 }
 
 /* Updates of a stage; of Gauss-Newton 1: it ends by itself. */
@@ -774,13 +781,12 @@ static int updates_of(int stage)
     return stage == LAYERS ? layers * (int)set("ae") : stage == ADAM ? adam * (int)set("acc") : !adam;
 }
 
-/* Gauss-Newton ends when nothing has been gained for a third of its steps, and for 100 at least. */
+/* Gauss-Newton ends when a short memory gains nothing either. */
 static int done(int updates)
 {
-    const int wait = s.best_step / 2 > 100 ? s.best_step / 2 : 100;
     if (set("seconds") > 0 && seconds() > set("seconds")) return 1;
     if (s.stage != NEWTON) return s.step >= updates;
-    return set("steps") > 0 ? s.step >= (int)set("steps") : s.step >= s.best_step + wait;
+    return set("steps") > 0 ? s.step >= (int)set("steps") : (s.memory <= 2 && s.step >= s.best_step + patience());
 }
 
 /* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. */

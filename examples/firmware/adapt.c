@@ -1,10 +1,10 @@
 /* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
-   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network,
-   by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and forgotten; what stays of it is
-   in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say nothing: a Kalman filter of
-   weights that are constant but unknown.
+   learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network
+   and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and
+   forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
+   nothing: a Kalman filter of weights that are constant but unknown.
 
    Every EVERY-th tick takes a sample and makes its row. ROWS of them are a turn, which ends with one tick each for the sums, for
    the step, for every sample that judges the step, and for the save. A step that is refused is taken again with more damping. After
@@ -34,7 +34,7 @@ enum {
     TESTS = 50, TEST_STEPS = 40 /* of 25 ms */
 };
 #define TICK 0.005f  /* s */
-#define STIFF 0.3f   /* the diagonal that A begins with, in parts of the mean of that of the first turn */
+#define STIFF 1e-3f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
 #define GIVE_UP 0.1f /* lambda: a turn that no step fits is left, and makes A stiffer */
 
 static const float before[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f}; /* kg */
@@ -42,11 +42,12 @@ static const float after[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.12f, 0.12f, 0.12f, 0.12
 
 /* ---- what is learned ---- */
 
-/* The matrices of the output layers, each behind the other layers of its network and before its bias. */
+/* The bias of the last hidden layer and, behind it, the matrix of the output layer, whose own bias ends the network. */
 enum {
-    LAST = 32, /* width of the layers before them, as in chain.h */
-    MASS = LAST * n * (n + 1) / 2,
-    P = MASS + LAST
+    LAST = 16, /* width of that layer, as in chain.h */
+    MASS = LAST + LAST * n * (n + 1) / 2,
+    POTENTIAL = LAST + LAST,
+    P = MASS + POTENTIAL
 };
 static const roln_block table[] = {{ROLN_EUCLIDEAN, 1, P, 0}};
 static const roln_newton_opt newton = {1e6f, 1, 5}; /* forgets nothing */
@@ -60,20 +61,20 @@ static int mass_at(void)
 
 static int potential_at(void)
 {
-    return roln_mlp_params(&chain_model.lnn.mass_net) + roln_mlp_params(&chain_model.lnn.potential_net) - 1 - LAST;
+    return roln_mlp_params(&chain_model.lnn.mass_net) + roln_mlp_params(&chain_model.lnn.potential_net) - 1 - POTENTIAL;
 }
 
 /* x [P] from the networks [chain_net_size], and back. */
 static void take_out(const float *networks, float *x)
 {
     memcpy(x, networks + mass_at(), MASS * sizeof *x);
-    memcpy(x + MASS, networks + potential_at(), LAST * sizeof *x);
+    memcpy(x + MASS, networks + potential_at(), POTENTIAL * sizeof *x);
 }
 
 static void put_in(const float *x, float *networks)
 {
     memcpy(networks + mass_at(), x, MASS * sizeof *x);
-    memcpy(networks + potential_at(), x + MASS, LAST * sizeof *x);
+    memcpy(networks + potential_at(), x + MASS, POTENTIAL * sizeof *x);
 }
 
 /* ---- memory ---- */
@@ -85,7 +86,7 @@ typedef struct {
     chain_params model;
     roln_newton state;
     float A[P * (P + 1)], older[P]; /* what samples of the turns before still ask for */
-    chain_state last[2];            /* of the last two ticks */
+    chain_state last[4];            /* of the ticks before, the newest first */
     rods machine;
 } memory;
 
@@ -122,14 +123,14 @@ static roln_status row(const memory *m, const chain_params *p, int k, float *J, 
     return st;
 }
 
-/* The sample of the tick before, with the central difference of qd. */
+/* The sample two ticks ago, with the central difference of qd of fourth order. */
 static void sample(const memory *m, const chain_state *x)
 {
     const int k = turn.rows;
     memcpy(turn.q[k], m->last[1].q, sizeof turn.q[k]);
     memcpy(turn.qd[k], m->last[1].qd, sizeof turn.qd[k]);
     for (int i = 0; i < N; i++)
-        turn.qdd[k][i] = (x->qd[i] - m->last[0].qd[i]) / (2 * TICK);
+        turn.qdd[k][i] = (8 * (m->last[0].qd[i] - m->last[2].qd[i]) - (x->qd[i] - m->last[3].qd[i])) / (12 * TICK);
     if (row(m, &m->model, k, turn.J + k * P, turn.r + k) == ROLN_OK) turn.rows++;
     if (turn.rows == ROWS) turn.phase = SUMS;
 }
@@ -181,13 +182,13 @@ static int tick(int copy, const chain_state *x)
 {
     memory *m = &copies[copy];
     const phases now = turn.phase;
-    if (now == SAMPLE && m->samples >= 2 && m->tick % EVERY == 0) sample(m, x);
+    if (now == SAMPLE && m->samples >= 4 && m->tick % EVERY == 0) sample(m, x);
     if (now == SUMS) sums(m);
     if (now == STEP) step(m);
     if (now == JUDGE) judge(m);
     m->tick++, m->samples++;
-    m->last[0] = m->last[1];
-    m->last[1] = *x;
+    memmove(m->last + 1, m->last, 3 * sizeof *m->last);
+    m->last[0] = *x;
     if (now != SAVE) return copy;
     turn.phase = SAMPLE, turn.rows = 0;
     return kept_save(marks, copies, (int)sizeof *copies, copy);

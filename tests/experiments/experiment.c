@@ -1,12 +1,14 @@
 /* experiment.c - the run list, and one run of it.
 
-     experiment list                 run, its parent or -, trajectories simulated for training, system
+     experiment list                 run, trajectories simulated for training, system
      experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
-                                     of rope and cloth DIR/NAME.path; goes on where it was stopped
+                                     of rope and cloth DIR/NAME.path
      experiment measure NAME DIR     measures DIR/NAME.roln again
+     experiment tune NAME DIR SECONDS    as run for so long, on the trajectories on which settings are chosen
 
-   A run is a recipe with a seed; the recipes stand in recipes.c. Training uses one core and no validation: what
-   counts are the last weights. Test trajectories are the first ten of the test stream, the same for all. */
+   A run is a recipe with a seed; the recipes stand in recipes.c. Training uses one core for so many seconds and no validation:
+   what counts are the last weights. Test trajectories are the first ten of the test stream, the same for all; of the tune stream
+   likewise, but for wild ones. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,11 +20,11 @@
 
 struct result {
     const struct recipe *recipe;
+    double budget;            /* seconds of training */
     struct model model;       /* of the full coordinates; of a latent baseline: its autoencoder */
     struct baseline baseline; /* no latent: not a baseline */
     struct opinf *opinf;
-    double samples, seconds;  /* of training */
-    double before;            /* seconds of processes that this one goes on from */
+    double samples, seconds; /* of training */
     int params;
 };
 
@@ -65,104 +67,53 @@ static double recall(const char *path, const char *key, const char *argument)
     return value;
 }
 
-static int load_parent(struct result *r, const char *dir, int seed)
-{
-    const struct recipe *parent = recipe_of(r->recipe->parent);
-    struct shape shape = parent->shape;
-    char path[512];
-    if (parent->pod > 0) {
-        fprintf(stderr, "%s: a parent in POD coordinates\n", parent->name);
-        return -1;
-    }
-    snprintf(path, sizeof path, "%s/%s-%d.txt", dir, parent->name, seed);
-    r->samples = 1e6 * recall(path, "samples", "million"), r->seconds = recall(path, "seconds", "train");
-    if (r->samples <= 0) return fprintf(stderr, "%s: not there, run it first\n", path), -1;
-    snprintf(path, sizeof path, "%s/%s-%d.roln", dir, parent->name, seed);
-    if (model_load(&r->model, &shape, path) != 0) return -1;
-    if (r->recipe->fresh) model_restart(&r->model, &shape, (uint64_t)seed), r->samples = r->seconds = 0;
-    return 0;
-}
-
-/* After every stage its weights and cost go to DIR/NAME.stage and .stage.roln: a run that was stopped goes on behind the last
-   one, with the same bits. resume returns the number of stages done. */
-static int resume(struct result *r, struct model *m, const char *stage)
-{
-    struct shape shape = r->recipe->shape;
-    char weights[600];
-    const int done = (int)recall(stage, "stages", "done");
-    snprintf(weights, sizeof weights, "%s.roln", stage);
-    if (done == 0 || model_load(m, &shape, weights) != 0) return 0;
-    r->samples = recall(stage, "samples", "all"), r->seconds = recall(stage, "seconds", "train");
-    r->before = recall(stage, "seconds", "all");
-    return done;
-}
-
-static int keep(const struct result *r, const struct model *m, const char *stage, int done)
-{
-    char weights[600];
-    snprintf(weights, sizeof weights, "%s.roln", stage);
-    remove(stage);
-    if (model_save(m, weights) != 0) return -1;
-    FILE *f = fopen(stage, "w");
-    if (!f) return perror(stage), -1;
-    fprintf(f, "stages done %d\nsamples all %.17g\nseconds train %.17g\nseconds all %.17g\n", done, r->samples, r->seconds,
-            r->before + cpu_seconds());
-    return fclose(f) != 0 ? -1 : 0;
-}
-
-static void forget(const char *stage)
-{
-    char weights[600];
-    snprintf(weights, sizeof weights, "%s.roln", stage);
-    remove(stage), remove(weights);
-}
-
-/* A mechanical model: in POD coordinates where the recipe says so, from its parent's weights or from POD; stage by stage. */
-static int train_stages(struct result *r, const struct motion *d, const char *dir, const char *stage, int seed)
+/* A mechanical or latent model: in POD coordinates where the recipe says so, stage by stage. What a stage leaves of its seconds is
+   the next one's. t0: when it all began. */
+static int train_stages(struct result *r, const struct motion *d, int seed, double t0)
 {
     const struct recipe *e = r->recipe;
     struct motion a = *d;
     struct pod pod;
-    struct model small;
-    int k;
+    double part = 0;
     if (e->pod > 0 && (pod_fit(&pod, d, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
-    k = resume(r, &small, stage);
-    if (k == 0 && e->parent) {
-        if (load_parent(r, dir, seed) != 0) return -1;
-        small = r->model;
-    } else if (k == 0 && model_init(&small, &e->shape, &a, (uint64_t)seed) != 0) return -1;
-    for (; k < STAGES && e->stage[k].updates > 0; k++) {
-        const double t0 = cpu_seconds();
+    if (model_init(&r->model, &e->shape, &a, (uint64_t)seed) != 0) return -1;
+    if (e->kind == LATENT) r->baseline.model = &r->model;
+    for (int k = 0; k < STAGES && e->stage[k].part > 0; k++) {
+        const struct stage *s = &e->stage[k];
+        const uint64_t draws = (uint64_t)(1000 * seed + k);
         struct motion b = a;
-        if (e->stage[k].smooth > 0 && motion_smooth(&b, &a, e->stage[k].smooth) != 0) return -1;
-        if (model_train(&small, &b, &e->stage[k], (uint64_t)(1000 * seed + k), &r->samples) != 0) return -1;
-        if (e->stage[k].smooth > 0) motion_free(&b);
-        r->seconds += cpu_seconds() - t0;
-        if (keep(r, &small, stage, k + 1) != 0) return -1;
+        part += s->part;
+        if (s->smooth > 0 && motion_smooth(&b, &a, s->smooth) != 0) return -1;
+        const double seconds = part * r->budget - (cpu_seconds() - t0);
+        if (e->kind == LATENT && s->kind == STAGE_NEWTON
+                ? baseline_train(&r->baseline, e->latent, &b, s, seconds, draws, &r->samples) != 0
+                : model_train(&r->model, &b, s, seconds, draws, &r->samples) != 0)
+            return -1;
+        if (s->smooth > 0) motion_free(&b);
     }
-    r->model = small;
+    model_finish(&r->model);
     if (e->pod > 0) {
-        if (model_compose(&r->model, &small, &pod, d->mean) != 0) return -1;
+        struct model small = r->model;
+        if (model_compose(&r->model, &small, &e->shape, &pod, d->mean) != 0) return -1;
         model_free(&small), pod_free(&pod), motion_free(&a);
     }
-    r->params = r->model.params;
+    r->params = e->kind == CHART ? roln_ae_params(&r->model.md.ae) : r->model.params;
     return 0;
 }
 
-static int train(struct result *r, const struct motion *d, const char *dir, const char *stage, int seed)
+static int train(struct result *r, const struct motion *d, int seed)
 {
     const struct recipe *e = r->recipe;
-    if (e->kind == LAGRANGE) return train_stages(r, d, dir, stage, seed);
-    if (e->kind == LATENT && load_parent(r, dir, seed) != 0) return -1;
-    r->samples = 0;
     const double t0 = cpu_seconds();
-    if (e->kind == LATENT) {
-        r->baseline.model = &r->model;
-        if (baseline_train(&r->baseline, e->latent, d, e->stage, (uint64_t)seed, &r->samples) != 0) return -1;
-        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
+    if (e->kind == LAGRANGE || e->kind == LATENT || e->kind == CHART) {
+        if (train_stages(r, d, seed, t0) != 0) return -1;
     } else if (e->kind != FIT) {
         if (opinf_fit(&r->opinf, e->kind == OPINF_AFFINE, e->n, d) != 0) return -1;
         r->params = opinf_params(r->opinf);
+    }
+    if (e->kind == LATENT) {
+        baseline_finish(&r->baseline);
+        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
     }
     r->seconds = cpu_seconds() - t0;
     return 0;
@@ -195,15 +146,14 @@ static int measure_all(struct result *r, const struct motion *test, FILE *out)
 {
     static const int ms[] = {0, 1, 2, 3, 5, 25, 100, 250, 400, 500, 1000, 2000};
     const struct predictor p = predictor_of(r);
+    if (r->recipe->kind == CHART) return measure_chart(&p, test, out);
     if (measure(&p, test, ms, sizeof ms / sizeof *ms, out) != 0) return -1;
     return r->recipe->kind == LAGRANGE ? mechanics(&r->model, test, out) : 0;
 }
 
-/* The weights of a run; after training in POD coordinates they are those of the full ones. */
 static int load(struct result *r, const char *path)
 {
-    struct shape shape = r->recipe->shape;
-    if (r->recipe->pod > 0) shape.ae[0] = truth_dof(r->recipe->system);
+    const struct shape shape = recipe_shape(r->recipe);
     if (r->recipe->kind != LAGRANGE) return fprintf(stderr, "%s: keeps no weights, run it again\n", r->recipe->name), -1;
     if (model_load(&r->model, &shape, path) != 0) return -1;
     r->params = r->model.params;
@@ -216,48 +166,63 @@ static enum truth_system tested_on(const struct recipe *e)
     return e->system == TRUTH_PEND16_NARROW ? TRUTH_PEND16 : e->system;
 }
 
-static int run(const char *name, const char *dir, int again)
+enum order { RUN, MEASURE, TUNE };
+
+/* Motion for training and for the errors. */
+static int simulate(const struct recipe *e, enum order order, struct motion *d, struct motion *test)
+{
+    const enum truth_system where = tested_on(e);
+    const int wild = where == TRUTH_PEND16 || where == TRUTH_WAVE16;
+    if (motion_simulate(d, e->system, TRUTH_TRAIN, 0, e->train, e->force, NULL) != 0 ||
+        motion_simulate(test, where, order == TUNE ? TRUTH_TUNE : TRUTH_TEST, 0, TESTS, e->force, d->mean) != 0)
+        return -1;
+    if (wild) leave_out_wild(d);
+    if (wild && order == TUNE) leave_out_wild(test);
+    return 0;
+}
+
+/* budget: seconds of training; 0: as the recipe has them. */
+static int run(const char *name, const char *dir, enum order order, double budget)
 {
     struct result r;
     struct motion d, test;
-    char text[512], part[512], stage[512], weights[512], path[512];
+    char text[512], part[512], weights[512], path[512];
     double all = 0;
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
+    r.budget = budget > 0 ? budget : r.recipe->seconds;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
-    snprintf(stage, sizeof stage, "%s/%s.stage", dir, name);
     snprintf(weights, sizeof weights, "%s/%s.roln", dir, name);
     snprintf(path, sizeof path, "%s/%s.path", dir, name);
-    if (motion_simulate(&d, r.recipe->system, TRUTH_TRAIN, 0, r.recipe->train, r.recipe->force, NULL) != 0 ||
-        motion_simulate(&test, tested_on(r.recipe), TRUTH_TEST, 0, TESTS, r.recipe->force, d.mean) != 0) return -1;
-    if (tested_on(r.recipe) == TRUTH_PEND16 || tested_on(r.recipe) == TRUTH_WAVE16) leave_out_wild(&d);
-    if (again) {
+    if (simulate(r.recipe, order, &d, &test) != 0) return -1;
+    if (order == MEASURE) {
         if (load(&r, weights) != 0) return -1;
         r.seconds = recall(text, "seconds", "train"), r.samples = 1e6 * recall(text, "samples", "million");
         all = recall(text, "seconds", "all");
     } else {
-        if (train(&r, &d, dir, stage, seed) != 0) return -1;
-        printf("trained in %.0f s\n", r.seconds);
+        if (train(&r, &d, seed) != 0) return -1;
+        printf("trained in %.1f s\n", r.seconds);
         if (r.recipe->kind == LAGRANGE && model_save(&r.model, weights) != 0) return -1;
     }
     FILE *out = fopen(part, "w");
     if (!out) return perror(part), -1;
     fprintf(out, "run %s 1\ntrajectories train %d\nparameters all %d\nsamples million %.4g\nseconds train %.4g\n", name, d.count,
             r.params, 1e-6 * r.samples, r.seconds);
-    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out) : measure_all(&r, &test, out) || draw(&r, &test, path)) return -1;
-    fprintf(out, "seconds all %.4g\n", again ? all : r.before + cpu_seconds());
-    if (fclose(out) != 0 || rename(part, text) != 0) return -1;
-    forget(stage);
-    return 0;
+    if (r.recipe->kind == FIT ? fit_measure(&d, &test, out)
+                              : measure_all(&r, &test, out) || (r.recipe->kind != CHART && draw(&r, &test, path)))
+        return -1;
+    fprintf(out, "seconds all %.4g\n", order == MEASURE ? all : cpu_seconds());
+    return fclose(out) != 0 || rename(part, text) != 0 ? -1 : 0;
 }
 
 int main(int argc, char **argv)
 {
     if (argc == 2 && strcmp(argv[1], "list") == 0) return recipes_list(), 0;
-    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], 0) != 0;
-    if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], 1) != 0;
-    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR\n");
+    if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], RUN, 0) != 0;
+    if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], MEASURE, 0) != 0;
+    if (argc == 5 && strcmp(argv[1], "tune") == 0) return run(argv[2], argv[3], TUNE, atof(argv[4])) != 0;
+    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR | tune NAME DIR SECONDS\n");
     return 2;
 }

@@ -44,8 +44,6 @@ int motion_project(struct motion *a, const struct motion *d, const struct pod *p
 
 /* ---- measure.c: a model under test ---- */
 
-double cpu_seconds(void);               /* of this process */
-
 /* state: numbers of its state. step: h seconds, force [N] held (NULL: none). accelerate: qdd [N] of a full state.
    energy: kinetic and potential; NULL if it has none, or loses it. */
 struct predictor {
@@ -69,6 +67,8 @@ struct predictor {
      trivial MS          E_q of q + h qd
      us step, encode, decode       microseconds */
 int measure(const struct predictor *p, const struct motion *d, const int *ms, int horizons, FILE *out);
+/* E_q, E_qd, E_qdd of reconstruction alone. */
+int measure_chart(const struct predictor *p, const struct motion *d, FILE *out);
 /* Rope and cloth: the first trajectory at five instants, 0 to its end, as lines `path true|predicted MS x y z x y z ..` of all
    beads, mm. */
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
@@ -80,15 +80,22 @@ struct shape {
     int mlp;                                /* two hidden layers of this width */
     int mass, base, damping;                /* as in roln_lnn */
     int layer[ROLN_LAYERS_MAX];             /* SPD layers, 0-terminated, all of width n */
+    int degree;                             /* of the polynomials that bend the innermost layer; 0: it has an activation */
     double slope, zoom;                     /* of the activation; data are scaled to `zoom` times their usual size at the start */
 };
 
-enum { STAGE_AE, STAGE_ACC, STAGE_ODE };
+enum { STAGE_AE, STAGE_ACC, STAGE_ODE, STAGE_CHART, STAGE_NEWTON, STAGE_LBFGS };
 
-/* One stage of training: Riemannian Adam, rates falling to `fall` of their start. */
+/* One stage of training. AE, ACC, ODE: Riemannian Adam on the autoencoder alone, the acceleration loss, the ODE loss, rates falling
+   to `fall` of their start. CHART: encoder by L-BFGS, decoder in closed form. NEWTON: recursive Gauss-Newton on the networks, rows
+   of single samples (qdd) and of windows (q, qd). LBFGS: the networks, qdd of `batch` samples. */
 struct stage {
-    int kind, updates, batch;               /* kind: autoencoder alone, acceleration loss, ODE loss */
-    int steps, stride;                      /* ODE: steps of a window, samples of a step */
+    int kind;
+    double part;                            /* of the seconds of its run */
+    int most;                               /* updates or steps at most; 0: as many as the seconds allow */
+    int batch;                              /* samples of an update, rows of a step */
+    int steps, stride;                      /* steps of a window, samples of a step */
+    double share;                           /* NEWTON: of the rows, of windows */
     double lr_ae, lr_net, fall;             /* lr_ae 0: autoencoder frozen */
     double w_q, w_acc, w_pos;               /* weights of reconstruction of q, of accelerations, of predicted positions */
     double w_qd, bias;                      /* ... of velocities; rate of the autoencoder's biases over lr_ae */
@@ -100,8 +107,9 @@ struct model {
     roln_model md;
     roln_scale sc;
     roln_real dt, *theta, *work;
-    roln_block table[2 * ROLN_AE_MAX + 2 + 3 * ROLN_LAYERS_MAX];
-    int params, blocks;
+    roln_block table[2 * ROLN_AE_MAX + 3 + 3 * ROLN_LAYERS_MAX];
+    int params, blocks, front;              /* front: blocks of the autoencoder, the first of the table */
+    struct newton *newton;                  /* goes from one stage NEWTON to the next */
 };
 
 /* Scales and autoencoder of rank-n POD from d, random networks (roln_fit_scale, roln_ae_init_pod, roln_lnn_init). -1: no start from
@@ -109,11 +117,9 @@ struct model {
 int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);
 void model_restart(struct model *m, const struct shape *shape, uint64_t seed);    /* its networks alone, random */
 void model_free(struct model *m);
-/* One stage. Adds to *samples the number of samples that gradients were taken of. -1: more than one update in twenty was
-   refused. */
-int model_train(struct model *m, const struct motion *d, const struct stage *stage, uint64_t seed, double *samples);
-/* b, of the full coordinates q [N], from a, trained on motion_project: Phi_0 = W Phi, Psi_0 = W Psi, b_0 = mean / scale + W b. */
-int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean);
+/* b, of the full coordinates q [N], from a of this shape, trained on motion_project. */
+int model_compose(struct model *b, const struct model *a, const struct shape *shape, const struct pod *p, const roln_real *mean);
+struct shape model_full_shape(const struct shape *shape, int N);    /* of b */
 int model_save(const struct model *m, const char *path);         /* the bytes of roln_pack, without a range */
 int model_load(struct model *m, const struct shape *shape, const char *path);
 roln_trained model_trained(const struct model *m);              /* as the functions of roln.h take it, without a range */
@@ -128,6 +134,51 @@ roln_status model_latent(struct model *m, const roln_real *q, const roln_real *q
                          roln_real *z, roln_real *tau_z);
 /* qdd = J zdd + (dJ/dt) zd of z [3n]. */
 void model_lift(struct model *m, const roln_real *z, roln_real *qdd);
+
+/* ---- newton.c: recursive Gauss-Newton for all that has networks ---- */
+
+double cpu_seconds(void);               /* of this process */
+
+/* The rows of a step: single samples that have a central difference, and windows of steps * stride samples. */
+struct picks {
+    int *single, *longer, singles, windows;     /* where they may begin */
+    int *start, *window;                        /* [rows]: where each begins, and is it a window? */
+    uint64_t signs;                             /* those of row k are drawn from signs + k */
+    double factor;                              /* of the rows of windows */
+};
+void picks_open(struct picks *p, const struct motion *d, const struct stage *s);
+void picks_close(struct picks *p);
+void picks_draw(struct picks *p, int count, double share, uint64_t *seed);
+
+/* draw: choose `count` rows, of `share` windows. rows: of these from .. from + count - 1 at x, residuals r, not finite where there
+   is none, and unless NULL their derivatives J, of the model. */
+struct newton_task {
+    void *self;
+    void (*draw)(void *self, int count, double share, uint64_t *seed);
+    void (*rows)(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r);
+};
+/* Factor that makes the rows of windows three times as large as those of single samples, in the middle of a hundred of each; 1 if
+   the stage has one kind alone. */
+double newton_balance(const struct newton_task *task, const struct stage *s, const roln_real *x, uint64_t seed);
+
+struct newton;
+struct newton *newton_new(int blocks, const roln_block *table, int rows);
+void newton_free(struct newton *n);
+/* Steps until `seconds` are over, at most s->most unless 0. x [params]. Returns the number of steps, -1 after twenty without one
+   that was taken. A later call goes on from what n knows. */
+int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds,
+               uint64_t seed);
+/* x = the mean of the last iterates, of a product of Euclidean blocks; else x stays. */
+void newton_mean(const struct newton *n, roln_real *x);
+
+/* ---- train.c: stages of training ---- */
+
+/* One stage that lasts so many seconds. Adds to *samples the number of samples that gradients were taken of. -1: it failed. */
+int model_train(struct model *m, const struct motion *d, const struct stage *stage, double seconds, uint64_t seed, double *samples);
+/* The rows of a stage NEWTON of its networks. */
+struct newton_task *model_task(const struct model *m, const struct motion *d, const struct stage *s, double *samples);
+void model_task_free(struct newton_task *task);
+void model_finish(struct model *m);     /* after the last one: of Gauss-Newton the mean of the last iterates */
 
 /* ---- mechanics.c: learned mass, forces and potential against MuJoCo's, as `error M VALUE` .., percent, on the motion d;
    `failed mechanics VALUE`: poses that the model refused ---- */
@@ -146,19 +197,21 @@ enum latent_kind {
 };
 
 /* Samples in scaled units (order one): z, zd, zdd, tau_z [count][n]; tau_z NULL: none. */
-struct latent_data {
-    int count, n;
-    const roln_real *z, *zd, *zdd, *tau_z;
-};
-
 struct latent;
-/* Adam with the falling rate of roln_schedule, `updates` batches of `batch` samples, networks of 2 x 64 softplus. */
-int latent_train(struct latent **m, enum latent_kind kind, const struct latent_data *d, int updates, int batch, double rate,
-                 uint64_t seed);
+/* Random; steep: factor of the weights by z. NULL: no such. */
+struct latent *latent_new(enum latent_kind kind, int n, int forced, double steep, uint64_t seed);
 void latent_free(struct latent *m);
 int latent_params(const struct latent *m);
+roln_real *latent_theta(struct latent *m);
 /* sd [2n] = d/dt of s = [z; zd] under tau_z [n] (NULL: 0). */
 roln_status latent_rate(const struct latent *m, const roln_real *s, const roln_real *tau_z, roln_real *sd);
+/* gs [2n] = gradient of <bar, sd> by s, gtheta += that by the parameters (may be NULL). */
+roln_status latent_bwd(const struct latent *m, const roln_real *s, const roln_real *tau_z, const roln_real *bar, roln_real *gs,
+                       roln_real *gtheta);
+/* COMET's loss has terms beside the rate's: with random signs, their sum at s, where s' was measured as sd, and its gradient, added
+   to gtheta unless NULL. 0 of the others. */
+roln_real latent_extra(const struct latent *m, const roln_real *s, const roln_real *tau_z, const roln_real *sd, uint64_t *signs,
+                       roln_real *gtheta);
 /* Its own energy, or what it takes for one; returns 0 if it has none. */
 int latent_energy(const struct latent *m, const roln_real *s, double *E);
 
@@ -167,10 +220,16 @@ int latent_energy(const struct latent *m, const roln_real *s, double *E);
 struct baseline {
     struct model *model;
     struct latent *latent;
+    struct newton *newton;
+    roln_block table;
 };
-/* b->latent from the motion d in the latent space of b->model: `stage` gives updates, batch, lr_net. */
-int baseline_train(struct baseline *b, enum latent_kind kind, const struct motion *d, const struct stage *stage, uint64_t seed,
-                   double *samples);
+/* A stage NEWTON of b->latent from the motion d in the latent space of b->model. */
+int baseline_train(struct baseline *b, enum latent_kind kind, const struct motion *d, const struct stage *stage, double seconds,
+                   uint64_t seed, double *samples);
+/* Its rows; NULL: the autoencoder refuses d. */
+struct newton_task *baseline_task(struct baseline *b, const struct motion *d, const struct stage *s, double *samples);
+void baseline_task_free(struct newton_task *task);
+void baseline_finish(struct baseline *b);
 struct predictor baseline_predictor(struct baseline *b);        /* integrates with RK4 */
 
 /* ---- opinf.c: Lagrangian operator inference in POD coordinates ---- */

@@ -2,18 +2,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "experiment.h"
 
 enum { EVERY = 25, LONG = 100 }; /* samples between the starts of windows, of those longer than LONG samples */
-
-double cpu_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 struct sums {
     double q, q_var, qd, qd_var, qdd, qdd_var;
@@ -52,7 +44,7 @@ static void compare(struct rollout *r, int sample, struct sums *e)
     const struct motion *d = r->d;
     const roln_real *q = at(d, d->q, sample), *qd = at(d, d->qd, sample), *qdd = at(d, d->qdd, sample);
     const int inside = sample % d->samples != 0 && (sample + 1) % d->samples != 0; /* else qdd is a one-sided difference */
-    if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1; /* the decoded sample before stays */
+    if (r->p->decode(r->p->self, r->s, r->q, r->qd) != ROLN_OK) r->failed = 1;     /* the decoded sample before stays */
     if (inside && r->p->accelerate(r->p->self, r->q, r->qd, at(d, d->tau_mid, sample), r->qdd) != ROLN_OK) r->failed = 1;
     for (int i = 0; i < d->N; i++) {
         const double x = (double)(r->q[i] - q[i]), c = (double)(q[i] - d->mean[i]), v = (double)(r->qd[i] - qd[i]);
@@ -202,6 +194,16 @@ int measure(const struct predictor *p, const struct motion *d, const int *ms, in
     timing(&r, d->dt, out);
     free(r.s);
     return bad;
+}
+
+int measure_chart(const struct predictor *p, const struct motion *d, FILE *out)
+{
+    static const int now = 0;
+    struct rollout r;
+    if (rollout_init(&r, p, d) != 0) return -1;
+    windows(&r, &now, 1, out);
+    free(r.s);
+    return 0;
 }
 
 /* Beads of one instant, mm. */

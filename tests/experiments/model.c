@@ -1,13 +1,11 @@
-/* model.c - RO-LNN and its relatives at run-time sizes: what the typed shell of roln.h does at compile time, training, and
-   the way back from POD coordinates. */
+/* model.c - RO-LNN and its relatives at run-time sizes: what the typed shell of roln.h does at compile time, and the way back
+   from POD coordinates. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "experiment.h"
 #include "sizes.h"
-
-enum { BLOCK = 16 }; /* windows together */
 
 static void *room(size_t count, size_t size)
 {
@@ -26,10 +24,14 @@ roln_trained model_trained(const struct model *m)
 static int predictor_work(const roln_model *md)
 {
     const struct sizes sz = sizes_of(md, 1);
-    const int sizes[] = {
-        ROLN_ENCODE_WORK(SZ, 3), ROLN_DECODE_WORK(SZ), ROLN_REDUCE_WORK(SZ), ROLN_STEP_WORK(SZ), ROLN_TERMS_WORK(SZ),
-        ROLN_FIT_RANGE_WORK(SZ), 3 * sz.N + ROLN_AE_DECODE_TAPE(SZ, 3, 1),
-        ROLN_LNN_TAPE(SZ, 1, 0, 1) + ROLN_LNN_ZDD_WORK(SZ, 0, 1)};
+    const int sizes[] = {ROLN_ENCODE_WORK(SZ, 3),
+                         ROLN_DECODE_WORK(SZ),
+                         ROLN_REDUCE_WORK(SZ),
+                         ROLN_STEP_WORK(SZ),
+                         ROLN_TERMS_WORK(SZ),
+                         ROLN_FIT_RANGE_WORK(SZ),
+                         3 * sz.N + ROLN_AE_DECODE_TAPE(SZ, 3, 1),
+                         ROLN_LNN_TAPE(SZ, 1, 0, 1) + ROLN_LNN_ZDD_WORK(SZ, 0, 1)};
     int most = 0;
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
         most = ROLN_MAX(most, sizes[i]);
@@ -57,6 +59,10 @@ static void build(struct model *m, const struct shape *s)
     for (ae->size[0] = s->ae[0]; ae->layers < ROLN_AE_MAX && s->ae[ae->layers + 1] > 0; ae->layers++)
         ae->size[ae->layers + 1] = s->ae[ae->layers + 1];
     ae->slope = (roln_real)s->slope;
+    if (s->degree > 0) {
+        ae->bend = &roln_polynomial, ae->degree = s->degree;
+        ae->curves = ROLN_CURVES(ae->size[ae->layers], s->degree);
+    }
     f->n = ae->size[ae->layers];
     f->mass = s->mass, f->base = s->base, f->damping = s->damping, f->least = ROLN_C(1e-4);
     while (f->layers < ROLN_LAYERS_MAX && s->layer[f->layers] > 0) {
@@ -72,6 +78,8 @@ static void build(struct model *m, const struct shape *s)
         put_block(m, &roln_biorthogonal, ae->size[l + 1], ae->size[l], 0);
         put_block(m, ROLN_EUCLIDEAN, 1, ae->size[l], 2);
     }
+    put_block(m, ROLN_EUCLIDEAN, ae->curves, roln_ae_bent(ae), 2);
+    m->front = m->blocks;
     put_block(m, ROLN_EUCLIDEAN, 1, rolni_base_at(f), 1);
     if (f->base) put_block(m, &roln_spd, f->n, f->n, 1);
     for (int i = 0; i < f->layers; i++)
@@ -88,7 +96,8 @@ void model_restart(struct model *m, const struct shape *shape, uint64_t seed)
     const roln_lnn *f = &m->md.lnn;
     roln_real *mass = m->theta + roln_ae_params(&m->md.ae);
     roln_lnn_init(f, mass, &seed);
-    roln_lnn_steepen(f, 1 / (roln_real)shape->zoom, mass); /* M = I / zoom^2 keeps T of order one */
+    /* z of a chart is in [-1, 1]; networks that see z / zoom, with M = I / zoom^2, keep T of order one */
+    roln_lnn_steepen(f, m->md.ae.curves > 0 ? 4 : 1 / (roln_real)shape->zoom, mass);
     for (int i = 0; i < f->n && f->mass == ROLN_EXPONENTIAL; i++)
         mass[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = (roln_real)(-2 * log(shape->zoom));
 }
@@ -111,102 +120,55 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
 
 void model_free(struct model *m)
 {
+    newton_free(m->newton);
     free(m->theta), free(m->work);
     memset(m, 0, sizeof *m);
 }
 
-/* ---- training ---- */
-
-int model_train(struct model *m, const struct motion *d, const struct stage *s, uint64_t seed, double *samples)
-{
-    const roln_trained trainee = model_trained(m);
-    const struct sizes sz = sizes_of(&m->md, BLOCK);
-    const int H = s->kind == STAGE_ODE ? s->steps : 0, stride = s->kind == STAGE_ODE ? s->stride : 1;
-    const int acc = s->kind == STAGE_ACC, reach = acc ? 1 : H * stride, all = d->count * d->samples;
-    const int grad_work = acc ? ROLN_GRAD_ACC_WORK(SZ, BLOCK) : ROLN_GRAD_WORK(SZ, BLOCK, H);
-    const int update_work = roln_update_work(m->blocks, m->table);
-    int moments = 0, count = 0, at, refused = 0;
-    for (int b = 0; b < m->blocks; b++)
-        moments += roln_block_moments(m->table + b);
-    int *start = room((size_t)all, sizeof *start);
-    roln_real *work = room((size_t)ROLN_MAX(grad_work, update_work), sizeof *work), *g = room((size_t)m->params, sizeof *g);
-    roln_real *mom = room((size_t)m->params, sizeof *mom), *v = room((size_t)moments, sizeof *v);
-    roln_real *top = room((size_t)moments, sizeof *top);
-    const roln_moments moved = {mom, v, top};
-    roln_adam adam = {0};
-    roln_loss w = {.q = (roln_real)s->w_q, .qd = (roln_real)s->w_qd}, sum = {0};
-    roln_batch b = {
-        .count = s->batch, .steps = H, .stride = stride, .q = d->q, .qd = d->qd, .qdd = d->qdd, .tau = acc ? d->tau_mid : d->tau};
-    double seen = 0;
-    if (acc) w.qdd = w.zdd = w.qdd_pred = (roln_real)s->w_acc, w.force = (roln_real)s->w_force;
-    if (s->kind == STAGE_ODE) w.zd = w.qd_pred = w.qd, w.z = w.q_pred = (roln_real)s->w_pos;
-    for (int k = 0; k < d->count; k++)
-        for (int i = acc; i + reach < d->samples; i++)
-            start[count++] = k * d->samples + i;
-    at = count;
-    for (int t = 0; t < s->updates; t++) {
-        const roln_real rate = roln_schedule((uint32_t)t, 100, (uint32_t)s->updates, (roln_real)s->fall);
-        roln_opt opt = ROLN_OPT(rate * (roln_real)s->lr_ae, rate * (roln_real)s->lr_net);
-        opt.lr[2] *= (roln_real)s->bias;
-        roln_loss loss = {0};
-        roln_real windows = 0;
-        const roln_gradient to = roln_gradient_of(&m->md, g, &loss, &windows);
-        if (at + s->batch > count) roln_shuffle(count, start, &seed), at = 0;
-        b.start = start + at, at += s->batch;
-        memset(g, 0, (size_t)m->params * sizeof *g);
-        roln_status st = acc ? roln_grad_acc(&trainee, &w, &b, BLOCK, &to, work)
-                             : roln_grad(&trainee, &w, &b, (roln_real)(d->dt * stride), BLOCK, &to, work);
-        if (st == ROLN_OK) st = roln_adam_update(m->blocks, m->table, &opt, 1 / windows, g, m->theta, &adam, &moved, work);
-        if (st != ROLN_OK) refused++;
-        else sum.q += loss.q, seen += (double)windows, sum.zdd += roln_loss_total(&w, &loss);
-        if ((t + 1) % (s->updates >= 10 ? s->updates / 10 : 1) == 0) {
-            printf("%s %7d  loss %.2e (q %.1e)  refused %d\n", acc ? "acceleration" : H ? "ode" : "autoencoder", t + 1,
-                   (double)sum.zdd / seen, (double)sum.q / seen, refused);
-            fflush(stdout);
-            sum.q = sum.zdd = 0, seen = 0;
-        }
-    }
-    if (s->kind == STAGE_ODE) m->dt = (roln_real)(d->dt * stride);
-    *samples += (double)s->updates * s->batch * (H + 1);
-    free(start), free(work), free(g), free(mom), free(v), free(top);
-    if (refused <= s->updates / 20) return 0;
-    fprintf(stderr, "model: %d of %d updates refused\n", refused, s->updates);
-    return -1;
-}
-
 /* ---- back from POD coordinates ---- */
 
-/* x = q / scale of the full model, y = W^T (q - mean) / scale that of the small one. The first encoder layer of the small model
-   sees Psi^T (y - b) = (W Psi)^T (x - (mean / scale + W b)), its decoder gives Phi u + b: W Phi and W Psi are biorthogonal again,
+/* x = q / scale of the full model, y = W^T (q - mean) / scale that of the small one. Before a chart a layer of its own, whose
+   activation must be the identity: Phi = Psi = W, b = mean / scale. A layered autoencoder needs none: its first encoder layer
+   sees Psi^T (y - b) = (W Psi)^T (x - (mean / scale + W b)), its decoder gives Phi u + b; W Phi and W Psi are biorthogonal again,
    for W^T W = I. */
-int model_compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean)
+static void compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean)
 {
-    const roln_ae *small = &a->md.ae;
-    const roln_lnn *f = &a->md.lnn;
-    const int N = p->N, r = p->r, n = small->size[1];
-    struct shape s = {{0}, f->mass_net.size[1], f->mass, f->base, f->damping, {0}, (double)small->slope, 1};
-    if (small->layers < 1 || small->size[0] != r) return -1;
-    for (int l = 0; l <= small->layers; l++)
-        s.ae[l] = l == 0 ? N : small->size[l];
-    for (int i = 0; i < f->layers; i++)
-        s.layer[i] = f->layer[i];
-    build(b, &s);
-    b->sc = a->sc, b->dt = a->dt;
-    for (int k = 0; k < 2 * n; k++) /* Phi^T, then Psi^T */
+    const int N = p->N, r = p->r, rows = a->md.ae.curves > 0 ? 2 * r : 2 * a->md.ae.size[1];
+    const roln_real *from = a->theta + (a->md.ae.curves > 0 ? 0 : rows * r + r), *bias = a->theta + rows * r;
+    for (int k = 0; k < rows; k++) /* Phi^T, then Psi^T */
         for (int j = 0; j < N; j++) {
             double sum = 0;
             for (int i = 0; i < r; i++)
-                sum += (double)a->theta[k * r + i] * p->W[j * r + i];
+                sum += (a->md.ae.curves > 0 ? k % r == i : (double)a->theta[k * r + i]) * p->W[j * r + i];
             b->theta[k * N + j] = (roln_real)sum;
         }
     for (int j = 0; j < N; j++) {
         double sum = (double)(mean[j] / a->sc.q);
-        for (int i = 0; i < r; i++)
-            sum += (double)a->theta[2 * n * r + i] * p->W[j * r + i];
-        b->theta[2 * n * N + j] = (roln_real)sum;
+        for (int i = 0; i < r && a->md.ae.curves == 0; i++)
+            sum += (double)bias[i] * p->W[j * r + i];
+        b->theta[rows * N + j] = (roln_real)sum;
     }
-    memcpy(b->theta + 2 * n * N + N, a->theta + 2 * n * r + r, (size_t)(a->params - 2 * n * r - r) * sizeof *b->theta);
+    memcpy(b->theta + rows * N + N, from, (size_t)(a->theta + a->params - from) * sizeof *b->theta);
+}
+
+int model_compose(struct model *b, const struct model *a, const struct shape *shape, const struct pod *p, const roln_real *mean)
+{
+    const roln_ae *small = &a->md.ae;
+    if (small->layers < 1 || small->size[0] != p->r || (small->curves > 0 && !(small->slope >= 1))) return -1;
+    const struct shape full = model_full_shape(shape, p->N);
+    build(b, &full);
+    b->sc = a->sc, b->dt = a->dt;
+    compose(b, a, p, mean);
     return 0;
+}
+
+struct shape model_full_shape(const struct shape *shape, int N)
+{
+    struct shape full = *shape;
+    for (int l = ROLN_AE_MAX; l > 0 && shape->degree > 0; l--)
+        full.ae[l] = shape->ae[l - 1];
+    full.ae[0] = N;
+    return full;
 }
 
 /* ---- files: the library's packed bytes ---- */
@@ -329,7 +291,7 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 
 struct predictor model_predictor(struct model *m)
 {
-    const struct predictor p = {m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate,
-                                m->md.lnn.damping ? NULL : energy};
+    const struct predictor p = {
+        m->md.ae.size[0], 2 * m->md.lnn.n, m, model_encode, step, model_decode, accelerate, m->md.lnn.damping ? NULL : energy};
     return p;
 }

@@ -4,144 +4,195 @@
 
 #include "recipes.h"
 
-/* ---- shapes: n = 2 and n = 16 without, and 16 joints with autoencoder ---- */
+/* ---- shapes: no autoencoder; a chart of 16 joints; POD; the layered autoencoder of the paper ---- */
 
-#define FULL(n, ...) .shape = {.ae = {n}, .mlp = 64, .slope = .6, .zoom = 1, __VA_ARGS__}
-#define REDUCED(width, ...) .shape = {.ae = {16, 16, 16, 16, 12, 8, 4}, .mlp = width, .slope = .6, .zoom = 1, __VA_ARGS__}
-#define LONG16 .shape = {.ae = {16, 16, 16, 16, 16, 12, 8, 4}, .mlp = 96, .slope = .6, .zoom = 1}
-#define POD16 .shape = {.ae = {16, 4}, .mlp = 64, .slope = 1, .zoom = 1}
+#define FULL(n, ...) .shape = {.ae = {n}, .mlp = 32, .slope = 1, .zoom = 1, __VA_ARGS__}
+#define CHART16(d, ...) .shape = {.ae = {16, 4}, .degree = d, .mlp = 32, .slope = 1, .zoom = 1, __VA_ARGS__}
+#define POD16 .shape = {.ae = {16, 4}, .mlp = 32, .slope = 1, .zoom = 1}
+#define LAYERED16 .shape = {.ae = {16, 16, 16, 16, 12, 8, 4}, .mlp = 64, .slope = .6, .zoom = 1}
 
-/* ---- stages: the autoencoder alone; the acceleration loss; the ODE loss over windows of H steps of `ms` samples ---- */
+/* ---- stages: they share the seconds of a run ---- */
 
-#define AE(n, size) {.kind = STAGE_AE, .updates = n, .batch = size, .lr_ae = .1, .fall = 1e-3, .w_q = 2, .w_qd = 1, .bias = 1}
-#define ACC(n, ae, net) \
-    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, .w_acc = .1, .w_qd = 1, \
-     .bias = 1}
-#define ACC_FULL(n, net) {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_net = net, .fall = 1e-3, .w_acc = 1, .w_qd = 1}
-#define ODE(n, size, H, ms, ae, net, pos) \
-    {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 2, \
-     .w_pos = pos, .w_qd = 1, .bias = 1}
-#define LONG_ODE(n, H, ms, ae, net) \
-    {.kind = STAGE_ODE, .updates = n, .batch = 32, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_q = 20, \
-     .w_pos = 1, .w_qd = 1, .bias = 1}
+#define TURN(p) {.kind = STAGE_CHART, .part = p, .batch = 4000}
+#define SINGLE(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows}
+#define WINDOWS(p, rows, part_, H, samples, ...) \
+    {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
+/* rows of single samples, then windows of half a second among them */
+#define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .smooth = 0)
+/* the paper's: autoencoder alone, acceleration loss, ODE loss over windows of 40 ms */
+#define ADAM(kind_, p, ae, net, ...) \
+    {.kind = kind_, .part = p, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_qd = 1, .bias = 1, __VA_ARGS__}
+#define PAPER \
+    ADAM(STAGE_AE, .07, .1, 0, .w_q = 2), ADAM(STAGE_ACC, .63, .1, 3e-3, .w_q = 2, .w_acc = .1), \
+        ADAM(STAGE_ODE, .3, .03, 1e-3, .w_q = 2, .steps = 8, .stride = 5)
 
-/* ---- pend2: 2.56 million samples; an update of the ODE loss costs batch (H + 1) ---- */
+/* ---- pend2: 30 seconds ---- */
 
-#define PEND2(id, trajectories, ...) \
-    {.name = "pend2-" id, .kind = LAGRANGE, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, .seeds = 5, __VA_ARGS__}
-#define PEND2_BOTH(id, ...) \
-    PEND2(id "-acc", 40, FULL(2, __VA_ARGS__), .stage = {ACC_FULL(40000, 5e-3)}), \
-    PEND2(id "-ode", 40, FULL(2, __VA_ARGS__), .stage = {ACC_FULL(30000, 5e-3), ODE(1111, 64, 8, 5, 0, 1.5e-3, 0)})
+#define PEND2_AS(what, id, trajectories, repeats, ...) \
+    {.name = "pend2-" id, .kind = what, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, .seeds = repeats, \
+     .seconds = 30, __VA_ARGS__}
+#define PEND2(id, ...) PEND2_AS(LAGRANGE, id, 40, 3, FULL(2, __VA_ARGS__), .stage = {NEWTON(0, 2000)})
+#define PEND2_LATENT(id, trajectories, what) \
+    PEND2_AS(LATENT, id, trajectories, 3, FULL(2, .base = 0), .latent = what, .stage = {NEWTON(0, 2000)})
 #define PEND2_FEW(trajectories) \
-    PEND2("few" #trajectories "-exp", trajectories, FULL(2, .base = 0), .stage = {ACC_FULL(40000, 5e-3)}), \
-    PEND2("few" #trajectories "-chol", trajectories, FULL(2, .mass = ROLN_CHOLESKY), .stage = {ACC_FULL(40000, 5e-3)}), \
-    {.name = "pend2-few" #trajectories "-mlp", .kind = LATENT, .system = TRUTH_PEND2_ACT, .train = trajectories, .force = 1, \
-     .seeds = 5, .parent = "pend2-few" #trajectories "-exp", .latent = LATENT_MLP, .stage = {ACC_FULL(40000, 5e-3)}}
+    PEND2_AS(LAGRANGE, "few" #trajectories "-exp", trajectories, 3, FULL(2, .base = 0), .stage = {NEWTON(0, 2000)}), \
+    PEND2_AS(LAGRANGE, "few" #trajectories "-chol", trajectories, 3, FULL(2, .mass = ROLN_CHOLESKY), .stage = {NEWTON(0, 2000)}), \
+    PEND2_LATENT("few" #trajectories "-mlp", trajectories, LATENT_MLP)
+/* three optimisers, one loss: accelerations of single samples */
+#define OPTIMISER(id, where, trajectories, unit, time, ...) \
+    {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = 5, .seconds = time, __VA_ARGS__}
+#define OPTIMISERS(id, where, trajectories, unit, time, ...) \
+    OPTIMISER(id "-opt-newton", where, trajectories, unit, time, __VA_ARGS__, .stage = {TURN(.1), SINGLE(.9, 2000)}), \
+    OPTIMISER(id "-opt-lbfgs", where, trajectories, unit, time, __VA_ARGS__, \
+              .stage = {TURN(.1), {.kind = STAGE_LBFGS, .part = .9, .batch = 8000}}), \
+    OPTIMISER(id "-opt-adam", where, trajectories, unit, time, __VA_ARGS__, \
+              .stage = {TURN(.1), ADAM(STAGE_ACC, .9, 0, 3e-3, .w_acc = 1)})
 
-/* ---- pend16: 20 million samples; with few trajectories 4, with a narrow range 7; no force does work ---- */
+/* ---- 16 joints: pend16, whose couplings are polynomials, and wave16, whose are not; no force does work ---- */
 
-#define PEND16(id, trajectories, repeats, ...) \
-    {.name = "pend16-" id, .kind = LAGRANGE, .system = TRUTH_PEND16, .train = trajectories, .seeds = repeats, __VA_ARGS__}
-#define PEND16_LATENT(id, where, trajectories, repeats, n, from, what) \
-    {.name = "pend16-" id, .kind = LATENT, .system = where, .train = trajectories, .seeds = repeats, .parent = "pend16-" from, \
-     .latent = what, .stage = {ACC_FULL(n, 3e-3)}}
-#define PEND16_FEW(trajectories) \
-    PEND16("few" #trajectories "-ro", trajectories, 1, REDUCED(64, .base = 0), .stage = {AE(10000, 128), ACC(40000, .1, 3e-3)}), \
-    PEND16("few" #trajectories "-full", trajectories, 1, FULL(16, .base = 0), .stage = {ACC_FULL(60000, 3e-3)}), \
-    PEND16_LATENT("few" #trajectories "-mlp", TRUTH_PEND16, trajectories, 1, 40000, "few" #trajectories "-ro", LATENT_MLP)
-#define PEND16_OPINF(id, what) {.name = "pend16-" id, .kind = what, .system = TRUTH_PEND16, .train = 200, .seeds = 1, .n = 4}
-#define SAME(id, what) PEND16_LATENT(id, TRUTH_PEND16, 200, 5, 270000, "acc", what)
+#define JOINTS(what, id, where, trajectories, repeats, time, ...) \
+    {.name = id, .kind = what, .system = where, .train = trajectories, .seeds = repeats, .seconds = time, __VA_ARGS__}
+#define STEPS16 .stage = {TURN(.15), NEWTON(.15, 2000)}
+/* 7,721 parameters: the smaller system is that in the rows, and few of them are more steps */
+#define FULL16(...) FULL(16, __VA_ARGS__), .stage = {NEWTON(0, 500)}
+#define LATENT16(id, where, d, trajectories, repeats, what) \
+    JOINTS(LATENT, id, where, trajectories, repeats, 60, CHART16(d, .base = 0), .latent = what, STEPS16)
+#define FEW16(name_, where, d, trajectories) \
+    JOINTS(LAGRANGE, name_ "-few" #trajectories "-ro", where, trajectories, 1, 60, CHART16(d, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-few" #trajectories "-full", where, trajectories, 1, 60, FULL16(.base = 0)), \
+    LATENT16(name_ "-few" #trajectories "-mlp", where, d, trajectories, 1, LATENT_MLP)
+#define SIXTEEN(name_, where, d, longer) \
+    JOINTS(LAGRANGE, name_ "-ro", where, 200, 3, 60, CHART16(d, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-chol", where, 200, 3, 60, CHART16(d, .mass = ROLN_CHOLESKY), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-paper", where, 200, 3, 60, LAYERED16, .stage = {PAPER}), \
+    JOINTS(LAGRANGE, name_ "-pod", where, 200, 3, 60, POD16, .stage = {NEWTON(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-full", where, 200, 3, 60, FULL16(.base = 0)), \
+    JOINTS(LAGRANGE, name_ "-fullchol", where, 200, 3, 60, FULL16(.mass = ROLN_CHOLESKY)), \
+    {.name = name_ "-opinf", .kind = OPINF, .system = where, .train = 200, .seeds = 1, .n = 4}, \
+    {.name = name_ "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = 200, .seeds = 1, .n = 4}, \
+    LATENT16(name_ "-mlp", where, d, 200, 3, LATENT_MLP), \
+    LATENT16(name_ "-hnn", where, d, 200, 3, LATENT_HNN), \
+    LATENT16(name_ "-symoden", where, d, 200, 3, LATENT_SYMODEN), \
+    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, FULL16(.base = 0)), \
+    JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
+    FEW16(name_, where, d, 5), FEW16(name_, where, d, 10), FEW16(name_, where, d, 20), FEW16(name_, where, d, 40)
 /* learned from starts of .3 rad, tested from .5 */
-#define NARROW(id, what) PEND16_LATENT("narrow-" id, TRUTH_PEND16_NARROW, 200, 2, 90000, "narrow-ro", what)
+#define NARROW(id, what) LATENT16("pend16-narrow-" id, TRUTH_PEND16_NARROW, 4, 200, 1, what)
 
-/* ---- rope and cloth, in POD coordinates. Positions count more than velocities, of which vibrations that n coordinates do not
-   hold are a twentieth and more; accelerations of the rope come from a parabola through 21 ms, across these vibrations. The
-   windows of the ODE loss grow until they are as long as a trajectory. ---- */
+/* ---- rope and cloth, in POD coordinates. Accelerations of the rope come from a parabola through 21 ms, across vibrations that n
+   coordinates do not hold; forces of the cloth in units of 7e-5 N, so that masses are of order one. ---- */
 
-#define GRID_AE(n) {.kind = STAGE_AE, .updates = n, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
-#define GRID_ACC(n, pos) \
-    {.kind = STAGE_ACC, .updates = n, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = pos, .w_acc = .003, \
-     .w_qd = .1, .bias = .01, .smooth = 10}
-#define GRID_ODE(n, size, H, ms, ae, net, pos, vel) \
-    {.kind = STAGE_ODE, .updates = n, .batch = size, .steps = H, .stride = ms, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
-     .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
+#define GRID(id, where, trajectories, unit, repeats, time, ...) \
+    {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = repeats, .seconds = time, \
+     .pod = 64, __VA_ARGS__}
 #define GRID_OPINF(id, where, trajectories, unit) \
     {.name = id "-opinf", .kind = OPINF, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-fit", .kind = FIT, .system = where, .train = trajectories, .seeds = 1}
-#define ROPE(id, repeats, n, updates, ...) \
-    {.name = "rope-" id, .kind = LAGRANGE, .system = TRUTH_ROPE, .train = 100, .seeds = repeats, .pod = 48, \
-     .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7}, \
-     .stage = {GRID_AE(updates), __VA_ARGS__}}
-#define ROPE_SHORT GRID_ACC(40000, 200), GRID_ODE(2000, 32, 8, 10, .01, 2e-3, 200, .1)
-#define ROPE_LONG \
-    GRID_ACC(120000, 200), GRID_ODE(4000, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(2000, 32, 20, 10, .005, 1e-3, 200, .1), \
-    GRID_ODE(3000, 32, 25, 20, .005, 1e-3, 200, .1), GRID_ODE(2000, 16, 49, 20, .003, 1e-3, 200, .1)
-/* forces in units of 7e-5 N, so that masses are of order one */
-#define CLOTH(id, unit, damped, n, ...) \
-    {.name = "cloth-" id, .kind = LAGRANGE, .system = TRUTH_CLOTH, .train = 60, .force = unit, .seeds = 1, .pod = 48, \
-     .shape = {.ae = {48, 48, 48, 48, 48, 32, n}, .mlp = 64, .damping = damped, .slope = .6, .zoom = 3.3}, \
-     .stage = {GRID_AE(60000), __VA_ARGS__}}
-#define CLOTH_SHORT GRID_ODE(8000, 64, 2, 5, .005, 3e-3, 50, .3), GRID_ODE(6000, 32, 8, 5, .01, 2e-3, 50, .3)
-#define CLOTH_LONG CLOTH_SHORT, GRID_ODE(3000, 32, 25, 5, .005, 1e-3, 50, .3), GRID_ODE(3000, 16, 49, 5, .003, 1e-3, 50, .3)
+#define GRID_SHAPE(n, d, ...) .shape = {.ae = {64, n}, .degree = d, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}
+#define SMOOTH(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows, .smooth = 10}
+#define GRID_LAYERED(n, ...) \
+    .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7, __VA_ARGS__}
+#define CLOTH_LAYERED(...) \
+    .shape = {.ae = {48, 48, 48, 48, 48, 32, 10}, .mlp = 64, .slope = .6, .zoom = 3.3, __VA_ARGS__}
+#define LAYERED_GRID(id, where, trajectories, unit, ...) \
+    {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .seconds = 300, .pod = 48, \
+     __VA_ARGS__}
+#define GRID_ODE(p, size, H, samples, ae, net, pos, vel) \
+    {.kind = STAGE_ODE, .part = p, .batch = size, .steps = H, .stride = samples, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
+     .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
+#define GRID_AE(p) {.kind = STAGE_AE, .part = p, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
+#define ROPE_PAPER \
+    .stage = {GRID_AE(.25), {.kind = STAGE_ACC, .part = .2, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 200, \
+                             .w_acc = .003, .w_qd = .1, .bias = .01, .smooth = 10}, \
+              GRID_ODE(.2, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(.2, 32, 25, 20, .005, 1e-3, 200, .1), \
+              GRID_ODE(.15, 16, 49, 20, .003, 1e-3, 200, .1)}
+#define CLOTH_PAPER \
+    .stage = {GRID_AE(.25), GRID_ODE(.3, 32, 8, 5, .01, 2e-3, 50, .3), GRID_ODE(.25, 32, 25, 5, .005, 1e-3, 50, .3), \
+              GRID_ODE(.2, 16, 49, 5, .003, 1e-3, 50, .3)}
+#define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 20, .smooth = 10)}
+#define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, GRID_SHAPE(n, d, .base = 0), ROPE_STEPS)
+#define CLOTH_STEPS \
+    .stage = {TURN(.05), WINDOWS(.2, 1000, .8, 2, 5, .smooth = 0), WINDOWS(.25, 1000, .8, 8, 5, .smooth = 0), \
+              WINDOWS(.5, 1000, .5, 25, 5, .smooth = 0)}
+#define CLOTH(id, unit, damped, repeats, time, n, d) \
+    GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, GRID_SHAPE(n, d, .damping = damped), CLOTH_STEPS)
+
+/* ---- charts alone: E_q at 0 ms and seconds; the encoder turns until that gains no more ---- */
+
+#define ALONE(id, where, trajectories, r, time, ...) \
+    {.name = "chart-" id, .kind = CHART, .system = where, .train = trajectories, .seeds = 1, .seconds = time, .pod = r, __VA_ARGS__}
+#define BENT(id, where, trajectories, r, N, n, d) \
+    ALONE(id "-d" #d, where, trajectories, r, 60, .shape = {.ae = {N, n}, .degree = d, .mlp = 4, .slope = 1, .zoom = 1}, \
+          .stage = {TURN(1)})
+#define CHARTS(id, where, trajectories, r, N, n) \
+    ALONE(id "-pod", where, trajectories, r, 60, .shape = {.ae = {N, n}, .mlp = 4, .slope = 1, .zoom = 1}), \
+    BENT(id, where, trajectories, r, N, n, 2), BENT(id, where, trajectories, r, N, n, 3)
+#define CHARTS_DEEP(id, where, trajectories, r, N, n) \
+    BENT(id, where, trajectories, r, N, n, 4), BENT(id, where, trajectories, r, N, n, 5)
+#define CHARTS16(id, where) \
+    CHARTS(id, where, 200, 0, 16, 4), CHARTS_DEEP(id, where, 200, 0, 16, 4), BENT(id, where, 200, 0, 16, 4, 6), \
+    BENT(id, where, 200, 0, 16, 4, 8), \
+    ALONE(id "-layered", where, 200, 0, 60, LAYERED16, .stage = {ADAM(STAGE_AE, 1, .1, 0, .w_q = 2)})
 
 const struct recipe recipes[] = {
-    PEND2_BOTH("exp", .base = 0),
-    PEND2_BOTH("base", .base = 1),
-    PEND2_BOTH("gyro", .layer = {ROLN_GYRO}),
-    PEND2_BOTH("basegyro", .base = 1, .layer = {ROLN_GYRO}),
-    PEND2_BOTH("chol", .mass = ROLN_CHOLESKY),
+    PEND2("exp", .base = 0),
+    PEND2("base", .base = 1),
+    PEND2("gyro", .layer = {ROLN_GYRO}),
+    PEND2("basegyro", .base = 1, .layer = {ROLN_GYRO}),
+    PEND2("chol", .mass = ROLN_CHOLESKY),
+    PEND2_LATENT("mlp", 40, LATENT_MLP),
+    PEND2_LATENT("hnn", 40, LATENT_HNN),
+    PEND2_LATENT("symoden", 40, LATENT_SYMODEN),
     PEND2_FEW(5),
     PEND2_FEW(10),
     PEND2_FEW(20),
-    PEND2_FEW(40),
 
-    PEND16("acc", 200, 5, REDUCED(64, .base = 0), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
-    PEND16("ode", 200, 5, REDUCED(64, .base = 0),
-           .stage = {AE(20000, 128), ACC(180000, .1, 3e-3), ODE(10000, 64, 8, 5, .03, 1e-3, 0)}),
-    PEND16("chol", 200, 5, REDUCED(64, .mass = ROLN_CHOLESKY), .stage = {AE(20000, 128), ACC(270000, .1, 3e-3)}),
-    PEND16("seq", 200, 5, REDUCED(64, .base = 0), .stage = {AE(75000, 128), ACC(160000, 0, 3e-3)}),
-    PEND16("frozen", 200, 1, REDUCED(64, .base = 0), .parent = "pend16-acc", .fresh = 1, .stage = {ACC(270000, 0, 3e-3)}),
-    PEND16("pod", 200, 5, POD16, .stage = {ACC(310000, 0, 3e-3)}),
-    PEND16("full", 200, 2, FULL(16, .base = 0), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16("fullchol", 200, 1, FULL(16, .mass = ROLN_CHOLESKY), .stage = {ACC_FULL(310000, 3e-3)}),
-    PEND16_OPINF("opinf", OPINF),
-    PEND16_OPINF("opinfaffine", OPINF_AFFINE),
-    SAME("mlp", LATENT_MLP),
-    SAME("hnn", LATENT_HNN),
-    SAME("dhnn", LATENT_DHNN),
-    SAME("symoden", LATENT_SYMODEN),
-    SAME("comet", LATENT_COMET),
-    PEND16("longacc", 1000, 1, LONG16, .stage = {AE(20000, 128), ACC(400000, .1, 3e-3), ACC(300000, .04, 2.5e-3)}),
-    PEND16("long", 1000, 1, LONG16, .parent = "pend16-longacc",
-           .stage = {LONG_ODE(8000, 25, 10, .01, 1e-3), LONG_ODE(6000, 50, 20, .005, 5e-4), LONG_ODE(2500, 100, 20, .003, 3e-4),
-                    LONG_ODE(1500, 149, 20, .003, 3e-4)}),
-    {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, REDUCED(64, .base = 0),
-     .stage = {AE(20000, 128), {.kind = STAGE_ACC, .updates = 270000, .batch = 64, .lr_ae = .05, .lr_net = 3e-3, .fall = 1e-3,
-                                .w_q = 8, .w_acc = .1, .w_qd = 1, .bias = 1, .w_force = 1}}},
-    PEND16_FEW(5),
-    PEND16_FEW(10),
-    PEND16_FEW(20),
-    PEND16_FEW(40),
-    {.name = "pend16-narrow-ro", .kind = LAGRANGE, .system = TRUTH_PEND16_NARROW, .train = 200, .seeds = 2, REDUCED(64, .base = 0),
-     .stage = {AE(10000, 128), ACC(90000, .1, 3e-3)}},
+    SIXTEEN("pend16", TRUTH_PEND16, 4, 4),
+    LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 1, LATENT_DHNN),
+    LATENT16("pend16-comet", TRUTH_PEND16, 4, 200, 1, LATENT_COMET),
+    JOINTS(LAGRANGE, "pend16-1200-ro", TRUTH_PEND16, 200, 1, 1200, CHART16(4, .base = 0), STEPS16),
+    {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, .seconds = 60,
+     CHART16(4, .base = 0), STEPS16},
+    JOINTS(LAGRANGE, "pend16-narrow-ro", TRUTH_PEND16_NARROW, 200, 1, 60, CHART16(4, .base = 0), STEPS16),
     NARROW("mlp", LATENT_MLP),
     NARROW("hnn", LATENT_HNN),
-    NARROW("dhnn", LATENT_DHNN),
     NARROW("symoden", LATENT_SYMODEN),
-    NARROW("comet", LATENT_COMET),
+    SIXTEEN("wave16", TRUTH_WAVE16, 6, 8),
+
+    OPTIMISERS("pend2", TRUTH_PEND2_ACT, 40, 1, 30, FULL(2, .base = 0)),
+    OPTIMISERS("pend16", TRUTH_PEND16, 200, 0, 60, CHART16(4, .base = 0)),
 
     GRID_OPINF("rope", TRUTH_ROPE, 100, 0),
-    ROPE("n4", 1, 4, 80000, ROPE_SHORT),
-    ROPE("n6", 1, 6, 80000, ROPE_SHORT),
-    ROPE("n10", 2, 10, 200000, ROPE_LONG),
-    ROPE("n14", 1, 14, 80000, ROPE_SHORT),
+    ROPE("n4", 1, 60, 4, 5),
+    ROPE("n6", 1, 60, 6, 4),
+    ROPE("n10", 3, 300, 10, 3),
+    ROPE("n14", 1, 60, 14, 3),
+    GRID("rope-pod", TRUTH_ROPE, 100, 0, 3, 60, GRID_SHAPE(10, 0, .base = 0), ROPE_STEPS),
     GRID_OPINF("cloth", TRUTH_CLOTH, 60, 7e-5),
-    CLOTH("n4", 7e-5, 0, 4, CLOTH_SHORT),
-    CLOTH("n6", 7e-5, 0, 6, CLOTH_SHORT),
-    CLOTH("n10", 7e-5, 0, 10, CLOTH_LONG),
-    CLOTH("n14", 7e-5, 0, 14, CLOTH_SHORT),
-    CLOTH("free-n10", 0, 1, 10, CLOTH_LONG),
+    CLOTH("n4", 7e-5, 0, 1, 60, 4, 5),
+    CLOTH("n6", 7e-5, 0, 1, 60, 6, 4),
+    CLOTH("n10", 7e-5, 0, 3, 300, 10, 3),
+    CLOTH("n14", 7e-5, 0, 1, 60, 14, 3),
+    CLOTH("free-n10", 0, 1, 3, 300, 10, 3),
+    GRID("cloth-pod", TRUTH_CLOTH, 60, 7e-5, 3, 60, GRID_SHAPE(10, 0, .base = 0), CLOTH_STEPS),
+    LAYERED_GRID("rope-paper", TRUTH_ROPE, 100, 0, GRID_LAYERED(10, .base = 0), ROPE_PAPER),
+    LAYERED_GRID("cloth-paper", TRUTH_CLOTH, 60, 7e-5, CLOTH_LAYERED(.damping = 0), CLOTH_PAPER),
+    LAYERED_GRID("cloth-free-paper", TRUTH_CLOTH, 60, 0, CLOTH_LAYERED(.damping = 1), CLOTH_PAPER),
+
+    CHARTS16("pend16", TRUTH_PEND16),
+    CHARTS16("wave16", TRUTH_WAVE16),
+    CHARTS("rope-n4", TRUTH_ROPE, 100, 64, 64, 4),
+    CHARTS_DEEP("rope-n4", TRUTH_ROPE, 100, 64, 64, 4),
+    ALONE("rope-n4-layered", TRUTH_ROPE, 100, 48, 60, GRID_LAYERED(4, .base = 0), .stage = {GRID_AE(1)}),
+    CHARTS("rope-n10", TRUTH_ROPE, 100, 64, 64, 10),
+    BENT("rope-n10", TRUTH_ROPE, 100, 64, 64, 10, 4),
+    ALONE("rope-n10-layered", TRUTH_ROPE, 100, 48, 60, GRID_LAYERED(10, .base = 0), .stage = {GRID_AE(1)}),
+    CHARTS("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10),
+    BENT("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10, 4),
+    ALONE("cloth-n10-layered", TRUTH_CLOTH, 60, 48, 60, CLOTH_LAYERED(.damping = 0), .stage = {GRID_AE(1)}),
 };
 const int recipes_count = sizeof recipes / sizeof *recipes;
 
@@ -164,19 +215,20 @@ const struct recipe *recipe_of_run(const char *run, int *seed)
     return e && *seed >= 1 && *seed <= e->seeds ? e : NULL;
 }
 
+struct shape recipe_shape(const struct recipe *e)
+{
+    return e->pod > 0 ? model_full_shape(&e->shape, truth_dof(e->system)) : e->shape;
+}
+
 void recipes_list(void)
 {
     static const char *const system[TRUTH_SYSTEMS] = {
-        [TRUTH_PEND2] = "pend2", [TRUTH_PEND2_ACT] = "pend2, torques", [TRUTH_PEND16] = "pend16",
-        [TRUTH_PEND16_PD] = "pend16, PD torques", [TRUTH_PEND16_NARROW] = "pend16, starts of .3 rad", [TRUTH_ROPE] = "rope",
-        [TRUTH_CLOTH] = "cloth",
+        [TRUTH_PEND2_ACT] = "pend2, torques", [TRUTH_PEND16_PD] = "pend16, PD torques",
+        [TRUTH_PEND16_NARROW] = "pend16, starts of .3 rad",
     };
     for (int i = 0; i < recipes_count; i++)
         for (int s = 1; s <= recipes[i].seeds; s++) {
-            printf("%s-%d ", recipes[i].name, s);
-            if (recipes[i].parent) printf("%s-%d", recipes[i].parent, s);
-            else printf("-");
             const enum truth_system w = recipes[i].system;
-            printf(" %d %s\n", recipes[i].train, system[w] ? system[w] : truth_name(w));
+            printf("%s-%d %d %s\n", recipes[i].name, s, recipes[i].train, system[w] ? system[w] : truth_name(w));
         }
 }

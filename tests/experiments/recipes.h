@@ -4,7 +4,7 @@
 
 #include "experiment.h"
 
-enum kind { LAGRANGE, LATENT, OPINF, OPINF_AFFINE, FIT };
+enum kind { LAGRANGE, LATENT, CHART, OPINF, OPINF_AFFINE, FIT }; /* CHART: an autoencoder alone */
 enum { STAGES = 6, TESTS = 10 };        /* stages of training at most; test trajectories */
 
 struct recipe {
@@ -14,13 +14,12 @@ struct recipe {
     int train;                          /* trajectories simulated for training */
     double force;                       /* unit of tau, N or N m; 0: the model gets none */
     int seeds;                          /* 1 .. */
+    double seconds;                     /* of training, on one core */
     int pod;                            /* POD coordinates in which to train; 0: none */
-    const char *parent;                 /* recipe whose weights, of the same seed, are the start or the autoencoder */
-    int fresh;                          /* of the parent only the autoencoder */
     enum latent_kind latent;            /* LATENT */
     int n;                              /* OPINF */
-    struct shape shape;                 /* LAGRANGE */
-    struct stage stage[STAGES];         /* LATENT: updates, batch, lr_net of the first */
+    struct shape shape;                 /* LAGRANGE; of LATENT the autoencoder */
+    struct stage stage[STAGES];         /* LATENT: NEWTON is that of the latent model */
 };
 
 extern const struct recipe recipes[];
@@ -28,6 +27,7 @@ extern const int recipes_count;
 
 const struct recipe *recipe_of(const char *name);                   /* NULL: no such */
 const struct recipe *recipe_of_run(const char *run, int *seed);
-void recipes_list(void);                /* to stdout, a line each: run, parent run or -, trajectories simulated, system */
+struct shape recipe_shape(const struct recipe *e);                  /* of its weights, those of the full coordinates */
+void recipes_list(void);                /* to stdout, a line each: run, trajectories simulated, system */
 
 #endif

@@ -16,8 +16,10 @@ static const struct entry {
     enum truth_system full, reduced;    /* what MuJoCo steps; what the model predicts */
     const char *runs[3];                /* weights: the first that exists */
 } entries[] = {
-    {"pend2", TRUTH_PEND2, TRUTH_PEND2, {"pend2-exp-ode-1", "pend2-exp-acc-1"}},
-    {"pend16", TRUTH_PEND16_SOFT, TRUTH_PEND16, {"pend16-long-1", "pend16-ode-1", "pend16-acc-1"}},
+    {"pend2", TRUTH_PEND2, TRUTH_PEND2, {"pend2-exp-1"}},
+    {"pend16", TRUTH_PEND16_SOFT, TRUTH_PEND16, {"pend16-1200-ro-1", "pend16-300-ro-1", "pend16-ro-1"}},
+    {"pend16_paper", TRUTH_PEND16_SOFT, TRUTH_PEND16, {"pend16-300-paper-1", "pend16-paper-1"}},
+    {"wave16", TRUTH_WAVE16_SOFT, TRUTH_WAVE16, {"wave16-300-ro-1", "wave16-ro-1"}},
     {"rope", TRUTH_ROPE, TRUTH_ROPE, {"rope-n10-1"}},
     {"cloth_given", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-n10-1"}},
     {"cloth", TRUTH_CLOTH, TRUTH_CLOTH, {"cloth-free-n10-1"}},
@@ -214,7 +216,7 @@ static double block_time(struct task *k, int h)
     roln_real *work = tape + ROLN_LNN_TAPE(SZ, 1, 0, BLOCK);
     rolni_driven drive;
     double least = HUGE_VAL;
-    rolni_drive(&model, k->d.tau ? ts : NULL, &drive, NULL, force);
+    rolni_drive(&model, k->d.tau ? ts : NULL, &drive, force);
     for (int r = 0; r < BLOCK; r++) {
         begin(k, 5 * r);
         if ((tau = force_of(k, 5 * r, h, k->force)) != NULL)
@@ -303,8 +305,7 @@ static int recorded(struct motion *test, const struct entry *e, const struct rec
 static int measure_entry(const struct entry *e, const struct recipe *r, const char *run, const char *path)
 {
     struct task k;
-    struct shape shape = r->shape;
-    shape.ae[0] = truth_dof(r->system);
+    const struct shape shape = recipe_shape(r);
     if (model_load(&k.model, &shape, path) != 0 || recorded(&k.d, e, r) != 0) return -1;
     k.p = model_predictor(&k.model);
     k.s = room((size_t)k.p.state), k.next = room((size_t)k.p.state), k.force = room((size_t)k.d.N);

@@ -1,14 +1,27 @@
-/* test_latent.c - the latent models of latent.c: gradients against central differences, the equations they promise against
-   differences of their own H and c, and that they learn motions known in closed form. Both precisions in one program, so the
-   public names of latent.c carry the precision. */
+/* test_latent.c - the latent models of latent.c: derivatives against central differences, the equations they promise against
+   differences of their own H and c, and that they learn motions known in closed form by newton.c. Both precisions in one program,
+   so the public names carry the precision. */
 #include "../unit/check.h"
 
-#define latent_train TEST_NAME(latent_train)
+#define latent_new TEST_NAME(latent_new)
 #define latent_free TEST_NAME(latent_free)
 #define latent_params TEST_NAME(latent_params)
+#define latent_theta TEST_NAME(latent_theta)
 #define latent_rate TEST_NAME(latent_rate)
+#define latent_bwd TEST_NAME(latent_bwd)
+#define latent_extra TEST_NAME(latent_extra)
 #define latent_energy TEST_NAME(latent_energy)
+#define cpu_seconds TEST_NAME(cpu_seconds)
+#define newton_new TEST_NAME(newton_new)
+#define newton_free TEST_NAME(newton_free)
+#define newton_run TEST_NAME(newton_run)
+#define newton_mean TEST_NAME(newton_mean)
+#define picks_open TEST_NAME(picks_open)
+#define picks_close TEST_NAME(picks_close)
+#define picks_draw TEST_NAME(picks_draw)
+#define newton_balance TEST_NAME(newton_balance)
 #include "latent.c"
+#include "newton.c"
 
 void test_latent_f32(void);
 void test_latent_f64(void);
@@ -58,9 +71,9 @@ static void uniform(int count, roln_real size, uint64_t *seed, roln_real *x)
         *x++ = size * (2 * roln_uniform(seed) - 1);
 }
 
-static struct latent_data sample(enum motion_kind kind, int flags, int n, uint64_t seed)
+/* COUNT samples of z, zd, zdd, tau_z, in a box. */
+static void sample(enum motion_kind kind, int flags, int n, uint64_t seed)
 {
-    const struct latent_data d = {COUNT, n, z, zd, zdd, flags & FORCED ? tau_z : NULL};
     int i;
     uniform(COUNT * n, ROLN_C(1.5), &seed, z);
     uniform(COUNT * n, ROLN_C(1.5), &seed, zd);
@@ -69,9 +82,8 @@ static struct latent_data sample(enum motion_kind kind, int flags, int n, uint64
         roln_real s[2 * N_MAX];
         memcpy(s, z + i * n, (size_t)n * sizeof *s);
         memcpy(s + n, zd + i * n, (size_t)n * sizeof *s);
-        known(kind, flags, n, s, d.tau_z ? tau_z + i * n : NULL, zdd + i * n);
+        known(kind, flags, n, s, flags & FORCED ? tau_z + i * n : NULL, zdd + i * n);
     }
-    return d;
 }
 
 /* Error of the rate on fresh states inside the sampled box, over the size of what is predicted. */
@@ -96,15 +108,14 @@ static double rate_error(const struct latent *m, enum motion_kind kind, int flag
     return sqrt(error / size);
 }
 
-/* ---- gradients ---- */
+/* ---- derivatives ---- */
 
 /* A model with random weights and biases; W of SYMODEN, whose inverse enters, well away from singular. */
 static struct latent *random_model(enum latent_kind kind, int flags, int n, uint64_t *seed)
 {
-    const struct latent_data d = sample(COUPLED, flags, n, 3);
-    struct latent *m;
+    struct latent *m = latent_new(kind, n, flags & FORCED, 1, *seed);
     int i;
-    CHECK(latent_train(&m, kind, &d, 0, 1, 0, *seed) == 0);
+    if (!CHECK(m != NULL)) exit(1);
     for (i = 0; i < latent_params(m); i++)
         m->theta[i] += ROLN_C(0.15) * roln_normal(seed);
     for (i = 0; kind == LATENT_SYMODEN && i < n; i++)
@@ -113,51 +124,61 @@ static struct latent *random_model(enum latent_kind kind, int flags, int n, uint
 }
 
 #ifdef ROLN_DOUBLE
-enum { ROWS = 3 };
-
-static double loss_of(const struct latent *m, const roln_real *s, const roln_real *sd, const roln_real *tau, roln_real *g)
+/* <bar, s'>, or COMET's other terms. */
+static double number_of(const struct latent *m, const roln_real *s, const roln_real *tau, const roln_real *bar)
 {
-    static roln_real mem[2 * ROWS * ROW], scratch[40000], s2[4 * ROWS * N_MAX], tau2[2 * ROWS * N_MAX];
-    const pass p = pass_of(m, 2 * ROWS, mem);
-    uint64_t seed = 9;
-    double loss = 0;
-    memcpy(s2, s, (size_t)(2 * ROWS * m->n) * sizeof *s);
-    if (tau) memcpy(tau2, tau, (size_t)(ROWS * m->n) * sizeof *s);
-    return gradient(m, ROWS, s2, sd, tau ? tau2 : NULL, &seed, g ? g : scratch, &loss, &p) == ROLN_OK ? loss : (double)NAN;
+    roln_real sd[2 * N_MAX];
+    uint64_t signs = 9;
+    if (!bar) return latent_extra(m, s, tau, s, &signs, NULL);
+    CHECK(latent_rate(m, s, tau, sd) == ROLN_OK);
+    return roln_dot(2 * m->n, bar, sd);
 }
 
-static void test_gradient(enum latent_kind kind, int flags, int n)
+/* Of that number: the largest error of its derivative by the count numbers x, over the largest derivative. */
+static double off(const struct latent *m, const roln_real *s, const roln_real *tau, const roln_real *bar, int count, roln_real *x,
+                  const roln_real *g)
+{
+    const double h = 1e-5;
+    double worst = 0, top = 0;
+    int i;
+    for (i = 0; i < count; i++) {
+        const double keep = x[i];
+        double up, down;
+        x[i] = keep + h, up = number_of(m, s, tau, bar);
+        x[i] = keep - h, down = number_of(m, s, tau, bar);
+        x[i] = keep;
+        if (!(fabs((up - down) / (2 * h) - g[i]) <= worst)) worst = fabs((up - down) / (2 * h) - g[i]);
+        if (fabs(g[i]) > top) top = fabs(g[i]);
+    }
+    return worst / top;
+}
+
+static void test_derivatives(enum latent_kind kind, int flags, int n)
 {
     static roln_real g[40000];
-    const double h = 1e-5;
-    roln_real s[2 * ROWS * N_MAX], sd[2 * ROWS * N_MAX], tau[ROWS * N_MAX];
-    uint64_t seed = 11 + (uint64_t)n;
+    roln_real s[2 * N_MAX], bar[2 * N_MAX], tau[N_MAX], gs[2 * N_MAX];
+    const roln_real *force = flags & FORCED ? tau : NULL;
+    uint64_t seed = 11 + (uint64_t)n, signs = 9;
     struct latent *m = random_model(kind, flags, n, &seed);
-    double worst = 0, top = 0, largest[NETS] = {0};
-    int i, k;
-    uniform(2 * ROWS * n, 1, &seed, s);
-    uniform(2 * ROWS * n, 1, &seed, sd);
-    uniform(ROWS * n, 1, &seed, tau);
-    memset(g, 0, sizeof g);
+    int k, i;
+    uniform(2 * n, 1, &seed, s);
+    uniform(2 * n, 1, &seed, bar);
+    uniform(n, 1, &seed, tau);
     CHECK(latent_params(m) <= 40000);
-    loss_of(m, s, sd, flags & FORCED ? tau : NULL, g);
-    for (k = 0; k < m->nets; k++)
-        for (i = m->at[k]; i < m->at[k + 1]; i++) {
-            const double keep = m->theta[i];
-            double up, down, e;
-            m->theta[i] = keep + h;
-            up = loss_of(m, s, sd, flags & FORCED ? tau : NULL, NULL);
-            m->theta[i] = keep - h;
-            down = loss_of(m, s, sd, flags & FORCED ? tau : NULL, NULL);
-            m->theta[i] = keep;
-            e = fabs((up - down) / (2 * h) - g[i]);
-            if (!(e <= worst)) worst = e;
-            largest[k] = fabs(g[i]) > largest[k] ? fabs(g[i]) : largest[k];
-            top = largest[k] > top ? largest[k] : top;
-        }
-    CHECK_BELOW(worst / top, 3e-9);
-    for (k = 0; k < m->nets; k++) /* every network is reached by the loss */
-        CHECK_BELOW(1e-3 * top, largest[k]);
+    memset(g, 0, sizeof g);
+    CHECK(latent_bwd(m, s, force, bar, gs, g) == ROLN_OK);
+    for (k = 0; k < m->nets; k++) {
+        double largest = 0;
+        for (i = m->at[k]; i < m->at[k + 1]; i++)
+            largest = fabs(g[i]) > largest ? fabs(g[i]) : largest;
+        CHECK_BELOW(1e-3, largest); /* every network is reached */
+    }
+    CHECK_BELOW(off(m, s, force, bar, latent_params(m), m->theta, g), 3e-9);
+    CHECK_BELOW(off(m, s, force, bar, 2 * n, s, gs), 3e-9);
+    memset(g, 0, sizeof g);
+    latent_extra(m, s, force, s, &signs, g);
+    if (kind == LATENT_COMET) CHECK_BELOW(off(m, s, force, NULL, latent_params(m), m->theta, g), 3e-9);
+    else CHECK(number_of(m, s, force, NULL) == 0 && g[0] == 0);
     latent_free(m);
 }
 #endif
@@ -297,18 +318,22 @@ static void test_symoden(int n)
 /* SYMODEN begins with W near I and D near 0. */
 static void test_start(void)
 {
-    const struct latent_data d = sample(COUPLED, 0, 3, 3);
     roln_real W[9], C[9], R[9];
-    struct latent *m;
+    struct latent *m = latent_new(LATENT_SYMODEN, 3, 0, 1, 51), *steep = latent_new(LATENT_SYMODEN, 3, 0, 4, 51);
     int i;
-    CHECK(latent_train(&m, LATENT_SYMODEN, &d, 0, 1, 0, 51) == 0);
+    sample(COUPLED, 0, 3, 3);
     CHECK(inverse_mass(m, z, W, C) == ROLN_OK);
     triangle(m, 2, z, R);
     for (i = 0; i < 9; i++) {
         CHECK_NEAR(W[i], i % 4 == 0, 0.5);
         CHECK_NEAR(R[i], 0, 0.5);
     }
-    latent_free(m);
+    for (i = 0; i < latent_params(m); i++)
+        CHECK(steep->theta[i] == m->theta[i] * (i < 3 * HIDDEN || (i >= m->at[1] && i < m->at[1] + 3 * HIDDEN) ||
+                                                        (i >= m->at[2] && i < m->at[2] + 3 * HIDDEN)
+                                                    ? 4
+                                                    : 1));
+    latent_free(m), latent_free(steep);
 }
 
 /* COMET: no rate along grad c, to rounding; the projection takes nothing else. */
@@ -354,13 +379,66 @@ static void rk4(const struct latent *m, roln_real h, roln_real *s)
 
 /* ---- learning ---- */
 
-/* Trains and returns the model; its rate is right to `bound`. */
-static struct latent *learn(enum latent_kind kind, enum motion_kind motion, int flags, int n, int updates, double bound)
-{
-    const struct latent_data d = sample(motion, flags, n, 5);
+enum { ROWS = 400 };
+struct pupil {
     struct latent *m;
-    CHECK(latent_train(&m, kind, &d, updates, 64, 5e-3, 1) == 0);
+    int flags, at[ROWS];
+    uint64_t signs;
+};
+
+static void pupil_draw(void *self, int count, double share, uint64_t *seed)
+{
+    struct pupil *p = self;
+    int k;
+    (void)share;
+    p->signs = roln_rand(seed);
+    for (k = 0; k < count; k++)
+        p->at[k] = roln_randint(COUNT, seed);
+}
+
+/* Of +-1 for each number of s', and of COMET's other terms. */
+static void pupil_rows(void *self, const roln_real *x, int from, int count, roln_real *J, roln_real *r)
+{
+    struct pupil *p = self;
+    const int n = p->m->n, P = latent_params(p->m);
+    int k, i;
+    memmove(p->m->theta, x, (size_t)P * sizeof *x);
+    for (k = 0; k < count; k++) {
+        const int at = p->at[from + k];
+        const roln_real *tau = p->flags & FORCED ? tau_z + at * n : NULL;
+        uint64_t signs = p->signs + (uint64_t)(from + k);
+        roln_real s[2 * N_MAX], sd[2 * N_MAX], bar[2 * N_MAX], rate[2 * N_MAX], gs[2 * N_MAX], *row = J ? J + k * P : NULL;
+        for (i = 0; i < n; i++)
+            s[i] = z[at * n + i], s[n + i] = sd[i] = zd[at * n + i], sd[n + i] = zdd[at * n + i];
+        for (i = 0; i < 2 * n; i++)
+            bar[i] = roln_rand(&signs) >> 63 ? ROLN_C(1.0) : ROLN_C(-1.0);
+        CHECK(latent_rate(p->m, s, tau, rate) == ROLN_OK);
+        if (row) memset(row, 0, (size_t)P * sizeof *row);
+        if (row) CHECK(latent_bwd(p->m, s, tau, bar, gs, row) == ROLN_OK);
+        for (r[k] = 0, i = 0; i < 2 * n; i++)
+            r[k] += bar[i] * (sd[i] - rate[i]);
+        r[k] -= latent_extra(p->m, s, tau, sd, &signs, row);
+    }
+}
+
+/* Trains and returns the model; its rate is right to `bound`. */
+static struct latent *learn(enum latent_kind kind, enum motion_kind motion, int flags, int n, int steps, double bound)
+{
+    struct latent *m = latent_new(kind, n, flags & FORCED, 1, 1);
+    const roln_block block = {ROLN_EUCLIDEAN, latent_params(m), 1, 0};
+    struct newton *trainer = newton_new(1, &block, ROWS);
+    struct pupil pupil = {m, flags, {0}, 0};
+    const struct newton_task task = {&pupil, pupil_draw, pupil_rows};
+    const struct stage stage = {.kind = STAGE_NEWTON, .most = steps, .batch = ROWS};
+    roln_real *x = calloc((size_t)block.rows, sizeof *x);
+    sample(motion, flags, n, 5);
+    if (!CHECK(x != NULL)) exit(1);
+    memcpy(x, m->theta, (size_t)block.rows * sizeof *x);
+    CHECK(newton_run(trainer, &task, &stage, x, 1e9, 1) == steps);
+    newton_mean(trainer, x);
+    memcpy(m->theta, x, (size_t)block.rows * sizeof *x);
     CHECK_BELOW(rate_error(m, motion, flags), bound);
+    newton_free(trainer), free(x);
     return m;
 }
 
@@ -372,11 +450,11 @@ static void test_learning(void)
     double E0 = 0, E = 0, before, drift = 0;
     int i;
 
-    m = learn(LATENT_MLP, DOUBLE_PENDULUM, DAMPED | FORCED, 2, 3000, 0.12);
+    m = learn(LATENT_MLP, DOUBLE_PENDULUM, DAMPED | FORCED, 2, 60, 0.04);
     CHECK(latent_energy(m, start, &E) == 0);
     latent_free(m);
 
-    m = learn(LATENT_HNN, COUPLED, FORCED, 2, 3000, 0.03);
+    m = learn(LATENT_HNN, COUPLED, FORCED, 2, 60, 0.01);
     memcpy(s, start, sizeof s);
     CHECK(latent_energy(m, s, &E0) == 1);
     for (i = 0; i < 500; i++) {
@@ -388,10 +466,10 @@ static void test_learning(void)
     CHECK_BELOW(0.3, fabs((double)(s[0] - start[0]))); /* it did move */
     latent_free(m);
 
-    m = learn(LATENT_DHNN, COUPLED, DAMPED | FORCED, 2, 3000, 0.03);
+    m = learn(LATENT_DHNN, COUPLED, DAMPED | FORCED, 2, 60, 0.01);
     latent_free(m);
 
-    m = learn(LATENT_SYMODEN, DOUBLE_PENDULUM, DAMPED | FORCED, 2, 3000, 0.03);
+    m = learn(LATENT_SYMODEN, DOUBLE_PENDULUM, DAMPED | FORCED, 2, 150, 0.015);
     memcpy(s, start, sizeof s);
     CHECK(latent_energy(m, s, &E0) == 1);
     for (before = E0, i = 0; i < 500; i++) {
@@ -405,35 +483,26 @@ static void test_learning(void)
     CHECK_BELOW(E, E0 - 0.2);
     latent_free(m);
 
-    m = learn(LATENT_COMET, COUPLED, 0, 2, 3000, 0.09);
+    m = learn(LATENT_COMET, COUPLED, 0, 2, 60, 0.02);
     CHECK(latent_energy(m, start, &E) == 0);
     latent_free(m);
 }
 
 static void test_refusals(void)
 {
-    struct latent_data d = sample(COUPLED, 0, 2, 5);
-    struct latent *m = NULL;
     uint64_t seed = 1;
     int kind, flags;
     for (kind = 0; kind < LATENT_KINDS; kind++) /* with n = 16; work memory on the stack suffices */
         for (flags = 0; flags <= FORCED; flags += FORCED) {
             const roln_real s[2 * N_MAX] = {(roln_real)NAN};
             roln_real sd[2 * N_MAX] = {7};
-            m = random_model((enum latent_kind)kind, flags, N_MAX, &seed);
-            CHECK_BELOW(pass_of(m, 1, NULL).size, ROW);
+            struct latent *m = random_model((enum latent_kind)kind, flags, N_MAX, &seed);
+            CHECK_BELOW(pass_of(m, NULL).size, ROW);
             CHECK(latent_rate(m, s, NULL, sd) != ROLN_OK && sd[0] == 7);
             latent_free(m);
         }
-    fprintf(stderr, "four refusals are to follow:\n");
-    d.n = N_MAX + 1;
-    CHECK(latent_train(&m, LATENT_HNN, &d, 1, 1, 1e-3, 1) == -1 && m == NULL);
-    d.n = 2;
-    CHECK(latent_train(&m, LATENT_KINDS, &d, 1, 1, 1e-3, 1) == -1 && m == NULL);
-    CHECK(latent_train(&m, LATENT_HNN, &d, 1, COUNT + 1, 1e-3, 1) == -1 && m == NULL);
-    zdd[0] = (roln_real)NAN;
-    d.count = 16;
-    CHECK(latent_train(&m, LATENT_HNN, &d, 2000, 16, 1e-3, 1) == -1 && m == NULL);
+    CHECK(latent_new(LATENT_HNN, N_MAX + 1, 0, 1, 1) == NULL && latent_new(LATENT_HNN, 0, 0, 1, 1) == NULL);
+    CHECK(latent_new(LATENT_KINDS, 2, 0, 1, 1) == NULL);
 }
 
 void TEST_NAME(latent)(void)
@@ -441,8 +510,8 @@ void TEST_NAME(latent)(void)
 #ifdef ROLN_DOUBLE
     int kind;
     for (kind = 0; kind < LATENT_KINDS; kind++) {
-        test_gradient((enum latent_kind)kind, 0, 2);
-        test_gradient((enum latent_kind)kind, FORCED, 3);
+        test_derivatives((enum latent_kind)kind, 0, 2);
+        test_derivatives((enum latent_kind)kind, FORCED, 3);
     }
 #endif
     test_canonical(LATENT_HNN);

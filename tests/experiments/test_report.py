@@ -12,10 +12,12 @@ sys.dont_write_bytecode = True
 import report
 
 RUNS = [(recipe, seeds, system)
-        for recipe, seeds, system in [("pend2-exp-acc", 5, "pend2, torques"), ("pend2-chol-acc", 3, "pend2, torques"),
-                                      ("pend16-acc", 5, "pend16"), ("pend16-long", 1, "pend16"), ("pend16-ode", 1, "pend16"),
-                                      ("pend16-pod", 1, "pend16"), ("pend16-opinf", 1, "pend16"), ("rope-n10", 2, "rope"),
-                                      ("cloth-n10", 1, "cloth")] + [(f"pend2-few{n}-exp", 2, "pend2, torques") for n in report.FEW]]
+        for recipe, seeds, system in [("pend2-exp", 5, "pend2, torques"), ("pend2-chol", 3, "pend2, torques"),
+                                      ("pend16-ro", 5, "pend16"), ("pend16-300-ro", 1, "pend16"), ("pend16-paper", 1, "pend16"),
+                                      ("pend16-300-pod", 1, "pend16"), ("pend16-opinf", 1, "pend16"), ("rope-n10", 2, "rope"),
+                                      ("cloth-n10", 1, "cloth"), ("chart-pend16-d3", 1, "pend16"),
+                                      ("chart-pend16-pod", 1, "pend16")] +
+        [(f"pend2-few{n}-exp", 2, "pend2, torques") for n in report.FEW[:3]]]
 
 
 def write_run(directory, run, at_25, at_1000, whole, *more):
@@ -37,7 +39,7 @@ def write_speed(directory):
     for model, ms, us in (("model", 1, 15), ("model_stable", 20, 2.5)):
         times.update({f"{model}_{key}": x for key, x in (("ms", ms), ("E_q_25", .37), ("E_q_whole", 6.2), ("latent", us),
                                                          ("decoded", us), ("block", us))})
-    lines = [f"{key} pend16 {x}" for key, x in times.items()] + ["integrator pend16 RK4", "weights pend16 pend16-long-1"]
+    lines = [f"{key} pend16 {x}" for key, x in times.items()] + ["integrator pend16 RK4", "weights pend16 pend16-300-ro-1"]
     (directory / "speed.txt").write_text("\n".join(lines + ["missing rope rope-n10-1"]) + "\n")
 
 
@@ -47,18 +49,20 @@ class TestReport(unittest.TestCase):
         cls.temporary = tempfile.TemporaryDirectory()
         cls.directory, cls.out = Path(cls.temporary.name), Path(cls.temporary.name) / "out"
         cls.out.mkdir()
-        (cls.directory / "runs.list").write_text("".join(f"{recipe}-{seed} - 97 {system}\n" for recipe, seeds, system in RUNS
-                                                         for seed in range(1, seeds + 1)))
-        write_run(cls.directory, "pend16-acc-1", 1, 20, 30)
-        write_run(cls.directory, "pend16-acc-2", 3, 40, "nan", "failed whole 2")
-        write_run(cls.directory, "pend16-long-1", .4, 5, 1e30)
-        write_run(cls.directory, "pend16-pod-1", 20, 60, 70)
+        (cls.directory / "runs.list").write_text("".join(f"{recipe}-{seed} {40 if recipe == 'pend2-exp' else 97} {system}\n"
+                                                         for recipe, seeds, system in RUNS for seed in range(1, seeds + 1)))
+        write_run(cls.directory, "pend16-ro-1", 1, 20, 30)
+        write_run(cls.directory, "pend16-ro-2", 3, 40, "nan", "failed whole 2")
+        write_run(cls.directory, "pend16-300-ro-1", .4, 5, 1e30)
+        write_run(cls.directory, "pend16-300-pod-1", 20, 60, 70)
         write_run(cls.directory, "pend16-opinf-1", 23, 48, 80)
         for seed, error in (1, .1), (2, .9), (4, .2):
-            write_run(cls.directory, f"pend2-exp-acc-{seed}", error, 1, 1, "error M 2")
+            write_run(cls.directory, f"pend2-exp-{seed}", error, 1, 1, "error M 2")
         for seed, error in (1, 1), (2, 1), (3, 4):
-            write_run(cls.directory, f"pend2-chol-acc-{seed}", 1, 1, 1, f"error M {error}")
-        for n in report.FEW:
+            write_run(cls.directory, f"pend2-chol-{seed}", 1, 1, 1, f"error M {error}")
+        for name, left in ("d3", .25), ("pod", 12):
+            write_run(cls.directory, f"chart-pend16-{name}-1", 1, 1, 1, f"E_q 0 {left}")
+        for n in report.FEW[:3]:
             write_run(cls.directory, f"pend2-few{n}-exp-1", 1, 100 // n, 200 // n)
             write_run(cls.directory, f"pend2-few{n}-exp-2", 1, 150 // n, 300 // n)
         write_path(cls.directory, "rope-n10-1", lambda _, k: [(0, 0, 0), (50 - 10 * k, -10, -90), (100 - 10 * k, 20, -180)])
@@ -78,10 +82,11 @@ class TestReport(unittest.TestCase):
 
     def test_cells(self):
         """mean ± standard deviation (median); a value that is not finite; one seed; none; `failed` that is not there is 0."""
-        self.has("| RO-LNN, acc | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |",
-                 "| exp, acc | 0.40 ± 0.44 (0.20) | 1.0 | 1.0 |", "| RO-LNN, long | 0.40 | 5.0 | 1.0e30 |",
-                 "| RO-LNN, ode | - | - | - |", "| q + h qd | 4.0 | - | - |", "| inf (inf) | 1.0 ± 1.4 (1.0) |",
-                 "| exponential, 1 s | 25 ± 7.1 (25) | 12 ± 3.5 (12) | 6.0 ± 1.4 (6.0) | 2.5 ± 0.71 (2.5) |")
+        self.has("| 60 s: RO-LNN | 2.0 ± 1.4 (2.0) | 30 ± 14 (30) | inf (inf) |",
+                 "| exponential map | 0.40 ± 0.44 (0.20) | 1.0 | 1.0 |", "| 300 s: RO-LNN | 0.40 | 5.0 | 1.0e30 |",
+                 "| 300 s: LNN, n = 16 | - | - | - |", "| q + h qd | 4.0 | - | - |", "| inf (inf) | 1.0 ± 1.4 (1.0) |",
+                 "| exponential, 1 s | 25 ± 7.1 (25) | 12 ± 3.5 (12) | 6.0 ± 1.4 (6.0) | 1.0 |",
+                 "| pend16, n = 4 | 12 (1800 s) | - | 0.25 (1800 s) |")
 
     def test_numbers(self):
         for x, digits, text in ((0, 2, "0"), (9.96, 2, "10"), (.00123, 2, "0.0012"), (.000996, 2, "0.0010"), (9.9e-4, 2, "9.9e-4"),
@@ -89,25 +94,24 @@ class TestReport(unittest.TestCase):
             self.assertEqual(report.number(x, digits), text)
 
     def test_runs(self):
-        self.has("| pend16-acc | pend16 | 97 | 2 of 5 | 11935 | 7.04 | 1800 | 3600 |",
+        self.has("| pend16-ro | pend16 | 97 | 2 of 5 | 11935 | 7.04 | 1800 | 3600 |",
                  "| pend16-opinf | pend16 | 97 | 1 | 11935 | 7.04 | 1800 | 3600 |", "| rope-n10 | rope | 97 | 0 of 2 | - |",
                  "19 of 28 runs: 19.00 core-hours; the longest run took 60 minutes.",
-                 "Missing: pend2-exp-acc-3 5, pend16-acc-3 4 5, pend16-ode, rope-n10, cloth-n10.")
+                 "Missing: pend2-exp-3 5, pend16-ro-3 4 5, pend16-paper, rope-n10, cloth-n10.")
 
     def test_goals(self):
         """Met, missed, and open: no result, one rival missing; the median counts as the mean does."""
-        self.has("at most 0.5 % | pend16-long, 97 trajectories | 0.40 | met |",
-                 "| 8 times below q + h qd | pend16-long, 97 trajectories | 0.40, q + h qd 4.0: 10 times | met |",
-                 "L-OpInf | pend16-long, 97 trajectories | 0.40, pend16-pod 20: 50 times | - |",
-                 "| at 1 s 10 times below POD + LNN, a linear chart with learned dynamics | pend16-long, 97 trajectories | "
-                 "5.0, pend16-pod 60: 12 times | met |",
-                 "| over 3 s 10 times below POD + LNN | pend16-long, 97 trajectories | 1.0e30, pend16-pod 70: 7.0e-29 times | "
+        self.has("25 ms at most 0.04 % | pend16-300-ro, 97 trajectories | 0.40 | **missed** |",
+                 "| POD + LNN over RO-LNN, 300 s, 1 s: 10 times | pend16-300-ro, 97 trajectories | 5.0, pend16-300-pod 60: "
+                 "12 times | met |",
+                 "whole: 10 times | pend16-300-ro, 97 trajectories | 1.0e30, pend16-300-pod 70: 7.0e-29 times | **missed** |",
+                 "pend2 | pend2-exp, 3 of 5 seeds, 97 trajectories | 2.0, pend2-chol 2.0 ± 1.7 (1.0): 1.0 times | "
                  "**missed** |",
-                 "pend2, acc | pend2-exp-acc, 3 of 5 seeds, 97 trajectories | 2.0, pend2-chol-acc 2.0 ± 1.7 (1.0): 1.0 times | "
-                 "**missed** |",
-                 "| rope, n = 10: whole 1 s at most 3 % | rope-n10 | - | - |",
-                 "| pend16: 10 times faster than mj_step, latent | section 5 | 12 times | met |",
-                 "| cloth: 50 times faster than mj_step, latent | section 5 | - | - |", "| no run over 60 minutes | 19 of 28 | 60 ")
+                 "| pend2, 30 s: M at most 0.08 % | pend2-exp, 3 of 5 seeds, 97 trajectories | 2.0 | **missed** |",
+                 "| rope, n = 10, 300 s: whole at most 1 % | rope-n10 | - | - |",
+                 "LNN, n = 16, compared, 300 s, 25 ms | pend16-300-ro, 97 trajectories | 0.40 | - |",
+                 "| pend16: 10 times faster than mj_step, latent | section 7 | 12 times | met |",
+                 "| cloth: 50 times faster than mj_step, latent | section 7 | - | - |", "| no run over 60 minutes | 19 of 28 | 60 ")
 
     def test_speed(self):
         self.has("| | pend16 |\n", "| us per simulated ms | 3.1 |", "| us per RK4 step, encode, decode | 15, 0.53, 0.48 |",
@@ -128,7 +132,7 @@ class TestReport(unittest.TestCase):
             self.assertEqual(before[name], (self.out / name).read_text())
             self.assertLess(len(before[name]), 150000)
         self.assertIn(">124 ms<", before["cloth.svg"])
-        self.assertIn(">L-OpInf<", before["pend16.svg"])
+        self.assertIn(">RO-LNN, 300 s<", before["pend16.svg"])
 
     def test_nothing(self):
         """No run at all; no run list."""
@@ -136,7 +140,7 @@ class TestReport(unittest.TestCase):
             empty, stderr = Path(name), io.StringIO()
             with contextlib.redirect_stderr(stderr), self.assertRaises(SystemExit):
                 report.report(empty, empty)
-            (empty / "runs.list").write_text("pend16-acc-1 - 200 pend16\n")
+            (empty / "runs.list").write_text("pend16-ro-1 200 pend16\n")
             report.report(empty, empty)
             self.assertEqual(sorted(path.name for path in empty.iterdir()), ["RESULTS.md", "runs.list"])
             self.assertIn("0 of 1 runs: 0.00 core-hours", (empty / "RESULTS.md").read_text())

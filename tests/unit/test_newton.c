@@ -1271,7 +1271,7 @@ static void check_hand_judge(int count, roln_newton_opt opt)
     CHECK(same(count, hand_a.g.r, hand_b.g.r) && same(side * (side + 1), hand_a.o.S, hand_b.o.S));
     CHECK(hand_a.o.state.lambda == 4 * lambda && hand_a.o.state.loss == hand_b.o.state.loss);
     if (side == P) CHECK(same(P, carried, hand_b.g.J + count * P) && same(P, hand_a.o.rest, hand_b.o.rest)); /* rest waits, */
-    else CHECK(roln_dot(P, carried, carried) <= 0 && roln_dot(P, hand_a.o.rest, hand_a.o.rest) <= 0); /* the last step is forgotten */
+    else CHECK(roln_dot(P, carried, carried) <= 0 && roln_dot(P, hand_a.o.rest, hand_a.o.rest) <= 0); /* no last step */
     CHECK_OK(hand_newton_step(&hand_a.p, &opt, count, &hand_a.g, &hand_a.o)); /* shorter, from the same sums */
     CHECK(move_of(&hand_a.p, &hand_a.o.next) < move_of(&hand_b.p, &hand_b.o.next));
     /* taken, now or with more damping; 5 of the rows judge, and the others do not count */
