@@ -34,7 +34,7 @@ enum {
     TESTS = 50, TEST_STEPS = 40 /* of 25 ms */
 };
 #define TICK 0.005f  /* s */
-#define STIFF 1e-3f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
+#define STIFF 3e-4f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
 #define GIVE_UP 0.1f /* lambda: a turn that no step fits is left, and makes A stiffer */
 
 static const float before[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f}; /* kg */

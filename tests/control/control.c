@@ -138,7 +138,8 @@ static roln_status law(struct control_model *m, int pd, const pend16_act_latent 
 }
 
 /* tau_z to the joints: lifted to all of them, or by the motors of joints 0, 4, 8, 12 alone. */
-static roln_status drive(struct control_model *m, int motors, const pend16_act_latent *s, const roln_real tau_z[n], roln_real tau[N])
+static roln_status drive(struct control_model *m, int motors, const pend16_act_latent *s, const roln_real tau_z[n],
+                         roln_real tau[N])
 {
     static const roln_real B[N * 4] = {[0] = 1, [4 * 4 + 1] = 1, [8 * 4 + 2] = 1, [12 * 4 + 3] = 1};
     roln_real u[4];

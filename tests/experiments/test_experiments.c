@@ -278,7 +278,7 @@ static double find(FILE *f, const char *key, const char *argument)
 static void test_measure(void)
 {
     static const int ms[] = {0, 25, 100};
-    const struct shape shape = {.ae = {N, 16, 16, 16, 12, 8, 4}, .mlp = 64, .slope = .6, .zoom = 1};
+    const struct shape shape = {.ae = {N, 4}, .degree = 4, .mlp = 32, .slope = .41421356, .zoom = 1};
     struct model m;
     struct motion d;
     int start[400], count = 0;
