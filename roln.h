@@ -1654,10 +1654,13 @@ typedef struct {
 #define ROLN_CHART_TURN_ROOM(S) ROLN_MAX(ROLN_CHART_ADD_ROOM(S), ROLN_CHART_SOLVE_ROOM(S))
 
 /* The fit for one encoder. */
-#define ROLNI_ENCODER_MEM(X, S) X(low, S(n)) X(high, S(n)) X(top, S(n)) X(x, ROLN_CHART_BLOCK * S(N))
+#define ROLNI_ENCODER_MEM(X, S) \
+    X(low, S(n)) X(high, S(n)) X(top, S(n)) X(x, ROLN_CHART_BLOCK * S(N)) X(cov, 2 * S(n) * S(n)) \
+    X(dual, S(n) * S(n)) X(modes, S(n) * S(n)) X(gm, S(n) * S(bent))
 #define ROLNI_ENCODER_WORK(S) \
     (0 ROLNI_ENCODER_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLNI_RANGE_WORK(S), ROLN_MAX(ROLN_CHART_ADD_WORK(S), ROLN_CHART_GRAD_WORK(S, ROLN_CHART_BLOCK))))
+     ROLN_MAX(ROLN_MAX(ROLNI_RANGE_WORK(S), ROLN_SPD_FRAME_WORK(S(n))), \
+              ROLN_MAX(ROLN_CHART_ADD_WORK(S), ROLN_CHART_GRAD_WORK(S, ROLN_CHART_BLOCK))))
 typedef struct {
     const roln_trained *m;
     const roln_batch *batch;
@@ -1677,7 +1680,54 @@ ROLN_FN int rolni_encoder_block(const rolni_encoder *f, int at)
     return now;
 }
 
-/* Coordinates psi in which the samples lie in [-1, 1], and the best decoder for them; top: largest |zd|. */
+/* cov(z) and the mean of zd zd^T, [2][n][n], to f->cov; f->turn->sums is scratch. */
+ROLN_FN roln_status rolni_encoder_spread(rolni_encoder *f)
+{
+    const int N = f->m->model->ae.size[0], n = f->m->model->lnn.n;
+    const double count = f->batch->count;
+    double *const mean = f->turn->sums, *const square = mean + n;
+    roln_real *const z = f->x, *const zd = z + n; /* room for ROLN_CHART_BLOCK inputs, of which each is longer than n */
+    int w, i, j;
+    for (i = 0; i < n + 2 * n * n; i++)
+        mean[i] = 0;
+    for (w = 0; w < f->batch->count; w++) {
+        const size_t row = rolni_sample(f->batch, w, 0) * ROLNI_AS(size_t, N);
+        const roln_status st = roln_encode(f->m, f->batch->q + row, f->batch->qd + row, NULL, z, zd, NULL, f->work);
+        if (st != ROLN_OK) return st;
+        for (i = 0; i < n; i++) {
+            mean[i] += ROLNI_AS(double, z[i]) / count;
+            for (j = 0; j < n; j++) {
+                square[i * n + j] += ROLNI_AS(double, z[i]) * ROLNI_AS(double, z[j]) / count;
+                square[(n + i) * n + j] += ROLNI_AS(double, zd[i]) * ROLNI_AS(double, zd[j]) / count;
+            }
+        }
+    }
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            square[i * n + j] -= mean[i] * mean[j];
+    for (i = 0; i < 2 * n * n; i++)
+        f->cov[i] = ROLNI_AS(roln_real, square[i]);
+    return ROLN_OK;
+}
+
+/* Psi and Phi become modes of motion of the samples, slow ones first: coordinates in which neither positions nor velocities are
+   correlated, as in normal modes, where M and the stiffness are diagonal. dual and modes are V and W of the frame of cov(zd) at cov(z)
+   (roln_spd_frame). ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
+ROLN_FN roln_status rolni_encoder_modes(rolni_encoder *f, const roln_real *psi, roln_real *layer)
+{
+    const int n = f->m->model->lnn.n, bent = roln_ae_bent(&f->m->model->ae);
+    roln_real *const A = f->cov, *const X = A + n * n;
+    roln_status st = rolni_encoder_spread(f);
+    if (st != ROLN_OK) return st;
+    if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
+    if (roln_chol(n, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    if ((st = roln_spd_frame(n, A, X, f->low, f->dual, f->modes, f->work)) != ROLN_OK) return st;
+    roln_mm(n, n, bent, f->dual, psi, layer);
+    roln_mm(n, n, bent, f->modes, psi, layer + n * bent);
+    return ROLN_OK;
+}
+
+/* Modes of the space of psi in which the samples lie in [-1, 1], and the best decoder for them; top: largest |zd|. */
 ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
 {
     const roln_ae *ae = &f->m->model->ae;
@@ -1689,6 +1739,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     rolni_copy(n * bent, psi, layer);
     rolni_copy(n * bent, psi, layer + n * bent);
     rolni_copy(bent, f->turn->from, layer + 2 * n * bent);
+    if ((st = rolni_encoder_modes(f, psi, layer)) != ROLN_OK) return st;
     if ((st = rolni_range(f->m, f->batch, f->low, f->high, f->top, f->work)) != ROLN_OK) return st;
     if ((st = roln_chart_center(ae, f->low, f->high, f->theta)) != ROLN_OK) return st;
     for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
@@ -1713,29 +1764,31 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
     int w, i, j;
     f->status = rolni_encoder_fit(f, psi);
     if (f->status != ROLN_OK) return rolni_real(ROLNI_INF);
+    rolni_zero(n * bent, f->gm);
     for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK)
-        roln_chart_grad(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, &sum, g, f->work);
+        roln_chart_grad(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, &sum, f->gm, f->work);
     for (i = 0; i < ae->curves * bent; i++)
         W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
-    for (i = 0; i < n; i++) {
+    for (i = 0; i < n; i++) { /* of psi, from that of modes psi, stretched */
         const roln_real half = f->high[i] / 2 - f->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
-        for (j = 0; j < bent; j++)
-            g[i * bent + j] /= unit;
+        for (j = 0; j < n; j++)
+            f->modes[i * n + j] /= unit;
     }
+    roln_mm_at(n, n, bent, f->modes, f->gm, g);
     return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
 }
 
 /* One step for the encoder of the bent layer, on the first samples of the windows of the batch, the same ones in every step.
-   theta: that of m, in and out. It comes out as a model with the encoder that the step led to, in coordinates in which the samples
-   lie in [-1, 1], and with Phi, b and W fitted to them, with ROLN_CHART_RIDGE. zd_max [n] out: the largest |zd|; the batch has qd
-   for it. residual [1] out: what is left as in roln_chart_solve, but with the ridge; no step raises it.
+   theta: that of m, in and out. It comes out as a model with the encoder that the step led to, in coordinates that are modes of the
+   samples' motion, slow ones first, z uncorrelated and zd, too, in which the samples lie in [-1, 1], and with Phi, b and W fitted
+   to them, with ROLN_CHART_RIDGE. zd_max [n] out: the largest |zd|; for both the batch has qd. residual [1] out: what is left as in roln_chart_solve, but with the ridge; no step raises it.
    The first step begins with the encoder in theta. A few thousand samples that show all of the motion suffice, and it is done when
    the residual falls by less than a hundredth in 20 steps; roln_chart_add and roln_chart_solve then fit the decoder to all samples.
    theta and the outputs are untouched unless ROLN_OK. ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end.
-   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent; ROLN_E_SHAPE: no layer is bent, or not
-   ROLN_FULL; else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
+   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent, or to working precision the samples lie in fewer
+   than n dimensions; ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
    Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and 5 F N_{L-1} more for each
    sample, and a solve. */
 #define ROLN_CHART_TURN_MEM(X, S) \
@@ -2759,9 +2812,9 @@ typedef struct {
 
 /* One step for the encoder of the bent layer, behind NAME_init_pod, on the first samples of the windows of b, a few thousand, the
    same ones in every step, until the residual [1] falls by less than a hundredth in 20 steps (roln_chart_turn). p becomes a model
-   with a better encoder, and the decoder and the range that fit these samples. Then NAME_chart_add, NAME_chart_solve and
-   NAME_fit_range with all samples. p and residual stay as they were unless ROLN_OK; ROLN_E_NO_CONVERGENCE: no step lowers the
-   residual, which is the end. */
+   with a better encoder, coordinates that are modes of motion, and the decoder and the range that fit these samples. Then
+   NAME_chart_add, NAME_chart_solve and NAME_fit_range with all samples. p and residual stay as they were unless ROLN_OK;
+   ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end. */
 ROLN_FN roln_status ROLNI_(chart_turn)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(turn) *turn, roln_real *residual)
 {
     const roln_trained m = ROLNI_(trained)(p);

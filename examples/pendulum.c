@@ -201,7 +201,7 @@ static void fit_surface(void)
     }
     if (st != ROLN_E_NO_CONVERGENCE) check(st, "encoder"); /* it has arrived */
     check(chain_chart_add(&model, TRAIN * SAMPLES, q[0], &sums, &start_work), "surface");
-    check(chain_chart_solve(&model, &sums, 0, &left, &start_work), "surface");
+    check(chain_chart_solve(&model, &sums, ROLN_CHART_RIDGE, &left, &start_work), "surface");
     printf("surface: %d steps, %.1e of q is left, %.1f s\n", steps, (double)left, seconds());
 }
 

@@ -487,7 +487,7 @@ static void fit_chart(void)
     }
     if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) fail("chart: status %d", (int)st);
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
-    if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, 0, &residual, &scratch);
+    if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch);
     if (st != ROLN_OK) fail("chart: status %d; a lower degree?", (int)st);
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, k, seconds());
 #endif

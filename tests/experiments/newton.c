@@ -6,8 +6,9 @@
 
 #include "experiment.h"
 
-/* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. */
-enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, IN_VAIN = 20 };
+/* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. A stage may let the
+   memory fall to LAST steps. */
+enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
 
 struct newton {
     const roln_block *table;
@@ -131,11 +132,13 @@ static void add_to_mean(struct newton *n, const roln_real *x)
 
 int newton_run(struct newton *n, const struct newton_task *task, const struct stage *s, roln_real *x, double seconds, uint64_t seed)
 {
-    static const roln_newton_opt opt = ROLN_NEWTON_OPT;
+    roln_newton_opt opt = ROLN_NEWTON_OPT;
     const double t0 = cpu_seconds();
     int steps = 0, in_vain = 0, looks = 1;
     if (n->state.taken == 0 && gather_first(n, task, s->share, x, &seed) != 0) return -1;
     for (; (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
+        const double done = s->most > 0 ? (double)steps / s->most : (cpu_seconds() - t0) / seconds;
+        if (s->forget) opt.memory = (roln_real)(MEMORY * pow((double)LAST / MEMORY, done));
         if (gather(n, task, s->share, &opt, x, &seed) != 0) return -1;
         if (step(n, task, &opt, x)) in_vain = 0, add_to_mean(n, x);
         else if (++in_vain == IN_VAIN) return fprintf(stderr, "newton: no step is taken\n"), -1;

@@ -18,7 +18,7 @@
 #define WINDOWS(p, rows, part_, H, samples, ...) \
     {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
 /* rows of single samples, then windows of half a second among them */
-#define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .smooth = 0)
+#define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .forget = 1)
 /* the paper's: autoencoder alone, acceleration loss, ODE loss over windows of 40 ms */
 #define ADAM(kind_, p, ae, net, ...) \
     {.kind = kind_, .part = p, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_qd = 1, .bias = 1, __VA_ARGS__}

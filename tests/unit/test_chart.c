@@ -567,7 +567,36 @@ static ld astray(const roln_real *psi)
     return worst;
 }
 
-/* What a step leaves: a left inverse, states of the samples in [-1, 1], the largest |zd|, the closed form for these samples. */
+/* Modes: over the samples neither z nor zd are correlated, and zd / z grows from one to the next. */
+static void check_modes(const roln_trained *m)
+{
+    ld mean[8] = {0}, zz[64] = {0}, dd[64] = {0}, before = 0;
+    roln_real z[8], zd[8];
+    int k, i, j;
+    for (k = 0; k < enc.b.count; k++) {
+        const int at = enc.b.start ? enc.b.start[k] : k;
+        CHECK_OK(roln_encode(m, enc.q + at * of.N, enc.qd + at * of.N, NULL, z, zd, NULL, spare));
+        for (i = 0; i < of.n; i++)
+            for (mean[i] += (ld)z[i] / enc.b.count, j = 0; j < of.n; j++) {
+                zz[i * of.n + j] += (ld)z[i] * (ld)z[j] / enc.b.count;
+                dd[i * of.n + j] += (ld)zd[i] * (ld)zd[j] / enc.b.count;
+            }
+    }
+    for (i = 0; i < of.n; i++)
+        for (j = 0; j < of.n; j++) zz[i * of.n + j] -= mean[i] * mean[j];
+    for (i = 0; i < of.n; i++) {
+        const ld rate = dd[i * of.n + i] / zz[i * of.n + i];
+        CHECK(rate >= before);
+        before = rate;
+        for (j = 0; j < i; j++) {
+            const int at = i * of.n + j, own = i * (of.n + 1), other = j * (of.n + 1);
+            BOUND("encoder: positions correlated (eps)", fabsl(zz[at]) / sqrtl(zz[own] * zz[other]) / EPS, 200);
+            BOUND("encoder: velocities correlated (eps)", fabsl(dd[at]) / sqrtl(dd[own] * dd[other]) / EPS, 200);
+        }
+    }
+}
+
+/* What a step leaves: a left inverse, modes, samples in [-1, 1], the largest |zd|, the closed form for these samples. */
 static void check_turned(roln_real left)
 {
     const roln_trained m = trained(enc.md, &scale, enc.theta);
@@ -578,6 +607,7 @@ static void check_turned(roln_real left)
     ld terms = 0;
     int i;
     CHECK_OK(roln_ae_check(&ae, enc.theta));
+    check_modes(&m);
     CHECK_OK(roln_fit_range(&m, count, enc.q, enc.qd, low, high, top, spare));
     for (i = 0; i < of.n; i++) {
         CHECK_NEAR(low[i], -1, 300 * EPS), CHECK_NEAR(high[i], 1, 300 * EPS);
@@ -738,7 +768,7 @@ static void test_no_turn(uint64_t *s)
     }
     motion(&chart_model, 200, 1, 0.02, truth, s);
     for (i = 0; i < 200 * of.N; i++) enc.q[i] = enc.q[i % of.N]; /* at rest */
-    no_turn(ROLN_E_RANGE);
+    no_turn(ROLN_E_ILL_CONDITIONED);
     motion(&chart_model, 200, 1, 0.02, truth, s);
     enc.b.count = 2; /* too few for two dimensions */
     no_turn(ROLN_E_ILL_CONDITIONED);
