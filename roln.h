@@ -1711,8 +1711,8 @@ ROLN_FN roln_status rolni_encoder_spread(rolni_encoder *f)
 }
 
 /* Psi and Phi become modes of motion of the samples, slow ones first: coordinates in which neither positions nor velocities are
-   correlated, as in normal modes, where M and the stiffness are diagonal. dual and modes are V and W of the frame of cov(zd) at cov(z)
-   (roln_spd_frame). ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
+   correlated, as in normal modes, where M and the stiffness are diagonal. dual and modes are V and W of the frame of cov(zd) at
+   cov(z) (roln_spd_frame). ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
 ROLN_FN roln_status rolni_encoder_modes(rolni_encoder *f, const roln_real *psi, roln_real *layer)
 {
     const int n = f->m->model->lnn.n, bent = roln_ae_bent(&f->m->model->ae);
@@ -1780,15 +1780,17 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
     return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
 }
 
-/* One step for the encoder of the bent layer, on the first samples of the windows of the batch, the same ones in every step.
-   theta: that of m, in and out. It comes out as a model with the encoder that the step led to, in coordinates that are modes of the
+/* One step for the encoder of the bent layer, on the first samples of the windows of the batch, the same ones in every step. theta:
+   that of m, in and out. It comes out as a model with the encoder that the step led to, in coordinates that are modes of the
    samples' motion, slow ones first, z uncorrelated and zd, too, in which the samples lie in [-1, 1], and with Phi, b and W fitted
-   to them, with ROLN_CHART_RIDGE. zd_max [n] out: the largest |zd|; for both the batch has qd. residual [1] out: what is left as in roln_chart_solve, but with the ridge; no step raises it.
+   to them, with ROLN_CHART_RIDGE. zd_max [n] out: the largest |zd|; for both the batch has qd. residual [1] out: what is left as in
+   roln_chart_solve, but with the ridge; no step raises it.
    The first step begins with the encoder in theta. A few thousand samples that show all of the motion suffice, and it is done when
    the residual falls by less than a hundredth in 20 steps; roln_chart_add and roln_chart_solve then fit the decoder to all samples.
    theta and the outputs are untouched unless ROLN_OK. ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end.
-   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent, or to working precision the samples lie in fewer
-   than n dimensions; ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
+   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent, or to working precision the samples lie
+   in fewer than n dimensions; ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; else as roln_encode, roln_chart_center,
+   roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
    Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and 5 F N_{L-1} more for each
    sample, and a solve. */
 #define ROLN_CHART_TURN_MEM(X, S) \
