@@ -59,21 +59,21 @@
     JOINTS(LATENT, id, where, trajectories, repeats, 60, CHART16(d, .base = 0), .latent = what, STEPS16)
 #define FEW16(name_, where, d, trajectories) \
     JOINTS(LAGRANGE, name_ "-few" #trajectories "-ro", where, trajectories, 1, 60, CHART16(d, .base = 0), STEPS16), \
-    JOINTS(LAGRANGE, name_ "-few" #trajectories "-full", where, trajectories, 1, 60, FULL16(.base = 0)), \
-    LATENT16(name_ "-few" #trajectories "-mlp", where, d, trajectories, 1, LATENT_MLP)
-#define SIXTEEN(name_, where, d, longer) \
+    JOINTS(LAGRANGE, name_ "-few" #trajectories "-full", where, trajectories, 1, 60, FULL16(.base = 0))
+/* rivals in as many repeats as given */
+#define SIXTEEN(name_, where, d, longer, repeats) \
     JOINTS(LAGRANGE, name_ "-ro", where, 200, 3, 60, CHART16(d, .base = 0), STEPS16), \
-    JOINTS(LAGRANGE, name_ "-chol", where, 200, 3, 60, CHART16(d, .mass = ROLN_CHOLESKY), STEPS16), \
-    JOINTS(LAGRANGE, name_ "-paper", where, 200, 3, 60, LAYERED16, .stage = {PAPER}), \
-    JOINTS(LAGRANGE, name_ "-pod", where, 200, 3, 60, POD16, .stage = {NEWTON(0, 2000)}), \
-    JOINTS(LAGRANGE, name_ "-full", where, 200, 3, 60, FULL16(.base = 0)), \
-    JOINTS(LAGRANGE, name_ "-fullchol", where, 200, 3, 60, FULL16(.mass = ROLN_CHOLESKY)), \
+    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-paper", where, 200, repeats, 60, LAYERED16, .stage = {PAPER}), \
+    JOINTS(LAGRANGE, name_ "-pod", where, 200, repeats, 60, POD16, .stage = {NEWTON(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-full", where, 200, repeats, 60, FULL16(.base = 0)), \
+    LATENT16(name_ "-mlp", where, d, 200, repeats, LATENT_MLP), \
+    LATENT16(name_ "-hnn", where, d, 200, repeats, LATENT_HNN), \
+    LATENT16(name_ "-symoden", where, d, 200, repeats, LATENT_SYMODEN), \
+    JOINTS(LAGRANGE, name_ "-chol", where, 200, repeats, 60, CHART16(d, .mass = ROLN_CHOLESKY), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-fullchol", where, 200, repeats, 60, FULL16(.mass = ROLN_CHOLESKY)), \
     {.name = name_ "-opinf", .kind = OPINF, .system = where, .train = 200, .seeds = 1, .n = 4}, \
     {.name = name_ "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = 200, .seeds = 1, .n = 4}, \
-    LATENT16(name_ "-mlp", where, d, 200, 3, LATENT_MLP), \
-    LATENT16(name_ "-hnn", where, d, 200, 3, LATENT_HNN), \
-    LATENT16(name_ "-symoden", where, d, 200, 3, LATENT_SYMODEN), \
-    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
     JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON(0, 2000)}), \
     JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, FULL16(.base = 0)), \
     JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
@@ -150,7 +150,7 @@ const struct recipe recipes[] = {
     PEND2_FEW(10),
     PEND2_FEW(20),
 
-    SIXTEEN("pend16", TRUTH_PEND16, 4, 4),
+    SIXTEEN("pend16", TRUTH_PEND16, 4, 4, 3),
     LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 1, LATENT_DHNN),
     LATENT16("pend16-comet", TRUTH_PEND16, 4, 200, 1, LATENT_COMET),
     JOINTS(LAGRANGE, "pend16-1200-ro", TRUTH_PEND16, 200, 1, 1200, CHART16(4, .base = 0), STEPS16),
@@ -160,10 +160,10 @@ const struct recipe recipes[] = {
     NARROW("mlp", LATENT_MLP),
     NARROW("hnn", LATENT_HNN),
     NARROW("symoden", LATENT_SYMODEN),
-    SIXTEEN("wave16", TRUTH_WAVE16, 6, 8),
+    SIXTEEN("wave16", TRUTH_WAVE16, 6, 8, 1),
 
     OPTIMISERS("pend2", TRUTH_PEND2_ACT, 40, 1, 30, FULL(2, .base = 0)),
-    OPTIMISERS("pend16", TRUTH_PEND16, 200, 0, 60, CHART16(4, .base = 0)),
+    OPTIMISERS("pend16", TRUTH_PEND16, 200, 0, 30, CHART16(4, .base = 0)),
 
     GRID_OPINF("rope", TRUTH_ROPE, 100, 0),
     ROPE("n4", 1, 60, 4, 5),

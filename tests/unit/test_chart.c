@@ -589,9 +589,9 @@ static void check_modes(const roln_trained *m)
         CHECK(rate >= before);
         before = rate;
         for (j = 0; j < i; j++) {
-            const int at = i * of.n + j, own = i * (of.n + 1), other = j * (of.n + 1);
-            BOUND("encoder: positions correlated (eps)", fabsl(zz[at]) / sqrtl(zz[own] * zz[other]) / EPS, 200);
-            BOUND("encoder: velocities correlated (eps)", fabsl(dd[at]) / sqrtl(dd[own] * dd[other]) / EPS, 200);
+            const int at = i * of.n + j, one = i * (of.n + 1), two = j * (of.n + 1);
+            BOUND("encoder: positions correlated (eps)", fabsl(zz[at]) / sqrtl(zz[one] * zz[two]) / EPS, 200);
+            BOUND("encoder: velocities correlated (eps)", fabsl(dd[at]) / sqrtl(dd[one] * dd[two]) / EPS, 200);
         }
     }
 }
