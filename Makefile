@@ -203,12 +203,12 @@ build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)
 	sh examples/firmware/cc.sh $(1) $(WARN) -Ibuild/firmware $$(DEPENDS) $$< -o $$@
 endef
 $(foreach c,$(CORES),$(eval $(call image,$(c))))
-$(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_act_weights.h
-build/firmware/pend16_act_weights.h: build/firmware/weights tests/mujoco/models/pend16_act.roln
+$(CORES:%=build/firmware/%/examples/firmware/serial.elf): build/firmware/pend16_weights.h
+build/firmware/pend16_weights.h: build/firmware/weights tests/mujoco/models/pend16_act.roln
 	./$< < $(word 2,$^) > $@ || { rm $@; exit 1; }
 build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
-	$(CC) $(STD) -O1 -DMODEL=pend16_act $(DEPENDS) $< -o $@ -lm
+	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
 # processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
 PIL = m4 m7 rv32

@@ -15,13 +15,13 @@
 enum { N = chain_N, n = chain_n };
 #define TICK ROLN_C(0.005)    /* s */
 #define SPEED ROLN_C(8.0)     /* 1/s, of the closed loop */
-#define JOULE ROLN_C(25.888) /* 1 J = 25.888 of the model: first line of chain_weights.h */
+#define JOULE ROLN_C(21.9773) /* 1 J = 21.9773 of the model: first line of chain_weights.h */
 
 static const roln_limits limits = {
     .dt = TICK,
     .margin = ROLN_C(0.1),         /* of the range seen in training */
-    .power = ROLN_C(0.01) * JOULE, /* 0.01 W: ten times the largest residual here, rounding (a real chain: of a recorded run) */
-    .tau = ROLN_C(3.1) * JOULE,    /* 3.1 N m, 1.5 times the largest torque here. What is beyond is a fault, it is not clipped */
+    .power = ROLN_C(0.01) * JOULE, /* 0.01 W: three times the largest residual here, rounding (a real chain: of a recorded run) */
+    .tau = ROLN_C(4.6) * JOULE,    /* 4.6 N m, 1.5 times the largest torque here. What is beyond is a fault, it is not clipped */
     .hold = 5,                     /* bad ticks that are bridged */
     .q_off = ROLN_C(0.05),         /* rad */
     .qd_off = 1};                  /* rad/s */

@@ -6,13 +6,13 @@
    not used, and numbers that were left out are bad ticks to the guard, too. Every tick is answered: a machine that gets no answer
    must stop its motors itself.
 
-   pend16_act_weights.h is what train.c writes; `make firmware` makes it of a committed model. On hardware the line needs a buffer
+   pend16_weights.h is what train.c writes; `make firmware` makes it of a committed model. On hardware the line needs a buffer
    that DMA or an interrupt fills, unless, as here, the other side waits for the answer. */
 
 #include "board.h"
 #include "frame.h"
-#include "pend16_act.h"
-#include "pend16_act_weights.h"
+#include "pend16.h"
+#include "pend16_weights.h"
 
 /* From the beginning of a tick, in units of board_count: on hardware the cycles of one and a half ticks. In QEMU, where the other
    side's time is not ours, long enough for any pause of a busy PC. */
@@ -20,18 +20,18 @@
 #define DEADLINE 20000000
 #endif
 #define TICK 0.001f /* s */
-enum { N = pend16_act_N, n = pend16_act_n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWER(N) };
+enum { N = pend16_N, n = pend16_n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWER(N) };
 
 /* s, range seen in training and 5 %, W, N m, bad ticks that are bridged, rad and rad/s off the manifold. */
 static const roln_limits limits = {
     .dt = TICK, .margin = 0.05f, .power = 3, .tau = 60, .hold = 3, .q_off = 0.05f, .qd_off = 1};
 
 static struct {
-    pend16_act_state x; /* of the last frame */
-    pend16_act_latent s;
-    pend16_act_target ref;  /* and gains */
-    pend16_act_guard guard; /* guard.tau: the answer */
-    pend16_act_work work;
+    pend16_state x; /* of the last frame */
+    pend16_latent s;
+    pend16_target ref;  /* and gains */
+    pend16_guard guard; /* guard.tau: the answer */
+    pend16_work work;
 } ctl;
 
 static struct {
@@ -89,13 +89,13 @@ static void arm(void)
 /* One tick, of line.bytes or without a frame: ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(int frame)
 {
-    if (!frame) return pend16_act_guard_tick(&pend16_act_weights, &limits, &ctl.x, &ctl.s, NULL, &ctl.guard, &ctl.work);
+    if (!frame) return pend16_guard_tick(&pend16_weights, &limits, &ctl.x, &ctl.s, NULL, &ctl.guard, &ctl.work);
     frame_get_floats(line.bytes, 2, N, ctl.x.q);
     frame_get_floats(line.bytes, 2 + N, N, ctl.x.qd);
     frame_get_floats(line.bytes, 2 + 2 * N, n, ctl.ref.z);
     frame_get_floats(line.bytes, 2 + 2 * N + n, n, ctl.ref.zd);
     frame_get_floats(line.bytes, 2 + 2 * N + 2 * n, n, ctl.ref.zdd);
-    return pend16_act_tick(&pend16_act_weights, &limits, &ctl.x, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work);
+    return pend16_tick(&pend16_weights, &limits, &ctl.x, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work);
 }
 
 static void answer(uint32_t faults, uint32_t used)

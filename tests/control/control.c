@@ -5,12 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "examples/pend16_act.h"
+#include "examples/pend16.h"
 #include "../mujoco/truth.h"
 
 #define PI 3.14159265358979323846
 #define DT 1e-3
-enum { N = pend16_act_N, n = pend16_act_n };
+enum { N = pend16_N, n = pend16_n };
 
 const char *control_name(enum control_law law)
 {
@@ -76,24 +76,24 @@ void control_reference_at(const struct control_reference *r, double t, double q[
 /* ---- the model ---- */
 
 struct control_model {
-    pend16_act_params p;
-    pend16_act_work work;
+    pend16_params p;
+    pend16_work work;
     enum control_law law; /* of the controller, and its state */
-    pend16_act_target ref;
-    pend16_act_state x;
-    pend16_act_latent s;
-    pend16_act_guard guard;
+    pend16_target ref;
+    pend16_state x;
+    pend16_latent s;
+    pend16_guard guard;
 };
 
 struct control_model *control_load(const char *path)
 {
-    static unsigned char bytes[pend16_act_packed_size + 1];
+    static unsigned char bytes[pend16_packed_size + 1];
     struct control_model *m = malloc(sizeof *m);
     FILE *f = fopen(path, "rb");
     const int count = f ? (int)fread(bytes, 1, sizeof bytes, f) : 0;
     if (f) fclose(f);
-    if (m && pend16_act_unpack(count, bytes, &m->p) == ROLN_OK) return m;
-    fprintf(stderr, "%s: no model of examples/pend16_act.h\n", path);
+    if (m && pend16_unpack(count, bytes, &m->p) == ROLN_OK) return m;
+    fprintf(stderr, "%s: no model of examples/pend16.h\n", path);
     free(m);
     return NULL;
 }
@@ -107,14 +107,14 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
     double mean[n] = {0};
     for (int k = 0; k < POSES; k++) {
         double x[n], q[N];
-        pend16_act_equation e;
-        pend16_act_state s;
-        pend16_act_latent z;
+        pend16_equation e;
+        pend16_state s;
+        pend16_latent z;
         for (int j = 0; j < n; j++) x[j] = uniform(&seed, -.5, .5);
         truth_phi(TRUTH_PEND16, x, q, NULL);
         for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
-        if (pend16_act_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
-            pend16_act_terms(&m->p, &z, &e, &m->work) != ROLN_OK) {
+        if (pend16_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
+            pend16_terms(&m->p, &z, &e, &m->work) != ROLN_OK) {
             fprintf(stderr, "control: no mass matrix\n");
             return -1;
         }
@@ -130,22 +130,22 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
 /* ---- laws ---- */
 
 /* tau_z of a law: PD alone, or with M zdd_ref + C zd_ref + g. */
-static roln_status law(struct control_model *m, int pd, const pend16_act_latent *s, const pend16_act_target *r, roln_real tau_z[n])
+static roln_status law(struct control_model *m, int pd, const pend16_latent *s, const pend16_target *r, roln_real tau_z[n])
 {
-    if (!pd) return pend16_act_control(&m->p, s, r, tau_z, &m->work);
+    if (!pd) return pend16_control(&m->p, s, r, tau_z, &m->work);
     for (int j = 0; j < n; j++) tau_z[j] = -r->kp[j] * (s->z[j] - r->z[j]) - r->kd[j] * (s->zd[j] - r->zd[j]);
     return ROLN_OK;
 }
 
 /* tau_z to the joints: lifted to all of them, or by the motors of joints 0, 4, 8, 12 alone. */
-static roln_status drive(struct control_model *m, int motors, const pend16_act_latent *s, const roln_real tau_z[n],
+static roln_status drive(struct control_model *m, int motors, const pend16_latent *s, const roln_real tau_z[n],
                          roln_real tau[N])
 {
     static const roln_real B[N * 4] = {[0] = 1, [4 * 4 + 1] = 1, [8 * 4 + 2] = 1, [12 * 4 + 3] = 1};
     roln_real u[4];
     roln_status st;
-    if (!motors) return pend16_act_lift(&m->p, s, tau_z, tau, &m->work);
-    st = pend16_act_allocate(&m->p, s, 4, B, tau_z, ROLN_C(1e-3), u, &m->work);
+    if (!motors) return pend16_lift(&m->p, s, tau_z, tau, &m->work);
+    st = pend16_allocate(&m->p, s, 4, B, tau_z, ROLN_C(1e-3), u, &m->work);
     memset(tau, 0, N * sizeof *tau);
     for (int k = 0; k < 4 && st == ROLN_OK; k++) tau[4 * k] = u[k];
     return st;
@@ -164,8 +164,8 @@ void control_start(struct control_model *m, enum control_law which, const struct
 
 int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 * n])
 {
-    pend16_act_target r;
-    if (pend16_act_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work) != ROLN_OK) return -1;
+    pend16_target r;
+    if (pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work) != ROLN_OK) return -1;
     memcpy(z_ref, r.z, sizeof r.z);
     memcpy(z_ref + n, r.zd, sizeof r.zd);
     memcpy(z_ref + 2 * n, r.zdd, sizeof r.zdd);
@@ -185,14 +185,14 @@ int control_tick(void *model, const roln_real *x, roln_real *tau)
     if (x) {
         memcpy(m->x.q, x, sizeof m->x.q);
         memcpy(m->x.qd, x + N, sizeof m->x.qd);
-        st = seen = pend16_act_encode(&m->p, &m->x, &m->s, &m->work);
-        if (st == ROLN_OK) st = pend16_act_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work);
+        st = seen = pend16_encode(&m->p, &m->x, &m->s, &m->work);
+        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work);
         if (st == ROLN_OK) st = law(m, !latent, &m->s, &m->ref, tau_z);
         if (st == ROLN_OK) st = drive(m, m->law == CONTROL_PD_4 || m->law == CONTROL_LATENT_4, &m->s, tau_z, f);
     }
     if (latent) { /* the guard lets everything pass */
-        const pend16_act_latent *s = seen == ROLN_OK ? &m->s : NULL;
-        faults = pend16_act_guard_tick(&m->p, &limits, &m->x, s, st == ROLN_OK ? f : NULL, &m->guard, &m->work);
+        const pend16_latent *s = seen == ROLN_OK ? &m->s : NULL;
+        faults = pend16_guard_tick(&m->p, &limits, &m->x, s, st == ROLN_OK ? f : NULL, &m->guard, &m->work);
         memcpy(tau, m->guard.tau, sizeof f);
     } else {
         faults = st == ROLN_OK ? 0 : ROLN_FAULT_STATUS;
@@ -206,10 +206,10 @@ int control_tick(void *model, const roln_real *x, roln_real *tau)
 /* Nonzero if z of q lies in the range seen in training. */
 static int in_range(struct control_model *m, const double q[N])
 {
-    pend16_act_state x;
-    pend16_act_latent s;
+    pend16_state x;
+    pend16_latent s;
     for (int i = 0; i < N; i++) x.q[i] = (roln_real)q[i], x.qd[i] = 0;
-    return pend16_act_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_act_in_range(&m->p, &s);
+    return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
 }
 
 int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity,

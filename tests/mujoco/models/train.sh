@@ -36,5 +36,12 @@ run pend2 pend2_free pend2_train pend2_test
 recordings pend2_act 40
 run pend2 pend2_act pend2_act_train pend2_act_test torque=1
 
-# pend16_act, for closed loops, is of the trainer of 0.3: its log lies here, with the settings of that. Torques of 2 % of gravity do
-# not tell M and g apart; recordings under a weak PD controller do, by the inverse dynamics (torque=1 force=1 window=0 look=0.1).
+# pend16 with torques, for closed loops. Torques of 2 % of gravity do not tell M and g apart; recordings under a weak PD controller
+# do, by the inverse dynamics
+recordings pend16_act 100
+recordings pend16_pd 100
+mild pend16_act
+{ cat $dir/pend16_act_mild.csv; echo; tail -n +2 $dir/pend16_pd_train.csv; } > $dir/act_pd.csv
+# (rolled out open loop both fall apart within a second, so a tenth of one chooses the weights; the torques of the controller change
+# faster than the steps of windows)
+run pend16 pend16_act act_pd pend16_act_test torque=1 force=1 look=0.1 window=0
