@@ -8,7 +8,7 @@
 
 /* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. A stage may let the
    memory fall to LAST steps. */
-enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
+enum { FIRST = 4, JUDGES = 256, TRIES = 6, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
 
 struct newton {
     const roln_block *table;
@@ -106,6 +106,7 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
 {
     const int P = n->params, judges = ROLN_MIN(JUDGES, n->rows);
     const roln_newton_system system = {n->rows, P, n->J, n->r, n->S};
+    const roln_real damping = n->state.lambda;
     roln_real *carried = n->J + (size_t)n->rows * (size_t)P;
     for (int tries = 0; tries < TRIES; tries++) {
         if (roln_newton_step(n->blocks, n->table, opt, &system, x, &n->state, n->next, n->expect, n->keep, n->work) != ROLN_OK)
@@ -120,12 +121,14 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
         }
         if (ROLN_NEWTON_SIDE(n->rows, P) < P) memset(carried, 0, (size_t)P * sizeof *x);
     }
+    n->state.lambda = ROLN_MIN(4 * damping, 1); /* it was these rows */
     return 0;
 }
 
+/* Of few steps, which still lead somewhere, the mean is short. */
 static void add_to_mean(struct newton *n, const roln_real *x)
 {
-    n->iterates += n->iterates < MEMORY;
+    n->iterates = ROLN_MIN(MEMORY, 1 + n->state.taken / 16);
     for (int i = 0; i < n->params; i++)
         n->mean[i] += (x[i] - n->mean[i]) / (roln_real)n->iterates;
 }

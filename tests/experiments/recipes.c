@@ -81,18 +81,18 @@
 /* learned from starts of .3 rad, tested from .5 */
 #define NARROW(id, what) LATENT16("pend16-narrow-" id, TRUTH_PEND16_NARROW, 4, 200, 1, what)
 
-/* ---- rope and cloth, in POD coordinates. Accelerations of the rope come from a parabola through 21 ms, across vibrations that n
+/* ---- rope and cloth, in POD coordinates. Accelerations of the rope come from a parabola through 41 ms, across vibrations that n
    coordinates do not hold; forces of the cloth in units of 7e-5 N, so that masses are of order one. ---- */
 
-#define GRID(id, where, trajectories, unit, repeats, time, ...) \
+#define GRID(id, where, trajectories, unit, repeats, time, r, ...) \
     {.name = id, .kind = LAGRANGE, .system = where, .train = trajectories, .force = unit, .seeds = repeats, .seconds = time, \
-     .pod = 64, __VA_ARGS__}
+     .pod = r, __VA_ARGS__}
 #define GRID_OPINF(id, where, trajectories, unit) \
     {.name = id "-opinf", .kind = OPINF, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = trajectories, .force = unit, .seeds = 1, .n = 10}, \
     {.name = id "-fit", .kind = FIT, .system = where, .train = trajectories, .seeds = 1}
-#define GRID_SHAPE(n, d, ...) .shape = {.ae = {64, n}, .degree = d, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}
-#define SMOOTH(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows, .smooth = 10}
+#define GRID_SHAPE(r, n, d, ...) .shape = {.ae = {r, n}, .degree = d, .mlp = 20, .slope = 1, .zoom = 1, __VA_ARGS__}
+#define SMOOTH(p, rows) {.kind = STAGE_NEWTON, .part = p, .batch = rows, .smooth = 20}
 #define GRID_LAYERED(n, ...) \
     .shape = {.ae = {48, 48, 48, 48, 48, 48, 48, 48, n}, .mlp = 64, .slope = .6, .zoom = 6.7, __VA_ARGS__}
 #define CLOTH_LAYERED(...) \
@@ -112,13 +112,15 @@
 #define CLOTH_PAPER \
     .stage = {GRID_AE(.25), GRID_ODE(.3, 32, 8, 5, .01, 2e-3, 50, .3), GRID_ODE(.25, 32, 25, 5, .005, 1e-3, 50, .3), \
               GRID_ODE(.2, 16, 49, 5, .003, 1e-3, 50, .3)}
-#define ROPE_STEPS .stage = {TURN(.05), SMOOTH(.25, 1000), WINDOWS(.7, 1000, .3, 25, 20, .smooth = 10)}
-#define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, GRID_SHAPE(n, d, .base = 0), ROPE_STEPS)
+#define ROPE_STEPS \
+    .stage = {TURN(.05), SMOOTH(.15, 1000), WINDOWS(.2, 1000, .3, 8, 20, .smooth = 10), \
+              WINDOWS(.6, 1000, .3, 25, 20, .smooth = 10, .forget = 1)}
+#define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, 64, GRID_SHAPE(64, n, d, .base = 0), ROPE_STEPS)
 #define CLOTH_STEPS \
     .stage = {TURN(.05), WINDOWS(.2, 1000, .8, 2, 5, .smooth = 0), WINDOWS(.25, 1000, .8, 8, 5, .smooth = 0), \
-              WINDOWS(.5, 1000, .5, 25, 5, .smooth = 0)}
+              WINDOWS(.5, 1000, .5, 25, 5, .forget = 1)}
 #define CLOTH(id, unit, damped, repeats, time, n, d) \
-    GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, GRID_SHAPE(n, d, .damping = damped), CLOTH_STEPS)
+    GRID("cloth-" id, TRUTH_CLOTH, 60, unit, repeats, time, 128, GRID_SHAPE(128, n, d, .damping = damped), CLOTH_STEPS)
 
 /* ---- charts alone: E_q at 0 ms and seconds; the encoder turns until that gains no more ---- */
 
@@ -170,14 +172,14 @@ const struct recipe recipes[] = {
     ROPE("n6", 1, 60, 6, 4),
     ROPE("n10", 3, 300, 10, 3),
     ROPE("n14", 1, 60, 14, 3),
-    GRID("rope-pod", TRUTH_ROPE, 100, 0, 3, 60, GRID_SHAPE(10, 0, .base = 0), ROPE_STEPS),
+    GRID("rope-pod", TRUTH_ROPE, 100, 0, 1, 60, 64, GRID_SHAPE(64, 10, 0, .base = 0), ROPE_STEPS),
     GRID_OPINF("cloth", TRUTH_CLOTH, 60, 7e-5),
     CLOTH("n4", 7e-5, 0, 1, 60, 4, 5),
     CLOTH("n6", 7e-5, 0, 1, 60, 6, 4),
     CLOTH("n10", 7e-5, 0, 3, 300, 10, 3),
     CLOTH("n14", 7e-5, 0, 1, 60, 14, 3),
-    CLOTH("free-n10", 0, 1, 3, 300, 10, 3),
-    GRID("cloth-pod", TRUTH_CLOTH, 60, 7e-5, 3, 60, GRID_SHAPE(10, 0, .base = 0), CLOTH_STEPS),
+    CLOTH("free-n10", 0, 1, 1, 300, 10, 3),
+    GRID("cloth-pod", TRUTH_CLOTH, 60, 7e-5, 1, 60, 128, GRID_SHAPE(128, 10, 0, .base = 0), CLOTH_STEPS),
     LAYERED_GRID("rope-paper", TRUTH_ROPE, 100, 0, GRID_LAYERED(10, .base = 0), ROPE_PAPER),
     LAYERED_GRID("cloth-paper", TRUTH_CLOTH, 60, 7e-5, CLOTH_LAYERED(.damping = 0), CLOTH_PAPER),
     LAYERED_GRID("cloth-free-paper", TRUTH_CLOTH, 60, 0, CLOTH_LAYERED(.damping = 1), CLOTH_PAPER),
@@ -190,8 +192,8 @@ const struct recipe recipes[] = {
     CHARTS("rope-n10", TRUTH_ROPE, 100, 64, 64, 10),
     BENT("rope-n10", TRUTH_ROPE, 100, 64, 64, 10, 4),
     ALONE("rope-n10-layered", TRUTH_ROPE, 100, 48, 60, GRID_LAYERED(10, .base = 0), .stage = {GRID_AE(1)}),
-    CHARTS("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10),
-    BENT("cloth-n10", TRUTH_CLOTH, 60, 64, 64, 10, 4),
+    CHARTS("cloth-n10", TRUTH_CLOTH, 60, 128, 128, 10),
+    BENT("cloth-n10", TRUTH_CLOTH, 60, 128, 128, 10, 4),
     ALONE("cloth-n10-layered", TRUTH_CLOTH, 60, 48, 60, CLOTH_LAYERED(.damping = 0), .stage = {GRID_AE(1)}),
 };
 const int recipes_count = sizeof recipes / sizeof *recipes;

@@ -7,9 +7,10 @@
 #define ROLN_STEP euler
 #include "roln.h"
 
-#define ROLN_NAME arm /* the chain of tests/mujoco, with every option of the mechanics */
-#define ROLN_AE 16, 16, 16, 16, 12, 8, 4
-#define ROLN_MLP 64, 64
+#define ROLN_NAME arm /* of the sizes of examples/pend16.h, with every option of the mechanics */
+#define ROLN_AE 16, 4
+#define ROLN_CHART polynomial, 4
+#define ROLN_MLP 32, 32
 #define ROLN_DAMPING 1
 #include "roln.h"
 
@@ -701,11 +702,11 @@ static const row table[] = {
     {"latent dynamics n = 10, 64x2", net_setup, net_zdd, {10}, ROLN_EULER, 1, 10e-6, NULL, NULL, 0},
     {"... with a gyro layer", heads_setup, heads_run, {10}, 1, 1, 0, NULL, NULL, 0},
     {"... with the Cholesky head", heads_setup, heads_run, {10}, 0, 1, 0, NULL, NULL, 0},
-    {"16-..-4 inverse dynamics", arm_setup, arm_inverse_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
-    {"16-..-4 inverse dynamics, C(z,zd) w", arm_setup, arm_inverse_run, {16, 4}, 1, 1, 0, NULL, NULL, 0},
-    {"16-..-4 apparent inertia", arm_setup, arm_inertia_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
-    {"16-..-4 linearisation, rk4", arm_setup, arm_linear_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
-    {"16-..-4 PD+ tick with guard", arm_setup, arm_control_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16 joints, n = 4: inverse dynamics", arm_setup, arm_inverse_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16 joints, n = 4: inverse dynamics, C(z,zd) w", arm_setup, arm_inverse_run, {16, 4}, 1, 1, 0, NULL, NULL, 0},
+    {"16 joints, n = 4: apparent inertia", arm_setup, arm_inertia_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16 joints, n = 4: linearisation, rk4", arm_setup, arm_linear_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
+    {"16 joints, n = 4: PD+ tick with guard", arm_setup, arm_control_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
     {"cloth encode", tick_setup, tick_encode, CLOTH, 0, 1, 0, NULL, NULL, 0},
     {"cloth step, euler", tick_setup, tick_step, CLOTH, 0, 1, 0, NULL, NULL, 0},
     {"cloth decode", tick_setup, tick_decode, CLOTH, 0, 1, 0, NULL, NULL, 0},

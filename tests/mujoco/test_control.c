@@ -71,9 +71,9 @@ static void test_reference(struct control_model *m, const struct control_gains *
         CHECK_BELOW(r[law].late, 1.5 * r[law].early); /* halves of 29 s: the slowest sine has 10 s */
     }
     CHECK(r[CONTROL_LATENT].outside == 0 && r[CONTROL_LATENT_4].outside == 0);
-    CHECK_BELOW(r[CONTROL_LATENT].rms, r[CONTROL_PD].rms / 5);
+    CHECK_BELOW(r[CONTROL_LATENT].rms, r[CONTROL_PD].rms / 50);
     CHECK_BELOW(r[CONTROL_LATENT].rms, r[CONTROL_PD_GRAVITY].rms);
-    CHECK_BELOW(r[CONTROL_LATENT_4].rms, r[CONTROL_PD_4].rms / 5);
+    CHECK_BELOW(r[CONTROL_LATENT_4].rms, r[CONTROL_PD_4].rms / 50);
 }
 
 void test_control(void)

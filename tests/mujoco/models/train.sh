@@ -44,4 +44,4 @@ mild pend16_act
 { cat $dir/pend16_act_mild.csv; echo; tail -n +2 $dir/pend16_pd_train.csv; } > $dir/act_pd.csv
 # (rolled out open loop both fall apart within a second, so a tenth of one chooses the weights; the torques of the controller change
 # faster than the steps of windows)
-run pend16 pend16_act act_pd pend16_act_test torque=1 force=1 look=0.1 window=0
+run pend16 pend16_act act_pd pend16_act_test torque=1 force=1 look=0.1 window=0 steps=4041
