@@ -236,7 +236,7 @@ WHEN_25, WHEN_1000, WHEN_WHOLE = ("25 ms", "E_q 25"), ("1 s", "E_q 1000"), ("who
 
 
 def few16(system):
-    return ([("RO-LNN", system + "-few*-ro"), ("LNN, n = 16", system + "-few*-full"), ("chart + MLP", system + "-few*-mlp")],
+    return ([("RO-LNN", system + "-few*-ro"), ("LNN, n = 16", system + "-few*-full")],
             [WHEN_25, WHEN_1000, WHEN_WHOLE])
 
 
@@ -457,8 +457,7 @@ PEND2_FEW = [Series("exponential", "pend2-few*-exp", "#08519c"), Series("Cholesk
 
 
 def few_series(system):
-    return [Series("RO-LNN", system + "-few*-ro", "#08519c"), Series("LNN, n = 16", system + "-few*-full", "#238b45"),
-            Series("chart + MLP", system + "-few*-mlp", "#555555", "--")]
+    return [Series("RO-LNN", system + "-few*-ro", "#08519c"), Series("LNN, n = 16", system + "-few*-full", "#238b45")]
 
 
 def curves(system):
@@ -612,7 +611,7 @@ PICTURES = {
     "pend2_few": few_picture("2 joints", ("1 s", "E_q 1000", "of the whole 3 s", "E_q whole"), PEND2_FEW),
     "optimisers": (draw_curves, "Three optimisers, the same loss and seconds", 380,
                    [Panel("E_q, %, pend2, 30 s", "E_q", optimiser_series("pend2")),
-                    Panel("E_q, %, pend16, 60 s", "E_q", optimiser_series("pend16"))]),
+                    Panel("E_q, %, pend16, 30 s", "E_q", optimiser_series("pend16"))]),
     "pend16": (draw_curves, "pend16, n = 4: error of q against the horizon", 470, [Panel("E_q, %", "E_q", curves("pend16"))]),
     "wave16": (draw_curves, "wave16, n = 4: error of q against the horizon", 470, [Panel("E_q, %", "E_q", curves("wave16"))]),
     "pend16_few": few_picture("pend16", ("25 ms", "E_q 25", "after 1 s", "E_q 1000"), few_series("pend16")),
