@@ -333,7 +333,7 @@ typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
 static struct {
     int stage, step, next, best_step; /* next: step of the next look; 0: the stage has not begun */
     uint64_t seed;
-    double seconds, best_error;
+    double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
@@ -760,6 +760,7 @@ static void look(void)
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     e[0] = errors(&d, &p, train, d.trajectories, near, stride, stride_of(&d, 0.1));
     e[1] = errors(&d, &p, train, d.trajectories, far, stride, stride_of(&d, 0.1));
+    s.ahead = far * d.dt;
     if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.step;
     printf("%7d  E_q(%.3g ms) %7.3f %%  E_q(%.3g s) %7.3f +- %.3f %%, typical %.3f %%", s.step, 1e3 * near * d.dt, 100 * e[0].q,
            far * d.dt, 100 * e[1].q, 100 * e[1].q_off, 100 * e[1].typical);
@@ -853,6 +854,7 @@ static void save(void)
     f = file("_weights.h", "w");
     if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s_weights.h", words[OUT].value);
     printf("wrote %s.roln and %s_weights.h after %.0f s\n", words[OUT].value, words[OUT].value, seconds());
+    printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
 }
 
 int main(int argc, char **argv)

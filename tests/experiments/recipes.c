@@ -115,7 +115,8 @@
 #define ROPE_STEPS \
     .stage = {TURN(.05), SMOOTH(.15, 1000), WINDOWS(.2, 1000, .3, 8, 20, .smooth = 10), \
               WINDOWS(.6, 1000, .3, 25, 20, .smooth = 10, .forget = 1)}
-#define ROPE(id, repeats, time, n, d) GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, 64, GRID_SHAPE(64, n, d, .base = 0), ROPE_STEPS)
+#define ROPE(id, repeats, time, n, d) \
+    GRID("rope-" id, TRUTH_ROPE, 100, 0, repeats, time, 64, GRID_SHAPE(64, n, d, .base = 0), ROPE_STEPS)
 #define CLOTH_STEPS \
     .stage = {TURN(.05), WINDOWS(.2, 1000, .8, 2, 5, .smooth = 0), WINDOWS(.25, 1000, .8, 8, 5, .smooth = 0), \
               WINDOWS(.5, 1000, .5, 25, 5, .forget = 1)}

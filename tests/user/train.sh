@@ -54,6 +54,12 @@ check 'windows' grep 'windows of 25 steps of 0.02 s' $dir/a.log
 check 'error bars' awk '/_test[.]csv$/ { on = 1 } on && $1 == 1000 { ok = $3 > 0 && $3 < $2 } END { exit !ok }' $dir/a.log
 check 'learning curve' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 10 } END { exit !(n == 2 && ok == 2) }' $dir/a.svg
 
+# a chart or layers: both are trained, and the better one is named first
+(cd $dir && CC=gcc sh ../../examples/train.sh 16_mild.csv layers chart steps=15 ae=500) > $dir/e.log 2>&1
+check "several configs: ended with $?" test $? -eq 0
+check 'the better config first' \
+    awk '/^chart: held-out/ { c = ++n } /^layers: held-out/ { l = ++n } END { exit !(c == 1 && l == 2) }' $dir/e.log
+
 # until held-out trajectories are predicted no better, in the end with the best weights
 $dir/joints $dir/2_train.csv test=$dir/2_test.csv out=$dir/b held=0.2 window=0 > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
