@@ -8,7 +8,7 @@
 
 /* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. A stage may let the
    memory fall to LAST steps. */
-enum { FIRST = 4, JUDGES = 256, TRIES = 6, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
+enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
 
 struct newton {
     const roln_block *table;
