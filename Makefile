@@ -132,11 +132,11 @@ errors: build/test_mujoco build/test_experiments
 control: build/control
 	./build/control build/control.svg
 
-# train the committed models again (two hours)
+# train the committed models again (an hour on two cores)
 models: build/generate
 	sh tests/mujoco/models/train.sh
 
-# what sensor noise costs: trains eleven models (45 minutes)
+# what sensor noise costs: trains four models, a minute each
 noise: build/generate
 	sh tests/experiments/noise.sh
 

@@ -1727,7 +1727,8 @@ ROLN_FN roln_status rolni_encoder_modes(rolni_encoder *f, const roln_real *psi, 
     return ROLN_OK;
 }
 
-/* Modes of the space of psi in which the samples lie in [-1, 1], and the best decoder for them; top: largest |zd|. */
+/* Modes of the space of psi in which the samples lie in [-1, 1], and the best decoder for them. low, high, top: least and largest
+   z, largest |zd|, before they are stretched. */
 ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
 {
     const roln_ae *ae = &f->m->model->ae;
@@ -1787,10 +1788,10 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
    roln_chart_solve, but with the ridge; no step raises it.
    The first step begins with the encoder in theta. A few thousand samples that show all of the motion suffice, and it is done when
    the residual falls by less than a hundredth in 20 steps; roln_chart_add and roln_chart_solve then fit the decoder to all samples.
-   theta and the outputs are untouched unless ROLN_OK. ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end.
-   ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are dependent, or to working precision the samples lie
-   in fewer than n dimensions; ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; else as roln_encode, roln_chart_center,
-   roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
+   theta and the outputs are untouched unless ROLN_OK. ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end; the
+   first call then fits the start, with ROLN_OK. ROLN_E_LENGTH: no sample or no qd; ROLN_E_ILL_CONDITIONED: columns of Psi are
+   dependent, or to working precision the samples lie in fewer than n dimensions; ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL;
+   else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
    Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and 5 F N_{L-1} more for each
    sample, and a solve. */
 #define ROLN_CHART_TURN_MEM(X, S) \
@@ -1828,6 +1829,10 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
     }
     rolni_copy((2 * n + 1 + curves) * bent, layer, kept);
     st = roln_lbfgs_step(1, &encoder, ROLN_TURN_PAIRS, rolni_encoder_value, b, t->state, t->psi, t->keep, step);
+    if (st == ROLN_E_NO_CONVERGENCE && t->state->t == 0) { /* the start is the best encoder: fitted, it is the first step */
+        t->state->t = 1;
+        st = rolni_encoder_fit(b, t->psi);
+    }
     if (st != ROLN_OK) {
         rolni_copy((2 * n + 1 + curves) * bent, kept, layer);
         return st == ROLN_E_NOT_FINITE && b->status != ROLN_OK ? b->status : st;
@@ -2816,7 +2821,7 @@ typedef struct {
    same ones in every step, until the residual [1] falls by less than a hundredth in 20 steps (roln_chart_turn). p becomes a model
    with a better encoder, coordinates that are modes of motion, and the decoder and the range that fit these samples. Then
    NAME_chart_add, NAME_chart_solve and NAME_fit_range with all samples. p and residual stay as they were unless ROLN_OK;
-   ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end. */
+   ROLN_E_NO_CONVERGENCE: no step lowers the residual, which is the end (never of the first call, which then fits the start). */
 ROLN_FN roln_status ROLNI_(chart_turn)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(turn) *turn, roln_real *residual)
 {
     const roln_trained m = ROLNI_(trained)(p);

@@ -894,7 +894,7 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight
    it, by halves and by parabolas, until the value falls by 1e-4 of what the slope promises (Armijo). For values that are the same
    each time they are asked for: a loss over fixed data. Blocks must have the dot product of their coordinates for a metric. */
 
-/* The value at x, and its Euclidean gradient g [P]. NaN: there is none at x. */
+/* The value at x, and its Euclidean gradient g [P]. Not finite: there is none at x. */
 typedef roln_real (*roln_value)(void *ctx, const roln_real *x, roln_real *g);
 
 typedef struct {

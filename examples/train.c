@@ -331,7 +331,8 @@ typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
 
 /* All that a training is. */
 static struct {
-    int stage, step, next, best_step; /* next: step of the next look; 0: the stage has not begun */
+    int stage, step, next; /* next: step of the next look; 0: the stage has not begun */
+    int best_step, since;  /* since: from where steps without a gain are counted */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
     int points;
@@ -426,7 +427,7 @@ static double ratio(int count, double (*sums)[4], int which, double *off)
         const double e = sqrt(fabs(a - sums[k][which]) / fmax(b - sums[k][which + 1], 1e-30));
         mean += e / count, square += e * e / count;
     }
-    *off = sqrt(fmax(0, square - mean * mean) * (count - 1));
+    *off = count > 1 ? sqrt(fmax(0, square - mean * mean) * (count - 1)) : 1e6; /* of one nobody knows */
     return b > 0 ? fmin(sqrt(a / b), 1e6) : 1e6;
 }
 
@@ -446,6 +447,16 @@ static error errors(const motion *m, const M(params) *p, int from, int to, int s
     return e;
 }
 
+/* In per cent; - where that says nothing. */
+typedef struct { char text[16]; } percent;
+
+static percent in_percent(double x)
+{
+    percent p;
+    snprintf(p.text, sizeof p.text, x < 100 ? "%.3f" : "-", 100 * x);
+    return p;
+}
+
 static void table(const char *name, const motion *m, int from, int to)
 {
     static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
@@ -459,7 +470,8 @@ static void table(const char *name, const motion *m, int from, int to)
         if (samples == last || samples >= m->first[from + 1] - m->first[from]) continue;
         last = samples;
         e = errors(m, &s.p, from, to, samples, samples % stride ? 1 : stride, every);
-        printf("%5.4g %8.3f %7.3f %8.3f %7.3f\n", 1e3 * samples * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd, 100 * e.qd_off);
+        printf("%5.4g %8s %7s %8s %7s\n", 1e3 * samples * m->dt, in_percent(e.q).text, in_percent(e.q_off).text,
+               in_percent(e.qd).text, in_percent(e.qd_off).text);
     }
 }
 
@@ -474,7 +486,7 @@ static void fit_chart(void)
     static M(chart) sums;
     static M(start) scratch;
     const int count = d.first[train], some = count < SOME ? count : SOME;
-    int start[SOME], k;
+    int start[SOME], steps = 0, k;
     roln_real residual = 1, before = 1;
     roln_status st = ROLN_OK;
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd};
@@ -484,12 +496,14 @@ static void fit_chart(void)
     for (k = 1; st == ROLN_OK && (k % 20 || residual < ROLN_C(0.99) * before); k++) {
         if (k % 20 == 0) before = residual;
         st = M(chart_turn)(&s.p, &b, &turn, &residual);
+        steps += st == ROLN_OK;
     }
     if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) fail("chart: status %d", (int)st);
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch);
     if (st != ROLN_OK) fail("chart: status %d; a lower degree?", (int)st);
-    printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, k, seconds());
+    printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
+           seconds());
 #endif
 }
 
@@ -555,12 +569,13 @@ static void weigh_windows(rows *f)
     double of_window = 0, of_sample = 0;
     int k;
     s.window_weight = 1;
-    if (draw(f, WINDOWS) != ROLN_OK) of_window = 1;
+    k = draw(f, WINDOWS) == ROLN_OK;
     s.window_weight = 0;
+    if (!k) return;
     for (k = 0; k < PARTS * PART; k++)
         *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
     for (k = 0; k < PARTS; k++)
-        if (f->of_windows[k] < WINDOWS || f->status[k] != ROLN_OK) return; /* some ran away: the model is not yet good enough */
+        if (f->of_windows[k] < WINDOWS) return; /* some ran away: the model is not yet good enough */
     s.window_weight = (roln_real)(3 * of_sample / (PART - WINDOWS) * WINDOWS / of_window);
     printf("from here on windows of %d steps of %g s\n", f->windows->steps, d.dt * f->windows->stride);
 }
@@ -595,7 +610,7 @@ static void newton_step(rows *f)
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
-    if (tries == 6) s.newton.state.lambda = (roln_real)fmin((double)damping * 4, 1); /* it was these rows */
+    if (tries == 6) s.newton.state.lambda = (roln_real)fmax((double)damping, fmin((double)damping * 4, 1)); /* it was these rows */
     for (k = 0; k < M(newton_size); k++)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
 }
@@ -681,18 +696,30 @@ static void draw_curve(double near, double far)
 
 /* What a checkpoint belongs to. */
 typedef struct {
+    uint64_t config, data; /* checksums */
     size_t size;
     int samples, trajectories;
     char method[8];
     double value[SETTINGS];
 } origin;
 
+static uint64_t checksum_of(const roln_real *x)
+{
+    return roln_fnv(d.samples * M(N) * (int)sizeof *x, (const unsigned char *)x, ROLN_FNV);
+}
+
 static origin origin_of(void)
 {
+    static unsigned char bytes[M(packed_size)];
+    static M(params) none;
+    static uint64_t data;
     static const char *const may_change = "seconds steps threads resume";
     origin o;
     int i;
     memset(&o, 0, sizeof o);
+    M(pack)(&none, bytes);
+    if (data == 0) data = checksum_of(d.q) ^ 3 * checksum_of(d.qd) ^ 5 * checksum_of(d.tau);
+    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data = data;
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
     snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
     for (i = 0; i < SETTINGS; i++)
@@ -701,7 +728,7 @@ static origin origin_of(void)
 }
 
 /* OUT.check: whenever the power fails, either the old one is there or the new one. */
-static void store(void)
+static void checkpoint(void)
 {
     const origin o = origin_of();
     char part[512], path[512];
@@ -732,7 +759,7 @@ static int resume(void)
 /* Steps of Gauss-Newton without a gain that are one too many. */
 static int patience(void)
 {
-    return s.best_step / 4 > 60 ? s.best_step / 4 : 60;
+    return s.since / 4 > 60 ? s.since / 4 : 60;
 }
 
 /* Near the end the memory of older steps leads astray: back to the best weights, with half of it. */
@@ -742,7 +769,7 @@ static void turn_back(void)
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
     memset(s.newton.rest, 0, sizeof s.newton.rest);
     printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
-    s.best_step = s.step; /* from where the end is counted */
+    s.since = s.step;
 }
 
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
@@ -755,15 +782,15 @@ static void look(void)
     error e[2];
     for (k = train; k < d.trajectories; k++)
         if (d.first[k + 1] - d.first[k] < shortest) shortest = d.first[k + 1] - d.first[k];
-    far = s.stage == LAYERS ? 0 : (int)(fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
+    far = s.stage == LAYERS ? 0 : (int)fmax(1, fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
     near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     e[0] = errors(&d, &p, train, d.trajectories, near, stride, stride_of(&d, 0.1));
     e[1] = errors(&d, &p, train, d.trajectories, far, stride, stride_of(&d, 0.1));
     s.ahead = far * d.dt;
-    if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.step;
-    printf("%7d  E_q(%.3g ms) %7.3f %%  E_q(%.3g s) %7.3f +- %.3f %%, typical %.3f %%", s.step, 1e3 * near * d.dt, 100 * e[0].q,
-           far * d.dt, 100 * e[1].q, 100 * e[1].q_off, 100 * e[1].typical);
+    if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step;
+    printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
+           far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
     printf("  %.0f s\n", seconds());
@@ -771,7 +798,7 @@ static void look(void)
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
     if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
-        (e[1].typical > 2 * s.best_error || s.step >= s.best_step + patience()))
+        (e[1].typical > 2 * s.best_error || s.step >= s.since + patience()))
         turn_back();
 }
 
@@ -787,7 +814,7 @@ static int done(int updates)
 {
     if (set("seconds") > 0 && seconds() > set("seconds")) return 1;
     if (s.stage != NEWTON) return s.step >= updates;
-    return set("steps") > 0 ? s.step >= (int)set("steps") : (s.memory <= 2 && s.step >= s.best_step + patience());
+    return set("steps") > 0 ? s.step >= (int)set("steps") : (s.memory <= 2 && s.step >= s.since + patience());
 }
 
 /* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. */
@@ -806,7 +833,7 @@ static void run(void)
         if (s.step == s.next) {
             s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
             look();
-            store();
+            checkpoint();
         }
         if (s.stage == NEWTON) newton_step(&f);
         else adam_step(&a, updates);

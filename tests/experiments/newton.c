@@ -1,4 +1,4 @@
-/* newton.c - recursive Gauss-Newton (roln_riem.h, section 6) as a trainer: the same constants for every model. */
+/* newton.c - recursive Gauss-Newton (roln_riem.h, section 6) as a trainer, with the same constants for every model here. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -121,7 +121,7 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
         }
         if (ROLN_NEWTON_SIDE(n->rows, P) < P) memset(carried, 0, (size_t)P * sizeof *x);
     }
-    n->state.lambda = ROLN_MIN(4 * damping, 1); /* it was these rows */
+    n->state.lambda = ROLN_MAX(damping, ROLN_MIN(4 * damping, 1)); /* it was these rows */
     return 0;
 }
 

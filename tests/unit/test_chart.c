@@ -684,6 +684,23 @@ static void check_turns(const roln_model *md, int pod, uint64_t *s)
     CHECK(left < first / 3);
 }
 
+/* Where the start cannot be bettered the first call fits it, in modes, and the next one says that it is the end. */
+static void check_good_start(const roln_model *md, uint64_t *s)
+{
+    static roln_real truth[MAXP], kept[MAXP];
+    roln_real left = 7;
+    motion(md, 300, 0, 0, truth, s);
+    CHECK_OK(roln_ae_init_pod(&ae, 300, enc.q, 1 / scale.q, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
+    fresh_done();
+    CHECK_OK(turn(&left));
+    CHECK(turns(40, &left) == ROLN_E_NO_CONVERGENCE);
+    check_turned(left);
+    BOUND("encoder: what is left of a flat manifold", left, PICK(1e-4L, 1e-6L));
+    memcpy(kept, enc.theta, sizeof kept);
+    left = 7;
+    CHECK(turn(&left) == ROLN_E_NO_CONVERGENCE && same(of.ae_size, kept, enc.theta) && all(1, &left, 7));
+}
+
 /* With noise. Stopped and gone on with from a copy, other scratch: the same bits. Picked from among others: the same bits. */
 static void check_resumed(const roln_model *md, uint64_t *s)
 {
@@ -1295,6 +1312,7 @@ void TEST_NAME(chart)(void)
     test_surface(&seed);
     for (i = 0; i < 8; i++) {
         check_turns(&chart_model, 1, &seed), check_turns(&chart_model, 0, &seed), check_turns(&curved_model, 0, &seed);
+        check_good_start(&chart_model, &seed);
         check_resumed(&chart_model, &seed), check_resumed(&curved_model, &seed);
     }
     test_no_turn(&seed);

@@ -89,12 +89,19 @@ check 'from packed weights' $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/
 check 'a wall in seconds' $dir/layers $dir/16_train.csv seconds=4 out=$dir/e
 check 'noise, smoothed' $dir/chart $dir/16_train.csv steps=1 noise=0.01 smooth=15 out=$dir/f
 check 'other settings than those of the checkpoint' says 'other settings' $dir/chart $dir/16_train.csv resume=1 out=$dir/whole.more
+sed 's/,0[.]1/,0.2/' $dir/16_train.csv > $dir/other.csv
+check 'other recordings than those of the checkpoint' \
+    says 'other data' $dir/chart $dir/other.csv steps=33 ae=400 resume=1 out=$dir/whole.more
+check 'those of the checkpoint' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/whole.more
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv held=much
 check 'negative' says 'at least 0' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
+$dir/joints $dir/2_train.csv steps=1 look=0 out=$dir/h > $dir/h.log 2>&1
+check 'one held out: no standard error' grep '+- - %' $dir/h.log
+check 'look: a step at least' grep 'after 0.005 s' $dir/h.log
 check 'method' says 'newton or adam' $dir/chart $dir/16_train.csv method=sgd
 check 'threads' says '1 .. 16' $dir/chart $dir/16_train.csv threads=0
 check 'no torques' says 'no tau columns' sh -c "cut -d, -f1-33 $dir/16_train.csv > $dir/free.csv; $dir/chart $dir/free.csv torque=1"
