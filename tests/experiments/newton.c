@@ -71,7 +71,7 @@ void newton_free(struct newton *n)
     free(n->J), free(n->r), free(n->S), free(n->keep), free(n->work), free(n->left_out), free(n);
 }
 
-/* Fresh rows at x, added to the sums with the memory that opt gives. One without a residual is left out. */
+/* Fresh rows at x, added to the sums with the memory that opt gives. One that ran away is left out. */
 static int gather(struct newton *n, const struct newton_task *task, double share, const roln_newton_opt *opt, const roln_real *x,
                   uint64_t *seed)
 {
@@ -79,7 +79,8 @@ static int gather(struct newton *n, const struct newton_task *task, double share
     task->draw(task->self, n->rows, share, seed);
     task->rows(task->self, x, 0, n->rows, n->J, n->r);
     for (int k = 0; k < n->rows; k++) {
-        n->left_out[k] = !roln_finite(n->r[k]) || !roln_all_finite(n->params, n->J + (size_t)k * P);
+        const roln_real *row = n->J + (size_t)k * P;
+        n->left_out[k] = !(n->r[k] * n->r[k] < ROLN_C(1e30) && roln_dot(n->params, row, row) < ROLN_C(1e30));
         if (!n->left_out[k]) continue;
         memset(n->J + (size_t)k * P, 0, P * sizeof *n->J);
         n->r[k] = 0;
@@ -142,7 +143,7 @@ int newton_run(struct newton *n, const struct newton_task *task, const struct st
     for (; (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
         const double done = s->most > 0 ? (double)steps / s->most : (cpu_seconds() - t0) / seconds;
         if (s->forget) opt.memory = (roln_real)(MEMORY * pow((double)LAST / MEMORY, done));
-        if (gather(n, task, s->share, &opt, x, &seed) != 0) return -1;
+        if (gather(n, task, s->share, &opt, x, &seed) != 0) return fprintf(stderr, "newton: no rows\n"), -1;
         if (step(n, task, &opt, x)) in_vain = 0, add_to_mean(n, x);
         else if (++in_vain == IN_VAIN) return fprintf(stderr, "newton: no step is taken\n"), -1;
         if (cpu_seconds() - t0 < looks * seconds / 10 && (s->most == 0 || steps + 1 < s->most)) continue;
