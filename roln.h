@@ -1737,7 +1737,6 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     double *const sums = f->turn->sums;
     roln_status st;
     int w, i;
-    rolni_copy(n * bent, psi, layer);
     rolni_copy(n * bent, psi, layer + n * bent);
     rolni_copy(bent, f->turn->from, layer + 2 * n * bent);
     if ((st = rolni_encoder_modes(f, psi, layer)) != ROLN_OK) return st;

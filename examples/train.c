@@ -567,11 +567,12 @@ static roln_status draw(rows *f, int of_windows)
 static void weigh_windows(rows *f)
 {
     double of_window = 0, of_sample = 0;
+    roln_status st;
     int k;
     s.window_weight = 1;
-    k = draw(f, WINDOWS) == ROLN_OK;
+    st = draw(f, WINDOWS);
     s.window_weight = 0;
-    if (!k) return;
+    if (st != ROLN_OK) return;
     for (k = 0; k < PARTS * PART; k++)
         *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
     for (k = 0; k < PARTS; k++)
