@@ -79,7 +79,7 @@
        NAME_newton_rows   Riemannian Gauss-Newton: rows become tangents
        NAME_newton_sums   ... the sums of their products
        NAME_newton_step   ... the step, and where it ends
-       NAME_newton_judge  ... is it taken?
+       NAME_newton_judge  ... is it taken? After the last refusal: roln_newton_over
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
 

@@ -645,6 +645,7 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
        roln_newton_sums    A, or J J^T                                                          once for new rows
        roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
        roln_newton_judge   takes the residuals at x+: is the step taken?
+       roln_newton_over    after the last refusal, before new rows
 
    J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
    must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
@@ -885,6 +886,13 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight
     if (take) state->taken++;
     else state->refused++;
     return take;
+}
+
+/* No try of a caller who goes on to other rows was taken: these may have been the odd ones. Of all the damping that was added since
+   lambda was before stays 4 times, and not beyond 1. */
+ROLN_FN void roln_newton_over(roln_real before, roln_newton *state)
+{
+    state->lambda = ROLN_MAX(before, ROLN_MIN(4 * before, 1));
 }
 
 /* ---- 7 limited memory ------------------------------------------------------------------------- */

@@ -593,7 +593,7 @@ static void sum(void *ctx, int k, int thread)
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. */
 static void newton_step(rows *f)
 {
-    enum { JUDGES = 4 };
+    enum { JUDGES = 4, TRIES = 6 };
     roln_newton_opt opt = {s.memory, 1, 20}; /* rows more than 20 times the mean are few, but they may be true */
     const roln_real damping = s.newton.state.lambda;
     roln_status st;
@@ -605,13 +605,13 @@ static void newton_step(rows *f)
     if (st != ROLN_OK) fail("rows: status %d", (int)st);
     share((int)set("threads"), sum, &opt);
     f->p = &s.newton.next, f->again = 1;
-    for (tries = 0; tries < 6; tries++) {
+    for (tries = 0; tries < TRIES; tries++) {
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
         if (st != ROLN_OK) fail("step: status %d", (int)st);
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
-    if (tries == 6) s.newton.state.lambda = (roln_real)fmax((double)damping, fmin((double)damping * 4, 1)); /* it was these rows */
+    if (tries == TRIES) roln_newton_over(damping, &s.newton.state);
     for (k = 0; k < M(newton_size); k++)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
 }
@@ -697,7 +697,7 @@ static void draw_curve(double near, double far)
 
 /* What a checkpoint belongs to. */
 typedef struct {
-    uint64_t config, data; /* checksums */
+    uint64_t config, data, from; /* checksums */
     size_t size;
     int samples, trajectories;
     char method[8];
@@ -714,6 +714,7 @@ static origin origin_of(void)
     static unsigned char bytes[M(packed_size)];
     static M(params) none;
     static uint64_t data;
+    const char *from = words[FROM].value ? words[FROM].value : "";
     static const char *const may_change = "seconds steps threads resume";
     origin o;
     int i;
@@ -721,6 +722,7 @@ static origin origin_of(void)
     M(pack)(&none, bytes);
     if (data == 0) data = checksum_of(d.q) ^ 3 * checksum_of(d.qd) ^ 5 * checksum_of(d.tau);
     o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data = data;
+    o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
     snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
     for (i = 0; i < SETTINGS; i++)
@@ -874,10 +876,11 @@ static void save(void)
 {
     static unsigned char bytes[M(packed_size)];
     static M(work) scratch;
-    FILE *f = file(".roln", "wb");
+    FILE *f;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
     if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) fail("no range");
     M(pack)(&s.p, bytes);
+    f = file(".roln", "wb");
     if (fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes || fclose(f) != 0) fail("cannot write %s.roln", words[OUT].value);
     f = file("_weights.h", "w");
     if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s_weights.h", words[OUT].value);

@@ -8,7 +8,7 @@
 
 /* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. A stage may let the
    memory fall to LAST steps. */
-enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20 };
+enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20, AWAY = 1000 };
 
 struct newton {
     const roln_block *table;
@@ -71,16 +71,19 @@ void newton_free(struct newton *n)
     free(n->J), free(n->r), free(n->S), free(n->keep), free(n->work), free(n->left_out), free(n);
 }
 
-/* Fresh rows at x, added to the sums with the memory that opt gives. One that ran away is left out. */
+/* Fresh rows at x, added to the sums with the memory that opt gives. One that ran away, AWAY times as far as the usual one of the
+   step before, is left out. */
 static int gather(struct newton *n, const struct newton_task *task, double share, const roln_newton_opt *opt, const roln_real *x,
                   uint64_t *seed)
 {
     const size_t P = (size_t)n->params;
+    const roln_real usual = n->state.taken > 0 ? n->state.loss / (roln_real)n->rows : ROLN_C(1e24);
+    const roln_real most = ROLN_MIN(AWAY * AWAY * usual, ROLN_C(1e30));
     task->draw(task->self, n->rows, share, seed);
     task->rows(task->self, x, 0, n->rows, n->J, n->r);
     for (int k = 0; k < n->rows; k++) {
         const roln_real *row = n->J + (size_t)k * P;
-        n->left_out[k] = !(n->r[k] * n->r[k] < ROLN_C(1e30) && roln_dot(n->params, row, row) < ROLN_C(1e30));
+        n->left_out[k] = !(n->r[k] * n->r[k] < most && roln_dot(n->params, row, row) < ROLN_C(1e30));
         if (!n->left_out[k]) continue;
         memset(n->J + (size_t)k * P, 0, P * sizeof *n->J);
         n->r[k] = 0;
@@ -122,7 +125,7 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
         }
         if (ROLN_NEWTON_SIDE(n->rows, P) < P) memset(carried, 0, (size_t)P * sizeof *x);
     }
-    n->state.lambda = ROLN_MAX(damping, ROLN_MIN(4 * damping, 1)); /* it was these rows */
+    roln_newton_over(damping, &n->state);
     return 0;
 }
 

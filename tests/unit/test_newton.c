@@ -932,6 +932,11 @@ static void test_judge(void)
     CHECK(g.lambda == ROLN_EPS);
     for (there[0] = 5, i = 0; i < 2000; i++) roln_newton_judge(2, r, weight, expect, there, &g);
     CHECK(g.lambda == 1 / ROLN_EPS);
+    /* when it is over 4 times stay, up to 1; damping beyond that stays what it was, and none stays none */
+    roln_newton_over(ROLN_C(0.125), &g), CHECK(g.lambda == ROLN_C(0.5));
+    roln_newton_over(ROLN_C(0.5), &g), CHECK(g.lambda == 1);
+    roln_newton_over(3, &g), CHECK(g.lambda == 3);
+    roln_newton_over(0, &g), CHECK(g.lambda == 0);
 }
 
 /* ---- many steps ------------------------------------------------------------------------------- */

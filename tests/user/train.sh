@@ -86,6 +86,8 @@ done
 check 'more steps' $dir/chart $dir/16_train.csv steps=32 ae=400 out=$dir/whole.more
 check 'layers, then Gauss-Newton' $dir/layers $dir/16_train.csv steps=2 ae=100 out=$dir/c
 check 'from packed weights' $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/c.roln
+check 'another start than that of the checkpoint' \
+    says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/whole.roln
 check 'a wall in seconds' $dir/layers $dir/16_train.csv seconds=4 out=$dir/e
 check 'noise, smoothed' $dir/chart $dir/16_train.csv steps=1 noise=0.01 smooth=15 out=$dir/f
 check 'other settings than those of the checkpoint' says 'other settings' $dir/chart $dir/16_train.csv resume=1 out=$dir/whole.more
