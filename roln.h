@@ -6,7 +6,7 @@
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
        #define ROLN_STEP    rk4               euler, rk4 or midpoint; default rk4
-       #define ROLN_SLOPE   0.41421356        slope k of the activation, default tan(pi/8); 1: none, all layers are linear
+       #define ROLN_SLOPE   0.41421356        slope k of the activation, above 0, default tan(pi/8); 1: none, all layers are linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
@@ -2214,6 +2214,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_P9(a, b, c, d, e, f, g, h, i, j, ...) j
 /* Number i of a list, 0 behind its end. */
 #define ROLNI_AT(i, ...) ROLNI_P##i(__VA_ARGS__, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
+/* Nonzero if number i of a list is at least 1 or behind its end. */
+#define ROLNI_GIVEN(i, ...) (ROLNI_P##i(__VA_ARGS__, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1) >= 1)
 #define ROLNI_CAT_(a, b) a##_##b
 #define ROLNI_CAT(a, b) ROLNI_CAT_(a, b)
 #define ROLNI_STR_(a) #a
@@ -2260,6 +2262,16 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];
+/* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
+#ifdef __cplusplus
+#define ROLNI_TRUE(truth) ROLNI_AS(int, sizeof(char[(truth) ? 1 : -1]))
+#elif defined(__TINYC__) /* takes no comparison of reals for a constant */
+#define ROLNI_TRUE(truth) 1
+#else
+#define ROLNI_TRUE(truth) (1 / (truth))
+#endif
+#define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE((slope) > 0 && (slope) <= 1)
+#define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_AS(roln_real, least) > 0)
 /* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none, and of the four SPD layers. */
 #define ROLNI_EACH_LAYER(F, join) \
     F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
@@ -2298,6 +2310,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 
 #ifdef ROLN_NAME
 
+#include "roln_spd.h" /* asks again whether ROLN_DOUBLE is what it was */
 #ifndef ROLN_AE
 #error "ROLN_AE: the sizes of the autoencoder, such as 16, 12, 8, 4"
 #endif
@@ -2439,6 +2452,10 @@ enum {
     ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size))
 };
 
+ROLNI_ASSERT(sizes_must_be_at_least_1,
+             ROLNI_GIVEN(0, ROLN_AE) && ROLNI_GIVEN(1, ROLN_AE) && ROLNI_GIVEN(2, ROLN_AE) && ROLNI_GIVEN(3, ROLN_AE) &&
+                 ROLNI_GIVEN(4, ROLN_AE) && ROLNI_GIVEN(5, ROLN_AE) && ROLNI_GIVEN(6, ROLN_AE) && ROLNI_GIVEN(7, ROLN_AE) &&
+                 ROLNI_GIVEN(8, ROLN_AE))
 ROLNI_ASSERT(sizes_must_not_grow, (ROLNI_EACH_LAYER(ROLNI_LAYER_OK, &&)) && ROLNI_AT(9, ROLN_AE) == 0)
 ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
              (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLNI_(degree) >= 2 && ROLNI_(degree) <= ROLN_DEGREE_MAX
@@ -2448,14 +2465,14 @@ ROLNI_ASSERT(spd_layers_must_end_at_n, ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= 
 ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
                                        (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
-ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_(H1) > 0 && ROLNI_(H2) >= 0 && ROLNI_(H3) >= 0 && ROLNI_(H4) >= 0 && ROLNI_(H5) >= 0 &&
-                                          (ROLNI_(H2) > 0 || ROLNI_(H3) == 0) && (ROLNI_(H3) > 0 || ROLNI_(H4) == 0) &&
-                                          (ROLNI_(H4) > 0 || ROLNI_(H5) == 0) && ROLNI_AT(5, ROLN_MLP) == 0)
+ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
+                                          ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0)
 ROLNI_ASSERT(sizes_fit_the_packed_format, ROLNI_(N) < 65536 && ROLNI_(wide) < 65536)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
-ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1 && (ROLN_HORIZON) >= 0)
+ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
+ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
@@ -2492,11 +2509,11 @@ typedef struct { roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; } ROLNI_(linwork); 
      {ROLNI_(n), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
       ROLNI_OR(ROLNI_(H5), out), out}}
 static const roln_model ROLNI_(model) = {
-    {ROLNI_(ae_layers),
+    {ROLNI_(ae_layers) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE),
      {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLNI_(degree),
      ROLNI_(curves)},
-    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers),
+    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),

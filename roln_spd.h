@@ -32,9 +32,10 @@
 #define ROLN_VERSION_PATCH 0
 #define ROLN_VERSION "0.3.0"
 
-/* Scalar type: float, or double where ROLN_DOUBLE is defined. Everything is static, so one program
+/* Scalar type: float, or double where ROLN_DOUBLE is defined, before the first header of roln. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */
 #ifdef ROLN_DOUBLE
+#define ROLNI_DOUBLE
 typedef double roln_real;
 typedef uint64_t roln_bits;
 #define ROLN_C(x) x
@@ -2269,4 +2270,8 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
     }
 }
 
+#endif
+
+#if defined(ROLN_DOUBLE) != defined(ROLNI_DOUBLE)
+#error "ROLN_DOUBLE: before the first header of roln, and unchanged from there on; or as an option of the compiler, -DROLN_DOUBLE"
 #endif

@@ -31,7 +31,20 @@ try sizes_must_not_grow 'AE=6, 2, 4' 'MLP=8'
 try sizes_must_not_grow 'AE=2, 4' 'MLP=8'
 try - 'AE=10, 9, 8, 7, 6, 5, 4, 3, 2' 'MLP=8'
 try sizes_must_not_grow 'AE=10, 9, 8, 7, 6, 5, 4, 3, 2, 1' 'MLP=8'
-try sizes_must_not_grow 'AE=4, -2' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=4, -2' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=0' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=-3' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=4, 0' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=4, 0, 2' 'MLP=8'
+try sizes_must_be_at_least_1 'AE=9, 8, 7, 6, 5, 4, 3, 2, 0' 'MLP=8'
+try - 'AE=1' 'MLP=1'
+# slopes, smallest eigenvalues: real numbers
+for slope in 0.41421356 0.5f 1 1.0 '(1 / 3.)' 1e-3; do try - 'AE=4, 2' 'MLP=8' "SLOPE=$slope"; done
+for slope in 2 1.5 1.0001 0 0.0 -0.5 '(3 / 2.)'; do try SLOPE_IS_ABOVE_0_AND_AT_MOST_1 'AE=4, 2' 'MLP=8' "SLOPE=$slope"; done
+try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-6'
+try - 'AE=4, 2' 'MLP=8' 'LEAST=2'
+for least in 0 -1e-4 1e-60; do try LEAST_IS_ABOVE_0 'AE=4, 2' 'MLP=8' 'MASS=cholesky' "LEAST=$least"; done
+try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-60' 'DOUBLE=1'
 # charts
 try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 2'
 try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 8'
@@ -55,6 +68,8 @@ try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 3' 'STORE=int8'
 try - 'AE=4, 2' 'MLP=8, 7, 6, 5, 4'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 7, 6, 5, 4, 3'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=0'
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 0'
+try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 7, 6, 5, 0'
 # SPD layers
 try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, bimap, reeig'
 try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, reeig, gyro, bimap'
@@ -81,7 +96,10 @@ try - 'AE=4, 2' 'MLP=8' 'INPUTS=4'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'BASE=2'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'DAMPING=2'
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
-try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=0'
+try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=1'
+try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=-1'
+try horizon_at_least_1 'AE=4, 2' 'MLP=8' 'HORIZON=0'
+try horizon_at_least_1 'AE=4, 2' 'MLP=8' 'HORIZON=-1'
 # rows of Gauss-Newton
 try - 'AE=4, 2' 'MLP=8' 'ROWS=100'
 try - 'AE=4, 2' 'MLP=8' 'ROWS=0' 'LEARN=networks'
@@ -114,6 +132,38 @@ for verb in init init_pod grad grad_acc update variance errors decode_some rows 
         done
     done
 done
+
+# one type in a translation unit: defined or undefined behind the first header of roln it is an error in the next one
+late() { # late WANT LINE ..
+    want=$1
+    shift
+    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
+        out=$(printf '%s\n' "$@" | $cc -I. -Wall -Wpedantic -Werror -Wno-unused -fsyntax-only - 2>&1)
+        code=$?
+        if if [ "$want" = - ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "$want"; fi; then
+            passed=$((passed + 1))
+        else
+            failed=$((failed + 1))
+            echo "$cc: wanted $want: $*"
+            echo "$out" | head -n 5
+        fi
+    done
+}
+double='#define ROLN_DOUBLE'
+one='#define ROLN_NAME one
+#define ROLN_AE 4, 2
+#define ROLN_MLP 8
+#include "roln.h"'
+two=$(echo "$one" | sed 's/one/two/')
+late - "$double" "$one" "$two"
+late - "$one" "$two" '#include "roln_spd.h"'
+late 'ROLN_DOUBLE: before the first header' "$one" "$double" "$two"
+late 'ROLN_DOUBLE: before the first header' "$double" "$one" '#undef ROLN_DOUBLE' "$two"
+for header in roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h; do
+    late 'ROLN_DOUBLE: before the first header' "#include \"$header\"" "$double" "$one"
+    late 'ROLN_DOUBLE: before the first header' "#include \"$header\"" "$double" '#include "roln_spd.h"'
+done
+late 'ROLN_DOUBLE: before the first header' '#include "roln_ae.h"' "$double" '#include "roln_lnn.h"'
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
