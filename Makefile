@@ -1,4 +1,4 @@
-# roln. A C compiler is enough for      make demo, swelling, ekf, install, dist, clean
+# roln. A C compiler is enough for      make demo, swelling, ekf, lint, install, dist, clean
 # make deps installs what these need:   make test, check, errors, control, models, noise, experiments, eig, bench, sizes, count,
 #                                            firmware, pil; and Python with matplotlib: report
 
@@ -17,7 +17,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf install dist clean deps test check errors control models noise experiments report plotting-deps \
+.PHONY: all demo swelling ekf lint install dist clean deps test check errors control models noise experiments report plotting-deps \
         plotting-test eig bench sizes count firmware pil
 all: demo
 
@@ -29,6 +29,11 @@ swelling: build/swelling
 	./build/swelling build/swelling.svg
 ekf: build/ekf
 	./build/ekf
+
+# misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
+CONFIG =
+lint:
+	@sh examples/lint.sh $(CONFIG)
 
 build/%: examples/%.c
 	@mkdir -p $(@D)

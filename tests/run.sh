@@ -37,6 +37,7 @@ symbols      sh tests/compilers/symbols.sh
 list         sh tests/compilers/list.sh
 readme       sh tests/user/readme.sh
 deps         sh tests/user/deps.sh
+lint         sh tests/user/lint.sh
 style        sh tests/style/style.sh
 end
 }
