@@ -33,7 +33,7 @@
        NAME_guard       what a guard remembers; in it tau, the torque that may go to the motors
        NAME_equation    M, c, g, d, T, V at a state
        NAME_jacobian    A, B of a step
-       NAME_work        scratch of prediction and control
+       NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
        NAME_train       scratch of training and of NAME_errors
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
@@ -93,15 +93,22 @@
 
    Keeping it:
 
+       NAME_check       are the parameters in memory what they were? A few numbers a tick
        NAME_pack        parameters -> bytes
        NAME_unpack      bytes -> parameters
        NAME_write       parameters -> C text for flash
        NAME_store       with small weights: bytes of the full model -> parameters
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
-   trained parameters; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the model with full weights); NAME_horizon.
-   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model
-   included last has a chart, else 0.
+   trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
+   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table,
+   NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+
+   One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
+   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
+   roln, finds that: scratch of prediction, control and training then knows whether it is in use, and who comes second gets
+   ROLN_E_BUSY (of NAME_tick and NAME_guard_tick ROLN_FAULT_STATUS), outputs untouched. Of an interrupt always, of another core
+   nearly always. Without it there is nothing of this in the code.
 
    Statuses of all that evaluates the networks: ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
    far apart (roln_exp_range); ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision;
@@ -1946,6 +1953,56 @@ ROLN_FN uint64_t roln_fnv(int count, const unsigned char *bytes, uint64_t h)
     return h;
 }
 
+/* CRC-32 (zlib, Ethernet: 0xedb88320 reflected) of count numbers at p, each as its bytes from the least significant one on,
+   carried on from crc; start with 0. The same on every machine, and on little-endian ones that of the bytes as they lie in memory.
+   Eight steps of four bits for 32, without a loop: 64 bytes of table, on a Cortex-M4F 7.5 instructions a byte. */
+#define ROLNI_CRC_4 (crc = table[crc & 15] ^ (crc >> 4))
+ROLN_FN uint32_t roln_crc(int count, const unsigned char *p, uint32_t crc)
+{
+    static const uint32_t table[16] = {
+        UINT32_C(0x00000000), UINT32_C(0x1db71064), UINT32_C(0x3b6e20c8), UINT32_C(0x26d930ac),
+        UINT32_C(0x76dc4190), UINT32_C(0x6b6b51f4), UINT32_C(0x4db26158), UINT32_C(0x5005713c),
+        UINT32_C(0xedb88320), UINT32_C(0xf00f9344), UINT32_C(0xd6d6a3e8), UINT32_C(0xcb61b38c),
+        UINT32_C(0x9b64c2b0), UINT32_C(0x86d3d2d4), UINT32_C(0xa00ae278), UINT32_C(0xbdbdf21c)};
+    int i, part;
+    crc = ~crc;
+    for (i = 0; i < count; i++) {
+        roln_bits b;
+        memcpy(&b, p + ROLNI_AS(size_t, i) * sizeof b, sizeof b);
+        for (part = 0; part < ROLNI_AS(int, sizeof b / 4); part++) {
+            crc ^= ROLNI_AS(uint32_t, (b >> (32 * part)) & UINT32_C(0xffffffff));
+            ROLNI_CRC_4, ROLNI_CRC_4, ROLNI_CRC_4, ROLNI_CRC_4;
+            ROLNI_CRC_4, ROLNI_CRC_4, ROLNI_CRC_4, ROLNI_CRC_4;
+        }
+    }
+    return ~crc;
+}
+
+/* Where NAME_check stands. Zeroed: a fresh start. */
+typedef struct {
+    uint32_t reference; /* CRC-32 of the parameters as they should be: of the first pass, or yours, with known = 1 */
+    uint32_t sum;       /* of this pass so far */
+    int known;          /* 1: reference is known */
+    int at;             /* number that comes next; their count, once they were found to be damaged */
+} roln_check;
+
+/* Carry a pass over the size numbers at p on by count of them. ROLN_E_CHECKSUM: it has ended with another sum than the reference,
+   and so on with every call until c is zeroed, or c itself is damaged. ROLN_E_LENGTH: count is below 1. */
+ROLN_FN roln_status roln_check_step(int size, const void *numbers, int count, roln_check *c)
+{
+    const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
+    if (count < 1) return ROLN_E_LENGTH;
+    if (c->at < 0 || c->at >= size) return ROLN_E_CHECKSUM;
+    count = ROLN_MIN(count, size - c->at);
+    c->sum = roln_crc(count, p + ROLNI_AS(size_t, c->at) * sizeof(roln_bits), c->sum);
+    c->at += count;
+    if (c->at < size) return ROLN_OK;
+    if (!c->known) c->reference = c->sum, c->known = 1;
+    if (c->sum != c->reference) return ROLN_E_CHECKSUM;
+    c->sum = 0, c->at = 0;
+    return ROLN_OK;
+}
+
 ROLN_FN void rolni_put(unsigned char **p, uint64_t x, int bytes)
 {
     for (; bytes > 0; bytes--, x >>= 8)
@@ -2280,6 +2337,51 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
     F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
+/* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it, and a call that
+   takes it is written ROLNI_USE(work, call), or ROLNI_USE_TICK(work, call) if it returns faults. With ROLN_DEBUG_WORK they see
+   to it that no call begins before the last one has ended. busy need not be set at first: one of its values alone says that the
+   scratch is in use. */
+#ifdef ROLN_DEBUG_WORK
+#define ROLNI_SCRATCH typedef struct { union {
+#define ROLNI_SCRATCH_END(type) } room; volatile uint32_t busy; } type;
+#define ROLNI_ROOM(work) (&(work)->room)
+#define ROLNI_USE(work, call) (rolni_enter(&(work)->busy) ? rolni_leave(&(work)->busy, call) : ROLN_E_BUSY)
+#define ROLNI_USE_TICK(work, call) \
+    (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
+#define ROLNI_BUSY UINT32_C(0x5b75f1a3)
+#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#define ROLNI_BARRIER __atomic_signal_fence(__ATOMIC_ACQ_REL) /* nothing of the call is moved across by the compiler */
+#else
+#define ROLNI_BARRIER ((void)0)
+#endif
+ROLN_FN int rolni_enter(volatile uint32_t *busy)
+{
+    if (*busy == ROLNI_BUSY) return 0;
+    *busy = ROLNI_BUSY;
+    ROLNI_BARRIER;
+    return 1;
+}
+
+ROLN_FN roln_status rolni_leave(volatile uint32_t *busy, roln_status st)
+{
+    ROLNI_BARRIER;
+    *busy = 0;
+    return st;
+}
+
+ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
+{
+    ROLNI_BARRIER;
+    *busy = 0;
+    return faults;
+}
+#else
+#define ROLNI_SCRATCH typedef union {
+#define ROLNI_SCRATCH_END(type) } type;
+#define ROLNI_ROOM(work) (work)
+#define ROLNI_USE(work, call) (call)
+#define ROLNI_USE_TICK(work, call) (call)
+#endif
 /* Numbers of work of the hungriest manifold. */
 #define ROLNI_VERB_WORK(S) \
     ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
@@ -2492,7 +2594,7 @@ typedef struct { roln_real M[ROLNI_(n) * ROLNI_(n)], c[ROLNI_(n)], g[ROLNI_(n)],
 typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI_(force_size)]; } ROLNI_(jacobian);
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
-typedef union {
+ROLNI_SCRATCH
     roln_real encode[ROLN_ENCODE_WORK(ROLNI_, 2)], aim[ROLN_ENCODE_WORK(ROLNI_, 3)], decode[ROLN_DECODE_WORK(ROLNI_)];
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
@@ -2501,8 +2603,8 @@ typedef union {
 #if ROLN_INPUTS == 0
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 #endif
-} ROLNI_(work);
-typedef struct { roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; } ROLNI_(linwork); /* scratch of linearisation */
+ROLNI_SCRATCH_END(ROLNI_(work))
+ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -2532,14 +2634,14 @@ ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, work->encode);
+    return ROLNI_USE(work, roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, ROLNI_ROOM(work)->encode));
 }
 
 /* q = phi(z), qd = J(z) zd. */
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_decode(&m, s->z, s->zd, x->q, x->qd, work->decode);
+    return ROLNI_USE(work, roln_decode(&m, s->z, s->zd, x->q, x->qd, ROLNI_ROOM(work)->decode));
 }
 
 /* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
@@ -2547,7 +2649,7 @@ ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(la
                                         roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_decode_some(&m, s->z, s->zd, count, which, q, qd, work->decode_some);
+    return ROLNI_USE(work, roln_decode_some(&m, s->z, s->zd, count, which, q, qd, ROLNI_ROOM(work)->decode_some));
 }
 
 /* Reference q, qd, qdd [N] in the latent space: r->z, zd, zdd; the gains in r stay as they are. */
@@ -2556,7 +2658,7 @@ ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real q[ROLN_
                                 ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, work->aim);
+    return ROLNI_USE(work, roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, ROLNI_ROOM(work)->aim));
 }
 
 /* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), reference and diagonal gains in r. */
@@ -2565,7 +2667,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
-    return roln_control(&m, s->z, s->zd, &ref, tau_z, work->control);
+    return ROLNI_USE(work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
 }
 
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
@@ -2573,7 +2675,7 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_lift(&m, s->z, tau_z, tau, work->lift);
+    return ROLNI_USE(work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
 }
 
 /* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
@@ -2582,7 +2684,7 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_allocate(&m, motors, s->z, B, tau_z, mu, u, work->allocate);
+    return ROLNI_USE(work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` if all is well, else a safe one. s NULL: the encoder failed; want
@@ -2594,7 +2696,8 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
     const roln_trained m = ROLNI_(trained)(p);
     const roln_measured measured = {x->q, x->qd};
     const roln_held held = {&g->g, g->tau};
-    return roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held, work->guard_tick);
+    return ROLNI_USE_TICK(work, roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held,
+                                                ROLNI_ROOM(work)->guard_tick));
 }
 
 #if ROLN_INPUTS == 0
@@ -2608,7 +2711,7 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     const roln_measured measured = {x->q, x->qd};
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
     const roln_held held = {&g->g, g->tau};
-    return roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, work->tick);
+    return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
 }
 #endif
 
@@ -2625,7 +2728,7 @@ ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, con
                                  ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_step(&m, s->z, s->zd, tau, dt, work->step);
+    return ROLNI_USE(work, roln_step(&m, s->z, s->zd, tau, dt, ROLNI_ROOM(work)->step));
 }
 
 /* The same, and j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau [2n][force_size]. */
@@ -2633,7 +2736,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
                                    roln_real dt, ROLNI_(jacobian) *j, ROLNI_(linwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, work->linear);
+    return ROLNI_USE(work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
 }
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */
@@ -2642,7 +2745,7 @@ ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent)
                                    roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_reduce(&m, s->z, tau, tau_z, work->reduce);
+    return ROLNI_USE(work, roln_reduce(&m, s->z, tau, tau_z, ROLNI_ROOM(work)->reduce));
 }
 
 /* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
@@ -2651,7 +2754,7 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent
                                     ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, work->inverse);
+    return ROLNI_USE(work, roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, ROLNI_ROOM(work)->inverse));
 }
 
 /* M [n][n], c = C zd, g, d of M zdd + c + g + d = tau_z, kinetic and potential energy T, V. If no force did work in training, all
@@ -2660,7 +2763,7 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
-    return roln_terms(&m, s->z, s->zd, &out, work->terms);
+    return ROLNI_USE(work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
 }
 
 /* y = D^T M D v, the apparent inertia of the full space applied to v. */
@@ -2668,14 +2771,14 @@ ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent
                                     roln_real y[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_inertia(&m, s->z, v, y, work->inertia);
+    return ROLNI_USE(work, roln_inertia(&m, s->z, v, y, ROLNI_ROOM(work)->inertia));
 }
 
 /* Record in p the range of z, zd over the samples q, qd [count][N]. */
 ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, work->fit_range);
+    return ROLNI_USE(work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
@@ -2694,22 +2797,35 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
     return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), p, put, ctx);
 }
 
+enum { ROLNI_(numbers) = sizeof(ROLNI_(params)) / sizeof(roln_real) }; /* of NAME_params */
+
+/* Are the parameters in memory what they were? A CRC-32 over all of them, count numbers a call, so that a tick spends little on it:
+   16 numbers take 480 instructions on a Cortex-M4F, all of them NAME_numbers / 16 calls. The first pass takes the reference:
+   go through it at the start, NAME_check(p, NAME_numbers, c), when they have just been unpacked; or set c->reference, which is the
+   same on every machine, and c->known = 1. A pass that ends otherwise, and every call from there on: ROLN_E_CHECKSUM
+   (roln_check_step). All damage within 32 bits in a row is seen, and all of two bits anywhere; at the latest two passes after it
+   was done. Parameters that learn: zero c whenever they have changed. */
+ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check *c)
+{
+    return roln_check_step(ROLNI_(numbers), p, count, c);
+}
+
 /* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
-typedef union {
+ROLNI_SCRATCH
     roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)];
 #if ROLNI_BITS(ROLN_STORE) == 0
     roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
 #endif
-} ROLNI_(train);
+ROLNI_SCRATCH_END(ROLNI_(train))
 
 /* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1]. */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
                                    const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, work->errors);
+    return ROLNI_USE(work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -2857,7 +2973,7 @@ ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degr
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_variance(&m, b, var, work->variance);
+    return ROLNI_USE(work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
 }
 
 /* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
@@ -2866,7 +2982,7 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
-    return roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, work->grad_acc);
+    return ROLNI_USE(work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
@@ -2878,7 +2994,7 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, work->grad);
+    return ROLNI_USE(work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
 }
 
 /* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the
@@ -2887,8 +3003,8 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                                    ROLNI_(train) *work)
 {
     const roln_moments moments = {o->m, o->v, o->v_max};
-    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
-                            work->update);
+    return ROLNI_USE(work, roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam,
+                                            &moments, ROLNI_ROOM(work)->update));
 }
 
 #if ROLN_ROWS > 0
@@ -2931,7 +3047,8 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
     to.J = again ? NULL : g->J + ROLNI_AS(size_t, at) * ROLNI_(newton_size);
     to.r = (again ? g->next : g->r) + at;
     to.behind = ROLNI_LEARN(ROLN_LEARN), to.seed = g->seed + ROLNI_AS(uint64_t, at);
-    return roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? work->grad_acc : work->grad);
+    return ROLNI_USE(work, roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? ROLNI_ROOM(work)->grad_acc
+                                                                                      : ROLNI_ROOM(work)->grad));
 }
 
 /* count rows are complete: they and the rest of earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. Of the

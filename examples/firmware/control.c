@@ -1,6 +1,8 @@
 /* control.c - control_tick.c as firmware: a latent controller and the guard, tick by tick. The plant is the model itself, one state
    in z that the tick sees only as q, qd; torques are in the model's own unit (control_tick.c).
 
+   Every tick checks a few of the weights: all of them in 51 ticks, a quarter of a second. If a bit has flipped the motors go off.
+
    Every 20th tick is printed: distance from the reference, two torques, faults. At tick 60 one encoder fails for one tick: the
    torque is held. From tick 160 it is dead: held for five ticks, then off for good. */
 
@@ -20,6 +22,7 @@ static struct {
     chain_target target; /* the pose to hold, at rest, and the gains */
     chain_guard guard;   /* guard.tau: to the motors */
     chain_work work;
+    roln_check check;    /* of the weights */
 } ctl;
 
 /* Hold the pose q, with gains SPEED^2 and 2 SPEED times the diagonal of M there. */
@@ -40,6 +43,7 @@ static roln_status control_start(const roln_real q[N])
 /* What a timer interrupt calls: x in, ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(const chain_state *x)
 {
+    if (chain_check(&chain_weights, 16, &ctl.check) != ROLN_OK) ctl.guard.g.faults |= ROLN_FAULT_EXPIRED; /* damaged: off */
     return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
 }
 
@@ -59,7 +63,8 @@ int main(void)
     for (int i = 0; i < n; i++)
         bent.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
     if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
-        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK)
+        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK ||
+        chain_check(&chain_weights, chain_numbers, &ctl.check) != ROLN_OK) /* what they should be from here on */
         return 1;
     put_text("tick   |z-z_ref|         tau1         tau8  faults\n");
     for (int k = 0; k < TICKS; k++) {

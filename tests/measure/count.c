@@ -140,6 +140,21 @@ static void tick(const row *r)
     if (pend16_tick(&pend, &limits, &at, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work) != 0) must(ROLN_E_RANGE);
 }
 
+/* A slice of the check of the parameters, within a pass. */
+static roln_check check;
+
+static void whole(const row *r)
+{
+    pose(r);
+    memset(&check, 0, sizeof check);
+    must(pend16_check(&pend, pend16_numbers, &check));
+}
+
+static void slice(const row *r)
+{
+    must(pend16_check(&pend, r->size[0], &check));
+}
+
 /* ---- table ------------------------------------------------------------------------------------ */
 
 static const row table[] = {
@@ -154,6 +169,8 @@ static const row table[] = {
     {"eigensolver n = 16", symmetric, eig, {16}, 1, 96000},
     {"forward dynamics n = 4, 32 x 2", state, zdd_of, {0}, 1, 45000},
     {"control tick of pend16, 16 joints, 32 x 2", pose, tick, {0}, 1, 90000},
+    {"check of parameters, 16 numbers, per byte", whole, slice, {16}, 64, 8},
+    {"check of parameters, 256 numbers, per byte", whole, slice, {256}, 1024, 8},
 };
 
 static void nothing(const row *r)

@@ -1,0 +1,331 @@
+/* test_safety.c - what watches over a running program: NAME_check over the parameters, and scratch that is in use twice.
+   Here every kernel with a fence may be interrupted (ROLN_FENCE), and scratch knows whether it is in use (ROLN_DEBUG_WORK). */
+#undef ROLN_SIMD
+#define ROLN_SIMD 0
+static void interrupt(void);
+#define ROLN_FENCE interrupt()
+#define ROLN_DEBUG_WORK
+
+#define ROLN_NAME arm
+#define ROLN_AE 6, 5, 2
+#define ROLN_MLP 16, 16
+#define ROLN_ROWS 4
+#include "roln.h"
+
+#define ROLN_NAME pushed /* with inputs, without an autoencoder */
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_INPUTS 2
+#include "roln.h"
+
+#ifndef ROLN_DOUBLE
+#define ROLN_NAME half
+#define ROLN_AE 6, 5, 2
+#define ROLN_MLP 16, 16
+#define ROLN_STORE half
+#include "roln.h"
+
+#define ROLN_NAME bytes
+#define ROLN_AE 6, 5, 2
+#define ROLN_MLP 16, 16
+#define ROLN_STORE int8
+#include "roln.h"
+#endif
+
+#include "check.h"
+
+void TEST_NAME(safety)(void);
+
+#define CHECK_OK(call) CHECK((call) == ROLN_OK)
+static uint64_t seed = 1;
+
+/* ---- parameters in memory --------------------------------------------------------------------- */
+
+/* CRC-32 from its definition: a bit at a time. */
+static uint32_t slow_crc(size_t count, const unsigned char *bytes)
+{
+    uint32_t crc = 0xffffffff;
+    size_t i;
+    int k;
+    for (i = 0; i < count; i++)
+        for (crc ^= bytes[i], k = 0; k < 8; k++)
+            crc = crc >> 1 ^ (crc & 1 ? 0xedb88320 : 0);
+    return ~crc;
+}
+
+/* The bytes of numbers from the least significant one on. */
+static size_t little_endian(int count, const void *numbers, unsigned char *bytes)
+{
+    size_t at = 0, k;
+    int i;
+    for (i = 0; i < count; i++) {
+        roln_bits b;
+        memcpy(&b, (const unsigned char *)numbers + (size_t)i * sizeof b, sizeof b);
+        for (k = 0; k < sizeof b; k++, b >>= 8)
+            bytes[at++] = (unsigned char)(b & 255);
+    }
+    return at;
+}
+
+typedef roln_status check_of(const void *p, int count, roln_check *c);
+
+/* The next status other than ROLN_OK, in at most `calls` calls with count numbers each; their number is left in calls. */
+static roln_status await(check_of *check, const void *p, int count, int *calls, roln_check *c)
+{
+    const int most = *calls;
+    roln_status st = ROLN_OK;
+    for (*calls = 0; *calls < most && st == ROLN_OK; ++*calls)
+        st = check(p, count, c);
+    return st;
+}
+
+/* One or two bits of the parameters flip somewhere in a pass: seen within two. */
+static void check_flips(check_of *check, int size, unsigned char *p, int bits)
+{
+    const int count = 7, pass = (size + count - 1) / count;
+    roln_check fresh = {0, 0, 0, 0};
+    int k, unseen = 0;
+    CHECK_OK(check(p, size, &fresh));
+    for (k = 0; k < 2000; k++) {
+        const int all = size * (int)sizeof(roln_real) * 8, a = roln_randint(all, &seed), b = roln_randint(all, &seed);
+        roln_check c = fresh;
+        int before = roln_randint(pass, &seed), calls = 2 * pass;
+        if (await(check, p, count, &before, &c) != ROLN_OK) unseen++;
+        p[a / 8] ^= (unsigned char)(1 << a % 8);
+        if (bits == 2 && a != b) p[b / 8] ^= (unsigned char)(1 << b % 8);
+        if (await(check, p, count, &calls, &c) != ROLN_E_CHECKSUM) unseen++;
+        p[a / 8] ^= (unsigned char)(1 << a % 8);
+        if (bits == 2 && a != b) p[b / 8] ^= (unsigned char)(1 << b % 8);
+        if (check(p, count, &c) != ROLN_E_CHECKSUM) unseen++; /* it stays */
+    }
+    CHECK(unseen == 0);
+}
+
+static void check_check(check_of *check, int size, unsigned char *p)
+{
+    static unsigned char bytes[40000];
+    roln_check c = {0, 0, 0, 0}, was;
+    uint32_t want;
+    int slice, calls;
+    CHECK((size_t)size * sizeof(roln_real) <= sizeof bytes);
+    want = slow_crc(little_endian(size, p, bytes), bytes);
+    for (slice = 1; slice <= 64; slice *= 2) { /* the same sum in slices of any size; then pass upon pass is ROLN_OK */
+        memset(&c, 0, sizeof c);
+        calls = (size + slice - 1) / slice - 1;
+        CHECK_OK(await(check, p, slice, &calls, &c));
+        CHECK(!c.known && c.at > 0 && c.at < size);
+        CHECK_OK(check(p, slice, &c));
+        CHECK(c.known && c.reference == want && c.at == 0 && c.sum == 0);
+        calls = 5 * size / slice;
+        CHECK_OK(await(check, p, slice, &calls, &c));
+    }
+    was = c;
+    CHECK(check(p, 0, &c) == ROLN_E_LENGTH && check(p, -1, &c) == ROLN_E_LENGTH && memcmp(&c, &was, sizeof c) == 0);
+    /* a reference that was given, right and wrong; the state itself damaged */
+    memset(&c, 0, sizeof c);
+    c.reference = want, c.known = 1;
+    CHECK_OK(check(p, 2 * size, &c));
+    c.reference ^= 1;
+    CHECK(check(p, size, &c) == ROLN_E_CHECKSUM && check(p, 1, &c) == ROLN_E_CHECKSUM);
+    c = was, c.at = -1;
+    CHECK(check(p, 1, &c) == ROLN_E_CHECKSUM);
+    c = was, c.at = size;
+    CHECK(check(p, 1, &c) == ROLN_E_CHECKSUM);
+    c = was, c.at = 0, c.sum = 1;
+    CHECK(check(p, size, &c) == ROLN_E_CHECKSUM);
+    check_flips(check, size, p, 1);
+    check_flips(check, size, p, 2);
+}
+
+#define CHECK_MODEL(of) \
+    static roln_status of##_check_of(const void *p, int count, roln_check *c) \
+    { \
+        return of##_check(p, count, c); \
+    } \
+    static void test_check_##of(void) \
+    { \
+        static of##_params p; \
+        unsigned char *bytes = (unsigned char *)&p; \
+        size_t i; \
+        for (i = 0; i < sizeof p; i++) \
+            bytes[i] = (unsigned char)(roln_rand(&seed) & 255); \
+        CHECK(sizeof p == of##_numbers * sizeof(roln_real)); \
+        check_check(of##_check_of, of##_numbers, bytes); \
+    }
+CHECK_MODEL(arm)
+CHECK_MODEL(pushed)
+#ifndef ROLN_DOUBLE
+CHECK_MODEL(half)
+CHECK_MODEL(bytes)
+#endif
+
+/* ---- scratch in use --------------------------------------------------------------------------- */
+
+static arm_params p;
+static arm_work work, own;
+static arm_train train;
+static const arm_state x = {{ROLN_C(0.1), ROLN_C(0.2)}, {ROLN_C(0.3)}};
+static const roln_limits limits = {ROLN_C(0.01), 1000, 0, 1000, 5, 0, 0};
+
+/* What interrupts: with the scratch of what it interrupts, in every at-th fence. */
+static int at, fences, refused, wrong;
+static arm_latent seen; /* what it computes with scratch of its own */
+static void interrupt(void)
+{
+    arm_work *const mine[2] = {&work, &own};
+    int k;
+    if (at == 0 || ++fences % at != 0) return;
+    at = 0; /* it is not interrupted itself */
+    for (k = 0; k < 2; k++) {
+        arm_latent s = {{7, 7}, {7, 7}};
+        const arm_latent was = s;
+        const roln_status st = arm_encode(&p, &x, &s, mine[k]);
+        if (k == 0) refused += st == ROLN_E_BUSY && memcmp(&s, &was, sizeof s) == 0;
+        wrong += k == 1 && (st != ROLN_OK || memcmp(&s, &seen, sizeof s) != 0);
+    }
+}
+
+/* A step of motion, and a tick, in at most one fence of which somebody wants the same scratch: refused, and the step is right. */
+static void test_interrupt(void)
+{
+    arm_latent s, want, start = {{ROLN_C(0.1), ROLN_C(-0.2)}, {ROLN_C(0.3), ROLN_C(0.4)}};
+    const arm_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
+    int k, places;
+    CHECK_OK(arm_encode(&p, &x, &seen, &own));
+    want = start;
+    at = 1 << 30, fences = 0;
+    CHECK_OK(arm_step(&p, &want, NULL, limits.dt, &work));
+    places = fences;
+    CHECK(places > 10);
+    refused = wrong = 0;
+    for (k = 1; k <= places; k++) {
+        at = k, fences = 0, s = start;
+        CHECK_OK(arm_step(&p, &s, NULL, limits.dt, &work));
+        CHECK(at == 0 && refused == k && memcmp(&s, &want, sizeof s) == 0);
+    }
+    for (k = 1; k <= 20; k++) {
+        static arm_guard guard, free_guard;
+        const int before = refused;
+        at = 0;
+        CHECK(arm_tick(&p, &limits, &x, &r, &want, &free_guard, &work) == 0);
+        at = k, fences = 0;
+        CHECK(arm_tick(&p, &limits, &x, &r, &s, &guard, &work) == 0);
+        CHECK(at == 0 && refused == before + 1);
+        CHECK(memcmp(&s, &want, sizeof s) == 0 && memcmp(&guard, &free_guard, sizeof guard) == 0);
+    }
+    CHECK(wrong == 0);
+    at = 0;
+}
+
+/* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
+typedef struct {
+    roln_status st[24];
+    uint32_t faults[2];
+    int count, kept;
+} calls;
+
+static void call_all(calls *c)
+{
+    static const roln_real q[12] = {ROLN_C(0.1)}, qd[12] = {ROLN_C(0.2)};
+    static const roln_loss weights = ROLN_ODE_WEIGHTS;
+    static const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
+    const arm_latent at_rest = {{0}, {0}};
+    const int which[1] = {1};
+    static struct {
+        arm_latent z[3];
+        arm_state full;
+        arm_target r;
+        roln_real some[2], tau_z[2], tau[6], u[1], y[6];
+        arm_equation e;
+        arm_jacobian j;
+        arm_guard g[2];
+        arm_params p;
+        arm_optimiser o;
+        arm_gradient g1, g2;
+        arm_residuals rows;
+        roln_error error;
+        roln_loss var;
+    } o, was;
+    static arm_linwork linwork;
+    const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
+    memset(&o, 0, sizeof o);
+    o.p = p, o.g1.windows = o.g2.windows = 1;
+    was = o;
+    memset(c, 0, sizeof *c);
+    linwork.busy = work.busy;
+#define CALL(expression) (c->st[c->count++] = (expression))
+    CALL(arm_encode(&p, &x, o.z, &work));
+    CALL(arm_decode(&p, &at_rest, &o.full, &work));
+    CALL(arm_decode_some(&p, &at_rest, 1, which, o.some, o.some + 1, &work));
+    CALL(arm_aim(&p, q, qd, q, &o.r, &work));
+    CALL(arm_control(&p, &at_rest, &o.r, o.tau_z, &work));
+    CALL(arm_lift(&p, &at_rest, q, o.tau, &work));
+    CALL(arm_allocate(&p, &at_rest, 1, q, q, 1, o.u, &work));
+    CALL(arm_step(&p, o.z + 1, q, limits.dt, &work));
+    CALL(arm_reduce(&p, &at_rest, q, o.tau_z, &work));
+    CALL(arm_inverse(&p, &at_rest, NULL, q, o.tau_z, &work));
+    CALL(arm_terms(&p, &at_rest, &o.e, &work));
+    CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
+    CALL(arm_fit_range(&o.p, 1, q, qd, &work));
+    CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
+    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
+    CALL(arm_variance(&p, &b, &o.var, &train));
+    CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
+    CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train));
+    CALL(arm_update(&o.p, &opt, &o.o, &o.g1, &train));
+    CALL(arm_rows(&p, &weights, &b, limits.dt, 0, 0, &o.rows, &train));
+    c->faults[0] = arm_tick(&p, &limits, &x, &o.r, o.z, o.g, &work);
+    c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, o.g + 1, &work);
+    c->kept = memcmp(&o, &was, sizeof o) == 0;
+}
+
+/* What is in use is refused by every function; what is not, whatever bytes it began with, by none. */
+static void test_busy(void)
+{
+    calls c;
+    int i;
+    memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
+    call_all(&c);
+    CHECK(c.count == 20 && !c.kept);
+    for (i = 0; i < c.count; i++)
+        CHECK_OK(c.st[i]);
+    CHECK(c.faults[0] == 0 && c.faults[1] == 0);
+    CHECK(rolni_enter(&work.busy) && rolni_enter(&train.busy) && !rolni_enter(&work.busy));
+    call_all(&c);
+    for (i = 0; i < c.count; i++)
+        CHECK(c.st[i] == ROLN_E_BUSY);
+    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.kept);
+    CHECK(rolni_leave(&work.busy, ROLN_E_RANGE) == ROLN_E_RANGE && rolni_leave_tick(&train.busy, 9) == 9);
+    call_all(&c);
+    for (i = 0; i < c.count; i++)
+        CHECK_OK(c.st[i]);
+}
+
+/* A call that fails leaves, too. */
+static void test_failed(void)
+{
+    arm_state bad = x;
+    arm_latent s;
+    bad.q[0] = (roln_real)NAN;
+    CHECK(arm_encode(&p, &bad, &s, &work) == ROLN_E_NOT_FINITE);
+    CHECK_OK(arm_encode(&p, &x, &s, &work));
+}
+
+void TEST_NAME(safety)(void)
+{
+    static arm_start start;
+    int i;
+    test_check_arm();
+    test_check_pushed();
+#ifndef ROLN_DOUBLE
+    test_check_half();
+    test_check_bytes();
+#endif
+    CHECK(slow_crc(9, (const unsigned char *)"123456789") == 0xcbf43926); /* the one that everybody checks */
+    CHECK_OK(arm_init(&p, &seed, &start));
+    for (i = 0; i < arm_n; i++)
+        p.z_min[i] = -100, p.z_max[i] = p.zd_max[i] = 100;
+    test_interrupt();
+    test_busy();
+    test_failed();
+}
