@@ -55,8 +55,9 @@
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_lift        tau_z -> tau = D^T tau_z
        NAME_allocate    tau_z -> the few motors that come nearest
-       NAME_guard_tick  lets a torque pass to the motors, or holds the last one, or stops
+       NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
+       NAME_fit_limits  the limits of a guard, from recordings of good motion
 
    Prediction and mechanics:
 
@@ -473,11 +474,12 @@ enum {
     ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, or dt is not positive */
     ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
     ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
-    ROLN_FAULT_LIMIT = 8,   /* a torque beyond limits.tau */
+    ROLN_FAULT_LIMIT = 8,   /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
     ROLN_FAULT_RANGE = 16,  /* z or zd outside the range seen in training, widened by limits.margin */
     ROLN_FAULT_ENERGY = 32, /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
-    ROLN_FAULT_EXPIRED = 64,  /* more than limits.hold ticks in a row were bad: torques are 0 until the guard is zeroed */
-    ROLN_FAULT_MANIFOLD = 128 /* q or qd farther than limits.q_off, qd_off from what the model can represent */
+    ROLN_FAULT_EXPIRED = 64,  /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
+    ROLN_FAULT_MANIFOLD = 128, /* q or qd farther than limits.q_off, qd_off from what the model can represent */
+    ROLN_CLIPPED = 256         /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
 };
 
 typedef struct {
@@ -488,6 +490,12 @@ typedef struct {
     int hold;         /* bad ticks in a row for which the last good torque is held */
     roln_real q_off;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
     roln_real qd_off; /* largest |qd - J zd| of a joint; 0: no check */
+    /* what follows may be left out */
+    int window;       /* ticks over which the residual is averaged before it is compared with power; 0, 1: each by itself */
+    int strict;       /* 1: a torque beyond a limit of torque or rate is a fault; 0: it is clipped */
+    roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
+    const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
+    const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -496,6 +504,7 @@ typedef struct {
     int bad;         /* bad ticks in a row */
     int known;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
+    roln_real residual; /* of the energy rate, W, averaged over limits.window */
 } roln_guard;
 
 /* Measured q, qd [N]. */
@@ -522,14 +531,48 @@ ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const rol
     return in;
 }
 
-/* Nonzero if the limits make sense: finite, none negative, dt positive. */
-ROLN_FN int rolni_limits_valid(const roln_limits *limits)
+/* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
+ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
 {
-    const roln_real bound[6] = {limits->dt, limits->margin, limits->power, limits->tau, limits->q_off, limits->qd_off};
-    int i, valid = roln_all_finite(6, bound) && limits->dt > 0 && limits->hold >= 0;
-    for (i = 1; i < 6; i++)
+    const roln_real bound[7] = {limits->dt,    limits->margin, limits->power, limits->tau,
+                                limits->q_off, limits->qd_off, limits->rate};
+    const roln_real *const each[2] = {limits->tau_each, limits->rate_each};
+    int i, k, valid = roln_all_finite(7, bound) && limits->dt > 0 && limits->hold >= 0 && limits->window >= 0;
+    for (i = 1; i < 7; i++)
         valid &= bound[i] >= 0;
+    for (k = 0; k < 2; k++)
+        for (i = 0; each[k] && i < nu; i++)
+            valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
     return valid;
+}
+
+/* The largest torque of joint i. */
+ROLN_FN roln_real rolni_most(const roln_limits *limits, int i)
+{
+    return limits->tau_each ? limits->tau_each[i] : limits->tau;
+}
+
+/* The torque of joint i after `last`, which is within its limit, that comes nearest to want. */
+ROLN_FN roln_real rolni_clip(const roln_limits *limits, int i, roln_real last, roln_real want)
+{
+    const roln_real top = rolni_most(limits, i), rate = limits->rate_each ? limits->rate_each[i] : limits->rate;
+    roln_real low = -top, high = top;
+    if (rate > 0) low = ROLN_MAX(low, last - rate * limits->dt), high = ROLN_MIN(high, last + rate * limits->dt);
+    return want < low ? low : want > high ? high : want;
+}
+
+/* The torque of the last tick of joint i: it is only trusted within the limit; nothing else may reach a motor. */
+ROLN_FN roln_real rolni_last(const roln_limits *limits, int i, roln_real tau)
+{
+    return roln_finite(tau) && ROLN_ABS(tau) <= rolni_most(limits, i) ? tau : 0;
+}
+
+/* The safe torque of joint i. */
+ROLN_FN roln_real rolni_safe(const roln_limits *limits, int i)
+{
+    const roln_real top = rolni_most(limits, i), safe = limits->safe ? limits->safe[i] : 0;
+    if (!roln_finite(safe) || !roln_finite(top) || !(top >= 0)) return 0;
+    return safe < -top ? -top : safe > top ? top : safe;
 }
 
 /* Nonzero if |a - b| <= bound for all n numbers; NaN is not. bound 0: no check. */
@@ -554,17 +597,21 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
     return limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0;
 }
 
-/* The faults of a tick but for energy and expiry. */
-ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want)
+/* The faults of a tick but for energy and expiry, and ROLN_CLIPPED; tau: torque of the last tick. */
+ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
+                                  const roln_real *tau)
 {
     const int N = m->model->ae.size[0], nu = roln_force_size(m->model);
     uint32_t faults = 0;
     int i;
-    if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd) || !rolni_limits_valid(limits)) faults |= ROLN_FAULT_INPUT;
+    if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
-    for (i = 0; want && !(faults & ROLN_FAULT_OUTPUT) && i < nu; i++)
-        if (!(ROLN_ABS(want[i]) <= limits->tau)) faults |= ROLN_FAULT_LIMIT;
+    for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
+        const roln_real near = rolni_clip(limits, i, rolni_last(limits, i, tau[i]), want[i]);
+        if (near < want[i] || near > want[i]) faults |= limits->strict ? ROLN_FAULT_LIMIT : ROLN_CLIPPED;
+    }
     if (!seen->z) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
@@ -581,6 +628,17 @@ ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_real *in, co
     return roln_dot(m->model->ae.size[0], rolni_tau(m, 1, in, work), qd);
 }
 
+/* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
+   before: the power at its end, under the torque of the last tick. Its mean over limits->window is kept in g. Nonzero if that is
+   too large. */
+ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, roln_real before, roln_guard *g)
+{
+    roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
+    if (limits->window > 1) r = g->residual + (r - g->residual) / ROLNI_AS(roln_real, limits->window);
+    g->residual = roln_finite(r) ? r : 0;
+    return !(ROLN_ABS(r) <= limits->power);
+}
+
 /* roln_guard_tick on what was seen. */
 ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                  const roln_held *held, roln_real *work)
@@ -590,20 +648,21 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     const rolni_balance *b = seen->balance;
     roln_guard *g = held->guard;
     roln_real *tau = held->tau;
-    uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want);
+    uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
     int i, known = 0;
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
         const roln_real before = b ? rolni_power(m, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else if (g->known && !(ROLN_ABS((b->energy - g->energy) / limits->dt - (before + g->power) / 2) <= limits->power))
-            faults |= ROLN_FAULT_ENERGY;
+        else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
     }
-    if (faults && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
-    g->bad = !faults ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
-    for (i = 0; i < nu; i++) { /* the last torque is only trusted within the limit: nothing else may reach a motor */
-        const int trust = !(faults & ROLN_FAULT_EXPIRED) && roln_finite(tau[i]) && ROLN_ABS(tau[i]) <= limits->tau;
-        tau[i] = !faults ? want[i] : trust ? tau[i] : 0;
+    bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
+    if (bad) faults = bad; /* what was wanted does not reach the motors */
+    if (bad && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
+    g->bad = !bad ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
+    for (i = 0; i < nu; i++) {
+        const roln_real last = rolni_last(limits, i, tau[i]);
+        tau[i] = !bad ? rolni_clip(limits, i, last, want[i]) : faults & ROLN_FAULT_EXPIRED ? rolni_safe(limits, i) : last;
     }
     g->known = 0;
     if (known) { /* start of the next tick, under the new torque */
@@ -616,10 +675,13 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
 
 /* One tick of the guard, after the controller. x is what was measured, z, zd [n] its latent state, both NULL if the encoder failed;
    want [roln_force_size] the torque to be applied from now on, NULL if a function on the way to it returned a status other than
-   ROLN_OK. held->tau is the torque of the last tick in and the safe torque out: want if nothing is wrong, else the last one, at
-   most limits->hold times in a row, then 0. Returns the faults of this tick, which are also added to held->guard->faults.
+   ROLN_OK. held->tau is the torque of the last tick in and that of this tick out: if nothing is wrong want, each joint clipped to
+   its limits of torque and of rate (ROLN_CLIPPED); else the last one, at most limits->hold times in a row; then, until the guard is
+   zeroed, the safe one, at once. Returns the faults of this tick, which are also added to held->guard->faults.
    The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
-   is that of second order in dt and grows with every external force that the model does not know. work [ROLN_GUARD_WORK]. */
+   is that of second order in dt and grows with every external force that the model does not know. A velocity that jumps from tick
+   to tick, of an encoder, say, lets it jump by the energy of the jump over dt; limits->window = w makes it the running mean
+   R += (r - R) / w, in which jumps count a w-th, and a force that stays counts after w ticks. work [ROLN_GUARD_WORK]. */
 #define ROLN_GUARD_MEM(X, S) X(decoded, 2 * S(N)) X(s, 2 * S(n))
 #define ROLNI_BALANCE_WORK(S) (ROLN_LNN_TAPE(S, 1, 0, 1) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_MASS, 1), 2 * S(n)))
 #define ROLN_GUARD_WORK(S) \
@@ -1646,6 +1708,84 @@ ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const r
     return ROLN_OK;
 }
 
+/* What one sample of good motion asks of limits: range, distance from the manifold; x [2N]. ROLN_E_RANGE: it is outside of a range
+   that has no width. */
+ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *seen, roln_limits *most)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    int i;
+    for (i = 0; i < n; i++) {
+        const roln_real wide = m->z_max[i] - m->z_min[i], z = seen->z[i];
+        const roln_real out = ROLN_MAX(m->z_min[i] - z, z - m->z_max[i]), fast = ROLN_ABS(seen->zd[i]) - m->zd_max[i];
+        if ((out > 0 && !(wide > 0)) || (fast > 0 && !(m->zd_max[i] > 0))) return ROLN_E_RANGE;
+        if (out > 0) most->margin = ROLN_MAX(most->margin, out / wide);
+        if (fast > 0) most->margin = ROLN_MAX(most->margin, fast / m->zd_max[i]);
+    }
+    for (i = 0; i < N; i++) {
+        const roln_real q = ROLN_ABS(seen->q[i] - seen->x[i]), qd = ROLN_ABS(seen->qd[i] - seen->x[N + i]);
+        most->q_off = ROLN_MAX(most->q_off, q), most->qd_off = ROLN_MAX(most->qd_off, qd);
+    }
+    return ROLN_OK;
+}
+
+/* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
+   seconds apart, b->stride = 1; b->tau [samples][roln_force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
+   window, strict and safe are yours and stay; margin, power, q_off, qd_off become slack times what these recordings need at least,
+   margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
+   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay.
+   ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, or the
+   model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
+   work [ROLN_FIT_LIMITS_WORK]. */
+#define ROLN_FIT_LIMITS_MEM(X, S) \
+    X(x, 2 * S(N)) X(z, S(n)) X(zd, S(n)) X(held, S(force_size)) X(top, S(force_size)) X(rise, S(force_size))
+#define ROLN_FIT_LIMITS_WORK(S) \
+    (0 ROLN_FIT_LIMITS_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_GUARD_WORK(S), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLN_DECODE_WORK(S))))
+ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch *b, roln_real slack, roln_limits *l,
+                                        roln_real *tau_each, roln_real *rate_each, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const roln_real none = ROLN_C(1e30);
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL}, most = *l;
+    ROLN_FIT_LIMITS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int w, h, i;
+    if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
+    if (!(slack >= 1) || !rolni_limits_valid(&open, 0)) return ROLN_E_RANGE;
+    most.margin = most.power = most.q_off = most.qd_off = 0;
+    rolni_zero(2 * force_size, top); /* and rise */
+    for (w = 0; w < b->count; w++) {
+        roln_guard g = {0, 0, 0, 0, 0, 0};
+        rolni_zero(force_size, held);
+        for (h = 0; h <= b->steps; h++) {
+            const size_t at = rolni_sample(b, w, h), each = ROLNI_AS(size_t, force_size);
+            const roln_real *q = b->q + at * ROLNI_AS(size_t, N), *qd = b->qd + at * ROLNI_AS(size_t, N);
+            const roln_real *tau = b->tau ? b->tau + at * each : NULL;
+            const roln_measured measured = {q, qd};
+            const roln_held to = {&g, held};
+            const rolni_seen seen = {q, qd, z, zd, x, NULL};
+            roln_status st = roln_encode(m, q, qd, NULL, z, zd, NULL, work);
+            if (st == ROLN_OK) st = roln_decode(m, z, zd, x, x + N, work);
+            if (st == ROLN_OK) st = rolni_fit_seen(m, &seen, &most);
+            if (st != ROLN_OK) return st;
+            for (i = 0; i < force_size && tau; i++) {
+                top[i] = ROLN_MAX(top[i], ROLN_ABS(tau[i]));
+                if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);
+            }
+            if (roln_guard_tick(m, &open, &measured, z, zd, tau ? tau : held, &to, work)) return ROLN_E_NOT_FINITE;
+            most.power = ROLN_MAX(most.power, ROLN_ABS(g.residual));
+        }
+    }
+    most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
+    most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
+    if (b->tau) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
+    for (i = 0; i < force_size && b->tau; i++) {
+        tau_each[i] = slack * top[i], rate_each[i] = slack * rise[i];
+        most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
+    }
+    *l = most;
+    return ROLN_OK;
+}
+
 /* The encoder of a chart. Coordinates z of the same space of columns of Psi have the same polynomials, whatever their scale and
    origin: what the best decoder leaves of the samples is a function of that space. Its logarithm is made small by Riemannian L-BFGS
    over Psi with orthonormal columns, each value a fit in closed form. What is kept between steps, to be zeroed before the first,
@@ -2600,6 +2740,7 @@ ROLNI_SCRATCH
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
     roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
+    roln_real fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
 #if ROLN_INPUTS == 0
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 #endif
@@ -2687,8 +2828,9 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
     return ROLNI_USE(work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
 }
 
-/* Last call of a control tick: g->tau becomes the torque `want` if all is well, else a safe one. s NULL: the encoder failed; want
-   NULL: something on the way to it failed. Returns the faults of this tick, ROLN_FAULT_..; g->g.faults keeps those of all ticks. */
+/* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
+   encoder failed; want NULL: something on the way to it failed. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED;
+   g->g.faults keeps those of all ticks. */
 ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x,
                                     const ROLNI_(latent) *s, const roln_real want[ROLNI_(force_size)], ROLNI_(guard) *g,
                                     ROLNI_(work) *work)
@@ -2779,6 +2921,16 @@ ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_r
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
+}
+
+/* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
+   safe in; the rest of l, and with b->tau also tau_each, rate_each, to which l then points, out. */
+ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
+                                       roln_real tau_each[ROLN_AT_LEAST(ROLNI_(force_size))],
+                                       roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */

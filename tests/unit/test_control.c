@@ -791,8 +791,8 @@ static uint32_t tick(int k, rig *x)
     const uint32_t f = roln_guard_tick(&m, &x->limits, &full, blind ? NULL : x->z, blind ? NULL : x->zd, x->failed ? NULL : x->want,
                                        &held, ROOM(guard_tick));
     ROOM_KEPT();
-    CHECK(x->g.faults == (before | f) && f < 256); /* sticky, nothing else */
-    CHECK(!(f & ROLN_FAULT_EXPIRED) || all(1, x->held, 0));
+    CHECK(x->g.faults == (before | f) && f < 512); /* sticky, nothing else */
+    CHECK(!(f & ROLN_FAULT_EXPIRED) || x->limits.safe || all(1, x->held, 0));
     return f;
 }
 
@@ -807,7 +807,7 @@ static void good(int k, rig *x)
     dyadic(n, ROLN_C(0.5), &s, x->z), dyadic(n, ROLN_C(0.015625), &s, x->zd), dyadic(F, 1, &s, x->want);
     fill(n, -1, x->z_min), fill(n, 1, x->z_max), fill(n, 2, x->zd_max);
     x->limits.dt = ROLN_C(0.0625), x->limits.margin = ROLN_C(0.25), x->limits.power = 4;
-    x->limits.tau = ROLN_C(1.5), x->limits.hold = 3;
+    x->limits.tau = ROLN_C(1.5), x->limits.hold = 3, x->limits.strict = 1;
     CHECK(tick(k, x) == 0 && same(F, x->held, x->want) && tick(k, x) == 0);
     CHECK(x->g.bad == 0 && x->g.known == 1 && x->g.faults == 0);
 }
@@ -817,6 +817,7 @@ static void test_fault_bits(void)
 {
     CHECK(ROLN_FAULT_INPUT == 1 && ROLN_FAULT_STATUS == 2 && ROLN_FAULT_OUTPUT == 4 && ROLN_FAULT_LIMIT == 8);
     CHECK(ROLN_FAULT_RANGE == 16 && ROLN_FAULT_ENERGY == 32 && ROLN_FAULT_EXPIRED == 64 && ROLN_FAULT_MANIFOLD == 128);
+    CHECK(ROLN_CLIPPED == 256);
 }
 
 /* A tick by the four functions. */
@@ -1267,6 +1268,339 @@ static void test_guard_range(int k)
         }
 }
 
+/* One number for every joint, or each its own: what a torque is clipped to, as a fault where limits are strict. */
+static void test_guard_clip(int k)
+{
+    static rig start, x;
+    const int F = F_OF(k);
+    roln_real each[MAXN], rates[MAXN];
+    int i, own, sign;
+    good(k, &start);
+    start.limits.strict = 0;
+    for (i = 0; i < F; i++)
+        each[i] = ROLN_C(1.25) + (roln_real)i / 64, rates[i] = 2 + (roln_real)i;
+    for (own = 0; own < 2; own++)
+        for (i = 0; i < F; i++)
+            for (sign = -1; sign < 2; sign += 2) {
+                const roln_real s = (roln_real)sign, top = own ? each[i] : start.limits.tau;
+                const roln_real last = start.held[i], step = s * (own ? rates[i] : 2) * start.limits.dt;
+                roln_real want[MAXN];
+                x = start;
+                if (own) x.limits.tau_each = each, x.limits.tau = 0; /* tau is not read */
+                memcpy(want, x.want, sizeof want);
+                x.want[i] = want[i] = s * top; /* the edge is in */
+                CHECK(tick(k, &x) == 0 && same(F, x.held, want));
+                x.want[i] = s * top * (1 + ROLN_EPS);
+                CHECK(tick(k, &x) == ROLN_CLIPPED && same(F, x.held, want) && x.g.bad == 0 && x.g.known);
+                x.want[i] = s * PICK(1e38f, 1e300);
+                CHECK(tick(k, &x) == ROLN_CLIPPED && same(F, x.held, want));
+                x.failed = CONTROLLER; /* what is not applied is not clipped; what was clipped may be held */
+                CHECK(tick(k, &x) == ROLN_FAULT_STATUS && same(F, x.held, want));
+                x.failed = NOTHING, x.limits.strict = 1;
+                CHECK(tick(k, &x) == ROLN_FAULT_LIMIT && same(F, x.held, want));
+                x = start, x.z[0] = 3, x.want[i] = 2 * s; /* another fault: nothing is clipped, the last torque is held */
+                CHECK(tick(k, &x) == ROLN_FAULT_RANGE && same(F, x.held, start.held));
+                x = start, x.limits.rate = own ? 0 : 2; /* by its rate: once, and once more; then it is there */
+                if (own) x.limits.rate_each = rates;
+                x.want[i] = last + ROLN_C(1.5) * step;
+                CHECK(tick(k, &x) == ROLN_CLIPPED && all(1, x.held + i, last + step) && x.g.bad == 0);
+                x.held[i] = x.want[i] = last;
+                CHECK(tick(k, &x) == 0 && same(F, x.held, start.held));
+                x.want[i] = last + ROLN_C(1.5) * step, x.limits.strict = 1;
+                CHECK(tick(k, &x) == ROLN_FAULT_LIMIT && same(F, x.held, start.held));
+            }
+    x = start, x.limits.rate = 8; /* from nothing, half a unit a tick */
+    memset(&x.g, 0, sizeof x.g);
+    fill(F, 0, x.held), fill(F, ROLN_C(1.25), x.want);
+    CHECK(tick(k, &x) == ROLN_CLIPPED && all(F, x.held, ROLN_C(0.5)));
+    CHECK(tick(k, &x) == ROLN_CLIPPED && all(F, x.held, 1));
+    CHECK(tick(k, &x) == 0 && all(F, x.held, ROLN_C(1.25)) && x.g.faults == ROLN_CLIPPED);
+}
+
+/* Whatever is wanted, and whatever the last torque was: within the limits of torque, and of rate after one that was, too. */
+static void test_guard_clip_patterns(int k)
+{
+    static rig start, x;
+    const int F = F_OF(k);
+    roln_real each[MAXN], rates[MAXN];
+    int i, p, r;
+    good(k, &start);
+    for (i = 0; i < F; i++)
+        each[i] = ROLN_C(1.25) + (roln_real)i / 64, rates[i] = (roln_real)i;
+    start.limits.strict = 0, start.limits.power = 0, start.limits.tau_each = each, start.limits.rate_each = rates;
+    for (i = 0; i < F; i++)
+        for (p = 0; p < PATTERNS; p++)
+            for (r = 0; r < PATTERNS; r++) {
+                const roln_real want = pattern(p), held = pattern(r);
+                const roln_real last = ROLN_ABS(held) <= each[i] ? held : 0, step = rates[i] * start.limits.dt;
+                uint32_t f;
+                x = start, x.want[i] = want, x.held[i] = held;
+                f = tick(k, &x);
+                CHECK(roln_finite(x.held[i]) && ROLN_ABS(x.held[i]) <= each[i]);
+                CHECK(i == 0 || ROLN_ABS(x.held[i] - last) <= step + 4 * ROLN_EPS); /* 0: no bound of the rate */
+                if (!roln_finite(want)) CHECK(f == ROLN_FAULT_OUTPUT);
+                else CHECK(f == (all(1, x.held + i, want) ? 0 : (uint32_t)ROLN_CLIPPED));
+            }
+}
+
+/* Limits of single joints, rates and windows that are none. */
+static void test_guard_limits(int k)
+{
+    const roln_real bad[3] = {-1, (roln_real)NAN, (roln_real)INFINITY};
+    static rig start, x;
+    const int F = F_OF(k);
+    roln_real each[MAXN], rates[MAXN];
+    int i, b;
+    good(k, &start);
+    fill(MAXN, 2, each), fill(MAXN, 100, rates);
+    start.limits.tau_each = each, start.limits.rate_each = rates;
+    x = start;
+    CHECK(tick(k, &x) == 0);
+    for (b = 0; b < 3; b++) {
+        for (i = 0; i < F; i++) {
+            x = start, each[i] = bad[b];
+            CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && within(F, x.held, 2) && (b == 2 || all(1, x.held + i, 0)));
+            each[i] = 2, rates[i] = bad[b];
+            x = start;
+            CHECK(tick(k, &x) == ROLN_FAULT_INPUT && same(F, x.held, start.held));
+            rates[i] = 100;
+        }
+        x = start, x.limits.rate_each = NULL, x.limits.rate = bad[b];
+        CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
+    }
+    x = start, x.limits.window = -1;
+    CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
+    x = start, x.limits.tau_each = NULL, x.limits.tau = -1; /* nothing at all under a limit that is none */
+    CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && all(F, x.held, 0));
+}
+
+/* Once expired, the torque is the user's, within the limit, and 0 where that is no number. Held torques are as before. */
+static void test_guard_safe(int k)
+{
+    static rig start, x;
+    const int F = F_OF(k);
+    roln_real safe[MAXN], clipped[MAXN];
+    int t, p, i;
+    good(k, &start);
+    for (i = 0; i < F; i++)
+        safe[i] = (roln_real)(i + 1) / 16;
+    start.limits.safe = safe, start.limits.rate = 1, start.failed = CONTROLLER;
+    for (t = 1; t <= 3; t++)
+        CHECK(tick(k, &start) == ROLN_FAULT_STATUS && same(F, start.held, start.want));
+    for (p = 0; p < PATTERNS; p++) { /* at once, in spite of the rate; and it may change from tick to tick */
+        const roln_real v = pattern(p);
+        memcpy(clipped, safe, sizeof clipped);
+        clipped[F - 1] = !roln_finite(v) ? 0 : v < ROLN_C(-1.5) ? ROLN_C(-1.5) : v > ROLN_C(1.5) ? ROLN_C(1.5) : v;
+        x = start, safe[F - 1] = v;
+        x.failed = p % WAYS_TO_FAIL;
+        x.g.faults |= ROLN_FAULT_EXPIRED; /* as somebody may who stops it from outside */
+        CHECK((tick(k, &x) & ROLN_FAULT_EXPIRED) && same(F, x.held, clipped));
+        safe[F - 1] = clipped[F - 1] = ROLN_C(0.125);
+        x.failed = NOTHING;
+        CHECK((tick(k, &x) & ROLN_FAULT_EXPIRED) && same(F, x.held, clipped));
+        x.limits.tau = (roln_real)NAN;
+        CHECK((tick(k, &x) & ROLN_FAULT_EXPIRED) && all(F, x.held, 0));
+    }
+    x = start;
+    CHECK(tick(k, &x) == (ROLN_FAULT_STATUS | ROLN_FAULT_EXPIRED) && same(F, x.held, safe));
+}
+
+/* The running mean of the residual: R += (r - R) / window, of the residuals r that a guard without a window has; it decides. */
+static void test_guard_window(int k)
+{
+    enum { WINDOW = 5 };
+    static rig a, b, both[2];
+    const int n = n_OF(k);
+    uint64_t s = 350 + (uint64_t)k;
+    ld mean = 0, bound = 0;
+    int t, found = 0, quiet = 0;
+    good(k, &a);
+    a.limits.power = PICK(1e30f, 1e30), a.g.residual = 0, b = a, b.limits.window = WINDOW;
+    for (t = 0; t < 60; t++) {
+        uint32_t f;
+        ld power;
+        dyadic(n, ROLN_C(0.5), &s, a.zd);
+        memcpy(b.zd, a.zd, sizeof b.zd);
+        both[1] = b;
+        CHECK(tick(k, &a) == 0 && tick(k, &b) == 0);
+        mean += ((ld)a.g.residual - mean) / WINDOW;
+        bound = fabsl(mean) > bound ? fabsl(mean) : bound;
+        CHECK_NEAR(b.g.residual, mean, 8 * (ld)ROLN_EPS * bound);
+        power = fabsl(mean) * (t % 2 ? 1.01L : 0.99L); /* a limit just above it, and just below */
+        if (!(power > 1e-3L * bound) || power < 1e-6L) continue;
+        both[1].limits.power = (roln_real)power;
+        f = tick(k, both + 1);
+        CHECK(f == (t % 2 ? 0 : ROLN_FAULT_ENERGY));
+        found += f != 0, quiet += f == 0;
+    }
+    CHECK(k == BARE || k == SQUARE || (found > 10 && quiet > 10));
+    b.g.residual = (roln_real)NAN; /* a damaged one is a fault, and gone */
+    CHECK(tick(k, &b) == ROLN_FAULT_ENERGY && roln_finite(b.g.residual) && tick(k, &b) == 0);
+}
+
+/* ---- limits from recordings ------------------------------------------------------------------- */
+
+enum { TICKS = 12, RUNS = 2 };
+
+/* Two recordings of any motion near the manifold. */
+typedef struct {
+    roln_real q[RUNS * TICKS * MAXN], qd[RUNS * TICKS * MAXN], tau[RUNS * TICKS * MAXN];
+} recordings;
+
+static void record(int k, recordings *r)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    uint64_t s = 360 + (uint64_t)k;
+    roln_real z[MAXN], zd[MAXN], off[2 * MAXN];
+    int t, i;
+    for (t = 0; t < RUNS * TICKS; t++) {
+        dyadic(n, ROLN_C(0.5), &s, z), dyadic(n, ROLN_C(0.25), &s, zd), dyadic(2 * N, ROLN_C(0.015625), &s, off);
+        CHECK_OK(roln_decode(&m, z, zd, r->q + t * N, r->qd + t * N, spare));
+        for (i = 0; i < N; i++)
+            r->q[t * N + i] += off[i], r->qd[t * N + i] += off[N + i];
+    }
+    dyadic(RUNS * TICKS * F_OF(k), 1, &s, r->tau);
+    for (i = 0; i < RUNS * TICKS * F_OF(k); i++) /* the first torque is no change */
+        r->tau[i] += 3;
+}
+
+/* All faults of a guard along the recordings. */
+static uint32_t faults_along(int k, const recordings *r, const rig *start, const roln_limits *limits)
+{
+    const int N = N_OF(k), F = F_OF(k);
+    static rig x;
+    uint32_t f = 0;
+    int t;
+    for (t = 0; t < RUNS * TICKS; t++) {
+        const roln_trained m = of_rig(k, start);
+        if (t % TICKS == 0) {
+            x = *start, x.limits = *limits, x.limits.hold = 2000000000;
+            memcpy(x.held, r->tau + t * F, sizeof *x.held * (size_t)F);
+        }
+        memcpy(x.q, r->q + t * N, sizeof *x.q * (size_t)N), memcpy(x.qd, r->qd + t * N, sizeof *x.qd * (size_t)N);
+        memcpy(x.want, r->tau + t * F, sizeof *x.want * (size_t)F);
+        CHECK_OK(roln_encode(&m, x.q, x.qd, NULL, x.z, x.zd, NULL, spare));
+        f |= tick(k, &x);
+        memcpy(x.held, x.want, sizeof x.held);
+    }
+    return f;
+}
+
+/* Silent along what they were made of, and not with two per cent less of any. */
+static void check_least(int k, const recordings *r, const rig *start, const roln_limits *l)
+{
+    const roln_real less = ROLN_C(0.98);
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits low;
+    int i, what;
+    CHECK(faults_along(k, r, start, l) == 0);
+    for (what = 0; what < 4; what++) {
+        const uint32_t want[4] = {ROLN_FAULT_RANGE, ROLN_FAULT_ENERGY, ROLN_FAULT_MANIFOLD, ROLN_FAULT_MANIFOLD};
+        roln_real *const field[4] = {&low.margin, &low.power, &low.q_off, &low.qd_off};
+        low = *l;
+        if (!(*field[what] > ROLN_C(1e-4))) continue; /* nothing there: no autoencoder */
+        *field[what] *= less;
+        if (want[what] != ROLN_FAULT_ENERGY) low.power = 0; /* after a bad tick it is of the torque that was held */
+        CHECK(faults_along(k, r, start, &low) == want[what]);
+    }
+    for (i = 0; i < F_OF(k); i++)
+        for (what = 0; what < 2; what++) {
+            memcpy(each, l->tau_each, sizeof each), memcpy(rates, l->rate_each, sizeof rates);
+            low = *l, low.tau_each = each, low.rate_each = rates, low.power = 0;
+            (what ? each : rates)[i] *= less;
+            CHECK(faults_along(k, r, start, &low) == ROLN_FAULT_LIMIT);
+            low.strict = 0;
+            CHECK(faults_along(k, r, start, &low) == ROLN_CLIPPED);
+        }
+}
+
+/* What roln_fit_limits refuses; nothing is written. */
+static void check_fit_refused(int k, const recordings *r, rig *start, const roln_batch *good_batch, const roln_limits *from)
+{
+    static recordings bad;
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
+    const roln_trained m = of_rig(k, start);
+    roln_batch wrong[4], b = *good_batch;
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits l = *from;
+    int i;
+    fill(MAXN, 7, each), fill(MAXN, 7, rates);
+#define REFUSED(batch, slack, status) \
+    CHECK(roln_fit_limits(&m, batch, slack, &l, each, rates, ROOM(fit_limits)) == (status) && all(MAXN, each, 7) && \
+          all(MAXN, rates, 7))
+    for (i = 0; i < 4; i++)
+        wrong[i] = b;
+    wrong[0].count = 0, wrong[1].steps = -1, wrong[2].stride = 2, wrong[3].qd = NULL;
+    for (i = 0; i < 4; i++)
+        REFUSED(wrong + i, 1, ROLN_E_LENGTH);
+    REFUSED(&b, ROLN_C(0.99), ROLN_E_RANGE);
+    REFUSED(&b, (roln_real)NAN, ROLN_E_RANGE);
+    for (i = 0; i < 3; i++) {
+        bad = *r;
+        (i == 0 ? bad.q : i == 1 ? bad.qd : bad.tau)[RUNS * TICKS * (i < 2 ? N : F) - 1] = (roln_real)NAN; /* the last number */
+        b.q = bad.q, b.qd = bad.qd, b.tau = bad.tau;
+        REFUSED(&b, 1, ROLN_E_NOT_FINITE);
+    }
+    b = *good_batch;
+    fill(n, 0, start->z_min), fill(n, 0, start->z_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    fill(n, -99, start->z_min), fill(n, 99, start->z_max), fill(n, 0, start->zd_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    CHECK(memcmp(&l, from, sizeof l) == 0);
+    l.dt = 0;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    l.dt = from->dt, l.window = -1;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+#undef REFUSED
+}
+
+static void test_fit_limits(int k)
+{
+    static recordings r;
+    static rig start;
+    const int n = n_OF(k), F = F_OF(k);
+    const roln_real slack = 1 + 64 * ROLN_EPS, safe[MAXN] = {0};
+    const roln_batch b = {RUNS, TICKS - 1, 1, NULL, r.q, r.qd, NULL, r.tau};
+    roln_batch free_motion = b;
+    roln_real each[MAXN], rates[MAXN], twice[MAXN], fast[MAXN];
+    roln_limits l, l2, was;
+    roln_trained m;
+    int i;
+    good(k, &start);
+    record(k, &r);
+    fill(n, ROLN_C(-0.25), start.z_min), fill(n, ROLN_C(0.25), start.z_max), fill(n, ROLN_C(0.25), start.zd_max);
+    m = of_rig(k, &start);
+    memset(&start.g, 0, sizeof start.g);
+    memset(&l, 0, sizeof l);
+    l.dt = ROLN_C(0.0625), l.window = 3, l.hold = 7, l.strict = 1, l.safe = safe, l.tau = 99, was = l;
+    fill(MAXN, 7, each), fill(MAXN, 7, rates);
+    CHECK_OK(roln_fit_limits(&m, &b, slack, &l, each, rates, ROOM(fit_limits)));
+    ROOM_KEPT();
+    CHECK(l.hold == 7 && l.window == 3 && l.strict == 1 && l.safe == safe && l.tau_each == each && l.rate_each == rates);
+    CHECK(all(MAXN - F, each + F, 7) && all(MAXN - F, rates + F, 7));
+    CHECK(largest(F, each) <= (ld)l.tau && largest(F, rates) <= (ld)l.rate && l.margin > ROLN_C(0.1));
+    check_least(k, &r, &start, &l);
+    fill(n, -99, start.z_min), fill(n, 99, start.z_max), fill(n, ROLN_C(0.0625), start.zd_max); /* velocities alone are beyond */
+    l2 = was;
+    CHECK_OK(roln_fit_limits(&m, &b, slack, &l2, twice, fast, ROOM(fit_limits)));
+    CHECK(l2.margin > 1);
+    check_least(k, &r, &start, &l2);
+    fill(n, ROLN_C(-0.25), start.z_min), fill(n, ROLN_C(0.25), start.z_max), fill(n, ROLN_C(0.25), start.zd_max);
+    l2 = was; /* slack is a factor of all */
+    CHECK_OK(roln_fit_limits(&m, &b, 2 * slack, &l2, twice, fast, ROOM(fit_limits)));
+    CHECK(all(1, &l2.power, 2 * l.power) && all(1, &l2.margin, 2 * l.margin) && all(1, &l2.q_off, 2 * l.q_off));
+    CHECK(all(1, &l2.qd_off, 2 * l.qd_off) && all(1, &l2.tau, 2 * l.tau) && all(1, &l2.rate, 2 * l.rate));
+    for (i = 0; i < F; i++)
+        CHECK(all(1, twice + i, 2 * each[i]) && all(1, fast + i, 2 * rates[i]));
+    /* a range that holds all still gets a tenth; without torques their limits stay */
+    fill(n, -99, start.z_min), fill(n, 99, start.z_max), fill(n, 99, start.zd_max);
+    free_motion.tau = NULL, l = was, fill(MAXN, 7, each);
+    CHECK_OK(roln_fit_limits(&m, &free_motion, slack, &l, each, rates, ROOM(fit_limits)));
+    CHECK(all(1, &l.margin, ROLN_C(0.1)) && all(1, &l.tau, 99) && !l.tau_each && !l.rate_each && all(MAXN, each, 7));
+    check_fit_refused(k, &r, &start, &b, &was);
+}
+
 #ifdef ROLN_DOUBLE
 /* A motion of the model of half a second, tick by tick. */
 typedef struct {
@@ -1366,6 +1700,41 @@ static void test_guard_energy(int k)
 #ifdef ROLN_TEST_VERBOSE
     printf("guard, model %d: residual %.2e %.2e %.2e W; pushed %.3f W; M off by half: %.3f W\n", k, r[0], r[1], r[2], pushed,
            wrong);
+#endif
+}
+
+/* The largest residual of a guard that sees a motion through 12-bit encoders. */
+static double encoder_residual(int k, double push, int window)
+{
+    static motion mo;
+    static rig x;
+    const double angle = 6.283185307179586 / 4096, h = 1 / 256., rate = angle / (8 * h);
+    const int n = n_OF(k);
+    double top = 0;
+    int t, i;
+    move(k, h, push, &mo);
+    memset(&x, 0, sizeof x);
+    fill(n, -99, x.z_min), fill(n, 99, x.z_max), fill(n, 99, x.zd_max);
+    x.limits.dt = h, x.limits.tau = 9, x.limits.power = 1e30, x.limits.window = window;
+    for (t = 0; t < mo.ticks; t++) {
+        for (i = 0; i < n; i++)
+            x.z[i] = angle * floor(mo.z[t][i] / angle + 0.5), x.zd[i] = rate * floor(mo.zd[t][i] / rate + 0.5);
+        memcpy(x.want, mo.want[t], sizeof x.want);
+        CHECK(tick(k, &x) == 0);
+        top = fabs(x.g.residual) > top ? fabs(x.g.residual) : top;
+    }
+    return top;
+}
+
+/* Through encoders the residual of a single tick is mostly that of their steps; the mean over 32 is 25 times less, and a force that
+   the model does not know stands out. */
+static void test_guard_encoder(int k)
+{
+    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, 4, 32);
+    BOUND("guard, 12-bit encoders, mean over 32 ticks / one tick", mean / one, 1 / 25.);
+    CHECK(pushed > 4 * mean);
+#ifdef ROLN_TEST_VERBOSE
+    printf("guard, model %d: residual through encoders %.2e, mean of 32 %.2e W; pushed %.3f W\n", k, one, mean, pushed);
 #endif
 }
 #endif
@@ -1497,6 +1866,7 @@ void TEST_NAME(control)(void)
         test_linear(k);
         test_closed_loop(k);
         test_guard_energy(k);
+        test_guard_encoder(k);
 #endif
         test_guard_patterns(k);
         test_guard_held(k);
@@ -1505,6 +1875,12 @@ void TEST_NAME(control)(void)
         test_guard_counters(k);
         test_guard_hold(k);
         test_guard_range(k);
+        test_guard_clip(k);
+        test_guard_clip_patterns(k);
+        test_guard_limits(k);
+        test_guard_safe(k);
+        test_guard_window(k);
+        test_fit_limits(k);
         test_tick(k);
         test_first_tick(k);
     }

@@ -165,7 +165,7 @@ static arm_params p;
 static arm_work work, own;
 static arm_train train;
 static const arm_state x = {{ROLN_C(0.1), ROLN_C(0.2)}, {ROLN_C(0.3)}};
-static const roln_limits limits = {ROLN_C(0.01), 1000, 0, 1000, 5, 0, 0};
+static const roln_limits limits = {.dt = ROLN_C(0.01), .margin = 1000, .tau = 1000, .hold = 5};
 
 /* What interrupts: with the scratch of what it interrupts, in every at-th fence. */
 static int at, fences, refused, wrong;
@@ -245,11 +245,13 @@ static void call_all(calls *c)
         arm_residuals rows;
         roln_error error;
         roln_loss var;
+        roln_limits limits;
+        roln_real most[12];
     } o, was;
     static arm_linwork linwork;
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
     memset(&o, 0, sizeof o);
-    o.p = p, o.g1.windows = o.g2.windows = 1;
+    o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
     memset(c, 0, sizeof *c);
     linwork.busy = work.busy;
@@ -267,6 +269,7 @@ static void call_all(calls *c)
     CALL(arm_terms(&p, &at_rest, &o.e, &work));
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
+    CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &work));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
@@ -286,7 +289,7 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 20 && !c.kept);
+    CHECK(c.count == 21 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
     CHECK(c.faults[0] == 0 && c.faults[1] == 0);
