@@ -290,8 +290,8 @@ check 'and are missed' awk '/^held-out trajectories$/ { on = 1 } on && $1 == 100
 cut -d, -f1-3,6 $dir/driven.csv > $dir/u.csv
 check 'inputs and positions alone' $dir/driven $dir/u.csv torque=1 smooth=3 steps=1 out=$dir/r
 cut -d, -f1-5 $dir/driven.csv > $dir/u.csv
-check 'no inputs' says 'no u columns, which torque=1 needs' $dir/driven $dir/u.csv torque=1
-check 'torques for inputs' says '7 columns, but driven needs .* or with 1 u 6; ' $dir/driven $dir/small.csv
+check 'no inputs' says 'no u columns, which torque=1 needs' $dir/driven $dir/u.csv torque=1 out=$dir/s
+check 'torques for inputs' says '7 columns, but driven needs .* or with 1 u 6; ' $dir/driven $dir/small.csv out=$dir/s
 
 rm -rf $dir
 echo "$passed passed, $failed failed"
