@@ -141,6 +141,14 @@ for what in 2_train.csv look 'to the next look' 'table of errors' picture; do
     check "progress: $what" grep "$what: [0-9]* %, [0-9]* s left" $dir/k.log
 done
 
+# layers that keep all coordinates reconstruct exactly: nothing to train there
+sed 's/joints$/square/; s/AE 2/AE 2, 2/' $dir/joints.h > $dir/square.h
+gcc -std=c99 -O2 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=square examples/train.c -o $dir/square \
+    -lpthread -lm || exit 1
+$dir/square $dir/2_train.csv steps=1 out=$dir/t > $dir/t.log 2>&1
+check "layers of full size: ended with $?" test $? -eq 0
+check 'are not trained' sh -c "grep Gauss-Newton $dir/t.log && ! grep layers $dir/t.log"
+
 # the table as CSV, and the picture: of two joints the median and the worst recording, true and predicted
 check 'table as CSV' awk -F, 'NR == FNR { if (/_test[.]csv$/) on = 1; split($0, x, " "); if (on) e[x[1]] = x[2]; next }
     /_test[.]csv"/ { n++; if (($3 - e[$2]) ^ 2 > 1e-6 + 1e-8 * $3 ^ 2) bad = 1 }
