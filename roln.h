@@ -102,8 +102,8 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
-   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table,
-   NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p), NAME_foreign(p), are the numbers of another
+   config?; for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
    One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
    scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
@@ -111,7 +111,8 @@
    ROLN_E_BUSY (of NAME_tick and NAME_guard_tick ROLN_FAULT_STATUS), outputs untouched. Of an interrupt always, of another core
    nearly always. Without it there is nothing of this in the code.
 
-   Statuses of all that evaluates the networks: ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
+   Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
+   set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
    far apart (roln_exp_range); ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision;
    ROLN_E_NO_CONVERGENCE, of the eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
 
@@ -2075,13 +2076,13 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   numbers: slope, least, and those of NAME_params in their order: scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of
-   which weights stored small are words; u64 FNV-1a of all before.
+   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of which
+   weights stored small are words; u64 FNV-1a of all before.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 2
-#define ROLN_NUMBERS(n, params) (3 + 3 * (n) + (params)) /* of NAME_params */
+#define ROLN_NUMBERS(n, params) (5 + 3 * (n) + (params)) /* of NAME_params */
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + ROLNI_AS(int, sizeof(roln_real)) * (2 + ROLN_NUMBERS(n, params)) + 8)
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(n, params) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -2226,8 +2227,6 @@ ROLN_FN void roln_pack(const roln_model *md, const void *numbers, unsigned char 
     const int count = ROLN_NUMBERS(md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
     unsigned char *p = bytes + rolni_pack_head(md, bytes);
     int i;
-    rolni_put(&p, rolni_bits(md->ae.slope), size);
-    rolni_put(&p, rolni_bits(md->lnn.least), size);
     for (i = 0; i < count; i++)
         rolni_put(&p, rolni_word_at(from, i), size);
     rolni_put(&p, roln_fnv(ROLNI_AS(int, p - bytes), bytes, ROLN_FNV), 8);
@@ -2245,7 +2244,7 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
-    const int n = md->lnn.n, params = roln_params(md), at = 3 + 3 * n; /* at: number of theta[0] */
+    const int n = md->lnn.n, params = roln_params(md), at = ROLN_NUMBERS(n, 0); /* at: number of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
     const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, n, params);
@@ -2262,12 +2261,11 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     p = bytes + lead;
     if (rolni_packed_at(p, 0) != rolni_bits(md->ae.slope)) return ROLN_E_SHAPE;
     if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
-    p += 2 * sizeof(roln_real);
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
-    if (!(rolni_packed(p, 0) > 0) || !(rolni_packed(p, 1) > 0)) return ROLN_E_NOT_FINITE;
-    if (rolni_packed(p, 2) < 0) return ROLN_E_RANGE;
-    for (i = 3; i < 3 + n; i++)
+    if (!(rolni_packed(p, 2) > 0) || !(rolni_packed(p, 3) > 0)) return ROLN_E_NOT_FINITE;
+    if (rolni_packed(p, 4) < 0) return ROLN_E_RANGE;
+    for (i = 5; i < 5 + n; i++)
         if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
     {
         const roln_status st = rolni_ae_check(&md->ae, rolni_packed_theta, p + ROLNI_AS(size_t, at) * sizeof(roln_real));
@@ -2299,7 +2297,7 @@ ROLN_FN roln_status roln_store(const roln_model *md, const roln_trained *from, r
    integer over a power of two. */
 typedef void (*roln_put)(void *ctx, const char *text);
 
-ROLN_FN void rolni_write_integer(uint64_t x, roln_put put, void *ctx)
+ROLN_FN void rolni_write_integer(uint64_t x, const char *then, roln_put put, void *ctx)
 {
     char text[24];
     int at = 23;
@@ -2307,7 +2305,7 @@ ROLN_FN void rolni_write_integer(uint64_t x, roln_put put, void *ctx)
     do text[--at] = ROLNI_AS(char, '0' + x % 10);
     while ((x /= 10) != 0);
     put(ctx, text + at);
-    put(ctx, sizeof(roln_real) == 4 ? ".f" : ".");
+    put(ctx, then);
 }
 
 ROLN_FN void rolni_write_real(roln_real x, roln_put put, void *ctx)
@@ -2317,6 +2315,7 @@ ROLN_FN void rolni_write_real(roln_real x, roln_put put, void *ctx)
 #else
     const int mant = 23;
 #endif
+    const char *const point = sizeof(roln_real) == 4 ? ".f" : ".";
     const roln_bits one = 1;
     roln_bits b, m;
     int e;
@@ -2328,11 +2327,11 @@ ROLN_FN void rolni_write_real(roln_real x, roln_put put, void *ctx)
     e = (e > 0 ? e : 1) - (sizeof b == 4 ? 127 : 1023) - mant;
     for (; m != 0 && !(m & 1); e++)
         m >>= 1;
-    rolni_write_integer(m, put, ctx);
+    rolni_write_integer(m, point, put, ctx);
     while (m != 0 && e != 0) {
         const int k = e > 0 ? (e < 60 ? e : 60) : (e > -60 ? -e : 60);
         put(ctx, e > 0 ? "*" : "/");
-        rolni_write_integer(UINT64_C(1) << k, put, ctx);
+        rolni_write_integer(UINT64_C(1) << k, point, put, ctx);
         e += e > 0 ? -k : k;
     }
 }
@@ -2362,38 +2361,122 @@ ROLN_FN void rolni_write_words(int n, const unsigned char *p, roln_put put, void
     }
 }
 
-/* The definition `static const NAME_params NAME_weights = {...};` for flash; with stored weights all of it as words,
-   which are no numbers to write. ROLN_E_NOT_FINITE: nothing is put. */
+/* Where text goes, and the name of the model in it. */
+typedef struct {
+    const char *name;
+    roln_put put;
+    void *ctx;
+} rolni_text;
+
+/* before NAME_what after */
+ROLN_FN void rolni_write_name(const rolni_text *t, const char *before, const char *what, const char *after)
+{
+    t->put(t->ctx, before);
+    t->put(t->ctx, t->name);
+    t->put(t->ctx, "_");
+    t->put(t->ctx, what);
+    t->put(t->ctx, after);
+}
+
+/* A type that is one only where the enumerators NAME_size[] [count] are value[]. The compiler's complaint names the option as it
+   must be, in words if it is given in words: NAME_weights_are_of_ROLN_AE_16_4. */
+ROLN_FN void rolni_write_need(const rolni_text *t, const char *option, int count, const char *const *size, const char *const *word,
+                              const int *value)
+{
+    int i, said = count;
+    for (; said > 1 && value[said - 1] == 0;)
+        said--;
+    rolni_write_name(t, "typedef char ", "weights_are_of_ROLN_", option);
+    for (i = 0; i < said; i++) {
+        t->put(t->ctx, "_");
+        if (word != NULL) t->put(t->ctx, word[value[i]]);
+        else rolni_write_integer(ROLNI_AS(uint64_t, value[i]), "", t->put, t->ctx);
+    }
+    for (i = 0; i < count; i++) {
+        rolni_write_name(t, i > 0 ? " && " : "[", size[i], " == ");
+        rolni_write_integer(ROLNI_AS(uint64_t, value[i]), "", t->put, t->ctx);
+    }
+    t->put(t->ctx, " ? 1 : -1];\n");
+}
+
+/* One for every option that C can compare where the text is compiled. Slope and least stand among the numbers. */
+ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
+{
+    static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
+    static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro", "reeig", "bimap"};
+    static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
+    static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
+    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice"};
+    const roln_lnn *f = &md->lnn;
+    const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
+    int other[9], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
+    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice;
+    for (l = 1; l < f->mass_net.layers; l++)
+        hidden[l - 1] = f->mass_net.size[l];
+    rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
+    rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
+    rolni_write_need(t, "STEP", 1, others, scheme, other);
+    rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
+    rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
+    rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
+    rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
+    rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
+    rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
+    rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
+    rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
+}
+
+/* Declarations of what, `static` or, with ROLN_WEIGHTS_EXTERN, extern; behind them comes the initialiser. */
+ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const char *what)
+{
+    static const char *const before[] = {"#ifndef ROLN_WEIGHTS_EXTERN\nROLN_FLASH static const ", "#else\nROLN_FLASH extern const ",
+                                         "#ifdef ROLN_WEIGHTS_HERE\nROLN_FLASH const "};
+    static const char *const after[] = {" =\n", ";\n", " =\n#endif\n#endif\n"};
+    int i;
+    for (i = 0; i < 3; i++) {
+        rolni_write_name(t, before[i], type, " ");
+        rolni_write_name(t, "", what, after[i]);
+    }
+    t->put(t->ctx, "#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE\n    ");
+}
+
+/* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
+   numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
+   least; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
-    const int n = md->lnn.n, at = 3 + 3 * n, count = at + roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    const int n = md->lnn.n, at = ROLN_NUMBERS(n, 0), count = at + roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
+    if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
-    put(ctx, "/* include after the definition of the model: ");
-    put(ctx, name);
-    put(ctx, words ? "_words */\nROLN_FLASH static const " : "_params */\nROLN_FLASH static const ");
-    put(ctx, name);
-    put(ctx, words ? "_words " : "_params ");
-    put(ctx, name);
-    put(ctx, words ? "_flash = {{" : "_weights = {\n    {");
+    rolni_write_name(t, "/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined ", "weights",
+                     " is only declared here;\n   the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */\n");
+    rolni_write_name(t, "#ifndef ", "weights_h\n", "");
+    rolni_write_name(t, "#define ", "weights_h\n", "");
+    rolni_write_needs(t, md);
+    rolni_write_linkage(t, words ? "words" : "params", words ? "flash" : "weights");
     if (words) {
+        put(ctx, "{{");
         rolni_write_words(count, p, put, ctx);
-        put(ctx, "\n}};\n#define ");
-        put(ctx, name);
-        put(ctx, "_weights ");
-        put(ctx, name);
-        put(ctx, "_flash.params\n");
+        put(ctx, "\n}};\n#endif\n");
+        rolni_write_name(t, "#define ", "weights ", "");
+        rolni_write_name(t, "", "flash.params\n#endif\n", "");
         return ROLN_OK;
     }
-    rolni_write_reals(0, 2, p, "},\n    ", put, ctx);
-    rolni_write_reals(2, 1, p, ",\n    {", put, ctx);
-    rolni_write_reals(3, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(3 + n, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(3 + 2 * n, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(at, count - at, p, "}};\n", put, ctx);
+    put(ctx, "{");
+    rolni_write_reals(0, 2, p, ",\n    {", put, ctx);
+    rolni_write_reals(2, 2, p, "},\n    ", put, ctx);
+    rolni_write_reals(4, 1, p, ",\n    {", put, ctx);
+    rolni_write_reals(5, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(5 + n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(5 + 2 * n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(at, count - at, p, "}};\n#endif\n#endif\n", put, ctx);
     return ROLN_OK;
 }
 
@@ -2477,15 +2560,16 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
     F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
-/* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it, and a call that
-   takes it is written ROLNI_USE(work, call), or ROLNI_USE_TICK(work, call) if it returns faults. With ROLN_DEBUG_WORK they see
-   to it that no call begins before the last one has ended. busy need not be set at first: one of its values alone says that the
-   scratch is in use. */
+/* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
+   takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
+   returns faults. With ROLN_DEBUG_WORK they see to it that no call begins before the last one has ended. busy need not be set at
+   first: one of its values alone says that the scratch is in use. */
 #ifdef ROLN_DEBUG_WORK
 #define ROLNI_SCRATCH typedef struct { union {
 #define ROLNI_SCRATCH_END(type) } room; volatile uint32_t busy; } type;
 #define ROLNI_ROOM(work) (&(work)->room)
-#define ROLNI_USE(work, call) (rolni_enter(&(work)->busy) ? rolni_leave(&(work)->busy, call) : ROLN_E_BUSY)
+#define ROLNI_USE(p, work, call) \
+    (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : rolni_enter(&(work)->busy) ? rolni_leave(&(work)->busy, call) : ROLN_E_BUSY)
 #define ROLNI_USE_TICK(work, call) \
     (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
 #define ROLNI_BUSY UINT32_C(0x5b75f1a3)
@@ -2519,7 +2603,7 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #define ROLNI_SCRATCH typedef union {
 #define ROLNI_SCRATCH_END(type) } type;
 #define ROLNI_ROOM(work) (work)
-#define ROLNI_USE(work, call) (call)
+#define ROLNI_USE(p, work, call) (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : (call))
 #define ROLNI_USE_TICK(work, call) (call)
 #endif
 /* Numbers of work of the hungriest manifold. */
@@ -2689,6 +2773,8 @@ enum {
     ROLNI_(newton_side) = ROLN_NEWTON_SIDE(ROLN_ROWS, ROLNI_(newton_size)),
     ROLNI_(horizon) = ROLN_HORIZON,
     ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
+    ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
+    ROLNI_(twice) = sizeof(roln_real) == 8,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size)),
     ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size))
@@ -2718,8 +2804,10 @@ ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
-/* Parameters: const in flash for inference. dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
+/* Parameters: const in flash for inference. slope, least: of the config that they belong to, without which every function that
+   evaluates the model returns ROLN_E_SHAPE; dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
 typedef struct {
+    roln_real slope, least;
     roln_scale scale;
     roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)], zd_max[ROLNI_(n)];
     roln_real theta[ROLNI_(theta_size)];
@@ -2771,18 +2859,24 @@ ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
     return m;
 }
 
+/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set. */
+ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
+{
+    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least);
+}
+
 /* z = rho(q), zd = D(q) qd. */
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, ROLNI_ROOM(work)->encode));
+    return ROLNI_USE(p, work, roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, ROLNI_ROOM(work)->encode));
 }
 
 /* q = phi(z), qd = J(z) zd. */
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_decode(&m, s->z, s->zd, x->q, x->qd, ROLNI_ROOM(work)->decode));
+    return ROLNI_USE(p, work, roln_decode(&m, s->z, s->zd, x->q, x->qd, ROLNI_ROOM(work)->decode));
 }
 
 /* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
@@ -2790,7 +2884,7 @@ ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(la
                                         roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_decode_some(&m, s->z, s->zd, count, which, q, qd, ROLNI_ROOM(work)->decode_some));
+    return ROLNI_USE(p, work, roln_decode_some(&m, s->z, s->zd, count, which, q, qd, ROLNI_ROOM(work)->decode_some));
 }
 
 /* Reference q, qd, qdd [N] in the latent space: r->z, zd, zdd; the gains in r stay as they are. */
@@ -2799,7 +2893,7 @@ ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real q[ROLN_
                                 ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, ROLNI_ROOM(work)->aim));
+    return ROLNI_USE(p, work, roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, ROLNI_ROOM(work)->aim));
 }
 
 /* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), reference and diagonal gains in r. */
@@ -2808,7 +2902,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
-    return ROLNI_USE(work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
+    return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
 }
 
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
@@ -2816,7 +2910,7 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
+    return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
 }
 
 /* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
@@ -2825,7 +2919,7 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
+    return ROLNI_USE(p, work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
@@ -2838,6 +2932,7 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
     const roln_trained m = ROLNI_(trained)(p);
     const roln_measured measured = {x->q, x->qd};
     const roln_held held = {&g->g, g->tau};
+    if (ROLNI_(foreign)(p)) s = NULL; /* as if the encoder had failed */
     return ROLNI_USE_TICK(work, roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held,
                                                 ROLNI_ROOM(work)->guard_tick));
 }
@@ -2853,6 +2948,7 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     const roln_measured measured = {x->q, x->qd};
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
     const roln_held held = {&g->g, g->tau};
+    if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
     return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
 }
 #endif
@@ -2861,7 +2957,7 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return roln_in_range(&m, 0, s->z, s->zd);
+    return !ROLNI_(foreign)(p) && roln_in_range(&m, 0, s->z, s->zd);
 }
 
 /* Advance s by dt seconds under the force tau [N] (or inputs u) held over the step (NULL: none). s stays as it was unless
@@ -2870,7 +2966,7 @@ ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, con
                                  ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_step(&m, s->z, s->zd, tau, dt, ROLNI_ROOM(work)->step));
+    return ROLNI_USE(p, work, roln_step(&m, s->z, s->zd, tau, dt, ROLNI_ROOM(work)->step));
 }
 
 /* The same, and j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau [2n][force_size]. */
@@ -2878,7 +2974,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
                                    roln_real dt, ROLNI_(jacobian) *j, ROLNI_(linwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+    return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
 }
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */
@@ -2887,7 +2983,7 @@ ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent)
                                    roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_reduce(&m, s->z, tau, tau_z, ROLNI_ROOM(work)->reduce));
+    return ROLNI_USE(p, work, roln_reduce(&m, s->z, tau, tau_z, ROLNI_ROOM(work)->reduce));
 }
 
 /* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
@@ -2896,7 +2992,7 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent
                                     ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, ROLNI_ROOM(work)->inverse));
+    return ROLNI_USE(p, work, roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, ROLNI_ROOM(work)->inverse));
 }
 
 /* M [n][n], c = C zd, g, d of M zdd + c + g + d = tau_z, kinetic and potential energy T, V. If no force did work in training, all
@@ -2905,7 +3001,7 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
-    return ROLNI_USE(work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
+    return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
 }
 
 /* y = D^T M D v, the apparent inertia of the full space applied to v. */
@@ -2913,14 +3009,14 @@ ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent
                                     roln_real y[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_inertia(&m, s->z, v, y, ROLNI_ROOM(work)->inertia));
+    return ROLNI_USE(p, work, roln_inertia(&m, s->z, v, y, ROLNI_ROOM(work)->inertia));
 }
 
 /* Record in p the range of z, zd over the samples q, qd [count][N]. */
 ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
+    return ROLNI_USE(p, work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
 }
 
 /* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
@@ -2930,7 +3026,7 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
                                        roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
+    return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
@@ -2977,7 +3073,7 @@ ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b,
                                    const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
+    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -3026,6 +3122,7 @@ enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
 {
     memset(p, 0, sizeof *p);
+    p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     p->scale.q = p->scale.t = 1;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
@@ -3043,6 +3140,7 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
     if (st == ROLN_OK)
         st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod.room, work->init_pod.work);
     if (st != ROLN_OK) return st;
+    p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     if (ROLNI_(degree) > 0) roln_lnn_steepen(&ROLNI_(model).lnn, 4, p->theta + ROLNI_(ae_size)); /* z is in [-1, 1] */
     return ROLN_OK;
@@ -3060,6 +3158,7 @@ typedef struct {
 ROLN_FN roln_status ROLNI_(chart_add)(const ROLNI_(params) *p, int count, const roln_real *q, ROLNI_(chart) *c,
                                       ROLNI_(start) *work)
 {
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
     return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, c->sums, work->chart_add.room,
                           work->chart_add.work);
 }
@@ -3075,6 +3174,7 @@ ROLN_FN void ROLNI_(chart_merge)(const ROLNI_(chart) *from, ROLNI_(chart) *to)
 ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *c, roln_real ridge, roln_real *residual,
                                         ROLNI_(start) *work)
 {
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
     return roln_chart_solve(&ROLNI_(model).ae, c->sums, ridge, p->theta, residual, work->chart_solve);
 }
 
@@ -3082,8 +3182,10 @@ ROLN_FN roln_status ROLNI_(chart_solve)(ROLNI_(params) *p, const ROLNI_(chart) *
    stays as it was unless ROLN_OK. */
 ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
 {
-    const roln_status st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
+    roln_status st;
     int i;
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
     for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) {
         p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
         p->z_min[i] = -1, p->z_max[i] = 1;
@@ -3110,8 +3212,10 @@ ROLN_FN roln_status ROLNI_(chart_turn)(ROLNI_(params) *p, const roln_batch *b, R
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_turn t = {&turn->state, turn->psi, turn->from, turn->keep, turn->sums, turn->room};
-    const roln_status st = roln_chart_turn(&m, b, &t, p->theta, p->zd_max, residual, turn->work);
+    roln_status st;
     int i;
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    st = roln_chart_turn(&m, b, &t, p->theta, p->zd_max, residual, turn->work);
     for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++)
         p->z_min[i] = -1, p->z_max[i] = 1;
     return st;
@@ -3125,7 +3229,7 @@ ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degr
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
+    return ROLNI_USE(p, work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
 }
 
 /* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
@@ -3134,7 +3238,7 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
-    return ROLNI_USE(work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
+    return ROLNI_USE(p, work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
@@ -3146,7 +3250,7 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return ROLNI_USE(work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
+    return ROLNI_USE(p, work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
 }
 
 /* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the
@@ -3155,8 +3259,8 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                                    ROLNI_(train) *work)
 {
     const roln_moments moments = {o->m, o->v, o->v_max};
-    return ROLNI_USE(work, roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam,
-                                            &moments, ROLNI_ROOM(work)->update));
+    return ROLNI_USE(p, work, roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam,
+                                               &moments, ROLNI_ROOM(work)->update));
 }
 
 #if ROLN_ROWS > 0
@@ -3194,13 +3298,13 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
                                  int again, ROLNI_(residuals) *g, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
+    roln_real *scratch = b->qdd && b->steps == 0 ? ROLNI_ROOM(work)->grad_acc : ROLNI_ROOM(work)->grad;
     roln_rows_to to;
     if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_ROWS - b->count) return ROLN_E_LENGTH;
     to.J = again ? NULL : g->J + ROLNI_AS(size_t, at) * ROLNI_(newton_size);
     to.r = (again ? g->next : g->r) + at;
     to.behind = ROLNI_LEARN(ROLN_LEARN), to.seed = g->seed + ROLNI_AS(uint64_t, at);
-    return ROLNI_USE(work, roln_rows(&m, weights, b, dt, &to, b->qdd && b->steps == 0 ? ROLNI_ROOM(work)->grad_acc
-                                                                                      : ROLNI_ROOM(work)->grad));
+    return ROLNI_USE(p, work, roln_rows(&m, weights, b, dt, &to, scratch));
 }
 
 /* count rows are complete: they and the rest of earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. Of the
@@ -3270,13 +3374,13 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
     enum { ROLNI_n = ROLNI_(n) };
     const roln_real *x = work->full;
     roln_model full = ROLNI_(model);
-    const roln_trained from = {&full, NULL, x + 3, x + 3 + ROLNI_n, x + 3 + 2 * ROLNI_n, x + 3 + 3 * ROLNI_n};
+    const roln_trained from = {&full, NULL, x + 5, x + 5 + ROLNI_n, x + 5 + 2 * ROLNI_n, x + 5 + 3 * ROLNI_n};
     roln_status st;
     full.ae.storage = ROLN_FULL;
     st = roln_unpack(&full, count, bytes, work->full);
     if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &from, p->theta, work->store);
     if (st != ROLN_OK) return st;
-    p->scale.q = x[0], p->scale.t = x[1], p->dt = x[2];
+    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = x[4];
     rolni_copy(ROLNI_n, from.z_min, p->z_min);
     rolni_copy(ROLNI_n, from.z_max, p->z_max);
     rolni_copy(ROLNI_n, from.zd_max, p->zd_max);

@@ -867,21 +867,23 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
 /* Nonzero if the step is to be taken. The first R rows judge, all or fewer: r and weight [R] of roln_newton_rows, expect [R] of
    roln_newton_step, and there [R], the residuals at x+ as they are measured. The caller then copies next to x and keep behind the
    rows of J; if it is not, he zeroes what stands there in the system of the rows, and leaves rest where it is. lambda *= error /
-   0.17, but by 1/3 to 2, and by 4 if the step is not taken; it stays between eps and 1 / eps. */
+   0.17, but by 1/3 to 2, and by 4 if the step is not taken; by 1/3 if it foretold a change of the rows by less than a thousandth,
+   where error is rounding and more damping would lead ever deeper into it. It stays between eps and 1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
                               roln_newton *state)
 {
-    roln_real wrong = 0, change = 0, factor = 4;
+    roln_real wrong = 0, change = 0, all = 0, factor = 4;
     int k, take;
     for (k = 0; k < R; k++) {
         const roln_real a = weight[k] * there[k] - expect[k], b = r[k] - expect[k];
-        wrong += a * a, change += b * b;
+        wrong += a * a, change += b * b, all += r[k] * r[k];
     }
     take = roln_finite(wrong + change) && wrong <= change;
     if (take) {
         state->error = change > 0 ? ROLN_SQRT(wrong / change) : 0;
         factor = ROLN_MIN(ROLN_MAX(state->error / ROLN_C(0.17), 1 / ROLN_C(3.0)), 2);
     }
+    if (change < ROLN_C(1e-6) * all) factor = 1 / ROLN_C(3.0);
     if (state->lambda > 0) state->lambda = ROLN_MIN(ROLN_MAX(state->lambda * factor, ROLN_EPS), 1 / ROLN_EPS);
     if (take) state->taken++;
     else state->refused++;

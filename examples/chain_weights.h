@@ -1,6 +1,30 @@
 /* chain_weights.h - written by examples/pendulum.c; include chain.h first. 1 J = 21.9773 of the model. */
-/* include after the definition of the model: chain_params */
-ROLN_FLASH static const chain_params chain_weights = {
+/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined chain_weights is only declared here;
+   the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */
+#ifndef chain_weights_h
+#define chain_weights_h
+typedef char chain_weights_are_of_ROLN_AE_8_2[chain_N == 8 && chain_N1 == 2 && chain_N2 == 0 && chain_N3 == 0 && chain_N4 == 0 && chain_N5 == 0 && chain_N6 == 0 && chain_N7 == 0 && chain_N8 == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_MLP_16_16[chain_H1 == 16 && chain_H2 == 16 && chain_H3 == 0 && chain_H4 == 0 && chain_H5 == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_STEP_rk4[chain_scheme == 2 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_CHART_polynomial_3[chain_degree == 3 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_MASS_exponential[chain_cholesky == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_BASE_0[chain_base == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_WIDTH_2[chain_W0 == 2 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_LAYERS_0[chain_L0 == 0 && chain_L1 == 0 && chain_L2 == 0 && chain_L3 == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_DAMPING_0[chain_damping == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_INPUTS_0[chain_inputs == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_STORE_full[chain_stored == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_DOUBLE_not_defined_0[chain_twice == 0 ? 1 : -1];
+#ifndef ROLN_WEIGHTS_EXTERN
+ROLN_FLASH static const chain_params chain_weights =
+#else
+ROLN_FLASH extern const chain_params chain_weights;
+#ifdef ROLN_WEIGHTS_HERE
+ROLN_FLASH const chain_params chain_weights =
+#endif
+#endif
+#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE
+    {13898701.f/33554432.f, 13743895.f/137438953472.f,
     {11653789.f/33554432.f, 16118061.f/134217728.f},
     13421773.f/536870912.f,
     {-4195079.f/4194304.f, -8390041.f/8388608.f},
@@ -107,3 +131,5 @@ ROLN_FLASH static const chain_params chain_weights = {
     -10271215.f/33554432.f, -7925459.f/67108864.f, -10951507.f/536870912.f, 11225995.f/134217728.f, -12704303.f/67108864.f, 6811079.f/33554432.f, 4629759.f/268435456.f, -1810877.f/1048576.f,
     -1635659.f/33554432.f, 9404291.f/1073741824.f, 11454819.f/134217728.f, 2801979.f/8388608.f, 1383449.f/4194304.f, -4196025.f/16777216.f, 9137755.f/67108864.f, 16295133.f/67108864.f,
     15936265.f/33554432.f, -2602097.f/8388608.f, -9867565.f/16777216.f, 0.f}};
+#endif
+#endif

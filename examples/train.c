@@ -1,11 +1,12 @@
 /* train.c - train a model on recorded motion.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm
-   ./train motion.csv [test=FILE] [out=PREFIX] [from=FILE] [method=adam] [key=value ...]
+   ./train motion.csv [key=value ...]
+   ./train --help
 
-   MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has a
-   header line, the columns t, q.., qd.., tau.. and a blank line between trajectories; tau is held from each sample to the
-   next, and its columns may be left out unless torque=1. Stages, each of which ends with the weights that predicted held-out
+   MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has the columns
+   t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Without pthreads: -DNO_THREADS, as
+   always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
    trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
@@ -15,19 +16,19 @@
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end: OUT_weights.h (C definition for flash), OUT.roln (packed bytes), a table of
-   errors, each with its standard error over trajectories. Keys and defaults: `settings`.
+   errors, each with its standard error over trajectories, also as OUT_errors.csv, and OUT_motion.svg, how the median and the worst
+   held-out trajectory are predicted. Keys and defaults: `settings`.
 
-   1 settings     2 recorded motion     3 noise     4 threads     5 state     6 errors     7 chart     8 Gauss-Newton     9 Adam
-   10 curve, checkpoint     11 stages     12 main */
+   1 settings     2 threads     3 state     4 errors     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 pictures
+   10 stages     11 main */
 
+#if defined _WIN32 && !defined NO_THREADS
+#define NO_THREADS
+#endif
+#ifndef NO_THREADS
 #define _POSIX_C_SOURCE 200809L
-#include <math.h>
 #include <pthread.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <time.h>
+#endif
 
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
@@ -35,6 +36,7 @@
 #define HEADER(m) HEADER_(m)
 #define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
+#include "recording.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -44,40 +46,65 @@
 
 static struct {
     const char *key;
-    double value;
+    double value, low, high;
+    int whole; /* a whole number */
+    const char *help;
 } settings[] = {
-    {"seed", 1},       /* of weights, samples and noise: trainings of one config end at different errors */
-    {"seconds", 0},    /* end after so many at the latest; 0: no limit, and the same bits in every run */
-    {"steps", 0},      /* end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better */
-    {"held", 0.1},     /* part of the trajectories that is held out */
-    {"look", 1},       /* s that these are predicted ahead, to see which weights are best; at most half of the shortest one */
-    {"window", 0.5},   /* s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows */
-    {"torque", 0},     /* 1: use the tau columns, 0: no force does work */
-    {"force", 0},      /* weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves */
-    {"noise", 0},      /* Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q */
-    {"smooth", 0},     /* q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none */
-    {"ae", 20000},     /* layers: updates of Adam on their reconstruction */
-    {"acc", 100000},   /* method=adam: updates on accelerations */
-    {"lr_ae", 0.1},    /* Adam: learning rate of the layers (Frobenius length of a step); less in wide ones */
-    {"lr_net", 3e-3},  /* Adam: learning rate of the networks */
-    {"threads", 2},    /* at most 16; changes no bit */
-    {"resume", 0},     /* 1: go on from OUT.check, if it is there */
+    {"seed", 1, 0, 1e15, 1, "of weights, samples and noise: trainings of one config end at different errors"},
+    {"seconds", 0, 0, 1e8, 0, "end after so many at the latest; 0: no limit, and the same bits in every run"},
+    {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
+    {"held", 0.1, 0, 1, 0, "part of the trajectories that is held out"},
+    {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the shortest one"},
+    {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
+    {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
+    {"force", 0, 0, 1e6, 0, "weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves"},
+    {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q"},
+    {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
+    {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
+    {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
+    {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},
+    {"lr_net", 3e-3, 0, 100, 0, "Adam: learning rate of the networks"},
+    {"threads", 2, 1, 16, 1, "on which it runs; changes no bit"},
+    {"resume", 0, 0, 1, 1, "1, or --resume: go on from OUT.check, if it is there"},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings };
 static struct {
-    const char *key, *value;
-} words[] = {{"out", STRING(MODEL)}, {"test", NULL}, {"from", NULL}, {"method", "newton"}};
+    const char *key, *value, *help;
+} words[] = {
+    {"out", STRING(MODEL), "what the names of all files that are written begin with"},
+    {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
+    {"from", NULL, "packed weights to begin with"},
+    {"method", "newton", "newton or adam"},
+};
 enum { OUT, TEST, FROM, METHOD, WORDS };
 
-/* Message and exit. */
-static void fail(const char *format, ...)
+/* A training that comes to nothing. */
+static void give_up(const char *format, ...)
 {
     va_list list;
     va_start(list, format);
-    vfprintf(stderr, format, list);
+    end_with(LOST, format, list);
     va_end(list);
-    fputc('\n', stderr);
-    exit(1);
+}
+
+static void help(void)
+{
+    int i;
+    printf("train motion.csv [key=value ...]     trains " STRING(MODEL) " on recorded motion\n\n"
+           "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories\n\n",
+           (int)M(N), (int)M(N), (int)M(force_size), M(inputs) > 0 ? "u" : "tau");
+    for (i = 0; i < WORDS; i++)
+        printf("  %s=%-*s %-15s %s\n", words[i].key, 13 - (int)strlen(words[i].key), words[i].value ? words[i].value : "", "",
+               words[i].help);
+    for (i = 0; i < SETTINGS; i++) {
+        char range[32];
+        snprintf(range, sizeof range, "%g .. %g", settings[i].low, settings[i].high);
+        printf("  %s=%-*g %-15s %s\n", settings[i].key, 13 - (int)strlen(settings[i].key), settings[i].value, range,
+               settings[i].help);
+    }
+    printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
+           "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
+           "Exit: 0 done; 1 wrong use, recordings or files, said in the last line; 2 a training that came to nothing.\n");
 }
 
 static double set(const char *key)
@@ -89,196 +116,39 @@ static double set(const char *key)
     return 0;
 }
 
+/* settings[k] = text, if that is a number in its range. */
+static void read_setting(size_t k, const char *text)
+{
+    char *end;
+    const double x = strtod(text, &end);
+    if (end == text || *end || !isfinite(x)) fail("%s=%s: not a number", settings[k].key, text);
+    if (x < settings[k].low || x > settings[k].high || (settings[k].whole && x != floor(x)))
+        fail("%s=%s: %s %g .. %g", settings[k].key, text, settings[k].whole ? "a whole number," : "a number,", settings[k].low,
+             settings[k].high);
+    settings[k].value = x;
+}
+
 /* The arguments key=value, from the third on. */
 static void read_settings(int argc, char **argv)
 {
     int i;
     for (i = 2; i < argc; i++) {
-        char *eq = strchr(argv[i], '=');
+        char again[] = "resume=1", *key = strcmp(argv[i], "--resume") == 0 ? again : argv[i], *eq = strchr(key, '=');
         size_t k, known = 0;
-        if (!eq) fail("%s: not key=value", argv[i]);
+        if (!eq) fail("%s: not key=value; --help lists the keys", key);
         *eq = 0;
         for (k = 0; k < WORDS; k++)
-            if (strcmp(words[k].key, argv[i]) == 0) words[k].value = eq + 1, known = 1;
+            if (strcmp(words[k].key, key) == 0) words[k].value = eq + 1, known = 1;
         for (k = 0; k < SETTINGS; k++)
-            if (strcmp(settings[k].key, argv[i]) == 0) {
-                char *end;
-                settings[k].value = strtod(eq + 1, &end), known = 1;
-                if (end == eq + 1 || *end || !isfinite(settings[k].value)) fail("%s=%s: not a number", argv[i], eq + 1);
-                if (settings[k].value < 0) fail("%s=%s: at least 0", argv[i], eq + 1);
-            }
-        if (!known) fail("unknown setting %s", argv[i]);
+            if (strcmp(settings[k].key, key) == 0) read_setting(k, eq + 1), known = 1;
+        if (!known) fail("unknown setting %s; --help lists them", key);
     }
     if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
         fail("method=%s: newton or adam", words[METHOD].value);
-    if (!(set("threads") >= 1 && set("threads") <= 16)) fail("threads=%g: 1 .. 16", set("threads"));
+    if (strlen(words[OUT].value) > 480) fail("out=%s: more than 480 letters", words[OUT].value);
 }
 
-static double now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static void *room(size_t bytes)
-{
-    void *p = calloc(1, bytes ? bytes : 1);
-    if (!p) fail("out of memory");
-    return p;
-}
-
-/* ---- 2 recorded motion ---- */
-
-typedef struct {
-    int trajectories, samples, *first; /* first [trajectories + 1] */
-    double dt;
-    roln_real *q, *qd, *qdd, *tau; /* [samples][N] */
-    roln_real *tau_mid;            /* mean of the torques held before and after a sample: that of a central difference */
-} motion;
-
-/* dx = dx/dt by central differences inside each trajectory, one-sided at its ends. */
-static void differences(const motion *d, const roln_real *x, roln_real *dx)
-{
-    enum { N = M(N) };
-    int k, i, j;
-    for (k = 0; k < d->trajectories; k++)
-        for (i = d->first[k]; i < d->first[k + 1]; i++) {
-            const int lo = i > d->first[k] ? i - 1 : i, hi = i + 1 < d->first[k + 1] ? i + 1 : i;
-            for (j = 0; j < N && lo < hi; j++)
-                dx[i * N + j] = (x[hi * N + j] - x[lo * N + j]) / (roln_real)((hi - lo) * d->dt);
-        }
-}
-
-/* Numbers of one line, the first `most` of them into v. Returns how many there are; what is none ends the program. */
-static int read_line(const char *path, int row, const char *line, int most, double *v)
-{
-    const char *p = line;
-    char *end;
-    int n = 0;
-    for (;;) {
-        const double x = strtod(p, &end);
-        if (end == p || !isfinite(x)) fail("%s, line %d: column %d is not a finite number", path, row, n + 1);
-        if (n < most) v[n] = x;
-        n++;
-        p = end + strspn(end, " \t\r\n");
-        if (*p == 0) return n;
-        if (*p == ',') p++;
-    }
-}
-
-static motion read_csv(const char *path)
-{
-    enum { N = M(N), FREE = 1 + 2 * N, ALL = 1 + 3 * N }; /* columns without and with tau */
-    static char line[64 * ALL + 64];
-    motion d = {0};
-    double v[ALL], t0 = 0, t1 = 0;
-    size_t lines = 0, size;
-    int blank = 1, columns = 0, row = 1, i, k;
-    FILE *f = fopen(path, "r");
-    if (!f) fail("cannot read %s", path);
-    while (fgets(line, sizeof line, f)) lines++;
-    rewind(f);
-    size = lines * N * sizeof(roln_real);
-    d.q = room(size), d.qd = room(size), d.qdd = room(size), d.tau = room(size), d.tau_mid = room(size);
-    d.first = room((lines + 2) * sizeof *d.first);
-    if (!fgets(line, sizeof line, f)) fail("%s is empty", path);
-    while (fgets(line, sizeof line, f)) {
-        int n;
-        row++;
-        if (!strchr(line, '\n') && !feof(f)) fail("%s, line %d is too long for 1 + 3 * %d columns", path, row, (int)N);
-        if (line[strspn(line, " \t\r\n")] == 0) {
-            blank = 1;
-            continue;
-        }
-        n = read_line(path, row, line, ALL, v);
-        if (columns == 0) columns = n;
-        if (n != columns) fail("%s, line %d has %d columns, the lines before it %d", path, row, n, columns);
-        if (n == FREE && set("torque") > 0) fail("%s has no tau columns, which torque=1 needs", path);
-        if (n != FREE && n != ALL)
-            fail("%s has %d columns, but " STRING(MODEL) " needs %d (t, %d q, %d qd) or %d (and %d tau)", path, n, (int)FREE,
-                 (int)N, (int)N, (int)ALL, (int)N);
-        if (blank) d.first[d.trajectories++] = d.samples;
-        if (d.samples == 0) t0 = t1 = v[0];
-        if (d.samples == 1 && d.trajectories == 1) t1 = v[0];
-        blank = 0;
-        for (i = 0; i < N; i++) {
-            d.q[d.samples * N + i] = (roln_real)v[1 + i];
-            d.qd[d.samples * N + i] = (roln_real)v[1 + N + i];
-            if (n == ALL) d.tau[d.samples * N + i] = (roln_real)v[1 + 2 * N + i];
-        }
-        d.samples++;
-    }
-    fclose(f);
-    d.first[d.trajectories] = d.samples;
-    d.dt = t1 - t0;
-    if (d.samples == 0) fail("%s has no samples", path);
-    if (!(d.dt > 0)) fail("%s: t must grow; its first two samples are %g s apart", path, d.dt);
-    differences(&d, d.qd, d.qdd);
-    for (k = 0; k < d.trajectories; k++)
-        for (i = d.first[k] * N; i < d.first[k + 1] * N; i++)
-            d.tau_mid[i] = i < (d.first[k] + 1) * N ? d.tau[i] : (d.tau[i - N] + d.tau[i]) / 2;
-    return d;
-}
-
-/* ---- 3 noise ---- */
-
-/* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints; then qd, qdd as an
-   encoder without tachometer would give them. Returns the standard deviation of the noise. */
-static double add_noise(motion *d, double level, uint64_t seed)
-{
-    enum { N = M(N) };
-    double square = 0, sd;
-    int i, j;
-    for (j = 0; j < N; j++) {
-        double mean = 0;
-        for (i = 0; i < d->samples; i++)
-            mean += (double)d->q[i * N + j] / d->samples;
-        for (i = 0; i < d->samples; i++)
-            square += ((double)d->q[i * N + j] - mean) * ((double)d->q[i * N + j] - mean);
-    }
-    sd = level * sqrt(square / d->samples / N);
-    for (i = 0; i < d->samples * N; i++)
-        d->q[i] += (roln_real)sd * roln_normal(&seed);
-    differences(d, d->q, d->qd);
-    differences(d, d->qd, d->qdd);
-    return sd;
-}
-
-/* Savitzky-Golay: q, qd, qdd of each sample from the least-squares parabola c0 + c1 x + c2 x^2 through q of the samples at
-   x = -half .. half about it; at the ends of a trajectory from its first or last 2 half + 1 samples. */
-static void smooth(motion *d, int half)
-{
-    enum { N = M(N) };
-    const double dt = d->dt;
-    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples * sizeof *y);
-    int k, i, j, x;
-    for (x = -half; x <= half; x++)
-        s2 += (double)x * x, s4 += (double)x * x * x * x;
-    det = s0 * s4 - s2 * s2;
-    for (k = 0; k < d->trajectories; k++) {
-        const int a = d->first[k], b = d->first[k + 1];
-        if (b - a <= 2 * half) fail("smooth=%d needs %d samples, trajectory %d has %d", half, 2 * half + 1, k + 1, b - a);
-        for (j = 0; j < N; j++) {
-            for (i = a; i < b; i++)
-                y[i] = (double)d->q[i * N + j];
-            for (i = a; i < b; i++) {
-                const int mid = i < a + half ? a + half : i > b - 1 - half ? b - 1 - half : i;
-                const double u = i - mid;
-                double y0 = 0, y1 = 0, y2 = 0, c0, c1, c2;
-                for (x = -half; x <= half; x++)
-                    y0 += y[mid + x], y1 += x * y[mid + x], y2 += (double)x * x * y[mid + x];
-                c0 = (s4 * y0 - s2 * y2) / det, c1 = y1 / s2, c2 = (s0 * y2 - s2 * y0) / det;
-                d->q[i * N + j] = (roln_real)(c0 + u * (c1 + u * c2));
-                d->qd[i * N + j] = (roln_real)((c1 + 2 * u * c2) / dt);
-                d->qdd[i * N + j] = (roln_real)(2 * c2 / (dt * dt));
-            }
-        }
-    }
-    free(y);
-}
-
-/* ---- 4 threads ---- */
+/* ---- 2 threads ---- */
 
 enum { THREADS = 16 };
 
@@ -301,20 +171,29 @@ static void *work_off(void *arg)
 static void share(int parts, void (*job)(void *ctx, int part, int thread), void *ctx)
 {
     hand h[THREADS] = {{NULL, NULL, 0, 0, 0}};
-    pthread_t id[THREADS];
     const int threads = (int)set("threads");
     int t;
+#ifndef NO_THREADS
+    pthread_t id[THREADS];
+#endif
     for (t = 0; t < threads; t++) {
         const hand own = {job, ctx, parts, t, threads};
         h[t] = own;
+#ifndef NO_THREADS
         if (t > 0 && pthread_create(&id[t], NULL, work_off, &h[t]) != 0) fail("no thread");
+#endif
     }
+#ifdef NO_THREADS
+    for (t = 0; t < threads; t++)
+        work_off(&h[t]);
+#else
     work_off(&h[0]);
     for (t = 1; t < threads; t++)
         pthread_join(id[t], NULL);
+#endif
 }
 
-/* ---- 5 state ---- */
+/* ---- 3 state ---- */
 
 enum { LAYERS, NEWTON, ADAM, STAGES };
 static const char *const stage_names[STAGES] = {"layers, Riemannian Adam", "networks, Gauss-Newton", "all, Riemannian Adam"};
@@ -388,62 +267,121 @@ static pool pool_of(int steps, int stride)
     return p;
 }
 
-/* ---- 6 errors ---- */
+/* ---- 4 errors ---- */
 
-/* E_q, E_qd, their standard errors; geometric mean of E_q over the trajectories, in which a wild one counts no more than others. */
-typedef struct { double q, qd, q_off, qd_off, typical; } error;
+/* A window fails if its roll-out ends with a status, or this many times farther off than the recording is wide. */
+#define FAR 100
+
+/* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed; typical: the geometric mean
+   of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its E_q
+   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. */
+typedef struct {
+    double q, qd, q_off, qd_off, typical;
+    int failed, windows;
+} error;
+
+typedef struct {
+    double sum[4]; /* of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2 */
+    int failed, windows;
+} score;
 
 typedef struct {
     const motion *m;
     const M(params) *p;
-    int from, samples, stride, every, *start;
-    double (*sums)[4];
+    int from, count, samples, stride, every, *start;
+    score *scores; /* of trajectories from .. from + count - 1 */
 } rollout;
 
-/* Windows of one trajectory: sums of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2. */
+/* How much of a longer work such roll-outs are. */
+static struct {
+    const char *what;
+    double done, part;
+} bar;
+
+/* The windows of trajectory `at` one by one, without those that fail. */
+static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, score *to, int thread)
+{
+    enum { N = M(N) };
+    const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
+    double wide = 0;
+    int w, i, j;
+    for (i = a; i < end; i++)
+        for (j = 0; j < N; j++) {
+            const double x = (double)(r->m->q[i * N + j] - s.qbar[j]);
+            wide += x * x / (end - a);
+        }
+    b.count = 1;
+    for (w = 0; w < windows; w++) {
+        roln_error e[2] = {{0}}, *last = b.steps > 0 ? e + 1 : e;
+        b.start = start + w;
+        if (M(errors)(r->p, &b, dt, b.steps > 0 ? b.steps : 1, s.qbar, e, &work[thread]) || (double)last->q > FAR * FAR * wide) {
+            to->failed++;
+            continue;
+        }
+        to->sum[0] += (double)last->q, to->sum[1] += (double)last->q_var;
+        to->sum[2] += (double)last->qd, to->sum[3] += (double)last->qd_var;
+    }
+}
+
+/* Windows of one trajectory. */
 static void roll(void *ctx, int k, int thread)
 {
     const rollout *r = ctx;
     const int at = r->from + k, steps = r->samples / r->stride;
+    const roln_real dt = (roln_real)(r->m->dt * r->stride);
     int *start = r->start + r->m->first[at];
+    score *to = &r->scores[k];
     roln_error e[2] = {{0}}, *last = steps > 0 ? e + 1 : e;
     roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
     b.tau = set("torque") > 0 ? r->m->tau : NULL;
-    b.count = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
-    if (b.count > 0 && M(errors)(r->p, &b, (roln_real)(r->m->dt * r->stride), steps > 0 ? steps : 1, s.qbar, e, &work[thread]))
-        last->q = last->qd = (roln_real)1e18; /* it ran away */
-    r->sums[k][0] = (double)last->q, r->sums[k][1] = (double)last->q_var;
-    r->sums[k][2] = (double)last->qd, r->sums[k][3] = (double)last->qd_var;
+    b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
+    if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
+    if (b.count > 0 && (M(errors)(r->p, &b, dt, steps > 0 ? steps : 1, s.qbar, e, &work[thread]) ||
+                        (double)last->q > FAR * FAR * (double)last->q_var)) {
+        roll_each(r, at, b, dt, to, thread);
+        return;
+    }
+    to->sum[0] = (double)last->q, to->sum[1] = (double)last->q_var;
+    to->sum[2] = (double)last->qd, to->sum[3] = (double)last->qd_var;
 }
 
 /* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
-static double ratio(int count, double (*sums)[4], int which, double *off)
+static double ratio(int count, const score *scores, int which, double *off)
 {
     double a = 0, b = 0, mean = 0, square = 0;
     int k;
     for (k = 0; k < count; k++)
-        a += sums[k][which], b += sums[k][which + 1];
+        a += scores[k].sum[which], b += scores[k].sum[which + 1];
     for (k = 0; k < count; k++) {
-        const double e = sqrt(fabs(a - sums[k][which]) / fmax(b - sums[k][which + 1], 1e-30));
+        const double e = sqrt(fabs(a - scores[k].sum[which]) / fmax(b - scores[k].sum[which + 1], 1e-30));
         mean += e / count, square += e * e / count;
     }
-    *off = count > 1 ? sqrt(fmax(0, square - mean * mean) * (count - 1)) : 1e6; /* of one nobody knows */
-    return b > 0 ? fmin(sqrt(a / b), 1e6) : 1e6;
+    *off = count > 1 ? sqrt(fmax(0, square - mean * mean) * (count - 1)) : (double)NAN; /* of one nobody knows */
+    return b > 0 ? sqrt(a / b) : (double)NAN;
 }
 
-/* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. to-1. */
-static error errors(const motion *m, const M(params) *p, int from, int to, int samples, int stride, int every)
+/* log E_q of a trajectory, failed windows by their part. */
+static double log_of(const score *x)
 {
-    rollout r = {m, p, from, samples, stride, every, NULL, NULL};
+    const double f = x->windows > 0 ? (double)x->failed / x->windows : 0;
+    return (1 - f) * log(fmin(sqrt(fmax(x->sum[0], 1e-30) / fmax(x->sum[1], 1e-30)), 1e6)) + f * log(FAR);
+}
+
+/* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. from + count - 1;
+   one by one in scores. */
+static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
+{
+    rollout r = {m, p, from, count, samples, stride, every, NULL, scores};
     error e = {0};
     int k;
-    r.start = room((size_t)m->samples * sizeof *r.start), r.sums = room((size_t)(to - from) * sizeof *r.sums);
-    share(to - from, roll, &r);
-    e.q = ratio(to - from, r.sums, 0, &e.q_off), e.qd = ratio(to - from, r.sums, 2, &e.qd_off);
-    for (k = 0; k < to - from; k++)
-        e.typical += log(fmin(sqrt(fmax(r.sums[k][0], 1e-30) / fmax(r.sums[k][1], 1e-30)), 1e6)) / (to - from);
+    memset(scores, 0, (size_t)count * sizeof *scores);
+    r.start = room((size_t)m->samples * sizeof *r.start);
+    share(count, roll, &r);
+    e.q = ratio(count, scores, 0, &e.q_off), e.qd = ratio(count, scores, 2, &e.qd_off);
+    for (k = 0; k < count; k++)
+        e.typical += log_of(&scores[k]) / count, e.failed += scores[k].failed, e.windows += scores[k].windows;
     e.typical = exp(e.typical);
-    free(r.start), free(r.sums);
+    free(r.start);
     return e;
 }
 
@@ -457,25 +395,47 @@ static percent in_percent(double x)
     return p;
 }
 
-static void table(const char *name, const motion *m, int from, int to)
+/* What failed, if anything did. */
+typedef struct { char text[64]; } failures;
+
+static failures failed_of(const error *e)
 {
-    static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
-    const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
-    int last = -1;
-    size_t i;
-    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-\n", name);
-    for (i = 0; i < sizeof ms / sizeof *ms; i++) {
-        const int samples = (int)(ms[i] * 1e-3 / m->dt + 0.5);
-        error e;
-        if (samples == last || samples >= m->first[from + 1] - m->first[from]) continue;
-        last = samples;
-        e = errors(m, &s.p, from, to, samples, samples % stride ? 1 : stride, every);
-        printf("%5.4g %8s %7s %8s %7s\n", 1e3 * samples * m->dt, in_percent(e.q).text, in_percent(e.q_off).text,
-               in_percent(e.qd).text, in_percent(e.qd_off).text);
-    }
+    failures f = {""};
+    if (e->failed > 0) snprintf(f.text, sizeof f.text, "  %d of %d windows failed", e->failed, e->windows);
+    return f;
 }
 
-/* ---- 7 chart ---- */
+/* Errors over the time that is predicted ahead, printed and as lines of a CSV. */
+static void table(const char *name, const motion *m, int from, int to, FILE *csv)
+{
+    enum { ROWS_OF_IT = 10 };
+    static const double ms[ROWS_OF_IT] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
+    const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
+    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, i;
+    score *scores = room((size_t)(to - from) * sizeof *scores);
+    double all = 0, done = 0;
+    for (i = 0; i < ROWS_OF_IT; i++) {
+        const int x = (int)(ms[i] * 1e-3 / m->dt + 0.5);
+        if ((rows > 0 && x == samples[rows - 1]) || x >= m->first[from + 1] - m->first[from]) continue;
+        samples[rows] = x, steps[rows] = x / (x % stride ? 1 : stride) + 1;
+        all += steps[rows++];
+    }
+    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-\n", name);
+    for (i = 0; i < rows; i++) {
+        error e;
+        bar.what = "table of errors", bar.done = done / all, bar.part = steps[i] / all;
+        e = errors(m, &s.p, from, to - from, samples[i], samples[i] % stride ? 1 : stride, every, scores);
+        done += steps[i];
+        printf("%5.4g %8s %7s %8s %7s%s\n", 1e3 * samples[i] * m->dt, in_percent(e.q).text, in_percent(e.q_off).text,
+               in_percent(e.qd).text, in_percent(e.qd_off).text, failed_of(&e).text);
+        fflush(stdout);
+        fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d\n", name, 1e3 * samples[i] * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd,
+                100 * e.qd_off, e.failed, e.windows);
+    }
+    free(scores);
+}
+
+/* ---- 5 chart ---- */
 
 /* The encoder on 4,000 samples, until the residual falls by less than 1 % in 20 steps; then the decoder on all. */
 static void fit_chart(void)
@@ -495,19 +455,21 @@ static void fit_chart(void)
         start[k] = (int)((double)k * count / some);
     for (k = 1; st == ROLN_OK && (k % 20 || residual < ROLN_C(0.99) * before); k++) {
         if (k % 20 == 0) before = residual;
+        if (due()) printf("chart: step %d, the decoder leaves %.3g %% of q, %.0f s\n", steps, 100 * (double)residual, seconds());
+        fflush(stdout);
         st = M(chart_turn)(&s.p, &b, &turn, &residual);
         steps += st == ROLN_OK;
     }
-    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) fail("chart: status %d", (int)st);
+    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: status %d", (int)st);
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch);
-    if (st != ROLN_OK) fail("chart: status %d; a lower degree?", (int)st);
+    if (st != ROLN_OK) give_up("chart: status %d; a lower degree?", (int)st);
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
            seconds());
 #endif
 }
 
-/* ---- 8 Gauss-Newton ---- */
+/* ---- 6 Gauss-Newton ---- */
 
 typedef struct {
     const pool *samples, *windows;
@@ -600,14 +562,14 @@ static void newton_step(rows *f)
     int tries, k;
     if (s.window_weight == 0 && f->windows->count > 0 && s.step >= WINDOWS_FROM) weigh_windows(f);
     for (tries = 0; (st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK; tries++)
-        if (tries == 100) fail("the model can not be evaluated on the data any more: status %d", (int)st);
+        if (tries == 100) give_up("the model can not be evaluated on the data any more: status %d", (int)st);
     st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
-    if (st != ROLN_OK) fail("rows: status %d", (int)st);
+    if (st != ROLN_OK) give_up("no step from these residuals: status %d; are torques and accelerations right?", (int)st);
     share((int)set("threads"), sum, &opt);
     f->p = &s.newton.next, f->again = 1;
     for (tries = 0; tries < TRIES; tries++) {
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
-        if (st != ROLN_OK) fail("step: status %d", (int)st);
+        if (st != ROLN_OK) give_up("step: status %d", (int)st);
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
@@ -616,7 +578,7 @@ static void newton_step(rows *f)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
 }
 
-/* ---- 9 Adam ---- */
+/* ---- 7 Adam ---- */
 
 enum { SLICES = 4, BATCH = 64 };
 
@@ -656,7 +618,7 @@ static void adam_step(descent *a, int updates)
     M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0]);
 }
 
-/* ---- 10 curve, checkpoint ---- */
+/* ---- 8 checkpoint ---- */
 
 static FILE *file(const char *suffix, const char *mode)
 {
@@ -667,6 +629,79 @@ static FILE *file(const char *suffix, const char *mode)
     if (!f && *mode != 'r') fail("cannot write %s", path);
     return f;
 }
+
+/* OUT.part, written, becomes OUTsuffix: whenever the power fails, either the old file is there or the new one. */
+static void put_in_place(FILE *f, const char *suffix)
+{
+    char part[512], path[512];
+    snprintf(part, sizeof part, "%s.part", words[OUT].value);
+    snprintf(path, sizeof path, "%s%s", words[OUT].value, suffix);
+    if (fclose(f) != 0) fail("cannot write %s", part);
+#ifdef _WIN32
+    remove(path); /* rename does not replace there */
+#endif
+    if (rename(part, path) != 0) fail("cannot write %s", path);
+}
+
+/* What a checkpoint belongs to. */
+typedef struct {
+    uint64_t config, data, from; /* checksums */
+    size_t size;
+    int samples, trajectories;
+    char method[8];
+    double value[SETTINGS];
+} origin;
+
+static uint64_t checksum_of(const roln_real *x, int columns)
+{
+    return roln_fnv(d.samples * columns * (int)sizeof *x, (const unsigned char *)x, ROLN_FNV);
+}
+
+static origin origin_of(void)
+{
+    static unsigned char bytes[M(packed_size)];
+    static M(params) none;
+    static uint64_t data;
+    const char *from = words[FROM].value ? words[FROM].value : "";
+    static const char *const may_change = "seconds steps threads resume";
+    origin o;
+    int i;
+    memset(&o, 0, sizeof o);
+    M(pack)(&none, bytes);
+    if (data == 0) data = checksum_of(d.q, d.N) ^ 3 * checksum_of(d.qd, d.N) ^ 5 * checksum_of(d.tau, d.forces);
+    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data = data;
+    o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
+    o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
+    snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
+    for (i = 0; i < SETTINGS; i++)
+        o.value[i] = strstr(may_change, settings[i].key) ? 0 : settings[i].value;
+    return o;
+}
+
+static void checkpoint(void)
+{
+    const origin o = origin_of();
+    FILE *f = file(".part", "wb");
+    s.seconds = seconds(), began = now();
+    if (fwrite(&o, sizeof o, 1, f) != 1 || fwrite(&s, sizeof s, 1, f) != 1) fail("cannot write %s.part", words[OUT].value);
+    put_in_place(f, ".check");
+}
+
+/* Nonzero if there was a checkpoint to go on from. */
+static int resume(void)
+{
+    const origin o = origin_of();
+    origin was;
+    FILE *f = set("resume") > 0 ? file(".check", "rb") : NULL;
+    if (!f) return 0;
+    if (fread(&was, sizeof was, 1, f) != 1 || memcmp(&was, &o, sizeof o) != 0 || fread(&s, sizeof s, 1, f) != 1)
+        fail("%s.check is of other data, other settings or another config", words[OUT].value);
+    fclose(f);
+    printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
+    return 1;
+}
+
+/* ---- 9 pictures ---- */
 
 /* E_q of held-out trajectories, near and far, over seconds; logarithmic. */
 static void draw_curve(double near, double far)
@@ -695,69 +730,122 @@ static void draw_curve(double near, double far)
     fclose(f);
 }
 
-/* What a checkpoint belongs to. */
-typedef struct {
-    uint64_t config, data, from; /* checksums */
-    size_t size;
-    int samples, trajectories;
-    char method[8];
-    double value[SETTINGS];
-} origin;
+enum { ACROSS = 440, DOWN = 110, CURVES = 4 };
 
-static uint64_t checksum_of(const roln_real *x)
+/* Joint j of a trajectory, and as it is predicted, x [points][N]: NaN where that failed. */
+static void draw_joint(FILE *f, int at, int j, const double *x, int points, int stride, int left, int top)
 {
-    return roln_fnv(d.samples * M(N) * (int)sizeof *x, (const unsigned char *)x, ROLN_FNV);
+    enum { N = M(N) };
+    const int a = d.first[at], thin = points / 300 + 1;
+    double low = (double)d.q[a * N + j], high = low, scale;
+    int i, pen = 0;
+    for (i = a; i < d.first[at + 1]; i++)
+        low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
+    scale = (DOWN - 30) / fmax(high - low, 1e-9);
+    fprintf(f, "<text x='%d' y='%d'>joint %d, %.3g .. %.3g</text>\n<path fill='none' stroke-width='2' stroke='#999' d='", left,
+            top + 12, j + 1, low, high);
+    for (i = 0; i < points; i += thin)
+        fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', left + (ACROSS - 40.0) * i / points,
+                top + 20 + scale * (high - (double)d.q[(a + i * stride) * N + j]));
+    fprintf(f, "'/>\n<path fill='none' stroke='#a63603' d='");
+    for (i = 0; i < points; i += thin) {
+        const double y = scale * (high - x[i * N + j]);
+        if (!(y > -20 && y < DOWN - 10)) {
+            pen = 0;
+            continue;
+        }
+        fprintf(f, "%c%.1f %.1f", pen ? 'L' : 'M', left + (ACROSS - 40.0) * i / points, top + 20 + y);
+        pen = 1;
+    }
+    fprintf(f, "'/>\n");
 }
 
-static origin origin_of(void)
+/* A trajectory as the model predicts it from its first sample, and every `far` samples anew from the recording: x [points][N]. */
+static void predict(int at, int stride, int far, int points, double *x)
 {
-    static unsigned char bytes[M(packed_size)];
-    static M(params) none;
-    static uint64_t data;
-    const char *from = words[FROM].value ? words[FROM].value : "";
-    static const char *const may_change = "seconds steps threads resume";
-    origin o;
-    int i;
-    memset(&o, 0, sizeof o);
-    M(pack)(&none, bytes);
-    if (data == 0) data = checksum_of(d.q) ^ 3 * checksum_of(d.qd) ^ 5 * checksum_of(d.tau);
-    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data = data;
-    o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
-    o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
-    snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
-    for (i = 0; i < SETTINGS; i++)
-        o.value[i] = strstr(may_change, settings[i].key) ? 0 : settings[i].value;
-    return o;
+    enum { N = M(N), F = M(force_size) };
+    static M(work) scratch;
+    M(state) now_at;
+    M(latent) z;
+    roln_status st = ROLN_OK;
+    int i, j, k;
+    for (k = 0; k < points; k++) {
+        const int sample = d.first[at] + k * stride;
+        roln_real tau[F];
+        if (k * stride % far == 0) {
+            memcpy(now_at.q, d.q + sample * N, sizeof now_at.q), memcpy(now_at.qd, d.qd + sample * N, sizeof now_at.qd);
+            st = M(encode)(&s.p, &now_at, &z, &scratch);
+        } else if (st == ROLN_OK) {
+            for (j = 0; j < F; j++)
+                for (i = 0, tau[j] = 0; i < stride; i++)
+                    tau[j] += d.tau[(sample - stride + i) * F + j] / (roln_real)stride;
+            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch);
+        }
+        if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch);
+        for (j = 0; j < N; j++)
+            x[k * N + j] = st == ROLN_OK ? (double)now_at.q[j] : (double)NAN;
+    }
 }
 
-/* OUT.check: whenever the power fails, either the old one is there or the new one. */
-static void checkpoint(void)
+/* The joints of a trajectory that move most. */
+static void widest(int at, int count, int *which)
 {
-    const origin o = origin_of();
-    char part[512], path[512];
-    FILE *f = file(".part", "wb");
-    s.seconds = seconds(), began = now();
-    snprintf(part, sizeof part, "%s.part", words[OUT].value);
-    snprintf(path, sizeof path, "%s.check", words[OUT].value);
-    if (fwrite(&o, sizeof o, 1, f) != 1 || fwrite(&s, sizeof s, 1, f) != 1 || fclose(f) != 0 || rename(part, path) != 0)
-        fail("cannot write %s", path);
+    enum { N = M(N) };
+    double wide[N];
+    int i, j, k;
+    for (j = 0; j < N; j++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (i = d.first[at]; i < d.first[at + 1]; i++)
+            low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
+        wide[j] = high - low;
+    }
+    for (k = 0; k < count; k++) {
+        for (j = 1, which[k] = 0; j < N; j++)
+            if (wide[j] > wide[which[k]]) which[k] = j;
+        wide[which[k]] = -1;
+    }
 }
 
-/* Nonzero if there was a checkpoint to go on from. */
-static int resume(void)
+/* OUT_motion.svg: the held-out trajectories that are predicted with the median and the worst E_q. */
+static void draw_motion(void)
 {
-    const origin o = origin_of();
-    origin was;
-    FILE *f = set("resume") > 0 ? file(".check", "rb") : NULL;
-    if (!f) return 0;
-    if (fread(&was, sizeof was, 1, f) != 1 || memcmp(&was, &o, sizeof o) != 0 || fread(&s, sizeof s, 1, f) != 1)
-        fail("%s.check is of other data, other settings or another config", words[OUT].value);
-    fclose(f);
-    printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
-    return 1;
+    enum { N = M(N), JOINTS = (int)N < (int)CURVES ? (int)N : (int)CURVES };
+    static const char *const title[] = {"median", "worst"};
+    const int count = d.trajectories - train, stride = stride_of(&d, 0.005), far = (int)(s.ahead / d.dt + 0.5);
+    const int height = 60 + JOINTS * DOWN;
+    score *scores = room((size_t)count * sizeof *scores);
+    int chosen[2] = {0, 0}, k, i, joint[CURVES];
+    FILE *f = file("_motion.svg", "w");
+    bar.what = "picture", bar.done = 0, bar.part = 1;
+    errors(&d, &s.p, train, count, far, stride, stride_of(&d, 0.1), scores);
+    for (k = 0; k < count; k++) {
+        int below = 0;
+        for (i = 0; i < count; i++)
+            below += log_of(&scores[i]) < log_of(&scores[k]) || (log_of(&scores[i]) == log_of(&scores[k]) && i < k);
+        if (below == count / 2) chosen[0] = k;
+        if (below == count - 1) chosen[1] = k;
+    }
+    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='%d' height='%d' viewBox='0 0 %d %d' font-family='Helvetica, Arial, "
+               "sans-serif' font-size='12' fill='#222'>\n<rect width='%d' height='%d' fill='#fff'/>\n",
+            2 * ACROSS, height, 2 * ACROSS, height, 2 * ACROSS, height);
+    for (k = 0; k < 2; k++) {
+        const int at = train + chosen[k], points = (d.first[at + 1] - d.first[at] - 1) / stride + 1;
+        double *x = room((size_t)points * N * sizeof *x);
+        fprintf(f, "<text x='%d' y='24' font-size='15'>%s: trajectory %d of %d, E_q %s %%</text>\n<text x='%d' y='42'>%.3g s: grey "
+                   "recorded, red predicted, anew every %.3g s</text>\n",
+                20 + k * ACROSS, title[k], at + 1, d.trajectories, in_percent(exp(log_of(&scores[chosen[k]]))).text,
+                20 + k * ACROSS, points * stride * d.dt, s.ahead);
+        predict(at, stride, far, points, x);
+        widest(at, JOINTS, joint);
+        for (i = 0; i < JOINTS; i++)
+            draw_joint(f, at, joint[i], x, points, stride, 20 + k * ACROSS, 50 + i * DOWN);
+        free(x);
+    }
+    fprintf(f, "</svg>\n");
+    fclose(f), free(scores);
 }
 
-/* ---- 11 stages ---- */
+/* ---- 10 stages ---- */
 
 /* Steps of Gauss-Newton without a gain that are one too many. */
 static int patience(void)
@@ -780,6 +868,7 @@ static void turn_back(void)
 static void look(void)
 {
     const int stride = stride_of(&d, 0.005);
+    score *scores = room((size_t)(d.trajectories - train) * sizeof *scores);
     int shortest = d.samples, k, far, near;
     M(params) p = s.p;
     error e[2];
@@ -788,15 +877,18 @@ static void look(void)
     far = s.stage == LAYERS ? 0 : (int)fmax(1, fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
     near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
-    e[0] = errors(&d, &p, train, d.trajectories, near, stride, stride_of(&d, 0.1));
-    e[1] = errors(&d, &p, train, d.trajectories, far, stride, stride_of(&d, 0.1));
+    bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
+    e[0] = errors(&d, &p, train, d.trajectories - train, near, stride, stride_of(&d, 0.1), scores);
+    bar.done = bar.part, bar.part = 1 - bar.part;
+    e[1] = errors(&d, &p, train, d.trajectories - train, far, stride, stride_of(&d, 0.1), scores);
+    free(scores);
     s.ahead = far * d.dt;
     if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
            far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
-    printf("  %.0f s\n", seconds());
+    printf("%s  %.0f s\n", failed_of(&e[1]).text, seconds());
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
@@ -808,7 +900,8 @@ static void look(void)
 /* Updates of a stage; of Gauss-Newton 1: it ends by itself. */
 static int updates_of(int stage)
 {
-    const int adam = strcmp(words[METHOD].value, "adam") == 0, layers = M(ae_layers) > 0 && M(degree) == 0;
+    const int adam = strcmp(words[METHOD].value, "adam") == 0;
+    const int layers = (int)M(n) < (int)M(N) && M(degree) == 0; /* n = N reconstructs q exactly */
     return stage == LAYERS ? layers * (int)set("ae") : stage == ADAM ? adam * (int)set("acc") : !adam;
 }
 
@@ -827,6 +920,7 @@ static void run(void)
     static rows f;
     static descent a;
     const int updates = updates_of(s.stage), stride = stride_of(&d, 0.02), most = (int)(set("window") / d.dt / stride + 0.5);
+    int at = s.step;
     pool samples = pool_of(0, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride);
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
@@ -834,10 +928,12 @@ static void run(void)
     if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
     while (s.next == 0 || !done(updates)) {
         if (s.step == s.next) {
+            at = s.step;
             s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
             look();
             checkpoint();
         }
+        progress("to the next look", (double)(s.step - at) / (s.next - at));
         if (s.stage == NEWTON) newton_step(&f);
         else adam_step(&a, updates);
         s.step++;
@@ -847,7 +943,7 @@ static void run(void)
     free(samples.start), free(longer.start);
 }
 
-/* ---- 12 main ---- */
+/* ---- 11 main ---- */
 
 /* The POD, then the chart; or the packed weights that the user names. */
 static void start(void)
@@ -878,42 +974,68 @@ static void save(void)
     static M(work) scratch;
     FILE *f;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
-    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) fail("no range");
+    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) give_up("no range");
     M(pack)(&s.p, bytes);
-    f = file(".roln", "wb");
-    if (fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes || fclose(f) != 0) fail("cannot write %s.roln", words[OUT].value);
-    f = file("_weights.h", "w");
-    if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f) || fclose(f) != 0) fail("cannot write %s_weights.h", words[OUT].value);
+    f = file(".part", "wb");
+    if (fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes) fail("cannot write %s.roln", words[OUT].value);
+    put_in_place(f, ".roln");
+    f = file(".part", "w");
+    if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f)) fail("cannot write %s_weights.h", words[OUT].value);
+    put_in_place(f, "_weights.h");
     printf("wrote %s.roln and %s_weights.h after %.0f s\n", words[OUT].value, words[OUT].value, seconds());
     printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
 }
 
-int main(int argc, char **argv)
+/* Says what becomes of positions without velocities, and does it. */
+static void smooth_positions(motion *m)
 {
+    const int half = (int)set("smooth");
+    printf("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
+    smooth(m, half);
+}
+
+/* Reads motion.csv, and a second file if there is one. */
+static motion read_all(const char *path)
+{
+    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0};
     motion unseen = {0};
-    if (argc < 2) fail("usage: train motion.csv [test=FILE] [out=PREFIX] [from=FILE] [method=adam] [key=value ...]");
-    began = now();
-    read_settings(argc, argv);
-    d = read_csv(argv[1]);
-    if (words[TEST].value) unseen = read_csv(words[TEST].value);
+    if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
+    w.qd_unused = set("noise") > 0 || set("smooth") > 0;
+    d = read_recording(path, &w);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
     if (train < 1 || train >= d.trajectories)
         fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d.trajectories, set("held"));
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
-    if (set("noise") > 0) /* after `unseen` was read, which stays as it is */
+    if (set("noise") > 0)
         printf("noise of standard deviation %.3g added to q\n", add_noise(&d, set("noise"), (uint64_t)set("seed") + 5000));
-    if (set("smooth") >= 1) {
-        printf("q, qd, qdd smoothed over %d samples\n", 2 * (int)set("smooth") + 1);
-        smooth(&d, (int)set("smooth"));
-    }
-    fclose(file(".roln", "ab")); /* now rather than after the training */
+    if (set("smooth") > 0) smooth_positions(&d);
+    if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
+    return unseen;
+}
+
+int main(int argc, char **argv)
+{
+    motion unseen;
+    FILE *csv;
+    int i;
+    for (i = 1; i < argc; i++)
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), DONE;
+    if (argc < 2) fail("usage: train motion.csv [key=value ...]; --help explains the keys");
+    began = now();
+    read_settings(argc, argv);
+    unseen = read_all(argv[1]);
+    fclose(file(".part", "wb")); /* now rather than after the training */
     if (!resume()) start();
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0) run();
     save();
-    table(set("noise") > 0 || set("smooth") >= 1 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
-          d.trajectories);
-    if (words[TEST].value) table(words[TEST].value, &unseen, 0, unseen.trajectories);
-    return 0;
+    csv = file("_errors.csv", "w");
+    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows\n");
+    table(set("noise") > 0 || set("smooth") > 0 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
+          d.trajectories, csv);
+    if (words[TEST].value) table(words[TEST].value, &unseen, 0, unseen.trajectories, csv);
+    if (ferror(csv) || fclose(csv) != 0) fail("cannot write %s_errors.csv", words[OUT].value);
+    draw_motion();
+    return DONE;
 }

@@ -1,5 +1,6 @@
 #!/bin/sh
-# Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++.
+# Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++. Written
+# weights, which must not compile with another config than their own.
 cd "$(dirname "$0")/../.." || exit 1
 passed=0
 failed=0
@@ -164,6 +165,96 @@ for header in roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h; do
     late 'ROLN_DOUBLE: before the first header' "#include \"$header\"" "$double" '#include "roln_spd.h"'
 done
 late 'ROLN_DOUBLE: before the first header' '#include "roln_ae.h"' "$double" '#include "roln_lnn.h"'
+# weights are of one config: what the compiler says of each option that is another one. A slope or least, which it cannot compare,
+# is found when the program runs
+dir=build/config
+rm -rf $dir
+mkdir -p $dir
+check() {
+    what=$1
+    shift
+    if "$@" > $dir/log 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$what" | head -n 5
+        head -n 5 $dir/log
+    fi
+}
+# defines NAME=VALUE ..: the model arm, with these options in place of its own
+defines() {
+    echo '#define ROLN_NAME arm'
+    for d in 'AE=6, 4, 2' 'MLP=8, 6' STEP=rk4 SLOPE=0.5 LEAST=1e-3 MASS=exponential BASE=1 WIDTH=3 'LAYERS=gyro, bimap' DAMPING=1 \
+        INPUTS=1 'CHART=polynomial, 3' STORE=full "$@"; do
+        echo "#undef ROLN_${d%%=*}"
+        echo "#define ROLN_${d%%=*} ${d#*=}"
+    done
+    echo '#include "roln.h"'
+}
+{ defines; cat << 'END_OF_FILE'; } > $dir/write.c
+#include <stdio.h>
+static void put(void *ctx, const char *text) { fputs(text, (FILE *)ctx); }
+int main(void)
+{
+    static arm_params p;
+    static arm_start start;
+    uint64_t seed = 1;
+    arm_init(&p, &seed, &start);
+    return arm_write(&p, put, stdout) != ROLN_OK;
+}
+END_OF_FILE
+check 'weights are written' sh -c "gcc -std=c99 -I. $dir/write.c -o $dir/write -lm && $dir/write > $dir/arm_weights.h"
+cat > $dir/main.c << 'END_OF_FILE'
+#include "arm_weights.h"
+#include "arm_weights.h"
+int main(void)
+{
+    static const arm_state x = {{0}, {0}};
+    static arm_latent s;
+    static arm_work work;
+    const roln_status st = arm_encode(&arm_weights, &x, &s, &work);
+    return st == ROLN_E_SHAPE ? 2 : st != ROLN_OK;
+}
+END_OF_FILE
+# with WANT NAME=VALUE: the weights of arm in such a config; WANT a number: status of the program
+with() {
+    { defines "$2"; cat $dir/main.c; } > $dir/with.c
+    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
+        out=$($cc -I. -I$dir -Wall -Wextra -Wpedantic -Wno-unused -ffp-contract=off $dir/with.c -o $dir/with -lm 2>&1)
+        code=$?
+        [ $code -ne 0 ] || { $dir/with; code=$?; }
+        case $1 in *[!0-9]*) ok=$(echo "$out" | grep -c "'*arm_weights_are_of_ROLN_$1\\b") ;; *) ok=$((code == $1)) ;; esac
+        check "$cc: weights with $2: $code $out" [ "$ok" -gt 0 ]
+    done
+}
+with 0 STEP=rk4
+with AE_6_4_2 'AE=6, 3, 2'
+with AE_6_4_2 'AE=6, 4, 4, 2'
+with MLP_8_6 'MLP=6, 8'
+with STEP_rk4 STEP=midpoint
+with MASS_exponential MASS=cholesky
+with BASE_1 BASE=0
+with WIDTH_3 'WIDTH=4'
+with LAYERS_gyro_bimap 'LAYERS=bimap, gyro'
+with DAMPING_1 DAMPING=0
+with INPUTS_1 INPUTS=0
+with CHART_polynomial_3 'CHART=polynomial, 2'
+with CHART_polynomial_3 CHART=none
+with STORE_full STORE=half
+with DOUBLE_not_defined_0 DOUBLE=1
+with 2 SLOPE=0.50001
+with 2 LEAST=2e-3
+# one definition for two files
+defines > $dir/arm.h
+printf '#include "arm.h"\n#define ROLN_WEIGHTS_HERE\n' > $dir/one.c
+cat $dir/main.c >> $dir/one.c
+printf '#include "arm.h"\n#include "arm_weights.h"\nconst void *other(void);\nconst void *other(void) { return &arm_weights; }\n' \
+    > $dir/two.c
+for cc in 'gcc -std=c99 -xc' 'g++ -std=c++11 -xc++'; do
+    check 'weights in one of two files' $cc -I. -I$dir -DROLN_WEIGHTS_EXTERN $dir/one.c $dir/two.c -o $dir/both -lm
+    check 'they are there' $dir/both
+    check 'once' sh -c "$cc -I. -I$dir -DROLN_WEIGHTS_EXTERN -c $dir/two.c -o $dir/two.o && nm $dir/two.o | grep 'U .*arm_weights'"
+done
 
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]

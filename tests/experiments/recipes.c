@@ -64,6 +64,7 @@
 #define SIXTEEN(name_, where, d, longer, repeats) \
     JOINTS(LAGRANGE, name_ "-ro", where, 200, 3, 60, CHART16(d, .base = 0), STEPS16), \
     JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-300-chol", where, 200, 3, 300, CHART16(longer, .mass = ROLN_CHOLESKY), STEPS16), \
     JOINTS(LAGRANGE, name_ "-paper", where, 200, repeats, 60, LAYERED16, .stage = {PAPER}), \
     JOINTS(LAGRANGE, name_ "-pod", where, 200, repeats, 60, POD16, .stage = {NEWTON(0, 2000)}), \
     JOINTS(LAGRANGE, name_ "-full", where, 200, repeats, 60, FULL16(.base = 0)), \
@@ -157,6 +158,7 @@ const struct recipe recipes[] = {
     LATENT16("pend16-dhnn", TRUTH_PEND16, 4, 200, 1, LATENT_DHNN),
     LATENT16("pend16-comet", TRUTH_PEND16, 4, 200, 1, LATENT_COMET),
     JOINTS(LAGRANGE, "pend16-1200-ro", TRUTH_PEND16, 200, 1, 1200, CHART16(4, .base = 0), STEPS16),
+    JOINTS(LAGRANGE, "pend16-1200-chol", TRUTH_PEND16, 200, 1, 1200, CHART16(4, .mass = ROLN_CHOLESKY), STEPS16),
     {.name = "pend16-pd", .kind = LAGRANGE, .system = TRUTH_PEND16_PD, .train = 200, .force = 1, .seeds = 3, .seconds = 60,
      CHART16(4, .base = 0), STEPS16},
     JOINTS(LAGRANGE, "pend16-narrow-ro", TRUTH_PEND16_NARROW, 200, 1, 60, CHART16(4, .base = 0), STEPS16),

@@ -1,4 +1,4 @@
-/* cloth.h - cloth falling on a sphere, no forces given (tests/experiments, cloth-free-n10): 600 sliders, 10 latent coordinates. */
+/* cloth.h - cloth falling on a sphere, no forces given, layers (tests/experiments, cloth-free-paper): 600 sliders, n = 10. */
 #ifndef CLOTH_H
 #define CLOTH_H
 

@@ -181,7 +181,7 @@ if [ "$1" = one ]; then
 fi
 mkdir -p $out
 rm -f $out/*.row
-for m in pend16:tests/mujoco/models/pend16 cloth:tests/experiments/weights/cloth-free-n10-1; do
+for m in pend16:tests/mujoco/models/pend16 cloth:tests/experiments/weights/cloth-free-layers-1; do
     ${CC:-cc} -std=c99 -O1 -ffp-contract=off -I. -Iexamples -I$here -DMODEL=${m%%:*} $here/weights.c -o $out/weights -lm &&
         $out/weights < ${m#*:}.roln > $out/${m%%:*}_weights.h || { echo '0 passed, 1 failed'; exit 1; }
 done

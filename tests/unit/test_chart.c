@@ -813,7 +813,8 @@ static void test_shell_turn(uint64_t *s)
     roln_real left = 7, left1 = 8;
     int k;
     motion(&chart_model, 200, 1, 0.02, truth, s);
-    p.scale = scale;
+    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_SHAPE && left1 == 8);
+    p.slope = chart_model.ae.slope, p.least = chart_model.lnn.least, p.scale = scale;
     memcpy(p.theta, enc.theta, sizeof p.theta);
     for (k = 0; k < 3; k++) {
         CHECK_OK(turn(&left));
@@ -824,7 +825,7 @@ static void test_shell_turn(uint64_t *s)
     was = p, enc.b.count = 0;
     CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH);
     CHECK(memcmp(&p, &was, sizeof p) == 0 && same(1, &left, &left1));
-    memset(&p, 0, sizeof p), p.scale = scale;
+    memset(p.theta, 0, sizeof p.theta), fill(2, 0, p.z_min), fill(2, 0, p.z_max);
     CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH && all(2, p.z_max, 0));
 }
 
@@ -1197,6 +1198,10 @@ static void test_shell(uint64_t *s)
     CHECK(seed == *s && same(chart_theta_size - chart_ae_size, was.theta, p.theta + chart_ae_size));
     CHECK_OK(chart_fit_range(&p, COUNT, q, qd, &work));
     for (i = 0; i < 2; i++) CHECK_NEAR(p.z_min[i], -1, 100 * EPS), CHECK_NEAR(p.z_max[i], 1, 100 * EPS);
+    p.least *= 2, was = p; /* numbers of another config */
+    CHECK(chart_chart_center(&p) == ROLN_E_SHAPE && chart_chart_add(&p, COUNT, q, &sums_of, &start) == ROLN_E_SHAPE);
+    CHECK(chart_chart_solve(&p, &sums_of, 0, &left, &start) == ROLN_E_SHAPE && memcmp(&p, &was, sizeof p) == 0);
+    p.least /= 2;
     p.z_max[0] = 2, p.zd_max[1] = 3; /* other coordinates: the middle of the first moves */
     was = p;
     CHECK_OK(chart_chart_center(&p));

@@ -1748,7 +1748,7 @@ static void test_guard_encoder(int k)
 /* The parameters and the state of a rig, typed. */
 static void typed_rig(const rig *x, rich_params *p, rich_state *full, rich_latent *s)
 {
-    p->scale = scale;
+    p->slope = rich_model.ae.slope, p->least = rich_model.lnn.least, p->scale = scale;
     memcpy(p->theta, theta_k, sizeof p->theta);
     memcpy(p->z_min, x->z_min, sizeof p->z_min), memcpy(p->z_max, x->z_max, sizeof p->z_max);
     memcpy(p->zd_max, x->zd_max, sizeof p->zd_max);
@@ -1830,6 +1830,60 @@ static void test_shell_tick(void)
     CHECK(plain_in_range(&p, &s));
 }
 
+/* Numbers of another config: everything is refused, and nothing is written. */
+static void refused(plain_params *p)
+{
+    static struct {
+        plain_state x;
+        plain_latent s;
+        plain_target r;
+        plain_equation e;
+        plain_jacobian j;
+        roln_real tau_z[2], tau[6];
+    } to, was;
+    static plain_linwork linwork;
+    static plain_guard g;
+    const roln_limits limits = {.dt = dt, .tau = 1000, .hold = 2};
+    const plain_params before = *p;
+    const plain_state x = {{0}, {0}};
+    const plain_latent s = {{0}, {0}};
+    const plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
+    const roln_real v[36] = {0};
+    const int one = 0;
+    memset(&to, 0xa5, sizeof to), was = to;
+    memset(&g, 0, sizeof g);
+    CHECK(plain_encode(p, &x, &to.s, PLAIN_WORK(encode)) == ROLN_E_SHAPE);
+    CHECK(plain_decode(p, &s, &to.x, PLAIN_WORK(decode)) == ROLN_E_SHAPE);
+    CHECK(plain_decode_some(p, &s, 1, &one, to.x.q, to.x.qd, PLAIN_WORK(decode_some)) == ROLN_E_SHAPE);
+    CHECK(plain_aim(p, v, v, v, &to.r, PLAIN_WORK(aim)) == ROLN_E_SHAPE);
+    CHECK(plain_control(p, &s, &r, to.tau_z, PLAIN_WORK(control)) == ROLN_E_SHAPE);
+    CHECK(plain_lift(p, &s, v, to.tau, PLAIN_WORK(lift)) == ROLN_E_SHAPE);
+    CHECK(plain_allocate(p, &s, 1, v, v, 1, to.tau, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
+    CHECK(plain_step(p, &to.s, NULL, dt, PLAIN_WORK(step)) == ROLN_E_SHAPE);
+    CHECK(plain_linear(p, &to.s, NULL, dt, &to.j, &linwork) == ROLN_E_SHAPE);
+    CHECK(plain_reduce(p, &s, v, to.tau_z, PLAIN_WORK(reduce)) == ROLN_E_SHAPE);
+    CHECK(plain_inverse(p, &s, NULL, v, to.tau_z, PLAIN_WORK(inverse)) == ROLN_E_SHAPE);
+    CHECK(plain_terms(p, &s, &to.e, PLAIN_WORK(terms)) == ROLN_E_SHAPE);
+    CHECK(plain_inertia(p, &s, v, to.tau, PLAIN_WORK(inertia)) == ROLN_E_SHAPE);
+    CHECK(plain_fit_range(p, 1, v, v, PLAIN_WORK(fit_range)) == ROLN_E_SHAPE);
+    CHECK(!plain_in_range(p, &s));
+    CHECK(plain_guard_tick(p, &limits, &x, &s, v, &g, PLAIN_WORK(guard_tick)) == ROLN_FAULT_STATUS && g.g.bad == 1);
+    CHECK(plain_tick(p, &limits, &x, &r, &to.s, &g, PLAIN_WORK(tick)) == ROLN_FAULT_STATUS && g.g.bad == 2);
+    CHECK(memcmp(&to, &was, sizeof to) == 0 && memcmp(p, &before, sizeof before) == 0 && all(6, g.tau, 0));
+}
+
+static void test_foreign(void)
+{
+    static plain_params p, zero;
+    static plain_start start;
+    uint64_t seed = 332;
+    CHECK_OK(plain_init(&p, &seed, &start));
+    fill(2, -9, p.z_min), fill(2, 9, p.z_max), fill(2, 9, p.zd_max);
+    p.slope *= 1 + ROLN_EPS, refused(&p), p.slope = plain_model.ae.slope;
+    p.least /= 2, refused(&p), p.least = (roln_real)NAN, refused(&p);
+    refused(&zero);
+}
+
 /* Units can overflow where the network's own numbers do not: never infinity with ROLN_OK. */
 static void test_overflow(void)
 {
@@ -1887,6 +1941,7 @@ void TEST_NAME(control)(void)
     test_fault_bits();
     test_shell();
     test_shell_tick();
+    test_foreign();
     test_overflow();
     print_bounds();
 }

@@ -921,6 +921,14 @@ static void test_judge(void)
     CHECK_NEAR(g.lambda, 0.5 / 3, EPS);
     there[2] = 5 + 8 * ROLN_EPS;
     CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
+    /* a change below a thousandth of the rows is rounding, whether it is taken or not: less damping */
+    for (i = 0; i < 4; i++) {
+        const roln_real large[2] = {1000, 0}, from[2] = {i % 2 ? ROLN_C(999.0625) : ROLN_C(998.9375), 0};
+        there[0] = from[0] + (i < 2 ? ROLN_C(0.9) : 2), there[1] = 0, g = start;
+        CHECK(roln_newton_judge(2, large, weight + 1, from, there, &g) == (i < 2));
+        CHECK_NEAR(g.lambda, 0.5 * (i % 2 ? 1 / 3.0 : i < 2 ? 2 : 4), EPS);
+    }
+    there[0] = 0, there[1] = 1, there[2] = 5, g = start;
     far[0] = PICK(1e30f, 1e300);
     CHECK(roln_newton_judge(2, far, weight, expect, there, &g) == 0);
     /* no damping stays none; damping has an end on both sides */

@@ -1165,7 +1165,7 @@ static void package_of(const roln_model *md, package *p)
     p->sizes = 8 + md->ae.layers + f->mass_net.layers + 2 * f->layers;
     p->lead = 8 + 2 * p->sizes;
     p->total = ROLN_PACKED(md->ae.layers, f->mass_net.layers, f->layers, f->n, roln_params(md));
-    p->numbers = 3 + 3 * f->n + roln_params(md);
+    p->numbers = 5 + 3 * f->n + roln_params(md);
     CHECK(p->total <= MAXB - 8 && p->numbers <= MAXNUM);
 }
 
@@ -1187,7 +1187,7 @@ static roln_status unpack(package *p, int count)
     return st;
 }
 
-/* The same with number i of bad (slope, least, and those of NAME_params) set to y, under a true checksum. */
+/* The same with number i of bad set to y, under a true checksum. */
 static roln_status unpack_with(package *p, int i, roln_real y)
 {
     const int at = p->lead + i * (int)sizeof y;
@@ -1247,12 +1247,13 @@ static void check_head(const package *p, int bits)
 static void any_numbers(int k, uint64_t *s, roln_real *x)
 {
     const int n = n_OF(k), ae = roln_ae_params(&models[k].md->ae);
-    roln_real *theta = x + 3 + 3 * n;
+    roln_real *theta = x + 5 + 3 * n;
     int i;
-    x[0] = ROLN_C(0.3), x[1] = ROLN_C(0.7), x[2] = dt;
-    random_bits(3 * n, s, x + 3);
+    x[0] = models[k].md->ae.slope, x[1] = models[k].md->lnn.least;
+    x[2] = ROLN_C(0.3), x[3] = ROLN_C(0.7), x[4] = dt;
+    random_bits(3 * n, s, x + 5);
     for (i = 0; i < n; i++) { /* z_min <= z_max, zd_max >= 0 */
-        roln_real *lo = x + 3 + i, *hi = lo + n, *top = hi + n;
+        roln_real *lo = x + 5 + i, *hi = lo + n, *top = hi + n;
         const roln_real a = *lo;
         if (*lo > *hi) *lo = *hi, *hi = a;
         *top = ROLN_ABS(*top);
@@ -1268,7 +1269,7 @@ static void test_pack(int k)
     uint64_t s = 90;
     int i, j;
     package_of(models[k].md, &p);
-    CHECK(p.total == models[k].packed && p.numbers == 3 + 3 * p.n + models[k].params);
+    CHECK(p.total == models[k].packed && p.numbers == 5 + 3 * p.n + models[k].params);
     any_numbers(k, &s, p.x);
     seal(&p);
     check_head(&p, 0);
@@ -1288,7 +1289,7 @@ static void test_pack(int k)
             const roln_status st = roln_unpack(models[i].md, p.total, p.bytes, p.to);
             CHECK(st == ROLN_E_SHAPE || (st == ROLN_E_LENGTH && p.total < 8 + 2 * 40));
         }
-    for (i = 0; i < 2 + p.numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
+    for (i = 0; i < p.numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
         for (j = 0; j < 3; j++) {
             if (j == 2 && i > 3) continue;
             CHECK(unpack_with(&p, i, odd[j]) == (i < 2 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
@@ -1302,14 +1303,14 @@ static void test_pack(int k)
 static void test_sealed(int k)
 {
     static package p;
-    const int n = n_OF(k), step = 2 + 2, low = step + 1, high = low + n, top = high + n, theta = top + n;
+    const int n = n_OF(k), step = 4, low = step + 1, high = low + n, top = high + n, theta = top + n;
     uint64_t s = 91;
     int i, l, at = theta;
     package_of(models[k].md, &p);
     any_numbers(k, &s, p.x);
-    p.x[2] = 0; /* the step, in no training yet */
+    p.x[step] = 0; /* the step, in no training yet */
     for (i = 0; i < n; i++)
-        p.x[3 + i] = -1, p.x[3 + n + i] = 1, p.x[3 + 2 * n + i] = 0;
+        p.x[low + i] = -1, p.x[high + i] = 1, p.x[top + i] = 0;
     seal(&p);
     CHECK(unpack(&p, p.total) == ROLN_OK);
     fill(MAXNUM, 7, p.to);
@@ -1324,14 +1325,14 @@ static void test_sealed(int k)
     for (l = 0; l < p.md->ae.layers; l++) { /* Psi^T Phi = I no longer, by any one number of Phi or Psi */
         const int N = p.md->ae.size[l], m = p.md->ae.size[l + 1];
         for (i = 0; i < 2 * N * m; i++) {
-            const roln_real was = p.x[at - 2 + i];
+            const roln_real was = p.x[at + i];
             const roln_status st = unpack_with(&p, at + i, was + 1);
             /* in a square layer every number matters; else only where the other matrix sees it */
             CHECK(st == ROLN_E_ILL_CONDITIONED || (st == ROLN_OK && N > m));
             if (st == ROLN_OK) fill(MAXNUM, 7, p.to);
         }
-        CHECK(unpack_with(&p, at, p.x[at - 2] + 100) == ROLN_E_ILL_CONDITIONED);
-        CHECK(unpack_with(&p, at + N * m, p.x[at - 2 + N * m] + 100) == ROLN_E_ILL_CONDITIONED);
+        CHECK(unpack_with(&p, at, p.x[at] + 100) == ROLN_E_ILL_CONDITIONED);
+        CHECK(unpack_with(&p, at + N * m, p.x[at + N * m] + 100) == ROLN_E_ILL_CONDITIONED);
         at += 2 * N * m;
         CHECK(unpack_with(&p, at, 5) == ROLN_OK); /* a bias is free */
         fill(MAXNUM, 7, p.to);
@@ -1379,8 +1380,9 @@ static void test_write(void)
                                       1,
                                       PICK(16777216, 9007199254740992.0),
                                       ROLN_C(0.1)};
-    enum { NUMBERS = 3 + 6 + plain_theta_size };
-    static const char head[] = "static const plain_params plain_weights = {\n";
+    enum { NUMBERS = 5 + 6 + plain_theta_size };
+    static const char head[] = "#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE\n";
+    static const char tail[] = "}};\n#endif\n#endif\n";
     static plain_params p;
     roln_real x[NUMBERS], y;
     const char *at = text;
@@ -1389,18 +1391,24 @@ static void test_write(void)
     int i;
     random_bits(NUMBERS, &s, x);
     for (i = 0; i < 16; i++)
-        x[i] = i % 2 ? -edge[i / 2] : edge[i / 2];
+        x[2 + i] = i % 2 ? -edge[i / 2] : edge[i / 2];
+    for (i = 0; i < 2; i++) { /* of another config: nothing is written */
+        x[i] = i ? plain_model.ae.slope * (1 + ROLN_EPS) : 0, x[1] = plain_model.lnn.least;
+        memcpy(&p, x, sizeof p);
+        CHECK(plain_write(&p, put, &len) == ROLN_E_SHAPE && len == 0);
+    }
+    x[0] = plain_model.ae.slope;
     memcpy(&p, x, sizeof p);
     CHECK(sizeof p == sizeof x && plain_write(&p, put, &len) == ROLN_OK);
     at = strstr(text, head);
-    CHECK(at != NULL && strcmp(text + len - 4, "}};\n") == 0);
+    CHECK(at != NULL && strcmp(text + len - strlen(tail), tail) == 0);
     if (!at) return;
     at += strlen(head);
     for (i = 0; i < NUMBERS; i++) {
         at += strspn(at, " ,{}\n");
         CHECK(read_real(&at, &y) && same(1, &y, x + i));
     }
-    CHECK(strcmp(at, "}};\n") == 0);
+    CHECK(strcmp(at, tail) == 0);
     for (at = text, i = 0; *at; at++)
         i += (*at == '{') - (*at == '}');
     CHECK(i == 0);
@@ -1478,9 +1486,9 @@ static void check_not_trained(int k, const roln_trained *m)
 /* Words among the weights may look like NaN, infinity, anything; they are written as they are. A number may not. */
 static void check_written(const roln_model *md, package *p)
 {
-    static const char head[] = "*/\nROLN_FLASH static const mx_words mx_flash = {{\n";
-    static const char tail[] = "\n}};\n#define mx_weights mx_flash.params\n";
-    float *theta = p->x + 3 + 3 * p->n;
+    static const char head[] = "#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE\n    {{\n";
+    static const char tail[] = "\n}};\n#endif\n#define mx_weights mx_flash.params\n#endif\n";
+    float *theta = p->x + 5 + 3 * p->n;
     const char *at;
     size_t len = 0;
     int i, nan = 0, number = -1;
@@ -1515,17 +1523,17 @@ static void test_stored(int k, const roln_storage *storage)
     static float theta[MAXP];
     roln_model md = *models[k].md;
     const int n = n_OF(k), all_params = models[k].params, nets = all_params - roln_ae_params(&models[k].md->ae);
-    float *weights_of = p.x + 3 + 3 * n;
-    const roln_trained from = {models[k].md, &scale, p.x + 3, p.x + 3 + n, p.x + 3 + 2 * n, theta};
-    const roln_trained m = {&md, &scale, p.x + 3, p.x + 3 + n, p.x + 3 + 2 * n, weights_of};
+    float *range = p.x + 5, *weights_of = range + 3 * n;
+    const roln_trained from = {models[k].md, &scale, range, range + n, range + 2 * n, theta};
+    const roln_trained m = {&md, &scale, range, range + n, range + 2 * n, weights_of};
     uint64_t s = 140 + (uint64_t)k;
     int params, i;
     md.ae.storage = storage, params = roln_params(&md);
     package_of(&md, &p);
     parameters(k, &s, theta);
-    p.x[0] = 0.3f, p.x[1] = 0.7f, p.x[2] = dt;
+    p.x[0] = md.ae.slope, p.x[1] = md.lnn.least, p.x[2] = 0.3f, p.x[3] = 0.7f, p.x[4] = dt;
     for (i = 0; i < 3 * n; i++)
-        p.x[3 + i] = i < n ? -1 : 1;
+        range[i] = i < n ? -1 : 1;
     theta[all_params - 1] = NAN; /* of the networks */
     fill(MAXP, 7, weights_of);
     CHECK(store(k, &md, &from, weights_of) == ROLN_E_NOT_FINITE && all(params, weights_of, 7));
@@ -1628,7 +1636,7 @@ static void test_stored_shell(void)
     CHECK_OK(stored_store(plain_packed_size, full, &a, start));
     CHECK_ROOM();
     CHECK((int)stored_packed_size < (int)plain_packed_size);
-    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt));
+    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope && a.least == p.least);
     CHECK(same(2, a.z_min, p.z_min) && same(2, a.z_max, p.z_max) && same(2, a.zd_max, p.zd_max));
     stored_pack(&a, bytes);
     CHECK(stored_unpack(stored_packed_size, bytes, &b) == ROLN_OK && memcmp(&a, &b, sizeof a) == 0);
@@ -1744,7 +1752,7 @@ static void test_shapes(void)
     CHECK(plain_N == 6 && plain_n == 2 && plain_ae_layers == 2);
     CHECK(bare_N == 3 && bare_n == 3 && bare_ae_layers == 0);
     CHECK(deep_n == 2 && deep_ae_layers == 8 && deep_mlp_layers == 6 && pole_n == 1);
-    CHECK(sizeof(plain_params) == sizeof(roln_real) * (3 + 6 + plain_theta_size));
+    CHECK(sizeof(plain_params) == sizeof(roln_real) * (5 + 6 + plain_theta_size));
     CHECK(sizeof(plain_linwork) == sizeof(((plain_linwork *)0)->linear)); /* nothing of ROLN_DEBUG_WORK */
     CHECK(plain_model.scheme == ROLN_RK4 && bare_model.scheme == ROLN_MIDPOINT && square_model.scheme == ROLN_EULER);
 }
@@ -1885,6 +1893,12 @@ static void test_arguments(void)
     fill(plain_theta_size + TERMS + 1, 7, numbers), fill(TERMS, 7, var.term), fill(4, 7, u);
     for (i = 0; i < MAXE; i++)
         e[i].q = e[i].q_var = e[i].qd = e[i].qd_var = 7;
+    p.slope /= 2; /* numbers of another config */
+    CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train) == ROLN_E_SHAPE);
+    CHECK(plain_grad_acc(&p, &acc_weights, &d.b, &g, &train) == ROLN_E_SHAPE);
+    CHECK(plain_variance(&p, &d.b, &var.loss, &train) == ROLN_E_SHAPE);
+    CHECK(plain_errors(&p, &d.b, dt, 1, d.q, e, &train) == ROLN_E_SHAPE);
+    p.slope *= 2;
     for (i = 0; i < 5; i++) {
         roln_batch b = d.b;
         b.count = wrong[i].count, b.steps = wrong[i].steps, b.stride = wrong[i].stride;
@@ -1897,11 +1911,10 @@ static void test_arguments(void)
     }
     for (every = 0; every > -3; every--)
         CHECK(plain_errors(&p, &d.b, dt, every, d.q, e, &train) == ROLN_E_LENGTH);
-    for (i = -1; i <= 0; i++)
-        CHECK(plain_allocate(&p, &s, i, d.q, tau_z, 1, u, &work) == ROLN_E_LENGTH);
-    for (i = -1; i <= 0; i++) { /* windows together */
+    for (i = -1; i <= 0; i++) { /* motors, windows together */
         const roln_trained m = plain_trained(&p);
         const roln_gradient to = roln_gradient_of(&plain_model, g.theta, &g.loss, &g.windows);
+        CHECK(plain_allocate(&p, &s, i, d.q, tau_z, 1, u, &work) == ROLN_E_LENGTH);
         CHECK(roln_grad(&m, &ode_weights, &d.b, dt, i, &to, train.grad) == ROLN_E_LENGTH);
         CHECK(roln_grad_acc(&m, &acc_weights, &d.b, i, &to, train.grad_acc) == ROLN_E_LENGTH);
         CHECK(roln_errors(&m, &d.b, dt, i, 1, d.q, e, train.errors) == ROLN_E_LENGTH);

@@ -33,6 +33,9 @@ says 0 - '#ifndef ARM_H' '#define ARM_H' "$name /* the arm" 'ROLN_NO #define ROL
     "  # define ROLN_AE 4, 2 // #define ROLN_AE" "$mlp" '#include <roln/roln.h>' '#endif'
 says 0 - "$name" "$ae" "$mlp" "$end" '#define ROLN_NAME leg' "$ae" "$mlp" "$end"
 says 0 - '#define ROLN_CODE __attribute__((section(".itcm")))' "$name" "$ae" "$mlp" "$end"
+says 0 - '#define ROLN_WEIGHTS_EXTERN' "$name" "$ae" "$mlp" "$end"
+says 1 '1: ROLN_WEIGHT_EXTERN: no header of roln reads it. ROLN_WEIGHTS_EXTERN?' '#define ROLN_WEIGHT_EXTERN' \
+    "$name" "$ae" "$mlp" "$end"
 says 1 '4: ROLN_DAMPNG: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAMPNG 1' "$end"
 says 1 '4: ROLN_DAPMING: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAPMING 1' "$end"
 says 1 '4: RLON_STEP: no header of roln reads it. ROLN_STEP?' "$name" "$ae" "$mlp" '#define RLON_STEP rk4' "$end"

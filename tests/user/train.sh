@@ -1,7 +1,8 @@
 #!/bin/sh
 # From nothing to a model, as a user would: simulate chains with MuJoCo, export CSV, train with examples/train.c, and demand E_q
 # below bounds on trajectories that it has not seen. A training that is killed and resumed ends with the same bits as one that is
-# not, whatever the number of threads. What a user may get wrong is said, and ends with 1.
+# not, whatever the number of threads, and without pthreads. What a user may get wrong in recordings and settings is said, and ends
+# with 1 or, where it may be meant, with a warning.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/train
 rm -rf $dir
@@ -24,7 +25,7 @@ says() {
     words=$1
     shift
     "$@" > $dir/says.log 2>&1
-    [ $? -eq 1 ] && grep "$words" $dir/says.log
+    [ $? -eq 1 ] && grep "$words" $dir/says.log || { tail -n 2 $dir/says.log; false; }
 }
 cat > $dir/chart.h << 'END_OF_FILE'
 #define ROLN_NAME chart
@@ -77,8 +78,8 @@ for m in chart layers; do
     until [ "$(grep -c E_q $dir/cut.log 2> /dev/null)" -ge 4 ]; do sleep 0.1; done
     kill -9 $!
     wait $! 2> /dev/null
-    check "$m: killed, so no weights" test ! -s $dir/cut.roln
-    $run out=$dir/cut resume=1 threads=3 > $dir/cut.log 2>&1
+    check "$m: killed, so no weights" test ! -e $dir/cut.roln
+    $run out=$dir/cut --resume threads=3 > $dir/cut.log 2>&1
     check "$m: resumed" grep '^on from step' $dir/cut.log
     check "$m: the same bits" cmp $dir/whole.roln $dir/cut.roln
     cat $dir/cut.log
@@ -98,19 +99,208 @@ check 'those of the checkpoint' $dir/chart $dir/16_train.csv steps=33 ae=400 res
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv held=much
-check 'negative' says 'at least 0' $dir/chart $dir/16_train.csv look=-1
+check 'negative' says 'look=-1: a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
+for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
+    acc=1e10 lr_ae=1e10 lr_net=1e10 threads=1e10 resume=2 smooth=1.5; do
+    check "$word" says "^${word%%=*}=.*: a .*number, [0-9.]* .. [0-9.e+]*\$" $dir/joints $dir/2_train.csv $word
+done
+for word in look=3600 window=3600 window=1e-9 held=0.9; do
+    check "$word" $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
+done
+check 'smoothed over more than there is' says 'trajectory 1 of .* has 3000' $dir/joints $dir/2_train.csv smooth=100000
+check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
+$dir/joints --help > $dir/help.log
+check "help: ended with $?" test $? -eq 0
+for word in out test from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
+    resume; do
+    check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
+done
+check 'help: more than keys' grep '^Exit: 0 done; 1 ' $dir/help.log
+check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq 20
 $dir/joints $dir/2_train.csv steps=1 look=0 out=$dir/h > $dir/h.log 2>&1
 check 'one held out: no standard error' grep '+- - %' $dir/h.log
 check 'look: a step at least' grep 'after 0.005 s' $dir/h.log
 check 'method' says 'newton or adam' $dir/chart $dir/16_train.csv method=sgd
-check 'threads' says '1 .. 16' $dir/chart $dir/16_train.csv threads=0
+check 'threads' says 'a whole number, 1 .. 16' $dir/chart $dir/16_train.csv threads=0
 check 'no torques' says 'no tau columns' sh -c "cut -d, -f1-33 $dir/16_train.csv > $dir/free.csv; $dir/chart $dir/free.csv torque=1"
 check 'other columns' says 'columns, but joints needs' $dir/joints $dir/16_train.csv
 check 'no file' says 'cannot read' $dir/chart $dir/nothing.csv
 check 'no place' says 'cannot write' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
 check 'no weights' says 'cannot start from' $dir/layers $dir/16_train.csv from=$dir/16.h5 out=$dir/g
+
+# one thread where there are no pthreads: the same bits; and a word every moment
+gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -DNO_THREADS -DSILENT=0 -I. -I$dir -DMODEL=joints \
+    examples/train.c -o $dir/alone -lm
+check 'no pthreads' sh -c "! nm $dir/alone | grep -i 'pthread\|clock_gettime'"
+$dir/joints $dir/2_train.csv steps=30 held=0.3 out=$dir/j test=$dir/2_test.csv > $dir/j.log
+$dir/alone $dir/2_train.csv steps=30 held=0.3 out=$dir/k test=$dir/2_test.csv > $dir/k.log
+check 'one thread' cmp $dir/j.roln $dir/k.roln
+for what in 2_train.csv look 'to the next look' 'table of errors' picture; do
+    check "progress: $what" grep "$what: [0-9]* %, [0-9]* s left" $dir/k.log
+done
+
+# layers that keep all coordinates reconstruct exactly: nothing to train there
+sed 's/joints$/square/; s/AE 2/AE 2, 2/' $dir/joints.h > $dir/square.h
+gcc -std=c99 -O2 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=square examples/train.c -o $dir/square \
+    -lpthread -lm || exit 1
+$dir/square $dir/2_train.csv steps=1 out=$dir/t > $dir/t.log 2>&1
+check "layers of full size: ended with $?" test $? -eq 0
+check 'are not trained' sh -c "grep Gauss-Newton $dir/t.log && ! grep layers $dir/t.log"
+
+# the table as CSV, and the picture: of two joints the median and the worst recording, true and predicted
+check 'table as CSV' awk -F, 'NR == FNR { if (/_test[.]csv$/) on = 1; split($0, x, " "); if (on) e[x[1]] = x[2]; next }
+    /_test[.]csv"/ { n++; if (($3 - e[$2]) ^ 2 > 1e-6 + 1e-8 * $3 ^ 2) bad = 1 }
+    END { exit bad || n != 10 }' $dir/j.log $dir/j_errors.csv
+check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: traj/ { m++ } /worst: traj/ { w++ }
+    END { exit !(n == 8 && ok == 8 && m == 1 && w == 1) }' $dir/j_motion.svg
+check 'picture: well-formed' python3 -c 'import sys, xml.dom.minidom; xml.dom.minidom.parse(sys.argv[1])' $dir/j_motion.svg
+
+# recordings, in small: 6 of half a second. wrong NAME WORDS PROGRAM [SETTING ..]: a file that the awk program makes of them is
+# refused in these words; doubted: it is trained with, after a warning in these words
+awk 'NR == 1; /^$/ { i = 0; if (++k < 6) print; next } NR > 1 && k < 6 && i++ < 500' $dir/2_train.csv > $dir/small.csv
+make_of() { awk -F, -v OFS=, "$1" $dir/small.csv > $dir/file.csv; }
+wrong() {
+    what=$1 words=$2 program=$3
+    shift 3
+    make_of "$program"
+    check "$what" says "file.csv.*$words" $dir/joints $dir/file.csv steps=1 out=$dir/l "$@"
+}
+warned() {
+    words=$1
+    shift
+    $dir/joints $dir/file.csv steps=1 out=$dir/l "$@" > $dir/says.log 2>&1 &&
+        { grep "^warning: $words" $dir/says.log || { head -n 3 $dir/says.log; false; }; }
+}
+silent() {
+    $dir/joints $dir/file.csv steps=1 out=$dir/l "$@" > $dir/says.log 2>&1 && ! grep 'warning' $dir/says.log
+}
+doubted() {
+    what=$1 words=$2 program=$3
+    shift 3
+    make_of "$program"
+    check "$what" warned ".*/file.csv: .*$words" "$@"
+}
+make_of 1
+check 'as it is' silent
+all=$(grep ' samples of ' $dir/says.log)
+make_of 'NR > 1'
+check 'no header' silent
+check 'no header: no sample less' test "$all" = "$(grep ' samples of ' $dir/says.log)"
+{ printf '\357\273\277'; cat $dir/small.csv; } | awk '{ print $0 "\r" }' > $dir/file.csv
+check 'as Windows has it' silent
+{ printf '\357\273\277'; awk 'NR > 1' $dir/small.csv; } > $dir/file.csv
+check 'as Windows has it, no header' silent
+check 'as Windows has it, no header: no sample less' test "$all" = "$(grep ' samples of ' $dir/says.log)"
+row='NR > 1 && NF'
+wrong 'another rate' 'line 2007: trajectory 5 has steps of 0.002 s, most have 0.001' "/^\$/ { k++ } $row && k > 3 { \$1 *= 2 } 1"
+wrong 'a row that is missing' 'line 100: t grows by 0.002 .*as if 1 samples were missing' 'NR != 100'
+wrong 'rows that are missing' 'line 100: t grows by 0.011 .*as if 10 samples were missing' 'NR < 100 || NR > 109'
+wrong 'no blank lines' 'line 502: t goes back from 0.499 to 0: a blank line belongs' '!/^$/'
+wrong 'a row twice' 'line 101: t stands at 0.098: a line written twice' '{ print } NR == 100'
+wrong 'few digits' 'line 3: t stands at 0: .* too few digits' "$row { \$1 = sprintf(\"%.2f\", \$1) } 1"
+wrong 't in ms' 't is in milliseconds; divide it by 1000' "$row { \$1 *= 1000 } 1"
+wrong 't in us' 't is in microseconds; divide it by 1000000' "$row { \$1 *= 1000000 } 1"
+wrong 'a first step of 1e-12' 'line 3: t grows by 1e-12 s, elsewhere by 0.001 s (2 of 2994 steps' 'NR == 3 { $1 = 1e-12 } 1'
+wrong 'a clock that jitters' 'line 3: t grows by 0.00096 .*at one rate' "$row { \$1 = \$1 + NR % 3 * 2e-5 } 1"
+wrong 'all of 1e-12' 'steps of t are 1e-12 s; t is in seconds' "$row { \$1 *= 1e-9 } 1"
+wrong 'single samples' 'no sample follows another' '{ print; print "" }'
+wrong 'a header alone' 'has no samples' 'NR == 1'
+wrong 'nothing' 'is empty' '0'
+wrong 'a word' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = "-" } 1'
+wrong 'too large' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = 1e39 } 1'
+wrong 'one column more' 'line 50 has 8 columns' 'NR == 50 { $8 = 1 } 1'
+wrong 'a long line' 'line 50 is longer than' 'NR == 50 { while (i++ < 200) $8 = $8 "111" } 1'
+doubted 'a slow clock' 'samples are 0.5 s apart; is t in seconds' "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
+make_of "$row { \$1 += (NR % 3 - 1) * 2e-6 } 1"
+check 'a clock that hardly jitters' silent
+check 'and its mean' awk '/ samples of / { for (i = 1; i < NF; i++) if ($i == "of") dt = $(i + 1) }
+    END { exit !(dt > 0.0009999 && dt < 0.0010001) }' $dir/says.log
+
+# velocities that are none
+doubted 'interleaved' 'the columns look like q1, qd1' "$row { x = \$3; \$3 = \$4; \$4 = x } 1"
+check 'interleaved: smooth does not mend it' warned '.*the columns look like q1, qd1' smooth=5
+doubted 'degrees' 'q is in degrees, qd in radians' "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
+doubted 'degrees per second' 'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00: q is in radians, qd in degrees' \
+    "$row { \$4 *= 57.29578; \$5 *= 57.29578 } 1"
+doubted 'revolutions' 'revolutions per minute' "$row { \$4 *= 9.549297; \$5 *= 9.549297 } 1"
+doubted 'thousandths' 'a thousand apart' "$row { \$4 *= 1000; \$5 *= 1000 } 1"
+doubted 'a gear' 'of 1 of 2 joints .* joint 2 .* or a gear' "$row { \$5 *= 3 } 1"
+doubted 'a sign' 'has the other sign' "$row { \$5 = -\$5 } 1"
+doubted 'one joint without' 'joint 2 .* it is 0 throughout' "$row { \$5 = 0 } 1"
+doubted 'exchanged' 'another joint is: columns in another order' "$row { x = \$4; \$4 = \$5; \$5 = x } 1"
+doubted 'tau for qd' 'another quantity (tau?)' "$row { \$4 = sin(NR / 7); \$5 = cos(NR / 9) } NF { NF = 5 } 1"
+encoder='function round(x) { return int(x / 0.00153398 + 1000.5) * 0.00153398 - 1000 * 0.00153398 }'
+doubted 'differences of an encoder' 'is the differences of q, rough by [0-9]* %; smooth=10' "$encoder
+    $row { a = round(\$2); b = round(\$3); if (\$1 > 0) { \$4 = (a - x) / 0.001; \$5 = (b - y) / 0.001 } }
+    $row { x = \$2 = a; y = \$3 = b } 1"
+check 'smoothed' silent smooth=10
+make_of "$encoder $row { \$2 = round(\$2); \$3 = round(\$3) } 1"
+check 'an encoder and a tachometer' silent
+make_of "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
+check 'qd that is not used' silent noise=0.1
+check 'that of the second file is' warned '.*q is in degrees' test=$dir/file.csv smooth=10
+
+# positions alone
+wrong 'qd of 0' 'qd is 0 throughout, but q moves; with smooth=10' "$row { \$4 = \$5 = 0 } 1"
+check 'qd of 0, smoothed' silent smooth=10
+wrong 'no qd' 'has no qd columns: with smooth=10' 'NF { NF = 3 } 1'
+wrong 't, q, tau' 'without qd, put qd columns of 0 before' 'NF { $4 = $6; $5 = $7; NF = 5 } 1' torque=1 smooth=10
+wrong 'four columns' 'has 4 columns, but joints needs t, 2 q, 2 qd: 5, or with 2 tau 7; of positions alone 3' 'NF { NF = 4 } 1'
+cut -d, -f1-3 $dir/2_train.csv > $dir/p_train.csv
+cut -d, -f1-3 $dir/2_test.csv > $dir/p_test.csv
+check 'positions alone' $dir/joints $dir/p_train.csv test=$dir/p_test.csv smooth=5 steps=100 out=$dir/m
+cat $dir/check.log > $dir/m.log
+check 'both smoothed' test "$(grep -c 'csv: no qd, so q, qd, qdd smoothed over 11 samples' $dir/m.log)" -eq 2
+check 'positions alone: prediction' below $dir/p_test.csv 25 0.1 $dir/m.log
+
+# a roll-out that fails is counted, and the others are scored: of one sample of a velocity that no motion has
+awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k == 1 { $4 = 1e18 } 1' $dir/2_test.csv > $dir/wild_test.csv
+awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k == 9 { $4 = 1e18 } 1' $dir/2_train.csv > $dir/wild_train.csv
+$dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$dir/n > $dir/n.log
+check "wild: ended with $?" test $? -eq 0
+check 'one window fails' awk '/wild_test/ { on = 1 } on && $1 == 25 { ok = $2 < 0.1 && / 1 of 595 windows failed$/ }
+    END { exit !ok }' $dir/n.log
+check 'in the CSV, too' grep '_test.csv",25,.*,1,595$' $dir/n_errors.csv
+check 'looks' awk '/ E_q\(/ { n++; ok += / 1 of 40 windows failed/ } END { exit !(n > 5 && ok >= n - 3) }' $dir/n.log
+check 'selection' awk '/typical E_q of/ { ok = $(NF - 4) < 25 } END { exit !ok }' $dir/n.log
+awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv
+$dir/joints $dir/file.csv torque=1 steps=1 out=$dir/o > $dir/o.log 2>&1
+check 'a training that comes to nothing ends with 2' test $? -eq 2
+check 'and says it' grep '^no step from these residuals: status' $dir/o.log
+
+# a learned input map: two coupled pendulums, and a motor at the first
+sed 's/joints$/driven/; /#include/i #define ROLN_INPUTS 1' $dir/joints.h > $dir/driven.h
+gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=driven examples/train.c -o $dir/driven \
+    -lpthread -lm || exit 1
+awk 'BEGIN {
+    print "t,q1,q2,qd1,qd2,u"
+    for (k = 0; k < 16; k++) {
+        a = 0.5 * sin(k); b = 0.5 * cos(2 * k); c = d = 0
+        for (i = 0; i < 400; i++) {
+            u = 3 * sin(0.02 * i * (1 + k % 3) + k) + 2 * sin(0.051 * i + 3 * k)
+            printf "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", 0.005 * i, a, b, c, d, u
+            for (j = 0; j < 50; j++) {
+                c += 0.0001 * (u - 9 * sin(a) - 4 * (a - b)); d += 0.0001 * (4 * (a - b) - 9 * sin(b))
+                a += 0.0001 * c; b += 0.0001 * d
+            }
+        }
+        print ""
+    } }' > $dir/driven.csv
+$dir/driven $dir/driven.csv torque=1 steps=100 held=0.2 out=$dir/p > $dir/p.log 2>&1
+check "inputs: ended with $?" test $? -eq 0
+check 'inputs' awk '/^held-out trajectories$/ { on = 1 } on && $1 == 100 { e = $2 }
+    END { print e; exit !(e > 0 && e < 0.1) }' $dir/p.log
+$dir/driven $dir/driven.csv steps=100 held=0.2 out=$dir/q > $dir/q.log 2>&1
+check "inputs that count for nothing: ended with $?" test $? -eq 0
+check 'and are missed' awk '/^held-out trajectories$/ { on = 1 } on && $1 == 100 { ok = $2 > 1 } END { exit !ok }' $dir/q.log
+cut -d, -f1-3,6 $dir/driven.csv > $dir/u.csv
+check 'inputs and positions alone' $dir/driven $dir/u.csv torque=1 smooth=3 steps=1 out=$dir/r
+cut -d, -f1-5 $dir/driven.csv > $dir/u.csv
+check 'no inputs' says 'no u columns, which torque=1 needs' $dir/driven $dir/u.csv torque=1 out=$dir/s
+check 'torques for inputs' says '7 columns, but driven needs .* or with 1 u 6; ' $dir/driven $dir/small.csv out=$dir/s
+
 rm -rf $dir
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
