@@ -95,13 +95,14 @@
 
        NAME_pack        parameters -> bytes
        NAME_unpack      bytes -> parameters
+       NAME_foreign     are parameters of another ROLN_SLOPE or ROLN_LEAST?
        NAME_write       parameters -> C text for flash
        NAME_store       with small weights: bytes of the full model -> parameters
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the model with full weights); NAME_horizon.
-   For the kernels: NAME_model, NAME_trained(p), NAME_foreign(p), are the numbers of another config?; for an optimiser of your own:
-   NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model
+   included last has a chart, else 0.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
