@@ -97,13 +97,14 @@
        NAME_check       are the parameters in memory what they were? A few numbers a tick
        NAME_pack        parameters -> bytes
        NAME_unpack      bytes -> parameters
+       NAME_foreign     are parameters of another ROLN_SLOPE or ROLN_LEAST?
        NAME_write       parameters -> C text for flash
        NAME_store       with small weights: bytes of the full model -> parameters
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
-   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p), NAME_foreign(p), are the numbers of another
-   config?; for an optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table,
+   NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
    One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
    scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of

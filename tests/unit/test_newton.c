@@ -929,8 +929,7 @@ static void test_judge(void)
         CHECK_NEAR(g.lambda, 0.5 * (i % 2 ? 1 / 3.0 : i < 2 ? 2 : 4), EPS);
     }
     there[0] = 0, there[1] = 1, there[2] = 5, g = start;
-    far[0] = PICK(1e30f, 1e300);
-    CHECK(roln_newton_judge(2, far, weight, expect, there, &g) == 0);
+    far[0] = PICK(1e30f, 1e300), CHECK(roln_newton_judge(2, far, weight, expect, there, &g) == 0);
     /* no damping stays none; damping has an end on both sides */
     g = start, g.lambda = 0, there[0] = there[1] = 1;
     CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1 && g.lambda == 0);
