@@ -113,9 +113,9 @@
    nearly always. Without it there is nothing of this in the code.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
-   set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too
-   far apart (roln_exp_range); ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision;
-   ROLN_E_NO_CONVERGENCE, of the eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
+   set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
+   ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
+   eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
 
    How this file is ordered: what a control tick meets comes in the order in which it meets it, then what a training sample meets.
 

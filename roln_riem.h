@@ -638,14 +638,15 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
        d = argmin |J d - r|^2 + s |d - mu d_old|^2 = mu d_old + J^T (J J^T + s I)^-1 (r - mu J d_old),   s = lambda tr(J J^T) / P
    A step is taken if along it the change of the rows is foretold better by J d than by no change,
        error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,
-   and lambda follows the error: it grows where that is above 0.17, and falls where it is below. A step that is not taken leaves
+   and lambda follows the error: it grows where that is above 0.17, and falls where it is below, or where a step changes so little
+   that its error is rounding. A step that is not taken leaves
    everything but lambda as it was, except that it ends the memory of the system in the rows: damping only shortens d - mu d_old.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
        roln_newton_sums    A, or J J^T                                                          once for new rows
        roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
        roln_newton_judge   takes the residuals at x+: is the step taken?
-       roln_newton_over    after the last refusal, before new rows
+       roln_newton_over    if none of several tries is taken, before new rows; a caller who tries until one is needs it not
 
    J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
    must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
@@ -891,10 +892,10 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight
 }
 
 /* No try of a caller who goes on to other rows was taken: these may have been the odd ones. Of all the damping that was added since
-   lambda was before stays 4 times, and not beyond 1. */
+   lambda was before stays 4 times, and not beyond 1; what was taken away stays away. */
 ROLN_FN void roln_newton_over(roln_real before, roln_newton *state)
 {
-    state->lambda = ROLN_MAX(before, ROLN_MIN(4 * before, 1));
+    state->lambda = ROLN_MIN(state->lambda, ROLN_MAX(before, ROLN_MIN(4 * before, 1)));
 }
 
 /* ---- 7 limited memory ------------------------------------------------------------------------- */

@@ -125,7 +125,8 @@ static int read_line(const char *path, int row, const char *line, int most, doub
     int n = 0;
     for (;;) {
         const double x = strtod(p, &end);
-        if (end == p || !(fabs(x) < 3e38)) fail("%s, line %d: column %d is not a finite number", path, row, n + 1);
+        if (end != p && *end == ';') fail("%s, line %d: columns stand apart by commas or blanks, not by ;", path, row);
+        if (end == p || !(fabs(x) < 3e38)) fail("%s, line %d: column %d is not a finite number: %.10s", path, row, n + 1, p);
         if (n < most) v[n] = x;
         n++;
         p = end + strspn(end, " \t\r\n");
@@ -138,8 +139,9 @@ static int read_line(const char *path, int row, const char *line, int most, doub
 static int is_header(const char *line)
 {
     char *end;
+    const char first = line[strspn(line, " \t\r\n")];
     strtod(line, &end);
-    return end == line && line[strspn(line, " \t\r\n")] != 0;
+    return first != 0 && (end == line || !strchr("+-.0123456789", first)); /* nanoseconds begins like a number, too */
 }
 
 /* What n columns are: 1 + N positions, 1 + 2 N with velocities, then forces, or with an input map 1 + N and inputs. */
@@ -268,7 +270,7 @@ static void check_time(motion *d, const sheet *s)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
             if (!same_step(s->t[i] - s->t[i - 1], d->dt) && off++ == 0) at = i, in = k;
     if (off > 0) refuse_step(d, s, in, at, off, steps);
-    d->dt = fabs(first - d->dt) <= 1e-6 * d->dt ? first : mean;
+    d->dt = fabs(first - mean) <= 1e-6 * mean ? first : mean;
     if (d->dt < 1e-6 || d->dt > 1e6) fail("%s: steps of t are %g s; t is in seconds, from 1e-6 to 1e6 s apart", d->path, d->dt);
     free(step);
 }
@@ -484,7 +486,7 @@ static motion read_recording(const char *path, const wanted *w)
     while (next_line(path, &s)) {
         progress(path, (double)(s.row - 1) / s.lines);
         if (s.row == 1 && is_header(s.text)) continue;
-        if (s.text[strspn(s.text, " \t\r\n")] == 0) {
+        if (s.text[strspn(s.text, ", \t\r\n")] == 0) {
             blank = 1;
             continue;
         }

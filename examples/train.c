@@ -349,14 +349,15 @@ static void roll(void *ctx, int k, int thread)
 static double ratio(int count, const score *scores, int which, double *off)
 {
     double a = 0, b = 0, mean = 0, square = 0;
-    int k;
+    int counted = 0, k;
     for (k = 0; k < count; k++)
-        a += scores[k].sum[which], b += scores[k].sum[which + 1];
+        a += scores[k].sum[which], b += scores[k].sum[which + 1], counted += scores[k].sum[which + 1] > 0;
     for (k = 0; k < count; k++) {
         const double e = sqrt(fabs(a - scores[k].sum[which]) / fmax(b - scores[k].sum[which + 1], 1e-30));
-        mean += e / count, square += e * e / count;
+        if (!(scores[k].sum[which + 1] > 0)) continue; /* too short for a window, or all failed */
+        mean += e / counted, square += e * e / counted;
     }
-    *off = count > 1 ? sqrt(fmax(0, square - mean * mean) * (count - 1)) : (double)NAN; /* of one nobody knows */
+    *off = counted > 1 ? sqrt(fmax(0, square - mean * mean) * (counted - 1)) : (double)NAN; /* of one nobody knows */
     return b > 0 ? sqrt(a / b) : (double)NAN;
 }
 
@@ -411,12 +412,14 @@ static void table(const char *name, const motion *m, int from, int to, FILE *csv
     enum { ROWS_OF_IT = 10 };
     static const double ms[ROWS_OF_IT] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
     const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
-    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, i;
+    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, longest = 0, i;
     score *scores = room((size_t)(to - from) * sizeof *scores);
     double all = 0, done = 0;
+    for (i = from; i < to; i++)
+        longest = longest > m->first[i + 1] - m->first[i] ? longest : m->first[i + 1] - m->first[i];
     for (i = 0; i < ROWS_OF_IT; i++) {
         const int x = (int)(ms[i] * 1e-3 / m->dt + 0.5);
-        if ((rows > 0 && x == samples[rows - 1]) || x >= m->first[from + 1] - m->first[from]) continue;
+        if ((rows > 0 && x == samples[rows - 1]) || x >= longest) continue;
         samples[rows] = x, steps[rows] = x / (x % stride ? 1 : stride) + 1;
         all += steps[rows++];
     }
@@ -646,6 +649,7 @@ static void put_in_place(FILE *f, const char *suffix)
 /* What a checkpoint belongs to. */
 typedef struct {
     uint64_t config, data, from; /* checksums */
+    double dt;
     size_t size;
     int samples, trajectories;
     char method[8];
@@ -654,7 +658,11 @@ typedef struct {
 
 static uint64_t checksum_of(const roln_real *x, int columns)
 {
-    return roln_fnv(d.samples * columns * (int)sizeof *x, (const unsigned char *)x, ROLN_FNV);
+    uint64_t h = ROLN_FNV;
+    int i;
+    for (i = 0; i < d.samples; i++)
+        h = roln_fnv(columns * (int)sizeof *x, (const unsigned char *)(x + (size_t)i * (size_t)columns), h);
+    return h;
 }
 
 static origin origin_of(void)
@@ -667,9 +675,12 @@ static origin origin_of(void)
     origin o;
     int i;
     memset(&o, 0, sizeof o);
+    none.slope = M(model).ae.slope, none.least = M(model).lnn.least;
     M(pack)(&none, bytes);
     if (data == 0) data = checksum_of(d.q, d.N) ^ 3 * checksum_of(d.qd, d.N) ^ 5 * checksum_of(d.tau, d.forces);
-    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data = data;
+    for (i = 0; i < d.trajectories; i++) /* where recordings begin */
+        o.data = 3 * o.data + (uint64_t)d.first[i];
+    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data ^= data, o.dt = d.dt;
     o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
     snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
@@ -811,7 +822,8 @@ static void draw_motion(void)
 {
     enum { N = M(N), JOINTS = (int)N < (int)CURVES ? (int)N : (int)CURVES };
     static const char *const title[] = {"median", "worst"};
-    const int count = d.trajectories - train, stride = stride_of(&d, 0.005), far = (int)(s.ahead / d.dt + 0.5);
+    const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
+    const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : stride; /* no look: no stage had anything to do */
     const int height = 60 + JOINTS * DOWN;
     score *scores = room((size_t)count * sizeof *scores);
     int chosen[2] = {0, 0}, k, i, joint[CURVES];
@@ -1007,6 +1019,7 @@ static motion read_all(const char *path)
         fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d.trajectories, set("held"));
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
     if (set("noise") > 0)
         printf("noise of standard deviation %.3g added to q\n", add_noise(&d, set("noise"), (uint64_t)set("seed") + 5000));
     if (set("smooth") > 0) smooth_positions(&d);

@@ -939,11 +939,18 @@ static void test_judge(void)
     CHECK(g.lambda == ROLN_EPS);
     for (there[0] = 5, i = 0; i < 2000; i++) roln_newton_judge(2, r, weight, expect, there, &g);
     CHECK(g.lambda == 1 / ROLN_EPS);
-    /* when it is over 4 times stay, up to 1; damping beyond that stays what it was, and none stays none */
-    roln_newton_over(ROLN_C(0.125), &g), CHECK(g.lambda == ROLN_C(0.5));
-    roln_newton_over(ROLN_C(0.5), &g), CHECK(g.lambda == 1);
-    roln_newton_over(3, &g), CHECK(g.lambda == 3);
-    roln_newton_over(0, &g), CHECK(g.lambda == 0);
+}
+
+static void test_over(void)
+{
+    static const double before[5] = {0.125, 0.5, 3, 0, 0.5}, lambda[5] = {512, 2048, 12288, 0, 0.125};
+    static const double after[5] = {0.5, 1, 3, 0, 0.125};
+    roln_newton g = {1, 4, 9, 10, 20};
+    int i;
+    /* when it is over 4 times stay, up to 1; damping beyond that stays what it was, none stays none, less is less */
+    for (i = 0; i < 5; i++)
+        g.lambda = (roln_real)lambda[i], roln_newton_over((roln_real)before[i], &g), CHECK(g.lambda == (roln_real)after[i]);
+    CHECK(g.loss == 4 && g.error == 9 && g.taken == 10 && g.refused == 20);
 }
 
 /* ---- many steps ------------------------------------------------------------------------------- */
@@ -1398,6 +1405,7 @@ void TEST_NAME(newton)(void)
     test_step_status();
     test_damping();
     test_judge();
+    test_over();
     test_walks();
     test_learning();
     test_shell();

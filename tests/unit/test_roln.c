@@ -1950,7 +1950,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n};
     const roln_measured full = {x, x + N};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
-    roln_guard guard = {0, 0, 0, 0, 0};
+    roln_guard guard = {0, 0, 0, 0, 0, 0};
     const roln_held held = {&guard, tau};
     int which[MAXN], i;
     for (i = 0; i < N; i++)
