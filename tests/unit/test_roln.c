@@ -1950,7 +1950,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n};
     const roln_measured full = {x, x + N};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
-    roln_guard guard = {0, 0, 0, 0, 0};
+    roln_guard guard = {0, 0, 0, 0, 0, 0};
     const roln_held held = {&guard, tau};
     int which[MAXN], i;
     for (i = 0; i < N; i++)
@@ -1967,6 +1967,15 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     for (i = 0; i < 2 && m->model->inputs == 0; i++)
         USE(tick, (roln_tick(m, &limits, &full, &target, z, zd, &held, work), ROLN_OK));
     CHECK(guard.known || m->model->inputs > 0); /* that is, the balance was computed */
+}
+
+static void use_limits(int k, const roln_trained *m, const roln_real *x)
+{
+    const int N = N_OF(k);
+    const roln_batch b = {1, 1, 1, NULL, x, x + 2 * N, NULL, x};
+    roln_limits limits = {.dt = dt};
+    roln_real each[MAXN], rates[MAXN];
+    USE(fit_limits, roln_fit_limits(m, &b, 1, &limits, each, rates, work));
 }
 
 static void use_mechanics(int k, const roln_trained *m, const roln_real *x)
@@ -2043,6 +2052,7 @@ static void test_scratch(int k)
     CHECK_OK(roln_ae_init(&models[k].md->ae, theta, &s, ROOM(init)));
     dyadic(256, ROLN_C(0.5), &s, x);
     use_tick(k, &m, x);
+    use_limits(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
     used.linear += (z.formed ? 0 : z.base) * z.width *
