@@ -1969,6 +1969,15 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     CHECK(guard.known || m->model->inputs > 0); /* that is, the balance was computed */
 }
 
+static void use_limits(int k, const roln_trained *m, const roln_real *x)
+{
+    const int N = N_OF(k);
+    const roln_batch b = {1, 1, 1, NULL, x, x + 2 * N, NULL, x};
+    roln_limits limits = {.dt = dt};
+    roln_real each[MAXN], rates[MAXN];
+    USE(fit_limits, roln_fit_limits(m, &b, 1, &limits, each, rates, work));
+}
+
 static void use_mechanics(int k, const roln_trained *m, const roln_real *x)
 {
     const int N = N_OF(k), n = n_OF(k);
@@ -2043,6 +2052,7 @@ static void test_scratch(int k)
     CHECK_OK(roln_ae_init(&models[k].md->ae, theta, &s, ROOM(init)));
     dyadic(256, ROLN_C(0.5), &s, x);
     use_tick(k, &m, x);
+    use_limits(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
     used.linear += (z.formed ? 0 : z.base) * z.width *
