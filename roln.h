@@ -35,7 +35,7 @@
        NAME_jacobian    A, B of a step
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
-       NAME_train       scratch of training and of NAME_errors
+       NAME_train       scratch of training, of NAME_errors and of NAME_fit_limits
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
@@ -2829,7 +2829,6 @@ ROLNI_SCRATCH
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
     roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
-    roln_real fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
 #if ROLN_INPUTS == 0
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 #endif
@@ -3020,16 +3019,6 @@ ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_r
     return ROLNI_USE(p, work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
 }
 
-/* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
-   safe in; the rest of l, and with b->tau also tau_each, rate_each, to which l then points, out. */
-ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
-                                       roln_real tau_each[ROLN_AT_LEAST(ROLNI_(force_size))],
-                                       roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(work) *work)
-{
-    const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
-}
-
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
 ROLN_FN void ROLNI_(pack)(const ROLNI_(params) *p, unsigned char bytes[ROLN_AT_LEAST(ROLNI_(packed_size))])
 {
@@ -3062,7 +3051,7 @@ ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check
 /* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
 ROLNI_SCRATCH
-    roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)];
+    roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)], fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
 #if ROLNI_BITS(ROLN_STORE) == 0
     roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
@@ -3075,6 +3064,16 @@ ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b,
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
+}
+
+/* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
+   safe in; the rest of l, and with b->tau also tau_each, rate_each, to which l then points, out. */
+ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
+                                       roln_real tau_each[ROLN_AT_LEAST(ROLNI_(force_size))],
+                                       roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0

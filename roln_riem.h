@@ -639,8 +639,8 @@ ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const r
    A step is taken if along it the change of the rows is foretold better by J d than by no change,
        error = |r(x+) - (r - rate J d)| / |rate J d| <= 1,
    and lambda follows the error: it grows where that is above 0.17, and falls where it is below, or where a step changes so little
-   that its error is rounding. A step that is not taken leaves
-   everything but lambda as it was, except that it ends the memory of the system in the rows: damping only shortens d - mu d_old.
+   that its error is rounding. A step that is not taken leaves everything but lambda as it was, except that it ends the memory of
+   the system in the rows: damping only shortens d - mu d_old.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
        roln_newton_sums    A, or J J^T                                                          once for new rows

@@ -269,7 +269,7 @@ static void call_all(calls *c)
     CALL(arm_terms(&p, &at_rest, &o.e, &work));
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
-    CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &work));
+    CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
