@@ -3276,7 +3276,7 @@ typedef struct {
 typedef struct {
     roln_newton state;
     ROLNI_(params) next; /* where the step ends */
-    roln_real rest[ROLNI_(newton_size)]; /* what earlier rows still ask for, or the last step (roln_newton_rows) */
+    roln_real carried[ROLNI_(newton_size)]; /* what earlier rows still ask for, or the last step (roln_newton_rows) */
     roln_real keep[ROLNI_(newton_size)], S[ROLNI_(newton_side) * (ROLNI_(newton_side) + 1)];
     union {
         roln_real rows[ROLN_MAX(1, ROLNI_VERB_WORK(ROLNI_))], sums[ROLN_SYM_WORK];
@@ -3307,13 +3307,13 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
     return ROLNI_USE(p, work, roln_rows(&m, weights, b, dt, &to, scratch));
 }
 
-/* count rows are complete: they and the rest of earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH: count. Of the
-   system in the rows, NAME_newton_size > 8 count, count must not change from step to step. */
+/* count rows are complete: they and what is carried from earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH:
+   count. Of the system in the rows, NAME_newton_size > 8 count, count must not change from step to step. */
 ROLN_FN roln_status ROLNI_(newton_rows)(const ROLNI_(params) *p, const roln_newton_opt *opt, int count, ROLNI_(residuals) *g,
                                         ROLNI_(newton) *o)
 {
     if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
-    rolni_copy(ROLNI_(newton_size), o->rest, g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
+    rolni_copy(ROLNI_(newton_size), o->carried, g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
     return roln_newton_rows(ROLNI_(newton_blocks), ROLNI_(table) + ROLNI_(newton_first), opt, count,
                             p->theta + ROLNI_(newton_from), g->J, g->r, g->weight, &o->state, o->work.rows);
 }
@@ -3345,13 +3345,13 @@ ROLN_FN int ROLNI_(newton_judge)(ROLNI_(params) *p, int count, int judges, ROLNI
     if (count < 1 || count > ROLN_ROWS || judges < 1 || judges > count) return 0;
     if (!roln_newton_judge(judges, g->r, g->weight, g->expect, g->next, &o->state)) {
         if (ROLN_NEWTON_SIDE(count, ROLNI_(newton_size)) < ROLNI_(newton_size)) {
-            rolni_zero(ROLNI_(newton_size), o->rest);
+            rolni_zero(ROLNI_(newton_size), o->carried);
             rolni_zero(ROLNI_(newton_size), g->J + ROLNI_AS(size_t, count) * ROLNI_(newton_size));
         }
         return 0;
     }
     memcpy(p, &o->next, sizeof *p);
-    rolni_copy(ROLNI_(newton_size), o->keep, o->rest);
+    rolni_copy(ROLNI_(newton_size), o->keep, o->carried);
     return 1;
 }
 #else

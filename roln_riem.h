@@ -867,7 +867,7 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
 
 /* Nonzero if the step is to be taken. The first R rows judge, all or fewer: r and weight [R] of roln_newton_rows, expect [R] of
    roln_newton_step, and there [R], the residuals at x+ as they are measured. The caller then copies next to x and keep behind the
-   rows of J; if it is not, he zeroes what stands there in the system of the rows, and leaves rest where it is. lambda *= error /
+   rows of J; if it is not, he zeroes what is carried in the system of the rows, and leaves rest where it is. lambda *= error /
    0.17, but by 1/3 to 2, and by 4 if the step is not taken; by 1/3 if it foretold a change of the rows by less than a thousandth,
    where error is rounding and more damping would lead ever deeper into it. It stays between eps and 1 / eps. */
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,

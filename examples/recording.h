@@ -14,6 +14,7 @@
 #define RECORDING_H
 
 #include "roln_spd.h"
+#include <limits.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -200,6 +201,8 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     int i;
     if (s->columns == 0) columns_are(d, w, s->columns = n);
     if (n != s->columns) fail("%s, line %d has %d columns, the lines before it %d", d->path, s->row, n, s->columns);
+    if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
+        fail("%s, line %d: more than 2^31 numbers; leave recordings out, or samples: every second one", d->path, s->row);
     s->t[d->samples] = s->v[0], s->line[d->samples] = s->row;
     for (i = 0; i < N; i++)
         d->q[d->samples * N + i] = (roln_real)v[i];

@@ -870,7 +870,7 @@ static void turn_back(void)
 {
     s.p = s.best, s.memory /= 2;
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
-    memset(s.newton.rest, 0, sizeof s.newton.rest);
+    memset(s.newton.carried, 0, sizeof s.newton.carried);
     printf("back to step %d, with a memory of %g steps\n", s.best_step, (double)s.memory);
     s.since = s.step;
 }

@@ -311,15 +311,15 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
         const roln_loss *weights = kind < 2 ? &acc : &ode;
         b.count = counts[kind], b.steps = kind < 2 ? 0 : 2, b.qdd = kind < 2 ? qdd : NULL;
         opt.memory = kind > 0 ? 4 : 1;
-        memset(newton.rest, 0, sizeof newton.rest), memset(newton.S, 0, sizeof newton.S);
+        memset(newton.carried, 0, sizeof newton.carried), memset(newton.S, 0, sizeof newton.S);
         learn(&p, &opt, weights, &b, h);
         was = p, state = newton.state, seed = rows.seed;
-        memcpy(rest, newton.rest, sizeof rest), memcpy(S, newton.S, sizeof S);
+        memcpy(rest, newton.carried, sizeof rest), memcpy(S, newton.S, sizeof S);
         learn(&p, &opt, weights, &b, h);
-        add(pupil_theta_size, p.theta), add(pupil_newton_size, newton.rest);
+        add(pupil_theta_size, p.theta), add(pupil_newton_size, newton.carried);
         memset(&rows, 0, sizeof rows), memset(&newton, 0, sizeof newton);
         newton.state = state, rows.seed = seed;
-        memcpy(newton.rest, rest, sizeof rest), memcpy(newton.S, S, sizeof S);
+        memcpy(newton.carried, rest, sizeof rest), memcpy(newton.S, S, sizeof S);
         learn(&was, &opt, weights, &b, h);
         if (memcmp(&p, &was, sizeof p) != 0) must(ROLN_E_CHECKSUM, "newton: resumed");
     }

@@ -1226,10 +1226,10 @@ static void check_resume(int count, roln_real memory)
     memset(&hand_b, 0, sizeof hand_b);
     hand_b.p = hand_a.p, hand_b.o.state = hand_a.o.state, hand_b.g.seed = hand_a.g.seed;
     memcpy(hand_b.o.S, hand_a.o.S, sizeof hand_a.o.S);
-    memcpy(hand_b.o.rest, hand_a.o.rest, sizeof hand_a.o.rest);
+    memcpy(hand_b.o.carried, hand_a.o.carried, sizeof hand_a.o.carried);
     hand_learn(&hand_a, &opt, count, 6), hand_learn(&hand_b, &opt, count, 6);
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && memcmp(&hand_a.o.state, &hand_b.o.state, sizeof begin) == 0);
-    CHECK(same(hand_newton_size, hand_a.o.rest, hand_b.o.rest));
+    CHECK(same(hand_newton_size, hand_a.o.carried, hand_b.o.carried));
     CHECK(hand_a.o.state.taken == 12);
     BOUND("windows, loss, last / first", hand_error(&hand_a.p) / first, count == COUNT ? 0.15L : 0.6L);
     check_hand(&hand_a.p);
@@ -1250,7 +1250,7 @@ static void check_hand_pieces(int before, int count, roln_newton_opt opt)
     CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 0, 0, &hand_b.g, &hand_scratch));
     b = hand_batch(7, count - 7);
     CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 7, 0, &hand_b.g, &hand_scratch));
-    memcpy(hand_b.g.J + count * P, hand_b.o.rest, sizeof hand_b.o.rest);
+    memcpy(hand_b.g.J + count * P, hand_b.o.carried, sizeof hand_b.o.carried);
     CHECK_OK(roln_newton_rows(hand_blocks, hand_table, &opt, count, hand_b.p.theta, hand_b.g.J, hand_b.g.r, hand_b.g.weight,
                               &hand_b.o.state, room));
     CHECK(same((count + 1) * P, hand_a.g.J, hand_b.g.J) && same(count, hand_a.g.r, hand_b.g.r));
@@ -1289,8 +1289,8 @@ static void check_hand_judge(int count, roln_newton_opt opt)
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && same(count * P, hand_a.g.J, hand_b.g.J));
     CHECK(same(count, hand_a.g.r, hand_b.g.r) && same(side * (side + 1), hand_a.o.S, hand_b.o.S));
     CHECK(hand_a.o.state.lambda == 4 * lambda && hand_a.o.state.loss == hand_b.o.state.loss);
-    if (side == P) CHECK(same(P, carried, hand_b.g.J + count * P) && same(P, hand_a.o.rest, hand_b.o.rest)); /* rest waits, */
-    else CHECK(roln_dot(P, carried, carried) <= 0 && roln_dot(P, hand_a.o.rest, hand_a.o.rest) <= 0); /* no last step */
+    if (side == P) CHECK(same(P, carried, hand_b.g.J + count * P) && same(P, hand_a.o.carried, hand_b.o.carried)); /* rest waits, */
+    else CHECK(roln_dot(P, carried, carried) <= 0 && roln_dot(P, hand_a.o.carried, hand_a.o.carried) <= 0); /* no last step */
     CHECK_OK(hand_newton_step(&hand_a.p, &opt, count, &hand_a.g, &hand_a.o)); /* shorter, from the same sums */
     CHECK(move_of(&hand_a.p, &hand_a.o.next) < move_of(&hand_b.p, &hand_b.o.next));
     /* taken, now or with more damping; 5 of the rows judge, and the others do not count */
@@ -1303,7 +1303,7 @@ static void check_hand_judge(int count, roln_newton_opt opt)
         CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch));
     }
     CHECK(hand_b.o.state.refused < 50 && hand_b.o.state.taken == hand_a.o.state.taken + 1);
-    CHECK(memcmp(&hand_b.p, &hand_b.o.next, sizeof hand_b.p) == 0 && same(P, hand_b.o.keep, hand_b.o.rest));
+    CHECK(memcmp(&hand_b.p, &hand_b.o.next, sizeof hand_b.p) == 0 && same(P, hand_b.o.keep, hand_b.o.carried));
 }
 
 /* The networks alone: what is in front of them stays, bit for bit; their rows are the tail of those of everything. */
