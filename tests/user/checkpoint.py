@@ -161,11 +161,11 @@ def solve(A, b=None):
 
 
 def power_series(A):
-    n, k = len(A), 20
+    n, k = len(A), 5
     A = [[x / 2 ** k for x in row] for row in A]
     total = [[float(i == j) for j in range(n)] for i in range(n)]
     term = total
-    for p in range(1, 12):
+    for p in range(1, 20):
         term = [[x / p for x in row] for row in product(term, A)]
         total = [[x + y for x, y in zip(r, s)] for r, s in zip(total, term)]
     for _ in range(k):
@@ -234,7 +234,7 @@ class Twin:
     def kinetic(self, z, zd):
         return sum(x * y for x, y in zip(zd, apply(self.mass(z), zd))) / 2
 
-    def along(self, f, x, d, h=1e-4):
+    def along(self, f, x, d, h=1e-3):
         """Derivative of f at x along d, of order 4."""
         a, b, c, e = (f([y + k * h * v for y, v in zip(x, d)]) for k in (1, -1, 2, -2))
         return [(8 * (p - q) - (r - s)) / (12 * h) for p, q, r, s in zip(a, b, c, e)]

@@ -39,7 +39,7 @@ static void compare(const char *what, int n, const roln_real *x, const double *y
     int i;
     for (i = 0; i < n; i++)
         off += ((double)x[i] - y[i]) * ((double)x[i] - y[i]), size += y[i] * y[i];
-    if (!(sqrt(off) <= 1e-5 * (1 + sqrt(size)))) wrong = 1, printf("%s is %.1e off, of %.1e\n", what, sqrt(off), sqrt(size));
+    if (!(sqrt(off) <= 5e-6 * (1 + sqrt(size)))) wrong = 1, printf("%s is %.1e off, of %.1e\n", what, sqrt(off), sqrt(size));
 }
 
 static void put(void *file, const char *text)
