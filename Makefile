@@ -17,8 +17,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf lint install dist clean deps test check record learn machines errors control models noise experiments report plotting-deps \
-        plotting-test eig bench sizes count firmware pil
+.PHONY: all demo swelling ekf lint install dist clean deps test check record learn machines errors control models noise \
+        experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -56,7 +56,7 @@ clean:
 # ---- tests ----
 
 # The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
-PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev \
+PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
@@ -127,7 +127,8 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert control pil experiment speed test_experiments test_opinf test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert control pil experiment speed test_experiments test_opinf test_latent \
+                     bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
@@ -142,13 +143,13 @@ record: build/record
 	@./build/record $(MODEL) $(OUT) $(WITH)
 learn: build/record
 	@test -n "$(MODEL)" || { echo "make learn MODEL=my.xml"; exit 1; }
-	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) $(SECONDS) $(WITH)
+	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) seconds=$(SECONDS) $(WITH)
 
 # the same of ten small machines, and their errors in a table: SECONDS a training, a dozen of them
 MACHINES = $(basename $(notdir $(wildcard tests/mujoco/machines/*.xml)))
 machines: build/record
 	-@for m in $(MACHINES); do \
-	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/machines/$$m $(SECONDS) $(WITH); done
+	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/machines/$$m seconds=$(SECONDS) $(WITH); done
 	@sh tests/mujoco/learn.sh table $(MACHINES:%=build/machines/%) | tee build/machines/table.md
 
 # error tables of the committed models, on fresh trajectories

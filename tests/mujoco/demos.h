@@ -1,7 +1,7 @@
 /* demos.h - recordings of any length, and what they look like in files: CSV, as examples/train.c reads it, and HDF5.
 
-   HDF5: a group /data with a group demo_0, demo_1 .. for each recording, as robomimic has it, in it t [S], q, qd [S,N] and tau [S,N]
-   or u [S,inputs], all f64; attributes of /data: dt, model. /mask/train and /mask/test name them. */
+   HDF5: a group /data with a group demo_0, demo_1 .. for each recording, as robomimic has it, in it t [S], q, qd [S,N] and
+   tau [S,N] or u [S,inputs], all f64; attributes of /data: dt, model. /mask/train and /mask/test name them. */
 #ifndef DEMOS_H
 #define DEMOS_H
 

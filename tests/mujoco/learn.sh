@@ -1,8 +1,8 @@
 #!/bin/sh
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors.
 #
-#   learn.sh MODEL.xml OUT SECONDS [key=value ..]     key=value as of record; seconds of a training at most, 0: until it stops
-#   learn.sh table OUT ..                             rows of a table, of what was learned to OUT ..
+#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET of each training: seconds=300, say; key=value as of record
+#   learn.sh table OUT ..                            a table of what was learned to OUT ..
 #
 # Needs build/record. Written: what record and examples/train.c write, beside OUT_full.* of a network on all joints where the
 # config proposes fewer coordinates; OUT.learn, the table of errors: E_q in per cent of held-out recordings, of q + h qd, of the
@@ -33,7 +33,7 @@ if [ "$1" = table ]; then
     exit
 fi
 [ $# -ge 3 ] || { sed -n '2,13s/^# \{0,1\}//p' "$0"; exit 1; }
-model=$1 out=$2 seconds=$3
+model=$1 out=$2 budget=$3
 shift 3
 name=$(basename "$out")
 mkdir -p "$(dirname "$out")"
@@ -51,7 +51,7 @@ train() {
         echo "$1 does not compile: $(head -n 1 "$out.cc")"
         return 1
     }
-    "$out.train" "$out.csv" test="${out}_test.csv" torque="$torque" seconds="$seconds" out="$(dirname "$out")/$1" \
+    "$out.train" "$out.csv" test="${out}_test.csv" torque="$torque" "$budget" out="$(dirname "$out")/$1" \
         > "$(dirname "$out")/$1.log" 2>&1 && return
     echo "$1 was not trained: $(tail -n 1 "$(dirname "$out")/$1.log")"
     return 1

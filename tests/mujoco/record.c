@@ -7,10 +7,11 @@
    Joints are hinges and sliders. Ball and free joints are refused: their positions are quaternions, which are no q with qd = dq/dt,
    and rotation vectors, which are, jump at a half turn.
 
-   Kinds of recordings, in turn: free falls; motors that follow random sines; motors under a PD controller, with the bias forces, that
-   follow random references. Without motors: free falls only, and no columns tau. At the start a machine of 12 joints at most without
-   equalities lies in a random pose, at rest; all others have swung from their reference pose for up to a second in a gravity that
-   was tilted and stretched, which keeps chains closed and moves soft bodies as a whole.
+   Kinds of recordings, in turn: free falls; forces of the motors that are random sines; motors under a PD controller, with the
+   machine's own M and bias, that follow random references. Servos are told random sines. Without motors: free falls only, and no
+   columns tau. At the start a machine of 12 joints at most without equalities lies in a random pose, at rest; all others have swung
+   from their reference pose for up to a second in a gravity that was tilted and stretched, which keeps chains closed and moves soft
+   bodies as a whole.
    A recording ends where a joint or tendon reaches its limit, for a stop is an impact. Unstable ones (a warning of MuJoCo, numbers
    out of hand) are dropped and counted. If more than half are, all is repeated: with MuJoCo's own integrator in place of RK4, then
    with a half of the amplitudes, four times at most.
@@ -126,12 +127,16 @@ static void load(const char *path)
     if (!f) fail("cannot read %s", path);
     fclose(f);
     rig.m = mj_loadXML(path, NULL, error, sizeof error);
+    for (char *c = error; *c; c++)
+        if (*c == '\n') *c = ' ';
     if (!rig.m) fail("%s: %s", path, error);
     const mjModel *m = rig.m;
-    for (int j = 0; j < m->njnt; j++)
-        if (m->jnt_type[j] == mjJNT_BALL || m->jnt_type[j] == mjJNT_FREE)
-            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j, joint_name(j),
-                 m->jnt_type[j] == mjJNT_BALL ? "a ball joint" : "free", m->jnt_type[j] == mjJNT_BALL ? "" : " and three sliders");
+    for (int j = 0; j < m->njnt; j++) {
+        const int ball = m->jnt_type[j] == mjJNT_BALL;
+        if (ball || m->jnt_type[j] == mjJNT_FREE)
+            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j,
+                 joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
+    }
     if (m->nv == 0) fail("%s: there are no joints", path);
     if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
     rig.own = m->opt.integrator;
@@ -144,8 +149,8 @@ static void load(const char *path)
 static int plain(int a)
 {
     const mjModel *m = rig.m;
-    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_gainprm[a * mjNGAIN] != 0
-        && m->actuator_dyntype[a] == mjDYN_NONE;
+    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_gainprm[a * mjNGAIN] != 0
+        && m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_dyntype[a] == mjDYN_NONE;
 }
 
 static int limited(int j) { return rig.m->jnt_limited[j]; }
@@ -506,8 +511,8 @@ static void write_config(const char *name, const char *path, const char *model, 
     const int n = full ? m->nv : s->n, angles = PROPOSE_ANGLES && n == m->nv && rig.turns > 0;
     FILE *f = fopen(path, "w");
     if (!f) fail("cannot write %s", path);
-    fprintf(f, "/* %s.h - proposed by tests/mujoco/record.c for %s: %d joints, %d motors, %d equalities; samples of %g s", name, model,
-            m->nv, m->nu, s->equalities, rig.stride * m->opt.timestep);
+    fprintf(f, "/* %s.h - proposed by tests/mujoco/record.c for %s: %d joints, %d motors, %d equalities; samples of %g s", name,
+            model, m->nv, m->nu, s->equalities, rig.stride * m->opt.timestep);
     for (int j = 0, first = 1; j < m->njnt && rig.turns > 0; j++)
         if (circles(j)) fprintf(f, "%s%d", first ? ";\n   joints that turn round: " : ", ", j + 1), first = 0;
     if (rubbing()) fprintf(f, ";\n   dry friction");

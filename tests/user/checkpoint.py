@@ -1,10 +1,10 @@
-"""checkpoint.py - a checkpoint as PyTorch writes the authors' RO-LNN, and what the model in it computes, in double from its tensors.
+"""checkpoint.py - a checkpoint as PyTorch writes it of the authors' RO-LNN, and what the model in it computes, in double.
 
     checkpoint.py KIND FILE [PROBE]
 
-KIND: ae, an autoencoder 6, 4, 2 and networks 8, 8; lnn, three joints, networks 5, a base point; or ae with something wrong. PROBE: a
-C header with states and what import.sh demands of them. Twin of roln: the activation as it is published, matrix exponentials as
-power series, derivatives of energies and of the decoder as differences.
+KIND: ae, an autoencoder 6, 4, 2 and networks 8, 8; lnn, three joints, networks 5, a base point; or one of them with something
+wrong. PROBE: a C header with states and what import.sh demands of them. Twin of roln: the activation as it is published, matrix
+exponentials as power series, derivatives of energies and of the decoder as differences.
 """
 import io
 import math
