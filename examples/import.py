@@ -11,10 +11,11 @@ zip with a pickle of tensors. The pickle is read without executing anything. Wri
     dt=0        time step in s that roll-outs and controllers take by default
     repair=0    1: where Psi^T Phi is not I, Phi becomes Phi (Psi^T Phi)^-1, which leaves the encoder as it is
     activation=SoftPlus    of the networks; roln has no other
+    motion=     a CSV of the motion that the model was trained on (columns t, q.., qd.., as of train.c). From it comes the range of
+                z and zd, which a state_dict does not hold and without which a guard calls every state unknown (ROLN_FAULT_RANGE)
     out=        directory to write to
 
-What a state_dict does not hold is the range of z that training has seen, without which a guard calls every state unknown
-(ROLN_FAULT_RANGE): docs/training.md, From Python. Exit code 0: done; 1: what cannot be read or represented, said in the last line.
+Exit code 0: done; 1: what cannot be read or represented, said in the last line.
 """
 import math
 import os
@@ -257,7 +258,49 @@ def single(x):
         fail(f"{x:g} is too large for a float")
 
 
-def numbers_of(model, slope, least, dt, repair):
+def encode(layers, slope, x, xd):
+    """z and zd. s-(a) as roln has it, which is exact near 0."""
+    k = slope
+    k1, k2, w = (1 + k * k) / (2 * k), (1 - k * k) / (2 * k), math.sqrt(1 + k * k)
+    c, e, R0 = (1 - k) / (2 * w), k / (1 + k * k), (1 + k) / (2 * w)
+    for psi, b in layers:
+        x = [y - z for y, z in zip(x, b)]
+        a, ad = ([sum(map(mul, row, y)) for row in psi] for y in (x, xd))
+        R = [math.sqrt((y + c) ** 2 + e) for y in a]
+        x = [y * (k1 - k2 * (y + 2 * c) / (r + R0)) for y, r in zip(a, R)]
+        xd = [(k1 - k2 * (y + c) / r) * v for y, r, v in zip(a, R, ad)]
+    return x, xd
+
+
+def range_of(model, slope, path):
+    """Least and largest z, largest |zd| over the samples of a CSV; without one 0."""
+    n, N = model.sizes[-1], model.sizes[0]
+    if not path:
+        return [0.0] * (3 * n)
+    layers = [(transposed(psi), b) for _, psi, b in model.layers]
+    z, zd = [], []
+    try:
+        with open(path) as f:
+            rows = [re.split(r"[\s,]+", line.strip().strip(",")) for line in f if line.strip(", \t\r\n")]
+    except (OSError, UnicodeDecodeError):
+        fail(f"cannot read {path}")
+    for i, row in enumerate(rows):
+        try:
+            x = list(map(float, row))
+        except ValueError:
+            if i == 0:
+                continue    # the header
+            x = [math.nan]
+        if len(x) < 1 + 2 * N or not all(map(math.isfinite, x)):
+            fail(f"{path}, sample {i}: not t, {N} q, {N} qd")
+        state = encode(layers, slope, x[1:1 + N], x[1 + N:1 + 2 * N])
+        z.append(state[0]), zd.append(state[1])
+    if not z:
+        fail(f"{path} has no samples")
+    return [*map(min, zip(*z)), *map(max, zip(*z)), *(max(map(abs, column)) for column in zip(*zd))]
+
+
+def numbers_of(model, slope, least, dt, extent, repair):
     """Those of NAME_params: slope, least, scales of q and t, dt, range of z and zd, theta."""
     n = model.sizes[-1]
     theta = []
@@ -266,7 +309,7 @@ def numbers_of(model, slope, least, dt, repair):
             theta += row
         theta += b
     theta += model.mass + model.potential + (check_base(model.base, n) if model.base else [])
-    return list(map(single, [slope, least, 1, 1, dt] + [0] * (3 * n) + theta))
+    return list(map(single, [slope, least, 1, 1, dt] + extent + theta))
 
 
 def packed(model, scheme, numbers):
@@ -362,7 +405,7 @@ def number(key, text):
 
 
 def settings(words):
-    found = {"alpha": "", "step": "rk4", "dt": "0", "repair": "0", "activation": "SoftPlus", "out": "."}
+    found = {"alpha": "", "step": "rk4", "dt": "0", "repair": "0", "activation": "SoftPlus", "motion": "", "out": "."}
     for word in words:
         key, eq, value = word.partition("=")
         if not eq or key not in found:
@@ -381,7 +424,7 @@ def settings(words):
 
 def main(argv):
     if len(argv) < 3:
-        fail("usage: import.py model.pt NAME alpha=pi/10 [step=rk4] [dt=0] [repair=0] [activation=SoftPlus] [out=.]")
+        fail("usage: import.py model.pt NAME alpha=pi/10 [step=rk4] [dt=0] [repair=0] [activation=SoftPlus] [motion=] [out=.]")
     path, name = argv[1:3]
     if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name):
         fail(f"{name}: no name in C")
@@ -396,7 +439,8 @@ def main(argv):
             fail(f"alpha={had['alpha']}: between 0 and pi/4")
         slope = float(f"{math.tan(math.pi / 4 - alpha):.9g}")
     scheme = SCHEMES.index(had["step"])
-    numbers = numbers_of(model, slope, 1e-4, number("dt", had["dt"]), had["repair"] == "1")
+    extent = range_of(model, slope, had["motion"])
+    numbers = numbers_of(model, slope, 1e-4, number("dt", had["dt"]), extent, had["repair"] == "1")
     files = {f"{name}.h": config(name, path, model, scheme, slope).encode(),
              f"{name}_weights.h": weights(name, model, scheme, numbers).encode(), f"{name}.roln": packed(model, scheme, numbers)}
     for file, data in files.items():

@@ -8,7 +8,7 @@
    Inside a recording, unless a name is given:
      q       q, qpos, obs/q, obs/qpos, obs/robot0_joint_pos, obs/joint_pos          qd likewise
      force   tau_model, tau, u, obs/tau, ctrl, actions: columns tau if there are N of them and they are called tau, else u; if
-             there is none, no such columns
+             there is none, or the name is empty, no such columns
      t       t, time, obs/t, obs/time; else dt= is needed
    states=N: q and qd of the first N joints are columns 1 .. 2N of `states`, MuJoCo's state of a machine of N joints, t is column 0.
    Quaternions (ball and free joints) are no joints: they must be left out of q. Exit code 1: said in the last lines. */

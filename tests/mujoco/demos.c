@@ -216,8 +216,9 @@ static int get_parts(hid_t group, const layout *want, array part[PARTS], int *in
         free(s.x);
     }
     for (int p = want->states > 0 ? FORCE : T; p < PARTS; p++) {
-        const char *name = choose(group, wanted[p], names[p]);
-        if (!name && wanted[p]) {
+        const int none = wanted[p] && !*wanted[p];
+        const char *name = none ? NULL : choose(group, wanted[p], names[p]);
+        if (!name && wanted[p] && !none) {
             fprintf(stderr, "there is no %s\n", wanted[p]);
             return -1;
         }

@@ -60,11 +60,9 @@ n=$(awk '/ROLN_AE/ { print $NF }' "$out.h")
 N=$(awk '/ROLN_AE/ { sub(/,/, "", $3); print $3 }' "$out.h")
 motors=$(sed -n 's/.*joints, \([0-9]*\) motors,.*/\1/p' "$out.h")
 cp "$out.log" "$out.notes"
-full=-
 if [ "$n" != "$N" ]; then
     echo "training ${name}_full, all $N joints: ${out}_full.log"
-    train "${name}_full" || full=none
-    [ $full = none ] || errors "${out}_full_errors.csv" > "$out.full"
+    train "${name}_full" >> "$out.notes" && errors "${out}_full_errors.csv" > "$out.full"
 fi
 echo "training $name: $out.log"
 why=$(train "$name") || { cat "$out.notes" > "$out.log"; echo "$why" | tee -a "$out.log"; exit 1; }
@@ -74,10 +72,11 @@ errors "${out}_errors.csv" > "$out.own"
     echo "joints $N motors $motors n $n"
     echo '   ms  q + h qd  all joints  learned'
     awk -v same="$([ "$n" = "$N" ] && echo 1)" -F'[ ,]' '
-        FILENAME ~ /_constant.csv$/ { if (FNR > 1) constant[$1] = sprintf("%.2g", $2) }
-        FILENAME ~ /[.]full$/ { full[$1] = sprintf("%.2g", $2) }
-        FILENAME ~ /[.]own$/ { printf "%5s %9s %11s %8s\n", $1, constant[$1],
-            same ? sprintf("%.2g", $2) : $1 in full ? full[$1] : "-", sprintf("%.2g", $2) }' \
+        function short(x) { return sprintf(x < 100 ? "%.2g" : "%.0f", x) }
+        FILENAME ~ /_constant.csv$/ { if (FNR > 1) constant[$1] = short($2) }
+        FILENAME ~ /[.]full$/ { full[$1] = short($2) }
+        FILENAME ~ /[.]own$/ { if (same) full[$1] = short($2)
+            printf "%5s %9s %11s %8s\n", $1, constant[$1], $1 in full ? full[$1] : "-", short($2) }' \
         "${out}_constant.csv" "$out.full" "$out.own"
     sed -n 's/^/note /; 2,$p' "$out.notes"
     awk '$3 > 0 && $1 == 1000 { print "note " $3 " of " $4 " roll-outs of 1 s failed" }' "$out.own"

@@ -105,6 +105,7 @@ static struct {
     double *force;            /* [nv] a force that moves a joint well */
     double *want;             /* [2 nv] the controller's */
     double *pull;             /* [nu] a motor's force that does */
+    char why[300];            /* the last one was unstable */
     int turned, stopped, touched;                      /* of one recording: does it turn round, end at a limit, have contacts? */
     int turns, stops, contacts, kept, shorts, unstable; /* how many of those kept; and of those that are left out */
 } rig;
@@ -285,13 +286,16 @@ static void command(const drive *v, double t)
 
 /* ---- a recording ---- */
 
+/* Nonzero, and rig.why says it. */
 static int unstable(void)
 {
+    const char *why = NULL;
+    for (int i = 0; i < rig.m->nv && !why; i++)
+        if (!(fabs(rig.d->qvel[i]) < FAST)) why = "velocities out of hand";
     for (int i = 0; i < mjNWARNING; i++)
-        if (rig.d->warning[i].number && i != mjWARN_VGEOMFULL) return 1;
-    for (int i = 0; i < rig.m->nv; i++)
-        if (!(fabs(rig.d->qvel[i]) < FAST)) return 1;
-    return 0;
+        if (rig.d->warning[i].number && i != mjWARN_VGEOMFULL) why = mju_warningText(i, rig.d->warning[i].lastinfo);
+    if (why) snprintf(rig.why, sizeof rig.why, "%s", why);
+    return why != NULL;
 }
 
 /* Does a limit push, or a contact? */
@@ -367,7 +371,7 @@ static int record_all(demos *to)
     drive v = {0, 0, 0, numbers, numbers + terms, numbers + 2 * terms};
     int bad = 0;
     to->N = m->nv, to->forces = rig.columns, to->inputs = rig.inputs, to->dt = dt, to->count = 0, to->demo = NULL;
-    rig.stops = rig.contacts = rig.turns = rig.kept = rig.shorts = rig.unstable = 0;
+    rig.stops = rig.contacts = rig.turns = rig.kept = rig.shorts = rig.unstable = 0, *rig.why = 0;
     for (int k = 0; k < count && !bad; k++)
         for (int again = 0; again < TRIES; again++) {
             uint64_t state = mix(mix((uint64_t)settings[SEED].value) + (uint64_t)(k * TRIES + again) + 1);
@@ -596,8 +600,8 @@ static demos all_recordings(void)
     for (int attempt = 0; record_all(&d); attempt++) {
         demos_free(&d);
         if (attempt == 5)
-            fail("of %d recordings %d are unstable and %d come to a limit at once, even gently: a shorter timestep, wider ranges?",
-                 rig.kept + rig.shorts + rig.unstable, rig.unstable, rig.shorts);
+            fail("of %d recordings %d are unstable (%s) and %d come to a limit at once, even gently: a shorter timestep, wider "
+                 "ranges?", rig.kept + rig.shorts + rig.unstable, rig.unstable, *rig.why ? rig.why : "none", rig.shorts);
         if (rig.m->opt.integrator != rig.own) rig.m->opt.integrator = rig.own, printf("unstable with RK4; again with its own\n");
         else rig.spread /= 2, printf("unstable; again with amplitudes of %g\n", rig.spread);
     }

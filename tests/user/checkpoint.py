@@ -1,10 +1,10 @@
 """checkpoint.py - a checkpoint as PyTorch writes it of the authors' RO-LNN, and what the model in it computes, in double.
 
-    checkpoint.py KIND FILE [PROBE]
+    checkpoint.py KIND FILE [PROBE CSV]
 
 KIND: ae, an autoencoder 6, 4, 2 and networks 8, 8; lnn, three joints, networks 5, a base point; or one of them with something
-wrong. PROBE: a C header with states and what import.sh demands of them. Twin of roln: the activation as it is published, matrix
-exponentials as power series, derivatives of energies and of the decoder as differences.
+wrong. PROBE: a C header with states and what import.sh demands of them; CSV: the states as a recording. Twin of roln: the
+activation as it is published, matrix exponentials as power series, derivatives of energies and of the decoder as differences.
 """
 import io
 import math
@@ -124,6 +124,7 @@ def autoencoder(rng, sizes, state):
 
 def model(kind):
     rng, state = random.Random(5), OrderedDict()
+    state._metadata = OrderedDict([("", {"version": 1})])
     if kind.startswith("lnn"):
         networks(rng, "layers", 3, [5], state)
         state["layers_M.2.exp_point"] = Tensor((3, 3), [2, .5, -.25, .5, 1, .125, -.25, .125, .75])
@@ -270,7 +271,7 @@ class Twin:
         return at([[(a + 2 * b + 2 * c + d) / 6 for a, b, c, d in zip(*p)] for p in zip(k1, k2, k3, k4)], 1)
 
 
-def probe(path, twin, scheme):
+def probe(path, csv, twin, scheme):
     rng, rows = random.Random(9), []
     for _ in range(4):
         q, qd, tau = draw(rng, twin.N, .5), draw(rng, twin.N, .5), draw(rng, twin.N, .5)
@@ -279,6 +280,8 @@ def probe(path, twin, scheme):
         after = twin.step(z, zd, tau, .01, scheme)
         rows.append([q, qd, tau, z, zd, twin.decode(z), twin.along(twin.decode, z, zd), sum(twin.mass(z), []), c, g,
                      [twin.kinetic(z, zd)], [twin.network("V", z)[0]], twin.reduce(z, tau), *after])
+    with open(csv, "w") as f:
+        f.write("t,and so on\n" + "".join(", ".join(map(repr, [.01 * i] + r[0] + r[1])) + "\n\n" for i, r in enumerate(rows)))
     with open(path, "w") as f:
         f.write("static const double probes[][14][64] = {\n")
         for row in rows:
@@ -352,7 +355,7 @@ def main(kind, path, *header):
     spoil(kind, state)
     write(path, state, "big" if kind.startswith("lnn") else "little", cut=40 if kind == "ae-cut" else 0)
     if header:
-        probe(header[0], Twin(state, kind == "ae-off"), "euler" if kind == "lnn" else "rk4")
+        probe(*header, Twin(state, kind == "ae-off"), "euler" if kind == "lnn" else "rk4")
 
 
 main(*sys.argv[1:])

@@ -50,16 +50,28 @@ static void put(void *file, const char *text)
 int main(int argc, char **argv)
 {
     static unsigned char file[M(packed_size) + 1], bytes[M(packed_size)];
-    static M(params) p;
+    static M(params) p, seen;
     static M(work) work;
     FILE *f = fopen(argv[1], "rb"), *text = fopen(argv[2], "w");
+    roln_real q[4][M(N)], qd[4][M(N)];
     size_t k;
+    int j;
     if (argc != 3 || !f || !text) return 1;
     if (M(unpack)((int)fread(file, 1, sizeof file, f), file, &p) != ROLN_OK) return printf("not unpacked\n"), 1;
     M(pack)(&M(weights), bytes);
     if (memcmp(&p, &M(weights), sizeof p) != 0 || memcmp(file, bytes, sizeof bytes) != 0) return printf("other numbers\n"), 1;
     if (M(write)(&p, put, text) != ROLN_OK || fclose(text) != 0) return 1;
+    seen = p;
     if (p.scale.q != 1 || p.scale.t != 1 || p.dt != DT) return printf("other scales\n"), 1;
+    for (k = 0; k < sizeof probes / sizeof *probes; k++) { /* the motion of motion= */
+        for (j = 0; j < (int)M(N); j++)
+            q[k][j] = (roln_real)probes[k][0][j], qd[k][j] = (roln_real)probes[k][1][j];
+    }
+    if (M(fit_range)(&seen, 4, q[0], qd[0], &work) != ROLN_OK) return 1;
+    for (j = 0; j < (int)M(n); j++) {
+        const double y[] = {(double)seen.z_min[j], (double)seen.z_max[j], (double)seen.zd_max[j]};
+        compare("z_min", 1, &p.z_min[j], y), compare("z_max", 1, &p.z_max[j], y + 1), compare("zd_max", 1, &p.zd_max[j], y + 2);
+    }
     for (k = 0; k < sizeof probes / sizeof *probes; k++) {
         const double (*y)[64] = probes[k];
         M(state) x, back;
@@ -89,8 +101,9 @@ model() {
     dt=$2
     shift 2
     mkdir -p "$dir/$name"
-    check "$kind: a checkpoint" $python tests/user/checkpoint.py "$kind" "$dir/$name/model.pt" "$dir/$name/probe.h"
-    check "$kind: imported" $import "$dir/$name/model.pt" "$name" out="$dir/$name" dt="$dt" "$@"
+    check "$kind: a checkpoint" $python tests/user/checkpoint.py "$kind" "$dir/$name/model.pt" "$dir/$name/probe.h" \
+        "$dir/$name/motion.csv"
+    check "$kind: imported" $import "$dir/$name/model.pt" "$name" out="$dir/$name" dt="$dt" motion="$dir/$name/motion.csv" "$@"
     for cc in gcc clang; do
         check "$kind: $cc" $cc -std=c99 -O1 -ffp-contract=off -Wall -Wextra -Wpedantic -Werror -I. -I"$dir/$name" -DMODEL="$name" \
             -DDT="${dt}f" $dir/probe.c -o "$dir/$name/probe" -lm
@@ -137,6 +150,11 @@ refuses 'dt=1e+39 is too large for a float\|1e+39 is too large for a float' ae $
 refuses 'repair=2: 0 or 1' ae $a repair=2
 refuses 'activation=ReLU: the networks of roln have SoftPlus' ae $a activation=ReLU
 refuses 'beta=1: not one of alpha=, step=' ae $a beta=1
+refuses 'cannot read .*nothing.csv' ae $a motion=$dir/nothing.csv
+printf 't,q1\n0,1\n' > $dir/few.csv
+refuses 'few.csv, sample 1: not t, 6 q, 6 qd' ae $a motion=$dir/few.csv
+echo t > $dir/none.csv
+refuses 'none.csv has no samples' ae $a motion=$dir/none.csv
 name=2arm refuses '2arm: no name in C' ae $a
 refuses 'layer 1: Psi^T Phi is not I; repair=1' ae-off $a
 refuses 'layer 1: Psi^T Phi has no inverse' ae-singular $a repair=1

@@ -144,6 +144,10 @@ xml still "<body><joint axis='0 1 0'/>$rod</body>" '' "gravity='0 0 0'"
 says 'still was not trained: no start from this data: it does not move' \
     sh tests/mujoco/learn.sh $dir/still.xml $dir/learned/still steps=1 train=4 test=1 seconds=0.5
 says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir/learned/nothing steps=1
+says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
+check 'no better than q + h qd' sh -c "
+    sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
+    [ \$? -eq 2 ] && tail -n 1 $dir/worse.log | grep -x 'note no better than q + h qd'"
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/slider $dir/learned/still $dir/learned/fivebar > $dir/table &&
     grep '^| slider | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | ' $dir/table &&
     grep '^| still | .* does not move, or .* |$' $dir/table"
@@ -204,6 +208,8 @@ check 'robomimic: its numbers' cmp $dir/robo.csv $dir/robo.want
 check 'states' sh -c "build/convert $dir/robo.h5 $dir/states.csv states=2 && cmp $dir/states.csv $dir/robo.want"
 check 'names' build/convert $dir/robo.h5 $dir/names.csv q=obs/robot0_joint_pos qd=obs/robot0_joint_vel force=actions dt=0.25
 check 'names: the same numbers' cmp $dir/names.csv $dir/robo.want
+check 'no commands' sh -c "build/convert $dir/robo.h5 $dir/names.csv dt=0.25 force= && head -n 1 $dir/names.csv |
+    grep -x 't,q1,q2,qd1,qd2'"
 says 'convert IN.h5' build/convert $dir/robo.h5
 says 'convert IN.h5' build/convert $dir/robo.h5 $dir/no.csv dt=-1
 says 'convert IN.h5' build/convert $dir/robo.h5 $dir/no.csv much
@@ -248,10 +254,11 @@ says 'the file name is to be a name in C$' build/record $machines/slider.xml $di
 says 'a file name of 1 to 80 letters' build/record $machines/slider.xml $dir/
 says 'cannot write .*nowhere/a.h' build/record $machines/slider.xml $dir/nowhere/a $few
 xml stiff "<body><joint type='slide' axis='1 0 0' stiffness='1e9'/>$bead</body>"
-says '[0-9]* are unstable and 0 come to a limit at once, even gently' build/record $dir/stiff.xml $dir/no $few
+says '[0-9]* are unstable (velocities out of hand) and 0 come to a limit at once, even gently' \
+    build/record $dir/stiff.xml $dir/no $few
 check 'gentler and gentler' grep 'again with amplitudes of 0.0625' $dir/says.log
 xml tight "<body><joint axis='0 1 0' limited='true' range='1 1.1'/>$rod</body>"
-says 'come to a limit at once, even gently' build/record $dir/tight.xml $dir/no $few
+says 'are unstable (none) and [1-9][0-9]* come to a limit at once, even gently' build/record $dir/tight.xml $dir/no $few
 check 'nothing is left of what was refused' sh -c "! ls $dir/no.* $dir/no_* 2> /dev/null"
 check 'no MODEL' sh -c "! make -s learn MODEL= 2>&1 && ! make -s record MODEL= 2>&1"
 check 'no MODEL: said' sh -c "make -s learn MODEL= 2> /dev/null | grep 'make learn MODEL=my.xml'"
