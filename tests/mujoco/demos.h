@@ -28,8 +28,8 @@ int demos_write_csv(const demos *d, int test, const char *path);
 int demos_write_h5(const demos *d, const char *model, const char *path);
 
 /* What demos_read_h5 takes for q, qd, tau, u and t: names inside a recording, NULL: the first that is there of those that the
-   comment of convert.c lists, "": none. states > 0: q and qd are columns 1 .. 2 states of `states`, MuJoCo's state of that many joints,
-   whose column 0 is t. dt > 0: the time from sample to sample where there is no t. */
+   comment of convert.c lists, "": none. states > 0: q and qd are columns 1 .. 2 states of `states`, MuJoCo's state of that many
+   joints, whose column 0 is t. dt > 0: the time from sample to sample where there is no t. */
 typedef struct {
     const char *q, *qd, *force, *t, *data;
     int states;
