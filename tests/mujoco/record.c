@@ -534,6 +534,27 @@ static void write_config(const char *name, const char *path, const char *model, 
 
 /* ---- q + h qd ---- */
 
+/* q - to of joint i; of an angle that a model knows for one, the shorter way. */
+static double between(int i, double q, double to)
+{
+    return PROPOSE_ANGLES && circles(i) ? remainder(q - to, 2 * PI) : q - to;
+}
+
+/* Of those angles the mean of the training is that of their directions. */
+static void mean_directions(const demos *d, double *mean)
+{
+    const int wide = demos_wide(d);
+    for (int i = 0; i < d->N; i++) {
+        double s = 0, c = 0;
+        for (int k = 0; k < d->count; k++)
+            for (int j = 0; j < d->demo[k].samples && !d->demo[k].test; j++) {
+                const double q = d->demo[k].row[j * wide + 1 + i];
+                s += sin(q), c += cos(q);
+            }
+        if (PROPOSE_ANGLES && circles(i)) mean[i] = atan2(s, c);
+    }
+}
+
 static void write_constant(const demos *d, const char *path)
 {
     static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
@@ -542,6 +563,7 @@ static void write_constant(const demos *d, const char *path)
     FILE *f = fopen(path, "w");
     if (!f) fail("cannot write %s", path);
     moments(d, mean, NULL);
+    mean_directions(d, mean);
     fprintf(f, "ms,E_q_percent\n");
     for (int h = 0, before = -1; h < 10; h++) {
         const int ahead = (int)(ms[h] * 1e-3 / d->dt + 0.5);
@@ -552,7 +574,7 @@ static void write_constant(const demos *d, const char *path)
             for (int s = 0; s + ahead < d->demo[k].samples && d->demo[k].test; s += every) {
                 const double *q = d->demo[k].row + s * wide + 1, *end = q + ahead * wide;
                 for (int i = 0; i < N; i++) {
-                    const double e = q[i] + ahead * d->dt * q[N + i] - end[i], v = end[i] - mean[i];
+                    const double e = between(i, q[i] + ahead * d->dt * q[N + i], end[i]), v = between(i, end[i], mean[i]);
                     off += e * e, var += v * v;
                 }
             }
