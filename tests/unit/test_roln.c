@@ -1164,7 +1164,7 @@ static void package_of(const roln_model *md, package *p)
     p->md = md, p->n = f->n;
     p->sizes = 8 + md->ae.layers + f->mass_net.layers + 2 * f->layers;
     p->lead = 8 + 2 * p->sizes;
-    p->total = ROLN_PACKED(md->ae.layers, f->mass_net.layers, f->layers, f->n, roln_params(md));
+    p->total = ROLN_PACKED(md->ae.layers, f->mass_net.layers, f->layers, f->angles, f->n, roln_params(md));
     p->numbers = 5 + 3 * f->n + roln_params(md);
     CHECK(p->total <= MAXB - 8 && p->numbers <= MAXNUM);
 }
