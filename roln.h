@@ -524,8 +524,8 @@ typedef struct {
     roln_real *tau;
 } roln_held;
 
-/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. Every
-   angle does. */
+/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. An
+   angle does, whatever its range, up to 2^20. */
 ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const roln_real *z, const roln_real *zd)
 {
     const roln_lnn *lnn = &m->model->lnn;
@@ -534,7 +534,7 @@ ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const rol
     for (i = 0; i < n; i++) {
         const roln_real wide = margin * (m->z_max[i] - m->z_min[i]);
         in &= roln_finite(z[i]) && roln_finite(zd[i]) &&
-              (roln_lnn_angle(lnn, i) || (z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide));
+              (roln_lnn_angle(lnn, i) ? rolni_is_angle(z[i]) : z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide);
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * m->zd_max[i];
     }
     return in;
@@ -2303,7 +2303,7 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, slope or least differ; with angles, scale.q is
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, slope or least differ; scale.q of angles is
    not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max,
    zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */

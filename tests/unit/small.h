@@ -99,6 +99,14 @@
 #define ROLN_HORIZON 2
 #include "roln.h"
 
+#define ROLN_NAME wheel /* two angles and a slider between them */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 5
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_HORIZON 3
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
@@ -150,7 +158,7 @@ typedef struct {
     members scratch;
 } model;
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, MODELS };
 #define MODEL(of, block, tick) \
     {#of, \
      &of##_model, \
@@ -169,6 +177,7 @@ static const model models[MODELS] = {
     MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
     MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
     MODEL(layered, 16, NUMBERS_OF(layered_work, tick)), MODEL(chart, 4, NUMBERS_OF(chart_work, tick)), MODEL(curved, 16, 0),
+    MODEL(wheel, 16, NUMBERS_OF(wheel_work, tick)),
 };
 
 #define N_OF(k) (models[k].size.N)
@@ -179,8 +188,13 @@ static const model models[MODELS] = {
 
 enum { MAXP = 1200, MAXN = 16 }; /* parameters, numbers of a vector */
 
-static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, unit = {1, 1};
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, with_angles = {1, ROLN_C(0.5)}, unit = {1, 1};
 static const roln_real dt = ROLN_C(0.0625);
+
+ROLN_FN const roln_scale *scale_of(int k)
+{
+    return models[k].md->lnn.angles ? &with_angles : &scale;
+}
 
 ROLN_FN roln_trained trained(const roln_model *md, const roln_scale *sc, const roln_real *theta)
 {
