@@ -2978,7 +2978,7 @@ ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
    scale.q is not 1. */
 ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 {
-    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least && (!ROLNI_(angles) || p->scale.q == 1));
+    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least && (ROLNI_(angles) == 0 || p->scale.q == 1));
 }
 
 /* z = rho(q), zd = D(q) qd. */

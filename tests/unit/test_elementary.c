@@ -263,6 +263,47 @@ static void shape(void)
     CHECK(odd == 0);
 }
 
+/* Sine, cosine and wrapped angles, in eps: where turns are exact, and beyond. */
+static void angles(void)
+{
+    static const struct { double top, sine, turn; } scale[] = {
+        {0.8, 0.7, 0}, {3.15, 0.7, 1}, {30, 0.7, 1}, {3000, 0.7, 1.3},
+        {1048576, BOUND(270000, 1), BOUND(270000, 300)}}; /* 300: of 2 pi in long double */
+    const roln_real pi = REAL(3.14159265358979323846), inf = REAL(HUGE_VAL), end = REAL(1048576);
+    const roln_real odd[4] = {inf, -inf, real((roln_bits)~SIGN_BIT), real(bits(end) + 1)};
+    const wide turn = 8 * REF(atan)((wide)1);
+    const int points = check_sample ? 20000 : 2000000;
+    uint64_t seed = 3;
+    roln_real s, c;
+    int k, i;
+    for (k = 0; k < 5; k++) {
+        double sine = 0, off = 0, outside = 0, moved = 0;
+        for (i = 0; i < points; i++) {
+            const roln_real x = REAL(scale[k].top) * (REAL(2) * roln_uniform(&seed) - REAL(1)), y = roln_wrap(x);
+            const wide v = (wide)x, d = REF(remainder)((wide)y - v, turn);
+            double e;
+            roln_sincos(x, &s, &c);
+            e = (double)REF(fmax)(REF(fabs)((wide)s - REF(sin)(v)), REF(fabs)((wide)c - REF(cos)(v)));
+            sine = e > sine ? e : sine;
+            off = (double)REF(fabs)(d) > off ? (double)REF(fabs)(d) : off;
+            outside += !(y > -pi && y <= pi), moved += x > -pi && x <= pi && !same(x, y);
+        }
+        CHECK_BELOW(sine / (double)ROLN_EPS, scale[k].sine);
+        CHECK_BELOW(off / (double)ROLN_EPS, scale[k].turn);
+        CHECK(outside <= 0 && moved <= 0);
+    }
+    for (k = 0; k < 4; k++) {
+        roln_sincos(odd[k], &s, &c);
+        CHECK(s != s && c != c && roln_wrap(odd[k]) != roln_wrap(odd[k]));
+    }
+    for (k = 0; k < 2; k++) {
+        roln_sincos(k ? end : -end, &s, &c);
+        CHECK(roln_finite(s) && roln_finite(c) && roln_finite(roln_wrap(k ? end : -end)));
+    }
+    roln_sincos(0, &s, &c);
+    CHECK(same(s, 0) && same(c, 1) && same(roln_wrap(pi), pi) && roln_wrap(-pi) > REAL(3.14159) && same(roln_wrap(0), 0));
+}
+
 void TEST_NAME(elementary)(void);
 void TEST_NAME(elementary)(void)
 {
@@ -272,6 +313,7 @@ void TEST_NAME(elementary)(void)
     special();
     array();
     shape();
+    angles();
     sweep(w);
     for (f = 0; f < COUNT; f++)
         printf("  %-8s %-6s worst %.3f ulp at %.17g\n", name[f], TEST_PRECISION, w[f].ulp, (double)w[f].at);

@@ -62,13 +62,15 @@ static void make(int k, int kind, int count, uint64_t *s, data *d)
     const int numbers = (count * length + stride) * N;
     int i;
     CHECK(numbers <= MAXD && count <= WINDOWS);
-    dyadic(numbers, is_var(kind) && k == WHEEL ? ROLN_C(0.5) : 2, s, d->q), dyadic(numbers, soft ? 1 : 2, s, d->qd);
+    dyadic(numbers, 2, s, d->q), dyadic(numbers, soft ? 1 : 2, s, d->qd);
     dyadic(numbers, 4, s, d->qdd), dyadic(numbers, soft ? 1 : 4, s, d->tau);
+    for (i = 0; i < N && is_var(kind) && k == WHEEL; i++) /* near 0, where rounding is as small as the motion */
+        d->q[i] /= 32;
     for (i = N; i < numbers && is_var(kind); i++)
         d->q[i] = d->q[i % N] + d->q[i] / 64;
     for (i = 0; i < count; i++)
         d->start[i] = (count - 1 - i) * length;
-    d->h = !soft ? dt : k == WHEEL ? dt / 2 : dt / 8;
+    d->h = soft ? dt / 8 : dt;
     d->b.count = count, d->b.steps = H, d->b.stride = stride;
     d->b.start = kind % 2 ? d->start : NULL;
     d->b.q = d->q;
