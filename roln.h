@@ -15,6 +15,7 @@
        #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
        #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
+       #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
@@ -68,6 +69,7 @@
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
+       NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
@@ -957,6 +959,16 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
     if (out->T) *out->T = *T;
     if (out->V) *out->V = *V;
     return ROLN_OK;
+}
+
+/* Levels c [n] and velocities v [n] of the dry friction c_j tanh(zd_j / v_j). */
+ROLN_INLINE void roln_friction(const roln_trained *m, roln_real *c, roln_real *v)
+{
+    const roln_lnn *lnn = &m->model->lnn;
+    const roln_real *logs = rolni_net(m) + rolni_friction_at(lnn), t = m->scale->t;
+    int i;
+    for (i = 0; i < lnn->n; i++)
+        c[i] = roln_exp(logs[i]) / (t * t), v[i] = roln_exp(logs[lnn->n + i]) / t;
 }
 
 /* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
@@ -2266,7 +2278,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0))), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
-    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
+    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree + 4096 * f->friction;
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2489,13 +2501,14 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
-                                         "angles"};
+                                         "angles", "friction"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[10], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[11], hidden[ROLN_MLP_MAX - 1] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
     other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
+    other[10] = f->friction;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
@@ -2507,6 +2520,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
     rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
     rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
     rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
     rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
     rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
@@ -2773,6 +2787,9 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_DAMPING
 #define ROLN_DAMPING 0
 #endif
+#ifndef ROLN_FRICTION
+#define ROLN_FRICTION 0
+#endif
 #ifndef ROLN_ANGLES
 #define ROLN_ANGLES 0
 #endif
@@ -2851,6 +2868,7 @@ enum {
     ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
     ROLNI_(base) = ROLN_BASE,
     ROLNI_(damping) = ROLN_DAMPING,
+    ROLNI_(friction) = ROLN_FRICTION,
     ROLNI_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
     ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
@@ -2865,7 +2883,8 @@ enum {
     ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
     /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
-                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0),
+                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
+                       ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
@@ -2915,6 +2934,7 @@ ROLNI_ASSERT(angles_need_31_joints_at_most, ROLNI_(angles) == 0 || ROLNI_(N) <= 
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
+ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
@@ -2963,7 +2983,7 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
-     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles)},
+     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
 #undef ROLNI_MLP_OF
 
@@ -3119,6 +3139,19 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
     return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
 }
+
+#if ROLN_FRICTION > 0
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, and
+   v [n], in 1/s. */
+ROLN_FN void ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
+                                 roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    roln_friction(&m, c, v);
+}
+#else
+ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
+#endif
 
 /* y = D^T M D v, the apparent inertia of the full space applied to v. */
 ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real v[ROLN_AT_LEAST(ROLNI_(N))],
@@ -3525,6 +3558,7 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_LAYERS
 #undef ROLN_LEAST
 #undef ROLN_DAMPING
+#undef ROLN_FRICTION
 #undef ROLN_ANGLES
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON

@@ -1,6 +1,6 @@
 /* roln_lnn.h - Lagrangian neural network: a learned mass matrix, potential and dissipation, and the motion they imply.
 
-       M(z) zdd + C(z,zd) zd + g(z) + R(z) zd = tau_z        M = exp_P(U(z)),  g = dV/dz,  R = L L^T
+       M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)
 
    u, V and L are multilayer perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from
    u, exp_P the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD
@@ -195,6 +195,7 @@ typedef struct {
     roln_mlp damper_net;            /* z -> L, ROLN_TRI(n) outputs */
     uint32_t angles;                /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
                                        have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
+    int friction;                   /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0 */
 } roln_lnn;
 
 #define ROLN_ANGLES_MAX 31
@@ -212,8 +213,8 @@ ROLNI_INLINE roln_real roln_lnn_near(const roln_lnn *f, int i, roln_real a, roln
     return !roln_lnn_angle(f, i) || (d > -ROLNI_PI && d <= ROLNI_PI) ? b : a - roln_wrap(d);
 }
 
-/* theta holds the networks (mass, potential and, if damping, damper), P if base, and the SPD layers: ROLN_GYRO the
-   triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
+/* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and the SPD
+   layers: ROLN_GYRO the triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
 ROLN_FN int rolni_potential_at(const roln_lnn *f)
 {
     return roln_mlp_params(&f->mass_net);
@@ -224,9 +225,14 @@ ROLN_FN int rolni_damper_at(const roln_lnn *f)
     return rolni_potential_at(f) + roln_mlp_params(&f->potential_net);
 }
 
-ROLN_FN int rolni_base_at(const roln_lnn *f)
+ROLN_FN int rolni_friction_at(const roln_lnn *f)
 {
     return rolni_damper_at(f) + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+}
+
+ROLN_FN int rolni_base_at(const roln_lnn *f)
+{
+    return rolni_friction_at(f) + (f->friction ? 2 * f->n : 0);
 }
 
 ROLN_FN int rolni_layer_at(const roln_lnn *f, int layer)
@@ -245,8 +251,8 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return rolni_layer_at(f, f->layers);
 }
 
-/* Random networks with small outputs, so that M is near I (and P = I), R near 0. Gyro layers start as the identity (W = 1,
-   B = I), BiMap as the leading block (W = [I; 0]). */
+/* Random networks with small outputs, so that M is near I (and P = I), R near 0; c = v = e^-2. Gyro layers start as the identity
+   (W = 1, B = I), BiMap as the leading block (W = [I; 0]). */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
     roln_real *th = theta + rolni_base_at(f);
@@ -257,6 +263,8 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
             theta[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
+    for (j = 0; f->friction && j < 2 * f->n; j++)
+        theta[rolni_friction_at(f) + j] = -2;
     for (j = 0; f->base && j < w * w; j++)
         *th++ = j % (w + 1) == 0;
     for (i = 0; i < f->layers; i++) {
@@ -335,7 +343,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
     X(g, (nb) * S(n))                                              /* [nb][n]           dV/dz */ \
     X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
-    X(d, (nb) * S(n))                                              /* [nb][n]           R zd, 0 without damping */ \
+    X(d, (nb) * S(n))                                              /* [nb][n]           R zd and friction, 0 without */ \
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(width))             /* [nb][width]       eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(width))                       /* [nb][width]       e^-l */ \
@@ -1178,6 +1186,14 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
     roln_mm_bt(1, n, n, y, L, t->d + r * n);
 }
 
+/* Dry friction of row r: d += c o tanh(zd / v). logs: log c [n], log v [n]. */
+ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, int r)
+{
+    int i;
+    for (i = 0; i < n; i++)
+        t->d[r * n + i] += roln_exp(logs[i]) * roln_tanh(roln_exp(-logs[n + i]) * t->zd[r * n + i]);
+}
+
 /* One sweep forward: fills the tape at s [2][nb][n]. w [nb][n]: the velocity of roln_lnn_inverse, NULL for zd. The gradient
    kin = 1/2 grad_z (zd^T M w) is the backward of a row at once, rolni_row_bwd, with the pair (zd, w) and no directions; its
    cotangents of u take the place of u, which the eigenbasis has used by then. */
@@ -1228,6 +1244,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
+            if (f->friction) rolni_friction(n, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
@@ -1273,6 +1290,20 @@ ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta
     }
     plane.x = rolni_into(f, 1, nb, t), plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
     roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gy, gtheta ? gtheta + at : NULL, work);
+}
+
+/* -a^T (c o tanh(zd / v)): adds to gzd [nb][n] and to glogs [2][n], the cotangents of log c, log v (may be NULL). */
+ROLN_FN void rolni_friction_bwd(int n, int nb, const roln_real *logs, const rolni_tape *t, const roln_real *a, roln_real *gzd,
+                                roln_real *glogs)
+{
+    int r, i;
+    for (r = 0; r < nb; r++)
+        for (i = 0; i < n; i++) {
+            const roln_real u = roln_exp(-logs[n + i]), x = u * t->zd[r * n + i], y = roln_tanh(x);
+            const roln_real ac = a[r * n + i] * roln_exp(logs[i]), slope = ac * ((1 - y) * (1 + y));
+            gzd[r * n + i] -= slope * u;
+            if (glogs) glogs[i] -= ac * y, glogs[n + i] += slope * x;
+        }
 }
 
 /* -a^T g = -DV[a]: adds to gy [2][nb][inputs], the cotangents of what the network sees of z and of a, given as a, and to gtheta. */
@@ -1348,6 +1379,9 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
     rolni_mass_bwd(f, nb, theta, &t, of, a, g, gtheta, work);
     if (k > 0) rolni_potential_bwd(f, nb, theta, &t, a, g, gtheta, work);
     if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, g, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
+    if (k > 0 && f->friction)
+        rolni_friction_bwd(n, nb, theta + rolni_friction_at(f), &t, of->a, k == 2 ? gx + 2 * nb * n : gzd,
+                           gtheta ? gtheta + rolni_friction_at(f) : NULL);
     if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
     for (i = 0; gz && i < nb * n; i++)
         gz[i] += gx[i];
@@ -1459,7 +1493,8 @@ ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int nb, const roln_real *th
     rolni_motion_bwd(f, nb, theta, lambda, gs, gzdd, gtheta, tape, work);
 }
 
-/* Terms of the equations of motion at one state: M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V. */
+/* Terms of the equations of motion at one state: M [n][n], c = C zd, g, d [n], R zd and friction, kinetic and potential energy T,
+   V. */
 typedef struct {
     roln_real *M, *c, *g, *d, *T, *V; /* each may be NULL */
 } roln_terms_out;

@@ -219,8 +219,8 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
        float     0.96  1.39    0.98   1.32    2.40    2.06       2.41
        double    0.95  1.23    1.32   1.25    2.37    2.03       2.36
 
-   Worst error of sin and cos in eps: 0.66 for |x| up to 3,000 in float, 0.82 up to 2^20 in double; in float beyond 3,000 what half an
-   ulp of x makes. */
+   Worst error of sin and cos in eps: 0.66 for |x| up to 3,000 in float, 0.82 up to 2^20 in double; in float beyond 3,000 what half
+   an ulp of x makes. tanh: WORST_TANH ulp. */
 
 /* ln 2 = ROLNI_LN2HI + ROLNI_LN2LO; k * ROLNI_LN2HI is exact, with a bit to spare, for every exponent k. */
 #ifdef ROLN_DOUBLE
@@ -414,6 +414,14 @@ ROLN_FN roln_real roln_sigmoid(roln_real x)
     roln_real y, s;
     rolni_softplus(x, &y, &s);
     return s;
+}
+
+/* tanh x = -t / (2 + t) with the sign of x, t = e^(-2 |x|) - 1. */
+ROLN_FN roln_real roln_tanh(roln_real x)
+{
+    const roln_bits b = rolni_bits(x), sign = b & ROLNI_SIGN;
+    const roln_real t = roln_expm1(ROLN_C(-2.0) * rolni_real(b & ~ROLNI_SIGN));
+    return rolni_real((rolni_bits(t / (ROLN_C(2.0) + t)) & ~ROLNI_SIGN) | sign);
 }
 
 /* y is argument and result, so that no overlap check stands before the vector loop. */

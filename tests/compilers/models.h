@@ -38,6 +38,7 @@
 #define ROLN_AE 3
 #define ROLN_MLP 16, 16
 #define ROLN_ANGLES 1, 0, 1
+#define ROLN_FRICTION 1
 #define ROLN_ROWS 50
 #include "roln.h"
 

@@ -99,11 +99,12 @@
 #define ROLN_HORIZON 2
 #include "roln.h"
 
-#define ROLN_NAME wheel /* two angles and a slider between them */
+#define ROLN_NAME wheel /* two angles and a slider between them, dry friction */
 #define ROLN_AE 3
 #define ROLN_MLP 4, 5
 #define ROLN_ANGLES 1, 0, 1
 #define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
 #define ROLN_HORIZON 3
 #include "roln.h"
 
@@ -324,6 +325,8 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
+    for (i = 0; f->friction && i < f->n; i++) /* little, and not sharp: midpoint converges */
+        theta[rolni_friction_at(f) + i] -= 2, theta[rolni_friction_at(f) + f->n + i] += 1;
     if (f->base) near_one(w, P), P += w * w;
     for (l = 0; l < f->layers; l++) {
         const int wo = f->width[l + 1];

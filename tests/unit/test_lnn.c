@@ -64,13 +64,14 @@ static void set_sizes(const roln_lnn *f)
 #define TERMS_WORK ROLN_LNN_TERMS_WORK(SZ)
 
 /* Where the parts of theta begin, in the order that the header tells. */
-static int damper_at, base_at, layer_at[ROLN_LAYERS_MAX];
+static int damper_at, friction_at, base_at, layer_at[ROLN_LAYERS_MAX];
 
 static void layout(const roln_lnn *f)
 {
     int i, at;
     damper_at = roln_mlp_params(&f->mass_net) + roln_mlp_params(&f->potential_net);
-    base_at = at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+    friction_at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+    base_at = at = friction_at + (f->friction ? 2 * f->n : 0);
     if (f->base) at += f->width[0] * f->width[0];
     for (i = 0; i < f->layers; i++) {
         const int w = f->width[i];
@@ -257,6 +258,8 @@ static void t_terms(const ld *z, const ld *zd)
                 tt.C[i * n + j] += (tt.dM[k * nn + i * n + j] + tt.dM[j * nn + i * n + k] - tt.dM[i * nn + j * n + k]) / 2 * zd[k];
                 tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
             }
+    for (i = 0; m.f.friction && i < n; i++)
+        tt.d[i] = expl(m.th[friction_at + i]) * tanhl(zd[i] / expl(m.th[friction_at + n + i]));
     if (!m.f.damping) return;
     t_net(&m.f.damper_net, m.th + damper_at, z, u);
     t_low(n, u, 0, L);
@@ -493,6 +496,12 @@ static roln_lnn damped(roln_lnn f)
     return f;
 }
 
+static roln_lnn rubbing(roln_lnn f)
+{
+    f.friction = 1;
+    return f;
+}
+
 /* Angles where `angles` has a bit; the networks have an input more for each. */
 static roln_lnn turning(roln_lnn f, uint32_t angles)
 {
@@ -504,7 +513,7 @@ static roln_lnn turning(roln_lnn f, uint32_t angles)
 }
 
 /* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
-enum { VARIANTS = 10, TURNING = 13 }; /* behind VARIANTS those with angles, up to TURNING */
+enum { VARIANTS = 10, TURNING = 13, ALL = 15 }; /* behind VARIANTS those with angles, behind TURNING with friction, or both */
 static roln_lnn variant(int i)
 {
     switch (i) {
@@ -520,7 +529,9 @@ static roln_lnn variant(int i)
     case 9: return behind(shape(2, 1, 2, 2, 0), 4, "3r2");
     case 10: return turning(damped(shape(2, 1, 2, 3, 0)), 2);
     case 11: return turning(cholesky(damped(shape(3, 0, 3, 2, 2))), 5);
-    default: return turning(shape(2, 0, 2, 3, 0), 3);
+    case 12: return turning(shape(2, 0, 2, 3, 0), 3);
+    case 13: return rubbing(shape(2, 0, 2, 3, 0));
+    default: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
     }
 }
 
@@ -568,6 +579,7 @@ static void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
     layout(f);
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
+    for (i = friction_at + f->n; i < base_at && f->friction; i++) th[i] += 3; /* smooth enough for differences */
     for (i = 0; i < f->width[0] && has(f, ROLN_REEIG) >= 0; i++)
         th[nm - ROLN_TRI(f->width[0]) + i] += i % 2 ? ROLN_C(0.8) : ROLN_C(-0.8);
     if (f->base) random_spd(f->width[0], th + base_at, s);
@@ -1321,7 +1333,7 @@ static void check_linear(roln_lnn f, int force, uint64_t *seed)
         } else {
             t_run(out);
             memcpy(s, m.s, sizeof *s * (size_t)n2);
-            if (scheme == ROLN_MIDPOINT && !f.damping) {
+            if (scheme == ROLN_MIDPOINT && !f.damping && !f.friction) {
                 const ld unit = EPS + 1e-17L / t_width();
                 BOUND("linear: midpoint is symplectic (eps)", symplectic_defect(A, s, out) / unit, 60);
             } else if (EPS < 1e-10L) {
@@ -2088,7 +2100,7 @@ void TEST_NAME(lnn)(void)
     test_iterations(&seed);
     test_rooms(&seed);
     test_turns(&seed);
-    for (i = VARIANTS; i < TURNING; i++) {
+    for (i = VARIANTS; i < ALL; i++) {
         const roln_lnn f = variant(i);
         for (T = ROLN_EULER; T <= ROLN_MIDPOINT; T++) check_maps(i, T, &seed);
         check_start(f, i % 2, &seed);
