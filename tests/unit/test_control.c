@@ -1772,7 +1772,8 @@ static double encoder_residual(int k, double push, int window)
    the model does not know stands out. */
 static void test_guard_encoder(int k)
 {
-    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, 4, 32);
+    const double push = 8 / scale_of(k)->q; /* as much in the units of the networks */
+    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, push, 32);
     BOUND("guard, 12-bit encoders, mean over 32 ticks / one tick", mean / one, 1 / 25.);
     CHECK(pushed > 4 * mean);
 #ifdef ROLN_TEST_VERBOSE
