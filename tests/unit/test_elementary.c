@@ -85,9 +85,9 @@ static wide ref_sinhc(wide x)
 
 typedef struct { double ulp; roln_real at; } worst;
 
-enum { EXP, EXPM1, LOG, LOG1P, SINHC, SOFTPLUS, SIGMOID, COUNT };
+enum { EXP, EXPM1, LOG, LOG1P, SINHC, SOFTPLUS, SIGMOID, TANH, COUNT };
 
-static const char *const name[COUNT] = {"exp", "expm1", "log", "log1p", "sinhc", "softplus", "sigmoid"};
+static const char *const name[COUNT] = {"exp", "expm1", "log", "log1p", "sinhc", "softplus", "sigmoid", "tanh"};
 
 static void see(worst *w, roln_real x, roln_real y, wide ref)
 {
@@ -108,6 +108,7 @@ static void one(worst *w, int f, roln_real x)
     case LOG1P: see(w, x, roln_log1p(x), REF(log1p)(v)); break;
     case SINHC: see(w, x, roln_sinhc(x), ref_sinhc(v)); break;
     case SOFTPLUS: see(w, x, roln_softplus(x), ref_softplus(v)); break;
+    case TANH: see(w, x, roln_tanh(x), REF(tanh)(v)); break;
     default: see(w, x, roln_sigmoid(x), ref_sigmoid(v)); break;
     }
 }
@@ -140,7 +141,8 @@ static void sweep(worst *w)
         {LOG1P, -1e-4f, -1.0f},     {LOG1P, 1e-4f, 16.0f},
         {SINHC, 0.01f, 95.0f},
         {SOFTPLUS, -0.01f, -105.0f},{SOFTPLUS, 0.01f, 20.0f},
-        {SIGMOID, -0.01f, -105.0f}, {SIGMOID, 0.01f, 20.0f}
+        {SIGMOID, -0.01f, -105.0f}, {SIGMOID, 0.01f, 20.0f},
+        {TANH, 1e-4f, 10.0f}
     };
     const float inf = real(0x7f800000);
     size_t i;
@@ -210,6 +212,7 @@ static void special(void)
     CHECK(same(roln_log1p(nan), nan) && same(roln_sinhc(nan), nan) && same(roln_softplus(nan), nan) &&
           same(roln_softplus(-nan), nan));
     CHECK(same(roln_sigmoid(nan), nan) && same(roln_sigmoid(-nan), nan));
+    CHECK(same(roln_tanh(inf), one_) && same(roln_tanh(low), -one_) && same(roln_tanh(-zero), -zero) && same(roln_tanh(nan), nan));
 }
 
 /* The array form has the bits of the scalar form, in any length, in place or not, and writes nothing else. */
@@ -252,12 +255,13 @@ static void shape(void)
         y[SINHC] = roln_sinhc(x);
         y[SOFTPLUS] = roln_softplus(x);
         y[SIGMOID] = roln_sigmoid(x);
+        y[TANH] = roln_tanh(x);
         for (f = 0; f < COUNT; f++) {
             roln_real a = last[f] < 0 ? -last[f] : last[f];
             falls += i > 1 && y[f] < last[f] - REAL(2) * ROLN_EPS * a;
             last[f] = y[f];
         }
-        odd += !same(y[SINHC], roln_sinhc(-x));
+        odd += !same(y[SINHC], roln_sinhc(-x)) || !same(y[TANH], -roln_tanh(-x));
     }
     CHECK(falls == 0);
     CHECK(odd == 0);
@@ -324,4 +328,5 @@ void TEST_NAME(elementary)(void)
     CHECK_BELOW(w[SINHC].ulp, 2.5);
     CHECK_BELOW(w[SOFTPLUS].ulp, 2.1);
     CHECK_BELOW(w[SIGMOID].ulp, 2.5);
+    CHECK_BELOW(w[TANH].ulp, 3.6);
 }

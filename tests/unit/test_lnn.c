@@ -1474,6 +1474,35 @@ static void test_damping(uint64_t *seed)
     }
 }
 
+/* Dry friction is c tanh(zd / v), takes power whatever c and v are, at every velocity, and begins with e^-2. */
+static void test_rubbing(uint64_t *seed)
+{
+    int rep, i;
+    for (rep = 0; rep < 1000; rep++) {
+        const int n = 1 + rep % 5;
+        const roln_lnn f = rubbing(rep % 2 ? shape(n, 0, 2, 2, 0) : damped(cholesky(shape(n, 0, 2, 2, 0))));
+        roln_real *th = weights(&f, seed), *s = normal(2 * n, pow(10, rep % 9 - 4), seed), *d = fresh(n), *smooth = fresh(n);
+        roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(TERMS_WORK);
+        if (rep < 20) {
+            roln_lnn_init(&f, th, seed);
+            for (i = friction_at; i < base_at; i++) CHECK_NEAR(th[i], -2, 0);
+        }
+        for (i = 0; i < n; i++) s[i] = roln_normal(seed);
+        for (i = friction_at; i < base_at; i++) th[i] = 3 * roln_normal(seed);
+        for (i = 0; f.damping && i < friction_at - damper_at; i++) th[damper_at + i] = 0;
+        friction(&f, th, s, d, tape, w);
+        for (i = 0; i < n; i++) {
+            const ld c = expl((ld)th[friction_at + i]), v = expl((ld)th[friction_at + n + i]), want = c * tanhl((ld)s[n + i] / v);
+            CHECK(d[i] * s[n + i] >= 0);
+            BOUND("friction (eps)", fabsl((ld)d[i] - want) / (EPS * fabsl(want)), 12);
+            th[friction_at + i] = -200; /* e^-200: none */
+        }
+        friction(&f, th, s, smooth, tape, w);
+        for (i = 0; i < n; i++) CHECK_NEAR(smooth[i], 0, 1e-30);
+        fresh_done();
+    }
+}
+
 /* Inverse dynamics: inverse of the forward ones, the full matrix C of Christoffel symbols, linear in w. */
 static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_real *w, roln_real *tau, roln_real *tape,
                            roln_real *work)
@@ -2100,6 +2129,7 @@ void TEST_NAME(lnn)(void)
     test_iterations(&seed);
     test_rooms(&seed);
     test_turns(&seed);
+    test_rubbing(&seed);
     for (i = VARIANTS; i < ALL; i++) {
         const roln_lnn f = variant(i);
         for (T = ROLN_EULER; T <= ROLN_MIDPOINT; T++) check_maps(i, T, &seed);
