@@ -15,6 +15,9 @@
        #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
        #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
+       #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
+       #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
+                                              autoencoder, at most 31 joints; default: none is
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
@@ -66,6 +69,7 @@
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
+       NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
@@ -122,7 +126,9 @@
    1 model and units     2 a control tick     3 prediction and mechanics     4 a training sample
    5 data, charts, errors    6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
 
-   Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. */
+   Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
+   itself (scale.q = 1): sliders beside angles in a unit in which they move by about one. Of an angle, z and q may be on any turn:
+   the networks see its cosine and sine, differences are those of the shorter way, within (-pi, pi], and it is always in range. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -383,14 +389,14 @@ ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z,
     int i;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
-        out[i] -= ref->kp[i] * (z[i] - ref->z[i]) + ref->kd[i] * (zd[i] - ref->zd[i]);
+        out[i] -= ref->kp[i] * (z[i] - roln_lnn_near(&m->model->lnn, i, z[i], ref->z[i])) + ref->kd[i] * (zd[i] - ref->zd[i]);
     if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
-       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed
+       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed,   e of angles by the shorter way,
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. z, zd, ref in; tau_z [n] out,
    untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. work [ROLN_CONTROL_WORK]. */
 ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
@@ -520,14 +526,17 @@ typedef struct {
     roln_real *tau;
 } roln_held;
 
-/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. */
+/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. An
+   angle does, whatever its range, up to 2^20. */
 ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const roln_real *z, const roln_real *zd)
 {
-    const int n = m->model->lnn.n;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n;
     int i, in = 1;
     for (i = 0; i < n; i++) {
         const roln_real wide = margin * (m->z_max[i] - m->z_min[i]);
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) && z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide;
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) &&
+              (roln_lnn_angle(lnn, i) ? rolni_is_angle(z[i]) : z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide);
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * m->zd_max[i];
     }
     return in;
@@ -586,6 +595,15 @@ ROLN_FN int rolni_near(int n, const roln_real *a, const roln_real *b, roln_real 
     return near;
 }
 
+/* The same of positions, of which some are angles. */
+ROLN_FN int rolni_near_turned(const roln_lnn *f, const roln_real *a, const roln_real *b, roln_real bound)
+{
+    int i, near = 1;
+    for (i = 0; i < f->n && bound > 0; i++)
+        near &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
+    return near;
+}
+
 /* What a guard judges: the measured q, qd [N], their latent state z, zd [n], NULL if the encoder failed, the state decoded, x [2N]
    = [phi(z); J zd], and the balance there, NULL if it is not known. x and the balance are read where a limit asks for them. */
 typedef struct {
@@ -617,7 +635,9 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     if (!seen->z) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
-        else if (!rolni_near(N, seen->q, seen->x, limits->q_off) || !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
+        else if (!(m->model->lnn.angles ? rolni_near_turned(&m->model->lnn, seen->q, seen->x, limits->q_off)
+                                        : rolni_near(N, seen->q, seen->x, limits->q_off)) ||
+                 !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
             faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!roln_in_range(m, limits->margin, seen->z, seen->zd)) faults |= ROLN_FAULT_RANGE;
@@ -941,6 +961,16 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
     return ROLN_OK;
 }
 
+/* Levels c [n] and velocities v [n] of the dry friction c_j tanh(zd_j / v_j). */
+ROLN_INLINE void roln_friction(const roln_trained *m, roln_real *c, roln_real *v)
+{
+    const roln_lnn *lnn = &m->model->lnn;
+    const roln_real *logs = rolni_net(m) + rolni_friction_at(lnn), t = m->scale->t;
+    int i;
+    for (i = 0; i < lnn->n; i++)
+        c[i] = roln_exp(logs[i]) / (t * t), v[i] = roln_exp(logs[lnn->n + i]) / t;
+}
+
 /* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
    rank n, and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v). Status of roln_lnn_terms, ROLN_E_NOT_FINITE;
    y is untouched unless ROLN_OK. work [ROLN_INERTIA_WORK]. */
@@ -1133,6 +1163,14 @@ ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const ro
     *t.sum += t.f * sum;
 }
 
+/* b [nb][n]: of each angle those of its turns that are next to a [nb][n]; all else stays. */
+ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, roln_real *b)
+{
+    int i;
+    for (i = 0; f->angles && i < nb * f->n; i++)
+        b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
+}
+
 /* The gradients that a force gives go there, too. */
 ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
 {
@@ -1278,6 +1316,7 @@ ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, 
     rolni_zero(b->jets * rows * N, gY);
     rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
     rolni_compare(b->g, rolni_term_of(b->each, wt->q, &loss->q), nx, Y, x, gY, NULL);
+    if (md->lnn.angles && pred) rolni_next_to(&md->lnn, nb, Y + nx, b->x);
     if (pred) rolni_compare(b->g, rolni_term_of(b->step, wt->q_pred, &loss->q_pred), nx, Y + nx, x, gY + nx, NULL);
     if (b->jets > 1) {
         rolni_compare(b->g, rolni_term_of(b->each, wt->qd, &loss->qd), nx, Y + rows * N, x + nx, gY + rows * N, NULL);
@@ -1298,8 +1337,8 @@ ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, 
 ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, int k, int pred, roln_real *gP, roln_real *gB)
 {
     const int n = md->lnn.n, nb = b->nb, nz = nb * n, stages = ROLN_STAGES(b->scheme);
-    const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz;
-    roln_real *work = b->behind;
+    const roln_real *Pk = b->P + k * 2 * nz;
+    roln_real *const Zk = b->Z + k * 2 * nz, *work = b->behind;
     ROLNI_STEPPED_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, stages * roln_lnn_tape(&md->lnn, 1, 1, nb))
     rolni_zero(2 * nz, gB);
     rolni_windows_force(md, b, k - 1);
@@ -1309,6 +1348,7 @@ ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, in
         roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, b->g->net, tapes, work);
         return;
     }
+    if (md->lnn.angles) rolni_next_to(&md->lnn, nb, Pk, Zk);
     rolni_compare(b->g, rolni_term_of(b->step, b->weights->z, &b->g->loss->z), nz, Pk, Zk, gP, b->gZ);
     if (b->jets > 1)
         rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, b->gZ + nz);
@@ -1587,7 +1627,25 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
 
 /* ---- 5 data, charts, errors ------------------------------------------------------------------- */
 
-/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
+/* qbar of the angles of q [count][n]: eight times the mean of the turns next to the last one, the first one is the first sample. */
+ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q, roln_real *qbar)
+{
+    const roln_real each = 1 / ROLNI_AS(roln_real, count);
+    int i, k, pass;
+    for (i = 0; i < f->n; i++) {
+        if (!roln_lnn_angle(f, i)) continue;
+        qbar[i] = q[i];
+        for (pass = 0; pass < 8; pass++) {
+            roln_real off = 0;
+            for (k = 0; k < count; k++)
+                off += each * roln_wrap(q[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, f->n) + ROLNI_AS(size_t, i)] - qbar[i]);
+            qbar[i] += off;
+        }
+    }
+}
+
+/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise. With angles
+   scale.q = 1, and their qbar is the mean of the turns that are next to it, found from the first sample on.
    q, qd [count][N] in; qbar [N] and sc out. ROLN_E_LENGTH: count below 1. ROLN_E_NOT_FINITE (also for data at rest) leaves sc
    untouched, not qbar. */
 ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
@@ -1602,12 +1660,14 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++)
             qbar[i] += each * q[k * N + i];
+    if (md->lnn.angles) rolni_mean_angles(&md->lnn, count, q, qbar);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++) {
             const roln_real a = q[k * N + i] - qbar[i], v = qd[k * N + i];
             sq += each * a * a;
             sv += each * v * v;
         }
+    if (md->lnn.angles && sq > 0) sq = ROLNI_AS(roln_real, md->lnn.n);
     scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
     time = ROLN_SQRT(sq / sv);
     if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
@@ -1628,6 +1688,7 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
     const int N = ae->size[0], n = m->model->lnn.n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
     const int jets = !b->qd ? 1 : !b->qdd ? 2 : 3, dim = jets * (N + n);
     const roln_real f = rolni_velocity_unit(m->scale), each = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
+    const roln_lnn *lnn = &m->model->lnn;
     ROLN_VARIANCE_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets)
     roln_real sum[6] = {0, 0, 0, 0, 0, 0};
     int w, i, j, pass;
@@ -1639,6 +1700,10 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
             if (jets > 1) rolni_gather(b, b->qd, N, w, 1, 0, f, x + N);
             if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * m->scale->t, x + 2 * N);
             roln_ae_encode(ae, jets, 1, m->theta, x, z, tape);
+            if (lnn->angles) { /* q and z are the same */
+                rolni_next_to(lnn, 1, pass == 0 ? b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N) : mean, x);
+                rolni_copy(n, x, z);
+            }
             for (i = 0; i < dim; i++) { /* x, and z behind it */
                 if (pass == 0) {
                     mean[i] += each * x[i];
@@ -1691,8 +1756,8 @@ ROLN_INLINE roln_status rolni_range(const roln_trained *m, const roln_batch *b, 
     return ROLN_OK;
 }
 
-/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. ROLN_E_LENGTH: count below 1;
-   status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
+/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]; of an angle it is -pi .. pi.
+   ROLN_E_LENGTH: count below 1; status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
 #define ROLN_FIT_RANGE_MEM(X, S) X(low, S(n)) X(high, S(n)) X(top, S(n))
 #define ROLN_FIT_RANGE_WORK(S) (0 ROLN_FIT_RANGE_MEM(ROLNI_SIZE, S) + ROLNI_RANGE_WORK(S))
 ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const roln_real *q, const roln_real *qd, roln_real *z_min,
@@ -1701,9 +1766,12 @@ ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const r
     const int n = m->model->lnn.n;
     const roln_batch b = {count, 0, 1, NULL, q, qd, NULL, NULL};
     roln_status st;
+    int i;
     ROLN_FIT_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (count < 1) return ROLN_E_LENGTH;
     if ((st = rolni_range(m, &b, low, high, top, work)) != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) low[i] = -ROLNI_PI, high[i] = ROLNI_PI;
     rolni_copy(n, low, z_min);
     rolni_copy(n, high, z_max);
     rolni_copy(n, top, zd_max);
@@ -1714,17 +1782,20 @@ ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const r
    that has no width. */
 ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *seen, roln_limits *most)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int N = m->model->ae.size[0], n = lnn->n;
     int i;
     for (i = 0; i < n; i++) {
         const roln_real wide = m->z_max[i] - m->z_min[i], z = seen->z[i];
-        const roln_real out = ROLN_MAX(m->z_min[i] - z, z - m->z_max[i]), fast = ROLN_ABS(seen->zd[i]) - m->zd_max[i];
+        const roln_real out = roln_lnn_angle(lnn, i) ? 0 : ROLN_MAX(m->z_min[i] - z, z - m->z_max[i]);
+        const roln_real fast = ROLN_ABS(seen->zd[i]) - m->zd_max[i];
         if ((out > 0 && !(wide > 0)) || (fast > 0 && !(m->zd_max[i] > 0))) return ROLN_E_RANGE;
         if (out > 0) most->margin = ROLN_MAX(most->margin, out / wide);
         if (fast > 0) most->margin = ROLN_MAX(most->margin, fast / m->zd_max[i]);
     }
     for (i = 0; i < N; i++) {
-        const roln_real q = ROLN_ABS(seen->q[i] - seen->x[i]), qd = ROLN_ABS(seen->qd[i] - seen->x[N + i]);
+        const roln_real q = ROLN_ABS(seen->q[i] - roln_lnn_near(lnn, i, seen->q[i], seen->x[i]));
+        const roln_real qd = ROLN_ABS(seen->qd[i] - seen->x[N + i]);
         most->q_off = ROLN_MAX(most->q_off, q), most->qd_off = ROLN_MAX(most->qd_off, qd);
     }
     return ROLN_OK;
@@ -1999,17 +2070,19 @@ typedef struct {
 
 /* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to e. */
 #define ROLNI_ERRORS_DECODE_MEM(X, S, nb) X(Y, 2 * (nb) * S(N)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, nb))
-ROLN_INLINE void rolni_errors_decode(const roln_trained *m, int nb, const roln_real *s, const roln_real *x, const roln_real *qbar,
-                                     roln_error *e, roln_real *work)
+ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m, int nb, const roln_real *s, const roln_real *x,
+                                     const roln_real *qbar, roln_error *e, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
+    const roln_lnn *lnn = &md->lnn;
     const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves;
     const roln_real q = m->scale->q, u = q / m->scale->t;
     ROLNI_ERRORS_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     int i;
     roln_ae_decode(ae, 2, nb, m->theta, s, Y, tape);
     for (i = 0; i < nb * N; i++) {
-        const roln_real d = q * (Y[i] - x[i]), c = q * x[i] - qbar[i % N], v = x[nb * N + i], dv = Y[nb * N + i] - v;
+        const roln_real d = q * (Y[i] - roln_lnn_near(lnn, i % N, Y[i], x[i])), at = q * x[i];
+        const roln_real c = at - roln_lnn_near(lnn, i % N, at, qbar[i % N]), v = x[nb * N + i], dv = Y[nb * N + i] - v;
         e->q += d * d;
         e->q_var += c * c;
         e->qd += u * u * dv * dv;
@@ -2053,7 +2126,7 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
             rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);
             rolni_gather(b, b->qd, N, w, now, k, rolni_velocity_unit(sc), x + now * N);
             if (k == 0) roln_ae_encode(&md->ae, 2, now, m->theta, x, s, work);
-            rolni_errors_decode(m, now, s, x, qbar, e + k / every, work);
+            rolni_errors_decode(md, m, now, s, x, qbar, e + k / every, work);
         }
         work = all;
     }
@@ -2078,12 +2151,13 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of which
-   weights stored small are words; u64 FNV-1a of all before.
+   weights stored small are words; u64 FNV-1a of all before. The bits of angles, if there are any, are the last two sizes.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 2
 #define ROLN_NUMBERS(n, params) (5 + 3 * (n) + (params)) /* of NAME_params */
-#define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(n, params) + 8)
+#define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, n, params) \
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
+     ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(n, params) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -2191,7 +2265,7 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
 }
 
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX))
+#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 2))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
@@ -2201,10 +2275,10 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers)), 1);
+    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0))), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
-    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
+    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree + 4096 * f->friction;
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2218,6 +2292,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
         rolni_put(&p, ROLNI_AS(uint64_t, f->width[l]), 2);
     for (l = 0; l < f->layers; l++)
         rolni_put(&p, ROLNI_AS(uint64_t, f->layer[l]), 2);
+    if (f->angles) rolni_put(&p, f->angles, 4);
     return ROLNI_AS(int, p - bytes);
 }
 
@@ -2240,15 +2315,16 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
-   ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max, zd_max or dt negative),
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, slope or least differ; scale.q of angles is
+   not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max,
+   zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
     const int n = md->lnn.n, params = roln_params(md), at = ROLN_NUMBERS(n, 0); /* at: number of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
-    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, n, params);
+    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, n, params);
     const unsigned char *p, *sum;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
@@ -2265,6 +2341,7 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
     if (!(rolni_packed(p, 2) > 0) || !(rolni_packed(p, 3) > 0)) return ROLN_E_NOT_FINITE;
+    if (md->lnn.angles && rolni_packed_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
     if (rolni_packed(p, 4) < 0) return ROLN_E_RANGE;
     for (i = 5; i < 5 + n; i++)
         if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
@@ -2400,6 +2477,22 @@ ROLN_FN void rolni_write_need(const rolni_text *t, const char *option, int count
     t->put(t->ctx, " ? 1 : -1];\n");
 }
 
+/* ANGLES_1_0_bits, before the number that is these bits; ANGLES without angles. */
+#define ROLNI_ANGLES_TEXT (12 + 2 * ROLN_ANGLES_MAX)
+ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
+{
+    char *p = text + 6;
+    int i;
+    memcpy(text, "ANGLES", 7);
+    if (f->angles == 0) return text;
+    for (i = 0; i < f->n; i++) {
+        *p++ = '_';
+        *p++ = roln_lnn_angle(f, i) ? '1' : '0';
+    }
+    memcpy(p, "_bits", 6);
+    return text;
+}
+
 /* One for every option that C can compare where the text is compiled. Slope and least stand among the numbers. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
@@ -2407,12 +2500,15 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro", "reeig", "bimap"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
-    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice"};
+    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
+                                         "angles", "friction"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[9], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[11], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
-    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice;
+    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
+    other[10] = f->friction;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
@@ -2424,6 +2520,8 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
     rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
     rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
+    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
     rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
     rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
@@ -2445,7 +2543,7 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 
 /* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
    numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
-   least; ROLN_E_NOT_FINITE. Nothing is put then. */
+   least, or of a model with angles and scale.q is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
@@ -2453,6 +2551,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
     if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
+    if (md->lnn.angles && rolni_word_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
@@ -2497,6 +2596,23 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_AT(i, ...) ROLNI_P##i(__VA_ARGS__, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
 /* Nonzero if number i of a list is at least 1 or behind its end. */
 #define ROLNI_GIVEN(i, ...) (ROLNI_P##i(__VA_ARGS__, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1) >= 1)
+/* Of a list of at most 31 numbers the sum of F(number, its place), and how many there are. */
+#define ROLNI_TOTAL_(F, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, A, B, C, D, E, ...) \
+    (F(a, 0) + F(b, 1) + F(c, 2) + F(d, 3) + F(e, 4) + F(f, 5) + F(g, 6) + F(h, 7) + \
+     F(i, 8) + F(j, 9) + F(k, 10) + F(l, 11) + F(m, 12) + F(n, 13) + F(o, 14) + F(p, 15) + \
+     F(q, 16) + F(r, 17) + F(s, 18) + F(t, 19) + F(u, 20) + F(v, 21) + F(w, 22) + F(x, 23) + \
+     F(y, 24) + F(z, 25) + F(A, 26) + F(B, 27) + F(C, 28) + F(D, 29) + F(E, 30))
+#define ROLNI_ZEROS 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0
+#define ROLNI_TOTAL(F, ...) ROLNI_TOTAL__(F, __VA_ARGS__, ROLNI_ZEROS)
+#define ROLNI_TOTAL__(...) ROLNI_TOTAL_(__VA_ARGS__)
+#define ROLNI_COUNT_(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, A, B, C, D, E, count, ...) count
+#define ROLNI_COUNT__(...) ROLNI_COUNT_(__VA_ARGS__)
+#define ROLNI_COUNT(...) \
+    ROLNI_COUNT__(__VA_ARGS__, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19, 18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, \
+                  5, 4, 3, 2, 1, 0)
+#define ROLNI_BIT(x, place) ((x) != 0 ? 1 << (place) : 0)
+#define ROLNI_ONE(x, place) ((x) != 0)
+#define ROLNI_NO_BIT(x, place) ((x) < 0 || (x) > 1)
 #define ROLNI_CAT_(a, b) a##_##b
 #define ROLNI_CAT(a, b) ROLNI_CAT_(a, b)
 #define ROLNI_STR_(a) #a
@@ -2671,6 +2787,12 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_DAMPING
 #define ROLN_DAMPING 0
 #endif
+#ifndef ROLN_FRICTION
+#define ROLN_FRICTION 0
+#endif
+#ifndef ROLN_ANGLES
+#define ROLN_ANGLES 0
+#endif
 #ifndef ROLN_INPUTS
 #define ROLN_INPUTS 0
 #endif
@@ -2722,11 +2844,14 @@ enum {
     ROLNI_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLNI_(mlp_layers) = 1 + (ROLNI_(H1) > 0) + (ROLNI_(H2) > 0) + (ROLNI_(H3) > 0) + (ROLNI_(H4) > 0) + (ROLNI_(H5) > 0),
     ROLNI_(hidden) = ROLNI_(H1) + ROLNI_(H2) + ROLNI_(H3) + ROLNI_(H4) + ROLNI_(H5),
-    ROLNI_(even) = ROLN_MAX(ROLNI_(n), ROLN_MAX(ROLNI_(H2), ROLNI_(H4))),
+    ROLNI_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
+    ROLNI_(cossin) = ROLNI_(angles) == 0 ? 0 : ROLNI_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
+    ROLNI_(into) = ROLNI_OR(ROLNI_(cossin), ROLNI_(n)), /* inputs */
+    ROLNI_(even) = ROLN_MAX(ROLNI_(into), ROLN_MAX(ROLNI_(H2), ROLNI_(H4))),
     ROLNI_(odd) = ROLN_MAX(ROLNI_(H1), ROLN_MAX(ROLNI_(H3), ROLNI_(H5))),
     ROLNI_(wide) = ROLNI_(even) + ROLNI_(odd),
     ROLNI_(last) = ROLNI_OR(ROLNI_(H5), ROLNI_OR(ROLNI_(H4), ROLNI_OR(ROLNI_(H3), ROLNI_OR(ROLNI_(H2), ROLNI_(H1))))),
-    ROLNI_(trunk) = (ROLNI_(n) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
+    ROLNI_(trunk) = (ROLNI_(into) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
     /* SPD layers: kinds, and widths that the first bimap brings down to n */
     ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
@@ -2743,6 +2868,7 @@ enum {
     ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
     ROLNI_(base) = ROLN_BASE,
     ROLNI_(damping) = ROLN_DAMPING,
+    ROLNI_(friction) = ROLN_FRICTION,
     ROLNI_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
     ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
@@ -2757,7 +2883,8 @@ enum {
     ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
     /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
-                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0),
+                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
+                       ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
@@ -2777,8 +2904,10 @@ enum {
     ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLNI_(twice) = sizeof(roln_real) == 8,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size))
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles), ROLNI_(n),
+                                       ROLNI_(theta_size)),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles), ROLNI_(n),
+                                            ROLNI_(full_size))
 };
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
@@ -2797,9 +2926,15 @@ ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
                                           ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0)
 ROLNI_ASSERT(sizes_fit_the_packed_format, ROLNI_(N) < 65536 && ROLNI_(wide) < 65536)
+ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
+             ROLNI_TOTAL(ROLNI_NO_BIT, ROLN_ANGLES) == 0 &&
+                 (ROLNI_COUNT(ROLN_ANGLES) == ROLNI_(N) || (ROLNI_COUNT(ROLN_ANGLES) == 1 && ROLNI_(angles) == 0)))
+ROLNI_ASSERT(angles_need_a_model_without_autoencoder, ROLNI_(angles) == 0 || ROLNI_(ae_layers) == 0)
+ROLNI_ASSERT(angles_need_31_joints_at_most, ROLNI_(angles) == 0 || ROLNI_(N) <= ROLN_ANGLES_MAX)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
+ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
@@ -2837,7 +2972,7 @@ ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLN
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
-     {ROLNI_(n), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
+     {ROLNI_(into), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
       ROLNI_OR(ROLNI_(H5), out), out}}
 static const roln_model ROLNI_(model) = {
     {ROLNI_(ae_layers) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE),
@@ -2848,7 +2983,7 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
-     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n)))},
+     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
 #undef ROLNI_MLP_OF
 
@@ -2859,10 +2994,11 @@ ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
     return m;
 }
 
-/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set. */
+/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set; with angles also if
+   scale.q is not 1. */
 ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 {
-    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least);
+    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least && (ROLNI_(angles) == 0 || p->scale.q == 1));
 }
 
 /* z = rho(q), zd = D(q) qd. */
@@ -3003,6 +3139,19 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
     return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
 }
+
+#if ROLN_FRICTION > 0
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, and
+   v [n], in 1/s. */
+ROLN_FN void ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
+                                 roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    roln_friction(&m, c, v);
+}
+#else
+ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
+#endif
 
 /* y = D^T M D v, the apparent inertia of the full space applied to v. */
 ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real v[ROLN_AT_LEAST(ROLNI_(N))],
@@ -3409,6 +3558,8 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_LAYERS
 #undef ROLN_LEAST
 #undef ROLN_DAMPING
+#undef ROLN_FRICTION
+#undef ROLN_ANGLES
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK

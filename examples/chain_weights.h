@@ -12,6 +12,8 @@ typedef char chain_weights_are_of_ROLN_BASE_0[chain_base == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_WIDTH_2[chain_W0 == 2 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_LAYERS_0[chain_L0 == 0 && chain_L1 == 0 && chain_L2 == 0 && chain_L3 == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DAMPING_0[chain_damping == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_FRICTION_0[chain_friction == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_ANGLES_0[chain_angles == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_INPUTS_0[chain_inputs == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_STORE_full[chain_stored == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DOUBLE_not_defined_0[chain_twice == 0 ? 1 : -1];

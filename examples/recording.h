@@ -5,6 +5,8 @@
    learned input map (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed,
    qd.
 
+   Of a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
+
    What would make a training useless ends the program with file, line and what to do: steps of t that differ, t in milliseconds,
    qd 0 throughout. What may be meant is a warning: qd that is not dq/dt, with the likely cause.
 
@@ -39,6 +41,7 @@ typedef struct {
     int torque;    /* nonzero: tau is needed */
     int half;      /* samples on each side that positions are smoothed over, 0: not */
     int qd_unused; /* nonzero: q alone is used */
+    unsigned angles; /* bit j: joint j is an angle in radians */
 } wanted;
 
 /* ---- 1 messages ---- */
@@ -278,6 +281,23 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
+/* Angles are carried on over whole turns: from sample to sample by the shorter way. */
+static void unwrap(motion *d, unsigned angles)
+{
+    const double turn = 6.283185307179586;
+    int k, i, j;
+    for (j = 0; j < d->N; j++)
+        for (k = 0; k < d->trajectories && angles >> j & 1; k++) {
+            double turns = 0, last = (double)d->q[d->first[k] * d->N + j];
+            for (i = d->first[k]; i < d->first[k + 1]; i++) {
+                const double x = (double)d->q[i * d->N + j];
+                turns -= floor((x - last) / turn + 0.5);
+                last = x;
+                d->q[i * d->N + j] = (roln_real)(x + turns * turn);
+            }
+        }
+}
+
 /* ---- 4 velocities ---- */
 
 /* Is one column the derivative of another one, x? Over pieces of a tenth of a second the change of x is the integral of dx/dt,
@@ -501,6 +521,7 @@ static motion read_recording(const char *path, const wanted *w)
     if (d.samples == 0) fail("%s has no samples", path);
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
+    if (w->angles) unwrap(&d, w->angles);
     if (d.has_qd) check_velocities(&d, w);
     if (d.dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", path, d.dt);
     differences(&d, d.qd, d.qdd);

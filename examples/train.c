@@ -307,7 +307,8 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
     int w, i, j;
     for (i = a; i < end; i++)
         for (j = 0; j < N; j++) {
-            const double x = (double)(r->m->q[i * N + j] - s.qbar[j]);
+            const roln_real q = r->m->q[i * N + j];
+            const double x = (double)(q - roln_lnn_near(&M(model).lnn, j, q, s.qbar[j]));
             wide += x * x / (end - a);
         }
     b.count = 1;
@@ -1009,7 +1010,7 @@ static void smooth_positions(motion *m)
 /* Reads motion.csv, and a second file if there is one. */
 static motion read_all(const char *path)
 {
-    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0};
+    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles)};
     motion unseen = {0};
     if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
     w.qd_unused = set("noise") > 0 || set("smooth") > 0;

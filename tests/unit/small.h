@@ -99,6 +99,15 @@
 #define ROLN_HORIZON 2
 #include "roln.h"
 
+#define ROLN_NAME wheel /* two angles and a slider between them, dry friction */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 5
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
+#define ROLN_HORIZON 3
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
@@ -117,8 +126,8 @@
 /* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) \
-    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cholesky) X(of, formed) X(of, hidden) \
-    X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
+    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
+    X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
     X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) \
     X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
 #define SIZE_FIELD(of, name) int name;
@@ -150,7 +159,7 @@ typedef struct {
     members scratch;
 } model;
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, MODELS };
 #define MODEL(of, block, tick) \
     {#of, \
      &of##_model, \
@@ -169,6 +178,7 @@ static const model models[MODELS] = {
     MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
     MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
     MODEL(layered, 16, NUMBERS_OF(layered_work, tick)), MODEL(chart, 4, NUMBERS_OF(chart_work, tick)), MODEL(curved, 16, 0),
+    MODEL(wheel, 16, NUMBERS_OF(wheel_work, tick)),
 };
 
 #define N_OF(k) (models[k].size.N)
@@ -179,8 +189,13 @@ static const model models[MODELS] = {
 
 enum { MAXP = 1200, MAXN = 16 }; /* parameters, numbers of a vector */
 
-static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, unit = {1, 1};
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, with_angles = {1, ROLN_C(0.5)}, unit = {1, 1};
 static const roln_real dt = ROLN_C(0.0625);
+
+ROLN_FN const roln_scale *scale_of(int k)
+{
+    return models[k].md->lnn.angles ? &with_angles : &scale;
+}
 
 ROLN_FN roln_trained trained(const roln_model *md, const roln_scale *sc, const roln_real *theta)
 {
@@ -310,6 +325,8 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
+    for (i = 0; f->friction && i < f->n; i++) /* little, and not sharp: midpoint converges */
+        theta[rolni_friction_at(f) + i] -= 2, theta[rolni_friction_at(f) + f->n + i] += 1;
     if (f->base) near_one(w, P), P += w * w;
     for (l = 0; l < f->layers; l++) {
         const int wo = f->width[l + 1];

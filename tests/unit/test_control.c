@@ -11,7 +11,7 @@ static roln_real theta_k[MAXP]; /* parameters of the model under test */
 
 static roln_trained of_model(int k)
 {
-    return trained(models[k].md, &scale, theta_k);
+    return trained(models[k].md, scale_of(k), theta_k);
 }
 
 /* A true autoencoder (the constraint holds) and a random network. */
@@ -89,18 +89,20 @@ static roln_real unit_power(roln_real x, int e)
     return y;
 }
 
+static const roln_scale *units; /* of the model under test */
+
 /* The unit of number i of parts. */
 static roln_real unit_of(const part *p, int i)
 {
     for (; i >= p->count; p++)
         i -= p->count;
-    return unit_power(scale.q, p->q) * unit_power(scale.t, p->t);
+    return unit_power(units->q, p->q) * unit_power(units->t, p->t);
 }
 
 /* Units of what roln_linear gives beside the state: A [2n][2n], B [2n][F], row by row. */
 static roln_real linear_unit(int n, int F, int i)
 {
-    const roln_real q = scale.q, c = scale.t;
+    const roln_real q = units->q, c = units->t;
     const int in_B = i >= 4 * n * n, columns = in_B ? F : 2 * n, row = (in_B ? i - 4 * n * n : i) / columns;
     const roln_real of_row = row < n ? 1 : 1 / c;
     if (in_B) return of_row * q * c * c;
@@ -212,6 +214,7 @@ static void test_calls(int k)
     const roln_trained m = of_model(k);
     uint64_t s = 50 + (uint64_t)k;
     int which, rep;
+    units = scale_of(k);
     parameters(k, &s, theta_k);
     for (which = 0; which < CALLS; which++)
         for (rep = 0; rep < 5; rep++) {
@@ -413,7 +416,7 @@ static double power_error(int k, const roln_trained *m, const double *z0, const 
 static void test_power(int k)
 {
     roln_model md = *models[k].md;
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     double z[MAXN], zd[MAXN], tau[MAXN], e[2];
     uint64_t s = 220 + (uint64_t)k;
     md.scheme = ROLN_RK4;
@@ -605,7 +608,7 @@ static void test_closed_loop(int k)
 static void test_lift(int k)
 {
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
     roln_real z[MAXN], tau_z[MAXN], tau[MAXN], back[MAXN];
     uint64_t s = 270 + (uint64_t)k;
@@ -687,7 +690,7 @@ static void test_allocate(int k)
 {
     static drive x;
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
     roln_real u[8];
     uint64_t s = 280 + (uint64_t)k;
@@ -777,7 +780,7 @@ typedef struct {
 
 static roln_trained of_rig(int k, const rig *x)
 {
-    const roln_trained m = {models[k].md, &scale, x->z_min, x->z_max, x->zd_max, theta_k};
+    const roln_trained m = {models[k].md, scale_of(k), x->z_min, x->z_max, x->zd_max, theta_k};
     return m;
 }
 
@@ -883,7 +886,7 @@ static void test_tick(int k)
     }
     CHECK(reached > 2); /* all well, the balance known */
     CHECK((seen & (most | ROLN_FAULT_OUTPUT)) == most);
-    CHECK(k == BARE || k == SQUARE || (seen & ROLN_FAULT_ENERGY)); /* in these two few states have any balance */
+    CHECK(k == BARE || k == SQUARE || k == WHEEL || (seen & ROLN_FAULT_ENERGY)); /* in these few states have any balance */
 }
 
 /* The very first tick, with NaN among the measured numbers: the latent state is not read (here it has never been written, which
@@ -970,14 +973,14 @@ static int field_size(int k, int field)
 }
 
 /* The faults that a number v in a field must give. */
-static uint32_t must_fault(int field, roln_real v, int failed)
+static uint32_t must_fault(int k, int field, int i, roln_real v, int failed)
 {
     const int finite = roln_finite(v), nan = v != v;
-    const int sees = failed != ENCODER;
+    const int sees = failed != ENCODER, angle = i < n_OF(k) && roln_lnn_angle(&models[k].md->lnn, i);
     switch (field) {
     case F_Q:
     case F_QD: return finite ? 0 : ROLN_FAULT_INPUT;
-    case F_Z: return sees && !(ROLN_ABS(v) <= ROLN_C(1.5)) ? ROLN_FAULT_RANGE : 0;
+    case F_Z: return sees && !(ROLN_ABS(v) <= (angle ? ROLN_C(1048576.0) : ROLN_C(1.5))) ? ROLN_FAULT_RANGE : 0;
     case F_ZD: return sees && !(ROLN_ABS(v) <= ROLN_C(2.5)) ? ROLN_FAULT_RANGE : 0;
     case F_WANT:
         if (failed != NOTHING) return 0;
@@ -990,7 +993,7 @@ static uint32_t must_fault(int field, roln_real v, int failed)
     case F_ENERGY:
     case F_LAST_POWER: return finite || failed != NOTHING ? 0 : ROLN_FAULT_ENERGY;
     case F_Z_MIN:
-    case F_Z_MAX:
+    case F_Z_MAX: return nan && sees && !angle ? ROLN_FAULT_RANGE : 0;
     case F_ZD_MAX: return nan && sees ? ROLN_FAULT_RANGE : 0;
     default: return 0;
     }
@@ -1026,7 +1029,7 @@ static void test_guard_patterns(int k)
             for (p = 0; p < PATTERNS; p++)
                 for (failed = 0; failed < WAYS_TO_FAIL; failed++) {
                     const roln_real v = pattern(p);
-                    const uint32_t must = must_fault(field, v, failed) | (failed ? ROLN_FAULT_STATUS : 0u);
+                    const uint32_t must = must_fault(k, field, i, v, failed) | (failed ? ROLN_FAULT_STATUS : 0u);
                     roln_real top;
                     uint32_t f;
                     int ok;
@@ -1200,15 +1203,21 @@ static void check_hold(int k, const rig *start, int hold)
     CHECK(tick(k, &x) == 0 && same(F, x.held, x.want) && x.g.faults == 0);
 }
 
+/* A coordinate that is no angle. */
+static int bounded(int k)
+{
+    return roln_lnn_angle(&models[k].md->lnn, 0) ? 1 : 0;
+}
+
 /* Makes one of five things wrong, or none; the fault that it is. */
-static uint32_t go_wrong(int what, int F, rig *x)
+static uint32_t go_wrong(int k, int what, int F, rig *x)
 {
     switch (what) {
     case 0: x->qd[0] = (roln_real)INFINITY; return ROLN_FAULT_INPUT;
     case 1: x->failed = CONTROLLER; return ROLN_FAULT_STATUS;
     case 2: x->want[F - 1] = (roln_real)NAN; return ROLN_FAULT_OUTPUT;
     case 3: x->want[0] = ROLN_C(-1.5) * (1 + 2 * ROLN_EPS); return ROLN_FAULT_LIMIT;
-    case 4: x->z[0] = 3; return ROLN_FAULT_RANGE;
+    case 4: x->z[bounded(k)] = 3; return ROLN_FAULT_RANGE;
     case 5: x->failed = ENCODER; return ROLN_FAULT_STATUS;
     default: return 0;
     }
@@ -1233,7 +1242,7 @@ static void test_guard_hold(int k)
             memcpy(x.z, start.z, sizeof x.z), memcpy(x.qd, start.qd, sizeof x.qd), x.failed = NOTHING;
             for (i = 0; i < F; i++)
                 x.want[i] = start.held[i] * (1 + (roln_real)(t % 3) / 64);
-            want = go_wrong(roln_randint(12, &s), F, &x);
+            want = go_wrong(k, roln_randint(12, &s), F, &x);
             bad = want || over ? bad + 1 : 0;
             over |= bad > x.limits.hold;
             for (i = 0; i < F && !want; i++)
@@ -1255,7 +1264,8 @@ static void test_guard_range(int k)
     start.limits.power = 0, start.g.known = 0;
     for (i = 0; i < n; i++)
         for (side = 0; side < 4; side++) {
-            const roln_real sign = side % 2 ? 1 : -1, edge = side < 2 ? ROLN_C(1.5) : ROLN_C(2.5);
+            const int angle = side < 2 && roln_lnn_angle(&models[k].md->lnn, i);
+            const roln_real sign = side % 2 ? 1 : -1, edge = angle ? ROLN_C(1048576.0) : side < 2 ? ROLN_C(1.5) : ROLN_C(2.5);
             x = start;
             (side < 2 ? x.z : x.zd)[i] = sign * edge;
             CHECK(tick(k, &x) == 0);
@@ -1298,7 +1308,7 @@ static void test_guard_clip(int k)
                 CHECK(tick(k, &x) == ROLN_FAULT_STATUS && same(F, x.held, want));
                 x.failed = NOTHING, x.limits.strict = 1;
                 CHECK(tick(k, &x) == ROLN_FAULT_LIMIT && same(F, x.held, want));
-                x = start, x.z[0] = 3, x.want[i] = 2 * s; /* another fault: nothing is clipped, the last torque is held */
+                x = start, x.z[bounded(k)] = 3, x.want[i] = 2 * s; /* another fault: nothing is clipped, the last torque is held */
                 CHECK(tick(k, &x) == ROLN_FAULT_RANGE && same(F, x.held, start.held));
                 x = start, x.limits.rate = own ? 0 : 2; /* by its rate: once, and once more; then it is there */
                 if (own) x.limits.rate_each = rates;
@@ -1436,6 +1446,38 @@ static void test_guard_window(int k)
     CHECK(k == BARE || k == SQUARE || (found > 10 && quiet > 10));
     b.g.residual = (roln_real)NAN; /* a damaged one is a fault, and gone */
     CHECK(tick(k, &b) == ROLN_FAULT_ENERGY && roln_finite(b.g.residual) && tick(k, &b) == 0);
+}
+
+/* An angle's error goes the shorter way, and its turns change neither control nor what a guard sees. */
+static void test_turns(void)
+{
+    const int k = WHEEL, n = wheel_n;
+    const roln_trained m = of_model(k);
+    const roln_real turn = 2 * ROLNI_PI, far = ROLN_C(3.0), little = ROLN_C(0.0009765625);
+    roln_real r[3 * wheel_n] = {0}, gain[2 * wheel_n], tau[2][wheel_n], z[wheel_n], zd[wheel_n] = {0};
+    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    static rig x, start;
+    int i, j;
+    good(k, &start);
+    fill(n, 4, gain), fill(n, 0, gain + n);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < 2; j++) { /* from -3 to 3 by .28 rad backwards, not by 6 forwards */
+            fill(n, 0, z), fill(3 * n, 0, r);
+            z[i] = -far, r[i] = j ? far : -far;
+            CHECK_OK(roln_control(&m, z, zd, &ref, tau[j], ROOM(control)));
+            if (j == 1) CHECK_NEAR(tau[1][i] - tau[0][i], 4 * (i == 1 ? 2 * (ld)far : 2 * (ld)far - (ld)turn), 40 * EPS);
+        }
+    memcpy(start.q, start.z, sizeof start.q), memcpy(start.qd, start.zd, sizeof start.qd);
+    start.limits.q_off = start.limits.qd_off = little;
+    for (i = 0; i < n; i++) /* measured on another turn than the state: the same place; of a slider it is not */
+        for (j = -1; j < 2; j += 2) {
+            x = start, x.q[i] += (roln_real)j * turn;
+            CHECK(tick(k, &x) == (i == 1 ? ROLN_FAULT_MANIFOLD : 0));
+            x = start, x.q[i] += 4 * little;
+            CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
+            x = start, x.z[i] = x.q[i] = x.z[i] + 20 * (roln_real)j * turn; /* no jump of energy by a turn */
+            CHECK(tick(k, &x) == (i == 1 ? ROLN_FAULT_RANGE : 0));
+        }
 }
 
 /* ---- limits from recordings ------------------------------------------------------------------- */
@@ -1613,7 +1655,7 @@ typedef struct {
 static void move(int k, double h, double push, motion *x)
 {
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k), F = F_OF(k), N = N_OF(k), inside = 20, inputs = models[k].md->inputs;
     double s[2 * MAXN], tau[MAXN], tau_z[MAXN], outside[MAXN];
     uint64_t seed = 320 + (uint64_t)k;
@@ -1730,7 +1772,8 @@ static double encoder_residual(int k, double push, int window)
    the model does not know stands out. */
 static void test_guard_encoder(int k)
 {
-    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, 4, 32);
+    const double push = 8 / scale_of(k)->q; /* as much in the units of the networks */
+    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, push, 32);
     BOUND("guard, 12-bit encoders, mean over 32 ticks / one tick", mean / one, 1 / 25.);
     CHECK(pushed > 4 * mean);
 #ifdef ROLN_TEST_VERBOSE
@@ -1939,6 +1982,7 @@ void TEST_NAME(control)(void)
         test_first_tick(k);
     }
     test_fault_bits();
+    test_turns();
     test_shell();
     test_shell_tick();
     test_foreign();
