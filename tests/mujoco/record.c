@@ -29,9 +29,6 @@
 
 #include "demos.h"
 
-/* Whether a config proposes these options, or only says in a comment that they would apply. */
-enum { PROPOSE_ANGLES = 0, PROPOSE_FRICTION = 0 };
-
 #define PI 3.14159265358979323846
 #define FAST 1e4 /* rad/s or m/s: a machine out of hand */
 enum { SMALL = 12, TERMS = 3, TRIES = 10, LATENT = 12 };
@@ -165,7 +162,7 @@ static double reach(int j)
 {
     const mjModel *m = rig.m;
     if (limited(j)) return (m->jnt_range[2 * j + 1] - m->jnt_range[2 * j]) / 2;
-    return hinge(j) ? (PROPOSE_ANGLES && circles(j) ? PI : 1) : 0.25 * m->stat.extent;
+    return hinge(j) ? (circles(j) ? PI : 1) : 0.25 * m->stat.extent;
 }
 
 static double middle(int j)
@@ -496,7 +493,7 @@ static int damped(void)
 {
     const mjModel *m = rig.m;
     int is = m->opt.density > 0 || m->opt.viscosity > 0 || rig.contacts > 0;
-    for (int i = 0; i < m->nv; i++) is |= m->dof_damping[i] > 0 || m->dof_frictionloss[i] > 0;
+    for (int i = 0; i < m->nv; i++) is |= m->dof_damping[i] > 0;
     for (int t = 0; t < m->ntendon; t++) is |= m->tendon_damping[t] > 0 || m->tendon_frictionloss[t] > 0;
     return is;
 }
@@ -512,7 +509,7 @@ static int rubbing(void)
 static void write_config(const char *name, const char *path, const char *model, const shape *s, int full)
 {
     const mjModel *m = rig.m;
-    const int n = full ? m->nv : s->n, angles = PROPOSE_ANGLES && n == m->nv && rig.turns > 0;
+    const int n = full ? m->nv : s->n, angles = n == m->nv && rig.turns > 0;
     FILE *f = fopen(path, "w");
     if (!f) fail("cannot write %s", path);
     fprintf(f, "/* %s.h - proposed by tests/mujoco/record.c for %s: %d joints, %d motors, %d equalities; samples of %g s", name,
@@ -526,7 +523,7 @@ static void write_config(const char *name, const char *path, const char *model, 
     for (int j = 0; j < m->njnt && angles; j++) fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", circles(j));
     if (angles) fputc('\n', f);
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
-    if (PROPOSE_FRICTION && rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
+    if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
     if (rig.inputs) fprintf(f, "#define ROLN_INPUTS %d\n", m->nu);
     fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n");
     if (fclose(f)) fail("cannot write %s", path);
@@ -537,7 +534,7 @@ static void write_config(const char *name, const char *path, const char *model, 
 /* q - to of joint i; of an angle that a model knows for one, the shorter way. */
 static double between(int i, double q, double to)
 {
-    return PROPOSE_ANGLES && circles(i) ? remainder(q - to, 2 * PI) : q - to;
+    return circles(i) ? remainder(q - to, 2 * PI) : q - to;
 }
 
 /* Of those angles the mean of the training is that of their directions. */
@@ -551,7 +548,7 @@ static void mean_directions(const demos *d, double *mean)
                 const double q = d->demo[k].row[j * wide + 1 + i];
                 s += sin(q), c += cos(q);
             }
-        if (PROPOSE_ANGLES && circles(i)) mean[i] = atan2(s, c);
+        if (circles(i)) mean[i] = atan2(s, c);
     }
 }
 
@@ -606,8 +603,7 @@ static void say(const demos *d)
     if (rig.shorts) printf("%d of %d came to a limit at once and are left out\n", rig.shorts, begun);
     if (rig.stops) printf("%d end at a limit of a joint or tendon\n", rig.stops);
     if (rig.contacts) printf("contacts act in %d: the model takes them for smooth forces\n", rig.contacts);
-    if (rig.turns && !PROPOSE_ANGLES) printf("joints turn round in %d: as numbers that grow, not as angles\n", rig.turns);
-    if (rubbing() && !PROPOSE_FRICTION) printf("dry friction is learned as damping\n");
+    if (rig.turns) printf("joints turn round in %d: without autoencoder as angles, with one as numbers that grow\n", rig.turns);
     if (rig.servos) printf("%d motors are servos or have dynamics: recorded is the force that they exert\n", rig.servos);
 }
 

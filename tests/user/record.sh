@@ -112,13 +112,13 @@ xml fall "<geom type='plane' size='1 1 .1'/><body pos='0 0 .5'><joint type='slid
 check 'no motors, contacts' sh -c "build/record $dir/fall.xml $dir/fall train=4 test=1 | grep '^contacts act in [1-9]' &&
     head -n 1 $dir/fall.csv | grep -x 't,q1,qd1' && grep DAMPING $dir/fall.h"
 xml dry "<body><joint axis='0 1 0' frictionloss='0.01'/>$rod</body>"
-check 'dry friction' sh -c "build/record $dir/dry.xml $dir/dry $few | grep '^dry friction is learned as damping' &&
-    grep '^ *dry friction \*/' $dir/dry.h && grep DAMPING $dir/dry.h"
+check 'dry friction' sh -c "build/record $dir/dry.xml $dir/dry $few &&
+    grep '^ *dry friction \*/' $dir/dry.h && grep -x '#define ROLN_FRICTION 1' $dir/dry.h"
 xml spin "<body><joint axis='0 0 1'/>$rod</body>" "<actuator><motor joint='__' gear='1'/></actuator>"
 sed -i "s/<joint axis/<joint name='__' axis/" $dir/spin.xml
 check 'turns round' sh -c "build/record $dir/spin.xml $dir/spin train=12 test=1 seconds=5 |
-    grep 'joints turn round in [1-9]: as numbers' &&
-    grep 'joints that turn round: 1' $dir/spin.h"
+    grep 'joints turn round in [1-9]: without autoencoder as angles' &&
+    grep 'joints that turn round: 1' $dir/spin.h && grep -x '#define ROLN_ANGLES 1' $dir/spin.h"
 bead="<geom size='.01' mass='.01' contype='0' conaffinity='0'/>"
 xml wild "<body><joint type='slide' axis='1 0 0' stiffness='2e5' damping='30'/>$bead</body>"
 check 'wild with RK4, tame with its own integrator' \
