@@ -280,6 +280,34 @@ $dir/joints $dir/file.csv torque=1 steps=1 out=$dir/o > $dir/o.log 2>&1
 check 'a training that comes to nothing ends with 2' test $? -eq 2
 check 'and says it' grep '^no step from these residuals: status' $dir/o.log
 
+# a pendulum with dry friction that turns all round, recorded within -pi .. pi: predicted over its turns; without ROLN_ANGLES, a warning
+sed 's/joints$/wheel/; s/AE 2/AE 1/; /#include/i #define ROLN_ANGLES 1\n#define ROLN_FRICTION 1' $dir/joints.h > $dir/wheel.h
+sed 's/wheel/straight/; /ANGLES/d' $dir/wheel.h > $dir/straight.h
+for m in wheel straight; do
+    gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=$m examples/train.c -o $dir/$m \
+        -lpthread -lm || exit 1
+done
+awk 'BEGIN {
+    for (k = 0; k < 20; k++) {
+        a = 0.7 * k; c = 4 * (k % 7 - 3)
+        for (i = 0; i < 400; i++) {
+            printf "%.9g,%.9g,%.9g\n", 0.01 * i, atan2(sin(a), cos(a)), c
+            for (j = 0; j < 100; j++) {
+                e = exp(-20 * (c < 0 ? -c : c))
+                c -= 0.0001 * (9.81 * sin(a) + (c < 0 ? -0.3 : 0.3) * (1 - e) / (1 + e))
+                a += 0.0001 * c
+            }
+        }
+        print ""
+    } }' > $dir/wheel.csv
+$dir/wheel $dir/wheel.csv test=$dir/wheel.csv steps=150 out=$dir/w > $dir/w.log 2>&1
+check "angles: ended with $?" test $? -eq 0
+check 'angles are read without turns' sh -c "! grep warning $dir/w.log"
+check 'angles: prediction over turns' below $dir/wheel.csv 2000 1 $dir/w.log
+check 'and told to the weights' grep weights_are_of_ROLN_ANGLES_1_bits_1 $dir/w_weights.h
+$dir/straight $dir/wheel.csv steps=1 out=$dir/s > $dir/s.log 2>&1
+check 'angles that jump' grep 'warning: .*qd of 1 of 1 joints that move is not dq/dt' $dir/s.log
+
 # a learned input map: two coupled pendulums, and a motor at the first
 sed 's/joints$/driven/; /#include/i #define ROLN_INPUTS 1' $dir/joints.h > $dir/driven.h
 gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=driven examples/train.c -o $dir/driven \
