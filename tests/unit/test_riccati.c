@@ -94,7 +94,7 @@ static int iterate(const problem *p, twin *t)
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j++)
                 t->X[i * n + j] = (next[i * n + j] + next[j * n + i]) / 2;
-        if (change <= 2e-15L * top && ++settled > 50) break;
+        if (change <= 2e-15L * top && ++settled > 400) break;
     }
     back(p, t, next);
     return k < 20000;
