@@ -47,14 +47,14 @@
 
    Generated functions. One control tick:
 
-       NAME_tick        NAME_encode, NAME_control, NAME_lift and NAME_guard_tick in one call; not with ROLN_INPUTS
+       NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
        NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_lift        tau_z -> tau = D^T tau_z
-       NAME_allocate    tau_z -> the few motors that come nearest
+       NAME_allocate    tau_z -> the few motors that come nearest, and what they cannot make of it
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
@@ -432,27 +432,61 @@ ROLN_INLINE roln_status roln_lift(const roln_trained *m, const roln_real *z, con
     return st;
 }
 
-/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
-       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_LENGTH: motors < 1. ROLN_E_NOT_SPD: the motors do
-   not span z, to within rounding, and mu does not make up for it. Cost 3 motors roln_reduce. work [ROLN_ALLOCATE_WORK]. */
+/* Where motors act, tau = B u. */
+typedef struct {
+    int count;
+    const roln_real *B; /* [N][count]; NULL: the map that a model with inputs has learned, count is then its inputs */
+    roln_real mu;       /* damping of roln_allocate; a hundredth of the largest number of J^T B is usual */
+} roln_motors;
+
+/* The same with B and count in their places; NULL: the learned ones. B NULL: there are none. */
+ROLN_INLINE roln_motors rolni_motors(const roln_trained *m, const roln_motors *motors)
+{
+    const roln_model *md = m->model;
+    roln_motors f = {0, NULL, 0};
+    if (motors) f = *motors;
+    if (!f.B) f.count = md->inputs;
+    if (!f.B && md->inputs > 0) f.B = m->theta + roln_params(md) - md->ae.size[0] * md->inputs;
+    return f;
+}
+
+/* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0. */
+ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
+{
+    roln_real tx = 0, ty = 0, sx = 0, sy = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
+    if (!(tx > 0) || !(ty > 0)) return 0;
+    for (i = 0; i < n; i++)
+        sx += x[i] / tx * (x[i] / tx), sy += y[i] / ty * (y[i] / ty);
+    return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);
+}
+
+/* Motors u [count] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
+       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T y,   y = (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
+   z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
+       |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
+   both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
+   make up for it. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
 #define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
 #define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
-ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const roln_real *z, const roln_real *B,
-                                      const roln_real *tau_z, roln_real mu, roln_real *u, roln_real *work)
+ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z,
+                                      roln_real *u, roln_real *missed, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
     const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const roln_motors f = rolni_motors(m, motors);
     ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int pass, j, i;
-    if (motors < 1) return ROLN_E_LENGTH;
+    if (f.count < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_zero(n * n, A);
     roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
     for (pass = 0; pass < 3; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y, is it finite? 2: written */
-        for (j = 0; j < motors; j++) {
+        for (j = 0; j < f.count; j++) {
             for (i = 0; i < N; i++)
-                x[i] = B[i * motors + j] * m->scale->q;
+                x[i] = f.B[i * f.count + j] * m->scale->q;
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
             if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
             else if (pass == 2) u[j] = roln_dot(n, g, y);
@@ -460,14 +494,15 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const r
         }
         if (pass > 0) continue;
         for (i = 0; i < n; i++)
-            y[i] = A[i * (n + 1)] += mu * mu;
+            y[i] = A[i * (n + 1)] += f.mu * f.mu;
         if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
         for (i = 0; i < n; i++) /* a pivot of rounding errors */
-            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
+            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + f.count) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
         roln_solve_lower(n, A, tau_z, y);
         roln_solve_lower_t(n, A, y, y);
         if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
     }
+    if (missed) *missed = rolni_missed(n, tau_z, y, f.mu);
     return ROLN_OK;
 }
 
@@ -498,6 +533,7 @@ typedef struct {
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
     const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
+    const roln_motors *motors; /* where they act; torques are then theirs, [count]; NULL: one at each joint, or the learned inputs */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -507,6 +543,7 @@ typedef struct {
     int known;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
     roln_real residual; /* of the energy rate, W, averaged over limits.window */
+    roln_real missed;   /* of the last tau_z that motors had to make, the part that they could not (roln_allocate) */
 } roln_guard;
 
 /* Measured q, qd [N]. */
@@ -546,6 +583,20 @@ ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
         for (i = 0; each[k] && i < nu; i++)
             valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
     return valid;
+}
+
+/* Nonzero if the motors are those of a model: learned, or at most N at its joints. */
+ROLN_FN int rolni_motors_valid(const roln_model *md, const roln_motors *motors)
+{
+    if (!motors) return 1;
+    if (!roln_finite(motors->mu) || motors->mu < 0 || (motors->B != NULL) != (md->inputs == 0)) return 0;
+    return !motors->B || (motors->count >= 1 && motors->count <= md->ae.size[0]);
+}
+
+/* Numbers of a torque. */
+ROLN_FN int rolni_torques(const roln_model *md, const roln_motors *motors)
+{
+    return motors && motors->B && rolni_motors_valid(md, motors) ? motors->count : roln_force_size(md);
 }
 
 /* The largest torque of joint i. */
@@ -603,11 +654,11 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                   const roln_real *tau)
 {
-    const int N = m->model->ae.size[0], nu = roln_force_size(m->model);
+    const int N = m->model->ae.size[0], nu = rolni_torques(m->model, limits->motors);
     uint32_t faults = 0;
     int i;
     if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd)) faults |= ROLN_FAULT_INPUT;
-    if (!rolni_limits_valid(limits, nu)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(m->model, limits->motors)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -624,10 +675,17 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     return faults;
 }
 
-/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [ROLNI_TAU(S, 1)]. */
-ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_real *in, const roln_real *qd, roln_real *work)
+/* Power qd^T tau of a force in [roln_force_size], or of motors, qd [N] in. work [ROLNI_TAU(S, 1)]. */
+ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *motors, const roln_real *in, const roln_real *qd,
+                                  roln_real *work)
 {
-    return roln_dot(m->model->ae.size[0], rolni_tau(m, 1, in, work), qd);
+    const int N = m->model->ae.size[0];
+    roln_real power = 0;
+    int i;
+    if (!motors || !motors->B) return roln_dot(N, rolni_tau(m, 1, in, work), qd);
+    for (i = 0; i < N; i++)
+        power += qd[i] * roln_dot(motors->count, motors->B + i * motors->count, in);
+    return power;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
@@ -645,7 +703,8 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
 ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                  const roln_held *held, roln_real *work)
 {
-    const int nu = roln_force_size(m->model);
+    const roln_motors *motors = limits->motors;
+    const int nu = rolni_torques(m->model, motors);
     const roln_real *qd = seen->x + m->model->ae.size[0];
     const rolni_balance *b = seen->balance;
     roln_guard *g = held->guard;
@@ -653,7 +712,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
     int i, known = 0;
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
-        const roln_real before = b ? rolni_power(m, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
+        const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
@@ -668,7 +727,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     }
     g->known = 0;
     if (known) { /* start of the next tick, under the new torque */
-        const roln_real after = rolni_power(m, tau, qd, work) - b->lost;
+        const roln_real after = rolni_power(m, motors, tau, qd, work) - b->lost;
         if (roln_finite(after)) g->known = 1, g->energy = b->energy, g->power = after;
     }
     g->faults |= faults;
@@ -710,12 +769,17 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 }
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
-   and the networks are evaluated once. x measured, reference and gains in; z, zd [n] out, untouched if the encoder fails;
-   held->tau: the safe torque. For models that get the force tau; with inputs every tick is a fault. Returns the faults of this
-   tick. work [ROLN_TICK_WORK]. */
+   and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
+   the motors cannot make of tau_z is in held->guard->missed. x measured, reference and gains in; z, zd [n] out, untouched if the
+   encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
+    ROLN_MAX(0, ROLN_ALLOCATE_WORK(S) - (ROLN_AE_DECODE_TAPE(S, 2, 1)))
 #define ROLN_TICK_WORK(S) \
-    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), 0 ROLN_TICK_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_CONTROL_WORK(S), ROLN_AE_LIFT_WORK(S, 1)))
+    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), \
+             0 ROLN_TICK_MEM(ROLNI_SIZE, S) + \
+                 ROLN_MAX(ROLN_MAX(ROLN_CONTROL_WORK(S), ROLNI_ALLOCATED_WORK(S)), \
+                          S(inputs) > 0 ? ROLNI_TAU(S, 1) : ROLN_AE_LIFT_WORK(S, 1)))
 ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits, const roln_measured *x, const roln_target *ref,
                                roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
 {
@@ -729,9 +793,10 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
         seen.z = z, seen.zd = zd;
         st = rolni_decode(m, z, zd, decoded, tape, work);
     }
-    if (st == ROLN_OK && m->model->inputs > 0) st = ROLN_E_SHAPE; /* there is no tau to be applied */
+    if (st == ROLN_OK && !rolni_motors_valid(m->model, limits->motors)) st = ROLN_E_SHAPE;
     if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
-    if (st == ROLN_OK) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    if (st == ROLN_OK && !limits->motors && m->model->inputs == 0) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape);
     return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
@@ -1734,7 +1799,8 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
    seconds apart, b->stride = 1; b->tau [samples][roln_force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
    window, strict and safe are yours and stay; margin, power, q_off, qd_off become slack times what these recordings need at least,
    margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
-   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay.
+   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
+   l->motors says that the torques of limits are others than those of b.
    ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, or the
    model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
    work [ROLN_FIT_LIMITS_WORK]. */
@@ -1748,15 +1814,16 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL}, most = *l;
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
     ROLN_FIT_LIMITS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const int torques = b->tau && (!l->motors || !l->motors->B);
     int w, h, i;
     if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0)) return ROLN_E_RANGE;
     most.margin = most.power = most.q_off = most.qd_off = 0;
     rolni_zero(2 * force_size, top); /* and rise */
     for (w = 0; w < b->count; w++) {
-        roln_guard g = {0, 0, 0, 0, 0, 0};
+        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
         rolni_zero(force_size, held);
         for (h = 0; h <= b->steps; h++) {
             const size_t at = rolni_sample(b, w, h), each = ROLNI_AS(size_t, force_size);
@@ -1779,8 +1846,8 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     }
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
     most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
-    if (b->tau) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
-    for (i = 0; i < force_size && b->tau; i++) {
+    if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
+    for (i = 0; i < force_size && torques; i++) {
         tau_each[i] = slack * top[i], rate_each[i] = slack * rise[i];
         most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
     }
@@ -2829,9 +2896,7 @@ ROLNI_SCRATCH
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
     roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
-#if ROLN_INPUTS == 0
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
-#endif
 ROLNI_SCRATCH_END(ROLNI_(work))
 ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
 
@@ -2913,13 +2978,14 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
     return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
 }
 
-/* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
-ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int motors, const roln_real *B,
-                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real mu, roln_real *u,
+/* Motors u [count], tau = B u, that come nearest to tau_z, by damped least squares; missed [1], may be NULL: the part of tau_z that
+   they cannot make. motors NULL: the learned inputs. */
+ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_motors *motors,
+                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real *u, roln_real *missed,
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
+    return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
@@ -2937,10 +3003,9 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
                                                 ROLNI_ROOM(work)->guard_tick));
 }
 
-#if ROLN_INPUTS == 0
-ROLNI_ASSERT(inputs_must_be_a_number_that_the_preprocessor_can_read, (ROLN_INPUTS) == 0)
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits, at two thirds of the cost. */
+   control, lift and guard_tick in one call, the same bits, at two thirds of the cost; where limits->motors or learned inputs are
+   to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
@@ -2951,7 +3016,6 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
     return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
 }
-#endif
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)

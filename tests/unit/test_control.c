@@ -65,7 +65,7 @@ static signature signature_of(int which, int k)
         /* INERTIA   */ {{{n, 0, 0}, {N, 1, 0}}, {{N, -1, 0}}},
         /* LINEAR    */ {{{n, 0, 0}, {n, 0, -1}, {F, -1, -2}, {1, 0, 1}}, {{n, 0, 0}, {n, 0, -1}}}, /* and A, B: linear_unit */
         /* CONTROL   */ {{{n, 0, 0}, {n, 0, -1}, {n, 0, 0}, {n, 0, -1}, {2 * n, 0, -2}, {n, 0, -1}}, {{n, 0, -2}}},
-        /* ALLOCATE  */ {{{2 * n + 1, 0, 0}, {N * MOTORS, -1, 0}}, {{MOTORS, 0, 0}}},
+        /* ALLOCATE  */ {{{2 * n + 1, 0, 0}, {N * MOTORS, -1, 0}}, {{MOTORS + 1, 0, 0}}},
         /* FIT       */ {{{6 * N, 0, 0}}, {{N + 2, 0, 0}}},
     };
     return table[which];
@@ -118,6 +118,7 @@ static roln_status call(int which, int k, const roln_trained *m, const roln_real
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), nn = n * n;
     const roln_target ref = {in + 2 * n, in + 3 * n, in + 4 * n, in + 5 * n, in + 6 * n};
+    const roln_motors motors = {MOTORS, in + 2 * n + 1, in[2 * n]};
     const roln_terms_out terms = {out, out + nn, out + nn + n, out + nn + 2 * n, out + nn + 3 * n, out + nn + 3 * n + 1};
     roln_real s[2 * MAXN];
     roln_scale fit = unit;
@@ -136,7 +137,7 @@ static roln_status call(int which, int k, const roln_trained *m, const roln_real
     case INERTIA: st = roln_inertia(m, in, in + n, out, ROOM(inertia)); break;
     case LINEAR: st = roln_linear(m, s, s + n, in + 2 * n, in[2 * n + F], out + 2 * n, out + 2 * n + 4 * nn, ROOM(linear)); break;
     case CONTROL: st = roln_control(m, in, in + n, &ref, out, ROOM(control)); break;
-    case ALLOCATE: st = roln_allocate(m, MOTORS, in, in + 2 * n + 1, in + n, in[2 * n], out, ROOM(allocate)); break;
+    case ALLOCATE: st = roln_allocate(m, in, &motors, in + n, out, out + MOTORS, ROOM(allocate)); break;
     default:
         room_of(0);
         st = roln_fit_scale(m->model, 3, in, in + 3 * N, out, &fit);
@@ -665,6 +666,20 @@ static void check_damped(int n, const drive *x, roln_real mu, const roln_real *u
         BOUND("allocation, eps", fabsl((ld)u[j] - b[j]) / (top + 1e-3L * (ld)mu) / EPS, 5000);
 }
 
+/* What u does not make of tau_z, as a part of it. */
+static void check_missed(int n, const drive *x, const roln_real *u, roln_real missed)
+{
+    ld most = 0, lost = 0, rest, size = 0;
+    int i, j;
+    for (i = 0; i < n; i++) {
+        rest = (ld)x->tau_z[i];
+        for (j = 0; j < x->motors; j++)
+            rest -= x->G[i * x->motors + j] * (ld)u[j], size = ROLN_MAX(size, fabsl(x->G[i * x->motors + j] * (ld)u[j]));
+        most += (ld)x->tau_z[i] * (ld)x->tau_z[i], lost += rest * rest;
+    }
+    BOUND("allocation, what is missed, eps", fabsl((ld)missed - sqrtl(lost / most)) / (1 + size / sqrtl(most)) / EPS, 200);
+}
+
 /* As many motors as z has: exact as mu -> 0. */
 static void check_square(int n, const drive *x, roln_real mu, const roln_real *u)
 {
@@ -689,25 +704,29 @@ static void test_allocate(int k)
     const roln_model md = driven(k, ROLN_RK4);
     const roln_trained m = trained(&md, &scale, theta_k);
     const int n = n_OF(k);
-    roln_real u[8];
+    roln_real u[8], lost;
     uint64_t s = 280 + (uint64_t)k;
     int motors, i, round, wild = 0, missed = 0, tried = 0;
+    roln_motors f = {0, x.B, 0};
     for (motors = 1; motors <= 6; motors++)
         for (round = 0; round < 20; round++) {
             roln_real mu;
             place_motors(k, &m, motors, &s, &x);
-            mu = x.top / 8;
-            CHECK_OK(roln_allocate(&m, motors, x.z, x.B, x.tau_z, mu, u, ROOM(allocate)));
+            mu = x.top / 8, f.count = motors, f.mu = mu;
+            CHECK_OK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)));
             ROOM_KEPT();
             check_damped(n, &x, mu, u);
+            check_missed(n, &x, u, lost);
             if (motors == n) {
-                const roln_real tiny = mu * PICK(1e-2f, 1e-7);
-                if (roln_allocate(&m, motors, x.z, x.B, x.tau_z, tiny, u, ROOM(allocate)) == ROLN_OK) check_square(n, &x, mu, u);
+                f.mu = mu * PICK(1e-2f, 1e-7);
+                if (roln_allocate(&m, x.z, &f, x.tau_z, u, NULL, ROOM(allocate)) == ROLN_OK) check_square(n, &x, mu, u);
             }
             if (motors < n) { /* mu = 0 and too few motors: refused and u untouched, or where rounding hides it no wild torque */
                 int taken;
                 fill(8, 7, u);
-                taken = roln_allocate(&m, motors, x.z, x.B, x.tau_z, 0, u, ROOM(allocate)) == ROLN_OK;
+                lost = 7, f.mu = 0;
+                taken = roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK;
+                wild += !taken && !all(1, &lost, 7);
                 for (i = 0; i < motors && taken; i++)
                     wild += !(ROLN_ABS(u[i]) * x.top < 100);
                 wild += !all(taken ? 8 - motors : 8, u + (taken ? motors : 0), 7);
@@ -718,8 +737,14 @@ static void test_allocate(int k)
     CHECK_BELOW(missed, tried / 20);
     for (motors = -1; motors < 1; motors++) {
         fill(8, 7, u);
-        CHECK(roln_allocate(&m, motors, x.z, x.B, x.tau_z, 1, u, ROOM(allocate)) == ROLN_E_LENGTH && all(8, u, 7));
+        lost = 7, f.count = motors;
+        CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH && all(8, u, 7) && all(1, &lost, 7));
     }
+    CHECK(roln_allocate(&m, x.z, NULL, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH); /* it has learned no inputs */
+    place_motors(k, &m, n, &s, &x);
+    f.count = n, f.mu = 1;
+    fill(n, 0, x.tau_z);
+    CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 0));
 }
 
 /* ---- guard ------------------------------------------------------------------------------------ */
@@ -824,11 +849,13 @@ static void test_fault_bits(void)
 static uint32_t four_calls(int k, rig *x, const roln_target *ref)
 {
     const roln_trained m = of_rig(k, x);
+    const roln_motors *motors = x->limits.motors;
     roln_real tau_z[MAXN];
     roln_status st = roln_encode(&m, x->q, x->qd, NULL, x->z, x->zd, NULL, ROOM(encode));
     x->failed = st == ROLN_OK ? NOTHING : ENCODER;
     if (st == ROLN_OK) st = roln_control(&m, x->z, x->zd, ref, tau_z, ROOM(control));
-    if (st == ROLN_OK) st = roln_lift(&m, x->z, tau_z, x->want, ROOM(lift));
+    if (st == ROLN_OK && !motors && m.model->inputs == 0) st = roln_lift(&m, x->z, tau_z, x->want, ROOM(lift));
+    else if (st == ROLN_OK) st = roln_allocate(&m, x->z, motors, tau_z, x->want, &x->g.missed, ROOM(allocate));
     if (st != ROLN_OK && x->failed == NOTHING) x->failed = CONTROLLER;
     return tick(k, x);
 }
@@ -843,8 +870,9 @@ static uint32_t one_call(int k, rig *x, const roln_target *ref)
     return f;
 }
 
-/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits. */
-static void test_tick(int k)
+/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits; with two motors, or those
+   that the model has learned, too. */
+static void test_tick(int k, int driven_by_two)
 {
     enum { WELL, BAD_Q = 3, BAD_REFERENCE, BAD_RANGE, LOW_TAU, LOW_POWER, CASES };
     const uint32_t most = ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_LIMIT | ROLN_FAULT_RANGE;
@@ -853,11 +881,16 @@ static void test_tick(int k)
     static rig a, b;
     roln_real r[3 * MAXN], gain[2 * MAXN];
     const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    static roln_real B[2 * MAXN];
+    const int inputs = models[k].md->inputs;
+    const roln_motors motors = {driven_by_two ? 2 : 0, driven_by_two ? B : NULL, ROLN_C(0.25)};
     uint64_t s = 330 + (uint64_t)k;
     uint32_t seen = 0;
-    int t, i, reached = 0;
-    if (models[k].md->inputs > 0) return;
+    int t, i, reached = 0, missed = 0;
+    if (driven_by_two && (inputs > 0 || N < 2)) return;
     good(k, &a);
+    dyadic(2 * N, 1, &s, B);
+    if (driven_by_two || inputs > 0) a.limits.motors = &motors;
     a.limits.q_off = a.limits.qd_off = 100;
     fill(n, -100, a.z_min), fill(n, 100, a.z_max), fill(n, 100, a.zd_max);
     for (t = 0; t < 64; t++) {
@@ -879,11 +912,51 @@ static void test_tick(int k)
         f = four_calls(k, &a, &ref);
         CHECK(one_call(k, &b, &ref) == f);
         CHECK(memcmp(&a.g, &b.g, sizeof a.g) == 0 && same(N, a.held, b.held) && same(n, a.z, b.z) && same(n, a.zd, b.zd));
-        seen |= f, reached += f == 0 && a.g.known;
+        seen |= f, reached += f == 0 && a.g.known, missed += a.g.missed > 0 && a.g.missed <= 1;
     }
+    CHECK(!a.limits.motors == !missed);
     CHECK(reached > 2); /* all well, the balance known */
     CHECK((seen & (most | ROLN_FAULT_OUTPUT)) == most);
-    CHECK(k == BARE || k == SQUARE || (seen & ROLN_FAULT_ENERGY)); /* in these two few states have any balance */
+    CHECK(k == BARE || k == SQUARE || inputs > 0 || (seen & ROLN_FAULT_ENERGY)); /* in these few states have any balance */
+}
+
+/* Motors u, tau = B u, are to a guard what the joints' tau = B u is: the same residual of energy. Motors that no machine has are a
+   fault, and the torque is held. */
+static void test_guard_motors(int k)
+{
+    static rig a, b, bad;
+    static roln_real B[2 * MAXN];
+    const int N = N_OF(k), n = n_OF(k), inputs = models[k].md->inputs;
+    const roln_motors two = {2, B, 0};
+    const roln_motors wrong[5] = {{0, B, 0}, {N + 1, B, 0}, {2, B, -1}, {2, B, (roln_real)NAN}, {2, inputs > 0 ? B : NULL, 0}};
+    uint64_t s = 360 + (uint64_t)k;
+    int t, i, known = 0;
+    good(k, &bad);
+    dyadic(2 * N, ROLN_C(0.25), &s, B);
+    for (i = 0; i < 5; i++) {
+        rig x = bad;
+        x.limits.motors = wrong + i;
+        CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && x.g.bad == 1 && same(F_OF(k), x.held, bad.held));
+    }
+    if (inputs > 0 || N < 2) return;
+    good(k, &a);
+    memset(&a.g, 0, sizeof a.g);
+    fill(MAXN, 0, a.held);
+    a.limits.tau = 100, a.limits.power = 1000, b = a;
+    a.limits.motors = &two;
+    for (t = 0; t < 10; t++) {
+        dyadic(2, 1, &s, a.want), dyadic(N, 1, &s, a.q), dyadic(N, 1, &s, a.qd);
+        dyadic(n, ROLN_C(0.5), &s, a.z), dyadic(n, ROLN_C(0.0625), &s, a.zd);
+        memcpy(b.z, a.z, sizeof a.z), memcpy(b.zd, a.zd, sizeof a.zd), memcpy(b.q, a.q, sizeof a.q), memcpy(b.qd, a.qd, sizeof a.qd);
+        for (i = 0; i < N; i++)
+            b.want[i] = B[2 * i] * a.want[0] + B[2 * i + 1] * a.want[1];
+        a.want[2] = (roln_real)NAN; /* is nobody's torque */
+        CHECK(tick(k, &a) == 0 && tick(k, &b) == 0);
+        CHECK(same(2, a.held, a.want) && all(N - 2, a.held + 2, 0));
+        BOUND("residual of motors, eps", fabsl((ld)a.g.residual - (ld)b.g.residual) / EPS, 20);
+        known += a.g.known && b.g.known && ROLN_ABS(b.g.residual) > ROLN_C(0.001);
+    }
+    CHECK(known > 5);
 }
 
 /* The very first tick, with NaN among the measured numbers: the latent state is not read (here it has never been written, which
@@ -898,12 +971,10 @@ static void test_first_tick(int k)
     roln_real *unset = (roln_real *)malloc((size_t)(2 * n) * sizeof *unset);
     uint64_t s = 335 + (uint64_t)k;
     int i, t;
-    if (models[k].md->inputs > 0) {
-        free(unset);
-        return;
-    }
+    const roln_motors damped = {0, NULL, ROLN_C(0.25)};
     memset(&start, 0, sizeof start);
     valid(k, &s);
+    if (models[k].md->inputs > 0) start.limits.motors = &damped;
     dyadic(N, ROLN_C(0.125), &s, start.q), dyadic(N, ROLN_C(0.125), &s, start.qd);
     start.limits.dt = ROLN_C(0.0625), start.limits.power = 1000, start.limits.q_off = start.limits.qd_off = 1000;
     start.limits.tau = 1000, start.limits.hold = 3;
@@ -1768,7 +1839,8 @@ static void test_shell(void)
     rich_jacobian jac, jac1;
     roln_target ref;
     roln_trained m;
-    roln_real v[6], y[6], y1[6], zd2[3], a[3], motors[6 * 4], u[4], u1[4];
+    roln_real v[6], y[6], y1[6], zd2[3], a[3], motors[6 * 4], u[5], u1[5];
+    roln_motors four = {4, motors, ROLN_C(0.5)};
     uint64_t seed = 330;
     good(RICH, &x);
     typed_rig(&x, &p, &full, &s);
@@ -1787,8 +1859,12 @@ static void test_shell(void)
     CHECK(roln_control(&m, s.z, s.zd, &ref, y1, spare) == ROLN_OK && same(3, a, y1));
     CHECK_OK(rich_inertia(&p, &s, v, y, RICH_WORK(inertia)));
     CHECK(roln_inertia(&m, s.z, v, y1, spare) == ROLN_OK && same(6, y, y1));
-    CHECK_OK(rich_allocate(&p, &s, 4, motors, zd2, ROLN_C(0.5), u, RICH_WORK(allocate)));
-    CHECK(roln_allocate(&m, 4, s.z, motors, zd2, ROLN_C(0.5), u1, spare) == ROLN_OK && same(4, u, u1));
+    CHECK_OK(rich_allocate(&p, &s, &four, zd2, u, u + 4, RICH_WORK(allocate)));
+    CHECK(roln_allocate(&m, s.z, &four, zd2, u1, u1 + 4, spare) == ROLN_OK && same(5, u, u1));
+    four.count = 2, four.B = p.theta + rich_theta_size - 12; /* what it has learned */
+    CHECK_OK(roln_allocate(&m, s.z, &four, zd2, u1, u1 + 4, spare));
+    four.count = 7, four.B = NULL;
+    CHECK(rich_allocate(&p, &s, &four, zd2, u, u + 4, RICH_WORK(allocate)) == ROLN_OK && same(2, u, u1) && same(1, u + 4, u1 + 4));
     s1 = s;
     CHECK_OK(rich_linear(&p, &s1, v, dt, &jac, (rich_linwork *)(void *)room_of(NUMBERS_OF(rich_linwork, linear))));
     ROOM_KEPT();
@@ -1849,6 +1925,7 @@ static void refused(plain_params *p)
     const plain_latent s = {{0}, {0}};
     const plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
     const roln_real v[36] = {0};
+    const roln_motors motors = {1, v, 1};
     const int one = 0;
     memset(&to, 0xa5, sizeof to), was = to;
     memset(&g, 0, sizeof g);
@@ -1858,7 +1935,7 @@ static void refused(plain_params *p)
     CHECK(plain_aim(p, v, v, v, &to.r, PLAIN_WORK(aim)) == ROLN_E_SHAPE);
     CHECK(plain_control(p, &s, &r, to.tau_z, PLAIN_WORK(control)) == ROLN_E_SHAPE);
     CHECK(plain_lift(p, &s, v, to.tau, PLAIN_WORK(lift)) == ROLN_E_SHAPE);
-    CHECK(plain_allocate(p, &s, 1, v, v, 1, to.tau, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
+    CHECK(plain_allocate(p, &s, &motors, v, to.tau, NULL, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
     CHECK(plain_step(p, &to.s, NULL, dt, PLAIN_WORK(step)) == ROLN_E_SHAPE);
     CHECK(plain_linear(p, &to.s, NULL, dt, &to.j, &linwork) == ROLN_E_SHAPE);
     CHECK(plain_reduce(p, &s, v, to.tau_z, PLAIN_WORK(reduce)) == ROLN_E_SHAPE);
@@ -1935,7 +2012,9 @@ void TEST_NAME(control)(void)
         test_guard_safe(k);
         test_guard_window(k);
         test_fit_limits(k);
-        test_tick(k);
+        test_tick(k, 0);
+        test_tick(k, 1);
+        test_guard_motors(k);
         test_first_tick(k);
     }
     test_fault_bits();
