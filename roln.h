@@ -35,6 +35,7 @@
        NAME_jacobian    A, B of a step
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
+       NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
        NAME_train       scratch of training, of NAME_errors and of NAME_fit_limits
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
@@ -63,6 +64,8 @@
 
        NAME_step        z, zd a step of dt seconds ahead under tau: M zdd + c + g + d = J^T tau
        NAME_linear      the same, with its derivatives A, B
+       NAME_lqr         feedback of least cost about a state, from weights of joints and motors
+       NAME_lqr_along   the same along a reference, gains that vary with time
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
@@ -1039,6 +1042,132 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
     rolni_copy(N, jet, y);
     return ROLN_OK;
+}
+
+/* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
+   dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit: 1 / (a deviation that is as bad as any other
+   of these)^2. */
+typedef struct {
+    const roln_real *q, *qd;   /* [N] 1/rad^2, s^2/rad^2; 0 or more */
+    const roln_real *u;        /* [count] 1/(Nm)^2, above 0 */
+    roln_real dt;              /* a step, s: as long as u is held */
+    const roln_motors *motors; /* NULL: one at each joint, or the learned inputs: count = roln_force_size; mu is not read */
+} roln_cost;
+
+/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D [2n][2n], in which
+   |D (dz, dzd)|^2 is the cost of the joints. work [ROLNI_COST_WORK]. */
+#define ROLNI_COST_MEM(X, S) X(at, 2 * S(n)) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
+#define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
+#define ROLNI_COST_WORK(S) \
+    (0 ROLNI_COST_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_LINEAR_WORK(S), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
+                                       ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_TRIANGLE_WORK(S(N), S(n)))))
+ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost *cost, const roln_real *z, roln_real *D,
+                                          roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLNI_COST_JOINTS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j, k;
+    for (i = 0; i < N; i++)
+        if (cost->q[i] < 0 || cost->qd[i] < 0) return ROLN_E_NOT_SPD;
+    for (j = 0; j < n; j++) { /* column j of J: qd of unit zd */
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            W[i * n + j] = ROLN_SQRT(cost->q[i]) * x[N + i];
+            W[(N + i) * n + j] = ROLN_SQRT(cost->qd[i]) * x[N + i];
+        }
+    }
+    rolni_zero(4 * n * n, D);
+    for (k = 0; k < 2; k++) {
+        roln_triangle(N, n, W + k * N * n, work);
+        for (i = 0; i < n; i++)
+            rolni_copy(n, W + (k * N + i) * n, D + (k * n + i) * 2 * n + k * n);
+    }
+    return roln_all_finite(4 * n * n, D) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u,
+                                      roln_real *A, roln_real *B, roln_real *D, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
+    roln_status st;
+    ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (!rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    rolni_copy(2 * n, s, at);
+    if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
+    st = roln_linear(m, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
+    if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
+    if (st != ROLN_OK) return st;
+    if (f) roln_mm(2 * n, N, f->count, F, f->B, B);
+    else rolni_copy(2 * n * force_size, F, B);
+    return ROLN_OK;
+}
+
+/* Feedback of least cost about a state that u keeps, for ever (linear-quadratic regulator):
+       u_k = u - K (s_k - s),   K [count][2n],   and what then is left of the cost, ds^T P ds, P [2n][2n] (NULL: not wanted).
+   s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
+   ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
+   ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors; status of
+   roln_linear, roln_dare. Cost roln_linear and roln_dare of 2n. work [ROLN_LQR_WORK]. */
+#define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
+#define ROLN_LQR_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_COST_WORK(S), ROLN_DARE_WORK(2 * S(n), S(force_size))))
+ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K,
+                                 roln_real *P, roln_real *work)
+{
+    const int n2 = 2 * m->model->lnn.n, n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st = rolni_cost_at(m, cost, s, u, A, B, D, work);
+    if (st == ROLN_OK) st = roln_dare(n2, rolni_torques(m->model, cost->motors), A, B, D, cost->u, C, K, work);
+    if (st != ROLN_OK || !P) return st;
+    rolni_zero(n2 * n2, P);
+    roln_mm_at(n2, n2, n2, C, C, P);
+    return ROLN_OK;
+}
+
+/* The same along a reference s [count + 1][2n] that u [count][motors] (NULL: none) drives, step k from s_k to s_k+1, up to its end,
+   where ds^T P ds remains to be paid: P [2n][2n], positive semi-definite, of roln_lqr there, say; NULL: the weights of the joints.
+       u'_k = u_k - K_k (s'_k - s_k),   K [count][motors][2n]
+   By steps of roln_riccati from the last to the first. ROLN_E_LENGTH: count below 1, motors; else as roln_lqr, ROLN_E_NOT_SPD also of
+   P; then those K are written that were computed before it failed, the last ones. work [ROLN_LQR_ALONG_WORK]. */
+#define ROLNI_LQR_END_MEM(X, S) X(l, 2 * S(n))
+#define ROLN_LQR_ALONG_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLNI_COST_WORK(S), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
+                                           0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
+ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, roln_real *work)
+{
+    const int n2 = 2 * n;
+    ROLNI_LQR_END_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = roln_eig(n2, P, l, C, work);
+    int i, j;
+    if (st != ROLN_OK) return st;
+    if (l[0] < -ROLN_EPS * ROLNI_AS(roln_real, 8 * n2) * ROLN_ABS(l[n2 - 1])) return ROLN_E_NOT_SPD;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            C[i * n2 + j] *= l[i] > 0 ? ROLN_SQRT(l[i]) : 0;
+    return ROLN_OK;
+}
+
+ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *cost, int count, const roln_real *s,
+                                       const roln_real *u, const roln_real *P, roln_real *K, roln_real *work)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, force_size = roln_force_size(m->model);
+    const int motors = rolni_torques(m->model, cost->motors);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st;
+    int k;
+    if (count < 1 || !rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    st = P ? rolni_lqr_end(n, P, C, work) : rolni_cost_joints(m, cost, s + count * n2, C, work);
+    for (k = count - 1; k >= 0 && st == ROLN_OK; k--) {
+        st = rolni_cost_at(m, cost, s + k * n2, u ? u + k * motors : NULL, A, B, D, work);
+        if (st == ROLN_OK) st = roln_riccati(n2, motors, A, B, D, cost->u, C, K + k * motors * n2, work);
+    }
+    return st;
 }
 
 /* ---- 4 a training sample ---------------------------------------------------------------------- */
@@ -2899,6 +3028,9 @@ ROLNI_SCRATCH
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
 ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
+ROLNI_SCRATCH /* of feedback of least cost */
+    roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
+ROLNI_SCRATCH_END(ROLNI_(lqrwork))
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -3039,6 +3171,25 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+}
+
+/* Feedback of least cost about s, u_k = u - K (s_k - s): K [count][2n], count motors of cost, P [2n][2n] or NULL (roln_lqr). */
+ROLN_FN roln_status ROLNI_(lqr)(const ROLNI_(params) *p, const roln_cost *cost, const ROLNI_(latent) *s, const roln_real *u,
+                                roln_real *K, roln_real *P, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P,
+                                       ROLNI_ROOM(work)->lqr));
+}
+
+/* The same along s [count + 1] and u [count][motors]: K [count][motors][2n]; P [2n][2n] the cost at the end, or NULL
+   (roln_lqr_along). */
+ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *cost, int count, const ROLNI_(latent) *s,
+                                      const roln_real *u, const roln_real *P, roln_real *K, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K,
+                                             ROLNI_ROOM(work)->lqr_along));
 }
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */

@@ -747,6 +747,188 @@ static void test_allocate(int k)
     CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 0));
 }
 
+/* ---- feedback of least cost ------------------------------------------------------------------- */
+
+/* What roln_lqr is asked, and what it gives. */
+typedef struct {
+    roln_real s[2 * MAXN], u[MAXN], q[MAXN], qd[MAXN], r[MAXN], B[MAXN * MAXN], K[2 * MAXN * MAXN], P[4 * MAXN * MAXN];
+    roln_motors motors;
+    roln_cost cost;
+    int count; /* numbers of u */
+} feedback;
+
+/* A pose; two motors, or one at each joint; dear motors keep what is very unstable within the digits. */
+static void place_feedback(int k, int two, uint64_t *s, feedback *x)
+{
+    const int N = N_OF(k), n = n_OF(k);
+    int i;
+    memset(x, 0, sizeof *x);
+    valid(k, s);
+    dyadic(n, ROLN_C(0.5), s, x->s), dyadic(N * 2, 1, s, x->B), dyadic(N, ROLN_C(0.125), s, x->u);
+    dyadic(N, ROLN_C(0.25), s, x->q), dyadic(N, ROLN_C(0.25), s, x->qd);
+    for (i = 0; i < N; i++)
+        x->q[i] += 1, x->qd[i] += ROLN_C(0.5), x->r[i] = ROLN_C(0.125) * (roln_real)(1 + i % 2);
+    x->motors.count = 2, x->motors.B = x->B;
+    x->cost.q = x->q, x->cost.qd = x->qd, x->cost.u = x->r, x->cost.dt = dt, x->cost.motors = two ? &x->motors : NULL;
+    x->count = two ? 2 : F_OF(k);
+}
+
+/* A, B of the step, and Q = diag(J^T q J, J^T qd J), from NAME_linear and NAME_decode. */
+static void feedback_twin(int k, const roln_trained *m, const feedback *x, ld *A, ld *B, ld *Q)
+{
+    static roln_real a[4 * MAXN * MAXN], b[2 * MAXN * MAXN], J[MAXN * MAXN];
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k), two = x->cost.motors != NULL;
+    roln_real s[2 * MAXN], tau[MAXN], unit_zd[MAXN], q[MAXN];
+    int i, j, p;
+    memcpy(s, x->s, sizeof s), memcpy(tau, x->u, sizeof tau);
+    for (i = 0; i < N && two; i++)
+        tau[i] = x->B[2 * i] * x->u[0] + x->B[2 * i + 1] * x->u[1];
+    CHECK_OK(roln_linear(m, s, s + n, tau, dt, a, b, spare));
+    widen(4 * n * n, a, A);
+    for (i = 0; i < 2 * n; i++)
+        for (j = 0; j < x->count; j++)
+            for (B[i * x->count + j] = two ? 0 : (ld)b[i * F + j], p = 0; p < N && two; p++)
+                B[i * x->count + j] += (ld)b[i * F + p] * (ld)x->B[2 * p + j];
+    for (j = 0; j < n; j++) {
+        fill(n, 0, unit_zd), unit_zd[j] = 1;
+        CHECK_OK(roln_decode(m, x->s, unit_zd, q, J + j * N, spare));
+    }
+    for (i = 0; i < 4 * n * n; i++)
+        Q[i] = 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (p = 0; p < N; p++) {
+                const ld JJ = (ld)J[i * N + p] * (ld)J[j * N + p];
+                Q[i * 2 * n + j] += JJ * (ld)x->q[p], Q[(n + i) * 2 * n + n + j] += JJ * (ld)x->qd[p];
+            }
+}
+
+/* P and K solve P = Q + A^T P (A - B K), (R + B^T P B) K = B^T P A, to rounding; P is symmetric to the bit. */
+static void check_feedback(int k, const feedback *x, const ld *A, const ld *B, const ld *Q)
+{
+    static ld PA[4 * MAXN * MAXN], PB[2 * MAXN * MAXN];
+    const int w = 2 * n_OF(k), c = x->count;
+    ld top = 0, lost = 0, size = 0;
+    int i, j, p, l;
+    for (i = 0; i < w; i++) {
+        for (j = 0; j < w; j++)
+            for (PA[i * w + j] = 0, p = 0; p < w; p++)
+                PA[i * w + j] += (ld)x->P[i * w + p] * A[p * w + j];
+        for (j = 0; j < c; j++)
+            for (PB[i * c + j] = 0, p = 0; p < w; p++)
+                PB[i * c + j] += (ld)x->P[i * w + p] * B[p * c + j];
+    }
+    for (i = 0; i < w; i++)
+        for (j = 0; j < w; j++) {
+            ld rest = Q[i * w + j] - (ld)x->P[i * w + j];
+            CHECK(same(1, x->P + i * w + j, x->P + j * w + i));
+            for (p = 0; p < w; p++) {
+                ld a = A[p * w + j], sum = fabsl(a);
+                for (l = 0; l < c; l++)
+                    a -= B[p * c + l] * (ld)x->K[l * w + j], sum += fabsl(B[p * c + l] * (ld)x->K[l * w + j]);
+                rest += PA[p * w + i] * a, size += fabsl(PA[p * w + i]) * sum;
+            }
+            lost = fabsl(rest) > lost ? fabsl(rest) : lost;
+        }
+    BOUND("feedback, equation of P, eps", lost / (1 + size) / EPS, 4);
+    for (i = 0; i < c; i++)
+        for (j = 0; j < w; j++) {
+            ld rest = (ld)x->r[i] * (ld)x->K[i * w + j];
+            for (top = fabsl(rest), p = 0; p < w; p++) {
+                ld a = A[p * w + j];
+                for (l = 0; l < c; l++)
+                    a -= B[p * c + l] * (ld)x->K[l * w + j], top += fabsl(PB[p * c + i] * B[p * c + l] * (ld)x->K[l * w + j]);
+                rest -= PB[p * c + i] * a, top += fabsl(PB[p * c + i] * A[p * w + j]);
+            }
+            BOUND("feedback, equation of K, eps", fabsl(rest) / (top + 1e-9L * size) / EPS, 3000);
+        }
+}
+
+/* Along a reference that stays where it is, a cost P at its end leaves the gains what they are; without P they come to them. */
+static void check_along(int k, const roln_trained *m, const feedback *x)
+{
+    enum { STEPS = 3, LONG = 400 };
+    static roln_real s[(LONG + 1) * 2 * MAXN], u[LONG * MAXN], K[LONG * 2 * MAXN * MAXN];
+    const int w = 2 * n_OF(k), c = x->count;
+    const ld top = largest(c * w, x->K);
+    int i;
+    for (i = 0; i <= LONG; i++) {
+        memcpy(s + i * w, x->s, (size_t)w * sizeof *s);
+        if (i < LONG) memcpy(u + i * c, x->u, (size_t)c * sizeof *u);
+    }
+    CHECK_OK(roln_lqr_along(m, &x->cost, STEPS, s, u, x->P, K, ROOM(lqr_along)));
+    ROOM_KEPT();
+    for (i = 0; i < STEPS; i++)
+        BOUND("gains along, with the cost at the end", furthest(c * w, K + i * c * w, x->K) / top, PICK(5e-3L, 1e-8L)); /* of roln_dare's own */
+    fill(LONG * c * w, 7, K);
+    CHECK_OK(roln_lqr_along(m, &x->cost, LONG, s, u, NULL, K, spare));
+    CHECK_BELOW(furthest(c * w, K, x->K), furthest(c * w, K + (LONG - 1) * c * w, x->K) / 4);
+}
+
+/* Wrong numbers: a status, and what was there. */
+static void check_feedback_refused(int k, const roln_trained *m, const feedback *good)
+{
+    static feedback x;
+    static roln_real along[4 * MAXN];
+    const roln_real nan = (roln_real)NAN;
+    int what, st, kept;
+    for (what = 0; what < 12; what++) {
+        roln_status want = ROLN_E_NOT_FINITE;
+        x = *good;
+        x.cost.q = x.q, x.cost.qd = x.qd, x.cost.u = x.r, x.motors.B = x.B;
+        if (good->cost.motors) x.cost.motors = &x.motors;
+        fill(2 * MAXN * MAXN, 7, x.K);
+        if (what == 0) x.s[0] = nan;
+        if (what == 1) x.u[0] = nan;
+        if (what == 2) x.q[N_OF(k) - 1] = nan;
+        if (what == 3) x.qd[0] = (roln_real)INFINITY;
+        if (what == 4) x.r[1 % x.count] = nan;
+        if (what == 5) x.q[0] = -1, want = ROLN_E_NOT_SPD;
+        if (what == 6) x.qd[N_OF(k) - 1] = -1, want = ROLN_E_NOT_SPD;
+        if (what == 7) x.r[0] = 0, want = ROLN_E_NOT_SPD;
+        if (what == 8) x.cost.dt = nan;
+        if (what == 9) x.motors.count = 0, want = ROLN_E_LENGTH;
+        if (what == 10) x.motors.count = N_OF(k) + 1, want = ROLN_E_LENGTH;
+        if (what == 11) x.P[0] = -1000, want = ROLN_E_NOT_SPD;
+        if ((what == 9 || what == 10) && !good->cost.motors) continue;
+        memcpy(along, x.s, sizeof x.s), memcpy(along + 2 * n_OF(k), good->s, sizeof x.s);
+        if (what < 11) {
+            st = roln_lqr(m, &x.cost, x.s, x.u, x.K, x.P, spare);
+            kept = all(2 * MAXN * MAXN, x.K, 7) && same(4 * MAXN * MAXN, x.P, good->P);
+            if (!CHECK(st != ROLN_OK && kept && (what < 4 || what == 8 || st == (int)want)))
+                printf("    %s, wrong number %d: status %d\n", models[k].name, what, st);
+        }
+        st = roln_lqr_along(m, &x.cost, 1, along, x.u, x.P, x.K, spare);
+        if (!CHECK(st != ROLN_OK && all(2 * MAXN * MAXN, x.K, 7))) printf("    %s, along, wrong number %d\n", models[k].name, what);
+    }
+    CHECK(roln_lqr_along(m, &good->cost, 0, good->s, good->u, NULL, x.K, spare) == ROLN_E_LENGTH);
+}
+
+static void test_lqr(int k, int two)
+{
+    static feedback x;
+    static ld A[4 * MAXN * MAXN], B[2 * MAXN * MAXN], Q[4 * MAXN * MAXN];
+    const roln_trained m = of_model(k);
+    uint64_t s = 340 + (uint64_t)k;
+    int round;
+    if (two && (models[k].md->inputs > 0 || N_OF(k) < 2)) return;
+    for (round = 0; round < 4; round++) {
+        roln_status st;
+        place_feedback(k, two, &s, &x);
+        st = roln_lqr(&m, &x.cost, x.s, x.u, x.K, x.P, ROOM(lqr));
+        ROOM_KEPT();
+        if (k == DEEP && PICK(1, 0) > 0 && st == ROLN_E_NO_CONVERGENCE) continue; /* J of size 1e3, beyond the digits of float */
+        if (!CHECK_OK(st)) {
+            printf("    %s, two motors %d: status %d\n", models[k].name, two, st);
+            continue;
+        }
+        feedback_twin(k, &m, &x, A, B, Q);
+        check_feedback(k, &x, A, B, Q);
+        if (round == 0) check_along(k, &m, &x);
+        if (round == 1) check_feedback_refused(k, &m, &x);
+    }
+}
+
 /* ---- guard ------------------------------------------------------------------------------------ */
 
 static uint64_t noise; /* seed of the random patterns */
@@ -1989,6 +2171,8 @@ void TEST_NAME(control)(void)
         test_linear_calls(k);
         test_lift(k);
         test_allocate(k);
+        test_lqr(k, 0);
+        test_lqr(k, 1);
 #ifdef ROLN_DOUBLE
         test_jet(k);
         test_inverse(k);

@@ -1975,6 +1975,19 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     CHECK(guard.known || m->model->inputs > 0); /* that is, the balance was computed */
 }
 
+static void use_lqr(int k, const roln_trained *m, const roln_real *x)
+{
+    static roln_real w[MAXN], K[2 * MAXN * 2 * MAXN], P[4 * MAXN * MAXN], s[6 * MAXN];
+    static roln_real u[MAXN];
+    const roln_cost cost = {w, w, u, dt, NULL};
+    const int n2 = 2 * n_OF(k);
+    fill(MAXN, 1, w), fill(MAXN, k == DEEP ? ROLN_C(1e6) : 1, u);
+    memcpy(s, x, (size_t)n2 * sizeof *s), memcpy(s + n2, s, (size_t)n2 * sizeof *s), memcpy(s + 2 * n2, s, (size_t)n2 * sizeof *s);
+    USE(lqr, roln_lqr(m, &cost, s, NULL, K, P, work));
+    USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, P, K, work));
+    USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, NULL, K, work));
+}
+
 static void use_limits(int k, const roln_trained *m, const roln_real *x)
 {
     const int N = N_OF(k);
@@ -2059,10 +2072,12 @@ static void test_scratch(int k)
     dyadic(256, ROLN_C(0.5), &s, x);
     use_tick(k, &m, x);
     use_limits(k, &m, x);
+    use_lqr(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
     used.linear += (z.formed ? 0 : z.base) * z.width *
                    z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
+    used.lqr_along += used.lqr_along < models[k].scratch.lqr_along ? (z.formed ? 0 : z.base) * z.width * z.width : 0;
     MEMBERS(CHECK_EXACT, )
 }
 
