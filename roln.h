@@ -54,6 +54,7 @@
        NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
+       NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
        NAME_lift        tau_z -> tau = D^T tau_z
        NAME_allocate    tau_z -> the few motors that come nearest, and what they cannot make of it
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
@@ -402,6 +403,36 @@ ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, 
     return rolni_control(m, z, zd, ref, tau_z, NULL, work);
 }
 
+/* Gains of roln_control from gains of the joints, Kp [N] in Nm/rad, Kd [N] in Nms/rad: the work that a spring at each joint does
+   is the same, dq^T Kp dq = dz^T (J^T Kp J) dz, of which kp takes the diagonal, and kd that of J^T Kd J:
+       kp_j = sum_i Kp_i J_ij^2,   kd_j = sum_i Kd_i J_ij^2,   J = dphi/dz at z
+   What couples coordinates is left out; of modes of motion (docs/control.md) it is small. z [n] in; kp, kd [n] out, untouched on
+   ROLN_E_NOT_FINITE. Cost n roln_decode. work [ROLN_GAINS_WORK]. */
+#define ROLN_GAINS_MEM(X, S) X(out, 2 * S(n)) X(e, S(n)) X(x, 2 * S(N)) X(s, 2 * S(n))
+#define ROLN_GAINS_WORK(S) (0 ROLN_GAINS_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status roln_gains(const roln_trained *m, const roln_real *z, const roln_real *Kp, const roln_real *Kd,
+                                   roln_real *kp, roln_real *kd, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLN_GAINS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    rolni_zero(2 * n, out);
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            out[j] += Kp[i] * (x[N + i] * x[N + i]);
+            out[n + j] += Kd[i] * (x[N + i] * x[N + i]);
+        }
+    }
+    if (!roln_all_finite(2 * n, out)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, out, kp);
+    rolni_copy(n, out + n, kd);
+    return ROLN_OK;
+}
+
 /* roln_lift behind the decoder: tape of the decoder, 2-jets (jets = 2) or positions (1), in; it is spent. tau is written in any
    case. work [ROLN_AE_LIFT_WORK(S, 1)]. */
 ROLN_INLINE roln_status rolni_lift(const roln_trained *m, int jets, roln_real *tape, const roln_real *tau_z, roln_real *tau,
@@ -536,7 +567,7 @@ typedef struct {
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
     const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
-    const roln_motors *motors; /* where they act; torques are then theirs, [count]; NULL: one at each joint, or the learned inputs */
+    const roln_motors *motors; /* where they act, and torques are theirs, [count]; NULL: at each joint, or the learned inputs */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -715,7 +746,8 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
     int i, known = 0;
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
-        const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
+        /* at the end of the last tick, under its torque */
+        const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
@@ -1045,8 +1077,8 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
 }
 
 /* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
-   dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit: 1 / (a deviation that is as bad as any other
-   of these)^2. */
+   dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
+   these deviations d are equally bad. */
 typedef struct {
     const roln_real *q, *qd;   /* [N] 1/rad^2, s^2/rad^2; 0 or more */
     const roln_real *u;        /* [count] 1/(Nm)^2, above 0 */
@@ -1132,8 +1164,8 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
 /* The same along a reference s [count + 1][2n] that u [count][motors] (NULL: none) drives, step k from s_k to s_k+1, up to its end,
    where ds^T P ds remains to be paid: P [2n][2n], positive semi-definite, of roln_lqr there, say; NULL: the weights of the joints.
        u'_k = u_k - K_k (s'_k - s_k),   K [count][motors][2n]
-   By steps of roln_riccati from the last to the first. ROLN_E_LENGTH: count below 1, motors; else as roln_lqr, ROLN_E_NOT_SPD also of
-   P; then those K are written that were computed before it failed, the last ones. work [ROLN_LQR_ALONG_WORK]. */
+   By steps of roln_riccati from the last to the first. ROLN_E_LENGTH: count below 1, motors; else as roln_lqr, ROLN_E_NOT_SPD
+   also of P; then those K are written that were computed before it failed, the last ones. work [ROLN_LQR_ALONG_WORK]. */
 #define ROLNI_LQR_END_MEM(X, S) X(l, 2 * S(n))
 #define ROLN_LQR_ALONG_WORK(S) \
     (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
@@ -3024,7 +3056,7 @@ ROLNI_SCRATCH
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
-    roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
+    roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
 ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
@@ -3100,6 +3132,14 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
     const roln_trained m = ROLNI_(trained)(p);
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
     return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
+}
+
+/* r->kp, kd from gains of the joints Kp [N] in Nm/rad, Kd [N] in Nms/rad at s: the diagonals of J^T Kp J, J^T Kd J. */
+ROLN_FN roln_status ROLNI_(gains)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real Kp[ROLN_AT_LEAST(ROLNI_(N))],
+                                  const roln_real Kd[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(target) *r, ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, ROLNI_ROOM(work)->gains));
 }
 
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */

@@ -2382,24 +2382,24 @@ ROLN_FN void rolni_border(int n, const roln_real *X, const roln_real *Y, roln_re
    A' is the loop that is closed by a feedback that knows H. With F = D L^T and the triangles R1 of [F; I], R2 of [F^T; I]
        L' = R1^-T L     D' = R2^-T D A     A' = A - L'^T (R1^-T F^T) D A
    A, L, D [n][n] in and out. work [ROLNI_SHIFT_WORK]. */
-#define ROLNI_SHIFT_MEM(X, n) X(DA, (n) * (n)) X(V, 2 * (n) * (n)) X(W, (n) * (n)) X(S, 2 * (n) * (n))
+#define ROLNI_SHIFT_MEM(X, n) X(E, (n) * (n)) X(V, 2 * (n) * (n)) X(W, (n) * (n)) X(S, 2 * (n) * (n))
 #define ROLNI_SHIFT_WORK(n) (0 ROLNI_SHIFT_MEM(ROLNI_SIZE, n) + ROLN_TRIANGLE_WORK(2 * (n), n))
 ROLN_FN void rolni_shift(int n, roln_real *A, roln_real *L, roln_real *D, roln_real *work)
 {
     ROLNI_SHIFT_MEM(ROLNI_CARVE, n)
     int i;
-    roln_mm(n, n, n, D, A, DA);
+    roln_mm(n, n, n, D, A, E);
     roln_mm_bt(n, n, n, L, D, V);
     rolni_border(n, D, L, S, work);
     rolni_solve_upper_t(n, n, S, V);
-    roln_mm(n, n, n, V, DA, W);
+    roln_mm(n, n, n, V, E, W);
     for (i = 0; i < n * n; i++)
         W[i] = -W[i];
     rolni_border(n, L, D, V, work);
-    rolni_solve_upper_t(n, n, V, DA);
+    rolni_solve_upper_t(n, n, V, E);
     rolni_solve_upper_t(n, n, S, L);
     roln_mm_at(n, n, n, L, W, A);
-    rolni_copy(n * n, DA, D);
+    rolni_copy(n * n, E, D);
 }
 
 /* X [n][n] becomes the triangle of [X; Y]. S [2n][n]. work [ROLN_TRIANGLE_WORK(2n, n)]. */
@@ -2460,8 +2460,8 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
        X = Q + A^T X A - A^T X B K,   K = (R + B^T X B)^-1 B^T X A,   u = -K x
    A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C, and
    K [m][n] out, both untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are usual, of about
-   40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n steps of roln_riccati,
-   which forget the start the faster, bring them back.
+   40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n steps of
+   roln_riccati, which forget their start the faster there, bring them back.
    ROLN_E_NOT_FINITE: an input; ROLN_E_NOT_SPD: r; ROLN_E_NO_CONVERGENCE, to working precision: B cannot stabilise A, or Q does not
    see what has to be stabilised. work [ROLN_DARE_WORK]. */
 #define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))

@@ -1914,8 +1914,7 @@ static void test_arguments(void)
     for (i = -1; i <= 0; i++) { /* motors, windows together */
         const roln_trained m = plain_trained(&p);
         const roln_gradient to = roln_gradient_of(&plain_model, g.theta, &g.loss, &g.windows);
-        const roln_motors none = {i, d.q, 1};
-        CHECK(plain_allocate(&p, &s, &none, tau_z, u, NULL, &work) == ROLN_E_LENGTH);
+        CHECK(plain_allocate(&p, &s, &(roln_motors){i, d.q, 1}, tau_z, u, NULL, &work) == ROLN_E_LENGTH);
         CHECK(roln_grad(&m, &ode_weights, &d.b, dt, i, &to, train.grad) == ROLN_E_LENGTH);
         CHECK(roln_grad_acc(&m, &acc_weights, &d.b, i, &to, train.grad_acc) == ROLN_E_LENGTH);
         CHECK(roln_errors(&m, &d.b, dt, i, 1, d.q, e, train.errors) == ROLN_E_LENGTH);
@@ -1965,6 +1964,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     USE(decode_some, roln_decode_some(m, z, zd, N, which, q, qd, work));
     USE(control, roln_control(m, z, zd, &target, tau_z, work));
     USE(lift, roln_lift(m, z, tau_z, q, work));
+    USE(gains, roln_gains(m, z, x, x, z, zd, work));
     USE(allocate, roln_allocate(m, z, &motors, tau_z, q, NULL, work));
     for (i = 0; i < 2; i++)
         USE(guard_tick, (roln_guard_tick(m, &limits, &full, z, zd, x, &held, work), ROLN_OK));
