@@ -38,6 +38,7 @@
        NAME_jacobian    A, B of a step
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
+       NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
        NAME_train       scratch of training, of NAME_errors and of NAME_fit_limits
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
@@ -50,14 +51,15 @@
 
    Generated functions. One control tick:
 
-       NAME_tick        NAME_encode, NAME_control, NAME_lift and NAME_guard_tick in one call; not with ROLN_INPUTS
+       NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
        NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
+       NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
        NAME_lift        tau_z -> tau = D^T tau_z
-       NAME_allocate    tau_z -> the few motors that come nearest
+       NAME_allocate    tau_z -> the few motors that come nearest, and what they cannot make of it
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
@@ -66,6 +68,8 @@
 
        NAME_step        z, zd a step of dt seconds ahead under tau: M zdd + c + g + d = J^T tau
        NAME_linear      the same, with its derivatives A, B
+       NAME_lqr         feedback of least cost about a state, from weights of joints and motors
+       NAME_lqr_along   the same along a reference, gains that vary with time
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
@@ -405,6 +409,36 @@ ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, 
     return rolni_control(m, z, zd, ref, tau_z, NULL, work);
 }
 
+/* Gains of roln_control from gains of the joints, Kp [N] in Nm/rad, Kd [N] in Nms/rad: the work that a spring at each joint does
+   is the same, dq^T Kp dq = dz^T (J^T Kp J) dz, of which kp takes the diagonal, and kd that of J^T Kd J:
+       kp_j = sum_i Kp_i J_ij^2,   kd_j = sum_i Kd_i J_ij^2,   J = dphi/dz at z
+   What couples coordinates is left out; of modes of motion (docs/control.md) it is small. z [n] in; kp, kd [n] out, untouched on
+   ROLN_E_NOT_FINITE. Cost n roln_decode. work [ROLN_GAINS_WORK]. */
+#define ROLN_GAINS_MEM(X, S) X(out, 2 * S(n)) X(e, S(n)) X(x, 2 * S(N)) X(s, 2 * S(n))
+#define ROLN_GAINS_WORK(S) (0 ROLN_GAINS_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status roln_gains(const roln_trained *m, const roln_real *z, const roln_real *Kp, const roln_real *Kd,
+                                   roln_real *kp, roln_real *kd, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLN_GAINS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    rolni_zero(2 * n, out);
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            out[j] += Kp[i] * (x[N + i] * x[N + i]);
+            out[n + j] += Kd[i] * (x[N + i] * x[N + i]);
+        }
+    }
+    if (!roln_all_finite(2 * n, out)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, out, kp);
+    rolni_copy(n, out + n, kd);
+    return ROLN_OK;
+}
+
 /* roln_lift behind the decoder: tape of the decoder, 2-jets (jets = 2) or positions (1), in; it is spent. tau is written in any
    case. work [ROLN_AE_LIFT_WORK(S, 1)]. */
 ROLN_INLINE roln_status rolni_lift(const roln_trained *m, int jets, roln_real *tape, const roln_real *tau_z, roln_real *tau,
@@ -438,27 +472,61 @@ ROLN_INLINE roln_status roln_lift(const roln_trained *m, const roln_real *z, con
     return st;
 }
 
-/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
-       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_LENGTH: motors < 1. ROLN_E_NOT_SPD: the motors do
-   not span z, to within rounding, and mu does not make up for it. Cost 3 motors roln_reduce. work [ROLN_ALLOCATE_WORK]. */
+/* Where motors act, tau = B u. */
+typedef struct {
+    int count;
+    const roln_real *B; /* [N][count]; NULL: the map that a model with inputs has learned, count is then its inputs */
+    roln_real mu;       /* damping of roln_allocate; a hundredth of the largest number of J^T B is usual */
+} roln_motors;
+
+/* The same with B and count in their places; NULL: the learned ones. B NULL: there are none. */
+ROLN_INLINE roln_motors rolni_motors(const roln_trained *m, const roln_motors *motors)
+{
+    const roln_model *md = m->model;
+    roln_motors f = {0, NULL, 0};
+    if (motors) f = *motors;
+    if (!f.B) f.count = md->inputs;
+    if (!f.B && md->inputs > 0) f.B = m->theta + roln_params(md) - md->ae.size[0] * md->inputs;
+    return f;
+}
+
+/* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0. */
+ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
+{
+    roln_real tx = 0, ty = 0, sx = 0, sy = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
+    if (!(tx > 0) || !(ty > 0)) return 0;
+    for (i = 0; i < n; i++)
+        sx += x[i] / tx * (x[i] / tx), sy += y[i] / ty * (y[i] / ty);
+    return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);
+}
+
+/* Motors u [count] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
+       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T y,   y = (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
+   z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
+       |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
+   both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
+   make up for it. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
 #define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
 #define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
-ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const roln_real *z, const roln_real *B,
-                                      const roln_real *tau_z, roln_real mu, roln_real *u, roln_real *work)
+ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z,
+                                      roln_real *u, roln_real *missed, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
     const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const roln_motors f = rolni_motors(m, motors);
     ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int pass, j, i;
-    if (motors < 1) return ROLN_E_LENGTH;
+    if (f.count < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_zero(n * n, A);
     roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
     for (pass = 0; pass < 3; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y, is it finite? 2: written */
-        for (j = 0; j < motors; j++) {
+        for (j = 0; j < f.count; j++) {
             for (i = 0; i < N; i++)
-                x[i] = B[i * motors + j] * m->scale->q;
+                x[i] = f.B[i * f.count + j] * m->scale->q;
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
             if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
             else if (pass == 2) u[j] = roln_dot(n, g, y);
@@ -466,14 +534,15 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const r
         }
         if (pass > 0) continue;
         for (i = 0; i < n; i++)
-            y[i] = A[i * (n + 1)] += mu * mu;
+            y[i] = A[i * (n + 1)] += f.mu * f.mu;
         if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
         for (i = 0; i < n; i++) /* a pivot of rounding errors */
-            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
+            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + f.count) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
         roln_solve_lower(n, A, tau_z, y);
         roln_solve_lower_t(n, A, y, y);
         if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
     }
+    if (missed) *missed = rolni_missed(n, tau_z, y, f.mu);
     return ROLN_OK;
 }
 
@@ -504,6 +573,7 @@ typedef struct {
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
     const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
+    const roln_motors *motors; /* where they act, and torques are theirs, [count]; NULL: at each joint, or the learned inputs */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -513,6 +583,7 @@ typedef struct {
     int known;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
     roln_real residual; /* of the energy rate, W, averaged over limits.window */
+    roln_real missed;   /* of the last tau_z that motors had to make, the part that they could not (roln_allocate) */
 } roln_guard;
 
 /* Measured q, qd [N]. */
@@ -555,6 +626,20 @@ ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
         for (i = 0; each[k] && i < nu; i++)
             valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
     return valid;
+}
+
+/* Nonzero if the motors are those of a model: learned, or at most N at its joints. */
+ROLN_FN int rolni_motors_valid(const roln_model *md, const roln_motors *motors)
+{
+    if (!motors) return 1;
+    if (!roln_finite(motors->mu) || motors->mu < 0 || (motors->B != NULL) != (md->inputs == 0)) return 0;
+    return !motors->B || (motors->count >= 1 && motors->count <= md->ae.size[0]);
+}
+
+/* Numbers of a torque. */
+ROLN_FN int rolni_torques(const roln_model *md, const roln_motors *motors)
+{
+    return motors && motors->B && rolni_motors_valid(md, motors) ? motors->count : roln_force_size(md);
 }
 
 /* The largest torque of joint i. */
@@ -621,11 +706,11 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                   const roln_real *tau)
 {
-    const int N = m->model->ae.size[0], nu = roln_force_size(m->model);
+    const int N = m->model->ae.size[0], nu = rolni_torques(m->model, limits->motors);
     uint32_t faults = 0;
     int i;
     if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd)) faults |= ROLN_FAULT_INPUT;
-    if (!rolni_limits_valid(limits, nu)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(m->model, limits->motors)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -644,10 +729,17 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     return faults;
 }
 
-/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [ROLNI_TAU(S, 1)]. */
-ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_real *in, const roln_real *qd, roln_real *work)
+/* Power qd^T tau of a force in [roln_force_size], or of motors, qd [N] in. work [ROLNI_TAU(S, 1)]. */
+ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *motors, const roln_real *in, const roln_real *qd,
+                                  roln_real *work)
 {
-    return roln_dot(m->model->ae.size[0], rolni_tau(m, 1, in, work), qd);
+    const int N = m->model->ae.size[0];
+    roln_real power = 0;
+    int i;
+    if (!motors || !motors->B) return roln_dot(N, rolni_tau(m, 1, in, work), qd);
+    for (i = 0; i < N; i++)
+        power += qd[i] * roln_dot(motors->count, motors->B + i * motors->count, in);
+    return power;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
@@ -665,7 +757,8 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
 ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                  const roln_held *held, roln_real *work)
 {
-    const int nu = roln_force_size(m->model);
+    const roln_motors *motors = limits->motors;
+    const int nu = rolni_torques(m->model, motors);
     const roln_real *qd = seen->x + m->model->ae.size[0];
     const rolni_balance *b = seen->balance;
     roln_guard *g = held->guard;
@@ -673,7 +766,8 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
     int i, known = 0;
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
-        const roln_real before = b ? rolni_power(m, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
+        /* at the end of the last tick, under its torque */
+        const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
@@ -688,7 +782,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     }
     g->known = 0;
     if (known) { /* start of the next tick, under the new torque */
-        const roln_real after = rolni_power(m, tau, qd, work) - b->lost;
+        const roln_real after = rolni_power(m, motors, tau, qd, work) - b->lost;
         if (roln_finite(after)) g->known = 1, g->energy = b->energy, g->power = after;
     }
     g->faults |= faults;
@@ -730,12 +824,17 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 }
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
-   and the networks are evaluated once. x measured, reference and gains in; z, zd [n] out, untouched if the encoder fails;
-   held->tau: the safe torque. For models that get the force tau; with inputs every tick is a fault. Returns the faults of this
-   tick. work [ROLN_TICK_WORK]. */
+   and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
+   the motors cannot make of tau_z is in held->guard->missed. x measured, reference and gains in; z, zd [n] out, untouched if the
+   encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
+    ROLN_MAX(0, ROLN_ALLOCATE_WORK(S) - (ROLN_AE_DECODE_TAPE(S, 2, 1)))
 #define ROLN_TICK_WORK(S) \
-    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), 0 ROLN_TICK_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_CONTROL_WORK(S), ROLN_AE_LIFT_WORK(S, 1)))
+    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), \
+             0 ROLN_TICK_MEM(ROLNI_SIZE, S) + \
+                 ROLN_MAX(ROLN_MAX(ROLN_CONTROL_WORK(S), ROLNI_ALLOCATED_WORK(S)), \
+                          S(inputs) > 0 ? ROLNI_TAU(S, 1) : ROLN_AE_LIFT_WORK(S, 1)))
 ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits, const roln_measured *x, const roln_target *ref,
                                roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
 {
@@ -749,9 +848,10 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
         seen.z = z, seen.zd = zd;
         st = rolni_decode(m, z, zd, decoded, tape, work);
     }
-    if (st == ROLN_OK && m->model->inputs > 0) st = ROLN_E_SHAPE; /* there is no tau to be applied */
+    if (st == ROLN_OK && !rolni_motors_valid(m->model, limits->motors)) st = ROLN_E_SHAPE;
     if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
-    if (st == ROLN_OK) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    if (st == ROLN_OK && !limits->motors && m->model->inputs == 0) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape);
     return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
@@ -1004,6 +1104,132 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
     rolni_copy(N, jet, y);
     return ROLN_OK;
+}
+
+/* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
+   dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
+   these deviations d are equally bad. */
+typedef struct {
+    const roln_real *q, *qd;   /* [N] 1/rad^2, s^2/rad^2; 0 or more */
+    const roln_real *u;        /* [count] 1/(Nm)^2, above 0 */
+    roln_real dt;              /* a step, s: as long as u is held */
+    const roln_motors *motors; /* NULL: one at each joint, or the learned inputs: count = roln_force_size; mu is not read */
+} roln_cost;
+
+/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D [2n][2n], in which
+   |D (dz, dzd)|^2 is the cost of the joints. work [ROLNI_COST_WORK]. */
+#define ROLNI_COST_MEM(X, S) X(at, 2 * S(n)) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
+#define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
+#define ROLNI_COST_WORK(S) \
+    (0 ROLNI_COST_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_LINEAR_WORK(S), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
+                                       ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_TRIANGLE_WORK(S(N), S(n)))))
+ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost *cost, const roln_real *z, roln_real *D,
+                                          roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLNI_COST_JOINTS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j, k;
+    for (i = 0; i < N; i++)
+        if (cost->q[i] < 0 || cost->qd[i] < 0) return ROLN_E_NOT_SPD;
+    for (j = 0; j < n; j++) { /* column j of J: qd of unit zd */
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            W[i * n + j] = ROLN_SQRT(cost->q[i]) * x[N + i];
+            W[(N + i) * n + j] = ROLN_SQRT(cost->qd[i]) * x[N + i];
+        }
+    }
+    rolni_zero(4 * n * n, D);
+    for (k = 0; k < 2; k++) {
+        roln_triangle(N, n, W + k * N * n, work);
+        for (i = 0; i < n; i++)
+            rolni_copy(n, W + (k * N + i) * n, D + (k * n + i) * 2 * n + k * n);
+    }
+    return roln_all_finite(4 * n * n, D) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u,
+                                      roln_real *A, roln_real *B, roln_real *D, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
+    roln_status st;
+    ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (!rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    rolni_copy(2 * n, s, at);
+    if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
+    st = roln_linear(m, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
+    if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
+    if (st != ROLN_OK) return st;
+    if (f) roln_mm(2 * n, N, f->count, F, f->B, B);
+    else rolni_copy(2 * n * force_size, F, B);
+    return ROLN_OK;
+}
+
+/* Feedback of least cost about a state that u keeps, for ever (linear-quadratic regulator):
+       u_k = u - K (s_k - s),   K [count][2n],   and what then is left of the cost, ds^T P ds, P [2n][2n] (NULL: not wanted).
+   s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
+   ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
+   ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors; status of
+   roln_linear, roln_dare. Cost roln_linear and roln_dare of 2n. work [ROLN_LQR_WORK]. */
+#define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
+#define ROLN_LQR_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_COST_WORK(S), ROLN_DARE_WORK(2 * S(n), S(force_size))))
+ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K,
+                                 roln_real *P, roln_real *work)
+{
+    const int n2 = 2 * m->model->lnn.n, n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st = rolni_cost_at(m, cost, s, u, A, B, D, work);
+    if (st == ROLN_OK) st = roln_dare(n2, rolni_torques(m->model, cost->motors), A, B, D, cost->u, C, K, work);
+    if (st != ROLN_OK || !P) return st;
+    rolni_zero(n2 * n2, P);
+    roln_mm_at(n2, n2, n2, C, C, P);
+    return ROLN_OK;
+}
+
+/* The same along a reference s [count + 1][2n] that u [count][motors] (NULL: none) drives, step k from s_k to s_k+1, up to its end,
+   where ds^T P ds remains to be paid: P [2n][2n], positive semi-definite, of roln_lqr there, say; NULL: the weights of the joints.
+       u'_k = u_k - K_k (s'_k - s_k),   K [count][motors][2n]
+   By steps of roln_riccati from the last to the first. ROLN_E_LENGTH: count below 1, motors; else as roln_lqr, ROLN_E_NOT_SPD
+   also of P; then those K are written that were computed before it failed, the last ones. work [ROLN_LQR_ALONG_WORK]. */
+#define ROLNI_LQR_END_MEM(X, S) X(l, 2 * S(n))
+#define ROLN_LQR_ALONG_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLNI_COST_WORK(S), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
+                                           0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
+ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, roln_real *work)
+{
+    const int n2 = 2 * n;
+    ROLNI_LQR_END_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = roln_eig(n2, P, l, C, work);
+    int i, j;
+    if (st != ROLN_OK) return st;
+    if (l[0] < -ROLN_EPS * ROLNI_AS(roln_real, 8 * n2) * ROLN_ABS(l[n2 - 1])) return ROLN_E_NOT_SPD;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            C[i * n2 + j] *= l[i] > 0 ? ROLN_SQRT(l[i]) : 0;
+    return ROLN_OK;
+}
+
+ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *cost, int count, const roln_real *s,
+                                       const roln_real *u, const roln_real *P, roln_real *K, roln_real *work)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, force_size = roln_force_size(m->model);
+    const int motors = rolni_torques(m->model, cost->motors);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st;
+    int k;
+    if (count < 1 || !rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    st = P ? rolni_lqr_end(n, P, C, work) : rolni_cost_joints(m, cost, s + count * n2, C, work);
+    for (k = count - 1; k >= 0 && st == ROLN_OK; k--) {
+        st = rolni_cost_at(m, cost, s + k * n2, u ? u + k * motors : NULL, A, B, D, work);
+        if (st == ROLN_OK) st = roln_riccati(n2, motors, A, B, D, cost->u, C, K + k * motors * n2, work);
+    }
+    return st;
 }
 
 /* ---- 4 a training sample ---------------------------------------------------------------------- */
@@ -1805,7 +2031,8 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
    seconds apart, b->stride = 1; b->tau [samples][roln_force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
    window, strict and safe are yours and stay; margin, power, q_off, qd_off become slack times what these recordings need at least,
    margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
-   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay.
+   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
+   l->motors says that the torques of limits are others than those of b.
    ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, or the
    model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
    work [ROLN_FIT_LIMITS_WORK]. */
@@ -1819,15 +2046,16 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL}, most = *l;
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
     ROLN_FIT_LIMITS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const int torques = b->tau && (!l->motors || !l->motors->B);
     int w, h, i;
     if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0)) return ROLN_E_RANGE;
     most.margin = most.power = most.q_off = most.qd_off = 0;
     rolni_zero(2 * force_size, top); /* and rise */
     for (w = 0; w < b->count; w++) {
-        roln_guard g = {0, 0, 0, 0, 0, 0};
+        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
         rolni_zero(force_size, held);
         for (h = 0; h <= b->steps; h++) {
             const size_t at = rolni_sample(b, w, h), each = ROLNI_AS(size_t, force_size);
@@ -1850,8 +2078,8 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     }
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
     most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
-    if (b->tau) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
-    for (i = 0; i < force_size && b->tau; i++) {
+    if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
+    for (i = 0; i < force_size && torques; i++) {
         tau_each[i] = slack * top[i], rate_each[i] = slack * rise[i];
         most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
     }
@@ -2963,12 +3191,13 @@ ROLNI_SCRATCH
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
-    roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
-#if ROLN_INPUTS == 0
+    roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
-#endif
 ROLNI_SCRATCH_END(ROLNI_(work))
 ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
+ROLNI_SCRATCH /* of feedback of least cost */
+    roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
+ROLNI_SCRATCH_END(ROLNI_(lqrwork))
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -3041,6 +3270,14 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
     return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
 }
 
+/* r->kp, kd from gains of the joints Kp [N] in Nm/rad, Kd [N] in Nms/rad at s: the diagonals of J^T Kp J, J^T Kd J. */
+ROLN_FN roln_status ROLNI_(gains)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real Kp[ROLN_AT_LEAST(ROLNI_(N))],
+                                  const roln_real Kd[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(target) *r, ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, ROLNI_ROOM(work)->gains));
+}
+
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
 ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))],
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
@@ -3049,13 +3286,14 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
     return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
 }
 
-/* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
-ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int motors, const roln_real *B,
-                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real mu, roln_real *u,
+/* Motors u [count], tau = B u, that come nearest to tau_z, by damped least squares; missed [1], may be NULL: the part of tau_z that
+   they cannot make. motors NULL: the learned inputs. */
+ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_motors *motors,
+                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real *u, roln_real *missed,
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
+    return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
@@ -3073,10 +3311,9 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
                                                 ROLNI_ROOM(work)->guard_tick));
 }
 
-#if ROLN_INPUTS == 0
-ROLNI_ASSERT(inputs_must_be_a_number_that_the_preprocessor_can_read, (ROLN_INPUTS) == 0)
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits, at two thirds of the cost. */
+   control, lift and guard_tick in one call, the same bits, at two thirds of the cost; where limits->motors or learned inputs are
+   to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
@@ -3087,7 +3324,6 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
     return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
 }
-#endif
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
@@ -3111,6 +3347,25 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+}
+
+/* Feedback of least cost about s, u_k = u - K (s_k - s): K [count][2n], count motors of cost, P [2n][2n] or NULL (roln_lqr). */
+ROLN_FN roln_status ROLNI_(lqr)(const ROLNI_(params) *p, const roln_cost *cost, const ROLNI_(latent) *s, const roln_real *u,
+                                roln_real *K, roln_real *P, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P,
+                                       ROLNI_ROOM(work)->lqr));
+}
+
+/* The same along s [count + 1] and u [count][motors]: K [count][motors][2n]; P [2n][2n] the cost at the end, or NULL
+   (roln_lqr_along). */
+ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *cost, int count, const ROLNI_(latent) *s,
+                                      const roln_real *u, const roln_real *P, roln_real *K, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K,
+                                             ROLNI_ROOM(work)->lqr_along));
 }
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */

@@ -140,14 +140,14 @@ typedef struct {
 #define MEMBERS(X, of) \
     X(of, work, encode) X(of, work, aim) X(of, work, decode) X(of, work, decode_some) X(of, work, step) X(of, work, reduce) \
     X(of, work, lift) X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) \
-    X(of, work, guard_tick) X(of, work, fit_range) X(of, train, fit_limits) X(of, linwork, linear) X(of, train, grad) \
+    X(of, work, gains) X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) \
+    X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) X(of, train, grad) \
     X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, errors) X(of, start, init)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
 #define MEMBER_FIELD(of, type, name) int name;
 #define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),
 typedef struct {
     MEMBERS(MEMBER_FIELD, )
-    int tick; /* 0: has none, its forces are inputs */
 } members;
 
 typedef struct {
@@ -160,7 +160,7 @@ typedef struct {
 } model;
 
 enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, MODELS };
-#define MODEL(of, block, tick) \
+#define MODEL(of, block) \
     {#of, \
      &of##_model, \
      of##_table, \
@@ -171,14 +171,10 @@ enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CUR
      of##_horizon, \
      block, \
      {SIZES(SIZE_VALUE, of)}, \
-     {MEMBERS(MEMBER_VALUE, of) tick}}
+     {MEMBERS(MEMBER_VALUE, of)}}
 static const model models[MODELS] = {
-    MODEL(plain, 16, NUMBERS_OF(plain_work, tick)), MODEL(bare, 1, NUMBERS_OF(bare_work, tick)),
-    MODEL(square, 3, NUMBERS_OF(square_work, tick)), MODEL(deep, 16, NUMBERS_OF(deep_work, tick)),
-    MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
-    MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
-    MODEL(layered, 16, NUMBERS_OF(layered_work, tick)), MODEL(chart, 4, NUMBERS_OF(chart_work, tick)), MODEL(curved, 16, 0),
-    MODEL(wheel, 16, NUMBERS_OF(wheel_work, tick)),
+    MODEL(plain, 16), MODEL(bare, 1), MODEL(square, 3), MODEL(deep, 16), MODEL(pole, 16), MODEL(rich, 16), MODEL(delan, 16),
+    MODEL(pushed, 5), MODEL(layered, 16), MODEL(chart, 4), MODEL(curved, 16), MODEL(wheel, 16),
 };
 
 #define N_OF(k) (models[k].size.N)

