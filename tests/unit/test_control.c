@@ -707,7 +707,7 @@ static void test_allocate(int k)
     const roln_model md = driven(k, ROLN_RK4);
     const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
-    roln_real u[8], lost;
+    roln_real u[8], lost = 0;
     uint64_t s = 280 + (uint64_t)k;
     int motors, i, round, wild = 0, missed = 0, tried = 0;
     roln_motors f = {0, x.B, 0};
