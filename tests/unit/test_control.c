@@ -880,7 +880,7 @@ static void check_feedback(int k, const feedback *x, const ld *A, const ld *B, c
 /* Along a reference that stays where it is, a cost P at its end leaves the gains what they are; without P they come to them. */
 static void check_along(int k, const roln_trained *m, const feedback *x)
 {
-    enum { STEPS = 3, LONG = 400 };
+    enum { STEPS = 3, LONG = 4000 };
     static roln_real s[(LONG + 1) * 2 * MAXN], u[LONG * MAXN], K[LONG * 2 * MAXN * MAXN];
     const int w = 2 * n_OF(k), c = x->count;
     const ld top = largest(c * w, x->K);
