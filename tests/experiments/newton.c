@@ -6,9 +6,9 @@
 
 #include "experiment.h"
 
-/* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. A stage may let the
-   memory fall to LAST steps. */
-enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, LAST = 2, IN_VAIN = 20, AWAY = 1000 };
+/* Rows of the first step are FIRST times as many. JUDGES rows judge a step, which is tried at most TRIES times. MEMORY: in steps,
+   where a stage says nothing else; the mean of as many iterates is the result. */
+enum { FIRST = 4, JUDGES = 256, TRIES = 10, MEMORY = 8, IN_VAIN = 20, AWAY = 1000 };
 
 struct newton {
     const roln_block *table;
@@ -141,11 +141,12 @@ int newton_run(struct newton *n, const struct newton_task *task, const struct st
 {
     roln_newton_opt opt = ROLN_NEWTON_OPT;
     const double t0 = cpu_seconds();
+    const double memory = s->memory > 0 ? s->memory : MEMORY, last = s->last > 0 ? s->last : memory;
     int steps = 0, in_vain = 0, looks = 1;
     if (n->state.taken == 0 && gather_first(n, task, s->share, x, &seed) != 0) return -1;
     for (; (s->most == 0 || steps < s->most) && cpu_seconds() - t0 < seconds; steps++) {
         const double done = s->most > 0 ? (double)steps / s->most : (cpu_seconds() - t0) / seconds;
-        if (s->forget) opt.memory = (roln_real)(MEMORY * pow((double)LAST / MEMORY, done));
+        opt.memory = (roln_real)(memory * pow(last / memory, done));
         if (gather(n, task, s->share, &opt, x, &seed) != 0) return fprintf(stderr, "newton: no rows\n"), -1;
         if (step(n, task, &opt, x)) in_vain = 0, add_to_mean(n, x);
         else if (++in_vain == IN_VAIN) return fprintf(stderr, "newton: no step is taken\n"), -1;
