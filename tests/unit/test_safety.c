@@ -246,16 +246,20 @@ static void call_all(calls *c)
         roln_error error;
         roln_loss var;
         roln_limits limits;
-        roln_real most[12];
+        roln_real most[12], K[2][6 * 2 * arm_n], P[4 * arm_n * arm_n];
     } o, was;
     static arm_linwork linwork;
+    static arm_lqrwork lqrwork;
+    static const roln_real ones[6] = {1, 1, 1, 1, 1, 1};
+    const roln_cost cost = {ones, ones, ones, limits.dt, NULL};
+    const arm_latent along[2] = {at_rest, at_rest};
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
     const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
     memset(c, 0, sizeof *c);
-    linwork.busy = work.busy;
+    linwork.busy = lqrwork.busy = work.busy;
 #define CALL(expression) (c->st[c->count++] = (expression))
     CALL(arm_encode(&p, &x, o.z, &work));
     CALL(arm_decode(&p, &at_rest, &o.full, &work));
@@ -271,7 +275,10 @@ static void call_all(calls *c)
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
     CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
+    CALL(arm_gains(&p, &at_rest, ones, ones, &o.r, &work));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
+    CALL(arm_lqr(&p, &cost, &at_rest, q, o.K[0], o.P, &lqrwork));
+    CALL(arm_lqr_along(&p, &cost, 1, along, q, NULL, o.K[1], &lqrwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
@@ -290,7 +297,7 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 21 && !c.kept);
+    CHECK(c.count == 24 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
     CHECK(c.faults[0] == 0 && c.faults[1] == 0);
