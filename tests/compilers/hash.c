@@ -2,7 +2,8 @@
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
    maps and means, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
-   stopped, and of a machine that turns round and rubs, with its feedback and a tick of its one motor. Before the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   stopped, and of a machine that turns round and rubs, with its feedback and the ticks of its one motor. Before the line it
+   writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16

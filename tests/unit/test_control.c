@@ -1141,7 +1141,8 @@ static void test_tick(int k, int driven_by_two)
     CHECK(!a.limits.motors == !missed);
     CHECK(reached > 2); /* all well, the balance known */
     CHECK((seen & (most | ROLN_FAULT_OUTPUT)) == most);
-    CHECK(k == BARE || k == SQUARE || k == WHEEL || inputs > 0 || (seen & ROLN_FAULT_ENERGY)); /* in these few states have any balance */
+    /* in these few states have any balance */
+    CHECK(k == BARE || k == SQUARE || k == WHEEL || inputs > 0 || (seen & ROLN_FAULT_ENERGY));
 }
 
 /* Motors u, tau = B u, are to a guard what the joints' tau = B u is: the same residual of energy. Motors that no machine has are a

@@ -224,6 +224,28 @@ typedef struct {
     int count, kept;
 } calls;
 
+#define CALL(expression) (c->st[c->count++] = (expression))
+
+/* Gains, and feedback of least cost. */
+static void call_feedback(calls *c)
+{
+    static const roln_real ones[6] = {1, 1, 1, 1, 1, 1}, none[6] = {0};
+    const roln_cost cost = {ones, ones, ones, limits.dt, NULL};
+    const arm_latent at_rest[2] = {{{0}, {0}}, {{0}, {0}}};
+    static arm_lqrwork lqrwork;
+    static struct {
+        arm_target r;
+        roln_real K[2][6 * 2 * arm_n], P[4 * arm_n * arm_n];
+    } o, was;
+    memset(&o, 0, sizeof o);
+    was = o;
+    lqrwork.busy = work.busy;
+    CALL(arm_gains(&p, at_rest, ones, ones, &o.r, &work));
+    CALL(arm_lqr(&p, &cost, at_rest, none, o.K[0], o.P, &lqrwork));
+    CALL(arm_lqr_along(&p, &cost, 1, at_rest, none, NULL, o.K[1], &lqrwork));
+    c->kept &= memcmp(&o, &was, sizeof o) == 0;
+}
+
 static void call_all(calls *c)
 {
     static const roln_real q[12] = {ROLN_C(0.1)}, qd[12] = {ROLN_C(0.2)};
@@ -246,21 +268,16 @@ static void call_all(calls *c)
         roln_error error;
         roln_loss var;
         roln_limits limits;
-        roln_real most[12], K[2][6 * 2 * arm_n], P[4 * arm_n * arm_n];
+        roln_real most[12];
     } o, was;
     static arm_linwork linwork;
-    static arm_lqrwork lqrwork;
-    static const roln_real ones[6] = {1, 1, 1, 1, 1, 1};
-    const roln_cost cost = {ones, ones, ones, limits.dt, NULL};
-    const arm_latent along[2] = {at_rest, at_rest};
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
     const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
     memset(c, 0, sizeof *c);
-    linwork.busy = lqrwork.busy = work.busy;
-#define CALL(expression) (c->st[c->count++] = (expression))
+    linwork.busy = work.busy;
     CALL(arm_encode(&p, &x, o.z, &work));
     CALL(arm_decode(&p, &at_rest, &o.full, &work));
     CALL(arm_decode_some(&p, &at_rest, 1, which, o.some, o.some + 1, &work));
@@ -275,10 +292,7 @@ static void call_all(calls *c)
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
     CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
-    CALL(arm_gains(&p, &at_rest, ones, ones, &o.r, &work));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
-    CALL(arm_lqr(&p, &cost, &at_rest, q, o.K[0], o.P, &lqrwork));
-    CALL(arm_lqr_along(&p, &cost, 1, along, q, NULL, o.K[1], &lqrwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
@@ -288,6 +302,7 @@ static void call_all(calls *c)
     c->faults[0] = arm_tick(&p, &limits, &x, &o.r, o.z, o.g, &work);
     c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, o.g + 1, &work);
     c->kept = memcmp(&o, &was, sizeof o) == 0;
+    call_feedback(c);
 }
 
 /* What is in use is refused by every function; what is not, whatever bytes it began with, by none. */
