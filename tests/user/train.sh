@@ -280,7 +280,7 @@ $dir/joints $dir/file.csv torque=1 steps=1 out=$dir/o > $dir/o.log 2>&1
 check 'a training that comes to nothing ends with 2' test $? -eq 2
 check 'and says it' grep '^no step from these residuals: status' $dir/o.log
 
-# a pendulum with dry friction that turns all round, recorded within -pi .. pi: predicted over its turns; without the option, a warning
+# a pendulum with dry friction that turns all round, recorded within -pi .. pi; without ROLN_ANGLES, a warning
 sed 's/joints$/wheel/; s/AE 2/AE 1/; /#include/i #define ROLN_ANGLES 1\n#define ROLN_FRICTION 1' $dir/joints.h > $dir/wheel.h
 sed 's/wheel/straight/; /ANGLES/d' $dir/wheel.h > $dir/straight.h
 for m in wheel straight; do
