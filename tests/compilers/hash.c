@@ -304,7 +304,7 @@ static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *
    be enough to go on gives the same bits. */
 static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real h, uint64_t *s)
 {
-    static roln_real qbar[6], rest[pupil_newton_size], S[pupil_newton_side * (pupil_newton_side + 1)];
+    static roln_real qbar[6], carried[pupil_newton_size], S[pupil_newton_side * (pupil_newton_side + 1)];
     static pupil_params p, was;
     static pupil_start init;
     static const roln_newton fresh = ROLN_NEWTON_START;
@@ -326,12 +326,12 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
         memset(newton.carried, 0, sizeof newton.carried), memset(newton.S, 0, sizeof newton.S);
         learn(&p, &opt, weights, &b, h);
         was = p, state = newton.state, seed = rows.seed;
-        memcpy(rest, newton.carried, sizeof rest), memcpy(S, newton.S, sizeof S);
+        memcpy(carried, newton.carried, sizeof carried), memcpy(S, newton.S, sizeof S);
         learn(&p, &opt, weights, &b, h);
         add(pupil_theta_size, p.theta), add(pupil_newton_size, newton.carried);
         memset(&rows, 0, sizeof rows), memset(&newton, 0, sizeof newton);
         newton.state = state, rows.seed = seed;
-        memcpy(newton.carried, rest, sizeof rest), memcpy(newton.S, S, sizeof S);
+        memcpy(newton.carried, carried, sizeof carried), memcpy(newton.S, S, sizeof S);
         learn(&was, &opt, weights, &b, h);
         if (memcmp(&p, &was, sizeof p) != 0) must(ROLN_E_CHECKSUM, "newton: resumed");
     }

@@ -109,14 +109,16 @@
     {.kind = STAGE_ODE, .part = p, .batch = size, .steps = H, .stride = samples, .lr_ae = ae, .lr_net = net, .fall = 1e-3, \
      .w_q = pos, .w_pos = 10, .w_qd = vel, .bias = .01}
 #define GRID_AE(p) {.kind = STAGE_AE, .part = p, .batch = 64, .lr_ae = .3, .fall = 1e-3, .w_q = 50, .w_qd = 1, .bias = .01}
+/* accelerations before windows: from random networks roll-outs run away */
+#define GRID_ACC(pos, vel) \
+    {.kind = STAGE_ACC, .part = .2, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = pos, .w_acc = .003, \
+     .w_qd = vel, .bias = .01, .smooth = 10}
 #define ROPE_PAPER \
-    .stage = {GRID_AE(.25), {.kind = STAGE_ACC, .part = .2, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 200, \
-                             .w_acc = .003, .w_qd = .1, .bias = .01, .smooth = 10}, \
-              GRID_ODE(.25, 32, 8, 10, .01, 2e-3, 200, .1), GRID_ODE(.3, 32, 25, 10, .005, 1e-3, 200, .1)}
+    .stage = {GRID_AE(.25), GRID_ACC(200, .1), GRID_ODE(.25, 32, 8, 10, .01, 2e-3, 200, .1), \
+              GRID_ODE(.3, 32, 25, 10, .005, 1e-3, 200, .1)}
 #define CLOTH_PAPER \
-    .stage = {GRID_AE(.25), {.kind = STAGE_ACC, .part = .2, .batch = 64, .lr_ae = .02, .lr_net = 3e-3, .fall = 1e-3, .w_q = 50, \
-                             .w_acc = .003, .w_qd = .3, .bias = .01, .smooth = 10}, \
-              GRID_ODE(.25, 32, 8, 5, .01, 2e-3, 50, .3), GRID_ODE(.3, 32, 25, 5, .005, 1e-3, 50, .3)}
+    .stage = {GRID_AE(.25), GRID_ACC(50, .3), GRID_ODE(.25, 32, 8, 5, .01, 2e-3, 50, .3), \
+              GRID_ODE(.3, 32, 25, 5, .005, 1e-3, 50, .3)}
 #define ROPE_STEPS \
     .stage = {TURN(.05), SMOOTH(.15, 1000), WINDOWS(.2, 1000, .3, 8, 20, .smooth = 10), \
               WINDOWS(.6, 1000, .3, 25, 20, .smooth = 10, .last = 2)}
