@@ -1,4 +1,4 @@
-# roln. A C compiler is enough for      make demo, swelling, ekf, lint, install, dist, clean
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, lint, install, dist, clean
 # make deps installs what these need:   make test, check, record, learn, machines, errors, control, models, noise, experiments,
 #                                            eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
@@ -17,7 +17,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf lint install dist clean deps test check record learn machines errors control models noise \
+.PHONY: all demo swelling ekf furuta lint install dist clean deps test check record learn machines errors control models noise \
         experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
@@ -29,6 +29,16 @@ swelling: build/swelling
 	./build/swelling build/swelling.svg
 ekf: build/ekf
 	./build/ekf
+furuta: build/furuta
+	./build/furuta
+
+# the weights of furuta.c anew, from its recordings
+build/furuta_weights.h: build/furuta build/furuta_train
+	./build/furuta record > build/furuta.csv
+	cd build && ./furuta_train furuta.csv torque=1 smooth=20 steps=150
+build/furuta_train: examples/train.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) -DMODEL=furuta $< -o $@ -lpthread -lm
 
 # misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
 CONFIG =
