@@ -76,7 +76,8 @@ deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
+           machines
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -124,21 +125,22 @@ build/test build/test_asan build/test_msan build/test_cov:
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
 PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
-build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction) \
+build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
 build/record: $(call host,mujoco/record mujoco/demos)
 build/convert: $(call host,mujoco/convert mujoco/demos)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
-build/pil: $(call host,control/pil control/control mujoco/truth unit/check)
+build/pil: $(call host,control/pil control/image control/control mujoco/truth unit/check)
+build/machines: $(call host,control/machines control/image unit/check)
 build/experiment: $(call host,experiments/experiment $(PARTS))
 build/speed: $(call host,experiments/speed $(PARTS))
 build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check)
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert control pil experiment speed test_experiments test_opinf test_latent \
-                     bench):
+$(patsubst %,build/%,test_mujoco generate record convert control pil machines experiment speed test_experiments test_opinf \
+                     test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
@@ -234,7 +236,7 @@ count:
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
 CORES = m4 m7 m33 m55 rv32 host
-IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial)
+IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial furuta)
 firmware: $(foreach c,$(CORES),$(IMAGES:%=build/firmware/$(c)/%))
 define image
 build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)
@@ -249,10 +251,12 @@ build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
-# processor in the loop: MuJoCo's chain here, its controller in QEMU; a minute or two for every core
+# processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; then other machines
 PIL = m4 m7 rv32
-pil: build/pil
+pil: build/pil build/machines
 	./build/pil $(PIL)
+	./build/machines $(PIL)
 build/pil: $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
+build/machines: $(foreach i,furuta,$(patsubst %,build/firmware/%/examples/firmware/$(i).elf,$(PIL) host))
 
 -include $(shell find build -name '*.d' 2> /dev/null)

@@ -19,6 +19,7 @@ targets      sh tests/compilers/hash.sh targets
 sizes        sh tests/measure/sizes.sh test
 firmware     sh tests/firmware/firmware.sh
 pil          build/pil host m4 rv32
+machines     build/machines m4 rv32
 sanitize-m   build/test_msan sample
 sanitize-au  build/test_asan sample
 train        sh tests/user/train.sh

@@ -4,27 +4,22 @@
 
    The loop gives the same states and torques as the one on this machine alone, bit for bit; so does a loop whose line loses,
    repeats and damages frames, with what the guard makes of it. Then one fault after the other. */
-#include <errno.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/prctl.h>
-#include <sys/socket.h>
-#include <sys/time.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "examples/firmware/frame.h"
 #include "../unit/check.h"
 #include "control.h"
+#include "image.h"
 
 enum {
     N = 16, n = 4, NUMBERS = 2 * N + 3 * n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWER(N),
     TICKS = 10000,  /* of the loop */
     LOSSY = 1000,   /* of the one on a bad line */
-    SILENCE = 60,   /* s without an answer: the image is dead */
     LIMIT = 1800     /* s for everything */
 };
 #define BAD (ROLN_FAULT_STATUS | LINK_NONE)       /* what the answer of a tick without a frame says */
@@ -33,8 +28,7 @@ enum {
 /* ---- the image ---- */
 
 struct image {
-    pid_t pid;
-    int line;                   /* socket: standard input and output of QEMU */
+    struct image_line line;
     uint32_t number;            /* of the last frame sent */
     struct control_model *model;
     const struct loop *want;    /* what the loop on this machine did */
@@ -47,27 +41,10 @@ struct answer {
     float tau[N];
 };
 
-static void image_close(struct image *m)
-{
-    kill(m->pid, SIGKILL);
-    waitpid(m->pid, NULL, 0);
-    close(m->line);
-}
-
-static int put(const struct image *m, int count, const uint8_t *bytes)
-{
-    while (count > 0) {
-        const ssize_t written = write(m->line, bytes, (size_t)count);
-        if (written < 0 && errno != EINTR) return -1;
-        if (written > 0) bytes += written, count -= (int)written;
-    }
-    return 0;
-}
-
 static int get(const struct image *m, struct answer *a)
 {
     uint8_t bytes[ANSWER];
-    if (recv(m->line, bytes, ANSWER, MSG_WAITALL) != ANSWER) {
+    if (image_get(&m->line, ANSWER, bytes)) {
         printf("no answer to frame %u\n", (unsigned)m->number);
         return -1;
     }
@@ -81,28 +58,14 @@ static int get(const struct image *m, struct answer *a)
     return -1;
 }
 
-/* Starts the image, which says that it is up. It dies with this process, however that ends. */
+/* Starts the image, which says that it is up. */
 static int image_open(struct image *m, const char *core)
 {
-    const struct timeval silence = {SILENCE, 0};
     struct answer up;
-    char path[80];
-    int line[2];
     memset(m, 0, sizeof *m);
-    snprintf(path, sizeof path, "build/firmware/%s/examples/firmware/serial.elf", core);
-    fflush(stdout);
-    if (socketpair(AF_UNIX, SOCK_STREAM, 0, line) || (m->pid = fork()) < 0) return -1;
-    if (m->pid == 0) {
-        prctl(PR_SET_PDEATHSIG, SIGKILL);
-        if (dup2(line[1], 0) == 0 && dup2(line[1], 1) == 1 && !close(line[0]) && !close(line[1]))
-            execlp("sh", "sh", "examples/firmware/run.sh", core, path, (char *)NULL);
-        perror("pil: run.sh");
-        _exit(1);
-    }
-    close(line[1]);
-    m->line = line[0];
-    if (!setsockopt(m->line, SOL_SOCKET, SO_RCVTIMEO, &silence, sizeof silence) && !get(m, &up) && !up.number && !up.all) return 0;
-    image_close(m);
+    if (image_start(&m->line, core, "serial")) return -1;
+    if (!get(m, &up) && !up.number && !up.all) return 0;
+    image_stop(&m->line);
     return -1;
 }
 
@@ -130,7 +93,7 @@ static int arm(struct image *m, const struct control_gains *g)
     uint8_t frame[SIZE];
     struct answer a;
     make_arm(frame, ++m->number, g);
-    return put(m, SIZE, frame) || get(m, &a) || a.number != m->number || a.faults || a.all ? -1 : 0;
+    return image_put(&m->line, SIZE, frame) || get(m, &a) || a.number != m->number || a.faults || a.all ? -1 : 0;
 }
 
 static void flip(uint8_t *frame, int bit)
@@ -183,7 +146,7 @@ static int image_tick(void *ctx, const float *x, float *tau)
     make_tick(frame, bad && k % 4 == 3 ? m->number - 5 : m->number + 1, numbers);
     m->number++;
     if (bad && k % 4 == 1) flip(frame, 7919 * k % (8 * SIZE));
-    if (put(m, bad && k % 4 == 0 ? 0 : bad && k % 4 == 2 ? k % SIZE : SIZE, frame)) return -1;
+    if (image_put(&m->line, bad && k % 4 == 0 ? 0 : bad && k % 4 == 2 ? k % SIZE : SIZE, frame)) return -1;
     if (!bad) {
         if (get(m, &a)) return -1;
         memcpy(tau, a.tau, sizeof a.tau);
@@ -221,7 +184,7 @@ static void test_loop(const char *core, const struct control_reference *r, struc
                m.used / (ticks - result.faults), seconds() - start);
         fflush(stdout);
     }
-    image_close(&m);
+    image_stop(&m.line);
 }
 
 /* ---- one fault after the other ---- */
@@ -239,7 +202,7 @@ struct script {
 static void send_tick(struct script *s, uint32_t number, int k)
 {
     make_tick(s->frame, number, s->loop->x[k]);
-    put(&s->m, SIZE, s->frame);
+    image_put(&s->m.line, SIZE, s->frame);
 }
 
 /* The next answer: number, faults, tau; all faults since armed, with `unseen` of ticks that had no answer. */
@@ -268,7 +231,7 @@ static const float none[N];
 static void rearm(struct script *s, const struct control_gains *g, uint32_t number, uint32_t faults)
 {
     make_arm(s->frame, s->number = number, g);
-    put(&s->m, SIZE, s->frame);
+    image_put(&s->m.line, SIZE, s->frame);
     s->all = 0;
     expect(s, faults, 0, none, __LINE__);
 }
@@ -280,12 +243,12 @@ static void test_bytes(struct script *s, int stride)
     for (int bit = 0; bit < 8 * SIZE; bit += stride) {
         make_tick(s->frame, s->number + 1, s->loop->x[s->k + 1]);
         flip(s->frame, bit);
-        put(&s->m, SIZE, s->frame);
+        image_put(&s->m.line, SIZE, s->frame);
         TICK(s->number + 1, LINK_NOISE, 0);
     }
     for (int cut = 1; cut < SIZE; cut += 1 + stride / 2) {
         make_tick(s->frame, s->number + 1, s->loop->x[s->k + 1]);
-        put(&s->m, cut, s->frame);
+        image_put(&s->m.line, cut, s->frame);
         TICK(s->number + 1, LINK_NOISE, 0);
     }
     for (int count = 1; count < 3 * SIZE; count = 2 * count + 1) { /* false beginnings in the garbage, one just before the frame */
@@ -293,7 +256,7 @@ static void test_bytes(struct script *s, int stride)
         for (int i = 0; i < count; i++) garbage[i] = (uint8_t)roln_randint(256, &seed);
         for (int i = 0; i + 4 <= count; i += 60) memcpy(garbage + i, FRAME_START "t", 4);
         memcpy(garbage + count - 1, FRAME_START, 1);
-        put(&s->m, count, garbage);
+        image_put(&s->m.line, count, garbage);
         TICK(s->number + 1, LINK_NOISE, 0);
     }
     TICK(s->number + 1, 0, 0);
@@ -319,11 +282,11 @@ static void test_numbers(struct script *s, const struct control_gains *g)
         s->all |= ROLN_FAULT_STATUS;
         TICK_OFF(LINK_GAP);
         TICK_OFF(0);
-        put(&s->m, SIZE, old); /* the frame that armed once does not arm again */
+        image_put(&s->m.line, SIZE, old); /* the frame that armed once does not arm again */
         TICK_OFF(LINK_OLD);
         make_arm(s->frame, s->number + 1, g);
         flip(s->frame, 100);
-        put(&s->m, SIZE, s->frame);
+        image_put(&s->m.line, SIZE, s->frame);
         TICK_OFF(LINK_NOISE);
         rearm(s, g, s->number + 1, 0);
         TICK(s->number + 1, 0, 0);
@@ -336,7 +299,7 @@ static void test_numbers(struct script *s, const struct control_gains *g)
     memcpy(x, s->loop->x[s->k + 1], sizeof x);
     x[3] = NAN;
     make_tick(s->frame, ++s->number, x);
-    put(&s->m, SIZE, s->frame);
+    image_put(&s->m.line, SIZE, s->frame);
     expect(s, ROLN_FAULT_INPUT | ROLN_FAULT_STATUS, 0, s->tau, __LINE__);
     TICK(s->number + 1, 0, 0);
 }
@@ -351,11 +314,11 @@ static void test_deadline(struct script *s, const struct control_gains *g)
     TICK(s->number + 1, 0, 0);             /* late: still new */
     make_tick(s->frame, s->number + 1, s->loop->x[s->k + 1]);
     flip(s->frame, 8 * SIZE - 1);
-    put(&s->m, SIZE, s->frame);            /* damaged */
+    image_put(&s->m.line, SIZE, s->frame);            /* damaged */
     SILENT(BAD | LINK_NOISE);
     TICK(s->number + 2, 0, 0);
     make_tick(s->frame, s->number + 1, s->loop->x[s->k + 1]);
-    put(&s->m, SIZE - 1, s->frame);        /* cut off: noticed when more comes */
+    image_put(&s->m.line, SIZE - 1, s->frame);        /* cut off: noticed when more comes */
     SILENT(BAD);
     TICK(s->number + 2, LINK_NOISE, 0);
 
@@ -394,7 +357,7 @@ static void test_faults(const char *core, const struct control_gains *g, const s
     rearm(s, g, s->number + 1, 0);
     test_bytes(s, host ? 1 : 29);
     if (!host) test_deadline(s, g); /* that board has no clock */
-    image_close(&s->m);
+    image_stop(&s->m.line);
     printf("%-6s faults: %ld answers as expected, %.0f s\n", core, check_passed - passed - 1, seconds() - start);
     fflush(stdout);
 }

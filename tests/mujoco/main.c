@@ -5,6 +5,7 @@ void test_truth(void);
 void test_models(void);
 void test_control(void);
 void test_friction(void);
+void test_furuta(void);
 
 int main(void)
 {
@@ -12,6 +13,7 @@ int main(void)
     test_models();
     test_control();
     test_friction();
+    test_furuta();
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }
