@@ -1468,7 +1468,8 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
    Angles of joints may be on any turn; z of an angle is within (-pi, pi].
    Returns bits, also added to e->filter->faults: ROLN_FILTER_..; ROLN_FAULT_RANGE: the estimate is outside of the range that
    training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
-   ROLN_FAULT_STATUS: a function on the way failed, the estimate is the last one, and the next measurement starts it again;
+   ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
+   last one, unless this measurement starts it again, or else the next;
    ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
    always finite. Cost roln_linear, n roln_decode, 12 n^2 (2 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
 #define ROLN_FILTER_WORK(S) \
@@ -1501,6 +1502,7 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         rolni_copy(4 * n * n, e->F, f.F);
         st = rolni_filter_predict(m, noise, tau, &f);
         if (st == ROLN_OK && measured > 0) st = rolni_filter_correct(m, noise, noise->gate, y, &f, &in);
+        if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
         if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS, filter->known = 0;
     }
     if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers += ROLNI_AS(uint32_t, in.measured - in.used);

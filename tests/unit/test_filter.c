@@ -225,7 +225,7 @@ static void test_tick(int k)
         const int N = N_OF(k);
         place(k, &s, round % 2 ? 1 : ROLN_C(0.015625), &x);
         if (round % 4 == 3) x.noise.q_each = x.noise.tau_each = NULL;
-        if (round % 5 == 4) zd_max[0] = ROLN_C(1e-3); /* out of range */
+        if (round % 5 == 4) zd_max[0] = ROLN_C(0.125); /* out of range */
         widen_estimate(n_OF(k), &x.e, &t);
         if (!ahead(k, &x, &t)) continue;
         for (missing = 0, i = 0; i < N && round > 1; i++)
@@ -458,12 +458,35 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
     CHECK(all(n, e->zd, 0) && e->f.known == 1 && e->f.lost == 0);
 }
 
+/* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and a
+   joint that is missing then is where it was last. */
+static void check_failed_model(int k, rig x, roln_real zd)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k);
+    roln_real pose[MAXN], still[MAXN] = {0}, qd[MAXN];
+    rig was;
+    uint32_t faults;
+    int i;
+    x.e.zd[0] = zd;
+    was = x;
+    faults = tick_of(k, &x.noise, NULL, NULL, &x.e);
+    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.known == 0);
+    if (N == n_OF(k)) return;
+    CHECK_OK(roln_decode(&m, x.e.z, still, pose, qd, spare));
+    for (i = 1; i < N; i++)
+        pose[i] = x.y[i];
+    x.y[0] = (roln_real)NAN;
+    faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+    CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (ROLN_FILTER_MISSING | ROLN_FILTER_START) && x.e.f.starts == 3);
+    check_started(k, &x, pose, &x.e);
+}
+
 /* It starts with the first measurement of every joint, again once it is lost, or where the model fails. */
 static void test_starts(int k)
 {
     static rig x, good;
     const int N = N_OF(k);
-    roln_real pose[MAXN];
     uint64_t s = 1100 + (uint64_t)k;
     uint32_t faults;
     int i;
@@ -492,22 +515,8 @@ static void test_starts(int k)
     CHECK((faults & (ROLN_FILTER_OUTLIER | ROLN_FILTER_START)) == (ROLN_FILTER_OUTLIER | ROLN_FILTER_START) && x.e.f.starts == 2);
     check_started(k, &x, x.y, &x.e);
 
-    x.e.zd[0] = PICK(1e30f, 1e300); /* the model fails */
-    good = x;
-    faults = tick_of(k, &x.noise, NULL, x.tau, &x.e);
-    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &good.e) && x.e.f.known == 0);
-    if (N == n_OF(k)) return;
-    {
-        const roln_trained m = of_model(k);
-        roln_real still[MAXN] = {0}, qd[MAXN];
-        CHECK_OK(roln_decode(&m, x.e.z, still, pose, qd, spare));
-    }
-    for (i = 1; i < N; i++)
-        pose[i] = x.y[i];
-    x.y[0] = (roln_real)NAN; /* it is taken from the last estimate */
-    faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
-    CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (ROLN_FILTER_MISSING | ROLN_FILTER_START) && x.e.f.starts == 3);
-    check_started(k, &x, pose, &x.e);
+    check_failed_model(k, x, PICK(1e30f, 1e300));
+    check_failed_model(k, x, 24 * zd_max[0]);
 }
 
 static ld apart(int i, roln_real a, roln_real b)
