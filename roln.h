@@ -2436,12 +2436,13 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
 /* Noise of roln_filter_tick from recordings: window w of b is one of b->steps + 1 ticks l->dt seconds apart, b->stride = 1, of
    positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
    sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay; with l->q = 0
-   q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes twice the largest
+   q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
-   velocity of training in one tick (twice: the error of a model lasts, white noise does not); l->tau_each NULL.
-   ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, or the
-   model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were unless ROLN_OK. Cost: 8 to 60
-   times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
+   velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
+   l->tau_each NULL.
+   ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
+   is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were
+   unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
 #define ROLNI_HALVINGS 60
 #define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
 #define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + ROLN_FILTER_WORK(S))
@@ -2461,6 +2462,7 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
     rolni_filter_lay(N, n, &f, work);
     noise.tau = 1, noise.tau_each = NULL;
+    if (estimate && !q_each) return ROLN_E_RANGE;
     if (estimate) rolni_noise_of_joints(m, b, each), noise.q_each = each;
     if (!rolni_noise_valid(N, &noise)) return ROLN_E_RANGE;
     switch (rolni_filter_start(m, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, &f, &in)) {
@@ -2484,8 +2486,8 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     if (!(sum[best] > none)) return st;
     for (k = 0; sum[k] < sum[best] - 2; k++)
         top /= 2;
-    if (estimate) rolni_copy(N, each, q_each), l->q_each = q_each;
-    l->tau = 2 * top, l->tau_each = NULL;
+    if (estimate && q_each) rolni_copy(N, each, q_each), l->q_each = q_each;
+    l->tau = 4 * top, l->tau_each = NULL;
     return ROLN_OK;
 }
 
@@ -3899,9 +3901,9 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
 }
 
 /* Noise of a filter from the recordings in b, positions as they were measured, and torques (roln_fit_noise). noise->dt, gate, lost
-   in; tau out, and where noise->q is 0 q_each, to which noise then points. */
+   in; tau out, and where noise->q is 0 q_each, to which noise then points; else q_each may be NULL. */
 ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch *b, roln_noise *noise,
-                                      roln_real q_each[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(train) *work)
+                                      roln_real q_each[ROLNI_(N)], ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_fit_noise(&m, b, noise, q_each, ROLNI_ROOM(work)->fit_noise));

@@ -11,7 +11,7 @@
 #include "examples/pend16.h"
 #include "examples/pend2.h"
 
-enum { RUNS = 20, TUNE = 5, TICKS = 1000, SETTLED = 100, MAXN = 16, MAXn = 4, FREE = 4 }; /* errors count after 0.5 s */
+enum { RUNS = 20, TUNE = 2, TICKS = 1000, SETTLED = 100, MAXN = 16, MAXn = 4, FREE = 4 }; /* errors count after 0.5 s */
 #define TICK 0.005
 #define STEP (6.283185307179586 / 4096) /* of an encoder, rad */
 #define PI 3.141592653589793
@@ -275,8 +275,8 @@ static int try(const machine *p, const roln_trained *m)
     printf("  alpha-beta per joint, best poles         %7.3f %9.4f\n", 1000 * two.q, two.qd);
     printf("  alpha-beta-gamma per joint, best poles   %7.3f %9.4f\n", 1000 * three.q, three.qd);
     printf("  NAME_filter_tick                         %7.3f %9.4f  velocity %.1f times better\n", 1000 * e.q, e.qd, best / e.qd);
-    printf("  noise of torques %.3g; NIS of a joint %.2f; %.0f outliers, %.0f starts in %d runs\n", (double)noise.tau, h.nis, h.outliers,
-           h.starts, RUNS);
+    printf("  noise of torques %.3g; NIS of a joint %.2f; %.0f outliers, %.0f starts in %d runs\n", (double)noise.tau, h.nis,
+           h.outliers, h.starts, RUNS);
     return best / e.qd >= 5 && h.starts == RUNS;
 }
 

@@ -458,8 +458,8 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
     CHECK(all(n, e->zd, 0) && e->f.known == 1 && e->f.lost == 0);
 }
 
-/* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and a
-   joint that is missing then is where it was last. */
+/* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and
+   a joint that is missing then is where it was last. */
 static void check_failed_model(int k, rig x, roln_real zd)
 {
     const roln_trained m = of_model(k);
@@ -682,6 +682,7 @@ static void check_fit_refused(int k, const rig *x, const roln_batch *b)
     REFUSED(noise, bad, ROLN_E_LENGTH);
     bad = *b, bad.steps = 3;
     REFUSED(noise, bad, ROLN_E_LENGTH);
+    CHECK(roln_fit_noise(&m, b, &noise, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && memcmp(&noise, &was, sizeof noise) == 0);
     noise.dt = 0, was = noise;
     REFUSED(noise, *b, ROLN_E_RANGE);
     noise.dt = x->noise.dt, noise.q = -1, was = noise;
@@ -717,9 +718,9 @@ static void test_fit(int k)
     CHECK(noise.q_each == each && noise.tau_each == NULL && noise.lost == 7 && all(1, &noise.gate, 5) && all(1, &noise.q, 0));
     for (i = 0; i < N; i++)
         BOUND("fit_noise: a joint's, factor", fmaxl((ld)(each[i] / x.q_each[i]), (ld)(x.q_each[i] / each[i])), 1.3);
-    /* twice the largest half that is as likely as any */
-    BOUND("fit_noise: torques / true", (ld)noise.tau / 0.125L, 6.5);
-    BOUND("fit_noise: true / torques", 0.125L / (ld)noise.tau, 1);
+    /* four times the largest half that is as likely as any */
+    BOUND("fit_noise: torques / 4 / true", (ld)noise.tau / 4 / 0.125L, 3.25);
+    BOUND("fit_noise: true / torques * 4", 0.125L / ((ld)noise.tau / 4), 2);
     if (k != PLAIN) return;
     was = noise;
     noise.q = x.noise.q, noise.q_each = x.q_each;
