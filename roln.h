@@ -1471,7 +1471,7 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
    ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
    last one, unless this measurement starts it again, or else the next;
    ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
-   always finite. Cost roln_linear, n roln_decode, 12 n^2 (2 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
+   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
 #define ROLN_FILTER_WORK(S) \
     (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
      ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S), ROLN_ENCODE_WORK(S, 2)), \

@@ -559,6 +559,17 @@ static void test_turns(void)
     }
 }
 
+/* Over the seam by a measurement. */
+static void test_seam(void)
+{
+    static rig x;
+    uint64_t s = 1160;
+    place(WHEEL, &s, ROLN_C(0.03125), &x);
+    x.e.z[0] = ROLN_C(3.140625), x.y[0] = ROLN_C(-3.125);
+    CHECK(tick_of(WHEEL, &x.noise, x.y, x.tau, &x.e) == 0);
+    BOUND("filter: over the seam", fabsl((ld)(x.e.z[0] - x.y[0])), 0.1);
+}
+
 /* ---- what makes no sense ---------------------------------------------------------------------- */
 
 static void test_refused(int k)
@@ -780,6 +791,7 @@ void TEST_NAME(filter)(void)
         test_fit(k);
     }
     test_turns();
+    test_seam();
     test_ticks(DELAN, check_sample ? 20000 : 1000000);
     test_ticks(WHEEL, 10000);
     test_ticks(CHART, 10000);
