@@ -27,8 +27,10 @@ demo: build/pendulum
 	./build/pendulum build
 swelling: build/swelling
 	./build/swelling build/swelling.svg
-ekf: build/ekf
+ekf: build/ekf build/filter
 	./build/ekf
+	@echo
+	./build/filter
 furuta: build/furuta
 	./build/furuta
 
@@ -46,6 +48,9 @@ lint:
 	@sh examples/lint.sh $(CONFIG)
 
 build/%: examples/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
+build/filter: tests/control/filter.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
 
