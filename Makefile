@@ -1,4 +1,4 @@
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, lint, install, dist, clean
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, record, learn, machines, errors, control, models, noise, experiments,
 #                                            eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
@@ -17,7 +17,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta lint install dist clean deps test check record learn machines errors control models noise \
+.PHONY: all demo swelling ekf furuta arm lint install dist clean deps test check record learn machines errors control models noise \
         experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
@@ -33,14 +33,18 @@ ekf: build/ekf build/filter
 	./build/filter
 furuta: build/furuta
 	./build/furuta
+arm: build/arm
+	./build/arm
 
-# the weights of furuta.c anew, from its recordings
-build/furuta_weights.h: build/furuta build/furuta_train
-	./build/furuta record > build/furuta.csv
-	cd build && ./furuta_train furuta.csv torque=1 smooth=20 steps=150
-build/furuta_train: examples/train.c
+# the weights of furuta.c and arm.c anew, from their recordings
+furuta_train = torque=1 smooth=20 steps=150
+arm_train = torque=1 smooth=40 steps=200
+build/%_weights.h: build/% build/%_train
+	./build/$* record > build/$*.csv
+	cd build && ./$*_train $*.csv $($*_train)
+build/%_train: examples/train.c
 	@mkdir -p $(@D)
-	$(CC) $(STD) $(FAST) $(DEPENDS) -DMODEL=furuta $< -o $@ -lpthread -lm
+	$(CC) $(STD) $(FAST) $(DEPENDS) -DMODEL=$* $< -o $@ -lpthread -lm
 
 # misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
 CONFIG =
@@ -130,7 +134,7 @@ build/test build/test_asan build/test_msan build/test_cov:
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
 PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
-build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta) \
+build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
 build/record: $(call host,mujoco/record mujoco/demos)
@@ -241,7 +245,7 @@ count:
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
 CORES = m4 m7 m33 m55 rv32 host
-IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial furuta)
+IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial furuta arm)
 firmware: $(foreach c,$(CORES),$(IMAGES:%=build/firmware/$(c)/%))
 define image
 build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)
@@ -262,6 +266,6 @@ pil: build/pil build/machines
 	./build/pil $(PIL)
 	./build/machines $(PIL)
 build/pil: $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
-build/machines: $(foreach i,furuta,$(patsubst %,build/firmware/%/examples/firmware/$(i).elf,$(PIL) host))
+build/machines: $(foreach i,furuta arm,$(patsubst %,build/firmware/%/examples/firmware/$(i).elf,$(PIL) host))
 
 -include $(shell find build -name '*.d' 2> /dev/null)

@@ -13,17 +13,19 @@
 #include "../unit/check.h"
 #include "image.h"
 
-enum { STEPS = 4096, TICKS = 4000, MOST = 6, LIMIT = 1800 /* s for everything */ };
+enum { STEPS = 4096, TICKS = 4000, MOST = 6, NUMBERS = 18, LIMIT = 1800 /* s for everything */ };
 #define TICK 1e-3
 #define TURN 6.283185307179586
 
 struct machine {
     const char *name;
     int joints, forces;
-    double unit;                         /* of its torques, Nm */
-    void (*place)(mjData *d);            /* where it starts */
-    double (*error)(const mjData *d);    /* what shall be small in the second half of the loop */
+    double unit;                                /* of its torques, Nm */
+    void (*place)(mjData *d);                   /* where it starts */
+    double (*error)(const mjData *d, double t); /* what shall be small in the second half of the loop */
     double bound;
+    int numbers;                                /* of a reference, beside the counts */
+    void (*reference)(double t, float *ref);
 };
 
 struct result {
@@ -40,12 +42,16 @@ static int get(const struct image_line *l, int words, uint32_t number, uint8_t *
 /* A tick of the image: encoder counts to it, torques back. */
 static int tick(const struct image_line *l, const struct machine *k, const mjData *d, int number, struct result *r)
 {
-    uint8_t frame[4 * (3 + MOST)], answer[4 * (5 + MOST)];
-    const int size = 4 * (3 + k->joints), words = 5 + k->forces;
+    uint8_t frame[4 * 32], answer[4 * (5 + MOST)];
+    const int size = 4 * (3 + k->joints + k->numbers), words = 5 + k->forces;
+    float ref[NUMBERS];
     memcpy(frame, FRAME_START "t", 4);
     frame_put(frame, 1, (uint32_t)number + 1);
     for (int i = 0; i < k->joints; i++)
         frame_put(frame, 2 + i, (uint32_t)(int)floor(d->qpos[i] / TURN * STEPS + 0.5));
+    if (k->reference) k->reference(number * TICK, ref);
+    for (int i = 0; i < k->numbers; i++)
+        frame_put_floats(frame, 2 + k->joints + i, 1, ref + i);
     frame_seal(size, frame);
     if (image_put(l, size, frame) || get(l, words, (uint32_t)number + 1, answer)) return -1;
     r->faults |= (int)frame_get(answer, 2);
@@ -69,7 +75,7 @@ static void loop(const char *core, const struct machine *k, const mjModel *m, st
                 d->ctrl[i] = k->unit * (double)r->tau[r->ticks][i];
             for (int i = 0; i < steps; i++)
                 mj_step(m, d);
-            if (r->ticks >= TICKS / 2) r->worst = fmax(r->worst, k->error(d));
+            if (r->ticks >= TICKS / 2) r->worst = fmax(r->worst, k->error(d, (r->ticks + 1) * TICK));
         }
         image_stop(&l);
     }
@@ -103,14 +109,47 @@ static void furuta_place(mjData *d)
     d->qpos[1] = 0.01;
 }
 
-static double furuta_error(const mjData *d)
+static double furuta_error(const mjData *d, double t)
 {
+    (void)t;
     return fabs(remainder(d->qpos[1] - TURN / 2, TURN));
+}
+
+/* ---- the arm: along a reference that starts at rest ---- */
+
+static const double arm_middle[6] = {0, 0, -0.75, 0, 0, 0};
+
+static void arm_reference(double t, float *ref)
+{
+    for (int i = 0; i < 6; i++) {
+        const double w = 1.5 + 0.3 * i;
+        ref[i] = (float)(arm_middle[i] + 0.3 * (1 - cos(w * t)));
+        ref[6 + i] = (float)(0.3 * w * sin(w * t));
+        ref[12 + i] = (float)(0.3 * w * w * cos(w * t));
+    }
+}
+
+static void arm_place(mjData *d)
+{
+    memcpy(d->qpos, arm_middle, sizeof arm_middle);
+}
+
+static double arm_error(const mjData *d, double t)
+{
+    float ref[NUMBERS];
+    double worst = 0;
+    arm_reference(t, ref);
+    for (int i = 0; i < 6; i++)
+        worst = fmax(worst, fabs(d->qpos[i] - (double)ref[i]));
+    return worst;
 }
 
 int main(int argc, char **argv)
 {
-    static const struct machine machine[] = {{"furuta", 2, 1, 1e-3, furuta_place, furuta_error, 0.02}};
+    static const struct machine machine[] = {
+        {"furuta", 2, 1, 1e-3, furuta_place, furuta_error, 0.02, 0, NULL},
+        {"arm", 6, 6, 1, arm_place, arm_error, 0.005, NUMBERS, arm_reference},
+    };
     signal(SIGPIPE, SIG_IGN);
     alarm(LIMIT);
     printf("machine  core      ticks   error, rad   instructions\n");

@@ -6,6 +6,7 @@ void test_models(void);
 void test_control(void);
 void test_friction(void);
 void test_furuta(void);
+void test_arm(void);
 
 int main(void)
 {
@@ -14,6 +15,7 @@ int main(void)
     test_control();
     test_friction();
     test_furuta();
+    test_arm();
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

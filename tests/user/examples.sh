@@ -106,6 +106,13 @@ END
     check furuta '/^caught of 25/ { ok = $NF >= $(NF - 2) + 0 && $(NF - 2) + 0 >= 20 && $NF < 25 }'
     check furuta '/^swung up and caught from 20 poses: 20,/ { ok = $12 < 5 && $16 < 1 && $21 < 10 && $NF == 0 }'
 done
+# the arm, which takes longer: no faults; rms within three times that of the true model's law, and a tenth of PD's at most
+cc=gcc
+{ $cc -std=c99 -O2 -ffp-contract=off -I. examples/arm.c -o build/examples/arm -lm && build/examples/arm
+    echo "exit $?"; } > build/examples/arm.log 2>&1
+check arm '/^exit 0$/ { ok = 1 }'
+check arm '/^reference/ { n += $NF == 0; e[$3] = $(NF - 2) }
+    /learned/ { m += e["learned"] > 0 && e["learned"] < 3 * e["true"] && e["learned"] < e["PD"] / 10 } END { ok = n == 9 && m == 3 }'
 # README's headline: the demo trains the committed weights, bit for bit
 cc=demo
 rm -f build/chain_weights.h

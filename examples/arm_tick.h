@@ -1,0 +1,54 @@
+/* arm_tick.h - what runs in the controller of examples/arm.c: counts of six encoders and a reference in, six torques out. */
+#ifndef ARM_TICK_H
+#define ARM_TICK_H
+
+#include "arm.h"
+#include "arm_weights.h" /* static const arm_params arm_weights: flash */
+
+#define TICK ROLN_C(0.001)           /* s */
+#define STEPS 4096                   /* of an encoder's turn */
+#define TURN ROLN_C(6.283185307179586)
+
+static const roln_real most[arm_N] = {60, 120, 60, 15, 15, 8}; /* Nm */
+static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, about 30 rad/s */
+static const roln_real damp[arm_N] = {80, 160, 52, ROLN_C(3.2), ROLN_C(3.2), ROLN_C(1.1)};
+static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .tau_each = most, .hold = 5};
+
+/* Encoders that round, and torques that the model misses, a twentieth of the largest. */
+static const roln_real missed[arm_N] = {3, 6, 3, ROLN_C(0.75), ROLN_C(0.75), ROLN_C(0.4)};
+static const roln_noise noise = {.dt = TICK, .q = TURN / STEPS / ROLN_C(3.4641), .tau_each = missed, .gate = 8, .lost = 5};
+
+typedef struct {
+    arm_filter filter; /* filter.s: z, zd */
+    arm_state x;       /* q, qd of it */
+    arm_latent s;      /* what arm_tick encodes of these */
+    arm_target target;
+    arm_guard guard;   /* guard.tau, Nm: to the motors */
+    arm_work work;
+    arm_filterwork filterwork;
+} controller;
+
+/* Angles and velocities from what the encoders count, and the torques that were held since they did so before. */
+static uint32_t observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
+{
+    roln_real y[arm_N];
+    uint32_t faults;
+    for (int i = 0; i < arm_N; i++)
+        y[i] = (roln_real)count[i] * (TURN / STEPS);
+    faults = arm_filter_tick(&arm_weights, &noise, y, tau, &c->filter, &c->filterwork);
+    if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
+    return faults & ~(uint32_t)ROLN_FILTER_START;
+}
+
+/* One tick, 1 kHz: counts of the encoders and the reference in; c->guard.tau to the motors whatever happens. Returns the faults. */
+static uint32_t controller_tick(controller *c, const int count[arm_N], const roln_real q[arm_N], const roln_real qd[arm_N],
+                                const roln_real qdd[arm_N])
+{
+    const uint32_t faults = observe(c, count, c->guard.tau);
+    if (arm_aim(&arm_weights, q, qd, qdd, &c->target, &c->work) != ROLN_OK ||
+        arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work) != ROLN_OK)
+        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work);
+    return faults | arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work);
+}
+
+#endif

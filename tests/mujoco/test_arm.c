@@ -1,0 +1,42 @@
+/* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. The controller in the loop: tests/control/machines.c. */
+#include <mujoco/mujoco.h>
+#include <stdlib.h>
+
+#include "arm_plant.h"
+#include "roln_spd.h"
+#include "../unit/check.h"
+
+void test_arm(void);
+
+/* Accelerations anywhere, then half a second of motion by the same scheme and steps. */
+void test_arm(void)
+{
+    char error[500];
+    mjModel *m = mj_loadXML("tests/mujoco/plants/arm.xml", NULL, error, sizeof error);
+    mjData *d;
+    uint64_t seed = 1;
+    if (!CHECK(m != NULL)) return;
+    d = mj_makeData(m);
+    for (int k = 0; k < 20; k++) {
+        motion s;
+        double qdd[JOINTS], tau[JOINTS];
+        mj_resetData(m, d);
+        for (int i = 0; i < JOINTS; i++) {
+            d->qpos[i] = s.q[i] = 6 * (double)roln_uniform(&seed) - 3;
+            d->qvel[i] = s.qd[i] = 6 * (double)roln_uniform(&seed) - 3;
+            d->ctrl[i] = tau[i] = m->actuator_ctrlrange[2 * i + 1] * (2 * (double)roln_uniform(&seed) - 1);
+        }
+        mj_forward(m, d);
+        acceleration(&s, tau, qdd);
+        for (int i = 0; i < JOINTS; i++)
+            CHECK_NEAR(d->qacc[i], qdd[i], 1e-9 * (1 + fabs(qdd[i])));
+        for (int t = 0; t < 500; t++) {
+            mj_step(m, d);
+            advance(&s, tau, m->opt.timestep);
+        }
+        for (int i = 0; i < JOINTS; i++)
+            CHECK_NEAR(d->qpos[i], s.q[i], 1e-6 * (1 + fabs(s.q[i])));
+    }
+    mj_deleteData(d);
+    mj_deleteModel(m);
+}
