@@ -1,4 +1,5 @@
-/* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. The controller in the loop: tests/control/machines.c. */
+/* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. The controller in the loop:
+   tests/control/machines.c. */
 #include <mujoco/mujoco.h>
 #include <stdlib.h>
 
