@@ -189,8 +189,8 @@ typedef struct {
     const roln_real *each;                   /* [N] of a model with own units; NULL: all are 1 */
 } roln_trained;
 
-/* The joints' own units, NULL: all are 1. md is m->model, loaded before m was seen by other functions: where it is a constant without
-   own units, nothing is left of what is done with them. */
+/* The joints' own units, NULL: all are 1. md is m->model, loaded before m was seen by other functions: where it is a constant
+   without own units, nothing is left of what is done with them. */
 ROLN_INLINE const roln_real *rolni_each(const roln_model *md, const roln_trained *m)
 {
     return md->own ? m->each : NULL;
@@ -2663,8 +2663,8 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
    ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or least differ; scale.q or each
-   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max,
-   zd_max or dt negative),
+   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min >
+   z_max, zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {

@@ -965,9 +965,9 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     return ROLN_OK;
 }
 
-/* mean [N] of the count samples x [count][N] in the units of roln_ae_init_pod, and Q = sum (x - mean)(x - mean)^T [N][N], summed in double: as float each of
-   100,000 samples would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each
-   for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
+/* mean [N] of the count samples scale * x [count][N], by joint divided by each [N] or NULL, and Q = sum (x - mean)(x - mean)^T
+   [N][N], summed in double: as float each of 100,000 samples would be rounded to the sum of all, and small directions would be
+   noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
 #define ROLNI_POD_ROWS 8
 #define ROLNI_POD_SAMPLES 4
 #define ROLNI_AE_POD_ROOM_MEM(X, N) \
@@ -1006,12 +1006,11 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
     }
 }
 
-/* Start at the linear optimum of the count samples scale * x [count][N], of which number j is divided by each_j (each [N] may be
-   NULL): b_0 = mean, Phi_0 = Psi_0 = the first N_1
-   principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out, untouched unless ROLN_OK;
-   room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not
-   fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
+/* Start at the linear optimum of the count samples scale * x [count][N], by joint divided by each [N] or NULL: b_0 = mean,
+   Phi_0 = Psi_0 = the first N_1 principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the
+   autoencoder then is the rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out,
+   untouched unless ROLN_OK; room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent
+   layer: the samples do not fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
 #define ROLNI_AE_POD_MEM(X, S) \
     X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N))
 #define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
@@ -1548,8 +1547,8 @@ ROLN_FN int rolni_bent_at(const roln_ae *ae)
     return rolni_ae_layers(ae) - rolni_ae_layer_size(ae, ae->layers - 1);
 }
 
-/* z [nb][n] of nb samples, scale * x [nb][N], by joint divided by each [N], which may be NULL. Returns the input of the bent layer less b, v - b [nb][N_{L-1}], which is on the tape
-   [ROLN_AE_ENCODE_TAPE]. */
+/* z [nb][n] of nb samples, scale * x [nb][N], by joint divided by each [N] or NULL. Returns the input of the bent layer less b,
+   v - b [nb][N_{L-1}], which is on the tape [ROLN_AE_ENCODE_TAPE]. */
 ROLN_FN roln_real *rolni_chart_encode(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale,
                                       const roln_real *each, roln_real *z, roln_real *tape)
 {
@@ -1591,11 +1590,11 @@ ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, co
     return nb;
 }
 
-/* Adds the count samples scale * x [count][N], by joint divided by each [N], which may be NULL, to sums [ROLN_CHART_SUMS]. Samples are added in their order, in blocks that
-   do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first sample that is not finite, or whose features
-   are not, and those behind it are not added; sums[0] tells how many were. ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL;
-   ROLN_E_LENGTH: count below 0; then sums are untouched. room [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK].
-   Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
+/* Adds the count samples scale * x [count][N], by joint divided by each [N] or NULL, to sums [ROLN_CHART_SUMS]. theta in. Samples
+   are added in their order, in blocks that do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first
+   sample that is not finite, or whose features are not, and those behind it are not added; sums[0] tells how many were.
+   ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; ROLN_E_LENGTH: count below 0; then sums are untouched. room
+   [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK]. Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
 #define ROLN_CHART_BLOCK 8
 #define ROLNI_CHART_ADD_MEM(X, m, bent) X(f, ROLN_CHART_BLOCK * (m)) X(v, ROLN_CHART_BLOCK * (bent))
 #define ROLN_CHART_ADD_ROOM(S) (0 ROLNI_CHART_ADD_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent)))

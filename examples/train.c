@@ -16,8 +16,9 @@
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end: OUT_weights.h (C definition for flash), OUT.roln (packed bytes), a table of
-   errors, each with its standard error over trajectories, and the joint with the worst; in OUT_errors.csv also those of each joint, in
-   parts of its motion and as rms in its unit; and OUT_motion.svg, how the median and the worst held-out trajectory are predicted. Keys and defaults: `settings`.
+   errors, each with its standard error over trajectories, and of the worst joint, also as OUT_errors.csv, where those of every
+   joint stand, in parts of its motion and, as rms, in its unit, and OUT_motion.svg, how the median and the worst held-out
+   trajectory are predicted. Keys and defaults: `settings`.
 
    1 settings     2 threads     3 state     4 errors     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 pictures
    10 stages     11 main */

@@ -403,7 +403,8 @@ static void test_headline(void)
         if (headline[i].far > 0) CHECK_BELOW(find(f, "E_q", "1000"), headline[i].far);
         if (strcmp(headline[i].weights, "cloth-free-layers-1") == 0) {
             printf("  stored full %6d bytes of flash, autoencoder %6d\n",
-                   (int)sizeof(roln_real) * ROLN_NUMBERS(0, m.md.lnn.n, m.params), (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
+                   (int)sizeof(roln_real) * ROLN_NUMBERS(0, m.md.lnn.n, m.params),
+                   (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
             stored(e, &m, &d, &roln_half, .6, 1);
             stored(e, &m, &d, &roln_int8, 1.3, 1.5);
         }

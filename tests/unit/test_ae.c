@@ -793,7 +793,8 @@ static void test_pod_of_many(uint64_t *s)
         if (larger == 2) third = i;
         if (larger > 2) least += cov[i * (N + 1)];
     }
-    CHECK(roln_ae_init_pod(&shape, COUNT, x, 1, NULL, th, area_of(ROLN_AE_POD_ROOM(OF_M)), fresh(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&shape, COUNT, x, 1, NULL, th,
+                           area_of(ROLN_AE_POD_ROOM(OF_M)), fresh(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
     for (i = 0; i < N; i++) {
         dot += (ld)th[2 * N + i] * V[i * N + third];
         CHECK_NEAR(th[6 * N + i], mean[i], PICK(2, 1000) * EPS * mean[i]);

@@ -894,7 +894,8 @@ static void test_ill(uint64_t *s)
     clear(sums);
     CHECK_OK(add(th, 400, x, sums));
     refused(sums, 0, ROLN_E_ILL_CONDITIONED, th);
-    CHECK(roln_ae_init_pod(&ae, 400, x, 1, NULL, copy(of.ae_size, th), area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, 400, x, 1, NULL, copy(of.ae_size, th), area, fresh(ROLN_AE_POD_WORK(OF))) ==
+          ROLN_E_ILL_CONDITIONED);
     fresh_done();
 }
 

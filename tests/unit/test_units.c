@@ -365,7 +365,8 @@ static void test_errors(int k)
 }
 
 #ifdef ROLN_DOUBLE
-/* Units that are no powers of two: along any direction the error of differences of the loss is quartered when the step is halved. */
+/* Units that are no powers of two: along any direction the error of differences of the loss is quartered when the step is
+   halved. */
 static void test_slope(int k, int kind)
 {
     static pair p;
