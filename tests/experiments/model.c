@@ -175,7 +175,8 @@ struct shape model_full_shape(const struct shape *shape, int N)
 
 static int packed(const struct model *m)
 {
-    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass_net.layers, m->md.lnn.layers, m->md.lnn.angles, m->md.lnn.n, m->params);
+    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass_net.layers, m->md.lnn.layers, m->md.lnn.angles, 0,
+                       m->md.lnn.n, m->params);
 }
 
 /* Numbers of a packed model, which has no range: slope, least, scale, dt, 3 n zeros, theta. */
