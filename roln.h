@@ -1941,17 +1941,26 @@ ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q,
     }
 }
 
-/* each_j = rms of q_j - qbar_j over q [count][N]; 1 of angles, of joints at rest, and where it is not finite. */
-ROLN_FN void rolni_fit_each(const roln_model *md, int count, const roln_real *q, const roln_real *qbar, roln_real *each)
+/* each_j = rms of q_j about its mean over q [count][N]; 1 of angles, of joints that rest but for rounding, and where it is not
+   finite. In double and from the first sample on: else the rounding of the mean of many samples would be the motion of a joint at
+   rest. */
+ROLN_FN void rolni_fit_each(const roln_model *md, int count, const roln_real *q, roln_real *each)
 {
     const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
-    const roln_real part = 1 / ROLNI_AS(roln_real, count);
+    const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
     size_t k, i;
     for (i = 0; i < N; i++) {
-        roln_real sq = 0;
+        const double first = ROLNI_AS(double, q[i]);
+        double mean = 0, sq = 0;
+        roln_real own;
         for (k = 0; k < rows; k++)
-            sq += part * (q[k * N + i] - qbar[i]) * (q[k * N + i] - qbar[i]);
-        each[i] = sq > 0 && roln_finite(sq) && !roln_lnn_angle(&md->lnn, ROLNI_AS(int, i)) ? ROLN_SQRT(sq) : 1;
+            mean += (ROLNI_AS(double, q[k * N + i]) - first) / count;
+        for (k = 0; k < rows; k++) {
+            const double off = ROLNI_AS(double, q[k * N + i]) - first - mean;
+            sq += off * off / count;
+        }
+        own = sq > rest * rest * first * first ? ROLN_SQRT(ROLNI_AS(roln_real, sq)) : 0;
+        each[i] = own > 0 && roln_finite(own) && !roln_lnn_angle(&md->lnn, ROLNI_AS(int, i)) ? own : 1;
     }
 }
 
@@ -1973,7 +1982,7 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
         for (i = 0; i < N; i++)
             qbar[i] += part * q[k * N + i];
     if (md->lnn.angles) rolni_mean_angles(&md->lnn, count, q, qbar);
-    if (each) rolni_fit_each(md, count, q, qbar, each);
+    if (each) rolni_fit_each(md, count, q, each);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++) {
             const roln_real unit = each ? each[i] : 1, a = (q[k * N + i] - qbar[i]) / unit, v = qd[k * N + i] / unit;

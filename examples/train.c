@@ -833,17 +833,18 @@ static void predict(int at, int stride, int far, int points, double *x)
     }
 }
 
-/* The joints of a trajectory that move most. */
+/* The joints of a trajectory that move most, in their own units if they have such. */
 static void widest(int at, int count, int *which)
 {
     enum { N = M(N) };
+    const roln_real *each = M(trained)(&s.p).each;
     double wide[N];
     int i, j, k;
     for (j = 0; j < N; j++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (i = d.first[at]; i < d.first[at + 1]; i++)
             low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
-        wide[j] = high - low;
+        wide[j] = (high - low) / (each ? (double)each[j] : 1);
     }
     for (k = 0; k < count; k++) {
         for (j = 1, which[k] = 0; j < N; j++)

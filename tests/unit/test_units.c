@@ -461,9 +461,10 @@ static void test_charts(void)
 /* each_j is the rms of a joint, 1 of one at rest and of an angle; mean |x|^2 = n. Joints that are not finite have no scale. */
 static void test_fit(void)
 {
-    enum { N = 4, SAMPLES = 16 };
+    enum { N = 4, SAMPLES = 1000 };
     roln_model md = alike_model;
-    roln_real q[SAMPLES * N], qd[SAMPLES * N], bar[N], each[N];
+    static roln_real q[SAMPLES * N], qd[SAMPLES * N];
+    roln_real bar[N], each[N];
     roln_scale sc = {7, 7};
     ld mean = 0, square = 0, rate = 0, x2 = 0;
     uint64_t s = 4;
@@ -471,7 +472,7 @@ static void test_fit(void)
     md.ae.size[0] = md.lnn.n = N, md.own = 1;
     dyadic(SAMPLES * N, 1, &s, q), dyadic(SAMPLES * N, 1, &s, qd);
     for (i = 0; i < SAMPLES; i++)
-        q[i * N + 1] *= 1000, qd[i * N + 1] *= 1000, q[i * N + 2] = 3, qd[i * N + 2] = 0;
+        q[i * N + 1] *= 1000, qd[i * N + 1] *= 1000, q[i * N + 2] = ROLN_C(3.7), qd[i * N + 2] = 0;
     CHECK_OK(roln_fit_scale(&md, SAMPLES, q, qd, bar, &sc, each));
     CHECK(all(1, each + 2, 1) && each[1] > 100 && each[0] < 1);
     for (j = 0; j < N; j++) {
@@ -497,8 +498,12 @@ static void test_fit(void)
         CHECK(all(1, each + 1, 1));
         q[N + 1] = was;
     }
-    fill(SAMPLES * N, 3, q);
+    fill(SAMPLES * N, 0, q);
     CHECK(roln_fit_scale(&md, SAMPLES, q, qd, bar, &sc, each) == ROLN_E_NOT_FINITE && all(N, each, 1));
+    for (i = 0; i < SAMPLES; i++)
+        q[i * N + 3] = i % 2 ? ROLN_C(1e-3) : -ROLN_C(1e-3); /* about 0 it may be as little as it likes */
+    CHECK_OK(roln_fit_scale(&md, SAMPLES, q, qd, bar, &sc, each));
+    CHECK_NEAR(each[3], 1e-3, PICK(2e-3, 0.2) * EPS);
 }
 
 enum { LONG = 120 };
