@@ -234,6 +234,8 @@ check 'interleaved: smooth does not mend it' warned '.*the columns look like q1,
 doubted 'degrees' 'q is in degrees, qd in radians' "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
 doubted 'degrees per second' 'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00: q is in radians, qd in degrees' \
     "$row { \$4 *= 57.29578; \$5 *= 57.29578 } 1"
+doubted 'all in degrees' 'q of joint 1 goes from -.* to .*; of a joint that turns round, ROLN_ANGLES' \
+    "$row { for (i = 2; i <= 5; i++) \$i *= 57.29578 } 1"
 doubted 'revolutions' 'revolutions per minute' "$row { \$4 *= 9.549297; \$5 *= 9.549297 } 1"
 doubted 'thousandths' 'a thousand apart' "$row { \$4 *= 1000; \$5 *= 1000 } 1"
 doubted 'a gear' 'of 1 of 2 joints .* joint 2 .* or a gear' "$row { \$5 *= 3 } 1"
@@ -248,7 +250,7 @@ doubted 'differences of an encoder' 'is the differences of q, rough by [0-9]* %;
 check 'smoothed' silent smooth=10
 make_of "$encoder $row { \$2 = round(\$2); \$3 = round(\$3) } 1"
 check 'an encoder and a tachometer' silent
-make_of "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
+make_of "$row { \$4 /= 57.29578; \$5 /= 57.29578 } 1"
 check 'qd that is not used' silent noise=0.1
 check 'that of the second file is' warned '.*q is in degrees' test=$dir/file.csv smooth=10
 
