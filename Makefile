@@ -27,8 +27,10 @@ demo: build/pendulum
 	./build/pendulum build
 swelling: build/swelling
 	./build/swelling build/swelling.svg
-ekf: build/ekf
+ekf: build/ekf build/filter
 	./build/ekf
+	@echo
+	./build/filter
 
 # misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
 CONFIG =
@@ -36,6 +38,9 @@ lint:
 	@sh examples/lint.sh $(CONFIG)
 
 build/%: examples/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
+build/filter: tests/control/filter.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
 

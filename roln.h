@@ -41,7 +41,9 @@
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
        NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
-       NAME_train       scratch of training, of NAME_errors and of NAME_fit_limits
+       NAME_filter      what a filter remembers; in it s, the estimate of z, zd
+       NAME_filterwork  scratch of NAME_filter_tick
+       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
@@ -65,6 +67,8 @@
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
+       NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
+       NAME_fit_noise   its noise, from recordings
 
    Prediction and mechanics:
 
@@ -1296,6 +1300,297 @@ ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *c
     return st;
 }
 
+/* What a filter is told of a machine and of its encoders. */
+typedef struct {
+    roln_real dt;   /* time from tick to tick, s */
+    roln_real q;    /* deviation of a measured joint: of an encoder its step / sqrt(12), rad */
+    roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error */
+    roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
+    int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
+    /* what follows may be left out */
+    const roln_real *q_each, *tau_each; /* [N] in place of q, of tau; NULL: these */
+} roln_noise;
+
+/* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
+enum {
+    ROLN_FILTER_MISSING = 512,  /* a joint was not measured */
+    ROLN_FILTER_OUTLIER = 1024, /* one was beyond noise.gate, and not used */
+    ROLN_FILTER_START = 2048,   /* it started, or started again, at the pose that was measured, at rest */
+    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint */
+};
+
+/* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
+typedef struct {
+    uint32_t faults;           /* sticky: the bits of all ticks so far */
+    uint32_t outliers, starts; /* measured joints that were not used, starts; of all ticks so far */
+    int known;                 /* 1: there is an estimate */
+    int lost;                  /* lost ticks in a row */
+    int used;                  /* joints that the last tick used */
+    roln_real nis;             /* its normalised innovation squared: if all is well, chi-square of `used` degrees */
+} roln_filter;
+
+/* A filter and its estimate: z, zd [n] and F [2n][2n], F^T F the covariance of their error. */
+typedef struct {
+    roln_filter *filter;
+    roln_real *z, *zd, *F;
+} roln_estimate;
+
+/* Nonzero if the settings of N joints make sense: finite, dt and deviations of joints positive, nothing negative. */
+ROLN_FN int rolni_noise_valid(int N, const roln_noise *noise)
+{
+    const roln_real of[4] = {noise->dt, noise->gate, noise->q_each ? 1 : noise->q, noise->tau_each ? 0 : noise->tau};
+    int i, valid = roln_all_finite(4, of) && of[0] > 0 && of[1] >= 0 && of[2] > 0 && of[3] >= 0 && noise->lost >= 0;
+    for (i = 0; noise->q_each && i < N; i++)
+        valid &= roln_finite(noise->q_each[i]) && noise->q_each[i] > 0;
+    for (i = 0; noise->tau_each && i < N; i++)
+        valid &= roln_finite(noise->tau_each[i]) && noise->tau_each[i] >= 0;
+    return valid;
+}
+
+/* What a filter works on: state [2n] and factor, the pose q [N] that the state decodes to, J [N][n] there; room for products A
+   [2n][2n] and for rows [2n + N][2n + 1] of triangles. work [ROLN_FILTER_WORK without them]. */
+#define ROLN_FILTER_MEM(X, S) \
+    X(s, 2 * S(n)) X(F, 4 * S(n) * S(n)) X(A, 4 * S(n) * S(n)) X(q, S(N)) X(J, S(N) * S(n)) \
+    X(rows, (2 * S(n) + S(N)) * (2 * S(n) + 1))
+typedef struct {
+    ROLN_FILTER_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+    roln_real *work;
+} rolni_filter;
+
+ROLN_FN void rolni_filter_lay(int N, int n, rolni_filter *b, roln_real *work)
+{
+    ROLN_FILTER_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->work = work;
+}
+
+/* q = phi(z), and J, whose column j is qd of unit zd. */
+#define ROLNI_POSE_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(s2, 2 * S(n))
+#define ROLNI_POSE_WORK(S) (0 ROLNI_POSE_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status rolni_filter_pose(const roln_trained *m, const roln_real *z, const rolni_filter *f)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    roln_real *work = f->work;
+    ROLNI_POSE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        rolni_copy(N, x, f->q);
+        for (i = 0; i < N; i++)
+            f->J[i * n + j] = x[N + i];
+    }
+    return ROLN_OK;
+}
+
+/* Factor W [n][2n] of what unknown torques do to the state in a tick, W^T W: with T^T T = J^T diag(tau^2) J, a triangle,
+       W = [dt^2/2 G  dt G],   G = T M^-1
+   Outside of the range seen in training the model guesses: ten times as much, a guess, too. */
+#define ROLNI_UNKNOWN_MEM(X, S) X(M, S(n) * S(n)) X(T, S(N) * S(n))
+#define ROLNI_UNKNOWN_WORK(S) (0 ROLNI_UNKNOWN_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_TERMS_WORK(S), ROLN_TRIANGLE_WORK(S(N), S(n))))
+ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_noise *noise, const rolni_filter *f, roln_real *W)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_real more = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt;
+    roln_real *work = f->work;
+    ROLNI_UNKNOWN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_terms_out out = {M, NULL, NULL, NULL, NULL, NULL};
+    roln_status st = roln_terms(m, f->s, f->s + n, &out, work);
+    int i, j;
+    if (st == ROLN_OK) st = roln_chol(n, M, M);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < N * n; i++)
+        T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : noise->tau) * f->J[i];
+    roln_triangle(N, n, T, work);
+    for (j = 0; j < n; j++) {
+        roln_real *const w = W + j * 2 * n;
+        roln_solve_lower(n, M, T + j * n, w + n);
+        roln_solve_lower_t(n, M, w + n, w + n);
+        for (i = 0; i < n; i++)
+            w[i] = noise->dt / 2 * w[n + i];
+    }
+    return ROLN_OK;
+}
+
+/* A tick on: the model's step under tau, NULL: none, and the triangle of [F A^T; W]. Then q, J there. */
+ROLN_INLINE roln_status rolni_filter_predict(const roln_trained *m, const roln_noise *noise, const roln_real *tau,
+                                             const rolni_filter *f)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n;
+    roln_status st = roln_linear(m, f->s, f->s + n, tau, noise->dt, f->A, NULL, f->work);
+    int i;
+    for (i = 0; i < n && st == ROLN_OK; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
+    if (st == ROLN_OK) st = rolni_filter_pose(m, f->s, f);
+    if (st == ROLN_OK) st = rolni_filter_unknown(m, noise, f, f->rows + n2 * n2);
+    if (st != ROLN_OK) return st;
+    roln_mm_bt(n2, n2, n2, f->F, f->A, f->rows);
+    roln_triangle(n2 + n, n2, f->rows, f->work);
+    rolni_copy(n2 * n2, f->rows, f->F);
+    return roln_all_finite(n2 * n2, f->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* What a measurement said. */
+typedef struct {
+    int measured, used; /* joints */
+    roln_real nis;
+} rolni_innovation;
+
+/* Rows of the measured joints, each in its own deviation: [J_i F_z^T  e_i], F_z the columns of z, e_i = y_i - q_i; one beyond the
+   gate, e_i^2 > gate^2 (|J_i F_z^T|^2 + 1), stays 0, and if there are more of them than others, all do. */
+ROLN_INLINE rolni_innovation rolni_filter_rows(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
+                                               const rolni_filter *f)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
+    roln_real *const rows = f->rows + n2 * side;
+    rolni_innovation in = {0, 0, 0};
+    int i, k;
+    rolni_zero((n2 + N) * side, f->rows);
+    for (i = 0; i < n2; i++)
+        f->rows[i * side + i] = 1;
+    for (i = 0; i < N; i++) {
+        const roln_real r = noise->q_each ? noise->q_each[i] : noise->q;
+        roln_real *const row = rows + i * side, e;
+        if (!roln_finite(y[i])) continue;
+        for (k = 0; k < n2; k++)
+            row[k] = roln_dot(n, f->J + i * n, f->F + k * n2) / r;
+        e = row[n2] = (y[i] - roln_lnn_near(&m->model->lnn, i, y[i], f->q[i])) / r;
+        in.measured++;
+        if (gate > 0 && !(ROLN_ABS(e) <= gate * ROLN_SQRT(roln_dot(n2, row, row) + 1))) rolni_zero(side, row);
+        else in.used++;
+    }
+    if (2 * in.used < in.measured) in.used = 0;
+    if (in.used == 0) rolni_zero(N * side, rows);
+    return in;
+}
+
+/* The state that is likeliest after a measurement y [N], NaN: not measured. With an error F^T w, w of covariance I, it is that of
+   least |w|^2 + sum ((J dz)_i - e_i)^2 / r_i^2: one triangle,
+       [I 0; J F_z^T / r  e / r] = U [R b; 0 rho],   R w = b,   dx = F^T w,   F+ = R^-T F,   nis = rho^2
+   R^T R is I and more: nothing is subtracted, F^T F never loses its sign. R is left in f->A. */
+ROLN_INLINE roln_status rolni_filter_correct(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
+                                             const rolni_filter *f, rolni_innovation *in)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
+    roln_real *const w = f->work, *const d = w + n2, *const b = f->rows + n2;
+    int i, k;
+    *in = rolni_filter_rows(m, noise, gate, y, f);
+    if (in->used == 0) return ROLN_OK;
+    roln_triangle(n2 + N, side, f->rows, f->work);
+    for (i = 0; i < n2; i++)
+        rolni_copy(n2, f->rows + i * side, f->A + i * n2);
+    in->nis = f->rows[n2 * side + n2] * f->rows[n2 * side + n2];
+    for (i = n2 - 1; i >= 0; i--) {
+        w[i] = b[i * side];
+        for (k = i + 1; k < n2; k++)
+            w[i] -= f->A[i * n2 + k] * w[k];
+        w[i] /= f->A[i * (n2 + 1)];
+    }
+    roln_mm(1, n2, n2, w, f->F, d);
+    for (i = 0; i < n2; i++)
+        f->s[i] += d[i];
+    for (i = 0; i < n; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
+    rolni_solve_upper_t(n2, n2, f->A, f->F);
+    return roln_all_finite(n2, f->s) && roln_all_finite(n2 * n2, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* At the pose y, at rest, in the middle of all velocities that training has seen; joints that were not measured as in z [n], NULL:
+   none may be missing. ROLN_FILTER_START, or bits that say why not. */
+ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *z,
+                                        const rolni_filter *f, rolni_innovation *in)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n;
+    int i;
+    if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
+    if (z && rolni_filter_pose(m, z, f) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    for (i = 0; i < N; i++)
+        f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
+    rolni_zero(N, f->J); /* qd */
+    rolni_zero(n2 * n2, f->F);
+    for (i = 0; i < n; i++) {
+        const roln_real wide = m->z_max[i] - m->z_min[i], fast = m->zd_max[i];
+        if (!(wide > 0) || !(fast > 0)) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
+        f->F[i * (n2 + 1)] = wide;
+        f->F[(n + i) * (n2 + 1)] = fast;
+    }
+    if (roln_encode(m, f->q, f->J, NULL, f->s, f->s + n, NULL, f->work) != ROLN_OK ||
+        rolni_filter_pose(m, f->s, f) != ROLN_OK || rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK)
+        return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    return ROLN_FILTER_START;
+}
+
+/* One tick of a Kalman filter on the model, extended (linearised at the estimate) and in square roots: z, zd from positions alone.
+       predict    the model's step under tau, roln_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau
+       correct    by the joints that were measured, y = phi(z) + noise of deviation noise->q
+   y [N] measured, NaN: that joint was not; NULL: none was. tau [roln_force_size] the force that was held since the last tick, NULL:
+   none. e->z, zd, F out. A joint beyond noise->gate deviations of what is expected is not used, and counted; if more are than are
+   not, none is used. A tick that leaves fewer than n joints because of that is lost; noise->lost of them in a row are bridged by
+   the model, at the next one the filter starts again, ROLN_FILTER_START: at the pose that is measured, at rest, with zd as unknown
+   as training has seen it, which a few ticks mend. It starts so with the first measurement of all joints.
+   Angles of joints may be on any turn; z of an angle is within (-pi, pi].
+   Returns bits, also added to e->filter->faults: ROLN_FILTER_..; ROLN_FAULT_RANGE: the estimate is outside of the range that
+   training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
+   ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
+   last one, unless this measurement starts it again, or else the next;
+   ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
+   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
+#define ROLN_FILTER_WORK(S) \
+    (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S), ROLN_ENCODE_WORK(S, 2)), \
+                       ROLN_MAX(ROLNI_POSE_WORK(S), ROLNI_UNKNOWN_WORK(S))), \
+              ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1))))
+ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *tau,
+                                      const roln_estimate *e, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    roln_filter *const filter = e->filter;
+    rolni_innovation in = {0, 0, 0};
+    rolni_filter f;
+    uint32_t faults = 0;
+    int i, measured = 0;
+    rolni_filter_lay(N, n, &f, work);
+    if (!rolni_noise_valid(N, noise)) {
+        filter->faults |= ROLN_FAULT_INPUT;
+        return ROLN_FAULT_INPUT;
+    }
+    if (tau && !roln_all_finite(roln_force_size(m->model), tau)) faults |= ROLN_FAULT_INPUT, tau = NULL;
+    for (i = 0; y && i < N; i++)
+        measured += roln_finite(y[i]) != 0;
+    if (measured < N) faults |= ROLN_FILTER_MISSING;
+    if (filter->known) {
+        roln_status st;
+        rolni_copy(n, e->z, f.s);
+        rolni_copy(n, e->zd, f.s + n);
+        rolni_copy(4 * n * n, e->F, f.F);
+        st = rolni_filter_predict(m, noise, tau, &f);
+        if (st == ROLN_OK && measured > 0) st = rolni_filter_correct(m, noise, noise->gate, y, &f, &in);
+        if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
+        if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS, filter->known = 0;
+    }
+    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers += ROLNI_AS(uint32_t, in.measured - in.used);
+    if (in.used < in.measured && in.used < n) filter->known &= filter->lost++ < noise->lost;
+    else if (in.used > 0) filter->lost = 0;
+    if (!filter->known) {
+        in.used = 0;
+        if (measured == 0) faults |= ROLN_FILTER_NONE;
+        else faults |= rolni_filter_start(m, noise, y, filter->starts ? e->z : NULL, &f, &in);
+        filter->known = (faults & ROLN_FILTER_START) != 0;
+        filter->starts += (faults & ROLN_FILTER_START) != 0;
+        filter->lost = 0;
+    }
+    if (filter->known) {
+        if (!roln_in_range(m, 0, f.s, f.s + n)) faults |= ROLN_FAULT_RANGE;
+        rolni_copy(n, f.s, e->z);
+        rolni_copy(n, f.s + n, e->zd);
+        rolni_copy(4 * n * n, f.F, e->F);
+    }
+    filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
+    filter->faults |= faults;
+    return faults;
+}
+
 /* ---- 4 a training sample ---------------------------------------------------------------------- */
 
 /* A sample is encoded (roln_ae_encode), stepped (roln_lnn_step), decoded (roln_ae_decode) and compared with the data, and from
@@ -2181,6 +2476,115 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
         most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
     }
     *l = most;
+    return ROLN_OK;
+}
+
+/* Log likelihood of the recordings in b under noise, to *sum; NaN in q: not measured. work: f. */
+ROLN_INLINE roln_status rolni_noise_likelihood(const roln_trained *m, const roln_noise *noise, const roln_batch *b,
+                                               const rolni_filter *f, double *sum)
+{
+    const int N = m->model->ae.size[0], n2 = 2 * m->model->lnn.n, force_size = roln_force_size(m->model);
+    rolni_innovation in;
+    int w, h, i;
+    *sum = 0;
+    for (w = 0; w < b->count; w++)
+        for (h = 0; h <= b->steps; h++) {
+            const size_t at = rolni_sample(b, w, h);
+            const roln_real *const y = b->q + at * ROLNI_AS(size_t, N);
+            if (h == 0) {
+                if (rolni_filter_start(m, noise, y, NULL, f, &in) != ROLN_FILTER_START) return ROLN_E_NOT_FINITE;
+            } else {
+                const roln_real *const tau = b->tau ? b->tau + (at - 1) * ROLNI_AS(size_t, force_size) : NULL;
+                roln_status st = rolni_filter_predict(m, noise, tau, f);
+                if (st == ROLN_OK) st = rolni_filter_correct(m, noise, 0, y, f, &in);
+                if (st != ROLN_OK) return st;
+            }
+            if (in.used == 0) continue;
+            *sum -= ROLNI_AS(double, in.nis) / 2;
+            for (i = 0; i < n2; i++)
+                *sum -= ROLNI_AS(double, roln_log(ROLN_ABS(f->A[i * (n2 + 1)])));
+        }
+    return ROLN_OK;
+}
+
+/* Deviation of the noise of each joint, q_each [N], from fourth differences of the positions, which motion that is slow beside dt
+   hardly has: their variance is 70 times that of white noise. */
+ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, roln_real *q_each)
+{
+    static const roln_real part[5] = {1, -4, 6, -4, 1};
+    const int N = m->model->ae.size[0];
+    int w, h, i, k;
+    for (i = 0; i < N; i++) {
+        roln_real mean = 0, count = 0;
+        for (w = 0; w < b->count; w++)
+            for (h = 2; h <= b->steps - 2; h++) {
+                const roln_real *const y = b->q + rolni_sample(b, w, h) * ROLNI_AS(size_t, N) + i;
+                roln_real d = 0;
+                for (k = -2; k <= 2; k++)
+                    d += part[k + 2] * (roln_lnn_near(&m->model->lnn, i, *y, y[k * N]) - *y);
+                if (!roln_finite(d)) continue;
+                count += 1;
+                mean += (d * d / 70 - mean) / count;
+            }
+        q_each[i] = ROLN_SQRT(mean);
+    }
+}
+
+/* Noise of roln_filter_tick from recordings: window w of b is one of b->steps + 1 ticks l->dt seconds apart, b->stride = 1, of
+   positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
+   sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay; with l->q = 0
+   q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
+   under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
+   velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
+   l->tau_each NULL.
+   ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
+   is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were
+   unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
+#define ROLNI_HALVINGS 60
+#define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
+#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + ROLN_FILTER_WORK(S))
+ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *b, roln_noise *l, roln_real *q_each,
+                                       roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, estimate = l->q >= 0 && l->q <= 0 && !l->q_each;
+    ROLN_FIT_NOISE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_noise noise = *l;
+    rolni_innovation in;
+    rolni_filter f;
+    const double none = -1e300;
+    double sum[ROLNI_HALVINGS];
+    roln_real top = 0;
+    roln_status st = ROLN_OK;
+    int i, k, best = 0, worse = 0;
+    if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
+    rolni_filter_lay(N, n, &f, work);
+    noise.tau = 1, noise.tau_each = NULL;
+    if (estimate && !q_each) return ROLN_E_RANGE;
+    if (estimate) rolni_noise_of_joints(m, b, each), noise.q_each = each;
+    if (!rolni_noise_valid(N, &noise)) return ROLN_E_RANGE;
+    switch (rolni_filter_start(m, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, &f, &in)) {
+    case ROLN_FILTER_START: st = rolni_filter_unknown(m, &noise, &f, f.rows); break;
+    case ROLN_FAULT_RANGE | ROLN_FILTER_NONE: return ROLN_E_RANGE;
+    default: return ROLN_E_NOT_FINITE;
+    }
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++) { /* |row i of M^-1 J^T| dt */
+        roln_real square = 0;
+        for (k = 0; k < n; k++)
+            square += f.rows[k * 2 * n + n + i] * f.rows[k * 2 * n + n + i];
+        top = ROLN_MAX(top, m->zd_max[i] / ROLN_SQRT(square));
+    }
+    for (k = 0, noise.tau = top; k < ROLNI_HALVINGS && worse < 6; k++, noise.tau /= 2) {
+        const roln_status got = rolni_noise_likelihood(m, &noise, b, &f, sum + k);
+        if (got != ROLN_OK) st = got, sum[k] = none;
+        else if (sum[k] > sum[best]) best = k, worse = 0;
+        else worse++;
+    }
+    if (!(sum[best] > none)) return st;
+    for (k = 0; sum[k] < sum[best] - 2; k++)
+        top /= 2;
+    if (estimate && q_each) rolni_copy(N, each, q_each), l->q_each = q_each;
+    l->tau = 4 * top, l->tau_each = NULL;
     return ROLN_OK;
 }
 
@@ -3343,6 +3747,8 @@ typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)], kp[ROLNI
 typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard); /* zero it once; tau: to be applied */
 typedef struct { roln_real M[ROLNI_(n) * ROLNI_(n)], c[ROLNI_(n)], g[ROLNI_(n)], d[ROLNI_(n)], T, V; } ROLNI_(equation);
 typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI_(force_size)]; } ROLNI_(jacobian);
+/* zero it once; s: the estimate, F^T F: the covariance of its error */
+typedef struct { roln_filter f; ROLNI_(latent) s; roln_real F[4 * ROLNI_(n) * ROLNI_(n)]; } ROLNI_(filter);
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
 ROLNI_SCRATCH
@@ -3357,6 +3763,7 @@ ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLN
 ROLNI_SCRATCH /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(lqrwork))
+ROLNI_SCRATCH roln_real filter_tick[ROLN_FILTER_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -3528,6 +3935,18 @@ ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *
                                              ROLNI_ROOM(work)->lqr_along));
 }
 
+/* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
+   tick, NULL: none, give the estimate f->s. Returns ROLN_FILTER_.. and faults (roln_filter_tick); f->f.faults keeps those of all
+   ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
+ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
+                                     const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F};
+    if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
+    return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
+}
+
 /* tau_z = J(z)^T tau. tau [N] (or u). */
 ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent) *s,
                                    const roln_real tau[ROLN_AT_LEAST(ROLNI_(force_size))],
@@ -3616,6 +4035,7 @@ ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
 ROLNI_SCRATCH
     roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)], fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
+    roln_real fit_noise[ROLN_FIT_NOISE_WORK(ROLNI_)];
 #if ROLNI_BITS(ROLN_STORE) == 0
     roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
@@ -3641,6 +4061,15 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
+}
+
+/* Noise of a filter from the recordings in b, positions as they were measured, and torques (roln_fit_noise). noise->dt, gate, lost
+   in; tau out, and where noise->q is 0 q_each, to which noise then points; else q_each may be NULL. */
+ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch *b, roln_noise *noise,
+                                      roln_real q_each[ROLNI_(N)], ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_fit_noise(&m, b, noise, q_each, ROLNI_ROOM(work)->fit_noise));
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0

@@ -2,8 +2,8 @@
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
    maps and means, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
-   stopped, and of a machine that turns round and rubs, with its feedback and the ticks of its one motor. Before the line it
-   writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   stopped, and of a machine that turns round and rubs, with its feedback, the ticks of its one motor and a filter. Before the line
+   it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -337,6 +337,22 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
     }
 }
 
+/* The filter and its noise, with samples that are dropped and one joint that jumps. */
+static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, wheel_filterwork *work)
+{
+    static wheel_filter f;
+    roln_noise noise = {.dt = h, .q = ROLN_C(0.015625), .gate = 8, .lost = 3};
+    const roln_batch b = {2, 60, 1, NULL, y, NULL, NULL, NULL};
+    int k;
+    must(wheel_fit_noise(p, &b, &noise, NULL, &train.wheel), "filter: noise");
+    add(1, &noise.tau);
+    for (k = 0; k < 200; k++) {
+        const roln_real now[2] = {y[2 * k] + (k % 50 == 20), y[2 * k + 1]};
+        if (wheel_filter_tick(p, &noise, k % 7 == 3 ? NULL : now, NULL, &f, work) & ROLN_FILTER_NONE) must(ROLN_E_RANGE, "filter");
+        add(2, f.s.z), add(2, f.s.zd), add(16, f.F), add(1, &f.f.nis);
+    }
+}
+
 /* Two of the joints, the second one turning round. */
 static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
 {
@@ -348,6 +364,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     static union {
         wheel_work work;
         wheel_lqrwork lqr;
+        wheel_filterwork filter;
     } scratch;
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
@@ -389,6 +406,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     }
     must(wheel_lqr(&p, &cost, &z, none, K, P, &scratch.lqr), "wheel: lqr");
     add(4, K), add(16, P);
+    hash_filter(&p, y, h, &scratch.filter);
 }
 
 int main(void)

@@ -141,8 +141,9 @@ typedef struct {
     X(of, work, encode) X(of, work, aim) X(of, work, decode) X(of, work, decode_some) X(of, work, step) X(of, work, reduce) \
     X(of, work, lift) X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) \
     X(of, work, gains) X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) \
-    X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) X(of, train, grad) \
-    X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, errors) X(of, start, init)
+    X(of, train, fit_noise) X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) \
+    X(of, filterwork, filter_tick) X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) \
+    X(of, train, errors) X(of, start, init)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
 #define MEMBER_FIELD(of, type, name) int name;
 #define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),

@@ -2116,6 +2116,22 @@ static void use_lqr(int k, const roln_trained *m, const roln_real *x)
     USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, NULL, K, work));
 }
 
+/* A start and a tick. */
+static void use_filter(int k, const roln_trained *m, const roln_real *x)
+{
+    static roln_real F[4 * MAXN * MAXN];
+    const int N = N_OF(k);
+    const roln_batch b = {1, 1, 1, NULL, x, NULL, NULL, x};
+    roln_noise noise = {.dt = dt, .q = 1, .tau = 1};
+    roln_real z[MAXN], zd[MAXN], each[MAXN];
+    roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
+    const roln_estimate e = {&filter, z, zd, F};
+    int i;
+    for (i = 0; i < 2; i++)
+        USE(filter_tick, (roln_filter_tick(m, &noise, x + i * N, x, &e, work), filter.known ? ROLN_OK : ROLN_E_RANGE));
+    USE(fit_noise, roln_fit_noise(m, &b, &noise, each, work));
+}
+
 static void use_limits(int k, const roln_trained *m, const roln_real *x)
 {
     const int N = N_OF(k);
@@ -2202,10 +2218,13 @@ static void test_scratch(int k)
     use_tick(k, &m, x);
     use_limits(k, &m, x);
     use_lqr(k, &m, x);
+    use_filter(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);
     used.linear += (z.formed ? 0 : z.base) * z.width *
                    z.width; /* its size counts the gradient of P in rolni_exp_bwd, for which it does not ask */
+    used.filter_tick += used.filter_tick < models[k].scratch.filter_tick ? (z.formed ? 0 : z.base) * z.width * z.width : 0;
+    used.fit_noise += used.fit_noise < models[k].scratch.fit_noise ? (z.formed ? 0 : z.base) * z.width * z.width : 0;
     used.lqr_along += used.lqr_along < models[k].scratch.lqr_along ? (z.formed ? 0 : z.base) * z.width * z.width : 0;
     MEMBERS(CHECK_EXACT, )
 }

@@ -219,8 +219,8 @@ static void test_interrupt(void)
 
 /* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
 typedef struct {
-    roln_status st[24];
-    uint32_t faults[2];
+    roln_status st[25];
+    uint32_t faults[3];
     int count, kept;
 } calls;
 
@@ -243,6 +243,26 @@ static void call_feedback(calls *c)
     CALL(arm_gains(&p, at_rest, ones, ones, &o.r, &work));
     CALL(arm_lqr(&p, &cost, at_rest, none, o.K[0], o.P, &lqrwork));
     CALL(arm_lqr_along(&p, &cost, 1, at_rest, none, NULL, o.K[1], &lqrwork));
+    c->kept &= memcmp(&o, &was, sizeof o) == 0;
+}
+
+/* A filter and its noise. */
+static void call_filter(calls *c)
+{
+    static const roln_real y[12] = {ROLN_C(0.1), ROLN_C(0.2)};
+    const roln_batch b = {1, 1, 1, NULL, y, NULL, NULL, NULL};
+    static arm_filterwork filterwork;
+    static struct {
+        arm_filter f;
+        roln_noise noise;
+        roln_real each[6];
+    } o, was;
+    memset(&o, 0, sizeof o);
+    o.noise.dt = limits.dt, o.noise.q = 1;
+    was = o;
+    filterwork.busy = work.busy;
+    CALL(arm_fit_noise(&p, &b, &o.noise, o.each, &train));
+    c->faults[2] = arm_filter_tick(&p, &o.noise, y, NULL, &o.f, &filterwork);
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
 }
 
@@ -303,6 +323,7 @@ static void call_all(calls *c)
     c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, o.g + 1, &work);
     c->kept = memcmp(&o, &was, sizeof o) == 0;
     call_feedback(c);
+    call_filter(c);
 }
 
 /* What is in use is refused by every function; what is not, whatever bytes it began with, by none. */
@@ -312,15 +333,15 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 24 && !c.kept);
+    CHECK(c.count == 25 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
-    CHECK(c.faults[0] == 0 && c.faults[1] == 0);
+    CHECK(c.faults[0] == 0 && c.faults[1] == 0 && c.faults[2] == ROLN_FILTER_START);
     CHECK(rolni_enter(&work.busy) && rolni_enter(&train.busy) && !rolni_enter(&work.busy));
     call_all(&c);
     for (i = 0; i < c.count; i++)
         CHECK(c.st[i] == ROLN_E_BUSY);
-    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.kept);
+    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.faults[2] == ROLN_FAULT_STATUS && c.kept);
     CHECK(rolni_leave(&work.busy, ROLN_E_RANGE) == ROLN_E_RANGE && rolni_leave_tick(&train.busy, 9) == 9);
     call_all(&c);
     for (i = 0; i < c.count; i++)
