@@ -18,6 +18,8 @@
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
+       #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
+                                              metres beside radians; default common, all have the same
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
@@ -135,8 +137,9 @@
    5 data, charts, errors    6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
-   itself (scale.q = 1): sliders beside angles in a unit in which they move by about one. Of an angle, z and q may be on any turn:
-   the networks see its cosine and sine, differences are those of the shorter way, within (-pi, pi], and it is always in range. */
+   itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself. Of
+   an angle, z and q may be on any turn: the networks see its cosine and sine, differences are those of the shorter way, within
+   (-pi, pi], and it is always in range. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -160,6 +163,7 @@ typedef struct {
     roln_lnn lnn;
     int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
+    int own;    /* 1: each joint has a unit of its own, roln_trained.each */
 } roln_model;
 
 /* Number of parameters theta: of the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */
@@ -174,7 +178,8 @@ ROLN_FN int roln_force_size(const roln_model *md)
     return md->inputs > 0 ? md->inputs : md->ae.size[0];
 }
 
-/* The networks see q / scale.q and time / scale.t, so that users need not scale their data. */
+/* The networks see x = q / scale.q and time / scale.t, so that users need not scale their data; where joints have units of their
+   own, x_j = q_j / (scale.q each_j). */
 typedef struct {
     roln_real q, t;
 } roln_scale;
@@ -185,7 +190,47 @@ typedef struct {
     const roln_scale *scale;
     const roln_real *z_min, *z_max, *zd_max; /* [n] range seen in training */
     const roln_real *theta;                  /* [roln_params] */
+    const roln_real *each;                   /* [N] of a model with own units; NULL: all are 1 */
 } roln_trained;
+
+/* The joints' own units, NULL: all are 1. md is m->model, loaded before m was seen by other functions: where it is a constant
+   without own units, nothing is left of what is done with them. */
+ROLN_INLINE const roln_real *rolni_each(const roln_model *md, const roln_trained *m)
+{
+    return md->own ? m->each : NULL;
+}
+
+/* The same for forces: a learned input map B has the units in it, force on x = B u. */
+ROLN_INLINE const roln_real *rolni_each_force(const roln_model *md, const roln_trained *m)
+{
+    return md->inputs > 0 ? NULL : rolni_each(md, m);
+}
+
+/* Nonzero if those of angles are 1. */
+ROLN_INLINE int rolni_each_turns(const roln_model *md, const roln_real *each)
+{
+    int i, turns = 1;
+    for (i = 0; each && i < md->lnn.n; i++)
+        turns &= !roln_lnn_angle(&md->lnn, i) || each[i] == 1;
+    return turns;
+}
+
+/* x_ij /= each_j, from joints to networks, and x_ij *= each_j, of x [rows][N]; each NULL: nothing. */
+ROLNI_INLINE void rolni_divide_each(int rows, int N, const roln_real *each, roln_real *x)
+{
+    int i, j;
+    for (i = 0; each && i < rows; i++)
+        for (j = 0; j < N; j++)
+            x[i * N + j] /= each[j];
+}
+
+ROLNI_INLINE void rolni_multiply_each(int rows, int N, const roln_real *each, roln_real *x)
+{
+    int i, j;
+    for (i = 0; each && i < rows; i++)
+        for (j = 0; j < N; j++)
+            x[i * N + j] *= each[j];
+}
 
 /* The parameters of the Lagrangian network among those of a model. */
 ROLN_INLINE const roln_real *rolni_net(const roln_trained *m)
@@ -205,10 +250,10 @@ ROLN_FN roln_real rolni_velocity_unit(const roln_scale *sc)
 }
 
 /* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs,
-   force_size and scheme. */
+   force_size, scheme and own. */
 
-/* The force on the joints [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs, B in, which is written to x.
-   Returns where it is. */
+/* The force on the joints, in units of the networks, [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs,
+   B in, which is written to x. Returns where it is. */
 ROLN_INLINE const roln_real *rolni_tau(const roln_trained *m, int nb, const roln_real *in, roln_real *x)
 {
     const roln_model *md = m->model;
@@ -242,6 +287,7 @@ ROLN_INLINE roln_status roln_encode(const roln_trained *m, const roln_real *q, c
         x[N + i] = qd[i] / unit;
         if (qdd) x[2 * N + i] = qdd[i] / unit;
     }
+    rolni_divide_each(jets, N, rolni_each(m->model, m), x);
     roln_ae_encode(ae, jets, 1, m->theta, x, s, tape); /* x is the end of tape */
     if (!roln_all_finite(jets * n, s)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, s, z);
@@ -263,6 +309,7 @@ ROLN_INLINE roln_status rolni_decode(const roln_trained *m, const roln_real *z, 
     roln_ae_decode(ae, 2, 1, m->theta, work, x, tape);
     for (i = 0; i < 2 * N; i++)
         x[i] *= m->scale->q;
+    rolni_multiply_each(2, N, rolni_each(m->model, m), x);
     return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -290,6 +337,7 @@ ROLN_INLINE roln_status roln_decode(const roln_trained *m, const roln_real *z, c
 ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real *z, const roln_real *zd, int count,
                                          const int *which, roln_real *q, roln_real *qd, roln_real *work)
 {
+    const roln_real *each = rolni_each(m->model, m);
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
     int i;
     if (count < 0 || count > N) return ROLN_E_LENGTH;
@@ -302,6 +350,8 @@ ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real 
         roln_ae_decode_some(&m->model->ae, 2, 1, count, m->theta, which, s, x, work);
         for (i = 0; i < 2 * count; i++)
             x[i] *= m->scale->q;
+        for (i = 0; each && i < count; i++)
+            x[i] *= each[which[i]], x[count + i] *= each[which[i]];
         if (!roln_all_finite(2 * count, x)) return ROLN_E_NOT_FINITE;
         rolni_copy(count, x, q);
         rolni_copy(count, x + count, qd);
@@ -455,6 +505,7 @@ ROLN_INLINE roln_status rolni_lift(const roln_trained *m, int jets, roln_real *t
     roln_ae_lift(ae, 1, m->theta, tape, tau_z, tau, work);
     for (i = 0; i < N; i++)
         tau[i] /= m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), tau);
     return roln_all_finite(N, tau) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -531,6 +582,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
         for (j = 0; j < f.count; j++) {
             for (i = 0; i < N; i++)
                 x[i] = f.B[i * f.count + j] * m->scale->q;
+            rolni_multiply_each(1, N, rolni_each_force(m->model, m), x);
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
             if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
             else if (pass == 2) u[j] = roln_dot(n, g, y);
@@ -737,9 +789,14 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
 ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *motors, const roln_real *in, const roln_real *qd,
                                   roln_real *work)
 {
-    const int N = m->model->ae.size[0];
+    const int N = m->model->ae.size[0], own = m->model->own && m->model->inputs > 0;
     roln_real power = 0;
     int i;
+    if ((!motors || !motors->B) && own) {
+        rolni_tau(m, 1, in, work);
+        rolni_divide_each(1, N, m->each, work);
+        return roln_dot(N, work, qd);
+    }
     if (!motors || !motors->B) return roln_dot(N, rolni_tau(m, 1, in, work), qd);
     for (i = 0; i < N; i++)
         power += qd[i] * roln_dot(motors->count, motors->B + i * motors->count, in);
@@ -935,21 +992,22 @@ ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_d
 
 /* tau_z = J(z)^T tau [n] of a force [N], or of inputs u through B, at z. ROLN_E_NOT_FINITE leaves tau_z untouched.
    work [ROLN_REDUCE_WORK]. */
-#define ROLN_REDUCE_MEM(X, S) X(out, S(n))
+#define ROLN_REDUCE_MEM(X, S) X(out, S(n)) X(own_tau, S(own) * S(force_size))
 #define ROLN_REDUCE_WORK(S) (0 ROLN_REDUCE_MEM(ROLNI_SIZE, S) + ROLNI_TORQUE_WORK(S, 1))
 ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, const roln_real *tau, roln_real *tau_z,
                                     roln_real *work)
 {
-    const int n = m->model->lnn.n;
+    const int n = m->model->lnn.n, own = m->model->own, force_size = roln_force_size(m->model);
+    const roln_real *each = rolni_each_force(m->model, m);
     ROLN_REDUCE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_driven d;
     int i;
-    rolni_drive(m, tau, &d, work);
+    if (own) rolni_copy(force_size, tau, own_tau), rolni_multiply_each(1, force_size, each, own_tau);
+    rolni_drive(m, own ? own_tau : tau, &d, work);
     rolni_torque_eval(&d.torque, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= m->scale->q;
-    if (!roln_all_finite(n, out) || !roln_all_finite(roln_force_size(m->model), tau) || !roln_all_finite(n, z))
-        return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n, out) || !roln_all_finite(force_size, tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
@@ -966,7 +1024,7 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
 {
     const roln_model *md = m->model;
     const int n = md->lnn.n, size = roln_force_size(md);
-    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale);
+    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 0), roln_lnn_tape(&md->lnn, 1, 0, 1))
     rolni_driven d;
     roln_status st;
@@ -974,6 +1032,7 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     rolni_drive(m, tau ? held : NULL, &d, force);
     for (i = 0; i < size && tau; i++)
         held[i] = tau[i] * unit;
+    if (tau) rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, 1, dt / t, s, s, tape, work);
     if (st != ROLN_OK) return st;
@@ -1000,7 +1059,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
 {
     const roln_model *md = m->model;
     const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md);
-    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale);
+    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 2),
                     ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
     rolni_driven d;
@@ -1009,6 +1068,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
     rolni_drive(m, held, &d, force);
     for (i = 0; i < size; i++)
         held[i] = tau ? tau[i] * unit : 0;
+    rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 1, 1, dt / t, s, next, tape, work)) != ROLN_OK) return st;
     rolni_zero(n2 * n2, As);
@@ -1024,6 +1084,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
         for (j = 0; j < size; j++)
             Bs[i * size + j] *= ti * unit;
     }
+    rolni_multiply_each(n2, size, each, Bs);
     for (i = 0; i < n; i++)
         next[n + i] /= t;
     if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * size, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
@@ -1099,12 +1160,14 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     roln_ae_decode(ae, 1, 1, m->theta, z, jet, work);
     for (i = 0; i < N; i++)
         jet[N + i] = v[i] / m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), jet + N);
     roln_ae_encode(ae, 2, 1, m->theta, jet, s, tape); /* jet is the end of tape */
     rolni_mul(lnn, &t, 0, s + n, p, work);
     roln_ae_lift_tape(ae, 2, 1, tape, tape);
     roln_ae_lift(ae, 1, m->theta, tape, p, jet, work);
     for (i = 0; i < N; i++)
         jet[i] /= m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), jet);
     if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
     rolni_copy(N, jet, y);
     return ROLN_OK;
@@ -1160,12 +1223,13 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
+    const roln_trained driven = *m; /* roln_linear lets others see it; m stays what the compiler knows */
     roln_status st;
     ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (!rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
     rolni_copy(2 * n, s, at);
     if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
-    st = roln_linear(m, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
+    st = roln_linear(&driven, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
     if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
     if (st != ROLN_OK) return st;
     if (f) roln_mm(2 * n, N, f->count, F, f->B, B);
@@ -1782,17 +1846,21 @@ ROLN_INLINE void rolni_windows_start(const roln_trained *m, const roln_loss *wt,
 ROLN_FN void rolni_windows_data(const roln_model *md, const rolni_windows *b, int k)
 {
     const roln_scale *sc = b->m->scale;
+    const roln_real *each = rolni_each(md, b->m);
     const int N = md->ae.size[0];
     rolni_gather(b->batch, b->batch->q, N, b->w0, b->nb, k, 1 / sc->q, b->x);
     if (b->batch->qd) rolni_gather(b->batch, b->batch->qd, N, b->w0, b->nb, k, rolni_velocity_unit(sc), b->x + b->nb * N);
+    rolni_divide_each(b->jets * b->nb, N, each, b->x);
 }
 
 /* The force that is held from step k to k + 1, the mean over its samples, scaled, to held. */
 ROLN_FN void rolni_windows_force(const roln_model *md, const rolni_windows *b, int k)
 {
     const roln_scale *sc = b->m->scale;
-    if (b->batch->tau)
-        rolni_gather_tau(b->batch, roln_force_size(md), b->w0, b->nb, k, rolni_force_unit(sc), b->held);
+    const int size = roln_force_size(md);
+    if (!b->batch->tau) return;
+    rolni_gather_tau(b->batch, size, b->w0, b->nb, k, rolni_force_unit(sc), b->held);
+    rolni_multiply_each(b->nb, size, rolni_each_force(md, b->m), b->held);
 }
 
 /* Forward: encode every sample and roll out from the first (two). Only the states Z and P are kept. */
@@ -1936,16 +2004,19 @@ typedef struct {
 ROLN_FN roln_status rolni_samples_forward(const roln_model *md, const rolni_samples *b)
 {
     const roln_scale *sc = b->m->scale;
-    const int N = md->ae.size[0], nb = b->nb, nx = nb * N, nz = nb * md->lnn.n;
+    const int N = md->ae.size[0], nb = b->nb, nx = nb * N, nz = nb * md->lnn.n, size = roln_force_size(md);
     const roln_real v = rolni_velocity_unit(sc);
     roln_status st = ROLN_OK;
     rolni_gather(b->batch, b->batch->q, N, b->w0, nb, 0, 1 / sc->q, b->x);
     rolni_gather(b->batch, b->batch->qd, N, b->w0, nb, 0, v, b->x + nx);
     rolni_gather(b->batch, b->batch->qdd, N, b->w0, nb, 0, v * sc->t, b->x + 2 * nx);
+    rolni_divide_each(3 * nb, N, rolni_each(md, b->m), b->x);
     roln_ae_encode(&md->ae, 3, nb, b->m->theta, b->x, b->Z, b->tape);
     if (!roln_all_finite(3 * nz, b->Z)) return ROLN_E_NOT_FINITE;
-    if (b->batch->tau)
-        rolni_gather(b->batch, b->batch->tau, roln_force_size(md), b->w0, nb, 0, rolni_force_unit(sc), b->held);
+    if (b->batch->tau) {
+        rolni_gather(b->batch, b->batch->tau, size, b->w0, nb, 0, rolni_force_unit(sc), b->held);
+        rolni_multiply_each(nb, size, rolni_each_force(md, b->m), b->held);
+    }
     if (b->weights->force > 0) /* only its status */
         st = roln_lnn_inverse(&md->lnn, 1, nb, b->drive.sys.theta, b->Z, NULL, b->Z + 2 * nz, b->tau, b->lnn_tape, b->work);
     return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, b->Z, b->sd, b->lnn_tape, b->work) : st;
@@ -2165,28 +2236,53 @@ ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q,
     }
 }
 
-/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise. With angles
-   scale.q = 1, and their qbar is the mean of the turns that are next to it, found from the first sample on.
-   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_LENGTH: count below 1. ROLN_E_NOT_FINITE (also for data at rest) leaves sc
-   untouched, not qbar. */
-ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
-                                   roln_scale *sc)
+/* each_j = rms of q_j about its mean over q [count][N]; 1 of angles, of joints that rest but for rounding, and where it is not
+   finite. In double and from the first sample on: else the rounding of the mean of many samples would be the motion of a joint at
+   rest. */
+ROLN_FN void rolni_fit_each(const roln_model *md, int count, const roln_real *q, roln_real *each)
 {
     const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
-    const roln_real each = 1 / ROLNI_AS(roln_real, ROLN_MAX(count, 1));
+    const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
+    size_t k, i;
+    for (i = 0; i < N; i++) {
+        const double first = ROLNI_AS(double, q[i]);
+        double mean = 0, sq = 0;
+        roln_real own;
+        for (k = 0; k < rows; k++)
+            mean += (ROLNI_AS(double, q[k * N + i]) - first) / count;
+        for (k = 0; k < rows; k++) {
+            const double off = ROLNI_AS(double, q[k * N + i]) - first - mean;
+            sq += off * off / count;
+        }
+        own = sq > rest * rest * first * first ? ROLN_SQRT(ROLNI_AS(roln_real, sq)) : 0;
+        each[i] = own > 0 && roln_finite(own) && !roln_lnn_angle(&md->lnn, ROLNI_AS(int, i)) ? own : 1;
+    }
+}
+
+/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise. Of a model with
+   own units first each_j = rms(q_j - qbar_j), 1 of a joint at rest, and the scales are those of q_j / each_j, qd_j / each_j. With
+   angles scale.q = 1, their each is 1, and their qbar is the mean of the turns that are next to it, found from the first sample on.
+   q, qd [count][N] in; qbar [N], sc and, of a model with own units, each [N] out, else NULL. ROLN_E_LENGTH: count below 1.
+   ROLN_E_NOT_FINITE (also for data at rest) leaves sc untouched, not qbar and each. */
+ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
+                                   roln_scale *sc, roln_real *each)
+{
+    const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
+    const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(count, 1));
     roln_real sq = 0, sv = 0, scale, time;
     size_t k, i;
     if (count < 1) return ROLN_E_LENGTH;
     rolni_zero(md->ae.size[0], qbar);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++)
-            qbar[i] += each * q[k * N + i];
+            qbar[i] += part * q[k * N + i];
     if (md->lnn.angles) rolni_mean_angles(&md->lnn, count, q, qbar);
+    if (each) rolni_fit_each(md, count, q, each);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++) {
-            const roln_real a = q[k * N + i] - qbar[i], v = qd[k * N + i];
-            sq += each * a * a;
-            sv += each * v * v;
+            const roln_real unit = each ? each[i] : 1, a = (q[k * N + i] - qbar[i]) / unit, v = qd[k * N + i] / unit;
+            sq += part * a * a;
+            sv += part * v * v;
         }
     if (md->lnn.angles && sq > 0) sq = ROLNI_AS(roln_real, md->lnn.n);
     scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
@@ -2220,6 +2316,7 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
             rolni_gather(b, b->q, N, w, 1, 0, 1 / m->scale->q, x);
             if (jets > 1) rolni_gather(b, b->qd, N, w, 1, 0, f, x + N);
             if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * m->scale->t, x + 2 * N);
+            rolni_divide_each(jets, N, rolni_each(m->model, m), x);
             roln_ae_encode(ae, jets, 1, m->theta, x, z, tape);
             if (lnn->angles) { /* q and z are the same */
                 rolni_next_to(lnn, 1, pass == 0 ? b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N) : mean, x);
@@ -2528,7 +2625,9 @@ typedef struct {
 ROLN_FN int rolni_encoder_block(const rolni_encoder *f, int at)
 {
     const int left = f->batch->count - at, now = ROLN_MIN(left, ROLN_CHART_BLOCK);
-    rolni_gather(f->batch, f->batch->q, f->m->model->ae.size[0], at, now, 0, 1 / f->m->scale->q, f->x);
+    const roln_model *md = f->m->model;
+    rolni_gather(f->batch, f->batch->q, md->ae.size[0], at, now, 0, 1 / f->m->scale->q, f->x);
+    rolni_divide_each(now, md->ae.size[0], rolni_each(md, f->m), f->x);
     return now;
 }
 
@@ -2597,7 +2696,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
         sums[i] = 0;
     for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK) {
-        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, sums, f->turn->room, f->work);
+        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, NULL, sums, f->turn->room, f->work);
         if (st != ROLN_OK) return st;
     }
     return roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, f->theta, &f->residual, f->turn->room);
@@ -2694,38 +2793,52 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
     return ROLN_OK;
 }
 
-/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
+/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var), of one joint or of all; of all in units of q
+   where joints have the same unit, else in parts of their own. */
 typedef struct {
     roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
     roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
-/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to e. */
+/* Where errors go: those of all joints, e, and those of each joint, [N], in the unit of that joint, NULL: not wanted; both for each
+   horizon. */
+typedef struct {
+    roln_error *all, *joints;
+} roln_errors_to;
+
+/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon. */
 #define ROLNI_ERRORS_DECODE_MEM(X, S, nb) X(Y, 2 * (nb) * S(N)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, nb))
 ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m, int nb, const roln_real *s, const roln_real *x,
-                                     const roln_real *qbar, roln_error *e, roln_real *work)
+                                     const roln_real *qbar, roln_errors_to to, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
     const roln_lnn *lnn = &md->lnn;
     const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves;
-    const roln_real q = m->scale->q, u = q / m->scale->t;
+    const roln_real q = m->scale->q, u = q / m->scale->t, *const each = rolni_each(md, m);
+    roln_error *const e = to.all;
     ROLNI_ERRORS_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     int i;
     roln_ae_decode(ae, 2, nb, m->theta, s, Y, tape);
     for (i = 0; i < nb * N; i++) {
         const roln_real d = q * (Y[i] - roln_lnn_near(lnn, i % N, Y[i], x[i])), at = q * x[i];
-        const roln_real c = at - roln_lnn_near(lnn, i % N, at, qbar[i % N]), v = x[nb * N + i], dv = Y[nb * N + i] - v;
+        const roln_real unit = each ? each[i % N] : 1, mid = each ? qbar[i % N] / unit : qbar[i % N];
+        const roln_real c = at - roln_lnn_near(lnn, i % N, at, mid), v = x[nb * N + i], dv = Y[nb * N + i] - v;
         e->q += d * d;
         e->q_var += c * c;
         e->qd += u * u * dv * dv;
         e->qd_var += u * u * v * v;
+        if (!to.joints) continue;
+        to.joints[i % N].q += d * unit * (d * unit);
+        to.joints[i % N].q_var += c * unit * (c * unit);
+        to.joints[i % N].qd += u * dv * unit * (u * dv * unit);
+        to.joints[i % N].qd_var += u * v * unit * (u * v * unit);
     }
 }
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
-   2 every ..: e [steps/every + 1] out. Windows of any length, nb at a time; qbar [N] mean of the training q. A status other than
-   ROLN_OK: bad data, or a roll-out left the domain; e is then partial. ROLN_E_LENGTH: no qd, every below 1, or a count as in
-   roln_grad; e is then untouched. work [ROLN_ERRORS_WORK]. */
+   2 every ..: to->all [steps/every + 1], to->joints [steps/every + 1][N] out. Windows of any length, nb at a time; qbar [N] mean of
+   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. ROLN_E_LENGTH: no
+   qd, every below 1, or a count as in roln_grad; they are then untouched. work [ROLN_ERRORS_WORK]. */
 #define ROLN_ERRORS_MEM(X, S, nb, size) X(s, 2 * (nb) * S(n)) X(x, 2 * (nb) * S(N)) X(held, (nb) * (size))
 #define ROLN_ERRORS_WORK(S, nb) \
     (0 ROLN_ERRORS_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \
@@ -2733,34 +2846,41 @@ ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m
               ROLN_MAX(0 ROLNI_ERRORS_DECODE_MEM(ROLNI_SIZE, S, nb), \
                        ROLNI_FORCE_WORK(S, nb, 0) + ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb))))
 ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, roln_real dt, int nb, int every,
-                                    const roln_real *qbar, roln_error *e, roln_real *work)
+                                    const roln_real *qbar, const roln_errors_to *to, roln_real *work)
 {
     const roln_model *md = m->model;
     const roln_scale *sc = m->scale;
     const int N = md->ae.size[0], n = md->lnn.n, size = roln_force_size(md);
-    roln_real *const all = work;
+    const roln_real *each = rolni_each(md, m), *each_force = rolni_each_force(md, m);
+    roln_error *const e = to->all;
+    roln_real *const start = work;
     int w, now, k;
     if (!b->qd || every < 1 || nb < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
     memset(e, 0, ROLNI_AS(size_t, b->steps / every + 1) * sizeof *e);
+    if (to->joints) memset(to->joints, 0, ROLNI_AS(size_t, b->steps / every + 1) * ROLNI_AS(size_t, N) * sizeof *e);
     for (w = 0; w < b->count; w += now) {
         now = b->count - w < nb ? b->count - w : nb;
         ROLN_ERRORS_MEM(ROLNI_CARVE, ROLNI_LOCAL, now, size)
         roln_real *tape = work + rolni_torque_work(md, now, 0), *rest = tape + roln_lnn_tape(&md->lnn, 1, 0, now);
+        roln_errors_to here;
         rolni_driven d;
         roln_status st;
         rolni_drive(m, b->tau ? held : NULL, &d, work);
         for (k = 0; k <= b->steps; k++) {
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, size, w, now, k - 1, rolni_force_unit(sc), held);
+                if (b->tau) rolni_multiply_each(now, size, each_force, held);
                 if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, s, s, tape, rest)) != ROLN_OK) return st;
             }
             if (k % every != 0) continue;
             rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);
             rolni_gather(b, b->qd, N, w, now, k, rolni_velocity_unit(sc), x + now * N);
+            rolni_divide_each(2 * now, N, each, x);
             if (k == 0) roln_ae_encode(&md->ae, 2, now, m->theta, x, s, work);
-            rolni_errors_decode(md, m, now, s, x, qbar, e + k / every, work);
+            here.all = e + k / every, here.joints = to->joints ? to->joints + k / every * N : NULL;
+            rolni_errors_decode(md, m, now, s, x, qbar, here, work);
         }
-        work = all;
+        work = start;
     }
     for (k = 0; k <= b->steps / every; k++)
         if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
@@ -2782,14 +2902,15 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of which
-   weights stored small are words; u64 FNV-1a of all before. The bits of angles, if there are any, are the last two sizes.
+   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, each [N] of a model with own units, dt, z_min [n],
+   z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles, if there are
+   any, are the last two sizes. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 2
-#define ROLN_NUMBERS(n, params) (5 + 3 * (n) + (params)) /* of NAME_params */
-#define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, n, params) \
+#define ROLN_NUMBERS(each, n, params) (5 + (each) + 3 * (n) + (params)) /* of NAME_params */
+#define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, each, n, params) \
     (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
-     ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(n, params) + 8)
+     ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(each, n, params) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -2910,7 +3031,8 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0))), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
-    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree + 4096 * f->friction;
+    flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
+    flags += 4096 * f->friction + 8192 * md->own;
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2928,11 +3050,17 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     return ROLNI_AS(int, p - bytes);
 }
 
+/* How many own units stand among the numbers of a model. */
+ROLN_FN int rolni_own(const roln_model *md)
+{
+    return md->own ? md->ae.size[0] : 0;
+}
+
 /* Write the numbers of a model to bytes [ROLN_PACKED]. */
 ROLN_FN void roln_pack(const roln_model *md, const void *numbers, unsigned char *bytes)
 {
     const unsigned char *from = ROLNI_AS(const unsigned char *, numbers);
-    const int count = ROLN_NUMBERS(md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
+    const int count = ROLN_NUMBERS(rolni_own(md), md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
     unsigned char *p = bytes + rolni_pack_head(md, bytes);
     int i;
     for (i = 0; i < count; i++)
@@ -2947,16 +3075,16 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, slope or least differ; scale.q of angles is
-   not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max,
-   zd_max or dt negative),
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or least differ; scale.q or each
+   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min >
+   z_max, zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
-    const int n = md->lnn.n, params = roln_params(md), at = ROLN_NUMBERS(n, 0); /* at: number of theta[0] */
+    const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
-    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, n, params);
+    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, own, n, params);
     const unsigned char *p, *sum;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
@@ -2972,10 +3100,13 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
-    if (!(rolni_packed(p, 2) > 0) || !(rolni_packed(p, 3) > 0)) return ROLN_E_NOT_FINITE;
+    for (i = 2; i < 4 + own; i++)
+        if (!(rolni_packed(p, i) > 0)) return ROLN_E_NOT_FINITE;
     if (md->lnn.angles && rolni_packed_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
-    if (rolni_packed(p, 4) < 0) return ROLN_E_RANGE;
-    for (i = 5; i < 5 + n; i++)
+    for (i = 0; i < own; i++)
+        if (roln_lnn_angle(&md->lnn, i) && rolni_packed_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
+    if (rolni_packed(p, 4 + own) < 0) return ROLN_E_RANGE;
+    for (i = 5 + own; i < 5 + own + n; i++)
         if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
     {
         const roln_status st = rolni_ae_check(&md->ae, rolni_packed_theta, p + ROLNI_AS(size_t, at) * sizeof(roln_real));
@@ -3133,14 +3264,14 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
-                                         "angles", "friction"};
+                                         "angles", "friction", "own"}, *const unit[] = {"common", "each"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[11], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[12], hidden[ROLN_MLP_MAX - 1] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
     other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
-    other[10] = f->friction;
+    other[10] = f->friction, other[11] = md->own;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
@@ -3154,6 +3285,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
     rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
     rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
+    rolni_write_need(t, "SCALE", 1, others + 11, unit, other + 11);
     rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
     rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
@@ -3175,15 +3307,18 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 
 /* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
    numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
-   least, or of a model with angles and scale.q is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
+   least, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
-    const int n = md->lnn.n, at = ROLN_NUMBERS(n, 0), count = at + roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    const int n = md->lnn.n, own = rolni_own(md), from = 5 + own, at = ROLN_NUMBERS(own, n, 0), count = at + roln_params(md);
+    const int words = rolni_ae_bits(&md->ae) > 0;
     const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
     if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     if (md->lnn.angles && rolni_word_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
+    for (i = 0; i < own; i++)
+        if (roln_lnn_angle(&md->lnn, i) && rolni_word_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
@@ -3204,10 +3339,14 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     put(ctx, "{");
     rolni_write_reals(0, 2, p, ",\n    {", put, ctx);
     rolni_write_reals(2, 2, p, "},\n    ", put, ctx);
-    rolni_write_reals(4, 1, p, ",\n    {", put, ctx);
-    rolni_write_reals(5, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(5 + n, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(5 + 2 * n, n, p, "},\n    {", put, ctx);
+    if (own > 0) {
+        put(ctx, "{");
+        rolni_write_reals(4, own, p, "},\n    ", put, ctx);
+    }
+    rolni_write_reals(4 + own, 1, p, ",\n    {", put, ctx);
+    rolni_write_reals(from, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(from + n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(from + 2 * n, n, p, "},\n    {", put, ctx);
     rolni_write_reals(at, count - at, p, "}};\n#endif\n#endif\n", put, ctx);
     return ROLN_OK;
 }
@@ -3278,6 +3417,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_LEARN_everything 0
 #define ROLNI_LEARN_(s) ROLNI_LEARN_##s
 #define ROLNI_LEARN(s) ROLNI_LEARN_(s)
+#define ROLNI_OWN_common 0
+#define ROLNI_OWN_each 1
+#define ROLNI_OWN_(s) ROLNI_OWN_##s
+#define ROLNI_OWN(s) ROLNI_OWN_(s)
 #define ROLNI_CHART_none ROLN_UNBENT
 #define ROLNI_CHART_polynomial &roln_polynomial
 #define ROLNI_CHART_(s) ROLNI_CHART_##s
@@ -3425,6 +3568,9 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_ANGLES
 #define ROLN_ANGLES 0
 #endif
+#ifndef ROLN_SCALE
+#define ROLN_SCALE common
+#endif
 #ifndef ROLN_INPUTS
 #define ROLN_INPUTS 0
 #endif
@@ -3518,6 +3664,7 @@ enum {
                        ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
                        ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
     ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
@@ -3536,10 +3683,10 @@ enum {
     ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLNI_(twice) = sizeof(roln_real) == 8,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles), ROLNI_(n),
-                                       ROLNI_(theta_size)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles), ROLNI_(n),
-                                            ROLNI_(full_size))
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+                                       ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+                                            ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
 };
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
@@ -3573,14 +3720,26 @@ ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
 /* Parameters: const in flash for inference. slope, least: of the config that they belong to, without which every function that
-   evaluates the model returns ROLN_E_SHAPE; dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
+   evaluates the model returns ROLN_E_SHAPE; each: with ROLN_SCALE each; dt: step used in training, s; z_min, z_max, zd_max: range
+   seen in training. */
 typedef struct {
     roln_real slope, least;
     roln_scale scale;
+#if ROLNI_OWN(ROLN_SCALE)
+    roln_real each[ROLNI_(N)];
+#endif
     roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)], zd_max[ROLNI_(n)];
     roln_real theta[ROLNI_(theta_size)];
 } ROLNI_(params);
-ROLNI_ASSERT(params_are_numbers_only, sizeof(ROLNI_(params)) == ROLN_NUMBERS(ROLNI_(n), ROLNI_(theta_size)) * sizeof(roln_real))
+ROLNI_ASSERT(params_are_numbers_only,
+             sizeof(ROLNI_(params)) == ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)) * sizeof(roln_real))
+
+/* The own units of the joints in p; without ROLN_SCALE each there are none. */
+#if ROLNI_OWN(ROLN_SCALE)
+#define ROLNI_EACH(p) (p)->each
+#else
+#define ROLNI_EACH(p) NULL
+#endif
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, and qd in units of q per second */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
@@ -3620,21 +3779,22 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
-    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
+    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLNI_(own)};
 #undef ROLNI_MLP_OF
 
 /* The model and where its numbers are, as the functions above want it. */
 ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
 {
-    const roln_trained m = {&ROLNI_(model), &p->scale, p->z_min, p->z_max, p->zd_max, p->theta};
+    const roln_trained m = {&ROLNI_(model), &p->scale, p->z_min, p->z_max, p->zd_max, p->theta, ROLNI_EACH(p)};
     return m;
 }
 
 /* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set; with angles also if
-   scale.q is not 1. */
+   their scale.q or each is not 1. */
 ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 {
-    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least && (ROLNI_(angles) == 0 || p->scale.q == 1));
+    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least &&
+             (ROLNI_(angles) == 0 || (p->scale.q == 1 && rolni_each_turns(&ROLNI_(model), ROLNI_EACH(p)))));
 }
 
 /* z = rho(q), zd = D(q) qd. */
@@ -3815,8 +3975,8 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 }
 
 #if ROLN_FRICTION > 0
-/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, and
-   v [n], in 1/s. */
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, with
+   ROLN_SCALE each c_j / (p->scale.q p->each[j]), and v [n], in 1/s. */
 ROLN_FN void ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
                                  roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
 {
@@ -3882,12 +4042,15 @@ ROLNI_SCRATCH
 #endif
 ROLNI_SCRATCH_END(ROLNI_(train))
 
-/* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1]. */
+/* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1], and joints
+   [b->steps / every + 1][N], NULL: not wanted. */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
+                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, roln_error *joints,
+                                   ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
+    const roln_errors_to to = {e, joints};
+    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, ROLNI_ROOM(work)->errors));
 }
 
 /* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
@@ -3954,9 +4117,13 @@ enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
 /* Random weights (scales 1, no range, input map 0). Status of roln_ae_init. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
 {
+    roln_real *each = ROLNI_EACH(p);
+    int i;
     memset(p, 0, sizeof *p);
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     p->scale.q = p->scale.t = 1;
+    for (i = 0; each && i < ROLNI_(N); i++)
+        each[i] = 1;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
 }
@@ -3969,9 +4136,10 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
 {
     roln_status st;
     memset(p, 0, sizeof *p);
-    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
+    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale, ROLNI_EACH(p));
     if (st == ROLN_OK)
-        st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod.room, work->init_pod.work);
+        st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, ROLNI_EACH(p), p->theta, work->init_pod.room,
+                              work->init_pod.work);
     if (st != ROLN_OK) return st;
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
@@ -3992,8 +4160,8 @@ ROLN_FN roln_status ROLNI_(chart_add)(const ROLNI_(params) *p, int count, const 
                                       ROLNI_(start) *work)
 {
     if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
-    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, c->sums, work->chart_add.room,
-                          work->chart_add.work);
+    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, ROLNI_EACH(p), c->sums,
+                          work->chart_add.room, work->chart_add.work);
 }
 
 /* Add the sums of other samples for the same encoder. */
@@ -4197,23 +4365,24 @@ typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) param
 
 /* Scratch of NAME_store: the numbers of the full model, and behind them that of roln_store. */
 typedef struct {
-    roln_real full[ROLN_NUMBERS(ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
+    roln_real full[ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
 } ROLNI_(start);
 
 /* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
    roln_unpack, roln_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
-    enum { ROLNI_n = ROLNI_(n) };
-    const roln_real *x = work->full;
+    enum { ROLNI_n = ROLNI_(n), ROLNI_own = ROLNI_(own) * ROLNI_(N) };
+    const roln_real *x = work->full, *range = x + 5 + ROLNI_own;
     roln_model full = ROLNI_(model);
-    const roln_trained from = {&full, NULL, x + 5, x + 5 + ROLNI_n, x + 5 + 2 * ROLNI_n, x + 5 + 3 * ROLNI_n};
+    const roln_trained from = {&full, NULL, range, range + ROLNI_n, range + 2 * ROLNI_n, range + 3 * ROLNI_n, x + 4};
     roln_status st;
     full.ae.storage = ROLN_FULL;
     st = roln_unpack(&full, count, bytes, work->full);
     if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &from, p->theta, work->store);
     if (st != ROLN_OK) return st;
-    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = x[4];
+    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = range[-1];
+    if (ROLNI_own > 0) rolni_copy(ROLNI_own, x + 4, ROLNI_EACH(p));
     rolni_copy(ROLNI_n, from.z_min, p->z_min);
     rolni_copy(ROLNI_n, from.z_max, p->z_max);
     rolni_copy(ROLNI_n, from.zd_max, p->zd_max);
@@ -4244,6 +4413,8 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_DAMPING
 #undef ROLN_FRICTION
 #undef ROLN_ANGLES
+#undef ROLN_SCALE
+#undef ROLNI_EACH
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK

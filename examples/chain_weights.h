@@ -14,6 +14,7 @@ typedef char chain_weights_are_of_ROLN_LAYERS_0[chain_L0 == 0 && chain_L1 == 0 &
 typedef char chain_weights_are_of_ROLN_DAMPING_0[chain_damping == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_FRICTION_0[chain_friction == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_ANGLES_0[chain_angles == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_SCALE_common[chain_own == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_INPUTS_0[chain_inputs == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_STORE_full[chain_stored == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DOUBLE_not_defined_0[chain_twice == 0 ? 1 : -1];

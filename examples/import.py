@@ -357,7 +357,7 @@ def needs(name, model, scheme):
                ("STEP_" + SCHEMES[scheme], [("scheme", scheme)]),
                ("CHART_none_0", [("degree", 0)]), ("MASS_exponential", [("cholesky", 0)]), (f"BASE_{base}", [("base", base)]),
                (f"WIDTH_{n}", [("W0", n)]), ("LAYERS_0", filled("L0 L1 L2 L3", [])), ("DAMPING_0", [("damping", 0)]),
-               ("FRICTION_0", [("friction", 0)]), ("ANGLES_0", [("angles", 0)]),
+               ("FRICTION_0", [("friction", 0)]), ("ANGLES_0", [("angles", 0)]), ("SCALE_common", [("own", 0)]),
                ("INPUTS_0", [("inputs", 0)]), ("STORE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)])]
     return "".join(f"typedef char {name}_weights_are_of_ROLN_{option}["
                    + " && ".join(f"{name}_{size} == {x}" for size, x in sizes) + " ? 1 : -1];\n" for option, sizes in options)

@@ -308,8 +308,8 @@ static void check_turns(const motion *d, unsigned angles)
         for (i = 1; i < d->samples; i++)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (high - low > 6.3 && !(j < 32 && angles >> j & 1)) {
-            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; degrees "
-                   "make gains and torques those of degrees; of a slider nothing is wrong\n",
+            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
+                   "degrees make gains and torques those of degrees; of a slider nothing is wrong\n",
                    d->path, j + 1, low, high);
             return;
         }

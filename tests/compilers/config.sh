@@ -115,6 +115,14 @@ try angles_are_0_or_1_for_each_joint 'AE=1' 'MLP=8' 'ANGLES=2'
 try angles_need_31_joints_at_most 'AE=32' 'MLP=8' "ANGLES=$(printf '1, %.0s' $(seq 31))1"
 try angles_need_a_model_without_autoencoder 'AE=2, 2' 'MLP=8' 'ANGLES=1, 0'
 try angles_need_a_model_without_autoencoder 'AE=4, 2' 'MLP=8' 'ANGLES=1, 0, 0, 1'
+# units of joints
+for scale in common each; do
+    try - 'AE=4, 2' 'MLP=8' "SCALE=$scale" 'ROWS=100'
+    try - 'AE=2' 'MLP=8' "SCALE=$scale" 'ANGLES=1, 0' 'INPUTS=1'
+done
+try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'CHART=polynomial, 3'
+try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'STORE=half'
+for scale in own 1 Each; do try "ROLNI_OWN_$scale" 'AE=4, 2' 'MLP=8' "SCALE=$scale"; done
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
 try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=1'
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=-1'
@@ -259,6 +267,7 @@ with DAMPING_1 DAMPING=0
 with INPUTS_1 INPUTS=0
 with FRICTION_0 FRICTION=1
 with ANGLES_0 'ANGLES=1, 0, 0, 0, 0, 0'
+with SCALE_common SCALE=each
 with CHART_polynomial_3 'CHART=polynomial, 2'
 with CHART_polynomial_3 CHART=none
 with STORE_full STORE=half

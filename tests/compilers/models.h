@@ -42,6 +42,13 @@
 #define ROLN_ROWS 50
 #include "roln.h"
 
+#define ROLN_NAME carts /* sliders and hinges */
+#define ROLN_AE 6, 3
+#define ROLN_MLP 16, 16
+#define ROLN_SCALE each
+#define ROLN_ROWS 50
+#include "roln.h"
+
 #define ROLN_NAME chart
 #define ROLN_AE 16, 4
 #define ROLN_CHART polynomial, 4

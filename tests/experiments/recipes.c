@@ -19,6 +19,10 @@
     {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
 /* rows of single samples, then windows of half a second among them */
 #define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .last = 2)
+/* of 300 s and more: with a memory of 8 steps single samples lead astray after hundreds of them, and windows come to no rest */
+#define NEWTON_LONG(first, rows) \
+    {.kind = STAGE_NEWTON, .part = .15 - first, .batch = rows, .memory = 4}, \
+        WINDOWS(.85, rows, .05, 25, 20, .memory = 4, .last = 1)
 /* the paper's: autoencoder alone, acceleration loss, ODE loss over windows of 40 ms */
 #define ADAM(kind_, p, ae, net, ...) \
     {.kind = kind_, .part = p, .batch = 64, .lr_ae = ae, .lr_net = net, .fall = 1e-3, .w_qd = 1, .bias = 1, __VA_ARGS__}
@@ -53,10 +57,7 @@
 #define JOINTS(what, id, where, trajectories, repeats, time, ...) \
     {.name = id, .kind = what, .system = where, .train = trajectories, .seeds = repeats, .seconds = time, __VA_ARGS__}
 #define STEPS16 .stage = {TURN(.15), NEWTON(.15, 2000)}
-/* in 1,200 s; with a memory of 8 steps single samples lead astray after a thousand of them, and windows come to no rest */
-#define STEPS16_LONG \
-    .stage = {TURN(.05), {.kind = STAGE_NEWTON, .part = .1, .batch = 2000, .memory = 4}, \
-              WINDOWS(.85, 2000, .05, 25, 20, .memory = 4, .last = 1)}
+#define STEPS16_LONG .stage = {TURN(.05), NEWTON_LONG(.05, 2000)}
 /* 7,721 parameters: the smaller system is that in the rows, and few of them are more steps */
 #define FULL16(...) FULL(16, __VA_ARGS__), .stage = {NEWTON(0, 500)}
 #define LATENT16(id, where, d, trajectories, repeats, what) \
@@ -67,8 +68,8 @@
 /* rivals in as many repeats as given */
 #define SIXTEEN(name_, where, d, longer, repeats) \
     JOINTS(LAGRANGE, name_ "-ro", where, 200, 3, 60, CHART16(d, .base = 0), STEPS16), \
-    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16), \
-    JOINTS(LAGRANGE, name_ "-300-chol", where, 200, 3, 300, CHART16(longer, .mass = ROLN_CHOLESKY), STEPS16), \
+    JOINTS(LAGRANGE, name_ "-300-ro", where, 200, 3, 300, CHART16(longer, .base = 0), STEPS16_LONG), \
+    JOINTS(LAGRANGE, name_ "-300-chol", where, 200, 3, 300, CHART16(longer, .mass = ROLN_CHOLESKY), STEPS16_LONG), \
     JOINTS(LAGRANGE, name_ "-paper", where, 200, repeats, 60, LAYERED16, .stage = {PAPER}), \
     JOINTS(LAGRANGE, name_ "-pod", where, 200, repeats, 60, POD16, .stage = {NEWTON(0, 2000)}), \
     JOINTS(LAGRANGE, name_ "-full", where, 200, repeats, 60, FULL16(.base = 0)), \
@@ -79,8 +80,8 @@
     JOINTS(LAGRANGE, name_ "-fullchol", where, 200, repeats, 60, FULL16(.mass = ROLN_CHOLESKY)), \
     {.name = name_ "-opinf", .kind = OPINF, .system = where, .train = 200, .seeds = 1, .n = 4}, \
     {.name = name_ "-opinfaffine", .kind = OPINF_AFFINE, .system = where, .train = 200, .seeds = 1, .n = 4}, \
-    JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON(0, 2000)}), \
-    JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, FULL16(.base = 0)), \
+    JOINTS(LAGRANGE, name_ "-300-pod", where, 200, 1, 300, POD16, .stage = {NEWTON_LONG(0, 2000)}), \
+    JOINTS(LAGRANGE, name_ "-300-full", where, 200, 1, 300, FULL(16, .base = 0), .stage = {NEWTON_LONG(0, 500)}), \
     JOINTS(LAGRANGE, name_ "-300-paper", where, 200, 1, 300, LAYERED16, .stage = {PAPER}), \
     FEW16(name_, where, d, 5), FEW16(name_, where, d, 10), FEW16(name_, where, d, 20), FEW16(name_, where, d, 40)
 /* learned from starts of .3 rad, tested from .5 */

@@ -14,7 +14,7 @@ struct sizes {
     int N, N1, N2, ae_sum, curves, bent, ae_size; /* roln_ae.h */
     int n, width, base, damping, cossin, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap; /* roln_lnn.h */
     int bimap_to;
-    int inputs, force_size, scheme; /* roln.h */
+    int inputs, force_size, scheme, own; /* roln.h */
     ROLN_LNN_ROWS(SIZES_FIELD, SZ) ROLN_GRAD_STEPS(SIZES_FIELD, SZ, nb)
 };
 
@@ -37,7 +37,7 @@ ROLN_FN struct sizes sizes_of(const roln_model *model, int nb)
         if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
         if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
     }
-    sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme;
+    sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme, sz.own = model->own;
     ROLN_LNN_ROWS(SIZES_SET, SZ)
     ROLN_GRAD_STEPS(SIZES_SET, SZ, nb)
     return sz;

@@ -432,14 +432,45 @@ static double moments(const demos *d, double *mean, double *C)
     return trace;
 }
 
+/* Hinges and sliders: each joint has a unit of its own (ROLN_SCALE each). */
+static int mixed(void)
+{
+    int hinges = 0;
+    for (int j = 0; j < rig.m->njnt; j++) hinges += hinge(j);
+    return hinges > 0 && hinges < rig.m->njnt;
+}
+
+/* These units: rms over the training, 1 of joints at rest and, where a model has angles, of those; all 1 where joints are of one
+   kind. */
+static void units(const demos *d, const double *mean, int angles, double *unit)
+{
+    const int wide = demos_wide(d);
+    for (int i = 0; i < d->N; i++) {
+        double square = 0;
+        int count = 0;
+        for (int k = 0; k < d->count; k++)
+            for (int s = 0; s < d->demo[k].samples && !d->demo[k].test; s++, count++) {
+                const double x = d->demo[k].row[s * wide + 1 + i] - mean[i];
+                square += x * x;
+            }
+        unit[i] = mixed() && square > 0 && !(angles && circles(i)) ? sqrt(square / count) : 1;
+    }
+}
+
 /* Coordinates with which linear POD leaves less than `leave` of the motion, at most LATENT: power iteration. */
 static int principal(const demos *d, double leave)
 {
     const int N = d->N;
     double *mean = room((size_t)N * sizeof *mean), *C = room((size_t)(N * N) * sizeof *C), *x = room((size_t)(2 * N) * sizeof *x);
-    const double all = moments(d, mean, C);
-    double left = all;
+    double all = moments(d, mean, C), left;
     int n = 0;
+    if (mixed()) {
+        units(d, mean, 0, x);
+        all = 0;
+        for (int i = 0; i < N * N; i++) C[i] /= x[i / N] * x[i % N];
+        for (int i = 0; i < N; i++) all += C[i * (N + 1)];
+    }
+    left = all;
     for (; n < LATENT && n < N && left > leave * leave * all; n++) {
         double *y = x + N, value = 0;
         for (int i = 0; i < N; i++) x[i] = 1 + 0.1 * (i % 7);
@@ -522,6 +553,7 @@ static void write_config(const char *name, const char *path, const char *model, 
     fprintf(f, "\n#define ROLN_MLP %s\n", n <= 2 ? "16, 16" : "32, 32");
     for (int j = 0; j < m->njnt && angles; j++) fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", circles(j));
     if (angles) fputc('\n', f);
+    if (mixed()) fprintf(f, "#define ROLN_SCALE each\n");
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
     if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
     if (rig.inputs) fprintf(f, "#define ROLN_INPUTS %d\n", m->nu);
@@ -556,11 +588,12 @@ static void write_constant(const demos *d, const char *path)
 {
     static const double ms[] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
     const int N = d->N, wide = demos_wide(d), apart = (int)(0.025 / d->dt + 1e-6), every = apart > 1 ? apart : 1;
-    double *mean = room((size_t)N * sizeof *mean);
+    double *mean = room((size_t)(2 * N) * sizeof *mean), *unit = mean + N;
     FILE *f = fopen(path, "w");
     if (!f) fail("cannot write %s", path);
     moments(d, mean, NULL);
     mean_directions(d, mean);
+    units(d, mean, rig.turns > 0, unit);
     fprintf(f, "ms,E_q_percent\n");
     for (int h = 0, before = -1; h < 10; h++) {
         const int ahead = (int)(ms[h] * 1e-3 / d->dt + 0.5);
@@ -572,7 +605,7 @@ static void write_constant(const demos *d, const char *path)
                 const double *q = d->demo[k].row + s * wide + 1, *end = q + ahead * wide;
                 for (int i = 0; i < N; i++) {
                     const double e = between(i, q[i] + ahead * d->dt * q[N + i], end[i]), v = between(i, end[i], mean[i]);
-                    off += e * e, var += v * v;
+                    off += e * e / (unit[i] * unit[i]), var += v * v / (unit[i] * unit[i]);
                 }
             }
         if (var > 0) fprintf(f, "%g,%.5g\n", 1e3 * ahead * d->dt, 100 * sqrt(off / var));

@@ -125,7 +125,7 @@
 
 /* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, own) \
     X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
     X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
     X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) \
@@ -196,7 +196,7 @@ ROLN_FN const roln_scale *scale_of(int k)
 
 ROLN_FN roln_trained trained(const roln_model *md, const roln_scale *sc, const roln_real *theta)
 {
-    const roln_trained m = {md, sc, NULL, NULL, NULL, theta};
+    const roln_trained m = {md, sc, NULL, NULL, NULL, theta, NULL};
     return m;
 }
 

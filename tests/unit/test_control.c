@@ -142,7 +142,7 @@ static roln_status call(int which, int k, const roln_trained *m, const roln_real
     case ALLOCATE: st = roln_allocate(m, in, &motors, in + n, out, out + MOTORS, ROOM(allocate)); break;
     default:
         room_of(0);
-        st = roln_fit_scale(m->model, 3, in, in + 3 * N, out, &fit);
+        st = roln_fit_scale(m->model, 3, in, in + 3 * N, out, &fit, NULL);
         out[N] = fit.q, out[N + 1] = fit.t;
         if (st != ROLN_OK) CHECK(same(1, &fit.q, &unit.q) && same(1, &fit.t, &unit.t));
     }
@@ -1026,7 +1026,7 @@ typedef struct {
 
 static roln_trained of_rig(int k, const rig *x)
 {
-    const roln_trained m = {models[k].md, scale_of(k), x->z_min, x->z_max, x->zd_max, theta_k};
+    const roln_trained m = {models[k].md, scale_of(k), x->z_min, x->z_max, x->zd_max, theta_k, NULL};
     return m;
 }
 
@@ -2188,7 +2188,7 @@ static void refused(plain_params *p)
     const roln_limits limits = {.dt = dt, .tau = 1000, .hold = 2};
     const plain_params before = *p;
     const plain_state x = {{0}, {0}};
-    const plain_latent s = {{0}, {0}};
+    const plain_latent s = {{0}, {0}}, along[2] = {{{0}, {0}}, {{0}, {0}}};
     const plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
     const roln_real v[36] = {0};
     const roln_motors motors = {1, v, 1};
@@ -2205,7 +2205,7 @@ static void refused(plain_params *p)
     CHECK(plain_lift(p, &s, v, to.tau, PLAIN_WORK(lift)) == ROLN_E_SHAPE);
     CHECK(plain_gains(p, &s, v, v, &to.r, PLAIN_WORK(gains)) == ROLN_E_SHAPE);
     CHECK(plain_lqr(p, &cost, &s, NULL, to.tau, NULL, &lqrwork) == ROLN_E_SHAPE);
-    CHECK(plain_lqr_along(p, &cost, 1, &s, NULL, NULL, to.tau, &lqrwork) == ROLN_E_SHAPE);
+    CHECK(plain_lqr_along(p, &cost, 1, along, NULL, NULL, to.tau, &lqrwork) == ROLN_E_SHAPE);
     CHECK(plain_allocate(p, &s, &motors, v, to.tau, NULL, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
     CHECK(plain_step(p, &to.s, NULL, dt, PLAIN_WORK(step)) == ROLN_E_SHAPE);
     CHECK(plain_linear(p, &to.s, NULL, dt, &to.j, &linwork) == ROLN_E_SHAPE);

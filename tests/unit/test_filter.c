@@ -25,7 +25,7 @@ static roln_real theta_k[MAXP], z_min[MAXN], z_max[MAXN], zd_max[MAXN];
 
 static roln_trained of_model(int k)
 {
-    const roln_trained m = {models[k].md, scale_of(k), z_min, z_max, zd_max, theta_k};
+    const roln_trained m = {models[k].md, scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
     return m;
 }
 

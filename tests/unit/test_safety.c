@@ -285,7 +285,7 @@ static void call_all(calls *c)
         arm_optimiser o;
         arm_gradient g1, g2;
         arm_residuals rows;
-        roln_error error;
+        roln_error error, joints[arm_N];
         roln_loss var;
         roln_limits limits;
         roln_real most[12];
@@ -313,7 +313,7 @@ static void call_all(calls *c)
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
     CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
-    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
+    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
     CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train));

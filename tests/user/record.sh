@@ -102,6 +102,7 @@ check 'twin' gcc -std=c99 -O1 $dir/inverse.c -o $dir/inverse -lmujoco -lm
 check 'the torques move it' $dir/inverse $machines/planar3.xml $dir/arm.csv all
 check 'slider' build/record $machines/slider.xml $dir/slider train=12 test=3 seconds=1
 check 'the inputs move it' $dir/inverse $machines/slider.xml $dir/slider.csv
+check 'units of a slider beside a hinge' sh -c "grep -x '#define ROLN_SCALE each' $dir/slider.h && ! grep SCALE $dir/arm.h"
 check 'fewer motors than joints' sh -c "grep -x '#define ROLN_INPUTS 1' $dir/slider.h && head -n 1 $dir/slider.csv | grep ',u1$'"
 
 xml motors "<body><joint name='a' axis='0 1 0'/>$rod</body>" \

@@ -162,6 +162,12 @@ check 'are not trained' sh -c "grep Gauss-Newton $dir/t.log && ! grep layers $di
 check 'table as CSV' awk -F, 'NR == FNR { if (/_test[.]csv$/) on = 1; split($0, x, " "); if (on) e[x[1]] = x[2]; next }
     /_test[.]csv"/ { n++; if (($3 - e[$2]) ^ 2 > 1e-6 + 1e-8 * $3 ^ 2) bad = 1 }
     END { exit bad || n != 10 }' $dir/j.log $dir/j_errors.csv
+check 'errors of each joint' awk -F, 'NR == 1 { bad = NF != 13 || $13 != "rms_q2"; next }
+    { n++; low = $10 < $12 ? $10 : $12; high = $10 + $12 - low; bad += $9 != 1 + ($12 > $10) }
+    { bad += $3 < 0.9999 * low || $3 > 1.0001 * high }
+    END { exit bad || n != 20 }' $dir/j_errors.csv
+check 'the worst of them' awk '/worst joint/ { getline; n += $6 == 1 } $1 == 1000 && NF == 8 { n += $6 ~ /^[12]$/ && $7 >= $2 }
+    END { exit n != 4 }' $dir/j.log
 check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: traj/ { m++ } /worst: traj/ { w++ }
     END { exit !(n == 8 && ok == 8 && m == 1 && w == 1) }' $dir/j_motion.svg
 check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub(/<[/]|[/]>/, "") }
@@ -274,7 +280,7 @@ $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$
 check "wild: ended with $?" test $? -eq 0
 check 'one window fails' awk '/wild_test/ { on = 1 } on && $1 == 25 { ok = $2 < 0.1 && / 1 of 595 windows failed$/ }
     END { exit !ok }' $dir/n.log
-check 'in the CSV, too' grep '_test.csv",25,.*,1,595$' $dir/n_errors.csv
+check 'in the CSV, too' grep '_test.csv",25,.*,1,595,' $dir/n_errors.csv
 check 'looks' awk '/ E_q\(/ { n++; ok += / 1 of 40 windows failed/ } END { exit !(n > 5 && ok >= n - 3) }' $dir/n.log
 check 'selection' awk '/typical E_q of/ { ok = $(NF - 4) < 25 } END { exit !ok }' $dir/n.log
 awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv
