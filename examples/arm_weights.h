@@ -13,6 +13,7 @@ typedef char arm_weights_are_of_ROLN_LAYERS_0[arm_L0 == 0 && arm_L1 == 0 && arm_
 typedef char arm_weights_are_of_ROLN_DAMPING_1[arm_damping == 1 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_FRICTION_0[arm_friction == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_ANGLES_0[arm_angles == 0 ? 1 : -1];
+typedef char arm_weights_are_of_ROLN_SCALE_common[arm_own == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_INPUTS_0[arm_inputs == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_STORE_full[arm_stored == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_DOUBLE_not_defined_0[arm_twice == 0 ? 1 : -1];

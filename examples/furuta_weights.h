@@ -13,6 +13,7 @@ typedef char furuta_weights_are_of_ROLN_LAYERS_0[furuta_L0 == 0 && furuta_L1 == 
 typedef char furuta_weights_are_of_ROLN_DAMPING_1[furuta_damping == 1 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_FRICTION_0[furuta_friction == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_ANGLES_1_1_bits_3[furuta_angles == 3 ? 1 : -1];
+typedef char furuta_weights_are_of_ROLN_SCALE_common[furuta_own == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_INPUTS_0[furuta_inputs == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_STORE_full[furuta_stored == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_DOUBLE_not_defined_0[furuta_twice == 0 ? 1 : -1];
