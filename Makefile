@@ -1,6 +1,6 @@
 # roln. A C compiler is enough for      make demo, swelling, ekf, lint, install, dist, clean
-# make deps installs what these need:   make test, check, errors, control, models, noise, experiments, eig, bench, sizes, count,
-#                                            firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, check, record, learn, machines, errors, control, models, noise, experiments,
+#                                            eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -17,8 +17,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf lint install dist clean deps test check errors control models noise experiments report plotting-deps \
-        plotting-test eig bench sizes count firmware pil
+.PHONY: all demo swelling ekf lint install dist clean deps test check record learn machines errors control models noise \
+        experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -27,8 +27,10 @@ demo: build/pendulum
 	./build/pendulum build
 swelling: build/swelling
 	./build/swelling build/swelling.svg
-ekf: build/ekf
+ekf: build/ekf build/filter
 	./build/ekf
+	@echo
+	./build/filter
 
 # misspelt options of a config, which C takes in silence: make lint CONFIG=arm.h
 CONFIG =
@@ -36,6 +38,9 @@ lint:
 	@sh examples/lint.sh $(CONFIG)
 
 build/%: examples/%.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
+build/filter: tests/control/filter.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
 
@@ -56,7 +61,7 @@ clean:
 # ---- tests ----
 
 # The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
-PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev \
+PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
@@ -66,7 +71,7 @@ deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate pil
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -114,9 +119,11 @@ build/test build/test_asan build/test_msan build/test_cov:
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
 PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
-build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control) control/control mujoco/truth mujoco/h5 \
-                     unit/check)
+build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction) \
+                     control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
+build/record: $(call host,mujoco/record mujoco/demos)
+build/convert: $(call host,mujoco/convert mujoco/demos)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
 build/pil: $(call host,control/pil control/control mujoco/truth unit/check)
 build/experiment: $(call host,experiments/experiment $(PARTS))
@@ -125,8 +132,30 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate control pil experiment speed test_experiments test_opinf test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert control pil experiment speed test_experiments test_opinf test_latent \
+                     bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
+
+# a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
+# make record MODEL=my.xml; make learn MODEL=my.xml [OUT=build/learn/my] [SECONDS=300, of each training] [WITH="train=40 seconds=2"]
+MODEL =
+OUT = build/learn/$(subst -,_,$(basename $(notdir $(MODEL))))
+SECONDS = 300
+WITH =
+record: build/record
+	@test -n "$(MODEL)" || { echo "make record MODEL=my.xml"; exit 1; }
+	@mkdir -p $(dir $(OUT))
+	@./build/record $(MODEL) $(OUT) $(WITH)
+learn: build/record
+	@test -n "$(MODEL)" || { echo "make learn MODEL=my.xml"; exit 1; }
+	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) seconds=$(SECONDS) $(WITH)
+
+# the same of ten small machines, and their errors in a table: SECONDS a training, a dozen of them
+MACHINES = $(basename $(notdir $(wildcard tests/mujoco/machines/*.xml)))
+machines: build/record
+	-@for m in $(MACHINES); do \
+	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/machines/$$m seconds=$(SECONDS) $(WITH); done
+	@sh tests/mujoco/learn.sh table $(MACHINES:%=build/machines/%) | tee build/machines/table.md
 
 # error tables of the committed models, on fresh trajectories
 errors: build/test_mujoco build/test_experiments

@@ -15,6 +15,11 @@
        #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
        #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
+       #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
+       #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
+                                              autoencoder, at most 31 joints; default: none is
+       #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
+                                              metres beside radians; default common, all have the same
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
@@ -35,7 +40,10 @@
        NAME_jacobian    A, B of a step
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
-       NAME_train       scratch of training, of NAME_errors and of NAME_fit_limits
+       NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
+       NAME_filter      what a filter remembers; in it s, the estimate of z, zd
+       NAME_filterwork  scratch of NAME_filter_tick
+       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
@@ -47,25 +55,31 @@
 
    Generated functions. One control tick:
 
-       NAME_tick        NAME_encode, NAME_control, NAME_lift and NAME_guard_tick in one call; not with ROLN_INPUTS
+       NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
        NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
+       NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
        NAME_lift        tau_z -> tau = D^T tau_z
-       NAME_allocate    tau_z -> the few motors that come nearest
+       NAME_allocate    tau_z -> the few motors that come nearest, and what they cannot make of it
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
+       NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
+       NAME_fit_noise   its noise, from recordings
 
    Prediction and mechanics:
 
        NAME_step        z, zd a step of dt seconds ahead under tau: M zdd + c + g + d = J^T tau
        NAME_linear      the same, with its derivatives A, B
+       NAME_lqr         feedback of least cost about a state, from weights of joints and motors
+       NAME_lqr_along   the same along a reference, gains that vary with time
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
+       NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
@@ -122,7 +136,10 @@
    1 model and units     2 a control tick     3 prediction and mechanics     4 a training sample
    5 data, charts, errors    6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
 
-   Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. */
+   Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
+   itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself. Of
+   an angle, z and q may be on any turn: the networks see its cosine and sine, differences are those of the shorter way, within
+   (-pi, pi], and it is always in range. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -146,6 +163,7 @@ typedef struct {
     roln_lnn lnn;
     int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
+    int own;    /* 1: each joint has a unit of its own, roln_trained.each */
 } roln_model;
 
 /* Number of parameters theta: of the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */
@@ -160,7 +178,8 @@ ROLN_FN int roln_force_size(const roln_model *md)
     return md->inputs > 0 ? md->inputs : md->ae.size[0];
 }
 
-/* The networks see q / scale.q and time / scale.t, so that users need not scale their data. */
+/* The networks see x = q / scale.q and time / scale.t, so that users need not scale their data; where joints have units of their
+   own, x_j = q_j / (scale.q each_j). */
 typedef struct {
     roln_real q, t;
 } roln_scale;
@@ -171,7 +190,47 @@ typedef struct {
     const roln_scale *scale;
     const roln_real *z_min, *z_max, *zd_max; /* [n] range seen in training */
     const roln_real *theta;                  /* [roln_params] */
+    const roln_real *each;                   /* [N] of a model with own units; NULL: all are 1 */
 } roln_trained;
+
+/* The joints' own units, NULL: all are 1. md is m->model, loaded before m was seen by other functions: where it is a constant
+   without own units, nothing is left of what is done with them. */
+ROLN_INLINE const roln_real *rolni_each(const roln_model *md, const roln_trained *m)
+{
+    return md->own ? m->each : NULL;
+}
+
+/* The same for forces: a learned input map B has the units in it, force on x = B u. */
+ROLN_INLINE const roln_real *rolni_each_force(const roln_model *md, const roln_trained *m)
+{
+    return md->inputs > 0 ? NULL : rolni_each(md, m);
+}
+
+/* Nonzero if those of angles are 1. */
+ROLN_INLINE int rolni_each_turns(const roln_model *md, const roln_real *each)
+{
+    int i, turns = 1;
+    for (i = 0; each && i < md->lnn.n; i++)
+        turns &= !roln_lnn_angle(&md->lnn, i) || each[i] == 1;
+    return turns;
+}
+
+/* x_ij /= each_j, from joints to networks, and x_ij *= each_j, of x [rows][N]; each NULL: nothing. */
+ROLNI_INLINE void rolni_divide_each(int rows, int N, const roln_real *each, roln_real *x)
+{
+    int i, j;
+    for (i = 0; each && i < rows; i++)
+        for (j = 0; j < N; j++)
+            x[i * N + j] /= each[j];
+}
+
+ROLNI_INLINE void rolni_multiply_each(int rows, int N, const roln_real *each, roln_real *x)
+{
+    int i, j;
+    for (i = 0; each && i < rows; i++)
+        for (j = 0; j < N; j++)
+            x[i * N + j] *= each[j];
+}
 
 /* The parameters of the Lagrangian network among those of a model. */
 ROLN_INLINE const roln_real *rolni_net(const roln_trained *m)
@@ -191,10 +250,10 @@ ROLN_FN roln_real rolni_velocity_unit(const roln_scale *sc)
 }
 
 /* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs,
-   force_size and scheme. */
+   force_size, scheme and own. */
 
-/* The force on the joints [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs, B in, which is written to x.
-   Returns where it is. */
+/* The force on the joints, in units of the networks, [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs,
+   B in, which is written to x. Returns where it is. */
 ROLN_INLINE const roln_real *rolni_tau(const roln_trained *m, int nb, const roln_real *in, roln_real *x)
 {
     const roln_model *md = m->model;
@@ -228,6 +287,7 @@ ROLN_INLINE roln_status roln_encode(const roln_trained *m, const roln_real *q, c
         x[N + i] = qd[i] / unit;
         if (qdd) x[2 * N + i] = qdd[i] / unit;
     }
+    rolni_divide_each(jets, N, rolni_each(m->model, m), x);
     roln_ae_encode(ae, jets, 1, m->theta, x, s, tape); /* x is the end of tape */
     if (!roln_all_finite(jets * n, s)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, s, z);
@@ -249,6 +309,7 @@ ROLN_INLINE roln_status rolni_decode(const roln_trained *m, const roln_real *z, 
     roln_ae_decode(ae, 2, 1, m->theta, work, x, tape);
     for (i = 0; i < 2 * N; i++)
         x[i] *= m->scale->q;
+    rolni_multiply_each(2, N, rolni_each(m->model, m), x);
     return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -276,6 +337,7 @@ ROLN_INLINE roln_status roln_decode(const roln_trained *m, const roln_real *z, c
 ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real *z, const roln_real *zd, int count,
                                          const int *which, roln_real *q, roln_real *qd, roln_real *work)
 {
+    const roln_real *each = rolni_each(m->model, m);
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
     int i;
     if (count < 0 || count > N) return ROLN_E_LENGTH;
@@ -288,6 +350,8 @@ ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real 
         roln_ae_decode_some(&m->model->ae, 2, 1, count, m->theta, which, s, x, work);
         for (i = 0; i < 2 * count; i++)
             x[i] *= m->scale->q;
+        for (i = 0; each && i < count; i++)
+            x[i] *= each[which[i]], x[count + i] *= each[which[i]];
         if (!roln_all_finite(2 * count, x)) return ROLN_E_NOT_FINITE;
         rolni_copy(count, x, q);
         rolni_copy(count, x + count, qd);
@@ -383,20 +447,50 @@ ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z,
     int i;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
-        out[i] -= ref->kp[i] * (z[i] - ref->z[i]) + ref->kd[i] * (zd[i] - ref->zd[i]);
+        out[i] -= ref->kp[i] * (z[i] - roln_lnn_near(&m->model->lnn, i, z[i], ref->z[i])) + ref->kd[i] * (zd[i] - ref->zd[i]);
     if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
-       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed
+       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed,   e of angles by the shorter way,
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. z, zd, ref in; tau_z [n] out,
    untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. work [ROLN_CONTROL_WORK]. */
 ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
                                      roln_real *tau_z, roln_real *work)
 {
     return rolni_control(m, z, zd, ref, tau_z, NULL, work);
+}
+
+/* Gains of roln_control from gains of the joints, Kp [N] in Nm/rad, Kd [N] in Nms/rad: the work that a spring at each joint does
+   is the same, dq^T Kp dq = dz^T (J^T Kp J) dz, of which kp takes the diagonal, and kd that of J^T Kd J:
+       kp_j = sum_i Kp_i J_ij^2,   kd_j = sum_i Kd_i J_ij^2,   J = dphi/dz at z
+   What couples coordinates is left out; of modes of motion (docs/control.md) it is small. z [n] in; kp, kd [n] out, untouched on
+   ROLN_E_NOT_FINITE. Cost n roln_decode. work [ROLN_GAINS_WORK]. */
+#define ROLN_GAINS_MEM(X, S) X(out, 2 * S(n)) X(e, S(n)) X(x, 2 * S(N)) X(s, 2 * S(n))
+#define ROLN_GAINS_WORK(S) (0 ROLN_GAINS_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status roln_gains(const roln_trained *m, const roln_real *z, const roln_real *Kp, const roln_real *Kd,
+                                   roln_real *kp, roln_real *kd, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLN_GAINS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    rolni_zero(2 * n, out);
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            out[j] += Kp[i] * (x[N + i] * x[N + i]);
+            out[n + j] += Kd[i] * (x[N + i] * x[N + i]);
+        }
+    }
+    if (!roln_all_finite(2 * n, out)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, out, kp);
+    rolni_copy(n, out + n, kd);
+    return ROLN_OK;
 }
 
 /* roln_lift behind the decoder: tape of the decoder, 2-jets (jets = 2) or positions (1), in; it is spent. tau is written in any
@@ -411,6 +505,7 @@ ROLN_INLINE roln_status rolni_lift(const roln_trained *m, int jets, roln_real *t
     roln_ae_lift(ae, 1, m->theta, tape, tau_z, tau, work);
     for (i = 0; i < N; i++)
         tau[i] /= m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), tau);
     return roln_all_finite(N, tau) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -432,27 +527,62 @@ ROLN_INLINE roln_status roln_lift(const roln_trained *m, const roln_real *z, con
     return st;
 }
 
-/* Motors u [motors] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
-       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   B [N][motors], mu > 0, tau_z [n] in; u out, untouched unless ROLN_OK. ROLN_E_LENGTH: motors < 1. ROLN_E_NOT_SPD: the motors do
-   not span z, to within rounding, and mu does not make up for it. Cost 3 motors roln_reduce. work [ROLN_ALLOCATE_WORK]. */
+/* Where motors act, tau = B u. */
+typedef struct {
+    int count;
+    const roln_real *B; /* [N][count]; NULL: the map that a model with inputs has learned, count is then its inputs */
+    roln_real mu;       /* damping of roln_allocate; a hundredth of the largest number of J^T B is usual */
+} roln_motors;
+
+/* The same with B and count in their places; NULL: the learned ones. B NULL: there are none. */
+ROLN_INLINE roln_motors rolni_motors(const roln_trained *m, const roln_motors *motors)
+{
+    const roln_model *md = m->model;
+    roln_motors f = {0, NULL, 0};
+    if (motors) f = *motors;
+    if (!f.B) f.count = md->inputs;
+    if (!f.B && md->inputs > 0) f.B = m->theta + roln_params(md) - md->ae.size[0] * md->inputs;
+    return f;
+}
+
+/* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0. */
+ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
+{
+    roln_real tx = 0, ty = 0, sx = 0, sy = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
+    if (!(tx > 0) || !(ty > 0)) return 0;
+    for (i = 0; i < n; i++)
+        sx += x[i] / tx * (x[i] / tx), sy += y[i] / ty * (y[i] / ty);
+    return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);
+}
+
+/* Motors u [count] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
+       u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T y,   y = (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
+   z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
+       |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
+   both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
+   make up for it. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
 #define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
 #define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
-ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const roln_real *z, const roln_real *B,
-                                      const roln_real *tau_z, roln_real mu, roln_real *u, roln_real *work)
+ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z,
+                                      roln_real *u, roln_real *missed, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
     const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const roln_motors f = rolni_motors(m, motors);
     ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int pass, j, i;
-    if (motors < 1) return ROLN_E_LENGTH;
+    if (f.count < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_zero(n * n, A);
     roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
     for (pass = 0; pass < 3; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y, is it finite? 2: written */
-        for (j = 0; j < motors; j++) {
+        for (j = 0; j < f.count; j++) {
             for (i = 0; i < N; i++)
-                x[i] = B[i * motors + j] * m->scale->q;
+                x[i] = f.B[i * f.count + j] * m->scale->q;
+            rolni_multiply_each(1, N, rolni_each_force(m->model, m), x);
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
             if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
             else if (pass == 2) u[j] = roln_dot(n, g, y);
@@ -460,14 +590,15 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, int motors, const r
         }
         if (pass > 0) continue;
         for (i = 0; i < n; i++)
-            y[i] = A[i * (n + 1)] += mu * mu;
+            y[i] = A[i * (n + 1)] += f.mu * f.mu;
         if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
         for (i = 0; i < n; i++) /* a pivot of rounding errors */
-            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + motors) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
+            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + f.count) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
         roln_solve_lower(n, A, tau_z, y);
         roln_solve_lower_t(n, A, y, y);
         if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
     }
+    if (missed) *missed = rolni_missed(n, tau_z, y, f.mu);
     return ROLN_OK;
 }
 
@@ -498,6 +629,7 @@ typedef struct {
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
     const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
+    const roln_motors *motors; /* where they act, and torques are theirs, [count]; NULL: at each joint, or the learned inputs */
 } roln_limits;
 
 /* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
@@ -507,6 +639,7 @@ typedef struct {
     int known;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
     roln_real residual; /* of the energy rate, W, averaged over limits.window */
+    roln_real missed;   /* of the last tau_z that motors had to make, the part that they could not (roln_allocate) */
 } roln_guard;
 
 /* Measured q, qd [N]. */
@@ -520,14 +653,17 @@ typedef struct {
     roln_real *tau;
 } roln_held;
 
-/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. */
+/* Nonzero if z, zd [n] lie in the range [z_min - margin (z_max - z_min), ..], |zd| <= (1 + margin) zd_max; NaN does not. An
+   angle does, whatever its range, up to 2^20. */
 ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const roln_real *z, const roln_real *zd)
 {
-    const int n = m->model->lnn.n;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n;
     int i, in = 1;
     for (i = 0; i < n; i++) {
         const roln_real wide = margin * (m->z_max[i] - m->z_min[i]);
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) && z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide;
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) &&
+              (roln_lnn_angle(lnn, i) ? rolni_is_angle(z[i]) : z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide);
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * m->zd_max[i];
     }
     return in;
@@ -546,6 +682,20 @@ ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
         for (i = 0; each[k] && i < nu; i++)
             valid &= roln_finite(each[k][i]) && each[k][i] >= 0;
     return valid;
+}
+
+/* Nonzero if the motors are those of a model: learned, or at most N at its joints. */
+ROLN_FN int rolni_motors_valid(const roln_model *md, const roln_motors *motors)
+{
+    if (!motors) return 1;
+    if (!roln_finite(motors->mu) || motors->mu < 0 || (motors->B != NULL) != (md->inputs == 0)) return 0;
+    return !motors->B || (motors->count >= 1 && motors->count <= md->ae.size[0]);
+}
+
+/* Numbers of a torque. */
+ROLN_FN int rolni_torques(const roln_model *md, const roln_motors *motors)
+{
+    return motors && motors->B && rolni_motors_valid(md, motors) ? motors->count : roln_force_size(md);
 }
 
 /* The largest torque of joint i. */
@@ -586,6 +736,15 @@ ROLN_FN int rolni_near(int n, const roln_real *a, const roln_real *b, roln_real 
     return near;
 }
 
+/* The same of positions, of which some are angles. */
+ROLN_FN int rolni_near_turned(const roln_lnn *f, const roln_real *a, const roln_real *b, roln_real bound)
+{
+    int i, near = 1;
+    for (i = 0; i < f->n && bound > 0; i++)
+        near &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
+    return near;
+}
+
 /* What a guard judges: the measured q, qd [N], their latent state z, zd [n], NULL if the encoder failed, the state decoded, x [2N]
    = [phi(z); J zd], and the balance there, NULL if it is not known. x and the balance are read where a limit asks for them. */
 typedef struct {
@@ -603,11 +762,11 @@ ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                   const roln_real *tau)
 {
-    const int N = m->model->ae.size[0], nu = roln_force_size(m->model);
+    const int N = m->model->ae.size[0], nu = rolni_torques(m->model, limits->motors);
     uint32_t faults = 0;
     int i;
     if (!roln_all_finite(N, seen->q) || !roln_all_finite(N, seen->qd)) faults |= ROLN_FAULT_INPUT;
-    if (!rolni_limits_valid(limits, nu)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(m->model, limits->motors)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -617,17 +776,31 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     if (!seen->z) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
-        else if (!rolni_near(N, seen->q, seen->x, limits->q_off) || !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
+        else if (!(m->model->lnn.angles ? rolni_near_turned(&m->model->lnn, seen->q, seen->x, limits->q_off)
+                                        : rolni_near(N, seen->q, seen->x, limits->q_off)) ||
+                 !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
             faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!roln_in_range(m, limits->margin, seen->z, seen->zd)) faults |= ROLN_FAULT_RANGE;
     return faults;
 }
 
-/* Power qd^T tau of a force in [roln_force_size], qd [N] in. work [ROLNI_TAU(S, 1)]. */
-ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_real *in, const roln_real *qd, roln_real *work)
+/* Power qd^T tau of a force in [roln_force_size], or of motors, qd [N] in. work [ROLNI_TAU(S, 1)]. */
+ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *motors, const roln_real *in, const roln_real *qd,
+                                  roln_real *work)
 {
-    return roln_dot(m->model->ae.size[0], rolni_tau(m, 1, in, work), qd);
+    const int N = m->model->ae.size[0], own = m->model->own && m->model->inputs > 0;
+    roln_real power = 0;
+    int i;
+    if ((!motors || !motors->B) && own) {
+        rolni_tau(m, 1, in, work);
+        rolni_divide_each(1, N, m->each, work);
+        return roln_dot(N, work, qd);
+    }
+    if (!motors || !motors->B) return roln_dot(N, rolni_tau(m, 1, in, work), qd);
+    for (i = 0; i < N; i++)
+        power += qd[i] * roln_dot(motors->count, motors->B + i * motors->count, in);
+    return power;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
@@ -645,7 +818,8 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
 ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                  const roln_held *held, roln_real *work)
 {
-    const int nu = roln_force_size(m->model);
+    const roln_motors *motors = limits->motors;
+    const int nu = rolni_torques(m->model, motors);
     const roln_real *qd = seen->x + m->model->ae.size[0];
     const rolni_balance *b = seen->balance;
     roln_guard *g = held->guard;
@@ -653,7 +827,8 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
     int i, known = 0;
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
-        const roln_real before = b ? rolni_power(m, tau, qd, work) - b->lost : 0; /* end of the last tick, under its torque */
+        /* at the end of the last tick, under its torque */
+        const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
@@ -668,7 +843,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     }
     g->known = 0;
     if (known) { /* start of the next tick, under the new torque */
-        const roln_real after = rolni_power(m, tau, qd, work) - b->lost;
+        const roln_real after = rolni_power(m, motors, tau, qd, work) - b->lost;
         if (roln_finite(after)) g->known = 1, g->energy = b->energy, g->power = after;
     }
     g->faults |= faults;
@@ -710,12 +885,17 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 }
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
-   and the networks are evaluated once. x measured, reference and gains in; z, zd [n] out, untouched if the encoder fails;
-   held->tau: the safe torque. For models that get the force tau; with inputs every tick is a fault. Returns the faults of this
-   tick. work [ROLN_TICK_WORK]. */
+   and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
+   the motors cannot make of tau_z is in held->guard->missed. x measured, reference and gains in; z, zd [n] out, untouched if the
+   encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
+    ROLN_MAX(0, ROLN_ALLOCATE_WORK(S) - (ROLN_AE_DECODE_TAPE(S, 2, 1)))
 #define ROLN_TICK_WORK(S) \
-    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), 0 ROLN_TICK_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_CONTROL_WORK(S), ROLN_AE_LIFT_WORK(S, 1)))
+    ROLN_MAX(ROLN_ENCODE_WORK(S, 2), \
+             0 ROLN_TICK_MEM(ROLNI_SIZE, S) + \
+                 ROLN_MAX(ROLN_MAX(ROLN_CONTROL_WORK(S), ROLNI_ALLOCATED_WORK(S)), \
+                          S(inputs) > 0 ? ROLNI_TAU(S, 1) : ROLN_AE_LIFT_WORK(S, 1)))
 ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits, const roln_measured *x, const roln_target *ref,
                                roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
 {
@@ -729,9 +909,10 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
         seen.z = z, seen.zd = zd;
         st = rolni_decode(m, z, zd, decoded, tape, work);
     }
-    if (st == ROLN_OK && m->model->inputs > 0) st = ROLN_E_SHAPE; /* there is no tau to be applied */
+    if (st == ROLN_OK && !rolni_motors_valid(m->model, limits->motors)) st = ROLN_E_SHAPE;
     if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
-    if (st == ROLN_OK) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    if (st == ROLN_OK && !limits->motors && m->model->inputs == 0) st = rolni_lift(m, 2, tape, tau_z, tau, work);
+    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape);
     return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
@@ -811,21 +992,22 @@ ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_d
 
 /* tau_z = J(z)^T tau [n] of a force [N], or of inputs u through B, at z. ROLN_E_NOT_FINITE leaves tau_z untouched.
    work [ROLN_REDUCE_WORK]. */
-#define ROLN_REDUCE_MEM(X, S) X(out, S(n))
+#define ROLN_REDUCE_MEM(X, S) X(out, S(n)) X(own_tau, S(own) * S(force_size))
 #define ROLN_REDUCE_WORK(S) (0 ROLN_REDUCE_MEM(ROLNI_SIZE, S) + ROLNI_TORQUE_WORK(S, 1))
 ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, const roln_real *tau, roln_real *tau_z,
                                     roln_real *work)
 {
-    const int n = m->model->lnn.n;
+    const int n = m->model->lnn.n, own = m->model->own, force_size = roln_force_size(m->model);
+    const roln_real *each = rolni_each_force(m->model, m);
     ROLN_REDUCE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_driven d;
     int i;
-    rolni_drive(m, tau, &d, work);
+    if (own) rolni_copy(force_size, tau, own_tau), rolni_multiply_each(1, force_size, each, own_tau);
+    rolni_drive(m, own ? own_tau : tau, &d, work);
     rolni_torque_eval(&d.torque, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= m->scale->q;
-    if (!roln_all_finite(n, out) || !roln_all_finite(roln_force_size(m->model), tau) || !roln_all_finite(n, z))
-        return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n, out) || !roln_all_finite(force_size, tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
@@ -842,7 +1024,7 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
 {
     const roln_model *md = m->model;
     const int n = md->lnn.n, size = roln_force_size(md);
-    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale);
+    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 0), roln_lnn_tape(&md->lnn, 1, 0, 1))
     rolni_driven d;
     roln_status st;
@@ -850,6 +1032,7 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     rolni_drive(m, tau ? held : NULL, &d, force);
     for (i = 0; i < size && tau; i++)
         held[i] = tau[i] * unit;
+    if (tau) rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, 1, dt / t, s, s, tape, work);
     if (st != ROLN_OK) return st;
@@ -876,7 +1059,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
 {
     const roln_model *md = m->model;
     const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md);
-    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale);
+    const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 2),
                     ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
     rolni_driven d;
@@ -885,6 +1068,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
     rolni_drive(m, held, &d, force);
     for (i = 0; i < size; i++)
         held[i] = tau ? tau[i] * unit : 0;
+    rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 1, 1, dt / t, s, next, tape, work)) != ROLN_OK) return st;
     rolni_zero(n2 * n2, As);
@@ -900,6 +1084,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
         for (j = 0; j < size; j++)
             Bs[i * size + j] *= ti * unit;
     }
+    rolni_multiply_each(n2, size, each, Bs);
     for (i = 0; i < n; i++)
         next[n + i] /= t;
     if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * size, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
@@ -941,6 +1126,16 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
     return ROLN_OK;
 }
 
+/* Levels c [n] and velocities v [n] of the dry friction c_j tanh(zd_j / v_j). */
+ROLN_INLINE void roln_friction(const roln_trained *m, roln_real *c, roln_real *v)
+{
+    const roln_lnn *lnn = &m->model->lnn;
+    const roln_real *logs = rolni_net(m) + rolni_friction_at(lnn), t = m->scale->t;
+    int i;
+    for (i = 0; i < lnn->n; i++)
+        c[i] = roln_exp(logs[i]) / (t * t), v[i] = roln_exp(logs[lnn->n + i]) / t;
+}
+
 /* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
    rank n, and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v). Status of roln_lnn_terms, ROLN_E_NOT_FINITE;
    y is untouched unless ROLN_OK. work [ROLN_INERTIA_WORK]. */
@@ -965,15 +1160,435 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     roln_ae_decode(ae, 1, 1, m->theta, z, jet, work);
     for (i = 0; i < N; i++)
         jet[N + i] = v[i] / m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), jet + N);
     roln_ae_encode(ae, 2, 1, m->theta, jet, s, tape); /* jet is the end of tape */
     rolni_mul(lnn, &t, 0, s + n, p, work);
     roln_ae_lift_tape(ae, 2, 1, tape, tape);
     roln_ae_lift(ae, 1, m->theta, tape, p, jet, work);
     for (i = 0; i < N; i++)
         jet[i] /= m->scale->q;
+    rolni_divide_each(1, N, rolni_each(m->model, m), jet);
     if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
     rolni_copy(N, jet, y);
     return ROLN_OK;
+}
+
+/* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
+   dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
+   these deviations d are equally bad. */
+typedef struct {
+    const roln_real *q, *qd;   /* [N] 1/rad^2, s^2/rad^2; 0 or more */
+    const roln_real *u;        /* [count] 1/(Nm)^2, above 0 */
+    roln_real dt;              /* a step, s: as long as u is held */
+    const roln_motors *motors; /* NULL: one at each joint, or the learned inputs: count = roln_force_size; mu is not read */
+} roln_cost;
+
+/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D [2n][2n], in which
+   |D (dz, dzd)|^2 is the cost of the joints. work [ROLNI_COST_WORK]. */
+#define ROLNI_COST_MEM(X, S) X(at, 2 * S(n)) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
+#define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
+#define ROLNI_COST_WORK(S) \
+    (0 ROLNI_COST_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_LINEAR_WORK(S), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
+                                       ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_TRIANGLE_WORK(S(N), S(n)))))
+ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost *cost, const roln_real *z, roln_real *D,
+                                          roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLNI_COST_JOINTS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j, k;
+    for (i = 0; i < N; i++)
+        if (cost->q[i] < 0 || cost->qd[i] < 0) return ROLN_E_NOT_SPD;
+    for (j = 0; j < n; j++) { /* column j of J: qd of unit zd */
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        for (i = 0; i < N; i++) {
+            W[i * n + j] = ROLN_SQRT(cost->q[i]) * x[N + i];
+            W[(N + i) * n + j] = ROLN_SQRT(cost->qd[i]) * x[N + i];
+        }
+    }
+    rolni_zero(4 * n * n, D);
+    for (k = 0; k < 2; k++) {
+        roln_triangle(N, n, W + k * N * n, work);
+        for (i = 0; i < n; i++)
+            rolni_copy(n, W + (k * N + i) * n, D + (k * n + i) * 2 * n + k * n);
+    }
+    return roln_all_finite(4 * n * n, D) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u,
+                                      roln_real *A, roln_real *B, roln_real *D, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
+    const roln_trained driven = *m; /* roln_linear lets others see it; m stays what the compiler knows */
+    roln_status st;
+    ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (!rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    rolni_copy(2 * n, s, at);
+    if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
+    st = roln_linear(&driven, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
+    if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
+    if (st != ROLN_OK) return st;
+    if (f) roln_mm(2 * n, N, f->count, F, f->B, B);
+    else rolni_copy(2 * n * force_size, F, B);
+    return ROLN_OK;
+}
+
+/* Feedback of least cost about a state that u keeps, for ever (linear-quadratic regulator):
+       u_k = u - K (s_k - s),   K [count][2n],   and what then is left of the cost, ds^T P ds, P [2n][2n] (NULL: not wanted).
+   s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
+   ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
+   ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors; status of
+   roln_linear, roln_dare. Cost roln_linear and roln_dare of 2n. work [ROLN_LQR_WORK]. */
+#define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
+#define ROLN_LQR_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_COST_WORK(S), ROLN_DARE_WORK(2 * S(n), S(force_size))))
+ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K,
+                                 roln_real *P, roln_real *work)
+{
+    const int n2 = 2 * m->model->lnn.n, n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st = rolni_cost_at(m, cost, s, u, A, B, D, work);
+    if (st == ROLN_OK) st = roln_dare(n2, rolni_torques(m->model, cost->motors), A, B, D, cost->u, C, K, work);
+    if (st != ROLN_OK || !P) return st;
+    rolni_zero(n2 * n2, P);
+    roln_mm_at(n2, n2, n2, C, C, P);
+    return ROLN_OK;
+}
+
+/* The same along a reference s [count + 1][2n] that u [count][motors] (NULL: none) drives, step k from s_k to s_k+1, up to its end,
+   where ds^T P ds remains to be paid: P [2n][2n], positive semi-definite, of roln_lqr there, say; NULL: the weights of the joints.
+       u'_k = u_k - K_k (s'_k - s_k),   K [count][motors][2n]
+   By steps of roln_riccati from the last to the first. ROLN_E_LENGTH: count below 1, motors; else as roln_lqr, ROLN_E_NOT_SPD
+   also of P; then those K are written that were computed before it failed, the last ones. work [ROLN_LQR_ALONG_WORK]. */
+#define ROLNI_LQR_END_MEM(X, S) X(l, 2 * S(n))
+#define ROLN_LQR_ALONG_WORK(S) \
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLNI_COST_WORK(S), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
+                                           0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
+ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, roln_real *work)
+{
+    const int n2 = 2 * n;
+    ROLNI_LQR_END_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = roln_eig(n2, P, l, C, work);
+    int i, j;
+    if (st != ROLN_OK) return st;
+    if (l[0] < -ROLN_EPS * ROLNI_AS(roln_real, 8 * n2) * ROLN_ABS(l[n2 - 1])) return ROLN_E_NOT_SPD;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            C[i * n2 + j] *= l[i] > 0 ? ROLN_SQRT(l[i]) : 0;
+    return ROLN_OK;
+}
+
+ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *cost, int count, const roln_real *s,
+                                       const roln_real *u, const roln_real *P, roln_real *K, roln_real *work)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, force_size = roln_force_size(m->model);
+    const int motors = rolni_torques(m->model, cost->motors);
+    ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_status st;
+    int k;
+    if (count < 1 || !rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    st = P ? rolni_lqr_end(n, P, C, work) : rolni_cost_joints(m, cost, s + count * n2, C, work);
+    for (k = count - 1; k >= 0 && st == ROLN_OK; k--) {
+        st = rolni_cost_at(m, cost, s + k * n2, u ? u + k * motors : NULL, A, B, D, work);
+        if (st == ROLN_OK) st = roln_riccati(n2, motors, A, B, D, cost->u, C, K + k * motors * n2, work);
+    }
+    return st;
+}
+
+/* What a filter is told of a machine and of its encoders. */
+typedef struct {
+    roln_real dt;   /* time from tick to tick, s */
+    roln_real q;    /* deviation of a measured joint: of an encoder its step / sqrt(12), rad */
+    roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error */
+    roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
+    int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
+    /* what follows may be left out */
+    const roln_real *q_each, *tau_each; /* [N] in place of q, of tau; NULL: these */
+} roln_noise;
+
+/* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
+enum {
+    ROLN_FILTER_MISSING = 512,  /* a joint was not measured */
+    ROLN_FILTER_OUTLIER = 1024, /* one was beyond noise.gate, and not used */
+    ROLN_FILTER_START = 2048,   /* it started, or started again, at the pose that was measured, at rest */
+    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint */
+};
+
+/* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
+typedef struct {
+    uint32_t faults;           /* sticky: the bits of all ticks so far */
+    uint32_t outliers, starts; /* measured joints that were not used, starts; of all ticks so far */
+    int known;                 /* 1: there is an estimate */
+    int lost;                  /* lost ticks in a row */
+    int used;                  /* joints that the last tick used */
+    roln_real nis;             /* its normalised innovation squared: if all is well, chi-square of `used` degrees */
+} roln_filter;
+
+/* A filter and its estimate: z, zd [n] and F [2n][2n], F^T F the covariance of their error. */
+typedef struct {
+    roln_filter *filter;
+    roln_real *z, *zd, *F;
+} roln_estimate;
+
+/* Nonzero if the settings of N joints make sense: finite, dt and deviations of joints positive, nothing negative. */
+ROLN_FN int rolni_noise_valid(int N, const roln_noise *noise)
+{
+    const roln_real of[4] = {noise->dt, noise->gate, noise->q_each ? 1 : noise->q, noise->tau_each ? 0 : noise->tau};
+    int i, valid = roln_all_finite(4, of) && of[0] > 0 && of[1] >= 0 && of[2] > 0 && of[3] >= 0 && noise->lost >= 0;
+    for (i = 0; noise->q_each && i < N; i++)
+        valid &= roln_finite(noise->q_each[i]) && noise->q_each[i] > 0;
+    for (i = 0; noise->tau_each && i < N; i++)
+        valid &= roln_finite(noise->tau_each[i]) && noise->tau_each[i] >= 0;
+    return valid;
+}
+
+/* What a filter works on: state [2n] and factor, the pose q [N] that the state decodes to, J [N][n] there; room for products A
+   [2n][2n] and for rows [2n + N][2n + 1] of triangles. work [ROLN_FILTER_WORK without them]. */
+#define ROLN_FILTER_MEM(X, S) \
+    X(s, 2 * S(n)) X(F, 4 * S(n) * S(n)) X(A, 4 * S(n) * S(n)) X(q, S(N)) X(J, S(N) * S(n)) \
+    X(rows, (2 * S(n) + S(N)) * (2 * S(n) + 1))
+typedef struct {
+    ROLN_FILTER_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+    roln_real *work;
+} rolni_filter;
+
+ROLN_FN void rolni_filter_lay(int N, int n, rolni_filter *b, roln_real *work)
+{
+    ROLN_FILTER_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->work = work;
+}
+
+/* q = phi(z), and J, whose column j is qd of unit zd. */
+#define ROLNI_POSE_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(s2, 2 * S(n))
+#define ROLNI_POSE_WORK(S) (0 ROLNI_POSE_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status rolni_filter_pose(const roln_trained *m, const roln_real *z, const rolni_filter *f)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    roln_real *work = f->work;
+    ROLNI_POSE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        rolni_copy(N, x, f->q);
+        for (i = 0; i < N; i++)
+            f->J[i * n + j] = x[N + i];
+    }
+    return ROLN_OK;
+}
+
+/* Factor W [n][2n] of what unknown torques do to the state in a tick, W^T W: with T^T T = J^T diag(tau^2) J, a triangle,
+       W = [dt^2/2 G  dt G],   G = T M^-1
+   Outside of the range seen in training the model guesses: ten times as much, a guess, too. */
+#define ROLNI_UNKNOWN_MEM(X, S) X(M, S(n) * S(n)) X(T, S(N) * S(n))
+#define ROLNI_UNKNOWN_WORK(S) (0 ROLNI_UNKNOWN_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_TERMS_WORK(S), ROLN_TRIANGLE_WORK(S(N), S(n))))
+ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_noise *noise, const rolni_filter *f, roln_real *W)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_real more = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt;
+    roln_real *work = f->work;
+    ROLNI_UNKNOWN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_terms_out out = {M, NULL, NULL, NULL, NULL, NULL};
+    roln_status st = roln_terms(m, f->s, f->s + n, &out, work);
+    int i, j;
+    if (st == ROLN_OK) st = roln_chol(n, M, M);
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < N * n; i++)
+        T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : noise->tau) * f->J[i];
+    roln_triangle(N, n, T, work);
+    for (j = 0; j < n; j++) {
+        roln_real *const w = W + j * 2 * n;
+        roln_solve_lower(n, M, T + j * n, w + n);
+        roln_solve_lower_t(n, M, w + n, w + n);
+        for (i = 0; i < n; i++)
+            w[i] = noise->dt / 2 * w[n + i];
+    }
+    return ROLN_OK;
+}
+
+/* A tick on: the model's step under tau, NULL: none, and the triangle of [F A^T; W]. Then q, J there. */
+ROLN_INLINE roln_status rolni_filter_predict(const roln_trained *m, const roln_noise *noise, const roln_real *tau,
+                                             const rolni_filter *f)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n;
+    roln_status st = roln_linear(m, f->s, f->s + n, tau, noise->dt, f->A, NULL, f->work);
+    int i;
+    for (i = 0; i < n && st == ROLN_OK; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
+    if (st == ROLN_OK) st = rolni_filter_pose(m, f->s, f);
+    if (st == ROLN_OK) st = rolni_filter_unknown(m, noise, f, f->rows + n2 * n2);
+    if (st != ROLN_OK) return st;
+    roln_mm_bt(n2, n2, n2, f->F, f->A, f->rows);
+    roln_triangle(n2 + n, n2, f->rows, f->work);
+    rolni_copy(n2 * n2, f->rows, f->F);
+    return roln_all_finite(n2 * n2, f->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* What a measurement said. */
+typedef struct {
+    int measured, used; /* joints */
+    roln_real nis;
+} rolni_innovation;
+
+/* Rows of the measured joints, each in its own deviation: [J_i F_z^T  e_i], F_z the columns of z, e_i = y_i - q_i; one beyond the
+   gate, e_i^2 > gate^2 (|J_i F_z^T|^2 + 1), stays 0, and if there are more of them than others, all do. */
+ROLN_INLINE rolni_innovation rolni_filter_rows(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
+                                               const rolni_filter *f)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
+    roln_real *const rows = f->rows + n2 * side;
+    rolni_innovation in = {0, 0, 0};
+    int i, k;
+    rolni_zero((n2 + N) * side, f->rows);
+    for (i = 0; i < n2; i++)
+        f->rows[i * side + i] = 1;
+    for (i = 0; i < N; i++) {
+        const roln_real r = noise->q_each ? noise->q_each[i] : noise->q;
+        roln_real *const row = rows + i * side, e;
+        if (!roln_finite(y[i])) continue;
+        for (k = 0; k < n2; k++)
+            row[k] = roln_dot(n, f->J + i * n, f->F + k * n2) / r;
+        e = row[n2] = (y[i] - roln_lnn_near(&m->model->lnn, i, y[i], f->q[i])) / r;
+        in.measured++;
+        if (gate > 0 && !(ROLN_ABS(e) <= gate * ROLN_SQRT(roln_dot(n2, row, row) + 1))) rolni_zero(side, row);
+        else in.used++;
+    }
+    if (2 * in.used < in.measured) in.used = 0;
+    if (in.used == 0) rolni_zero(N * side, rows);
+    return in;
+}
+
+/* The state that is likeliest after a measurement y [N], NaN: not measured. With an error F^T w, w of covariance I, it is that of
+   least |w|^2 + sum ((J dz)_i - e_i)^2 / r_i^2: one triangle,
+       [I 0; J F_z^T / r  e / r] = U [R b; 0 rho],   R w = b,   dx = F^T w,   F+ = R^-T F,   nis = rho^2
+   R^T R is I and more: nothing is subtracted, F^T F never loses its sign. R is left in f->A. */
+ROLN_INLINE roln_status rolni_filter_correct(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
+                                             const rolni_filter *f, rolni_innovation *in)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
+    roln_real *const w = f->work, *const d = w + n2, *const b = f->rows + n2;
+    int i, k;
+    *in = rolni_filter_rows(m, noise, gate, y, f);
+    if (in->used == 0) return ROLN_OK;
+    roln_triangle(n2 + N, side, f->rows, f->work);
+    for (i = 0; i < n2; i++)
+        rolni_copy(n2, f->rows + i * side, f->A + i * n2);
+    in->nis = f->rows[n2 * side + n2] * f->rows[n2 * side + n2];
+    for (i = n2 - 1; i >= 0; i--) {
+        w[i] = b[i * side];
+        for (k = i + 1; k < n2; k++)
+            w[i] -= f->A[i * n2 + k] * w[k];
+        w[i] /= f->A[i * (n2 + 1)];
+    }
+    roln_mm(1, n2, n2, w, f->F, d);
+    for (i = 0; i < n2; i++)
+        f->s[i] += d[i];
+    for (i = 0; i < n; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
+    rolni_solve_upper_t(n2, n2, f->A, f->F);
+    return roln_all_finite(n2, f->s) && roln_all_finite(n2 * n2, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* At the pose y, at rest, in the middle of all velocities that training has seen; joints that were not measured as in z [n], NULL:
+   none may be missing. ROLN_FILTER_START, or bits that say why not. */
+ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *z,
+                                        const rolni_filter *f, rolni_innovation *in)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n;
+    int i;
+    if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
+    if (z && rolni_filter_pose(m, z, f) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    for (i = 0; i < N; i++)
+        f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
+    rolni_zero(N, f->J); /* qd */
+    rolni_zero(n2 * n2, f->F);
+    for (i = 0; i < n; i++) {
+        const roln_real wide = m->z_max[i] - m->z_min[i], fast = m->zd_max[i];
+        if (!(wide > 0) || !(fast > 0)) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
+        f->F[i * (n2 + 1)] = wide;
+        f->F[(n + i) * (n2 + 1)] = fast;
+    }
+    if (roln_encode(m, f->q, f->J, NULL, f->s, f->s + n, NULL, f->work) != ROLN_OK ||
+        rolni_filter_pose(m, f->s, f) != ROLN_OK || rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK)
+        return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    return ROLN_FILTER_START;
+}
+
+/* One tick of a Kalman filter on the model, extended (linearised at the estimate) and in square roots: z, zd from positions alone.
+       predict    the model's step under tau, roln_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau
+       correct    by the joints that were measured, y = phi(z) + noise of deviation noise->q
+   y [N] measured, NaN: that joint was not; NULL: none was. tau [roln_force_size] the force that was held since the last tick, NULL:
+   none. e->z, zd, F out. A joint beyond noise->gate deviations of what is expected is not used, and counted; if more are than are
+   not, none is used. A tick that leaves fewer than n joints because of that is lost; noise->lost of them in a row are bridged by
+   the model, at the next one the filter starts again, ROLN_FILTER_START: at the pose that is measured, at rest, with zd as unknown
+   as training has seen it, which a few ticks mend. It starts so with the first measurement of all joints.
+   Angles of joints may be on any turn; z of an angle is within (-pi, pi].
+   Returns bits, also added to e->filter->faults: ROLN_FILTER_..; ROLN_FAULT_RANGE: the estimate is outside of the range that
+   training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
+   ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
+   last one, unless this measurement starts it again, or else the next;
+   ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
+   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
+#define ROLN_FILTER_WORK(S) \
+    (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S), ROLN_ENCODE_WORK(S, 2)), \
+                       ROLN_MAX(ROLNI_POSE_WORK(S), ROLNI_UNKNOWN_WORK(S))), \
+              ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1))))
+ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *tau,
+                                      const roln_estimate *e, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    roln_filter *const filter = e->filter;
+    rolni_innovation in = {0, 0, 0};
+    rolni_filter f;
+    uint32_t faults = 0;
+    int i, measured = 0;
+    rolni_filter_lay(N, n, &f, work);
+    if (!rolni_noise_valid(N, noise)) {
+        filter->faults |= ROLN_FAULT_INPUT;
+        return ROLN_FAULT_INPUT;
+    }
+    if (tau && !roln_all_finite(roln_force_size(m->model), tau)) faults |= ROLN_FAULT_INPUT, tau = NULL;
+    for (i = 0; y && i < N; i++)
+        measured += roln_finite(y[i]) != 0;
+    if (measured < N) faults |= ROLN_FILTER_MISSING;
+    if (filter->known) {
+        roln_status st;
+        rolni_copy(n, e->z, f.s);
+        rolni_copy(n, e->zd, f.s + n);
+        rolni_copy(4 * n * n, e->F, f.F);
+        st = rolni_filter_predict(m, noise, tau, &f);
+        if (st == ROLN_OK && measured > 0) st = rolni_filter_correct(m, noise, noise->gate, y, &f, &in);
+        if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
+        if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS, filter->known = 0;
+    }
+    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers += ROLNI_AS(uint32_t, in.measured - in.used);
+    if (in.used < in.measured && in.used < n) filter->known &= filter->lost++ < noise->lost;
+    else if (in.used > 0) filter->lost = 0;
+    if (!filter->known) {
+        in.used = 0;
+        if (measured == 0) faults |= ROLN_FILTER_NONE;
+        else faults |= rolni_filter_start(m, noise, y, filter->starts ? e->z : NULL, &f, &in);
+        filter->known = (faults & ROLN_FILTER_START) != 0;
+        filter->starts += (faults & ROLN_FILTER_START) != 0;
+        filter->lost = 0;
+    }
+    if (filter->known) {
+        if (!roln_in_range(m, 0, f.s, f.s + n)) faults |= ROLN_FAULT_RANGE;
+        rolni_copy(n, f.s, e->z);
+        rolni_copy(n, f.s + n, e->zd);
+        rolni_copy(4 * n * n, f.F, e->F);
+    }
+    filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
+    filter->faults |= faults;
+    return faults;
 }
 
 /* ---- 4 a training sample ---------------------------------------------------------------------- */
@@ -1133,6 +1748,14 @@ ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const ro
     *t.sum += t.f * sum;
 }
 
+/* b [nb][n]: of each angle those of its turns that are next to a [nb][n]; all else stays. */
+ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, roln_real *b)
+{
+    int i;
+    for (i = 0; f->angles && i < nb * f->n; i++)
+        b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
+}
+
 /* The gradients that a force gives go there, too. */
 ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
 {
@@ -1223,17 +1846,21 @@ ROLN_INLINE void rolni_windows_start(const roln_trained *m, const roln_loss *wt,
 ROLN_FN void rolni_windows_data(const roln_model *md, const rolni_windows *b, int k)
 {
     const roln_scale *sc = b->m->scale;
+    const roln_real *each = rolni_each(md, b->m);
     const int N = md->ae.size[0];
     rolni_gather(b->batch, b->batch->q, N, b->w0, b->nb, k, 1 / sc->q, b->x);
     if (b->batch->qd) rolni_gather(b->batch, b->batch->qd, N, b->w0, b->nb, k, rolni_velocity_unit(sc), b->x + b->nb * N);
+    rolni_divide_each(b->jets * b->nb, N, each, b->x);
 }
 
 /* The force that is held from step k to k + 1, the mean over its samples, scaled, to held. */
 ROLN_FN void rolni_windows_force(const roln_model *md, const rolni_windows *b, int k)
 {
     const roln_scale *sc = b->m->scale;
-    if (b->batch->tau)
-        rolni_gather_tau(b->batch, roln_force_size(md), b->w0, b->nb, k, rolni_force_unit(sc), b->held);
+    const int size = roln_force_size(md);
+    if (!b->batch->tau) return;
+    rolni_gather_tau(b->batch, size, b->w0, b->nb, k, rolni_force_unit(sc), b->held);
+    rolni_multiply_each(b->nb, size, rolni_each_force(md, b->m), b->held);
 }
 
 /* Forward: encode every sample and roll out from the first (two). Only the states Z and P are kept. */
@@ -1278,6 +1905,7 @@ ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, 
     rolni_zero(b->jets * rows * N, gY);
     rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
     rolni_compare(b->g, rolni_term_of(b->each, wt->q, &loss->q), nx, Y, x, gY, NULL);
+    if (md->lnn.angles && pred) rolni_next_to(&md->lnn, nb, Y + nx, b->x);
     if (pred) rolni_compare(b->g, rolni_term_of(b->step, wt->q_pred, &loss->q_pred), nx, Y + nx, x, gY + nx, NULL);
     if (b->jets > 1) {
         rolni_compare(b->g, rolni_term_of(b->each, wt->qd, &loss->qd), nx, Y + rows * N, x + nx, gY + rows * N, NULL);
@@ -1298,8 +1926,8 @@ ROLN_FN void rolni_windows_decode(const roln_model *md, const rolni_windows *b, 
 ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, int k, int pred, roln_real *gP, roln_real *gB)
 {
     const int n = md->lnn.n, nb = b->nb, nz = nb * n, stages = ROLN_STAGES(b->scheme);
-    const roln_real *Zk = b->Z + k * 2 * nz, *Pk = b->P + k * 2 * nz;
-    roln_real *work = b->behind;
+    const roln_real *Pk = b->P + k * 2 * nz;
+    roln_real *const Zk = b->Z + k * 2 * nz, *work = b->behind;
     ROLNI_STEPPED_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, stages * roln_lnn_tape(&md->lnn, 1, 1, nb))
     rolni_zero(2 * nz, gB);
     rolni_windows_force(md, b, k - 1);
@@ -1309,6 +1937,7 @@ ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, in
         roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, b->g->net, tapes, work);
         return;
     }
+    if (md->lnn.angles) rolni_next_to(&md->lnn, nb, Pk, Zk);
     rolni_compare(b->g, rolni_term_of(b->step, b->weights->z, &b->g->loss->z), nz, Pk, Zk, gP, b->gZ);
     if (b->jets > 1)
         rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, b->gZ + nz);
@@ -1375,16 +2004,19 @@ typedef struct {
 ROLN_FN roln_status rolni_samples_forward(const roln_model *md, const rolni_samples *b)
 {
     const roln_scale *sc = b->m->scale;
-    const int N = md->ae.size[0], nb = b->nb, nx = nb * N, nz = nb * md->lnn.n;
+    const int N = md->ae.size[0], nb = b->nb, nx = nb * N, nz = nb * md->lnn.n, size = roln_force_size(md);
     const roln_real v = rolni_velocity_unit(sc);
     roln_status st = ROLN_OK;
     rolni_gather(b->batch, b->batch->q, N, b->w0, nb, 0, 1 / sc->q, b->x);
     rolni_gather(b->batch, b->batch->qd, N, b->w0, nb, 0, v, b->x + nx);
     rolni_gather(b->batch, b->batch->qdd, N, b->w0, nb, 0, v * sc->t, b->x + 2 * nx);
+    rolni_divide_each(3 * nb, N, rolni_each(md, b->m), b->x);
     roln_ae_encode(&md->ae, 3, nb, b->m->theta, b->x, b->Z, b->tape);
     if (!roln_all_finite(3 * nz, b->Z)) return ROLN_E_NOT_FINITE;
-    if (b->batch->tau)
-        rolni_gather(b->batch, b->batch->tau, roln_force_size(md), b->w0, nb, 0, rolni_force_unit(sc), b->held);
+    if (b->batch->tau) {
+        rolni_gather(b->batch, b->batch->tau, size, b->w0, nb, 0, rolni_force_unit(sc), b->held);
+        rolni_multiply_each(nb, size, rolni_each_force(md, b->m), b->held);
+    }
     if (b->weights->force > 0) /* only its status */
         st = roln_lnn_inverse(&md->lnn, 1, nb, b->drive.sys.theta, b->Z, NULL, b->Z + 2 * nz, b->tau, b->lnn_tape, b->work);
     return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, b->Z, b->sd, b->lnn_tape, b->work) : st;
@@ -1587,27 +2219,72 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
 
 /* ---- 5 data, charts, errors ------------------------------------------------------------------- */
 
-/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise.
-   q, qd [count][N] in; qbar [N] and sc out. ROLN_E_LENGTH: count below 1. ROLN_E_NOT_FINITE (also for data at rest) leaves sc
-   untouched, not qbar. */
-ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
-                                   roln_scale *sc)
+/* qbar of the angles of q [count][n]: eight times the mean of the turns next to the last one, the first one is the first sample. */
+ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q, roln_real *qbar)
+{
+    const roln_real each = 1 / ROLNI_AS(roln_real, count);
+    int i, k, pass;
+    for (i = 0; i < f->n; i++) {
+        if (!roln_lnn_angle(f, i)) continue;
+        qbar[i] = q[i];
+        for (pass = 0; pass < 8; pass++) {
+            roln_real off = 0;
+            for (k = 0; k < count; k++)
+                off += each * roln_wrap(q[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, f->n) + ROLNI_AS(size_t, i)] - qbar[i]);
+            qbar[i] += off;
+        }
+    }
+}
+
+/* each_j = rms of q_j about its mean over q [count][N]; 1 of angles, of joints that rest but for rounding, and where it is not
+   finite. In double and from the first sample on: else the rounding of the mean of many samples would be the motion of a joint at
+   rest. */
+ROLN_FN void rolni_fit_each(const roln_model *md, int count, const roln_real *q, roln_real *each)
 {
     const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
-    const roln_real each = 1 / ROLNI_AS(roln_real, ROLN_MAX(count, 1));
+    const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
+    size_t k, i;
+    for (i = 0; i < N; i++) {
+        const double first = ROLNI_AS(double, q[i]);
+        double mean = 0, sq = 0;
+        roln_real own;
+        for (k = 0; k < rows; k++)
+            mean += (ROLNI_AS(double, q[k * N + i]) - first) / count;
+        for (k = 0; k < rows; k++) {
+            const double off = ROLNI_AS(double, q[k * N + i]) - first - mean;
+            sq += off * off / count;
+        }
+        own = sq > rest * rest * first * first ? ROLN_SQRT(ROLNI_AS(roln_real, sq)) : 0;
+        each[i] = own > 0 && roln_finite(own) && !roln_lnn_angle(&md->lnn, ROLNI_AS(int, i)) ? own : 1;
+    }
+}
+
+/* Scales that bring the data to order one: scale.q^2 = mean |q - qbar|^2 / n, scale.t = scale.q / rms(qd) likewise. Of a model with
+   own units first each_j = rms(q_j - qbar_j), 1 of a joint at rest, and the scales are those of q_j / each_j, qd_j / each_j. With
+   angles scale.q = 1, their each is 1, and their qbar is the mean of the turns that are next to it, found from the first sample on.
+   q, qd [count][N] in; qbar [N], sc and, of a model with own units, each [N] out, else NULL. ROLN_E_LENGTH: count below 1.
+   ROLN_E_NOT_FINITE (also for data at rest) leaves sc untouched, not qbar and each. */
+ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_real *q, const roln_real *qd, roln_real *qbar,
+                                   roln_scale *sc, roln_real *each)
+{
+    const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
+    const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(count, 1));
     roln_real sq = 0, sv = 0, scale, time;
     size_t k, i;
     if (count < 1) return ROLN_E_LENGTH;
     rolni_zero(md->ae.size[0], qbar);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++)
-            qbar[i] += each * q[k * N + i];
+            qbar[i] += part * q[k * N + i];
+    if (md->lnn.angles) rolni_mean_angles(&md->lnn, count, q, qbar);
+    if (each) rolni_fit_each(md, count, q, each);
     for (k = 0; k < rows; k++)
         for (i = 0; i < N; i++) {
-            const roln_real a = q[k * N + i] - qbar[i], v = qd[k * N + i];
-            sq += each * a * a;
-            sv += each * v * v;
+            const roln_real unit = each ? each[i] : 1, a = (q[k * N + i] - qbar[i]) / unit, v = qd[k * N + i] / unit;
+            sq += part * a * a;
+            sv += part * v * v;
         }
+    if (md->lnn.angles && sq > 0) sq = ROLNI_AS(roln_real, md->lnn.n);
     scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
     time = ROLN_SQRT(sq / sv);
     if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
@@ -1628,6 +2305,7 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
     const int N = ae->size[0], n = m->model->lnn.n, N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
     const int jets = !b->qd ? 1 : !b->qdd ? 2 : 3, dim = jets * (N + n);
     const roln_real f = rolni_velocity_unit(m->scale), each = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
+    const roln_lnn *lnn = &m->model->lnn;
     ROLN_VARIANCE_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets)
     roln_real sum[6] = {0, 0, 0, 0, 0, 0};
     int w, i, j, pass;
@@ -1638,7 +2316,12 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
             rolni_gather(b, b->q, N, w, 1, 0, 1 / m->scale->q, x);
             if (jets > 1) rolni_gather(b, b->qd, N, w, 1, 0, f, x + N);
             if (jets > 2) rolni_gather(b, b->qdd, N, w, 1, 0, f * m->scale->t, x + 2 * N);
+            rolni_divide_each(jets, N, rolni_each(m->model, m), x);
             roln_ae_encode(ae, jets, 1, m->theta, x, z, tape);
+            if (lnn->angles) { /* q and z are the same */
+                rolni_next_to(lnn, 1, pass == 0 ? b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N) : mean, x);
+                rolni_copy(n, x, z);
+            }
             for (i = 0; i < dim; i++) { /* x, and z behind it */
                 if (pass == 0) {
                     mean[i] += each * x[i];
@@ -1691,8 +2374,8 @@ ROLN_INLINE roln_status rolni_range(const roln_trained *m, const roln_batch *b, 
     return ROLN_OK;
 }
 
-/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]. ROLN_E_LENGTH: count below 1;
-   status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
+/* Range seen in training: z_min, z_max, zd_max [n] (largest |zd|) over the samples q, qd [count][N]; of an angle it is -pi .. pi.
+   ROLN_E_LENGTH: count below 1; status of roln_encode. The outputs are written only on ROLN_OK. work [ROLN_FIT_RANGE_WORK]. */
 #define ROLN_FIT_RANGE_MEM(X, S) X(low, S(n)) X(high, S(n)) X(top, S(n))
 #define ROLN_FIT_RANGE_WORK(S) (0 ROLN_FIT_RANGE_MEM(ROLNI_SIZE, S) + ROLNI_RANGE_WORK(S))
 ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const roln_real *q, const roln_real *qd, roln_real *z_min,
@@ -1701,9 +2384,12 @@ ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const r
     const int n = m->model->lnn.n;
     const roln_batch b = {count, 0, 1, NULL, q, qd, NULL, NULL};
     roln_status st;
+    int i;
     ROLN_FIT_RANGE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (count < 1) return ROLN_E_LENGTH;
     if ((st = rolni_range(m, &b, low, high, top, work)) != ROLN_OK) return st;
+    for (i = 0; i < n; i++)
+        if (roln_lnn_angle(&m->model->lnn, i)) low[i] = -ROLNI_PI, high[i] = ROLNI_PI;
     rolni_copy(n, low, z_min);
     rolni_copy(n, high, z_max);
     rolni_copy(n, top, zd_max);
@@ -1714,17 +2400,20 @@ ROLN_INLINE roln_status roln_fit_range(const roln_trained *m, int count, const r
    that has no width. */
 ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *seen, roln_limits *most)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_lnn *lnn = &m->model->lnn;
+    const int N = m->model->ae.size[0], n = lnn->n;
     int i;
     for (i = 0; i < n; i++) {
         const roln_real wide = m->z_max[i] - m->z_min[i], z = seen->z[i];
-        const roln_real out = ROLN_MAX(m->z_min[i] - z, z - m->z_max[i]), fast = ROLN_ABS(seen->zd[i]) - m->zd_max[i];
+        const roln_real out = roln_lnn_angle(lnn, i) ? 0 : ROLN_MAX(m->z_min[i] - z, z - m->z_max[i]);
+        const roln_real fast = ROLN_ABS(seen->zd[i]) - m->zd_max[i];
         if ((out > 0 && !(wide > 0)) || (fast > 0 && !(m->zd_max[i] > 0))) return ROLN_E_RANGE;
         if (out > 0) most->margin = ROLN_MAX(most->margin, out / wide);
         if (fast > 0) most->margin = ROLN_MAX(most->margin, fast / m->zd_max[i]);
     }
     for (i = 0; i < N; i++) {
-        const roln_real q = ROLN_ABS(seen->q[i] - seen->x[i]), qd = ROLN_ABS(seen->qd[i] - seen->x[N + i]);
+        const roln_real q = ROLN_ABS(seen->q[i] - roln_lnn_near(lnn, i, seen->q[i], seen->x[i]));
+        const roln_real qd = ROLN_ABS(seen->qd[i] - seen->x[N + i]);
         most->q_off = ROLN_MAX(most->q_off, q), most->qd_off = ROLN_MAX(most->qd_off, qd);
     }
     return ROLN_OK;
@@ -1734,7 +2423,8 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
    seconds apart, b->stride = 1; b->tau [samples][roln_force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
    window, strict and safe are yours and stay; margin, power, q_off, qd_off become slack times what these recordings need at least,
    margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
-   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay.
+   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
+   l->motors says that the torques of limits are others than those of b.
    ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, or the
    model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
    work [ROLN_FIT_LIMITS_WORK]. */
@@ -1748,15 +2438,16 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL}, most = *l;
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
     ROLN_FIT_LIMITS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const int torques = b->tau && (!l->motors || !l->motors->B);
     int w, h, i;
     if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0)) return ROLN_E_RANGE;
     most.margin = most.power = most.q_off = most.qd_off = 0;
     rolni_zero(2 * force_size, top); /* and rise */
     for (w = 0; w < b->count; w++) {
-        roln_guard g = {0, 0, 0, 0, 0, 0};
+        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
         rolni_zero(force_size, held);
         for (h = 0; h <= b->steps; h++) {
             const size_t at = rolni_sample(b, w, h), each = ROLNI_AS(size_t, force_size);
@@ -1779,12 +2470,121 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     }
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
     most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
-    if (b->tau) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
-    for (i = 0; i < force_size && b->tau; i++) {
+    if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
+    for (i = 0; i < force_size && torques; i++) {
         tau_each[i] = slack * top[i], rate_each[i] = slack * rise[i];
         most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
     }
     *l = most;
+    return ROLN_OK;
+}
+
+/* Log likelihood of the recordings in b under noise, to *sum; NaN in q: not measured. work: f. */
+ROLN_INLINE roln_status rolni_noise_likelihood(const roln_trained *m, const roln_noise *noise, const roln_batch *b,
+                                               const rolni_filter *f, double *sum)
+{
+    const int N = m->model->ae.size[0], n2 = 2 * m->model->lnn.n, force_size = roln_force_size(m->model);
+    rolni_innovation in;
+    int w, h, i;
+    *sum = 0;
+    for (w = 0; w < b->count; w++)
+        for (h = 0; h <= b->steps; h++) {
+            const size_t at = rolni_sample(b, w, h);
+            const roln_real *const y = b->q + at * ROLNI_AS(size_t, N);
+            if (h == 0) {
+                if (rolni_filter_start(m, noise, y, NULL, f, &in) != ROLN_FILTER_START) return ROLN_E_NOT_FINITE;
+            } else {
+                const roln_real *const tau = b->tau ? b->tau + (at - 1) * ROLNI_AS(size_t, force_size) : NULL;
+                roln_status st = rolni_filter_predict(m, noise, tau, f);
+                if (st == ROLN_OK) st = rolni_filter_correct(m, noise, 0, y, f, &in);
+                if (st != ROLN_OK) return st;
+            }
+            if (in.used == 0) continue;
+            *sum -= ROLNI_AS(double, in.nis) / 2;
+            for (i = 0; i < n2; i++)
+                *sum -= ROLNI_AS(double, roln_log(ROLN_ABS(f->A[i * (n2 + 1)])));
+        }
+    return ROLN_OK;
+}
+
+/* Deviation of the noise of each joint, q_each [N], from fourth differences of the positions, which motion that is slow beside dt
+   hardly has: their variance is 70 times that of white noise. */
+ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, roln_real *q_each)
+{
+    static const roln_real part[5] = {1, -4, 6, -4, 1};
+    const int N = m->model->ae.size[0];
+    int w, h, i, k;
+    for (i = 0; i < N; i++) {
+        roln_real mean = 0, count = 0;
+        for (w = 0; w < b->count; w++)
+            for (h = 2; h <= b->steps - 2; h++) {
+                const roln_real *const y = b->q + rolni_sample(b, w, h) * ROLNI_AS(size_t, N) + i;
+                roln_real d = 0;
+                for (k = -2; k <= 2; k++)
+                    d += part[k + 2] * (roln_lnn_near(&m->model->lnn, i, *y, y[k * N]) - *y);
+                if (!roln_finite(d)) continue;
+                count += 1;
+                mean += (d * d / 70 - mean) / count;
+            }
+        q_each[i] = ROLN_SQRT(mean);
+    }
+}
+
+/* Noise of roln_filter_tick from recordings: window w of b is one of b->steps + 1 ticks l->dt seconds apart, b->stride = 1, of
+   positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
+   sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay; with l->q = 0
+   q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
+   under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
+   velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
+   l->tau_each NULL.
+   ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
+   is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were
+   unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
+#define ROLNI_HALVINGS 60
+#define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
+#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + ROLN_FILTER_WORK(S))
+ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *b, roln_noise *l, roln_real *q_each,
+                                       roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, estimate = l->q >= 0 && l->q <= 0 && !l->q_each;
+    ROLN_FIT_NOISE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_noise noise = *l;
+    rolni_innovation in;
+    rolni_filter f;
+    const double none = -1e300;
+    double sum[ROLNI_HALVINGS];
+    roln_real top = 0;
+    roln_status st = ROLN_OK;
+    int i, k, best = 0, worse = 0;
+    if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
+    rolni_filter_lay(N, n, &f, work);
+    noise.tau = 1, noise.tau_each = NULL;
+    if (estimate && !q_each) return ROLN_E_RANGE;
+    if (estimate) rolni_noise_of_joints(m, b, each), noise.q_each = each;
+    if (!rolni_noise_valid(N, &noise)) return ROLN_E_RANGE;
+    switch (rolni_filter_start(m, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, &f, &in)) {
+    case ROLN_FILTER_START: st = rolni_filter_unknown(m, &noise, &f, f.rows); break;
+    case ROLN_FAULT_RANGE | ROLN_FILTER_NONE: return ROLN_E_RANGE;
+    default: return ROLN_E_NOT_FINITE;
+    }
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++) { /* |row i of M^-1 J^T| dt */
+        roln_real square = 0;
+        for (k = 0; k < n; k++)
+            square += f.rows[k * 2 * n + n + i] * f.rows[k * 2 * n + n + i];
+        top = ROLN_MAX(top, m->zd_max[i] / ROLN_SQRT(square));
+    }
+    for (k = 0, noise.tau = top; k < ROLNI_HALVINGS && worse < 6; k++, noise.tau /= 2) {
+        const roln_status got = rolni_noise_likelihood(m, &noise, b, &f, sum + k);
+        if (got != ROLN_OK) st = got, sum[k] = none;
+        else if (sum[k] > sum[best]) best = k, worse = 0;
+        else worse++;
+    }
+    if (!(sum[best] > none)) return st;
+    for (k = 0; sum[k] < sum[best] - 2; k++)
+        top /= 2;
+    if (estimate && q_each) rolni_copy(N, each, q_each), l->q_each = q_each;
+    l->tau = 4 * top, l->tau_each = NULL;
     return ROLN_OK;
 }
 
@@ -1825,7 +2625,9 @@ typedef struct {
 ROLN_FN int rolni_encoder_block(const rolni_encoder *f, int at)
 {
     const int left = f->batch->count - at, now = ROLN_MIN(left, ROLN_CHART_BLOCK);
-    rolni_gather(f->batch, f->batch->q, f->m->model->ae.size[0], at, now, 0, 1 / f->m->scale->q, f->x);
+    const roln_model *md = f->m->model;
+    rolni_gather(f->batch, f->batch->q, md->ae.size[0], at, now, 0, 1 / f->m->scale->q, f->x);
+    rolni_divide_each(now, md->ae.size[0], rolni_each(md, f->m), f->x);
     return now;
 }
 
@@ -1894,7 +2696,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
         sums[i] = 0;
     for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK) {
-        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, sums, f->turn->room, f->work);
+        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, NULL, sums, f->turn->room, f->work);
         if (st != ROLN_OK) return st;
     }
     return roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, f->theta, &f->residual, f->turn->room);
@@ -1991,36 +2793,52 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
     return ROLN_OK;
 }
 
-/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var). */
+/* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var), of one joint or of all; of all in units of q
+   where joints have the same unit, else in parts of their own. */
 typedef struct {
     roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
     roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
-/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to e. */
+/* Where errors go: those of all joints, e, and those of each joint, [N], in the unit of that joint, NULL: not wanted; both for each
+   horizon. */
+typedef struct {
+    roln_error *all, *joints;
+} roln_errors_to;
+
+/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon. */
 #define ROLNI_ERRORS_DECODE_MEM(X, S, nb) X(Y, 2 * (nb) * S(N)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, nb))
-ROLN_INLINE void rolni_errors_decode(const roln_trained *m, int nb, const roln_real *s, const roln_real *x, const roln_real *qbar,
-                                     roln_error *e, roln_real *work)
+ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m, int nb, const roln_real *s, const roln_real *x,
+                                     const roln_real *qbar, roln_errors_to to, roln_real *work)
 {
     const roln_ae *ae = &m->model->ae;
+    const roln_lnn *lnn = &md->lnn;
     const int N = ae->size[0], ae_sum = roln_ae_sum(ae), curves = ae->curves;
-    const roln_real q = m->scale->q, u = q / m->scale->t;
+    const roln_real q = m->scale->q, u = q / m->scale->t, *const each = rolni_each(md, m);
+    roln_error *const e = to.all;
     ROLNI_ERRORS_DECODE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     int i;
     roln_ae_decode(ae, 2, nb, m->theta, s, Y, tape);
     for (i = 0; i < nb * N; i++) {
-        const roln_real d = q * (Y[i] - x[i]), c = q * x[i] - qbar[i % N], v = x[nb * N + i], dv = Y[nb * N + i] - v;
+        const roln_real d = q * (Y[i] - roln_lnn_near(lnn, i % N, Y[i], x[i])), at = q * x[i];
+        const roln_real unit = each ? each[i % N] : 1, mid = each ? qbar[i % N] / unit : qbar[i % N];
+        const roln_real c = at - roln_lnn_near(lnn, i % N, at, mid), v = x[nb * N + i], dv = Y[nb * N + i] - v;
         e->q += d * d;
         e->q_var += c * c;
         e->qd += u * u * dv * dv;
         e->qd_var += u * u * v * v;
+        if (!to.joints) continue;
+        to.joints[i % N].q += d * unit * (d * unit);
+        to.joints[i % N].q_var += c * unit * (c * unit);
+        to.joints[i % N].qd += u * dv * unit * (u * dv * unit);
+        to.joints[i % N].qd_var += u * v * unit * (u * v * unit);
     }
 }
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
-   2 every ..: e [steps/every + 1] out. Windows of any length, nb at a time; qbar [N] mean of the training q. A status other than
-   ROLN_OK: bad data, or a roll-out left the domain; e is then partial. ROLN_E_LENGTH: no qd, every below 1, or a count as in
-   roln_grad; e is then untouched. work [ROLN_ERRORS_WORK]. */
+   2 every ..: to->all [steps/every + 1], to->joints [steps/every + 1][N] out. Windows of any length, nb at a time; qbar [N] mean of
+   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. ROLN_E_LENGTH: no
+   qd, every below 1, or a count as in roln_grad; they are then untouched. work [ROLN_ERRORS_WORK]. */
 #define ROLN_ERRORS_MEM(X, S, nb, size) X(s, 2 * (nb) * S(n)) X(x, 2 * (nb) * S(N)) X(held, (nb) * (size))
 #define ROLN_ERRORS_WORK(S, nb) \
     (0 ROLN_ERRORS_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \
@@ -2028,34 +2846,41 @@ ROLN_INLINE void rolni_errors_decode(const roln_trained *m, int nb, const roln_r
               ROLN_MAX(0 ROLNI_ERRORS_DECODE_MEM(ROLNI_SIZE, S, nb), \
                        ROLNI_FORCE_WORK(S, nb, 0) + ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb))))
 ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, roln_real dt, int nb, int every,
-                                    const roln_real *qbar, roln_error *e, roln_real *work)
+                                    const roln_real *qbar, const roln_errors_to *to, roln_real *work)
 {
     const roln_model *md = m->model;
     const roln_scale *sc = m->scale;
     const int N = md->ae.size[0], n = md->lnn.n, size = roln_force_size(md);
-    roln_real *const all = work;
+    const roln_real *each = rolni_each(md, m), *each_force = rolni_each_force(md, m);
+    roln_error *const e = to->all;
+    roln_real *const start = work;
     int w, now, k;
     if (!b->qd || every < 1 || nb < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
     memset(e, 0, ROLNI_AS(size_t, b->steps / every + 1) * sizeof *e);
+    if (to->joints) memset(to->joints, 0, ROLNI_AS(size_t, b->steps / every + 1) * ROLNI_AS(size_t, N) * sizeof *e);
     for (w = 0; w < b->count; w += now) {
         now = b->count - w < nb ? b->count - w : nb;
         ROLN_ERRORS_MEM(ROLNI_CARVE, ROLNI_LOCAL, now, size)
         roln_real *tape = work + rolni_torque_work(md, now, 0), *rest = tape + roln_lnn_tape(&md->lnn, 1, 0, now);
+        roln_errors_to here;
         rolni_driven d;
         roln_status st;
         rolni_drive(m, b->tau ? held : NULL, &d, work);
         for (k = 0; k <= b->steps; k++) {
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, size, w, now, k - 1, rolni_force_unit(sc), held);
+                if (b->tau) rolni_multiply_each(now, size, each_force, held);
                 if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, s, s, tape, rest)) != ROLN_OK) return st;
             }
             if (k % every != 0) continue;
             rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);
             rolni_gather(b, b->qd, N, w, now, k, rolni_velocity_unit(sc), x + now * N);
+            rolni_divide_each(2 * now, N, each, x);
             if (k == 0) roln_ae_encode(&md->ae, 2, now, m->theta, x, s, work);
-            rolni_errors_decode(m, now, s, x, qbar, e + k / every, work);
+            here.all = e + k / every, here.joints = to->joints ? to->joints + k / every * N : NULL;
+            rolni_errors_decode(md, m, now, s, x, qbar, here, work);
         }
-        work = all;
+        work = start;
     }
     for (k = 0; k <= b->steps / every; k++)
         if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
@@ -2077,13 +2902,15 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, dt, z_min [n], z_max [n], zd_max [n], theta, of which
-   weights stored small are words; u64 FNV-1a of all before.
+   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, each [N] of a model with own units, dt, z_min [n],
+   z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles, if there are
+   any, are the last two sizes. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 2
-#define ROLN_NUMBERS(n, params) (5 + 3 * (n) + (params)) /* of NAME_params */
-#define ROLN_PACKED(ae_layers, mlp_layers, layers, n, params) \
-    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers)) + ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(n, params) + 8)
+#define ROLN_NUMBERS(each, n, params) (5 + (each) + 3 * (n) + (params)) /* of NAME_params */
+#define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, each, n, params) \
+    (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
+     ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(each, n, params) + 8)
 
 /* FNV-1a (64 bit) of count bytes, carried on from h; start with ROLN_FNV. */
 #define ROLN_FNV UINT64_C(0xcbf29ce484222325)
@@ -2191,7 +3018,7 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
 }
 
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX))
+#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 2))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
@@ -2201,10 +3028,11 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLN_FORMAT, 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers)), 1);
+    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0))), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
     flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
+    flags += 4096 * f->friction + 8192 * md->own;
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2218,14 +3046,21 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
         rolni_put(&p, ROLNI_AS(uint64_t, f->width[l]), 2);
     for (l = 0; l < f->layers; l++)
         rolni_put(&p, ROLNI_AS(uint64_t, f->layer[l]), 2);
+    if (f->angles) rolni_put(&p, f->angles, 4);
     return ROLNI_AS(int, p - bytes);
+}
+
+/* How many own units stand among the numbers of a model. */
+ROLN_FN int rolni_own(const roln_model *md)
+{
+    return md->own ? md->ae.size[0] : 0;
 }
 
 /* Write the numbers of a model to bytes [ROLN_PACKED]. */
 ROLN_FN void roln_pack(const roln_model *md, const void *numbers, unsigned char *bytes)
 {
     const unsigned char *from = ROLNI_AS(const unsigned char *, numbers);
-    const int count = ROLN_NUMBERS(md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
+    const int count = ROLN_NUMBERS(rolni_own(md), md->lnn.n, roln_params(md)), size = ROLNI_AS(int, sizeof(roln_bits));
     unsigned char *p = bytes + rolni_pack_head(md, bytes);
     int i;
     for (i = 0; i < count; i++)
@@ -2240,15 +3075,16 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, slope or least differ), ROLN_E_CHECKSUM,
-   ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min > z_max, zd_max or dt negative),
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or least differ; scale.q or each
+   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min >
+   z_max, zd_max or dt negative),
    ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
-    const int n = md->lnn.n, params = roln_params(md), at = ROLN_NUMBERS(n, 0); /* at: number of theta[0] */
+    const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
-    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, n, params);
+    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, own, n, params);
     const unsigned char *p, *sum;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
@@ -2264,9 +3100,13 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
-    if (!(rolni_packed(p, 2) > 0) || !(rolni_packed(p, 3) > 0)) return ROLN_E_NOT_FINITE;
-    if (rolni_packed(p, 4) < 0) return ROLN_E_RANGE;
-    for (i = 5; i < 5 + n; i++)
+    for (i = 2; i < 4 + own; i++)
+        if (!(rolni_packed(p, i) > 0)) return ROLN_E_NOT_FINITE;
+    if (md->lnn.angles && rolni_packed_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
+    for (i = 0; i < own; i++)
+        if (roln_lnn_angle(&md->lnn, i) && rolni_packed_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
+    if (rolni_packed(p, 4 + own) < 0) return ROLN_E_RANGE;
+    for (i = 5 + own; i < 5 + own + n; i++)
         if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
     {
         const roln_status st = rolni_ae_check(&md->ae, rolni_packed_theta, p + ROLNI_AS(size_t, at) * sizeof(roln_real));
@@ -2400,6 +3240,22 @@ ROLN_FN void rolni_write_need(const rolni_text *t, const char *option, int count
     t->put(t->ctx, " ? 1 : -1];\n");
 }
 
+/* ANGLES_1_0_bits, before the number that is these bits; ANGLES without angles. */
+#define ROLNI_ANGLES_TEXT (12 + 2 * ROLN_ANGLES_MAX)
+ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
+{
+    char *p = text + 6;
+    int i;
+    memcpy(text, "ANGLES", 7);
+    if (f->angles == 0) return text;
+    for (i = 0; i < f->n; i++) {
+        *p++ = '_';
+        *p++ = roln_lnn_angle(f, i) ? '1' : '0';
+    }
+    memcpy(p, "_bits", 6);
+    return text;
+}
+
 /* One for every option that C can compare where the text is compiled. Slope and least stand among the numbers. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
@@ -2407,12 +3263,15 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro", "reeig", "bimap"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
-    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice"};
+    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
+                                         "angles", "friction", "own"}, *const unit[] = {"common", "each"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[9], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[12], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
-    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice;
+    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
+    other[10] = f->friction, other[11] = md->own;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
@@ -2424,6 +3283,9 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
     rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
     rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
+    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
+    rolni_write_need(t, "SCALE", 1, others + 11, unit, other + 11);
     rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
     rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
@@ -2445,14 +3307,18 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 
 /* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
    numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
-   least; ROLN_E_NOT_FINITE. Nothing is put then. */
+   least, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
-    const int n = md->lnn.n, at = ROLN_NUMBERS(n, 0), count = at + roln_params(md), words = rolni_ae_bits(&md->ae) > 0;
+    const int n = md->lnn.n, own = rolni_own(md), from = 5 + own, at = ROLN_NUMBERS(own, n, 0), count = at + roln_params(md);
+    const int words = rolni_ae_bits(&md->ae) > 0;
     const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
     if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
+    if (md->lnn.angles && rolni_word_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
+    for (i = 0; i < own; i++)
+        if (roln_lnn_angle(&md->lnn, i) && rolni_word_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
@@ -2473,10 +3339,14 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     put(ctx, "{");
     rolni_write_reals(0, 2, p, ",\n    {", put, ctx);
     rolni_write_reals(2, 2, p, "},\n    ", put, ctx);
-    rolni_write_reals(4, 1, p, ",\n    {", put, ctx);
-    rolni_write_reals(5, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(5 + n, n, p, "},\n    {", put, ctx);
-    rolni_write_reals(5 + 2 * n, n, p, "},\n    {", put, ctx);
+    if (own > 0) {
+        put(ctx, "{");
+        rolni_write_reals(4, own, p, "},\n    ", put, ctx);
+    }
+    rolni_write_reals(4 + own, 1, p, ",\n    {", put, ctx);
+    rolni_write_reals(from, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(from + n, n, p, "},\n    {", put, ctx);
+    rolni_write_reals(from + 2 * n, n, p, "},\n    {", put, ctx);
     rolni_write_reals(at, count - at, p, "}};\n#endif\n#endif\n", put, ctx);
     return ROLN_OK;
 }
@@ -2497,6 +3367,23 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_AT(i, ...) ROLNI_P##i(__VA_ARGS__, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0)
 /* Nonzero if number i of a list is at least 1 or behind its end. */
 #define ROLNI_GIVEN(i, ...) (ROLNI_P##i(__VA_ARGS__, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1) >= 1)
+/* Of a list of at most 31 numbers the sum of F(number, its place), and how many there are. */
+#define ROLNI_TOTAL_(F, a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, A, B, C, D, E, ...) \
+    (F(a, 0) + F(b, 1) + F(c, 2) + F(d, 3) + F(e, 4) + F(f, 5) + F(g, 6) + F(h, 7) + \
+     F(i, 8) + F(j, 9) + F(k, 10) + F(l, 11) + F(m, 12) + F(n, 13) + F(o, 14) + F(p, 15) + \
+     F(q, 16) + F(r, 17) + F(s, 18) + F(t, 19) + F(u, 20) + F(v, 21) + F(w, 22) + F(x, 23) + \
+     F(y, 24) + F(z, 25) + F(A, 26) + F(B, 27) + F(C, 28) + F(D, 29) + F(E, 30))
+#define ROLNI_ZEROS 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0
+#define ROLNI_TOTAL(F, ...) ROLNI_TOTAL__(F, __VA_ARGS__, ROLNI_ZEROS)
+#define ROLNI_TOTAL__(...) ROLNI_TOTAL_(__VA_ARGS__)
+#define ROLNI_COUNT_(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t, u, v, w, x, y, z, A, B, C, D, E, count, ...) count
+#define ROLNI_COUNT__(...) ROLNI_COUNT_(__VA_ARGS__)
+#define ROLNI_COUNT(...) \
+    ROLNI_COUNT__(__VA_ARGS__, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19, 18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, \
+                  5, 4, 3, 2, 1, 0)
+#define ROLNI_BIT(x, place) ((x) != 0 ? 1 << (place) : 0)
+#define ROLNI_ONE(x, place) ((x) != 0)
+#define ROLNI_NO_BIT(x, place) ((x) < 0 || (x) > 1)
 #define ROLNI_CAT_(a, b) a##_##b
 #define ROLNI_CAT(a, b) ROLNI_CAT_(a, b)
 #define ROLNI_STR_(a) #a
@@ -2530,6 +3417,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_LEARN_everything 0
 #define ROLNI_LEARN_(s) ROLNI_LEARN_##s
 #define ROLNI_LEARN(s) ROLNI_LEARN_(s)
+#define ROLNI_OWN_common 0
+#define ROLNI_OWN_each 1
+#define ROLNI_OWN_(s) ROLNI_OWN_##s
+#define ROLNI_OWN(s) ROLNI_OWN_(s)
 #define ROLNI_CHART_none ROLN_UNBENT
 #define ROLNI_CHART_polynomial &roln_polynomial
 #define ROLNI_CHART_(s) ROLNI_CHART_##s
@@ -2671,6 +3562,15 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_DAMPING
 #define ROLN_DAMPING 0
 #endif
+#ifndef ROLN_FRICTION
+#define ROLN_FRICTION 0
+#endif
+#ifndef ROLN_ANGLES
+#define ROLN_ANGLES 0
+#endif
+#ifndef ROLN_SCALE
+#define ROLN_SCALE common
+#endif
 #ifndef ROLN_INPUTS
 #define ROLN_INPUTS 0
 #endif
@@ -2722,11 +3622,14 @@ enum {
     ROLNI_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLNI_(mlp_layers) = 1 + (ROLNI_(H1) > 0) + (ROLNI_(H2) > 0) + (ROLNI_(H3) > 0) + (ROLNI_(H4) > 0) + (ROLNI_(H5) > 0),
     ROLNI_(hidden) = ROLNI_(H1) + ROLNI_(H2) + ROLNI_(H3) + ROLNI_(H4) + ROLNI_(H5),
-    ROLNI_(even) = ROLN_MAX(ROLNI_(n), ROLN_MAX(ROLNI_(H2), ROLNI_(H4))),
+    ROLNI_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
+    ROLNI_(cossin) = ROLNI_(angles) == 0 ? 0 : ROLNI_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
+    ROLNI_(into) = ROLNI_OR(ROLNI_(cossin), ROLNI_(n)), /* inputs */
+    ROLNI_(even) = ROLN_MAX(ROLNI_(into), ROLN_MAX(ROLNI_(H2), ROLNI_(H4))),
     ROLNI_(odd) = ROLN_MAX(ROLNI_(H1), ROLN_MAX(ROLNI_(H3), ROLNI_(H5))),
     ROLNI_(wide) = ROLNI_(even) + ROLNI_(odd),
     ROLNI_(last) = ROLNI_OR(ROLNI_(H5), ROLNI_OR(ROLNI_(H4), ROLNI_OR(ROLNI_(H3), ROLNI_OR(ROLNI_(H2), ROLNI_(H1))))),
-    ROLNI_(trunk) = (ROLNI_(n) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
+    ROLNI_(trunk) = (ROLNI_(into) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
     /* SPD layers: kinds, and widths that the first bimap brings down to n */
     ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
@@ -2743,6 +3646,7 @@ enum {
     ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
     ROLNI_(base) = ROLN_BASE,
     ROLNI_(damping) = ROLN_DAMPING,
+    ROLNI_(friction) = ROLN_FRICTION,
     ROLNI_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
     ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
@@ -2757,8 +3661,10 @@ enum {
     ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
     /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
-                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0),
+                       ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
+                       ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
     ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
     ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
@@ -2777,8 +3683,10 @@ enum {
     ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLNI_(twice) = sizeof(roln_real) == 8,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(theta_size)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(n), ROLNI_(full_size))
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+                                       ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+                                            ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
 };
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
@@ -2797,23 +3705,41 @@ ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
                                           ROLNI_GIVEN(3, ROLN_MLP) && ROLNI_GIVEN(4, ROLN_MLP) && ROLNI_AT(5, ROLN_MLP) == 0)
 ROLNI_ASSERT(sizes_fit_the_packed_format, ROLNI_(N) < 65536 && ROLNI_(wide) < 65536)
+ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
+             ROLNI_TOTAL(ROLNI_NO_BIT, ROLN_ANGLES) == 0 &&
+                 (ROLNI_COUNT(ROLN_ANGLES) == ROLNI_(N) || (ROLNI_COUNT(ROLN_ANGLES) == 1 && ROLNI_(angles) == 0)))
+ROLNI_ASSERT(angles_need_a_model_without_autoencoder, ROLNI_(angles) == 0 || ROLNI_(ae_layers) == 0)
+ROLNI_ASSERT(angles_need_31_joints_at_most, ROLNI_(angles) == 0 || ROLNI_(N) <= ROLN_ANGLES_MAX)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
+ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
 /* Parameters: const in flash for inference. slope, least: of the config that they belong to, without which every function that
-   evaluates the model returns ROLN_E_SHAPE; dt: step used in training, s; z_min, z_max, zd_max: range seen in training. */
+   evaluates the model returns ROLN_E_SHAPE; each: with ROLN_SCALE each; dt: step used in training, s; z_min, z_max, zd_max: range
+   seen in training. */
 typedef struct {
     roln_real slope, least;
     roln_scale scale;
+#if ROLNI_OWN(ROLN_SCALE)
+    roln_real each[ROLNI_(N)];
+#endif
     roln_real dt, z_min[ROLNI_(n)], z_max[ROLNI_(n)], zd_max[ROLNI_(n)];
     roln_real theta[ROLNI_(theta_size)];
 } ROLNI_(params);
-ROLNI_ASSERT(params_are_numbers_only, sizeof(ROLNI_(params)) == ROLN_NUMBERS(ROLNI_(n), ROLNI_(theta_size)) * sizeof(roln_real))
+ROLNI_ASSERT(params_are_numbers_only,
+             sizeof(ROLNI_(params)) == ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)) * sizeof(roln_real))
+
+/* The own units of the joints in p; without ROLN_SCALE each there are none. */
+#if ROLNI_OWN(ROLN_SCALE)
+#define ROLNI_EACH(p) (p)->each
+#else
+#define ROLNI_EACH(p) NULL
+#endif
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, and qd in units of q per second */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
@@ -2821,6 +3747,8 @@ typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)], kp[ROLNI
 typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard); /* zero it once; tau: to be applied */
 typedef struct { roln_real M[ROLNI_(n) * ROLNI_(n)], c[ROLNI_(n)], g[ROLNI_(n)], d[ROLNI_(n)], T, V; } ROLNI_(equation);
 typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI_(force_size)]; } ROLNI_(jacobian);
+/* zero it once; s: the estimate, F^T F: the covariance of its error */
+typedef struct { roln_filter f; ROLNI_(latent) s; roln_real F[4 * ROLNI_(n) * ROLNI_(n)]; } ROLNI_(filter);
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
 ROLNI_SCRATCH
@@ -2828,16 +3756,18 @@ ROLNI_SCRATCH
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
-    roln_real guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
-#if ROLN_INPUTS == 0
+    roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
-#endif
 ROLNI_SCRATCH_END(ROLNI_(work))
 ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
+ROLNI_SCRATCH /* of feedback of least cost */
+    roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
+ROLNI_SCRATCH_END(ROLNI_(lqrwork))
+ROLNI_SCRATCH roln_real filter_tick[ROLN_FILTER_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
-     {ROLNI_(n), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
+     {ROLNI_(into), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
       ROLNI_OR(ROLNI_(H5), out), out}}
 static const roln_model ROLNI_(model) = {
     {ROLNI_(ae_layers) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE),
@@ -2848,21 +3778,23 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
      {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
-     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n)))},
-    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS};
+     ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
+    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLNI_(own)};
 #undef ROLNI_MLP_OF
 
 /* The model and where its numbers are, as the functions above want it. */
 ROLN_FN roln_trained ROLNI_(trained)(const ROLNI_(params) *p)
 {
-    const roln_trained m = {&ROLNI_(model), &p->scale, p->z_min, p->z_max, p->zd_max, p->theta};
+    const roln_trained m = {&ROLNI_(model), &p->scale, p->z_min, p->z_max, p->zd_max, p->theta, ROLNI_EACH(p)};
     return m;
 }
 
-/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set. */
+/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set; with angles also if
+   their scale.q or each is not 1. */
 ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 {
-    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least);
+    return !(p->slope == ROLNI_(model).ae.slope && p->least == ROLNI_(model).lnn.least &&
+             (ROLNI_(angles) == 0 || (p->scale.q == 1 && rolni_each_turns(&ROLNI_(model), ROLNI_EACH(p)))));
 }
 
 /* z = rho(q), zd = D(q) qd. */
@@ -2905,6 +3837,14 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
     return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
 }
 
+/* r->kp, kd from gains of the joints Kp [N] in Nm/rad, Kd [N] in Nms/rad at s: the diagonals of J^T Kp J, J^T Kd J. */
+ROLN_FN roln_status ROLNI_(gains)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real Kp[ROLN_AT_LEAST(ROLNI_(N))],
+                                  const roln_real Kd[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(target) *r, ROLNI_(work) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, ROLNI_ROOM(work)->gains));
+}
+
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
 ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))],
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
@@ -2913,13 +3853,14 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
     return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
 }
 
-/* Motors u [motors], tau = B u, B [N][motors], that come nearest to tau_z, by damped least squares. */
-ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, int motors, const roln_real *B,
-                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real mu, roln_real *u,
+/* Motors u [count], tau = B u, that come nearest to tau_z, by damped least squares; missed [1], may be NULL: the part of tau_z that
+   they cannot make. motors NULL: the learned inputs. */
+ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_motors *motors,
+                                     const roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], roln_real *u, roln_real *missed,
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_allocate(&m, motors, s->z, B, tau_z, mu, u, ROLNI_ROOM(work)->allocate));
+    return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
@@ -2937,10 +3878,9 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
                                                 ROLNI_ROOM(work)->guard_tick));
 }
 
-#if ROLN_INPUTS == 0
-ROLNI_ASSERT(inputs_must_be_a_number_that_the_preprocessor_can_read, (ROLN_INPUTS) == 0)
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits, at two thirds of the cost. */
+   control, lift and guard_tick in one call, the same bits, at two thirds of the cost; where limits->motors or learned inputs are
+   to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
@@ -2951,7 +3891,6 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
     return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
 }
-#endif
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLNI_(in_range)(const ROLNI_(params) *p, const ROLNI_(latent) *s)
@@ -2975,6 +3914,37 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+}
+
+/* Feedback of least cost about s, u_k = u - K (s_k - s): K [count][2n], count motors of cost, P [2n][2n] or NULL (roln_lqr). */
+ROLN_FN roln_status ROLNI_(lqr)(const ROLNI_(params) *p, const roln_cost *cost, const ROLNI_(latent) *s, const roln_real *u,
+                                roln_real *K, roln_real *P, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P,
+                                       ROLNI_ROOM(work)->lqr));
+}
+
+/* The same along s [count + 1] and u [count][motors]: K [count][motors][2n]; P [2n][2n] the cost at the end, or NULL
+   (roln_lqr_along). */
+ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *cost, int count, const ROLNI_(latent) *s,
+                                      const roln_real *u, const roln_real *P, roln_real *K, ROLNI_(lqrwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K,
+                                             ROLNI_ROOM(work)->lqr_along));
+}
+
+/* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
+   tick, NULL: none, give the estimate f->s. Returns ROLN_FILTER_.. and faults (roln_filter_tick); f->f.faults keeps those of all
+   ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
+ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
+                                     const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F};
+    if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
+    return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
 }
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */
@@ -3003,6 +3973,19 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
     return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
 }
+
+#if ROLN_FRICTION > 0
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, with
+   ROLN_SCALE each c_j / (p->scale.q p->each[j]), and v [n], in 1/s. */
+ROLN_FN void ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
+                                 roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    roln_friction(&m, c, v);
+}
+#else
+ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
+#endif
 
 /* y = D^T M D v, the apparent inertia of the full space applied to v. */
 ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent) *s, const roln_real v[ROLN_AT_LEAST(ROLNI_(N))],
@@ -3052,18 +4035,22 @@ ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
 ROLNI_SCRATCH
     roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)], fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
+    roln_real fit_noise[ROLN_FIT_NOISE_WORK(ROLNI_)];
 #if ROLNI_BITS(ROLN_STORE) == 0
     roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
 #endif
 ROLNI_SCRATCH_END(ROLNI_(train))
 
-/* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1]. */
+/* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1], and joints
+   [b->steps / every + 1][N], NULL: not wanted. */
 ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, ROLNI_(train) *work)
+                                   const roln_real qbar[ROLN_AT_LEAST(ROLNI_(N))], roln_error *e, roln_error *joints,
+                                   ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, e, ROLNI_ROOM(work)->errors));
+    const roln_errors_to to = {e, joints};
+    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, ROLNI_ROOM(work)->errors));
 }
 
 /* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
@@ -3074,6 +4061,15 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
+}
+
+/* Noise of a filter from the recordings in b, positions as they were measured, and torques (roln_fit_noise). noise->dt, gate, lost
+   in; tau out, and where noise->q is 0 q_each, to which noise then points; else q_each may be NULL. */
+ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch *b, roln_noise *noise,
+                                      roln_real q_each[ROLNI_(N)], ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_fit_noise(&m, b, noise, q_each, ROLNI_ROOM(work)->fit_noise));
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -3121,9 +4117,13 @@ enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
 /* Random weights (scales 1, no range, input map 0). Status of roln_ae_init. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
 {
+    roln_real *each = ROLNI_EACH(p);
+    int i;
     memset(p, 0, sizeof *p);
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     p->scale.q = p->scale.t = 1;
+    for (i = 0; each && i < ROLNI_(N); i++)
+        each[i] = 1;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
 }
@@ -3136,9 +4136,10 @@ ROLN_FN roln_status ROLNI_(init_pod)(ROLNI_(params) *p, int count, const roln_re
 {
     roln_status st;
     memset(p, 0, sizeof *p);
-    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale);
+    st = roln_fit_scale(&ROLNI_(model), count, q, qd, qbar, &p->scale, ROLNI_EACH(p));
     if (st == ROLN_OK)
-        st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, p->theta, work->init_pod.room, work->init_pod.work);
+        st = roln_ae_init_pod(&ROLNI_(model).ae, count, q, 1 / p->scale.q, ROLNI_EACH(p), p->theta, work->init_pod.room,
+                              work->init_pod.work);
     if (st != ROLN_OK) return st;
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
@@ -3159,8 +4160,8 @@ ROLN_FN roln_status ROLNI_(chart_add)(const ROLNI_(params) *p, int count, const 
                                       ROLNI_(start) *work)
 {
     if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
-    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, c->sums, work->chart_add.room,
-                          work->chart_add.work);
+    return roln_chart_add(&ROLNI_(model).ae, p->theta, count, q, 1 / p->scale.q, ROLNI_EACH(p), c->sums,
+                          work->chart_add.room, work->chart_add.work);
 }
 
 /* Add the sums of other samples for the same encoder. */
@@ -3364,23 +4365,24 @@ typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) param
 
 /* Scratch of NAME_store: the numbers of the full model, and behind them that of roln_store. */
 typedef struct {
-    roln_real full[ROLN_NUMBERS(ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
+    roln_real full[ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
 } ROLNI_(start);
 
 /* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
    roln_unpack, roln_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
-    enum { ROLNI_n = ROLNI_(n) };
-    const roln_real *x = work->full;
+    enum { ROLNI_n = ROLNI_(n), ROLNI_own = ROLNI_(own) * ROLNI_(N) };
+    const roln_real *x = work->full, *range = x + 5 + ROLNI_own;
     roln_model full = ROLNI_(model);
-    const roln_trained from = {&full, NULL, x + 5, x + 5 + ROLNI_n, x + 5 + 2 * ROLNI_n, x + 5 + 3 * ROLNI_n};
+    const roln_trained from = {&full, NULL, range, range + ROLNI_n, range + 2 * ROLNI_n, range + 3 * ROLNI_n, x + 4};
     roln_status st;
     full.ae.storage = ROLN_FULL;
     st = roln_unpack(&full, count, bytes, work->full);
     if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &from, p->theta, work->store);
     if (st != ROLN_OK) return st;
-    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = x[4];
+    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = range[-1];
+    if (ROLNI_own > 0) rolni_copy(ROLNI_own, x + 4, ROLNI_EACH(p));
     rolni_copy(ROLNI_n, from.z_min, p->z_min);
     rolni_copy(ROLNI_n, from.z_max, p->z_max);
     rolni_copy(ROLNI_n, from.zd_max, p->zd_max);
@@ -3409,6 +4411,10 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_LAYERS
 #undef ROLN_LEAST
 #undef ROLN_DAMPING
+#undef ROLN_FRICTION
+#undef ROLN_ANGLES
+#undef ROLN_SCALE
+#undef ROLNI_EACH
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK

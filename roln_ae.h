@@ -934,8 +934,8 @@ ROLN_FN void rolni_stretch(int N, int n, int F, const roln_real *z_min, const ro
 /* The range of the first nz principal coordinates, eigenvectors Q, over the samples: range [2][nz], lows and highs, behind the
    activations of the layers but the last. ROLN_E_ILL_CONDITIONED: one of them is as narrow as the rounding of another. x1 [N]:
    scratch. */
-ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *Q,
-                                    const roln_real *mean, roln_real *x1, roln_real *range)
+ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
+                                    const roln_real *Q, const roln_real *mean, roln_real *x1, roln_real *range)
 {
     const int N = ae->size[0], nz = ae->size[ae->layers];
     const rolni_knee s = rolni_knee_of(ae->slope);
@@ -943,8 +943,10 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     int k, i, j;
     rolni_zero(2 * nz, range);
     for (k = 0; k < count; k++) {
-        for (j = 0; j < N; j++)
-            x1[j] = scale * x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)] - mean[j];
+        for (j = 0; j < N; j++) {
+            const roln_real unit = each ? scale / each[j] : scale;
+            x1[j] = unit * x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)] - mean[j];
+        }
         for (i = 0; i < nz; i++) {
             const roln_real a = roln_dot(N, Q + (N - 1 - i) * N, x1);
             range[i] = k == 0 || a < range[i] ? a : range[i];
@@ -963,15 +965,16 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     return ROLN_OK;
 }
 
-/* mean [N] of the count samples scale * x [count][N], and Q = sum (x - mean)(x - mean)^T [N][N], summed in double: as float each of
-   100,000 samples would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each
-   for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
+/* mean [N] of the count samples scale * x [count][N], by joint divided by each [N] or NULL, and Q = sum (x - mean)(x - mean)^T
+   [N][N], summed in double: as float each of 100,000 samples would be rounded to the sum of all, and small directions would be
+   noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
 #define ROLNI_POD_ROWS 8
 #define ROLNI_POD_SAMPLES 4
 #define ROLNI_AE_POD_ROOM_MEM(X, N) \
     X(sum, ((N) < ROLNI_POD_ROWS ? (N) : ROLNI_POD_ROWS) * (N)) X(part, ROLNI_POD_SAMPLES * (N))
 #define ROLN_AE_POD_ROOM(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_ROOM_MEM(ROLNI_SIZE, S(N)) : 0)
-ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, roln_real *mean, roln_real *Q, double *room)
+ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, const roln_real *each, roln_real *mean,
+                            roln_real *Q, double *room)
 {
     const double unit = ROLNI_AS(double, scale);
     int from, k, i, j;
@@ -982,7 +985,7 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
         for (j = 0; j < N; j++)
             sum[j] += ROLNI_AS(double, x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)]);
     for (j = 0; j < N; j++)
-        mean[j] = ROLNI_AS(roln_real, unit * sum[j] / count);
+        mean[j] = ROLNI_AS(roln_real, (each ? unit / ROLNI_AS(double, each[j]) : unit) * sum[j] / count);
     for (from = 0; from < N; from += ROLNI_POD_ROWS) {
         const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = from + rows;
         for (i = 0; i < rows * N; i++)
@@ -992,7 +995,8 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
             const roln_real *in = x + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N);
             for (i = 0; i < now; i++)
                 for (j = 0; j < cols; j++)
-                    part[i * N + j] = unit * ROLNI_AS(double, in[i * N + j]) - ROLNI_AS(double, mean[j]);
+                    part[i * N + j] = (each ? unit / ROLNI_AS(double, each[j]) : unit) * ROLNI_AS(double, in[i * N + j]) -
+                                      ROLNI_AS(double, mean[j]);
             for (i = 0; i < rows; i++)
                 rolni_add_rows(now, from + i + 1, part + from + i, N, part, N, sum + i * N);
         }
@@ -1002,16 +1006,16 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
     }
 }
 
-/* Start at the linear optimum of the count samples scale * x [count][N]: b_0 = mean, Phi_0 = Psi_0 = the first N_1
-   principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the autoencoder then is the
-   rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out, untouched unless ROLN_OK;
-   room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not
-   fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
+/* Start at the linear optimum of the count samples scale * x [count][N], by joint divided by each [N] or NULL: b_0 = mean,
+   Phi_0 = Psi_0 = the first N_1 principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the
+   autoencoder then is the rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out,
+   untouched unless ROLN_OK; room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent
+   layer: the samples do not fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
 #define ROLNI_AE_POD_MEM(X, S) \
     X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N))
 #define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
-ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, roln_real *theta,
-                                     double *room, roln_real *work)
+ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
+                                     roln_real *theta, double *room, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[1], nz = ae->size[ae->layers];
     roln_status st;
@@ -1019,9 +1023,9 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
     ROLNI_AE_POD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
-    rolni_pod_sums(N, count, x, scale, mean, Q, room);
+    rolni_pod_sums(N, count, x, scale, each, mean, Q, room);
     st = roln_eig(N, Q, eval, Q, work);
-    if (st == ROLN_OK && ae->curves > 0) st = rolni_pod_range(ae, count, x, scale, Q, mean, eval, work);
+    if (st == ROLN_OK && ae->curves > 0) st = rolni_pod_range(ae, count, x, scale, each, Q, mean, eval, work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) { /* the largest eigenvalue comes first */
         rolni_copy(N, Q + (N - 1 - i) * N, theta + i * N);
@@ -1543,33 +1547,35 @@ ROLN_FN int rolni_bent_at(const roln_ae *ae)
     return rolni_ae_layers(ae) - rolni_ae_layer_size(ae, ae->layers - 1);
 }
 
-/* z [nb][n] of nb samples, scale * x [nb][N]. Returns the input of the bent layer less b, v - b [nb][N_{L-1}], which is on the tape
-   [ROLN_AE_ENCODE_TAPE]. */
+/* z [nb][n] of nb samples, scale * x [nb][N], by joint divided by each [N] or NULL. Returns the input of the bent layer less b,
+   v - b [nb][N_{L-1}], which is on the tape [ROLN_AE_ENCODE_TAPE]. */
 ROLN_FN roln_real *rolni_chart_encode(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale,
-                                      roln_real *z, roln_real *tape)
+                                      const roln_real *each, roln_real *z, roln_real *tape)
 {
     const int n = ae->size[ae->layers], sum = roln_ae_sum(ae);
     roln_real *in = tape + nb * (2 * sum - n); /* x, then x - b_0; of layers behind others the input is an outer side */
     int i;
     for (i = 0; i < nb * ae->size[0]; i++)
         in[i] = scale * x[i];
+    for (i = 0; each && i < nb * ae->size[0]; i++)
+        in[i] /= each[i % ae->size[0]];
     roln_ae_encode(ae, 1, nb, theta, in, z, tape);
     return ae->layers > 1 ? tape + nb * (2 * (sum - n) - roln_ae_bent(ae)) : in;
 }
 
-/* f [m] and v [N_{L-1}] of nb samples, scale * x [nb][N], in double. Returns how many of them come before the first that is not
+/* f [m] and v [N_{L-1}] of nb such samples, in double. Returns how many of them come before the first that is not
    finite. work [ROLNI_FEATURES_WORK]. */
 #define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(curves)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
 #define ROLNI_FEATURES_WORK(S, nb) (0 ROLNI_FEATURES_MEM(ROLNI_SIZE, S, nb))
-ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale, double *f,
-                           double *v, roln_real *work)
+ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale,
+                           const roln_real *each, double *f, double *v, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
     const int bent = roln_ae_bent(ae);
     const roln_real *in, *b = theta + rolni_bent_at(ae) + 2 * n * bent;
     int r, i;
     ROLNI_FEATURES_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
-    in = rolni_chart_encode(ae, theta, nb, x, scale, z, tape);
+    in = rolni_chart_encode(ae, theta, nb, x, scale, each, z, tape);
     for (r = 0; r < nb; r++, in += bent, v += bent) {
         rolni_polynomials(n, ae->degree, 1, z + r * n, 0, p, 0);
         if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(curves, p)) return r;
@@ -1584,17 +1590,17 @@ ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, co
     return nb;
 }
 
-/* Adds the count samples scale * x [count][N] to sums [ROLN_CHART_SUMS]. theta in. Samples are added in their order, in blocks that
-   do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first sample that is not finite, or whose features
-   are not, and those behind it are not added; sums[0] tells how many were. ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL;
-   ROLN_E_LENGTH: count below 0; then sums are untouched. room [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK].
-   Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
+/* Adds the count samples scale * x [count][N], by joint divided by each [N] or NULL, to sums [ROLN_CHART_SUMS]. theta in. Samples
+   are added in their order, in blocks that do not show in the sums: the same bits as one by one. ROLN_E_NOT_FINITE: the first
+   sample that is not finite, or whose features are not, and those behind it are not added; sums[0] tells how many were.
+   ROLN_E_SHAPE: no layer is bent, or not ROLN_FULL; ROLN_E_LENGTH: count below 0; then sums are untouched. room
+   [ROLN_CHART_ADD_ROOM], work [ROLN_CHART_ADD_WORK]. Cost of a sample: ROLN_CHART_SUMS multiply-adds in double. */
 #define ROLN_CHART_BLOCK 8
 #define ROLNI_CHART_ADD_MEM(X, m, bent) X(f, ROLN_CHART_BLOCK * (m)) X(v, ROLN_CHART_BLOCK * (bent))
 #define ROLN_CHART_ADD_ROOM(S) (0 ROLNI_CHART_ADD_MEM(ROLNI_SIZE, ROLNI_FEATURES(S), S(bent)))
 #define ROLN_CHART_ADD_WORK(S) ROLNI_FEATURES_WORK(S, ROLN_CHART_BLOCK)
 ROLN_FN roln_status roln_chart_add(const roln_ae *ae, const roln_real *theta, int count, const roln_real *x, roln_real scale,
-                                   double *sums, double *room, roln_real *work)
+                                   const roln_real *each, double *sums, double *room, roln_real *work)
 {
     const int N = ae->size[0], m = 1 + ae->size[ae->layers] + ae->curves, bent = roln_ae_bent(ae);
     double *const h = sums + m * (m + 1) / 2, *const vv = h + m * bent;
@@ -1605,7 +1611,7 @@ ROLN_FN roln_status roln_chart_add(const roln_ae *ae, const roln_real *theta, in
     for (; count > 0; count -= now, x += now * N) {
         double *G = sums;
         now = count < ROLN_CHART_BLOCK ? count : ROLN_CHART_BLOCK;
-        good = rolni_features(ae, theta, now, x, scale, f, v, work);
+        good = rolni_features(ae, theta, now, x, scale, each, f, v, work);
         for (i = 0; i < m; i++) {
             rolni_add_rows(good, i + 1, f + i, m, f, m, G);
             rolni_add_rows(good, bent, f + i, m, v, bent, h + i * bent);
@@ -1820,7 +1826,7 @@ ROLN_FN void roln_chart_grad(const roln_ae *ae, const roln_real *theta, int nb, 
     const roln_real *layer = theta + rolni_bent_at(ae), *in;
     int i;
     ROLN_CHART_GRAD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
-    in = rolni_chart_encode(ae, theta, nb, x, scale, s + nb * (n + curves), tape); /* z to its place on the decoder's tape */
+    in = rolni_chart_encode(ae, theta, nb, x, scale, NULL, s + nb * (n + curves), tape); /* z to its place on the decoder's tape */
     ae->bend->decode(ae, 1, nb, layer, s, e);
     for (i = 0; i < nb * bent; i++) {
         e[i] -= in[i];

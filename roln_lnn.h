@@ -1,10 +1,10 @@
 /* roln_lnn.h - Lagrangian neural network: a learned mass matrix, potential and dissipation, and the motion they imply.
 
-       M(z) zdd + C(z,zd) zd + g(z) + R(z) zd = tau_z        M = exp_P(U(z)),  g = dV/dz,  R = L L^T
+       M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)
 
-   u, V and L are multilayer perceptrons of z, U the symmetric matrix filled from u, exp_P the exponential map at the base
-   point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may follow; or M = L L^T + eps I
-   (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
+   u, V and L are multilayer perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from
+   u, exp_P the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD
+   layers may follow; or M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
 
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
 
@@ -193,10 +193,28 @@ typedef struct {
     roln_mlp mass_net;              /* z -> u, ROLN_TRI(width[0]) outputs */
     roln_mlp potential_net;         /* z -> V, one output */
     roln_mlp damper_net;            /* z -> L, ROLN_TRI(n) outputs */
+    uint32_t angles;                /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
+                                       have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
+    int friction;                   /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0 */
 } roln_lnn;
 
-/* theta holds the networks (mass, potential and, if damping, damper), P if base, and the SPD layers: ROLN_GYRO the
-   triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
+#define ROLN_ANGLES_MAX 31
+
+/* Nonzero if z_i is an angle. */
+ROLNI_INLINE int roln_lnn_angle(const roln_lnn *f, int i)
+{
+    return f->angles != 0 && ((f->angles >> i) & 1) != 0;
+}
+
+/* b or, if z_i is an angle, that of its turns b + 2 pi k which is next to a. */
+ROLNI_INLINE roln_real roln_lnn_near(const roln_lnn *f, int i, roln_real a, roln_real b)
+{
+    const roln_real d = a - b;
+    return !roln_lnn_angle(f, i) || (d > -ROLNI_PI && d <= ROLNI_PI) ? b : a - roln_wrap(d);
+}
+
+/* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and the SPD
+   layers: ROLN_GYRO the triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
 ROLN_FN int rolni_potential_at(const roln_lnn *f)
 {
     return roln_mlp_params(&f->mass_net);
@@ -207,9 +225,14 @@ ROLN_FN int rolni_damper_at(const roln_lnn *f)
     return rolni_potential_at(f) + roln_mlp_params(&f->potential_net);
 }
 
-ROLN_FN int rolni_base_at(const roln_lnn *f)
+ROLN_FN int rolni_friction_at(const roln_lnn *f)
 {
     return rolni_damper_at(f) + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+}
+
+ROLN_FN int rolni_base_at(const roln_lnn *f)
+{
+    return rolni_friction_at(f) + (f->friction ? 2 * f->n : 0);
 }
 
 ROLN_FN int rolni_layer_at(const roln_lnn *f, int layer)
@@ -228,8 +251,8 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return rolni_layer_at(f, f->layers);
 }
 
-/* Random networks with small outputs, so that M is near I (and P = I), R near 0. Gyro layers start as the identity (W = 1,
-   B = I), BiMap as the leading block (W = [I; 0]). */
+/* Random networks with small outputs, so that M is near I (and P = I), R near 0; c = v = e^-2. Gyro layers start as the identity
+   (W = 1, B = I), BiMap as the leading block (W = [I; 0]). */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
     roln_real *th = theta + rolni_base_at(f);
@@ -240,6 +263,8 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
             theta[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
+    for (j = 0; f->friction && j < 2 * f->n; j++)
+        theta[rolni_friction_at(f) + j] = -2;
     for (j = 0; f->base && j < w * w; j++)
         *th++ = j % (w + 1) == 0;
     for (i = 0; i < f->layers; i++) {
@@ -253,9 +278,9 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     }
 }
 
-/* Networks of factor z in place of z: the weights of their first layers times factor. Random networks of roln_lnn_init suit z of
-   order one; behind a chart, where |z| <= 1 and about a half, they are next to linear, and training would first have to make them
-   steeper. */
+/* Networks of factor z in place of z, without angles: the weights of their first layers times factor. Random networks of
+   roln_lnn_init suit z of order one; behind a chart, where |z| <= 1 and about a half, they are next to linear, and training would
+   first have to make them steeper. */
 ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *theta)
 {
     roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
@@ -276,8 +301,9 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        width       of U, P and X_0: width[0]
        base        1: learned base point P             damping    1: learned dissipation
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
+       cossin    inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
-       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of n, H_2, H_4 plus largest of H_1, H_3, H_5
+       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
        chain       sum of ROLN_LAYER_KEEP over the SPD layers, 0 without
        chain_dir   sum of ROLN_LAYER_KEEP_DIR
        gyro, reeig width of the first layer of that kind, which is the widest; 0 without
@@ -301,17 +327,23 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
      : (kind) == ROLN_BIMAP ? (wo) * (wo) \
                             : 0)
 
+/* The size `cossin` at run time. */
+ROLN_FN int rolni_cossin(const roln_lnn *f)
+{
+    return f->angles ? f->mass_net.size[0] : 0;
+}
+
 /* The tape of a block. dirs: directions in z that it holds: 1 (zd), or 2 in roln_lnn_inverse with a velocity w (w, zd).
    keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
 #define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
-    X(x, (1 + (dirs)) * (nb) * S(n))                               /* [1+dirs][nb][n]   z, directions, zd last */ \
+    X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
     X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(width)))                 /* [1+dirs][nb][tri] mass network, and along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
     X(L, S(damping) * (nb) * ROLN_TRI(S(n)))                       /* [nb][tri(n)]      damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
     X(g, (nb) * S(n))                                              /* [nb][n]           dV/dz */ \
     X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
-    X(d, (nb) * S(n))                                              /* [nb][n]           R zd, 0 without damping */ \
+    X(d, (nb) * S(n))                                              /* [nb][n]           R zd and friction, 0 without */ \
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(width))             /* [nb][width]       eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(width))                       /* [nb][width]       e^-l */ \
@@ -338,7 +370,7 @@ typedef struct {
 
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, width = (f)->width[0], base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
-    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net)
+    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
 ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
@@ -993,6 +1025,73 @@ ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const r
 
 /* ---- 4 mechanics ------------------------------------------------------------------------------ */
 
+/* What the networks see of x on a tape: [1+dirs][nb][cossin] behind x, or without angles x itself. */
+ROLNI_INLINE roln_real *rolni_into(const roln_lnn *f, int dirs, int nb, const rolni_tape *t)
+{
+    return f->angles ? t->x + (1 + dirs) * nb * f->n : t->x;
+}
+
+/* What the networks of a model with angles see of z [nb][n]: y [nb][cossin]. */
+ROLNI_INLINE void rolni_see(const roln_lnn *f, int nb, const roln_real *z, roln_real *y)
+{
+    const int n = f->n, cossin = f->mass_net.size[0];
+    int r, i, k;
+    for (r = 0; r < nb; r++, z += n, y += cossin)
+        for (i = 0, k = n; i < n; i++) {
+            if (roln_lnn_angle(f, i)) roln_sincos(z[i], y + k, y + i), k++;
+            else y[i] = z[i];
+        }
+}
+
+/* Its derivative along x [nb][n]: y_t [nb][cossin], -sin z x and cos z x for an angle. */
+ROLNI_INLINE void rolni_see_along(const roln_lnn *f, int nb, const roln_real *y, const roln_real *x, roln_real *y_t)
+{
+    const int n = f->n, cossin = f->mass_net.size[0];
+    int r, i, k;
+    for (r = 0; r < nb; r++, y += cossin, x += n, y_t += cossin)
+        for (i = 0, k = n; i < n; i++) {
+            y_t[i] = x[i];
+            if (roln_lnn_angle(f, i)) y_t[i] = -y[k] * x[i], y_t[k] = y[i] * x[i], k++;
+        }
+}
+
+/* Backward of both, of k directions: the cotangents gy [1+k][nb][cossin] of y and its y_t add to gx [1+k][nb][n], those of z and
+   of the directions x_1, x_2 [nb][n]. */
+ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_real *y, const roln_real *const *x,
+                                const roln_real *gy, roln_real *gx)
+{
+    const int n = f->n, cossin = f->mass_net.size[0];
+    int r, i, j, t;
+    for (r = 0; r < nb; r++)
+        for (i = 0, j = n; i < n; i++) {
+            const roln_real c = y[r * cossin + i], s = roln_lnn_angle(f, i) ? y[r * cossin + j] : 0;
+            for (t = 0; t <= k; t++) {
+                const roln_real *g = gy + (t * nb + r) * cossin;
+                roln_real *to = gx + (t * nb + r) * n + i;
+                if (!roln_lnn_angle(f, i)) {
+                    *to += g[i];
+                } else {
+                    *to += c * g[j] - s * g[i];
+                    if (t > 0) gx[r * n + i] -= x[t - 1][r * n + i] * (c * g[i] + s * g[j]);
+                }
+            }
+            j += roln_lnn_angle(f, i);
+        }
+}
+
+/* gz [nb][n] = the gradient by z of a network whose outputs have the cotangents gy; slope of its value, y: what it sees of z. */
+#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + ROLN_MLP_BWD_WORK(1, nb, S(wide)))
+ROLNI_INLINE void rolni_below(const roln_lnn *f, const roln_mlp *net, int nb, const roln_real *theta, const roln_real *y,
+                              const roln_real *slope, const roln_real *gy, roln_real *gz, roln_real *work)
+{
+    roln_real *const g = f->angles ? work : gz;
+    work += nb * rolni_cossin(f);
+    rolni_zero(nb * f->n, gz);
+    if (f->angles) rolni_zero(nb * rolni_cossin(f), g);
+    roln_mlp_bwd(net, 1, nb, theta, NULL, slope, gy, g, NULL, work);
+    if (f->angles) rolni_see_bwd(f, 0, nb, y, NULL, g, gz);
+}
+
 /* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w. */
 enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS };
 
@@ -1001,28 +1100,27 @@ enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS };
 #define ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb) \
     ((1 - (keep)) * (nb) * S(hidden) + \
      ROLN_MAX((1 - (keep)) * (1 + ((wanted) < ROLNI_CORIOLIS ? 0 : (dirs))) * (nb) * S(hidden), \
-              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLN_MLP_BWD_WORK(1, nb, S(wide))))
+              (wanted) < ROLNI_GRADIENT ? 0 : (nb) + ROLNI_BELOW_WORK(S, nb)))
 ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
                             roln_real *work)
 {
-    const int n = f->n, hidden = nb * roln_mlp_hidden(&f->mass_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
-    const roln_real *potential = theta + rolni_potential_at(f);
+    const int hidden = nb * roln_mlp_hidden(&f->mass_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
+    const roln_real *potential = theta + rolni_potential_at(f), *y = rolni_into(f, dirs, nb, t);
     roln_real *rest = keep ? work : work + hidden;
     int r;
     if (!keep) {
         t->mass_slope = t->potential_slope = t->damper_slope = work;
         t->mass_out = t->potential_out = t->damper_out = rest;
     }
-    roln_mlp_forward(&f->potential_net, 1, 1, nb, potential, t->x, t->v, t->potential_slope, t->potential_out);
+    roln_mlp_forward(&f->potential_net, 1, 1, nb, potential, y, t->v, t->potential_slope, t->potential_out);
     if (wanted >= ROLNI_GRADIENT) { /* g = dV/dz */
         for (r = 0; r < nb; r++)
             rest[r] = 1;
-        rolni_zero(nb * n, t->g);
-        roln_mlp_bwd(&f->potential_net, 1, nb, potential, NULL, t->potential_slope, rest, t->g, NULL, rest + nb);
+        rolni_below(f, &f->potential_net, nb, potential, y, t->potential_slope, rest, t->g, rest + nb);
     }
     if (f->damping)
-        roln_mlp_forward(&f->damper_net, 1, 1, nb, theta + rolni_damper_at(f), t->x, t->L, t->damper_slope, t->damper_out);
-    roln_mlp_forward(&f->mass_net, 1, planes, nb, theta, t->x, t->u, t->mass_slope, t->mass_out);
+        roln_mlp_forward(&f->damper_net, 1, 1, nb, theta + rolni_damper_at(f), y, t->L, t->damper_slope, t->damper_out);
+    roln_mlp_forward(&f->mass_net, 1, planes, nb, theta, y, t->u, t->mass_slope, t->mass_out);
 }
 
 /* Eigenbasis of row r: Q, R, K, el and l [width] from u; A: Cholesky factor of P, if base. Status of roln_eig, roln_exp_range. */
@@ -1088,6 +1186,14 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
     roln_mm_bt(1, n, n, y, L, t->d + r * n);
 }
 
+/* Dry friction of row r: d += c o tanh(zd / v). logs: log c [n], log v [n]. */
+ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, int r)
+{
+    int i;
+    for (i = 0; i < n; i++)
+        t->d[r * n + i] += roln_exp(logs[i]) * roln_tanh(roln_exp(-logs[n + i]) * t->zd[r * n + i]);
+}
+
 /* One sweep forward: fills the tape at s [2][nb][n]. w [nb][n]: the velocity of roln_lnn_inverse, NULL for zd. The gradient
    kin = 1/2 grad_z (zd^T M w) is the backward of a row at once, rolni_row_bwd, with the pair (zd, w) and no directions; its
    cotangents of u take the place of u, which the eigenbasis has used by then. */
@@ -1101,14 +1207,14 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
              (1 - (keep)) * (nb) * S(hidden) + \
                  ROLN_MAX(0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ((wanted) < ROLNI_GRADIENT ? S(row_mass) : S(row_gradient)), \
                           ROLN_MAX((wanted) < ROLNI_CORIOLIS ? 0 : S(row_dm), \
-                                   (wanted) < ROLNI_GRADIENT ? 0 : ROLN_MLP_BWD_WORK(1, nb, S(wide)))))
+                                   (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb))))
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
     const int n = f->n, width = f->width[0], base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = ROLN_TRI(width);
     const int dirs = w ? 2 : 1;
     rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
-    roln_real *rest;
+    roln_real *rest, *y = rolni_into(f, dirs, nb, &t);
     rolni_pair pair;
     rolni_row row;
     roln_status st;
@@ -1117,6 +1223,12 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
     rolni_copy(nb * n, s, t.x);
     rolni_copy(nb * n, s + nb * n, t.zd);
     if (w) rolni_copy(nb * n, w, t.x + nb * n);
+    if (f->angles) {
+        rolni_see(f, nb, t.x, y);
+        if (!roln_all_finite(nb * rolni_cossin(f), y)) return ROLN_E_NOT_FINITE;
+    }
+    for (r = 1; f->angles && wanted == ROLNI_CORIOLIS && r <= dirs; r++)
+        rolni_see_along(f, nb, y, t.x + r * nb * n, y + r * nb * rolni_cossin(f));
     rolni_networks(f, dirs, keep, nb, theta, wanted, &t, work);
     work += keep ? 0 : nb * roln_mlp_hidden(&f->mass_net);
     rest = work;
@@ -1132,12 +1244,12 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
+            if (f->friction) rolni_friction(n, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
     if (wanted == ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
-    rolni_zero(nb * n, t.kin);
-    roln_mlp_bwd(&f->mass_net, 1, nb, theta, NULL, t.mass_slope, t.u, t.kin, NULL, rest);
+    rolni_below(f, &f->mass_net, nb, theta, y, t.mass_slope, t.u, t.kin, rest);
     return ROLN_OK;
 }
 
@@ -1152,12 +1264,12 @@ typedef struct {
     rolni_pair pair[3];
 } rolni_scalar;
 
-/* -a^T d = -(L^T a)^T (L^T zd): adds to gz, gzd [nb][n] and gtheta. */
+/* -a^T d = -(L^T a)^T (L^T zd): adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
 #define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * ROLN_TRI(S(n)))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
     (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide))))
 ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
-                               roln_real *gz, roln_real *gzd, roln_real *gtheta, roln_real *work)
+                               roln_real *gy, roln_real *gzd, roln_real *gtheta, roln_real *work)
 {
     const int n = f->n, at = rolni_damper_at(f);
     roln_mlp_plane plane;
@@ -1176,16 +1288,30 @@ ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta
         for (i = 0; i < n; i++)
             gzd[r * n + i] -= y[i];
     }
-    plane.x = t->x, plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
-    roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gz, gtheta ? gtheta + at : NULL, work);
+    plane.x = rolni_into(f, 1, nb, t), plane.out = t->damper_out, plane.planes = 1, plane.at = 0;
+    roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gy, gtheta ? gtheta + at : NULL, work);
 }
 
-/* -a^T g = -DV[a]: adds to gx [2][nb][n], the cotangents of z and a, and to gtheta. */
+/* -a^T (c o tanh(zd / v)): adds to gzd [nb][n] and to glogs [2][n], the cotangents of log c, log v (may be NULL). */
+ROLN_FN void rolni_friction_bwd(int n, int nb, const roln_real *logs, const rolni_tape *t, const roln_real *a, roln_real *gzd,
+                                roln_real *glogs)
+{
+    int r, i;
+    for (r = 0; r < nb; r++)
+        for (i = 0; i < n; i++) {
+            const roln_real u = roln_exp(-logs[n + i]), x = u * t->zd[r * n + i], y = roln_tanh(x);
+            const roln_real ac = a[r * n + i] * roln_exp(logs[i]), slope = ac * ((1 - y) * (1 + y));
+            gzd[r * n + i] -= slope * u;
+            if (glogs) glogs[i] -= ac * y, glogs[n + i] += slope * x;
+        }
+}
+
+/* -a^T g = -DV[a]: adds to gy [2][nb][inputs], the cotangents of what the network sees of z and of a, given as a, and to gtheta. */
 #define ROLNI_POTENTIAL_BWD_MEM(X, S, nb) X(gv, 2 * (nb)) X(out, (nb) * S(hidden))
 #define ROLNI_POTENTIAL_BWD_WORK(S, nb) \
     (0 ROLNI_POTENTIAL_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MLP_BWD_WORK(2, nb, S(wide)))
 ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
-                                 roln_real *gx, roln_real *gtheta, roln_real *work)
+                                 roln_real *gy, roln_real *gtheta, roln_real *work)
 {
     const int hidden = roln_mlp_hidden(&f->potential_net), at = rolni_potential_at(f);
     roln_mlp_plane plane[2];
@@ -1194,42 +1320,45 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
     roln_mlp_forward(&f->potential_net, 0, 1, nb, theta + at, a, gv, t->potential_slope, out);
     for (i = 0; i < 2 * nb; i++) /* DV[a] itself is not needed */
         gv[i] = i < nb ? 0 : -1;
-    plane[0].x = t->x, plane[0].out = t->potential_out, plane[1].x = a, plane[1].out = out;
+    plane[0].x = rolni_into(f, 1, nb, t), plane[0].out = t->potential_out, plane[1].x = a, plane[1].out = out;
     plane[0].planes = plane[1].planes = 1, plane[0].at = plane[1].at = 0;
-    roln_mlp_bwd(&f->potential_net, 2, nb, theta + at, plane, t->potential_slope, gv, gx, gtheta ? gtheta + at : NULL, work);
+    roln_mlp_bwd(&f->potential_net, 2, nb, theta + at, plane, t->potential_slope, gv, gy, gtheta ? gtheta + at : NULL, work);
 }
 
-/* The terms in M: adds to gx [1+k][nb][n], the cotangents of z, a, zd, to those of the vectors of the pairs and to gtheta. */
+/* The terms in M: adds to gy [1+k][nb][inputs], the cotangents of what the network sees of z, of a, which is given as a, and of zd,
+   to those of the vectors of the pairs and to gtheta. */
 #define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(width))) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
      ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
-                            roln_real *gx, roln_real *gtheta, roln_real *work)
+                            const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
     const int k = of->k, width = f->width[0], hidden = roln_mlp_hidden(&f->mass_net), tri = ROLN_TRI(width), stride = nb * tri;
+    const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
     int r, p;
     ROLNI_MASS_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
-    if (k > 0) roln_mlp_forward(&f->mass_net, 0, 1, nb, theta, of->a, gu + stride, t->mass_slope, out); /* u along a */
+    if (k > 0) roln_mlp_forward(&f->mass_net, 0, 1, nb, theta, a, gu + stride, t->mass_slope, out); /* u along a */
     row.theta = theta, row.tape = t;
     for (r = 0; r < nb; r++) {
         row.r = r, row.u[0] = gu + stride + r * tri, row.u[1] = t->u + stride + r * tri;
         rolni_row_bwd(f, k, &row, of->pair, gu + r * tri, stride, gtheta, work);
     }
     for (p = 0; p <= k; p++) { /* z and zd from one call where zd was wanted */
-        plane[p].x = p == 0 ? t->x : p == 1 ? of->a : t->zd;
+        plane[p].x = p == 0 ? y : p == 1 ? a : y + nb * f->mass_net.size[0];
         plane[p].out = p == 1 ? out : t->mass_out;
         plane[p].planes = p != 1 && k == 2 ? 2 : 1;
         plane[p].at = p == 2;
     }
-    roln_mlp_bwd(&f->mass_net, 1 + k, nb, theta, plane, t->mass_slope, gu, gx, gtheta, work);
+    roln_mlp_bwd(&f->mass_net, 1 + k, nb, theta, plane, t->mass_slope, gu, gy, gtheta, work);
 }
 
 /* One sweep back: the gradient of S. Adds to gz, gzd [nb][n], beside what the pairs add, and to gtheta. Each may be NULL, but gzd
    with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2, with less for k = 0, 1. */
-#define ROLNI_ADJOINT_MEM(X, S, k, nb) X(gx, (1 + (k)) * (nb) * S(n))
+#define ROLNI_ADJOINT_MEM(X, S, k, nb) \
+    X(gx, (1 + (k)) * (nb) * S(n)) X(gy, (1 + (k)) * (nb) * S(cossin)) X(ya, ((k) > 0) * (nb) * S(cossin))
 #define ROLNI_ADJOINT_WORK(S, k, nb) \
     (0 ROLNI_ADJOINT_MEM(ROLNI_SIZE, S, k, nb) + \
      ROLN_MAX(ROLNI_MASS_BWD_WORK(S, k, nb), ((k) > 0) * ROLN_MAX(ROLNI_POTENTIAL_BWD_WORK(S, nb), \
@@ -1237,14 +1366,23 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
 ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, const rolni_scalar *of, roln_real *gz, roln_real *gzd,
                            roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, k = of->k;
+    const int n = f->n, k = of->k, cossin = rolni_cossin(f);
     const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
+    const roln_real *const along[2] = {of->a, t.zd}, *a = of->a;
+    roln_real *g;
     int i;
     ROLNI_ADJOINT_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
     rolni_zero((1 + k) * nb * n, gx);
-    rolni_mass_bwd(f, nb, theta, &t, of, gx, gtheta, work);
-    if (k > 0) rolni_potential_bwd(f, nb, theta, &t, of->a, gx, gtheta, work);
-    if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, gx, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
+    g = f->angles ? gy : gx;
+    if (f->angles) rolni_zero((1 + k) * nb * cossin, gy);
+    if (f->angles && k > 0) rolni_see_along(f, nb, rolni_into(f, 1, nb, &t), of->a, ya), a = ya;
+    rolni_mass_bwd(f, nb, theta, &t, of, a, g, gtheta, work);
+    if (k > 0) rolni_potential_bwd(f, nb, theta, &t, a, g, gtheta, work);
+    if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, g, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
+    if (k > 0 && f->friction)
+        rolni_friction_bwd(n, nb, theta + rolni_friction_at(f), &t, of->a, k == 2 ? gx + 2 * nb * n : gzd,
+                           gtheta ? gtheta + rolni_friction_at(f) : NULL);
+    if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
     for (i = 0; gz && i < nb * n; i++)
         gz[i] += gx[i];
     for (i = 0; gzd && k == 2 && i < nb * n; i++)
@@ -1355,7 +1493,8 @@ ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int nb, const roln_real *th
     rolni_motion_bwd(f, nb, theta, lambda, gs, gzdd, gtheta, tape, work);
 }
 
-/* Terms of the equations of motion at one state: M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V. */
+/* Terms of the equations of motion at one state: M [n][n], c = C zd, g, d [n], R zd and friction, kinetic and potential energy T,
+   V. */
 typedef struct {
     roln_real *M, *c, *g, *d, *T, *V; /* each may be NULL */
 } roln_terms_out;
@@ -1677,7 +1816,8 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
     }
 }
 
-/* The start of a motion known by positions only: s1 = [z1; zd1] from z0, z1 [nb][n] a step h apart, by the discrete Legendre
+/* The start of a motion known by positions only: s1 = [z1; zd1] from z0, z1 [nb][n] a step h apart (an angle turns by less than pi
+   between them, whatever their turns), by the discrete Legendre
    transform of the variational midpoint rule,
        M(z1) zd1 = M(z_m) v + h/2 F(z_m, v),   z_m = (z0 + z1)/2,  v = (z1 - z0)/h.
    roln_lnn_step with ROLN_MIDPOINT goes on from there, so that three successive positions satisfy the discrete Euler-Lagrange
@@ -1695,8 +1835,9 @@ ROLN_FN roln_status roln_lnn_start(const roln_lnn *f, const roln_system *sys, in
     int i;
     ROLN_LNN_START_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (i = 0; i < m; i++) {
-        sm[i] = (z0[i] + z1[i]) / 2;
-        sm[m + i] = (z1[i] - z0[i]) / h;
+        const roln_real from = roln_lnn_near(f, i % n, z1[i], z0[i]);
+        sm[i] = (from + z1[i]) / 2;
+        sm[m + i] = (z1[i] - from) / h;
     }
     if ((st = rolni_impulse(f, sys, keep, nb, sm, F, tape, work)) != ROLN_OK) return st;
     rolni_mul_all(f, nb, &tm, sm + m, p, work);

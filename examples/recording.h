@@ -5,8 +5,11 @@
    learned input map (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed,
    qd.
 
+   Of a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
+
    What would make a training useless ends the program with file, line and what to do: steps of t that differ, t in milliseconds,
-   qd 0 throughout. What may be meant is a warning: qd that is not dq/dt, with the likely cause.
+   qd 0 throughout. What may be meant is a warning: qd that is not dq/dt, with the likely cause; a joint that goes over more than a
+   turn, and is no angle of the model.
 
    1 messages     2 lines of a file     3 time stamps     4 velocities     5 noise, smoothing     6 a recording */
 
@@ -39,6 +42,7 @@ typedef struct {
     int torque;    /* nonzero: tau is needed */
     int half;      /* samples on each side that positions are smoothed over, 0: not */
     int qd_unused; /* nonzero: q alone is used */
+    unsigned angles; /* bit j: joint j is an angle in radians */
 } wanted;
 
 /* ---- 1 messages ---- */
@@ -278,6 +282,40 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
+/* Angles are carried on over whole turns: from sample to sample by the shorter way. */
+static void unwrap(motion *d, unsigned angles)
+{
+    const double turn = 6.283185307179586;
+    int k, i, j;
+    for (j = 0; j < d->N; j++)
+        for (k = 0; k < d->trajectories && angles >> j & 1; k++) {
+            double turns = 0, last = (double)d->q[d->first[k] * d->N + j];
+            for (i = d->first[k]; i < d->first[k + 1]; i++) {
+                const double x = (double)d->q[i * d->N + j];
+                turns -= floor((x - last) / turn + 0.5);
+                last = x;
+                d->q[i * d->N + j] = (roln_real)(x + turns * turn);
+            }
+        }
+}
+
+/* The first joint that goes over more than a turn and is no angle. */
+static void check_turns(const motion *d, unsigned angles)
+{
+    int i, j;
+    for (j = 0; j < d->N; j++) {
+        double low = (double)d->q[j], high = low;
+        for (i = 1; i < d->samples; i++)
+            low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
+        if (high - low > 6.3 && !(j < 32 && angles >> j & 1)) {
+            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
+                   "degrees make gains and torques those of degrees; of a slider nothing is wrong\n",
+                   d->path, j + 1, low, high);
+            return;
+        }
+    }
+}
+
 /* ---- 4 velocities ---- */
 
 /* Is one column the derivative of another one, x? Over pieces of a tenth of a second the change of x is the integral of dx/dt,
@@ -501,6 +539,8 @@ static motion read_recording(const char *path, const wanted *w)
     if (d.samples == 0) fail("%s has no samples", path);
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
+    if (w->angles) unwrap(&d, w->angles);
+    check_turns(&d, w->angles);
     if (d.has_qd) check_velocities(&d, w);
     if (d.dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", path, d.dt);
     differences(&d, d.qd, d.qdd);

@@ -16,8 +16,9 @@
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end: OUT_weights.h (C definition for flash), OUT.roln (packed bytes), a table of
-   errors, each with its standard error over trajectories, also as OUT_errors.csv, and OUT_motion.svg, how the median and the worst
-   held-out trajectory are predicted. Keys and defaults: `settings`.
+   errors, each with its standard error over trajectories, and of the worst joint, also as OUT_errors.csv, where those of every
+   joint stand, in parts of its motion and, as rms, in its unit, and OUT_motion.svg, how the median and the worst held-out
+   trajectory are predicted. Keys and defaults: `settings`.
 
    1 settings     2 threads     3 state     4 errors     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 pictures
    10 stages     11 main */
@@ -274,14 +275,16 @@ static pool pool_of(int steps, int stride)
 
 /* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed; typical: the geometric mean
    of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its E_q
-   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. */
+   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. Of each joint:
+   E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. */
 typedef struct {
-    double q, qd, q_off, qd_off, typical;
-    int failed, windows;
+    double q, qd, q_off, qd_off, typical, joint_q[M(N)], joint_rms[M(N)];
+    int failed, windows, worst;
 } error;
 
 typedef struct {
-    double sum[4]; /* of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2 */
+    double sum[4];         /* of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2 */
+    double joint[M(N)][2]; /* of |q_pred - q|^2, |q - qbar|^2 of each joint */
     int failed, windows;
 } score;
 
@@ -298,28 +301,40 @@ static struct {
     double done, part;
 } bar;
 
+/* Adds what M(errors) found of some windows. */
+static void add_errors(const roln_error *all, const roln_error *joints, score *to)
+{
+    int j;
+    to->sum[0] += (double)all->q, to->sum[1] += (double)all->q_var;
+    to->sum[2] += (double)all->qd, to->sum[3] += (double)all->qd_var;
+    for (j = 0; j < (int)M(N); j++)
+        to->joint[j][0] += (double)joints[j].q, to->joint[j][1] += (double)joints[j].q_var;
+}
+
 /* The windows of trajectory `at` one by one, without those that fail. */
 static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, score *to, int thread)
 {
     enum { N = M(N) };
+    const roln_real *each = M(trained)(r->p).each;
     const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
     double wide = 0;
     int w, i, j;
     for (i = a; i < end; i++)
         for (j = 0; j < N; j++) {
-            const double x = (double)(r->m->q[i * N + j] - s.qbar[j]);
+            const roln_real q = r->m->q[i * N + j];
+            const double x = (double)(q - roln_lnn_near(&M(model).lnn, j, q, s.qbar[j])) / (each ? (double)each[j] : 1);
             wide += x * x / (end - a);
         }
     b.count = 1;
     for (w = 0; w < windows; w++) {
-        roln_error e[2] = {{0}}, *last = b.steps > 0 ? e + 1 : e;
+        const int end_of = b.steps > 0;
+        roln_error e[2], joints[2 * N];
         b.start = start + w;
-        if (M(errors)(r->p, &b, dt, b.steps > 0 ? b.steps : 1, s.qbar, e, &work[thread]) || (double)last->q > FAR * FAR * wide) {
+        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread]) ||
+            (double)e[end_of].q > FAR * FAR * wide)
             to->failed++;
-            continue;
-        }
-        to->sum[0] += (double)last->q, to->sum[1] += (double)last->q_var;
-        to->sum[2] += (double)last->qd, to->sum[3] += (double)last->qd_var;
+        else
+            add_errors(e + end_of, joints + end_of * N, to);
     }
 }
 
@@ -327,22 +342,22 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
 static void roll(void *ctx, int k, int thread)
 {
     const rollout *r = ctx;
-    const int at = r->from + k, steps = r->samples / r->stride;
+    enum { N = M(N) };
+    const int at = r->from + k, steps = r->samples / r->stride, end = steps > 0;
     const roln_real dt = (roln_real)(r->m->dt * r->stride);
     int *start = r->start + r->m->first[at];
     score *to = &r->scores[k];
-    roln_error e[2] = {{0}}, *last = steps > 0 ? e + 1 : e;
+    roln_error e[2], joints[2 * N];
     roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
     b.tau = set("torque") > 0 ? r->m->tau : NULL;
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
     if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
-    if (b.count > 0 && (M(errors)(r->p, &b, dt, steps > 0 ? steps : 1, s.qbar, e, &work[thread]) ||
-                        (double)last->q > FAR * FAR * (double)last->q_var)) {
+    if (b.count == 0) return;
+    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread]) ||
+        (double)e[end].q > FAR * FAR * (double)e[end].q_var)
         roll_each(r, at, b, dt, to, thread);
-        return;
-    }
-    to->sum[0] = (double)last->q, to->sum[1] = (double)last->q_var;
-    to->sum[2] = (double)last->qd, to->sum[3] = (double)last->qd_var;
+    else
+        add_errors(e + end, joints + end * N, to);
 }
 
 /* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
@@ -368,6 +383,21 @@ static double log_of(const score *x)
     return (1 - f) * log(fmin(sqrt(fmax(x->sum[0], 1e-30) / fmax(x->sum[1], 1e-30)), 1e6)) + f * log(FAR);
 }
 
+/* E_q and rms of each joint, and which of those that move is the worst. */
+static void of_joints(int count, const score *scores, error *e)
+{
+    const int good = e->windows - e->failed;
+    int moves, j, k;
+    for (j = 0; j < (int)M(N); j++) {
+        double a = 0, b = 0;
+        for (k = 0; k < count; k++)
+            a += scores[k].joint[j][0], b += scores[k].joint[j][1];
+        moves = b > 1e-10 * good * (double)s.qbar[j] * (double)s.qbar[j];
+        e->joint_q[j] = moves ? sqrt(a / b) : (double)NAN, e->joint_rms[j] = good > 0 ? sqrt(a / good) : (double)NAN;
+        if (moves && !(e->joint_q[j] <= e->joint_q[e->worst])) e->worst = j;
+    }
+}
+
 /* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. from + count - 1;
    one by one in scores. */
 static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
@@ -382,6 +412,7 @@ static error errors(const motion *m, const M(params) *p, int from, int count, in
     for (k = 0; k < count; k++)
         e.typical += log_of(&scores[k]) / count, e.failed += scores[k].failed, e.windows += scores[k].windows;
     e.typical = exp(e.typical);
+    of_joints(count, scores, &e);
     free(r.start);
     return e;
 }
@@ -412,7 +443,7 @@ static void table(const char *name, const motion *m, int from, int to, FILE *csv
     enum { ROWS_OF_IT = 10 };
     static const double ms[ROWS_OF_IT] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
     const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
-    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, longest = 0, i;
+    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, longest = 0, i, j;
     score *scores = room((size_t)(to - from) * sizeof *scores);
     double all = 0, done = 0;
     for (i = from; i < to; i++)
@@ -423,17 +454,21 @@ static void table(const char *name, const motion *m, int from, int to, FILE *csv
         samples[rows] = x, steps[rows] = x / (x % stride ? 1 : stride) + 1;
         all += steps[rows++];
     }
-    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-\n", name);
+    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-   worst joint   E_q %%       rms\n", name);
     for (i = 0; i < rows; i++) {
         error e;
         bar.what = "table of errors", bar.done = done / all, bar.part = steps[i] / all;
         e = errors(m, &s.p, from, to - from, samples[i], samples[i] % stride ? 1 : stride, every, scores);
         done += steps[i];
-        printf("%5.4g %8s %7s %8s %7s%s\n", 1e3 * samples[i] * m->dt, in_percent(e.q).text, in_percent(e.q_off).text,
-               in_percent(e.qd).text, in_percent(e.qd_off).text, failed_of(&e).text);
+        printf("%5.4g %8s %7s %8s %7s %13d %7s %9.3g%s\n", 1e3 * samples[i] * m->dt, in_percent(e.q).text,
+               in_percent(e.q_off).text, in_percent(e.qd).text, in_percent(e.qd_off).text, e.worst + 1,
+               in_percent(e.joint_q[e.worst]).text, e.joint_rms[e.worst], failed_of(&e).text);
         fflush(stdout);
-        fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d\n", name, 1e3 * samples[i] * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd,
-                100 * e.qd_off, e.failed, e.windows);
+        fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, 1e3 * samples[i] * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd,
+                100 * e.qd_off, e.failed, e.windows, e.worst + 1);
+        for (j = 0; j < (int)M(N); j++)
+            fprintf(csv, ",%.5g,%.5g", 100 * e.joint_q[j], e.joint_rms[j]);
+        fprintf(csv, "\n");
     }
     free(scores);
 }
@@ -798,17 +833,18 @@ static void predict(int at, int stride, int far, int points, double *x)
     }
 }
 
-/* The joints of a trajectory that move most. */
+/* The joints of a trajectory that move most, in their own units if they have such. */
 static void widest(int at, int count, int *which)
 {
     enum { N = M(N) };
+    const roln_real *each = M(trained)(&s.p).each;
     double wide[N];
     int i, j, k;
     for (j = 0; j < N; j++) {
         double low = HUGE_VAL, high = -HUGE_VAL;
         for (i = d.first[at]; i < d.first[at + 1]; i++)
             low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
-        wide[j] = high - low;
+        wide[j] = (high - low) / (each ? (double)each[j] : 1);
     }
     for (k = 0; k < count; k++) {
         for (j = 1, which[k] = 0; j < N; j++)
@@ -1009,7 +1045,7 @@ static void smooth_positions(motion *m)
 /* Reads motion.csv, and a second file if there is one. */
 static motion read_all(const char *path)
 {
-    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0};
+    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles)};
     motion unseen = {0};
     if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
     w.qd_unused = set("noise") > 0 || set("smooth") > 0;
@@ -1044,7 +1080,10 @@ int main(int argc, char **argv)
         if (updates_of(s.stage) > 0) run();
     save();
     csv = file("_errors.csv", "w");
-    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows\n");
+    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint");
+    for (i = 1; i <= (int)M(N); i++)
+        fprintf(csv, ",E_q%d_percent,rms_q%d", i, i);
+    fprintf(csv, "\n");
     table(set("noise") > 0 || set("smooth") > 0 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
           d.trajectories, csv);
     if (words[TEST].value) table(words[TEST].value, &unseen, 0, unseen.trajectories, csv);

@@ -22,6 +22,8 @@ pil          build/pil host m4 rv32
 sanitize-m   build/test_msan sample
 sanitize-au  build/test_asan sample
 train        sh tests/user/train.sh
+record       sh tests/user/record.sh
+import       sh tests/user/import.sh
 examples     sh tests/user/examples.sh
 unit         build/test
 hash         sh tests/compilers/hash.sh host

@@ -96,6 +96,33 @@ try inputs_at_most_N 'AE=4, 2' 'MLP=8' 'INPUTS=-1'
 try - 'AE=4, 2' 'MLP=8' 'INPUTS=4'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'BASE=2'
 try base_and_damping_are_0_or_1 'AE=4, 2' 'MLP=8' 'DAMPING=2'
+# friction
+try - 'AE=4, 2' 'MLP=8' 'FRICTION=1' 'DAMPING=1'
+try friction_is_0_or_1 'AE=4, 2' 'MLP=8' 'FRICTION=2'
+try friction_is_0_or_1 'AE=4, 2' 'MLP=8' 'FRICTION=-1'
+try friction_must_be_a_number_that_the_preprocessor_can_read 'AE=4, 2' 'MLP=8' 'FRICTION=ROLN_CHOLESKY'
+# angles
+try - 'AE=2' 'MLP=8' 'ANGLES=1, 0'
+try - 'AE=2' 'MLP=8' 'ANGLES=0, 0'
+try - 'AE=1' 'MLP=8' 'ANGLES=1'
+try - 'AE=4, 2' 'MLP=8' 'ANGLES=0'
+try - 'AE=31' 'MLP=8' "ANGLES=$(printf '0, %.0s' $(seq 30))1" 'DOUBLE=1'
+try angles_are_0_or_1_for_each_joint 'AE=2' 'MLP=8' 'ANGLES=1'
+try angles_are_0_or_1_for_each_joint 'AE=2' 'MLP=8' 'ANGLES=1, 0, 1'
+try angles_are_0_or_1_for_each_joint 'AE=2' 'MLP=8' 'ANGLES=1, 2'
+try angles_are_0_or_1_for_each_joint 'AE=2' 'MLP=8' 'ANGLES=-1, 0'
+try angles_are_0_or_1_for_each_joint 'AE=1' 'MLP=8' 'ANGLES=2'
+try angles_need_31_joints_at_most 'AE=32' 'MLP=8' "ANGLES=$(printf '1, %.0s' $(seq 31))1"
+try angles_need_a_model_without_autoencoder 'AE=2, 2' 'MLP=8' 'ANGLES=1, 0'
+try angles_need_a_model_without_autoencoder 'AE=4, 2' 'MLP=8' 'ANGLES=1, 0, 0, 1'
+# units of joints
+for scale in common each; do
+    try - 'AE=4, 2' 'MLP=8' "SCALE=$scale" 'ROWS=100'
+    try - 'AE=2' 'MLP=8' "SCALE=$scale" 'ANGLES=1, 0' 'INPUTS=1'
+done
+try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'CHART=polynomial, 3'
+try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'STORE=half'
+for scale in own 1 Each; do try "ROLNI_OWN_$scale" 'AE=4, 2' 'MLP=8' "SCALE=$scale"; done
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
 try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=1'
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=-1'
@@ -238,6 +265,9 @@ with WIDTH_3 'WIDTH=4'
 with LAYERS_gyro_bimap 'LAYERS=bimap, gyro'
 with DAMPING_1 DAMPING=0
 with INPUTS_1 INPUTS=0
+with FRICTION_0 FRICTION=1
+with ANGLES_0 'ANGLES=1, 0, 0, 0, 0, 0'
+with SCALE_common SCALE=each
 with CHART_polynomial_3 'CHART=polynomial, 2'
 with CHART_polynomial_3 CHART=none
 with STORE_full STORE=half

@@ -1,8 +1,9 @@
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
-   maps and means, of denormal numbers, of a large symmetric system, and of Gauss-Newton, which goes on from a copy as if it had not
-   stopped. Before the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   maps and means, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
+   stopped, and of a machine that turns round and rubs, with its feedback, the ticks of its one motor and a filter. Before the line
+   it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -41,6 +42,16 @@
 #define ROLN_LEARN everything
 #include "roln.h"
 
+#define ROLN_NAME wheel
+#define ROLN_AE 2
+#define ROLN_MLP 8
+#define ROLN_ANGLES 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
+#define ROLN_HORIZON 4
+#define ROLN_BLOCK 8
+#include "roln.h"
+
 #include "examples/firmware/text.h"
 
 enum { SAMPLES = 512, BATCH = 8, H = 4, UPDATES = 200, STEPS = 1000 };
@@ -53,6 +64,7 @@ static union {
     full_train full;
     curved_train curved;
     pupil_train pupil;
+    wheel_train wheel;
 } train;
 
 static void add(int n, const roln_real *x)
@@ -325,6 +337,78 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
     }
 }
 
+/* The filter and its noise, with samples that are dropped and one joint that jumps. */
+static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, wheel_filterwork *work)
+{
+    static wheel_filter f;
+    roln_noise noise = {.dt = h, .q = ROLN_C(0.015625), .gate = 8, .lost = 3};
+    const roln_batch b = {2, 60, 1, NULL, y, NULL, NULL, NULL};
+    int k;
+    must(wheel_fit_noise(p, &b, &noise, NULL, &train.wheel), "filter: noise");
+    add(1, &noise.tau);
+    for (k = 0; k < 200; k++) {
+        const roln_real now[2] = {y[2 * k] + (k % 50 == 20), y[2 * k + 1]};
+        if (wheel_filter_tick(p, &noise, k % 7 == 3 ? NULL : now, NULL, &f, work) & ROLN_FILTER_NONE) must(ROLN_E_RANGE, "filter");
+        add(2, f.s.z), add(2, f.s.zd), add(16, f.F), add(1, &f.f.nis);
+    }
+}
+
+/* Two of the joints, the second one turning round. */
+static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uint64_t *s)
+{
+    static roln_real y[SAMPLES * 2], yd[SAMPLES * 2], K[4], P[16];
+    static wheel_params p;
+    static wheel_optimiser o;
+    static wheel_gradient g;
+    static wheel_start init;
+    static union {
+        wheel_work work;
+        wheel_lqrwork lqr;
+        wheel_filterwork filter;
+    } scratch;
+    static const roln_loss weights = ROLN_ODE_WEIGHTS;
+    const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
+    const roln_real B[2] = {0, 1}, ones[2] = {1, 1}, none[1] = {0};
+    const roln_motors motor = {1, B, ROLN_C(0.125)};
+    const roln_cost cost = {ones, ones, ones, h / 4, &motor};
+    const roln_limits limits = {.dt = h / 4, .margin = 100, .tau = 100, .motors = &motor};
+    roln_batch b = {BATCH, H, 1, NULL, y, yd, NULL, NULL};
+    wheel_state x;
+    wheel_latent z;
+    wheel_target r;
+    wheel_guard guard;
+    roln_real qbar[2];
+    int start[BATCH], k, i;
+    for (k = 0; k < SAMPLES; k++) {
+        y[2 * k] = q[6 * k], yd[2 * k] = qd[6 * k];
+        y[2 * k + 1] = 8 * q[6 * k + 1], yd[2 * k + 1] = 8 * qd[6 * k + 1];
+    }
+    must(wheel_init_pod(&p, SAMPLES, y, yd, qbar, s, &init), "wheel: init");
+    b.start = start;
+    for (k = 0; k < 20; k++) {
+        for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
+        memset(&g, 0, sizeof g);
+        must(wheel_grad(&p, &weights, &b, h, &g, &train.wheel), "wheel: grad");
+        must(wheel_update(&p, &opt, &o, &g, &train.wheel), "wheel: update");
+    }
+    must(wheel_fit_range(&p, SAMPLES, y, yd, &scratch.work), "wheel: range");
+    add(2, qbar), add(wheel_theta_size, p.theta), add(2, p.zd_max);
+    memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
+    must(wheel_encode(&p, &x, &z, &scratch.work), "wheel: encode");
+    must(wheel_aim(&p, x.q, x.qd, NULL, &r, &scratch.work), "wheel: aim");
+    must(wheel_gains(&p, &z, ones, ones, &r, &scratch.work), "wheel: gains");
+    memset(&guard, 0, sizeof guard);
+    for (k = 0; k < 200; k++) {
+        (void)wheel_tick(&p, &limits, &x, &r, &z, &guard, &scratch.work);
+        must(wheel_step(&p, &z, y + 2 * k, h / 4, &scratch.work), "wheel: step");
+        must(wheel_decode(&p, &z, &x, &scratch.work), "wheel: decode");
+        add(2, x.q), add(2, x.qd), add(1, guard.tau), add(1, &guard.g.missed);
+    }
+    must(wheel_lqr(&p, &cost, &z, none, K, P, &scratch.lqr), "wheel: lqr");
+    add(4, K), add(16, P);
+    hash_filter(&p, y, h, &scratch.filter);
+}
+
 int main(void)
 {
     static roln_real q[SAMPLES * 6], qd[SAMPLES * 6], qdd[SAMPLES * 6], qbar[6];
@@ -376,6 +460,7 @@ int main(void)
     hash_denormal(&s);
     hash_system(&s);
     hash_newton(q, qd, qdd, h, &s);
+    hash_wheel(q, qd, h, &s);
     put_text(sizeof(roln_real) == 4 ? "\nfloat " : "\ndouble ");
     put_hex(hash, 16);
     put_text("\n");

@@ -19,6 +19,7 @@ cat > $dir/models.c << 'END'
 #define ROLN_CHART polynomial, 3
 #define ROLN_MLP 4
 #define ROLN_ROWS 8
+#define ROLN_FRICTION 1
 #include "roln.h"
 #define ROLN_NAME two
 #define ROLN_AE 6, 4, 2

@@ -34,6 +34,21 @@
 #define ROLN_ROWS 50
 #include "roln.h"
 
+#define ROLN_NAME wheels
+#define ROLN_AE 3
+#define ROLN_MLP 16, 16
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_FRICTION 1
+#define ROLN_ROWS 50
+#include "roln.h"
+
+#define ROLN_NAME carts /* sliders and hinges */
+#define ROLN_AE 6, 3
+#define ROLN_MLP 16, 16
+#define ROLN_SCALE each
+#define ROLN_ROWS 50
+#include "roln.h"
+
 #define ROLN_NAME chart
 #define ROLN_AE 16, 4
 #define ROLN_CHART polynomial, 4

@@ -142,10 +142,11 @@ static roln_status drive(struct control_model *m, int motors, const pend16_laten
                          roln_real tau[N])
 {
     static const roln_real B[N * 4] = {[0] = 1, [4 * 4 + 1] = 1, [8 * 4 + 2] = 1, [12 * 4 + 3] = 1};
+    static const roln_motors four = {4, B, ROLN_C(1e-3)};
     roln_real u[4];
     roln_status st;
     if (!motors) return pend16_lift(&m->p, s, tau_z, tau, &m->work);
-    st = pend16_allocate(&m->p, s, 4, B, tau_z, ROLN_C(1e-3), u, &m->work);
+    st = pend16_allocate(&m->p, s, &four, tau_z, u, NULL, &m->work);
     memset(tau, 0, N * sizeof *tau);
     for (int k = 0; k < 4 && st == ROLN_OK; k++) tau[4 * k] = u[k];
     return st;

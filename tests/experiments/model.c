@@ -109,9 +109,9 @@ int model_init(struct model *m, const struct shape *shape, const struct motion *
     const struct sizes sz = sizes_of(&m->md, 1);
     roln_real *qbar = room((size_t)d->N, sizeof *qbar), *work = room((size_t)ROLN_AE_POD_WORK(SZ), sizeof *work);
     double *sums = room((size_t)ROLN_AE_POD_ROOM(SZ) + 1, sizeof *sums);
-    roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc);
+    roln_status st = roln_fit_scale(&m->md, rows, d->q, d->qd, qbar, &m->sc, NULL);
     m->sc.q /= (roln_real)shape->zoom;
-    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, m->theta, sums, work);
+    if (st == ROLN_OK) st = roln_ae_init_pod(&m->md.ae, rows, d->q, 1 / m->sc.q, NULL, m->theta, sums, work);
     if (st == ROLN_OK) model_restart(m, shape, seed);
     else fprintf(stderr, "model: no start from this data, status %d\n", (int)st);
     free(qbar), free(work), free(sums);
@@ -175,13 +175,14 @@ struct shape model_full_shape(const struct shape *shape, int N)
 
 static int packed(const struct model *m)
 {
-    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass_net.layers, m->md.lnn.layers, m->md.lnn.n, m->params);
+    return ROLN_PACKED(m->md.ae.layers, m->md.lnn.mass_net.layers, m->md.lnn.layers, m->md.lnn.angles, 0,
+                       m->md.lnn.n, m->params);
 }
 
 /* Numbers of a packed model, which has no range: slope, least, scale, dt, 3 n zeros, theta. */
 static roln_real *numbers_of(const struct model *m)
 {
-    return room((size_t)ROLN_NUMBERS(m->md.lnn.n, m->params), sizeof(roln_real));
+    return room((size_t)ROLN_NUMBERS(0, m->md.lnn.n, m->params), sizeof(roln_real));
 }
 
 int model_save(const struct model *m, const char *path)
@@ -191,7 +192,7 @@ int model_save(const struct model *m, const char *path)
     FILE *f = fopen(path, "wb");
     int bad = !f;
     x[0] = m->md.ae.slope, x[1] = m->md.lnn.least, x[2] = m->sc.q, x[3] = m->sc.t, x[4] = m->dt;
-    memcpy(x + ROLN_NUMBERS(m->md.lnn.n, 0), m->theta, (size_t)m->params * sizeof *x);
+    memcpy(x + ROLN_NUMBERS(0, m->md.lnn.n, 0), m->theta, (size_t)m->params * sizeof *x);
     roln_pack(&m->md, x, bytes);
     if (f) bad = fwrite(bytes, 1, (size_t)packed(m), f) != (size_t)packed(m), bad |= fclose(f) != 0;
     if (bad) perror(path);
@@ -212,7 +213,7 @@ int model_load(struct model *m, const struct shape *shape, const char *path)
     if (st != ROLN_OK) fprintf(stderr, "%s: status %d\n", path, (int)st);
     else {
         m->sc.q = x[2], m->sc.t = x[3], m->dt = x[4];
-        memcpy(m->theta, x + ROLN_NUMBERS(m->md.lnn.n, 0), (size_t)m->params * sizeof *x);
+        memcpy(m->theta, x + ROLN_NUMBERS(0, m->md.lnn.n, 0), (size_t)m->params * sizeof *x);
     }
     free(x), free(bytes);
     return st == ROLN_OK ? 0 : -1;

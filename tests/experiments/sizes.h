@@ -12,8 +12,9 @@
 
 struct sizes {
     int N, N1, N2, ae_sum, curves, bent, ae_size; /* roln_ae.h */
-    int n, width, base, damping, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to; /* roln_lnn.h */
-    int inputs, force_size, scheme; /* roln.h */
+    int n, width, base, damping, cossin, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap; /* roln_lnn.h */
+    int bimap_to;
+    int inputs, force_size, scheme, own; /* roln.h */
     ROLN_LNN_ROWS(SIZES_FIELD, SZ) ROLN_GRAD_STEPS(SIZES_FIELD, SZ, nb)
 };
 
@@ -26,6 +27,7 @@ ROLN_FN struct sizes sizes_of(const roln_model *model, int nb)
     sz.ae_sum = roln_ae_sum(ae), sz.ae_size = roln_ae_params(ae);
     sz.curves = ae->curves, sz.bent = roln_ae_bent(ae);
     sz.n = f->n, sz.width = f->width[0], sz.base = f->base, sz.damping = f->damping;
+    sz.cossin = rolni_cossin(f);
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.formed = rolni_formed(f), sz.hidden = roln_mlp_hidden(&f->mass_net);
     sz.wide = roln_mlp_widest(&f->mass_net, 0) + roln_mlp_widest(&f->mass_net, 1);
     for (int i = f->layers - 1; i >= 0; i--) { /* backwards, so that the first of each kind stays */
@@ -35,7 +37,7 @@ ROLN_FN struct sizes sizes_of(const roln_model *model, int nb)
         if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
         if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
     }
-    sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme;
+    sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme, sz.own = model->own;
     ROLN_LNN_ROWS(SIZES_SET, SZ)
     ROLN_GRAD_STEPS(SIZES_SET, SZ, nb)
     return sz;

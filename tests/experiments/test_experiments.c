@@ -283,6 +283,7 @@ static void test_measure(void)
     struct motion d;
     int start[400], count = 0;
     roln_error e[2];
+    const roln_errors_to to = {e, NULL};
     FILE *f = tmpfile();
     if (!CHECK(model_load(&m, &shape, "tests/mujoco/models/pend16.roln") == 0) || !f ||
         !CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TEST, 0, 3, 0, NULL) == 0))
@@ -296,7 +297,7 @@ static void test_measure(void)
     const roln_batch b = {.count = count, .steps = 25, .stride = 1, .start = start, .q = d.q, .qd = d.qd};
     const struct sizes sz = sizes_of(&m.md, 16);
     roln_real *work = calloc((size_t)ROLN_ERRORS_WORK(SZ, 16), sizeof *work);
-    CHECK(work && roln_errors(&t, &b, ROLN_C(1e-3), 16, 25, d.mean, e, work) == ROLN_OK);
+    CHECK(work && roln_errors(&t, &b, ROLN_C(1e-3), 16, 25, d.mean, &to, work) == ROLN_OK);
     CHECK_NEAR(find(f, "E_q", "25"), 100 * sqrt((double)(e[1].q / e[1].q_var)), 1e-3);
     CHECK_NEAR(find(f, "E_qd", "25"), 100 * sqrt((double)(e[1].qd / e[1].qd_var)), 1e-3);
     CHECK(find(f, "E_q", "0") > 0 && find(f, "E_q", "0") < find(f, "E_q", "25") && find(f, "E_q", "100") > find(f, "E_q", "25"));
@@ -366,7 +367,7 @@ static void stored(const struct recipe *e, const struct model *m, const struct m
         const struct predictor p = model_predictor(&s);
         CHECK(measure(&p, d, ms, 2, f) == 0);
         printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",
-               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * ROLN_NUMBERS(n, s.params),
+               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * ROLN_NUMBERS(0, n, s.params),
                (int)sizeof *s.theta * sz.ae_size, find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
         CHECK_BELOW(find(f, "E_q", "25"), near);
         CHECK_BELOW(find(f, "E_q", "whole"), whole);
@@ -402,7 +403,8 @@ static void test_headline(void)
         if (headline[i].far > 0) CHECK_BELOW(find(f, "E_q", "1000"), headline[i].far);
         if (strcmp(headline[i].weights, "cloth-free-layers-1") == 0) {
             printf("  stored full %6d bytes of flash, autoencoder %6d\n",
-                   (int)sizeof(roln_real) * ROLN_NUMBERS(m.md.lnn.n, m.params), (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
+                   (int)sizeof(roln_real) * ROLN_NUMBERS(0, m.md.lnn.n, m.params),
+                   (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
             stored(e, &m, &d, &roln_half, .6, 1);
             stored(e, &m, &d, &roln_int8, 1.3, 1.5);
         }

@@ -307,7 +307,7 @@ static int train_chart(struct model *m, const struct motion *d, const struct sta
     double *more = room((size_t)ROLN_MAX(ROLN_CHART_ADD_ROOM(SZ), ROLN_CHART_SOLVE_ROOM(SZ)), sizeof *more);
     roln_real *work = room((size_t)ROLN_CHART_ADD_WORK(SZ), sizeof *work), residual = 1;
     roln_status st = s->batch > 0 ? turn(m, d, s, seconds) : ROLN_OK;
-    if (st == ROLN_OK) st = roln_chart_add(ae, m->theta, all, d->q, 1 / m->sc.q, sums, more, work);
+    if (st == ROLN_OK) st = roln_chart_add(ae, m->theta, all, d->q, 1 / m->sc.q, NULL, sums, more, work);
     if (st == ROLN_OK) st = roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, m->theta, &residual, more);
     printf("chart, all samples: %.5f %%\n", 100 * (double)residual), fflush(stdout);
     *samples += all;

@@ -4,12 +4,14 @@
 void test_truth(void);
 void test_models(void);
 void test_control(void);
+void test_friction(void);
 
 int main(void)
 {
     test_truth();
     test_models();
     test_control();
+    test_friction();
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

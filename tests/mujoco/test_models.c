@@ -56,7 +56,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
         }
         rows += wild ? 0 : train->samples;
     }
-    CHECK(roln_ae_init_pod(&ae, rows, q, 1, theta, sums, work) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&ae, rows, q, 1, NULL, theta, sums, work) == ROLN_OK);
     for (int k = 0; k < tests; k += 25) {
         roln_real z[16], x[16];
         roln_ae_encode(&ae, 1, 1, theta, d->q + k * N, z, work);
@@ -120,13 +120,14 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
     const int steps = h < 0 ? d->samples - 1 : h;
     int *start = malloc((size_t)(d->count * d->samples) * sizeof *start), count = 0;
     roln_error *at = calloc((size_t)(steps + 1), sizeof *at);
+    const roln_errors_to to = {at, NULL};
     double q = 0, q_var = 0, qd = 0, qd_var = 0;
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i + steps < d->samples; i += h < 0 ? d->samples : 25)
             start[count++] = k * d->samples + i;
     const roln_batch b = {
         .count = count, .steps = steps, .stride = 1, .start = start, .q = d->q, .qd = d->qd, .tau = forces ? d->tau : NULL};
-    const roln_status st = roln_errors(&a->m, &b, ROLN_C(1e-3), 16, h < 0 ? 1 : h > 0 ? h : 1, d->qbar, at, a->work);
+    const roln_status st = roln_errors(&a->m, &b, ROLN_C(1e-3), 16, h < 0 ? 1 : h > 0 ? h : 1, d->qbar, &to, a->work);
     for (int k = h > 0 ? 1 : 0; k <= (h < 0 ? steps : h > 0); k++)
         q += (double)at[k].q, q_var += (double)at[k].q_var, qd += (double)at[k].qd, qd_var += (double)at[k].qd_var;
     *eq = 100 * sqrt(q / q_var);

@@ -99,6 +99,15 @@
 #define ROLN_HORIZON 2
 #include "roln.h"
 
+#define ROLN_NAME wheel /* two angles and a slider between them, dry friction */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 5
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
+#define ROLN_HORIZON 3
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
@@ -116,9 +125,9 @@
 
 /* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) \
-    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cholesky) X(of, formed) X(of, hidden) \
-    X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, own) \
+    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
+    X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
     X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) \
     X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
 #define SIZE_FIELD(of, name) int name;
@@ -131,14 +140,15 @@ typedef struct {
 #define MEMBERS(X, of) \
     X(of, work, encode) X(of, work, aim) X(of, work, decode) X(of, work, decode_some) X(of, work, step) X(of, work, reduce) \
     X(of, work, lift) X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) \
-    X(of, work, guard_tick) X(of, work, fit_range) X(of, train, fit_limits) X(of, linwork, linear) X(of, train, grad) \
-    X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, errors) X(of, start, init)
+    X(of, work, gains) X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) \
+    X(of, train, fit_noise) X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) \
+    X(of, filterwork, filter_tick) X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) \
+    X(of, train, errors) X(of, start, init)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
 #define MEMBER_FIELD(of, type, name) int name;
 #define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),
 typedef struct {
     MEMBERS(MEMBER_FIELD, )
-    int tick; /* 0: has none, its forces are inputs */
 } members;
 
 typedef struct {
@@ -150,8 +160,8 @@ typedef struct {
     members scratch;
 } model;
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, MODELS };
-#define MODEL(of, block, tick) \
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, MODELS };
+#define MODEL(of, block) \
     {#of, \
      &of##_model, \
      of##_table, \
@@ -162,13 +172,10 @@ enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CUR
      of##_horizon, \
      block, \
      {SIZES(SIZE_VALUE, of)}, \
-     {MEMBERS(MEMBER_VALUE, of) tick}}
+     {MEMBERS(MEMBER_VALUE, of)}}
 static const model models[MODELS] = {
-    MODEL(plain, 16, NUMBERS_OF(plain_work, tick)), MODEL(bare, 1, NUMBERS_OF(bare_work, tick)),
-    MODEL(square, 3, NUMBERS_OF(square_work, tick)), MODEL(deep, 16, NUMBERS_OF(deep_work, tick)),
-    MODEL(pole, 16, NUMBERS_OF(pole_work, tick)), MODEL(rich, 16, 0),
-    MODEL(delan, 16, NUMBERS_OF(delan_work, tick)), MODEL(pushed, 5, 0),
-    MODEL(layered, 16, NUMBERS_OF(layered_work, tick)), MODEL(chart, 4, NUMBERS_OF(chart_work, tick)), MODEL(curved, 16, 0),
+    MODEL(plain, 16), MODEL(bare, 1), MODEL(square, 3), MODEL(deep, 16), MODEL(pole, 16), MODEL(rich, 16), MODEL(delan, 16),
+    MODEL(pushed, 5), MODEL(layered, 16), MODEL(chart, 4), MODEL(curved, 16), MODEL(wheel, 16),
 };
 
 #define N_OF(k) (models[k].size.N)
@@ -179,12 +186,17 @@ static const model models[MODELS] = {
 
 enum { MAXP = 1200, MAXN = 16 }; /* parameters, numbers of a vector */
 
-static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, unit = {1, 1};
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, with_angles = {1, ROLN_C(0.5)}, unit = {1, 1};
 static const roln_real dt = ROLN_C(0.0625);
+
+ROLN_FN const roln_scale *scale_of(int k)
+{
+    return models[k].md->lnn.angles ? &with_angles : &scale;
+}
 
 ROLN_FN roln_trained trained(const roln_model *md, const roln_scale *sc, const roln_real *theta)
 {
-    const roln_trained m = {md, sc, NULL, NULL, NULL, theta};
+    const roln_trained m = {md, sc, NULL, NULL, NULL, theta, NULL};
     return m;
 }
 
@@ -310,6 +322,8 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
+    for (i = 0; f->friction && i < f->n; i++) /* little, and not sharp: midpoint converges */
+        theta[rolni_friction_at(f) + i] -= 2, theta[rolni_friction_at(f) + f->n + i] += 1;
     if (f->base) near_one(w, P), P += w * w;
     for (l = 0; l < f->layers; l++) {
         const int wo = f->width[l + 1];

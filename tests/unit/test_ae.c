@@ -648,7 +648,7 @@ static void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
         const int sums = ROLN_AE_POD_ROOM(OF_M);
         CHECK(roln_ae_init(&ae, gth, s, room_of(ROLN_AE_INIT_WORK(OF_M))) == ROLN_OK), CHECK_ROOM();
         x = normal(2 * N * N, 1, s);
-        CHECK(roln_ae_init_pod(&ae, 2 * N, x, 1, gth, area_of(sums), room_of(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
+        CHECK(roln_ae_init_pod(&ae, 2 * N, x, 1, NULL, gth, area_of(sums), room_of(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
         CHECK_ROOM(), CHECK_AREA(sums);
     }
     fresh_done();
@@ -728,7 +728,7 @@ static void check_pod(int layers, int count, uint64_t *s)
             for (x[r * N + i] = (roln_real)(i + 1), j = 0; j < N; j++)
                 x[r * N + i] += c[j] * (roln_real)cos(i * (j + 0.5) * 0.5) + ROLN_C(0.01) * c[i];
     }
-    CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, th, area, w) == ROLN_OK);
+    CHECK(roln_ae_init_pod(ae, count, x, (roln_real)scale, NULL, th, area, w) == ROLN_OK);
     if (layers == 0) {
         fresh_done();
         return;
@@ -755,7 +755,7 @@ static void check_pod(int layers, int count, uint64_t *s)
     {
         const roln_real *before = copy(p, th);
         x[3] = (roln_real)INFINITY;
-        CHECK(roln_ae_init_pod(ae, count, x, 1, th, area, w) == ROLN_E_NOT_FINITE);
+        CHECK(roln_ae_init_pod(ae, count, x, 1, NULL, th, area, w) == ROLN_E_NOT_FINITE);
         CHECK(same(p, th, before));
     }
     fresh_done();
@@ -793,7 +793,8 @@ static void test_pod_of_many(uint64_t *s)
         if (larger == 2) third = i;
         if (larger > 2) least += cov[i * (N + 1)];
     }
-    CHECK(roln_ae_init_pod(&shape, COUNT, x, 1, th, area_of(ROLN_AE_POD_ROOM(OF_M)), fresh(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
+    CHECK(roln_ae_init_pod(&shape, COUNT, x, 1, NULL, th,
+                           area_of(ROLN_AE_POD_ROOM(OF_M)), fresh(ROLN_AE_POD_WORK(OF_M))) == ROLN_OK);
     for (i = 0; i < N; i++) {
         dot += (ld)th[2 * N + i] * V[i * N + third];
         CHECK_NEAR(th[6 * N + i], mean[i], PICK(2, 1000) * EPS * mean[i]);
@@ -1169,7 +1170,7 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
         float *scratch = fresh(ROLN_AE_POD_WORK(OF_M) + ROLN_AE_INIT_WORK(OF_M));
         uint64_t seed = 5;
         CHECK(roln_ae_init(&ae, st, &seed, scratch) == ROLN_E_SHAPE && seed == 5);
-        CHECK(roln_ae_init_pod(&ae, 10, th, 1, st, area, scratch) == ROLN_E_SHAPE);
+        CHECK(roln_ae_init_pod(&ae, 10, th, 1, NULL, st, area, scratch) == ROLN_E_SHAPE);
     }
     CHECK(same(size, st, was));
     CHECK(STORE() == ROLN_OK && !same(size, st, was));

@@ -30,7 +30,7 @@ static double sums[MAX_SUMS], other[MAX_SUMS];
 static roln_status add(const roln_real *th, int count, const roln_real *x, double *to)
 {
     const int size = ROLN_CHART_ADD_ROOM(OF);
-    const roln_status st = roln_chart_add(&ae, th, count, x, 1, to, area_of(size), room_of(ROLN_CHART_ADD_WORK(OF)));
+    const roln_status st = roln_chart_add(&ae, th, count, x, 1, NULL, to, area_of(size), room_of(ROLN_CHART_ADD_WORK(OF)));
     if (st == ROLN_OK && count >= ROLN_CHART_BLOCK) CHECK_AREA(size), CHECK_ROOM();
     ROOM_KEPT();
     return st;
@@ -470,7 +470,7 @@ static void check_grad(const roln_ae *shape, uint64_t *s)
     CHECK_OK(add(th, COUNT, samples, sums));
     CHECK_OK(solve(sums, 0, th, &left));
     layer = layer_of(th);
-    in = rolni_chart_encode(&ae, th, COUNT, samples, 1, z, spare);
+    in = rolni_chart_encode(&ae, th, COUNT, samples, 1, NULL, z, spare);
     for (i = 0; i < COUNT * of.bent; i++) v[i] = (ld)in[i] + (ld)layer[2 * of.n * of.bent + i % of.bent];
     for (k = 0; k < COUNT; k += 4) /* in parts, x in other units */
         for (i = 0; i < 4 * of.N; i++) samples[k * of.N + i] *= 4;
@@ -642,7 +642,7 @@ static void check_slope(void)
     int i;
     CHECK(enc.b.count == COUNT);
     for (i = 0; i < COUNT * of.N; i++) samples[i] = enc.q[i] / scale.q;
-    in = rolni_chart_encode(&ae, enc.theta, COUNT, samples, 1, z, spare);
+    in = rolni_chart_encode(&ae, enc.theta, COUNT, samples, 1, NULL, z, spare);
     for (i = 0; i < COUNT * of.bent; i++) v[i] = (ld)in[i] + (ld)layer[2 * size + i % of.bent];
     widen(size, enc.psi, psi);
     for (i = 0; i < size; i++) {
@@ -670,7 +670,7 @@ static void check_turns(const roln_model *md, int pod, uint64_t *s)
     int i;
     motion(md, 400, pod ? ROLN_C(0.3) : 1, 0, truth, s);
     psi = layer_of(enc.theta) + of.n * of.bent;
-    if (pod) CHECK_OK(roln_ae_init_pod(&ae, 400, enc.q, 1 / scale.q, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
+    if (pod) CHECK_OK(roln_ae_init_pod(&ae, 400, enc.q, 1 / scale.q, NULL, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
     for (i = 0; i < of.n * of.bent && !pod; i++) psi[i] += ROLN_C(0.2) * roln_normal(s);
     fresh_done();
     CHECK_OK(turns(1, &first));
@@ -690,7 +690,7 @@ static void check_good_start(const roln_model *md, uint64_t *s)
     static roln_real truth[MAXP], kept[MAXP];
     roln_real left = 7;
     motion(md, 300, 0, 0, truth, s);
-    CHECK_OK(roln_ae_init_pod(&ae, 300, enc.q, 1 / scale.q, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&ae, 300, enc.q, 1 / scale.q, NULL, enc.theta, area, fresh(ROLN_AE_POD_WORK(OF))));
     fresh_done();
     CHECK_OK(turn(&left));
     CHECK(turns(40, &left) == ROLN_E_NO_CONVERGENCE);
@@ -894,7 +894,8 @@ static void test_ill(uint64_t *s)
     clear(sums);
     CHECK_OK(add(th, 400, x, sums));
     refused(sums, 0, ROLN_E_ILL_CONDITIONED, th);
-    CHECK(roln_ae_init_pod(&ae, 400, x, 1, copy(of.ae_size, th), area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, 400, x, 1, NULL, copy(of.ae_size, th), area, fresh(ROLN_AE_POD_WORK(OF))) ==
+          ROLN_E_ILL_CONDITIONED);
     fresh_done();
 }
 
@@ -909,7 +910,7 @@ static void test_constant_joint(uint64_t *s)
     manifold(th, 600, 0, s);
     x = copy(600 * of.N, samples);
     for (k = 0; k < 600; k++) x[k * of.N + 4] = ROLN_C(0.7);
-    CHECK_OK(roln_ae_init_pod(&ae, 600, x, 1, fit, area, fresh(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&ae, 600, x, 1, NULL, fit, area, fresh(ROLN_AE_POD_WORK(OF))));
     clear(sums);
     CHECK_OK(add(fit, 600, x, sums));
     CHECK_OK(solve(sums, 0, fit, &left));
@@ -959,12 +960,12 @@ static void test_failures(uint64_t *s)
     refused(sums, -ROLN_C(1e-3), ROLN_E_RANGE, th);
     refused(sums, (roln_real)NAN, ROLN_E_NOT_FINITE, th), refused(sums, (roln_real)INFINITY, ROLN_E_NOT_FINITE, th);
     none = ae, none.bend = ROLN_UNBENT, none.degree = none.curves = 0;
-    CHECK(roln_chart_add(&none, th, 100, samples, 1, sums, area, spare) == ROLN_E_SHAPE);
+    CHECK(roln_chart_add(&none, th, 100, samples, 1, NULL, sums, area, spare) == ROLN_E_SHAPE);
     CHECK(roln_chart_solve(&none, sums, 0, th, &left, area) == ROLN_E_SHAPE && all(1, &left, 7));
     CHECK(roln_chart_center(&none, samples, samples, th) == ROLN_E_SHAPE);
 #ifndef ROLN_DOUBLE
     none = ae, none.storage = &roln_half;
-    CHECK(roln_chart_add(&none, th, 100, samples, 1, sums, area, spare) == ROLN_E_SHAPE);
+    CHECK(roln_chart_add(&none, th, 100, samples, 1, NULL, sums, area, spare) == ROLN_E_SHAPE);
     CHECK(roln_chart_solve(&none, sums, 0, th, &left, area) == ROLN_E_SHAPE && all(1, &left, 7));
     CHECK(roln_chart_center(&none, samples, samples, th) == ROLN_E_SHAPE);
 #endif
@@ -1053,7 +1054,7 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
     manifold(th, 300, 0.01, s);
     x = copy(300 * of.N, samples), z = fresh(300 * of.n), y = fresh(300 * of.N), plain = fresh(of.ae_size);
     for (i = 0; i < 300 * of.N; i++) x[i] /= 4;
-    CHECK_OK(roln_ae_init_pod(&ae, 300, x, 4, th, area_of(ROLN_AE_POD_ROOM(OF)), room_of(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&ae, 300, x, 4, NULL, th, area_of(ROLN_AE_POD_ROOM(OF)), room_of(ROLN_AE_POD_WORK(OF))));
     CHECK_ROOM(), CHECK_AREA(ROLN_AE_POD_ROOM(OF));
     CHECK_OK(roln_ae_check(&ae, th));
     encode(th, 300, samples, z);
@@ -1066,13 +1067,13 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
         CHECK_NEAR(lo[i], -1, 100 * EPS), CHECK_NEAR(hi[i], 1, 100 * EPS);
     }
     straight.bend = ROLN_UNBENT, straight.degree = straight.curves = 0;
-    CHECK_OK(roln_ae_init_pod(&straight, 300, x, 4, plain, area, fresh(ROLN_AE_POD_WORK(OF))));
+    CHECK_OK(roln_ae_init_pod(&straight, 300, x, 4, NULL, plain, area, fresh(ROLN_AE_POD_WORK(OF))));
     decode(th, 300, z, y);
     roln_ae_encode(&straight, 1, 300, plain, samples, z, spare), roln_ae_decode(&straight, 1, 300, plain, z, x, spare);
     BOUND("POD start of a chart (eps)", apart(300 * of.N, y, x) / EPS, 10);
     before = copy(of.ae_size, th); /* fewer samples than directions */
-    CHECK(roln_ae_init_pod(&ae, of.n, samples, 1, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
-    CHECK(roln_ae_init_pod(&ae, 1, samples, 1, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, of.n, samples, 1, NULL, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
+    CHECK(roln_ae_init_pod(&ae, 1, samples, 1, NULL, th, area, fresh(ROLN_AE_POD_WORK(OF))) == ROLN_E_ILL_CONDITIONED);
     CHECK(same(of.ae_size, th, before));
     fresh_done();
 }

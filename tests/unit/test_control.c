@@ -11,7 +11,7 @@ static roln_real theta_k[MAXP]; /* parameters of the model under test */
 
 static roln_trained of_model(int k)
 {
-    return trained(models[k].md, &scale, theta_k);
+    return trained(models[k].md, scale_of(k), theta_k);
 }
 
 /* A true autoencoder (the constraint holds) and a random network. */
@@ -65,7 +65,7 @@ static signature signature_of(int which, int k)
         /* INERTIA   */ {{{n, 0, 0}, {N, 1, 0}}, {{N, -1, 0}}},
         /* LINEAR    */ {{{n, 0, 0}, {n, 0, -1}, {F, -1, -2}, {1, 0, 1}}, {{n, 0, 0}, {n, 0, -1}}}, /* and A, B: linear_unit */
         /* CONTROL   */ {{{n, 0, 0}, {n, 0, -1}, {n, 0, 0}, {n, 0, -1}, {2 * n, 0, -2}, {n, 0, -1}}, {{n, 0, -2}}},
-        /* ALLOCATE  */ {{{2 * n + 1, 0, 0}, {N * MOTORS, -1, 0}}, {{MOTORS, 0, 0}}},
+        /* ALLOCATE  */ {{{2 * n + 1, 0, 0}, {N * MOTORS, -1, 0}}, {{MOTORS + 1, 0, 0}}},
         /* FIT       */ {{{6 * N, 0, 0}}, {{N + 2, 0, 0}}},
     };
     return table[which];
@@ -89,18 +89,20 @@ static roln_real unit_power(roln_real x, int e)
     return y;
 }
 
+static const roln_scale *units; /* of the model under test */
+
 /* The unit of number i of parts. */
 static roln_real unit_of(const part *p, int i)
 {
     for (; i >= p->count; p++)
         i -= p->count;
-    return unit_power(scale.q, p->q) * unit_power(scale.t, p->t);
+    return unit_power(units->q, p->q) * unit_power(units->t, p->t);
 }
 
 /* Units of what roln_linear gives beside the state: A [2n][2n], B [2n][F], row by row. */
 static roln_real linear_unit(int n, int F, int i)
 {
-    const roln_real q = scale.q, c = scale.t;
+    const roln_real q = units->q, c = units->t;
     const int in_B = i >= 4 * n * n, columns = in_B ? F : 2 * n, row = (in_B ? i - 4 * n * n : i) / columns;
     const roln_real of_row = row < n ? 1 : 1 / c;
     if (in_B) return of_row * q * c * c;
@@ -118,6 +120,7 @@ static roln_status call(int which, int k, const roln_trained *m, const roln_real
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), nn = n * n;
     const roln_target ref = {in + 2 * n, in + 3 * n, in + 4 * n, in + 5 * n, in + 6 * n};
+    const roln_motors motors = {MOTORS, in + 2 * n + 1, in[2 * n]};
     const roln_terms_out terms = {out, out + nn, out + nn + n, out + nn + 2 * n, out + nn + 3 * n, out + nn + 3 * n + 1};
     roln_real s[2 * MAXN];
     roln_scale fit = unit;
@@ -136,10 +139,10 @@ static roln_status call(int which, int k, const roln_trained *m, const roln_real
     case INERTIA: st = roln_inertia(m, in, in + n, out, ROOM(inertia)); break;
     case LINEAR: st = roln_linear(m, s, s + n, in + 2 * n, in[2 * n + F], out + 2 * n, out + 2 * n + 4 * nn, ROOM(linear)); break;
     case CONTROL: st = roln_control(m, in, in + n, &ref, out, ROOM(control)); break;
-    case ALLOCATE: st = roln_allocate(m, MOTORS, in, in + 2 * n + 1, in + n, in[2 * n], out, ROOM(allocate)); break;
+    case ALLOCATE: st = roln_allocate(m, in, &motors, in + n, out, out + MOTORS, ROOM(allocate)); break;
     default:
         room_of(0);
-        st = roln_fit_scale(m->model, 3, in, in + 3 * N, out, &fit);
+        st = roln_fit_scale(m->model, 3, in, in + 3 * N, out, &fit, NULL);
         out[N] = fit.q, out[N + 1] = fit.t;
         if (st != ROLN_OK) CHECK(same(1, &fit.q, &unit.q) && same(1, &fit.t, &unit.t));
     }
@@ -212,6 +215,7 @@ static void test_calls(int k)
     const roln_trained m = of_model(k);
     uint64_t s = 50 + (uint64_t)k;
     int which, rep;
+    units = scale_of(k);
     parameters(k, &s, theta_k);
     for (which = 0; which < CALLS; which++)
         for (rep = 0; rep < 5; rep++) {
@@ -413,7 +417,7 @@ static double power_error(int k, const roln_trained *m, const double *z0, const 
 static void test_power(int k)
 {
     roln_model md = *models[k].md;
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     double z[MAXN], zd[MAXN], tau[MAXN], e[2];
     uint64_t s = 220 + (uint64_t)k;
     md.scheme = ROLN_RK4;
@@ -605,7 +609,7 @@ static void test_closed_loop(int k)
 static void test_lift(int k)
 {
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
     roln_real z[MAXN], tau_z[MAXN], tau[MAXN], back[MAXN];
     uint64_t s = 270 + (uint64_t)k;
@@ -665,6 +669,20 @@ static void check_damped(int n, const drive *x, roln_real mu, const roln_real *u
         BOUND("allocation, eps", fabsl((ld)u[j] - b[j]) / (top + 1e-3L * (ld)mu) / EPS, 5000);
 }
 
+/* What u does not make of tau_z, as a part of it. */
+static void check_missed(int n, const drive *x, const roln_real *u, roln_real missed)
+{
+    ld most = 0, lost = 0, rest, size = 0;
+    int i, j;
+    for (i = 0; i < n; i++) {
+        rest = (ld)x->tau_z[i];
+        for (j = 0; j < x->motors; j++)
+            rest -= x->G[i * x->motors + j] * (ld)u[j], size = ROLN_MAX(size, fabsl(x->G[i * x->motors + j] * (ld)u[j]));
+        most += (ld)x->tau_z[i] * (ld)x->tau_z[i], lost += rest * rest;
+    }
+    BOUND("allocation, what is missed, eps", fabsl((ld)missed - sqrtl(lost / most)) / (1 + size / sqrtl(most)) / EPS, 200);
+}
+
 /* As many motors as z has: exact as mu -> 0. */
 static void check_square(int n, const drive *x, roln_real mu, const roln_real *u)
 {
@@ -687,27 +705,31 @@ static void test_allocate(int k)
 {
     static drive x;
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
-    roln_real u[8];
+    roln_real u[8], lost = 0;
     uint64_t s = 280 + (uint64_t)k;
     int motors, i, round, wild = 0, missed = 0, tried = 0;
+    roln_motors f = {0, x.B, 0};
     for (motors = 1; motors <= 6; motors++)
         for (round = 0; round < 20; round++) {
             roln_real mu;
             place_motors(k, &m, motors, &s, &x);
-            mu = x.top / 8;
-            CHECK_OK(roln_allocate(&m, motors, x.z, x.B, x.tau_z, mu, u, ROOM(allocate)));
+            mu = x.top / 8, f.count = motors, f.mu = mu;
+            CHECK_OK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)));
             ROOM_KEPT();
             check_damped(n, &x, mu, u);
+            check_missed(n, &x, u, lost);
             if (motors == n) {
-                const roln_real tiny = mu * PICK(1e-2f, 1e-7);
-                if (roln_allocate(&m, motors, x.z, x.B, x.tau_z, tiny, u, ROOM(allocate)) == ROLN_OK) check_square(n, &x, mu, u);
+                f.mu = mu * PICK(1e-2f, 1e-7);
+                if (roln_allocate(&m, x.z, &f, x.tau_z, u, NULL, ROOM(allocate)) == ROLN_OK) check_square(n, &x, mu, u);
             }
             if (motors < n) { /* mu = 0 and too few motors: refused and u untouched, or where rounding hides it no wild torque */
                 int taken;
                 fill(8, 7, u);
-                taken = roln_allocate(&m, motors, x.z, x.B, x.tau_z, 0, u, ROOM(allocate)) == ROLN_OK;
+                lost = 7, f.mu = 0;
+                taken = roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK;
+                wild += !taken && !all(1, &lost, 7);
                 for (i = 0; i < motors && taken; i++)
                     wild += !(ROLN_ABS(u[i]) * x.top < 100);
                 wild += !all(taken ? 8 - motors : 8, u + (taken ? motors : 0), 7);
@@ -718,7 +740,234 @@ static void test_allocate(int k)
     CHECK_BELOW(missed, tried / 20);
     for (motors = -1; motors < 1; motors++) {
         fill(8, 7, u);
-        CHECK(roln_allocate(&m, motors, x.z, x.B, x.tau_z, 1, u, ROOM(allocate)) == ROLN_E_LENGTH && all(8, u, 7));
+        lost = 7, f.count = motors;
+        CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH && all(8, u, 7) && all(1, &lost, 7));
+    }
+    CHECK(roln_allocate(&m, x.z, NULL, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH); /* it has learned no inputs */
+    place_motors(k, &m, n, &s, &x);
+    f.count = n, f.mu = 1;
+    fill(n, 0, x.tau_z);
+    CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 0));
+}
+
+/* kp = diag(J^T Kp J), J by columns from the velocity that unit zd decodes to. */
+static void test_gains(int k)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real z[MAXN], K[2 * MAXN], kp[MAXN], kd[MAXN], zd[MAXN], q[MAXN], J[MAXN], *of[2] = {z, K};
+    uint64_t s = 290 + (uint64_t)k;
+    int i, j;
+    valid(k, &s);
+    dyadic(n, 1, &s, z), dyadic(2 * N, 1, &s, K);
+    CHECK_OK(roln_gains(&m, z, K, K + N, kp, kd, ROOM(gains)));
+    ROOM_KEPT();
+    for (j = 0; j < n; j++) {
+        ld p = 0, d = 0, size = 0;
+        fill(n, 0, zd), zd[j] = 1;
+        CHECK_OK(roln_decode(&m, z, zd, q, J, spare));
+        for (i = 0; i < N; i++) {
+            p += (ld)K[i] * (ld)J[i] * (ld)J[i], d += (ld)K[N + i] * (ld)J[i] * (ld)J[i];
+            size += (ld)J[i] * (ld)J[i];
+        }
+        BOUND("gains, eps", (fabsl((ld)kp[j] - p) + fabsl((ld)kd[j] - d)) / size / EPS, 10);
+    }
+    for (i = 0; i < 2; i++) {
+        of[i][0] = (roln_real)NAN;
+        fill(n, 7, kp), fill(n, 7, kd);
+        CHECK(roln_gains(&m, z, K, K + N, kp, kd, ROOM(gains)) == ROLN_E_NOT_FINITE && all(n, kp, 7) && all(n, kd, 7));
+        of[i][0] = 0;
+    }
+}
+
+/* ---- feedback of least cost ------------------------------------------------------------------- */
+
+/* What roln_lqr is asked, and what it gives. */
+typedef struct {
+    roln_real s[2 * MAXN], u[MAXN], q[MAXN], qd[MAXN], r[MAXN], B[MAXN * MAXN], K[2 * MAXN * MAXN], P[4 * MAXN * MAXN];
+    roln_motors motors;
+    roln_cost cost;
+    int count; /* numbers of u */
+} feedback;
+
+/* A pose; two motors, or one at each joint; dear motors keep what is very unstable within the digits. */
+static void place_feedback(int k, int two, uint64_t *s, feedback *x)
+{
+    const int N = N_OF(k), n = n_OF(k);
+    int i;
+    memset(x, 0, sizeof *x);
+    valid(k, s);
+    dyadic(n, ROLN_C(0.5), s, x->s), dyadic(N * 2, 1, s, x->B), dyadic(N, ROLN_C(0.125), s, x->u);
+    dyadic(N, ROLN_C(0.25), s, x->q), dyadic(N, ROLN_C(0.25), s, x->qd);
+    for (i = 0; i < N; i++)
+        x->q[i] += 1, x->qd[i] += ROLN_C(0.5), x->r[i] = ROLN_C(0.125) * (roln_real)(1 + i % 2);
+    x->motors.count = 2, x->motors.B = x->B;
+    x->cost.q = x->q, x->cost.qd = x->qd, x->cost.u = x->r, x->cost.dt = dt, x->cost.motors = two ? &x->motors : NULL;
+    x->count = two ? 2 : F_OF(k);
+}
+
+/* A, B of the step, and Q = diag(J^T q J, J^T qd J), from NAME_linear and NAME_decode. */
+static void feedback_twin(int k, const roln_trained *m, const feedback *x, ld *A, ld *B, ld *Q)
+{
+    static roln_real a[4 * MAXN * MAXN], b[2 * MAXN * MAXN], J[MAXN * MAXN];
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k), two = x->cost.motors != NULL;
+    roln_real s[2 * MAXN], tau[MAXN], unit_zd[MAXN], q[MAXN];
+    int i, j, p;
+    memcpy(s, x->s, sizeof s), memcpy(tau, x->u, sizeof tau);
+    for (i = 0; i < N && two; i++)
+        tau[i] = x->B[2 * i] * x->u[0] + x->B[2 * i + 1] * x->u[1];
+    CHECK_OK(roln_linear(m, s, s + n, tau, dt, a, b, spare));
+    widen(4 * n * n, a, A);
+    for (i = 0; i < 2 * n; i++)
+        for (j = 0; j < x->count; j++)
+            for (B[i * x->count + j] = two ? 0 : (ld)b[i * F + j], p = 0; p < N && two; p++)
+                B[i * x->count + j] += (ld)b[i * F + p] * (ld)x->B[2 * p + j];
+    for (j = 0; j < n; j++) {
+        fill(n, 0, unit_zd), unit_zd[j] = 1;
+        CHECK_OK(roln_decode(m, x->s, unit_zd, q, J + j * N, spare));
+    }
+    for (i = 0; i < 4 * n * n; i++)
+        Q[i] = 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            for (p = 0; p < N; p++) {
+                const ld JJ = (ld)J[i * N + p] * (ld)J[j * N + p];
+                Q[i * 2 * n + j] += JJ * (ld)x->q[p], Q[(n + i) * 2 * n + n + j] += JJ * (ld)x->qd[p];
+            }
+}
+
+/* P and K solve P = Q + A^T P (A - B K), (R + B^T P B) K = B^T P A, to rounding; P is symmetric to the bit. */
+static void check_feedback(int k, const feedback *x, const ld *A, const ld *B, const ld *Q)
+{
+    static ld PA[4 * MAXN * MAXN], PB[2 * MAXN * MAXN];
+    const int w = 2 * n_OF(k), c = x->count;
+    ld top = 0, lost = 0, size = 0;
+    int i, j, p, l;
+    for (i = 0; i < w; i++) {
+        for (j = 0; j < w; j++)
+            for (PA[i * w + j] = 0, p = 0; p < w; p++)
+                PA[i * w + j] += (ld)x->P[i * w + p] * A[p * w + j];
+        for (j = 0; j < c; j++)
+            for (PB[i * c + j] = 0, p = 0; p < w; p++)
+                PB[i * c + j] += (ld)x->P[i * w + p] * B[p * c + j];
+    }
+    for (i = 0; i < w; i++)
+        for (j = 0; j < w; j++) {
+            ld rest = Q[i * w + j] - (ld)x->P[i * w + j];
+            CHECK(same(1, x->P + i * w + j, x->P + j * w + i));
+            for (p = 0; p < w; p++) {
+                ld a = A[p * w + j], sum = fabsl(a);
+                for (l = 0; l < c; l++)
+                    a -= B[p * c + l] * (ld)x->K[l * w + j], sum += fabsl(B[p * c + l] * (ld)x->K[l * w + j]);
+                rest += PA[p * w + i] * a, size += fabsl(PA[p * w + i]) * sum;
+            }
+            lost = fabsl(rest) > lost ? fabsl(rest) : lost;
+        }
+    BOUND("feedback, equation of P, eps", lost / (1 + size) / EPS, 4);
+    for (i = 0; i < c; i++)
+        for (j = 0; j < w; j++) {
+            ld rest = (ld)x->r[i] * (ld)x->K[i * w + j];
+            for (top = fabsl(rest), p = 0; p < w; p++) {
+                ld a = A[p * w + j];
+                for (l = 0; l < c; l++)
+                    a -= B[p * c + l] * (ld)x->K[l * w + j], top += fabsl(PB[p * c + i] * B[p * c + l] * (ld)x->K[l * w + j]);
+                rest -= PB[p * c + i] * a, top += fabsl(PB[p * c + i] * A[p * w + j]);
+            }
+            BOUND("feedback, equation of K, eps", fabsl(rest) / (top + 1e-9L * size) / EPS, 3000);
+        }
+}
+
+/* Along a reference that stays where it is, a cost P at its end leaves the gains what they are; without P they come to them. */
+static void check_along(int k, const roln_trained *m, const feedback *x)
+{
+    enum { STEPS = 3, LONG = 4000 };
+    static roln_real s[(LONG + 1) * 2 * MAXN], u[LONG * MAXN], K[LONG * 2 * MAXN * MAXN];
+    const int w = 2 * n_OF(k), c = x->count;
+    const ld top = largest(c * w, x->K);
+    int i;
+    for (i = 0; i <= LONG; i++) {
+        memcpy(s + i * w, x->s, (size_t)w * sizeof *s);
+        if (i < LONG) memcpy(u + i * c, x->u, (size_t)c * sizeof *u);
+    }
+    CHECK_OK(roln_lqr_along(m, &x->cost, STEPS, s, u, x->P, K, ROOM(lqr_along)));
+    ROOM_KEPT();
+    for (i = 0; i < STEPS; i++)
+        BOUND("gains along, cost at the end", furthest(c * w, K + i * c * w, x->K) / top, PICK(5e-3L, 1e-8L));
+    fill(LONG * c * w, 7, K);
+    CHECK_OK(roln_lqr_along(m, &x->cost, LONG, s, u, NULL, K, spare));
+    CHECK_BELOW(furthest(c * w, K, x->K), furthest(c * w, K + (LONG - 1) * c * w, x->K) / 4);
+}
+
+/* Wrong numbers: a status, and what was there. */
+static void check_feedback_refused(int k, const roln_trained *m, const feedback *good)
+{
+    static feedback x;
+    static roln_real along[4 * MAXN];
+    const roln_real nan = (roln_real)NAN;
+    int what, st, kept;
+    for (what = 0; what < 12; what++) {
+        roln_status want = ROLN_E_NOT_FINITE;
+        x = *good;
+        x.cost.q = x.q, x.cost.qd = x.qd, x.cost.u = x.r, x.motors.B = x.B;
+        if (good->cost.motors) x.cost.motors = &x.motors;
+        fill(2 * MAXN * MAXN, 7, x.K);
+        if (what == 0) x.s[0] = nan;
+        if (what == 1) x.u[0] = nan;
+        if (what == 2) x.q[N_OF(k) - 1] = nan;
+        if (what == 3) x.qd[0] = (roln_real)INFINITY;
+        if (what == 4) x.r[1 % x.count] = nan;
+        if (what == 5) x.q[0] = -1, want = ROLN_E_NOT_SPD;
+        if (what == 6) x.qd[N_OF(k) - 1] = -1, want = ROLN_E_NOT_SPD;
+        if (what == 7) x.r[0] = 0, want = ROLN_E_NOT_SPD;
+        if (what == 8) x.cost.dt = nan;
+        if (what == 9) x.motors.count = 0, want = ROLN_E_LENGTH;
+        if (what == 10) x.motors.count = N_OF(k) + 1, want = ROLN_E_LENGTH;
+        if (what == 11) x.P[0] = -1000, want = ROLN_E_NOT_SPD;
+        if ((what == 9 || what == 10) && !good->cost.motors) continue;
+        memcpy(along, x.s, sizeof x.s), memcpy(along + 2 * n_OF(k), good->s, sizeof x.s);
+        if (what < 11) {
+            st = roln_lqr(m, &x.cost, x.s, x.u, x.K, x.P, spare);
+            kept = all(2 * MAXN * MAXN, x.K, 7) && same(4 * MAXN * MAXN, x.P, good->P);
+            if (!CHECK(st != ROLN_OK && kept && (what < 4 || what == 8 || st == (int)want)))
+                printf("    %s, wrong number %d: status %d\n", models[k].name, what, st);
+        }
+        st = roln_lqr_along(m, &x.cost, 1, along, x.u, x.P, x.K, spare);
+        if (!CHECK(st != ROLN_OK && all(2 * MAXN * MAXN, x.K, 7))) printf("    %s, along, wrong number %d\n", models[k].name, what);
+    }
+    CHECK(roln_lqr_along(m, &good->cost, 0, good->s, good->u, NULL, x.K, spare) == ROLN_E_LENGTH);
+}
+
+/* The midpoint rule may find a step too long. */
+static int can_step(const roln_trained *m, const feedback *x)
+{
+    roln_real s[2 * MAXN];
+    memcpy(s, x->s, sizeof s);
+    return roln_step(m, s, s + m->model->lnn.n, x->u, dt, spare) == ROLN_OK;
+}
+
+static void test_lqr(int k, int two)
+{
+    static feedback x;
+    static ld A[4 * MAXN * MAXN], B[2 * MAXN * MAXN], Q[4 * MAXN * MAXN];
+    const roln_trained m = of_model(k);
+    uint64_t s = 340 + (uint64_t)k;
+    int round;
+    if (two && (models[k].md->inputs > 0 || N_OF(k) < 2)) return;
+    for (round = 0; round < 4; round++) {
+        roln_status st;
+        place_feedback(k, two, &s, &x);
+        st = roln_lqr(&m, &x.cost, x.s, x.u, x.K, x.P, ROOM(lqr));
+        ROOM_KEPT();
+        if (k == PUSHED && st == ROLN_E_NO_CONVERGENCE && !can_step(&m, &x)) continue;
+        if (k == DEEP && PICK(1, 0) > 0 && st == ROLN_E_NO_CONVERGENCE) continue; /* J of size 1e3, beyond the digits of float */
+        if (!CHECK_OK(st)) {
+            printf("    %s, two motors %d: status %d\n", models[k].name, two, st);
+            continue;
+        }
+        feedback_twin(k, &m, &x, A, B, Q);
+        check_feedback(k, &x, A, B, Q);
+        if (round == 0) check_along(k, &m, &x);
+        if (round == 1) check_feedback_refused(k, &m, &x);
     }
 }
 
@@ -777,7 +1026,7 @@ typedef struct {
 
 static roln_trained of_rig(int k, const rig *x)
 {
-    const roln_trained m = {models[k].md, &scale, x->z_min, x->z_max, x->zd_max, theta_k};
+    const roln_trained m = {models[k].md, scale_of(k), x->z_min, x->z_max, x->zd_max, theta_k, NULL};
     return m;
 }
 
@@ -824,11 +1073,13 @@ static void test_fault_bits(void)
 static uint32_t four_calls(int k, rig *x, const roln_target *ref)
 {
     const roln_trained m = of_rig(k, x);
+    const roln_motors *motors = x->limits.motors;
     roln_real tau_z[MAXN];
     roln_status st = roln_encode(&m, x->q, x->qd, NULL, x->z, x->zd, NULL, ROOM(encode));
     x->failed = st == ROLN_OK ? NOTHING : ENCODER;
     if (st == ROLN_OK) st = roln_control(&m, x->z, x->zd, ref, tau_z, ROOM(control));
-    if (st == ROLN_OK) st = roln_lift(&m, x->z, tau_z, x->want, ROOM(lift));
+    if (st == ROLN_OK && !motors && m.model->inputs == 0) st = roln_lift(&m, x->z, tau_z, x->want, ROOM(lift));
+    else if (st == ROLN_OK) st = roln_allocate(&m, x->z, motors, tau_z, x->want, &x->g.missed, ROOM(allocate));
     if (st != ROLN_OK && x->failed == NOTHING) x->failed = CONTROLLER;
     return tick(k, x);
 }
@@ -843,8 +1094,9 @@ static uint32_t one_call(int k, rig *x, const roln_target *ref)
     return f;
 }
 
-/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits. */
-static void test_tick(int k)
+/* roln_tick is the four calls, bit for bit, with good and bad numbers, in and out of range and limits; with two motors, or those
+   that the model has learned, too. */
+static void test_tick(int k, int driven_by_two)
 {
     enum { WELL, BAD_Q = 3, BAD_REFERENCE, BAD_RANGE, LOW_TAU, LOW_POWER, CASES };
     const uint32_t most = ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_LIMIT | ROLN_FAULT_RANGE;
@@ -853,11 +1105,16 @@ static void test_tick(int k)
     static rig a, b;
     roln_real r[3 * MAXN], gain[2 * MAXN];
     const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    static roln_real B[2 * MAXN];
+    const int inputs = models[k].md->inputs;
+    const roln_motors motors = {driven_by_two ? 2 : 0, driven_by_two ? B : NULL, ROLN_C(0.25)};
     uint64_t s = 330 + (uint64_t)k;
     uint32_t seen = 0;
-    int t, i, reached = 0;
-    if (models[k].md->inputs > 0) return;
+    int t, i, reached = 0, missed = 0;
+    if (driven_by_two && (inputs > 0 || N < 2)) return;
     good(k, &a);
+    dyadic(2 * N, 1, &s, B);
+    if (driven_by_two || inputs > 0) a.limits.motors = &motors;
     a.limits.q_off = a.limits.qd_off = 100;
     fill(n, -100, a.z_min), fill(n, 100, a.z_max), fill(n, 100, a.zd_max);
     for (t = 0; t < 64; t++) {
@@ -879,11 +1136,53 @@ static void test_tick(int k)
         f = four_calls(k, &a, &ref);
         CHECK(one_call(k, &b, &ref) == f);
         CHECK(memcmp(&a.g, &b.g, sizeof a.g) == 0 && same(N, a.held, b.held) && same(n, a.z, b.z) && same(n, a.zd, b.zd));
-        seen |= f, reached += f == 0 && a.g.known;
+        seen |= f, reached += f == 0 && a.g.known, missed += a.g.missed > 0 && a.g.missed <= 1;
     }
+    CHECK(!a.limits.motors == !missed);
     CHECK(reached > 2); /* all well, the balance known */
     CHECK((seen & (most | ROLN_FAULT_OUTPUT)) == most);
-    CHECK(k == BARE || k == SQUARE || (seen & ROLN_FAULT_ENERGY)); /* in these two few states have any balance */
+    /* in these few states have any balance */
+    CHECK(k == BARE || k == SQUARE || k == WHEEL || inputs > 0 || (seen & ROLN_FAULT_ENERGY));
+}
+
+/* Motors u, tau = B u, are to a guard what the joints' tau = B u is: the same residual of energy. Motors that no machine has are a
+   fault, and the torque is held. */
+static void test_guard_motors(int k)
+{
+    static rig a, b, bad;
+    static roln_real B[2 * MAXN];
+    const int N = N_OF(k), n = n_OF(k), inputs = models[k].md->inputs;
+    const roln_motors two = {2, B, 0};
+    const roln_motors wrong[5] = {{0, B, 0}, {N + 1, B, 0}, {2, B, -1}, {2, B, (roln_real)NAN}, {2, inputs > 0 ? B : NULL, 0}};
+    uint64_t s = 360 + (uint64_t)k;
+    int t, i, known = 0;
+    good(k, &bad);
+    dyadic(2 * N, ROLN_C(0.25), &s, B);
+    for (i = 0; i < 5; i++) {
+        rig x = bad;
+        x.limits.motors = wrong + i;
+        CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && x.g.bad == 1 && same(F_OF(k), x.held, bad.held));
+    }
+    if (inputs > 0 || N < 2) return;
+    good(k, &a);
+    memset(&a.g, 0, sizeof a.g);
+    fill(MAXN, 0, a.held);
+    a.limits.tau = 100, a.limits.power = 1000, b = a;
+    a.limits.motors = &two;
+    for (t = 0; t < 10; t++) {
+        dyadic(2, 1, &s, a.want), dyadic(N, 1, &s, a.q), dyadic(N, 1, &s, a.qd);
+        dyadic(n, ROLN_C(0.5), &s, a.z), dyadic(n, ROLN_C(0.0625), &s, a.zd);
+        memcpy(b.z, a.z, sizeof a.z), memcpy(b.zd, a.zd, sizeof a.zd);
+        memcpy(b.q, a.q, sizeof a.q), memcpy(b.qd, a.qd, sizeof a.qd);
+        for (i = 0; i < N; i++)
+            b.want[i] = B[2 * i] * a.want[0] + B[2 * i + 1] * a.want[1];
+        a.want[2] = (roln_real)NAN; /* is nobody's torque */
+        CHECK(tick(k, &a) == 0 && tick(k, &b) == 0);
+        CHECK(same(2, a.held, a.want) && all(N - 2, a.held + 2, 0));
+        BOUND("residual of motors, eps", fabsl((ld)a.g.residual - (ld)b.g.residual) / EPS, 20);
+        known += a.g.known && b.g.known && ROLN_ABS(b.g.residual) > ROLN_C(0.001);
+    }
+    CHECK(known > 5);
 }
 
 /* The very first tick, with NaN among the measured numbers: the latent state is not read (here it has never been written, which
@@ -898,12 +1197,10 @@ static void test_first_tick(int k)
     roln_real *unset = (roln_real *)malloc((size_t)(2 * n) * sizeof *unset);
     uint64_t s = 335 + (uint64_t)k;
     int i, t;
-    if (models[k].md->inputs > 0) {
-        free(unset);
-        return;
-    }
+    const roln_motors damped = {0, NULL, ROLN_C(0.25)};
     memset(&start, 0, sizeof start);
     valid(k, &s);
+    if (models[k].md->inputs > 0) start.limits.motors = &damped;
     dyadic(N, ROLN_C(0.125), &s, start.q), dyadic(N, ROLN_C(0.125), &s, start.qd);
     start.limits.dt = ROLN_C(0.0625), start.limits.power = 1000, start.limits.q_off = start.limits.qd_off = 1000;
     start.limits.tau = 1000, start.limits.hold = 3;
@@ -970,14 +1267,14 @@ static int field_size(int k, int field)
 }
 
 /* The faults that a number v in a field must give. */
-static uint32_t must_fault(int field, roln_real v, int failed)
+static uint32_t must_fault(int k, int field, int i, roln_real v, int failed)
 {
     const int finite = roln_finite(v), nan = v != v;
-    const int sees = failed != ENCODER;
+    const int sees = failed != ENCODER, angle = i < n_OF(k) && roln_lnn_angle(&models[k].md->lnn, i);
     switch (field) {
     case F_Q:
     case F_QD: return finite ? 0 : ROLN_FAULT_INPUT;
-    case F_Z: return sees && !(ROLN_ABS(v) <= ROLN_C(1.5)) ? ROLN_FAULT_RANGE : 0;
+    case F_Z: return sees && !(ROLN_ABS(v) <= (angle ? ROLN_C(1048576.0) : ROLN_C(1.5))) ? ROLN_FAULT_RANGE : 0;
     case F_ZD: return sees && !(ROLN_ABS(v) <= ROLN_C(2.5)) ? ROLN_FAULT_RANGE : 0;
     case F_WANT:
         if (failed != NOTHING) return 0;
@@ -990,7 +1287,7 @@ static uint32_t must_fault(int field, roln_real v, int failed)
     case F_ENERGY:
     case F_LAST_POWER: return finite || failed != NOTHING ? 0 : ROLN_FAULT_ENERGY;
     case F_Z_MIN:
-    case F_Z_MAX:
+    case F_Z_MAX: return nan && sees && !angle ? ROLN_FAULT_RANGE : 0;
     case F_ZD_MAX: return nan && sees ? ROLN_FAULT_RANGE : 0;
     default: return 0;
     }
@@ -1026,7 +1323,7 @@ static void test_guard_patterns(int k)
             for (p = 0; p < PATTERNS; p++)
                 for (failed = 0; failed < WAYS_TO_FAIL; failed++) {
                     const roln_real v = pattern(p);
-                    const uint32_t must = must_fault(field, v, failed) | (failed ? ROLN_FAULT_STATUS : 0u);
+                    const uint32_t must = must_fault(k, field, i, v, failed) | (failed ? ROLN_FAULT_STATUS : 0u);
                     roln_real top;
                     uint32_t f;
                     int ok;
@@ -1200,15 +1497,21 @@ static void check_hold(int k, const rig *start, int hold)
     CHECK(tick(k, &x) == 0 && same(F, x.held, x.want) && x.g.faults == 0);
 }
 
+/* A coordinate that is no angle. */
+static int bounded(int k)
+{
+    return roln_lnn_angle(&models[k].md->lnn, 0) ? 1 : 0;
+}
+
 /* Makes one of five things wrong, or none; the fault that it is. */
-static uint32_t go_wrong(int what, int F, rig *x)
+static uint32_t go_wrong(int k, int what, int F, rig *x)
 {
     switch (what) {
     case 0: x->qd[0] = (roln_real)INFINITY; return ROLN_FAULT_INPUT;
     case 1: x->failed = CONTROLLER; return ROLN_FAULT_STATUS;
     case 2: x->want[F - 1] = (roln_real)NAN; return ROLN_FAULT_OUTPUT;
     case 3: x->want[0] = ROLN_C(-1.5) * (1 + 2 * ROLN_EPS); return ROLN_FAULT_LIMIT;
-    case 4: x->z[0] = 3; return ROLN_FAULT_RANGE;
+    case 4: x->z[bounded(k)] = 3; return ROLN_FAULT_RANGE;
     case 5: x->failed = ENCODER; return ROLN_FAULT_STATUS;
     default: return 0;
     }
@@ -1233,7 +1536,7 @@ static void test_guard_hold(int k)
             memcpy(x.z, start.z, sizeof x.z), memcpy(x.qd, start.qd, sizeof x.qd), x.failed = NOTHING;
             for (i = 0; i < F; i++)
                 x.want[i] = start.held[i] * (1 + (roln_real)(t % 3) / 64);
-            want = go_wrong(roln_randint(12, &s), F, &x);
+            want = go_wrong(k, roln_randint(12, &s), F, &x);
             bad = want || over ? bad + 1 : 0;
             over |= bad > x.limits.hold;
             for (i = 0; i < F && !want; i++)
@@ -1255,7 +1558,8 @@ static void test_guard_range(int k)
     start.limits.power = 0, start.g.known = 0;
     for (i = 0; i < n; i++)
         for (side = 0; side < 4; side++) {
-            const roln_real sign = side % 2 ? 1 : -1, edge = side < 2 ? ROLN_C(1.5) : ROLN_C(2.5);
+            const int angle = side < 2 && roln_lnn_angle(&models[k].md->lnn, i);
+            const roln_real sign = side % 2 ? 1 : -1, edge = angle ? ROLN_C(1048576.0) : side < 2 ? ROLN_C(1.5) : ROLN_C(2.5);
             x = start;
             (side < 2 ? x.z : x.zd)[i] = sign * edge;
             CHECK(tick(k, &x) == 0);
@@ -1298,7 +1602,7 @@ static void test_guard_clip(int k)
                 CHECK(tick(k, &x) == ROLN_FAULT_STATUS && same(F, x.held, want));
                 x.failed = NOTHING, x.limits.strict = 1;
                 CHECK(tick(k, &x) == ROLN_FAULT_LIMIT && same(F, x.held, want));
-                x = start, x.z[0] = 3, x.want[i] = 2 * s; /* another fault: nothing is clipped, the last torque is held */
+                x = start, x.z[bounded(k)] = 3, x.want[i] = 2 * s; /* another fault: nothing is clipped, the last torque is held */
                 CHECK(tick(k, &x) == ROLN_FAULT_RANGE && same(F, x.held, start.held));
                 x = start, x.limits.rate = own ? 0 : 2; /* by its rate: once, and once more; then it is there */
                 if (own) x.limits.rate_each = rates;
@@ -1436,6 +1740,38 @@ static void test_guard_window(int k)
     CHECK(k == BARE || k == SQUARE || (found > 10 && quiet > 10));
     b.g.residual = (roln_real)NAN; /* a damaged one is a fault, and gone */
     CHECK(tick(k, &b) == ROLN_FAULT_ENERGY && roln_finite(b.g.residual) && tick(k, &b) == 0);
+}
+
+/* An angle's error goes the shorter way, and its turns change neither control nor what a guard sees. */
+static void test_turns(void)
+{
+    const int k = WHEEL, n = wheel_n;
+    const roln_trained m = of_model(k);
+    const roln_real turn = 2 * ROLNI_PI, far = ROLN_C(3.0), little = ROLN_C(0.0009765625);
+    roln_real r[3 * wheel_n] = {0}, gain[2 * wheel_n], tau[2][wheel_n], z[wheel_n], zd[wheel_n] = {0};
+    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    static rig x, start;
+    int i, j;
+    good(k, &start);
+    fill(n, 4, gain), fill(n, 0, gain + n);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < 2; j++) { /* from -3 to 3 by .28 rad backwards, not by 6 forwards */
+            fill(n, 0, z), fill(3 * n, 0, r);
+            z[i] = -far, r[i] = j ? far : -far;
+            CHECK_OK(roln_control(&m, z, zd, &ref, tau[j], ROOM(control)));
+            if (j == 1) CHECK_NEAR(tau[1][i] - tau[0][i], 4 * (i == 1 ? 2 * (ld)far : 2 * (ld)far - (ld)turn), 40 * EPS);
+        }
+    memcpy(start.q, start.z, sizeof start.q), memcpy(start.qd, start.zd, sizeof start.qd);
+    start.limits.q_off = start.limits.qd_off = little;
+    for (i = 0; i < n; i++) /* measured on another turn than the state: the same place; of a slider it is not */
+        for (j = -1; j < 2; j += 2) {
+            x = start, x.q[i] += (roln_real)j * turn;
+            CHECK(tick(k, &x) == (i == 1 ? ROLN_FAULT_MANIFOLD : 0));
+            x = start, x.q[i] += 4 * little;
+            CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
+            x = start, x.z[i] = x.q[i] = x.z[i] + 20 * (roln_real)j * turn; /* no jump of energy by a turn */
+            CHECK(tick(k, &x) == (i == 1 ? ROLN_FAULT_RANGE : 0));
+        }
 }
 
 /* ---- limits from recordings ------------------------------------------------------------------- */
@@ -1613,7 +1949,7 @@ typedef struct {
 static void move(int k, double h, double push, motion *x)
 {
     const roln_model md = driven(k, ROLN_RK4);
-    const roln_trained m = trained(&md, &scale, theta_k);
+    const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k), F = F_OF(k), N = N_OF(k), inside = 20, inputs = models[k].md->inputs;
     double s[2 * MAXN], tau[MAXN], tau_z[MAXN], outside[MAXN];
     uint64_t seed = 320 + (uint64_t)k;
@@ -1730,7 +2066,8 @@ static double encoder_residual(int k, double push, int window)
    the model does not know stands out. */
 static void test_guard_encoder(int k)
 {
-    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, 4, 32);
+    const double push = 8 / scale_of(k)->q; /* as much in the units of the networks */
+    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, push, 32);
     BOUND("guard, 12-bit encoders, mean over 32 ticks / one tick", mean / one, 1 / 25.);
     CHECK(pushed > 4 * mean);
 #ifdef ROLN_TEST_VERBOSE
@@ -1768,7 +2105,8 @@ static void test_shell(void)
     rich_jacobian jac, jac1;
     roln_target ref;
     roln_trained m;
-    roln_real v[6], y[6], y1[6], zd2[3], a[3], motors[6 * 4], u[4], u1[4];
+    roln_real v[6], y[6], y1[6], zd2[3], a[3], motors[6 * 4], u[5], u1[5];
+    roln_motors four = {4, motors, ROLN_C(0.5)};
     uint64_t seed = 330;
     good(RICH, &x);
     typed_rig(&x, &p, &full, &s);
@@ -1787,8 +2125,12 @@ static void test_shell(void)
     CHECK(roln_control(&m, s.z, s.zd, &ref, y1, spare) == ROLN_OK && same(3, a, y1));
     CHECK_OK(rich_inertia(&p, &s, v, y, RICH_WORK(inertia)));
     CHECK(roln_inertia(&m, s.z, v, y1, spare) == ROLN_OK && same(6, y, y1));
-    CHECK_OK(rich_allocate(&p, &s, 4, motors, zd2, ROLN_C(0.5), u, RICH_WORK(allocate)));
-    CHECK(roln_allocate(&m, 4, s.z, motors, zd2, ROLN_C(0.5), u1, spare) == ROLN_OK && same(4, u, u1));
+    CHECK_OK(rich_allocate(&p, &s, &four, zd2, u, u + 4, RICH_WORK(allocate)));
+    CHECK(roln_allocate(&m, s.z, &four, zd2, u1, u1 + 4, spare) == ROLN_OK && same(5, u, u1));
+    four.count = 2, four.B = p.theta + rich_theta_size - 12; /* what it has learned */
+    CHECK_OK(roln_allocate(&m, s.z, &four, zd2, u1, u1 + 4, spare));
+    four.count = 7, four.B = NULL;
+    CHECK(rich_allocate(&p, &s, &four, zd2, u, u + 4, RICH_WORK(allocate)) == ROLN_OK && same(2, u, u1) && same(1, u + 4, u1 + 4));
     s1 = s;
     CHECK_OK(rich_linear(&p, &s1, v, dt, &jac, (rich_linwork *)(void *)room_of(NUMBERS_OF(rich_linwork, linear))));
     ROOM_KEPT();
@@ -1846,9 +2188,12 @@ static void refused(plain_params *p)
     const roln_limits limits = {.dt = dt, .tau = 1000, .hold = 2};
     const plain_params before = *p;
     const plain_state x = {{0}, {0}};
-    const plain_latent s = {{0}, {0}};
+    const plain_latent s = {{0}, {0}}, along[2] = {{{0}, {0}}, {{0}, {0}}};
     const plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
     const roln_real v[36] = {0};
+    const roln_motors motors = {1, v, 1};
+    const roln_cost cost = {v, v, v, dt, &motors};
+    static plain_lqrwork lqrwork;
     const int one = 0;
     memset(&to, 0xa5, sizeof to), was = to;
     memset(&g, 0, sizeof g);
@@ -1858,7 +2203,10 @@ static void refused(plain_params *p)
     CHECK(plain_aim(p, v, v, v, &to.r, PLAIN_WORK(aim)) == ROLN_E_SHAPE);
     CHECK(plain_control(p, &s, &r, to.tau_z, PLAIN_WORK(control)) == ROLN_E_SHAPE);
     CHECK(plain_lift(p, &s, v, to.tau, PLAIN_WORK(lift)) == ROLN_E_SHAPE);
-    CHECK(plain_allocate(p, &s, 1, v, v, 1, to.tau, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
+    CHECK(plain_gains(p, &s, v, v, &to.r, PLAIN_WORK(gains)) == ROLN_E_SHAPE);
+    CHECK(plain_lqr(p, &cost, &s, NULL, to.tau, NULL, &lqrwork) == ROLN_E_SHAPE);
+    CHECK(plain_lqr_along(p, &cost, 1, along, NULL, NULL, to.tau, &lqrwork) == ROLN_E_SHAPE);
+    CHECK(plain_allocate(p, &s, &motors, v, to.tau, NULL, PLAIN_WORK(allocate)) == ROLN_E_SHAPE);
     CHECK(plain_step(p, &to.s, NULL, dt, PLAIN_WORK(step)) == ROLN_E_SHAPE);
     CHECK(plain_linear(p, &to.s, NULL, dt, &to.j, &linwork) == ROLN_E_SHAPE);
     CHECK(plain_reduce(p, &s, v, to.tau_z, PLAIN_WORK(reduce)) == ROLN_E_SHAPE);
@@ -1912,6 +2260,9 @@ void TEST_NAME(control)(void)
         test_linear_calls(k);
         test_lift(k);
         test_allocate(k);
+        test_gains(k);
+        test_lqr(k, 0);
+        test_lqr(k, 1);
 #ifdef ROLN_DOUBLE
         test_jet(k);
         test_inverse(k);
@@ -1935,10 +2286,13 @@ void TEST_NAME(control)(void)
         test_guard_safe(k);
         test_guard_window(k);
         test_fit_limits(k);
-        test_tick(k);
+        test_tick(k, 0);
+        test_tick(k, 1);
+        test_guard_motors(k);
         test_first_tick(k);
     }
     test_fault_bits();
+    test_turns();
     test_shell();
     test_shell_tick();
     test_foreign();

@@ -85,9 +85,9 @@ static wide ref_sinhc(wide x)
 
 typedef struct { double ulp; roln_real at; } worst;
 
-enum { EXP, EXPM1, LOG, LOG1P, SINHC, SOFTPLUS, SIGMOID, COUNT };
+enum { EXP, EXPM1, LOG, LOG1P, SINHC, SOFTPLUS, SIGMOID, TANH, COUNT };
 
-static const char *const name[COUNT] = {"exp", "expm1", "log", "log1p", "sinhc", "softplus", "sigmoid"};
+static const char *const name[COUNT] = {"exp", "expm1", "log", "log1p", "sinhc", "softplus", "sigmoid", "tanh"};
 
 static void see(worst *w, roln_real x, roln_real y, wide ref)
 {
@@ -108,6 +108,7 @@ static void one(worst *w, int f, roln_real x)
     case LOG1P: see(w, x, roln_log1p(x), REF(log1p)(v)); break;
     case SINHC: see(w, x, roln_sinhc(x), ref_sinhc(v)); break;
     case SOFTPLUS: see(w, x, roln_softplus(x), ref_softplus(v)); break;
+    case TANH: see(w, x, roln_tanh(x), REF(tanh)(v)); break;
     default: see(w, x, roln_sigmoid(x), ref_sigmoid(v)); break;
     }
 }
@@ -140,7 +141,8 @@ static void sweep(worst *w)
         {LOG1P, -1e-4f, -1.0f},     {LOG1P, 1e-4f, 16.0f},
         {SINHC, 0.01f, 95.0f},
         {SOFTPLUS, -0.01f, -105.0f},{SOFTPLUS, 0.01f, 20.0f},
-        {SIGMOID, -0.01f, -105.0f}, {SIGMOID, 0.01f, 20.0f}
+        {SIGMOID, -0.01f, -105.0f}, {SIGMOID, 0.01f, 20.0f},
+        {TANH, 1e-4f, 10.0f}
     };
     const float inf = real(0x7f800000);
     size_t i;
@@ -210,6 +212,7 @@ static void special(void)
     CHECK(same(roln_log1p(nan), nan) && same(roln_sinhc(nan), nan) && same(roln_softplus(nan), nan) &&
           same(roln_softplus(-nan), nan));
     CHECK(same(roln_sigmoid(nan), nan) && same(roln_sigmoid(-nan), nan));
+    CHECK(same(roln_tanh(inf), one_) && same(roln_tanh(low), -one_) && same(roln_tanh(-zero), -zero) && same(roln_tanh(nan), nan));
 }
 
 /* The array form has the bits of the scalar form, in any length, in place or not, and writes nothing else. */
@@ -252,15 +255,57 @@ static void shape(void)
         y[SINHC] = roln_sinhc(x);
         y[SOFTPLUS] = roln_softplus(x);
         y[SIGMOID] = roln_sigmoid(x);
+        y[TANH] = roln_tanh(x);
         for (f = 0; f < COUNT; f++) {
             roln_real a = last[f] < 0 ? -last[f] : last[f];
             falls += i > 1 && y[f] < last[f] - REAL(2) * ROLN_EPS * a;
             last[f] = y[f];
         }
-        odd += !same(y[SINHC], roln_sinhc(-x));
+        odd += !same(y[SINHC], roln_sinhc(-x)) || !same(y[TANH], -roln_tanh(-x));
     }
     CHECK(falls == 0);
     CHECK(odd == 0);
+}
+
+/* Sine, cosine and wrapped angles, in eps: where turns are exact, and beyond. */
+static void angles(void)
+{
+    static const struct { double top, sine, turn; } scale[] = {
+        {0.8, 0.7, 0}, {3.15, 0.7, 1}, {30, 0.7, 1}, {3000, 0.7, 1.3},
+        {1048576, BOUND(270000, 1), BOUND(270000, 300)}}; /* 300: of 2 pi in long double */
+    const roln_real pi = REAL(3.14159265358979323846), inf = REAL(HUGE_VAL), end = REAL(1048576);
+    const roln_real odd[4] = {inf, -inf, real((roln_bits)~SIGN_BIT), real(bits(end) + 1)};
+    const wide turn = 8 * REF(atan)((wide)1);
+    const int points = check_sample ? 20000 : 2000000;
+    uint64_t seed = 3;
+    roln_real s, c;
+    int k, i;
+    for (k = 0; k < 5; k++) {
+        double sine = 0, off = 0, outside = 0, moved = 0;
+        for (i = 0; i < points; i++) {
+            const roln_real x = REAL(scale[k].top) * (REAL(2) * roln_uniform(&seed) - REAL(1)), y = roln_wrap(x);
+            const wide v = (wide)x, d = REF(remainder)((wide)y - v, turn);
+            double e;
+            roln_sincos(x, &s, &c);
+            e = (double)REF(fmax)(REF(fabs)((wide)s - REF(sin)(v)), REF(fabs)((wide)c - REF(cos)(v)));
+            sine = e > sine ? e : sine;
+            off = (double)REF(fabs)(d) > off ? (double)REF(fabs)(d) : off;
+            outside += !(y > -pi && y <= pi), moved += x > -pi && x <= pi && !same(x, y);
+        }
+        CHECK_BELOW(sine / (double)ROLN_EPS, scale[k].sine);
+        CHECK_BELOW(off / (double)ROLN_EPS, scale[k].turn);
+        CHECK(outside <= 0 && moved <= 0);
+    }
+    for (k = 0; k < 4; k++) {
+        roln_sincos(odd[k], &s, &c);
+        CHECK(s != s && c != c && roln_wrap(odd[k]) != roln_wrap(odd[k]));
+    }
+    for (k = 0; k < 2; k++) {
+        roln_sincos(k ? end : -end, &s, &c);
+        CHECK(roln_finite(s) && roln_finite(c) && roln_finite(roln_wrap(k ? end : -end)));
+    }
+    roln_sincos(0, &s, &c);
+    CHECK(same(s, 0) && same(c, 1) && same(roln_wrap(pi), pi) && roln_wrap(-pi) > REAL(3.14159) && same(roln_wrap(0), 0));
 }
 
 void TEST_NAME(elementary)(void);
@@ -272,6 +317,7 @@ void TEST_NAME(elementary)(void)
     special();
     array();
     shape();
+    angles();
     sweep(w);
     for (f = 0; f < COUNT; f++)
         printf("  %-8s %-6s worst %.3f ulp at %.17g\n", name[f], TEST_PRECISION, w[f].ulp, (double)w[f].at);
@@ -282,4 +328,5 @@ void TEST_NAME(elementary)(void)
     CHECK_BELOW(w[SINHC].ulp, 2.5);
     CHECK_BELOW(w[SOFTPLUS].ulp, 2.1);
     CHECK_BELOW(w[SIGMOID].ulp, 2.5);
+    CHECK_BELOW(w[TANH].ulp, 3.6);
 }

@@ -29,7 +29,7 @@ static struct {
 
 /* The sizes of a shape for the macros: SZ(n), SZ(width) .. */
 static struct {
-    int n, width, base, damping, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to;
+    int n, width, base, damping, cossin, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to;
     int row_mass, row_gradient, row_dm, row_bwd_0, row_bwd_1, row_bwd_2;
 } sz;
 #define SZ(x) sz.x
@@ -40,6 +40,7 @@ static void set_sizes(const roln_lnn *f)
     int i, even = 0, odd = 0;
     memset(&sz, 0, sizeof sz);
     sz.n = f->n, sz.width = f->width[0], sz.base = f->base, sz.damping = f->damping;
+    sz.cossin = f->angles ? net->size[0] : 0;
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.formed = sz.cholesky || f->layers > 0;
     for (i = 0; i < net->layers; i++) {
         if (i % 2) odd = ROLN_MAX(odd, net->size[i]);
@@ -63,13 +64,14 @@ static void set_sizes(const roln_lnn *f)
 #define TERMS_WORK ROLN_LNN_TERMS_WORK(SZ)
 
 /* Where the parts of theta begin, in the order that the header tells. */
-static int damper_at, base_at, layer_at[ROLN_LAYERS_MAX];
+static int damper_at, friction_at, base_at, layer_at[ROLN_LAYERS_MAX];
 
 static void layout(const roln_lnn *f)
 {
     int i, at;
     damper_at = roln_mlp_params(&f->mass_net) + roln_mlp_params(&f->potential_net);
-    base_at = at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+    friction_at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
+    base_at = at = friction_at + (f->friction ? 2 * f->n : 0);
     if (f->base) at += f->width[0] * f->width[0];
     for (i = 0; i < f->layers; i++) {
         const int w = f->width[i];
@@ -118,6 +120,19 @@ static void t_mlp(const roln_mlp *f, const ld *th, const ld *x, ld *y)
     }
 }
 
+/* A network of f at z: of cos and sin of the angles. */
+static void t_net(const roln_mlp *net, const ld *th, const ld *z, ld *y)
+{
+    ld x[2 * MAXN];
+    int i, k = m.f.n;
+    for (i = 0; i < m.f.n; i++) {
+        const int angle = (int)(m.f.angles >> i) & 1;
+        x[i] = angle ? cosl(z[i]) : z[i];
+        if (angle) x[k++] = sinl(z[i]);
+    }
+    t_mlp(net, th, x, y);
+}
+
 static void t_low(int n, const ld *u, int symmetric, ld *U)
 {
     int i, j, k = n;
@@ -163,7 +178,7 @@ static void t_chain(const ld *z, int stop, ld *X, ld *l)
     ld u[ROLN_TRI(MAXN)], U[MAXN * MAXN], W[MAXN * MAXN], E[MAXN * MAXN];
     const roln_lnn *f = &m.f;
     int i, j, w = f->width[0];
-    t_mlp(&f->mass_net, m.th, z, u);
+    t_net(&f->mass_net, m.th, z, u);
     t_low(w, u, f->mass == ROLN_EXPONENTIAL, U);
     if (f->mass == ROLN_CHOLESKY) {
         for (i = 0; i < w * w; i++) W[i] = i % (w + 1) == 0;
@@ -223,7 +238,7 @@ static void t_terms(const ld *z, const ld *zd)
     int i, j, k, q;
     memset(&tt, 0, sizeof tt);
     t_mass(z, tt.M);
-    t_mlp(&m.f.potential_net, pot, z, &tt.V);
+    t_net(&m.f.potential_net, pot, z, &tt.V);
     memcpy(x, z, sizeof *x * (size_t)n);
     for (k = 0; k < n; k++) {
         for (q = -4; q <= 4; q++) {
@@ -232,7 +247,7 @@ static void t_terms(const ld *z, const ld *zd)
             x[k] = z[k] + (ld)q * h;
             t_mass(x, M);
             for (i = 0; i < nn; i++) tt.dM[k * nn + i] += w * M[i];
-            t_mlp(&m.f.potential_net, pot, x, &V);
+            t_net(&m.f.potential_net, pot, x, &V);
             tt.g[k] += w * V;
         }
         x[k] = z[k];
@@ -243,8 +258,10 @@ static void t_terms(const ld *z, const ld *zd)
                 tt.C[i * n + j] += (tt.dM[k * nn + i * n + j] + tt.dM[j * nn + i * n + k] - tt.dM[i * nn + j * n + k]) / 2 * zd[k];
                 tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
             }
+    for (i = 0; m.f.friction && i < n; i++)
+        tt.d[i] = expl(m.th[friction_at + i]) * tanhl(zd[i] / expl(m.th[friction_at + n + i]));
     if (!m.f.damping) return;
-    t_mlp(&m.f.damper_net, m.th + damper_at, z, u);
+    t_net(&m.f.damper_net, m.th + damper_at, z, u);
     t_low(n, u, 0, L);
     for (j = 0; j < n; j++) {
         for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * zd[i];
@@ -479,8 +496,24 @@ static roln_lnn damped(roln_lnn f)
     return f;
 }
 
+static roln_lnn rubbing(roln_lnn f)
+{
+    f.friction = 1;
+    return f;
+}
+
+/* Angles where `angles` has a bit; the networks have an input more for each. */
+static roln_lnn turning(roln_lnn f, uint32_t angles)
+{
+    int i;
+    f.angles = angles;
+    for (i = 0; i < f.n; i++) f.mass_net.size[0] += (int)(angles >> i) & 1;
+    f.potential_net.size[0] = f.damper_net.size[0] = f.mass_net.size[0];
+    return f;
+}
+
 /* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
-enum { VARIANTS = 10 };
+enum { VARIANTS = 10, TURNING = 13, ALL = 15 }; /* behind VARIANTS those with angles, behind TURNING with friction, or both */
 static roln_lnn variant(int i)
 {
     switch (i) {
@@ -493,7 +526,12 @@ static roln_lnn variant(int i)
     case 6: return damped(shape(2, 1, 2, 3, 0));
     case 7: return damped(behind(shape(1, 0, 2, 2, 0), 2, "rg1"));
     case 8: return behind(shape(2, 0, 2, 2, 0), 3, "rg2g");
-    default: return behind(shape(2, 1, 2, 2, 0), 4, "3r2");
+    case 9: return behind(shape(2, 1, 2, 2, 0), 4, "3r2");
+    case 10: return turning(damped(shape(2, 1, 2, 3, 0)), 2);
+    case 11: return turning(cholesky(damped(shape(3, 0, 3, 2, 2))), 5);
+    case 12: return turning(shape(2, 0, 2, 3, 0), 3);
+    case 13: return rubbing(shape(2, 0, 2, 3, 0));
+    default: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
     }
 }
 
@@ -541,6 +579,7 @@ static void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
     layout(f);
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
+    for (i = friction_at + f->n; i < base_at && f->friction; i++) th[i] += 3; /* smooth enough for differences */
     for (i = 0; i < f->width[0] && has(f, ROLN_REEIG) >= 0; i++)
         th[nm - ROLN_TRI(f->width[0]) + i] += i % 2 ? ROLN_C(0.8) : ROLN_C(-0.8);
     if (f->base) random_spd(f->width[0], th + base_at, s);
@@ -1160,6 +1199,20 @@ static void check_map(roln_lnn f, int kind, int nb, int force, int halving, uint
     fresh_done();
 }
 
+static void check_inverse(roln_lnn f, uint64_t *seed);
+
+/* All maps of a variant, and one integrator. */
+static void check_maps(int i, int scheme, uint64_t *seed)
+{
+    int k;
+    for (k = 0; k < 3; k++) check_terms(variant(i), seed), check_inverse(variant(i), seed);
+    check_map(variant(i), ZDD, 1, 0, 1, seed);
+    check_map(variant(i), INVERSE, 1, 0, 1, seed);
+    check_map(variant(i), INVERSE_W, 1 + (i == 3), 0, 1, seed);
+    check_map(variant(i), START, 1, i % 3 == 0, 1, seed);
+    check_map(variant(i), scheme, 1 + (i == 0), i % 3 == 0, 1, seed);
+}
+
 /* ---- properties of the motion ---- */
 
 /* Order of the integrators against the twin's RK4 with many steps. */
@@ -1280,7 +1333,7 @@ static void check_linear(roln_lnn f, int force, uint64_t *seed)
         } else {
             t_run(out);
             memcpy(s, m.s, sizeof *s * (size_t)n2);
-            if (scheme == ROLN_MIDPOINT && !f.damping) {
+            if (scheme == ROLN_MIDPOINT && !f.damping && !f.friction) {
                 const ld unit = EPS + 1e-17L / t_width();
                 BOUND("linear: midpoint is symplectic (eps)", symplectic_defect(A, s, out) / unit, 60);
             } else if (EPS < 1e-10L) {
@@ -1421,6 +1474,35 @@ static void test_damping(uint64_t *seed)
     }
 }
 
+/* Dry friction is c tanh(zd / v), takes power whatever c and v are, at every velocity, and begins with e^-2. */
+static void test_rubbing(uint64_t *seed)
+{
+    int rep, i;
+    for (rep = 0; rep < 1000; rep++) {
+        const int n = 1 + rep % 5;
+        const roln_lnn f = rubbing(rep % 2 ? shape(n, 0, 2, 2, 0) : damped(cholesky(shape(n, 0, 2, 2, 0))));
+        roln_real *th = weights(&f, seed), *s = normal(2 * n, pow(10, rep % 9 - 4), seed), *d = fresh(n), *smooth = fresh(n);
+        roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(TERMS_WORK);
+        if (rep < 20) {
+            roln_lnn_init(&f, th, seed);
+            for (i = friction_at; i < base_at; i++) CHECK_NEAR(th[i], -2, 0);
+        }
+        for (i = 0; i < n; i++) s[i] = roln_normal(seed);
+        for (i = friction_at; i < base_at; i++) th[i] = 3 * roln_normal(seed);
+        for (i = 0; f.damping && i < friction_at - damper_at; i++) th[damper_at + i] = 0;
+        friction(&f, th, s, d, tape, w);
+        for (i = 0; i < n; i++) {
+            const ld c = expl((ld)th[friction_at + i]), v = expl((ld)th[friction_at + n + i]), want = c * tanhl((ld)s[n + i] / v);
+            CHECK(d[i] * s[n + i] >= 0);
+            BOUND("friction (eps)", fabsl((ld)d[i] - want) / (EPS * fabsl(want)), 12);
+            th[friction_at + i] = -200; /* e^-200: none */
+        }
+        friction(&f, th, s, smooth, tape, w);
+        for (i = 0; i < n; i++) CHECK_NEAR(smooth[i], 0, 1e-30);
+        fresh_done();
+    }
+}
+
 /* Inverse dynamics: inverse of the forward ones, the full matrix C of Christoffel symbols, linear in w. */
 static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_real *w, roln_real *tau, roln_real *tape,
                            roln_real *work)
@@ -1518,7 +1600,7 @@ static ld lagrangian(const ld *a, const ld *b)
     int i;
     for (i = 0; i < n; i++) z[i] = (a[i] + b[i]) / 2, v[i] = (b[i] - a[i]) / m.h;
     t_mass(z, M);
-    t_mlp(&m.f.potential_net, m.th + roln_mlp_params(&m.f.mass_net), z, &V);
+    t_net(&m.f.potential_net, m.th + roln_mlp_params(&m.f.mass_net), z, &V);
     t_apply(M, v, Mv);
     for (i = 0; i < n; i++) L += Mv[i] * v[i] / 2;
     return m.h * (L - V);
@@ -1568,6 +1650,52 @@ static void check_start(roln_lnn f, int force, uint64_t *seed)
         }
     }
     fresh_done();
+}
+
+/* Whole turns of an angle change nothing but by the rounding of the angle: terms, zdd, the start from two positions. An angle
+   beyond 2^20 is none. */
+static void check_turned(roln_lnn f, int turns, uint64_t *seed)
+{
+    const int n = f.n, nx = n * n + 3 * n + 2;
+    roln_real *th = weights(&f, seed), *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
+    roln_real *X[2], *zdd[2], *s1[2], *s, *z0, *out = zeros(2 * n), *before = copy(2 * n, out);
+    roln_system sys = {NULL, NULL};
+    ld ref[MAXN * MAXN + 3 * MAXN + 2];
+    inputs x = draw(&f, th, ZDD, 1, 0, seed);
+    int k, i;
+    sys.theta = th;
+    for (k = 0; k < 2; k++) {
+        X[k] = fresh(nx), zdd[k] = fresh(n), s1[k] = fresh(2 * n), s = copy(2 * n, x.s), z0 = copy(n, x.s);
+        for (i = 0; i < n; i++) {
+            const ld turn = k && (f.angles >> i & 1) ? 8 * atanl(1) * turns : 0;
+            s[i] = (roln_real)((ld)s[i] + turn), z0[i] = (roln_real)((ld)z0[i] - (ld)ROLN_C(0.03125) * (ld)s[n + i] - turn);
+        }
+        CHECK(terms(th, s, -1, X[k], tape, w) == ROLN_OK);
+        CHECK(roln_lnn_zdd(&f, 0, 1, th, s, x.a[0], zdd[k], tape, w) == ROLN_OK);
+        CHECK(roln_lnn_start(&f, &sys, 0, 1, ROLN_C(0.03125), z0, s, s1[k], tape, w) == ROLN_OK);
+        CHECK(same(n, s, s1[k]));
+    }
+    widen(nx, X[0], ref);
+    BOUND("turns: terms (eps a turn)", distance(nx, X[1], ref) / EPS / (1 + fabsl((ld)turns)), 8);
+    widen(n, zdd[0], ref);
+    BOUND("turns: zdd (eps a turn)", distance(n, zdd[1], ref) / EPS / (1 + fabsl((ld)turns)), 40);
+    BOUND("turns: start (eps a turn / h)", apart(n, s1[0] + n, s1[1] + n) / EPS / (1 + fabsl((ld)turns)) / 32, 16);
+    for (i = 0; i < n; i++) {
+        s = copy(2 * n, x.s);
+        s[i] = 1048577;
+        k = roln_lnn_zdd(&f, 0, 1, th, s, x.a[0], out, tape, w) == ROLN_E_NOT_FINITE;
+        CHECK(!(f.angles >> i & 1) || (k && same(n, out, before)));
+        memcpy(out, before, (size_t)n * sizeof *out);
+    }
+    fresh_done();
+}
+
+static void test_turns(uint64_t *seed)
+{
+    static const int turns[] = {1, -1, 3, -20, 100};
+    int i, rep;
+    for (rep = 0; rep < 20; rep++)
+        for (i = VARIANTS; i < TURNING; i++) check_turned(variant(i), turns[rep % 5], seed);
 }
 
 /* ---- status and edges ---- */
@@ -1981,14 +2109,7 @@ void TEST_NAME(lnn)(void)
             check_map(shape(2, base, 2, 3, 0), i, 2, base, 0, &seed);
         }
     }
-    for (i = 0; i < VARIANTS; i++) {
-        for (T = 0; T < 3; T++) check_terms(variant(i), &seed), check_inverse(variant(i), &seed);
-        check_map(variant(i), ZDD, 1, 0, 1, &seed);
-        check_map(variant(i), INVERSE, 1, 0, 1, &seed);
-        check_map(variant(i), INVERSE_W, 1 + (i == 3), 0, 1, &seed);
-        check_map(variant(i), START, 1, i % 3 == 0, 1, &seed);
-        check_map(variant(i), i % 2 ? ROLN_MIDPOINT : i % 4 ? ROLN_RK4 : ROLN_EULER, 1 + (i == 0), i % 3 == 0, 1, &seed);
-    }
+    for (i = 0; i < VARIANTS; i++) check_maps(i, i % 2 ? ROLN_MIDPOINT : i % 4 ? ROLN_RK4 : ROLN_EULER, &seed);
     for (n = 1; n <= 5; n++)
         for (base = 0; base < 2; base++) check_inverse(shape(n, base, 2, 4, 0), &seed);
     for (i = -1; i < VARIANTS; i++) {
@@ -2007,5 +2128,14 @@ void TEST_NAME(lnn)(void)
     test_edge(&seed);
     test_iterations(&seed);
     test_rooms(&seed);
+    test_turns(&seed);
+    test_rubbing(&seed);
+    for (i = VARIANTS; i < ALL; i++) {
+        const roln_lnn f = variant(i);
+        for (T = ROLN_EULER; T <= ROLN_MIDPOINT; T++) check_maps(i, T, &seed);
+        check_start(f, i % 2, &seed);
+        check_linear(f, i % 2 == 0, &seed);
+        check_rooms(f, 1, &seed), check_rooms(f, 5, &seed);
+    }
     print_bounds();
 }

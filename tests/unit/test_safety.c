@@ -219,10 +219,52 @@ static void test_interrupt(void)
 
 /* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
 typedef struct {
-    roln_status st[24];
-    uint32_t faults[2];
+    roln_status st[25];
+    uint32_t faults[3];
     int count, kept;
 } calls;
+
+#define CALL(expression) (c->st[c->count++] = (expression))
+
+/* Gains, and feedback of least cost. */
+static void call_feedback(calls *c)
+{
+    static const roln_real ones[6] = {1, 1, 1, 1, 1, 1}, none[6] = {0};
+    const roln_cost cost = {ones, ones, ones, limits.dt, NULL};
+    const arm_latent at_rest[2] = {{{0}, {0}}, {{0}, {0}}};
+    static arm_lqrwork lqrwork;
+    static struct {
+        arm_target r;
+        roln_real K[2][6 * 2 * arm_n], P[4 * arm_n * arm_n];
+    } o, was;
+    memset(&o, 0, sizeof o);
+    was = o;
+    lqrwork.busy = work.busy;
+    CALL(arm_gains(&p, at_rest, ones, ones, &o.r, &work));
+    CALL(arm_lqr(&p, &cost, at_rest, none, o.K[0], o.P, &lqrwork));
+    CALL(arm_lqr_along(&p, &cost, 1, at_rest, none, NULL, o.K[1], &lqrwork));
+    c->kept &= memcmp(&o, &was, sizeof o) == 0;
+}
+
+/* A filter and its noise. */
+static void call_filter(calls *c)
+{
+    static const roln_real y[12] = {ROLN_C(0.1), ROLN_C(0.2)};
+    const roln_batch b = {1, 1, 1, NULL, y, NULL, NULL, NULL};
+    static arm_filterwork filterwork;
+    static struct {
+        arm_filter f;
+        roln_noise noise;
+        roln_real each[6];
+    } o, was;
+    memset(&o, 0, sizeof o);
+    o.noise.dt = limits.dt, o.noise.q = 1;
+    was = o;
+    filterwork.busy = work.busy;
+    CALL(arm_fit_noise(&p, &b, &o.noise, o.each, &train));
+    c->faults[2] = arm_filter_tick(&p, &o.noise, y, NULL, &o.f, &filterwork);
+    c->kept &= memcmp(&o, &was, sizeof o) == 0;
+}
 
 static void call_all(calls *c)
 {
@@ -235,7 +277,7 @@ static void call_all(calls *c)
         arm_latent z[3];
         arm_state full;
         arm_target r;
-        roln_real some[2], tau_z[2], tau[6], u[1], y[6];
+        roln_real some[2], tau_z[2], tau[6], u[2], y[6];
         arm_equation e;
         arm_jacobian j;
         arm_guard g[2];
@@ -243,26 +285,26 @@ static void call_all(calls *c)
         arm_optimiser o;
         arm_gradient g1, g2;
         arm_residuals rows;
-        roln_error error;
+        roln_error error, joints[arm_N];
         roln_loss var;
         roln_limits limits;
         roln_real most[12];
     } o, was;
     static arm_linwork linwork;
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
+    const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
     memset(c, 0, sizeof *c);
     linwork.busy = work.busy;
-#define CALL(expression) (c->st[c->count++] = (expression))
     CALL(arm_encode(&p, &x, o.z, &work));
     CALL(arm_decode(&p, &at_rest, &o.full, &work));
     CALL(arm_decode_some(&p, &at_rest, 1, which, o.some, o.some + 1, &work));
     CALL(arm_aim(&p, q, qd, q, &o.r, &work));
     CALL(arm_control(&p, &at_rest, &o.r, o.tau_z, &work));
     CALL(arm_lift(&p, &at_rest, q, o.tau, &work));
-    CALL(arm_allocate(&p, &at_rest, 1, q, q, 1, o.u, &work));
+    CALL(arm_allocate(&p, &at_rest, &one, q, o.u, o.u + 1, &work));
     CALL(arm_step(&p, o.z + 1, q, limits.dt, &work));
     CALL(arm_reduce(&p, &at_rest, q, o.tau_z, &work));
     CALL(arm_inverse(&p, &at_rest, NULL, q, o.tau_z, &work));
@@ -271,7 +313,7 @@ static void call_all(calls *c)
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
     CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
-    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, &train));
+    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
     CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train));
@@ -280,6 +322,8 @@ static void call_all(calls *c)
     c->faults[0] = arm_tick(&p, &limits, &x, &o.r, o.z, o.g, &work);
     c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, o.g + 1, &work);
     c->kept = memcmp(&o, &was, sizeof o) == 0;
+    call_feedback(c);
+    call_filter(c);
 }
 
 /* What is in use is refused by every function; what is not, whatever bytes it began with, by none. */
@@ -289,15 +333,15 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 21 && !c.kept);
+    CHECK(c.count == 25 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
-    CHECK(c.faults[0] == 0 && c.faults[1] == 0);
+    CHECK(c.faults[0] == 0 && c.faults[1] == 0 && c.faults[2] == ROLN_FILTER_START);
     CHECK(rolni_enter(&work.busy) && rolni_enter(&train.busy) && !rolni_enter(&work.busy));
     call_all(&c);
     for (i = 0; i < c.count; i++)
         CHECK(c.st[i] == ROLN_E_BUSY);
-    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.kept);
+    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.faults[2] == ROLN_FAULT_STATUS && c.kept);
     CHECK(rolni_leave(&work.busy, ROLN_E_RANGE) == ROLN_E_RANGE && rolni_leave_tick(&train.busy, 9) == 9);
     call_all(&c);
     for (i = 0; i < c.count; i++)

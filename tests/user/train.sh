@@ -162,6 +162,12 @@ check 'are not trained' sh -c "grep Gauss-Newton $dir/t.log && ! grep layers $di
 check 'table as CSV' awk -F, 'NR == FNR { if (/_test[.]csv$/) on = 1; split($0, x, " "); if (on) e[x[1]] = x[2]; next }
     /_test[.]csv"/ { n++; if (($3 - e[$2]) ^ 2 > 1e-6 + 1e-8 * $3 ^ 2) bad = 1 }
     END { exit bad || n != 10 }' $dir/j.log $dir/j_errors.csv
+check 'errors of each joint' awk -F, 'NR == 1 { bad = NF != 13 || $13 != "rms_q2"; next }
+    { n++; low = $10 < $12 ? $10 : $12; high = $10 + $12 - low; bad += $9 != 1 + ($12 > $10) }
+    { bad += $3 < 0.9999 * low || $3 > 1.0001 * high }
+    END { exit bad || n != 20 }' $dir/j_errors.csv
+check 'the worst of them' awk '/worst joint/ { getline; n += $6 == 1 } $1 == 1000 && NF == 8 { n += $6 ~ /^[12]$/ && $7 >= $2 }
+    END { exit n != 4 }' $dir/j.log
 check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: traj/ { m++ } /worst: traj/ { w++ }
     END { exit !(n == 8 && ok == 8 && m == 1 && w == 1) }' $dir/j_motion.svg
 check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub(/<[/]|[/]>/, "") }
@@ -234,6 +240,8 @@ check 'interleaved: smooth does not mend it' warned '.*the columns look like q1,
 doubted 'degrees' 'q is in degrees, qd in radians' "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
 doubted 'degrees per second' 'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00: q is in radians, qd in degrees' \
     "$row { \$4 *= 57.29578; \$5 *= 57.29578 } 1"
+doubted 'all in degrees' 'q of joint 1 goes from -.* to .*; of a joint that turns round, ROLN_ANGLES' \
+    "$row { for (i = 2; i <= 5; i++) \$i *= 57.29578 } 1"
 doubted 'revolutions' 'revolutions per minute' "$row { \$4 *= 9.549297; \$5 *= 9.549297 } 1"
 doubted 'thousandths' 'a thousand apart' "$row { \$4 *= 1000; \$5 *= 1000 } 1"
 doubted 'a gear' 'of 1 of 2 joints .* joint 2 .* or a gear' "$row { \$5 *= 3 } 1"
@@ -248,7 +256,7 @@ doubted 'differences of an encoder' 'is the differences of q, rough by [0-9]* %;
 check 'smoothed' silent smooth=10
 make_of "$encoder $row { \$2 = round(\$2); \$3 = round(\$3) } 1"
 check 'an encoder and a tachometer' silent
-make_of "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
+make_of "$row { \$4 /= 57.29578; \$5 /= 57.29578 } 1"
 check 'qd that is not used' silent noise=0.1
 check 'that of the second file is' warned '.*q is in degrees' test=$dir/file.csv smooth=10
 
@@ -272,13 +280,41 @@ $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$
 check "wild: ended with $?" test $? -eq 0
 check 'one window fails' awk '/wild_test/ { on = 1 } on && $1 == 25 { ok = $2 < 0.1 && / 1 of 595 windows failed$/ }
     END { exit !ok }' $dir/n.log
-check 'in the CSV, too' grep '_test.csv",25,.*,1,595$' $dir/n_errors.csv
+check 'in the CSV, too' grep '_test.csv",25,.*,1,595,' $dir/n_errors.csv
 check 'looks' awk '/ E_q\(/ { n++; ok += / 1 of 40 windows failed/ } END { exit !(n > 5 && ok >= n - 3) }' $dir/n.log
 check 'selection' awk '/typical E_q of/ { ok = $(NF - 4) < 25 } END { exit !ok }' $dir/n.log
 awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv
 $dir/joints $dir/file.csv torque=1 steps=1 out=$dir/o > $dir/o.log 2>&1
 check 'a training that comes to nothing ends with 2' test $? -eq 2
 check 'and says it' grep '^no step from these residuals: status' $dir/o.log
+
+# a pendulum with dry friction that turns all round, recorded within -pi .. pi; without ROLN_ANGLES, a warning
+sed 's/joints$/wheel/; s/AE 2/AE 1/; /#include/i #define ROLN_ANGLES 1\n#define ROLN_FRICTION 1' $dir/joints.h > $dir/wheel.h
+sed 's/wheel/straight/; /ANGLES/d' $dir/wheel.h > $dir/straight.h
+for m in wheel straight; do
+    gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=$m examples/train.c -o $dir/$m \
+        -lpthread -lm || exit 1
+done
+awk 'BEGIN {
+    for (k = 0; k < 20; k++) {
+        a = 0.7 * k; c = 4 * (k % 7 - 3)
+        for (i = 0; i < 400; i++) {
+            printf "%.9g,%.9g,%.9g\n", 0.01 * i, atan2(sin(a), cos(a)), c
+            for (j = 0; j < 100; j++) {
+                e = exp(-20 * (c < 0 ? -c : c))
+                c -= 0.0001 * (9.81 * sin(a) + (c < 0 ? -0.3 : 0.3) * (1 - e) / (1 + e))
+                a += 0.0001 * c
+            }
+        }
+        print ""
+    } }' > $dir/wheel.csv
+$dir/wheel $dir/wheel.csv test=$dir/wheel.csv steps=150 out=$dir/w > $dir/w.log 2>&1
+check "angles: ended with $?" test $? -eq 0
+check 'angles are read without turns' sh -c "! grep warning $dir/w.log"
+check 'angles: prediction over turns' below $dir/wheel.csv 2000 1 $dir/w.log
+check 'and told to the weights' grep weights_are_of_ROLN_ANGLES_1_bits_1 $dir/w_weights.h
+$dir/straight $dir/wheel.csv steps=1 out=$dir/s > $dir/s.log 2>&1
+check 'angles that jump' grep 'warning: .*qd of 1 of 1 joints that move is not dq/dt' $dir/s.log
 
 # a learned input map: two coupled pendulums, and a motor at the first
 sed 's/joints$/driven/; /#include/i #define ROLN_INPUTS 1' $dir/joints.h > $dir/driven.h

@@ -1,0 +1,803 @@
+/* The Kalman filter (roln.h section 3) and its noise from recordings (section 5): one tick against the textbook in long double with
+   dense covariances, the steady state against roln_dare, consistency on simulated noise, what is not measured, what is beyond the
+   gate, new starts, angles on any turn, a million ticks of everything, wrong settings. */
+#include "small.h"
+
+void TEST_NAME(filter)(void);
+
+#define CHECK_OK(call) CHECK((call) == ROLN_OK)
+
+enum { SIDE = 2 * MAXN };
+
+/* A filter, what it is told, and the range of its model. */
+typedef struct {
+    roln_filter f;
+    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE];
+} estimate;
+
+typedef struct {
+    roln_noise noise;
+    roln_real q_each[MAXN], tau_each[MAXN], y[MAXN], tau[MAXN];
+    estimate e;
+} rig;
+
+static roln_real theta_k[MAXP], z_min[MAXN], z_max[MAXN], zd_max[MAXN];
+
+static roln_trained of_model(int k)
+{
+    const roln_trained m = {models[k].md, scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
+    return m;
+}
+
+static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
+{
+    const roln_trained m = of_model(k);
+    const roln_estimate to = {&e->f, e->z, e->zd, e->F};
+    const uint32_t faults = roln_filter_tick(&m, noise, y, tau, &to, ROOM(filter_tick));
+    ROOM_KEPT();
+    CHECK((faults & ~e->f.faults) == 0);
+    CHECK(roln_all_finite(n_OF(k), e->z) && roln_all_finite(n_OF(k), e->zd) && roln_all_finite(4 * n_OF(k) * n_OF(k), e->F));
+    return faults;
+}
+
+/* Model k with random weights, and a range around 0; noise of every joint its own; a pose, and the estimate there with the factor
+   of a covariance of size `wide`. */
+static void place(int k, uint64_t *s, roln_real wide, rig *x)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real qd[MAXN];
+    int i;
+    memset(x, 0, sizeof *x);
+    parameters(k, s, theta_k);
+    CHECK_OK(roln_ae_init(&models[k].md->ae, theta_k, s, ROOM(init)));
+    fill(MAXN, -4, z_min), fill(MAXN, 4, z_max), fill(MAXN, 8, zd_max);
+    dyadic(N, ROLN_C(0.25), s, x->q_each), dyadic(N, ROLN_C(0.25), s, x->tau_each), dyadic(F_OF(k), ROLN_C(0.25), s, x->tau);
+    for (i = 0; i < N; i++)
+        x->q_each[i] = ROLN_C(0.001953125) * (1 + x->q_each[i]), x->tau_each[i] = ROLN_C(0.5) + x->tau_each[i];
+    x->noise.dt = dt / 4, x->noise.q = ROLN_C(0.001953125), x->noise.tau = ROLN_C(0.5), x->noise.lost = 3;
+    x->noise.q_each = x->q_each, x->noise.tau_each = x->tau_each;
+    dyadic(n, ROLN_C(0.5), s, x->e.z), dyadic(n, ROLN_C(0.5), s, x->e.zd);
+    dyadic(4 * n * n, wide / 2, s, x->e.F);
+    for (i = 0; i < 2 * n; i++)
+        x->e.F[i * (2 * n + 1)] += wide;
+    x->e.f.known = 1, x->e.f.starts = 1;
+    CHECK_OK(roln_decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
+    for (i = 0; i < N; i++)
+        x->y[i] += ROLN_C(0.001953125) * roln_normal(s);
+}
+
+/* ---- a tick against the textbook -------------------------------------------------------------- */
+
+/* C [a][b] = A [a][p] B [p][b], or A B^T. */
+static void times(int a, int p, int b, const ld *A, const ld *B, int turned, ld *C)
+{
+    int i, j, l;
+    for (i = 0; i < a; i++)
+        for (j = 0; j < b; j++)
+            for (C[i * b + j] = 0, l = 0; l < p; l++)
+                C[i * b + j] += A[i * p + l] * B[turned ? j * p + l : l * b + j];
+}
+
+/* X [n][n] = A^-1. */
+static void invert(int n, const ld *A, ld *X)
+{
+    static ld B[SIDE * SIDE];
+    int i;
+    memcpy(B, A, (size_t)(n * n) * sizeof *B);
+    for (i = 0; i < n * n; i++)
+        X[i] = i % (n + 1) == 0;
+    t_solve(n, n, B, X);
+}
+
+typedef struct {
+    ld x[SIDE], P[SIDE * SIDE], nis;
+    ld ahead[SIDE * SIDE]; /* P in front of the measurement */
+    roln_real A[SIDE * SIDE], s[SIDE];
+    ld J[MAXN * MAXN], q[MAXN];
+} twin;
+
+/* x and P of an estimate. */
+static void widen_estimate(int n, const estimate *e, twin *t)
+{
+    int i, j, l;
+    for (i = 0; i < n; i++)
+        t->x[i] = (ld)e->z[i], t->x[n + i] = (ld)e->zd[i];
+    for (i = 0; i < 2 * n; i++)
+        for (j = 0; j < 2 * n; j++)
+            for (t->P[i * 2 * n + j] = 0, l = 0; l < 2 * n; l++)
+                t->P[i * 2 * n + j] += (ld)e->F[l * 2 * n + i] * (ld)e->F[l * 2 * n + j];
+}
+
+/* q and J at z. */
+static void look(int k, const roln_real *z, twin *t)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real e[MAXN], q[MAXN], qd[MAXN];
+    int i, j;
+    for (j = 0; j < n; j++) {
+        fill(n, 0, e), e[j] = 1;
+        CHECK_OK(roln_decode(&m, z, e, q, qd, spare));
+        for (i = 0; i < N; i++)
+            t->q[i] = (ld)q[i], t->J[i * n + j] = (ld)qd[i];
+    }
+}
+
+/* x, P a tick on: NAME_linear, and P = A P A^T + G diag(tau^2) G^T with G = [dt^2 / 2 M^-1 J^T; dt M^-1 J^T]. */
+static int ahead(int k, const rig *r, twin *t)
+{
+    static ld A[SIDE * SIDE], AP[SIDE * SIDE], M[MAXN * MAXN], W[MAXN * MAXN], G[SIDE * MAXN], Q[SIDE * SIDE];
+    roln_real mass[MAXN * MAXN];
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
+    const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
+    const ld h = (ld)r->noise.dt;
+    int i, j;
+    for (i = 0; i < n2; i++)
+        t->s[i] = (roln_real)t->x[i];
+    if (roln_linear(&m, t->s, t->s + n, r->tau, r->noise.dt, t->A, NULL, spare) != ROLN_OK) return 0;
+    look(k, t->s, t);
+    CHECK_OK(roln_terms(&m, t->s, t->s + n, &out, spare));
+    widen(n * n, mass, M), widen(n2 * n2, t->A, A);
+    invert(n, M, W);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < N; j++) {
+            ld sum = 0;
+            int l;
+            for (l = 0; l < n; l++)
+                sum += W[i * n + l] * t->J[j * n + l];
+            sum *= (ld)(r->noise.tau_each ? r->noise.tau_each[j] : r->noise.tau) * (roln_in_range(&m, 0, t->s, t->s + n) ? 1 : 10);
+            G[i * N + j] = h * h / 2 * sum, G[(n + i) * N + j] = h * sum;
+        }
+    times(n2, n2, n2, A, t->P, 0, AP);
+    times(n2, n2, n2, AP, A, 1, t->P);
+    times(n2, N, n2, G, G, 1, Q);
+    for (i = 0; i < n2 * n2; i++)
+        t->ahead[i] = t->P[i] += Q[i];
+    widen(n2, t->s, t->x);
+    return 1;
+}
+
+/* The joints that are measured add their information, P^-1 += J^T R^-1 J, x += P J^T R^-1 e, nis = dx^T P^-1 dx + |e - J dx|^2
+   / R: the same as by a gain, of which long double rounds too much away. */
+static void textbook(int k, const rig *r, twin *t)
+{
+    static ld I[SIDE * SIDE], I0[SIDE * SIDE];
+    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
+    ld e[MAXN], weight[MAXN], b[SIDE] = {0}, d[SIDE];
+    int i, j, l;
+    invert(n2, t->P, I0), memcpy(I, I0, sizeof I);
+    for (i = 0; i < N; i++) {
+        const ld deviation = (ld)(r->noise.q_each ? r->noise.q_each[i] : r->noise.q);
+        weight[i] = roln_finite(r->y[i]) ? 1 / (deviation * deviation) : 0;
+        e[i] = roln_finite(r->y[i]) ? (ld)(r->y[i] - roln_lnn_near(&models[k].md->lnn, i, r->y[i], (roln_real)t->q[i])) : 0;
+        for (j = 0; j < n; j++) {
+            b[j] += t->J[i * n + j] * weight[i] * e[i];
+            for (l = 0; l < n; l++)
+                I[j * n2 + l] += t->J[i * n + j] * weight[i] * t->J[i * n + l];
+        }
+    }
+    invert(n2, I, t->P);
+    times(n2, n2, 1, t->P, b, 0, d);
+    for (t->nis = 0, i = 0; i < N; i++) {
+        ld rest = e[i];
+        for (j = 0; j < n; j++)
+            rest -= t->J[i * n + j] * d[j];
+        t->nis += rest * weight[i] * rest;
+    }
+    for (i = 0; i < n2; i++) {
+        for (j = 0; j < n2; j++)
+            t->nis += d[i] * I0[i * n2 + j] * d[j];
+        t->x[i] += d[i];
+    }
+}
+
+/* The estimate is the twin's: errors in eps of the deviations in front of the measurement, times how far it narrows them; a part of
+   eps of the numbers themselves. */
+static void check_tick(int k, const estimate *e, const twin *t)
+{
+    static twin mine;
+    const int n = n_OF(k), n2 = 2 * n;
+    ld worst = 0;
+    int i, j;
+    widen_estimate(n, e, &mine);
+    for (i = 0; i < n2; i++) {
+        const ld wide = sqrtl(t->ahead[i * (n2 + 1)]);
+        for (j = 0; j < n2; j++) {
+            const ld size = wide * sqrtl(t->ahead[j * (n2 + 1)]), d = fabsl(mine.P[i * n2 + j] - t->P[i * n2 + j]) / size;
+            worst = d > worst ? d : worst;
+        }
+        worst = fmaxl(worst, fabsl(mine.x[i] - t->x[i]) / (wide + fabsl(t->x[i])));
+    }
+    BOUND("filter: a tick, deviations, eps", worst / EPS, 4000);
+    BOUND("filter: nis", fabsl((ld)e->f.nis - t->nis) / (1 + t->nis) / EPS, 500);
+}
+
+static void test_tick(int k)
+{
+    static rig x;
+    static twin t;
+    uint64_t s = 900 + (uint64_t)k;
+    int round, i, missing;
+    if (k == DEEP) return; /* J of size 1e3, beyond the digits of float */
+    for (round = 0; round < 40; round++) {
+        const int N = N_OF(k);
+        place(k, &s, round % 2 ? 1 : ROLN_C(0.015625), &x);
+        if (round % 4 == 3) x.noise.q_each = x.noise.tau_each = NULL;
+        if (round % 5 == 4) zd_max[0] = ROLN_C(0.125); /* out of range */
+        widen_estimate(n_OF(k), &x.e, &t);
+        if (!ahead(k, &x, &t)) continue;
+        for (missing = 0, i = 0; i < N && round > 1; i++)
+            if (roln_randint(3, &s) == 0) x.y[i] = i % 2 ? (roln_real)NAN : (roln_real)-INFINITY, missing++;
+        if (missing < N) textbook(k, &x, &t);
+        else t.nis = 0;
+        {
+            const uint32_t faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+            const roln_trained m = of_model(k);
+            CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (missing > 0 ? ROLN_FILTER_MISSING : 0));
+            CHECK(((faults & ROLN_FAULT_RANGE) == 0) == (roln_in_range(&m, 0, x.e.z, x.e.zd) != 0));
+            CHECK(x.e.f.used == N - missing && x.e.f.outliers == 0 && x.e.f.starts == 1 && x.e.f.known == 1);
+        }
+        check_tick(k, &x.e, &t);
+    }
+}
+
+/* ---- the steady state ------------------------------------------------------------------------- */
+
+/* At a pose that tau holds, measured without error, P in front of a measurement becomes that of the Riccati equation of the filter:
+   that of feedback (roln_dare) for A^T, B = H^T, with D the factor of Q. */
+static void test_steady(int k)
+{
+    enum { TICKS = 2000 };
+    static rig x;
+    static twin t;
+    static roln_real A[SIDE * SIDE], B[SIDE * MAXN], D[SIDE * SIDE], C[SIDE * SIDE], K[SIDE * MAXN], work[20000];
+    static ld P[SIDE * SIDE];
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
+    roln_real still[MAXN] = {0}, tau_z[MAXN], r[MAXN], qd[MAXN], pose[MAXN];
+    rolni_filter f;
+    uint64_t s = 950 + (uint64_t)k;
+    ld worst = 0;
+    int i, j;
+    if (models[k].md->inputs > 0 || k == DEEP) return; /* nothing holds it; J of size 1e3 */
+    place(k, &s, 1, &x);
+    fill(n, 0, x.e.zd), memcpy(pose, x.e.z, sizeof pose);
+    CHECK_OK(roln_inverse(&m, pose, still, NULL, still, tau_z, spare));
+    CHECK_OK(roln_lift(&m, pose, tau_z, x.tau, spare));
+    CHECK_OK(roln_decode(&m, pose, still, x.y, qd, spare));
+    for (i = 0; i < TICKS; i++)
+        CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
+    BOUND("filter: held pose, eps", furthest(n, x.e.z, pose) / EPS, 4);
+    BOUND("filter: velocity of it, eps", largest(n, x.e.zd) / EPS, 400);
+    memcpy(x.e.z, pose, sizeof pose), fill(n, 0, x.e.zd);
+    widen_estimate(n, &x.e, &t);
+    if (!CHECK(ahead(k, &x, &t))) return;
+    rolni_filter_lay(N, n, &f, work); /* of Q, whose factor the twin has not */
+    memcpy(f.s, t.s, sizeof t.s);
+    CHECK_OK(rolni_filter_pose(&m, f.s, &f));
+    fill(n2 * n2, 0, D);
+    CHECK_OK(rolni_filter_unknown(&m, &x.noise, &f, D));
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            A[i * n2 + j] = t.A[j * n2 + i];
+    for (i = 0; i < N; i++)
+        for (r[i] = x.q_each[i] * x.q_each[i], j = 0; j < n2; j++)
+            B[j * N + i] = j < n ? (roln_real)t.J[i * n + j] : 0;
+    if (!CHECK_OK(roln_dare(n2, N, A, B, D, r, C, K, spare))) return;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++) {
+            int l;
+            for (P[i * n2 + j] = 0, l = 0; l < n2; l++)
+                P[i * n2 + j] += (ld)C[l * n2 + i] * (ld)C[l * n2 + j];
+        }
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            worst = fmaxl(worst, fabsl(P[i * n2 + j] - t.ahead[i * n2 + j]) / sqrtl(P[i * (n2 + 1)] * P[j * (n2 + 1)]));
+    BOUND("filter: steady state and roln_dare, eps", worst / EPS, 20);
+}
+
+/* ---- consistency ------------------------------------------------------------------------------ */
+
+/* One tick of a machine that is the model, pushed by unknown torques, and its measured positions. */
+static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *zd, roln_real *y)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
+    const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
+    roln_model driven = *models[k].md;
+    roln_trained by_joints = m;
+    int i;
+    driven.inputs = 0, by_joints.model = &driven;
+    CHECK_OK(roln_step(&m, z, zd, x->tau, x->noise.dt, spare));
+    for (i = 0; i < N; i++)
+        push[i] = x->tau_each[i] * roln_normal(s);
+    CHECK_OK(roln_reduce(&by_joints, z, push, tau_z, spare));
+    CHECK_OK(roln_terms(&m, z, zd, &out, spare));
+    CHECK_OK(roln_chol(n, mass, L));
+    roln_solve_lower(n, L, tau_z, tau_z), roln_solve_lower_t(n, L, tau_z, tau_z);
+    for (i = 0; i < n; i++) {
+        z[i] += x->noise.dt * x->noise.dt / 2 * tau_z[i];
+        zd[i] += x->noise.dt * tau_z[i];
+        if (roln_lnn_angle(&m.model->lnn, i)) z[i] = roln_wrap(z[i]);
+    }
+    CHECK_OK(roln_decode(&m, z, zd, y, qd, spare));
+    for (i = 0; i < N; i++)
+        y[i] += x->q_each[i] * roln_normal(s);
+}
+
+/* d^T (F^T F)^-1 d */
+static ld squared_error(int k, const estimate *e, const roln_real *z, const roln_real *zd)
+{
+    static ld P[SIDE * SIDE];
+    static twin t;
+    const int n = n_OF(k), n2 = 2 * n;
+    ld d[SIDE], x[SIDE], sum = 0;
+    int i;
+    widen_estimate(n, e, &t);
+    memcpy(P, t.P, sizeof P);
+    for (i = 0; i < n; i++) {
+        d[i] = (ld)(z[i] - roln_lnn_near(&models[k].md->lnn, i, z[i], e->z[i]));
+        d[n + i] = (ld)(zd[i] - e->zd[i]);
+    }
+    memcpy(x, d, sizeof x);
+    t_solve(n2, 1, P, x);
+    for (i = 0; i < n2; i++)
+        sum += x[i] * d[i];
+    return sum;
+}
+
+/* The error that the filter makes is the one that it expects: NEES 2 n, NIS N, a tick. */
+static void test_consistent(int k)
+{
+    enum { RUNS = 40, TICKS = 60, SETTLED = 30 };
+    static rig x;
+    const int N = N_OF(k), n = n_OF(k);
+    uint64_t s = 1000 + (uint64_t)k;
+    double nees = 0, nis = 0;
+    int run, i, count = 0;
+    if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
+    for (run = 0; run < RUNS; run++) {
+        roln_real z[MAXN], zd[MAXN];
+        place(k, &s, 1, &x);
+        for (i = 0; i < N; i++)
+            x.tau_each[i] *= ROLN_C(0.25), x.tau[i] *= ROLN_C(0.5);
+        memcpy(z, x.e.z, sizeof z), memcpy(zd, x.e.zd, sizeof zd);
+        memset(&x.e, 0, sizeof x.e);
+        for (i = 0; i < TICKS; i++) {
+            const uint32_t faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+            CHECK(faults == (i == 0 ? ROLN_FILTER_START : 0) || faults & ROLN_FAULT_RANGE);
+            if (i >= SETTLED) nees += (double)squared_error(k, &x.e, z, zd) / (2 * n), nis += (double)x.e.f.nis / N, count++;
+            simulate(k, &x, &s, z, zd, x.y);
+        }
+    }
+    BOUND("filter: NEES / 2n - 1", fabs(nees / count - 1), 0.2);
+    BOUND("filter: NIS / N - 1", fabs(nis / count - 1), 0.06);
+}
+
+/* ---- measurements that are missing, or wrong -------------------------------------------------- */
+
+static int equal(int k, const estimate *a, const estimate *b)
+{
+    const int n = n_OF(k);
+    return same(n, a->z, b->z) && same(n, a->zd, b->zd) && same(4 * n * n, a->F, b->F);
+}
+
+/* No measurement is the step of the model; a joint beyond the gate is one that was not measured. */
+static void test_gate(int k)
+{
+    static rig x, y;
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real none[MAXN];
+    uint64_t s = 1050 + (uint64_t)k;
+    uint32_t faults;
+    int i, most;
+    if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
+    place(k, &s, ROLN_C(0.0009765625), &x);
+    fill(MAXN, (roln_real)NAN, none);
+    y = x;
+    CHECK((tick_of(k, &x.noise, NULL, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FILTER_MISSING);
+    CHECK(x.e.f.used == 0 && x.e.f.lost == 0 && all(1, &x.e.f.nis, 0));
+    tick_of(k, &x.noise, none, x.tau, &y.e);
+    CHECK(equal(k, &x.e, &y.e));
+    place(k, &s, ROLN_C(0.0009765625), &y);
+    x = y;
+    CHECK_OK(roln_step(&m, x.e.z, x.e.zd, x.tau, x.noise.dt, spare));
+    tick_of(k, &y.noise, NULL, y.tau, &y.e);
+    BOUND("filter: no measurement is a step", furthest(n, x.e.z, y.e.z) + furthest(n, x.e.zd, y.e.zd), EPS);
+
+    for (most = 1; most <= N; most++) { /* joints that jump */
+        rig z;
+        uint64_t again = 77;
+        place(k, &again, ROLN_C(0.0009765625), &x);
+        y = z = x;
+        x.noise.gate = 12; /* the noise passes */
+        for (i = 0; i < most; i++)
+            x.y[i] += i % 2 ? 1000 : -1000, z.y[i] = (roln_real)NAN;
+        if (models[k].md->lnn.angles) continue;
+        faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+        CHECK(faults & ROLN_FILTER_OUTLIER && !(faults & (ROLN_FILTER_START | ROLN_FILTER_MISSING)));
+        if (2 * most <= N) {
+            tick_of(k, &z.noise, z.y, z.tau, &z.e);
+            CHECK(equal(k, &x.e, &z.e) && x.e.f.used == N - most && x.e.f.outliers == (uint32_t)most);
+        } else {
+            tick_of(k, &y.noise, NULL, y.tau, &y.e);
+            CHECK(equal(k, &x.e, &y.e) && x.e.f.used == 0 && x.e.f.outliers == (uint32_t)N);
+        }
+        CHECK(x.e.f.lost == (2 * most > N || N - most < n));
+    }
+    place(k, &s, ROLN_C(0.0009765625), &x);
+    y = x;
+    y.noise.gate = 12;
+    tick_of(k, &x.noise, x.y, x.tau, &x.e), tick_of(k, &y.noise, y.y, y.tau, &y.e);
+    CHECK(equal(k, &x.e, &y.e)); /* nothing is beyond it */
+}
+
+/* Where it starts: at the pose, at rest, as wide as the range, corrected by the same measurement. */
+static void check_started(int k, const rig *x, const roln_real *pose, const estimate *e)
+{
+    static twin t;
+    static rig at;
+    const roln_trained m = of_model(k);
+    const int n = n_OF(k), n2 = 2 * n;
+    roln_real still[MAXN] = {0};
+    int i;
+    at = *x;
+    CHECK_OK(roln_encode(&m, pose, still, NULL, at.e.z, at.e.zd, NULL, spare));
+    fill(n2 * n2, 0, at.e.F);
+    for (i = 0; i < n; i++)
+        at.e.F[i * (n2 + 1)] = z_max[i] - z_min[i], at.e.F[(n + i) * (n2 + 1)] = zd_max[i];
+    widen_estimate(n, &at.e, &t);
+    memcpy(t.ahead, t.P, sizeof t.P);
+    look(k, at.e.z, &t);
+    textbook(k, &at, &t);
+    check_tick(k, e, &t);
+    CHECK(all(n, e->zd, 0) && e->f.known == 1 && e->f.lost == 0);
+}
+
+/* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and
+   a joint that is missing then is where it was last. */
+static void check_failed_model(int k, rig x, roln_real zd)
+{
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k);
+    roln_real pose[MAXN], still[MAXN] = {0}, qd[MAXN];
+    rig was;
+    uint32_t faults;
+    int i;
+    x.e.zd[0] = zd;
+    was = x;
+    faults = tick_of(k, &x.noise, NULL, NULL, &x.e);
+    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.known == 0);
+    if (N == n_OF(k)) return;
+    CHECK_OK(roln_decode(&m, x.e.z, still, pose, qd, spare));
+    for (i = 1; i < N; i++)
+        pose[i] = x.y[i];
+    x.y[0] = (roln_real)NAN;
+    faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+    CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (ROLN_FILTER_MISSING | ROLN_FILTER_START) && x.e.f.starts == 3);
+    check_started(k, &x, pose, &x.e);
+}
+
+/* It starts with the first measurement of every joint, again once it is lost, or where the model fails. */
+static void test_starts(int k)
+{
+    static rig x, good;
+    const int N = N_OF(k);
+    uint64_t s = 1100 + (uint64_t)k;
+    uint32_t faults;
+    int i;
+    if (k == DEEP || k == PUSHED || models[k].md->lnn.angles) return; /* J of size 1e3; midpoint; a jump is a turn */
+    place(k, &s, 1, &x);
+    x.noise.gate = 12;
+    memset(&x.e, 0, sizeof x.e);
+    good = x;
+    CHECK(tick_of(k, &x.noise, NULL, x.tau, &x.e) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE));
+    x.y[N - 1] = (roln_real)NAN;
+    CHECK(tick_of(k, &x.noise, x.y, x.tau, &x.e) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE));
+    CHECK(equal(k, &x.e, &good.e) && x.e.f.known == 0 && x.e.f.starts == 0);
+    x = good;
+    faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+    CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FILTER_START && x.e.f.starts == 1);
+    check_started(k, &x, x.y, &x.e);
+    for (i = 0; i < N; i++)
+        x.y[i] += i % 2 ? ROLN_C(0.25) : ROLN_C(-0.25); /* somebody moved it */
+    fill(SIDE * SIDE, 0, x.e.F), x.noise.tau = 0, x.noise.tau_each = NULL; /* as sure as can be */
+    for (i = 0; i < x.noise.lost; i++) {
+        faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+        CHECK((faults & (ROLN_FILTER_OUTLIER | ROLN_FILTER_START)) == ROLN_FILTER_OUTLIER && x.e.f.lost == i + 1);
+        if (i == 1) CHECK(tick_of(k, &x.noise, NULL, x.tau, &x.e) & ROLN_FILTER_MISSING && x.e.f.lost == 2); /* says nothing */
+    }
+    faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
+    CHECK((faults & (ROLN_FILTER_OUTLIER | ROLN_FILTER_START)) == (ROLN_FILTER_OUTLIER | ROLN_FILTER_START) && x.e.f.starts == 2);
+    check_started(k, &x, x.y, &x.e);
+
+    check_failed_model(k, x, PICK(1e30f, 1e300));
+    check_failed_model(k, x, 24 * zd_max[0]);
+}
+
+static ld apart(int i, roln_real a, roln_real b)
+{
+    return fabsl((ld)(a - roln_lnn_near(&wheel_model.lnn, i, a, b)));
+}
+
+/* An angle may be on any turn; the estimate is within (-pi, pi]. */
+static void test_turns(void)
+{
+    static rig x, y;
+    const double turn = 6.283185307179586;
+    uint64_t s = 1150;
+    int i, round;
+    place(WHEEL, &s, ROLN_C(0.03125), &x);
+    zd_max[0] = zd_max[1] = zd_max[2] = 100;
+    x.e.zd[0] = 40, x.e.zd[2] = -30; /* several turns */
+    for (round = 0; round < 200; round++) {
+        roln_real z[3], zd[3], off;
+        memcpy(z, x.e.z, sizeof z), memcpy(zd, x.e.zd, sizeof zd);
+        simulate(WHEEL, &x, &s, z, zd, x.y);
+        y = x;
+        for (i = 0; i < 3; i += 2) {
+            off = (roln_real)(turn * (roln_randint(9, &s) - 4));
+            y.y[i] += off;
+        }
+        if (round % 3 == 2) { /* between measurements, too */
+            CHECK(tick_of(WHEEL, &x.noise, NULL, x.tau, &x.e) == ROLN_FILTER_MISSING);
+            CHECK(tick_of(WHEEL, &y.noise, NULL, y.tau, &y.e) == ROLN_FILTER_MISSING);
+        } else {
+            CHECK(tick_of(WHEEL, &x.noise, x.y, x.tau, &x.e) == 0 && tick_of(WHEEL, &y.noise, y.y, y.tau, &y.e) == 0);
+        }
+        for (i = 0; i < 3; i++) {
+            BOUND("filter: on any turn, z", apart(i, x.e.z[i], y.e.z[i]), 20 * EPS);
+            BOUND("filter: on any turn, zd", fabsl((ld)(x.e.zd[i] - y.e.zd[i])), 400 * EPS);
+            CHECK(i == 1 || (x.e.z[i] > -ROLNI_PI && x.e.z[i] <= ROLNI_PI));
+        }
+        for (i = 0; i < 3; i++) /* of a covariance that stays what it is */
+            BOUND("filter: follows turns", apart(i, z[i], x.e.z[i]), 0.01);
+    }
+}
+
+/* Over the seam by a measurement. */
+static void test_seam(void)
+{
+    static rig x;
+    uint64_t s = 1160;
+    place(WHEEL, &s, ROLN_C(0.03125), &x);
+    x.e.z[0] = ROLN_C(3.140625), x.y[0] = ROLN_C(-3.125);
+    CHECK(tick_of(WHEEL, &x.noise, x.y, x.tau, &x.e) == 0);
+    BOUND("filter: over the seam", fabsl((ld)(x.e.z[0] - x.y[0])), 0.1);
+}
+
+/* ---- what makes no sense ---------------------------------------------------------------------- */
+
+static void test_refused(int k)
+{
+    static rig x, was;
+    const int N = N_OF(k), n = n_OF(k);
+    const roln_real wrong[3] = {(roln_real)NAN, (roln_real)INFINITY, -1};
+    uint64_t s = 1200 + (uint64_t)k;
+    int i, j;
+    place(k, &s, ROLN_C(0.015625), &x);
+    was = x;
+    for (i = 0; i < 8; i++)
+        for (j = 0; j < 3; j++) {
+            roln_noise *const l = &x.noise;
+            roln_real *const field[6] = {&l->dt, &l->q, &l->tau, &l->gate, x.q_each + N - 1, x.tau_each + N - 1};
+            x = was, x.noise.q_each = i == 4 ? x.q_each : NULL, x.noise.tau_each = i == 5 ? x.tau_each : NULL;
+            if (i < 6) *field[i] = wrong[j];
+            else if (i == 6) x.noise.lost = -1;
+            else if (j == 0) x.noise.dt = 0;
+            else if (j == 1) x.noise.q = 0;
+            else x.noise.q_each = x.q_each, x.q_each[0] = 0;
+            CHECK(tick_of(k, &x.noise, x.y, x.tau, &x.e) == ROLN_FAULT_INPUT && equal(k, &x.e, &was.e));
+            CHECK(x.e.f.faults == ROLN_FAULT_INPUT && x.e.f.known == 1 && x.e.f.outliers == 0);
+        }
+    if (k == PUSHED) return; /* midpoint does not always converge */
+    x = was, x.tau[F_OF(k) - 1] = (roln_real)NAN;
+    CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FAULT_INPUT);
+    tick_of(k, &was.noise, was.y, NULL, &was.e);
+    CHECK(equal(k, &x.e, &was.e)); /* as if there were none */
+    for (i = 0; i < 2; i++) { /* no range */
+        memset(&x.e, 0, sizeof x.e), was.e = x.e;
+        if (i == 0) z_max[n - 1] = z_min[n - 1];
+        else z_max[n - 1] = 4, zd_max[n - 1] = 0;
+        CHECK(tick_of(k, &x.noise, was.y, NULL, &x.e) == (ROLN_FAULT_RANGE | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e));
+    }
+}
+
+/* ---- a million ticks -------------------------------------------------------------------------- */
+
+/* Everything that may happen at once, and for ever: encoders that fail and glitch, torques that are not finite, a machine that is
+   moved, unknown torques far larger than expected, a model that fails. The estimate is finite (tick_of looks), and once the machine
+   is good again, so is the estimate. */
+static void test_ticks(int k, int ticks)
+{
+    static rig x;
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real z[MAXN], zd[MAXN], y[MAXN], start[2][MAXN], tau[MAXN];
+    uint64_t s = 1250 + (uint64_t)k;
+    double nees = 0;
+    int i, t, good = 0, count = 0;
+    place(k, &s, 1, &x);
+    for (i = 0; i < N; i++)
+        x.tau_each[i] *= ROLN_C(0.125);
+    fill(MAXN, 0, x.tau);
+    memcpy(z, x.e.z, sizeof z), memcpy(zd, x.e.zd, sizeof zd), memcpy(start[0], z, sizeof z), memcpy(start[1], zd, sizeof zd);
+    memset(&x.e, 0, sizeof x.e);
+    x.noise.gate = 6;
+    for (t = 0; t < ticks; t++) {
+        const int calm = t % 1000 >= 500, event = calm ? 0 : roln_randint(64, &s);
+        if (t % 1000 == 0 || !roln_in_range(&m, 0, z, zd)) good = 0, memcpy(z, start[0], sizeof z), memcpy(zd, start[1], sizeof zd);
+        simulate(k, &x, &s, z, zd, y);
+        memcpy(tau, x.tau, sizeof tau);
+        if (event < 8 && !calm) y[roln_randint(N, &s)] = event < 4 ? (roln_real)NAN : ROLN_C(1e6) * roln_normal(&s);
+        if (event == 9) dyadic(n, 1, &s, z);
+        if (event == 10) dyadic(n, 8, &s, zd);
+        if (event == 11) tau[0] = (roln_real)INFINITY;
+        if (event == 12) fill(N, PICK(3e38f, 1e308), y);
+        if (event == 13) x.e.zd[0] = PICK(1e38f, 1e300);
+        if (event == 14) fill(F_OF(k), PICK(1e37f, 1e300), tau);
+        tick_of(k, &x.noise, event == 8 ? NULL : y, tau, &x.e);
+        good = calm ? good + 1 : 0;
+        if (good > 100) nees += (double)squared_error(k, &x.e, z, zd) / (2 * n), count++;
+    }
+    BOUND("filter: NEES / 2n, calm", count > 0 ? nees / count : 0, 1.5);
+    CHECK(x.e.f.outliers > 0 && x.e.f.starts > 1);
+}
+
+/* ---- noise from recordings -------------------------------------------------------------------- */
+
+enum { RECORDINGS = 2, TICKS = 200 };
+static roln_real recorded[RECORDINGS * TICKS * MAXN], torques[RECORDINGS * TICKS * MAXN];
+
+/* Motion of model k under torques, with noise of x. */
+static roln_batch record(int k, const rig *x, uint64_t *s)
+{
+    const roln_batch b = {RECORDINGS, TICKS - 1, 1, NULL, recorded, NULL, NULL, torques};
+    const int N = N_OF(k), F = F_OF(k);
+    int w, t, i;
+    for (w = 0; w < RECORDINGS; w++) {
+        static rig now;
+        roln_real z[MAXN], zd[MAXN], y[MAXN];
+        now = *x;
+        memcpy(z, x->e.z, sizeof z), memcpy(zd, x->e.zd, sizeof zd);
+        for (t = 0; t < TICKS; t++) {
+            simulate(k, &now, s, z, zd, y);
+            memcpy(recorded + (w * TICKS + t) * N, y, (size_t)N * sizeof *y);
+            for (i = 0; i < F; i++)
+                now.tau[i] = x->tau[i] * (roln_real)((t / 20) % 2);
+            memcpy(torques + (w * TICKS + t) * F, now.tau, (size_t)F * sizeof *now.tau);
+        }
+    }
+    return b;
+}
+
+/* What roln_fit_noise refuses; nothing is written. */
+static void check_fit_refused(int k, const rig *x, const roln_batch *b)
+{
+    roln_real each[MAXN];
+    const roln_trained m = of_model(k);
+    const roln_real y = recorded[0];
+    roln_noise noise = {.dt = x->noise.dt, .tau = -1, .gate = 5, .lost = 7, .tau_each = each}, was = noise;
+    roln_batch bad;
+    fill(MAXN, 7, each);
+#define KEPT(l) \
+    ((l).dt == was.dt && (l).q == was.q && (l).tau == was.tau && (l).gate == was.gate && (l).lost == was.lost && \
+     (l).q_each == was.q_each && (l).tau_each == was.tau_each)
+#define REFUSED(l, batch, status) \
+    CHECK(roln_fit_noise(&m, &batch, &l, each, ROOM(fit_noise)) == (status) && all(MAXN, each, 7) && KEPT(l))
+    bad = *b, bad.count = 0;
+    REFUSED(noise, bad, ROLN_E_LENGTH);
+    bad = *b, bad.stride = 2;
+    REFUSED(noise, bad, ROLN_E_LENGTH);
+    bad = *b, bad.steps = 3;
+    REFUSED(noise, bad, ROLN_E_LENGTH);
+    CHECK(roln_fit_noise(&m, b, &noise, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && KEPT(noise));
+    noise.dt = 0, was = noise;
+    REFUSED(noise, *b, ROLN_E_RANGE);
+    noise.dt = x->noise.dt, noise.q = -1, was = noise;
+    REFUSED(noise, *b, ROLN_E_RANGE);
+    noise.q = 0, zd_max[0] = 0, was = noise;
+    REFUSED(noise, *b, ROLN_E_RANGE);
+    zd_max[0] = 8;
+    recorded[0] = (roln_real)NAN;
+    REFUSED(noise, *b, ROLN_E_NOT_FINITE);
+    recorded[0] = y;
+#undef REFUSED
+#undef KEPT
+}
+
+static void test_fit(int k)
+{
+    static rig x;
+    static roln_real each[MAXN];
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k);
+    roln_noise noise, was;
+    roln_batch b;
+    uint64_t s = 1300 + (uint64_t)k;
+    int i;
+    if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
+    place(k, &s, 1, &x), x.noise.dt /= 8;
+    fill(MAXN, ROLN_C(0.125), x.tau_each), dyadic(F_OF(k), ROLN_C(0.25), &s, x.tau);
+    b = record(k, &x, &s);
+    check_fit_refused(k, &x, &b);
+    memset(&noise, 0, sizeof noise);
+    noise.dt = x.noise.dt, noise.gate = 5, noise.lost = 7, noise.tau = -1, noise.tau_each = each;
+    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    ROOM_KEPT();
+    CHECK(noise.q_each == each && noise.tau_each == NULL && noise.lost == 7 && all(1, &noise.gate, 5) && all(1, &noise.q, 0));
+    for (i = 0; i < N; i++)
+        BOUND("fit_noise: a joint's, factor", fmaxl((ld)(each[i] / x.q_each[i]), (ld)(x.q_each[i] / each[i])), 1.3);
+    /* four times the largest half that is as likely as any */
+    BOUND("fit_noise: torques / 4 / true", (ld)noise.tau / 4 / 0.125L, 3.25);
+    BOUND("fit_noise: true / torques * 4", 0.125L / ((ld)noise.tau / 4), 2);
+    if (k != PLAIN) return;
+    was = noise;
+    noise.q = x.noise.q, noise.q_each = x.q_each;
+    fill(MAXN, 7, each);
+    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK(noise.q_each == x.q_each && all(MAXN, each, 7)); /* what is known stays */
+    BOUND("fit_noise: both, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
+    recorded[N + 1] = recorded[3 * N] = (roln_real)NAN; /* dropped */
+    noise.q_each = NULL, noise.q = 0;
+    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    BOUND("fit_noise: some missing, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
+}
+
+/* ---- the shell -------------------------------------------------------------------------------- */
+
+static void test_shell(void)
+{
+    static plain_params p;
+    static plain_filter f, was;
+    static plain_train train;
+    static rig x;
+    uint64_t s = 1350;
+    roln_batch b;
+    int i;
+    place(PLAIN, &s, 1, &x);
+    p.slope = plain_model.ae.slope, p.least = plain_model.lnn.least, p.scale = scale;
+    memcpy(p.z_min, z_min, sizeof p.z_min), memcpy(p.z_max, z_max, sizeof p.z_max), memcpy(p.zd_max, zd_max, sizeof p.zd_max);
+    memcpy(p.theta, theta_k, sizeof p.theta);
+    memset(&x.e, 0, sizeof x.e);
+    for (i = 0; i < 5; i++) {
+        const uint32_t faults = tick_of(PLAIN, &x.noise, x.y, x.tau, &x.e);
+        CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f,
+                                (plain_filterwork *)(void *)room_of(NUMBERS_OF(plain_filterwork, filter_tick))) == faults);
+        ROOM_KEPT();
+        CHECK(same(2, f.s.z, x.e.z) && same(2, f.s.zd, x.e.zd) && same(16, f.F, x.e.F) && f.f.faults == x.e.f.faults);
+    }
+    memcpy(&was, &f, sizeof f);
+    p.slope /= 2;
+    CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f, (plain_filterwork *)(void *)spare) == ROLN_FAULT_STATUS);
+    CHECK(memcmp(&f, &was, sizeof f) == 0);
+    b = record(PLAIN, &x, &s);
+    CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, &train) == ROLN_E_SHAPE);
+    p.slope *= 2;
+    CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, &train));
+}
+
+void TEST_NAME(filter)(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+        test_tick(k);
+        test_steady(k);
+        test_consistent(k);
+        test_gate(k);
+        test_starts(k);
+        test_refused(k);
+        test_fit(k);
+    }
+    test_turns();
+    test_seam();
+    test_ticks(DELAN, check_sample ? 20000 : 1000000);
+    test_ticks(WHEEL, 10000);
+    test_ticks(CHART, 10000);
+    test_shell();
+    print_bounds();
+}

@@ -1,0 +1,267 @@
+#!/bin/sh
+# make record, make learn, and HDF5 in: recordings obey the machine's limits, its equations and their seed; two tiny machines are
+# learned, one with fewer motors than joints, one a closed chain; what cannot be recorded is refused with its message.
+# Last line: N passed, N failed.
+cd "$(dirname "$0")/../.." || exit 1
+dir=build/recorded
+rm -rf $dir
+mkdir -p $dir
+passed=0
+failed=0
+# check WHAT COMMAND ..: it succeeds
+check() {
+    what=$1
+    shift
+    if "$@" > $dir/check.log 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$what"
+        tail -n 20 $dir/check.log
+    fi
+}
+# says WORDS COMMAND ..: it ends with 1, and its last line says them
+says() {
+    words=$1
+    shift
+    "$@" > $dir/says.log 2>&1
+    code=$?
+    if [ $code -eq 1 ] && tail -n 1 $dir/says.log | grep -q "$words"; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "$*: ended with $code; wanted: $words"
+        tail -n 2 $dir/says.log
+    fi
+}
+machines=tests/mujoco/machines
+few="train=4 test=1 seconds=0.5"
+# xml NAME BODY [REST]: a model
+xml() {
+    echo "<mujoco><option timestep='0.001' ${4:-}/><worldbody>$2</worldbody>${3:-}</mujoco>" > "$dir/$1.xml"
+}
+rod="<geom type='capsule' fromto='0 0 0 0 0 -.3' size='.01' contype='0' conaffinity='0'/>"
+
+# ---- recordings ----
+
+check 'planar3' build/record $machines/planar3.xml $dir/arm train=6 test=2 seconds=1
+check 'as many as were asked for' awk -F, 'FNR == 1 { n = 0 } NF < 2 { n++ } END { exit n != 5 }' $dir/arm.csv
+check 'its header' sh -c "head -n 1 $dir/arm.csv | grep '^t,q1,q2,q3,qd1,qd2,qd3,tau1,tau2,tau3$'"
+check 'ranges and motors' awk -F, 'NR > 1 && NF > 1 { n++; for (i = 2; i <= 4; i++) bad += $i ^ 2 > 1.5 ^ 2
+    bad += $8 ^ 2 > 40 ^ 2 + 1e-6 || $9 ^ 2 > 20 ^ 2 + 1e-6 || $10 ^ 2 > 10 ^ 2 + 1e-6 } END { exit bad || n < 1000 }' $dir/arm.csv
+check 'falls, and driven ones' awk -F, 'NF > 1 && $1 == 0.1 { if ($8 == 0) fall++; else driven++ } END { exit !(fall && driven) }' \
+    $dir/arm.csv
+check 'its config' sh -c "grep -x '#define ROLN_AE 3' $dir/arm.h && grep -x '#define ROLN_MLP 32, 32' $dir/arm.h &&
+    grep -x '#define ROLN_DAMPING 1' $dir/arm.h && ! grep INPUTS $dir/arm.h && sh examples/lint.sh $dir/arm.h"
+check 'the same again' sh -c "build/record $machines/planar3.xml $dir/twin train=6 test=2 seconds=1 &&
+    cmp $dir/arm.csv $dir/twin.csv && cmp $dir/arm_test.csv $dir/twin_test.csv && cmp $dir/arm.h5 $dir/twin.h5"
+check 'another seed' sh -c "build/record $machines/planar3.xml $dir/other train=6 test=2 seconds=1 seed=2 &&
+    ! cmp $dir/arm.csv $dir/other.csv"
+check 'another rate' sh -c "build/record $machines/planar3.xml $dir/slow $few dt=0.004 &&
+    awk -F, 'NR == 3 { exit \$1 != 0.004 }' $dir/slow.csv"
+
+# twin: MuJoCo's inverse dynamics of q, qd and of central differences of qd; what is held over two intervals acts in their middle.
+# u is the force of the slider's motor, gear 1
+cat > $dir/inverse.c << 'END_OF_FILE'
+#include <math.h>
+#include <mujoco/mujoco.h>
+#include <stdio.h>
+#include <string.h>
+
+int main(int argc, char **argv)
+{
+    char error[500], line[1000];
+    mjModel *m = mj_loadXML(argv[1], NULL, error, sizeof error);
+    mjData *d = mj_makeData(m);
+    const int wide = argc > 3 ? 3 * m->nv : 2 * m->nv + 1, forces = wide - 2 * m->nv;
+    double x[3][40], off = 0, size = 0;
+    FILE *f = fopen(argv[2], "r");
+    int have = 0;
+    while (fgets(line, sizeof line, f)) {
+        int at = 0, step;
+        memmove(x, x[1], 2 * sizeof x[0]);
+        for (step = 0; step <= wide && sscanf(line + at, "%lf%*1[,\n]", &x[2][step]) == 1; step++)
+            at += (int)strcspn(line + at, ",\n") + 1;
+        have = step > wide ? have + 1 : 0;
+        if (have < 3) continue;
+        memcpy(d->qpos, x[1] + 1, (size_t)m->nq * sizeof(double));
+        memcpy(d->qvel, x[1] + 1 + m->nv, (size_t)m->nv * sizeof(double));
+        for (int j = 0; j < m->nv; j++)
+            d->qacc[j] = (x[2][1 + m->nv + j] - x[0][1 + m->nv + j]) / (x[2][0] - x[0][0]);
+        mj_inverse(m, d);
+        for (int j = 0; j < m->nv; j++) {
+            const double u = j < forces ? (x[0][1 + 2 * m->nv + j] + x[1][1 + 2 * m->nv + j]) / 2 : 0;
+            off += (d->qfrc_inverse[j] - u) * (d->qfrc_inverse[j] - u), size += u * u;
+        }
+    }
+    printf("off %g of %g\n", sqrt(off), sqrt(size));
+    return !(size > 0 && off < 1e-5 * size);
+}
+END_OF_FILE
+check 'twin' gcc -std=c99 -O1 $dir/inverse.c -o $dir/inverse -lmujoco -lm
+check 'the torques move it' $dir/inverse $machines/planar3.xml $dir/arm.csv all
+check 'slider' build/record $machines/slider.xml $dir/slider train=12 test=3 seconds=1
+check 'the inputs move it' $dir/inverse $machines/slider.xml $dir/slider.csv
+check 'units of a slider beside a hinge' sh -c "grep -x '#define ROLN_SCALE each' $dir/slider.h && ! grep SCALE $dir/arm.h"
+check 'fewer motors than joints' sh -c "grep -x '#define ROLN_INPUTS 1' $dir/slider.h && head -n 1 $dir/slider.csv | grep ',u1$'"
+
+xml motors "<body><joint name='a' axis='0 1 0'/>$rod</body>" \
+    "<actuator><position joint='a' kp='2' ctrllimited='true' ctrlrange='-1 1'/></actuator>"
+check 'servo' sh -c "build/record $dir/motors.xml $dir/motors $few | grep '^1 motors are servos' &&
+    awk -F, '\$4 != 0 { n++ } END { exit n < 100 }' $dir/motors.csv"
+xml fall "<geom type='plane' size='1 1 .1'/><body pos='0 0 .5'><joint type='slide' axis='0 0 1'/><geom size='.1'/></body>"
+check 'no motors, contacts' sh -c "build/record $dir/fall.xml $dir/fall train=4 test=1 | grep '^contacts act in [1-9]' &&
+    head -n 1 $dir/fall.csv | grep -x 't,q1,qd1' && grep DAMPING $dir/fall.h"
+xml dry "<body><joint axis='0 1 0' frictionloss='0.01'/>$rod</body>"
+check 'dry friction' sh -c "build/record $dir/dry.xml $dir/dry $few &&
+    grep '^ *dry friction \*/' $dir/dry.h && grep -x '#define ROLN_FRICTION 1' $dir/dry.h"
+xml spin "<body><joint axis='0 0 1'/>$rod</body>" "<actuator><motor joint='__' gear='1'/></actuator>"
+sed -i "s/<joint axis/<joint name='__' axis/" $dir/spin.xml
+check 'turns round' sh -c "build/record $dir/spin.xml $dir/spin train=12 test=1 seconds=5 |
+    grep 'joints turn round in [1-9]: without autoencoder as angles' &&
+    grep 'joints that turn round: 1' $dir/spin.h && grep -x '#define ROLN_ANGLES 1' $dir/spin.h"
+bead="<geom size='.01' mass='.01' contype='0' conaffinity='0'/>"
+xml wild "<body><joint type='slide' axis='1 0 0' stiffness='2e5' damping='30'/>$bead</body>"
+check 'wild with RK4, tame with its own integrator' \
+    sh -c "build/record $dir/wild.xml $dir/wild $few | grep 'again with its own'"
+
+# ---- learned ----
+
+# learn NAME STEPS SETTING ..: a model that predicts better than q + h qd
+learn() {
+    name=$1
+    steps=$2
+    shift 2
+    check "$name" sh tests/mujoco/learn.sh "$machines/$name.xml" "$dir/learned/$name" "steps=$steps" "$@"
+    check "$name: its table" awk '$1 == 100 { n += $4 < $2 / 3 } END { exit n != 1 }' "$dir/learned/$name.learn"
+    check "$name: no complaint about its recordings" sh -c "! grep warning $dir/learned/$name.log"
+}
+learn slider 60 train=12 test=3 seconds=1
+learn fivebar 40 train=12 test=3 seconds=0.5
+check 'fivebar: two coordinates' sh -c "grep -x '#define ROLN_AE 4, 2' $dir/learned/fivebar.h &&
+    grep -x '#define ROLN_AE 4' $dir/learned/fivebar_full.h"
+check 'fivebar: beside all joints' awk '$1 == 25 { exit !($3 > 0 && $3 != $4) }' $dir/learned/fivebar.learn
+xml still "<body><joint axis='0 1 0'/>$rod</body>" '' "gravity='0 0 0'"
+says 'still was not trained: no start from this data: it does not move' \
+    sh tests/mujoco/learn.sh $dir/still.xml $dir/learned/still steps=1 train=4 test=1 seconds=0.5
+says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir/learned/nothing steps=1
+says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
+check 'no better than q + h qd' sh -c "
+    sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
+    [ \$? -eq 2 ] && tail -n 1 $dir/worse.log | grep -x 'note no better than q + h qd'"
+check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/slider $dir/learned/still $dir/learned/fivebar > $dir/table &&
+    grep '^| slider | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | ' $dir/table &&
+    grep '^| still | .* does not move, or .* |$' $dir/table"
+
+# ---- HDF5 in ----
+
+{ cat $dir/arm.csv; echo; sed 1d $dir/arm_test.csv; } > $dir/both.csv
+check 'back from HDF5' sh -c "build/convert $dir/arm.h5 $dir/back.csv && cmp $dir/both.csv $dir/back.csv"
+check 'sets' build/generate pend2_act $dir/2.h5 --train 2 --test 1 --tune 1 --csv $dir/2
+awk -F, 'NF > 1 && FNR > 1' $dir/2_train.csv $dir/2_test.csv $dir/2_tune.csv > $dir/2.want
+check 'sets of generate' sh -c "build/convert $dir/2.h5 $dir/2.csv && awk -F, 'NF > 1 && FNR > 1' $dir/2.csv | cmp - $dir/2.want"
+cat > $dir/layouts.c << 'END_OF_FILE'
+/* The recorder's file in the layouts of others: robomimic's observations, and MuJoCo's states. */
+#include <hdf5.h>
+#include <string.h>
+
+static void put(hid_t group, const char *name, int rank, int samples, int n, const double *x)
+{
+    const hsize_t shape[2] = {(hsize_t)samples, (hsize_t)n};
+    hid_t space = H5Screate_simple(rank, shape, NULL);
+    hid_t set = H5Dcreate2(group, name, H5T_NATIVE_FLOAT, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    H5Dwrite(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, x);
+    H5Dclose(set), H5Sclose(space);
+}
+
+int main(int argc, char **argv)
+{
+    enum { S = 30 };
+    static double q[S * 2], qd[S * 2], u[S], states[S * 6], small[S];
+    hid_t file = H5Fcreate(argv[argc - 1], H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT);
+    hid_t data = H5Gcreate2(file, "data", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+    const char *const names[] = {"demo_1", "demo_7"};
+    for (int k = 0; k < 2; k++) {
+        hid_t demo = H5Gcreate2(data, names[k], H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        hid_t obs = H5Gcreate2(demo, "obs", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+        for (int i = 0; i < S; i++) {
+            u[i] = i % 4, small[i] = i;
+            states[6 * i] = i * 0.25, states[6 * i + 5] = 9;
+            for (int j = 0; j < 2; j++) {
+                q[2 * i + j] = states[6 * i + 1 + j] = k + i + j * 0.5;
+                qd[2 * i + j] = states[6 * i + 3 + j] = 4;
+            }
+        }
+        put(obs, "robot0_joint_pos", 2, S, 2, q), put(obs, "robot0_joint_vel", 2, S, 2, qd), put(demo, "actions", 2, S, 1, u);
+        put(demo, "states", 2, S, 6, states), put(demo, "short", 2, S - 1, 2, qd), put(demo, "one", 1, S, 1, small);
+        H5Gclose(obs), H5Gclose(demo);
+    }
+    H5Gclose(data), H5Fclose(file);
+    return 0;
+}
+END_OF_FILE
+check 'other layouts' sh -c "gcc -std=c99 $dir/layouts.c -o $dir/layouts \$(pkg-config --cflags --libs hdf5) &&
+    $dir/layouts $dir/robo.h5"
+check 'robomimic' build/convert $dir/robo.h5 $dir/robo.csv dt=0.25
+{ echo t,q1,q2,qd1,qd2,u1; awk 'BEGIN { for (k = 0; k < 2; k++) { if (k) print ""; for (i = 0; i < 30; i++)
+    printf "%g,%g,%g,4,4,%d\n", i / 4, k + i, k + i + .5, i % 4 } }'; } > $dir/robo.want
+check 'robomimic: its numbers' cmp $dir/robo.csv $dir/robo.want
+check 'states' sh -c "build/convert $dir/robo.h5 $dir/states.csv states=2 && cmp $dir/states.csv $dir/robo.want"
+check 'names' build/convert $dir/robo.h5 $dir/names.csv q=obs/robot0_joint_pos qd=obs/robot0_joint_vel force=actions dt=0.25
+check 'names: the same numbers' cmp $dir/names.csv $dir/robo.want
+check 'no commands' sh -c "build/convert $dir/robo.h5 $dir/names.csv dt=0.25 force= && head -n 1 $dir/names.csv |
+    grep -x 't,q1,q2,qd1,qd2'"
+says 'convert IN.h5' build/convert $dir/robo.h5
+says 'convert IN.h5' build/convert $dir/robo.h5 $dir/no.csv dt=-1
+says 'convert IN.h5' build/convert $dir/robo.h5 $dir/no.csv much
+says 'not there, or no HDF5' build/convert $dir/nothing.h5 $dir/no.csv
+says 'not there, or no HDF5' build/convert $dir/arm.csv $dir/no.csv
+says 'no group steps' build/convert $dir/robo.h5 $dir/no.csv data=steps
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv
+check 'no t' grep 'there is no t: give dt=' $dir/says.log
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv dt=1 q=pose
+check 'no such name' grep 'there is no pose' $dir/says.log
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv dt=1 qd=short
+check 'lengths' grep 'q and qd are missing, or differ in shape' $dir/says.log
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv dt=1 force=short
+check 'lengths of the force' grep 'the force has another length than q' $dir/says.log
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv states=3
+check 'states that are too few' grep 'states has 6 columns, t, q and qd of 3 joints have 7' $dir/says.log
+says 'in demo_1' build/convert $dir/robo.h5 $dir/no.csv dt=1 force=obs
+check 'no array' grep 'obs: no array of numbers' $dir/says.log
+says 'No such file' build/convert $dir/arm.h5 $dir/nowhere/no.csv
+check 'nothing was written' test ! -e $dir/no.csv
+
+# ---- refused ----
+
+says '^record: usage' build/record
+says 'cannot read nothing.xml' build/record nothing.xml $dir/no
+echo '<mujoco><worldbody>' > $dir/broken.xml
+says 'broken.xml: .*XML' build/record $dir/broken.xml $dir/no
+xml ball "<body><joint name='neck' type='ball'/>$rod</body>"
+says 'joint 0 neck is a ball joint: its quaternion is no q with qd = dq/dt; three hinges in its place' \
+    build/record $dir/ball.xml $dir/no
+xml free "<body><joint type='slide'/>$rod<body><joint axis='1 0 0'/>$rod</body></body><body><freejoint/>$rod</body>"
+says 'joint 2  is free: .*three hinges and three sliders in its place' build/record $dir/free.xml $dir/no
+xml none "<body>$rod</body>"
+says 'there are no joints' build/record $dir/none.xml $dir/no
+says 'speed=1: not one of seed=, train=' build/record $machines/slider.xml $dir/no speed=1
+says 'ape: not one of' build/record $machines/slider.xml $dir/no ape
+for word in seed=-1 train=1e9 test=0 seconds=0.01 dt=2 test=much train=nan; do
+    says "$word: a number, [0-9.e+]* .. [0-9.e+]*$" build/record $machines/slider.xml $dir/no $word
+done
+says 'the file name is to be a name in C, no_name' build/record $machines/slider.xml $dir/no-name
+says 'the file name is to be a name in C$' build/record $machines/slider.xml $dir/2
+says 'a file name of 1 to 80 letters' build/record $machines/slider.xml $dir/
+says 'cannot write .*nowhere/a.h' build/record $machines/slider.xml $dir/nowhere/a $few
+xml stiff "<body><joint type='slide' axis='1 0 0' stiffness='1e9'/>$bead</body>"
+says '[0-9]* are unstable (velocities out of hand) and 0 come to a limit at once, even gently' \
+    build/record $dir/stiff.xml $dir/no $few
+check 'gentler and gentler' grep 'again with amplitudes of 0.0625' $dir/says.log
+xml tight "<body><joint axis='0 1 0' limited='true' range='1 1.1'/>$rod</body>"
+says 'are unstable (none) and [1-9][0-9]* come to a limit at once, even gently' build/record $dir/tight.xml $dir/no $few
+check 'nothing is left of what was refused' sh -c "! ls $dir/no.* $dir/no_* 2> /dev/null"
+check 'no MODEL' sh -c "! make -s learn MODEL= 2>&1 && ! make -s record MODEL= 2>&1"
+check 'no MODEL: said' sh -c "make -s learn MODEL= 2> /dev/null | grep 'make learn MODEL=my.xml'"
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]
