@@ -19,7 +19,8 @@
     {.kind = STAGE_NEWTON, .part = p, .batch = rows, .share = part_, .steps = H, .stride = samples, __VA_ARGS__}
 /* rows of single samples, then windows of half a second among them */
 #define NEWTON(first, rows) SINGLE(.35 - first, rows), WINDOWS(.65, rows, .05, 25, 20, .last = 2)
-/* of 300 s and more: with a memory of 8 steps single samples lead astray after hundreds of them, and windows come to no rest */
+/* 16 joints for 300 s and more: with a memory of 8 steps single samples lead astray after hundreds of them, and windows come to no
+   rest */
 #define NEWTON_LONG(first, rows) \
     {.kind = STAGE_NEWTON, .part = .15 - first, .batch = rows, .memory = 4}, \
         WINDOWS(.85, rows, .05, 25, 20, .memory = 4, .last = 1)

@@ -136,7 +136,7 @@ learn() {
     check "$name: its table" awk '$1 == 100 { n += $4 < $2 / 3 } END { exit n != 1 }' "$dir/learned/$name.learn"
     check "$name: no complaint about its recordings" sh -c "! grep warning $dir/learned/$name.log"
 }
-learn slider 30 train=12 test=3 seconds=1
+learn slider 60 train=12 test=3 seconds=1
 learn fivebar 40 train=12 test=3 seconds=0.5
 check 'fivebar: two coordinates' sh -c "grep -x '#define ROLN_AE 4, 2' $dir/learned/fivebar.h &&
     grep -x '#define ROLN_AE 4' $dir/learned/fivebar_full.h"
