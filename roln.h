@@ -86,6 +86,7 @@
 
        NAME_init_pod    scales and weights at the linear optimum (POD) of recorded motion
        NAME_init        random weights
+       NAME_fit_inertia the unit of inertia, where forces are known
        NAME_variance    of the data of each loss term, to weigh the terms by
        NAME_grad_acc    adds the gradient of the acceleration loss
        NAME_grad        adds the gradient of the loss over windows of several steps
@@ -179,9 +180,9 @@ ROLN_FN int roln_force_size(const roln_model *md)
 }
 
 /* The networks see x = q / scale.q and time / scale.t, so that users need not scale their data; where joints have units of their
-   own, x_j = q_j / (scale.q each_j). */
+   own, x_j = q_j / (scale.q each_j). Their mass matrix is M / scale.m, their energies E scale.t^2 / scale.m. */
 typedef struct {
-    roln_real q, t;
+    roln_real q, t, m;
 } roln_scale;
 
 /* A trained model: its description, and where its numbers are. */
@@ -241,7 +242,7 @@ ROLN_INLINE const roln_real *rolni_net(const roln_trained *m)
 /* A force, and a velocity, of one unit in the units of the networks. */
 ROLN_FN roln_real rolni_force_unit(const roln_scale *sc)
 {
-    return sc->q * sc->t * sc->t;
+    return sc->q * sc->t * sc->t / sc->m;
 }
 
 ROLN_FN roln_real rolni_velocity_unit(const roln_scale *sc)
@@ -380,7 +381,7 @@ ROLN_INLINE rolni_balance rolni_balance_of(const roln_trained *m, const rolni_ta
 {
     const roln_lnn *lnn = &m->model->lnn;
     const int n = lnn->n;
-    const roln_real f = 1 / (m->scale->t * m->scale->t);
+    const roln_real f = m->scale->m / (m->scale->t * m->scale->t);
     rolni_balance b;
     int i;
     rolni_mul(lnn, t, 0, t->zd, work, work + n);
@@ -399,7 +400,7 @@ ROLN_INLINE roln_status rolni_inverse(const roln_trained *m, const roln_real *z,
 {
     const roln_lnn *lnn = &m->model->lnn;
     const int n = lnn->n;
-    const roln_real ts = m->scale->t, t2 = ts * ts;
+    const roln_real ts = m->scale->t, t2 = ts * ts, unit = m->scale->m;
     ROLN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, roln_lnn_tape(lnn, 2, 0, 1))
     roln_status st;
     int i;
@@ -411,7 +412,7 @@ ROLN_INLINE roln_status rolni_inverse(const roln_trained *m, const roln_real *z,
     st = roln_lnn_inverse(lnn, 0, 1, rolni_net(m), s, w ? v : NULL, a, a, tape, work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
-        a[i] /= t2;
+        a[i] = a[i] / t2 * unit;
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, a, tau_z);
     if (b) {
@@ -1106,7 +1107,7 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
 {
     const roln_lnn *lnn = &m->model->lnn;
     const int n = lnn->n;
-    const roln_real f = 1 / (m->scale->t * m->scale->t);
+    const roln_real unit = m->scale->m, f = unit / (m->scale->t * m->scale->t);
     ROLN_TERMS_MEM(ROLNI_CARVE, ROLNI_LOCAL, roln_lnn_tape(lnn, 1, 0, 1))
     const roln_terms_out mine = {out->M ? M : NULL, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
     roln_status st;
@@ -1116,7 +1117,9 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
     if ((st = roln_lnn_terms(lnn, rolni_net(m), s, &mine, tape, work)) != ROLN_OK) return st;
     for (i = 0; i < 3 * n + 2; i++) /* c, g, d, T, V follow each other */
         c[i] *= f;
-    if (!roln_all_finite(3 * n + 2, c)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < n * n && out->M; i++)
+        M[i] *= unit;
+    if (!roln_all_finite(3 * n + 2, c) || (out->M && !roln_all_finite(n * n, M))) return ROLN_E_NOT_FINITE;
     if (out->M) rolni_copy(n * n, M, out->M);
     if (out->c) rolni_copy(n, c, out->c);
     if (out->g) rolni_copy(n, g, out->g);
@@ -1133,7 +1136,7 @@ ROLN_INLINE void roln_friction(const roln_trained *m, roln_real *c, roln_real *v
     const roln_real *logs = rolni_net(m) + rolni_friction_at(lnn), t = m->scale->t;
     int i;
     for (i = 0; i < lnn->n; i++)
-        c[i] = roln_exp(logs[i]) / (t * t), v[i] = roln_exp(logs[lnn->n + i]) / t;
+        c[i] = roln_exp(logs[i]) / (t * t) * m->scale->m, v[i] = roln_exp(logs[lnn->n + i]) / t;
 }
 
 /* Apparent inertia in the full space as an operator, y = D^T M D v with D = D(phi(z)): symmetric, positive semi-definite of
@@ -1166,7 +1169,7 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     roln_ae_lift_tape(ae, 2, 1, tape, tape);
     roln_ae_lift(ae, 1, m->theta, tape, p, jet, work);
     for (i = 0; i < N; i++)
-        jet[i] /= m->scale->q;
+        jet[i] = jet[i] / m->scale->q * m->scale->m;
     rolni_divide_each(1, N, rolni_each(m->model, m), jet);
     if (!roln_all_finite(N, jet)) return ROLN_E_NOT_FINITE;
     rolni_copy(N, jet, y);
@@ -2288,7 +2291,7 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
     scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
     time = ROLN_SQRT(sq / sv);
     if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
-    sc->q = scale, sc->t = time;
+    sc->q = scale, sc->t = time, sc->m = 1;
     return ROLN_OK;
 }
 
@@ -2338,6 +2341,54 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
     var->q = var->q_pred = sum[0], var->qd = var->qd_pred = sum[1], var->qdd = var->qdd_pred = sum[2];
     var->z = sum[3], var->zd = sum[4], var->zdd = sum[5];
     var->force = 1;
+    return ROLN_OK;
+}
+
+/* The unit of inertia scale.m of a machine whose forces are known: 2^(10 k), about a thousand to the power k, such that
+   rms tau_z / rms zdd over the windows of b (first samples), in m's other units, is 1/32 .. 32 of it. The networks begin with
+   M = I, and logarithms of ten and more would be out of their reach. tau_z = J^T tau or, of a model with inputs, u itself: B is
+   learned. b with qdd and tau. ROLN_E_LENGTH: no window, or without these; ROLN_E_NOT_FINITE, also for a machine that no force
+   moves, or beyond 1e+-18. inertia is untouched unless ROLN_OK. Cost roln_encode of 3-jets and roln_reduce for each window.
+   work [ROLN_FIT_INERTIA_WORK]. */
+#define ROLN_FIT_INERTIA_MEM(X, S) \
+    X(x, 3 * S(N)) X(z, 3 * S(n)) X(in, S(force_size)) X(tau, ROLN_MAX(S(n), S(inputs)))
+#define ROLN_FIT_INERTIA_WORK(S) \
+    (0 ROLN_FIT_INERTIA_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_AE_ENCODE_TAPE(S, 3, 1), S(inputs) > 0 ? 0 : ROLNI_TORQUE_WORK(S, 1)))
+ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch *b, roln_real *inertia, roln_real *work)
+{
+    const roln_model *md = m->model;
+    const roln_ae *ae = &md->ae;
+    const int N = ae->size[0], n = md->lnn.n, inputs = md->inputs;
+    const int force_size = roln_force_size(md), forces = inputs > 0 ? inputs : n;
+    const roln_real v = rolni_velocity_unit(m->scale), unit = rolni_force_unit(m->scale) * m->scale->m;
+    const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
+    roln_real force = 0, motion = 0, ratio, found = 1;
+    int w;
+    ROLN_FIT_INERTIA_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    rolni_driven d;
+    if (!rolni_batch_valid(b) || b->count < 1 || !b->qd || !b->qdd || !b->tau) return ROLN_E_LENGTH;
+    rolni_drive(m, in, &d, work);
+    for (w = 0; w < b->count; w++) {
+        rolni_gather(b, b->q, N, w, 1, 0, 1 / m->scale->q, x);
+        rolni_gather(b, b->qd, N, w, 1, 0, v, x + N);
+        rolni_gather(b, b->qdd, N, w, 1, 0, v * m->scale->t, x + 2 * N);
+        rolni_divide_each(3, N, rolni_each(md, m), x);
+        roln_ae_encode(ae, 3, 1, m->theta, x, z, work);
+        if (!roln_all_finite(3 * n, z)) return ROLN_E_NOT_FINITE;
+        rolni_gather(b, b->tau, force_size, w, 1, 0, unit, in);
+        rolni_multiply_each(1, force_size, rolni_each_force(md, m), in);
+        if (inputs > 0) rolni_copy(inputs, in, tau);
+        else rolni_torque_eval(&d.torque, 1, z, tau);
+        force += part * roln_dot(forces, tau, tau);
+        motion += part * roln_dot(n, z + 2 * n, z + 2 * n);
+    }
+    ratio = ROLN_SQRT(force) / ROLN_SQRT(motion);
+    if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
+    for (; ratio > 32; ratio /= 1024)
+        found *= 1024;
+    for (; ratio < ROLN_C(0.03125); ratio *= 1024)
+        found /= 1024;
+    *inertia = found;
     return ROLN_OK;
 }
 
@@ -2902,12 +2953,12 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
 /* ---- 6 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, each [N] of a model with own units, dt, z_min [n],
-   z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles, if there are
-   any, are the last two sizes. In the macros each is the number of own units, N or 0.
+   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, scale.m, each [N] of a model with own units, dt,
+   z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles,
+   if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
-#define ROLN_FORMAT 2
-#define ROLN_NUMBERS(each, n, params) (5 + (each) + 3 * (n) + (params)) /* of NAME_params */
+#define ROLN_FORMAT 3
+#define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, each, n, params) \
     (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
      ROLNI_AS(int, sizeof(roln_real)) * ROLN_NUMBERS(each, n, params) + 8)
@@ -3100,13 +3151,13 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
-    for (i = 2; i < 4 + own; i++)
+    for (i = 2; i < 5 + own; i++)
         if (!(rolni_packed(p, i) > 0)) return ROLN_E_NOT_FINITE;
     if (md->lnn.angles && rolni_packed_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < own; i++)
-        if (roln_lnn_angle(&md->lnn, i) && rolni_packed_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
-    if (rolni_packed(p, 4 + own) < 0) return ROLN_E_RANGE;
-    for (i = 5 + own; i < 5 + own + n; i++)
+        if (roln_lnn_angle(&md->lnn, i) && rolni_packed_at(p, 5 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
+    if (rolni_packed(p, 5 + own) < 0) return ROLN_E_RANGE;
+    for (i = 6 + own; i < 6 + own + n; i++)
         if (rolni_packed(p, i) > rolni_packed(p, i + n) || rolni_packed(p, i + 2 * n) < 0) return ROLN_E_RANGE;
     {
         const roln_status st = rolni_ae_check(&md->ae, rolni_packed_theta, p + ROLNI_AS(size_t, at) * sizeof(roln_real));
@@ -3256,7 +3307,7 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
     return text;
 }
 
-/* One for every option that C can compare where the text is compiled. Slope and least stand among the numbers. */
+/* One for every option that C can compare where the text is compiled, and for the format. Slope and least are numbers. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
     static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
@@ -3264,14 +3315,14 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
-                                         "angles", "friction", "own"}, *const unit[] = {"common", "each"};
+                                         "angles", "friction", "own", "format"}, *const unit[] = {"common", "each"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[12], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[13], hidden[ROLN_MLP_MAX - 1] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
     other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
-    other[10] = f->friction, other[11] = md->own;
+    other[10] = f->friction, other[11] = md->own, other[12] = ROLN_FORMAT;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
@@ -3289,6 +3340,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
     rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
+    rolni_write_need(t, "FORMAT", 1, others + 12, NULL, other + 12);
 }
 
 /* Declarations of what, `static` or, with ROLN_WEIGHTS_EXTERN, extern; behind them comes the initialiser. */
@@ -3311,14 +3363,14 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
-    const int n = md->lnn.n, own = rolni_own(md), from = 5 + own, at = ROLN_NUMBERS(own, n, 0), count = at + roln_params(md);
+    const int n = md->lnn.n, own = rolni_own(md), from = 6 + own, at = ROLN_NUMBERS(own, n, 0), count = at + roln_params(md);
     const int words = rolni_ae_bits(&md->ae) > 0;
     const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
     if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
     if (md->lnn.angles && rolni_word_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < own; i++)
-        if (roln_lnn_angle(&md->lnn, i) && rolni_word_at(p, 4 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
+        if (roln_lnn_angle(&md->lnn, i) && rolni_word_at(p, 5 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < count; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_real(rolni_word_at(p, i))))
             return ROLN_E_NOT_FINITE;
@@ -3338,12 +3390,12 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     }
     put(ctx, "{");
     rolni_write_reals(0, 2, p, ",\n    {", put, ctx);
-    rolni_write_reals(2, 2, p, "},\n    ", put, ctx);
+    rolni_write_reals(2, 3, p, "},\n    ", put, ctx);
     if (own > 0) {
         put(ctx, "{");
-        rolni_write_reals(4, own, p, "},\n    ", put, ctx);
+        rolni_write_reals(5, own, p, "},\n    ", put, ctx);
     }
-    rolni_write_reals(4 + own, 1, p, ",\n    {", put, ctx);
+    rolni_write_reals(5 + own, 1, p, ",\n    {", put, ctx);
     rolni_write_reals(from, n, p, "},\n    {", put, ctx);
     rolni_write_reals(from + n, n, p, "},\n    {", put, ctx);
     rolni_write_reals(from + 2 * n, n, p, "},\n    {", put, ctx);
@@ -3682,6 +3734,7 @@ enum {
     ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
     ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLNI_(twice) = sizeof(roln_real) == 8,
+    ROLNI_(format) = ROLN_FORMAT,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
@@ -4039,6 +4092,7 @@ ROLNI_SCRATCH
 #if ROLNI_BITS(ROLN_STORE) == 0
     roln_real grad[ROLN_GRAD_WORK(ROLNI_, ROLN_BLOCK, ROLN_HORIZON)], grad_acc[ROLN_GRAD_ACC_WORK(ROLNI_, ROLN_BLOCK)];
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
+    roln_real fit_inertia[ROLN_FIT_INERTIA_WORK(ROLNI_)];
 #endif
 ROLNI_SCRATCH_END(ROLNI_(train))
 
@@ -4121,7 +4175,7 @@ ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start
     int i;
     memset(p, 0, sizeof *p);
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
-    p->scale.q = p->scale.t = 1;
+    p->scale.q = p->scale.t = p->scale.m = 1;
     for (i = 0; each && i < ROLNI_(N); i++)
         each[i] = 1;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
@@ -4231,6 +4285,14 @@ ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *
 {
     const roln_trained m = ROLNI_(trained)(p);
     return ROLNI_USE(p, work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
+}
+
+/* scale.m of a machine whose forces are known, from samples with tau and qdd (roln_fit_inertia); before training, for it changes
+   what the weights mean. p stays as it was unless ROLN_OK. */
+ROLN_FN roln_status ROLNI_(fit_inertia)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(train) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    return ROLNI_USE(p, work, roln_fit_inertia(&m, b, &p->scale.m, ROLNI_ROOM(work)->fit_inertia));
 }
 
 /* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
@@ -4373,16 +4435,17 @@ typedef struct {
 ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(params) *p, ROLNI_(start) *work)
 {
     enum { ROLNI_n = ROLNI_(n), ROLNI_own = ROLNI_(own) * ROLNI_(N) };
-    const roln_real *x = work->full, *range = x + 5 + ROLNI_own;
+    const roln_real *x = work->full, *range = x + 6 + ROLNI_own;
     roln_model full = ROLNI_(model);
-    const roln_trained from = {&full, NULL, range, range + ROLNI_n, range + 2 * ROLNI_n, range + 3 * ROLNI_n, x + 4};
+    const roln_trained from = {&full, NULL, range, range + ROLNI_n, range + 2 * ROLNI_n, range + 3 * ROLNI_n, x + 5};
     roln_status st;
     full.ae.storage = ROLN_FULL;
     st = roln_unpack(&full, count, bytes, work->full);
     if (st == ROLN_OK) st = roln_store(&ROLNI_(model), &from, p->theta, work->store);
     if (st != ROLN_OK) return st;
-    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->dt = range[-1];
-    if (ROLNI_own > 0) rolni_copy(ROLNI_own, x + 4, ROLNI_EACH(p));
+    p->slope = x[0], p->least = x[1], p->scale.q = x[2], p->scale.t = x[3], p->scale.m = x[4];
+    p->dt = range[-1];
+    if (ROLNI_own > 0) rolni_copy(ROLNI_own, x + 5, ROLNI_EACH(p));
     rolni_copy(ROLNI_n, from.z_min, p->z_min);
     rolni_copy(ROLNI_n, from.z_max, p->z_max);
     rolni_copy(ROLNI_n, from.zd_max, p->zd_max);

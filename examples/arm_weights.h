@@ -17,6 +17,7 @@ typedef char arm_weights_are_of_ROLN_SCALE_common[arm_own == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_INPUTS_0[arm_inputs == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_STORE_full[arm_stored == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_DOUBLE_not_defined_0[arm_twice == 0 ? 1 : -1];
+typedef char arm_weights_are_of_ROLN_FORMAT_3[arm_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN
 ROLN_FLASH static const arm_params arm_weights =
 #else
@@ -27,7 +28,7 @@ ROLN_FLASH const arm_params arm_weights =
 #endif
 #if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE
     {13898701.f/33554432.f, 13743895.f/137438953472.f,
-    {3897685.f/8388608.f, 6131035.f/33554432.f},
+    {3897685.f/8388608.f, 6131035.f/33554432.f, 1.f},
     5368709.f/1073741824.f,
     {-13721471.f/4194304.f, -9571423.f/4194304.f, -8404767.f/2097152.f, -3226741.f/1048576.f, -13050481.f/4194304.f, -3440631.f/1048576.f},
     {14966061.f/4194304.f, 2633253.f/1048576.f, 2110175.f/2097152.f, 6810327.f/2097152.f, 11508579.f/4194304.f, 12947583.f/4194304.f},

@@ -18,6 +18,7 @@ typedef char chain_weights_are_of_ROLN_SCALE_common[chain_own == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_INPUTS_0[chain_inputs == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_STORE_full[chain_stored == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DOUBLE_not_defined_0[chain_twice == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_FORMAT_3[chain_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN
 ROLN_FLASH static const chain_params chain_weights =
 #else
@@ -28,7 +29,7 @@ ROLN_FLASH const chain_params chain_weights =
 #endif
 #if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE
     {13898701.f/33554432.f, 13743895.f/137438953472.f,
-    {11653789.f/33554432.f, 16118061.f/134217728.f},
+    {11653789.f/33554432.f, 16118061.f/134217728.f, 1.f},
     13421773.f/536870912.f,
     {-4195079.f/4194304.f, -8390041.f/8388608.f},
     {8393483.f/8388608.f, 8415293.f/8388608.f},

@@ -6,8 +6,7 @@
    ./train furuta.csv torque=1 smooth=20 steps=150
 
    One motor, two joints that turn all round, 12-bit encoders, 1 kHz, and a torque limit at which a tilt of half a radian is just
-   too much. The model knows encoder counts and torques only. Torques are in mNm: then M, about .2 in mNms^2, is near what a
-   training begins with.
+   too much. The model knows encoder counts and torques only.
 
    1 the machine     2 recordings     3 catching     4 swinging up */
 
@@ -26,11 +25,11 @@ static int encoder(double angle)
     return count < 0 ? count + STEPS : count;
 }
 
-/* A tick under a torque of so many mNm. */
+/* A tick under a torque, Nm. */
 static void play(motion *s, double torque)
 {
     for (int i = 0; i < 2; i++)
-        advance(s, 1e-3 * torque, (double)TICK / 2);
+        advance(s, torque, (double)TICK / 2);
 }
 
 /* ---- 2 recordings ----------------------------------------------------------------------------- */
@@ -53,7 +52,7 @@ static void record(void)
             double torque = 0;
             for (int i = 0; i < SINES; i++)
                 torque += size[i] * sin(rate[i] * k * (double)TICK + phase[i]);
-            printf("%.3f,%.6f,%.6f,0,0,%.4f,0\n", k * (double)TICK, TURN / STEPS * encoder(s.q[0]),
+            printf("%.3f,%.6f,%.6f,0,0,%.7f,0\n", k * (double)TICK, TURN / STEPS * encoder(s.q[0]),
                    TURN / STEPS * encoder(s.q[1]), torque); /* qd 0: not measured */
             play(&s, torque);
         }
@@ -84,7 +83,7 @@ static roln_status true_gains(roln_real K[4])
 {
     const double h = 1e-4;
     roln_real A[16], B[4], D[16] = {1, 0, 0, 0, 0, 10, 0, 0, 0, 0, ROLN_C(0.2), 0, 0, 0, 0, 1}, C[16], work[ROLN_DARE_WORK(4, 1)];
-    const roln_real r[1] = {ROLN_C(0.01)};
+    const roln_real r[1] = {10000};
     for (int j = 0; j <= 4; j++) {
         motion s[2];
         for (int side = 0; side < 2; side++) {
@@ -130,7 +129,7 @@ static void swing_up(void)
     printf("\nswing-up, s   arm, rad   tilt, rad   torque, mNm\n");
     for (int k = 0; k <= 2000; k++) {
         if (k % 200 == 0)
-            printf("%11.1f %10.2f %11.3f %13.1f\n", k * (double)TICK, s.q[0], tilt(&s), (double)ctl.guard.tau[0]);
+            printf("%11.1f %10.2f %11.3f %13.1f\n", k * (double)TICK, s.q[0], tilt(&s), 1e3 * (double)ctl.guard.tau[0]);
         tick(&s);
     }
 }
@@ -167,8 +166,11 @@ int main(int argc, char **argv)
     printf("flash: weights %u bytes    RAM: controller %u bytes\n\n", (unsigned)sizeof furuta_weights, (unsigned)sizeof ctl);
     if (controller_start(&ctl) != ROLN_OK || true_gains(K) != ROLN_OK) return 1;
     printf("feedback, mNm     1/rad of arm, pendulum     1/(rad/s)\n");
-    printf("learned       %12.2f %12.2f %11.3f %11.3f\n", (double)ctl.K[0], (double)ctl.K[1], (double)ctl.K[2], (double)ctl.K[3]);
-    printf("true matrices %12.2f %12.2f %11.3f %11.3f\n", (double)K[0], (double)K[1], (double)K[2], (double)K[3]);
+    for (int i = 0; i < 2; i++) {
+        const roln_real *of = i ? K : ctl.K;
+        printf("%s %12.2f %12.2f %11.3f %11.3f\n", i ? "true matrices" : "learned      ", 1e3 * (double)of[0], 1e3 * (double)of[1],
+               1e3 * (double)of[2], 1e3 * (double)of[3]);
+    }
     printf("caught of 25 tilts up to 0.5 rad: true matrices %d", catches(K));
     controller_start(&ctl);
     memcpy(K, ctl.K, sizeof K);

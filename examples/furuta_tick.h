@@ -6,7 +6,7 @@
 #include "furuta_weights.h" /* static const furuta_params furuta_weights: flash */
 
 #define TICK ROLN_C(0.001)    /* s */
-#define TORQUE ROLN_C(40.0)   /* mNm, of the motor */
+#define TORQUE ROLN_C(0.04)   /* Nm, of the motor */
 #define STEPS 4096            /* of an encoder's turn */
 #define PI ROLN_C(3.14159265)
 
@@ -17,7 +17,7 @@ static const furuta_latent upright = {{0, PI}, {0, 0}};
 
 typedef struct {
     furuta_state x;      /* q, qd */
-    furuta_guard guard;  /* guard.tau[0], mNm: to the motor */
+    furuta_guard guard;  /* guard.tau[0], Nm: to the motor */
     roln_real K[4];      /* feedback about upright */
     roln_real goal, gap; /* energies: that of upright and a tenth more of what it is above hanging, and that gap */
     int started, caught;
@@ -26,10 +26,10 @@ typedef struct {
 } controller;
 
 /* Feedback of least cost about upright: as bad as each other are 1 rad of the arm, .1 rad of the pendulum, their velocities of 5
-   and 1 rad/s, and 10 mNm. */
+   and 1 rad/s, and .01 Nm. */
 static roln_status controller_start(controller *c)
 {
-    static const roln_real q[2] = {1, 100}, qd[2] = {ROLN_C(0.04), 1}, u[1] = {ROLN_C(0.01)};
+    static const roln_real q[2] = {1, 100}, qd[2] = {ROLN_C(0.04), 1}, u[1] = {10000};
     static const furuta_latent hanging;
     const roln_cost cost = {.q = q, .qd = qd, .u = u, .dt = TICK, .motors = &motors};
     furuta_equation up = {.V = 0}, down = {.V = 0};
@@ -79,11 +79,13 @@ static uint32_t controller_tick(controller *c, const int count[2])
     roln_status st;
     track(c, count);
     st = furuta_encode(&furuta_weights, &c->x, &s, &c->work);
-    for (int i = 0; i < 2; i++)
-        e[i] = roln_wrap(s.z[i] - upright.z[i]), e[2 + i] = s.zd[i];
-    c->caught = ROLN_ABS(e[1]) < (c->caught ? 1 : ROLN_C(0.3));
-    if (c->caught) u = -roln_dot(4, c->K, e);
-    else if (st == ROLN_OK) st = swing(c, &s, &u);
+    if (st == ROLN_OK) {
+        for (int i = 0; i < 2; i++)
+            e[i] = roln_wrap(s.z[i] - upright.z[i]), e[2 + i] = s.zd[i];
+        c->caught = ROLN_ABS(e[1]) < (c->caught ? 1 : ROLN_C(0.3));
+        if (c->caught) u = -roln_dot(4, c->K, e);
+        else st = swing(c, &s, &u);
+    }
     return furuta_guard_tick(&furuta_weights, &limits, &c->x, st == ROLN_OK ? &s : NULL, st == ROLN_OK ? &u : NULL, &c->guard,
                              &c->work);
 }

@@ -1,6 +1,7 @@
 """import.py - a model trained in Python becomes a config header, weights and a .roln for roln. Python 3.8, nothing else.
 
     python3 examples/import.py model.pt NAME alpha=pi/10 [key=value ..]
+    python3 examples/import.py old.roln new.roln        a .roln of roln 0.3, format 2, becomes one of today
 
 model.pt: the state_dict of the RO-LNN of Friedl et al. (ICLR 2025) or of its Lagrangian network alone, as torch.save writes it: a
 zip with a pickle of tensors. The pickle is read without executing anything. Written: NAME.h, NAME_weights.h, NAME.roln.
@@ -27,7 +28,7 @@ import zipfile
 from collections import OrderedDict, namedtuple
 from operator import mul
 
-FORMAT = 2                  # ROLN_FORMAT
+FORMAT = 3                  # ROLN_FORMAT
 LAYERS, WIDTHS = 8, 5       # of ROLN_AE and ROLN_MLP at most
 SCHEMES = ("", "euler", "rk4", "midpoint")
 OFF = 1e-3                  # norm of Psi^T Phi - I that is rounding, and a little more
@@ -301,7 +302,7 @@ def range_of(model, slope, path):
 
 
 def numbers_of(model, slope, least, dt, extent, repair):
-    """Those of NAME_params: slope, least, scales of q and t, dt, range of z and zd, theta."""
+    """Those of NAME_params: slope, least, scales of q, t and M, dt, range of z and zd, theta."""
     n = model.sizes[-1]
     theta = []
     for l, (phi, psi, b) in enumerate(model.layers):
@@ -309,7 +310,7 @@ def numbers_of(model, slope, least, dt, extent, repair):
             theta += row
         theta += b
     theta += model.mass + model.potential + (check_base(model.base, n) if model.base else [])
-    return list(map(single, [slope, least, 1, 1, dt] + extent + theta))
+    return list(map(single, [slope, least, 1, 1, 1, dt] + extent + theta))
 
 
 def packed(model, scheme, numbers):
@@ -318,10 +319,36 @@ def packed(model, scheme, numbers):
     head = [scheme, 0, 2 * bool(model.base), L, H + 1, 0, n] + model.sizes + model.hidden + [n]
     data = b"ROLN" + struct.pack("<HBB", FORMAT, 4, len(head)) + struct.pack(f"<{len(head)}H", *head)
     data += struct.pack(f"<{len(numbers)}f", *numbers)
+    return data + checksum(data)
+
+
+def checksum(data):
+    """FNV-1a, 64 bit."""
     h = 0xcbf29ce484222325
-    for byte in data:       # FNV-1a
+    for byte in data:
         h = (h ^ byte) * 0x100000001b3 & 0xffffffffffffffff
-    return data + struct.pack("<Q", h)
+    return struct.pack("<Q", h)
+
+
+def renew(path, to):
+    """Format 2 becomes 3: behind slope, least and the scales of q and t stands that of M, 1."""
+    try:
+        with open(path, "rb") as f:
+            data = f.read()
+    except OSError as e:
+        fail(f"cannot read {path}: {e.strerror}")
+    if len(data) < 24 or data[:6] != b"ROLN\2\0" or data[6] not in (4, 8):
+        fail(f"{path} is not of format 2")
+    if data[-8:] != checksum(data[:-8]):
+        fail(f"{path} is damaged")
+    at = 8 + 2 * data[7] + 4 * data[6]
+    data = b"ROLN\3\0" + data[6:at] + struct.pack("<f" if data[6] == 4 else "<d", 1) + data[at:-8]
+    try:
+        with open(to, "wb") as f:
+            f.write(data + checksum(data))
+    except OSError as e:
+        fail(f"cannot write {to}: {e.strerror}")
+    print(f"wrote {to}: {len(data) + 8} bytes")
 
 
 def literal(x):
@@ -358,7 +385,8 @@ def needs(name, model, scheme):
                ("CHART_none_0", [("degree", 0)]), ("MASS_exponential", [("cholesky", 0)]), (f"BASE_{base}", [("base", base)]),
                (f"WIDTH_{n}", [("W0", n)]), ("LAYERS_0", filled("L0 L1 L2 L3", [])), ("DAMPING_0", [("damping", 0)]),
                ("FRICTION_0", [("friction", 0)]), ("ANGLES_0", [("angles", 0)]), ("SCALE_common", [("own", 0)]),
-               ("INPUTS_0", [("inputs", 0)]), ("STORE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)])]
+               ("INPUTS_0", [("inputs", 0)]), ("STORE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)]),
+               (f"FORMAT_{FORMAT}", [("format", FORMAT)])]
     return "".join(f"typedef char {name}_weights_are_of_ROLN_{option}["
                    + " && ".join(f"{name}_{size} == {x}" for size, x in sizes) + " ? 1 : -1];\n" for option, sizes in options)
 
@@ -366,9 +394,9 @@ def needs(name, model, scheme):
 def weights(name, model, scheme, numbers):
     """The text of NAME_write."""
     n, var = model.sizes[-1], f"const {name}_params {name}_weights"
-    cuts = [5, 5 + n, 5 + 2 * n, 5 + 3 * n, len(numbers)]
+    cuts = [6, 6 + n, 6 + 2 * n, 6 + 3 * n, len(numbers)]
     low, high, fast, theta = (listed(numbers[a:b]) for a, b in zip(cuts, cuts[1:]))
-    own, scale = listed(numbers[:2]), listed(numbers[2:4])
+    own, scale = listed(numbers[:2]), listed(numbers[2:5])
     return (f"/* Include after the definition of the model. With ROLN_WEIGHTS_EXTERN defined {name}_weights "
             "is only declared here;\n"
             "   the one file of the program that defines ROLN_WEIGHTS_HERE, too, has it. */\n"
@@ -376,7 +404,7 @@ def weights(name, model, scheme, numbers):
             f"#ifndef ROLN_WEIGHTS_EXTERN\nROLN_FLASH static {var} =\n#else\nROLN_FLASH extern {var};\n"
             f"#ifdef ROLN_WEIGHTS_HERE\nROLN_FLASH {var} =\n#endif\n#endif\n"
             "#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE\n"
-            f"    {{{own},\n    {{{scale}}},\n    {literal(numbers[4])},\n    {{{low}}},\n    {{{high}}},\n    {{{fast}}},\n"
+            f"    {{{own},\n    {{{scale}}},\n    {literal(numbers[5])},\n    {{{low}}},\n    {{{high}}},\n    {{{fast}}},\n"
             f"    {{{theta}}}}};\n#endif\n#endif\n")
 
 
@@ -427,6 +455,8 @@ def main(argv):
     if len(argv) < 3:
         fail("usage: import.py model.pt NAME alpha=pi/10 [step=rk4] [dt=0] [repair=0] [activation=SoftPlus] [motion=] [out=.]")
     path, name = argv[1:3]
+    if len(argv) == 3 and path.endswith(".roln"):
+        return renew(path, name)
     if not re.fullmatch("[A-Za-z_][A-Za-z0-9_]*", name):
         fail(f"{name}: no name in C")
     had = settings(argv[3:])

@@ -993,6 +993,22 @@ static void run(void)
 
 /* ---- 11 main ---- */
 
+/* The unit of inertia, from the torques of 4,000 samples: of a machine in Nm that weighs grams, or one of tons. */
+static void fit_inertia(void)
+{
+    const pool samples = pool_of(0, 1);
+    const int count = samples.count < 4000 ? samples.count : 4000;
+    roln_batch b;
+    int k;
+    for (k = 0; k < count; k++)
+        samples.start[k] = samples.start[(int)((double)k * samples.count / count)];
+    b = batch_of(&samples, samples.start, count);
+    if (M(fit_inertia)(&s.p, &b, work) != ROLN_OK)
+        printf("warning: torque=1, but the torques are 0: M and V are known up to a factor\n");
+    else if (s.p.scale.m != 1) printf("unit of inertia: %g\n", (double)s.p.scale.m);
+    free(samples.start);
+}
+
 /* The POD, then the chart; or the packed weights that the user names. */
 static void start(void)
 {
@@ -1008,6 +1024,7 @@ static void start(void)
         fclose(f);
     } else {
         fit_chart();
+        if (set("torque") > 0) fit_inertia();
     }
 }
 

@@ -1,5 +1,5 @@
 /* furuta.c - the controller of examples/furuta.c at the end of a serial line: counts of two encoders come in frames (line.h), a
-   torque in mNm goes back. tests/control/machines.c runs MuJoCo's pendulum with it, in lock step. */
+   torque goes back. tests/control/machines.c runs MuJoCo's pendulum with it, in lock step. */
 
 #include "furuta_tick.h"
 #include "line.h"

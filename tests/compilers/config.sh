@@ -142,7 +142,7 @@ try - 'AE=4' 'MLP=8' 'STORE=int8'
 try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
 try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
 try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
-for verb in init init_pod grad grad_acc update variance errors decode_some rows newton_step; do
+for verb in init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step; do
     for store in full half int8; do
         case $store.$verb in full.* | *.errors | *.decode_some) want=0 ;; *) want=1 ;; esac
         for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do

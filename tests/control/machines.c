@@ -20,7 +20,6 @@ enum { STEPS = 4096, TICKS = 4000, MOST = 6, NUMBERS = 18, LIMIT = 1800 /* s for
 struct machine {
     const char *name;
     int joints, forces;
-    double unit;                                /* of its torques, Nm */
     void (*place)(mjData *d);                   /* where it starts */
     double (*error)(const mjData *d, double t); /* what shall be small in the second half of the loop */
     double bound;
@@ -72,7 +71,7 @@ static void loop(const char *core, const struct machine *k, const mjModel *m, st
         const int ready = CHECK(get(&l, 5 + k->forces, 0, up) == 0);
         for (; ready && r->ticks < TICKS && tick(&l, k, d, r->ticks, r) == 0; r->ticks++) {
             for (int i = 0; i < k->forces; i++)
-                d->ctrl[i] = k->unit * (double)r->tau[r->ticks][i];
+                d->ctrl[i] = (double)r->tau[r->ticks][i];
             for (int i = 0; i < steps; i++)
                 mj_step(m, d);
             if (r->ticks >= TICKS / 2) r->worst = fmax(r->worst, k->error(d, (r->ticks + 1) * TICK));
@@ -147,8 +146,8 @@ static double arm_error(const mjData *d, double t)
 int main(int argc, char **argv)
 {
     static const struct machine machine[] = {
-        {"furuta", 2, 1, 1e-3, furuta_place, furuta_error, 0.02, 0, NULL},
-        {"arm", 6, 6, 1, arm_place, arm_error, 0.005, NUMBERS, arm_reference},
+        {"furuta", 2, 1, furuta_place, furuta_error, 0.02, 0, NULL},
+        {"arm", 6, 6, arm_place, arm_error, 0.005, NUMBERS, arm_reference},
     };
     signal(SIGPIPE, SIG_IGN);
     alarm(LIMIT);

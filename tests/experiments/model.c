@@ -179,7 +179,7 @@ static int packed(const struct model *m)
                        m->md.lnn.n, m->params);
 }
 
-/* Numbers of a packed model, which has no range: slope, least, scale, dt, 3 n zeros, theta. */
+/* Numbers of a packed model, which has no range: slope, least, scales, dt, 3 n zeros, theta. */
 static roln_real *numbers_of(const struct model *m)
 {
     return room((size_t)ROLN_NUMBERS(0, m->md.lnn.n, m->params), sizeof(roln_real));
@@ -191,7 +191,7 @@ int model_save(const struct model *m, const char *path)
     unsigned char *bytes = room((size_t)packed(m), 1);
     FILE *f = fopen(path, "wb");
     int bad = !f;
-    x[0] = m->md.ae.slope, x[1] = m->md.lnn.least, x[2] = m->sc.q, x[3] = m->sc.t, x[4] = m->dt;
+    x[0] = m->md.ae.slope, x[1] = m->md.lnn.least, x[2] = m->sc.q, x[3] = m->sc.t, x[4] = m->sc.m, x[5] = m->dt;
     memcpy(x + ROLN_NUMBERS(0, m->md.lnn.n, 0), m->theta, (size_t)m->params * sizeof *x);
     roln_pack(&m->md, x, bytes);
     if (f) bad = fwrite(bytes, 1, (size_t)packed(m), f) != (size_t)packed(m), bad |= fclose(f) != 0;
@@ -212,7 +212,7 @@ int model_load(struct model *m, const struct shape *shape, const char *path)
     const roln_status st = roln_unpack(&m->md, count, bytes, x);
     if (st != ROLN_OK) fprintf(stderr, "%s: status %d\n", path, (int)st);
     else {
-        m->sc.q = x[2], m->sc.t = x[3], m->dt = x[4];
+        m->sc.q = x[2], m->sc.t = x[3], m->sc.m = x[4], m->dt = x[5];
         memcpy(m->theta, x + ROLN_NUMBERS(0, m->md.lnn.n, 0), (size_t)m->params * sizeof *x);
     }
     free(x), free(bytes);

@@ -221,7 +221,7 @@ static double block_time(struct task *k, int h)
         begin(k, 5 * r);
         if ((tau = force_of(k, 5 * r, h, k->force)) != NULL)
             for (int j = 0; j < N; j++)
-                ts[r * N + j] = tau[j] * (sc->q * sc->t * sc->t);
+                ts[r * N + j] = tau[j] * rolni_force_unit(sc);
         for (int i = 0; i < n; i++)
             s0[r * n + i] = k->s[i], s0[m + r * n + i] = k->s[n + i] * sc->t;
     }

@@ -462,7 +462,7 @@ static void net_zdd(const row *r)
 
 static roln_trained net_trained(void)
 {
-    static const roln_scale one = {1, 1};
+    static const roln_scale one = {1, 1, 1};
     const roln_trained m = {.model = &net.md, .scale = &one, .theta = net.theta};
     return m;
 }

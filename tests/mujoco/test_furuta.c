@@ -60,7 +60,7 @@ static void test_swing_up(double angle)
         for (int i = 0; i < 2; i++)
             count[i] = (int)floor(remainder(d->qpos[i], 6.283185307179586) / step + 0.5);
         CHECK((controller_tick(&ctl, count) & ~(uint32_t)ROLN_CLIPPED) == 0);
-        d->ctrl[0] = 1e-3 * (double)ctl.guard.tau[0];
+        d->ctrl[0] = (double)ctl.guard.tau[0];
         mj_step(m, d), mj_step(m, d);
         if (k >= 5000) most = fmax(most, fabs(remainder(d->qpos[1] - 3.141592653589793, 6.283185307179586)));
     }

@@ -143,7 +143,7 @@ typedef struct {
     X(of, work, gains) X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) \
     X(of, train, fit_noise) X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) \
     X(of, filterwork, filter_tick) X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) \
-    X(of, train, errors) X(of, start, init)
+    X(of, train, fit_inertia) X(of, train, errors) X(of, start, init)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
 #define MEMBER_FIELD(of, type, name) int name;
 #define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),
@@ -186,7 +186,7 @@ static const model models[MODELS] = {
 
 enum { MAXP = 1200, MAXN = 16 }; /* parameters, numbers of a vector */
 
-static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5)}, with_angles = {1, ROLN_C(0.5)}, unit = {1, 1};
+static const roln_scale scale = {ROLN_C(2.0), ROLN_C(0.5), 1}, with_angles = {1, ROLN_C(0.5), 1}, unit = {1, 1, 1};
 static const roln_real dt = ROLN_C(0.0625);
 
 ROLN_FN const roln_scale *scale_of(int k)

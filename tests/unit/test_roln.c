@@ -447,7 +447,9 @@ static void check_units(const subject *x)
     static roln_real g[MAXP];
     static data u;
     const roln_trained m = trained(x->m.model, &unit, x->theta);
-    const roln_real q = scale_of(x->k)->q, c = scale.t;
+    const roln_real q = scale_of(x->k)->q, c = scale.t, heavier = 4;
+    const roln_scale heavy = {q, c, heavier};
+    const roln_trained hm = trained(x->m.model, &heavy, x->theta);
     terms t;
     int i;
     u = x->d, u.h = x->d.h / c, u.b.q = u.q;
@@ -459,6 +461,12 @@ static void check_units(const subject *x)
         u.tau[i] *= q * c * c;
     }
     CHECK_OK(grad_of(x->k, &m, &u, 16, g, &t));
+    CHECK(same(x->params, g, x->g) && same(TERMS, t.term, x->t.term));
+    u = x->d;
+    for (i = 0; i < MAXD; i++)
+        u.tau[i] *= heavier;
+    u.b.tau = x->d.b.tau ? u.tau : NULL;
+    CHECK_OK(grad_of(x->k, &hm, &u, 16, g, &t));
     CHECK(same(x->params, g, x->g) && same(TERMS, t.term, x->t.term));
 }
 
@@ -636,7 +644,7 @@ static void slow_variance(int k, const roln_trained *m, const data *d, ld *var)
 /* A linear autoencoder, the same in other units (slope 1, biases along): the loss in parts of the variance is the same. */
 static void test_variance_units(void)
 {
-    static const roln_scale other = {8, ROLN_C(0.125)};
+    static const roln_scale other = {8, ROLN_C(0.125), 1};
     static data d;
     static roln_real theta[MAXP], g[MAXP];
     const int N = pole_N;
@@ -691,6 +699,73 @@ static void test_variance(int k)
         CHECK(roln_variance(&m, &d.b, &got.loss, ROOM(variance)) == ROLN_E_NOT_FINITE);
         CHECK(same(TERMS, was.term, got.term));
     }
+}
+
+/* ---- unit of inertia -------------------------------------------------------------------------- */
+
+/* rms tau_z / rms zdd, tau_z = J^T tau, in J s^2; with inputs u in place of it. */
+static ld slow_ratio(int k, const roln_trained *m, const data *d)
+{
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = m->model->inputs;
+    ld force = 0, motion = 0;
+    int w, i;
+    for (w = 0; w < d->b.count; w++) {
+        const int at = first_of(&d->b, w);
+        const roln_real *tau = d->b.tau + at * F;
+        roln_real z[MAXN], zd[MAXN], zdd[MAXN], tau_z[MAXN];
+        CHECK_OK(roln_encode(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(aim)));
+        CHECK_OK(roln_reduce(m, z, tau, tau_z, ROOM(reduce)));
+        for (i = 0; i < (inputs ? inputs : n); i++) {
+            const ld f = inputs ? (ld)tau[i] * (ld)m->scale->q : (ld)tau_z[i];
+            force += f * f;
+        }
+        for (i = 0; i < n; i++)
+            motion += (ld)zdd[i] * (ld)zdd[i];
+    }
+    return sqrtl(force / motion);
+}
+
+/* Torques a thousand times as large: a unit a thousand times as large. All that training sees stays as it was (check_units). */
+static void test_fit_inertia(int k)
+{
+    static data d, was;
+    static roln_real theta[MAXP];
+    const roln_trained m = trained(models[k].md, scale_of(k), theta);
+    const roln_real odd[3] = {(roln_real)NAN, (roln_real)INFINITY, 0};
+    roln_real unit_of_it = 7, large, x = 1;
+    uint64_t s = 130 + (uint64_t)k;
+    ld ratio;
+    int power, i;
+    parameters(k, &s, theta);
+    make(k, ACC, 3, &s, &was);
+    ratio = slow_ratio(k, &m, &was);
+    for (power = -4; power <= 4; power++) {
+        d = was, d.b.q = d.q, d.b.qd = d.qd, d.b.qdd = d.qdd, d.b.tau = d.tau;
+        large = (roln_real)powl(1024, power);
+        for (i = 0; i < MAXD; i++)
+            d.tau[i] *= large;
+        CHECK_OK(roln_fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
+        ROOM_KEPT();
+        CHECK(fabsl(log2l(ratio * (ld)large / (ld)unit_of_it)) <= 5 * (1 + 20 * EPS));
+        x = power == -4 ? unit_of_it : x * 1024;
+        CHECK(all(1, &unit_of_it, x) && fabsl(log2l((ld)x) / 10 - roundl(log2l((ld)x) / 10)) < 1e-9L);
+    }
+    for (i = 0; i < 3; i++) { /* no torque, none that is a number */
+        fill(MAXD, odd[i], d.tau);
+        CHECK(roln_fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE && all(1, &unit_of_it, x));
+    }
+    d = was, d.b.q = d.q, d.b.qd = d.qd, d.b.qdd = d.qdd, d.b.tau = d.tau;
+    d.q[first_of(&d.b, 0) * N_OF(k)] = (roln_real)NAN;
+    CHECK(roln_fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE);
+    for (i = 0; i < 4; i++) {
+        roln_batch b = was.b;
+        if (i == 0) b.tau = NULL;
+        if (i == 1) b.qd = NULL;
+        if (i == 2) b.qdd = NULL;
+        if (i == 3) b.count = 0;
+        CHECK(roln_fit_inertia(&m, &b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_LENGTH);
+    }
+    CHECK(all(1, &unit_of_it, x));
 }
 
 /* ---- roll-outs -------------------------------------------------------------------------------- */
@@ -1205,7 +1280,7 @@ static void package_of(const roln_model *md, package *p)
     p->sizes = 8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + (f->angles ? 2 : 0);
     p->lead = 8 + 2 * p->sizes;
     p->total = ROLN_PACKED(md->ae.layers, f->mass_net.layers, f->layers, f->angles, p->own, f->n, roln_params(md));
-    p->numbers = 5 + p->own + 3 * f->n + roln_params(md);
+    p->numbers = 6 + p->own + 3 * f->n + roln_params(md);
     CHECK(p->total <= MAXB - 8 && p->numbers <= MAXNUM);
 }
 
@@ -1264,7 +1339,7 @@ static void check_head(const package *p, int bits)
     const roln_model *md = p->md;
     const roln_lnn *f = &md->lnn;
     int want[64], c = 0, i;
-    CHECK(memcmp(p->bytes, "ROLN\2\0", 6) == 0 && p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
+    CHECK(memcmp(p->bytes, "ROLN\3\0", 6) == 0 && p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
     want[c++] = md->scheme, want[c++] = md->inputs;
     want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree + 4096 * f->friction + 8192 * md->own;
     want[c++] = md->ae.layers, want[c++] = f->mass_net.layers, want[c++] = f->layers, want[c++] = f->n;
@@ -1288,12 +1363,12 @@ static void check_head(const package *p, int bits)
 static void any_numbers(int k, int own, uint64_t *s, roln_real *x)
 {
     const int n = n_OF(k), ae = roln_ae_params(&models[k].md->ae);
-    roln_real *range = x + 5 + own, *theta = range + 3 * n;
+    roln_real *range = x + 6 + own, *theta = range + 3 * n;
     int i;
     x[0] = models[k].md->ae.slope, x[1] = models[k].md->lnn.least;
-    x[2] = models[k].md->lnn.angles ? 1 : ROLN_C(0.3), x[3] = ROLN_C(0.7), range[-1] = dt;
+    x[2] = models[k].md->lnn.angles ? 1 : ROLN_C(0.3), x[3] = ROLN_C(0.7), x[4] = ROLN_C(1.7), range[-1] = dt;
     for (i = 0; i < own; i++)
-        x[4 + i] = models[k].md->lnn.angles >> i & 1 ? 1 : ROLN_C(0.1) * (roln_real)(i + 1);
+        x[5 + i] = models[k].md->lnn.angles >> i & 1 ? 1 : ROLN_C(0.1) * (roln_real)(i + 1);
     random_bits(3 * n, s, range);
     for (i = 0; i < n; i++) { /* z_min <= z_max, zd_max >= 0 */
         roln_real *lo = range + i, *hi = lo + n, *top = hi + n;
@@ -1316,7 +1391,7 @@ static void test_pack(int k, int own)
     int i, j;
     md = *models[k].md, md.own = own;
     package_of(&md, &p);
-    CHECK(p.total == models[k].packed + units * (int)sizeof *p.x && p.numbers == 5 + units + 3 * p.n + models[k].params);
+    CHECK(p.total == models[k].packed + units * (int)sizeof *p.x && p.numbers == 6 + units + 3 * p.n + models[k].params);
     any_numbers(k, units, &s, p.x);
     seal(&p);
     check_head(&p, 0);
@@ -1338,14 +1413,14 @@ static void test_pack(int k, int own)
         }
     for (i = 0; i < p.numbers; i++) /* numbers, under a true checksum: other slope or least, bad scales, NaN */
         for (j = 0; j < 3; j++) {
-            if (j == 2 && i > 3 + units) continue;
+            if (j == 2 && i > 4 + units) continue;
             CHECK(unpack_with(&p, i, odd[j]) == (i < 2 ? ROLN_E_SHAPE : ROLN_E_NOT_FINITE));
         }
     if (p.md->lnn.angles) CHECK(unpack_with(&p, 2, ROLN_C(0.5)) == ROLN_E_SHAPE); /* z of angles is q */
     for (i = 0; i < units; i++)
-        if (p.md->lnn.angles >> i & 1) CHECK(unpack_with(&p, 4 + i, ROLN_C(0.5)) == ROLN_E_SHAPE);
+        if (p.md->lnn.angles >> i & 1) CHECK(unpack_with(&p, 5 + i, ROLN_C(0.5)) == ROLN_E_SHAPE);
     for (i = 0; i < units; i++)
-        CHECK(unpack_with(&p, 4 + i, -1) == ROLN_E_NOT_FINITE);
+        CHECK(unpack_with(&p, 5 + i, -1) == ROLN_E_NOT_FINITE);
     CHECK(all(MAXNUM, p.to, 7));
     CHECK(unpack(&p, p.total) == ROLN_OK && same(p.numbers, p.x, p.to) && all(MAXNUM - p.numbers, p.to + p.numbers, 7));
     CHECK(roln_fnv(6, (const unsigned char *)"foobar", ROLN_FNV) == UINT64_C(0x85944171f73967e8));
@@ -1356,12 +1431,12 @@ static void test_sealed(int k, int own)
 {
     static package p;
     static roln_model md;
-    const int n = n_OF(k), step = 4 + (own ? N_OF(k) : 0), low = step + 1, high = low + n, top = high + n, theta = top + n;
+    const int n = n_OF(k), step = 5 + (own ? N_OF(k) : 0), low = step + 1, high = low + n, top = high + n, theta = top + n;
     uint64_t s = 91;
     int i, l, at = theta;
     md = *models[k].md, md.own = own;
     package_of(&md, &p);
-    any_numbers(k, step - 4, &s, p.x);
+    any_numbers(k, step - 5, &s, p.x);
     p.x[step] = 0; /* the step, in no training yet */
     for (i = 0; i < n; i++)
         p.x[low + i] = -1, p.x[high + i] = 1, p.x[top + i] = 0;
@@ -1460,7 +1535,7 @@ static void test_write(void)
                                       1,
                                       PICK(16777216, 9007199254740992.0),
                                       ROLN_C(0.1)};
-    enum { NUMBERS = 5 + 6 + plain_theta_size };
+    enum { NUMBERS = 6 + 6 + plain_theta_size };
     static plain_params p;
     roln_model own = plain_model;
     roln_real x[NUMBERS + plain_N];
@@ -1561,7 +1636,7 @@ static void check_written(const roln_model *md, package *p)
 {
     static const char head[] = "#if !defined ROLN_WEIGHTS_EXTERN || defined ROLN_WEIGHTS_HERE\n    {{\n";
     static const char tail[] = "\n}};\n#endif\n#define mx_weights mx_flash.params\n#endif\n";
-    float *theta = p->x + 5 + 3 * p->n;
+    float *theta = p->x + 6 + 3 * p->n;
     const char *at;
     size_t len = 0;
     int i, nan = 0, number = -1;
@@ -1596,7 +1671,7 @@ static void test_stored(int k, const roln_storage *storage)
     static float theta[MAXP];
     roln_model md = *models[k].md;
     const int n = n_OF(k), all_params = models[k].params, nets = all_params - roln_ae_params(&models[k].md->ae);
-    float *range = p.x + 5, *weights_of = range + 3 * n;
+    float *range = p.x + 6, *weights_of = range + 3 * n;
     const roln_trained from = {models[k].md, &scale, range, range + n, range + 2 * n, theta, NULL};
     const roln_trained m = {&md, &scale, range, range + n, range + 2 * n, weights_of, NULL};
     uint64_t s = 140 + (uint64_t)k;
@@ -1604,7 +1679,7 @@ static void test_stored(int k, const roln_storage *storage)
     md.ae.storage = storage, params = roln_params(&md);
     package_of(&md, &p);
     parameters(k, &s, theta);
-    p.x[0] = md.ae.slope, p.x[1] = md.lnn.least, p.x[2] = 0.3f, p.x[3] = 0.7f, p.x[4] = dt;
+    p.x[0] = md.ae.slope, p.x[1] = md.lnn.least, p.x[2] = 0.3f, p.x[3] = 0.7f, p.x[4] = 1.7f, p.x[5] = dt;
     for (i = 0; i < 3 * n; i++)
         range[i] = i < n ? -1 : 1;
     theta[all_params - 1] = NAN; /* of the networks */
@@ -1618,7 +1693,7 @@ static void test_stored(int k, const roln_storage *storage)
     check_head(&p, storage->bits);
     check_corruption(&p, 0, 101);
     for (i = 0; i < params; i++) { /* NaN under a true checksum: refused among numbers; among words it is a matter of Psi^T Phi */
-        const roln_status st = unpack_with(&p, 5 + 3 * n + i, NAN);
+        const roln_status st = unpack_with(&p, 6 + 3 * n + i, NAN);
         if (roln_ae_is_number(&md.ae, i)) CHECK(st == ROLN_E_NOT_FINITE);
         else CHECK(st == ROLN_OK || st == ROLN_E_ILL_CONDITIONED || (st == ROLN_E_NOT_FINITE && storage->bits == 16));
         if (st == ROLN_OK) fill(MAXNUM, 7, p.to);
@@ -1807,7 +1882,7 @@ static void test_fit(void)
     const roln_trained m = trained(&plain_model, &unit, theta);
     roln_real q[SAMPLES * N], qd[SAMPLES * N], still[SAMPLES * N] = {0}, bar[N], lo[2], hi[2], top[2];
     roln_real *work = room_of(models[PLAIN].scratch.fit_range);
-    roln_scale sc = {7, 7};
+    roln_scale sc = {7, 7, 7};
     ld mean[N] = {0}, q2 = 0, qd2 = 0;
     int at_lo = 0, at_hi = 0, at_top = 0, i, j;
     uint64_t s = 1;
@@ -1880,7 +1955,7 @@ static void test_shapes(void)
     CHECK(plain_N == 6 && plain_n == 2 && plain_ae_layers == 2);
     CHECK(bare_N == 3 && bare_n == 3 && bare_ae_layers == 0);
     CHECK(deep_n == 2 && deep_ae_layers == 8 && deep_mlp_layers == 6 && pole_n == 1);
-    CHECK(sizeof(plain_params) == sizeof(roln_real) * (5 + 6 + plain_theta_size));
+    CHECK(sizeof(plain_params) == sizeof(roln_real) * (6 + 6 + plain_theta_size));
     CHECK(sizeof(plain_linwork) == sizeof(((plain_linwork *)0)->linear)); /* nothing of ROLN_DEBUG_WORK */
     CHECK(plain_model.scheme == ROLN_RK4 && bare_model.scheme == ROLN_MIDPOINT && square_model.scheme == ROLN_EULER);
 }
@@ -2023,7 +2098,7 @@ static void test_arguments(void)
     p.slope /= 2; /* numbers of another config */
     CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train) == ROLN_E_SHAPE);
     CHECK(plain_grad_acc(&p, &acc_weights, &d.b, &g, &train) == ROLN_E_SHAPE);
-    CHECK(plain_variance(&p, &d.b, &var.loss, &train) == ROLN_E_SHAPE);
+    CHECK(plain_variance(&p, &d.b, &var.loss, &train) == ROLN_E_SHAPE && plain_fit_inertia(&p, &d.b, &train) == ROLN_E_SHAPE);
     CHECK(plain_errors(&p, &d.b, dt, 1, d.q, e, e + MAXE, &train) == ROLN_E_SHAPE);
     p.slope *= 2;
     for (i = 0; i < 5; i++) {
@@ -2031,7 +2106,7 @@ static void test_arguments(void)
         b.count = wrong[i].count, b.steps = wrong[i].steps, b.stride = wrong[i].stride;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train) == ROLN_E_LENGTH);
         CHECK(plain_grad_acc(&p, &acc_weights, &b, &g, &train) == ROLN_E_LENGTH);
-        CHECK(plain_variance(&p, &b, &var.loss, &train) == ROLN_E_LENGTH);
+        CHECK(plain_variance(&p, &b, &var.loss, &train) == ROLN_E_LENGTH && plain_fit_inertia(&p, &b, &train) == ROLN_E_LENGTH);
         CHECK(plain_errors(&p, &b, dt, 1, d.q, e, e + MAXE, &train) == ROLN_E_LENGTH);
         b.qd = NULL;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train) == ROLN_E_LENGTH);
@@ -2054,7 +2129,7 @@ static void test_arguments(void)
     d.b.count = 1, d.b.steps = plain_horizon + 1;
     CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train) == ROLN_E_LENGTH);
     CHECK(all(plain_theta_size + TERMS + 1, numbers, 7) && all(TERMS, var.term, 7) && all(4, u, 7));
-    CHECK(sizeof g == sizeof(roln_real) * (plain_theta_size + TERMS + 1));
+    CHECK(sizeof g == sizeof(roln_real) * (plain_theta_size + TERMS + 1) && p.scale.m == 1);
     for (i = 0; i < 2 * MAXE; i++)
         CHECK(all(1, &e[i].q, 7) && all(1, &e[i].q_var, 7) && all(1, &e[i].qd, 7) && all(1, &e[i].qd_var, 7));
 }
@@ -2172,6 +2247,7 @@ static void use_training(int k, const roln_trained *m, roln_real *theta, uint64_
     roln_error e[MAXE];
     const roln_errors_to to_e = {e, NULL};
     terms t;
+    roln_real unit_of_it;
     const roln_gradient to = roln_gradient_of(models[k].md, g, &t.loss, &windows);
     int kind, force, i;
     fill(TERMS, 0, t.term), fill(MAXP, 0, g), fill(MAXP, 0, m1), fill(MAXP, 0, v), fill(MAXP, 0, v_max);
@@ -2185,6 +2261,7 @@ static void use_training(int k, const roln_trained *m, roln_real *theta, uint64_
             if (is_acc(kind)) USE(grad_acc, roln_grad_acc(m, &weights.loss, &d.b, block, &to, work));
             else USE(grad, roln_grad(m, &weights.loss, &d.b, d.h, block, &to, work));
             if (block > 1 || kind != VAR) USE(variance, block > 1 ? roln_variance(m, &d.b, &t.loss, work) : ROLN_OK);
+            if (kind == ACC && force) USE(fit_inertia, roln_fit_inertia(m, &d.b, &unit_of_it, work));
             if (kind == ODE) USE(errors, roln_errors(m, &d.b, d.h, block, 1, qbar, &to_e, work));
         }
     if (block == 1) { /* of more than one window */
@@ -2390,6 +2467,7 @@ void TEST_NAME(roln)(void)
         test_grad_acc_free(k);
         test_own_positions(k);
         test_variance(k);
+        test_fit_inertia(k);
         test_errors(k);
         test_update(k);
         for (own = 0; own < 2; own++)

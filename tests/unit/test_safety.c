@@ -219,7 +219,7 @@ static void test_interrupt(void)
 
 /* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
 typedef struct {
-    roln_status st[25];
+    roln_status st[26];
     uint32_t faults[3];
     int count, kept;
 } calls;
@@ -291,7 +291,7 @@ static void call_all(calls *c)
         roln_real most[12];
     } o, was;
     static arm_linwork linwork;
-    const roln_batch b = {2, 0, 1, NULL, q, qd, q, NULL};
+    const roln_batch b = {2, 0, 1, NULL, q, qd, q, q};
     const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
@@ -315,6 +315,7 @@ static void call_all(calls *c)
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));
+    CALL(arm_fit_inertia(&o.p, &b, &train));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train));
     CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train));
     CALL(arm_update(&o.p, &opt, &o.o, &o.g1, &train));
@@ -333,7 +334,7 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 25 && !c.kept);
+    CHECK(c.count == 26 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
     CHECK(c.faults[0] == 0 && c.faults[1] == 0 && c.faults[2] == ROLN_FILTER_START);

@@ -465,7 +465,7 @@ static void test_fit(void)
     roln_model md = alike_model;
     static roln_real q[SAMPLES * N], qd[SAMPLES * N];
     roln_real bar[N], each[N];
-    roln_scale sc = {7, 7};
+    roln_scale sc = {7, 7, 7};
     ld mean = 0, square = 0, rate = 0, x2 = 0;
     uint64_t s = 4;
     int i, j;

@@ -62,7 +62,7 @@ int main(int argc, char **argv)
     if (memcmp(&p, &M(weights), sizeof p) != 0 || memcmp(file, bytes, sizeof bytes) != 0) return printf("other numbers\n"), 1;
     if (M(write)(&p, put, text) != ROLN_OK || fclose(text) != 0) return 1;
     seen = p;
-    if (p.scale.q != 1 || p.scale.t != 1 || p.dt != DT) return printf("other scales\n"), 1;
+    if (p.scale.q != 1 || p.scale.t != 1 || p.scale.m != 1 || p.dt != DT) return printf("other scales\n"), 1;
     for (k = 0; k < sizeof probes / sizeof *probes; k++) { /* the motion of motion= */
         for (j = 0; j < (int)M(N); j++)
             q[k][j] = (roln_real)probes[k][0][j], qd[k][j] = (roln_real)probes[k][1][j];
@@ -183,5 +183,25 @@ refuses 'is no zip, as torch.save' text $a
 check 'no file' sh -c "$import $dir/nothing.pt arm $a 2>&1 | grep 'cannot read .*nothing.pt'"
 check 'no place' sh -c "$import $dir/ae.pt arm $a out=$dir/nowhere 2>&1 | grep 'cannot write arm.h: No such file'"
 check 'usage' sh -c "$import $dir/ae.pt 2>&1 | grep '^import.py: usage: '"
+# bytes of roln 0.3, which had no scale.m, become those of today; whatever is damaged does not
+$python - $dir/lnn/lnn.roln $dir/old.roln << 'END_OF_FILE'
+import functools
+import struct
+import sys
+with open(sys.argv[1], "rb") as f:
+    data = f.read()
+at = 8 + 2 * data[7] + 16
+data = data[:4] + b"\2\0" + data[6:at] + data[at + 4:-8]
+h = functools.reduce(lambda h, byte: (h ^ byte) * 0x100000001b3 % 2 ** 64, data, 0xcbf29ce484222325)
+with open(sys.argv[2], "wb") as f:
+    f.write(data + struct.pack("<Q", h))
+END_OF_FILE
+check 'format 2' $import $dir/old.roln $dir/new.roln
+check 'format 2, the bytes' cmp $dir/new.roln $dir/lnn/lnn.roln
+head -c 300 $dir/old.roln > $dir/cut.roln
+rm -f $dir/new.roln
+check 'format 2, cut' sh -c "$import $dir/cut.roln $dir/new.roln 2>&1 | grep 'cut.roln is damaged' && [ ! -e $dir/new.roln ]"
+check 'format 3' sh -c "$import $dir/lnn/lnn.roln $dir/new.roln 2>&1 | grep 'lnn.roln is not of format 2' && [ ! -e $dir/new.roln ]"
+check 'no .roln' sh -c "$import $dir/nothing.roln $dir/new.roln 2>&1 | grep 'cannot read .*nothing.roln'"
 echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]
