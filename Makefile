@@ -170,8 +170,8 @@ learn: build/record
 MACHINES = $(basename $(notdir $(wildcard tests/mujoco/machines/*.xml)))
 machines: build/record
 	-@for m in $(MACHINES); do \
-	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/machines/$$m seconds=$(SECONDS) $(WITH); done
-	@sh tests/mujoco/learn.sh table $(MACHINES:%=build/machines/%) | tee build/machines/table.md
+	    echo "$$m" && sh tests/mujoco/learn.sh tests/mujoco/machines/$$m.xml build/learn/$$m seconds=$(SECONDS) $(WITH); done
+	@sh tests/mujoco/learn.sh table $(MACHINES:%=build/learn/%) | tee build/learn/table.md
 
 # error tables of the committed models, on fresh trajectories
 errors: build/test_mujoco build/test_experiments
