@@ -2362,7 +2362,7 @@ ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch
     const int force_size = roln_force_size(md), forces = inputs > 0 ? inputs : n;
     const roln_real v = rolni_velocity_unit(m->scale), unit = rolni_force_unit(m->scale) * m->scale->m;
     const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
-    roln_real force = 0, motion = 0, ratio, found = 1;
+    roln_real forced = 0, moved = 0, ratio, found = 1;
     int w;
     ROLN_FIT_INERTIA_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_driven d;
@@ -2379,10 +2379,10 @@ ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch
         rolni_multiply_each(1, force_size, rolni_each_force(md, m), in);
         if (inputs > 0) rolni_copy(inputs, in, tau);
         else rolni_torque_eval(&d.torque, 1, z, tau);
-        force += part * roln_dot(forces, tau, tau);
-        motion += part * roln_dot(n, z + 2 * n, z + 2 * n);
+        forced += part * roln_dot(forces, tau, tau);
+        moved += part * roln_dot(n, z + 2 * n, z + 2 * n);
     }
-    ratio = ROLN_SQRT(force) / ROLN_SQRT(motion);
+    ratio = ROLN_SQRT(forced) / ROLN_SQRT(moved);
     if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
     for (; ratio > 32; ratio /= 1024)
         found *= 1024;
