@@ -67,20 +67,23 @@
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
-       NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
-       NAME_fit_noise   its noise, from recordings
 
    Prediction and mechanics:
 
        NAME_step        z, zd a step of dt seconds ahead under tau: M zdd + c + g + d = J^T tau
        NAME_linear      the same, with its derivatives A, B
-       NAME_lqr         feedback of least cost about a state, from weights of joints and motors
-       NAME_lqr_along   the same along a reference, gains that vary with time
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_terms       M, c, g, d, kinetic and potential energy
        NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
+
+   Feedback and estimates:
+
+       NAME_lqr         feedback of least cost about a state, from weights of joints and motors
+       NAME_lqr_along   the same along a reference, gains that vary with time
+       NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
+       NAME_fit_noise   its noise, from recordings
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
 
@@ -134,8 +137,8 @@
 
    How this file is ordered: what a control tick meets comes in the order in which it meets it, then what a training sample meets.
 
-   1 model and units     2 a control tick     3 prediction and mechanics     4 a training sample
-   5 data, charts, errors    6 packed parameters     7 the typed shell, generated anew for every ROLN_NAME
+   1 model and units     2 a control tick     3 prediction and mechanics     4 feedback and estimates     5 a training sample
+   6 data, charts, errors     7 packed parameters     8 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself. Of
@@ -1176,6 +1179,8 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     return ROLN_OK;
 }
 
+/* ---- 4 feedback and estimates ----------------------------------------------------------------- */
+
 /* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
    dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
    these deviations d are equally bad. */
@@ -1594,7 +1599,7 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
     return faults;
 }
 
-/* ---- 4 a training sample ---------------------------------------------------------------------- */
+/* ---- 5 a training sample ---------------------------------------------------------------------- */
 
 /* A sample is encoded (roln_ae_encode), stepped (roln_lnn_step), decoded (roln_ae_decode) and compared with the data, and from
    there it goes back through the same stations in reverse, each of which computes its forward once more: rolni_samples_forward and
@@ -2220,7 +2225,7 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
     return st;
 }
 
-/* ---- 5 data, charts, errors ------------------------------------------------------------------- */
+/* ---- 6 data, charts, errors ------------------------------------------------------------------- */
 
 /* qbar of the angles of q [count][n]: eight times the mean of the turns next to the last one, the first one is the first sample. */
 ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q, roln_real *qbar)
@@ -2950,7 +2955,7 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
     }
 }
 
-/* ---- 6 packed parameters ---------------------------------------------------------------------- */
+/* ---- 7 packed parameters ---------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, least, scale.q, scale.t, scale.m, each [N] of a model with own units, dt,
@@ -3403,7 +3408,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     return ROLN_OK;
 }
 
-/* ---- 7 the typed shell: macros ---------------------------------------------------------------- */
+/* ---- 8 the typed shell: macros ---------------------------------------------------------------- */
 
 #define ROLNI_P0(a, ...) a
 #define ROLNI_P1(a, b, ...) b
@@ -3576,7 +3581,7 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 
 #endif
 
-/* ---- 7 the typed shell ------------------------------------------------------------------------ */
+/* ---- 8 the typed shell ------------------------------------------------------------------------ */
 
 #ifdef ROLN_NAME
 

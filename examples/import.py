@@ -314,7 +314,7 @@ def numbers_of(model, slope, least, dt, extent, repair):
 
 
 def packed(model, scheme, numbers):
-    """The bytes of NAME_pack: roln.h, 6 packed parameters."""
+    """The bytes of NAME_pack: roln.h, 7 packed parameters."""
     n, L, H = model.sizes[-1], len(model.layers), len(model.hidden)
     head = [scheme, 0, 2 * bool(model.base), L, H + 1, 0, n] + model.sizes + model.hidden + [n]
     data = b"ROLN" + struct.pack("<HBB", FORMAT, 4, len(head)) + struct.pack(f"<{len(head)}H", *head)
