@@ -458,26 +458,29 @@ static void differences(const motion *d, const roln_real *x, roln_real *dx)
         }
 }
 
-/* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints; then qd, qdd as an
-   encoder without tachometer would give them. Returns the standard deviation of the noise. */
-static double add_noise(motion *d, double level, uint64_t seed)
+/* q += level rms(q - mean) normal, mean over the samples of each joint, rms over all samples and joints or, with each, of every
+   joint by itself; then qd, qdd as an encoder without tachometer would give them. sd [N] out: the deviations of the noise. */
+static void add_noise(motion *d, double level, int each, uint64_t seed, double *sd)
 {
     const int N = d->N;
-    double square = 0, sd;
+    double all = 0;
     int i, j;
     for (j = 0; j < N; j++) {
-        double mean = 0;
+        double mean = 0, square = 0;
         for (i = 0; i < d->samples; i++)
             mean += (double)d->q[i * N + j] / d->samples;
-        for (i = 0; i < d->samples; i++)
-            square += ((double)d->q[i * N + j] - mean) * ((double)d->q[i * N + j] - mean);
+        for (i = 0; i < d->samples; i++) {
+            const double off = (double)d->q[i * N + j] - mean;
+            square += off * off, all += off * off;
+        }
+        sd[j] = level * sqrt(square / d->samples);
     }
-    sd = level * sqrt(square / d->samples / N);
+    for (j = 0; j < N && !each; j++)
+        sd[j] = level * sqrt(all / d->samples / N);
     for (i = 0; i < d->samples * N; i++)
-        d->q[i] += (roln_real)sd * roln_normal(&seed);
+        d->q[i] += (roln_real)sd[i % N] * roln_normal(&seed);
     differences(d, d->q, d->qd);
     differences(d, d->qd, d->qdd);
-    return sd;
 }
 
 /* Savitzky-Golay: q, qd, qdd of each sample from the least-squares parabola c0 + c1 x + c2 x^2 through q of the samples at

@@ -59,7 +59,7 @@ static struct {
     {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
     {"force", 0, 0, 1e6, 0, "weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves"},
-    {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean); qd, qdd then from differences of q"},
+    {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean), with ROLN_SCALE each of each joint; qd, qdd from q"},
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
     {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
@@ -1073,8 +1073,11 @@ static motion read_all(const char *path)
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
-    if (set("noise") > 0)
-        printf("noise of standard deviation %.3g added to q\n", add_noise(&d, set("noise"), (uint64_t)set("seed") + 5000));
+    if (set("noise") > 0) {
+        double sd[M(N)];
+        add_noise(&d, set("noise"), M(own), (uint64_t)set("seed") + 5000, sd);
+        printf("noise of standard deviation %.3g added to q%s\n", sd[0], M(own) ? "1, and to each joint in its measure" : "");
+    }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
     return unseen;
