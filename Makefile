@@ -159,11 +159,11 @@ OUT = build/learn/$(subst -,_,$(basename $(notdir $(MODEL))))
 SECONDS = 300
 WITH =
 record: build/record
-	@test -n "$(MODEL)" || { echo "make record MODEL=my.xml"; exit 1; }
+	@test $(words $(MODEL)) -eq 1 || { echo "make record MODEL=my.xml, a path without blanks"; exit 1; }
 	@mkdir -p $(dir $(OUT))
 	@./build/record $(MODEL) $(OUT) $(WITH)
 learn: build/record
-	@test -n "$(MODEL)" || { echo "make learn MODEL=my.xml"; exit 1; }
+	@test $(words $(MODEL)) -eq 1 || { echo "make learn MODEL=my.xml, a path without blanks"; exit 1; }
 	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) seconds=$(SECONDS) $(WITH)
 
 # the same of ten small machines, and their errors in a table: SECONDS a training, a dozen of them

@@ -11,7 +11,7 @@
 
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
-#define HEADER_(m) STRING(m.h)
+#define HEADER_(m) <m.h>
 #define HEADER(m) HEADER_(m)
 #include HEADER(MODEL)
 

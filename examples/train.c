@@ -33,7 +33,7 @@
 
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
-#define HEADER_(m) STRING(m.h)
+#define HEADER_(m) <m.h>
 #define HEADER(m) HEADER_(m)
 #define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)

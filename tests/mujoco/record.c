@@ -15,8 +15,8 @@
    A recording ends where a joint or tendon reaches its limit, for a stop is an impact. Unstable ones (a warning of MuJoCo, numbers
    out of hand) are dropped and counted. If more than half are, all is repeated: with MuJoCo's own integrator in place of RK4, then
    with a half of the amplitudes, four times at most.
-   tau: force of the motors on the joints, mean over the interval to the next sample. Fewer motors than joints: their own forces, u
-   (ROLN_INPUTS). Exit code 1: said in the last line. */
+   tau: force of the motors on the joints, mean over the interval to the next sample, 0 of a joint without motor.
+   Exit code 1: said in the last line. */
 #include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
@@ -96,10 +96,11 @@ static double uniform(uint64_t *state, double low, double high)
 static struct {
     mjModel *m;
     mjData *d;
-    int stride, own, columns; /* steps of a sample; the integrator of the model; columns tau or u */
-    int inputs, servos;       /* these are u; motors that are more than a force times a gear */
+    int stride, own, columns; /* steps of a sample; the integrator of the model; columns tau */
+    int servos;               /* motors that are more than a force times a gear */
     double spread;            /* of amplitudes, at first 1 */
     double *force;            /* [nv] a force that moves a joint well */
+    double *moment;           /* [nu][nv] B^T of the motors, in the pose that the model begins in */
     double *want;             /* [2 nv] the controller's */
     double *pull;             /* [nu] a motor's force that does */
     char why[300];            /* the last one was unstable */
@@ -181,7 +182,7 @@ static void measure(void)
     uint64_t state = 7;
     double *M = room((size_t)(m->nv * m->nv) * sizeof *M);
     rig.force = room((size_t)m->nv * sizeof(double)), rig.want = room((size_t)(2 * m->nv) * sizeof(double));
-    rig.pull = room((size_t)m->nu * sizeof(double));
+    rig.pull = room((size_t)m->nu * sizeof(double)), rig.moment = room((size_t)(m->nu * m->nv) * sizeof(double));
     mj_resetData(m, d);
     for (int k = 0; k <= 20; k++) {
         for (int j = 0; j < m->nv && k < 20; j++) d->qpos[j] = pose(j, &state);
@@ -193,14 +194,13 @@ static void measure(void)
     for (int j = 0; j < m->nv; j++) rig.force[j] += 15 * reach(j) * M[j * (m->nv + 1)];
     free(M);
     for (int a = 0; a < m->nu; a++) {
-        const double *row = d->actuator_moment + a * m->nv;
+        const double *row = memcpy(rig.moment + a * m->nv, d->actuator_moment + a * m->nv, (size_t)m->nv * sizeof *row);
         double sum = 0, square = 1e-300;
         for (int j = 0; j < m->nv; j++) sum += fabs(row[j]) * rig.force[j], square += row[j] * row[j];
         rig.pull[a] = square > 1e-200 ? sum / square : 1;
         rig.servos += !plain(a);
     }
-    rig.inputs = m->nu > 0 && m->nu < m->nv;
-    rig.columns = m->nu == 0 ? 0 : rig.inputs ? m->nu : m->nv;
+    rig.columns = m->nu > 0 ? m->nv : 0;
     const double want = settings[DT].value > 0 ? settings[DT].value : 1e-3;
     rig.stride = (int)fmax(1, floor(want / m->opt.timestep + 0.5));
 }
@@ -347,7 +347,7 @@ static int record(int kind, uint64_t *state, drive *v, int most, double *row)
             if (s == 0) command(v, t);
             mj_step(m, d);
             for (int i = 0; i < rig.columns; i++)
-                force[i] += (rig.inputs ? d->actuator_force[i] : d->qfrc_actuator[i]) / rig.stride;
+                force[i] += d->qfrc_actuator[i] / rig.stride;
             if (unstable()) return -1;
             rig.touched |= acts(0), rig.stopped |= acts(1);
         }
@@ -367,7 +367,7 @@ static int record_all(demos *to)
     double *row = room((size_t)most * wide * sizeof *row), *numbers = room(3 * terms * sizeof *numbers);
     drive v = {0, 0, 0, numbers, numbers + terms, numbers + 2 * terms};
     int bad = 0;
-    to->N = m->nv, to->forces = rig.columns, to->inputs = rig.inputs, to->dt = dt, to->count = 0, to->demo = NULL;
+    to->N = m->nv, to->forces = rig.columns, to->inputs = 0, to->dt = dt, to->count = 0, to->demo = NULL;
     rig.stops = rig.contacts = rig.turns = rig.kept = rig.shorts = rig.unstable = 0, *rig.why = 0;
     for (int k = 0; k < count && !bad; k++)
         for (int again = 0; again < TRIES; again++) {
@@ -548,7 +548,12 @@ static void write_config(const char *name, const char *path, const char *model, 
     for (int j = 0, first = 1; j < m->njnt && rig.turns > 0; j++)
         if (circles(j)) fprintf(f, "%s%d", first ? ";\n   joints that turn round: " : ", ", j + 1), first = 0;
     if (rubbing()) fprintf(f, ";\n   dry friction");
-    fprintf(f, " */\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, m->nv);
+    if (m->nu > 0 && m->nu < m->nv && m->nu * m->nv <= 40)
+        for (int i = 0; i < m->nu * m->nv; i++) {
+            if (i == 0) fprintf(f, ";\n   B of the motors [%d][%d] in the pose that the model begins in: ", m->nv, m->nu);
+            fprintf(f, "%s%.6g", i ? ", " : "", rig.moment[i % m->nu * m->nv + i / m->nu]);
+        }
+    fprintf(f, " */\n#ifndef %s_h\n#define %s_h\n\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, name, name, m->nv);
     if (n < m->nv) fprintf(f, ", %d\n#define ROLN_CHART polynomial, %d", n, s->degree);
     fprintf(f, "\n#define ROLN_MLP %s\n", n <= 2 ? "16, 16" : "32, 32");
     for (int j = 0; j < m->njnt && angles; j++) fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", circles(j));
@@ -556,8 +561,7 @@ static void write_config(const char *name, const char *path, const char *model, 
     if (mixed()) fprintf(f, "#define ROLN_SCALE each\n");
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
     if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
-    if (rig.inputs) fprintf(f, "#define ROLN_INPUTS %d\n", m->nu);
-    fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n");
+    fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n\n#endif\n");
     if (fclose(f)) fail("cannot write %s", path);
 }
 
@@ -631,7 +635,7 @@ static void say(const demos *d)
 {
     const int begun = rig.kept + rig.shorts + rig.unstable;
     printf("%d recordings of %g s at most, %g s a sample: %d joints, %d motors%s\n", d->count, settings[SECONDS].value, d->dt, d->N,
-           rig.m->nu, d->forces == 0 ? "" : d->inputs ? ", their forces as u" : ", forces on the joints as tau");
+           rig.m->nu, d->forces ? ", forces on the joints as tau" : "");
     if (rig.unstable) printf("%d of %d were unstable and are left out\n", rig.unstable, begun);
     if (rig.shorts) printf("%d of %d came to a limit at once and are left out\n", rig.shorts, begun);
     if (rig.stops) printf("%d end at a limit of a joint or tendon\n", rig.stops);

@@ -60,8 +60,7 @@ check 'another seed' sh -c "build/record $machines/planar3.xml $dir/other train=
 check 'another rate' sh -c "build/record $machines/planar3.xml $dir/slow $few dt=0.004 &&
     awk -F, 'NR == 3 { exit \$1 != 0.004 }' $dir/slow.csv"
 
-# twin: MuJoCo's inverse dynamics of q, qd and of central differences of qd; what is held over two intervals acts in their middle.
-# u is the force of the slider's motor, gear 1
+# twin: MuJoCo's inverse dynamics of q, qd and of central differences of qd; what is held over two intervals acts in their middle
 cat > $dir/inverse.c << 'END_OF_FILE'
 #include <math.h>
 #include <mujoco/mujoco.h>
@@ -73,7 +72,7 @@ int main(int argc, char **argv)
     char error[500], line[1000];
     mjModel *m = mj_loadXML(argv[1], NULL, error, sizeof error);
     mjData *d = mj_makeData(m);
-    const int wide = argc > 3 ? 3 * m->nv : 2 * m->nv + 1, forces = wide - 2 * m->nv;
+    const int wide = 3 * m->nv;
     double x[3][40], off = 0, size = 0;
     FILE *f = fopen(argv[2], "r");
     int have = 0;
@@ -90,7 +89,7 @@ int main(int argc, char **argv)
             d->qacc[j] = (x[2][1 + m->nv + j] - x[0][1 + m->nv + j]) / (x[2][0] - x[0][0]);
         mj_inverse(m, d);
         for (int j = 0; j < m->nv; j++) {
-            const double u = j < forces ? (x[0][1 + 2 * m->nv + j] + x[1][1 + 2 * m->nv + j]) / 2 : 0;
+            const double u = (x[0][1 + 2 * m->nv + j] + x[1][1 + 2 * m->nv + j]) / 2;
             off += (d->qfrc_inverse[j] - u) * (d->qfrc_inverse[j] - u), size += u * u;
         }
     }
@@ -99,11 +98,13 @@ int main(int argc, char **argv)
 }
 END_OF_FILE
 check 'twin' gcc -std=c99 -O1 $dir/inverse.c -o $dir/inverse -lmujoco -lm
-check 'the torques move it' $dir/inverse $machines/planar3.xml $dir/arm.csv all
+check 'the torques move it' $dir/inverse $machines/planar3.xml $dir/arm.csv
 check 'slider' build/record $machines/slider.xml $dir/slider train=12 test=3 seconds=1
-check 'the inputs move it' $dir/inverse $machines/slider.xml $dir/slider.csv
+check 'its motor moves it' $dir/inverse $machines/slider.xml $dir/slider.csv
 check 'units of a slider beside a hinge' sh -c "grep -x '#define ROLN_SCALE each' $dir/slider.h && ! grep SCALE $dir/arm.h"
-check 'fewer motors than joints' sh -c "grep -x '#define ROLN_INPUTS 1' $dir/slider.h && head -n 1 $dir/slider.csv | grep ',u1$'"
+check 'fewer motors than joints' sh -c "! grep INPUTS $dir/slider.h && head -n 1 $dir/slider.csv | grep ',tau1,tau2$' &&
+    grep 'B of the motors .2..1. in the pose that the model begins in: 1, 0 ' $dir/slider.h"
+check 'the hinge has no motor' awk -F, 'NR > 1 && NF > 1 && $7 != 0 { n++ } END { exit n > 0 }' $dir/slider.csv
 
 xml motors "<body><joint name='a' axis='0 1 0'/>$rod</body>" \
     "<actuator><position joint='a' kp='2' ctrllimited='true' ctrlrange='-1 1'/></actuator>"

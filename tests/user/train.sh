@@ -97,6 +97,10 @@ check 'another slope than that of the checkpoint' \
 awk -F, -v OFS=, 'NR > 1 && NF > 1 { $1 *= 1.05 } 1' $dir/16_train.csv > $dir/slower.csv
 check 'another time step than that of the checkpoint' \
     says 'other data' $dir/layers $dir/slower.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/c.roln
+# a config of the user's that is named as one of the examples
+printf '#define ROLN_NAME arm\n#define ROLN_AE 3\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/arm.h
+gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=arm examples/train.c -o $dir/named -lpthread -lm
+check 'a config named as an example' says 'arm needs t, 3 q, 3 qd' $dir/named $dir/16_train.csv steps=1 out=$dir/named
 check 'nothing to train' $dir/layers $dir/16_train.csv method=adam ae=0 acc=0 out=$dir/n
 check 'a wall in seconds' $dir/layers $dir/16_train.csv seconds=4 out=$dir/e
 check 'noise, smoothed' $dir/chart $dir/16_train.csv steps=1 noise=0.01 smooth=15 out=$dir/f
