@@ -1192,7 +1192,8 @@ typedef struct {
 } roln_cost;
 
 /* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D [2n][2n], in which
-   |D (dz, dzd)|^2 is the cost of the joints. work [ROLNI_COST_WORK]. */
+   |D (dz, dzd)|^2 is the cost of the joints. Dry friction has no slope but where tanh is steep, about rest, and there it would look
+   like ever so much damping: A is that at velocities 4 v farther from 0. work [ROLNI_COST_WORK]. */
 #define ROLNI_COST_MEM(X, S) X(at, 2 * S(n)) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
 #define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
 #define ROLNI_COST_WORK(S) \
@@ -1232,10 +1233,15 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
     const roln_trained driven = *m; /* roln_linear lets others see it; m stays what the compiler knows */
+    const roln_real *logs = rolni_net(m) + rolni_friction_at(&m->model->lnn) + n; /* log v */
     roln_status st;
+    int i;
     ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (!rolni_motors_valid(m->model, cost->motors)) return ROLN_E_LENGTH;
+    if (!(cost->dt > 0)) return ROLN_E_RANGE;
     rolni_copy(2 * n, s, at);
+    for (i = 0; i < n && m->model->lnn.friction; i++)
+        at[n + i] += (at[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / m->scale->t;
     if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
     st = roln_linear(&driven, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
     if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
@@ -1249,8 +1255,9 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
        u_k = u - K (s_k - s),   K [count][2n],   and what then is left of the cost, ds^T P ds, P [2n][2n] (NULL: not wanted).
    s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
    ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
-   ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors; status of
-   roln_linear, roln_dare. Cost roln_linear and roln_dare of 2n. work [ROLN_LQR_WORK]. */
+   ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors;
+   ROLN_E_RANGE: dt; status of roln_linear, roln_dare. Dry friction is left out, it is no damping. Cost roln_linear and roln_dare
+   of 2n. work [ROLN_LQR_WORK]. */
 #define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
 #define ROLN_LQR_WORK(S) \
     (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_COST_WORK(S), ROLN_DARE_WORK(2 * S(n), S(force_size))))
@@ -1312,7 +1319,8 @@ ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *c
 typedef struct {
     roln_real dt;   /* time from tick to tick, s */
     roln_real q;    /* deviation of a measured joint: of an encoder its step / sqrt(12), rad */
-    roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error */
+    roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error;
+                       of joints with units of their own tau / each_j */
     roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
     int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
     /* what follows may be left out */
@@ -1400,7 +1408,7 @@ ROLN_INLINE roln_status rolni_filter_pose(const roln_trained *m, const roln_real
 ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_noise *noise, const rolni_filter *f, roln_real *W)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
-    const roln_real more = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt;
+    const roln_real more = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt, *each = rolni_each(m->model, m);
     roln_real *work = f->work;
     ROLNI_UNKNOWN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     const roln_terms_out out = {M, NULL, NULL, NULL, NULL, NULL};
@@ -1409,7 +1417,7 @@ ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_n
     if (st == ROLN_OK) st = roln_chol(n, M, M);
     if (st != ROLN_OK) return st;
     for (i = 0; i < N * n; i++)
-        T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : noise->tau) * f->J[i];
+        T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : each ? noise->tau / each[i / n] : noise->tau) * f->J[i];
     roln_triangle(N, n, T, work);
     for (j = 0; j < n; j++) {
         roln_real *const w = W + j * 2 * n;
@@ -2481,8 +2489,9 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
    margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
    joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
    l->motors says that the torques of limits are others than those of b.
-   ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, or the
-   model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
+   ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, l->tau 0
+   where it has to be yours, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is
+   written.
    work [ROLN_FIT_LIMITS_WORK]. */
 #define ROLN_FIT_LIMITS_MEM(X, S) \
     X(x, 2 * S(N)) X(z, S(n)) X(zd, S(n)) X(held, S(force_size)) X(top, S(force_size)) X(rise, S(force_size))
@@ -2499,7 +2508,7 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     const int torques = b->tau && (!l->motors || !l->motors->B);
     int w, h, i;
     if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
-    if (!(slack >= 1) || !rolni_limits_valid(&open, 0)) return ROLN_E_RANGE;
+    if (!(slack >= 1) || !rolni_limits_valid(&open, 0) || (!torques && !l->tau_each && !(l->tau > 0))) return ROLN_E_RANGE;
     most.margin = most.power = most.q_off = most.qd_off = 0;
     rolni_zero(2 * force_size, top); /* and rise */
     for (w = 0; w < b->count; w++) {
@@ -3921,12 +3930,11 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
     return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
 }
 
-/* Last call of a control tick: g->tau becomes the torque `want` if all is well, clipped to the limits, else a safe one. s NULL: the
-   encoder failed; want NULL: something on the way to it failed. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED;
-   g->g.faults keeps those of all ticks. */
+/* Last call of a control tick: g->tau becomes the torque `want` [force_size], of limits->motors [count], if all is well, clipped to
+   the limits, else a safe one. s NULL: the encoder failed, or there is no estimate; want NULL: something on the way to it failed.
+   Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. */
 ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x,
-                                    const ROLNI_(latent) *s, const roln_real want[ROLNI_(force_size)], ROLNI_(guard) *g,
-                                    ROLNI_(work) *work)
+                                    const ROLNI_(latent) *s, const roln_real *want, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_measured measured = {x->q, x->qd};
@@ -4033,13 +4041,15 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 }
 
 #if ROLN_FRICTION > 0
-/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, of a joint without autoencoder c / p->scale.q, in Nm, with
-   ROLN_SCALE each c_j / (p->scale.q p->each[j]), and v [n], in 1/s. */
-ROLN_FN void ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
-                                 roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, and v [n], in 1/s. Of a joint without autoencoder
+   c / p->scale.q, in Nm, and v p->scale.q, in rad/s; with ROLN_SCALE each p->scale.q p->each[j] in place of p->scale.q. */
+ROLN_FN roln_status ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
+                                        roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
 {
     const roln_trained m = ROLNI_(trained)(p);
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
     roln_friction(&m, c, v);
+    return ROLN_OK;
 }
 #else
 ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)

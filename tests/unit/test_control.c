@@ -823,6 +823,11 @@ static void feedback_twin(int k, const roln_trained *m, const feedback *x, ld *A
     memcpy(s, x->s, sizeof s), memcpy(tau, x->u, sizeof tau);
     for (i = 0; i < N && two; i++)
         tau[i] = x->B[2 * i] * x->u[0] + x->B[2 * i + 1] * x->u[1];
+    for (i = 0; i < n && models[k].md->lnn.friction; i++) { /* where it has no slope any more */
+        roln_real c[MAXN], v[MAXN];
+        roln_friction(m, c, v);
+        s[n + i] += s[n + i] < 0 ? -4 * v[i] : 4 * v[i];
+    }
     CHECK_OK(roln_linear(m, s, s + n, tau, dt, a, b, spare));
     widen(4 * n * n, a, A);
     for (i = 0; i < 2 * n; i++)
@@ -912,7 +917,7 @@ static void check_feedback_refused(int k, const roln_trained *m, const feedback 
     static roln_real along[4 * MAXN];
     const roln_real nan = (roln_real)NAN;
     int what, st, kept;
-    for (what = 0; what < 12; what++) {
+    for (what = 0; what < 14; what++) {
         roln_status want = ROLN_E_NOT_FINITE;
         x = *good;
         x.cost.q = x.q, x.cost.qd = x.qd, x.cost.u = x.r, x.motors.B = x.B;
@@ -926,16 +931,18 @@ static void check_feedback_refused(int k, const roln_trained *m, const feedback 
         if (what == 5) x.q[0] = -1, want = ROLN_E_NOT_SPD;
         if (what == 6) x.qd[N_OF(k) - 1] = -1, want = ROLN_E_NOT_SPD;
         if (what == 7) x.r[0] = 0, want = ROLN_E_NOT_SPD;
-        if (what == 8) x.cost.dt = nan;
+        if (what == 8) x.cost.dt = nan, want = ROLN_E_RANGE;
+        if (what == 12) x.cost.dt = -dt, want = ROLN_E_RANGE;
+        if (what == 13) x.cost.dt = 0, want = ROLN_E_RANGE;
         if (what == 9) x.motors.count = 0, want = ROLN_E_LENGTH;
         if (what == 10) x.motors.count = N_OF(k) + 1, want = ROLN_E_LENGTH;
         if (what == 11) x.P[0] = -1000, want = ROLN_E_NOT_SPD;
         if ((what == 9 || what == 10) && !good->cost.motors) continue;
         memcpy(along, x.s, sizeof x.s), memcpy(along + 2 * n_OF(k), good->s, sizeof x.s);
-        if (what < 11) {
+        if (what != 11) {
             st = roln_lqr(m, &x.cost, x.s, x.u, x.K, x.P, spare);
             kept = all(2 * MAXN * MAXN, x.K, 7) && same(4 * MAXN * MAXN, x.P, good->P);
-            if (!CHECK(st != ROLN_OK && kept && (what < 4 || what == 8 || st == (int)want)))
+            if (!CHECK(st != ROLN_OK && kept && (what < 4 || st == (int)want)))
                 printf("    %s, wrong number %d: status %d\n", models[k].name, what, st);
         }
         st = roln_lqr_along(m, &x.cost, 1, along, x.u, x.P, x.K, spare);
@@ -1865,7 +1872,8 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
     const roln_trained m = of_rig(k, start);
     roln_batch wrong[4], b = *good_batch;
-    roln_real each[MAXN], rates[MAXN];
+    roln_real each[MAXN], rates[MAXN], B[MAXN] = {1};
+    const roln_motors one = {1, B, 0};
     roln_limits l = *from;
     int i;
     fill(MAXN, 7, each), fill(MAXN, 7, rates);
@@ -1894,6 +1902,12 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     l.dt = 0;
     REFUSED(&b, 1, ROLN_E_RANGE);
     l.dt = from->dt, l.window = -1;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    l = *from, l.tau = 0, b.tau = NULL; /* torques that nobody has told of */
+    fill(n, 99, start->zd_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    if (m.model->inputs > 0) return;
+    b.tau = good_batch->tau, l.motors = &one;
     REFUSED(&b, 1, ROLN_E_RANGE);
 #undef REFUSED
 }

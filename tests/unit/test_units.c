@@ -221,6 +221,34 @@ static void test_feedback(int k)
     CHECK(same(2 * p.n * F, K[0], K[1]) && same(4 * p.n * p.n, P[0], P[1]));
 }
 
+/* Ticks of a filter: a torque that nobody knows is tau / each_j on the joints of the second. */
+static void test_estimates(int k)
+{
+    static pair p;
+    static roln_real F[2][4 * MAXN * MAXN];
+    roln_real y[2][MAXN], tau[2][MAXN], q_each[2][MAXN], z[2][2 * MAXN];
+    roln_filter f[2];
+    uint32_t faults[2];
+    uint64_t s = 60 + (uint64_t)k;
+    int i, t;
+    pair_of(k, &s, &p);
+    memset(f, 0, sizeof f);
+    fill(MAXN, ROLN_C(0.125), q_each[0]), in_units(&p, 1, 1, q_each[0], q_each[1]);
+    dyadic(p.N, ROLN_C(0.25), &s, y[0]);
+    for (t = 0; t < 4; t++) {
+        y[0][0] += ROLN_C(0.0625);
+        dyadic(p.F, ROLN_C(0.25), &s, tau[0]);
+        in_units(&p, 1, 1, y[0], y[1]), force_in_units(&p, 1, tau[0], tau[1]);
+        for (i = 0; i < 2; i++) {
+            const roln_noise noise = {dt, 0, ROLN_C(0.5), 0, 0, q_each[i], NULL};
+            const roln_estimate to = {&f[i], z[i], z[i] + p.n, F[i]};
+            faults[i] = roln_filter_tick(i ? &p.own : &p.plain, &noise, y[i], tau[i], &to, ROOM(filter_tick));
+        }
+        CHECK(faults[0] == faults[1] && f[0].known && same(1, &f[0].nis, &f[1].nis) && (t > 0 || (faults[0] & ROLN_FILTER_START)));
+        CHECK(same(2 * p.n, z[0], z[1]) && same(4 * p.n * p.n, F[0], F[1]));
+    }
+}
+
 /* Ticks of a controller, and what the guard sees in them: the energy balance is the same, torques are each in its unit. */
 static void test_ticks(int k)
 {
@@ -659,6 +687,7 @@ void TEST_NAME(units)(void)
         test_states(k);
         test_forces(k);
         test_feedback(k);
+        test_estimates(k);
         test_ticks(k);
         test_losses(k);
         test_errors(k);
