@@ -118,6 +118,7 @@ typedef struct {
     FILE *f;
     int lines, row, columns; /* lines of the file; the line that was read last, its columns */
     int *line, size;         /* size of text */
+    int force;               /* column that a header calls tau.. or u.., from 0; 0: none */
     double *t, *v;
     char *text;
 } sheet;
@@ -149,19 +150,31 @@ static int is_header(const char *line)
     return first != 0 && (end == line || !strchr("+-.0123456789", first)); /* nanoseconds begins like a number, too */
 }
 
-/* What n columns are: 1 + N positions, 1 + 2 N with velocities, then forces, or with an input map 1 + N and inputs. */
-static void columns_are(motion *d, const wanted *w, int n)
+/* The first column of a header that is called tau.. or u.., from 0; 0: none is. */
+static int force_column(const char *line)
+{
+    int c;
+    for (c = 0; line; c++, line = strchr(line, ','), line += line != NULL) {
+        const char *name = line + strspn(line, " \t\"'");
+        if (c > 0 && (strncmp(name, "tau", 3) == 0 || *name == 'u')) return c;
+    }
+    return 0;
+}
+
+/* What n columns are: 1 + N positions, 1 + 2 N with velocities, then forces, or with an input map 1 + N and inputs; as many forces
+   as velocities would be are forces if a header says so, in column `named`. */
+static void columns_are(motion *d, const wanted *w, int n, int named)
 {
     const char *const force = w->inputs > 0 ? "u" : "tau";
-    const int N = w->N, F = d->forces, ambiguous = F == N;
-    d->has_qd = n == 1 + 2 * N || n == 1 + 2 * N + F;
+    const int N = w->N, F = d->forces, ambiguous = F == N && named != 1 + N;
+    d->has_qd = n == 1 + 2 * N + F || (n == 1 + 2 * N && (F != N || ambiguous));
     d->has_tau = n == 1 + 2 * N + F || (!ambiguous && n == 1 + N + F);
     if (!d->has_qd && !d->has_tau && n != 1 + N)
         fail("%s has %d columns, but %s needs t, %d q, %d qd: %d, or with %d %s %d; of positions alone %d", d->path, n, w->model, N,
              N, 1 + 2 * N, F, force, 1 + 2 * N + F, 1 + N);
     if (!d->has_tau && w->torque)
         fail("%s has no %s columns, which torque=1 needs%s", d->path, force,
-             ambiguous && w->half > 0 && n == 1 + 2 * N ? "; without qd, put qd columns of 0 before them" : "");
+             ambiguous && w->half > 0 && n == 1 + 2 * N ? "; without qd, a header says where they are: t,q1,..,tau1,.." : "");
     if (!d->has_qd && w->half == 0)
         fail("%s has no qd columns: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path);
 }
@@ -203,7 +216,7 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     const int N = d->N, F = d->forces, n = read_line(d->path, s->row, s->text, 1 + 3 * N, s->v);
     const double *v = s->v + 1;
     int i;
-    if (s->columns == 0) columns_are(d, w, s->columns = n);
+    if (s->columns == 0) columns_are(d, w, s->columns = n, s->force);
     if (n != s->columns) fail("%s, line %d has %d columns, the lines before it %d", d->path, s->row, n, s->columns);
     if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
         fail("%s, line %d: more than 2^31 numbers; leave recordings out, or samples: every second one", d->path, s->row);
@@ -282,6 +295,24 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
+/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. */
+static void check_jumps(const motion *d, const sheet *s, unsigned angles)
+{
+    int k, i, j;
+    for (j = 0; j < d->N; j++)
+        for (k = 0; k < d->trajectories; k++)
+            for (i = d->first[k] + 2; i < d->first[k + 1]; i++) {
+                const roln_real *q = d->q + i * d->N + j;
+                const double jump = fabs((double)(q[0] - q[-d->N])), before = fabs((double)(q[-d->N] - q[-2 * d->N]));
+                const int angle = j < 32 && angles >> j & 1;
+                const int radians = jump > 5.97 && jump < 6.29, degrees = jump > 342 && jump < 360.4;
+                if (before > 0.05 * jump || !(degrees || (radians && !angle))) continue;
+                fail("%s, line %d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn: %s", d->path, s->line[i],
+                     j + 1, jump, angle ? "in degrees, but angles are in radians" :
+                     "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
+            }
+}
+
 /* Angles are carried on over whole turns: from sample to sample by the shorter way. */
 static void unwrap(motion *d, unsigned angles)
 {
@@ -299,7 +330,7 @@ static void unwrap(motion *d, unsigned angles)
         }
 }
 
-/* The first joint that goes over more than a turn and is no angle. */
+/* The first joint that goes over more than a turn and is no angle, or over many and is one. */
 static void check_turns(const motion *d, unsigned angles)
 {
     int i, j;
@@ -309,8 +340,14 @@ static void check_turns(const motion *d, unsigned angles)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (high - low > 6.3 && !(j < 32 && angles >> j & 1)) {
             printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
-                   "degrees make gains and torques those of degrees; of a slider nothing is wrong\n",
+                   "degrees make gains and torques those of degrees; of a slider nothing is wrong, but beside hinges it asks for "
+                   "ROLN_SCALE each\n",
                    d->path, j + 1, low, high);
+            return;
+        }
+        if (high - low > 130 && j < 32 && angles >> j & 1) {
+            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
+                   (high - low) / 6.283185307179586);
             return;
         }
     }
@@ -529,7 +566,10 @@ static motion read_recording(const char *path, const wanted *w)
     s = open_sheet(&d, w);
     while (next_line(path, &s)) {
         progress(path, (double)(s.row - 1) / s.lines);
-        if (s.row == 1 && is_header(s.text)) continue;
+        if (s.row == 1 && is_header(s.text)) {
+            s.force = force_column(s.text);
+            continue;
+        }
         if (s.text[strspn(s.text, ", \t\r\n")] == 0) {
             blank = 1;
             continue;
@@ -542,6 +582,7 @@ static motion read_recording(const char *path, const wanted *w)
     if (d.samples == 0) fail("%s has no samples", path);
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
+    check_jumps(&d, &s, w->angles);
     if (w->angles) unwrap(&d, w->angles);
     check_turns(&d, w->angles);
     if (d.has_qd) check_velocities(&d, w);

@@ -1019,8 +1019,12 @@ static void start(void)
         fail("no start from this data: it does not move, or its numbers are too large");
     if (words[FROM].value) {
         FILE *f = fopen(words[FROM].value, "rb");
-        if (!f || M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &s.p) != ROLN_OK)
-            fail("cannot start from %s", words[FROM].value);
+        const roln_status st = f ? M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &s.p) : ROLN_OK;
+        if (!f) fail("cannot read %s", words[FROM].value);
+        if (st != ROLN_OK)
+            fail("cannot start from %s: %s", words[FROM].value,
+                 st == ROLN_E_FORMAT ? "no .roln of this version" :
+                 st == ROLN_E_CHECKSUM ? "it is damaged" : "it is of another config");
         fclose(f);
     } else {
         fit_chart();
@@ -1049,6 +1053,10 @@ static void save(void)
     put_in_place(f, "_weights.h");
     printf("wrote %s.roln and %s_weights.h after %.0f s\n", words[OUT].value, words[OUT].value, seconds());
     printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
+    if (!(s.best_error < 1))
+        printf("that is no better than the mean of q: do all columns have the order, the unit and the sign that they "
+               "should%s?\n",
+               set("torque") > 0 ? ", and tau the time, of the sample from which on it acts" : "");
 }
 
 /* Says what becomes of positions without velocities, and does it. */

@@ -74,6 +74,7 @@ for m in chart layers; do
     run="$dir/$m $dir/16_train.csv steps=30 ae=400 $method"
     $run out=$dir/whole > $dir/whole.log 2>&1
     rm -f $dir/cut*
+    : > $dir/cut.log
     $run out=$dir/cut > $dir/cut.log 2>&1 &
     until [ "$(grep -c E_q $dir/cut.log 2> /dev/null)" -ge 4 ]; do sleep 0.1; done
     kill -9 $!
@@ -268,7 +269,10 @@ check 'that of the second file is' warned '.*q is in degrees' test=$dir/file.csv
 wrong 'qd of 0' 'qd is 0 throughout, but q moves; with smooth=10' "$row { \$4 = \$5 = 0 } 1"
 check 'qd of 0, smoothed' silent smooth=10
 wrong 'no qd' 'has no qd columns: with smooth=10' 'NF { NF = 3 } 1'
-wrong 't, q, tau' 'without qd, put qd columns of 0 before' 'NF { $4 = $6; $5 = $7; NF = 5 } 1' torque=1 smooth=10
+positions='NR > 1 && NF { $6 = sin(NR / 7); $7 = 0 } NF { $4 = $6; $5 = $7; NF = 5 } 1'
+wrong 't, q, tau' 'without qd, a header says where they are' "NR == 1 { next } $positions" torque=1 smooth=10
+wrong 't, q, tau without smooth=' 'has no qd columns: with smooth=10' "$positions" torque=1
+check 't, q, tau with a header' silent torque=1 smooth=10
 wrong 'four columns' 'has 4 columns, but joints needs t, 2 q, 2 qd: 5, or with 2 tau 7; of positions alone 3' 'NF { NF = 4 } 1'
 cut -d, -f1-3 $dir/2_train.csv > $dir/p_train.csv
 cut -d, -f1-3 $dir/2_test.csv > $dir/p_test.csv
@@ -317,8 +321,18 @@ check "angles: ended with $?" test $? -eq 0
 check 'angles are read without turns' sh -c "! grep warning $dir/w.log"
 check 'angles: prediction over turns' below $dir/wheel.csv 2000 1 $dir/w.log
 check 'and told to the weights' grep weights_are_of_ROLN_ANGLES_1_bits_1 $dir/w_weights.h
-$dir/straight $dir/wheel.csv steps=1 out=$dir/s > $dir/s.log 2>&1
-check 'angles that jump' grep 'warning: .*qd of 1 of 1 joints that move is not dq/dt' $dir/s.log
+check 'angles that jump' says 'line [0-9]*: q of joint 1 jumps by 6.[12].* ROLN_ANGLES is for' \
+    $dir/straight $dir/wheel.csv steps=1 out=$dir/s
+awk -F, -v OFS=, 'NF { $2 *= 57.29578; $3 *= 57.29578 } 1' $dir/wheel.csv > $dir/degrees.csv
+check 'angles in degrees that jump' says 'line [0-9]*: q of joint 1 jumps by 3[56][0-9].* in degrees, but angles are in radians' \
+    $dir/wheel $dir/degrees.csv steps=1 out=$dir/s
+awk -F, -v OFS=, '/^$/ { n = 0; last = 0 } NF { if (n++ == 0) turns = 0; else turns -= $2 - last > 3 ? 1 : $2 - last < -3 ? -1 : 0
+    last = $2; $2 = ($2 + 6.283185307 * turns) * 57.29578; $3 *= 57.29578 } 1' $dir/wheel.csv > $dir/degrees.csv
+$dir/wheel $dir/degrees.csv steps=1 out=$dir/s > $dir/s.log 2>&1
+check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-9]* turns; is it in radians' $dir/s.log
+check 'and that it came to nothing' grep '^that is no better than the mean of q' $dir/s.log
+check 'a start from another config' says 'cannot start from .*it is of another config' \
+    $dir/wheel $dir/wheel.csv steps=1 from=$dir/whole.roln out=$dir/s
 
 # a learned input map: two coupled pendulums, and a motor at the first
 sed 's/joints$/driven/; /#include/i #define ROLN_INPUTS 1' $dir/joints.h > $dir/driven.h
