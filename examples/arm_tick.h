@@ -45,6 +45,8 @@ static uint32_t controller_tick(controller *c, const int count[arm_N], const rol
                                 const roln_real qdd[arm_N])
 {
     const uint32_t faults = observe(c, count, c->guard.tau);
+    if (faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) /* there is no estimate to act on */
+        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work);
     if (arm_aim(&arm_weights, q, qd, qdd, &c->target, &c->work) != ROLN_OK ||
         arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work) != ROLN_OK)
         return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work);

@@ -4,10 +4,25 @@
 #include <stdlib.h>
 
 #include "arm_plant.h"
-#include "roln_spd.h"
+#include "arm_tick.h"
 #include "../unit/check.h"
 
 void test_arm(void);
+
+/* Poses that nobody has trained: the filter has no estimate, and the motors get nothing. */
+static void test_no_estimate(void)
+{
+    static controller ctl;
+    const roln_real still[JOINTS] = {0};
+    const int far[JOINTS] = {100 * STEPS, 0, 0, 0, 0, 0};
+    memset(&ctl, 0, sizeof ctl);
+    for (int k = 0; k < 20; k++) {
+        const uint32_t faults = controller_tick(&ctl, far, still, still, still);
+        CHECK((faults & ROLN_FILTER_NONE) && (faults & ROLN_FAULT_STATUS));
+        for (int i = 0; i < JOINTS; i++)
+            CHECK(!(ctl.guard.tau[i] > 0) && !(ctl.guard.tau[i] < 0));
+    }
+}
 
 /* Accelerations anywhere, then half a second of motion by the same scheme and steps. */
 void test_arm(void)
@@ -16,6 +31,7 @@ void test_arm(void)
     mjModel *m = mj_loadXML("tests/mujoco/plants/arm.xml", NULL, error, sizeof error);
     mjData *d;
     uint64_t seed = 1;
+    test_no_estimate();
     if (!CHECK(m != NULL)) return;
     d = mj_makeData(m);
     for (int k = 0; k < 20; k++) {
