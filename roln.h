@@ -271,7 +271,8 @@ ROLN_INLINE const roln_real *rolni_tau(const roln_trained *m, int nb, const roln
 /* ---- 2 a control tick ------------------------------------------------------------------------- */
 
 /* Measured q, qd become z, zd (roln_encode), these a torque tau_z in the latent space (roln_control, in it roln_inverse), that a
-   torque tau on the joints (roln_lift), which a guard lets pass or not (roln_guard_tick). roln_tick is all of it. */
+   torque tau on the joints (roln_lift), which a guard lets pass or not (roln_guard_tick). roln_tick is all of it. Scratch of each
+   is a list of arrays, NAME_MEM; how such lists work: roln_spd.h, 1. */
 
 /* (z, zd) = (rho(q), D qd) and zdd = D qdd + (dD/dt) qd: the 2-jet that a reference for control needs.
    q, qd, qdd [N] in (qdd NULL: zdd = 0); z, zd, zdd [n] (zdd may be NULL) out, untouched on ROLN_E_NOT_FINITE.
@@ -732,7 +733,7 @@ ROLN_FN roln_real rolni_safe(const roln_limits *limits, int i)
 }
 
 /* Nonzero if |a - b| <= bound for all n numbers; NaN is not. bound 0: no check. */
-ROLN_FN int rolni_near(int n, const roln_real *a, const roln_real *b, roln_real bound)
+ROLN_FN int rolni_all_within(int n, const roln_real *a, const roln_real *b, roln_real bound)
 {
     int i, near = 1;
     for (i = 0; i < n && bound > 0; i++)
@@ -781,8 +782,8 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
         else if (!(m->model->lnn.angles ? rolni_near_turned(&m->model->lnn, seen->q, seen->x, limits->q_off)
-                                        : rolni_near(N, seen->q, seen->x, limits->q_off)) ||
-                 !rolni_near(N, seen->qd, seen->x + N, limits->qd_off))
+                                        : rolni_all_within(N, seen->q, seen->x, limits->q_off)) ||
+                 !rolni_all_within(N, seen->qd, seen->x + N, limits->qd_off))
             faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!roln_in_range(m, limits->margin, seen->z, seen->zd)) faults |= ROLN_FAULT_RANGE;
@@ -1232,7 +1233,7 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
     const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
-    const roln_trained driven = *m; /* roln_linear lets others see it; m stays what the compiler knows */
+    const roln_trained driven = *m; /* a copy, whose address escapes: of m itself the compiler keeps what it knows */
     const roln_real *logs = rolni_net(m) + rolni_friction_at(&m->model->lnn) + n; /* log v */
     roln_status st;
     int i;
