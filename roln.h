@@ -928,8 +928,8 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
 typedef struct {
     const roln_trained *m;
     const roln_real *in;
-    roln_real *gae, *gB, *gin; /* gradients: of the autoencoder, of B [N][inputs], of in; NULL: not wanted */
-    roln_real *work;           /* [ROLNI_TORQUE_WORK], with a backward [ROLNI_TORQUE_BWD_WORK] */
+    roln_real *gae, *gB; /* gradients: of the autoencoder, of B [N][inputs]; NULL: not wanted */
+    roln_real *work;     /* [ROLNI_FORCE_WORK] */
 } rolni_torque;
 
 /* tau_z = J(z)^T tau. */
@@ -946,38 +946,52 @@ ROLN_FN void rolni_torque_eval(void *ctx, int nb, const roln_real *z, roln_real 
     roln_ae_reduce(ae, nb, f->m->theta, tape, rolni_tau(f->m, nb, f->in, tau), tau_z, work);
 }
 
-/* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gae, gB and gin. */
-#define ROLNI_TORQUE_BWD_MEM(X, S, nb, gin) X(tau, ROLNI_TAU(S, nb)) X(g, ((gin) || S(inputs) > 0) * (nb) * S(N))
-#define ROLNI_TORQUE_BWD_WORK(S, nb, gin) (0 ROLNI_TORQUE_BWD_MEM(ROLNI_SIZE, S, nb, gin) + ROLN_AE_REDUCE_BWD_WORK(S, nb))
+/* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gae and gB. */
+#define ROLNI_TORQUE_BWD_MEM(X, S, nb) X(tau, ROLNI_TAU(S, nb)) X(g, (S(inputs) > 0) * (nb) * S(N))
+#define ROLNI_TORQUE_BWD_WORK(S, nb) (0 ROLNI_TORQUE_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_AE_REDUCE_BWD_WORK(S, nb))
 ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz)
 {
     const rolni_torque *f = ROLNI_AS(const rolni_torque *, ctx);
     const roln_model *md = f->m->model;
-    const int N = md->ae.size[0], inputs = md->inputs, at = roln_params(md) - N * inputs, wanted = f->gin || inputs > 0;
+    const int N = md->ae.size[0], inputs = md->inputs;
     roln_real *work = f->work;
-    ROLNI_TORQUE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb, f->gin != NULL)
-    int i;
-    if (wanted) rolni_zero(nb * N, g);
-    roln_ae_reduce_bwd(&md->ae, nb, f->m->theta, z, rolni_tau(f->m, nb, f->in, tau), y, gz, wanted ? g : NULL,
+    ROLNI_TORQUE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    if (inputs > 0) rolni_zero(nb * N, g);
+    roln_ae_reduce_bwd(&md->ae, nb, f->m->theta, z, rolni_tau(f->m, nb, f->in, tau), y, gz, inputs > 0 ? g : NULL,
                        params ? f->gae : NULL, work);
     if (inputs > 0 && params && f->gB) roln_mm_at(N, nb, inputs, g, f->in, f->gB);
-    if (!params || !f->gin) return;
-    if (inputs > 0) roln_mm(nb, N, inputs, g, f->m->theta + at, tau);
-    for (i = 0; i < nb * roln_force_size(md); i++)
-        f->gin[i] += inputs > 0 ? tau[i] : g[i];
 }
 
-/* Numbers of work of a force, at run time; bwd: 1 with a backward, 2 if that shall give gin. */
-ROLN_FN int rolni_torque_work(const roln_model *md, int nb, int bwd)
+/* Its derivatives at one z: H [n][n] and, unless it is NULL, G [roln_force_size][n], which is J or, with inputs, B^T J. */
+#define ROLNI_TORQUE_JAC_MEM(X, S) X(tau, ROLNI_TAU(S, 1)) X(T, S(n) * S(N)) X(u, S(n) * S(inputs))
+#define ROLNI_TORQUE_JAC_WORK(S) (0 ROLNI_TORQUE_JAC_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_JAC_WORK(S))
+ROLN_FN void rolni_torque_jac(void *ctx, const roln_real *z, roln_real *H, roln_real *G)
+{
+    const rolni_torque *f = ROLNI_AS(const rolni_torque *, ctx);
+    const roln_model *md = f->m->model;
+    const int N = md->ae.size[0], n = md->lnn.n, inputs = md->inputs, size = roln_force_size(md);
+    roln_real *work = f->work;
+    int i, j;
+    ROLNI_TORQUE_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    roln_ae_reduce_jac(&md->ae, f->m->theta, z, rolni_tau(f->m, 1, f->in, tau), T, H, work);
+    if (G && inputs > 0) roln_mm(n, N, inputs, T, f->m->theta + roln_params(md) - N * inputs, u);
+    for (i = 0; G && i < size; i++)
+        for (j = 0; j < n; j++)
+            G[i * n + j] = (inputs > 0 ? u : T)[j * size + i];
+}
+
+/* Numbers of work of a force, at run time; what: 0 alone, 1 with a backward, 2 with derivatives. */
+ROLN_FN int rolni_torque_work(const roln_model *md, int nb, int what)
 {
     const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), inputs = md->inputs;
+    const int N = ae->size[0], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), inputs = md->inputs, n = md->lnn.n;
     const int ae_sum = roln_ae_sum(ae), curves = ae->curves, bent = roln_ae_bent(ae);
-    const int eval = ROLNI_TORQUE_WORK(ROLNI_LOCAL, nb), back = ROLNI_TORQUE_BWD_WORK(ROLNI_LOCAL, nb, bwd > 1);
-    return bwd && back > eval ? back : eval;
+    const int eval = ROLNI_TORQUE_WORK(ROLNI_LOCAL, nb), back = ROLNI_TORQUE_BWD_WORK(ROLNI_LOCAL, nb);
+    const int more = what == 0 ? 0 : what == 1 ? back : ROLNI_TORQUE_JAC_WORK(ROLNI_LOCAL);
+    return more > eval ? more : eval;
 }
-#define ROLNI_FORCE_WORK(S, nb, bwd) \
-    ROLN_MAX(ROLNI_TORQUE_WORK(S, nb), (bwd) ? ROLNI_TORQUE_BWD_WORK(S, nb, (bwd) > 1) : 0) /* the same at compile time */
+#define ROLNI_FORCE_WORK(S, nb, what) /* the same at compile time */ \
+    ROLN_MAX(ROLNI_TORQUE_WORK(S, nb), (what) > 1 ? ROLNI_TORQUE_JAC_WORK(S) : (what) > 0 ? ROLNI_TORQUE_BWD_WORK(S, nb) : 0)
 
 /* The network with a held force on it, and all that hangs on it. */
 typedef struct {
@@ -986,12 +1000,12 @@ typedef struct {
     rolni_torque torque;
 } rolni_driven;
 
-/* in [nb][roln_force_size], NULL: no force; work [ROLNI_FORCE_WORK]. d must stay where it is. For gradients set d->torque.gae, gB,
-   gin. */
+/* in [nb][roln_force_size], NULL: no force; work [ROLNI_FORCE_WORK]. d must stay where it is. For gradients set d->torque.gae and
+   gB. */
 ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_driven *d, roln_real *work)
 {
-    d->torque.m = m, d->torque.in = in, d->torque.work = work, d->torque.gae = d->torque.gB = d->torque.gin = NULL;
-    d->force.eval = rolni_torque_eval, d->force.bwd = rolni_torque_bwd, d->force.ctx = &d->torque;
+    d->torque.m = m, d->torque.in = in, d->torque.work = work, d->torque.gae = d->torque.gB = NULL;
+    d->force.eval = rolni_torque_eval, d->force.bwd = rolni_torque_bwd, d->force.jac = rolni_torque_jac, d->force.ctx = &d->torque;
     d->sys.theta = rolni_net(m), d->sys.force = in ? &d->force : NULL;
 }
 
@@ -1050,53 +1064,51 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
 }
 
 /* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
-   MPC. Also advances z, zd. tau NULL: no force; B NULL: not wanted. Status of roln_step; nothing is written unless ROLN_OK. One
-   backward of the step for each row. Cost about 4n steps. work [ROLN_LINEAR_WORK]. */
-#define ROLN_LINEAR_MEM(X, S, size, force_work, tape_size) \
-    X(s, 2 * S(n)) X(next, 2 * S(n)) X(As, 4 * S(n) * S(n)) X(Bs, 2 * S(n) * (size)) X(held, size) X(e, 2 * S(n)) \
-    X(force, force_work) X(tape, tape_size)
-#define ROLN_LINEAR_WORK(S) \
-    (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 2), \
-                       ROLN_STAGES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
-     ROLN_MAX(ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, 1), ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), 1)))
+   MPC. Also advances z, zd. tau NULL: no force; B NULL: not wanted. Status of roln_step; ROLN_E_NOT_FINITE also if A or B is not,
+   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac; nothing is written unless ROLN_OK. work [ROLN_LINEAR_WORK],
+   wanted: roln_force_size, without B 0. */
+#define ROLN_LINEAR_MEM(X, S, size, wanted, force_work, tape_size) \
+    X(s, 2 * S(n)) X(J, (2 * S(n) + (wanted)) * 2 * S(n)) X(held, size) X(force, force_work) X(tape, tape_size)
+#define ROLN_LINEAR_WORK(S, wanted) \
+    (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), wanted, ROLNI_FORCE_WORK(S, 1, 2), \
+                       ROLN_JAC_TAPES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
+     ROLN_LNN_STEP_JAC_WORK(S, (S(scheme) + 0), wanted))
 ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
                                     roln_real *A, roln_real *B, roln_real *work)
 {
     const roln_model *md = m->model;
-    const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md);
+    const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md), wanted = B ? size : 0, rows = n2 + wanted;
     const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
-    ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 2),
-                    ROLN_STAGES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
+    ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, wanted, rolni_torque_work(md, 1, 2),
+                    ROLN_JAC_TAPES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
     rolni_driven d;
     roln_status st;
     int i, j;
-    rolni_drive(m, held, &d, force);
+    rolni_drive(m, tau || B ? held : NULL, &d, force);
     for (i = 0; i < size; i++)
         held[i] = tau ? tau[i] * unit : 0;
     rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
-    if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 1, 1, dt / t, s, next, tape, work)) != ROLN_OK) return st;
-    rolni_zero(n2 * n2, As);
-    rolni_zero(n2 * size, Bs);
-    for (i = 0; i < n2; i++) { /* row i: z, zd t by z, zd t, and by tau unit */
-        const roln_real ti = i < n ? 1 : 1 / t;
-        for (j = 0; j < n2; j++)
-            e[j] = i == j;
-        d.torque.gin = Bs + i * size;
-        roln_lnn_step_bwd(&md->lnn, &d.sys, md->scheme, 1, dt / t, e, As + i * n2, NULL, tape, work);
-        for (j = 0; j < n2; j++)
-            As[i * n2 + j] *= ti * (j < n ? 1 : t);
-        for (j = 0; j < size; j++)
-            Bs[i * size + j] *= ti * unit;
+    if ((st = roln_lnn_step_jac(&md->lnn, &d.sys, md->scheme, wanted, dt / t, s, s, J, tape, work)) != ROLN_OK) return st;
+    for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit */
+        const roln_real tj = j < n ? 1 : j < n2 ? t : unit;
+        for (i = 0; i < n2; i++) {
+            roln_real *x = J + j * n2 + i;
+            *x *= (i < n ? 1 : 1 / t) * tj;
+            if (j >= n2 && each) *x *= each[j - n2];
+        }
     }
-    rolni_multiply_each(n2, size, each, Bs);
     for (i = 0; i < n; i++)
-        next[n + i] /= t;
-    if (!roln_all_finite(n2 * n2, As) || !roln_all_finite(n2 * size, Bs) || !roln_all_finite(n, next + n)) return ROLN_E_NOT_FINITE;
-    rolni_copy(n2 * n2, As, A);
-    if (B) rolni_copy(n2 * size, Bs, B);
-    rolni_copy(n, next, z);
-    rolni_copy(n, next + n, zd);
+        s[n + i] /= t;
+    if (!roln_all_finite(rows * n2, J) || !roln_all_finite(n, s + n)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < n2; i++) {
+        for (j = 0; j < n2; j++)
+            A[i * n2 + j] = J[j * n2 + i];
+        for (j = n2; j < rows; j++)
+            B[i * size + j - n2] = J[j * n2 + i];
+    }
+    rolni_copy(n, s, z);
+    rolni_copy(n, s + n, zd);
     return ROLN_OK;
 }
 
@@ -1199,7 +1211,7 @@ typedef struct {
 #define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
 #define ROLNI_COST_WORK(S) \
     (0 ROLNI_COST_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLN_LINEAR_WORK(S), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_LINEAR_WORK(S, S(force_size)), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
                                        ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_TRIANGLE_WORK(S(N), S(n)))))
 ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost *cost, const roln_real *z, roln_real *D,
                                           roln_real *work)
@@ -1555,7 +1567,7 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
    always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
 #define ROLN_FILTER_WORK(S) \
     (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S), ROLN_ENCODE_WORK(S, 2)), \
+     ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S, 0), ROLN_ENCODE_WORK(S, 2)), \
                        ROLN_MAX(ROLNI_POSE_WORK(S), ROLNI_UNKNOWN_WORK(S))), \
               ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1))))
 ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *tau,
@@ -3827,7 +3839,8 @@ ROLNI_SCRATCH
     roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
-ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(linwork)) /* scratch of linearisation */
+/* scratch of linearisation */
+ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_, ROLNI_(force_size))]; ROLNI_SCRATCH_END(ROLNI_(linwork))
 ROLNI_SCRATCH /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(lqrwork))

@@ -57,6 +57,8 @@ typedef struct {
     void (*row)(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x);
     void (*back)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
                  roln_real *glayer, roln_real *gz, roln_real *work);
+    void (*jac)(const roln_ae *ae, const roln_real *layer, const roln_real *z, const roln_real *gx, roln_real *T, roln_real *H,
+                roln_real *work);
 } roln_bend;
 #define ROLN_UNBENT NULL
 
@@ -535,12 +537,55 @@ ROLN_FN void rolni_bent_back(const roln_ae *ae, int jets, int nb, const roln_rea
         rolni_polynomials_bwd(n, ae->degree, jets, z + r * n, nb * n, p + r * F, nb * F, gp + r * F, gz + r * n);
 }
 
+/* Derivatives of the bent layer at z [n]: T [n][N_{L-1}], row j that of x by z_j, and, added to H [n][n], those of the gradient of
+   gx^T x, which are those of c^T p(z), c = W gy. work [ROLNI_BENT_JAC_WORK]. */
+#define ROLNI_BENT_JAC_MEM(X, n, N, curves) \
+    X(zt, 2 * (n)) X(cz, 2 * (n)) X(gs, 2 * (n)) X(c, curves) X(p, 2 * (curves)) X(cp, 2 * (curves)) X(dp, (n) * (curves)) \
+    X(s, 2 * (n) * (n)) X(x, (n) * (N))
+#define ROLNI_BENT_JAC_WORK(n, N, curves) ((curves) > 0 ? 0 ROLNI_BENT_JAC_MEM(ROLNI_SIZE, n, N, curves) : 0)
+ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const roln_real *z, const roln_real *gx, roln_real *T,
+                            roln_real *H, roln_real *work)
+{
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, stored = ae->storage != ROLN_FULL;
+    const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
+    int i, j;
+    ROLNI_BENT_JAC_MEM(ROLNI_CARVE, n, N, F)
+    rolni_ae_mm_bt(ae, 1, N, n, gx, w.phi, gs); /* gy = gx - Psi (I + D^T) Phi^T gx */
+    if (stored) rolni_ae_mm(ae, 1, n, n, gs, w.d, gs + n);
+    for (i = 0; i < n && stored; i++)
+        gs[i] += gs[n + i];
+    rolni_ae_mm(ae, 1, n, N, gs, w.psi, x);
+    for (i = 0; i < N; i++)
+        x[i] = gx[i] - x[i];
+    rolni_ae_mm_bt(ae, 1, N, F, x, w.end, c);
+    rolni_copy(n, z, zt);
+    for (j = 0; j < n; j++) {
+        for (i = 0; i < n; i++)
+            zt[n + i] = i == j, cz[i] = cz[n + i] = 0;
+        rolni_polynomials(n, ae->degree, 2, zt, n, p, F);
+        rolni_copy(F, p + F, dp + j * F);
+        rolni_zero(F, cp);
+        rolni_copy(F, c, cp + F);
+        rolni_polynomials_bwd(n, ae->degree, 2, zt, n, p, F, cp, cz);
+        for (i = 0; i < n; i++)
+            H[j * n + i] += cz[i];
+    }
+    rolni_ae_mm(ae, n, F, N, dp, w.end, T); /* y_j + Phi (e_j - (I + D) Psi^T y_j) */
+    rolni_ae_mm_bt(ae, n, N, n, T, w.psi, s);
+    if (stored) rolni_ae_mm_bt(ae, n, n, n, s, w.d, s + n * n);
+    for (i = 0; i < n * n; i++)
+        s[i] = (i % (n + 1) == 0) - (s[i] + (stored ? s[n * n + i] : 0));
+    rolni_ae_mm(ae, n, n, N, s, w.phi, x);
+    for (i = 0; i < n * N; i++)
+        T[i] += x[i];
+}
+
 #if defined(__GNUC__) /* linkage of tables: no warning where one is not used */
 #define ROLNI_TABLE static const __attribute__((unused))
 #else
 #define ROLNI_TABLE static const
 #endif
-ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back};
+ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back, rolni_bent_jac};
 
 /* ---- 4 encode --------------------------------------------------------------------------------- */
 
@@ -790,6 +835,67 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
     g = rolni_decode_back(ae, 2, nb, theta, tape, jet, gtheta, work);
     for (i = 0; gz && i < nb * n; i++)
         gz[i] += g[i];
+}
+
+/* Derivatives of roln_ae_reduce at one z [n]: T = J^T [n][N], row j that of x by z_j, and H [n][n], row j that of tau_z by z_j,
+   out; tau [N] in. Back through the layers for the cotangents gu of u = s+(y), then n directions forward, which meet them,
+       H_jk = sum_i s+''(y_i) gu_i y_ji y_ki   over all layers.
+   Cost: n + 2 products with each Phi. work [ROLN_AE_REDUCE_JAC_WORK]. */
+#define ROLNI_AE_REDUCE_JAC_MEM(X, S) \
+    X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(first, S(ae_sum)) X(second, S(ae_sum)) X(g, S(N1)) X(a, 2 * S(N1)) X(w, 2 * S(N1)) \
+    X(sums, S(n)) X(odd, S(n) * S(N1)) X(even, S(n) * S(N2))
+#define ROLN_AE_REDUCE_JAC_WORK(S) \
+    (S(N1) > 0 ? 0 ROLNI_AE_REDUCE_JAC_MEM(ROLNI_SIZE, S) + ROLNI_BENT_JAC_WORK(S(n), S(bent), S(curves)) : 0)
+ROLN_FN void roln_ae_reduce_jac(const roln_ae *ae, const roln_real *theta, const roln_real *z, const roln_real *tau, roln_real *T,
+                                roln_real *H, roln_real *work)
+{
+    const rolni_knee s = rolni_knee_of(ae->slope);
+    const int n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), ae_sum = roln_ae_sum(ae);
+    const int curves = ae->curves, L = ae->layers;
+    const roln_real *from = tau;
+    roln_real *u, *to;
+    int l, i, j, at = 0;
+    ROLNI_AE_REDUCE_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    rolni_zero(n * n, H);
+    to = L == 0 ? T : L % 2 ? odd : even;
+    for (i = 0; i < n * n; i++)
+        to[i] = i % (n + 1) == 0;
+    if (L == 0) return;
+    roln_ae_decode(ae, 1, 1, theta, z, NULL, tape);
+    for (u = tape, l = 0; l < L && !rolni_bends(ae, l); l++) { /* first: s', second: s'' gu */
+        const int m = ae->size[l + 1];
+        const rolni_ae_layer layer = rolni_ae_layer_at(ae, l, theta);
+        rolni_ae_mm_bt(ae, 1, ae->size[l], m, from, layer.phi, first + at);
+        for (i = 0; i < m; i++)
+            a[i] = u[m + i], a[m + i] = 1, w[i] = 0, w[m + i] = 1;
+        rolni_act_bwd(&s, -1, 2, m, a, w);
+        for (i = 0; i < m; i++) {
+            second[at + i] = w[i] * first[at + i];
+            g[i] = w[m + i] * first[at + i];
+            first[at + i] = w[m + i];
+        }
+        from = g, theta = layer.end, u += 2 * m, at += m;
+    }
+    if (l < L) {
+        to = l == 0 ? T : l % 2 ? odd : even;
+        ae->bend->jac(ae, theta, z, from, to, H, work);
+    }
+    for (l--; l >= 0; l--) {
+        const int N = ae->size[l], m = ae->size[l + 1];
+        roln_real *const y = to;
+        theta -= rolni_ae_layer_size(ae, l), at -= m;
+        to = l == 0 ? T : l % 2 ? odd : even;
+        for (j = 0; j < n; j++) {
+            for (i = 0; i < m; i++)
+                w[i] = second[at + i] * y[j * m + i];
+            roln_mm_bt(1, m, n, w, y, sums);
+            for (i = 0; i < n; i++)
+                H[j * n + i] += sums[i];
+        }
+        for (i = 0; i < n * m; i++)
+            y[i] *= first[at + i % m];
+        rolni_ae_mm(ae, n, m, N, y, rolni_ae_layer_at(ae, l, theta).phi, to);
+    }
 }
 
 /* What roln_ae_lift needs of the tape of roln_ae_decode or roln_ae_encode at a point: the positions on the inner side of every

@@ -156,6 +156,87 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real
         gx[i] += g[i];
 }
 
+/* Backward of the value alone, which keeps what it passes: from gy [nb][out] in the cotangents ga of what each softplus takes, out,
+   which lie as `out` of roln_mlp_forward does, on plane 0 of `planes`, and gx [nb][in] out. The same bits as roln_mlp_bwd. */
+ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_real *slope,
+                               const roln_real *gy, roln_real *ga, roln_real *gx)
+{
+    const roln_real *g = gy, *W = theta + roln_mlp_params(f);
+    int l, i, below = nb * roln_mlp_hidden(f);
+    for (l = f->layers - 1; l >= 0; l--) {
+        const int ni = f->size[l], no = f->size[l + 1], m = nb * ni;
+        roln_real *gn = gx;
+        W -= (ni + 1) * no;
+        if (l > 0) below -= m, gn = ga + planes * below;
+        if (l + 1 == f->layers) roln_mm(nb, no, ni, g, W, gn);
+        else roln_mm_bt(nb, no, ni, g, W, gn);
+        for (i = 0; i < m; i++)
+            gn[i] = l > 0 ? gn[i] * slope[below + i] : 0 + gn[i]; /* 0 + makes -0 a 0 */
+        g = gn;
+    }
+}
+
+/* y_i = c_i x_i; y may be x. */
+ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, const roln_real *x, roln_real *y)
+{
+    int i;
+    for (i = 0; i < n; i++)
+        y[i] = c[i] * x[i];
+}
+
+/* Derivatives of one sample along m directions together, of first and second order:
+       a_j = W^T y_j,  y_j = s a_j          and, with `along`, the plane of a direction v, those along v and j at once,
+       a_vj = W^T y_vj,  y_vj = s a_vj + (1 - s) y_v a_j
+   x [m][in] in: D x[j], with `along` behind them D^2 x[v, j], [2][m][in]; NULL: the unit vectors, m = in. y [m][out] or [2][m][out]
+   out, NULL: not wanted. Adds to H [m][m] the second derivatives of gy^T f, if D^2 x = 0,
+       H_jk += sum_i (1 - s_i) ga_i a_ji a_ki   over all hidden layers, of which there is one at least,
+   where the plane ga holds the cotangents of roln_mlp_gradient for gy. Behind c, row and sums, work holds a of two layers. */
+#define ROLN_MLP_HESSIAN_MEM(X, m, wide) X(c, wide) X(row, wide) X(sums, m)
+#define ROLN_MLP_HESSIAN_WORK(planes, m, wide) (0 ROLN_MLP_HESSIAN_MEM(ROLNI_SIZE, m, wide) + (planes) * (wide))
+ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, const roln_real *slope, const roln_mlp_plane *ga,
+                              const roln_mlp_plane *along, const roln_real *x, roln_real *y, roln_real *H, roln_real *work)
+{
+    const int planes = along ? 2 * m : m, wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1);
+    const roln_real *in = x, *s = slope;
+    int l, i, j, k, below = 0;
+    ROLN_MLP_HESSIAN_MEM(ROLNI_CARVE, m, wide)
+    roln_real *const odd = work + planes * roln_mlp_widest(f, 0);
+    for (l = 0; l + 1 < f->layers; l++) {
+        const int ni = f->size[l], no = f->size[l + 1];
+        const roln_real *g = rolni_plane_input(f, ga, l + 1, 1, below);
+        const roln_real *yv = along ? rolni_plane_input(f, along, l + 1, 1, below) : NULL;
+        roln_real *a = l % 2 ? work : odd, *av = a + m * no;
+        if (in) {
+            roln_mm(planes, ni, no, in, theta, a);
+        } else { /* unit vectors: the rows of W */
+            rolni_copy(m * no, theta, a);
+            if (along) rolni_zero(m * no, av);
+        }
+        for (i = 0; i < no; i++)
+            c[i] = (1 - s[i]) * g[i];
+        for (j = 0; j < m; j++) {
+            rolni_times_each(no, c, a + j * no, row);
+            roln_mm_bt(1, no, j + 1, row, a, sums);
+            for (k = 0; k <= j; k++) {
+                H[j * m + k] += sums[k];
+                if (k < j) H[k * m + j] += sums[k];
+            }
+        }
+        for (i = 0; i < no && along; i++)
+            c[i] = (1 - s[i]) * yv[i];
+        for (j = 0; j < m * no && along; j += no)
+            for (i = 0; i < no; i++)
+                av[j + i] = s[i] * av[j + i] + c[i] * a[j + i];
+        for (j = 0; j < m * no && (y || l + 2 < f->layers); j += no)
+            rolni_times_each(no, s, a + j, a + j);
+        theta += (ni + 1) * no;
+        in = a;
+        s += no;
+        below += no;
+    }
+    if (y) roln_mm_bt(planes, f->size[l], f->size[l + 1], in, theta, y);
+}
+
 /* Random weights: xavier-normal, gain sqrt 2 in hidden layers, `out` in the output layer, biases 0. */
 ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, uint64_t *seed)
 {
@@ -313,7 +394,8 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
 #define ROLN_LNN_ROWS(X, S) \
     X(row_mass, ROLNI_EVAL_ROW_WORK(S, ROLNI_MASS)) X(row_gradient, ROLNI_EVAL_ROW_WORK(S, ROLNI_GRADIENT)) \
     X(row_dm, ROLNI_DM_WORK(S)) \
-    X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1))
+    X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1)) \
+    X(row_jac_1, ROLNI_MOTION_JAC_WORK(S, 1)) X(row_jac_2, ROLNI_MOTION_JAC_WORK(S, 2))
 
 /* Kept of an SPD layer from width w to wo, its output included: at the matrix, and for each direction. kind 0: no layer. */
 #define ROLN_LAYER_KEEP(kind, w, wo) \
@@ -1079,21 +1161,25 @@ ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_rea
         }
 }
 
-/* gz [nb][n] = the gradient by z of a network whose outputs have the cotangents gy; slope of its value, y: what it sees of z. */
-#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + ROLN_MLP_BWD_WORK(1, nb, S(wide)))
-ROLNI_INLINE void rolni_below(const roln_lnn *f, const roln_mlp *net, int nb, const roln_real *theta, const roln_real *y,
-                              const roln_real *slope, const roln_real *gy, roln_real *gz, roln_real *work)
+/* gz [nb][n] = the gradient by z of the potential network (potential 1) or of the mass network (0), whose outputs have the
+   cotangents gy, on a tape with its slopes. second: the cotangents within stay, in place of the outputs of the value. */
+#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + (nb) * S(hidden))
+ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int second, int nb, const roln_real *theta,
+                              const rolni_tape *t, const roln_real *gy, roln_real *gz, roln_real *work)
 {
-    roln_real *const g = f->angles ? work : gz;
-    work += nb * rolni_cossin(f);
+    const roln_mlp *const net = potential ? &f->potential_net : &f->mass_net;
+    roln_real *const g = f->angles ? work : gz, *ga = work + nb * rolni_cossin(f);
+    if (second) ga = potential ? t->potential_out : t->mass_out;
+    roln_mlp_gradient(net, second && !potential ? 1 + dirs : 1, nb, theta + (potential ? rolni_potential_at(f) : 0),
+                      potential ? t->potential_slope : t->mass_slope, gy, ga, g);
+    if (!f->angles) return;
     rolni_zero(nb * f->n, gz);
-    if (f->angles) rolni_zero(nb * rolni_cossin(f), g);
-    roln_mlp_bwd(net, 1, nb, theta, NULL, slope, gy, g, NULL, work);
-    if (f->angles) rolni_see_bwd(f, 0, nb, y, NULL, g, gz);
+    rolni_see_bwd(f, 0, nb, rolni_into(f, dirs, nb, t), NULL, g, gz);
 }
 
-/* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w. */
-enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS };
+/* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w; also, with keep, what
+   derivatives of second order need, in place of what a backward to theta needs (rolni_below). */
+enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
 
 /* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
    the tape or, without keep, in the first nb hidden numbers of work, where t->mass_slope then points. */
@@ -1116,7 +1202,7 @@ ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const
     if (wanted >= ROLNI_GRADIENT) { /* g = dV/dz */
         for (r = 0; r < nb; r++)
             rest[r] = 1;
-        rolni_below(f, &f->potential_net, nb, potential, y, t->potential_slope, rest, t->g, rest + nb);
+        rolni_below(f, 1, dirs, wanted == ROLNI_SECOND, nb, theta, t, rest, t->g, rest + nb);
     }
     if (f->damping)
         roln_mlp_forward(&f->damper_net, 1, 1, nb, theta + rolni_damper_at(f), y, t->L, t->damper_slope, t->damper_out);
@@ -1227,7 +1313,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
         rolni_see(f, nb, t.x, y);
         if (!roln_all_finite(nb * rolni_cossin(f), y)) return ROLN_E_NOT_FINITE;
     }
-    for (r = 1; f->angles && wanted == ROLNI_CORIOLIS && r <= dirs; r++)
+    for (r = 1; f->angles && wanted >= ROLNI_CORIOLIS && r <= dirs; r++)
         rolni_see_along(f, nb, y, t.x + r * nb * n, y + r * nb * rolni_cossin(f));
     rolni_networks(f, dirs, keep, nb, theta, wanted, &t, work);
     work += keep ? 0 : nb * roln_mlp_hidden(&f->mass_net);
@@ -1248,8 +1334,8 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
-    if (wanted == ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
-    rolni_below(f, &f->mass_net, nb, theta, y, t.mass_slope, t.u, t.kin, rest);
+    if (wanted >= ROLNI_CORIOLIS) rolni_dm(f, nb, theta, &t, t.u + dirs * nb * tri, pair.q, t.dmv, rest);
+    rolni_below(f, 0, dirs, wanted == ROLNI_SECOND, nb, theta, &t, t.u, t.kin, rest);
     return ROLN_OK;
 }
 
@@ -1390,15 +1476,16 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
 }
 
 /* Forward dynamics zdd = M^-1 (tau_z - c - g - d). theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the
-   tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, else 0. tape [ROLN_LNN_TAPE(S, 1, keep, nb)].
-   Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is written only on ROLN_OK. */
+   tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, 2 if roln_lnn_zdd_jac, which is 1 in sizes, else 0.
+   tape [ROLN_LNN_TAPE(S, 1, keep, nb)]. Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is
+   written only on ROLN_OK. */
 #define ROLN_LNN_ZDD_WORK(S, keep, nb) ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_CORIOLIS, nb), 2 * S(n))
 ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s,
                                  const roln_real *tau_z, roln_real *zdd, roln_real *tape, roln_real *work)
 {
     const int n = f->n;
-    const rolni_tape t = rolni_tape_of(f, 1, keep, nb, tape);
-    const roln_status st = rolni_eval(f, keep, nb, theta, s, NULL, ROLNI_CORIOLIS, tape, work);
+    const rolni_tape t = rolni_tape_of(f, 1, keep > 0, nb, tape);
+    const roln_status st = rolni_eval(f, keep > 0, nb, theta, s, NULL, keep > 1 ? ROLNI_SECOND : ROLNI_CORIOLIS, tape, work);
     int r, i;
     if (st != ROLN_OK) return st;
     for (r = 0; r < nb; r++) {
@@ -1443,6 +1530,340 @@ ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta,
     for (i = 0; gtau_z && i < nb * n; i++)
         gtau_z[i] += lambda[i];
     rolni_motion_bwd(f, nb, theta, lambda, gs, NULL, gtheta, tape, work);
+}
+
+/* Derivatives of one state, nb = 1, are rows: row j of D [2n][n] by number j of s = [z; zd]. They take n directions of z through
+   the networks at once, and n rows back through the mass matrix alone.
+
+   The directions as the networks see them, x [n][inputs], without angles unit vectors; with k = 2 behind them those of second
+   order, along zd and each of them. */
+#define ROLNI_INPUTS(S) ROLN_MAX(S(n), S(cossin))
+ROLN_FN void rolni_see_all(const roln_lnn *f, int k, const rolni_tape *t, roln_real *x)
+{
+    const int n = f->n, in = f->mass_net.size[0];
+    const roln_real *y = rolni_into(f, 1, 1, t);
+    int i, j = n;
+    rolni_zero(k * n * in, x);
+    for (i = 0; i < n; i++) {
+        roln_real *e = x + i * in, *ev = e + n * in;
+        if (!roln_lnn_angle(f, i)) {
+            e[i] = 1;
+            continue;
+        }
+        e[i] = -y[j], e[j] = y[i];
+        if (k > 1) ev[i] = -y[i] * t->zd[i], ev[j] = -y[j] * t->zd[i];
+        j++;
+    }
+}
+
+/* Adds to H [n][n] the second derivatives by z of gy^T y, y the potential (gy = 1) or the outputs of the mass network (gy those of
+   kin, fixed), on a tape filled with ROLNI_SECOND. u: derivatives of the outputs along x, [k][n][out], NULL: not wanted. */
+ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln_real *theta, const rolni_tape *t,
+                             const roln_real *x, roln_real *u, roln_real *H, roln_real *work)
+{
+    const roln_mlp *const net = potential ? &f->potential_net : &f->mass_net;
+    const roln_real *W = theta + (potential ? rolni_potential_at(f) : 0), *y = rolni_into(f, 1, 1, t);
+    const roln_mlp_plane ga = {NULL, potential ? t->potential_out : t->mass_out, potential ? 1 : 2, 0};
+    const roln_mlp_plane along = {NULL, t->mass_out, 2, 1};
+    const int n = f->n, h = net->size[1];
+    int i, j = n;
+    roln_mlp_hessian(net, n, W, potential ? t->potential_slope : t->mass_slope, &ga, k > 1 ? &along : NULL, x, u, H, work);
+    for (i = 0; f->angles && i < n; i++) { /* cos'' = -cos, sin'' = -sin */
+        if (!roln_lnn_angle(f, i)) continue;
+        H[i * (n + 1)] -= y[i] * roln_dot(h, ga.out, W + i * h) + y[j] * roln_dot(h, ga.out, W + j * h);
+        j++;
+    }
+}
+
+/* What the mass matrix has in the derivatives of the equations of motion, V [3][n][n] and, added to H, the part of the second
+   derivatives of T = 1/2 zd^T M zd at fixed zd that the second derivatives of u have not:
+       row j of V_0: M_j zd,   with k = 2 row j of V_1: M_j zdd + M_vj zd, and V_2 = M_v,   H_ij += 1/2 zd^T D^2 M[U_i, U_j] zd
+   with M_j, M_v the derivatives along e_j and along v = zd, M_vj the second one along both; u [k][n][tri]: u_j, u_vj.
+   M = L L^T + least I: by the product rule, H_ij = (L_i^T zd)^T (L_j^T zd). */
+#define ROLNI_CHOLESKY_JAC_MEM(X, n) X(b, (n) * (n)) X(Lv, (n) * (n)) X(Lj, (n) * (n)) X(Lvj, (n) * (n)) X(a, 6 * (n))
+#define ROLNI_CHOLESKY_JAC_WORK(n) (0 ROLNI_CHOLESKY_JAC_MEM(ROLNI_SIZE, n))
+ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, const roln_real *u, roln_real *V, roln_real *H,
+                                roln_real *work)
+{
+    const int n = f->n, nn = n * n, tri = ROLN_TRI(n);
+    const roln_real *L = t->Q;
+    int i, j;
+    ROLNI_CHOLESKY_JAC_MEM(ROLNI_CARVE, n)
+    roln_real *const c = a + n, *const aj = c + n, *const cj = aj + n, *const x = cj + n, *const y = x + n;
+    roln_mm(1, n, n, t->zd, L, c); /* L^T zd */
+    if (k > 1) {                   /* a = L^T zdd + L_v^T zd */
+        rolni_low(n, t->u + tri, Lv);
+        roln_mm(1, n, n, t->zdd, L, a);
+        roln_mm(1, n, n, t->zd, Lv, x);
+        for (i = 0; i < n; i++)
+            a[i] += x[i];
+        roln_mm_bt(n, n, n, Lv, L, Lj);
+        rolni_twice_sym(n, Lj, V + 2 * nn);
+    }
+    for (j = 0; j < n; j++) {
+        roln_real *const bj = b + j * n;
+        rolni_low(n, u + j * tri, Lj);
+        roln_mm(1, n, n, t->zd, Lj, bj);
+        roln_mm_bt(1, n, n, c, Lj, x);
+        roln_mm_bt(1, n, n, bj, L, y);
+        for (i = 0; i < n; i++)
+            V[j * n + i] = x[i] + y[i];
+        roln_mm_bt(1, n, j + 1, bj, b, x);
+        for (i = 0; i <= j; i++) {
+            H[j * n + i] += x[i];
+            if (i < j) H[i * n + j] += x[i];
+        }
+        if (k == 1) continue;
+        rolni_low(n, u + (n + j) * tri, Lvj);
+        roln_mm(1, n, n, t->zdd, Lj, aj);
+        roln_mm(1, n, n, t->zd, Lvj, cj);
+        for (i = 0; i < n; i++)
+            aj[i] += cj[i];
+        roln_mm_bt(1, n, n, a, Lj, x);
+        roln_mm_bt(1, n, n, aj, L, y);
+        roln_mm_bt(1, n, n, c, Lvj, cj);
+        roln_mm_bt(1, n, n, bj, Lv, aj);
+        for (i = 0; i < n; i++)
+            V[nn + j * n + i] = (x[i] + y[i]) + (cj[i] + aj[i]);
+    }
+}
+
+/* The linear map u -> (K o (R U R^T)) x, rows [n][tri]: row a is that of sum_cd U_cd R_ac w_ad, w = (K o x) R. work [2 n n]. */
+ROLN_FN void rolni_exp_rows(int n, const roln_real *R, const roln_real *K, const roln_real *x, roln_real *rows, roln_real *work)
+{
+    roln_real *const w = work + n * n;
+    int i;
+    for (i = 0; i < n * n; i++)
+        work[i] = K[i] * x[i % n];
+    roln_mm(n, n, n, work, R, w);
+    for (i = 0; i < n; i++) {
+        rolni_outer(n, 1, R + i * n, w + i * n, work);
+        rolni_tri_bwd(n, 1, 2, work, rows + i * ROLN_TRI(n));
+    }
+}
+
+/* F_j = R U_j R^T, j < m, F [m][n][n], of the u [n][tri] and v [tri], the last if m > n. One product with R for all. work
+   [m n n]. */
+ROLN_FN void rolni_exp_directions(int n, int m, const roln_real *R, const roln_real *u, const roln_real *v, roln_real *F,
+                                  roln_real *work)
+{
+    const int nn = n * n, tri = ROLN_TRI(n);
+    int i, j, k;
+    for (j = 0; j < m; j++) { /* U_j beside each other, [n][m][n] */
+        rolni_sym(n, j < n ? u + j * tri : v, work);
+        for (i = 0; i < n; i++)
+            rolni_copy(n, work + i * n, F + (i * m + j) * n);
+    }
+    roln_mm(n, n, m * n, R, F, work);
+    for (j = 0; j < m; j++)
+        for (i = 0; i < n; i++) {
+            roln_real *const row = F + j * nn + i * n;
+            roln_mm_bt(1, n, i + 1, work + (i * m + j) * n, R, row);
+            for (k = 0; k < i; k++)
+                F[j * nn + k * n + i] = row[k];
+        }
+}
+
+/* E_ab = sum_c D_abc F_bc x_c. work [n n]. */
+ROLN_FN void rolni_exp_along(int n, const roln_real *D, const roln_real *F, const roln_real *x, roln_real *E, roln_real *work)
+{
+    int a, b, c;
+    for (b = 0; b < n; b++)
+        rolni_times_each(n, x, F + b * n, work + b * n);
+    for (a = 0; a < n; a++)
+        for (b = 0; b < n; b++) {
+            const roln_real *Fx = work + b * n;
+            roln_real s = 0;
+            for (c = 0; c < n; c++)
+                s += *D++ * Fx[c];
+            *E++ = s;
+        }
+}
+
+/* The same of M = exp_P(U), in the eigenbasis: with x = Q zd, y = Q zdd, F_j = R U_j R^T .. and E^j_ab = sum_c D_abc F_j,bc x_c
+       M_j zd = Q^T (K o F_j) x,   M_vj zd = Q^T ((K o F_vj) x + (F_v o E^j + F_j o E^v) 1),   H_ij = sum_ab x_a F_i,ab E^j_ab */
+#define ROLNI_EXP_JAC_MEM(X, n) \
+    X(D, (n) * (n) * (n)) X(Ev, (n) * (n)) X(F, (n) * (n) * (n)) X(Fv, (n) * (n)) X(E, (n) * (n)) X(x, n) X(y, n) X(w, n) \
+    X(rows, (n) * ROLN_TRI(n)) X(C, (n) * (n))
+#define ROLNI_EXP_JAC_WORK(n, k) (0 ROLNI_EXP_JAC_MEM(ROLNI_SIZE, n) + (k) * (n) * (n))
+ROLN_FN void rolni_exp_jac(const roln_lnn *f, int k, const rolni_tape *t, const roln_real *u, roln_real *V, roln_real *H,
+                           roln_real *work)
+{
+    const int n = f->n, nn = n * n, tri = ROLN_TRI(n);
+    const roln_real *K = t->K;
+    int i, j, a, b;
+    ROLNI_EXP_JAC_MEM(ROLNI_CARVE, n)
+    rolni_exp_directions(n, n + k - 1, t->R, u, t->u + tri, F, D); /* and Ev; Fv behind F */
+    roln_exp_dd2(n, t->l, K, D);
+    roln_mm_bt(1, n, n, t->zd, t->Q, x);
+    if (k > 1) {
+        roln_mm_bt(1, n, n, t->zdd, t->Q, y);
+        rolni_exp_along(n, D, Fv, x, Ev, work);
+        for (i = 0; i < nn; i++)
+            E[i] = K[i] * Fv[i];
+        rolni_congr_t_set(n, t->Q, E, V + 2 * nn, work);
+        rolni_exp_rows(n, t->R, K, x, rows, work);
+        roln_mm_bt(n, tri, n, u + n * tri, rows, C);
+    }
+    for (j = 0; j < n; j++) {
+        const roln_real *const Fj = F + j * nn;
+        rolni_exp_along(n, D, Fj, x, E, work);
+        for (a = 0; a < n; a++) {
+            roln_real first = 0, second = k > 1 ? C[j * n + a] : 0;
+            for (b = 0; b < n; b++) {
+                const roln_real kf = K[a * n + b] * Fj[a * n + b];
+                i = a * n + b;
+                first += kf * x[b];
+                if (k > 1) second += (kf * y[b] + Fv[i] * E[i]) + Fj[i] * Ev[i];
+                E[i] *= x[a];
+            }
+            work[a] = first, w[a] = second;
+        }
+        roln_mm(1, n, n, work, t->Q, V + j * n);
+        if (k > 1) roln_mm(1, n, n, w, t->Q, V + nn + j * n);
+        roln_mm_bt(1, nn, j + 1, E, F, w);
+        for (i = 0; i <= j; i++) {
+            H[j * n + i] += w[i];
+            if (i < j) H[i * n + j] += w[i];
+        }
+    }
+}
+
+/* The same behind SPD layers, by a backward of a row for each i: to D [2][n][n] is added all that -(M zdd + c) has (k = 2), or kin
+   (k = 1). Number i is the scalar S of rolni_scalar with a = e_i, without g and d. Its cotangents of u, of u along e_i and along zd
+   are gu_0, gu_1, gu_2, of which gu_1, the same for all i, is the one that rolni_curvature knows:
+       dS/dz_j = gu_0 . u_j + gu_2 . u_vj + ..,   dS/dzd_j = gu_2 . u_j and what the pairs give. */
+#define ROLNI_LAYERS_JAC_MEM(X, S, k) X(gu, (1 + (k)) * S(n) * ROLN_TRI(S(width))) X(e, S(n)) X(gzd, S(n))
+#define ROLNI_LAYERS_JAC_WORK(S, k) \
+    (0 ROLNI_LAYERS_JAC_MEM(ROLNI_SIZE, S, k) + ROLN_MAX((k) > 1 ? S(row_bwd_2) : S(row_bwd_1), S(n) * S(n)))
+ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, const roln_real *u,
+                              roln_real *D, roln_real *work)
+{
+    const int n = f->n, nn = n * n, width = f->width[0], tri = ROLN_TRI(width), stride = n * tri;
+    roln_real *const Dzd = D + nn, *product;
+    rolni_row row;
+    int i, j;
+    ROLNI_LAYERS_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
+    const rolni_pair inertia = {k > 1 ? ROLN_C(-1.0) : 0, e, k > 1 ? t->zdd : t->zd, NULL, NULL};
+    const rolni_pair kinetic = {ROLN_C(0.5), t->zd, t->zd, gzd, gzd}, along_zd = {-1, e, t->zd, NULL, gzd};
+    const rolni_pair pair[3] = {inertia, kinetic, along_zd};
+    product = work;
+    row.theta = theta, row.tape = t, row.r = 0, row.u[1] = t->u + tri;
+    for (i = 0; i < n; i++) {
+        rolni_zero(2 * n, e); /* and gzd */
+        e[i] = 1, row.u[0] = u + i * tri;
+        rolni_row_bwd(f, k, &row, pair, gu + i * tri, stride, NULL, work);
+        for (j = 0; j < n; j++)
+            Dzd[j * n + i] = gzd[j];
+    }
+    for (j = 0; j <= (k > 1 ? 2 : 0); j++) {
+        roln_mm_bt(n, tri, n, u + (j == 1) * stride, gu + (j > 0) * 2 * stride, product);
+        for (i = 0; i < nn; i++)
+            (j < 2 ? D : Dzd)[i] += product[i];
+    }
+}
+
+/* Derivatives of -(M zdd + c + g) by z, zd at fixed zdd (k = 2) or of kin - g (k = 1), on a tape filled with ROLNI_SECOND:
+       by z_j:  1/2 grad D(zd^T M zd)[e_j] - M_j zdd - M_vj zd - D grad V[e_j],    by zd_j:  (zd^T M_i e_j)_i - M_j zd - M_v e_j,
+   with k = 1 only the first terms and V. */
+#define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * ROLN_TRI(S(width))) X(V, 3 * S(n) * S(n))
+#define ROLNI_MOTION_JAC_WORK(S, k) \
+    (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
+     ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n)) \
+                                                                : S(formed)   ? ROLNI_LAYERS_JAC_WORK(S, k) \
+                                                                              : ROLNI_EXP_JAC_WORK(S(n), k)))
+ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
+{
+    const int n = f->n, nn = n * n, width = f->width[0], cossin = rolni_cossin(f);
+    int i;
+    ROLNI_MOTION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
+    if (f->angles) rolni_see_all(f, k, t, x);
+    rolni_zero(2 * nn, D);
+    rolni_curvature(f, 1, 1, theta, t, f->angles ? x : NULL, NULL, D, work);
+    for (i = 0; i < nn; i++)
+        D[i] = -D[i];
+    rolni_curvature(f, 0, k, theta, t, f->angles ? x : NULL, u, D, work);
+    if (f->layers > 0) {
+        rolni_layers_jac(f, k, theta, t, u, D, work);
+        return;
+    }
+    if (f->mass == ROLN_CHOLESKY) rolni_cholesky_jac(f, k, t, u, V, D, work);
+    else rolni_exp_jac(f, k, t, u, V, D, work);
+    for (i = 0; i < nn; i++) {
+        D[nn + i] = V[i % n * n + i / n];
+        if (k > 1) D[nn + i] -= V[i] + V[2 * nn + i], D[i] -= V[nn + i];
+    }
+}
+
+/* D -= derivatives of d = L L^T zd and of friction. */
+#define ROLNI_DISSIPATION_JAC_MEM(X, S) \
+    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(n))) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) X(Lj, S(n) * S(n)) \
+    X(y, S(n)) X(yj, S(n)) X(d, 2 * S(n))
+#define ROLNI_DISSIPATION_JAC_WORK(S) ROLN_MAX(S(damping) * (0 ROLNI_DISSIPATION_JAC_MEM(ROLNI_SIZE, S)), 2 * S(n))
+ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
+{
+    const int n = f->n, nn = n * n, tri = ROLN_TRI(n);
+    int i, j;
+    if (f->friction) {
+        roln_real *one = work, *slope = one + n;
+        for (i = 0; i < n; i++)
+            one[i] = 1, slope[i] = 0;
+        rolni_friction_bwd(n, 1, theta + rolni_friction_at(f), t, one, slope, NULL);
+        for (i = 0; i < n; i++)
+            D[nn + i * (n + 1)] += slope[i];
+    }
+    if (f->damping) {
+        const int hidden = roln_mlp_hidden(&f->damper_net), cossin = rolni_cossin(f);
+        ROLNI_DISSIPATION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+        rolni_see_all(f, 1, t, x);
+        roln_mlp_forward(&f->damper_net, 0, n, 1, theta + rolni_damper_at(f), x, u, t->damper_slope, out);
+        rolni_low(n, t->L, L);
+        roln_mm(1, n, n, t->zd, L, y);
+        for (j = 0; j < n; j++) { /* L_j L^T zd + L L_j^T zd, and L L^T e_j */
+            rolni_low(n, u + j * tri, Lj);
+            roln_mm(1, n, n, t->zd, Lj, yj);
+            roln_mm_bt(1, n, n, y, Lj, d);
+            roln_mm_bt(1, n, n, yj, L, d + n);
+            for (i = 0; i < n; i++)
+                D[j * n + i] -= d[i] + d[n + i];
+            roln_mm_bt(1, n, n, L + j * n, L, d);
+            for (i = 0; i < n; i++)
+                D[nn + j * n + i] -= d[i];
+        }
+    }
+}
+
+/* W [n][n] = M^-1 at a tape of one state. work [2 n n]. */
+ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, roln_real *W, roln_real *work)
+{
+    const int n = f->n;
+    int i;
+    if (!rolni_formed(f)) {
+        roln_spd_form(n, t->el, t->R, W, work);
+        return;
+    }
+    for (i = 0; i < n; i++) {
+        rolni_zero(n, W + i * n);
+        W[i * (n + 1)] = 1;
+        rolni_minv(f, t, 0, W + i * n, W + i * n, work);
+    }
+}
+
+/* Derivatives of roln_lnn_zdd, nb = 1, on its tape with keep = 2: D [2n][n] by s, row j by number j of it, at fixed tau_z, and
+   W = M^-1 [n][n] by tau_z. Cost: of each layer n products, in the mass network 2n, all in one pass over its weights; n^4 for the
+   mass matrix, behind SPD layers n backwards of a row. */
+#define ROLN_LNN_ZDD_JAC_WORK(S) \
+    ROLN_MAX(ROLN_MAX(S(row_jac_2), ROLNI_DISSIPATION_JAC_WORK(S)), 2 * S(n) * S(n))
+ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_real *D, roln_real *W, roln_real *tape,
+                              roln_real *work)
+{
+    const int n = f->n;
+    const rolni_tape t = rolni_tape_of(f, 1, 1, 1, tape);
+    rolni_motion_jac(f, 2, theta, &t, D, work);
+    rolni_dissipation_jac(f, theta, &t, D, work);
+    rolni_minv_full(f, &t, W, work);
+    rolni_copy(2 * n * n, D, work);
+    roln_mm(2 * n, n, n, work, W, D);
 }
 
 /* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d, w [nb][n] a velocity of its own (NULL: zd):
@@ -1548,11 +1969,14 @@ enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
 /* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. The caller gives both functions:
-   they are the two calls that leave this header upwards. eval writes tau_z [nb][n]; bwd adds to gz [nb][n] for the cotangent
-   y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx. */
+   they are the calls that leave this header upwards. eval writes tau_z [nb][n]; bwd adds to gz [nb][n] for the cotangent
+   y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H
+   [n][n], row j by z_j, and G [size][n], a row for each number that the force is made of (NULL: not wanted). Only roln_lnn_step_jac
+   calls it. What is never called may be NULL. */
 typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
+    void (*jac)(void *ctx, const roln_real *z, roln_real *H, roln_real *G);
     void *ctx;
 } roln_force;
 
@@ -1814,6 +2238,175 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
                 gs[i] += gx[i];
         }
     }
+}
+
+/* N [n][n]: row j = DM[e_j] x, on a tape of one state with keep. */
+#define ROLNI_MOMENTUM_JAC_MEM(X, S) \
+    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(width))) X(out, S(n) * S(hidden))
+#define ROLNI_MOMENTUM_JAC_WORK(S) (0 ROLNI_MOMENTUM_JAC_MEM(ROLNI_SIZE, S) + S(row_dm))
+ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
+                                roln_real *work)
+{
+    const int n = f->n, width = f->width[0], hidden = roln_mlp_hidden(&f->mass_net), cossin = rolni_cossin(f);
+    int j;
+    ROLNI_MOMENTUM_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    rolni_see_all(f, 1, t, in);
+    roln_mlp_forward(&f->mass_net, 0, n, 1, theta, in, u, t->mass_slope, out);
+    for (j = 0; j < n; j++)
+        rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(width), x, N + j * n, work);
+}
+
+/* Derivatives of the midpoint rule on its three tapes: J as roln_lnn_step_jac. In rows, with N = DM[.] v at z_m, N_0 = DM[.] zd,
+   N_1 = DM[.] zd+, Q = N - h/2 F_z and G = dF by the force, the rows of v, by z, zd and the force, are
+       v' = [N_0 - Q; M_0; h/2 G] M_m^-1 (I + h/2 (Q - F_v) M_m^-1)^-1,
+   those of p+ are p' + h (z_m' F_z + v' F_v + G), those of z+ are z' + h v', and zd+' = (p+' - z+' N_1) M_1^-1.
+   ROLN_E_ILL_CONDITIONED if there are none: v is no function of s there. */
+#define ROLNI_MIDPOINT_JAC_MEM(X, S, size) \
+    X(sm, 2 * S(n)) X(N0, S(n) * S(n)) X(N1, S(n) * S(n)) X(Q, S(n) * S(n)) X(Fz, S(n) * S(n)) X(Fv, S(n) * S(n)) \
+    X(A, S(n) * S(n)) X(P, S(n) * S(n)) X(W, S(n) * S(n)) X(G, (size) * S(n)) X(R, (2 * S(n) + (size)) * S(n)) \
+    X(v, (2 * S(n) + (size)) * S(n))
+#define ROLNI_MIDPOINT_JAC_WORK(S, size) \
+    (0 ROLNI_MIDPOINT_JAC_MEM(ROLNI_SIZE, S, size) + \
+    ROLN_MAX(ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), ROLNI_EVAL_WORK(S, 1, 1, ROLNI_SECOND, 1)), \
+    ROLN_MAX(ROLN_MAX(S(row_jac_1), ROLNI_DISSIPATION_JAC_WORK(S)), \
+    2 * S(n) * S(n))))
+ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys, int size, roln_real h, roln_real *J,
+                                       roln_real *tape, int stride, roln_real *work)
+{
+    const roln_real *theta = sys->theta;
+    const int n = f->n, nn = n * n, rows = 2 * n + size;
+    const rolni_tape t0 = rolni_tape_of(f, 1, 1, 1, tape), tm = rolni_tape_of(f, 1, 1, 1, tape + stride);
+    const rolni_tape t1 = rolni_tape_of(f, 1, 1, 1, tape + 2 * stride);
+    roln_status st;
+    int i, j;
+    ROLNI_MIDPOINT_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, size)
+    rolni_momentum_jac(f, theta, &t0, t0.zd, N0, work);
+    rolni_momentum_jac(f, theta, &t1, t1.zdd, N1, work);
+    rolni_copy(2 * n, tm.x, sm);
+    if ((st = rolni_eval(f, 1, 1, theta, sm, NULL, ROLNI_SECOND, tape + stride, work)) != ROLN_OK) return st;
+    rolni_motion_jac(f, 1, theta, &tm, Fz, work); /* F_z and F_v, which is N^T */
+    for (i = 0; i < nn; i++)
+        Q[i] = Fv[i % n * n + i / n];
+    rolni_dissipation_jac(f, theta, &tm, Fz, work);
+    if (sys->force) sys->force->jac(sys->force->ctx, sm, P, size > 0 ? G : NULL);
+    for (i = 0; i < nn; i++) {
+        Fz[i] += sys->force ? P[i] : 0;
+        Q[i] -= h / 2 * Fz[i];
+        P[i] = h / 2 * (Q[i] - Fv[i]);
+    }
+    rolni_minv_full(f, &tm, W, work);
+    roln_mm(n, n, n, P, W, A);
+    for (i = 0; i < n; i++)
+        A[i * (n + 1)] += 1;
+    if ((st = roln_inv(n, A, P, work)) != ROLN_OK) return st;
+    roln_mm(n, n, n, W, P, A);
+    for (i = 0; i < nn; i++)
+        R[i] = N0[i] - Q[i];
+    for (j = 0; j < n; j++) {
+        rolni_zero(n, sm);
+        sm[j] = 1;
+        rolni_mul(f, &t0, 0, sm, R + nn + j * n, work);
+    }
+    for (i = 0; i < size * n; i++)
+        R[2 * nn + i] = h / 2 * G[i];
+    roln_mm(rows, n, n, R, A, v);
+    for (i = 0; i < nn; i++) { /* p+ */
+        R[i] = N0[i] + h * Fz[i];
+        P[i] = h * (Fv[i] + h / 2 * Fz[i]);
+        N1[i] = -N1[i];
+    }
+    for (i = 0; i < size * n; i++)
+        R[2 * nn + i] = h * G[i];
+    rolni_mm(rows, n, n, v, ROLNI_AS(size_t, n), 1, P, 1, R);
+    for (i = 0; i < rows * n; i++) /* z+ */
+        v[i] = h * v[i] + (i < nn && i % (n + 1) == 0);
+    rolni_mm(rows, n, n, v, ROLNI_AS(size_t, n), 1, N1, 1, R);
+    rolni_minv_full(f, &t1, W, work);
+    for (j = 0; j < rows; j++) {
+        rolni_copy(n, v + j * n, J + 2 * j * n);
+        roln_mm(1, n, n, R + j * n, W, J + 2 * j * n + n);
+    }
+    return ROLN_OK;
+}
+
+/* Derivatives of a stage as rows, X [2n + size][2n] those of its state (NULL: the first stage, whose state is s): K [2n + size][n],
+   those of zdd, on its tape; those of zd are in X. */
+#define ROLNI_STAGE_JAC_MEM(X, S, size) \
+    X(D, 2 * S(n) * S(n)) X(W, S(n) * S(n)) X(H, S(n) * S(n)) X(G, (size) * S(n))
+#define ROLNI_STAGE_JAC_WORK(S, size) (0 ROLNI_STAGE_JAC_MEM(ROLNI_SIZE, S, size) + ROLN_LNN_ZDD_JAC_WORK(S))
+ROLN_FN void rolni_stage_jac(const roln_lnn *f, const roln_system *sys, int size, const roln_real *X, roln_real *K, roln_real *tape,
+                             roln_real *work)
+{
+    const roln_force *force = sys->force;
+    const int n = f->n;
+    const size_t step = ROLNI_AS(size_t, n);
+    ROLNI_STAGE_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, size)
+    roln_lnn_zdd_jac(f, sys->theta, D, W, tape, work);
+    if (force) {
+        force->jac(force->ctx, rolni_tape_of(f, 1, 1, 1, tape).x, H, size > 0 ? G : NULL);
+        rolni_mm(n, n, n, H, step, 1, W, 1, D);
+    }
+    if (X) {
+        roln_mm(2 * n + size, 2 * n, n, X, D, K);
+    } else {
+        rolni_copy(2 * n * n, D, K);
+        rolni_zero(size * n, K + 2 * n * n);
+    }
+    if (size > 0) rolni_mm(size, n, n, G, step, 1, W, 1, K + 2 * n * n);
+}
+
+/* roln_lnn_step of one state, the same bits, and its derivatives: J [2n + size][2n], row j those of sn by number j of s, behind
+   them those by the numbers that the force is made of, a row for each row of G of force->jac, or size = 0: not wanted. The stages
+   go forward one by one, each with roln_lnn_zdd_jac; in rows K' = X DF, X' = I + c K'. sn may be s. tape: ROLN_JAC_TAPES(scheme)
+   tapes [ROLN_LNN_TAPE(S, 1, 1, 1)]. Status of roln_lnn_step; ROLN_E_ILL_CONDITIONED: the midpoint rule has no derivative. sn is
+   written only on ROLN_OK, and only then is J of use. */
+#define ROLN_JAC_TAPES(scheme) ((scheme) == ROLN_MIDPOINT ? 3 : 1)
+#define ROLN_LNN_STEP_JAC_MEM(X, S, size) \
+    X(next, 2 * S(n)) X(sx, 2 * S(n)) X(k, 2 * S(n)) X(Xs, (2 * S(n) + (size)) * 2 * S(n)) X(K, (2 * S(n) + (size)) * S(n))
+#define ROLN_LNN_STEP_JAC_WORK(S, scheme, size) \
+    ((scheme) == ROLN_MIDPOINT \
+    ? 2 * S(n) + ROLN_MAX(ROLN_LNN_STEP_WORK(S, scheme, 1, 1), ROLNI_MIDPOINT_JAC_WORK(S, size)) \
+    : 0 ROLN_LNN_STEP_JAC_MEM(ROLNI_SIZE, S, size) + ROLN_MAX(ROLNI_STAGE_WORK(S, 1, 1), ROLNI_STAGE_JAC_WORK(S, size)))
+ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys, int scheme, int size, roln_real h,
+                                      const roln_real *s, roln_real *sn, roln_real *J, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, n2 = 2 * n, rows = n2 + size, stages = ROLN_STAGES(scheme);
+    roln_status st;
+    int j, i, r;
+    if (scheme == ROLN_MIDPOINT) {
+        roln_real *const to = work;
+        work += n2;
+        if ((st = roln_lnn_step(f, sys, scheme, 1, 1, h, s, to, tape, work)) != ROLN_OK) return st;
+        if ((st = rolni_midpoint_jac(f, sys, size, h, J, tape, roln_lnn_tape(f, 1, 1, 1), work)) != ROLN_OK) return st;
+        rolni_copy(n2, to, sn);
+        return ROLN_OK;
+    }
+    {
+        ROLN_LNN_STEP_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, size)
+        rolni_copy(n2, s, next);
+        for (i = 0; i < rows * n2; i++)
+            J[i] = Xs[i] = i < n2 * n2 && i % (n2 + 1) == 0;
+        for (j = 0; j < stages; j++) {
+            const roln_real b = rolni_stage_weight(scheme, j, h), c = rolni_stage_move(j, h);
+            if ((st = rolni_stage(f, sys, 2, 1, j ? sx : s, k, tape, work)) != ROLN_OK) return st;
+            rolni_stage_jac(f, sys, size, j > 0 ? Xs : NULL, K, tape, work);
+            for (i = 0; i < n2; i++) {
+                next[i] += b * k[i];
+                sx[i] = s[i] + c * k[i];
+            }
+            for (r = 0; r < rows; r++)
+                for (i = 0; i < n; i++) {
+                    roln_real *x = Xs + r * n2 + i, *to = J + r * n2 + i;
+                    to[0] += b * x[n];
+                    to[n] += b * K[r * n + i];
+                    x[0] = (r == i) + c * x[n];
+                    x[n] = (r == n + i) + c * K[r * n + i];
+                }
+        }
+        if (!roln_all_finite(n2, next)) return ROLN_E_NOT_FINITE;
+        rolni_copy(n2, next, sn);
+    }
+    return ROLN_OK;
 }
 
 /* The start of a motion known by positions only: s1 = [z1; zd1] from z0, z1 [nb][n] a step h apart (an angle turns by less than pi

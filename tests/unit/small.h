@@ -128,8 +128,9 @@
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, own) \
     X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
     X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
-    X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, step_kept) X(of, step_bwd) \
-    X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) X(of, mid_once) X(of, start_once)
+    X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) X(of, row_jac_2) \
+    X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) \
+    X(of, mid_once) X(of, start_once)
 #define SIZE_FIELD(of, name) int name;
 #define SIZE_VALUE(of, name) of##_##name,
 typedef struct {

@@ -529,6 +529,26 @@ static void run_force(const roln_real *th, const roln_real *in, const roln_real 
     else roln_ae_reduce(&m.ae, m.nb, th, tape, tau, f, fresh(ROLN_AE_REDUCE_WORK(OF_M, m.nb)));
 }
 
+/* All derivatives of reduce at one point, in a random direction y of tau_z, against differences; all of its scratch is written. */
+static void check_reduce_jac(roln_ae ae, const roln_real *th, ld bound, uint64_t *s)
+{
+    const int N = ae.size[0], n = ae.size[ae.layers];
+    roln_real *in = normal(n, AMP(ae), s), *tau = normal(N, 1, s), *y = normal(n, 1, s), *T = fresh(n * N), *H = fresh(n * n);
+    roln_real *gin = zeros(n), *gtau = zeros(N);
+    int i, j;
+    m.ae = ae, m.enc = 0, m.jets = 1, m.nb = 1;
+    widen(n, in, m.in), widen(N, tau, m.tau), widen(n, y, m.g);
+    roln_ae_reduce_jac(&ae, th, in, tau, T, H, fresh(ROLN_AE_REDUCE_JAC_WORK(OF_M)));
+    for (j = 0; j < n; j++) {
+        for (i = 0; i < n; i++) gin[i] += y[j] * H[j * n + i];
+        for (i = 0; i < N; i++) gtau[i] += y[j] * T[j * N + i];
+    }
+    BOUND("reduce: derivatives by the point (eps)", t_gradient(n, gin, m.in, 2e-4L, t_force_loss, NULL) / EPS, bound + 2 * NOISE);
+    BOUND("reduce: derivatives by the force (eps)", t_gradient(N, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS, bound + NOISE);
+    roln_ae_reduce_jac(&ae, th, in, tau, T, H, room_of(ROLN_AE_REDUCE_JAC_WORK(OF_M)));
+    CHECK_ROOM();
+}
+
 /* Reduce (enc = 0) and lift (enc = 1) against the explicit Jacobian, and the backward of reduce. */
 static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
 {
@@ -559,6 +579,7 @@ static void check_force(roln_ae ae, int enc, int nb, uint64_t *s)
         REDUCE_BWD(NULL, gtau, NULL);
         REDUCE_BWD(NULL, NULL, gth);
         CHECK(same(a, gin, gin1) && same(b, gtau, gtau1) && same(p, gth, gth1));
+        check_reduce_jac(ae, th, 50, s);
     }
     fresh_done();
 }
@@ -1066,6 +1087,8 @@ static void check_stored_map(const roln_ae *ae, const float *st, uint64_t *s)
     BOUND("stored: reduce: gradient of the point (eps)", off, 100 + 2 * NOISE);
     off = t_gradient(no, gtau, m.tau, 2e-4L, t_force_loss, NULL) / EPS;
     BOUND("stored: reduce: gradient of the force (eps)", off, 40 + NOISE);
+    check_reduce_jac(*ae, st, 100, s);
+    m.nb = nb;
 }
 
 /* Nearly the left inverse, of points and of forces. */

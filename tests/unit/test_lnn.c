@@ -30,7 +30,7 @@ static struct {
 /* The sizes of a shape for the macros: SZ(n), SZ(width) .. */
 static struct {
     int n, width, base, damping, cossin, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap, bimap_to;
-    int row_mass, row_gradient, row_dm, row_bwd_0, row_bwd_1, row_bwd_2;
+    int row_mass, row_gradient, row_dm, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
 } sz;
 #define SZ(x) sz.x
 
@@ -457,6 +457,21 @@ static void spring_bwd(void *ctx, int nb, const roln_real *z, const roln_real *y
         }
 }
 
+static void spring_jac(void *ctx, const roln_real *z, roln_real *H, roln_real *G)
+{
+    const spring *f = (const spring *)ctx;
+    const int n = f->n;
+    int i;
+    memset(H, 0, sizeof *H * (size_t)(n * n));
+    if (G) memset(G, 0, sizeof *G * (size_t)(2 * n * n));
+    for (i = 0; i < n; i++) {
+        const int j = (i + 1) % n;
+        H[j * n + i] += 2 * f->w[i] * z[j];
+        H[i * n + i] += f->w[n + i];
+        if (G) G[i * n + i] = z[j] * z[j], G[(n + i) * n + i] = z[i];
+    }
+}
+
 static roln_lnn shape(int n, int base, int layers, int h1, int h2)
 {
     roln_lnn f;
@@ -766,7 +781,7 @@ static roln_system system_of(const inputs *x, roln_real *gw, spring *sp, roln_fo
 {
     roln_system sys;
     sp->n = m.f.n, sp->w = x->w, sp->gw = gw;
-    fc->eval = spring_eval, fc->bwd = spring_bwd, fc->ctx = sp;
+    fc->eval = spring_eval, fc->bwd = spring_bwd, fc->jac = spring_jac, fc->ctx = sp;
     sys.theta = x->th, sys.force = m.force ? fc : NULL;
     return sys;
 }
@@ -1285,13 +1300,14 @@ static ld symplectic_defect(const roln_real *A, const ld *s, const ld *sn)
     return worst / (top + 1);
 }
 
-/* A = d sn / d s [2n][2n] and, with gw, B = d sn / d w [2n][2n], a row at a time by the backward of a step. */
-static void linearise(const roln_lnn *f, const roln_system *sys, const inputs *x, roln_real **gw, roln_real *A, roln_real *B)
+/* The twin of roln_lnn_step_jac: A = d sn / d s [2n][2n] and, with gw, B = d sn / d w [2n][2n], a row at a time by the backward of
+   a step. */
+static void linearise(const roln_lnn *f, const roln_system *sys, const inputs *x, roln_real **gw, roln_real *sn, roln_real *A,
+                      roln_real *B)
 {
     const int n2 = 2 * f->n;
     const roln_real h = (roln_real)m.h;
-    roln_real *tape = fresh(tape_of(1, 1)), *work = fresh(work_of(1, 1)), *back_work = fresh(back_work_of(1));
-    roln_real *sn = fresh(n2), *e = zeros(n2);
+    roln_real *tape = fresh(tape_of(1, 1)), *work = fresh(work_of(1, 1)), *back_work = fresh(back_work_of(1)), *e = zeros(n2);
     int i;
     CHECK(roln_lnn_step(f, sys, m.kind, 1, 1, h, x->s, sn, tape, work) == ROLN_OK);
     memset(A, 0, (size_t)(n2 * n2) * sizeof *A), memset(B, 0, (size_t)(n2 * n2) * sizeof *B);
@@ -1302,20 +1318,66 @@ static void linearise(const roln_lnn *f, const roln_system *sys, const inputs *x
     }
 }
 
-/* Linearisation of all schemes: A and B against the twin; midpoint without damping, and nothing else, is symplectic. */
+/* Sizes of roln_lnn_step_jac with `size` numbers that make the force. */
+static int jac_tape(void)
+{
+    return ROLN_JAC_TAPES(m.kind) * TAPE(1, 1, 1);
+}
+
+static int jac_work(int size)
+{
+    return ROLN_LNN_STEP_JAC_WORK(SZ, m.kind, size);
+}
+
+/* A and B of roln_lnn_step_jac, transposed as it gives them, against those of the backward, A and B. */
+static void check_jac(const roln_lnn *f, const roln_system *sys, const inputs *x, const roln_real *sn, const roln_real *A,
+                      const roln_real *B)
+{
+    const int n2 = 2 * f->n, all_rows = sys->force ? 2 * n2 : n2;
+    const roln_real h = (roln_real)m.h;
+    roln_real *J = fresh(all_rows * n2), *J0 = fresh(n2 * n2), *to = fresh(n2), *tape = fresh(jac_tape());
+    roln_real *work = fresh(jac_work(all_rows - n2));
+    ld off = 0, top = 0;
+    int i, j;
+    CHECK(roln_lnn_step_jac(f, sys, m.kind, all_rows - n2, h, x->s, to, J, tape, work) == ROLN_OK);
+    CHECK(same(n2, to, sn)); /* the bits of roln_lnn_step */
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < all_rows; j++) {
+            const roln_real want = j < n2 ? A[i * n2 + j] : B[i * n2 + j - n2];
+            off = ROLN_MAX(off, fabsl((ld)J[j * n2 + i] - (ld)want)), top = ROLN_MAX(top, fabsl((ld)want));
+        }
+    BOUND("linear: against the backward of a step (eps)", off / (EPS * top), 10);
+    memcpy(to, x->s, sizeof *to * (size_t)n2); /* in place, and without the force's part */
+    CHECK(roln_lnn_step_jac(f, sys, m.kind, 0, h, to, to, J0, tape, work) == ROLN_OK);
+    CHECK(same(n2, to, sn) && same(n2 * n2, J0, J));
+    CHECK(roln_lnn_step_jac(f, sys, m.kind, all_rows - n2, h, x->s, to, J, room_of(jac_tape()), work) == ROLN_OK);
+    CHECK_ROOM();
+    CHECK(roln_lnn_step_jac(f, sys, m.kind, all_rows - n2, h, x->s, to, J, tape, room_of(jac_work(all_rows - n2))) == ROLN_OK);
+    CHECK_ROOM();
+}
+
+/* Linearisation of all schemes: A and B against the backward and the twin; midpoint without damping, and nothing else, is
+   symplectic. */
 static void check_linear(roln_lnn f, int force, uint64_t *seed)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
     const int n = f.n, n2 = 2 * n;
     int scheme, i, j, k;
     for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
-        roln_real *th = weights(&f, seed), *A = fresh(n2 * n2), *B = fresh(n2 * n2);
+        roln_real *th = weights(&f, seed), *A = fresh(n2 * n2), *B = fresh(n2 * n2), *sn = fresh(n2), *J, *tape, *work;
         const inputs x = draw(&f, th, scheme, 1, force, seed);
         ld refA[4 * MAXN * MAXN], refB[4 * MAXN * MAXN], out[2 * MAXN], s[2 * MAXN];
         spring sp;
         roln_force fc;
         const roln_system sys = system_of(&x, NULL, &sp, &fc);
-        linearise(&f, &sys, &x, &sp.gw, A, B);
+        linearise(&f, &sys, &x, &sp.gw, sn, A, B);
+        check_jac(&f, &sys, &x, sn, A, B);
+        J = fresh(2 * n2 * n2), tape = fresh(jac_tape()), work = fresh(jac_work(force ? n2 : 0));
+        CHECK(roln_lnn_step_jac(&f, &sys, scheme, force ? n2 : 0, (roln_real)m.h, x.s, sn, J, tape, work) == ROLN_OK);
+        for (i = 0; i < n2 * n2; i++) { /* from here on it is the one that is tested */
+            A[i] = J[i % n2 * n2 + i / n2];
+            if (force) B[i] = J[n2 * n2 + i % n2 * n2 + i / n2];
+        }
         for (j = 0; j < 2 * n2; j++) { /* column j of A, of B */
             ld *at = j < n2 ? m.s + j : m.w + (j - n2), *ref = j < n2 ? refA + j : refB + (j - n2), x0 = *at;
             for (i = 0; i < n2; i++) ref[i * n2] = 0;
@@ -1431,7 +1493,7 @@ static void test_power(uint64_t *seed)
         roln_force fc;
         roln_system sys;
         int q, i;
-        fc.eval = const_eval, fc.bwd = NULL, fc.ctx = x.a[0];
+        fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = x.a[0];
         sys.theta = th, sys.force = &fc;
         for (q = 0; q < 2; q++) {
             CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 1, q ? h : -h, x.s, a, tape, w) == ROLN_OK);
@@ -1710,7 +1772,7 @@ static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real 
     roln_force fc;
     roln_system sys;
     int scheme;
-    fc.eval = const_eval, fc.bwd = NULL, fc.ctx = copy(2 * n, tau);
+    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = copy(2 * n, tau);
     sys.theta = th, sys.force = &fc;
     memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
     CHECK(roln_lnn_zdd(f, 0, 2, th, s, tau, out, tape, w) == st);
@@ -1986,7 +2048,7 @@ static void test_edge(uint64_t *seed)
     for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
     th[0] = 1, th[1] = 20; /* softplus(z + 20) = z + 20 to rounding */
     th[2] = ROLN_C(0.01), th[3] = ROLN_C(39.7925);
-    fc.eval = const_eval, fc.bwd = NULL, fc.ctx = &push;
+    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = &push;
     sys.theta = th, sys.force = NULL;
     for (i = 0; i < 3; i++) {
         const roln_real at[2] = {(roln_real)i / 2, 0};
@@ -2020,7 +2082,7 @@ static void test_iterations(uint64_t *seed)
     int i;
     for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
     sp.w = w, sp.gw = gw;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.ctx = &sp;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.jac = spring_jac, fc.ctx = &sp;
     sys.theta = th, sys.force = &fc;
     m.kind = ROLN_MIDPOINT;
     tape = fresh(tape_of(1, 1)), work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));
