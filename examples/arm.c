@@ -173,7 +173,7 @@ static errors loop(int law, const reference *r)
 int main(int argc, char **argv)
 {
     static const char *const name[LAWS] = {"PD", "true model", "learned model"};
-    uint64_t seed = 2026;
+    uint64_t seed = 2027; /* gains and training were chosen with 2026 */
     if (argc > 1 && strcmp(argv[1], "record") == 0) return record(), 0;
     printf("flash: weights %u bytes    RAM: controller %u bytes\n\n", (unsigned)sizeof arm_weights, (unsigned)sizeof(controller));
     printf("rms error, mrad           joint 1       2       3       4       5       6      all   largest  faults\n");
