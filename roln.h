@@ -1000,12 +1000,12 @@ typedef struct {
     rolni_torque torque;
 } rolni_driven;
 
-/* in [nb][roln_force_size], NULL: no force; work [ROLNI_FORCE_WORK]. d must stay where it is. For gradients set d->torque.gae and
-   gB. */
+/* in [nb][roln_force_size], NULL: no force; work [ROLNI_FORCE_WORK]. d must stay where it is. Gradients need force.bwd, and set
+   torque.gae and gB (rolni_drive_to), derivatives force.jac: what is not named here is not in programs without them. */
 ROLN_INLINE void rolni_drive(const roln_trained *m, const roln_real *in, rolni_driven *d, roln_real *work)
 {
     d->torque.m = m, d->torque.in = in, d->torque.work = work, d->torque.gae = d->torque.gB = NULL;
-    d->force.eval = rolni_torque_eval, d->force.bwd = rolni_torque_bwd, d->force.jac = rolni_torque_jac, d->force.ctx = &d->torque;
+    d->force.eval = rolni_torque_eval, d->force.bwd = NULL, d->force.jac = NULL, d->force.ctx = &d->torque;
     d->sys.theta = rolni_net(m), d->sys.force = in ? &d->force : NULL;
 }
 
@@ -1085,6 +1085,7 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
     roln_status st;
     int i, j;
     rolni_drive(m, tau || B ? held : NULL, &d, force);
+    d.force.jac = rolni_torque_jac;
     for (i = 0; i < size; i++)
         held[i] = tau ? tau[i] * unit : 0;
     rolni_multiply_each(1, size, each, held);
@@ -1789,6 +1790,7 @@ ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, r
 ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
 {
     const roln_model *md = d->torque.m->model;
+    d->force.bwd = rolni_torque_bwd;
     d->torque.gae = g->ae;
     d->torque.gB = g->net ? g->net + roln_lnn_params(&md->lnn) : NULL;
 }

@@ -57,8 +57,6 @@ typedef struct {
     void (*row)(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x);
     void (*back)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
                  roln_real *glayer, roln_real *gz, roln_real *work);
-    void (*jac)(const roln_ae *ae, const roln_real *layer, const roln_real *z, const roln_real *gx, roln_real *T, roln_real *H,
-                roln_real *work);
 } roln_bend;
 #define ROLN_UNBENT NULL
 
@@ -585,7 +583,7 @@ ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const rol
 #else
 #define ROLNI_TABLE static const
 #endif
-ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back, rolni_bent_jac};
+ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back};
 
 /* ---- 4 encode --------------------------------------------------------------------------------- */
 
@@ -878,7 +876,7 @@ ROLN_FN void roln_ae_reduce_jac(const roln_ae *ae, const roln_real *theta, const
     }
     if (l < L) {
         to = l == 0 ? T : l % 2 ? odd : even;
-        ae->bend->jac(ae, theta, z, from, to, H, work);
+        rolni_bent_jac(ae, theta, z, from, to, H, work); /* by name: programs that control only shall not hold it */
     }
     for (l--; l >= 0; l--) {
         const int N = ae->size[l], m = ae->size[l + 1];

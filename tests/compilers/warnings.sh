@@ -5,6 +5,7 @@
 cd "$(dirname "$0")/../.." || exit 1
 warn='-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Werror'
 strict='-Wstrict-prototypes -Wmissing-prototypes'
+mkdir -p build # not /dev/null: a compiler that fails removes what it wrote to
 passed=0
 failed=0
 for header in roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h tests/compilers/models.h; do
@@ -13,7 +14,7 @@ for header in roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h tests/compilers
             "arm-none-eabi-gcc -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -xc $strict" \
             "riscv64-unknown-elf-gcc -march=rv32imfc -mabi=ilp32f --specs=picolibc.specs -std=c99 -xc $strict"; do
             for level in -O0 -O2; do
-                if echo "#include \"$header\"" | $cc $type $warn $level -I. -c -o /dev/null - ; then
+                if echo "#include \"$header\"" | $cc $type $warn $level -I. -c -o build/warnings.o - ; then
                     passed=$((passed + 1))
                 else
                     failed=$((failed + 1))
