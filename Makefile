@@ -1,4 +1,4 @@
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, arm, lint, install, dist, clean
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, record, learn, machines, errors, control, models, noise, experiments,
 #                                            eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
@@ -17,8 +17,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta arm lint install dist clean deps test check record learn machines errors control models noise \
-        experiments report plotting-deps plotting-test eig bench sizes count firmware pil
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check record learn machines errors control models \
+        noise experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -33,6 +33,8 @@ ekf: build/ekf build/filter
 	./build/filter
 furuta: build/furuta
 	./build/furuta
+mpc: build/mpc
+	./build/mpc build/mpc.svg
 arm: build/arm
 	./build/arm
 
@@ -246,7 +248,7 @@ count:
 # images for every core, and for the host, in build/firmware/CORE/. Any C file of this repository becomes an image:
 # make build/firmware/m4/tests/compilers/hash.elf; sh examples/firmware/run.sh m4 build/firmware/m4/tests/compilers/hash.elf
 CORES = m4 m7 m33 m55 rv32 host
-IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt serial furuta arm)
+IMAGES = $(patsubst %,examples/firmware/%.elf,predict three control chart adapt plan serial furuta arm)
 firmware: $(foreach c,$(CORES),$(IMAGES:%=build/firmware/$(c)/%))
 define image
 build/firmware/$(1)/%.elf: %.c $(wildcard examples/firmware/*)

@@ -23,6 +23,7 @@
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
+       #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
        #define ROLN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
        #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
        #define ROLN_STORE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
@@ -41,6 +42,8 @@
        NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
        NAME_linwork     scratch of NAME_linear
        NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
+       NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
+       NAME_planwork    ... scratch of NAME_plan_..
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
        NAME_filterwork  scratch of NAME_filter_tick
        NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise
@@ -78,10 +81,13 @@
        NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
-   Feedback and estimates:
+   Feedback, plans and estimates:
 
        NAME_lqr         feedback of least cost about a state, from weights of joints and motors
        NAME_lqr_along   the same along a reference, gains that vary with time
+       NAME_plan_next   with ROLN_PLAN: the torques ahead that reach a goal at the least cost within the motors' limits
+       NAME_plan_follow ... the torque now, with feedback
+       NAME_plan_linear ... A, B, c along it, for other solvers
        NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
        NAME_fit_noise   its noise, from recordings
 
@@ -137,7 +143,7 @@
 
    How this file is ordered: what a control tick meets comes in the order in which it meets it, then what a training sample meets.
 
-   1 model and units     2 a control tick     3 prediction and mechanics     4 feedback and estimates     5 a training sample
+   1 model and units     2 a control tick     3 prediction and mechanics     4 feedback, plans, estimates     5 a training sample
    6 data, charts, errors     7 packed parameters     8 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
@@ -899,7 +905,7 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 #define ROLN_TICK_WORK(S) \
     ROLN_MAX(ROLN_ENCODE_WORK(S, 2), \
              0 ROLN_TICK_MEM(ROLNI_SIZE, S) + \
-                 ROLN_MAX(ROLN_MAX(ROLN_CONTROL_WORK(S), ROLNI_ALLOCATED_WORK(S)), \
+                 ROLN_MAX(ROLN_MAX(S(control_work), ROLNI_ALLOCATED_WORK(S)), \
                           S(inputs) > 0 ? ROLNI_TAU(S, 1) : ROLN_AE_LIFT_WORK(S, 1)))
 ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits, const roln_measured *x, const roln_target *ref,
                                roln_real *z, roln_real *zd, const roln_held *held, roln_real *work)
@@ -1065,8 +1071,9 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
 
 /* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
    MPC. Also advances z, zd. tau NULL: no force; B NULL: not wanted. Status of roln_step; ROLN_E_NOT_FINITE also if A or B is not,
-   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac; nothing is written unless ROLN_OK. work [ROLN_LINEAR_WORK],
-   wanted: roln_force_size, without B 0. */
+   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac; nothing is written unless ROLN_OK. All derivatives of a stage
+   at once (roln_lnn_step_jac): about two steps with n = 2, three with n = 4, four with n = 6. work [ROLN_LINEAR_WORK], wanted:
+   roln_force_size, without B 0. */
 #define ROLN_LINEAR_MEM(X, S, size, wanted, force_work, tape_size) \
     X(s, 2 * S(n)) X(J, (2 * S(n) + (wanted)) * 2 * S(n)) X(held, size) X(force, force_work) X(tape, tape_size)
 #define ROLN_LINEAR_WORK(S, wanted) \
@@ -1193,7 +1200,7 @@ ROLN_INLINE roln_status roln_inertia(const roln_trained *m, const roln_real *z, 
     return ROLN_OK;
 }
 
-/* ---- 4 feedback and estimates ----------------------------------------------------------------- */
+/* ---- 4 feedback, plans, estimates -------------------------------------------------------------- */
 
 /* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
    dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
@@ -1205,32 +1212,72 @@ typedef struct {
     const roln_motors *motors; /* NULL: one at each joint, or the learned inputs: count = roln_force_size; mu is not read */
 } roln_cost;
 
+/* q = phi(z) [N], and J [N][n], whose column j is qd of unit zd. work [ROLNI_POSE_WORK]. */
+#define ROLNI_POSE_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(s2, 2 * S(n))
+#define ROLNI_POSE_WORK(S) (0 ROLNI_POSE_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
+ROLN_INLINE roln_status rolni_pose(const roln_trained *m, const roln_real *z, roln_real *q, roln_real *J, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    ROLNI_POSE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i, j;
+    for (j = 0; j < n; j++) {
+        roln_status st;
+        for (i = 0; i < n; i++)
+            e[i] = i == j;
+        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
+        rolni_copy(N, x, q);
+        for (i = 0; i < N; i++)
+            J[i * n + j] = x[N + i];
+    }
+    return ROLN_OK;
+}
+
+/* The force [roln_force_size] that motors make by u [count]: B u, in tau [N], or u itself where they are the force. */
+ROLN_FN const roln_real *rolni_motors_tau(int N, const roln_motors *f, const roln_real *u, roln_real *tau)
+{
+    if (!f || !f->B || !u) return u;
+    roln_mm_bt(1, f->count, N, u, f->B, tau);
+    return tau;
+}
+
+/* roln_linear under the motors' u [count], NULL: none; s [2n] in and out, A [2n][2n], B [2n][count] out.
+   work [ROLNI_LINEAR_MOTORS_WORK]. */
+#define ROLNI_LINEAR_MOTORS_MEM(X, S) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
+#define ROLNI_LINEAR_MOTORS_WORK(S) (0 ROLNI_LINEAR_MOTORS_MEM(ROLNI_SIZE, S) + S(linear_work))
+ROLN_INLINE roln_status rolni_linear_motors(const roln_trained *m, const roln_motors *f, roln_real *s, const roln_real *u,
+                                            roln_real dt, roln_real *A, roln_real *B, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    ROLNI_LINEAR_MOTORS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    const roln_status st = roln_linear(m, s, s + n, rolni_motors_tau(N, f, u, tau), dt, A, F, work);
+    if (st != ROLN_OK) return st;
+    if (f && f->B) roln_mm(2 * n, N, f->count, F, f->B, B);
+    else rolni_copy(2 * n * force_size, F, B);
+    return ROLN_OK;
+}
+
 /* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D [2n][2n], in which
    |D (dz, dzd)|^2 is the cost of the joints. Dry friction has no slope but where tanh is steep, about rest, and there it would look
    like ever so much damping: A is that at velocities 4 v farther from 0. work [ROLNI_COST_WORK]. */
-#define ROLNI_COST_MEM(X, S) X(at, 2 * S(n)) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
-#define ROLNI_COST_JOINTS_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(W, 2 * S(N) * S(n)) X(s2, 2 * S(n))
+#define ROLNI_COST_MEM(X, S) X(at, 2 * S(n))
+#define ROLNI_COST_JOINTS_MEM(X, S) X(q, S(N)) X(J, S(N) * S(n)) X(W, 2 * S(N) * S(n))
 #define ROLNI_COST_WORK(S) \
     (0 ROLNI_COST_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLN_LINEAR_WORK(S, S(force_size)), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
-                                       ROLN_MAX(ROLN_AE_DECODE_TAPE(S, 2, 1), ROLN_TRIANGLE_WORK(S(N), S(n)))))
+     ROLN_MAX(ROLNI_LINEAR_MOTORS_WORK(S), 0 ROLNI_COST_JOINTS_MEM(ROLNI_SIZE, S) + \
+                                               ROLN_MAX(ROLNI_POSE_WORK(S), ROLN_TRIANGLE_WORK(S(N), S(n)))))
 ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost *cost, const roln_real *z, roln_real *D,
                                           roln_real *work)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
     ROLNI_COST_JOINTS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    int i, j, k;
+    roln_status st;
+    int i, k;
     for (i = 0; i < N; i++)
         if (cost->q[i] < 0 || cost->qd[i] < 0) return ROLN_E_NOT_SPD;
-    for (j = 0; j < n; j++) { /* column j of J: qd of unit zd */
-        roln_status st;
-        for (i = 0; i < n; i++)
-            e[i] = i == j;
-        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
-        for (i = 0; i < N; i++) {
-            W[i * n + j] = ROLN_SQRT(cost->q[i]) * x[N + i];
-            W[(N + i) * n + j] = ROLN_SQRT(cost->qd[i]) * x[N + i];
-        }
+    if ((st = rolni_pose(m, z, q, J, work)) != ROLN_OK) return st;
+    for (i = 0; i < N * n; i++) {
+        W[i] = ROLN_SQRT(cost->q[i / n]) * J[i];
+        W[N * n + i] = ROLN_SQRT(cost->qd[i / n]) * J[i];
     }
     rolni_zero(4 * n * n, D);
     for (k = 0; k < 2; k++) {
@@ -1244,8 +1291,7 @@ ROLN_INLINE roln_status rolni_cost_joints(const roln_trained *m, const roln_cost
 ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u,
                                       roln_real *A, roln_real *B, roln_real *D, roln_real *work)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
-    const roln_motors *f = cost->motors && cost->motors->B ? cost->motors : NULL;
+    const int n = m->model->lnn.n;
     const roln_trained driven = *m; /* a copy, whose address escapes: of m itself the compiler keeps what it knows */
     const roln_real *logs = rolni_net(m) + rolni_friction_at(&m->model->lnn) + n; /* log v */
     roln_status st;
@@ -1256,13 +1302,8 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
     rolni_copy(2 * n, s, at);
     for (i = 0; i < n && m->model->lnn.friction; i++)
         at[n + i] += (at[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / m->scale->t;
-    if (f && u) roln_mm_bt(1, f->count, N, u, f->B, tau);
-    st = roln_linear(&driven, at, at + n, f && u ? tau : u, cost->dt, A, F, work);
-    if (st == ROLN_OK) st = rolni_cost_joints(m, cost, s, D, work);
-    if (st != ROLN_OK) return st;
-    if (f) roln_mm(2 * n, N, f->count, F, f->B, B);
-    else rolni_copy(2 * n * force_size, F, B);
-    return ROLN_OK;
+    st = rolni_linear_motors(&driven, cost->motors, at, u, cost->dt, A, B, work);
+    return st == ROLN_OK ? rolni_cost_joints(m, cost, s, D, work) : st;
 }
 
 /* Feedback of least cost about a state that u keeps, for ever (linear-quadratic regulator):
@@ -1274,7 +1315,7 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
    of 2n. work [ROLN_LQR_WORK]. */
 #define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
 #define ROLN_LQR_WORK(S) \
-    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_COST_WORK(S), ROLN_DARE_WORK(2 * S(n), S(force_size))))
+    (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(S(cost_work), ROLN_DARE_WORK(2 * S(n), S(force_size))))
 ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K,
                                  roln_real *P, roln_real *work)
 {
@@ -1296,8 +1337,8 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
 #define ROLNI_LQR_END_MEM(X, S) X(l, 2 * S(n))
 #define ROLN_LQR_ALONG_WORK(S) \
     (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLNI_COST_WORK(S), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
-                                           0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
+     ROLN_MAX(S(cost_work), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
+                                     0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
 ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, roln_real *work)
 {
     const int n2 = 2 * n;
@@ -1393,27 +1434,6 @@ ROLN_FN void rolni_filter_lay(int N, int n, rolni_filter *b, roln_real *work)
     b->work = work;
 }
 
-/* q = phi(z), and J, whose column j is qd of unit zd. */
-#define ROLNI_POSE_MEM(X, S) X(e, S(n)) X(x, 2 * S(N)) X(s2, 2 * S(n))
-#define ROLNI_POSE_WORK(S) (0 ROLNI_POSE_MEM(ROLNI_SIZE, S) + ROLN_AE_DECODE_TAPE(S, 2, 1))
-ROLN_INLINE roln_status rolni_filter_pose(const roln_trained *m, const roln_real *z, const rolni_filter *f)
-{
-    const int N = m->model->ae.size[0], n = m->model->lnn.n;
-    roln_real *work = f->work;
-    ROLNI_POSE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    int i, j;
-    for (j = 0; j < n; j++) {
-        roln_status st;
-        for (i = 0; i < n; i++)
-            e[i] = i == j;
-        if ((st = rolni_decode(m, z, e, x, work, s2)) != ROLN_OK) return st;
-        rolni_copy(N, x, f->q);
-        for (i = 0; i < N; i++)
-            f->J[i * n + j] = x[N + i];
-    }
-    return ROLN_OK;
-}
-
 /* Factor W [n][2n] of what unknown torques do to the state in a tick, W^T W: with T^T T = J^T diag(tau^2) J, a triangle,
        W = [dt^2/2 G  dt G],   G = T M^-1
    Outside of the range seen in training the model guesses: ten times as much, a guess, too. */
@@ -1452,7 +1472,7 @@ ROLN_INLINE roln_status rolni_filter_predict(const roln_trained *m, const roln_n
     int i;
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
-    if (st == ROLN_OK) st = rolni_filter_pose(m, f->s, f);
+    if (st == ROLN_OK) st = rolni_pose(m, f->s, f->q, f->J, f->work);
     if (st == ROLN_OK) st = rolni_filter_unknown(m, noise, f, f->rows + n2 * n2);
     if (st != ROLN_OK) return st;
     roln_mm_bt(n2, n2, n2, f->F, f->A, f->rows);
@@ -1534,7 +1554,7 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
     const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n;
     int i;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
-    if (z && rolni_filter_pose(m, z, f) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    if (z && rolni_pose(m, z, f->q, f->J, f->work) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
         f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
     rolni_zero(N, f->J); /* qd */
@@ -1546,7 +1566,7 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
         f->F[(n + i) * (n2 + 1)] = fast;
     }
     if (roln_encode(m, f->q, f->J, NULL, f->s, f->s + n, NULL, f->work) != ROLN_OK ||
-        rolni_filter_pose(m, f->s, f) != ROLN_OK || rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK)
+        rolni_pose(m, f->s, f->q, f->J, f->work) != ROLN_OK || rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK)
         return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     return ROLN_FILTER_START;
 }
@@ -1568,9 +1588,9 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
    always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
 #define ROLN_FILTER_WORK(S) \
     (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLN_MAX(ROLN_MAX(ROLN_LINEAR_WORK(S, 0), ROLN_ENCODE_WORK(S, 2)), \
-                       ROLN_MAX(ROLNI_POSE_WORK(S), ROLNI_UNKNOWN_WORK(S))), \
-              ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1))))
+     ROLN_MAX(ROLNI_UNKNOWN_WORK(S), \
+              ROLN_MAX(ROLN_MAX(S(state_work), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLNI_POSE_WORK(S))), \
+                       ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1)))))
 ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *tau,
                                       const roln_estimate *e, roln_real *work)
 {
@@ -1619,6 +1639,451 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
     filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
     filter->faults |= faults;
     return faults;
+}
+
+/* One part of what a plan shall cost: sum_i weight_i (y_i - ref_i)^2 at every step, y = C x of a part x of the state. */
+enum { ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD };
+typedef struct {
+    int of;                  /* x: ROLN_OF_.. */
+    int count;               /* outputs y; without C not read */
+    const roln_real *C;      /* [count][N or n]; NULL: y = x, and angles count by the shortest turn */
+    const roln_real *weight; /* [count] 0 or more: 1 / d^2, where all deviations d are equally bad */
+    const roln_real *ref;    /* [count], or with moving [steps][count], row k for the end of step k */
+    int moving;
+    roln_real last;          /* at the last step the weights are 1 + last times as large */
+} roln_term;
+
+/* What a plan is for, with the limits that a guard will hold it to. */
+typedef struct {
+    roln_real dt; /* a step, s: as long as u is held */
+    int terms;
+    const roln_term *term;
+    const roln_real *u;        /* [motors] cost u_j (tau_j - hold_j)^2, 1/(Nm)^2, above 0 */
+    const roln_real *hold;     /* [motors] what the motors give when nothing is to be done; NULL: 0 */
+    const roln_limits *limits; /* motors, tau, tau_each, rate, rate_each, margin are read */
+    /* what follows may be left out */
+    int iterations;            /* of roln_ocp_solve; 0: 6, with limits of rate 8 */
+    const roln_real *P, *end;  /* cost of all that comes after the last step, (s - end)^T P (s - end), of roln_lqr say: [2n][2n],
+                                  [2n] = [z; zd]; NULL: none */
+} roln_goal;
+
+/* State of a plan, zero-initialised: there is none. */
+typedef struct {
+    int known;      /* 1: there is a plan */
+    int age;        /* steps since it was made: calls of roln_plan_next since then, all of which failed */
+    roln_real cost; /* of it, as the model expects */
+    roln_real gap;  /* the best of what was linearised about it may cost that much less */
+} roln_plan;
+
+/* A plan and where its numbers are: states s [steps + 1][2n] = [z; zd], torques u [steps][motors], K [steps][motors][2n]. */
+typedef struct {
+    roln_plan *plan;
+    int steps, motors;
+    roln_real *s, *u, *K;
+} roln_planned;
+
+/* Largest number of iterations. */
+#define ROLN_PLAN_ITERATIONS 64
+
+/* Is P [n][n] positive semi-definite to rounding errors? L [n][n] is written. */
+ROLN_FN roln_status rolni_goal_weighs(int n, const roln_real *P, roln_real *L)
+{
+    roln_real top = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        top = ROLN_MAX(top, ROLN_ABS(P[i * (n + 1)]));
+    rolni_copy(n * n, P, L);
+    for (i = 0; i < n; i++)
+        L[i * (n + 1)] += ROLN_EPS * ROLNI_AS(roln_real, 8 * n) * top;
+    return top > 0 ? roln_chol(n, L, L) : roln_dot(n * n, P, P) > 0 ? ROLN_E_NOT_SPD : ROLN_OK;
+}
+
+/* Status of a goal: ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight; ROLN_E_RANGE: dt, limits.
+   L [2n][2n] is written. */
+ROLN_INLINE roln_status rolni_goal_check(const roln_trained *m, const roln_goal *g, const roln_planned *pl, roln_real *L)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, motors = pl->motors;
+    int i, k;
+    if (!rolni_motors_valid(m->model, g->limits->motors)) return ROLN_E_LENGTH;
+    if (motors != rolni_torques(m->model, g->limits->motors)) return ROLN_E_LENGTH;
+    if (g->terms < 0 || g->iterations < 0 || g->iterations > ROLN_PLAN_ITERATIONS) return ROLN_E_LENGTH;
+    if (!(g->dt > 0) || !rolni_limits_valid(g->limits, motors)) return roln_finite(g->dt) ? ROLN_E_RANGE : ROLN_E_NOT_FINITE;
+    if (g->hold && !roln_all_finite(motors, g->hold)) return ROLN_E_NOT_FINITE;
+    for (i = 0; i < motors; i++) {
+        if (!(g->u[i] > 0)) return roln_finite(g->u[i]) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
+        if (!(rolni_most(g->limits, i) > 0)) return ROLN_E_RANGE;
+    }
+    for (k = 0; k < g->terms; k++) {
+        const roln_term *t = g->term + k;
+        const int count = t->C ? t->count : t->of < ROLN_OF_Z ? N : n;
+        if (t->of < ROLN_OF_Q || t->of > ROLN_OF_ZD || count < 0) return ROLN_E_LENGTH;
+        if (!roln_all_finite(count, t->weight) || !roln_all_finite((t->moving ? pl->steps : 1) * count, t->ref) ||
+            (t->C && !roln_all_finite(count * (t->of < ROLN_OF_Z ? N : n), t->C)) || !roln_finite(t->last))
+            return ROLN_E_NOT_FINITE;
+        for (i = 0; i < count; i++)
+            if (t->weight[i] < 0 || t->last < 0) return ROLN_E_NOT_SPD;
+    }
+    if (!g->P) return ROLN_OK;
+    if (!roln_all_finite(4 * n * n, g->P) || !roln_all_finite(2 * n, g->end)) return ROLN_E_NOT_FINITE;
+    return rolni_goal_weighs(2 * n, g->P, L);
+}
+
+/* What a term works on: the joints x [2N] at the state s [2n] and the gradient gx by them, J [N][n]; Q, q as in rolni_goal_at. */
+#define ROLNI_GOAL_MEM(X, S) \
+    X(x, 2 * S(N)) X(gx, 2 * S(N)) X(J, S(N) * S(n)) X(row, 2 * S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
+#define ROLNI_GOAL_WORK(S) \
+    (0 ROLNI_GOAL_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_POSE_WORK(S), ROLN_AE_DECODE_BWD_WORK(S, 2, 1)))
+typedef struct {
+    const roln_real *s;
+    roln_real *Q, *q;
+    ROLNI_GOAL_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+} rolni_goal;
+
+/* Output i of a term, off by e: to its gradient and, by way of its row of derivatives, to Q. */
+ROLN_FN void rolni_goal_push(int N, int n, const roln_term *f, int i, roln_real weight, roln_real e, const rolni_goal *b)
+{
+    const int joints = f->of < ROLN_OF_Z, fast = f->of == ROLN_OF_QD || f->of == ROLN_OF_ZD, side = joints ? N : n;
+    const roln_real *const c = f->C ? f->C + i * side : NULL;
+    roln_real *const to = joints ? b->gx + fast * N : b->q + fast * n, *const Q = b->Q + fast * (2 * n + 1) * n;
+    int j, k;
+    for (j = 0; j < side && c; j++)
+        to[j] += 2 * weight * e * c[j];
+    if (!c) to[i] += 2 * weight * e;
+    if (joints && c) roln_mm(1, N, n, c, b->J, b->row);
+    else if (joints) rolni_copy(n, b->J + i * n, b->row);
+    else if (c) rolni_copy(n, c, b->row);
+    else {
+        Q[i * (2 * n + 1)] += 2 * weight;
+        return;
+    }
+    for (j = 0; j < n; j++)
+        for (k = 0; k < n; k++)
+            Q[j * 2 * n + k] += 2 * weight * b->row[j] * b->row[k];
+}
+
+/* The cost of all terms but the last one's, P, of state k. */
+ROLN_FN roln_real rolni_goal_terms(const roln_lnn *lnn, int N, const roln_goal *g, int k, int end, const rolni_goal *b)
+{
+    const int n = lnn->n;
+    roln_real sum = 0;
+    int t, i;
+    for (t = 0; t < g->terms; t++) {
+        const roln_term *f = g->term + t;
+        const int joints = f->of < ROLN_OF_Z, fast = f->of == ROLN_OF_QD || f->of == ROLN_OF_ZD, side = joints ? N : n;
+        const int count = f->C ? f->count : side;
+        const roln_real *at = (joints ? b->x : b->s) + fast * side, *ref = f->ref + (f->moving ? k * count : 0);
+        for (i = 0; i < count; i++) {
+            const roln_real w = f->weight[i] * (end ? 1 + f->last : 1), y = f->C ? roln_dot(side, f->C + i * side, at) : at[i];
+            const roln_real e = y - (f->C || fast || i >= n ? ref[i] : roln_lnn_near(lnn, i, y, ref[i]));
+            if (!(w > 0)) continue;
+            sum += w * e * e;
+            if (b->Q) rolni_goal_push(N, n, f, i, w, e, b);
+        }
+    }
+    return sum;
+}
+
+/* (s - end)^T P (s - end). */
+ROLN_FN roln_real rolni_goal_end(const roln_lnn *lnn, const roln_goal *g, const rolni_goal *b)
+{
+    const int n = lnn->n;
+    roln_real sum = 0;
+    int i, j;
+    for (i = 0; i < 2 * n; i++)
+        b->row[i] = b->s[i] - (i < n ? roln_lnn_near(lnn, i, b->s[i], g->end[i]) : g->end[i]);
+    for (i = 0; i < 2 * n; i++) {
+        const roln_real y = roln_dot(2 * n, g->P + i * 2 * n, b->row);
+        sum += b->row[i] * y;
+        if (b->Q) b->q[i] += 2 * y;
+        for (j = 0; j < 2 * n && b->Q; j++)
+            b->Q[i * 2 * n + j] += 2 * g->P[i * 2 * n + j];
+    }
+    return sum;
+}
+
+/* What a plan is made of: a base s0 [steps + 1][2n] under u0 [steps][motors], derivatives A, B, Q, q along it, what roln_ocp_solve
+   makes of them, u, x, K, and what comes of that, s1 under u1. Torques are in units of their limits, top [motors]. */
+#define ROLN_PLAN_MEM(X, S) \
+    X(s0, (S(steps) + 1) * 2 * S(n)) X(s1, (S(steps) + 1) * 2 * S(n)) X(x, (S(steps) + 1) * 2 * S(n)) \
+    X(u0, S(steps) * S(motors)) X(u1, S(steps) * S(motors)) X(u, S(steps) * S(motors)) \
+    X(A, S(steps) * 4 * S(n) * S(n)) X(B, S(steps) * 2 * S(n) * S(motors)) \
+    X(Q, S(steps) * 4 * S(n) * S(n)) X(q, S(steps) * 2 * S(n)) X(K, S(steps) * S(motors) * 2 * S(n)) \
+    X(top, S(motors)) X(rate, S(motors)) X(last, S(motors)) X(r, S(motors)) X(hold, S(motors)) X(torque, S(motors)) X(tau, S(N))
+#define ROLN_PLAN_WORK(S) \
+    (0 ROLN_PLAN_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLN_MAX(ROLNI_LINEAR_MOTORS_WORK(S), ROLN_STEP_WORK(S)), \
+              ROLN_MAX(ROLNI_GOAL_WORK(S), ROLN_OCP_WORK(2 * S(n), S(motors), S(steps), 1))))
+typedef struct {
+    const roln_goal *goal;
+    int motors, steps, rated;
+    ROLN_PLAN_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+    roln_real *work;
+} rolni_plan;
+
+/* Adds to cost that of s [2n], the state behind step k; unless Q is NULL, q [2n] becomes its gradient, and Q [2n][2n] its Hessian
+   but for what it owes to how decoders bend (Gauss-Newton). */
+ROLN_INLINE roln_status rolni_goal_at(const roln_trained *m, const rolni_plan *plan, int k, const roln_real *s, roln_real *cost,
+                                      roln_real *Q, roln_real *q)
+{
+    const roln_goal *g = plan->goal;
+    const roln_ae *ae = &m->model->ae;
+    const roln_lnn *lnn = &m->model->lnn;
+    const roln_real *each = rolni_each(m->model, m);
+    const int N = ae->size[0], n = lnn->n, ae_sum = roln_ae_sum(ae), curves = ae->curves, end = k == plan->steps - 1;
+    roln_real *work = plan->work;
+    rolni_goal goal, *const b = &goal;
+    int i, joints = 0;
+    ROLNI_GOAL_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->s = s, b->Q = Q, b->q = q;
+    for (i = 0; i < g->terms; i++)
+        joints |= g->term[i].of < ROLN_OF_Z;
+    if (joints) {
+        roln_status st = rolni_decode(m, s, s + n, b->x, b->tape, b->row);
+        if (st == ROLN_OK && Q) st = rolni_pose(m, s, b->gx, b->J, work); /* q, once more, is not read */
+        if (st != ROLN_OK) return st;
+    }
+    rolni_zero(2 * N, b->gx);
+    if (Q) rolni_zero(4 * n * n, Q), rolni_zero(2 * n, q);
+    *cost += rolni_goal_terms(lnn, N, g, k, end, b);
+    if (end && g->P) *cost += rolni_goal_end(lnn, g, b);
+    for (i = 0; i < 2 * N && Q; i++)
+        b->gx[i] *= m->scale->q * (each ? each[i % N] : 1);
+    if (joints && Q) roln_ae_decode_bwd(ae, 2, 1, m->theta, b->tape, b->gx, q, NULL, work);
+    return roln_finite(*cost) && (!Q || (roln_all_finite(2 * n, q) && roln_all_finite(4 * n * n, Q))) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* u [motors] in its own unit. */
+ROLN_FN const roln_real *rolni_plan_torque(const rolni_plan *b, const roln_real *u)
+{
+    int j;
+    for (j = 0; j < b->motors; j++)
+        b->torque[j] = u[j] * b->top[j];
+    return b->torque;
+}
+
+/* u within limits, after last. */
+ROLN_FN roln_real rolni_plan_clip(const rolni_plan *b, int j, roln_real last, roln_real u)
+{
+    const roln_real low = b->rated ? ROLN_MAX(-1, last - b->rate[j]) : -1, high = b->rated ? ROLN_MIN(1, last + b->rate[j]) : 1;
+    return u < low ? low : u > high ? high : u;
+}
+
+/* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */
+ROLN_INLINE void rolni_plan_again(const roln_trained *m, const roln_planned *pl, int k, const rolni_plan *b)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, motors = b->motors, steps = b->steps, known = pl->plan->known && pl->plan->age == 0;
+    const roln_real *s = b->s0 + k * n2, *planned = pl->s + (k + 1) * n2;
+    int i, j;
+    for (j = 0; j < motors; j++) {
+        const roln_real *K = pl->K + ((k + 1) * motors + j) * n2;
+        roln_real u = known ? pl->u[ROLN_MIN(k + 1, steps - 1) * motors + j] : b->hold[j] * b->top[j];
+        for (i = 0; i < n2 && known && k + 1 < steps; i++)
+            u -= K[i] * ((i < n ? roln_lnn_near(&m->model->lnn, i, planned[i], s[i]) : s[i]) - planned[i]);
+        b->u0[k * motors + j] = rolni_plan_clip(b, j, k > 0 ? b->u0[(k - 1) * motors + j] : b->last[j], u / b->top[j]);
+    }
+}
+
+/* The base: from s0 on under u0, with derivatives, its cost; *in: it does not leave the range. pl NULL: u0 is there. */
+ROLN_INLINE roln_status rolni_plan_base(const roln_trained *m, const roln_planned *pl, const rolni_plan *b, roln_real *cost,
+                                        int *in)
+{
+    const roln_trained driven = *m; /* a copy, whose address escapes */
+    const int n = m->model->lnn.n, n2 = 2 * n, motors = b->motors;
+    int k, i, j;
+    *cost = 0, *in = 1;
+    for (k = 0; k < b->steps; k++) {
+        roln_real *const s = b->s0 + (k + 1) * n2, *const B = b->B + k * n2 * motors;
+        roln_status st;
+        if (pl) rolni_plan_again(m, pl, k, b);
+        rolni_copy(n2, s - n2, s);
+        st = rolni_linear_motors(&driven, b->goal->limits->motors, s, rolni_plan_torque(b, b->u0 + k * motors), b->goal->dt,
+                                 b->A + k * n2 * n2, B, b->work);
+        if (st != ROLN_OK) return st;
+        for (i = 0; i < n2; i++)
+            for (j = 0; j < motors; j++)
+                B[i * motors + j] *= b->top[j];
+        st = rolni_goal_at(m, b, k, s, cost, b->Q + k * n2 * n2, b->q + k * n2);
+        if (st != ROLN_OK) return st;
+        for (j = 0; j < motors; j++) {
+            const roln_real e = b->u0[k * motors + j] - b->hold[j];
+            *cost += b->r[j] / 2 * e * e;
+        }
+        *in &= roln_in_range(m, b->goal->limits->margin, s, s + n) != 0;
+    }
+    return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* What becomes of a part of the step from the base, on the model and within all limits: s1 under u1. ROLN_E_RANGE: it leaves
+   the range. */
+ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *b, roln_real part, roln_real *cost)
+{
+    const roln_trained driven = *m; /* a copy, whose address escapes */
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, motors = b->motors;
+    int k, i, j;
+    *cost = 0;
+    rolni_copy(n2, b->s0, b->s1);
+    for (k = 0; k < b->steps; k++) {
+        roln_real *const s = b->s1 + (k + 1) * n2, *const u = b->u1 + k * motors;
+        const roln_real *u0 = b->u0 + k * motors;
+        roln_status st;
+        for (j = 0; j < motors; j++) {
+            roln_real to = u0[j] + part * (b->u[k * motors + j] - u0[j]);
+            for (i = 0; i < n2; i++)
+                to -= b->K[(k * motors + j) * n2 + i] * (s[i - n2] - b->s0[k * n2 + i] - part * b->x[k * n2 + i]);
+            u[j] = rolni_plan_clip(b, j, k > 0 ? u[j - motors] : b->last[j], to);
+            *cost += b->r[j] / 2 * (u[j] - b->hold[j]) * (u[j] - b->hold[j]);
+        }
+        rolni_copy(n2, s - n2, s);
+        st = roln_step(&driven, s, s + n, rolni_motors_tau(N, b->goal->limits->motors, rolni_plan_torque(b, u), b->tau),
+                       b->goal->dt, b->work);
+        if (st == ROLN_OK) st = rolni_goal_at(m, b, k, s, cost, NULL, NULL);
+        if (st != ROLN_OK) return st;
+        if (!roln_in_range(m, b->goal->limits->margin, s, s + n)) return ROLN_E_RANGE;
+    }
+    return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* Limits and weights in units of the limits. */
+ROLN_FN void rolni_plan_start(const rolni_plan *b, const roln_planned *pl)
+{
+    const roln_limits *limits = b->goal->limits;
+    const int motors = b->motors, age = pl->plan->age;
+    int j;
+    for (j = 0; j < motors; j++) {
+        const roln_real rate = limits->rate_each ? limits->rate_each[j] : limits->rate, top = rolni_most(limits, j);
+        b->top[j] = top;
+        b->rate[j] = rate > 0 ? rate * b->goal->dt / top : 2;
+        b->r[j] = 2 * b->goal->u[j] * top * top;
+        b->hold[j] = b->goal->hold ? b->goal->hold[j] / top : 0;
+        b->last[j] = pl->plan->known ? pl->u[age * motors + j] / top : b->hold[j];
+        b->last[j] = b->last[j] > 1 ? 1 : b->last[j] < -1 ? -1 : b->last[j];
+    }
+}
+
+/* u, x, K from the derivatives. */
+ROLN_FN roln_status rolni_plan_solve(int n, const rolni_plan *b, roln_real *gap)
+{
+    roln_ocp p;
+    p.n = 2 * n, p.m = b->motors, p.steps = b->steps;
+    p.A = b->A, p.B = b->B, p.Q = b->Q, p.q = b->q, p.r = b->r, p.ref = b->hold, p.at = b->u0;
+    p.rate = b->rated ? b->rate : NULL, p.last = b->last;
+    return roln_ocp_solve(&p, b->goal->iterations > 0 ? b->goal->iterations : b->rated ? 8 : 6, b->u, b->x, b->K, gap, b->work);
+}
+
+/* s1, u1 from the base; where nothing costs less, the base itself. */
+ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_planned *pl, const rolni_plan *b, roln_real *cost,
+                                          roln_real *gap)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, count = b->steps * b->motors;
+    roln_real before, part;
+    int in;
+    roln_status st = rolni_plan_base(m, pl, b, &before, &in);
+    if (st == ROLN_OK) st = rolni_plan_solve(n, b, gap);
+    if (st != ROLN_OK) return st;
+    for (part = 1; part > ROLN_C(0.2); part /= 2)
+        if (rolni_plan_try(m, b, part, cost) == ROLN_OK && (!in || *cost <= before)) return ROLN_OK;
+    rolni_copy(count, b->u0, b->u1);
+    rolni_copy((b->steps + 1) * n2, b->s0, b->s1);
+    *cost = before;
+    return in ? ROLN_OK : ROLN_E_RANGE;
+}
+
+/* The next plan, a step of dt after the last one: torques u_k that take the state s [2n] = [z; zd] where the goal wants it, within
+   the limits of the motors, at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the
+   model along it, solves what that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more
+   than the last plan does, by half, and by a quarter of it: one iteration of Newton's method without second derivatives of the
+   model (Gauss-Newton), with which the next call goes on (real-time iteration). The first plan starts from hold, and so does one
+   after a failure.
+   ROLN_OK: *pl is the new plan, or the last one, a step on, where the model finds none that is better. Else there is no new one:
+   the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits, or all ways lead out of
+   the range seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights; ROLN_E_NOT_FINITE, of any
+   number; status of roln_linear. Cost: steps times roln_linear, one to three times roln_step, and roln_ocp_solve.
+   work [ROLN_PLAN_WORK]. */
+ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *goal, const roln_real *s, const roln_planned *pl,
+                                       roln_real *work)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, steps = pl->steps, motors = pl->motors;
+    const int N = m->model->ae.size[0];
+    roln_status st;
+    rolni_plan plan, *const b = &plan;
+    roln_real cost = 0, gap = 0;
+    int i;
+    ROLN_PLAN_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->goal = goal, b->steps = steps, b->motors = motors, b->work = work;
+    b->rated = goal->limits->rate > 0 || goal->limits->rate_each;
+    st = rolni_goal_check(m, goal, pl, b->A);
+    if (st == ROLN_OK && !roln_all_finite(n2, s)) st = ROLN_E_NOT_FINITE;
+    if (st == ROLN_OK) {
+        rolni_copy(n2, s, b->s0);
+        rolni_plan_start(b, pl);
+        st = rolni_plan_better(m, pl, b, &cost, &gap);
+    }
+    if (st != ROLN_OK) {
+        if (pl->plan->known && ++pl->plan->age >= steps) pl->plan->known = pl->plan->age = 0;
+        return st;
+    }
+    for (i = 0; i < steps * motors; i++)
+        pl->u[i] = b->u1[i] * b->top[i % motors];
+    for (i = 0; i < steps * motors * n2; i++)
+        pl->K[i] = b->K[i] * b->top[i / n2 % motors];
+    rolni_copy((steps + 1) * n2, b->s1, pl->s);
+    pl->plan->known = 1, pl->plan->age = 0, pl->plan->cost = cost, pl->plan->gap = gap;
+    return ROLN_OK;
+}
+
+/* The torques u [motors] t seconds after the last call of roln_plan_next, at the measured state s [2n]:
+       u = u_k - K_k (s - s_k(t)),   s_k(t) between s_k and s_k+1 (z by cubic Hermite polynomials, zd linearly)
+   within limits->tau. ROLN_E_LENGTH: there is no plan, or it ends before t; ROLN_E_NOT_FINITE. Then u is untouched, and the guard
+   is to be told so (want = NULL). No work. */
+ROLN_INLINE roln_status roln_plan_follow(const roln_trained *m, const roln_goal *goal, const roln_planned *pl, roln_real t,
+                                         const roln_real *s, roln_real *u)
+{
+    const roln_lnn *lnn = &m->model->lnn;
+    const int n = lnn->n, n2 = 2 * n, motors = pl->motors;
+    const roln_real at = t / goal->dt + ROLNI_AS(roln_real, pl->plan->age), dt = goal->dt;
+    roln_real f;
+    const roln_real *from, *to, *K;
+    int i, j, k;
+    if (!pl->plan->known || !(at >= 0) || !(at < ROLNI_AS(roln_real, pl->steps))) return ROLN_E_LENGTH;
+    if (!roln_all_finite(n2, s)) return ROLN_E_NOT_FINITE;
+    k = ROLNI_AS(int, at), f = at - ROLNI_AS(roln_real, k);
+    from = pl->s + k * n2, to = from + n2, K = pl->K + k * motors * n2;
+    for (j = 0; j < motors; j++) {
+        roln_real want = pl->u[k * motors + j];
+        const roln_real top = rolni_most(goal->limits, j);
+        for (i = 0; i < n; i++) {
+            const roln_real h0 = from[i], h1 = to[i], v0 = dt * from[n + i], v1 = dt * to[n + i], r = 1 - f;
+            const roln_real z = h0 + f * f * (3 - 2 * f) * (h1 - h0) + f * r * (r * v0 - f * v1);
+            want -= K[j * n2 + i] * (roln_lnn_near(lnn, i, z, s[i]) - z);
+            want -= K[j * n2 + n + i] * (s[n + i] - (r * from[n + i] + f * to[n + i]));
+        }
+        u[j] = want < -top ? -top : want > top ? top : want;
+    }
+    return ROLN_OK;
+}
+
+/* The plan as others' solvers take it, s_k+1 = A_k s_k + B_k u_k + c_k: A [steps][2n][2n], B [steps][2n][motors], c [steps][2n], by
+   rows, exact about the plan; joints' angles on the turns of the plan. ROLN_E_LENGTH: there is no plan, or motors; status of
+   roln_linear; then they hold no result. work [ROLN_PLAN_LINEAR_WORK]. */
+#define ROLN_PLAN_LINEAR_MEM(X, S) X(s, 2 * S(n))
+#define ROLN_PLAN_LINEAR_WORK(S) (0 ROLN_PLAN_LINEAR_MEM(ROLNI_SIZE, S) + ROLNI_LINEAR_MOTORS_WORK(S))
+ROLN_INLINE roln_status roln_plan_linear(const roln_trained *m, const roln_goal *goal, const roln_planned *pl, roln_real *A,
+                                         roln_real *B, roln_real *c, roln_real *work)
+{
+    const int n = m->model->lnn.n, n2 = 2 * n, motors = pl->motors;
+    const roln_motors *f = goal->limits->motors;
+    int k, i;
+    ROLN_PLAN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (!pl->plan->known || !rolni_motors_valid(m->model, f) || motors != rolni_torques(m->model, f)) return ROLN_E_LENGTH;
+    for (k = 0; k < pl->steps; k++, A += n2 * n2, B += n2 * motors, c += n2) {
+        const roln_real *u = pl->u + k * motors, *x = pl->s + k * n2;
+        roln_status st;
+        rolni_copy(n2, x, s);
+        if ((st = rolni_linear_motors(m, f, s, u, goal->dt, A, B, work)) != ROLN_OK) return st;
+        for (i = 0; i < n2; i++)
+            c[i] = s[i] - roln_dot(n2, A + i * n2, x) - roln_dot(motors, B + i * motors, u);
+    }
+    return ROLN_OK;
 }
 
 /* ---- 5 a training sample ---------------------------------------------------------------------- */
@@ -1812,7 +2277,8 @@ ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
     X(tape, ROLN_AE_DECODE_TAPE(S, jets, 2 * (nb)))
 #define ROLNI_STEPPED_MEM(X, S, nb, tape_size) X(next, 2 * (nb) * S(n)) X(tapes, tape_size) /* what a step and its backward take */
 /* Tapes and work of a step of the model, of the midpoint rule, which the variational loss takes, and of a start, for a block of nb:
-   sizes that ROLN_GRAD_WORK asks S for by these names, made for the same nb. (S(scheme) + 0 is an int, to be compared.) */
+   and work of the stations of the acceleration loss: sizes that ROLN_GRAD_WORK, ROLN_GRAD_ACC_WORK and ROLN_ERRORS_WORK ask S for
+   by these names, made for the same nb. (S(scheme) + 0 is an int, to be compared.) */
 #define ROLNI_KEPT_TAPES(S, scheme, nb) (ROLN_STAGES(scheme) * ROLN_LNN_TAPE(S, 1, 1, nb))
 #define ROLN_GRAD_STEPS(X, S, nb) \
     X(step_kept, ROLNI_KEPT_TAPES(S, (S(scheme) + 0), nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) \
@@ -1823,7 +2289,9 @@ ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
     X(start_bwd, ROLNI_KEPT_TAPES(S, ROLN_MIDPOINT, nb) + ROLN_LNN_START_BWD_WORK(S, nb)) \
     X(step_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) \
     X(mid_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
-    X(start_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_START_WORK(S, 0, nb))
+    X(start_once, ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_START_WORK(S, 0, nb)) \
+    X(stage_kept, ROLNI_STAGE_WORK(S, 1, nb)) X(stage_bwd, ROLNI_STAGE_BWD_WORK(S, nb)) \
+    X(inverse_kept, ROLN_LNN_INVERSE_WORK(S, 1, 1, nb)) X(inverse_bwd, ROLN_LNN_INVERSE_BWD_WORK(S, nb))
 #define ROLNI_STEPPED_WORK(S, nb) \
     (ROLNI_FORCE_WORK(S, nb, 1) + \
      ROLN_MAX((0 ROLNI_STEPPED_MEM(ROLNI_SIZE, S, nb, 0)) + \
@@ -2018,8 +2486,7 @@ ROLN_FN void rolni_windows_backward(const roln_model *md, const rolni_windows *b
      ROLN_MAX(ROLN_AE_ENCODE_BWD_WORK(S, 3, nb), \
               ROLNI_FORCE_WORK(S, nb, 1) + ROLN_LNN_TAPE(S, 1, 1, nb) + \
                   ROLN_MAX((0 ROLNI_DECODED_MEM(ROLNI_SIZE, S, 3, nb)) + ROLN_AE_DECODE_BWD_WORK(S, 3, 2 * (nb)), \
-                           ROLN_MAX(ROLN_MAX(ROLNI_STAGE_WORK(S, 1, nb), ROLNI_STAGE_BWD_WORK(S, nb)), \
-                                    ROLN_MAX(ROLN_LNN_INVERSE_WORK(S, 1, 1, nb), ROLN_LNN_INVERSE_BWD_WORK(S, nb))))))
+                           ROLN_MAX(ROLN_MAX(S(stage_kept), S(stage_bwd)), ROLN_MAX(S(inverse_kept), S(inverse_bwd))))))
 typedef struct {
     const roln_trained *m;
     const roln_loss *weights;
@@ -2379,15 +2846,14 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
    moves, or beyond 1e+-18. inertia is untouched unless ROLN_OK. Cost roln_encode of 3-jets and roln_reduce for each window.
    work [ROLN_FIT_INERTIA_WORK]. */
 #define ROLN_FIT_INERTIA_MEM(X, S) \
-    X(x, 3 * S(N)) X(z, 3 * S(n)) X(in, S(force_size)) X(tau, ROLN_MAX(S(n), S(inputs)))
+    X(x, 3 * S(N)) X(z, 3 * S(n)) X(in, S(force_size)) X(tau_z, S(inputs) > 0 ? 0 : S(n))
 #define ROLN_FIT_INERTIA_WORK(S) \
     (0 ROLN_FIT_INERTIA_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_AE_ENCODE_TAPE(S, 3, 1), S(inputs) > 0 ? 0 : ROLNI_TORQUE_WORK(S, 1)))
 ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch *b, roln_real *inertia, roln_real *work)
 {
     const roln_model *md = m->model;
     const roln_ae *ae = &md->ae;
-    const int N = ae->size[0], n = md->lnn.n, inputs = md->inputs;
-    const int force_size = roln_force_size(md), forces = inputs > 0 ? inputs : n;
+    const int N = ae->size[0], n = md->lnn.n, inputs = md->inputs, force_size = roln_force_size(md);
     const roln_real v = rolni_velocity_unit(m->scale), unit = rolni_force_unit(m->scale) * m->scale->m;
     const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
     roln_real forced = 0, moved = 0, ratio, found = 1;
@@ -2405,9 +2871,8 @@ ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch
         if (!roln_all_finite(3 * n, z)) return ROLN_E_NOT_FINITE;
         rolni_gather(b, b->tau, force_size, w, 1, 0, unit, in);
         rolni_multiply_each(1, force_size, rolni_each_force(md, m), in);
-        if (inputs > 0) rolni_copy(inputs, in, tau);
-        else rolni_torque_eval(&d.torque, 1, z, tau);
-        forced += part * roln_dot(forces, tau, tau);
+        if (inputs == 0) rolni_torque_eval(&d.torque, 1, z, tau_z);
+        forced += part * (inputs > 0 ? roln_dot(inputs, in, in) : roln_dot(n, tau_z, tau_z));
         moved += part * roln_dot(n, z + 2 * n, z + 2 * n);
     }
     ratio = ROLN_SQRT(forced) / ROLN_SQRT(moved);
@@ -2512,7 +2977,7 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
     X(x, 2 * S(N)) X(z, S(n)) X(zd, S(n)) X(held, S(force_size)) X(top, S(force_size)) X(rise, S(force_size))
 #define ROLN_FIT_LIMITS_WORK(S) \
     (0 ROLN_FIT_LIMITS_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(ROLN_GUARD_WORK(S), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLN_DECODE_WORK(S))))
+     ROLN_MAX(S(guard_work), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLN_DECODE_WORK(S))))
 ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch *b, roln_real slack, roln_limits *l,
                                         roln_real *tau_each, roln_real *rate_each, roln_real *work)
 {
@@ -2622,7 +3087,7 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
    unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
 #define ROLNI_HALVINGS 60
 #define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
-#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + ROLN_FILTER_WORK(S))
+#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + S(filter_work))
 ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *b, roln_noise *l, roln_real *q_each,
                                        roln_real *work)
 {
@@ -2924,7 +3389,7 @@ ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m
     (0 ROLN_ERRORS_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \
      ROLN_MAX(ROLN_AE_ENCODE_TAPE(S, 2, nb), \
               ROLN_MAX(0 ROLNI_ERRORS_DECODE_MEM(ROLNI_SIZE, S, nb), \
-                       ROLNI_FORCE_WORK(S, nb, 0) + ROLN_LNN_TAPE(S, 1, 0, nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb))))
+                       ROLNI_FORCE_WORK(S, nb, 0) + S(step_once))))
 ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, roln_real dt, int nb, int every,
                                     const roln_real *qbar, const roln_errors_to *to, roln_real *work)
 {
@@ -3513,6 +3978,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_OR(a, b) ((a) > 0 ? (a) : (b))
 #define ROLNI_BEFORE(a, b, c, other) ((c) > 0 ? (b) : (b) > 0 ? (a) : (other)) /* of the last size of a, b, c the one before it */
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
+/* Work that stands in several of the macros above, which ask S for it by name: each doubles what it takes the maximum of, and a
+   model would be megabytes to compile. state_work: linear_work of the filter, which wants no derivatives by forces. */
+#define ROLN_PARTS(X, S) \
+    X(linear_work, ROLN_LINEAR_WORK(S, S(force_size))) X(state_work, ROLN_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
+    X(filter_work, ROLN_FILTER_WORK(S)) X(control_work, ROLN_CONTROL_WORK(S)) X(guard_work, ROLN_GUARD_WORK(S))
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];
 /* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
@@ -3667,6 +4137,9 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_ROWS
 #define ROLN_ROWS 0
 #endif
+#ifndef ROLN_PLAN
+#define ROLN_PLAN 0
+#endif
 #ifndef ROLN_LEARN
 #define ROLN_LEARN networks
 #endif
@@ -3757,6 +4230,8 @@ enum {
                           ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
                         ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
+    ROLNI_(steps) = ROLNI_AT(0, ROLN_PLAN),
+    ROLNI_(motors) = ROLNI_AT(1, ROLN_PLAN),
     ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
     ROLNI_(newton_side) = ROLN_NEWTON_SIDE(ROLN_ROWS, ROLNI_(newton_size)),
     ROLNI_(horizon) = ROLN_HORIZON,
@@ -3765,6 +4240,7 @@ enum {
     ROLNI_(twice) = sizeof(roln_real) == 8,
     ROLNI_(format) = ROLN_FORMAT,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
+    ROLN_PARTS(ROLNI_ENUMERATOR, ROLNI_)
     ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
     ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
@@ -3799,6 +4275,9 @@ ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRIC
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
+ROLNI_ASSERT(plan_must_be_steps_and_motors,
+             ROLNI_(steps) == 0 ? ROLNI_(motors) == 0 : ROLNI_(steps) > 0 && ROLNI_(motors) > 0 && ROLNI_AT(2, ROLN_PLAN) == 0)
+ROLNI_ASSERT(motors_must_not_be_more_than_joints, ROLNI_(motors) <= ROLN_MAX(ROLNI_(N), ROLNI_(force_size)))
 ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
 
 /* Parameters: const in flash for inference. slope, least: of the config that they belong to, without which every function that
@@ -3832,21 +4311,35 @@ typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI
 /* zero it once; s: the estimate, F^T F: the covariance of its error */
 typedef struct { roln_filter f; ROLNI_(latent) s; roln_real F[4 * ROLNI_(n) * ROLNI_(n)]; } ROLNI_(filter);
 
+#if ROLNI_AT(0, ROLN_PLAN) > 0
+/* zero it once; the plan: states, torques, feedback */
+typedef struct {
+    roln_plan plan;
+    ROLNI_(latent) s[ROLNI_(steps) + 1];
+    roln_real u[ROLNI_(steps) * ROLNI_(motors)], K[ROLNI_(steps) * ROLNI_(motors) * 2 * ROLNI_(n)];
+} ROLNI_(plan);
+#endif
+
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
 ROLNI_SCRATCH
     roln_real encode[ROLN_ENCODE_WORK(ROLNI_, 2)], aim[ROLN_ENCODE_WORK(ROLNI_, 3)], decode[ROLN_DECODE_WORK(ROLNI_)];
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
-    roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLN_CONTROL_WORK(ROLNI_)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
-    roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLN_GUARD_WORK(ROLNI_)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
+    roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLNI_(control_work)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
+    roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLNI_(guard_work)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
 /* scratch of linearisation */
-ROLNI_SCRATCH roln_real linear[ROLN_LINEAR_WORK(ROLNI_, ROLNI_(force_size))]; ROLNI_SCRATCH_END(ROLNI_(linwork))
+ROLNI_SCRATCH roln_real linear[ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
 ROLNI_SCRATCH /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(lqrwork))
-ROLNI_SCRATCH roln_real filter_tick[ROLN_FILTER_WORK(ROLNI_)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
+ROLNI_SCRATCH roln_real filter_tick[ROLNI_(filter_work)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
+#if ROLNI_AT(0, ROLN_PLAN) > 0
+ROLNI_SCRATCH /* of plans */
+    roln_real plan_next[ROLN_PLAN_WORK(ROLNI_)], plan_linear[ROLN_PLAN_LINEAR_WORK(ROLNI_)];
+ROLNI_SCRATCH_END(ROLNI_(planwork))
+#endif
 
 #define ROLNI_MLP_OF(out) \
     {ROLNI_(mlp_layers), \
@@ -4028,6 +4521,47 @@ ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *
     if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
     return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
 }
+
+#if ROLNI_AT(0, ROLN_PLAN) > 0
+/* Where the numbers of a plan are, for the kernels below the shell. */
+ROLN_FN roln_planned ROLNI_(planned)(ROLNI_(plan) *plan)
+{
+    roln_planned pl;
+    pl.plan = &plan->plan, pl.steps = ROLNI_(steps), pl.motors = ROLNI_(motors);
+    pl.s = ROLNI_AS(roln_real *, ROLNI_AS(void *, plan->s)), pl.u = plan->u, pl.K = plan->K;
+    return pl;
+}
+
+/* The next plan from s on, a step after the last one (roln_plan_next). Parameters that are foreign, or scratch in use: nothing is
+   done, the last plan does not become older. */
+ROLN_FN roln_status ROLNI_(plan_next)(const ROLNI_(params) *p, const roln_goal *goal, const ROLNI_(latent) *s, ROLNI_(plan) *plan,
+                                      ROLNI_(planwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_planned pl = ROLNI_(planned)(plan);
+    return ROLNI_USE(p, work, roln_plan_next(&m, goal, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), &pl,
+                                             ROLNI_ROOM(work)->plan_next));
+}
+
+/* The torques u t seconds after the last call of NAME_plan_next, at the state s (roln_plan_follow). */
+ROLN_FN roln_status ROLNI_(plan_follow)(const ROLNI_(params) *p, const roln_goal *goal, ROLNI_(plan) *plan, roln_real t,
+                                        const ROLNI_(latent) *s, roln_real u[ROLN_AT_LEAST(ROLNI_(motors))])
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_planned pl = ROLNI_(planned)(plan);
+    return roln_plan_follow(&m, goal, &pl, t, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u);
+}
+
+/* The plan linearised, s_k+1 = A_k s_k + B_k u_k + c_k: A [steps][2n][2n], B [steps][2n][motors], c [steps][2n]
+   (roln_plan_linear). */
+ROLN_FN roln_status ROLNI_(plan_linear)(const ROLNI_(params) *p, const roln_goal *goal, ROLNI_(plan) *plan, roln_real *A,
+                                        roln_real *B, roln_real *c, ROLNI_(planwork) *work)
+{
+    const roln_trained m = ROLNI_(trained)(p);
+    const roln_planned pl = ROLNI_(planned)(plan);
+    return ROLNI_USE(p, work, roln_plan_linear(&m, goal, &pl, A, B, c, ROLNI_ROOM(work)->plan_linear));
+}
+#endif
 
 /* tau_z = J(z)^T tau. tau [N] (or u). */
 ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent) *s,
@@ -4458,7 +4992,8 @@ typedef union { uint32_t words[sizeof(ROLNI_(params)) / 4]; ROLNI_(params) param
 
 /* Scratch of NAME_store: the numbers of the full model, and behind them that of roln_store. */
 typedef struct {
-    roln_real full[ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))], store[ROLN_AE_STORE_WORK(ROLNI_)];
+    roln_real full[ROLN_NUMBERS(ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))];
+    roln_real store[ROLN_MAX(1, ROLN_AE_STORE_WORK(ROLNI_))];
 } ROLNI_(start);
 
 /* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
@@ -4515,5 +5050,6 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_STORE
 #undef ROLN_ROWS
 #undef ROLN_LEARN
+#undef ROLN_PLAN
 
 #endif /* ROLN_NAME */

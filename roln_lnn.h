@@ -392,7 +392,7 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        row_mass ..       ROLN_LNN_ROWS: what one row of a block takes, named so that the macros stay short when they are expanded
    and no more of them than a macro needs. */
 #define ROLN_LNN_ROWS(X, S) \
-    X(row_mass, ROLNI_EVAL_ROW_WORK(S, ROLNI_MASS)) X(row_gradient, ROLNI_EVAL_ROW_WORK(S, ROLNI_GRADIENT)) \
+    X(row_mass, ROLNI_MASS_ROW_WORK(S)) X(row_gradient, ROLN_MAX(S(row_mass), ROLNI_ROW_BWD_WORK(S, 0, 0))) \
     X(row_dm, ROLNI_DM_WORK(S)) \
     X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1)) \
     X(row_jac_1, ROLNI_MOTION_JAC_WORK(S, 1)) X(row_jac_2, ROLNI_MOTION_JAC_WORK(S, 2))
@@ -1022,10 +1022,10 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
 #define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(width) * S(width)) X(Z, (1 + (k)) * S(width) * S(width))
 #define ROLNI_ROW_BWD_WORK(S, k, grad) \
     (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
-     ROLN_MAX(ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
-                       ROLNI_CHAIN(S, k) + ROLN_MAX(ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad)), \
-                                                    ROLNI_LAYER_BWD_WORK(S, k))), \
-              S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad)))
+     ROLN_MAX(ROLNI_CHAIN(S, k) + ROLN_MAX(ROLNI_LAYER_BWD_WORK(S, k), \
+                                           ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad))), \
+              ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
+                       S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad))))
 ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
                            roln_real *gtheta, roln_real *work)
 {
@@ -1285,9 +1285,8 @@ ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, i
    cotangents of u take the place of u, which the eigenbasis has used by then. */
 #define ROLNI_EVAL_MEM(X, S, keep) \
     X(A, S(base) * S(width) * S(width)) X(l_row, (1 - (keep)) * (1 - S(cholesky)) * S(width))
-#define ROLNI_EVAL_ROW_WORK(S, wanted) \
-    ROLN_MAX(ROLN_MAX(S(cholesky) ? 0 : ROLNI_EIGENBASIS_WORK(S), ROLNI_FORM_MASS_WORK(S)), \
-             ROLN_MAX((wanted) < ROLNI_GRADIENT ? 0 : ROLNI_ROW_BWD_WORK(S, 0, 0), ROLNI_DAMPING_WORK(S)))
+#define ROLNI_MASS_ROW_WORK(S) \
+    ROLN_MAX(ROLN_MAX(S(cholesky) ? 0 : ROLNI_EIGENBASIS_WORK(S), ROLNI_FORM_MASS_WORK(S)), ROLNI_DAMPING_WORK(S))
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
     ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
              (1 - (keep)) * (nb) * S(hidden) + \
@@ -2267,9 +2266,9 @@ ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const
     X(v, (2 * S(n) + (size)) * S(n))
 #define ROLNI_MIDPOINT_JAC_WORK(S, size) \
     (0 ROLNI_MIDPOINT_JAC_MEM(ROLNI_SIZE, S, size) + \
-    ROLN_MAX(ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), ROLNI_EVAL_WORK(S, 1, 1, ROLNI_SECOND, 1)), \
-    ROLN_MAX(ROLN_MAX(S(row_jac_1), ROLNI_DISSIPATION_JAC_WORK(S)), \
-    2 * S(n) * S(n))))
+     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 1, ROLNI_SECOND, 1), \
+              ROLN_MAX(ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), S(row_jac_1)), \
+                       ROLN_MAX(ROLNI_DISSIPATION_JAC_WORK(S), 2 * S(n) * S(n)))))
 ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys, int size, roln_real h, roln_real *J,
                                        roln_real *tape, int stride, roln_real *work)
 {

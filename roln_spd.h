@@ -2584,6 +2584,360 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
     return ROLN_OK;
 }
 
+/* ---- 11 optimal control under limits ------------------------------------------------------------ */
+
+/* x_k+1 = A_k x_k + B_k (u_k - at_k) from x_0 = 0, with u in units of its limits, at the least
+       sum_k  1/2 x_k+1^T Q_k x_k+1 + q_k^T x_k+1 + 1/2 sum_j r_j (u_kj - ref_j)^2,   k = 0 .. steps - 1,
+   among all u with |u_kj| <= 1 and |u_kj - u_k-1,j| <= rate_j. */
+typedef struct {
+    int n, m, steps;
+    const roln_real *A, *B;   /* [steps][n][n], [steps][n][m] */
+    const roln_real *Q, *q;   /* [steps][n][n] symmetric, positive semi-definite; [steps][n] */
+    const roln_real *r, *ref; /* [m] above 0; [m] */
+    const roln_real *at;      /* [steps][m] */
+    const roln_real *rate;    /* [m] above 0; NULL: no limit of rates */
+    const roln_real *last;    /* [m] u_-1, |u| <= 1; read with rate only */
+} roln_ocp;
+
+/* What roln_ocp_solve works on. Limits are sides of u_kj, 0 and 1 of its size, 2 and 3 of its rate: how far each is away, t, and
+   its multiplier l, in [sides][steps][m]. d, dx, dl a step of Newton's method; c what products of the steps of t and l were when it
+   went to the limits themselves. rated: 1 with limits of rate, sides = 2 + 2 rated. */
+#define ROLN_OCP_MEM(X, n, m, steps, rated) \
+    X(L, (steps) * (m) * (m)) /* Cholesky factors of the Hessian by u_k */ \
+    X(Kl, (rated) * (steps) * (m) * (m)) /* feedback of u_k-1 */ \
+    X(g, (steps) * (m)) X(d, (steps) * (m)) X(dx, ((steps) + 1) * (n)) \
+    X(t, (2 + 2 * (rated)) * (steps) * (m)) X(l, (2 + 2 * (rated)) * (steps) * (m)) \
+    X(dl, (2 + 2 * (rated)) * (steps) * (m)) X(c, (2 + 2 * (rated)) * (steps) * (m)) \
+    X(P, (n) * (n)) X(Pl, (rated) * (n) * (m)) X(Pll, (rated) * (m) * (m)) /* cost to go of x, u_k-1 */ \
+    X(F, (n) * (n)) X(G, (n) * (m)) X(S, (m) * (m)) X(Y, (m) * (n)) X(p, n) X(pl, m) X(v, n)
+#define ROLN_OCP_WORK(n, m, steps, rated) (0 ROLN_OCP_MEM(ROLNI_SIZE, n, m, steps, rated))
+typedef struct {
+    const roln_ocp *of;
+    int sides;
+    roln_real *u, *x, *K;
+    ROLN_OCP_MEM(ROLNI_FIELD, n, m, steps, rated)
+} rolni_ocp;
+
+/* How much t of number i of a side changes with u. */
+ROLNI_INLINE roln_real rolni_ocp_moved(const rolni_ocp *b, int side, int i, const roln_real *u)
+{
+    const int m = b->of->m;
+    const roln_real to = u[i] - (side > 1 && i >= m ? u[i - m] : 0);
+    return side & 1 ? -to : to;
+}
+
+/* x of u. */
+ROLN_FN void rolni_ocp_roll(const roln_ocp *p, const roln_real *u, roln_real *x)
+{
+    const int n = p->n, m = p->m;
+    int k, i, j;
+    rolni_zero(n, x);
+    for (k = 0; k < p->steps; k++) {
+        roln_real *const next = x + (k + 1) * n;
+        roln_mm_bt(1, n, n, x + k * n, p->A + k * n * n, next);
+        for (i = 0; i < n; i++)
+            for (j = 0; j < m; j++)
+                next[i] += p->B[(k * n + i) * m + j] * (u[k * m + j] - p->at[k * m + j]);
+    }
+}
+
+/* g = the gradient of the cost by u, backward in time: p_k = q + Q x + A^T p_k+1, g = r (u - ref) + B^T p. */
+ROLN_FN void rolni_ocp_gradient(const rolni_ocp *b)
+{
+    const roln_ocp *o = b->of;
+    const int n = o->n, m = o->m;
+    int k, i, j;
+    rolni_zero(n, b->v);
+    for (k = o->steps - 1; k >= 0; k--) {
+        roln_mm_bt(1, n, n, b->x + (k + 1) * n, o->Q + k * n * n, b->p);
+        for (i = 0; i < n; i++)
+            b->p[i] += o->q[k * n + i] + b->v[i];
+        roln_mm(1, n, m, b->p, o->B + k * n * m, b->g + k * m);
+        for (j = 0; j < m; j++)
+            b->g[k * m + j] += o->r[j] * (b->u[k * m + j] - o->ref[j]);
+        roln_mm(1, n, n, b->p, o->A + k * n * n, b->v);
+    }
+}
+
+/* u = 0, in the middle of all limits, or on the way there from `last` at a quarter of the rate; t, x, g; l so that all t l are half
+   of the mean |g|, which is returned. */
+ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
+{
+    const roln_ocp *o = b->of;
+    const int m = o->m, count = o->steps * m;
+    roln_real mean = 0;
+    int i, side;
+    for (i = 0; i < count; i++) {
+        roln_real *const u = b->u + i;
+        *u = 0;
+        if (b->sides > 2) {
+            const roln_real last = i < m ? o->last[i] : u[-m], most = o->rate[i % m] / 4;
+            *u = last > most ? last - most : last < -most ? last + most : 0;
+        }
+    }
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            const roln_real most = side > 1 ? o->rate[i % m] : 1, from = side > 1 && i < m ? o->last[i] : 0;
+            b->t[side * count + i] = most + (side & 1 ? from : -from) + rolni_ocp_moved(b, side, i, b->u);
+        }
+    rolni_ocp_roll(o, b->u, b->x);
+    rolni_ocp_gradient(b);
+    for (i = 0; i < count; i++)
+        mean += ROLN_ABS(b->g[i]) / ROLNI_AS(roln_real, count);
+    mean /= 2;
+    for (i = 0; i < b->sides * count; i++)
+        b->l[i] = mean / b->t[i];
+    return mean;
+}
+
+/* Y [m][n] = -(L L^T)^-1 Y. */
+ROLN_FN void rolni_ocp_solve(int m, int n, const roln_real *L, roln_real *Y)
+{
+    int i, j, k;
+    for (i = 0; i < m; i++) {
+        for (k = 0; k < i; k++)
+            for (j = 0; j < n; j++)
+                Y[i * n + j] -= L[i * m + k] * Y[k * n + j];
+        for (j = 0; j < n; j++)
+            Y[i * n + j] /= L[i * m + i];
+    }
+    for (i = m - 1; i >= 0; i--) {
+        for (k = i + 1; k < m; k++)
+            for (j = 0; j < n; j++)
+                Y[i * n + j] += L[k * m + i] * Y[k * n + j];
+        for (j = 0; j < n; j++)
+            Y[i * n + j] /= -L[i * m + i];
+    }
+}
+
+/* Sum of l / t of the two sides of u_kj: what its limits add to the curvature. */
+ROLNI_INLINE roln_real rolni_ocp_stiff(const rolni_ocp *b, int side, int at)
+{
+    const int count = b->of->steps * b->of->m, i = side * count + at, k = i + count;
+    return b->l[i] / b->t[i] + b->l[k] / b->t[k];
+}
+
+/* Feedback du = K dx + Kl du_k-1, backward in time, P, Pl, Pll the cost to go of x_k+1 and u_k:
+       S = R + B^T P B + Pl^T B + B^T Pl + Pll = L L^T,   Y = (B^T P + Pl^T) A,   K = -S^-1 Y,   Kl = S^-1 V
+       P = Q + A^T P A + Y^T K,   Pl = Y^T Kl,   Pll = V - V S^-1 V = (S - V) Kl
+   R and V have in them what limits of size and of rate add. ROLN_E_NOT_SPD. */
+ROLN_FN roln_status rolni_ocp_factor(const rolni_ocp *b)
+{
+    const roln_ocp *o = b->of;
+    const int n = o->n, m = o->m, rated = b->sides > 2;
+    int k, i, j;
+    rolni_zero(rated * n * m, b->Pl);
+    rolni_zero(rated * m * m, b->Pll);
+    rolni_copy(n * n, o->Q + (o->steps - 1) * n * n, b->P);
+    for (k = o->steps - 1; k >= 0; k--) {
+        const roln_real *A = o->A + k * n * n, *B = o->B + k * n * m;
+        roln_real *const L = b->L + k * m * m, *const K = b->K + k * m * n, *const Kl = b->Kl + k * m * m;
+        roln_mm(n, n, m, b->P, B, b->G);
+        rolni_zero(m * m, b->S);
+        for (i = 0; rated && i < n * m; i++)
+            b->G[i] += b->Pl[i];
+        roln_mm_at(m, n, m, B, b->G, b->S);
+        if (rated) {
+            roln_mm_at(m, n, m, b->Pl, B, b->S);
+            for (i = 0; i < m * m; i++)
+                b->S[i] += b->Pll[i];
+        }
+        for (j = 0; j < m; j++)
+            b->S[j * (m + 1)] += o->r[j] + rolni_ocp_stiff(b, 0, k * m + j);
+        rolni_copy(m * m, b->S, L);
+        for (j = 0; rated && j < m; j++)
+            L[j * (m + 1)] += rolni_ocp_stiff(b, 2, k * m + j);
+        if (roln_chol(m, L, L) != ROLN_OK) return ROLN_E_NOT_SPD;
+        rolni_zero(m * n, b->Y);
+        roln_mm_at(m, n, n, b->G, A, b->Y);
+        rolni_copy(m * n, b->Y, K);
+        rolni_ocp_solve(m, n, L, K);
+        if (rated) {
+            rolni_zero(m * m, Kl);
+            rolni_zero(n * m, b->Pl);
+            for (j = 0; j < m; j++)
+                Kl[j * (m + 1)] = -rolni_ocp_stiff(b, 2, k * m + j);
+            rolni_ocp_solve(m, m, L, Kl);
+            roln_mm_at(n, m, m, b->Y, Kl, b->Pl);
+            roln_mm(m, m, m, b->S, Kl, b->Pll);
+        }
+        if (k == 0) return ROLN_OK;
+        roln_mm(n, n, n, b->P, A, b->F);
+        rolni_copy(n * n, o->Q + (k - 1) * n * n, b->P);
+        roln_mm_at(n, n, n, A, b->F, b->P);
+        roln_mm_at(n, m, n, b->Y, K, b->P);
+        for (i = 0; i < n; i++) /* rounding errors make it unsymmetric, and the next step would make more of them */
+            for (j = 0; j < i; j++)
+                b->P[i * n + j] = b->P[j * n + i] = (b->P[i * n + j] + b->P[j * n + i]) / 2;
+    }
+    return ROLN_OK;
+}
+
+/* The Newton step d, dx, dl to products t l = mu - c. */
+ROLN_FN void rolni_ocp_step(const rolni_ocp *b, roln_real mu)
+{
+    const roln_ocp *o = b->of;
+    const int n = o->n, m = o->m, count = o->steps * m, rated = b->sides > 2;
+    int k, i, j, side;
+    rolni_copy(count, b->g, b->d);
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            const int at = side * count + i;
+            const roln_real push = (side & 1 ? -1 : 1) * (mu - b->c[at]) / b->t[at];
+            b->d[i] -= push;
+            if (side > 1 && i >= m) b->d[i - m] += push;
+        }
+    rolni_zero(n, b->p);
+    rolni_zero(m, b->pl);
+    for (k = o->steps - 1; k >= 0; k--) { /* d = -S^-1 (gradient + B^T p + pl) */
+        roln_real *const d = b->d + k * m;
+        roln_mm_at(m, n, 1, o->B + k * n * m, b->p, d);
+        for (j = 0; j < m; j++)
+            d[j] += b->pl[j];
+        roln_mm(1, n, n, b->p, o->A + k * n * n, b->v);
+        roln_mm_at(n, m, 1, b->K + k * m * n, d, b->v);
+        rolni_copy(n, b->v, b->p);
+        if (rated) rolni_zero(m, b->pl), roln_mm_at(m, m, 1, b->Kl + k * m * m, d, b->pl);
+        rolni_ocp_solve(m, 1, b->L + k * m * m, d);
+    }
+    rolni_zero(n, b->dx);
+    for (k = 0; k < o->steps; k++) {
+        roln_real *const d = b->d + k * m, *const next = b->dx + (k + 1) * n;
+        for (j = 0; j < m; j++) {
+            d[j] += roln_dot(n, b->K + (k * m + j) * n, b->dx + k * n);
+            if (rated && k > 0) d[j] += roln_dot(m, b->Kl + (k * m + j) * m, d - m);
+        }
+        for (i = 0; i < n; i++)
+            next[i] = roln_dot(n, o->A + (k * n + i) * n, b->dx + k * n) + roln_dot(m, o->B + (k * n + i) * m, d);
+    }
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            const int at = side * count + i;
+            b->dl[at] = (mu - b->c[at] - b->l[at] * rolni_ocp_moved(b, side, i, b->d)) / b->t[at] - b->l[at];
+        }
+}
+
+/* The largest part of a step, at most 1, that takes no t, no l nearer to 0 than by the part most of what it is; *mu: the mean of
+   t l there. */
+ROLN_FN roln_real rolni_ocp_length(const rolni_ocp *b, roln_real most, roln_real *mu)
+{
+    const int m = b->of->m, count = b->of->steps * m;
+    roln_real a = 1, sum = 0;
+    int i, side, at;
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            const roln_real dt = rolni_ocp_moved(b, side, i, b->d);
+            at = side * count + i;
+            if (-dt * a > most * b->t[at]) a = -most * b->t[at] / dt;
+            if (-b->dl[at] * a > most * b->l[at]) a = -most * b->l[at] / b->dl[at];
+        }
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            at = side * count + i;
+            sum += (b->t[at] + a * rolni_ocp_moved(b, side, i, b->d)) * (b->l[at] + a * b->dl[at]);
+        }
+    *mu = sum / ROLNI_AS(roln_real, b->sides * count);
+    return a;
+}
+
+ROLN_FN roln_status rolni_ocp_check(const roln_ocp *p)
+{
+    const int n = p->n, m = p->m, H = p->steps;
+    int j;
+    if (n < 1 || m < 1 || H < 1) return ROLN_E_LENGTH;
+    if (!roln_all_finite(H * n * n, p->A) || !roln_all_finite(H * n * m, p->B) || !roln_all_finite(H * n * n, p->Q) ||
+        !roln_all_finite(H * n, p->q) || !roln_all_finite(m, p->r) || !roln_all_finite(m, p->ref) ||
+        !roln_all_finite(H * m, p->at))
+        return ROLN_E_NOT_FINITE;
+    for (j = 0; j < m; j++) {
+        if (!(p->r[j] > 0)) return ROLN_E_NOT_SPD;
+        if (p->rate && !(roln_finite(p->rate[j]) && p->rate[j] > 0 && ROLN_ABS(p->last[j]) <= 1)) return ROLN_E_RANGE;
+    }
+    return ROLN_OK;
+}
+
+/* u within its limits in spite of rounding errors. */
+ROLN_FN void rolni_ocp_clip(const roln_ocp *p, roln_real *u)
+{
+    int i;
+    for (i = 0; i < p->steps * p->m; i++) {
+        const roln_real last = !p->rate ? 0 : i < p->m ? p->last[i] : u[i - p->m];
+        const roln_real low = p->rate ? ROLN_MAX(-1, last - p->rate[i % p->m]) : -1;
+        const roln_real high = p->rate ? ROLN_MIN(1, last + p->rate[i % p->m]) : 1;
+        u[i] = u[i] < low ? low : u[i] > high ? high : u[i];
+    }
+}
+
+/* The cost of u is at most that much above the least: sum t l, and what stationarity lacks, times 2, the most that u could move. */
+ROLN_FN roln_real rolni_ocp_gap(const rolni_ocp *b)
+{
+    const int m = b->of->m, count = b->of->steps * m;
+    roln_real gap = 0;
+    int i, side;
+    for (side = 0; side < b->sides; side++)
+        for (i = 0; i < count; i++) {
+            const roln_real l = b->l[side * count + i], push = side & 1 ? -l : l;
+            gap += b->t[side * count + i] * l;
+            b->g[i] -= push;
+            if (side > 1 && i >= m) b->g[i - m] += push;
+        }
+    for (i = 0; i < count; i++)
+        gap += 2 * ROLN_ABS(b->g[i]);
+    return gap;
+}
+
+/* Primal-dual interior points (Mehrotra 1992), each step of Newton's method by a Riccati recursion, from u = 0 on. On its way u is
+   strictly inside of all limits, so that they hold wherever it ends. It takes `iterations` steps, no fewer: of what u = 0 costs
+   more than the best, 6 leave a thousandth or less, 8 with limits of rate.
+   u [steps][m], x [steps + 1][n] out; K [steps][m][n]: feedback u_k - K_k dx_k of least cost about x, in which what is at a limit
+   hardly moves (with limits of rate for the u_k-1 of the solution). *gap: the cost of u is at most that much above the least.
+   u, x, K hold no result unless ROLN_OK. ROLN_E_LENGTH: a size below 1; ROLN_E_RANGE: rate, last; ROLN_E_NOT_SPD: r, or Q;
+   ROLN_E_NOT_FINITE. Each step of each iteration costs about 3 n^3 + 5 n^2 m + 3 n m^2 multiply-adds. work [ROLN_OCP_WORK]. */
+ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real *u, roln_real *x, roln_real *K, roln_real *gap,
+                                   roln_real *work)
+{
+    const int n = p->n, m = p->m, steps = p->steps, rated = p->rate != NULL, count = steps * m;
+    const roln_real least = ROLN_EPS * 4;
+    roln_real mu, floor, part, ahead;
+    roln_status st = rolni_ocp_check(p);
+    rolni_ocp ocp, *const b = &ocp;
+    int i, k, side;
+    if (st != ROLN_OK) return st;
+    ROLN_OCP_MEM(ROLNI_LAY, n, m, steps, rated)
+    b->of = p, b->sides = 2 + 2 * rated, b->u = u, b->x = x, b->K = K;
+    mu = rolni_ocp_start(b), floor = least * mu;
+    for (k = 0; k < iterations; k++) {
+        if ((st = rolni_ocp_factor(b)) != ROLN_OK) return st;
+        rolni_zero(b->sides * count, b->c);
+        rolni_ocp_step(b, 0);
+        rolni_ocp_length(b, 1, &ahead);
+        for (side = 0; side < b->sides; side++)
+            for (i = 0; i < count; i++)
+                b->c[side * count + i] = rolni_ocp_moved(b, side, i, b->d) * b->dl[side * count + i];
+        part = ahead / mu;
+        mu = ROLN_MAX(floor, part * part * part * mu);
+        rolni_ocp_step(b, mu);
+        part = rolni_ocp_length(b, ROLN_C(0.99), &mu);
+        for (side = 0; side < b->sides; side++)
+            for (i = 0; i < count; i++) {
+                const int at = side * count + i;
+                b->t[at] += part * rolni_ocp_moved(b, side, i, b->d);
+                b->l[at] += part * b->dl[at];
+            }
+        for (i = 0; i < count; i++)
+            u[i] += part * b->d[i];
+        for (i = 0; i < (steps + 1) * n; i++)
+            x[i] += part * b->dx[i];
+        rolni_ocp_gradient(b);
+    }
+    if (gap) *gap = rolni_ocp_gap(b);
+    for (i = 0; i < steps * m * n; i++)
+        K[i] = -K[i];
+    rolni_ocp_clip(p, u);
+    return roln_all_finite(count, u) && roln_all_finite((steps + 1) * n, x) && roln_all_finite(steps * m * n, K) ? ROLN_OK
+                                                                                                          : ROLN_E_NOT_FINITE;
+}
+
 #endif
 
 #if defined(ROLN_DOUBLE) != defined(ROLNI_DOUBLE)

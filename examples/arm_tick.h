@@ -8,6 +8,7 @@
 #define TICK ROLN_C(0.001)           /* s */
 #define STEPS 4096                   /* of an encoder's turn */
 #define TURN ROLN_C(6.283185307179586)
+#define LOST (-1 - 0x7fffffff)       /* a count that did not come */
 
 static const roln_real most[arm_N] = {60, 120, 60, 15, 15, 8}; /* Nm */
 static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, about 30 rad/s */
@@ -34,7 +35,7 @@ static uint32_t observe(controller *c, const int count[arm_N], const roln_real t
     roln_real y[arm_N];
     uint32_t faults;
     for (int i = 0; i < arm_N; i++)
-        y[i] = (roln_real)count[i] * (TURN / STEPS);
+        y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     faults = arm_filter_tick(&arm_weights, &noise, y, tau, &c->filter, &c->filterwork);
     if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     return faults & ~(uint32_t)ROLN_FILTER_START;

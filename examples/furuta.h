@@ -9,6 +9,7 @@
 #define ROLN_MLP     16, 16
 #define ROLN_DAMPING 1      /* bearings, and the motor's back EMF */
 #define ROLN_HORIZON 25     /* steps in a training window: half a second */
+#define ROLN_PLAN    30, 1  /* steps of a plan, motors: mpc.c */
 #include "roln.h"
 
 #endif

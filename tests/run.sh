@@ -15,33 +15,33 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 # what takes longest first
 steps() {
     cat << 'end'
+hash         sh tests/compilers/hash.sh host
+sanitize-m   build/test_msan sample
 targets      sh tests/compilers/hash.sh targets
+coverage     sh tests/compilers/coverage.sh
+sanitize-au  build/test_asan sample
+pil          build/pil host m4 rv32
+train        sh tests/user/train.sh
+unit         build/test
+symbols      sh tests/compilers/symbols.sh
+config       sh tests/compilers/config.sh
+mujoco       build/test_mujoco
+examples     sh tests/user/examples.sh
+record       sh tests/user/record.sh
 sizes        sh tests/measure/sizes.sh test
 firmware     sh tests/firmware/firmware.sh
-pil          build/pil host m4 rv32
 machines     build/machines m4 rv32
-sanitize-m   build/test_msan sample
-sanitize-au  build/test_asan sample
-train        sh tests/user/train.sh
-record       sh tests/user/record.sh
-import       sh tests/user/import.sh
-examples     sh tests/user/examples.sh
-unit         build/test
-hash         sh tests/compilers/hash.sh host
-coverage     sh tests/compilers/coverage.sh
-mujoco       build/test_mujoco
-experiments  build/test_experiments
-latent       build/test_latent
-opinf        build/test_opinf
-packaging    sh tests/user/packaging.sh
 warnings     sh tests/compilers/warnings.sh
-config       sh tests/compilers/config.sh
-symbols      sh tests/compilers/symbols.sh
-list         sh tests/compilers/list.sh
 readme       sh tests/user/readme.sh
-deps         sh tests/user/deps.sh
-lint         sh tests/user/lint.sh
+experiments  build/test_experiments
+packaging    sh tests/user/packaging.sh
+latent       build/test_latent
 style        sh tests/style/style.sh
+import       sh tests/user/import.sh
+list         sh tests/compilers/list.sh
+lint         sh tests/user/lint.sh
+opinf        build/test_opinf
+deps         sh tests/user/deps.sh
 end
 }
 

@@ -2,27 +2,62 @@
 # Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++. Written
 # weights, which must not compile with another config than their own.
 cd "$(dirname "$0")/../.." || exit 1
+dir=build/config
+rm -rf $dir
+mkdir -p $dir
 passed=0
 failed=0
+turn=0
 
-# try FRAGMENT NAME=VALUE ..: the definitions, one a line; FRAGMENT -: it compiles
-try() {
-    want=$1
-    shift
+# skip WANT CC: what is to be refused with a word is asked of two compilers, C and C++, which take turns; all else, of all four
+skip() {
+    case $1/$turn/$2 in
+    -/* | [0-9]*) false ;;
+    */0/clang\ * | */0/g++* | */1/gcc* | */1/clang++*) true ;;
+    *) false ;;
+    esac
+}
+
+# ask WANT WHAT: what stands in $dir/it is refused with this word; WANT -: it compiles
+ask() {
+    want=$1 what=$2
+    turn=$((1 - turn))
     for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
-        out=$({ echo '#define ROLN_NAME m'
-                for d in "$@"; do echo "#define ROLN_$(echo "$d" | sed 's/=/ /')"; done
-                echo '#include "roln.h"'; } | $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
+        ! skip "$want" "$cc" || continue
+        out=$($cc -I. -Wall -Wpedantic -Werror -Wno-unused -fsyntax-only - < $dir/it 2>&1)
         code=$?
         if if [ "$want" = - ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "$want"; fi; then
             passed=$((passed + 1))
         else
             failed=$((failed + 1))
-            echo "$cc: wanted $want: $*"
+            echo "$cc: wanted $want: $what"
             echo "$out" | head -n 5
         fi
     done
 }
+
+# model NAME OPTION=VALUE ..: its definitions, one a line
+model() {
+    echo "#define ROLN_NAME $1"
+    shift
+    for d in "$@"; do echo "#define ROLN_$(echo "$d" | sed 's/=/ /')"; done
+    echo '#include "roln.h"'
+}
+
+# try WORD OPTION=VALUE ..: such a model is refused with this word; try -: it compiles, behind the others that do, each with a name
+# of its own, as float and as double
+try() {
+    want=$1
+    shift
+    if [ "$want" != - ]; then
+        model m "$@" > $dir/it
+        ask "$want" "$*"
+        return
+    fi
+    good=$((good + 1))
+    case "$*" in *DOUBLE*) model m$good "$@" >> $dir/double ;; *) model m$good "$@" >> $dir/float ;; esac
+}
+good=0
 
 try - 'AE=6, 4, 2' 'MLP=8'
 try 'ROLN_AE: the sizes of the autoencoder' 'MLP=8'
@@ -46,6 +81,14 @@ try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-6'
 try - 'AE=4, 2' 'MLP=8' 'LEAST=2'
 for least in 0 -1e-4 1e-60; do try LEAST_IS_ABOVE_0 'AE=4, 2' 'MLP=8' 'MASS=cholesky' "LEAST=$least"; done
 try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-60' 'DOUBLE=1'
+# plans
+try - 'AE=4, 2' 'MLP=8' 'PLAN=20, 4'
+try - 'AE=4, 2' 'MLP=8' 'PLAN=1, 1'
+try plan_must_be_steps_and_motors 'AE=4, 2' 'MLP=8' 'PLAN=20'
+try plan_must_be_steps_and_motors 'AE=4, 2' 'MLP=8' 'PLAN=20, 2, 1'
+try plan_must_be_steps_and_motors 'AE=4, 2' 'MLP=8' 'PLAN=-1, 2'
+try plan_must_be_steps_and_motors 'AE=4, 2' 'MLP=8' 'PLAN=20, -1'
+try motors_must_not_be_more_than_joints 'AE=4, 2' 'MLP=8' 'PLAN=20, 5'
 # charts
 try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 2'
 try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 8'
@@ -142,40 +185,30 @@ try - 'AE=4' 'MLP=8' 'STORE=int8'
 try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
 try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
 try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
-for verb in init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step; do
-    for store in full half int8; do
-        case $store.$verb in full.* | *.errors | *.decode_some) want=0 ;; *) want=1 ;; esac
-        for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
-            out=$(printf '%s\n' '#define ROLN_NAME m' '#define ROLN_AE 4, 2' '#define ROLN_MLP 8' "#define ROLN_STORE $store" \
-                '#define ROLN_ROWS 9' \
-                '#include "roln.h"' "int main(void) { return sizeof(&m_$verb) == 1; }" |
-                $cc -I. -Wall -Werror -Wno-unused -fsyntax-only - 2>&1)
-            code=$?
-            if if [ $want -eq 0 ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "m_$verb"; fi; then
-                passed=$((passed + 1))
-            else
-                failed=$((failed + 1))
-                echo "$cc: ROLN_STORE $store, m_$verb: $out"
-            fi
-        done
+for store in full half int8; do
+    for verb in init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step; do
+        case $store.$verb in full.* | *.errors | *.decode_some) continue ;; esac
+        { model m 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
+        ask "m_$verb" "ROLN_STORE $store, m_$verb"
     done
+    case $store in
+    full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step' ;;
+    *) verbs='errors decode_some' ;;
+    esac
+    try - 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'
+    for verb in $verbs; do echo "typedef char m${good}_has_$verb[sizeof(&m${good}_$verb)];" >> $dir/float; done
+done
+for it in float double; do
+    cp $dir/$it $dir/it
+    ask - "the models in $dir/$it"
 done
 
 # one type in a translation unit: defined or undefined behind the first header of roln it is an error in the next one
 late() { # late WANT LINE ..
     want=$1
     shift
-    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
-        out=$(printf '%s\n' "$@" | $cc -I. -Wall -Wpedantic -Werror -Wno-unused -fsyntax-only - 2>&1)
-        code=$?
-        if if [ "$want" = - ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "$want"; fi; then
-            passed=$((passed + 1))
-        else
-            failed=$((failed + 1))
-            echo "$cc: wanted $want: $*"
-            echo "$out" | head -n 5
-        fi
-    done
+    printf '%s\n' "$@" > $dir/it
+    ask "$want" "$*"
 }
 double='#define ROLN_DOUBLE'
 one='#define ROLN_NAME one
@@ -194,9 +227,6 @@ done
 late 'ROLN_DOUBLE: before the first header' '#include "roln_ae.h"' "$double" '#include "roln_lnn.h"'
 # weights are of one config: what the compiler says of each option that is another one. A slope or least, which it cannot compare,
 # is found when the program runs
-dir=build/config
-rm -rf $dir
-mkdir -p $dir
 check() {
     what=$1
     shift
@@ -246,7 +276,9 @@ END_OF_FILE
 # with WANT NAME=VALUE: the weights of arm in such a config; WANT a number: status of the program
 with() {
     { defines "$2"; cat $dir/main.c; } > $dir/with.c
+    turn=$((1 - turn))
     for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
+        ! skip "$1" "$cc" || continue
         out=$($cc -I. -I$dir -Wall -Wextra -Wpedantic -Wno-unused -ffp-contract=off $dir/with.c -o $dir/with -lm 2>&1)
         code=$?
         [ $code -ne 0 ] || { $dir/with; code=$?; }

@@ -2,8 +2,8 @@
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
    maps and means, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
-   stopped, and of a machine that turns round and rubs, with its feedback, the ticks of its one motor and a filter. Before the line
-   it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
+   stopped, and of a machine that turns round and rubs, with its feedback, plans, the ticks of its one motor and a filter. Before
+   the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 16, 16
@@ -48,6 +48,7 @@
 #define ROLN_ANGLES 0, 1
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 1
+#define ROLN_PLAN 8, 1
 #define ROLN_HORIZON 4
 #define ROLN_BLOCK 8
 #include "roln.h"
@@ -337,6 +338,26 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
     }
 }
 
+/* Plans of the motor with limits of torque and of rate, and what a tick makes of them. */
+static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_latent *start, roln_real h, wheel_planwork *work)
+{
+    static const roln_real weight[2] = {1, 1}, ref[2] = {0, ROLN_C(0.5)}, u[1] = {ROLN_C(0.0625)};
+    const roln_term term = {ROLN_OF_Q, 0, NULL, weight, ref, 0, 1};
+    static wheel_plan plan;
+    roln_limits limits = *of;
+    wheel_latent z = *start;
+    roln_goal goal = {h / 2, 1, &term, u, NULL, NULL, 0, NULL, NULL};
+    int k;
+    limits.tau = ROLN_C(0.5), limits.rate = limits.tau / h, limits.margin = 1000, goal.limits = &limits;
+    for (k = 0; k < 5; k++) {
+        roln_real torque[1];
+        must(wheel_plan_next(p, &goal, &z, &plan, work), "plan");
+        must(wheel_plan_follow(p, &goal, &plan, h / 4, &z, torque), "plan: follow");
+        add(8, plan.u), add(32, plan.K), add(1, torque), add(1, &plan.plan.cost), add(1, &plan.plan.gap);
+        z = plan.s[1];
+    }
+}
+
 /* The filter and its noise, with samples that are dropped and one joint that jumps. */
 static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, wheel_filterwork *work)
 {
@@ -365,6 +386,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
         wheel_work work;
         wheel_lqrwork lqr;
         wheel_filterwork filter;
+        wheel_planwork plan;
     } scratch;
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
@@ -407,6 +429,7 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     must(wheel_lqr(&p, &cost, &z, none, K, P, &scratch.lqr), "wheel: lqr");
     add(4, K), add(16, P);
     hash_filter(&p, y, h, &scratch.filter);
+    hash_plan(&p, &limits, &z, h, &scratch.plan);
 }
 
 int main(void)

@@ -20,6 +20,7 @@ cat > $dir/models.c << 'END'
 #define ROLN_MLP 4
 #define ROLN_ROWS 8
 #define ROLN_FRICTION 1
+#define ROLN_PLAN 3, 2
 #include "roln.h"
 #define ROLN_NAME two
 #define ROLN_AE 6, 4, 2
@@ -35,9 +36,9 @@ awk -v dir=$dir '
     /^   How this file is ordered/ { exit }
     to && match($0, /^       NAME_[a-z_]+ /) { print substr($0, RSTART + 12, RLENGTH - 13) > to }' roln.h
 
-# what NAME_trained, NAME_model and NAME_table are is for those who call the kernels below the shell
+# what NAME_trained, NAME_planned, NAME_model and NAME_table are is for those who call the kernels below the shell
 ${CC:-gcc} -std=c99 -I. -DROLN_FN= -O0 -c -o $dir/models.o $dir/models.c &&
-    nm $dir/models.o | sed -n 's/^[0-9a-f]* T \(one\|two\)_//p' | grep -vx trained | sort -u > $dir/functions
+    nm $dir/models.o | sed -n 's/^[0-9a-f]* T \(one\|two\)_//p' | grep -vxE 'trained|planned' | sort -u > $dir/functions
 ${CC:-gcc} -std=c99 -I. -E -P $dir/models.c | grep -oE '\} *(one|two)_[a-z_]+ *;' |
     sed 's/.*\(one\|two\)_//; s/ *;//' | sort -u > $dir/types
 

@@ -23,6 +23,7 @@
 #define ROLN_LAYERS gyro, bimap, reeig
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
+#define ROLN_PLAN 10, 2
 #define ROLN_ROWS 100
 #define ROLN_LEARN everything
 #include "roln.h"
@@ -39,6 +40,7 @@
 #define ROLN_MLP 16, 16
 #define ROLN_ANGLES 1, 0, 1
 #define ROLN_FRICTION 1
+#define ROLN_PLAN 20, 2
 #define ROLN_ROWS 50
 #include "roln.h"
 

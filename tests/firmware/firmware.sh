@@ -41,7 +41,7 @@ prints() { grep -E "$1" "$2" || { cat "$2"; false; }; }
 
 make -s firmware || { echo '0 passed, 1 failed'; exit 1; }
 host=$out/host/$fw
-for p in predict three control chart adapt; do
+for p in predict three control chart adapt plan; do
     run host $host/$p.elf
     grep -v '^instructions' $host/$p.elf.txt > $host/$p.txt
     check "$p fails on the host" prints '^exit 0$' $host/$p.txt
@@ -61,7 +61,7 @@ check 'control: a dead encoder does not stop the motors' \
     awk '$1 == 165 && $5 == 67 && $3 == 0 && $4 == 0 { ok = 1 } END { exit !ok }' $host/control.txt
 
 for core in m4 m7 m33 m55 rv32; do
-    for p in predict three control chart adapt serial furuta arm; do
+    for p in predict three control chart adapt plan serial furuta arm; do
         image=$out/$core/$fw/$p.elf
         if [ $p != serial ] && [ $p != furuta ] && [ $p != arm ]; then # which answer only (tests/control)
             run $core $image

@@ -9,16 +9,16 @@
 
 void test_arm(void);
 
-/* A pose that nobody has trained: the motors get nothing. */
-static void test_far(void)
+/* From the first tick on a pose that nobody has trained, or a count that does not come: the motors get nothing. */
+static void test_no_start(int count, uint32_t because)
 {
     static controller ctl;
     const roln_real still[JOINTS] = {0};
-    const int far[JOINTS] = {100 * STEPS, 0, 0, 0, 0, 0};
+    const int counts[JOINTS] = {count, 0, 0, 0, 0, 0};
     memset(&ctl, 0, sizeof ctl);
     for (int k = 0; k < 20; k++) {
-        const uint32_t faults = controller_tick(&ctl, far, still, still, still);
-        CHECK((faults & ROLN_FAULT_RANGE) != 0);
+        const uint32_t faults = controller_tick(&ctl, counts, still, still, still);
+        CHECK((faults & because) != 0);
         for (int i = 0; i < JOINTS; i++)
             CHECK(!(ctl.guard.tau[i] > 0) && !(ctl.guard.tau[i] < 0));
     }
@@ -31,7 +31,8 @@ void test_arm(void)
     mjModel *m = mj_loadXML("tests/mujoco/plants/arm.xml", NULL, error, sizeof error);
     mjData *d;
     uint64_t seed = 1;
-    test_far();
+    test_no_start(100 * STEPS, ROLN_FAULT_RANGE);
+    test_no_start(LOST, ROLN_FILTER_NONE);
     if (!CHECK(m != NULL)) return;
     d = mj_makeData(m);
     for (int k = 0; k < 20; k++) {

@@ -6,8 +6,8 @@
 #include "check.h"
 
 #define FILES(X) \
-    X(elementary) X(dense) X(eig) X(spd) X(riccati) X(ae) X(chart) X(lnn) X(riem) X(newton) X(lbfgs) X(roln) X(units) \
-    X(control) X(filter) X(safety)
+    X(elementary) X(dense) X(eig) X(spd) X(riccati) X(ocp) X(ae) X(chart) X(lnn) X(riem) X(newton) X(lbfgs) X(roln) X(units) \
+    X(control) X(filter) X(plan) X(safety)
 #define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
 #define ENTRIES(name) {#name, "float", test_##name##_f32}, {#name, "double", test_##name##_f64},
 

@@ -8,6 +8,7 @@
 #define ROLN_MLP 5, 4
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME bare /* no autoencoder; base point, midpoint */
@@ -17,6 +18,7 @@
 #define ROLN_BASE 1
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 1
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME square /* a layer that keeps its size */
@@ -26,6 +28,7 @@
 #define ROLN_SLOPE 0.5
 #define ROLN_BASE 1
 #define ROLN_BLOCK 3
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME deep /* the deepest */
@@ -33,6 +36,7 @@
 #define ROLN_MLP 3, 2, 3, 2, 3
 #define ROLN_SLOPE 0.625
 #define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME pole /* one degree of freedom, as linear as can be */
@@ -40,6 +44,7 @@
 #define ROLN_MLP 2
 #define ROLN_STEP midpoint
 #define ROLN_SLOPE 1
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME rich /* everything at once */
@@ -51,6 +56,7 @@
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME delan /* the mass matrix L L^T + least I of DeLaN */
@@ -60,6 +66,7 @@
 #define ROLN_LEAST 0.0625
 #define ROLN_STEP euler
 #define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME pushed /* damping, midpoint; as many inputs as joints */
@@ -70,6 +77,7 @@
 #define ROLN_STEP midpoint
 #define ROLN_HORIZON 2
 #define ROLN_BLOCK 5
+#define ROLN_PLAN 4, 5
 #include "roln.h"
 
 #define ROLN_NAME layered /* SPD layers that keep their size, no autoencoder */
@@ -79,6 +87,7 @@
 #define ROLN_LEAST 0.015625
 #define ROLN_DAMPING 1
 #define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME chart /* a chart of polynomials, and nothing else in the autoencoder */
@@ -87,6 +96,7 @@
 #define ROLN_CHART polynomial, 3
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 4
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME curved /* a chart behind a layer with an activation; inputs, midpoint */
@@ -97,6 +107,7 @@
 #define ROLN_STEP midpoint
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #define ROLN_NAME wheel /* two angles and a slider between them, dry friction */
@@ -106,6 +117,7 @@
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 1
 #define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
 #include "roln.h"
 
 #ifndef ROLN_DOUBLE
@@ -130,7 +142,8 @@
     X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
     X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) X(of, row_jac_2) \
     X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) \
-    X(of, mid_once) X(of, start_once)
+    X(of, mid_once) X(of, start_once) X(of, stage_kept) X(of, stage_bwd) X(of, inverse_kept) X(of, inverse_bwd) \
+    X(of, steps) X(of, motors)
 #define SIZE_FIELD(of, name) int name;
 #define SIZE_VALUE(of, name) of##_##name,
 typedef struct {
@@ -143,8 +156,9 @@ typedef struct {
     X(of, work, lift) X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) \
     X(of, work, gains) X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) \
     X(of, train, fit_noise) X(of, linwork, linear) X(of, lqrwork, lqr) X(of, lqrwork, lqr_along) \
-    X(of, filterwork, filter_tick) X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) \
-    X(of, train, fit_inertia) X(of, train, errors) X(of, start, init)
+    X(of, filterwork, filter_tick) X(of, planwork, plan_next) X(of, planwork, plan_linear) X(of, train, grad) \
+    X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, fit_inertia) \
+    X(of, train, errors) X(of, start, init)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
 #define MEMBER_FIELD(of, type, name) int name;
 #define MEMBER_VALUE(of, type, name) NUMBERS_OF(of##_##type, name),
@@ -230,13 +244,13 @@ ROLN_FN int grad_work(int k, int nb, int H)
 
 ROLN_FN int grad_acc_work(int k, int nb)
 {
-    const sizes z = models[k].size;
+    const sizes z = for_block(k, nb);
     return ROLN_GRAD_ACC_WORK(OF_Z, nb);
 }
 
 ROLN_FN int errors_work(int k, int nb)
 {
-    const sizes z = models[k].size;
+    const sizes z = for_block(k, nb);
     return ROLN_ERRORS_WORK(OF_Z, nb);
 }
 

@@ -276,7 +276,7 @@ static void test_steady(int k)
     if (!CHECK(ahead(k, &x, &t))) return;
     rolni_filter_lay(N, n, &f, work); /* of Q, whose factor the twin has not */
     memcpy(f.s, t.s, sizeof t.s);
-    CHECK_OK(rolni_filter_pose(&m, f.s, &f));
+    CHECK_OK(rolni_pose(&m, f.s, f.q, f.J, f.work));
     fill(n2 * n2, 0, D);
     CHECK_OK(rolni_filter_unknown(&m, &x.noise, &f, D));
     for (i = 0; i < n2; i++)

@@ -2191,6 +2191,22 @@ static void use_lqr(int k, const roln_trained *m, const roln_real *x)
     USE(lqr_along, roln_lqr_along(m, &cost, 2, s, NULL, NULL, K, work));
 }
 
+static void use_plan(int k, const roln_trained *m, const roln_real *x)
+{
+    static roln_real w[MAXN], u[MAXN], A[16 * MAXN * MAXN], B[8 * MAXN * MAXN], c[8 * MAXN];
+    static roln_real path[10 * MAXN], torque[4 * MAXN], K[8 * MAXN * MAXN];
+    const int motors = models[k].size.motors;
+    const roln_motors two = {motors, x, 0};
+    const roln_limits limits = {.dt = dt, .margin = 1, .tau = 1, .rate = 8, .motors = m->model->inputs > 0 ? NULL : &two};
+    const roln_term term[2] = {{.of = ROLN_OF_Q, .weight = w, .ref = x}, {.of = ROLN_OF_QD, .weight = w, .ref = x}};
+    const roln_goal goal = {.dt = dt, .terms = 2, .term = term, .u = u, .limits = &limits};
+    roln_plan plan = {0, 0, 0, 0};
+    const roln_planned pl = {&plan, models[k].size.steps, motors, path, torque, K};
+    fill(MAXN, 1, w), fill(MAXN, k == DEEP ? ROLN_C(1e8) : 1, u);
+    USE(plan_next, roln_plan_next(m, &goal, x, &pl, work));
+    USE(plan_linear, roln_plan_linear(m, &goal, &pl, A, B, c, work));
+}
+
 /* A start and a tick. */
 static void use_filter(int k, const roln_trained *m, const roln_real *x)
 {
@@ -2294,6 +2310,7 @@ static void test_scratch(int k)
     use_tick(k, &m, x);
     use_limits(k, &m, x);
     use_lqr(k, &m, x);
+    use_plan(k, &m, x);
     use_filter(k, &m, x);
     use_mechanics(k, &m, x);
     use_training(k, &m, theta, &s);

@@ -10,6 +10,7 @@ static void interrupt(void);
 #define ROLN_AE 6, 5, 2
 #define ROLN_MLP 16, 16
 #define ROLN_ROWS 4
+#define ROLN_PLAN 3, 6
 #include "roln.h"
 
 #define ROLN_NAME pushed /* with inputs, without an autoencoder */
@@ -219,14 +220,35 @@ static void test_interrupt(void)
 
 /* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
 typedef struct {
-    roln_status st[26];
+    roln_status st[28];
     uint32_t faults[3];
     int count, kept;
 } calls;
 
 #define CALL(expression) (c->st[c->count++] = (expression))
 
-/* Gains, and feedback of least cost. */
+/* A plan. */
+static void call_plan(calls *c)
+{
+    static const roln_real ones[6] = {1, 1, 1, 1, 1, 1}, none[6] = {0};
+    static const roln_limits of = {.dt = ROLN_C(0.01), .margin = 1, .tau = 1};
+    const roln_term term = {.of = ROLN_OF_Q, .weight = ones, .ref = none};
+    const roln_goal goal = {.dt = ROLN_C(0.01), .terms = 1, .term = &term, .u = ones, .limits = &of};
+    const arm_latent at_rest = {{0}, {0}};
+    static arm_planwork planwork;
+    static struct {
+        arm_plan plan;
+        roln_real A[3 * 4 * arm_n * arm_n], B[3 * 2 * arm_n * 6], c[3 * 2 * arm_n];
+    } o, was;
+    memset(&o, 0, sizeof o);
+    was = o;
+    planwork.busy = work.busy;
+    CALL(arm_plan_next(&p, &goal, &at_rest, &o.plan, &planwork));
+    CALL(arm_plan_linear(&p, &goal, &o.plan, o.A, o.B, o.c, &planwork));
+    c->kept &= memcmp(&o, &was, sizeof o) == 0;
+}
+
+/* Gains, feedback of least cost, plans. */
 static void call_feedback(calls *c)
 {
     static const roln_real ones[6] = {1, 1, 1, 1, 1, 1}, none[6] = {0};
@@ -244,6 +266,7 @@ static void call_feedback(calls *c)
     CALL(arm_lqr(&p, &cost, at_rest, none, o.K[0], o.P, &lqrwork));
     CALL(arm_lqr_along(&p, &cost, 1, at_rest, none, NULL, o.K[1], &lqrwork));
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
+    call_plan(c);
 }
 
 /* A filter and its noise. */
@@ -334,7 +357,7 @@ static void test_busy(void)
     int i;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
     call_all(&c);
-    CHECK(c.count == 26 && !c.kept);
+    CHECK(c.count == 28 && !c.kept);
     for (i = 0; i < c.count; i++)
         CHECK_OK(c.st[i]);
     CHECK(c.faults[0] == 0 && c.faults[1] == 0 && c.faults[2] == ROLN_FILTER_START);

@@ -16,7 +16,7 @@ check() {
 }
 for cc in gcc clang; do
     rm -f build/examples/*
-    for f in spd swelling control_tick ekf furuta; do
+    for f in spd swelling control_tick ekf furuta mpc; do
         { $cc -std=c99 -O2 -ffp-contract=off -I. "examples/$f.c" -o "build/examples/$f" -lm &&
             (cd build/examples && "./$f"); echo "exit $?"; } > "build/examples/$f.log" 2>&1
         check $f '/^exit 0$/ { ok = 1 }'
@@ -105,6 +105,13 @@ END
         /^true matrices/ { ok = 1; for (i = 2; i < 6; i++) if (($(i + 1) / k[i] - 1) ^ 2 > 0.1 ^ 2) ok = 0 }'
     check furuta '/^caught of 25/ { ok = $NF >= $(NF - 2) + 0 && $(NF - 2) + 0 >= 20 && $NF < 25 }'
     check furuta '/^swung up and caught from 20 poses: 20,/ { ok = $12 < 5 && $16 < 1 && $21 < 10 && $NF == 0 }'
+
+    # plans swing up and hold from every pose, sooner than the energy law; they use the torque limit, and nothing is beyond it
+    check mpc '/^energy law: .* 20 poses: 20,/ { e = $(NF - 1) } /^plans: .* 20 poses: 20,/ { p = $(NF - 1) }
+        END { ok = p > 0.3 && p < 1 && p < e && e < 5 }'
+    check mpc '/plans reach the torque limit, 0 torques are beyond it$/ { ok = $1 > 20 && $3 == 3000 }'
+    { (cd build/examples && ./mpc mpc.svg > /dev/null); grep -c '<path' build/examples/mpc.svg; } > build/examples/picture.log
+    check picture '$1 == 8 { ok = 1 }'
 done
 # the arm, which takes longer: no faults; rms within three times that of the true model's law, and a tenth of PD's at most
 cc=gcc

@@ -1,0 +1,403 @@
+/* Optimal control under limits, roln_spd.h section 11: without active limits one dense system of equations; two steps against all
+   sets of limits that could be active; many steps against projected coordinate descent in long double; what is promised of the gap;
+   limits that always hold; numbers that make no sense. */
+#include "roln_spd.h"
+#include "twin.h"
+#include "room.h"
+
+void TEST_NAME(ocp)(void);
+
+enum { MAXN = 8, MAXM = 4, MAXH = 20, MAXP = 80 };
+
+/* A problem and its solution; the same in long double with the states eliminated: cost 1/2 u^T H u + g^T u + a constant. */
+typedef struct {
+    int n, m, steps, rated;
+    roln_real A[MAXH * MAXN * MAXN], B[MAXH * MAXN * MAXM], Q[MAXH * MAXN * MAXN], q[MAXH * MAXN];
+    roln_real r[MAXM], ref[MAXM], at[MAXH * MAXM], rate[MAXM], last[MAXM];
+    roln_real u[MAXP], x[(MAXH + 1) * MAXN], K[MAXP * MAXN], gap;
+    ld H[MAXP * MAXP], g[MAXP];
+} problem;
+
+static roln_ocp ocp_of(const problem *p)
+{
+    roln_ocp o;
+    o.n = p->n, o.m = p->m, o.steps = p->steps;
+    o.A = p->A, o.B = p->B, o.Q = p->Q, o.q = p->q, o.r = p->r, o.ref = p->ref, o.at = p->at;
+    o.rate = p->rated ? p->rate : NULL, o.last = p->last;
+    return o;
+}
+
+/* Systems near x+ = x + B u; with costs of size `pull` about 1 limits begin to matter. */
+static void draw(int n, int m, int steps, int rated, roln_real pull, uint64_t *s, problem *p)
+{
+    static roln_real W[MAXN * MAXN];
+    int i, k;
+    p->n = n, p->m = m, p->steps = steps, p->rated = rated;
+    for (i = 0; i < steps * n * n; i++)
+        p->A[i] = ROLN_C(0.2) * roln_normal(s) + (i % (n * n) % (n + 1) == 0);
+    for (i = 0; i < steps * n * m; i++)
+        p->B[i] = ROLN_C(0.3) * roln_normal(s);
+    for (k = 0; k < steps; k++) {
+        for (i = 0; i < n * n; i++)
+            W[i] = roln_normal(s) / 2;
+        rolni_zero(n * n, p->Q + k * n * n);
+        roln_mm_at(n, n, n, W, W, p->Q + k * n * n);
+    }
+    for (i = 0; i < steps * n; i++)
+        p->q[i] = pull * roln_normal(s);
+    for (i = 0; i < m; i++) {
+        p->r[i] = ROLN_C(0.1) + roln_uniform(s), p->ref[i] = roln_normal(s) / 4;
+        p->rate[i] = ROLN_C(0.05) + roln_uniform(s) / 2, p->last[i] = 2 * roln_uniform(s) - 1;
+    }
+    for (i = 0; i < steps * m; i++)
+        p->at[i] = 2 * roln_uniform(s) - 1;
+}
+
+/* H, g from the definition: x_k as a function of all u, [n][P] and a last column for what does not depend on them. */
+static void condense(problem *p)
+{
+    static ld at[MAXN * (MAXP + 1)], next[MAXN * (MAXP + 1)], Qx[MAXN * (MAXP + 1)];
+    const int n = p->n, m = p->m, P = p->steps * m, W = P + 1;
+    int i, j, k, l, c;
+    memset(at, 0, sizeof at), memset(p->H, 0, sizeof p->H), memset(p->g, 0, sizeof p->g);
+    for (i = 0; i < P; i++) {
+        p->H[i * P + i] = (ld)p->r[i % m];
+        p->g[i] = -(ld)p->r[i % m] * (ld)p->ref[i % m];
+    }
+    for (k = 0; k < p->steps; k++) {
+        for (i = 0; i < n; i++) {
+            for (c = 0; c < W; c++)
+                for (next[i * W + c] = 0, l = 0; l < n; l++)
+                    next[i * W + c] += (ld)p->A[(k * n + i) * n + l] * at[l * W + c];
+            for (j = 0; j < m; j++) {
+                next[i * W + k * m + j] += (ld)p->B[(k * n + i) * m + j];
+                next[i * W + P] -= (ld)p->B[(k * n + i) * m + j] * (ld)p->at[k * m + j];
+            }
+        }
+        memcpy(at, next, sizeof at);
+        for (i = 0; i < n; i++)
+            for (c = 0; c < W; c++)
+                for (Qx[i * W + c] = 0, l = 0; l < n; l++)
+                    Qx[i * W + c] += (ld)p->Q[(k * n + i) * n + l] * at[l * W + c];
+        for (i = 0; i < n; i++)
+            for (c = 0; c < P; c++) {
+                p->g[c] += at[i * W + c] * (Qx[i * W + P] + (ld)p->q[k * n + i]);
+                for (l = 0; l < P; l++)
+                    p->H[c * P + l] += at[i * W + c] * Qx[i * W + l];
+            }
+    }
+}
+
+static ld cost_of(const problem *p, const ld *u, ld *gradient)
+{
+    const int P = p->steps * p->m;
+    ld sum = 0;
+    int i, j;
+    for (i = 0; i < P; i++) {
+        ld h = 0;
+        for (j = 0; j < P; j++)
+            h += p->H[i * P + j] * u[j];
+        sum += u[i] * (h / 2 + p->g[i]);
+        if (gradient) gradient[i] = h + p->g[i];
+    }
+    return sum;
+}
+
+/* What all numbers of a cost are measured by: its terms without signs. */
+static ld size_of(const problem *p, const ld *u)
+{
+    const int P = p->steps * p->m;
+    ld sum = 0;
+    int i, j;
+    for (i = 0; i < P; i++)
+        for (sum += fabsl(u[i] * p->g[i]), j = 0; j < P; j++)
+            sum += fabsl(u[i] * p->H[i * P + j] * u[j]) / 2;
+    return sum;
+}
+
+/* Solves, and asks for what always holds: limits, as real numbers of the machine; x is that of u; scratch to a number. */
+static roln_status solve(problem *p, int iterations, ld *u)
+{
+    const roln_ocp o = ocp_of(p);
+    const int n = p->n, m = p->m;
+    roln_real *const work = room_of(ROLN_OCP_WORK(n, m, p->steps, p->rated));
+    const roln_status st = roln_ocp_solve(&o, iterations, p->u, p->x, p->K, &p->gap, work);
+    int i, j, k;
+    if (st != ROLN_OK) return st;
+    CHECK_ROOM();
+    for (i = 0; i < p->steps * m; i++) {
+        const roln_real last = i < m ? p->last[i] : p->u[i - m], rate = p->rate[i % m];
+        CHECK(p->u[i] >= -1 && p->u[i] <= 1);
+        if (p->rated) CHECK(p->u[i] >= last - rate && p->u[i] <= last + rate);
+    }
+    widen(p->steps * m, p->u, u);
+    for (k = 0; k < p->steps; k++)
+        for (i = 0; i < n; i++) {
+            ld x = 0, top = 1;
+            for (j = 0; j < n; j++)
+                x += (ld)p->A[(k * n + i) * n + j] * (ld)p->x[k * n + j], top += fabsl((ld)p->x[k * n + j]);
+            for (j = 0; j < m; j++)
+                x += (ld)p->B[(k * n + i) * m + j] * (u[k * m + j] - (ld)p->at[k * m + j]);
+            BOUND("x of u", fabsl(x - (ld)p->x[(k + 1) * n + i]) / top / EPS, 100);
+        }
+    return st;
+}
+
+static void transpose(int n, roln_real *A)
+{
+    int i, j;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++) {
+            const roln_real t = A[i * n + j];
+            A[i * n + j] = A[j * n + i], A[j * n + i] = t;
+        }
+}
+
+/* Nothing pulls: no limit matters, and u is the solution of one system of equations, K that of a recursion that knows no limits. */
+static void test_free(void)
+{
+    static problem p;
+    static ld u[MAXP], v[MAXP], H[MAXP * MAXP];
+    static roln_real C[MAXN * MAXN], D[MAXN * MAXN], K[MAXM * MAXN], work[ROLN_RICCATI_WORK(MAXN, MAXM)];
+    uint64_t s = 1;
+    int n, m, i, k;
+    for (n = 1; n <= MAXN; n++)
+        for (m = 1; m <= MAXM; m++) {
+            const int steps = 1 + n * m % 7;
+            draw(n, m, steps, 0, ROLN_C(0.002), &s, &p);
+            for (i = 0; i < steps * m; i++)
+                p.at[i] /= 100;
+            for (i = 0; i < m; i++)
+                p.ref[i] /= 100;
+            condense(&p);
+            CHECK(solve(&p, 20, u) == ROLN_OK);
+            for (i = 0; i < steps * m; i++)
+                v[i] = -p.g[i];
+            memcpy(H, p.H, sizeof H);
+            t_solve(steps * m, 1, H, v);
+            for (i = 0; i < steps * m; i++)
+                BOUND("free: u", fabsl(u[i] - v[i]), PICK(1e-4L, 1e-11L));
+            CHECK(roln_chol(n, p.Q + (steps - 1) * n * n, C) == ROLN_OK);
+            for (k = steps - 1; k >= 0; k--) {
+                CHECK(k == 0 || roln_chol(n, p.Q + (k - 1) * n * n, D) == ROLN_OK);
+                transpose(n, D);
+                if (k == steps - 1) transpose(n, C);
+                CHECK(roln_riccati(n, m, p.A + k * n * n, p.B + k * n * m, D, p.r, C, K, work) == ROLN_OK);
+                for (i = 0; i < m * n; i++)
+                    BOUND("free: K", fabsl((ld)K[i] - (ld)p.K[k * m * n + i]), PICK(1e-3L, 1e-9L));
+            }
+        }
+}
+
+/* The least cost with a set of limits taken for equations, if u then is within all of them. code: sides of size, in base 3, 0 none,
+   1 lower, 2 upper, and then those of rate. */
+static int corner(const problem *p, int code, ld *u, ld *cost)
+{
+    static ld N[12 * 12], x[12];
+    const int m = p->m, P = p->steps * m;
+    int i, j, c = P;
+    memset(N, 0, sizeof N);
+    for (i = 0; i < 2 * P; i++)
+        c += (int)(code / pow(3, i)) % 3 != 0;
+    if (c > 12 || c > 2 * P) return 0;
+    for (i = 0; i < P; i++)
+        for (x[i] = -p->g[i], j = 0; j < P; j++)
+            N[i * c + j] = p->H[i * P + j];
+    for (i = 0, j = P; i < 2 * P; i++) {
+        const int side = (int)(code / pow(3, i)) % 3, at = i % P;
+        if (side == 0) continue;
+        N[j * c + at] = N[at * c + j] = 1;
+        x[j] = i < P ? 1 : (ld)p->rate[at % m];
+        x[j] *= side == 1 ? -1 : 1;
+        if (i >= P && at >= m) N[j * c + at - m] = N[(at - m) * c + j] = -1;
+        if (i >= P && at < m) x[j] += (ld)p->last[at];
+        j++;
+    }
+    t_solve(c, 1, N, x);
+    for (i = 0; i < P; i++) {
+        const ld last = i < m ? (ld)p->last[i] : x[i - m], tol = 1e-12L;
+        if (!(fabsl(x[i]) <= 1 + tol)) return 0; /* NaN of a set that contradicts itself, too */
+        if (p->rated && !(fabsl(x[i] - last) <= (ld)p->rate[i % m] + tol)) return 0;
+        u[i] = x[i];
+    }
+    *cost = cost_of(p, u, NULL);
+    return 1;
+}
+
+/* Two steps: the best of all sets of limits. */
+static void test_corners(void)
+{
+    static problem p;
+    ld u[MAXP], best[4], v[4], cost;
+    uint64_t s = 2;
+    int trial, active = 0, m, rated;
+    for (trial = 0; trial < 60; trial++)
+        for (m = 1; m <= 2; m++)
+            for (rated = 0; rated < (m == 1 || trial % 10 == 0 ? 2 : 1); rated++) {
+                const int P = 2 * m, codes = (int)(pow(3, P * (1 + rated)) + 0.5);
+                ld least = INFINITY;
+                int code, i;
+                draw(3, m, 2, rated, trial % 3 == 0 ? 1 : 3, &s, &p);
+                condense(&p);
+                CHECK(solve(&p, 30, u) == ROLN_OK);
+                for (code = 0; code < codes; code++)
+                    if (corner(&p, code, v, &cost) && cost < least) least = cost, memcpy(best, v, sizeof best);
+                for (i = 0; i < P; i++) {
+                    BOUND("corners: u", fabsl(u[i] - best[i]), PICK(1e-3L, 1e-7L));
+                    active += fabsl(best[i]) >= 1 - 1e-12L;
+                }
+                BOUND("corners: cost", (cost_of(&p, u, NULL) - least) / size_of(&p, best), PICK(3e-5L, 1e-12L));
+                BOUND("corners: gap", cost_of(&p, u, NULL) - least - (ld)p.gap, 20 * EPS * size_of(&p, best));
+            }
+    CHECK(active > 50);
+}
+
+/* Twenty steps: coordinate descent, each u_i in turn to where the cost is least within its limits, until nothing moves. */
+static void descend(const problem *p, ld *u)
+{
+    const int P = p->steps * p->m;
+    int sweep, i, j;
+    ld moved = 1;
+    memset(u, 0, sizeof(ld) * (size_t)P);
+    for (sweep = 0; sweep < 100000 && moved > 1e-14L; sweep++)
+        for (moved = 0, i = 0; i < P; i++) {
+            ld g = p->g[i], to;
+            for (j = 0; j < P; j++)
+                g += p->H[i * P + j] * u[j];
+            to = u[i] - g / p->H[i * P + i];
+            to = to > 1 ? 1 : to < -1 ? -1 : to;
+            moved = fabsl(to - u[i]) > moved ? fabsl(to - u[i]) : moved;
+            u[i] = to;
+        }
+}
+
+static void test_long(void)
+{
+    static problem p;
+    static ld u[MAXP], best[MAXP];
+    static const int iterations[3] = {1, 6, 8};
+    uint64_t s = 3;
+    int trial, i, k, active = 0;
+    for (trial = 0; trial < 24; trial++) {
+        ld least, zero, cost;
+        draw(1 + trial % MAXN, 1 + trial % MAXM, MAXH, 0, trial % 2 ? 1 : 10, &s, &p);
+        condense(&p);
+        descend(&p, best);
+        least = cost_of(&p, best, NULL);
+        for (i = 0; i < MAXH * p.m; i++)
+            active += fabsl(best[i]) >= 1;
+        memset(u, 0, sizeof u);
+        zero = cost_of(&p, u, NULL);
+        for (k = 0; k < 3; k++) {
+            CHECK(solve(&p, iterations[k], u) == ROLN_OK);
+            cost = cost_of(&p, u, NULL);
+            BOUND("long: gap", (cost - least - (ld)p.gap) / size_of(&p, best), 20 * EPS);
+            if (k == 1) BOUND("long: part left after 6", (cost - least) / (zero - least), 1e-3L);
+            if (k == 2) BOUND("long: part left after 8", (cost - least) / (zero - least), 1e-4L);
+        }
+        CHECK(solve(&p, 40, u) == ROLN_OK);
+        for (i = 0; i < MAXH * p.m; i++)
+            BOUND("long: u", fabsl(u[i] - best[i]), PICK(0.05L, 1e-6L));
+    }
+    CHECK(active > 200);
+}
+
+/* With rates: no other course within all limits costs less, to the gap. */
+static void test_rates(void)
+{
+    static problem p;
+    static ld u[MAXP], v[MAXP], g[MAXP];
+    uint64_t s = 4;
+    int trial, other, i, active = 0;
+    for (trial = 0; trial < 40; trial++) {
+        const int m = 1 + trial % MAXM, P = MAXH * m;
+        draw(1 + trial % MAXN, m, MAXH, 1, trial % 2 ? 1 : 10, &s, &p);
+        condense(&p);
+        CHECK(solve(&p, 12, u) == ROLN_OK);
+        cost_of(&p, u, g);
+        for (i = 0; i < P; i++)
+            active += fabsl(u[i] - (i < m ? (ld)p.last[i] : u[i - m])) >= 0.999L * (ld)p.rate[i % m];
+        for (other = 0; other < 200; other++) {
+            ld down = 0;
+            for (i = 0; i < P; i++) { /* at random, or down the gradient */
+                const ld last = i < m ? (ld)p.last[i] : v[i - m], most = (ld)p.rate[i % m];
+                ld to = other % 4 == 0 ? (g[i] > 0 ? -1 : 1) : other % 4 == 1 ? u[i] : 0;
+                to += other > 3 ? (ld)roln_normal(&s) / 4 : 0;
+                to = to > last + most ? last + most : to < last - most ? last - most : to;
+                v[i] = to > 1 ? 1 : to < -1 ? -1 : to;
+                down += g[i] * (v[i] - u[i]);
+            }
+            BOUND("rates: gap", (-down - (ld)p.gap) / size_of(&p, u), 20 * EPS);
+        }
+        BOUND("rates: size of the gap", (ld)p.gap / size_of(&p, u), PICK(1e-3L, 1e-4L));
+    }
+    CHECK(active > 200);
+}
+
+/* Every number that makes no sense has its status; sizes of costs from tiny to huge do not matter. */
+static void test_refused(void)
+{
+    static problem p, c;
+    static const roln_real wrong[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
+    static ld u[MAXP];
+    uint64_t s = 5;
+    int i, k;
+    draw(4, 2, 5, 1, 2, &s, &p);
+    for (k = 0; k < 3; k++) {
+        roln_real *const at[9] = {c.A + 7, c.B + 9, c.Q + 11, c.q + 3, c.r + 1, c.ref, c.at + 4, c.rate + 1, c.last};
+        for (i = 0; i < 9; i++) {
+            c = p;
+            *at[i] = wrong[k];
+            CHECK(solve(&c, 8, u) == (i == 7 || i == 8 ? ROLN_E_RANGE : ROLN_E_NOT_FINITE));
+        }
+    }
+    c = p, c.r[1] = 0;
+    CHECK(solve(&c, 8, u) == ROLN_E_NOT_SPD);
+    c = p, c.rate[0] = 0;
+    CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
+    c = p, c.last[1] = ROLN_C(-1.5);
+    CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
+    for (k = 0; k < 3; k++) {
+        c = p;
+        *(k == 0 ? &c.n : k == 1 ? &c.m : &c.steps) = 0;
+        CHECK(solve(&c, 8, u) == ROLN_E_LENGTH);
+    }
+    c = p;
+    for (i = 0; i < 5 * 16; i++)
+        c.Q[i] *= -100;
+    CHECK(solve(&c, 8, u) == ROLN_E_NOT_SPD);
+    for (k = -12; k <= 12; k += 4) {
+        const roln_real by = (roln_real)pow(10, k);
+        c = p;
+        for (i = 0; i < 5 * 16; i++)
+            c.Q[i] *= by;
+        for (i = 0; i < 20; i++)
+            c.q[i] *= by;
+        for (i = 0; i < 2; i++)
+            c.r[i] *= by;
+        condense(&c);
+        CHECK(solve(&c, 10, u) == ROLN_OK);
+        BOUND("sizes of costs", (ld)c.gap / size_of(&c, u), PICK(1e-3L, 1e-4L));
+    }
+    c = p; /* nothing is to be done */
+    memset(c.q, 0, sizeof c.q), c.rated = 0;
+    for (i = 0; i < 10; i++)
+        c.at[i] = c.ref[i % 2];
+    CHECK(solve(&c, 8, u) == ROLN_OK);
+    for (i = 0; i < 10; i++)
+        BOUND("nothing to do", fabsl(u[i] - (ld)c.ref[i % 2]), PICK(1e-5L, 1e-12L));
+    c = p;
+    for (i = 0; i < 5 * 16; i++)
+        c.A[i] *= (roln_real)PICK(1e20, 1e160);
+    CHECK(solve(&c, 8, u) != ROLN_OK); /* A^T Q A is not finite */
+}
+
+void TEST_NAME(ocp)(void)
+{
+    test_free();
+    test_corners();
+    test_long();
+    test_rates();
+    test_refused();
+    print_bounds();
+}

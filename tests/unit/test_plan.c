@@ -1,0 +1,501 @@
+/* Plans (roln.h section 4): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
+   against steps of the model by hand, what a tick makes of a plan, its linearisation, and what is refused. */
+#define ROLN_INLINE ROLN_FN
+#include "small.h"
+
+void TEST_NAME(plan)(void);
+
+#define CHECK_OK(call) CHECK((call) == ROLN_OK)
+
+enum { STEPS = 4, TERMS = 5, MAXM = 5, ROWS = 2 };
+
+static roln_real theta[MAXP];
+
+/* A model, what is asked of its plan, and the plan. */
+typedef struct {
+    int k;
+    roln_real s[2 * MAXN], low[MAXN], high[MAXN], fast[MAXN], B[MAXN * 2], tau[MAXM], rate[MAXM], u[MAXM], hold[MAXM];
+    roln_real C[TERMS][ROWS * MAXN], weight[TERMS][MAXN], ref[TERMS][STEPS * MAXN], P[4 * MAXN * MAXN], end[2 * MAXN];
+    roln_real path[(STEPS + 1) * 2 * MAXN], torque[STEPS * MAXM], K[STEPS * MAXM * 2 * MAXN];
+    roln_term term[TERMS];
+    roln_motors motors;
+    roln_limits limits;
+    roln_goal goal;
+    roln_plan plan;
+} task;
+
+static roln_trained model_of(const task *x)
+{
+    roln_trained m = trained(models[x->k].md, scale_of(x->k), theta);
+    m.z_min = x->low, m.z_max = x->high, m.zd_max = x->fast;
+    return m;
+}
+
+static roln_planned planned(task *x)
+{
+    roln_planned pl;
+    pl.plan = &x->plan, pl.steps = STEPS, pl.motors = models[x->k].size.motors;
+    pl.s = x->path, pl.u = x->torque, pl.K = x->K;
+    return pl;
+}
+
+/* What points to numbers of x, after a copy. */
+static void point(task *x)
+{
+    int i;
+    for (i = 0; i < TERMS; i++) {
+        x->term[i].weight = x->weight[i], x->term[i].ref = x->ref[i];
+        if (x->term[i].C) x->term[i].C = x->C[i];
+    }
+    if (x->limits.motors) x->limits.motors = &x->motors;
+    x->motors.B = x->B, x->limits.tau_each = x->tau;
+    if (x->limits.rate_each) x->limits.rate_each = x->rate;
+    x->goal.term = x->term, x->goal.u = x->u, x->goal.hold = x->hold, x->goal.limits = &x->limits;
+    if (x->goal.P) x->goal.P = x->P, x->goal.end = x->end;
+}
+
+/* Joints, joint velocities by two outputs, latent coordinates, latent velocities, joints by two outputs; a cost behind the end. */
+static void place(int k, uint64_t *s, task *x)
+{
+    static const int of[TERMS] = {ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD, ROLN_OF_Q};
+    const int n = n_OF(k), inputs = models[k].md->inputs;
+    int i, j;
+    memset(x, 0, sizeof *x);
+    x->k = k;
+    parameters(k, s, theta);
+    CHECK_OK(roln_ae_init(&models[k].md->ae, theta, s, spare));
+    fill(MAXN, -100, x->low), fill(MAXN, 100, x->high), fill(MAXN, 100, x->fast);
+    dyadic(2 * n, ROLN_C(0.25), s, x->s), dyadic(MAXN * 2, 1, s, x->B), dyadic(MAXM, ROLN_C(0.125), s, x->hold);
+    for (i = 0; i < TERMS; i++) {
+        dyadic(ROWS * MAXN, 1, s, x->C[i]), dyadic(MAXN, ROLN_C(0.5), s, x->weight[i]), dyadic(STEPS * MAXN, 1, s, x->ref[i]);
+        for (j = 0; j < MAXN; j++)
+            x->weight[i][j] = ROLN_ABS(x->weight[i][j]);
+        x->term[i].of = of[i], x->term[i].moving = i % 2, x->term[i].last = i == 2;
+        x->term[i].C = i == 1 || i == 4 ? x->C[i] : NULL, x->term[i].count = x->term[i].C ? ROWS : 0;
+    }
+    for (i = 0; i < 2 * n; i++)
+        x->P[i * (2 * n + 1)] = ROLN_C(0.5);
+    for (i = 0; i < MAXM; i++)
+        x->tau[i] = ROLN_C(0.5) + ROLN_C(0.25) * (roln_real)i, x->rate[i] = 4, x->u[i] = ROLN_C(0.25);
+    x->motors.count = 2, x->limits.motors = inputs > 0 ? NULL : &x->motors, x->limits.dt = dt, x->limits.margin = 1;
+    x->goal.dt = dt, x->goal.terms = TERMS, x->goal.P = x->P;
+    point(x);
+}
+
+/* The cost by hand, of states path [STEPS + 1][2n] and torques u. */
+static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, const roln_real *u)
+{
+    const int n = n_OF(x->k), N = N_OF(x->k), motors = models[x->k].size.motors;
+    roln_real q[2 * MAXN];
+    ld sum = 0;
+    int k, t, i, j;
+    for (k = 0; k < STEPS; k++) {
+        const roln_real *s = path + (k + 1) * 2 * n;
+        CHECK_OK(roln_decode(m, s, s + n, q, q + N, spare));
+        for (t = 0; t < TERMS; t++) {
+            const roln_term *f = x->term + t;
+            const int side = f->of == ROLN_OF_Q || f->of == ROLN_OF_QD ? N : n;
+            const roln_real *at = f->of == ROLN_OF_Q ? q : f->of == ROLN_OF_QD ? q + N : f->of == ROLN_OF_Z ? s : s + n;
+            const int count = f->C ? f->count : side;
+            for (i = 0; i < count; i++) {
+                ld y = f->C ? 0 : (ld)at[i];
+                for (j = 0; j < side && f->C; j++)
+                    y += (ld)f->C[i * side + j] * (ld)at[j];
+                y -= (ld)f->ref[(f->moving ? k * count : 0) + i];
+                if (!f->C && i < n && (f->of == ROLN_OF_Q || f->of == ROLN_OF_Z) && roln_lnn_angle(&m->model->lnn, i))
+                    y = remainderl(y, 2 * 3.14159265358979323846264338327950288L);
+                sum += y * y * (ld)f->weight[i] * (k == STEPS - 1 ? 1 + (ld)f->last : 1);
+            }
+        }
+        for (i = 0; i < 2 * n && k == STEPS - 1 && x->goal.P; i++) {
+            ld e = (ld)s[i] - (ld)x->end[i];
+            if (i < n && roln_lnn_angle(&m->model->lnn, i)) e = remainderl(e, 2 * 3.14159265358979323846264338327950288L);
+            sum += e * e * (ld)x->P[i * (2 * n + 1)];
+        }
+        for (j = 0; j < motors; j++) {
+            const ld e = (ld)u[k * motors + j] - (ld)x->hold[j];
+            sum += (ld)x->u[j] * e * e;
+        }
+    }
+    return sum;
+}
+
+/* A step of the model under the motors' torque u. */
+static roln_status step(const task *x, const roln_trained *m, const roln_real *u, roln_real *s)
+{
+    roln_real tau[MAXN];
+    int i;
+    for (i = 0; i < N_OF(x->k) && x->limits.motors; i++)
+        tau[i] = x->B[2 * i] * u[0] + x->B[2 * i + 1] * u[1];
+    return roln_step(m, s, s + n_OF(x->k), x->limits.motors ? tau : u, x->goal.dt, spare);
+}
+
+/* ---- what is inside of a call ----------------------------------------------------------------- */
+
+/* The arrays of roln_plan_next for x, at its start. */
+static void lay(task *x, const roln_planned *pl, rolni_plan *b)
+{
+    const int N = N_OF(x->k), n = n_OF(x->k), steps = STEPS, motors = pl->motors;
+    const int k = x->k;
+    roln_real *work = ROOM(plan_next);
+    ROLN_PLAN_MEM(ROLNI_LAY, ROLNI_LOCAL)
+    b->goal = &x->goal, b->steps = steps, b->motors = motors, b->work = work, b->rated = x->limits.rate_each != NULL;
+    rolni_copy(2 * n, x->s, b->s0);
+    rolni_plan_start(b, pl);
+}
+
+/* The gradient of the cost by all torques, by way of A, B and q, against central differences, of which half the step makes a
+   quarter of the error. */
+static void test_gradient(int k)
+{
+    static task x;
+    static ld g[STEPS * MAXM];
+    const int n2 = 2 * n_OF(k), motors = models[k].size.motors;
+    uint64_t s = 20 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    rolni_plan plan;
+    roln_real cost;
+    ld p[2 * MAXN], v[2 * MAXN], top = 0;
+    int i, j, l, in;
+    place(k, &s, &x);
+    pl = planned(&x), m = model_of(&x);
+    lay(&x, &pl, &plan);
+    dyadic(STEPS * motors, ROLN_C(0.5), &s, plan.u0);
+    if (!CHECK_OK(rolni_plan_base(&m, NULL, &plan, &cost, &in))) return;
+    CHECK(in);
+    for (i = 0; i < n2; i++)
+        v[i] = 0;
+    for (l = STEPS - 1; l >= 0; l--) {
+        for (i = 0; i < n2; i++)
+            p[i] = v[i] + (ld)plan.q[l * n2 + i];
+        for (j = 0; j < motors; j++) {
+            ld sum = (ld)plan.r[j] * ((ld)plan.u0[l * motors + j] - (ld)plan.hold[j]);
+            for (i = 0; i < n2; i++)
+                sum += (ld)plan.B[(l * n2 + i) * motors + j] * p[i];
+            g[l * motors + j] = sum;
+            top = fabsl(sum) > top ? fabsl(sum) : top;
+        }
+        for (j = 0; j < n2; j++)
+            for (v[j] = 0, i = 0; i < n2; i++)
+                v[j] += (ld)plan.A[(l * n2 + i) * n2 + j] * p[i];
+    }
+    for (i = 0; i < STEPS * motors; i++) {
+        const roln_real at = plan.u0[i], h = PICK(ROLN_C(0.0625), ROLN_C(0.0009765625));
+        roln_real of[4];
+        ld d[2], error[3];
+        for (j = 0; j < 4; j++) {
+            plan.u0[i] = at + (j % 2 ? -h : h) / (roln_real)(1 + j / 2);
+            CHECK_OK(rolni_plan_base(&m, NULL, &plan, of + j, &in));
+        }
+        plan.u0[i] = at;
+        for (j = 0; j < 2; j++)
+            d[j] = ((ld)of[2 * j] - (ld)of[2 * j + 1]) / (2 * (ld)h / (1 + j)), error[j] = fabsl(d[j] - g[i]);
+        error[2] = fabsl((4 * d[1] - d[0]) / 3 - g[i]); /* which is of fourth order */
+        BOUND("gradient", error[2] / (top + (ld)cost), PICK(2e-4L, 1e-10L));
+        if (PICK(0, 1) && error[0] > 1e-8L * (top + (ld)cost)) BOUND("gradient, slope", fabsl(error[0] / error[1] - 4), 0.5L);
+    }
+}
+
+/* The feedback of a plan that no limit touches is that of roln_lqr_along, on its base. */
+static void test_feedback(int k)
+{
+    static task x;
+    static roln_real path[(STEPS + 1) * 2 * MAXN], u[STEPS * MAXM], Q[4 * MAXN * MAXN], mine[STEPS * MAXM * 2 * MAXN];
+    const int n2 = 2 * n_OF(k), motors = models[k].size.motors, count = STEPS * motors * n2;
+    uint64_t s = 40 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    roln_cost lqr;
+    rolni_plan plan;
+    roln_real cost, gap;
+    int i, in;
+    place(k, &s, &x);
+    if (models[k].md->lnn.friction) return; /* which roln_lqr leaves out */
+    fill(MAXM, 1000, x.tau);
+    x.term[1].C = NULL, x.goal.terms = 2;
+    pl = planned(&x), m = model_of(&x);
+    lay(&x, &pl, &plan);
+    if (!CHECK_OK(rolni_plan_base(&m, &pl, &plan, &cost, &in))) return;
+    CHECK_OK(rolni_plan_solve(n_OF(k), &plan, &gap));
+    for (i = 0; i < STEPS * motors; i++)
+        u[i] = plan.u0[i] * plan.top[i % motors];
+    for (i = 0; i < n2 * n2; i++)
+        Q[i] = plan.Q[(STEPS - 1) * n2 * n2 + i] / 2; /* what is paid at the end */
+    for (i = 0; i < count; i++)
+        mine[i] = plan.K[i] * plan.top[i / n2 % motors];
+    rolni_copy((STEPS + 1) * n2, plan.s0, path);
+    lqr.q = x.weight[0], lqr.qd = x.weight[1], lqr.u = x.u, lqr.dt = dt, lqr.motors = x.limits.motors;
+    CHECK_OK(roln_lqr_along(&m, &lqr, STEPS, path, u, Q, x.K, spare));
+    BOUND("feedback", furthest(count, mine, x.K) / (1 + largest(count, x.K)), PICK(5e-6L, 1e-11L));
+}
+
+/* ---- plans in a loop -------------------------------------------------------------------------- */
+
+/* Plan after plan: torques and their changes within limits as numbers of the machine are, states those of the model, costs those by
+   hand, and none is worse than to go on with the last one. Returns how many plans touch a limit. */
+static int run(task *x, const roln_trained *m, int calls)
+{
+    static roln_real old[(STEPS + 1) * 2 * MAXN], u[STEPS * MAXM], K[STEPS * MAXM * 2 * MAXN];
+    const int k = x->k, n2 = 2 * n_OF(k), motors = models[k].size.motors;
+    const roln_planned pl = planned(x);
+    int call, l, i, j, touched = 0;
+    for (call = 0; call < calls; call++) {
+        roln_real last[MAXM], to[2 * MAXN];
+        ld before;
+        int touch = 0, can = 1;
+        for (j = 0; j < motors; j++)
+            last[j] = call > 0 ? x->torque[j] : x->hold[j];
+        rolni_copy(n2, x->s, old);
+        for (l = 0; l < STEPS; l++) { /* the last plan, a step on, with its feedback */
+            for (j = 0; j < motors; j++) {
+                const roln_real top = x->tau[j], rate = x->limits.rate_each ? x->rate[j] * x->goal.dt : 4 * top;
+                const roln_real w = l > 0 ? u[(l - 1) * motors + j] : last[j];
+                roln_real v = call > 0 ? x->torque[ROLN_MIN(l + 1, STEPS - 1) * motors + j] : x->hold[j];
+                for (i = 0; i < n2 && call > 0 && l + 1 < STEPS; i++) {
+                    const roln_real d = old[l * n2 + i] - x->path[(l + 1) * n2 + i];
+                    v -= x->K[((l + 1) * motors + j) * n2 + i] * d;
+                }
+                v = v > w + rate ? w + rate : v < w - rate ? w - rate : v;
+                u[l * motors + j] = v > top ? top : v < -top ? -top : v;
+            }
+            rolni_copy(n2, old + l * n2, old + (l + 1) * n2);
+            can &= step(x, m, u + l * motors, old + (l + 1) * n2) == ROLN_OK;
+        }
+        if (!can) return touched; /* the midpoint rule may find a step too long */
+        before = cost_of(x, m, old, u);
+        if (!CHECK_OK(roln_plan_next(m, &x->goal, x->s, &pl, ROOM(plan_next)))) return touched;
+        ROOM_KEPT();
+        CHECK(x->plan.known == 1 && x->plan.age == 0 && x->plan.gap >= 0);
+        rolni_copy(n2, x->s, to);
+        for (l = 0; l < STEPS; l++) {
+            for (j = 0; j < motors; j++) {
+                const roln_real v = x->torque[l * motors + j], w = l > 0 ? x->torque[(l - 1) * motors + j] : last[j];
+                CHECK(ROLN_ABS(v) <= x->tau[j]);
+                if (x->limits.rate_each) CHECK_BELOW(ROLN_ABS(v - w), x->rate[j] * x->goal.dt * (1 + 4 * ROLN_EPS) + 4 * ROLN_EPS);
+                touch |= ROLN_ABS(v) > ROLN_C(0.99) * x->tau[j];
+                touch |= x->limits.rate_each && ROLN_ABS(v - w) > ROLN_C(0.99) * x->rate[j] * x->goal.dt;
+            }
+            CHECK_OK(step(x, m, x->torque + l * motors, to));
+            BOUND("states of a plan", furthest(n2, to, x->path + (l + 1) * n2) / (1 + largest(n2, to)), PICK(1e-5L, 1e-14L));
+        }
+        BOUND("cost of a plan", fabsl(cost_of(x, m, x->path, x->torque) / (ld)x->plan.cost - 1), PICK(1e-5L, 1e-14L));
+        BOUND("not worse", (ld)x->plan.cost / before - 1, PICK(1e-5L, 1e-14L));
+        touched += touch;
+        memcpy(K, x->K, sizeof K);
+        CHECK(roln_all_finite(STEPS * motors * n2, K));
+        rolni_copy(n2, x->path + n2, x->s);
+        x->s[0] += ROLN_C(0.0625), x->s[n2 - 1] -= ROLN_C(0.03125); /* somebody pushes */
+    }
+    return touched;
+}
+
+static void test_loop(int k)
+{
+    static task x;
+    uint64_t s = 60 + (uint64_t)k;
+    int rated, tight, touched = 0;
+    for (tight = 0; tight < 2; tight++)
+        for (rated = 0; rated < 2; rated++) {
+            roln_trained m;
+            int i;
+            place(k, &s, &x);
+            for (i = 0; i < MAXM && tight; i++)
+                x.tau[i] /= 8, x.hold[i] /= 8, x.u[i] = ROLN_C(0.0009765625);
+            x.limits.rate_each = rated ? x.rate : NULL;
+            x.goal.iterations = tight ? 0 : 10;
+            m = model_of(&x);
+            touched += run(&x, &m, 12);
+        }
+    if (k == PLAIN || k == WHEEL) CHECK(touched > 12);
+}
+
+/* ---- a tick of it ----------------------------------------------------------------------------- */
+
+static void test_follow(int k)
+{
+    static task x;
+    const int n = n_OF(k), n2 = 2 * n, motors = models[k].size.motors;
+    uint64_t s = 80 + (uint64_t)k;
+    roln_real at[2 * MAXN], u[MAXM], off[2 * MAXN];
+    roln_planned pl;
+    roln_trained m;
+    int i, j, l;
+    place(k, &s, &x);
+    pl = planned(&x), m = model_of(&x);
+    fill(MAXM, 7, u);
+    CHECK(roln_plan_follow(&m, &x.goal, &pl, 0, x.s, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    dyadic(STEPS * motors * n2, ROLN_C(0.0625), &s, x.K), dyadic(STEPS * motors, ROLN_C(0.25), &s, x.torque);
+    dyadic(n2, ROLN_C(0.0625), &s, off);
+    x.plan.known = 1;
+    for (l = 0; l <= STEPS; l++) /* constant acceleration, which Hermite polynomials know */
+        for (i = 0; i < n; i++) {
+            const roln_real t = (roln_real)l * dt, a = (roln_real)(i + 1) / 4, v = ROLN_C(0.5) - a;
+            x.path[l * n2 + i] = ROLN_C(0.25) + v * t + a * t * t / 2, x.path[l * n2 + n + i] = v + a * t;
+        }
+    for (l = 0; l < 4 * STEPS; l++)
+        for (x.plan.age = 0; x.plan.age < 2; x.plan.age++) {
+            const roln_real after = (roln_real)l * dt / 4, t = after + (roln_real)x.plan.age * dt;
+            const int step = l / 4 + x.plan.age;
+            for (i = 0; i < n; i++) {
+                const roln_real a = (roln_real)(i + 1) / 4, v = ROLN_C(0.5) - a;
+                at[i] = ROLN_C(0.25) + v * t + a * t * t / 2 + off[i], at[n + i] = v + a * t + off[n + i];
+            }
+            fill(MAXM, 7, u);
+            if (step >= STEPS) {
+                CHECK(roln_plan_follow(&m, &x.goal, &pl, after, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+                continue;
+            }
+            if (models[k].md->lnn.angles & 1) at[0] += ROLN_C(6.283185307179586); /* on another turn */
+            CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, after, at, u));
+            for (j = 0; j < motors; j++) {
+                ld want = (ld)x.torque[step * motors + j];
+                for (i = 0; i < n2; i++)
+                    want -= (ld)x.K[(step * motors + j) * n2 + i] * (ld)off[i];
+                want = want > (ld)x.tau[j] ? (ld)x.tau[j] : want < -(ld)x.tau[j] ? -(ld)x.tau[j] : want;
+                BOUND("torque of a tick", fabsl((ld)u[j] - want), 30 * EPS);
+            }
+        }
+    x.plan.age = 0;
+    fill(MAXM, 7, u);
+    CHECK(roln_plan_follow(&m, &x.goal, &pl, -dt, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    CHECK(roln_plan_follow(&m, &x.goal, &pl, (roln_real)NAN, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    at[n] = (roln_real)NAN;
+    CHECK(roln_plan_follow(&m, &x.goal, &pl, 0, at, u) == ROLN_E_NOT_FINITE && all(MAXM, u, 7));
+    fill(STEPS * motors * n2, ROLN_C(1e6), x.K), at[n] = 1;
+    CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, 0, at, u));
+    for (j = 0; j < motors; j++)
+        CHECK(ROLN_ABS(u[j]) <= x.tau[j]);
+}
+
+/* The plan as others' solvers take it: A_k s_k + B_k u_k + c_k is s_k+1, and A, B are the derivatives. */
+static void test_linear(int k)
+{
+    static task x;
+    static roln_real A[STEPS * 4 * MAXN * MAXN], B[STEPS * 2 * MAXN * MAXM], c[STEPS * 2 * MAXN];
+    const int n2 = 2 * n_OF(k), motors = models[k].size.motors;
+    uint64_t s = 100 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    int l, i, j;
+    place(k, &s, &x);
+    pl = planned(&x), m = model_of(&x);
+    CHECK(roln_plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)) == ROLN_E_LENGTH);
+    if (!CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare))) return;
+    CHECK_OK(roln_plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)));
+    CHECK_ROOM();
+    for (l = 0; l < STEPS; l++) {
+        const roln_real h = PICK(ROLN_C(0.03125), ROLN_C(0.0009765625));
+        roln_real at[4][2 * MAXN], u[4][MAXM];
+        for (i = 0; i < n2; i++) {
+            ld sum = (ld)c[l * n2 + i], size = fabsl(sum);
+            for (j = 0; j < n2; j++)
+                sum += (ld)A[(l * n2 + i) * n2 + j] * (ld)x.path[l * n2 + j], size += fabsl((ld)A[(l * n2 + i) * n2 + j]);
+            for (j = 0; j < motors; j++)
+                sum += (ld)B[(l * n2 + i) * motors + j] * (ld)x.torque[l * motors + j];
+            BOUND("affine", fabsl(sum - (ld)x.path[(l + 1) * n2 + i]) / (1 + size), PICK(1e-5L, 1e-14L));
+        }
+        for (j = 0; j < n2 + motors; j++) {
+            for (i = 0; i < 4; i++) {
+                rolni_copy(n2, x.path + l * n2, at[i]), rolni_copy(motors, x.torque + l * motors, u[i]);
+                *(j < n2 ? at[i] + j : u[i] + (j - n2)) += (i % 2 ? -h : h) / (roln_real)(1 + i / 2);
+                CHECK_OK(step(&x, &m, u[i], at[i]));
+            }
+            for (i = 0; i < n2; i++) {
+                const ld whole = ((ld)at[0][i] - (ld)at[1][i]) / (2 * (ld)h), half = ((ld)at[2][i] - (ld)at[3][i]) / (ld)h;
+                const ld d = (4 * half - whole) / 3;
+                const ld mine = (ld)(j < n2 ? A[(l * n2 + i) * n2 + j] : B[(l * n2 + i) * motors + j - n2]);
+                BOUND("A, B", fabsl(d - mine) / (1 + fabsl(d)), PICK(2e-4L, 1e-9L));
+            }
+        }
+    }
+}
+
+/* ---- what is refused -------------------------------------------------------------------------- */
+
+enum { WRONG = 30 };
+
+/* Goal number `what` that makes no sense; its status. */
+static roln_status spoil(int what, task *x)
+{
+    const roln_real nan = (roln_real)NAN;
+    roln_real *const of[11] = {x->s, x->weight[0], x->ref[1] + 1, x->C[1], x->u + 1, x->hold, x->P + 1, x->end, &x->goal.dt,
+                               &x->term[2].last, x->weight[4] + 1};
+    if (what < 11) return *of[what] = what % 2 ? nan : (roln_real)INFINITY, ROLN_E_NOT_FINITE;
+    switch (what) {
+    case 11: return x->weight[3][0] = -1, ROLN_E_NOT_SPD;
+    case 12: return x->u[0] = 0, ROLN_E_NOT_SPD;
+    case 13: return x->term[0].last = -1, ROLN_E_NOT_SPD;
+    case 14: return x->goal.dt = 0, ROLN_E_RANGE;
+    case 15: return x->goal.dt = -1, ROLN_E_RANGE;
+    case 16: return x->tau[1] = 0, ROLN_E_RANGE;
+    case 17: return x->tau[0] = -1, ROLN_E_RANGE;
+    case 18: return x->tau[0] = nan, ROLN_E_RANGE;
+    case 19: return x->rate[0] = nan, ROLN_E_RANGE;
+    case 20: return x->limits.margin = -1, ROLN_E_RANGE;
+    case 21: return x->goal.terms = -1, ROLN_E_LENGTH;
+    case 22: return x->goal.iterations = -1, ROLN_E_LENGTH;
+    case 23: return x->goal.iterations = ROLN_PLAN_ITERATIONS + 1, ROLN_E_LENGTH;
+    case 24: return x->term[1].of = 4, ROLN_E_LENGTH;
+    case 25: return x->term[1].of = -1, ROLN_E_LENGTH;
+    case 26: return x->term[4].count = -1, ROLN_E_LENGTH;
+    case 27: return x->limits.motors ? x->motors.count = 1 : 0, x->limits.motors ? ROLN_E_LENGTH : ROLN_OK;
+    case 28: return x->fast[0] = ROLN_C(1e-6), ROLN_E_RANGE; /* wherever it goes, it is out of range */
+    default: return x->P[0] = -1, ROLN_E_NOT_SPD;
+    }
+}
+
+/* Each leaves the plan what it was, a step older, and at its end there is none. */
+static void test_refused(int k)
+{
+    static task good, x;
+    uint64_t s = 120 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    int what, call;
+    place(k, &s, &good);
+    good.limits.rate_each = good.rate;
+    point(&good);
+    pl = planned(&good), m = model_of(&good);
+    if (k == PUSHED && roln_plan_next(&m, &good.goal, good.s, &pl, spare) == ROLN_E_NO_CONVERGENCE) return; /* midpoint: too long */
+    if (!CHECK_OK(roln_plan_next(&m, &good.goal, good.s, &pl, spare))) return;
+    for (what = 0; what < WRONG; what++) {
+        roln_status st, want;
+        x = good;
+        point(&x);
+        pl = planned(&x), m = model_of(&x);
+        want = spoil(what, &x);
+        if (want == ROLN_OK) continue;
+        st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+        if (!CHECK(st == want)) printf("    %s, wrong number %d: status %d\n", models[k].name, what, (int)st);
+        CHECK(memcmp(x.path, good.path, sizeof x.path) == 0 && memcmp(x.torque, good.torque, sizeof x.torque) == 0);
+        CHECK(memcmp(x.K, good.K, sizeof x.K) == 0 && x.plan.known == 1 && x.plan.age == 1);
+        CHECK(x.plan.cost >= good.plan.cost && x.plan.cost <= good.plan.cost);
+        for (call = 1; call < STEPS; call++)
+            CHECK(x.plan.known == 1 && roln_plan_next(&m, &x.goal, x.s, &pl, spare) == st);
+        CHECK(x.plan.known == 0 && x.plan.age == 0);
+    }
+    x = good; /* after a failure it goes on */
+    point(&x);
+    pl = planned(&x), m = model_of(&x);
+    x.s[0] = (roln_real)NAN;
+    CHECK(roln_plan_next(&m, &x.goal, x.s, &pl, spare) == ROLN_E_NOT_FINITE && x.plan.age == 1);
+    x.s[0] = good.s[0];
+    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    CHECK(x.plan.known == 1 && x.plan.age == 0);
+}
+
+void TEST_NAME(plan)(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+        test_follow(k);
+        if (k == DEEP) continue; /* J of size 1e3, with weights of its square: beyond the digits of float, and of differences */
+        test_gradient(k);
+        test_feedback(k);
+        test_loop(k);
+        test_linear(k);
+        test_refused(k);
+    }
+    print_bounds();
+}
