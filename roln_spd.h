@@ -2729,7 +2729,7 @@ ROLN_FN roln_status rolni_ocp_factor(const rolni_ocp *b)
     rolni_zero(rated * n * m, b->Pl);
     rolni_zero(rated * m * m, b->Pll);
     rolni_copy(n * n, o->Q + (o->steps - 1) * n * n, b->P);
-    for (k = o->steps - 1; k >= 0; k--) {
+    for (k = o->steps - 1;; k--) {
         const roln_real *A = o->A + k * n * n, *B = o->B + k * n * m;
         roln_real *const L = b->L + k * m * m, *const K = b->K + k * m * n, *const Kl = b->Kl + k * m * m;
         roln_mm(n, n, m, b->P, B, b->G);
@@ -2770,7 +2770,6 @@ ROLN_FN roln_status rolni_ocp_factor(const rolni_ocp *b)
             for (j = 0; j < i; j++)
                 b->P[i * n + j] = b->P[j * n + i] = (b->P[i * n + j] + b->P[j * n + i]) / 2;
     }
-    return ROLN_OK;
 }
 
 /* The Newton step d, dx, dl to products t l = mu - c. */
