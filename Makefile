@@ -17,8 +17,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check record learn machines errors control models \
-        noise experiments report plotting-deps plotting-test eig bench sizes count firmware pil
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check record learn machines errors control plans \
+        models noise experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -88,7 +88,7 @@ deps:
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines
+           machines plans swing
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -146,14 +146,16 @@ build/convert: $(call host,mujoco/convert mujoco/demos)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
 build/pil: $(call host,control/pil control/image control/control mujoco/truth unit/check)
 build/machines: $(call host,control/machines control/image unit/check)
+build/plans: $(call host,control/plans control/control mujoco/truth unit/check) build/host64/tests/control/offline.o
+build/swing: $(call host,control/swing unit/check)
 build/experiment: $(call host,experiments/experiment $(PARTS))
 build/speed: $(call host,experiments/speed $(PARTS))
 build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check)
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert control pil machines experiment speed test_experiments test_opinf \
-                     test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert control pil machines plans swing experiment speed test_experiments \
+                     test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
@@ -186,6 +188,12 @@ errors: build/test_mujoco build/test_experiments
 # closed loops around MuJoCo's chain: table and build/control.svg, a minute and a half
 control: build/control
 	./build/control build/control.svg
+
+# plans of the chain with four motors: against PD+, without limits, and the best that there is;
+# and a hundred swing-ups; five minutes
+plans: build/plans build/swing
+	./build/plans
+	./build/swing
 
 # train the committed models again (an hour on two cores)
 models: build/generate
@@ -237,9 +245,10 @@ build/eig32 build/eig64: build/eig%: build/host%/$(EIG).o build/host32/tests/uni
 bench: build/bench
 	./build/bench
 
-# flash, RAM, stack and instructions of three models on five cores, compared with the tables between <!-- sizes --> in the texts
+# flash, RAM, stack and instructions of three models on five cores, and of plans, compared with the tables of the texts
 sizes:
 	sh tests/measure/sizes.sh
+	sh tests/measure/plan.sh
 
 # instructions of the kernels and of a control tick on a Cortex-M4F, against targets
 count:
@@ -265,11 +274,12 @@ build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
-# processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; then other machines
+# processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; other machines; 1,000 plans
 PIL = m4 m7 rv32
 pil: build/pil build/machines
 	./build/pil $(PIL)
 	./build/machines $(PIL)
+	sh tests/measure/plan.sh $(PIL)
 build/pil: $(patsubst %,build/firmware/%/examples/firmware/serial.elf,$(PIL) host)
 build/machines: $(foreach i,furuta arm,$(patsubst %,build/firmware/%/examples/firmware/$(i).elf,$(PIL) host))
 

@@ -2626,18 +2626,28 @@ ROLNI_INLINE roln_real rolni_ocp_moved(const rolni_ocp *b, int side, int i, cons
     return side & 1 ? -to : to;
 }
 
-/* x of u. */
-ROLN_FN void rolni_ocp_roll(const roln_ocp *p, const roln_real *u, roln_real *x)
+/* next [n] = A_k x + B_k w. */
+ROLNI_INLINE void rolni_ocp_next(const roln_ocp *p, int k, const roln_real *x, const roln_real *w, roln_real *next)
 {
     const int n = p->n, m = p->m;
-    int k, i, j;
+    const roln_real *B = p->B + k * n * m;
+    int i, j;
+    roln_mm_bt(1, n, n, x, p->A + k * n * n, next);
+    for (i = 0; i < n; i++, B += m)
+        for (j = 0; j < m; j++)
+            next[i] += B[j] * w[j];
+}
+
+/* x of u; w [m] is written. */
+ROLN_FN void rolni_ocp_roll(const roln_ocp *p, const roln_real *u, roln_real *x, roln_real *w)
+{
+    const int n = p->n, m = p->m;
+    int k, j;
     rolni_zero(n, x);
     for (k = 0; k < p->steps; k++) {
-        roln_real *const next = x + (k + 1) * n;
-        roln_mm_bt(1, n, n, x + k * n, p->A + k * n * n, next);
-        for (i = 0; i < n; i++)
-            for (j = 0; j < m; j++)
-                next[i] += p->B[(k * n + i) * m + j] * (u[k * m + j] - p->at[k * m + j]);
+        for (j = 0; j < m; j++)
+            w[j] = u[k * m + j] - p->at[k * m + j];
+        rolni_ocp_next(p, k, x + k * n, w, x + (k + 1) * n);
     }
 }
 
@@ -2680,7 +2690,7 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
             const roln_real most = side > 1 ? o->rate[i % m] : 1, from = side > 1 && i < m ? o->last[i] : 0;
             b->t[side * count + i] = most + (side & 1 ? from : -from) + rolni_ocp_moved(b, side, i, b->u);
         }
-    rolni_ocp_roll(o, b->u, b->x);
+    rolni_ocp_roll(o, b->u, b->x, b->pl);
     rolni_ocp_gradient(b);
     for (i = 0; i < count; i++)
         mean += ROLN_ABS(b->g[i]) / ROLNI_AS(roln_real, count);
@@ -2790,24 +2800,23 @@ ROLN_FN void rolni_ocp_step(const rolni_ocp *b, roln_real mu)
     rolni_zero(m, b->pl);
     for (k = o->steps - 1; k >= 0; k--) { /* d = -S^-1 (gradient + B^T p + pl) */
         roln_real *const d = b->d + k * m;
-        roln_mm_at(m, n, 1, o->B + k * n * m, b->p, d);
+        rolni_mm1(n, m, 0, b->p, 1, o->B + k * n * m, 1, d);
         for (j = 0; j < m; j++)
             d[j] += b->pl[j];
-        roln_mm(1, n, n, b->p, o->A + k * n * n, b->v);
-        roln_mm_at(n, m, 1, b->K + k * m * n, d, b->v);
+        rolni_mm1(n, n, 0, b->p, 1, o->A + k * n * n, 0, b->v);
+        rolni_mm1(m, n, 0, d, 1, b->K + k * m * n, 1, b->v);
         rolni_copy(n, b->v, b->p);
-        if (rated) rolni_zero(m, b->pl), roln_mm_at(m, m, 1, b->Kl + k * m * m, d, b->pl);
+        if (rated) rolni_mm1(m, m, 0, d, 1, b->Kl + k * m * m, 0, b->pl);
         rolni_ocp_solve(m, 1, b->L + k * m * m, d);
     }
     rolni_zero(n, b->dx);
     for (k = 0; k < o->steps; k++) {
-        roln_real *const d = b->d + k * m, *const next = b->dx + (k + 1) * n;
+        roln_real *const d = b->d + k * m;
         for (j = 0; j < m; j++) {
             d[j] += roln_dot(n, b->K + (k * m + j) * n, b->dx + k * n);
             if (rated && k > 0) d[j] += roln_dot(m, b->Kl + (k * m + j) * m, d - m);
         }
-        for (i = 0; i < n; i++)
-            next[i] = roln_dot(n, o->A + (k * n + i) * n, b->dx + k * n) + roln_dot(m, o->B + (k * n + i) * m, d);
+        rolni_ocp_next(o, k, b->dx + k * n, d, b->dx + (k + 1) * n);
     }
     for (side = 0; side < b->sides; side++)
         for (i = 0; i < count; i++) {

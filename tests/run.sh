@@ -31,6 +31,9 @@ record       sh tests/user/record.sh
 sizes        sh tests/measure/sizes.sh test
 firmware     sh tests/firmware/firmware.sh
 machines     build/machines m4 rv32
+plans        build/plans test
+swing        build/swing test
+plansize     sh tests/measure/plan.sh test
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments
