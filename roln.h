@@ -2031,34 +2031,42 @@ ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *g
     return ROLN_OK;
 }
 
+/* The torque of motor j a part f of a step after step k of a plan, at the state s [2n], limited; NaN if that is no number. */
+ROLN_FN roln_real rolni_plan_want(const roln_lnn *lnn, const roln_goal *goal, const roln_planned *pl, int k, roln_real f, int j,
+                                  const roln_real *s)
+{
+    const int n = lnn->n;
+    const roln_real *from = pl->s + k * 2 * n, *to = from + 2 * n, *K = pl->K + (k * pl->motors + j) * 2 * n;
+    const roln_real top = rolni_most(goal->limits, j), dt = goal->dt, r = 1 - f;
+    roln_real want = pl->u[k * pl->motors + j];
+    int i;
+    for (i = 0; i < n; i++) {
+        const roln_real h0 = from[i], h1 = to[i], v0 = dt * from[n + i], v1 = dt * to[n + i];
+        const roln_real z = h0 + f * f * (3 - 2 * f) * (h1 - h0) + f * r * (r * v0 - f * v1);
+        want -= K[i] * (roln_lnn_near(lnn, i, z, s[i]) - z);
+        want -= K[n + i] * (s[n + i] - (r * from[n + i] + f * to[n + i]));
+    }
+    return want < -top ? -top : want > top ? top : want;
+}
+
 /* The torques u [motors] t seconds after the last call of roln_plan_next, at the measured state s [2n]:
        u = u_k - K_k (s - s_k(t)),   s_k(t) between s_k and s_k+1 (z by cubic Hermite polynomials, zd linearly)
-   within limits->tau. ROLN_E_LENGTH: there is no plan, or it ends before t; ROLN_E_NOT_FINITE. Then u is untouched, and the guard
-   is to be told so (want = NULL). No work. */
+   within limits->tau. ROLN_E_LENGTH: there is no plan, or it ends before t; ROLN_E_RANGE: dt, limits; ROLN_E_NOT_FINITE. Then u is
+   untouched, and the guard is to be told so (want = NULL). No work. */
 ROLN_INLINE roln_status roln_plan_follow(const roln_trained *m, const roln_goal *goal, const roln_planned *pl, roln_real t,
                                          const roln_real *s, roln_real *u)
 {
     const roln_lnn *lnn = &m->model->lnn;
-    const int n = lnn->n, n2 = 2 * n, motors = pl->motors;
-    const roln_real at = t / goal->dt + ROLNI_AS(roln_real, pl->plan->age), dt = goal->dt;
-    roln_real f;
-    const roln_real *from, *to, *K;
-    int i, j, k;
+    const roln_real at = t / goal->dt + ROLNI_AS(roln_real, pl->plan->age);
+    int j, k;
     if (!pl->plan->known || !(at >= 0) || !(at < ROLNI_AS(roln_real, pl->steps))) return ROLN_E_LENGTH;
-    if (!roln_all_finite(n2, s)) return ROLN_E_NOT_FINITE;
-    k = ROLNI_AS(int, at), f = at - ROLNI_AS(roln_real, k);
-    from = pl->s + k * n2, to = from + n2, K = pl->K + k * motors * n2;
-    for (j = 0; j < motors; j++) {
-        roln_real want = pl->u[k * motors + j];
-        const roln_real top = rolni_most(goal->limits, j);
-        for (i = 0; i < n; i++) {
-            const roln_real h0 = from[i], h1 = to[i], v0 = dt * from[n + i], v1 = dt * to[n + i], r = 1 - f;
-            const roln_real z = h0 + f * f * (3 - 2 * f) * (h1 - h0) + f * r * (r * v0 - f * v1);
-            want -= K[j * n2 + i] * (roln_lnn_near(lnn, i, z, s[i]) - z);
-            want -= K[j * n2 + n + i] * (s[n + i] - (r * from[n + i] + f * to[n + i]));
-        }
-        u[j] = want < -top ? -top : want > top ? top : want;
-    }
+    if (!(goal->dt > 0) || !rolni_limits_valid(goal->limits, pl->motors)) return ROLN_E_RANGE;
+    if (!roln_all_finite(2 * lnn->n, s)) return ROLN_E_NOT_FINITE;
+    k = ROLNI_AS(int, at);
+    for (j = 0; j < pl->motors; j++)
+        if (!roln_finite(rolni_plan_want(lnn, goal, pl, k, at - ROLNI_AS(roln_real, k), j, s))) return ROLN_E_NOT_FINITE;
+    for (j = 0; j < pl->motors; j++)
+        u[j] = rolni_plan_want(lnn, goal, pl, k, at - ROLNI_AS(roln_real, k), j, s);
     return ROLN_OK;
 }
 

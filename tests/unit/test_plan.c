@@ -485,6 +485,48 @@ static void test_refused(int k)
     CHECK(x.plan.known == 1 && x.plan.age == 0);
 }
 
+/* Any number in place of any: state, goal, limits, range. A plan that is taken is finite, its torques within the limits; one that is
+   refused leaves the last one; and what the motors are given is a number within their limits, or nothing. */
+static void test_any(int k)
+{
+    const roln_real hostile[12] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, 0, -1, ROLN_C(1e-30), ROLN_C(1e30),
+                                   ROLN_C(-1e30), ROLN_EPS, ROLN_C(1e-38), ROLN_C(3e38), 1};
+    const int motors = models[k].size.motors, n2 = 2 * n_OF(k), tries = check_sample ? 60 : 600;
+    static task good, x;
+    uint64_t s = 150 + (uint64_t)k;
+    int i, j;
+    place(k, &s, &good);
+    for (i = 0; i < tries; i++) {
+        roln_real *const at[15] = {x.s, x.low, x.high, x.fast, x.B, x.tau, x.rate, x.u, x.hold, x.weight[0], x.ref[0],
+                                   x.C[1], x.P, x.end, &x.goal.dt};
+        roln_planned pl = planned(&x);
+        roln_trained m = model_of(&x);
+        int call, what;
+        x = good;
+        if (i % 2) x.limits.rate_each = x.rate;
+        point(&x);
+        for (call = 0; call < 3; call++) {
+            roln_real u[MAXM];
+            const roln_plan last = x.plan;
+            roln_status st;
+            what = (int)(roln_uniform(&s) * 15);
+            if (call > 0) at[what][what < 14 ? i % 2 : 0] = hostile[(int)(roln_uniform(&s) * 12)];
+            st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+            if (st == ROLN_OK) {
+                CHECK(roln_all_finite((STEPS + 1) * n2, x.path) && roln_all_finite(STEPS * motors * n2, x.K));
+                CHECK(x.plan.known == 1 && x.plan.age == 0 && roln_finite(x.plan.cost) && roln_finite(x.plan.gap));
+                for (j = 0; j < STEPS * motors; j++)
+                    CHECK(ROLN_ABS(x.torque[j]) <= x.tau[j % motors]);
+            } else {
+                CHECK(last.known ? x.plan.known == 0 || x.plan.age == last.age + 1 : x.plan.known == 0);
+            }
+            if (roln_plan_follow(&m, &x.goal, &pl, x.goal.dt / 2, x.s, u) == ROLN_OK)
+                for (j = 0; j < motors; j++)
+                    CHECK(ROLN_ABS(u[j]) <= x.tau[j]);
+        }
+    }
+}
+
 void TEST_NAME(plan)(void)
 {
     int k;
@@ -496,6 +538,7 @@ void TEST_NAME(plan)(void)
         test_loop(k);
         test_linear(k);
         test_refused(k);
+        test_any(k);
     }
     print_bounds();
 }
