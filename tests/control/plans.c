@@ -171,13 +171,13 @@ static double track(controller *c, void (*law)(controller *, int, const swift_la
 
 static void references(int count, int seconds)
 {
-    static const double limits[] = {20, 15}, gains[] = {3, 5, 7, 10};
+    static const double limits[] = {1000, 20, 15}, gains[] = {3, 5, 7, 10};
     static controller c;
     struct control_model *m = control_load(CONTROL_MODEL);
     if (!m) exit(1);
     printf("along %d references, %d s each, in MuJoCo; rms error of 16 joints, mrad (ticks at the limit)\n"
-           "limit, Nm   PD+ of 3            5            7           10 rad/s   plans\n", count, seconds);
-    for (int l = 0; l < 2; l++) {
+           "limit, Nm    PD+ of 3            5            7           10 rad/s plans\n", count, seconds);
+    for (int l = 0; l < 3; l++) {
         double best = INFINITY, mean = 0, full = 0, part;
         printf("%9g", limits[l]);
         for (int g = 0; g <= 4; g++) {
@@ -193,10 +193,10 @@ static void references(int count, int seconds)
             }
             mean = sqrt(mean);
             if (g < 4) best = fmin(best, mean);
-            printf("%8.4g (%2.0f)", 1e3 * mean, 100 * full);
+            printf(" %8.4g (%2.0f)", 1e3 * mean, 100 * full);
         }
-        printf("   1/%.3g of the best\n", best / mean);
-        CHECK_BELOW(mean, best / 2);
+        printf("   %.3g of the best\n", mean / best);
+        if (l > 0) CHECK_BELOW(mean, best / 2); /* where motors are strong enough, PD+ is better */
     }
     control_free(m);
 }
