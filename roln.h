@@ -449,7 +449,7 @@ typedef struct {
     const roln_real *load;
 } roln_target;
 
-/* roln_control, and to b the energy balance at (z, zd); b NULL: not wanted. */
+/* roln_control, and to b the energy balance at (z, zd), the power of the load among what is lost; b NULL: not wanted. */
 #define ROLN_CONTROL_MEM(X, S) X(out, S(n))
 #define ROLN_CONTROL_WORK(S) (0 ROLN_CONTROL_MEM(ROLNI_SIZE, S) + ROLN_INVERSE_WORK(S))
 ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
@@ -464,6 +464,7 @@ ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z,
         out[i] -= ref->kp[i] * (z[i] - roln_lnn_near(&m->model->lnn, i, z[i], ref->z[i])) + ref->kd[i] * (zd[i] - ref->zd[i]);
     for (i = 0; i < n && ref->load; i++)
         out[i] -= ref->load[i];
+    if (b && ref->load) b->lost -= roln_dot(n, zd, ref->load); /* a force that is known does not unbalance the guard */
     if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
@@ -902,7 +903,8 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
    and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
-   the motors cannot make of tau_z is in held->guard->missed. x measured, reference and gains in; z, zd [n] out, untouched if the
+   the motors cannot make of tau_z is in held->guard->missed. The energy residual counts on ref->load, of which roln_guard_tick by
+   itself does not know. x measured, reference and gains in; z, zd [n] out, untouched if the
    encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
 #define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
@@ -4608,8 +4610,8 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits, at two thirds of the cost; where limits->motors or learned inputs are
-   to make tau_z, allocate in place of lift, and g->g.missed. */
+   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), at two thirds of the cost;
+   where limits->motors or learned inputs are to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {

@@ -547,6 +547,39 @@ static void test_held(int k)
     CHECK(roln_control(&m, x, x, &target, tau_z, spare) == ROLN_E_NOT_FINITE && all(MAXN, tau_z, 7));
 }
 
+/* The energy residual of two ticks of model k that moves under a load, with its power or without. */
+static ld residual_of(int k, int counted)
+{
+    static rig x;
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
+    roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
+    const roln_target target = {still, still, still, still, still, counted ? x.e.load : NULL};
+    const roln_measured measured = {q, qd};
+    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
+    const rolni_push by = {tau, x.e.load};
+    const roln_held to = {&guard, tau};
+    uint64_t s = 893 + (uint64_t)k;
+    int t;
+    place(k, &s, 1, &x);
+    fill(n, 2, x.e.load), fill(n, 1, x.e.zd), fill(N, 0, tau);
+    for (t = 0; t < 2; t++) {
+        CHECK_OK(roln_decode(&m, x.e.z, x.e.zd, q, qd, spare));
+        CHECK((roln_tick(&m, &limits, &measured, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
+        if (t == 0) CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, limits.dt, spare));
+    }
+    return fabsl((ld)guard.residual);
+}
+
+/* What the load does is no fault: without it 2 n W and more or less, for zd = 1. */
+static void test_guarded(int k)
+{
+    if (k == DEEP || models[k].md->inputs > 0) return; /* J of size 1e3; lifted to motors */
+    BOUND("load: residual, W", residual_of(k, 1), PICK(0.1, 0.02));
+    BOUND("load: residual without its power, of 2 n W", fabsl(residual_of(k, 0) / (2 * n_OF(k)) - 1), 0.1);
+}
+
 /* A load that is none and does not wander: the filter without one. One that is not finite: it starts again. */
 static void test_unladen(int k)
 {
@@ -1041,6 +1074,7 @@ void TEST_NAME(filter)(void)
         loaded = 1;
         test_push(k);
         test_held(k);
+        test_guarded(k);
         test_unladen(k);
         loaded = 0;
         test_fit(k);
