@@ -138,7 +138,7 @@ build/test build/test_asan build/test_msan build/test_cov:
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
 PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
-build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm) \
+build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm load) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
 build/record: $(call host,mujoco/record mujoco/demos)

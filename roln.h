@@ -26,6 +26,8 @@
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
        #define ROLN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
        #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
+       #define ROLN_LOAD    0                 1: NAME_filter_tick estimates a constant force on z, too, such as of a payload, which
+                                              the references of NAME_control may take up
        #define ROLN_STORE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
@@ -441,12 +443,13 @@ ROLN_INLINE roln_status roln_inverse(const roln_trained *m, const roln_real *z, 
 }
 
 /* What a controller follows and how firmly: the reference z, zd, zdd [n], the diagonals of the gains Kp, Kd: kp [J],
-   kd [J s] [n]. */
+   kd [J s] [n]; and the load [J] [n] that it works against, of a filter, NULL: none. */
 typedef struct {
     const roln_real *z, *zd, *zdd, *kp, *kd;
+    const roln_real *load;
 } roln_target;
 
-/* roln_control, and to b the energy balance at (z, zd); b NULL: not wanted. */
+/* roln_control, and to b the energy balance at (z, zd), the power of the load among what is lost; b NULL: not wanted. */
 #define ROLN_CONTROL_MEM(X, S) X(out, S(n))
 #define ROLN_CONTROL_WORK(S) (0 ROLN_CONTROL_MEM(ROLNI_SIZE, S) + ROLN_INVERSE_WORK(S))
 ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
@@ -459,13 +462,16 @@ ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z,
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         out[i] -= ref->kp[i] * (z[i] - roln_lnn_near(&m->model->lnn, i, z[i], ref->z[i])) + ref->kd[i] * (zd[i] - ref->zd[i]);
+    for (i = 0; i < n && ref->load; i++)
+        out[i] -= ref->load[i];
+    if (b && ref->load) b->lost -= roln_dot(n, zd, ref->load); /* a force that is known does not unbalance the guard */
     if (!roln_all_finite(n, out)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
 }
 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
-       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed,   e of angles by the shorter way,
+       tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way,
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. z, zd, ref in; tau_z [n] out,
    untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. work [ROLN_CONTROL_WORK]. */
 ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
@@ -897,7 +903,8 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
 
 /* A whole control tick, roln_encode, roln_control, roln_lift and roln_guard_tick: the same bits, but the state is decoded once
    and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
-   the motors cannot make of tau_z is in held->guard->missed. x measured, reference and gains in; z, zd [n] out, untouched if the
+   the motors cannot make of tau_z is in held->guard->missed. The energy residual counts on ref->load, of which roln_guard_tick by
+   itself does not know. x measured, reference and gains in; z, zd [n] out, untouched if the
    encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
 #define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
@@ -1037,6 +1044,47 @@ ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, c
     return ROLN_OK;
 }
 
+/* What acts over a step: tau [roln_force_size], NULL: none, and beside it load [n], a constant force on z itself, NULL: none. */
+typedef struct {
+    const roln_real *tau, *load;
+} rolni_push;
+
+/* Both as the integrators ask for them, of one state: J(z)^T tau + unit load. by_load: G is of the load, I, else of the torque. */
+typedef struct {
+    rolni_torque *torque;
+    const roln_real *load;
+    roln_real unit;
+    int by_load;
+} rolni_loaded;
+
+ROLN_FN void rolni_loaded_eval(void *ctx, int nb, const roln_real *z, roln_real *tau_z)
+{
+    const rolni_loaded *f = ROLNI_AS(const rolni_loaded *, ctx);
+    const int n = f->torque->m->model->lnn.n;
+    int i;
+    rolni_torque_eval(f->torque, nb, z, tau_z);
+    for (i = 0; i < n; i++)
+        tau_z[i] += f->unit * f->load[i];
+}
+
+ROLN_FN void rolni_loaded_jac(void *ctx, const roln_real *z, roln_real *H, roln_real *G)
+{
+    const rolni_loaded *f = ROLNI_AS(const rolni_loaded *, ctx);
+    const int n = f->torque->m->model->lnn.n;
+    int i;
+    rolni_torque_jac(f->torque, z, H, f->by_load ? NULL : G);
+    for (i = 0; i < n * n && G && f->by_load; i++)
+        G[i] = i % (n + 1) == 0;
+}
+
+/* The load of a push joins the force of d; both stay where they are. Without one nothing is done. */
+ROLN_INLINE void rolni_drive_load(const roln_trained *m, const roln_real *load, int by_load, rolni_driven *d, rolni_loaded *f)
+{
+    if (!load) return;
+    f->torque = &d->torque, f->load = load, f->unit = m->scale->t * m->scale->t / m->scale->m, f->by_load = by_load;
+    d->force.eval = rolni_loaded_eval, d->force.ctx = f;
+}
+
 /* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
    none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
 #define ROLN_STEP_MEM(X, S, force_size, force_work, tape_size) \
@@ -1044,20 +1092,22 @@ ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, c
 #define ROLN_STEP_WORK(S) \
     (0 ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
      ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, 1))
-ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
-                                  roln_real *work)
+ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_real *zd, const rolni_push *by, roln_real dt,
+                                   roln_real *work)
 {
     const roln_model *md = m->model;
     const int n = md->lnn.n, size = roln_force_size(md);
     const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, rolni_torque_work(md, 1, 0), roln_lnn_tape(&md->lnn, 1, 0, 1))
     rolni_driven d;
+    rolni_loaded loaded;
     roln_status st;
     int i;
-    rolni_drive(m, tau ? held : NULL, &d, force);
-    for (i = 0; i < size && tau; i++)
-        held[i] = tau[i] * unit;
-    if (tau) rolni_multiply_each(1, size, each, held);
+    rolni_drive(m, by->tau || by->load ? held : NULL, &d, force);
+    rolni_drive_load(m, by->load, 0, &d, &loaded);
+    for (i = 0; i < size && (by->tau || by->load); i++)
+        held[i] = by->tau ? by->tau[i] * unit : 0;
+    if (by->tau) rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, 1, dt / t, s, s, tape, work);
     if (st != ROLN_OK) return st;
@@ -1067,6 +1117,13 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     rolni_copy(n, s, z);
     rolni_copy(n, s + n, zd);
     return ROLN_OK;
+}
+
+ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
+                                  roln_real *work)
+{
+    const rolni_push by = {tau, NULL};
+    return rolni_step(m, z, zd, &by, dt, work);
 }
 
 /* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
@@ -1080,30 +1137,36 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), wanted, ROLNI_FORCE_WORK(S, 1, 2), \
                        ROLN_JAC_TAPES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
      ROLN_LNN_STEP_JAC_WORK(S, (S(scheme) + 0), wanted))
-ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
-                                    roln_real *A, roln_real *B, roln_real *work)
+/* The same under a push. A; and B by its torque or L [2n][n] by its load, NULL: not wanted; wanted: then n. */
+typedef struct {
+    roln_real *A, *B, *L;
+} rolni_slopes;
+ROLN_INLINE roln_status rolni_linear(const roln_trained *m, roln_real *z, roln_real *zd, const rolni_push *by, roln_real dt,
+                                     const rolni_slopes *to, roln_real *work)
 {
     const roln_model *md = m->model;
-    const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md), wanted = B ? size : 0, rows = n2 + wanted;
+    const int n = md->lnn.n, n2 = 2 * n, size = roln_force_size(md), wanted = to->L ? n : to->B ? size : 0, rows = n2 + wanted;
     const roln_real t = m->scale->t, unit = rolni_force_unit(m->scale), *const each = rolni_each_force(md, m);
     ROLN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL, size, wanted, rolni_torque_work(md, 1, 2),
                     ROLN_JAC_TAPES(md->scheme) * roln_lnn_tape(&md->lnn, 1, 1, 1))
     rolni_driven d;
+    rolni_loaded loaded;
     roln_status st;
     int i, j;
-    rolni_drive(m, tau || B ? held : NULL, &d, force);
-    d.force.jac = rolni_torque_jac;
+    rolni_drive(m, by->tau || by->load || to->B ? held : NULL, &d, force);
+    d.force.jac = by->load ? rolni_loaded_jac : rolni_torque_jac;
+    rolni_drive_load(m, by->load, to->L != NULL, &d, &loaded);
     for (i = 0; i < size; i++)
-        held[i] = tau ? tau[i] * unit : 0;
+        held[i] = by->tau ? by->tau[i] * unit : 0;
     rolni_multiply_each(1, size, each, held);
     rolni_state(m, z, zd, s);
     if ((st = roln_lnn_step_jac(&md->lnn, &d.sys, md->scheme, wanted, dt / t, s, s, J, tape, work)) != ROLN_OK) return st;
-    for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit */
-        const roln_real tj = j < n ? 1 : j < n2 ? t : unit;
+    for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
+        const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? loaded.unit : unit;
         for (i = 0; i < n2; i++) {
             roln_real *x = J + j * n2 + i;
             *x *= (i < n ? 1 : 1 / t) * tj;
-            if (j >= n2 && each) *x *= each[j - n2];
+            if (j >= n2 && each && !to->L) *x *= each[j - n2];
         }
     }
     for (i = 0; i < n; i++)
@@ -1111,13 +1174,21 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
     if (!roln_all_finite(rows * n2, J) || !roln_all_finite(n, s + n)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < n2; i++) {
         for (j = 0; j < n2; j++)
-            A[i * n2 + j] = J[j * n2 + i];
+            to->A[i * n2 + j] = J[j * n2 + i];
         for (j = n2; j < rows; j++)
-            B[i * size + j - n2] = J[j * n2 + i];
+            (to->L ? to->L : to->B)[i * wanted + j - n2] = J[j * n2 + i];
     }
     rolni_copy(n, s, z);
     rolni_copy(n, s + n, zd);
     return ROLN_OK;
+}
+
+ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
+                                    roln_real *A, roln_real *B, roln_real *work)
+{
+    const rolni_push by = {tau, NULL};
+    const rolni_slopes to = {A, B, NULL};
+    return rolni_linear(m, z, zd, &by, dt, &to, work);
 }
 
 /* The terms of M zdd + c + g + d = tau_z at (z, zd): M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V;
@@ -1240,16 +1311,24 @@ ROLN_FN const roln_real *rolni_motors_tau(int N, const roln_motors *f, const rol
     return tau;
 }
 
-/* roln_linear under the motors' u [count], NULL: none; s [2n] in and out, A [2n][2n], B [2n][count] out.
-   work [ROLNI_LINEAR_MOTORS_WORK]. */
+/* Where motors act, NULL: at each joint, or the learned inputs; their u [count], NULL: none; a load [n] on z, NULL: none. */
+typedef struct {
+    const roln_motors *motors;
+    const roln_real *u, *load;
+} rolni_acting;
+
+/* roln_linear under what acts; s [2n] in and out, A [2n][2n], B [2n][count] out. work [ROLNI_LINEAR_MOTORS_WORK]. */
 #define ROLNI_LINEAR_MOTORS_MEM(X, S) X(tau, S(N)) X(F, 2 * S(n) * S(force_size))
 #define ROLNI_LINEAR_MOTORS_WORK(S) (0 ROLNI_LINEAR_MOTORS_MEM(ROLNI_SIZE, S) + S(linear_work))
-ROLN_INLINE roln_status rolni_linear_motors(const roln_trained *m, const roln_motors *f, roln_real *s, const roln_real *u,
-                                            roln_real dt, roln_real *A, roln_real *B, roln_real *work)
+ROLN_INLINE roln_status rolni_linear_motors(const roln_trained *m, const rolni_acting *by, roln_real *s, roln_real dt, roln_real *A,
+                                            roln_real *B, roln_real *work)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const roln_motors *f = by->motors;
     ROLNI_LINEAR_MOTORS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    const roln_status st = roln_linear(m, s, s + n, rolni_motors_tau(N, f, u, tau), dt, A, F, work);
+    const rolni_push push = {rolni_motors_tau(N, f, by->u, tau), by->load};
+    const rolni_slopes to = {A, F, NULL};
+    const roln_status st = rolni_linear(m, s, s + n, &push, dt, &to, work);
     if (st != ROLN_OK) return st;
     if (f && f->B) roln_mm(2 * n, N, f->count, F, f->B, B);
     else rolni_copy(2 * n * force_size, F, B);
@@ -1294,6 +1373,7 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
     const int n = m->model->lnn.n;
     const roln_trained driven = *m; /* a copy, whose address escapes: of m itself the compiler keeps what it knows */
     const roln_real *logs = rolni_net(m) + rolni_friction_at(&m->model->lnn) + n; /* log v */
+    const rolni_acting by = {cost->motors, u, NULL};
     roln_status st;
     int i;
     ROLNI_COST_MEM(ROLNI_CARVE, ROLNI_LOCAL)
@@ -1302,7 +1382,7 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
     rolni_copy(2 * n, s, at);
     for (i = 0; i < n && m->model->lnn.friction; i++)
         at[n + i] += (at[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / m->scale->t;
-    st = rolni_linear_motors(&driven, cost->motors, at, u, cost->dt, A, B, work);
+    st = rolni_linear_motors(&driven, &by, at, cost->dt, A, B, work);
     return st == ROLN_OK ? rolni_cost_joints(m, cost, s, D, work) : st;
 }
 
@@ -1380,6 +1460,7 @@ typedef struct {
     int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
     /* what follows may be left out */
     const roln_real *q_each, *tau_each; /* [N] in place of q, of tau; NULL: these */
+    roln_real load; /* deviation by which the torque of a load on each joint wanders in a second, as tau; without one not read */
 } roln_noise;
 
 /* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
@@ -1400,10 +1481,12 @@ typedef struct {
     roln_real nis;             /* its normalised innovation squared: if all is well, chi-square of `used` degrees */
 } roln_filter;
 
-/* A filter and its estimate: z, zd [n] and F [2n][2n], F^T F the covariance of their error. */
+/* A filter and its estimate: z, zd [n] and F [2n][2n], F^T F the covariance of their error. With load [n], NULL: none, it estimates
+   a constant force on z, too, J, that acts beside the known one: then F [3n][3n] is of z, zd, load. */
 typedef struct {
     roln_filter *filter;
     roln_real *z, *zd, *F;
+    roln_real *load;
 } roln_estimate;
 
 /* Nonzero if the settings of N joints make sense: finite, dt and deviations of joints positive, nothing negative. */
@@ -1418,24 +1501,48 @@ ROLN_FN int rolni_noise_valid(int N, const roln_noise *noise)
     return valid;
 }
 
-/* What a filter works on: state [2n] and factor, the pose q [N] that the state decodes to, J [N][n] there; room for products A
-   [2n][2n] and for rows [2n + N][2n + 1] of triangles. work [ROLN_FILTER_WORK without them]. */
-#define ROLN_FILTER_MEM(X, S) \
-    X(s, 2 * S(n)) X(F, 4 * S(n) * S(n)) X(A, 4 * S(n) * S(n)) X(q, S(N)) X(J, S(N) * S(n)) \
-    X(rows, (2 * S(n) + S(N)) * (2 * S(n) + 1))
+/* What a filter works on: state [side], side = 2n or, with a load, 3n, and factor, the pose q [N] that the state decodes to, J
+   [N][n] there; room for products A [side][side] and for rows of triangles. load: 1 or 0. work [ROLN_FILTER_WORK without them]. */
+#define ROLNI_FILTER_SIDE(S, load) ((2 + (load)) * S(n))
+#define ROLNI_FILTER_ROWS(S, load) /* of a measurement, or, with a load, of two noises */ \
+    ROLN_MAX((ROLNI_FILTER_SIDE(S, load) + S(N)) * (ROLNI_FILTER_SIDE(S, load) + 1), (load) * 15 * S(n) * S(n))
+#define ROLN_FILTER_MEM(X, S, load) \
+    X(s, ROLNI_FILTER_SIDE(S, load)) X(F, ROLNI_FILTER_SIDE(S, load) * ROLNI_FILTER_SIDE(S, load)) \
+    X(A, ROLNI_FILTER_SIDE(S, load) * ROLNI_FILTER_SIDE(S, load)) X(q, S(N)) X(J, S(N) * S(n)) \
+    X(rows, ROLNI_FILTER_ROWS(S, load))
 typedef struct {
-    ROLN_FILTER_MEM(ROLNI_FIELD, ROLNI_LOCAL)
+    ROLN_FILTER_MEM(ROLNI_FIELD, ROLNI_LOCAL, 0)
+    int load, side;
     roln_real *work;
 } rolni_filter;
 
-ROLN_FN void rolni_filter_lay(int N, int n, rolni_filter *b, roln_real *work)
+ROLN_INLINE void rolni_filter_lay(int N, int n, int load, rolni_filter *b, roln_real *work)
 {
-    ROLN_FILTER_MEM(ROLNI_LAY, ROLNI_LOCAL)
-    b->work = work;
+    ROLN_FILTER_MEM(ROLNI_LAY, ROLNI_LOCAL, load)
+    b->load = load, b->side = ROLNI_FILTER_SIDE(ROLNI_LOCAL, load), b->work = work;
 }
 
-/* Factor W [n][2n] of what unknown torques do to the state in a tick, W^T W: with T^T T = J^T diag(tau^2) J, a triangle,
-       W = [dt^2/2 G  dt G],   G = T M^-1
+/* The last rows of a factor, W [n][3n]: what the load has wandered in some seconds, W^T W = seconds J^T diag(noise->load^2) J. */
+#define ROLNI_WANDER_MEM(X, S) X(T, S(N) * S(n))
+#define ROLNI_WANDER_WORK(S) (0 ROLNI_WANDER_MEM(ROLNI_SIZE, S) + ROLN_TRIANGLE_WORK(S(N), S(n)))
+ROLN_INLINE void rolni_filter_wander(const roln_trained *m, const roln_noise *noise, roln_real seconds, const rolni_filter *f,
+                                     roln_real *W)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_real far = ROLN_SQRT(seconds) * noise->load, *each = rolni_each(m->model, m);
+    roln_real *work = f->work;
+    ROLNI_WANDER_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    int i;
+    for (i = 0; i < N * n; i++)
+        T[i] = (each ? far / each[i / n] : far) * f->J[i];
+    roln_triangle(N, n, T, work);
+    rolni_zero(n * f->side, W);
+    for (i = 0; i < n; i++)
+        rolni_copy(n, T + i * n, W + i * f->side + 2 * n);
+}
+
+/* Factor W [n][side] of what unknown torques do to the state in a tick, W^T W: with T^T T = J^T diag(tau^2) J, a triangle,
+       W = [dt^2/2 G  dt G  0],   G = T M^-1
    Outside of the range seen in training the model guesses: ten times as much, a guess, too. */
 #define ROLNI_UNKNOWN_MEM(X, S) X(M, S(n) * S(n)) X(T, S(N) * S(n))
 #define ROLNI_UNKNOWN_WORK(S) (0 ROLNI_UNKNOWN_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_TERMS_WORK(S), ROLN_TRIANGLE_WORK(S(N), S(n))))
@@ -1454,7 +1561,8 @@ ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_n
         T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : each ? noise->tau / each[i / n] : noise->tau) * f->J[i];
     roln_triangle(N, n, T, work);
     for (j = 0; j < n; j++) {
-        roln_real *const w = W + j * 2 * n;
+        roln_real *const w = W + j * f->side;
+        if (f->load) rolni_zero(n, w + 2 * n);
         roln_solve_lower(n, M, T + j * n, w + n);
         roln_solve_lower_t(n, M, w + n, w + n);
         for (i = 0; i < n; i++)
@@ -1463,22 +1571,29 @@ ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_n
     return ROLN_OK;
 }
 
-/* A tick on: the model's step under tau, NULL: none, and the triangle of [F A^T; W]. Then q, J there. */
+/* A tick on: the model's step under tau, NULL: none, and the load, and the triangle of [F A^T; W], with a load of [F [A L; 0 I]^T;
+   W; what it wanders]. Then q, J there. */
 ROLN_INLINE roln_status rolni_filter_predict(const roln_trained *m, const roln_noise *noise, const roln_real *tau,
                                              const rolni_filter *f)
 {
-    const int n = m->model->lnn.n, n2 = 2 * n;
-    roln_status st = roln_linear(m, f->s, f->s + n, tau, noise->dt, f->A, NULL, f->work);
-    int i;
+    const int n = m->model->lnn.n, n2 = 2 * n, side = f->side;
+    const rolni_push by = {tau, f->load ? f->s + n2 : NULL};
+    const rolni_slopes to = {f->load ? f->rows : f->A, NULL, f->load ? f->rows + n2 * n2 : NULL};
+    roln_status st = rolni_linear(m, f->s, f->s + n, &by, noise->dt, &to, f->work);
+    int i, k;
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
+    for (i = 0; i < side && f->load && st == ROLN_OK; i++)
+        for (k = 0; k < side; k++)
+            f->A[i * side + k] = i >= n2 ? i == k : k < n2 ? to.A[i * n2 + k] : to.L[i * n + k - n2];
     if (st == ROLN_OK) st = rolni_pose(m, f->s, f->q, f->J, f->work);
-    if (st == ROLN_OK) st = rolni_filter_unknown(m, noise, f, f->rows + n2 * n2);
+    if (st == ROLN_OK) st = rolni_filter_unknown(m, noise, f, f->rows + side * side);
     if (st != ROLN_OK) return st;
-    roln_mm_bt(n2, n2, n2, f->F, f->A, f->rows);
-    roln_triangle(n2 + n, n2, f->rows, f->work);
-    rolni_copy(n2 * n2, f->rows, f->F);
-    return roln_all_finite(n2 * n2, f->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    if (f->load) rolni_filter_wander(m, noise, noise->dt, f, f->rows + (side + n) * side);
+    roln_mm_bt(side, side, side, f->F, f->A, f->rows);
+    roln_triangle(f->load ? side + n2 : side + n, side, f->rows, f->work);
+    rolni_copy(side * side, f->rows, f->F);
+    return roln_all_finite(side * side, f->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* What a measurement said. */
@@ -1492,22 +1607,22 @@ typedef struct {
 ROLN_INLINE rolni_innovation rolni_filter_rows(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
                                                const rolni_filter *f)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
-    roln_real *const rows = f->rows + n2 * side;
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, ns = f->side, side = ns + 1;
+    roln_real *const rows = f->rows + ns * side;
     rolni_innovation in = {0, 0, 0};
     int i, k;
-    rolni_zero((n2 + N) * side, f->rows);
-    for (i = 0; i < n2; i++)
+    rolni_zero((ns + N) * side, f->rows);
+    for (i = 0; i < ns; i++)
         f->rows[i * side + i] = 1;
     for (i = 0; i < N; i++) {
         const roln_real r = noise->q_each ? noise->q_each[i] : noise->q;
         roln_real *const row = rows + i * side, e;
         if (!roln_finite(y[i])) continue;
-        for (k = 0; k < n2; k++)
-            row[k] = roln_dot(n, f->J + i * n, f->F + k * n2) / r;
-        e = row[n2] = (y[i] - roln_lnn_near(&m->model->lnn, i, y[i], f->q[i])) / r;
+        for (k = 0; k < ns; k++)
+            row[k] = roln_dot(n, f->J + i * n, f->F + k * ns) / r;
+        e = row[ns] = (y[i] - roln_lnn_near(&m->model->lnn, i, y[i], f->q[i])) / r;
         in.measured++;
-        if (gate > 0 && !(ROLN_ABS(e) <= gate * ROLN_SQRT(roln_dot(n2, row, row) + 1))) rolni_zero(side, row);
+        if (gate > 0 && !(ROLN_ABS(e) <= gate * ROLN_SQRT(roln_dot(ns, row, row) + 1))) rolni_zero(side, row);
         else in.used++;
     }
     if (2 * in.used < in.measured) in.used = 0;
@@ -1522,52 +1637,55 @@ ROLN_INLINE rolni_innovation rolni_filter_rows(const roln_trained *m, const roln
 ROLN_INLINE roln_status rolni_filter_correct(const roln_trained *m, const roln_noise *noise, roln_real gate, const roln_real *y,
                                              const rolni_filter *f, rolni_innovation *in)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, side = n2 + 1;
-    roln_real *const w = f->work, *const d = w + n2, *const b = f->rows + n2;
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, ns = f->side, side = ns + 1;
+    roln_real *const w = f->work, *const d = w + ns, *const b = f->rows + ns;
     int i, k;
     *in = rolni_filter_rows(m, noise, gate, y, f);
     if (in->used == 0) return ROLN_OK;
-    roln_triangle(n2 + N, side, f->rows, f->work);
-    for (i = 0; i < n2; i++)
-        rolni_copy(n2, f->rows + i * side, f->A + i * n2);
-    in->nis = f->rows[n2 * side + n2] * f->rows[n2 * side + n2];
-    for (i = n2 - 1; i >= 0; i--) {
+    roln_triangle(ns + N, side, f->rows, f->work);
+    for (i = 0; i < ns; i++)
+        rolni_copy(ns, f->rows + i * side, f->A + i * ns);
+    in->nis = f->rows[ns * side + ns] * f->rows[ns * side + ns];
+    for (i = ns - 1; i >= 0; i--) {
         w[i] = b[i * side];
-        for (k = i + 1; k < n2; k++)
-            w[i] -= f->A[i * n2 + k] * w[k];
-        w[i] /= f->A[i * (n2 + 1)];
+        for (k = i + 1; k < ns; k++)
+            w[i] -= f->A[i * ns + k] * w[k];
+        w[i] /= f->A[i * (ns + 1)];
     }
-    roln_mm(1, n2, n2, w, f->F, d);
-    for (i = 0; i < n2; i++)
+    roln_mm(1, ns, ns, w, f->F, d);
+    for (i = 0; i < ns; i++)
         f->s[i] += d[i];
     for (i = 0; i < n; i++)
         if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
-    rolni_solve_upper_t(n2, n2, f->A, f->F);
-    return roln_all_finite(n2, f->s) && roln_all_finite(n2 * n2, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    rolni_solve_upper_t(ns, ns, f->A, f->F);
+    return roln_all_finite(ns, f->s) && roln_all_finite(ns * ns, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* At the pose y, at rest, in the middle of all velocities that training has seen; joints that were not measured as in z [n], NULL:
-   none may be missing. ROLN_FILTER_START, or bits that say why not. */
+/* At the pose y, at rest, in the middle of all velocities that training has seen, under no load but what it wanders in a second,
+   which is more than a filter that has settled does not know of it, so that it settles no later than it follows; joints that were
+   not measured as in z [n], NULL: none may be missing. ROLN_FILTER_START, or bits that say why not. */
 ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *z,
                                         const rolni_filter *f, rolni_innovation *in)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n;
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, side = f->side;
     int i;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     if (z && rolni_pose(m, z, f->q, f->J, f->work) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
         f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
     rolni_zero(N, f->J); /* qd */
-    rolni_zero(n2 * n2, f->F);
+    rolni_zero(side * side, f->F);
     for (i = 0; i < n; i++) {
         const roln_real wide = m->z_max[i] - m->z_min[i], fast = m->zd_max[i];
         if (!(wide > 0) || !(fast > 0)) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
-        f->F[i * (n2 + 1)] = wide;
-        f->F[(n + i) * (n2 + 1)] = fast;
+        f->F[i * (side + 1)] = wide;
+        f->F[(n + i) * (side + 1)] = fast;
     }
     if (roln_encode(m, f->q, f->J, NULL, f->s, f->s + n, NULL, f->work) != ROLN_OK ||
-        rolni_pose(m, f->s, f->q, f->J, f->work) != ROLN_OK || rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK)
+        rolni_pose(m, f->s, f->q, f->J, f->work) != ROLN_OK)
         return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    if (f->load) rolni_zero(n, f->s + 2 * n), rolni_filter_wander(m, noise, 1, f, f->F + 2 * n * side);
+    if (rolni_filter_correct(m, noise, 0, y, f, in) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     return ROLN_FILTER_START;
 }
 
@@ -1575,33 +1693,37 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
        predict    the model's step under tau, roln_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau
        correct    by the joints that were measured, y = phi(z) + noise of deviation noise->q
    y [N] measured, NaN: that joint was not; NULL: none was. tau [roln_force_size] the force that was held since the last tick, NULL:
-   none. e->z, zd, F out. A joint beyond noise->gate deviations of what is expected is not used, and counted; if more are than are
-   not, none is used. A tick that leaves fewer than n joints because of that is lost; noise->lost of them in a row are bridged by
-   the model, at the next one the filter starts again, ROLN_FILTER_START: at the pose that is measured, at rest, with zd as unknown
-   as training has seen it, which a few ticks mend. It starts so with the first measurement of all joints.
+   none. e->z, zd, F out, and with e->load a load: the state is [z; zd; load], the load constant but for what it wanders,
+   noise->load; it takes up what a model that is a little wrong leaves over, too; a start begins with none.
+   A joint beyond noise->gate deviations of what is expected is not used, and counted; if more are than are not, none is used. A
+   tick that leaves fewer than n joints because of that is lost; noise->lost of them in a row are bridged by the model, at the next
+   one the filter starts again, ROLN_FILTER_START: at the pose that is measured, at rest, with zd as unknown as training has seen
+   it, which a few ticks mend. It starts so with the first measurement of all joints.
    Angles of joints may be on any turn; z of an angle is within (-pi, pi].
    Returns bits, also added to e->filter->faults: ROLN_FILTER_..; ROLN_FAULT_RANGE: the estimate is outside of the range that
    training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
    ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
    last one, unless this measurement starts it again, or else the next;
    ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
-   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds. work [ROLN_FILTER_WORK]. */
-#define ROLN_FILTER_WORK(S) \
-    (0 ROLN_FILTER_MEM(ROLNI_SIZE, S) + \
+   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N).
+   work [ROLN_FILTER_WORK], load: 1 with e->load, else 0. */
+#define ROLN_FILTER_WORK(S, load) \
+    (0 ROLN_FILTER_MEM(ROLNI_SIZE, S, load) + \
      ROLN_MAX(ROLNI_UNKNOWN_WORK(S), \
-              ROLN_MAX(ROLN_MAX(S(state_work), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLNI_POSE_WORK(S))), \
-                       ROLN_MAX(ROLN_TRIANGLE_WORK(3 * S(n), 2 * S(n)), ROLN_TRIANGLE_WORK(2 * S(n) + S(N), 2 * S(n) + 1)))))
+              ROLN_MAX(ROLN_MAX((load) > 0 ? S(load_work) : S(state_work), ROLN_MAX(ROLN_ENCODE_WORK(S, 2), ROLNI_POSE_WORK(S))), \
+                       ROLN_MAX(ROLN_TRIANGLE_WORK((3 + 2 * (load)) * S(n), ROLNI_FILTER_SIDE(S, load)), \
+                                ROLN_TRIANGLE_WORK(ROLNI_FILTER_SIDE(S, load) + S(N), ROLNI_FILTER_SIDE(S, load) + 1)))))
 ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *noise, const roln_real *y, const roln_real *tau,
                                       const roln_estimate *e, roln_real *work)
 {
-    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const int N = m->model->ae.size[0], n = m->model->lnn.n, load = e->load != NULL;
     roln_filter *const filter = e->filter;
     rolni_innovation in = {0, 0, 0};
     rolni_filter f;
     uint32_t faults = 0;
     int i, measured = 0;
-    rolni_filter_lay(N, n, &f, work);
-    if (!rolni_noise_valid(N, noise)) {
+    rolni_filter_lay(N, n, load, &f, work);
+    if (!rolni_noise_valid(N, noise) || (load && !(roln_finite(noise->load) && noise->load >= 0))) {
         filter->faults |= ROLN_FAULT_INPUT;
         return ROLN_FAULT_INPUT;
     }
@@ -1613,7 +1735,8 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         roln_status st;
         rolni_copy(n, e->z, f.s);
         rolni_copy(n, e->zd, f.s + n);
-        rolni_copy(4 * n * n, e->F, f.F);
+        if (load) rolni_copy(n, e->load, f.s + 2 * n);
+        rolni_copy(f.side * f.side, e->F, f.F);
         st = rolni_filter_predict(m, noise, tau, &f);
         if (st == ROLN_OK && measured > 0) st = rolni_filter_correct(m, noise, noise->gate, y, &f, &in);
         if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
@@ -1634,7 +1757,8 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         if (!roln_in_range(m, 0, f.s, f.s + n)) faults |= ROLN_FAULT_RANGE;
         rolni_copy(n, f.s, e->z);
         rolni_copy(n, f.s + n, e->zd);
-        rolni_copy(4 * n * n, f.F, e->F);
+        if (load) rolni_copy(n, f.s + 2 * n, e->load);
+        rolni_copy(f.side * f.side, f.F, e->F);
     }
     filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
     filter->faults |= faults;
@@ -1665,6 +1789,7 @@ typedef struct {
     int iterations;            /* of roln_ocp_solve; 0: 6, with limits of rate 8 */
     const roln_real *P, *end;  /* cost of all that comes after the last step, (s - end)^T P (s - end), of roln_lqr say: [2n][2n],
                                   [2n] = [z; zd]; NULL: none */
+    const roln_real *load;     /* [n] constant force on z, J, that plans count on, of a filter say; NULL: none */
 } roln_goal;
 
 /* State of a plan, zero-initialised: there is none. */
@@ -1709,6 +1834,7 @@ ROLN_INLINE roln_status rolni_goal_check(const roln_trained *m, const roln_goal 
     if (g->terms < 0 || g->iterations < 0 || g->iterations > ROLN_PLAN_ITERATIONS) return ROLN_E_LENGTH;
     if (!(g->dt > 0) || !rolni_limits_valid(g->limits, motors)) return roln_finite(g->dt) ? ROLN_E_RANGE : ROLN_E_NOT_FINITE;
     if (g->hold && !roln_all_finite(motors, g->hold)) return ROLN_E_NOT_FINITE;
+    if (g->load && !roln_all_finite(n, g->load)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < motors; i++) {
         if (!(g->u[i] > 0)) return roln_finite(g->u[i]) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
         if (!(rolni_most(g->limits, i) > 0)) return ROLN_E_RANGE;
@@ -1889,6 +2015,7 @@ ROLN_INLINE roln_status rolni_plan_base(const roln_trained *m, const roln_planne
 {
     const roln_trained driven = *m; /* a copy, whose address escapes */
     const int n = m->model->lnn.n, n2 = 2 * n, motors = b->motors;
+    rolni_acting by = {b->goal->limits->motors, NULL, b->goal->load};
     int k, i, j;
     *cost = 0, *in = 1;
     for (k = 0; k < b->steps; k++) {
@@ -1896,8 +2023,8 @@ ROLN_INLINE roln_status rolni_plan_base(const roln_trained *m, const roln_planne
         roln_status st;
         if (pl) rolni_plan_again(m, pl, k, b);
         rolni_copy(n2, s - n2, s);
-        st = rolni_linear_motors(&driven, b->goal->limits->motors, s, rolni_plan_torque(b, b->u0 + k * motors), b->goal->dt,
-                                 b->A + k * n2 * n2, B, b->work);
+        by.u = rolni_plan_torque(b, b->u0 + k * motors);
+        st = rolni_linear_motors(&driven, &by, s, b->goal->dt, b->A + k * n2 * n2, B, b->work);
         if (st != ROLN_OK) return st;
         for (i = 0; i < n2; i++)
             for (j = 0; j < motors; j++)
@@ -1919,6 +2046,7 @@ ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *
 {
     const roln_trained driven = *m; /* a copy, whose address escapes */
     const int N = m->model->ae.size[0], n = m->model->lnn.n, n2 = 2 * n, motors = b->motors;
+    rolni_push by = {NULL, b->goal->load};
     int k, i, j;
     *cost = 0;
     rolni_copy(n2, b->s0, b->s1);
@@ -1934,8 +2062,8 @@ ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *
             *cost += b->r[j] / 2 * (u[j] - b->hold[j]) * (u[j] - b->hold[j]);
         }
         rolni_copy(n2, s - n2, s);
-        st = roln_step(&driven, s, s + n, rolni_motors_tau(N, b->goal->limits->motors, rolni_plan_torque(b, u), b->tau),
-                       b->goal->dt, b->work);
+        by.tau = rolni_motors_tau(N, b->goal->limits->motors, rolni_plan_torque(b, u), b->tau);
+        st = rolni_step(&driven, s, s + n, &by, b->goal->dt, b->work);
         if (st == ROLN_OK) st = rolni_goal_at(m, b, k, s, cost, NULL, NULL);
         if (st != ROLN_OK) return st;
         if (!roln_in_range(m, b->goal->limits->margin, s, s + n)) return ROLN_E_RANGE;
@@ -2080,14 +2208,15 @@ ROLN_INLINE roln_status roln_plan_linear(const roln_trained *m, const roln_goal 
 {
     const int n = m->model->lnn.n, n2 = 2 * n, motors = pl->motors;
     const roln_motors *f = goal->limits->motors;
+    rolni_acting by = {f, NULL, goal->load};
     int k, i;
     ROLN_PLAN_LINEAR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (!pl->plan->known || !rolni_motors_valid(m->model, f) || motors != rolni_torques(m->model, f)) return ROLN_E_LENGTH;
     for (k = 0; k < pl->steps; k++, A += n2 * n2, B += n2 * motors, c += n2) {
         const roln_real *u = pl->u + k * motors, *x = pl->s + k * n2;
         roln_status st;
-        rolni_copy(n2, x, s);
-        if ((st = rolni_linear_motors(m, f, s, u, goal->dt, A, B, work)) != ROLN_OK) return st;
+        rolni_copy(n2, x, s), by.u = u;
+        if ((st = rolni_linear_motors(m, &by, s, goal->dt, A, B, work)) != ROLN_OK) return st;
         for (i = 0; i < n2; i++)
             c[i] = s[i] - roln_dot(n2, A + i * n2, x) - roln_dot(motors, B + i * motors, u);
     }
@@ -3089,13 +3218,13 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
    q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
    velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
-   l->tau_each NULL.
+   l->tau_each NULL. l->load is yours, too; nothing but the machine that was trained moved.
    ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
    is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were
    unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
 #define ROLNI_HALVINGS 60
 #define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
-#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + S(filter_work))
+#define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + S(noise_work))
 ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *b, roln_noise *l, roln_real *q_each,
                                        roln_real *work)
 {
@@ -3110,7 +3239,7 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     roln_status st = ROLN_OK;
     int i, k, best = 0, worse = 0;
     if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
-    rolni_filter_lay(N, n, &f, work);
+    rolni_filter_lay(N, n, 0, &f, work);
     noise.tau = 1, noise.tau_each = NULL;
     if (estimate && !q_each) return ROLN_E_RANGE;
     if (estimate) rolni_noise_of_joints(m, b, each), noise.q_each = each;
@@ -3987,10 +4116,12 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_BEFORE(a, b, c, other) ((c) > 0 ? (b) : (b) > 0 ? (a) : (other)) /* of the last size of a, b, c the one before it */
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, name)
 /* Work that stands in several of the macros above, which ask S for it by name: each doubles what it takes the maximum of, and a
-   model would be megabytes to compile. state_work: linear_work of the filter, which wants no derivatives by forces. */
+   model would be megabytes to compile. state_work, load_work: linear_work of the filter, which wants no derivatives by
+   forces, or those by a load; noise_work: filter_work without one. */
 #define ROLN_PARTS(X, S) \
     X(linear_work, ROLN_LINEAR_WORK(S, S(force_size))) X(state_work, ROLN_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
-    X(filter_work, ROLN_FILTER_WORK(S)) X(control_work, ROLN_CONTROL_WORK(S)) X(guard_work, ROLN_GUARD_WORK(S))
+    X(load_work, ROLN_LINEAR_WORK(S, S(n))) X(filter_work, ROLN_FILTER_WORK(S, S(load))) X(noise_work, ROLN_FILTER_WORK(S, 0)) \
+    X(control_work, ROLN_CONTROL_WORK(S)) X(guard_work, ROLN_GUARD_WORK(S))
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];
 /* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
@@ -4151,6 +4282,9 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #ifndef ROLN_LEARN
 #define ROLN_LEARN networks
 #endif
+#ifndef ROLN_LOAD
+#define ROLN_LOAD 0
+#endif
 
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
@@ -4243,6 +4377,8 @@ enum {
     ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
     ROLNI_(newton_side) = ROLN_NEWTON_SIDE(ROLN_ROWS, ROLNI_(newton_size)),
     ROLNI_(horizon) = ROLN_HORIZON,
+    ROLNI_(load) = ROLN_LOAD,
+    ROLNI_(side) = ROLNI_FILTER_SIDE(ROLNI_, ROLN_LOAD), /* numbers that a filter estimates */
     ROLNI_(scheme) = ROLNI_SCHEME(ROLN_STEP),
     ROLNI_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLNI_(twice) = sizeof(roln_real) == 8,
@@ -4280,6 +4416,7 @@ ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLNI_(N))
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
 ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
+ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
@@ -4312,12 +4449,31 @@ ROLNI_ASSERT(params_are_numbers_only,
 
 typedef struct { roln_real q[ROLNI_(N)], qd[ROLNI_(N)]; } ROLNI_(state);  /* full state: q, and qd in units of q per second */
 typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)]; } ROLNI_(latent); /* latent state; z = 0 is no special pose */
-typedef struct { roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)], kp[ROLNI_(n)], kd[ROLNI_(n)]; } ROLNI_(target);
+typedef struct {
+    roln_real z[ROLNI_(n)], zd[ROLNI_(n)], zdd[ROLNI_(n)], kp[ROLNI_(n)], kd[ROLNI_(n)];
+#if ROLN_LOAD > 0
+    const roln_real *load; /* [n] that PD+ works against, such as that of NAME_filter; NULL: none */
+#endif
+} ROLNI_(target);
 typedef struct { roln_guard g; roln_real tau[ROLNI_(force_size)]; } ROLNI_(guard); /* zero it once; tau: to be applied */
 typedef struct { roln_real M[ROLNI_(n) * ROLNI_(n)], c[ROLNI_(n)], g[ROLNI_(n)], d[ROLNI_(n)], T, V; } ROLNI_(equation);
 typedef struct { roln_real A[4 * ROLNI_(n) * ROLNI_(n)], B[2 * ROLNI_(n) * ROLNI_(force_size)]; } ROLNI_(jacobian);
-/* zero it once; s: the estimate, F^T F: the covariance of its error */
-typedef struct { roln_filter f; ROLNI_(latent) s; roln_real F[4 * ROLNI_(n) * ROLNI_(n)]; } ROLNI_(filter);
+/* zero it once; s, load: the estimate, F^T F: the covariance of its error */
+typedef struct {
+    roln_filter f;
+    ROLNI_(latent) s;
+#if ROLN_LOAD > 0
+    roln_real load[ROLNI_(n)];
+#endif
+    roln_real F[ROLNI_(side) * ROLNI_(side)];
+} ROLNI_(filter);
+
+/* Where there is a load. */
+#if ROLN_LOAD > 0
+#define ROLNI_LOAD_OF(x) (x)->load
+#else
+#define ROLNI_LOAD_OF(x) NULL
+#endif
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
 /* zero it once; the plan: states, torques, feedback */
@@ -4417,7 +4573,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
                                     roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
+    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
     return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
 }
 
@@ -4462,14 +4618,14 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits, at two thirds of the cost; where limits->motors or learned inputs are
-   to make tau_z, allocate in place of lift, and g->g.missed. */
+   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), at two thirds of the cost;
+   where limits->motors or learned inputs are to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_measured measured = {x->q, x->qd};
-    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd};
+    const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
     const roln_held held = {&g->g, g->tau};
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
     return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
@@ -4519,13 +4675,13 @@ ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *
 }
 
 /* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
-   tick, NULL: none, give the estimate f->s. Returns ROLN_FILTER_.. and faults (roln_filter_tick); f->f.faults keeps those of all
-   ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
+   tick, NULL: none, give the estimate f->s and, with ROLN_LOAD, f->load. Returns ROLN_FILTER_.. and faults (roln_filter_tick);
+   f->f.faults keeps those of all ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
 ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
                                      const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F};
+    const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F, ROLNI_LOAD_OF(f)};
     if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
     return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
 }
@@ -5058,6 +5214,8 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_STORE
 #undef ROLN_ROWS
 #undef ROLN_LEARN
+#undef ROLN_LOAD
+#undef ROLNI_LOAD_OF
 #undef ROLN_PLAN
 
 #endif /* ROLN_NAME */

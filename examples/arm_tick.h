@@ -15,9 +15,10 @@ static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, 
 static const roln_real damp[arm_N] = {80, 160, 52, ROLN_C(3.2), ROLN_C(3.2), ROLN_C(1.1)};
 static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .tau_each = most, .hold = 5};
 
-/* Encoders that round, and torques that the model misses, a twentieth of the largest. */
+/* Encoders that round, and torques that the model misses, a twentieth of the largest; load is read with ROLN_LOAD 1 in arm.h. */
 static const roln_real missed[arm_N] = {3, 6, 3, ROLN_C(0.75), ROLN_C(0.75), ROLN_C(0.4)};
-static const roln_noise noise = {.dt = TICK, .q = TURN / STEPS / ROLN_C(3.4641), .tau_each = missed, .gate = 8, .lost = 5};
+static const roln_noise noise = {
+    .dt = TICK, .q = TURN / STEPS / ROLN_C(3.4641), .tau_each = missed, .gate = 8, .lost = 5, .load = 4};
 
 typedef struct {
     arm_filter filter; /* filter.s: z, zd */

@@ -346,7 +346,7 @@ static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_
     static wheel_plan plan;
     roln_limits limits = *of;
     wheel_latent z = *start;
-    roln_goal goal = {h / 2, 1, &term, u, NULL, NULL, 0, NULL, NULL};
+    roln_goal goal = {h / 2, 1, &term, u, NULL, NULL, 0, NULL, NULL, NULL};
     int k;
     limits.tau = ROLN_C(0.5), limits.rate = limits.tau / h, limits.margin = 1000, goal.limits = &limits;
     for (k = 0; k < 5; k++) {

@@ -239,7 +239,7 @@ static error filtered(const machine *p, const roln_trained *m, const roln_noise 
     for (int r = 0; r < RUNS; r++) {
         roln_real z[MAXn], zd[MAXn], F[4 * MAXn * MAXn], q[MAXN], qd[MAXN];
         roln_filter f = {0, 0, 0, 0, 0, 0, 0};
-        const roln_estimate to = {&f, z, zd, F};
+        const roln_estimate to = {&f, z, zd, F, NULL};
         for (int t = 0; t < TICKS; t++) {
             const int at = (r * (TICKS + 1) + t) * p->N;
             double a[MAXN], b[MAXN];

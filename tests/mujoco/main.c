@@ -7,6 +7,7 @@ void test_control(void);
 void test_friction(void);
 void test_furuta(void);
 void test_arm(void);
+void test_load(void);
 
 int main(void)
 {
@@ -16,6 +17,7 @@ int main(void)
     test_friction();
     test_furuta();
     test_arm();
+    test_load();
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

@@ -120,6 +120,15 @@
 #define ROLN_PLAN 4, 2
 #include "roln.h"
 
+#define ROLN_NAME laden /* its filter estimates a load */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_LOAD 1
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME stored /* plain with weights of eight bits; not in the table below */
 #define ROLN_AE 6, 4, 2
@@ -143,7 +152,7 @@
     X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) X(of, row_jac_2) \
     X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) \
     X(of, mid_once) X(of, start_once) X(of, stage_kept) X(of, stage_bwd) X(of, inverse_kept) X(of, inverse_bwd) \
-    X(of, steps) X(of, motors)
+    X(of, steps) X(of, motors) X(of, load) X(of, state_work) X(of, load_work)
 #define SIZE_FIELD(of, name) int name;
 #define SIZE_VALUE(of, name) of##_##name,
 typedef struct {
@@ -175,7 +184,7 @@ typedef struct {
     members scratch;
 } model;
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, MODELS };
 #define MODEL(of, block) \
     {#of, \
      &of##_model, \
@@ -190,7 +199,7 @@ enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CUR
      {MEMBERS(MEMBER_VALUE, of)}}
 static const model models[MODELS] = {
     MODEL(plain, 16), MODEL(bare, 1), MODEL(square, 3), MODEL(deep, 16), MODEL(pole, 16), MODEL(rich, 16), MODEL(delan, 16),
-    MODEL(pushed, 5), MODEL(layered, 16), MODEL(chart, 4), MODEL(curved, 16), MODEL(wheel, 16),
+    MODEL(pushed, 5), MODEL(layered, 16), MODEL(chart, 4), MODEL(curved, 16), MODEL(wheel, 16), MODEL(laden, 16),
 };
 
 #define N_OF(k) (models[k].size.N)

@@ -121,7 +121,7 @@ static int linear_numbers(int which, int k)
 static roln_status call(int which, int k, const roln_trained *m, const roln_real *in, roln_real *out)
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), nn = n * n;
-    const roln_target ref = {in + 2 * n, in + 3 * n, in + 4 * n, in + 5 * n, in + 6 * n};
+    const roln_target ref = {in + 2 * n, in + 3 * n, in + 4 * n, in + 5 * n, in + 6 * n, NULL};
     const roln_motors motors = {MOTORS, in + 2 * n + 1, in[2 * n]};
     const roln_terms_out terms = {out, out + nn, out + nn + n, out + nn + 2 * n, out + nn + 3 * n, out + nn + 3 * n + 1};
     roln_real s[2 * MAXN];
@@ -375,7 +375,7 @@ static void test_inverse(int k)
     const roln_trained m = of_model(k);
     const int n = n_OF(k);
     double z[MAXN], zd[MAXN], w[MAXN], a[MAXN], kp[MAXN], kd[MAXN], zr[MAXN], M[64], c[MAXN], g[MAXN], d[MAXN], out[MAXN], top = 0;
-    const roln_target ref = {zr, w, a, kp, kd};
+    const roln_target ref = {zr, w, a, kp, kd, NULL};
     uint64_t s = 210 + (uint64_t)k;
     int i, j, way;
     parameters(k, &s, theta_k);
@@ -553,7 +553,7 @@ static double lyapunov(int k, const double *s, double t, const double *kp, const
     const int n = n_OF(k);
     double r[MAXN], rd[MAXN], rdd[MAXN], M[64], c[MAXN], g[MAXN], d[MAXN], tau_z[MAXN], x[MAXN], W = 0;
     const roln_terms_out terms = {M, c, g, d, NULL, NULL};
-    const roln_target ref = {r, rd, rdd, kp, kd};
+    const roln_target ref = {r, rd, rdd, kp, kd, NULL};
     int i, j;
     for (i = 0; i < n; i++) {
         r[i] = 0.3 * sin(t + i);
@@ -1118,7 +1118,7 @@ static void test_tick(int k, int driven_by_two)
     const int N = N_OF(k), n = n_OF(k);
     static rig a, b;
     roln_real r[3 * MAXN], gain[2 * MAXN];
-    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n, NULL};
     static roln_real B[2 * MAXN];
     const int inputs = models[k].md->inputs;
     const roln_motors motors = {driven_by_two ? 2 : 0, driven_by_two ? B : NULL, ROLN_C(0.25)};
@@ -1206,7 +1206,7 @@ static void test_first_tick(int k)
     const int N = N_OF(k), n = n_OF(k);
     static rig start, x;
     roln_real zero[5 * MAXN] = {0}, torque[MAXN];
-    const roln_target ref = {zero, zero, zero, zero, zero};
+    const roln_target ref = {zero, zero, zero, zero, zero, NULL};
     const roln_held held = {&x.g, x.held};
     roln_real *unset = (roln_real *)malloc((size_t)(2 * n) * sizeof *unset);
     uint64_t s = 335 + (uint64_t)k;
@@ -1763,7 +1763,7 @@ static void test_turns(void)
     const roln_trained m = of_model(k);
     const roln_real turn = 2 * ROLNI_PI, far = ROLN_C(3.0), little = ROLN_C(0.0009765625);
     roln_real r[3 * wheel_n] = {0}, gain[2 * wheel_n], tau[2][wheel_n], z[wheel_n], zd[wheel_n] = {0};
-    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n};
+    const roln_target ref = {r, r + n, r + 2 * n, gain, gain + n, NULL};
     static rig x, start;
     int i, j;
     good(k, &start);
@@ -2142,7 +2142,7 @@ static void test_shell(void)
     CHECK_OK(rich_inverse(&p, &s, zd2, r.kp, a, RICH_WORK(inverse)));
     CHECK(roln_inverse(&m, s.z, s.zd, zd2, r.kp, y1, spare) == ROLN_OK && same(3, a, y1));
     CHECK_OK(rich_control(&p, &s, &r, a, RICH_WORK(control)));
-    ref.z = r.z, ref.zd = r.zd, ref.zdd = r.zdd, ref.kp = r.kp, ref.kd = r.kd;
+    ref.z = r.z, ref.zd = r.zd, ref.zdd = r.zdd, ref.kp = r.kp, ref.kd = r.kd, ref.load = NULL;
     CHECK(roln_control(&m, s.z, s.zd, &ref, y1, spare) == ROLN_OK && same(3, a, y1));
     CHECK_OK(rich_inertia(&p, &s, v, y, RICH_WORK(inertia)));
     CHECK(roln_inertia(&m, s.z, v, y1, spare) == ROLN_OK && same(6, y, y1));

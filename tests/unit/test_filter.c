@@ -7,12 +7,12 @@ void TEST_NAME(filter)(void);
 
 #define CHECK_OK(call) CHECK((call) == ROLN_OK)
 
-enum { SIDE = 2 * MAXN };
+enum { SIDE = 3 * MAXN };
 
 /* A filter, what it is told, and the range of its model. */
 typedef struct {
     roln_filter f;
-    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE];
+    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE], load[MAXN];
 } estimate;
 
 typedef struct {
@@ -22,6 +22,19 @@ typedef struct {
 } rig;
 
 static roln_real theta_k[MAXP], z_min[MAXN], z_max[MAXN], zd_max[MAXN];
+static int loaded; /* 1: the filters estimate a load, too */
+
+static int side_of(int n)
+{
+    return (2 + loaded) * n;
+}
+
+static int filter_work(int k)
+{
+    const sizes z = models[k].size;
+#define OF_Z(name) z.name
+    return loaded ? ROLN_FILTER_WORK(OF_Z, 1) : ROLN_FILTER_WORK(OF_Z, 0);
+}
 
 static roln_trained of_model(int k)
 {
@@ -32,11 +45,12 @@ static roln_trained of_model(int k)
 static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
 {
     const roln_trained m = of_model(k);
-    const roln_estimate to = {&e->f, e->z, e->zd, e->F};
-    const uint32_t faults = roln_filter_tick(&m, noise, y, tau, &to, ROOM(filter_tick));
+    const roln_estimate to = {&e->f, e->z, e->zd, e->F, loaded ? e->load : NULL};
+    const uint32_t faults = roln_filter_tick(&m, noise, y, tau, &to, room_of(filter_work(k)));
     ROOM_KEPT();
     CHECK((faults & ~e->f.faults) == 0);
-    CHECK(roln_all_finite(n_OF(k), e->z) && roln_all_finite(n_OF(k), e->zd) && roln_all_finite(4 * n_OF(k) * n_OF(k), e->F));
+    CHECK(roln_all_finite(n_OF(k), e->z) && roln_all_finite(n_OF(k), e->zd) && roln_all_finite(n_OF(k), e->load));
+    CHECK(roln_all_finite(side_of(n_OF(k)) * side_of(n_OF(k)), e->F));
     return faults;
 }
 
@@ -45,7 +59,7 @@ static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, cons
 static void place(int k, uint64_t *s, roln_real wide, rig *x)
 {
     const roln_trained m = of_model(k);
-    const int N = N_OF(k), n = n_OF(k);
+    const int N = N_OF(k), n = n_OF(k), side = side_of(n);
     roln_real qd[MAXN];
     int i;
     memset(x, 0, sizeof *x);
@@ -58,9 +72,10 @@ static void place(int k, uint64_t *s, roln_real wide, rig *x)
     x->noise.dt = dt / 4, x->noise.q = ROLN_C(0.001953125), x->noise.tau = ROLN_C(0.5), x->noise.lost = 3;
     x->noise.q_each = x->q_each, x->noise.tau_each = x->tau_each;
     dyadic(n, ROLN_C(0.5), s, x->e.z), dyadic(n, ROLN_C(0.5), s, x->e.zd);
-    dyadic(4 * n * n, wide / 2, s, x->e.F);
-    for (i = 0; i < 2 * n; i++)
-        x->e.F[i * (2 * n + 1)] += wide;
+    dyadic(side * side, loaded ? wide / 4 : wide / 2, s, x->e.F); /* not singular, which is likelier of 3n */
+    for (i = 0; i < side; i++)
+        x->e.F[i * (side + 1)] += wide;
+    if (loaded) dyadic(n, ROLN_C(0.5), s, x->e.load), x->noise.load = ROLN_C(0.75);
     x->e.f.known = 1, x->e.f.starts = 1;
     CHECK_OK(roln_decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
     for (i = 0; i < N; i++)
@@ -93,20 +108,23 @@ static void invert(int n, const ld *A, ld *X)
 typedef struct {
     ld x[SIDE], P[SIDE * SIDE], nis;
     ld ahead[SIDE * SIDE]; /* P in front of the measurement */
-    roln_real A[SIDE * SIDE], s[SIDE];
+    roln_real A[SIDE * SIDE], s[SIDE]; /* A [side][side] */
     ld J[MAXN * MAXN], q[MAXN];
 } twin;
 
 /* x and P of an estimate. */
 static void widen_estimate(int n, const estimate *e, twin *t)
 {
+    const int side = side_of(n);
     int i, j, l;
-    for (i = 0; i < n; i++)
+    for (i = 0; i < n; i++) {
         t->x[i] = (ld)e->z[i], t->x[n + i] = (ld)e->zd[i];
-    for (i = 0; i < 2 * n; i++)
-        for (j = 0; j < 2 * n; j++)
-            for (t->P[i * 2 * n + j] = 0, l = 0; l < 2 * n; l++)
-                t->P[i * 2 * n + j] += (ld)e->F[l * 2 * n + i] * (ld)e->F[l * 2 * n + j];
+        if (loaded) t->x[2 * n + i] = (ld)e->load[i];
+    }
+    for (i = 0; i < side; i++)
+        for (j = 0; j < side; j++)
+            for (t->P[i * side + j] = 0, l = 0; l < side; l++)
+                t->P[i * side + j] += (ld)e->F[l * side + i] * (ld)e->F[l * side + j];
 }
 
 /* q and J at z. */
@@ -124,22 +142,40 @@ static void look(int k, const roln_real *z, twin *t)
     }
 }
 
-/* x, P a tick on: NAME_linear, and P = A P A^T + G diag(tau^2) G^T with G = [dt^2 / 2 M^-1 J^T; dt M^-1 J^T]. */
+/* x, P a tick on: NAME_linear, and P = A P A^T + G diag(tau^2) G^T with G = [dt^2 / 2 M^-1 J^T; dt M^-1 J^T],
+   and what the load wanders, dt load^2 J^T J. */
+static void wander(int k, const rig *r, ld seconds, twin *t)
+{
+    const int N = N_OF(k), n = n_OF(k), side = side_of(n);
+    int i, j, l;
+    for (i = 0; i < n && loaded; i++)
+        for (j = 0; j < n; j++)
+            for (l = 0; l < N; l++)
+                t->P[(2 * n + i) * side + 2 * n + j] +=
+                    seconds * (ld)r->noise.load * (ld)r->noise.load * t->J[l * n + i] * t->J[l * n + j];
+}
+
 static int ahead(int k, const rig *r, twin *t)
 {
+    static roln_real A2[SIDE * SIDE], L[SIDE * MAXN];
     static ld A[SIDE * SIDE], AP[SIDE * SIDE], M[MAXN * MAXN], W[MAXN * MAXN], G[SIDE * MAXN], Q[SIDE * SIDE];
     roln_real mass[MAXN * MAXN];
     const roln_trained m = of_model(k);
-    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
+    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, side = side_of(n);
+    const rolni_push by = {r->tau, loaded ? t->s + n2 : NULL};
+    const rolni_slopes to = {A2, NULL, loaded ? L : NULL};
     const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
     const ld h = (ld)r->noise.dt;
     int i, j;
-    for (i = 0; i < n2; i++)
+    for (i = 0; i < side; i++)
         t->s[i] = (roln_real)t->x[i];
-    if (roln_linear(&m, t->s, t->s + n, r->tau, r->noise.dt, t->A, NULL, spare) != ROLN_OK) return 0;
+    if (rolni_linear(&m, t->s, t->s + n, &by, r->noise.dt, &to, spare) != ROLN_OK) return 0;
+    for (i = 0; i < side; i++)
+        for (j = 0; j < side; j++)
+            t->A[i * side + j] = i >= n2 ? (roln_real)(i == j) : j < n2 ? A2[i * n2 + j] : L[i * n + j - n2];
     look(k, t->s, t);
     CHECK_OK(roln_terms(&m, t->s, t->s + n, &out, spare));
-    widen(n * n, mass, M), widen(n2 * n2, t->A, A);
+    widen(n * n, mass, M), widen(side * side, t->A, A);
     invert(n, M, W);
     for (i = 0; i < n; i++)
         for (j = 0; j < N; j++) {
@@ -150,12 +186,15 @@ static int ahead(int k, const rig *r, twin *t)
             sum *= (ld)(r->noise.tau_each ? r->noise.tau_each[j] : r->noise.tau) * (roln_in_range(&m, 0, t->s, t->s + n) ? 1 : 10);
             G[i * N + j] = h * h / 2 * sum, G[(n + i) * N + j] = h * sum;
         }
-    times(n2, n2, n2, A, t->P, 0, AP);
-    times(n2, n2, n2, AP, A, 1, t->P);
+    times(side, side, side, A, t->P, 0, AP);
+    times(side, side, side, AP, A, 1, t->P);
     times(n2, N, n2, G, G, 1, Q);
-    for (i = 0; i < n2 * n2; i++)
-        t->ahead[i] = t->P[i] += Q[i];
-    widen(n2, t->s, t->x);
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++)
+            t->P[i * side + j] += Q[i * n2 + j];
+    wander(k, r, h, t);
+    memcpy(t->ahead, t->P, sizeof t->P);
+    widen(side, t->s, t->x);
     return 1;
 }
 
@@ -164,7 +203,7 @@ static int ahead(int k, const rig *r, twin *t)
 static void textbook(int k, const rig *r, twin *t)
 {
     static ld I[SIDE * SIDE], I0[SIDE * SIDE];
-    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
+    const int N = N_OF(k), n = n_OF(k), n2 = side_of(n);
     ld e[MAXN], weight[MAXN], b[SIDE] = {0}, d[SIDE];
     int i, j, l;
     invert(n2, t->P, I0), memcpy(I, I0, sizeof I);
@@ -198,7 +237,7 @@ static void textbook(int k, const rig *r, twin *t)
 static void check_tick(int k, const estimate *e, const twin *t)
 {
     static twin mine;
-    const int n = n_OF(k), n2 = 2 * n;
+    const int n = n_OF(k), n2 = side_of(n);
     ld worst = 0;
     int i, j;
     widen_estimate(n, e, &mine);
@@ -261,7 +300,7 @@ static void test_steady(int k)
     uint64_t s = 950 + (uint64_t)k;
     ld worst = 0;
     int i, j;
-    if (models[k].md->inputs > 0 || k == DEEP) return; /* nothing holds it; J of size 1e3 */
+    if (loaded || models[k].md->inputs > 0 || k == DEEP) return; /* nothing holds it; J of size 1e3 */
     place(k, &s, 1, &x);
     fill(n, 0, x.e.zd), memcpy(pose, x.e.z, sizeof pose);
     CHECK_OK(roln_inverse(&m, pose, still, NULL, still, tau_z, spare));
@@ -274,7 +313,7 @@ static void test_steady(int k)
     memcpy(x.e.z, pose, sizeof pose), fill(n, 0, x.e.zd);
     widen_estimate(n, &x.e, &t);
     if (!CHECK(ahead(k, &x, &t))) return;
-    rolni_filter_lay(N, n, &f, work); /* of Q, whose factor the twin has not */
+    rolni_filter_lay(N, n, 0, &f, work); /* of Q, whose factor the twin has not */
     memcpy(f.s, t.s, sizeof t.s);
     CHECK_OK(rolni_pose(&m, f.s, f.q, f.J, f.work));
     fill(n2 * n2, 0, D);
@@ -300,6 +339,9 @@ static void test_steady(int k)
 
 /* ---- consistency ------------------------------------------------------------------------------ */
 
+static roln_real burden[MAXN]; /* the load, with `loaded` */
+static int restless;           /* 1: it wanders */
+
 /* One tick of a machine that is the model, pushed by unknown torques, and its measured positions. */
 static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *zd, roln_real *y)
 {
@@ -307,11 +349,12 @@ static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *
     const int N = N_OF(k), n = n_OF(k);
     roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
     const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
+    const rolni_push by = {x->tau, loaded ? burden : NULL};
     roln_model driven = *models[k].md;
     roln_trained by_joints = m;
     int i;
     driven.inputs = 0, by_joints.model = &driven;
-    CHECK_OK(roln_step(&m, z, zd, x->tau, x->noise.dt, spare));
+    CHECK_OK(rolni_step(&m, z, zd, &by, x->noise.dt, spare));
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
     CHECK_OK(roln_reduce(&by_joints, z, push, tau_z, spare));
@@ -323,6 +366,13 @@ static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *
         zd[i] += x->noise.dt * tau_z[i];
         if (roln_lnn_angle(&m.model->lnn, i)) z[i] = roln_wrap(z[i]);
     }
+    if (loaded && restless) {
+        for (i = 0; i < N; i++)
+            push[i] = ROLN_SQRT(x->noise.dt) * x->noise.load * roln_normal(s);
+        CHECK_OK(roln_reduce(&by_joints, z, push, tau_z, spare));
+        for (i = 0; i < n; i++)
+            burden[i] += tau_z[i];
+    }
     CHECK_OK(roln_decode(&m, z, zd, y, qd, spare));
     for (i = 0; i < N; i++)
         y[i] += x->q_each[i] * roln_normal(s);
@@ -333,7 +383,7 @@ static ld squared_error(int k, const estimate *e, const roln_real *z, const roln
 {
     static ld P[SIDE * SIDE];
     static twin t;
-    const int n = n_OF(k), n2 = 2 * n;
+    const int n = n_OF(k), side = side_of(n);
     ld d[SIDE], x[SIDE], sum = 0;
     int i;
     widen_estimate(n, e, &t);
@@ -341,20 +391,21 @@ static ld squared_error(int k, const estimate *e, const roln_real *z, const roln
     for (i = 0; i < n; i++) {
         d[i] = (ld)(z[i] - roln_lnn_near(&models[k].md->lnn, i, z[i], e->z[i]));
         d[n + i] = (ld)(zd[i] - e->zd[i]);
+        if (loaded) d[2 * n + i] = (ld)(burden[i] - e->load[i]);
     }
     memcpy(x, d, sizeof x);
-    t_solve(n2, 1, P, x);
-    for (i = 0; i < n2; i++)
+    t_solve(side, 1, P, x);
+    for (i = 0; i < side; i++)
         sum += x[i] * d[i];
     return sum;
 }
 
-/* The error that the filter makes is the one that it expects: NEES 2 n, NIS N, a tick. */
+/* The error that the filter makes is the one that it expects: NEES 2 n, with a load 3 n, NIS N, a tick. */
 static void test_consistent(int k)
 {
     enum { RUNS = 40, TICKS = 60, SETTLED = 30 };
     static rig x;
-    const int N = N_OF(k), n = n_OF(k);
+    const int N = N_OF(k), side = side_of(n_OF(k));
     uint64_t s = 1000 + (uint64_t)k;
     double nees = 0, nis = 0;
     int run, i, count = 0;
@@ -364,25 +415,209 @@ static void test_consistent(int k)
         place(k, &s, 1, &x);
         for (i = 0; i < N; i++)
             x.tau_each[i] *= ROLN_C(0.25), x.tau[i] *= ROLN_C(0.5);
+        x.noise.load *= ROLN_C(0.25);
         memcpy(z, x.e.z, sizeof z), memcpy(zd, x.e.zd, sizeof zd);
-        memset(&x.e, 0, sizeof x.e);
+        memset(&x.e, 0, sizeof x.e), memset(burden, 0, sizeof burden), restless = 1;
         for (i = 0; i < TICKS; i++) {
             const uint32_t faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
             CHECK(faults == (i == 0 ? ROLN_FILTER_START : 0) || faults & ROLN_FAULT_RANGE);
-            if (i >= SETTLED) nees += (double)squared_error(k, &x.e, z, zd) / (2 * n), nis += (double)x.e.f.nis / N, count++;
+            if (i >= SETTLED) nees += (double)squared_error(k, &x.e, z, zd) / side, nis += (double)x.e.f.nis / N, count++;
             simulate(k, &x, &s, z, zd, x.y);
         }
     }
-    BOUND("filter: NEES / 2n - 1", fabs(nees / count - 1), 0.2);
+    BOUND(loaded ? "filter: NEES / 3n - 1" : "filter: NEES / 2n - 1", fabs(nees / count - 1), 0.2);
     BOUND("filter: NIS / N - 1", fabs(nis / count - 1), 0.06);
+}
+
+/* ---- a load ----------------------------------------------------------------------------------- */
+
+/* s [2n] after a step of model k under tau and a load. */
+static void pushed_to(int k, const rig *x, const roln_real *load, roln_real *s)
+{
+    const roln_trained m = of_model(k);
+    const int n = n_OF(k);
+    const rolni_push by = {x->tau, load};
+    memcpy(s, x->e.z, (size_t)n * sizeof *s), memcpy(s + n, x->e.zd, (size_t)n * sizeof *s);
+    CHECK_OK(rolni_step(&m, s, s + n, &by, 4 * x->noise.dt, spare));
+}
+
+/* The worst of d s+ / d x - what column j of it is said to be, by central differences, a step h each way; x is a number of *at. */
+static ld slope_error(int k, const rig *at, roln_real *x, roln_real h, const roln_real *column, int stride)
+{
+    const int n = n_OF(k);
+    const roln_real was = *x;
+    roln_real up[SIDE], down[SIDE];
+    ld worst = 0;
+    int i;
+    *x = was + h, pushed_to(k, at, at->e.load, up);
+    *x = was - h, pushed_to(k, at, at->e.load, down);
+    *x = was;
+    for (i = 0; i < 2 * n; i++)
+        worst = fmaxl(worst, fabsl(((ld)up[i] - (ld)down[i]) / (2 * (ld)h) - (ld)column[i * stride]));
+    return worst;
+}
+
+/* A, B, L of a step under a load against central differences, whose error falls to a quarter with half the step; where z is q, a
+   load is a torque. */
+static void test_push(int k)
+{
+    static rig x;
+    static roln_real A[SIDE * SIDE], B[SIDE * MAXN], L[SIDE * MAXN], A2[SIDE * SIDE];
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, F = F_OF(k), columns[3] = {n2, F, n};
+    const rolni_push by = {x.tau, x.e.load};
+    const rolni_slopes to_B = {A2, B, NULL}, to_L = {A, NULL, L};
+    const roln_real *const of[3] = {A, B, L};
+    roln_real s[SIDE], s2[SIDE];
+    uint64_t seed = 880 + (uint64_t)k;
+    int i, l, j;
+    if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
+    place(k, &seed, 1, &x);
+    memcpy(s, x.e.z, sizeof x.e.z), memcpy(s + n, x.e.zd, (size_t)n * sizeof *s), memcpy(s2, s, sizeof s);
+    CHECK_OK(rolni_linear(&m, s, s + n, &by, 4 * x.noise.dt, &to_L, spare));
+    CHECK_OK(rolni_linear(&m, s2, s2 + n, &by, 4 * x.noise.dt, &to_B, spare));
+    CHECK(same(n2, s, s2) && same(n2 * n2, A, A2));
+    pushed_to(k, &x, x.e.load, s2);
+    BOUND("load: a linearised step is a step, eps", furthest(n2, s, s2) / EPS, 16);
+    for (l = 0; l < 3; l++)
+        for (j = 0; j < columns[l]; j++) {
+            roln_real *const of_j = l == 1 ? x.tau + j : l == 2 ? x.e.load + j : j < n ? x.e.z + j : x.e.zd + j - n;
+            const ld noise = 200 * EPS, e1 = slope_error(k, &x, of_j, ROLN_C(0.0625), of[l] + j, columns[l]);
+            const ld e2 = slope_error(k, &x, of_j, ROLN_C(0.03125), of[l] + j, columns[l]);
+            BOUND("load: slopes, a quarter", (e2 - noise) / (e1 + noise), 0.3);
+        }
+    if (models[k].md->ae.layers > 0) return;
+    pushed_to(k, &x, x.e.load, s);
+    for (i = 0; i < N; i++)
+        x.tau[i] += x.e.load[i] / scale_of(k)->q;
+    pushed_to(k, &x, NULL, s2);
+    BOUND("load: is a torque, eps", furthest(n2, s, s2) / EPS, 16);
+}
+
+/* Model k under a constant load that nobody knows, held at a pose by PD+ on what the filter says of its positions: the mean of z -
+   ref of the last ticks, `compensated` by the estimated load or not; *of: what that misses of the load, as a part of it. */
+static ld held(int k, int compensated, ld *of)
+{
+    enum { TICKS = 1200, LAST = 200 };
+    static rig x;
+    const roln_trained m = of_model(k);
+    const int n = n_OF(k);
+    roln_real z[MAXN], zd[MAXN] = {0}, ref[MAXN], still[MAXN] = {0}, gain[MAXN], tau_z[MAXN], mean[2][MAXN] = {{0}};
+    const roln_target target = {ref, still, still, gain, gain, compensated ? x.e.load : NULL};
+    uint64_t s = 890 + (uint64_t)k;
+    int i, t;
+    place(k, &s, 1, &x);
+    memcpy(z, x.e.z, sizeof z), memcpy(ref, z, sizeof z), fill(MAXN, 4, gain);
+    for (i = 0; i < n; i++)
+        burden[i] = i % 2 ? ROLN_C(-0.25) : ROLN_C(0.375);
+    fill(MAXN, ROLN_C(0.000244140625), x.q_each), fill(MAXN, 0, x.tau_each), fill(MAXN, 0, x.tau);
+    x.noise.tau_each = NULL, x.noise.tau = ROLN_C(0.015625), x.noise.load = ROLN_C(0.25), restless = 0;
+    memset(&x.e, 0, sizeof x.e);
+    for (t = 0; t < TICKS; t++) {
+        simulate(k, &x, &s, z, zd, x.y);
+        CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
+        CHECK_OK(roln_control(&m, x.e.z, x.e.zd, &target, tau_z, spare));
+        CHECK_OK(roln_lift(&m, x.e.z, tau_z, x.tau, spare));
+        for (i = 0; i < n && t >= TICKS - LAST; i++) {
+            mean[0][i] += (z[i] - roln_lnn_near(&m.model->lnn, i, z[i], ref[i])) / LAST;
+            mean[1][i] += (x.e.load[i] - burden[i]) / LAST;
+        }
+    }
+    *of = largest(n, mean[1]) / largest(n, burden);
+    return largest(n, mean[0]);
+}
+
+/* The load is found, and with it PD+ ends where it is to: the offset is a small part of the one without. No load, no offset. */
+static void test_held(int k)
+{
+    const roln_trained m = of_model(k);
+    roln_real x[6 * MAXN], tau_z[MAXN];
+    const int n = n_OF(k);
+    const roln_target target = {x, x + n, x, x, x, x + 2 * n};
+    ld off, with, without;
+    if (k == DEEP || models[k].md->inputs > 0) return; /* J of size 1e3; nothing holds it */
+    without = held(k, 0, &off);
+    BOUND("load: found, without it in the loop, a part", off, 0.03);
+    with = held(k, 1, &off);
+    BOUND("load: found, a part", off, 0.03);
+    BOUND("load: offset, a part of that without", with / without, 0.03);
+    CHECK(without > 0.01L);
+    fill(6 * MAXN, ROLN_C(0.125), x), fill(MAXN, 7, tau_z);
+    x[2 * n] = (roln_real)NAN;
+    CHECK(roln_control(&m, x, x, &target, tau_z, spare) == ROLN_E_NOT_FINITE && all(MAXN, tau_z, 7));
+}
+
+/* The energy residual of two ticks of model k that moves under a load, with its power or without. */
+static ld residual_of(int k, int counted)
+{
+    static rig x;
+    const roln_trained m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
+    roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
+    const roln_target target = {still, still, still, still, still, counted ? x.e.load : NULL};
+    const roln_measured measured = {q, qd};
+    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
+    const rolni_push by = {tau, x.e.load};
+    const roln_held to = {&guard, tau};
+    uint64_t s = 893 + (uint64_t)k;
+    int t;
+    place(k, &s, 1, &x);
+    fill(n, 2, x.e.load), fill(n, 1, x.e.zd), fill(N, 0, tau);
+    for (t = 0; t < 2; t++) {
+        CHECK_OK(roln_decode(&m, x.e.z, x.e.zd, q, qd, spare));
+        CHECK((roln_tick(&m, &limits, &measured, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
+        if (t == 0) CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, limits.dt, spare));
+    }
+    return fabsl((ld)guard.residual);
+}
+
+/* What the load does is no fault: without it 2 n W and more or less, for zd = 1. */
+static void test_guarded(int k)
+{
+    if (k == DEEP || models[k].md->inputs > 0) return; /* J of size 1e3; lifted to motors */
+    BOUND("load: residual, W", residual_of(k, 1), PICK(0.1, 0.02));
+    BOUND("load: residual without its power, of 2 n W", fabsl(residual_of(k, 0) / (2 * n_OF(k)) - 1), 0.1);
+}
+
+/* A load that is none and does not wander: the filter without one. One that is not finite: it starts again. */
+static void test_unladen(int k)
+{
+    static rig x, y;
+    const int n = n_OF(k), side = 3 * n;
+    uint64_t s = 895 + (uint64_t)k;
+    uint32_t faults;
+    int t, i, j;
+    if (k == DEEP || k == PUSHED) return;
+    loaded = 0, place(k, &s, ROLN_C(0.03125), &x), loaded = 1;
+    y = x;
+    fill(SIDE * SIDE, 0, y.e.F);
+    for (i = 0; i < 2 * n; i++)
+        for (j = 0; j < 2 * n; j++)
+            y.e.F[i * side + j] = x.e.F[i * 2 * n + j];
+    for (t = 0; t < 4; t++) {
+        ld worst = 0, wide = 0;
+        loaded = 0, faults = tick_of(k, &x.noise, x.y, x.tau, &x.e), loaded = 1;
+        CHECK(tick_of(k, &x.noise, x.y, x.tau, &y.e) == faults && all(n, y.e.load, 0));
+        for (i = 0; i < 2 * n; i++)
+            for (j = 0; j < 2 * n; j++) {
+                worst = fmaxl(worst, fabsl((ld)ROLN_ABS(y.e.F[i * side + j]) - (ld)ROLN_ABS(x.e.F[i * 2 * n + j])));
+                wide = fmaxl(wide, fabsl((ld)x.e.F[i * 2 * n + j]));
+            }
+        BOUND("load: none, z", furthest(n, x.e.z, y.e.z), 400 * EPS);
+        BOUND("load: none, F", worst / wide, 4000 * EPS);
+    }
+    y.e.load[n - 1] = (roln_real)NAN, y.e.f.faults = 0;
+    faults = tick_of(k, &x.noise, x.y, x.tau, &y.e);
+    CHECK((faults & (ROLN_FAULT_STATUS | ROLN_FILTER_START)) == (ROLN_FAULT_STATUS | ROLN_FILTER_START) && all(n, y.e.load, 0));
 }
 
 /* ---- measurements that are missing, or wrong -------------------------------------------------- */
 
 static int equal(int k, const estimate *a, const estimate *b)
 {
-    const int n = n_OF(k);
-    return same(n, a->z, b->z) && same(n, a->zd, b->zd) && same(4 * n * n, a->F, b->F);
+    const int n = n_OF(k), side = side_of(n);
+    return same(n, a->z, b->z) && same(n, a->zd, b->zd) && same(side * side, a->F, b->F) && same(n, a->load, b->load);
 }
 
 /* No measurement is the step of the model; a joint beyond the gate is one that was not measured. */
@@ -392,6 +627,7 @@ static void test_gate(int k)
     const roln_trained m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     roln_real none[MAXN];
+    rolni_push by;
     uint64_t s = 1050 + (uint64_t)k;
     uint32_t faults;
     int i, most;
@@ -405,7 +641,8 @@ static void test_gate(int k)
     CHECK(equal(k, &x.e, &y.e));
     place(k, &s, ROLN_C(0.0009765625), &y);
     x = y;
-    CHECK_OK(roln_step(&m, x.e.z, x.e.zd, x.tau, x.noise.dt, spare));
+    by.tau = x.tau, by.load = loaded ? x.e.load : NULL;
+    CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, x.noise.dt, spare));
     tick_of(k, &y.noise, NULL, y.tau, &y.e);
     BOUND("filter: no measurement is a step", furthest(n, x.e.z, y.e.z) + furthest(n, x.e.zd, y.e.zd), EPS);
 
@@ -442,20 +679,21 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
     static twin t;
     static rig at;
     const roln_trained m = of_model(k);
-    const int n = n_OF(k), n2 = 2 * n;
+    const int n = n_OF(k), side = side_of(n);
     roln_real still[MAXN] = {0};
     int i;
     at = *x;
     CHECK_OK(roln_encode(&m, pose, still, NULL, at.e.z, at.e.zd, NULL, spare));
-    fill(n2 * n2, 0, at.e.F);
+    fill(side * side, 0, at.e.F), fill(n, 0, at.e.load);
     for (i = 0; i < n; i++)
-        at.e.F[i * (n2 + 1)] = z_max[i] - z_min[i], at.e.F[(n + i) * (n2 + 1)] = zd_max[i];
+        at.e.F[i * (side + 1)] = z_max[i] - z_min[i], at.e.F[(n + i) * (side + 1)] = zd_max[i];
     widen_estimate(n, &at.e, &t);
-    memcpy(t.ahead, t.P, sizeof t.P);
     look(k, at.e.z, &t);
+    wander(k, x, 1, &t); /* a second of it */
+    memcpy(t.ahead, t.P, sizeof t.P);
     textbook(k, &at, &t);
     check_tick(k, e, &t);
-    CHECK(all(n, e->zd, 0) && e->f.known == 1 && e->f.lost == 0);
+    CHECK(all(n, e->zd, 0) && all(n, e->load, 0) && e->f.known == 1 && e->f.lost == 0);
 }
 
 /* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and
@@ -505,7 +743,7 @@ static void test_starts(int k)
     check_started(k, &x, x.y, &x.e);
     for (i = 0; i < N; i++)
         x.y[i] += i % 2 ? ROLN_C(0.25) : ROLN_C(-0.25); /* somebody moved it */
-    fill(SIDE * SIDE, 0, x.e.F), x.noise.tau = 0, x.noise.tau_each = NULL; /* as sure as can be */
+    fill(SIDE * SIDE, 0, x.e.F), x.noise.tau = 0, x.noise.load /= 64, x.noise.tau_each = NULL; /* as sure as can be */
     for (i = 0; i < x.noise.lost; i++) {
         faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
         CHECK((faults & (ROLN_FILTER_OUTLIER | ROLN_FILTER_START)) == ROLN_FILTER_OUTLIER && x.e.f.lost == i + 1);
@@ -581,12 +819,13 @@ static void test_refused(int k)
     int i, j;
     place(k, &s, ROLN_C(0.015625), &x);
     was = x;
-    for (i = 0; i < 8; i++)
+    for (i = 0; i < 8 + loaded; i++)
         for (j = 0; j < 3; j++) {
             roln_noise *const l = &x.noise;
             roln_real *const field[6] = {&l->dt, &l->q, &l->tau, &l->gate, x.q_each + N - 1, x.tau_each + N - 1};
             x = was, x.noise.q_each = i == 4 ? x.q_each : NULL, x.noise.tau_each = i == 5 ? x.tau_each : NULL;
             if (i < 6) *field[i] = wrong[j];
+            else if (i == 8) l->load = wrong[j];
             else if (i == 6) x.noise.lost = -1;
             else if (j == 0) x.noise.dt = 0;
             else if (j == 1) x.noise.q = 0;
@@ -616,7 +855,7 @@ static void test_ticks(int k, int ticks)
 {
     static rig x;
     const roln_trained m = of_model(k);
-    const int N = N_OF(k), n = n_OF(k);
+    const int N = N_OF(k), n = n_OF(k), side = side_of(n);
     roln_real z[MAXN], zd[MAXN], y[MAXN], start[2][MAXN], tau[MAXN];
     uint64_t s = 1250 + (uint64_t)k;
     double nees = 0;
@@ -626,7 +865,7 @@ static void test_ticks(int k, int ticks)
         x.tau_each[i] *= ROLN_C(0.125);
     fill(MAXN, 0, x.tau);
     memcpy(z, x.e.z, sizeof z), memcpy(zd, x.e.zd, sizeof zd), memcpy(start[0], z, sizeof z), memcpy(start[1], zd, sizeof zd);
-    memset(&x.e, 0, sizeof x.e);
+    memset(&x.e, 0, sizeof x.e), memset(burden, 0, sizeof burden), restless = 0;
     x.noise.gate = 6;
     for (t = 0; t < ticks; t++) {
         const int calm = t % 1000 >= 500, event = calm ? 0 : roln_randint(64, &s);
@@ -639,12 +878,13 @@ static void test_ticks(int k, int ticks)
         if (event == 11) tau[0] = (roln_real)INFINITY;
         if (event == 12) fill(N, PICK(3e38f, 1e308), y);
         if (event == 13) x.e.zd[0] = PICK(1e38f, 1e300);
+        if (event == 15 && loaded) x.e.load[0] = PICK(1e37f, 1e300);
         if (event == 14) fill(F_OF(k), PICK(1e37f, 1e300), tau);
         tick_of(k, &x.noise, event == 8 ? NULL : y, tau, &x.e);
         good = calm ? good + 1 : 0;
-        if (good > 100) nees += (double)squared_error(k, &x.e, z, zd) / (2 * n), count++;
+        if (good > 100) nees += (double)squared_error(k, &x.e, z, zd) / side, count++;
     }
-    BOUND("filter: NEES / 2n, calm", count > 0 ? nees / count : 0, 1.5);
+    BOUND("filter: NEES / side, calm", count > 0 ? nees / count : 0, 1.5);
     CHECK(x.e.f.outliers > 0 && x.e.f.starts > 1);
 }
 
@@ -781,16 +1021,62 @@ static void test_shell(void)
     CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, &train));
 }
 
+/* NAME_filter_tick and NAME_control with ROLN_LOAD. */
+static void test_laden(void)
+{
+    static laden_params p;
+    static laden_filter f;
+    static laden_work work;
+    static rig x;
+    const roln_trained m = of_model(LADEN);
+    laden_target r;
+    roln_real tau_z[2], by_hand[2];
+    const roln_target target = {r.z, r.zd, r.zdd, r.kp, r.kd, f.load};
+    uint64_t s = 1360;
+    int i;
+    loaded = 1;
+    place(LADEN, &s, 1, &x);
+    p.slope = laden_model.ae.slope, p.least = laden_model.lnn.least, p.scale = scale;
+    memcpy(p.z_min, z_min, sizeof p.z_min), memcpy(p.z_max, z_max, sizeof p.z_max), memcpy(p.zd_max, zd_max, sizeof p.zd_max);
+    memcpy(p.theta, theta_k, sizeof p.theta);
+    memset(&x.e, 0, sizeof x.e), memset(&r, 0, sizeof r);
+    CHECK(sizeof f == sizeof f.f + (4 + 2 + 36) * sizeof(roln_real) || sizeof f.f % sizeof(roln_real) > 0);
+    for (i = 0; i < 5; i++) {
+        const uint32_t faults = tick_of(LADEN, &x.noise, x.y, x.tau, &x.e);
+        CHECK(laden_filter_tick(&p, &x.noise, x.y, x.tau, &f,
+                                (laden_filterwork *)(void *)room_of(NUMBERS_OF(laden_filterwork, filter_tick))) == faults);
+        ROOM_KEPT();
+        CHECK(same(2, f.s.z, x.e.z) && same(2, f.s.zd, x.e.zd) && same(36, f.F, x.e.F) && same(2, f.load, x.e.load));
+    }
+    CHECK(largest(2, f.load) > 0);
+    r.load = f.load;
+    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));
+    CHECK_OK(roln_control(&m, f.s.z, f.s.zd, &target, by_hand, spare));
+    CHECK(same(2, tau_z, by_hand));
+    r.load = NULL;
+    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));
+    BOUND("load: by NAME_control, eps", fabsl((ld)(tau_z[0] - by_hand[0] - f.load[0])) / EPS, 16);
+    loaded = 0;
+}
+
 void TEST_NAME(filter)(void)
 {
     int k;
     for (k = 0; k < MODELS; k++) {
-        test_tick(k);
-        test_steady(k);
-        test_consistent(k);
-        test_gate(k);
-        test_starts(k);
-        test_refused(k);
+        for (loaded = 0; loaded < 2; loaded++) {
+            test_tick(k);
+            test_steady(k);
+            test_consistent(k);
+            test_gate(k);
+            test_starts(k);
+            test_refused(k);
+        }
+        loaded = 1;
+        test_push(k);
+        test_held(k);
+        test_guarded(k);
+        test_unladen(k);
+        loaded = 0;
         test_fit(k);
     }
     test_turns();
@@ -799,5 +1085,9 @@ void TEST_NAME(filter)(void)
     test_ticks(WHEEL, 10000);
     test_ticks(CHART, 10000);
     test_shell();
+    test_laden();
+    loaded = 1;
+    test_ticks(DELAN, 10000);
+    loaded = 0;
     print_bounds();
 }

@@ -16,7 +16,7 @@ typedef struct {
     int k;
     roln_real s[2 * MAXN], low[MAXN], high[MAXN], fast[MAXN], B[MAXN * 2], tau[MAXM], rate[MAXM], u[MAXM], hold[MAXM];
     roln_real C[TERMS][ROWS * MAXN], weight[TERMS][MAXN], ref[TERMS][STEPS * MAXN], P[4 * MAXN * MAXN], end[2 * MAXN];
-    roln_real path[(STEPS + 1) * 2 * MAXN], torque[STEPS * MAXM], K[STEPS * MAXM * 2 * MAXN];
+    roln_real path[(STEPS + 1) * 2 * MAXN], torque[STEPS * MAXM], K[STEPS * MAXM * 2 * MAXN], load[MAXN];
     roln_term term[TERMS];
     roln_motors motors;
     roln_limits limits;
@@ -52,9 +52,11 @@ static void point(task *x)
     if (x->limits.rate_each) x->limits.rate_each = x->rate;
     x->goal.term = x->term, x->goal.u = x->u, x->goal.hold = x->hold, x->goal.limits = &x->limits;
     if (x->goal.P) x->goal.P = x->P, x->goal.end = x->end;
+    if (x->goal.load) x->goal.load = x->load;
 }
 
-/* Joints, joint velocities by two outputs, latent coordinates, latent velocities, joints by two outputs; a cost behind the end. */
+/* Joints, joint velocities by two outputs, latent coordinates, latent velocities, joints by two outputs; a cost behind the end; of
+   every second model a load. */
 static void place(int k, uint64_t *s, task *x)
 {
     static const int of[TERMS] = {ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD, ROLN_OF_Q};
@@ -79,6 +81,7 @@ static void place(int k, uint64_t *s, task *x)
         x->tau[i] = ROLN_C(0.5) + ROLN_C(0.25) * (roln_real)i, x->rate[i] = 4, x->u[i] = ROLN_C(0.25);
     x->motors.count = 2, x->limits.motors = inputs > 0 ? NULL : &x->motors, x->limits.dt = dt, x->limits.margin = 1;
     x->goal.dt = dt, x->goal.terms = TERMS, x->goal.P = x->P;
+    if (k % 2 == 0) dyadic(n, 1, s, x->load), x->goal.load = x->load;
     point(x);
 }
 
@@ -120,14 +123,15 @@ static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, c
     return sum;
 }
 
-/* A step of the model under the motors' torque u. */
+/* A step of the model under the motors' torque u, and the load. */
 static roln_status step(const task *x, const roln_trained *m, const roln_real *u, roln_real *s)
 {
     roln_real tau[MAXN];
+    const rolni_push by = {x->limits.motors ? tau : u, x->goal.load};
     int i;
     for (i = 0; i < N_OF(x->k) && x->limits.motors; i++)
         tau[i] = x->B[2 * i] * u[0] + x->B[2 * i + 1] * u[1];
-    return roln_step(m, s, s + n_OF(x->k), x->limits.motors ? tau : u, x->goal.dt, spare);
+    return rolni_step(m, s, s + n_OF(x->k), &by, x->goal.dt, spare);
 }
 
 /* ---- what is inside of a call ----------------------------------------------------------------- */
@@ -212,6 +216,7 @@ static void test_feedback(int k)
     int i, in;
     place(k, &s, &x);
     if (models[k].md->lnn.friction) return; /* which roln_lqr leaves out */
+    x.goal.load = NULL; /* of which it does not know */
     fill(MAXM, 1000, x.tau);
     x.term[1].C = NULL, x.goal.terms = 2;
     pl = planned(&x), m = model_of(&x);
@@ -413,7 +418,7 @@ static void test_linear(int k)
 
 /* ---- what is refused -------------------------------------------------------------------------- */
 
-enum { WRONG = 30 };
+enum { WRONG = 31 };
 
 /* Goal number `what` that makes no sense; its status. */
 static roln_status spoil(int what, task *x)
@@ -440,6 +445,7 @@ static roln_status spoil(int what, task *x)
     case 25: return x->term[1].of = -1, ROLN_E_LENGTH;
     case 26: return x->term[4].count = -1, ROLN_E_LENGTH;
     case 27: return x->limits.motors ? x->motors.count = 1 : 0, x->limits.motors ? ROLN_E_LENGTH : ROLN_OK;
+    case 29: return x->load[0] = nan, x->goal.load ? ROLN_E_NOT_FINITE : ROLN_OK;
     case 28: return x->fast[0] = ROLN_C(1e-6), ROLN_E_RANGE; /* wherever it goes, it is out of range */
     default: return x->P[0] = -1, ROLN_E_NOT_SPD;
     }
@@ -525,6 +531,68 @@ static void test_any(int k)
                     CHECK(ROLN_ABS(u[j]) <= x.tau[j]);
         }
     }
+
+/* ---- a load ----------------------------------------------------------------------------------- */
+
+/* A machine that is model k with a constant load, of which a filter sees the joints, and plans of that in the loop: the mean
+   distance of z from where it shall rest, over the last calls. counted: plans, and what is to hold it, know of the load that the
+   filter estimates. */
+static ld rest_of(int k, int counted)
+{
+    enum { CALLS = 400, LAST = 50 };
+    static task x;
+    static roln_real F[9 * MAXN * MAXN];
+    static const roln_real burden[3] = {ROLN_C(0.5), ROLN_C(-0.375), ROLN_C(0.25)};
+    const int n = n_OF(k), N = N_OF(k);
+    const roln_noise noise = {.dt = dt, .q = ROLN_C(0.0009765625), .tau = ROLN_C(0.0625), .load = ROLN_C(0.25)};
+    roln_real z[MAXN], zd[MAXN] = {0}, s[2 * MAXN], load[MAXN], y[MAXN], qd[MAXN], tau[MAXN], still[MAXN] = {0}, tau_z[MAXN];
+    roln_real mean[MAXN] = {0}, hold_z[MAXN];
+    roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
+    const roln_estimate e = {&filter, s, s + n, F, load};
+    const rolni_push by = {tau, burden};
+    uint64_t seed = 140 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    int call, i;
+    place(k, &seed, &x);
+    m = model_of(&x), pl = planned(&x);
+    memcpy(z, x.s, sizeof z), memcpy(x.ref[2], z, sizeof z);
+    fill(MAXN, 1, x.weight[2]), fill(MAXM, ROLN_C(0.0001220703125), x.u), fill(MAXM, 40, x.tau);
+    fill(MAXN, ROLN_C(0.0625), x.weight[3]);
+    x.term[0] = x.term[2], x.term[0].moving = 0, x.term[1] = x.term[3], x.term[1].moving = 0, fill(MAXN, 0, x.ref[3]);
+    x.goal.terms = 2, x.goal.P = NULL, x.goal.load = counted ? load : NULL;
+    CHECK_OK(roln_inverse(&m, z, still, NULL, still, tau_z, spare)); /* what holds it without a load */
+    for (i = 0; i < n; i++) { /* a motor for each coordinate */
+        fill(n, 0, hold_z), hold_z[i] = 1;
+        CHECK_OK(roln_lift(&m, z, hold_z, tau, spare));
+        for (call = 0; call < N; call++)
+            x.B[2 * call + i] = tau[call];
+    }
+    fill(MAXN, 0, tau), fill(MAXN, 0, load);
+    for (call = 0; call < CALLS; call++) {
+        CHECK_OK(roln_decode(&m, z, zd, y, qd, spare));
+        CHECK((roln_filter_tick(&m, &noise, y, tau, &e, spare) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
+        for (i = 0; i < n; i++)
+            hold_z[i] = tau_z[i] - (counted ? load[i] : 0);
+        CHECK_OK(roln_allocate(&m, x.ref[2], &x.motors, hold_z, x.hold, NULL, spare));
+        if (!CHECK_OK(roln_plan_next(&m, &x.goal, s, &pl, spare))) return 0;
+        for (i = 0; i < N; i++)
+            tau[i] = x.B[2 * i] * x.torque[0] + x.B[2 * i + 1] * x.torque[1];
+        CHECK_OK(rolni_step(&m, z, zd, &by, dt, spare));
+        for (i = 0; i < n && call >= CALLS - LAST; i++)
+            mean[i] += (z[i] - x.ref[2][i]) / LAST;
+    }
+    return largest(n, mean);
+}
+
+/* Plans that count on the load rest where they shall. */
+static void test_load(int k)
+{
+    ld without, with;
+    if (n_OF(k) > 2 || models[k].md->inputs > 0 || k == DEEP) return; /* two motors hold it; J of size 1e3 */
+    without = rest_of(k, 0), with = rest_of(k, 1);
+    CHECK(without > 0.002L);
+    BOUND("load: offset of plans, a part of that without", with / without, 1e-4L);
 }
 
 void TEST_NAME(plan)(void)
@@ -539,6 +607,7 @@ void TEST_NAME(plan)(void)
         test_linear(k);
         test_refused(k);
         test_any(k);
+        test_load(k);
     }
     print_bounds();
 }

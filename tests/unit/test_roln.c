@@ -2152,7 +2152,7 @@ static void use_tick(int k, const roln_trained *m, const roln_real *x)
     static const roln_motors damped = {0, NULL, 1};
     roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100,
                                 .motors = m->model->inputs > 0 ? &damped : NULL};
-    const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n};
+    const roln_target target = {x, x + n, x + 2 * n, x + 3 * n, x + 4 * n, NULL};
     const roln_measured full = {x, x + N};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
     roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
@@ -2210,13 +2210,13 @@ static void use_plan(int k, const roln_trained *m, const roln_real *x)
 /* A start and a tick. */
 static void use_filter(int k, const roln_trained *m, const roln_real *x)
 {
-    static roln_real F[4 * MAXN * MAXN];
+    static roln_real F[9 * MAXN * MAXN];
     const int N = N_OF(k);
     const roln_batch b = {1, 1, 1, NULL, x, NULL, NULL, x};
-    roln_noise noise = {.dt = dt, .q = 1, .tau = 1};
-    roln_real z[MAXN], zd[MAXN], each[MAXN];
+    roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
+    roln_real z[MAXN], zd[MAXN], each[MAXN], load[MAXN];
     roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
-    const roln_estimate e = {&filter, z, zd, F};
+    const roln_estimate e = {&filter, z, zd, F, models[k].size.load ? load : NULL};
     int i;
     for (i = 0; i < 2; i++)
         USE(filter_tick, (roln_filter_tick(m, &noise, x + i * N, x, &e, work), filter.known ? ROLN_OK : ROLN_E_RANGE));

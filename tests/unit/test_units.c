@@ -240,8 +240,8 @@ static void test_estimates(int k)
         dyadic(p.F, ROLN_C(0.25), &s, tau[0]);
         in_units(&p, 1, 1, y[0], y[1]), force_in_units(&p, 1, tau[0], tau[1]);
         for (i = 0; i < 2; i++) {
-            const roln_noise noise = {dt, 0, ROLN_C(0.5), 0, 0, q_each[i], NULL};
-            const roln_estimate to = {&f[i], z[i], z[i] + p.n, F[i]};
+            const roln_noise noise = {dt, 0, ROLN_C(0.5), 0, 0, q_each[i], NULL, 0};
+            const roln_estimate to = {&f[i], z[i], z[i] + p.n, F[i], NULL};
             faults[i] = roln_filter_tick(i ? &p.own : &p.plain, &noise, y[i], tau[i], &to, ROOM(filter_tick));
         }
         CHECK(faults[0] == faults[1] && f[0].known && same(1, &f[0].nis, &f[1].nis) && (t > 0 || (faults[0] & ROLN_FILTER_START)));
@@ -267,7 +267,7 @@ static void test_ticks(int k)
         uint32_t faults[2];
         for (j = 0; j < 2; j++) {
             const roln_trained *m = j ? &p.own : &p.plain;
-            const roln_target target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n};
+            const roln_target target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n, NULL};
             const roln_measured full = {q[j] + 2 * i * N, q[j] + (2 * i + 1) * N};
             const roln_held held = {&g[j], tau[j]};
             const roln_motors damped = {0, NULL, 1};
