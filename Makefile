@@ -41,7 +41,7 @@ arm: build/arm
 # the weights of furuta.c and arm.c anew, from their recordings
 furuta_train = torque=1 smooth=20 steps=150
 arm_train = torque=1 smooth=40 steps=200
-rope_train = torque=1 look=0.9 steps=260
+rope_train = torque=1 look=0.9 steps=213
 build/%_weights.h: build/% build/%_train
 	./build/$* record > build/$*.csv
 	cd build && ./$*_train $*.csv $($*_train)

@@ -8,7 +8,7 @@
 #define ROLN_MLP     32, 32
 #define ROLN_DAMPING 1
 #define ROLN_HORIZON 25
-#define ROLN_PLAN    60, 2 /* steps, motors */
+#define ROLN_PLAN    50, 2 /* steps, motors */
 #include "roln.h"
 
 #endif

@@ -102,8 +102,7 @@ static double roll(double part)
 /* The run under b.u, tick by tick: does it settle in K steps? */
 static int settles(struct plant_run *r)
 {
-    mj_resetData(b.m, b.d);
-    r->ticks = 0;
+    plant_start(b.m, b.d, r);
     for (int k = 0; k < b.steps * ROPE_EVERY; k++) {
         double u[M];
         for (int j = 0; j < M; j++)
@@ -119,6 +118,7 @@ static int solve(int K, struct plant_run *r)
     double before, after = 0;
     b.K = K, b.steps = K + REST, b.r = 100;
     memset(b.s[0], 0, sizeof b.s[0]);
+    b.s[0][0] = ROPE_TARGET - ROPE_MOVE;
     before = roll(0);
     memcpy(b.s, b.s1, sizeof b.s), memcpy(b.u, b.u1, sizeof b.u);
     for (int round = 0; round < ROUNDS; round++) {

@@ -12,9 +12,16 @@ mjModel *plant_load(void)
     return m;
 }
 
+void plant_start(const mjModel *m, mjData *d, struct plant_run *r)
+{
+    mj_resetData(m, d);
+    d->qpos[0] = ROPE_TARGET - ROPE_MOVE;
+    r->ticks = 0;
+}
+
 void plant_tip(const mjModel *m, const mjData *d, double y[4])
 {
-    double x = d->qpos[0] - ROPE_MOVE, z = 0, xd = d->qvel[0], zd = 0, a = 0, ad = 0;
+    double x = d->qpos[0] - ROPE_TARGET, z = 0, xd = d->qvel[0], zd = 0, a = 0, ad = 0;
     for (int i = 1; i < m->nv; i++) {
         a += d->qpos[i], ad += d->qvel[i]; /* of a link against the vertical */
         x -= 0.1 * sin(a), z += 0.1 * (1 - cos(a)), xd -= 0.1 * cos(a) * ad, zd += 0.1 * sin(a) * ad;

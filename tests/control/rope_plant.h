@@ -7,6 +7,7 @@
 enum { ROPE_JOINTS = 11, ROPE_MOTORS = 2, ROPE_TICKS = 8000, ROPE_REST = 1000, ROPE_EVERY = 20 };
 #define ROPE_TICK 1e-3 /* s */
 #define ROPE_MOVE 1.0  /* m: of trolley and tip, along the rail */
+#define ROPE_TARGET 0.5 /* m: where it ends, in the middle of what was recorded */
 #define ROPE_NEAR 0.02 /* of the move: where the tip is at its target */
 #define ROPE_SLOW 0.1  /* of the move a second: where it is at rest */
 
@@ -16,8 +17,10 @@ struct plant_run {
     double tip[ROPE_TICKS + 1][2], speed[ROPE_TICKS + 1][2], u[ROPE_TICKS][ROPE_MOTORS];
 };
 
-/* The plant, at rest at 0. NULL, and it says why. */
+/* The plant. NULL, and it says why. */
 mjModel *plant_load(void);
+/* A run begins: at rest, a move before the target. */
+void plant_start(const mjModel *m, mjData *d, struct plant_run *r);
 /* Tip beside its target, and its velocity: y [4]. */
 void plant_tip(const mjModel *m, const mjData *d, double y[4]);
 /* A tick under u, written to the run. */
