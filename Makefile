@@ -38,7 +38,7 @@ mpc: build/mpc
 arm: build/arm
 	./build/arm
 
-# the weights of furuta.c and arm.c anew, from their recordings
+# the weights of furuta.c, arm.c and tests/control/rope.c anew, from their recordings
 furuta_train = torque=1 smooth=20 steps=150
 arm_train = torque=1 smooth=40 steps=200
 rope_train = torque=1 look=0.9 steps=213
@@ -90,7 +90,7 @@ deps:
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines
+           machines rope
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh

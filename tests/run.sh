@@ -31,6 +31,7 @@ record       sh tests/user/record.sh
 sizes        sh tests/measure/sizes.sh test
 firmware     sh tests/firmware/firmware.sh
 machines     build/machines m4 rv32
+rope         build/rope check
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments

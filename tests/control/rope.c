@@ -27,33 +27,33 @@ static double settled[LAWS];
 
 /* ---- 1 recordings ----------------------------------------------------------------------------- */
 
-enum { RECORDINGS = 120, SAMPLES = 900, APART = 2 }; /* samples of a recording, ticks of a sample */
+enum { RECORDINGS = 90, SAMPLES = 900, APART = 2 }; /* samples of a recording, ticks of a sample */
 
 static double between(double low, double high, uint64_t *seed)
 {
     return low + (high - low) * (double)roln_uniform(seed);
 }
 
-/* Steps that hold for .05 to 1 s: of what the motors give, or of what PD of other gains each time is to reach; one in six swings
-   freely from there on. */
+/* Steps that hold for .05 to 1.2 s: of what PD of other gains each time is to reach, or, in one recording of three, of what the
+   motors give; they give it a little later, by a lag of 25 ms, so that the links that the model leaves out hardly ring. One
+   recording of six swings freely from .6 s on. */
 static void record(void)
 {
     uint64_t seed = 1;
     for (int k = 0; k < RECORDINGS; k++) {
         const int kind = k % 3, fall = k % 6 == 5 ? 300 : SAMPLES;
-        const double size = k % 4 ? between(0.05, 0.6, &seed) : 1, middle = between(0, 1, &seed); /* most are gentle */
         double to[2] = {0, 0}, gain[4] = {0, 0, 0, 0}, u[2] = {0, 0}, left = 0;
         mj_resetData(plant, d);
-        d->qpos[0] = middle + size * between(-0.6, 0.6, &seed);
+        d->qpos[0] = between(-0.1, 1.1, &seed);
         for (int i = 0; i < SAMPLES; i++) {
             const double t = i * APART * ROPE_TICK;
             if ((left -= APART * ROPE_TICK) <= 0) {
                 const double pd = kind < 2;
                 left = between(0.05, kind ? 0.4 : 1.2, &seed);
-                to[0] = middle + size * between(-0.6, 0.6, &seed), to[1] = size * between(-0.2, 0.2, &seed);
+                to[0] = between(-0.1, 1.1, &seed), to[1] = between(-0.2, 0.2, &seed);
                 gain[0] = pd ? between(4, 40, &seed) : 0, gain[1] = pd ? between(1, 8, &seed) : 0;
                 gain[2] = pd ? between(0, 3, &seed) : 0, gain[3] = pd ? between(0, 0.4, &seed) : 0;
-                if (!pd) gain[0] = 3, gain[1] = 0.5, to[0] = middle + size * between(-2.5, 2.5, &seed);
+                if (!pd) gain[0] = 3, gain[1] = 0.5, to[0] = between(-2, 3, &seed);
             }
             for (int j = 0; j < 2; j++) {
                 const double most = plant->actuator_ctrlrange[2 * j + 1];
@@ -97,7 +97,7 @@ static const roln_term terms[3] = {
 static const roln_real B[2 * rope_N] = {1, 0, 0, 1}, most[2] = {8, ROLN_C(0.2)};
 static const roln_motors motors = {2, B, 0};
 static const roln_limits limits = {.dt = (roln_real)ROPE_TICK, .margin = 1, .tau_each = most, .hold = 5, .motors = &motors};
-enum { EVERY = 20, MOVE_TICKS = 6000 }; /* ticks from plan to plan, of a move */
+enum { EVERY = 20, MOVE_TICKS = 5000 }; /* ticks from plan to plan, of a move */
 static const roln_goal goal = {.dt = EVERY * (roln_real)ROPE_TICK, .terms = 3, .term = terms, .u = u_weight, .limits = &limits};
 
 static struct {
@@ -156,8 +156,8 @@ static double by_pd(const double gain[4], int ticks)
     return plant_settled(&run);
 }
 
-/* The best of a grid about the gains, each times factor^k, k = -wide .. wide; its time. */
-static double grid(double gain[4], double factor, int wide)
+/* The best of a grid about the gains, each times factor^k, k = -wide .. wide. */
+static void grid(double gain[4], double factor, int wide)
 {
     const double middle[4] = {gain[0], gain[1], gain[2], gain[3]};
     const int side = 2 * wide + 1;
@@ -171,7 +171,6 @@ static double grid(double gain[4], double factor, int wide)
     }
     printf("  %d gains by factors of %g: %.2f s with %.3g N/m, %.3g Ns/m, %.3g Nm/rad, %.3g Nms/rad\n", side * side * side * side,
            factor, least, gain[0], gain[1], gain[2], gain[3]);
-    return least;
 }
 
 /* ---- 4 picture -------------------------------------------------------------------------------- */
@@ -238,10 +237,10 @@ static void row(int law)
 
 static int compare(const char *picture)
 {
-    double gain[4] = {8, 4, 0.5, 0.1};
+    double gain[4] = {4, 3, 0.1, 0.2};
     printf("PD, the time until the tip is within %g %% of its target for good and slower than %g %% of the move a second\n",
            100 * ROPE_NEAR, 100 * ROPE_SLOW);
-    grid(gain, 3, 2), grid(gain, 1.4, 2), grid(gain, 1.1, 2);
+    grid(gain, 2, 2), grid(gain, 1.3, 2), grid(gain, 1.1, 2);
     printf("time-optimal on the true plant, force and torque held for %g ms each\n", 1e3 * ROPE_EVERY * ROPE_TICK);
     if (plant_best(plant, &run, 1) == 0) return printf("no time-optimal solution\n"), 1;
     printf("\n");
@@ -257,14 +256,17 @@ static int compare(const char *picture)
     return picture ? draw(picture) : 0;
 }
 
-/* The goals that were reached, and with gains of the grid's best the time of PD. */
+/* The goals: rest in half of the time of PD with the gains of the grid, and in 1.3 of that of the time-optimal solution. */
+#define SHORTEST 1.14 /* s, of that solution, as `make rope` finds it */
 static int check(void)
 {
-    static const double gain[4] = {8, 4, 0.5, 0.1};
-    const double plans = by_plans(MOVE_TICKS), swing = plant_swing(&run, plans), pd = by_pd(gain, MOVE_TICKS);
+    static const double gain[4] = {2, 2, 0, 0.2};
+    const double pd = by_pd(gain, MOVE_TICKS), plans = by_plans(MOVE_TICKS);
     CHECK(p.refused == 0 && p.guard.g.faults == 0);
-    CHECK_BELOW(swing, ROPE_NEAR * ROPE_MOVE);
+    CHECK_BELOW(pd, 3.95);
     CHECK_BELOW(plans, pd / 2);
+    CHECK_BELOW(plans, 1.3 * SHORTEST);
+    CHECK_BELOW(plant_swing(&run, 1.3 * SHORTEST), ROPE_NEAR * ROPE_MOVE);
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }
