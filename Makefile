@@ -1,6 +1,6 @@
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, record, learn, machines, errors, control, models, noise, experiments,
-#                                            eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
+#                                            rope, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -18,7 +18,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check record learn machines errors control plans \
-        models noise experiments report plotting-deps plotting-test eig bench sizes count firmware pil
+        models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -38,12 +38,14 @@ mpc: build/mpc
 arm: build/arm
 	./build/arm
 
-# the weights of furuta.c and arm.c anew, from their recordings
+# the weights of furuta.c, arm.c and tests/control/rope.c anew, from their recordings
 furuta_train = torque=1 smooth=20 steps=150
 arm_train = torque=1 smooth=40 steps=200
+rope_train = torque=1 look=0.9 steps=213
 build/%_weights.h: build/% build/%_train
 	./build/$* record > build/$*.csv
 	cd build && ./$*_train $*.csv $($*_train)
+build/rope_train: STD += -Itests/control
 build/%_train: examples/train.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) -DMODEL=$* $< -o $@ -lpthread -lm
@@ -88,7 +90,7 @@ deps:
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines plans swing
+           machines plans swing rope
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -144,6 +146,7 @@ build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
 build/record: $(call host,mujoco/record mujoco/demos)
 build/convert: $(call host,mujoco/convert mujoco/demos)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
+build/rope: $(call host,control/rope control/rope_plant unit/check) build/host64/tests/control/rope_best.o
 build/pil: $(call host,control/pil control/image control/control mujoco/truth unit/check)
 build/machines: $(call host,control/machines control/image unit/check)
 build/plans: $(call host,control/plans control/control mujoco/truth unit/check) build/host64/tests/control/offline.o
@@ -154,7 +157,7 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert control pil machines plans swing experiment speed test_experiments \
+$(patsubst %,build/%,test_mujoco generate record convert control rope pil machines plans swing experiment speed test_experiments \
                      test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
@@ -194,6 +197,10 @@ control: build/control
 plans: build/plans build/swing
 	./build/plans
 	./build/swing
+
+# a rope on a trolley: plans on its learned model, PD and the time-optimal solution on the true one: table and build/rope.svg
+rope: build/rope
+	./build/rope build/rope.svg
 
 # train the committed models again (an hour on two cores)
 models: build/generate

@@ -34,6 +34,7 @@ machines     build/machines m4 rv32
 plans        build/plans test
 swing        build/swing test
 plansize     sh tests/measure/plan.sh test
+rope         build/rope check
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments
