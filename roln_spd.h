@@ -2705,18 +2705,20 @@ ROLN_FN void rolni_ocp_solve(int m, int n, const roln_real *L, roln_real *Y)
 {
     int i, j, k;
     for (i = 0; i < m; i++) {
+        const roln_real by = 1 / L[i * m + i]; /* a division takes as long as many products */
         for (k = 0; k < i; k++)
             for (j = 0; j < n; j++)
                 Y[i * n + j] -= L[i * m + k] * Y[k * n + j];
         for (j = 0; j < n; j++)
-            Y[i * n + j] /= L[i * m + i];
+            Y[i * n + j] *= by;
     }
     for (i = m - 1; i >= 0; i--) {
+        const roln_real by = -1 / L[i * m + i];
         for (k = i + 1; k < m; k++)
             for (j = 0; j < n; j++)
                 Y[i * n + j] += L[k * m + i] * Y[k * n + j];
         for (j = 0; j < n; j++)
-            Y[i * n + j] /= -L[i * m + i];
+            Y[i * n + j] *= by;
     }
 }
 

@@ -291,6 +291,7 @@ static void best(int count)
     static wish w;
     roln_real K[MOTORS * 2 * n];
     uint64_t seed = 7;
+    int lost = 0;
     for (int k = 0; k < count; k++) {
         struct offline o;
         swift_latent end = {{0}, {0}};
@@ -300,7 +301,6 @@ static void best(int count)
         const roln_cost cost = {w.weight, w.slow, w.dear, (roln_real)SWIFT_DT, &motors};
         double done, least;
         wish_start(&w, limit, 0);
-        w.limits.margin = 100;
         memset(x.q, 0, sizeof x.q), memset(x.qd, 0, sizeof x.qd); /* to hang, where no torque is wanted */
         if (swift_encode(&params, &x, &end, &work) != ROLN_OK ||
             swift_lqr(&params, &cost, &end, NULL, K, w.P, &lqrwork) != ROLN_OK) exit(1);
@@ -318,12 +318,13 @@ static void best(int count)
         least = offline_best(&o, u);
         memset(u, 0, sizeof u);
         least = fmin(least, offline_best(&o, u));
-        more[k] = done / least - 1;
-        CHECK(done >= least * (1 - 1e-9));
+        more[k] = isfinite(done) ? done / least - 1 : INFINITY; /* infinite: the loop did not hold it */
+        lost += !isfinite(done);
+        CHECK(!(done < least * (1 - 1e-9)));
     }
     qsort(more, (size_t)count, sizeof more[0], larger);
     printf("\ncost of the loop above that of all %d steps at once, iterated to the end in double, %d starts: median %.2f %%, 95 %% "
-           "below %.2f %%\n", OFFLINE_STEPS, count, 100 * more[count / 2], 100 * more[count * 95 / 100]);
+           "below %.2f %%, %d lost\n", OFFLINE_STEPS, count, 100 * more[count / 2], 100 * more[count * 95 / 100], lost);
     CHECK_BELOW(more[count / 2], 0.05);
     CHECK_BELOW(more[count * 95 / 100], 0.2);
 }

@@ -491,8 +491,8 @@ static void test_refused(int k)
     CHECK(x.plan.known == 1 && x.plan.age == 0);
 }
 
-/* Any number in place of any: state, goal, limits, range. A plan that is taken is finite, its torques within the limits; one that is
-   refused leaves the last one; and what the motors are given is a number within their limits, or nothing. */
+/* Any number in place of any: state, goal, limits, range. A plan that is taken is finite, its torques within the limits; one that
+   is refused leaves the last one; and what the motors are given is a number within their limits, or nothing. */
 static void test_any(int k)
 {
     const roln_real hostile[12] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, 0, -1, ROLN_C(1e-30), ROLN_C(1e30),
