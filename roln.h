@@ -129,8 +129,8 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
-   model with full weights); NAME_horizon. For the kernels: NAME_model, NAME_trained(p); for an optimiser of your own: NAME_table,
-   NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   model with full weights); NAME_horizon; NAME_steps, NAME_motors of a plan. For the kernels: NAME_model, NAME_trained(p); for an
+   optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
    One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
    scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
@@ -1460,7 +1460,7 @@ typedef struct {
     int lost;       /* ticks in a row of which most is beyond the gate that are bridged */
     /* what follows may be left out */
     const roln_real *q_each, *tau_each; /* [N] in place of q, of tau; NULL: these */
-    roln_real load; /* deviation by which the torque of a load on each joint wanders in a second, as tau; without one not read */
+    roln_real load; /* deviation by which the torque of a load on each joint wanders in a second, as tau; 0: there is none */
 } roln_noise;
 
 /* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
@@ -1784,7 +1784,7 @@ typedef struct {
     const roln_term *term;
     const roln_real *u;        /* [motors] cost u_j (tau_j - hold_j)^2, 1/(Nm)^2, above 0 */
     const roln_real *hold;     /* [motors] what the motors give when nothing is to be done; NULL: 0 */
-    const roln_limits *limits; /* motors, tau, tau_each, rate, rate_each, margin are read */
+    const roln_limits *limits; /* of motors, tau, tau_each, rate, rate_each, margin; all others have to make sense, too */
     /* what follows may be left out */
     int iterations;            /* of roln_ocp_solve; 0: 6, with limits of rate 8 */
     const roln_real *P, *end;  /* cost of all that comes after the last step, (s - end)^T P (s - end), of roln_lqr say: [2n][2n],
@@ -1797,7 +1797,7 @@ typedef struct {
     int known;      /* 1: there is a plan */
     int age;        /* steps since it was made: calls of roln_plan_next since then, all of which failed */
     roln_real cost; /* of it, as the model expects */
-    roln_real gap;  /* the best of what was linearised about it may cost that much less */
+    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it */
 } roln_plan;
 
 /* A plan and where its numbers are: states s [steps + 1][2n] = [z; zd], torques u [steps][motors], K [steps][motors][2n]. */
@@ -1810,13 +1810,16 @@ typedef struct {
 /* Largest number of iterations. */
 #define ROLN_PLAN_ITERATIONS 64
 
-/* Is P [n][n] positive semi-definite to rounding errors? L [n][n] is written. */
+/* Is P [n][n] symmetric and positive semi-definite to rounding errors? L [n][n] is written. */
 ROLN_FN roln_status rolni_goal_weighs(int n, const roln_real *P, roln_real *L)
 {
     roln_real top = 0;
-    int i;
+    int i, j;
     for (i = 0; i < n; i++)
         top = ROLN_MAX(top, ROLN_ABS(P[i * (n + 1)]));
+    for (i = 0; i < n; i++)
+        for (j = 0; j < i; j++)
+            if (ROLN_ABS(P[i * n + j] - P[j * n + i]) > ROLN_EPS * ROLNI_AS(roln_real, 8 * n) * top) return ROLN_E_NOT_SPD;
     rolni_copy(n * n, P, L);
     for (i = 0; i < n; i++)
         L[i * (n + 1)] += ROLN_EPS * ROLNI_AS(roln_real, 8 * n) * top;
@@ -2116,17 +2119,18 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
     return in ? ROLN_OK : ROLN_E_RANGE;
 }
 
-/* The next plan, a step of dt after the last one: torques u_k that take the state s [2n] = [z; zd] where the goal wants it, within
-   the limits of the motors, at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the
-   model along it, solves what that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more
-   than the last plan does, by half, and by a quarter of it: one iteration of Newton's method without second derivatives of the
-   model (Gauss-Newton), with which the next call goes on (real-time iteration). The first plan starts from hold, and so does one
-   after a failure.
-   ROLN_OK: *pl is the new plan, or the last one, a step on, where the model finds none that is better. Else there is no new one:
-   the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits, or all ways lead out of
-   the range seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights; ROLN_E_NOT_FINITE, of any
-   number; status of roln_linear. Cost: steps times roln_linear, one to three times roln_step, and roln_ocp_solve.
-   work [ROLN_PLAN_WORK]. */
+/* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set pl->plan->known
+   to 0 before the next: torques u_k that take the state s [2n] = [z; zd] where the goal wants it, within the limits of the motors,
+   at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what
+   that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by
+   half, and by a quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with
+   which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure.
+   ROLN_OK: *pl is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
+   new one: the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits (a tau of 0, too:
+   leave out the column of B of a motor that is off), or all ways lead out of the range seen in training (limits->margin);
+   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver; ROLN_E_NOT_FINITE, of
+   other numbers; status of roln_linear. Numbers that goal points to stay as they are during the call. Cost: steps times
+   roln_linear, one to three times roln_step, and roln_ocp_solve. work [ROLN_PLAN_WORK]. */
 ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *goal, const roln_real *s, const roln_planned *pl,
                                        roln_real *work)
 {
@@ -2179,16 +2183,16 @@ ROLN_FN roln_real rolni_plan_want(const roln_lnn *lnn, const roln_goal *goal, co
 
 /* The torques u [motors] t seconds after the last call of roln_plan_next, at the measured state s [2n]:
        u = u_k - K_k (s - s_k(t)),   s_k(t) between s_k and s_k+1 (z by cubic Hermite polynomials, zd linearly)
-   within limits->tau. ROLN_E_LENGTH: there is no plan, or it ends before t; ROLN_E_RANGE: dt, limits; ROLN_E_NOT_FINITE. Then u is
-   untouched, and the guard is to be told so (want = NULL). No work. */
+   within limits->tau, but not limits->rate, by which u_k comes at once. ROLN_E_LENGTH: there is no plan, or it ends before t;
+   ROLN_E_RANGE: dt, limits; ROLN_E_NOT_FINITE. Then u is untouched, and the guard is to be told so (want = NULL). No work. */
 ROLN_INLINE roln_status roln_plan_follow(const roln_trained *m, const roln_goal *goal, const roln_planned *pl, roln_real t,
                                          const roln_real *s, roln_real *u)
 {
     const roln_lnn *lnn = &m->model->lnn;
     const roln_real at = t / goal->dt + ROLNI_AS(roln_real, pl->plan->age);
     int j, k;
+    if (!(goal->dt > 0) || !roln_finite(goal->dt) || !rolni_limits_valid(goal->limits, pl->motors)) return ROLN_E_RANGE;
     if (!pl->plan->known || !(at >= 0) || !(at < ROLNI_AS(roln_real, pl->steps))) return ROLN_E_LENGTH;
-    if (!(goal->dt > 0) || !rolni_limits_valid(goal->limits, pl->motors)) return ROLN_E_RANGE;
     if (!roln_all_finite(2 * lnn->n, s)) return ROLN_E_NOT_FINITE;
     k = ROLNI_AS(int, at);
     for (j = 0; j < pl->motors; j++)

@@ -2670,13 +2670,15 @@ ROLN_FN void rolni_ocp_gradient(const rolni_ocp *b)
 }
 
 /* u = 0, in the middle of all limits, or on the way there from `last` at a quarter of the rate; t, x, g; l so that all t l are half
-   of the mean |g|, which is returned. */
+   of the mean |g|, above 0, which is returned. */
 ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
 {
     const roln_ocp *o = b->of;
     const int m = o->m, count = o->steps * m;
-    roln_real mean = 0;
+    roln_real mean = 0, top = 0;
     int i, side;
+    for (i = 0; i < m; i++)
+        top = ROLN_MAX(top, o->r[i]);
     for (i = 0; i < count; i++) {
         roln_real *const u = b->u + i;
         *u = 0;
@@ -2694,7 +2696,7 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
     rolni_ocp_gradient(b);
     for (i = 0; i < count; i++)
         mean += ROLN_ABS(b->g[i]) / ROLNI_AS(roln_real, count);
-    mean /= 2;
+    mean = ROLN_MAX(mean / 2, ROLN_EPS * top + ROLN_C(1e-30)); /* where u = 0 is the best there is */
     for (i = 0; i < b->sides * count; i++)
         b->l[i] = mean / b->t[i];
     return mean;
@@ -2898,11 +2900,12 @@ ROLN_FN roln_real rolni_ocp_gap(const rolni_ocp *b)
 
 /* Primal-dual interior points (Mehrotra 1992), each step of Newton's method by a Riccati recursion, from u = 0 on. On its way u is
    strictly inside of all limits, so that they hold wherever it ends. It takes `iterations` steps, no fewer: of what u = 0 costs
-   more than the best, 6 leave a thousandth or less, 8 with limits of rate.
-   u [steps][m], x [steps + 1][n] out; K [steps][m][n]: feedback u_k - K_k dx_k of least cost about x, in which what is at a limit
-   hardly moves (with limits of rate for the u_k-1 of the solution). *gap: the cost of u is at most that much above the least.
-   u, x, K hold no result unless ROLN_OK. ROLN_E_LENGTH: a size below 1; ROLN_E_RANGE: rate, last; ROLN_E_NOT_SPD: r, or Q;
-   ROLN_E_NOT_FINITE. Each step of each iteration costs about 3 n^3 + 5 n^2 m + 3 n m^2 multiply-adds. work [ROLN_OCP_WORK]. */
+   more than the best, 6 leave a thousandth or less, 8 with limits of rate. u [steps][m], x [steps + 1][n] out; K [steps][m][n]:
+   feedback u_k - K_k dx_k of least cost about x, in which what is at a limit hardly moves (with limits of rate for the u_k-1 of
+   the solution). *gap: the cost of u is at most that much above the least. u, x, K hold no result unless ROLN_OK. ROLN_E_LENGTH: a
+   size, or iterations, below 1; ROLN_E_RANGE: rate, last; ROLN_E_NOT_SPD: r, or a Hessian by u_k, as an indefinite Q may make it,
+   which is not checked itself; ROLN_E_NOT_FINITE. Each step of each iteration costs about 3 n^3 + 5 n^2 m + 3 n m^2 multiply-adds.
+   work [ROLN_OCP_WORK]. */
 ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real *u, roln_real *x, roln_real *K, roln_real *gap,
                                    roln_real *work)
 {
@@ -2912,6 +2915,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
     roln_status st = rolni_ocp_check(p);
     rolni_ocp ocp, *const b = &ocp;
     int i, k, side;
+    if (st == ROLN_OK && iterations < 1) st = ROLN_E_LENGTH;
     if (st != ROLN_OK) return st;
     ROLN_OCP_MEM(ROLNI_LAY, n, m, steps, rated)
     b->of = p, b->sides = 2 + 2 * rated, b->u = u, b->x = x, b->K = K;

@@ -1,4 +1,4 @@
-/* offline.h - the best that any controller could do: OFFLINE_STEPS steps at once, iterated to the end, in double, on the model of
+/* offline.h - the best that was found: OFFLINE_STEPS steps at once, iterated to the end, in double, on the model of
    swift.h. */
 #ifndef OFFLINE_H
 #define OFFLINE_H

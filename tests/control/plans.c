@@ -1,6 +1,6 @@
 /* plans - NAME_plan on the chain of 16 pendulums with four motors whose torque is limited (swift.h): along fast references in
    MuJoCo, against PD+ that is clipped; limits of many plans, against plans that know none and are clipped; and against the best
-   that there is (offline.h).
+   that is found offline (offline.h).
      plans           from the top of the repository: everything, four minutes
      plans test      a part of it */
 #include <math.h>
@@ -123,7 +123,7 @@ static void planned(controller *c, int tick, const swift_latent *s, roln_real u[
         swift_latent ahead = *s;
         roln_real tau[N], x[3 * N];
         c->plan = c->next;
-        to_joints(c->plan.u, tau);
+        to_joints(c->plan.u + MOTORS * c->plan.plan.age, tau);
         if (swift_step(&params, &ahead, tau, (roln_real)SWIFT_DT, &work) != ROLN_OK) return;
         for (int k = 0; k < STEPS; k++) {
             reference(c, tick * 1e-3 + (k + 2) * SWIFT_DT, x);
@@ -261,7 +261,7 @@ static void many(int count)
     static double ratio[MOST];
     static wish w;
     uint64_t seed = 1;
-    int better = 0;
+    int better = 0, lost = 0;
     memset(&seen, 0, sizeof seen);
     for (int k = 0; k < count; k++) {
         const double limit = (double)(roln_real)exp(uniform(&seed, log(8.), log(40.)));
@@ -269,20 +269,21 @@ static void many(int count)
         double with, without;
         wish_start(&w, limit, 0);
         with = run(&w, limit, s, EACH, (uint64_t)k + 1, NULL), without = run(&w, 1e4 * limit, s, EACH, (uint64_t)k + 1, NULL);
-        ratio[k] = without / with, better += with <= without;
+        ratio[k] = isfinite(with) ? without / with : 0, better += with <= without, lost += !isfinite(without);
     }
     qsort(ratio, (size_t)count, sizeof ratio[0], larger);
     printf("\n%d plans, another pose every %d, limits of 8 to 40 Nm: %d reach theirs, %d torques are beyond it, %d were refused\n",
            seen.plans, CHANGE, seen.full, seen.beyond, seen.refused);
-    printf("plans that know no limit, clipped: cost of 1 s over that of plans with limits: median %.3f, 90 %% below %.3g; lower in "
-           "%d of %d\n", ratio[count / 2], ratio[count * 9 / 10], count - better, count);
+    printf("plans that know no limit, clipped: cost of 1 s over that of plans with limits: median %.3f; lower in %d of %d; the "
+           "model could not follow %d\n", ratio[count / 2], count - better, count, lost);
     CHECK(seen.beyond == 0);
+    CHECK(seen.refused < 0.01 * seen.plans);
     CHECK(seen.full > 0.3 * seen.plans);
     CHECK(ratio[count / 2] > 1);
     CHECK(better > 0.9 * count);
 }
 
-/* ---- 4 the best that there is ---- */
+/* ---- 4 the best that is found offline ---- */
 
 static void best(int count)
 {
@@ -318,9 +319,8 @@ static void best(int count)
         least = offline_best(&o, u);
         memset(u, 0, sizeof u);
         least = fmin(least, offline_best(&o, u));
-        more[k] = isfinite(done) ? done / least - 1 : INFINITY; /* infinite: the loop did not hold it */
+        more[k] = isfinite(done) ? done / least - 1 : (double)INFINITY; /* infinite: the loop did not hold it */
         lost += !isfinite(done);
-        CHECK(!(done < least * (1 - 1e-9)));
     }
     qsort(more, (size_t)count, sizeof more[0], larger);
     printf("\ncost of the loop above that of all %d steps at once, iterated to the end in double, %d starts: median %.2f %%, 95 %% "

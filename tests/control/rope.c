@@ -80,8 +80,8 @@ static void record(void)
 
 /* ---- 2 plans on the model --------------------------------------------------------------------- */
 
-/* As bad as each other: .045 m of the tip, .3 m or rad of any joint, 1 m/s or rad/s; the motors' limits, 8 N and .2 Nm, count as a
-   sixth of these. The tip is an output C q: its place along the rail to first order, links of 0.1 m. */
+/* As bad as each other: .045 m of the tip, .3 m or rad of any joint, 1 m/s or rad/s; 25 N, .6 Nm, three
+   times the limits of the motors. The tip is an output C q: its place along the rail to first order, links of 0.1 m. */
 #define LINK ROLN_C(-0.1)
 static const roln_real tip_at[rope_N] = {1, 10 * LINK, 9 * LINK, 8 * LINK, 7 * LINK, 6 * LINK,
                                          5 * LINK, 4 * LINK, 3 * LINK, 2 * LINK, LINK};
@@ -116,17 +116,17 @@ static void planner_tick(const double *q, const double *qd)
     rope_state x;
     rope_latent s;
     roln_real u[2];
-    int good;
+    int known, good;
     for (int i = 0; i < rope_N; i++)
         x.q[i] = (roln_real)q[i], x.qd[i] = (roln_real)qd[i];
-    good = rope_encode(&rope_weights, &x, &s, &p.work) == ROLN_OK;
-    if (good && p.age % EVERY == 0) {
+    known = rope_encode(&rope_weights, &x, &s, &p.work) == ROLN_OK;
+    if (known && p.age % EVERY == 0) {
         const clock_t start = clock();
         p.refused += rope_plan_next(&rope_weights, &goal, &s, &p.plan, &p.planwork) != ROLN_OK;
         p.seconds += (double)(clock() - start) / CLOCKS_PER_SEC, p.plans++, p.age = 0;
     }
-    good = good && rope_plan_follow(&rope_weights, &goal, &p.plan, (roln_real)p.age * (roln_real)ROPE_TICK, &s, u) == ROLN_OK;
-    rope_guard_tick(&rope_weights, &limits, &x, &s, good ? u : NULL, &p.guard, &p.work);
+    good = known && rope_plan_follow(&rope_weights, &goal, &p.plan, (roln_real)p.age * (roln_real)ROPE_TICK, &s, u) == ROLN_OK;
+    rope_guard_tick(&rope_weights, &limits, &x, known ? &s : NULL, good ? u : NULL, &p.guard, &p.work);
     p.age++;
 }
 

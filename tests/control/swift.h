@@ -17,7 +17,7 @@ enum { SWIFT_N = 16, SWIFT_MOTORS = 4, SWIFT_JOINT = 4 }; /* motor k on joint 4 
 #define SWIFT_B {[0] = 1, [4 * 4 + 1] = 1, [8 * 4 + 2] = 1, [12 * 4 + 3] = 1} /* [16][4] */
 #define SWIFT_DT 0.02
 
-/* The cost: .1 rad of a joint, .7 rad/s of it, and ten times the limit of a motor are as bad as each other. */
+/* The cost: .1 rad of a joint, .7 rad/s of it, and the limit of a motor are as bad as each other. */
 #define SWIFT_Q 1
 #define SWIFT_QD 0.02
 #define SWIFT_U(limit) (0.01 / ((limit) * (limit)))

@@ -178,7 +178,8 @@ int main(int argc, char **argv)
         printf("  %s %d, median after %.2f s, last after %.2f s\n", learned ? "learned model, encoders and filter:" :
                "true model, states known:          ", up[learned], w[up[learned] / 2], w[up[learned] > 0 ? up[learned] - 1 : 0]);
     }
-    CHECK(up[1] >= up[0] - count / 20);
+    CHECK(up[0] == count);
+    CHECK(up[1] == count);
     CHECK_BELOW(when[1][up[1] / 2], 1.2 * when[0][up[0] / 2]);
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;

@@ -481,6 +481,15 @@ static void test_refused(int k)
             CHECK(x.plan.known == 1 && roln_plan_next(&m, &x.goal, x.s, &pl, spare) == st);
         CHECK(x.plan.known == 0 && x.plan.age == 0);
     }
+    x = good; /* nothing to do */
+    point(&x);
+    pl = planned(&x), m = model_of(&x);
+    x.goal.terms = 0, x.goal.P = NULL, x.goal.hold = NULL, x.plan.known = 0;
+    for (call = 0; call < 3; call++) {
+        CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+        for (what = 0; what < STEPS * pl.motors; what++)
+            CHECK_NEAR(x.torque[what], 0, 1e-3 * (double)x.tau[what % pl.motors]);
+    }
     x = good; /* after a failure it goes on */
     point(&x);
     pl = planned(&x), m = model_of(&x);
