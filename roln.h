@@ -1085,8 +1085,7 @@ ROLN_INLINE void rolni_drive_load(const roln_trained *m, const roln_real *load, 
     d->force.eval = rolni_loaded_eval, d->force.ctx = f;
 }
 
-/* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
-   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
+/* roln_step under a push. work [ROLN_STEP_WORK]. */
 #define ROLN_STEP_MEM(X, S, force_size, force_work, tape_size) \
     X(s, 2 * S(n)) X(held, force_size) X(force, force_work) X(tape, tape_size)
 #define ROLN_STEP_WORK(S) \
@@ -1119,6 +1118,8 @@ ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_rea
     return ROLN_OK;
 }
 
+/* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
+   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
 ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
                                   roln_real *work)
 {
@@ -1126,21 +1127,19 @@ ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real
     return rolni_step(m, z, zd, &by, dt, work);
 }
 
-/* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
-   MPC. Also advances z, zd. tau NULL: no force; B NULL: not wanted. Status of roln_step; ROLN_E_NOT_FINITE also if A or B is not,
-   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac; nothing is written unless ROLN_OK. All derivatives of a stage
-   at once (roln_lnn_step_jac): about two steps with n = 2, three with n = 4, four with n = 6. work [ROLN_LINEAR_WORK], wanted:
-   roln_force_size, without B 0. */
+/* Derivatives of a step by its state, A [2n][2n], and by its torque, B [2n][roln_force_size], or by its load, L [2n][n]; B, L NULL:
+   not wanted. */
+typedef struct {
+    roln_real *A, *B, *L;
+} rolni_slopes;
+
+/* roln_linear under a push. work [ROLN_LINEAR_WORK], wanted: columns of B or L. */
 #define ROLN_LINEAR_MEM(X, S, size, wanted, force_work, tape_size) \
     X(s, 2 * S(n)) X(J, (2 * S(n) + (wanted)) * 2 * S(n)) X(held, size) X(force, force_work) X(tape, tape_size)
 #define ROLN_LINEAR_WORK(S, wanted) \
     (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), wanted, ROLNI_FORCE_WORK(S, 1, 2), \
                        ROLN_JAC_TAPES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
      ROLN_LNN_STEP_JAC_WORK(S, (S(scheme) + 0), wanted))
-/* The same under a push. A; and B by its torque or L [2n][n] by its load, NULL: not wanted; wanted: then n. */
-typedef struct {
-    roln_real *A, *B, *L;
-} rolni_slopes;
 ROLN_INLINE roln_status rolni_linear(const roln_trained *m, roln_real *z, roln_real *zd, const rolni_push *by, roln_real dt,
                                      const rolni_slopes *to, roln_real *work)
 {
@@ -1183,6 +1182,10 @@ ROLN_INLINE roln_status rolni_linear(const roln_trained *m, roln_real *z, roln_r
     return ROLN_OK;
 }
 
+/* Linearisation of roln_step: A = d(z,zd)+ / d(z,zd) [2n][2n] and B = d(z,zd)+ / d tau [2n][roln_force_size], for LQR, EKF and
+   MPC. Also advances z, zd. tau NULL: no force; B NULL: not wanted. Status of roln_step; ROLN_E_NOT_FINITE also if A or B is not,
+   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac; nothing is written unless ROLN_OK. All derivatives of a stage at once: about two
+   steps with n = 2, three with n = 4, four with n = 6. work [ROLN_LINEAR_WORK], wanted: roln_force_size, without B 0. */
 ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
                                     roln_real *A, roln_real *B, roln_real *work)
 {

@@ -50,7 +50,7 @@ if [ $mode = write ]; then
         /<!-- end of plans -->/ { skip = 0 } !skip' $text > $out/text && cp $out/text $text
 fi
 sed -n '/<!-- plans -->/,/<!-- end of plans -->/p' $text | grep '^| [0-9]' > $out/said
-ok "not the table of $text" 'awk -F"|" -v some=$([ $mode = test ] && echo 1 || echo 0) "
+ok "not the table of $text" 'awk -F"|" "
     { split(\$3, r, \"-\") }
     NR == FNR { low[\$2] = r[1]; high[\$2] = r[2]; ram[\$2] = \$4; n++; next }
     { n--; if (!(\$2 in low) || \$4 + 0 != ram[\$2] + 0 || r[1] < .9 * low[\$2] || r[2] > 1.1 * high[\$2]) bad = 1 }
