@@ -1525,6 +1525,19 @@ ROLN_INLINE void rolni_filter_lay(int N, int n, int load, rolni_filter *b, roln_
     b->load = load, b->side = ROLNI_FILTER_SIDE(ROLNI_LOCAL, load), b->work = work;
 }
 
+/* A factor of what torques of deviation d do to z, T^T T = by^2 J^T diag(d^2) J, a triangle in T [N][n]: d is dev [N]; NULL: one,
+   in units of the joints. Work: ROLN_TRIANGLE_WORK(N, n). */
+ROLN_INLINE void rolni_filter_torques(const roln_trained *m, const rolni_filter *f, const roln_real *dev, roln_real one,
+                                      roln_real by, roln_real *T, roln_real *work)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    const roln_real *each = rolni_each(m->model, m);
+    int i;
+    for (i = 0; i < N * n; i++)
+        T[i] = by * (dev ? dev[i / n] : each ? one / each[i / n] : one) * f->J[i];
+    roln_triangle(N, n, T, work);
+}
+
 /* The last rows of a factor, W [n][3n]: what the load has wandered in some seconds, W^T W = seconds J^T diag(noise->load^2) J. */
 #define ROLNI_WANDER_MEM(X, S) X(T, S(N) * S(n))
 #define ROLNI_WANDER_WORK(S) (0 ROLNI_WANDER_MEM(ROLNI_SIZE, S) + ROLN_TRIANGLE_WORK(S(N), S(n)))
@@ -1532,13 +1545,10 @@ ROLN_INLINE void rolni_filter_wander(const roln_trained *m, const roln_noise *no
                                      roln_real *W)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
-    const roln_real far = ROLN_SQRT(seconds) * noise->load, *each = rolni_each(m->model, m);
     roln_real *work = f->work;
     ROLNI_WANDER_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     int i;
-    for (i = 0; i < N * n; i++)
-        T[i] = (each ? far / each[i / n] : far) * f->J[i];
-    roln_triangle(N, n, T, work);
+    rolni_filter_torques(m, f, NULL, noise->load, ROLN_SQRT(seconds), T, work);
     rolni_zero(n * f->side, W);
     for (i = 0; i < n; i++)
         rolni_copy(n, T + i * n, W + i * f->side + 2 * n);
@@ -1552,7 +1562,7 @@ ROLN_INLINE void rolni_filter_wander(const roln_trained *m, const roln_noise *no
 ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_noise *noise, const rolni_filter *f, roln_real *W)
 {
     const int N = m->model->ae.size[0], n = m->model->lnn.n;
-    const roln_real more = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt, *each = rolni_each(m->model, m);
+    const roln_real by = roln_in_range(m, 0, f->s, f->s + n) ? noise->dt : 10 * noise->dt;
     roln_real *work = f->work;
     ROLNI_UNKNOWN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     const roln_terms_out out = {M, NULL, NULL, NULL, NULL, NULL};
@@ -1560,9 +1570,7 @@ ROLN_INLINE roln_status rolni_filter_unknown(const roln_trained *m, const roln_n
     int i, j;
     if (st == ROLN_OK) st = roln_chol(n, M, M);
     if (st != ROLN_OK) return st;
-    for (i = 0; i < N * n; i++)
-        T[i] = more * (noise->tau_each ? noise->tau_each[i / n] : each ? noise->tau / each[i / n] : noise->tau) * f->J[i];
-    roln_triangle(N, n, T, work);
+    rolni_filter_torques(m, f, noise->tau_each, noise->tau, by, T, work);
     for (j = 0; j < n; j++) {
         roln_real *const w = W + j * f->side;
         if (f->load) rolni_zero(n, w + 2 * n);
