@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, record, learn, machines, errors, control, plans, rope, models, noise,
 #                                       experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* roln.h - reduced-order Lagrangian neural networks: learn a small mechanical model from motion, run it in firmware.
 
    Define the model, include this file; include it again with other definitions for the next model.

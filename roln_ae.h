@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* roln_ae.h - constrained autoencoder: decoder phi and encoder rho with rho(phi(z)) = z by construction.
 
    Otto, Macchio, Rowley 2023, as used by Friedl et al., ICLR 2025. Layers l = 0 .. L-1 of sizes

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* roln_lnn.h - Lagrangian neural network: a learned mass matrix, potential and dissipation, and the motion they imply.
 
        M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* roln_riem.h - manifolds of parameters, and optimisers that stay on them.
 
    1 blocks            a manifold is a table of verbs, a product manifold a table of blocks

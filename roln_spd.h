@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* roln_spd.h - the ground floor of roln: numbers, vectors, symmetric positive-definite (SPD) matrices.
 
    1 configuration      scalar type, qualifiers, version, scratch

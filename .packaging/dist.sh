@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # dist.sh VERSION HEADER.. - build/dist: packages for PlatformIO, Arduino, Zephyr and ESP-IDF, each a directory and an archive of
 # it: the files of its directory beside this script, the headers, LICENSE, the start of README, and tick as an example. The same
 # bytes on every run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Measure once, look one second ahead. The weights lie in flash, all else is static; chain_weights.h is a chain of eight joints
    that roln learned from recordings. */
 #include <stdio.h>

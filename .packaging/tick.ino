@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Once a second: measure, look one second ahead, tell how long that took. The weights lie in flash, all else is static;
    chain_weights.h is a chain of eight joints that roln learned from recordings. */
 #include <Arduino.h>

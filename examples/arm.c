@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* arm.c - an arm of six joints from its recordings alone: learned, then led along references that no recording followed.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/arm.c -o arm -lm

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* arm.h - the model of examples/arm.c: an arm with 6 joints and a motor at each. */
 #ifndef ARM_H
 #define ARM_H

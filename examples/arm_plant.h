@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* arm_plant.h - the arm of examples/arm.c as it really is, in double: a column that turns, upper arm, forearm, three joints of a
    wrist. The model of arm.h never sees it, only recordings. */
 #ifndef ARM_PLANT_H

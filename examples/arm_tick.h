@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* arm_tick.h - what runs in the controller of examples/arm.c: counts of six encoders and a reference in, six torques out. */
 #ifndef ARM_TICK_H
 #define ARM_TICK_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* chain.h - the model of examples/pendulum.c and control_tick.c: 8 joints, 2 of them free. All that gives the weights
    their meaning. No comment behind the name, the prefix of every generated one: Arduino's preprocessor would paste it in. */
 #ifndef CHAIN_H

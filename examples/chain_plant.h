@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* chain_plant.h - the chain of pendulums of examples/pendulum.c and ekf.c as it really is: its surface and its motion in closed
    form, in double. The model of chain.h never sees it, only recordings. */
 #ifndef CHAIN_PLANT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* control_tick.c - what runs in the controller: weights in flash, static memory, one bounded tick.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/control_tick.c -o control_tick -lm

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* ekf.c - NAME_filter_tick, a Kalman filter on the learned model: q and qd of the chain from noisy joint angles alone.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/ekf.c -o ekf -lm

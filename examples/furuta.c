@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* furuta.c - a Furuta pendulum from its recordings alone: learned, swung up, caught, held upright.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/furuta.c -o furuta -lm

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* furuta.h - the model of examples/furuta.c: a Furuta pendulum, an arm that a motor turns about the vertical and a pendulum at
    its end. Both joints turn all round. */
 #ifndef FURUTA_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* furuta_plant.h - the Furuta pendulum of examples/furuta.c as it really is, in double: about the size of a desk-top one. The model
    of furuta.h never sees it, only recordings. */
 #ifndef FURUTA_PLANT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* furuta_tick.h - what runs in the controller of examples/furuta.c: counts of two encoders in, a torque out. */
 #ifndef FURUTA_TICK_H
 #define FURUTA_TICK_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """import.py - a model trained in Python becomes a config header, weights and a .roln for roln. Python 3.8, nothing else.
 
     python3 examples/import.py model.pt NAME alpha=pi/10 [key=value ..]

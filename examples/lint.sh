@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # lint.sh - looks for options in config headers that no header of roln reads, a misspelt ROLN_DAMPNG, say, which C takes in silence.
 #
 #   sh examples/lint.sh arm.h [more.h ..]          or    make lint CONFIG=arm.h
@@ -6,7 +7,7 @@
 # Every #define of a name that no header asks for, but that looks like one that they ask for, is said with its file, its line and
 # the option it resembles; so are options that come twice, options behind the last #include "roln.h", and models without a name or
 # sizes. Ends with 1 if something was said. Values are the compiler's: it refuses those that make no sense.
-[ $# -ge 1 ] || { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -ge 1 ] || { sed -n '3,9s/^# \{0,1\}//p' "$0"; exit 1; }
 for f; do [ -r "$f" ] || { echo "$f: cannot be read"; exit 1; }; done
 top=$(dirname "$0")/..
 awk '

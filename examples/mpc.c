@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* mpc.c - predictive control of the learned Furuta pendulum: swung up, caught and held by plans within the torque limit.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/mpc.c -o mpc -lm

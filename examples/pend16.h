@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pend16.h - chain of 16 pendulums that moves on a manifold of 4 dimensions (tests/mujoco): the model of README. */
 #ifndef PEND16_H
 #define PEND16_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pend16_int8.h - pend16.h with the weights of its autoencoder as int8, for the controller: written by store.c. */
 #ifndef PEND16_INT8_H
 #define PEND16_INT8_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pend16_layers.h - pend16 with layers that bend in place of a chart: the autoencoder of the paper, for train.sh to compare. */
 #ifndef PEND16_LAYERS_H
 #define PEND16_LAYERS_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pend2.h - double pendulum, full order: no autoencoder (tests/mujoco). */
 #ifndef PEND2_H
 #define PEND2_H

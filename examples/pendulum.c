@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pendulum.c - learn a chain of pendulums from its motion: simulate, train, measure, draw. One core, some seconds.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/pendulum.c -o pendulum -lm

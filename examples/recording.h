@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* recording.h - recorded motion from a CSV file, for train.c, and what may be wrong with it.
 
    A line is a sample: the columns t, q.., qd.., tau.. apart by commas or blanks; t in seconds, qd in units of q per second. A blank

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* spd.c - the SPD maps alone: one header, no model.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/spd.c -o spd -lm */

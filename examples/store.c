@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* store.c - weights of a trained model for less flash: int8 or half-precision numbers instead of floats.
 
    cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o store -lm

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* swelling.c - why one interpolates covariances, inertias or diffusion tensors along their own geometry: two SPD matrices
    of determinant 1, one turned against the other, and four ways from one to the other. Prints the determinant along
    each and draws the ellipses x^T X^-1 x = 1; their area is pi sqrt(det X).

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* train.c - train a model on recorded motion.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm

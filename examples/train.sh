@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # train.sh - which config is the one for these recordings? Trains each of several, a chart and layers, say, or charts of two
 # degrees, and compares how they predict the held-out recordings.
 #
@@ -6,7 +7,7 @@
 #
 # Configs NAME.h lie here or in examples; key=value as for train.c. Each leaves NAME.log and what train.c writes. The best is named
 # first.
-[ $# -ge 2 ] || { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -ge 2 ] || { sed -n '3,9s/^# \{0,1\}//p' "$0"; exit 1; }
 top=$(dirname "$0")/..
 motion=$1
 shift

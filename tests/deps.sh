@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # deps.sh PACKAGE .. - installs with apt what is missing, by sudo unless root. Some systems hold packages that conflict with one of
 # these (gcc-multilib with the cross compilers), and apt would remove them: then it names them and ends, unless AGREE=yes.
 export LC_ALL=C

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
 #
 #   run.sh              all steps, JOBS of them at a time (as many as there are cores)

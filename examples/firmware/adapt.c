@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* adapt.c - a model trained on the PC goes on learning in the controller, a bounded piece of work per tick, and survives resets.
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* arm.c - the controller of examples/arm.c at the end of a serial line: counts of six encoders and the reference q, qd, qdd come in
    frames (line.h), torques in Nm go back. tests/control/machines.c leads MuJoCo's arm with it, in lock step. */
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* board.h - all that the images of this directory know about the machine. Files that implement it:
 
    NAME.ld           memory, address of the UART: one file a board        start_arm.c, start_riscv.c   from reset to main, faults

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # cc.sh - build an image for a core:  sh cc.sh m4 [options] file.c .. -o file.elf      cores: m4 m7 m33 m55 rv32 host
 # Single precision only, so that a double by mistake shows as a library call. The vectors of the M55 (MVE) take denormal numbers
 # for 0 and so are left out: with +mve.fp results are not the same bits as elsewhere.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* chart.c - a machine finds its coordinates by itself: the chart of a soft arm, eight joints on three tendons, in closed form from
    a stream of encoder readings.
 

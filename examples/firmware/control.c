@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* control.c - control_tick.c as firmware: a latent controller and the guard, tick by tick. The plant is the model itself, one state
    in z that the tick sees only as q, qd; torques are in the model's own unit (control_tick.c).
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* emulator.c - what only QEMU has: an exit code, through semihosting, and a counter of instructions.
 
    Under -icount shift=8 every instruction takes 256 ns of the virtual clock. SysTick runs on that clock with `clock` Hz, several

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* frame.h - frames of fixed size between a machine and the controller of serial.c. Words of 32 bits, lowest byte first; N joints, n
    latent coordinates.
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* furuta.c - the controller of examples/furuta.c at the end of a serial line: counts of two encoders come in frames (line.h), a
    torque goes back. tests/control/machines.c runs MuJoCo's pendulum with it, in lock step. */
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* host.c - the board that is a PC: standard input and output. */
 
 #include <stdio.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* kept.h - a state that survives a reset at any moment, in the middle of a save too. Two copies lie in memory that start-up leaves
    alone (KEPT); the program works on one of them while the other, the last one saved, is whole. A save seals the copy at work with
    a number and an FNV-1a of all its bytes, then carries on in the other.

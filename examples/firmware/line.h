@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* line.h - a frame in, an answer out, in lock step, for images that do nothing without a frame: "rolt", number, what the image
    says, CRC (frame.h). The first answer, with the number 0, says that the image is up. A machine that gets no answer must stop its
    motors itself; serial.c is the image that knows deadlines. */

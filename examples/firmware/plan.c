@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* plan.c - a plan on the board: the learned Furuta pendulum swung up by 50 plans a second, under its torque limit. Its own model,
    a step of 20 ms at a time, stands for the machine, so that the image needs none. Prints what a plan takes, and a hash of all
    torques and gains of 250 plans, which is the same on every core and on the PC.

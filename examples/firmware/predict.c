@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* predict.c - prediction with the weights in flash: encode a measured state, look a second ahead, decode. Prints the joints and a
    hash of all the states on the way, which is the same on every core and on the PC.
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rods.h - the machine of adapt.c: the chain of examples/chain_plant.h in float, without libm, and with rods of any mass. Rod i
    makes the angle a_i = q_0 + .. + q_i with the vertical; joints 0 and 4 are free, the three behind each follow it,
    q = c_0 z + c_1 z^2 + c_2 z^3. */

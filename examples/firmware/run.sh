@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # run.sh - run an image in QEMU: its UART on standard input and output, its exit code:  sh run.sh m4 file.elf [options of QEMU]
 # mux: a buffer before the UART, which takes one byte at a time; no byte (256) is an escape.
 # One instruction takes 256 ns of the virtual clock (emulator.c), on RISC-V 1 ns, which counts instructions by itself.

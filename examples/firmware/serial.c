@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* serial.c - a controller at the end of a serial line: state and reference come in frames (frame.h), torques go back. The machine
    may be a simulation: tests/control/pil.c runs MuJoCo's chain in lock step with this image.
 

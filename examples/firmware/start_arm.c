@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* start_arm.c - Cortex-M4F, M7, M33, M55: vector table, from reset to main, faults. */
 
 #include "board.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* start_riscv.c - RV32 with F, machine mode: from reset to main, traps. */
 
 #include "board.h"

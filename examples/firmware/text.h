@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* text.h - numbers as text, byte by byte through board_put: no buffer, no printf, no double. */
 #ifndef TEXT_H
 #define TEXT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* three.c - three models of different sizes in one image. The kernels are there once; a model adds its weights, its scratch and a
    constant table. The chain has trained weights in flash; the others get random ones in RAM, the same from the same seed on every
    core and on the PC. Prints sizes and a hash of a roll-out of each. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* uart_16550.c - a 16550, byte by byte, and the reset of QEMU's virt; where they are: symbols of virt.ld. RISC-V knows no reset of
    the chip: yours has a register, or a watchdog. */
 

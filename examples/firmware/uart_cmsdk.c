@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* uart_cmsdk.c - the UART of Arm's MPS2 and MPS3 boards; where it is: symbol `uart` of the board's .ld file. */
 
 #include "board.h"

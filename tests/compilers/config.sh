@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Models that must not compile, each with the words its user gets to read, and their neighbours that must; C and C++. Written
 # weights, which must not compile with another config than their own.
 cd "$(dirname "$0")/../.." || exit 1

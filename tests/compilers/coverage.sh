@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Line coverage of the five headers by the unit tests, float with vector kernels and double with plain ones together: at least
 # 98 % of each; a header of which gcov saw nothing has failed.
 cd "$(dirname "$0")/../.." || exit 1

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
    every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # hash.sh - the same bits everywhere: builds hash.c for each line `target compiler options`, runs it, in QEMU if need be, and
 # compares: the packed parameters that it writes with those that gcc's program on this machine writes, its line with hash.txt. Each
 # program goes on with the parameters from this machine. Prints what differs; last line: N passed, N failed.

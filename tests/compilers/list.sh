@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # list.sh - the list at the top of roln.h is what the shell generates: every function (as the compiler exports them with an empty
 # ROLN_FN) and every type (as they are defined after preprocessing) of a model with full weights and of one with small ones, and
 # nothing else. Last line: N passed, N failed.

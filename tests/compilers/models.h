@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* models.h - a large model, a small one, one with every option, one with the Cholesky head, charts, stored ones: what warnings.sh
    and symbols.sh compile. */
 #ifndef MODELS_H

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # An object with every function kept takes nothing from outside but sqrt and mem*, and has no writable data (as in firmware,
 # code at fixed addresses: the tables of verbs hold addresses of functions).
 cd "$(dirname "$0")/../.." || exit 1

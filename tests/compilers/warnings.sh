@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Each header alone, as float and as double, under every compiler and warning in use: no output. roln.h also with models.
 # int32_t is long to arm-none-eabi-gcc, and int to the others. At -O2, where compilers warn of all that they warn of at -O0. Then
 # compilers of fewer warnings or features: C++17 that takes no cast of C, tcc, and one that claims to be GNU C but does not know all

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* closed_loop - every law along every reference for 60 s, gains of 5, 10, 20 rad/s, and a picture.
      closed_loop OUT.svg [MODEL.roln]        from the top of the repository */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* control.h - closed loops around MuJoCo's pend16: a trained model drives the chain along a reference at 1 kHz.
    Every law lifts a force on the 4 learned coordinates to the joints; they share the gains kp, kd. */
 #ifndef CONTROL_H

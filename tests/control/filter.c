@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* filter - NAME_filter_tick against the best filter of each joint on three chains of rods, through 12-bit encoders of which every
    20th sample is dropped: 20 runs of 5 s each, in ticks of 5 ms. The machines are what their models were trained on, in closed form
    and in double; their torques, where there are any, are held over a tick and known to the filter.

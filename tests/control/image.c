@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* image.c - starts images, and talks to them. */
 #include <errno.h>
 #include <signal.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* image.h - a firmware image in QEMU, or on this machine, at the end of an emulated serial line. */
 #ifndef IMAGE_H
 #define IMAGE_H

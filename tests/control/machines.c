@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* machines - processor in the loop: the machines of examples/ in MuJoCo, their controllers images in QEMU, in lock step.
      machines CORE ..        from the top of the repository, after `make firmware`
 

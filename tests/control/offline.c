@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "offline.h"
 
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* offline.h - the best that was found: OFFLINE_STEPS steps at once, iterated to the end, in double, on the model of
    swift.h. */
 #ifndef OFFLINE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* pil - processor in the loop: MuJoCo's chain here, its controller an image in QEMU (examples/firmware/serial.c), between them the
    emulated serial line, in lock step.
      pil CORE ..        from the top of the repository, after `make firmware`

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* plans - NAME_plan on the chain of 16 pendulums with four motors whose torque is limited (swift.h): along fast references in
    MuJoCo, against PD+ that is clipped; limits of many plans, against plans that know none and are clipped; and against the best
    that is found offline (offline.h).

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rope - MuJoCo's rope of ten links below a trolley; two motors, a force on the trolley and a torque on the first link, move its
    tip by the rope's length and bring it to rest: by plans on a model learned from recordings, by PD, and in the shortest time that
    the true plant allows.

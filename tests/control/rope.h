@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rope.h - the model of tests/control/rope.c: a rope of ten links below a trolley, 11 joints, in six coordinates. */
 #ifndef ROPE_H
 #define ROPE_H

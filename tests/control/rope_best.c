@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rope_best - the shortest time in which MuJoCo's rope can be brought to rest, see rope_plant.h. Compiled in double.
 
    For a horizon of K steps of ROPE_EVERY ticks: force and torque, held for a step each, are found by sequential quadratic

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rope_plant - see rope_plant.h. */
 #include <math.h>
 #include <stdio.h>

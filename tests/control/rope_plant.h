@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rope_plant.h - MuJoCo's rope on a trolley (tests/mujoco/plants/rope.xml), a move of its tip, and what is measured of one. */
 #ifndef ROPE_PLANT_H
 #define ROPE_PLANT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* swift.h - the chain of examples/pend16.h and its weights, for plans: one stage a step, motors on joints 0, 4, 8, 12. */
 #ifndef SWIFT_H
 #define SWIFT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* swing - the Furuta pendulum of examples/mpc.c from a hundred random states: by plans on the learned model from encoders, and by
    the same plans on the true model, of which every state is known.
      swing           from the top of the repository: 100 states

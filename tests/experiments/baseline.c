@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* baseline.c - the models of latent.c under the autoencoder of a trained model: rows for Gauss-Newton as RO-LNN has them, from the
    same samples and windows, and roll-outs. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* experiment.c - the run list, and one run of it.
 
      experiment list                 run, trajectories simulated for training, system

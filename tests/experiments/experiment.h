@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* experiment.h - the parts of the paper's experiments, from the data up to the run list. float throughout, as in firmware;
    sums of errors in double. Functions returning int: 0, or -1 with the reason on stderr. */
 #ifndef EXPERIMENT_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* fit.c - no model: whole trajectories as a quadratic polynomial of two numbers of their start. */
 #include <math.h>
 #include <stdlib.h>

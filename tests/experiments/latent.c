@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* latent.c - other models of the motion of z: s = [z; zd], s' = F(s, tau_z), with networks of the same size, and the derivatives of
    <bar, s'> by parameters and state. A, B, V, D, .. are networks, p a momentum:
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* measure.c - errors of a model on recorded motion. */
 #include <math.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* mechanics.c - learned mass matrix, forces and potential against MuJoCo's. */
 #include <math.h>
 #include <stdlib.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* model.c - RO-LNN and its relatives at run-time sizes: what the typed shell of roln.h does at compile time, and the way back
    from POD coordinates. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* motion.c - recorded motion as the models see it, and its POD. */
 #include <stdlib.h>
 #include <string.h>

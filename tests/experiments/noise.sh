@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # How much sensor noise training bears: pend16, Gaussian noise on q of 1 % and 5 % of rms(q - mean), qd and qdd from the noisy
 # q. Trains four models, 180 steps each, about a minute on two idle cores, and tests them on clean trajectories. A row whose log is
 # there is not trained again. Run by `make noise`, from the top of the repository; logs in build/noise/.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* recipes.c - the run list. */
 #include <stdlib.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* recipes.h - the run list: what is trained on what, how long, and with how many seeds. */
 #ifndef RECIPES_H
 #define RECIPES_H

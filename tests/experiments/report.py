@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """report.py - RESULTS.md and its pictures, from the result files of the runs.
 
     report.py DIR OUTDIR

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* sizes.h - the sizes that the macros of roln.h ask for, of a model that is known at run time only: behind
    `const struct sizes sz = sizes_of(model, nb)`, ROLN_STEP_WORK(SZ) is the scratch of roln_step. nb: windows of a block together.
    A model that is known at compile time has NAME_work and NAME_train. */

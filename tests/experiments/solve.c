@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #define ROLN_DOUBLE
 #include "solve.h"
 

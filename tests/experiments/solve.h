@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* solve.h - what is done in double: roln's own kernels compiled with ROLN_DOUBLE, in a translation unit apart. */
 #ifndef SOLVE_H
 #define SOLVE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* speed.c - MuJoCo's full system against the reduced model, one thread, in one run: build/speed DIR prints lines
    `key system value`; microseconds, milliseconds, per cent. Weights are those of the run list in DIR; of a system whose weights
    are not there yet it says `missing system RUN`, and no more. */

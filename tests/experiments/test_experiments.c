@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* What the experiments rest on, and their headline rows: committed weights on freshly simulated trajectories. */
 #include <math.h>
 #include <stdlib.h>

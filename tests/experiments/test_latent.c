@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* test_latent.c - the latent models of latent.c: derivatives against central differences, the equations they promise against
    differences of their own H and c, and that they learn motions known in closed form by newton.c. Both precisions in one program,
    so the public names carry the precision. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lagrangian operator inference on synthetic systems whose operators are known: N = 6, n = 3, q = offset + B z, data with
    random z, zd and forces; and its midpoint rule. */
 #include <math.h>

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """report.py on made-up results: statistics over seeds, missing runs, goals, and pictures. make plotting-test"""
 import contextlib
 import io

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* train.c - stages of training of RO-LNN and its relatives: Riemannian Adam, charts in closed form, Gauss-Newton, L-BFGS. */
 #include <math.h>
 #include <stdlib.h>

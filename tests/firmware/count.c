@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* count.c - the instruction counter is exact: loops of known numbers of instructions, counted with what the reading costs taken
    off; short ones, one that lets the timer behind it wrap around more than once, and 1000 in a row whose sum must agree. */
 #include "text.h"

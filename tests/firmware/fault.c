@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* fault.c - what happens when a program goes wrong: FAULT 1 an undefined instruction, 2 a read where there is nothing, 3 a stack
    that grows beyond its end. Each first calls board_safe, then says where it was, then ends. */
 #include "text.h"

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The images of examples/firmware on every core, in QEMU: they print what the same program prints on this machine (but for lines on
 # instructions), they do what they claim, and they hold nothing from outside but mem*, chart beside that double in software; the
 # instruction counter is exact; faults end safely; adaptation survives resets, a save survives one at any instruction.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* resets.c - linked to adapt.c with -Wl,--wrap=board_count: every 251st call, which is before or after a tick, resets the
    chip: in less than two turns. */
 #include "board.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* rods.c - the machine of adapt.c (rods.h) against the chain of chain_plant.h, and rods of other masses against the conservation of
    energy. */
 #include "chain_plant.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* torn.c - a save (kept.h) that a reset interrupts after 1, 2, 3, .. instructions until it comes to its end: the state found after
    every reset is whole, and the one before or the one being saved. Cortex-M; with -Wl,--wrap=systick, so that SysTick resets. */
 #include "kept.h"

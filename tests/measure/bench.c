@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* bench.c - what roln costs on this machine, one thread, float: minimum and median of many runs, against MuJoCo's own
    routines (double there) measured in the same run, and against fixed targets. Times are CPU times, so that a busy
    machine disturbs them little. bench NAME runs only the rows whose name contains NAME. */

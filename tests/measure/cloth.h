@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* cloth.h - cloth falling on a sphere, no forces given, layers (tests/experiments, cloth-free-paper): 600 sliders, n = 10. */
 #ifndef CLOTH_H
 #define CLOTH_H

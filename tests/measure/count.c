@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* count.c - what the kernels cost on a controller, in instructions (count.sh): each row over SAMPLES random inputs, mean and most,
    in the unit of its target, without what the counter itself takes. A line: name, mean, most, target, with tabs between. */
 #define ROLN_NAME dynamics

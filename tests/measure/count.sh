@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # What the kernels cost on a Cortex-M4F at -O2, in instructions counted by QEMU: count.c with contraction (-ffp-contract=fast)
 # beside the build that gives the same bits everywhere. A mean above its target fails, and without contraction above 1.45 times
 # the target.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* firmware.c - what a model adds to firmware that controls and predicts, and with TRAIN learns: sizes.sh takes flash and RAM of
    this object file, and the stack of its functions. */
 

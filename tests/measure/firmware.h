@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* firmware.h - between firmware.c, which is measured, and measure.c, which measures. MODEL is the ROLN_NAME of a config header that
    is named after it; with TRAIN the firmware learns, too. */
 #ifndef FIRMWARE_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* measure.c - firmware.c at work: the stack that it really takes, by painting it, and the least and the most instructions of a tick
    over STATES random states in the range seen in training, with random references; and that a tick at the same z takes the same
    number, whatever zd and reference: all that differs is the eigensolver of M(z). Lines: what, number .. */

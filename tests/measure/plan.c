@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* plan.c - what a plan takes: 16 joints, n = 4, four motors, 20 steps of 20 ms, networks of two layers of WIDE; the weights are
    random, which no count depends on but by the number of tries. The model itself is the machine; every half second the goal is
    another pose, out of reach for the motors within that time, so that most plans touch a limit. RATE: with limits of rate.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # plan.sh - what plans take on a Cortex-M7 (tests/measure/plan.c), and that they are the same bits on every core as on this machine.
 #
 #   plan.sh [CORE ..]   1,000 plans: the table of docs/control.md, between `<!-- plans -->` and `<!-- end of plans -->`

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # sizes.sh - what a model needs on a microcontroller: builds firmware.c for each model, core and level, checks the image, runs it in
 # QEMU, writes build/sizes/table.md and compares it with the table in README.md or docs/: between `<!-- sizes -->` and
 # `<!-- end of sizes -->`. Last line: N passed, N failed.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # stack.awk - worst-case stack below a call:  awk -v entries='tick ahead' -f stack.awk firmware.ci firmware.s image.dis
 # Frames are gcc's (-fcallgraph-info=su); edges are its calls and every branch to a function in the assembly text. A call through a
 # member of a struct, x->verb(..), reaches every function whose address is taken and whose name ends in _verb. mem*, which have no

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* weights.c - MODEL.roln on standard input, MODEL_weights.h on standard output. A file without the range seen in training gets
    |z| <= 0.5, |zd| <= 0.5 / scale.t: that of the states that measure.c draws. */
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* convert - recordings in HDF5 become the CSV that examples/train.c reads.
 
      convert IN.h5 OUT.csv [q=NAME] [qd=NAME] [force=NAME] [t=NAME] [data=GROUP] [states=N] [dt=S]

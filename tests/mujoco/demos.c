@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "demos.h"
 
 #include <math.h>

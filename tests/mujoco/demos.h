@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* demos.h - recordings of any length, and what they look like in files: CSV, as examples/train.c reads it, and HDF5.
 
    HDF5: a group /data with a group demo_0, demo_1 .. for each recording, as robomimic has it, in it t [S], q, qd [S,N] and

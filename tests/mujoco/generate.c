@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* generate - writes a ground-truth set.
      generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S]
                                              N = 100 (rope, cloth 60), 10 and 10, S = 1

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 #include "h5.h"
 
 #include <math.h>

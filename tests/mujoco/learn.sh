@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors.
 #
 #   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET of each training: seconds=300, say; key=value as of record

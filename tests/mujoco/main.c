@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* main.c - the tests that need MuJoCo and HDF5. */
 #include "../unit/check.h"
 

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* record - any machine that MuJoCo can load, moved at random and recorded: what a model is learned from.
 
      record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S]

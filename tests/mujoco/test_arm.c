@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The arm of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does. The controller in the loop:
    tests/control/machines.c. */
 #include <mujoco/mujoco.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Closed loops: a model trained on recordings alone controls MuJoCo's chain along references it has never followed. */
 #include <math.h>
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Dry friction of a machine in MuJoCo, identified by the trainer's method: two rods on joints that turn all round, with
    frictionloss and viscous damping, driven by sines. frictionloss is a constraint there, rigid nearly; learned is
    c tanh(qd / v), so that c is the level to be found. */

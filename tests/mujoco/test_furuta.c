@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The Furuta pendulum of examples/ in MuJoCo: its plant in plain C moves as MuJoCo's does, and the controller, learned from the
    plant, swings MuJoCo's up and holds it. */
 #include <mujoco/mujoco.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The arm of examples/ in MuJoCo with a payload at its tip that no recording had: its filter estimates a load (ROLN_LOAD), with
    which the same tick, weights, gains and encoders make do, or without. */
 #include <mujoco/mujoco.h>

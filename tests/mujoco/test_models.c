@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The committed models against freshly simulated trajectories that they have not seen. Errors as defined in README:
    E_q(h) = sqrt(mean_w |q_pred - q|^2 / mean_w |q - qbar|^2) over every window start at a multiple of 25 ms, `whole`: one
    window per trajectory, mean over all its samples. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Ground truth: equations of motion, manifold, energy and power, couplings against MuJoCo's own, random streams, HDF5. */
 #include <math.h>
 #include <stdio.h>

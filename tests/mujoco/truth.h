@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* truth.h - ground truth from MuJoCo 2.2.2: trajectories, energies and forces of known systems, and the true M and V.
    Every sample satisfies  M(q) qdd + c(q, qd) + dV/dq = tau.  Models are trained with tau_model, which holds from its
    sample, at k ms, to the next.

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # functions.awk - of stripped C, with braces of functions in the first column: file, line, name, lines, parameters, and whether
 # Long: stands in the comment above (0, 1).
 #   awk -v file=NAME -f functions.awk

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 # strip.awk - C without comments, strings and characters, line by line. Of a comment with "Long:" an @ is left, where it ends.
 {
     rest = $0

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # style.sh - what a compiler does not see: widths, blanks, names, lengths of functions and their parameters. Last line: N passed,
 # N failed.
 #
@@ -54,6 +55,11 @@ for f in $all; do [ -z "$(tail -c 1 "$f")" ] || echo "$f"; done > $wrong
 check 'no newline at the end'
 echo "$all" | grep -v '^tests/style/style.sh$' | xargs grep -nE 'TODO|FIXME|XXX' > $wrong
 check 'unfinished'
+
+for f in $(echo "$all" | grep -E '[.]([ch]|ino|sh|py|awk)$|Makefile$|run$'); do
+    head -n 2 "$f" | grep -q 'SPDX-License-Identifier: MIT' || echo "$f"
+done > $wrong
+check 'no SPDX tag in the first two lines'
 
 for f in $code; do functions "$f"; done > build/style.functions
 awk '$4 > 60 && !$6 { print $1 ":" $2, $3, $4 " lines" }' build/style.functions > $wrong

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* check.h - the smallest test frame that serves: counts checks, prints the failing ones, goes on.
    Every test file is compiled twice, as float and with -DROLN_DOUBLE, and linked into one binary. */
 #ifndef CHECK_H

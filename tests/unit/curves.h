@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* curves.h - twin of the polynomials that bend a layer, in long double: products of Chebyshev polynomials in the order that
    roln_ae.h states, from the explicit formula of T_k, and the bent layer of the decoder with its derivatives. Include after
    twin.h. */

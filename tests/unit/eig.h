@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* eig.h - symmetric matrices that are hard on an eigensolver, and what is asked of roln_eig on each; for test_eig.c (a sample)
    and eig_million.c. The twin, t_eigenvalues, is cyclic Jacobi in the next wider type. */
 #ifndef EIG_H

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* eig_million.c - a million matrices through roln_eig, by family: how many, and the worst residual, orthogonality and eigenvalue
    error in the units of their bounds. Float, or double with -DROLN_DOUBLE. An argument: another number of matrices. Last line:
    N passed, N failed. Progress on stderr. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* main.c - runs the test files, each as float and as double. Arguments: names to run; none: all. `sample` before them: sweeps over
    millions of numbers take a sample. */
 #include <string.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* manifolds.h - what test_riem.c and test_newton.c share: projections and retractions in long double, written from the formulas,
    random points, two manifolds of the user, and a table of blocks with every manifold. Include after a header of roln. */
 #ifndef MANIFOLDS_H

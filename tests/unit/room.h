@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* room.h - scratch that remembers how far it was written, of numbers and of doubles. Include after a header of roln. */
 #ifndef ROOM_H
 #define ROOM_H

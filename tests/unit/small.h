@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* small.h - what test_roln.c and test_control.c share: a table of small models of every kind with all their sizes, parameters that
    lie on their manifolds, numbers that are the same in float and in double. */
 #ifndef SMALL_H

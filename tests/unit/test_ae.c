@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Constrained autoencoder (roln_ae.h) against twins in long double: the activation in its published form (Otto, Macchio,
    Rowley 2023), encoder and decoder with full Jacobians, and central differences of the twins for every backward. */
 #include "roln_ae.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Charts with a linear encoder (roln_ae.h, sections 3 and 10; the verbs of roln.h): the polynomials against their definition, the
    left inverse for any W, the fit in closed form against known manifolds and a slow fit in long double, data that do not suffice.
    Jets, backward and stored weights of the bent layer: test_ae.c. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Mechanics, control and guard (roln.h sections 2 and 3): units and failures of every call, jets, inverse dynamics, power,
    apparent inertia, linearisation, PD+ control, allocation to motors, and the guard under fault injection. */
 #include "small.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Ground floor of roln_spd.h, sections 2, 3, 5 and 9: bits of finite numbers, random numbers, the dense kernels and the large
    symmetric systems against naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the
    documented order. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Eigensolver and divided differences of exp (roln_spd.h, sections 6 and 7) against slow independent twins in long double:
    cyclic Jacobi, quotients and series. */
 #include "eig.h"

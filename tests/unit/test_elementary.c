@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Elementary functions against libm. Float: every bit pattern that makes a difference, against double libm.
    Double: random and structured points against long double libm. The bounds are the worst
    errors stated in roln_spd.h, rounded up. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The Kalman filter (roln.h section 3) and its noise from recordings (section 5): one tick against the textbook in long double with
    dense covariances, the steady state against roln_dare, consistency on simulated noise, what is not measured, what is beyond the
    gate, new starts, angles on any turn, a million ticks of everything, wrong settings. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* test_lbfgs.c - limited-memory BFGS: quadratic and curved valleys, subspaces on the Stiefel manifold, biorthogonal and SPD blocks,
    what it refuses. */
 #include <math.h>

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Lagrangian network (roln_lnn.h) against a twin in long double written from the definitions: naive perceptron, exp by
    Taylor series, M = P exp(P^-1 U), SPD layers by Jacobi, the full tensor dM/dz and Christoffel symbols, Gaussian elimination,
    and central differences of that twin for every backward.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Optimal control under limits, roln_spd.h section 11: without active limits one dense system of equations; two steps against all
    sets of limits that could be active; many steps against projected coordinate descent in long double; what is promised of the gap;
    limits that always hold; numbers that make no sense. */

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Riccati equations, roln_spd.h section 10: triangles; roln_dare against the plain fixed-point iteration in long double, the
    equation itself and closed forms; what cannot be stabilised; roln_riccati along a time-varying system against one dense least
    squares problem over all of its steps. */

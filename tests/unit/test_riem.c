@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Manifolds and optimisers (roln_riem.h) against twins in long double, written from the formulas: projections by one
    linear system in the n^2 unknowns of A, SPD tangents as full matrices, Adam step by step. */
 #include "roln_riem.h"

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* The whole model (roln.h): loss and gradient against a slow loss and central differences, units, roll-outs and their errors,
    packed and written parameters, failures, sizes of scratch, training. */
 #include "small.h"

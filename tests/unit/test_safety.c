@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* test_safety.c - what watches over a running program: NAME_check over the parameters, and scratch that is in use twice.
    Here every kernel with a fence may be interrupted (ROLN_FENCE), and scratch knows whether it is in use (ROLN_DEBUG_WORK). */
 #undef ROLN_SIMD

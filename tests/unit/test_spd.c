@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* SPD maps and their geometry (roln_spd.h, sections 7 and 8) against slow twins in long double, written from the
    definitions without eigenvectors: f_P(X) = f(X P^-1) P with f of a general matrix (Taylor and squaring for exp, Denman
    and Beavers for the root, roots and the series of atanh for log), derivatives from f of block triangular matrices (Mathias

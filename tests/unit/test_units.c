@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Joints with units of their own (ROLN_SCALE each): where these are powers of two, every function gives the bits that it gives for
    joints that were scaled by hand; where they are not, the gradient passes a slope test. How they are fitted, kept and refused, and
    that metres or millimetres make no difference to a training. */

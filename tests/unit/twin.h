@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* twin.h - what the test files share: long double linear algebra, derivatives of a twin, guarded memory, and a table
    of worst errors against their bounds (printed with -DROLN_TEST_VERBOSE). Include after the header under test. */
 #ifndef TWIN_H

@@ -1,3 +1,4 @@
+# SPDX-License-Identifier: MIT
 """checkpoint.py - a checkpoint as PyTorch writes it of the authors' RO-LNN, and what the model in it computes, in double.
 
     checkpoint.py KIND FILE [PROBE CSV]

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # make deps with an apt-get that only writes down how it is called: it installs what is missing and no more, and where packages
 # would be removed it names them and changes nothing, unless the user has agreed.
 cd "$(dirname "$0")/../.." || exit 1

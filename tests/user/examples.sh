@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The examples that train nothing: each runs, ends with 0, and prints what its first lines promise. gcc and clang.
 cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/examples

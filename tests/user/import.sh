@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # examples/import.py: checkpoints as PyTorch writes them become a config, weights and bytes that roln reads, and compute what the
 # tensors say (checkpoint.py, in double); what cannot be represented is refused with its message, and nothing written.
 # Last line: N passed, N failed.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # examples/lint.sh: silent about configs that are right, among them all that the examples and tests compile, and about every option
 # in the table of roln.h; each wrong one with its line and its words. Last line: N passed, N failed.
 cd "$(dirname "$0")/../.." || exit 1

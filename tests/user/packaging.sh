@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # make install and make dist: one version number everywhere; programs outside the repository build against what is installed, with
 # plain make, pkg-config and CMake; the packages hold what their systems ask for, their examples build and run on the PC with the
 # stand-ins of tests/user/standin; the same bytes on every run. Each program is tick.c and prints the same line.

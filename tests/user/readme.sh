@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # Every C block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
 # `cc ...` that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train
 # nothing run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # make record, make learn, and HDF5 in: recordings obey the machine's limits, its equations and their seed; two tiny machines are
 # learned, one with fewer motors than joints, one a closed chain; what cannot be recorded is refused with its message.
 # Last line: N passed, N failed.

@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # From nothing to a model, as a user would: simulate chains with MuJoCo, export CSV, train with examples/train.c, and demand E_q
 # below bounds on trajectories that it has not seen. A training that is killed and resumed ends with the same bits as one that is
 # not, whatever the number of threads, and without pthreads. What a user may get wrong in recordings and settings is said, and ends

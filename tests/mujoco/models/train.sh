@@ -1,4 +1,5 @@
 #!/bin/sh
+# SPDX-License-Identifier: MIT
 # The commands that made the committed models, about an hour on two cores. Run by `make models`, from the top of the
 # repository; writes build/models/*.roln and learning curves. The logs of the runs that made the committed files lie here. Without
 # seconds= a training repeats bit for bit, however many threads it has.

@@ -1,3 +1,4 @@
+/* SPDX-License-Identifier: MIT */
 /* Arduino.h - what the sketch uses of it, on a PC: Serial is stdout, loop runs once. */
 #include <stdio.h>
 
