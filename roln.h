@@ -811,7 +811,7 @@ ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *moto
     roln_real power = 0;
     int i;
     if ((!motors || !motors->B) && own) {
-        rolni_tau(m, 1, in, work);
+        (void)rolni_tau(m, 1, in, work);
         rolni_divide_each(1, N, m->each, work);
         return roln_dot(N, work, qd);
     }
@@ -889,7 +889,7 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
     ROLN_GUARD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_balance b = {0, 0};
     rolni_seen seen = {x->q, x->qd, z, zd, decoded, NULL};
-    if (z && rolni_limits_decode(limits)) rolni_decode(m, z, zd, decoded, work, s);
+    if (z && rolni_limits_decode(limits)) (void)rolni_decode(m, z, zd, decoded, work, s);
     if (z && want && limits->power > 0) {
         roln_real *w = work + roln_lnn_tape(lnn, 1, 0, 1);
         const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, work);
@@ -2585,7 +2585,7 @@ ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, in
     rolni_windows_force(md, b, k - 1);
     if (!pred) { /* the start from two positions */
         if (!rolni_goes_back(b->g)) return;
-        roln_lnn_start(&md->lnn, &b->drive.sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, tapes, work);
+        (void)roln_lnn_start(&md->lnn, &b->drive.sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, tapes, work);
         roln_lnn_start_bwd(&md->lnn, &b->drive.sys, nb, b->h, gP, gB, b->gZ, b->g->net, tapes, work);
         return;
     }
@@ -2594,7 +2594,7 @@ ROLN_FN void rolni_windows_step(const roln_model *md, const rolni_windows *b, in
     if (b->jets > 1)
         rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, b->gZ + nz);
     if (!rolni_goes_back(b->g)) return;
-    roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
+    (void)roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
     roln_lnn_step_bwd(&md->lnn, &b->drive.sys, b->scheme, nb, b->h, gP, gB, b->g->net, tapes, work);
 }
 
@@ -2721,7 +2721,7 @@ ROLN_FN void rolni_samples_backward(const roln_model *md, const rolni_samples *b
         rolni_zero(nz, tau + nz);
         rolni_zero(2 * nz, gtau);
         if (force) force->eval(force->ctx, nb, b->Z, tau + nz);
-        roln_lnn_inverse(lnn, 1, nb, th, b->Z, NULL, b->Z + 2 * nz, tau, b->lnn_tape, b->work); /* again, for its tape */
+        (void)roln_lnn_inverse(lnn, 1, nb, th, b->Z, NULL, b->Z + 2 * nz, tau, b->lnn_tape, b->work); /* again, for its tape */
         rolni_compare(b->g, rolni_term_of(1, b->weights->force, &loss->force), nz, tau, tau + nz, gtau, gtau + nz);
         if (!back) return;
         roln_lnn_inverse_bwd(lnn, nb, th, gtau, b->gZ, b->gZ + 2 * nz, b->g->net, b->lnn_tape, b->work);
@@ -3442,10 +3442,9 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
    else as roln_encode, roln_chart_center, roln_chart_add, roln_chart_solve. work [ROLN_CHART_TURN_WORK].
    Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and 5 F N_{L-1} more for each
    sample, and a solve. */
-#define ROLN_CHART_TURN_MEM(X, S) \
-    X(kept, (2 * S(n) + 1 + S(curves)) * S(bent)) \
-    X(step, ROLN_LBFGS_WORK(ROLN_TURN_PAIRS, S(n) * S(bent), ROLN_STIEFEL_BLOCK_WORK(S(n), S(bent))))
-#define ROLN_CHART_TURN_WORK(S) (0 ROLN_CHART_TURN_MEM(ROLNI_SIZE, S) + ROLNI_ENCODER_WORK(S))
+#define ROLN_CHART_TURN_MEM(X, S, step_size) X(kept, (2 * S(n) + 1 + S(curves)) * S(bent)) X(step, step_size)
+#define ROLNI_TURN_STEP(S) ROLN_LBFGS_WORK(ROLN_TURN_PAIRS, S(n) * S(bent), ROLN_STIEFEL_BLOCK_WORK(S(n), S(bent)))
+#define ROLN_CHART_TURN_WORK(S) (0 ROLN_CHART_TURN_MEM(ROLNI_SIZE, S, ROLNI_TURN_STEP(S)) + ROLNI_ENCODER_WORK(S))
 ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch *batch, const roln_turn *t, roln_real *theta,
                                         roln_real *zd_max, roln_real *residual, roln_real *work)
 {
@@ -3457,7 +3456,7 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
     roln_status st = rolni_grad_valid(m, batch, 1);
     roln_real *layer, *row;
     int i, j;
-    ROLN_CHART_TURN_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    ROLN_CHART_TURN_MEM(ROLNI_CARVE, ROLNI_LOCAL, ROLNI_TURN_STEP(ROLNI_LOCAL))
     ROLNI_ENCODER_MEM(ROLNI_LAY, ROLNI_LOCAL)
     b->m = m, b->batch = batch, b->turn = t, b->theta = theta, b->work = work, b->residual = 0, b->status = ROLN_OK;
     if (st != ROLN_OK) return st;

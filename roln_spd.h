@@ -2300,7 +2300,7 @@ ROLN_FN roln_status rolni_sym_block(int m, int n, int own, const roln_real *D, r
                 return st;
     for (j = own ? m : 0; j < n; j += w)
         for (i = 0; i < m; i += ROLNI_ROWS)
-            rolni_sym_rows(m, i, 0, own ? X : D, inv, X + j * m, t);
+            (void)rolni_sym_rows(m, i, 0, own ? X : D, inv, X + j * m, t);
     return ROLN_OK;
 }
 
@@ -2925,7 +2925,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
         if ((st = rolni_ocp_factor(b)) != ROLN_OK) return st;
         rolni_zero(b->sides * count, b->c);
         rolni_ocp_step(b, 0);
-        rolni_ocp_length(b, 1, &ahead);
+        (void)rolni_ocp_length(b, 1, &ahead);
         for (side = 0; side < b->sides; side++)
             for (i = 0; i < count; i++)
                 b->c[side * count + i] = rolni_ocp_moved(b, side, i, b->d) * b->dl[side * count + i];
