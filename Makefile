@@ -70,7 +70,7 @@ install:
 	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
 	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' .packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
 
-# packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist
+# packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist, and a bill of materials (SBOM, SPDX 2.3) of them
 dist:
 	sh .packaging/dist.sh $(VERSION) $(HEADERS)
 

@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # dist.sh VERSION HEADER.. - build/dist: packages for PlatformIO, Arduino, Zephyr and ESP-IDF, each a directory and an archive of
-# it: the files of its directory beside this script, the headers, LICENSE, the start of README, and tick as an example. The same
-# bytes on every run: names sorted, times of the last commit (or SOURCE_DATE_EPOCH), owner 0.
+# it: the files of its directory beside this script, the headers, LICENSE, the start of README, and tick as an example; and a bill
+# of materials (SBOM) of these in SPDX 2.3. The same bytes on every run: names sorted, times of the last commit (or
+# SOURCE_DATE_EPOCH), owner 0.
 cd "$(dirname "$0")/.." || exit 1
 set -e
 umask 022
@@ -43,3 +44,4 @@ package platformio src tick.ino examples/tick/src/main.cpp '' "$@"
 package arduino src tick.ino examples/tick/tick.ino '' "$@"
 package zephyr include tick.c samples/tick/src/main.c 'int main(void)' "$@"
 package esp-idf include tick.c examples/tick/main/main.c 'void app_main(void)' "$@"
+sh .packaging/sbom.sh "$version" "$time" LICENSE "$@" > "build/dist/roln-$version.spdx.json"

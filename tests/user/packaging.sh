@@ -99,9 +99,37 @@ for asked in 0.2 1 1.9 2.1.6 2.2 3 21; do check serves 0 2.1.5 "$asked"; done
 # ---- make dist ----
 
 check same 4 "$(grep -c '/roln-[a-z-]*-'"$version"'[.][a-z.]*$' "$tmp/sums")"
+check same 1 "$(grep -c "/roln-$version[.]spdx[.]json\$" "$tmp/sums")"
 check sh -c 'umask 077 && TZ=Asia/Tokyo make -s dist'
 sums > "$tmp/again"
 check cmp "$tmp/sums" "$tmp/again"
+# the bill of materials: what it says of files, archives and the whole is so; no package beside roln's own
+cat > "$tmp/sbom.py" << 'END'
+import glob, hashlib, json, re, sys
+version = sys.argv[1]
+sums = {"SHA1": hashlib.sha1, "SHA256": hashlib.sha256}
+sbom = json.load(open(f"build/dist/roln-{version}.spdx.json"))
+def true(of, path):
+    data = open(path, "rb").read()
+    assert of["checksums"] and all(sums[c["algorithm"]](data).hexdigest() == c["checksumValue"] for c in of["checksums"]), path
+assert sbom["spdxVersion"] == "SPDX-2.3" and sbom["dataLicense"] == "CC0-1.0" and sbom["SPDXID"] == "SPDXRef-DOCUMENT"
+assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", sbom["creationInfo"]["created"])
+roln, *archives = sbom["packages"]
+assert sorted(f["fileName"] for f in sbom["files"]) == sorted("./" + f for f in glob.glob("roln*.h") + ["LICENSE"])
+for f in sbom["files"]:
+    true(f, f["fileName"])
+one = sorted(c["checksumValue"] for f in sbom["files"] for c in f["checksums"] if c["algorithm"] == "SHA1")
+assert hashlib.sha1("".join(one).encode()).hexdigest() == roln["packageVerificationCode"]["packageVerificationCodeValue"]
+assert sorted(a["packageFileName"] for a in archives) == sorted(
+    f[len("build/dist/"):] for f in glob.glob("build/dist/*.zip") + glob.glob("build/dist/*.gz"))
+for a in archives:
+    true(a, "build/dist/" + a["packageFileName"])
+ids = [x["SPDXID"] for x in [sbom] + sbom["packages"] + sbom["files"]]
+assert len(ids) == len(set(ids)) and all(re.fullmatch(r"SPDXRef-[A-Za-z0-9.-]+", i) for i in ids)
+assert all(p["versionInfo"] == version and p["licenseDeclared"] == "MIT" for p in sbom["packages"])
+assert {r["spdxElementId"] for r in sbom["relationships"]} | {r["relatedSpdxElement"] for r in sbom["relationships"]} == set(ids)
+END
+check python3 "$tmp/sbom.py" "$version"
 # times: of the last commit of a repository of its own; not of one further up, of SOURCE_DATE_EPOCH before all
 copy="$tmp/outer/roln"
 mkdir -p "$copy/examples"
