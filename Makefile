@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
-# make deps installs what these need:   make test, check, record, learn, machines, errors, control, plans, rope, models, noise,
-#                                       experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
+#                                       noise, experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib:
+#                                       report
 
 CC = cc
 PREFIX = /usr/local
@@ -18,8 +19,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check record learn machines errors control plans \
-        models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash record learn machines errors control \
+        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil
 all: demo
 
 # ---- what a user does ----
@@ -100,6 +101,11 @@ test:
 check:
 	+@$(MAKE) --no-print-directory -j$(JOBS) build/test
 	./build/test sample
+
+# the same bits from every compiler, level and target, a quarter of an hour on two cores; make test asks a part of them
+hash:
+	sh tests/compilers/hash.sh host
+	sh tests/compilers/hash.sh targets
 
 # Objects: build/KIND/PATH.o from PATH.c
 # APART: no function inlined whose lines are to be counted, and these builds take a quarter to a half of the time

@@ -16,9 +16,9 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 # what takes longest first
 steps() {
     cat << 'end'
-hash         sh tests/compilers/hash.sh host
+hash         sh tests/compilers/hash.sh test host
 sanitize-m   build/test_msan sample
-targets      sh tests/compilers/hash.sh targets
+targets      sh tests/compilers/hash.sh test targets
 coverage     sh tests/compilers/coverage.sh
 sanitize-au  build/test_asan sample
 pil          build/pil host m4 rv32
