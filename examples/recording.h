@@ -155,7 +155,7 @@ static int is_header(const char *line)
 static int force_column(const char *line)
 {
     int c;
-    for (c = 0; line; c++, line = strchr(line, ','), line += line != NULL) {
+    for (c = 0; line; c++, line = strchr(line, ','), line = line ? line + 1 : NULL) {
         const char *name = line + strspn(line, " \t\"'");
         if (c > 0 && (strncmp(name, "tau", 3) == 0 || *name == 'u')) return c;
     }
