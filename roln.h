@@ -1762,6 +1762,7 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         if (measured == 0) faults |= ROLN_FILTER_NONE;
         else faults |= rolni_filter_start(m, noise, y, filter->starts ? e->z : NULL, &f, &in);
         filter->known = (faults & ROLN_FILTER_START) != 0;
+        if (!filter->known) in.used = 0; /* nor is its nis a number */
         filter->starts += (faults & ROLN_FILTER_START) != 0;
         filter->lost = 0;
     }
@@ -3170,9 +3171,14 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
-        tau_each[i] = slack * top[i], rate_each[i] = slack * rise[i];
-        most.tau = ROLN_MAX(most.tau, tau_each[i]), most.rate = ROLN_MAX(most.rate, rate_each[i]);
+        top[i] *= slack, rise[i] *= slack;
+        most.tau = ROLN_MAX(most.tau, top[i]), most.rate = ROLN_MAX(most.rate, rise[i]);
     }
+    {
+        const roln_real made[6] = {most.margin, most.power, most.q_off, most.qd_off, most.tau, most.rate};
+        if (!roln_all_finite(torques ? 6 : 4, made)) return ROLN_E_NOT_FINITE;
+    }
+    if (torques) rolni_copy(force_size, top, tau_each), rolni_copy(force_size, rise, rate_each);
     *l = most;
     return ROLN_OK;
 }
@@ -4771,13 +4777,18 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 
 #if ROLN_FRICTION > 0
 /* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, and v [n], in 1/s. Of a joint without autoencoder
-   c / p->scale.q, in Nm, and v p->scale.q, in rad/s; with ROLN_SCALE each p->scale.q p->each[j] in place of p->scale.q. */
+   c / p->scale.q, in Nm, and v p->scale.q, in rad/s; with ROLN_SCALE each p->scale.q p->each[j] in place of p->scale.q. c, v are
+   untouched on ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLNI_(friction_of)(const ROLNI_(params) *p, roln_real c[ROLN_AT_LEAST(ROLNI_(n))],
                                         roln_real v[ROLN_AT_LEAST(ROLNI_(n))])
 {
     const roln_trained m = ROLNI_(trained)(p);
+    roln_real out[2 * ROLNI_(n)];
     if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
-    roln_friction(&m, c, v);
+    roln_friction(&m, out, out + ROLNI_(n));
+    if (!roln_all_finite(2 * ROLNI_(n), out)) return ROLN_E_NOT_FINITE;
+    rolni_copy(ROLNI_(n), out, c);
+    rolni_copy(ROLNI_(n), out + ROLNI_(n), v);
     return ROLN_OK;
 }
 #else

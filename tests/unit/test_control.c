@@ -1888,6 +1888,7 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
         REFUSED(wrong + i, 1, ROLN_E_LENGTH);
     REFUSED(&b, ROLN_C(0.99), ROLN_E_RANGE);
     REFUSED(&b, (roln_real)NAN, ROLN_E_RANGE);
+    REFUSED(&b, (roln_real)INFINITY, ROLN_E_NOT_FINITE); /* limits that are none */
     for (i = 0; i < 3; i++) {
         bad = *r;
         (i == 0 ? bad.q : i == 1 ? bad.qd : bad.tau)[RUNS * TICKS * (i < 2 ? N : F) - 1] = (roln_real)NAN; /* the last number */
@@ -2273,6 +2274,27 @@ static void test_overflow(void)
     }
 }
 
+/* Levels of friction that no number holds: refused, c and v untouched. */
+static void test_friction_of(void)
+{
+    static wheel_params p;
+    static wheel_start start;
+    roln_real c[wheel_n], v[wheel_n], *logs = p.theta + roln_ae_params(&wheel_model.ae) + rolni_friction_at(&wheel_model.lnn);
+    uint64_t seed = 341;
+    int i;
+    CHECK_OK(wheel_init(&p, &seed, &start));
+    CHECK_OK(wheel_friction_of(&p, c, v));
+    for (i = 0; i < 2 * wheel_n; i++) {
+        const roln_real was = logs[i];
+        logs[i] = i % 2 ? (roln_real)NAN : 1000;
+        fill(wheel_n, 7, c), fill(wheel_n, 7, v);
+        CHECK(wheel_friction_of(&p, c, v) == ROLN_E_NOT_FINITE && all(wheel_n, c, 7) && all(wheel_n, v, 7));
+        logs[i] = was;
+    }
+    p.slope = 0;
+    CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE && all(wheel_n, c, 7));
+}
+
 void TEST_NAME(control)(void)
 {
     int k;
@@ -2319,5 +2341,6 @@ void TEST_NAME(control)(void)
     test_shell_tick();
     test_foreign();
     test_overflow();
+    test_friction_of();
     print_bounds();
 }

@@ -738,6 +738,9 @@ static void test_starts(int k)
     x.y[N - 1] = (roln_real)NAN;
     CHECK(tick_of(k, &x.noise, x.y, x.tau, &x.e) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE));
     CHECK(equal(k, &x.e, &good.e) && x.e.f.known == 0 && x.e.f.starts == 0);
+    x = good, x.noise.q_each = NULL, x.noise.q = PICK(1e-39f, 1e-310); /* so little that the start overflows */
+    CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == (ROLN_FAULT_STATUS | ROLN_FILTER_NONE));
+    CHECK(equal(k, &x.e, &good.e) && x.e.f.known == 0 && x.e.f.used == 0 && all(1, &x.e.f.nis, 0));
     x = good;
     faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
     CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FILTER_START && x.e.f.starts == 1);
