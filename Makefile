@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
-#                                       noise, experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib:
+#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz; and Python with matplotlib:
 #                                       report
 
 CC = cc
@@ -20,7 +20,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash record learn machines errors control \
-        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil
+        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil fuzz
 all: demo
 
 # ---- what a user does ----
@@ -92,7 +92,7 @@ deps:
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines plans swing rope
+           machines plans swing rope $(FUZZ:build/%=%)
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -141,6 +141,27 @@ build/test_msan: KIND = $(KIND_msan32)
 build/test_cov: KIND = $(KIND_cov32)
 build/test build/test_asan build/test_msan build/test_cov:
 	$(KIND) $^ -o $@ -lm
+
+# Targets of libFuzzer: build/fuzz/KIND/fuzz_TARGET. Kinds: address and undefined, memory, none and at full speed; float or double
+FUZZED = clang $(STD) -Ibuild/firmware $(WARN) -gline-tables-only -fno-inline -fno-sanitize-coverage=trace-cmp
+FUZZ_au = $(FUZZED) -O1 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all
+FUZZ_m = $(FUZZED) -O1 -fsanitize=fuzzer,memory
+FUZZ_none = $(FUZZED) -O2 -fsanitize=fuzzer
+FUZZ_audouble = $(FUZZ_au) -DROLN_DOUBLE
+fuzz = $(foreach k,$(1),$(patsubst %,build/fuzz/$(k)/fuzz_%,$(2)))
+FUZZ = $(call fuzz,au m,packed frames csv calls)
+define fuzzed
+build/fuzz/$(1)/fuzz_%: tests/safety/fuzz_%.c
+	@mkdir -p $$(@D)
+	$$(FUZZ_$(1)) $$(DEPENDS) $$< -o $$@ -lm
+endef
+$(foreach k,$(patsubst FUZZ_%,%,$(filter FUZZ_%,$(.VARIABLES))),$(eval $(call fuzzed,$(k))))
+$(patsubst %,build/fuzz/%/fuzz_frames,au m none): build/firmware/pend16_weights.h
+
+
+# random inputs and calls, SECONDS for each target and kind, JOBS at a time; a table of all that was run so far
+fuzz: $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
+	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS)
 
 # ---- with MuJoCo ----
 

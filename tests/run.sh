@@ -46,6 +46,7 @@ import       sh tests/user/import.sh
 list         sh tests/compilers/list.sh
 lint         sh tests/user/lint.sh
 opinf        build/test_opinf
+fuzz         sh tests/safety/fuzz.sh test
 deps         sh tests/user/deps.sh
 end
 }

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+/* fuzz_csv.c - recordings: examples/recording.h, the reader of train.c, of a file that is the input behind its first byte, which
+   says what the model is like. What is read is finite, as many samples as the file has lines with something in them, at one rate;
+   what is refused ends the program, here the call, with a message. */
+#include "roln_spd.h"
+#include <limits.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include "fuzz.h"
+
+enum { ROOMS = 32 };
+
+static struct {
+    const char *text;
+    size_t size;
+    FILE *f;
+    void *room[ROOMS]; /* what was taken of the heap and not given back */
+    char said[4096];
+    jmp_buf end;
+} file;
+
+static FILE *file_open(void)
+{
+    return file.f = fmemopen((void *)(size_t)(const void *)file.text, file.size, "r");
+}
+
+static int file_close(FILE *f)
+{
+    file.f = NULL;
+    return fclose(f);
+}
+
+static void *file_room(size_t count, size_t bytes)
+{
+    int i = 0;
+    while (i < ROOMS - 1 && file.room[i])
+        i++;
+    return file.room[i] = calloc(count, bytes);
+}
+
+static void file_free(void *p)
+{
+    int i;
+    for (i = 0; i < ROOMS; i++)
+        if (file.room[i] == p) file.room[i] = NULL;
+    free(p);
+}
+
+static void file_end(int code)
+{
+    CLAIM(code == 1 && strlen(file.said) > 10);
+    longjmp(file.end, 1);
+}
+
+static int file_say(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vsnprintf(file.said, sizeof file.said, format, list);
+    va_end(list);
+    return 0;
+}
+
+/* The program's hold on the world. */
+#define fopen(path, mode) file_open()
+#define fclose file_close
+#define calloc file_room
+#define free file_free
+#define exit file_end
+#define printf file_say
+#define vfprintf(f, format, list) vsnprintf(file.said, sizeof file.said, format, list)
+#define fputc(c, f) ((void)0)
+#define fflush(f) ((void)0)
+#include "recording.h"
+#undef fopen
+#undef fclose
+#undef calloc
+#undef free
+#undef exit
+#undef printf
+#undef vfprintf
+#undef fputc
+#undef fflush
+
+/* Lines that hold something, but for a header, which does not begin with a number in digits. */
+static int samples_of(void)
+{
+    static char text[8192];
+    const char *p = text + (file.size > 2 && memcmp(file.text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0), *end;
+    char *behind;
+    int count = 0, row;
+    CLAIM(file.size < sizeof text);
+    memcpy(text, file.text, file.size), text[file.size] = 0;
+    for (row = 0; *p; p = end, row++) {
+        const char *first = p + strspn(p, " \t\r");
+        end = strchr(p, '\n') ? strchr(p, '\n') + 1 : p + strlen(p);
+        if (p + strspn(p, ", \t\r\n") >= end) continue;
+        strtod(first, &behind);
+        count += row > 0 || (behind != first && strchr("+-.0123456789", *first));
+    }
+    return count;
+}
+
+static void judge(const motion *d, const wanted *w)
+{
+    const int samples = d->samples;
+    int k;
+    CLAIM(samples > 1 && d->trajectories >= 1 && d->trajectories <= samples && d->first[0] == 0);
+    CLAIM(memchr(file.text, 0, file.size) || samples == samples_of());
+    CLAIM(d->first[d->trajectories] == samples && d->dt >= 1e-6 && d->dt <= 1e6);
+    for (k = 0; k < d->trajectories; k++)
+        CLAIM(d->first[k] < d->first[k + 1]);
+    CLAIM(roln_all_finite(samples * d->N, d->q) && roln_all_finite(samples * d->N, d->qd));
+    CLAIM(roln_all_finite(samples * d->forces, d->tau) && d->N == w->N);
+    CLAIM(d->has_tau || !w->torque);
+    CLAIM(d->has_qd || w->half > 0);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    static motion d;
+    static wanted w;
+    const unsigned kind = size > 0 ? data[0] : 0;
+    int i;
+    if (size < 2) return 0;
+    memset(&w, 0, sizeof w);
+    w.model = "model", w.N = 1 + (int)(kind & 1) * 2, w.inputs = kind & 2 ? 1 : 0, w.torque = kind >> 2 & 1;
+    w.half = kind & 8 ? 2 : 0, w.qd_unused = kind >> 4 & 1, w.angles = kind & 32 ? 1 : 0;
+    file.text = (const char *)data + 1, file.size = size - 1, file.said[0] = 0;
+    fuzz_call();
+    if (!setjmp(file.end)) {
+        double sd[3];
+        d = read_recording("file", &w);
+        judge(&d, &w);
+        if (w.half > 0) smooth(&d, w.half);
+        if (kind & 64) add_noise(&d, 0.01, (int)(kind >> 7), 1, sd);
+    }
+    if (file.f) file_close(file.f);
+    for (i = 0; i < ROOMS; i++)
+        if (file.room[i]) file_free(file.room[i]);
+    return 0;
+}
