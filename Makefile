@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
-#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz; and Python with matplotlib:
-#                                       report
+#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz; and Python with
+#                                       matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
