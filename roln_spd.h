@@ -1249,10 +1249,16 @@ ROLN_FN void rolni_eig_sweep(int n, int i, int m, roln_real g, roln_real *l, rol
     e[m] = 0;
 }
 
+/* Sweeps after which the fourth gives up. tests/measure counts them and their worst case by another definition. */
+#define ROLNI_EIG_MOST(n) (8 * (n))
+#ifndef ROLNI_EIG_SWEEPS
+#define ROLNI_EIG_SWEEPS ROLNI_EIG_MOST
+#endif
+
 /* The fourth: sweeps until the subdiagonal is gone. Rows i..m are the unreduced block that begins at i. */
 ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_real *Q)
 {
-    int i, m, sweeps = 30 * n;
+    int i, m, sweeps = ROLNI_EIG_SWEEPS(n);
     e[n - 1] = 0;
     for (i = 0; i < n;) {
         roln_real g, r, s, c;
@@ -1312,7 +1318,9 @@ ROLN_FN void rolni_eig_sort(int n, roln_real down, roln_real *l, roln_real *Q)
    not matter: denormal and near-overflow inputs keep full precision.
      A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
    Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most
-   30 n sweeps.
+   8 n sweeps of n - 1 rotations; two rows take one rotation. In exact arithmetic every sweep makes |e_i^2 e_i+1| of the block
+   that begins at i smaller (Hoffmann, Parlett 1978), near the end e_i by its third power. A million hostile matrices took at most
+   2.7 n, a search for the worst of up to 8 rows 3.7 n (make eig).
    ROLN_E_NOT_FINITE for an input with NaN or Inf (l and Q untouched) or an eigenvalue beyond the largest
    number; ROLN_E_NO_CONVERGENCE. On these last two l and Q are scratch: a second n x n would cost more
    than it saves. About 9 n^3 multiply-adds. */

@@ -26,6 +26,7 @@ train        sh tests/user/train.sh
 unit         build/test
 symbols      sh tests/compilers/symbols.sh
 config       sh tests/compilers/config.sh
+steady       sh tests/safety/steady.sh
 mujoco       build/test_mujoco
 examples     sh tests/user/examples.sh
 record       sh tests/user/record.sh

@@ -36,6 +36,18 @@ extern union scratch {
 roln_status tick(void);  /* NAME_tick, every check on: control.x to control.guard.tau */
 roln_status ahead(void); /* one step of the prediction from control.s */
 
+#ifdef WORST
+extern struct observer {
+    M(filter) filter;
+    M(filterwork) work;
+    roln_noise noise;
+    roln_real y[N];
+} observer;
+
+roln_status observe(void); /* one tick of the filter */
+extern int longest_way;    /* 1, 2: the longest way through what depends on numbers, without and with second derivatives */
+#endif
+
 #ifdef TRAIN
 extern struct learner {
     M(params) p;

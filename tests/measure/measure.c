@@ -4,7 +4,7 @@
    number, whatever zd and reference: all that differs is the eigensolver of M(z). Lines: what, number .. */
 
 #include "text.h"
-#include "firmware.h"
+#include "states.h"
 
 #define PAINT UINT32_C(0x5ca1ab1e)
 #ifdef __arm__
@@ -14,42 +14,6 @@
 #endif
 
 extern uint32_t stack_bottom[];
-static uint64_t seed = 1;
-static M(work) work;
-
-static void must(roln_status st)
-{
-    if (st == ROLN_OK) return;
-    put_text("a status other than ROLN_OK\n");
-    board_exit(1);
-}
-
-static roln_real between(roln_real a, roln_real b)
-{
-    return a + (b - a) * roln_uniform(&seed);
-}
-
-static void draw(M(latent) *s)
-{
-    for (int i = 0; i < n; i++) {
-        s->z[i] = between(weights->z_min[i], weights->z_max[i]);
-        s->zd[i] = between(-weights->zd_max[i], weights->zd_max[i]);
-    }
-}
-
-/* A state that is measured, at z if not NULL, and a reference. */
-static void setup(const roln_real *z)
-{
-    M(latent) s, ref;
-    draw(&s), draw(&ref);
-    if (z) memcpy(s.z, z, sizeof s.z);
-    must(M(decode)(weights, &s, &control.x, &work));
-    for (int i = 0; i < n; i++) {
-        control.ref.z[i] = ref.z[i], control.ref.zd[i] = ref.zd[i];
-        control.ref.zdd[i] = between(-weights->zd_max[i], weights->zd_max[i]);
-        control.ref.kp[i] = control.ref.kd[i] = 1;
-    }
-}
 
 /* Bytes of the stack that f changes; f is called where sp stands here. */
 __attribute__((noinline)) static uint32_t depth(roln_status (*f)(void))
@@ -68,28 +32,6 @@ __attribute__((noinline)) static uint32_t depth(roln_status (*f)(void))
 static void deepest(uint32_t *most, uint32_t bytes)
 {
     if (bytes > *most) *most = bytes;
-}
-
-static void print(const char *what, uint32_t a, uint32_t b)
-{
-    put_text(what);
-    put_integer(a, 10);
-    put_integer(b, 10);
-    put_text("\n");
-}
-
-static roln_status nothing(void)
-{
-    return ROLN_OK;
-}
-
-static uint32_t count(roln_status (*volatile f)(void))
-{
-    const uint32_t before = board_count();
-    const roln_status st = f();
-    const uint32_t used = board_count() - before;
-    must(st);
-    return used;
 }
 
 /* Stack first: the counter of emulator.c makes interrupts, which take some. */

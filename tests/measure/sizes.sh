@@ -9,7 +9,8 @@
 #   sizes.sh -w         everything, into that text
 #
 # JOBS=1 for one core. Code and constants, weights and RAM are those of firmware.o in the linked image (its map): without start-up,
-# mem* and measure.c, which draws the states. Stack: stack.awk; what measure.c finds painted over is within.
+# mem* and measure.c, which draws the states. Stack: stack.awk; what measure.c finds painted over is within. At -O2 longest.c, too:
+# the worst case in instructions, over 100 states (cloth: 3).
 cd "$(dirname "$0")/../.." || exit 1
 here=tests/measure
 out=build/sizes
@@ -72,10 +73,23 @@ parts() {
          END { print code + 0, weights + 0, ram + 0 }' "$image.map"
 }
 
+# The longest way: instructions seen and at worst, of a tick, a step, a tick of the filter.
+longest() {
+    part=-DWORST
+    image=$out/$model$core$level$part.elf
+    case $model in cloth) few=3 ;; *) few=100 ;; esac
+    options="$level $part -DMODEL=$model -DSTATES=$few -I$here -I$out"
+    check 'warnings' sh examples/firmware/cc.sh "$core" $options $warn -fsyntax-only $here/firmware.c $here/longest.c
+    check 'does not build' sh examples/firmware/cc.sh "$core" $options $here/firmware.c $here/longest.c -o "$image"
+    sh examples/firmware/run.sh "$core" "$image" > "$image.txt"
+    check 'fails' [ $? -eq 0 ]
+    ways=$(awk '{ printf "%s %s ", $2, $3 }' "$image.txt")
+}
+
 # One row: model core level states, code weights RAM, stack of the image that controls; code RAM stack of the one that learns, too;
-# least and most instructions of a tick.
+# least and most instructions of a tick; at -O2 the longest way.
 one() {
-    model=$1 core=$2 level=$3 states=$4 learns='- - -'
+    model=$1 core=$2 level=$3 states=$4 learns='- - -' ways=
     objdump=arm-none-eabi-objdump
     [ "$core" = rv32 ] && objdump=riscv64-unknown-elf-objdump
     for part in '' -DTRAIN; do
@@ -106,7 +120,8 @@ one() {
         [ -n "$part" ] && learns="$(parts | awk '{ print $1, $3 }') $stack"
         rm -f "$image"-*
     done
-    echo "row $model $core $level $states $controls $learns $counts"
+    [ "$level" = -O2 ] && longest
+    echo "row $model $core $level $states $controls $learns $counts $ways"
 }
 
 # The table from the rows. What was not made is ?; a range over fewer states than `all` says begins with ~.
@@ -122,6 +137,8 @@ table() {
           value["code " key] = thousand($6); value["stack " key] = $9
           once("weights " $2, $7); once("ram " $2, $8); once("learnram " $2, $11)
           value["learn " key] = $10 == "-" ? "-" : thousand($10); value["learnstack " key] = $12
+          if (NF > 15) value["ways " key] = thousand($16) " | " thousand($17) " / " thousand($18) " | " \
+              thousand($19) " / " thousand($20)
           value["tick " key] = ($5 < states[key] ? "~" : "") thousand($13) "-" thousand($14) }
         END {
           print "| model | weights in flash | RAM | RAM to learn, too |\n|---|---|---|---|"
@@ -143,6 +160,17 @@ table() {
                   at = " " model " " core[1] " "
                   print "| " model ", " core[2] " | " levels("code" at) " | " levels("stack" at) " | " levels("tick" at) " | " \
                       levels("learn" at) " | " levels("learnstack" at) " |"
+              }
+          print "\n| -O2, thousands of instructions | tick, at worst | step, seen / at worst | " \
+              "tick of the filter, seen / at worst |"
+          print "|---|---|---|---|"
+          for (i = 1; i <= k; i++)
+              for (j = 1; j <= c; j++) {
+                  model = text[i]
+                  sub(/,.*/, "", model)
+                  split(cores[j], core, " ")
+                  key = "ways " model " " core[1] " -O2"
+                  print "| " model ", " core[2] " | " (key in value ? value[key] : "? | ? / ? | ? / ?") " |"
               }
           print "\n" versions
         }' - $out/rows > $out/table.md

@@ -4,6 +4,9 @@
 #ifndef EIG_H
 #define EIG_H
 
+/* Sweeps after which roln_eig gives up: eig_cap, or, while that is 0, what it always takes. */
+static int eig_cap;
+#define ROLNI_EIG_SWEEPS(n) (eig_cap ? eig_cap : ROLNI_EIG_MOST(n))
 #include "roln_spd.h"
 #include "twin.h"
 
@@ -111,6 +114,18 @@ ROLN_FN void family(int f, int n, uint64_t *s)
         for (j = 0; j < n; j++) t_swap(A + i * n + j, A + k * n + j);
         for (j = 0; j < n; j++) t_swap(A + j * n + i, A + j * n + k);
     }
+}
+
+/* roln_eig of A with at most *most sweeps, which is raised to as many as it takes. */
+ROLN_FN roln_status eig_counted(int n, int *most)
+{
+    roln_status st = ROLN_E_NO_CONVERGENCE;
+    for (eig_cap = ROLN_MAX(1, *most); eig_cap <= ROLNI_EIG_MOST(n) && st == ROLN_E_NO_CONVERGENCE; eig_cap++) {
+        st = roln_eig(n, A, l, Q, work);
+        *most = eig_cap;
+    }
+    eig_cap = 0;
+    return st;
 }
 
 typedef struct { double residual, orthogonal, value; } eig_errors; /* worst, in the units of the bounds */

@@ -85,6 +85,31 @@ static void test_edges(void)
     CHECK(roln_eig(2, A, l, Q, work) == ROLN_E_NOT_FINITE);
 }
 
+/* Half of the sweeps that it may take are enough; with too few it says so, and what calls it leaves its outputs alone. */
+static void test_sweeps(void)
+{
+    roln_real Y[64], w[ROLN_SPD_MAP_WORK(8)];
+    uint64_t seed = 9;
+    int most[9] = {0}, n, k, i;
+    for (n = 2; n <= 8; n++)
+        for (k = 0; k < 4000; k++) {
+            family(k % FAMILIES, n, &seed);
+            CHECK(eig_counted(n, &most[n]) == ROLN_OK);
+        }
+    CHECK(most[2] == 1); /* one rotation */
+    for (n = 3; n <= 8; n++) {
+        CHECK(most[n] >= n && most[n] <= ROLNI_EIG_MOST(n) / 2);
+        family(0, n, &seed);
+        for (i = 0; i < n * n; i++) Y[i] = 7;
+        eig_cap = 1;
+        CHECK(roln_eig(n, A, l, Q, work) == ROLN_E_NO_CONVERGENCE);
+        CHECK(roln_spd_map(n, ROLN_EXP, 0, NULL, A, Y, w) == ROLN_E_NO_CONVERGENCE);
+        eig_cap = 0;
+        for (i = 0; i < n * n; i++) CHECK(Y[i] == 7);
+        CHECK(roln_eig(n, A, l, Q, work) == ROLN_OK);
+    }
+}
+
 /* ---- divided differences of exp ---- */
 
 /* exp[a,b,c] by its own route: quotient in long double, or the series about the mean of the three */
@@ -175,6 +200,7 @@ void TEST_NAME(eig)(void)
     test_families();
     test_split();
     test_edges();
+    test_sweeps();
     test_differences();
     test_range();
     print_bounds();
