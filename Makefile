@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
-#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz; and Python with
-#                                       matplotlib: report
+#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz, proof; and Python
+#                                       with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -20,7 +20,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash record learn machines errors control \
-        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil fuzz
+        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil fuzz \
+        proof
 all: demo
 
 # ---- what a user does ----
@@ -85,7 +86,8 @@ PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-de
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
-           gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user
+           gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user \
+           frama-c-base
 AGREE = no
 deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
@@ -162,6 +164,10 @@ $(patsubst %,build/fuzz/%/fuzz_frames,au m none): build/firmware/pend16_weights.
 # random inputs and calls, SECONDS for each target and kind, JOBS at a time; a table of all that was run so far
 fuzz: $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
 	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS)
+
+# Frama-C Eva, for all bits that may come in: nothing undefined, torques within their limits (tests/safety/proof); ten minutes
+proof:
+	@sh tests/safety/proof/proof.sh all
 
 # ---- with MuJoCo ----
 

@@ -727,7 +727,10 @@ ROLN_FN roln_real rolni_clip(const roln_limits *limits, int i, roln_real last, r
 {
     const roln_real top = rolni_most(limits, i), rate = limits->rate_each ? limits->rate_each[i] : limits->rate;
     roln_real low = -top, high = top;
-    if (rate > 0) low = ROLN_MAX(low, last - rate * limits->dt), high = ROLN_MIN(high, last + rate * limits->dt);
+    if (rate > 0) {
+        const roln_real step = rate * limits->dt, down = last - step, up = last + step; /* what is compared is what is taken */
+        low = ROLN_MAX(low, down), high = ROLN_MIN(high, up);
+    }
     return want < low ? low : want > high ? high : want;
 }
 

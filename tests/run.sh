@@ -37,6 +37,7 @@ plans        build/plans test
 swing        build/swing test
 plansize     sh tests/measure/plan.sh test
 rope         build/rope check
+proof        sh tests/safety/proof/proof.sh
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments
