@@ -94,7 +94,7 @@ deps:
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines plans swing rope $(FUZZ:build/%=%)
+           machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -144,10 +144,20 @@ build/test_cov: KIND = $(KIND_cov32)
 build/test build/test_asan build/test_msan build/test_cov:
 	$(KIND) $^ -o $@ -lm
 
+# threads under their sanitizer; interrupts, also with scratch that knows whether it is in use
+build/threads: KIND = clang $(STD) -Itests $(WARN) $(APART) -O1 -g -fsanitize=thread
+build/interrupts build/interrupts_busy: KIND = gcc $(STD) -Itests $(WARN) -O2
+build/interrupts_busy: KIND += -DROLN_DEBUG_WORK
+build/threads build/interrupts: build/%: tests/safety/%.c
+build/interrupts_busy: tests/safety/interrupts.c
+build/threads build/interrupts build/interrupts_busy: tests/unit/check.c
+	@mkdir -p $(@D)
+	$(KIND) $(DEPENDS) $(filter %.c,$^) -o $@ -lpthread -lm
+
 # Targets of libFuzzer: build/fuzz/KIND/fuzz_TARGET. Kinds: address and undefined, memory, none and at full speed; float or double
-FUZZED = clang $(STD) -Ibuild/firmware $(WARN) -gline-tables-only -fno-inline -fno-sanitize-coverage=trace-cmp
-FUZZ_au = $(FUZZED) -O1 -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all
-FUZZ_m = $(FUZZED) -O1 -fsanitize=fuzzer,memory
+FUZZED = clang $(STD) -Ibuild/firmware $(WARN) -gline-tables-only -fno-sanitize-coverage=trace-cmp
+FUZZ_au = $(FUZZED) -O1 -fno-inline -fsanitize=fuzzer,address,undefined,float-cast-overflow -fno-sanitize-recover=all
+FUZZ_m = $(FUZZED) -O1 -fno-inline -fsanitize=fuzzer,memory
 FUZZ_none = $(FUZZED) -O2 -fsanitize=fuzzer
 FUZZ_audouble = $(FUZZ_au) -DROLN_DOUBLE
 fuzz = $(foreach k,$(1),$(patsubst %,build/fuzz/$(k)/fuzz_%,$(2)))

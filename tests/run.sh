@@ -49,6 +49,7 @@ list         sh tests/compilers/list.sh
 lint         sh tests/user/lint.sh
 opinf        build/test_opinf
 fuzz         sh tests/safety/fuzz.sh test
+threads      sh tests/safety/threads.sh
 deps         sh tests/user/deps.sh
 end
 }
