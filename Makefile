@@ -82,7 +82,7 @@ clean:
 # ---- tests ----
 
 # The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
-PACKAGES = gcc g++ clang clang-format tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
+PACKAGES = gcc g++ clang clang-format clang-tidy cppcheck tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \

@@ -1544,7 +1544,6 @@ ROLN_INLINE void rolni_filter_torques(const roln_trained *m, const rolni_filter 
 
 /* The last rows of a factor, W [n][3n]: what the load has wandered in some seconds, W^T W = seconds J^T diag(noise->load^2) J. */
 #define ROLNI_WANDER_MEM(X, S) X(T, S(N) * S(n))
-#define ROLNI_WANDER_WORK(S) (0 ROLNI_WANDER_MEM(ROLNI_SIZE, S) + ROLN_TRIANGLE_WORK(S(N), S(n)))
 ROLN_INLINE void rolni_filter_wander(const roln_trained *m, const roln_noise *noise, roln_real seconds, const rolni_filter *f,
                                      roln_real *W)
 {

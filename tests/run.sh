@@ -38,6 +38,7 @@ swing        build/swing test
 plansize     sh tests/measure/plan.sh test
 rope         build/rope check
 proof        sh tests/safety/proof/proof.sh
+misra        python3 tests/safety/misra.py
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments

@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* options.h - a few small models that have every option of a config together: what misra.py and analyzers.sh look at. */
+#ifndef OPTIONS_H
+#define OPTIONS_H
+
+#define ROLN_NAME one
+#define ROLN_AE 6, 3
+#define ROLN_MLP 4, 4
+#define ROLN_BASE 1
+#define ROLN_WIDTH 5
+#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
+#define ROLN_LOAD 1
+#define ROLN_INPUTS 2
+#define ROLN_PLAN 4, 2
+#define ROLN_ROWS 20
+#define ROLN_LEARN everything
+#include "roln.h"
+
+#define ROLN_NAME two
+#define ROLN_AE 6, 3
+#define ROLN_CHART polynomial, 2
+#define ROLN_MLP 4
+#define ROLN_MASS cholesky
+#define ROLN_STEP midpoint
+#define ROLN_ROWS 20
+#include "roln.h"
+
+#define ROLN_NAME three
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_SCALE each
+#include "roln.h"
+
+#ifndef ROLN_DOUBLE
+#define ROLN_NAME four
+#define ROLN_AE 6, 3
+#define ROLN_CHART polynomial, 2
+#define ROLN_MLP 4
+#define ROLN_STORE int8
+#include "roln.h"
+#endif
+
+#endif
