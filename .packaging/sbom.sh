@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# sbom.sh VERSION TIME FILE.. - the bill of materials of what dist.sh has made, SPDX 2.3 in JSON: roln, file by file, and the archives
-# that hold it. It depends on nothing.
+# sbom.sh VERSION TIME FILE.. - the bill of materials of what dist.sh has made, SPDX 2.3 in JSON: roln, file by file, and the
+# archives that hold it. It depends on nothing.
 version=$1 time=$2
 shift 2
 rights='"licenseConcluded": "MIT", "copyrightText": "Copyright (c) 2026 the roln authors"'
