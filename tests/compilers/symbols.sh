@@ -9,7 +9,7 @@ failed=0
 for type in '' -DROLN_DOUBLE; do
     for cc in gcc clang; do
         rm -f build/symbols.o
-        if ! $cc -std=c99 -I. -xc -DROLN_FN= $type -O2 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
+        if ! $cc -std=c99 -I. -xc -DROLN_FN= -DROLN_INLINE= $type -O1 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
             failed=$((failed + 1))
             echo "$cc $type: does not compile"
             continue
@@ -46,7 +46,7 @@ int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_
            bytes_encode(p, y, z, v);
 }
 END
-for cc in 'gcc -O0' 'gcc -O2' 'gcc -O3' 'gcc -Os' 'clang -O2' 'gcc -O2 -DOWN' 'clang -O0 -DOWN'; do
+for cc in 'gcc -O0' 'gcc -O2' 'clang -Os' 'clang -O0 -DOWN' 'gcc -Os -DOWN'; do
     rm -f build/sections.o
     $cc -std=c99 -I. -fno-math-errno -c -o build/sections.o build/sections.c
     outside=$(objdump -t build/sections.o | awk '/ F / && !/\.itcm/ { print $NF }')
