@@ -99,6 +99,10 @@ test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
 
+# figures of docs/soundness.md, from the logs of make test
+soundness:
+	sh tests/safety/soundness.sh -w
+
 # The headers alone, in less than two minutes: of sweeps over millions of numbers a sample. Some files: build/test sample spd riem
 check:
 	+@$(MAKE) --no-print-directory -j$(JOBS) build/test

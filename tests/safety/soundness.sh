@@ -1,0 +1,45 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# soundness.sh - docs/soundness.md and docs/security.md name files, steps of the tests and targets of the Makefile that are there, and
+# every step stands in the table of figures. Last line: N passed, N failed.
+#
+#   soundness.sh -w     writes that table from build/log, behind a whole `make test`
+cd "$(dirname "$0")/../.." || exit 1
+text=docs/soundness.md
+steps=$(sed -n "/^steps/,/^end/s/^\([a-z-]*\)  *[sb][hu].*/\1/p" tests/run.sh | grep -vx soundness | sort)
+passed=0
+failed=0
+# check TEXT: the word that is there, or not
+check() {
+    text_of=$1
+    shift
+    if "$@"; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "$text_of"; fi
+}
+
+if [ "$1" = -w ]; then
+    {
+        sed '/^<!-- evidence -->$/q' $text
+        echo '| step | checks | what it says |'
+        echo '|---|---|---|'
+        for s in $steps; do
+            [ -f "build/log/$s" ] || { echo "no build/log/$s: make test" >&2; exit 1; }
+            awk -v s="$s" '/^figure: / { sub(/^figure: /, ""); says = says (says ? "; " : "") $0 }
+                / passed, 0 failed$/ { n = $1 } END { printf "| `%s` | %d | %s |\n", s, n, says; exit n == 0 }' "build/log/$s" ||
+                { echo "$s failed" >&2; exit 1; }
+        done
+        echo
+        echo "Written by \`make soundness\`, $(date +%Y-%m-%d)."
+        sed -n '/^<!-- end of evidence -->$/,$p' $text
+    } > build/soundness.md && mv build/soundness.md $text
+    exit
+fi
+
+words=$(grep -ohE '`[^`]+`' docs/soundness.md docs/security.md | tr -d '`' | sort -u)
+for f in $(echo "$words" | grep -oE '^(\.packaging|docs|examples|tests)/[^ ]*$'); do check "$f: no such file" test -e "$f"; done
+for t in $(echo "$words" | sed -n 's/^make \([a-z]*\).*/\1/p'); do check "make $t: no such target" grep -q "^$t:" Makefile; done
+for s in $(sed -n 's/^|.*| \([^|]*\) |$/\1/p' docs/soundness.md | grep -oE '`[a-z-]+`' | tr -d '`' | sort -u); do
+    check "$s: no such step" grep -q "^$s  *[sb][hu]" tests/run.sh
+done
+for s in $steps; do check "$s: not in $text; sh tests/safety/soundness.sh -w" grep -q "^| \`$s\` | [0-9]" $text; done
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
