@@ -9,7 +9,8 @@ failed=0
 for type in '' -DROLN_DOUBLE; do
     for cc in gcc clang; do
         rm -f build/symbols.o
-        if ! $cc -std=c99 -I. -xc -DROLN_FN= -DROLN_INLINE= $type -O1 -fno-pie -fno-math-errno -c -o build/symbols.o tests/compilers/models.h; then
+        if ! $cc -std=c99 -I. -xc -DROLN_FN= -DROLN_INLINE= $type -O1 -fno-pie -fno-math-errno -c -o build/symbols.o \
+            tests/compilers/models.h; then
             failed=$((failed + 1))
             echo "$cc $type: does not compile"
             continue

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# soundness.sh - docs/soundness.md and docs/security.md name files, steps of the tests and targets of the Makefile that are there, and
-# every step stands in the table of figures. Last line: N passed, N failed.
+# soundness.sh - docs/soundness.md and docs/security.md name files, steps of the tests and targets of the Makefile that are there,
+# and every step stands in the table of figures. Last line: N passed, N failed.
 #
 #   soundness.sh -w     writes that table from build/log, behind a whole `make test`
 cd "$(dirname "$0")/../.." || exit 1

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* main.c - runs the test files, each as float and as double. Arguments: names to run; none: all. `sample` before them: sweeps over
-   millions of numbers take a sample. */
+/* main.c - runs the test files, each as float and as double, with -DFLOAT_ALONE as float. Arguments: names to run; none: all.
+   `sample` before them: sweeps over millions of numbers take a sample. */
 #include <string.h>
 #include <time.h>
 
@@ -10,7 +10,11 @@
     X(elementary) X(dense) X(eig) X(spd) X(riccati) X(ocp) X(ae) X(chart) X(lnn) X(riem) X(newton) X(lbfgs) X(roln) X(units) \
     X(control) X(filter) X(plan) X(safety)
 #define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
+#ifdef FLOAT_ALONE
+#define ENTRIES(name) {#name, "float", test_##name##_f32},
+#else
 #define ENTRIES(name) {#name, "float", test_##name##_f32}, {#name, "double", test_##name##_f64},
+#endif
 
 FILES(DECLARE)
 
