@@ -222,7 +222,7 @@ static void test(const chain_params *model, const float mass[N])
         for (int k = 1; k <= TEST_STEPS && st == ROLN_OK; k++) {
             const int late = k > TEST_STEPS / 4;
             for (int i = 0; i < 5; i++)
-                rods_step(&machine, mass, TICK);
+                rods_step(&machine, mass, NULL, TICK);
             st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work);
             if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work);
             rods_read(&machine, &x);
@@ -287,7 +287,7 @@ int main(void)
         chain_state x;
         if (m->tick % REPORT == 0) report(m->tick, m);
         if (m->tick % PUSH == 0) move(&m->machine, &m->seed), m->samples = 0;
-        rods_step(&m->machine, after, TICK);
+        rods_step(&m->machine, after, NULL, TICK);
         rods_read(&m->machine, &x); /* "read the encoders" */
         const uint32_t count = board_count();
         copy = tick(copy, &x);

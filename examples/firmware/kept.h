@@ -8,7 +8,8 @@
        int i = kept_open(marks, states, sizeof *states);          -1: nothing saved, work on states[0]
        i = kept_save(marks, states, sizeof *states, i);           work on states[i] from now on
 
-   If memory is cached, keep these where it is not, or write the cache back in kept_settle. */
+   In memory that keeps without power what is in it, FRAM say, it survives a power cut, too, in the middle of a word
+   (tests/firmware/cuts.c). If memory is cached, keep these where it is not, or write the cache back in kept_settle. */
 #ifndef KEPT_H
 #define KEPT_H
 

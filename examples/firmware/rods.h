@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* rods.h - the machine of adapt.c: the chain of examples/chain_plant.h in float, without libm, and with rods of any mass. Rod i
-   makes the angle a_i = q_0 + .. + q_i with the vertical; joints 0 and 4 are free, the three behind each follow it,
-   q = c_0 z + c_1 z^2 + c_2 z^3. */
+/* rods.h - the machine of adapt.c: the chain of examples/chain_plant.h in float, without libm, with rods of any mass, and with
+   torques tau of the joints, in Nm; NULL: none. Rod i makes the angle a_i = q_0 + .. + q_i with the vertical; joints 0 and 4 are
+   free, the three behind each follow it, q = c_0 z + c_1 z^2 + c_2 z^3. */
 #ifndef RODS_H
 #define RODS_H
 
@@ -48,9 +48,9 @@ static void rods_read(const rods *s, chain_state *x)
     }
 }
 
-/* zdd, for which the sum over the rods of m J^T (J zdd + b + gravity) + I j (j zdd + bend) is 0. The angle of a rod has the second
-   derivative j zdd + bend, its middle J zdd + b; x to the side, y up. */
-static void rods_accelerate(const rods *s, const float mass[chain_N], float zdd[2])
+/* zdd, for which the sum over the rods of m J^T (J zdd + b + gravity) + I j (j zdd + bend) is (dq/dz)^T tau. The angle of a rod has
+   the second derivative j zdd + bend, its middle J zdd + b; x to the side, y up. */
+static void rods_accelerate(const rods *s, const float mass[chain_N], const float *tau, float zdd[2])
 {
     float a = 0, ad = 0, bend = 0, j[2] = {0, 0};                    /* of the angle */
     float Jx[2] = {0, 0}, Jy[2] = {0, 0}, bx = 0, by = RODS_GRAVITY; /* of the upper end; gravity in by */
@@ -61,6 +61,7 @@ static void rods_accelerate(const rods *s, const float mass[chain_N], float zdd[
         rods_joint(i, s->z[i / 4], q);
         a += q[0], ad += q[1] * zd, bend += q[2] * zd * zd, j[i / 4] += q[1];
         rods_direction(a, &c, &sn);
+        if (tau) f[i / 4] += q[1] * tau[i];
         for (int half = 0; half < 2; half++) {
             for (int k = 0; k < 2; k++) {
                 Jx[k] += RODS_LENGTH / 2 * c * j[k];
@@ -81,7 +82,7 @@ static void rods_accelerate(const rods *s, const float mass[chain_N], float zdd[
 }
 
 /* One step of the classical Runge-Kutta scheme. */
-static void rods_step(rods *s, const float mass[chain_N], float h)
+static void rods_step(rods *s, const float mass[chain_N], const float *tau, float h)
 {
     static const float at[4] = {0, 0.5f, 0.5f, 1}, part[4] = {1 / 6.0f, 1 / 3.0f, 1 / 3.0f, 1 / 6.0f};
     const rods start = *s;
@@ -92,7 +93,7 @@ static void rods_step(rods *s, const float mass[chain_N], float h)
             x.z[i] = start.z[i] + at[k] * h * zd[i];
             x.zd[i] = start.zd[i] + at[k] * h * zdd[i];
         }
-        rods_accelerate(&x, mass, zdd);
+        rods_accelerate(&x, mass, tau, zdd);
         for (int i = 0; i < 2; i++) {
             zd[i] = x.zd[i];
             s->z[i] += part[k] * h * zd[i];

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* rods.c - the machine of adapt.c (rods.h) against the chain of chain_plant.h, and rods of other masses against the conservation of
-   energy. */
+   energy, under torques that stay against their work, tau (q - q at the start). */
 #include "chain_plant.h"
 #include "rods.h"
 
@@ -39,24 +39,35 @@ int main(void)
     }
     for (int t = 0; t < 100; t++) {
         motion m;
-        rods r, h;
+        rods r, h, driven;
+        chain_state from, to;
+        float tau[chain_N];
+        double work = 0;
         double zdd[2], E;
         float got[2];
         for (int i = 0; i < 2; i++) {
             r.z[i] = 1.4f * roln_uniform(&seed) - 0.7f, r.zd[i] = 2 * roln_uniform(&seed) - 1;
             m.z[i] = (double)r.z[i], m.zd[i] = (double)r.zd[i];
         }
-        h = r, E = energy(&h);
+        h = driven = r, E = energy(&h);
+        for (int i = 0; i < chain_N; i++)
+            tau[i] = 0.2f * roln_uniform(&seed) - 0.1f;
+        rods_read(&driven, &from);
         acceleration(&m, zdd);
-        rods_accelerate(&r, even, got);
+        rods_accelerate(&r, even, NULL, got);
         for (int i = 0; i < 2; i++) bad += far((double)got[i], zdd[i], 3e-6 * (1 + fabs(zdd[0]) + fabs(zdd[1])));
         for (int k = 0; k < 200; k++) {
             advance(&m, 0.005);
-            rods_step(&r, even, 0.005f);
-            rods_step(&h, uneven, 0.005f);
+            rods_step(&r, even, NULL, 0.005f);
+            rods_step(&h, uneven, NULL, 0.005f);
+            if (k < 50) rods_step(&driven, uneven, tau, 0.005f);
         }
         for (int i = 0; i < 2; i++) bad += far((double)r.z[i], m.z[i], 5e-6);
         bad += far(energy(&h), E, 1e-5);
+        rods_read(&driven, &to);
+        for (int i = 0; i < chain_N; i++)
+            work += (double)tau[i] * ((double)to.q[i] - (double)from.q[i]);
+        bad += far(energy(&driven), E + work, 1e-5);
         for (int i = 0; i < chain_N; i++) { /* joints and their rates */
             const pose p = pose_of(&m);
             chain_state x;
