@@ -328,6 +328,10 @@ build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
+# single-event upsets: 100,000 bits flip in a closed loop in QEMU, one a run; a quarter of an hour on two cores that do other things, too
+upsets:
+	JOBS=$(JOBS) sh tests/firmware/upsets.sh
+
 # processor in the loop: MuJoCo's chain here, its controller in QEMU, a minute or two for every core; other machines; 1,000 plans
 PIL = m4 m7 rv32
 pil: build/pil build/machines

@@ -32,6 +32,7 @@ examples     sh tests/user/examples.sh
 record       sh tests/user/record.sh
 sizes        sh tests/measure/sizes.sh test
 firmware     sh tests/firmware/firmware.sh
+upsets       sh tests/firmware/upsets.sh test
 machines     build/machines m4 rv32
 plans        build/plans test
 swing        build/swing test
