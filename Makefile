@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
 # make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
-#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, fuzz, proof; and Python
-#                                       with matplotlib: report
+#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, upsets, fuzz, proof;
+#                                       and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -20,8 +20,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash record learn machines errors control \
-        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil fuzz \
-        proof
+        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil upsets \
+        fuzz proof
 all: demo
 
 # ---- what a user does ----
@@ -328,7 +328,7 @@ build/firmware/weights: tests/measure/weights.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) -O1 -DMODEL=pend16 $(DEPENDS) $< -o $@ -lm
 
-# single-event upsets: 100,000 bits flip in a closed loop in QEMU, one a run; a quarter of an hour on two cores that do other things, too
+# single-event upsets: 100,000 bits flip in a closed loop in QEMU, one a run; a quarter of an hour on two busy cores
 upsets:
 	JOBS=$(JOBS) sh tests/firmware/upsets.sh
 
