@@ -59,20 +59,24 @@ lemma() {
 
 guard='-eva-slevel 50 -eva-split-return-function rolni_faults:0:256
     -eva-slevel-function rolni_faults:5000,rolni_guard:5000,furuta_proof:5000,arm_proof:5000,pend2_proof:5000'
+bytes='-eva-auto-loop-unroll 100 -eva-slevel 100
+    -eva-split-return-function roln_unpack:0,furuta_unpack:0,pend16_unpack:0
+    -eva-slevel-function furuta_unpacked:1000,pend16_unpacked:1000,furuta_checked:100000'
 
 one() {
     case $1 in
     lemma) lemma sample ;;
     lemma-all) lemma ;;
     guard) eva guard 2 '' $guard ;;
+    bytes) eva bytes 1 '' $bytes ;;
     *) echo "proof.sh: no proof $1"; exit 1 ;;
     esac
 }
 
 headers $out
 if ! command -v frama-c > /dev/null; then echo 'frama-c is not installed (make deps)' && set -- lemma; fi
-[ $# -gt 0 ] || set -- lemma guard
-[ "$1" != all ] || set -- lemma-all guard
+[ $# -gt 0 ] || set -- lemma guard bytes
+[ "$1" != all ] || set -- lemma-all guard bytes
 for part in "$@"; do one "$part"; done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
