@@ -4,7 +4,7 @@
 # this file assert holds. Last line: N passed, N failed: properties proved; alarms and properties not proved.
 #
 #   proof.sh            the step
-#   proof.sh all        and lemma.c on all floats
+#   proof.sh all        and what takes longer: lemma.c on all floats, frames.c with all lengths
 #   proof.sh NAME ..    some of it: lemma guard ..
 cd "$(dirname "$0")/../../.." || exit 1
 here=tests/safety/proof
@@ -20,6 +20,7 @@ headers() {
         -e 's/^\(ROLNI_INLINE roln_real rolni_exp\)(roln_real x)$/\1_bits(roln_real x)/' \
         -e 's/^\(ROLN_FN roln_real roln\)_expm1(roln_real x)$/\1i_expm1_bits(roln_real x)/' \
         -e 's|^        bad .= !roln_finite(x.i.);$|        /*@ dynamic_split bad; */\n&|' roln_spd.h > "$1/roln_spd.h"
+    : > "$1/pend16_weights.h" # frames.c needs none
     [ "$(diff roln_spd.h "$1/roln_spd.h" | grep -c '^>')" -eq 4 ] || { echo "proof.sh: roln_spd.h is not what it was"; exit 1; }
 }
 
@@ -62,6 +63,7 @@ guard='-eva-slevel 50 -eva-split-return-function rolni_faults:0:256
 bytes='-eva-auto-loop-unroll 100 -eva-slevel 100
     -eva-split-return-function roln_unpack:0,furuta_unpack:0,pend16_unpack:0
     -eva-slevel-function furuta_unpacked:1000,pend16_unpacked:1000,furuta_checked:100000'
+frames='-eva-slevel 20 -eva-slevel-function main:0,take:1000,frame_begins:0'
 
 one() {
     case $1 in
@@ -69,14 +71,16 @@ one() {
     lemma-all) lemma ;;
     guard) eva guard 2 '' $guard ;;
     bytes) eva bytes 1 '' $bytes ;;
+    frames) eva frames 1 -DFEW=16 $frames && eva frames-line 0 -DFEW=0 -eva-slevel 20 -main serial_main -eva-use-spec take ;;
+    frames-all) eva frames-all 1 -DFEW=SIZE $frames ;;
     *) echo "proof.sh: no proof $1"; exit 1 ;;
     esac
 }
 
 headers $out
 if ! command -v frama-c > /dev/null; then echo 'frama-c is not installed (make deps)' && set -- lemma; fi
-[ $# -gt 0 ] || set -- lemma guard bytes
-[ "$1" != all ] || set -- lemma-all guard bytes
+[ $# -gt 0 ] || set -- lemma guard bytes frames
+[ "$1" != all ] || set -- lemma-all guard bytes frames frames-all
 for part in "$@"; do one "$part"; done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ] && [ "$passed" -gt 0 ]
