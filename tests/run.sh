@@ -40,6 +40,7 @@ plansize     sh tests/measure/plan.sh test
 rope         build/rope check
 proof        sh tests/safety/proof/proof.sh
 misra        python3 tests/safety/misra.py
+analyzers    sh tests/safety/analyzers.sh
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
 experiments  build/test_experiments
