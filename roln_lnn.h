@@ -74,7 +74,7 @@ ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, 
 {
     const roln_real *in = x;
     int l, r, i, p;
-    for (l = 0; l < f->layers; l++) {
+    for (l = 0; l < f->layers; l++) { /* unreached: it returns behind the last layer */
         const int ni = f->size[l], no = f->size[l + 1], rows = nb * no, last = l + 1 == f->layers;
         const roln_real *b = theta + ni * no;
         roln_real *to = last ? y : out;
@@ -1945,9 +1945,10 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
         roln_spd_form(n, el, t.Q, M, work);
         mass = M;
     }
+    /* unreached: most that overflows does so in T or V as well */
     if (!roln_all_finite(nn, mass) || !roln_finite(twice) || !roln_finite(t.v[0]) || !roln_all_finite(n, t.d) ||
-        (wanted >= ROLNI_GRADIENT && (!roln_all_finite(n, t.kin) || !roln_all_finite(n, t.g))) ||
-        (wanted == ROLNI_CORIOLIS && !roln_all_finite(n, t.dmv)))
+        (wanted >= ROLNI_GRADIENT && (!roln_all_finite(n, t.kin) || !roln_all_finite(n, t.g))) || /* unreached: as above */
+        (wanted == ROLNI_CORIOLIS && !roln_all_finite(n, t.dmv))) /* unreached: as above */
         return ROLN_E_NOT_FINITE;
     if (out->M) rolni_copy(nn, mass, out->M);
     for (i = 0; i < n; i++) {
@@ -2283,6 +2284,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     rolni_momentum_jac(f, theta, &t0, t0.zd, N0, work);
     rolni_momentum_jac(f, theta, &t1, t1.zdd, N1, work);
     rolni_copy(2 * n, tm.x, sm);
+    /* unreached: the step has evaluated it there */
     if ((st = rolni_eval(f, 1, 1, theta, sm, NULL, ROLNI_SECOND, tape + stride, work)) != ROLN_OK) return st;
     rolni_motion_jac(f, 1, theta, &tm, Fz, work); /* F_z and F_v, which is N^T */
     for (i = 0; i < nn; i++)
@@ -2298,7 +2300,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     roln_mm(n, n, n, P, W, A);
     for (i = 0; i < n; i++)
         A[i * (n + 1)] += 1;
-    if ((st = roln_inv(n, A, P, work)) != ROLN_OK) return st;
+    if ((st = roln_inv(n, A, P, work)) != ROLN_OK) return st; /* unreached: a step h on which v turns back */
     roln_mm(n, n, n, W, P, A);
     for (i = 0; i < nn; i++)
         R[i] = N0[i] - Q[i];
@@ -2377,6 +2379,7 @@ ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys,
         roln_real *const to = work;
         work += n2;
         if ((st = roln_lnn_step(f, sys, scheme, 1, 1, h, s, to, tape, work)) != ROLN_OK) return st;
+        /* unreached: as in that function */
         if ((st = rolni_midpoint_jac(f, sys, size, h, J, tape, roln_lnn_tape(f, 1, 1, 1), work)) != ROLN_OK) return st;
         rolni_copy(n2, to, sn);
         return ROLN_OK;

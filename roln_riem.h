@@ -306,7 +306,7 @@ ROLN_FN void roln_stiefel_project(int k, int m, int count, int stride, const rol
 ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
 {
     int pass, i, j;
-    for (pass = 0; pass < 2; pass++) {
+    for (pass = 0; pass < 2; pass++) { /* unreached: the second pass ends it */
         roln_real top = 0, low;
         roln_mm_bt(k, m, k, X, X, L);
         for (i = 0; i < k; i++)
@@ -352,7 +352,7 @@ ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed
 {
     roln_status st = ROLN_E_ILL_CONDITIONED;
     int draw, i;
-    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) {
+    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) { /* unreached: eight ill-conditioned draws in a row */
         for (i = 0; i < k * m; i++)
             X[i] = roln_normal(seed);
         st = rolni_orthonormal(k, m, X, work);
@@ -861,6 +861,7 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
     if (st != ROLN_OK) return st;
     for (k = 0; k < R; k++)
         expect[k] = g->r[k] - opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P), d);
+    /* unreached: keep is made of what expect is made of */
     if (!roln_all_finite(R, expect) || !roln_all_finite(P, keep)) return ROLN_E_NOT_FINITE;
     state->lambda = lambda;
     return ROLN_OK;

@@ -1270,7 +1270,7 @@ ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_re
             i++;
             continue;
         }
-        if (sweeps-- == 0)
+        if (sweeps-- == 0) /* unreached: no matrix is known that takes 30 n sweeps */
             return ROLN_E_NO_CONVERGENCE;
         g = l[i + 1] - l[i];
         r = ROLN_SQRT(g * g + 4 * e[i] * e[i]);
@@ -1335,7 +1335,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         return st;
     rolni_eig_reduce(n, Q, l, e, t);
     rolni_eig_accumulate(n, Q, l, e);
-    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK)
+    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK) /* unreached: as in that function */
         return st;
     rolni_eig_sort(n, down, l, Q);
     return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
@@ -1859,6 +1859,7 @@ ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, con
     rolni_zero(n * n, G);
     for (c = 0; c < count; c++, X += n * n) {
         rolni_spd_whiten(n, R, X, Q, work);
+        /* unreached: Q is finite */
         if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
             return st;
         for (i = 0; i < n; i++)
@@ -1922,7 +1923,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
             norm = g, noise = next_noise;
             if (norm <= ROLNI_AS(roln_real, n) * ROLN_EPS || slow)
                 break;
-            if ((st = roln_eig(n, G, l, G, work)) != ROLN_OK)
+            if ((st = roln_eig(n, G, l, G, work)) != ROLN_OK) /* unreached: G is a mean of logarithms */
                 return st;
             roln_mm_bt(n, n, n, G, A, V);
         } else if (norm <= noise) {
@@ -1934,7 +1935,7 @@ ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_rea
             f[i] = roln_exp(step * l[i]);
         roln_spd_form(n, f, V, trial, work);
     }
-    if (left == 0 && !(norm <= noise))
+    if (left == 0 && !(norm <= noise)) /* unreached: the last step of all, and good enough */
         return ROLN_E_NO_CONVERGENCE;
     rolni_copy(nn, best, M);
     return ROLN_OK;
@@ -1998,7 +1999,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
         p[i] = r[i] /= top;
     next = roln_dot(nn, r, r);
     for (stop = ROLN_EPS * ROLN_EPS * next; next > stop; left--) {
-        if (left == 0)
+        if (left == 0) /* unreached: no matrix is known that takes 100 steps */
             return ROLN_E_NO_CONVERGENCE;
         rr = next;
         rolni_spd_mean_hessian(n, count, frames, p, Lp, h, work);
@@ -2581,6 +2582,7 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
     st = rolni_double(n, m, A, B, D, r, X0, work);
     for (i = 0; i <= 2 * n && st == ROLN_OK; i++) {
         rolni_copy(m * n, K1, K0);
+        /* unreached: doubling ends with what is finite */
         if (roln_riccati(n, m, A, B, D, r, X0, K1, work) != ROLN_OK) st = ROLN_E_NO_CONVERGENCE;
     }
     if (st != ROLN_OK) return st;
@@ -2872,7 +2874,7 @@ ROLN_FN roln_status rolni_ocp_check(const roln_ocp *p)
         return ROLN_E_NOT_FINITE;
     for (j = 0; j < m; j++) {
         if (!(p->r[j] > 0)) return ROLN_E_NOT_SPD;
-        if (p->rate && !(roln_finite(p->rate[j]) && p->rate[j] > 0 && ROLN_ABS(p->last[j]) <= 1)) return ROLN_E_RANGE;
+        if (p->rate && (!roln_finite(p->rate[j]) || !(p->rate[j] > 0) || !(ROLN_ABS(p->last[j]) <= 1))) return ROLN_E_RANGE;
     }
     return ROLN_OK;
 }
@@ -2957,6 +2959,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
     for (i = 0; i < steps * m * n; i++)
         K[i] = -K[i];
     rolni_ocp_clip(p, u);
+    /* unreached: what overflows is no positive Hessian before */
     return roln_all_finite(count, u) && roln_all_finite((steps + 1) * n, x) && roln_all_finite(steps * m * n, K) ? ROLN_OK
                                                                                                           : ROLN_E_NOT_FINITE;
 }

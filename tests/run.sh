@@ -19,12 +19,13 @@ steps() {
 hash         sh tests/compilers/hash.sh test host
 sanitize-m   build/test_msan sample
 targets      sh tests/compilers/hash.sh test targets
-coverage     sh tests/compilers/coverage.sh
+coverage     python3 tests/safety/coverage.py
 sanitize-au  build/test_asan sample
 pil          build/pil host m4 rv32
 train        sh tests/user/train.sh
 unit         build/test
 symbols      sh tests/compilers/symbols.sh
+mutants      python3 tests/safety/mutants.py quick
 config       sh tests/compilers/config.sh
 steady       sh tests/safety/steady.sh
 mujoco       build/test_mujoco

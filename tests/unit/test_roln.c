@@ -1327,7 +1327,7 @@ static void check_corruption(package *p, int edge, int all_of)
             if (i < p->lead) want = ROLN_E_SHAPE;
             if (i == 6) want = ROLN_E_PRECISION;
             if (i < 6) want = ROLN_E_FORMAT;
-            if (!here && j != 1 << (i % 8) && !(edge > 0 && j == 255)) continue;
+            if (!here && j != 1 << (i % 8) && (edge <= 0 || j != 255)) continue;
             p->bad[i] ^= (unsigned char)j;
             CHECK(unpack(p, p->total) == want);
             p->bad[i] = p->bytes[i];

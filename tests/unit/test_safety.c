@@ -383,6 +383,26 @@ static void test_failed(void)
     CHECK_OK(arm_encode(&p, &x, &s, &work));
 }
 
+/* Parameters of another model are refused before scratch is looked at; a guard without a state; rows of windows and of samples. */
+static void test_shell(void)
+{
+    static arm_params other;
+    static arm_residuals rows;
+    static const roln_real q[24] = {ROLN_C(0.1)}, qd[24] = {ROLN_C(0.2)};
+    const roln_loss unit = {1, 0, 0, 1, 0, 0, 0, 0, 0, 0};
+    roln_batch b = {1, 1, 1, NULL, q, qd, NULL, NULL};
+    arm_guard g;
+    arm_latent s;
+    other = p, other.slope /= 2;
+    CHECK(arm_encode(&other, &x, &s, &work) == ROLN_E_SHAPE);
+    CHECK(arm_rows(&other, &unit, &b, limits.dt, 0, 0, &rows, &train) == ROLN_E_SHAPE);
+    memset(&g, 0, sizeof g);
+    CHECK((arm_guard_tick(&p, &limits, &x, NULL, q, &g, &work) & ROLN_FAULT_STATUS) && g.g.known == 0);
+    CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train) != ROLN_E_SHAPE);
+    b.qdd = q;
+    CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train) != ROLN_E_SHAPE);
+}
+
 void TEST_NAME(safety)(void)
 {
     static arm_start start;
@@ -400,4 +420,5 @@ void TEST_NAME(safety)(void)
     test_interrupt();
     test_busy();
     test_failed();
+    test_shell();
 }

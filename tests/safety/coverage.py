@@ -1,0 +1,225 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""Lines, branches and conditions (MC/DC) of the five headers that the unit tests run: 100 % of each, or a reason beside the line.
+
+Everything is compiled by clang 19 from the source, so that inlining and optimisation do not move what is counted, as float with
+vector kernels and as double with plain ones (cov32 and cov64 of the Makefile); what one of the builds, test files or instances of
+the typed shell runs has been run.
+    line       run if everything that begins or goes on in it was run: of `if (a) return b;` also the return
+    branch     a condition was true, and was false; one that is constant in every build is none
+    condition  of a && or ||: a pair of runs shows that it alone changes the outcome (masking MC/DC), as clang finds it
+A line that says `unreached: why` in a comment, or one below such a comment, is exempt, and is an error where nothing is missing.
+-v lists these with what is missing.
+Last line: N passed, N failed, a check for each measure of each header, and one for the reasons."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+
+HEADERS = ["roln.h", "roln_ae.h", "roln_lnn.h", "roln_riem.h", "roln_spd.h"]
+CODE, EXPANSION = 0, 1  # kinds of regions
+CONDITION = 6           # kind of a branch that belongs to a && or ||
+MEASURES = ["lines", "branches", "conditions"]
+
+
+def run(*command, **more):
+    done = subprocess.run(command, **more)
+    if done.returncode != 0:
+        sys.exit("%s: exit code %d\n0 passed, 1 failed" % (" ".join(command), done.returncode))
+
+
+def measure():
+    """Build, run and export what was run, as a dict."""
+    run("make", "-s", "build/test_cov")
+    with open("build/test_cov.log", "w") as log:
+        run("build/test_cov", "sample", stdout=log, env=dict(os.environ, LLVM_PROFILE_FILE="build/test_cov.profraw"))
+    run("llvm-profdata-19", "merge", "-sparse", "build/test_cov.profraw", "-o", "build/test_cov.profdata")
+    with open("build/test_cov.json", "w") as out:
+        run("llvm-cov-19", "export", "build/test_cov", "-instr-profile", "build/test_cov.profdata", stdout=out)
+    with open("build/test_cov.json") as text:
+        return json.load(text)["data"][0]["functions"]
+
+
+def inside(place, region):
+    """Both (line, column, line, column)."""
+    return region[:2] <= place[:2] and place[2:] <= region[2:]
+
+
+class Function:
+    """One function in one object: its parts, and where they are written; those of a macro stand where it is defined."""
+
+    def __init__(self, record):
+        self.files = [os.path.basename(f) for f in record["filenames"]]
+        self.regions = [(tuple(r[:4]), r[4], r[5]) for r in record["regions"] if r[7] == CODE]
+        self.site = {r[6]: (tuple(r[:4]), r[5]) for r in record["regions"] if r[7] == EXPANSION}
+        self.branches = [(tuple(b[:4]), b[4], b[5], b[6], b[8]) for b in record["branches"]]
+        self.decisions = [(tuple(m[:4]), m[-1]) for m in record["mcdc_records"]]
+
+    def key(self, place, file):
+        return self.files[file], place
+
+    def conditions(self, decision):
+        """The keys of the conditions of a decision and of itself; constants have no branch, the record names no file."""
+        for file in range(len(self.files)):
+            found = [b for b in self.branches if b[4] == CONDITION and
+                     any(f == file and inside(p, decision) for p, f in self.around(b[0], b[3]))]
+            if found:
+                return [self.key(b[0], b[3]) for b in found], self.key(decision, file)
+        return [], None
+
+    def around(self, place, file):
+        yield place, file
+        while file in self.site:
+            place, file = self.site[file]
+            yield place, file
+
+
+def union(functions):
+    """What there is, and what was run, over all objects: {key: flags} of regions, [run], of branches, [was true, was false], and of
+    decisions, [pairs shown], the places of those that are constant; and the conditions that are none, {decision: their keys}."""
+    seen = {"regions": {}, "branches": {}, "decisions": {}, "constant": set()}
+    varying = {}
+
+    def add(kind, key, flags):
+        old = seen[kind].setdefault(key, [False] * len(flags))
+        seen[kind][key] = [a or b for a, b in zip(old, flags)]
+
+    for record in functions:
+        if os.path.basename(record["filenames"][0]) not in HEADERS:
+            continue
+        f = Function(record)
+        for place, count, file in f.regions:
+            if place[:2] != place[2:]:
+                add("regions", f.key(place, file), [count > 0])
+        if record["count"] == 0:
+            continue  # not called here; what was never called is a region that was not run
+        for place, yes, no, file, _ in f.branches:
+            add("branches", f.key(place, file), [yes > 0, no > 0])
+        for place, shown in f.decisions:
+            conditions, key = f.conditions(place)
+            if not conditions:
+                seen["constant"].update((file, place) for file in f.files)
+            else:
+                varying.setdefault(key, set()).update(conditions)
+                add("decisions", key, shown)
+    return seen, varying
+
+
+def without_comments(text):
+    return re.sub(r"/\*.*?\*/", lambda m: re.sub(r"[^\n]", " ", m.group()), text, flags=re.S)
+
+
+def code_lines(text):
+    """Numbers of the lines with code in them, not only comments and braces."""
+    return {i + 1 for i, line in enumerate(without_comments(text).split("\n")) if line.strip(" {}\t") and not line.startswith("#")}
+
+
+def operators(text):
+    """(line, column) of every && and || in the bodies of functions, which stand between braces in the first column."""
+    found, inside_body = [], False
+    bare = re.sub(r'"[^"\n]*"', lambda m: " " * len(m.group()), without_comments(text))
+    bare = re.sub(r"^#(\\\n|.)*", lambda m: re.sub(r"[^\n]", " ", m.group()), bare, flags=re.M)
+    for i, line in enumerate(bare.split("\n")):
+        inside_body = line.startswith("{") or inside_body and not line.startswith("}")
+        if inside_body:
+            found += [(i + 1, m.start() + 1) for m in re.finditer(r"&&|\|\|", line)]
+    return found
+
+
+def gaps(header, seen, varying):
+    """(measure, place, what) of every branch and condition of a header that was not shown, and the numbers of all of them."""
+    found, total = [], [0, 0]
+    for (file, place), flags in seen["branches"].items():
+        if file == header:
+            total[0] += 2
+            found += [("branches", place, "never " + what) for flag, what in zip(flags, ("true", "false")) if not flag]
+    for key, flags in seen["decisions"].items():
+        if key[0] == header:
+            number = len(varying[key])
+            total[1] += number
+            short = " or ".join(str(i + 1) for i, flag in enumerate(flags) if not flag)
+            for i in range(number - sum(flags)):
+                found.append(("conditions", key[1], "no pair for condition %s of %d" % (short, len(flags))))
+    return sorted(found), total
+
+
+def report(header, seen, varying, verbose):
+    """Passed and failed checks of one header, the reasons in it."""
+    with open(header) as source:
+        text = source.read()
+    lines = text.split("\n")
+    reasons = {i + 1 for i, line in enumerate(lines) if "unreached: " in line}
+    used = set()
+    code = code_lines(text)
+
+    def reason(place, region=False):
+        """The line with a reason for this place: its first or its last, or a comment above the first, or of a region any above."""
+        above = {place[0] - 1} if region or place[0] - 1 not in code else set()
+        return next((line for line in sorted({place[0], place[2]} | above) if line in reasons), None)
+
+    total = dict.fromkeys(MEASURES, 0)
+    missing = {m: [] for m in MEASURES}
+    exempt = []
+    body, idle = set(), set()
+    for (file, place), flags in seen["regions"].items():
+        if file != header:
+            continue
+        span = set(range(place[0], place[2] + 1)) & code
+        body |= span
+        if not flags[0]:
+            if reason(place, True) is None:
+                idle |= span
+            else:
+                used.add(reason(place, True))
+                exempt.append((place, "not run"))
+    idle -= {line for place, _ in exempt for line in range(place[0], place[2] + 1)}
+    total["lines"] = len(body)
+    missing["lines"] = [(line, "not run") for line in sorted(idle)]
+    found, (total["branches"], total["conditions"]) = gaps(header, seen, varying)
+    for measure, place, what in found:
+        if reason(place) is None:
+            missing[measure].append((place[0], what))
+        else:
+            used.add(reason(place))
+            exempt.append((place, what))
+    decisions = {place for file, place in list(seen["decisions"]) + list(seen["constant"]) if file == header}
+    for at in operators(text):
+        if not any(place[:2] <= at < place[2:] for place in decisions):
+            missing["conditions"].append((at[0], "no decision of it was seen"))
+    failed = 0
+    for m in MEASURES:
+        short = len(missing[m])
+        failed += short > 0 or total[m] == 0
+        print("%-12s %-10s %6.2f %% of %d" % (header, m, 100 * (1 - short / max(total[m], 1)), total[m]))
+    for line in sorted({line for m in MEASURES for line, _ in missing[m]}):
+        what = sorted({w for m in MEASURES for other, w in missing[m] if other == line})
+        print("    %s:%d %s: %s" % (header, line, "; ".join(what), lines[line - 1].strip()))
+    idle_reasons = reasons - used
+    for line in sorted(idle_reasons):
+        print("    %s:%d a reason, but nothing is missing: %s" % (header, line, lines[line - 1].strip()))
+    if verbose:
+        for place, what in sorted(exempt):
+            print("    %s:%d exempt, %s: %s" % (header, place[0], what, lines[place[0] - 1].strip()))
+    failed += len(idle_reasons) > 0
+    return len(MEASURES) + 1 - failed, failed, len(reasons), len(exempt)
+
+
+def main():
+    os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+    again = "again" in sys.argv[1:]  # what was exported last time
+    if again:
+        with open("build/test_cov.json") as text:
+            functions = json.load(text)["data"][0]["functions"]
+    else:
+        functions = measure()
+    seen, varying = union(functions)
+    results = [report(h, seen, varying, "-v" in sys.argv[1:]) for h in HEADERS]
+    passed, failed, reasons, exempt = (sum(r[i] for r in results) for i in range(4))
+    print("%d lines with a reason; without them %d lines, branches or conditions are missing" % (reasons, exempt))
+    print("%d passed, %d failed" % (passed, failed))
+    sys.exit(failed > 0)
+
+
+main()
