@@ -1270,7 +1270,7 @@ ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_re
             i++;
             continue;
         }
-        if (sweeps-- == 0) /* unreached: no matrix is known that takes 30 n sweeps */
+        if (sweeps-- == 0) /* unreached: no matrix is known that takes as many sweeps */
             return ROLN_E_NO_CONVERGENCE;
         g = l[i + 1] - l[i];
         r = ROLN_SQRT(g * g + 4 * e[i] * e[i]);

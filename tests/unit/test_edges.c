@@ -266,7 +266,8 @@ static void test_overflow(int k)
 {
     const roln_trained m = model_of(k);
     const int N = N_OF(k), n = n_OF(k);
-    roln_real z[MAXN], zd[MAXN], B[MAXN * 2], u[2] = {7, 7}, lost = 7, D[4 * MAXN * MAXN], A[4 * MAXN * MAXN];
+    static roln_real D[4 * MAXN * MAXN], A[4 * MAXN * MAXN];
+    roln_real z[MAXN], zd[MAXN], B[MAXN * 2], u[2] = {7, 7}, lost = 7;
     const roln_real q[MAXN] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
     const roln_motors motors = {2, B, ROLN_C(1e-3)};
     const roln_cost cost = {q, q, q, dt, NULL};
@@ -304,7 +305,7 @@ static void test_chart(void)
     const roln_ae *ae = &chart_model.ae;
     const roln_status refused = sizeof(roln_real) == 4 ? ROLN_E_NOT_FINITE : ROLN_E_ILL_CONDITIONED; /* sums are double */
     enum { N = chart_N, n = chart_n, m = 1 + chart_n + chart_curves };
-    static double sums[m * (m + 1) / 2 + m * chart_N + 1], room[4000], C[2] = {0, 0}, E[1];
+    static double sums[m * (m + 1) / 2 + m * chart_N + 1], doubles[4000], C[2] = {0, 0}, E[1];
     roln_real q[N], before[MAXP], left = 7;
     const roln_real none[1] = {0};
     double *const h = sums + m * (m + 1) / 2;
@@ -320,11 +321,11 @@ static void test_chart(void)
         h[(1 + i) * N + i] = 1;
     h[(1 + n) * N + N - 1] = (double)TOP / 4;
     memcpy(before, theta, sizeof before);
-    CHECK(roln_chart_solve(ae, sums, 0, theta, &left, room) == refused && all(1, &left, 7));
+    CHECK(roln_chart_solve(ae, sums, 0, theta, &left, doubles) == refused && all(1, &left, 7));
     CHECK(memcmp(before, theta, sizeof before) == 0);
     fill(N, TOP / 2, q), fill(n * N, 2, theta + at + n * N);
     memset(sums, 0, sizeof sums);
-    CHECK(roln_chart_add(ae, theta, 1, q, 1, NULL, sums, room, spare) == ROLN_E_NOT_FINITE && sums[0] <= 0);
+    CHECK(roln_chart_add(ae, theta, 1, q, 1, NULL, sums, doubles, spare) == ROLN_E_NOT_FINITE && sums[0] <= 0);
 }
 
 /* A load acts on a step without any torque, as the same torque by way of J^T would where that is known: none at all is no load. */
