@@ -1676,7 +1676,6 @@ ROLN_INLINE roln_status rolni_filter_correct(const roln_trained *m, const roln_n
     for (i = 0; i < n; i++)
         if (roln_lnn_angle(&m->model->lnn, i)) f->s[i] = roln_wrap(f->s[i]);
     rolni_solve_upper_t(ns, ns, f->A, f->F);
-    /* unreached: a correction only shrinks F */
     return roln_all_finite(ns, f->s) && roln_all_finite(ns * ns, f->F) && roln_finite(in->nis) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -1991,7 +1990,7 @@ ROLN_INLINE roln_status rolni_goal_at(const roln_trained *m, const rolni_plan *p
         roln_status st = rolni_decode(m, s, s + n, b->x, b->tape, b->row);
         /* unreached: the state has been decoded above */
         if (st == ROLN_OK && Q) st = rolni_pose(m, s, b->gx, b->J, work); /* q, once more, is not read */
-        if (st != ROLN_OK) return st;
+        if (st != ROLN_OK) return st; /* unreached: as above */
     }
     rolni_zero(2 * N, b->gx);
     if (Q) rolni_zero(4 * n * n, Q), rolni_zero(2 * n, q);
@@ -3284,7 +3283,7 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     case ROLN_FAULT_RANGE | ROLN_FILTER_NONE: return ROLN_E_RANGE;
     default: return ROLN_E_NOT_FINITE;
     }
-    if (st != ROLN_OK) return st;
+    if (st != ROLN_OK) return st; /* unreached: the start has evaluated the model there */
     for (i = 0; i < n; i++) { /* |row i of M^-1 J^T| dt */
         roln_real square = 0;
         for (k = 0; k < n; k++)
@@ -3418,7 +3417,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
         sums[i] = 0;
     for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK) {
         st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, NULL, sums, f->turn->room, f->work);
-        if (st != ROLN_OK) return st;
+        if (st != ROLN_OK) return st; /* unreached: the samples have been encoded above */
     }
     return roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, f->theta, &f->residual, f->turn->room);
 }

@@ -402,12 +402,12 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
 #define ROLN_LAYER_KEEP(kind, w, wo) \
     ((kind) == ROLN_GYRO    ? 4 * (w) + 6 * (w) * (w) + (wo) * (wo) \
      : (kind) == ROLN_REEIG ? 2 * (w) + 2 * (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_BIMAP ? (wo) * (wo) \
+     : (kind) == ROLN_BIMAP ? (wo) * (wo) /* unreached: no layer, which is for the shell */ \
                             : 0)
 #define ROLN_LAYER_KEEP_DIR(kind, w, wo) \
     ((kind) == ROLN_GYRO    ? 4 * (w) * (w) + (wo) * (wo) \
      : (kind) == ROLN_REEIG ? (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_BIMAP ? (wo) * (wo) \
+     : (kind) == ROLN_BIMAP ? (wo) * (wo) /* unreached: no layer, which is for the shell */ \
                             : 0)
 
 /* The size `cossin` at run time. */

@@ -1335,7 +1335,7 @@ ROLN_FN roln_status roln_eig(int n, const roln_real *A, roln_real *l, roln_real 
         return st;
     rolni_eig_reduce(n, Q, l, e, t);
     rolni_eig_accumulate(n, Q, l, e);
-    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK) /* unreached: as in that function */
+    if ((st = rolni_eig_iterate(n, l, e, Q)) != ROLN_OK)
         return st;
     rolni_eig_sort(n, down, l, Q);
     return roln_finite(l[0]) && roln_finite(l[n - 1]) ? ROLN_OK : ROLN_E_NOT_FINITE;
@@ -2960,8 +2960,9 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
         K[i] = -K[i];
     rolni_ocp_clip(p, u);
     /* unreached: what overflows is no positive Hessian before */
-    return roln_all_finite(count, u) && roln_all_finite((steps + 1) * n, x) && roln_all_finite(steps * m * n, K) ? ROLN_OK
-                                                                                                          : ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(count, u) || !roln_all_finite((steps + 1) * n, x) || !roln_all_finite(steps * m * n, K))
+        return ROLN_E_NOT_FINITE; /* unreached: as above */
+    return ROLN_OK;
 }
 
 #endif

@@ -652,11 +652,12 @@ static void test_shell(void)
     static wheel_start start;
     static wheel_planwork work;
     static wheel_plan plan;
-    roln_real c[wheel_n], v[wheel_n], u[wheel_motors], tau[wheel_motors], weight[wheel_motors], zero[wheel_n];
+    roln_real c[wheel_n], v[wheel_n], u[wheel_motors], tau[wheel_motors], weight[wheel_n], zero[wheel_n];
     static const roln_real B[wheel_N * wheel_motors] = {1, 0, 0, 0, 0, 1};
     const roln_motors motors = {wheel_motors, B, 0};
     roln_limits limits;
     roln_goal goal;
+    roln_term term;
     wheel_latent s;
     uint64_t seed = 1;
     CHECK_OK(wheel_init(&p, &seed, &start));
@@ -664,10 +665,13 @@ static void test_shell(void)
     CHECK(roln_all_finite(wheel_n, c) && roln_all_finite(wheel_n, v) && v[0] > 0);
     fill(wheel_n, -3, p.z_min), fill(wheel_n, 3, p.z_max), fill(wheel_n, 100, p.zd_max);
     memset(&limits, 0, sizeof limits), memset(&goal, 0, sizeof goal), memset(&s, 0, sizeof s), memset(&plan, 0, sizeof plan);
-    fill(wheel_motors, 1, tau), fill(wheel_motors, 1, weight), fill(wheel_n, 0, zero), fill(wheel_motors, 7, u);
+    fill(wheel_motors, 1, tau), fill(wheel_n, 1, weight), fill(wheel_n, 0, zero), fill(wheel_motors, 7, u);
     limits.dt = goal.dt = dt, limits.tau_each = tau, limits.margin = 1, limits.motors = &motors;
     goal.limits = &limits, goal.u = weight;
     CHECK(wheel_plan_follow(&p, &goal, &plan, 0, &s, u) == ROLN_E_LENGTH && all(wheel_motors, u, 7));
+    memset(&term, 0, sizeof term);
+    term.of = ROLN_OF_ZD, term.count = 1, term.C = weight, term.weight = weight, term.ref = zero;
+    goal.terms = 1, goal.term = &term; /* a sum of velocities */
     CHECK_OK(wheel_plan_next(&p, &goal, &s, &plan, &work));
     CHECK_OK(wheel_plan_follow(&p, &goal, &plan, dt / 2, &s, u));
     CHECK(roln_all_finite(wheel_motors, u) && largest(wheel_motors, u) <= 1);

@@ -2,7 +2,7 @@
 /* Riemannian Gauss-Newton: the step (roln_riem.h, section 6) against a dense solution of its definition in long double, on tables
    of every manifold; problems with a known end; what must fail or be refused, and leave everything as it was; its shell (roln.h)
    at work on small models. Rows of residuals: test_roln.c. */
-#define ROLN_NAME arm /* two links, no autoencoder */
+#define ROLN_NAME leg /* two links, no autoencoder */
 #define ROLN_AE 2
 #define ROLN_MLP 10, 10
 #define ROLN_ROWS 360
@@ -1061,12 +1061,12 @@ static const roln_newton begin = ROLN_NEWTON_START;
 static const roln_newton_opt usual = ROLN_NEWTON_OPT;
 
 /* Mean of |zdd_pred - zdd|^2 over all poses, as the gradient sums it. */
-static ld pose_error(const arm_params *p, const roln_loss *weights, arm_train *train)
+static ld pose_error(const leg_params *p, const roln_loss *weights, leg_train *train)
 {
-    static arm_gradient g;
+    static leg_gradient g;
     const roln_batch all = {.count = POSES, .stride = 1, .q = pose_q, .qd = pose_qd, .qdd = pose_qdd, .tau = pose_tau};
     memset(&g, 0, sizeof g);
-    CHECK_OK(arm_grad_acc(p, weights, &all, &g, train));
+    CHECK_OK(leg_grad_acc(p, weights, &all, &g, train));
     return (ld)g.loss.zdd / POSES;
 }
 
@@ -1074,11 +1074,11 @@ static ld pose_error(const arm_params *p, const roln_loss *weights, arm_train *t
 static void check_learning(int count, roln_real memory, int steps, ld most, uint64_t s)
 {
     static const roln_loss weights = {.zdd = 1};
-    static arm_start init;
-    static arm_params p;
-    static arm_residuals g;
-    static arm_newton o;
-    static arm_train train;
+    static leg_start init;
+    static leg_params p;
+    static leg_residuals g;
+    static leg_newton o;
+    static leg_train train;
     static int start[360];
     roln_batch b = {.count = count, .stride = 1, .start = start, .q = pose_q, .qd = pose_qd, .qdd = pose_qdd, .tau = pose_tau};
     roln_newton_opt opt = usual;
@@ -1086,19 +1086,19 @@ static void check_learning(int count, roln_real memory, int steps, ld most, uint
     ld first;
     int k, i, taken = 0;
     two_links(&s);
-    CHECK_OK(arm_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init));
+    CHECK_OK(leg_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init));
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
     o.state = begin, opt.memory = memory, g.seed = s;
     first = pose_error(&p, &weights, &train);
     for (k = 0; k < steps; k++, g.seed += (uint64_t)count) {
         for (i = 0; i < count; i++) start[i] = (k * count + i) % POSES;
-        CHECK_OK(arm_rows(&p, &weights, &b, 1, 0, 0, &g, &train));
-        CHECK_OK(arm_newton_rows(&p, &opt, count, &g, &o));
-        arm_newton_sums(&opt, count, 0, arm_newton_side, &g, &o, o.work.sums);
+        CHECK_OK(leg_rows(&p, &weights, &b, 1, 0, 0, &g, &train));
+        CHECK_OK(leg_newton_rows(&p, &opt, count, &g, &o));
+        leg_newton_sums(&opt, count, 0, leg_newton_side, &g, &o, o.work.sums);
         for (taken = i = 0; i < 30 && !taken; i++) {
-            CHECK_OK(arm_newton_step(&p, &opt, count, &g, &o));
-            (void)arm_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train); /* a model that fails there is refused */
-            taken = arm_newton_judge(&p, count, count, &g, &o);
+            CHECK_OK(leg_newton_step(&p, &opt, count, &g, &o));
+            (void)leg_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train); /* a model that fails there is refused */
+            taken = leg_newton_judge(&p, count, count, &g, &o);
         }
     }
     CHECK((int)o.state.taken == steps && o.state.refused > 0);

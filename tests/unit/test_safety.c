@@ -14,7 +14,7 @@ static void interrupt(void);
 #define ROLN_PLAN 3, 6
 #include "roln.h"
 
-#define ROLN_NAME pushed /* with inputs, without an autoencoder */
+#define ROLN_NAME driven /* with inputs, without an autoencoder */
 #define ROLN_AE 3
 #define ROLN_MLP 4
 #define ROLN_INPUTS 2
@@ -155,7 +155,7 @@ static void check_check(check_of *check, int size, unsigned char *p)
         check_check(of##_check_of, of##_numbers, bytes); \
     }
 CHECK_MODEL(arm)
-CHECK_MODEL(pushed)
+CHECK_MODEL(driven)
 #ifndef ROLN_DOUBLE
 CHECK_MODEL(half)
 CHECK_MODEL(bytes)
@@ -408,7 +408,7 @@ void TEST_NAME(safety)(void)
     static arm_start start;
     int i;
     test_check_arm();
-    test_check_pushed();
+    test_check_driven();
 #ifndef ROLN_DOUBLE
     test_check_half();
     test_check_bytes();
