@@ -20,7 +20,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash mutants record learn machines errors \
-        control plans models noise rope experiments report plotting-deps plotting-test eig bench sizes count firmware pil upsets \
+        control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil upsets \
         fuzz proof
 all: demo
 
@@ -304,6 +304,10 @@ eig: build/eig32 build/eig64
 	./build/eig64
 build/eig32 build/eig64: build/eig%: build/host%/$(EIG).o build/host32/tests/unit/check.o
 	gcc $^ -o $@ -lm
+
+# errors of arithmetic: all floats, a million matrices, torques; half an hour, compared with the tables of docs/accuracy.md
+numerics:
+	sh tests/safety/numerics.sh
 
 # times on this machine
 bench: build/bench

@@ -28,6 +28,7 @@ symbols      sh tests/compilers/symbols.sh
 mutants      python3 tests/safety/mutants.py quick
 config       sh tests/compilers/config.sh
 steady       sh tests/safety/steady.sh
+numerics     sh tests/safety/numerics.sh test
 mujoco       build/test_mujoco
 examples     sh tests/user/examples.sh
 record       sh tests/user/record.sh

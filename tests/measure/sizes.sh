@@ -138,7 +138,7 @@ table() {
           once("weights " $2, $7); once("ram " $2, $8); once("learnram " $2, $11)
           value["learn " key] = $10 == "-" ? "-" : thousand($10); value["learnstack " key] = $12
           if (NF > 15) value["ways " key] = thousand($16) " | " thousand($17) " / " thousand($18) " | " \
-              thousand($19) " / " thousand($20)
+              sprintf("%.0f / %.0f", $19 / 1000, $20 / 1000)
           value["tick " key] = ($5 < states[key] ? "~" : "") thousand($13) "-" thousand($14) }
         END {
           print "| model | weights in flash | RAM | RAM to learn, too |\n|---|---|---|---|"
