@@ -77,10 +77,10 @@ check torques split
     echo 'Of a function of one float, over'
     [ "$every" -eq 1 ] && echo 'all 2^32 of them:' || echo "every ${every}th block of 1,024 of them:"
     printf '\n| function | unit | worst error | at | bound |\n|---|---|---|---|---|\n'
-    grep '^|' $out/floats
+    grep '^|' $out/floats | sed 's|  *| |g'
     printf '\nOf %s symmetric matrices of 1 to 8 rows each, float and double, in the units of their bounds:\n' $matrices
     printf '\n| function | type | matrices | refused | worst | bound |\n|---|---|---|---|---|---|\n'
-    grep -h '^|' "$out/spd, float" "$out/spd, double"
+    grep -h '^|' "$out/spd, float" "$out/spd, double" | sed 's|  *| |g'
     printf '\nOf the torques of 1,000 control ticks, rms over rms:\n'
     printf '\n| model | the model, against its plant | float, against double | half, against full | int8, against full |\n'
     echo '|---|---|---|---|---|'
