@@ -20,8 +20,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash mutants record learn machines errors \
-        control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil upsets \
-        fuzz proof
+        control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil \
+        upsets fuzz proof
 all: demo
 
 # ---- what a user does ----
