@@ -124,6 +124,7 @@ host | targets) $1 ;;
 esac | xargs -P "${JOBS:-$(nproc)}" -I{} sh -c \
     'if got=$(sh '$here'/hash.sh one '"$tmp"' {} 2>&1); then echo ok; else echo "{}:" $got; fi' > "$tmp/all"
 grep -v '^ok$' "$tmp/all"
+echo "figure: $(grep -c '^ok$' "$tmp/all") builds with the same bits"
 failed=$(grep -vc '^ok$' "$tmp/all")
 echo "$(grep -c '^ok$' "$tmp/all") passed, $failed failed"
 [ "$failed" -eq 0 ] && [ -s "$tmp/all" ]

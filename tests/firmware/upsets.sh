@@ -59,7 +59,6 @@ part() {
 }
 
 mkdir -p $out
-start=$(date +%s)
 each=$((runs / 2))
 for core in m4 rv32; do
     [ $count ] && continue
@@ -130,7 +129,7 @@ END {
     row("a bit anywhere", sprintf("%d", total), v, limited(largest))
 }' $out/counts > $out/table
 cat $out/counts $out/table
-echo "$((2 * each)) runs, $(($(date +%s) - start)) s"
+echo "figure: $((2 * each)) runs"
 
 if [ $write ]; then
     awk -v table=$out/table '/<!-- upsets -->/ {

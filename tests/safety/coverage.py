@@ -217,7 +217,7 @@ def main():
     seen, varying = union(functions)
     results = [report(h, seen, varying, "-v" in sys.argv[1:]) for h in HEADERS]
     passed, failed, reasons, exempt = (sum(r[i] for r in results) for i in range(4))
-    print("%d lines with a reason; without them %d lines, branches or conditions are missing" % (reasons, exempt))
+    print("figure: all run, but for %d lines, branches or conditions; %d lines say why" % (exempt, reasons))
     print("%d passed, %d failed" % (passed, failed))
     sys.exit(failed > 0)
 

@@ -275,6 +275,7 @@ def quick(bench, mutants):
         print("%s: %s for %s: %s %s" % (name, new, old, state, by), flush=True)
         passed += state == "killed"
         failed += state != "killed"
+    print("figure: %d of %d mutants killed" % (passed, passed + failed))
     return passed, failed
 
 
