@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
-# make deps installs what these need:   make test, check, hash, mutants, record, learn, machines, errors, control, plans, rope,
-#                                       models, noise, experiments, eig, bench, sizes, count, firmware, pil, upsets, fuzz, proof;
-#                                       and Python with matplotlib: report
+# make deps installs what these need:   make test, check, hash, mutants, fuzz, proof, numerics, upsets, soundness, record, learn,
+#                                       machines, errors, control, plans, rope, models, noise, experiments, eig, bench, sizes,
+#                                       count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -21,7 +21,7 @@ DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash mutants record learn machines errors \
         control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil \
-        upsets fuzz proof
+        upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----

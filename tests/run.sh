@@ -56,6 +56,7 @@ opinf        build/test_opinf
 fuzz         sh tests/safety/fuzz.sh test
 threads      sh tests/safety/threads.sh
 deps         sh tests/user/deps.sh
+soundness    sh tests/safety/soundness.sh
 end
 }
 

@@ -49,7 +49,8 @@ test)
         [ "$code" -eq 0 ] && [ "$calls" -gt 0 ] || tail -n 40 "$out/log/${run%/*}-${run#*/}" | cut -c1-200
     done < $out/runs.test
     awk '{ if ($5 == 0 && $2 > 0) passed++; else failed++; calls += $2 }
-        END { print "figure: " calls " calls under sanitizers"; print passed + 0 " passed, " failed + 0 " failed"; exit failed > 0 || passed == 0 }' $out/runs.test
+        END { print "figure: " calls " calls under sanitizers"
+              print passed + 0 " passed, " failed + 0 " failed"; exit failed > 0 || passed == 0 }' $out/runs.test
     ;;
 *)
     seconds=${1:-300}
