@@ -129,6 +129,7 @@ KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
 KIND_asan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=address,undefined -fno-sanitize-recover=all
 KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE
 KIND_msan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=memory -DFLOAT_ALONE
+KIND_msan64 = $(KIND_msan32) -DROLN_DOUBLE
 # One name for all files of a build, so that the counts of a function of the headers are one sum over them all.
 COV = clang-19 $(STD) $(APART) -O1 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -Xclang -main-file-name -Xclang
 KIND_cov32 = $(COV) float
@@ -143,12 +144,14 @@ endef
 $(foreach k,$(patsubst KIND_%,%,$(filter KIND_%,$(.VARIABLES))),$(eval $(call kind,$(k))))
 .SECONDARY:
 
-# every file of unit tests, as float and as double, in one program; what was not written shows in float alone as well
+# every file of unit tests, as float and as double, in one program; what was not written shows in float alone as well,
+# where test_roln compares with itself in double
 UNIT = $(basename $(wildcard tests/unit/test_*.c))
 unit = $(UNIT:%=build/$(1)32/%.o) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o build/$(1)32/tests/unit/check.o
 build/test: $(call unit,unit)
 build/test_asan: $(call unit,asan)
-build/test_msan: $(UNIT:%=build/msan32/%.o) build/msan32/tests/unit/main.o build/msan32/tests/unit/check.o
+build/test_msan: $(UNIT:%=build/msan32/%.o) build/msan64/tests/unit/test_roln.o build/msan32/tests/unit/main.o \
+                 build/msan32/tests/unit/check.o
 build/test_cov: $(call unit,cov)
 build/test: KIND = $(KIND_unit32)
 build/test_asan: KIND = $(KIND_asan32)
