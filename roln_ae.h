@@ -468,7 +468,6 @@ ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, int r, int count, cons
     }
     for (; count > 0; count--, s += n, z += n, x += N)
         for (at = 0; at < n; at += ROLNI_PART) {
-            /* unreached: no stored chart of the tests has more than 8 coordinates */
             const int m = n - at < ROLNI_PART ? n - at : ROLNI_PART;
             rolni_ae_mm_bt(ae, 1, n, m, s, w.d + at * ROLN_AE_ROW(bits, n), part);
             for (k = 0; k < m; k++)
@@ -1508,7 +1507,6 @@ ROLN_FN roln_status rolni_store_encoder(const roln_storage *storage, int N, int 
     if ((st = roln_inv(n, A, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         C[i * (n + 1)] -= 1;
-    /* unreached: an inverse so far from I that half floats cannot hold it */
     if ((st = rolni_store_matrix(storage->bits, n, n, C, D)) != ROLN_OK) return st;
     rolni_read_matrix(storage, n, n, D, C);
     roln_mm(n, n, n, C, A, R);
