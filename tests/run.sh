@@ -3,7 +3,7 @@
 # run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
 #
 #   run.sh              all steps, JOBS of them at a time (as many as there are cores)
-#   run.sh NAME ..      these alone; their programs are there after `make test`
+#   run.sh NAME ..      these alone, and the logs of others stay; their programs are there after `make test`
 #
 # A step is a command whose last line is `N passed, N failed`; its output is in build/log/NAME. One that ends otherwise, or passed
 # nothing, has failed. Each step uses one core, so that two of them are as fast on two cores as one that could use both.
@@ -76,8 +76,8 @@ if [ "$1" = one ]; then
 fi
 
 mkdir -p $log
-rm -f $log/*
 if [ $# -eq 0 ]; then steps; else for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done; fi > $log/steps
+for name in $(awk '{ print $1 }' $log/steps); do rm -f "$log/$name" "$log/$name".*; done
 xargs -P "$jobs" -L 1 sh tests/run.sh one < $log/steps &
 runner=$!
 passed=0
