@@ -19,12 +19,12 @@ check() {
 if [ "$1" = -w ]; then
     {
         sed '/^<!-- evidence -->$/q' $text
-        echo '| step | checks | what it says |'
-        echo '|---|---|---|'
+        echo '| step | checks | seconds of a core | what it says |'
+        echo '|---|---|---|---|'
         for s in $steps; do
             [ -f "build/log/$s" ] || { echo "no build/log/$s: make test" >&2; exit 1; }
-            awk -v s="$s" '/^figure: / { sub(/^figure: /, ""); says = says (says ? "; " : "") $0 }
-                / passed, 0 failed$/ { n = $1 } END { printf "| `%s` | %d | %s |\n", s, n, says; exit n == 0 }' "build/log/$s" ||
+            awk -v s="$s" -v cpu="$(cut -d ' ' -f 3 "build/log/$s.end")" '/^figure: / { sub(/^figure: /, ""); says = says (says ? "; " : "") $0 }
+                / passed, 0 failed$/ { n = $1 } END { printf "| `%s` | %d | %d | %s |\n", s, n, cpu, says; exit n == 0 }' "build/log/$s" ||
                 { echo "$s failed" >&2; exit 1; }
         done
         echo
