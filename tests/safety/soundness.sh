@@ -23,7 +23,8 @@ if [ "$1" = -w ]; then
         echo '|---|---|---|---|'
         for s in $steps; do
             [ -f "build/log/$s" ] || { echo "no build/log/$s: make test" >&2; exit 1; }
-            awk -v s="$s" -v cpu="$(cut -d ' ' -f 3 "build/log/$s.end")" '/^figure: / { sub(/^figure: /, ""); says = says (says ? "; " : "") $0 }
+            cpu=$(cut -d ' ' -f 3 "build/log/$s.end")
+            awk -v s="$s" -v cpu="$cpu" '/^figure: / { sub(/^figure: /, ""); says = says (says ? "; " : "") $0 }
                 / passed, 0 failed$/ { n = $1 }
                 END { printf "| `%s` | %d | %d | %s |\n", s, n, cpu, says; exit n == 0 }' "build/log/$s" ||
                 { echo "$s failed" >&2; exit 1; }
