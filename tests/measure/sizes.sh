@@ -149,29 +149,23 @@ table() {
               sub(/,.*/, "", model)
               print "| " text[i] " | " cell("weights " model) " | " cell("ram " model) " | " cell("learnram " model) " |"
           }
-          print "\n| -Os / -O2 / -O3 | code, kB | stack | instructions of a tick, thousands | code to learn, too, kB | stack |"
-          print "|---|---|---|---|---|---|"
           c = split("m4 M4F|m7 M7|m33 M33|m55 M55|rv32 RV32", cores, "|")
           for (i = 1; i <= k; i++)
               for (j = 1; j <= c; j++) {
                   model = text[i]
                   sub(/,.*/, "", model)
                   split(cores[j], core, " ")
+                  name = "| " model ", " core[2] " | "
                   at = " " model " " core[1] " "
-                  print "| " model ", " core[2] " | " levels("code" at) " | " levels("stack" at) " | " levels("tick" at) " | " \
-                      levels("learn" at) " | " levels("learnstack" at) " |"
+                  seen = seen name levels("code" at) " | " levels("stack" at) " | " levels("tick" at) " | " levels("learn" at) \
+                      " | " levels("learnstack" at) " |\n"
+                  worst = worst name (("ways" at "-O2") in value ? value["ways" at "-O2"] : "? | ? / ? | ? / ?") " |\n"
               }
+          print "\n| -Os / -O2 / -O3 | code, kB | stack | instructions of a tick, thousands | code to learn, too, kB | stack |"
+          printf "|---|---|---|---|---|---|\n%s", seen
           print "\n| -O2, thousands of instructions | tick, at worst | step, seen / at worst | " \
               "tick of the filter, seen / at worst |"
-          print "|---|---|---|---|"
-          for (i = 1; i <= k; i++)
-              for (j = 1; j <= c; j++) {
-                  model = text[i]
-                  sub(/,.*/, "", model)
-                  split(cores[j], core, " ")
-                  key = "ways " model " " core[1] " -O2"
-                  print "| " model ", " core[2] " | " (key in value ? value[key] : "? | ? / ? | ? / ?") " |"
-              }
+          printf "|---|---|---|---|\n%s", worst
           print "\n" versions
         }' - $out/rows > $out/table.md
 }

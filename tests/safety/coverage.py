@@ -18,7 +18,9 @@ import re
 import subprocess
 import sys
 
-HEADERS = ["roln.h", "roln_ae.h", "roln_lnn.h", "roln_riem.h", "roln_spd.h"]
+import headers
+from headers import HEADERS
+
 CODE, EXPANSION = 0, 1  # kinds of regions
 CONDITION = 6           # kind of a branch that belongs to a && or ||
 MEASURES = ["lines", "branches", "conditions"]
@@ -107,21 +109,15 @@ def union(functions):
     return seen, varying
 
 
-def without_comments(text):
-    return re.sub(r"/\*.*?\*/", lambda m: re.sub(r"[^\n]", " ", m.group()), text, flags=re.S)
-
-
 def code_lines(text):
     """Numbers of the lines with code in them, not only comments and braces."""
-    return {i + 1 for i, line in enumerate(without_comments(text).split("\n")) if line.strip(" {}\t") and not line.startswith("#")}
+    return {i + 1 for i, line in enumerate(headers.without_comments(text).split("\n")) if line.strip(" {}\t") and not line.startswith("#")}
 
 
 def operators(text):
     """(line, column) of every && and || in the bodies of functions, which stand between braces in the first column."""
     found, inside_body = [], False
-    bare = re.sub(r'"[^"\n]*"', lambda m: " " * len(m.group()), without_comments(text))
-    bare = re.sub(r"^#(\\\n|.)*", lambda m: re.sub(r"[^\n]", " ", m.group()), bare, flags=re.M)
-    for i, line in enumerate(bare.split("\n")):
+    for i, line in enumerate(headers.code(text).split("\n")):
         inside_body = line.startswith("{") or inside_body and not line.startswith("}")
         if inside_body:
             found += [(i + 1, m.start() + 1) for m in re.finditer(r"&&|\|\|", line)]

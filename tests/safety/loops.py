@@ -7,6 +7,8 @@ variable that it is compared with is written in its body. Last line: N passed, N
 import re
 import sys
 
+from headers import without_words
+
 # Loops that do not count, by function, with their bound.
 BOUNDED = {
     "rolni_eig_iterate": ["a pass moves i on by one or two, or takes one of ROLNI_EIG_MOST(n) sweeps"],
@@ -80,8 +82,7 @@ def counts(header, body):
 
 def loops(text):
     """Function, line, header, body of each loop."""
-    bare = re.sub(r'/\*.*?\*/|"(\\.|[^"\\])*"|\'(\\.|[^\'\\])\'', lambda m: re.sub(r"[^\n]", " ", m.group()), text, flags=re.S)
-    bare = bare.replace("\\\n", " \n")
+    bare = without_words(text).replace("\\\n", " \n")
     heads = [(m.start(), m.group(1) or m.group(2)) for m in re.finditer(
         r"^(?:ROLN|static)[^;{}#]*?\b(\w+)\([^;{}]*\)\s*\{|^#\s*define (?!ROLNI_X)(\w+)\(", bare, re.M)]
     for m in re.finditer(r"\b(for|while|do)\b\s*(?=[({])", bare):

@@ -26,8 +26,9 @@ import shutil
 import subprocess
 import sys
 
+from headers import HEADERS
+
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
-HEADERS = ['roln.h', 'roln_ae.h', 'roln_lnn.h', 'roln_riem.h', 'roln_spd.h']
 GUARDS = [h.upper().replace('.', '_') for h in HEADERS]
 BUILD = 'build/misra'
 RECORD = 'tests/safety/misra.txt'

@@ -21,7 +21,9 @@ import subprocess
 import sys
 import time
 
-HEADERS = ["roln.h", "roln_ae.h", "roln_lnn.h", "roln_riem.h", "roln_spd.h"]
+import headers
+from headers import HEADERS
+
 # test files of each section, those that find most first
 TESTS = {
     "roln.h": {1: "units control roln", 2: "control safety units", 3: "control roln units", 4: "filter plan control units",
@@ -72,14 +74,6 @@ class Mutant:
 
     def __str__(self):
         return "%s %s\n- %s\n+ %s" % (self.function.header, self.function.name, self.old.strip(), self.new.strip())
-
-
-def blank(text):
-    """The text without comments, strings and directives, all of the same length."""
-    space = lambda m: re.sub(r"[^\n]", " ", m.group())
-    text = re.sub(r"/\*.*?\*/", space, text, flags=re.S)
-    text = re.sub(r'"(\\.|[^"\\\n])*"', space, text)
-    return re.sub(r"^#(\\\n|.)*", space, text, flags=re.M)
 
 
 def functions(header, text, bare):
@@ -146,7 +140,7 @@ def everything():
     for header in HEADERS:
         with open(header) as source:
             text = source.read()
-        bare = blank(text)
+        bare = headers.code(text)
         lines, codes = text.split("\n"), bare.split("\n")
         for f in functions(header, text, bare):
             if f.section not in TESTS[header]:
