@@ -111,7 +111,8 @@ def union(functions):
 
 def code_lines(text):
     """Numbers of the lines with code in them, not only comments and braces."""
-    return {i + 1 for i, line in enumerate(headers.without_comments(text).split("\n")) if line.strip(" {}\t") and not line.startswith("#")}
+    lines = headers.without_comments(text).split("\n")
+    return {i + 1 for i, line in enumerate(lines) if line.strip(" {}\t") and not line.startswith("#")}
 
 
 def operators(text):
