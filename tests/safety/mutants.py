@@ -8,8 +8,9 @@
     mutants.py quick            those of QUICK below, a minute or two
 
 A mutant is one token, condition or statement changed in the body of one function. It is killed if a test file that covers its
-section fails, crashes or takes ten times as long; float first, then double. One that does not compile is none; one of which the
-compiler makes the same object is equivalent, and so is one in mutants.txt, with the reason. Last line: N passed, N failed: of the
+section fails, crashes or takes ten times as long; float first, then double, then float under the address and undefined sanitizers
+of the step sanitize-au. One that does not compile is none; one of which the compiler makes the same object is equivalent, and so is
+one in mutants.txt, with the reason. Last line: N passed, N failed: of the
 quick ones each; else two checks, all killed of what must not fail, and 97 % of all."""
 
 import hashlib
@@ -48,6 +49,7 @@ QUICK = [ # function, what stands there, what takes its place
     ("roln_unpack", "return ROLN_E_CHECKSUM", "return ROLN_OK"),
 ]
 GCC = "gcc -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -O1 -w -DROLN_INLINE=ROLN_FN".split()
+SANITIZED = ["clang"] + GCC[1:] + ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 DIR = "build/mutants"
 CONTROL = re.compile(r"(break|continue|return\b[^;]*);$")
 DECLARES = re.compile(r"(const|static|roln\w*(?! *\()\b(?= +\*?\w)|int|double|float|size_t|u?int\d+_t|unsigned|enum|struct|"
@@ -182,10 +184,10 @@ class Bench:
                       "{ (void)w, (void)f, (void)l; return ok(a <= b); }\n")
         self.seconds = {}
 
-    def compile(self, test, bits, to):
+    def compile(self, test, bits, to, compiler=GCC):
         double = ["-DROLN_DOUBLE"] if bits == 64 else []
         source = "tests/unit/test_%s.c" % test
-        return run(GCC + double + ["-I" + DIR + "/include", "-I.", "-Iexamples", "-c", source, "-o", to]) == 0
+        return run(compiler + double + ["-I" + DIR + "/include", "-I.", "-Iexamples", "-c", source, "-o", to]) == 0
 
     def clean(self, test, bits):
         """The object with the headers as they are."""
@@ -196,11 +198,11 @@ class Bench:
                 sys.exit("test_%s.c does not compile\n0 passed, 1 failed" % test)
         return path
 
-    def judge(self, test, bits, path, limit):
+    def judge(self, test, bits, path, limit, compiler=GCC):
         """Exit code of the program that an object makes with the clean one of the other type, which may hold its reference."""
         program = "%s/%s%d" % (DIR, test, bits)
         other = self.clean(test, 96 - bits)
-        if run(["gcc", "-w", "-I.", "-DTEST=test_%s_f%d" % (test, bits), path, other, DIR + "/main.c", "-o", program, "-lm"]) != 0:
+        if run(compiler + [ "-I.", "-DTEST=test_%s_f%d" % (test, bits), path, other, DIR + "/main.c", "-o", program, "-lm"]) != 0:
             return 1
         return run([program], limit)
 
@@ -214,29 +216,39 @@ class Bench:
     def restore(self, m):
         shutil.copy(m.function.header, DIR + "/include")
 
+    def build(self, m, test, bits, compiler=GCC):
+        """The object with a mutant, None if it does not compile."""
+        path = DIR + "/mutant.o"
+        self.mutate(m)
+        compiled = self.compile(test, bits, path, compiler)
+        self.restore(m)
+        return path if compiled else None
+
     def result(self, m):
         """killed, survived, same (the same objects) or none (it does not compile), and by which file."""
-        plan = [(t, bits) for bits in (32, 64) for t in TESTS[m.function.header][m.function.section].split()]
-        same = True
-        for test, bits in plan:
+        tests = TESTS[m.function.header][m.function.section].split()
+        differs = []
+        for test, bits in [(t, bits) for bits in (32, 64) for t in tests]:
+            clean = self.clean(test, bits)
             if (test, bits) not in self.seconds:  # as it is, before the mutant takes its place
-                objects, start = (self.clean(test, bits), self.clean(test, 96 - bits)), time.time()
-                if self.judge(test, bits, objects[0], None) != 0:
+                self.clean(test, 96 - bits)
+                start = time.time()
+                if self.judge(test, bits, clean, None) != 0:
                     sys.exit("test_%s fails without a mutant\n0 passed, 1 failed" % test)
                 self.seconds[test, bits] = time.time() - start
-            self.mutate(m)
-            mutated = DIR + "/mutant.o"
-            compiled = self.compile(test, bits, mutated)
-            self.restore(m)
-            if not compiled:
+            mutated = self.build(m, test, bits)
+            if not mutated:
                 return "none", ""
-            with open(mutated, "rb") as a, open(self.clean(test, bits), "rb") as b:
+            with open(mutated, "rb") as a, open(clean, "rb") as b:
                 if a.read() == b.read():
                     continue
-            same = False
+            differs.append(test)
             if self.judge(test, bits, mutated, 10 * self.seconds[test, bits] + 5) != 0:
                 return "killed", "%s%d" % (test, bits)
-        return ("same" if same else "survived"), ""
+        for test in [t for t in tests if t in differs]:
+            if self.judge(test, 32, self.build(m, test, 32, SANITIZED), None, SANITIZED) != 0:
+                return "killed", test + " sanitized"
+        return ("survived" if differs else "same"), ""
 
 
 def equivalents():

@@ -709,6 +709,19 @@ static void check_square(int n, const drive *x, roln_real mu, const roln_real *u
 }
 
 /* Damped least squares. */
+/* Of a model with inputs, no motors are those that it has learned, undamped. */
+static void check_learned_inputs(int k, const roln_real *z, const roln_real *tau_z)
+{
+    static const roln_motors learned = {0, NULL, 0};
+    const roln_trained m = of_model(k);
+    const int inputs = m.model->inputs;
+    roln_real u[MAXN], same_u[MAXN], lost = 7, same_lost = 7;
+    if (inputs == 0) return;
+    fill(MAXN, 7, u), fill(MAXN, 7, same_u);
+    CHECK(roln_allocate(&m, z, NULL, tau_z, u, &lost, spare) == roln_allocate(&m, z, &learned, tau_z, same_u, &same_lost, spare));
+    CHECK(same(MAXN, u, same_u) && same(1, &lost, &same_lost));
+}
+
 static void test_allocate(int k)
 {
     static drive x;
@@ -752,6 +765,7 @@ static void test_allocate(int k)
         CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH && all(8, u, 7) && all(1, &lost, 7));
     }
     CHECK(roln_allocate(&m, x.z, NULL, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_E_LENGTH); /* it has learned no inputs */
+    check_learned_inputs(k, x.z, x.tau_z);
     place_motors(k, &m, n, &s, &x);
     f.count = n, f.mu = 1;
     fill(n, 0, x.tau_z);

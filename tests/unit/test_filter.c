@@ -986,6 +986,11 @@ static void test_fit(int k)
     CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
     CHECK(noise.q_each == x.q_each && all(MAXN, each, 7)); /* what is known stays */
     BOUND("fit_noise: both, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
+    was = noise;
+    for (i = 0; i < RECORDINGS; i++) /* a torque that nothing follows does not count */
+        torques[((i + 1) * TICKS - 1) * F_OF(k)] = (roln_real)NAN;
+    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK(all(1, &noise.tau, was.tau));
     recorded[N + 1] = recorded[3 * N] = (roln_real)NAN; /* dropped */
     noise.q_each = NULL, noise.q = 0;
     CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));

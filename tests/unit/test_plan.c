@@ -501,6 +501,32 @@ static void test_refused(int k)
     CHECK(x.plan.known == 1 && x.plan.age == 0);
 }
 
+/* Limits fall below the torque of the last plan: the next one sets out from the limit, and falls at the rate that is allowed. */
+static void test_fallen(int k)
+{
+    static task x;
+    const int motors = models[k].size.motors;
+    uint64_t s = 140 + (uint64_t)k;
+    roln_planned pl;
+    roln_trained m;
+    int j;
+    place(k, &s, &x);
+    pl = planned(&x), m = model_of(&x);
+    x.goal.terms = 0, x.goal.P = NULL, x.limits.rate_each = x.rate;
+    for (j = 0; j < motors; j++)
+        x.hold[j] = ROLN_C(0.875) * x.tau[j], x.rate[j] = x.tau[j] / 8 / dt;
+    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    for (j = 0; j < motors; j++) {
+        CHECK_NEAR(x.torque[j], x.hold[j], 0.01);
+        x.hold[j] = 0, x.tau[j] /= 4;
+    }
+    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    for (j = 0; j < motors; j++) {
+        CHECK_NEAR(x.torque[j] / x.tau[j], 0.5, 0.02);
+        CHECK_NEAR(x.torque[motors + j] / x.tau[j], 0, 0.02);
+    }
+}
+
 /* Any number in place of any: state, goal, limits, range. A plan that is taken is finite, its torques within the limits; one that
    is refused leaves the last one; and what the motors are given is a number within their limits, or nothing. */
 static void test_any(int k)
@@ -620,6 +646,7 @@ void TEST_NAME(plan)(void)
         test_loop(k);
         test_linear(k);
         test_refused(k);
+        test_fallen(k);
         test_any(k);
         test_load(k);
     }

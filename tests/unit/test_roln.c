@@ -767,6 +767,11 @@ static void test_fit_inertia(int k)
         CHECK(roln_fit_inertia(&m, &b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_LENGTH);
     }
     CHECK(all(1, &unit_of_it, x));
+    was.b.count = 1; /* a window, its first sample: what comes behind it does not count */
+    CHECK_OK(roln_fit_inertia(&m, &was.b, &x, ROOM(fit_inertia)));
+    for (i = 0; i < MAXD; i++)
+        if (i / F_OF(k) != first_of(&was.b, 0)) was.tau[i] = (roln_real)NAN;
+    CHECK(roln_fit_inertia(&m, &was.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_OK && all(1, &unit_of_it, x));
 }
 
 /* ---- roll-outs -------------------------------------------------------------------------------- */
@@ -1508,14 +1513,18 @@ static void check_write(const roln_model *md, int count, const roln_real *x)
     const char *at = text;
     roln_real y;
     size_t len = 0;
-    int lists = 0, i;
+    int lists = 0, column = 0, i;
     CHECK(roln_write(md, "plain", x, put, &len) == ROLN_OK);
     at = strstr(text, head);
     CHECK(at != NULL && strcmp(text + len - strlen(tail), tail) == 0);
     if (!at) return;
     at += strlen(head);
     for (i = 0; i < count; i++) {
-        at += strspn(at, " ,{}\n");
+        const size_t gap = strspn(at, " ,{}\n");
+        if (memchr(at, '{', gap) || memchr(at, '}', gap)) column = 0;
+        else if (memchr(at, '\n', gap)) CHECK(column == 8), column = 0; /* eight a line */
+        CHECK(column++ < 8);
+        at += gap;
         CHECK(read_real(&at, &y) && same(1, &y, x + i));
     }
     CHECK(strcmp(at, tail) == 0);
@@ -1561,6 +1570,70 @@ static void test_write(void)
     CHECK(plain_write(&p, put, &len) == ROLN_OK && strcmp(text, whole) == 0);
     x[6] = (roln_real)NAN, len = 0;
     CHECK(roln_write(&own, "plain", x, put, &len) == ROLN_E_NOT_FINITE && len == 0);
+}
+
+/* What the text demands of a config: enumerators with the values that they have where the model is defined, in 16 types whose names
+   are the compiler's complaints. */
+#define ENUMERATORS(X, of) \
+    X(of, N) X(of, N1) X(of, N2) X(of, N3) X(of, N4) X(of, N5) X(of, N6) X(of, N7) X(of, N8) X(of, H1) X(of, H2) X(of, H3) \
+    X(of, H4) X(of, H5) X(of, scheme) X(of, degree) X(of, cholesky) X(of, base) X(of, W0) X(of, L0) X(of, L1) X(of, L2) X(of, L3) \
+    X(of, damping) X(of, friction) X(of, angles) X(of, own) X(of, inputs) X(of, stored) X(of, twice) X(of, format)
+#define ENUMERATOR(of, name) {#of "_" #name, of##_##name},
+#define OWN_WORDS PICK("DOUBLE_not_defined_0", "DOUBLE_defined_1"), "FORMAT_3"
+enum { NEEDS = 16, NEEDED = 31 };
+typedef struct {
+    const char *name;
+    int value;
+} enumerator;
+
+static void check_needs(const roln_model *md, const char *name, const enumerator *is, const char *const *words)
+{
+    char want[400];
+    const char *at = text;
+    size_t len = 0;
+    const rolni_text to = {name, put, &len};
+    int need, i = 0;
+    rolni_write_needs(&to, md);
+    for (need = 0; need < NEEDS; need++) {
+        int more = 0;
+        snprintf(want, sizeof want, "typedef char %s_weights_are_of_ROLN_%s[", name, words[need]);
+        CHECK(strncmp(at, want, strlen(want)) == 0);
+        for (at += strlen(want); i < NEEDED; i++, more = 1) {
+            snprintf(want, sizeof want, "%s%s == %d", more ? " && " : "", is[i].name, is[i].value);
+            if (strncmp(at, want, strlen(want)) != 0) break;
+            at += strlen(want);
+        }
+        if (!CHECK(more && strncmp(at, " ? 1 : -1];\n", 12) == 0)) return;
+        at += 12;
+    }
+    CHECK(i == NEEDED && *at == 0);
+}
+
+static void test_needs(void)
+{
+#define NEEDS_OF(of, ...) \
+    { \
+        static const enumerator is[NEEDED] = {ENUMERATORS(ENUMERATOR, of)}; \
+        static const char *const words[NEEDS] = {__VA_ARGS__, OWN_WORDS}; \
+        check_needs(&of##_model, #of, is, words); \
+    }
+    NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2", "LAYERS_0", "DAMPING_0",
+             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
+    NEEDS_OF(deep, "AE_10_9_8_7_6_5_4_3_2", "MLP_3_2_3_2_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2",
+             "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
+    NEEDS_OF(rich, "AE_6_5_3", "MLP_4_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_1", "WIDTH_4", "LAYERS_gyro_bimap_reeig",
+             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
+    NEEDS_OF(delan, "AE_4_2", "MLP_4", "STEP_euler", "CHART_none_0", "MASS_cholesky", "BASE_0", "WIDTH_2", "LAYERS_0", "DAMPING_0",
+             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
+    NEEDS_OF(curved, "AE_6_4_3", "MLP_4_3", "STEP_midpoint", "CHART_polynomial_2", "MASS_exponential", "BASE_0", "WIDTH_3", "LAYERS_0",
+             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
+    NEEDS_OF(wheel, "AE_3", "MLP_4_5", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_3", "LAYERS_0", "DAMPING_1",
+             "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "STORE_full")
+#ifndef ROLN_DOUBLE
+    NEEDS_OF(stored, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2", "LAYERS_0",
+             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_int8")
+#endif
+#undef NEEDS_OF
 }
 
 /* ---- some of the joints, stored weights ------------------------------------------------------- */
@@ -2499,6 +2572,7 @@ void TEST_NAME(roln)(void)
     test_variance_units();
     test_rollout();
     test_write();
+    test_needs();
     test_shuffle();
     test_fit();
     test_seam();
