@@ -1617,16 +1617,16 @@ static void test_needs(void)
         static const char *const words[NEEDS] = {__VA_ARGS__, OWN_WORDS}; \
         check_needs(&of##_model, #of, is, words); \
     }
-    NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2", "LAYERS_0", "DAMPING_0",
-             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
+    NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2", "LAYERS_0",
+             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
     NEEDS_OF(deep, "AE_10_9_8_7_6_5_4_3_2", "MLP_3_2_3_2_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_2",
              "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(rich, "AE_6_5_3", "MLP_4_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_1", "WIDTH_4", "LAYERS_gyro_bimap_reeig",
-             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
+    NEEDS_OF(rich, "AE_6_5_3", "MLP_4_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_1", "WIDTH_4",
+             "LAYERS_gyro_bimap_reeig", "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
     NEEDS_OF(delan, "AE_4_2", "MLP_4", "STEP_euler", "CHART_none_0", "MASS_cholesky", "BASE_0", "WIDTH_2", "LAYERS_0", "DAMPING_0",
              "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(curved, "AE_6_4_3", "MLP_4_3", "STEP_midpoint", "CHART_polynomial_2", "MASS_exponential", "BASE_0", "WIDTH_3", "LAYERS_0",
-             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
+    NEEDS_OF(curved, "AE_6_4_3", "MLP_4_3", "STEP_midpoint", "CHART_polynomial_2", "MASS_exponential", "BASE_0", "WIDTH_3",
+             "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
     NEEDS_OF(wheel, "AE_3", "MLP_4_5", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "WIDTH_3", "LAYERS_0", "DAMPING_1",
              "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "STORE_full")
 #ifndef ROLN_DOUBLE
