@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, dist, clean
-# make deps installs what these need:   make test, check, hash, mutants, fuzz, proof, numerics, upsets, soundness, record, learn,
-#                                       machines, errors, control, plans, rope, models, noise, experiments, eig, bench, sizes,
-#                                       count, firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, record,
+#                                       learn, machines, errors, control, plans, rope, models, noise, experiments, eig, bench,
+#                                       sizes, count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -19,8 +19,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash mutants record learn machines errors \
-        control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil \
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash sanitize mutants record learn machines \
+        errors control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench sizes count firmware pil \
         upsets fuzz proof soundness
 all: demo
 
@@ -114,6 +114,11 @@ hash:
 	sh tests/compilers/hash.sh host
 	sh tests/compilers/hash.sh targets
 
+# float and double under address, undefined and memory sanitizers, without samples; make test has float alone, of sweeps a sample
+sanitize: build/test_asan_both build/test_msan_both
+	./build/test_asan_both
+	./build/test_msan_both
+
 # Small faults put into the headers one at a time, which the unit tests have to find (tests/safety/mutants.py): half a minute each.
 # What is known from an earlier call is not done again; MUTANTS of 200 goes on where 100 ended.
 MUTANTS = 100
@@ -126,9 +131,10 @@ mutants:
 APART = -DROLN_INLINE=ROLN_FN
 KIND_unit32 = gcc $(STD) -O2 $(WARN)
 KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
-KIND_asan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=address,undefined -fno-sanitize-recover=all
+SANITIZED = clang $(STD) $(APART) -O1 -gline-tables-only $(WARN) -fno-sanitize-recover=all
+KIND_asan32 = $(SANITIZED) -fsanitize=address,undefined
 KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE
-KIND_msan32 = clang $(STD) $(APART) -O1 -g $(WARN) -fsanitize=memory -DFLOAT_ALONE
+KIND_msan32 = $(SANITIZED) -fsanitize=memory
 KIND_msan64 = $(KIND_msan32) -DROLN_DOUBLE
 # One name for all files of a build, so that the counts of a function of the headers are one sum over them all.
 COV = clang-19 $(STD) $(APART) -O1 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -Xclang -main-file-name -Xclang
@@ -144,20 +150,26 @@ endef
 $(foreach k,$(patsubst KIND_%,%,$(filter KIND_%,$(.VARIABLES))),$(eval $(call kind,$(k))))
 .SECONDARY:
 
-# every file of unit tests, as float and as double, in one program; what was not written shows in float alone as well,
-# where test_roln compares with itself in double
+# every file of unit tests, as float and as double, in one program; under sanitizers make test has float alone, where test_roln
+# compares with itself in double
 UNIT = $(basename $(wildcard tests/unit/test_*.c))
-unit = $(UNIT:%=build/$(1)32/%.o) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o build/$(1)32/tests/unit/check.o
+part = $(UNIT:%=build/$(1)32/%.o) build/$(1)32/tests/unit/check.o
+unit = $(call part,$(1)) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o
+alone = $(call part,$(1)) build/$(1)64/tests/unit/test_roln.o build/$(1)32/tests/unit/main_float.o
 build/test: $(call unit,unit)
-build/test_asan: $(call unit,asan)
-build/test_msan: $(UNIT:%=build/msan32/%.o) build/msan64/tests/unit/test_roln.o build/msan32/tests/unit/main.o \
-                 build/msan32/tests/unit/check.o
+build/test_asan: $(call alone,asan)
+build/test_msan: $(call alone,msan)
+build/test_asan_both: $(call unit,asan)
+build/test_msan_both: $(call unit,msan)
 build/test_cov: $(call unit,cov)
+build/%/tests/unit/main_float.o: tests/unit/main.c
+	@mkdir -p $(@D)
+	$(KIND) $(DEPENDS) -DFLOAT_ALONE -c $< -o $@
 build/test: KIND = $(KIND_unit32)
-build/test_asan: KIND = $(KIND_asan32)
-build/test_msan: KIND = $(KIND_msan32)
+build/test_asan build/test_asan_both: KIND = $(KIND_asan32)
+build/test_msan build/test_msan_both: KIND = $(KIND_msan32)
 build/test_cov: KIND = $(KIND_cov32)
-build/test build/test_asan build/test_msan build/test_cov:
+build/test build/test_asan build/test_msan build/test_asan_both build/test_msan_both build/test_cov:
 	$(KIND) $^ -o $@ -lm
 
 # threads under their sanitizer; interrupts, also with scratch that knows whether it is in use

@@ -10,21 +10,16 @@ passed=0
 failed=0
 turn=0
 
-# skip WANT CC: what is to be refused with a word is asked of two compilers, C and C++, which take turns; all else, of all four
-skip() {
-    case $1/$turn/$2 in
-    -/* | [0-9]*) false ;;
-    */0/clang\ * | */0/g++* | */1/gcc* | */1/clang++*) true ;;
-    *) false ;;
-    esac
-}
+cc0='gcc -std=c99 -xc' cc1='g++ -std=c++11 -xc++' cc2='clang -std=c99 -xc' cc3='clang++ -std=c++11 -xc++'
+# asked WANT: numbers of compilers. What is to be refused with a word is asked of one, and they take turns; all else, of all
+asked() { case $1 in - | [0-9]*) echo 0 1 2 3 ;; *) echo $((turn % 4)) ;; esac }
 
 # ask WANT WHAT: what stands in $dir/it is refused with this word; WANT -: it compiles
 ask() {
     want=$1 what=$2
-    turn=$((1 - turn))
-    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
-        ! skip "$want" "$cc" || continue
+    turn=$((turn + 1))
+    for number in $(asked "$want"); do
+        eval "cc=\$cc$number"
         out=$($cc -I. -Wall -Wpedantic -Werror -Wno-unused -fsyntax-only - < $dir/it 2>&1)
         code=$?
         if if [ "$want" = - ]; then [ $code -eq 0 ]; else [ $code -ne 0 ] && echo "$out" | grep -q "$want"; fi; then
@@ -281,9 +276,9 @@ END_OF_FILE
 # with WANT NAME=VALUE: the weights of arm in such a config; WANT a number: status of the program
 with() {
     { defines "$2"; cat $dir/main.c; } > $dir/with.c
-    turn=$((1 - turn))
-    for cc in 'gcc -std=c99 -xc' 'clang -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++'; do
-        ! skip "$1" "$cc" || continue
+    turn=$((turn + 1))
+    for number in $(asked "$1"); do
+        eval "cc=\$cc$number"
         out=$($cc -I. -I$dir -Wall -Wextra -Wpedantic -Wno-unused -ffp-contract=off $dir/with.c -o $dir/with -lm 2>&1)
         code=$?
         [ $code -ne 0 ] || { $dir/with; code=$?; }
