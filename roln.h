@@ -3968,13 +3968,13 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
 {
     char *p = text + 6;
     int i;
-    memcpy(text, "ANGLES", 7);
+    memcpy(text, "ANGLES", sizeof "ANGLES");
     if (f->angles == 0) return text;
     for (i = 0; i < f->n; i++) {
         *p++ = '_';
         *p++ = roln_lnn_angle(f, i) ? '1' : '0';
     }
-    memcpy(p, "_bits", 6);
+    memcpy(p, "_bits", sizeof "_bits");
     return text;
 }
 

@@ -1273,8 +1273,9 @@ ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_re
             i++;
             continue;
         }
-        if (sweeps-- == 0) /* unreached: no matrix is known that takes as many sweeps */
+        if (sweeps <= 0) /* unreached: no matrix is known that takes as many sweeps */
             return ROLN_E_NO_CONVERGENCE;
+        sweeps--;
         g = l[i + 1] - l[i];
         r = ROLN_SQRT(g * g + 4 * e[i] * e[i]);
         s = 2 * e[i] / (g < 0 ? g - r : g + r); /* tan of the rotation of rows i, i+1 */

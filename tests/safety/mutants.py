@@ -29,8 +29,8 @@ from headers import HEADERS
 TESTS = {
     "roln.h": {1: "units control roln", 2: "control safety units", 3: "control roln units", 4: "filter plan control units",
                5: "roln units newton", 6: "roln control filter chart units", 7: "safety roln", 8: "safety roln control units plan"},
-    "roln_ae.h": {1: "ae roln", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae", 8: "ae roln", 9: "ae",
-                  10: "chart"},
+    "roln_ae.h": {1: "ae roln", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae chart", 8: "ae roln",
+                  9: "ae", 10: "chart"},
     "roln_lnn.h": {i: "lnn" for i in range(1, 6)},
     "roln_riem.h": {1: "riem lbfgs", 2: "riem", 3: "riem", 4: "riem", 5: "riem", 6: "newton", 7: "lbfgs"},
     "roln_spd.h": {2: "elementary dense spd", 3: "elementary", 4: "elementary", 5: "dense", 6: "eig", 7: "spd", 8: "spd",

@@ -1971,6 +1971,9 @@ static void test_fit_limits(int k)
     free_motion.tau = NULL, l = was, fill(MAXN, 7, each);
     CHECK_OK(roln_fit_limits(&m, &free_motion, slack, &l, each, rates, ROOM(fit_limits)));
     CHECK(all(1, &l.margin, ROLN_C(0.1)) && all(1, &l.tau, 99) && !l.tau_each && !l.rate_each && all(MAXN, each, 7));
+    l = was, l.tau_each = each, l.tau = (roln_real)NAN; /* which counts for nothing beside tau_each */
+    CHECK_OK(roln_fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
+    CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
     check_fit_refused(k, &r, &start, &b, &was);
 }
 

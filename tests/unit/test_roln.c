@@ -1592,8 +1592,11 @@ static void check_needs(const roln_model *md, const char *name, const enumerator
     const char *at = text;
     size_t len = 0;
     const rolni_text to = {name, put, &len};
+    roln_model of_width = *md;
     int need, i = 0;
-    rolni_write_needs(&to, md);
+    for (need = 1; need <= ROLN_LAYERS_MAX; need++)
+        of_width.lnn.width[need] = 99; /* ROLN_WIDTH is the first */
+    rolni_write_needs(&to, &of_width);
     for (need = 0; need < NEEDS; need++) {
         int more = 0;
         snprintf(want, sizeof want, "typedef char %s_weights_are_of_ROLN_%s[", name, words[need]);

@@ -21,6 +21,13 @@ static int roln_finite(float x)
     return 1;
 }
 
+static int rolni_is_angle(float x)
+{
+    if (!(-0x1p20f <= x && x <= 0x1p20f)) return 0;
+    /*@ admit finite: \is_finite(x); */
+    return 1;
+}
+
 /*@ assigns \result \from x;
     ensures positive: \is_NaN(\result) || 0 <= \result; */
 static float rolni_exp(float x);
