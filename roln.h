@@ -563,14 +563,15 @@ ROLN_INLINE roln_motors rolni_motors(const roln_trained *m, const roln_motors *m
     return f;
 }
 
-/* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0. */
+/* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0, 1 if y is too small for a number. */
 ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
 {
     roln_real tx = 0, ty = 0, sx = 0, sy = 0;
     int i;
     for (i = 0; i < n; i++)
         tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
-    if (!(tx > 0) || !(ty > 0)) return 0;
+    if (!(tx > 0)) return 0;
+    if (!(ty > 0)) return 1;
     for (i = 0; i < n; i++)
         sx += x[i] / tx * (x[i] / tx), sy += y[i] / ty * (y[i] / ty);
     return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);

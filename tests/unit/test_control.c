@@ -708,7 +708,6 @@ static void check_square(int n, const drive *x, roln_real mu, const roln_real *u
         CHECK_NEAR(u[i], b[i], PICK(2e-2L, 1e-9L) * top);
 }
 
-/* Damped least squares. */
 /* Of a model with inputs, no motors are those that it has learned, undamped. */
 static void check_learned_inputs(int k, const roln_real *z, const roln_real *tau_z)
 {
@@ -722,6 +721,7 @@ static void check_learned_inputs(int k, const roln_real *z, const roln_real *tau
     CHECK(same(MAXN, u, same_u) && same(1, &lost, &same_lost));
 }
 
+/* Damped least squares. */
 static void test_allocate(int k)
 {
     static drive x;
@@ -770,6 +770,8 @@ static void test_allocate(int k)
     f.count = n, f.mu = 1;
     fill(n, 0, x.tau_z);
     CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 0));
+    x.tau_z[0] = PICK(1e-30f, 1e-250), f.mu = PICK(1e15f, 1e100); /* damped to 0: all of it is missed */
+    CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 1));
 }
 
 /* kp = diag(J^T Kp J), J by columns from the velocity that unit zd decodes to. */

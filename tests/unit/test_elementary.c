@@ -297,6 +297,14 @@ static void angles(void)
         CHECK_BELOW(off / (double)ROLN_EPS, scale[k].turn);
         CHECK(outside <= 0 && moved <= 0);
     }
+    {
+        double off = 0;
+        for (k = 1; k < 333000; k += 2) { /* where rounding decides between two turns */
+            const roln_real x = (k % 4 == 1 ? pi : -pi) * (roln_real)k;
+            off = fmax(off, (double)REF(fabs)(REF(remainder)((wide)roln_wrap(x) - (wide)x, turn)));
+        }
+        CHECK_BELOW(off / (double)ROLN_EPS, scale[4].turn);
+    }
     for (k = 0; k < 4; k++) {
         roln_sincos(odd[k], &s, &c);
         CHECK(s != s && c != c && roln_wrap(odd[k]) != roln_wrap(odd[k]));
