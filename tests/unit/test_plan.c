@@ -527,6 +527,44 @@ static void test_fallen(int k)
     }
 }
 
+/* The range shrinks so that the last plan leaves it: the next one stays inside, though it costs more than that. Returns whether there
+   was one. */
+static int turned_back(int k, uint64_t *s)
+{
+    static task x;
+    const int n = n_OF(k), n2 = 2 * n;
+    roln_planned pl;
+    roln_trained m;
+    roln_status st;
+    int i, l;
+    place(k, s, &x);
+    pl = planned(&x), m = model_of(&x);
+    x.goal.P = NULL, x.goal.hold = NULL, x.goal.load = NULL, x.goal.terms = 1, x.term[0] = x.term[2], x.term[0].last = 0;
+    fill(MAXM, ROLN_C(0.0009765625), x.u), fill(MAXN, 1, x.weight[0]), x.limits.margin = 0;
+    x.term[0].weight = x.weight[0], x.term[0].ref = x.ref[0];
+    for (i = 0; i < n; i++)
+        x.ref[0][i] = x.s[i] + (i % 2 ? -1 : 1), x.s[n + i] = 0;
+    if (roln_plan_next(&m, &x.goal, x.s, &pl, spare) != ROLN_OK) return 0;
+    for (i = 0; i < n; i++) {
+        const roln_real way = x.path[STEPS * n2 + i] - x.s[i];
+        x.low[i] = x.s[i] - ROLN_ABS(way) / 4, x.high[i] = x.s[i] + ROLN_ABS(way) / 4;
+        x.ref[0][i] = x.s[i];
+    }
+    st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+    for (l = 0; l <= STEPS && st == ROLN_OK; l++)
+        CHECK(roln_in_range(&m, 0, x.path + l * n2, x.path + l * n2 + n));
+    return st == ROLN_OK;
+}
+
+static void test_turned_back(int k)
+{
+    uint64_t s = 145 + (uint64_t)k;
+    int t, turned = 0;
+    for (t = 0; t < 10; t++)
+        turned += turned_back(k, &s);
+    CHECK(turned > 0);
+}
+
 /* Any number in place of any: state, goal, limits, range. A plan that is taken is finite, its torques within the limits; one that
    is refused leaves the last one; and what the motors are given is a number within their limits, or nothing. */
 static void test_any(int k)
@@ -647,6 +685,7 @@ void TEST_NAME(plan)(void)
         test_linear(k);
         test_refused(k);
         test_fallen(k);
+        test_turned_back(k);
         test_any(k);
         test_load(k);
     }
