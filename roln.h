@@ -3528,6 +3528,16 @@ typedef struct {
     roln_error *all, *joints;
 } roln_errors_to;
 
+ROLN_FN int rolni_errors_finite(int count, const roln_error *e)
+{
+    int i, bad = 0;
+    for (i = 0; i < count; i++) {
+        bad |= !roln_finite(e[i].q), bad |= !roln_finite(e[i].q_var);
+        bad |= !roln_finite(e[i].qd), bad |= !roln_finite(e[i].qd_var);
+    }
+    return !bad;
+}
+
 /* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon. */
 #define ROLNI_ERRORS_DECODE_MEM(X, S, nb) X(Y, 2 * (nb) * S(N)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, nb))
 ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m, int nb, const roln_real *s, const roln_real *x,
@@ -3604,11 +3614,9 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
         }
         work = start;
     }
-    for (k = 0; k <= b->steps / every; k++)
-        /* unreached: the spread of data that overflows does so in their error, too */
-        if (!roln_finite(e[k].q) || !roln_finite(e[k].q_var) || !roln_finite(e[k].qd) || !roln_finite(e[k].qd_var))
-            return ROLN_E_NOT_FINITE;
-    return ROLN_OK;
+    now = b->steps / every + 1;
+    if (!rolni_errors_finite(now, e)) return ROLN_E_NOT_FINITE;
+    return to->joints && !rolni_errors_finite(now * N, to->joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
 }
 
 /* Put index[0 .. count-1] in random order (Fisher-Yates): the same order for the same seed everywhere. */

@@ -623,6 +623,22 @@ static void test_errors(void)
         st = roln_errors(&m, &b, dt, 1, 1, qbar, &to, spare);
         CHECK(st == (what == 0 ? ROLN_OK : ROLN_E_NOT_FINITE));
     }
+    { /* errors of the joints alone overflow, whose unit is large */
+        static units_params p;
+        static units_start start;
+        const roln_real each[units_N] = {PICK(1e18f, 1e153), 1, 1, 1, 1};
+        const roln_trained of_units = {&units_model, &p.scale, z_min, z_max, zd_max, p.theta, each};
+        roln_error joints[TICKS * units_N];
+        const roln_errors_to both = {e, joints};
+        uint64_t seed = 7;
+        CHECK_OK(units_init(&p, &seed, &start));
+        p.scale.q = p.scale.t = 1;
+        for (what = 0; what < 2; what++) {
+            fill(TICKS * MAXN, 0, q), fill(TICKS * MAXN, 0, qd), fill(MAXN, 0, qbar);
+            q[0] = q[units_N] = q[2 * units_N] = 100 * each[0];
+            CHECK(roln_errors(&of_units, &b, dt, 1, 1, qbar, what ? &both : &to, spare) == (what ? ROLN_E_NOT_FINITE : ROLN_OK));
+        }
+    }
 }
 
 /* Where weights are written for flash: another least, a unit of angles. */
