@@ -137,7 +137,8 @@
    scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
    roln, finds that: scratch of prediction, control and training then knows whether it is in use, and who comes second gets
    ROLN_E_BUSY (of NAME_tick and NAME_guard_tick ROLN_FAULT_STATUS), outputs untouched. Of an interrupt always, of another core
-   nearly always. Without it there is nothing of this in the code.
+   nearly always. It is for tests, not for a loop with motors: a guard that is refused leaves the torque as it was, whatever that
+   is. Without it there is nothing of this in the code.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
@@ -859,7 +860,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
     g->bad = !bad ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
-    for (i = 0; i < nu; i++) {
+    for (i = 0; i < nu; i++) { /* want is there, unless bad */
         const roln_real last = rolni_last(limits, i, tau[i]);
         tau[i] = !bad ? rolni_clip(limits, i, last, want[i]) : faults & ROLN_FAULT_EXPIRED ? rolni_safe(limits, i) : last;
     }
@@ -927,15 +928,16 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
     roln_status st = roln_encode(m, x->q, x->qd, NULL, z, zd, NULL, work); /* done before anything else lies in work */
     ROLN_TICK_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_balance b = {0, 0};
-    rolni_seen seen = {x->q, x->qd, NULL, NULL, decoded, &b};
+    rolni_seen seen = {x->q, x->qd, NULL, NULL, decoded, NULL};
     if (st == ROLN_OK) {
         seen.z = z, seen.zd = zd;
         st = rolni_decode(m, z, zd, decoded, tape, work);
     }
     if (st == ROLN_OK && !rolni_motors_valid(m->model, limits->motors)) st = ROLN_E_SHAPE;
     if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
+    if (st == ROLN_OK) seen.balance = &b;
     if (st == ROLN_OK && !limits->motors && m->model->inputs == 0) st = rolni_lift(m, 2, tape, tau_z, tau, work);
-    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape);
+    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape); /* spent */
     return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
@@ -4667,7 +4669,7 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), at two thirds of the cost;
+   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), at less cost (make bench);
    where limits->motors or learned inputs are to make tau_z, allocate in place of lift, and g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)

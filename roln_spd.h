@@ -1273,7 +1273,7 @@ ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_re
             i++;
             continue;
         }
-        if (sweeps <= 0) /* unreached: no matrix is known that takes as many sweeps */
+        if (sweeps <= 0) /* unreached: no matrix is known that takes as many; test_eig.c allows less */
             return ROLN_E_NO_CONVERGENCE;
         sweeps--;
         g = l[i + 1] - l[i];

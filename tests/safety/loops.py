@@ -26,6 +26,11 @@ BOUNDED = {
     "rolni_write_integer": ["x falls to a tenth: 20 passes"],
     "rolni_write_real": ["m loses a bit a pass", "e moves towards 0 by min(|e|, 60)"],
     "rolni_write_need": ["said falls by one"],
+    "roln_errors": ["now is nb or what is left, at least 1: nb < 1 is refused"],
+    "roln_chart_add": ["now is ROLN_CHART_BLOCK or what is left"],
+    "rolni_newton_back": ["now is a block of rows, or what is left"],
+    "rolni_sym_sums": ["m is a multiple of w, or what is left"],
+    "roln_sym_chol": ["m is ROLNI_SYM_M of what is left, at least 1", "n_j is ROLNI_SYM_N or what is left"],
 }
 
 
@@ -60,7 +65,7 @@ def statement(text, at):
 def written(name, text):
     """Nonzero if the variable is written in the text."""
     return re.search(
-        r"(?<![\w.>#])%s\s*([-+*/|&%%]?=(?!=)|<<=|>>=|\+\+|--)|(\+\+|--)\s*%s\b|&%s\b(?!->|\.|\[)" % ((name,) * 3), text)
+        r"(?<![\w.>#])%s\s*([-+*/|&%%]?=(?!=)|<<=|>>=|\+\+|--)|(\+\+|--)\s*%s\b|&%s\b(?!->|\.|\[)" % ((re.escape(name),) * 3), text)
 
 
 def counts(header, body):
@@ -74,7 +79,12 @@ def counts(header, body):
         if not step:
             continue
         sign = (step.group(1) or step.group(2))[0]
-        names = set(re.findall(r"(?<![\w.>])[A-Za-z_]\w*(?!\s*\()", bound)) | {v}
+        by = re.search(r"(?<![\w.>])%s\s*[-+]=\s*([^,]*)" % v, parts[2])
+        read = bound + " " + (by.group(1) if by else "")
+        names = set(re.findall(r"(?<![\w.>])[A-Za-z_]\w*(?:(?:->|\.)\w+)*(?!\s*\()", read)) | {v}
+        names |= {re.split(r"->|\.", x)[0] for x in names}
+        if "||" in re.sub(r"\([^()]*\)", "", parts[1]):
+            return False
         if up == (sign == "+") and not any(written(x, body) for x in names):
             return True
     return False

@@ -377,6 +377,12 @@ static void test_guard(int k)
         f = roln_tick(&m, &l, &x, &ref, z, zd, &held, spare);
         CHECK((f & ROLN_FAULT_INPUT) && all(F, tau, 0));
     }
+    l.tau = 1, l.hold = 2, l.strict = 1; /* where the measurement or what is wanted is no number, nothing is said of its limits */
+    fill(n, 0, z), fill(n, 0, zd), fill(MAXN, 2, tau), memset(&g, 0, sizeof g);
+    q[0] = (roln_real)NAN;
+    CHECK(roln_guard_tick(&m, &l, &x, z, zd, tau, &held, spare) == ROLN_FAULT_INPUT);
+    q[0] = 0, safe[F - 1] = (roln_real)NAN, fill(F - 1, 2, safe);
+    CHECK(roln_guard_tick(&m, &l, &x, z, zd, safe, &held, spare) == ROLN_FAULT_OUTPUT);
 }
 
 /* The torque of motors that are the joints or inputs themselves is what it is. */

@@ -527,8 +527,7 @@ static void test_fallen(int k)
     }
 }
 
-/* The range shrinks so that the last plan leaves it: the next one stays inside, though it costs more than that. Returns whether there
-   was one. */
+/* The range shrinks so that the last plan leaves it: the next one stays inside. Returns whether there was one. */
 static int turned_back(int k, uint64_t *s)
 {
     static task x;

@@ -703,6 +703,8 @@ static void test_work(void)
         CHECK(roln_adam_update(1, one + k, &opt, PICK(1e25f, 1e170), g, x, &a, &(roln_moments){m, v, w},
                                owork) == ROLN_E_NOT_FINITE); /* <g, g> */
         CHECK(a.t == 1 && roln_finite(v[0]) && roln_finite(w[0]));
+        w[0] = (roln_real)INFINITY; /* a largest second moment that is none */
+        CHECK(roln_adam_update(1, one + k, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, owork) == ROLN_E_NOT_FINITE && a.t == 1);
     }
 }
 

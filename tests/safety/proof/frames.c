@@ -52,5 +52,6 @@ int main(void)
         take((uint8_t)any);
         /*@ assert have: 0 <= line.have < SIZE; */
     }
+    /*@ assert ended: \true; */
     return 0;
 }

@@ -59,5 +59,6 @@ int main(void)
     arm_proof(&arm_limits, most);
     pend2_proof(&checks, each);
     pend2_proof(&strict, each);
+    /*@ assert ended: \true; */
     return 0;
 }

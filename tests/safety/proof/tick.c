@@ -44,5 +44,6 @@ int main(void)
     NAME(tick)(&params, &limits, &x, &ref, &s, &guard, &work);
     for (i = 0; i < COUNT; i++)
         may_go_to_a_motor(guard.tau[i], top[i]);
+    /*@ assert ended: \true; */
     return 0;
 }
