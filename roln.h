@@ -2138,7 +2138,6 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
     if (st == ROLN_OK) st = rolni_plan_solve(n, b, gap);
     if (st != ROLN_OK) return st;
     for (part = 1; part > ROLN_C(0.2); part /= 2)
-        /* unreached: a base that leaves the range, yet costs less than a step that does not; none of 12,000 */
         if (rolni_plan_try(m, b, part, cost) == ROLN_OK && (!in || *cost <= before)) return ROLN_OK;
     rolni_copy(count, b->u0, b->u1);
     rolni_copy((b->steps + 1) * n2, b->s0, b->s1);

@@ -202,8 +202,8 @@ class Bench:
         return path
 
     def judge(self, test, bits, path, limit, compiler=GCC):
-        """Exit code of the program that an object makes with the clean one of the other type, which may hold its reference; "none" if
-        they do not link."""
+        """Exit code of the program that an object makes with the clean one of the other type, which may hold its reference; "none"
+        if they do not link."""
         program = "%s/%s%d" % (DIR, test, bits)
         other = self.clean(test, 96 - bits)
         test_is = "-DTEST=test_%s_f%d" % (test, bits)
