@@ -304,7 +304,7 @@ def quick(bench, mutants):
     return passed, failed
 
 
-def state():
+def state_of_headers():
     """Of the headers: another one begins anew."""
     sums = hashlib.sha256()
     for path in HEADERS:
@@ -315,7 +315,7 @@ def state():
 
 def sample(bench, mutants, count, seed):
     known = {}
-    path = "%s/results.%s" % (DIR, state())
+    path = "%s/results.%s" % (DIR, state_of_headers())
     if os.path.exists(path):
         with open(path) as text:
             known = {line.split()[0]: line.split()[1] for line in text if line.strip()}
