@@ -252,7 +252,6 @@ class Bench:
         differs = []
         for test, bits in [(t, bits) for bits in (32, 64) for t in tests] + [(t, 32) for t in others]:
             clean = self.clean(test, bits)
-            self.limit(test, bits)  # as it is, before the mutant takes its place
             mutated = self.build(m, test, bits)
             if not mutated:
                 return "none", ""
