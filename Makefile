@@ -202,7 +202,7 @@ $(patsubst %,build/fuzz/%/fuzz_frames,au m none): build/firmware/pend16_weights.
 fuzz: $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
 	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS)
 
-# Frama-C Eva, for all bits that may come in: nothing undefined, torques within their limits (tests/safety/proof); ten minutes
+# Frama-C Eva, for all bits that may come in: nothing undefined, torques within their limits (tests/safety/proof); five minutes
 proof:
 	@sh tests/safety/proof/proof.sh all
 
@@ -319,7 +319,7 @@ eig: build/eig32 build/eig64
 build/eig32 build/eig64: build/eig%: build/host%/$(EIG).o build/host32/tests/unit/check.o
 	gcc $^ -o $@ -lm
 
-# errors of arithmetic: all floats, a million matrices, torques; half an hour, compared with the tables of docs/accuracy.md
+# errors of arithmetic: all floats, a million matrices, torques; minutes, compared with the tables of docs/accuracy.md
 numerics:
 	sh tests/safety/numerics.sh
 

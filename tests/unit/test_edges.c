@@ -664,6 +664,8 @@ static void test_write(void)
         if (what == 2) p.scale.q = 2;
         CHECK(roln_write(&wheel_model, "w", &p, put_nothing, NULL) == ROLN_E_SHAPE && puts_seen == 0);
     }
+    CHECK_OK(wheel_init(&p, &seed, &start)); /* as it is */
+    CHECK(roln_write(&wheel_model, "w", &p, put_nothing, NULL) == ROLN_OK && puts_seen > 0);
     CHECK(wheel_init_pod(&p, 0, p.theta, p.theta, p.theta, &seed, &start) != ROLN_OK);
 }
 

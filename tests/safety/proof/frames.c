@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* frames.c - whatever bytes come from the line, at whatever time, examples/firmware/serial.c does nothing undefined. Its invariant,
-   0 <= line.have < SIZE, holds at the start. main: `take` keeps it, any bytes and each line.have, or the first FEW and the last.
+   0 <= line.have < SIZE, holds at the start. main: `take` keeps it, any bytes and each line.have.
    serial_main: with that, any letters, deadlines and numbers in all ticks. The tick itself leaves any bits here. */
 
 #include "eva.h"
@@ -46,7 +46,6 @@ int main(void)
 {
     int have;
     for (have = 0; have < SIZE; have++) {
-        if (have >= FEW && have < SIZE - 1) continue;
         EVA_ANY(line);
         line.have = have;
         take((uint8_t)any);
