@@ -1404,7 +1404,7 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
    s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
    ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
    ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors;
-   ROLN_E_RANGE: dt; status of roln_linear, roln_dare. Dry friction is left out, it is no damping. Cost roln_linear and roln_dare
+   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of roln_linear, roln_dare. Dry friction is left out, it is no damping. Cost roln_linear and roln_dare
    of 2n. work [ROLN_LQR_WORK]. */
 #define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
 #define ROLN_LQR_WORK(S) \
@@ -1413,12 +1413,18 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
                                  roln_real *P, roln_real *work)
 {
     const int n2 = 2 * m->model->lnn.n, n = m->model->lnn.n, force_size = roln_force_size(m->model);
+    const int motors = rolni_torques(m->model, cost->motors);
     ROLN_LQR_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     roln_status st = rolni_cost_at(m, cost, s, u, A, B, D, work);
-    if (st == ROLN_OK) st = roln_dare(n2, rolni_torques(m->model, cost->motors), A, B, D, cost->u, C, K, work);
-    if (st != ROLN_OK || !P) return st;
-    rolni_zero(n2 * n2, P);
-    roln_mm_at(n2, n2, n2, C, C, P);
+    if (st == ROLN_OK) st = roln_dare(n2, motors, A, B, D, cost->u, C, B, work);
+    if (st != ROLN_OK) return st;
+    if (P) {
+        rolni_zero(n2 * n2, A);
+        roln_mm_at(n2, n2, n2, C, C, A);
+        if (!roln_all_finite(n2 * n2, A)) return ROLN_E_NOT_FINITE; /* unreached: by tests; the fuzzer does, with C beyond 1e19 */
+        rolni_copy(n2 * n2, A, P);
+    }
+    rolni_copy(motors * n2, B, K);
     return ROLN_OK;
 }
 

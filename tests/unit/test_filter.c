@@ -52,6 +52,7 @@ static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, cons
     CHECK((faults & ~e->f.faults) == 0);
     CHECK(roln_all_finite(n_OF(k), e->z) && roln_all_finite(n_OF(k), e->zd) && roln_all_finite(n_OF(k), e->load));
     CHECK(roln_all_finite(side_of(n_OF(k)) * side_of(n_OF(k)), e->F));
+    CHECK(all(MAXN - n_OF(k), e->z + n_OF(k), 0) && all(MAXN - n_OF(k), e->zd + n_OF(k), 0)); /* and nothing behind them */
     return faults;
 }
 
