@@ -2566,10 +2566,10 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
 /* The discrete algebraic Riccati equation, by structured doubling (SDA; Chu, Fan, Lin, Wang 2004) in factors, and the feedback of
    least cost:
        X = Q + A^T X A - A^T X B K,   K = (R + B^T X B)^-1 B^T X A,   u = -K x
-   A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C, and
-   K [m][n] out (it may be B), untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are usual, of about
-   40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n steps of
-   roln_riccati, which forget their start the faster there, bring them back.
+   A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C,
+   and K [m][n] out (it may be B), untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are
+   usual, of about 40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n
+   steps of roln_riccati, which forget their start the faster there, bring them back.
    ROLN_E_NOT_FINITE: an input; ROLN_E_NOT_SPD: r; ROLN_E_NO_CONVERGENCE, to working precision: B cannot stabilise A, or Q does not
    see what has to be stabilised. work [ROLN_DARE_WORK]. */
 #define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))
