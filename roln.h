@@ -1404,8 +1404,8 @@ ROLN_INLINE roln_status rolni_cost_at(const roln_trained *m, const roln_cost *co
    s [2n] = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
    ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
    ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors;
-   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of roln_linear, roln_dare. Dry friction is left out, it is no damping. Cost roln_linear and roln_dare
-   of 2n. work [ROLN_LQR_WORK]. */
+   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of roln_linear, roln_dare. Dry friction is left out, it is no damping. Cost
+   roln_linear and roln_dare of 2n. work [ROLN_LQR_WORK]. */
 #define ROLN_LQR_MEM(X, S) X(A, 4 * S(n) * S(n)) X(B, 2 * S(n) * S(force_size)) X(D, 4 * S(n) * S(n)) X(C, 4 * S(n) * S(n))
 #define ROLN_LQR_WORK(S) \
     (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + ROLN_MAX(S(cost_work), ROLN_DARE_WORK(2 * S(n), S(force_size))))
