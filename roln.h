@@ -937,7 +937,7 @@ ROLN_INLINE uint32_t roln_tick(const roln_trained *m, const roln_limits *limits,
     if (st == ROLN_OK) st = rolni_control(m, z, zd, ref, tau_z, &b, work);
     if (st == ROLN_OK) seen.balance = &b;
     if (st == ROLN_OK && !limits->motors && m->model->inputs == 0) st = rolni_lift(m, 2, tape, tau_z, tau, work);
-    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape); /* spent */
+    else if (st == ROLN_OK) st = roln_allocate(m, z, limits->motors, tau_z, tau, &held->guard->missed, tape); /* not needed now */
     return rolni_guard(m, limits, &seen, st == ROLN_OK ? tau : NULL, held, work);
 }
 
@@ -1421,7 +1421,7 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
     if (P) {
         rolni_zero(n2 * n2, A);
         roln_mm_at(n2, n2, n2, C, C, A);
-        if (!roln_all_finite(n2 * n2, A)) return ROLN_E_NOT_FINITE; /* unreached: by tests; the fuzzer does, with C beyond 1e19 */
+        if (!roln_all_finite(n2 * n2, A)) return ROLN_E_NOT_FINITE;
         rolni_copy(n2 * n2, A, P);
     }
     rolni_copy(motors * n2, B, K);
@@ -3529,12 +3529,13 @@ typedef struct {
     roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
-/* Where errors go: those of all joints, e, and those of each joint, [N], in the unit of that joint, NULL: not wanted; both for each
-   horizon. */
+/* Where errors go, for each horizon: those of all joints together, and those of each joint, [N], in its own unit; NULL: not
+   wanted. */
 typedef struct {
     roln_error *all, *joints;
 } roln_errors_to;
 
+/* All numbers of e [count] are finite. */
 ROLN_FN int rolni_errors_finite(int count, const roln_error *e)
 {
     int i, bad = 0;
@@ -4674,8 +4675,9 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
-   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), at less cost (make bench);
-   where limits->motors or learned inputs are to make tau_z, allocate in place of lift, and g->g.missed. */
+   control, lift and guard_tick in one call, the same bits (but for r->load in the guard's residual), with the state decoded once
+   and the networks evaluated once; where limits->motors or learned inputs are to make tau_z, allocate in place of lift, and
+   g->g.missed. */
 ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x, const ROLNI_(target) *r,
                               ROLNI_(latent) *s, ROLNI_(guard) *g, ROLNI_(work) *work)
 {

@@ -32,7 +32,7 @@
 
 enum { M(side2) = 2 * M(n), M(nu) = M(force_size) };
 
-/* What lives from call to call. */
+/* What lives from call to call; in lim, limits and where they point. */
 static M(params) M(p);
 static M(latent) M(s);
 static M(state) M(x);
@@ -40,12 +40,33 @@ static M(target) M(r);
 static M(guard) M(g);
 static M(filter) M(f);
 static M(work) M(w);
+static struct {
+    roln_limits l;
+    roln_motors motors;
+    roln_real tau[M(N)], rate[M(N)], safe[M(N)], B[M(N) * M(N)];
+} M(lim);
+#ifdef HAS_PLAN
+static M(plan) M(pl);
+#endif
+#ifdef HAS_STORE_NOT
+static M(gradient) M(gr);
+static M(optimiser) M(o);
+static M(residuals) M(rs);
+static M(newton) M(nt);
+#endif
 
-/* The model, and all that lives with it, anew. */
+/* All of it but scratch anew, so that an input does the same behind any other. */
 static void M(fresh)(void)
 {
     memset(&M(s), 0, sizeof M(s)), memset(&M(x), 0, sizeof M(x)), memset(&M(r), 0, sizeof M(r));
-    memset(&M(g), 0, sizeof M(g)), memset(&M(f), 0, sizeof M(f));
+    memset(&M(g), 0, sizeof M(g)), memset(&M(f), 0, sizeof M(f)), memset(&M(lim), 0, sizeof M(lim));
+#ifdef HAS_PLAN
+    memset(&M(pl), 0, sizeof M(pl));
+#endif
+#ifdef HAS_STORE_NOT
+    memset(&M(gr), 0, sizeof M(gr)), memset(&M(o), 0, sizeof M(o));
+    memset(&M(rs), 0, sizeof M(rs)), memset(&M(nt), 0, sizeof M(nt));
+#endif
 }
 
 #ifdef HAS_STORE
@@ -55,9 +76,11 @@ static void M(random)(uint64_t *seed)
     static unsigned char bytes[FULL];
     static M(start) work;
     static M(params) made[4]; /* storing takes as long as a hundred calls */
-    M(params) *p = made + roln_randint(4, seed);
+    const int which = roln_randint(4, seed);
+    M(params) *p = made + which;
     if (p->slope == 0) {
-        JOIN(SIBLING, random)(seed);
+        uint64_t own = (uint64_t)which; /* not that of the input which comes first */
+        JOIN(SIBLING, random)(&own);
         JOIN(SIBLING, pack)(&JOIN(SIBLING, p), bytes);
         CLAIM(M(store)(FULL, bytes, p, &work) == ROLN_OK);
     }
@@ -203,13 +226,6 @@ static void M(call_small)(int which)
 }
 
 /* ---- control ---- */
-
-/* Limits and where they point. */
-static struct {
-    roln_limits l;
-    roln_motors motors;
-    roln_real tau[M(N)], rate[M(N)], safe[M(N)], B[M(N) * M(N)];
-} M(lim);
 
 static void M(limits_of)(void)
 {
@@ -376,7 +392,6 @@ static void M(call_filter)(int which)
 }
 
 #ifdef HAS_PLAN
-static M(plan) M(pl);
 
 /* Torques of a plan: within their limits, and from one to the next within the rate; states are finite, and in range. */
 static void M(claim_plan)(const roln_goal *g)
@@ -509,10 +524,6 @@ static void M(call_fit)(int which)
 }
 
 #ifdef HAS_STORE_NOT
-static M(gradient) M(gr);
-static M(optimiser) M(o);
-static M(residuals) M(rs);
-static M(newton) M(nt);
 
 static void M(call_train)(int which)
 {

@@ -246,7 +246,7 @@ class Bench:
         return path if compiled else None
 
     def result(self, m):
-        """killed, survived, same (the same objects) or none (it does not compile), and by which file."""
+        """killed, survived, same (the same objects) or none (it does not compile or link), and by which file."""
         tests = TESTS[m.function.header][m.function.section].split()
         others = sorted(f[5:-2] for f in os.listdir("tests/unit") if f.startswith("test_") and f[5:-2] not in tests)
         differs = []
@@ -260,11 +260,17 @@ class Bench:
                     continue
             differs.append(test)
             code = self.judge(test, bits, mutated, self.limit(test, bits))
+            if code == "none":
+                return "none", ""
             if code != 0:
-                return ("killed", "%s%d" % (test, bits)) if code != "none" else ("none", "")
+                return "killed", "%s%d" % (test, bits)
         for test in [t for t in tests + others if t in differs]:
             limit = self.limit(test, 32, SANITIZED)
-            if self.judge(test, 32, self.build(m, test, 32, SANITIZED), limit, SANITIZED) != 0:
+            mutated = self.build(m, test, 32, SANITIZED)
+            code = self.judge(test, 32, mutated, limit, SANITIZED) if mutated else "none"
+            if code == "none":
+                return "none", ""
+            if code != 0:
                 return "killed", test + " sanitized"
         return ("survived" if differs else "same"), ""
 

@@ -9,6 +9,10 @@
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
 #include "roln.h"
+#define ROLN_NAME slider /* one joint as it is */
+#define ROLN_AE 1
+#define ROLN_MLP 2
+#include "roln.h"
 #include "small.h"
 
 void TEST_NAME(edges)(void);
@@ -419,6 +423,42 @@ static void test_feedback(int k)
     }
 }
 
+/* A cost to go that overflows where its factor is just finite. Nearly all of the cost is that of the position, since a step is so
+   short; its weight goes up with that of the motor, until roln_dare refuses the sum of squares of the factor. Below this edge the
+   last digit of the factor, which the steps behind the doubling change, is enough: P is refused, the feedback without P is not. */
+static void test_cost_to_go(void)
+{
+    enum { TRIES = 20, BELOW = 100 };
+    static slider_params p;
+    static slider_start start;
+    static slider_lqrwork work;
+    const slider_latent s = {{0}, {0}};
+    const roln_real none[1] = {0};
+    roln_real q[1], u[1], K[2], P[4];
+    const roln_cost cost = {q, none, u, sizeof(roln_real) == 4 ? ROLN_C(1e-5) : ROLN_C(1e-10), NULL};
+    uint64_t seed = 1, r = 2;
+    int t, i, refused = 0;
+    CHECK_OK(slider_init(&p, &seed, &start));
+    p.dt = ROLN_C(0.01), p.z_min[0] = -1, p.z_max[0] = 1, p.zd_max[0] = 1;
+    for (t = 0; t < TRIES; t++) {
+        roln_real low = 1, high = TOP;
+        q[0] = TOP / 2 * (1 + roln_uniform(&r));
+        for (i = 0; i < 400; i++) {
+            u[0] = low / 2 + high / 2;
+            if (slider_lqr(&p, &cost, &s, NULL, K, NULL, &work) == ROLN_OK) low = u[0];
+            else high = u[0];
+        }
+        for (i = 0; i < BELOW; i++) {
+            u[0] = low * (1 - (roln_real)i * ROLN_EPS / 2);
+            if (slider_lqr(&p, &cost, &s, NULL, K, NULL, &work) != ROLN_OK) continue;
+            fill(2, 7, K), fill(4, 7, P);
+            if (slider_lqr(&p, &cost, &s, NULL, K, P, &work) == ROLN_OK) CHECK(roln_all_finite(4, P) && roln_all_finite(2, K));
+            else CHECK(all(4, P, 7) && all(2, K, 7)), refused++;
+        }
+    }
+    CHECK(refused > 0);
+}
+
 /* Recordings that lack what they need, each kind of need by itself. */
 static void test_batches(int k)
 {
@@ -740,6 +780,7 @@ void TEST_NAME(edges)(void)
         test_filter(k);
         if (!models[k].md->lnn.angles && k != PUSHED && k != DEEP) test_noise(k);
     }
+    test_cost_to_go();
     test_own_units();
     test_weights();
     test_errors();

@@ -40,6 +40,14 @@ static float roln_expm1(float x);
 #define fabsf(x) EVA_ABS(x)
 #define __builtin_memcpy memcpy
 #define EVA_ANY(x) Frama_C_make_unknown((char *)&(x), sizeof (x)) /* any bits */
+
+/* What guard.c and tick.c assert of a torque. */
+static void may_go_to_a_motor(float tau, float limit)
+{
+    /*@ assert finite: \is_finite(tau); */
+    /*@ assert within: -limit <= tau <= limit; */
+    (void)tau, (void)limit;
+}
 #endif
 
 #endif

@@ -16,13 +16,6 @@
 
 volatile int any;
 
-static void may_go_to_a_motor(float tau, float top)
-{
-    /*@ assert finite: \is_finite(tau); */
-    /*@ assert within: -top <= tau <= top; */
-    (void)tau, (void)top;
-}
-
 #define GUARD(name, count) \
     static name##_params name##_any; \
     static name##_state name##_x; \

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # proof.sh - Frama-C Eva proves, of all bits that may come in, that nothing undefined happens and that what the harnesses beside
-# this file assert holds. Last line: N passed, N failed: properties proved; alarms and properties not proved.
+# this file assert holds. Last line: N passed, N failed: properties proved, and lemmas that held on all floats or a sample of
+# them; alarms, properties not proved, lemmas that did not hold.
 #
 #   proof.sh            the step
 #   proof.sh all        with all of lemma.c on all floats, a minute more

@@ -30,13 +30,6 @@ static NAME(latent) s;
 static NAME(guard) guard;
 static NAME(work) work;
 
-static void may_go_to_a_motor(float tau, float most_of_it)
-{
-    /*@ assert finite: \is_finite(tau); */
-    /*@ assert within: -most_of_it <= tau <= most_of_it; */
-    (void)tau, (void)most_of_it;
-}
-
 int main(void)
 {
     int i;
