@@ -198,9 +198,10 @@ endef
 $(foreach k,$(patsubst FUZZ_%,%,$(filter FUZZ_%,$(.VARIABLES))),$(eval $(call fuzzed,$(k))))
 $(patsubst %,build/fuzz/%/fuzz_frames,au m none): build/firmware/pend16_weights.h
 
-# random inputs and calls, SECONDS for each target and kind, JOBS at a time; a table of all that was run so far
+# random inputs and calls, SECONDS for each target and kind (RUNS="none/csv none/calls": these), JOBS at a time; a table of all
+# that was run so far
 fuzz: $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
-	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS)
+	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS) $(RUNS)
 
 # Frama-C Eva, for all bits that may come in: nothing undefined, torques within their limits (tests/safety/proof); five minutes
 proof:

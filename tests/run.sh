@@ -16,45 +16,45 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 # what takes longest first
 steps() {
     cat << 'end'
-hash         sh tests/compilers/hash.sh test host
-sanitize-m   build/test_msan sample
-targets      sh tests/compilers/hash.sh test targets
-coverage     python3 tests/safety/coverage.py
-sanitize-au  build/test_asan sample
 pil          build/pil host m4 rv32
-train        sh tests/user/train.sh
 unit         build/test
-symbols      sh tests/compilers/symbols.sh
-mutants      python3 tests/safety/mutants.py quick
-config       sh tests/compilers/config.sh
-steady       sh tests/safety/steady.sh
-numerics     sh tests/safety/numerics.sh test
-mujoco       build/test_mujoco
-examples     sh tests/user/examples.sh
-record       sh tests/user/record.sh
-sizes        sh tests/measure/sizes.sh test
-firmware     sh tests/firmware/firmware.sh
-upsets       sh tests/firmware/upsets.sh test
-machines     build/machines m4 rv32
-plans        build/plans test
-swing        build/swing test
-plansize     sh tests/measure/plan.sh test
-rope         build/rope check
 proof        sh tests/safety/proof/proof.sh
-misra        python3 tests/safety/misra.py
+coverage     python3 tests/safety/coverage.py
+train        sh tests/user/train.sh
+targets      sh tests/compilers/hash.sh test targets
+examples     sh tests/user/examples.sh
 analyzers    sh tests/safety/analyzers.sh
+sanitize-au  build/test_asan sample
+misra        python3 tests/safety/misra.py
+mujoco       build/test_mujoco
+hash         sh tests/compilers/hash.sh test host
+config       sh tests/compilers/config.sh
+sanitize-m   build/test_msan sample
+firmware     sh tests/firmware/firmware.sh
+mutants      python3 tests/safety/mutants.py quick
+sizes        sh tests/measure/sizes.sh test
+fuzz         sh tests/safety/fuzz.sh test
 warnings     sh tests/compilers/warnings.sh
 readme       sh tests/user/readme.sh
+machines     build/machines m4 rv32
+record       sh tests/user/record.sh
 experiments  build/test_experiments
 packaging    sh tests/user/packaging.sh
+symbols      sh tests/compilers/symbols.sh
+plansize     sh tests/measure/plan.sh test
 latent       build/test_latent
-style        sh tests/style/style.sh
+numerics     sh tests/safety/numerics.sh test
 import       sh tests/user/import.sh
+steady       sh tests/safety/steady.sh
+style        sh tests/style/style.sh
+upsets       sh tests/firmware/upsets.sh test
+plans        build/plans test
+threads      sh tests/safety/threads.sh
+swing        build/swing test
 list         sh tests/compilers/list.sh
+rope         build/rope check
 lint         sh tests/user/lint.sh
 opinf        build/test_opinf
-fuzz         sh tests/safety/fuzz.sh test
-threads      sh tests/safety/threads.sh
 deps         sh tests/user/deps.sh
 soundness    sh tests/safety/soundness.sh
 end

@@ -4,9 +4,10 @@
 #
 #   fuzz.sh test       a minute in all, from the committed inputs, tests/safety/corpus, with fixed seeds. Last line: N passed, N
 #                      failed
-#   fuzz.sh SECONDS    each for so long, JOBS at a time, on from the inputs that were found before, build/fuzz/corpus; then a table
-#                      of all runs so far of these headers, whose calls are added up in build/fuzz/total.STATE. What breaks is kept
-#                      in build/fuzz/found, and the exit code is 1 then
+#   fuzz.sh SECONDS [KIND/TARGET ..]
+#                      all of them, or these, each for so long, JOBS at a time, on from the inputs that were found before,
+#                      build/fuzz/corpus; then a table of all runs so far of these headers, whose calls are added up in
+#                      build/fuzz/total.STATE. What breaks is kept in build/fuzz/found, and the exit code is 1 then
 #   fuzz.sh table      the table alone
 #
 # Calls are those of what is tested: packets read, frames taken and answered, files read, functions called; an input holds several.
@@ -58,11 +59,15 @@ test)
     ;;
 *)
     seconds=${1:-300}
-    rm -f $out/runs.long
-    for r in $all $more; do echo "$r $seconds $out/corpus/${r#*/} 0"; done |
-        runs=long xargs -P "${JOBS:-1}" -L 1 sh tests/safety/fuzz.sh one
-    cat $out/runs.long >> $total
+    [ $# -eq 0 ] || shift
+    [ $# -gt 0 ] || set -- $all $more
+    for r in "$@"; do echo "$r $seconds $out/corpus/${r#*/} 0"; done |
+        runs=$$ xargs -P "${JOBS:-1}" -L 1 sh tests/safety/fuzz.sh one
+    cat $out/runs.$$ >> $total
     table
-    awk '$5 != 0 { bad++ } END { exit bad > 0 || NR == 0 }' $out/runs.long
+    awk '$5 != 0 { bad++ } END { exit bad > 0 || NR == 0 }' $out/runs.$$
+    code=$?
+    rm $out/runs.$$
+    exit $code
     ;;
 esac
