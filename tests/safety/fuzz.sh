@@ -17,14 +17,15 @@ total=$out/total.$(cat roln*.h tests/safety/fuzz*.[ch] | cksum | cut -d ' ' -f 1
 all='au/packed m/packed au/frames m/frames au/csv m/csv au/calls m/calls'
 more='audouble/packed audouble/calls none/packed none/frames none/csv none/calls' # double; without a sanitizer, at full speed
 
-# one KIND/TARGET SECONDS CORPUS SEED: inputs that reach new code are added to CORPUS; adds a line to total: calls, inputs, seconds
+# one KIND/TARGET SECONDS CORPUS SEED: inputs that reach new code are added to CORPUS; adds a line to runs: calls, inputs, seconds,
+# exit code. -entropic=0: to count how rare a feature is takes longer than the calls
 if [ "$1" = one ]; then
     kind=${2%/*} target=${2#*/} log=$out/log/${2%/*}-${2#*/}
     mkdir -p "$4" $out/found $out/log
     [ "$target" = csv ] && set -- "$@" -dict=tests/safety/corpus/csv.dict
     corpus=$4 seed=$5 seconds=$3 code=0
     shift 5
-    "$out/$kind/fuzz_$target" -max_total_time="$seconds" -seed="$seed" -timeout=30 -max_len=512 -len_control=0 \
+    "$out/$kind/fuzz_$target" -max_total_time="$seconds" -seed="$seed" -timeout=30 -max_len=512 -len_control=0 -entropic=0 \
         -print_final_stats=1 -artifact_prefix="$out/found/$kind-$target-" "$@" "$corpus" "tests/safety/corpus/$target" \
         > "$log" 2>&1 || code=$?
     awk -v run="$kind/$target" -v code=$code -v seconds="$seconds" '/^calls / { c = $2 } /number_of_executed_units/ { n = $2 }
