@@ -624,7 +624,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
 
 /* What stands between a model and a motor. Bits of a fault word: */
 enum {
-    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, or dt is not positive */
+    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are none */
     ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
     ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
     ROLN_FAULT_LIMIT = 8,   /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
@@ -647,12 +647,12 @@ typedef struct {
     int window;       /* ticks over which the residual is averaged before it is compared with power; 0, 1: each by itself */
     int strict;       /* 1: a torque beyond a limit of torque or rate is a fault; 0: it is clipped */
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
-    const roln_real *tau_each, *rate_each; /* [roln_force_size] in place of tau, of rate; NULL: these */
-    const roln_real *safe; /* [roln_force_size] torque once the guard has expired, read in every tick; NULL: 0 */
-    const roln_motors *motors; /* where they act, and torques are theirs, [count]; NULL: at each joint, or the learned inputs */
-} roln_limits;
+    const roln_real *tau_each, *rate_each; /* [torques] in place of tau, of rate; NULL: these */
+    const roln_real *safe; /* [torques] once the guard has expired, read in every tick; NULL: 0 */
+    const roln_motors *motors; /* where they act, and torques are theirs; NULL: at each joint, or the learned inputs */
+} roln_limits; /* torques: the count of motors with a B, else roln_force_size */
 
-/* State of a guard, beside the torque of the last tick [roln_force_size]. Zero-initialised: a fresh start. */
+/* State of a guard, beside the torque of the last tick. Zero-initialised: a fresh start. */
 typedef struct {
     uint32_t faults; /* sticky: the faults of all ticks so far */
     int bad;         /* bad ticks in a row */
@@ -667,7 +667,8 @@ typedef struct {
     const roln_real *q, *qd;
 } roln_measured;
 
-/* A guard, and the torque [roln_force_size] that it holds: of the last tick when a tick begins, the safe one when it ends. */
+/* A guard, and the torque that it holds, with room for roln_force_size: of the last tick when a tick begins, the safe one when it
+   ends. */
 typedef struct {
     roln_guard *guard;
     roln_real *tau;
@@ -704,18 +705,24 @@ ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
     return valid;
 }
 
-/* Nonzero if the motors are those of a model: learned, or at most N at its joints. */
-ROLN_FN int rolni_motors_valid(const roln_model *md, const roln_motors *motors)
+/* Nonzero if it is known how many motors there are: they are learned, or at most N at a model's joints. */
+ROLN_FN int rolni_motors_counted(const roln_model *md, const roln_motors *motors)
 {
     if (!motors) return 1;
-    if (!roln_finite(motors->mu) || motors->mu < 0 || (motors->B != NULL) != (md->inputs == 0)) return 0;
+    if ((motors->B != NULL) != (md->inputs == 0)) return 0;
     return !motors->B || (motors->count >= 1 && motors->count <= md->ae.size[0]);
 }
 
-/* Numbers of a torque. */
+/* Nonzero if the motors are those of a model. */
+ROLN_FN int rolni_motors_valid(const roln_model *md, const roln_motors *motors)
+{
+    return rolni_motors_counted(md, motors) && (!motors || (roln_finite(motors->mu) && motors->mu >= 0));
+}
+
+/* Numbers of a torque, of motors that are counted. */
 ROLN_FN int rolni_torques(const roln_model *md, const roln_motors *motors)
 {
-    return motors && motors->B && rolni_motors_valid(md, motors) ? motors->count : roln_force_size(md);
+    return motors && motors->B ? motors->count : roln_force_size(md);
 }
 
 /* The largest torque of joint i. */
@@ -724,10 +731,16 @@ ROLN_FN roln_real rolni_most(const roln_limits *limits, int i)
     return limits->tau_each ? limits->tau_each[i] : limits->tau;
 }
 
+/* Its largest change in a second; 0: no bound. */
+ROLN_FN roln_real rolni_rate(const roln_limits *limits, int i)
+{
+    return limits->rate_each ? limits->rate_each[i] : limits->rate;
+}
+
 /* The torque of joint i after `last`, which is within its limit, that comes nearest to want. */
 ROLN_FN roln_real rolni_clip(const roln_limits *limits, int i, roln_real last, roln_real want)
 {
-    const roln_real top = rolni_most(limits, i), rate = limits->rate_each ? limits->rate_each[i] : limits->rate;
+    const roln_real top = rolni_most(limits, i), rate = rolni_rate(limits, i);
     roln_real low = -top, high = top;
     if (rate > 0) {
         const roln_real step = rate * limits->dt, down = last - step, up = last + step; /* what is compared is what is taken */
@@ -837,18 +850,31 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
     return !(ROLN_ABS(r) <= limits->power);
 }
 
+/* Limits where motors are not counted: arrays of limits are as long as nobody knows, and no torque but 0 is within those. */
+ROLN_FN roln_limits rolni_limits_uncounted(const roln_limits *limits)
+{
+    roln_limits l = *limits;
+    if (l.tau_each) l.tau = 0;
+    l.tau_each = l.rate_each = l.safe = NULL, l.motors = NULL;
+    return l;
+}
+
 /* roln_guard_tick on what was seen. */
 ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limits, const rolni_seen *seen, const roln_real *want,
                                  const roln_held *held, roln_real *work)
 {
     const roln_motors *motors = limits->motors;
-    const int nu = rolni_torques(m->model, motors);
+    const int counted = rolni_motors_counted(m->model, motors);
+    const int nu = counted ? rolni_torques(m->model, motors) : roln_force_size(m->model);
     const roln_real *qd = seen->x + m->model->ae.size[0];
     const rolni_balance *b = seen->balance;
     roln_guard *g = held->guard;
     roln_real *tau = held->tau;
-    uint32_t faults = (g->faults & ROLN_FAULT_EXPIRED) | rolni_faults(m, limits, seen, want, tau), bad;
+    roln_limits own;
+    uint32_t faults = g->faults & ROLN_FAULT_EXPIRED, bad;
     int i, known = 0;
+    if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
+    faults |= rolni_faults(m, limits, seen, want, tau);
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
         /* at the end of the last tick, under its torque */
         const roln_real before = b ? rolni_power(m, motors, tau, qd, work) - b->lost : 0;
@@ -874,14 +900,17 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
 }
 
 /* One tick of the guard, after the controller. x is what was measured, z, zd [n] its latent state, both NULL if the encoder failed;
-   want [roln_force_size] the torque to be applied from now on, NULL if a function on the way to it returned a status other than
-   ROLN_OK. held->tau is the torque of the last tick in and that of this tick out: if nothing is wrong want, each joint clipped to
-   its limits of torque and of rate (ROLN_CLIPPED); else the last one, at most limits->hold times in a row; then, until the guard is
-   zeroed, the safe one, at once. Returns the faults of this tick, which are also added to held->guard->faults.
-   The energy residual compares the energy gained since the last tick with the mean power zd^T (J^T tau - d) of its ends: it
-   is that of second order in dt and grows with every external force that the model does not know. A velocity that jumps from tick
-   to tick, of an encoder, say, lets it jump by the energy of the jump over dt; limits->window = w makes it the running mean
-   R += (r - R) / w, in which jumps count a w-th, and a force that stays counts after w ticks. work [ROLN_GUARD_WORK]. */
+   want [torques] what is to be applied from now on, NULL if a function on the way to it returned a status other than ROLN_OK; where
+   motors are not those of a model it is not read, and no array of the limits. held->tau is the torque of the last tick in and that
+   of this tick out: if nothing is wrong want, each joint clipped to its limits of torque and of rate (ROLN_CLIPPED); else the last
+   one, at most limits->hold times in a row; then, until the guard is zeroed, the safe one, at once. A last torque that is beyond
+   its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of this tick, which are also
+   added to held->guard->faults.
+   The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power zd^T (J^T tau
+   - d) of its ends: it is that of second order in dt and grows with every external force that the model does not know. A velocity
+   that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt; limits->window = w makes it the
+   running mean R += (r - R) / w, in which jumps count a w-th, and a force that stays counts after w ticks. work [ROLN_GUARD_WORK].
+   */
 #define ROLN_GUARD_MEM(X, S) X(decoded, 2 * S(N)) X(s, 2 * S(n))
 #define ROLNI_BALANCE_WORK(S) (ROLN_LNN_TAPE(S, 1, 0, 1) + ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_MASS, 1), 2 * S(n)))
 #define ROLN_GUARD_WORK(S) \
@@ -2113,7 +2142,7 @@ ROLN_FN void rolni_plan_start(const rolni_plan *b, const roln_planned *pl)
     const int motors = b->motors, age = pl->plan->age;
     int j;
     for (j = 0; j < motors; j++) {
-        const roln_real rate = limits->rate_each ? limits->rate_each[j] : limits->rate, top = rolni_most(limits, j);
+        const roln_real rate = rolni_rate(limits, j), top = rolni_most(limits, j);
         b->top[j] = top;
         b->rate[j] = rate > 0 ? rate * b->goal->dt / top : 2;
         b->r[j] = 2 * b->goal->u[j] * top * top;
@@ -2235,8 +2264,8 @@ ROLN_INLINE roln_status roln_plan_follow(const roln_trained *m, const roln_goal 
 }
 
 /* The plan as others' solvers take it, s_k+1 = A_k s_k + B_k u_k + c_k: A [steps][2n][2n], B [steps][2n][motors], c [steps][2n], by
-   rows, exact about the plan; joints' angles on the turns of the plan. ROLN_E_LENGTH: there is no plan, or motors; status of
-   roln_linear; then they hold no result. work [ROLN_PLAN_LINEAR_WORK]. */
+   rows, exact about the plan; joints' angles on the turns of the plan. ROLN_E_LENGTH: there is no plan, or motors;
+   ROLN_E_NOT_FINITE: B or c; status of roln_linear; then they hold no result. work [ROLN_PLAN_LINEAR_WORK]. */
 #define ROLN_PLAN_LINEAR_MEM(X, S) X(s, 2 * S(n))
 #define ROLN_PLAN_LINEAR_WORK(S) (0 ROLN_PLAN_LINEAR_MEM(ROLNI_SIZE, S) + ROLNI_LINEAR_MOTORS_WORK(S))
 ROLN_INLINE roln_status roln_plan_linear(const roln_trained *m, const roln_goal *goal, const roln_planned *pl, roln_real *A,
@@ -2255,6 +2284,7 @@ ROLN_INLINE roln_status roln_plan_linear(const roln_trained *m, const roln_goal 
         if ((st = rolni_linear_motors(m, &by, s, goal->dt, A, B, work)) != ROLN_OK) return st;
         for (i = 0; i < n2; i++)
             c[i] = s[i] - roln_dot(n2, A + i * n2, x) - roln_dot(motors, B + i * motors, u);
+        if (!roln_all_finite(n2 * motors, B) || !roln_all_finite(n2, c)) return ROLN_E_NOT_FINITE;
     }
     return ROLN_OK;
 }
@@ -3143,9 +3173,10 @@ ROLN_INLINE roln_status rolni_fit_seen(const roln_trained *m, const rolni_seen *
    margin no less than .1. With b->tau, tau_each and rate_each [roln_force_size] become slack times the largest torque of each
    joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
    l->motors says that the torques of limits are others than those of b.
-   ROLN_E_LENGTH: no sample, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative, l->tau 0
-   where it has to be yours, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is
-   written.
+   A need of 0 makes a limit of 0, and power, q_off, qd_off are not checked then.
+   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative,
+   l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
+   the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of roln_encode. Then nothing is written.
    work [ROLN_FIT_LIMITS_WORK]. */
 #define ROLN_FIT_LIMITS_MEM(X, S) \
     X(x, 2 * S(N)) X(z, S(n)) X(zd, S(n)) X(held, S(force_size)) X(top, S(force_size)) X(rise, S(force_size))
@@ -3161,7 +3192,7 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     ROLN_FIT_LIMITS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     const int torques = b->tau && (!l->motors || !l->motors->B);
     int w, h, i;
-    if (b->count < 1 || b->steps < 0 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
+    if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0) || (!torques && !l->tau_each && !(l->tau > 0))) return ROLN_E_RANGE;
     most.margin = most.power = most.q_off = most.qd_off = 0;
     rolni_zero(2 * force_size, top); /* and rise */
@@ -3191,6 +3222,7 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
+        if (top[i] > 0 && !(rise[i] > 0)) return ROLN_E_RANGE;
         top[i] *= slack, rise[i] *= slack;
         most.tau = ROLN_MAX(most.tau, top[i]), most.rate = ROLN_MAX(most.rate, rise[i]);
     }
@@ -5033,6 +5065,10 @@ ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
     roln_status st;
     int i;
     if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    for (i = 0; i < ROLNI_(n); i++) {
+        const roln_real half = p->z_max[i] / 2 - p->z_min[i] / 2;
+        if (half > 0 && !roln_finite(p->zd_max[i] / half)) return ROLN_E_NOT_FINITE;
+    }
     st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
     for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) { /* unreached: the status is tested of roln_chart_center itself */
         p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;

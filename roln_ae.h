@@ -1890,9 +1890,26 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     return ROLN_OK;
 }
 
+/* Nonzero if rolni_stretch would leave finite numbers. */
+ROLN_FN int rolni_stretches(int N, int n, const roln_real *z_min, const roln_real *z_max, const roln_real *layer)
+{
+    const roln_real *phi = layer, *psi = phi + n * N, *b = psi + n * N;
+    int i, j, bad = 0;
+    for (j = 0; j < N; j++) {
+        roln_real sum = b[j];
+        for (i = 0; i < n; i++) {
+            sum += (z_max[i] / 2 + z_min[i] / 2) * phi[i * N + j];
+            bad |= !roln_finite(psi[i * N + j] / (z_max[i] / 2 - z_min[i] / 2));
+        }
+        bad |= !roln_finite(sum);
+    }
+    return !bad;
+}
+
 /* Coordinates of a bent layer in which z_min .. z_max [n] of today become -1 .. 1, and W = 0: what a chart needs before its sums.
-   theta is untouched unless ROLN_OK. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not z_min < z_max; ROLN_E_ILL_CONDITIONED: along some
-   coordinate the range is as narrow, |Phi_i| (z_max - z_min), as the rounding of another one; ROLN_E_SHAPE as roln_chart_add. */
+   theta is untouched unless ROLN_OK. ROLN_E_NOT_FINITE: the range, or a weight behind it; ROLN_E_RANGE: not z_min < z_max;
+   ROLN_E_ILL_CONDITIONED: along some coordinate the range is as narrow, |Phi_i| (z_max - z_min), as the rounding of another one;
+   ROLN_E_SHAPE as roln_chart_add. */
 ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min, const roln_real *z_max, roln_real *theta)
 {
     const int n = ae->size[ae->layers], N = roln_ae_bent(ae);
@@ -1910,6 +1927,7 @@ ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min,
             if (pass == 0) widest = wide > widest ? wide : widest;
             else if (!(wide > 64 * ROLN_EPS * widest)) return ROLN_E_ILL_CONDITIONED;
         }
+    if (!rolni_stretches(N, n, z_min, z_max, layer)) return ROLN_E_NOT_FINITE;
     rolni_stretch(N, n, ae->curves, z_min, z_max, layer);
     return ROLN_OK;
 }

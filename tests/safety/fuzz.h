@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz.h - what the targets share: bytes of an input, numbers of every kind, claims, a count of calls. A target defines
-   LLVMFuzzerTestOneInput; libFuzzer finds the inputs, or fuzz_main.c. Include after a header of roln. */
+   LLVMFuzzerTestOneInput; libFuzzer finds the inputs. Include after a header of roln. */
 #ifndef FUZZ_H
 #define FUZZ_H
 

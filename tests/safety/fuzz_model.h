@@ -3,7 +3,8 @@
    claimed behind each call: a failure leaves the outputs as they were, ROLN_OK leaves finite ones, and the rest of its contract.
 
    Included once for each model, behind MODEL, its name, and its options of roln.h. SIBLING: with ROLN_STORE, the model of full
-   weights that was included before. Afterwards MODEL##_start (a fresh model) and MODEL##_call (the next call) are there. */
+   weights that was included before. Afterwards MODEL##_start_of (a fresh model) and MODEL##_call (the next call) are
+   there. */
 
 #define JOIN_(a, b) a##_##b
 #define JOIN(a, b) JOIN_(a, b)
@@ -53,6 +54,17 @@ static M(gradient) M(gr);
 static M(optimiser) M(o);
 static M(residuals) M(rs);
 static M(newton) M(nt);
+#ifdef HAS_CHART
+static M(chart) M(c), M(more);
+static M(turn) M(turned);
+#endif
+#endif
+
+#if defined HAS_CHART && defined HAS_STORE_NOT
+static void M(fresh_chart)(void)
+{
+    memset(&M(c), 0, sizeof M(c)), memset(&M(more), 0, sizeof M(more)), memset(&M(turned), 0, sizeof M(turned));
+}
 #endif
 
 /* All of it but scratch anew, so that an input does the same behind any other. */
@@ -66,6 +78,9 @@ static void M(fresh)(void)
 #ifdef HAS_STORE_NOT
     memset(&M(gr), 0, sizeof M(gr)), memset(&M(o), 0, sizeof M(o));
     memset(&M(rs), 0, sizeof M(rs)), memset(&M(nt), 0, sizeof M(nt));
+#ifdef HAS_CHART
+    M(fresh_chart)();
+#endif
 #endif
 }
 
@@ -251,15 +266,17 @@ static void M(claim_guard)(uint32_t faults, const M(guard) *was)
 {
     const roln_limits *l = &M(lim).l;
     const roln_motors *f = l->motors;
-    const int own = f && f->B && f->count >= 1 && f->count <= M(N) && roln_finite(f->mu) && f->mu >= 0;
+    const int own = f && f->B && f->count >= 1 && f->count <= M(N), counted = !f || own || (!f->B && M(inputs) > 0);
     const int nu = own ? f->count : M(nu), good = (faults & ~(uint32_t)ROLN_CLIPPED) == 0;
     int i;
     CLAIM((M(g).g.faults & (was->g.faults | faults)) == (was->g.faults | faults));
     CLAIM(!(was->g.faults & ROLN_FAULT_EXPIRED) || (faults & ROLN_FAULT_EXPIRED));
     CLAIM((roln_all_finite(M(N), M(x).q) && roln_all_finite(M(N), M(x).qd)) || (faults & ROLN_FAULT_INPUT));
     CLAIM(good || !(faults & ROLN_CLIPPED));
+    CLAIM(good || (was->g.bad >= 0 && was->g.bad < l->hold) || (faults & ROLN_FAULT_EXPIRED));
+    CLAIM(counted || (faults & ROLN_FAULT_INPUT));
     for (i = 0; i < nu; i++) {
-        const roln_real top = l->tau_each ? l->tau_each[i] : l->tau, rate = l->rate_each ? l->rate_each[i] : l->rate;
+        const roln_real top = !l->tau_each ? l->tau : counted ? l->tau_each[i] : 0, rate = l->rate_each ? l->rate_each[i] : l->rate;
         const roln_real tau = M(g).tau[i], at = was->tau[i], last = roln_finite(at) && ROLN_ABS(at) <= top ? at : 0;
         const double far = (double)rate * (double)l->dt * 1.000001 + 1e-6 * fabs((double)last) + 1e-37;
         CLAIM(roln_finite(tau) && (ROLN_ABS(tau) <= top || tau == 0));
@@ -322,7 +339,10 @@ static void M(call_given)(int which)
     if (which == 0) fuzz_reals(2 * M(n), M(s).z);
     else if (which == 1) fuzz_reals(2 * M(N), M(x).q);
     else if (which == 2) fuzz_reals(3 * M(n), M(r).z), fuzz_positives(2 * M(n), M(r).kp);
-    else if (which == 3) fuzz_reals(M(nu), M(g).tau), M(g).g.energy = fuzz_real(), M(g).g.power = fuzz_real();
+    else if (which == 3) {
+        fuzz_reals(M(nu), M(g).tau), M(g).g.energy = fuzz_real(), M(g).g.power = fuzz_real(), M(g).g.residual = fuzz_real();
+        M(g).g.bad = fuzz_below(8) - 2, M(g).g.known = fuzz_below(2), M(g).g.faults = (uint32_t)fuzz_below(1024);
+    }
     else if (which == 4) memset(&M(g), 0, sizeof M(g));
     else M(limits_of)();
 #ifdef HAS_LOAD
@@ -446,7 +466,7 @@ static void M(call_plan)(int which)
     } else if (which == 2) {
         st = M(plan_linear)(&M(p), &goal, &M(pl), A, B, c, &work);
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(side2), A));
-        if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(motors), B));
+        if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(motors), B) && roln_all_finite(M(steps) * M(side2), c));
     } else memset(&M(pl), 0, sizeof M(pl));
 }
 #endif
@@ -600,25 +620,24 @@ static void M(call_newton)(int which)
 #if defined HAS_CHART && defined HAS_STORE_NOT
 static void M(call_chart)(int which)
 {
-    static M(chart) c, more;
-    static M(turn) turn;
     static M(start) start;
     const roln_batch b = M(batch_of)();
-    const int finite = roln_all_finite(M(theta_size), M(p).theta);
+    const int finite = roln_all_finite(M(numbers), (const roln_real *)(const void *)&M(p));
     roln_real residual = 0;
     roln_status st = ROLN_OK;
     fuzz_call();
     fuzz_keep(&M(p), sizeof M(p));
-    if (which == 0) st = M(chart_add)(&M(p), b.count < 0 ? 0 : M(samples), b.q, &c, &start);
-    else if (which == 1) M(chart_merge)(&c, &more);
-    else if (which == 2) memset(&c, 0, sizeof c), memset(&more, 0, sizeof more), memset(&turn, 0, sizeof turn);
+    if (which == 0) st = M(chart_add)(&M(p), b.count < 0 ? 0 : M(samples), b.q, &M(c), &start);
+    else if (which == 1) M(chart_merge)(&M(c), &M(more));
+    else if (which == 2) M(fresh_chart)();
     else if (which == 3) st = M(chart_center)(&M(p));
     else if (which == 4)
-        st = M(chart_solve)(&M(p), fuzz_below(2) ? &c : &more, fuzz_below(2) ? ROLN_CHART_RIDGE : fuzz_real(), &residual, &start);
-    else st = M(chart_turn)(&M(p), &b, &turn, &residual);
+        st = M(chart_solve)(&M(p), fuzz_below(2) ? &M(c) : &M(more), fuzz_below(2) ? ROLN_CHART_RIDGE : fuzz_real(), &residual,
+                            &start);
+    else st = M(chart_turn)(&M(p), &b, &M(turned), &residual);
     CLAIM(roln_finite(residual));
     if (st != ROLN_OK || which < 3) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
-    else CLAIM(!finite || roln_all_finite(M(theta_size), M(p).theta)); /* networks stay as they were */
+    else CLAIM(!finite || roln_all_finite(M(numbers), (const roln_real *)(const void *)&M(p)));
 }
 #endif
 

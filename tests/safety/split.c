@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* split.c - torques of control ticks, for split.sh to compare: of MODEL, in float; with -DROLN_DOUBLE the same weights in double;
+/* split.c - torques of control ticks, compared by numerics.sh: of MODEL, in float; with -DROLN_DOUBLE the same weights in double;
    with -DROLN_STORE=half or int8 the stored ones.
 
        split float FOLDER [MODEL.roln]   the weights of MODEL_weights.h, with -DHERE, or of the file; writes bytes, numbers, states

@@ -826,6 +826,12 @@ static void test_shell_turn(uint64_t *s)
     was = p, enc.b.count = 0;
     CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH);
     CHECK(memcmp(&p, &was, sizeof p) == 0 && same(1, &left, &left1));
+    enc.b.count = 200, memset(&step, 0, sizeof step); /* velocities that overflow in coordinates of -1 .. 1, but not before */
+    for (k = 0; k < 200 * chart_N; k++)
+        enc.qd[k] *= (roln_real)(sizeof(roln_real) == 4 ? 3e37 : 3e307);
+    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_NOT_FINITE);
+    CHECK(memcmp(&p, &was, sizeof p) == 0 && same(1, &left, &left1));
+    enc.b.count = 0;
     memset(p.theta, 0, sizeof p.theta), fill(2, 0, p.z_min), fill(2, 0, p.z_max);
     CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH && all(2, p.z_max, 0));
 }
@@ -1003,6 +1009,7 @@ static void test_ridge(uint64_t *s)
 static void check_center(const roln_ae *shape, uint64_t *s)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
+    const roln_real large = sizeof(roln_real) == 4 ? ROLN_C(1.8e19) : (roln_real)1.3e154; /* its square is near the largest number */
     roln_real lo[8], hi[8], *th, *new_th, *z, *z1, *x, *x1, *before, w;
     int i, j, k;
     take(shape);
@@ -1041,6 +1048,12 @@ static void check_center(const roln_ae *shape, uint64_t *s)
         REFUSED(ROLN_E_ILL_CONDITIONED);
         *number = w;
     }
+    for (i = 0; i < of.n; i++) lo[i] = 0, hi[i] = 1 / large; /* Psi in these units overflows */
+    layer_of(th)[of.n * of.bent] = layer_of(before)[of.n * of.bent] = large;
+    REFUSED(ROLN_E_NOT_FINITE);
+    for (i = 0; i < of.n; i++) lo[i] = large * (large / 128), hi[i] = lo[i] * (1 + ROLN_C(0.0078125)); /* b does */
+    layer_of(th)[0] = layer_of(before)[0] = 1024;
+    REFUSED(ROLN_E_NOT_FINITE);
     fresh_done();
 }
 
@@ -1222,6 +1235,11 @@ static void test_shell(uint64_t *s)
     p.least /= 2;
     p.z_max[0] = 2, p.zd_max[1] = 3; /* other coordinates: the middle of the first moves */
     was = p;
+    p.z_max[1] = p.z_min[1];
+    CHECK(chart_chart_center(&p) == ROLN_E_RANGE && same(chart_theta_size, p.theta, was.theta) && all(1, p.z_max, 2));
+    p = was, p.z_min[0] = -ROLN_C(1e-3), p.z_max[0] = ROLN_C(1e-3), p.zd_max[0] = (roln_real)(sizeof(roln_real) == 4 ? 1e38 : 1e308);
+    CHECK(chart_chart_center(&p) == ROLN_E_NOT_FINITE && same(chart_theta_size, p.theta, was.theta) && p.zd_max[0] > 1);
+    p = was;
     CHECK_OK(chart_chart_center(&p));
     CHECK(all(2, p.z_min, -1) && all(2, p.z_max, 1));
     CHECK_NEAR(p.zd_max[0], was.zd_max[0] / ROLN_C(1.5), 4 * EPS * (ld)p.zd_max[0]);

@@ -1176,6 +1176,40 @@ static void test_tick(int k, int driven_by_two)
     CHECK(k == BARE || k == SQUARE || k == WHEEL || inputs > 0 || (seen & ROLN_FAULT_ENERGY));
 }
 
+/* Motors that no machine has, with arrays in places of their own (address sanitizer): of one whose damping is none there are two
+   numbers, which are held; of one that is not counted none is read, and its torque is 0 where each has a limit, once it has expired
+   too. A whole tick does not allocate to them. */
+static void test_guard_uncounted(int k, const roln_motors *wrong, const rig *start)
+{
+    static rig x;
+    const roln_trained m = of_rig(k, &x);
+    const roln_measured full = {x.q, x.qd};
+    const roln_held held = {&x.g, x.held};
+    const int F = F_OF(k), two = wrong->count == 2 && wrong->B && models[k].md->inputs == 0;
+    const size_t size = (size_t)(two ? 2 : 1) * sizeof(roln_real);
+    roln_real zero[5 * MAXN] = {0};
+    const roln_target ref = {zero, zero, zero, zero, zero, NULL};
+    roln_real *own[4];
+    int i, t;
+    for (i = 0; i < 4; i++) {
+        own[i] = (roln_real *)malloc(size);
+        fill(two ? 2 : 1, i == 0 ? (roln_real)NAN : ROLN_C(1.5), own[i]);
+    }
+    x = *start, x.limits.motors = wrong;
+    CHECK((one_call(k, &x, &ref) & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS)) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
+    CHECK(same(F, x.held, start->held));
+    x = *start, x.limits.motors = wrong, x.limits.hold = 1;
+    x.limits.tau_each = own[1], x.limits.rate_each = own[2], x.limits.safe = own[3];
+    for (t = 0; t < 2; t++) {
+        const uint32_t f = roln_guard_tick(&m, &x.limits, &full, x.z, x.zd, own[0], &held, ROOM(guard_tick));
+        CHECK((f & ROLN_FAULT_INPUT) && !(f & ROLN_CLIPPED) && !(f & ROLN_FAULT_EXPIRED) == !t);
+        if (two) CHECK(t ? all(2, x.held, ROLN_C(1.5)) : same(2, x.held, start->held));
+        else CHECK(all(F, x.held, 0));
+    }
+    for (i = 0; i < 4; i++)
+        free(own[i]);
+}
+
 /* Motors u, tau = B u, are to a guard what the joints' tau = B u is: the same residual of energy. Motors that no machine has are a
    fault, and the torque is held. */
 static void test_guard_motors(int k)
@@ -1193,6 +1227,7 @@ static void test_guard_motors(int k)
         rig x = bad;
         x.limits.motors = wrong + i;
         CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && x.g.bad == 1 && same(F_OF(k), x.held, bad.held));
+        test_guard_uncounted(k, wrong + i, &bad);
     }
     if (inputs > 0 || N < 2) return;
     good(k, &a);
@@ -1888,19 +1923,19 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     static recordings bad;
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
     const roln_trained m = of_rig(k, start);
-    roln_batch wrong[4], b = *good_batch;
+    roln_batch wrong[5], b = *good_batch;
     roln_real each[MAXN], rates[MAXN], B[MAXN] = {1};
     const roln_motors one = {1, B, 0};
     roln_limits l = *from;
-    int i;
+    int i, t;
     fill(MAXN, 7, each), fill(MAXN, 7, rates);
 #define REFUSED(batch, slack, status) \
     CHECK(roln_fit_limits(&m, batch, slack, &l, each, rates, ROOM(fit_limits)) == (status) && all(MAXN, each, 7) && \
           all(MAXN, rates, 7))
-    for (i = 0; i < 4; i++)
+    for (i = 0; i < 5; i++)
         wrong[i] = b;
-    wrong[0].count = 0, wrong[1].steps = -1, wrong[2].stride = 2, wrong[3].qd = NULL;
-    for (i = 0; i < 4; i++)
+    wrong[0].count = 0, wrong[1].steps = -1, wrong[2].stride = 2, wrong[3].qd = NULL, wrong[4].steps = 0;
+    for (i = 0; i < 5; i++)
         REFUSED(wrong + i, 1, ROLN_E_LENGTH);
     REFUSED(&b, ROLN_C(0.99), ROLN_E_RANGE);
     REFUSED(&b, (roln_real)NAN, ROLN_E_RANGE);
@@ -1911,6 +1946,17 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
         b.q = bad.q, b.qd = bad.qd, b.tau = bad.tau;
         REFUSED(&b, 1, ROLN_E_NOT_FINITE);
     }
+    for (i = 0, bad = *r; i < F; i++) { /* a torque that never changes has no limit of its rate; one that is 0 needs none */
+        for (t = 0; t < RUNS * TICKS; t++)
+            bad.tau[t * F + i] = 3;
+        b.q = bad.q, b.qd = bad.qd, b.tau = bad.tau;
+        REFUSED(&b, 1, ROLN_E_RANGE);
+        for (t = 0; t < RUNS * TICKS; t++)
+            bad.tau[t * F + i] = 0;
+    }
+    CHECK_OK(roln_fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    CHECK(all(F, each, 0) && all(F, rates, 0));
+    fill(MAXN, 7, each), fill(MAXN, 7, rates), l = *from;
     b = *good_batch;
     fill(n, 0, start->z_min), fill(n, 0, start->z_max);
     REFUSED(&b, 1, ROLN_E_RANGE);

@@ -459,6 +459,35 @@ static void test_cost_to_go(void)
     CHECK(refused > 0);
 }
 
+/* Motors, or torques, on a mass so small that the input matrix of a plan overflows, or only what it makes of the torques. */
+static void test_plan_overflow(void)
+{
+    enum { STEPS = 1, MOTORS = 2, n2 = 2 * units_n };
+    static const roln_real each[units_N] = {1, 1, 1, 1, 1};
+    static units_params p;
+    static units_start start;
+    const roln_scale sc = {1, 1, ROLN_C(1e-6)};
+    const roln_trained m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
+    roln_real torque[STEPS * MOTORS], path[(STEPS + 1) * n2], at[units_N * MOTORS], A[STEPS * n2 * n2], B[STEPS * n2 * MOTORS];
+    roln_real c[STEPS * n2];
+    const roln_motors motors = {MOTORS, at, 0};
+    roln_limits l;
+    roln_goal goal;
+    roln_plan plan;
+    roln_planned pl;
+    uint64_t seed = 4;
+    CHECK_OK(units_init(&p, &seed, &start));
+    memset(&l, 0, sizeof l), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan), memset(&pl, 0, sizeof pl);
+    goal.limits = &l, goal.dt = dt, l.motors = &motors, plan.known = 1;
+    pl.plan = &plan, pl.u = torque, pl.s = path, pl.steps = STEPS, pl.motors = MOTORS;
+    fill(n2 * (STEPS + 1), 0, path), fill(MOTORS, 0, torque), fill(units_N * MOTORS, 1, at);
+    CHECK_OK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare));
+    torque[0] = TOP, torque[1] = -TOP; /* together nothing */
+    CHECK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && roln_all_finite(n2 * MOTORS, B));
+    fill(MOTORS, 0, torque), fill(units_N * MOTORS, TOP / 8, at);
+    CHECK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && !roln_all_finite(n2 * MOTORS, B));
+}
+
 /* Recordings that lack what they need, each kind of need by itself. */
 static void test_batches(int k)
 {
@@ -781,6 +810,7 @@ void TEST_NAME(edges)(void)
         if (!models[k].md->lnn.angles && k != PUSHED && k != DEEP) test_noise(k);
     }
     test_cost_to_go();
+    test_plan_overflow();
     test_own_units();
     test_weights();
     test_errors();

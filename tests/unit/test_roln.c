@@ -1733,7 +1733,7 @@ static void check_written(const roln_model *md, package *p)
         char *end;
         memcpy(&want, p->x + i, sizeof want);
         at += strspn(at, " \n");
-        CHECK(strtoul(at, &end, 16) == want && *end == ',');
+        CHECK(at[0] == '0' && at[1] == 'x' && strtoul(at, &end, 16) == want && *end == ',' && end == at + 10);
         at = end + 1;
     }
     CHECK(*at == '\n' && at[1] == '}');

@@ -317,7 +317,7 @@ static void call_all(calls *c)
         roln_real most[12];
     } o, was;
     static arm_linwork linwork;
-    const roln_batch b = {2, 0, 1, NULL, q, qd, q, q};
+    const roln_batch b = {2, 0, 1, NULL, q, qd, q, q}, motion = {1, 1, 1, NULL, q, qd, NULL, q};
     const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
@@ -337,7 +337,7 @@ static void call_all(calls *c)
     CALL(arm_terms(&p, &at_rest, &o.e, &work));
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work));
-    CALL(arm_fit_limits(&p, &b, 2, &o.limits, o.most, o.most + 6, &train));
+    CALL(arm_fit_limits(&p, &motion, 2, &o.limits, o.most, o.most + 6, &train));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train));
     CALL(arm_variance(&p, &b, &o.var, &train));

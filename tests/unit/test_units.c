@@ -283,8 +283,10 @@ static void test_ticks(int k)
         memcpy(all_tau[0] + i * p.F, tau[0], sizeof tau[0]), memcpy(all_tau[1] + i * p.F, tau[1], sizeof tau[1]);
     }
     for (j = 0; j < 2; j++) {
-        const int steps[TICKS] = {0};
-        const roln_batch b = {TICKS, 0, 1, steps, q[j], q[j] + N, NULL, all_tau[j]};
+        static roln_real x[2][TICKS * MAXN];
+        const roln_batch b = {1, TICKS - 1, 1, NULL, x[0], x[1], NULL, all_tau[j]};
+        for (i = 0; i < 2 * TICKS; i++)
+            memcpy(x[i % 2] + i / 2 * N, q[j] + i * N, (size_t)N * sizeof *x[0]);
         CHECK_OK(roln_fit_limits(j ? &p.own : &p.plain, &b, 2, &fit[j], most[j], most[j] + p.F, ROOM(fit_limits)));
     }
     force_in_units(&p, 2, most[0], most[0]);
@@ -520,6 +522,9 @@ static void test_fit(void)
     md.lnn.angles = 1; /* the first joint turns round */
     CHECK_OK(roln_fit_scale(&md, SAMPLES, q, qd, bar, &sc, each));
     CHECK(all(1, each, 1) && each[1] > 100 && all(1, &sc.q, 1));
+    for (mean = 0, i = 0; i < SAMPLES; i++) /* the second is far from its mean, and no turn away */
+        mean += (ld)q[i * N + 1] / SAMPLES;
+    CHECK_NEAR(bar[1], mean, 1000 * PICK(100, 20) * EPS);
     for (i = 0; i < 2; i++) {
         const roln_real was = q[N + 1], bad[2] = {(roln_real)NAN, (roln_real)INFINITY};
         q[N + 1] = bad[i], sc.q = sc.t = 7;
