@@ -320,7 +320,7 @@ eig: build/eig32 build/eig64
 build/eig32 build/eig64: build/eig%: build/host%/$(EIG).o build/host32/tests/unit/check.o
 	gcc $^ -o $@ -lm
 
-# errors of arithmetic: all floats, a million matrices, torques; minutes, compared with the tables of docs/accuracy.md
+# errors of arithmetic: all floats, a million matrices; of torques, which are compared with the table of docs/accuracy.md; minutes
 numerics:
 	sh tests/safety/numerics.sh
 

@@ -66,7 +66,7 @@ test)
         runs=$$ xargs -P "${JOBS:-1}" -L 1 sh tests/safety/fuzz.sh one
     cat $out/runs.$$ >> $total
     table
-    awk '$5 != 0 { bad++ } END { exit bad > 0 || NR == 0 }' $out/runs.$$
+    awk -v want=$# '$5 != 0 || $2 == 0 { bad++ } END { exit bad > 0 || NR != want }' $out/runs.$$
     code=$?
     rm $out/runs.$$
     exit $code

@@ -138,6 +138,7 @@ int main(void)
     same = 0;
 #endif
     test_calls(0, same, 3000);
+    CHECK(STEPPED);
     if (STEPPED) test_calls(1, same, 0);
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;

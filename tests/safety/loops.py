@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """loops.py - every loop of the headers ends: it counts, or it stands in the list below with its bound.
 
-A loop counts if it compares a variable v with something, moves v by a step in one direction towards it, and neither v nor a
-variable that it is compared with is written in its body. Last line: N passed, N failed.
+A loop counts if it compares a variable v with something, moves v by a step, a number that is not 0, in one direction towards it,
+and neither v nor a variable that it is compared with is written in its body. Last line: N passed, N failed.
 """
 import re
 import sys
@@ -22,6 +22,9 @@ BOUNDED = {
     "rolni_chart_polish": ["j rises"],
     "rolni_lbfgs_search": ["at most two passes: the second has no pairs, and returns"],
     "roln_fit_inertia": ["ratio < 1e18, by 1024: six passes", "ratio > 1e-18: six passes"],
+    "roln_grad_acc": ["nb < 1 is refused"],
+    "roln_grad": ["nb < 1 is refused"],
+    "roln_mlp_hessian": ["no is a layer's width, at least 1 in a config that compiles"] * 2,
     "roln_fit_noise": ["k stops at best, below ROLNI_HALVINGS"],
     "rolni_write_integer": ["x falls to a tenth: 20 passes"],
     "rolni_write_real": ["m loses a bit a pass", "e moves towards 0 by min(|e|, 60)"],
@@ -32,6 +35,9 @@ BOUNDED = {
     "rolni_sym_sums": ["m is a multiple of w, or what is left"],
     "roln_sym_chol": ["m is ROLNI_SYM_M of what is left, at least 1", "n_j is ROLNI_SYM_N or what is left"],
 }
+
+# Steps that are not 0: numbers, constants, w, which is ROLNI_LANES or ROLNI_COLS wherever it is a step.
+STEP = r"(\d+ \* )?(\d+|ROLNI?_[A-Z_]+|w|\(w\))"
 
 
 def closing(text, at, opened, closed):
@@ -80,6 +86,8 @@ def counts(header, body):
             continue
         sign = (step.group(1) or step.group(2))[0]
         by = re.search(r"(?<![\w.>])%s\s*[-+]=\s*([^,]*)" % v, parts[2])
+        if by and not re.fullmatch(STEP, by.group(1).strip()):
+            continue
         read = bound + " " + (by.group(1) if by else "")
         names = set(re.findall(r"(?<![\w.>])[A-Za-z_]\w*(?:(?:->|\.)\w+)*(?!\s*\()", read)) | {v}
         names |= {re.split(r"->|\.", x)[0] for x in names}
