@@ -349,7 +349,8 @@ def sample(bench, mutants, count, seed):
             if state != "none":
                 judged.append((m, state))
     passed = 0
-    for what, least, wanted in (("what must not fail", 1, lambda m: m.function.kind()), ("the others", 0.97, lambda m: not m.function.kind())):
+    for what, least, wanted in (("what must not fail", 1, lambda m: m.function.kind()),
+                                ("the others", 0.97, lambda m: not m.function.kind())):
         states = [s for m, s in judged if wanted(m)]
         killed, survived = states.count("killed"), states.count("survived")
         print("%s: %d of %d killed, %.1f %%; equivalent: %d by the compiler, %d by a reason" %

@@ -42,7 +42,9 @@ fi
 
 words=$(grep -ohE '`[^`]+`' docs/soundness.md docs/security.md | tr -d '`' | sort -u)
 for f in $(echo "$words" | grep -oE '^(\.packaging|docs|examples|tests)/[^ ]*$'); do check "$f: no such file" test -e "$f"; done
-for t in $(echo "$words" | sed -n 's/^make //p' | tr ' ' '\n' | grep -v =); do check "make $t: no such target" grep -q "^$t:" Makefile; done
+for t in $(echo "$words" | sed -n 's/^make //p' | tr ' ' '\n' | grep -v =); do
+    check "make $t: no such target" grep -q "^$t:" Makefile
+done
 for s in $(sed -n 's/^|.*| \([^|]*\) |$/\1/p' docs/soundness.md | grep -oE '`[a-z-]+`' | tr -d '`' | sort -u); do
     check "$s: no such step" grep -q "^$s  *[a-z]" tests/run.sh
 done
