@@ -3427,7 +3427,6 @@ ROLN_FN roln_status rolni_encoder_modes(rolni_encoder *f, const roln_real *psi, 
     roln_real *const A = f->cov, *const X = A + n * n;
     roln_status st = rolni_encoder_spread(f);
     if (st != ROLN_OK) return st;
-    /* unreached: encoded samples were finite: only their squares can overflow */
     if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
     if (roln_chol(n, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
     /* unreached: of a positive A it fails if eigenvalues overflow */
@@ -5070,7 +5069,7 @@ ROLN_FN roln_status ROLNI_(chart_center)(ROLNI_(params) *p)
         if (half > 0 && !roln_finite(p->zd_max[i] / half)) return ROLN_E_NOT_FINITE;
     }
     st = roln_chart_center(&ROLNI_(model).ae, p->z_min, p->z_max, p->theta);
-    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) { /* unreached: the status is tested of roln_chart_center itself */
+    for (i = 0; i < ROLNI_(n) && st == ROLN_OK; i++) {
         p->zd_max[i] /= p->z_max[i] / 2 - p->z_min[i] / 2;
         p->z_min[i] = -1, p->z_max[i] = 1;
     }
