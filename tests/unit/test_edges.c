@@ -64,6 +64,15 @@ static void test_wide_triangle(void)
     CHECK(all(1, R + COLS, 0));
 }
 
+/* X + X^T, and not a number more: what a network has behind it is scratch. */
+static void test_twice_sym(void)
+{
+    const roln_real X[6] = {1, 2, 3, 4, 5, 6};
+    roln_real Y[5] = {7, 7, 7, 7, 7};
+    rolni_twice_sym(2, X, Y);
+    CHECK(all(1, Y, 2) && all(2, Y + 1, 5) && all(1, Y + 3, 8) && all(1, Y + 4, 7));
+}
+
 /* Weights so large that a factor overflows where the feedback does not. */
 static void test_riccati(void)
 {
@@ -792,6 +801,7 @@ void TEST_NAME(edges)(void)
     int k;
     test_eigenvalues();
     test_wide_triangle();
+    test_twice_sym();
     test_riccati();
     test_least_logarithm();
     test_ocp();
