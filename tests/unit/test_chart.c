@@ -1009,7 +1009,7 @@ static void test_ridge(uint64_t *s)
 static void check_center(const roln_ae *shape, uint64_t *s)
 {
     const roln_real bad[3] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY};
-    const roln_real large = (roln_real)(sizeof(roln_real) == 4 ? 1.8e19 : 1.3e154); /* its square is near the largest number */
+    const roln_real far_off = (roln_real)(sizeof(roln_real) == 4 ? 1.8e19 : 1.3e154); /* squared nearly the largest number */
     roln_real lo[8], hi[8], *th, *new_th, *z, *z1, *x, *x1, *before, w;
     int i, j, k;
     take(shape);
@@ -1048,10 +1048,10 @@ static void check_center(const roln_ae *shape, uint64_t *s)
         REFUSED(ROLN_E_ILL_CONDITIONED);
         *number = w;
     }
-    for (i = 0; i < of.n; i++) lo[i] = 0, hi[i] = 1 / large; /* Psi in these units overflows */
-    layer_of(th)[of.n * of.bent] = layer_of(before)[of.n * of.bent] = large;
+    for (i = 0; i < of.n; i++) lo[i] = 0, hi[i] = 1 / far_off; /* Psi in these units overflows */
+    layer_of(th)[of.n * of.bent] = layer_of(before)[of.n * of.bent] = far_off;
     REFUSED(ROLN_E_NOT_FINITE);
-    for (i = 0; i < of.n; i++) lo[i] = large * (large / 128), hi[i] = lo[i] * (1 + ROLN_C(0.0078125)); /* b does */
+    for (i = 0; i < of.n; i++) lo[i] = far_off * (far_off / 128), hi[i] = lo[i] * (1 + ROLN_C(0.0078125)); /* b does */
     layer_of(th)[0] = layer_of(before)[0] = 1024;
     REFUSED(ROLN_E_NOT_FINITE);
     fresh_done();
