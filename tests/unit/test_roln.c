@@ -1730,7 +1730,7 @@ static void check_written(const roln_model *md, package *p)
     at += strlen(head) - 1;
     for (i = 0; i < p->numbers; i++) { /* all numbers, in the order of NAME_params */
         uint32_t want;
-        char *end;
+        char *end = NULL;
         memcpy(&want, p->x + i, sizeof want);
         at += strspn(at, " \n");
         CHECK(at[0] == '0' && at[1] == 'x' && strtoul(at, &end, 16) == want && *end == ',' && end == at + 10);
