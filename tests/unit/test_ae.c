@@ -710,6 +710,16 @@ static void check_off(roln_ae ae, uint64_t *s)
     fresh_done();
 }
 
+/* On its bound to the last bit, Psi^T Phi - I has one entry that is not 0: the first is taken, the next number is not. */
+static void check_off_bound(void)
+{
+    static const roln_ae ae = {1, {2, 2}, SLOPE, STRAIGHT};
+    roln_real th[10] = {1, 0, ROLN_AE_OFF, 1, 1, 0, 0, 1};
+    CHECK(roln_ae_check(&ae, th) == ROLN_OK);
+    th[2] *= 1 + ROLN_EPS;
+    CHECK(roln_ae_check(&ae, th) == ROLN_E_ILL_CONDITIONED);
+}
+
 /* ---- initialisation ---- */
 
 static void test_init(uint64_t *s)
@@ -1341,7 +1351,7 @@ void TEST_NAME(ae)(void)
             check_rooms(large[0], jets, nb, &seed);
         }
     for (i = 0; i < ns; i++) check_off(shapes[i], &seed);
-    check_off(deep[3], &seed), check_off(large[1], &seed);
+    check_off(deep[3], &seed), check_off(large[1], &seed), check_off_bound();
     test_bent();
     print_bounds();
 }

@@ -1976,6 +1976,19 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
 #undef REFUSED
 }
 
+/* What rests needs no range of velocities. */
+static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, const roln_limits *from)
+{
+    static roln_real rest[RUNS * TICKS * MAXN];
+    const roln_trained m = of_rig(k, start);
+    roln_batch b = *good_batch;
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits l = *from;
+    fill(n_OF(k), 0, start->zd_max), b.qd = rest;
+    CHECK_OK(roln_fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    fill(n_OF(k), 99, start->zd_max);
+}
+
 static void test_fit_limits(int k)
 {
     static recordings r;
@@ -2022,6 +2035,7 @@ static void test_fit_limits(int k)
     l = was, l.tau_each = each, l.tau = (roln_real)NAN; /* which counts for nothing beside tau_each */
     CHECK_OK(roln_fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
     CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
+    check_fit_rest(k, &start, &b, &was);
     check_fit_refused(k, &r, &start, &b, &was);
 }
 
