@@ -1217,7 +1217,7 @@ static void test_guard_motors(int k)
     static rig a, b, bad;
     static roln_real B[2 * MAXN];
     const int N = N_OF(k), n = n_OF(k), inputs = models[k].md->inputs;
-    const roln_motors two = {2, B, 0};
+    const roln_motors one = {1, B, 0}, two = {2, B, 0};
     const roln_motors wrong[5] = {{0, B, 0}, {N + 1, B, 0}, {2, B, -1}, {2, B, (roln_real)NAN}, {2, inputs > 0 ? B : NULL, 0}};
     uint64_t s = 360 + (uint64_t)k;
     int t, i, known = 0;
@@ -1229,11 +1229,16 @@ static void test_guard_motors(int k)
         CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && x.g.bad == 1 && same(F_OF(k), x.held, bad.held));
         test_guard_uncounted(k, wrong + i, &bad);
     }
-    if (inputs > 0 || N < 2) return;
     good(k, &a);
     memset(&a.g, 0, sizeof a.g);
     fill(MAXN, 0, a.held);
     a.limits.tau = 100, a.limits.power = 1000, b = a;
+    if (inputs == 0) {
+        b.limits.motors = &one;
+        CHECK(tick(k, &b) == 0 && same(1, b.held, b.want) && all(MAXN - 1, b.held + 1, 0));
+        b = a;
+    }
+    if (inputs > 0 || N < 2) return;
     a.limits.motors = &two;
     for (t = 0; t < 10; t++) {
         dyadic(2, 1, &s, a.want), dyadic(N, 1, &s, a.q), dyadic(N, 1, &s, a.qd);

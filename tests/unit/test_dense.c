@@ -2,6 +2,7 @@
 /* Ground floor of roln_spd.h, sections 2, 3, 5 and 9: bits of finite numbers, random numbers, the dense kernels and the large
    symmetric systems against naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the
    documented order. */
+#include <stdlib.h>
 #include "roln_spd.h"
 #include "twin.h"
 #include "room.h"
@@ -270,6 +271,22 @@ static void test_sums(uint64_t *s)
     fresh_done();
 }
 
+/* Two full groups, beside a column that is of none: the room holds them, and the same bits as from one of them at a time. */
+static void test_sums_groups(void)
+{
+    const int n = 2 * ROLNI_GROUP + 1, k = 128, half = n / 2;
+    uint64_t s = 7;
+    const roln_real *A = normal(k * n, 1, &s);
+    roln_real *S = (roln_real *)calloc((size_t)(2 * n * (n + 1)), sizeof *S), *S2 = S + n * (n + 1);
+    roln_sym_at(k, n, 1, n, A, S, room_of(ROLN_SYM_WORK));
+    CHECK_ROOM();
+    roln_sym_at(k, n, 1, half, A, S2, room_of(ROLN_SYM_WORK)), roln_sym_at(k, n, half, n, A, S2, room_of(ROLN_SYM_WORK));
+    CHECK_ROOM();
+    CHECK(same(n * (n + 1), S, S2));
+    free(S);
+    fresh_done();
+}
+
 /* A long sum of like signs, where a single sum in float loses k eps / 2 in the mean. */
 static void test_long_sum(void)
 {
@@ -472,7 +489,7 @@ void TEST_NAME(dense)(void)
     check_spd(70, 1, &seed);
     test_chol_status(&seed);
     test_inv_status(&seed);
-    test_sums(&seed);
+    test_sums(&seed), test_sums_groups();
     test_long_sum();
     for (n = 1; n <= 40; n++)
         for (i = 0; i < 3; i++) check_system(n, i % 2 ? 1 : 0.01, &seed);
