@@ -571,7 +571,7 @@ ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, ro
     int i;
     for (i = 0; i < n; i++)
         tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
-    if (!(tx > 0)) return 0;
+    if (!(tx > 0) || !(mu > 0)) return 0;
     if (!(ty > 0)) return 1;
     for (i = 0; i < n; i++)
         sx += x[i] / tx * (x[i] / tx), sy += y[i] / ty * (y[i] / ty);
@@ -624,7 +624,8 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
 
 /* What stands between a model and a motor. Bits of a fault word: */
 enum {
-    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are none */
+    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are not the
+                               model's */
     ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
     ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
     ROLN_FAULT_LIMIT = 8,   /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
@@ -655,7 +656,7 @@ typedef struct {
 /* State of a guard, beside the torque of the last tick. Zero-initialised: a fresh start. */
 typedef struct {
     uint32_t faults; /* sticky: the faults of all ticks so far */
-    int bad;         /* bad ticks in a row */
+    int bad;         /* bad ticks in a row; -1: expired, as faults says, too */
     int known;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
     roln_real residual; /* of the energy rate, W, averaged over limits.window */
@@ -667,8 +668,8 @@ typedef struct {
     const roln_real *q, *qd;
 } roln_measured;
 
-/* A guard, and the torque that it holds, with room for roln_force_size: of the last tick when a tick begins, the safe one when it
-   ends. */
+/* A guard, and the torque that it holds, with room for roln_force_size: of the last tick when a tick begins, the one for the motors
+   when it ends. */
 typedef struct {
     roln_guard *guard;
     roln_real *tau;
@@ -873,6 +874,7 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     roln_limits own;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED, bad;
     int i, known = 0;
+    if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* it stands there twice: no single bit that flips lets the motors go on */
     if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
     faults |= rolni_faults(m, limits, seen, want, tau);
     if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
@@ -884,8 +886,8 @@ ROLN_INLINE uint32_t rolni_guard(const roln_trained *m, const roln_limits *limit
     }
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
-    if (bad && (g->bad < 0 || g->bad >= limits->hold)) faults |= ROLN_FAULT_EXPIRED;
-    g->bad = !bad ? 0 : faults & ROLN_FAULT_EXPIRED ? g->bad : g->bad + 1;
+    if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
+    g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : 0;
     for (i = 0; i < nu; i++) { /* want is there, unless bad */
         const roln_real last = rolni_last(limits, i, tau[i]);
         tau[i] = !bad ? rolni_clip(limits, i, last, want[i]) : faults & ROLN_FAULT_EXPIRED ? rolni_safe(limits, i) : last;
@@ -940,7 +942,7 @@ ROLN_INLINE uint32_t roln_guard_tick(const roln_trained *m, const roln_limits *l
    and the networks are evaluated once. With limits->motors, and for a model with inputs, roln_allocate in place of roln_lift; what
    the motors cannot make of tau_z is in held->guard->missed. The energy residual counts on ref->load, of which roln_guard_tick by
    itself does not know. x measured, reference and gains in; z, zd [n] out, untouched if the
-   encoder fails; held->tau: the safe torque. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
+   encoder fails; held->tau: the one for the motors. Returns the faults of this tick. work [ROLN_TICK_WORK]. */
 #define ROLN_TICK_MEM(X, S) X(decoded, 2 * S(N)) X(tau, S(N)) X(tau_z, S(n)) X(tape, ROLN_AE_DECODE_TAPE(S, 2, 1))
 #define ROLNI_ALLOCATED_WORK(S) /* from tape on, which is not needed then */ \
     ROLN_MAX(0, ROLN_ALLOCATE_WORK(S) - (ROLN_AE_DECODE_TAPE(S, 2, 1)))
@@ -1516,7 +1518,7 @@ enum {
     ROLN_FILTER_MISSING = 512,  /* a joint was not measured */
     ROLN_FILTER_OUTLIER = 1024, /* one was beyond noise.gate, and not used */
     ROLN_FILTER_START = 2048,   /* it started, or started again, at the pose that was measured, at rest */
-    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint */
+    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint, or for good settings */
 };
 
 /* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
@@ -1726,7 +1728,6 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
     const int N = m->model->ae.size[0], n = m->model->lnn.n, side = f->side;
     int i;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
-    /* unreached: z is the last estimate, of which the pose was known */
     if (z && rolni_pose(m, z, f->q, f->J, f->work) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
         f->q[i] = roln_finite(y[i]) ? y[i] : f->q[i];
@@ -1761,8 +1762,9 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
    training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
    ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
    last one, unless this measurement starts it again, or else the next;
-   ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, or tau is not finite, then it is left out. The estimate is
-   always finite. Cost roln_linear, roln_terms, n roln_decode, 8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N).
+   ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, and ROLN_FILTER_NONE stands beside it, for the last estimate
+   grows old; or tau is not finite, then it is left out. The estimate is always finite. Cost roln_linear, roln_terms, n roln_decode,
+   8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N).
    work [ROLN_FILTER_WORK], load: 1 with e->load, else 0. */
 #define ROLN_FILTER_WORK(S, load) \
     (0 ROLN_FILTER_MEM(ROLNI_SIZE, S, load) + \
@@ -1781,8 +1783,8 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
     int i, measured = 0;
     rolni_filter_lay(N, n, load, &f, work);
     if (!rolni_noise_valid(N, noise) || (load && (!roln_finite(noise->load) || !(noise->load >= 0)))) {
-        filter->faults |= ROLN_FAULT_INPUT;
-        return ROLN_FAULT_INPUT;
+        filter->faults |= ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
+        return ROLN_FAULT_INPUT | ROLN_FILTER_NONE; /* the last estimate grows old */
     }
     if (tau && !roln_all_finite(roln_force_size(m->model), tau)) faults |= ROLN_FAULT_INPUT, tau = NULL;
     for (i = 0; y && i < N; i++)
@@ -1805,7 +1807,7 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
     if (!filter->known) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
-        else faults |= rolni_filter_start(m, noise, y, filter->starts ? e->z : NULL, &f, &in);
+        else faults |= rolni_filter_start(m, noise, y, filter->starts && measured < N ? e->z : NULL, &f, &in);
         filter->known = (faults & ROLN_FILTER_START) != 0;
         if (!filter->known) in.used = 0; /* nor is its nis a number */
         filter->starts += (faults & ROLN_FILTER_START) != 0;

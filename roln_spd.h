@@ -144,11 +144,18 @@ typedef enum {
     ROLN_E_BUSY = -11            /* Scratch is in use by a call that has not returned yet; only with ROLN_DEBUG_WORK. */
 } roln_status;
 
-/* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. */
+/* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. Under that, clang 19 takes every argument
+   for finite and what follows from its bits for known, unless they are read from memory anew. */
 ROLN_FN int roln_finite(roln_real x)
 {
     roln_bits b;
     memcpy(&b, &x, sizeof b);
+#if defined __FINITE_MATH_ONLY__ && __FINITE_MATH_ONLY__ + 0 > 0
+    {
+        const volatile roln_bits memory = b;
+        b = memory;
+    }
+#endif
 #ifdef ROLN_DOUBLE
     return (b & UINT64_C(0x7ff0000000000000)) != UINT64_C(0x7ff0000000000000);
 #else

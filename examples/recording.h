@@ -105,9 +105,9 @@ static void progress(const char *what, double part)
     fflush(stdout);
 }
 
-static void *room(size_t bytes)
+static void *room(size_t count, size_t size)
 {
-    void *p = calloc(1, bytes ? bytes : 1);
+    void *p = calloc(count ? count : 1, size);
     if (!p) fail("out of memory");
     return p;
 }
@@ -148,7 +148,7 @@ static int is_header(const char *line)
     char *end;
     const char first = line[strspn(line, " \t\r\n")];
     strtod(line, &end);
-    return first != 0 && (end == line || !strchr("+-.0123456789", first)); /* nanoseconds begins like a number, too */
+    return first != 0 && (end == line || (!strchr("+-.0123456789", first) && !strchr(", \t\r\n", *end))); /* nanoseconds, not nan */
 }
 
 /* The first column of a header that is called tau.. or u.., from 0; 0: none is. */
@@ -184,19 +184,21 @@ static void columns_are(motion *d, const wanted *w, int n, int named)
 static sheet open_sheet(motion *d, const wanted *w)
 {
     sheet s = {0};
-    size_t lines, size;
+    size_t lines, count;
     s.size = 64 * (1 + 3 * w->N) + 64;
-    s.text = room((size_t)s.size), s.v = room((size_t)(1 + 3 * w->N) * sizeof *s.v);
+    s.text = room((size_t)s.size, 1), s.v = room((size_t)(1 + 3 * w->N), sizeof *s.v);
     s.f = fopen(d->path, "r");
     if (!s.f) fail("cannot read %s", d->path);
     while (fgets(s.text, s.size, s.f))
         s.lines++;
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty", d->path);
-    lines = (size_t)s.lines + 1, size = lines * (size_t)w->N * sizeof(roln_real);
-    d->q = room(size), d->qd = room(size), d->qdd = room(size), d->tau = room(size), d->tau_mid = room(size);
-    d->first = room(lines * sizeof *d->first);
-    s.t = room(lines * sizeof *s.t), s.line = room(lines * sizeof *s.line);
+    lines = (size_t)s.lines + 1, count = lines * (size_t)w->N;
+    if (lines > SIZE_MAX / (size_t)w->N) fail("%s has more lines than this machine can hold", d->path);
+    d->q = room(count, sizeof *d->q), d->qd = room(count, sizeof *d->qd), d->qdd = room(count, sizeof *d->qdd);
+    d->tau = room(count, sizeof *d->tau), d->tau_mid = room(count, sizeof *d->tau_mid);
+    d->first = room(lines, sizeof *d->first);
+    s.t = room(lines, sizeof *s.t), s.line = room(lines, sizeof *s.line);
     return s;
 }
 
@@ -204,8 +206,13 @@ static sheet open_sheet(motion *d, const wanted *w)
 static int next_line(const char *path, sheet *s)
 {
     static const char mark[] = "\xef\xbb\xbf";
+    int end = s->size - 1;
+    memset(s->text, '\n', (size_t)s->size);
     if (!fgets(s->text, s->size, s->f)) return 0;
     s->row++;
+    while (s->text[end] != 0) /* here fgets ended; a zero before that is one of the file */
+        end--;
+    if (strlen(s->text) != (size_t)end) fail("%s, line %d holds a zero byte: it is no text", path, s->row);
     if (!strchr(s->text, '\n') && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
     if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
@@ -221,6 +228,7 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     if (n != s->columns) fail("%s, line %d has %d columns, the lines before it %d", d->path, s->row, n, s->columns);
     if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
         fail("%s, line %d: more than 2^31 numbers; leave recordings out, or samples: every second one", d->path, s->row);
+    if (d->samples >= s->lines) fail("%s grew while it was read", d->path);
     s->t[d->samples] = s->v[0], s->line[d->samples] = s->row;
     for (i = 0; i < N; i++)
         d->q[d->samples * N + i] = (roln_real)v[i];
@@ -276,7 +284,7 @@ static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, 
    with 0, else their mean. */
 static void check_time(motion *d, const sheet *s)
 {
-    double *step = room((size_t)d->samples * sizeof *step), first, mean = 0;
+    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0;
     int steps = 0, off = 0, at = 0, in = 0, k, i;
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
@@ -450,7 +458,7 @@ static double raw_differences(const motion *d, int j)
 /* qd against dq/dt, of every joint that moves by a hundredth of what the most moving one does. */
 static void check_velocities(motion *d, const wanted *w)
 {
-    likeness *l = room((size_t)d->N * sizeof *l);
+    likeness *l = room((size_t)d->N, sizeof *l);
     int moving = 0, zero = 0, wrong = 0, longer = 0, at = 0, widest = 0, j;
     for (j = 0; j < d->N; j++) {
         l[j] = compare(d, j, d->N + j);
@@ -527,7 +535,7 @@ static void smooth(motion *d, int half)
 {
     const int N = d->N;
     const double dt = d->dt;
-    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples * sizeof *y);
+    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples, sizeof *y);
     int k, i, j, x;
     for (x = -half; x <= half; x++)
         s2 += (double)x * x, s4 += (double)x * x * x * x;

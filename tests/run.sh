@@ -50,6 +50,7 @@ style        sh tests/style/style.sh
 upsets       sh tests/firmware/upsets.sh test
 plans        build/plans test
 threads      sh tests/safety/threads.sh
+fast         sh tests/safety/fast.sh
 swing        build/swing test
 list         sh tests/compilers/list.sh
 rope         build/rope check

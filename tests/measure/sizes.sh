@@ -208,9 +208,12 @@ for m in pend16:tests/mujoco/models/pend16 cloth:tests/experiments/weights/cloth
     ${CC:-cc} -std=c99 -O1 -ffp-contract=off -I. -Iexamples -I$here -DMODEL=${m%%:*} $here/weights.c -o $out/weights -lm &&
         $out/weights < ${m#*:}.roln > $out/${m%%:*}_weights.h || { echo '0 passed, 1 failed'; exit 1; }
 done
-case $1 in test) some ;; *) all ;; esac | xargs -P "${JOBS:-$(nproc)}" -L 1 sh $here/sizes.sh one
+case $1 in test) lines=some ;; *) lines=all ;; esac
+$lines | xargs -P "${JOBS:-$(nproc)}" -L 1 sh $here/sizes.sh one
 cat $out/*.row > $out/all
 grep '^row' $out/all > $out/rows
+[ "$(wc -l < $out/rows)" -eq "$($lines | wc -l)" ] ||
+    echo "failed $(wc -l < $out/rows) of $($lines | wc -l) lines came" >> $out/all
 table
 if [ "$1" = -w ] && ! grep -q '^failed' $out/all; then
     awk -v table=$out/table.md '/^<!-- end of sizes -->$/ { on = 0 } !on

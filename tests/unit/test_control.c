@@ -770,6 +770,10 @@ static void test_allocate(int k)
     f.count = n, f.mu = 1;
     fill(n, 0, x.tau_z);
     CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 0));
+    { /* motors so weak that their share is no number, undamped: none of it is missed */
+        const roln_real little = PICK(1e-30f, 1e-200), much = PICK(1e30f, 1e200);
+        CHECK(rolni_missed(1, &little, &much, 0) <= 0);
+    }
     x.tau_z[0] = PICK(1e-30f, 1e-250), f.mu = PICK(1e15f, 1e100); /* damped to 0: all of it is missed */
     CHECK(roln_allocate(&m, x.z, &f, x.tau_z, u, &lost, ROOM(allocate)) == ROLN_OK && all(n, u, 0) && all(1, &lost, 1));
 }
@@ -1755,6 +1759,7 @@ static void test_guard_safe(int k)
     static rig start, x;
     const int F = F_OF(k);
     roln_real safe[MAXN], clipped[MAXN];
+    uint32_t flipped;
     int t, p, i;
     good(k, &start);
     for (i = 0; i < F; i++)
@@ -1778,6 +1783,18 @@ static void test_guard_safe(int k)
     }
     x = start;
     CHECK(tick(k, &x) == (ROLN_FAULT_STATUS | ROLN_FAULT_EXPIRED) && same(F, x.held, safe));
+    start = x, start.failed = NOTHING;
+    for (p = 0; p < 64; p++) { /* a bit that flips in the count or in the faults does not arm the motors */
+        x = start;
+        if (p < 32) x.g.faults ^= (uint32_t)1 << p;
+        else {
+            memcpy(&flipped, &x.g.bad, sizeof flipped);
+            flipped ^= (uint32_t)1 << (p - 32);
+            memcpy(&x.g.bad, &flipped, sizeof flipped);
+        }
+        CHECK((tick(k, &x) & ROLN_FAULT_EXPIRED) && same(F, x.held, safe));
+        CHECK((tick(k, &x) & ROLN_FAULT_EXPIRED) && same(F, x.held, safe) && x.g.bad == -1);
+    }
 }
 
 /* The running mean of the residual: R += (r - R) / window, of the residuals r that a guard without a window has; it decides. */

@@ -78,7 +78,7 @@ one() {
     lemma-all) lemma ;;
     guard) eva guard 3 '' $guard ;;
     bytes) eva bytes 2 '' $bytes ;;
-    frames) eva frames 2 '' $frames && eva frames-line 0 '' -eva-slevel 20 -main serial_main -eva-use-spec take ;;
+    frames) eva frames 2 '' $frames && eva frames-line 1 '' -eva-slevel 20 -main serial_main -eva-use-spec take ;;
     tick) eva tick 3 '' $tick && eva tick-furuta 3 -DFURUTA $tick && eva tick-arm 3 -DARM $tick $eig ;;
     *) echo "proof.sh: no proof $1"; exit 1 ;;
     esac
