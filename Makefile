@@ -7,7 +7,7 @@
 CC = cc
 PREFIX = /usr/local
 DESTDIR =
-JOBS = $(shell nproc 2> /dev/null || echo 1)
+JOBS ?= $(shell nproc 2> /dev/null || echo 1)
 HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
 

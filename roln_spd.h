@@ -4,13 +4,14 @@
    1 configuration      scalar type, qualifiers, version, scratch
    2 status             what a function can report; finite numbers; copy and zero
    3 random numbers     splitmix64, the same bits everywhere
-   4 elementary         exp, expm1, log, log1p, sinhc, softplus, sigmoid
+   4 elementary         exp, expm1, log, log1p, sinhc, softplus, sigmoid, tanh, sine and cosine, angles
    5 dense kernels      matrix products, Cholesky, small inverse
    6 eigensolver        symmetric, any n, scaled, bounded
    7 SPD maps           exp, log, powers at any base point: value, derivative, backward; second derivative of exp
    8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
    9 large systems      symmetric, hundreds to thousands of unknowns: products, Cholesky, solve
-   10 Riccati equations  feedback of least cost: by doubling, by steps backward; triangle of a matrix
+   10 Riccati equations feedback of least cost: by doubling, by steps backward; triangle of a matrix
+   11 optimal control   linear, of quadratic cost, within limits: interior points on a Riccati recursion
 
    Names: what begins with roln_ or ROLN_ is for users. What begins with rolni_ or ROLNI_ is shared among the five headers, may
    change with every version, and is promised to nobody else.

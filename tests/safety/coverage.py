@@ -219,7 +219,7 @@ def main():
         passed += 1
     else:
         failed += 1
-        print("%d exempt, not %d" % (exempt, EXEMPT))
+        print("%d exempt, not the %d of EXEMPT in tests/safety/coverage.py" % (exempt, EXEMPT))
     print("figure: all run, but for %d lines, branches or conditions; %d lines say why" % (exempt, reasons))
     print("%d passed, %d failed" % (passed, failed))
     sys.exit(failed > 0)
