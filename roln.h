@@ -7,7 +7,7 @@
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
        #define ROLN_STEP    rk4               euler, rk4 or midpoint; default rk4
-       #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all layers are linear
+       #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I

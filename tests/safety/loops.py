@@ -52,7 +52,7 @@ BOUNDED = {
 }
 
 # Steps that are not 0: numbers, constants, w, which is ROLNI_LANES or ROLNI_COLS wherever it is a step.
-STEP = r"(\d+ \* )?(\d+|ROLNI?_[A-Z_]+|w|\(w\))"
+STEP = r"([1-9]\d* \* )?([1-9]\d*|ROLNI?_[A-Z_]+|w|\(w\))"
 
 
 def closing(text, at, opened, closed):
