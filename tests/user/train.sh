@@ -89,6 +89,12 @@ done
 check 'more steps' $dir/chart $dir/16_train.csv steps=32 ae=400 out=$dir/whole.more
 check 'layers, then Gauss-Newton' $dir/layers $dir/16_train.csv steps=2 ae=100 out=$dir/c
 check 'from packed weights' $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/c.roln
+{ cat $dir/c.roln; echo; } > $dir/longer.roln
+head -c 1000 $dir/c.roln > $dir/shorter.roln
+for m in longer shorter; do
+    check "packed weights, $m" says 'cannot start from .*it is cut off, or goes on behind its end' \
+        $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/$m.roln
+done
 check 'another start than that of the checkpoint' \
     says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/whole.roln
 mkdir $dir/steep
