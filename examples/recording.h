@@ -105,10 +105,11 @@ static void progress(const char *what, double part)
     fflush(stdout);
 }
 
-static void *room(size_t bytes)
+/* Room for count things of one size, of zeros; more than a size_t can say is more than there is. */
+static void *room(size_t count, size_t size)
 {
-    void *p = calloc(1, bytes ? bytes : 1);
-    if (!p) fail("out of memory");
+    void *p = calloc(count ? count : 1, size);
+    if (!p) fail("out of memory: %.0f times %.0f bytes", (double)count, (double)size);
     return p;
 }
 
@@ -180,33 +181,49 @@ static void columns_are(motion *d, const wanted *w, int n, int named)
         fail("%s has no qd columns: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path);
 }
 
+/* Reads text up to the end of its line, or as much as there is room for. Returns how many bytes; 0 at the end of the file. */
+static int read_text(sheet *s)
+{
+    int n = 0, c = 0;
+    while (n < s->size - 1 && c != '\n' && (c = getc(s->f)) != EOF)
+        s->text[n++] = (char)c;
+    s->text[n] = 0;
+    return n;
+}
+
 /* Opens a file, counts its lines, and makes room for as many samples. */
 static sheet open_sheet(motion *d, const wanted *w)
 {
+    const size_t row = (size_t)w->N * sizeof(roln_real);
     sheet s = {0};
-    size_t lines, size;
+    size_t lines;
     s.size = 64 * (1 + 3 * w->N) + 64;
-    s.text = room((size_t)s.size), s.v = room((size_t)(1 + 3 * w->N) * sizeof *s.v);
+    s.text = room((size_t)s.size, 1), s.v = room((size_t)(1 + 3 * w->N), sizeof *s.v);
     s.f = fopen(d->path, "r");
     if (!s.f) fail("cannot read %s", d->path);
-    while (fgets(s.text, s.size, s.f))
-        s.lines++;
+    while (read_text(&s))
+        if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines; leave recordings out", d->path);
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty", d->path);
-    lines = (size_t)s.lines + 1, size = lines * (size_t)w->N * sizeof(roln_real);
-    d->q = room(size), d->qd = room(size), d->qdd = room(size), d->tau = room(size), d->tau_mid = room(size);
-    d->first = room(lines * sizeof *d->first);
-    s.t = room(lines * sizeof *s.t), s.line = room(lines * sizeof *s.line);
+    lines = (size_t)s.lines + 1;
+    d->q = room(lines, row), d->qd = room(lines, row), d->qdd = room(lines, row);
+    d->tau = room(lines, row), d->tau_mid = room(lines, row), d->first = room(lines, sizeof *d->first);
+    s.t = room(lines, sizeof *s.t), s.line = room(lines, sizeof *s.line);
     return s;
 }
 
-/* The next line of text, without the mark that some programs begin a file with. Returns 0 at the end of the file. */
+/* The next line of text, without the mark that some programs begin a file with. Returns 0 at the end of the file, which is where it
+   was when lines were counted: there is no room for more. */
 static int next_line(const char *path, sheet *s)
 {
     static const char mark[] = "\xef\xbb\xbf";
-    if (!fgets(s->text, s->size, s->f)) return 0;
+    const int n = read_text(s);
+    if ((n > 0) == (s->row == s->lines))
+        fail("%s: %s than when its lines were counted: a file that grew while it was read, or a pipe; copy it first", path,
+             n > 0 ? "longer" : "shorter");
+    if (n == 0) return 0;
     s->row++;
-    if (!strchr(s->text, '\n') && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
+    if (s->text[n - 1] != '\n' && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
     if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
 }
@@ -276,7 +293,7 @@ static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, 
    with 0, else their mean. */
 static void check_time(motion *d, const sheet *s)
 {
-    double *step = room((size_t)d->samples * sizeof *step), first, mean = 0;
+    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0;
     int steps = 0, off = 0, at = 0, in = 0, k, i;
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
@@ -450,7 +467,7 @@ static double raw_differences(const motion *d, int j)
 /* qd against dq/dt, of every joint that moves by a hundredth of what the most moving one does. */
 static void check_velocities(motion *d, const wanted *w)
 {
-    likeness *l = room((size_t)d->N * sizeof *l);
+    likeness *l = room((size_t)d->N, sizeof *l);
     int moving = 0, zero = 0, wrong = 0, longer = 0, at = 0, widest = 0, j;
     for (j = 0; j < d->N; j++) {
         l[j] = compare(d, j, d->N + j);
@@ -527,7 +544,7 @@ static void smooth(motion *d, int half)
 {
     const int N = d->N;
     const double dt = d->dt;
-    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples * sizeof *y);
+    double s0 = 2 * half + 1, s2 = 0, s4 = 0, det, *y = room((size_t)d->samples, sizeof *y);
     int k, i, j, x;
     for (x = -half; x <= half; x++)
         s2 += (double)x * x, s4 += (double)x * x * x * x;

@@ -262,7 +262,7 @@ typedef struct {
 static pool pool_of(int steps, int stride)
 {
     pool p = {.steps = steps, .stride = stride};
-    p.start = room((size_t)d.samples * sizeof *p.start);
+    p.start = room((size_t)d.samples, sizeof *p.start);
     do
         p.count = windows(&d, 0, train, steps > 0 ? p.steps * stride : 1, 1, 1, p.start);
     while (p.count == 0 && p.steps-- > 1);
@@ -407,7 +407,7 @@ static error errors(const motion *m, const M(params) *p, int from, int count, in
     error e = {0};
     int k;
     memset(scores, 0, (size_t)count * sizeof *scores);
-    r.start = room((size_t)m->samples * sizeof *r.start);
+    r.start = room((size_t)m->samples, sizeof *r.start);
     share(count, roll, &r);
     e.q = ratio(count, scores, 0, &e.q_off), e.qd = ratio(count, scores, 2, &e.qd_off);
     for (k = 0; k < count; k++)
@@ -445,7 +445,7 @@ static void table(const char *name, const motion *m, int from, int to, FILE *csv
     static const double ms[ROWS_OF_IT] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
     const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
     int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, longest = 0, i, j;
-    score *scores = room((size_t)(to - from) * sizeof *scores);
+    score *scores = room((size_t)(to - from), sizeof *scores);
     double all = 0, done = 0;
     for (i = from; i < to; i++)
         longest = longest > m->first[i + 1] - m->first[i] ? longest : m->first[i + 1] - m->first[i];
@@ -862,7 +862,7 @@ static void draw_motion(void)
     const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
     const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : stride; /* no look: no stage had anything to do */
     const int height = 60 + JOINTS * DOWN;
-    score *scores = room((size_t)count * sizeof *scores);
+    score *scores = room((size_t)count, sizeof *scores);
     int chosen[2] = {0, 0}, k, i, joint[CURVES];
     FILE *f = file("_motion.svg", "w");
     bar.what = "picture", bar.done = 0, bar.part = 1;
@@ -879,7 +879,7 @@ static void draw_motion(void)
             2 * ACROSS, height, 2 * ACROSS, height, 2 * ACROSS, height);
     for (k = 0; k < 2; k++) {
         const int at = train + chosen[k], points = (d.first[at + 1] - d.first[at] - 1) / stride + 1;
-        double *x = room((size_t)points * N * sizeof *x);
+        double *x = room((size_t)points * N, sizeof *x);
         fprintf(f, "<text x='%d' y='24' font-size='15'>%s: trajectory %d of %d, E_q %s %%</text>\n<text x='%d' y='42'>%.3g s: grey "
                    "recorded, red predicted, anew every %.3g s</text>\n",
                 20 + k * ACROSS, title[k], at + 1, d.trajectories, in_percent(exp(log_of(&scores[chosen[k]]))).text,
@@ -917,7 +917,7 @@ static void turn_back(void)
 static void look(void)
 {
     const int stride = stride_of(&d, 0.005);
-    score *scores = room((size_t)(d.trajectories - train) * sizeof *scores);
+    score *scores = room((size_t)(d.trajectories - train), sizeof *scores);
     int shortest = d.samples, k, far, near;
     M(params) p = s.p;
     error e[2];
