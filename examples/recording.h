@@ -143,13 +143,13 @@ static int read_line(const char *path, int row, const char *line, int most, doub
     }
 }
 
-/* Nonzero if a line begins with a word: a header. */
+/* Nonzero if the first word of a line is no number: a header. nan is a number, if a wrong one; nanoseconds only begins like one. */
 static int is_header(const char *line)
 {
+    const char *word = line + strspn(line, ", \t\r\n\v\f");
     char *end;
-    const char first = line[strspn(line, " \t\r\n")];
-    strtod(line, &end);
-    return first != 0 && (end == line || !strchr("+-.0123456789", first)); /* nanoseconds begins like a number, too */
+    strtod(word, &end);
+    return *word != 0 && (end == word || (!strchr("+-.0123456789", *word) && !strchr(",; \t\r\n\v\f", *end)));
 }
 
 /* The first column of a header that is called tau.. or u.., from 0; 0: none is. */
@@ -223,6 +223,8 @@ static int next_line(const char *path, sheet *s)
              n > 0 ? "longer" : "shorter");
     if (n == 0) return 0;
     s->row++;
+    if (memchr(s->text, 0, (size_t)n))
+        fail("%s, line %d has a byte 0, which no text has: damaged, or UTF-16, which has to be saved as UTF-8", path, s->row);
     if (s->text[n - 1] != '\n' && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
     if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;

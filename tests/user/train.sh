@@ -240,6 +240,24 @@ wrong 'a word' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = "-" }
 wrong 'too large' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = 1e39 } 1'
 wrong 'one column more' 'line 50 has 8 columns' 'NR == 50 { $8 = 1 } 1'
 wrong 'a long line' 'line 50 is longer than' 'NR == 50 { while (i++ < 200) $8 = $8 "111" } 1'
+for word in nan inf Infinity 'NAN(1)' ''; do
+    wrong "a first row of $word" 'line 1: column 1 is not a finite number' "NR == 1 { \$0 = \"$word,0,0,0,0,0,0\" } 1"
+done
+make_of 'NR == 1 { $1 = "nanoseconds" } 1'
+check 'a header that begins like a number' silent
+make_of 'NR == 1 { $1 = "" } 1'
+check 'a header whose first name is empty' silent
+# zero WHAT LINE PROGRAM: a byte 0 where the awk program writes ~
+zero() {
+    make_of "$3"
+    tr '~' '\000' < $dir/file.csv > $dir/zero.csv
+    check "a byte 0: $1" says "zero.csv, line $2 has a byte 0" $dir/joints $dir/zero.csv steps=1 out=$dir/l
+}
+zero 'in a header' 1 'NR == 1 { $7 = $7 "~" } 1'
+zero 'in a row' 50 'NR == 50 { $7 = $7 "~1" } 1'
+zero 'in a blank line' 502 '/^$/ { $0 = "~" } 1'
+zero 'in the last row' 3007 '{ print } END { printf "0.5,0,0,0,0,0,0~,1" }'
+zero 'behind the last row' 3007 '{ print } END { printf "~" }'
 make_of 1
 check 'a pipe' says 'shorter than .* or a pipe' sh -c "cat $dir/file.csv | $dir/joints /dev/stdin steps=1 out=$dir/l"
 
