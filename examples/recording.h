@@ -105,10 +105,11 @@ static void progress(const char *what, double part)
     fflush(stdout);
 }
 
+/* Room for count things of one size, of zeros; more than a size_t can say is more than there is. */
 static void *room(size_t count, size_t size)
 {
     void *p = calloc(count ? count : 1, size);
-    if (!p) fail("out of memory");
+    if (!p) fail("out of memory: %.0f times %.0f bytes", (double)count, (double)size);
     return p;
 }
 
@@ -142,13 +143,13 @@ static int read_line(const char *path, int row, const char *line, int most, doub
     }
 }
 
-/* Nonzero if a line begins with a word: a header. */
+/* Nonzero if the first word of a line is no number: a header. nan is a number, if a wrong one; nanoseconds only begins like one. */
 static int is_header(const char *line)
 {
+    const char *word = line + strspn(line, ", \t\r\n\v\f");
     char *end;
-    const char first = line[strspn(line, " \t\r\n")];
-    strtod(line, &end);
-    return first != 0 && (end == line || (!strchr("+-.0123456789", first) && !strchr(", \t\r\n", *end))); /* nanoseconds, not nan */
+    strtod(word, &end);
+    return *word != 0 && (end == word || (!strchr("+-.0123456789", *word) && !strchr(",; \t\r\n\v\f", *end)));
 }
 
 /* The first column of a header that is called tau.. or u.., from 0; 0: none is. */
@@ -180,40 +181,51 @@ static void columns_are(motion *d, const wanted *w, int n, int named)
         fail("%s has no qd columns: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path);
 }
 
+/* Reads text up to the end of its line, or as much as there is room for. Returns how many bytes; 0 at the end of the file. */
+static int read_text(sheet *s)
+{
+    int n = 0, c = 0;
+    while (n < s->size - 1 && c != '\n' && (c = getc(s->f)) != EOF)
+        s->text[n++] = (char)c;
+    s->text[n] = 0;
+    return n;
+}
+
 /* Opens a file, counts its lines, and makes room for as many samples. */
 static sheet open_sheet(motion *d, const wanted *w)
 {
+    const size_t row = (size_t)w->N * sizeof(roln_real);
     sheet s = {0};
-    size_t lines, count;
+    size_t lines;
     s.size = 64 * (1 + 3 * w->N) + 64;
     s.text = room((size_t)s.size, 1), s.v = room((size_t)(1 + 3 * w->N), sizeof *s.v);
     s.f = fopen(d->path, "r");
     if (!s.f) fail("cannot read %s", d->path);
-    while (fgets(s.text, s.size, s.f))
-        s.lines++;
+    while (read_text(&s))
+        if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines; leave recordings out", d->path);
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty", d->path);
-    lines = (size_t)s.lines + 1, count = lines * (size_t)w->N;
-    if (lines > SIZE_MAX / (size_t)w->N) fail("%s has more lines than this machine can hold", d->path);
-    d->q = room(count, sizeof *d->q), d->qd = room(count, sizeof *d->qd), d->qdd = room(count, sizeof *d->qdd);
-    d->tau = room(count, sizeof *d->tau), d->tau_mid = room(count, sizeof *d->tau_mid);
-    d->first = room(lines, sizeof *d->first);
+    lines = (size_t)s.lines + 1;
+    d->q = room(lines, row), d->qd = room(lines, row), d->qdd = room(lines, row);
+    d->tau = room(lines, row), d->tau_mid = room(lines, row), d->first = room(lines, sizeof *d->first);
     s.t = room(lines, sizeof *s.t), s.line = room(lines, sizeof *s.line);
     return s;
 }
 
-/* The next line of text, without the mark that some programs begin a file with. Returns 0 at the end of the file. */
+/* The next line of text, without the mark that some programs begin a file with. Returns 0 at the end of the file, which is where it
+   was when lines were counted: there is no room for more. */
 static int next_line(const char *path, sheet *s)
 {
     static const char mark[] = "\xef\xbb\xbf";
-    int end = s->size - 1;
-    memset(s->text, '\n', (size_t)s->size);
-    if (!fgets(s->text, s->size, s->f)) return 0;
+    const int n = read_text(s);
+    if ((n > 0) == (s->row == s->lines))
+        fail("%s: %s than when its lines were counted: a file that grew while it was read, or a pipe; copy it first", path,
+             n > 0 ? "longer" : "shorter");
+    if (n == 0) return 0;
     s->row++;
-    while (s->text[end] != 0) /* here fgets ended; a zero before that is one of the file */
-        end--;
-    if (strlen(s->text) != (size_t)end) fail("%s, line %d holds a zero byte: it is no text", path, s->row);
-    if (!strchr(s->text, '\n') && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
+    if (memchr(s->text, 0, (size_t)n))
+        fail("%s, line %d has a byte 0, which no text has: damaged, or UTF-16, which has to be saved as UTF-8", path, s->row);
+    if (s->text[n - 1] != '\n' && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
     if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
 }

@@ -1014,7 +1014,7 @@ static void fit_inertia(void)
 static void start(void)
 {
     static M(start) scratch;
-    static unsigned char bytes[M(packed_size) + 1]; /* one more than there may be */
+    static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
     s.seed = (uint64_t)set("seed");
     if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch) != ROLN_OK)
         fail("no start from this data: it does not move, or its numbers are too large");
@@ -1025,6 +1025,7 @@ static void start(void)
         if (st != ROLN_OK)
             fail("cannot start from %s: %s", words[FROM].value,
                  st == ROLN_E_FORMAT ? "no .roln of this version" :
+                 st == ROLN_E_LENGTH ? "it is cut off, or goes on behind its end" :
                  st == ROLN_E_CHECKSUM ? "it is damaged" : "it is of another config");
         fclose(f);
     } else {

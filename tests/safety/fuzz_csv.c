@@ -4,6 +4,7 @@
    again. What is read is finite, as many samples as the file has lines with something in them, at one rate;
    what is refused ends the program, here the call, with a message. */
 #include "roln_spd.h"
+#include <ctype.h>
 #include <limits.h>
 #include <math.h>
 #include <setjmp.h>
@@ -102,21 +103,41 @@ static int file_say(const char *format, ...)
 #undef fputc
 #undef fflush
 
-/* Lines that hold something, but for a header, which does not begin with a number in digits. */
+/* Nonzero if a word, up to `end`, stands for a number, finite or not, as the standard writes them: a sign; digits, or a point and
+   one; inf, infinity, nan, nan(..). What follows on digits is not asked. */
+static int is_number(const char *p, const char *end)
+{
+    char word[16] = "";
+    int n;
+    if (p < end && (*p == '+' || *p == '-')) p++;
+    if (p < end && isdigit((unsigned char)p[*p == '.' && p + 1 < end])) return 1;
+    for (n = 0; n < 15 && p + n < end; n++)
+        word[n] = (char)(p[n] >= 'A' && p[n] <= 'Z' ? p[n] - 'A' + 'a' : p[n]);
+    if (strncmp(word, "nan(", 4) == 0 && end[-1] == ')') {
+        for (p += 4; p < end - 1; p++)
+            if (!isalnum((unsigned char)*p) && *p != '_') return 0;
+        return 1;
+    }
+    return end - p < 15 && (strcmp(word, "nan") == 0 || strcmp(word, "inf") == 0 || strcmp(word, "infinity") == 0);
+}
+
+/* Lines that hold something, but for a first one that does not begin with a number. */
 static int samples_of(void)
 {
-    static char text[8192];
-    const char *p = text + (file.size > 2 && memcmp(file.text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0), *end;
-    char *behind;
+    const char *p = file.text, *const behind = p + file.size;
     int count = 0, row;
-    CLAIM(file.size < sizeof text);
-    memcpy(text, file.text, file.size), text[file.size] = 0;
-    for (row = 0; *p; p = end, row++) {
-        const char *first = p + strspn(p, " \t\r");
-        end = strchr(p, '\n') ? strchr(p, '\n') + 1 : p + strlen(p);
-        if (p + strspn(p, ", \t\r\n") >= end) continue;
-        strtod(first, &behind);
-        count += row > 0 || (behind != first && behind < end && (strchr("+-.0123456789", *first) || strchr(", \t\r\n", *behind)));
+    if (file.size > 2 && memcmp(p, "\xef\xbb\xbf", 3) == 0) p += 3;
+    for (row = 0; p < behind; row++, p++) {
+        const char *first, *word, *end;
+        while (p < behind && *p != '\n' && strchr(", \t\r", *p))
+            p++;
+        for (first = word = p; word < behind && *word != '\n' && isspace((unsigned char)*word);)
+            word++;
+        for (end = word; end < behind && *end != ',' && *end != ';' && !isspace((unsigned char)*end);)
+            end++;
+        while (p < behind && *p != '\n')
+            p++;
+        count += p > first && (row > 0 || is_number(word, end));
     }
     return count;
 }

@@ -92,6 +92,12 @@ check 'layers, then Gauss-Newton' $dir/layers $dir/16_train.csv steps=2 ae=100 o
 check 'packed weights and something behind them' says 'cannot start from' $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d \
     from=$dir/longer.roln
 check 'from packed weights' $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/c.roln
+{ cat $dir/c.roln; echo; } > $dir/longer.roln
+head -c 1000 $dir/c.roln > $dir/shorter.roln
+for m in longer shorter; do
+    check "packed weights, $m" says 'cannot start from .*it is cut off, or goes on behind its end' \
+        $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/$m.roln
+done
 check 'another start than that of the checkpoint' \
     says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/whole.roln
 mkdir $dir/steep
@@ -246,6 +252,42 @@ wrong 'a word' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = "-" }
 wrong 'too large' 'line 50: column 3 is not a finite number' 'NR == 50 { $3 = 1e39 } 1'
 wrong 'one column more' 'line 50 has 8 columns' 'NR == 50 { $8 = 1 } 1'
 wrong 'a long line' 'line 50 is longer than' 'NR == 50 { while (i++ < 200) $8 = $8 "111" } 1'
+for word in nan inf Infinity 'NAN(1)' ''; do
+    wrong "a first row of $word" 'line 1: column 1 is not a finite number' "NR == 1 { \$0 = \"$word,0,0,0,0,0,0\" } 1"
+done
+make_of 'NR == 1 { $1 = "nanoseconds" } 1'
+check 'a header that begins like a number' silent
+make_of 'NR == 1 { $1 = "" } 1'
+check 'a header whose first name is empty' silent
+# zero WHAT LINE PROGRAM: a byte 0 where the awk program writes ~
+zero() {
+    make_of "$3"
+    tr '~' '\000' < $dir/file.csv > $dir/zero.csv
+    check "a byte 0: $1" says "zero.csv, line $2 has a byte 0" $dir/joints $dir/zero.csv steps=1 out=$dir/l
+}
+zero 'in a header' 1 'NR == 1 { $7 = $7 "~" } 1'
+zero 'in a row' 50 'NR == 50 { $7 = $7 "~1" } 1'
+zero 'in a blank line' 502 '/^$/ { $0 = "~" } 1'
+zero 'in the last row' 3007 '{ print } END { printf "0.5,0,0,0,0,0,0~,1" }'
+zero 'behind the last row' 3007 '{ print } END { printf "~" }'
+make_of 1
+check 'a pipe' says 'shorter than .* or a pipe' sh -c "cat $dir/file.csv | $dir/joints /dev/stdin steps=1 out=$dir/l"
+
+# a file that grows while it is read; more lines than an int can count; more bytes than a size_t of 32 bits can say
+reader() { "$@" -std=c99 -O1 -DNO_THREADS -I. -Iexamples tests/user/recording.c -lm || exit 1; }
+reader gcc -DJOINTS=1 -o $dir/reader
+reader gcc -DJOINTS=1 -DGROW=1 -o $dir/grown
+reader gcc -DJOINTS=1 -DMOST=1000 -o $dir/most
+reader i686-linux-gnu-gcc -static -DJOINTS=600 -o $dir/wide
+awk 'BEGIN { while (i < 999) print i++ ",0" }' > $dir/file.csv
+check 'as it is, and no more' sh -c "$dir/reader $dir/file.csv | grep '^999 samples'"
+check 'lines that an int can count' $dir/most $dir/file.csv
+check 'a file that grows' says 'file.csv: longer than .* a file that grew while it was read' $dir/grown $dir/file.csv
+check 'more lines than an int can count' says 'file.csv has more than 2^31 lines' $dir/most $dir/file.csv
+awk 'BEGIN {
+    while (i < 40) { printf "%d", i++; for (j = 0; j < 600; j++) printf ",0"; print "" }
+    while (i++ < 1789600) print "" }' > $dir/file.csv
+check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
 doubted 'a slow clock' 'samples are 0.5 s apart; is t in seconds' "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
 make_of "$row { \$1 += (NR % 3 - 1) * 2e-6 } 1"
 check 'a clock that hardly jitters' silent
