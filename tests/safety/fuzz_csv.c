@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_csv.c - recordings: examples/recording.h, the reader of train.c, of a file that is the input behind its first byte, which
-   says what the model is like, and with its eighth bit that the file has twice as many letters when it is read from its beginning
-   again. What is read is finite, as many samples as the file has lines with something in them, at one rate;
+   says what the model is like. What is read is finite, as many samples as the file has lines with something in them, at one rate;
    what is refused ends the program, here the call, with a message. */
 #include "roln_spd.h"
 #include <ctype.h>
@@ -20,27 +19,15 @@ enum { ROOMS = 32 };
 static struct {
     const char *text;
     size_t size;
-    int grows;
     FILE *f;
     void *room[ROOMS]; /* what was taken of the heap and not given back */
     char said[4096];
     jmp_buf end;
 } file;
 
-static FILE *file_of(size_t size)
-{
-    return file.f = fmemopen((void *)(size_t)(const void *)file.text, size, "r");
-}
-
 static FILE *file_open(void)
 {
-    return file_of(file.grows ? (file.size + 1) / 2 : file.size);
-}
-
-static void file_again(FILE **f)
-{
-    fclose(*f);
-    *f = file_of(file.size);
+    return file.f = fmemopen((void *)(size_t)(const void *)file.text, file.size, "r");
 }
 
 static int file_close(FILE *f)
@@ -83,7 +70,6 @@ static int file_say(const char *format, ...)
 /* The program's hold on the world. */
 #define fopen(path, mode) file_open()
 #define fclose file_close
-#define rewind(f) file_again(&(f))
 #define calloc file_room
 #define free file_free
 #define exit file_end
@@ -94,7 +80,6 @@ static int file_say(const char *format, ...)
 #include "recording.h"
 #undef fopen
 #undef fclose
-#undef rewind
 #undef calloc
 #undef free
 #undef exit
@@ -167,7 +152,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memset(&w, 0, sizeof w);
     w.model = "model", w.N = 1 + (int)(kind & 1) * 2, w.inputs = kind & 2 ? 1 : 0, w.torque = kind >> 2 & 1;
     w.half = kind & 8 ? 2 : 0, w.qd_unused = kind >> 4 & 1, w.angles = kind & 32 ? 1 : 0;
-    file.text = (const char *)data + 1, file.size = size - 1, file.said[0] = 0, file.grows = kind >> 7 & 1;
+    file.text = (const char *)data + 1, file.size = size - 1, file.said[0] = 0;
     fuzz_call();
     if (!setjmp(file.end)) {
         double sd[3];
