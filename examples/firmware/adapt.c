@@ -25,6 +25,9 @@
 #ifndef SEED
 #define SEED 1
 #endif
+#ifndef TESTS
+#define TESTS 50 /* roll-outs that judge it */
+#endif
 
 enum {
     N = chain_N, n = chain_n,
@@ -32,7 +35,7 @@ enum {
     JUDGES = 8,                 /* of them */
     TICKS = 2000, REPORT = 500,
     PUSH = 50,                  /* ticks after which somebody moves the chain elsewhere */
-    TESTS = 50, TEST_STEPS = 40 /* of 25 ms */
+    TEST_STEPS = 40 /* of 25 ms */
 };
 #define TICK 0.005f  /* s */
 #define STIFF 3e-4f  /* the diagonal that A begins with, in parts of the mean of that of the first turn */
