@@ -198,7 +198,7 @@ static sheet open_sheet(motion *d, const wanted *w)
     sheet s = {0};
     size_t lines;
     s.size = 64 * (1 + 3 * w->N) + 64;
-    s.text = room((size_t)s.size, 1), s.v = room((size_t)(1 + 3 * w->N), sizeof *s.v);
+    s.text = room((size_t)s.size, 1), s.v = room(1 + 3 * (size_t)w->N, sizeof *s.v);
     s.f = fopen(d->path, "r");
     if (!s.f) fail("cannot read %s", d->path);
     while (read_text(&s))
