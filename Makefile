@@ -104,7 +104,8 @@ test:
 soundness:
 	sh tests/safety/soundness.sh -w
 
-# The headers alone, in five minutes on two cores: of sweeps over millions of numbers a sample. Some files: build/test sample spd riem
+# The headers alone, in five minutes on two cores: of sweeps over millions of numbers a sample.
+# Some files: build/test sample spd riem
 check:
 	+@$(MAKE) --no-print-directory -j$(JOBS) build/test
 	./build/test sample
