@@ -33,6 +33,12 @@
                                               predict and control; NAME_store makes them from a model trained with full
        #include "roln.h"
 
+   For all models of a file, before the first header of roln (roln_spd.h, 1 configuration): ROLN_DOUBLE, ROLN_FN, ROLN_CODE,
+   ROLN_FLASH, ROLN_SIMD; ROLN_DEBUG_WORK, see below.
+
+   Letters: q, qd, qdd [N] joints and their derivatives in time; z, zd, zdd [n] latent coordinates, z = rho(q), q = phi(z);
+   D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z.
+
    Generated types, for ROLN_NAME NAME:
 
        NAME_params      all numbers of a model: scales, time step, range seen in training, weights
@@ -263,8 +269,8 @@ ROLN_FN roln_real rolni_velocity_unit(const roln_scale *sc)
     return sc->t / sc->q;
 }
 
-/* The sizes that macros ask S for, S(N), S(n), S(inputs) .., are those of roln_ae.h and roln_lnn.h, inputs,
-   force_size, scheme and own. */
+/* The sizes that macros ask S for, S(N), S(n), .., are those of roln_ae.h and roln_lnn.h, the members of roln_model, force_size,
+   and works that several ask for (8, ROLN_PARTS). */
 
 /* The force on the joints, in units of the networks, [nb][N] of nb forces `in` [nb][roln_force_size]: in itself or, with inputs,
    B in, which is written to x. Returns where it is. */
@@ -2481,9 +2487,9 @@ ROLN_INLINE void rolni_drive_to(const roln_gradient *g, rolni_driven *d)
     X(gY, 2 * (jets) * (nb) * S(N)) \
     X(tape, ROLN_AE_DECODE_TAPE(S, jets, 2 * (nb)))
 #define ROLNI_STEPPED_MEM(X, S, nb, tape_size) X(next, 2 * (nb) * S(n)) X(tapes, tape_size) /* what a step and its backward take */
-/* Tapes and work of a step of the model, of the midpoint rule, which the variational loss takes, and of a start, for a block of nb:
-   and work of the stations of the acceleration loss: sizes that ROLN_GRAD_WORK, ROLN_GRAD_ACC_WORK and ROLN_ERRORS_WORK ask S for
-   by these names, made for the same nb. (S(scheme) + 0 is an int, to be compared.) */
+/* Tapes and work, for a block of nb, of a step of the model, of the midpoint rule, which the variational loss takes, of a start,
+   and of the stations of the acceleration loss. ROLN_GRAD_WORK, ROLN_GRAD_ACC_WORK and ROLN_ERRORS_WORK ask S for these sizes by
+   their names. (S(scheme) + 0 is an int, to be compared.) */
 #define ROLNI_KEPT_TAPES(S, scheme, nb) (ROLN_STAGES(scheme) * ROLN_LNN_TAPE(S, 1, 1, nb))
 #define ROLN_GRAD_STEPS(X, S, nb) \
     X(step_kept, ROLNI_KEPT_TAPES(S, (S(scheme) + 0), nb) + ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) \
@@ -4694,8 +4700,9 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` [force_size], of limits->motors [count], if all is well, clipped to
-   the limits, else a safe one. s NULL: the encoder failed, or there is no estimate; want NULL: something on the way to it failed.
-   Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. */
+   the limits; else it stays, and after limits->hold such ticks it is the safe one. s NULL: the encoder failed, or there is no
+   estimate; want NULL: something on the way to it failed. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED;
+   g->g.faults keeps those of all ticks. */
 ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *limits, const ROLNI_(state) *x,
                                     const ROLNI_(latent) *s, const roln_real *want, ROLNI_(guard) *g, ROLNI_(work) *work)
 {
