@@ -2514,7 +2514,18 @@ static void test_training(void)
     roln_error e[2];
     roln_batch b = {.count = BATCH, .steps = H, .stride = 1, .start = start, .q = q, .qd = qd};
     oscillators(q, qd);
-    CHECK_OK(plain_init_pod(&p, SAMPLES, q, qd, qbar, &s, &init));
+    for (k = 0; k < 2; k++) { /* what was there before does not show: with 0xff it is what it is with 0 */
+        plain_params *at = k ? &was : &p;
+        memset(at, k ? 0xff : 0, sizeof *at), s = 2;
+        CHECK_OK(plain_init(at, &s, &init));
+    }
+    CHECK(memcmp(&p, &was, sizeof p) == 0);
+    for (k = 0; k < 2; k++) {
+        plain_params *at = k ? &was : &p;
+        memset(at, k ? 0xff : 0, sizeof *at), s = 3;
+        CHECK_OK(plain_init_pod(at, SAMPLES, q, qd, qbar, &s, &init));
+    }
+    CHECK(memcmp(&p, &was, sizeof p) == 0);
     for (k = 0; k < 200; k++) {
         for (i = 0; i < BATCH; i++)
             start[i] = roln_randint(SAMPLES - H, &s);
