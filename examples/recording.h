@@ -152,13 +152,17 @@ static int is_header(const char *line)
     return *word != 0 && (end == word || (!strchr("+-.0123456789", *word) && !strchr(",; \t\r\n\v\f", *end)));
 }
 
-/* The first column of a header that is called tau.. or u.., from 0; 0: none is. */
-static int force_column(const char *line)
+/* The first column of a header that is called tau.. or u.., from 0; 0: none is. Names stand apart by commas, or where there is
+   none by blanks. */
+static int force_column(const char *name)
 {
+    const char *const apart = strchr(name, ',') ? "," : " \t\r\n";
     int c;
-    for (c = 0; line; c++, line = strchr(line, ','), line = line ? line + 1 : NULL) {
-        const char *name = line + strspn(line, " \t\"'");
+    for (c = 0; *name; c++) {
+        name += strspn(name, " \t\"'");
         if (c > 0 && (strncmp(name, "tau", 3) == 0 || *name == 'u')) return c;
+        name += strcspn(name, apart);
+        name += *apart == ',' ? *name == ',' : strspn(name, apart);
     }
     return 0;
 }

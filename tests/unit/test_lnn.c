@@ -2035,6 +2035,21 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     fresh_done();
 }
 
+/* Where the mass alone is wanted, by the guard in every tick, nothing of gradients is computed. */
+static void check_wanted(const roln_lnn *f, uint64_t *seed)
+{
+    roln_real *th = weights(f, seed), *s = normal(2 * f->n, 0.2, seed), *tape = fresh(TAPE(1, 0, 1)), *work = fresh(TERMS_WORK);
+    const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
+    int wanted, i, made;
+    for (wanted = ROLNI_MASS; wanted <= ROLNI_GRADIENT; wanted++) {
+        for (i = 0; i < f->n; i++) t.kin[i] = 7;
+        CHECK(rolni_eval(f, 0, 1, th, s, NULL, wanted, tape, work) == ROLN_OK);
+        for (made = i = 0; i < f->n; i++) made += t.kin[i] != 7;
+        CHECK(made == (wanted == ROLNI_MASS ? 0 : f->n));
+    }
+    fresh_done();
+}
+
 /* One joint with log M = 39.9925 + z/100 and no potential, h v = 1: exp holds M up to z = 3/4. So one evaluation of a step alone
    fails: the last one, of M at the end; with a force that of a later iteration at the middle; or the first. */
 static void test_edge(uint64_t *seed)
@@ -2177,7 +2192,7 @@ void TEST_NAME(lnn)(void)
         for (base = 0; base < 2; base++) check_inverse(shape(n, base, 2, 4, 0), &seed);
     for (i = -1; i < VARIANTS; i++) {
         const roln_lnn f = i < 0 ? shape(3, 1, 2, 4, 0) : variant(i);
-        check_steep(&f, &seed);
+        check_steep(&f, &seed), check_wanted(&f, &seed);
         check_start(f, 0, &seed), check_start(f, 1, &seed);
         check_linear(f, i % 2 == 0, &seed);
     }

@@ -316,6 +316,8 @@ positions='NR > 1 && NF { $6 = sin(NR / 7); $7 = 0 } NF { $4 = $6; $5 = $7; NF =
 wrong 't, q, tau' 'without qd, a header says where they are' "NR == 1 { next } $positions" torque=1 smooth=10
 wrong 't, q, tau without smooth=' 'has no qd columns: with smooth=10' "$positions" torque=1
 check 't, q, tau with a header' silent torque=1 smooth=10
+tr ', ' ' \t' < $dir/file.csv > $dir/blanks.csv && mv $dir/blanks.csv $dir/file.csv
+check 'and apart by blanks' silent torque=1 smooth=10
 wrong 'four columns' 'has 4 columns, but joints needs t, 2 q, 2 qd: 5, or with 2 tau 7; of positions alone 3' 'NF { NF = 4 } 1'
 cut -d, -f1-3 $dir/2_train.csv > $dir/p_train.csv
 cut -d, -f1-3 $dir/2_test.csv > $dir/p_test.csv
