@@ -3,7 +3,7 @@
 # numerics.sh - errors of arithmetic: of every function of one float, of Cholesky and the SPD maps, and of what a torque's error is
 # made of, beside the tables of docs/accuracy.md, between `<!-- numerics -->` and `<!-- end of numerics -->`.
 #
-#   numerics.sh         all 2^32 floats and a million matrices as float and as double: five minutes of a core, or thirty
+#   numerics.sh         all 2^32 floats and a million matrices as float and as double: five to thirty minutes of a core
 #   numerics.sh -w      ... into that text; EVERY=16: of the floats every 16th block, and it says so
 #   numerics.sh test    every 512th block of 1024 floats, 20,000 matrices; the torques, all of them, are those of the text
 #
