@@ -16,7 +16,7 @@ unset MAKEFLAGS MFLAGS MAKELEVEL
 # what takes longest first
 steps() {
     cat << 'end'
-pil          build/pil host m4 rv32
+pil          build/pil test host m4 rv32
 unit         build/test
 proof        sh tests/safety/proof/proof.sh
 coverage     python3 tests/safety/coverage.py
