@@ -40,6 +40,14 @@ ROLN_FN int t_exponents(int n, int d, int a[][T_WIDTH])
     }
 }
 
+/* x^e, e >= 0, by products: powl would take as long as all else in these tests */
+ROLN_FN ld t_power(ld x, int e)
+{
+    ld y = 1;
+    for (; e > 0; e--) y *= x;
+    return y;
+}
+
 /* t[0..2] = T_k(x), T_k'(x), T_k''(x): k/2 sum_j (-1)^j (k-j-1)! / (j! (k-2j)!) (2x)^(k-2j) */
 ROLN_FN void t_chebyshev(int k, ld x, ld t[3])
 {
@@ -51,9 +59,9 @@ ROLN_FN void t_chebyshev(int k, ld x, ld t[3])
         for (i = 1; i <= k - j - 1; i++) c *= (ld)i;
         for (i = 1; i <= j; i++) c /= (ld)i;
         for (i = 1; i <= e; i++) c /= (ld)i;
-        t[0] += c * powl(2 * x, (ld)e);
-        if (e > 0) t[1] += c * 2 * (ld)e * powl(2 * x, (ld)(e - 1));
-        if (e > 1) t[2] += c * 4 * (ld)(e * (e - 1)) * powl(2 * x, (ld)(e - 2));
+        t[0] += c * t_power(2 * x, e);
+        if (e > 0) t[1] += c * 2 * (ld)e * t_power(2 * x, e - 1);
+        if (e > 1) t[2] += c * 4 * (ld)(e * (e - 1)) * t_power(2 * x, e - 2);
     }
 }
 
