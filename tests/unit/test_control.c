@@ -1962,6 +1962,9 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     REFUSED(&b, ROLN_C(0.99), ROLN_E_RANGE);
     REFUSED(&b, (roln_real)NAN, ROLN_E_RANGE);
     REFUSED(&b, (roln_real)INFINITY, ROLN_E_NOT_FINITE); /* limits that are none */
+    b.tau = NULL;
+    REFUSED(&b, (roln_real)INFINITY, ROLN_E_NOT_FINITE);
+    b.tau = good_batch->tau;
     for (i = 0; i < 3; i++) {
         bad = *r;
         (i == 0 ? bad.q : i == 1 ? bad.qd : bad.tau)[RUNS * TICKS * (i < 2 ? N : F) - 1] = (roln_real)NAN; /* the last number */
