@@ -28,7 +28,7 @@ static const roln_limits limits = {
     .qd_off = 1};                  /* rad/s */
 
 static struct {
-    chain_latent s;      /* z, zd of the last good tick */
+    chain_latent s;      /* z, zd of the last tick that could be encoded */
     chain_target target; /* the pose to hold, at rest, and the gains */
     chain_guard guard;   /* guard.tau / JOULE: to the motors; zeroed: a fresh start */
     chain_work work;

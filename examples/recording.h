@@ -153,11 +153,12 @@ static int is_header(const char *line)
 }
 
 /* The first column of a header that is called tau.. or u.., from 0; 0: none is. Names stand apart by commas, or where there is
-   none by blanks. */
+   none by tabs, or blanks; a # before them all is none. */
 static int force_column(const char *name)
 {
-    const char *const apart = strchr(name, ',') ? "," : " \t\r\n";
+    const char *const apart = strchr(name, ',') ? "," : strchr(name, '\t') ? "\t" : " \r\n";
     int c;
+    name += strspn(name, " \t#");
     for (c = 0; *name; c++) {
         name += strspn(name, " \t\"'");
         if (c > 0 && (strncmp(name, "tau", 3) == 0 || *name == 'u')) return c;

@@ -106,8 +106,8 @@ static void help(void)
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
-           "Exit: 0 weights are written, and how well they predict is said. None are: 1 wrong use, recordings or files;\n"
-           "2 a training that came to nothing; why is said in the last line.\n");
+           "Exit: 0, weights are written, and how well they predict is said. 1 and 2, none are, and the last line says why:\n"
+           "1 wrong use, recordings or files, 2 a training that came to nothing.\n");
 }
 
 static double set(const char *key)

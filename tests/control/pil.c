@@ -390,6 +390,7 @@ int main(int argc, char **argv)
         test_faults(argv[i], &g, &clean);
     }
     control_free(model);
+    printf("figure: %d of %d ticks\n", ticks, TICKS);
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

@@ -52,7 +52,7 @@ QUICK = [ # function, what stands there, what takes its place
     ("roln_unpack", "return ROLN_E_CHECKSUM", "return ROLN_OK"),
 ]
 GCC = "gcc -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -O1 -w -DROLN_INLINE=ROLN_FN".split()
-SANITIZED = GCC + ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZED = GCC + ["-fsanitize=address,undefined,bounds-strict,float-cast-overflow", "-fno-sanitize-recover=all"]
 DIR = "build/mutants"
 CONTROL = re.compile(r"(break|continue|return\b[^;]*);$")
 DECLARES = re.compile(r"(const|static|roln\w*(?! *\()\b(?= +\*?\w)|int|double|float|size_t|u?int\d+_t|unsigned|enum|struct|"
@@ -267,10 +267,8 @@ class Bench:
         for test in [t for t in tests + others if t in differs]:
             limit = self.limit(test, 32, SANITIZED)
             mutated = self.build(m, test, 32, SANITIZED)
-            code = self.judge(test, 32, mutated, limit, SANITIZED) if mutated else "none"
-            if code == "none":
-                return "none", ""
-            if code != 0:
+            code = self.judge(test, 32, mutated, limit, SANITIZED) if mutated else 0
+            if code not in (0, "none"):
                 return "killed", test + " sanitized"
         return ("survived" if differs else "same"), ""
 

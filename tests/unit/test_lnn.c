@@ -660,7 +660,7 @@ static ld p_plane(int t, int r, int out)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
     const int in = p.f.size[0];
-    const ld *x = p.x + r * in, *d = p.x + (t * p.nb + r) * in, h = 1e-2L;
+    const ld *x = p.x + r * in, *d = p.x + (t * p.nb + r) * in, h = 2.5e-3L;
     ld s = 0;
     int k;
     if (t == 0) return p_value(x, x, 0, out);
@@ -2035,7 +2035,7 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     fresh_done();
 }
 
-/* Where the mass alone is wanted, by the guard in every tick, nothing of gradients is computed. */
+/* Where the mass alone is wanted, by roln_guard_tick and roln_inertia, no gradient is computed. */
 static void check_wanted(const roln_lnn *f)
 {
     uint64_t seed = 1;
@@ -2043,10 +2043,10 @@ static void check_wanted(const roln_lnn *f)
     const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
     int wanted, i, made;
     for (wanted = ROLNI_MASS; wanted <= ROLNI_GRADIENT; wanted++) {
-        for (i = 0; i < f->n; i++) t.kin[i] = 7;
+        for (i = 0; i < f->n; i++) t.kin[i] = t.g[i] = 7;
         CHECK(rolni_eval(f, 0, 1, th, s, NULL, wanted, tape, work) == ROLN_OK);
-        for (made = i = 0; i < f->n; i++) made += t.kin[i] != 7;
-        CHECK(made == (wanted == ROLNI_MASS ? 0 : f->n));
+        for (made = i = 0; i < f->n; i++) made += (t.kin[i] != 7) + (t.g[i] != 7);
+        CHECK(made == (wanted == ROLNI_MASS ? 0 : 2 * f->n));
     }
     fresh_done();
 }

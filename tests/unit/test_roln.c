@@ -1566,6 +1566,7 @@ static void test_write(void)
     check_write(&plain_model, NUMBERS, x), check_write(&own, NUMBERS + plain_N, x);
     memcpy(&p, x, sizeof p);
     roln_write(&plain_model, "plain", &p, put, &len), memcpy(whole, text, len + 1);
+    CHECK(strstr(text, "*1152921504606846976") != NULL); /* powers of two in steps of 2^60 */
     len = 0;
     CHECK(plain_write(&p, put, &len) == ROLN_OK && strcmp(text, whole) == 0);
     x[6] = (roln_real)NAN, len = 0;

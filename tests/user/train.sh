@@ -138,7 +138,7 @@ for word in out test from method seed seconds steps held look window torque forc
     resume; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
-check 'help: more than keys' grep '^Exit: 0 weights are written' $dir/help.log
+check 'help: more than keys' grep '^Exit: 0, weights are written' $dir/help.log
 check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq 20
 $dir/joints $dir/2_train.csv steps=1 look=0 out=$dir/h > $dir/h.log 2>&1
 check 'one held out: no standard error' grep '+- - %' $dir/h.log
@@ -318,6 +318,8 @@ wrong 't, q, tau without smooth=' 'has no qd columns: with smooth=10' "$position
 check 't, q, tau with a header' silent torque=1 smooth=10
 tr ', ' ' \t' < $dir/file.csv > $dir/blanks.csv && mv $dir/blanks.csv $dir/file.csv
 check 'and apart by blanks' silent torque=1 smooth=10
+sed '1s/^/# /' $dir/file.csv > $dir/blanks.csv && mv $dir/blanks.csv $dir/file.csv
+check 'and behind a #' silent torque=1 smooth=10
 wrong 'four columns' 'has 4 columns, but joints needs t, 2 q, 2 qd: 5, or with 2 tau 7; of positions alone 3' 'NF { NF = 4 } 1'
 cut -d, -f1-3 $dir/2_train.csv > $dir/p_train.csv
 cut -d, -f1-3 $dir/2_test.csv > $dir/p_test.csv
