@@ -660,7 +660,7 @@ static ld p_plane(int t, int r, int out)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
     const int in = p.f.size[0];
-    const ld *x = p.x + r * in, *d = p.x + (t * p.nb + r) * in, h = 2.5e-3L;
+    const ld *x = p.x + r * in, *d = p.x + (t * p.nb + r) * in, h = 1e-2L;
     ld s = 0;
     int k;
     if (t == 0) return p_value(x, x, 0, out);
