@@ -472,6 +472,28 @@ static void test_finite(void)
     }
 }
 
+/* Strips of a panel are those of the comment at rolni_pack, and nothing behind them is written. */
+static void test_strips(void)
+{
+    enum { W = ROLNI_COLS, K = 13, MOST = 2 * W + 3 };
+    static roln_real A[(K + 1) * (MOST + 1) + 8], P[3 * W * K + 8 * W];
+    int turned, k, n, i, j, p;
+    for (i = 0; i < (int)(sizeof A / sizeof *A); i++) A[i] = (roln_real)(i + 1);
+    for (turned = 0; turned < 2; turned++)
+        for (k = 1; k <= K; k++)
+            for (n = 1; n <= MOST; n++) {
+                const int row = (turned ? k : n) + 1, columns = (n + W - 1) / W * W;
+                int wrong = 0;
+                for (i = 0; i < columns * k + 8 * W; i++) P[i] = -1;
+                rolni_pack(k, n, turned, A, (size_t)row, P);
+                for (j = 0; j < columns; j++)
+                    for (p = 0; p < k; p++)
+                        wrong += P[(j / W * k + p) * W + j % W] != (j >= n ? 0 : turned ? A[j * row + p] : A[p * row + j]);
+                for (i = 0; i < 8 * W; i++) wrong += P[columns * k + i] != -1;
+                CHECK(wrong == 0);
+            }
+}
+
 void TEST_NAME(dense)(void)
 {
     static const int large[][3] = {{33, 64, 35}, {64, 33, 66},  {7, 130, 29}, {100, 100, 100},
@@ -497,5 +519,6 @@ void TEST_NAME(dense)(void)
     test_system_status(&seed);
     test_random();
     test_finite();
+    test_strips();
     print_bounds();
 }
