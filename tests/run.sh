@@ -80,7 +80,7 @@ mkdir -p $log
 if [ $# -eq 0 ]; then steps; else for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done; fi > $log/steps
 for name in $(awk '{ print $1 }' $log/steps); do rm -f "$log/$name" "$log/$name".*; done
 { # soundness reads what the others said
-    grep -v '^soundness ' $log/steps | xargs -P "$jobs" -L 1 sh tests/run.sh one
+    grep -v '^soundness ' $log/steps | xargs -r -P "$jobs" -L 1 sh tests/run.sh one
     grep '^soundness ' $log/steps | xargs -r -L 1 sh tests/run.sh one
 } &
 runner=$!
