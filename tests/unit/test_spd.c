@@ -291,7 +291,7 @@ static void identity(int n, roln_real *a)
 /* ---- values and divided differences of f ---- */
 
 /* x^p within |p log x| 2^-64, which powl would take six times as long for */
-static ld t_power(ld x, ld p)
+static ld t_raised(ld x, ld p)
 {
     return expl(p * logl(x));
 }
@@ -300,7 +300,7 @@ static ld t_power(ld x, ld p)
 static ld t_f(int map, ld p, ld x, int derivative)
 {
     if (map == ROLN_LOG) return derivative ? 1 / x : logl(x);
-    return derivative ? p * t_power(x, p - 1) : t_power(x, p);
+    return derivative ? p * t_raised(x, p - 1) : t_raised(x, p);
 }
 
 static ld t_dd1(int map, ld p, ld a, ld b)
@@ -310,7 +310,7 @@ static ld t_dd1(int map, ld p, ld a, ld b)
     ld sum = 0;
     int k;
     if (a / b > 1.3L || b / a > 1.3L)
-        return map == ROLN_LOG ? logl(a / b) / (a - b) : t_power(b, p) * expm1l(p * logl(a / b)) / (a - b);
+        return map == ROLN_LOG ? logl(a / b) / (a - b) : t_raised(b, p) * expm1l(p * logl(a / b)) / (a - b);
     for (k = 0; k < 4; k++)
         sum += w[k] * (t_f(map, p, (a + b) / 2 + x[k] * (a - b) / 2, 1) + t_f(map, p, (a + b) / 2 - x[k] * (a - b) / 2, 1)) / 2;
     return sum;
