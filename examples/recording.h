@@ -578,16 +578,32 @@ static const char *mend_of(piece w)
     return "write numbers like 1234.5 or 1.2345e3, one separator in the whole file; remove columns of text";
 }
 
-/* The time of a sample, in s from the first one on if stamps are large. */
+/* Refuses the first piece of a line that holds something and is no number, or no time. */
+static void refuse_text(const motion *d, const sheet *s, int n)
+{
+    stamp t;
+    double x;
+    int c;
+    for (c = 0; c < n; c++) {
+        const piece w = s->w[c];
+        if (c > 0 ? w.n == 0 || number(s->apart, w, &x) : read_stamp(s->apart, w, &t)) continue;
+        if (c > 0)
+            fail("%s:%d: column %d: expected a finite number, found \"%s\"\nhint: %s", d->path, s->row, c + 1, quoted(w),
+                 mend_of(w));
+        fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: %s", d->path, s->row, quoted(w),
+             w.n > 0 ? "seconds, or like 2026-11-25T18:10:05.25" : mend_of(w));
+    }
+}
+
+/* The time of a sample, in s, from the first one on if stamps are large. */
 static double time_of(const motion *d, sheet *s, piece w)
 {
     stamp t;
-    if (!read_stamp(s->apart, w, &t))
-        fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: %s", d->path, s->row, quoted(w),
-             w.n > 0 ? "seconds, or like 2026-11-25T18:10:05.25" : mend_of(w));
+    read_stamp(s->apart, w, &t);
     if (d->samples == 0) {
         const double size = (double)t.whole + t.rest;
-        s->kind = (int)t.kind, s->zero = t.whole;
+        s->kind = (int)t.kind;
+        s->zero = size > 1e8 && size < 9e18 ? (long long)size : t.whole;
         s->guessed = t.kind == NUMBER && s->unit <= 0 && size > 9.5e11 && size < 4.2e18; /* of this century */
         if (s->guessed) s->unit = size < 4.2e12 ? 1e-3 : size > 9.5e14 && size < 4.2e15 ? 1e-6 : size > 9.5e17 ? 1e-9 : 0;
         if (s->unit <= 0 || t.kind != NUMBER) s->unit = 1, s->guessed = 0;
@@ -598,26 +614,31 @@ static double time_of(const motion *d, sheet *s, piece w)
     return ((double)(t.whole - s->zero) + t.rest) * s->unit;
 }
 
+/* One decimal mark in the whole file: 1.500 is 1500 to some. */
+static void check_mark(const motion *d, sheet *s, int c)
+{
+    const piece w = s->w[c];
+    const char mark = (char)(memchr(w.at, ',', (size_t)w.n) ? ',' : memchr(w.at, '.', (size_t)w.n) ? '.' : 0);
+    if (!mark || (c == 0 && s->kind != NUMBER)) return;
+    if (s->mark && mark != s->mark)
+        fail("%s:%d: column %d: \"%s\" has another decimal mark than numbers before it\nhint: points or commas in the whole file, "
+             "and no marks between thousands",
+             d->path, s->row, c + 1, quoted(w));
+    s->mark = mark;
+}
+
 /* The pieces of a sample become numbers, s->v. */
 static void read_numbers(const motion *d, sheet *s, int n)
 {
     int c;
+    s->v[0] = time_of(d, s, s->w[0]);
     for (c = 0; c < n; c++) {
         const piece w = s->w[c];
-        const char mark = w.n > 0 && memchr(w.at, ',', (size_t)w.n)   ? ','
-                          : w.n > 0 && memchr(w.at, '.', (size_t)w.n) ? '.'
-                                                                      : s->mark;
-        if (c == 0) s->v[0] = time_of(d, s, w);
-        else if (w.n == 0) fail("%s:%d: column %d is empty\nhint: %s", d->path, s->row, c + 1, mend_of(w));
-        else if (!number(s->apart, w, s->v + c) || !(fabs(s->v[c]) < 3e38))
+        if (w.n == 0) fail("%s:%d: column %d is empty\nhint: %s", d->path, s->row, c + 1, mend_of(w));
+        if (c > 0 && (!number(s->apart, w, s->v + c) || !(fabs(s->v[c]) < 3e38)))
             fail("%s:%d: column %d: expected a finite number, found \"%s\"\nhint: %s", d->path, s->row, c + 1, quoted(w),
                  mend_of(w));
-        if (s->mark && mark != s->mark && (c > 0 || s->kind == NUMBER))
-            fail("%s:%d: column %d: \"%s\" has another decimal mark than numbers before it\nhint: points or commas in the whole "
-                 "file, "
-                 "and no marks between thousands",
-                 d->path, s->row, c + 1, quoted(w));
-        if (c > 0 || s->kind == NUMBER) s->mark = mark;
+        check_mark(d, s, c);
     }
 }
 
@@ -639,13 +660,11 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     int n, i;
     if (s->apart == 0) s->apart = separator_of(s->text);
     n = split(s->apart, s->text, most, s->w);
+    refuse_text(d, s, n < most ? n : most);
     if (s->columns == 0) begin_samples(d, w, s, n);
-    if (n != s->columns) {
-        for (i = 0; i < n && i < most; i++) /* a piece that is no number is the likelier cause */
-            if (s->w[i].n > 0 && !is_numeric(s->apart, s->w[i])) read_numbers(d, s, n < most ? n : most);
+    if (n != s->columns)
         fail("%s:%d: %d columns, the lines before it have %d\nhint: every sample needs all of its columns", d->path, s->row, n,
              s->columns);
-    }
     read_numbers(d, s, n);
     if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
         fail("%s:%d: more than 2^31 numbers\nhint: leave recordings out, or samples: every second one", d->path, s->row);
@@ -675,6 +694,12 @@ static int same_step(double step, double dt)
     return step > 0 && fabs(step - dt) <= 0.01 * dt;
 }
 
+/* The time stamp of a sample, in s. */
+static double stamp_at(const sheet *s, int i)
+{
+    return s->t[i] + (double)s->zero * s->unit;
+}
+
 /* Says what is wrong with the step to sample i, in trajectory k, and what to do; `off` of `steps` steps differ from d->dt. */
 static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, int steps)
 {
@@ -685,10 +710,10 @@ static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, 
         alike += same_step(s->t[j] - s->t[j - 1], step);
     if (step == 0)
         fail("%s:%d: t stays at %.12g s\nhint: a line written twice, or t with too few digits: write t with more digits", d->path,
-             line, s->t[i]);
+             line, stamp_at(s, i));
     if (step < 0)
         fail("%s:%d: t goes back from %.12g to %.12g s\nhint: a blank line belongs between two trajectories", d->path, line,
-             s->t[i - 1], s->t[i]);
+             stamp_at(s, i - 1), stamp_at(s, i));
     if (2 * alike > length)
         fail("%s:%d: trajectory %d has steps of %g s, most have %g s\nhint: one rate for all: resample it or leave it out", d->path,
              line, k + 1, step, dt);
@@ -735,8 +760,8 @@ static int is_still(double beside, double jump)
     return fabs(beside) <= 0.05 * fabs(jump) || fabs(beside + jump) <= 0.05 * fabs(jump);
 }
 
-/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. The step
-   before a jump tells that it is one; for the first step, the step behind it. */
+/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. The
+   step before a jump tells that it is one; for the first step, the step behind it. */
 static void check_jumps(const motion *d, const sheet *s, unsigned angles)
 {
     const int N = d->N;

@@ -4,8 +4,8 @@
      convert IN.h5 OUT.csv [q=NAME] [qd=NAME] [force=NAME] [t=NAME] [data=GROUP] [states=N] [dt=S]
 
    Layouts, of which the first that fits is taken:
-     a group /data (data=) with a group or a link to one for each recording, of any name, as record, robomimic and MuJoCo's own tools
-     write it, in the order demo_2, demo_10; /mask is not read
+     a group /data (data=) with a group or a link to one for each recording, of any name, as record, robomimic and MuJoCo's own
+     tools write it, in the order demo_2, demo_10; /mask is not read
      arrays of equally long recordings [count,S,N] in /train, /test, /tune, as generate writes them: all of them, in this order
    Inside a recording, unless a name is given:
      q       q, qpos, obs/q, obs/qpos, obs/robot0_joint_pos, obs/joint_pos          qd likewise
@@ -15,9 +15,9 @@
    states=N: q and qd of the first N joints are columns 1 .. 2N of `states`, MuJoCo's state of a machine of N joints, t is column 0.
    Quaternions (ball and free joints) are no joints: they must be left out of q.
 
-   The CSV that was written is read again by examples/recording.h, so what the trainer refuses is refused here, with the line of the
-   CSV, which is kept then. Angles may jump by turns, for a model with ROLN_ANGLES. A process of its own reads the HDF5: a library that
-   crashes on a damaged file, or does not come to an end, takes nothing with it. Exit code 1: said in the last lines. */
+   The CSV is read again by examples/recording.h. What the trainer refuses is refused here, with the line of the CSV, which is kept
+   then. Angles may jump by turns, for a model with ROLN_ANGLES. A process of its own reads the HDF5, for the library may crash on a
+   damaged file, or not end. Exit code 1: said in the last lines. */
 #include <signal.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -69,7 +69,7 @@ static int convert_apart(const layout *want, const char *from, const char *to)
     }
     if (child < 0 || waitpid(child, &status, 0) != child) return perror("convert"), 1;
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    fprintf(stderr, "%s: the HDF5 library ended with signal %d\nhint: the file is damaged; h5dump or a copy by h5repack may tell where\n",
+    fprintf(stderr, "%s: the HDF5 library ended with signal %d\nhint: the file is damaged; record it again, or try h5repack\n",
             from, WTERMSIG(status));
     return 1;
 }

@@ -313,8 +313,8 @@ static int join(const char *place, demos *d, const layout *want, const array par
     if (check_parts(place, want, part)) return -1;
     if (d->count == 0) d->N = q->n, d->forces = forces, d->inputs = inputs || (forces > 0 && forces != q->n);
     if (d->N != q->n || d->forces != forces)
-        return refuse(place, "all recordings of a file are of one machine", "%d joints and %d forces, in recordings before it %d and %d",
-                      q->n, forces, d->N, d->forces);
+        return refuse(place, "all recordings of a file are of one machine",
+                      "%d joints and %d forces, in recordings before it %d and %d", q->n, forces, d->N, d->forces);
     const size_t wide = (size_t)demos_wide(d), N = (size_t)d->N;
     double *row = malloc((size_t)q->samples * wide * sizeof *row);
     int bad = !row || (double)q->samples * (double)wide > INT_MAX;
@@ -339,7 +339,7 @@ static int get_group(const char *path, demos *d, const layout *want, hid_t from,
     hid_t group = H5Gopen2(from, name, H5P_DEFAULT);
     int inputs = 0;
     snprintf(place, sizeof place, "%s: %s", path, name);
-    const int bad = group < 0 ? refuse(place, "a recording is a group; data= names the group of them all, and a link leads somewhere",
+    const int bad = group < 0 ? refuse(place, "each name in data= is a recording, a group or a link to one",
                                        "no group that can be opened") :
         get_parts(place, group, want, part, &inputs) || join(place, d, want, part, inputs, test);
     for (int p = 0; p < PARTS; p++) free(part[p].x);

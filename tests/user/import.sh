@@ -207,6 +207,7 @@ refuses 'is no zip, as torch.save' text $a
 check 'no file' sh -c "$import $dir/nothing.pt arm $a 2>&1 | grep 'cannot read .*nothing.pt'"
 check 'no place' sh -c "$import $dir/ae.pt arm $a out=$dir/nowhere 2>&1 | grep 'cannot write arm.h: No such file'"
 check 'usage' sh -c "$import $dir/ae.pt 2>&1 | grep '^import.py: usage: '"
+check 'damaged checkpoints' $python tests/safety/fuzz_files.py import 1000
 # bytes of roln 0.3, which had no scale.m, become those of today; whatever is damaged does not
 $python - $dir/lnn/lnn.roln $dir/old.roln << 'END_OF_FILE'
 import functools

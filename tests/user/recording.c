@@ -38,7 +38,7 @@ static void print(int n, const roln_real *x)
 {
     int i;
     for (i = 0; i < n; i++)
-        printf(" %.9g", (double)x[i]);
+        printf(" %.6g", (double)x[i]);
 }
 
 int main(int argc, char **argv)
@@ -61,7 +61,7 @@ int main(int argc, char **argv)
     printf("%d samples\n", d.samples);
     for (k = 0; k < d.trajectories && argc > 2; k++)
         for (i = d.first[k]; i < d.first[k + 1]; i++) {
-            printf("%.9g:", d.dt * (i - d.first[k]));
+            printf("%.6g:", d.dt * (i - d.first[k]));
             print(d.N, d.q + i * d.N), print(d.N * (d.has_qd || w.half > 0), d.qd + i * d.N);
             print(d.forces * d.has_tau, d.tau + i * d.forces);
             printf(i + 1 < d.first[k + 1] ? "\n" : k + 1 < d.trajectories ? "\n\n" : "\n");
