@@ -157,11 +157,10 @@ static int is_digit(char c)
    does; else a comma; else ' ', blanks and tabs. */
 static char separator_of(const char *line)
 {
-    int quotes = 0, tab = 0, comma = 0, decimal = 1;
-    const char *p;
+    int tab = 0, comma = 0, decimal = 1;
+    const char *p, *close;
     for (p = line; *p; p++) {
-        quotes ^= *p == '"';
-        if (quotes) continue;
+        if (*p == '"' && (close = strchr(p + 1, '"')) != NULL) p = close;
         if (*p == ';') return ';';
         tab |= *p == '\t';
         if (*p == ',') comma = 1, decimal &= p > line && is_digit(p[-1]) && is_digit(p[1]);
@@ -235,12 +234,13 @@ static int number(char apart, piece w, double *x)
     return end == text + w.n;
 }
 
-/* Nonzero if a piece is a number, or begins like one: no name. */
+/* Nonzero if a piece is a number, or begins like one, behind a quote that stays open or not: no name. */
 static int is_numeric(char apart, piece w)
 {
     const char *p = w.at;
     double x;
     if (w.n == 0) return 0;
+    p += strspn(p, " \"'");
     p += *p == '+' || *p == '-';
     return is_digit(p[*p == '.' || *p == ',']) || number(apart, w, &x);
 }
