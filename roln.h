@@ -4747,7 +4747,7 @@ ROLNI_SCRATCH
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
 /* scratch of linearisation */
-ROLNI_SCRATCH roln_real linear[ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
+ROLNI_SCRATCH roln_real linear[0 ROLNI_TURNED_MEM(ROLNI_SIZE, ROLNI_) + ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
 ROLNI_SCRATCH /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(lqrwork))
