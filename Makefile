@@ -47,7 +47,7 @@ arm_train = torque=1 smooth=40 steps=200
 rope_train = torque=1 look=0.9 steps=213
 build/%_weights.h: build/% build/%_train
 	./build/$* record > build/$*.csv
-	cd build && ./$*_train $*.csv $($*_train)
+	cd build && { ./$*_train $*.csv $($*_train) || { code=$$?; mv -f $*_weights.h $*_untrained.h; exit $$code; }; }
 build/rope_train: STD += -Itests/control
 build/%_train: examples/train.c
 	@mkdir -p $(@D)

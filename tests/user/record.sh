@@ -136,14 +136,17 @@ check 'wild with RK4, tame with its own integrator' \
 
 # ---- learned ----
 
-# learn NAME STEPS SETTING ..: a model that predicts better than q + h qd
+# learn NAME STEPS SETTING ..: a model that predicts better than q + h qd, though it is not called trained: so few steps end before
+# windows
 learn() {
     name=$1
     steps=$2
     shift 2
-    check "$name" sh tests/mujoco/learn.sh "$machines/$name.xml" "$dir/learned/$name" "steps=$steps" "$@"
+    check "$name" sh -c 'sh tests/mujoco/learn.sh "$@"
+        [ $? -eq 3 ] && tail -n 1 "$2.learn" | grep "no trained model: ended by steps=.* before windows"' learn \
+        "$machines/$name.xml" "$dir/learned/$name" "steps=$steps" "$@"
     check "$name: its table" awk '$1 == 100 { n += $4 < $2 / 3 } END { exit n != 1 }' "$dir/learned/$name.learn"
-    check "$name: no complaint about its recordings" sh -c "! grep warning $dir/learned/$name.log"
+    check "$name: no complaint about its recordings" sh -c "! grep 'warning: .*csv: ' $dir/learned/$name.log"
 }
 learn slider 60 train=12 test=3 seconds=1
 learn fivebar 40 train=12 test=3 seconds=0.5
@@ -157,7 +160,7 @@ says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir
 says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
 check 'no better than q + h qd' sh -c "
     sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
-    [ \$? -eq 2 ] && tail -n 1 $dir/worse.log | grep -x 'note no better than q + h qd'"
+    [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^note worse: no trained model: .* of that of q + h qd'"
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/slider $dir/learned/still $dir/learned/fivebar > $dir/table &&
     grep '^| slider | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | ' $dir/table &&
     grep '^| still | .* does not move, or .* |$' $dir/table"
