@@ -2039,13 +2039,14 @@ ROLN_FN roln_real rolni_goal_end(const roln_lnn *lnn, const roln_goal *g, const 
 }
 
 /* What a plan is made of: a base s0 [steps + 1][2n] under u0 [steps][motors], derivatives A, B, Q, q along it, what roln_ocp_solve
-   makes of them, u, x, K, and what comes of that, s1 under u1. Torques are in units of their limits, top [motors]. */
+   makes of them, u, x, K, and what comes of that, s1 under u1. top, rate, last, hold, r [motors]: limits, a change of torque in a
+   step, the torque before the first step, what the goal holds, twice its weight. */
 #define ROLN_PLAN_MEM(X, S) \
     X(s0, (S(steps) + 1) * 2 * S(n)) X(s1, (S(steps) + 1) * 2 * S(n)) X(x, (S(steps) + 1) * 2 * S(n)) \
     X(u0, S(steps) * S(motors)) X(u1, S(steps) * S(motors)) X(u, S(steps) * S(motors)) \
     X(A, S(steps) * 4 * S(n) * S(n)) X(B, S(steps) * 2 * S(n) * S(motors)) \
     X(Q, S(steps) * 4 * S(n) * S(n)) X(q, S(steps) * 2 * S(n)) X(K, S(steps) * S(motors) * 2 * S(n)) \
-    X(top, S(motors)) X(rate, S(motors)) X(last, S(motors)) X(r, S(motors)) X(hold, S(motors)) X(torque, S(motors)) X(tau, S(N))
+    X(top, S(motors)) X(rate, S(motors)) X(last, S(motors)) X(r, S(motors)) X(hold, S(motors)) X(tau, S(N))
 #define ROLN_PLAN_WORK(S) \
     (0 ROLN_PLAN_MEM(ROLNI_SIZE, S) + \
      ROLN_MAX(ROLN_MAX(ROLNI_LINEAR_MOTORS_WORK(S), ROLN_STEP_WORK(S)), \
@@ -2090,19 +2091,11 @@ ROLN_INLINE roln_status rolni_goal_at(const roln_trained *m, const rolni_plan *p
     return roln_finite(*cost) && (!Q || (roln_all_finite(2 * n, q) && roln_all_finite(4 * n * n, Q))) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* u [motors] in its own unit. */
-ROLN_FN const roln_real *rolni_plan_torque(const rolni_plan *b, const roln_real *u)
-{
-    int j;
-    for (j = 0; j < b->motors; j++)
-        b->torque[j] = u[j] * b->top[j];
-    return b->torque;
-}
-
 /* u within limits, after last. */
 ROLN_FN roln_real rolni_plan_clip(const rolni_plan *b, int j, roln_real last, roln_real u)
 {
-    const roln_real low = b->rated ? ROLN_MAX(-1, last - b->rate[j]) : -1, high = b->rated ? ROLN_MIN(1, last + b->rate[j]) : 1;
+    const roln_real top = b->top[j], low = b->rated ? ROLN_MAX(-top, last - b->rate[j]) : -top;
+    const roln_real high = b->rated ? ROLN_MIN(top, last + b->rate[j]) : top;
     return u < low ? low : u > high ? high : u;
 }
 
@@ -2114,10 +2107,10 @@ ROLN_INLINE void rolni_plan_again(const roln_trained *m, const roln_planned *pl,
     int i, j;
     for (j = 0; j < motors; j++) {
         const roln_real *K = pl->K + ((k + 1) * motors + j) * n2;
-        roln_real u = known ? pl->u[ROLN_MIN(k + 1, steps - 1) * motors + j] : b->hold[j] * b->top[j];
+        roln_real u = known ? pl->u[ROLN_MIN(k + 1, steps - 1) * motors + j] : b->hold[j];
         for (i = 0; i < n2 && known && k + 1 < steps; i++)
             u -= K[i] * ((i < n ? roln_lnn_near(&m->model->lnn, i, planned[i], s[i]) : s[i]) - planned[i]);
-        b->u0[k * motors + j] = rolni_plan_clip(b, j, k > 0 ? b->u0[(k - 1) * motors + j] : b->last[j], u / b->top[j]);
+        b->u0[k * motors + j] = rolni_plan_clip(b, j, k > 0 ? b->u0[(k - 1) * motors + j] : b->last[j], u);
     }
 }
 
@@ -2128,19 +2121,16 @@ ROLN_INLINE roln_status rolni_plan_base(const roln_trained *m, const roln_planne
     const roln_trained driven = *m; /* a copy, whose address escapes */
     const int n = m->model->lnn.n, n2 = 2 * n, motors = b->motors;
     rolni_acting by = {b->goal->limits->motors, NULL, b->goal->load};
-    int k, i, j;
+    int k, j;
     *cost = 0, *in = 1;
     for (k = 0; k < b->steps; k++) {
-        roln_real *const s = b->s0 + (k + 1) * n2, *const B = b->B + k * n2 * motors;
+        roln_real *const s = b->s0 + (k + 1) * n2;
         roln_status st;
         if (pl) rolni_plan_again(m, pl, k, b);
         rolni_copy(n2, s - n2, s);
-        by.u = rolni_plan_torque(b, b->u0 + k * motors);
-        st = rolni_linear_motors(&driven, &by, s, b->goal->dt, b->A + k * n2 * n2, B, b->work);
+        by.u = b->u0 + k * motors;
+        st = rolni_linear_motors(&driven, &by, s, b->goal->dt, b->A + k * n2 * n2, b->B + k * n2 * motors, b->work);
         if (st != ROLN_OK) return st;
-        for (i = 0; i < n2; i++)
-            for (j = 0; j < motors; j++)
-                B[i * motors + j] *= b->top[j];
         st = rolni_goal_at(m, b, k, s, cost, b->Q + k * n2 * n2, b->q + k * n2);
         if (st != ROLN_OK) return st;
         for (j = 0; j < motors; j++) {
@@ -2175,7 +2165,7 @@ ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *
             *cost += b->r[j] / 2 * (u[j] - b->hold[j]) * (u[j] - b->hold[j]);
         }
         rolni_copy(n2, s - n2, s);
-        by.tau = rolni_motors_tau(N, b->goal->limits->motors, rolni_plan_torque(b, u), b->tau);
+        by.tau = rolni_motors_tau(N, b->goal->limits->motors, u, b->tau);
         st = rolni_step(&driven, s, s + n, &by, b->goal->dt, b->work);
         if (st == ROLN_OK) st = rolni_goal_at(m, b, k, s, cost, NULL, NULL);
         if (st != ROLN_OK) return st;
@@ -2185,7 +2175,7 @@ ROLN_INLINE roln_status rolni_plan_try(const roln_trained *m, const rolni_plan *
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* Limits and weights in units of the limits. */
+/* Limits and weights of the motors. Without a limit of its rate a torque may go from end to end of its own in a step. */
 ROLN_FN void rolni_plan_start(const rolni_plan *b, const roln_planned *pl)
 {
     const roln_limits *limits = b->goal->limits;
@@ -2194,11 +2184,11 @@ ROLN_FN void rolni_plan_start(const rolni_plan *b, const roln_planned *pl)
     for (j = 0; j < motors; j++) {
         const roln_real rate = rolni_rate(limits, j), top = rolni_most(limits, j);
         b->top[j] = top;
-        b->rate[j] = rate > 0 ? rate * b->goal->dt / top : 2;
-        b->r[j] = 2 * b->goal->u[j] * top * top;
-        b->hold[j] = b->goal->hold ? b->goal->hold[j] / top : 0;
-        b->last[j] = pl->plan->known ? pl->u[age * motors + j] / top : b->hold[j];
-        b->last[j] = b->last[j] > 1 ? 1 : b->last[j] < -1 ? -1 : b->last[j];
+        b->rate[j] = rate > 0 ? rate * b->goal->dt : 4 * ROLN_MIN(top, ROLN_C(1e37));
+        b->r[j] = 2 * b->goal->u[j];
+        b->hold[j] = b->goal->hold ? b->goal->hold[j] : 0;
+        b->last[j] = pl->plan->known ? pl->u[age * motors + j] : b->hold[j];
+        b->last[j] = b->last[j] > top ? top : b->last[j] < -top ? -top : b->last[j];
     }
 }
 
@@ -2208,7 +2198,7 @@ ROLN_FN roln_status rolni_plan_solve(int n, const rolni_plan *b, roln_real *gap)
     roln_ocp p;
     p.n = 2 * n, p.m = b->motors, p.steps = b->steps;
     p.A = b->A, p.B = b->B, p.Q = b->Q, p.q = b->q, p.r = b->r, p.ref = b->hold, p.at = b->u0;
-    p.rate = b->rated ? b->rate : NULL, p.last = b->last;
+    p.rate = b->rated ? b->rate : NULL, p.last = b->last, p.most = b->top;
     return roln_ocp_solve(&p, b->goal->iterations > 0 ? b->goal->iterations : b->rated ? 8 : 6, b->u, b->x, b->K, gap, b->work);
 }
 
@@ -2251,7 +2241,6 @@ ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *g
     roln_status st;
     rolni_plan plan, *const b = &plan;
     roln_real cost = 0, gap = 0;
-    int i;
     ROLN_PLAN_MEM(ROLNI_LAY, ROLNI_LOCAL)
     b->goal = goal, b->steps = steps, b->motors = motors, b->work = work;
     b->rated = goal->limits->rate > 0 || goal->limits->rate_each;
@@ -2267,10 +2256,8 @@ ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *g
         if (pl->plan->known && ++pl->plan->age >= steps) pl->plan->known = pl->plan->age = 0;
         return st;
     }
-    for (i = 0; i < steps * motors; i++)
-        pl->u[i] = b->u1[i] * b->top[i % motors];
-    for (i = 0; i < steps * motors * n2; i++)
-        pl->K[i] = b->K[i] * b->top[i / n2 % motors];
+    rolni_copy(steps * motors, b->u1, pl->u);
+    rolni_copy(steps * motors * n2, b->K, pl->K);
     rolni_copy((steps + 1) * n2, b->s1, pl->s);
     pl->plan->known = 1, pl->plan->age = 0, pl->plan->cost = cost, pl->plan->gap = gap;
     return ROLN_OK;

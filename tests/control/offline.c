@@ -59,7 +59,7 @@ static void prepare(const struct offline *o, const float *u)
     rolni_copy(2 * n, o->start, b->s0);
     rolni_plan_start(b, &pl);
     for (int i = 0; i < STEPS * MOTORS; i++)
-        b->u0[i] = (double)u[i] / o->limit;
+        b->u0[i] = (double)u[i];
 }
 
 double offline_cost(const struct offline *o, const float *u)

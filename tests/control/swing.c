@@ -106,7 +106,7 @@ static void true_plan(const double x[N2], furuta_plan *p)
 {
     static course base, c;
     const double before = true_base(p, x, &base);
-    const roln_ocp o = {N2, 1, AHEAD, solver.A, solver.B, solver.Q, solver.q, solver.r, solver.hold, solver.at, NULL, NULL};
+    const roln_ocp o = {N2, 1, AHEAD, solver.A, solver.B, solver.Q, solver.q, solver.r, solver.hold, solver.at, NULL, NULL, NULL};
     double part = 1;
     solver.r[0] = 2 * u_weight[0] * TORQUE * TORQUE, solver.hold[0] = 0;
     p->plan.known = 1, p->plan.age = 0;

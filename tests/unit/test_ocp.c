@@ -1,21 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /* Optimal control under limits, roln_spd.h section 11: without active limits one dense system of equations; two steps against all
    sets of limits that could be active; many steps against projected coordinate descent in long double; what is promised of the gap;
-   limits that always hold; numbers that make no sense. */
+   limits that always hold; other units; limits that are never reached; torques that start at a limit; what iterations leave; numbers
+   that make no sense. */
 #include "roln_spd.h"
 #include "twin.h"
 #include "room.h"
 
 void TEST_NAME(ocp)(void);
 
-enum { MAXN = 8, MAXM = 4, MAXH = 20, MAXP = 80 };
+enum { MAXN = 8, MAXM = 4, MAXH = 20, MAXP = 80, LONG = 60 };
 
 /* A problem and its solution; the same in long double with the states eliminated: cost 1/2 u^T H u + g^T u + a constant. */
 typedef struct {
     int n, m, steps, rated;
-    roln_real A[MAXH * MAXN * MAXN], B[MAXH * MAXN * MAXM], Q[MAXH * MAXN * MAXN], q[MAXH * MAXN];
-    roln_real r[MAXM], ref[MAXM], at[MAXH * MAXM], rate[MAXM], last[MAXM];
-    roln_real u[MAXP], x[(MAXH + 1) * MAXN], K[MAXP * MAXN], gap;
+    roln_real A[LONG * MAXN * MAXN], B[LONG * MAXN * MAXM], Q[LONG * MAXN * MAXN], q[LONG * MAXN];
+    roln_real r[MAXM], ref[MAXM], at[LONG * MAXM], rate[MAXM], last[MAXM], most[MAXM];
+    roln_real u[LONG * MAXM], x[(LONG + 1) * MAXN], K[LONG * MAXM * MAXN], gap;
     ld H[MAXP * MAXP], g[MAXP];
 } problem;
 
@@ -24,7 +25,7 @@ static roln_ocp ocp_of(const problem *p)
     roln_ocp o;
     o.n = p->n, o.m = p->m, o.steps = p->steps;
     o.A = p->A, o.B = p->B, o.Q = p->Q, o.q = p->q, o.r = p->r, o.ref = p->ref, o.at = p->at;
-    o.rate = p->rated ? p->rate : NULL, o.last = p->last;
+    o.rate = p->rated ? p->rate : NULL, o.last = p->last, o.most = p->most;
     return o;
 }
 
@@ -48,7 +49,7 @@ static void draw(int n, int m, int steps, int rated, roln_real pull, uint64_t *s
         p->q[i] = pull * roln_normal(s);
     for (i = 0; i < m; i++) {
         p->r[i] = ROLN_C(0.1) + roln_uniform(s), p->ref[i] = roln_normal(s) / 4;
-        p->rate[i] = ROLN_C(0.05) + roln_uniform(s) / 2, p->last[i] = 2 * roln_uniform(s) - 1;
+        p->rate[i] = ROLN_C(0.05) + roln_uniform(s) / 2, p->last[i] = 2 * roln_uniform(s) - 1, p->most[i] = 1;
     }
     for (i = 0; i < steps * m; i++)
         p->at[i] = 2 * roln_uniform(s) - 1;
@@ -116,23 +117,32 @@ static ld size_of(const problem *p, const ld *u)
     return sum;
 }
 
-/* Solves, and asks for what always holds: limits, as real numbers of the machine; x is that of u; scratch to a number. */
-static roln_status solve(problem *p, int iterations, ld *u)
+/* Solves, and asks for what always holds: limits, as real numbers of the machine; scratch to a number. */
+static roln_status within(problem *p, int iterations, ld *u)
 {
     const roln_ocp o = ocp_of(p);
-    const int n = p->n, m = p->m;
-    roln_real *const work = room_of(ROLN_OCP_WORK(n, m, p->steps, p->rated));
+    const int m = p->m;
+    roln_real *const work = room_of(ROLN_OCP_WORK(p->n, m, p->steps, p->rated));
     const roln_status st = roln_ocp_solve(&o, iterations, p->u, p->x, p->K, &p->gap, work);
-    int i, j, k;
+    int i;
     if (st != ROLN_OK) return st;
     CHECK_ROOM();
     for (i = 0; i < p->steps * m; i++) {
         const roln_real last = i < m ? p->last[i] : p->u[i - m], rate = p->rate[i % m];
-        CHECK(p->u[i] >= -1 && p->u[i] <= 1);
+        CHECK(ROLN_ABS(p->u[i]) <= p->most[i % m]);
         if (p->rated) CHECK(p->u[i] >= last - rate && p->u[i] <= last + rate);
     }
     widen(p->steps * m, p->u, u);
-    for (k = 0; k < p->steps; k++)
+    return ROLN_OK;
+}
+
+/* And x is that of u. */
+static roln_status solve(problem *p, int iterations, ld *u)
+{
+    const int n = p->n, m = p->m;
+    const roln_status st = within(p, iterations, u);
+    int i, j, k;
+    for (k = 0; k < p->steps && st == ROLN_OK; k++)
         for (i = 0; i < n; i++) {
             ld x = 0, top = 1;
             for (j = 0; j < n; j++)
@@ -335,6 +345,228 @@ static void test_rates(void)
     CHECK(active > 200);
 }
 
+/* The problem p in other units: u_j by[j], x_i of[i]; with own limits, or with limits of 1 in their units (most NULL). */
+static void rescale(const problem *p, const roln_real *by, const roln_real *of, problem *c)
+{
+    const int n = p->n, m = p->m;
+    int i, j;
+    *c = *p;
+    for (i = 0; i < p->steps * n * n; i++) {
+        const roln_real row = of[i / n % n], column = of[i % n];
+        c->A[i] = p->A[i] * row / column, c->Q[i] = p->Q[i] / row / column;
+    }
+    for (i = 0; i < p->steps * n * m; i++)
+        c->B[i] = p->B[i] * of[i / m % n] / by[i % m];
+    for (i = 0; i < p->steps * n; i++)
+        c->q[i] = p->q[i] / of[i % n];
+    for (j = 0; j < m; j++) {
+        c->r[j] = p->r[j] / by[j] / by[j], c->ref[j] = p->ref[j] * by[j], c->last[j] = p->last[j] * by[j];
+        c->rate[j] = p->rate[j] * by[j], c->most[j] = p->most[j] * by[j];
+    }
+    for (i = 0; i < p->steps * m; i++)
+        c->at[i] = p->at[i] * by[i % m];
+}
+
+/* Units of motors and of states over twelve decades: by powers of two the same bits, by powers of ten the same but for rounding. */
+static void test_units(void)
+{
+    static problem p, c;
+    static ld u[MAXP], v[MAXP];
+    uint64_t s = 6;
+    int trial, i, j;
+    for (trial = 0; trial < 60; trial++) {
+        const int binary = trial % 2, m = 1 + trial / 2 % MAXM;
+        roln_real by[MAXM], of[MAXN];
+        roln_ocp o;
+        draw(1 + trial % MAXN, m, MAXH, trial / 2 % 2, trial % 3 ? 1 : 10, &s, &p);
+        for (j = 0; j < m; j++)
+            by[j] = (roln_real)(binary ? ldexp(1, roln_randint(41, &s) - 20) : pow(10, roln_randint(13, &s) - 6));
+        for (i = 0; i < p.n; i++)
+            of[i] = (roln_real)(binary ? ldexp(1, roln_randint(41, &s) - 20) : pow(10, roln_randint(13, &s) - 6));
+        CHECK(solve(&p, binary ? 8 : 20, u) == ROLN_OK);
+        rescale(&p, by, of, &c);
+        o = ocp_of(&c);
+        CHECK(roln_ocp_solve(&o, binary ? 8 : 20, c.u, c.x, c.K, &c.gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, c.rated))) == ROLN_OK);
+        widen(MAXH * m, c.u, v);
+        for (i = 0; i < MAXH * m; i++) {
+            v[i] /= (ld)by[i % m];
+            BOUND(binary ? "units: powers of two" : "units: u", fabsl(v[i] - u[i]), binary ? 0 : PICK(0.02L, 1e-7L));
+        }
+        condense(&p);
+        if (!binary) BOUND("units: cost", fabsl(cost_of(&p, u, NULL) - cost_of(&p, v, NULL)) / size_of(&p, u), PICK(1e-5L, 1e-12L));
+        for (i = 0; i < MAXH * m * p.n && binary; i++) {
+            const roln_real K = c.K[i] * of[i % p.n] / by[i / p.n % m];
+            CHECK(K >= p.K[i] && K <= p.K[i]);
+        }
+    }
+}
+
+/* A motor's limit of size that is never reached, from twice what is reached to the largest number: the same torques, the same cost.
+   Other motors are at theirs. Both ways to say it: in units of that limit (most NULL), and most itself. */
+static void test_far(void)
+{
+    static const double times[5] = {10, 1e3, 1e6, 1e9, PICK(1e15, 1e100)};
+    static problem p, c;
+    static ld u[MAXP], v[MAXP];
+    uint64_t s = 7;
+    int trial, i, j, k, own, active = 0;
+    for (trial = 0; trial < 40; trial++) {
+        const int m = 1 + trial / 2 % MAXM, rated = trial % 2;
+        roln_real top = 0;
+        draw(1 + trial % MAXN, m, MAXH, rated, trial % 3 ? 1 : 10, &s, &p);
+        if (rated) p.last[0] /= 4, p.rate[0] /= 16;
+        p.most[0] = ROLN_C(1e5); /* once, to see what is reached */
+        CHECK(solve(&p, 30, u) == ROLN_OK);
+        for (i = 0; i < MAXH * m; i++) {
+            if (i % m == 0) top = ROLN_MAX(top, ROLN_ABS(p.u[i]));
+            else active += fabsl(u[i]) > 0.999L;
+        }
+        p.most[0] = 2 * top;
+        condense(&p);
+        CHECK(solve(&p, 30, u) == ROLN_OK);
+        for (k = 0; k < 6; k++)
+            for (own = 0; own < 2; own++) {
+                roln_real by[MAXM], of[MAXN];
+                const roln_real far = k < 5 ? top * (roln_real)times[k] : (roln_real)PICK(3e38, 1e308);
+                roln_ocp o;
+                if (!own && k > 3) continue; /* r, in units of such a limit, has too few digits */
+                for (j = 0; j < MAXN; j++)
+                    of[j] = by[j % MAXM] = 1;
+                c = p;
+                if (own) c.most[0] = far;
+                else by[0] = 1 / far, rescale(&p, by, of, &c);
+                o = ocp_of(&c);
+                if (!own) o.most = NULL;
+                CHECK(roln_ocp_solve(&o, 30, c.u, c.x, c.K, &c.gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, rated))) == ROLN_OK);
+                widen(MAXH * m, c.u, v);
+                for (i = 0; i < MAXH; i++)
+                    v[i * m] /= (ld)by[0];
+                BOUND("far: cost", (cost_of(&p, v, NULL) - cost_of(&p, u, NULL)) / size_of(&p, u), PICK(1e-5L, 1e-12L));
+                for (j = 0; j < MAXH * m; j++)
+                    BOUND("far: u", fabsl(v[j] - u[j]) / (1 + (ld)top), PICK(0.02L, 1e-6L));
+            }
+    }
+    CHECK(active > 100);
+}
+
+/* u_-1 at its limit, or anywhere, and rates from much to less than a digit of it: there is a plan, within the limits, that goes where
+   the cost wants it as fast as it may. */
+static void test_at_limit(void)
+{
+    static problem p;
+    static ld u[MAXP];
+    uint64_t s = 8;
+    int k, side, m, i;
+    for (k = 0; k <= 24; k++)
+        for (side = -2; side <= 2; side++)
+            for (m = 1; m <= 2; m++) {
+                const roln_real rate = (roln_real)pow(10, -k), last = (roln_real)side / 2;
+                draw(2, m, MAXH, 1, 1, &s, &p);
+                for (i = 0; i < m; i++)
+                    p.rate[i] = rate, p.last[i] = last, p.ref[i] = side > 0 ? -100 : 100, p.r[i] = 10;
+                if (!CHECK(solve(&p, 12, u) == ROLN_OK)) printf("    rate 1e-%d, last %g\n", k, (double)last);
+                for (i = 0; i < MAXH * m; i++) {
+                    const ld to = (ld)last + (side > 0 ? -1 : 1) * (ld)(i / m + 1) * (ld)rate;
+                    BOUND("at limit", fabsl(u[i] - (to < -1 ? -1 : to > 1 ? 1 : to)), 1e-3L * (ld)rate * (i / m + 1) + (i / m + 1) * EPS);
+                }
+            }
+}
+
+/* A chain of n / 2 masses with springs of stiffness k between them, m motors, that is to move its first mass by `way`. Steps, masses
+   and weights over decades. */
+static void draw_chain(int rated, uint64_t *s, problem *p)
+{
+    const int n = 2 * (1 + roln_randint(3, s)), m = 1 + roln_randint(2, s), d = n / 2, steps = 5 + roln_randint(LONG - 4, s);
+    const roln_real h = roln_exp(ROLN_C(-4.6) * roln_uniform(s)), way = roln_exp(ROLN_C(9.2) * roln_uniform(s) - ROLN_C(4.6));
+    const roln_real stiff = roln_exp(7 * roln_uniform(s) - ROLN_C(2.3)), stable = ROLN_C(0.5) / (h * h);
+    const roln_real k = roln_uniform(s) > ROLN_C(0.3) ? ROLN_MIN(stiff, stable) : 0;
+    const roln_real end = roln_uniform(s) > ROLN_C(0.5) ? 1 : roln_exp(7 * roln_uniform(s));
+    roln_real weight[MAXN], push[MAXN];
+    int i, j, l;
+    memset(p, 0, sizeof *p);
+    p->n = n, p->m = m, p->steps = steps, p->rated = rated;
+    for (i = 0; i < n; i++)
+        weight[i] = roln_exp(ROLN_C(11.5) * roln_uniform(s) - ROLN_C(9.2)), push[i] = h * (ROLN_C(0.2) + 5 * roln_uniform(s));
+    for (l = 0; l < steps; l++) {
+        roln_real *const A = p->A + l * n * n;
+        for (i = 0; i < d; i++) {
+            A[(d + i) * (n + 1)] = 1;
+            for (j = i - 1; j <= i + 1; j += 2)
+                if (j >= 0 && j < d) A[(d + i) * n + j] += k * h, A[(d + i) * n + i] -= k * h;
+            for (j = 0; j < n; j++) /* by the velocity at the end of the step */
+                A[i * n + j] = h * A[(d + i) * n + j] + (i == j);
+        }
+        for (j = 0; j < m; j++)
+            p->B[(l * n + d + j % d) * m + j] = push[j];
+        for (i = 0; i < n; i++)
+            p->Q[l * n * n + i * (n + 1)] = weight[i] * (l == steps - 1 ? end : 1);
+        p->q[l * n] = -way * p->Q[l * n * n];
+    }
+    for (j = 0; j < m; j++) {
+        p->r[j] = roln_exp(ROLN_C(-16.0) * roln_uniform(s)), p->most[j] = 1;
+        p->rate[j] = roln_exp(ROLN_C(-6.9) * roln_uniform(s)), p->last[j] = roln_uniform(s) > ROLN_C(0.5) ? 0 : 2 * roln_uniform(s) - 1;
+    }
+}
+
+/* The cost of u from its definition, by the states. */
+static ld rolled(const problem *p, const ld *u)
+{
+    ld x[MAXN] = {0}, next[MAXN], sum = 0;
+    int k, i, j;
+    for (k = 0; k < p->steps; k++) {
+        for (i = 0; i < p->n; i++) {
+            for (next[i] = 0, j = 0; j < p->n; j++)
+                next[i] += (ld)p->A[(k * p->n + i) * p->n + j] * x[j];
+            for (j = 0; j < p->m; j++)
+                next[i] += (ld)p->B[(k * p->n + i) * p->m + j] * (u[k * p->m + j] - (ld)p->at[k * p->m + j]);
+        }
+        memcpy(x, next, sizeof x);
+        for (i = 0; i < p->n; i++)
+            for (sum += (ld)p->q[k * p->n + i] * x[i], j = 0; j < p->n; j++)
+                sum += x[i] * (ld)p->Q[(k * p->n + i) * p->n + j] * x[j] / 2;
+        for (j = 0; j < p->m; j++) {
+            const ld e = u[k * p->m + j] - (ld)p->ref[j];
+            sum += (ld)p->r[j] * e * e / 2;
+        }
+    }
+    return sum;
+}
+
+/* The part that iterations leave of what the start costs more than the best, over many problems: chains, and systems at random. With
+   rates the start is the costlier of two, to keep u_-1 and to go to 0. */
+static void test_left(void)
+{
+    static problem p;
+    static ld u[LONG * MAXM], best[LONG * MAXM];
+    const int tries = check_sample ? 400 : 3000;
+    uint64_t s = 9;
+    int trial, rated, i;
+    for (rated = 0; rated < 2; rated++) {
+        int over = 0, all = 0, refused = 0;
+        for (trial = 0; trial < tries; trial++) {
+            ld least, before, left;
+            if (trial % 4 > 0) draw_chain(rated, &s, &p);
+            else draw(1 + roln_randint(MAXN, &s), 1 + roln_randint(MAXM, &s), MAXH, rated, trial % 8 ? 1 : 10, &s, &p);
+            for (i = 0; i < p.steps * p.m; i++)
+                u[i] = rated ? (ld)p.last[i % p.m] : 0;
+            before = rolled(&p, u);
+            for (i = 0; i < p.steps * p.m && rated; i++) {
+                const ld last = (ld)p.last[i % p.m], fall = (ld)(i / p.m + 1) * (ld)p.rate[i % p.m];
+                u[i] = fabsl(last) <= fall ? 0 : last > 0 ? last - fall : last + fall;
+            }
+            least = rolled(&p, u), before = ROLN_MAX(before, least);
+            refused += within(&p, 50, best) != ROLN_OK || within(&p, rated ? 8 : 6, u) != ROLN_OK;
+            least = rolled(&p, best), left = (rolled(&p, u) - least) / (before - least);
+            if (!(before - least > 1e4L * EPS * (fabsl(before) + fabsl(least)))) continue; /* nothing is to be gained */
+            all++, over += left > 1e-3L;
+            BOUND(rated ? "left after 8, with rates" : "left after 6", left, 0.005L);
+        }
+        CHECK(refused <= PICK(tries / 100, 0)); /* digits: unstable motion, small weights of torque */
+        CHECK(all > tries * 8 / 10);
+        BOUND("more than a thousandth is left, of all", (ld)over / all, 0.01L);
+    }
+}
+
 /* Every number that makes no sense has its status; sizes of costs from tiny to huge do not matter. */
 static void test_refused(void)
 {
@@ -358,6 +590,10 @@ static void test_refused(void)
     CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
     c = p, c.last[1] = ROLN_C(-1.5);
     CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
+    for (k = 0; k < 5; k++) {
+        c = p, c.most[1] = k < 3 ? wrong[k] : (roln_real)(3 - k);
+        CHECK(solve(&c, 8, u) == ROLN_E_RANGE);
+    }
     for (k = 0; k < 3; k++) {
         c = p;
         *(k == 0 ? &c.n : k == 1 ? &c.m : &c.steps) = 0;
@@ -403,6 +639,10 @@ void TEST_NAME(ocp)(void)
     test_corners();
     test_long();
     test_rates();
+    test_units();
+    test_far();
+    test_at_limit();
+    test_left();
     test_refused();
     print_bounds();
 }

@@ -224,12 +224,10 @@ static void test_feedback(int k)
     lay(&x, &pl, &plan);
     if (!CHECK_OK(rolni_plan_base(&m, &pl, &plan, &cost, &in))) return;
     CHECK_OK(rolni_plan_solve(n_OF(k), &plan, &gap));
-    for (i = 0; i < STEPS * motors; i++)
-        u[i] = plan.u0[i] * plan.top[i % motors];
+    rolni_copy(STEPS * motors, plan.u0, u);
     for (i = 0; i < n2 * n2; i++)
         Q[i] = plan.Q[(STEPS - 1) * n2 * n2 + i] / 2; /* what is paid at the end */
-    for (i = 0; i < count; i++)
-        mine[i] = plan.K[i] * plan.top[i / n2 % motors];
+    rolni_copy(count, plan.K, mine);
     rolni_copy((STEPS + 1) * n2, plan.s0, path);
     lqr.q = x.weight[0], lqr.qd = x.weight[1], lqr.u = x.u, lqr.dt = dt, lqr.motors = x.limits.motors;
     CHECK_OK(roln_lqr_along(&m, &lqr, STEPS, path, u, Q, x.K, spare));
