@@ -94,8 +94,8 @@ deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases pil \
-           machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
+           pil machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -233,8 +233,8 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing experiment speed test_experiments \
-                     test_opinf test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing experiment speed \
+                     test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* range.c - the range of z and zd that recordings reach, for weights that have none: those of import.py.
 
-   cc -std=c99 -O2 -I. -Iexamples -DMODEL=cloth examples/range.c -o range -lm
-   ./range motion.csv cloth [smooth=10]
+   cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16 examples/range.c -o range -lm
+   ./range motion.csv pend16 [smooth=10]
 
    MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on, read
-   as train.c reads it (recording.h), with smooth= if it has no qd. cloth.roln is read, and written anew with its range, and so is
-   cloth_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
+   as train.c reads it (recording.h), with smooth= if it has no qd. pend16.roln is read, and written anew with its range, and so
+   is pend16_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
    lines. */
 #define NO_THREADS /* no clock but that of C */
 #define STRING_(x) #x
@@ -18,7 +18,7 @@
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
-#define M(name) CAT(MODEL, name) /* M(params) is cloth_params */
+#define M(name) CAT(MODEL, name) /* M(params) is pend16_params */
 
 static M(params) params;
 static M(work) work;
@@ -46,8 +46,12 @@ int main(int argc, char **argv)
     wanted w = {STRING(MODEL), M(N), M(inputs), 0, 0, 0, M(angles)};
     motion d;
     FILE *f;
-    if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0 && (w.half = atoi(argv[3] + 7)) > 0 && w.half <= 100000) argc = 3;
-    if (argc != 3) fail("usage: range motion.csv NAME [smooth=10]\nhint: NAME.roln holds the weights");
+    if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0) {
+        char *end;
+        const long half = strtol(argv[3] + 7, &end, 10);
+        if (end != argv[3] + 7 && *end == 0 && half > 0 && half <= 100000) w.half = (int)half;
+    }
+    if (argc != 3 + (w.half > 0)) fail("usage: range motion.csv NAME [smooth=10]\nhint: NAME.roln holds the weights");
     f = file(argv[2], ".roln", "rb");
     if (M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &params) != ROLN_OK)
         fail("%s.roln: no weights of " STRING(MODEL) "\nhint: is it of this config, and whole?", argv[2]);

@@ -574,7 +574,6 @@ static const char *mend_of(piece w)
     double x;
     if (w.n == 0) return "every sample needs all of its columns; a blank line in place of the row makes two recordings";
     if (number(' ', w, &x)) return "only finite numbers can be learned from; a blank line in place of the row makes two recordings";
-    if (is_digit(*w.at) && memchr(w.at, ';', (size_t)w.n)) return "use one separator in the whole file";
     return "write numbers like 1234.5 or 1.2345e3, one separator in the whole file; remove columns of text";
 }
 

@@ -69,8 +69,8 @@ static int convert_apart(const layout *want, const char *from, const char *to)
     }
     if (child < 0 || waitpid(child, &status, 0) != child) return perror("convert"), 1;
     if (WIFEXITED(status)) return WEXITSTATUS(status);
-    fprintf(stderr, "%s: the HDF5 library ended with signal %d\nhint: the file is damaged; record it again, or try h5repack\n",
-            from, WTERMSIG(status));
+    fprintf(stderr, "%s: reading it ended with signal %d\nhint: possible cause: a damaged file, on which the HDF5 library crashes "
+            "or does not end\n", from, WTERMSIG(status));
     return 1;
 }
 

@@ -134,7 +134,9 @@ model ae 0.005 alpha=pi/10
 model lnn 0.0 step=euler
 model ae-off 0.001 alpha=0.3141592653589793 repair=1
 ranges '^usage: ' $dir/ae/motion.csv
-ranges '^usage: ' $dir/ae/motion.csv $dir/ae/ae smooth=0
+for word in smooth=0 smooth=1.5 smooth= smooth=-1 smooth=1e5 smooth=99999999999999999999 rough=1; do
+    ranges '^usage: ' $dir/ae/motion.csv $dir/ae/ae $word
+done
 ranges 'cannot read .*nothing.csv' $dir/nothing.csv $dir/ae/ae
 ranges 'cannot read .*nothing.roln' $dir/ae/motion.csv $dir/nothing
 ranges "lnn.roln: no weights of ae" $dir/ae/motion.csv $dir/lnn/lnn
@@ -145,7 +147,7 @@ ranges 'q.csv:1: no qd columns' $dir/q.csv $dir/ae/ae
 check 'range: smoothed' $dir/ae/range $dir/q.csv $dir/ae/ae smooth=1
 # weights beside a config that was changed do not compile
 sed -i 's/ROLN_STEP rk4/ROLN_STEP euler/' $dir/ae/ae.h
-check 'another config' sh -c "! gcc -std=c99 -I. -I$dir/ae -DMODEL=ae -DDT=0 -DRANGE=0 $dir/probe.c -o $dir/ae/probe 2> $dir/gcc.log &&
+check 'another config' sh -c "! gcc -std=c99 -I. -I$dir/ae -DMODEL=ae -DDT=0 -DRANGE=0 $dir/probe.c 2> $dir/gcc.log &&
     grep -q weights_are_of_ROLN_STEP_rk4 $dir/gcc.log"
 
 # refuses WORDS KIND SETTING ..: it ends with 1, the last line says WORDS, and nothing is written

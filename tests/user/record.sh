@@ -286,6 +286,10 @@ check 'nothing was written of them' test ! -e $dir/no.csv
 check 'root, told' build/convert $dir/root.h5 $dir/root.csv data=other
 build/h5_cases twice $dir/twice.h5
 refuses 'twice.csv:63: t stays at 0.19 s' build/convert $dir/twice.h5 $dir/twice.csv
+(ulimit -f 0; build/convert $dir/plain.h5 $dir/cut.csv; echo "ended with $?") 2>&1 | cat > $dir/signal.log
+check 'a signal' grep 'plain.h5: reading it ended with signal' $dir/signal.log
+check 'a signal, its hint and exit code' awk 'NR == 2 { ok = /^hint: possible cause/ } NR == 3 { ok = ok && /^ended with 1$/ }
+    END { exit !ok || NR != 3 }' $dir/signal.log
 check 'damaged HDF5' python3 tests/safety/fuzz_files.py convert 300
 
 # ---- refused ----

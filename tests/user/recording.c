@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* recording.c - examples/recording.h alone: recording FILE [KEY=NUMBER ..] reads a recording of t and JOINTS positions and smooths
-   them; or, with keys N, inputs, torque, smooth, angles, that of such a model, and prints what was read. With GROW the file gets more
-   lines between the two times that it is read; with MOST that is the largest int. */
+   them; or, with keys N, inputs, torque, smooth, angles, that of such a model, and prints what was read. With GROW the file gets
+   more lines between the two times that it is read; with MOST that is the largest int. */
 #include "roln_spd.h"
 #include <limits.h>
 #include <stdio.h>
