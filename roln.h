@@ -3104,7 +3104,8 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
    (roln_loss_divide) and every term counts in parts of its own variance. ROLN_E_LENGTH: no window. ROLN_E_NOT_FINITE (also for data
    at rest). var is untouched unless ROLN_OK. work [ROLN_VARIANCE_WORK]. */
 #define ROLN_VARIANCE_MEM(X, S, jets) \
-    X(x, (jets) * S(N)) X(z, (jets) * S(n)) X(mean, (jets) * (S(N) + S(n))) X(rest, (jets) * (S(N) + S(n))) X(tape, ROLN_AE_ENCODE_TAPE(S, jets, 1))
+    X(x, (jets) * S(N)) X(z, (jets) * S(n)) X(mean, (jets) * (S(N) + S(n))) \
+    X(rest, (jets) * (S(N) + S(n))) X(tape, ROLN_AE_ENCODE_TAPE(S, jets, 1))
 #define ROLN_VARIANCE_WORK(S) (0 ROLN_VARIANCE_MEM(ROLNI_SIZE, S, 3))
 ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b, roln_loss *var, roln_real *work)
 {
@@ -3393,9 +3394,9 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
     }
 }
 
-/* What the chart leaves of each joint, to q_each [N]: q_each^2 += mean of r_k r_k+1, r = q - phi(rho(q)), of neighbours k, k + 1, in
-   which white noise, which is in r, too, drops out: the mean square of r where motion is slow beside dt. Samples that are not
-   complete do not count. left [3N] and the arrays of f: scratch. */
+/* Adds to q_each [N] what the chart leaves of each joint: q_each^2 += mean of r_k r_k+1, r = q - phi(rho(q)), over neighbours k and
+   k + 1. White noise is in r, too, but drops out of this mean, which is that of r^2 if motion is slow beside dt. Samples that are
+   not complete do not count. left [3N] and the arrays of f: scratch. */
 ROLN_INLINE void rolni_noise_of_chart(const roln_trained *m, const roln_batch *b, const rolni_filter *f, roln_real *left,
                                       roln_real *q_each)
 {
@@ -3430,7 +3431,8 @@ ROLN_INLINE void rolni_noise_of_chart(const roln_trained *m, const roln_batch *b
    positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
    sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay, and have to
    count for both, the noise of a joint and what the chart leaves of it; with l->q = 0 q_each [N] becomes the root of the sum of
-   their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
+   their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it (held by test_filter.c:
+   test_fit_chart). l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
    velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
    l->tau_each NULL. l->load is yours, too; nothing but the machine that was trained moved.

@@ -2163,8 +2163,7 @@ static void test_arguments(void)
     static plain_gradient g;
     static data d;
     uint64_t seed = 14;
-    const roln_error sevens = {7, 7, 7, 7};
-    roln_error e[2 * MAXE];
+    roln_error e[2 * MAXE], sevens = {7, 7, 7, 7};
     roln_real u[4], tau_z[2] = {1, 1}, *numbers = (roln_real *)(void *)&g;
     plain_latent s = {{0, 0}, {0, 0}};
     terms var;

@@ -104,7 +104,8 @@ static void test_error_sums(const roln_real *q, const roln_real *qd, int count)
     static one_train train;
     const ld mean = mean_of(q, 1, 0);
     const roln_real qbar[1] = {(roln_real)mean};
-    const roln_batch all = {.count = count, .stride = 1, .q = q, .qd = qd}, period = {.count = PERIOD, .stride = 1, .q = q, .qd = qd};
+    const roln_batch all = {.count = count, .stride = 1, .q = q, .qd = qd};
+    const roln_batch period = {.count = PERIOD, .stride = 1, .q = q, .qd = qd};
     roln_error e[1], joint[1], once[1];
     uint64_t seed = 1;
     const double times = count / PERIOD;
@@ -117,7 +118,7 @@ static void test_error_sums(const roln_real *q, const roln_real *qd, int count)
     CHECK_NEAR(e[0].q_var / count, square_of(q, 1, 0, (ld)qbar[0]), 1e-5 * (double)square_of(q, 1, 0, mean));
 }
 
-/* A gradient over an eighth of `count` windows, in calls of many: that of one period as often as it comes. Float was off by 1e4 eps. */
+/* A gradient over an eighth of `count` windows, in calls of many: that of one period as often as it comes. */
 static void test_gradients(const roln_real *q, const roln_real *qd, int count)
 {
     enum { EACH = 100 * PERIOD };
@@ -176,7 +177,8 @@ static void test_other_sums(int count)
     static bow_start start;
     static bow_chart sums;
     uint64_t seed = 1;
-    const roln_batch all = {1, count - 1, 1, NULL, q, NULL, NULL, NULL}, period = {1, 100 * PERIOD - 1, 1, NULL, q, NULL, NULL, NULL};
+    const roln_batch all = {1, count - 1, 1, NULL, q, NULL, NULL, NULL};
+    const roln_batch period = {1, 100 * PERIOD - 1, 1, NULL, q, NULL, NULL, NULL};
     const roln_batch held = {1, 1, count - 1, NULL, q, NULL, NULL, q};
     roln_trained m;
     int i;
@@ -231,7 +233,8 @@ static void test_turns(void)
                 CHECK(fabs((double)(which == 2 ? sm.z[0] : s.z[0])) <= 13);
             }
             if (c == 0) path[which] = went;
-            BOUND("turns: the way of 1000 steps, rounding of the start", fabsl(went - path[which]) / (1e-3L + 2 * EPS * fabsl((ld)from)), 3);
+            BOUND("turns: the way of 1000 steps, rounding of the start",
+                  fabsl(went - path[which]) / (1e-3L + 2 * EPS * fabsl((ld)from)), 3);
         }
     {
         turn_latent s = {{ROLN_C(1e7)}, {3}}, was = s;
@@ -267,7 +270,8 @@ static void test_windows_turned(void)
 /* Counts that never end stay at their largest number. */
 static void test_counts(void)
 {
-    CHECK(rolni_counted(0, 5) == 5 && rolni_counted(UINT32_MAX - 2, 2) == UINT32_MAX && rolni_counted(UINT32_MAX - 2, 3) == UINT32_MAX);
+    CHECK(rolni_counted(0, 5) == 5 && rolni_counted(UINT32_MAX - 2, 2) == UINT32_MAX);
+    CHECK(rolni_counted(UINT32_MAX - 2, 3) == UINT32_MAX);
 }
 
 void TEST_NAME(sums)(void);
