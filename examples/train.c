@@ -874,7 +874,7 @@ static void judge_training(void)
     if (last < NEWTON) doubt("before any step of the networks");
     else if (s.best_step == 0) doubt("no step predicts better than the weights before it");
     if (last == NEWTON && window_count > 0 && !s.windowed)
-        doubt(reached <= WINDOWS_FROM ? "before windows, which begin at step %d" : "from step %d on windows ran away", WINDOWS_FROM);
+        doubt(reached > WINDOWS_FROM ? "from step %d on windows ran away" : "before windows, which begin at step %d", WINDOWS_FROM);
 }
 
 /* ---- 11 main ---- */
