@@ -639,19 +639,17 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
     return ROLN_OK;
 }
 
-/* What stands between a model and a motor. Bits of a fault word: */
-enum {
-    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are not the
-                               model's */
-    ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
-    ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
-    ROLN_FAULT_LIMIT = 8,   /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
-    ROLN_FAULT_RANGE = 16,  /* z or zd outside the range seen in training, widened by limits.margin */
-    ROLN_FAULT_ENERGY = 32, /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
-    ROLN_FAULT_EXPIRED = 64,  /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
-    ROLN_FAULT_MANIFOLD = 128, /* q or qd farther than limits.q_off, qd_off from what the model can represent */
-    ROLN_CLIPPED = 256         /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
-};
+/* What stands between a model and a motor. Bits of a fault word, unsigned: they may be or-ed with bits of a filter and with your own.
+   They are no enumerators, because C++26 refuses to or those of two enumerations. */
+#define ROLN_FAULT_INPUT 1u      /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are wrong */
+#define ROLN_FAULT_STATUS 2u     /* a function on the way returned a status other than ROLN_OK */
+#define ROLN_FAULT_OUTPUT 4u     /* the torque is NaN or infinite */
+#define ROLN_FAULT_LIMIT 8u      /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
+#define ROLN_FAULT_RANGE 16u     /* z or zd outside the range seen in training, widened by limits.margin */
+#define ROLN_FAULT_ENERGY 32u    /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
+#define ROLN_FAULT_EXPIRED 64u   /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
+#define ROLN_FAULT_MANIFOLD 128u /* q or qd farther than limits.q_off, qd_off from what the model can represent */
+#define ROLN_CLIPPED 256u        /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
 
 typedef struct {
     roln_real dt;     /* time from tick to tick, s */
@@ -784,19 +782,19 @@ ROLN_FN roln_real rolni_safe(const roln_limits *limits, int i)
 /* Nonzero if |a - b| <= bound for all n numbers; NaN is not. bound 0: no check. */
 ROLN_FN int rolni_all_within(int n, const roln_real *a, const roln_real *b, roln_real bound)
 {
-    int i, near = 1;
+    int i, alike = 1;
     for (i = 0; i < n && bound > 0; i++)
-        near &= ROLN_ABS(a[i] - b[i]) <= bound;
-    return near;
+        alike &= ROLN_ABS(a[i] - b[i]) <= bound;
+    return alike;
 }
 
 /* The same of positions, of which some are angles. */
 ROLN_FN int rolni_near_turned(const roln_lnn *f, const roln_real *a, const roln_real *b, roln_real bound)
 {
-    int i, near = 1;
+    int i, alike = 1;
     for (i = 0; i < f->n && bound > 0; i++)
-        near &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
-    return near;
+        alike &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
+    return alike;
 }
 
 /* What a guard judges: the measured q, qd [N], their latent state z, zd [n], NULL if the encoder failed, the state decoded, x [2N]
@@ -824,8 +822,8 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
-        const roln_real near = rolni_clip(limits, i, rolni_last(limits, i, tau[i]), want[i]);
-        if (near < want[i] || near > want[i]) faults |= limits->strict ? ROLN_FAULT_LIMIT : ROLN_CLIPPED;
+        const roln_real most = rolni_clip(limits, i, rolni_last(limits, i, tau[i]), want[i]);
+        if (most < want[i] || most > want[i]) faults |= limits->strict ? ROLN_FAULT_LIMIT : ROLN_CLIPPED;
     }
     if (!seen->z) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
@@ -1551,12 +1549,10 @@ typedef struct {
 } roln_noise;
 
 /* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
-enum {
-    ROLN_FILTER_MISSING = 512,  /* a joint was not measured */
-    ROLN_FILTER_OUTLIER = 1024, /* one was beyond noise.gate, and not used */
-    ROLN_FILTER_START = 2048,   /* it started, or started again, at the pose that was measured, at rest */
-    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint, or for good settings */
-};
+#define ROLN_FILTER_MISSING 512u  /* a joint was not measured */
+#define ROLN_FILTER_OUTLIER 1024u /* one was beyond noise.gate, and not used */
+#define ROLN_FILTER_START 2048u   /* it started, or started again, at the pose that was measured, at rest */
+#define ROLN_FILTER_NONE 4096u    /* there is no estimate: it waits for a measurement of every joint, or for good settings */
 
 /* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
 typedef struct {
@@ -2990,21 +2986,21 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
                                   const roln_rows_to *to, roln_real *work)
 {
     const roln_model *md = m->model;
-    const int ae_size = roln_ae_params(&md->ae), columns = roln_params(md) - (to->behind ? ae_size : 0);
+    const int ae_size = roln_ae_params(&md->ae), cols = roln_params(md) - (to->behind ? ae_size : 0);
     const int acceleration = batch->qdd && batch->steps == 0;
     roln_status st = rolni_grad_valid(m, batch, 1);
     int w;
     if (st != ROLN_OK) return st;
     if (acceleration ? !batch->qd : !batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     for (w = 0; w < batch->count && st == ROLN_OK; w++) {
-        roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, columns) : NULL, windows = 0;
+        roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, cols) : NULL, windows = 0;
         uint64_t signs = to->seed + ROLNI_AS(uint64_t, w);
         roln_loss unused;
         roln_gradient g;
         g.ae = to->behind ? NULL : row, g.net = !row ? NULL : to->behind ? row : row + ae_size;
         g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w, g.rest = NULL;
         to->r[w] = 0;
-        if (row) rolni_zero(columns, row);
+        if (row) rolni_zero(cols, row);
         st = acceleration ? rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, 1), &g, work)
                           : rolni_windows_block(md, m, wt, batch, dt, rolni_part_of(batch, w, 1), &g, work);
         if (st != ROLN_OK) to->r[w] = rolni_real(ROLNI_INF);
@@ -4384,6 +4380,15 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
     F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
+/* Named constants `NAME = value, ..` between ROLNI_INTS and ROLNI_INTS_END: enumerators in C. In C++ they are const ints, because
+   C++26 refuses arithmetic of an enumerator with a float or with one of another enumeration, and users multiply by NAME_N. */
+#ifdef __cplusplus
+#define ROLNI_INTS static const int
+#define ROLNI_INTS_END
+#else
+#define ROLNI_INTS enum {
+#define ROLNI_INTS_END }
+#endif
 /* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
    takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
    returns faults. With ROLN_DEBUG_WORK they see to it that no call begins before the last one has ended. busy need not be set at
@@ -4397,7 +4402,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_USE_TICK(work, call) \
     (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
 #define ROLNI_BUSY UINT32_C(0x5b75f1a3)
-#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#if ROLNI_GNU && defined(__ATOMIC_ACQ_REL)
 #define ROLNI_BARRIER __atomic_signal_fence(__ATOMIC_ACQ_REL) /* nothing of the call is moved across by the compiler */
 #else
 #define ROLNI_BARRIER ((void)0)
@@ -4530,7 +4535,7 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
-enum {
+ROLNI_INTS
     ROLNI_(N) = ROLNI_AT(0, ROLN_AE),
     ROLNI_(N1) = ROLNI_AT(1, ROLN_AE),
     ROLNI_(N2) = ROLNI_AT(2, ROLN_AE),
@@ -4631,7 +4636,7 @@ enum {
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
     ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
                                             ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
-};
+ROLNI_INTS_END;
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
              ROLNI_GIVEN(0, ROLN_AE) && ROLNI_GIVEN(1, ROLN_AE) && ROLNI_GIVEN(2, ROLN_AE) && ROLNI_GIVEN(3, ROLN_AE) &&
@@ -5049,7 +5054,7 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
     return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), p, put, ctx);
 }
 
-enum { ROLNI_(numbers) = sizeof(ROLNI_(params)) / sizeof(roln_real) }; /* of NAME_params */
+ROLNI_INTS ROLNI_(numbers) = sizeof(ROLNI_(params)) / sizeof(roln_real) ROLNI_INTS_END; /* of NAME_params */
 
 /* Are the parameters in memory what they were? A CRC-32 over all of them, count numbers a call, so that a tick spends little on it:
    16 numbers take 480 instructions on a Cortex-M4F, all of them NAME_numbers / 16 calls. The first pass takes the reference:
@@ -5152,7 +5157,7 @@ static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, 
                                             ROLN_BASE ? ROLNI_(W0) : 0, 1},
                                            ROLNI_EACH_SPD(ROLNI_SPD_BLOCKS, ROLNI_COMMA),
                                            {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
-enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
+ROLNI_INTS ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) ROLNI_INTS_END;
 
 /* Random weights (scales 1, no range, input map 0). Status of roln_ae_init. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
@@ -5343,11 +5348,11 @@ typedef struct {
 } ROLNI_(newton);
 
 /* The blocks that it moves: those behind the autoencoder are the last 15. */
-enum {
+ROLNI_INTS
     ROLNI_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(ae_size) : 0,
     ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 15 : 0,
     ROLNI_(newton_blocks) = ROLNI_(blocks) - ROLNI_(newton_first)
-};
+ROLNI_INTS_END;
 
 /* Rows at .. at + b->count - 1 of g at p, of the acceleration loss if b has qdd and no steps, else of windows (roln_rows). again:
    the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH: they do not fit into g, the windows are longer than

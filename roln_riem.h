@@ -37,8 +37,8 @@ typedef struct {
 } roln_manifold;
 
 /* Linkage of the manifolds of this header: no warning where one is not used. */
-#if defined(__GNUC__)
-#define ROLNI_MANIFOLD static const __attribute__((unused)) roln_manifold
+#if ROLNI_GNU
+#define ROLNI_MANIFOLD static const __attribute__((__unused__)) roln_manifold
 #else
 #define ROLNI_MANIFOLD static const roln_manifold
 #endif

@@ -64,19 +64,26 @@ typedef uint32_t roln_bits;
 #define ROLN_FLASH
 #endif
 
-/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+/* 1: attributes, builtins and vectors of GNU C. clang for windows-msvc has them, but does not define __GNUC__. */
+#if defined(__GNUC__) || defined(__clang__)
+#define ROLNI_GNU 1
+#else
+#define ROLNI_GNU 0
+#endif
+
+/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
        #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
-#if defined(__GNUC__)
-#define ROLN_FN ROLN_CODE static __attribute__((unused))
+#if ROLNI_GNU
+#define ROLN_FN ROLN_CODE static __attribute__((__unused__))
 #else
-#define ROLN_FN ROLN_CODE static
+#define ROLN_FN ROLN_CODE static inline
 #endif
 #endif
 
 /* Small functions that are always inlined, and a copy of one number that is one move, under -ffreestanding too. */
-#if defined(__GNUC__)
-#define ROLNI_INLINE static inline __attribute__((always_inline))
+#if ROLNI_GNU
+#define ROLNI_INLINE static inline __attribute__((__always_inline__))
 #define ROLNI_COPY __builtin_memcpy
 #else
 #define ROLNI_INLINE ROLN_CODE static inline
@@ -539,7 +546,7 @@ ROLN_FN roln_real roln_wrap(roln_real x)
    samples one by one. Where the target has vectors that keep denormal numbers (not the NEON of 32-bit Arm, MVE, AltiVec without
    VSX) the loops use eight reals at a time, elsewhere plain C. */
 #ifndef ROLN_SIMD
-#if defined(__GNUC__) && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
+#if ROLNI_GNU && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
 #define ROLN_SIMD 1
 #else
 #define ROLN_SIMD 0
@@ -567,9 +574,9 @@ ROLN_FN roln_real roln_wrap(roln_real x)
 #endif
 #define ROLNI_W (ROLNI_AS(int, ROLNI_BYTES / sizeof(roln_real)))
 #define ROLNI_LANES (ROLNI_AS(int, ROLNI_WIDE / sizeof(roln_real)))
-typedef roln_real rolni_w __attribute__((vector_size(ROLNI_WIDE), aligned(sizeof(roln_real)), may_alias));
-typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
-typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
+typedef roln_real rolni_w __attribute__((__vector_size__(ROLNI_WIDE), __aligned__(sizeof(roln_real)), __may_alias__));
+typedef roln_real rolni_v __attribute__((__vector_size__(ROLNI_BYTES), __aligned__(sizeof(roln_real)), __may_alias__));
+typedef roln_real rolni_v8 __attribute__((__vector_size__(8 * sizeof(roln_real)), __aligned__(sizeof(roln_real)), __may_alias__));
 #define ROLNI_LDT(type, p) (*ROLNI_AS(const type *, ROLNI_AS(const void *, p)))
 #define ROLNI_STT(type, p, v) (*ROLNI_AS(type *, ROLNI_AS(void *, p)) = (v))
 #define ROLNI_LD(p) ROLNI_LDT(rolni_v, p)
@@ -584,8 +591,8 @@ typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), al
 #define ROLNI_16(X) ROLNI_8(X) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15)
 /* Two neighbouring numbers u.x[0], u.x[1]: on Cortex-M one load, vldr.64, which needs the alignment of one of
    them; a type that says so, aligned(4), makes gcc 12 take two loads and a tick an eighth longer. */
-#if defined(__arm__) && defined(__GNUC__) && !defined(ROLN_DOUBLE)
-typedef double __attribute__((may_alias)) rolni_both;
+#if defined(__arm__) && ROLNI_GNU && !defined(ROLN_DOUBLE)
+typedef double __attribute__((__may_alias__)) rolni_both;
 typedef union {
     rolni_both both;
     roln_real x[2];
@@ -600,7 +607,7 @@ typedef struct {
 /* No load moves across, so that gcc does not fetch more numbers ahead than there are registers. No instruction; may be
    defined as nothing for a compiler that claims to be GNU C and is not. */
 #ifndef ROLN_FENCE
-#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#if ROLNI_GNU && defined(__ATOMIC_ACQ_REL)
 #define ROLN_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL)
 #else
 #define ROLN_FENCE ((void)0)
@@ -1440,13 +1447,13 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
     for (i = 0; i < n; i++)
         for (k = i; k < n; k++) {
             const roln_real gap = l[k] - l[i], g2 = ROLN_C(0.25) * gap * gap;
-            const int far = gap >= 1;
-            const roln_real scale = far ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
+            const int apart = gap >= 1;
+            const roln_real scale = apart ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
             for (s = ROLNI_TERMS - 1; s >= 0; s--)
                 C[s] = inv_fact[s] + g2 * C[s + 2];
             for (j = i; j <= k; j++) {
                 roln_real x;
-                if (far) {
+                if (apart) {
                     x = K[j * n + k] - K[i * n + j];
                 } else {
                     const roln_real y = ROLN_C(0.5) * ((l[j] - l[i]) - (l[k] - l[j]));
@@ -2059,7 +2066,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
 #endif
 #define ROLNI_COLS (2 * ROLNI_LANES)
 #define ROLNI_GROUP (ROLNI_AS(int, 2048 / sizeof(roln_real))) /* columns that stay in the L2 cache as strips */
-typedef roln_real rolni_v4 __attribute__((vector_size(4 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
+typedef roln_real rolni_v4 __attribute__((__vector_size__(4 * sizeof(roln_real)), __aligned__(sizeof(roln_real)), __may_alias__));
 #define ROLNI_LD4(p) ROLNI_LDT(rolni_v4, p)
 #define ROLNI_ST4(p, v) ROLNI_STT(rolni_v4, p, v)
 #else
@@ -2099,7 +2106,7 @@ ROLNI_INLINE void rolni_half_tile(int k, const roln_real *a, const roln_real *b,
 }
 
 /* Inlined, gcc 12 keeps what the loop counts in vector registers. */
-ROLN_CODE static __attribute__((noinline, unused)) void rolni_tile(int k, const roln_real *a, const roln_real *b, int add,
+ROLN_CODE static __attribute__((__noinline__, __unused__)) void rolni_tile(int k, const roln_real *a, const roln_real *b, int add,
                                                                    roln_real *c, size_t ld)
 {
     rolni_half_tile(k, a, b, 0, add, c, ld);
@@ -2567,13 +2574,13 @@ ROLN_FN int rolni_is_part(int n, const roln_real *C, roln_real part, roln_real *
     return roln_dot(n * n, D, D) <= part;
 }
 
-/* The factor C of roln_dare, but for the last step. A step k shifts, C^T C += D^T D, and doubles: with (A2, L2, D2) that of another
+/* The factor C of roln_dare, but for the last step. A step k shifts, C^T C += D^T D, and doubles: with (Ab, Lb, Db) that of another
    shift, which is only looked at, the equation of two steps in one is
-       A A2     G + A L2^T L2 A^T     H + D2^T D2
+       A Ab     G + A Lb^T Lb A^T     H + Db^T Db
    work [ROLNI_DOUBLE_WORK]. */
 #define ROLNI_DOUBLINGS 60
 #define ROLNI_DOUBLE_MEM(X, n, m) \
-    X(A1, (n) * (n)) X(L1, (n) * (n)) X(D1, (n) * (n)) X(A2, (n) * (n)) X(L2, (n) * (n)) X(D2, (n) * (n)) \
+    X(Aa, (n) * (n)) X(La, (n) * (n)) X(Da, (n) * (n)) X(Ab, (n) * (n)) X(Lb, (n) * (n)) X(Db, (n) * (n)) \
     X(S, (n) * ROLN_MAX(2 * (n), m))
 #define ROLNI_DOUBLE_WORK(n, m) \
     (0 ROLNI_DOUBLE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_SHIFT_WORK(n), ROLN_TRIANGLE_WORK(m, n)))
@@ -2589,23 +2596,23 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
         for (i = 0; i < n; i++)
             S[j * n + i] = B[i * m + j] / ROLN_SQRT(r[j]);
     if (m > n) roln_triangle(m, n, S, work);
-    rolni_copy(nn, S, L1);
-    rolni_copy(nn, A, A1);
-    rolni_copy(nn, D, D1);
+    rolni_copy(nn, S, La);
+    rolni_copy(nn, A, Aa);
+    rolni_copy(nn, D, Da);
     for (k = 0; k < ROLNI_DOUBLINGS; k++) {
-        rolni_stack(n, D1, C, S, work);
-        rolni_shift(n, A1, L1, D1, work);
-        if (!roln_all_finite(3 * nn, A1) || !roln_finite(roln_dot(nn, C, C))) return ROLN_E_NO_CONVERGENCE;
-        rolni_copy(3 * nn, A1, A2); /* A1, L1, D1 */
-        if (4 * roln_dot(nn, A1, A1) <= 1 && rolni_is_part(n, C, ROLN_EPS / 8, D2)) return ROLN_OK;
-        rolni_copy(nn, D1, D2);
-        rolni_shift(n, A2, L2, D2, work);
-        roln_mm_bt(n, n, n, L2, A1, S);
-        rolni_copy(nn, S, L2);
-        rolni_stack(n, L2, L1, S, work);
-        rolni_stack(n, D2, D1, S, work);
-        roln_mm(n, n, n, A1, A2, S);
-        rolni_copy(nn, S, A1);
+        rolni_stack(n, Da, C, S, work);
+        rolni_shift(n, Aa, La, Da, work);
+        if (!roln_all_finite(3 * nn, Aa) || !roln_finite(roln_dot(nn, C, C))) return ROLN_E_NO_CONVERGENCE;
+        rolni_copy(3 * nn, Aa, Ab); /* Aa, La, Da */
+        if (4 * roln_dot(nn, Aa, Aa) <= 1 && rolni_is_part(n, C, ROLN_EPS / 8, Db)) return ROLN_OK;
+        rolni_copy(nn, Da, Db);
+        rolni_shift(n, Ab, Lb, Db, work);
+        roln_mm_bt(n, n, n, Lb, Aa, S);
+        rolni_copy(nn, S, Lb);
+        rolni_stack(n, Lb, La, S, work);
+        rolni_stack(n, Db, Da, S, work);
+        roln_mm(n, n, n, Aa, Ab, S);
+        rolni_copy(nn, S, Aa);
     }
     return ROLN_E_NO_CONVERGENCE;
 }
