@@ -462,6 +462,7 @@ static void torques(void)
     const int step = (d.samples - d.first[train]) / SOME + 1;
     torque_sums sums = {{0}, {0}, {0}, 0};
     roln_real friction[TORQUES], columns[TORQUES * TORQUES] = {0};
+    double all = 0, all_off = 0;
     int wrong = 0, k, i, j;
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
@@ -476,6 +477,7 @@ static void torques(void)
         printf("%6d %9.3g %22.3g %9s %10.3g %10.3g\n", j + 1, tau, off, in_percent(tau > 0 ? off / tau : (double)NAN).text,
                (double)friction[j], speed);
         wrong += tau > 0 && !(off < tau);
+        all += sums.tau[j], all_off += sums.off[j];
     }
     printf("M at the middle of the range, in the unit of tau%s\n", JOINTS ? " / qdd" : " times q");
     for (i = 0; i < TORQUES; i++) {
@@ -488,6 +490,8 @@ static void torques(void)
         printf("warning: torques of %d of %d are off by more than they are themselves; possible cause: force=0, noise of qdd "
                "(smooth=), or torques that act later\n",
                wrong, TORQUES);
+    if (all > 0 && !(all_off < all))
+        doubt("torques of the model are off by %.3g %% of the recorded ones", 100 * sqrt(all_off / all));
 }
 
 /* ---- 4 pictures ---- */

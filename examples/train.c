@@ -105,6 +105,7 @@ static void help(void)
            "Exit code; if it is not 0, the last line says why:\n"
            "  0  A model was trained: weights are written, the best step is not the first, windows were reached (if window= is\n"
            "     not 0), and E_q is at most half of that of q + h qd at every horizon where it can be.\n"
+           "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
            "  3  Weights are written, but one of these is not so.\n"
            "  1  Wrong use, recordings or files. If a training had begun, the best weights are written where that is possible.\n"
            "  2  Nothing to begin with: no chart fits these recordings.\n");
