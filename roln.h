@@ -1863,7 +1863,8 @@ typedef struct {
     int known;      /* 1: there is a plan */
     int age;        /* steps since it was made: calls of roln_plan_next since then, all of which failed */
     roln_real cost; /* of it, as the model expects */
-    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it */
+    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it: the cost of the linearised goal is
+                       at most that much above the least. Much of `cost`, call after call: more iterations, or too few digits */
 } roln_plan;
 
 /* A plan and where its numbers are: states s [steps + 1][2n] = [z; zd], torques u [steps][motors], K [steps][motors][2n]. */
@@ -2187,7 +2188,9 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
    ROLN_OK: *pl is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
    new one: the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits (a tau of 0, too:
    leave out the column of B of a motor that is off), or all ways lead out of the range seen in training (limits->margin);
-   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver; ROLN_E_NOT_FINITE, of
+   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver.
+   A limit of torque that is never reached may be any finite number above 0, of any size: it changes a plan by rounding only, and so
+   does another unit of a motor (test_plan.c: test_far, test_motor_units); ROLN_E_NOT_FINITE, of
    other numbers; status of roln_linear. Numbers that goal points to stay as they are during the call. Cost: steps times
    roln_linear, one to three times roln_step, and roln_ocp_solve. work [ROLN_PLAN_WORK]. */
 ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *goal, const roln_real *s, const roln_planned *pl,

@@ -3000,12 +3000,13 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
     if (st != ROLN_OK) return st;
     ROLN_OCP_MEM(ROLNI_LAY, n, m, steps, rated)
     b->of = p, b->sides = 2 + 2 * rated, b->u = u, b->x = x, b->K = K;
-    mu = rolni_ocp_start(b), floor = least * mu;
+    mu = rolni_ocp_start(b), floor = 0;
     for (k = 0; k < iterations; k++) {
         if ((st = rolni_ocp_factor(b)) != ROLN_OK) return st;
         rolni_zero(b->sides * count, b->c);
         rolni_ocp_step(b, 0);
         (void)rolni_ocp_length(b, 1, &ahead);
+        if (k == 0) floor = ROLN_MAX(least * ahead, ROLN_C(1e-30)); /* of what there is to gain, not of far limits */
         for (side = 0; side < b->sides; side++)
             for (i = 0; i < count; i++)
                 b->c[side * count + i] = rolni_ocp_moved(b, side, i, b->d) * b->dl[side * count + i];

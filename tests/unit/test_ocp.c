@@ -390,10 +390,10 @@ static void test_units(void)
         widen(MAXH * m, c.u, v);
         for (i = 0; i < MAXH * m; i++) {
             v[i] /= (ld)by[i % m];
-            BOUND(binary ? "units: powers of two" : "units: u", fabsl(v[i] - u[i]), binary ? 0 : PICK(0.02L, 1e-7L));
+            BOUND(binary ? "units: powers of two" : "units: u", fabsl(v[i] - u[i]), binary ? 0 : PICK(1e-4L, 1e-12L));
         }
         condense(&p);
-        if (!binary) BOUND("units: cost", fabsl(cost_of(&p, u, NULL) - cost_of(&p, v, NULL)) / size_of(&p, u), PICK(1e-5L, 1e-12L));
+        if (!binary) BOUND("units: cost", fabsl(cost_of(&p, u, NULL) - cost_of(&p, v, NULL)) / size_of(&p, u), PICK(1e-7L, 1e-15L));
         for (i = 0; i < MAXH * m * p.n && binary; i++) {
             const roln_real K = c.K[i] * of[i % p.n] / by[i / p.n % m];
             CHECK(K >= p.K[i] && K <= p.K[i]);
@@ -441,9 +441,9 @@ static void test_far(void)
                 widen(MAXH * m, c.u, v);
                 for (i = 0; i < MAXH; i++)
                     v[i * m] /= (ld)by[0];
-                BOUND("far: cost", (cost_of(&p, v, NULL) - cost_of(&p, u, NULL)) / size_of(&p, u), PICK(1e-5L, 1e-12L));
+                BOUND("far: cost", (cost_of(&p, v, NULL) - cost_of(&p, u, NULL)) / size_of(&p, u), PICK(1e-6L, 1e-14L));
                 for (j = 0; j < MAXH * m; j++)
-                    BOUND("far: u", fabsl(v[j] - u[j]) / (1 + (ld)top), PICK(0.02L, 1e-6L));
+                    BOUND("far: u", fabsl(v[j] - u[j]) / (1 + (ld)top), PICK(1e-4L, 1e-12L));
             }
     }
     CHECK(active > 100);
