@@ -2188,10 +2188,10 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
    ROLN_OK: *pl is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
    new one: the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits (a tau of 0, too:
    leave out the column of B of a motor that is off), or all ways lead out of the range seen in training (limits->margin);
-   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver.
-   A limit of torque that is never reached may be any finite number above 0, of any size: it changes a plan by rounding only, and so
-   does another unit of a motor (test_plan.c: test_far, test_motor_units); ROLN_E_NOT_FINITE, of
-   other numbers; status of roln_linear. Numbers that goal points to stay as they are during the call. Cost: steps times
+   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver;
+   ROLN_E_NOT_FINITE, of other numbers; status of roln_linear, roln_ocp_solve. A limit of torque that is never reached may be any
+   finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far, test_motor_units).
+   Numbers that goal points to stay as they are during the call. Cost: steps times
    roln_linear, one to three times roln_step, and roln_ocp_solve. work [ROLN_PLAN_WORK]. */
 ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *goal, const roln_real *s, const roln_planned *pl,
                                        roln_real *work)
