@@ -47,7 +47,7 @@ arm_train = torque=1 smooth=40 steps=200
 rope_train = torque=1 look=0.9 steps=213
 build/%_weights.h: build/% build/%_train
 	./build/$* record > build/$*.csv
-	cd build && ./$*_train $*.csv $($*_train)
+	cd build && { ./$*_train $*.csv $($*_train) || { code=$$?; mv -f $*_weights.h $*_untrained.h; exit $$code; }; }
 build/rope_train: STD += -Itests/control
 build/%_train: examples/train.c
 	@mkdir -p $(@D)
@@ -94,8 +94,8 @@ deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
 # Everything. To repeat some of its steps: sh tests/run.sh NAME ..
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert pil \
-           machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
+           pil machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
 test:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh
@@ -201,9 +201,10 @@ $(foreach k,$(patsubst FUZZ_%,%,$(filter FUZZ_%,$(.VARIABLES))),$(eval $(call fu
 $(patsubst %,build/fuzz/%/fuzz_frames,au m none): build/firmware/pend16_weights.h
 
 # random inputs and calls, SECONDS for each target and kind (RUNS="none/csv none/calls": these), JOBS at a time; a table of all
-# that was run so far
-fuzz: $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
+# that was run so far; then, as long each, files that Python and the HDF5 library read
+fuzz: build/convert build/h5_cases $(FUZZ) $(call fuzz,none,packed frames csv calls) $(call fuzz,audouble,packed calls)
 	@JOBS=$(JOBS) sh tests/safety/fuzz.sh $(SECONDS) $(RUNS)
+	@python3 tests/safety/fuzz_files.py $(SECONDS)
 
 # Frama-C Eva, for all bits that may come in: nothing undefined, torques within their limits (tests/safety/proof); five minutes
 proof:
@@ -219,6 +220,7 @@ build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth mode
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
 build/record: $(call host,mujoco/record mujoco/demos)
 build/convert: $(call host,mujoco/convert mujoco/demos)
+build/h5_cases: $(call host,mujoco/h5_cases)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
 build/rope: $(call host,control/rope control/rope_plant unit/check) build/host64/tests/control/rope_best.o
 build/pil: $(call host,control/pil control/image control/control mujoco/truth unit/check)
@@ -231,8 +233,8 @@ build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/c
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
-$(patsubst %,build/%,test_mujoco generate record convert control rope pil machines plans swing experiment speed test_experiments \
-                     test_opinf test_latent bench):
+$(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing experiment speed \
+                     test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.

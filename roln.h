@@ -158,8 +158,10 @@
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself. Of
-   an angle, z and q may be on any turn: the networks see its cosine and sine, differences are those of the shorter way, within
-   (-pi, pi], and it is always in range. */
+   an angle, z and q may be on any turn, up to 2^20 rad from 0, beyond which a function says ROLN_E_NOT_FINITE: the networks see its
+   cosine and sine, differences are those of the shorter way, within (-pi, pi], and it is always in range. NAME_step and NAME_linear
+   keep its turn as far as two turns, 4 pi, from 0, and bring it within (-pi, pi] first where it is farther out: subtract angles by
+   roln_wrap. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -378,6 +380,15 @@ ROLN_INLINE roln_status roln_decode_some(const roln_trained *m, const roln_real 
         rolni_copy(count, x + count, qd);
     }
     return ROLN_OK;
+}
+
+/* Angles of z [nb][n] that are more than two turns from 0 come back within (-pi, pi]: farther out a step of a millisecond would be
+   lost in their rounding. NaN beyond 2^20. */
+ROLN_INLINE void rolni_turn_back(const roln_lnn *f, int nb, roln_real *z)
+{
+    int i;
+    for (i = 0; i < nb * f->n; i++)
+        if (roln_lnn_angle(f, i % f->n) && ROLN_ABS(z[i]) > 4 * ROLNI_PI) z[i] = roln_wrap(z[i]);
 }
 
 /* The state of the network in its own unit of time: s = [z; zd t]. */
@@ -628,19 +639,17 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
     return ROLN_OK;
 }
 
-/* What stands between a model and a motor. Bits of a fault word: */
-enum {
-    ROLN_FAULT_INPUT = 1,   /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are not the
-                               model's */
-    ROLN_FAULT_STATUS = 2,  /* a function on the way returned a status other than ROLN_OK */
-    ROLN_FAULT_OUTPUT = 4,  /* the torque is NaN or infinite */
-    ROLN_FAULT_LIMIT = 8,   /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
-    ROLN_FAULT_RANGE = 16,  /* z or zd outside the range seen in training, widened by limits.margin */
-    ROLN_FAULT_ENERGY = 32, /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
-    ROLN_FAULT_EXPIRED = 64,  /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
-    ROLN_FAULT_MANIFOLD = 128, /* q or qd farther than limits.q_off, qd_off from what the model can represent */
-    ROLN_CLIPPED = 256         /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
-};
+/* What stands between a model and a motor. Bits of a fault word, unsigned: they may be or-ed with bits of a filter and with your own.
+   They are no enumerators, because C++26 refuses to or those of two enumerations. */
+#define ROLN_FAULT_INPUT 1u      /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are wrong */
+#define ROLN_FAULT_STATUS 2u     /* a function on the way returned a status other than ROLN_OK */
+#define ROLN_FAULT_OUTPUT 4u     /* the torque is NaN or infinite */
+#define ROLN_FAULT_LIMIT 8u      /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
+#define ROLN_FAULT_RANGE 16u     /* z or zd outside the range seen in training, widened by limits.margin */
+#define ROLN_FAULT_ENERGY 32u    /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
+#define ROLN_FAULT_EXPIRED 64u   /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
+#define ROLN_FAULT_MANIFOLD 128u /* q or qd farther than limits.q_off, qd_off from what the model can represent */
+#define ROLN_CLIPPED 256u        /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
 
 typedef struct {
     roln_real dt;     /* time from tick to tick, s */
@@ -773,19 +782,19 @@ ROLN_FN roln_real rolni_safe(const roln_limits *limits, int i)
 /* Nonzero if |a - b| <= bound for all n numbers; NaN is not. bound 0: no check. */
 ROLN_FN int rolni_all_within(int n, const roln_real *a, const roln_real *b, roln_real bound)
 {
-    int i, near = 1;
+    int i, alike = 1;
     for (i = 0; i < n && bound > 0; i++)
-        near &= ROLN_ABS(a[i] - b[i]) <= bound;
-    return near;
+        alike &= ROLN_ABS(a[i] - b[i]) <= bound;
+    return alike;
 }
 
 /* The same of positions, of which some are angles. */
 ROLN_FN int rolni_near_turned(const roln_lnn *f, const roln_real *a, const roln_real *b, roln_real bound)
 {
-    int i, near = 1;
+    int i, alike = 1;
     for (i = 0; i < f->n && bound > 0; i++)
-        near &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
-    return near;
+        alike &= ROLN_ABS(a[i] - roln_lnn_near(f, i, a[i], b[i])) <= bound;
+    return alike;
 }
 
 /* What a guard judges: the measured q, qd [N], their latent state z, zd [n], NULL if the encoder failed, the state decoded, x [2N]
@@ -813,8 +822,8 @@ ROLN_INLINE uint32_t rolni_faults(const roln_trained *m, const roln_limits *limi
     if (!want || !seen->z) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
-        const roln_real near = rolni_clip(limits, i, rolni_last(limits, i, tau[i]), want[i]);
-        if (near < want[i] || near > want[i]) faults |= limits->strict ? ROLN_FAULT_LIMIT : ROLN_CLIPPED;
+        const roln_real most = rolni_clip(limits, i, rolni_last(limits, i, tau[i]), want[i]);
+        if (most < want[i] || most > want[i]) faults |= limits->strict ? ROLN_FAULT_LIMIT : ROLN_CLIPPED;
     }
     if (!seen->z) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
@@ -1130,11 +1139,13 @@ ROLN_INLINE void rolni_drive_load(const roln_trained *m, const roln_real *load, 
     d->force.eval = rolni_loaded_eval, d->force.ctx = f;
 }
 
-/* roln_step under a push. work [ROLN_STEP_WORK]. */
+/* roln_step under a push; angles stay on their turns, however far out, for what takes differences of states. work
+   [ROLN_STEP_WORK without turned]. */
 #define ROLN_STEP_MEM(X, S, force_size, force_work, tape_size) \
     X(s, 2 * S(n)) X(held, force_size) X(force, force_work) X(tape, tape_size)
+#define ROLNI_TURNED_MEM(X, S) X(turned, (S(cossin) > 0) * S(n)) /* z of a model with angles, turned back */
 #define ROLN_STEP_WORK(S) \
-    (0 ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
+    (0 ROLNI_TURNED_MEM(ROLNI_SIZE, S) ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
      ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, 1))
 ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_real *zd, const rolni_push *by, roln_real dt,
                                    roln_real *work)
@@ -1164,12 +1175,21 @@ ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_rea
 }
 
 /* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
-   none). One step of the model's integrator. z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
+   none). One step of the model's integrator. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first,
+   so that motion is the same on every turn (held by test_sums.c: test_turns). z, zd stay as they were unless ROLN_OK.
+   work [ROLN_STEP_WORK]. */
 ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
                                   roln_real *work)
 {
     const rolni_push by = {tau, NULL};
-    return rolni_step(m, z, zd, &by, dt, work);
+    const int n = m->model->lnn.n, cossin = rolni_cossin(&m->model->lnn);
+    roln_status st;
+    ROLNI_TURNED_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (cossin == 0) return rolni_step(m, z, zd, &by, dt, work);
+    rolni_copy(n, z, turned);
+    rolni_turn_back(&m->model->lnn, 1, turned);
+    if ((st = rolni_step(m, turned, zd, &by, dt, work)) == ROLN_OK) rolni_copy(n, turned, z);
+    return st;
 }
 
 /* Derivatives of a step by its state, A [2n][2n], and by its torque, B [2n][roln_force_size], or by its load, L [2n][n]; B, L NULL:
@@ -1178,10 +1198,11 @@ typedef struct {
     roln_real *A, *B, *L;
 } rolni_slopes;
 
-/* roln_linear under a push. work [ROLN_LINEAR_WORK], wanted: columns of B or L. */
+/* roln_linear under a push, as rolni_step. work [ROLNI_LINEAR_WORK], wanted: columns of B or L. */
 #define ROLN_LINEAR_MEM(X, S, size, wanted, force_work, tape_size) \
     X(s, 2 * S(n)) X(J, (2 * S(n) + (wanted)) * 2 * S(n)) X(held, size) X(force, force_work) X(tape, tape_size)
-#define ROLN_LINEAR_WORK(S, wanted) \
+#define ROLN_LINEAR_WORK(S, wanted) (0 ROLNI_TURNED_MEM(ROLNI_SIZE, S) + ROLNI_LINEAR_WORK(S, wanted))
+#define ROLNI_LINEAR_WORK(S, wanted) \
     (0 ROLN_LINEAR_MEM(ROLNI_SIZE, S, S(force_size), wanted, ROLNI_FORCE_WORK(S, 1, 2), \
                        ROLN_JAC_TAPES((S(scheme) + 0)) * ROLN_LNN_TAPE(S, 1, 1, 1)) + \
      ROLN_LNN_STEP_JAC_WORK(S, (S(scheme) + 0), wanted))
@@ -1237,7 +1258,14 @@ ROLN_INLINE roln_status roln_linear(const roln_trained *m, roln_real *z, roln_re
 {
     const rolni_push by = {tau, NULL};
     const rolni_slopes to = {A, B, NULL};
-    return rolni_linear(m, z, zd, &by, dt, &to, work);
+    const int n = m->model->lnn.n, cossin = rolni_cossin(&m->model->lnn);
+    roln_status st;
+    ROLNI_TURNED_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    if (cossin == 0) return rolni_linear(m, z, zd, &by, dt, &to, work);
+    rolni_copy(n, z, turned);
+    rolni_turn_back(&m->model->lnn, 1, turned);
+    if ((st = rolni_linear(m, turned, zd, &by, dt, &to, work)) == ROLN_OK) rolni_copy(n, turned, z);
+    return st;
 }
 
 /* The terms of M zdd + c + g + d = tau_z at (z, zd): M [n][n], c = C zd, g, d = R zd [n], kinetic and potential energy T, V;
@@ -1509,7 +1537,8 @@ ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *c
 /* What a filter is told of a machine and of its encoders. */
 typedef struct {
     roln_real dt;   /* time from tick to tick, s */
-    roln_real q;    /* deviation of a measured joint: of an encoder its step / sqrt(12), rad */
+    roln_real q;    /* deviation of a measured joint from phi(z): of an encoder its step / sqrt(12), rad, and, by the root of the sum
+                       of squares, the rms of q - phi(rho(q)), what the chart leaves of the joint: q_each of NAME_fit_noise has it */
     roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error;
                        of joints with units of their own tau / each_j */
     roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
@@ -1520,17 +1549,15 @@ typedef struct {
 } roln_noise;
 
 /* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
-enum {
-    ROLN_FILTER_MISSING = 512,  /* a joint was not measured */
-    ROLN_FILTER_OUTLIER = 1024, /* one was beyond noise.gate, and not used */
-    ROLN_FILTER_START = 2048,   /* it started, or started again, at the pose that was measured, at rest */
-    ROLN_FILTER_NONE = 4096     /* there is no estimate: it waits for a measurement of every joint, or for good settings */
-};
+#define ROLN_FILTER_MISSING 512u  /* a joint was not measured */
+#define ROLN_FILTER_OUTLIER 1024u /* one was beyond noise.gate, and not used */
+#define ROLN_FILTER_START 2048u   /* it started, or started again, at the pose that was measured, at rest */
+#define ROLN_FILTER_NONE 4096u    /* there is no estimate: it waits for a measurement of every joint, or for good settings */
 
 /* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
 typedef struct {
     uint32_t faults;           /* sticky: the bits of all ticks so far */
-    uint32_t outliers, starts; /* measured joints that were not used, starts; of all ticks so far */
+    uint32_t outliers, starts; /* measured joints that were not used, starts; of all ticks so far, at most 2^32 - 1 */
     int known;                 /* 1: there is an estimate */
     int lost;                  /* lost ticks in a row */
     int used;                  /* joints that the last tick used */
@@ -1753,6 +1780,13 @@ ROLN_INLINE uint32_t rolni_filter_start(const roln_trained *m, const roln_noise 
     return ROLN_FILTER_START;
 }
 
+/* A count that never ends: it stays at the largest number. */
+ROLN_FN uint32_t rolni_counted(uint32_t count, int more)
+{
+    const uint32_t left = UINT32_MAX - count, add = ROLNI_AS(uint32_t, more);
+    return count + ROLN_MIN(add, left);
+}
+
 /* One tick of a Kalman filter on the model, extended (linearised at the estimate) and in square roots: z, zd from positions alone.
        predict    the model's step under tau, roln_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau
        correct    by the joints that were measured, y = phi(z) + noise of deviation noise->q
@@ -1807,16 +1841,20 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
         if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS, filter->known = 0;
     }
-    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers += ROLNI_AS(uint32_t, in.measured - in.used);
-    if (in.used < in.measured && in.used < n) filter->known &= filter->lost++ < noise->lost;
-    else if (in.used > 0) filter->lost = 0;
+    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers = rolni_counted(filter->outliers, in.measured - in.used);
+    if (in.used < in.measured && in.used < n) {
+        if (filter->lost < noise->lost) filter->lost++;
+        else filter->known = 0;
+    } else if (in.used > 0) {
+        filter->lost = 0;
+    }
     if (!filter->known) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
         else faults |= rolni_filter_start(m, noise, y, filter->starts && measured < N ? e->z : NULL, &f, &in);
         filter->known = (faults & ROLN_FILTER_START) != 0;
         if (!filter->known) in.used = 0; /* nor is its nis a number */
-        filter->starts += (faults & ROLN_FILTER_START) != 0;
+        filter->starts = rolni_counted(filter->starts, filter->known);
         filter->lost = 0;
     }
     if (filter->known) {
@@ -2184,7 +2222,8 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
    at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what
    that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by
    half, and by a quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with
-   which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure.
+   which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure. Angles of
+   a plan go on from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi].
    ROLN_OK: *pl is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
    new one: the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits (a tau of 0, too:
    leave out the column of B of a motor that is off), or all ways lead out of the range seen in training (limits->margin);
@@ -2208,6 +2247,7 @@ ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *g
     if (st == ROLN_OK && !roln_all_finite(n2, s)) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) {
         rolni_copy(n2, s, b->s0);
+        rolni_turn_back(&m->model->lnn, 1, b->s0);
         rolni_plan_start(b, pl);
         st = rolni_plan_better(m, pl, b, &cost, &gap);
     }
@@ -2356,10 +2396,10 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
     for (r = 0; r < nb; r++) {
         const roln_real *f = b->tau + rolni_sample(b, w0 + r, h) * ROLNI_AS(size_t, N), c = scale / ROLNI_AS(roln_real, b->stride);
         for (i = 0; i < N; i++) {
-            roln_real sum = 0;
+            double sum = 0;
             for (k = 0; k < b->stride; k++)
-                sum += f[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, i)];
-            X[r * N + i] = c * sum;
+                sum += ROLNI_AS(double, f[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, i)]);
+            X[r * N + i] = c * ROLNI_AS(roln_real, sum);
         }
     }
 }
@@ -2367,13 +2407,16 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
 /* Where the backward of a block goes. A gradient: of the autoencoder and of all behind it (ae, net; NULL: not wanted) is the sum
    over windows, loss gets the unweighted terms, windows their number. A row (signs not NULL, one window): ae, net are the
    derivative of the number sum_i xi_i sqrt(weight_i) (model - data)_i over all that the loss compares, xi_i = +-1 drawn from signs,
-   and residual that number with the other sign: E residual^2 is the loss, E row^T row its Gauss-Newton matrix. */
-typedef struct {
+   and residual that number with the other sign: E residual^2 is the loss, E row^T row its Gauss-Newton matrix. rest: another
+   gradient, all of whose numbers are zeroed with these; it keeps what these lose by rounding, so that sums are as good after ten
+   million windows as after a thousand. NULL: the sums are plain. */
+typedef struct rolni_gradient {
     roln_real *ae, *net;
     roln_loss *loss;
     roln_real *windows;
     uint64_t *signs;
     roln_real *residual;
+    const struct rolni_gradient *rest;
 } roln_gradient;
 
 /* The gradient by all parameters, theta [roln_params]. */
@@ -2381,8 +2424,47 @@ ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, r
 {
     roln_gradient g;
     g.ae = theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
-    g.signs = NULL, g.residual = NULL;
+    g.signs = NULL, g.residual = NULL, g.rest = NULL;
     return g;
+}
+
+/* sum [n] += rest [n], and rest becomes what sum has lost by rounding (two-sum, Knuth 1969). A long sum whose parts are added to
+   rest, each of which is then folded, has twice the digits (Kahan 1965). */
+ROLN_FN void rolni_fold(int n, roln_real *sum, roln_real *rest)
+{
+    int i;
+    for (i = 0; i < n; i++) {
+        const roln_real a = sum[i], b = rest[i];
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+        const volatile roln_real s = a + b, c = s - a; /* not to be simplified */
+#else
+        const roln_real s = a + b, c = s - a;
+#endif
+        rest[i] = (a - (s - c)) + (b - c);
+        sum[i] = s;
+    }
+}
+
+/* Where the blocks of windows go: to what is folded after ROLNI_PARTS of them, and at the end. */
+#define ROLNI_PARTS 64
+ROLN_FN const roln_gradient *rolni_part_to(const roln_gradient *g)
+{
+    return g->rest ? g->rest : g;
+}
+
+ROLN_FN void rolni_gradient_fold(const roln_model *md, const roln_gradient *g)
+{
+    enum { ROLNI_TERMS = sizeof(roln_loss) / sizeof(roln_real) };
+    const int ae_size = roln_ae_params(&md->ae);
+    const roln_gradient *r = g->rest;
+    roln_real sum[ROLNI_TERMS], rest[ROLNI_TERMS];
+    if (!r) return;
+    rolni_fold(ae_size, g->ae, r->ae);
+    rolni_fold(roln_params(md) - ae_size, g->net, r->net);
+    rolni_fold(1, g->windows, r->windows);
+    memcpy(sum, g->loss, sizeof sum), memcpy(rest, r->loss, sizeof rest);
+    rolni_fold(ROLNI_TERMS, sum, rest);
+    memcpy(g->loss, sum, sizeof sum), memcpy(r->loss, rest, sizeof rest);
 }
 
 /* Nonzero if a backward is wanted, and not the loss alone. */
@@ -2551,6 +2633,7 @@ ROLN_FN void rolni_windows_data(const roln_model *md, const rolni_windows *b, in
     rolni_gather(b->batch, b->batch->q, N, b->w0, b->nb, k, 1 / sc->q, b->x);
     if (b->batch->qd) rolni_gather(b->batch, b->batch->qd, N, b->w0, b->nb, k, rolni_velocity_unit(sc), b->x + b->nb * N);
     rolni_divide_each(b->jets * b->nb, N, each, b->x);
+    rolni_turn_back(&md->lnn, b->nb, b->x);
 }
 
 /* The force that is held from step k to k + 1, the mean over its samples, scaled, to held. */
@@ -2843,11 +2926,16 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
 {
     const roln_model *md = m->model;
     roln_status st = rolni_grad_valid(m, batch, nb);
-    int w;
+    rolni_part part = {0, 0};
+    int added = 0;
     if (st != ROLN_OK) return st;
     if (!batch->qd || !batch->qdd) return ROLN_E_LENGTH;
-    for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
-        st = rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, nb), g, work);
+    for (; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb) {
+        part = rolni_part_of(batch, part.w0, nb);
+        st = rolni_samples_block(md, m, wt, batch, part, rolni_part_to(g), work);
+        if (st == ROLN_OK && ++added % ROLNI_PARTS == 0) rolni_gradient_fold(md, g);
+    }
+    if (added > 0) rolni_gradient_fold(md, g);
     return st;
 }
 
@@ -2857,7 +2945,8 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
    each times its weight of wt. Without b->qd the variational loss, of positions only: the first two start the discrete motion
    (roln_lnn_start), the midpoint rule carries it on, and the terms in z, q_pred compare h = 2..H: the discrete Euler-Lagrange
    equations as a prediction error, H >= 2. Adds the sum over windows to g->ae and g->net, the unweighted terms to g->loss (without
-   the prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time; a block of windows that fails
+   the prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time, with g->rest as if in twice
+   the digits (held by test_sums.c); a block of windows that fails
    (data or parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not
    looked for here: the update refuses it. ROLN_E_LENGTH: count or steps negative, stride below 1, no qd or qdd for the acceleration
    loss, H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
@@ -2867,11 +2956,16 @@ ROLN_INLINE roln_status roln_grad(const roln_trained *m, const roln_loss *wt, co
 {
     const roln_model *md = m->model;
     roln_status st = rolni_grad_valid(m, batch, nb);
-    int w;
+    rolni_part part = {0, 0};
+    int added = 0;
     if (st != ROLN_OK) return st;
     if (!batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
-    for (w = 0; w < batch->count && st == ROLN_OK; w += nb)
-        st = rolni_windows_block(md, m, wt, batch, dt, rolni_part_of(batch, w, nb), g, work);
+    for (; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb) {
+        part = rolni_part_of(batch, part.w0, nb);
+        st = rolni_windows_block(md, m, wt, batch, dt, part, rolni_part_to(g), work);
+        if (st == ROLN_OK && ++added % ROLNI_PARTS == 0) rolni_gradient_fold(md, g);
+    }
+    if (added > 0) rolni_gradient_fold(md, g);
     return st;
 }
 
@@ -2895,21 +2989,21 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
                                   const roln_rows_to *to, roln_real *work)
 {
     const roln_model *md = m->model;
-    const int ae_size = roln_ae_params(&md->ae), columns = roln_params(md) - (to->behind ? ae_size : 0);
+    const int ae_size = roln_ae_params(&md->ae), cols = roln_params(md) - (to->behind ? ae_size : 0);
     const int acceleration = batch->qdd && batch->steps == 0;
     roln_status st = rolni_grad_valid(m, batch, 1);
     int w;
     if (st != ROLN_OK) return st;
     if (acceleration ? !batch->qd : !batch->qd && batch->steps < 2 && (wt->z > 0 || wt->q_pred > 0)) return ROLN_E_LENGTH;
     for (w = 0; w < batch->count && st == ROLN_OK; w++) {
-        roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, columns) : NULL, windows = 0;
+        roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, cols) : NULL, windows = 0;
         uint64_t signs = to->seed + ROLNI_AS(uint64_t, w);
         roln_loss unused;
         roln_gradient g;
         g.ae = to->behind ? NULL : row, g.net = !row ? NULL : to->behind ? row : row + ae_size;
-        g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w;
+        g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w, g.rest = NULL;
         to->r[w] = 0;
-        if (row) rolni_zero(columns, row);
+        if (row) rolni_zero(cols, row);
         st = acceleration ? rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, 1), &g, work)
                           : rolni_windows_block(md, m, wt, batch, dt, rolni_part_of(batch, w, 1), &g, work);
         if (st != ROLN_OK) to->r[w] = rolni_real(ROLNI_INF);
@@ -2922,39 +3016,54 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
 /* qbar of the angles of q [count][n]: eight times the mean of the turns next to the last one, the first one is the first sample. */
 ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q, roln_real *qbar)
 {
-    const roln_real each = 1 / ROLNI_AS(roln_real, count);
     int i, k, pass;
     for (i = 0; i < f->n; i++) {
         if (!roln_lnn_angle(f, i)) continue;
         qbar[i] = q[i];
         for (pass = 0; pass < 8; pass++) {
-            roln_real off = 0;
-            for (k = 0; k < count; k++)
-                off += each * roln_wrap(q[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, f->n) + ROLNI_AS(size_t, i)] - qbar[i]);
-            qbar[i] += off;
+            double off = 0;
+            for (k = 0; k < count; k++) {
+                const roln_real at = q[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, f->n) + ROLNI_AS(size_t, i)];
+                off += ROLNI_AS(double, roln_wrap(at - qbar[i]));
+            }
+            qbar[i] += ROLNI_AS(roln_real, off / count);
         }
     }
 }
 
+/* Sums over recordings are double, or have what they lose by rounding beside them (rolni_fold): ten million samples added in float
+   are rounding errors (held by test_sums.c). Of x[k N], k < rows: the mean of what is beyond x[0], and the mean square of what is
+   beyond from + mid. */
+ROLN_FN double rolni_mean(size_t rows, size_t N, const roln_real *x)
+{
+    double sum = 0;
+    size_t k;
+    for (k = 0; k < rows; k++)
+        sum += (ROLNI_AS(double, x[k * N]) - ROLNI_AS(double, x[0])) / ROLNI_AS(double, rows);
+    return sum;
+}
+
+ROLN_FN double rolni_mean_square(size_t rows, size_t N, const roln_real *x, roln_real from, double mid)
+{
+    double sum = 0;
+    size_t k;
+    for (k = 0; k < rows; k++) {
+        const double off = ROLNI_AS(double, x[k * N]) - ROLNI_AS(double, from) - mid;
+        sum += off * off / ROLNI_AS(double, rows);
+    }
+    return sum;
+}
+
 /* each_j = rms of q_j about its mean over q [count][N]; 1 of angles, of joints that rest but for rounding, and where it is not
-   finite. In double and from the first sample on: else the rounding of the mean of many samples would be the motion of a joint at
-   rest. */
+   finite. */
 ROLN_FN void rolni_fit_each(const roln_model *md, int count, const roln_real *q, roln_real *each)
 {
     const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
     const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
-    size_t k, i;
+    size_t i;
     for (i = 0; i < N; i++) {
-        const double first = ROLNI_AS(double, q[i]);
-        double mean = 0, sq = 0;
-        roln_real own;
-        for (k = 0; k < rows; k++)
-            mean += (ROLNI_AS(double, q[k * N + i]) - first) / count;
-        for (k = 0; k < rows; k++) {
-            const double off = ROLNI_AS(double, q[k * N + i]) - first - mean;
-            sq += off * off / count;
-        }
-        own = sq > rest * rest * first * first ? ROLN_SQRT(ROLNI_AS(roln_real, sq)) : 0;
+        const double first = ROLNI_AS(double, q[i]), sq = rolni_mean_square(rows, N, q + i, q[i], rolni_mean(rows, N, q + i));
+        const roln_real own = sq > rest * rest * first * first ? ROLN_SQRT(ROLNI_AS(roln_real, sq)) : 0;
         each[i] = own > 0 && roln_finite(own) && !roln_lnn_angle(&md->lnn, ROLNI_AS(int, i)) ? own : 1;
     }
 }
@@ -2968,25 +3077,22 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
                                    roln_scale *sc, roln_real *each)
 {
     const size_t N = ROLNI_AS(size_t, md->ae.size[0]), rows = ROLNI_AS(size_t, count);
-    const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(count, 1));
-    roln_real sq = 0, sv = 0, scale, time;
-    size_t k, i;
+    double sq = 0, sv = 0;
+    roln_real scale, time;
+    size_t i;
     if (count < 1) return ROLN_E_LENGTH;
-    rolni_zero(md->ae.size[0], qbar);
-    for (k = 0; k < rows; k++)
-        for (i = 0; i < N; i++)
-            qbar[i] += part * q[k * N + i];
+    for (i = 0; i < N; i++)
+        qbar[i] = ROLNI_AS(roln_real, ROLNI_AS(double, q[i]) + rolni_mean(rows, N, q + i));
     if (md->lnn.angles) rolni_mean_angles(&md->lnn, count, q, qbar);
     if (each) rolni_fit_each(md, count, q, each);
-    for (k = 0; k < rows; k++)
-        for (i = 0; i < N; i++) {
-            const roln_real unit = each ? each[i] : 1, a = (q[k * N + i] - qbar[i]) / unit, v = qd[k * N + i] / unit;
-            sq += part * a * a;
-            sv += part * v * v;
-        }
-    if (md->lnn.angles && sq > 0) sq = ROLNI_AS(roln_real, md->lnn.n);
-    scale = ROLN_SQRT(sq / ROLNI_AS(roln_real, md->lnn.n));
-    time = ROLN_SQRT(sq / sv);
+    for (i = 0; i < N; i++) {
+        const double unit = each ? ROLNI_AS(double, each[i]) : 1;
+        sq += rolni_mean_square(rows, N, q + i, qbar[i], 0) / (unit * unit);
+        sv += rolni_mean_square(rows, N, qd + i, 0, 0) / (unit * unit);
+    }
+    if (md->lnn.angles && sq > 0) sq = md->lnn.n;
+    scale = ROLN_SQRT(ROLNI_AS(roln_real, sq / md->lnn.n));
+    time = ROLN_SQRT(ROLNI_AS(roln_real, sq / sv));
     if (!roln_finite(scale) || !roln_finite(time) || !(scale > 0) || !(time > 0)) return ROLN_E_NOT_FINITE;
     sc->q = scale, sc->t = time, sc->m = 1;
     return ROLN_OK;
@@ -2997,7 +3103,8 @@ ROLN_FN roln_status roln_fit_scale(const roln_model *md, int count, const roln_r
    (roln_loss_divide) and every term counts in parts of its own variance. ROLN_E_LENGTH: no window. ROLN_E_NOT_FINITE (also for data
    at rest). var is untouched unless ROLN_OK. work [ROLN_VARIANCE_WORK]. */
 #define ROLN_VARIANCE_MEM(X, S, jets) \
-    X(x, (jets) * S(N)) X(z, (jets) * S(n)) X(mean, (jets) * (S(N) + S(n))) X(tape, ROLN_AE_ENCODE_TAPE(S, jets, 1))
+    X(x, (jets) * S(N)) X(z, (jets) * S(n)) X(mean, (jets) * (S(N) + S(n))) \
+    X(rest, (jets) * (S(N) + S(n))) X(tape, ROLN_AE_ENCODE_TAPE(S, jets, 1))
 #define ROLN_VARIANCE_WORK(S) (0 ROLN_VARIANCE_MEM(ROLNI_SIZE, S, 3))
 ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b, roln_loss *var, roln_real *work)
 {
@@ -3007,10 +3114,10 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
     const roln_real f = rolni_velocity_unit(m->scale), each = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
     const roln_lnn *lnn = &m->model->lnn;
     ROLN_VARIANCE_MEM(ROLNI_CARVE, ROLNI_LOCAL, jets)
-    roln_real sum[6] = {0, 0, 0, 0, 0, 0};
+    roln_real sum[6] = {0, 0, 0, 0, 0, 0}, lost[6] = {0, 0, 0, 0, 0, 0}; /* of sum, as rest of mean */
     int w, i, j, pass;
     if (!rolni_batch_valid(b) || b->count < 1) return ROLN_E_LENGTH;
-    rolni_zero(dim, mean);
+    rolni_zero(2 * dim, mean);
     for (pass = 0; pass < 2; pass++)
         for (w = 0; w < b->count; w++) {
             rolni_gather(b, b->q, N, w, 1, 0, 1 / m->scale->q, x);
@@ -3024,12 +3131,14 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
             }
             for (i = 0; i < dim; i++) { /* x, and z behind it */
                 if (pass == 0) {
-                    mean[i] += each * x[i];
+                    rest[i] += each * x[i];
                 } else {
                     j = i < jets * N ? i / N : 3 + (i - jets * N) / n;
-                    sum[j] += each * (x[i] - mean[i]) * (x[i] - mean[i]);
+                    lost[j] += each * (x[i] - mean[i]) * (x[i] - mean[i]);
                 }
             }
+            if (pass == 0) rolni_fold(dim, mean, rest);
+            else rolni_fold(6, sum, lost);
         }
     for (j = 0; j < 6; j++) {
         if (j % 3 >= jets) sum[j] = 1;
@@ -3057,8 +3166,8 @@ ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch
     const roln_ae *ae = &md->ae;
     const int N = ae->size[0], n = md->lnn.n, inputs = md->inputs, force_size = roln_force_size(md);
     const roln_real v = rolni_velocity_unit(m->scale), unit = rolni_force_unit(m->scale) * m->scale->m;
-    const roln_real part = 1 / ROLNI_AS(roln_real, ROLN_MAX(b->count, 1));
-    roln_real forced = 0, moved = 0, ratio, found = 1;
+    double forced = 0, moved = 0;
+    roln_real ratio, found = 1;
     int w;
     ROLN_FIT_INERTIA_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_driven d;
@@ -3074,10 +3183,10 @@ ROLN_INLINE roln_status roln_fit_inertia(const roln_trained *m, const roln_batch
         rolni_gather(b, b->tau, force_size, w, 1, 0, unit, in);
         rolni_multiply_each(1, force_size, rolni_each_force(md, m), in);
         if (inputs == 0) rolni_torque_eval(&d.torque, 1, z, tau_z);
-        forced += part * (inputs > 0 ? roln_dot(inputs, in, in) : roln_dot(n, tau_z, tau_z));
-        moved += part * roln_dot(n, z + 2 * n, z + 2 * n);
+        forced += ROLNI_AS(double, inputs > 0 ? roln_dot(inputs, in, in) : roln_dot(n, tau_z, tau_z)) / b->count;
+        moved += ROLNI_AS(double, roln_dot(n, z + 2 * n, z + 2 * n)) / b->count;
     }
-    ratio = ROLN_SQRT(forced) / ROLN_SQRT(moved);
+    ratio = ROLN_SQRT(ROLNI_AS(roln_real, forced)) / ROLN_SQRT(ROLNI_AS(roln_real, moved));
     if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
     for (; ratio > 32; ratio /= 1024)
         found *= 1024;
@@ -3269,7 +3378,7 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
     const int N = m->model->ae.size[0];
     int w, h, i, k;
     for (i = 0; i < N; i++) {
-        roln_real mean = 0, count = 0;
+        double sum = 0, count = 0;
         for (w = 0; w < b->count; w++)
             for (h = 2; h <= b->steps - 2; h++) {
                 const roln_real *const y = b->q + rolni_sample(b, w, h) * ROLNI_AS(size_t, N) + i;
@@ -3278,16 +3387,51 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
                     d += part[k + 2] * (roln_lnn_near(&m->model->lnn, i, *y, y[k * N]) - *y);
                 if (!roln_finite(d)) continue;
                 count += 1;
-                mean += (d * d / 70 - mean) / count;
+                sum += ROLNI_AS(double, d) * ROLNI_AS(double, d) / 70;
             }
-        q_each[i] = ROLN_SQRT(mean);
+        q_each[i] = ROLN_SQRT(ROLNI_AS(roln_real, sum / count));
     }
+}
+
+/* Adds to q_each [N] what the chart leaves of each joint: q_each^2 += mean of r_k r_k+1, r = q - phi(rho(q)), over neighbours k and
+   k + 1. White noise is in r, too, but drops out of this mean, which is that of r^2 if motion is slow beside dt. Samples that are
+   not complete do not count. left [3N] and the arrays of f: scratch. */
+ROLN_INLINE void rolni_noise_of_chart(const roln_trained *m, const roln_batch *b, const rolni_filter *f, roln_real *left,
+                                      roln_real *q_each)
+{
+    const int N = m->model->ae.size[0], n = m->model->lnn.n;
+    roln_real *const rest = left + N, *const before = rest + N, *const x = f->rows, *const still = f->J;
+    double count = 0;
+    int w, h, i;
+    rolni_zero(2 * N, left);
+    rolni_zero(N, still);
+    for (w = 0; w < b->count; w++) {
+        int known = 0;
+        for (h = 0; h <= b->steps; h++) {
+            const roln_real *const y = b->q + rolni_sample(b, w, h) * ROLNI_AS(size_t, N);
+            const int last = known;
+            known = roln_encode(m, y, still, NULL, f->s, f->s + n, NULL, f->work) == ROLN_OK;
+            if (known) known = rolni_decode(m, f->s, f->s + n, x, f->work, f->A) == ROLN_OK;
+            for (i = 0; i < N && known; i++) {
+                const roln_real r = y[i] - roln_lnn_near(&m->model->lnn, i, y[i], x[i]);
+                if (last) rest[i] += r * before[i];
+                before[i] = r;
+            }
+            if (!known || !last) continue;
+            rolni_fold(N, left, rest);
+            count += 1;
+        }
+    }
+    for (i = 0; i < N; i++)
+        if (left[i] > 0) q_each[i] = ROLN_SQRT(q_each[i] * q_each[i] + left[i] / ROLNI_AS(roln_real, count));
 }
 
 /* Noise of roln_filter_tick from recordings: window w of b is one of b->steps + 1 ticks l->dt seconds apart, b->stride = 1, of
    positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
-   sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay; with l->q = 0
-   q_each [N] becomes the noise of each joint (at least 5 ticks), and l->q_each points to it. l->tau becomes four times the largest
+   sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay, and have to
+   count for both, the noise of a joint and what the chart leaves of it; with l->q = 0 q_each [N] becomes the root of the sum of
+   their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it (held by test_filter.c:
+   test_fit_chart). l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
    velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
    l->tau_each NULL. l->load is yours, too; nothing but the machine that was trained moved.
@@ -3295,7 +3439,7 @@ ROLN_FN void rolni_noise_of_joints(const roln_trained *m, const roln_batch *b, r
    is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of roln_linear. l and q_each stay as they were
    unless ROLN_OK. Cost: 8 to 60 times roln_filter_tick for every tick. work [ROLN_FIT_NOISE_WORK]. */
 #define ROLNI_HALVINGS 60
-#define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N))
+#define ROLN_FIT_NOISE_MEM(X, S) X(each, S(N)) X(left, 3 * S(N))
 #define ROLN_FIT_NOISE_WORK(S) (0 ROLN_FIT_NOISE_MEM(ROLNI_SIZE, S) + S(noise_work))
 ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *b, roln_noise *l, roln_real *q_each,
                                        roln_real *work)
@@ -3314,7 +3458,7 @@ ROLN_INLINE roln_status roln_fit_noise(const roln_trained *m, const roln_batch *
     rolni_filter_lay(N, n, 0, &f, work);
     noise.tau = 1, noise.tau_each = NULL;
     if (estimate && !q_each) return ROLN_E_RANGE;
-    if (estimate) rolni_noise_of_joints(m, b, each), noise.q_each = each;
+    if (estimate) rolni_noise_of_joints(m, b, each), rolni_noise_of_chart(m, b, &f, left, each), noise.q_each = each;
     if (!rolni_noise_valid(N, &noise)) return ROLN_E_RANGE;
     switch (rolni_filter_start(m, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, &f, &in)) {
     case ROLN_FILTER_START: st = rolni_filter_unknown(m, &noise, &f, f.rows); break;
@@ -3360,7 +3504,7 @@ typedef struct {
 /* The fit for one encoder. */
 #define ROLNI_ENCODER_MEM(X, S) \
     X(low, S(n)) X(high, S(n)) X(top, S(n)) X(x, ROLN_CHART_BLOCK * S(N)) X(cov, 2 * S(n) * S(n)) \
-    X(dual, S(n) * S(n)) X(modes, S(n) * S(n)) X(gm, S(n) * S(bent))
+    X(dual, S(n) * S(n)) X(modes, S(n) * S(n)) X(gm, S(n) * S(bent)) X(rest, S(n) * S(bent))
 #define ROLNI_ENCODER_WORK(S) \
     (0 ROLNI_ENCODER_MEM(ROLNI_SIZE, S) + \
      ROLN_MAX(ROLN_MAX(ROLNI_RANGE_WORK(S), ROLN_SPD_FRAME_WORK(S(n))), \
@@ -3443,7 +3587,7 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     roln_real *layer = f->theta + rolni_bent_at(ae);
     double *const sums = f->turn->sums;
     roln_status st;
-    int w, i;
+    int w, now, i;
     rolni_copy(n * bent, psi, layer + n * bent);
     rolni_copy(bent, f->turn->from, layer + 2 * n * bent);
     if ((st = rolni_encoder_modes(f, psi, layer)) != ROLN_OK) return st;
@@ -3452,8 +3596,9 @@ ROLN_FN roln_status rolni_encoder_fit(rolni_encoder *f, const roln_real *psi)
     if ((st = roln_chart_center(ae, f->low, f->high, f->theta)) != ROLN_OK) return st;
     for (i = 0; i <= m * (m + 1) / 2 + m * bent; i++)
         sums[i] = 0;
-    for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK) {
-        st = roln_chart_add(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, NULL, sums, f->turn->room, f->work);
+    for (w = 0; w < f->batch->count; w += now) {
+        now = rolni_encoder_block(f, w);
+        st = roln_chart_add(ae, f->theta, now, f->x, 1, NULL, sums, f->turn->room, f->work);
         if (st != ROLN_OK) return st; /* unreached: the samples have been encoded above */
     }
     return roln_chart_solve(ae, sums, ROLN_CHART_RIDGE, f->theta, &f->residual, f->turn->room);
@@ -3469,12 +3614,16 @@ ROLN_FN roln_real rolni_encoder_value(void *ctx, const roln_real *psi, roln_real
     const roln_real *W = f->theta + rolni_ae_layers(ae);
     const double *sums = f->turn->sums;
     double sum = 0, W2 = 0, both;
-    int w, i, j;
+    int w, now, i, j;
     f->status = rolni_encoder_fit(f, psi);
     if (f->status != ROLN_OK) return rolni_real(ROLNI_INF);
-    rolni_zero(n * bent, f->gm);
-    for (w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK)
-        roln_chart_grad(ae, f->theta, rolni_encoder_block(f, w), f->x, 1, &sum, f->gm, f->work);
+    rolni_zero(2 * n * bent, f->gm); /* and rest */
+    for (w = 0; w < f->batch->count; w += now) {
+        now = rolni_encoder_block(f, w);
+        roln_chart_grad(ae, f->theta, now, f->x, 1, &sum, f->rest, f->work);
+        if ((w + now) % (128 * ROLNI_PARTS) == 0) rolni_fold(n * bent, f->gm, f->rest);
+    }
+    rolni_fold(n * bent, f->gm, f->rest);
     for (i = 0; i < ae->curves * bent; i++)
         W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
@@ -3552,10 +3701,10 @@ ROLN_INLINE roln_status roln_chart_turn(const roln_trained *m, const roln_batch 
 }
 
 /* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var), of one joint or of all; of all in units of q
-   where joints have the same unit, else in parts of their own. */
+   where joints have the same unit, else in parts of their own. Double, for windows may be many. */
 typedef struct {
-    roln_real q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
-    roln_real qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
+    double q, q_var;   /* |q_pred - q|^2, |q - qbar|^2 */
+    double qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
 /* Where errors go, for each horizon: those of all joints together, and those of each joint, [N], in its own unit; NULL: not
@@ -3564,15 +3713,25 @@ typedef struct {
     roln_error *all, *joints;
 } roln_errors_to;
 
-/* All numbers of e [count] are finite. */
-ROLN_FN int rolni_errors_finite(int count, const roln_error *e)
+/* All numbers of e [count] are finite, as roln_real, too. */
+ROLN_FN int rolni_errors_finite(size_t count, const roln_error *e)
 {
-    int i, bad = 0;
+    size_t i;
+    int bad = 0;
     for (i = 0; i < count; i++) {
-        bad |= !roln_finite(e[i].q), bad |= !roln_finite(e[i].q_var);
-        bad |= !roln_finite(e[i].qd), bad |= !roln_finite(e[i].qd_var);
+        bad |= !roln_finite(ROLNI_AS(roln_real, e[i].q)), bad |= !roln_finite(ROLNI_AS(roln_real, e[i].q_var));
+        bad |= !roln_finite(ROLNI_AS(roln_real, e[i].qd)), bad |= !roln_finite(ROLNI_AS(roln_real, e[i].qd_var));
     }
     return !bad;
+}
+
+/* Adds squares to a sum. */
+ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v, roln_error *e)
+{
+    e->q += ROLNI_AS(double, d * d);
+    e->q_var += ROLNI_AS(double, c * c);
+    e->qd += ROLNI_AS(double, dv * dv);
+    e->qd_var += ROLNI_AS(double, v * v);
 }
 
 /* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon. */
@@ -3591,16 +3750,9 @@ ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m
     for (i = 0; i < nb * N; i++) {
         const roln_real d = q * (Y[i] - roln_lnn_near(lnn, i % N, Y[i], x[i])), at = q * x[i];
         const roln_real unit = each ? each[i % N] : 1, mid = each ? qbar[i % N] / unit : qbar[i % N];
-        const roln_real c = at - roln_lnn_near(lnn, i % N, at, mid), v = x[nb * N + i], dv = Y[nb * N + i] - v;
-        e->q += d * d;
-        e->q_var += c * c;
-        e->qd += u * u * dv * dv;
-        e->qd_var += u * u * v * v;
-        if (!to.joints) continue;
-        to.joints[i % N].q += d * unit * (d * unit);
-        to.joints[i % N].q_var += c * unit * (c * unit);
-        to.joints[i % N].qd += u * dv * unit * (u * dv * unit);
-        to.joints[i % N].qd_var += u * v * unit * (u * v * unit);
+        const roln_real c = at - roln_lnn_near(lnn, i % N, at, mid), v = u * x[nb * N + i], dv = u * Y[nb * N + i] - v;
+        rolni_error_add(d, c, dv, v, e);
+        if (to.joints) rolni_error_add(d * unit, c * unit, dv * unit, v * unit, to.joints + i % N);
     }
 }
 
@@ -3623,10 +3775,12 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
     const roln_real *each = rolni_each(md, m), *each_force = rolni_each_force(md, m);
     roln_error *const e = to->all;
     roln_real *const start = work;
+    size_t rows;
     int w, now, k;
     if (!b->qd || every < 1 || nb < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
-    memset(e, 0, ROLNI_AS(size_t, b->steps / every + 1) * sizeof *e);
-    if (to->joints) memset(to->joints, 0, ROLNI_AS(size_t, b->steps / every + 1) * ROLNI_AS(size_t, N) * sizeof *e);
+    rows = ROLNI_AS(size_t, b->steps / every) + 1;
+    memset(e, 0, rows * sizeof *e);
+    if (to->joints) memset(to->joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e);
     for (w = 0; w < b->count; w += now) {
         now = b->count - w < nb ? b->count - w : nb;
         ROLN_ERRORS_MEM(ROLNI_CARVE, ROLNI_LOCAL, now, size)
@@ -3645,15 +3799,16 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
             rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);
             rolni_gather(b, b->qd, N, w, now, k, rolni_velocity_unit(sc), x + now * N);
             rolni_divide_each(2 * now, N, each, x);
+            rolni_turn_back(&md->lnn, now, x);
             if (k == 0) roln_ae_encode(&md->ae, 2, now, m->theta, x, s, work);
-            here.all = e + k / every, here.joints = to->joints ? to->joints + k / every * N : NULL;
+            here.all = e + k / every;
+            here.joints = to->joints ? to->joints + ROLNI_AS(size_t, k / every) * ROLNI_AS(size_t, N) : NULL;
             rolni_errors_decode(md, m, now, s, x, qbar, here, work);
         }
         work = start;
     }
-    now = b->steps / every + 1;
-    if (!rolni_errors_finite(now, e)) return ROLN_E_NOT_FINITE;
-    return to->joints && !rolni_errors_finite(now * N, to->joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
+    if (!rolni_errors_finite(rows, e)) return ROLN_E_NOT_FINITE;
+    return to->joints && !rolni_errors_finite(rows * ROLNI_AS(size_t, N), to->joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
 }
 
 /* Put index[0 .. count-1] in random order (Fisher-Yates): the same order for the same seed everywhere. */
@@ -4205,7 +4360,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
    model would be megabytes to compile. state_work, load_work: linear_work of the filter, which wants no derivatives by
    forces, or those by a load; noise_work: filter_work without one. */
 #define ROLN_PARTS(X, S) \
-    X(linear_work, ROLN_LINEAR_WORK(S, S(force_size))) X(state_work, ROLN_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
+    X(linear_work, ROLNI_LINEAR_WORK(S, S(force_size))) X(state_work, ROLN_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
     X(load_work, ROLN_LINEAR_WORK(S, S(n))) X(filter_work, ROLN_FILTER_WORK(S, S(load))) X(noise_work, ROLN_FILTER_WORK(S, 0)) \
     X(control_work, ROLN_CONTROL_WORK(S)) X(guard_work, ROLN_GUARD_WORK(S))
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
@@ -4228,6 +4383,15 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
     F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
+/* Named constants `NAME = value, ..` between ROLNI_INTS and ROLNI_INTS_END: enumerators in C. In C++ they are const ints, because
+   C++26 refuses arithmetic of an enumerator with a float or with one of another enumeration, and users multiply by NAME_N. */
+#ifdef __cplusplus
+#define ROLNI_INTS static const int
+#define ROLNI_INTS_END
+#else
+#define ROLNI_INTS enum {
+#define ROLNI_INTS_END }
+#endif
 /* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
    takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
    returns faults. With ROLN_DEBUG_WORK they see to it that no call begins before the last one has ended. busy need not be set at
@@ -4241,7 +4405,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_USE_TICK(work, call) \
     (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
 #define ROLNI_BUSY UINT32_C(0x5b75f1a3)
-#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#if ROLNI_GNU && defined(__ATOMIC_ACQ_REL)
 #define ROLNI_BARRIER __atomic_signal_fence(__ATOMIC_ACQ_REL) /* nothing of the call is moved across by the compiler */
 #else
 #define ROLNI_BARRIER ((void)0)
@@ -4374,7 +4538,7 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
-enum {
+ROLNI_INTS
     ROLNI_(N) = ROLNI_AT(0, ROLN_AE),
     ROLNI_(N1) = ROLNI_AT(1, ROLN_AE),
     ROLNI_(N2) = ROLNI_AT(2, ROLN_AE),
@@ -4475,7 +4639,7 @@ enum {
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
     ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
                                             ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
-};
+ROLNI_INTS_END;
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
              ROLNI_GIVEN(0, ROLN_AE) && ROLNI_GIVEN(1, ROLN_AE) && ROLNI_GIVEN(2, ROLN_AE) && ROLNI_GIVEN(3, ROLN_AE) &&
@@ -4580,7 +4744,7 @@ ROLNI_SCRATCH
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(work))
 /* scratch of linearisation */
-ROLNI_SCRATCH roln_real linear[ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
+ROLNI_SCRATCH roln_real linear[0 ROLNI_TURNED_MEM(ROLNI_SIZE, ROLNI_) + ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
 ROLNI_SCRATCH /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
 ROLNI_SCRATCH_END(ROLNI_(lqrwork))
@@ -4893,7 +5057,7 @@ ROLN_FN roln_status ROLNI_(write)(const ROLNI_(params) *p, roln_put put, void *c
     return roln_write(&ROLNI_(model), ROLNI_STR(ROLN_NAME), p, put, ctx);
 }
 
-enum { ROLNI_(numbers) = sizeof(ROLNI_(params)) / sizeof(roln_real) }; /* of NAME_params */
+ROLNI_INTS ROLNI_(numbers) = sizeof(ROLNI_(params)) / sizeof(roln_real) ROLNI_INTS_END; /* of NAME_params */
 
 /* Are the parameters in memory what they were? A CRC-32 over all of them, count numbers a call, so that a tick spends little on it:
    16 numbers take 480 instructions on a Cortex-M4F, all of them NAME_numbers / 16 calls. The first pass takes the reference:
@@ -4950,11 +5114,19 @@ ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch 
 
 #if ROLNI_BITS(ROLN_STORE) == 0
 
-/* Gradient: sums over windows, to be divided by `windows`. Zero it before the first NAME_grad of an update. */
+/* Gradient: sums over the windows of all calls since it was zeroed, to be divided by `windows`. Zero it whole before the first
+   NAME_grad of an update. Calls add up as if in twice the digits: after ten million windows a sum is still right to some 64 eps of
+   the sum of what was added, by magnitude (held by test_sums.c). An array of numbers: gradients of other machines are added to it
+   number by number. */
 typedef struct {
     roln_real theta[ROLNI_(theta_size)];
     roln_loss loss; /* unweighted terms; roln_loss_total */
     roln_real windows;
+    struct {
+        roln_real theta[ROLNI_(theta_size)];
+        roln_loss loss;
+        roln_real windows;
+    } rest; /* what these have lost by rounding */
 } ROLNI_(gradient);
 
 /* Optimiser state: zero it once. Saved and restored with the parameters it resumes bit for bit. */
@@ -4988,7 +5160,7 @@ static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, 
                                             ROLN_BASE ? ROLNI_(W0) : 0, 1},
                                            ROLNI_EACH_SPD(ROLNI_SPD_BLOCKS, ROLNI_COMMA),
                                            {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
-enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
+ROLNI_INTS ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) ROLNI_INTS_END;
 
 /* Random weights (scales 1, no range, input map 0). Status of roln_ae_init. */
 ROLN_FN roln_status ROLNI_(init)(ROLNI_(params) *p, uint64_t *seed, ROLNI_(start) *work)
@@ -5127,7 +5299,9 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
                                      ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
+    const roln_gradient rest = roln_gradient_of(&ROLNI_(model), g->rest.theta, &g->rest.loss, &g->rest.windows);
+    roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
+    to.rest = &rest;
     return ROLNI_USE(p, work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
 }
 
@@ -5138,7 +5312,9 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
                                  ROLNI_(gradient) *g, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
+    const roln_gradient rest = roln_gradient_of(&ROLNI_(model), g->rest.theta, &g->rest.loss, &g->rest.windows);
+    roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
+    to.rest = &rest;
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
     return ROLNI_USE(p, work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
 }
@@ -5175,11 +5351,11 @@ typedef struct {
 } ROLNI_(newton);
 
 /* The blocks that it moves: those behind the autoencoder are the last 15. */
-enum {
+ROLNI_INTS
     ROLNI_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(ae_size) : 0,
     ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 15 : 0,
     ROLNI_(newton_blocks) = ROLNI_(blocks) - ROLNI_(newton_first)
-};
+ROLNI_INTS_END;
 
 /* Rows at .. at + b->count - 1 of g at p, of the acceleration loss if b has qdd and no steps, else of windows (roln_rows). again:
    the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH: they do not fit into g, the windows are longer than

@@ -579,8 +579,8 @@ ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const rol
         T[i] += x[i];
 }
 
-#if defined(__GNUC__) /* linkage of tables: no warning where one is not used */
-#define ROLNI_TABLE static const __attribute__((unused))
+#if ROLNI_GNU /* linkage of tables: no warning where one is not used */
+#define ROLNI_TABLE static const __attribute__((__unused__))
 #else
 #define ROLNI_TABLE static const
 #endif
@@ -984,7 +984,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
 #define ROLNI_CARVE_DOUBLE(name, size) double *const name = (room += (size)) - (size);
 
 #if ROLN_SIMD
-typedef double rolni_vd __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(double)), may_alias));
+typedef double rolni_vd __attribute__((__vector_size__(ROLNI_BYTES), __aligned__(sizeof(double)), __may_alias__));
 #endif
 
 /* c[j] += sum_r A[r lda] B[r ldb + j], j < n, r = 0 .. k-1 one after the other. */
@@ -1318,9 +1318,9 @@ ROLNI_STORAGE(roln_int8, 8)
    apart, as floats from 0.5 on are. */
 ROLN_FN uint32_t rolni_to_half(float x)
 {
-    const uint32_t b = rolni_bits(x), size = b & ~ROLNI_SIGN, small = size - UINT32_C(0x38000000); /* 2^-112 |x| */
+    const uint32_t b = rolni_bits(x), size = b & ~ROLNI_SIGN, moved = size - UINT32_C(0x38000000); /* 2^-112 |x| */
     return (b >> 16 & 0x8000) | (size < UINT32_C(0x38800000) ? rolni_bits(0.5f + rolni_real(size)) - UINT32_C(0x3f000000)
-                                                             : (small + 0xfff + (small >> 13 & 1)) >> 13);
+                                                             : (moved + 0xfff + (moved >> 13 & 1)) >> 13);
 }
 
 /* Rows [rows][n] of x, rounded to a storage of so many bits, into out. A row of int8 whose s would be denormal becomes 0.
@@ -1561,18 +1561,18 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
 typedef roln_bits (*rolni_ae_read)(const void *theta, int i);
 
 /* Weight p of the row that begins at number `row`. */
-ROLN_FN roln_real rolni_ae_weight(int bits, rolni_ae_read read, const void *theta, int row, int p)
+ROLN_FN roln_real rolni_ae_weight(int bits, rolni_ae_read fetch, const void *theta, int row, int p)
 {
 #ifndef ROLN_DOUBLE
-    if (bits == 8) return rolni_real(read(theta, row)) * rolni_from_int8(read(theta, row + 1 + p / 4) >> p % 4 * 8);
-    if (bits == 16) return rolni_from_half(read(theta, row + p / 2) >> p % 2 * 16 << 16);
+    if (bits == 8) return rolni_real(fetch(theta, row)) * rolni_from_int8(fetch(theta, row + 1 + p / 4) >> p % 4 * 8);
+    if (bits == 16) return rolni_from_half(fetch(theta, row + p / 2) >> p % 2 * 16 << 16);
 #endif
     (void)bits;
-    return rolni_real(read(theta, row + p));
+    return rolni_real(fetch(theta, row + p));
 }
 
 /* Entries i, j0 .. j0 + count - 1 of (I + D) Psi^T Phi - I of a layer N -> n, whose Phi begins at number `at`, into e [count]. */
-ROLN_FN void rolni_ae_off(int bits, rolni_ae_read read, const void *theta, int at, int N, int n, int i, int j0, int count,
+ROLN_FN void rolni_ae_off(int bits, rolni_ae_read fetch, const void *theta, int at, int N, int n, int i, int j0, int count,
                           roln_real *e)
 {
     const int row = ROLN_AE_ROW(bits, N), psi = at + n * row, D = psi + n * row + i * ROLN_AE_ROW(bits, n);
@@ -1580,15 +1580,15 @@ ROLN_FN void rolni_ae_off(int bits, rolni_ae_read read, const void *theta, int a
     for (j = 0; j < count; j++)
         e[j] = ROLNI_AS(roln_real, i == j0 + j ? -1 : 0);
     for (p = 0; p < N; p++) {
-        roln_real x = rolni_ae_weight(bits, read, theta, psi + i * row, p);
+        roln_real x = rolni_ae_weight(bits, fetch, theta, psi + i * row, p);
         for (k = 0; k < n && bits > 0; k++)
-            x += rolni_ae_weight(bits, read, theta, D, k) * rolni_ae_weight(bits, read, theta, psi + k * row, p);
+            x += rolni_ae_weight(bits, fetch, theta, D, k) * rolni_ae_weight(bits, fetch, theta, psi + k * row, p);
         for (j = 0; j < count; j++)
-            e[j] += x * rolni_ae_weight(bits, read, theta, at + (j0 + j) * row, p);
+            e[j] += x * rolni_ae_weight(bits, fetch, theta, at + (j0 + j) * row, p);
     }
 }
 
-ROLN_FN roln_status rolni_ae_check(const roln_ae *ae, rolni_ae_read read, const void *theta)
+ROLN_FN roln_status rolni_ae_check(const roln_ae *ae, rolni_ae_read fetch, const void *theta)
 {
     const int bits = rolni_ae_bits(ae);
     roln_real e[32];
@@ -1599,7 +1599,7 @@ ROLN_FN roln_status rolni_ae_check(const roln_ae *ae, rolni_ae_read read, const 
         for (i = 0; i < n; i++)
             for (j = 0; j < n; j += 32) {
                 const int count = n - j < 32 ? n - j : 32;
-                rolni_ae_off(bits, read, theta, at, N, n, i, j, count, e);
+                rolni_ae_off(bits, fetch, theta, at, N, n, i, j, count, e);
                 sum += roln_dot(count, e, e);
             }
         if (!roln_finite(sum)) return ROLN_E_NOT_FINITE;

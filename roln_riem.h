@@ -37,8 +37,8 @@ typedef struct {
 } roln_manifold;
 
 /* Linkage of the manifolds of this header: no warning where one is not used. */
-#if defined(__GNUC__)
-#define ROLNI_MANIFOLD static const __attribute__((unused)) roln_manifold
+#if ROLNI_GNU
+#define ROLNI_MANIFOLD static const __attribute__((__unused__)) roln_manifold
 #else
 #define ROLNI_MANIFOLD static const roln_manifold
 #endif
@@ -708,12 +708,13 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
                                      roln_real *J, roln_real *r, roln_real *weight, roln_newton *state, roln_real *work)
 {
     const int P = roln_product_size(blocks, table);
-    roln_real bound = 0;
+    double sum = 0, square = 0;
+    roln_real bound;
     roln_status st;
     int k, i;
     for (k = 0; k < R; k++)
-        bound += ROLN_ABS(r[k]) / ROLNI_AS(roln_real, R);
-    bound *= opt->cap;
+        sum += ROLNI_AS(double, ROLN_ABS(r[k]));
+    bound = ROLNI_AS(roln_real, sum / R) * opt->cap;
     if (!roln_finite(roln_dot(R, r, r)) || !roln_finite(bound) || !roln_finite(opt->memory)) return ROLN_E_NOT_FINITE;
     if (opt->memory < 1) return ROLN_E_RANGE;
     for (k = 0; k <= R; k++)
@@ -725,8 +726,9 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
         for (i = 0; i < P && w < 1; i++)
             row[i] *= w;
         r[k] *= w, weight[k] = w;
+        square += ROLNI_AS(double, r[k]) * ROLNI_AS(double, r[k]);
     }
-    state->loss = roln_dot(R, r, r);
+    state->loss = ROLNI_AS(roln_real, square);
     return ROLN_OK;
 }
 
@@ -875,18 +877,19 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
 ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
                               roln_newton *state)
 {
-    roln_real wrong = 0, change = 0, all = 0, factor = 4;
+    double wrong = 0, change = 0, all = 0;
+    roln_real factor = 4;
     int k, take;
     for (k = 0; k < R; k++) {
         const roln_real a = weight[k] * there[k] - expect[k], b = r[k] - expect[k];
-        wrong += a * a, change += b * b, all += r[k] * r[k];
+        wrong += ROLNI_AS(double, a * a), change += ROLNI_AS(double, b * b), all += ROLNI_AS(double, r[k] * r[k]);
     }
-    take = roln_finite(wrong + change) && wrong <= change;
+    take = roln_finite(ROLNI_AS(roln_real, wrong + change)) && wrong <= change;
     if (take) {
-        state->error = change > 0 ? ROLN_SQRT(wrong / change) : 0;
+        state->error = change > 0 ? ROLN_SQRT(ROLNI_AS(roln_real, wrong / change)) : 0;
         factor = ROLN_MIN(ROLN_MAX(state->error / ROLN_C(0.17), 1 / ROLN_C(3.0)), 2);
     }
-    if (change < ROLN_C(1e-6) * all) factor = 1 / ROLN_C(3.0);
+    if (change < 1e-6 * all) factor = 1 / ROLN_C(3.0);
     if (state->lambda > 0) state->lambda = ROLN_MIN(ROLN_MAX(state->lambda * factor, ROLN_EPS), 1 / ROLN_EPS);
     if (take) state->taken++;
     else state->refused++;

@@ -64,19 +64,26 @@ typedef uint32_t roln_bits;
 #define ROLN_FLASH
 #endif
 
-/* ROLN_FN: linkage of every function. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+/* 1: attributes, builtins and vectors of GNU C. clang for windows-msvc has them, but does not define __GNUC__. */
+#if defined(__GNUC__) || defined(__clang__)
+#define ROLNI_GNU 1
+#else
+#define ROLNI_GNU 0
+#endif
+
+/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
        #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
-#if defined(__GNUC__)
-#define ROLN_FN ROLN_CODE static __attribute__((unused))
+#if ROLNI_GNU
+#define ROLN_FN ROLN_CODE static __attribute__((__unused__))
 #else
-#define ROLN_FN ROLN_CODE static
+#define ROLN_FN ROLN_CODE static inline
 #endif
 #endif
 
 /* Small functions that are always inlined, and a copy of one number that is one move, under -ffreestanding too. */
-#if defined(__GNUC__)
-#define ROLNI_INLINE static inline __attribute__((always_inline))
+#if ROLNI_GNU
+#define ROLNI_INLINE static inline __attribute__((__always_inline__))
 #define ROLNI_COPY __builtin_memcpy
 #else
 #define ROLNI_INLINE ROLN_CODE static inline
@@ -539,7 +546,7 @@ ROLN_FN roln_real roln_wrap(roln_real x)
    samples one by one. Where the target has vectors that keep denormal numbers (not the NEON of 32-bit Arm, MVE, AltiVec without
    VSX) the loops use eight reals at a time, elsewhere plain C. */
 #ifndef ROLN_SIMD
-#if defined(__GNUC__) && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
+#if ROLNI_GNU && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
 #define ROLN_SIMD 1
 #else
 #define ROLN_SIMD 0
@@ -567,9 +574,9 @@ ROLN_FN roln_real roln_wrap(roln_real x)
 #endif
 #define ROLNI_W (ROLNI_AS(int, ROLNI_BYTES / sizeof(roln_real)))
 #define ROLNI_LANES (ROLNI_AS(int, ROLNI_WIDE / sizeof(roln_real)))
-typedef roln_real rolni_w __attribute__((vector_size(ROLNI_WIDE), aligned(sizeof(roln_real)), may_alias));
-typedef roln_real rolni_v __attribute__((vector_size(ROLNI_BYTES), aligned(sizeof(roln_real)), may_alias));
-typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
+typedef roln_real rolni_w __attribute__((__vector_size__(ROLNI_WIDE), __aligned__(sizeof(roln_real)), __may_alias__));
+typedef roln_real rolni_v __attribute__((__vector_size__(ROLNI_BYTES), __aligned__(sizeof(roln_real)), __may_alias__));
+typedef roln_real rolni_v8 __attribute__((__vector_size__(8 * sizeof(roln_real)), __aligned__(sizeof(roln_real)), __may_alias__));
 #define ROLNI_LDT(type, p) (*ROLNI_AS(const type *, ROLNI_AS(const void *, p)))
 #define ROLNI_STT(type, p, v) (*ROLNI_AS(type *, ROLNI_AS(void *, p)) = (v))
 #define ROLNI_LD(p) ROLNI_LDT(rolni_v, p)
@@ -584,8 +591,8 @@ typedef roln_real rolni_v8 __attribute__((vector_size(8 * sizeof(roln_real)), al
 #define ROLNI_16(X) ROLNI_8(X) X(8) X(9) X(10) X(11) X(12) X(13) X(14) X(15)
 /* Two neighbouring numbers u.x[0], u.x[1]: on Cortex-M one load, vldr.64, which needs the alignment of one of
    them; a type that says so, aligned(4), makes gcc 12 take two loads and a tick an eighth longer. */
-#if defined(__arm__) && defined(__GNUC__) && !defined(ROLN_DOUBLE)
-typedef double __attribute__((may_alias)) rolni_both;
+#if defined(__arm__) && ROLNI_GNU && !defined(ROLN_DOUBLE)
+typedef double __attribute__((__may_alias__)) rolni_both;
 typedef union {
     rolni_both both;
     roln_real x[2];
@@ -600,7 +607,7 @@ typedef struct {
 /* No load moves across, so that gcc does not fetch more numbers ahead than there are registers. No instruction; may be
    defined as nothing for a compiler that claims to be GNU C and is not. */
 #ifndef ROLN_FENCE
-#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
+#if ROLNI_GNU && defined(__ATOMIC_ACQ_REL)
 #define ROLN_FENCE __atomic_signal_fence(__ATOMIC_ACQ_REL)
 #else
 #define ROLN_FENCE ((void)0)
@@ -1440,13 +1447,13 @@ ROLN_FN void roln_exp_dd2(int n, const roln_real *l, const roln_real *K, roln_re
     for (i = 0; i < n; i++)
         for (k = i; k < n; k++) {
             const roln_real gap = l[k] - l[i], g2 = ROLN_C(0.25) * gap * gap;
-            const int far = gap >= 1;
-            const roln_real scale = far ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
+            const int apart = gap >= 1;
+            const roln_real scale = apart ? 1 / gap : ROLN_SQRT(K[i * n + i] * K[k * n + k]);
             for (s = ROLNI_TERMS - 1; s >= 0; s--)
                 C[s] = inv_fact[s] + g2 * C[s + 2];
             for (j = i; j <= k; j++) {
                 roln_real x;
-                if (far) {
+                if (apart) {
                     x = K[j * n + k] - K[i * n + j];
                 } else {
                     const roln_real y = ROLN_C(0.5) * ((l[j] - l[i]) - (l[k] - l[j]));
@@ -2059,7 +2066,7 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
 #endif
 #define ROLNI_COLS (2 * ROLNI_LANES)
 #define ROLNI_GROUP (ROLNI_AS(int, 2048 / sizeof(roln_real))) /* columns that stay in the L2 cache as strips */
-typedef roln_real rolni_v4 __attribute__((vector_size(4 * sizeof(roln_real)), aligned(sizeof(roln_real)), may_alias));
+typedef roln_real rolni_v4 __attribute__((__vector_size__(4 * sizeof(roln_real)), __aligned__(sizeof(roln_real)), __may_alias__));
 #define ROLNI_LD4(p) ROLNI_LDT(rolni_v4, p)
 #define ROLNI_ST4(p, v) ROLNI_STT(rolni_v4, p, v)
 #else
@@ -2099,7 +2106,7 @@ ROLNI_INLINE void rolni_half_tile(int k, const roln_real *a, const roln_real *b,
 }
 
 /* Inlined, gcc 12 keeps what the loop counts in vector registers. */
-ROLN_CODE static __attribute__((noinline, unused)) void rolni_tile(int k, const roln_real *a, const roln_real *b, int add,
+ROLN_CODE static __attribute__((__noinline__, __unused__)) void rolni_tile(int k, const roln_real *a, const roln_real *b, int add,
                                                                    roln_real *c, size_t ld)
 {
     rolni_half_tile(k, a, b, 0, add, c, ld);
@@ -2394,8 +2401,10 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
    Q = D^T D and X = C^T C are kept as factors, R is diagonal: X is symmetric and positive semi-definite by construction, and
    factors need half the digits that X does. D = diag(roots of the weights), or what a measurement y = D x makes of x. */
 
-/* X [rows][n] becomes the upper triangular R of X = U R, U^T U = I, and zeros below: R^T R = X^T X (Householder).
-   2 rows n^2 multiply-adds. */
+/* X [rows][n] becomes the upper triangular R of X = U R, U^T U = I, and zeros below: R^T R = X^T X (Householder). Step k swaps the
+   row to the top whose number in column k is the largest, unless the number at the top is at least a quarter of it (Powell and Reid
+   1969; Cox and Higham 1998). The rounding errors of a row are then in proportion to that row, so light rows survive beside heavy
+   ones (test_riccati.c: test_rows). Scales of columns do not matter. 2 rows n^2 multiply-adds. */
 #define ROLN_TRIANGLE_MEM(X, rows, n) X(v, rows) X(w, n)
 #define ROLN_TRIANGLE_WORK(rows, n) (0 ROLN_TRIANGLE_MEM(ROLNI_SIZE, rows, n))
 ROLN_FN void roln_triangle(int rows, int n, roln_real *X, roln_real *work)
@@ -2403,14 +2412,18 @@ ROLN_FN void roln_triangle(int rows, int n, roln_real *X, roln_real *work)
     int i, j, k;
     ROLN_TRIANGLE_MEM(ROLNI_CARVE, rows, n)
     for (k = 0; k < n && k < rows; k++) {
-        roln_real *const from = X + k * n, top = 0, s;
+        roln_real *const from = X + k * n, *heavy = from, top = 0, s;
         const int m = rows - k;
         for (i = 0; i < m; i++) {
-            v[i] = from[i * n + k];
-            top = ROLN_ABS(v[i]) <= top ? top : ROLN_ABS(v[i]); /* NaN passes on */
+            const roln_real x = from[i * n + k];
+            if (!(ROLN_ABS(x) <= top) && top >= 0) top = ROLN_ABS(x), heavy = from + i * n; /* NaN stays */
         }
-        for (i = 0; i < m; i++)
+        for (j = ROLN_ABS(from[k]) < top / 4 ? k : n; j < n; j++)
+            s = from[j], from[j] = heavy[j], heavy[j] = s;
+        for (i = 0; i < m; i++) {
+            v[i] = from[i * n + k];
             from[i * n + k] = 0;
+        }
         if (top <= 0) continue;
         for (i = 0; i < m; i++)
             v[i] /= top;
@@ -2440,13 +2453,24 @@ ROLN_FN void rolni_solve_upper_t(int n, int m, const roln_real *R, roln_real *Y)
     }
 }
 
+/* The place of g_j among g [m] in falling order. */
+ROLN_FN int rolni_place(int m, const roln_real *g, int j)
+{
+    int i, at = 0;
+    for (i = 0; i < m; i++)
+        at += i < j ? g[i] >= g[j] : g[i] > g[j];
+    return at;
+}
+
 /* One step of the Riccati recursion, backward in time: with X = C^T C behind the step,
        K = (R + B^T X B)^-1 B^T X A     X in front of it = Q + A^T X A - K^T (R + B^T X B) K
    A [n][n], B [n][m], D [n][n], r [m] the diagonal of R, above 0, in; C [n][n], any factor in, upper triangular out; K [m][n] out;
-   both as they were unless ROLN_OK. Nothing is squared, nothing is subtracted: one triangle
+   both as they were unless ROLN_OK. Nothing is squared: one triangle
        [R^1/2 0; C B  C A; 0 D] = U [S  S K; 0 C]
+   with the inputs in the order of falling g_j = max_i |(C B)_ij| / r_j^1/2. Each row of K is then right to rounding errors of r, D,
+   C B and C A, whatever the units of states and inputs, and for any ratio of r to B^T X B (test_riccati.c: test_rows).
    ROLN_E_NOT_SPD: r; ROLN_E_NOT_FINITE. (m + 2 n) (m + n)^2 multiply-adds, twice. work [ROLN_RICCATI_WORK]. */
-#define ROLN_RICCATI_MEM(X, n, m) X(Y, (n) * ((n) + (m))) X(S, ((m) + 2 * (n)) * ((m) + (n)))
+#define ROLN_RICCATI_MEM(X, n, m) X(Y, (n) * ((n) + (m))) X(S, ((m) + 2 * (n)) * ((m) + (n))) X(g, m)
 #define ROLN_RICCATI_WORK(n, m) (0 ROLN_RICCATI_MEM(ROLNI_SIZE, n, m) + ROLN_TRIANGLE_WORK((m) + 2 * (n), (m) + (n)))
 ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                                  roln_real *C, roln_real *K, roln_real *work)
@@ -2457,12 +2481,18 @@ ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_re
     for (i = 0; i < m; i++)
         if (!(r[i] > 0)) return roln_finite(r[i]) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
     rolni_zero((m + 2 * n) * side, S);
-    for (i = 0; i < m; i++)
-        S[i * side + i] = ROLN_SQRT(r[i]);
     roln_mm(n, n, m, C, B, Y);
     roln_mm(n, n, n, C, A, Y + n * m);
+    for (j = 0; j < m; j++)
+        for (g[j] = 0, i = 0; i < n; i++)
+            g[j] = ROLN_MAX(g[j], ROLN_ABS(Y[i * m + j]) / ROLN_SQRT(r[j]));
+    for (j = 0; j < m; j++) {
+        const int at = rolni_place(m, g, j);
+        S[at * side + at] = ROLN_SQRT(r[j]);
+        for (i = 0; i < n; i++)
+            S[(m + i) * side + at] = Y[i * m + j];
+    }
     for (i = 0; i < n; i++) {
-        rolni_copy(m, Y + i * m, S + (m + i) * side);
         rolni_copy(n, Y + n * m + i * n, S + (m + i) * side + m);
         rolni_copy(n, D + i * n, S + (m + n + i) * side + m);
     }
@@ -2475,7 +2505,8 @@ ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_re
             Y[i * n + j] = x / S[i * side + i];
         }
     if (!roln_all_finite(m * n, Y) || !roln_all_finite(side * side, S)) return ROLN_E_NOT_FINITE;
-    rolni_copy(m * n, Y, K);
+    for (j = 0; j < m; j++)
+        rolni_copy(n, Y + rolni_place(m, g, j) * n, K + j * n);
     for (i = 0; i < n; i++)
         rolni_copy(n, S + (m + i) * side + m, C + i * n);
     return ROLN_OK;
@@ -2527,13 +2558,29 @@ ROLN_FN void rolni_stack(int n, const roln_real *Y, roln_real *X, roln_real *S, 
     rolni_copy(n * n, S, X);
 }
 
-/* The factor C of roln_dare, but for the last step. A step k shifts, C^T C += D^T D, and doubles: with (A2, L2, D2) that of another
+/* 1 if x^T D^T D x is at most `part` of x^T C^T C x for every x. C [n][n] is upper triangular; D [n][n] becomes D C^-1. The answer
+   does not depend on units or directions of states: a cheap subsystem counts as much as a dear one (test_riccati.c:
+   test_decoupled). A pivot of C that is 0 is a direction without cost. n^3 / 2 multiply-adds. */
+ROLN_FN int rolni_is_part(int n, const roln_real *C, roln_real part, roln_real *D)
+{
+    int i, j, k;
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++) {
+            roln_real x = D[i * n + j];
+            for (k = 0; k < j; k++)
+                x -= D[i * n + k] * C[k * n + j];
+            D[i * n + j] = ROLN_ABS(C[j * (n + 1)]) > 0 ? x / C[j * (n + 1)] : 0;
+        }
+    return roln_dot(n * n, D, D) <= part;
+}
+
+/* The factor C of roln_dare, but for the last step. A step k shifts, C^T C += D^T D, and doubles: with (Ab, Lb, Db) that of another
    shift, which is only looked at, the equation of two steps in one is
-       A A2     G + A L2^T L2 A^T     H + D2^T D2
+       A Ab     G + A Lb^T Lb A^T     H + Db^T Db
    work [ROLNI_DOUBLE_WORK]. */
 #define ROLNI_DOUBLINGS 60
 #define ROLNI_DOUBLE_MEM(X, n, m) \
-    X(A1, (n) * (n)) X(L1, (n) * (n)) X(D1, (n) * (n)) X(A2, (n) * (n)) X(L2, (n) * (n)) X(D2, (n) * (n)) \
+    X(Aa, (n) * (n)) X(La, (n) * (n)) X(Da, (n) * (n)) X(Ab, (n) * (n)) X(Lb, (n) * (n)) X(Db, (n) * (n)) \
     X(S, (n) * ROLN_MAX(2 * (n), m))
 #define ROLNI_DOUBLE_WORK(n, m) \
     (0 ROLNI_DOUBLE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_SHIFT_WORK(n), ROLN_TRIANGLE_WORK(m, n)))
@@ -2549,26 +2596,48 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
         for (i = 0; i < n; i++)
             S[j * n + i] = B[i * m + j] / ROLN_SQRT(r[j]);
     if (m > n) roln_triangle(m, n, S, work);
-    rolni_copy(nn, S, L1);
-    rolni_copy(nn, A, A1);
-    rolni_copy(nn, D, D1);
+    rolni_copy(nn, S, La);
+    rolni_copy(nn, A, Aa);
+    rolni_copy(nn, D, Da);
     for (k = 0; k < ROLNI_DOUBLINGS; k++) {
-        roln_real rest, all, loop;
-        rolni_stack(n, D1, C, S, work);
-        rolni_shift(n, A1, L1, D1, work);
-        rest = roln_dot(nn, D1, D1), all = roln_dot(nn, C, C), loop = roln_dot(nn, A1, A1);
-        if (!roln_finite(rest) || !roln_finite(all) || !roln_finite(loop)) return ROLN_E_NO_CONVERGENCE;
-        if (8 * rest <= ROLN_EPS * all && 4 * loop <= 1) return ROLN_OK;
-        rolni_copy(3 * nn, A1, A2); /* A1, L1, D1 */
-        rolni_shift(n, A2, L2, D2, work);
-        roln_mm_bt(n, n, n, L2, A1, S);
-        rolni_copy(nn, S, L2);
-        rolni_stack(n, L2, L1, S, work);
-        rolni_stack(n, D2, D1, S, work);
-        roln_mm(n, n, n, A1, A2, S);
-        rolni_copy(nn, S, A1);
+        rolni_stack(n, Da, C, S, work);
+        rolni_shift(n, Aa, La, Da, work);
+        if (!roln_all_finite(3 * nn, Aa) || !roln_finite(roln_dot(nn, C, C))) return ROLN_E_NO_CONVERGENCE;
+        rolni_copy(3 * nn, Aa, Ab); /* Aa, La, Da */
+        if (4 * roln_dot(nn, Aa, Aa) <= 1 && rolni_is_part(n, C, ROLN_EPS / 8, Db)) return ROLN_OK;
+        rolni_copy(nn, Da, Db);
+        rolni_shift(n, Ab, Lb, Db, work);
+        roln_mm_bt(n, n, n, Lb, Aa, S);
+        rolni_copy(nn, S, Lb);
+        rolni_stack(n, Lb, La, S, work);
+        rolni_stack(n, Db, Da, S, work);
+        roln_mm(n, n, n, Aa, Ab, S);
+        rolni_copy(nn, S, Aa);
     }
     return ROLN_E_NO_CONVERGENCE;
+}
+
+/* 1 if a row of K [m][n] is farther from that of K0 [m][n] than 1e-3 of the row. The square of a row is the sum of
+   r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row that is 0 but for rounding errors may move by the root of eps of all rows,
+   or by 16 eps. size [2m] is written. */
+ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, const roln_real *K, const roln_real *K0,
+                        roln_real *size)
+{
+    roln_real all = 256 * ROLN_EPS;
+    int i, j, k;
+    rolni_zero(2 * m, size);
+    for (i = 0; i < n; i++) {
+        roln_real top = 0;
+        for (k = 0; k <= i; k++)
+            top = ROLN_MAX(top, ROLN_ABS(C[k * n + i]));
+        for (j = 0; j < m && top > 0; j++) {
+            const roln_real one = ROLN_SQRT(r[j]) / top, x = one * K[j * n + i], d = one * (K[j * n + i] - K0[j * n + i]);
+            size[j] += x * x, size[m + j] += d * d, all += x * x;
+        }
+    }
+    for (j = 0; j < m; j++)
+        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + ROLN_EPS * all)) return 1;
+    return 0;
 }
 
 /* The discrete algebraic Riccati equation, by structured doubling (SDA; Chu, Fan, Lin, Wang 2004) in factors, and the feedback of
@@ -2577,7 +2646,8 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
    A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C,
    and K [m][n] out (it may be B), untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are
    usual, of about 40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n
-   steps of roln_riccati, which forget their start the faster there, bring them back.
+   steps of roln_riccati, which forget their start the faster there, bring them back. Units of states and inputs change results by
+   rounding errors only (test_riccati.c: test_state_units).
    ROLN_E_NOT_FINITE: an input; ROLN_E_NOT_SPD: r; ROLN_E_NO_CONVERGENCE, to working precision: B cannot stabilise A, or Q does not
    see what has to be stabilised. work [ROLN_DARE_WORK]. */
 #define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))
@@ -2587,7 +2657,6 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
                               roln_real *C, roln_real *K, roln_real *work)
 {
     ROLN_DARE_MEM(ROLNI_CARVE, n, m)
-    roln_real size, change;
     roln_status st;
     int i;
     if (!roln_all_finite(n * n, A) || !roln_all_finite(n * m, B) || !roln_all_finite(n * n, D) || !roln_all_finite(m, r))
@@ -2601,10 +2670,7 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
         if (roln_riccati(n, m, A, B, D, r, X0, K1, work) != ROLN_OK) st = ROLN_E_NO_CONVERGENCE;
     }
     if (st != ROLN_OK) return st;
-    for (i = 0; i < m * n; i++)
-        K0[i] -= K1[i];
-    size = roln_dot(m * n, K1, K1), change = roln_dot(m * n, K0, K0);
-    if (!(change <= ROLN_C(1e-6) * size)) return ROLN_E_NO_CONVERGENCE; /* it still moves */
+    if (rolni_moves(n, m, r, X0, K1, K0, work)) return ROLN_E_NO_CONVERGENCE;
     rolni_copy(n * n, X0, C);
     rolni_copy(m * n, K1, K);
     return ROLN_OK;

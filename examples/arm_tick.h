@@ -14,12 +14,12 @@
 static const roln_real most[arm_N] = {60, 120, 60, 15, 15, 8}; /* Nm */
 static const roln_real stiff[arm_N] = {1200, 2400, 800, 48, 48, 16}; /* Nm/rad, about 30 rad/s */
 static const roln_real damp[arm_N] = {80, 160, 52, ROLN_C(3.2), ROLN_C(3.2), ROLN_C(1.1)};
-static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .tau_each = most, .hold = 5};
+static const roln_limits limits = {.dt = TICK, .margin = ROLN_C(0.2), .hold = 5, .tau_each = most};
 
 /* Encoders that round, and torques that the model misses, a twentieth of the largest; load is read with ROLN_LOAD 1 in arm.h. */
 static const roln_real missed[arm_N] = {3, 6, 3, ROLN_C(0.75), ROLN_C(0.75), ROLN_C(0.4)};
 static const roln_noise noise = {
-    .dt = TICK, .q = TURN / STEPS / ROLN_C(3.4641), .tau_each = missed, .gate = 8, .lost = 5, .load = 4};
+    .dt = TICK, .q = TURN / STEPS / ROLN_C(3.4641), .gate = 8, .lost = 5, .tau_each = missed, .load = 4};
 
 typedef struct {
     arm_filter filter; /* filter.s: z, zd */
@@ -40,7 +40,7 @@ static uint32_t observe(controller *c, const int count[arm_N], const roln_real t
         y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     faults = arm_filter_tick(&arm_weights, &noise, y, tau, &c->filter, &c->filterwork);
     if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
-    return faults & ~(uint32_t)ROLN_FILTER_START;
+    return faults & ~ROLN_FILTER_START;
 }
 
 /* One tick, 1 kHz: counts of the encoders and the reference in; c->guard.tau to the motors whatever happens. Returns the faults. */

@@ -13,9 +13,10 @@ zip with a pickle of tensors. The pickle is read without executing anything. Wri
     dt=0        time step in s that roll-outs and controllers take by default
     repair=0    1: where Psi^T Phi is not I, Phi becomes Phi (Psi^T Phi)^-1, which leaves the encoder as it is
     activation=SoftPlus    of the networks; roln has no other
-    motion=     a CSV of the motion that the model was trained on (columns t, q.., qd.., as of train.c). From it comes the range of
-                z and zd, which a state_dict does not hold and without which a guard calls every state unknown (ROLN_FAULT_RANGE)
     out=        directory to write to
+
+A state_dict does not hold the range of z and zd, without which a guard calls every state unknown (ROLN_FAULT_RANGE):
+examples/range.c takes it from the recordings of the training.
 
 Exit code 0: done; 1: what cannot be read or represented, said in the last line.
 """
@@ -38,13 +39,13 @@ Tensor = namedtuple("Tensor", "shape data")     # data by rows
 
 
 def fail(text):
-    sys.exit("import.py: " + text)
+    sys.exit("import.py: " + "".join(c if c.isprintable() else "?" for c in text))
 
 
 # ---- a checkpoint ----
 
 def reader(archive, folder):
-    """An unpickler that makes tensors and nothing else."""
+    """An unpickler that makes tensors and nothing else: the one in Python, whose memo does not grow with an index in the file."""
     kinds = {"FloatStorage": "f", "DoubleStorage": "d"}
 
     def number_order():
@@ -56,6 +57,8 @@ def reader(archive, folder):
     def tensor(storage, offset, shape, stride, *rest):
         if not all(type(n) is int and n >= 0 for n in (offset, *shape, *stride)) or len(shape) != len(stride):
             fail("a tensor of impossible shape")
+        if math.prod(shape) > len(storage):
+            fail("a tensor is longer than its numbers")
         at = [offset]
         for size, step in zip(shape, stride):
             at = [a + i * step for a in at for i in range(size)]
@@ -63,7 +66,7 @@ def reader(archive, folder):
             fail("a tensor is longer than its numbers")
         return Tensor(tuple(shape), [storage[a] for a in at])
 
-    class Reader(pickle.Unpickler):
+    class Reader(pickle._Unpickler):
         def find_class(self, module, name):
             if module == "torch" and name.endswith("Storage"):
                 return name
@@ -90,18 +93,17 @@ def read_checkpoint(path):
     """Names and tensors."""
     if not os.path.isfile(path):
         fail(f"cannot read {path}")
-    if not zipfile.is_zipfile(path):
-        fail(f"{path} is no zip, as torch.save of PyTorch 1.6 and later writes it")
-    with zipfile.ZipFile(path) as archive:
-        pickles = [n for n in archive.namelist() if n.endswith("data.pkl")]
-        if len(pickles) != 1:
-            fail(f"{path} has {len(pickles)} data.pkl, not one")
-        with archive.open(pickles[0]) as f:
-            try:
+    try:
+        if not zipfile.is_zipfile(path):
+            fail(f"{path} is no zip, as torch.save of PyTorch 1.6 and later writes it")
+        with zipfile.ZipFile(path) as archive:
+            pickles = [n for n in archive.namelist() if n.endswith("data.pkl")]
+            if len(pickles) != 1:
+                fail(f"{path} has {len(pickles)} data.pkl, not one")
+            with archive.open(pickles[0]) as f:
                 found = reader(archive, pickles[0][:-len("data.pkl")])(f).load()
-            except (pickle.UnpicklingError, KeyError, IndexError, EOFError, TypeError, AttributeError, ValueError,
-                    zipfile.BadZipFile) as e:
-                fail(f"{path} is damaged: {e}")
+    except Exception as e:      # zipfile, zlib and pickle raise nearly every kind, as the bytes are
+        fail(f"{path} is damaged: {type(e).__name__}: {e}")
     if not isinstance(found, dict) or not all(isinstance(k, str) and isinstance(x, Tensor) for k, x in found.items()):
         fail(f"{path} is no state_dict: names and tensors")
     for name, x in found.items():
@@ -191,14 +193,16 @@ def model_of(tensors):
     base = shaped(tensors, base, (n, n)) if base in tensors else []
     if tensors:
         fail(f"{sorted(tensors)[0]}: unknown to roln")
-    if max(sizes or [n]) > 65535 or max(widths) > 65535:
-        fail("sizes above 65535")
+    if not all(1 <= size <= 65535 for size in sizes + [n] + widths):
+        fail("sizes below 1 or above 65535")
     return Model(sizes or [n], widths, base, layers, mass, potential)
 
 
 def check_base(P, n):
     """Symmetric and positive definite, by Cholesky."""
     a = [P[i * n:i * n + n] for i in range(n)]
+    if any(a[i][i] <= 0 for i in range(n)):
+        fail("exp_point is not positive definite")
     if any(abs(a[i][j] - a[j][i]) > 1e-5 * math.sqrt(abs(a[i][i] * a[j][j])) for i in range(n) for j in range(i)):
         fail("exp_point is not symmetric")
     L = []
@@ -237,7 +241,7 @@ def left_inverse(l, phi, psi, repair):
     """Phi^T with Psi^T Phi = I, which repair= may restore."""
     phi, psi = transposed(phi), transposed(psi)
     product = [[sum(map(mul, a, b)) for b in phi] for a in psi]
-    off = math.sqrt(sum((x - (i == j)) ** 2 for i, row in enumerate(product) for j, x in enumerate(row)))
+    off = math.sqrt(sum((x - (i == j)) * (x - (i == j)) for i, row in enumerate(product) for j, x in enumerate(row)))
     print(f"layer {l}: |Psi^T Phi - I| = {off:.1e}")
     if off <= OFF:
         return phi
@@ -254,56 +258,16 @@ def left_inverse(l, phi, psi, repair):
 
 def single(x):
     """The float next to x."""
+    if not math.isfinite(x):
+        fail(f"a number that is not finite, {x}, comes of these weights")
     try:
         return struct.unpack("<f", struct.pack("<f", x))[0]
     except OverflowError:
         fail(f"{x:g} is too large for a float")
 
 
-def encode(layers, slope, x, xd):
-    """z and zd. s-(a) as roln has it, which is exact near 0."""
-    k = slope
-    k1, k2, w = (1 + k * k) / (2 * k), (1 - k * k) / (2 * k), math.sqrt(1 + k * k)
-    c, e, R0 = (1 - k) / (2 * w), k / (1 + k * k), (1 + k) / (2 * w)
-    for psi, b in layers:
-        x = [y - z for y, z in zip(x, b)]
-        a, ad = ([sum(map(mul, row, y)) for row in psi] for y in (x, xd))
-        R = [math.sqrt((y + c) ** 2 + e) for y in a]
-        x = [y * (k1 - k2 * (y + 2 * c) / (r + R0)) for y, r in zip(a, R)]
-        xd = [(k1 - k2 * (y + c) / r) * v for y, r, v in zip(a, R, ad)]
-    return x, xd
-
-
-def range_of(model, slope, path):
-    """Least and largest z, largest |zd| over the samples of a CSV; without one 0."""
-    n, N = model.sizes[-1], model.sizes[0]
-    if not path:
-        return [0.0] * (3 * n)
-    layers = [(transposed(psi), b) for _, psi, b in model.layers]
-    z, zd = [], []
-    try:
-        with open(path) as f:
-            rows = [re.split(r"[\s,]+", line.strip().strip(",")) for line in f if line.strip(", \t\r\n")]
-    except (OSError, UnicodeDecodeError):
-        fail(f"cannot read {path}")
-    for i, row in enumerate(rows):
-        try:
-            x = list(map(float, row))
-        except ValueError:
-            if i == 0:
-                continue    # the header
-            x = [math.nan]
-        if len(x) < 1 + 2 * N or not all(map(math.isfinite, x)):
-            fail(f"{path}, sample {i}: not t, {N} q, {N} qd")
-        state = encode(layers, slope, x[1:1 + N], x[1 + N:1 + 2 * N])
-        z.append(state[0]), zd.append(state[1])
-    if not z:
-        fail(f"{path} has no samples")
-    return [*map(min, zip(*z)), *map(max, zip(*z)), *(max(map(abs, column)) for column in zip(*zd))]
-
-
-def numbers_of(model, slope, least, dt, extent, repair):
-    """Those of NAME_params: slope, least, scales of q, t and M, dt, range of z and zd, theta."""
+def numbers_of(model, slope, least, dt, repair):
+    """Those of NAME_params: slope, least, scales of q, t and M, dt, no range of z and zd, theta."""
     n = model.sizes[-1]
     theta = []
     for l, (phi, psi, b) in enumerate(model.layers):
@@ -311,7 +275,7 @@ def numbers_of(model, slope, least, dt, extent, repair):
             theta += row
         theta += b
     theta += model.mass + model.potential + (check_base(model.base, n) if model.base else [])
-    return list(map(single, [slope, least, 1, 1, 1, dt] + extent + theta))
+    return list(map(single, [slope, least, 1, 1, 1, dt] + [0] * (3 * n) + theta))
 
 
 def packed(model, scheme, numbers):
@@ -338,11 +302,13 @@ def renew(path, to):
             data = f.read()
     except OSError as e:
         fail(f"cannot read {path}: {e.strerror}")
-    if len(data) < 24 or data[:6] != b"ROLN\2\0" or data[6] not in (4, 8):
+    if len(data) < 32 or data[:6] != b"ROLN\2\0" or data[6] not in (4, 8):
         fail(f"{path} is not of format 2")
     if data[-8:] != checksum(data[:-8]):
         fail(f"{path} is damaged")
     at = 8 + 2 * data[7] + 4 * data[6]
+    if at > len(data) - 8:
+        fail(f"{path} is damaged")
     data = b"ROLN\3\0" + data[6:at] + struct.pack("<f" if data[6] == 4 else "<d", 1) + data[at:-8]
     try:
         with open(to, "wb") as f:
@@ -435,7 +401,7 @@ def number(key, text):
 
 
 def settings(words):
-    found = {"alpha": "", "step": "rk4", "dt": "0", "repair": "0", "activation": "SoftPlus", "motion": "", "out": "."}
+    found = {"alpha": "", "step": "rk4", "dt": "0", "repair": "0", "activation": "SoftPlus", "out": "."}
     for word in words:
         key, eq, value = word.partition("=")
         if not eq or key not in found:
@@ -454,7 +420,7 @@ def settings(words):
 
 def main(argv):
     if len(argv) < 3:
-        fail("usage: import.py model.pt NAME alpha=pi/10 [step=rk4] [dt=0] [repair=0] [activation=SoftPlus] [motion=] [out=.]")
+        fail("usage: import.py model.pt NAME alpha=pi/10 [step=rk4] [dt=0] [repair=0] [activation=SoftPlus] [out=.]")
     path, name = argv[1:3]
     if len(argv) == 3 and path.endswith(".roln"):
         return renew(path, name)
@@ -471,8 +437,7 @@ def main(argv):
             fail(f"alpha={had['alpha']}: between 0 and pi/4")
         slope = float(f"{math.tan(math.pi / 4 - alpha):.9g}")
     scheme = SCHEMES.index(had["step"])
-    extent = range_of(model, slope, had["motion"])
-    numbers = numbers_of(model, slope, 1e-4, number("dt", had["dt"]), extent, had["repair"] == "1")
+    numbers = numbers_of(model, slope, 1e-4, number("dt", had["dt"]), had["repair"] == "1")
     files = {f"{name}.h": config(name, path, model, scheme, slope).encode(),
              f"{name}_weights.h": weights(name, model, scheme, numbers).encode(), f"{name}.roln": packed(model, scheme, numbers)}
     for file, data in files.items():
@@ -481,7 +446,7 @@ def main(argv):
                 f.write(data)
         except OSError as e:
             fail(f"cannot write {file}: {e.strerror}")
-    print(f"wrote {', '.join(files)}: {len(numbers)} numbers, {len(files[name + '.roln'])} bytes")
+    print(f"wrote {', '.join(files)}: {len(numbers)} numbers, {len(files[name + '.roln'])} bytes, no range of z (examples/range.c)")
 
 
 if __name__ == "__main__":

@@ -30,7 +30,7 @@ static const roln_goal goal = {.dt = EVERY * TICK, .terms = 2, .term = terms, .u
 
 /* Encoders that round, and torques that the model misses. */
 static const roln_real missed[2] = {ROLN_C(0.001), ROLN_C(0.0001)};
-static const roln_noise noise = {.dt = TICK, .q = 2 * PI / STEPS / ROLN_C(3.4641), .tau_each = missed, .gate = 8, .lost = 5};
+static const roln_noise noise = {.dt = TICK, .q = 2 * PI / STEPS / ROLN_C(3.4641), .gate = 8, .lost = 5, .tau_each = missed};
 
 typedef struct {
     furuta_filter filter; /* filter.s: z, zd, which here are q, qd */

@@ -1,23 +1,34 @@
 /* SPDX-License-Identifier: MIT */
-/* recording.h - recorded motion from a CSV file, for train.c, and what may be wrong with it.
+/* recording.h - recorded motion from a CSV file, and what may be wrong with it: the one reader of train.c, range.c and
+   tests/mujoco/convert.c.
 
-   A line is a sample: the columns t, q.., qd.., tau.. apart by commas or blanks; t in seconds, qd in units of q per second. A blank
-   line stands between trajectories. A header line may come first. tau is held from its sample to the next; of a model with a
-   learned input map (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed,
-   qd.
+   A line is a sample: the columns t, q.., qd.., tau..; qd is in units of q per second. A blank line stands between trajectories; a
+   header that is repeated begins one, too. tau is held from its sample to the next. For a model with a learned input map
+   (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed, qd.
 
-   Of a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
+   columns  apart by semicolons, tabs, commas or blanks: one of them in a file, in this order of precedence. A comma may be the
+            decimal mark if semicolons or tabs stand between columns. Empty columns at the end of a line count for nothing
+   numbers  those of C, also 1.5D+00, in quotes or not; not nan, not infinite, no marks between thousands
+   t        seconds; other units if the header or a row of units below it says so: t_ms, time [us], "ms;deg;deg"; also seconds,
+            milliseconds, microseconds or nanoseconds since 1970; date and time of ISO 8601, or hh:mm:ss
+   header   one name a column, or none; lines of text before it, and lines that begin with #, % or //, are not read. A name that
+            contradicts the order of columns is refused
+   bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
-   What would make a training useless ends the program with file, line and what to do: steps of t that differ, t in milliseconds,
-   qd 0 throughout. What may be meant is a warning: qd that is not dq/dt, with the likely cause; a joint that goes over more than a
-   turn, and is no angle of the model.
+   For a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
 
-   1 messages     2 lines of a file     3 time stamps     4 velocities     5 noise, smoothing     6 a recording */
+   What would make a training useless ends the program with FILE:LINE, what is wrong, and a hint what to do. What may be meant is a
+   warning: qd that is not dq/dt, with the likely cause; a joint that goes over more than a turn, and is no angle of the model.
+
+   1 messages     2 pieces of a line     3 time     4 names     5 samples     6 time stamps     7 velocities
+   8 noise, smoothing     9 a recording */
 
 #ifndef RECORDING_H
 #define RECORDING_H
 
 #include "roln_spd.h"
+#include <ctype.h>
+#include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <stdarg.h>
@@ -39,10 +50,10 @@ typedef struct {
 /* What a model asks of a file. */
 typedef struct {
     const char *model;
-    int N, inputs; /* inputs of a learned input map, 0: none */
-    int torque;    /* nonzero: tau is needed */
-    int half;      /* samples on each side that positions are smoothed over, 0: not */
-    int qd_unused; /* nonzero: q alone is used */
+    int N, inputs;   /* inputs of a learned input map, 0: none */
+    int torque;      /* nonzero: tau is needed */
+    int half;        /* samples on each side that positions are smoothed over, 0: not */
+    int qd_unused;   /* nonzero: q alone is used */
     unsigned angles; /* bit j: joint j is an angle in radians */
 } wanted;
 
@@ -113,85 +124,401 @@ static void *room(size_t count, size_t size)
     return p;
 }
 
-/* ---- 2 lines of a file ---- */
+/* ---- 2 pieces of a line ---- */
+
+/* The text between two separators, without blanks and quotes around it. */
+typedef struct {
+    const char *at;
+    int n;
+} piece;
+
+/* A piece as a message quotes it: 40 bytes at most, no control characters. Two at a time. */
+static const char *quoted(piece w)
+{
+    static char text[2][48];
+    static int which;
+    char *to = text[which = !which];
+    int n = w.n, i;
+    if (n > 40)
+        for (n = 40; n > 0 && ((unsigned char)w.at[n] & 0xc0) == 0x80;)
+            n--; /* not inside a letter of several bytes */
+    for (i = 0; i < n; i++)
+        to[i] = (char)((unsigned char)w.at[i] < 32 || w.at[i] == 127 ? '?' : w.at[i]);
+    strcpy(to + n, w.n > n ? ".." : "");
+    return to;
+}
+
+static int is_digit(char c)
+{
+    return c >= '0' && c <= '9';
+}
+
+/* What stands between the columns of a line: a semicolon; else a tab, if every comma stands between two digits, as a decimal one
+   does; else a comma; else ' ', blanks and tabs. */
+static char separator_of(const char *line)
+{
+    int tab = 0, comma = 0, decimal = 1;
+    const char *p, *close;
+    for (p = line; *p; p++) {
+        if (*p == '"' && (close = strchr(p + 1, '"')) != NULL) p = close;
+        if (*p == ';') return ';';
+        tab |= *p == '\t';
+        if (*p == ',') comma = 1, decimal &= p > line && is_digit(p[-1]) && is_digit(p[1]);
+    }
+    return tab && decimal ? '\t' : comma ? ',' : ' ';
+}
+
+/* Nonzero if a date begins there: 2026-11-25. */
+static int is_date(const char *p)
+{
+    static const char form[] = "dddd-dd-dd";
+    int i;
+    for (i = 0; form[i]; i++)
+        if (form[i] == 'd' ? !is_digit(p[i]) : p[i] != form[i]) return 0;
+    return 1;
+}
+
+/* The end of the piece that begins at p, the first one of its line or not: at its separator, or the end of the line. */
+static const char *end_of_piece(char apart, const char *p, int first)
+{
+    const char set[] = {apart, (char)(apart == ' ' ? '\t' : 0), 0};
+    const char *close = *p == '"' || *p == '\'' ? strchr(p + 1, *p) : NULL, *after;
+    if (close) {
+        after = close + 1 + strspn(close + 1, apart == '\t' ? " " : " \t");
+        if (*after == 0 || *after == apart || (apart == ' ' && after > close + 1)) return after;
+    }
+    if (first && apart == ' ' && is_date(p) && p[10] == ' ' && is_digit(p[11]) && is_digit(p[12]) && p[13] == ':') p += 11;
+    return p + strcspn(p, set);
+}
+
+/* The pieces of a line, the first `most` of them into w. Returns how many there are, without empty ones at the end. */
+static int split(char apart, const char *p, int most, piece *w)
+{
+    const char *const blanks = apart == '\t' ? " " : " \t";
+    int count = 0, full = 0;
+    for (p += strspn(p, blanks); *p; p += strspn(p, blanks)) {
+        const char *const end = end_of_piece(apart, p, count == 0);
+        piece x;
+        x.at = p, x.n = (int)(end - p);
+        while (x.n > 0 && strchr(blanks, x.at[x.n - 1]))
+            x.n--;
+        if (x.n > 1 && (*p == '"' || *p == '\'') && x.at[x.n - 1] == *p) x.at++, x.n -= 2;
+        while (x.n > 0 && *x.at == ' ')
+            x.at++, x.n--;
+        while (x.n > 0 && x.at[x.n - 1] == ' ')
+            x.n--;
+        if (count < most) w[count] = x;
+        count++;
+        if (x.n > 0) full = count;
+        p = end + (*end == apart && apart != ' ');
+    }
+    return full;
+}
+
+/* Nonzero if a piece is a number, finite or not: *x. Beside those of C: a decimal comma, where commas do not stand between columns,
+   and D for the exponent, as Fortran writes it. */
+static int number(char apart, piece w, double *x)
+{
+    char text[128], *end;
+    int hex = 0, i;
+    if (w.n == 0 || w.n >= (int)sizeof text || isspace((unsigned char)*w.at)) return 0;
+    for (i = 0; i < w.n; i++) {
+        const char c = w.at[i], before = (char)(i > 0 ? w.at[i - 1] : 0);
+        hex |= c == 'x' || c == 'X';
+        text[i] = c;
+        if (c == ',' && (apart == ';' || apart == '\t')) text[i] = '.';
+        if ((c == 'd' || c == 'D') && !hex && (is_digit(before) || before == '.' || before == ',')) text[i] = 'e';
+    }
+    text[w.n] = 0;
+    *x = strtod(text, &end);
+    return end == text + w.n;
+}
+
+/* Nonzero if a piece is a number, or begins like one, behind a quote that stays open or not: no name. */
+static int is_numeric(char apart, piece w)
+{
+    const char *p = w.at;
+    double x;
+    if (w.n == 0) return 0;
+    p += strspn(p, " \"'");
+    p += *p == '+' || *p == '-';
+    return is_digit(p[*p == '.' || *p == ',']) || number(apart, w, &x);
+}
+
+/* ---- 3 time ---- */
+
+/* A time stamp: `whole` + `rest`, in units of t, so that long ones keep their digits. */
+typedef struct {
+    enum { NUMBER, DATE, ZONED, CLOCK } kind; /* ZONED: a date and time with a zone; CLOCK: hh:mm:ss */
+    long long whole;
+    double rest;
+} stamp;
+
+/* Two digits at *p, from 0 to `most`; -1: there are none. */
+static int two_digits(const char **p, int most)
+{
+    const char *d = *p;
+    const int x = is_digit(d[0]) && is_digit(d[1]) ? 10 * (d[0] - '0') + d[1] - '0' : -1;
+    if (x < 0 || x > most) return -1;
+    *p += 2;
+    return x;
+}
+
+/* Adds hh:mm[:ss[.fff]] at *p, before `end`, to a stamp. Returns the parts that were read, 2 or 3; 0: it is none. */
+static int read_clock(const char **p, const char *end, stamp *t)
+{
+    const int h = two_digits(p, 23), colon = h >= 0 && **p == ':', m = colon ? (++*p, two_digits(p, 59)) : -1;
+    int s;
+    if (m < 0) return 0;
+    t->whole += 3600 * h + 60 * m;
+    if (**p != ':') return 2;
+    ++*p;
+    if ((s = two_digits(p, 60)) < 0) return 0; /* 60: a leap second */
+    t->whole += s;
+    if (*p < end && (**p == '.' || **p == ',')) {
+        double digits = 0, scale = 1;
+        for (++*p; is_digit(**p); ++*p)
+            if (scale < 1e15) digits = 10 * digits + (**p - '0'), scale *= 10;
+        t->rest = digits / scale;
+    }
+    return 3;
+}
+
+/* Takes the zone at *p, if there is one, from a stamp: Z, +hh, +hhmm, +hh:mm. Returns 0 if it is none. */
+static int read_zone(const char **p, stamp *t)
+{
+    const int sign = **p == '+' ? 1 : -1;
+    int h, m = 0;
+    if (**p != 'Z' && **p != 'z' && **p != '+' && **p != '-') return 1;
+    t->kind = ZONED;
+    if (*(*p)++ == 'Z' || (*p)[-1] == 'z') return 1;
+    if ((h = two_digits(p, 23)) < 0) return 0;
+    *p += **p == ':';
+    if (is_digit(**p) && (m = two_digits(p, 59)) < 0) return 0;
+    t->whole -= sign * (3600 * h + 60 * m);
+    return 1;
+}
+
+/* A date of ISO 8601, alone or with a time behind T or a blank; or a time of the day. Returns 0 if the piece is neither. */
+static int read_date(piece w, stamp *t)
+{
+    static const int days[] = {31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
+    const char *p = w.at, *const end = w.at + w.n;
+    if (is_date(p)) {
+        const int y = 1000 * (p[0] - '0') + 100 * (p[1] - '0') + 10 * (p[2] - '0') + p[3] - '0';
+        const int month = 10 * (p[5] - '0') + p[6] - '0', day = 10 * (p[8] - '0') + p[9] - '0';
+        const int leap = y % 4 == 0 && (y % 100 != 0 || y % 400 == 0);
+        const int from_march = (month + 9) % 12, year = y - (month < 3); /* years that begin in March */
+        if (y < 1 || month < 1 || month > 12 || day < 1 || day > days[month - 1] + (month == 2 && leap)) return 0;
+        t->kind = DATE;
+        t->whole = 86400LL * (365LL * year + year / 4 - year / 100 + year / 400 + (153 * from_march + 2) / 5 + day - 719469);
+        p += 10;
+        if (p < end && (*p == 'T' || *p == 't' || *p == ' ') && (++p, read_clock(&p, end, t) == 0 || !read_zone(&p, t))) return 0;
+    } else {
+        t->kind = CLOCK;
+        if (read_clock(&p, end, t) != 3) return 0;
+    }
+    return p == end;
+}
+
+/* The time stamp of a sample. Returns 0 if it is none. */
+static int read_stamp(char apart, piece w, stamp *t)
+{
+    int n = 0;
+    t->whole = 0, t->rest = 0;
+    if (read_date(w, t)) return 1;
+    t->kind = NUMBER, t->whole = 0;
+    if (!number(apart, w, &t->rest) || !(fabs(t->rest) < 3e38)) return 0;
+    while (n < w.n && is_digit(w.at[n]))
+        n++;
+    if (n >= 9 && (n < 19 || (n == 19 && *w.at < '9')) && (n == w.n || w.at[n] == '.' || w.at[n] == ',')) {
+        char text[128] = "0."; /* digits, and perhaps a decimal mark and more of them: an exponent would be in the way */
+        int i;
+        for (i = n + 1; i < w.n; i++)
+            if (!is_digit(w.at[i])) return 1;
+        for (i = 0; i < n; i++)
+            t->whole = 10 * t->whole + (w.at[i] - '0');
+        if (n + 1 < w.n) memcpy(text + 2, w.at + n + 1, (size_t)(w.n - n - 1));
+        t->rest = strtod(text, NULL);
+    }
+    return 1;
+}
+
+/* Seconds of a unit of time; 0: it is none. */
+static double unit_of(piece w)
+{
+    static const struct {
+        const char *name;
+        double s;
+    } units[] = {{"s", 1}, {"sec", 1}, {"secs", 1}, {"second", 1}, {"seconds", 1}, {"ms", 1e-3}, {"msec", 1e-3}, {"msecs", 1e-3},
+                 {"millis", 1e-3}, {"milliseconds", 1e-3}, {"us", 1e-6}, {"usec", 1e-6}, {"usecs", 1e-6}, {"micros", 1e-6},
+                 {"microseconds", 1e-6}, {"\xc2\xb5s", 1e-6}, {"\xce\xbcs", 1e-6}, {"ns", 1e-9}, {"nsec", 1e-9}, {"nsecs", 1e-9},
+                 {"nanos", 1e-9}, {"nanoseconds", 1e-9}, {"min", 60}, {"minutes", 60}, {"h", 3600}, {"hours", 3600}};
+    size_t i;
+    if (w.n > 2 && (*w.at == '[' || *w.at == '(') && strchr("])", w.at[w.n - 1])) w.at++, w.n -= 2;
+    for (i = 0; i < sizeof units / sizeof *units; i++)
+        if (w.n == (int)strlen(units[i].name) && strncmp(w.at, units[i].name, (size_t)w.n) == 0) return units[i].s;
+    return 0;
+}
+
+/* The unit that the name of t ends with: ms, t_ms, time [ms], t(ms), t/ms; 0: none. */
+static double unit_in(piece w)
+{
+    piece end = w;
+    int i;
+    for (i = 0; i < w.n; i++)
+        if (strchr("_[( /.", w.at[i]) && i + 1 < w.n) end.at = w.at + i + 1, end.n = w.n - i - 1;
+    while (end.n > 0 && strchr("]) ", end.at[end.n - 1]))
+        end.n--;
+    return unit_of(end);
+}
+
+/* ---- 4 names ---- */
 
 /* A file that is being read: time and line of each sample, and a line of text. */
 typedef struct {
     FILE *f;
     int lines, row, columns; /* lines of the file; the line that was read last, its columns */
-    int *line, size;         /* size of text */
-    int force;               /* column that a header calls tau.. or u.., from 0; 0: none */
+    int *line, size;         /* size of text and of header */
+    char apart, mark;        /* between columns; in numbers: a point or a comma; 0: none yet */
+    int kind;                /* of time stamps */
+    long long zero;          /* what is taken from all of them */
+    double unit;             /* of t, in s; 0: nothing said */
+    int guessed;             /* nonzero: it follows from the size of t alone */
+    int header_row, comment; /* where the header stands, 0: none; nonzero: in a comment */
     double *t, *v;
-    char *text;
+    piece *w, *name; /* of the line; of the header */
+    char *text, *header;
 } sheet;
 
-/* Numbers of one line, the first `most` of them into v. Returns how many there are; what is none ends the program. */
-static int read_line(const char *path, int row, const char *line, int most, double *v)
+/* Nonzero if a name begins with a stem, in letters of either kind. */
+static int begins(piece w, const char *stem)
 {
-    const char *p = line;
-    char *end;
-    int n = 0;
-    for (;;) {
-        const double x = strtod(p, &end);
-        if (end != p && *end == ';') fail("%s, line %d: columns stand apart by commas or blanks, not by ;", path, row);
-        if (end == p || !(fabs(x) < 3e38)) fail("%s, line %d: column %d is not a finite number: %.10s", path, row, n + 1, p);
-        if (n < most) v[n] = x;
+    int i;
+    for (i = 0; stem[i]; i++)
+        if (i >= w.n || tolower((unsigned char)w.at[i]) != stem[i]) return 0;
+    return 1;
+}
+
+/* Nonzero if a name is the stem, or goes on with a digit, _ or [. */
+static int is_called(piece w, const char *stem)
+{
+    const int n = (int)strlen(stem);
+    return begins(w, stem) && (w.n == n || is_digit(w.at[n]) || w.at[n] == '_' || w.at[n] == '[');
+}
+
+/* Nonzero if a name is the stem, alone or with a number: q, q1, q_1, q[1], the latter with a unit behind it or not. */
+static int is_numbered(piece w, const char *stem)
+{
+    int n = (int)strlen(stem);
+    if (!begins(w, stem)) return 0;
+    if (w.n == n) return 1;
+    n += w.at[n] == '_' || w.at[n] == '[';
+    if (n >= w.n || !is_digit(w.at[n])) return 0;
+    while (n < w.n && is_digit(w.at[n]))
         n++;
-        p = end + strspn(end, " \t\r\n");
-        if (*p == 0) return n;
-        if (*p == ',') p++;
-    }
+    return n == w.n || strchr("] ([", w.at[n]) != NULL;
 }
 
-/* Nonzero if the first word of a line is no number: a header. nan is a number, if a wrong one; nanoseconds only begins like one. */
-static int is_header(const char *line)
+/* Nonzero if a name may be that of t. */
+static int is_time(piece w)
 {
-    const char *word = line + strspn(line, ", \t\r\n\v\f");
-    char *end;
-    strtod(word, &end);
-    return *word != 0 && (end == word || (!strchr("+-.0123456789", *word) && !strchr(",; \t\r\n\v\f", *end)));
+    int i;
+    if (begins(w, "t") && (w.n == 1 || !isalpha((unsigned char)w.at[1]))) return 1;
+    for (i = 0; i < w.n; i++) {
+        piece rest;
+        rest.at = w.at + i, rest.n = w.n - i;
+        if (begins(rest, "time") || begins(rest, "stamp")) return 1;
+    }
+    return unit_of(w) > 0;
 }
 
-/* The first column of a header that is called tau.. or u.., from 0; 0: none is. Names stand apart by commas, or where there is
-   none by tabs, or blanks; a # before them all is none. */
-static int force_column(const char *name)
+/* The names of `columns` columns, of the header. Returns how many there are: 0 if there is no header, or a comment that is none. */
+static int read_names(const motion *d, sheet *s, int columns, int most)
 {
-    const char *const apart = strchr(name, ',') ? "," : strchr(name, '\t') ? "\t" : " \r\n";
-    int c;
-    name += strspn(name, " \t#");
-    for (c = 0; *name; c++) {
-        name += strspn(name, " \t\"'");
-        if (c > 0 && (strncmp(name, "tau", 3) == 0 || *name == 'u')) return c;
-        name += strcspn(name, apart);
-        name += *apart == ',' ? *name == ',' : strspn(name, apart);
-    }
-    return 0;
+    const char *text = s->header;
+    int names, i, j;
+    if (s->header_row == 0) return 0;
+    if (s->comment) text += strspn(text, " \t#%/");
+    names = split(strchr(text, s->apart) ? s->apart : separator_of(text), text, most, s->name);
+    if (s->comment && (names != columns || !is_time(s->name[0]))) return 0;
+    if (names != columns)
+        fail("%s:%d: %d names, but %d columns in line %d\nhint: one name a column, apart as the numbers are; or remove the header",
+             d->path, s->header_row, names, columns, s->row);
+    for (i = 0; i < names && i < most && unit_of(s->name[0]) <= 0; i++) /* a row of units repeats itself */
+        for (j = 0; j < i; j++)
+            if (s->name[i].n > 0 && s->name[i].n == s->name[j].n && memcmp(s->name[i].at, s->name[j].at, (size_t)s->name[i].n) == 0)
+                fail("%s:%d: columns %d and %d are both called \"%s\"\nhint: give each column a name of its own, or remove the "
+                     "header",
+                     d->path, s->header_row, j + 1, i + 1, quoted(s->name[i]));
+    return names;
+}
+
+/* The column from which on all are called tau or u, from 0; 0: the last one is not. */
+static int force_column(const sheet *s, int names)
+{
+    int c = names;
+    while (c > 1 && (is_called(s->name[c - 1], "tau") || is_called(s->name[c - 1], "u")))
+        c--;
+    return c < names ? c : 0;
 }
 
 /* What n columns are: 1 + N positions, 1 + 2 N with velocities, then forces, or with an input map 1 + N and inputs; as many forces
    as velocities would be are forces if a header says so, in column `named`. */
-static void columns_are(motion *d, const wanted *w, int n, int named)
+static void columns_are(motion *d, const wanted *w, int row, int n, int named)
 {
     const char *const force = w->inputs > 0 ? "u" : "tau";
     const int N = w->N, F = d->forces, ambiguous = F == N && named != 1 + N;
     d->has_qd = n == 1 + 2 * N + F || (n == 1 + 2 * N && (F != N || ambiguous));
     d->has_tau = n == 1 + 2 * N + F || (!ambiguous && n == 1 + N + F);
     if (!d->has_qd && !d->has_tau && n != 1 + N)
-        fail("%s has %d columns, but %s needs t, %d q, %d qd: %d, or with %d %s %d; of positions alone %d", d->path, n, w->model, N,
-             N, 1 + 2 * N, F, force, 1 + 2 * N + F, 1 + N);
+        fail(
+            "%s:%d: %d columns, but %s needs t, %d q, %d qd: %d, or with %d %s %d; of positions alone %d\nhint: take other columns "
+            "out, or train a model of other sizes",
+            d->path, row, n, w->model, N, N, 1 + 2 * N, F, force, 1 + 2 * N + F, 1 + N);
     if (!d->has_tau && w->torque)
-        fail("%s has no %s columns, which torque=1 needs%s", d->path, force,
-             ambiguous && w->half > 0 && n == 1 + 2 * N ? "; without qd, a header says where they are: t,q1,..,tau1,.." : "");
+        fail("%s:%d: no %s columns, which torque=1 needs\nhint: %s", d->path, row, force,
+             ambiguous && w->half > 0 && n == 1 + 2 * N ? "without qd, a header says where they are: t,q1,..,tau1,.."
+                                                        : "record them, or leave torque=1 out");
     if (!d->has_qd && w->half == 0)
-        fail("%s has no qd columns: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path);
+        fail("%s:%d: no qd columns\nhint: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path,
+             row);
 }
 
-/* Reads text up to the end of its line, or as much as there is room for. Returns how many bytes; 0 at the end of the file. */
+/* Refuses a header that says q1, qd1, tau1 of columns that are something else. */
+static void check_names(const motion *d, const sheet *s, int names)
+{
+    static const char *const kinds[] = {"t", "q", "qd", "tau"};
+    int c;
+    for (c = 0; c < names; c++) {
+        const piece w = s->name[c];
+        const int is = c == 0 ? 0 : c <= d->N ? 1 : c <= 2 * d->N && d->has_qd ? 2 : 3;
+        const int says = is_numbered(w, "q")                            ? 1
+                         : is_numbered(w, "qd") || is_numbered(w, "dq") ? 2
+                         : is_numbered(w, "tau")                        ? 3
+                                                                        : is;
+        if (says != is)
+            fail(
+                "%s:%d: column %d is called \"%s\", but stands where %s is expected\nhint: the order is t, all q, all qd, all tau; "
+                "the model has %d joints",
+                d->path, s->header_row, c + 1, quoted(w), kinds[is], d->N);
+    }
+}
+
+/* ---- 5 samples ---- */
+
+/* Reads text up to the end of its line, LF, CR LF or CR, which becomes LF, or as much as there is room for. Returns how many bytes;
+   0 at the end of the file. */
 static int read_text(sheet *s)
 {
     int n = 0, c = 0;
-    while (n < s->size - 1 && c != '\n' && (c = getc(s->f)) != EOF)
+    while (n < s->size - 1 && c != '\n' && (c = getc(s->f)) != EOF) {
+        if (c == '\r') {
+            if ((c = getc(s->f)) != '\n' && c != EOF) ungetc(c, s->f);
+            c = '\n';
+        }
         s->text[n++] = (char)c;
+    }
     s->text[n] = 0;
     return n;
 }
@@ -199,17 +526,18 @@ static int read_text(sheet *s)
 /* Opens a file, counts its lines, and makes room for as many samples. */
 static sheet open_sheet(motion *d, const wanted *w)
 {
-    const size_t row = (size_t)w->N * sizeof(roln_real);
+    const size_t row = (size_t)w->N * sizeof(roln_real), most = 2 + 3 * (size_t)w->N;
     sheet s = {0};
     size_t lines;
-    s.size = 64 * (1 + 3 * w->N) + 64;
-    s.text = room((size_t)s.size, 1), s.v = room(1 + 3 * (size_t)w->N, sizeof *s.v);
-    s.f = fopen(d->path, "r");
-    if (!s.f) fail("cannot read %s", d->path);
+    s.size = 65536 + 64 * (1 + 3 * w->N);
+    s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room(most, sizeof *s.v);
+    s.w = room(most, sizeof *s.w), s.name = room(most, sizeof *s.name);
+    s.f = fopen(d->path, "rb");
+    if (!s.f) fail("cannot read %s\nhint: is the path right, and the file readable?", d->path);
     while (read_text(&s))
-        if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines; leave recordings out", d->path);
+        if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines\nhint: leave recordings out", d->path);
     rewind(s.f);
-    if (s.lines == 0) fail("%s is empty", d->path);
+    if (s.lines == 0) fail("%s is empty\nhint: a CSV has the columns t, q.., qd.., tau..", d->path);
     lines = (size_t)s.lines + 1;
     d->q = room(lines, row), d->qd = room(lines, row), d->qdd = room(lines, row);
     d->tau = room(lines, row), d->tau_mid = room(lines, row), d->first = room(lines, sizeof *d->first);
@@ -217,34 +545,128 @@ static sheet open_sheet(motion *d, const wanted *w)
     return s;
 }
 
-/* The next line of text, without the mark that some programs begin a file with. Returns 0 at the end of the file, which is where it
-   was when lines were counted: there is no room for more. */
+/* The next line of text, without its end, and without the mark that some programs begin a file with. Returns 0 at the end of the
+   file, which is where it was when lines were counted: there is no room for more. */
 static int next_line(const char *path, sheet *s)
 {
     static const char mark[] = "\xef\xbb\xbf";
-    const int n = read_text(s);
+    int n = read_text(s);
     if ((n > 0) == (s->row == s->lines))
-        fail("%s: %s than when its lines were counted: a file that grew while it was read, or a pipe; copy it first", path,
+        fail("%s: %s than when its lines were counted\nhint: the file grew while it was read, or is a pipe: copy it first", path,
              n > 0 ? "longer" : "shorter");
     if (n == 0) return 0;
     s->row++;
-    if (memchr(s->text, 0, (size_t)n))
-        fail("%s, line %d has a byte 0, which no text has: damaged, or UTF-16, which has to be saved as UTF-8", path, s->row);
-    if (s->text[n - 1] != '\n' && !feof(s->f)) fail("%s, line %d is longer than %d letters", path, s->row, s->size - 2);
+    if (memchr(s->text, 0, (size_t)n) ||
+        (s->row == 1 && (memcmp(s->text, "\xff\xfe", 2) == 0 || memcmp(s->text, "\xfe\xff", 2) == 0)))
+        fail("%s:%d: a byte 0, or a mark of UTF-16, which this text cannot have\nhint: if it is UTF-16, save it as UTF-8; else the "
+             "file is damaged, or no text",
+             path, s->row);
+    if (s->text[n - 1] == '\n') s->text[n - 1] = 0;
+    else if (!feof(s->f))
+        fail("%s:%d: more than %d letters in a line\nhint: is this a CSV, with a line for each sample?", path, s->row, s->size - 2);
     if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
+}
+
+/* What to do about a piece that is no finite number. */
+static const char *mend_of(piece w)
+{
+    double x;
+    if (w.n == 0) return "every sample needs all of its columns; a blank line in place of the row makes two recordings";
+    if (number(' ', w, &x)) return "only finite numbers can be learned from; a blank line in place of the row makes two recordings";
+    return "write numbers like 1234.5 or 1.2345e3, one separator in the whole file; remove columns of text";
+}
+
+/* Refuses the first piece of a line that holds something and is no number, or no time. */
+static void refuse_text(const motion *d, const sheet *s, int n)
+{
+    stamp t;
+    double x;
+    int c;
+    for (c = 0; c < n; c++) {
+        const piece w = s->w[c];
+        if (c > 0 ? w.n == 0 || number(s->apart, w, &x) : read_stamp(s->apart, w, &t)) continue;
+        if (c > 0)
+            fail("%s:%d: column %d: expected a finite number, found \"%s\"\nhint: %s", d->path, s->row, c + 1, quoted(w),
+                 mend_of(w));
+        fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: %s", d->path, s->row, quoted(w),
+             w.n > 0 ? "seconds, or like 2026-11-25T18:10:05.25" : mend_of(w));
+    }
+}
+
+/* The time of a sample, in s, from the first one on if stamps are large. */
+static double time_of(const motion *d, sheet *s, piece w)
+{
+    stamp t;
+    read_stamp(s->apart, w, &t);
+    if (d->samples == 0) {
+        const double size = (double)t.whole + t.rest;
+        s->kind = (int)t.kind;
+        s->zero = size > 1e8 && size < 9e18 ? (long long)size : t.whole;
+        s->guessed = t.kind == NUMBER && s->unit <= 0 && size > 9.5e11 && size < 4.2e18; /* of this century */
+        if (s->guessed) s->unit = size < 4.2e12 ? 1e-3 : size > 9.5e14 && size < 4.2e15 ? 1e-6 : size > 9.5e17 ? 1e-9 : 0;
+        if (s->unit <= 0 || t.kind != NUMBER) s->unit = 1, s->guessed = 0;
+    }
+    if ((int)t.kind != s->kind)
+        fail("%s:%d: column 1: \"%s\" is written otherwise than the times before it\nhint: one form of t in the whole file",
+             d->path, s->row, quoted(w));
+    return ((double)(t.whole - s->zero) + t.rest) * s->unit;
+}
+
+/* One decimal mark in the whole file: 1.500 is 1500 to some. */
+static void check_mark(const motion *d, sheet *s, int c)
+{
+    const piece w = s->w[c];
+    const char mark = (char)(memchr(w.at, ',', (size_t)w.n) ? ',' : memchr(w.at, '.', (size_t)w.n) ? '.' : 0);
+    if (!mark || (c == 0 && s->kind != NUMBER)) return;
+    if (s->mark && mark != s->mark)
+        fail("%s:%d: column %d: \"%s\" has another decimal mark than numbers before it\nhint: points or commas in the whole file, "
+             "and no marks between thousands",
+             d->path, s->row, c + 1, quoted(w));
+    s->mark = mark;
+}
+
+/* The pieces of a sample become numbers, s->v. */
+static void read_numbers(const motion *d, sheet *s, int n)
+{
+    int c;
+    s->v[0] = time_of(d, s, s->w[0]);
+    for (c = 0; c < n; c++) {
+        const piece w = s->w[c];
+        if (w.n == 0) fail("%s:%d: column %d is empty\nhint: %s", d->path, s->row, c + 1, mend_of(w));
+        if (c > 0 && (!number(s->apart, w, s->v + c) || !(fabs(s->v[c]) < 3e38)))
+            fail("%s:%d: column %d: expected a finite number, found \"%s\"\nhint: %s", d->path, s->row, c + 1, quoted(w),
+                 mend_of(w));
+        check_mark(d, s, c);
+    }
+}
+
+/* The first sample tells what the columns are. */
+static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
+{
+    const int most = 2 + 3 * d->N, names = read_names(d, s, n, most);
+    columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
+    check_names(d, s, names);
+    if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
+    s->columns = n;
 }
 
 /* The line read last becomes a sample. */
 static void add_sample(motion *d, const wanted *w, sheet *s)
 {
-    const int N = d->N, F = d->forces, n = read_line(d->path, s->row, s->text, 1 + 3 * N, s->v);
+    const int N = d->N, F = d->forces, most = 2 + 3 * N;
     const double *v = s->v + 1;
-    int i;
-    if (s->columns == 0) columns_are(d, w, s->columns = n, s->force);
-    if (n != s->columns) fail("%s, line %d has %d columns, the lines before it %d", d->path, s->row, n, s->columns);
+    int n, i;
+    if (s->apart == 0) s->apart = separator_of(s->text);
+    n = split(s->apart, s->text, most, s->w);
+    refuse_text(d, s, n < most ? n : most);
+    if (s->columns == 0) begin_samples(d, w, s, n);
+    if (n != s->columns)
+        fail("%s:%d: %d columns, the lines before it have %d\nhint: every sample needs all of its columns", d->path, s->row, n,
+             s->columns);
+    read_numbers(d, s, n);
     if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
-        fail("%s, line %d: more than 2^31 numbers; leave recordings out, or samples: every second one", d->path, s->row);
+        fail("%s:%d: more than 2^31 numbers\nhint: leave recordings out, or samples: every second one", d->path, s->row);
     s->t[d->samples] = s->v[0], s->line[d->samples] = s->row;
     for (i = 0; i < N; i++)
         d->q[d->samples * N + i] = (roln_real)v[i];
@@ -257,7 +679,7 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     d->samples++;
 }
 
-/* ---- 3 time stamps ---- */
+/* ---- 6 time stamps ---- */
 
 static int smaller(const void *a, const void *b)
 {
@@ -271,29 +693,37 @@ static int same_step(double step, double dt)
     return step > 0 && fabs(step - dt) <= 0.01 * dt;
 }
 
+/* The time stamp of a sample, in s. */
+static double stamp_at(const sheet *s, int i)
+{
+    return s->t[i] + (double)s->zero * s->unit;
+}
+
 /* Says what is wrong with the step to sample i, in trajectory k, and what to do; `off` of `steps` steps differ from d->dt. */
 static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, int steps)
 {
     const double step = s->t[i] - s->t[i - 1], dt = d->dt, missing = step / dt - 1;
-    const int length = d->first[k + 1] - d->first[k] - 1;
+    const int length = d->first[k + 1] - d->first[k] - 1, line = s->line[i];
     int alike = 0, j;
     for (j = d->first[k] + 1; j < d->first[k + 1]; j++)
         alike += same_step(s->t[j] - s->t[j - 1], step);
     if (step == 0)
-        fail("%s, line %d: t stands at %g: a line written twice, or t with too few digits", d->path, s->line[i], s->t[i]);
+        fail("%s:%d: t stays at %.12g s\nhint: a line written twice, or t with too few digits: write t with more digits", d->path,
+             line, stamp_at(s, i));
     if (step < 0)
-        fail("%s, line %d: t goes back from %g to %g: a blank line belongs between two trajectories", d->path, s->line[i],
-             s->t[i - 1], s->t[i]);
+        fail("%s:%d: t goes back from %.12g to %.12g s\nhint: a blank line belongs between two trajectories", d->path, line,
+             stamp_at(s, i - 1), stamp_at(s, i));
     if (2 * alike > length)
-        fail("%s, line %d: trajectory %d has steps of %g s, most have %g s: one rate for all; resample it or leave it out", d->path,
-             s->line[i], k + 1, step, dt);
+        fail("%s:%d: trajectory %d has steps of %g s, most have %g s\nhint: one rate for all: resample it or leave it out", d->path,
+             line, k + 1, step, dt);
     if (missing > 0.9 && fabs(missing - floor(missing + 0.5)) < 0.1)
-        fail("%s, line %d: t grows by %g s, elsewhere by %g s, as if %.0f samples were missing: a blank line there makes two "
+        fail("%s:%d: t grows by %g s, elsewhere by %g s, as if %.0f samples were missing\nhint: a blank line there makes two "
              "trajectories",
-             d->path, s->line[i], step, dt, missing);
-    fail("%s, line %d: t grows by %g s, elsewhere by %g s (%d of %d steps differ by more than 1 %%): samples at one rate are "
-         "needed; resample, or write t with more digits",
-         d->path, s->line[i], step, dt, off, steps);
+             d->path, line, step, dt, missing);
+    fail("%s:%d: t grows by %g s, elsewhere by %g s (%d of %d steps differ by more than 1 %%)\nhint: samples at one rate are "
+         "needed: "
+         "resample, or write t with more digits",
+         d->path, line, step, dt, off, steps);
 }
 
 /* All steps of t must be their median but for 1 %. dt is the first one where that is the median but for rounding, exact if t begins
@@ -305,7 +735,7 @@ static void check_time(motion *d, const sheet *s)
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
             step[steps++] = s->t[i] - s->t[i - 1];
-    if (steps == 0) fail("%s: no sample follows another one; a blank line stands between trajectories only", d->path);
+    if (steps == 0) fail("%s: no sample follows another one\nhint: a blank line stands between trajectories only", d->path);
     first = step[0];
     qsort(step, (size_t)steps, sizeof *step, smaller);
     d->dt = step[steps / 2];
@@ -316,25 +746,40 @@ static void check_time(motion *d, const sheet *s)
             if (!same_step(s->t[i] - s->t[i - 1], d->dt) && off++ == 0) at = i, in = k;
     if (off > 0) refuse_step(d, s, in, at, off, steps);
     d->dt = fabs(first - mean) <= 1e-6 * mean ? first : mean;
-    if (d->dt < 1e-6 || d->dt > 1e6) fail("%s: steps of t are %g s; t is in seconds, from 1e-6 to 1e6 s apart", d->path, d->dt);
+    if (d->dt < 1e-6 || d->dt > 1e6)
+        fail("%s:%d: steps of t are %g s\nhint: t is in seconds, from 1e-6 to 1e6 s apart; else tell its unit by the name of the "
+             "column: t_us, say",
+             d->path, s->line[0], d->dt);
     free(step);
 }
 
-/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. */
+/* Nonzero if a step beside a jump, which has the other sign or is small, tells that the joint itself did not move as fast. */
+static int is_still(double beside, double jump)
+{
+    return fabs(beside) <= 0.05 * fabs(jump) || fabs(beside + jump) <= 0.05 * fabs(jump);
+}
+
+/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. The
+   step before a jump tells that it is one; for the first step, the step behind it. */
 static void check_jumps(const motion *d, const sheet *s, unsigned angles)
 {
+    const int N = d->N;
     int k, i, j;
-    for (j = 0; j < d->N; j++)
+    for (j = 0; j < N; j++)
         for (k = 0; k < d->trajectories; k++)
-            for (i = d->first[k] + 2; i < d->first[k + 1]; i++) {
-                const roln_real *q = d->q + i * d->N + j;
-                const double jump = fabs((double)(q[0] - q[-d->N])), before = fabs((double)(q[-d->N] - q[-2 * d->N]));
+            for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
+                const roln_real *q = d->q + i * N + j;
+                const double jump = (double)(q[0] - q[-N]), size = fabs(jump);
+                const double beside = i > d->first[k] + 1       ? (double)(q[-N] - q[-2 * N])
+                                      : i + 1 < d->first[k + 1] ? (double)(q[N] - q[0])
+                                                                : 0;
                 const int angle = j < 32 && angles >> j & 1;
-                const int radians = jump > 5.97 && jump < 6.29, degrees = jump > 342 && jump < 360.4;
-                if (before > 0.05 * jump || !(degrees || (radians && !angle))) continue;
-                fail("%s, line %d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn: %s", d->path, s->line[i],
-                     j + 1, jump, angle ? "in degrees, but angles are in radians" :
-                     "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
+                const int radians = size > 5.97 && size<6.29, degrees = size> 342 && size < 360.4;
+                if (!(degrees || (radians && !angle)) || !is_still(beside, jump)) continue;
+                fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->path, s->line[i],
+                     j + 1, size,
+                     angle ? "in degrees, but angles are in radians: convert them"
+                           : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
             }
 }
 
@@ -378,11 +823,13 @@ static void check_turns(const motion *d, unsigned angles)
     }
 }
 
-/* ---- 4 velocities ---- */
+/* ---- 7 velocities ---- */
 
 /* Is one column the derivative of another one, x? Over pieces of a tenth of a second the change of x is the integral of dx/dt,
    however noisy or coarse x is. Correlation of both, their ratio, and the mean square of the change. */
-typedef struct { double alike, scale, change; } likeness;
+typedef struct {
+    double alike, scale, change;
+} likeness;
 
 /* Column c of q.., qd.. */
 static double column(const motion *d, int i, int c)
@@ -487,12 +934,13 @@ static void check_velocities(motion *d, const wanted *w)
         }
     if (moving > 0 && zero == moving) {
         if (w->half == 0)
-            fail("%s: qd is 0 throughout, but q moves; with smooth=10, say, qd comes from a parabola through 21 samples of q",
+            fail("%s: qd is 0 throughout, but q moves\nhint: with smooth=10, say, qd comes from a parabola through 21 samples of q",
                  d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
-        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt: t is in %s; divide it by %s", d->path, d->dt, l[at].scale,
-             l[at].scale < 1e4 ? "milliseconds" : "microseconds", l[at].scale < 1e4 ? "1000" : "1000000");
+        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt: t is in %s\nhint: divide t by %s, or call its column %s",
+             d->path, d->dt, l[at].scale, l[at].scale < 1e4 ? "milliseconds" : "microseconds",
+             l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {
         printf("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
                "of %.2f: %s\n",
@@ -505,7 +953,7 @@ static void check_velocities(motion *d, const wanted *w)
     free(l);
 }
 
-/* ---- 5 noise, smoothing ---- */
+/* ---- 8 noise, smoothing ---- */
 
 /* dx = dx/dt by central differences inside each trajectory, one-sided at its ends. */
 static void differences(const motion *d, const roln_real *x, roln_real *dx)
@@ -559,7 +1007,8 @@ static void smooth(motion *d, int half)
     for (k = 0; k < d->trajectories; k++) {
         const int a = d->first[k], b = d->first[k + 1];
         if (b - a <= 2 * half)
-            fail("smooth=%d needs %d samples, trajectory %d of %s has %d", half, 2 * half + 1, k + 1, d->path, b - a);
+            fail("%s: smooth=%d needs %d samples, trajectory %d has %d\nhint: a smaller smooth=, or leave that trajectory out",
+                 d->path, half, 2 * half + 1, k + 1, b - a);
         for (j = 0; j < N; j++) {
             for (i = a; i < b; i++)
                 y[i] = (double)d->q[i * N + j];
@@ -579,7 +1028,66 @@ static void smooth(motion *d, int half)
     free(y);
 }
 
-/* ---- 6 a recording ---- */
+/* ---- 9 a recording ---- */
+
+enum { BLANK, COMMENT, TEXT, SAMPLE };
+
+/* What a line is. TEXT: no piece of it is a number or begins like one, and one is not empty. */
+static int kind_of(const sheet *s, int most)
+{
+    const char *const p = s->text + strspn(s->text, " \t");
+    const char apart = separator_of(s->text);
+    int n, i;
+    if (s->text[strspn(s->text, ",; \t")] == 0) return BLANK;
+    if (*p == '#' || *p == '%' || strncmp(p, "//", 2) == 0) return COMMENT;
+    n = split(apart, s->text, most, s->w);
+    for (i = 0; i < n && i < most; i++)
+        if (is_numeric(apart, s->w[i])) return SAMPLE;
+    return TEXT;
+}
+
+/* A line of text or a comment: the header, perhaps, or units. Returns nonzero if a recording begins behind it. */
+static int read_heading(const motion *d, sheet *s, int comment)
+{
+    const int had = s->header_row > 0 && !s->comment, most = 2 + 3 * d->N;
+    piece whole;
+    if (had && strcmp(s->text, s->header) == 0) return 1;
+    if (comment && (had || d->samples > 0)) return 0;
+    if (!comment && (had || d->samples > 0)) {
+        const int n = split(separator_of(s->text), s->text, most, s->w);
+        const int same = n == split(separator_of(s->header), s->header, most, s->name);
+        const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
+        const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
+        if (unit > 0 && (s->unit <= 0 || d->samples == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
+            s->unit = unit;
+            return 0;
+        }
+        if (same || d->samples > 0) {
+            whole.at = s->text, whole.n = (int)strlen(s->text);
+            fail("%s:%d: expected numbers, found \"%s\"\nhint: a row of units below the header begins with a unit of t: s, ms, us, "
+                 "ns; "
+                 "put # before other text",
+                 d->path, s->row, quoted(whole));
+        }
+    }
+    strcpy(s->header, s->text);
+    s->header_row = s->row, s->comment = comment;
+    return 0;
+}
+
+/* Says what was made of t, if it is no plain number of seconds. */
+static void tell_time(const motion *d, const sheet *s)
+{
+    const char *const unit = s->unit == 1e-3   ? "milliseconds"
+                             : s->unit == 1e-6 ? "microseconds"
+                             : s->unit == 1e-9 ? "nanoseconds"
+                             : s->unit == 60   ? "minutes"
+                                               : "hours";
+    if (s->guessed && d->dt >= 0.2)
+        fail("%s:%d: if t is in %s since 1970, samples are %g s apart\nhint: tell the unit by the name of the column: t_us, say",
+             d->path, s->line[0], unit, d->dt);
+    if (s->unit != 1) printf("%s: t is in %s%s\n", d->path, unit, s->guessed ? " since 1970" : "");
+}
 
 /* Reads a file and checks it; qdd are the differences of qd. Without qd it has q alone, which has yet to be smoothed. */
 static motion read_recording(const char *path, const wanted *w)
@@ -590,23 +1098,21 @@ static motion read_recording(const char *path, const wanted *w)
     d.path = path, d.N = w->N, d.forces = w->inputs > 0 ? w->inputs : w->N;
     s = open_sheet(&d, w);
     while (next_line(path, &s)) {
+        const int kind = kind_of(&s, 2 + 3 * w->N);
         progress(path, (double)(s.row - 1) / s.lines);
-        if (s.row == 1 && is_header(s.text)) {
-            s.force = force_column(s.text);
-            continue;
+        if (kind == BLANK) blank = 1;
+        else if (kind != SAMPLE) blank |= read_heading(&d, &s, kind == COMMENT);
+        else {
+            if (blank) d.first[d.trajectories++] = d.samples;
+            blank = 0;
+            add_sample(&d, w, &s);
         }
-        if (s.text[strspn(s.text, ", \t\r\n")] == 0) {
-            blank = 1;
-            continue;
-        }
-        if (blank) d.first[d.trajectories++] = d.samples;
-        blank = 0;
-        add_sample(&d, w, &s);
     }
     fclose(s.f);
-    if (d.samples == 0) fail("%s has no samples", path);
+    if (d.samples == 0) fail("%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample", path);
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
+    tell_time(&d, &s);
     check_jumps(&d, &s, w->angles);
     if (w->angles) unwrap(&d, w->angles);
     check_turns(&d, w->angles);
@@ -616,7 +1122,7 @@ static motion read_recording(const char *path, const wanted *w)
     for (k = 0; k < d.trajectories; k++)
         for (i = d.first[k] * d.forces; i < d.first[k + 1] * d.forces; i++)
             d.tau_mid[i] = i < (d.first[k] + 1) * d.forces ? d.tau[i] : (d.tau[i - d.forces] + d.tau[i]) / 2;
-    free(s.t), free(s.line), free(s.text), free(s.v);
+    free(s.t), free(s.line), free(s.text), free(s.header), free(s.v), free(s.w), free(s.name);
     return d;
 }
 

@@ -16,13 +16,14 @@
                predicted no better; or, method=adam, Riemannian Adam on accelerations, of all parameters together
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
-   the same bits as if nothing had happened. In the end: OUT_weights.h (C definition for flash), OUT.roln (packed bytes), a table of
-   errors, each with its standard error over trajectories, and of the worst joint, also as OUT_errors.csv, where those of every
-   joint stand, in parts of its motion and, as rms, in its unit, and OUT_motion.svg, how the median and the worst held-out
-   trajectory are predicted. Keys and defaults: `settings`.
+   the same bits as if nothing had happened. In the end, however a training ends, by itself, by seconds=, by a signal (SIGINT,
+   SIGTERM, SIGHUP), by numbers that overflow, by a full disk: OUT_weights.h (C definition for flash) and OUT.roln (packed bytes) of
+   the best weights, then a table of errors, also as OUT_errors.csv with the errors of every joint, and OUT_motion.svg, how the
+   median and the worst held-out trajectory are predicted (report.h). The exit code is 0 only if a model was trained: `help`. Keys
+   and defaults: `settings`.
 
-   1 settings     2 threads     3 state     4 errors     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 pictures
-   10 stages     11 main */
+   1 settings     2 threads     3 state     4 files     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 stages
+   10 weights     11 main */
 
 #if defined _WIN32 && !defined NO_THREADS
 #define NO_THREADS
@@ -31,6 +32,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include <pthread.h>
 #endif
+#include <errno.h>
+#include <signal.h>
 
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
@@ -53,10 +56,10 @@ static struct {
     const char *help;
 } settings[] = {
     {"seed", 1, 0, 1e15, 1, "of weights, samples and noise: trainings of one config end at different errors"},
-    {"seconds", 0, 0, 1e8, 0, "end after so many at the latest; 0: no limit, and the same bits in every run"},
+    {"seconds", 0, 0, 1e8, 0, "this run ends after so many, with all that it writes; 0: no limit, and the same bits in every run"},
     {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
     {"held", 0.1, 0, 1, 0, "part of the trajectories that is held out"},
-    {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the shortest one"},
+    {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
     {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
     {"force", 0, 0, 1e6, 0, "weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves"},
@@ -80,14 +83,7 @@ static struct {
 };
 enum { OUT, TEST, FROM, METHOD, WORDS };
 
-/* A training that comes to nothing. */
-static void give_up(const char *format, ...)
-{
-    va_list list;
-    va_start(list, format);
-    end_with(LOST, format, list);
-    va_end(list);
-}
+enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
 static void help(void)
 {
@@ -106,8 +102,12 @@ static void help(void)
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
-           "Exit: 0, weights are written, and how well they predict is said. 1 and 2, none are, and the last line says why:\n"
-           "1 wrong use, recordings or files, 2 a training that came to nothing.\n");
+           "Exit code; if it is not 0, the last line says why:\n"
+           "  0  A model was trained: weights are written, the best step is not the first, windows were reached (if window= is\n"
+           "     not 0), and E_q is at most half of that of q + h qd at every horizon where it can be.\n"
+           "  3  Weights are written, but one of these is not so.\n"
+           "  1  Wrong use, recordings or files. If a training had begun, the best weights are written where that is possible.\n"
+           "  2  Nothing to begin with: no chart fits these recordings.\n");
 }
 
 static double set(const char *key)
@@ -215,6 +215,8 @@ typedef char too_few_rows[WINDOWS > 0 ? 1 : -1];
 static struct {
     int stage, step, next; /* next: step of the next look; 0: the stage has not begun */
     int best_step, since;  /* since: from where steps without a gain are counted */
+    int falls, windowed;   /* how often numbers overflowed since the last gain; 1: there were windows */
+    int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
     int points;
@@ -227,15 +229,33 @@ static struct {
     roln_real mean[M(newton_size)];  /* of the weights of 8 steps */
 } s;
 
-static motion d;  /* of motion.csv */
+static motion d, unseen; /* of motion.csv, and of test= */
 static int train; /* its first trajectories; the others are held out */
-static double began;
+static double began, launched; /* seconds() and elapsed() count from there */
+static char ended[300];        /* why the training ended before its time; empty: by itself */
+static char limit[40];         /* the setting that did it in time */
+static int last = -1, reached; /* the last stage that ran, -1: none, and its last step */
+static int window_count;       /* windows that it could take */
+static int begun;              /* 1: s.best are weights that are not yet written */
+static volatile sig_atomic_t halted; /* the signal that ends the training; 0: none */
 static M(train) work[THREADS];
 static M(residuals) residuals;
 
 static double seconds(void)
 {
     return s.seconds + now() - began;
+}
+
+/* Seconds of this run, and how many are left of it. After a signal there are a few for the table. */
+static double elapsed(void)
+{
+    return now() - launched;
+}
+
+static double left(void)
+{
+    const double most = set("seconds") > 0 ? set("seconds") - elapsed() : HUGE_VAL;
+    return halted ? fmin(most, 5) : most;
 }
 
 /* First samples of all windows of trajectories a .. b-1 that reach `reach` samples on; every `every` samples, from `skip`. */
@@ -270,212 +290,93 @@ static pool pool_of(int steps, int stride)
     return p;
 }
 
-/* ---- 4 errors ---- */
+/* ---- 4 files ---- */
 
-/* A window fails if its roll-out ends with a status, or this many times farther off than the recording is wide. */
-#define FAR 100
+static int unwritten; /* files that could not be written */
 
-/* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed; typical: the geometric mean
-   of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its E_q
-   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. Of each joint:
-   E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. */
-typedef struct {
-    double q, qd, q_off, qd_off, typical, joint_q[M(N)], joint_rms[M(N)];
-    int failed, windows, worst;
-} error;
+/* What the files are called. */
+typedef struct { char text[512]; } file_name;
 
-typedef struct {
-    double sum[4];         /* of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2 */
-    double joint[M(N)][2]; /* of |q_pred - q|^2, |q - qbar|^2 of each joint */
-    int failed, windows;
-} score;
-
-typedef struct {
-    const motion *m;
-    const M(params) *p;
-    int from, count, samples, stride, every, *start;
-    score *scores; /* of trajectories from .. from + count - 1 */
-} rollout;
-
-/* How much of a longer work such roll-outs are. */
-static struct {
-    const char *what;
-    double done, part;
-} bar;
-
-/* Adds what M(errors) found of some windows. */
-static void add_errors(const roln_error *all, const roln_error *joints, score *to)
+static file_name name_of(const char *suffix)
 {
-    int j;
-    to->sum[0] += (double)all->q, to->sum[1] += (double)all->q_var;
-    to->sum[2] += (double)all->qd, to->sum[3] += (double)all->qd_var;
-    for (j = 0; j < (int)M(N); j++)
-        to->joint[j][0] += (double)joints[j].q, to->joint[j][1] += (double)joints[j].q_var;
-}
-
-/* The windows of trajectory `at` one by one, without those that fail. */
-static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, score *to, int thread)
-{
-    enum { N = M(N) };
-    const roln_real *each = M(trained)(r->p).each;
-    const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
-    double wide = 0;
-    int w, i, j;
-    for (i = a; i < end; i++)
-        for (j = 0; j < N; j++) {
-            const roln_real q = r->m->q[i * N + j];
-            const double x = (double)(q - roln_lnn_near(&M(model).lnn, j, q, s.qbar[j])) / (each ? (double)each[j] : 1);
-            wide += x * x / (end - a);
-        }
-    b.count = 1;
-    for (w = 0; w < windows; w++) {
-        const int end_of = b.steps > 0;
-        roln_error e[2], joints[2 * N];
-        b.start = start + w;
-        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread]) ||
-            (double)e[end_of].q > FAR * FAR * wide)
-            to->failed++;
-        else
-            add_errors(e + end_of, joints + end_of * N, to);
-    }
-}
-
-/* Windows of one trajectory. */
-static void roll(void *ctx, int k, int thread)
-{
-    const rollout *r = ctx;
-    enum { N = M(N) };
-    const int at = r->from + k, steps = r->samples / r->stride, end = steps > 0;
-    const roln_real dt = (roln_real)(r->m->dt * r->stride);
-    int *start = r->start + r->m->first[at];
-    score *to = &r->scores[k];
-    roln_error e[2], joints[2 * N];
-    roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
-    b.tau = set("torque") > 0 ? r->m->tau : NULL;
-    b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
-    if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
-    if (b.count == 0) return;
-    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread]) ||
-        (double)e[end].q > FAR * FAR * (double)e[end].q_var)
-        roll_each(r, at, b, dt, to, thread);
-    else
-        add_errors(e + end, joints + end * N, to);
-}
-
-/* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
-static double ratio(int count, const score *scores, int which, double *off)
-{
-    double a = 0, b = 0, mean = 0, square = 0;
-    int counted = 0, k;
-    for (k = 0; k < count; k++)
-        a += scores[k].sum[which], b += scores[k].sum[which + 1], counted += scores[k].sum[which + 1] > 0;
-    for (k = 0; k < count; k++) {
-        const double e = sqrt(fabs(a - scores[k].sum[which]) / fmax(b - scores[k].sum[which + 1], 1e-30));
-        if (!(scores[k].sum[which + 1] > 0)) continue; /* too short for a window, or all failed */
-        mean += e / counted, square += e * e / counted;
-    }
-    *off = counted > 1 ? sqrt(fmax(0, square - mean * mean) * (counted - 1)) : (double)NAN; /* of one nobody knows */
-    return b > 0 ? sqrt(a / b) : (double)NAN;
-}
-
-/* log E_q of a trajectory, failed windows by their part. */
-static double log_of(const score *x)
-{
-    const double f = x->windows > 0 ? (double)x->failed / x->windows : 0;
-    return (1 - f) * log(fmin(sqrt(fmax(x->sum[0], 1e-30) / fmax(x->sum[1], 1e-30)), 1e6)) + f * log(FAR);
-}
-
-/* E_q and rms of each joint, and which of those that move is the worst. */
-static void of_joints(int count, const score *scores, error *e)
-{
-    const int good = e->windows - e->failed;
-    int moves, j, k;
-    for (j = 0; j < (int)M(N); j++) {
-        double a = 0, b = 0;
-        for (k = 0; k < count; k++)
-            a += scores[k].joint[j][0], b += scores[k].joint[j][1];
-        moves = b > 1e-10 * good * (double)s.qbar[j] * (double)s.qbar[j];
-        e->joint_q[j] = moves ? sqrt(a / b) : (double)NAN, e->joint_rms[j] = good > 0 ? sqrt(a / good) : (double)NAN;
-        if (moves && !(e->joint_q[j] <= e->joint_q[e->worst])) e->worst = j;
-    }
-}
-
-/* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. from + count - 1;
-   one by one in scores. */
-static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
-{
-    rollout r = {m, p, from, count, samples, stride, every, NULL, scores};
-    error e = {0};
-    int k;
-    memset(scores, 0, (size_t)count * sizeof *scores);
-    r.start = room((size_t)m->samples, sizeof *r.start);
-    share(count, roll, &r);
-    e.q = ratio(count, scores, 0, &e.q_off), e.qd = ratio(count, scores, 2, &e.qd_off);
-    for (k = 0; k < count; k++)
-        e.typical += log_of(&scores[k]) / count, e.failed += scores[k].failed, e.windows += scores[k].windows;
-    e.typical = exp(e.typical);
-    of_joints(count, scores, &e);
-    free(r.start);
-    return e;
-}
-
-/* In per cent; - where that says nothing. */
-typedef struct { char text[16]; } percent;
-
-static percent in_percent(double x)
-{
-    percent p;
-    snprintf(p.text, sizeof p.text, x < 100 ? "%.3f" : "-", 100 * x);
+    file_name p;
+    snprintf(p.text, sizeof p.text, "%s%s", words[OUT].value, suffix);
     return p;
 }
 
-/* What failed, if anything did. */
-typedef struct { char text[64]; } failures;
-
-static failures failed_of(const error *e)
+/* Says that a file cannot be written. Training goes on: what can be written later is written. */
+static void cannot_write(const char *suffix)
 {
-    failures f = {""};
-    if (e->failed > 0) snprintf(f.text, sizeof f.text, "  %d of %d windows failed", e->failed, e->windows);
+    unwritten++;
+    printf("warning: cannot write %s: %s\n", name_of(suffix).text, strerror(errno));
+    fflush(stdout);
+}
+
+/* NULL, and a warning, if it cannot be opened. */
+static FILE *file(const char *suffix, const char *mode)
+{
+    FILE *f = fopen(name_of(suffix).text, mode);
+    if (!f) cannot_write(suffix);
     return f;
 }
 
-/* Errors over the time that is predicted ahead, printed and as lines of a CSV. */
-static void table(const char *name, const motion *m, int from, int to, FILE *csv)
+/* Zero, and a warning, if not all of it was written. */
+static int close_file(FILE *f, const char *suffix)
 {
-    enum { ROWS_OF_IT = 10 };
-    static const double ms[ROWS_OF_IT] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
-    const int every = stride_of(m, 0.025), stride = stride_of(m, 0.005);
-    int samples[ROWS_OF_IT], steps[ROWS_OF_IT], rows = 0, longest = 0, i, j;
-    score *scores = room((size_t)(to - from), sizeof *scores);
-    double all = 0, done = 0;
-    for (i = from; i < to; i++)
-        longest = longest > m->first[i + 1] - m->first[i] ? longest : m->first[i + 1] - m->first[i];
-    for (i = 0; i < ROWS_OF_IT; i++) {
-        const int x = (int)(ms[i] * 1e-3 / m->dt + 0.5);
-        if ((rows > 0 && x == samples[rows - 1]) || x >= longest) continue;
-        samples[rows] = x, steps[rows] = x / (x % stride ? 1 : stride) + 1;
-        all += steps[rows++];
-    }
-    printf("%s\n   ms    E_q %%      +-   E_qd %%      +-   worst joint   E_q %%       rms\n", name);
-    for (i = 0; i < rows; i++) {
-        error e;
-        bar.what = "table of errors", bar.done = done / all, bar.part = steps[i] / all;
-        e = errors(m, &s.p, from, to - from, samples[i], samples[i] % stride ? 1 : stride, every, scores);
-        done += steps[i];
-        printf("%5.4g %8s %7s %8s %7s %13d %7s %9.3g%s\n", 1e3 * samples[i] * m->dt, in_percent(e.q).text,
-               in_percent(e.q_off).text, in_percent(e.qd).text, in_percent(e.qd_off).text, e.worst + 1,
-               in_percent(e.joint_q[e.worst]).text, e.joint_rms[e.worst], failed_of(&e).text);
-        fflush(stdout);
-        fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, 1e3 * samples[i] * m->dt, 100 * e.q, 100 * e.q_off, 100 * e.qd,
-                100 * e.qd_off, e.failed, e.windows, e.worst + 1);
-        for (j = 0; j < (int)M(N); j++)
-            fprintf(csv, ",%.5g,%.5g", 100 * e.joint_q[j], e.joint_rms[j]);
-        fprintf(csv, "\n");
-    }
-    free(scores);
+    const int bad = ferror(f);
+    if (fclose(f) == 0 && !bad) return 1;
+    cannot_write(suffix);
+    return 0;
 }
 
+/* OUT.part, written, becomes OUTsuffix: whenever the power fails, either the old file is there or the new one. Zero, a warning, and
+   the old file if that is not possible. */
+static int put_in_place(FILE *f, const char *suffix)
+{
+    const file_name part = name_of(".part"), whole = name_of(suffix);
+    int good = close_file(f, ".part");
+#ifdef _WIN32
+    if (good) remove(whole.text); /* rename does not replace there */
+#endif
+    if (good && rename(part.text, whole.text) != 0) cannot_write(suffix), good = 0;
+    if (!good) remove(part.text);
+    return good;
+}
+
+/* Says before a training what could not be written after it: no such directory, a full disk, a file that may not be changed. */
+static void check_place(void)
+{
+    static const char *const suffix[] = {".check", ".roln", "_weights.h", "_errors.csv", ".svg", "_motion.svg"};
+    FILE *f = fopen(name_of(".part").text, "wb");
+    int good = f != NULL;
+    size_t i;
+    if (f) good = fwrite(&s, sizeof s, 1, f) == 1;
+    if (f) good = fclose(f) == 0 && good;
+    if (!good) fail("cannot write %s: %s", name_of(".part").text, strerror(errno));
+    remove(name_of(".part").text);
+    for (i = 0; i < sizeof suffix / sizeof *suffix; i++) {
+        const file_name p = name_of(suffix[i]);
+        if (!(f = fopen(p.text, "rb"))) continue;
+        fclose(f);
+        if (!(f = fopen(p.text, "r+b"))) fail("cannot write %s: %s", p.text, strerror(errno));
+        fclose(f);
+    }
+}
+
+#include "report.h"
+
 /* ---- 5 chart ---- */
+
+#if ROLN_CHARTED
+/* A training that cannot begin. */
+static void give_up(const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    end_with(LOST, format, list);
+    va_end(list);
+}
+#endif
 
 /* The encoder on 4,000 samples, until the residual falls by less than 1 % in 20 steps; then the decoder on all. */
 static void fit_chart(void)
@@ -494,6 +395,7 @@ static void fit_chart(void)
     for (k = 0; k < some; k++)
         start[k] = (int)((double)k * count / some);
     for (k = 1; st == ROLN_OK && (k % 20 || residual < ROLN_C(0.99) * before); k++) {
+        if (k > 1 && (halted || left() < set("seconds") / 2)) break; /* the rest is for the networks */
         if (k % 20 == 0) before = residual;
         if (due()) printf("chart: step %d, the decoder leaves %.3g %% of q, %.0f s\n", steps, 100 * (double)residual, seconds());
         fflush(stdout);
@@ -579,6 +481,8 @@ static void weigh_windows(rows *f)
         *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
     for (k = 0; k < PARTS; k++)
         if (f->of_windows[k] < WINDOWS) return; /* some ran away: the model is not yet good enough */
+    if (!(of_window > 0 && isfinite(of_window) && isfinite(of_sample))) return;
+    s.windowed = 1;
     s.window_weight = (roln_real)(3 * of_sample / (PART - WINDOWS) * WINDOWS / of_window);
     printf("from here on windows of %d steps of %g s\n", f->windows->steps, d.dt * f->windows->stride);
 }
@@ -592,30 +496,34 @@ static void sum(void *ctx, int k, int thread)
     M(newton_sums)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
 }
 
-/* One step. If it is refused in spite of more and more damping, the next rows may know better. */
-static void newton_step(rows *f)
+/* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
+   is done. */
+static const char *newton_step(rows *f)
 {
-    enum { JUDGES = 4, TRIES = 6 };
+    enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
     roln_newton_opt opt = {s.memory, 1, 20}; /* rows more than 20 times the mean are few, but they may be true */
     const roln_real damping = s.newton.state.lambda;
     roln_status st;
     int tries, k;
     if (s.window_weight == 0 && f->windows->count > 0 && s.step >= WINDOWS_FROM) weigh_windows(f);
-    for (tries = 0; (st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK; tries++)
-        if (tries == 100) give_up("the model can not be evaluated on the data any more: status %d", (int)st);
-    st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
-    if (st != ROLN_OK) give_up("no step from these residuals: status %d; are torques and accelerations right?", (int)st);
+    for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
+        if ((st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK) continue;
+        if ((st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton)) == ROLN_OK) break;
+    }
+    if (tries == DRAWS)
+        return "residuals of training samples overflow; possible cause: a wild sample, force= or a unit far too large";
     share((int)set("threads"), sum, &opt);
     f->p = &s.newton.next, f->again = 1;
     for (tries = 0; tries < TRIES; tries++) {
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
-        if (st != ROLN_OK) give_up("step: status %d", (int)st);
+        if (st != ROLN_OK) return "the normal equations have no solution that is finite";
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
     if (tries == TRIES) roln_newton_over(damping, &s.newton.state);
     for (k = 0; k < M(newton_size); k++)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
+    return NULL;
 }
 
 /* ---- 7 Adam ---- */
@@ -624,7 +532,7 @@ enum { SLICES = 4, BATCH = 64 };
 
 typedef struct {
     const pool *samples;
-    int start[BATCH];
+    int start[BATCH], refused; /* updates in a row */
     M(gradient) g[SLICES];
     roln_status status[SLICES];
 } descent;
@@ -640,48 +548,30 @@ static void slice(void *ctx, int k, int thread)
                                    : M(grad)(&s.p, &of_layers, &b, 1, &a->g[k], &work[thread]);
 }
 
-/* One of `updates` updates. One that is refused changes nothing. */
-static void adam_step(descent *a, int updates)
+/* One of `updates` updates. One that is refused changes nothing. Returns why none is taken any more, or NULL. */
+static const char *adam_step(descent *a, int updates)
 {
     const roln_real rate = roln_schedule((uint32_t)s.step, 100, (uint32_t)updates, ROLN_C(1e-3));
     const roln_opt opt = ROLN_OPT(rate * (roln_real)set("lr_ae"), rate * (roln_real)(s.stage == ADAM ? set("lr_net") : 0));
+    enum { MOST = 1000 };
     int k, i;
+    if (a->refused == MOST)
+        return "1000 updates in a row were refused; possible cause: lr_ae= or lr_net= far too large, a wild sample";
+    a->refused++;
     for (i = 0; i < BATCH; i++)
         a->start[i] = a->samples->start[roln_randint(a->samples->count, &s.seed)];
     share(SLICES, slice, a);
     for (k = 0; k < SLICES; k++) {
-        if (a->status[k] != ROLN_OK) return;
+        if (a->status[k] != ROLN_OK) return NULL;
         for (i = 0; i < M(theta_size) && k > 0; i++)
             a->g[0].theta[i] += a->g[k].theta[i];
         if (k > 0) a->g[0].windows += a->g[k].windows;
     }
-    M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0]);
+    if (M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0]) == ROLN_OK) a->refused = 0;
+    return NULL;
 }
 
 /* ---- 8 checkpoint ---- */
-
-static FILE *file(const char *suffix, const char *mode)
-{
-    char path[512];
-    FILE *f;
-    snprintf(path, sizeof path, "%s%s", words[OUT].value, suffix);
-    f = fopen(path, mode);
-    if (!f && *mode != 'r') fail("cannot write %s", path);
-    return f;
-}
-
-/* OUT.part, written, becomes OUTsuffix: whenever the power fails, either the old file is there or the new one. */
-static void put_in_place(FILE *f, const char *suffix)
-{
-    char part[512], path[512];
-    snprintf(part, sizeof part, "%s.part", words[OUT].value);
-    snprintf(path, sizeof path, "%s%s", words[OUT].value, suffix);
-    if (fclose(f) != 0) fail("cannot write %s", part);
-#ifdef _WIN32
-    remove(path); /* rename does not replace there */
-#endif
-    if (rename(part, path) != 0) fail("cannot write %s", path);
-}
 
 /* What a checkpoint belongs to. */
 typedef struct {
@@ -726,12 +616,14 @@ static origin origin_of(void)
     return o;
 }
 
+/* If it cannot be written the one before is left, and training goes on. */
 static void checkpoint(void)
 {
     const origin o = origin_of();
     FILE *f = file(".part", "wb");
+    if (!f) return;
     s.seconds = seconds(), began = now();
-    if (fwrite(&o, sizeof o, 1, f) != 1 || fwrite(&s, sizeof s, 1, f) != 1) fail("cannot write %s.part", words[OUT].value);
+    if (fwrite(&o, sizeof o, 1, f) == 1) fwrite(&s, sizeof s, 1, f);
     put_in_place(f, ".check");
 }
 
@@ -740,162 +632,17 @@ static int resume(void)
 {
     const origin o = origin_of();
     origin was;
-    FILE *f = set("resume") > 0 ? file(".check", "rb") : NULL;
+    FILE *f = set("resume") > 0 ? fopen(name_of(".check").text, "rb") : NULL;
     if (!f) return 0;
-    if (fread(&was, sizeof was, 1, f) != 1 || memcmp(&was, &o, sizeof o) != 0 || fread(&s, sizeof s, 1, f) != 1)
-        fail("%s.check is of other data, other settings or another config", words[OUT].value);
+    if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
+    if (memcmp(&was, &o, sizeof o) != 0) fail("%s.check is of other data, other settings or another config", words[OUT].value);
+    if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
     fclose(f);
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
 
-/* ---- 9 pictures ---- */
-
-/* E_q of held-out trajectories, near and far, over seconds; logarithmic. */
-static void draw_curve(double near, double far)
-{
-    static const char *const colour[] = {"#08519c", "#a63603"};
-    const double end = fmax(s.point[s.points - 1][0], 1), ahead[] = {near, far};
-    int k, i;
-    FILE *f = file(".svg", "w");
-    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='640' height='400' viewBox='0 0 640 400' font-family='Helvetica, "
-               "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='640' height='400' fill='#fff'/>\n"
-               "<text x='60' y='28' font-size='15'>" STRING(MODEL) ": E_q of held-out trajectories</text>\n");
-    for (k = -3; k <= 2; k++)
-        fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/><text x='54' y='%d' text-anchor='end'>%g %%</text>\n", 180 - 60 * k,
-                184 - 60 * k, pow(10, k));
-    for (k = 0; k <= 4; k++)
-        fprintf(f, "<text x='%d' y='382' text-anchor='middle'>%.0f%s</text>\n", 60 + 135 * k, end * k / 4, k == 4 ? " s" : "");
-    for (i = 0; i < 2; i++) {
-        fprintf(f, "<text x='%d' y='50' fill='%s'>%.3g ms ahead</text>\n<path fill='none' stroke-width='2' stroke='%s' d='",
-                60 + 140 * i, colour[i], 1e3 * ahead[i], colour[i]);
-        for (k = 0; k < s.points; k++)
-            fprintf(f, "%c%.1f %.1f", k ? 'L' : 'M', 60 + 540 * s.point[k][0] / end,
-                    180 - 60 * log10(fmin(fmax(100 * s.point[k][1 + i], 1e-3), 100)));
-        fprintf(f, "'/>\n");
-    }
-    fprintf(f, "</svg>\n");
-    fclose(f);
-}
-
-enum { ACROSS = 440, DOWN = 110, CURVES = 4 };
-
-/* Joint j of a trajectory, and as it is predicted, x [points][N]: NaN where that failed. */
-static void draw_joint(FILE *f, int at, int j, const double *x, int points, int stride, int left, int top)
-{
-    enum { N = M(N) };
-    const int a = d.first[at], thin = points / 300 + 1;
-    double low = (double)d.q[a * N + j], high = low, scale;
-    int i, pen = 0;
-    for (i = a; i < d.first[at + 1]; i++)
-        low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
-    scale = (DOWN - 30) / fmax(high - low, 1e-9);
-    fprintf(f, "<text x='%d' y='%d'>joint %d, %.3g .. %.3g</text>\n<path fill='none' stroke-width='2' stroke='#999' d='", left,
-            top + 12, j + 1, low, high);
-    for (i = 0; i < points; i += thin)
-        fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', left + (ACROSS - 40.0) * i / points,
-                top + 20 + scale * (high - (double)d.q[(a + i * stride) * N + j]));
-    fprintf(f, "'/>\n<path fill='none' stroke='#a63603' d='");
-    for (i = 0; i < points; i += thin) {
-        const double y = scale * (high - x[i * N + j]);
-        if (!(y > -20 && y < DOWN - 10)) {
-            pen = 0;
-            continue;
-        }
-        fprintf(f, "%c%.1f %.1f", pen ? 'L' : 'M', left + (ACROSS - 40.0) * i / points, top + 20 + y);
-        pen = 1;
-    }
-    fprintf(f, "'/>\n");
-}
-
-/* A trajectory as the model predicts it from its first sample, and every `far` samples anew from the recording: x [points][N]. */
-static void predict(int at, int stride, int far, int points, double *x)
-{
-    enum { N = M(N), F = M(force_size) };
-    static M(work) scratch;
-    M(state) now_at;
-    M(latent) z;
-    roln_status st = ROLN_OK;
-    int i, j, k;
-    for (k = 0; k < points; k++) {
-        const int sample = d.first[at] + k * stride;
-        roln_real tau[F];
-        if (k * stride % far == 0) {
-            memcpy(now_at.q, d.q + sample * N, sizeof now_at.q), memcpy(now_at.qd, d.qd + sample * N, sizeof now_at.qd);
-            st = M(encode)(&s.p, &now_at, &z, &scratch);
-        } else if (st == ROLN_OK) {
-            for (j = 0; j < F; j++)
-                for (i = 0, tau[j] = 0; i < stride; i++)
-                    tau[j] += d.tau[(sample - stride + i) * F + j] / (roln_real)stride;
-            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch);
-        }
-        if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch);
-        for (j = 0; j < N; j++)
-            x[k * N + j] = st == ROLN_OK ? (double)now_at.q[j] : (double)NAN;
-    }
-}
-
-/* The joints of a trajectory that move most, in their own units if they have such. */
-static void widest(int at, int count, int *which)
-{
-    enum { N = M(N) };
-    const roln_real *each = M(trained)(&s.p).each;
-    double wide[N];
-    int i, j, k;
-    for (j = 0; j < N; j++) {
-        double low = HUGE_VAL, high = -HUGE_VAL;
-        for (i = d.first[at]; i < d.first[at + 1]; i++)
-            low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
-        wide[j] = (high - low) / (each ? (double)each[j] : 1);
-    }
-    for (k = 0; k < count; k++) {
-        for (j = 1, which[k] = 0; j < N; j++)
-            if (wide[j] > wide[which[k]]) which[k] = j;
-        wide[which[k]] = -1;
-    }
-}
-
-/* OUT_motion.svg: the held-out trajectories that are predicted with the median and the worst E_q. */
-static void draw_motion(void)
-{
-    enum { N = M(N), JOINTS = (int)N < (int)CURVES ? (int)N : (int)CURVES };
-    static const char *const title[] = {"median", "worst"};
-    const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
-    const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : stride; /* no look: no stage had anything to do */
-    const int height = 60 + JOINTS * DOWN;
-    score *scores = room((size_t)count, sizeof *scores);
-    int chosen[2] = {0, 0}, k, i, joint[CURVES];
-    FILE *f = file("_motion.svg", "w");
-    bar.what = "picture", bar.done = 0, bar.part = 1;
-    errors(&d, &s.p, train, count, far, stride, stride_of(&d, 0.1), scores);
-    for (k = 0; k < count; k++) {
-        int below = 0;
-        for (i = 0; i < count; i++)
-            below += log_of(&scores[i]) < log_of(&scores[k]) || (log_of(&scores[i]) == log_of(&scores[k]) && i < k);
-        if (below == count / 2) chosen[0] = k;
-        if (below == count - 1) chosen[1] = k;
-    }
-    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='%d' height='%d' viewBox='0 0 %d %d' font-family='Helvetica, Arial, "
-               "sans-serif' font-size='12' fill='#222'>\n<rect width='%d' height='%d' fill='#fff'/>\n",
-            2 * ACROSS, height, 2 * ACROSS, height, 2 * ACROSS, height);
-    for (k = 0; k < 2; k++) {
-        const int at = train + chosen[k], points = (d.first[at + 1] - d.first[at] - 1) / stride + 1;
-        double *x = room((size_t)points * N, sizeof *x);
-        fprintf(f, "<text x='%d' y='24' font-size='15'>%s: trajectory %d of %d, E_q %s %%</text>\n<text x='%d' y='42'>%.3g s: grey "
-                   "recorded, red predicted, anew every %.3g s</text>\n",
-                20 + k * ACROSS, title[k], at + 1, d.trajectories, in_percent(exp(log_of(&scores[chosen[k]]))).text,
-                20 + k * ACROSS, points * stride * d.dt, s.ahead);
-        predict(at, stride, far, points, x);
-        widest(at, JOINTS, joint);
-        for (i = 0; i < JOINTS; i++)
-            draw_joint(f, at, joint[i], x, points, stride, 20 + k * ACROSS, 50 + i * DOWN);
-        free(x);
-    }
-    fprintf(f, "</svg>\n");
-    fclose(f), free(scores);
-}
-
-/* ---- 10 stages ---- */
+/* ---- 9 stages ---- */
 
 /* Steps of Gauss-Newton without a gain that are one too many. */
 static int patience(void)
@@ -913,32 +660,48 @@ static void turn_back(void)
     s.since = s.step;
 }
 
+/* Horizon of a look, in samples: look= seconds, at most half of the median held-out trajectory, so that at least half of them are
+   long enough, and a short one shortens nothing. */
+static int farthest(void)
+{
+    const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
+    double *length = room((size_t)count, sizeof *length), most;
+    int k;
+    for (k = 0; k < count; k++)
+        length[k] = d.first[train + k + 1] - d.first[train + k];
+    qsort(length, (size_t)count, sizeof *length, smaller);
+    most = floor(length[count / 2] / 2) * d.dt;
+    free(length);
+    return s.stage == LAYERS ? 0 : (int)fmax(1, fmin(set("look"), most) / d.dt / stride + 0.5) * stride;
+}
+
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
    how they reconstruct them. Keeps the best. */
 static void look(void)
 {
-    const int stride = stride_of(&d, 0.005);
-    score *scores = room((size_t)(d.trajectories - train), sizeof *scores);
-    int shortest = d.samples, k, far, near;
+    const int stride = stride_of(&d, 0.005), far = farthest(), near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
+    const int held = d.trajectories - train;
+    score *scores = room((size_t)held, sizeof *scores);
+    int every = stride_of(&d, 0.1) * (s.thin > 0 ? s.thin : 1);
     M(params) p = s.p;
     error e[2];
-    for (k = train; k < d.trajectories; k++)
-        if (d.first[k + 1] - d.first[k] < shortest) shortest = d.first[k + 1] - d.first[k];
-    far = s.stage == LAYERS ? 0 : (int)fmax(1, fmin(set("look"), shortest / 2 * d.dt) / d.dt / stride + 0.5) * stride;
-    near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
-    e[0] = errors(&d, &p, train, d.trajectories - train, near, stride, stride_of(&d, 0.1), scores);
+    e[0] = errors(&d, &p, train, held, near, stride, every, scores);
+    for (; s.thin == 0 && set("seconds") > 0 && every < d.samples; every *= 2) /* a look takes a twentieth of seconds= at most */
+        if (price() * steps_to(&d, train, d.trajectories, far, stride, every) < set("seconds") / 20) break;
+    if (s.thin == 0) s.thin = every / stride_of(&d, 0.1);
     bar.done = bar.part, bar.part = 1 - bar.part;
-    e[1] = errors(&d, &p, train, d.trajectories - train, far, stride, stride_of(&d, 0.1), scores);
+    e[1] = errors(&d, &p, train, held, far, stride, every, scores);
     free(scores);
     s.ahead = far * d.dt;
-    if (s.step == 0 || e[1].typical < s.best_error) s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step;
+    if (s.step == 0 || e[1].typical < s.best_error)
+        s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
            far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
-    printf("%s  %.0f s\n", failed_of(&e[1]).text, seconds());
+    printf("%s  %.0f s\n", remarks_on(&e[1], held).text, seconds());
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
@@ -955,15 +718,51 @@ static int updates_of(int stage)
     return stage == LAYERS ? layers * (int)set("ae") : stage == ADAM ? adam * (int)set("acc") : !adam;
 }
 
+static double slowest; /* seconds of the slowest step of this run */
+
+/* Seconds that the end of a training takes: a last step and look, the tables, the picture. */
+static double reserve(void)
+{
+    const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : 1, every = stride_of(&d, 0.1) * (s.thin > 0 ? s.thin : 1);
+    const double looks = 2 * steps_to(&d, train, d.trajectories, far, stride_of(&d, 0.005), every);
+    double tables = steps_of_table(&d, train, d.trajectories, stride_of(&d, 0.025));
+    if (words[TEST].value) tables += steps_of_table(&unseen, 0, unseen.trajectories, stride_of(&unseen, 0.025));
+    return 1.3 * (slowest + price() * looks + fmin(price() * tables, set("seconds") / 10));
+}
+
+/* Nonzero if the run has to end now: why stands in `ended`. */
+static int halting(void)
+{
+    if (halted) snprintf(ended, sizeof ended, "signal %d", (int)halted);
+    else if (set("seconds") > 0 && left() < reserve()) snprintf(ended, sizeof ended, "seconds=%g", set("seconds"));
+    return ended[0] != 0;
+}
+
 /* Gauss-Newton ends when a short memory gains nothing either. */
 static int done(int updates)
 {
-    if (set("seconds") > 0 && seconds() > set("seconds")) return 1;
-    if (s.stage != NEWTON) return s.step >= updates;
-    return set("steps") > 0 ? s.step >= (int)set("steps") : (s.memory <= 2 && s.step >= s.since + patience());
+    const int steps = s.stage == NEWTON ? (int)set("steps") : updates;
+    if (steps > 0 || s.stage != NEWTON) return s.step >= steps;
+    return s.memory <= 2 && s.step >= s.since + patience();
 }
 
-/* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. */
+/* There was no step: Gauss-Newton begins anew from the best weights, three times without a gain; else the training ends. Either
+   way a checkpoint goes on from the best weights, with other rows. */
+static void fall_back(const char *why)
+{
+    static const roln_newton fresh = ROLN_NEWTON_START;
+    s.p = s.best, s.window_weight = 0;
+    memset(&s.newton, 0, sizeof s.newton);
+    s.newton.state = fresh;
+    if (s.stage != NEWTON) memset(&s.optimiser, 0, sizeof s.optimiser);
+    memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
+    if (s.stage == NEWTON && s.falls++ < 3) printf("step %d: %s; back to step %d\n", s.step, why, s.best_step);
+    else snprintf(ended, sizeof ended, "a failure (%s)", why), s.falls = 0;
+    fflush(stdout);
+}
+
+/* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. If
+   the run ends before the stage does, OUT.check goes on from there. */
 static void run(void)
 {
     static const roln_newton fresh = ROLN_NEWTON_START;
@@ -975,22 +774,107 @@ static void run(void)
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
+    last = s.stage, window_count = longer.count;
     if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
-    while (s.next == 0 || !done(updates)) {
+    while (s.next == 0 || !(done(updates) || halting())) {
+        const char *why;
+        double from_now;
         if (s.step == s.next) {
             at = s.step;
             s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
             look();
+            begun = 1;
             checkpoint();
         }
         progress("to the next look", (double)(s.step - at) / (s.next - at));
-        if (s.stage == NEWTON) newton_step(&f);
-        else adam_step(&a, updates);
+        from_now = now();
+        why = s.stage == NEWTON ? newton_step(&f) : adam_step(&a, updates);
+        slowest = fmax(slowest, now() - from_now);
         s.step++;
+        if (why) fall_back(why);
     }
-    look();
+    if (ended[0]) checkpoint();
+    else if (s.stage == NEWTON && set("steps") > 0) snprintf(limit, sizeof limit, "steps=%g", set("steps"));
+    if (!halted || price() * steps_to(&d, train, d.trajectories, (int)(s.ahead / d.dt), 1, stride_of(&d, 0.1)) < left()) look();
+    reached = s.step;
     s.p = s.best, s.step = s.next = 0;
     free(samples.start), free(longer.start);
+}
+
+/* ---- 10 weights ---- */
+
+static void put_file(void *ctx, const char *text)
+{
+    fputs(text, (FILE *)ctx);
+}
+
+/* Begins a header of weights that are no trained model, or are not yet judged. */
+#define MARK "/* train.c: "
+
+/* Weights of an earlier training that were judged good are kept as OUT.roln.old and OUT_weights.h.old, until this one is. */
+static int keep_old(void)
+{
+    static const char *const suffix[] = {".roln", "_weights.h"};
+    char line[sizeof MARK] = "";
+    FILE *f = fopen(name_of("_weights.h").text, "rb");
+    int i, kept = 0;
+    if (!f) return 0;
+    if (fread(line, 1, sizeof line - 1, f) != sizeof line - 1 || strcmp(line, MARK) != 0)
+        for (i = 0; i < 2; i++) {
+            file_name old = name_of(suffix[i]);
+            strcat(old.text, ".old");
+#ifdef _WIN32
+            remove(old.text);
+#endif
+            kept += rename(name_of(suffix[i]).text, old.text) == 0;
+        }
+    fclose(f);
+    return kept;
+}
+
+/* OUT.roln and OUT_weights.h; mark: what the header says of the weights, NULL: nothing. Zero if they cannot be written. */
+static int write_weights(const char *mark)
+{
+    static unsigned char bytes[M(packed_size)];
+    static M(work) scratch;
+    FILE *f;
+    int good;
+    s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
+    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK)
+        doubt("the range of z overflows; possible cause: a wild sample");
+    M(pack)(&s.p, bytes);
+    if (!(f = file(".part", "wb"))) return 0;
+    fwrite(bytes, 1, sizeof bytes, f);
+    good = put_in_place(f, ".roln");
+    if (!(f = file(".part", "w"))) return 0;
+    if (mark) fprintf(f, MARK "%s */\n", mark);
+    if (M(write)(&s.p, put_file, f) != ROLN_OK) doubt("weights that are no C constants");
+    return put_in_place(f, "_weights.h") && good;
+}
+
+/* Behind exit() in the middle of a training, out of memory, say: the weights that were best so far. */
+static void rescue(void)
+{
+    const int step = s.step;
+    if (!begun) return;
+    begun = 0;
+    s.p = s.best;
+    keep_old();
+    fflush(stdout);
+    if (!write_weights("not judged: the program ended in the middle of a training")) return;
+    fflush(stdout);
+    fprintf(stderr, "no trained model: the training ended at step %d, for the reason above; weights of step %d are written\n", step,
+            s.best_step);
+    _Exit(UNTRAINED);
+}
+
+/* Doubts of the training itself. That of its errors: `judge`. */
+static void judge_training(void)
+{
+    if (last < NEWTON) doubt("before any step of the networks");
+    else if (s.best_step == 0) doubt("no step predicts better than the weights before it");
+    if (last == NEWTON && window_count > 0 && !s.windowed)
+        doubt(reached > WINDOWS_FROM ? "from step %d on windows ran away" : "before windows, which begin at step %d", WINDOWS_FROM);
 }
 
 /* ---- 11 main ---- */
@@ -1035,31 +919,62 @@ static void start(void)
     }
 }
 
-static void put_file(void *ctx, const char *text)
+/* How far the training came, in a few lines. */
+static void summary(void)
 {
-    fputs(text, (FILE *)ctx);
-}
-
-static void save(void)
-{
-    static unsigned char bytes[M(packed_size)];
-    static M(work) scratch;
-    FILE *f;
-    s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
-    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK) give_up("no range");
-    M(pack)(&s.p, bytes);
-    f = file(".part", "wb");
-    if (fwrite(bytes, 1, sizeof bytes, f) != sizeof bytes) fail("cannot write %s.roln", words[OUT].value);
-    put_in_place(f, ".roln");
-    f = file(".part", "w");
-    if (M(write)(&s.p, put_file, f) != ROLN_OK || ferror(f)) fail("cannot write %s_weights.h", words[OUT].value);
-    put_in_place(f, "_weights.h");
-    printf("wrote %s.roln and %s_weights.h after %.0f s\n", words[OUT].value, words[OUT].value, seconds());
+    if (ended[0]) printf("ended by %s at step %d\n", ended, reached);
+    printf("wrote %s.roln and %s_weights.h after %.0f s: weights of step %d\n", words[OUT].value, words[OUT].value, seconds(),
+           s.best_step);
     printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
     if (!(s.best_error < 1))
-        printf("that is no better than the mean of q: do all columns have the order, the unit and the sign that they "
-               "should%s?\n",
-               set("torque") > 0 ? ", and tau the time, of the sample from which on it acts" : "");
+        printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by "
+               "more than tau%s; too few coordinates or recordings\n",
+               set("torque") > 0 ? ", or tau at another time than it acts" : ", for torque=0");
+}
+
+/* The tables, which take about so many seconds, and what is as long to draw. */
+static void tables(double most)
+{
+    const char *const altered = set("noise") > 0 || set("smooth") > 0 ? ", altered as above" : "";
+    const int far = (int)(s.ahead / d.dt);
+    char held[60];
+    FILE *csv = file("_errors.csv", "w");
+    snprintf(held, sizeof held, "held-out trajectories%s", altered);
+    printf("E_q, E_qd: errors over the rms of motion; +-: standard error; q + h qd: constant velocity, (hidden by noise)\n");
+    table_head(csv);
+    table(held, "held out", &d, train, d.trajectories, words[TEST].value ? most / 2 : most, csv);
+    if (words[TEST].value) table(words[TEST].value, "test=", &unseen, 0, unseen.trajectories, most / 2, csv);
+    if (csv) close_file(csv, "_errors.csv");
+    if (set("torque") > 0) torques();
+    if (price() * steps_to(&d, train, d.trajectories, far, 1, stride_of(&d, 0.1)) < left()) draw_motion();
+}
+
+/* Writes the weights, judges them by the tables, and writes the verdict into their header. Returns the exit code. */
+static int report(void)
+{
+    const char *const by = ended[0] ? ended : limit;
+    char text[sizeof doubts + sizeof ended + 100], *c;
+    int kept, i;
+    judge_training();
+    begun = 0, kept = keep_old();
+    if (!write_weights("not judged: the table of errors was not finished"))
+        fail("weights cannot be written, as said above; make room, then go on from %s.check with --resume", words[OUT].value);
+    summary();
+    tables(0.7 * left());
+    snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
+    for (c = text; *c; c++)
+        if (*c == '*') *c = '.'; /* it goes into a comment */
+    if (!write_weights(doubts[0] ? text : NULL)) fail("%s_weights.h says that it is not judged", words[OUT].value);
+    for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
+        remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
+    if (kept > 0 && doubts[0])
+        printf("the weights that were there before are %s.roln.old and %s_weights.h.old\n", words[OUT].value, words[OUT].value);
+    fflush(stdout);
+    if (doubts[0])
+        fprintf(stderr, "no trained model: %s; weights of step %d are written%s\n", text, s.best_step,
+                by[0] ? "; train on with --resume" : "");
+    else if (unwritten) fprintf(stderr, "files that could not be written, as said above: %d; the weights are written\n", unwritten);
+    return doubts[0] ? UNTRAINED : unwritten ? WRONG : DONE;
 }
 
 /* Says what becomes of positions without velocities, and does it. */
@@ -1071,10 +986,9 @@ static void smooth_positions(motion *m)
 }
 
 /* Reads motion.csv, and a second file if there is one. */
-static motion read_all(const char *path)
+static void read_all(const char *path)
 {
     wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles)};
-    motion unseen = {0};
     if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
     w.qd_unused = set("noise") > 0 || set("smooth") > 0;
     d = read_recording(path, &w);
@@ -1091,34 +1005,44 @@ static motion read_all(const char *path)
     }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
-    return unseen;
+}
+
+static void halt(int sig)
+{
+    halted = sig;
+    signal(sig, SIG_DFL); /* the second one ends the program at once */
+}
+
+/* Signals that ask for an end: the training ends, and keeps what it has. Signals of a pipe that is closed or a file that is too
+   large: writing fails, and training goes on. */
+static void catch_signals(void)
+{
+    signal(SIGINT, halt), signal(SIGTERM, halt);
+#ifdef SIGHUP
+    signal(SIGHUP, halt);
+#endif
+#ifdef SIGPIPE
+    signal(SIGPIPE, SIG_IGN);
+#endif
+#ifdef SIGXFSZ
+    signal(SIGXFSZ, SIG_IGN);
+#endif
 }
 
 int main(int argc, char **argv)
 {
-    motion unseen;
-    FILE *csv;
     int i;
     for (i = 1; i < argc; i++)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), DONE;
     if (argc < 2) fail("usage: train motion.csv [key=value ...]; --help explains the keys");
-    began = now();
+    launched = began = now();
     read_settings(argc, argv);
-    unseen = read_all(argv[1]);
-    fclose(file(".part", "wb")); /* now rather than after the training */
-    if (!resume()) start();
+    check_place();
+    read_all(argv[1]);
+    catch_signals();
+    atexit(rescue);
+    if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
-        if (updates_of(s.stage) > 0) run();
-    save();
-    csv = file("_errors.csv", "w");
-    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint");
-    for (i = 1; i <= (int)M(N); i++)
-        fprintf(csv, ",E_q%d_percent,rms_q%d", i, i);
-    fprintf(csv, "\n");
-    table(set("noise") > 0 || set("smooth") > 0 ? "held-out trajectories, altered as above" : "held-out trajectories", &d, train,
-          d.trajectories, csv);
-    if (words[TEST].value) table(words[TEST].value, &unseen, 0, unseen.trajectories, csv);
-    if (ferror(csv) || fclose(csv) != 0) fail("cannot write %s_errors.csv", words[OUT].value);
-    draw_motion();
-    return DONE;
+        if (updates_of(s.stage) > 0 && !halting()) run();
+    return report();
 }

@@ -44,6 +44,7 @@ symbols      sh tests/compilers/symbols.sh
 plansize     sh tests/measure/plan.sh test
 latent       build/test_latent
 numerics     sh tests/safety/numerics.sh test
+recordings   python3 tests/user/recordings.py
 import       sh tests/user/import.sh
 steady       sh tests/safety/steady.sh
 style        sh tests/style/style.sh

@@ -245,7 +245,7 @@ int control_loop(struct control_model *m, const struct control_reference *r, con
         const int faults = tick(ctx, x[0], f);
         if (faults < 0) status = -1;
         sum.faults += faults != 0;
-        sum.bad += (faults & ROLN_FAULT_STATUS) != 0;
+        sum.bad += ((uint32_t)faults & ROLN_FAULT_STATUS) != 0;
         if (gravity) truth_plant_gravity(plant, g);
         for (int i = 0; i < N; i++) {
             tau[i] = (double)f[i] + g[i];

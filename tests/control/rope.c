@@ -97,7 +97,7 @@ static const roln_term terms[3] = {
 };
 static const roln_real B[2 * rope_N] = {1, 0, 0, 1}, most[2] = {8, ROLN_C(0.2)};
 static const roln_motors motors = {2, B, 0};
-static const roln_limits limits = {.dt = (roln_real)ROPE_TICK, .margin = 1, .tau_each = most, .hold = 5, .motors = &motors};
+static const roln_limits limits = {.dt = (roln_real)ROPE_TICK, .margin = 1, .hold = 5, .tau_each = most, .motors = &motors};
 enum { EVERY = 20, MOVE_TICKS = 5000 }; /* ticks from plan to plan, of a move */
 static const roln_goal goal = {.dt = EVERY * (roln_real)ROPE_TICK, .terms = 3, .term = terms, .u = u_weight, .limits = &limits};
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* demos.h - recordings of any length, and what they look like in files: CSV, as examples/train.c reads it, and HDF5.
 
-   HDF5: a group /data with a group demo_0, demo_1 .. for each recording, as robomimic has it, in it t [S], q, qd [S,N] and
-   tau [S,N] or u [S,inputs], all f64; attributes of /data: dt, model. /mask/train and /mask/test name them. */
+   HDF5: a group /data with a group for each recording, as robomimic has it, in it t [S], q, qd [S,N] and tau [S,N] or u [S,inputs].
+   What is written: groups demo_0, demo_1 .., all f64; attributes of /data: dt, model. /mask/train and /mask/test name them. What is
+   read: groups or links of any name, in the order of people (demo_2 before demo_10), numbers of any type. */
 #ifndef DEMOS_H
 #define DEMOS_H
 

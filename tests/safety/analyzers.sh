@@ -42,13 +42,12 @@ cppcheck ctunullpointer roln_spd.h 1 the same
 cppcheck zerodiv roln.h 2 ROLNI_TRUE, a check at compile time, which cppcheck computes wrongly
 cppcheck legacyUninitvar roln_spd.h 2 ROLNI_LD2 assigns both of u
 cppcheck ctuuninitvar roln.h 1 b is what the function fills, not what it reads
-cppcheck uninitvar arm.c 1 a struct that loops fill, here and in the next four
+cppcheck uninitvar arm.c 1 a struct that loops fill, here and in the next three
 cppcheck uninitvar arm_plant.h 1
 cppcheck uninitvar chain_plant.h 1
 cppcheck uninitvar pendulum.c 1
-cppcheck uninitvar train.c 1 samples[rows - 1] is there where rows > 0
 cppcheck nullPointerRedundantCheck train.c 1 fail() does not return
-cppcheck arrayIndexThenCheck train.c 1 an index that is compared with another, not with a limit
+cppcheck arrayIndexThenCheck report.h 1 an index that is compared with another, not with a limit
 cppcheck comparePointers start_arm.c 2 ends of sections, from the linker
 end
 }

@@ -48,10 +48,12 @@ BOUNDED = {
         ("; ratio < ROLN_C(0.03125); ratio *= 1024", "ratio > 1e-18: six passes"),
     ],
     "roln_grad_acc": [
-        ("w = 0; w < batch->count && st == ROLN_OK; w += nb", "nb < 1 is refused"),
+        ("; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb",
+         "part.nb is nb or what is left, at least 1: nb < 1 is refused"),
     ],
     "roln_grad": [
-        ("w = 0; w < batch->count && st == ROLN_OK; w += nb", "nb < 1 is refused"),
+        ("; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb",
+         "part.nb is nb or what is left, at least 1: nb < 1 is refused"),
     ],
     "roln_mlp_hessian": [
         ("j = 0; j < m * no && along; j += no", "no is a layer's width, at least 1 in a config that compiles"),
@@ -61,10 +63,10 @@ BOUNDED = {
         ("k = 0; sum[k] < sum[best] - 2; k++", "k stops at best, below ROLNI_HALVINGS"),
     ],
     "rolni_encoder_fit": [
-        ("w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK", "the batch is constant; rolni_encoder_block writes f->x alone"),
+        ("w = 0; w < f->batch->count; w += now", "now is ROLN_CHART_BLOCK or what is left of a batch that is constant"),
     ],
     "rolni_encoder_value": [
-        ("w = 0; w < f->batch->count; w += ROLN_CHART_BLOCK", "the same"),
+        ("w = 0; w < f->batch->count; w += now", "the same"),
     ],
     "rolni_write_integer": [
         ("(x /= 10) != 0", "x falls to a tenth: 20 passes"),

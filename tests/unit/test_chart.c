@@ -1293,7 +1293,7 @@ static void test_fleet(uint64_t *s)
     roln_real left = 7, left_split = 7, qbar[chart_N];
     roln_batch b = {.count = COUNT, .stride = 1, .q = q, .qd = qd, .qdd = qdd};
     int k, i, index[COUNT];
-    CHECK(sizeof(chart_gradient) == (chart_theta_size + 1) * sizeof(roln_real) + sizeof(roln_loss)); /* no padding */
+    CHECK(sizeof(chart_gradient) == 2 * ((chart_theta_size + 1) * sizeof(roln_real) + sizeof(roln_loss))); /* no padding */
     take(&chart_model.ae);
     manifold(weights_of(1, s), COUNT, 0.02, s);
     for (i = 0; i < ALL; i++) q[i] = 3 * samples[i], qd[i] = roln_normal(s), qdd[i] = roln_normal(s);

@@ -1545,7 +1545,7 @@ static void test_guard_counters(int k)
         }
     for (b = 0; b < 128; b++) { /* any fault word: EXPIRED stays, the others do not matter */
         x = start, x.g.faults = (uint32_t)b;
-        CHECK(tick(k, &x) == (uint32_t)(b & ROLN_FAULT_EXPIRED) && x.g.faults == (uint32_t)b);
+        CHECK(tick(k, &x) == ((uint32_t)b & ROLN_FAULT_EXPIRED) && x.g.faults == (uint32_t)b);
     }
 }
 

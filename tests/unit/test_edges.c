@@ -504,7 +504,7 @@ static void test_batches(int k)
     const roln_motors own = {0, NULL, 0};
     static roln_real q[8 * MAXN], tau_each[MAXN], rate_each[MAXN], each[MAXN];
     roln_batch b = {2, 3, 1, NULL, q, NULL, NULL, NULL};
-    const roln_gradient to = {NULL, NULL, NULL, NULL, NULL, NULL};
+    const roln_gradient to = {NULL, NULL, NULL, NULL, NULL, NULL, NULL};
     const roln_rows_to rows = {NULL, NULL, 0, 1};
     roln_limits l, was;
     roln_loss w;

@@ -1010,6 +1010,63 @@ static void test_fit(int k)
     BOUND("fit_noise: some missing, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
 }
 
+/* What the chart leaves of a joint is in its deviation: q_each^2 = noise^2 + mean (q - phi(rho(q)))^2. A loop that is closed over
+   the filter with these settings, gate 0, comes to rest without a fault. */
+static void test_fit_chart(void)
+{
+    enum { LOOP = 2000, SETTLED = 1500, k = POLE };
+    static rig x;
+    static roln_real each[2][MAXN];
+    const roln_trained m = of_model(POLE);
+    const int N = N_OF(POLE), samples = RECORDINGS * TICKS;
+    const roln_real still[MAXN] = {0}, gains[2] = {40, 12}, ref[1] = {ROLN_C(0.19634954)};
+    const roln_target target = {ref, still, still, gains, gains + 1, NULL};
+    roln_noise noise = {.dt = dt / 32}, first = noise;
+    roln_real z[MAXN], zd[MAXN], r[MAXN], rd[MAXN], tau[MAXN] = {0}, tau_z[MAXN];
+    uint64_t s = 1341;
+    uint32_t faults = 0;
+    ld left[MAXN] = {0}, far = 0, fast = 0;
+    roln_batch b;
+    int t, i;
+    place(POLE, &s, 1, &x), x.noise.dt = dt / 32;
+    fill(2 * N, ROLN_C(0.57735027), theta_k); /* Phi, Psi: each joint counts alike */
+    dyadic(F_OF(POLE), ROLN_C(0.25), &s, x.tau);
+    b = record(POLE, &x, &s);
+    CHECK_OK(roln_fit_noise(&m, &b, &first, each[0], ROOM(fit_noise)));
+    for (t = 0; t < samples; t++) { /* the model is linear: what is added alone leaves as much as beside all else */
+        roln_real d[MAXN] = {0};
+        d[2] = ROLN_C(0.0625) * (roln_real)sin(0.05 * t);
+        recorded[t * N + 2] += d[2];
+        CHECK_OK(roln_encode(&m, d, still, NULL, z, zd, NULL, ROOM(encode)));
+        CHECK_OK(roln_decode(&m, z, zd, r, rd, ROOM(decode)));
+        for (i = 0; i < N; i++) { /* the bias of the autoencoder is in neither */
+            roln_real r0[MAXN];
+            CHECK_OK(roln_encode(&m, still, still, NULL, z, zd, NULL, ROOM(encode)));
+            CHECK_OK(roln_decode(&m, z, zd, r0, rd, ROOM(decode)));
+            left[i] += (ld)(d[i] - (r[i] - r0[i])) * (ld)(d[i] - (r[i] - r0[i])) / samples;
+        }
+    }
+    CHECK_OK(roln_fit_noise(&m, &b, &noise, each[1], ROOM(fit_noise)));
+    for (i = 0; i < N; i++) {
+        const ld want = sqrtl((ld)each[0][i] * (ld)each[0][i] + left[i]);
+        BOUND("fit_noise: with what the chart leaves, factor", fmaxl((ld)each[1][i] / want, want / (ld)each[1][i]), 1.25);
+    }
+    memset(&x.e, 0, sizeof x.e), memset(z, 0, sizeof z), memset(zd, 0, sizeof zd);
+    for (t = 0; t < LOOP; t++) {
+        roln_real y[MAXN];
+        CHECK_OK(roln_decode(&m, z, zd, y, rd, ROOM(decode)));
+        y[2] += ROLN_C(0.0625) * (roln_real)sin(80 * (double)z[0]); /* falls there faster than q_2 rises */
+        faults |= tick_of(POLE, &noise, y, t > 0 ? tau : NULL, &x.e);
+        CHECK_OK(roln_control(&m, x.e.z, x.e.zd, &target, tau_z, ROOM(control)));
+        CHECK_OK(roln_lift(&m, z, tau_z, tau, ROOM(lift)));
+        CHECK_OK(roln_step(&m, z, zd, tau, noise.dt, ROOM(step)));
+        if (t >= SETTLED) far = fmaxl(far, fabsl((ld)z[0] - (ld)ref[0])), fast = fmaxl(fast, fabsl((ld)zd[0]));
+    }
+    CHECK((faults & ~(uint32_t)ROLN_FILTER_START) == 0);
+    BOUND("fit_noise: loop, off its reference", far, 1e-4); /* settings of the noise alone: 0.0095 */
+    BOUND("fit_noise: loop, velocity", fast, 4e-4); /* 0.0018 */
+}
+
 /* ---- the shell -------------------------------------------------------------------------------- */
 
 static void test_shell(void)
@@ -1106,6 +1163,7 @@ void TEST_NAME(filter)(void)
     test_ticks(DELAN, check_sample ? 20000 : 1000000);
     test_ticks(WHEEL, 10000);
     test_ticks(CHART, 10000);
+    test_fit_chart();
     test_shell();
     test_laden();
     loaded = 1;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Riccati equations, roln_spd.h section 10: triangles; roln_dare against the plain fixed-point iteration in long double, the
    equation itself and closed forms; what cannot be stabilised; roln_riccati along a time-varying system against one dense least
-   squares problem over all of its steps. */
+   squares problem over all of its steps; rows and units of any size, subsystems that know nothing of each other. */
 #include "roln_spd.h"
 #include "twin.h"
 #include "room.h"
@@ -308,9 +308,12 @@ static void test_triangle(void)
                 for (j = 0; j < n && j < i; j++)
                     CHECK(R[i * n + j] >= 0 && R[i * n + j] <= 0);
         }
-    X[0] = (roln_real)NAN;
-    roln_triangle(4, 2, X, room_of(ROLN_TRIANGLE_WORK(4, 2)));
-    CHECK(!roln_all_finite(4, X));
+    for (i = 0; i < 8; i++) { /* in any place, above and below zeros, too */
+        memset(R, 0, sizeof R);
+        R[i] = (roln_real)NAN;
+        roln_triangle(4, 2, R, room_of(ROLN_TRIANGLE_WORK(4, 2)));
+        CHECK(!roln_all_finite(4, R));
+    }
 }
 
 /* A system that changes from step to step, x+ = A_k x + B_k u, with a cost of its own at the end. */
@@ -393,6 +396,267 @@ static void test_course(void)
         }
 }
 
+/* Triangle of X [rows][n] for rows of any size: Householder with the largest column first and its largest row on top, which loses
+   nothing of light rows (Cox and Higham 1998). Only the first `free` columns change places, as order [n] says. */
+static void t_triangle(int rows, int n, int free, ld *X, int *order)
+{
+    int i, j, k, at, heavy;
+    for (k = 0; k < n && k < rows; k++) {
+        ld best = -1, s = 0, w;
+        for (at = j = k; j < (k < free ? free : n) && (k < free || j == k); j++) {
+            for (s = 0, i = k; i < rows; i++)
+                s += X[i * n + j] * X[i * n + j];
+            if (s > best) best = s, at = j;
+        }
+        for (i = 0; i < rows; i++)
+            w = X[i * n + k], X[i * n + k] = X[i * n + at], X[i * n + at] = w;
+        i = order[k], order[k] = order[at], order[at] = i;
+        for (heavy = i = k; i < rows; i++)
+            if (fabsl(X[i * n + k]) > fabsl(X[heavy * n + k])) heavy = i;
+        for (j = 0; j < n; j++)
+            w = X[k * n + j], X[k * n + j] = X[heavy * n + j], X[heavy * n + j] = w;
+        if (!(best > 0)) continue;
+        s = X[k * n + k] > 0 ? -sqrtl(best) : sqrtl(best);
+        X[k * n + k] -= s;
+        for (j = k + 1; j < n; j++) {
+            for (w = 0, i = k; i < rows; i++)
+                w += X[i * n + k] * X[i * n + j];
+            w /= s * X[k * n + k];
+            for (i = k; i < rows; i++)
+                X[i * n + j] += X[i * n + k] * w;
+        }
+        for (X[k * n + k] = s, i = k + 1; i < rows; i++)
+            X[i * n + k] = 0;
+    }
+}
+
+/* x, but for a random part of it up to `off`. */
+static ld moved(ld x, ld off, uint64_t *s)
+{
+    return off > 0 ? x * (1 + off * (ld)(2 * roln_uniform(s) - 1)) : x;
+}
+
+/* A step of roln_riccati in long double, inputs in units of their weights: K [m][n] out, C [n][n] in and out. Every number of A, B,
+   C, D, C B and C A is moved by `off`. */
+static void t_riccati(const problem *p, ld off, uint64_t *s, ld *C, ld *K)
+{
+    static ld A[MAXN * MAXN], B[MAXN * MAXM], X[(MAXM + 2 * MAXN) * (MAXM + MAXN)], T[MAXN * (MAXM + MAXN)];
+    const int n = p->n, m = p->m, side = n + m;
+    int order[MAXM + MAXN], i, j, k;
+    memset(X, 0, sizeof X);
+    for (i = 0; i < n * n; i++)
+        A[i] = moved((ld)p->A[i], off, s), C[i] = moved(C[i], off, s);
+    for (i = 0; i < n * m; i++)
+        B[i] = moved((ld)p->B[i], off, s);
+    for (i = 0; i < side; i++)
+        order[i] = i;
+    for (i = 0; i < m; i++)
+        X[i * side + i] = 1;
+    for (i = 0; i < n; i++)
+        for (k = 0; k < n; k++) {
+            for (j = 0; j < m; j++)
+                X[(m + i) * side + j] += C[i * n + k] * B[k * m + j] / sqrtl((ld)p->r[j]);
+            for (j = 0; j < n; j++)
+                X[(m + i) * side + m + j] += C[i * n + k] * A[k * n + j];
+            X[(m + n + i) * side + m + k] = moved((ld)p->D[i * n + k], off, s);
+        }
+    for (i = m * side; i < (m + n) * side; i++)
+        X[i] = moved(X[i], off, s);
+    t_triangle(m + 2 * n, side, m, X, order);
+    for (i = m - 1; i >= 0; i--)
+        for (j = 0; j < n; j++) {
+            ld x = X[i * side + m + j];
+            for (k = i + 1; k < m; k++)
+                x -= X[i * side + k] * T[k * n + j];
+            T[i * n + j] = x / X[i * side + i];
+        }
+    for (i = 0; i < m; i++)
+        for (j = 0; j < n; j++)
+            K[order[i] * n + j] = T[i * n + j] / sqrtl((ld)p->r[order[i]]);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            C[i * n + j] = X[(m + i) * side + m + j];
+}
+
+/* The largest of |K - L| in row j of [m][n], and of |K|. */
+static ld apart(int n, int j, const ld *K, const ld *L)
+{
+    ld top = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        top = fabsl(K[j * n + i] - L[j * n + i]) > top ? fabsl(K[j * n + i] - L[j * n + i]) : top;
+    return top;
+}
+
+/* Weights r of any size beside X, 10^-18 to 10^18 as float and 10^-30 to 10^30 as double, each its own or all alike, with a cost of
+   the state or none: each row of K, three steps back, is right to what moves by eps of the numbers in it do. */
+static void test_rows(void)
+{
+    enum { BACK = 3, MANY = 1500, MOVES = 8 };
+    static problem p;
+    static ld C[MAXN * MAXN], start[MAXN * MAXN], want[BACK][MAXM * MAXN], got[MAXM * MAXN], other[MAXM * MAXN], none[MAXM * MAXN];
+    ld wide[BACK][3];
+    uint64_t s = 5;
+    int kind, i, j, k, c;
+    for (c = 0; c < MANY; c++) {
+        const int n = 1 + (int)(6 * roln_uniform(&s)), m = 1 + (int)(3 * roln_uniform(&s));
+        kind = c % 3;
+        draw(n, m, 0.9, 1, &s, &p);
+        for (i = 0; i < m; i++)
+            p.r[i] = kind == 2 && i > 0 ? p.r[0] : (roln_real)pow(10, PICK(36, 60) * ((double)roln_uniform(&s) - 0.5));
+        for (i = 0; i < n * n; i++)
+            p.D[i] *= kind != 1, p.C[i] = i % n < i / n ? 0 : roln_normal(&s);
+        widen(n * n, p.C, start);
+        memcpy(C, start, sizeof C);
+        for (k = 0; k < BACK; k++)
+            t_riccati(&p, 0, &s, C, want[k]);
+        memset(wide, 0, sizeof wide);
+        for (i = 0; i < MOVES; i++)
+            for (memcpy(C, start, sizeof C), k = 0; k < BACK; k++)
+                for (t_riccati(&p, EPS, &s, C, other), j = 0; j < m; j++) {
+                    const ld x = apart(n, j, other, want[k]);
+                    wide[k][j] = x > wide[k][j] ? x : wide[k][j];
+                }
+        for (k = 0; k < BACK; k++) {
+            CHECK(roln_riccati(n, m, p.A, p.B, p.D, p.r, p.C, p.K, room_of(ROLN_RICCATI_WORK(n, m))) == ROLN_OK);
+            CHECK_ROOM();
+            for (widen(m * n, p.K, got), j = 0; j < m; j++) {
+                const ld size = apart(n, j, want[k], none);
+                if (wide[k][j] < size / 100) /* else it has no digits */
+                    BOUND(kind == 1 ? "rows of any size, no cost of states" : "rows of any size",
+                          apart(n, j, got, want[k]) / (wide[k][j] + EPS * size), kind == 1 ? 10 : 40);
+            }
+        }
+    }
+    for (c = 1; c < PICK(18, 100); c++) { /* X1 = r X / (r + X), K2 = X1 / (r + X1) = 1/2 for r far below X */
+        p.A[0] = p.B[0] = 1, p.D[0] = 0, p.C[0] = 10000, p.r[0] = (roln_real)pow(10, -c);
+        for (i = 0; i < 2; i++)
+            CHECK(roln_riccati(1, 1, p.A, p.B, p.D, p.r, p.C, p.K, room_of(ROLN_RICCATI_WORK(1, 1))) == ROLN_OK);
+        BOUND("light input", fabsl((ld)p.K[0] - 1 / (2 + (ld)p.r[0] * 1e-8L)) / EPS, 3);
+    }
+}
+
+/* p with states in units of t [n], inputs in units of u [m]. */
+static void in_units(const problem *p, const roln_real *t, const roln_real *u, problem *to)
+{
+    const int n = p->n, m = p->m;
+    int i, j;
+    *to = *p;
+    for (i = 0; i < n; i++) {
+        for (j = 0; j < n; j++)
+            to->A[i * n + j] *= t[j] / t[i], to->D[i * n + j] *= t[j], to->C[i * n + j] *= t[j];
+        for (j = 0; j < m; j++)
+            to->B[i * m + j] *= u[j] / t[i];
+    }
+    for (j = 0; j < m; j++)
+        to->r[j] *= u[j] * u[j];
+}
+
+/* K of `of`, in other units, against that of p: parts of what moves of A, B by eps do to each row of it. */
+static void check_units(const char *what, const problem *p, const roln_real *t, const roln_real *u, const problem *of, ld bound)
+{
+    static problem other;
+    static ld K[MAXM * MAXN], L[MAXM * MAXN], M[MAXM * MAXN], none[MAXM * MAXN];
+    const int n = p->n, m = p->m;
+    ld wide[3] = {0, 0, 0};
+    uint64_t s = 9;
+    int i, j, k;
+    for (i = 0; i < m * n; i++)
+        K[i] = (ld)p->K[i], L[i] = (ld)of->K[i] * (ld)u[i / n] / (ld)t[i % n];
+    for (k = 0; k < 6; k++) {
+        other = *p;
+        for (i = 0; i < n * n; i++)
+            other.A[i] *= 1 + (roln_uniform(&s) < ROLN_C(0.5) ? ROLN_EPS : -ROLN_EPS);
+        for (i = 0; i < n * m; i++)
+            other.B[i] *= 1 + (roln_uniform(&s) < ROLN_C(0.5) ? ROLN_EPS : -ROLN_EPS);
+        if (solve(&other) != ROLN_OK) return; /* it has no digits */
+        widen(m * n, other.K, M);
+        for (j = 0; j < m; j++)
+            wide[j] = apart(n, j, K, M) > wide[j] ? apart(n, j, K, M) : wide[j];
+    }
+    for (j = 0; j < m; j++)
+        BOUND(what, apart(n, j, K, L) / (wide[j] + EPS * apart(n, j, K, none)), bound);
+}
+
+/* Units of states and inputs over six decades: of powers of two roln_riccati gives the same bits, roln_dare and powers of ten
+   rounding errors. */
+static void test_state_units(void)
+{
+    static problem p, q;
+    uint64_t s = 6;
+    int c, i, j;
+    for (c = 0; c < 600; c++) {
+        const int n = 1 + (int)(6 * roln_uniform(&s)), m = 1 + (int)(3 * roln_uniform(&s)), two = c % 2;
+        roln_real t[MAXN + 3], *const u = t + n;
+        draw(n, m, c % 3 ? 0.9 : 1.2, c % 3 ? 1 : 100, &s, &p);
+        for (i = 0; i < n + m; i++)
+            t[i] = (roln_real)(two ? ldexp(1, (int)(20 * roln_uniform(&s)) - 10) : pow(10, 6 * (double)roln_uniform(&s) - 3));
+        for (i = 0; i < n * n; i++)
+            p.C[i] = roln_normal(&s);
+        in_units(&p, t, u, &q);
+        if (two) {
+            CHECK(roln_riccati(n, m, p.A, p.B, p.D, p.r, p.C, p.K, room_of(ROLN_RICCATI_WORK(n, m))) == ROLN_OK);
+            CHECK(roln_riccati(n, m, q.A, q.B, q.D, q.r, q.C, q.K, room_of(ROLN_RICCATI_WORK(n, m))) == ROLN_OK);
+            for (i = 0; i < n; i++) {
+                for (j = 0; j < m; j++)
+                    CHECK((ld)p.K[j * n + i] * (ld)(t[i] / u[j]) - (ld)q.K[j * n + i] == 0);
+                for (j = 0; j < n; j++)
+                    CHECK((ld)p.C[j * n + i] * (ld)t[i] - (ld)q.C[j * n + i] == 0);
+            }
+        }
+        if (solve(&p) != ROLN_OK) continue; /* an unstable mode that an input hardly moves */
+        if (CHECK(solve(&q) == ROLN_OK)) check_units(two ? "units of two" : "units of ten", &p, t, u, &q, 5);
+    }
+}
+
+/* Subsystems that know nothing of each other, with costs 1e-8 to 1e8 apart and from fast to very slow: each as if it were alone. */
+static void test_decoupled(void)
+{
+    static problem all, part[3];
+    uint64_t s = 7;
+    int c, b, i, j;
+    for (c = 0; c < 1500; c++) {
+        const int parts = 1 + (int)(3 * roln_uniform(&s));
+        int n = 0, m = parts, ok = 1;
+        memset(&all, 0, sizeof all);
+        for (b = 0; b < parts; b++)
+            n += part[b].n = 1 + (int)(2 * roln_uniform(&s));
+        all.n = n, all.m = m;
+        for (n = 0, b = 0; b < parts; n += part[b++].n) {
+            problem *const p = part + b;
+            const int of = p->n;
+            const roln_real cost = (roln_real)pow(10, 8 * (double)roln_uniform(&s) - 4); /* its root */
+            p->m = 1;
+            for (i = 0; i < of * of; i++)
+                p->A[i] = i % (of + 1) == 0, p->D[i] = 0;
+            for (i = 0; i < of; i++)
+                p->B[i] = i == of - 1, p->D[i * (of + 1)] = (roln_real)pow(10, -3 * (double)roln_uniform(&s));
+            if (of == 1) p->A[0] = c % 4 ? 1 + ROLN_C(0.002) * (roln_uniform(&s) - ROLN_C(0.5)) : roln_uniform(&s);
+            else p->A[1] = (roln_real)pow(10, -2 * (double)roln_uniform(&s)); /* a double integrator */
+            p->r[0] = 1;
+            ok &= solve(p) == ROLN_OK;
+            for (i = 0; i < of; i++) {
+                for (j = 0; j < of; j++)
+                    all.A[(n + i) * all.n + n + j] = p->A[i * of + j], all.D[(n + i) * all.n + n + j] = cost * p->D[i * of + j];
+                all.B[(n + i) * m + b] = p->B[i];
+            }
+            all.r[b] = cost * cost;
+        }
+        if (!CHECK(ok && solve(&all) == ROLN_OK)) continue;
+        for (n = 0, b = 0; b < parts; n += part[b++].n) {
+            static const roln_real one[2] = {1, 1};
+            static problem from;
+            from = part[b];
+            for (j = 0; j < all.n; j++) {
+                const roln_real x = all.K[b * all.n + j];
+                if (j >= n && j < n + from.n) from.K[j - n] = x;
+                else CHECK(x >= 0 && x <= 0);
+            }
+            check_units("each as if alone", part + b, one, one, &from, 5);
+        }
+    }
+}
+
 void TEST_NAME(riccati)(void)
 {
     test_triangle();
@@ -400,5 +664,8 @@ void TEST_NAME(riccati)(void)
     test_scalar();
     test_refused();
     test_course();
+    test_rows();
+    test_state_units();
+    test_decoupled();
     print_bounds();
 }

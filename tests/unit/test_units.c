@@ -390,7 +390,8 @@ static void test_errors(int k)
     CHECK(memcmp(e[0], e[1], sizeof e[0]) == 0 && e[1][2].q > 0 && same(3 * p.n, range[0], range[1]));
     for (i = 0; i < 3 * p.N; i++) {
         const roln_real by = p.each[i % p.N] * p.each[i % p.N];
-        const roln_error want = {joints[0][i].q * by, joints[0][i].q_var * by, joints[0][i].qd * by, joints[0][i].qd_var * by};
+        const roln_error want = {joints[0][i].q * (double)by, joints[0][i].q_var * (double)by, joints[0][i].qd * (double)by,
+                                 joints[0][i].qd_var * (double)by};
         CHECK(memcmp(&want, &joints[1][i], sizeof want) == 0 && want.q_var > 0);
     }
 }

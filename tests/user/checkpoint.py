@@ -282,7 +282,7 @@ def probe(path, csv, twin, scheme):
         rows.append([q, qd, tau, z, zd, twin.decode(z), twin.along(twin.decode, z, zd), sum(twin.mass(z), []), c, g,
                      [twin.kinetic(z, zd)], [twin.network("V", z)[0]], twin.reduce(z, tau), *after])
     with open(csv, "w") as f:
-        f.write("t,and so on\n" + "".join(", ".join(map(repr, [.01 * i] + r[0] + r[1])) + "\n\n" for i, r in enumerate(rows)))
+        f.write("".join(", ".join(map(repr, [.01 * i] + r[0] + r[1])) + "\n" for i, r in enumerate(rows)))
     with open(path, "w") as f:
         f.write("static const double probes[][14][64] = {\n")
         for row in rows:

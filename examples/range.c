@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/* range.c - the range of z and zd that recordings reach, for weights that have none: those of import.py.
+
+   cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16 examples/range.c -o range -lm
+   ./range motion.csv pend16 [smooth=10]
+
+   MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on, read
+   as train.c reads it (recording.h), with smooth= if it has no qd. pend16.roln is read, and written anew with its range, and so
+   is pend16_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
+   lines. */
+#define NO_THREADS /* no clock but that of C */
+#define STRING_(x) #x
+#define STRING(x) STRING_(x)
+#define HEADER_(m) <m.h>
+#define HEADER(m) HEADER_(m)
+#include HEADER(MODEL)
+#include "recording.h"
+
+#define CAT_(a, b) a##_##b
+#define CAT(a, b) CAT_(a, b)
+#define M(name) CAT(MODEL, name) /* M(params) is pend16_params */
+
+static M(params) params;
+static M(work) work;
+
+/* OUT with an ending. */
+static FILE *file(const char *out, const char *ending, const char *mode)
+{
+    static char path[512];
+    FILE *f;
+    if (strlen(out) > sizeof path - 32) fail("%s: a name of more than %d letters\nhint: a shorter one", out, (int)sizeof path - 32);
+    sprintf(path, "%s%s", out, ending);
+    f = fopen(path, mode);
+    if (!f) fail("cannot %s %s\nhint: is its place right?", *mode == 'r' ? "read" : "write", path);
+    return f;
+}
+
+static void put(void *f, const char *text)
+{
+    fputs(text, f);
+}
+
+int main(int argc, char **argv)
+{
+    static unsigned char bytes[M(packed_size) + 1];
+    wanted w = {STRING(MODEL), M(N), M(inputs), 0, 0, 0, M(angles)};
+    motion d;
+    FILE *f;
+    if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0) {
+        char *end;
+        const long half = strtol(argv[3] + 7, &end, 10);
+        if (end != argv[3] + 7 && *end == 0 && half > 0 && half <= 100000) w.half = (int)half;
+    }
+    if (argc != 3 + (w.half > 0)) fail("usage: range motion.csv NAME [smooth=10]\nhint: NAME.roln holds the weights");
+    f = file(argv[2], ".roln", "rb");
+    if (M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &params) != ROLN_OK)
+        fail("%s.roln: no weights of " STRING(MODEL) "\nhint: is it of this config, and whole?", argv[2]);
+    fclose(f);
+    d = read_recording(argv[1], &w);
+    if (w.half > 0) smooth(&d, w.half);
+    (void)add_noise; /* is the trainer's */
+    if (M(fit_range)(&params, d.samples, d.q, d.qd, &work) != ROLN_OK)
+        fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", argv[1]);
+    f = file(argv[2], "_weights.h", "w");
+    if (M(write)(&params, put, f) != ROLN_OK || ferror(f) || fclose(f) != 0)
+        fail("cannot write %s_weights.h\nhint: is the disk full?", argv[2]);
+    M(pack)(&params, bytes);
+    f = file(argv[2], ".roln", "wb");
+    if (fwrite(bytes, M(packed_size), 1, f) != 1 || fclose(f) != 0) fail("cannot write %s.roln\nhint: is the disk full?", argv[2]);
+    printf("%s.roln, %s_weights.h: the range of %d samples\n", argv[2], argv[2], d.samples);
+    return DONE;
+}

@@ -1,0 +1,646 @@
+/* SPDX-License-Identifier: MIT */
+/* report.h - what a model is worth that train.c has trained: roll-outs of recordings against the recordings.
+
+   train.c includes it behind its state `s`, its recordings `d` and its threads, which the functions below use.
+
+       errors    E_q, E_qd at one horizon, of the model and of q + h qd
+       table     errors at all horizons, printed and as CSV
+       torques   torques by inverse dynamics against recorded ones, M, friction
+       draw_..   the learning curve, and recordings beside their prediction
+       doubt     says why the model is no trained model
+
+   q + h qd is the prediction of a constant velocity. A model is better than it at a horizon if its E_q is less than 1 / BETTER of
+   that of q + h qd. Only horizons count at which q + h qd is off by more than what the chart and the noise of the recordings
+   leave, which no model can predict; the others are printed in parentheses.
+
+   1 errors     2 table     3 torques     4 pictures */
+
+#ifndef REPORT_H
+#define REPORT_H
+
+/* Reasons why there is no trained model, apart by "; "; empty: there is one. */
+static char doubts[600];
+
+static void doubt(const char *format, ...)
+{
+    const size_t at = strlen(doubts);
+    va_list list;
+    if (at > 0) snprintf(doubts + at, sizeof doubts - at, "; ");
+    va_start(list, format);
+    vsnprintf(doubts + strlen(doubts), sizeof doubts - strlen(doubts), format, list);
+    va_end(list);
+}
+
+/* ---- 1 errors ---- */
+
+/* A window fails if its roll-out ends with a status, or this many times farther off than the recording is wide. */
+#define FAR 100
+
+/* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed; typical: the geometric mean
+   of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its E_q
+   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. Of each joint:
+   E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. Trajectories that are
+   too short for a window count for nothing. */
+typedef struct {
+    double q, qd, q_off, qd_off, typical, joint_q[M(N)], joint_rms[M(N)];
+    double constant, floor; /* E_q of q + h qd over the same windows; what noise leaves of it, as far as the recordings tell */
+    int failed, windows, worst, used; /* used: trajectories that are long enough for a window */
+} error;
+
+typedef struct {
+    double sum[4];         /* of |q_pred - q|^2, |q - qbar|^2, |qd_pred - qd|^2, |qd|^2 */
+    double constant[2];    /* of |q + h qd - q(h)|^2, and of |q + integral of qd - q(h)|^2, of windows that did not fail */
+    double joint[M(N)][2]; /* of |q_pred - q|^2, |q - qbar|^2 of each joint */
+    int failed, windows;
+} score;
+
+typedef struct {
+    const motion *m;
+    const M(params) *p;
+    int from, count, samples, stride, every, *start;
+    score *scores; /* of trajectories from .. from + count - 1 */
+} rollout;
+
+/* How much of a longer work such roll-outs are. */
+static struct {
+    const char *what;
+    double done, part;
+} bar;
+
+/* Seconds and steps of all roll-outs so far, from which the time of others is estimated. */
+static struct {
+    double seconds, steps;
+} spent;
+
+static double price(void)
+{
+    return spent.steps > 0 ? spent.seconds / spent.steps : 0;
+}
+
+/* Adds what M(errors) found of some windows. */
+static void add_errors(const roln_error *all, const roln_error *joints, score *to)
+{
+    int j;
+    to->sum[0] += (double)all->q, to->sum[1] += (double)all->q_var;
+    to->sum[2] += (double)all->qd, to->sum[3] += (double)all->qd_var;
+    for (j = 0; j < (int)M(N); j++)
+        to->joint[j][0] += (double)joints[j].q, to->joint[j][1] += (double)joints[j].q_var;
+}
+
+/* Adds the errors of q + h qd over one window, and of q + the integral of the recorded qd: the latter is noise. */
+static void add_constant(const rollout *r, int start, score *to)
+{
+    enum { N = M(N) };
+    const roln_real *each = M(trained)(r->p).each, *q = r->m->q + start * N, *qd = r->m->qd + start * N;
+    const double dt = r->m->dt;
+    int i, j;
+    for (j = 0; j < N; j++) {
+        const double unit = each ? (double)each[j] : 1;
+        const roln_real end = q[r->samples * N + j], ahead = q[j] + (roln_real)(r->samples * dt) * qd[j];
+        const double off = (double)(ahead - roln_lnn_near(&M(model).lnn, j, ahead, end)) / unit;
+        double drift = (double)q[j] - (double)end;
+        for (i = 0; i < r->samples; i++)
+            drift += dt * ((double)qd[i * N + j] + (double)qd[(i + 1) * N + j]) / 2;
+        to->constant[0] += off * off, to->constant[1] += drift * drift / (unit * unit);
+    }
+}
+
+/* The windows of trajectory `at` one by one, without those that fail. */
+static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, score *to, int thread)
+{
+    enum { N = M(N) };
+    const roln_real *each = M(trained)(r->p).each;
+    const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
+    double wide = 0;
+    int w, i, j;
+    for (i = a; i < end; i++)
+        for (j = 0; j < N; j++) {
+            const roln_real q = r->m->q[i * N + j];
+            const double x = (double)(q - roln_lnn_near(&M(model).lnn, j, q, s.qbar[j])) / (each ? (double)each[j] : 1);
+            wide += x * x / (end - a);
+        }
+    b.count = 1;
+    for (w = 0; w < windows; w++) {
+        const int end_of = b.steps > 0;
+        roln_error e[2], joints[2 * N];
+        b.start = start + w;
+        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread]) ||
+            (double)e[end_of].q > FAR * FAR * wide)
+            to->failed++;
+        else add_errors(e + end_of, joints + end_of * N, to), add_constant(r, start[w], to);
+    }
+}
+
+/* Windows of one trajectory. */
+static void roll(void *ctx, int k, int thread)
+{
+    const rollout *r = ctx;
+    enum { N = M(N) };
+    const int at = r->from + k, steps = r->samples / r->stride, end = steps > 0;
+    const roln_real dt = (roln_real)(r->m->dt * r->stride);
+    int *start = r->start + r->m->first[at], i;
+    score *to = &r->scores[k];
+    roln_error e[2], joints[2 * N];
+    roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
+    b.tau = set("torque") > 0 ? r->m->tau : NULL;
+    b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
+    if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
+    if (b.count == 0) return;
+    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread]) ||
+        (double)e[end].q > FAR * FAR * (double)e[end].q_var)
+        roll_each(r, at, b, dt, to, thread);
+    else {
+        add_errors(e + end, joints + end * N, to);
+        for (i = 0; i < b.count; i++)
+            add_constant(r, start[i], to);
+    }
+}
+
+/* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
+static double ratio(int count, const score *scores, int which, double *off)
+{
+    double a = 0, b = 0, mean = 0, square = 0;
+    int counted = 0, k;
+    for (k = 0; k < count; k++)
+        a += scores[k].sum[which], b += scores[k].sum[which + 1], counted += scores[k].sum[which + 1] > 0;
+    for (k = 0; k < count; k++) {
+        const double e = sqrt(fabs(a - scores[k].sum[which]) / fmax(b - scores[k].sum[which + 1], 1e-30));
+        if (!(scores[k].sum[which + 1] > 0)) continue; /* too short for a window, or all failed */
+        mean += e / counted, square += e * e / counted;
+    }
+    *off = counted > 1 ? sqrt(fmax(0, square - mean * mean) * (counted - 1)) : (double)NAN; /* of one nobody knows */
+    return b > 0 ? sqrt(a / b) : (double)NAN;
+}
+
+/* log E_q of a trajectory, failed windows by their part. */
+static double log_of(const score *x)
+{
+    const double f = x->windows > 0 ? (double)x->failed / x->windows : 0;
+    return (1 - f) * log(fmin(sqrt(fmax(x->sum[0], 1e-30) / fmax(x->sum[1], 1e-30)), 1e6)) + f * log(FAR);
+}
+
+/* E_q of q + h qd, and of the noise: that of the median trajectory, so that a wild sample does not hide all others. */
+static void of_constant(int count, const score *scores, error *e)
+{
+    double *part = room((size_t)count, sizeof *part), a = 0, b = 0;
+    int used = 0, k;
+    for (k = 0; k < count; k++)
+        if (scores[k].sum[1] > 0) {
+            a += scores[k].constant[0], b += scores[k].sum[1];
+            part[used++] = scores[k].constant[1] / scores[k].sum[1];
+        }
+    qsort(part, (size_t)used, sizeof *part, smaller);
+    e->constant = b > 0 ? sqrt(a / b) : (double)NAN, e->floor = used > 0 ? sqrt(part[(used - 1) / 2]) : 0;
+    free(part);
+}
+
+/* E_q and rms of each joint, and which of those that move is the worst. */
+static void of_joints(int count, const score *scores, error *e)
+{
+    const int good = e->windows - e->failed;
+    int moves, j, k;
+    for (j = 0; j < (int)M(N); j++) {
+        double a = 0, b = 0;
+        for (k = 0; k < count; k++)
+            a += scores[k].joint[j][0], b += scores[k].joint[j][1];
+        moves = b > 1e-10 * good * (double)s.qbar[j] * (double)s.qbar[j];
+        e->joint_q[j] = moves ? sqrt(a / b) : (double)NAN, e->joint_rms[j] = good > 0 ? sqrt(a / good) : (double)NAN;
+        if (moves && !(e->joint_q[j] <= e->joint_q[e->worst])) e->worst = j;
+    }
+}
+
+/* Errors after `samples` samples in steps of `stride`, of windows every `every` samples of trajectories from .. from + count - 1;
+   one by one in scores. */
+static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
+{
+    rollout r = {m, p, from, count, samples, stride, every, NULL, scores};
+    const double from_now = now();
+    error e = {0};
+    int k;
+    memset(scores, 0, (size_t)count * sizeof *scores);
+    r.start = room((size_t)m->samples, sizeof *r.start);
+    share(count, roll, &r);
+    e.q = ratio(count, scores, 0, &e.q_off), e.qd = ratio(count, scores, 2, &e.qd_off);
+    for (k = 0; k < count; k++)
+        e.used += scores[k].windows > 0, e.failed += scores[k].failed, e.windows += scores[k].windows;
+    for (k = 0; k < count; k++)
+        if (scores[k].windows > 0) e.typical += log_of(&scores[k]) / e.used;
+    e.typical = e.used > 0 ? exp(e.typical) : (double)NAN;
+    of_joints(count, scores, &e);
+    of_constant(count, scores, &e);
+    spent.seconds += now() - from_now, spent.steps += (double)e.windows * (samples / stride + 1);
+    free(r.start);
+    return e;
+}
+
+/* In per cent; - where there is nothing to say. */
+typedef struct { char text[16]; } percent;
+
+static percent in_percent(double x)
+{
+    percent p;
+    snprintf(p.text, sizeof p.text, x < 100 ? "%.3f" : x < 1000 ? "%.0f" : x >= 1000 ? "%.1e" : "-", 100 * x);
+    return p;
+}
+
+/* How many of the trajectories were long enough, and what failed, if not all and none. */
+typedef struct { char text[112]; } remarks;
+
+static remarks remarks_on(const error *e, int trajectories)
+{
+    remarks r = {""};
+    char used[48] = "";
+    if (e->used < trajectories) snprintf(used, sizeof used, "  %d of %d long enough", e->used, trajectories);
+    if (e->failed > 0) snprintf(r.text, sizeof r.text, "%s  %d of %d windows failed", used, e->failed, e->windows);
+    else snprintf(r.text, sizeof r.text, "%s", used);
+    return r;
+}
+
+/* ---- 2 table ---- */
+
+enum { HORIZONS = 10, BETTER = 2, SEEN = 4 }; /* SEEN: so many times what nobody can predict q + h qd has to be off, to count */
+
+typedef struct {
+    int count, samples[HORIZONS], stride[HORIZONS];
+} horizons;
+
+/* Those that the longest of trajectories from .. to - 1 has room for. */
+static horizons horizons_of(const motion *m, int from, int to)
+{
+    static const double ms[HORIZONS] = {0, 1, 5, 25, 100, 250, 500, 1000, 2000, 2995};
+    const int stride = stride_of(m, 0.005);
+    horizons h = {0, {0}, {0}};
+    int longest = 0, i;
+    for (i = from; i < to; i++)
+        longest = longest > m->first[i + 1] - m->first[i] ? longest : m->first[i + 1] - m->first[i];
+    for (i = 0; i < HORIZONS; i++) {
+        const double x = floor(ms[i] * 1e-3 / m->dt + 0.5);
+        if (x >= longest || (h.count > 0 && x <= h.samples[h.count - 1])) continue;
+        h.samples[h.count] = (int)x, h.stride[h.count] = (int)x % stride ? 1 : stride;
+        h.count++;
+    }
+    return h;
+}
+
+/* Steps of the roll-outs of windows every `every` samples to one horizon. */
+static double steps_to(const motion *m, int from, int to, int samples, int stride, int every)
+{
+    double windows = 0;
+    int k;
+    for (k = from; k < to; k++) {
+        const int starts = m->first[k + 1] - m->first[k] - samples;
+        if (starts > 0) windows += (starts - 1) / every + 1;
+    }
+    return windows * (samples / stride + 1);
+}
+
+static double steps_of_table(const motion *m, int from, int to, int every)
+{
+    const horizons h = horizons_of(m, from, to);
+    double all = 0;
+    int i;
+    for (i = 0; i < h.count; i++)
+        all += steps_to(m, from, to, h.samples[i], h.stride[i], every);
+    return all;
+}
+
+/* Says once a table where the model is not better than q + h qd, or fails too often. counts: q + h qd is off by more than nobody
+   can predict. */
+static void judge(const char *of, double ms, const error *e, int counts, int *said)
+{
+    if (*said) return;
+    if (counts && !(BETTER * e->q <= e->constant))
+        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of that of q + h qd, %.3g %%", of, ms, 100 * e->q, BETTER,
+              100 * e->constant);
+    else if (20 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
+    else return;
+    *said = 1;
+}
+
+/* Prints one line, and writes it as CSV. */
+static void table_row(const char *name, double ms, const error *e, int trajectories, int counts, FILE *csv)
+{
+    char constant[24] = "-";
+    int j;
+    if (ms > 0) snprintf(constant, sizeof constant, counts ? "%s " : "(%s)", in_percent(e->constant).text);
+    printf("%5.4g %8s %7s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_off).text, constant,
+           in_percent(e->qd).text, in_percent(e->qd_off).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text,
+           e->joint_rms[e->worst], remarks_on(e, trajectories).text);
+    fflush(stdout);
+    if (!csv) return;
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_off, 100 * e->qd, 100 * e->qd_off,
+            e->failed, e->windows, e->worst + 1);
+    for (j = 0; j < (int)M(N); j++)
+        fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
+    fprintf(csv, ",%.5g,%d,%d\n", 100 * e->constant, counts, e->used);
+}
+
+static void table_head(FILE *csv)
+{
+    int j;
+    if (!csv) return;
+    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint");
+    for (j = 1; j <= (int)M(N); j++)
+        fprintf(csv, ",E_q%d_percent,rms_q%d", j, j);
+    fprintf(csv, ",constant_velocity_percent,counts,trajectories\n");
+}
+
+/* Errors over the time that is predicted ahead, printed and as lines of a CSV; csv NULL: none. `name` is for the CSV, `of` for the
+   reader. It takes about `time` seconds: windows begin every 25 ms, or less often. */
+static void table(const char *name, const char *of, const motion *m, int from, int to, double time, FILE *csv)
+{
+    const horizons h = horizons_of(m, from, to);
+    const int usual = stride_of(m, 0.025);
+    score *scores = room((size_t)(to - from), sizeof *scores);
+    double all, done = 0, chart = 0;
+    int every = usual, said = 0, counted = 0, i;
+    while (price() * (all = steps_of_table(m, from, to, every)) > time && every < m->samples / 2)
+        every *= 2;
+    printf("%s\n", name);
+    if (every > usual) printf("(a window every %.3g ms, for time is short)\n", 1e3 * every * m->dt);
+    printf("   ms    E_q %%      +-   q + h qd    E_qd %%      +-  worst joint   E_q %%      rms\n");
+    for (i = 0; i < h.count; i++) {
+        const double ms = 1e3 * h.samples[i] * m->dt, part = steps_to(m, from, to, h.samples[i], h.stride[i], every) / fmax(all, 1);
+        int counts;
+        error e;
+        bar.what = "table of errors", bar.done = done, bar.part = part;
+        e = errors(m, &s.p, from, to - from, h.samples[i], h.stride[i], every, scores);
+        done += part;
+        if (i == 0) chart = e.q;
+        counts = h.samples[i] > 0 && e.constant > SEEN * sqrt(chart * chart + e.floor * e.floor);
+        table_row(name, ms, &e, to - from, counts, csv);
+        judge(of, ms, &e, counts, &said);
+        counted += counts;
+    }
+    if (counted == 0) doubt("%s: at no horizon q + h qd is off by more than noise and chart leave", of);
+    free(scores);
+}
+
+/* ---- 3 torques ---- */
+
+enum {
+    JOINTS = (int)M(n) == (int)M(N) && (int)M(inputs) == 0, /* torques of joints, else of latent coordinates, in J */
+    TORQUES = JOINTS ? (int)M(N) : (int)M(n)
+};
+
+/* Sums over samples: of each joint, or latent coordinate. */
+typedef struct {
+    double tau[TORQUES], off[TORQUES], speed[TORQUES]; /* of squares */
+    int samples;
+} torque_sums;
+
+/* Adds one sample; nothing if the model cannot be evaluated there. */
+static void add_torque(int sample, torque_sums *to)
+{
+    enum { N = M(N), F = M(force_size) };
+    static M(work) scratch;
+    static M(target) t;
+    const roln_real *tau = d.tau_mid + sample * F;
+    roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
+    M(latent) z;
+    int j;
+    if (M(aim)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch) != ROLN_OK) return;
+    memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
+    if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch) != ROLN_OK) return;
+    if (JOINTS) {
+        if (M(lift)(&s.p, &z, latent_tau, model, &scratch) != ROLN_OK) return;
+        memcpy(recorded, tau, sizeof *tau * (size_t)TORQUES);
+    } else {
+        if (M(reduce)(&s.p, &z, tau, recorded, &scratch) != ROLN_OK) return;
+        memcpy(model, latent_tau, sizeof latent_tau);
+    }
+    for (j = 0; j < TORQUES; j++) {
+        const double x = (double)recorded[j], off = (double)model[j] - x;
+        const double v = JOINTS ? (double)d.qd[sample * N + j] : (double)z.zd[j];
+        to->tau[j] += x * x, to->off[j] += off * off, to->speed[j] += v * v;
+    }
+    to->samples++;
+}
+
+/* The middle of the range of training, at rest. */
+static M(latent) middle(void)
+{
+    M(latent) z = {{0}, {0}};
+    int i;
+    for (i = 0; i < (int)M(n); i++)
+        z.z[i] = (s.p.z_min[i] + s.p.z_max[i]) / 2;
+    return z;
+}
+
+/* The force of friction there if coordinate j alone moves at `speed`, and column j of M. Zeros if the model cannot be evaluated. */
+static void at_middle(int j, double speed, roln_real *friction, roln_real *column)
+{
+    enum { N = M(N), n = M(n) };
+    static M(work) scratch;
+    M(latent) z = middle();
+    M(equation) e;
+    M(state) x;
+    roln_real unit[N] = {0}, force[N + 1] = {0};
+    int i;
+    *friction = 0;
+    memset(column, 0, sizeof *column * (size_t)TORQUES);
+    if (JOINTS) {
+        if (M(decode)(&s.p, &z, &x, &scratch) != ROLN_OK) return;
+        unit[j] = 1, x.qd[j] = (roln_real)speed;
+        if (M(inertia)(&s.p, &z, unit, column, &scratch) != ROLN_OK) return;
+        if (M(encode)(&s.p, &x, &z, &scratch) != ROLN_OK || M(terms)(&s.p, &z, &e, &scratch) != ROLN_OK) return;
+        if (M(lift)(&s.p, &z, e.d, force, &scratch) == ROLN_OK) *friction = force[j];
+    } else {
+        z.zd[j] = (roln_real)speed;
+        if (M(terms)(&s.p, &z, &e, &scratch) != ROLN_OK) return;
+        *friction = e.d[j];
+        for (i = 0; i < n; i++)
+            column[i] = e.M[i * n + j];
+    }
+}
+
+/* Torques of held-out samples by inverse dynamics, friction and M. */
+static void torques(void)
+{
+    enum { SOME = 4000 };
+    const char *const joint = JOINTS ? "joint" : "latent";
+    const int step = (d.samples - d.first[train]) / SOME + 1;
+    torque_sums sums = {{0}, {0}, {0}, 0};
+    roln_real friction[TORQUES], columns[TORQUES * TORQUES] = {0};
+    int wrong = 0, k, i, j;
+    for (k = train; k < d.trajectories; k++)
+        for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
+            add_torque(i, &sums);
+    printf("torques by inverse dynamics at %d held-out samples, %s\n", sums.samples,
+           JOINTS ? "in the unit of tau" : "of latent coordinates, in the unit of tau times q");
+    printf("%6s   rms tau   tau_model - tau, rms       %%   friction   at speed\n", joint);
+    for (j = 0; j < TORQUES; j++) {
+        const double tau = sqrt(sums.tau[j] / fmax(sums.samples, 1)), off = sqrt(sums.off[j] / fmax(sums.samples, 1));
+        const double speed = sqrt(sums.speed[j] / fmax(sums.samples, 1));
+        at_middle(j, speed, &friction[j], columns + j * TORQUES);
+        printf("%6d %9.3g %22.3g %9s %10.3g %10.3g\n", j + 1, tau, off, in_percent(tau > 0 ? off / tau : (double)NAN).text,
+               (double)friction[j], speed);
+        wrong += tau > 0 && !(off < tau);
+    }
+    printf("M at the middle of the range, in the unit of tau%s\n", JOINTS ? " / qdd" : " times q");
+    for (i = 0; i < TORQUES; i++) {
+        printf("%6d", i + 1);
+        for (j = 0; j < TORQUES; j++)
+            printf(" %9.3g%s", (double)columns[j * TORQUES + i], j % 9 == 8 && j + 1 < TORQUES ? "\n      " : "");
+        printf("\n");
+    }
+    if (wrong > 0)
+        printf("warning: torques of %d of %d are off by more than they are themselves; possible cause: force=0, noise of qdd "
+               "(smooth=), or torques that act later\n",
+               wrong, TORQUES);
+}
+
+/* ---- 4 pictures ---- */
+
+/* E_q of held-out trajectories, near and far, over seconds; logarithmic. */
+static void draw_curve(double near, double far)
+{
+    static const char *const colour[] = {"#08519c", "#a63603"};
+    const double end = fmax(s.point[s.points - 1][0], 1), ahead[] = {near, far};
+    int k, i;
+    FILE *f = file(".svg", "w");
+    if (!f) return;
+    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='640' height='400' viewBox='0 0 640 400' font-family='Helvetica, "
+               "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='640' height='400' fill='#fff'/>\n"
+               "<text x='60' y='28' font-size='15'>" STRING(MODEL) ": E_q of held-out trajectories</text>\n");
+    for (k = -3; k <= 2; k++)
+        fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/><text x='54' y='%d' text-anchor='end'>%g %%</text>\n", 180 - 60 * k,
+                184 - 60 * k, pow(10, k));
+    for (k = 0; k <= 4; k++)
+        fprintf(f, "<text x='%d' y='382' text-anchor='middle'>%.0f%s</text>\n", 60 + 135 * k, end * k / 4, k == 4 ? " s" : "");
+    for (i = 0; i < 2; i++) {
+        fprintf(f, "<text x='%d' y='50' fill='%s'>%.3g ms ahead</text>\n<path fill='none' stroke-width='2' stroke='%s' d='",
+                60 + 140 * i, colour[i], 1e3 * ahead[i], colour[i]);
+        for (k = 0; k < s.points; k++)
+            fprintf(f, "%c%.1f %.1f", k ? 'L' : 'M', 60 + 540 * s.point[k][0] / end,
+                    180 - 60 * log10(fmin(fmax(100 * s.point[k][1 + i], 1e-3), 100)));
+        fprintf(f, "'/>\n");
+    }
+    fprintf(f, "</svg>\n");
+    close_file(f, ".svg");
+}
+
+enum { ACROSS = 440, DOWN = 110, CURVES = 4 };
+
+/* Joint j of a trajectory, and as it is predicted, x [points][N]: NaN where that failed. */
+static void draw_joint(FILE *f, int at, int j, const double *x, int points, int stride, int left, int top)
+{
+    enum { N = M(N) };
+    const int a = d.first[at], thin = points / 300 + 1;
+    double low = (double)d.q[a * N + j], high = low, scale;
+    int i, pen = 0;
+    for (i = a; i < d.first[at + 1]; i++)
+        low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
+    scale = (DOWN - 30) / fmax(high - low, 1e-9);
+    fprintf(f, "<text x='%d' y='%d'>joint %d, %.3g .. %.3g</text>\n<path fill='none' stroke-width='2' stroke='#999' d='", left,
+            top + 12, j + 1, low, high);
+    for (i = 0; i < points; i += thin)
+        fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', left + (ACROSS - 40.0) * i / points,
+                top + 20 + scale * (high - (double)d.q[(a + i * stride) * N + j]));
+    fprintf(f, "'/>\n<path fill='none' stroke='#a63603' d='");
+    for (i = 0; i < points; i += thin) {
+        const double y = scale * (high - x[i * N + j]);
+        if (!(y > -20 && y < DOWN - 10)) {
+            pen = 0;
+            continue;
+        }
+        fprintf(f, "%c%.1f %.1f", pen ? 'L' : 'M', left + (ACROSS - 40.0) * i / points, top + 20 + y);
+        pen = 1;
+    }
+    fprintf(f, "'/>\n");
+}
+
+/* A trajectory as the model predicts it from its first sample, and every `far` samples anew from the recording: x [points][N]. */
+static void predict(int at, int stride, int far, int points, double *x)
+{
+    enum { N = M(N), F = M(force_size) };
+    static M(work) scratch;
+    M(state) now_at;
+    M(latent) z;
+    roln_status st = ROLN_OK;
+    int i, j, k;
+    for (k = 0; k < points; k++) {
+        const int sample = d.first[at] + k * stride;
+        roln_real tau[F];
+        if (k * stride % far == 0) {
+            memcpy(now_at.q, d.q + sample * N, sizeof now_at.q), memcpy(now_at.qd, d.qd + sample * N, sizeof now_at.qd);
+            st = M(encode)(&s.p, &now_at, &z, &scratch);
+        } else if (st == ROLN_OK) {
+            for (j = 0; j < F; j++)
+                for (i = 0, tau[j] = 0; i < stride; i++)
+                    tau[j] += d.tau[(sample - stride + i) * F + j] / (roln_real)stride;
+            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch);
+        }
+        if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch);
+        for (j = 0; j < N; j++)
+            x[k * N + j] = st == ROLN_OK ? (double)now_at.q[j] : (double)NAN;
+    }
+}
+
+/* The joints of a trajectory that move most, in their own units if they have such. */
+static void widest(int at, int count, int *which)
+{
+    enum { N = M(N) };
+    const roln_real *each = M(trained)(&s.p).each;
+    double wide[N];
+    int i, j, k;
+    for (j = 0; j < N; j++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (i = d.first[at]; i < d.first[at + 1]; i++)
+            low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
+        wide[j] = (high - low) / (each ? (double)each[j] : 1);
+    }
+    for (k = 0; k < count; k++) {
+        for (j = 1, which[k] = 0; j < N; j++)
+            if (wide[j] > wide[which[k]]) which[k] = j;
+        wide[which[k]] = -1;
+    }
+}
+
+/* OUT_motion.svg: the held-out trajectories that are predicted with the median and the worst E_q. */
+static void draw_motion(void)
+{
+    enum { N = M(N), SHOWN = (int)N < (int)CURVES ? (int)N : (int)CURVES };
+    static const char *const title[] = {"median", "worst"};
+    const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
+    const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : stride; /* no look: no stage had anything to do */
+    const int height = 60 + SHOWN * DOWN;
+    score *scores = room((size_t)count, sizeof *scores);
+    int chosen[2] = {0, 0}, k, i, joint[CURVES];
+    error e;
+    FILE *f = file("_motion.svg", "w");
+    if (!f) return;
+    bar.what = "picture", bar.done = 0, bar.part = 1;
+    e = errors(&d, &s.p, train, count, far, stride, stride_of(&d, 0.1), scores);
+    for (k = 0; k < count; k++) {
+        int below = 0;
+        if (scores[k].windows == 0) continue;
+        for (i = 0; i < count; i++)
+            below += scores[i].windows > 0 &&
+                     (log_of(&scores[i]) < log_of(&scores[k]) || (log_of(&scores[i]) == log_of(&scores[k]) && i < k));
+        if (below == e.used / 2) chosen[0] = k;
+        if (below == e.used - 1) chosen[1] = k;
+    }
+    fprintf(f,
+            "<svg xmlns='http://www.w3.org/2000/svg' width='%d' height='%d' viewBox='0 0 %d %d' font-family='Helvetica, Arial, "
+            "sans-serif' font-size='12' fill='#222'>\n<rect width='%d' height='%d' fill='#fff'/>\n",
+            2 * ACROSS, height, 2 * ACROSS, height, 2 * ACROSS, height);
+    for (k = 0; k < 2; k++) {
+        const int at = train + chosen[k], points = (d.first[at + 1] - d.first[at] - 1) / stride + 1;
+        double *x = room((size_t)points * N, sizeof *x);
+        fprintf(f,
+                "<text x='%d' y='24' font-size='15'>%s: trajectory %d of %d, E_q %s %%</text>\n<text x='%d' y='42'>%.3g s: grey "
+                "recorded, red predicted, anew every %.3g s</text>\n",
+                20 + k * ACROSS, title[k], at + 1, d.trajectories, in_percent(exp(log_of(&scores[chosen[k]]))).text,
+                20 + k * ACROSS, points * stride * d.dt, s.ahead);
+        predict(at, stride, far, points, x);
+        widest(at, SHOWN, joint);
+        for (i = 0; i < SHOWN; i++)
+            draw_joint(f, at, joint[i], x, points, stride, 20 + k * ACROSS, 50 + i * DOWN);
+        free(x);
+    }
+    fprintf(f, "</svg>\n");
+    close_file(f, "_motion.svg"), free(scores);
+}
+
+#endif
