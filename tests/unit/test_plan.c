@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Plans (roln.h section 4): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
-   against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its linearisation,
-   and what is refused. */
+   against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its
+   linearisation, and what is refused. */
 #define ROLN_INLINE ROLN_FN
 #include "small.h"
 
@@ -379,7 +379,8 @@ static void test_motor_units(int k)
         roln_status st;
         for (j = 0; j < 2; j++)
             by[j] = (roln_real)(trial % 2 ? ldexp(1, roln_randint(41, &s) - 20) : pow(10, roln_randint(13, &s) - 6));
-        first.limits.rate_each = trial / 2 % 2 ? first.rate : NULL, first.plan.known = 0, first.goal.iterations = trial < 4 ? 0 : 20;
+        first.limits.rate_each = trial / 2 % 2 ? first.rate : NULL;
+        first.plan.known = 0, first.goal.iterations = trial < 4 ? 0 : 20;
         point(&first);
         x = first;
         point(&x);
@@ -394,8 +395,8 @@ static void test_motor_units(int k)
         BOUND(trial % 2 ? "units of two: cost" : "units: cost", fabsl((ld)x.plan.cost / (ld)first.plan.cost - 1),
               trial % 2 ? 0 : PICK(1e-6L, 1e-14L));
         for (i = 0; i < STEPS * motors; i++) {
-            const ld d = fabsl((ld)x.torque[i] / (ld)by[i % motors] - (ld)first.torque[i]);
-            BOUND(trial % 2 ? "units of two: torque" : "units: torque", d / (ld)first.tau[i % motors], trial % 2 ? 0 : PICK(1e-5L, 1e-13L));
+            const ld d = fabsl((ld)x.torque[i] / (ld)by[i % motors] - (ld)first.torque[i]) / (ld)first.tau[i % motors];
+            BOUND(trial % 2 ? "units of two: torque" : "units: torque", d, trial % 2 ? 0 : PICK(1e-5L, 1e-13L));
         }
     }
 }
