@@ -363,6 +363,41 @@ static void test_far(int k)
         }
 }
 
+/* What the guard and a plan make of limits that are off: as docs/control.md says, and by the largest number. */
+static void test_off(int k)
+{
+    const roln_real top = (roln_real)PICK(3.4e38, 1.7e308);
+    static task x;
+    const int N = N_OF(k), n = n_OF(k), motors = models[k].size.motors;
+    uint64_t s = 78 + (uint64_t)k;
+    int way, tick, j;
+    place(k, &s, &x);
+    for (way = 0; way < 2; way++) {
+        const roln_real off = way ? top : 0;
+        roln_limits l = {dt, way ? top : 1000, off, way ? top : ROLN_C(1e9), 0, off, off, way ? 1000000000 : 0, 1, off, NULL, NULL,
+                         NULL, x.limits.motors};
+        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
+        roln_real q[2 * MAXN], tau[MAXN] = {0};
+        const roln_measured seen = {q, q + N};
+        const roln_held held = {&g, tau};
+        roln_planned pl = planned(&x);
+        roln_trained m = model_of(&x);
+        roln_status st;
+        CHECK_OK(roln_decode(&m, x.s, x.s + n, q, q + N, spare));
+        for (tick = 0; tick < 3; tick++) { /* strict, from end to end */
+            roln_real want[MAXM];
+            for (j = 0; j < motors; j++)
+                want[j] = (tick % 2 ? -1 : 1) * ROLN_C(1e8);
+            CHECK(roln_guard_tick(&m, &l, &seen, x.s, x.s + n, want, &held, spare) == 0);
+            CHECK(memcmp(tau, want, sizeof(roln_real) * (size_t)motors) == 0);
+        }
+        x.goal.limits = &l, x.plan.known = 0;
+        st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+        CHECK(st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE); /* midpoint: too long */
+        if (st == ROLN_OK) CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, 0, x.s, tau));
+    }
+}
+
 /* Motors in other units, with their limits, rates and weights, over twelve decades: by powers of two the same bits. */
 static void test_motor_units(int k)
 {
@@ -768,6 +803,7 @@ void TEST_NAME(plan)(void)
         test_loop(k);
         test_far(k);
         test_motor_units(k);
+        test_off(k);
         test_linear(k);
         test_refused(k);
         test_fallen(k);
