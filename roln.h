@@ -454,7 +454,7 @@ ROLN_INLINE roln_status rolni_inverse(const roln_trained *m, const roln_real *z,
 }
 
 /* Inverse dynamics tau_z = M zdd + C(z, zd) w + g + d [n] (roln_lnn_inverse); w NULL: zd. tau_z is untouched unless ROLN_OK.
-   work [ROLN_INVERSE_WORK]. */
+   Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. work [ROLN_INVERSE_WORK]. */
 ROLN_INLINE roln_status roln_inverse(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_real *w,
                                      const roln_real *zdd, roln_real *tau_z, roln_real *work)
 {
@@ -492,7 +492,8 @@ ROLN_INLINE roln_status rolni_control(const roln_trained *m, const roln_real *z,
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way,
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. z, zd, ref in; tau_z [n] out,
-   untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. work [ROLN_CONTROL_WORK]. */
+   untouched unless ROLN_OK. Then roln_lift, or roln_allocate where there are fewer motors. Status of roln_lnn_terms,
+   ROLN_E_NOT_FINITE. work [ROLN_CONTROL_WORK]. */
 ROLN_INLINE roln_status roln_control(const roln_trained *m, const roln_real *z, const roln_real *zd, const roln_target *ref,
                                      roln_real *tau_z, roln_real *work)
 {
@@ -600,7 +601,7 @@ ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, ro
    z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
    both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
-   make up for it. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
+   make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
 #define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
 #define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
 ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z,
@@ -1175,9 +1176,9 @@ ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_rea
 }
 
 /* Advance z, zd [n] by dt seconds under the force tau [N] on q (inputs u where the model has them), held over the step (NULL:
-   none). One step of the model's integrator. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first,
-   so that motion is the same on every turn (held by test_sums.c: test_turns). z, zd stay as they were unless ROLN_OK.
-   work [ROLN_STEP_WORK]. */
+   none). One step of the model's integrator. Status of roln_lnn_step, ROLN_E_NOT_FINITE.
+   An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first, so that motion is the same on every turn
+   (held by test_sums.c: test_turns). z, zd stay as they were unless ROLN_OK. work [ROLN_STEP_WORK]. */
 ROLN_INLINE roln_status roln_step(const roln_trained *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt,
                                   roln_real *work)
 {
@@ -1901,7 +1902,8 @@ typedef struct {
     int known;      /* 1: there is a plan */
     int age;        /* steps since it was made: calls of roln_plan_next since then, all of which failed */
     roln_real cost; /* of it, as the model expects */
-    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it */
+    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it: the cost of the linearised goal is
+                       at most that much above the least. Much of `cost`, call after call: more iterations, or too few digits */
 } roln_plan;
 
 /* A plan and where its numbers are: states s [steps + 1][2n] = [z; zd], torques u [steps][motors], K [steps][motors][2n]. */
@@ -2226,8 +2228,10 @@ ROLN_INLINE roln_status rolni_plan_better(const roln_trained *m, const roln_plan
    ROLN_OK: *pl is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
    new one: the last one has become a step older, or, at its end, is no longer known. ROLN_E_RANGE: dt, limits (a tau of 0, too:
    leave out the column of B of a motor that is off), or all ways lead out of the range seen in training (limits->margin);
-   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver; ROLN_E_NOT_FINITE, of
-   other numbers; status of roln_linear. Numbers that goal points to stay as they are during the call. Cost: steps times
+   ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the solver;
+   ROLN_E_NOT_FINITE, of other numbers; status of roln_linear, roln_ocp_solve. A limit of torque that is never reached may be any
+   finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far, test_motor_units).
+   Numbers that goal points to stay as they are during the call. Cost: steps times
    roln_linear, one to three times roln_step, and roln_ocp_solve. work [ROLN_PLAN_WORK]. */
 ROLN_INLINE roln_status roln_plan_next(const roln_trained *m, const roln_goal *goal, const roln_real *s, const roln_planned *pl,
                                        roln_real *work)
@@ -2945,9 +2949,9 @@ ROLN_INLINE roln_status roln_grad_acc(const roln_trained *m, const roln_loss *wt
    the prediction terms if all their weights are 0) and the count to g->windows, nb windows at a time, with g->rest as if in twice
    the digits (held by test_sums.c); a block of windows that fails
    (data or parameters not finite, eigenvalues out of range) adds nothing and ends the call. A cotangent that overflows is not
-   looked for here: the update refuses it. ROLN_E_LENGTH: count or steps negative, stride below 1, no qd or qdd for the acceleration
-   loss, H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored small can not be trained.
-   work [ROLN_GRAD_WORK]: only the states grow with H. */
+   looked for here: the update refuses it. Status of roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: count or steps negative,
+   stride below 1, no qd or qdd for the acceleration loss, H < 2 for a prediction from positions. ROLN_E_SHAPE: weights stored
+   small can not be trained. work [ROLN_GRAD_WORK]: only the states grow with H. */
 ROLN_INLINE roln_status roln_grad(const roln_trained *m, const roln_loss *wt, const roln_batch *batch, roln_real dt, int nb,
                                   const roln_gradient *g, roln_real *work)
 {
@@ -3755,8 +3759,9 @@ ROLN_INLINE void rolni_errors_decode(const roln_model *md, const roln_trained *m
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
    2 every ..: to->all [steps/every + 1], to->joints [steps/every + 1][N] out. Windows of any length, nb at a time; qbar [N] mean of
-   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. ROLN_E_LENGTH: no
-   qd, every below 1, or a count as in roln_grad; they are then untouched. work [ROLN_ERRORS_WORK]. */
+   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
+   roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no qd, every below 1, or a count as in roln_grad; they are then untouched.
+   work [ROLN_ERRORS_WORK]. */
 #define ROLN_ERRORS_MEM(X, S, nb, size) X(s, 2 * (nb) * S(n)) X(x, 2 * (nb) * S(N)) X(held, (nb) * (size))
 #define ROLN_ERRORS_WORK(S, nb) \
     (0 ROLN_ERRORS_MEM(ROLNI_SIZE, S, nb, S(force_size)) + \

@@ -574,8 +574,9 @@ ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p
        g = scale grad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
        v_max = max(v, v_max);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(v_max / (1-b2^t)) + eps));  m carried to x when next used.
    theta and grad share the layout of the table. scale: usually 1 / number of samples that were added to grad.
-   work [roln_update_work]. Everything is computed and checked before anything is written: on a status other than ROLN_OK theta,
-   state and moments are as they were. */
+   work [roln_update_work]. ROLN_E_NOT_FINITE: a gradient, a setting or an output is not, or lr is negative; status of the verbs.
+   Everything is computed and checked before anything is written: on a status other than ROLN_OK theta, state and moments are as
+   they were. */
 ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
                                      const roln_real *grad, roln_real *theta, roln_adam *state, const roln_moments *moments,
                                      roln_real *work)
@@ -617,8 +618,8 @@ ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p,
     return roln_all_finite(p->size, g) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Same work and promise. Not
-   used by roln.h. */
+/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Status of
+   roln_adam_update, the same work and promise. Not used by roln.h. */
 ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
                                     const roln_real *grad, roln_real *theta, roln_real *work)
 {
@@ -839,8 +840,8 @@ ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_
    J if it is taken, keep [P]. If the system is not positive definite to working precision, or the step leaves a manifold, more
    damping is tried, 8 times as much and 24 times at most, and d_old is dropped; lambda keeps it. ROLN_E_NOT_SPD: no damping
    helped, or lambda is 0 and the rows have lost rank; ROLN_E_NOT_FINITE: a setting or an output is not; ROLN_E_RANGE: memory below
-   1; status of the verbs. next, expect and keep are then scratch, and state is as it was; x, J, r and the sums are in any case.
-   work [ROLN_NEWTON_STEP_WORK]. */
+   1; ROLN_E_SHAPE: a block has a metric of its own; status of the verbs. next, expect and keep are then scratch, and state is as it
+   was; x, J, r and the sums are in any case. work [ROLN_NEWTON_STEP_WORK]. */
 ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const roln_newton_opt *opt, const roln_newton_system *g,
                                      const roln_real *x, roln_newton *state, roln_real *next, roln_real *expect, roln_real *keep,
                                      roln_real *work)

@@ -912,7 +912,8 @@ static void start(void)
             fail("cannot start from %s: %s", words[FROM].value,
                  st == ROLN_E_FORMAT ? "no .roln of this version" :
                  st == ROLN_E_LENGTH ? "it is cut off, or goes on behind its end" :
-                 st == ROLN_E_CHECKSUM ? "it is damaged" : "it is of another config");
+                 st == ROLN_E_CHECKSUM ? "it is damaged" :
+                 st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config" : "its numbers make no sense");
         fclose(f);
     } else {
         fit_chart();

@@ -99,6 +99,9 @@ for cc in 'gcc -std=c99 -xc' 'g++ -std=c++11 -xc++'; do
     check "macros of a user, $cc"
 done
 
+python3 tests/style/status.py > $wrong
+check 'statuses that comments do not tell'
+
 # the programs above see what they are for
 cat > build/style.c << 'END'
 /* not "this, but

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Plans (roln.h section 4): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
-   against steps of the model by hand, what a tick makes of a plan, its linearisation, and what is refused. */
+   against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its
+   linearisation, and what is refused. */
 #define ROLN_INLINE ROLN_FN
 #include "small.h"
 
@@ -312,6 +313,127 @@ static void test_loop(int k)
             touched += run(&x, &m, 12);
         }
     if (k == PLAIN || k == WHEEL) CHECK(touched > 12);
+}
+
+/* A limit of torque that is never reached, up to the largest number: the same cost and torques, the same bits once the rate alone
+   keeps torques below it. A motor that is at its limit beside one that never is, too. */
+static void test_far(int k)
+{
+    static const double times[6] = {2, 10, 1e3, 1e6, 1e9, 0};
+    static task first, x;
+    const int motors = models[k].size.motors, count = STEPS * motors;
+    uint64_t s = 70 + (uint64_t)k;
+    roln_real far[MAXM], torque[STEPS * MAXM];
+    int rated, bound, i, j;
+    place(k, &s, &first);
+    for (rated = 0; rated < 2; rated++)
+        for (bound = 0; bound < 2; bound++) { /* motor 0 at its limit */
+            roln_planned pl = planned(&first);
+            roln_trained m;
+            ld cost = 0;
+            first.limits.rate_each = rated ? first.rate : NULL, first.goal.iterations = 30, first.plan.known = 0;
+            point(&first);
+            m = model_of(&first);
+            fill(MAXM, 1000, first.tau);
+            for (i = 0; i <= 6; i++) {
+                roln_status st;
+                x = first;
+                point(&x);
+                pl = planned(&x);
+                for (j = 0; j < motors && i > 0; j++)
+                    x.tau[j] = i < 6 ? far[j] * (roln_real)times[i - 1] : (roln_real)PICK(3e38, 1e308);
+                if (bound) x.tau[0] = ROLN_C(0.125);
+                st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+                if (i == 0 && st != ROLN_OK) break; /* the midpoint rule may find a step too long */
+                if (!CHECK(st == ROLN_OK)) continue;
+                for (j = 0; j < motors && i == 0; j++) {
+                    const roln_real reach = ROLN_ABS(x.hold[j]) + x.rate[j] * dt * (STEPS + 1);
+                    for (far[j] = ROLN_C(0.0009765625); st < STEPS; st++)
+                        far[j] = ROLN_MAX(far[j], ROLN_ABS(x.torque[st * motors + j]));
+                    if (rated) far[j] = ROLN_MAX(far[j], reach);
+                    st = ROLN_OK;
+                }
+                if (i == 1) rolni_copy(count, x.torque, torque), cost = (ld)x.plan.cost;
+                if (i < 2) continue;
+                BOUND("far: cost", fabsl((ld)x.plan.cost / cost - 1), PICK(1e-5L, 1e-13L));
+                for (j = 0; j < count; j++)
+                    BOUND("far: torque", fabsl((ld)x.torque[j] - (ld)torque[j]) / (1 + (ld)far[j % motors]), PICK(1e-4L, 1e-12L));
+                if (rated && !bound) CHECK(memcmp(torque, x.torque, sizeof(roln_real) * (size_t)count) == 0);
+            }
+        }
+}
+
+/* What the guard and a plan make of limits that are off: as docs/control.md says, and by the largest number. */
+static void test_off(int k)
+{
+    const roln_real top = (roln_real)PICK(3.4e38, 1.7e308);
+    static task x;
+    const int N = N_OF(k), n = n_OF(k), motors = models[k].size.motors;
+    uint64_t s = 78 + (uint64_t)k;
+    int way, tick, j;
+    place(k, &s, &x);
+    for (way = 0; way < 2; way++) {
+        const roln_real off = way ? top : 0;
+        roln_limits l = {dt, way ? top : 1000, off, way ? top : ROLN_C(1e9), 0, off, off, way ? 1000000000 : 0, 1, off, NULL, NULL,
+                         NULL, x.limits.motors};
+        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
+        roln_real q[2 * MAXN], tau[MAXN] = {0};
+        const roln_measured seen = {q, q + N};
+        const roln_held held = {&g, tau};
+        roln_planned pl = planned(&x);
+        roln_trained m = model_of(&x);
+        roln_status st;
+        CHECK_OK(roln_decode(&m, x.s, x.s + n, q, q + N, spare));
+        for (tick = 0; tick < 3; tick++) { /* strict, from end to end */
+            roln_real want[MAXM];
+            for (j = 0; j < motors; j++)
+                want[j] = (tick % 2 ? -1 : 1) * ROLN_C(1e8);
+            CHECK(roln_guard_tick(&m, &l, &seen, x.s, x.s + n, want, &held, spare) == 0);
+            CHECK(memcmp(tau, want, sizeof(roln_real) * (size_t)motors) == 0);
+        }
+        x.goal.limits = &l, x.plan.known = 0;
+        st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+        CHECK(st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE); /* midpoint: too long */
+        if (st == ROLN_OK) CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, 0, x.s, tau));
+    }
+}
+
+/* Motors in other units, with their limits, rates and weights, over twelve decades: by powers of two the same bits. */
+static void test_motor_units(int k)
+{
+    static task first, x;
+    const int motors = models[k].size.motors;
+    uint64_t s = 75 + (uint64_t)k;
+    int trial, i, j;
+    place(k, &s, &first);
+    if (!first.limits.motors) return; /* whose motors are learned */
+    for (trial = 0; trial < 8; trial++) {
+        roln_planned pl = planned(&first);
+        roln_trained m = model_of(&first);
+        roln_real by[2];
+        roln_status st;
+        for (j = 0; j < 2; j++)
+            by[j] = (roln_real)(trial % 2 ? ldexp(1, roln_randint(41, &s) - 20) : pow(10, roln_randint(13, &s) - 6));
+        first.limits.rate_each = trial / 2 % 2 ? first.rate : NULL;
+        first.plan.known = 0, first.goal.iterations = trial < 4 ? 0 : 20;
+        point(&first);
+        x = first;
+        point(&x);
+        st = roln_plan_next(&m, &first.goal, first.s, &pl, spare);
+        for (j = 0; j < 2; j++) {
+            x.tau[j] *= by[j], x.rate[j] *= by[j], x.hold[j] *= by[j], x.u[j] /= by[j] * by[j];
+            for (i = 0; i < MAXN; i++)
+                x.B[2 * i + j] /= by[j];
+        }
+        pl = planned(&x), m = model_of(&x);
+        if (!CHECK(roln_plan_next(&m, &x.goal, x.s, &pl, spare) == st) || st != ROLN_OK) continue;
+        BOUND(trial % 2 ? "units of two: cost" : "units: cost", fabsl((ld)x.plan.cost / (ld)first.plan.cost - 1),
+              trial % 2 ? 0 : PICK(1e-6L, 1e-14L));
+        for (i = 0; i < STEPS * motors; i++) {
+            const ld d = fabsl((ld)x.torque[i] / (ld)by[i % motors] - (ld)first.torque[i]) / (ld)first.tau[i % motors];
+            BOUND(trial % 2 ? "units of two: torque" : "units: torque", d, trial % 2 ? 0 : PICK(1e-5L, 1e-13L));
+        }
+    }
 }
 
 /* ---- a tick of it ----------------------------------------------------------------------------- */
@@ -679,6 +801,9 @@ void TEST_NAME(plan)(void)
         test_gradient(k);
         test_feedback(k);
         test_loop(k);
+        test_far(k);
+        test_motor_units(k);
+        test_off(k);
         test_linear(k);
         test_refused(k);
         test_fallen(k);

@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""status.py - statuses of public functions: each that a function can return stands in its comment, or in the comment of a function
+whose statuses it names ("status of roln_..", "as roln_.."). A call whose failure is turned into another status does not count.
+Prints what is missing."""
+import re
+
+HEADERS = ["roln_spd.h", "roln_riem.h", "roln_ae.h", "roln_lnn.h", "roln.h"]
+# statuses that a call can return, but not where it is called, and why
+EXEMPT = {
+    ("roln_spd_mean", "ROLN_E_RANGE"): "of roln_map_values for exponentials; here are logarithms",
+}
+FUNCTION = re.compile(r"\nROLNI?_\w+ roln_status\s+(rolni?_\w+)\([^;{]*?\)\s*\n\{(.*?)\n\}", re.S)
+TURNED = re.compile(r"if \(\w+\([^;]*?\) != ROLN_OK\)\s+(?:st = |return )[^;]*ROLN_E_\w+[^;]*;")
+body, says = {}, {}
+for header in HEADERS:
+    text, last = open(header).read(), ""
+    for m in FUNCTION.finditer(text):
+        before = text[: m.start()]
+        body[m[1]] = re.sub(r"/\*.*?\*/", "", m[2], flags=re.S)
+        above = re.findall(r"/\*.*?\*/", before[before.rfind("\n}") + 1 :], re.S)
+        last = " ".join(c for c in above if len(c) > 60) or last  # a helper may stand between a comment and its function
+        says[m[1]] = last
+if len(body) < 100:
+    print(f"only {len(body)} functions are seen")
+
+
+def returned(name, on_way=()):
+    if name in on_way:
+        return set()
+    found = set(re.findall(r"(?<![=!]= )\b(ROLN_E_\w+)", body[name]))
+    for call in re.findall(r"\b(rolni?_\w+)\(", TURNED.sub("", body[name])):
+        if call in body and call != name:
+            found |= returned(call, on_way + (name,))
+    return found
+
+
+def told(name, on_way=()):
+    if name in on_way:
+        return set()
+    found = set(re.findall(r"ROLN_E_\w+", says[name]))
+    for part in re.findall(r"\b(?:[Ss]tatus(?:es)?|as)\b[^.;]*", says[name]):
+        for other in re.findall(r"\broln_\w+", part):
+            if other in says:
+                found |= told(other, on_way + (name,))
+    return found
+
+
+for name in body:
+    if not name.startswith("rolni_"):
+        for status in sorted(returned(name) - told(name)):
+            if (name, status) not in EXEMPT:
+                print(f"{name}: its comment does not tell {status}")
