@@ -1146,7 +1146,8 @@ ROLN_INLINE void rolni_drive_load(const roln_trained *m, const roln_real *load, 
     X(s, 2 * S(n)) X(held, force_size) X(force, force_work) X(tape, tape_size)
 #define ROLNI_TURNED_MEM(X, S) X(turned, (S(cossin) > 0) * S(n)) /* z of a model with angles, turned back */
 #define ROLN_STEP_WORK(S) \
-    (0 ROLNI_TURNED_MEM(ROLNI_SIZE, S) ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
+    (0 ROLNI_TURNED_MEM(ROLNI_SIZE, S) \
+         ROLN_STEP_MEM(ROLNI_SIZE, S, S(force_size), ROLNI_FORCE_WORK(S, 1, 0), ROLN_LNN_TAPE(S, 1, 0, 1)) + \
      ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, 1))
 ROLN_INLINE roln_status rolni_step(const roln_trained *m, roln_real *z, roln_real *zd, const rolni_push *by, roln_real dt,
                                    roln_real *work)
@@ -1538,8 +1539,8 @@ ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *c
 /* What a filter is told of a machine and of its encoders. */
 typedef struct {
     roln_real dt;   /* time from tick to tick, s */
-    roln_real q;    /* deviation of a measured joint from phi(z): of an encoder its step / sqrt(12), rad, and, by the root of the sum
-                       of squares, the rms of q - phi(rho(q)), what the chart leaves of the joint: q_each of NAME_fit_noise has it */
+    roln_real q;    /* deviation of a measured joint from phi(z), rad: root of the sum of squares of its noise, of an encoder its step /
+                       sqrt(12), and of the rms of q - phi(rho(q)), what the chart leaves of the joint (NAME_fit_noise) */
     roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error;
                        of joints with units of their own tau / each_j */
     roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */
@@ -1842,7 +1843,8 @@ ROLN_INLINE uint32_t roln_filter_tick(const roln_trained *m, const roln_noise *n
         if (st == ROLN_OK && !roln_in_range(m, 10, f.s, f.s + n)) st = ROLN_E_RANGE;
         if (st != ROLN_OK) faults |= ROLN_FAULT_STATUS, filter->known = 0;
     }
-    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER, filter->outliers = rolni_counted(filter->outliers, in.measured - in.used);
+    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER;
+    filter->outliers = rolni_counted(filter->outliers, in.measured - in.used);
     if (in.used < in.measured && in.used < n) {
         if (filter->lost < noise->lost) filter->lost++;
         else filter->known = 0;
@@ -4362,8 +4364,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
    model would be megabytes to compile. state_work, load_work: linear_work of the filter, which wants no derivatives by
    forces, or those by a load; noise_work: filter_work without one. */
 #define ROLN_PARTS(X, S) \
-    X(linear_work, ROLNI_LINEAR_WORK(S, S(force_size))) X(state_work, ROLN_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
-    X(load_work, ROLN_LINEAR_WORK(S, S(n))) X(filter_work, ROLN_FILTER_WORK(S, S(load))) X(noise_work, ROLN_FILTER_WORK(S, 0)) \
+    X(linear_work, ROLNI_LINEAR_WORK(S, S(force_size))) X(state_work, ROLNI_LINEAR_WORK(S, 0)) X(cost_work, ROLNI_COST_WORK(S)) \
+    X(load_work, ROLNI_LINEAR_WORK(S, S(n))) X(filter_work, ROLN_FILTER_WORK(S, S(load))) X(noise_work, ROLN_FILTER_WORK(S, 0)) \
     X(control_work, ROLN_CONTROL_WORK(S)) X(guard_work, ROLN_GUARD_WORK(S))
 #define ROLNI_ENUMERATOR(name, size) ROLNI_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLNI_(what)[(truth) ? 1 : -1];

@@ -89,11 +89,11 @@ static void test_scale(const roln_real *q, const roln_real *qd, int count)
     uint64_t seed = 1;
     CHECK_OK(one_init_pod(&p, count, q, qd, qbar, &seed, &start));
     CHECK_NEAR(qbar[0], mean, 2 * EPS * mean);
-    CHECK_NEAR(p.scale.q, sqrtl(square), 100 * EPS * sqrtl(square));
-    CHECK_NEAR(p.scale.t, sqrtl(square / fast), 100 * EPS * sqrtl(square / fast));
+    CHECK_NEAR(p.scale.q, sqrtl(square), PICK(1e-5, 1e-11) * sqrtl(square));
+    CHECK_NEAR(p.scale.t, sqrtl(square / fast), PICK(1e-5, 1e-11) * sqrtl(square / fast));
     CHECK_OK(one_variance(&p, &b, &var, &train)); /* of q / scale.q, about 100 */
-    BOUND("sums: variance of q (eps)", fabsl((ld)var.q / (square / ((ld)p.scale.q * (ld)p.scale.q)) - 1) / EPS, 500);
-    BOUND("sums: variance of qd (eps)", fabsl((ld)var.qd / 1 - 1) / EPS, 500);
+    BOUND("sums: variance of q (eps)", fabsl((ld)var.q / (square / ((ld)p.scale.q * (ld)p.scale.q)) - 1) / EPS, PICK(500, 1e5));
+    BOUND("sums: variance of qd (eps)", fabsl((ld)var.qd / 1 - 1) / EPS, PICK(500, 1e5)); /* double is plain */
     CHECK_OK(one_fit_inertia(&p, &b, &train));
 }
 
@@ -185,7 +185,7 @@ static void test_other_sums(int count)
     CHECK_OK(bow_init_pod(&p, count, q, qd, qbar, &seed, &start));
     CHECK_OK(bow_init_pod(&of_period, PERIOD, q, qd, qbar, &seed, &start));
     for (i = 0; i < 6; i++) /* Phi, Psi, b */
-        CHECK_NEAR(p.theta[i], of_period.theta[i], 1000 * EPS * (1 + fabs((double)of_period.theta[i])));
+        CHECK_NEAR(p.theta[i], of_period.theta[i], PICK(1e-4, 1e-9) * (1 + fabs((double)of_period.theta[i])));
     CHECK_OK(bow_chart_add(&p, count, q, &sums, &start));
     CHECK_OK(bow_chart_solve(&p, &sums, ROLN_CHART_RIDGE, &left, &start));
     CHECK(sums.sums[0] == count);
