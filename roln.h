@@ -3001,10 +3001,10 @@ ROLN_INLINE roln_status roln_rows(const roln_trained *m, const roln_loss *wt, co
     for (w = 0; w < batch->count && st == ROLN_OK; w++) {
         roln_real *row = to->J ? to->J + ROLNI_AS(size_t, w) * ROLNI_AS(size_t, cols) : NULL, windows = 0;
         uint64_t signs = to->seed + ROLNI_AS(uint64_t, w);
-        roln_loss unused;
+        roln_loss aside;
         roln_gradient g;
         g.ae = to->behind ? NULL : row, g.net = !row ? NULL : to->behind ? row : row + ae_size;
-        g.loss = &unused, g.windows = &windows, g.signs = &signs, g.residual = to->r + w, g.rest = NULL;
+        g.loss = &aside, g.windows = &windows, g.signs = &signs, g.residual = to->r + w, g.rest = NULL;
         to->r[w] = 0;
         if (row) rolni_zero(cols, row);
         st = acceleration ? rolni_samples_block(md, m, wt, batch, rolni_part_of(batch, w, 1), &g, work)

@@ -41,6 +41,7 @@ record       sh tests/user/record.sh
 experiments  build/test_experiments
 packaging    sh tests/user/packaging.sh
 symbols      sh tests/compilers/symbols.sh
+macros       sh tests/compilers/macros.sh
 plansize     sh tests/measure/plan.sh test
 latent       build/test_latent
 numerics     sh tests/safety/numerics.sh test

@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Every C block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
+# Every C and C++ block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
 # `cc ...` that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train
 # nothing run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts
 # link to.
@@ -20,13 +20,14 @@ check() {
 }
 texts="README.md CONTRIBUTING.md $(echo docs/*.md)"
 # block n of all is build/readme/NAME.c if it begins with /* NAME.c, else blockn.c; NAME.want: what `$ ./NAME` prints
-awk '/^```c$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
-     on && file == "" { file = "block" n ".c"; if ($1 == "/*" && $2 ~ /^[a-z_]+[.]c$/) file = $2 }
+awk '/^```c(pp)?$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
+     on && file == "" { file = "block" n ".c"; if ($1 == "/*" && $2 ~ /^[a-z_]+[.]c(pp)?$/) file = $2 }
      on { print > ("build/readme/" file) }
      /^```console$/ { getline; want = "build/readme/" substr($2, 3) ".want"
                       while ((getline line) > 0 && line != "```") print line > want }' $texts
-blocks=$(cd build/readme && echo *.c)
-lines=$(sed -n 's/^ *\(cc -std=[^*]*\).*/\1/p' $texts examples/*.c | sed 's/ *$//' | sort -u)
+blocks=$(cd build/readme && echo *.c *.cpp)
+for f in build/readme/*.cpp; do cp "${f%.cpp}.want" "${f%.cpp}pp.want" || exit 1; done # NAME.cpp, as NAMEpp, prints what NAME.c does
+lines=$(sed -n 's/^ *\(c[c+]*[c+] -std=[^*]*\).*/\1/p' $texts examples/*.c | sed 's/ *$//' | sort -u)
 # no example and no block without its line, no line twice in different words
 for f in $blocks examples/*.c; do
     check "[ \$(echo '$lines' | grep -c ' $f ') -eq 1 ]"
@@ -36,14 +37,14 @@ lines="$lines
 $(echo "$lines" | sed -n 's/=pend16 /=pend2 /p')"
 for cc in gcc clang; do
     while read -r line; do # the same line, but for the compiler, the place of what it reads and writes, and the warnings
-        check "$(echo "$line" |
-            sed "s|^cc |$cc $warn |; s| -O3 | |; s| -o | -o build/readme/|; s| \([a-z_]*[.]c\) | build/readme/\1 |")"
+        check "$(echo "$line" | sed "s|^cc |$cc $warn |; s|^c++ |$(echo $cc | sed 's/gcc/g/')++ $warn |; s| -O3 | |
+            s| -o | -o build/readme/|; s| \([a-z_]*[.]c\) | build/readme/\1 |; s| \([a-z_]*[.]cpp\) | build/readme/\1 |")"
     done << END
 $lines
 END
 done
 for f in $blocks spd.c control_tick.c; do
-    f=build/readme/${f%.c}
+    f=build/readme/$(echo "$f" | sed 's/[.]cpp$/pp/; s/[.]c$//')
     if [ -f "$f.want" ]; then check "$f | diff $f.want -"; else check "$f"; fi
 done
 for f in build/readme/*.want; do check "[ -x ${f%.want} ]"; done
