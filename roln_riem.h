@@ -32,7 +32,8 @@ typedef struct {
     roln_status (*tangent)(int rows, int cols, const roln_real *x, int count, int stride, roln_real *gm, roln_real *work);
     /* <u, v> at x; NULL: the dot product of the coordinates */
     roln_real (*inner)(int rows, int cols, const roln_real *x, const roln_real *u, const roln_real *v);
-    /* xn = R_x(u), at least of first order; xn may be u */
+    /* xn = R_x(u), at least of first order; xn may be u. ROLN_E_RANGE: no update could go on from the end of the step. Any other
+       failure: the step is too long. */
     roln_status (*retract)(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work);
 } roln_manifold;
 
@@ -64,6 +65,31 @@ ROLN_FN int roln_block_moments(const roln_block *b)
 {
     const int size = roln_block_size(b);
     return b->manifold == ROLN_EUCLIDEAN ? size : size > 0;
+}
+
+/* xn = R_x(f u) if the verb takes that step. If not, 7 shorter ones are tried, the first a 16th as long and no coordinate above 1,
+   each of the others a 16th of the one before. If none is taken, the point waits: xn = x, with ROLN_OK, so that the moments of an
+   optimiser go on. A refused update would keep the momentum that led there, and so refuse the next ones for ever. u may not be xn.
+   Status of the verb if u is not finite (test_riem.c: test_back). */
+ROLN_FN roln_status rolni_reach(const roln_block *b, roln_real f, const roln_real *x, const roln_real *u, roln_real *xn,
+                                roln_real *work)
+{
+    enum { ROLNI_REACHES = 8 };
+    const int size = roln_block_size(b);
+    roln_status st = ROLN_OK;
+    roln_real top = 0;
+    int tries, i;
+    for (i = 0; i < size; i++)
+        top = ROLN_MAX(top, ROLN_ABS(u[i]));
+    for (tries = 0; tries < ROLNI_REACHES; tries++) {
+        for (i = 0; i < size; i++)
+            xn[i] = f * u[i];
+        if ((st = b->manifold->retract(b->rows, b->cols, x, xn, xn, work)) == ROLN_OK) return ROLN_OK;
+        f /= 16;
+        if (ROLN_ABS(f) * top > 1) f = (f < 0 ? -1 : 1) / top;
+    }
+    rolni_copy(size, x, xn);
+    return roln_all_finite(size, u) ? ROLN_OK : st;
 }
 
 /* ---- 2 biorthogonal --------------------------------------------------------------------------- */
@@ -139,7 +165,10 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
     return ROLN_OK;
 }
 
-/* As a block: rows = n, cols = N. */
+/* As a block: rows = n, cols = N.
+   |Psi^T Phi - I| is a part of eps |Phi| |Psi|, and so is what rounding does to a tangent. A block keeps its point where
+   |Phi| |Psi| <= 64 + 4 n and neither norm is above 16 (64 + 4 n): ROLN_E_RANGE for a step that would end outside, or, from
+   outside, further outside than it began. Then |Psi^T Phi - I| <= 84 eps up to n = 16, 1e-5 in float (test_riem.c: test_back). */
 #define ROLN_BIORTH_BLOCK_WORK(n, N) ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(n), ROLN_BIORTH_RETRACT_WORK(n, N))
 ROLN_FN int rolni_biorth_size(int rows, int cols)
 {
@@ -157,7 +186,29 @@ ROLN_FN roln_status rolni_biorth_tangent(int rows, int cols, const roln_real *x,
     return roln_biorth_project(rows, cols, count + 1, stride, x, gm, work);
 }
 
-ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, roln_biorth_retract};
+/* How far a point [2][n][N] is outside, |Phi| at least phi: 1 on the edge, less inside. */
+ROLN_FN roln_real rolni_biorth_outside(int n, int N, const roln_real *x, roln_real phi)
+{
+    const roln_real *psi = x + n * N;
+    const roln_real a = ROLN_MAX(phi, ROLN_SQRT(roln_dot(n * N, x, x))), b = ROLN_SQRT(roln_dot(n * N, psi, psi));
+    return ROLN_MAX(a * b, ROLN_MAX(a, b) / 16) / ROLNI_AS(roln_real, 64 + 4 * n);
+}
+
+/* The rounding of Phi+ = (Phi + X) W^-1 is a part of eps |Phi + X| |W^-1| / sqrt(n), |Phi+| or more. */
+ROLN_FN roln_status rolni_biorth_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
+{
+    const int n = rows, N = cols;
+    const roln_status st = roln_biorth_retract(n, N, x, u, xn, work);
+    roln_real end;
+    ROLN_BIORTH_RETRACT_MEM(ROLNI_CARVE, n, N)
+    (void)W;
+    if (st != ROLN_OK) return st;
+    end = ROLN_SQRT(roln_dot(n * N, phi, phi) * (roln_dot(n * n, inv, inv) / ROLNI_AS(roln_real, n)));
+    end = rolni_biorth_outside(n, N, xn, end);
+    return end <= 1 || end < rolni_biorth_outside(n, N, x, 0) ? ROLN_OK : ROLN_E_RANGE;
+}
+
+ROLNI_MANIFOLD roln_biorthogonal = {rolni_biorth_size, rolni_biorth_work, rolni_biorth_tangent, NULL, rolni_biorth_retract};
 
 /* ---- 3 SPD ------------------------------------------------------------------------------------ */
 
@@ -213,9 +264,8 @@ ROLN_FN roln_status roln_spd_retract(int n, const roln_real *X, const roln_real 
 
 /* As a block: rows = cols = n. The momentum stays as it is.
    A block keeps its point where the next update can still factor it: tr(X) tr(X^-1), which bounds the condition from above, below
-   1 / (64 eps) (131,000 in float), and both traces below ROLN_SPD_TRACE. A step that would end outside, or end further outside
-   than it began, is not taken: the point waits, with ROLN_OK, while the moments go on, so that it leaves the edge as soon as the
-   momentum turns. To refuse the update instead would keep the momentum, and so refuse the next ones for ever. */
+   1 / (64 eps) (131,000 in float), and both traces below ROLN_SPD_TRACE: ROLN_E_RANGE for a step that would end outside, or, from
+   outside, further outside than it began (test_riem.c: test_edge). */
 #ifdef ROLN_DOUBLE
 #define ROLN_SPD_TRACE 2.5822498780869086e120 /* 2^400 */
 #else
@@ -257,7 +307,8 @@ ROLN_FN roln_status rolni_spd_tangent(int rows, int cols, const roln_real *x, in
     return st;
 }
 
-/* ROLN_E_NOT_SPD: x is not. ROLN_E_NOT_FINITE: the end of the step is not. */
+/* ROLN_E_NOT_SPD: x is not. ROLN_E_NOT_FINITE: the end of the step is not. xn is written only on ROLN_OK and, as scratch, on
+   ROLN_E_RANGE. */
 ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)
 {
     const int n = rows;
@@ -268,11 +319,10 @@ ROLN_FN roln_status rolni_spd_retract(int rows, int cols, const roln_real *x, co
     if (roln_chol(n, x, A) != ROLN_OK) return ROLN_E_NOT_SPD;
     st = rolni_spd_step(n, A, u, S, L);
     if (!roln_all_finite(n * n, S)) return ROLN_E_NOT_FINITE;
-    if (st == ROLN_OK) { /* u is not needed any more: xn serves as scratch */
-        end = rolni_spd_outside(n, S, L, xn);
-        if (!(end <= 1) && !(end < rolni_spd_outside(n, x, A, xn))) st = ROLN_E_ILL_CONDITIONED;
-    }
-    rolni_copy(n * n, st == ROLN_OK ? S : x, xn);
+    if (st != ROLN_OK) return ROLN_E_RANGE;
+    end = rolni_spd_outside(n, S, L, xn); /* u is not needed any more: xn serves as scratch */
+    if (!(end <= 1) && !(end < rolni_spd_outside(n, x, A, xn))) return ROLN_E_RANGE;
+    rolni_copy(n * n, S, xn);
     return ROLN_OK;
 }
 
@@ -549,30 +599,34 @@ ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p
     const roln_manifold *const M = p->block->manifold;
     const int size = p->size, rows = p->block->rows, cols = p->block->cols;
     roln_real *const keep = p->keep, *const g = keep, *const m = keep + size;
-    roln_real v, v_max, f;
+    roln_real v, v_max, top = 0;
     roln_status st;
     int i;
     for (i = 0; i < size; i++)
         g[i] = r->scale * p->grad[i] + o->decay * p->x[i];
+    if (!roln_finite(roln_dot(size, g, g))) return ROLN_E_NOT_FINITE;
     rolni_copy(size, p->mom.m, m);
     if ((st = M->tangent(rows, cols, p->x, 1, size, g, work)) != ROLN_OK) return st;
+    for (i = 0; i < size; i++)
+        top = ROLN_MAX(top, ROLN_ABS(g[i]));
+    for (i = 0; i < size && top > ROLN_SPD_TRACE; i++) /* a large X makes a gradient X G X so long that its square is not finite */
+        g[i] *= ROLN_SPD_TRACE / top;
     v = M->inner ? M->inner(rows, cols, p->x, g, g) : roln_dot(size, g, g);
     v = o->beta2 * *p->mom.v + (1 - o->beta2) * v;
     v_max = v > *p->mom.v_max ? v : *p->mom.v_max;
-    f = -(p->lr / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps);
-    for (i = 0; i < size; i++) {
+    for (i = 0; i < size; i++)
         m[i] = o->beta1 * m[i] + (1 - o->beta1) * g[i];
-        g[i] = f * m[i];
-    }
     keep[2 * size] = v;
     keep[2 * size + 1] = v_max;
-    if ((st = M->retract(rows, cols, p->x, g, keep, work)) != ROLN_OK) return st;
+    st = rolni_reach(p->block, -(p->lr / r->adam.b1) / (ROLN_SQRT(v_max / r->adam.b2) + o->eps), p->x, m, keep, work);
+    if (st != ROLN_OK) return st;
     return roln_all_finite(2 * size + 2, keep) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Riemannian Adam with AMSGrad (Becigneul and Ganea 2019) on the product of the blocks:
        g = scale grad (clipped) + decay x, made Riemannian;  m = b1 m + (1-b1) g;  v = b2 v + (1-b2) <g,g>;
        v_max = max(v, v_max);  x = R_x(-lr (m / (1-b1^t)) / (sqrt(v_max / (1-b2^t)) + eps));  m carried to x when next used.
+   Where R_x does not take that step, a shorter one or none is made (rolni_reach).
    theta and grad share the layout of the table. scale: usually 1 / number of samples that were added to grad.
    work [roln_update_work]. ROLN_E_NOT_FINITE: a gradient, a setting or an output is not, or lr is negative; status of the verbs.
    Everything is computed and checked before anything is written: on a status other than ROLN_OK theta, state and moments are as
@@ -612,9 +666,8 @@ ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p,
     for (i = 0; i < p->size; i++)
         g[i] = r->scale * p->grad[i] + r->opt->decay * p->x[i], g[p->size + i] = 0; /* the momentum that tangent carries */
     if ((st = k->manifold->tangent(k->rows, k->cols, p->x, 1, p->size, g, work)) != ROLN_OK) return st;
-    for (i = 0; i < p->size; i++)
-        g[i] *= -p->lr;
-    if ((st = k->manifold->retract(k->rows, k->cols, p->x, g, g, work)) != ROLN_OK) return st;
+    rolni_copy(p->size, g, g + p->size);
+    if ((st = rolni_reach(k, -p->lr, p->x, g + p->size, g, work)) != ROLN_OK) return st;
     return roln_all_finite(p->size, g) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -823,7 +876,8 @@ ROLN_FN roln_status rolni_newton_move(int blocks, const roln_block *table, roln_
         if (t->manifold == ROLN_EUCLIDEAN || size == 0) {
             rolni_copy(size, u + at, next + at);
         } else {
-            const roln_status st = t->manifold->retract(t->rows, t->cols, x + at, u + at, next + at, work);
+            roln_status st = t->manifold->retract(t->rows, t->cols, x + at, u + at, next + at, work);
+            if (st == ROLN_E_RANGE) st = rolni_reach(t, rate, x + at, d + at, next + at, work);
             if (st != ROLN_OK) return st;
         }
         at += size;

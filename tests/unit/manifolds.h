@@ -73,15 +73,27 @@ ROLN_FN void t_retract(int n, int N, const ld *x, const ld *u, ld *y)
     t_solve(n, N, W, y);
 }
 
-/* |Psi^T Phi - I| over |Phi| |Psi| */
-ROLN_FN ld defect(int n, int N, const roln_real *x)
+/* |Psi^T Phi - I|, and that over |Phi| |Psi| */
+ROLN_FN ld apart(int n, int N, const roln_real *x)
 {
     static ld w[MS], W[MNN];
     int i;
     widen(2 * n * N, x, w);
     mul(n, N, n, 0, w + n * N, 1, w, W);
     for (i = 0; i < n; i++) W[i * n + i] -= 1;
-    return sqrtl(dot(n * n, W, W) / (dot(n * N, w, w) * dot(n * N, w + n * N, w + n * N)));
+    return sqrtl(dot(n * n, W, W));
+}
+
+ROLN_FN ld norms(int n, int N, const roln_real *x)
+{
+    static ld w[MS];
+    widen(2 * n * N, x, w);
+    return sqrtl(dot(n * N, w, w) * dot(n * N, w + n * N, w + n * N));
+}
+
+ROLN_FN ld defect(int n, int N, const roln_real *x)
+{
+    return apart(n, N, x) / norms(n, N, x);
 }
 
 /* A random point; Gram eigenvalues: family 0 generic, 1 all equal to one, 2 spread over about spread^2 */
@@ -207,12 +219,12 @@ ROLN_FN roln_status sphere_tangent(int rows, int cols, const roln_real *x, int c
     return ROLN_OK;
 }
 
-/* xn /= len, the length of xn. */
+/* xn /= len, the length of xn, unless there is none or it overflows. */
 ROLN_FN roln_status shorten(int n, roln_real len, roln_real *xn)
 {
     int i;
     for (i = 0; i < n; i++) xn[i] /= len;
-    return len > 0 ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
+    return len > 0 && roln_finite(len) ? ROLN_OK : ROLN_E_ILL_CONDITIONED;
 }
 
 ROLN_FN roln_status sphere_retract(int rows, int cols, const roln_real *x, const roln_real *u, roln_real *xn, roln_real *work)

@@ -255,6 +255,54 @@ static void test_nearest(void)
     }
 }
 
+/* <A, x>, which nothing bounds from below, leads a block as far as it goes; with -A it leaves that place. */
+static roln_real slope(void *ctx, const roln_real *x, roln_real *g)
+{
+    const problem *p = ctx;
+    int i;
+    for (i = 0; i < p->n; i++)
+        g[i] += p->A[i];
+    return roln_dot(p->n, p->A, x);
+}
+
+static void test_back(void)
+{
+    static const roln_block table[] = {{&roln_biorthogonal, 2, 5, 0}, {&roln_biorthogonal, 3, 3, 0}, {&roln_spd, 3, 3, 0}};
+    enum { P = 20 + 18 + 9, AT_PAIR = 20, AT_SPD = 38 };
+    const int verb = ROLN_MAX(ROLN_BIORTH_BLOCK_WORK(3, 5), ROLN_SPD_BLOCK_WORK(3));
+    uint64_t seed = 12;
+    int pass, b;
+    for (pass = 0; pass < 10; pass++)
+        for (b = 0; b < 4; b++) { /* each, and all */
+            static const int from[4] = {0, AT_PAIR, AT_SPD, 0}, size[4] = {20, 18, 9, P};
+            const int n = size[b];
+            problem p = {0};
+            roln_lbfgs state = ROLN_LBFGS_START;
+            roln_real start[P] = {0}, *x = start + from[b], turn[P], W[9];
+            roln_status st;
+            int i;
+            for (i = 0; i < 3; i++) {
+                if (i < 2) start[6 * i] = start[10 + 6 * i] = 1;
+                start[AT_PAIR + 4 * i] = start[AT_PAIR + 9 + 4 * i] = start[AT_SPD + 4 * i] = 1;
+            }
+            for (p.n = n, i = 0; i < n; i++)
+                p.A[i] = roln_normal(&seed);
+            st = minimise(table + b % 3, b < 3 ? 1 : 3, slope, &p, 3000, verb, &state, x);
+            CHECK(st == ROLN_E_NO_CONVERGENCE || st == ROLN_OK);
+            memcpy(turn, x, (size_t)n * sizeof *x);
+            for (i = 0; i < n; i++)
+                p.A[i] *= -1;
+            state = (roln_lbfgs)ROLN_LBFGS_START;
+            st = minimise(table + b % 3, b < 3 ? 1 : 3, slope, &p, 1, verb, &state, x);
+            CHECK(st == ROLN_OK);
+            CHECK(memcmp(turn, x, (size_t)n * sizeof *x) != 0);
+            if (b > 1) continue;
+            roln_mm_bt(2 + b, 5 - 2 * b, 2 + b, x + n / 2, x, W);
+            for (i = 0; i < (2 + b) * (2 + b); i++)
+                CHECK_NEAR(W[i], i % (3 + b) == 0, 84 * ROLN_EPS);
+        }
+}
+
 /* Whatever fails leaves x as it was, and a value that fails at the ends of long steps only makes them shorter. */
 static roln_real wall(void *ctx, const roln_real *x, roln_real *g)
 {
@@ -325,5 +373,6 @@ void TEST_NAME(lbfgs)(void)
     test_subspace();
     test_pairs();
     test_nearest();
+    test_back();
     test_refused();
 }

@@ -1008,6 +1008,45 @@ static void test_table(int R, roln_real memory, ld size, uint64_t s)
     CHECK(moved > SIZE / 2);
 }
 
+/* Rows and residuals that never change lead a block as far as it goes, and every step is made; with opposite residuals the point
+   leaves the place where it turns. */
+static void check_back(const roln_block *b, int R, roln_real memory, ld size, int steps, uint64_t s)
+{
+    static roln_real J[MAXR * MAXP], r[MAXR], turn[MAXP];
+    int k, i, ok = 1, back = 0;
+    problem_of(b, 1, R, &now);
+    now.opt.memory = memory, now.opt.cap = 0, now.state.lambda = ROLN_C(0.1);
+    random_point(&now, &s, now.x);
+    if (b->manifold == &roln_biorthogonal) point(b->rows, b->cols, 1, &s, now.x);
+    fill(R * now.P, 1, &s, J), fill(R, size, &s, r);
+    for (k = 0; k < steps + steps / 10; k++) {
+        if (k == steps) memcpy(turn, now.x, sizeof turn);
+        memcpy(now.J, J, (size_t)(R * now.P) * sizeof *J);
+        for (i = 0; i < R; i++) now.r[i] = k < steps ? r[i] : -r[i] * (1 + ROLN_C(0.1) * (roln_real)(i % 3)); /* not 0 where J^T r is */
+        ok &= rows(&now) == ROLN_OK;
+        sums(&now);
+        ok &= step(&now) == ROLN_OK;
+        end_step(&now, 1);
+        if (b->manifold == &roln_biorthogonal) ok &= apart(b->rows, b->cols, now.x) <= 84 * EPS;
+    }
+    for (i = 0; i < now.P; i++) back |= ROLN_ABS(now.x[i] - turn[i]) > 0;
+    CHECK(ok && (back || (b->manifold == &roln_spd && size > 0.5L))); /* d = r / J X is 0 to rounding where X is large */
+}
+
+static void test_back(void)
+{
+    static const roln_block road[] = {{ROLN_EUCLIDEAN, 1, 8, 0}, {&roln_spd, 1, 1, 0}, {&roln_spd, 4, 4, 0},
+                                      {&roln_biorthogonal, 1, 1, 0}, {&roln_biorthogonal, 2, 8, 0},
+                                      {&roln_biorthogonal, 4, 4, 0}, {&roln_stiefel, 2, 8, 0}, {&sphere, 1, 8, 0}};
+    const int steps = check_sample ? 1000 : 20000;
+    int k, q;
+    for (k = 0; k < (int)(sizeof road / sizeof *road); k++)
+        for (q = 0; q < 3; q++) {
+            check_back(road + k, 3, 8, q == 0 ? 0.01L : q == 1 ? 1 : 100, steps, 31);
+            check_back(road + k, 1, 1, q == 0 ? 0.01L : q == 1 ? 1 : 100, steps, 32);
+        }
+}
+
 /* What no row asks for fades to nothing, not to numbers that some processors hold for nothing and others count slowly. */
 static void test_fading(void)
 {
@@ -1408,6 +1447,7 @@ void TEST_NAME(newton)(void)
     test_judge();
     test_over();
     test_walks();
+    test_back();
     test_learning();
     test_shell();
     print_bounds();
