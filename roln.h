@@ -1495,6 +1495,26 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
     return ROLN_OK;
 }
 
+/* Is P [n][n] symmetric and positive semi-definite to rounding errors? Each is asked in units in which the diagonal of P is 1, so
+   the answer does not depend on units of states. L [n][n] is written. ROLN_E_NOT_FINITE, ROLN_E_NOT_SPD. */
+ROLN_FN roln_status rolni_goal_weighs(int n, const roln_real *P, roln_real *L)
+{
+    const roln_real rest = ROLN_EPS * ROLNI_AS(roln_real, 8 * n);
+    int i, j;
+    if (!roln_all_finite(n * n, P)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n * n, P, L);
+    for (i = 0; i < n; i++) {
+        const roln_real p = P[i * (n + 1)];
+        if (p < 0) return ROLN_E_NOT_SPD;
+        for (j = 0; j < i; j++) {
+            const roln_real most = ROLN_SQRT(p) * ROLN_SQRT(P[j * (n + 1)]), x = P[i * n + j];
+            if (ROLN_ABS(x - P[j * n + i]) > rest * most || ROLN_ABS(x) > (1 + rest) * most) return ROLN_E_NOT_SPD;
+        }
+        L[i * (n + 1)] = p > 0 ? p + rest * p : 1; /* the row of a state without cost is 0 */
+    }
+    return roln_chol(n, L, L);
+}
+
 /* The same along a reference s [count + 1][2n] that u [count][motors] (NULL: none) drives, step k from s_k to s_k+1, up to its end,
    where ds^T P ds remains to be paid: P [2n][2n], positive semi-definite, of roln_lqr there, say; NULL: the weights of the joints.
        u'_k = u_k - K_k (s'_k - s_k),   K [count][motors][2n]
@@ -1505,17 +1525,25 @@ ROLN_INLINE roln_status roln_lqr(const roln_trained *m, const roln_cost *cost, c
     (0 ROLN_LQR_MEM(ROLNI_SIZE, S) + \
      ROLN_MAX(S(cost_work), ROLN_MAX(ROLN_RICCATI_WORK(2 * S(n), S(force_size)), \
                                      0 ROLNI_LQR_END_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(2 * S(n)))))
+
+/* C of P = C^T C, P [2n][2n]: by eigenvalues of P with its diagonal scaled to 1, so that light states keep their digits beside
+   heavy ones (test_control.c: test_light_states). */
 ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, roln_real *work)
 {
     const int n2 = 2 * n;
     ROLNI_LQR_END_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    const roln_status st = roln_eig(n2, P, l, C, work);
+    roln_status st = rolni_goal_weighs(n2, P, C);
     int i, j;
     if (st != ROLN_OK) return st;
-    if (l[0] < -ROLN_EPS * ROLNI_AS(roln_real, 8 * n2) * ROLN_ABS(l[n2 - 1])) return ROLN_E_NOT_SPD;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++) {
+            const roln_real most = ROLN_SQRT(P[i * (n2 + 1)]) * ROLN_SQRT(P[j * (n2 + 1)]);
+            C[i * n2 + j] = most > 0 ? P[i * n2 + j] / most : 0;
+        }
+    if ((st = roln_eig(n2, C, l, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
-            C[i * n2 + j] *= l[i] > 0 ? ROLN_SQRT(l[i]) : 0;
+            C[i * n2 + j] *= l[i] > 0 ? ROLN_SQRT(l[i]) * ROLN_SQRT(P[j * (n2 + 1)]) : 0;
     return ROLN_OK;
 }
 
@@ -1918,22 +1946,6 @@ typedef struct {
 /* Largest number of iterations. */
 #define ROLN_PLAN_ITERATIONS 64
 
-/* Is P [n][n] symmetric and positive semi-definite to rounding errors? L [n][n] is written. */
-ROLN_FN roln_status rolni_goal_weighs(int n, const roln_real *P, roln_real *L)
-{
-    roln_real top = 0;
-    int i, j;
-    for (i = 0; i < n; i++)
-        top = ROLN_MAX(top, ROLN_ABS(P[i * (n + 1)]));
-    for (i = 0; i < n; i++)
-        for (j = 0; j < i; j++)
-            if (ROLN_ABS(P[i * n + j] - P[j * n + i]) > ROLN_EPS * ROLNI_AS(roln_real, 8 * n) * top) return ROLN_E_NOT_SPD;
-    rolni_copy(n * n, P, L);
-    for (i = 0; i < n; i++)
-        L[i * (n + 1)] += ROLN_EPS * ROLNI_AS(roln_real, 8 * n) * top;
-    return top > 0 ? roln_chol(n, L, L) : roln_dot(n * n, P, P) > 0 ? ROLN_E_NOT_SPD : ROLN_OK;
-}
-
 /* Status of a goal: ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: a weight; ROLN_E_RANGE: dt, limits.
    L [2n][2n] is written. */
 ROLN_INLINE roln_status rolni_goal_check(const roln_trained *m, const roln_goal *g, const roln_planned *pl, roln_real *L)
@@ -1961,8 +1973,7 @@ ROLN_INLINE roln_status rolni_goal_check(const roln_trained *m, const roln_goal 
             if (t->weight[i] < 0 || t->last < 0) return ROLN_E_NOT_SPD;
     }
     if (!g->P) return ROLN_OK;
-    if (!roln_all_finite(4 * n * n, g->P) || !roln_all_finite(2 * n, g->end)) return ROLN_E_NOT_FINITE;
-    return rolni_goal_weighs(2 * n, g->P, L);
+    return roln_all_finite(2 * n, g->end) ? rolni_goal_weighs(2 * n, g->P, L) : ROLN_E_NOT_FINITE;
 }
 
 /* What a term works on: the joints x [2N] at the state s [2n] and the gradient gx by them, J [N][n]; Q, q as in rolni_goal_at. */

@@ -1,6 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* Mechanics, control and guard (roln.h sections 2 and 3): units and failures of every call, jets, inverse dynamics, power,
    apparent inertia, linearisation, PD+ control, allocation to motors, and the guard under fault injection. */
+#ifndef ROLN_DOUBLE /* before small.h, whose dt their arguments would shadow */
+#include "arm.h"
+#include "arm_weights.h"
+#include "furuta.h"
+#include "furuta_weights.h"
+#endif
 #include "small.h"
 #include <stdlib.h>
 
@@ -970,6 +976,110 @@ static void check_feedback_refused(int k, const roln_trained *m, const feedback 
         if (!CHECK(st != ROLN_OK && all(2 * MAXN * MAXN, x.K, 7))) printf("    %s, along, wrong number %d\n", models[k].name, what);
     }
     CHECK(roln_lqr_along(m, &good->cost, 0, good->s, good->u, NULL, x.K, spare) == ROLN_E_LENGTH);
+}
+
+#ifndef ROLN_DOUBLE
+/* Row by row, |E - K| as a part of the row; states in units in which they cost alike, P_ii = 1. */
+static ld lost_of_rows(int w, int motors, const roln_real *P, const roln_real *K, const roln_real *E)
+{
+    ld worst = 0;
+    int i, j;
+    for (j = 0; j < motors; j++) {
+        ld off = 0, most = 0;
+        for (i = 0; i < w; i++) {
+            const ld one = sqrtl((ld)P[i * (w + 1)]), k = fabsl((ld)K[j * w + i]) / one;
+            const ld e = fabsl((ld)E[j * w + i] - (ld)K[j * w + i]) / one;
+            off = e > off ? e : off, most = k > most ? k : most;
+        }
+        worst = off / most > worst ? off / most : worst;
+    }
+    return worst;
+}
+
+/* The examples: deviations of joints and of motors over four decades, rising, falling and mixed. A step of NAME_lqr_along from
+   the P of NAME_lqr gives its K again, row by row, with light states beside heavy ones: of the arm to 1e-4; of the pendulum, whose
+   one motor leaves P with few digits, to what moves of P by eps do. */
+static void test_light_states(void)
+{
+    static arm_lqrwork work;
+    static arm_work one;
+    static furuta_lqrwork furuta_room;
+    static const roln_real first[2] = {1, 0};
+    static const roln_motors motor = {1, first, 0};
+    const furuta_latent up[2] = {{{0, ROLN_C(3.14159265)}, {0, 0}}, {{0, ROLN_C(3.14159265)}, {0, 0}}};
+    arm_latent s[2];
+    roln_real q[6], qd[6], r[6], tau_z[6], u[6], K[72], E[72], P[144], M[16];
+    ld lost, wide;
+    const roln_real still[6] = {0, 0, 0, 0, 0, 0};
+    const roln_cost cost = {q, qd, r, ROLN_C(0.005), NULL}, by_one = {q, qd, r, ROLN_C(0.01), &motor};
+    uint64_t seed = 19;
+    int round, move, i;
+    memset(s, 0, sizeof s);
+    for (i = 0; i < 6; i++)
+        s[0].z[i] = s[1].z[i] = (arm_weights.z_min[i] + arm_weights.z_max[i]) / 2;
+    CHECK_OK(arm_inverse(&arm_weights, s, NULL, still, tau_z, &one));
+    CHECK_OK(arm_lift(&arm_weights, s, tau_z, u, &one));
+    for (round = 0; round < 40; round++) {
+        for (i = 0; i < 6; i++) {
+            const double share = round == 0 ? i / 5.0 : round == 1 ? 1 - i / 5.0 : (double)roln_uniform(&seed);
+            q[i] = (roln_real)pow(10, 8 * share), qd[i] = round % 3 ? 0 : q[i] / 1000;
+            r[i] = (roln_real)pow(10, round < 20 ? 0 : 4 * (double)roln_uniform(&seed) - 2);
+        }
+        if (CHECK_OK(arm_lqr(&arm_weights, &cost, s, u, K, P, &work))) {
+            CHECK_OK(arm_lqr_along(&arm_weights, &cost, 1, s, u, P, E, &work));
+            BOUND("arm, light states", lost_of_rows(12, 6, P, K, E), 1e-4L);
+        }
+        r[0] *= 10000; /* the motor's deviation is 0.01 Nm */
+        if (CHECK_OK(furuta_lqr(&furuta_weights, &by_one, up, NULL, K, P, &furuta_room))) {
+            CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, P, E, &furuta_room));
+            lost = lost_of_rows(4, 1, P, K, E), wide = EPS;
+            for (move = 0; move < 8; move++) {
+                for (i = 0; i < 16; i++)
+                    M[i] = i % 4 > i / 4 ? P[i] : P[i] * (1 + ROLN_EPS * (2 * roln_uniform(&seed) - 1));
+                for (i = 0; i < 16; i++)
+                    M[i] = i % 4 > i / 4 ? M[i % 4 * 4 + i / 4] : M[i];
+                CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, M, E, &furuta_room));
+                wide = lost_of_rows(4, 1, P, K, E) > wide ? lost_of_rows(4, 1, P, K, E) : wide;
+            }
+            BOUND("furuta, light states", lost, 0.01L);
+            BOUND("furuta, light states, in moves of P", lost / wide, 3);
+        }
+    }
+}
+#endif
+
+/* Is P a weight? The same answer in all units of states, over six decades, of positive and of singular ones; and each number that
+   makes a light part of it none. */
+static void test_weights_of_ends(void)
+{
+    enum { n = 6 };
+    uint64_t s = 23;
+    int round, rank, i, j;
+    for (round = 0; round < 400; round++) {
+        roln_real C[n * n], P[n * n], L[n * n], t[n], was;
+        rank = round % (n + 1);
+        for (i = 0; i < n; i++)
+            t[i] = round % 2 ? (roln_real)pow(10, 6 * (double)roln_uniform(&s) - 3) : 1;
+        for (i = 0; i < n * n; i++)
+            C[i] = i / n < rank && i % n != 4 ? roln_normal(&s) * t[i % n] : 0;
+        fill(n * n, 0, P);
+        roln_mm_at(n, n, n, C, C, P);
+        CHECK_OK(rolni_goal_weighs(n, P, L)); /* state 4 is without cost */
+        i = round % 4, j = i + 1 + round % (n - 1 - i), j = j == 4 ? 5 : j;
+        if (rank == 0) continue;
+        was = P[i * n + j], P[i * n + j] += ROLN_SQRT(P[i * (n + 1)]) * ROLN_SQRT(P[j * (n + 1)]) / 1000;
+        CHECK(rolni_goal_weighs(n, P, L) == ROLN_E_NOT_SPD); /* not symmetric */
+        P[i * n + j] = P[j * n + i] = ROLN_SQRT(P[i * (n + 1)]) * ROLN_SQRT(P[j * (n + 1)]) * ROLN_C(1.001);
+        CHECK(rolni_goal_weighs(n, P, L) == ROLN_E_NOT_SPD);
+        P[i * n + j] = P[j * n + i] = was;
+        was = P[i * (n + 1)], P[i * (n + 1)] = -was / 1000000;
+        CHECK(rolni_goal_weighs(n, P, L) == ROLN_E_NOT_SPD);
+        P[i * (n + 1)] = was;
+        P[4 * n + i] = P[i * n + 4] = ROLN_SQRT(was) / 1000;
+        CHECK(rolni_goal_weighs(n, P, L) == ROLN_E_NOT_SPD);
+        P[4 * n + i] = P[i * n + 4] = 0, P[0] = (roln_real)NAN;
+        CHECK(rolni_goal_weighs(n, P, L) == ROLN_E_NOT_FINITE);
+    }
 }
 
 /* The midpoint rule may find a step too long. */
@@ -2402,6 +2512,10 @@ static void test_friction_of(void)
 void TEST_NAME(control)(void)
 {
     int k;
+#ifndef ROLN_DOUBLE
+    test_light_states();
+#endif
+    test_weights_of_ends();
     for (k = 0; k < MODELS; k++) {
         test_calls(k);
         test_motion(k);
