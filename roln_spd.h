@@ -2019,8 +2019,8 @@ ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, cons
         top = ROLN_MAX(top, ROLN_ABS(r[i]));
     for (i = 0; i < nn && top > 0; i++)
         p[i] = r[i] /= top;
-    next = roln_dot(nn, r, r);
-    for (stop = ROLN_EPS * ROLN_EPS * next; next > stop; left--) {
+    next = roln_dot(nn, r, r); /* to eps of the parts of it that are eps of the whole: test_spd.c: test_mean_blocks */
+    for (stop = ROLN_EPS * ROLN_EPS * (ROLN_EPS * ROLN_EPS) * next; next > stop; left--) {
         if (left == 0) /* unreached: no matrix is known that takes 100 steps */
             return ROLN_E_NO_CONVERGENCE;
         rr = next;

@@ -1206,6 +1206,43 @@ static void test_slopes(uint64_t *s)
 }
 #endif
 
+/* Backward of the mean of blocks that know nothing of each other: the gradient of a block whose gM is down to eps of the other's
+   is as if the block were alone. */
+static void test_mean_blocks(void)
+{
+    static roln_real X[COUNT * 16], M[16], G[16], gX[COUNT * 16], x[COUNT * 4], m[4], g[4], gx[COUNT * 4];
+    uint64_t s = 31;
+    int round, c, i, j;
+    for (round = 0; round < 400; round++) {
+        const roln_real part = (roln_real)pow((double)ROLN_EPS, (double)roln_uniform(&s));
+        roln_real *const w = room_of(ROLN_SPD_MEAN_BWD_WORK(4, COUNT));
+        ld off = 0, top = 0;
+        memset(X, 0, sizeof X), memset(G, 0, sizeof G), memset(gX, 0, sizeof gX), memset(gx, 0, sizeof gx);
+        for (c = 0; c < COUNT; c++)
+            for (j = 0; j < 2; j++) {
+                const roln_real a = roln_normal(&s), b = roln_normal(&s), d = roln_normal(&s), e = roln_normal(&s);
+                roln_real *const to = X + c * 16 + 10 * j;
+                to[0] = a * a + b * b + ROLN_C(0.5), to[1] = to[4] = a * d + b * e, to[5] = d * d + e * e + ROLN_C(0.5);
+                for (i = 0; i < 4; i++)
+                    x[c * 4 + i] = to[i / 2 * 4 + i % 2]; /* the second stays */
+            }
+        for (j = 0; j < 2; j++) {
+            const roln_real by = j ? part : 1;
+            roln_real *const to = G + 10 * j;
+            to[0] = by * roln_normal(&s), to[5] = by * roln_normal(&s), to[1] = to[4] = by * roln_normal(&s);
+            for (i = 0; i < 4; i++)
+                g[i] = to[i / 2 * 4 + i % 2];
+        }
+        CHECK(roln_spd_mean(4, COUNT, X, M, w) == ROLN_OK && roln_spd_mean(2, COUNT, x, m, w) == ROLN_OK);
+        CHECK(roln_spd_mean_bwd(4, COUNT, X, M, G, gX, w) == ROLN_OK && roln_spd_mean_bwd(2, COUNT, x, m, g, gx, w) == ROLN_OK);
+        for (i = 0; i < COUNT * 4; i++) {
+            const ld a = (ld)gX[i / 4 * 16 + 10 + i % 4 / 2 * 4 + i % 2], b = (ld)gx[i];
+            off = fabsl(a - b) > off ? fabsl(a - b) : off, top = fabsl(b) > top ? fabsl(b) : top;
+        }
+        BOUND("mean, backward, light block", off / top / EPS, 40);
+    }
+}
+
 void TEST_NAME(spd)(void)
 {
     uint64_t seed = 11, own = 12;
@@ -1244,5 +1281,6 @@ void TEST_NAME(spd)(void)
 #ifdef ROLN_DOUBLE
     test_slopes(&seed);
 #endif
+    test_mean_blocks();
     print_bounds();
 }
