@@ -1567,8 +1567,8 @@ ROLN_INLINE roln_status roln_lqr_along(const roln_trained *m, const roln_cost *c
 /* What a filter is told of a machine and of its encoders. */
 typedef struct {
     roln_real dt;   /* time from tick to tick, s */
-    roln_real q;    /* deviation of a measured joint from phi(z), rad: root of the sum of squares of its noise, of an encoder its step /
-                       sqrt(12), and of the rms of q - phi(rho(q)), what the chart leaves of the joint (NAME_fit_noise) */
+    roln_real q;    /* deviation of a measured joint from phi(z), rad: the root of noise^2 (of an encoder: its step / sqrt(12))
+                       plus the mean square of q - phi(rho(q)), what the chart leaves of the joint */
     roln_real tau;  /* deviation of a torque on each joint that nobody knows, held over a tick, in the model's unit: its error;
                        of joints with units of their own tau / each_j */
     roln_real gate; /* deviations from what is expected beyond which a measured joint is not used; 0: every one is */

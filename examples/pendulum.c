@@ -153,10 +153,10 @@ static error linear_error(int first, int last, int steps)
             for (int i = 0; i < N; i++) {
                 const int row = start[w] + k * STRIDE;
                 const roln_real e = x.q[i] + (roln_real)k * STEP * x.qd[i] - q[row][i], ed = x.qd[i] - qd[row][i];
-                sums[k].q += e * e;
-                sums[k].q_var += (q[row][i] - qbar[i]) * (q[row][i] - qbar[i]);
-                sums[k].qd += ed * ed;
-                sums[k].qd_var += qd[row][i] * qd[row][i];
+                sums[k].q += (double)(e * e);
+                sums[k].q_var += (double)((q[row][i] - qbar[i]) * (q[row][i] - qbar[i]));
+                sums[k].qd += (double)(ed * ed);
+                sums[k].qd_var += (double)(qd[row][i] * qd[row][i]);
             }
     }
     return ratios(sums, steps, 0);
