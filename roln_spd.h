@@ -29,11 +29,11 @@
 
 /* ---- 1 configuration ------------------------------------------------------------------------- */
 
-/* The last release in CHANGELOG.md; all packages take their number from here. */
+/* The release that this is, or, with -dev, the one that comes next: CHANGELOG.md. All packages take their number from here. */
 #define ROLN_VERSION_MAJOR 0
-#define ROLN_VERSION_MINOR 3
+#define ROLN_VERSION_MINOR 4
 #define ROLN_VERSION_PATCH 0
-#define ROLN_VERSION "0.3.0"
+#define ROLN_VERSION "0.4.0-dev"
 
 /* Scalar type: float, or double where ROLN_DOUBLE is defined, before the first header of roln. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */
