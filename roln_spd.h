@@ -71,7 +71,8 @@ typedef uint32_t roln_bits;
 #define ROLNI_GNU 0
 #endif
 
-/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade
+   size for speed, with ROLN_CODE in it:
        #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
 #if ROLNI_GNU
