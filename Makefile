@@ -10,6 +10,7 @@ DESTDIR =
 JOBS ?= $(shell nproc 2> /dev/null || echo 1)
 HEADERS = roln.h roln_ae.h roln_lnn.h roln_riem.h roln_spd.h
 VERSION = $(shell sed -n 's/^.define ROLN_VERSION "\(.*\)"/\1/p' roln_spd.h)
+NUMBERS = $(firstword $(subst -, ,$(VERSION)))
 
 # Strict IEEE arithmetic: no -ffast-math anywhere; contraction off, so that every machine computes the same bits.
 STD = -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -I. -Iexamples
@@ -65,12 +66,13 @@ build/filter: tests/control/filter.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
 
-# the headers, a pkg-config file and a CMake package; they find each other, so that the tree may be moved
+# the headers, a pkg-config file and a CMake package, which all may read; they find each other, so that the tree may be moved
 SHARE = share/pkgconfig/roln.pc share/cmake/roln/rolnConfig.cmake share/cmake/roln/rolnConfigVersion.cmake
 install:
-	mkdir -p "$(DESTDIR)$(PREFIX)/include" "$(DESTDIR)$(PREFIX)/share/pkgconfig" "$(DESTDIR)$(PREFIX)/share/cmake/roln"
-	cp $(HEADERS) "$(DESTDIR)$(PREFIX)/include"
-	for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/' .packaging/$$f > "$(DESTDIR)$(PREFIX)/$$f" || exit 1; done
+	umask 022 && to="$(DESTDIR)$(PREFIX)" && mkdir -p "$$to/include" "$$to/share/pkgconfig" "$$to/share/cmake/roln" && \
+	    for f in $(HEADERS:%=include/%) $(SHARE); do rm -f "$$to/$$f" || exit 1; done && \
+	    for f in $(HEADERS); do cat $$f > "$$to/include/$$f" || exit 1; done && \
+	    for f in $(SHARE); do sed 's/@VERSION@/$(VERSION)/; s/@NUMBERS@/$(NUMBERS)/' .packaging/$$f > "$$to/$$f" || exit 1; done
 
 # packages for PlatformIO, Arduino, Zephyr and ESP-IDF in build/dist, and a bill of materials (SBOM, SPDX 2.3) of them
 dist:

@@ -640,7 +640,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
     return ROLN_OK;
 }
 
-/* What stands between a model and a motor. Bits of a fault word, unsigned: they may be or-ed with bits of a filter and with your own.
+/* What stands between a model and a motor. Bits of a fault word, unsigned: they may be or-ed with bits of a filter and with yours.
    They are no enumerators, because C++26 refuses to or those of two enumerations. */
 #define ROLN_FAULT_INPUT 1u      /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are wrong */
 #define ROLN_FAULT_STATUS 2u     /* a function on the way returned a status other than ROLN_OK */

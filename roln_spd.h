@@ -29,11 +29,11 @@
 
 /* ---- 1 configuration ------------------------------------------------------------------------- */
 
-/* The last release in CHANGELOG.md; all packages take their number from here. */
+/* The release that this is, or, with -dev, the one that comes next: CHANGELOG.md. All packages take their number from here. */
 #define ROLN_VERSION_MAJOR 0
-#define ROLN_VERSION_MINOR 3
+#define ROLN_VERSION_MINOR 4
 #define ROLN_VERSION_PATCH 0
-#define ROLN_VERSION "0.3.0"
+#define ROLN_VERSION "0.4.0-dev"
 
 /* Scalar type: float, or double where ROLN_DOUBLE is defined, before the first header of roln. Everything is static, so one program
    may hold both in two translation units. ROLN_C(x) writes a constant in that type. */
@@ -71,7 +71,8 @@ typedef uint32_t roln_bits;
 #define ROLNI_GNU 0
 #endif
 
-/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade size for speed, with ROLN_CODE in it:
+/* ROLN_FN: linkage of every function, without a warning where one is not used. Override it (static inline, always_inline) to trade
+   size for speed, with ROLN_CODE in it:
        #define ROLN_FN ROLN_CODE static inline */
 #ifndef ROLN_FN
 #if ROLNI_GNU

@@ -29,6 +29,7 @@ package() {
     awk '/^!\[/ { off = 1 } /^## / { off = !/^## Use it from your build/ } !off' README.md > "$root/README.md"
     sed "s/@ENTRY@/$entry/" ".packaging/$tick" > "$root/$example"
     cp examples/chain.h examples/chain_weights.h "$root/$(dirname "$example")"
+    find "$root" -type f -exec chmod 644 {} +
     find "$root" -exec touch -d "@$time" {} +
     cd "build/dist/$name"
     if [ "$name" = arduino ]; then # its IDE reads zip

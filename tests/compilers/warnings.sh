@@ -3,9 +3,9 @@
 # Each header alone, as float and as double, under every compiler and warning in use: no output. roln.h also with models.
 # int32_t is long to arm-none-eabi-gcc, and int to the others. At -O2, where compilers warn of all that they warn of at -O0. Then
 # compilers of fewer warnings or features: C++17 that takes no cast of C, tcc, and one that claims to be GNU C but does not know all
-# of it, as pcc and others do. Then every standard from C99 and C++11 to the newest that a compiler knows, what users do with
-# constants in each of them, the examples and what firmware in C++ takes of them; and compilers that are not, or do not say that they
-# are, GNU C: clang for Windows, others.
+# of it, as pcc and others do. Then every standard from C99 and C++11 to the newest that a compiler knows: what users do with
+# constants, the examples, and what firmware in C++ takes of them. Then compilers that are not GNU C, or do not say that they are:
+# clang for Windows, others.
 cd "$(dirname "$0")/../.." || exit 1
 warn='-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Werror'
 strict='-Wstrict-prototypes -Wmissing-prototypes'
@@ -67,8 +67,8 @@ done
 for file in examples/*.c; do
     text="#include \"$file\""
     type='-D_POSIX_C_SOURCE=200809L -DMODEL=pend2'
-    for std in $c; do try clang-19 -std=$std -xc $warn $quiet -fsyntax-only; done
-    for std in c99 c2x gnu17; do try gcc -std=$std -xc $warn -fsyntax-only; done
+    for std in c11 c2x gnu17; do try clang-19 -std=$std -xc $warn $quiet -fsyntax-only; done
+    for std in c17 c2x gnu99; do try gcc -std=$std -xc $warn -fsyntax-only; done
 done
 type=
 for file in $(cd examples && echo *_tick.h *_weights.h) firmware/frame.h; do
@@ -76,8 +76,7 @@ for file in $(cd examples && echo *_tick.h *_weights.h) firmware/frame.h; do
 #include \"examples/$file\""
     try g++ -std=c++20 -xc++ -Wall -Wextra -Wpedantic -Wno-unused-function -Wno-unused-variable -fsyntax-only
     for std in c++20 c++23 c++26; do
-        try clang++-19 -std=$std -xc++ -Wall -Wextra -Wpedantic -Wno-unused-function -Wno-unused-variable -Wno-unused-const-variable \
-            -fsyntax-only
+        try clang++-19 -std=$std -xc++ -Wall -Wextra -Wpedantic -Wno-unused-function -Wno-unused-variable -fsyntax-only
     done
 done
 
@@ -89,7 +88,8 @@ extern "C" {
 #endif
 double sqrt(double), fabs(double);
 float sqrtf(float), fabsf(float);
-void *memcpy(void *, const void *, __SIZE_TYPE__), *memmove(void *, const void *, __SIZE_TYPE__), *memset(void *, int, __SIZE_TYPE__);
+void *memcpy(void *, const void *, __SIZE_TYPE__), *memmove(void *, const void *, __SIZE_TYPE__);
+void *memset(void *, int, __SIZE_TYPE__);
 #ifdef __cplusplus
 }
 #endif

@@ -27,12 +27,19 @@ same() { [ "$1" = "$2" ] || { echo "$1 is not $2"; false; }; }
 version=$(printf '#include "roln_spd.h"\nversion ROLN_VERSION\n' | cc -E -P -I. - | sed -n 's/^version "\(.*\)"$/\1/p')
 numbers=$(printf '#include "roln_spd.h"\nversion ROLN_VERSION_MAJOR ROLN_VERSION_MINOR ROLN_VERSION_PATCH\n' | cc -E -P -I. - |
     sed -n 's/^version \([0-9]*\) \([0-9]*\) \([0-9]*\)$/\1.\2.\3/p')
-check same "$version" "$numbers"
-# CHANGELOG: the version stands on top of the releases, which fall; above it at most what is not released yet
-check same "$version" "$(sed -n 's/^## \([0-9.]*\)$/\1/p' CHANGELOG.md | head -n 1)"
-check same "$(sed -n 's/^## //p' CHANGELOG.md | sed '1{/^Unreleased$/d;}')" \
-    "$(sed -n 's/^## \([0-9.]*\)$/\1/p' CHANGELOG.md | sort -Vru)"
+check same "${version%-dev}" "$numbers"
+# CHANGELOG: versions fall; the first is this one, or, with -dev, what is not released yet, and higher than all that was
+check same "$(sed -n 's/^## //p' CHANGELOG.md | head -n 1)" "$(echo "$version" | sed 's/^\(.*\)-dev$/Unreleased: \1/')"
+versions=$(sed -n 's/^## \(Unreleased: \)*//p' CHANGELOG.md)
+check same "$versions" "$(echo "$versions" | grep -x '[0-9]*[.][0-9]*[.][0-9]*' | sort -Vru)"
 series=$(echo "$version" | grep -Eo '^(0[.])?[0-9]+') # who asks for it gets this version
+# a version as SemVer has it, which the registries of PlatformIO, Arduino and ESP-IDF take
+check sh -c "echo '$version' | grep -Eqx '[0-9]+[.][0-9]+[.][0-9]+(-dev)?'"
+# ROLN_FORMAT: the same number wherever it stands
+format=$(sed -n 's/^#define ROLN_FORMAT //p' roln.h)
+check grep -q "^FORMAT = $format " examples/import.py
+check grep -q "Packed bytes have format $format;" CHANGELOG.md
+for f in examples/*_weights.h; do check grep -q "_of_ROLN_FORMAT_$format\[.*_format == $format " "$f"; done
 check grep -q "find_package(roln $series REQUIRED)" README.md
 
 # the first of two runs of make dist, seconds apart
@@ -68,7 +75,7 @@ for prefix in "$tmp/plain" "$tmp/moved here"; do
         cd "$tmp/consumer" || exit 1
         check make -s CC=$cc PREFIX="$prefix"
         check sh -c "eval $cc -std=c99 tick.c -o line "'$(pkg-config --cflags --libs roln)' # eval: the blank in prefix
-        check cmake -S . -B build -DROLN="$version" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_C_COMPILER=$cc
+        check cmake -S . -B build -DROLN="$numbers" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_C_COMPILER=$cc
         check cmake --build build
         for program in ./plain ./pkg ./line build/c build/cxx; do check prints $program; done
         cd "$repo" || exit 1
@@ -86,7 +93,7 @@ END
 # serves YES-OR-NO VERSION-INSTALLED VERSION-ASKED ..: by the package in $tmp/plain under another number
 serves() {
     f=share/cmake/roln/rolnConfigVersion.cmake
-    sed "s/@VERSION@/$2/" ".packaging/$f" > "$tmp/plain/$f"
+    sed "s/@NUMBERS@/$2/" ".packaging/$f" > "$tmp/plain/$f"
     rm -rf "$tmp/ask/build"
     cmake -S "$tmp/ask" -B "$tmp/ask/build" -DROLN="$3" -DCMAKE_PREFIX_PATH="$tmp/plain" \
         -DCMAKE_FIND_USE_CMAKE_SYSTEM_PATH=OFF 2>&1 | grep -qx "found $1"
@@ -94,13 +101,83 @@ serves() {
 for asked in '' 0.3 0.3.0 0.3.4 '0.3.4;EXACT'; do check serves 1 0.3.4 "$asked"; done
 for asked in 0 0.2 0.2.9 0.3.5 0.4 0.30 1 1.3 '0.3.3;EXACT'; do check serves 0 0.3.4 "$asked"; done
 for asked in 2 2.1 2.1.5 2.0.9; do check serves 1 2.1.5 "$asked"; done
-for asked in 0.2 1 1.9 2.1.6 2.2 3 21; do check serves 0 2.1.5 "$asked"; done
+for asked in 0.2 1 1.9 2.1.6 2.2 3 21 2.1.5.1; do check serves 0 2.1.5 "$asked"; done
+for asked in '2.1.5;EXACT' '2.1.5.0;EXACT' 02.01; do check serves 1 2.1.5 "$asked"; done
+for asked in '2;EXACT' '2.1;EXACT' '2.1.4;EXACT'; do check serves 0 2.1.5 "$asked"; done
+check serves 1 0.30.1 0.30
+for asked in 0.3 0.3.0 0; do check serves 0 0.30.1 "$asked"; done
+check serves 0 10.2.0 1
+# ranges: from the lower end, of this series, to the upper end, which counts or, behind <, does not
+for asked in 0.3...0.3.9 0.3...0.4 '0.3...<0.4' 0.3.9...0.3.9 0.3.0...1 '0.3.9...<0.3.10'; do check serves 1 0.3.9 "$asked"; done
+for asked in 0.3...0.3.5 '0.3...<0.3.9' 0.3.1...0.3.8 0.2...0.4 0...1 0.3.10...0.4 '0.4...<1'; do
+    check serves 0 0.3.9 "$asked"
+done
+for asked in 2.0...2.1.5 2...3 '2...<3' 2.1...2.2; do check serves 1 2.1.5 "$asked"; done
+for asked in 2.0...2.1 '2...<2.1' '2...<2.1.5' 1...3 3...4; do check serves 0 2.1.5 "$asked"; done
+# components: there are none; one that must be there is refused, one that may be is not found; twice in one project is once
+serves 1 0.3.4 '' || failed=$((failed + 1))
+cat > "$tmp/ask/CMakeLists.txt" << 'END'
+cmake_minimum_required(VERSION 3.16)
+project(ask LANGUAGES ${LANGUAGE})
+function(ask)
+    find_package(roln ${ARGN} QUIET)
+    message("${ARGN}: ${roln_FOUND} ${roln_VERSION} [${roln_NOT_FOUND_MESSAGE}] [${roln_x_FOUND}]")
+endfunction()
+ask(COMPONENTS x)
+ask(OPTIONAL_COMPONENTS x)
+ask(0.3)
+ask(0.3.4 EXACT)
+set(CMAKE_VERSION 3.7)
+ask(0.3)
+END
+cat > "$tmp/want" << 'END'
+COMPONENTS;x: 0 0.3.4 [roln has no component x, nor any other] [FALSE]
+OPTIONAL_COMPONENTS;x: 1 0.3.4 [] [FALSE]
+0.3: 1 0.3.4 [] []
+0.3.4;EXACT: 1 0.3.4 [] []
+0.3: 0 0.3.4 [roln needs CMake 3.8 or later] []
+END
+for language in NONE C CXX; do
+    rm -rf "$tmp/ask/build"
+    cmake -S "$tmp/ask" -B "$tmp/ask/build" -DLANGUAGE=$language -DCMAKE_PREFIX_PATH="$tmp/plain" 2>&1 | grep '\[' > "$tmp/got"
+    check diff "$tmp/got" "$tmp/want"
+done
+# pkg-config: from where the file lies, also if told so; versions; of a root of another system
+export PKG_CONFIG_LIBDIR="$tmp/moved here/share/pkgconfig"
+check sh -c "pkg-config --atleast-version=$numbers roln && pkg-config --exists 'roln >= $numbers' 'roln < 99'"
+check same "$(eval set -- "$(pkg-config --cflags roln)"; cd "${1#-I}" && pwd)" "$tmp/moved here/include"
+check same "$(eval set -- "$(pkg-config --define-prefix --cflags roln)"; cd "${1#-I}" && pwd)" "$tmp/moved here/include"
+
+# make install under any umask, over files and links of any kind: what all may read, and nothing beside it
+for mask in 077 000 027; do
+    to="$tmp/mask $mask"
+    for time in first again; do
+        check sh -c "umask $mask && make -s install DESTDIR='$to' PREFIX='/usr/my local'"
+        check same "$(find "$to" -mindepth 1 -type d ! -perm 755; find "$to" -type f ! -perm 644)" ""
+        chmod 400 "$to/usr/my local/include/"*.h
+        ln -sf /dev/full "$to/usr/my local/share/pkgconfig/roln.pc"
+        chmod 600 "$to/usr/my local/share/cmake/roln/"*
+    done
+done
+
+# a checkout as git makes it on Windows, in a directory with blanks and an umlaut: files of text have LF, make and scripts run
+if [ -e .git ]; then
+    clone="$tmp/über alles/my roln"
+    check git clone -q -c core.autocrlf=true -c core.eol=crlf . "$clone"
+    check same "$(cd "$clone" && git ls-files --eol | grep -v 'w/lf\|w/-text\|w/none')" ""
+    check same "$(cd "$clone" && git ls-files --eol '*.roln' 'tests/safety/corpus' | grep -v 'attr/-text')" ""
+    check same "$(cd "$clone" && git status --short)" ""
+    check sh -c "cd '$clone' && make -s lint install build/swelling DESTDIR='$tmp/from clone' && make -s dist &&
+        build/swelling build/swelling.svg"
+fi
 
 # ---- make dist ----
 
 check same 4 "$(grep -c '/roln-[a-z-]*-'"$version"'[.][a-z.]*$' "$tmp/sums")"
 check same 1 "$(grep -c "/roln-$version[.]spdx[.]json\$" "$tmp/sums")"
+chmod 600 examples/chain.h roln_ae.h .packaging/tick.c
 check sh -c 'umask 077 && TZ=Asia/Tokyo make -s dist'
+chmod 644 examples/chain.h roln_ae.h .packaging/tick.c
 sums > "$tmp/again"
 check cmp "$tmp/sums" "$tmp/again"
 # the bill of materials: what it says of files, archives and the whole is so; no package beside roln's own

@@ -26,7 +26,8 @@ awk '/^```c(pp)?$/ { n++; on = 1; file = ""; next } /^```$/ { on = 0 }
      /^```console$/ { getline; want = "build/readme/" substr($2, 3) ".want"
                       while ((getline line) > 0 && line != "```") print line > want }' $texts
 blocks=$(cd build/readme && echo *.c *.cpp)
-for f in build/readme/*.cpp; do cp "${f%.cpp}.want" "${f%.cpp}pp.want" || exit 1; done # NAME.cpp, as NAMEpp, prints what NAME.c does
+# NAME.cpp becomes NAMEpp, which prints what NAME does
+for f in build/readme/*.cpp; do cp "${f%.cpp}.want" "${f%.cpp}pp.want" || exit 1; done
 lines=$(sed -n 's/^ *\(c[c+]*[c+] -std=[^*]*\).*/\1/p' $texts examples/*.c | sed 's/ *$//' | sort -u)
 # no example and no block without its line, no line twice in different words
 for f in $blocks examples/*.c; do
