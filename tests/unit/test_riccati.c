@@ -657,6 +657,25 @@ static void test_decoupled(void)
     }
 }
 
+/* Whether K still moves is asked of each row, in any units: of a light row of a cheap motor that moves by 1/100 or 1/10000, and of
+   one that is 0 but for rounding errors. */
+static void test_moves(void)
+{
+    static const roln_real far[3] = {ROLN_C(0.01), ROLN_C(0.0001), 0};
+    roln_real C[4] = {1, 0, 0, 1}, r[2], K[4], K0[4], size[4];
+    int e, i;
+    for (e = -4; e <= 4; e++)
+        for (i = 0; i < 3; i++) {
+            const roln_real unit = (roln_real)pow(10, e);
+            C[3] = unit, r[0] = 1, r[1] = unit * unit;
+            K[0] = K[3] = K0[0] = ROLN_C(0.5), K0[3] = K[3] * (1 + far[i]);
+            K[1] = K[2] = K0[1] = K0[2] = 0;
+            CHECK(rolni_moves(2, 2, r, C, K, K0, size) == (i == 0));
+            K[3] = 4 * ROLN_EPS, K0[3] = -K[3];
+            CHECK(!rolni_moves(2, 2, r, C, K, K0, size));
+        }
+}
+
 void TEST_NAME(riccati)(void)
 {
     test_triangle();
@@ -667,5 +686,6 @@ void TEST_NAME(riccati)(void)
     test_rows();
     test_state_units();
     test_decoupled();
+    test_moves();
     print_bounds();
 }
