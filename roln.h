@@ -2422,8 +2422,8 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
    over windows, loss gets the unweighted terms, windows their number. A row (signs not NULL, one window): ae, net are the
    derivative of the number sum_i xi_i sqrt(weight_i) (model - data)_i over all that the loss compares, xi_i = +-1 drawn from signs,
    and residual that number with the other sign: E residual^2 is the loss, E row^T row its Gauss-Newton matrix. rest: another
-   gradient, all of whose numbers are zeroed with these; it keeps what these lose by rounding, so that sums are as good after ten
-   million windows as after a thousand. NULL: the sums are plain. */
+   gradient, all of whose numbers are zeroed with these; it keeps what these lose by rounding, so that sums do not become worse
+   with the number of windows. NULL: the sums are plain. */
 typedef struct rolni_gradient {
     roln_real *ae, *net;
     roln_loss *loss;
@@ -5130,8 +5130,8 @@ ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch 
 #if ROLNI_BITS(ROLN_STORE) == 0
 
 /* Gradient: sums over the windows of all calls since it was zeroed, to be divided by `windows`. Zero it whole before the first
-   NAME_grad of an update. Calls add up as if in twice the digits: after ten million windows a sum is still right to some 64 eps of
-   the sum of what was added, by magnitude (held by test_sums.c). An array of numbers: gradients of other machines are added to it
+   NAME_grad of an update. Calls add up as if in twice the digits: after a million windows a sum is still right to 200 eps of the
+   largest number (held by test_sums.c). An array of numbers: gradients of other machines are added to it
    number by number. */
 typedef struct {
     roln_real theta[ROLNI_(theta_size)];
