@@ -324,7 +324,7 @@ static void test_far(int k)
     const int motors = models[k].size.motors, count = STEPS * motors;
     uint64_t s = 70 + (uint64_t)k;
     roln_real far[MAXM], torque[STEPS * MAXM];
-    int rated, bound, i, j;
+    int rated, bound, i, j, l;
     place(k, &s, &first);
     for (rated = 0; rated < 2; rated++)
         for (bound = 0; bound < 2; bound++) { /* motor 0 at its limit */
@@ -348,10 +348,9 @@ static void test_far(int k)
                 if (!CHECK(st == ROLN_OK)) continue;
                 for (j = 0; j < motors && i == 0; j++) {
                     const roln_real reach = ROLN_ABS(x.hold[j]) + x.rate[j] * dt * (STEPS + 1);
-                    for (far[j] = ROLN_C(0.0009765625); st < STEPS; st++)
-                        far[j] = ROLN_MAX(far[j], ROLN_ABS(x.torque[st * motors + j]));
-                    if (rated) far[j] = ROLN_MAX(far[j], reach);
-                    st = ROLN_OK;
+                    far[j] = rated ? reach : ROLN_C(0.0009765625);
+                    for (l = 0; l < STEPS; l++)
+                        far[j] = ROLN_MAX(far[j], ROLN_ABS(x.torque[l * motors + j]));
                 }
                 if (i == 1) rolni_copy(count, x.torque, torque), cost = (ld)x.plan.cost;
                 if (i < 2) continue;
