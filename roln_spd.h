@@ -2642,7 +2642,7 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
         }
     }
     for (j = 0; j < m; j++)
-        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + ROLN_EPS * all)) return 1;
+        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + 8 * ROLN_EPS * all)) return 1;
     return 0;
 }
 
