@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; dist wants zip
-# make deps installs what these need:   make test, release, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness,
-#                                       record, learn, machines, errors, control, plans, rope, models, noise, experiments, eig,
-#                                       bench, sizes, count, firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, release, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets,
+#                                       soundness, record, learn, machines, errors, control, plans, rope, models, noise,
+#                                       experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
