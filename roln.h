@@ -1540,6 +1540,7 @@ ROLN_INLINE roln_status rolni_lqr_end(int n, const roln_real *P, roln_real *C, r
             const roln_real most = ROLN_SQRT(P[i * (n2 + 1)]) * ROLN_SQRT(P[j * (n2 + 1)]);
             C[i * n2 + j] = most > 0 ? P[i * n2 + j] / most : 0;
         }
+    /* unreached: numbers of at most 1 have eigenvalues */
     if ((st = roln_eig(n2, C, l, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)

@@ -199,6 +199,31 @@ static void test_other_sums(int count)
     free(q), free(qd);
 }
 
+/* A step for an encoder is the same from a thousand samples and from these many times over. */
+static void test_encoder_steps(int count)
+{
+    static bow_params p[2];
+    static bow_start start;
+    static bow_turn step[2];
+    const int counts[2] = {PERIOD, count / PERIOD * PERIOD};
+    roln_real *q = stream(counts[1], 2, 0, 1), *qd = stream(counts[1], 2, 0, 1), qbar[2], left[2] = {0, 0};
+    int i, k;
+    for (i = 0; i < counts[1]; i++) /* near a bow, and its velocities */
+        q[2 * i + 1] = q[2 * i] / 2 + q[2 * i] * q[2 * i] / 4 + q[2 * i + 1] / 64, qd[2 * i + 1] = qd[2 * i] / 2;
+    for (i = 0; i < 2; i++) {
+        uint64_t seed = 1;
+        roln_batch b = {0, 0, 1, NULL, NULL, NULL, NULL, NULL};
+        b.count = counts[i], b.q = q, b.qd = qd;
+        CHECK_OK(bow_init_pod(&p[i], PERIOD, q, qd, qbar, &seed, &start));
+        for (k = 0; k < 3; k++)
+            CHECK_OK(bow_chart_turn(&p[i], &b, &step[i], &left[i]));
+    }
+    CHECK_NEAR(left[1], left[0], PICK(1e-6, 1e-10) * (double)left[0]);
+    for (i = 0; i < bow_ae_size; i++)
+        CHECK_NEAR(p[1].theta[i], p[0].theta[i], PICK(8e-6, 1e-9) * (1 + fabs((double)p[0].theta[i])));
+    free(q), free(qd);
+}
+
 /* ---- turns ------------------------------------------------------------------------------------ */
 
 /* A step is the same on every turn, as far as the angle can be written there: 1000 steps, which go 1.4 rad or so. */
@@ -285,6 +310,7 @@ void TEST_NAME(sums)(void)
     free(q), free(qd);
     test_means_of_angles(count);
     test_other_sums(count);
+    test_encoder_steps(count);
     test_turns();
     test_windows_turned();
     test_counts();
