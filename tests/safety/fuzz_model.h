@@ -539,7 +539,7 @@ static void M(call_fit)(int which)
         CLAIM(roln_finite(noise.tau) && noise.tau >= 0 && (st == ROLN_OK || noise.tau == 0));
     } else {
         fuzz_call(), st = M(errors)(&M(p), &b, l.dt, fuzz_below(4), qbar, o.e, o.joints, &M(t));
-        CLAIM(st != ROLN_OK || roln_all_finite((int)(sizeof o / sizeof(roln_real)), (const roln_real *)(const void *)&o));
+        CLAIM(st != ROLN_OK || (rolni_errors_finite(5, o.e) && rolni_errors_finite(5 * M(N), o.joints)));
     }
 }
 
