@@ -668,7 +668,7 @@ static int resume(void)
     origin was;
     uint64_t state;
     FILE *f;
-    if (!(set("resume") > 0)) return keep_checkpoint(), 0;
+    if (!(set("resume") > 0)) return 0;
     if (!(f = fopen(name_of(".check").text, "rb")))
         fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out",
              words[OUT].value);
@@ -1085,7 +1085,7 @@ int main(int argc, char **argv)
     check_place();
     read_all(argv[1]);
     atexit(rescue);
-    if (!resume()) start(), s.best = s.p;
+    if (!resume()) start(), keep_checkpoint(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();
     return report();
