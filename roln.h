@@ -12,9 +12,8 @@
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
-       #define ROLN_WIDTH   8                 size of U where a bimap layer brings it down to n; default n
-       #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
-       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
+       #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
+       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky allows
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
@@ -3820,10 +3819,10 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
         rolni_put(&p, ROLNI_AS(uint64_t, md->ae.size[l]), 2);
     for (l = 1; l < f->mass_net.layers; l++)
         rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.size[l]), 2);
-    for (l = 0; l <= f->layers; l++)
-        rolni_put(&p, ROLNI_AS(uint64_t, f->width[l]), 2);
+    for (l = 0; l <= f->layers; l++) /* sizes of X_0 .. X_layers, which were not always n; kinds */
+        rolni_put(&p, ROLNI_AS(uint64_t, f->n), 2);
     for (l = 0; l < f->layers; l++)
-        rolni_put(&p, ROLNI_AS(uint64_t, f->layer[l]), 2);
+        rolni_put(&p, ROLN_GYRO, 2);
     if (f->angles) rolni_put(&p, f->angles, 4);
     return ROLNI_AS(int, p - bytes);
 }
@@ -4038,36 +4037,37 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
     static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
-    static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro", "reeig", "bimap"};
+    static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
-    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
-                                         "angles", "friction", "own", "format"}, *const unit[] = {"common", "each"};
+    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "damping", "inputs", "stored", "twice", "angles",
+                                         "friction", "own", "format"}, *const unit[] = {"common", "each"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[13], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[12], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
-    other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
-    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
-    other[10] = f->friction, other[11] = md->own, other[12] = ROLN_FORMAT;
+    other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->damping;
+    other[5] = md->inputs, other[6] = stored, other[7] = twice, other[8] = ROLNI_AS(int, f->angles);
+    other[9] = f->friction, other[10] = md->own, other[11] = ROLN_FORMAT;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
+    for (l = 0; l < f->layers; l++)
+        kind[l] = ROLN_GYRO;
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
     rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
     rolni_write_need(t, "STEP", 1, others, scheme, other);
     rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
     rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
     rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
-    rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
-    rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
-    rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
-    rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
-    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
-    rolni_write_need(t, "SCALE", 1, others + 11, unit, other + 11);
-    rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
-    rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
-    rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
-    rolni_write_need(t, "FORMAT", 1, others + 12, NULL, other + 12);
+    rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, kind);
+    rolni_write_need(t, "DAMPING", 1, others + 4, NULL, other + 4);
+    rolni_write_need(t, "FRICTION", 1, others + 9, NULL, other + 9);
+    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 8, NULL, other + 8);
+    rolni_write_need(t, "SCALE", 1, others + 10, unit, other + 10);
+    rolni_write_need(t, "INPUTS", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "STORE", 1, others + 6, store, other + 6);
+    rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 7, NULL, other + 7);
+    rolni_write_need(t, "FORMAT", 1, others + 11, NULL, other + 11);
 }
 
 /* Declarations of what, `static` or, with ROLN_WEIGHTS_EXTERN, extern; behind them comes the initialiser. */
@@ -4178,8 +4178,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_MASS_KIND(s) ROLNI_MASS_(s)
 #define ROLNI_KIND_0 0
 #define ROLNI_KIND_gyro ROLN_GYRO
-#define ROLNI_KIND_reeig ROLN_REEIG
-#define ROLNI_KIND_bimap ROLN_BIMAP
 #define ROLNI_KIND_(s) ROLNI_KIND_##s
 #define ROLNI_KIND(s) ROLNI_KIND_(s)
 #define ROLNI_STORE_full ROLN_FULL
@@ -4230,13 +4228,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #endif
 #define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE((slope) > 0 && (slope) <= 1)
 #define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_AS(roln_real, least) > 0)
-/* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none, and of the four SPD layers. */
+/* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none. */
 #define ROLNI_EACH_LAYER(F, join) \
     F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
     F(ROLNI_(N4), ROLNI_(N5)) join F(ROLNI_(N5), ROLNI_(N6)) join F(ROLNI_(N6), ROLNI_(N7)) join F(ROLNI_(N7), ROLNI_(N8))
-#define ROLNI_EACH_SPD(F, join) \
-    F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
-    F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
 /* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
    takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
@@ -4287,8 +4282,7 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 /* Numbers of work of the hungriest manifold. */
 #define ROLNI_VERB_WORK(S) \
     ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
-             ROLN_MAX(S(base) > 0 || S(gyro) > 0 ? ROLN_SPD_BLOCK_WORK(S(base) > 0 ? S(width) : S(gyro)) : 0, \
-                      S(bimap) > 0 ? ROLN_STIEFEL_BLOCK_WORK(S(bimap_to), S(bimap)) : 0))
+             S(base) > 0 || S(layers) > 0 ? ROLN_SPD_BLOCK_WORK(S(n)) : 0)
 /* Of one layer: its weights, as stored and full; second moments; what an update keeps of it; its blocks. */
 #define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_STORE), N, n) : 0)
 #define ROLNI_LAYER_FULL(N, n) ((n) > 0 ? ROLN_AE_LAYER(0, N, n) : 0)
@@ -4296,17 +4290,10 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #define ROLNI_LAYER_UPDATE(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
 #define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 2}
-/* The same of one SPD layer of width w -> wo: gyro has W and B, bimap W^T. */
-#define ROLNI_GYRO(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_GYRO) ? (x) : 0)
-#define ROLNI_REEIG(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_REEIG) ? (x) : 0)
-#define ROLNI_BIMAP(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_BIMAP) ? (x) : 0)
-#define ROLNI_SPD_LAYER(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + (w) * (w)) + ROLNI_BIMAP(kind, (w) * (wo)))
-#define ROLNI_SPD_MOMENTS(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + 1) + ROLNI_BIMAP(kind, 1))
-#define ROLNI_SPD_KEEP(kind, w, wo) (ROLNI_GYRO(kind, 2 * (w) * (w) + 2) + ROLNI_BIMAP(kind, 2 * (w) * (wo) + 2))
-#define ROLNI_SPD_BLOCKS(kind, w, wo) \
-    {ROLN_EUCLIDEAN, 1, ROLNI_GYRO(kind, ROLN_TRI(w)), 1}, \
-    {ROLNI_GYRO(kind, 1) ? &roln_spd : ROLN_EUCLIDEAN, ROLNI_GYRO(kind, w), ROLNI_GYRO(kind, w), 1}, \
-    {ROLNI_BIMAP(kind, 1) ? &roln_stiefel : ROLN_EUCLIDEAN, ROLNI_BIMAP(kind, wo), ROLNI_BIMAP(kind, w), 1}
+/* The blocks of one SPD layer, W and B; none where its kind is 0. */
+#define ROLNI_SPD_BLOCKS(kind, n) \
+    {ROLN_EUCLIDEAN, 1, (kind) > 0 ? ROLN_TRI(n) : 0, 1}, \
+    {(kind) > 0 ? &roln_spd : ROLN_EUCLIDEAN, (kind) > 0 ? (n) : 0, (kind) > 0 ? (n) : 0, 1}
 
 #endif
 
@@ -4338,9 +4325,6 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #endif
 #ifndef ROLN_LAYERS
 #define ROLN_LAYERS 0
-#endif
-#ifndef ROLN_WIDTH
-#define ROLN_WIDTH 0
 #endif
 #ifndef ROLN_LEAST
 #define ROLN_LEAST 1e-4
@@ -4423,51 +4407,38 @@ enum {
     ROLNI_(last) = ROLNI_OR(ROLNI_(H5), ROLNI_OR(ROLNI_(H4), ROLNI_OR(ROLNI_(H3), ROLNI_OR(ROLNI_(H2), ROLNI_(H1))))),
     ROLNI_(trunk) = (ROLNI_(into) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
-    /* SPD layers: kinds, and widths that the first bimap brings down to n */
+    /* SPD layers: kinds */
     ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
     ROLNI_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
     ROLNI_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)),
     ROLNI_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
-    ROLNI_(spd_layers) = (ROLNI_(L0) > 0) + (ROLNI_(L1) > 0) + (ROLNI_(L2) > 0) + (ROLNI_(L3) > 0),
-    ROLNI_(W0) = (ROLN_WIDTH) > 0 ? (ROLN_WIDTH) : ROLNI_(n),
-    ROLNI_(W1) = ROLNI_(L0) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W0),
-    ROLNI_(W2) = ROLNI_(L1) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W1),
-    ROLNI_(W3) = ROLNI_(L2) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W2),
-    ROLNI_(W4) = ROLNI_(L3) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W3),
-    ROLNI_(width) = ROLNI_(W0),
-    ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
+    ROLNI_(layers) = (ROLNI_(L0) > 0) + (ROLNI_(L1) > 0) + (ROLNI_(L2) > 0) + (ROLNI_(L3) > 0),
+    ROLNI_(W0) = ROLNI_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
+    ROLNI_(tri) = ROLN_TRI(ROLNI_(n)),
     ROLNI_(base) = ROLN_BASE,
     ROLNI_(damping) = ROLN_DAMPING,
     ROLNI_(friction) = ROLN_FRICTION,
     ROLNI_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
-    ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
-    ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
-                            ROLN_MAX(ROLNI_GYRO(ROLNI_(L2), ROLNI_(W2)), ROLNI_GYRO(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(reeig) = ROLN_MAX(ROLN_MAX(ROLNI_REEIG(ROLNI_(L0), ROLNI_(W0)), ROLNI_REEIG(ROLNI_(L1), ROLNI_(W1))),
-                             ROLN_MAX(ROLNI_REEIG(ROLNI_(L2), ROLNI_(W2)), ROLNI_REEIG(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(bimap) = ROLN_MAX(ROLN_MAX(ROLNI_BIMAP(ROLNI_(L0), ROLNI_(W0)), ROLNI_BIMAP(ROLNI_(L1), ROLNI_(W1))),
-                             ROLN_MAX(ROLNI_BIMAP(ROLNI_(L2), ROLNI_(W2)), ROLNI_BIMAP(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(bimap_to) = ROLNI_(bimap) > 0 ? ROLNI_(n) : 0,
-    ROLNI_(chain) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP, +),
-    ROLNI_(chain_dir) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP_DIR, +),
+    ROLNI_(formed) = ROLNI_(layers) > 0 || ROLNI_(cholesky),
     ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
     /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
                        ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
                        ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
-    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(n) * ROLNI_(n) : 0,
     ROLNI_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
     ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
-    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER, +) + ROLNI_(input_size),
+    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_(layers) * (ROLNI_(tri) + ROLNI_(n) * ROLNI_(n)) +
+                        ROLNI_(input_size),
     ROLNI_(theta_size) = ROLNI_(ae_size) + ROLNI_(rest_size),
     ROLNI_(bend_size) = ROLNI_(curves) * ROLNI_(bent),
     ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLNI_(bend_size) + ROLNI_(rest_size), /* none stored small */
     ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLNI_(bend_size) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
-                          ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
+                          ROLNI_(layers) * (ROLNI_(tri) + 1) + ROLNI_(input_size),
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
-                        ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
+                        ROLNI_(layers) * (2 * ROLNI_(n) * ROLNI_(n) + 2),
     ROLNI_(steps) = ROLNI_AT(0, ROLN_PLAN),
     ROLNI_(motors) = ROLNI_AT(1, ROLN_PLAN),
     ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
@@ -4481,9 +4452,9 @@ enum {
     ROLNI_(format) = ROLN_FORMAT,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
     ROLN_PARTS(ROLNI_ENUMERATOR, ROLNI_)
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(layers), ROLNI_(angles),
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(layers), ROLNI_(angles),
                                             ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
 };
 
@@ -4496,8 +4467,7 @@ ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
              (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLNI_(degree) >= 2 && ROLNI_(degree) <= ROLN_DEGREE_MAX
                                                    : ROLNI_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
 ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLNI_(degree) == 0 || ROLNI_(n) < ROLNI_(outer))
-ROLNI_ASSERT(spd_layers_must_end_at_n, ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n))
-ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0))
+ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(layers) == 0 && !(ROLN_BASE)))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
                                        (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
@@ -4610,9 +4580,7 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLNI_(degree),
      ROLNI_(curves)},
-    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
-     {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
-     {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
+    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLNI_(own)};
@@ -4994,9 +4962,10 @@ typedef union {
 static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, ROLNI_COMMA),
                                            {ROLN_EUCLIDEAN, ROLNI_(curves), ROLNI_(bent), 2},
                                            {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
-                                            ROLN_BASE ? ROLNI_(W0) : 0, 1},
-                                           ROLNI_EACH_SPD(ROLNI_SPD_BLOCKS, ROLNI_COMMA),
+                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(n) : 0,
+                                            ROLN_BASE ? ROLNI_(n) : 0, 1},
+                                           ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(n)), ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(n)),
+                                           ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(n)), ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(n)),
                                            {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
 enum { ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) };
 
@@ -5184,10 +5153,10 @@ typedef struct {
     } work;
 } ROLNI_(newton);
 
-/* The blocks that it moves: those behind the autoencoder are the last 15. */
+/* The blocks that it moves: those behind the autoencoder are the last 11. */
 enum {
     ROLNI_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(ae_size) : 0,
-    ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 15 : 0,
+    ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 11 : 0,
     ROLNI_(newton_blocks) = ROLNI_(blocks) - ROLNI_(newton_first)
 };
 
@@ -5308,7 +5277,6 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_CHART
 #undef ROLN_BASE
 #undef ROLN_MASS
-#undef ROLN_WIDTH
 #undef ROLN_LAYERS
 #undef ROLN_LEAST
 #undef ROLN_DAMPING

@@ -422,7 +422,7 @@ static void net_setup(const row *r)
     memcpy(net.md.ae.size, r->size, sizeof r->size);
     net.md.ae.slope = ROLN_C(0.41421356);
     net.md.lnn = cloth_model.lnn;
-    net.md.lnn.n = net.md.lnn.width[0] = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
+    net.md.lnn.n = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
     net.md.lnn.mass_net.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {

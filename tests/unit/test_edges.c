@@ -89,7 +89,7 @@ static void test_least_logarithm(void)
 {
     const roln_real l[1] = {LEAST};
     roln_real f[1], K[1];
-    CHECK(rolni_dd1(ROLN_LOG, 1, 0, l, f, K) != ROLN_OK);
+    CHECK(rolni_dd1(ROLN_LOG, 1, l, f, K) != ROLN_OK);
 }
 
 /* Any weights, limits and dynamics, over the whole range of exponents: a plan that is taken is finite and within its limits, one
