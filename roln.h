@@ -33,7 +33,7 @@
        #include "roln.h"
 
    For all models of a file, before the first header of roln (roln_spd.h, 1 configuration): ROLN_DOUBLE, ROLN_FN, ROLN_CODE,
-   ROLN_FLASH, ROLN_SIMD; ROLN_DEBUG_WORK, see below.
+   ROLN_FLASH, ROLN_SIMD.
 
    Letters: q, qd, qdd [N] joints and their derivatives in time; z, zd, zdd [n] latent coordinates, z = rho(q), q = phi(z);
    D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z.
@@ -139,11 +139,7 @@
    optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
    One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
-   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
-   roln, finds that: scratch of prediction, control and training then knows whether it is in use, and who comes second gets
-   ROLN_E_BUSY (of NAME_tick and NAME_guard_tick ROLN_FAULT_STATUS), outputs untouched. Of an interrupt always, of another core
-   nearly always. It is for tests, not for a loop with motors: a guard that is refused leaves the torque as it was, whatever that
-   is. Without it there is nothing of this in the code.
+   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
@@ -4233,52 +4229,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
     F(ROLNI_(N4), ROLNI_(N5)) join F(ROLNI_(N5), ROLNI_(N6)) join F(ROLNI_(N6), ROLNI_(N7)) join F(ROLNI_(N7), ROLNI_(N8))
 #define ROLNI_COMMA ,
-/* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
-   takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
-   returns faults. With ROLN_DEBUG_WORK they see to it that no call begins before the last one has ended. busy need not be set at
-   first: one of its values alone says that the scratch is in use. */
-#ifdef ROLN_DEBUG_WORK
-#define ROLNI_SCRATCH typedef struct { union {
-#define ROLNI_SCRATCH_END(type) } room; volatile uint32_t busy; } type;
-#define ROLNI_ROOM(work) (&(work)->room)
-#define ROLNI_USE(p, work, call) \
-    (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : rolni_enter(&(work)->busy) ? rolni_leave(&(work)->busy, call) : ROLN_E_BUSY)
-#define ROLNI_USE_TICK(work, call) \
-    (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
-#define ROLNI_BUSY UINT32_C(0x5b75f1a3)
-#if defined(__GNUC__) && defined(__ATOMIC_ACQ_REL)
-#define ROLNI_BARRIER __atomic_signal_fence(__ATOMIC_ACQ_REL) /* nothing of the call is moved across by the compiler */
-#else
-#define ROLNI_BARRIER ((void)0)
-#endif
-ROLN_FN int rolni_enter(volatile uint32_t *busy)
-{
-    if (*busy == ROLNI_BUSY) return 0;
-    *busy = ROLNI_BUSY;
-    ROLNI_BARRIER;
-    return 1;
-}
-
-ROLN_FN roln_status rolni_leave(volatile uint32_t *busy, roln_status st)
-{
-    ROLNI_BARRIER;
-    *busy = 0;
-    return st;
-}
-
-ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
-{
-    ROLNI_BARRIER;
-    *busy = 0;
-    return faults;
-}
-#else
-#define ROLNI_SCRATCH typedef union {
-#define ROLNI_SCRATCH_END(type) } type;
-#define ROLNI_ROOM(work) (work)
-#define ROLNI_USE(p, work, call) (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : (call))
-#define ROLNI_USE_TICK(work, call) (call)
-#endif
 /* Numbers of work of the hungriest manifold. */
 #define ROLNI_VERB_WORK(S) \
     ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
@@ -4551,24 +4501,24 @@ typedef struct {
 #endif
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
-ROLNI_SCRATCH
+typedef union {
     roln_real encode[ROLN_ENCODE_WORK(ROLNI_, 2)], aim[ROLN_ENCODE_WORK(ROLNI_, 3)], decode[ROLN_DECODE_WORK(ROLNI_)];
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLNI_(control_work)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
     roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLNI_(guard_work)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(work))
+} ROLNI_(work);
 /* scratch of linearisation */
-ROLNI_SCRATCH roln_real linear[ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
-ROLNI_SCRATCH /* of feedback of least cost */
+typedef union { roln_real linear[ROLNI_(linear_work)]; } ROLNI_(linwork);
+typedef union { /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(lqrwork))
-ROLNI_SCRATCH roln_real filter_tick[ROLNI_(filter_work)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
+} ROLNI_(lqrwork);
+typedef union { roln_real filter_tick[ROLNI_(filter_work)]; } ROLNI_(filterwork); /* of a Kalman filter */
 #if ROLNI_AT(0, ROLN_PLAN) > 0
-ROLNI_SCRATCH /* of plans */
+typedef union { /* of plans */
     roln_real plan_next[ROLN_PLAN_WORK(ROLNI_)], plan_linear[ROLN_PLAN_LINEAR_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(planwork))
+} ROLNI_(planwork);
 #endif
 
 #define ROLNI_MLP_OF(out) \
@@ -4605,14 +4555,16 @@ ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, ROLNI_ROOM(work)->encode));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, work->encode);
 }
 
 /* q = phi(z), qd = J(z) zd. */
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_decode(&m, s->z, s->zd, x->q, x->qd, ROLNI_ROOM(work)->decode));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_decode(&m, s->z, s->zd, x->q, x->qd, work->decode);
 }
 
 /* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
@@ -4620,7 +4572,8 @@ ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(la
                                         roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_decode_some(&m, s->z, s->zd, count, which, q, qd, ROLNI_ROOM(work)->decode_some));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_decode_some(&m, s->z, s->zd, count, which, q, qd, work->decode_some);
 }
 
 /* Reference q, qd, qdd [N] in the latent space: r->z, zd, zdd; the gains in r stay as they are. */
@@ -4629,7 +4582,8 @@ ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real q[ROLN_
                                 ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, ROLNI_ROOM(work)->aim));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, work->aim);
 }
 
 /* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), reference and diagonal gains in r. */
@@ -4638,7 +4592,8 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
-    return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_control(&m, s->z, s->zd, &ref, tau_z, work->control);
 }
 
 /* r->kp, kd from gains of the joints Kp [N] in Nm/rad, Kd [N] in Nms/rad at s: the diagonals of J^T Kp J, J^T Kd J. */
@@ -4646,7 +4601,8 @@ ROLN_FN roln_status ROLNI_(gains)(const ROLNI_(params) *p, const ROLNI_(latent) 
                                   const roln_real Kd[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, ROLNI_ROOM(work)->gains));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, work->gains);
 }
 
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
@@ -4654,7 +4610,8 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lift(&m, s->z, tau_z, tau, work->lift);
 }
 
 /* Motors u [count], tau = B u, that come nearest to tau_z, by damped least squares; missed [1], may be NULL: the part of tau_z that
@@ -4664,7 +4621,8 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_allocate(&m, s->z, motors, tau_z, u, missed, work->allocate);
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` [force_size], of limits->motors [count], if all is well, clipped to
@@ -4678,8 +4636,7 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
     const roln_measured measured = {x->q, x->qd};
     const roln_held held = {&g->g, g->tau};
     if (ROLNI_(foreign)(p)) s = NULL; /* as if the encoder had failed */
-    return ROLNI_USE_TICK(work, roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held,
-                                                ROLNI_ROOM(work)->guard_tick));
+    return roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held, work->guard_tick);
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
@@ -4694,7 +4651,7 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
     const roln_held held = {&g->g, g->tau};
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
-    return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
+    return roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, work->tick);
 }
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
@@ -4710,7 +4667,8 @@ ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, con
                                  ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_step(&m, s->z, s->zd, tau, dt, ROLNI_ROOM(work)->step));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_step(&m, s->z, s->zd, tau, dt, work->step);
 }
 
 /* The same, and j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau [2n][force_size]. */
@@ -4718,7 +4676,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
                                    roln_real dt, ROLNI_(jacobian) *j, ROLNI_(linwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, work->linear);
 }
 
 /* Feedback of least cost about s, u_k = u - K (s_k - s): K [count][2n], count motors of cost, P [2n][2n] or NULL (roln_lqr). */
@@ -4726,8 +4685,8 @@ ROLN_FN roln_status ROLNI_(lqr)(const ROLNI_(params) *p, const roln_cost *cost, 
                                 roln_real *K, roln_real *P, ROLNI_(lqrwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P,
-                                       ROLNI_ROOM(work)->lqr));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P, work->lqr);
 }
 
 /* The same along s [count + 1] and u [count][motors]: K [count][motors][2n]; P [2n][2n] the cost at the end, or NULL
@@ -4736,20 +4695,20 @@ ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *
                                       const roln_real *u, const roln_real *P, roln_real *K, ROLNI_(lqrwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K,
-                                             ROLNI_ROOM(work)->lqr_along));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K, work->lqr_along);
 }
 
 /* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
    tick, NULL: none, give the estimate f->s and, with ROLN_LOAD, f->load. Returns ROLN_FILTER_.. and faults (roln_filter_tick);
-   f->f.faults keeps those of all ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
+   f->f.faults keeps those of all ticks. Parameters that are foreign: ROLN_FAULT_STATUS, and nothing is done. */
 ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
                                      const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F, ROLNI_LOAD_OF(f)};
     if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
-    return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
+    return roln_filter_tick(&m, noise, y, tau, &e, work->filter_tick);
 }
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
@@ -4762,15 +4721,15 @@ ROLN_FN roln_planned ROLNI_(planned)(ROLNI_(plan) *plan)
     return pl;
 }
 
-/* The next plan from s on, a step after the last one (roln_plan_next). Parameters that are foreign, or scratch in use: nothing is
-   done, the last plan does not become older. */
+/* The next plan from s on, a step after the last one (roln_plan_next). Parameters that are foreign: nothing is done, the last
+   plan does not become older. */
 ROLN_FN roln_status ROLNI_(plan_next)(const ROLNI_(params) *p, const roln_goal *goal, const ROLNI_(latent) *s, ROLNI_(plan) *plan,
                                       ROLNI_(planwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_planned pl = ROLNI_(planned)(plan);
-    return ROLNI_USE(p, work, roln_plan_next(&m, goal, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), &pl,
-                                             ROLNI_ROOM(work)->plan_next));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_plan_next(&m, goal, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), &pl, work->plan_next);
 }
 
 /* The torques u t seconds after the last call of NAME_plan_next, at the state s (roln_plan_follow). */
@@ -4789,7 +4748,8 @@ ROLN_FN roln_status ROLNI_(plan_linear)(const ROLNI_(params) *p, const roln_goal
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_planned pl = ROLNI_(planned)(plan);
-    return ROLNI_USE(p, work, roln_plan_linear(&m, goal, &pl, A, B, c, ROLNI_ROOM(work)->plan_linear));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_plan_linear(&m, goal, &pl, A, B, c, work->plan_linear);
 }
 #endif
 
@@ -4799,7 +4759,8 @@ ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent)
                                    roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_reduce(&m, s->z, tau, tau_z, ROLNI_ROOM(work)->reduce));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_reduce(&m, s->z, tau, tau_z, work->reduce);
 }
 
 /* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
@@ -4808,7 +4769,8 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent
                                     ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, ROLNI_ROOM(work)->inverse));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, work->inverse);
 }
 
 /* M [n][n], c = C zd, g, d of M zdd + c + g + d = tau_z, kinetic and potential energy T, V. If no force did work in training, all
@@ -4817,7 +4779,8 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
-    return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_terms(&m, s->z, s->zd, &out, work->terms);
 }
 
 #if ROLN_FRICTION > 0
@@ -4845,14 +4808,16 @@ ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent
                                     roln_real y[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_inertia(&m, s->z, v, y, ROLNI_ROOM(work)->inertia));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_inertia(&m, s->z, v, y, work->inertia);
 }
 
 /* Record in p the range of z, zd over the samples q, qd [count][N]. */
 ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, work->fit_range);
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
@@ -4886,7 +4851,7 @@ ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check
 
 /* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
-ROLNI_SCRATCH
+typedef union {
     roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)], fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
     roln_real fit_noise[ROLN_FIT_NOISE_WORK(ROLNI_)];
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -4894,7 +4859,7 @@ ROLNI_SCRATCH
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
     roln_real fit_inertia[ROLN_FIT_INERTIA_WORK(ROLNI_)];
 #endif
-ROLNI_SCRATCH_END(ROLNI_(train))
+} ROLNI_(train);
 
 /* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1], and joints
    [b->steps / every + 1][N], NULL: not wanted. */
@@ -4904,7 +4869,8 @@ ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b,
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_errors_to to = {e, joints};
-    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, ROLNI_ROOM(work)->errors));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, work->errors);
 }
 
 /* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
@@ -4914,7 +4880,8 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
                                        roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_limits(&m, b, slack, l, tau_each, rate_each, work->fit_limits);
 }
 
 /* Noise of a filter from the recordings in b, positions as they were measured, and torques (roln_fit_noise). noise->dt, gate, lost
@@ -4923,7 +4890,8 @@ ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch 
                                       roln_real q_each[ROLNI_(N)], ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_noise(&m, b, noise, q_each, ROLNI_ROOM(work)->fit_noise));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_noise(&m, b, noise, q_each, work->fit_noise);
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -5090,7 +5058,8 @@ ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degr
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_variance(&m, b, var, work->variance);
 }
 
 /* scale.m of a machine whose forces are known, from samples with tau and qdd (roln_fit_inertia); before training, for it changes
@@ -5098,7 +5067,8 @@ ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *
 ROLN_FN roln_status ROLNI_(fit_inertia)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_inertia(&m, b, &p->scale.m, ROLNI_ROOM(work)->fit_inertia));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_inertia(&m, b, &p->scale.m, work->fit_inertia);
 }
 
 /* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
@@ -5107,7 +5077,8 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
-    return ROLNI_USE(p, work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, work->grad_acc);
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
@@ -5119,7 +5090,8 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
     const roln_trained m = ROLNI_(trained)(p);
     const roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return ROLNI_USE(p, work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, work->grad);
 }
 
 /* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the
@@ -5128,8 +5100,9 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                                    ROLNI_(train) *work)
 {
     const roln_moments moments = {o->m, o->v, o->v_max};
-    return ROLNI_USE(p, work, roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam,
-                                               &moments, ROLNI_ROOM(work)->update));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
+                            work->update);
 }
 
 #if ROLN_ROWS > 0
@@ -5167,13 +5140,14 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
                                  int again, ROLNI_(residuals) *g, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    roln_real *scratch = b->qdd && b->steps == 0 ? ROLNI_ROOM(work)->grad_acc : ROLNI_ROOM(work)->grad;
+    roln_real *scratch = b->qdd && b->steps == 0 ? work->grad_acc : work->grad;
     roln_rows_to to;
     if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_ROWS - b->count) return ROLN_E_LENGTH;
     to.J = again ? NULL : g->J + ROLNI_AS(size_t, at) * ROLNI_(newton_size);
     to.r = (again ? g->next : g->r) + at;
     to.behind = ROLNI_LEARN(ROLN_LEARN), to.seed = g->seed + ROLNI_AS(uint64_t, at);
-    return ROLNI_USE(p, work, roln_rows(&m, weights, b, dt, &to, scratch));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_rows(&m, weights, b, dt, &to, scratch);
 }
 
 /* count rows are complete: they and what is carried from earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH:

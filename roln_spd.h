@@ -141,8 +141,7 @@ typedef enum {
     ROLN_E_FORMAT = -7,          /* Data is not in the format that is read here, or in another version of it. */
     ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or the reverse. */
     ROLN_E_SHAPE = -9,           /* Data belongs to something of other sizes or options. */
-    ROLN_E_CHECKSUM = -10,       /* Data is damaged. */
-    ROLN_E_BUSY = -11            /* Scratch is in use by a call that has not returned yet; only with ROLN_DEBUG_WORK. */
+    ROLN_E_CHECKSUM = -10        /* Data is damaged. */
 } roln_status;
 
 /* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. Under that, clang 19 takes every argument
