@@ -1826,7 +1826,7 @@ ROLN_FN double rolni_chart_spread(int m, int N, const double *sums)
 }
 
 /* What the fit leaves, sqrt(sum |v - C^T f|^2 / sum |v - mean|^2), from the sums and C; penalty: ridge count. It is a difference of
-   sums: below about 1e-7 of the ratio of |v| to |v - mean| it is their rounding, and 0 where that made it negative. */
+   sums: where next to nothing is left it is their rounding, and 0 where that made it negative. */
 ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, const double *sums, const double *C)
 {
     const double *h = sums + m * (m + 1) / 2;
@@ -1844,8 +1844,8 @@ ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, 
    (rolni_chart_residual), both untouched unless ROLN_OK. ROLN_E_LENGTH: no samples. ROLN_E_ILL_CONDITIONED: too few of them, or too
    few different ones, or they do not fill n dimensions, or the polynomials of so high a degree are not told apart by them: to
    working precision a feature is a combination of others. A ridge helps against the last. ROLN_CHART_RIDGE is usual: it does not
-   show in what is left above 1e-5, and keeps W small along all that the samples hardly tell apart. ROLN_E_NOT_FINITE, of ridge or
-   sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add.
+   show in what is left above its root, and keeps W small along all that the samples hardly tell apart. ROLN_E_NOT_FINITE, of ridge
+   or sums; ROLN_E_RANGE: ridge below 0; ROLN_E_SHAPE as roln_chart_add.
    room [ROLN_CHART_SOLVE_ROOM]. Cost m^3 / 6 + m^2 N_{L-1}. */
 #define ROLN_CHART_RIDGE ROLN_C(1e-10)
 #define ROLNI_CHART_SOLVE_MEM(X, m, bent, n) X(G, (m) * ((m) + 1) / 2) X(C, (m) * (bent)) X(E, (n) * (n))

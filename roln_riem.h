@@ -352,7 +352,8 @@ ROLN_FN void roln_stiefel_project(int k, int m, int count, int stride, const rol
 }
 
 /* X = L^-1 X with L L^T = X X^T (Cholesky-QR), and once more if that lost digits: the rows of X [k][m], in and out, become
-   orthonormal to a few eps. L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then scratch. */
+   orthonormal to rounding (test_riem.c: test_stiefel). L [k][k]: work. ROLN_E_ILL_CONDITIONED as in roln_stiefel_retract; X is then
+   scratch. */
 ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
 {
     int pass, i, j;
@@ -377,7 +378,7 @@ ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
     return ROLN_OK;
 }
 
-/* QR retraction X+ = L^-1 (X + U), L L^T = (X + U)(X + U)^T = I + U U^T: restores X X^T = I to a few eps at every step.
+/* QR retraction X+ = L^-1 (X + U), L L^T = (X + U)(X + U)^T = I + U U^T: restores X X^T = I at every step.
    X, U [k][m] in; Xn [k][m] out (may be X or U). work [ROLN_STIEFEL_RETRACT_WORK(k, m)]. ROLN_E_ILL_CONDITIONED if X + U
    has lost rank to working precision, or is not finite: the step is too long; Xn is then untouched.
    Cost 3/2 k^2 m + k^3/6, twice that where |U| is above 1. */
@@ -566,8 +567,8 @@ ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p
     if ((st = M->tangent(rows, cols, p->x, 1, size, g, work)) != ROLN_OK) return st;
     for (i = 0; i < size; i++)
         top = ROLN_MAX(top, ROLN_ABS(g[i]));
-    for (i = 0; i < size && top > ROLN_SPD_TRACE; i++) /* a large X makes a gradient X G X so long that its square is not finite */
-        g[i] *= ROLN_SPD_TRACE / top;
+    for (i = 0; i < size; i++) /* a large X makes a gradient X G X so long that its square is not finite */
+        g[i] *= top > ROLN_SPD_TRACE ? ROLN_SPD_TRACE / top : 1;
     v = M->inner ? M->inner(rows, cols, p->x, g, g) : roln_dot(size, g, g);
     v = o->beta2 * *p->mom.v + (1 - o->beta2) * v;
     v_max = v > *p->mom.v_max ? v : *p->mom.v_max;

@@ -230,14 +230,15 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
    and sigmoid have no branch, so that a loop over them becomes vector code under strict flags; NaN and
    range ends are selected in integers, and rounding goes through int, so -ffast-math leaves them whole.
    roln_log1p and the scalar softplus and sigmoid are here for use without roln.h.
-   Worst error in ulp, denormals included (float: every float; double: 7 10^7 points, random and at the ends):
+   Worst error in ulp, denormals included (float: every float, make numerics; double: 7 10^7 points, random and at the ends,
+   test_elementary.c: sweep):
 
                  exp   expm1   log    log1p   sinhc   softplus   sigmoid
        float     0.96  1.39    0.98   1.32    2.40    2.06       2.41
        double    0.95  1.23    1.32   1.25    2.37    2.03       2.36
 
    Worst error of sin and cos in eps: 0.66 for |x| up to 3,000 in float, 0.82 up to 2^20 in double; in float beyond 3,000 what half
-   an ulp of x makes. tanh: 3.55 ulp. */
+   an ulp of x makes (test_elementary.c: angles). tanh: 3.55 ulp. */
 
 /* ln 2 = ROLNI_LN2HI + ROLNI_LN2LO; k * ROLNI_LN2HI is exact, with a bit to spare, for every exponent k. */
 #ifdef ROLN_DOUBLE
@@ -1017,7 +1018,7 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 /* Lower Cholesky factor, A = L L^T: A [n][n] symmetric (lower triangle read), L [n][n], zero above the diagonal.
    L may be A. ROLN_E_NOT_SPD if a pivot is not positive or not finite; then L holds no result. n^3/3 flops.
    |L L^T - A|_ij <= (n + 2) eps/2 sqrt(A_ii A_jj); and no A is refused that, scaled to a diagonal of 1, has no eigenvalue below
-   n (n + 2) eps/2 (Demmel 1989). */
+   n (n + 2) eps/2 (Demmel 1989; spd_million.c: check_solve). */
 ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
 {
     int i, j;
@@ -1043,7 +1044,7 @@ ROLN_FN void roln_solve_lower(int n, const roln_real *L, const roln_real *b, rol
 }
 
 /* Solve L^T x = b (lower triangular L [n][n]), by columns. x may be b. After roln_chol and roln_solve_lower (A + E) x = b with
-   |E_ij| <= 3 (n + 2) eps/2 sqrt(A_ii A_jj). */
+   |E_ij| <= 3 (n + 2) eps/2 sqrt(A_ii A_jj) (spd_million.c: check_solve). */
 ROLN_FN void roln_solve_lower_t(int n, const roln_real *L, const roln_real *b, roln_real *x)
 {
     int i, j;
@@ -1058,7 +1059,7 @@ ROLN_FN void roln_solve_lower_t(int n, const roln_real *L, const roln_real *b, r
 
 /* Inverse X of a general A [n][n] by Gauss-Jordan elimination with row pivoting. X may not be A. 2 n^3 flops.
    ROLN_E_ILL_CONDITIONED if |A|_1 |X|_1 > 1 / (64 n eps) or a pivot vanishes (NaN and infinity end there too);
-   then X holds no result. Of symmetric A within n eps |A|_1 |X|_1 max|X|. */
+   then X holds no result. Of symmetric A within n eps |A|_1 |X|_1 max|X| (spd_million.c: check_solve). */
 #define ROLN_INV_MEM(X, n) X(W, (n) * (n))
 #define ROLN_INV_WORK(n) (0 ROLN_INV_MEM(ROLNI_SIZE, n))
 ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real *work)
@@ -1407,7 +1408,8 @@ ROLN_FN roln_status roln_exp_range(int n, const roln_real *l)
 /* First divided differences of exp (Daleckii and Krein 1965) K_ij = exp[a, b], a = l_i, b = l_j:
        |a - b| >= 1: (e^a - e^b) / (a - b)      else: e^m sinhc((a-b)/2), e^m = sqrt(e^a e^b)
    The quotient keeps its digits where the gap is wide, and there the rounding of a - b would hurt the other.
-   l [n] in, |l| <= 40   K [n][n] out, symmetric, K_ii = e^l_i. Within 4 ulp at every gap. n exp, at most n(n-1)/2 sinhc. */
+   l [n] in, |l| <= 40   K [n][n] out, symmetric, K_ii = e^l_i. n exp, at most n(n-1)/2 sinhc.
+   Within 7 ulp at every gap, the sum of the errors of exp, sinhc and the rest; a search finds 5 (test_elementary.c: test_dd1). */
 ROLN_FN void roln_exp_dd1(int n, const roln_real *l, roln_real *K)
 {
     int i, j;
@@ -1504,7 +1506,8 @@ ROLN_FN roln_real rolni_map(int map, roln_real p, roln_real x)
 }
 
 /* f_i = f(l_i), i < n. l [n] ascending in, f [n] out, may be l, written only on ROLN_OK. p = 1/2: square root, -1/2: its
-   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 0.9 (1 + |p log l|) eps.
+   inverse, -1: inverse; these, 0, 1 and 2 without exp and log, otherwise e^(p log l), within 2 (1 + |p log l|) eps unless denormal:
+   the sum of the errors of exp, log and the product; a search finds 1.3 (test_elementary.c: test_dd1).
    exp: status of roln_exp_range. log, power: ROLN_E_NOT_SPD unless l_min > n eps l_max. ROLN_E_NOT_FINITE.
    Eigenvalues from roln_eig are known to a few n eps l_max: what that costs the smallest of them stands at roln_spd_map. */
 ROLN_FN roln_status roln_map_values(int n, int map, roln_real p, const roln_real *l, roln_real *f)
@@ -1552,9 +1555,10 @@ ROLN_FN roln_real rolni_power_dd1(roln_real p, roln_real a, roln_real b, roln_re
     return ROLN_ABS(x) >= 1 ? (fa - fb) / (a - b) : d * (ROLN_SQRT(fa) * ROLN_SQRT(fb)) * roln_sinhc(ROLN_C(0.5) * x);
 }
 
-/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i), without a difference of close numbers. Worst errors over 10^7
-   pairs at gaps from 0 to 400 l, in eps, float and double alike: log 1.9, powers 1/2: 1.3, -1/2: 3.3, -1: 1.5, 2: 3.5, other p:
-   4.8 (1 + |p log l|); exp as roln_exp_dd1. l, f [n] in, from roln_map_values; K [n][n] out, symmetric to the bit. */
+/* First divided differences K_ij = f[l_i, l_j], K_ii = f'(l_i), without a difference of close numbers. l, f [n] in, from
+   roln_map_values; K [n][n] out, symmetric to the bit. Within as many eps, where nothing is denormal: log 3, powers 1/2: 1.6,
+   -1/2: 5, -1: 1.6, 2: 7, other p: 11 (1 + |p log l|), the sums of the errors of the parts; a search finds 1.9, 1.3, 3.4, 1.5, 3.5
+   and 4.3 (test_elementary.c: test_dd1). exp: as roln_exp_dd1. */
 ROLN_FN void roln_map_dd1(int n, int map, roln_real p, const roln_real *l, const roln_real *f, roln_real *K)
 {
     int i, j;
@@ -1686,7 +1690,8 @@ ROLN_FN roln_status roln_spd_map(int n, int map, roln_real p, const roln_real *A
 }
 
 /* Derivative of Y = f_P(X) in X along E: D = V^T (K o (W E W^T)) V. E, D [n][n] symmetric; D may be E.
-   P = I: every D_ij is within 3 n eps (max|l| max|f''| + max|f'|) |E|_F, maxima and other powers as at roln_spd_map. */
+   P = I: every D_ij is within 3 n eps (max|l| max|f''| + max|f'|) |E|_F, maxima and other powers as at roln_spd_map (spd_million.c:
+   check_map). */
 #define ROLN_SPD_MAP_D_MEM(X, n) X(Y, (n) * (n))
 #define ROLN_SPD_MAP_D_WORK(n) (0 ROLN_SPD_MAP_D_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
 ROLN_FN void roln_spd_map_d(int n, const roln_real *K, const roln_real *V, const roln_real *W, const roln_real *E, roln_real *D,

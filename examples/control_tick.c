@@ -16,7 +16,7 @@
 enum { N = chain_N, n = chain_n };
 #define TICK ROLN_C(0.005)    /* s */
 #define SPEED ROLN_C(8.0)     /* 1/s, of the closed loop */
-#define JOULE ROLN_C(21.9773) /* 1 J = 21.9773 of the model: first line of chain_weights.h */
+#define JOULE ROLN_C(19.8328) /* 1 J = 19.8328 of the model: first line of chain_weights.h */
 
 static const roln_limits limits = {
     .dt = TICK,

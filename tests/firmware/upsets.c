@@ -30,7 +30,7 @@ enum {
 };
 #define TICK 0.005f    /* s */
 #define SPEED 8.0f     /* 1/s, of the closed loop */
-#define JOULE 21.9773f /* 1 Nm in the unit of the model */
+#define JOULE 19.8328f /* 1 Nm in the unit of the model */
 #define AWAY 0.014f    /* rad, 1 % of the range of the free joints: nearer to the undisturbed run is harmless */
 
 static const float mass[N] = {0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f};

@@ -81,6 +81,16 @@ else
     echo 'no clang-format 14: layout is not checked'
 fi
 
+# a bound names the test that holds it, FILE.c: FUNCTION: both are there
+for f in $headers docs/*.md CONTRIBUTING.md; do
+    tr '\n' ' ' < "$f" | tr -s ' ' | grep -oE '[a-z][a-z_0-9]*[.]c: [a-z][a-z_0-9]*' | sort -u | while read -r file name; do
+        path=$(find tests -name "${file%:}")
+        case $path$file in test_*) echo "$f: there is no ${file%:}" ;; esac
+        [ -z "$path" ] || grep -qE "[^a-z_0-9]$name\(" $path || echo "$f: there is no $name in ${file%:}"
+    done
+done > $wrong
+check 'tests that are not there'
+
 # a user's macros must not meet ours: each of ours, and each word in capitals of two letters or more, begins with ROLN
 for h in $headers; do
     awk -f "$style/strip.awk" "$h" | awk -v h="$h" -v foreign="^($foreign)\$" '

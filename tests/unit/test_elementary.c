@@ -317,6 +317,106 @@ static void angles(void)
     CHECK(same(s, 0) && same(c, 1) && same(roln_wrap(pi), pi) && roln_wrap(-pi) > REAL(3.14159) && same(roln_wrap(0), 0));
 }
 
+/* ---- divided differences and powers ---- */
+
+/* Errors of two numbers x < y and an exponent p: of exp[x, y] in ulp; of x^p in (1 + |p log x|) eps; of f[x, y] in eps, of powers
+   that are made by exp and log in (1 + max |p log|) eps. found: what the search below comes to, rounded up; proved: the sum of the
+   parts' bounds, which stands in roln_spd.h. */
+enum { DD1_EXP, VALUES, DD1_LOG, DD1_HALF, DD1_INVERSE_ROOT, DD1_INVERSE, DD1_SQUARE, DD1_POWER, ERRORS };
+static const struct {
+    const char *name;
+    double p, found, proved;
+} errors[ERRORS] = {{"exp[x, y]", 0, 5.2, 7}, {"x^p", 0, 1.4, 2}, {"log[x, y]", 0, 2.3, 3}, {"1/2", 0.5, 1.5, 1.6},
+                    {"-1/2", -0.5, 3.8, 5}, {"-1", -1, 1.55, 1.6}, {"2", 2, 4.2, 7}, {"p", 0, 5, 11}};
+
+static wide power_of(roln_real x, roln_real p)
+{
+    return (wide)powl((long double)x, (long double)p);
+}
+
+/* 0 outside of what is asked of the function; powers and their arguments are no denormal numbers. */
+static double error_of(int k, const roln_real *v)
+{
+    const roln_real a = v[0], b = v[1], p = k == VALUES || k == DD1_POWER ? v[2] : REAL(errors[k].p);
+    const wide A = (wide)a, gap = (wide)b - A, size = BOUND(40, 300);
+    roln_real f[2], K[4];
+    wide la, lb, want, t;
+    if (!roln_all_finite(3, v)) return 0;
+    if (k == DD1_EXP) {
+        if (!(a < b) || a < REAL(-40) || b > REAL(40)) return 0;
+        roln_exp_dd1(2, v, K);
+        return ulps(K[1], REF(exp)(A) * REF(expm1)(gap) / gap);
+    }
+    if (!(a > REAL(1e-12)) || !(b < REAL(1e12))) return 0;
+    la = (wide)p * REF(log)(A), lb = (wide)p * REF(log)((wide)b);
+    if (!(REF(fabs)(la) < size) || !(REF(fabs)(lb) < size)) return 0;
+    t = 1 + REF(fmax)(REF(fabs)(la), REF(fabs)(lb));
+    if (k == VALUES) {
+        if (roln_map_values(1, ROLN_POWER, p, v, f) != ROLN_OK) return 1e30;
+        want = power_of(a, p);
+        return (double)(REF(fabs)((wide)f[0] - want) / want / (wide)ROLN_EPS / (1 + REF(fabs)(la)));
+    }
+    if (!(a < b) || b > 400 * a || (k == DD1_POWER && ((p >= 0 && p <= 0) || (p >= 1 && p <= 1)))) return 0;
+    if (roln_map_values(2, k == DD1_LOG ? ROLN_LOG : ROLN_POWER, p, v, f) != ROLN_OK) return 1e30;
+    roln_map_dd1(2, k == DD1_LOG ? ROLN_LOG : ROLN_POWER, p, v, f, K);
+    want = REF(log1p)(gap / A);
+    if (k != DD1_LOG) want = REF(expm1)((wide)p * want) * power_of(a, p);
+    want /= gap;
+    return (double)(REF(fabs)(((wide)K[1] - want) / want) / (wide)ROLN_EPS / (k == DD1_POWER ? t : 1));
+}
+
+/* x, changed in a digit of any weight. */
+static roln_real nudged(roln_real x, uint64_t *s)
+{
+    const double weight = ldexp(1, -roln_randint(MANT_DIG, s));
+    return x * (REAL(1) + REAL(weight) * (REAL(2) * roln_uniform(s) - REAL(1)));
+}
+
+/* From `climbs` random places, near each other and far: changes that make the error no smaller are kept. The worst, and where. */
+static double climb(int k, int climbs, int changes, uint64_t *s, roln_real *at)
+{
+    double top = 0;
+    int c, i;
+    for (c = 0; c < climbs; c++) {
+        roln_real v[3], w[3];
+        double e, now;
+        const double u = (double)roln_uniform(s), far = (double)roln_uniform(s);
+        if (k == DD1_EXP) {
+            v[0] = REAL(76 * u - 38);
+            v[1] = v[0] + REAL(c % 3 == 0 ? 1 + far / 2 : c % 3 == 1 ? far : exp(8 * far - 6));
+        } else {
+            v[0] = REAL(exp((c % 2 ? 4 : 40) * (u - 0.5)));
+            v[1] = v[0] * REAL(1 + (c % 3 == 0 ? exp(-14 * far) : c % 3 == 1 ? 2 * far : exp(6 * far)));
+        }
+        v[2] = REAL(c % 5 == 0 ? 30 : c % 5 == 1 ? 3 : 1) * (REAL(2) * roln_uniform(s) - REAL(1));
+        e = error_of(k, v);
+        for (i = 0; i < changes; i++) {
+            const int what = roln_randint(4, s);
+            memcpy(w, v, sizeof w);
+            if (what != 1) w[0] = nudged(w[0], s);
+            if (what != 0) w[1] = nudged(w[1], s);
+            if (what == 3) w[2] = nudged(w[2], s);
+            if ((now = error_of(k, w)) >= e) e = now, memcpy(v, w, sizeof v);
+        }
+        if (e > top) top = e, memcpy(at, v, sizeof v);
+    }
+    return top;
+}
+
+static void test_dd1(void)
+{
+    uint64_t s = 21;
+    int k;
+    for (k = 0; k < ERRORS; k++) {
+        roln_real at[3] = {0, 0, 0};
+        const double top = check_sample ? climb(k, 60, 300, &s, at) : climb(k, 600, 1500, &s, at);
+        printf("  %-10s %-6s worst %.3f at %.17g, %.17g, p = %.17g\n", errors[k].name, TEST_PRECISION, top, (double)at[0],
+               (double)at[1], k == VALUES || k == DD1_POWER ? (double)at[2] : errors[k].p);
+        CHECK_BELOW(top, errors[k].found);
+        CHECK(errors[k].found <= errors[k].proved && top > errors[k].found / 2);
+    }
+}
+
 void TEST_NAME(elementary)(void);
 void TEST_NAME(elementary)(void)
 {
@@ -327,6 +427,7 @@ void TEST_NAME(elementary)(void)
     array();
     shape();
     angles();
+    test_dd1();
     sweep(w);
     for (f = 0; f < COUNT; f++)
         printf("  %-8s %-6s worst %.3f ulp at %.17g\n", name[f], TEST_PRECISION, w[f].ulp, (double)w[f].at);

@@ -1020,7 +1020,8 @@ static void check_back(const roln_block *b, int R, roln_real memory, ld size, in
     for (k = 0; k < steps + steps / 10; k++) {
         if (k == steps) memcpy(turn, now.x, sizeof turn);
         memcpy(now.J, J, (size_t)(R * now.P) * sizeof *J);
-        for (i = 0; i < R; i++) now.r[i] = k < steps ? r[i] : -r[i] * (1 + ROLN_C(0.1) * (roln_real)(i % 3)); /* not 0 where J^T r is */
+        for (i = 0; i < R; i++) /* opposite but for a tenth: where J^T r is 0, J^T (-r) is 0, too */
+            now.r[i] = k < steps ? r[i] : -r[i] * (1 + ROLN_C(0.1) * (roln_real)(i % 3));
         ok &= rows(&now) == ROLN_OK;
         sums(&now);
         ok &= step(&now) == ROLN_OK;

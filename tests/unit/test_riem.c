@@ -891,8 +891,8 @@ static void road_gradient(int kind, int k, int n, ld size, const roln_real *G, u
         for (i = 0; i < n; i++) g[i] = (roln_real)f * G[i];
 }
 
-/* Updates are taken wherever those before have led. With nearly opposite gradients the point leaves the place where it turns, if it has
-   ever moved. Up to version 0.3.0 a pair was refused for ever behind 1,058 updates. */
+/* Updates are taken wherever those before have led. With nearly opposite gradients the point leaves the place where it turns, if it
+   has ever moved. Up to version 0.3.0 a pair was refused for ever behind 1,058 updates. */
 static void check_back(const roln_block *b, int kind, ld size, int updates, uint64_t *s)
 {
     static road r;
@@ -904,7 +904,8 @@ static void check_back(const roln_block *b, int kind, ld size, int updates, uint
     for (k = 0; k < updates; k++) road_gradient(kind, k, r.size, size, G, s, g), ok &= road_step(g, &r);
     for (i = 0; i < r.size; i++) moved |= ROLN_ABS(r.x[i] - from[i]) > 64 * ROLN_EPS; /* by more than rounding */
     memcpy(turn, r.x, sizeof turn);
-    for (i = 0; i < r.size; i++) G[i] *= 1 + ROLN_C(0.1) * (roln_real)(i % 3); /* at a minimum of <G, x> the opposite of G is 0, too */
+    for (i = 0; i < r.size; i++) /* at a minimum of <G, x> the opposite of G is 0, too */
+        G[i] *= 1 + ROLN_C(0.1) * (roln_real)(i % 3);
     for (k = 0; k < updates / 10; k++) road_gradient(kind, k, r.size, -size, G, s, g), ok &= road_step(g, &r);
     back = memcmp(turn, r.x, sizeof turn) != 0;
     for (i = 0; i < r.size; i++) ok &= roln_finite(r.x[i]) && roln_finite(r.m[i]);
