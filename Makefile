@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; dist wants zip
-# make deps installs what these need:   make test, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, record,
-#                                       learn, machines, errors, control, plans, rope, models, noise, experiments, eig, bench,
-#                                       sizes, count, firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, release, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets,
+#                                       soundness, record, learn, machines, errors, control, plans, rope, models, noise,
+#                                       experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
 
 CC = cc
 PREFIX = /usr/local
@@ -20,7 +20,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test check hash sanitize mutants record learn \
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test release check hash sanitize mutants record learn \
         machines errors control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench \
         sizes count firmware pil upsets fuzz proof soundness
 all: demo
@@ -95,14 +95,19 @@ AGREE = no
 deps:
 	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
 
-# Everything. To repeat some of its steps: sh tests/run.sh NAME ..
+# What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
+test:
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test test_asan test_mujoco generate record convert h5_cases)
+	@JOBS=$(JOBS) sh tests/run.sh test
+
+# Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
            pil machines plans swing rope threads interrupts $(FUZZ:build/%=%)
-test:
+release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
-	@JOBS=$(JOBS) sh tests/run.sh
+	@JOBS=$(JOBS) sh tests/run.sh release
 
-# figures of docs/soundness.md, from the logs of make test
+# figures of docs/soundness.md, from the logs of make release
 soundness:
 	sh tests/safety/soundness.sh -w
 

@@ -2340,7 +2340,7 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
         }
     }
     for (j = 0; j < m; j++)
-        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + ROLN_EPS * all)) return 1;
+        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + 8 * ROLN_EPS * all)) return 1;
     return 0;
 }
 
@@ -2506,10 +2506,10 @@ ROLN_FN void rolni_ocp_room(const rolni_ocp *b)
     for (i = 0; i < count; i++)
         pull += b->g[i] / o->r[i % m] * b->g[i];
     for (j = 0; j < m; j++) {
-        const roln_real last = rolni_ocp_last(o, j), far = 2 * ROLN_SQRT(pull / o->r[j]);
+        const roln_real last = rolni_ocp_last(o, j), widest = 2 * ROLN_SQRT(pull / o->r[j]);
         roln_real room = rolni_ocp_most(o, j) - last;
         if (o->rate) room = ROLN_MIN(room, o->rate[j] * ROLNI_AS(roln_real, o->steps + 1));
-        if (far > ROLN_C(1e-15)) room = ROLN_MIN(room, far); /* else the start is the best there is */
+        if (widest > ROLN_C(1e-15)) room = ROLN_MIN(room, widest); /* else the start is the best there is */
         b->room[j] = room;
         if (o->rate) b->rate[j] = ROLN_MIN(o->rate[j], 3 * (last + room));
     }

@@ -31,7 +31,7 @@ typedef struct {
 static roln_status controller_start(controller *c)
 {
     static const roln_real q[2] = {1, 100}, qd[2] = {ROLN_C(0.04), 1}, u[1] = {10000};
-    static const furuta_latent hanging;
+    static const furuta_latent hanging = {{0}, {0}};
     const roln_cost cost = {.q = q, .qd = qd, .u = u, .dt = TICK, .motors = &motors};
     furuta_equation up = {.V = 0}, down = {.V = 0};
     roln_status st;

@@ -1,10 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# run.sh - every test, one line each; called by `make test`. Last line: N passed, N failed.
+# run.sh - runs steps of the tests, one line each. Last line: N passed, N failed.
 #
-#   run.sh              all steps, JOBS of them at a time (as many as there are cores)
-#   run.sh NAME ..      these alone, and the logs of others stay; their programs are there after `make test`
+#   run.sh test         the steps that every change must pass: `make test`
+#   run.sh release      all steps: `make release`
+#   run.sh NAME ..      these steps. Logs of the others stay. Their programs are those of `make release`
 #
+# JOBS steps run at a time, by default as many as there are cores.
 # A step is a command whose last line is `N passed, N failed`; its output is in build/log/NAME. One that ends otherwise, or passed
 # nothing, has failed. Each step uses one core, so that two of them are as fast on two cores as one that could use both.
 cd "$(dirname "$0")/.." || exit 1
@@ -13,7 +15,10 @@ jobs=${JOBS:-$(nproc)}
 export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
-# what takes longest first
+# Steps of `run.sh test`.
+quick='unit train examples sanitize-au mujoco record recordings readme import style list lint macros fast deps hash'
+
+# All steps. What takes longest comes first.
 steps() {
     cat << 'end'
 proof        sh tests/safety/proof/proof.sh
@@ -79,7 +84,11 @@ if [ "$1" = one ]; then
 fi
 
 mkdir -p $log
-if [ $# -eq 0 ]; then steps; else for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done; fi > $log/steps
+case $1 in
+release) steps ;;
+test) for name in $quick; do steps | grep "^$name "; done ;;
+*) for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done ;;
+esac > $log/steps
 for name in $(awk '{ print $1 }' $log/steps); do rm -f "$log/$name" "$log/$name".*; done
 { # soundness reads what the others said
     grep -v '^soundness ' $log/steps | xargs -r -P "$jobs" -L 1 sh tests/run.sh one

@@ -2,7 +2,7 @@
 /* pil - processor in the loop: MuJoCo's chain here, its controller an image in QEMU (examples/firmware/serial.c), between them the
    emulated serial line, in lock step.
      pil CORE ..        from the top of the repository, after `make firmware`
-     pil test CORE ..   a part of the ticks, which is the step of make test
+     pil test CORE ..   a part of the ticks, which is the step of make release
 
    The loop gives the same states and torques as the one on this machine alone, bit for bit; so does a loop whose line loses,
    repeats and damages frames, with what the guard makes of it. Then one fault after the other. */

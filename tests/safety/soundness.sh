@@ -3,7 +3,7 @@
 # soundness.sh - docs/soundness.md and docs/security.md name files, steps of the tests and targets of the Makefile that are there,
 # and every step stands in the table of figures. Last line: N passed, N failed.
 #
-#   soundness.sh -w     writes that table from build/log, behind a whole `make test`
+#   soundness.sh -w     writes that table from build/log, behind a whole `make release`
 cd "$(dirname "$0")/../.." || exit 1
 text=docs/soundness.md
 steps=$(sed -n "/^steps/,/^end/s/^\([a-z-]*\)  *[a-z].*/\1/p" tests/run.sh | grep -vx soundness | sort)
@@ -37,7 +37,7 @@ if [ "$1" = -w ]; then
         echo '| step | checks | seconds of a core | what it says |'
         echo '|---|---|---|---|'
         for s in $steps; do
-            [ -f "build/log/$s" ] || { echo "no build/log/$s: make test" >&2; exit 1; }
+            [ -f "build/log/$s" ] || { echo "no build/log/$s: make release" >&2; exit 1; }
             read -r code _ cpu < "build/log/$s.end"
             n=$(sed -n '$s/^\([1-9][0-9]*\) passed, 0 failed$/\1/p' "build/log/$s")
             [ "$code" = 0 ] && [ -n "$n" ] || { echo "$s failed" >&2; exit 1; }

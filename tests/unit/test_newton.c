@@ -1029,7 +1029,7 @@ static void check_back(const roln_block *b, int R, roln_real memory, ld size, in
         if (b->manifold == &roln_biorthogonal) ok &= apart(b->rows, b->cols, now.x) <= 84 * EPS;
     }
     for (i = 0; i < now.P; i++) back |= ROLN_ABS(now.x[i] - turn[i]) > 0;
-    CHECK(ok && (back || (b->manifold == &roln_spd && size > 0.5L))); /* d = r / J X is 0 to rounding where X is large */
+    CHECK(ok && (back || (b->manifold == &roln_spd && b->rows == 1))); /* d = r / J X is 0 to rounding where X is large */
 }
 
 static void test_back(void)

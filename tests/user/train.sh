@@ -544,7 +544,7 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
 $dir/motor $dir/motor.csv held=0.2 steps=3 out=$early > $early.log 2>&1
 awk -F, -v OFS=, 'NF > 3 { $4 = sin(7.3 * NR * NR) } 1' $dir/motor.csv > $dir/unrelated.csv
-check 'torques that have nothing to do with the motion' ends 3 'torques of the model are off by [1-9][0-9.]* % of the recorded' \
+check 'torques that have nothing to do with the motion' ends 3 'torques of the model are off by [1-9][0-9.e+]* % of the recorded' \
     $dir/motor $dir/unrelated.csv torque=1 held=0.2 steps=3 out=$dir/unrelated
 check 'no torques, no rows of them' sh -c "! grep 'tau_model\|M at' $early.log"
 # until held-out trajectories are predicted no better, in the end with the best weights; windows are not asked for where window=0
