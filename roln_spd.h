@@ -2322,8 +2322,9 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
 }
 
 /* 1 if a row of K [m][n] is farther from that of K0 [m][n] than 1e-3 of the row. The square of a row is the sum of
-   r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row that is 0 but for rounding errors may move by the root of eps of all rows,
-   or by 16 eps (test_riccati.c: test_moves). size [2m] is written. */
+   r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row that is small beside others may move by twice the root of eps of all rows:
+   rounding does that where several motors can do the same. Any row may move by 32 eps (test_riccati.c: test_moves). size [2m] is
+   written. */
 ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, const roln_real *K, const roln_real *K0,
                         roln_real *size)
 {
@@ -2340,7 +2341,7 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
         }
     }
     for (j = 0; j < m; j++)
-        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + 8 * ROLN_EPS * all)) return 1;
+        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + 4 * ROLN_EPS * all)) return 1;
     return 0;
 }
 

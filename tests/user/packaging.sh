@@ -167,8 +167,8 @@ if [ -e .git ]; then
     check same "$(cd "$clone" && git ls-files --eol | grep -v 'w/lf\|w/-text\|w/none')" ""
     check same "$(cd "$clone" && git ls-files --eol '*.roln' 'tests/safety/corpus' | grep -v 'attr/-text')" ""
     check same "$(cd "$clone" && git status --short)" ""
-    check sh -c "cd '$clone' && make -s lint install build/swelling DESTDIR='$tmp/from clone' && make -s dist &&
-        build/swelling build/swelling.svg"
+    check sh -c "cd '$clone' && make -s CONFIG=examples/arm.h lint install build/swelling DESTDIR='$tmp/from clone' &&
+        make -s dist && build/swelling build/swelling.svg"
 fi
 
 # ---- make dist ----
