@@ -312,7 +312,7 @@ static void judge(const char *of, double ms, const error *e, int counts, int *sa
     if (counts && !(BETTER * e->q <= e->constant))
         doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of that of q + h qd, %.3g %%", of, ms, 100 * e->q, BETTER,
               100 * e->constant);
-    else if (4 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
+    else if (20 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
     else return;
     *said = 1;
 }

@@ -114,6 +114,7 @@ typedef struct {
     ld ahead[SIDE * SIDE]; /* P in front of the measurement */
     roln_real A[SIDE * SIDE], s[SIDE]; /* A [side][side] */
     ld J[MAXN * MAXN], q[MAXN];
+    ld spread; /* how far P moves where entries of J are rounded, in eps of `ahead` */
 } twin;
 
 /* x and P of an estimate. */
@@ -204,7 +205,7 @@ static int ahead(int k, const rig *r, twin *t)
 
 /* The joints that are measured add their information, P^-1 += J^T R^-1 J, x += P J^T R^-1 e, nis = dx^T P^-1 dx + |e - J dx|^2
    / R: the same as by a gain, of which long double rounds too much away. */
-static void textbook(int k, const rig *r, twin *t)
+static void correct(int k, const rig *r, twin *t)
 {
     static ld I[SIDE * SIDE], I0[SIDE * SIDE];
     const int N = N_OF(k), n = n_OF(k), n2 = side_of(n);
@@ -236,24 +237,48 @@ static void textbook(int k, const rig *r, twin *t)
     }
 }
 
-/* The estimate is the twin's: errors in eps of the deviations in front of the measurement, times how far it narrows them; a part of
-   eps of the numbers themselves. */
+/* The largest difference of P from P0, in deviations in front of the measurement. */
+static ld off(int n2, const twin *t, const ld *P, const ld *P0)
+{
+    ld worst = 0;
+    int i, j;
+    for (i = 0; i < n2; i++)
+        for (j = 0; j < n2; j++) {
+            const ld wide = sqrtl(t->ahead[i * (n2 + 1)] * t->ahead[j * (n2 + 1)]);
+            worst = fmaxl(worst, fabsl(P[i * n2 + j] - P0[i * n2 + j]) / wide);
+        }
+    return worst;
+}
+
+/* A measurement, and what it makes of one eps in each entry of J: a joint that is measured sharply may narrow P by its own
+   column of J alone. */
+static void textbook(int k, const rig *r, twin *t)
+{
+    static twin moved;
+    const twin before = *t;
+    int i;
+    correct(k, r, t);
+    for (t->spread = 0, i = 0; i < N_OF(k) * n_OF(k); i++) {
+        moved = before;
+        moved.J[i] *= 1 + (ld)EPS;
+        correct(k, r, &moved);
+        t->spread += off(side_of(n_OF(k)), t, moved.P, t->P) / EPS;
+    }
+}
+
+/* The estimate is the twin's: errors in eps of the deviations in front of the measurement and in what rounding of J makes of them;
+   a part of eps of the numbers themselves. */
 static void check_tick(int k, const estimate *e, const twin *t)
 {
     static twin mine;
     const int n = n_OF(k), n2 = side_of(n);
-    ld worst = 0;
-    int i, j;
+    ld worst;
+    int i;
     widen_estimate(n, e, &mine);
-    for (i = 0; i < n2; i++) {
-        const ld wide = sqrtl(t->ahead[i * (n2 + 1)]);
-        for (j = 0; j < n2; j++) {
-            const ld size = wide * sqrtl(t->ahead[j * (n2 + 1)]), d = fabsl(mine.P[i * n2 + j] - t->P[i * n2 + j]) / size;
-            worst = d > worst ? d : worst;
-        }
-        worst = fmaxl(worst, fabsl(mine.x[i] - t->x[i]) / (wide + fabsl(t->x[i])));
-    }
-    BOUND("filter: a tick, deviations, eps", worst / EPS, 4000);
+    worst = off(n2, t, mine.P, t->P);
+    for (i = 0; i < n2; i++)
+        worst = fmaxl(worst, fabsl(mine.x[i] - t->x[i]) / (sqrtl(t->ahead[i * (n2 + 1)]) + fabsl(t->x[i])));
+    BOUND("filter: a tick, deviations, eps of J and of P", worst / EPS / (1 + t->spread), 200);
     BOUND("filter: nis", fabsl((ld)e->f.nis - t->nis) / (1 + t->nis) / EPS, 500);
 }
 
@@ -274,7 +299,7 @@ static void test_tick(int k)
         for (missing = 0, i = 0; i < N && round > 1; i++)
             if (roln_randint(3, &s) == 0) x.y[i] = i % 2 ? (roln_real)NAN : (roln_real)-INFINITY, missing++;
         if (missing < N) textbook(k, &x, &t);
-        else t.nis = 0;
+        else t.nis = t.spread = 0;
         {
             const uint32_t faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
             const roln_trained m = of_model(k);
