@@ -753,34 +753,93 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
-/* Nonzero if a step beside a jump, which has the other sign or is small, tells that the joint itself did not move as fast. */
-static int is_still(double beside, double jump)
+/* The step of q that is expected to sample i > first of a trajectory: by qd; without qd, that before it, or behind it. */
+static double expected_step(const motion *d, int first, int last, int i, int j)
 {
-    return fabs(beside) <= 0.05 * fabs(jump) || fabs(beside + jump) <= 0.05 * fabs(jump);
+    const int N = d->N;
+    const roln_real *q = d->q + i * N + j;
+    if (d->has_qd) return d->dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
+    return i > first + 1 ? (double)(q[-N] - q[-2 * N]) : i + 1 < last ? (double)(q[N] - q[0]) : 0;
 }
 
-/* Encoders that begin anew every turn: a joint that is no angle, or an angle in degrees, that jumps by a turn in one sample. The
-   step before a jump tells that it is one; for the first step, the step behind it. */
-static void check_jumps(const motion *d, const sheet *s, unsigned angles)
+/* Nonzero if a step is off from what is expected by whole turns: an encoder that begins anew every turn. */
+static int is_turn(double step, double expected, double turn)
+{
+    const double turns = floor((step - expected) / turn + 0.5);
+    return turns != 0 && fabs(expected) < turn / 2 && fabs(step - expected - turns * turn) <= 0.1 * turn;
+}
+
+/* A joint that is no angle, or an angle in degrees, and begins anew every turn. */
+static void check_wraps(const motion *d, const sheet *s, unsigned angles)
 {
     const int N = d->N;
     int k, i, j;
     for (j = 0; j < N; j++)
         for (k = 0; k < d->trajectories; k++)
             for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
-                const roln_real *q = d->q + i * N + j;
-                const double jump = (double)(q[0] - q[-N]), size = fabs(jump);
-                const double beside = i > d->first[k] + 1       ? (double)(q[-N] - q[-2 * N])
-                                      : i + 1 < d->first[k + 1] ? (double)(q[N] - q[0])
-                                                                : 0;
+                const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
+                const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
                 const int angle = j < 32 && angles >> j & 1;
-                const int radians = size > 5.97 && size<6.29, degrees = size> 342 && size < 360.4;
-                if (!(degrees || (radians && !angle)) || !is_still(beside, jump)) continue;
+                if (!is_turn(step, expected, 360) && (angle || !is_turn(step, expected, 6.283185307179586))) continue;
                 fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->path, s->line[i],
-                     j + 1, size,
+                     j + 1, fabs(step),
                      angle ? "in degrees, but angles are in radians: convert them"
                            : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
             }
+}
+
+/* Steps that qd does not explain, |dq - dt qd|, of joint j: how large they may be. Twenty times their median, twice the finest step
+   of an encoder, and twice the largest step by qd are no jump. rest [samples] is scratch. */
+static double largest_rest(const motion *d, int j, double *rest)
+{
+    const int N = d->N;
+    double finest = HUGE_VAL, fastest = 0;
+    int count = 0, k, i;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
+            const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
+            const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
+            rest[count++] = fabs(step - expected);
+            fastest = fmax(fastest, fabs(expected));
+            if (step != 0) finest = fmin(finest, fabs(step));
+        }
+    if (count == 0 || !(fastest > 0)) return HUGE_VAL;
+    qsort(rest, (size_t)count, sizeof *rest, smaller);
+    return fmax(20 * rest[count / 2], 2 * fmax(finest < HUGE_VAL ? finest : 0, fastest));
+}
+
+/* A sample that was lost or is wild, or two recordings without a blank line between them. */
+static void check_jumps(const motion *d, const sheet *s, unsigned angles)
+{
+    const int N = d->N;
+    const double turn = 6.283185307179586;
+    double *rest = room((size_t)d->samples, sizeof *rest);
+    int k, i, j;
+    for (j = 0; j < N && d->has_qd; j++) {
+        const double most = largest_rest(d, j, rest);
+        for (k = 0; k < d->trajectories; k++)
+            for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
+                const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
+                const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
+                double off = step - expected;
+                if (j < 32 && angles >> j & 1) off -= turn * floor(off / turn + 0.5);
+                if (!(fabs(off) > most)) continue;
+                fail("%s:%d: q of joint %d jumps by %.4g in one sample, but its qd is %.4g there\nhint: a blank line before it, if "
+                     "another recording begins; else leave out what is wrong",
+                     d->path, s->line[i], j + 1, step, expected / d->dt);
+            }
+    }
+    free(rest);
+}
+
+/* Columns that never change tell nothing, and hide what moves a machine. */
+static void check_constant(const motion *d, const roln_real *x, int columns, const char *what, const char *then)
+{
+    int i, j;
+    for (j = 0; j < columns && x; j++) {
+        for (i = 1; i < d->samples && !(x[i * columns + j] < x[j]) && !(x[i * columns + j] > x[j]); i++) {}
+        if (i == d->samples) printf("warning: %s: %s%d is %g in every sample; %s\n", d->path, what, j + 1, (double)x[j], then);
+    }
 }
 
 /* Angles are carried on over whole turns: from sample to sample by the shorter way. */
@@ -1113,7 +1172,9 @@ static motion read_recording(const char *path, const wanted *w)
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
     tell_time(&d, &s);
-    check_jumps(&d, &s, w->angles);
+    check_constant(&d, d.q, d.N, "q", "a joint that never moves, or an encoder that is dead: leave it out");
+    check_wraps(&d, &s, w->angles);
+    if (!w->qd_unused) check_jumps(&d, &s, w->angles);
     if (w->angles) unwrap(&d, w->angles);
     check_turns(&d, w->angles);
     if (d.has_qd) check_velocities(&d, w);

@@ -304,14 +304,20 @@ static double steps_of_table(const motion *m, int from, int to, int every)
     return all;
 }
 
-/* Says once a table where the model is not better than q + h qd, or fails too often. counts: q + h qd is off by more than nobody
+/* What a model has to beat at a horizon: q + h qd, and, as far as a training window reaches, the mean of q, too. */
+static double rival_of(const error *e, double ms)
+{
+    return ms <= 500 && e->constant > 1 ? 1 : e->constant;
+}
+
+/* Says once a table where the model is not better than its rival, or fails too often. counts: q + h qd is off by more than nobody
    can predict. */
 static void judge(const char *of, double ms, const error *e, int counts, int *said)
 {
     if (*said) return;
-    if (counts && !(BETTER * e->q <= e->constant))
-        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of that of q + h qd, %.3g %%", of, ms, 100 * e->q, BETTER,
-              100 * e->constant);
+    if (counts && !(BETTER * e->q <= rival_of(e, ms)))
+        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of that of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
+              rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
     else if (20 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
     else return;
     *said = 1;

@@ -497,6 +497,12 @@ static void sum(void *ctx, int k, int thread)
     M(newton_sums)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
 }
 
+/* Windows begin at step WINDOWS_FROM, or when half of seconds= is over. */
+static int windows_begin(void)
+{
+    return s.step >= WINDOWS_FROM || (set("seconds") > 0 && left() < set("seconds") / 2);
+}
+
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
    is done. */
 static const char *newton_step(rows *f)
@@ -506,7 +512,7 @@ static const char *newton_step(rows *f)
     const roln_real damping = s.newton.state.lambda;
     roln_status st;
     int tries, k;
-    if (s.window_weight == 0 && f->windows->count > 0 && s.step >= WINDOWS_FROM) weigh_windows(f);
+    if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if ((st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK) continue;
         if ((st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton)) == ROLN_OK) break;
@@ -576,7 +582,7 @@ static const char *adam_step(descent *a, int updates)
 
 /* What a checkpoint belongs to. */
 typedef struct {
-    uint64_t config, data, from; /* checksums */
+    uint64_t config, data, from, state; /* checksums */
     double dt;
     size_t size;
     int samples, trajectories;
@@ -617,27 +623,61 @@ static origin origin_of(void)
     return o;
 }
 
+/* Of the state, word by word; the rest of a word at its end does not count. */
+static uint64_t checksum_of_state(void)
+{
+    const unsigned char *p = (const unsigned char *)&s;
+    uint64_t sum = ROLN_FNV, word;
+    size_t i;
+    for (i = 0; i + sizeof word <= sizeof s; i += sizeof word) {
+        memcpy(&word, p + i, sizeof word);
+        sum = (sum ^ word) * UINT64_C(0x100000001b3);
+        sum ^= sum >> 29;
+    }
+    return sum;
+}
+
 /* If it cannot be written the one before is left, and training goes on. */
 static void checkpoint(void)
 {
-    const origin o = origin_of();
+    origin o = origin_of();
     FILE *f = file(".part", "wb");
     if (!f) return;
     s.seconds = seconds(), began = now();
+    o.state = checksum_of_state();
     if (fwrite(&o, sizeof o, 1, f) == 1) fwrite(&s, sizeof s, 1, f);
     put_in_place(f, ".check");
 }
 
-/* Nonzero if there was a checkpoint to go on from. */
+/* A checkpoint of an earlier training, which this one does not go on from, is kept as OUT.check.old. */
+static void keep_checkpoint(void)
+{
+    file_name old = name_of(".check");
+    strcat(old.text, ".old");
+#ifdef _WIN32
+    remove(old.text);
+#endif
+    if (rename(name_of(".check").text, old.text) == 0)
+        printf("%s.check, of another training, is kept as %s.check.old\n", words[OUT].value, words[OUT].value);
+}
+
+/* Goes on from the checkpoint. Zero without --resume. */
 static int resume(void)
 {
     const origin o = origin_of();
     origin was;
-    FILE *f = set("resume") > 0 ? fopen(name_of(".check").text, "rb") : NULL;
-    if (!f) return 0;
+    uint64_t state;
+    FILE *f;
+    if (!(set("resume") > 0)) return keep_checkpoint(), 0;
+    if (!(f = fopen(name_of(".check").text, "rb")))
+        fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out",
+             words[OUT].value);
     if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
+    state = was.state, was.state = 0;
     if (memcmp(&was, &o, sizeof o) != 0) fail("%s.check is of other data, other settings or another config", words[OUT].value);
     if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
+    if (checksum_of_state() != state)
+        fail("%s.check is damaged\nhint: begin anew, with from=%s.roln, if that is there", words[OUT].value, words[OUT].value);
     fclose(f);
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
@@ -875,7 +915,8 @@ static void judge_training(void)
     if (last < NEWTON) doubt("before any step of the networks");
     else if (s.best_step == 0) doubt("no step predicts better than the weights before it");
     if (last == NEWTON && window_count > 0 && !s.windowed)
-        doubt(reached > WINDOWS_FROM ? "from step %d on windows ran away" : "before windows, which begin at step %d", WINDOWS_FROM);
+        doubt(reached > WINDOWS_FROM ? "from step %d on windows ran away"
+                                     : "before windows, which begin at step %d or at half of seconds=", WINDOWS_FROM);
 }
 
 /* ---- 11 main ---- */
@@ -928,6 +969,7 @@ static void summary(void)
     printf("wrote %s.roln and %s_weights.h after %.0f s: weights of step %d\n", words[OUT].value, words[OUT].value, seconds(),
            s.best_step);
     printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
+    if (!(s.best_error < 1)) doubt("held-out trajectories are predicted no better than by the mean of q");
     if (!(s.best_error < 1))
         printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by "
                "more than tau%s; too few coordinates or recordings\n",
@@ -1039,9 +1081,9 @@ int main(int argc, char **argv)
     if (argc < 2) fail("usage: train motion.csv [key=value ...]; --help explains the keys");
     launched = began = now();
     read_settings(argc, argv);
+    catch_signals();
     check_place();
     read_all(argv[1]);
-    catch_signals();
     atexit(rescue);
     if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)

@@ -5,6 +5,7 @@ A case is the bytes of a file, settings of the model (recording.c), and what mus
 ..` and a hint. examples/recording.h alone prints its numbers; train.c and range.c must take the same file, or refuse it in the same
 words. Then every case is damaged in many ways: a program ends with 0, or with 1 and a hint. Last line: N passed, N failed.
 """
+import math
 import os
 import random
 import re
@@ -46,6 +47,11 @@ TWO = printed([(1.5, 2), (1.52, 2), (1.54, 2)], [(1.5, 2), (1.52, 2), (1.54, 2)]
 TAU = printed([(1.5, 2, 7), (1.52, 2, 8), (1.54, 2, 9)])
 ROWS = b"0,1.5,2\n0.01,1.52,2\n0.02,1.54,2\n"
 FILE = b"t,q,qd\n" + ROWS
+
+
+def moving(q, qd=None, dt=0.01, count=60):
+    """A recording of q(t) and, unless None, qd(t)."""
+    return "".join(f"{i * dt:.4f},{q(i * dt):.6f}" + (f",{qd(i * dt):.6f}" if qd else "") + "\n" for i in range(count)).encode()
 
 
 def stamped(*stamps, apart=",", head="t,q,qd\n"):
@@ -251,6 +257,19 @@ CASES = [
      r":6: q of joint 1 jumps by 6.278"),
     ("degrees, in the first step of an angle", b"0,359.9,1\n.01,.1,1\n.02,.3,1\n", "angles=1", r":2: q of joint 1 jumps by 359.8"),
     ("an angle may jump", b"0,3.138,1\n.01,-3.14,1\n.02,-3.13,1\n", "angles=1", None),
+    *[("a fast turn, " + what, moving(lambda t: (17 * t + 3) % math.tau - math.pi, speed, 0.02), keys,
+       r":\d+: q of joint 1 jumps by 5.94") for what, speed, keys in (("qd", lambda t: 17, ""), ("q alone", None, "smooth=1"))],
+    ("two turns at once", moving(lambda t: 3 * t + 4 * math.pi * (t > 0.3), lambda t: 3), "", r":\d+: q of joint 1 jumps by 12.6"),
+    *[(f"a wild sample, {off}", moving(lambda t: math.sin(3 * t) + off * (abs(t - 0.3) < 0.001), lambda t: 3 * math.cos(3 * t)), "",
+       r":31: q of joint 1 jumps by") for off in (1, -1, 100, math.pi)],
+    ("two recordings without a blank line", moving(lambda t: math.sin(3 * t) + 0.4 * (t > 0.3), lambda t: 3 * math.cos(3 * t)), "",
+     r":32: q of joint 1 jumps by 0.4.*\nhint: a blank line before it"),
+    ("an angle far from where it was", moving(lambda t: math.sin(3 * t) + 2 * (t > 0.3), lambda t: 3 * math.cos(3 * t)), "angles=1",
+     r":32: q of joint 1 jumps by 2"),
+    ("an encoder of 4 bits", moving(lambda t: math.floor(math.sin(9 * t) / 0.39) * 0.39, lambda t: 9 * math.cos(9 * t)), "", None),
+    ("an impact", moving(lambda t: abs(math.sin(9 * t)), lambda t: math.copysign(9 * math.cos(9 * t), math.tan(9 * t))), "", None),
+    ("a slow encoder of 12 bits", moving(lambda t: round(0.05 * math.sin(t) * 652) / 652, lambda t: 0.05 * math.cos(t)), "", None),
+    ("at rest, then fast", moving(lambda t: 5 * max(t - 0.5, 0) ** 2, lambda t: 10 * max(t - 0.5, 0)), "", None),
     ("a fast slider does not", b"0,0,600\n.01,6,600\n.02,12,600\n.03,18,600\n", "", None),
 ]
 

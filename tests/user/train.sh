@@ -114,6 +114,15 @@ check 'other settings than those of the checkpoint' says 'other settings' $dir/c
 sed 's/,0[.]1/,0.2/' $dir/16_train.csv > $dir/other.csv
 check 'other recordings than those of the checkpoint' \
     says 'other data' $dir/chart $dir/other.csv steps=33 ae=400 resume=1 out=$dir/whole.more
+# a checkpoint is kept, and not taken if it is damaged
+cp $dir/whole.more.check $dir/torn.check
+dd if=/dev/zero of=$dir/torn.check bs=1 seek=20000 count=2000 conv=notrunc 2> /dev/null
+cp $dir/torn.check $dir/torn.was
+check 'a damaged checkpoint' says 'torn.check is damaged' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/torn
+check 'a damaged checkpoint stays' cmp $dir/torn.check $dir/torn.was
+check 'no checkpoint' says 'there is no .*/none.check to go on from' $dir/chart $dir/16_train.csv steps=33 resume=1 out=$dir/none
+check 'over a checkpoint' short $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/torn
+check 'the checkpoint before is kept' cmp $dir/torn.check.old $dir/torn.was
 check 'those of the checkpoint' short $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/whole.more
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
