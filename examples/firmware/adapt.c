@@ -14,8 +14,8 @@
    are lost.)
 
    Prints errors after 250 ms and after 1 s, relative to the motion: those of the trained model along the motion of the chain as it
-   was, then those of the adapting model along the motion of the heavier one; and a hash of all that was learned. Errors are summed in
-   double, here in software; learning itself has no double. */
+   was, then those of the adapting model along the motion of the heavier one; and a hash of all that was learned. Errors are
+   summed in double, here in software; learning itself has no double. */
 
 #define ROLN_BLOCK 1 /* one sample at a time: little scratch */
 #include "rods.h"
