@@ -102,7 +102,7 @@ test:
 
 # Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
-           pil machines plans swing rope threads interrupts interrupts_busy $(FUZZ:build/%=%)
+           pil machines plans swing rope threads interrupts $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release
@@ -180,13 +180,11 @@ build/test_cov: KIND = $(KIND_cov32)
 build/test build/test_asan build/test_msan build/test_asan_both build/test_msan_both build/test_cov:
 	$(KIND) $^ -o $@ -lm
 
-# threads under their sanitizer; interrupts, also with scratch that knows whether it is in use
+# threads under their sanitizer; interrupts
 build/threads: KIND = clang $(STD) -Itests $(WARN) $(APART) -O1 -g -fsanitize=thread
-build/interrupts build/interrupts_busy: KIND = gcc $(STD) -Itests $(WARN) -O2
-build/interrupts_busy: KIND += -DROLN_DEBUG_WORK
+build/interrupts: KIND = gcc $(STD) -Itests $(WARN) -O2
 build/threads build/interrupts: build/%: tests/safety/%.c
-build/interrupts_busy: tests/safety/interrupts.c
-build/threads build/interrupts build/interrupts_busy: tests/unit/check.c
+build/threads build/interrupts: tests/unit/check.c
 	@mkdir -p $(@D)
 	$(KIND) $(DEPENDS) $(filter %.c,$^) -o $@ -lpthread -lm
 

@@ -12,9 +12,8 @@
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
-       #define ROLN_WIDTH   8                 size of U where a bimap layer brings it down to n; default n
-       #define ROLN_LAYERS  gyro, bimap       SPD layers behind the exponential: gyro, reeig, bimap, 4 at most; default none
-       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky and reeig allow
+       #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
+       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky allows
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
@@ -34,7 +33,7 @@
        #include "roln.h"
 
    For all models of a file, before the first header of roln (roln_spd.h, 1 configuration): ROLN_DOUBLE, ROLN_FN, ROLN_CODE,
-   ROLN_FLASH, ROLN_SIMD; ROLN_DEBUG_WORK, see below.
+   ROLN_FLASH, ROLN_SIMD.
 
    Letters: q, qd, qdd [N] joints and their derivatives in time; z, zd, zdd [n] latent coordinates, z = rho(q), q = phi(z);
    D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z.
@@ -140,11 +139,7 @@
    optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
    One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
-   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK. ROLN_DEBUG_WORK, defined before the first header of
-   roln, finds that: scratch of prediction, control and training then knows whether it is in use, and who comes second gets
-   ROLN_E_BUSY (of NAME_tick and NAME_guard_tick ROLN_FAULT_STATUS), outputs untouched. Of an interrupt always, of another core
-   nearly always. It is for tests, not for a loop with motors: a guard that is refused leaves the torque as it was, whatever that
-   is. Without it there is nothing of this in the code.
+   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
@@ -3983,10 +3978,10 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
         rolni_put(&p, ROLNI_AS(uint64_t, md->ae.size[l]), 2);
     for (l = 1; l < f->mass_net.layers; l++)
         rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.size[l]), 2);
-    for (l = 0; l <= f->layers; l++)
-        rolni_put(&p, ROLNI_AS(uint64_t, f->width[l]), 2);
+    for (l = 0; l <= f->layers; l++) /* sizes of X_0 .. X_layers, which were not always n; kinds */
+        rolni_put(&p, ROLNI_AS(uint64_t, f->n), 2);
     for (l = 0; l < f->layers; l++)
-        rolni_put(&p, ROLNI_AS(uint64_t, f->layer[l]), 2);
+        rolni_put(&p, ROLN_GYRO, 2);
     if (f->angles) rolni_put(&p, f->angles, 4);
     return ROLNI_AS(int, p - bytes);
 }
@@ -4201,36 +4196,37 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
     static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
-    static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro", "reeig", "bimap"};
+    static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
-    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "W0", "damping", "inputs", "stored", "twice",
-                                         "angles", "friction", "own", "format"}, *const unit[] = {"common", "each"};
+    static const char *const others[] = {"scheme", "degree", "cholesky", "base", "damping", "inputs", "stored", "twice", "angles",
+                                         "friction", "own", "format"}, *const unit[] = {"common", "each"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[13], hidden[ROLN_MLP_MAX - 1] = {0}, l;
+    int other[12], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
-    other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->width[0];
-    other[5] = f->damping, other[6] = md->inputs, other[7] = stored, other[8] = twice, other[9] = ROLNI_AS(int, f->angles);
-    other[10] = f->friction, other[11] = md->own, other[12] = ROLN_FORMAT;
+    other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->damping;
+    other[5] = md->inputs, other[6] = stored, other[7] = twice, other[8] = ROLNI_AS(int, f->angles);
+    other[9] = f->friction, other[10] = md->own, other[11] = ROLN_FORMAT;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
+    for (l = 0; l < f->layers; l++)
+        kind[l] = ROLN_GYRO;
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
     rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
     rolni_write_need(t, "STEP", 1, others, scheme, other);
     rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
     rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
     rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
-    rolni_write_need(t, "WIDTH", 1, others + 4, NULL, other + 4);
-    rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, f->layer);
-    rolni_write_need(t, "DAMPING", 1, others + 5, NULL, other + 5);
-    rolni_write_need(t, "FRICTION", 1, others + 10, NULL, other + 10);
-    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 9, NULL, other + 9);
-    rolni_write_need(t, "SCALE", 1, others + 11, unit, other + 11);
-    rolni_write_need(t, "INPUTS", 1, others + 6, NULL, other + 6);
-    rolni_write_need(t, "STORE", 1, others + 7, store, other + 7);
-    rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 8, NULL, other + 8);
-    rolni_write_need(t, "FORMAT", 1, others + 12, NULL, other + 12);
+    rolni_write_need(t, "LAYERS", ROLN_LAYERS_MAX, layers, layer, kind);
+    rolni_write_need(t, "DAMPING", 1, others + 4, NULL, other + 4);
+    rolni_write_need(t, "FRICTION", 1, others + 9, NULL, other + 9);
+    rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 8, NULL, other + 8);
+    rolni_write_need(t, "SCALE", 1, others + 10, unit, other + 10);
+    rolni_write_need(t, "INPUTS", 1, others + 5, NULL, other + 5);
+    rolni_write_need(t, "STORE", 1, others + 6, store, other + 6);
+    rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 7, NULL, other + 7);
+    rolni_write_need(t, "FORMAT", 1, others + 11, NULL, other + 11);
 }
 
 /* Declarations of what, `static` or, with ROLN_WEIGHTS_EXTERN, extern; behind them comes the initialiser. */
@@ -4341,8 +4337,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_MASS_KIND(s) ROLNI_MASS_(s)
 #define ROLNI_KIND_0 0
 #define ROLNI_KIND_gyro ROLN_GYRO
-#define ROLNI_KIND_reeig ROLN_REEIG
-#define ROLNI_KIND_bimap ROLN_BIMAP
 #define ROLNI_KIND_(s) ROLNI_KIND_##s
 #define ROLNI_KIND(s) ROLNI_KIND_(s)
 #define ROLNI_STORE_full ROLN_FULL
@@ -4393,13 +4387,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #endif
 #define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE((slope) > 0 && (slope) <= 1)
 #define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_AS(roln_real, least) > 0)
-/* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none, and of the four SPD layers. */
+/* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none. */
 #define ROLNI_EACH_LAYER(F, join) \
     F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
     F(ROLNI_(N4), ROLNI_(N5)) join F(ROLNI_(N5), ROLNI_(N6)) join F(ROLNI_(N6), ROLNI_(N7)) join F(ROLNI_(N7), ROLNI_(N8))
-#define ROLNI_EACH_SPD(F, join) \
-    F(ROLNI_(L0), ROLNI_(W0), ROLNI_(W1)) join F(ROLNI_(L1), ROLNI_(W1), ROLNI_(W2)) join \
-    F(ROLNI_(L2), ROLNI_(W2), ROLNI_(W3)) join F(ROLNI_(L3), ROLNI_(W3), ROLNI_(W4))
 #define ROLNI_COMMA ,
 /* Named constants `NAME = value, ..` between ROLNI_INTS and ROLNI_INTS_END: enumerators in C. In C++ they are const ints, because
    C++26 refuses arithmetic of an enumerator with a float or with one of another enumeration, and users multiply by NAME_N. */
@@ -4410,57 +4401,10 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_INTS enum {
 #define ROLNI_INTS_END }
 #endif
-/* Scratch: what stands between ROLNI_SCRATCH and ROLNI_SCRATCH_END(type) is a union, ROLNI_ROOM(work) points to it. A call that
-   takes it is written ROLNI_USE(p, work, call), which returns ROLN_E_SHAPE if p is foreign, or ROLNI_USE_TICK(work, call) if it
-   returns faults. With ROLN_DEBUG_WORK they see to it that no call begins before the last one has ended. busy need not be set at
-   first: one of its values alone says that the scratch is in use. */
-#ifdef ROLN_DEBUG_WORK
-#define ROLNI_SCRATCH typedef struct { union {
-#define ROLNI_SCRATCH_END(type) } room; volatile uint32_t busy; } type;
-#define ROLNI_ROOM(work) (&(work)->room)
-#define ROLNI_USE(p, work, call) \
-    (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : rolni_enter(&(work)->busy) ? rolni_leave(&(work)->busy, call) : ROLN_E_BUSY)
-#define ROLNI_USE_TICK(work, call) \
-    (rolni_enter(&(work)->busy) ? rolni_leave_tick(&(work)->busy, call) : ROLNI_AS(uint32_t, ROLN_FAULT_STATUS))
-#define ROLNI_BUSY UINT32_C(0x5b75f1a3)
-#if ROLNI_GNU && defined(__ATOMIC_ACQ_REL)
-#define ROLNI_BARRIER __atomic_signal_fence(__ATOMIC_ACQ_REL) /* nothing of the call is moved across by the compiler */
-#else
-#define ROLNI_BARRIER ((void)0)
-#endif
-ROLN_FN int rolni_enter(volatile uint32_t *busy)
-{
-    if (*busy == ROLNI_BUSY) return 0;
-    *busy = ROLNI_BUSY;
-    ROLNI_BARRIER;
-    return 1;
-}
-
-ROLN_FN roln_status rolni_leave(volatile uint32_t *busy, roln_status st)
-{
-    ROLNI_BARRIER;
-    *busy = 0;
-    return st;
-}
-
-ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
-{
-    ROLNI_BARRIER;
-    *busy = 0;
-    return faults;
-}
-#else
-#define ROLNI_SCRATCH typedef union {
-#define ROLNI_SCRATCH_END(type) } type;
-#define ROLNI_ROOM(work) (work)
-#define ROLNI_USE(p, work, call) (ROLNI_(foreign)(p) ? ROLN_E_SHAPE : (call))
-#define ROLNI_USE_TICK(work, call) (call)
-#endif
 /* Numbers of work of the hungriest manifold. */
 #define ROLNI_VERB_WORK(S) \
     ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
-             ROLN_MAX(S(base) > 0 || S(gyro) > 0 ? ROLN_SPD_BLOCK_WORK(S(base) > 0 ? S(width) : S(gyro)) : 0, \
-                      S(bimap) > 0 ? ROLN_STIEFEL_BLOCK_WORK(S(bimap_to), S(bimap)) : 0))
+             S(base) > 0 || S(layers) > 0 ? ROLN_SPD_BLOCK_WORK(S(n)) : 0)
 /* Of one layer: its weights, as stored and full; second moments; what an update keeps of it; its blocks. */
 #define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_STORE), N, n) : 0)
 #define ROLNI_LAYER_FULL(N, n) ((n) > 0 ? ROLN_AE_LAYER(0, N, n) : 0)
@@ -4468,17 +4412,10 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #define ROLNI_LAYER_UPDATE(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
 #define ROLNI_LAYER_OK(N, n) ((n) >= 0 && (n) <= (N))
 #define ROLNI_LAYER_BLOCKS(N, n) {&roln_biorthogonal, n, (n) > 0 ? (N) : 0, 0}, {ROLN_EUCLIDEAN, 1, (n) > 0 ? (N) : 0, 2}
-/* The same of one SPD layer of width w -> wo: gyro has W and B, bimap W^T. */
-#define ROLNI_GYRO(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_GYRO) ? (x) : 0)
-#define ROLNI_REEIG(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_REEIG) ? (x) : 0)
-#define ROLNI_BIMAP(kind, x) (ROLNI_AS(int, kind) == ROLNI_AS(int, ROLN_BIMAP) ? (x) : 0)
-#define ROLNI_SPD_LAYER(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + (w) * (w)) + ROLNI_BIMAP(kind, (w) * (wo)))
-#define ROLNI_SPD_MOMENTS(kind, w, wo) (ROLNI_GYRO(kind, ROLN_TRI(w) + 1) + ROLNI_BIMAP(kind, 1))
-#define ROLNI_SPD_KEEP(kind, w, wo) (ROLNI_GYRO(kind, 2 * (w) * (w) + 2) + ROLNI_BIMAP(kind, 2 * (w) * (wo) + 2))
-#define ROLNI_SPD_BLOCKS(kind, w, wo) \
-    {ROLN_EUCLIDEAN, 1, ROLNI_GYRO(kind, ROLN_TRI(w)), 1}, \
-    {ROLNI_GYRO(kind, 1) ? &roln_spd : ROLN_EUCLIDEAN, ROLNI_GYRO(kind, w), ROLNI_GYRO(kind, w), 1}, \
-    {ROLNI_BIMAP(kind, 1) ? &roln_stiefel : ROLN_EUCLIDEAN, ROLNI_BIMAP(kind, wo), ROLNI_BIMAP(kind, w), 1}
+/* The blocks of one SPD layer, W and B; none where its kind is 0. */
+#define ROLNI_SPD_BLOCKS(kind, n) \
+    {ROLN_EUCLIDEAN, 1, (kind) > 0 ? ROLN_TRI(n) : 0, 1}, \
+    {(kind) > 0 ? &roln_spd : ROLN_EUCLIDEAN, (kind) > 0 ? (n) : 0, (kind) > 0 ? (n) : 0, 1}
 
 #endif
 
@@ -4510,9 +4447,6 @@ ROLN_FN uint32_t rolni_leave_tick(volatile uint32_t *busy, uint32_t faults)
 #endif
 #ifndef ROLN_LAYERS
 #define ROLN_LAYERS 0
-#endif
-#ifndef ROLN_WIDTH
-#define ROLN_WIDTH 0
 #endif
 #ifndef ROLN_LEAST
 #define ROLN_LEAST 1e-4
@@ -4595,51 +4529,38 @@ ROLNI_INTS
     ROLNI_(last) = ROLNI_OR(ROLNI_(H5), ROLNI_OR(ROLNI_(H4), ROLNI_OR(ROLNI_(H3), ROLNI_OR(ROLNI_(H2), ROLNI_(H1))))),
     ROLNI_(trunk) = (ROLNI_(into) + 1) * ROLNI_(H1) + (ROLNI_(H1) + 1) * ROLNI_(H2) + (ROLNI_(H2) + 1) * ROLNI_(H3) +
                     (ROLNI_(H3) + 1) * ROLNI_(H4) + (ROLNI_(H4) + 1) * ROLNI_(H5),
-    /* SPD layers: kinds, and widths that the first bimap brings down to n */
+    /* SPD layers: kinds */
     ROLNI_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
     ROLNI_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
     ROLNI_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)),
     ROLNI_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
-    ROLNI_(spd_layers) = (ROLNI_(L0) > 0) + (ROLNI_(L1) > 0) + (ROLNI_(L2) > 0) + (ROLNI_(L3) > 0),
-    ROLNI_(W0) = (ROLN_WIDTH) > 0 ? (ROLN_WIDTH) : ROLNI_(n),
-    ROLNI_(W1) = ROLNI_(L0) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W0),
-    ROLNI_(W2) = ROLNI_(L1) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W1),
-    ROLNI_(W3) = ROLNI_(L2) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W2),
-    ROLNI_(W4) = ROLNI_(L3) == ROLN_BIMAP ? ROLNI_(n) : ROLNI_(W3),
-    ROLNI_(width) = ROLNI_(W0),
-    ROLNI_(tri) = ROLN_TRI(ROLNI_(W0)),
+    ROLNI_(layers) = (ROLNI_(L0) > 0) + (ROLNI_(L1) > 0) + (ROLNI_(L2) > 0) + (ROLNI_(L3) > 0),
+    ROLNI_(W0) = ROLNI_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
+    ROLNI_(tri) = ROLN_TRI(ROLNI_(n)),
     ROLNI_(base) = ROLN_BASE,
     ROLNI_(damping) = ROLN_DAMPING,
     ROLNI_(friction) = ROLN_FRICTION,
     ROLNI_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
-    ROLNI_(formed) = ROLNI_(spd_layers) > 0 || ROLNI_(cholesky),
-    ROLNI_(gyro) = ROLN_MAX(ROLN_MAX(ROLNI_GYRO(ROLNI_(L0), ROLNI_(W0)), ROLNI_GYRO(ROLNI_(L1), ROLNI_(W1))),
-                            ROLN_MAX(ROLNI_GYRO(ROLNI_(L2), ROLNI_(W2)), ROLNI_GYRO(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(reeig) = ROLN_MAX(ROLN_MAX(ROLNI_REEIG(ROLNI_(L0), ROLNI_(W0)), ROLNI_REEIG(ROLNI_(L1), ROLNI_(W1))),
-                             ROLN_MAX(ROLNI_REEIG(ROLNI_(L2), ROLNI_(W2)), ROLNI_REEIG(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(bimap) = ROLN_MAX(ROLN_MAX(ROLNI_BIMAP(ROLNI_(L0), ROLNI_(W0)), ROLNI_BIMAP(ROLNI_(L1), ROLNI_(W1))),
-                             ROLN_MAX(ROLNI_BIMAP(ROLNI_(L2), ROLNI_(W2)), ROLNI_BIMAP(ROLNI_(L3), ROLNI_(W3)))),
-    ROLNI_(bimap_to) = ROLNI_(bimap) > 0 ? ROLNI_(n) : 0,
-    ROLNI_(chain) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP, +),
-    ROLNI_(chain_dir) = ROLNI_EACH_SPD(ROLN_LAYER_KEEP_DIR, +),
+    ROLNI_(formed) = ROLNI_(layers) > 0 || ROLNI_(cholesky),
     ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLNI_)
     /* parameters, and what training adds to them */
     ROLNI_(net_size) = 2 * ROLNI_(trunk) + (ROLNI_(last) + 1) * (ROLNI_(tri) + 1) +
                        ((ROLN_DAMPING) ? ROLNI_(trunk) + (ROLNI_(last) + 1) * ROLN_TRI(ROLNI_(n)) : 0) +
                        ((ROLN_FRICTION) ? 2 * ROLNI_(n) : 0),
-    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(W0) * ROLNI_(W0) : 0,
+    ROLNI_(base_size) = (ROLN_BASE) > 0 ? ROLNI_(n) * ROLNI_(n) : 0,
     ROLNI_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
     ROLNI_(inputs) = ROLN_INPUTS,
     ROLNI_(input_size) = ROLNI_(N) * (ROLN_INPUTS),
     ROLNI_(force_size) = ROLNI_OR(ROLN_INPUTS, ROLNI_(N)),
-    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_EACH_SPD(ROLNI_SPD_LAYER, +) + ROLNI_(input_size),
+    ROLNI_(rest_size) = ROLNI_(net_size) + ROLNI_(base_size) + ROLNI_(layers) * (ROLNI_(tri) + ROLNI_(n) * ROLNI_(n)) +
+                        ROLNI_(input_size),
     ROLNI_(theta_size) = ROLNI_(ae_size) + ROLNI_(rest_size),
     ROLNI_(bend_size) = ROLNI_(curves) * ROLNI_(bent),
     ROLNI_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLNI_(bend_size) + ROLNI_(rest_size), /* none stored small */
     ROLNI_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLNI_(bend_size) + ROLNI_(net_size) + (ROLN_BASE ? 1 : 0) +
-                          ROLNI_EACH_SPD(ROLNI_SPD_MOMENTS, +) + ROLNI_(input_size),
+                          ROLNI_(layers) * (ROLNI_(tri) + 1) + ROLNI_(input_size),
     ROLNI_(keep_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_UPDATE, +) + (ROLN_BASE ? 2 * ROLNI_(base_size) + 2 : 0) +
-                        ROLNI_EACH_SPD(ROLNI_SPD_KEEP, +),
+                        ROLNI_(layers) * (2 * ROLNI_(n) * ROLNI_(n) + 2),
     ROLNI_(steps) = ROLNI_AT(0, ROLN_PLAN),
     ROLNI_(motors) = ROLNI_AT(1, ROLN_PLAN),
     ROLNI_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(rest_size) : ROLNI_(theta_size), /* parameters that Gauss-Newton moves */
@@ -4653,9 +4574,9 @@ ROLNI_INTS
     ROLNI_(format) = ROLN_FORMAT,
     ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLNI_, ROLN_BLOCK)
     ROLN_PARTS(ROLNI_ENUMERATOR, ROLNI_)
-    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+    ROLNI_(packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(layers), ROLNI_(angles),
                                        ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(theta_size)),
-    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(spd_layers), ROLNI_(angles),
+    ROLNI_(full_packed_size) = ROLN_PACKED(ROLNI_(ae_layers), ROLNI_(mlp_layers), ROLNI_(layers), ROLNI_(angles),
                                             ROLNI_(own) * ROLNI_(N), ROLNI_(n), ROLNI_(full_size))
 ROLNI_INTS_END;
 
@@ -4668,8 +4589,7 @@ ROLNI_ASSERT(chart_is_none_or_of_degree_2_to_8,
              (ROLNI_BENDS(ROLNI_AT(0, ROLN_CHART)) ? ROLNI_(degree) >= 2 && ROLNI_(degree) <= ROLN_DEGREE_MAX
                                                    : ROLNI_(degree) == 0) && ROLNI_AT(2, ROLN_CHART) == 0)
 ROLNI_ASSERT(chart_needs_a_layer_that_reduces, ROLNI_(degree) == 0 || ROLNI_(n) < ROLNI_(outer))
-ROLNI_ASSERT(spd_layers_must_end_at_n, ROLNI_(W4) == ROLNI_(n) && ROLNI_(W0) >= ROLNI_(n))
-ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(spd_layers) == 0 && !(ROLN_BASE) && (ROLN_WIDTH) == 0))
+ROLNI_ASSERT(cholesky_takes_no_base_nor_layers, !ROLNI_(cholesky) || (ROLNI_(layers) == 0 && !(ROLN_BASE)))
 ROLNI_ASSERT(spd_layers_4_at_most, (ROLNI_(L1) == 0 || ROLNI_(L0) > 0) && (ROLNI_(L2) == 0 || ROLNI_(L1) > 0) &&
                                        (ROLNI_(L3) == 0 || ROLNI_(L2) > 0) && ROLNI_KIND(ROLNI_AT(4, ROLN_LAYERS)) == 0)
 ROLNI_ASSERT(mlp_needs_1_to_5_widths, ROLNI_GIVEN(0, ROLN_MLP) && ROLNI_GIVEN(1, ROLN_MLP) && ROLNI_GIVEN(2, ROLN_MLP) &&
@@ -4753,24 +4673,24 @@ typedef struct {
 #endif
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. */
-ROLNI_SCRATCH
+typedef union {
     roln_real encode[ROLN_ENCODE_WORK(ROLNI_, 2)], aim[ROLN_ENCODE_WORK(ROLNI_, 3)], decode[ROLN_DECODE_WORK(ROLNI_)];
     roln_real decode_some[ROLN_DECODE_SOME_WORK(ROLNI_)], step[ROLN_STEP_WORK(ROLNI_)], reduce[ROLN_REDUCE_WORK(ROLNI_)];
     roln_real lift[ROLN_LIFT_WORK(ROLNI_)], terms[ROLN_TERMS_WORK(ROLNI_)], inverse[ROLN_INVERSE_WORK(ROLNI_)];
     roln_real inertia[ROLN_INERTIA_WORK(ROLNI_)], control[ROLNI_(control_work)], allocate[ROLN_ALLOCATE_WORK(ROLNI_)];
     roln_real gains[ROLN_GAINS_WORK(ROLNI_)], guard_tick[ROLNI_(guard_work)], fit_range[ROLN_FIT_RANGE_WORK(ROLNI_)];
     roln_real tick[ROLN_TICK_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(work))
+} ROLNI_(work);
 /* scratch of linearisation */
-ROLNI_SCRATCH roln_real linear[0 ROLNI_TURNED_MEM(ROLNI_SIZE, ROLNI_) + ROLNI_(linear_work)]; ROLNI_SCRATCH_END(ROLNI_(linwork))
-ROLNI_SCRATCH /* of feedback of least cost */
+typedef union { roln_real linear[0 ROLNI_TURNED_MEM(ROLNI_SIZE, ROLNI_) + ROLNI_(linear_work)]; } ROLNI_(linwork);
+typedef union { /* of feedback of least cost */
     roln_real lqr[ROLN_LQR_WORK(ROLNI_)], lqr_along[ROLN_LQR_ALONG_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(lqrwork))
-ROLNI_SCRATCH roln_real filter_tick[ROLNI_(filter_work)]; ROLNI_SCRATCH_END(ROLNI_(filterwork)) /* of a Kalman filter */
+} ROLNI_(lqrwork);
+typedef union { roln_real filter_tick[ROLNI_(filter_work)]; } ROLNI_(filterwork); /* of a Kalman filter */
 #if ROLNI_AT(0, ROLN_PLAN) > 0
-ROLNI_SCRATCH /* of plans */
+typedef union { /* of plans */
     roln_real plan_next[ROLN_PLAN_WORK(ROLNI_)], plan_linear[ROLN_PLAN_LINEAR_WORK(ROLNI_)];
-ROLNI_SCRATCH_END(ROLNI_(planwork))
+} ROLNI_(planwork);
 #endif
 
 #define ROLNI_MLP_OF(out) \
@@ -4782,9 +4702,7 @@ static const roln_model ROLNI_(model) = {
      {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLNI_(degree),
      ROLNI_(curves)},
-    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(spd_layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
-     {ROLNI_(L0), ROLNI_(L1), ROLNI_(L2), ROLNI_(L3)},
-     {ROLNI_(W0), ROLNI_(W1), ROLNI_(W2), ROLNI_(W3), ROLNI_(W4)},
+    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLNI_(own)};
@@ -4809,14 +4727,16 @@ ROLN_FN int ROLNI_(foreign)(const ROLNI_(params) *p)
 ROLN_FN roln_status ROLNI_(encode)(const ROLNI_(params) *p, const ROLNI_(state) *x, ROLNI_(latent) *s, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, ROLNI_ROOM(work)->encode));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_encode(&m, x->q, x->qd, NULL, s->z, s->zd, NULL, work->encode);
 }
 
 /* q = phi(z), qd = J(z) zd. */
 ROLN_FN roln_status ROLNI_(decode)(const ROLNI_(params) *p, const ROLNI_(latent) *s, ROLNI_(state) *x, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_decode(&m, s->z, s->zd, x->q, x->qd, ROLNI_ROOM(work)->decode));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_decode(&m, s->z, s->zd, x->q, x->qd, work->decode);
 }
 
 /* q, qd [count] of the joints which[] only, each 0 .. N-1: cheaper (roln_decode_some). */
@@ -4824,7 +4744,8 @@ ROLN_FN roln_status ROLNI_(decode_some)(const ROLNI_(params) *p, const ROLNI_(la
                                         roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_decode_some(&m, s->z, s->zd, count, which, q, qd, ROLNI_ROOM(work)->decode_some));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_decode_some(&m, s->z, s->zd, count, which, q, qd, work->decode_some);
 }
 
 /* Reference q, qd, qdd [N] in the latent space: r->z, zd, zdd; the gains in r stay as they are. */
@@ -4833,7 +4754,8 @@ ROLN_FN roln_status ROLNI_(aim)(const ROLNI_(params) *p, const roln_real q[ROLN_
                                 ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, ROLNI_ROOM(work)->aim));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_encode(&m, q, qd, qdd, r->z, r->zd, r->zdd, work->aim);
 }
 
 /* PD+: tau_z = M zdd_ref + C zd_ref + g + d - Kp (z - z_ref) - Kd (zd - zd_ref), reference and diagonal gains in r. */
@@ -4842,7 +4764,8 @@ ROLN_FN roln_status ROLNI_(control)(const ROLNI_(params) *p, const ROLNI_(latent
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
-    return ROLNI_USE(p, work, roln_control(&m, s->z, s->zd, &ref, tau_z, ROLNI_ROOM(work)->control));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_control(&m, s->z, s->zd, &ref, tau_z, work->control);
 }
 
 /* r->kp, kd from gains of the joints Kp [N] in Nm/rad, Kd [N] in Nms/rad at s: the diagonals of J^T Kp J, J^T Kd J. */
@@ -4850,7 +4773,8 @@ ROLN_FN roln_status ROLNI_(gains)(const ROLNI_(params) *p, const ROLNI_(latent) 
                                   const roln_real Kd[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(target) *r, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, ROLNI_ROOM(work)->gains));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_gains(&m, s->z, Kp, Kd, r->kp, r->kd, work->gains);
 }
 
 /* tau = D(phi(z))^T tau_z, the force on the joints that reduces to tau_z. */
@@ -4858,7 +4782,8 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLNI_(params) *p, const ROLNI_(latent) *
                                  roln_real tau[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lift(&m, s->z, tau_z, tau, ROLNI_ROOM(work)->lift));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lift(&m, s->z, tau_z, tau, work->lift);
 }
 
 /* Motors u [count], tau = B u, that come nearest to tau_z, by damped least squares; missed [1], may be NULL: the part of tau_z that
@@ -4868,7 +4793,8 @@ ROLN_FN roln_status ROLNI_(allocate)(const ROLNI_(params) *p, const ROLNI_(laten
                                      ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_allocate(&m, s->z, motors, tau_z, u, missed, ROLNI_ROOM(work)->allocate));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_allocate(&m, s->z, motors, tau_z, u, missed, work->allocate);
 }
 
 /* Last call of a control tick: g->tau becomes the torque `want` [force_size], of limits->motors [count], if all is well, clipped to
@@ -4882,8 +4808,7 @@ ROLN_FN uint32_t ROLNI_(guard_tick)(const ROLNI_(params) *p, const roln_limits *
     const roln_measured measured = {x->q, x->qd};
     const roln_held held = {&g->g, g->tau};
     if (ROLNI_(foreign)(p)) s = NULL; /* as if the encoder had failed */
-    return ROLNI_USE_TICK(work, roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held,
-                                                ROLNI_ROOM(work)->guard_tick));
+    return roln_guard_tick(&m, limits, &measured, s ? s->z : NULL, s ? s->zd : NULL, want, &held, work->guard_tick);
 }
 
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. encode,
@@ -4898,7 +4823,7 @@ ROLN_FN uint32_t ROLNI_(tick)(const ROLNI_(params) *p, const roln_limits *limits
     const roln_target ref = {r->z, r->zd, r->zdd, r->kp, r->kd, ROLNI_LOAD_OF(r)};
     const roln_held held = {&g->g, g->tau};
     if (ROLNI_(foreign)(p)) return ROLNI_(guard_tick)(p, limits, x, NULL, NULL, g, work);
-    return ROLNI_USE_TICK(work, roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, ROLNI_ROOM(work)->tick));
+    return roln_tick(&m, limits, &measured, &ref, s->z, s->zd, &held, work->tick);
 }
 
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
@@ -4914,7 +4839,8 @@ ROLN_FN roln_status ROLNI_(step)(const ROLNI_(params) *p, ROLNI_(latent) *s, con
                                  ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_step(&m, s->z, s->zd, tau, dt, ROLNI_ROOM(work)->step));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_step(&m, s->z, s->zd, tau, dt, work->step);
 }
 
 /* The same, and j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau [2n][force_size]. */
@@ -4922,7 +4848,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLNI_(params) *p, ROLNI_(latent) *s, c
                                    roln_real dt, ROLNI_(jacobian) *j, ROLNI_(linwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, ROLNI_ROOM(work)->linear));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_linear(&m, s->z, s->zd, tau, dt, j->A, j->B, work->linear);
 }
 
 /* Feedback of least cost about s, u_k = u - K (s_k - s): K [count][2n], count motors of cost, P [2n][2n] or NULL (roln_lqr). */
@@ -4930,8 +4857,8 @@ ROLN_FN roln_status ROLNI_(lqr)(const ROLNI_(params) *p, const roln_cost *cost, 
                                 roln_real *K, roln_real *P, ROLNI_(lqrwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P,
-                                       ROLNI_ROOM(work)->lqr));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lqr(&m, cost, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, K, P, work->lqr);
 }
 
 /* The same along s [count + 1] and u [count][motors]: K [count][motors][2n]; P [2n][2n] the cost at the end, or NULL
@@ -4940,20 +4867,20 @@ ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *
                                       const roln_real *u, const roln_real *P, roln_real *K, ROLNI_(lqrwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K,
-                                             ROLNI_ROOM(work)->lqr_along));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_lqr_along(&m, cost, count, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), u, P, K, work->lqr_along);
 }
 
 /* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
    tick, NULL: none, give the estimate f->s and, with ROLN_LOAD, f->load. Returns ROLN_FILTER_.. and faults (roln_filter_tick);
-   f->f.faults keeps those of all ticks. Parameters that are foreign, or scratch in use: ROLN_FAULT_STATUS, and nothing is done. */
+   f->f.faults keeps those of all ticks. Parameters that are foreign: ROLN_FAULT_STATUS, and nothing is done. */
 ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
                                      const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_estimate e = {&f->f, f->s.z, f->s.zd, f->F, ROLNI_LOAD_OF(f)};
     if (ROLNI_(foreign)(p)) return ROLN_FAULT_STATUS;
-    return ROLNI_USE_TICK(work, roln_filter_tick(&m, noise, y, tau, &e, ROLNI_ROOM(work)->filter_tick));
+    return roln_filter_tick(&m, noise, y, tau, &e, work->filter_tick);
 }
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
@@ -4966,15 +4893,15 @@ ROLN_FN roln_planned ROLNI_(planned)(ROLNI_(plan) *plan)
     return pl;
 }
 
-/* The next plan from s on, a step after the last one (roln_plan_next). Parameters that are foreign, or scratch in use: nothing is
-   done, the last plan does not become older. */
+/* The next plan from s on, a step after the last one (roln_plan_next). Parameters that are foreign: nothing is done, the last
+   plan does not become older. */
 ROLN_FN roln_status ROLNI_(plan_next)(const ROLNI_(params) *p, const roln_goal *goal, const ROLNI_(latent) *s, ROLNI_(plan) *plan,
                                       ROLNI_(planwork) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_planned pl = ROLNI_(planned)(plan);
-    return ROLNI_USE(p, work, roln_plan_next(&m, goal, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), &pl,
-                                             ROLNI_ROOM(work)->plan_next));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_plan_next(&m, goal, ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s)), &pl, work->plan_next);
 }
 
 /* The torques u t seconds after the last call of NAME_plan_next, at the state s (roln_plan_follow). */
@@ -4993,7 +4920,8 @@ ROLN_FN roln_status ROLNI_(plan_linear)(const ROLNI_(params) *p, const roln_goal
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_planned pl = ROLNI_(planned)(plan);
-    return ROLNI_USE(p, work, roln_plan_linear(&m, goal, &pl, A, B, c, ROLNI_ROOM(work)->plan_linear));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_plan_linear(&m, goal, &pl, A, B, c, work->plan_linear);
 }
 #endif
 
@@ -5003,7 +4931,8 @@ ROLN_FN roln_status ROLNI_(reduce)(const ROLNI_(params) *p, const ROLNI_(latent)
                                    roln_real tau_z[ROLN_AT_LEAST(ROLNI_(n))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_reduce(&m, s->z, tau, tau_z, ROLNI_ROOM(work)->reduce));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_reduce(&m, s->z, tau, tau_z, work->reduce);
 }
 
 /* tau_z = M zdd + C(z, zd) w + g + d; w NULL: zd. */
@@ -5012,7 +4941,8 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLNI_(params) *p, const ROLNI_(latent
                                     ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, ROLNI_ROOM(work)->inverse));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_inverse(&m, s->z, s->zd, w, zdd, tau_z, work->inverse);
 }
 
 /* M [n][n], c = C zd, g, d of M zdd + c + g + d = tau_z, kinetic and potential energy T, V. If no force did work in training, all
@@ -5021,7 +4951,8 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLNI_(params) *p, const ROLNI_(latent) 
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_terms_out out = {e->M, e->c, e->g, e->d, &e->T, &e->V};
-    return ROLNI_USE(p, work, roln_terms(&m, s->z, s->zd, &out, ROLNI_ROOM(work)->terms));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_terms(&m, s->z, s->zd, &out, work->terms);
 }
 
 #if ROLN_FRICTION > 0
@@ -5049,14 +4980,16 @@ ROLN_FN roln_status ROLNI_(inertia)(const ROLNI_(params) *p, const ROLNI_(latent
                                     roln_real y[ROLN_AT_LEAST(ROLNI_(N))], ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_inertia(&m, s->z, v, y, ROLNI_ROOM(work)->inertia));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_inertia(&m, s->z, v, y, work->inertia);
 }
 
 /* Record in p the range of z, zd over the samples q, qd [count][N]. */
 ROLN_FN roln_status ROLNI_(fit_range)(ROLNI_(params) *p, int count, const roln_real *q, const roln_real *qd, ROLNI_(work) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, ROLNI_ROOM(work)->fit_range));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_range(&m, count, q, qd, p->z_min, p->z_max, p->zd_max, work->fit_range);
 }
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
@@ -5090,7 +5023,7 @@ ROLN_FN roln_status ROLNI_(check)(const ROLNI_(params) *p, int count, roln_check
 
 /* Scratch of training, for every function what it takes, one upon the other. No function of prediction and control leaves anything
    in its scratch, so a program that trains between its ticks may put NAME_work and NAME_train into a union of its own. */
-ROLNI_SCRATCH
+typedef union {
     roln_real errors[ROLN_ERRORS_WORK(ROLNI_, ROLN_BLOCK)], fit_limits[ROLN_FIT_LIMITS_WORK(ROLNI_)];
     roln_real fit_noise[ROLN_FIT_NOISE_WORK(ROLNI_)];
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -5098,7 +5031,7 @@ ROLNI_SCRATCH
     roln_real update[ROLN_MAX(1, ROLNI_(keep_size) + ROLNI_VERB_WORK(ROLNI_))], variance[ROLN_VARIANCE_WORK(ROLNI_)];
     roln_real fit_inertia[ROLN_FIT_INERTIA_WORK(ROLNI_)];
 #endif
-ROLNI_SCRATCH_END(ROLNI_(train))
+} ROLNI_(train);
 
 /* Roll-out errors over windows of any length at steps 0, every, 2 every .. (roln_errors): e [b->steps / every + 1], and joints
    [b->steps / every + 1][N], NULL: not wanted. */
@@ -5108,7 +5041,8 @@ ROLN_FN roln_status ROLNI_(errors)(const ROLNI_(params) *p, const roln_batch *b,
 {
     const roln_trained m = ROLNI_(trained)(p);
     const roln_errors_to to = {e, joints};
-    return ROLNI_USE(p, work, roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, ROLNI_ROOM(work)->errors));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_errors(&m, b, dt, ROLN_BLOCK, every, qbar, &to, work->errors);
 }
 
 /* Limits from the recordings of good motion in b (roln_fit_limits): slack times what they need. l->dt, hold, window, strict and
@@ -5118,7 +5052,8 @@ ROLN_FN roln_status ROLNI_(fit_limits)(const ROLNI_(params) *p, const roln_batch
                                        roln_real rate_each[ROLN_AT_LEAST(ROLNI_(force_size))], ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_limits(&m, b, slack, l, tau_each, rate_each, ROLNI_ROOM(work)->fit_limits));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_limits(&m, b, slack, l, tau_each, rate_each, work->fit_limits);
 }
 
 /* Noise of a filter from the recordings in b, positions as they were measured, and torques (roln_fit_noise). noise->dt, gate, lost
@@ -5127,7 +5062,8 @@ ROLN_FN roln_status ROLNI_(fit_noise)(const ROLNI_(params) *p, const roln_batch 
                                       roln_real q_each[ROLNI_(N)], ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_noise(&m, b, noise, q_each, ROLNI_ROOM(work)->fit_noise));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_noise(&m, b, noise, q_each, work->fit_noise);
 }
 
 #if ROLNI_BITS(ROLN_STORE) == 0
@@ -5174,9 +5110,10 @@ typedef union {
 static const roln_block ROLNI_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, ROLNI_COMMA),
                                            {ROLN_EUCLIDEAN, ROLNI_(curves), ROLNI_(bent), 2},
                                            {ROLN_EUCLIDEAN, 1, ROLNI_(net_size), 1},
-                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(W0) : 0,
-                                            ROLN_BASE ? ROLNI_(W0) : 0, 1},
-                                           ROLNI_EACH_SPD(ROLNI_SPD_BLOCKS, ROLNI_COMMA),
+                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLNI_(n) : 0,
+                                            ROLN_BASE ? ROLNI_(n) : 0, 1},
+                                           ROLNI_SPD_BLOCKS(ROLNI_(L0), ROLNI_(n)), ROLNI_SPD_BLOCKS(ROLNI_(L1), ROLNI_(n)),
+                                           ROLNI_SPD_BLOCKS(ROLNI_(L2), ROLNI_(n)), ROLNI_SPD_BLOCKS(ROLNI_(L3), ROLNI_(n)),
                                            {ROLN_EUCLIDEAN, ROLNI_(N), ROLN_INPUTS, 1}};
 ROLNI_INTS ROLNI_(blocks) = sizeof ROLNI_(table) / sizeof *ROLNI_(table) ROLNI_INTS_END;
 
@@ -5301,7 +5238,8 @@ ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLNI_(degr
 ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *b, roln_loss *var, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_variance(&m, b, var, ROLNI_ROOM(work)->variance));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_variance(&m, b, var, work->variance);
 }
 
 /* scale.m of a machine whose forces are known, from samples with tau and qdd (roln_fit_inertia); before training, for it changes
@@ -5309,7 +5247,8 @@ ROLN_FN roln_status ROLNI_(variance)(const ROLNI_(params) *p, const roln_batch *
 ROLN_FN roln_status ROLNI_(fit_inertia)(ROLNI_(params) *p, const roln_batch *b, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    return ROLNI_USE(p, work, roln_fit_inertia(&m, b, &p->scale.m, ROLNI_ROOM(work)->fit_inertia));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_fit_inertia(&m, b, &p->scale.m, work->fit_inertia);
 }
 
 /* Add the gradient of the acceleration loss over single samples (b->steps = 0, b->qdd given). */
@@ -5320,7 +5259,8 @@ ROLN_FN roln_status ROLNI_(grad_acc)(const ROLNI_(params) *p, const roln_loss *w
     const roln_gradient rest = roln_gradient_of(&ROLNI_(model), g->rest.theta, &g->rest.loss, &g->rest.windows);
     roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     to.rest = &rest;
-    return ROLNI_USE(p, work, roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad_acc));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_grad_acc(&m, weights, b, ROLN_BLOCK, &to, work->grad_acc);
 }
 
 /* Add the gradient of the ODE loss over windows of b->steps <= ROLN_HORIZON steps of dt seconds (roln_grad). With
@@ -5334,7 +5274,8 @@ ROLN_FN roln_status ROLNI_(grad)(const ROLNI_(params) *p, const roln_loss *weigh
     roln_gradient to = roln_gradient_of(&ROLNI_(model), g->theta, &g->loss, &g->windows);
     to.rest = &rest;
     if (b->steps > ROLN_HORIZON) return ROLN_E_LENGTH;
-    return ROLNI_USE(p, work, roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, ROLNI_ROOM(work)->grad));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_grad(&m, weights, b, dt, ROLN_BLOCK, &to, work->grad);
 }
 
 /* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the
@@ -5343,8 +5284,9 @@ ROLN_FN roln_status ROLNI_(update)(ROLNI_(params) *p, const roln_opt *opt, ROLNI
                                    ROLNI_(train) *work)
 {
     const roln_moments moments = {o->m, o->v, o->v_max};
-    return ROLNI_USE(p, work, roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam,
-                                               &moments, ROLNI_ROOM(work)->update));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_adam_update(ROLNI_(blocks), ROLNI_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments,
+                            work->update);
 }
 
 #if ROLN_ROWS > 0
@@ -5368,10 +5310,10 @@ typedef struct {
     } work;
 } ROLNI_(newton);
 
-/* The blocks that it moves: those behind the autoencoder are the last 15. */
+/* The blocks that it moves: those behind the autoencoder are the last 11. */
 ROLNI_INTS
     ROLNI_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(ae_size) : 0,
-    ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 15 : 0,
+    ROLNI_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLNI_(blocks) - 11 : 0,
     ROLNI_(newton_blocks) = ROLNI_(blocks) - ROLNI_(newton_first)
 ROLNI_INTS_END;
 
@@ -5382,13 +5324,14 @@ ROLN_FN roln_status ROLNI_(rows)(const ROLNI_(params) *p, const roln_loss *weigh
                                  int again, ROLNI_(residuals) *g, ROLNI_(train) *work)
 {
     const roln_trained m = ROLNI_(trained)(p);
-    roln_real *scratch = b->qdd && b->steps == 0 ? ROLNI_ROOM(work)->grad_acc : ROLNI_ROOM(work)->grad;
+    roln_real *scratch = b->qdd && b->steps == 0 ? work->grad_acc : work->grad;
     roln_rows_to to;
     if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_ROWS - b->count) return ROLN_E_LENGTH;
     to.J = again ? NULL : g->J + ROLNI_AS(size_t, at) * ROLNI_(newton_size);
     to.r = (again ? g->next : g->r) + at;
     to.behind = ROLNI_LEARN(ROLN_LEARN), to.seed = g->seed + ROLNI_AS(uint64_t, at);
-    return ROLNI_USE(p, work, roln_rows(&m, weights, b, dt, &to, scratch));
+    if (ROLNI_(foreign)(p)) return ROLN_E_SHAPE;
+    return roln_rows(&m, weights, b, dt, &to, scratch);
 }
 
 /* count rows are complete: they and what is carried from earlier ones become tangents at p (roln_newton_rows). ROLN_E_LENGTH:
@@ -5492,7 +5435,6 @@ ROLN_FN roln_status ROLNI_(store)(int count, const unsigned char *bytes, ROLNI_(
 #undef ROLN_CHART
 #undef ROLN_BASE
 #undef ROLN_MASS
-#undef ROLN_WIDTH
 #undef ROLN_LAYERS
 #undef ROLN_LEAST
 #undef ROLN_DAMPING

@@ -259,25 +259,23 @@ ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, u
 
 #define ROLN_LAYERS_MAX 4 /* SPD layers at most */
 
-enum { ROLN_EXPONENTIAL = 0, ROLN_CHOLESKY = 1 };       /* how u becomes a mass matrix */
-enum { ROLN_GYRO = 1, ROLN_REEIG = 2, ROLN_BIMAP = 3 }; /* SPD layers, see section 3 */
+enum { ROLN_EXPONENTIAL = 0, ROLN_CHOLESKY = 1 }; /* how u becomes a mass matrix */
+enum { ROLN_GYRO = 1 };                           /* the kind of an SPD layer, see section 3 */
 
 /* Shape of a Lagrangian network; all its perceptrons have the same hidden sizes. */
 typedef struct {
-    int n;                          /* degrees of freedom */
-    int mass;                       /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + least I */
-    int base;                       /* exponential: 0: base point I, 1: learned P */
-    int layers;                     /* SPD layers behind the exponential: X_i+1 = layer_i(X_i), the last is M */
-    int layer[ROLN_LAYERS_MAX];     /* ROLN_GYRO, ROLN_REEIG keep the width; ROLN_BIMAP: width[i+1] <= width[i] */
-    int width[ROLN_LAYERS_MAX + 1]; /* of X_0 (and U, P), .. X_layers; the last is n. Cholesky: width[0] = n, no layers */
-    int damping;                    /* 1: learned dissipation R(z) = L L^T */
-    roln_real least;                /* smallest eigenvalue that ROLN_CHOLESKY adds and ROLN_REEIG lets through */
-    roln_mlp mass_net;              /* z -> u, ROLN_TRI(width[0]) outputs */
-    roln_mlp potential_net;         /* z -> V, one output */
-    roln_mlp damper_net;            /* z -> L, ROLN_TRI(n) outputs */
-    uint32_t angles;                /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
-                                       have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
-    int friction;                   /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0 */
+    int n;                  /* degrees of freedom */
+    int mass;               /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + least I */
+    int base;               /* exponential: 0: base point I, 1: learned P */
+    int layers;             /* gyro layers behind the exponential: X_i+1 = layer_i(X_i), the last is M; Cholesky: 0 */
+    int damping;            /* 1: learned dissipation R(z) = L L^T */
+    roln_real least;        /* smallest eigenvalue of ROLN_CHOLESKY */
+    roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs */
+    roln_mlp potential_net; /* z -> V, one output */
+    roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs */
+    uint32_t angles;        /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
+                               have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
+    int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0 */
 } roln_lnn;
 
 #define ROLN_ANGLES_MAX 31
@@ -295,8 +293,8 @@ ROLNI_INLINE roln_real roln_lnn_near(const roln_lnn *f, int i, roln_real a, roln
     return !roln_lnn_angle(f, i) || (d > -ROLNI_PI && d <= ROLNI_PI) ? b : a - roln_wrap(d);
 }
 
-/* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and the SPD
-   layers: ROLN_GYRO the triangle of W, then B [w][w]; ROLN_BIMAP W^T [width[i+1]][width[i]]. Where they begin: */
+/* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and of each
+   SPD layer the triangle of W, then B [n][n]. Where they begin: */
 ROLN_FN int rolni_potential_at(const roln_lnn *f)
 {
     return roln_mlp_params(&f->mass_net);
@@ -319,13 +317,8 @@ ROLN_FN int rolni_base_at(const roln_lnn *f)
 
 ROLN_FN int rolni_layer_at(const roln_lnn *f, int layer)
 {
-    int at = rolni_base_at(f) + (f->base ? f->width[0] * f->width[0] : 0), i;
-    for (i = 0; i < layer; i++) {
-        const int w = f->width[i];
-        if (f->layer[i] == ROLN_GYRO) at += ROLN_TRI(w) + w * w;
-        if (f->layer[i] == ROLN_BIMAP) at += f->width[i + 1] * w;
-    }
-    return at;
+    const int nn = f->n * f->n;
+    return rolni_base_at(f) + (f->base ? nn : 0) + layer * (ROLN_TRI(f->n) + nn);
 }
 
 ROLN_FN int roln_lnn_params(const roln_lnn *f)
@@ -333,30 +326,28 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return rolni_layer_at(f, f->layers);
 }
 
-/* Random networks with small outputs, so that M is near I (and P = I), R near 0; c = v = e^-2. Gyro layers start as the identity
-   (W = 1, B = I), BiMap as the leading block (W = [I; 0]). */
+/* Random networks with small outputs, so that M is near I (and P = I), R near 0; c = v = e^-2. SPD layers start as the identity:
+   W = 1, B = I. */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
     roln_real *th = theta + rolni_base_at(f);
-    int i, j, w = f->width[0];
+    const int n = f->n;
+    int i, j;
     roln_mlp_init(&f->mass_net, ROLN_C(0.1), theta, seed);
     if (f->mass == ROLN_CHOLESKY)
-        for (i = 0; i < f->n; i++) /* L = I */
-            theta[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = 1;
+        for (i = 0; i < n; i++) /* L = I */
+            theta[rolni_potential_at(f) - ROLN_TRI(n) + i] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
-    for (j = 0; f->friction && j < 2 * f->n; j++)
+    for (j = 0; f->friction && j < 2 * n; j++)
         theta[rolni_friction_at(f) + j] = -2;
-    for (j = 0; f->base && j < w * w; j++)
-        *th++ = j % (w + 1) == 0;
+    for (j = 0; f->base && j < n * n; j++)
+        *th++ = j % (n + 1) == 0;
     for (i = 0; i < f->layers; i++) {
-        w = f->width[i];
-        for (j = 0; f->layer[i] == ROLN_GYRO && j < ROLN_TRI(w); j++)
+        for (j = 0; j < ROLN_TRI(n); j++)
             *th++ = 1;
-        for (j = 0; f->layer[i] == ROLN_GYRO && j < w * w; j++)
-            *th++ = j % (w + 1) == 0;
-        for (j = 0; f->layer[i] == ROLN_BIMAP && j < f->width[i + 1] * w; j++)
-            *th++ = j % (w + 1) == 0;
+        for (j = 0; j < n * n; j++)
+            *th++ = j % (n + 1) == 0;
     }
 }
 
@@ -378,18 +369,14 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
     return f->layers > 0 || f->mass == ROLN_CHOLESKY;
 }
 
-/* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(width) ..; at run time they are local ints:
+/* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(base) ..; at run time they are local ints:
        n           degrees of freedom
-       width       of U, P and X_0: width[0]
        base        1: learned base point P             damping    1: learned dissipation
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
        cossin    inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
-       chain       sum of ROLN_LAYER_KEEP over the SPD layers, 0 without
-       chain_dir   sum of ROLN_LAYER_KEEP_DIR
-       gyro, reeig width of the first layer of that kind, which is the widest; 0 without
-       bimap, bimap_to   width before and behind the first BiMap layer; 0 without
+       layers      SPD layers
        row_mass ..       ROLN_LNN_ROWS: what one row of a block takes, named so that the macros stay short when they are expanded
    and no more of them than a macro needs. */
 #define ROLN_LNN_ROWS(X, S) \
@@ -398,17 +385,9 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
     X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1)) \
     X(row_jac_1, ROLNI_MOTION_JAC_WORK(S, 1)) X(row_jac_2, ROLNI_MOTION_JAC_WORK(S, 2))
 
-/* Kept of an SPD layer from width w to wo, its output included: at the matrix, and for each direction. kind 0: no layer. */
-#define ROLN_LAYER_KEEP(kind, w, wo) \
-    ((kind) == ROLN_GYRO    ? 4 * (w) + 6 * (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_REEIG ? 2 * (w) + 2 * (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_BIMAP ? (wo) * (wo) /* unreached: no layer, which is for the shell */ \
-                            : 0)
-#define ROLN_LAYER_KEEP_DIR(kind, w, wo) \
-    ((kind) == ROLN_GYRO    ? 4 * (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_REEIG ? (w) * (w) + (wo) * (wo) \
-     : (kind) == ROLN_BIMAP ? (wo) * (wo) /* unreached: no layer, which is for the shell */ \
-                            : 0)
+/* Kept of an SPD layer, its output included: at the matrix, and for each direction. */
+#define ROLN_LAYER_KEEP(n) (4 * (n) + 7 * (n) * (n))
+#define ROLN_LAYER_KEEP_DIR(n) (5 * (n) * (n))
 
 /* The size `cossin` at run time. */
 ROLN_FN int rolni_cossin(const roln_lnn *f)
@@ -420,7 +399,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
    keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
 #define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
     X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
-    X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(width)))                 /* [1+dirs][nb][tri] mass network, and along directions */ \
+    X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(n)))                     /* [1+dirs][nb][tri] mass network, and along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
     X(L, S(damping) * (nb) * ROLN_TRI(S(n)))                       /* [nb][tri(n)]      damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
@@ -428,11 +407,11 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
     X(d, (nb) * S(n))                                              /* [nb][n]           R zd and friction, 0 without */ \
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
-    X(l, (keep) * (1 - S(cholesky)) * (nb) * S(width))             /* [nb][width]       eigenvalues of A^-1 U A^-T, A A^T = P */ \
-    X(el, (1 - S(formed)) * (nb) * S(width))                       /* [nb][width]       e^-l */ \
-    X(Q, (nb) * S(width) * S(width))                               /* [nb][width][width] X_0 = Q^T e^l Q; Cholesky: L */ \
-    X(K, (1 - S(cholesky)) * (nb) * S(width) * S(width))           /* [nb][width][width] exp[l_i, l_j] */ \
-    X(R, S(base) * (nb) * S(width) * S(width))                     /* [nb][width][width] X_0^-1 = R^T e^-l R; Q where P = I */ \
+    X(l, (keep) * (1 - S(cholesky)) * (nb) * S(n))                 /* [nb][n]           eigenvalues of A^-1 U A^-T, A A^T = P */ \
+    X(el, (1 - S(formed)) * (nb) * S(n))                           /* [nb][n]           e^-l */ \
+    X(Q, (nb) * S(n) * S(n))                                       /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(K, (1 - S(cholesky)) * (nb) * S(n) * S(n))                   /* [nb][n][n]        exp[l_i, l_j] */ \
+    X(R, S(base) * (nb) * S(n) * S(n))                             /* [nb][n][n]        X_0^-1 = R^T e^-l R; Q where P = I */ \
     X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
     X(C, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        its Cholesky factor */ \
     X(mass_slope, (keep) * (nb) * S(hidden))                       /* traces of the networks: see roln_mlp_forward */ \
@@ -452,7 +431,7 @@ typedef struct {
 } rolni_tape;
 
 #define ROLNI_TAPE_SIZES(f) \
-    const int n = (f)->n, width = (f)->width[0], base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
+    const int n = (f)->n, base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
     const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
@@ -550,24 +529,16 @@ ROLN_FN void rolni_apply(int n, const roln_real *Q, const roln_real *K, const ro
 }
 
 /* Spectral functions Y = f(X) = Q^T f(l) Q with k directions X_t, planes [1+k][n][n]:
-       F_t = Q X_t Q^T,   Y_t = Q^T (K o F_t) Q,   K_ij = f[l_i, l_j],   D_ijk = f[l_i, l_j, l_k] */
-enum { ROLNI_CUT = -1 }; /* f = max(least, .), beside ROLN_EXP and ROLN_LOG */
-
+       F_t = Q X_t Q^T,   Y_t = Q^T (K o F_t) Q,   K_ij = f[l_i, l_j],   D_ijk = f[l_i, l_j, l_k]
+   kind: f is ROLN_EXP or ROLN_LOG. */
 typedef struct {
     roln_real *l, *f, *Q, *K, *F;
 } rolni_spectrum;
 
 /* f and K of the ascending l. log: within what exp can hold, for D is made of the differences of exp. */
-ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real *l, roln_real *f, roln_real *K)
+ROLN_FN roln_status rolni_dd1(int kind, int n, const roln_real *l, roln_real *f, roln_real *K)
 {
     roln_status st;
-    int i, j;
-    if (kind == ROLNI_CUT) {
-        for (i = 0; i < n; i++)
-            for (f[i] = l[i] > least ? l[i] : least, j = 0; j <= i; j++)
-                K[i * n + j] = K[j * n + i] = !(l[i] > least) ? 0 : l[j] >= least ? 1 : (l[i] - least) / (l[i] - l[j]);
-        return ROLN_OK;
-    }
     if ((st = roln_map_values(n, kind, 0, l, f)) != ROLN_OK) return st;
     if (kind == ROLN_LOG && (st = roln_exp_range(n, f)) != ROLN_OK) return st;
     roln_map_dd1(n, kind, 0, l, f, K);
@@ -575,32 +546,19 @@ ROLN_FN roln_status rolni_dd1(int kind, int n, roln_real least, const roln_real 
 }
 
 /* D. log: differentiating exp(log X) = X twice, D_ijk = - exp[f_i, f_j, f_k] K_ij K_jk K_ik. work [n][n]. */
-ROLN_FN void rolni_dd2(int kind, int n, roln_real least, const roln_real *l, const roln_real *f, const roln_real *K, roln_real *D,
-                       roln_real *work)
+ROLN_FN void rolni_dd2(int kind, int n, const roln_real *l, const roln_real *f, const roln_real *K, roln_real *D, roln_real *work)
 {
     int i, j, k;
     if (kind == ROLN_EXP) {
         roln_exp_dd2(n, l, K, D);
         return;
     }
-    if (kind == ROLN_LOG) {
-        roln_exp_dd1(n, f, work);
-        roln_exp_dd2(n, f, work, D);
-    }
+    roln_exp_dd1(n, f, work);
+    roln_exp_dd2(n, f, work, D);
     for (i = 0; i < n; i++)
         for (j = 0; j < n; j++)
-            for (k = 0; k < n; k++) {
-                roln_real *x = D + (i * n + j) * n + k;
-                if (kind == ROLN_LOG) {
-                    *x *= -(K[i * n + j] * K[j * n + k] * K[i * n + k]);
-                } else { /* one of the three on the other side of `least` than the two: its distance / (gap gap) */
-                    const roln_real a = l[i], b = l[j], c = l[k];
-                    const int up = (a > least) + (b > least) + (c > least);
-                    const roln_real o = (a > least) == (up == 1) ? a : (b > least) == (up == 1) ? b : c;
-                    const roln_real p = o == a ? b : a, q = o == c ? b : c;
-                    *x = up % 3 == 0 ? 0 : ROLN_ABS(o - least) / (ROLN_ABS(o - p) * ROLN_ABS(o - q));
-                }
-            }
+            for (k = 0; k < n; k++)
+                D[(i * n + j) * n + k] *= -(K[i * n + j] * K[j * n + k] * K[i * n + k]);
 }
 
 /* In the eigenbasis, in place: the cotangents Z_t of the planes of Y become those of X,
@@ -619,14 +577,14 @@ ROLN_FN void rolni_spectral_eig_bwd(int n, int k, const roln_real *K, const roln
 }
 
 /* Forward; s keeps what the backward needs. work [2 n n]. */
-ROLN_FN roln_status rolni_spectral(int kind, int n, int k, roln_real least, const roln_real *X, const rolni_spectrum *s,
-                                   roln_real *Y, roln_real *work)
+ROLN_FN roln_status rolni_spectral(int kind, int n, int k, const roln_real *X, const rolni_spectrum *s, roln_real *Y,
+                                   roln_real *work)
 {
     const int nn = n * n;
     roln_status st;
     int t, i;
     if ((st = roln_eig(n, X, s->l, s->Q, work)) != ROLN_OK) return st;
-    if ((st = rolni_dd1(kind, n, least, s->l, s->f, s->K)) != ROLN_OK) return st;
+    if ((st = rolni_dd1(kind, n, s->l, s->f, s->K)) != ROLN_OK) return st;
     roln_spd_form(n, s->f, s->Q, Y, work);
     for (t = 1; t <= k; t++) {
         roln_real *F = s->F + (t - 1) * nn;
@@ -640,14 +598,14 @@ ROLN_FN roln_status rolni_spectral(int kind, int n, int k, roln_real least, cons
 
 /* Backward: the cotangents G [1+k][n][n] of Y become those of X. D, and then a copy of G, lie behind the product. */
 #define ROLNI_SPECTRAL_BWD_WORK(n, k) ((n) * (n) + ROLN_MAX(((k) > 0) * (n) * (n) * (n), (n) * (n)))
-ROLN_FN void rolni_spectral_bwd(int kind, int n, int k, roln_real least, const rolni_spectrum *s, roln_real *G, roln_real *work)
+ROLN_FN void rolni_spectral_bwd(int kind, int n, int k, const rolni_spectrum *s, roln_real *G, roln_real *work)
 {
     const int nn = n * n;
     roln_real *product = work, *D = product + nn;
     int t;
     for (t = 0; t <= k; t++)
         roln_congr(n, s->Q, G + t * nn, G + t * nn, product);
-    if (k > 0) rolni_dd2(kind, n, least, s->l, s->f, s->K, D, product);
+    if (k > 0) rolni_dd2(kind, n, s->l, s->f, s->K, D, product);
     rolni_spectral_eig_bwd(n, k, s->K, D, s->F, G);
     for (t = 0; t <= k; t++) {
         rolni_copy(nn, G + t * nn, D);
@@ -655,142 +613,94 @@ ROLN_FN void rolni_spectral_bwd(int kind, int n, int k, roln_real least, const r
     }
 }
 
-/* SPD layers (paper, section 3.1), on planes X [1+k][w][w] -> Y [1+k][wo][wo]:
+/* The SPD layer (paper, section 3.1), on planes X [1+k][n][n] -> Y [1+k][n][n]:
        gyro     Y = E B E, E = exp(1/2 W o log X): gyro-translation by the SPD bias B of the matrix scaling of X by W
-       ReEig    Y = max(least, X), on the eigenvalues
-       BiMap    Y = W^T X W, W^T W = I
-   Eigenvalues of X of the gyro layer within what exp can hold, else ROLN_E_RANGE or ROLN_E_NOT_SPD.
-   mem [ROLN_LAYER_KEEP + k ROLN_LAYER_KEEP_DIR] gets Y and what the backward needs; work [2 w w]. */
+   Eigenvalues of X within what exp can hold, else ROLN_E_RANGE or ROLN_E_NOT_SPD.
+   mem [ROLN_LAYER_KEEP + k ROLN_LAYER_KEEP_DIR] gets Y and what the backward needs; work [2 n n]. */
 typedef struct {
-    rolni_spectrum a, b;    /* of log and exp; ReEig: a */
-    roln_real *log_X, *E;   /* log X, exp(1/2 W o log X) [1+k][w][w] */
+    rolni_spectrum a, b;  /* of log and exp */
+    roln_real *log_X, *E; /* log X, exp(1/2 W o log X) [1+k][n][n] */
     roln_real *Y;
 } rolni_layer_mem;
 
-ROLN_FN rolni_spectrum rolni_spectrum_of(int w, int k, roln_real **mem)
+ROLN_FN rolni_spectrum rolni_spectrum_of(int n, int k, roln_real **mem)
 {
     rolni_spectrum s;
-    s.l = *mem, s.f = s.l + w, s.Q = s.f + w, s.K = s.Q + w * w, s.F = s.K + w * w, *mem = s.F + k * w * w;
+    s.l = *mem, s.f = s.l + n, s.Q = s.f + n, s.K = s.Q + n * n, s.F = s.K + n * n, *mem = s.F + k * n * n;
     return s;
 }
 
-ROLN_FN rolni_layer_mem rolni_layer_mem_of(int kind, int w, int k, roln_real *mem)
+ROLN_FN rolni_layer_mem rolni_layer_mem_of(int n, int k, roln_real *mem)
 {
     rolni_layer_mem m;
-    memset(&m, 0, sizeof m);
-    if (kind != ROLN_BIMAP) m.a = rolni_spectrum_of(w, k, &mem);
-    if (kind == ROLN_GYRO) {
-        m.b = rolni_spectrum_of(w, k, &mem);
-        m.log_X = mem, m.E = m.log_X + (1 + k) * w * w, mem = m.E + (1 + k) * w * w;
-    }
-    m.Y = mem;
+    m.a = rolni_spectrum_of(n, k, &mem);
+    m.b = rolni_spectrum_of(n, k, &mem);
+    m.log_X = mem, m.E = m.log_X + (1 + k) * n * n, m.Y = m.E + (1 + k) * n * n;
     return m;
 }
 
-ROLN_FN roln_status rolni_layer(const roln_lnn *f, int i, int k, const roln_real *theta, const roln_real *X,
-                                const rolni_layer_mem *m, roln_real *work)
+ROLN_FN roln_status rolni_layer(int n, int k, const roln_real *theta, const roln_real *X, const rolni_layer_mem *m, roln_real *work)
 {
-    const int w = f->width[i], wo = f->width[i + 1], ww = w * w;
-    const roln_real *B = theta + ROLN_TRI(w);
+    const int nn = n * n;
+    const roln_real *B = theta + ROLN_TRI(n);
     roln_real *Y = m->Y;
     roln_status st;
     int t, j;
-    if (f->layer[i] == ROLN_REEIG) return rolni_spectral(ROLNI_CUT, w, k, f->least, X, &m->a, Y, work);
-    if (f->layer[i] == ROLN_BIMAP) {
-        for (t = 0; t <= k; t++) {
-            roln_mm(wo, w, w, theta, X + t * ww, work);
-            roln_mm_bt(wo, w, wo, work, theta, Y + t * wo * wo);
-        }
-        return ROLN_OK;
-    }
-    if ((st = rolni_spectral(ROLN_LOG, w, k, 0, X, &m->a, m->log_X, work)) != ROLN_OK) return st;
-    rolni_sym(w, theta, work);
+    if ((st = rolni_spectral(ROLN_LOG, n, k, X, &m->a, m->log_X, work)) != ROLN_OK) return st;
+    rolni_sym(n, theta, work);
     for (t = 0; t <= k; t++)
-        for (j = 0; j < ww; j++)
-            Y[t * ww + j] = work[j] * m->log_X[t * ww + j] / 2;
-    if ((st = rolni_spectral(ROLN_EXP, w, k, 0, Y, &m->b, m->E, work)) != ROLN_OK) return st;
-    roln_congr(w, m->E, B, Y, work);
+        for (j = 0; j < nn; j++)
+            Y[t * nn + j] = work[j] * m->log_X[t * nn + j] / 2;
+    if ((st = rolni_spectral(ROLN_EXP, n, k, Y, &m->b, m->E, work)) != ROLN_OK) return st;
+    roln_congr(n, m->E, B, Y, work);
     for (t = 1; t <= k; t++) { /* E_t B E and its transpose */
-        roln_mm(w, w, w, m->E + t * ww, B, work);
-        roln_mm(w, w, w, work, m->E, work + ww);
-        rolni_twice_sym(w, work + ww, Y + t * ww);
+        roln_mm(n, n, n, m->E + t * nn, B, work);
+        roln_mm(n, n, n, work, m->E, work + nn);
+        rolni_twice_sym(n, work + nn, Y + t * nn);
     }
     return ROLN_OK;
 }
 
-/* Backward of the BiMap layer: G <- W G W^T, g_W^T += 2 G W^T X. */
-ROLN_FN void rolni_bimap_bwd(int w, int wo, int k, const roln_real *theta, const roln_real *X, roln_real *G, roln_real *gtheta,
+/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL). The first two lines of the loops
+   by the product rule of Y_t = E_t B E + E B E_t. */
+#define ROLNI_LAYER_BWD_WORK(S, k) ((S(layers) > 0) * ((1 + (k)) * S(n) * S(n) + ROLNI_SPECTRAL_BWD_WORK(S(n), k)))
+ROLN_FN void rolni_layer_bwd(int n, int k, const roln_real *theta, roln_real *G, roln_real *gtheta, const rolni_layer_mem *m,
                              roln_real *work)
 {
-    const int ww = w * w;
-    roln_real *gW = work, *product = gW + wo * w, *gX = product + wo * w;
-    int t, j;
-    for (t = 0; t <= k; t++) {
-        roln_mm(wo, wo, w, G + t * wo * wo, theta, gW);
-        if (gtheta) {
-            roln_mm(wo, w, w, gW, X + t * ww, product);
-            for (j = 0; j < wo * w; j++)
-                gtheta[j] += 2 * product[j];
-        }
-        rolni_zero(ww, gX + t * ww);
-        roln_mm_at(w, wo, w, theta, gW, gX + t * ww);
-    }
-    rolni_copy((1 + k) * ww, gX, G);
-}
-
-/* Backward of the gyro layer; the first two lines of the loops by the product rule of Y_t = E_t B E + E B E_t. */
-ROLN_FN void rolni_gyro_bwd(int w, int k, const roln_real *theta, const rolni_layer_mem *m, roln_real *G, roln_real *gtheta,
-                            roln_real *work)
-{
-    const int ww = w * w;
-    const roln_real *B = theta + ROLN_TRI(w);
-    roln_real *gE = work, *rest = gE + (1 + k) * ww, *S = rest, *product = S + ww;
+    const int nn = n * n;
+    const roln_real *B = theta + ROLN_TRI(n);
+    roln_real *gE = work, *rest = gE + (1 + k) * nn, *S = rest, *product = S + nn;
     int t, j;
     for (t = 0; t <= k; t++) { /* cotangents of E_t, and of E */
-        roln_mm(w, w, w, m->E, B, product);
-        roln_mm(w, w, w, G + t * ww, product, S);
-        rolni_twice_sym(w, S, gE + t * ww);
+        roln_mm(n, n, n, m->E, B, product);
+        roln_mm(n, n, n, G + t * nn, product, S);
+        rolni_twice_sym(n, S, gE + t * nn);
         if (t == 0) continue;
-        roln_mm(w, w, w, m->E + t * ww, B, product);
-        roln_mm(w, w, w, G + t * ww, product, S);
-        rolni_twice_sym(w, S, product);
-        for (j = 0; j < ww; j++)
+        roln_mm(n, n, n, m->E + t * nn, B, product);
+        roln_mm(n, n, n, G + t * nn, product, S);
+        rolni_twice_sym(n, S, product);
+        for (j = 0; j < nn; j++)
             gE[j] += product[j];
     }
     for (t = 0; gtheta && t <= k; t++) { /* g_B = E G_0 E + sum_t E_t G_t E + its transpose */
-        roln_mm(w, w, w, m->E + t * ww, G + t * ww, product);
-        roln_mm(w, w, w, product, m->E, S);
-        rolni_twice_sym(w, S, product);
-        for (j = 0; j < ww; j++)
-            gtheta[ROLN_TRI(w) + j] += t == 0 ? product[j] / 2 : product[j];
+        roln_mm(n, n, n, m->E + t * nn, G + t * nn, product);
+        roln_mm(n, n, n, product, m->E, S);
+        rolni_twice_sym(n, S, product);
+        for (j = 0; j < nn; j++)
+            gtheta[ROLN_TRI(n) + j] += t == 0 ? product[j] / 2 : product[j];
     }
-    rolni_spectral_bwd(ROLN_EXP, w, k, 0, &m->b, gE, rest);
-    rolni_zero(ww, S); /* gE is now the cotangent of 1/2 W o log X */
-    rolni_sym(w, theta, product);
+    rolni_spectral_bwd(ROLN_EXP, n, k, &m->b, gE, rest);
+    rolni_zero(nn, S); /* gE is now the cotangent of 1/2 W o log X */
+    rolni_sym(n, theta, product);
     for (t = 0; t <= k; t++)
-        for (j = 0; j < ww; j++) {
-            S[j] += gE[t * ww + j] * m->log_X[t * ww + j] / 2;
-            G[t * ww + j] = gE[t * ww + j] * product[j] / 2;
+        for (j = 0; j < nn; j++) {
+            S[j] += gE[t * nn + j] * m->log_X[t * nn + j] / 2;
+            G[t * nn + j] = gE[t * nn + j] * product[j] / 2;
         }
-    rolni_tri_bwd(w, 1, 2, S, product);
-    for (j = 0; gtheta && j < ROLN_TRI(w); j++)
+    rolni_tri_bwd(n, 1, 2, S, product);
+    for (j = 0; gtheta && j < ROLN_TRI(n); j++)
         gtheta[j] += product[j];
-    rolni_spectral_bwd(ROLN_LOG, w, k, 0, &m->a, G, rest);
-}
-
-/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL). The largest work of all
-   layers of a network: */
-#define ROLNI_LAYER_BWD_WORK(S, k) \
-    ROLN_MAX(ROLN_MAX((S(gyro) > 0) * ((1 + (k)) * S(gyro) * S(gyro) + ROLNI_SPECTRAL_BWD_WORK(S(gyro), k)), \
-                      (S(reeig) > 0) * ROLNI_SPECTRAL_BWD_WORK(S(reeig), k)), \
-             2 * S(bimap) * S(bimap_to) + (1 + (k)) * S(bimap) * S(bimap))
-ROLN_FN void rolni_layer_bwd(const roln_lnn *f, int i, int k, const roln_real *theta, const roln_real *X, roln_real *G,
-                             roln_real *gtheta, const rolni_layer_mem *m, roln_real *work)
-{
-    const int w = f->width[i];
-    if (f->layer[i] == ROLN_REEIG) rolni_spectral_bwd(ROLNI_CUT, w, k, f->least, &m->a, G, work);
-    else if (f->layer[i] == ROLN_BIMAP) rolni_bimap_bwd(w, f->width[i + 1], k, theta, X, G, gtheta, work);
-    else rolni_gyro_bwd(w, k, theta, m, G, gtheta, work);
+    rolni_spectral_bwd(ROLN_LOG, n, k, &m->a, G, rest);
 }
 
 /* Row r of a tape, and up to two directions in u of that row. The functions of a row take the number k of its directions as an
@@ -802,71 +712,68 @@ typedef struct {
     const roln_real *u[2]; /* [tri] each */
 } rolni_row;
 
-/* F_t = R U_t R^T of the k directions U_t of U; Cholesky: F_t = L_t. F [k][width][width] out. */
-#define ROLNI_DIRECTIONS_WORK(S, k) (((k) > 0) * (1 - S(cholesky)) * 2 * S(width) * S(width))
+/* F_t = R U_t R^T of the k directions U_t of U; Cholesky: F_t = L_t. F [k][n][n] out. */
+#define ROLNI_DIRECTIONS_WORK(S, k) (((k) > 0) * (1 - S(cholesky)) * 2 * S(n) * S(n))
 ROLN_FN void rolni_directions(const roln_lnn *f, int k, const rolni_row *row, roln_real *F, roln_real *work)
 {
-    const int m = f->width[0], mm = m * m;
+    const int n = f->n, nn = n * n;
     int t;
     for (t = 0; t < k; t++) {
         if (f->mass == ROLN_CHOLESKY) {
-            rolni_low(m, row->u[t], F + t * mm);
+            rolni_low(n, row->u[t], F + t * nn);
         } else {
-            rolni_sym(m, row->u[t], work);
-            roln_congr(m, row->tape->R + row->r * mm, work, F + t * mm, work + mm);
+            rolni_sym(n, row->u[t], work);
+            roln_congr(n, row->tape->R + row->r * nn, work, F + t * nn, work + nn);
         }
     }
 }
 
 /* The chain of a row: its SPD matrices and those of its directions, [1+k][.][.] each, where they are formed: X_0, and behind it
    what each layer keeps, X_i+1 included. The size, and the same at run time. */
-#define ROLNI_CHAIN(S, k) (S(formed) * (1 + (k)) * S(width) * S(width) + S(chain) + (k) * S(chain_dir))
+#define ROLNI_CHAIN(S, k) \
+    (S(formed) * (1 + (k)) * S(n) * S(n) + S(layers) * (ROLN_LAYER_KEEP(S(n)) + (k) * ROLN_LAYER_KEEP_DIR(S(n))))
 ROLN_FN int rolni_chain_size(const roln_lnn *f, int k)
 {
-    int i, size = rolni_formed(f) * (1 + k) * f->width[0] * f->width[0];
-    for (i = 0; i < f->layers; i++)
-        size += ROLN_LAYER_KEEP(f->layer[i], f->width[i], f->width[i + 1]) +
-                k * ROLN_LAYER_KEEP_DIR(f->layer[i], f->width[i], f->width[i + 1]);
-    return size;
+    const int n = f->n, formed = rolni_formed(f), layers = f->layers;
+    return ROLNI_CHAIN(ROLNI_LOCAL, k);
 }
 
 /* Fills the chain; F from rolni_directions, *M is the last matrix. The status depends on the matrices only, not on directions:
    where rolni_eval has formed M of a row, it is ROLN_OK ever after. */
 #define ROLNI_FORM_WORK(S, k) \
-    (S(cholesky) ? ((k) > 0) * S(width) * S(width) : S(formed) * (S(width) + ROLN_SPD_FORM_WORK(S(width))))
+    (S(cholesky) ? ((k) > 0) * S(n) * S(n) : S(formed) * (S(n) + ROLN_SPD_FORM_WORK(S(n))))
 ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *chain, roln_real **M,
                                roln_real *work)
 {
-    const int m = f->width[0], mm = m * m;
-    const roln_real *Q = row->tape->Q + row->r * mm, *K = row->tape->K + row->r * mm;
-    roln_real *X = chain, *end = X + (1 + k) * mm;
+    const int n = f->n, nn = n * n;
+    const roln_real *Q = row->tape->Q + row->r * nn, *K = row->tape->K + row->r * nn;
+    roln_real *X = chain, *end = X + (1 + k) * nn;
     int i, t;
     *M = X;
     if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + least I, X_t = L_t L^T + L L_t^T */
-        roln_mm_bt(m, m, m, Q, Q, X);
-        for (i = 0; i < m; i++)
-            X[i * (m + 1)] += f->least;
+        roln_mm_bt(n, n, n, Q, Q, X);
+        for (i = 0; i < n; i++)
+            X[i * (n + 1)] += f->least;
         for (t = 0; t < k; t++) {
-            roln_mm_bt(m, m, m, F + t * mm, Q, work);
-            rolni_twice_sym(m, work, X + (1 + t) * mm);
+            roln_mm_bt(n, n, n, F + t * nn, Q, work);
+            rolni_twice_sym(n, work, X + (1 + t) * nn);
         }
     } else { /* X_0 = Q^T e^l Q, X_t = Q^T (K o F_t) Q */
-        for (i = 0; i < m; i++)
-            work[i] = K[i * (m + 1)];
-        roln_spd_form(m, work, Q, X, work + m);
+        for (i = 0; i < n; i++)
+            work[i] = K[i * (n + 1)];
+        roln_spd_form(n, work, Q, X, work + n);
         for (t = 0; t < k; t++) {
-            for (i = 0; i < mm; i++)
-                work[i] = K[i] * F[t * mm + i];
-            rolni_congr_t_set(m, Q, work, X + (1 + t) * mm, work + mm);
+            for (i = 0; i < nn; i++)
+                work[i] = K[i] * F[t * nn + i];
+            rolni_congr_t_set(n, Q, work, X + (1 + t) * nn, work + nn);
         }
     }
     for (i = 0; i < f->layers; i++) {
-        const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
-        const rolni_layer_mem mem = rolni_layer_mem_of(kind, w, k, end);
-        const roln_status st = rolni_layer(f, i, k, row->theta + rolni_layer_at(f, i), X, &mem, work);
+        const rolni_layer_mem mem = rolni_layer_mem_of(n, k, end);
+        const roln_status st = rolni_layer(n, k, row->theta + rolni_layer_at(f, i), X, &mem, work);
         *M = X = mem.Y;
         if (st != ROLN_OK) return st;
-        end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
+        end += ROLN_LAYER_KEEP(n) + k * ROLN_LAYER_KEEP_DIR(n);
     }
     return ROLN_OK;
 }
@@ -875,21 +782,12 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
 ROLN_FN void rolni_chain_bwd(const roln_lnn *f, int k, const rolni_row *row, roln_real *chain, roln_real *Z, roln_real *gtheta,
                              roln_real *work)
 {
-    const int m = f->width[0];
-    const roln_real *X[ROLN_LAYERS_MAX + 1];
-    rolni_layer_mem mem[ROLN_LAYERS_MAX];
-    roln_real *end = chain + (1 + k) * m * m;
+    const int n = f->n, size = ROLN_LAYER_KEEP(n) + k * ROLN_LAYER_KEEP_DIR(n);
     int i;
-    X[0] = chain;
-    for (i = 0; i < f->layers; i++) {
-        const int w = f->width[i], wo = f->width[i + 1], kind = f->layer[i];
-        mem[i] = rolni_layer_mem_of(kind, w, k, end);
-        X[i + 1] = mem[i].Y;
-        end += ROLN_LAYER_KEEP(kind, w, wo) + k * ROLN_LAYER_KEEP_DIR(kind, w, wo);
-    }
     for (i = f->layers - 1; i >= 0; i--) {
+        const rolni_layer_mem mem = rolni_layer_mem_of(n, k, chain + (1 + k) * n * n + i * size);
         const int at = rolni_layer_at(f, i);
-        rolni_layer_bwd(f, i, k, row->theta + at, X[i], Z, gtheta ? gtheta + at : NULL, mem + i, work);
+        rolni_layer_bwd(n, k, row->theta + at, Z, gtheta ? gtheta + at : NULL, &mem, work);
     }
 }
 
@@ -987,50 +885,50 @@ ROLNI_INLINE void rolni_add_base(int m, int t, roln_real c, const roln_real *Z, 
    exp_{BPB^T}(B U B^T) = B exp_P(U) B^T makes g_P = sym((sum_t gX_t X_t - gU_t U_t) P^-1), which in the eigenbasis is
    R^T sym(sum_t gX_t E_t - gU_t F_t) R, where X_t = Q^T E_t Q, E_0 = diag(e^l), E_t = K o F_t, F_0 = diag(l).
    grad: 1 with gtheta. D lies where S and product do. */
-#define ROLNI_EXP_BWD_MEM(X, S, grad) X(B, (grad) * S(base) * S(width) * S(width))
+#define ROLNI_EXP_BWD_MEM(X, S, grad) X(B, (grad) * S(base) * S(n) * S(n))
 #define ROLNI_EXP_BWD_WORK(S, k, grad) \
     (0 ROLNI_EXP_BWD_MEM(ROLNI_SIZE, S, grad) + \
-     ROLN_MAX(((k) > 0) * S(width) * S(width) * S(width), 2 * S(width) * S(width)))
+     ROLN_MAX(((k) > 0) * S(n) * S(n) * S(n), 2 * S(n) * S(n)))
 ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, roln_real *Z, roln_real *gu,
                            int stride, roln_real *gtheta, roln_real *work)
 {
     const rolni_tape *tape = row->tape;
-    const int width = f->width[0], mm = width * width, base = f->base && gtheta; /* B is there with gtheta only */
-    const roln_real *l = tape->l + row->r * width, *K = tape->K + row->r * mm, *R = tape->R + row->r * mm;
+    const int n = f->n, nn = n * n, base = f->base && gtheta; /* B is there with gtheta only */
+    const roln_real *l = tape->l + row->r * n, *K = tape->K + row->r * nn, *R = tape->R + row->r * nn;
     int t, i;
     ROLNI_EXP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, 1)
-    roln_real *const D = work, *const S = work, *const product = S + mm;
-    if (base) rolni_zero(mm, B);
+    roln_real *const D = work, *const S = work, *const product = S + nn;
+    if (base) rolni_zero(nn, B);
     for (t = 0; base && t <= k; t++)
-        rolni_add_base(width, t, 1, Z, NULL, K, F, B, S, product);
-    if (k > 0) roln_exp_dd2(width, l, K, D);
-    rolni_spectral_eig_bwd(width, k, K, D, F, Z);
+        rolni_add_base(n, t, 1, Z, NULL, K, F, B, S, product);
+    if (k > 0) roln_exp_dd2(n, l, K, D);
+    rolni_spectral_eig_bwd(n, k, K, D, F, Z);
     for (t = 0; t <= k; t++) {
-        rolni_congr_t_set(width, R, Z + t * mm, S, product);
-        rolni_tri_bwd(width, 1, 2, S, gu + t * stride);
-        if (base) rolni_add_base(width, t, -1, Z, l, NULL, F, B, S, product);
+        rolni_congr_t_set(n, R, Z + t * nn, S, product);
+        rolni_tri_bwd(n, 1, 2, S, gu + t * stride);
+        if (base) rolni_add_base(n, t, -1, Z, l, NULL, F, B, S, product);
     }
     if (!base) return;
-    rolni_congr_t_set(width, R, B, S, product);
-    rolni_twice_sym(width, S, B);
-    for (i = 0; i < mm; i++)
+    rolni_congr_t_set(n, R, B, S, product);
+    rolni_twice_sym(n, S, B);
+    for (i = 0; i < nn; i++)
         gtheta[rolni_base_at(f) + i] += B[i] / 2;
 }
 
 /* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
    gu, one every `stride` numbers (over row->u, if they lie there), adds to those of the vectors of each pair and, for P and the
    layers, to gtheta (may be NULL). M of the row was formed before: rolni_form succeeds. */
-#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(width) * S(width)) X(Z, (1 + (k)) * S(width) * S(width))
+#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(n) * S(n)) X(Z, (1 + (k)) * S(n) * S(n))
 #define ROLNI_ROW_BWD_WORK(S, k, grad) \
     (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
      ROLN_MAX(ROLNI_CHAIN(S, k) + ROLN_MAX(ROLNI_LAYER_BWD_WORK(S, k), \
                                            ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad))), \
               ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
-                       S(cholesky) ? (1 + ((k) > 0)) * S(width) * S(width) : ROLNI_EXP_BWD_WORK(S, k, grad))))
+                       S(cholesky) ? (1 + ((k) > 0)) * S(n) * S(n) : ROLNI_EXP_BWD_WORK(S, k, grad))))
 ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
                            roln_real *gtheta, roln_real *work)
 {
-    const int width = f->width[0], mm = width * width, formed = rolni_formed(f);
+    const int n = f->n, nn = n * n, formed = rolni_formed(f);
     roln_real *M = NULL, *chain, *rest;
     int t;
     ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
@@ -1047,7 +945,7 @@ ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const
         return;
     }
     for (t = 0; formed && t <= k; t++)
-        roln_congr(width, row->tape->Q + row->r * mm, Z + t * mm, Z + t * mm, work);
+        roln_congr(n, row->tape->Q + row->r * nn, Z + t * nn, Z + t * nn, work);
     rolni_exp_bwd(f, k, row, F, Z, gu, stride, gtheta, work);
 }
 
@@ -1080,20 +978,20 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
 
 /* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
    before: rolni_form succeeds. */
-#define ROLNI_DM_MEM(X, S) X(F, S(width) * S(width))
+#define ROLNI_DM_MEM(X, S) X(F, S(n) * S(n))
 #define ROLNI_DM_WORK(S) \
     (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
                                                                                       : 2 * S(n)))
 ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
                       const roln_real *x, roln_real *y, roln_real *work)
 {
-    const int n = f->n, width = f->width[0], formed = rolni_formed(f);
+    const int n = f->n, formed = rolni_formed(f);
     rolni_row row;
     int r;
     ROLNI_DM_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     row.theta = theta, row.tape = tape;
     for (r = 0; r < nb; r++) {
-        row.r = r, row.u[0] = u + r * ROLN_TRI(width);
+        row.r = r, row.u[0] = u + r * ROLN_TRI(n);
         rolni_directions(f, 1, &row, F, work);
         if (formed) {
             roln_real *M;
@@ -1210,36 +1108,36 @@ ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const
     roln_mlp_forward(&f->mass_net, 1, planes, nb, theta, y, t->u, t->mass_slope, t->mass_out);
 }
 
-/* Eigenbasis of row r: Q, R, K, el and l [width] from u; A: Cholesky factor of P, if base. Status of roln_eig, roln_exp_range. */
-#define ROLNI_EIGENBASIS_WORK(S) ROLN_MAX(ROLN_EIG_WORK(S(width)), S(base) * (S(width) * S(width) + S(width)))
+/* Eigenbasis of row r: Q, R, K, el and l [n] from u; A: Cholesky factor of P, if base. Status of roln_eig, roln_exp_range. */
+#define ROLNI_EIGENBASIS_WORK(S) ROLN_MAX(ROLN_EIG_WORK(S(n)), S(base) * (S(n) * S(n) + S(n)))
 ROLN_FN roln_status rolni_eigenbasis(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *A, roln_real *l,
                                      roln_real *work)
 {
-    const int m = f->width[0], mm = m * m;
-    roln_real *Q = t->Q + r * mm, *G = work, *column = G + mm;
+    const int n = f->n, nn = n * n;
+    roln_real *Q = t->Q + r * nn, *G = work, *column = G + nn;
     roln_status st;
     int i, j;
-    rolni_sym(m, t->u + r * ROLN_TRI(m), Q);
+    rolni_sym(n, t->u + r * ROLN_TRI(n), Q);
     if (f->base) { /* A^-1 U A^-T */
-        for (i = 0; i < m; i++)
-            roln_solve_lower(m, A, Q + i * m, G + i * m);
-        for (i = 0; i < m; i++) {
-            for (j = 0; j < m; j++)
-                column[j] = G[j * m + i];
-            roln_solve_lower(m, A, column, Q + i * m);
+        for (i = 0; i < n; i++)
+            roln_solve_lower(n, A, Q + i * n, G + i * n);
+        for (i = 0; i < n; i++) {
+            for (j = 0; j < n; j++)
+                column[j] = G[j * n + i];
+            roln_solve_lower(n, A, column, Q + i * n);
         }
     }
-    if ((st = roln_eig(m, Q, l, Q, work)) != ROLN_OK || (st = roln_exp_range(m, l)) != ROLN_OK) return st;
+    if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_exp_range(n, l)) != ROLN_OK) return st;
     if (f->base) { /* with the eigenvectors V: Q = V A^T, R = V A^-1 */
         roln_real *V = G;
-        rolni_copy(mm, Q, V);
-        roln_mm_bt(m, m, m, V, A, Q);
-        for (i = 0; i < m; i++)
-            roln_solve_lower_t(m, A, V + i * m, t->R + r * mm + i * m);
+        rolni_copy(nn, Q, V);
+        roln_mm_bt(n, n, n, V, A, Q);
+        for (i = 0; i < n; i++)
+            roln_solve_lower_t(n, A, V + i * n, t->R + r * nn + i * n);
     }
-    roln_exp_dd1(m, l, t->K + r * mm);
-    for (i = 0; i < m && !rolni_formed(f); i++)
-        t->el[r * m + i] = roln_exp(-l[i]);
+    roln_exp_dd1(n, l, t->K + r * nn);
+    for (i = 0; i < n && !rolni_formed(f); i++)
+        t->el[r * n + i] = roln_exp(-l[i]);
     return ROLN_OK;
 }
 
@@ -1285,7 +1183,7 @@ ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, i
    kin = 1/2 grad_z (zd^T M w) is the backward of a row at once, rolni_row_bwd, with the pair (zd, w) and no directions; its
    cotangents of u take the place of u, which the eigenbasis has used by then. */
 #define ROLNI_EVAL_MEM(X, S, keep) \
-    X(A, S(base) * S(width) * S(width)) X(l_row, (1 - (keep)) * (1 - S(cholesky)) * S(width))
+    X(A, S(base) * S(n) * S(n)) X(l_row, (1 - (keep)) * (1 - S(cholesky)) * S(n))
 #define ROLNI_MASS_ROW_WORK(S) \
     ROLN_MAX(ROLN_MAX(S(cholesky) ? 0 : ROLNI_EIGENBASIS_WORK(S), ROLNI_FORM_MASS_WORK(S)), ROLNI_DAMPING_WORK(S))
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
@@ -1297,7 +1195,7 @@ ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, i
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, width = f->width[0], base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = ROLN_TRI(width);
+    const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = ROLN_TRI(n);
     const int dirs = w ? 2 : 1;
     rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
     roln_real *rest, *y = rolni_into(f, dirs, nb, &t);
@@ -1320,13 +1218,13 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
     rest = work;
     {
         ROLNI_EVAL_MEM(ROLNI_CARVE, ROLNI_LOCAL, keep)
-        if (base && (st = roln_chol(width, theta + rolni_base_at(f), A)) != ROLN_OK) return st;
+        if (base && (st = roln_chol(n, theta + rolni_base_at(f), A)) != ROLN_OK) return st;
         pair.c = ROLN_C(0.5), pair.p = t.zd, pair.q = w ? t.x + nb * n : t.zd, pair.gp = pair.gq = NULL;
         row.theta = theta, row.tape = &t;
         for (r = 0; r < nb; r++) {
             row.r = r;
-            if (cholesky) rolni_low(width, t.u + r * tri, t.Q + r * width * width);
-            else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * width : l_row, work)) != ROLN_OK) return st;
+            if (cholesky) rolni_low(n, t.u + r * tri, t.Q + r * n * n);
+            else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * n : l_row, work)) != ROLN_OK) return st;
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
@@ -1413,14 +1311,14 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 
 /* The terms in M: adds to gy [1+k][nb][inputs], the cotangents of what the network sees of z, of a, which is given as a, and of zd,
    to those of the vectors of the pairs and to gtheta. */
-#define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(width))) X(out, ((k) > 0) * (nb) * S(hidden))
+#define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(n))) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
      ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int k = of->k, width = f->width[0], hidden = roln_mlp_hidden(&f->mass_net), tri = ROLN_TRI(width), stride = nb * tri;
+    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->mass_net), tri = ROLN_TRI(n), stride = nb * tri;
     const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
@@ -1733,13 +1631,13 @@ ROLN_FN void rolni_exp_jac(const roln_lnn *f, int k, const rolni_tape *t, const 
    (k = 1). Number i is the scalar S of rolni_scalar with a = e_i, without g and d. Its cotangents of u, of u along e_i and along zd
    are gu_0, gu_1, gu_2, of which gu_1, the same for all i, is the one that rolni_curvature knows:
        dS/dz_j = gu_0 . u_j + gu_2 . u_vj + ..,   dS/dzd_j = gu_2 . u_j and what the pairs give. */
-#define ROLNI_LAYERS_JAC_MEM(X, S, k) X(gu, (1 + (k)) * S(n) * ROLN_TRI(S(width))) X(e, S(n)) X(gzd, S(n))
+#define ROLNI_LAYERS_JAC_MEM(X, S, k) X(gu, (1 + (k)) * S(n) * ROLN_TRI(S(n))) X(e, S(n)) X(gzd, S(n))
 #define ROLNI_LAYERS_JAC_WORK(S, k) \
     (0 ROLNI_LAYERS_JAC_MEM(ROLNI_SIZE, S, k) + ROLN_MAX((k) > 1 ? S(row_bwd_2) : S(row_bwd_1), S(n) * S(n)))
 ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, const roln_real *u,
                               roln_real *D, roln_real *work)
 {
-    const int n = f->n, nn = n * n, width = f->width[0], tri = ROLN_TRI(width), stride = n * tri;
+    const int n = f->n, nn = n * n, tri = ROLN_TRI(n), stride = n * tri;
     roln_real *const Dzd = D + nn, *product;
     rolni_row row;
     int i, j;
@@ -1766,7 +1664,7 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
 /* Derivatives of -(M zdd + c + g) by z, zd at fixed zdd (k = 2) or of kin - g (k = 1), on a tape filled with ROLNI_SECOND:
        by z_j:  1/2 grad D(zd^T M zd)[e_j] - M_j zdd - M_vj zd - D grad V[e_j],    by zd_j:  (zd^T M_i e_j)_i - M_j zd - M_v e_j,
    with k = 1 only the first terms and V. */
-#define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * ROLN_TRI(S(width))) X(V, 3 * S(n) * S(n))
+#define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * ROLN_TRI(S(n))) X(V, 3 * S(n) * S(n))
 #define ROLNI_MOTION_JAC_WORK(S, k) \
     (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
      ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n)) \
@@ -1774,7 +1672,7 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
                                                                               : ROLNI_EXP_JAC_WORK(S(n), k)))
 ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
-    const int n = f->n, nn = n * n, width = f->width[0], cossin = rolni_cossin(f);
+    const int n = f->n, nn = n * n, cossin = rolni_cossin(f);
     int i;
     ROLNI_MOTION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
     if (f->angles) rolni_see_all(f, k, t, x);
@@ -1885,7 +1783,7 @@ ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int keep, int nb, const 
     {
         ROLN_LNN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
         rolni_copy(nb * n, zdd, t.zdd);
-        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->width[0]), t.zd, out, work);
+        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->n), t.zd, out, work);
         for (i = 0; i < nb * n; i++)
             out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
         for (r = 0; r < nb; r++) {
@@ -2243,18 +2141,18 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 
 /* N [n][n]: row j = DM[e_j] x, on a tape of one state with keep. */
 #define ROLNI_MOMENTUM_JAC_MEM(X, S) \
-    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(width))) X(out, S(n) * S(hidden))
+    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(n))) X(out, S(n) * S(hidden))
 #define ROLNI_MOMENTUM_JAC_WORK(S) (0 ROLNI_MOMENTUM_JAC_MEM(ROLNI_SIZE, S) + S(row_dm))
 ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
                                 roln_real *work)
 {
-    const int n = f->n, width = f->width[0], hidden = roln_mlp_hidden(&f->mass_net), cossin = rolni_cossin(f);
+    const int n = f->n, hidden = roln_mlp_hidden(&f->mass_net), cossin = rolni_cossin(f);
     int j;
     ROLNI_MOMENTUM_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_see_all(f, 1, t, in);
     roln_mlp_forward(&f->mass_net, 0, n, 1, theta, in, u, t->mass_slope, out);
     for (j = 0; j < n; j++)
-        rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(width), x, N + j * n, work);
+        rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(n), x, N + j * n, work);
 }
 
 /* Derivatives of the midpoint rule on its three tapes: J as roln_lnn_step_jac. In rows, with N = DM[.] v at z_m, N_0 = DM[.] zd,

@@ -5,14 +5,14 @@
    2 biorthogonal      pairs (Phi, Psi) with Psi^T Phi = I
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
    4 Stiefel           matrices with orthonormal rows
-   5 optimisers        settings, schedule, update of a product of blocks, Riemannian Adam (AMSGrad) and SGD
+   5 optimisers        settings, schedule, update of a product of blocks: Riemannian Adam (AMSGrad)
    6 Gauss-Newton      rows of a Jacobian, damped least squares, acceptance of a step
    7 limited memory    Riemannian BFGS of a few pairs of vectors, for a loss over fixed data
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
    examples in tests/unit/manifolds.h). Nothing here changes. Each manifold says how it carries a tangent to another point.
-   roln.h trains Euclidean, biorthogonal, SPD and Stiefel blocks with roln_adam_update; roln_sgd_update and the manifolds by
-   themselves serve programs without it. */
+   roln.h trains Euclidean, biorthogonal and SPD blocks with roln_adam_update, and finds encoders on Stiefel ones with
+   roln_lbfgs_step; the manifolds by themselves serve programs without it. */
 
 #ifndef ROLN_RIEM_H
 #define ROLN_RIEM_H
@@ -330,7 +330,7 @@ ROLNI_MANIFOLD roln_spd = {rolni_spd_size, rolni_spd_work, rolni_spd_tangent, NU
 
 /* ---- 4 Stiefel -------------------------------------------------------------------------------- */
 
-/* A point X [k][m], k <= m, has orthonormal rows, X X^T = I (a BiMap layer has W = X^T); k = 1: the sphere, k = m: the
+/* A point X [k][m], k <= m, has orthonormal rows, X X^T = I; k = 1: the sphere, k = m: the
    orthogonal group. A tangent U satisfies U X^T + X U^T = 0. Frobenius metric. To carry a tangent to another point is to
    project it there. Edelman, Arias, Smith 1998; Absil, Mahony, Sepulchre 2008. */
 
@@ -516,68 +516,25 @@ typedef struct {
     roln_real lr;
     const roln_real *grad;
     roln_real *x, *keep;
-    roln_moments mom; /* of this block; NULLs where the optimiser has none */
+    roln_moments mom; /* of this block */
 } rolni_factor;
 
-/* What an optimiser does with one block: with a Euclidean one, check that the new numbers are finite, or write them; with a
-   manifold one, fill keep. */
-typedef struct rolni_rule rolni_rule;
-struct rolni_rule {
-    roln_status (*flat)(const rolni_rule *r, const rolni_factor *p, int write);
-    roln_status (*curved)(const rolni_rule *r, const rolni_factor *p, roln_real *work);
+/* What an update does with every block. */
+typedef struct {
     const roln_opt *opt;
     roln_adam adam;
     roln_real scale;
-};
+} rolni_rule;
 
 ROLN_FN void rolni_write_kept(const rolni_factor *p)
 {
     rolni_copy(p->size, p->keep, p->x);
-    if (p->mom.m == NULL) return;
     rolni_copy(p->size, p->keep + p->size, p->mom.m);
     *p->mom.v = p->keep[2 * p->size];
     *p->mom.v_max = p->keep[2 * p->size + 1];
 }
 
-/* The update of a product of blocks by any rule: everything is computed and checked first, then written. */
-ROLN_FN roln_status rolni_product(int blocks, const roln_block *table, rolni_rule *r, const roln_real *grad, roln_real *theta,
-                                  const roln_moments *mom, roln_real *work)
-{
-    const roln_moments none = {NULL, NULL, NULL};
-    const roln_real norm = rolni_grad_norm(blocks, table, r->opt, r->scale, grad);
-    const int kept = rolni_keep_all(blocks, table);
-    int write, b;
-    if (!roln_finite(norm) || !roln_finite(r->opt->clip) || !roln_finite(r->opt->decay)) return ROLN_E_NOT_FINITE;
-    for (b = 0; b < ROLN_GROUPS; b++)
-        if (!roln_finite(r->opt->lr[b]) || r->opt->lr[b] < 0) return ROLN_E_NOT_FINITE;
-    if (r->opt->clip > 0 && norm > r->opt->clip) r->scale *= r->opt->clip / norm;
-    for (write = 0; write < 2; write++) {
-        rolni_factor p;
-        p.grad = grad, p.x = theta, p.keep = work, p.mom = mom != NULL ? *mom : none;
-        for (b = 0; b < blocks; b++) {
-            const int moments = roln_block_moments(table + b);
-            p.block = table + b;
-            p.size = roln_block_size(p.block);
-            p.lr = r->opt->lr[p.block->group];
-            if (p.lr > 0 && p.size > 0) {
-                roln_status st = ROLN_OK;
-                if (p.block->manifold == ROLN_EUCLIDEAN) {
-                    st = r->flat(r, &p, write);
-                } else {
-                    if (write) rolni_write_kept(&p);
-                    else st = r->curved(r, &p, work + kept);
-                    p.keep += rolni_keep(p.block);
-                }
-                if (st != ROLN_OK) return st;
-            }
-            p.grad += p.size, p.x += p.size;
-            if (mom != NULL) p.mom.m += p.size, p.mom.v += moments, p.mom.v_max += moments;
-        }
-    }
-    return ROLN_OK;
-}
-
-/* Adam on free numbers. */
+/* Adam on free numbers: checks that the new ones are finite, or writes them. */
 ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_factor *p, int write)
 {
     const roln_opt *const o = r->opt;
@@ -593,7 +550,7 @@ ROLN_FN roln_status rolni_adam_flat(const rolni_rule *r, const rolni_factor *p, 
     return ROLN_OK;
 }
 
-/* Adam on a manifold block: one second moment, of the length of the gradient. */
+/* Adam on a manifold block, into keep: one second moment, of the length of the gradient. */
 ROLN_FN roln_status rolni_adam_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
 {
     const roln_opt *const o = r->opt;
@@ -636,49 +593,42 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
                                      const roln_real *grad, roln_real *theta, roln_adam *state, const roln_moments *moments,
                                      roln_real *work)
 {
-    rolni_rule r = {rolni_adam_flat, rolni_adam_curved, opt, {0, 0, 0}, scale};
-    roln_status st;
+    const roln_real norm = rolni_grad_norm(blocks, table, opt, scale, grad);
+    const int kept = rolni_keep_all(blocks, table);
+    rolni_rule r;
+    int write, b;
+    if (!roln_finite(norm) || !roln_finite(opt->clip) || !roln_finite(opt->decay)) return ROLN_E_NOT_FINITE;
+    for (b = 0; b < ROLN_GROUPS; b++)
+        if (!roln_finite(opt->lr[b]) || opt->lr[b] < 0) return ROLN_E_NOT_FINITE;
+    r.opt = opt, r.scale = opt->clip > 0 && norm > opt->clip ? scale * (opt->clip / norm) : scale;
     r.adam.t = state->t + 1;
     r.adam.b1 = 1 - opt->beta1 * (1 - state->b1);
     r.adam.b2 = 1 - opt->beta2 * (1 - state->b2);
-    st = rolni_product(blocks, table, &r, grad, theta, moments, work);
-    if (st == ROLN_OK) *state = r.adam;
-    return st;
-}
-
-/* Gradient descent on free numbers, and on a manifold block. */
-ROLN_FN roln_status rolni_sgd_flat(const rolni_rule *r, const rolni_factor *p, int write)
-{
-    int i;
-    for (i = 0; i < p->size; i++) {
-        const roln_real x = p->x[i] - p->lr * (r->scale * p->grad[i] + r->opt->decay * p->x[i]);
-        if (write) p->x[i] = x;
-        else if (!roln_finite(x)) return ROLN_E_NOT_FINITE;
+    for (write = 0; write < 2; write++) {
+        rolni_factor p;
+        p.grad = grad, p.x = theta, p.keep = work, p.mom = *moments;
+        for (b = 0; b < blocks; b++) {
+            const int numbers = roln_block_moments(table + b);
+            p.block = table + b;
+            p.size = roln_block_size(p.block);
+            p.lr = opt->lr[p.block->group];
+            if (p.lr > 0 && p.size > 0) {
+                roln_status st = ROLN_OK;
+                if (p.block->manifold == ROLN_EUCLIDEAN) {
+                    st = rolni_adam_flat(&r, &p, write);
+                } else {
+                    if (write) rolni_write_kept(&p);
+                    else st = rolni_adam_curved(&r, &p, work + kept);
+                    p.keep += rolni_keep(p.block);
+                }
+                if (st != ROLN_OK) return st;
+            }
+            p.grad += p.size, p.x += p.size;
+            p.mom.m += p.size, p.mom.v += numbers, p.mom.v_max += numbers;
+        }
     }
+    *state = r.adam;
     return ROLN_OK;
-}
-
-ROLN_FN roln_status rolni_sgd_curved(const rolni_rule *r, const rolni_factor *p, roln_real *work)
-{
-    const roln_block *const k = p->block;
-    roln_real *const g = p->keep;
-    roln_status st;
-    int i;
-    for (i = 0; i < p->size; i++)
-        g[i] = r->scale * p->grad[i] + r->opt->decay * p->x[i], g[p->size + i] = 0; /* the momentum that tangent carries */
-    if ((st = k->manifold->tangent(k->rows, k->cols, p->x, 1, p->size, g, work)) != ROLN_OK) return st;
-    rolni_copy(p->size, g, g + p->size);
-    if ((st = rolni_reach(k, -p->lr, p->x, g + p->size, g, work)) != ROLN_OK) return st;
-    return roln_all_finite(p->size, g) ? ROLN_OK : ROLN_E_NOT_FINITE;
-}
-
-/* Riemannian stochastic gradient descent: x = R_x(-lr g), g as in roln_adam_update. No state. Status of
-   roln_adam_update, the same work and promise. Not used by roln.h. */
-ROLN_FN roln_status roln_sgd_update(int blocks, const roln_block *table, const roln_opt *opt, roln_real scale,
-                                    const roln_real *grad, roln_real *theta, roln_real *work)
-{
-    rolni_rule r = {rolni_sgd_flat, rolni_sgd_curved, opt, {0, 0, 0}, scale};
-    return rolni_product(blocks, table, &r, grad, theta, NULL, work);
 }
 
 /* ---- 6 Gauss-Newton --------------------------------------------------------------------------- */

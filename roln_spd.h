@@ -8,7 +8,7 @@
    5 dense kernels      matrix products, Cholesky, small inverse
    6 eigensolver        symmetric, any n, scaled, bounded
    7 SPD maps           exp, log, powers at any base point: value, derivative, backward; second derivative of exp
-   8 SPD geometry       affine-invariant: inner product, distance, parallel transport, mean, backward
+   8 SPD geometry       the affine-invariant distance
    9 large systems      symmetric, hundreds to thousands of unknowns: products, Cholesky, solve
    10 Riccati equations feedback of least cost: by doubling, by steps backward; triangle of a matrix
    11 optimal control   linear, of quadratic cost, within limits: interior points on a Riccati recursion
@@ -149,8 +149,7 @@ typedef enum {
     ROLN_E_FORMAT = -7,          /* Data is not in the format that is read here, or in another version of it. */
     ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or the reverse. */
     ROLN_E_SHAPE = -9,           /* Data belongs to something of other sizes or options. */
-    ROLN_E_CHECKSUM = -10,       /* Data is damaged. */
-    ROLN_E_BUSY = -11            /* Scratch is in use by a call that has not returned yet; only with ROLN_DEBUG_WORK. */
+    ROLN_E_CHECKSUM = -10        /* Data is damaged. */
 } roln_status;
 
 /* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. Under that, clang 19 takes every argument
@@ -1632,10 +1631,11 @@ ROLN_FN roln_status roln_spd_frame(int n, const roln_real *A, const roln_real *X
     return ROLN_OK;
 }
 
-/* Y += V^T diag(f) V; work as roln_spd_form. */
+/* Y = V^T diag(f) V, f [n] of any sign: sqrt|f| goes to both factors, the sign to one, so that Y is symmetric to the bit,
+   and a Gram matrix where f >= 0. (f, V) gives f_P(X), (1/f, W) its inverse. Y [n][n] out, no overlap. n^3 multiply-adds. */
 #define ROLN_SPD_FORM_MEM(X, n) X(left, (n) * (n)) X(right, (n) * (n))
 #define ROLN_SPD_FORM_WORK(n) (0 ROLN_SPD_FORM_MEM(ROLNI_SIZE, n))
-ROLN_FN void rolni_spd_add(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
+ROLN_FN void roln_spd_form(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
 {
     int i, k;
     ROLN_SPD_FORM_MEM(ROLNI_CARVE, n)
@@ -1644,15 +1644,8 @@ ROLN_FN void rolni_spd_add(int n, const roln_real *f, const roln_real *V, roln_r
         for (i = 0; i < n; i++)
             left[k * n + i] = h * V[k * n + i], right[k * n + i] = s * V[k * n + i];
     }
-    roln_mm_at(n, n, n, left, right, Y);
-}
-
-/* Y = V^T diag(f) V, f [n] of any sign: sqrt|f| goes to both factors, the sign to one, so that Y is symmetric to the bit,
-   and a Gram matrix where f >= 0. (f, V) gives f_P(X), (1/f, W) its inverse. Y [n][n] out, no overlap. n^3 multiply-adds. */
-ROLN_FN void roln_spd_form(int n, const roln_real *f, const roln_real *V, roln_real *Y, roln_real *work)
-{
     rolni_zero(n * n, Y);
-    rolni_spd_add(n, f, V, Y, work);
+    roln_mm_at(n, n, n, left, right, Y);
 }
 
 /* y = V^T (f o (V x)) without forming the matrix: (f, V) multiplies by f_P(X), (1/f, W) by its inverse, and where f >= 0,
@@ -1739,43 +1732,7 @@ ROLN_FN void roln_spd_map_bwd(int n, const roln_real *l, const roln_real *f, con
 
 /* Complete by itself, for use without roln.h. The affine-invariant metric at P = A A^T (A NULL: P = I) is
    <U, V>_P = tr(P^-1 U P^-1 V); X -> B X B^T is an isometry for every invertible B, X -> X^-1 too. Its exponential map,
-   logarithmic map and geodesics are the maps exp, log and power t of section 7. Names as there; U, V, X, g [n][n] symmetric. */
-
-/* <U, V>_P = <u, v>_F, u = A^-1 U A^-T, v likewise. */
-#define ROLN_SPD_INNER_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n))
-#define ROLN_SPD_INNER_WORK(n) (0 ROLN_SPD_INNER_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n))
-ROLN_FN roln_real roln_spd_inner(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real *work)
-{
-    ROLN_SPD_INNER_MEM(ROLNI_CARVE, n)
-    rolni_spd_inv(n, A, R);
-    rolni_spd_whiten(n, R, U, u, work);
-    rolni_spd_whiten(n, R, V, v, work);
-    return roln_dot(n * n, u, v);
-}
-
-/* Its backward, g the cotangent of the value: gU += g R^T v R, gV += g R^T u R, gP -= g R^T (u v + v u) R, R = A^-1.
-   gU, gV, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed. */
-#define ROLN_SPD_INNER_BWD_MEM(X, n) X(R, (n) * (n)) X(u, (n) * (n)) X(v, (n) * (n)) X(m, (n) * (n)) X(t, (n) * (n))
-#define ROLN_SPD_INNER_BWD_WORK(n) (0 ROLN_SPD_INNER_BWD_MEM(ROLNI_SIZE, n))
-ROLN_FN void roln_spd_inner_bwd(int n, const roln_real *A, const roln_real *U, const roln_real *V, roln_real g, roln_real *gU,
-                                roln_real *gV, roln_real *gP, roln_real *work)
-{
-    int i, j;
-    ROLN_SPD_INNER_BWD_MEM(ROLNI_CARVE, n)
-    rolni_spd_inv(n, A, R);
-    rolni_spd_whiten(n, R, U, u, t);
-    rolni_spd_whiten(n, R, V, v, t);
-    roln_mm_bt(n, n, n, u, v, t);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            m[i * n + j] = -g * (t[i * n + j] + t[j * n + i]);
-    for (i = 0; i < n * n; i++)
-        u[i] *= g, v[i] *= g;
-    roln_congr_t(n, R, v, gU, t);
-    roln_congr_t(n, R, u, gV, t);
-    if (gP != NULL)
-        roln_congr_t(n, R, m, gP, t);
-}
+   logarithmic map and geodesics are the maps exp, log and power t of section 7. Names as there. */
 
 /* Distance *d = |log(A^-1 X A^-T)|_F of P and X. Status of roln_eig and roln_map_values; *d is written only on ROLN_OK. */
 #define ROLN_SPD_DIST_MEM(X, n) X(Q, (n) * (n)) X(R, (n) * (n)) X(l, n)
@@ -1787,265 +1744,6 @@ ROLN_FN roln_status roln_spd_dist(int n, const roln_real *A, const roln_real *X,
     if ((st = rolni_spd_eig(n, A, X, l, Q, R, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, l)) != ROLN_OK)
         return st;
     *d = ROLN_SQRT(roln_dot(n, l, l));
-    return ROLN_OK;
-}
-
-/* Backward of g d^2/2, which is smooth where X = P as d is not: gX += g W^T diag(f / l) W, gP -= g W^T diag(f) W.
-   l, W from roln_spd_frame, f = log l from roln_map_values   gX, gP [n][n] added to; gP NULL where P is fixed */
-#define ROLN_SPD_DIST_BWD_MEM(X, n) X(c, n)
-#define ROLN_SPD_DIST_BWD_WORK(n) (0 ROLN_SPD_DIST_BWD_MEM(ROLNI_SIZE, n) + ROLN_SPD_FORM_WORK(n))
-ROLN_FN void roln_spd_dist_bwd(int n, const roln_real *l, const roln_real *f, const roln_real *W, roln_real g, roln_real *gX,
-                               roln_real *gP, roln_real *work)
-{
-    int i;
-    ROLN_SPD_DIST_BWD_MEM(ROLNI_CARVE, n)
-    for (i = 0; i < n; i++)
-        c[i] = g * f[i] / l[i];
-    rolni_spd_add(n, c, W, gX, work);
-    if (gP == NULL)
-        return;
-    for (i = 0; i < n; i++)
-        c[i] = -g * f[i];
-    rolni_spd_add(n, c, W, gP, work);
-}
-
-/* Y = E U E^T, E = A (A^-1 X A^-T)^1/2 A^-1: parallel transport of U along the geodesic from P to X, an isometry. In the
-   frame Y = V^T (s s^T o (W U W^T)) V, s = sqrt(l). Y [n][n] out, may be U.
-   Status of roln_spd_frame and roln_map_values, and ROLN_E_NOT_FINITE; Y is written only on ROLN_OK. */
-#define ROLN_SPD_TRANSPORT_MEM(X, n) X(V, (n) * (n)) X(W, (n) * (n)) X(s, n)
-#define ROLNI_TRANSPORT_MEM(X, n) X(u, (n) * (n)) X(y, (n) * (n)) /* in the room of the frame's work */
-#define ROLN_SPD_TRANSPORT_WORK(n) \
-    (0 ROLN_SPD_TRANSPORT_MEM(ROLNI_SIZE, n) + \
-     ROLN_MAX(ROLN_SPD_FRAME_WORK(n), 0 ROLNI_TRANSPORT_MEM(ROLNI_SIZE, n) + ROLN_CONGR_WORK(n)))
-ROLN_FN roln_status roln_spd_transport(int n, const roln_real *A, const roln_real *X, const roln_real *U, roln_real *Y,
-                                       roln_real *work)
-{
-    roln_status st;
-    int i, j;
-    ROLN_SPD_TRANSPORT_MEM(ROLNI_CARVE, n)
-    if ((st = roln_spd_frame(n, A, X, s, V, W, work)) != ROLN_OK ||
-        (st = roln_map_values(n, ROLN_POWER, ROLN_C(0.5), s, s)) != ROLN_OK)
-        return st;
-    ROLNI_TRANSPORT_MEM(ROLNI_CARVE, n)
-    roln_congr(n, W, U, u, work);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            u[i * n + j] *= s[i] * s[j], y[i * n + j] = 0;
-    roln_congr_t(n, V, u, y, work);
-    if (!roln_all_finite(n * n, y))
-        return ROLN_E_NOT_FINITE;
-    rolni_copy(n * n, y, Y);
-    return ROLN_OK;
-}
-
-/* Backward, with Z = V gY V^T, u = W U W^T, N = Z diag(s) u:
-       gU += W^T (s s^T o Z) W
-       gX += W^T B W, B_ij = (N_ij + N_ji) / (s_i + s_j)        gP -= W^T C W, C_ij = (l_i N_ij + l_j N_ji) / (s_i + s_j)
-   from E = f_P(X) P^-1, f = sqrt, whose K = 1 / (s_i + s_j) and H = s_i s_j / (s_i + s_j).
-   l, V, W from roln_spd_frame, l > 0   gU, gX, gP [n][n] added to, no overlap with inputs; gP NULL where P is fixed */
-#define ROLN_SPD_TRANSPORT_BWD_MEM(X, n) X(s, n) X(Z, (n) * (n)) X(u, (n) * (n)) X(N, (n) * (n))
-#define ROLN_SPD_TRANSPORT_BWD_WORK(n) (0 ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_SIZE, n))
-ROLN_FN void roln_spd_transport_bwd(int n, const roln_real *l, const roln_real *V, const roln_real *W, const roln_real *U,
-                                    const roln_real *gY, roln_real *gU, roln_real *gX, roln_real *gP, roln_real *work)
-{
-    int i, j;
-    ROLN_SPD_TRANSPORT_BWD_MEM(ROLNI_CARVE, n)
-    for (i = 0; i < n; i++)
-        s[i] = ROLN_SQRT(l[i]);
-    roln_congr(n, V, gY, Z, N); /* N, and u and N later, serve as work where they are not in use */
-    roln_congr(n, W, U, u, N);
-    for (i = 0; i < n * n; i++)
-        u[i] *= s[i / n];
-    roln_mm(n, n, n, Z, u, N);
-    for (i = 0; i < n * n; i++)
-        Z[i] *= s[i / n] * s[i % n];
-    roln_congr_t(n, W, Z, gU, u);
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++) {
-            const roln_real a = N[i * n + j], b = N[j * n + i], h = 1 / (s[i] + s[j]);
-            Z[i * n + j] = h * (a + b);
-            u[i * n + j] = -h * (l[i] * a + l[j] * b);
-        }
-    roln_congr_t(n, W, Z, gX, N);
-    if (gP != NULL)
-        roln_congr_t(n, W, u, gP, N);
-}
-
-/* At M, R R^T = M^-1: G = mean of log(S_i), S_i = R X_i R^T, minus the gradient of half the mean squared distance; the
-   Hessian lies between 1 and *h = mean of c(l_min, l_max), c(a, b) = log[a, b] (a + b) / 2; *noise bounds the rounding of G,
-   8 n eps (mean of (sum_jk R_jk^2 (X_i)_kk / l_min + sum |log l|) + h sum_jk R_jk^2 M_kk). */
-#define ROLNI_MEAN_LOG_MEM(X, n) X(Q, (n) * (n)) X(l, n) X(f, n)
-#define ROLNI_MEAN_LOG_WORK(n) (0 ROLNI_MEAN_LOG_MEM(ROLNI_SIZE, n) + ROLN_MAX(ROLN_SPD_FORM_WORK(n), ROLN_EIG_WORK(n)))
-ROLN_FN roln_status rolni_spd_mean_log(int n, int count, const roln_real *X, const roln_real *M, const roln_real *R, roln_real *G,
-                                       roln_real *h, roln_real *noise, roln_real *work)
-{
-    const roln_real share = 1 / ROLNI_AS(roln_real, count);
-    roln_real sum_c = 0, e = 0;
-    roln_status st;
-    int c, i;
-    ROLNI_MEAN_LOG_MEM(ROLNI_CARVE, n)
-    rolni_zero(n * n, G);
-    for (c = 0; c < count; c++, X += n * n) {
-        rolni_spd_whiten(n, R, X, Q, work);
-        /* unreached: Q is finite */
-        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, f)) != ROLN_OK)
-            return st;
-        for (i = 0; i < n; i++)
-            e += share * ROLN_ABS(f[i]), f[i] *= share;
-        for (i = 0; i < n * n; i++)
-            e += share * (R[i] * X[i % n * (n + 1)] * R[i] / l[0]);
-        rolni_spd_add(n, f, Q, G, work);
-        sum_c += ROLN_C(0.5) * (l[0] + l[n - 1]) * rolni_log_dd1(l[0], l[n - 1]);
-    }
-    *h = share * sum_c;
-    for (i = 0; i < n * n; i++)
-        e += *h * (R[i] * M[i % n * (n + 1)] * R[i]);
-    *noise = 8 * ROLNI_AS(roln_real, n) * ROLN_EPS * e;
-    return ROLN_OK;
-}
-
-/* Frechet mean M of X [count][n][n], count >= 1: the minimiser of sum_i d(M, X_i)^2, unique (Karcher 1977). From the
-   arithmetic mean, M <- A exp(step G) A^T with the step of Barzilai and Borwein (Iannazzo and Porcelli 2018) within the
-   inverse bounds of the Hessian, halved where |G| does not fall. Ends where |G| is below n eps, or is below its rounding error
-   and falls by less than a tenth, after at most 100 gradients of 12 n^3 count multiply-adds each.
-   M [n][n] out, symmetric to the bit, written only on ROLN_OK; may be an X_i. ROLN_E_NOT_FINITE; ROLN_E_NOT_SPD: an X_i is not,
-   to working precision, as seen from the mean; ROLN_E_NO_CONVERGENCE. */
-#define ROLN_SPD_MEAN_MEM(X, n) \
-    X(best, (n) * (n)) X(trial, (n) * (n)) X(A, (n) * (n)) X(R, (n) * (n)) X(G, (n) * (n)) X(V, (n) * (n)) X(l, n) X(f, n)
-#define ROLN_SPD_MEAN_WORK(n) (0 ROLN_SPD_MEAN_MEM(ROLNI_SIZE, n) + ROLNI_MEAN_LOG_WORK(n))
-ROLN_FN roln_status roln_spd_mean(int n, int count, const roln_real *X, roln_real *M, roln_real *work)
-{
-    const int nn = n * n;
-    roln_real norm = -1, g, step = 0, h = 0, noise = 0, next_noise = 0; /* norm, noise: of best; norm < 0: there is none yet */
-    roln_status st;
-    int c, i, left;
-    ROLN_SPD_MEAN_MEM(ROLNI_CARVE, n)
-    if (!roln_all_finite(count * nn, X))
-        return ROLN_E_NOT_FINITE;
-    for (i = 0; i < nn; i++)
-        for (trial[i] = 0, c = 0; c < count; c++)
-            trial[i] += X[c * nn + i] / ROLNI_AS(roln_real, count);
-    for (left = 100; left > 0; left--) {
-        if ((st = roln_chol(n, trial, A)) == ROLN_OK) {
-            rolni_spd_inv(n, A, R);
-            st = rolni_spd_mean_log(n, count, X, trial, R, G, &h, &next_noise, work);
-        }
-        if (st != ROLN_OK && norm < 0)
-            return st;
-        g = ROLN_SQRT(roln_dot(nn, G, G));
-        if (st == ROLN_OK && (norm < 0 || g < norm)) {
-            const int slow = norm >= 0 && norm <= noise && g > ROLN_C(0.9) * norm;
-            if (norm < 0) {
-                step = 2 / (1 + h);
-            } else { /* u = the old G, carried along; s = step u, y = u - G; step <- <s, y> / <y, y> */
-                roln_real *u = best, uG;
-                for (i = 0; i < n; i++)
-                    f[i] *= l[i];
-                roln_spd_form(n, f, V, u, work);
-                rolni_spd_whiten(n, R, u, u, work);
-                uG = roln_dot(nn, u, G);
-                step *= (norm * norm - uG) / (norm * norm - 2 * uG + g * g);
-                step = step > 1 ? 1 : step * h > 1 ? step : 1 / h;
-            }
-            rolni_copy(nn, trial, best);
-            norm = g, noise = next_noise;
-            if (norm <= ROLNI_AS(roln_real, n) * ROLN_EPS || slow)
-                break;
-            if ((st = roln_eig(n, G, l, G, work)) != ROLN_OK) /* unreached: G is a mean of logarithms */
-                return st;
-            roln_mm_bt(n, n, n, G, A, V);
-        } else if (norm <= noise) {
-            break;
-        } else {
-            step *= ROLN_C(0.5);
-        }
-        for (i = 0; i < n; i++)
-            f[i] = roln_exp(step * l[i]);
-        roln_spd_form(n, f, V, trial, work);
-    }
-    if (left == 0 && !(norm <= noise)) /* unreached: the last step of all, and good enough */
-        return ROLN_E_NO_CONVERGENCE;
-    rolni_copy(nn, best, M);
-    return ROLN_OK;
-}
-
-/* Lp = L[p] of roln_spd_mean_bwd; frames: [count] of Q [n][n], K [n][n], l [n]. */
-#define ROLNI_MEAN_FRAME(n) (2 * (n) * (n) + (n))
-ROLN_FN void rolni_spd_mean_hessian(int n, int count, const roln_real *frames, const roln_real *p, roln_real *Lp, roln_real *h,
-                                    roln_real *work)
-{
-    int c, i;
-    rolni_zero(n * n, Lp);
-    for (c = 0; c < count; c++) {
-        const roln_real *Q = frames + c * ROLNI_MEAN_FRAME(n), *K = Q + n * n, *l = K + n * n;
-        roln_congr(n, Q, p, h, work);
-        for (i = 0; i < n * n; i++)
-            h[i] *= ROLN_C(0.5) * K[i] * (l[i / n] + l[i % n]);
-        roln_congr_t(n, Q, h, Lp, work);
-    }
-}
-
-/* Backward of the mean, by differentiating sum_i log(S_i) = 0. With M -> A (I + H) A^T the Hessian is
-       L[H] = sum_i Q_i^T (C_i o (Q_i H Q_i^T)) Q_i,   C = c(l_a, l_b) >= 1 as above: symmetric, eigenvalues >= count
-   (what else depends on H has the factor sum_i log(S_i)), hence, by conjugate gradients on symmetric matrices,
-       L[Y] = A^T sym(gM) A        gX_i += W_i^T (K_i o (Q_i Y Q_i^T)) W_i,   K = log[l_a, l_b], W_i = Q_i A^-1
-     X [count][n][n], M, gM [n][n] in, M from roln_spd_mean   gX [count][n][n] added to, only on ROLN_OK
-   Status of roln_chol, roln_eig, roln_map_values, ROLN_E_NOT_FINITE, ROLN_E_NO_CONVERGENCE after 100 steps. A frame costs 12,
-   a step 4 n^3 multiply-adds for each X_i. */
-#define ROLN_SPD_MEAN_BWD_MEM(X, n, count) \
-    X(A, (n) * (n)) X(R, (n) * (n)) X(Y, (n) * (n)) X(r, (n) * (n)) X(p, (n) * (n)) X(h, (n) * (n)) \
-    X(frames, (count) * ROLNI_MEAN_FRAME(n))
-#define ROLN_SPD_MEAN_BWD_WORK(n, count) (0 ROLN_SPD_MEAN_BWD_MEM(ROLNI_SIZE, n, count) + ROLNI_SPD_EIG_WORK(n))
-ROLN_FN roln_status roln_spd_mean_bwd(int n, int count, const roln_real *X, const roln_real *M, const roln_real *gM, roln_real *gX,
-                                      roln_real *work)
-{
-    const int nn = n * n, size = ROLNI_MEAN_FRAME(n);
-    roln_real top = 0, rr, next, stop, a;
-    roln_status st;
-    int c, i, j, left = 100;
-    ROLN_SPD_MEAN_BWD_MEM(ROLNI_CARVE, n, count)
-    roln_real *const Lp = A; /* when A is not needed any more */
-    if ((st = roln_chol(n, M, A)) != ROLN_OK)
-        return st;
-    rolni_spd_inv(n, A, R);
-    for (c = 0; c < count; c++) {
-        roln_real *Q = frames + c * size, *K = Q + nn, *l = K + nn;
-        rolni_spd_whiten(n, R, X + c * nn, Q, work);
-        if ((st = roln_eig(n, Q, l, Q, work)) != ROLN_OK || (st = roln_map_values(n, ROLN_LOG, 0, l, work)) != ROLN_OK)
-            return st;
-        roln_map_dd1(n, ROLN_LOG, 0, l, work, K);
-    }
-    for (i = 0; i < n; i++)
-        for (j = 0; j < n; j++)
-            h[i * n + j] = ROLN_C(0.5) * (gM[i * n + j] + gM[j * n + i]), r[i * n + j] = Y[i * n + j] = 0;
-    roln_congr_t(n, A, h, r, work);
-    if (!roln_all_finite(nn, r))
-        return ROLN_E_NOT_FINITE;
-    for (i = 0; i < nn; i++)
-        top = ROLN_MAX(top, ROLN_ABS(r[i]));
-    for (i = 0; i < nn && top > 0; i++)
-        p[i] = r[i] /= top;
-    next = roln_dot(nn, r, r); /* to eps of the parts of it that are eps of the whole: test_spd.c: test_mean_blocks */
-    for (stop = ROLN_EPS * ROLN_EPS * (ROLN_EPS * ROLN_EPS) * next; next > stop; left--) {
-        if (left == 0) /* unreached: no matrix is known that takes 100 steps */
-            return ROLN_E_NO_CONVERGENCE;
-        rr = next;
-        rolni_spd_mean_hessian(n, count, frames, p, Lp, h, work);
-        a = rr / roln_dot(nn, p, Lp);
-        for (i = 0; i < nn; i++)
-            Y[i] += a * p[i], r[i] -= a * Lp[i];
-        next = roln_dot(nn, r, r);
-        for (i = 0; i < nn; i++)
-            p[i] = r[i] + next / rr * p[i];
-    }
-    for (c = 0; c < count; c++) {
-        const roln_real *Q = frames + c * size, *K = Q + nn;
-        roln_congr(n, Q, Y, h, work);
-        for (i = 0; i < nn; i++)
-            h[i] *= top * K[i];
-        roln_mm(n, n, n, Q, R, p);
-        roln_congr_t(n, p, h, gX + c * nn, work);
-    }
     return ROLN_OK;
 }
 

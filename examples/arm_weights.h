@@ -8,7 +8,6 @@ typedef char arm_weights_are_of_ROLN_STEP_rk4[arm_scheme == 2 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_CHART_none_0[arm_degree == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_MASS_exponential[arm_cholesky == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_BASE_0[arm_base == 0 ? 1 : -1];
-typedef char arm_weights_are_of_ROLN_WIDTH_6[arm_W0 == 6 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_LAYERS_0[arm_L0 == 0 && arm_L1 == 0 && arm_L2 == 0 && arm_L3 == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_DAMPING_1[arm_damping == 1 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_FRICTION_0[arm_friction == 0 ? 1 : -1];

@@ -9,7 +9,6 @@ typedef char chain_weights_are_of_ROLN_STEP_rk4[chain_scheme == 2 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_CHART_polynomial_3[chain_degree == 3 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_MASS_exponential[chain_cholesky == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_BASE_0[chain_base == 0 ? 1 : -1];
-typedef char chain_weights_are_of_ROLN_WIDTH_2[chain_W0 == 2 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_LAYERS_0[chain_L0 == 0 && chain_L1 == 0 && chain_L2 == 0 && chain_L3 == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DAMPING_0[chain_damping == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_FRICTION_0[chain_friction == 0 ? 1 : -1];

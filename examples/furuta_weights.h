@@ -8,7 +8,6 @@ typedef char furuta_weights_are_of_ROLN_STEP_rk4[furuta_scheme == 2 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_CHART_none_0[furuta_degree == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_MASS_exponential[furuta_cholesky == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_BASE_0[furuta_base == 0 ? 1 : -1];
-typedef char furuta_weights_are_of_ROLN_WIDTH_2[furuta_W0 == 2 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_LAYERS_0[furuta_L0 == 0 && furuta_L1 == 0 && furuta_L2 == 0 && furuta_L3 == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_DAMPING_1[furuta_damping == 1 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_FRICTION_0[furuta_friction == 0 ? 1 : -1];

@@ -340,8 +340,6 @@ def listed(numbers):
 
 def needs(name, model, scheme):
     """One type for every option that C can compare: the weights compile with their config only."""
-    n = model.sizes[-1]
-
     def filled(names, values):
         return list(zip(names.split(), values + [0] * LAYERS))
 
@@ -350,8 +348,8 @@ def needs(name, model, scheme):
                ("MLP_" + "_".join(map(str, model.hidden)), filled("H1 H2 H3 H4 H5", model.hidden)),
                ("STEP_" + SCHEMES[scheme], [("scheme", scheme)]),
                ("CHART_none_0", [("degree", 0)]), ("MASS_exponential", [("cholesky", 0)]), (f"BASE_{base}", [("base", base)]),
-               (f"WIDTH_{n}", [("W0", n)]), ("LAYERS_0", filled("L0 L1 L2 L3", [])), ("DAMPING_0", [("damping", 0)]),
-               ("FRICTION_0", [("friction", 0)]), ("ANGLES_0", [("angles", 0)]), ("SCALE_common", [("own", 0)]),
+               ("LAYERS_0", filled("L0 L1 L2 L3", [])), ("DAMPING_0", [("damping", 0)]), ("FRICTION_0", [("friction", 0)]),
+               ("ANGLES_0", [("angles", 0)]), ("SCALE_common", [("own", 0)]),
                ("INPUTS_0", [("inputs", 0)]), ("STORE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)]),
                (f"FORMAT_{FORMAT}", [("format", FORMAT)])]
     return "".join(f"typedef char {name}_weights_are_of_ROLN_{option}["

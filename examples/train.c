@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* train.c - train a model on recorded motion.
 
-   cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=pend16 examples/train.c -o train -lpthread -lm
+   cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=arm examples/train.c -o train -lpthread -lm
    ./train motion.csv [key=value ...]
    ./train --help
 
-   MODEL is the ROLN_NAME of a config header, which is named after it (pend16.h: the sizes, see roln.h). motion.csv has the columns
+   MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
    t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Without pthreads: -DNO_THREADS, as
    always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
    trajectories best:

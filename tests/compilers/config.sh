@@ -115,18 +115,13 @@ try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=0'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 0'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 7, 6, 5, 0'
 # SPD layers
-try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, bimap, reeig'
-try - 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, reeig, gyro, bimap'
-try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=5' 'LAYERS=gyro, reeig'
-try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=5'
-try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=1' 'LAYERS=bimap'
-try spd_layers_must_end_at_n 'AE=4, 2' 'MLP=8' 'WIDTH=1'
+try - 'AE=4, 2' 'MLP=8' 'LAYERS=gyro'
+try - 'AE=4, 2' 'MLP=8' 'LAYERS=gyro, gyro, gyro, gyro'
 try ROLNI_KIND_conv 'AE=4, 2' 'MLP=8' 'LAYERS=conv'
 # Cholesky
 try - 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'DAMPING=1'
-try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'LAYERS=reeig'
+try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'LAYERS=gyro'
 try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'BASE=1'
-try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'WIDTH=2'
 try ROLNI_MASS_ldl 'AE=4, 2' 'MLP=8' 'MASS=ldl'
 try ROLNI_SCHEME_rk5 'AE=4, 2' 'MLP=8' 'STEP=rk5'
 # lists with a hole, lists too long, flags and counts that are none
@@ -241,7 +236,7 @@ check() {
 # defines NAME=VALUE ..: the model arm, with these options in place of its own
 defines() {
     echo '#define ROLN_NAME arm'
-    for d in 'AE=6, 4, 2' 'MLP=8, 6' STEP=rk4 SLOPE=0.5 LEAST=1e-3 MASS=exponential BASE=1 WIDTH=3 'LAYERS=gyro, bimap' DAMPING=1 \
+    for d in 'AE=6, 4, 2' 'MLP=8, 6' STEP=rk4 SLOPE=0.5 LEAST=1e-3 MASS=exponential BASE=1 LAYERS=gyro DAMPING=1 \
         INPUTS=1 'CHART=polynomial, 3' STORE=full "$@"; do
         echo "#undef ROLN_${d%%=*}"
         echo "#define ROLN_${d%%=*} ${d#*=}"
@@ -293,8 +288,7 @@ with MLP_8_6 'MLP=6, 8'
 with STEP_rk4 STEP=midpoint
 with MASS_exponential MASS=cholesky
 with BASE_1 BASE=0
-with WIDTH_3 'WIDTH=4'
-with LAYERS_gyro_bimap 'LAYERS=bimap, gyro'
+with LAYERS_gyro 'LAYERS=gyro, gyro'
 with DAMPING_1 DAMPING=0
 with INPUTS_1 INPUTS=0
 with FRICTION_0 FRICTION=1

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* hash.c - the promise of equal bits, as one line: FNV-1a 64 over the little-endian bits of parameters and optimiser
    state after 200 training steps, then of z, zd, q, qd after each of 1000 steps of a roll-out; then the same of a model with
-   every option, trained with all three losses, of its controller, linearisation and inertia, of a chart in closed form, of SPD
-   maps and means, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
+   every option, trained with all three losses, of its controller and linearisation, of a chart in closed form, of SPD
+   maps and distances, of denormal numbers, of a large symmetric system, of Gauss-Newton, which goes on from a copy as if it had not
    stopped, and of a machine that turns round and rubs, with its feedback, plans, the ticks of its one motor and a filter. Before
    the line it writes its packed parameters; what it goes on with are those that it then reads. See hash.sh. */
 #define ROLN_NAME net
@@ -17,8 +17,7 @@
 #define ROLN_MLP 8, 8
 #define ROLN_STEP midpoint
 #define ROLN_BASE 1
-#define ROLN_WIDTH 3
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 4
@@ -163,7 +162,6 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
         must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work), "full: aim");
         must(full_control(&p, &z, &target, tau_z, &work), "full: control");
         must(full_lift(&p, &z, tau_z, tau, &work), "full: lift");
-        must(full_inertia(&p, &z, tau, tau, &work), "full: inertia");
         next = z;
         must(full_linear(&p, &next, u + 2 * k, h / 8, &j, &linwork), "full: linear");
         must(full_step(&p, &z, u + 2 * k, h / 8, &work), "full: step");
@@ -222,14 +220,13 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     }
 }
 
-/* Maps, distances, transports and means of random SPD matrices. */
+/* Maps and distances of random SPD matrices. */
 static void hash_spd(uint64_t *s)
 {
     enum { n = 5, COUNT = 3 };
     roln_real X[COUNT][n * n], L[n * n], Y[n * n], d = 0;
     union {
-        roln_real map[ROLN_SPD_MAP_WORK(n)], transport[ROLN_SPD_TRANSPORT_WORK(n)], dist[ROLN_SPD_DIST_WORK(n)];
-        roln_real mean[ROLN_SPD_MEAN_WORK(n)];
+        roln_real map[ROLN_SPD_MAP_WORK(n)], dist[ROLN_SPD_DIST_WORK(n)];
     } work;
     int k, i;
     for (k = 0; k < 20; k++) {
@@ -242,9 +239,7 @@ static void hash_spd(uint64_t *s)
         must(roln_chol(n, X[0], L), "spd: chol");
         must(roln_spd_map(n, ROLN_LOG, 0, L, X[1], Y, work.map), "spd: log"), add(n * n, Y);
         must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.3), L, X[1], Y, work.map), "spd: geodesic"), add(n * n, Y);
-        must(roln_spd_transport(n, L, X[1], X[2], Y, work.transport), "spd: transport"), add(n * n, Y);
         must(roln_spd_dist(n, L, X[2], &d, work.dist), "spd: dist"), add(1, &d);
-        must(roln_spd_mean(n, COUNT, X[0], Y, work.mean), "spd: mean"), add(n * n, Y);
     }
 }
 

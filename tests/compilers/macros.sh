@@ -42,7 +42,7 @@ check() {
         grep -E 'error|note: .*macro' build/macros.log | head -n 20
     fi
 }
-for type in '' -DROLN_DOUBLE '-DROLN_SIMD=0 -DROLN_DEBUG_WORK'; do
+for type in '' -DROLN_DOUBLE -DROLN_SIMD=0; do
     for cc in 'gcc -std=c99 -xc' 'g++ -std=c++11 -xc++' 'clang -std=c99 -xc' 'clang++ -std=c++11 -xc++'; do
         printf '#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n#include <string.h>\n#include "%s"\n' \
             macros.h ../tests/compilers/models.h > build/macros.c

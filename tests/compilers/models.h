@@ -20,8 +20,7 @@
 #define ROLN_AE 8, 6, 3
 #define ROLN_MLP 16, 16
 #define ROLN_BASE 1
-#define ROLN_WIDTH 5
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
 #define ROLN_PLAN 10, 2

@@ -14,7 +14,7 @@ passed=0
 failed=0
 headers='roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h tests/compilers/models.h'
 for header in $headers; do
-    for type in '' -DROLN_DOUBLE '-DROLN_SIMD=0 -DROLN_DEBUG_WORK'; do
+    for type in '' -DROLN_DOUBLE -DROLN_SIMD=0; do
         for cc in "gcc -std=c99 -xc $strict" "clang -std=c99 -xc $strict" 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++' \
             "arm-none-eabi-gcc -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -xc $strict" \
             "riscv64-unknown-elf-gcc -march=rv32imfc -mabi=ilp32f --specs=picolibc.specs -std=c99 -xc $strict"; do

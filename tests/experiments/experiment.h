@@ -80,7 +80,7 @@ struct shape {
     int ae[ROLN_AE_MAX + 1];                /* N .. n, 0-terminated; one number: no autoencoder */
     int mlp;                                /* two hidden layers of this width */
     int mass, base, damping;                /* as in roln_lnn */
-    int layer[ROLN_LAYERS_MAX];             /* SPD layers, 0-terminated, all of width n */
+    int layers;                             /* gyro layers */
     int degree;                             /* of the polynomials that bend the innermost layer; 0: it has an activation */
     double slope, zoom;                     /* of the activation; data are scaled to `zoom` times their usual size at the start */
 };

@@ -66,12 +66,7 @@ static void build(struct model *m, const struct shape *s)
     }
     f->n = ae->size[ae->layers];
     f->mass = s->mass, f->base = s->base, f->damping = s->damping, f->least = ROLN_C(1e-4);
-    while (f->layers < ROLN_LAYERS_MAX && s->layer[f->layers] > 0) {
-        f->layer[f->layers] = s->layer[f->layers];
-        f->layers++;
-    }
-    for (int i = 0; i <= f->layers; i++)
-        f->width[i] = f->n;
+    f->layers = s->layers;
     f->mass_net = f->damper_net = mlp(f->n, s->mlp, ROLN_TRI(f->n)), f->potential_net = mlp(f->n, s->mlp, 1);
     m->md.scheme = ROLN_RK4;
     m->params = roln_params(&m->md);
@@ -83,11 +78,10 @@ static void build(struct model *m, const struct shape *s)
     m->front = m->blocks;
     put_block(m, ROLN_EUCLIDEAN, 1, rolni_base_at(f), 1);
     if (f->base) put_block(m, &roln_spd, f->n, f->n, 1);
-    for (int i = 0; i < f->layers; i++)
-        if (f->layer[i] == ROLN_GYRO) {
-            put_block(m, ROLN_EUCLIDEAN, 1, ROLN_TRI(f->n), 1);
-            put_block(m, &roln_spd, f->n, f->n, 1);
-        }
+    for (int i = 0; i < f->layers; i++) {
+        put_block(m, ROLN_EUCLIDEAN, 1, ROLN_TRI(f->n), 1);
+        put_block(m, &roln_spd, f->n, f->n, 1);
+    }
     m->theta = room((size_t)m->params, sizeof *m->theta);
     m->work = room((size_t)predictor_work(&m->md), sizeof *m->work);
 }

@@ -153,8 +153,8 @@
 const struct recipe recipes[] = {
     PEND2("exp", .base = 0),
     PEND2("base", .base = 1),
-    PEND2("gyro", .layer = {ROLN_GYRO}),
-    PEND2("basegyro", .base = 1, .layer = {ROLN_GYRO}),
+    PEND2("gyro", .layers = 1),
+    PEND2("basegyro", .base = 1, .layers = 1),
     PEND2("chol", .mass = ROLN_CHOLESKY),
     PEND2_LATENT("mlp", 40, LATENT_MLP),
     PEND2_LATENT("hnn", 40, LATENT_HNN),

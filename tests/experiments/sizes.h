@@ -13,8 +13,7 @@
 
 struct sizes {
     int N, N1, N2, ae_sum, curves, bent, ae_size; /* roln_ae.h */
-    int n, width, base, damping, cossin, cholesky, formed, hidden, wide, chain, chain_dir, gyro, reeig, bimap; /* roln_lnn.h */
-    int bimap_to;
+    int n, base, damping, cossin, cholesky, formed, hidden, wide, layers; /* roln_lnn.h */
     int inputs, force_size, scheme, own; /* roln.h */
     ROLN_LNN_ROWS(SIZES_FIELD, SZ) ROLN_GRAD_STEPS(SIZES_FIELD, SZ, nb)
 };
@@ -27,17 +26,11 @@ ROLN_FN struct sizes sizes_of(const roln_model *model, int nb)
     sz.N = ae->size[0], sz.N1 = roln_ae_size(ae, 1), sz.N2 = roln_ae_size(ae, 2);
     sz.ae_sum = roln_ae_sum(ae), sz.ae_size = roln_ae_params(ae);
     sz.curves = ae->curves, sz.bent = roln_ae_bent(ae);
-    sz.n = f->n, sz.width = f->width[0], sz.base = f->base, sz.damping = f->damping;
+    sz.n = f->n, sz.base = f->base, sz.damping = f->damping;
     sz.cossin = rolni_cossin(f);
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.formed = rolni_formed(f), sz.hidden = roln_mlp_hidden(&f->mass_net);
     sz.wide = roln_mlp_widest(&f->mass_net, 0) + roln_mlp_widest(&f->mass_net, 1);
-    for (int i = f->layers - 1; i >= 0; i--) { /* backwards, so that the first of each kind stays */
-        const int w = f->width[i], to = f->width[i + 1];
-        sz.chain += ROLN_LAYER_KEEP(f->layer[i], w, to), sz.chain_dir += ROLN_LAYER_KEEP_DIR(f->layer[i], w, to);
-        if (f->layer[i] == ROLN_GYRO) sz.gyro = w;
-        if (f->layer[i] == ROLN_REEIG) sz.reeig = w;
-        if (f->layer[i] == ROLN_BIMAP) sz.bimap = w, sz.bimap_to = to;
-    }
+    sz.layers = f->layers;
     sz.inputs = model->inputs, sz.force_size = roln_force_size(model), sz.scheme = model->scheme, sz.own = model->own;
     ROLN_LNN_ROWS(SIZES_SET, SZ)
     ROLN_GRAD_STEPS(SIZES_SET, SZ, nb)

@@ -173,13 +173,13 @@ static void spd_exp(const row *r)
 }
 
 /* SPD matrices with condition below 2 as seen from the first; size: n, what is timed. */
-enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST, TRANSPORT, MEAN };
+enum { LOG_MAP, ROOT, LOG_DD1, MAP_BWD, DIST };
 static struct {
     roln_real A[MAX_N * MAX_N], X[(MATRICES + 4) * MAX_N * MAX_N], l[MAX_N], f[MAX_N], K[MAX_N * MAX_N], V[MAX_N * MAX_N];
     roln_real W[MAX_N * MAX_N], Y[MAX_N * MAX_N], g[2][MAX_N * MAX_N], d;
     union {
         roln_real frame[ROLN_SPD_FRAME_WORK(MAX_N)], map[ROLN_SPD_MAP_WORK(MAX_N)], map_bwd[ROLN_SPD_MAP_BWD_WORK(MAX_N)];
-        roln_real dist[ROLN_SPD_DIST_WORK(MAX_N)], transport[ROLN_SPD_TRANSPORT_WORK(MAX_N)], mean[ROLN_SPD_MEAN_WORK(MAX_N)];
+        roln_real dist[ROLN_SPD_DIST_WORK(MAX_N)];
     } work;
 } spd;
 
@@ -207,9 +207,7 @@ static void spd_run(const row *r)
         case ROOT: must(roln_spd_map(n, ROLN_POWER, ROLN_C(0.5), NULL, X, spd.Y, spd.work.map)); break;
         case LOG_DD1: roln_map_dd1(n, ROLN_LOG, 0, spd.l, spd.f, spd.K); break;
         case MAP_BWD: roln_spd_map_bwd(n, spd.l, spd.f, spd.K, spd.V, spd.W, X, spd.g[0], spd.g[1], spd.work.map_bwd); break;
-        case DIST: must(roln_spd_dist(n, spd.A, X, &spd.d, spd.work.dist)); break;
-        case TRANSPORT: must(roln_spd_transport(n, spd.A, X, spd.K, spd.Y, spd.work.transport)); break;
-        default: must(roln_spd_mean(n, 5, X, spd.Y, spd.work.mean)); break;
+        default: must(roln_spd_dist(n, spd.A, X, &spd.d, spd.work.dist)); break;
         }
     }
 }
@@ -422,7 +420,7 @@ static void net_setup(const row *r)
     memcpy(net.md.ae.size, r->size, sizeof r->size);
     net.md.ae.slope = ROLN_C(0.41421356);
     net.md.lnn = cloth_model.lnn;
-    net.md.lnn.n = net.md.lnn.width[0] = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
+    net.md.lnn.n = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
     net.md.lnn.mass_net.size[3] = ROLN_TRI(n);
     net.md.scheme = r->more;
     for (b = 0; b < l; b++) {
@@ -668,7 +666,7 @@ static void print_row(const row *r)
 #define SPD(n) \
     SPD_ROW("SPD log at a base point", n, LOG_MAP), SPD_ROW("SPD square root", n, ROOT), \
     SPD_ROW("SPD log, divided differences", n, LOG_DD1), SPD_ROW("SPD map, backward", n, MAP_BWD), \
-    SPD_ROW("SPD distance", n, DIST), SPD_ROW("SPD transport", n, TRANSPORT), SPD_ROW("SPD mean of 5", n, MEAN)
+    SPD_ROW("SPD distance", n, DIST)
 #define MATVEC(m, k) \
     {"mat-vec " #m "x" #k ", order 1", big_setup, matvec_order1, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}, \
     {"mat-vec " #m "x" #k ", order 2", big_setup, matvec_order2, {m, k}, 0, 1, 0, "mju_mulMatVec (double)", matvec_mujoco, 0}

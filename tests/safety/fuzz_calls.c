@@ -25,8 +25,7 @@
 #define MODEL rich /* SPD layers, damping, inputs */
 #define ROLN_AE 6, 5, 3
 #define ROLN_MLP 4, 3
-#define ROLN_WIDTH 4
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2

@@ -36,8 +36,7 @@
 #define ROLN_NAME layered
 #define ROLN_AE 2
 #define ROLN_MLP 3
-#define ROLN_WIDTH 3
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_LEAST 0.015625
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1

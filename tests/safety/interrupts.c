@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* interrupts.c - a control tick in the midst of other calls, as of a timer interrupt: at every instruction of them, where a
    processor can be stepped (x86-64 and Linux: the trap flag), and at random instants of a timer. The tick has scratch of its own:
-   its results and those of what it interrupts have the bits that they have alone. Built also with ROLN_DEBUG_WORK: then a tick with
-   the same scratch, too, which is refused with its outputs untouched, or, where the call has not begun or has ended, done.
-   tests/unit/test_safety.c asks the same at fences, of every function. */
+   its results and those of what it interrupts have the bits that they have alone. tests/unit/test_safety.c
+   asks the same at fences. */
 #define _GNU_SOURCE
 #include <signal.h>
 #include <sys/time.h>
@@ -13,12 +12,12 @@
 
 /* What interrupts: its own state, results that it is to have, and how often it came. */
 static struct {
-    scratch own, *same; /* same: that of what is interrupted, or NULL */
+    scratch own;
     arm_state x;
     arm_target r;
     arm_latent s, want_s;
     arm_guard want;
-    volatile long count, wrong, refused, done;
+    volatile long count, wrong;
     volatile sig_atomic_t stop;
 } tick;
 
@@ -31,15 +30,6 @@ static void interrupt(void)
     tick.count++;
     faults = arm_tick(&p, &limits, &tick.x, &tick.r, &s, &g, &tick.own.work);
     tick.wrong += faults != 0 || memcmp(&s, &tick.want_s, sizeof s) != 0 || memcmp(&g, &tick.want, sizeof g) != 0;
-    if (!tick.same) return;
-    s = tick.s, memset(&g, 0, sizeof g);
-    faults = arm_tick(&p, &limits, &tick.x, &tick.r, &s, &g, &tick.same->work);
-    if (faults == ROLN_FAULT_STATUS) {
-        arm_guard zero;
-        memset(&zero, 0, sizeof zero);
-        tick.refused++, tick.wrong += memcmp(&s, &tick.s, sizeof s) != 0 || memcmp(&g, &zero, sizeof g) != 0;
-    } else
-        tick.done++, tick.wrong += faults != 0 || memcmp(&s, &tick.want_s, sizeof s) != 0 || memcmp(&g, &tick.want, sizeof g) != 0;
 }
 
 static void begin_tick(void)
@@ -96,15 +86,14 @@ static void catch_signals(void)
 
 /* Calls, alone and interrupted: all of them as long as the timer has not rung `rings` times; those before LINEAR, which are not so
    long that stepping takes minutes, by instructions. */
-static void test_calls(int stepped, int same, long rings)
+static void test_calls(int stepped, long rings)
 {
     static scratch w;
     static results o, want;
     const struct itimerval off = {{0, 0}, {0, 0}}, often = {{0, 97}, {0, 97}};
     long calls = 0;
     int k, wrong = 0;
-    tick.same = same ? &w : NULL;
-    tick.count = tick.wrong = tick.refused = tick.done = 0;
+    tick.count = tick.wrong = 0;
     begin(7, &want), begin(7, &o);
     tick.stop = 1;
     setitimer(ITIMER_REAL, stepped ? &off : &often, NULL);
@@ -121,25 +110,18 @@ static void test_calls(int stepped, int same, long rings)
     }
     setitimer(ITIMER_REAL, &off, NULL);
     CHECK(wrong == 0 && tick.wrong == 0 && want.statuses == 0);
-    CHECK(tick.count > (stepped ? 10000 : rings - 1) && (!same || (tick.refused > 0 && tick.done > 0)));
-    printf("%s, %s: %ld ticks in %ld calls, %ld refused\n", stepped ? "at every instruction" : "at random instants",
-           same ? "scratch of its own and the same" : "scratch of its own", tick.count, calls, tick.refused);
+    CHECK(tick.count > (stepped ? 10000 : rings - 1));
+    printf("%s: %ld ticks in %ld calls\n", stepped ? "at every instruction" : "at random instants", tick.count, calls);
 }
 
 int main(void)
 {
-    int same;
     make_model();
     begin_tick();
     catch_signals();
-#ifdef ROLN_DEBUG_WORK
-    same = 1;
-#else
-    same = 0;
-#endif
-    test_calls(0, same, 3000);
+    test_calls(0, 3000);
     CHECK(STEPPED);
-    if (STEPPED) test_calls(1, same, 0);
+    if (STEPPED) test_calls(1, 0);
     printf("%ld passed, %ld failed\n", check_passed, check_failed);
     return check_failed != 0;
 }

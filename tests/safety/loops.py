@@ -34,10 +34,6 @@ BOUNDED = {
         ("do while (0)", "do .. while (0)"),
         ("0", "its while"),
     ],
-    "roln_spd_mean_bwd": [
-        ("stop = ROLN_EPS * ROLN_EPS * (ROLN_EPS * ROLN_EPS) * next; next > stop; left--",
-         "left at left == 0, which falls by one from 100"),
-    ],
     "rolni_chart_polish": [
         ("j = 0; j < m; j = j == 0 ? n + 1 : j + 1", "j rises"),
     ],

@@ -8,7 +8,7 @@
     misra.py -l R   the findings of rule R, with their lines
 
 A finding is a rule, a file and a line. Looked at are the models of options.h as firmware compiles them (ROLN_SIMD 0, ints and
-pointers of 32 bits), as float, and as double with ROLN_DEBUG_WORK; and, for rules of single characters and words, of which the
+pointers of 32 bits), as float and as double; and, for rules of single characters and words, of which the
 addon reads those of a file itself but not those of what it includes, each header as a file of its own.
 
 misra.txt has a block for every rule of the addon: `rule NUMBER CATEGORY DECISION text`, then the reason, then the places,
@@ -50,10 +50,9 @@ decidable part. So this is no claim of compliance with MISRA C:2012; it is the l
 permit for these headers, with reasons, and it does not grow unseen. The words on a rule are ours; the rules are MISRA's, and its
 documents are to be had from MISRA alone. Categories are those of MISRA C:2012 with its amendments 1 and 2.
 
-What is looked at: the five headers, as a translation unit that has every option of a config (`tests/safety/options.h`), as float,
-and as double with `ROLN_DEBUG_WORK`; for a target of 32 bits, without the SIMD of hosts (`ROLN_SIMD` 0), which no microcontroller
-compiles. A finding is a rule, a file and a line. Rule 8.2 and rule 9.5 the addon checks in part: of prototypes, gcc's
--Wstrict-prototypes sees the rest.
+What is looked at: the five headers, as a translation unit that has every option of a config (`tests/safety/options.h`), as float
+and as double; for a target of 32 bits, without the SIMD of hosts (`ROLN_SIMD` 0), which no microcontroller compiles. A finding is
+a rule, a file and a line. Rule 8.2 and rule 9.5 the addon checks in part: of prototypes, gcc's -Wstrict-prototypes sees the rest.
 
 *Deviation*: findings are true and stay, for the reason given. *Errors of the tool*: the rule is kept, and why. *Disapplied*: an
 advisory rule that this project does not follow; such findings are counted, and may grow.
@@ -89,7 +88,7 @@ def measure():
     shutil.rmtree(BUILD, ignore_errors=True)
     os.makedirs(BUILD)
     sources = []
-    for name, options in (('float.c', ['-DROLN_STANDARD']), ('double.c', ['-DROLN_DOUBLE', '-DROLN_DEBUG_WORK'])):
+    for name, options in (('float.c', ['-DROLN_STANDARD']), ('double.c', ['-DROLN_DOUBLE'])):
         with open(BUILD + '/' + name, 'w', encoding='utf-8') as f:
             f.write('#include "tests/safety/options.h"\n')
         sources.append((BUILD + '/' + name, options))

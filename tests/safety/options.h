@@ -7,8 +7,7 @@
 #define ROLN_AE 6, 3
 #define ROLN_MLP 4, 4
 #define ROLN_BASE 1
-#define ROLN_WIDTH 5
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 1
 #define ROLN_LOAD 1

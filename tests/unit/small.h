@@ -51,8 +51,7 @@
 #define ROLN_NAME rich /* everything at once */
 #define ROLN_AE 6, 5, 3
 #define ROLN_MLP 4, 3
-#define ROLN_WIDTH 4
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_LAYERS gyro
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
@@ -81,11 +80,10 @@
 #define ROLN_PLAN 4, 5
 #include "roln.h"
 
-#define ROLN_NAME layered /* SPD layers that keep their size, no autoencoder */
+#define ROLN_NAME layered /* as many SPD layers as there may be, no autoencoder */
 #define ROLN_AE 2
 #define ROLN_MLP 3
-#define ROLN_LAYERS reeig, gyro, gyro, bimap
-#define ROLN_LEAST 0.015625
+#define ROLN_LAYERS gyro, gyro, gyro, gyro
 #define ROLN_DAMPING 1
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
@@ -148,9 +146,9 @@
 /* Every size that the work macros ask for, as the shell makes them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, own) \
-    X(of, force_size) X(of, scheme) X(of, width) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
-    X(of, hidden) X(of, wide) X(of, chain) X(of, chain_dir) X(of, gyro) X(of, reeig) X(of, bimap) X(of, bimap_to) X(of, row_mass) \
-    X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) X(of, row_jac_2) \
+    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) \
+    X(of, hidden) X(of, wide) X(of, layers) X(of, row_mass) X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) \
+    X(of, row_bwd_2) X(of, row_jac_1) X(of, row_jac_2) \
     X(of, step_kept) X(of, step_bwd) X(of, mid_kept) X(of, mid_bwd) X(of, start_kept) X(of, start_bwd) X(of, step_once) \
     X(of, mid_once) X(of, start_once) X(of, stage_kept) X(of, stage_bwd) X(of, inverse_kept) X(of, inverse_bwd) \
     X(of, steps) X(of, motors) X(of, load) X(of, state_work) X(of, load_work)
@@ -319,23 +317,24 @@ ROLN_FN void near_one(int n, roln_real *P)
 ROLN_FN int mate(int k, int i)
 {
     const roln_lnn *f = &models[k].md->lnn;
-    int l, at = roln_ae_params(&models[k].md->ae) + rolni_base_at(f), w = f->width[0];
+    const int w = f->n;
+    int l, at = roln_ae_params(&models[k].md->ae) + rolni_base_at(f);
     if (f->base && i >= at && i < at + w * w) return at + (i - at) % w * w + (i - at) / w;
     for (l = 0; l < f->layers; l++) {
-        w = f->width[l];
         at = roln_ae_params(&models[k].md->ae) + rolni_layer_at(f, l) + ROLN_TRI(w);
-        if (f->layer[l] == ROLN_GYRO && i >= at && i < at + w * w) return at + (i - at) % w * w + (i - at) / w;
+        if (i >= at && i < at + w * w) return at + (i - at) % w * w + (i - at) / w;
     }
     return i;
 }
 
-/* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD, BiMap is nearly orthonormal. */
+/* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD. */
 ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
 {
     const roln_model *m = models[k].md;
     const roln_lnn *f = &m->lnn;
+    const int w = f->n;
     roln_real *P;
-    int l, i, w = f->width[0];
+    int l, i;
     dyadic(models[k].params, ROLN_C(0.5), s, theta);
     for (l = 0; l < m->ae.layers; l++) {
         const int a = m->ae.size[l], b = m->ae.size[l + 1];
@@ -350,13 +349,7 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     for (i = 0; f->friction && i < f->n; i++) /* little, and not sharp: midpoint converges */
         theta[rolni_friction_at(f) + i] -= 2, theta[rolni_friction_at(f) + f->n + i] += 1;
     if (f->base) near_one(w, P), P += w * w;
-    for (l = 0; l < f->layers; l++) {
-        const int wo = f->width[l + 1];
-        w = f->width[l];
-        if (f->layer[l] == ROLN_GYRO) near_one(w, P + ROLN_TRI(w)), P += ROLN_TRI(w) + w * w;
-        for (i = 0; f->layer[l] == ROLN_BIMAP && i < w * wo; i++)
-            *P = *P / 4 + (i % (w + 1) == 0), P++;
-    }
+    for (l = 0; l < f->layers; l++, P += w * w) P += ROLN_TRI(w), near_one(w, P);
 }
 
 #endif

@@ -626,7 +626,7 @@ static void test_lift(int k)
     const roln_trained m = trained(&md, scale_of(k), theta_k);
     const int n = n_OF(k);
     roln_real z[MAXN], tau_z[MAXN], tau[MAXN], back[MAXN];
-    uint64_t s = 270 + (uint64_t)k;
+    uint64_t s = 280 + (uint64_t)k;
     valid(k, &s);
     dyadic(n, 1, &s, z), dyadic(n, 1, &s, tau_z);
     CHECK_OK(roln_lift(&m, z, tau_z, tau, ROOM(lift)));
@@ -2243,7 +2243,7 @@ static double residual(int k, double h, double push, double heavy, double *power
     move(k, h, push, &mo);
     *power = mo.power;
     for (i = 0; i < f->n && fabs(heavy) > 0; i++) /* U + heavy I */
-        theta_k[roln_ae_params(&models[k].md->ae) + roln_mlp_params(&f->mass_net) - ROLN_TRI(f->width[0]) + i] += heavy;
+        theta_k[roln_ae_params(&models[k].md->ae) + roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += heavy;
     CHECK(!caught(k, &mo, hi));
     for (it = 0; it < 44; it++) {
         const double mid = sqrt((lo + 1e-14) * hi);

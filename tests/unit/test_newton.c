@@ -11,9 +11,8 @@
 #define ROLN_NAME hand /* every manifold, all of it learned; systems of either kind */
 #define ROLN_AE 5, 4, 2
 #define ROLN_CHART polynomial, 2
-#define ROLN_MLP 3
-#define ROLN_WIDTH 3
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_MLP 5
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
@@ -26,9 +25,8 @@
 #define ROLN_NAME palm /* the same, its networks alone */
 #define ROLN_AE 5, 4, 2
 #define ROLN_CHART polynomial, 2
-#define ROLN_MLP 3
-#define ROLN_WIDTH 3
-#define ROLN_LAYERS gyro, bimap, reeig
+#define ROLN_MLP 5
+#define ROLN_LAYERS gyro, gyro
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2

@@ -442,11 +442,11 @@ static roln_status adam(const roln_opt *o, roln_real scale, const roln_real *g, 
     return st;
 }
 
-/* Adam on the product manifold of one table, from its formulas, in long double; sgd: without moments. SPD tangents are full
-   matrices, carried from X = A A^T to X' by E = A' A^-1. */
+/* Adam on the product manifold of one table, from its formulas, in long double. SPD tangents are full matrices,
+   carried from X = A A^T to X' by E = A' A^-1. */
 typedef struct { ld x[SIZE], m[SIZE], v[MOMENTS], w[MOMENTS], p1, p2; } twin;
 
-static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd, twin *t)
+static void t_update(const roln_opt *o, ld scale, const roln_real *grad, twin *t)
 {
     ld norm = 0, clip = 1, g[MS], u[MS], y[MS], A[MNN], B[MNN];
     int b, i, at = 0, av = 0;
@@ -477,7 +477,7 @@ static void t_update(const roln_opt *o, ld scale, const roln_real *grad, int sgd
                 }
                 m[i] = (ld)o->beta1 * m[i] + (1 - (ld)o->beta1) * g[i];
                 f = sqrtl(t->w[av + (each ? i : 0)] / (1 - t->p2)) + (ld)o->eps;
-                u[i] = sgd ? -lr * g[i] : -lr * (m[i] / (1 - t->p1)) / f;
+                u[i] = -lr * (m[i] / (1 - t->p1)) / f;
             }
             if (each) for (i = 0; i < size; i++) x[i] += u[i];
             else if (k->manifold == &roln_biorthogonal) t_retract(n, N, x, u, y), memcpy(x, y, (size_t)size * sizeof *x);
@@ -519,8 +519,8 @@ static void check_euclidean(const roln_opt *opt, roln_real scale, const roln_rea
     }
 }
 
-/* 60 updates and the twin's, Adam or SGD. */
-static void check_updates(const roln_opt *opt, int sgd, uint64_t *s)
+/* 60 updates and the twin's. */
+static void check_updates(const roln_opt *opt, uint64_t *s)
 {
     static run r, was;
     static twin t;
@@ -537,11 +537,7 @@ static void check_updates(const roln_opt *opt, int sgd, uint64_t *s)
         fill(SIZE, k < 20 ? 2 : 1, s, g); /* falling: vmax differs from v */
         for (i = 0; i < SIZE; i++)
             if (opt->lr[group(i)] <= 0) g[i] = (roln_real)NAN; /* frozen */
-        t_update(opt, 0.25L, g, sgd, &t);
-        if (sgd) {
-            CHECK(roln_sgd_update(BLOCKS, table, opt, scale, g, r.x, owork) == ROLN_OK);
-            continue;
-        }
+        t_update(opt, 0.25L, g, &t);
         CHECK(adam(opt, scale, g, &r) == ROLN_OK);
         CHECK(r.a.t == (uint32_t)k);
         CHECK_NEAR(r.a.b1, 1 - t.p1, 8 * EPS);
@@ -551,9 +547,9 @@ static void check_updates(const roln_opt *opt, int sgd, uint64_t *s)
     for (i = 0; i < SIZE; i++) { /* a momentum that is projected is carried only when next used */
         const int curved = (i >= AT_B && i < AT_E) || i >= AT_B2;
         WORST(10, fabsl((ld)r.x[i] - t.x[i]) / EPS, 150);
-        if (!curved) CHECK_NEAR(r.m[i], sgd ? 0 : t.m[i], 60 * EPS);
+        if (!curved) CHECK_NEAR(r.m[i], t.m[i], 60 * EPS);
     }
-    for (i = 0; i < MOMENTS && !sgd; i++) {
+    for (i = 0; i < MOMENTS; i++) {
         CHECK_NEAR(r.v[i], t.v[i], 300 * EPS * (1 + t.v[i]));
         CHECK_NEAR(r.w[i], t.w[i], 300 * EPS * (1 + t.w[i]));
     }
@@ -578,7 +574,7 @@ static void check_resume(void)
     CHECK(memcmp(&a, &b, sizeof a) == 0);
 }
 
-/* Clipping: an SGD step of the Euclidean blocks has length lr clip; a frozen group does not count in the norm. */
+/* Clipping: the first momentum of the Euclidean blocks has length (1 - beta1) clip. */
 static void check_clipping(uint64_t *s)
 {
     const roln_block flat = {ROLN_EUCLIDEAN, 3, 5, 1};
@@ -589,11 +585,10 @@ static void check_clipping(uint64_t *s)
     int i;
     fill(15, 1, s, g);
     fill(15, 1, s, x);
-    memcpy(r.x, x, sizeof x);
-    q.clip = ROLN_C(0.125);
-    CHECK(roln_sgd_update(1, &flat, &q, 7, g, x, NULL) == ROLN_OK);
-    for (i = 0; i < 15; i++) len += ((ld)x[i] - (ld)r.x[i]) * ((ld)x[i] - (ld)r.x[i]);
-    CHECK_NEAR(sqrtl(len), (ld)q.lr[1] * 0.125L, 20 * EPS);
+    q.clip = ROLN_C(0.125), q.decay = 0;
+    CHECK(roln_adam_update(1, &flat, &q, 7, g, x, &r.a, &(roln_moments){r.m, r.v, r.w}, NULL) == ROLN_OK);
+    for (i = 0; i < 15; i++) len += (ld)r.m[i] * (ld)r.m[i];
+    CHECK_NEAR(sqrtl(len), (1 - (ld)q.beta1) * 0.125L, 20 * EPS);
     CHECK(roln_update_work(1, &flat) == 0 && roln_update_work(0, &flat) == 0);
     CHECK(roln_adam_update(0, &flat, &q, 1, g, x, &r.a, &(roln_moments){r.m, r.v, r.w}, NULL) == ROLN_OK);
 }
@@ -601,15 +596,13 @@ static void check_clipping(uint64_t *s)
 static void test_adam(void)
 {
     uint64_t s = 3;
-    int o, sgd;
-    for (sgd = 0; sgd < 2; sgd++)
-        for (o = 0; o < 5; o++) check_updates(opts + o, sgd, &s);
+    int o;
+    for (o = 0; o < 5; o++) check_updates(opts + o, &s);
     check_resume();
     check_clipping(&s);
 }
 
 #define UNTOUCHED(cond) (CHECK(cond), CHECK(memcmp(&r, &was, sizeof r) == 0))
-#define SGD(o) roln_sgd_update(BLOCKS, table, o, 1, g, r.x, owork)
 
 /* X not SPD, rank lost: in the block alone, so that it is its own status that comes back; a scale that is no number. */
 static void check_own_status(const roln_opt *opt, const roln_real *g, const run *good)
@@ -619,15 +612,12 @@ static void check_own_status(const roln_opt *opt, const roln_real *g, const run 
     r = *good;
     r.x[AT_S] = -1, was = r;
     UNTOUCHED(adam(opt, 1, g, &r) == ROLN_E_NOT_SPD);
-    UNTOUCHED(SGD(opt) == ROLN_E_NOT_SPD);
     r.x[AT_S] = 4;
     memset(r.x + AT_B2, 0, 12 * sizeof *r.x), was = r;
     UNTOUCHED(adam(opt, 1, g, &r) == ROLN_E_ILL_CONDITIONED);
-    UNTOUCHED(SGD(opt) == ROLN_E_ILL_CONDITIONED);
     memcpy(r.x + AT_B2, good->x + AT_B2, 12 * sizeof *r.x);
     r.x[AT_T] = (roln_real)NAN, was = r;
     UNTOUCHED(adam(opt, 1, g, &r) == ROLN_E_NOT_FINITE);
-    UNTOUCHED(SGD(opt) == ROLN_E_ILL_CONDITIONED);
     for (k = 0; k < 3; k++) { /* scale */
         was = r;
         UNTOUCHED(adam(opt, (roln_real)(k == 0 ? NAN : k == 1 ? INFINITY : -INFINITY), g, &r) == ROLN_E_NOT_FINITE);
@@ -651,7 +641,6 @@ static void test_failures(void)
             g[i] = (roln_real)(k == 0 ? NAN : k == 1 ? INFINITY : -INFINITY);
             was = r;
             UNTOUCHED(adam(&opt, 1, g, &r) == ROLN_E_NOT_FINITE);
-            UNTOUCHED(SGD(&opt) == ROLN_E_NOT_FINITE);
         }
     memcpy(g, keep, sizeof g);
     for (i = 0; i < SIZE; i++) { /* parameters, momentum */
@@ -660,7 +649,6 @@ static void test_failures(void)
         was = r;
         if (i < AT_S || i >= AT_E || (i - AT_S) / 3 >= (i - AT_S) % 3) {
             UNTOUCHED(adam(&opt, 1, g, &r) != ROLN_OK);
-            UNTOUCHED(SGD(&opt) != ROLN_OK);
         }
         r = good;
         r.m[i] = (roln_real)INFINITY;
@@ -677,7 +665,6 @@ static void test_failures(void)
             r.x[kind == k ? 0 : AT_E] = PICK(3e38f, 1e308); /* free numbers of the group; a manifold shortens the step */
             was = r;
             UNTOUCHED(adam(&o, 1, g, &r) != ROLN_OK);
-            UNTOUCHED(SGD(&o) != ROLN_OK);
             r = good;
         }
     check_own_status(&opt, g, &r);
@@ -711,7 +698,7 @@ static void test_work(void)
     }
 }
 
-/* Scratch of the functions by themselves, and of an update of every block by Adam and by SGD. */
+/* Scratch of the functions by themselves, and of an update of every block. */
 static void test_rooms(void)
 {
     static const roln_block one[] = {{&roln_biorthogonal, 1, 1, 0}, {&roln_biorthogonal, 2, 16, 0}, {&roln_biorthogonal, 4, 5, 0},
@@ -755,8 +742,6 @@ static void test_rooms(void)
         }
         CHECK(roln_adam_update(1, b, &opt, 1, g, x, &a, &(roln_moments){m, v, w}, room_of(need)) == ROLN_OK);
         CHECK_ROOM();
-        CHECK(roln_sgd_update(1, b, &opt, ROLN_C(0.01), g, x, room_of(need)) == ROLN_OK);
-        if (need > 2 * roln_block_size(b) + 2) CHECK_ROOM(); /* without verb work: the moments at the end are not needed */
     }
     {
         static run r;
@@ -801,27 +786,24 @@ static void edge_gradient(int n, int framed, roln_real sign, const roln_real *X,
 }
 
 /* A gradient that never changes drives an SPD block to the edge of what can be factored; it waits there, every update is ROLN_OK,
-   and when the gradient turns it comes back: by Adam and by SGD. Up to version 0.3.0 it was refused for ever. */
-static void check_edge(int n, int framed, int sgd, uint64_t *s)
+   and when the gradient turns it comes back. Up to version 0.3.0 it was refused for ever. */
+static void check_edge(int n, int framed, uint64_t *s)
 {
     const roln_block b = {&roln_spd, n, n, 0};
     const ld limit = 1 / (64 * EPS);
-    roln_opt o = {{ROLN_C(0.05), 0, 0}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
+    const roln_opt o = {{ROLN_C(0.05), 0, 0}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
     roln_real X[MNN], at[MNN], G[MNN], g[MNN], m[MNN] = {0}, v = 0, w = 0, l[MN], Q[MNN], work[ROLN_EIG_WORK(MN)];
     roln_adam a = {0, 0, 0};
     const int outward = framed ? 4000 : 1000;
-    ld top = 0, end, size = 0;
+    ld top = 0, end;
     roln_real turn = 0;
     int i, k, ok = 1, moved = 0, near = 0;
     for (i = 0; i < n * n; i++) X[i] = i % (n + 1) == 0, G[i] = X[i] * (roln_real)(i / n % 2 ? 1 : -1);
     for (i = 0; i < n * n && !framed; i++)
         if (i / n > i % n) G[i] = G[i % n * n + i / n] = ROLN_C(0.2) * roln_normal(s);
-    for (i = 0; i < n * n; i++) size += (ld)G[i] * (ld)G[i];
-    if (sgd) o.lr[0] = (roln_real)(0.02L / sqrtl(size));
     for (k = 0; k < 3 * outward; k++) {
         edge_gradient(n, framed, k < outward ? 1 : -1, X, G, g);
-        if (sgd) ok &= roln_sgd_update(1, &b, &o, 1, g, X, owork) == ROLN_OK;
-        else ok &= roln_adam_update(1, &b, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK;
+        ok &= roln_adam_update(1, &b, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK;
         if (k % 10 == 0 && (end = traces(n, X)) > top) top = end;
         if (k == outward - 1) {
             memcpy(at, X, sizeof at);
@@ -840,7 +822,7 @@ static void check_edge(int n, int framed, int sgd, uint64_t *s)
     CHECK(ok);
     CHECK(moved);
     CHECK_BELOW(top, 1.01L * limit);
-    if (n > 1 && !sgd) CHECK_BELOW(limit / 20, top); /* it has been there */
+    if (n > 1) CHECK_BELOW(limit / 20, top); /* it has been there */
     if (framed) CHECK(near);
 }
 
@@ -849,9 +831,8 @@ static void test_edge(void)
     uint64_t s = 13;
     int n;
     for (n = 1; n <= 8; n += n < 4 ? 1 : 2) {
-        check_edge(n, 0, 0, &s);
-        check_edge(n, 1, 0, &s);
-        check_edge(n, 1, 1, &s);
+        check_edge(n, 0, &s);
+        check_edge(n, 1, &s);
     }
 }
 
@@ -865,18 +846,18 @@ static const roln_block roads[] = {
 
 typedef struct {
     const roln_block *b;
-    int size, sgd;
+    int size;
     roln_opt o;
     roln_real x[MS], m[MS], v[MS], w[MS], work[4 * MS];
     roln_adam a;
 } road;
 
 /* Every manifold at a point like that where a training begins. */
-static void road_start(const roln_block *b, roln_real lr, int sgd, uint64_t *s, road *r)
+static void road_start(const roln_block *b, roln_real lr, uint64_t *s, road *r)
 {
     int i;
     memset(r, 0, sizeof *r);
-    r->b = b, r->size = roln_block_size(b), r->sgd = sgd;
+    r->b = b, r->size = roln_block_size(b);
     r->o.lr[0] = lr, r->o.beta1 = ROLN_C(0.9), r->o.beta2 = ROLN_C(0.999), r->o.eps = ROLN_C(1e-8);
     CHECK(r->size <= MS && roln_update_work(1, b) <= 4 * MS);
     if (b->manifold == &roln_spd) random_spd(b->rows, s, r->x);
@@ -890,9 +871,7 @@ static void road_start(const roln_block *b, roln_real lr, int sgd, uint64_t *s, 
 static int road_step(const roln_real *g, road *r)
 {
     const roln_block *b = r->b;
-    const roln_status st = r->sgd ? roln_sgd_update(1, b, &r->o, 1, g, r->x, r->work)
-                                  : roln_adam_update(1, b, &r->o, 1, g, r->x, &r->a, &(roln_moments){r->m, r->v, r->w}, r->work);
-    if (st != ROLN_OK) return 0;
+    if (roln_adam_update(1, b, &r->o, 1, g, r->x, &r->a, &(roln_moments){r->m, r->v, r->w}, r->work) != ROLN_OK) return 0;
     if (b->manifold == &roln_biorthogonal) return apart(b->rows, b->cols, r->x) <= 84 * EPS;
     if (b->manifold == &roln_stiefel) return skewness(b->rows, b->cols, r->x) <= 6 * EPS;
     if (b->manifold == &sphere) return skewness(1, b->cols, r->x) <= 6 * EPS;
@@ -914,12 +893,12 @@ static void road_gradient(int kind, int k, int n, ld size, const roln_real *G, u
 
 /* Updates are taken wherever those before have led. With nearly opposite gradients the point leaves the place where it turns, if it
    has ever moved. Up to version 0.3.0 a pair was refused for ever behind 1,058 updates. */
-static void check_back(const roln_block *b, int sgd, int kind, ld size, int updates, uint64_t *s)
+static void check_back(const roln_block *b, int kind, ld size, int updates, uint64_t *s)
 {
     static road r;
     roln_real G[MS], g[MS], from[MS], turn[MS];
     int k, i, ok = 1, moved = 0, back;
-    road_start(b, ROLN_C(0.05), sgd, s, &r);
+    road_start(b, ROLN_C(0.05), s, &r);
     memcpy(from, r.x, sizeof from);
     fill(r.size, 1, s, G);
     for (k = 0; k < updates; k++) road_gradient(kind, k, r.size, size, G, s, g), ok &= road_step(g, &r);
@@ -931,7 +910,7 @@ static void check_back(const roln_block *b, int sgd, int kind, ld size, int upda
     back = memcmp(turn, r.x, sizeof turn) != 0;
     for (i = 0; i < r.size; i++) ok &= roln_finite(r.x[i]) && roln_finite(r.m[i]);
     back |= !moved || kind == ALTERNATING; /* which may end where it begins */
-    if (!ok || !back) printf("block %d, %s, gradients %d of %Lg\n", (int)(b - roads), sgd ? "SGD" : "Adam", kind, size);
+    if (!ok || !back) printf("block %d, gradients %d of %Lg\n", (int)(b - roads), kind, size);
     CHECK(ok && back);
 }
 
@@ -939,13 +918,12 @@ static void test_back(void)
 {
     static const ld size[] = {1e-10L, 1, 1e10L};
     uint64_t s = 17;
-    int c, sgd, kind, q;
+    int c, kind, q;
     for (c = 0; c < (int)(sizeof roads / sizeof *roads); c++) {
         const int updates = check_sample ? 2000 : roads[c].manifold == &roln_biorthogonal ? 100000 : 20000;
-        for (sgd = 0; sgd < 2; sgd++)
-            for (kind = 0; kind < KINDS; kind++)
-                for (q = kind == WILD; q < (kind == WILD ? 2 : 3); q++)
-                    check_back(roads + c, sgd, kind, size[q], q == 1 ? updates : updates / 10, &s);
+        for (kind = 0; kind < KINDS; kind++)
+            for (q = kind == WILD; q < (kind == WILD ? 2 : 3); q++)
+                check_back(roads + c, kind, size[q], q == 1 ? updates : updates / 10, &s);
     }
 }
 
@@ -954,25 +932,23 @@ static void test_outside(void)
 {
     static road r;
     uint64_t s = 18;
-    int n, k, sgd, ok;
-    for (n = 2; n < 9; n += 3)
-        for (sgd = 0; sgd < 2; sgd++) {
-            const roln_block b = {&roln_biorthogonal, n, 9, 0};
-            road_start(&b, PICK(0.5f, 50), sgd, &s, &r);
-            point(n, 9, 2, &s, r.x);
-            if (sgd) r.o.lr[0] = ROLN_C(0.01);
-            CHECK(norms(n, 9, r.x) > 64 + 4 * n);
-            for (ok = 1, k = 0; k < 3000; k++) {
-                const ld was = norms(n, 9, r.x);
-                ok &= road_step(r.x, &r) || was > 64 + 4 * n;
-                ok &= was <= 64 + 4 * n || norms(n, 9, r.x) <= was * (1 + 4 * EPS);
-            }
-            CHECK(ok);
-            CHECK_BELOW(norms(n, 9, r.x), 64 + 4 * n);
+    int n, k, ok;
+    for (n = 2; n < 9; n += 3) {
+        const roln_block b = {&roln_biorthogonal, n, 9, 0};
+        road_start(&b, PICK(0.5f, 50), &s, &r);
+        point(n, 9, 2, &s, r.x);
+        CHECK(norms(n, 9, r.x) > 64 + 4 * n);
+        for (ok = 1, k = 0; k < 3000; k++) {
+            const ld was = norms(n, 9, r.x);
+            ok &= road_step(r.x, &r) || was > 64 + 4 * n;
+            ok &= was <= 64 + 4 * n || norms(n, 9, r.x) <= was * (1 + 4 * EPS);
         }
+        CHECK(ok);
+        CHECK_BELOW(norms(n, 9, r.x), 64 + 4 * n);
+    }
 }
 
-/* Problems with a known answer. Adam, then SGD: the dominant subspace of a symmetric matrix, max tr(X A X^T) on Stiefel,
+/* Problems with a known answer: the dominant subspace of a symmetric matrix, max tr(X A X^T) on Stiefel,
    and the lowest mode of a chain of masses and springs, min x^T K x on the manifold of the user. */
 static void test_solves(void)
 {
@@ -982,7 +958,9 @@ static void test_solves(void)
     static const roln_real stiff[MASSES * MASSES] = {2, -1, 0, 0, -1, 2, -1, 0, 0, -1, 2, -1, 0, 0, -1, 1};
     roln_real Q[M * M], A[M * M], T[M * M], X[K * M], l[M], g[K * M], m[K * M], v, w, x[MASSES], work[ROLN_EIG_WORK(M) + M * M];
     uint64_t s = 9;
-    int sgd, k, i, j;
+    roln_opt o = ROLN_OPT(0, 0);
+    roln_adam a = {0, 0, 0};
+    int k, i, j;
     CHECK(roln_stiefel_init(M, M, Q, &s, work) == ROLN_OK);
     for (i = 0; i < M * M; i++) T[i] = spectrum[i / M] * Q[i];
     memset(A, 0, sizeof A);
@@ -990,47 +968,41 @@ static void test_solves(void)
     for (i = 0; i < M; i++)
         for (j = 0; j < i; j++) A[j * M + i] = A[i * M + j];
     CHECK(roln_eig(M, A, l, Q, work) == ROLN_OK);
-    for (sgd = 0; sgd < 2; sgd++) {
-        roln_opt o = ROLN_OPT(0, 0);
-        roln_adam a = {0, 0, 0};
-        o.clip = 0, v = w = 0;
-        memset(m, 0, sizeof m);
-        CHECK(roln_stiefel_init(K, M, X, &s, owork) == ROLN_OK);
-        for (k = 0; k < STEPS; k++) {
-            roln_mm(K, M, M, X, A, g);
-            for (i = 0; i < K * M; i++) g[i] = -g[i];
-            o.lr[0] = (sgd ? ROLN_C(0.2) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
-            if (sgd) CHECK(roln_sgd_update(1, &subspace, &o, 1, g, X, owork) == ROLN_OK);
-            else CHECK(roln_adam_update(1, &subspace, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
-        }
-        CHECK_BELOW(skewness(K, M, X), 6 * EPS);
-        for (i = 0; i < K; i++) { /* nothing left outside the three eigenvectors */
-            ld out = 0;
-            for (j = 0; j < M - K; j++) {
-                const ld d = (ld)roln_dot(M, X + i * M, Q + j * M);
-                out += d * d;
-            }
-            CHECK_BELOW(sqrtl(out), PICK(2e-6, 1e-13));
-        }
-
-        for (i = 0; i < MASSES * MASSES; i++) T[i] = stiff[i] / ROLN_SQRT(mass[i / MASSES] * mass[i % MASSES]);
-        CHECK(roln_eig(MASSES, T, l, T, work) == ROLN_OK);
-        for (i = 0; i < MASSES; i++) x[i] = i == 0;
-        memset(m, 0, sizeof m), memset(&a, 0, sizeof a), v = w = 0;
-        for (k = 0; k < STEPS; k++) {
-            roln_mm(1, MASSES, MASSES, x, stiff, g);
-            o.lr[0] = (sgd ? ROLN_C(0.5) : ROLN_C(0.1)) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
-            if (sgd) CHECK(roln_sgd_update(1, &shape, &o, 1, g, x, owork) == ROLN_OK);
-            else CHECK(roln_adam_update(1, &shape, &o, 1, g, x, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
-            /* |grad|^2 in the metric of the masses at (1, 0, 0, 0): grad = (0, -1/3, 0, 0) */
-            if (k == 0 && !sgd) CHECK_NEAR(v, (1 - (ld)o.beta2) / 3, 4 * EPS);
-        }
-        CHECK_NEAR(mode_inner(1, MASSES, x, x, x), 1, 8 * EPS);
-        roln_mm(1, MASSES, MASSES, x, stiff, g);
-        CHECK_NEAR(roln_dot(MASSES, x, g), l[0], PICK(1e-6, 1e-14));
-        for (i = 0; i < MASSES; i++)
-            CHECK_NEAR(ROLN_ABS(x[i]), ROLN_ABS(T[i]) / ROLN_SQRT(mass[i]), PICK(2e-6, 1e-13));
+    o.clip = 0, v = w = 0;
+    memset(m, 0, sizeof m);
+    CHECK(roln_stiefel_init(K, M, X, &s, owork) == ROLN_OK);
+    for (k = 0; k < STEPS; k++) {
+        roln_mm(K, M, M, X, A, g);
+        for (i = 0; i < K * M; i++) g[i] = -g[i];
+        o.lr[0] = ROLN_C(0.1) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
+        CHECK(roln_adam_update(1, &subspace, &o, 1, g, X, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
     }
+    CHECK_BELOW(skewness(K, M, X), 6 * EPS);
+    for (i = 0; i < K; i++) { /* nothing left outside the three eigenvectors */
+        ld out = 0;
+        for (j = 0; j < M - K; j++) {
+            const ld d = (ld)roln_dot(M, X + i * M, Q + j * M);
+            out += d * d;
+        }
+        CHECK_BELOW(sqrtl(out), PICK(2e-6, 1e-13));
+    }
+
+    for (i = 0; i < MASSES * MASSES; i++) T[i] = stiff[i] / ROLN_SQRT(mass[i / MASSES] * mass[i % MASSES]);
+    CHECK(roln_eig(MASSES, T, l, T, work) == ROLN_OK);
+    for (i = 0; i < MASSES; i++) x[i] = i == 0;
+    memset(m, 0, sizeof m), memset(&a, 0, sizeof a), v = w = 0;
+    for (k = 0; k < STEPS; k++) {
+        roln_mm(1, MASSES, MASSES, x, stiff, g);
+        o.lr[0] = ROLN_C(0.1) * roln_schedule((uint32_t)k, 0, STEPS, ROLN_C(0.05));
+        CHECK(roln_adam_update(1, &shape, &o, 1, g, x, &a, &(roln_moments){m, &v, &w}, owork) == ROLN_OK);
+        /* |grad|^2 in the metric of the masses at (1, 0, 0, 0): grad = (0, -1/3, 0, 0) */
+        if (k == 0) CHECK_NEAR(v, (1 - (ld)o.beta2) / 3, 4 * EPS);
+    }
+    CHECK_NEAR(mode_inner(1, MASSES, x, x, x), 1, 8 * EPS);
+    roln_mm(1, MASSES, MASSES, x, stiff, g);
+    CHECK_NEAR(roln_dot(MASSES, x, g), l[0], PICK(1e-6, 1e-14));
+    for (i = 0; i < MASSES; i++)
+        CHECK_NEAR(ROLN_ABS(x[i]), ROLN_ABS(T[i]) / ROLN_SQRT(mass[i]), PICK(2e-6, 1e-13));
 }
 
 static void test_long_run(void)

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* test_safety.c - what watches over a running program: NAME_check over the parameters, and scratch that is in use twice.
-   Here every kernel with a fence may be interrupted (ROLN_FENCE), and scratch knows whether it is in use (ROLN_DEBUG_WORK). */
+/* test_safety.c - what watches over a running program: NAME_check over the parameters; interrupts with scratch of their own, in
+   every fence of a kernel (ROLN_FENCE); parameters of another model, which every function refuses. */
 #undef ROLN_SIMD
 #define ROLN_SIMD 0
 static void interrupt(void);
 #define ROLN_FENCE interrupt()
-#define ROLN_DEBUG_WORK
 
 #define ROLN_NAME arm
 #define ROLN_AE 6, 5, 2
@@ -163,7 +162,7 @@ CHECK_MODEL(half)
 CHECK_MODEL(bytes)
 #endif
 
-/* ---- scratch in use --------------------------------------------------------------------------- */
+/* ---- interrupts ------------------------------------------------------------------------------- */
 
 static arm_params p;
 static arm_work work, own;
@@ -171,25 +170,18 @@ static arm_train train;
 static const arm_state x = {{ROLN_C(0.1), ROLN_C(0.2)}, {ROLN_C(0.3)}};
 static const roln_limits limits = {.dt = ROLN_C(0.01), .margin = 1000, .tau = 1000, .hold = 5};
 
-/* What interrupts: with the scratch of what it interrupts, in every at-th fence. */
-static int at, fences, refused, wrong;
-static arm_latent seen; /* what it computes with scratch of its own */
+/* What interrupts, in every at-th fence. */
+static int at, fences, wrong;
+static arm_latent seen; /* what it computes */
 static void interrupt(void)
 {
-    arm_work *const mine[2] = {&work, &own};
-    int k;
+    arm_latent s;
     if (at == 0 || ++fences % at != 0) return;
     at = 0; /* it is not interrupted itself */
-    for (k = 0; k < 2; k++) {
-        arm_latent s = {{7, 7}, {7, 7}};
-        const arm_latent was = s;
-        const roln_status st = arm_encode(&p, &x, &s, mine[k]);
-        if (k == 0) refused += st == ROLN_E_BUSY && memcmp(&s, &was, sizeof s) == 0;
-        wrong += k == 1 && (st != ROLN_OK || memcmp(&s, &seen, sizeof s) != 0);
-    }
+    wrong += arm_encode(&p, &x, &s, &own) != ROLN_OK || memcmp(&s, &seen, sizeof s) != 0;
 }
 
-/* A step of motion, and a tick, in at most one fence of which somebody wants the same scratch: refused, and the step is right. */
+/* A step of motion, and a tick, interrupted in one fence: they and what interrupts are right. */
 static void test_interrupt(void)
 {
     arm_latent s, want, start = {{ROLN_C(0.1), ROLN_C(-0.2)}, {ROLN_C(0.3), ROLN_C(0.4)}};
@@ -201,27 +193,27 @@ static void test_interrupt(void)
     CHECK_OK(arm_step(&p, &want, NULL, limits.dt, &work));
     places = fences;
     CHECK(places > 10);
-    refused = wrong = 0;
+    wrong = 0;
     for (k = 1; k <= places; k++) {
         at = k, fences = 0, s = start;
         CHECK_OK(arm_step(&p, &s, NULL, limits.dt, &work));
-        CHECK(at == 0 && refused == k && memcmp(&s, &want, sizeof s) == 0);
+        CHECK(at == 0 && memcmp(&s, &want, sizeof s) == 0);
     }
     for (k = 1; k <= 20; k++) {
         static arm_guard guard, free_guard;
-        const int before = refused;
         at = 0;
         CHECK(arm_tick(&p, &limits, &x, &r, &want, &free_guard, &work) == 0);
         at = k, fences = 0;
         CHECK(arm_tick(&p, &limits, &x, &r, &s, &guard, &work) == 0);
-        CHECK(at == 0 && refused == before + 1);
-        CHECK(memcmp(&s, &want, sizeof s) == 0 && memcmp(&guard, &free_guard, sizeof guard) == 0);
+        CHECK(at == 0 && memcmp(&s, &want, sizeof s) == 0 && memcmp(&guard, &free_guard, sizeof guard) == 0);
     }
     CHECK(wrong == 0);
     at = 0;
 }
 
-/* Calls of everything that takes scratch, to outputs that are full of 7: the statuses, and 1 if all outputs are as they were. */
+/* ---- parameters of another model -------------------------------------------------------------- */
+
+/* Calls of everything that takes scratch: the statuses, and 1 if all outputs but guards are as they were. */
 typedef struct {
     roln_status st[28];
     uint32_t faults[3];
@@ -245,7 +237,6 @@ static void call_plan(calls *c)
     } o, was;
     memset(&o, 0, sizeof o);
     was = o;
-    planwork.busy = work.busy;
     CALL(arm_plan_next(&p, &goal, &at_rest, &o.plan, &planwork));
     CALL(arm_plan_linear(&p, &goal, &o.plan, o.A, o.B, o.c, &planwork));
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
@@ -264,7 +255,6 @@ static void call_feedback(calls *c)
     } o, was;
     memset(&o, 0, sizeof o);
     was = o;
-    lqrwork.busy = work.busy;
     CALL(arm_gains(&p, at_rest, ones, ones, &o.r, &work));
     CALL(arm_lqr(&p, &cost, at_rest, none, o.K[0], o.P, &lqrwork));
     CALL(arm_lqr_along(&p, &cost, 1, at_rest, none, NULL, o.K[1], &lqrwork));
@@ -286,7 +276,6 @@ static void call_filter(calls *c)
     memset(&o, 0, sizeof o);
     o.noise.dt = limits.dt, o.noise.q = 1;
     was = o;
-    filterwork.busy = work.busy;
     CALL(arm_fit_noise(&p, &b, &o.noise, o.each, &train));
     c->faults[2] = arm_filter_tick(&p, &o.noise, y, NULL, &o.f, &filterwork);
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
@@ -306,7 +295,6 @@ static void call_all(calls *c)
         roln_real some[2], tau_z[2], tau[6], u[2], y[6];
         arm_equation e;
         arm_jacobian j;
-        arm_guard g[2];
         arm_params p;
         arm_optimiser o;
         arm_gradient g1, g2;
@@ -317,13 +305,13 @@ static void call_all(calls *c)
         roln_real most[12];
     } o, was;
     static arm_linwork linwork;
+    arm_guard g[2];
     const roln_batch b = {2, 0, 1, NULL, q, qd, q, q}, motion = {1, 1, 1, NULL, q, qd, NULL, q};
     const roln_motors one = {1, q, 1};
     memset(&o, 0, sizeof o);
     o.p = p, o.limits = limits, o.g1.windows = o.g2.windows = 1;
     was = o;
-    memset(c, 0, sizeof *c);
-    linwork.busy = work.busy;
+    memset(c, 0, sizeof *c), memset(g, 0, sizeof g);
     CALL(arm_encode(&p, &x, o.z, &work));
     CALL(arm_decode(&p, &at_rest, &o.full, &work));
     CALL(arm_decode_some(&p, &at_rest, 1, which, o.some, o.some + 1, &work));
@@ -346,58 +334,40 @@ static void call_all(calls *c)
     CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train));
     CALL(arm_update(&o.p, &opt, &o.o, &o.g1, &train));
     CALL(arm_rows(&p, &weights, &b, limits.dt, 0, 0, &o.rows, &train));
-    c->faults[0] = arm_tick(&p, &limits, &x, &o.r, o.z, o.g, &work);
-    c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, o.g + 1, &work);
+    c->faults[0] = arm_tick(&p, &limits, &x, &o.r, o.z, g, &work);
+    c->faults[1] = arm_guard_tick(&p, &limits, &x, &at_rest, q, g + 1, &work);
     c->kept = memcmp(&o, &was, sizeof o) == 0;
     call_feedback(c);
     call_filter(c);
 }
 
-/* What is in use is refused by every function; what is not, whatever bytes it began with, by none. */
-static void test_busy(void)
+/* Every function takes the parameters of its model, whatever bytes its scratch began with, and refuses those of another one. */
+static void test_foreign(void)
 {
+    const roln_real slope = p.slope;
     calls c;
-    int i;
+    int i, k;
     memset(&work, 0x5b, sizeof work), memset(&train, 0x5b, sizeof train);
-    call_all(&c);
-    CHECK(c.count == 28 && !c.kept);
-    for (i = 0; i < c.count; i++)
-        CHECK_OK(c.st[i]);
-    CHECK(c.faults[0] == 0 && c.faults[1] == 0 && c.faults[2] == ROLN_FILTER_START);
-    CHECK(rolni_enter(&work.busy) && rolni_enter(&train.busy) && !rolni_enter(&work.busy));
-    call_all(&c);
-    for (i = 0; i < c.count; i++)
-        CHECK(c.st[i] == ROLN_E_BUSY);
-    CHECK(c.faults[0] == ROLN_FAULT_STATUS && c.faults[1] == ROLN_FAULT_STATUS && c.faults[2] == ROLN_FAULT_STATUS && c.kept);
-    CHECK(rolni_leave(&work.busy, ROLN_E_RANGE) == ROLN_E_RANGE && rolni_leave_tick(&train.busy, 9) == 9);
-    call_all(&c);
-    for (i = 0; i < c.count; i++)
-        CHECK_OK(c.st[i]);
+    for (k = 0; k < 3; k++) {
+        p.slope = k == 1 ? slope / 2 : slope;
+        call_all(&c);
+        CHECK(c.count == 28 && c.kept == (k == 1));
+        for (i = 0; i < c.count; i++)
+            CHECK(c.st[i] == (k == 1 ? ROLN_E_SHAPE : ROLN_OK));
+        for (i = 0; i < 2; i++)
+            CHECK(c.faults[i] == (k == 1 ? ROLN_FAULT_STATUS : 0));
+        CHECK(c.faults[2] == (k == 1 ? ROLN_FAULT_STATUS : ROLN_FILTER_START));
+    }
 }
 
-/* A call that fails leaves, too. */
-static void test_failed(void)
-{
-    arm_state bad = x;
-    arm_latent s;
-    bad.q[0] = (roln_real)NAN;
-    CHECK(arm_encode(&p, &bad, &s, &work) == ROLN_E_NOT_FINITE);
-    CHECK_OK(arm_encode(&p, &x, &s, &work));
-}
-
-/* Parameters of another model are refused before scratch is looked at; a guard without a state; rows of windows and of samples. */
+/* A guard without a state; rows of windows and of samples. */
 static void test_shell(void)
 {
-    static arm_params other;
     static arm_residuals rows;
     static const roln_real q[24] = {ROLN_C(0.1)}, qd[24] = {ROLN_C(0.2)};
     const roln_loss unit = {1, 0, 0, 1, 0, 0, 0, 0, 0, 0};
     roln_batch b = {1, 1, 1, NULL, q, qd, NULL, NULL};
     arm_guard g;
-    arm_latent s;
-    other = p, other.slope /= 2;
-    CHECK(arm_encode(&other, &x, &s, &work) == ROLN_E_SHAPE);
-    CHECK(arm_rows(&other, &unit, &b, limits.dt, 0, 0, &rows, &train) == ROLN_E_SHAPE);
     memset(&g, 0, sizeof g);
     CHECK((arm_guard_tick(&p, &limits, &x, NULL, q, &g, &work) & ROLN_FAULT_STATUS) && g.g.known == 0);
     CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train) != ROLN_E_SHAPE);
@@ -420,7 +390,6 @@ void TEST_NAME(safety)(void)
     for (i = 0; i < arm_n; i++)
         p.z_min[i] = -100, p.z_max[i] = p.zd_max[i] = 100;
     test_interrupt();
-    test_busy();
-    test_failed();
+    test_foreign();
     test_shell();
 }

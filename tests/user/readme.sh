@@ -3,7 +3,7 @@
 # Every C and C++ block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
 # `cc ...` that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train
 # nothing run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts
-# link to.
+# link to. Figures that stand in two texts are the same.
 cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
@@ -35,7 +35,7 @@ for f in $blocks examples/*.c; do
 done
 warn='-O1 -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wcast-qual -Wvla -Werror'
 lines="$lines
-$(echo "$lines" | sed -n 's/=pend16 /=pend2 /p')"
+$(echo "$lines" | sed -n 's/=pend16 /=pend2 /p; s/=arm /=pend16 /p')"
 for cc in gcc clang; do
     while read -r line; do # the same line, but for the compiler, the place of what it reads and writes, and the warnings
         check "$(echo "$line" | sed "s|^cc |$cc $warn |; s|^c++ |$(echo $cc | sed 's/gcc/g/')++ $warn |; s| -O3 | |
@@ -54,10 +54,17 @@ for t in $(grep -oh 'tests/[a-z/_]*[.]c: [a-z_0-9]*' $texts | sed 's/: /:/' | so
     check "cat \$(find tests -name $(basename "${t%:*}") | sort) | grep '${t#*:}('"
 done
 # README's bytes are those of docs/firmware.md, which make sizes compares
-for m in chain pend16 cloth; do
+for m in chain pend16; do
     bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')
     check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$bytes' ]"
 done
+# task.md's instructions of a tick, a step and a filter at worst are those of docs/firmware.md, too
+worst() { awk -F '[|] *' "$1" "docs/$2.md" | tr -d ' '; }
+worst '/^[|] (chain|pend16), [A-Z0-9]+ [|] [0-9.]+ [|] [0-9.]+ [|]/ { print $2 "," $3 "," $4 "," $5 }' \
+    task > build/readme/task.worst
+worst '/^[|] (chain|pend16), [A-Z0-9]+ [|] [0-9.]+ [|]/ { sub(".*/", "", $4); sub(".*/", "", $5); print $2 "," $3 "," $4 "," $5 }' \
+    firmware > build/readme/firmware.worst
+check '[ -s build/readme/task.worst ] && diff build/readme/task.worst build/readme/firmware.worst'
 # a link within the repository leads to a file
 for f in $texts; do
     for l in $(grep -o ']([^)#]*' "$f" | sed 's/](//' | grep -v '^http' | sort -u); do check "[ -e $(dirname "$f")/$l ]"; done
