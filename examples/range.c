@@ -49,7 +49,7 @@ int main(int argc, char **argv)
     if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0) {
         char *end;
         const long half = strtol(argv[3] + 7, &end, 10);
-        if (end != argv[3] + 7 && *end == 0 && half > 0 && half <= 100000) w.half = (int)half;
+        if (end != argv[3] + 7 && *end == 0 && half > 0 && half <= 100000) w.half = (int)half, w.qd_unused = 1;
     }
     if (argc != 3 + (w.half > 0)) fail("usage: range motion.csv NAME [smooth=10]\nhint: NAME.roln holds the weights");
     f = file(argv[2], ".roln", "rb");

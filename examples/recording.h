@@ -753,92 +753,134 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
-/* The step of q that is expected to sample i > first of a trajectory: by qd; without qd, that before it, or behind it. */
-static double expected_step(const motion *d, int first, int last, int i, int j)
+/* How far the step of q_j to sample i of trajectory k is from what is expected: dt qd, or, without qd, the step before it or behind it,
+   whichever is closer. */
+static double rest_of(const motion *d, int by_qd, int k, int i, int j)
 {
     const int N = d->N;
     const roln_real *q = d->q + i * N + j;
-    if (d->has_qd) return d->dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
-    return i > first + 1 ? (double)(q[-N] - q[-2 * N]) : i + 1 < last ? (double)(q[N] - q[0]) : 0;
+    const double step = (double)(q[0] - q[-N]);
+    double before, behind;
+    if (by_qd) return step - d->dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
+    if (d->first[k + 1] - d->first[k] < 3) return step;
+    before = i > d->first[k] + 1 ? step - (double)(q[-N] - q[-2 * N]) : HUGE_VAL;
+    behind = i + 1 < d->first[k + 1] ? step - (double)(q[N] - q[0]) : HUGE_VAL;
+    return fabs(before) <= fabs(behind) ? before : behind;
 }
 
-/* Nonzero if a step is off from what is expected by whole turns: an encoder that begins anew every turn. */
-static int is_turn(double step, double expected, double turn)
-{
-    const double turns = floor((step - expected) / turn + 0.5);
-    return turns != 0 && fabs(expected) < turn / 2 && fabs(step - expected - turns * turn) <= 0.1 * turn;
-}
+/* How far steps of a joint are from what is expected: `turn`, more is a turn if it is about one; `jump`, more is a jump. */
+typedef struct {
+    double turn, jump;
+} rests;
 
-/* A joint that is no angle, or an angle in degrees, and begins anew every turn. */
-static void check_wraps(const motion *d, const sheet *s, unsigned angles)
-{
-    const int N = d->N;
-    int k, i, j;
-    for (j = 0; j < N; j++)
-        for (k = 0; k < d->trajectories; k++)
-            for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
-                const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
-                const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
-                const int angle = j < 32 && angles >> j & 1;
-                if (!is_turn(step, expected, 360) && (angle || !is_turn(step, expected, 6.283185307179586))) continue;
-                fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->path, s->line[i],
-                     j + 1, fabs(step),
-                     angle ? "in degrees, but angles are in radians: convert them"
-                           : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
-            }
-}
-
-/* Steps that qd does not explain, |dq - dt qd|, of joint j: how large they may be. Twenty times their median, twice the finest step
-   of an encoder, and twice the largest step by qd are no jump. rest [samples] is scratch. */
-static double largest_rest(const motion *d, int j, double *rest)
+/* 20 times the median of joint j, and no jump either: three times what one step in twenty exceeds, twice the finest step of an
+   encoder, twice the fastest motion, which an impact turns round. Few steps tell nothing. rest [samples] is scratch. */
+static rests rests_of(const motion *d, int by_qd, int j, double *rest)
 {
     const int N = d->N;
     double finest = HUGE_VAL, fastest = 0;
+    rests most = {0, HUGE_VAL};
     int count = 0, k, i;
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
-            const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
-            const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
-            rest[count++] = fabs(step - expected);
-            fastest = fmax(fastest, fabs(expected));
+            const roln_real *q = d->q + i * N + j;
+            const double step = (double)(q[0] - q[-N]), next = i + 1 < d->first[k + 1] ? (double)(q[N] - q[0]) : 0;
+            const double off = rest_of(d, by_qd, k, i, j);
+            const double lasting = step * next > 0 ? fmin(fabs(step), fabs(next)) : 0; /* no wild sample, there and back */
+            rest[count++] = fabs(off);
+            fastest = fmax(fastest, by_qd ? fabs(step - off) : lasting);
             if (step != 0) finest = fmin(finest, fabs(step));
         }
-    if (count == 0 || !(fastest > 0)) return HUGE_VAL;
+    if (count < 20 || !(fastest > 0)) return most;
     qsort(rest, (size_t)count, sizeof *rest, smaller);
-    return fmax(20 * rest[count / 2], 2 * fmax(finest < HUGE_VAL ? finest : 0, fastest));
+    most.turn = 20 * rest[count / 2];
+    most.jump = fmax(fmax(most.turn, 3 * rest[count - 1 - count / 20]), 2 * fmax(finest, fastest));
+    return most;
 }
 
-/* A sample that was lost or is wild, or two recordings without a blank line between them. */
-static void check_jumps(const motion *d, const sheet *s, unsigned angles)
+/* Nonzero if a step is off from what is expected by whole turns: an encoder that begins anew every turn. */
+static int is_turn(double step, double off, double turn)
+{
+    const double turns = floor(off / turn + 0.5);
+    return turns != 0 && fabs(step - off) < turn / 2 && fabs(off - turns * turn) <= 0.1 * turn;
+}
+
+/* Says what a jump of joint j to sample i of trajectory k is, and what to do. */
+static void refuse_jump(const motion *d, const sheet *s, int by_qd, int k, int i, int j)
+{
+    const double step = (double)(d->q[i * d->N + j] - d->q[(i - 1) * d->N + j]), off = rest_of(d, by_qd, k, i, j);
+    const int line = s->line[i];
+    if (i + 1 < d->first[k + 1] && fabs(off + rest_of(d, by_qd, k, i + 1, j)) <= 0.2 * fabs(off))
+        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one\nhint: a wild sample: a blank line in place of "
+             "the row makes two recordings",
+             d->path, line, j + 1, step);
+    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g\nhint: a blank line before it, if another recording begins or "
+         "samples are lost; possible cause: a wild sample",
+         d->path, line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
+}
+
+/* Steps of q that no motion explains: a joint that is no angle, or an angle in degrees, that begins anew every turn; a wild sample, or
+   two recordings without a blank line between them. by_qd: qd tells how it moves. */
+static void check_jumps(const motion *d, const sheet *s, unsigned angles, int by_qd)
 {
     const int N = d->N;
-    const double turn = 6.283185307179586;
+    const double radians = 6.283185307179586;
     double *rest = room((size_t)d->samples, sizeof *rest);
     int k, i, j;
-    for (j = 0; j < N && d->has_qd; j++) {
-        const double most = largest_rest(d, j, rest);
+    for (j = 0; j < N; j++) {
+        const int angle = j < 32 && angles >> j & 1;
+        const rests most = rests_of(d, by_qd, j, rest);
         for (k = 0; k < d->trajectories; k++)
             for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
                 const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
-                const double expected = expected_step(d, d->first[k], d->first[k + 1], i, j);
-                double off = step - expected;
-                if (j < 32 && angles >> j & 1) off -= turn * floor(off / turn + 0.5);
-                if (!(fabs(off) > most)) continue;
-                fail("%s:%d: q of joint %d jumps by %.4g in one sample, but its qd is %.4g there\nhint: a blank line before it, if "
-                     "another recording begins; else leave out what is wrong",
-                     d->path, s->line[i], j + 1, step, expected / d->dt);
+                double off = rest_of(d, by_qd, k, i, j);
+                if (fabs(off) > most.turn && (is_turn(step, off, 360) || (!angle && is_turn(step, off, radians))))
+                    fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->path,
+                         s->line[i], j + 1, fabs(step),
+                         angle ? "in degrees, but angles are in radians: convert them"
+                               : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
+                if (angle) off -= radians * floor(off / radians + 0.5);
+                if (fabs(off) > most.jump) refuse_jump(d, s, by_qd, k, i, j);
             }
     }
     free(rest);
 }
 
-/* Columns that never change tell nothing, and hide what moves a machine. */
-static void check_constant(const motion *d, const roln_real *x, int columns, const char *what, const char *then)
+/* Nonzero if column j of x changes within a recording; and if it is 0 in every sample. */
+static int changes(const motion *d, const roln_real *x, int columns, int j)
 {
-    int i, j;
-    for (j = 0; j < columns && x; j++) {
-        for (i = 1; i < d->samples && !(x[i * columns + j] < x[j]) && !(x[i * columns + j] > x[j]); i++) {}
-        if (i == d->samples) printf("warning: %s: %s%d is %g in every sample; %s\n", d->path, what, j + 1, (double)x[j], then);
+    int k, i;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
+            if (x[i * columns + j] < x[(i - 1) * columns + j] || x[i * columns + j] > x[(i - 1) * columns + j]) return 1;
+    return 0;
+}
+
+static int is_zero(const motion *d, const roln_real *x, int columns, int j)
+{
+    int i = 0;
+    while (i < d->samples && !(x[i * columns + j] < 0) && !(x[i * columns + j] > 0))
+        i++;
+    return i == d->samples;
+}
+
+/* Columns that never change: a joint that stands still, or an encoder that is dead. A torque of 0 is that of a joint without motor. */
+static void check_constant(const motion *d, const wanted *w)
+{
+    const char *const force = w->inputs > 0 ? "u" : "tau";
+    int j;
+    for (j = 0; j < d->N; j++) {
+        const int moves = changes(d, d->q, d->N, j), use = d->has_qd && !w->qd_unused, turns = use && changes(d, d->qd, d->N, j);
+        if (!moves)
+            printf("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
+                   turns ? "; possible cause: a dead encoder, for its qd changes" : "");
+        else if (use && is_zero(d, d->qd, d->N, j))
+            printf("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
+    }
+    for (j = 0; j < d->forces && d->has_tau && w->torque; j++) {
+        if (is_zero(d, d->tau, d->forces, j)) printf("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
+        else if (!changes(d, d->tau, d->forces, j))
+            printf("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
     }
 }
 
@@ -1172,12 +1214,11 @@ static motion read_recording(const char *path, const wanted *w)
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
     tell_time(&d, &s);
-    check_constant(&d, d.q, d.N, "q", "a joint that never moves, or an encoder that is dead: leave it out");
-    check_wraps(&d, &s, w->angles);
-    if (!w->qd_unused) check_jumps(&d, &s, w->angles);
+    check_jumps(&d, &s, w->angles, d.has_qd && !w->qd_unused);
     if (w->angles) unwrap(&d, w->angles);
     check_turns(&d, w->angles);
     if (d.has_qd) check_velocities(&d, w);
+    check_constant(&d, w);
     if (d.dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", path, d.dt);
     differences(&d, d.qd, d.qdd);
     for (k = 0; k < d.trajectories; k++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* recording.c - examples/recording.h alone: recording FILE [KEY=NUMBER ..] reads a recording of t and JOINTS positions and smooths
-   them; or, with keys N, inputs, torque, smooth, angles, that of such a model, and prints what was read. With GROW the file gets
+   them; or, with keys N, inputs, torque, smooth, unused, angles, that of such a model, and prints what was read. With GROW the file gets
    more lines between the two times that it is read; with MOST that is the largest int. */
 #include "roln_spd.h"
 #include <limits.h>
@@ -50,7 +50,11 @@ int main(int argc, char **argv)
     if (argc > 2) w.half = 0;
     for (i = 2; i < argc; i++) {
         const int x = atoi(argv[i] + strcspn(argv[i], "=") + 1);
-        *(*argv[i] == 'N' ? &w.N : *argv[i] == 'i' ? &w.inputs : *argv[i] == 't' ? &w.torque : &w.half) = x;
+        *(*argv[i] == 'N'   ? &w.N
+          : *argv[i] == 'i' ? &w.inputs
+          : *argv[i] == 't' ? &w.torque
+          : *argv[i] == 'u' ? &w.qd_unused
+                            : &w.half) = x;
         if (*argv[i] == 'a') w.half = 0, w.angles = (unsigned)x;
     }
 #ifdef GROW

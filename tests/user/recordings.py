@@ -266,11 +266,53 @@ CASES = [
      r":32: q of joint 1 jumps by 0.4.*\nhint: a blank line before it"),
     ("an angle far from where it was", moving(lambda t: math.sin(3 * t) + 2 * (t > 0.3), lambda t: 3 * math.cos(3 * t)), "angles=1",
      r":32: q of joint 1 jumps by 2"),
+    *[(f"{what}, q alone", moving(q), "smooth=1", r":\d+: q of joint 1 jumps by " + words) for what, q, words in (
+        ("two turns", lambda t: 3 * t + 4 * math.pi * (t > 0.3), "12.6, as an encoder"),
+        ("a wild sample", lambda t: math.sin(3 * t) - (abs(t - 0.3) < 0.001), r".* in one sample, and back in the next one\nhint: a wild"),
+        ("a wild sample of 100", lambda t: math.sin(3 * t) + 100 * (abs(t - 0.3) < 0.001), "100"),
+        ("two recordings", lambda t: math.sin(3 * t) + 0.4 * (t > 0.3), r".*, but the motion beside it tells .*\nhint: a blank line"),
+        ("half a turn", lambda t: 3 * t + math.pi * (t > 0.3), r"3.172 in one"))],
+    ("qd is not used, then q alone tells", moving(lambda t: math.sin(3 * t) + 0.4 * (t > 0.3), lambda t: 3 * math.cos(3 * t)),
+     "smooth=1 unused=1", r":32: q of joint 1 jumps by 0.4"),
+    *[(f"{what}, q alone", moving(q), "smooth=1", None) for what, q in (
+        ("an encoder of 4 bits", lambda t: math.floor(math.sin(9 * t) / 0.39) * 0.39), ("an impact", lambda t: abs(math.sin(9 * t))),
+        ("a slow encoder of 12 bits", lambda t: round(0.05 * math.sin(t) * 652) / 652),
+        ("at rest, then fast", lambda t: 5 * max(t - 0.5, 0) ** 2), ("a stop", lambda t: min(3 * t, 1)),
+        ("a slider in mm, that starts at once", lambda t: 625 * max(t - 0.3, 0)))],
+    ("noisy qd", moving(lambda t: math.sin(9 * t), lambda t: 9 * math.cos(9 * t) + 3 * math.sin(1e6 * t * t)), "", None),
+    ("a wild qd", moving(lambda t: math.sin(9 * t), lambda t: 9 * math.cos(9 * t) + 1e9 * (abs(t - 0.3) < 0.001)), "", None),
+    ("a stop, and qd of a filter", moving(lambda t: min(3 * t, 1), lambda t: 3 if t < 1 / 3 else 3 * math.exp((1 / 3 - t) / 0.03)), "",
+     None),
+    ("a slider in mm, qd in m/s", moving(lambda t: 60 * math.sin(9 * t), lambda t: 0.54 * math.cos(9 * t)), "", None),
     ("an encoder of 4 bits", moving(lambda t: math.floor(math.sin(9 * t) / 0.39) * 0.39, lambda t: 9 * math.cos(9 * t)), "", None),
     ("an impact", moving(lambda t: abs(math.sin(9 * t)), lambda t: math.copysign(9 * math.cos(9 * t), math.tan(9 * t))), "", None),
     ("a slow encoder of 12 bits", moving(lambda t: round(0.05 * math.sin(t) * 652) / 652, lambda t: 0.05 * math.cos(t)), "", None),
     ("at rest, then fast", moving(lambda t: 5 * max(t - 0.5, 0) ** 2, lambda t: 10 * max(t - 0.5, 0)), "", None),
     ("a fast slider does not", b"0,0,600\n.01,6,600\n.02,12,600\n.03,18,600\n", "", None),
+]
+
+
+def of_columns(*columns, dt=0.01, count=60):
+    """Two recordings of functions of t."""
+    rows = "".join(",".join([f"{i * dt:.4f}"] + [f"{c(i * dt):.6f}" for c in columns]) + "\n" for i in range(count))
+    return (rows + "\n" + rows).encode()
+
+
+SINE, COSINE, NOTHING = lambda t: math.sin(3 * t), lambda t: 3 * math.cos(3 * t), lambda t: 0
+# what is read, but not without a word: a pattern that is said, or, behind !, that is not
+TOLD = [
+    ("a joint that stands still", of_columns(SINE, lambda t: 1, COSINE, NOTHING), "N=2",
+     r"warning: .*f\.csv: joint 2 does not move in any recording: leave it out\n"),
+    ("a dead encoder", of_columns(SINE, lambda t: 1, COSINE, COSINE), "N=2", r"joint 2 does not move .*a dead encoder, for its qd"),
+    ("a joint that stands elsewhere in each recording", moving(SINE, lambda t: 1)[:-1].replace(b"\n", b",3,0\n") + b",3,0\n\n" +
+     moving(SINE, lambda t: 2)[:-1].replace(b"\n", b",3,0\n") + b",3,0\n", "N=2", r"joint 2 does not move in any recording"),
+    ("qd of 0 of a joint that hardly moves", of_columns(SINE, lambda t: 1e-3 * math.sin(t), COSINE, NOTHING), "N=2",
+     r"warning: .*: joint 2 moves, but its qd is 0 in every sample"),
+    ("a torque that stands still", of_columns(SINE, COSINE, lambda t: 4), "torque=1", r"warning: .*: tau1 does not change in any"),
+    ("no motor", of_columns(SINE, COSINE, NOTHING), "torque=1", r"f\.csv: tau1 is 0 in every sample\n"),
+    ("no motor is no warning", of_columns(SINE, COSINE, NOTHING), "torque=1", "!warning"),
+    ("a torque that nobody asks for", of_columns(SINE, COSINE, lambda t: 4), "", "!tau1"),
+    ("all move", of_columns(SINE, SINE, COSINE, COSINE), "N=2", "!warning"),
 ]
 
 
@@ -294,7 +336,7 @@ def judge(name, text, keys, want):
     else:
         ok = code == 1 and re.match(re.escape(path) + want, err) and last.startswith("hint: ") and err.count("\n") == 2
         check(name, ok, f"ended with {code}, wanted {want}, said {out}{err}")
-    if {"angles=1", "inputs=1"} & set(words):
+    if {"angles=1", "inputs=1", "unused=1"} & set(words):
         return
     for program, more in (("train", ["steps=1", f"out={DIR}/o"]), ("range", [f"{DIR}/{'one' if joints == 1 else 'two'}"])):
         if program == "range" and "torque=1" in words:
@@ -307,6 +349,12 @@ def judge(name, text, keys, want):
             check(f"{name}: {program}, its end", program == "train" or same[0] == 0, same[2])
         else:
             check(f"{name}: {program}", same[0] == 1 and said == err, f"ended with {same[0]}, said {same[2]} for {err}")
+
+
+def judge_told(name, text, keys, pattern):
+    code, out, err = run("recording", write(text), *(keys.split() or ["N=1"]))
+    said = re.search(pattern.lstrip("!"), out)
+    check(name, code == 0 and bool(said) != pattern.startswith("!"), f"ended with {code}, {out[:300]}{err}")
 
 
 # ---- damaged files ----
@@ -368,6 +416,8 @@ def main():
     os.environ["ASAN_OPTIONS"] = "detect_leaks=0"       # a program that ends does not give back
     for case in CASES:
         judge(*case)
+    for case in TOLD:
+        judge_told(*case)
     fuzz(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
     print(f"{passed} passed, {failed} failed")
     return failed > 0
