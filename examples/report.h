@@ -307,7 +307,8 @@ static double steps_of_table(const motion *m, int from, int to, int every)
 /* What a model has to beat at a horizon: q + h qd, and, as far as a training window reaches, the mean of q, too. */
 static double rival_of(const error *e, double ms)
 {
-    return ms <= 500 && e->constant > 1 ? 1 : e->constant;
+    const double reach = 1e3 * (set("window") > 0 ? set("window") : 0.5);
+    return ms < 1.001 * reach && e->constant > 1 ? 1 : e->constant;
 }
 
 /* Says once a table where the model is not better than its rival, or fails too often. counts: q + h qd is off by more than nobody
