@@ -9,6 +9,7 @@
    is pend16_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
    lines. */
 #define NO_THREADS /* no clock but that of C */
+#include <signal.h>
 #define STRING_(x) #x
 #define STRING(x) STRING_(x)
 #define HEADER_(m) <m.h>
@@ -33,6 +34,21 @@ static FILE *file(const char *out, const char *ending, const char *mode)
     f = fopen(path, mode);
     if (!f) fail("cannot %s %s\nhint: is its place right?", *mode == 'r' ? "read" : "write", path);
     return f;
+}
+
+/* OUT.part, written, becomes OUT with an ending: whenever the power fails, either the old file is there or the new one. */
+static void put_in_place(FILE *f, const char *out, const char *ending, int good)
+{
+    char part[512], whole[512];
+    sprintf(part, "%s.part", out), sprintf(whole, "%s%s", out, ending);
+    good = !ferror(f) && good;
+    good = fclose(f) == 0 && good;
+#ifdef _WIN32
+    if (good) remove(whole); /* rename does not replace there */
+#endif
+    if (good && rename(part, whole) == 0) return;
+    remove(part);
+    fail("cannot write %s\nhint: is the disk full?", whole);
 }
 
 static void put(void *f, const char *text)
@@ -61,12 +77,14 @@ int main(int argc, char **argv)
     (void)add_noise; /* is the trainer's */
     if (M(fit_range)(&params, d.samples, d.q, d.qd, &work) != ROLN_OK)
         fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", argv[1]);
-    f = file(argv[2], "_weights.h", "w");
-    if (M(write)(&params, put, f) != ROLN_OK || ferror(f) || fclose(f) != 0)
-        fail("cannot write %s_weights.h\nhint: is the disk full?", argv[2]);
+#ifdef SIGXFSZ
+    signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */
+#endif
+    f = file(argv[2], ".part", "w");
+    put_in_place(f, argv[2], "_weights.h", M(write)(&params, put, f) == ROLN_OK);
     M(pack)(&params, bytes);
-    f = file(argv[2], ".roln", "wb");
-    if (fwrite(bytes, M(packed_size), 1, f) != 1 || fclose(f) != 0) fail("cannot write %s.roln\nhint: is the disk full?", argv[2]);
+    f = file(argv[2], ".part", "wb");
+    put_in_place(f, argv[2], ".roln", fwrite(bytes, M(packed_size), 1, f) == 1);
     printf("%s.roln, %s_weights.h: the range of %d samples\n", argv[2], argv[2], d.samples);
     return DONE;
 }
