@@ -149,7 +149,8 @@ static void read_settings(int argc, char **argv)
     }
     if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
         fail("method=%s: newton or adam", words[METHOD].value);
-    if (strlen(words[OUT].value) > 480) fail("out=%s: more than 480 letters", words[OUT].value);
+    if (strlen(words[OUT].value) > 480) fail("out=%s: more than 480 letters\nhint: a shorter name", words[OUT].value);
+    if (!*words[OUT].value) fail("out= is empty\nhint: the names of all files begin with it: out=%s", STRING(MODEL));
 }
 
 /* ---- 2 threads ---- */
@@ -348,18 +349,20 @@ static int put_in_place(FILE *f, const char *suffix)
 static void check_place(void)
 {
     static const char *const suffix[] = {".check", ".roln", "_weights.h", "_errors.csv", ".svg", "_motion.svg"};
+    static const char *const elsewhere = "out= names another place, which must be there; it needs room for the checkpoint";
     FILE *f = fopen(name_of(".part").text, "wb");
-    int good = f != NULL;
+    int good = f != NULL, why;
     size_t i;
     if (f) good = fwrite(&s, sizeof s, 1, f) == 1;
     if (f) good = fclose(f) == 0 && good;
-    if (!good) fail("cannot write %s: %s", name_of(".part").text, strerror(errno));
+    why = errno;
     remove(name_of(".part").text);
+    if (!good) fail("cannot write %s: %s\nhint: %s", name_of(".part").text, strerror(why), elsewhere);
     for (i = 0; i < sizeof suffix / sizeof *suffix; i++) {
         const file_name p = name_of(suffix[i]);
         if (!(f = fopen(p.text, "rb"))) continue;
         fclose(f);
-        if (!(f = fopen(p.text, "r+b"))) fail("cannot write %s: %s", p.text, strerror(errno));
+        if (!(f = fopen(p.text, "r+b"))) fail("cannot write %s: %s\nhint: %s", p.text, strerror(errno), elsewhere);
         fclose(f);
     }
 }
@@ -497,10 +500,12 @@ static void sum(void *ctx, int k, int thread)
     M(newton_sums)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
 }
 
-/* Windows begin at step WINDOWS_FROM, or when half of seconds= is over. */
+static double granted; /* seconds that were left when the stage began, or went on */
+
+/* Windows begin at step WINDOWS_FROM, or when half of the time is over that seconds= leaves the stage. */
 static int windows_begin(void)
 {
-    return s.step >= WINDOWS_FROM || (set("seconds") > 0 && left() < set("seconds") / 2);
+    return s.step >= WINDOWS_FROM || (set("seconds") > 0 && left() < granted / 2);
 }
 
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
@@ -623,62 +628,65 @@ static origin origin_of(void)
     return o;
 }
 
-/* Of the state, word by word; the rest of a word at its end does not count. */
+typedef char state_fits_an_int[sizeof s <= INT_MAX ? 1 : -1];
+
 static uint64_t checksum_of_state(void)
 {
-    const unsigned char *p = (const unsigned char *)&s;
-    uint64_t sum = ROLN_FNV, word;
-    size_t i;
-    for (i = 0; i + sizeof word <= sizeof s; i += sizeof word) {
-        memcpy(&word, p + i, sizeof word);
-        sum = (sum ^ word) * UINT64_C(0x100000001b3);
-        sum ^= sum >> 29;
-    }
-    return sum;
+    return roln_fnv((int)sizeof s, (const unsigned char *)&s, ROLN_FNV);
 }
 
-/* If it cannot be written the one before is left, and training goes on. */
+/* OUTsuffix becomes OUTsuffix.old. Zero if there is none. */
+static int keep(const char *suffix)
+{
+    file_name old = name_of(suffix);
+    strcat(old.text, ".old");
+#ifdef _WIN32
+    remove(old.text);
+#endif
+    return rename(name_of(suffix).text, old.text) == 0;
+}
+
+static int ours; /* nonzero: OUT.check is of this training */
+
+/* If it cannot be written the one before is left, and training goes on. The first one of a training that does not go on from OUT.check
+   keeps that as OUT.check.old. */
 static void checkpoint(void)
 {
     origin o = origin_of();
     FILE *f = file(".part", "wb");
     if (!f) return;
+    if (!ours && keep(".check"))
+        printf("%s.check, of another training, is kept as %s.check.old\n", words[OUT].value, words[OUT].value);
+    ours = 1;
     s.seconds = seconds(), began = now();
     o.state = checksum_of_state();
     if (fwrite(&o, sizeof o, 1, f) == 1) fwrite(&s, sizeof s, 1, f);
     put_in_place(f, ".check");
 }
 
-/* A checkpoint of an earlier training, which this one does not go on from, is kept as OUT.check.old. */
-static void keep_checkpoint(void)
-{
-    file_name old = name_of(".check");
-    strcat(old.text, ".old");
-#ifdef _WIN32
-    remove(old.text);
-#endif
-    if (rename(name_of(".check").text, old.text) == 0)
-        printf("%s.check, of another training, is kept as %s.check.old\n", words[OUT].value, words[OUT].value);
-}
-
 /* Goes on from the checkpoint. Zero without --resume. */
 static int resume(void)
 {
+    static const char *const anew = "leave --resume out, and begin anew with from=OUT.roln, if that is there";
     const origin o = origin_of();
     origin was;
     uint64_t state;
     FILE *f;
     if (!(set("resume") > 0)) return 0;
     if (!(f = fopen(name_of(".check").text, "rb")))
-        fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out",
+        fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out; "
+             "OUT.check.old is that of the training before",
              words[OUT].value);
-    if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
+    if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
     state = was.state, was.state = 0;
-    if (memcmp(&was, &o, sizeof o) != 0) fail("%s.check is of other data, other settings or another config", words[OUT].value);
-    if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off", words[OUT].value);
-    if (checksum_of_state() != state)
-        fail("%s.check is damaged\nhint: begin anew, with from=%s.roln, if that is there", words[OUT].value, words[OUT].value);
+    if (memcmp(&was, &o, sizeof o) != 0)
+        fail("%s.check is of other data, other settings or another config\nhint: take those again, or leave --resume out: OUT.check is "
+             "kept as OUT.check.old",
+             words[OUT].value);
+    if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
+    if (checksum_of_state() != state || getc(f) != EOF) fail("%s.check is damaged\nhint: %s", words[OUT].value, anew);
     fclose(f);
+    ours = 1;
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
@@ -815,7 +823,7 @@ static void run(void)
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
-    last = s.stage, window_count = longer.count;
+    last = s.stage, window_count = longer.count, granted = left();
     if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
     while (s.next == 0 || !(done(updates) || halting())) {
         const char *why;
@@ -852,25 +860,30 @@ static void put_file(void *ctx, const char *text)
 /* Begins a header of weights that are no trained model, or are not yet judged. */
 #define MARK "/* train.c: "
 
-/* Weights of an earlier training that were judged good are kept as OUT.roln.old and OUT_weights.h.old, until this one is. */
+/* Nonzero if OUTsuffix, a header of weights, is there and says of itself that it is no trained model, or not yet judged. */
+static int marked(const char *suffix)
+{
+    char line[sizeof MARK] = "";
+    FILE *f = fopen(name_of(suffix).text, "rb");
+    if (!f) return 0;
+    line[fread(line, 1, sizeof line - 1, f)] = 0;
+    fclose(f);
+    return strcmp(line, MARK) == 0;
+}
+
+static int is_there(const char *suffix)
+{
+    FILE *f = fopen(name_of(suffix).text, "rb");
+    if (f) fclose(f);
+    return f != NULL;
+}
+
+/* Weights of an earlier training are kept as OUT.roln.old and OUT_weights.h.old until this one is judged good; but good ones stay
+   there, whatever comes, and those that this training goes on from are not kept. Returns how many were. */
 static int keep_old(void)
 {
-    static const char *const suffix[] = {".roln", "_weights.h"};
-    char line[sizeof MARK] = "";
-    FILE *f = fopen(name_of("_weights.h").text, "rb");
-    int i, kept = 0;
-    if (!f) return 0;
-    if (fread(line, 1, sizeof line - 1, f) != sizeof line - 1 || strcmp(line, MARK) != 0)
-        for (i = 0; i < 2; i++) {
-            file_name old = name_of(suffix[i]);
-            strcat(old.text, ".old");
-#ifdef _WIN32
-            remove(old.text);
-#endif
-            kept += rename(name_of(suffix[i]).text, old.text) == 0;
-        }
-    fclose(f);
-    return kept;
+    if (marked("_weights.h") && (set("resume") > 0 || (is_there("_weights.h.old") && !marked("_weights.h.old")))) return 0;
+    return keep(".roln") + keep("_weights.h");
 }
 
 /* OUT.roln and OUT_weights.h; mark: what the header says of the weights, NULL: nothing. Zero if they cannot be written. */
@@ -948,9 +961,9 @@ static void start(void)
     if (words[FROM].value) {
         FILE *f = fopen(words[FROM].value, "rb");
         const roln_status st = f ? M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &s.p) : ROLN_OK;
-        if (!f) fail("cannot read %s", words[FROM].value);
+        if (!f || ferror(f)) fail("cannot read %s: %s\nhint: from= is a .roln of this config", words[FROM].value, strerror(errno));
         if (st != ROLN_OK)
-            fail("cannot start from %s: %s", words[FROM].value,
+            fail("cannot start from %s: %s\nhint: from= is a .roln of this config", words[FROM].value,
                  st == ROLN_E_FORMAT ? "no .roln of this version" :
                  st == ROLN_E_LENGTH ? "it is cut off, or goes on behind its end" :
                  st == ROLN_E_CHECKSUM ? "it is damaged" :
@@ -1038,7 +1051,9 @@ static void read_all(const char *path)
     d = read_recording(path, &w);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
     if (train < 1 || train >= d.trajectories)
-        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed", d.trajectories, set("held"));
+        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed\nhint: %s", d.trajectories, set("held"),
+             d.trajectories > 1 ? "held=0.1 holds out one in ten, and one at least"
+                                : "record more of them, or part a long one by blank lines");
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
@@ -1085,7 +1100,7 @@ int main(int argc, char **argv)
     check_place();
     read_all(argv[1]);
     atexit(rescue);
-    if (!resume()) start(), keep_checkpoint(), s.best = s.p;
+    if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();
     return report();

@@ -120,9 +120,17 @@ dd if=/dev/zero of=$dir/torn.check bs=1 seek=20000 count=2000 conv=notrunc 2> /d
 cp $dir/torn.check $dir/torn.was
 check 'a damaged checkpoint' says 'torn.check is damaged' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/torn
 check 'a damaged checkpoint stays' cmp $dir/torn.check $dir/torn.was
+{ cat $dir/whole.more.check; echo; } > $dir/longer.check
+check 'a checkpoint that goes on behind its end' \
+    says 'longer.check is damaged' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/longer
 check 'no checkpoint' says 'there is no .*/none.check to go on from' $dir/chart $dir/16_train.csv steps=33 resume=1 out=$dir/none
 check 'over a checkpoint' short $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/torn
 check 'the checkpoint before is kept' cmp $dir/torn.check.old $dir/torn.was
+cp $dir/torn.was $dir/torn.check
+check 'data that does not begin' says 'does not move' sh -c "
+    awk -F, -v OFS=, 'NR > 1 && NF { for (i = 2; i <= NF; i++) \$i = 0 } 1' $dir/16_train.csv > $dir/still.csv
+    $dir/layers $dir/still.csv steps=1 ae=0 out=$dir/torn"
+check 'a training that does not begin moves no checkpoint' cmp $dir/torn.check $dir/torn.was
 check 'those of the checkpoint' short $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/whole.more
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
@@ -431,6 +439,7 @@ wall() {
 stops() { "$@" > $dir/says.log 2>&1; code=$?; { [ $code -eq 0 ] || [ $code -eq 3 ]; } && grep '^ended by seconds=' $dir/says.log; }
 early=$dir/early
 check 'seconds=' wall 3 stops $dir/joints $dir/2_train.csv test=$dir/2_test.csv seconds=3 out=$early
+check 'seconds=: windows begin at half of it' grep '^from here on windows of 25 steps of 0.02 s' $dir/says.log
 check 'seconds=: weights' test -s $early.roln
 check 'seconds=: tables' test "$(grep -c 'worst joint' $dir/says.log)" -eq 2
 check 'seconds=, with --resume' wall 3 stops $dir/joints $dir/2_train.csv test=$dir/2_test.csv seconds=3 out=$early --resume
@@ -476,6 +485,8 @@ check 'torques that overflow, Adam' ends 3 'ended by a failure (1000 updates in 
 mkdir $dir/taken_weights.h
 check 'a file that cannot be written' says 'cannot write .*taken_weights.h' $dir/joints $dir/2_train.csv out=$dir/taken
 rm -f $early.* ${early}_*
+check 'a file that is too large' says 'cannot write .*early.part: ' sh -c "ulimit -f 8; exec $dir/joints $dir/small.csv out=$early"
+check 'a file that is too large: nothing is left of it' test ! -e $early.part
 : > $early.log
 $dir/joints $dir/2_train.csv steps=30 held=0.3 out=$early > $early.log 2>&1 &
 looks early 2
@@ -507,7 +518,12 @@ for n in 40 60 80; do
 done
 check 'out of memory before the training' says 'out of memory' env REQUESTS=12 $dir/scarce $dir/small.csv out=$early
 
-# weights that were good are kept beside worse ones, and these do not take their place
+# weights of an interrupted training are kept; if they were good, they are kept beside worse ones, and these do not take their place
+rm -f $early.* ${early}_*
+check 'weights of an interrupted training' short $dir/joints $dir/small.csv steps=1 seed=1 out=$early
+cp $early.roln $dir/interrupted
+check 'another one over them' short $dir/joints $dir/small.csv steps=1 seed=2 out=$early
+check 'another one over them: they are kept' cmp $early.roln.old $dir/interrupted
 rm -f $early.* ${early}_*
 echo good > $early.roln
 echo good > ${early}_weights.h
@@ -516,12 +532,26 @@ for seed in 1 2; do
     check "worse than before: seed $seed, the old ones" grep good $early.roln.old ${early}_weights.h.old
 done
 
-# ---- a trained model ends with 0 ----
-
-# a pendulum with a motor: qdd = u - 9.81 sin q - 0.1 qd, so M is 1; the last recording is short
+# a pendulum that is driven by what nobody recorded: better than q + h qd at every horizon, and yet useless after half a second
 sed 's/joints$/motor/; s/AE 2/AE 1/; /#include/i #define ROLN_DAMPING 1' $dir/joints.h > $dir/motor.h
 gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=motor examples/train.c -o $dir/motor \
     -lpthread -lm || exit 1
+awk 'BEGIN {
+    for (k = 0; k < 20; k++) {
+        a = 0.9 * sin(k); c = 6 * cos(2 * k)
+        for (i = 0; i < 300; i++) {
+            printf "%.9g,%.9g,%.9g\n", 0.005 * i, a, c
+            u = 34 * sin(0.045 * i + k * k)
+            for (j = 0; j < 50; j++) { c += 0.0001 * (u - 100 * sin(a) - 0.1 * c); a += 0.0001 * c }
+        }
+        print ""
+    } }' > $dir/pushed.csv
+check 'driven by what nobody recorded' ends 3 'held out: E_q after 500 ms is [5-9][0-9.]* %, more than 1/2 of that of the mean of q' \
+    $dir/motor $dir/pushed.csv held=0.2 steps=15 window=0 look=0.5 out=$dir/pushed
+
+# ---- a trained model ends with 0 ----
+
+# a pendulum with a motor: qdd = u - 9.81 sin q - 0.1 qd, so M is 1; the last recording is short
 awk 'BEGIN {
     for (k = 0; k < 20; k++) {
         a = 1.2 * sin(k); c = cos(2 * k)
