@@ -11,8 +11,8 @@
    numbers  those of C, also 1.5D+00, in quotes or not; not nan, not infinite, no marks between thousands
    t        seconds; other units if the header or a row of units below it says so: t_ms, time [us], "ms;deg;deg"; also seconds,
             milliseconds, microseconds or nanoseconds since 1970; date and time of ISO 8601, or hh:mm:ss
-   header   one name a column, or none; lines of text before it, and lines that begin with #, % or //, are not read. A name that
-            contradicts the order of columns is refused
+   header   one name a column, or none; lines of text before it, whose first piece is no number and no time, and lines that begin
+            with #, % or //, are not read. A name that contradicts the order of columns is refused
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
    For a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
@@ -28,6 +28,7 @@
 
 #include "roln_spd.h"
 #include <ctype.h>
+#include <errno.h>
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -55,6 +56,7 @@ typedef struct {
     int half;        /* samples on each side that positions are smoothed over, 0: not */
     int qd_unused;   /* nonzero: q alone is used */
     unsigned angles; /* bit j: joint j is an angle in radians */
+    int each;        /* nonzero: each joint has a unit of its own */
 } wanted;
 
 /* ---- 1 messages ---- */
@@ -386,6 +388,7 @@ typedef struct {
     double unit;             /* of t, in s; 0: nothing said */
     int guessed;             /* nonzero: it follows from the size of t alone */
     int header_row, comment; /* where the header stands, 0: none; nonzero: in a comment */
+    int named, separators;   /* nonzero: the header names the columns; lines of separators alone */
     double *t, *v;
     piece *w, *name; /* of the line; of the header */
     char *text, *header;
@@ -433,7 +436,18 @@ static int is_time(piece w)
     return unit_of(w) > 0;
 }
 
-/* The names of `columns` columns, of the header. Returns how many there are: 0 if there is no header, or a comment that is none. */
+/* Nonzero if a line of names may be a header: the first one is that of t, or another one that of a position, velocity or force. */
+static int is_header(const piece *name, int names)
+{
+    int i;
+    for (i = 0; i < names; i++)
+        if (i == 0 ? is_time(name[i]) : is_numbered(name[i], "q") || is_numbered(name[i], "qd") || is_numbered(name[i], "tau"))
+            return 1;
+    return 0;
+}
+
+/* The names of `columns` columns, of the header. Returns how many there are: 0 if there is no header, or a comment or another
+   line of text that is none. */
 static int read_names(const motion *d, sheet *s, int columns, int most)
 {
     const char *text = s->header;
@@ -442,6 +456,16 @@ static int read_names(const motion *d, sheet *s, int columns, int most)
     if (s->comment) text += strspn(text, " \t#%/");
     names = split(strchr(text, s->apart) ? s->apart : separator_of(text), text, most, s->name);
     if (s->comment && (names != columns || !is_time(s->name[0]))) return 0;
+    if (names != columns && !is_header(s->name, names < most ? names : most)) {
+        printf("%s: line %d is text: it has another number of columns than line %d\n", d->path, s->header_row, s->row);
+        return s->header_row = 0;
+    }
+    for (i = 1; i < names && i < most && names == columns && !is_time(s->name[0]); i++)
+        if (is_numeric(s->apart, s->name[i]))
+            fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: seconds, or like 2026-11-25T18:10:05.25; the name of t, if "
+                 "this "
+                 "is a header",
+                 d->path, s->header_row, quoted(s->name[0]));
     if (names != columns)
         fail("%s:%d: %d names, but %d columns in line %d\nhint: one name a column, apart as the numbers are; or remove the header",
              d->path, s->header_row, names, columns, s->row);
@@ -536,6 +560,7 @@ static sheet open_sheet(motion *d, const wanted *w)
     if (!s.f) fail("cannot read %s\nhint: is the path right, and the file readable?", d->path);
     while (read_text(&s))
         if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines\nhint: leave recordings out", d->path);
+    if (ferror(s.f)) fail("cannot read %s: %s\nhint: is it a file, and whole?", d->path, strerror(errno));
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty\nhint: a CSV has the columns t, q.., qd.., tau..", d->path);
     lines = (size_t)s.lines + 1;
@@ -545,8 +570,9 @@ static sheet open_sheet(motion *d, const wanted *w)
     return s;
 }
 
-/* The next line of text, without its end, and without the mark that some programs begin a file with. Returns 0 at the end of the
-   file, which is where it was when lines were counted: there is no room for more. */
+/* The next line of text, without its end, and without the marks that some programs begin a file with, which stand in the middle of
+   files that are put after each other. Returns 0 at the end of the file, which is where it was when lines were counted: there is no
+   room for more. */
 static int next_line(const char *path, sheet *s)
 {
     static const char mark[] = "\xef\xbb\xbf";
@@ -564,8 +590,23 @@ static int next_line(const char *path, sheet *s)
     if (s->text[n - 1] == '\n') s->text[n - 1] = 0;
     else if (!feof(s->f))
         fail("%s:%d: more than %d letters in a line\nhint: is this a CSV, with a line for each sample?", path, s->row, s->size - 2);
-    if (s->row == 1 && strncmp(s->text, mark, 3) == 0) memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
+    while (strncmp(s->text, mark, 3) == 0)
+        memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
+}
+
+/* Nonzero if a piece is what programs write in place of a number that they do not have. */
+static int is_missing(piece w)
+{
+    static const char *const words[] = {"na", "n/a", "#n/a", "null", "none", "nil", "missing", "-", "--", "?", ".", "<na>"};
+    size_t i;
+    int k;
+    for (i = 0; i < sizeof words / sizeof *words; i++) {
+        for (k = 0; k < w.n && words[i][k] && tolower((unsigned char)w.at[k]) == words[i][k];)
+            k++;
+        if (k == w.n && !words[i][k]) return 1;
+    }
+    return 0;
 }
 
 /* What to do about a piece that is no finite number. */
@@ -573,6 +614,7 @@ static const char *mend_of(piece w)
 {
     double x;
     if (w.n == 0) return "every sample needs all of its columns; a blank line in place of the row makes two recordings";
+    if (is_missing(w)) return "a sample is missing: a blank line in place of the row makes two recordings";
     if (number(' ', w, &x)) return "only finite numbers can be learned from; a blank line in place of the row makes two recordings";
     return "write numbers like 1234.5 or 1.2345e3, one separator in the whole file; remove columns of text";
 }
@@ -647,6 +689,7 @@ static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
     const int most = 2 + 3 * d->N, names = read_names(d, s, n, most);
     columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
     check_names(d, s, names);
+    s->named = names > 0;
     if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
     s->columns = n;
 }
@@ -711,8 +754,10 @@ static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, 
         fail("%s:%d: t stays at %.12g s\nhint: a line written twice, or t with too few digits: write t with more digits", d->path,
              line, stamp_at(s, i));
     if (step < 0)
-        fail("%s:%d: t goes back from %.12g to %.12g s\nhint: a blank line belongs between two trajectories", d->path, line,
-             stamp_at(s, i - 1), stamp_at(s, i));
+        fail("%s:%d: t goes back from %.12g to %.12g s\nhint: %s", d->path, line, stamp_at(s, i - 1), stamp_at(s, i),
+             s->kind == CLOCK && step < -43200
+                 ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
+                 : "a blank line belongs between two trajectories");
     if (2 * alike > length)
         fail("%s:%d: trajectory %d has steps of %g s, most have %g s\nhint: one rate for all: resample it or leave it out", d->path,
              line, k + 1, step, dt);
@@ -753,8 +798,8 @@ static void check_time(motion *d, const sheet *s)
     free(step);
 }
 
-/* How far the step of q_j to sample i of trajectory k is from what is expected: dt qd, or, without qd, the step before it or behind it,
-   whichever is closer. */
+/* How far the step of q_j to sample i of trajectory k is from what is expected: dt qd, or, without qd, the step before it or behind
+   it, whichever is closer. */
 static double rest_of(const motion *d, int by_qd, int k, int i, int j)
 {
     const int N = d->N;
@@ -811,16 +856,18 @@ static void refuse_jump(const motion *d, const sheet *s, int by_qd, int k, int i
     const double step = (double)(d->q[i * d->N + j] - d->q[(i - 1) * d->N + j]), off = rest_of(d, by_qd, k, i, j);
     const int line = s->line[i];
     if (i + 1 < d->first[k + 1] && fabs(off + rest_of(d, by_qd, k, i + 1, j)) <= 0.2 * fabs(off))
-        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one\nhint: a wild sample: a blank line in place of "
+        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one\nhint: a wild sample: a blank line in "
+             "place of "
              "the row makes two recordings",
              d->path, line, j + 1, step);
-    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g\nhint: a blank line before it, if another recording begins or "
+    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g\nhint: a blank line before it, if another recording "
+         "begins or "
          "samples are lost; possible cause: a wild sample",
          d->path, line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
 }
 
-/* Steps of q that no motion explains: a joint that is no angle, or an angle in degrees, that begins anew every turn; a wild sample, or
-   two recordings without a blank line between them. by_qd: qd tells how it moves. */
+/* Steps of q that no motion explains: a joint that is no angle, or an angle in degrees, that begins anew every turn; a wild sample,
+   or two recordings without a blank line between them. by_qd: qd tells how it moves. */
 static void check_jumps(const motion *d, const sheet *s, unsigned angles, int by_qd)
 {
     const int N = d->N;
@@ -864,7 +911,8 @@ static int is_zero(const motion *d, const roln_real *x, int columns, int j)
     return i == d->samples;
 }
 
-/* Columns that never change: a joint that stands still, or an encoder that is dead. A torque of 0 is that of a joint without motor. */
+/* Columns that never change: a joint that stands still, or an encoder that is dead. A torque of 0 is that of a joint without
+   motor. */
 static void check_constant(const motion *d, const wanted *w)
 {
     const char *const force = w->inputs > 0 ? "u" : "tau";
@@ -901,27 +949,26 @@ static void unwrap(motion *d, unsigned angles)
         }
 }
 
-/* The first joint that goes over more than a turn and is no angle, or over many and is one. */
-static void check_turns(const motion *d, unsigned angles)
+/* Joints that go over more than a turn and are no angles, or over many and are. each: the model has ROLN_SCALE each. */
+static void check_turns(const motion *d, unsigned angles, int each)
 {
-    int i, j;
+    enum { SAID = 8 };
+    int told = 0, i, j;
     for (j = 0; j < d->N; j++) {
+        const int angle = j < 32 && angles >> j & 1;
         double low = (double)d->q[j], high = low;
         for (i = 1; i < d->samples; i++)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
-        if (high - low > 6.3 && !(j < 32 && angles >> j & 1)) {
-            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
-                   "degrees make gains and torques those of degrees; of a slider nothing is wrong, but beside hinges it asks for "
-                   "ROLN_SCALE each\n",
-                   d->path, j + 1, low, high);
-            return;
-        }
-        if (high - low > 130 && j < 32 && angles >> j & 1) {
+        if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
+        if (angle)
             printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
                    (high - low) / 6.283185307179586);
-            return;
-        }
+        else
+            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
+                   "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
+                   d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
     }
+    if (told > SAID) printf("warning: %s: so do %d more joints\n", d->path, told - SAID);
 }
 
 /* ---- 7 velocities ---- */
@@ -1133,8 +1180,16 @@ static void smooth(motion *d, int half)
 
 enum { BLANK, COMMENT, TEXT, SAMPLE };
 
-/* What a line is. TEXT: no piece of it is a number or begins like one, and one is not empty. */
-static int kind_of(const sheet *s, int most)
+/* Nonzero if a piece is a number or a time, or begins like one. */
+static int begins_sample(char apart, piece w)
+{
+    stamp t;
+    return is_numeric(apart, w) || read_stamp(apart, w, &t);
+}
+
+/* What a line is. TEXT: no piece of it is a number or begins like one, and one is not empty; before the first sample, the first
+   piece is none. */
+static int kind_of(const sheet *s, int most, int samples)
 {
     const char *const p = s->text + strspn(s->text, " \t");
     const char apart = separator_of(s->text);
@@ -1142,33 +1197,56 @@ static int kind_of(const sheet *s, int most)
     if (s->text[strspn(s->text, ",; \t")] == 0) return BLANK;
     if (*p == '#' || *p == '%' || strncmp(p, "//", 2) == 0) return COMMENT;
     n = split(apart, s->text, most, s->w);
+    if (samples == 0 && n > 0 && s->w[0].n > 0) return begins_sample(apart, s->w[0]) ? SAMPLE : TEXT;
     for (i = 0; i < n && i < most; i++)
         if (is_numeric(apart, s->w[i])) return SAMPLE;
     return TEXT;
+}
+
+/* Nonzero if a line is the header again, with a comment mark or blanks around it or without. */
+static int is_again(const sheet *s)
+{
+    const char *a = s->text + strspn(s->text, " \t#%/"), *b = s->header + strspn(s->header, " \t#%/");
+    while (*a && *a == *b)
+        a++, b++;
+    return a[strspn(a, " \t")] == 0 && b[strspn(b, " \t")] == 0;
+}
+
+/* Refuses a line of text where a sample is expected; its first n pieces are in s->w. */
+static void refuse_heading(const motion *d, const sheet *s, int n)
+{
+    piece whole;
+    whole.at = s->text, whole.n = (int)strlen(s->text);
+    if (n > 1 && is_numeric(separator_of(s->text), s->w[1]))
+        fail("%s:%d: column 1: expected a time, found \"%s\"\nhint: seconds, or like 2026-11-25T18:10:05.25", d->path, s->row,
+             quoted(s->w[0]));
+    fail("%s:%d: expected numbers, found \"%s\"\nhint: %s", d->path, s->row, quoted(whole),
+         n > 0 && is_missing(s->w[n - 1])
+             ? "a sample is missing: a blank line in place of the row makes two recordings"
+             : "a row of units below the header begins with a unit of t: s, ms, us, ns; put # before other text");
 }
 
 /* A line of text or a comment: the header, perhaps, or units. Returns nonzero if a recording begins behind it. */
 static int read_heading(const motion *d, sheet *s, int comment)
 {
     const int had = s->header_row > 0 && !s->comment, most = 2 + 3 * d->N;
-    piece whole;
-    if (had && strcmp(s->text, s->header) == 0) return 1;
+    if ((had || s->named) && is_again(s)) return 1;
     if (comment && (had || d->samples > 0)) return 0;
     if (!comment && (had || d->samples > 0)) {
         const int n = split(separator_of(s->text), s->text, most, s->w);
-        const int same = n == split(separator_of(s->header), s->header, most, s->name);
+        const int names = split(separator_of(s->header), s->header, most, s->name), same = n == names;
+        const int last = n > 0 && d->samples == 0 && is_time(s->w[0]) && !is_time(s->name[0]); /* text, then the header */
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
         if (unit > 0 && (s->unit <= 0 || d->samples == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
             s->unit = unit;
             return 0;
         }
-        if (same || d->samples > 0) {
-            whole.at = s->text, whole.n = (int)strlen(s->text);
-            fail("%s:%d: expected numbers, found \"%s\"\nhint: a row of units below the header begins with a unit of t: s, ms, us, "
-                 "ns; "
-                 "put # before other text",
-                 d->path, s->row, quoted(whole));
+        if ((same && !last && is_header(s->name, names < most ? names : most)) || d->samples > 0)
+            refuse_heading(d, s, n < most ? n : most);
+        if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
+            printf("%s: line %d is text: it has fewer columns than line %d\n", d->path, s->row, s->header_row);
+            return 0;
         }
     }
     strcpy(s->header, s->text);
@@ -1199,9 +1277,9 @@ static motion read_recording(const char *path, const wanted *w)
     d.path = path, d.N = w->N, d.forces = w->inputs > 0 ? w->inputs : w->N;
     s = open_sheet(&d, w);
     while (next_line(path, &s)) {
-        const int kind = kind_of(&s, 2 + 3 * w->N);
+        const int kind = kind_of(&s, 2 + 3 * w->N, d.samples);
         progress(path, (double)(s.row - 1) / s.lines);
-        if (kind == BLANK) blank = 1;
+        if (kind == BLANK) blank = 1, s.separators += strpbrk(s.text, ",;") != NULL;
         else if (kind != SAMPLE) blank |= read_heading(&d, &s, kind == COMMENT);
         else {
             if (blank) d.first[d.trajectories++] = d.samples;
@@ -1209,14 +1287,17 @@ static motion read_recording(const char *path, const wanted *w)
             add_sample(&d, w, &s);
         }
     }
+    if (s.separators > 0) printf("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
     fclose(s.f);
-    if (d.samples == 0) fail("%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample", path);
+    if (d.samples == 0)
+        fail("%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time",
+             path);
     d.first[d.trajectories] = d.samples;
     check_time(&d, &s);
     tell_time(&d, &s);
     check_jumps(&d, &s, w->angles, d.has_qd && !w->qd_unused);
     if (w->angles) unwrap(&d, w->angles);
-    check_turns(&d, w->angles);
+    check_turns(&d, w->angles, w->each);
     if (d.has_qd) check_velocities(&d, w);
     check_constant(&d, w);
     if (d.dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", path, d.dt);

@@ -648,8 +648,8 @@ static int keep(const char *suffix)
 
 static int ours; /* nonzero: OUT.check is of this training */
 
-/* If it cannot be written the one before is left, and training goes on. The first one of a training that does not go on from OUT.check
-   keeps that as OUT.check.old. */
+/* If it cannot be written the one before is left, and training goes on. The first one of a training that does not go on from
+   OUT.check keeps that as OUT.check.old. */
 static void checkpoint(void)
 {
     origin o = origin_of();
@@ -680,7 +680,8 @@ static int resume(void)
     if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
     state = was.state, was.state = 0;
     if (memcmp(&was, &o, sizeof o) != 0)
-        fail("%s.check is of other data, other settings or another config\nhint: take those again, or leave --resume out: OUT.check is "
+        fail("%s.check is of other data, other settings or another config\nhint: take those again, or leave --resume out: "
+             "OUT.check is "
              "kept as OUT.check.old",
              words[OUT].value);
     if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
@@ -964,10 +965,11 @@ static void start(void)
         if (!f || ferror(f)) fail("cannot read %s: %s\nhint: from= is a .roln of this config", words[FROM].value, strerror(errno));
         if (st != ROLN_OK)
             fail("cannot start from %s: %s\nhint: from= is a .roln of this config", words[FROM].value,
-                 st == ROLN_E_FORMAT ? "no .roln of this version" :
-                 st == ROLN_E_LENGTH ? "it is cut off, or goes on behind its end" :
-                 st == ROLN_E_CHECKSUM ? "it is damaged" :
-                 st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config" : "its numbers make no sense");
+                 st == ROLN_E_FORMAT                            ? "no .roln of this version"
+                 : st == ROLN_E_LENGTH                          ? "it is cut off, or goes on behind its end"
+                 : st == ROLN_E_CHECKSUM                        ? "it is damaged"
+                 : st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config"
+                                                                : "its numbers make no sense");
         fclose(f);
     } else {
         fit_chart();
@@ -1045,13 +1047,14 @@ static void smooth_positions(motion *m)
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(const char *path)
 {
-    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles)};
+    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles), M(own)};
     if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
     w.qd_unused = set("noise") > 0 || set("smooth") > 0;
     d = read_recording(path, &w);
     train = d.trajectories - (int)ceil(d.trajectories * set("held"));
     if (train < 1 || train >= d.trajectories)
-        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed\nhint: %s", d.trajectories, set("held"),
+        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed\nhint: %s", d.trajectories,
+             set("held"),
              d.trajectories > 1 ? "held=0.1 holds out one in ten, and one at least"
                                 : "record more of them, or part a long one by blank lines");
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,

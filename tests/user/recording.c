@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* recording.c - examples/recording.h alone: recording FILE [KEY=NUMBER ..] reads a recording of t and JOINTS positions and smooths
-   them; or, with keys N, inputs, torque, smooth, unused, angles, that of such a model, and prints what was read. With GROW the file gets
-   more lines between the two times that it is read; with MOST that is the largest int. */
+   them; or, with keys N, inputs, torque, smooth, unused, each, angles, that of such a model, and prints what was read. With GROW
+   the file gets more lines between the two times that it is read; with MOST that is the largest int. */
 #include "roln_spd.h"
 #include <limits.h>
 #include <stdio.h>
@@ -54,6 +54,7 @@ int main(int argc, char **argv)
           : *argv[i] == 'i' ? &w.inputs
           : *argv[i] == 't' ? &w.torque
           : *argv[i] == 'u' ? &w.qd_unused
+          : *argv[i] == 'e' ? &w.each
                             : &w.half) = x;
         if (*argv[i] == 'a') w.half = 0, w.angles = (unsigned)x;
     }
