@@ -974,9 +974,10 @@ static void check_turns(const motion *d, unsigned angles, int each)
 /* ---- 7 velocities ---- */
 
 /* Is one column the derivative of another one, x? Over pieces of a tenth of a second the change of x is the integral of dx/dt,
-   however noisy or coarse x is. Correlation of both, their ratio, and the mean square of the change. */
+   however noisy or coarse x is. Correlation of both, their ratio, the mean square of the change, and what ratio may be rounding of
+   the integral: of few samples a tenth. */
 typedef struct {
-    double alike, scale, change;
+    double alike, scale, change, margin;
 } likeness;
 
 /* Column c of q.., qd.. */
@@ -989,7 +990,7 @@ static likeness compare(const motion *d, int x, int dx)
 {
     const int tenth = d->dt < 0.1 ? (int)(0.1 / d->dt + 0.5) : 1;
     double xx = 0, vv = 0, xv = 0;
-    likeness l = {0, 0, 0};
+    likeness l = {0, 0, 0, tenth < 4 ? 1.1 : 1.04};
     int count = 0, k, i, j;
     for (k = 0; k < d->trajectories; k++) {
         const int quarter = (d->first[k + 1] - d->first[k]) / 4, most = tenth < quarter ? tenth : quarter;
@@ -1008,10 +1009,10 @@ static likeness compare(const motion *d, int x, int dx)
     return l;
 }
 
-/* qd is not dq/dt: it looks otherwise, or is larger or smaller by more than what noise explains. */
+/* qd is not dq/dt: it looks otherwise, or is larger or smaller by more than what noise and the integral explain. */
 static int differs(likeness l)
 {
-    return l.alike < 0.9 || l.scale > 1.1 / l.alike || l.scale < l.alike / 1.1;
+    return l.alike < 0.9 || l.scale > l.margin / l.alike || l.scale < l.alike / l.margin;
 }
 
 static int about(double x, double value)
@@ -1043,6 +1044,7 @@ static const char *cause_of(const motion *d, int j, likeness l)
     if (about(l.scale, degree)) return "q is in degrees, qd in radians?";
     if (about(l.scale, 1 / (6 * degree))) return "q is in radians, qd in revolutions per minute?";
     if (about(l.scale, 1000) || about(l.scale, 1e-3)) return "t in milliseconds, or q and qd in units a thousand apart?";
+    if (l.scale > 0.75 && l.scale < 1.33) return "the gain of a sensor, or samples at another rate than t says?";
     return "another unit, or a gear between them?";
 }
 

@@ -364,6 +364,8 @@ static void table(const char *name, const char *of, const motion *m, int from, i
     while (price() * (all = steps_of_table(m, from, to, every)) > time && every < m->samples / 2)
         every *= 2;
     printf("%s\n", name);
+    for (i = 0; i < (int)M(N); i++)
+        if (!changes(m, m->q, M(N), i)) printf("joint %d does not move in any recording: it tells nothing of the model\n", i + 1);
     if (every > usual) printf("(a window every %.3g ms, for time is short)\n", 1e3 * every * m->dt);
     printf("   ms    E_q %%      +-   q + h qd    E_qd %%      +-  worst joint   E_q %%      rms\n");
     for (i = 0; i < h.count; i++) {
@@ -470,7 +472,7 @@ static void torques(void)
     torque_sums sums = {{0}, {0}, {0}, 0};
     roln_real friction[TORQUES], columns[TORQUES * TORQUES] = {0};
     double all = 0, all_off = 0;
-    int wrong = 0, k, i, j;
+    int wrong = 0, poor = 0, k, i, j;
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
             add_torque(i, &sums);
@@ -481,9 +483,9 @@ static void torques(void)
         const double tau = sqrt(sums.tau[j] / fmax(sums.samples, 1)), off = sqrt(sums.off[j] / fmax(sums.samples, 1));
         const double speed = sqrt(sums.speed[j] / fmax(sums.samples, 1));
         at_middle(j, speed, &friction[j], columns + j * TORQUES);
-        printf("%6d %9.3g %22.3g %9s %10.3g %10.3g\n", j + 1, tau, off, in_percent(tau > 0 ? off / tau : (double)NAN).text,
-               (double)friction[j], speed);
-        wrong += tau > 0 && !(off < tau);
+        printf("%6d %9.3g %22.3g %9s %10.3g %10.3g%s\n", j + 1, tau, off, in_percent(tau > 0 ? off / tau : (double)NAN).text,
+               (double)friction[j], speed, JOINTS && !changes(&d, d.q, M(N), j) ? "  does not move" : "");
+        wrong += tau > 0 && !(off < tau), poor += tau > 0 && off < tau && off >= 0.1 * tau;
         all += sums.tau[j], all_off += sums.off[j];
     }
     printf("M at the middle of the range, in the unit of tau%s\n", JOINTS ? " / qdd" : " times q");
@@ -497,6 +499,11 @@ static void torques(void)
         printf("warning: torques of %d of %d are off by more than they are themselves; possible cause: force=0, noise of qdd "
                "(smooth=), or torques that act later\n",
                wrong, TORQUES);
+    if (poor > 0)
+        printf(
+            "warning: torques of %d of %d are off by 10 %% or more; possible cause: torques that act later than they are recorded, "
+            "another unit, friction that the config has not (ROLN_DAMPING, ROLN_FRICTION), noise of qdd (smooth=)\n",
+            poor, TORQUES);
     if (all > 0 && !(all_off < all))
         doubt("torques of the model are off by %.3g %% of the recorded ones", 100 * sqrt(all_off / all));
 }

@@ -811,6 +811,19 @@ static void fall_back(const char *why)
     fflush(stdout);
 }
 
+/* Says which recordings are too short: for a sample with a sample on each side, for a window. */
+static void tell_short(const pool *longer)
+{
+    const int reach = longer->steps * longer->stride;
+    int few = 0, brief = 0, k;
+    for (k = 0; k < d.trajectories; k++) {
+        const int samples = d.first[k + 1] - d.first[k];
+        few += samples < 3, brief += samples >= 3 && samples < reach + 2 && k < train && s.stage == NEWTON;
+    }
+    if (few > 0) printf("%d recordings of fewer than 3 samples: not used\n", few);
+    if (brief > 0) printf("%d recordings shorter than a window of %g s: not used for windows\n", brief, reach * d.dt);
+}
+
 /* One stage, from where it stands to its end: then p is what predicted best. Looks at Gauss-Newton come at growing intervals. If
    the run ends before the stage does, OUT.check goes on from there. */
 static void run(void)
@@ -825,7 +838,7 @@ static void run(void)
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
     last = s.stage, window_count = longer.count, granted = left();
-    if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]);
+    if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]), tell_short(&longer);
     while (s.next == 0 || !(done(updates) || halting())) {
         const char *why;
         double from_now;

@@ -307,8 +307,12 @@ doubted 'all in degrees' 'q of joint 1 goes from -.* to .*; of a joint that turn
     "$row { for (i = 2; i <= 5; i++) \$i *= 57.29578 } 1"
 doubted 'revolutions' 'revolutions per minute' "$row { \$4 *= 9.549297; \$5 *= 9.549297 } 1"
 doubted 'thousandths' 'a thousand apart' "$row { \$4 *= 1000; \$5 *= 1000 } 1"
+doubted 'a gain' 'of 1 of 2 joints .* joint 2 it is 1.08 times .* the gain of a sensor' "$row { \$5 *= 1.08 } 1"
+doubted 'a gain below 1' 'joint 2 it is 0.93 times .* the gain of a sensor' "$row { \$5 *= 0.93 } 1"
 doubted 'a gear' 'of 1 of 2 joints .* joint 2 .* or a gear' "$row { \$5 *= 3 } 1"
 doubted 'a sign' 'has the other sign' "$row { \$5 = -\$5 } 1"
+doubted 'a dead encoder' 'joint 2 does not move in any recording: leave it out' "$row { \$3 = 0.5 } 1"
+check 'a dead encoder: in the table' grep '^joint 2 does not move in any recording: it tells nothing' $dir/says.log
 doubted 'one joint without' 'joint 2 .* it is 0 throughout' "$row { \$5 = 0 } 1"
 doubted 'exchanged' 'another joint is: columns in another order' "$row { x = \$4; \$4 = \$5; \$5 = x } 1"
 doubted 'tau for qd' 'another quantity (tau?)' "$row { \$4 = sin(NR / 7); \$5 = cos(NR / 9) } NF { NF = 5 } 1"
@@ -322,6 +326,16 @@ check 'an encoder and a tachometer' silent
 make_of "$row { \$4 /= 57.29578; \$5 /= 57.29578 } 1"
 check 'qd that is not used' silent noise=0.1
 check 'that of the second file is' warned '.*q is in degrees' test=$dir/file.csv smooth=10
+
+# recordings that are too short
+make_of '{ print } END { for (k = 0; k < 3; k++) for (i = 0; i < (k ? 2 : 100); i++)
+    printf "%s%g,%g,0,0,0,0,0\n", i ? "" : "\n", i / 1000, 0.1 * k }'
+check 'short recordings' silent held=0.2 window=0.3
+check 'short recordings: told' grep '^2 recordings of fewer than 3 samples: not used' $dir/says.log
+make_of '{ if (/^$/) k++; else i++ } k == 1 && i > 700 { if (/^$/) print; next } 1'
+check 'a recording shorter than a window' silent window=0.3
+check 'a recording shorter than a window: told' \
+    grep '^1 recordings shorter than a window of 0.3 s: not used for windows' $dir/says.log
 
 # positions alone
 wrong 'qd of 0' 'qd is 0 throughout, but q moves$' "$row { \$4 = \$5 = 0 } 1"
@@ -583,6 +597,9 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
 $dir/motor $dir/motor.csv held=0.2 steps=3 out=$early > $early.log 2>&1
 awk -F, -v OFS=, 'NF > 3 { $4 = sin(7.3 * NR * NR) } 1' $dir/motor.csv > $dir/unrelated.csv
+awk -F, -v OFS=, 'NF > 3 { $4 *= 1 + 0.3 * sin(NR * NR) } 1' $dir/motor.csv > $dir/coarse.csv
+$dir/motor $dir/coarse.csv torque=1 held=0.2 steps=20 out=$dir/coarse > $dir/coarse.log 2>&1
+check 'torques off by 10 %' grep 'warning: torques of 1 of 1 are off by 10 % or more; possible cause: .*act later' $dir/coarse.log
 check 'torques that have nothing to do with the motion' ends 3 'torques of the model are off by [1-9][0-9.e+]* % of the recorded' \
     $dir/motor $dir/unrelated.csv torque=1 held=0.2 steps=3 out=$dir/unrelated
 check 'no torques, no rows of them' sh -c "! grep 'tau_model\|M at' $early.log"
