@@ -4378,13 +4378,21 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 /* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
 #ifdef __cplusplus
 #define ROLNI_TRUE(truth) ROLNI_AS(int, sizeof(char[(truth) ? 1 : -1]))
-#elif defined(__TINYC__) /* takes no comparison of reals for a constant */
-#define ROLNI_TRUE(truth) 1
 #else
 #define ROLNI_TRUE(truth) (1 / (truth))
 #endif
-#define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE((slope) > 0 && (slope) <= 1)
-#define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_AS(roln_real, least) > 0)
+#ifdef __TINYC__ /* takes no comparison of reals for a constant, but one of integers that are made of them */
+#define ROLNI_TIMES(x, scale) ROLNI_AS(long long, (x) * (scale))
+#define ROLNI_IS_ABOVE_0(x) \
+    (ROLNI_TIMES(x, 1e9) > 0 || ROLNI_TIMES(x, 1e18) > 0 || ROLNI_TIMES(x, 1e27) > 0 || ROLNI_TIMES(x, 1e36) > 0)
+#define ROLNI_IS_AT_MOST_1(x) (ROLNI_TIMES(x, 1e9) <= 1000000000)
+#else
+#define ROLNI_IS_ABOVE_0(x) ((x) > 0)
+#define ROLNI_IS_AT_MOST_1(x) ((x) <= 1)
+#endif
+/* Factors of what is not 0: gcc takes 0 times an error for 0. */
+#define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE(ROLNI_IS_ABOVE_0(slope) && ROLNI_IS_AT_MOST_1(slope))
+#define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_IS_ABOVE_0(ROLNI_AS(roln_real, least)))
 /* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none. */
 #define ROLNI_EACH_LAYER(F, join) \
     F(ROLNI_(N), ROLNI_(N1)) join F(ROLNI_(N1), ROLNI_(N2)) join F(ROLNI_(N2), ROLNI_(N3)) join F(ROLNI_(N3), ROLNI_(N4)) join \
@@ -4696,11 +4704,12 @@ typedef union { /* of plans */
      {ROLNI_(into), ROLNI_(H1), ROLNI_OR(ROLNI_(H2), out), ROLNI_OR(ROLNI_(H3), out), ROLNI_OR(ROLNI_(H4), out), \
       ROLNI_OR(ROLNI_(H5), out), out}}
 static const roln_model ROLNI_(model) = {
-    {ROLNI_(ae_layers) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE),
-     {ROLNI_(N), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5), ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
+    {ROLNI_(ae_layers),
+     {ROLNI_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLNI_(N1), ROLNI_(N2), ROLNI_(N3), ROLNI_(N4), ROLNI_(N5),
+      ROLNI_(N6), ROLNI_(N7), ROLNI_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLNI_(degree),
      ROLNI_(curves)},
-    {ROLNI_(n), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(layers) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST),
+    {ROLNI_(n) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLNI_(layers),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
      ROLNI_MLP_OF(ROLNI_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLNI_(n))), ROLNI_(angles), ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLNI_(own)};

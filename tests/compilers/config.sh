@@ -77,6 +77,25 @@ try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-6'
 try - 'AE=4, 2' 'MLP=8' 'LEAST=2'
 for least in 0 -1e-4 1e-60; do try LEAST_IS_ABOVE_0 'AE=4, 2' 'MLP=8' 'MASS=cholesky' "LEAST=$least"; done
 try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-60' 'DOUBLE=1'
+# refused by each compiler with the flags of a user, who has no -Werror, with an autoencoder and without; tcc names no macro
+never() { # never WORD OPTION=VALUE
+    for ae in '4, 2' 2; do
+        model m "AE=$ae" 'MLP=8' "$2" > $dir/never.c
+        for cc in "$cc0" "$cc1" "$cc2" "$cc3" tcc; do
+            case $cc in tcc) command -v tcc > /dev/null || continue; word='division by zero' ;; *) word=$1 ;; esac
+            out=$($cc -I. -c $dir/never.c -o $dir/never.o 2>&1)
+            code=$?
+            if [ $code -ne 0 ] && echo "$out" | grep -q "$word"; then
+                passed=$((passed + 1))
+            else
+                failed=$((failed + 1))
+                echo "$cc: compiled, or said other words than $word: AE=$ae $2"
+            fi
+        done
+    done
+}
+for slope in 0 2 1.0001 -0.5; do never SLOPE_IS_ABOVE_0_AND_AT_MOST_1 "SLOPE=$slope"; done
+for least in 0 -1 -1e-4 1e-60; do never LEAST_IS_ABOVE_0 "LEAST=$least"; done
 # plans
 try - 'AE=4, 2' 'MLP=8' 'PLAN=20, 4'
 try - 'AE=4, 2' 'MLP=8' 'PLAN=1, 1'
