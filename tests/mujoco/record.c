@@ -134,7 +134,7 @@ static void load(const char *path)
     for (int j = 0; j < m->njnt; j++) {
         const int ball = m->jnt_type[j] == mjJNT_BALL;
         if (ball || m->jnt_type[j] == mjJNT_FREE)
-            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j,
+            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j + 1,
                  joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
     if (m->nv == 0) fail("%s: there are no joints", path);

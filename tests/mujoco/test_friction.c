@@ -130,7 +130,7 @@ void test_friction(void)
             CHECK(rods_terms(&p, &s, e + k, &work) == ROLN_OK);
         }
         CHECK_NEAR((e[1].d[j] - e[0].d[j]) / 4, viscous[j], 0.3 * viscous[j]);
-        printf("friction of joint %d: c %.3f of %.3f Nm, v %.3f rad/s, viscous %.3f of %.3f Nm s\n", j, (double)c[j], level[j],
+        printf("friction of joint %d: c %.3f of %.3f Nm, v %.3f rad/s, viscous %.3f of %.3f Nm s\n", j + 1, (double)c[j], level[j],
                (double)v[j], (double)(e[1].d[j] - e[0].d[j]) / 4, viscous[j]);
     }
 }

@@ -299,10 +299,10 @@ says 'cannot read nothing.xml' build/record nothing.xml $dir/no
 echo '<mujoco><worldbody>' > $dir/broken.xml
 says 'broken.xml: .*XML' build/record $dir/broken.xml $dir/no
 xml ball "<body><joint name='neck' type='ball'/>$rod</body>"
-says 'joint 0 neck is a ball joint: its quaternion is no q with qd = dq/dt; three hinges in its place' \
+says 'joint 1 neck is a ball joint: its quaternion is no q with qd = dq/dt; three hinges in its place' \
     build/record $dir/ball.xml $dir/no
 xml free "<body><joint type='slide'/>$rod<body><joint axis='1 0 0'/>$rod</body></body><body><freejoint/>$rod</body>"
-says 'joint 2  is free: .*three hinges and three sliders in its place' build/record $dir/free.xml $dir/no
+says 'joint 3  is free: .*three hinges and three sliders in its place' build/record $dir/free.xml $dir/no
 xml none "<body>$rod</body>"
 says 'there are no joints' build/record $dir/none.xml $dir/no
 says 'speed=1: not one of seed=, train=' build/record $machines/slider.xml $dir/no speed=1
