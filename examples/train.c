@@ -70,7 +70,7 @@ static struct {
     {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},
     {"lr_net", 3e-3, 0, 100, 0, "Adam: learning rate of the networks"},
     {"threads", 2, 1, 16, 1, "on which it runs; changes no bit"},
-    {"resume", 0, 0, 1, 1, "1, or --resume: go on from OUT.check, if it is there"},
+    {"resume", 0, 0, 1, 1, "1, or --resume: go on from OUT.check; without it that is kept as OUT.check.old"},
 };
 enum { SETTINGS = sizeof settings / sizeof *settings };
 static struct {
@@ -102,12 +102,13 @@ static void help(void)
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
-           "Exit code; if it is not 0, the last line says why:\n"
+           "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first, windows were reached (if window= is\n"
-           "     not 0), and E_q is at most half of that of q + h qd at every horizon where it can be.\n"
+           "     not 0), and E_q is at most half of that of q + h qd at every horizon where it can be. As far as windows reach it\n"
+           "     is at most 50 %%, and after look= below 100 %%, the mean of q. One roll-out in twenty fails at most.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
            "  3  Weights are written, but one of these is not so.\n"
-           "  1  Wrong use, recordings or files. If a training had begun, the best weights are written where that is possible.\n"
+           "  1  Wrong use, recordings or files, and no weights; or a good model, but a file that could not be written.\n"
            "  2  Nothing to begin with: no chart fits these recordings.\n");
 }
 
