@@ -9,6 +9,7 @@ import math
 import os
 import random
 import re
+import resource
 import subprocess
 import sys
 
@@ -392,6 +393,19 @@ def judge_told(name, text, keys, pattern):
     check(name, code == 0 and bool(said) != pattern.startswith("!"), f"ended with {code}, {out[:300]}{err}")
 
 
+def judge_full():
+    """range.c, where there is no room for its files: the old ones stay, and nothing is beside them."""
+    def names():
+        return {name: open(f"{DIR}/{name}", "rb").read() for name in os.listdir(DIR) if name.startswith("one")}
+    path = write(FILE)
+    run("range1", path, f"{DIR}/one")
+    before = names()
+    for room in 0, 100, len(before["one_weights.h"]) - 1:
+        done = subprocess.run([f"{DIR}/range1", path, f"{DIR}/one"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                              preexec_fn=lambda room=room: resource.setrlimit(resource.RLIMIT_FSIZE, (room, room)))
+        check(f"room for {room} bytes", done.returncode == 1 and b"cannot write" in done.stderr and names() == before, done.stderr)
+
+
 # ---- damaged files ----
 
 PIECES = [b",", b";", b"\t", b" ", b"\n", b"\r", b"\0", b'"', b"'", b"#", b"%", b"-", b".", b"e", b"nan", b"1e999", b"0x", b":",
@@ -455,6 +469,7 @@ def main():
         judge(*case)
     for case in TOLD:
         judge_told(*case)
+    judge_full()
     fuzz(int(sys.argv[1]) if len(sys.argv) > 1 else 400)
     print(f"{passed} passed, {failed} failed")
     return failed > 0

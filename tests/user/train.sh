@@ -137,6 +137,7 @@ check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv held=much
 check 'negative' says 'look=-1: a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
+check 'nothing held out: a hint' grep '^hint: held=0.1' $dir/says.log
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
 for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
     acc=1e10 lr_ae=1e10 lr_net=1e10 threads=1e10 resume=2 smooth=1.5; do
@@ -146,6 +147,7 @@ for word in look=3600 window=3600 window=1e-9 held=0.9; do
     check "$word" short $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
 done
 check 'smoothed over more than there is' says 'trajectory 1 has 3000' $dir/joints $dir/2_train.csv smooth=100000
+check 'no name' says '^hint: the names of all files begin with it: out=joints' $dir/joints $dir/2_train.csv out=
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
@@ -163,8 +165,12 @@ check 'threads' says 'a whole number, 1 .. 16' $dir/chart $dir/16_train.csv thre
 check 'no torques' says 'no tau columns' sh -c "cut -d, -f1-33 $dir/16_train.csv > $dir/free.csv; $dir/chart $dir/free.csv torque=1"
 check 'other columns' says 'columns, but joints needs' $dir/joints $dir/16_train.csv
 check 'no file' says 'cannot read' $dir/chart $dir/nothing.csv
-check 'no place' says 'cannot write' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
+check 'no place' says '^cannot write .*nowhere/a.part: ' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
+check 'no place: a hint' grep '^hint: out= names another place' $dir/says.log
+check 'a directory' says '^cannot read .*train: ' $dir/chart $dir
 check 'no weights' says 'cannot start from' $dir/layers $dir/16_train.csv from=$dir/16.h5 out=$dir/g
+check 'no weights: a hint' grep '^hint: from= is a .roln of this config' $dir/says.log
+check 'weights that are a directory' says '^cannot read .*train: ' $dir/layers $dir/16_train.csv from=$dir out=$dir/g
 
 # one thread where there are no pthreads: the same bits; and a word every moment
 gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -DNO_THREADS -DSILENT=0 -I. -I$dir -DMODEL=joints \
