@@ -4880,7 +4880,7 @@ ROLN_FN roln_status ROLNI_(lqr_along)(const ROLNI_(params) *p, const roln_cost *
 
 /* One tick of a Kalman filter: measured positions y [N], NaN: not measured, NULL: none, and the torque that was held since the last
    tick, NULL: none, give the estimate f->s and, with ROLN_LOAD, f->load. Returns ROLN_FILTER_.. and faults (roln_filter_tick);
-   f->f.faults keeps those of all ticks. Parameters that are foreign: ROLN_FAULT_STATUS, and nothing is done. */
+   f->f.faults keeps the bits of all ticks. Parameters that are foreign: ROLN_FAULT_STATUS, and nothing is done. */
 ROLN_FN uint32_t ROLNI_(filter_tick)(const ROLNI_(params) *p, const roln_noise *noise, const roln_real y[ROLNI_(N)],
                                      const roln_real tau[ROLNI_(force_size)], ROLNI_(filter) *f, ROLNI_(filterwork) *work)
 {

@@ -294,7 +294,7 @@ ROLNI_INLINE roln_real roln_lnn_near(const roln_lnn *f, int i, roln_real a, roln
 }
 
 /* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and of each
-   SPD layer the triangle of W, then B [n][n]. Where they begin: */
+   SPD layer the triangle of W, then B [n][n]. These functions return the index at which a part begins. */
 ROLN_FN int rolni_potential_at(const roln_lnn *f)
 {
     return roln_mlp_params(&f->mass_net);
@@ -661,8 +661,8 @@ ROLN_FN roln_status rolni_layer(int n, int k, const roln_real *theta, const roln
     return ROLN_OK;
 }
 
-/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL). The first two lines of the loops
-   by the product rule of Y_t = E_t B E + E B E_t. */
+/* Backward of rolni_layer: the cotangents G of Y become those of X; gtheta added to (may be NULL). The first two
+   lines of each loop follow from the product rule of Y_t = E_t B E + E B E_t. */
 #define ROLNI_LAYER_BWD_WORK(S, k) ((S(layers) > 0) * ((1 + (k)) * S(n) * S(n) + ROLNI_SPECTRAL_BWD_WORK(S(n), k)))
 ROLN_FN void rolni_layer_bwd(int n, int k, const roln_real *theta, roln_real *G, roln_real *gtheta, const rolni_layer_mem *m,
                              roln_real *work)

@@ -519,7 +519,7 @@ typedef struct {
     roln_moments mom; /* of this block */
 } rolni_factor;
 
-/* What an update does with every block. */
+/* Settings of an update, common to all blocks. */
 typedef struct {
     const roln_opt *opt;
     roln_adam adam;

@@ -436,7 +436,7 @@ static int is_time(piece w)
     return unit_of(w) > 0;
 }
 
-/* Nonzero if a line of names may be a header: the first one is that of t, or another one that of a position, velocity or force. */
+/* Nonzero if a line of names may be a header: the first name is t, or another name is a position, velocity or force. */
 static int is_header(const piece *name, int names)
 {
     int i;
@@ -911,8 +911,7 @@ static int is_zero(const motion *d, const roln_real *x, int columns, int j)
     return i == d->samples;
 }
 
-/* Columns that never change: a joint that stands still, or an encoder that is dead. A torque of 0 is that of a joint without
-   motor. */
+/* Warns of columns that never change: the joint stands still, or its encoder is dead. A joint without motor has a torque of 0. */
 static void check_constant(const motion *d, const wanted *w)
 {
     const char *const force = w->inputs > 0 ? "u" : "tau";
@@ -1189,8 +1188,8 @@ static int begins_sample(char apart, piece w)
     return is_numeric(apart, w) || read_stamp(apart, w, &t);
 }
 
-/* What a line is. TEXT: no piece of it is a number or begins like one, and one is not empty; before the first sample, the first
-   piece is none. */
+/* Returns the kind of a line. TEXT: no piece is a number or begins like one, and one is not empty; before the first sample, the
+   first piece is none. */
 static int kind_of(const sheet *s, int most, int samples)
 {
     const char *const p = s->text + strspn(s->text, " \t");

@@ -304,7 +304,7 @@ static double steps_of_table(const motion *m, int from, int to, int every)
     return all;
 }
 
-/* What a model has to beat at a horizon: q + h qd, and, as far as a training window reaches, the mean of q, too. */
+/* Error that a model has to beat at a horizon: q + h qd and, as far as a training window reaches, the mean of q. */
 static double rival_of(const error *e, double ms)
 {
     const double reach = 1e3 * (set("window") > 0 ? set("window") : 0.5);
@@ -317,7 +317,7 @@ static void judge(const char *of, double ms, const error *e, int counts, int *sa
 {
     if (*said) return;
     if (counts && !(BETTER * e->q <= rival_of(e, ms)))
-        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of that of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
+        doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
               rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
     else if (20 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
     else return;

@@ -104,7 +104,7 @@ static void help(void)
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first, windows were reached (if window= is\n"
-           "     not 0), and E_q is at most half of that of q + h qd at every horizon where it can be. As far as windows reach it\n"
+           "     not 0), and E_q is at most half of the error of q + h qd where it can be. As far as windows reach it\n"
            "     is at most 50 %%, and after look= below 100 %%, the mean of q. One roll-out in twenty fails at most.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
            "  3  Weights are written, but one of these is not so.\n"
@@ -676,14 +676,14 @@ static int resume(void)
     if (!(set("resume") > 0)) return 0;
     if (!(f = fopen(name_of(".check").text, "rb")))
         fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out; "
-             "OUT.check.old is that of the training before",
+             "OUT.check.old belongs to the training before",
              words[OUT].value);
     if (fread(&was, sizeof was, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
     state = was.state, was.state = 0;
     if (memcmp(&was, &o, sizeof o) != 0)
         fail("%s.check is of other data, other settings or another config\nhint: take those again, or leave --resume out: "
-             "OUT.check is "
-             "kept as OUT.check.old",
+             "OUT.check is kept "
+             "as OUT.check.old",
              words[OUT].value);
     if (fread(&s, sizeof s, 1, f) != 1) fail("%s.check is cut off\nhint: %s", words[OUT].value, anew);
     if (checksum_of_state() != state || getc(f) != EOF) fail("%s.check is damaged\nhint: %s", words[OUT].value, anew);
@@ -893,8 +893,8 @@ static int is_there(const char *suffix)
     return f != NULL;
 }
 
-/* Weights of an earlier training are kept as OUT.roln.old and OUT_weights.h.old until this one is judged good; but good ones stay
-   there, whatever comes, and those that this training goes on from are not kept. Returns how many were. */
+/* Weights of an earlier training are kept as OUT.roln.old and OUT_weights.h.old until this one is judged good. Good ones
+   stay there in any case. Weights that this training goes on from are not kept. Returns the number of files kept. */
 static int keep_old(void)
 {
     if (marked("_weights.h") && (set("resume") > 0 || (is_there("_weights.h.old") && !marked("_weights.h.old")))) return 0;
@@ -998,11 +998,11 @@ static void summary(void)
     printf("wrote %s.roln and %s_weights.h after %.0f s: weights of step %d\n", words[OUT].value, words[OUT].value, seconds(),
            s.best_step);
     printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
-    if (!(s.best_error < 1)) doubt("held-out trajectories are predicted no better than by the mean of q");
-    if (!(s.best_error < 1))
-        printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by "
-               "more than tau%s; too few coordinates or recordings\n",
-               set("torque") > 0 ? ", or tau at another time than it acts" : ", for torque=0");
+    if (s.best_error < 1) return;
+    doubt("held-out trajectories are predicted no better than by the mean of q");
+    printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by more "
+           "than tau%s; too few coordinates or recordings\n",
+           set("torque") > 0 ? ", or tau at another time than it acts" : ", for torque=0");
 }
 
 /* The tables, which take about so many seconds, and what is as long to draw. */

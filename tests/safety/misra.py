@@ -50,9 +50,9 @@ decidable part. So this is no claim of compliance with MISRA C:2012; it is the l
 permit for these headers, with reasons, and it does not grow unseen. The words on a rule are ours; the rules are MISRA's, and its
 documents are to be had from MISRA alone. Categories are those of MISRA C:2012 with its amendments 1 and 2.
 
-What is looked at: the five headers, as a translation unit that has every option of a config (`tests/safety/options.h`), as float
-and as double; for a target of 32 bits, without the SIMD of hosts (`ROLN_SIMD` 0), which no microcontroller compiles. A finding is
-a rule, a file and a line. Rule 8.2 and rule 9.5 the addon checks in part: of prototypes, gcc's -Wstrict-prototypes sees the rest.
+The addon reads the five headers in a translation unit that has every option of a config (`tests/safety/options.h`), as float and
+as double. The target has 32 bits. The SIMD of hosts is off (`ROLN_SIMD` 0), since no microcontroller compiles it. A finding is a
+rule, a file and a line. The addon checks rules 8.2 and 9.5 in part; gcc's -Wstrict-prototypes checks the rest of the prototypes.
 
 *Deviation*: findings are true and stay, for the reason given. *Errors of the tool*: the rule is kept, and why. *Disapplied*: an
 advisory rule that this project does not follow; such findings are counted, and may grow.

@@ -160,7 +160,7 @@ says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir
 says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
 check 'no better than q + h qd' sh -c "
     sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
-    [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^note worse: no trained model: .* of that of q + h qd'"
+    [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^note worse: no trained model: .* of the error of q + h qd'"
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/slider $dir/learned/still $dir/learned/fivebar > $dir/table &&
     grep '^| slider | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | ' $dir/table &&
     grep '^| still | .* does not move, or .* |$' $dir/table"

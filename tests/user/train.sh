@@ -566,7 +566,7 @@ awk 'BEGIN {
         }
         print ""
     } }' > $dir/pushed.csv
-check 'driven by what nobody recorded' ends 3 'E_q after 500 ms is [5-9][0-9.]* %, more than 1/2 of that of the mean of q' \
+check 'driven by what nobody recorded' ends 3 'E_q after 500 ms is [5-9][0-9.]* %, more than 1/2 of the error of the mean of q' \
     $dir/motor $dir/pushed.csv held=0.2 steps=15 window=0 look=0.5 out=$dir/pushed
 
 # ---- a trained model ends with 0 ----
