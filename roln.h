@@ -2399,6 +2399,23 @@ ROLN_FN void rolni_gather(const roln_batch *b, const roln_real *field, int N, in
     }
 }
 
+/* sum [n] += rest [n], and rest becomes what sum has lost by rounding (two-sum, Knuth 1969). A long sum whose parts are added to
+   rest, each of which is then folded, has twice the digits (Kahan 1965). */
+ROLN_FN void rolni_fold(int n, roln_real *sum, roln_real *rest)
+{
+    int i;
+    for (i = 0; i < n; i++) {
+        const roln_real a = sum[i], b = rest[i];
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
+        const volatile roln_real s = a + b, c = s - a; /* not to be simplified */
+#else
+        const roln_real s = a + b, c = s - a;
+#endif
+        rest[i] = (a - (s - c)) + (b - c);
+        sum[i] = s;
+    }
+}
+
 /* Mean over the stride samples of step h of the force in b->tau [samples][N], scaled. */
 ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h, roln_real scale, roln_real *X)
 {
@@ -2406,10 +2423,12 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
     for (r = 0; r < nb; r++) {
         const roln_real *f = b->tau + rolni_sample(b, w0 + r, h) * ROLNI_AS(size_t, N), c = scale / ROLNI_AS(roln_real, b->stride);
         for (i = 0; i < N; i++) {
-            double sum = 0;
-            for (k = 0; k < b->stride; k++)
-                sum += ROLNI_AS(double, f[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, i)]);
-            X[r * N + i] = c * ROLNI_AS(roln_real, sum);
+            roln_real sum = 0, rest = 0;
+            for (k = 0; k < b->stride; k++) {
+                rest += f[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, i)];
+                rolni_fold(1, &sum, &rest);
+            }
+            X[r * N + i] = c * sum;
         }
     }
 }
@@ -2436,23 +2455,6 @@ ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, r
     g.ae = theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
     g.signs = NULL, g.residual = NULL, g.rest = NULL;
     return g;
-}
-
-/* sum [n] += rest [n], and rest becomes what sum has lost by rounding (two-sum, Knuth 1969). A long sum whose parts are added to
-   rest, each of which is then folded, has twice the digits (Kahan 1965). */
-ROLN_FN void rolni_fold(int n, roln_real *sum, roln_real *rest)
-{
-    int i;
-    for (i = 0; i < n; i++) {
-        const roln_real a = sum[i], b = rest[i];
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__)
-        const volatile roln_real s = a + b, c = s - a; /* not to be simplified */
-#else
-        const roln_real s = a + b, c = s - a;
-#endif
-        rest[i] = (a - (s - c)) + (b - c);
-        sum[i] = s;
-    }
 }
 
 /* Where the blocks of windows go: to what is folded after ROLNI_PARTS of them, and at the end. */
