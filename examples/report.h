@@ -311,7 +311,7 @@ static double rival_of(const error *e, double ms)
     return ms < 1.001 * reach && e->constant > 1 ? 1 : e->constant;
 }
 
-/* Says once a table where the model is not better than its rival, or fails too often. counts: q + h qd is off by more than nobody
+/* Says once a table where the model is not better than its rival or, up to look=, fails too often. counts: q + h qd is off by more than nobody
    can predict. */
 static void judge(const char *of, double ms, const error *e, int counts, int *said)
 {
@@ -319,7 +319,8 @@ static void judge(const char *of, double ms, const error *e, int counts, int *sa
     if (counts && !(BETTER * e->q <= rival_of(e, ms)))
         doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
               rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
-    else if (20 * e->failed > e->windows) doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
+    else if (ms < 1001 * s.ahead && 20 * e->failed > e->windows)
+        doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
     else return;
     *said = 1;
 }

@@ -131,14 +131,16 @@ else
     failed=$((failed + 1))
     tail -n 5 build/examples/demo.log
 fi
-# and the trainer those of furuta.c, from its recordings
-cc=furuta
-rm -f build/furuta_weights.h
-if make -s build/furuta_weights.h > build/examples/train.log 2>&1 && cmp build/furuta_weights.h examples/furuta_weights.h; then
-    passed=$((passed + 1))
-else
-    failed=$((failed + 1))
-    tail -n 5 build/examples/train.log
-fi
+# and the trainer those of furuta.c and arm.c, from their recordings
+for m in furuta arm; do
+    cc=$m
+    rm -f build/${m}_weights.h
+    if make -s build/${m}_weights.h > build/examples/train.log 2>&1 && cmp build/${m}_weights.h examples/${m}_weights.h; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        tail -n 5 build/examples/train.log
+    fi
+done
 echo "$passed passed, $failed failed"
 [ "$failed" -eq 0 ]
