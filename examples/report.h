@@ -311,8 +311,8 @@ static double rival_of(const error *e, double ms)
     return ms < 1.001 * reach && e->constant > 1 ? 1 : e->constant;
 }
 
-/* Says once a table where the model is not better than its rival or, up to look=, fails too often. counts: q + h qd is off by more than nobody
-   can predict. */
+/* Says once a table where the model is not better than its rival or, up to look=, fails too often. counts: q + h qd is off by more
+   than nobody can predict. */
 static void judge(const char *of, double ms, const error *e, int counts, int *said)
 {
     if (*said) return;
