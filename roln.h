@@ -152,11 +152,11 @@
    6 data, charts, errors     7 packed parameters     8 the typed shell, generated anew for every ROLN_NAME
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
-   itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself. Of
-   an angle, z and q may be on any turn, up to 2^20 rad from 0, beyond which a function says ROLN_E_NOT_FINITE: the networks see its
-   cosine and sine, differences are those of the shorter way, within (-pi, pi], and it is always in range. NAME_step and NAME_linear
-   keep its turn as far as two turns, 4 pi, from 0, and bring it within (-pi, pi] first where it is farther out: subtract angles by
-   roln_wrap. */
+   itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself.
+   Of an angle, z and q may be on any turn, up to 2^20 rad from 0, beyond which a function says ROLN_E_NOT_FINITE, as it does
+   where two that it compares are farther apart: the networks see its cosine and sine, differences are those of the shorter way,
+   within (-pi, pi], and it is always in range. NAME_step and NAME_linear keep its turn as far as two turns, 4 pi, from 0, and
+   bring it within (-pi, pi] first where it is farther out: subtract angles by roln_wrap. */
 
 #ifndef ROLN_H
 #define ROLN_H
@@ -577,13 +577,22 @@ ROLN_INLINE roln_motors rolni_motors(const roln_trained *m, const roln_motors *m
     return f;
 }
 
+/* The largest |x_i| of x [n]. */
+ROLN_FN roln_real rolni_largest(int n, const roln_real *x)
+{
+    roln_real top = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        top = ROLN_MAX(top, ROLN_ABS(x[i]));
+    return top;
+}
+
 /* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0, 1 if y is too small for a number. */
 ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
 {
-    roln_real tx = 0, ty = 0, sx = 0, sy = 0;
+    const roln_real tx = rolni_largest(n, x), ty = rolni_largest(n, y);
+    roln_real sx = 0, sy = 0;
     int i;
-    for (i = 0; i < n; i++)
-        tx = ROLN_MAX(tx, ROLN_ABS(x[i])), ty = ROLN_MAX(ty, ROLN_ABS(y[i]));
     if (!(tx > 0) || !(mu > 0)) return 0;
     if (!(ty > 0)) return 1;
     for (i = 0; i < n; i++)
@@ -591,14 +600,44 @@ ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, ro
     return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);
 }
 
+/* 1 if no pivot of the triangle R [n][n] of count rows is one of rounding errors. */
+ROLN_FN int rolni_spans(int n, int count, const roln_real *R)
+{
+    const roln_real least = 8 * ROLNI_AS(roln_real, n + count) * ROLN_EPS;
+    int i, k;
+    for (i = 0; i < n; i++) {
+        roln_real top = 0;
+        for (k = 0; k <= i; k++)
+            top = ROLN_MAX(top, ROLN_ABS(R[k * n + i]));
+        if (!(ROLN_ABS(R[i * (n + 1)]) > least * top)) return 0;
+    }
+    return 1;
+}
+
+/* y [n] becomes R^-1 R^-T y, R [n][n] upper triangular. */
+ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
+{
+    int i, k;
+    rolni_solve_upper_t(n, 1, R, y);
+    for (i = n - 1; i >= 0; i--) {
+        for (k = i + 1; k < n; k++)
+            y[i] -= R[i * n + k] * y[k];
+        y[i] /= R[i * (n + 1)];
+    }
+}
+
 /* Motors u [count] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
        u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T y,   y = (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
    z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
    both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
-   make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Cost 3 count roln_reduce. work [ROLN_ALLOCATE_WORK]. */
-#define ROLN_ALLOCATE_MEM(X, S) X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, S(n)) X(A, S(n) * S(n))
-#define ROLN_ALLOCATE_WORK(S) (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_AE_REDUCE_WORK(S, 1))
+   make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the
+   triangle of [mu I; G^T]. What is left of tau_z where motors are nearly parallel gives two corrections of y, and is at most a
+   hundredth then (test_control.c: test_near_motors). Cost 3 count roln_reduce, then 5. work [ROLN_ALLOCATE_WORK]. */
+#define ROLN_ALLOCATE_MEM(X, S) \
+    X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, 3 * S(n)) X(rest, S(n)) X(R, (S(n) + 1) * S(n))
+#define ROLN_ALLOCATE_WORK(S) \
+    (0 ROLN_ALLOCATE_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_AE_REDUCE_WORK(S, 1), ROLN_TRIANGLE_WORK(S(n) + 1, S(n))))
 ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z,
                                       roln_real *u, roln_real *missed, roln_real *work)
 {
@@ -606,31 +645,46 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
     const int N = ae->size[0], n = m->model->lnn.n, ae_sum = roln_ae_sum(ae), curves = ae->curves;
     const roln_motors f = rolni_motors(m, motors);
     ROLN_ALLOCATE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
-    int pass, j, i;
+    int last = 4, parts = 0, pass, j, i;
     if (f.count < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, z)) return ROLN_E_NOT_FINITE;
-    rolni_zero(n * n, A);
+    rolni_zero(n * n, R);
+    for (i = 0; i < n; i++)
+        R[i * (n + 1)] = f.mu;
     roln_ae_decode(ae, 1, 1, m->theta, z, NULL, tape);
-    for (pass = 0; pass < 3; pass++) { /* 0: sum g_j g_j^T, 1: u_j = g_j^T y, is it finite? 2: written */
+    for (pass = 0; pass <= last; pass++) { /* 0: R, then y; 1 .. last - 1: what is left of tau_z; last: u */
+        rolni_copy(n, tau_z, rest);
         for (j = 0; j < f.count; j++) {
+            roln_real torque = 0;
             for (i = 0; i < N; i++)
                 x[i] = f.B[i * f.count + j] * m->scale->q;
             rolni_multiply_each(1, N, rolni_each_force(m->model, m), x);
             roln_ae_reduce(ae, 1, m->theta, tape, x, g, work);
-            if (pass == 0) roln_mm_at(n, 1, n, g, g, A);
-            else if (pass == 2) u[j] = roln_dot(n, g, y);
-            else if (!roln_finite(roln_dot(n, g, y))) return ROLN_E_NOT_FINITE; /* unreached: where it overflows, y does */
+            for (i = 0; i < parts; i++)
+                torque += roln_dot(n, g, y + i * n);
+            if (pass == 0) rolni_copy(n, g, R + n * n), roln_triangle(n + 1, n, R, work);
+            else if (pass == last) u[j] = torque;
+            else if (!roln_finite(torque)) return ROLN_E_NOT_FINITE; /* unreached: where it overflows, y does */
+            for (i = 0; i < n; i++)
+                rest[i] -= torque * g[i];
         }
-        if (pass > 0) continue;
-        for (i = 0; i < n; i++)
-            y[i] = A[i * (n + 1)] += f.mu * f.mu;
-        if (roln_chol(n, A, A) != ROLN_OK) return roln_all_finite(n * n, A) ? ROLN_E_NOT_SPD : ROLN_E_NOT_FINITE;
-        for (i = 0; i < n; i++) /* a pivot of rounding errors */
-            if (A[i * (n + 1)] * A[i * (n + 1)] <= 8 * ROLNI_AS(roln_real, n + f.count) * ROLN_EPS * y[i]) return ROLN_E_NOT_SPD;
-        roln_solve_lower(n, A, tau_z, y);
-        roln_solve_lower_t(n, A, y, y);
-        if (!roln_all_finite(n, y)) return ROLN_E_NOT_FINITE;
+        for (i = 0; i < parts * n; i++)
+            rest[i % n] -= f.mu * y[i] * f.mu;
+        if (pass == 0) {
+            if (!roln_all_finite(n * n, R)) return ROLN_E_NOT_FINITE;
+            if (!rolni_spans(n, f.count, R)) return ROLN_E_NOT_SPD;
+        }
+        if (pass == 1 && rolni_largest(n, rest) <= ROLN_SQRT(ROLN_EPS) / 4 * rolni_largest(n, tau_z)) last = 2;
+        if (pass == 3 && rolni_largest(n, y) > 0 && !(rolni_largest(n, rest) <= rolni_largest(n, tau_z) / 100))
+            return ROLN_E_NOT_SPD;
+        if (pass > 0 && (pass > 2 || last == 2)) continue;
+        rolni_copy(n, rest, y + parts * n);
+        rolni_solve_square(n, R, y + parts * n);
+        if (!roln_all_finite(n, y + parts * n)) return ROLN_E_NOT_FINITE;
+        parts++;
     }
+    for (i = n; i < parts * n; i++)
+        y[i % n] += y[i];
     if (missed) *missed = rolni_missed(n, tau_z, y, f.mu);
     return ROLN_OK;
 }
@@ -656,7 +710,8 @@ typedef struct {
     roln_real q_off;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
     roln_real qd_off; /* largest |qd - J zd| of a joint; 0: no check */
     /* what follows may be left out */
-    int window;       /* ticks over which the residual is averaged before it is compared with power; 0, 1: each by itself */
+    int window;       /* ticks over which the residual is averaged before it is compared with power; 0, 1: each by itself; more than
+                         1 / (64 ROLN_EPS), 131072 as float, count as that: a longer mean would stand still in its rounding */
     int strict;       /* 1: a torque beyond a limit of torque or rate is a fault; 0: it is clipped */
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [torques] in place of tau, of rate; NULL: these */
@@ -856,8 +911,9 @@ ROLN_INLINE roln_real rolni_power(const roln_trained *m, const roln_motors *moto
    too large. */
 ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, roln_real before, roln_guard *g)
 {
+    const roln_real window = ROLN_MIN(ROLNI_AS(roln_real, limits->window), 1 / (64 * ROLN_EPS));
     roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
-    if (limits->window > 1) r = g->residual + (r - g->residual) / ROLNI_AS(roln_real, limits->window);
+    if (window > 1) r = g->residual + (r - g->residual) / window;
     g->residual = roln_finite(r) ? r : 0;
     return !(ROLN_ABS(r) <= limits->power);
 }
@@ -3031,7 +3087,7 @@ ROLN_FN void rolni_mean_angles(const roln_lnn *f, int count, const roln_real *q,
     int i, k, pass;
     for (i = 0; i < f->n; i++) {
         if (!roln_lnn_angle(f, i)) continue;
-        qbar[i] = q[i];
+        qbar[i] = ROLN_ABS(q[i]) > 4 * ROLNI_PI ? roln_wrap(q[i]) : q[i];
         for (pass = 0; pass < 8; pass++) {
             double off = 0;
             for (k = 0; k < count; k++) {
@@ -3138,7 +3194,9 @@ ROLN_INLINE roln_status roln_variance(const roln_trained *m, const roln_batch *b
             rolni_divide_each(jets, N, rolni_each(m->model, m), x);
             roln_ae_encode(ae, jets, 1, m->theta, x, z, tape);
             if (lnn->angles) { /* q and z are the same */
-                rolni_next_to(lnn, 1, pass == 0 ? b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N) : mean, x);
+                rolni_copy(n, pass == 0 ? b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N) : mean, z);
+                rolni_turn_back(lnn, 1, z); /* far from 0 digits would be lost */
+                rolni_next_to(lnn, 1, z, x);
                 rolni_copy(n, x, z);
             }
             for (i = 0; i < dim; i++) { /* x, and z behind it */
@@ -3342,6 +3400,7 @@ ROLN_INLINE roln_status roln_fit_limits(const roln_trained *m, const roln_batch 
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
         if (top[i] > 0 && !(rise[i] > 0)) return ROLN_E_RANGE;
+        rise[i] += 4 * ROLN_EPS * top[i] / l->dt; /* what rounds when torques are clipped */
         top[i] *= slack, rise[i] *= slack;
         most.tau = ROLN_MAX(most.tau, top[i]), most.rate = ROLN_MAX(most.rate, rise[i]);
     }
@@ -3807,6 +3866,7 @@ ROLN_INLINE roln_status roln_errors(const roln_trained *m, const roln_batch *b, 
                 if (b->tau) rolni_gather_tau(b, size, w, now, k - 1, rolni_force_unit(sc), held);
                 if (b->tau) rolni_multiply_each(now, size, each_force, held);
                 if ((st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, s, s, tape, rest)) != ROLN_OK) return st;
+                rolni_turn_back(&md->lnn, now, s);
             }
             if (k % every != 0) continue;
             rolni_gather(b, b->q, N, w, now, k, 1 / sc->q, x);

@@ -1040,7 +1040,7 @@ ROLN_FN void rolni_stretch(int N, int n, int F, const roln_real *z_min, const ro
    activations of the layers but the last. ROLN_E_ILL_CONDITIONED: one of them is as narrow as the rounding of another. x1 [N]:
    scratch. */
 ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
-                                    const roln_real *Q, const roln_real *mean, roln_real *x1, roln_real *range)
+                                    const roln_real *V, const roln_real *mean, roln_real *x1, roln_real *range)
 {
     const int N = ae->size[0], nz = ae->size[ae->layers];
     const rolni_knee s = rolni_knee_of(ae->slope);
@@ -1053,7 +1053,7 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
             x1[j] = unit * x[ROLNI_AS(size_t, k) * ROLNI_AS(size_t, N) + ROLNI_AS(size_t, j)] - mean[j];
         }
         for (i = 0; i < nz; i++) {
-            const roln_real a = roln_dot(N, Q + (N - 1 - i) * N, x1);
+            const roln_real a = roln_dot(N, V + i * N, x1);
             range[i] = k == 0 || a < range[i] ? a : range[i];
             range[nz + i] = k == 0 || a > range[nz + i] ? a : range[nz + i];
         }
@@ -1070,16 +1070,30 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     return ROLN_OK;
 }
 
+/* x [N] without its part in the directions V [known][N], which are orthonormal. */
+ROLN_FN void rolni_leave(int N, int known, const roln_real *V, double *x)
+{
+    int i, j;
+    for (i = 0; i < known; i++) {
+        double along = 0;
+        for (j = 0; j < N; j++)
+            along += ROLNI_AS(double, V[i * N + j]) * x[j];
+        for (j = 0; j < N; j++)
+            x[j] -= along * ROLNI_AS(double, V[i * N + j]);
+    }
+}
+
 /* mean [N] of the count samples scale * x [count][N], by joint divided by each [N] or NULL, and Q = sum (x - mean)(x - mean)^T
-   [N][N], summed in double: as float each of 100,000 samples would be rounded to the sum of all, and small directions would be
-   noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
+   [N][N], of what is left of x - mean without the directions V [known][N], summed in double: as float each of 100,000 samples
+   would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass
+   over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
 #define ROLNI_POD_ROWS 8
 #define ROLNI_POD_SAMPLES 4
 #define ROLNI_AE_POD_ROOM_MEM(X, N) \
     X(sum, ((N) < ROLNI_POD_ROWS ? (N) : ROLNI_POD_ROWS) * (N)) X(part, ROLNI_POD_SAMPLES * (N))
 #define ROLN_AE_POD_ROOM(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_ROOM_MEM(ROLNI_SIZE, S(N)) : 0)
-ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, const roln_real *each, roln_real *mean,
-                            roln_real *Q, double *room)
+ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, const roln_real *each, int known,
+                            const roln_real *V, roln_real *mean, roln_real *Q, double *room)
 {
     const double unit = ROLNI_AS(double, scale);
     int from, k, i, j;
@@ -1092,7 +1106,7 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
     for (j = 0; j < N; j++)
         mean[j] = ROLNI_AS(roln_real, (each ? unit / ROLNI_AS(double, each[j]) : unit) * sum[j] / count);
     for (from = 0; from < N; from += ROLNI_POD_ROWS) {
-        const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = from + rows;
+        const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = known > 0 ? N : from + rows;
         for (i = 0; i < rows * N; i++)
             sum[i] = 0;
         for (k = 0; k < count; k += ROLNI_POD_SAMPLES) {
@@ -1102,6 +1116,8 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
                 for (j = 0; j < cols; j++)
                     part[i * N + j] = (each ? unit / ROLNI_AS(double, each[j]) : unit) * ROLNI_AS(double, in[i * N + j]) -
                                       ROLNI_AS(double, mean[j]);
+            for (i = 0; i < now; i++)
+                rolni_leave(N, known, V, part + i * N);
             for (i = 0; i < rows; i++)
                 rolni_add_rows(now, from + i + 1, part + from + i, N, part, N, sum + i * N);
         }
@@ -1111,32 +1127,72 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
     }
 }
 
+/* Q [N][N] with the directions V [known][N], along which nothing is left, at an eigenvalue below all others. */
+ROLN_FN void rolni_pod_bar(int N, int known, const roln_real *V, roln_real *Q)
+{
+    roln_real all = 0;
+    int i, j, k;
+    for (i = 0; i < N; i++)
+        all += Q[i * (N + 1)];
+    if (!(all > 0)) all = 1;
+    for (k = 0; k < known; k++)
+        for (i = 0; i < N; i++)
+            for (j = 0; j < N; j++)
+                Q[i * N + j] -= all * V[k * N + i] * V[k * N + j];
+}
+
+/* v [N] = the direction q [N] without what rounding has left in it of V [known][N], of length 1 again. */
+ROLN_FN void rolni_pod_direction(int N, int known, const roln_real *V, const roln_real *q, roln_real *v)
+{
+    int i, j;
+    rolni_copy(N, q, v);
+    if (known == 0) return;
+    for (i = 0; i < known; i++) {
+        const roln_real along = roln_dot(N, V + i * N, v);
+        for (j = 0; j < N; j++)
+            v[j] -= along * V[i * N + j];
+    }
+    {
+        const roln_real length = ROLN_SQRT(roln_dot(N, v, v));
+        for (j = 0; j < N; j++)
+            v[j] /= length;
+    }
+}
+
 /* Start at the linear optimum of the count samples scale * x [count][N], by joint divided by each [N] or NULL: b_0 = mean,
    Phi_0 = Psi_0 = the first N_1 principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the
    autoencoder then is the rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out,
    untouched unless ROLN_OK; room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent
-   layer: the samples do not fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3. */
+   layer: the samples do not fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3.
+   Directions whose variance is below the part ROLN_EPS^1/2 of the largest are found again, in what is left of the samples without
+   the others, at the same cost: rounding of the largest would be a part of them (test_ae.c: test_pod_of_many). */
 #define ROLNI_AE_POD_MEM(X, S) \
-    X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N))
+    X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N)) \
+    X(V, S(N1) * S(N)) /* directions, the largest first */
 #define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
                                      roln_real *theta, double *room, roln_real *work)
 {
-    const int N = ae->size[0], n = ae->size[1], nz = ae->size[ae->layers];
+    const int N = ae->size[0], N1 = ae->size[1], nz = ae->size[ae->layers];
     roln_status st;
-    int l, i;
+    int known, before, l, i;
     ROLNI_AE_POD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
-    rolni_pod_sums(N, count, x, scale, each, mean, Q, room);
-    st = roln_eig(N, Q, eval, Q, work);
-    if (st == ROLN_OK && ae->curves > 0) st = rolni_pod_range(ae, count, x, scale, each, Q, mean, eval, work);
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++) { /* the largest eigenvalue comes first */
-        rolni_copy(N, Q + (N - 1 - i) * N, theta + i * N);
-        rolni_copy(N, Q + (N - 1 - i) * N, theta + (n + i) * N);
+    for (known = 0; known < N1;) {
+        roln_real least;
+        rolni_pod_sums(N, count, x, scale, each, known, V, mean, Q, room);
+        rolni_pod_bar(N, known, V, Q);
+        if ((st = roln_eig(N, Q, eval, Q, work)) != ROLN_OK) return st;
+        least = ROLN_SQRT(ROLN_EPS) * eval[N - 1];
+        before = known;
+        for (i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++)
+            rolni_pod_direction(N, before > 0 ? known : 0, V, Q + i * N, V + known * N);
     }
-    rolni_copy(N, mean, theta + 2 * n * N);
+    if (ae->curves > 0 && (st = rolni_pod_range(ae, count, x, scale, each, V, mean, eval, work)) != ROLN_OK) return st;
+    rolni_copy(N1 * N, V, theta);
+    rolni_copy(N1 * N, V, theta + N1 * N);
+    rolni_copy(N, mean, theta + 2 * N1 * N);
     for (l = 1; l < ae->layers; l++) {
         const int Nl = ae->size[l], nl = ae->size[l + 1];
         theta += ROLN_AE_LAYER(0, ae->size[l - 1], Nl);

@@ -167,7 +167,7 @@ ROLN_FN roln_status roln_biorth_retract(int n, int N, const roln_real *x, const 
 
 /* As a block: rows = n, cols = N.
    |Psi^T Phi - I| is a part of eps |Phi| |Psi|, and so is what rounding does to a tangent. A block keeps its point where
-   |Phi| |Psi| <= 64 + 4 n and neither norm is above 16 (64 + 4 n): ROLN_E_RANGE for a step that would end outside, or, from
+   |Phi| |Psi| <= 36 + 2 n and neither norm is above 16 (36 + 2 n): ROLN_E_RANGE for a step that would end outside, or, from
    outside, further outside than it began. Then |Psi^T Phi - I| <= 84 eps up to n = 16, 1e-5 in float (test_riem.c: test_back). */
 #define ROLN_BIORTH_BLOCK_WORK(n, N) ROLN_MAX(ROLN_BIORTH_PROJECT_WORK(n), ROLN_BIORTH_RETRACT_WORK(n, N))
 ROLN_FN int rolni_biorth_size(int rows, int cols)
@@ -191,7 +191,7 @@ ROLN_FN roln_real rolni_biorth_outside(int n, int N, const roln_real *x, roln_re
 {
     const roln_real *psi = x + n * N;
     const roln_real a = ROLN_MAX(phi, ROLN_SQRT(roln_dot(n * N, x, x))), b = ROLN_SQRT(roln_dot(n * N, psi, psi));
-    return ROLN_MAX(a * b, ROLN_MAX(a, b) / 16) / ROLNI_AS(roln_real, 64 + 4 * n);
+    return ROLN_MAX(a * b, ROLN_MAX(a, b) / 16) / ROLNI_AS(roln_real, 36 + 2 * n);
 }
 
 /* The rounding of Phi+ = (Phi + X) W^-1 is a part of eps |Phi + X| |W^-1| / sqrt(n), |Phi+| or more. */

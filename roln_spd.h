@@ -1337,7 +1337,8 @@ ROLN_FN void rolni_eig_sort(int n, roln_real down, roln_real *l, roln_real *Q)
    shift (Dubrulle 1970), which rotates pairs of rows. A is scaled by a power of two, so its unit does
    not matter: denormal and near-overflow inputs keep full precision.
      A [n][n] in, symmetric, both triangles are read; may be Q    l [n] out    Q [n][n] out    n >= 1
-   Residual and eigenvalues within 8 n ROLN_EPS max|A|, orthogonality within 4 n ROLN_EPS. Ends on every input, after at most
+   Residual within 16 n ROLN_EPS max|A|, eigenvalues within 8, orthogonality within 8 n ROLN_EPS (the worst that a search found is
+   10.5, 4 and 5.4). Ends on every input, after at most
    8 n sweeps of n - 1 rotations; two rows take one rotation. In exact arithmetic every sweep makes |e_i^2 e_i+1| of the block
    that begins at i smaller (Hoffmann, Parlett 1978), near the end e_i by its third power. A million hostile matrices took at most
    2.7 n, a search for the worst of up to 8 rows 3.7 n (make eig).
@@ -2111,37 +2112,42 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
    ones (test_riccati.c: test_rows). Scales of columns do not matter. 2 rows n^2 multiply-adds. */
 #define ROLN_TRIANGLE_MEM(X, rows, n) X(v, rows) X(w, n)
 #define ROLN_TRIANGLE_WORK(rows, n) (0 ROLN_TRIANGLE_MEM(ROLNI_SIZE, rows, n))
+ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work) /* step k */
+{
+    roln_real *const from = X + k * n, *heavy = from, top = 0, s;
+    const int m = rows - k;
+    int i, j;
+    ROLN_TRIANGLE_MEM(ROLNI_CARVE, rows, n)
+    for (i = 0; i < m; i++) {
+        const roln_real x = from[i * n + k];
+        if (!(ROLN_ABS(x) <= top) && top >= 0) top = ROLN_ABS(x), heavy = from + i * n; /* NaN stays */
+    }
+    for (j = ROLN_ABS(from[k]) < top / 4 ? k : n; j < n; j++)
+        s = from[j], from[j] = heavy[j], heavy[j] = s;
+    for (i = 0; i < m; i++) {
+        v[i] = from[i * n + k];
+        from[i * n + k] = 0;
+    }
+    if (top <= 0) return;
+    for (i = 0; i < m; i++)
+        v[i] /= top;
+    s = ROLN_SQRT(roln_dot(m, v, v));
+    s = v[0] > 0 ? -s : s;
+    v[0] -= s; /* the reflection I + v v^T / (s v_0) takes the column to s e_1 */
+    roln_mm(1, m, n, v, from, w);
+    for (j = k + 1; j < n; j++)
+        w[j] /= s * v[0];
+    for (i = 0; i < m; i++)
+        for (j = k + 1; j < n; j++)
+            from[i * n + j] += v[i] * w[j];
+    from[k] = s * top;
+}
+
 ROLN_FN void roln_triangle(int rows, int n, roln_real *X, roln_real *work)
 {
-    int i, j, k;
-    ROLN_TRIANGLE_MEM(ROLNI_CARVE, rows, n)
-    for (k = 0; k < n && k < rows; k++) {
-        roln_real *const from = X + k * n, *heavy = from, top = 0, s;
-        const int m = rows - k;
-        for (i = 0; i < m; i++) {
-            const roln_real x = from[i * n + k];
-            if (!(ROLN_ABS(x) <= top) && top >= 0) top = ROLN_ABS(x), heavy = from + i * n; /* NaN stays */
-        }
-        for (j = ROLN_ABS(from[k]) < top / 4 ? k : n; j < n; j++)
-            s = from[j], from[j] = heavy[j], heavy[j] = s;
-        for (i = 0; i < m; i++) {
-            v[i] = from[i * n + k];
-            from[i * n + k] = 0;
-        }
-        if (top <= 0) continue;
-        for (i = 0; i < m; i++)
-            v[i] /= top;
-        s = ROLN_SQRT(roln_dot(m, v, v));
-        s = v[0] > 0 ? -s : s;
-        v[0] -= s; /* the reflection I + v v^T / (s v_0) takes the column to s e_1 */
-        roln_mm(1, m, n, v, from, w);
-        for (j = k + 1; j < n; j++)
-            w[j] /= s * v[0];
-        for (i = 0; i < m; i++)
-            for (j = k + 1; j < n; j++)
-                from[i * n + j] += v[i] * w[j];
-        from[k] = s * top;
-    }
+    int k;
+    for (k = 0; k < n && k < rows; k++)
+        rolni_reflect(rows, n, k, X, work);
 }
 
 /* Y = R^-T Y, R [n][n] upper triangular, Y [n][m]. */
@@ -2157,13 +2163,22 @@ ROLN_FN void rolni_solve_upper_t(int n, int m, const roln_real *R, roln_real *Y)
     }
 }
 
-/* The place of g_j among g [m] in falling order. */
-ROLN_FN int rolni_place(int m, const roln_real *g, int j)
+/* Brings that of the columns k .. m-1 of X [rows][n] to place k which is the largest in the rows from k on, in units of roots of r;
+   order [m]: which input a column belongs to. */
+ROLN_FN void rolni_pivot(int rows, int n, int m, int k, const roln_real *r, roln_real *X, roln_real *order)
 {
-    int i, at = 0;
-    for (i = 0; i < m; i++)
-        at += i < j ? g[i] >= g[j] : g[i] > g[j];
-    return at;
+    roln_real top = -1, x;
+    int best = k, i, j;
+    for (j = k; j < m; j++) {
+        roln_real most = 0;
+        for (i = k; i < rows; i++)
+            most = ROLN_MAX(most, ROLN_ABS(X[i * n + j]));
+        most /= ROLN_SQRT(r[ROLNI_AS(int, order[j])]);
+        if (most > top) top = most, best = j;
+    }
+    for (i = 0; i < rows; i++)
+        x = X[i * n + k], X[i * n + k] = X[i * n + best], X[i * n + best] = x;
+    x = order[k], order[k] = order[best], order[best] = x;
 }
 
 /* One step of the Riccati recursion, backward in time: with X = C^T C behind the step,
@@ -2171,10 +2186,11 @@ ROLN_FN int rolni_place(int m, const roln_real *g, int j)
    A [n][n], B [n][m], D [n][n], r [m] the diagonal of R, above 0, in; C [n][n], any factor in, upper triangular out; K [m][n] out;
    both as they were unless ROLN_OK. Nothing is squared: one triangle
        [R^1/2 0; C B  C A; 0 D] = U [S  S K; 0 C]
-   with the inputs in the order of falling g_j = max_i |(C B)_ij| / r_j^1/2. Each row of K is then right to rounding errors of r, D,
-   C B and C A, whatever the units of states and inputs, and for any ratio of r to B^T X B (test_riccati.c: test_rows).
+   whose next input is always the one that the most is left of, in units of r_j^1/2. K is then off by a few times, with several
+   motors rarely by hundreds of times, what rounding errors of r, D, C B and C A do to it, whatever the units of states and
+   inputs, and for any ratio of r to B^T X B (test_riccati.c: test_rows).
    ROLN_E_NOT_SPD: r; ROLN_E_NOT_FINITE. (m + 2 n) (m + n)^2 multiply-adds, twice. work [ROLN_RICCATI_WORK]. */
-#define ROLN_RICCATI_MEM(X, n, m) X(Y, (n) * ((n) + (m))) X(S, ((m) + 2 * (n)) * ((m) + (n))) X(g, m)
+#define ROLN_RICCATI_MEM(X, n, m) X(Y, (n) * ((n) + (m))) X(S, ((m) + 2 * (n)) * ((m) + (n))) X(order, m)
 #define ROLN_RICCATI_WORK(n, m) (0 ROLN_RICCATI_MEM(ROLNI_SIZE, n, m) + ROLN_TRIANGLE_WORK((m) + 2 * (n), (m) + (n)))
 ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                                  roln_real *C, roln_real *K, roln_real *work)
@@ -2187,20 +2203,20 @@ ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_re
     rolni_zero((m + 2 * n) * side, S);
     roln_mm(n, n, m, C, B, Y);
     roln_mm(n, n, n, C, A, Y + n * m);
-    for (j = 0; j < m; j++)
-        for (g[j] = 0, i = 0; i < n; i++)
-            g[j] = ROLN_MAX(g[j], ROLN_ABS(Y[i * m + j]) / ROLN_SQRT(r[j]));
     for (j = 0; j < m; j++) {
-        const int at = rolni_place(m, g, j);
-        S[at * side + at] = ROLN_SQRT(r[j]);
+        order[j] = ROLNI_AS(roln_real, j);
+        S[j * side + j] = ROLN_SQRT(r[j]);
         for (i = 0; i < n; i++)
-            S[(m + i) * side + at] = Y[i * m + j];
+            S[(m + i) * side + j] = Y[i * m + j];
     }
     for (i = 0; i < n; i++) {
         rolni_copy(n, Y + n * m + i * n, S + (m + i) * side + m);
         rolni_copy(n, D + i * n, S + (m + n + i) * side + m);
     }
-    roln_triangle(m + 2 * n, side, S, work);
+    for (k = 0; k < side; k++) {
+        if (k < m) rolni_pivot(m + n, side, m, k, r, S, order);
+        rolni_reflect(m + 2 * n, side, k, S, work);
+    }
     for (i = m - 1; i >= 0; i--) /* K = S^-1 (S K), in Y */
         for (j = 0; j < n; j++) {
             roln_real x = S[i * side + m + j];
@@ -2210,7 +2226,7 @@ ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_re
         }
     if (!roln_all_finite(m * n, Y) || !roln_all_finite(side * side, S)) return ROLN_E_NOT_FINITE;
     for (j = 0; j < m; j++)
-        rolni_copy(n, Y + rolni_place(m, g, j) * n, K + j * n);
+        rolni_copy(n, Y + j * n, K + ROLNI_AS(int, order[j]) * n);
     for (i = 0; i < n; i++)
         rolni_copy(n, S + (m + i) * side + m, C + i * n);
     return ROLN_OK;
@@ -2264,7 +2280,7 @@ ROLN_FN void rolni_stack(int n, const roln_real *Y, roln_real *X, roln_real *S, 
 
 /* 1 if x^T D^T D x is at most `part` of x^T C^T C x for every x. C [n][n] is upper triangular; D [n][n] becomes D C^-1. The answer
    does not depend on units or directions of states: a cheap subsystem counts as much as a dear one (test_riccati.c:
-   test_decoupled). A pivot of C that is 0 is a direction without cost. n^3 / 2 multiply-adds. */
+   test_decoupled). A pivot of C that is 0 is a direction without cost; D must have none there. n^3 / 2 multiply-adds. */
 ROLN_FN int rolni_is_part(int n, const roln_real *C, roln_real part, roln_real *D)
 {
     int i, j, k;
@@ -2273,7 +2289,8 @@ ROLN_FN int rolni_is_part(int n, const roln_real *C, roln_real part, roln_real *
             roln_real x = D[i * n + j];
             for (k = 0; k < j; k++)
                 x -= D[i * n + k] * C[k * n + j];
-            D[i * n + j] = ROLN_ABS(C[j * (n + 1)]) > 0 ? x / C[j * (n + 1)] : 0;
+            if (ROLN_ABS(x) > 0 && !(ROLN_ABS(C[j * (n + 1)]) > 0)) return 0;
+            D[i * n + j] = ROLN_ABS(x) > 0 ? x / C[j * (n + 1)] : 0;
         }
     return roln_dot(n * n, D, D) <= part;
 }
@@ -2321,12 +2338,46 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
     return ROLN_E_NO_CONVERGENCE;
 }
 
-/* 1 if a row of K [m][n] is farther from that of K0 [m][n] than 1e-3 of the row. The square of a row is the sum of
+/* The cost x^T C^T C x of the feedback u = -K x for ever: C^T C = sum_k (A - B K)^k^T (D^T D + K^T R K) (A - B K)^k, whose sum is
+   doubled with every step (Smith 1968), in factors. steps: how many there are in it. ROLN_E_NO_CONVERGENCE: K does not stabilise
+   what costs. work [ROLNI_POLICY_WORK]. */
+#define ROLNI_POLICY_MEM(X, n, m) X(Aa, (n) * (n)) X(E, (n) * (n)) X(S, ((n) + ROLN_MAX(n, m)) * (n))
+#define ROLNI_POLICY_WORK(n, m) \
+    (0 ROLNI_POLICY_MEM(ROLNI_SIZE, n, m) + ROLN_TRIANGLE_WORK((n) + ROLN_MAX(n, m), n))
+ROLN_FN roln_status rolni_policy(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
+                                 const roln_real *K, roln_real *C, roln_real *steps, roln_real *work)
+{
+    const int nn = n * n;
+    ROLNI_POLICY_MEM(ROLNI_CARVE, n, m)
+    int i, j, k;
+    roln_mm(n, m, n, B, K, Aa);
+    for (i = 0; i < nn; i++)
+        Aa[i] = A[i] - Aa[i];
+    rolni_copy(nn, D, S);
+    for (j = 0; j < m; j++)
+        for (i = 0; i < n; i++)
+            S[nn + j * n + i] = ROLN_SQRT(r[j]) * K[j * n + i];
+    roln_triangle(n + m, n, S, work);
+    rolni_copy(nn, S, C);
+    *steps = 1;
+    for (k = 0; k < ROLNI_DOUBLINGS; k++, *steps *= 2) {
+        roln_mm(n, n, n, C, Aa, E);
+        if (!roln_all_finite(nn, E) || !roln_finite(roln_dot(nn, C, C))) return ROLN_E_NO_CONVERGENCE;
+        rolni_copy(nn, E, S);
+        if (rolni_is_part(n, C, ROLN_EPS / 8, S)) return ROLN_OK;
+        rolni_stack(n, E, C, S, work);
+        roln_mm(n, n, n, Aa, Aa, E);
+        rolni_copy(nn, E, Aa);
+    }
+    return ROLN_E_NO_CONVERGENCE;
+}
+
+/* 1 if a row of K [m][n] is farther from that of K0 [m][n] than the part `most` of the row. The square of a row is the sum of
    r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row that is small beside others may move by twice the root of eps of all rows:
    rounding does that where several motors can do the same. Any row may move by 32 eps (test_riccati.c: test_moves). size [2m] is
    written. */
 ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, const roln_real *K, const roln_real *K0,
-                        roln_real *size)
+                        roln_real most, roln_real *size)
 {
     roln_real all = 256 * ROLN_EPS;
     int i, j, k;
@@ -2341,7 +2392,7 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
         }
     }
     for (j = 0; j < m; j++)
-        if (!(size[m + j] <= ROLN_C(1e-6) * size[j] + 4 * ROLN_EPS * all)) return 1;
+        if (!(size[m + j] <= most * most * size[j] + 4 * ROLN_EPS * all)) return 1;
     return 0;
 }
 
@@ -2350,32 +2401,42 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
        X = Q + A^T X A - A^T X B K,   K = (R + B^T X B)^-1 B^T X A,   u = -K x
    A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C,
    and K [m][n] out (it may be B), untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are
-   usual, of about 40 n^3 multiply-adds. Where A is very unstable it loses digits, but only where feedback then is strong: 2 n
-   steps of roln_riccati, which forget their start the faster there, bring them back. Units of states and inputs change results by
-   rounding errors only (test_riccati.c: test_state_units).
+   usual, of about 40 n^3 multiply-adds. Where A is very unstable it loses digits. 2 n steps of roln_riccati bring them back where
+   feedback is strong, which forgets its start. Where the closed loop is slower than that, steps of policy iteration do so (Kleinman
+   1968): the cost of K, and the feedback that is best if that is the cost of what follows; errors square with every step. Units of
+   states and inputs change results by rounding errors only (test_riccati.c: test_state_units).
    ROLN_E_NOT_FINITE: an input; ROLN_E_NOT_SPD: r; ROLN_E_NO_CONVERGENCE, to working precision: B cannot stabilise A, or Q does not
    see what has to be stabilised. work [ROLN_DARE_WORK]. */
-#define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))
+#define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(X1, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))
 #define ROLN_DARE_WORK(n, m) \
-    (0 ROLN_DARE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_DOUBLE_WORK(n, m), ROLN_RICCATI_WORK(n, m)))
+    (0 ROLN_DARE_MEM(ROLNI_SIZE, n, m) + \
+     ROLN_MAX(ROLN_MAX(ROLNI_DOUBLE_WORK(n, m), ROLNI_POLICY_WORK(n, m)), ROLN_RICCATI_WORK(n, m)))
+#define ROLNI_POLICIES 8
 ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                               roln_real *C, roln_real *K, roln_real *work)
 {
     ROLN_DARE_MEM(ROLNI_CARVE, n, m)
     roln_status st;
-    int i;
+    roln_real steps;
+    int i, k;
     if (!roln_all_finite(n * n, A) || !roln_all_finite(n * m, B) || !roln_all_finite(n * n, D) || !roln_all_finite(m, r))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < m; i++)
         if (!(r[i] > 0)) return ROLN_E_NOT_SPD;
     st = rolni_double(n, m, A, B, D, r, X0, work);
-    for (i = 0; i <= 2 * n && st == ROLN_OK; i++) {
+    for (k = 0; k <= ROLNI_POLICIES && st == ROLN_OK; k++) {
+        if (k > 0) rolni_copy(n * n, X1, X0);
+        for (i = 0; i <= 2 * n && st == ROLN_OK; i++) {
+            rolni_copy(k > 0 ? 0 : m * n, K1, K0); /* before the first policy, of the last step */
+            st = roln_riccati(n, m, A, B, D, r, X0, K1, work);
+        }
+        if (st != ROLN_OK || (k > 0 && !rolni_moves(n, m, r, X0, K1, K0, ROLN_SQRT(ROLN_EPS), work))) break;
+        st = rolni_policy(n, m, A, B, D, r, K1, X1, &steps, work);
+        if (st != ROLN_OK || (k == 0 && steps <= ROLNI_AS(roln_real, 2 * n))) break; /* fast: the start is forgotten */
         rolni_copy(m * n, K1, K0);
-        /* unreached: doubling ends with what is finite */
-        if (roln_riccati(n, m, A, B, D, r, X0, K1, work) != ROLN_OK) st = ROLN_E_NO_CONVERGENCE;
     }
-    if (st != ROLN_OK) return st;
-    if (rolni_moves(n, m, r, X0, K1, K0, work)) return ROLN_E_NO_CONVERGENCE;
+    if (st != ROLN_OK) return ROLN_E_NO_CONVERGENCE;
+    if (rolni_moves(n, m, r, X0, K1, K0, ROLN_C(1e-3), work)) return ROLN_E_NO_CONVERGENCE;
     rolni_copy(n * n, X0, C);
     rolni_copy(m * n, K1, K);
     return ROLN_OK;
@@ -2510,11 +2571,13 @@ ROLN_FN void rolni_ocp_room(const rolni_ocp *b)
         const roln_real last = rolni_ocp_last(o, j), widest = 2 * ROLN_SQRT(pull / o->r[j]);
         roln_real room = rolni_ocp_most(o, j) - last;
         if (o->rate) room = ROLN_MIN(room, o->rate[j] * ROLNI_AS(roln_real, o->steps + 1));
-        if (widest > ROLN_C(1e-15)) room = ROLN_MIN(room, widest); /* else the start is the best there is */
+        room = ROLN_MIN(room, widest > 0 ? widest : 1 / ROLN_SQRT(o->r[j])); /* 0: the start is the best there is */
         b->room[j] = room;
         if (o->rate) b->rate[j] = ROLN_MIN(o->rate[j], 3 * (last + room));
     }
 }
+
+#define ROLNI_OCP_LEAST ROLN_C(1e-36) /* a cost beside which every cost is large */
 
 /* u = 0, in the middle of all limits, or on the way there from `last`; x, g; t from the way itself, which may be too short to
    change u in its digits; l so that all t l are half of the mean of |g| times reach, above 0, which is returned. */
@@ -2543,7 +2606,7 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
         mean += ROLN_ABS(b->g[i]) * reach / ROLNI_AS(roln_real, count);
         top = ROLN_MAX(top, o->r[i % m] * reach * reach);
     }
-    mean = ROLN_MAX(mean / 2, ROLN_EPS * top + ROLN_C(1e-30)); /* where the start is the best there is */
+    mean = ROLN_MAX(mean / 2, ROLN_EPS * top + ROLNI_OCP_LEAST); /* where the start is the best there is */
     for (i = 0; i < b->sides * count; i++)
         b->l[i] = mean / b->t[i];
     return mean;
@@ -2778,7 +2841,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
         rolni_zero(b->sides * count, b->c);
         rolni_ocp_step(b, 0);
         (void)rolni_ocp_length(b, 1, &ahead);
-        if (k == 0) floor = ROLN_MAX(least * ahead, ROLN_C(1e-30)); /* of what there is to gain, not of far limits */
+        if (k == 0) floor = ROLN_MAX(least * ahead, ROLNI_OCP_LEAST); /* of what there is to gain, not of far limits */
         for (side = 0; side < b->sides; side++)
             for (i = 0; i < count; i++)
                 b->c[side * count + i] = rolni_ocp_moved(b, side, i, b->d) * b->dl[side * count + i];

@@ -27,8 +27,8 @@ static roln_real A[EIG_MAX * EIG_MAX], Q[EIG_MAX * EIG_MAX], l[EIG_MAX], work[RO
 #endif
 
 /* The documented bounds of the residual, in n eps max|A|, of orthogonality, in n eps, and of eigenvalues, in n eps max|A|. */
-#define EIG_RESIDUAL 8
-#define EIG_ORTHOGONAL 4
+#define EIG_RESIDUAL 16
+#define EIG_ORTHOGONAL 8
 #define EIG_VALUE 8
 
 static const char *const families[] = {

@@ -844,8 +844,8 @@ static void test_pod_of_many(uint64_t *s)
         }
         for (i = 0; i < N; i++) off += d[i] * d[i];
     }
-    BOUND("POD of 100,000: the third direction", sqrtl(apart), PICK(0.03L, 1e-9L));
-    BOUND("POD of 100,000: what is left", off / least - 1, PICK(0.05L, 1e-9L));
+    BOUND("POD of 100,000: the third direction", sqrtl(apart), PICK(1e-6L, 1e-9L));
+    BOUND("POD of 100,000: what is left", off / least - 1, PICK(2e-5L, 1e-9L));
     fresh_done();
 }
 

@@ -34,6 +34,25 @@ static void test_families(void)
         }
 }
 
+/* The worst that a search for orthogonality and for the residual has found as float: beyond 4 and 8, which were once promised. */
+static void test_found(void)
+{
+    static const double found[2][6] = {{-7.01927423, -582.879272, 2909.4104, -91.5998306, -755.367615, -5911.43164},
+                                       {-0.351762414, 0.95171386, -18.3428936, -2.56882238, -16.148735, -9.24960804}};
+    int f, i, j, k;
+    for (f = 0; f < 2; f++) {
+        eig_errors e;
+        for (k = 0, i = 0; i < 3; i++)
+            for (j = 0; j <= i; j++)
+                A[i * 3 + j] = A[j * 3 + i] = (roln_real)found[f][k++];
+        CHECK(roln_eig(3, A, l, Q, work) == ROLN_OK);
+        e = eig_check(3);
+        BOUND("eig: residual, n eps max|A|", e.residual, EIG_RESIDUAL);
+        BOUND("eig: orthogonality, n eps", e.orthogonal, EIG_ORTHOGONAL);
+        if (ROLN_EPS > ROLN_C(1e-10)) CHECK(e.orthogonal > 4 || e.residual > 8);
+    }
+}
+
 /* A sweep that splits off a block with c = -1: two eigenvectors were once exchanged. */
 static void test_split(void)
 {
@@ -199,6 +218,7 @@ void TEST_NAME(eig)(void)
 {
     test_families();
     test_split();
+    test_found();
     test_edges();
     test_sweeps();
     test_differences();

@@ -449,6 +449,41 @@ static void test_far(void)
     CHECK(active > 100);
 }
 
+/* Where the start is the best there is, or nearly, no limit that is never reached makes a difference, and with any unit of the cost
+   the torques are the same. */
+static void test_nothing_to_do(void)
+{
+    static problem p, c;
+    static ld u[MAXP], v[MAXP];
+    uint64_t s = 17;
+    int trial, k, i;
+    for (trial = 0; trial < 20; trial++) {
+        const int m = 1 + trial % MAXM, n = 1 + trial % MAXN, rated = trial % 2;
+        draw(n, m, MAXH, rated, 1, &s, &p);
+        for (k = 0; k < 6; k++) { /* no cost but of being moved */
+            const double far[6] = {1, 1e9, 1e15, 1e25, 1e30, PICK(3e38, 1e308)};
+            c = p;
+            memset(c.q, 0, sizeof c.q), memset(c.at, 0, sizeof c.at), memset(c.ref, 0, sizeof c.ref);
+            memset(c.last, 0, sizeof c.last);
+            for (i = 0; i < m; i++) c.most[i] = (roln_real)far[k];
+            for (i = 0; i < m && rated; i++) c.rate[i] = (roln_real)(far[k] / 4);
+            if (!CHECK(solve(&c, 6, v) == ROLN_OK)) continue;
+            CHECK_BELOW(c.gap, 1e-20);
+            for (i = 0; i < MAXH * m; i++) CHECK_BELOW(fabsl(v[i]), 1e-12L);
+        }
+        CHECK(solve(&p, 30, u) == ROLN_OK);
+        for (k = -24; k <= 24; k += 12) { /* another unit of the cost */
+            const roln_real by = (roln_real)ldexp(1, 3 * k);
+            c = p;
+            for (i = 0; i < MAXN * MAXN * MAXH; i++) c.Q[i] *= by;
+            for (i = 0; i < MAXN * MAXH; i++) c.q[i] *= by;
+            for (i = 0; i < MAXM; i++) c.r[i] *= by;
+            CHECK(solve(&c, 30, v) == ROLN_OK);
+            for (i = 0; i < MAXH * m; i++) BOUND("another unit of the cost: u", fabsl(v[i] - u[i]), PICK(1e-4L, 1e-9L));
+        }
+    }
+}
+
 /* u_-1 at its limit, or anywhere, and rates from much to less than a digit of it: there is a plan, within the limits, that goes
    where the cost wants it as fast as it may. */
 static void test_at_limit(void)
@@ -656,6 +691,7 @@ void TEST_NAME(ocp)(void)
     test_rates();
     test_units();
     test_far();
+    test_nothing_to_do();
     test_at_limit();
     test_left();
     test_sizes();

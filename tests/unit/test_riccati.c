@@ -193,9 +193,80 @@ static void test_dare(void)
             draw(n, n, 30, 1, &s, &p); /* a large time step: every mode grows by tens */
             check_problem("Riccati, very unstable", &p, 40);
             draw(n, 1, 2, 1, &s, &p);
-            if (n <= 10) check_problem("Riccati, unstable, one input", &p, 60); /* without the steps at the end: 100 */
+            if (n <= 10) check_problem("Riccati, unstable, one input", &p, 120); /* A - B K of a policy cancels */
             draw(n, m, 1.2, 1e4, &s, &p);
             if (n <= 4) check_problem("Riccati, unstable, dear inputs", &p, 30);
+        }
+}
+
+/* The weight of a state that hardly acts on the rest: without it the loop of a fast, unstable mode has a slow one beside it, which
+   steps of the recursion hardly move. The distance of K from its twin, in what an error of eps of A, B, D makes. */
+static void check_slow(const char *what, problem *p, ld bound)
+{
+    static problem near;
+    static twin t, other;
+    uint64_t s = 3;
+    ld wide = 0, off = 0;
+    int k, i;
+    widen_all(p, &t);
+    if (!CHECK(iterate(p, &t)) || !CHECK(solve(p) == ROLN_OK)) return;
+    for (k = 0; k < 8; k++) {
+        near = *p;
+        widen_all(&near, &other);
+        for (i = 0; i < p->n * p->n; i++)
+            other.A[i] *= 1 + EPS * ((ld)roln_uniform(&s) - 0.5L), other.Q[i] *= 1 + EPS * ((ld)roln_uniform(&s) - 0.5L);
+        for (i = 0; i < p->n * p->m; i++)
+            other.B[i] *= 1 + EPS * ((ld)roln_uniform(&s) - 0.5L);
+        memcpy(other.X, t.X, sizeof t.X);
+        CHECK(iterate(&near, &other));
+        for (i = 0; i < p->m * p->n; i++)
+            wide = fabsl(other.K[i] / t.K[i] - 1) > wide ? fabsl(other.K[i] / t.K[i] - 1) : wide;
+    }
+    for (i = 0; i < p->m * p->n; i++)
+        off = fabsl((ld)p->K[i] / t.K[i] - 1) > off ? fabsl((ld)p->K[i] / t.K[i] - 1) : off;
+    BOUND(what, off / (wide + EPS), bound);
+}
+
+static void test_slow(void)
+{
+    static const problem found = {.n = 2, .m = 1, .r = {ROLN_C(107.824677)},
+                                  .A = {ROLN_C(1.06507134), ROLN_C(.00322372373), ROLN_C(.0677076206), ROLN_C(3.75137115)},
+                                  .B = {ROLN_C(.00745443907), ROLN_C(.0030851271)}, .D = {ROLN_C(.328994691)}};
+    static problem p;
+    uint64_t s = 12;
+    int k;
+    p = found;
+    check_slow("a slow mode beside an unstable one", &p, 40);
+    for (k = 0; k < 30; k++) { /* a cart whose pole falls by this factor in a step, and hardly a weight of its place */
+        const double fall = 1.03 + 0.1 * k * (double)roln_uniform(&s), place = pow(10, -1 - k % 2), h = 0.05;
+        const double w = log(fall) / h, c = cosh(w * h), d = sinh(w * h) / w;
+        const double A[16] = {1, 0, h, 0, 0, c, 0, d, 0, 0, 1, 0, 0, w * w * d, 0, c}, B[4] = {h * h / 2, (1 - c) / (w * w), h, -d};
+        int i;
+        memset(&p, 0, sizeof p);
+        p.n = 4, p.m = 1, p.r[0] = ROLN_C(0.01);
+        for (i = 0; i < 16; i++) p.A[i] = (roln_real)A[i];
+        for (i = 0; i < 4; i++) p.B[i] = (roln_real)B[i];
+        p.D[0] = (roln_real)place, p.D[5] = 1;
+        check_slow("a cart and its pole", &p, 200);
+    }
+}
+
+/* A state that costs nothing itself but through another one: a pivot of C is 0 in the first steps. In two units of the other. */
+static void test_late_cost(void)
+{
+    static problem p;
+    static twin t;
+    int k, unit;
+    for (k = 0; k < 10; k++)
+        for (unit = 0; unit < 2; unit++) {
+            const roln_real of = unit ? ROLN_C(1024.0) : 1;
+            memset(&p, 0, sizeof p);
+            p.n = 2, p.m = 1, p.A[1] = ROLN_C(0.2) * of, p.A[3] = ROLN_C(0.3) + ROLN_C(0.02) * (roln_real)k;
+            p.B[1] = 1, p.D[0] = 1 / of, p.r[0] = 1;
+            if (!CHECK(solve(&p) == ROLN_OK)) continue;
+            widen_all(&p, &t);
+            CHECK(iterate(&p, &t));
+            BOUND("a state whose cost comes later", fabsl((ld)p.K[1] / t.K[1] - 1) / EPS, 10);
         }
 }
 
@@ -670,9 +741,9 @@ static void test_moves(void)
             C[3] = unit, r[0] = 1, r[1] = unit * unit;
             K[0] = K[3] = K0[0] = ROLN_C(0.5), K0[3] = K[3] * (1 + far[i]);
             K[1] = K[2] = K0[1] = K0[2] = 0;
-            CHECK(rolni_moves(2, 2, r, C, K, K0, size) == (i == 0));
+            CHECK(rolni_moves(2, 2, r, C, K, K0, ROLN_C(1e-3), size) == (i == 0));
             K[3] = 4 * ROLN_EPS, K0[3] = -K[3];
-            CHECK(!rolni_moves(2, 2, r, C, K, K0, size));
+            CHECK(!rolni_moves(2, 2, r, C, K, K0, ROLN_C(1e-3), size));
         }
 }
 
@@ -680,6 +751,8 @@ void TEST_NAME(riccati)(void)
 {
     test_triangle();
     test_dare();
+    test_slow();
+    test_late_cost();
     test_scalar();
     test_refused();
     test_course();

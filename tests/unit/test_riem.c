@@ -937,14 +937,14 @@ static void test_outside(void)
         const roln_block b = {&roln_biorthogonal, n, 9, 0};
         road_start(&b, PICK(0.5f, 50), &s, &r);
         point(n, 9, 2, &s, r.x);
-        CHECK(norms(n, 9, r.x) > 64 + 4 * n);
+        CHECK(norms(n, 9, r.x) > 36 + 2 * n);
         for (ok = 1, k = 0; k < 3000; k++) {
             const ld was = norms(n, 9, r.x);
-            ok &= road_step(r.x, &r) || was > 64 + 4 * n;
-            ok &= was <= 64 + 4 * n || norms(n, 9, r.x) <= was * (1 + 4 * EPS);
+            ok &= road_step(r.x, &r) || was > 36 + 2 * n;
+            ok &= was <= 36 + 2 * n || norms(n, 9, r.x) <= was * (1 + 4 * EPS);
         }
         CHECK(ok);
-        CHECK_BELOW(norms(n, 9, r.x), 64 + 4 * n);
+        CHECK_BELOW(norms(n, 9, r.x), 36 + 2 * n);
     }
 }
 

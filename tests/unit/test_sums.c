@@ -292,6 +292,42 @@ static void test_windows_turned(void)
     CHECK(same(turn_theta_size, g[0].theta, g[1].theta) && memcmp(e[0], e[1], sizeof e[0]) == 0);
 }
 
+/* A wheel that turns freely at 100 rad/s: errors of a roll-out of 20 s are those of a step, as far as floats go. And a first sample
+   on a far turn takes nothing from the digits of others: mean and variance. */
+static void test_far_first(void)
+{
+    enum { STEPS = 20000, FEW = 1000 };
+    static turn_params p;
+    static turn_start start;
+    static turn_train train;
+    static roln_real q[STEPS + 1], qd[STEPS + 1];
+    static roln_error e[5];
+    const roln_real qbar[1] = {0};
+    const roln_batch b = {.count = 1, .steps = STEPS, .stride = 1, .q = q, .qd = qd};
+    const roln_batch all = {.count = FEW, .stride = 1, .q = q, .qd = qd};
+    uint64_t seed = 6;
+    roln_real mean[1];
+    roln_loss var = {0};
+    int k, turns;
+    CHECK_OK(turn_init(&p, &seed, &start));
+    memset(p.theta, 0, sizeof p.theta);
+    for (k = 0; k <= STEPS; k++)
+        q[k] = (roln_real)remainder(0.1 * k, 6.283185307179586), qd[k] = 100;
+    CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), STEPS / 4, qbar, e, NULL, &train));
+    for (k = 0; k < 5; k++)
+        BOUND("a wheel for 20 s, rad", sqrtl((ld)e[k].q), PICK(0.02L, 1e-10L));
+    for (turns = 0; turns <= 10000; turns += 2500) {
+        for (k = 0; k < FEW; k++)
+            q[k] = (roln_real)(0.02 * sin(k * 6.283185307179586 / 50)), qd[k] = 1 + q[k];
+        q[0] = (roln_real)(turns * 6.283185307179586);
+        CHECK_OK(turn_variance(&p, &all, &var, &train));
+        CHECK_NEAR(var.q, 0.0002, 2e-6);
+        CHECK_OK(turn_init_pod(&p, FEW, q, qd, mean, &seed, &start));
+        CHECK_NEAR(mean[0], 0, 1e-4);
+        memset(p.theta, 0, sizeof p.theta);
+    }
+}
+
 /* Counts that never end stay at their largest number. */
 static void test_counts(void)
 {
@@ -313,5 +349,6 @@ void TEST_NAME(sums)(void)
     test_encoder_steps(count);
     test_turns();
     test_windows_turned();
+    test_far_first();
     test_counts();
 }
