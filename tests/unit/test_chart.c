@@ -1096,12 +1096,12 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
 static void test_narrow(void)
 {
     static const roln_ae shape = {1, {3, 3}, 1, BENT(3, 2)};
-    const roln_real Q[9] = {0, 0, 1, 0, 1, 0, 1, 0, 0}, mean[3] = {0, 0, 0}, narrow = 64 * ROLN_EPS;
+    const roln_real V[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, mean[3] = {0, 0, 0}, narrow = 64 * ROLN_EPS;
     roln_real x[6] = {-1, 0, 0, 1, 8, 0}, x1[3], range[6];
     x[5] = narrow * 4; /* of 8 there are 64 eps, of 2 there are more */
-    CHECK(rolni_pod_range(&shape, 2, x, 1, NULL, Q, mean, x1, range) == ROLN_E_ILL_CONDITIONED);
+    CHECK(rolni_pod_range(&shape, 2, x, 1, NULL, V, mean, x1, range) == ROLN_E_ILL_CONDITIONED);
     x[5] = narrow * 16;
-    CHECK_OK(rolni_pod_range(&shape, 2, x, 1, NULL, Q, mean, x1, range));
+    CHECK_OK(rolni_pod_range(&shape, 2, x, 1, NULL, V, mean, x1, range));
     CHECK(memcmp(range, x, sizeof range) == 0); /* lows, highs: the two samples */
 }
 
