@@ -631,9 +631,10 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
    z, tau_z [n], motors in; u out, and missed [1] (may be NULL): how much of tau_z they do not make, as a part of it,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
    both untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not
-   make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the
-   triangle of [mu I; G^T]. What is left of tau_z where motors are nearly parallel gives two corrections of y, and is at most a
-   hundredth then (test_control.c: test_near_motors). Cost 3 count roln_reduce, then 5. work [ROLN_ALLOCATE_WORK]. */
+   make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the triangle of
+   [mu I; G^T]. What is left of tau_z gives a correction of y, and a second one where motors are nearly parallel, which leaves a
+   hundredth at most (test_control.c: test_near_motors). Cost 3 count roln_reduce, 5 where motors are nearly parallel.
+   work [ROLN_ALLOCATE_WORK]. */
 #define ROLN_ALLOCATE_MEM(X, S) \
     X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(x, S(N)) X(g, S(n)) X(y, 3 * S(n)) X(rest, S(n)) X(R, (S(n) + 1) * S(n))
 #define ROLN_ALLOCATE_WORK(S) \
@@ -677,7 +678,7 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
         if (pass == 1 && rolni_largest(n, rest) <= ROLN_SQRT(ROLN_EPS) / 4 * rolni_largest(n, tau_z)) last = 2;
         if (pass == 3 && rolni_largest(n, y) > 0 && !(rolni_largest(n, rest) <= rolni_largest(n, tau_z) / 100))
             return ROLN_E_NOT_SPD;
-        if (pass > 0 && (pass > 2 || last == 2)) continue;
+        if (pass > 2 || pass == last) continue;
         rolni_copy(n, rest, y + parts * n);
         rolni_solve_square(n, R, y + parts * n);
         if (!roln_all_finite(n, y + parts * n)) return ROLN_E_NOT_FINITE;

@@ -2372,14 +2372,14 @@ ROLN_FN roln_status rolni_policy(int n, int m, const roln_real *A, const roln_re
     return ROLN_E_NO_CONVERGENCE;
 }
 
-/* 1 if a row of K [m][n] is farther from that of K0 [m][n] than the part `most` of the row. The square of a row is the sum of
-   r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row that is small beside others may move by twice the root of eps of all rows:
-   rounding does that where several motors can do the same. Any row may move by 32 eps (test_riccati.c: test_moves). size [2m] is
-   written. */
-ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, const roln_real *K, const roln_real *K0,
-                        roln_real most, roln_real *size)
+/* How far a row of K [m][n] is from that of K0 [m][n] at most, as a part of the row. The square of a row is the sum of
+   r_j K_ji^2 / X_ii, X = C^T C, which has no unit. A row may move by twice the root of eps of the other rows for nothing: rounding
+   does that where several motors can do the same. Any row may move by 32 eps for nothing (test_riccati.c: test_moves).
+   size [2m] is written. */
+ROLN_FN roln_real rolni_moved(int n, int m, const roln_real *r, const roln_real *C, const roln_real *K, const roln_real *K0,
+                              roln_real *size)
 {
-    roln_real all = 256 * ROLN_EPS;
+    roln_real all = 256 * ROLN_EPS, most = 0;
     int i, j, k;
     rolni_zero(2 * m, size);
     for (i = 0; i < n; i++) {
@@ -2391,9 +2391,43 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
             size[j] += x * x, size[m + j] += d * d, all += x * x;
         }
     }
-    for (j = 0; j < m; j++)
-        if (!(size[m + j] <= most * most * size[j] + 4 * ROLN_EPS * all)) return 1;
-    return 0;
+    for (j = 0; j < m; j++) {
+        const roln_real far = size[m + j] - 4 * ROLN_EPS * (all - size[j]);
+        if (!(far <= size[j])) return 1;
+        most = far > most * most * size[j] ? ROLN_SQRT(far / size[j]) : most;
+    }
+    return most;
+}
+
+/* `count` steps of roln_riccati: C [n][n] in and out, K [m][n] that of the last one. work [ROLN_RICCATI_WORK]. */
+ROLN_FN roln_status rolni_riccatis(int count, int n, int m, const roln_real *A, const roln_real *B, const roln_real *D,
+                                   const roln_real *r, roln_real *C, roln_real *K, roln_real *work)
+{
+    roln_status st = ROLN_OK;
+    for (; count > 0 && st == ROLN_OK; count--)
+        st = roln_riccati(n, m, A, B, D, r, C, K, work);
+    return st;
+}
+
+/* Policies from the one of K [m][n] on, whose cost is in C [n][n]. Steps of roln_riccati after each take its rounding out of what
+   is fast. 1 with C and K of the last one if they come to rest: each moves K by at most half of what the one before did, until a
+   move is below the root of eps. *first: the first move. work [ROLNI_POLICIES_WORK]. */
+#define ROLNI_POLICIES_MEM(X, n, m) X(before, (m) * (n))
+#define ROLNI_POLICIES_WORK(n, m) \
+    (0 ROLNI_POLICIES_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_POLICY_WORK(n, m), ROLN_RICCATI_WORK(n, m)))
+ROLN_FN int rolni_policies(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
+                           roln_real *C, roln_real *K, roln_real *first, roln_real *work)
+{
+    ROLNI_POLICIES_MEM(ROLNI_CARVE, n, m)
+    roln_real steps, last = 2, moved;
+    for (*first = 1;; last = moved) {
+        rolni_copy(m * n, K, before);
+        if (rolni_riccatis(2 * n + 1, n, m, A, B, D, r, C, K, work) != ROLN_OK) return 0;
+        moved = rolni_moved(n, m, r, C, K, before, work);
+        if (last > 1) *first = moved;
+        if (moved <= ROLN_SQRT(ROLN_EPS)) return 1;
+        if (moved > last / 2 || rolni_policy(n, m, A, B, D, r, K, C, &steps, work) != ROLN_OK) return 0;
+    }
 }
 
 /* The discrete algebraic Riccati equation, by structured doubling (SDA; Chu, Fan, Lin, Wang 2004) in factors, and the feedback of
@@ -2402,43 +2436,39 @@ ROLN_FN int rolni_moves(int n, int m, const roln_real *r, const roln_real *C, co
    A [n][n], B [n][m], D [n][n] with Q = D^T D, r [m] the diagonal of R, above 0, in; C [n][n], upper triangular with X = C^T C,
    and K [m][n] out (it may be B), untouched unless ROLN_OK. Doubling k knows the cost of 2^k - 1 steps; 60 at most, 4 to 20 are
    usual, of about 40 n^3 multiply-adds. Where A is very unstable it loses digits. 2 n steps of roln_riccati bring them back where
-   feedback is strong, which forgets its start. Where the closed loop is slower than that, steps of policy iteration do so (Kleinman
-   1968): the cost of K, and the feedback that is best if that is the cost of what follows; errors square with every step. Units of
-   states and inputs change results by rounding errors only (test_riccati.c: test_state_units).
+   feedback is strong, which forgets its start. Where the closed loop is slower than that, policy iteration does so (Kleinman 1968):
+   the cost of K, and the feedback that is best if that is the cost of what follows; errors square with every policy. Policies see
+   A - B K, which cancels where A is unstable, so they are taken only where they mend more than that costs, and only once they are
+   settled. Units of states and inputs change results by rounding errors only (test_riccati.c: test_state_units).
    ROLN_E_NOT_FINITE: an input; ROLN_E_NOT_SPD: r; ROLN_E_NO_CONVERGENCE, to working precision: B cannot stabilise A, or Q does not
    see what has to be stabilised. work [ROLN_DARE_WORK]. */
 #define ROLN_DARE_MEM(X, n, m) X(X0, (n) * (n)) X(X1, (n) * (n)) X(K0, (m) * (n)) X(K1, (m) * (n))
 #define ROLN_DARE_WORK(n, m) \
-    (0 ROLN_DARE_MEM(ROLNI_SIZE, n, m) + \
-     ROLN_MAX(ROLN_MAX(ROLNI_DOUBLE_WORK(n, m), ROLNI_POLICY_WORK(n, m)), ROLN_RICCATI_WORK(n, m)))
-#define ROLNI_POLICIES 8
+    (0 ROLN_DARE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_DOUBLE_WORK(n, m), ROLNI_POLICIES_WORK(n, m)))
 ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                               roln_real *C, roln_real *K, roln_real *work)
 {
     ROLN_DARE_MEM(ROLNI_CARVE, n, m)
     roln_status st;
-    roln_real steps;
-    int i, k;
+    roln_real steps, first = 0;
+    int i, good, better = 0;
     if (!roln_all_finite(n * n, A) || !roln_all_finite(n * m, B) || !roln_all_finite(n * n, D) || !roln_all_finite(m, r))
         return ROLN_E_NOT_FINITE;
     for (i = 0; i < m; i++)
         if (!(r[i] > 0)) return ROLN_E_NOT_SPD;
     st = rolni_double(n, m, A, B, D, r, X0, work);
-    for (k = 0; k <= ROLNI_POLICIES && st == ROLN_OK; k++) {
-        if (k > 0) rolni_copy(n * n, X1, X0);
-        for (i = 0; i <= 2 * n && st == ROLN_OK; i++) {
-            rolni_copy(k > 0 ? 0 : m * n, K1, K0); /* before the first policy, of the last step */
-            st = roln_riccati(n, m, A, B, D, r, X0, K1, work);
-        }
-        if (st != ROLN_OK || (k > 0 && !rolni_moves(n, m, r, X0, K1, K0, ROLN_SQRT(ROLN_EPS), work))) break;
-        st = rolni_policy(n, m, A, B, D, r, K1, X1, &steps, work);
-        if (st != ROLN_OK || (k == 0 && steps <= ROLNI_AS(roln_real, 2 * n))) break; /* fast: the start is forgotten */
-        rolni_copy(m * n, K1, K0);
-    }
+    if (st == ROLN_OK) st = rolni_riccatis(2 * n, n, m, A, B, D, r, X0, K1, work);
+    if (st == ROLN_OK) st = rolni_riccatis(1, n, m, A, B, D, r, X0, K0, work);
     if (st != ROLN_OK) return ROLN_E_NO_CONVERGENCE;
-    if (rolni_moves(n, m, r, X0, K1, K0, ROLN_C(1e-3), work)) return ROLN_E_NO_CONVERGENCE;
-    rolni_copy(n * n, X0, C);
-    rolni_copy(m * n, K1, K);
+    good = rolni_moved(n, m, r, X0, K0, K1, work) <= ROLN_C(1e-3);
+    if (rolni_policy(n, m, A, B, D, r, K0, X1, &steps, work) != ROLN_OK) return ROLN_E_NO_CONVERGENCE;
+    if (steps > ROLNI_AS(roln_real, 2 * n)) { /* slow: the start is not forgotten */
+        rolni_copy(m * n, K0, K1);
+        better = rolni_policies(n, m, A, B, D, r, X1, K1, &first, work) && (!good || first > 1024 * ROLN_EPS);
+    }
+    if (!better && (!good || first > ROLN_C(.1))) return ROLN_E_NO_CONVERGENCE;
+    rolni_copy(n * n, better ? X1 : X0, C);
+    rolni_copy(m * n, better ? K1 : K0, K);
     return ROLN_OK;
 }
 

@@ -687,7 +687,7 @@ static void check_damped(int n, const drive *x, roln_real mu, const roln_real *u
     for (j = 0; j < motors; j++)
         top = fabsl(b[j]) > top ? fabsl(b[j]) : top;
     for (j = 0; j < motors; j++) /* condition up to |G|^2 / mu^2 = 64 n motors */
-        BOUND("allocation, eps", fabsl((ld)u[j] - b[j]) / (top + 1e-3L * (ld)mu) / EPS, 8000);
+        BOUND("allocation, eps", fabsl((ld)u[j] - b[j]) / (top + 1e-3L * (ld)mu) / EPS, 5000);
 }
 
 /* What u does not make of tau_z, as a part of it. */
@@ -957,7 +957,7 @@ static void check_feedback(int k, const feedback *x, const ld *A, const ld *B, c
             }
             lost = fabsl(rest) > lost ? fabsl(rest) : lost;
         }
-    BOUND("feedback, equation of P, eps", lost / (1 + size) / EPS, 12); /* of a slow loop; of others 4 */
+    BOUND("feedback, equation of P, eps", lost / (1 + size) / EPS, 4);
     for (i = 0; i < c; i++)
         for (j = 0; j < w; j++) {
             ld rest = (ld)x->r[i] * (ld)x->K[i * w + j];
@@ -1096,7 +1096,7 @@ static void test_light_states(void)
                 CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, M, E, &furuta_room));
                 wide = lost_of_rows(4, 1, P, K, E) > wide ? lost_of_rows(4, 1, P, K, E) : wide;
             }
-            BOUND("furuta, light states", lost, 0.03L); /* which is the rounding of P */
+            BOUND("furuta, light states", lost, 0.01L);
             BOUND("furuta, light states, in moves of P", lost / wide, 3);
         }
     }
