@@ -2466,7 +2466,7 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
         rolni_copy(m * n, K0, K1);
         better = rolni_policies(n, m, A, B, D, r, X1, K1, &first, work) && (!good || first > 1024 * ROLN_EPS);
     }
-    if (!better && (!good || first > ROLN_C(.1))) return ROLN_E_NO_CONVERGENCE;
+    if (!better && (!good || first > ROLN_C(0.1))) return ROLN_E_NO_CONVERGENCE;
     rolni_copy(n * n, better ? X1 : X0, C);
     rolni_copy(m * n, better ? K1 : K0, K);
     return ROLN_OK;
