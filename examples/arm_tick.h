@@ -27,6 +27,7 @@ typedef struct {
     arm_latent s;      /* what arm_tick encodes of these */
     arm_target target;
     arm_guard guard;   /* guard.tau, Nm: to the motors */
+    roln_real y[arm_N]; /* measured angles, rad; NAN: lost */
     arm_work work;
     arm_filterwork filterwork;
 } controller;
@@ -34,11 +35,10 @@ typedef struct {
 /* Angles and velocities from what the encoders count, and the torques that were held since they did so before. */
 static uint32_t observe(controller *c, const int count[arm_N], const roln_real tau[arm_N])
 {
-    roln_real y[arm_N];
     uint32_t faults;
     for (int i = 0; i < arm_N; i++)
-        y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
-    faults = arm_filter_tick(&arm_weights, &noise, y, tau, &c->filter, &c->filterwork);
+        c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
+    faults = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
     if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     return faults & ~ROLN_FILTER_START;
 }
