@@ -1572,17 +1572,17 @@ ROLN_FN void roln_map_dd1(int n, int map, roln_real p, const roln_real *l, const
             K[i * n + j] = K[j * n + i] = map == ROLN_LOG ? rolni_log_dd1(l[i], l[j]) : rolni_power_dd1(p, l[i], l[j], f[i], f[j]);
 }
 
-/* R = A^-1, A lower triangular; I where A is NULL: A_ii R_i = I_i - sum_{j<i} A_ij R_j. n^3/6 multiply-adds. */
+/* R = A^-1, A lower triangular: A_ii R_i = I_i - sum_{j<i} A_ij R_j. n^3/6 multiply-adds. */
 ROLN_FN void rolni_spd_inv(int n, const roln_real *A, roln_real *R)
 {
     int i, j, k;
     for (i = 0; i < n; i++) {
         for (k = 0; k < n; k++)
             R[i * n + k] = k == i;
-        for (j = 0; j < i && A != NULL; j++)
+        for (j = 0; j < i; j++)
             for (k = 0; k <= j; k++)
                 R[i * n + k] -= A[i * n + j] * R[j * n + k];
-        for (k = 0; k <= i && A != NULL; k++)
+        for (k = 0; k <= i; k++)
             R[i * n + k] /= A[i * n + i];
     }
 }

@@ -251,6 +251,69 @@ static void test_slow(void)
     }
 }
 
+/* Slow loops in which policies are less than doubling. As float: policies that come to rest though steps of the recursion do not;
+   policies that wander by less than a tenth, where K is that of the doubling; by more, where there is no answer. */
+static void test_wander(void)
+{
+    static const problem cases[] = {
+        {.n = 3, .m = 2,
+         .A = {ROLN_C(-0.857216358), ROLN_C(-0.861150801), ROLN_C(0.552766263), ROLN_C(0.328560114), ROLN_C(1.31071568),
+               ROLN_C(0.242807537), ROLN_C(0.793439925), ROLN_C(0.813782573), ROLN_C(-0.308799297)},
+         .B = {ROLN_C(-0.000351710944), ROLN_C(-0.000209315767), ROLN_C(0.000210466009), ROLN_C(0.000154881185),
+               ROLN_C(-0.000132968911), ROLN_C(-0.000151336382)},
+         .D = {0, ROLN_C(-6.90635497e-05), 0, ROLN_C(-8.69130963e-05), ROLN_C(0.000130102271), ROLN_C(-9.83860955e-05),
+               0, 0, 0},
+         .r = {ROLN_C(1.19843364), ROLN_C(0.0128727369)}},
+        {.n = 3, .m = 1,
+         .A = {ROLN_C(2.42406583), ROLN_C(-0.478119493), ROLN_C(-1.63476133), ROLN_C(0.542208672), ROLN_C(1.58960879),
+               ROLN_C(-1.40279174), ROLN_C(-1.52058911), ROLN_C(0.299017549), ROLN_C(-0.0966692641)},
+         .B = {ROLN_C(0.0392423384), ROLN_C(0.126370415), ROLN_C(-0.299140602)},
+         .D = {0, ROLN_C(0.00102705462), ROLN_C(-0.000214485117), ROLN_C(9.70622496e-05), ROLN_C(1.59688545e-06), 0,
+               ROLN_C(-0.00120244513), ROLN_C(0.000856818573), 0},
+         .r = {ROLN_C(0.500014067)}},
+        {.n = 3, .m = 1,
+         .A = {ROLN_C(0.951800227), ROLN_C(-0.027492078), ROLN_C(-0.0548694171), ROLN_C(0.0148172146),
+               ROLN_C(1.12245715), ROLN_C(-0.063704364), ROLN_C(0.0837301761), ROLN_C(0.0106176762), ROLN_C(1.15451884)},
+         .B = {ROLN_C(-0.306530714), ROLN_C(0.208105296), ROLN_C(0.13905555)},
+         .D = {ROLN_C(-0.000436053408), ROLN_C(-0.00024040704), ROLN_C(-0.00011340902), ROLN_C(-0.000190262203),
+               ROLN_C(-0.000191822153), 0, 0, ROLN_C(0.000306854286), 0},
+         .r = {ROLN_C(0.726760507)}},
+    };
+    int i, k;
+    for (k = 0; k < 3; k++) {
+        static problem p;
+        static twin t;
+        ld off = 0, top = 0;
+        p = cases[k];
+        widen_all(&p, &t);
+        if (!CHECK(iterate(&p, &t)) || !CHECK(solve(&p) == PICK(k == 2 ? ROLN_E_NO_CONVERGENCE : ROLN_OK, ROLN_OK))) continue;
+        for (i = 0; i < p.n * p.m; i++)
+            off = ROLN_MAX(off, fabsl((ld)p.K[i] - t.K[i])),
+            top = ROLN_MAX(top, fabsl(t.K[i]));
+        if (k < PICK(2, 3)) BOUND("policies that wander", off / top, PICK(1e-4L, 1e-9L));
+    }
+}
+
+/* The parts of the search for a policy where nothing converges: a loop that K leaves on its edge, one that grows; motions of K. */
+static void test_no_policy(void)
+{
+    static const roln_real zero = 0, one = 1, two = 2, little = ROLN_C(0.1), nan = (roln_real)NAN, most = ROLN_C(1.5);
+    roln_real C, K, steps, first, work[64];
+    CHECK(rolni_policy(1, 1, &one, &one, &one, &one, &zero, &C, &steps, work) == ROLN_E_NO_CONVERGENCE);
+    CHECK(rolni_policy(1, 1, &two, &one, &one, &one, &zero, &C, &steps, work) == ROLN_E_NO_CONVERGENCE);
+    C = 1;
+    CHECK(rolni_riccatis(2, 1, 1, &nan, &one, &one, &one, &C, &K, work) != ROLN_OK);
+    C = 1, K = 1;
+    CHECK(!rolni_policies(1, 1, &nan, &one, &one, &one, &C, &K, &first, work));
+    C = 0, K = 0; /* the first policy leaves the loop unstable */
+    CHECK(rolni_riccatis(3, 1, 1, &most, &little, &little, &one, &C, &K, work) == ROLN_OK);
+    C = 0, K /= 2;
+    CHECK(!rolni_policies(1, 1, &most, &little, &little, &one, &C, &K, &first, work) && first > ROLN_C(0.4));
+    C = 1;
+    CHECK(rolni_moved(1, 1, &one, &C, &one, &two, work) <= 1 && rolni_moved(1, 1, &one, &C, &little, &two, work) >= 1);
+    CHECK(rolni_moved(1, 1, &one, &C, &nan, &one, work) >= 1);
+}
+
 /* A state that costs nothing itself but through another one: a pivot of C is 0 in the first steps. In two units of the other. */
 static void test_late_cost(void)
 {
@@ -752,6 +815,8 @@ void TEST_NAME(riccati)(void)
     test_triangle();
     test_dare();
     test_slow();
+    test_wander();
+    test_no_policy();
     test_late_cost();
     test_scalar();
     test_refused();
