@@ -630,7 +630,7 @@ static origin origin_of(void)
     return o;
 }
 
-typedef char state_fits_an_int[sizeof s <= INT_MAX ? 1 : -1];
+typedef char state_fits_an_int[(uint64_t)sizeof s <= INT_MAX ? 1 : -1];
 
 static uint64_t checksum_of_state(void)
 {
