@@ -2392,9 +2392,9 @@ ROLN_FN roln_real rolni_moved(int n, int m, const roln_real *r, const roln_real 
         }
     }
     for (j = 0; j < m; j++) {
-        const roln_real far = size[m + j] - 4 * ROLN_EPS * (all - size[j]);
-        if (!(far <= size[j])) return 1;
-        most = far > most * most * size[j] ? ROLN_SQRT(far / size[j]) : most;
+        const roln_real off = size[m + j] - 4 * ROLN_EPS * (all - size[j]);
+        if (!(off <= size[j])) return 1;
+        most = off > most * most * size[j] ? ROLN_SQRT(off / size[j]) : most;
     }
     return most;
 }
