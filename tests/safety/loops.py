@@ -15,6 +15,16 @@ BOUNDED = {
     "rolni_eig_iterate": [
         ("i = 0; i < n;", "a pass moves i on by one or two, or takes one of ROLNI_EIG_MOST(n) sweeps"),
     ],
+    "rolni_policies": [
+        ("*first = 1;; last = moved", "moved at least halves from pass to pass, from 2, and leaves below the root of eps: 29 passes"),
+    ],
+    "roln_ae_init_pod": [
+        ("known = 0; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
+        ("i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++", "known rises to N1, at most N"),
+    ],
+    "roln_allocate": [
+        ("pass = 0; pass <= last; pass++", "last is 4, and may fall to 2"),
+    ],
     "rolni_midpoint": [
         ("it = 0;; it++", "left at it == ROLN_MIDPOINT_ITERS"),
     ],

@@ -33,7 +33,7 @@ for model in 'pend16 24 tests/mujoco/models/pend16' 'cloth 8 tests/experiments/w
         for f in $eig; do
             echo "$what $f"
         done
-        [ $what = observe ] && echo 'observe roln_exp_dd2' && echo 'observe roln_triangle'
+        [ $what = observe ] && echo 'observe roln_exp_dd2' && echo 'observe rolni_reflect'
     done | sort > $out/"$name"/want
     sort $out/"$name"/moved > $out/"$name"/got
     check "$name: other functions depend on numbers" diff $out/"$name"/want $out/"$name"/got
