@@ -16,7 +16,7 @@ BOUNDED = {
         ("i = 0; i < n;", "a pass moves i on by one or two, or takes one of ROLNI_EIG_MOST(n) sweeps"),
     ],
     "rolni_policies": [
-        ("*first = 1;; last = moved", "moved at least halves from pass to pass, from 2, and leaves below the root of eps: 29 passes"),
+        ("*first = 1;; last = moved", "moved halves from pass to pass, from 2, and leaves below the root of eps: 29 passes"),
     ],
     "roln_ae_init_pod": [
         ("known = 0; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
