@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; dist wants zip
-# make deps installs what these need:   make test, release, check, hash, sanitize, mutants, fuzz, proof, numerics, upsets,
-#                                       soundness, record, learn, machines, errors, control, plans, rope, models, noise,
-#                                       experiments, eig, bench, sizes, count, firmware, pil; and Python with matplotlib: report
+# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, experiments,
+#                                       eig, bench
+# make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
+#                                       sizes, count, firmware, pil. make report wants Python with matplotlib
 
 CC = cc
 PREFIX = /usr/local
@@ -20,7 +21,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps test release check hash sanitize mutants record learn \
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash sanitize mutants record learn \
         machines errors control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench \
         sizes count firmware pil upsets fuzz proof soundness
 all: demo
@@ -83,17 +84,20 @@ clean:
 
 # ---- tests ----
 
-# The Debian packages that the tests need. Where they would remove others it stops, unless told: make deps AGREE=yes
-PACKAGES = gcc g++ clang clang-format clang-tidy cppcheck tcc make pkg-config cmake zip libmujoco-dev libhdf5-dev python3 \
-           clang-19 llvm-19 libclang-rt-19-dev \
-           gcc-arm-none-eabi libnewlib-arm-none-eabi gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf \
-           qemu-system-arm qemu-system-misc \
-           gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
-           gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user \
-           frama-c-base
+# The Debian packages of make test, without what they recommend: 270 MB on a machine that has none of them. Then those of make
+# release. If apt would remove other packages, both stop, unless told: make deps AGREE=yes
+PACKAGES = gcc g++ clang clang-format make pkg-config zip libmujoco-dev libhdf5-dev python3 \
+           gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+RELEASE_PACKAGES = clang-tidy cppcheck tcc cmake clang-19 llvm-19 libclang-rt-19-dev \
+                   gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc \
+                   gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
+                   gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user \
+                   frama-c-base
 AGREE = no
 deps:
-	@AGREE=$(AGREE) sh tests/deps.sh $(PACKAGES)
+	@AGREE=$(AGREE) sh tests/deps.sh --no-install-recommends $(PACKAGES)
+release-deps: deps
+	@AGREE=$(AGREE) sh tests/deps.sh --install-recommends $(RELEASE_PACKAGES)
 
 # What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
 test:

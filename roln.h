@@ -692,15 +692,15 @@ ROLN_INLINE roln_status roln_allocate(const roln_trained *m, const roln_real *z,
 
 /* What stands between a model and a motor. Bits of a fault word, unsigned: they may be or-ed with bits of a filter and with yours.
    They are no enumerators, because C++26 refuses to or those of two enumerations. */
-#define ROLN_FAULT_INPUT 1u      /* q, qd or a limit is not finite, a limit is negative, dt is not positive, or motors are wrong */
-#define ROLN_FAULT_STATUS 2u     /* a function on the way returned a status other than ROLN_OK */
-#define ROLN_FAULT_OUTPUT 4u     /* the torque is NaN or infinite */
-#define ROLN_FAULT_LIMIT 8u      /* a torque beyond a limit of torque or rate, where limits.strict says that this is a fault */
-#define ROLN_FAULT_RANGE 16u     /* z or zd outside the range seen in training, widened by limits.margin */
-#define ROLN_FAULT_ENERGY 32u    /* |dE/dt - zd^T (J^T tau - d)| beyond limits.power: the machine does not do what the model says */
-#define ROLN_FAULT_EXPIRED 64u   /* more than limits.hold ticks in a row were bad: torques are safe until the guard is zeroed */
-#define ROLN_FAULT_MANIFOLD 128u /* q or qd farther than limits.q_off, qd_off from what the model can represent */
-#define ROLN_CLIPPED 256u        /* no fault, the tick is good: a torque was clipped to a limit of torque or rate */
+#define ROLN_FAULT_INPUT 1u       /* q, qd, dt, a limit or the motors are not usable numbers. */
+#define ROLN_FAULT_STATUS 2u      /* A function on the way returned a status other than ROLN_OK. */
+#define ROLN_FAULT_OUTPUT 4u      /* A torque is NaN or infinite. */
+#define ROLN_FAULT_LIMIT 8u       /* A torque is beyond a limit of torque or rate, and limits.strict is 1. */
+#define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin. */
+#define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.power. */
+#define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed. */
+#define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than limits.q_off or limits.qd_off from what the model can represent. */
+#define ROLN_CLIPPED 256u         /* A torque was clipped to a limit of torque or rate. This is no fault. */
 
 typedef struct {
     roln_real dt;     /* time from tick to tick, s */
@@ -1632,10 +1632,37 @@ typedef struct {
 } roln_noise;
 
 /* What roln_filter_tick says, beside ROLN_FAULT_INPUT, ROLN_FAULT_STATUS and ROLN_FAULT_RANGE; no bit is one of a guard. */
-#define ROLN_FILTER_MISSING 512u  /* a joint was not measured */
-#define ROLN_FILTER_OUTLIER 1024u /* one was beyond noise.gate, and not used */
-#define ROLN_FILTER_START 2048u   /* it started, or started again, at the pose that was measured, at rest */
-#define ROLN_FILTER_NONE 4096u    /* there is no estimate: it waits for a measurement of every joint, or for good settings */
+#define ROLN_FILTER_MISSING 512u  /* A joint was not measured. */
+#define ROLN_FILTER_OUTLIER 1024u /* A measured joint is beyond noise.gate and was not used. */
+#define ROLN_FILTER_START 2048u   /* The filter started at the measured pose, at rest. */
+#define ROLN_FILTER_NONE 4096u    /* There is no estimate. The filter waits for every joint or for valid settings. */
+
+/* Returns the name of the lowest bit of a word of faults and one sentence about it. The word is that of NAME_tick,
+   NAME_guard_tick or NAME_filter_tick. To print all bits: for (; faults; faults &= faults - 1) puts(roln_fault_text(faults));
+   0 gives "no fault", a bit that has no name "unknown fault". The texts are linked only into programs that call this function
+   (test_safety.c: test_texts). */
+ROLN_FN const char *roln_fault_text(uint32_t faults)
+{
+    static const char *const text[] = {
+        "ROLN_FAULT_INPUT: q, qd, dt, a limit or the motors are not usable numbers.",
+        "ROLN_FAULT_STATUS: A function on the way returned a status other than ROLN_OK.",
+        "ROLN_FAULT_OUTPUT: A torque is NaN or infinite.",
+        "ROLN_FAULT_LIMIT: A torque is beyond a limit of torque or rate, and limits.strict is 1.",
+        "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin.",
+        "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.power.",
+        "ROLN_FAULT_EXPIRED: More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed.",
+        "ROLN_FAULT_MANIFOLD: q or qd is farther than limits.q_off or limits.qd_off from what the model can represent.",
+        "ROLN_CLIPPED: A torque was clipped to a limit of torque or rate. This is no fault.",
+        "ROLN_FILTER_MISSING: A joint was not measured.",
+        "ROLN_FILTER_OUTLIER: A measured joint is beyond noise.gate and was not used.",
+        "ROLN_FILTER_START: The filter started at the measured pose, at rest.",
+        "ROLN_FILTER_NONE: There is no estimate. The filter waits for every joint or for valid settings.",
+    };
+    int i;
+    for (i = 0; i < ROLNI_AS(int, sizeof text / sizeof *text); i++)
+        if (faults & (1u << i)) return text[i];
+    return faults ? "unknown fault" : "no fault";
+}
 
 /* State of a filter, beside its estimate. Zero-initialised: it starts with the first measurement. */
 typedef struct {

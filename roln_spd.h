@@ -144,13 +144,33 @@ typedef enum {
     ROLN_E_NOT_SPD = -2,         /* A matrix that must be positive definite is not, to working precision. */
     ROLN_E_NO_CONVERGENCE = -3,  /* An iteration reached its bound. */
     ROLN_E_ILL_CONDITIONED = -4, /* An inverse or a retraction would lose all digits. */
-    ROLN_E_RANGE = -5,           /* A number is beyond what its type can hold, or outside the range that it must lie in. */
+    ROLN_E_RANGE = -5,           /* A number is beyond what its type can hold, or outside its allowed range. */
     ROLN_E_LENGTH = -6,          /* Data has a wrong number of bytes, or a count is too small or too large. */
-    ROLN_E_FORMAT = -7,          /* Data is not in the format that is read here, or in another version of it. */
-    ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or the reverse. */
-    ROLN_E_SHAPE = -9,           /* Data belongs to something of other sizes or options. */
+    ROLN_E_FORMAT = -7,          /* Data is not in the format of this version. */
+    ROLN_E_PRECISION = -8,       /* Data holds float where double is read, or double where float is read. */
+    ROLN_E_SHAPE = -9,           /* Data belongs to a model of other sizes or options. */
     ROLN_E_CHECKSUM = -10        /* Data is damaged. */
 } roln_status;
+
+/* Returns the name of a status and one sentence about it, "ROLN_E_CHECKSUM: Data is damaged.". A number that is no status gives
+   "unknown status". The texts are linked only into programs that call this function (test_safety.c: test_texts). */
+ROLN_FN const char *roln_status_text(int status)
+{
+    static const char *const text[] = {
+        "ROLN_OK: Done.",
+        "ROLN_E_NOT_FINITE: An input or a result is NaN or infinite.",
+        "ROLN_E_NOT_SPD: A matrix that must be positive definite is not, to working precision.",
+        "ROLN_E_NO_CONVERGENCE: An iteration reached its bound.",
+        "ROLN_E_ILL_CONDITIONED: An inverse or a retraction would lose all digits.",
+        "ROLN_E_RANGE: A number is beyond what its type can hold, or outside its allowed range.",
+        "ROLN_E_LENGTH: Data has a wrong number of bytes, or a count is too small or too large.",
+        "ROLN_E_FORMAT: Data is not in the format of this version.",
+        "ROLN_E_PRECISION: Data holds float where double is read, or double where float is read.",
+        "ROLN_E_SHAPE: Data belongs to a model of other sizes or options.",
+        "ROLN_E_CHECKSUM: Data is damaged.",
+    };
+    return status <= 0 && status >= ROLN_E_CHECKSUM ? text[-status] : "unknown status";
+}
 
 /* Nonzero if x is neither NaN nor infinite. Looks at bits: -ffast-math cannot remove it. Under that, clang 19 takes every argument
    for finite and what follows from its bits for known, unless they are read from memory anew. */

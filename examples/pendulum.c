@@ -101,7 +101,7 @@ typedef struct { double q[POINTS], qd[POINTS]; } error; /* relative errors E_q, 
 
 static void check(roln_status st, const char *what)
 {
-    if (st != ROLN_OK) fprintf(stderr, "\n%s: status %d\n", what, (int)st), exit(1);
+    if (st != ROLN_OK) fprintf(stderr, "\n%s: %s\n", what, roln_status_text(st)), exit(1);
 }
 
 /* Start a window every 25 ms of recordings first .. last-1. */

@@ -40,7 +40,7 @@ int main(int argc, char **argv)
     st = M(store)(count, bytes, &params, &work);
     if (st == ROLN_E_RANGE)
         return fprintf(stderr, "%s: no range z_min < z_max (NAME_fit_range), or a weight that no half can hold\n", argv[1]), 1;
-    if (st != ROLN_OK) return fprintf(stderr, "%s: status %d\n", argv[1], (int)st), 1;
+    if (st != ROLN_OK) return fprintf(stderr, "%s: %s\n", argv[1], roln_status_text(st)), 1;
     f = fopen(path, "w");
     if (!f || M(write)(&params, put_file, f) != ROLN_OK || fclose(f) != 0) return fprintf(stderr, "cannot write %s\n", path), 1;
     printf("%s: %u bytes of flash instead of %u\n", path, (unsigned)sizeof params,

@@ -408,10 +408,10 @@ static void fit_chart(void)
         st = M(chart_turn)(&s.p, &b, &turn, &residual);
         steps += st == ROLN_OK;
     }
-    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: status %d", (int)st);
+    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: %s", roln_status_text(st));
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch);
-    if (st != ROLN_OK) give_up("chart: status %d; a lower degree?", (int)st);
+    if (st != ROLN_OK) give_up("chart: %s hint: a lower degree.", roln_status_text(st));
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
            seconds());
 #endif

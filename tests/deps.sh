@@ -1,14 +1,17 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh PACKAGE .. - installs with apt what is missing, by sudo unless root. Some systems hold packages that conflict with one of
-# these (gcc-multilib with the cross compilers), and apt would remove them: then it names them and ends, unless AGREE=yes.
+# deps.sh OPTION PACKAGE .. - installs the missing packages with apt-get OPTION, by sudo unless root. Some systems have packages
+# that conflict with one of these (gcc-multilib with the cross compilers), and apt would remove them. Then deps.sh names them and
+# ends, unless AGREE=yes.
 export LC_ALL=C
+option=$1
+shift
 sudo=
 [ "$(id -u)" = 0 ] || sudo=sudo
 
 get() {
     $sudo apt-get update -q || exit 1
-    plan=$(apt-get install -s "$@" 2>&1) || { echo "$plan"; exit 1; }
+    plan=$(apt-get install -s "$option" "$@" 2>&1) || { echo "$plan"; exit 1; }
     removed=$(echo "$plan" | sed -n 's/^Remv \([^ ]*\).*/\1/p' | tr '\n' ' ')
     if [ -n "$removed" ] && [ "$AGREE" != yes ]; then
         echo "apt would remove: $removed"
@@ -18,7 +21,7 @@ get() {
     fi
     keep=--no-remove
     [ -z "$removed" ] || keep=
-    $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q $keep "$@" || exit 1
+    $sudo env DEBIAN_FRONTEND=noninteractive apt-get install -y -q "$option" $keep "$@" || exit 1
 }
 
 missing=

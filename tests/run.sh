@@ -15,10 +15,17 @@ jobs=${JOBS:-$(nproc)}
 export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
-# Steps of `run.sh test`.
-quick='unit train examples sanitize-au mujoco record recordings readme import style list lint macros fast deps hash'
+# Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, and whole ones.
+quick='train sample examples sanitize-au recordings mujoco readme record import warn style bits lint list macros deps'
+parts() {
+    cat << 'end'
+sample       build/test sample
+warn         sh tests/compilers/warnings.sh test
+bits         sh tests/compilers/hash.sh test few
+end
+}
 
-# All steps. What takes longest comes first.
+# All steps of `run.sh release`. What takes longest comes first.
 steps() {
     cat << 'end'
 proof        sh tests/safety/proof/proof.sh
@@ -86,8 +93,8 @@ fi
 mkdir -p $log
 case $1 in
 release) steps ;;
-test) for name in $quick; do steps | grep "^$name "; done ;;
-*) for name in "$@"; do steps | grep "^$name " || echo "$name no-such-step"; done ;;
+test) for name in $quick; do { parts; steps; } | grep "^$name "; done ;;
+*) for name in "$@"; do { parts; steps; } | grep "^$name " || echo "$name no-such-step"; done ;;
 esac > $log/steps
 for name in $(awk '{ print $1 }' $log/steps); do rm -f "$log/$name" "$log/$name".*; done
 { # soundness reads what the others said

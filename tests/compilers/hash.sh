@@ -7,6 +7,7 @@
 #   hash.sh host                this machine: every compiler, level, kernel
 #   hash.sh targets             the others: the table below
 #   hash.sh test host|targets   a part of these: every sixth; every third, all targets but s390x, m33 and m55
+#   hash.sh test few            gcc and clang here, and an image on a Cortex-M4F
 #   hash.sh armv7 gcc -O3       one line
 #   hash.sh -w                  writes hash.txt
 #
@@ -120,6 +121,7 @@ case "$*" in
 host | targets) $1 ;;
 'test host') host | awk 'NR % 6 == 3' ;;
 'test targets') targets | awk 'NR % 3 == 2' ;;
+'test few') printf '%s\n' 'm4 gcc -O2' 'host clang -O3 -DROLN_DOUBLE' 'host gcc -O2' ;;
 *) echo "$*" ;;
 esac | xargs -P "${JOBS:-$(nproc)}" -I{} sh -c \
     'if got=$(sh '$here'/hash.sh one '"$tmp"' {} 2>&1); then echo ok; else echo "{}:" $got; fi' > "$tmp/all"

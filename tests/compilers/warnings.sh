@@ -6,6 +6,7 @@
 # of it, as pcc and others do. Then every standard from C99 and C++11 to the newest that a compiler knows: what users do with
 # constants, the examples, and what firmware in C++ takes of them. Then compilers that are not GNU C, or do not say that they are:
 # clang for Windows, others.
+#   warnings.sh test    gcc, clang, g++ and arm-none-eabi-gcc on each header as float: a part of make test
 cd "$(dirname "$0")/../.." || exit 1
 warn='-Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef -Wcast-qual -Wvla -Werror'
 strict='-Wstrict-prototypes -Wmissing-prototypes'
@@ -13,11 +14,23 @@ mkdir -p build/stub # not /dev/null: a compiler that fails removes what it wrote
 passed=0
 failed=0
 headers='roln_spd.h roln_ae.h roln_lnn.h roln_riem.h roln.h tests/compilers/models.h'
+first() {
+    echo "gcc -std=c99 -xc $strict"
+    echo "clang -std=c99 -xc $strict"
+    echo 'g++ -std=c++11 -xc++'
+    echo "arm-none-eabi-gcc -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -xc $strict"
+    [ "$1" != test ] || return
+    echo 'clang++ -std=c++11 -xc++'
+    echo "riscv64-unknown-elf-gcc -march=rv32imfc -mabi=ilp32f --specs=picolibc.specs -std=c99 -xc $strict"
+}
+types='-O2 -DROLN_DOUBLE -DROLN_SIMD=0'
+[ "$1" != test ] || types=-O2
 for header in $headers; do
-    for type in '' -DROLN_DOUBLE -DROLN_SIMD=0; do
-        for cc in "gcc -std=c99 -xc $strict" "clang -std=c99 -xc $strict" 'g++ -std=c++11 -xc++' 'clang++ -std=c++11 -xc++' \
-            "arm-none-eabi-gcc -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -xc $strict" \
-            "riscv64-unknown-elf-gcc -march=rv32imfc -mabi=ilp32f --specs=picolibc.specs -std=c99 -xc $strict"; do
+    for type in $types; do
+        IFS='
+'
+        for cc in $(first "$1"); do
+            unset IFS
             if echo "#include \"$header\"" | $cc $type $warn -O2 -I. -c -o build/warnings.o - ; then
                 passed=$((passed + 1))
             else
@@ -27,6 +40,12 @@ for header in $headers; do
         done
     done
 done
+end() {
+    echo "$passed passed, $failed failed"
+    [ "$failed" -eq 0 ]
+    exit
+}
+[ "$1" != test ] || end
 # try COMMAND ..: of the text $text it makes an object, or looks at it, and says nothing
 try() {
     if out=$(echo "$text" | "$@" $type -I. -Iexamples - 2>&1) && [ -z "$out" ]; then
@@ -108,5 +127,4 @@ for header in roln_spd.h tests/compilers/models.h; do
         done
     done
 done
-echo "$passed passed, $failed failed"
-[ "$failed" -eq 0 ]
+end

@@ -64,7 +64,7 @@ def addon():
         path = root + '/cppcheck/addons/misra.py'
         if os.path.exists(path):
             return path
-    sys.exit('cppcheck and its addon misra.py are not there: make deps')
+    sys.exit('cppcheck and its addon misra.py are not there: make release-deps')
 
 
 def order(rule):

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """status.py - statuses of public functions: each that a function can return stands in its comment, or in the comment of a function
 whose statuses it names ("status of roln_..", "as roln_.."). A call whose failure is turned into another status does not count.
-Prints what is missing."""
+roln_status_text and roln_fault_text say of each name what its comment says. Prints what is missing."""
 import re
 
 HEADERS = ["roln_spd.h", "roln_riem.h", "roln_ae.h", "roln_lnn.h", "roln.h"]
@@ -46,3 +46,13 @@ for name in body:
     if not name.startswith("rolni_"):
         for status in sorted(returned(name) - told(name)):
             print(f"{name}: its comment does not tell {status}")
+
+for header in ("roln_spd.h", "roln.h"):
+    text = open(header).read()
+    comments = re.findall(r"    (ROLN_(?:OK|E_\w+)) = -?\d+,? +/\* (.*?) \*/", text)
+    comments += re.findall(r"#define (ROLN_(?:FAULT_\w+|FILTER_\w+|CLIPPED)) \d+u +/\* (.*?) \*/", text)
+    if len(comments) < 11:
+        print(f"{header}: only {len(comments)} statuses or faults are seen")
+    for name, comment in comments:
+        if f'"{name}: {comment}"' not in text:
+            print(f"{header}: the text of {name} is not its comment")

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_safety.c - what watches over a running program: NAME_check over the parameters; interrupts with scratch of their own, in
-   every fence of a kernel (ROLN_FENCE); parameters of another model, which every function refuses. */
+   every fence of a kernel (ROLN_FENCE); parameters of another model, which every function refuses; texts of statuses and
+   faults. */
 #undef ROLN_SIMD
 #define ROLN_SIMD 0
 static void interrupt(void);
@@ -375,6 +376,32 @@ static void test_shell(void)
     CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train) != ROLN_E_SHAPE);
 }
 
+/* Each status and each bit of a fault has a text of its own that begins with its name; other numbers say that they are unknown. */
+static void test_texts(void)
+{
+    static const char *const bits[] = {"ROLN_FAULT_INPUT", "ROLN_FAULT_STATUS", "ROLN_FAULT_OUTPUT", "ROLN_FAULT_LIMIT",
+                                       "ROLN_FAULT_RANGE", "ROLN_FAULT_ENERGY", "ROLN_FAULT_EXPIRED", "ROLN_FAULT_MANIFOLD",
+                                       "ROLN_CLIPPED", "ROLN_FILTER_MISSING", "ROLN_FILTER_OUTLIER", "ROLN_FILTER_START",
+                                       "ROLN_FILTER_NONE"};
+    const char *text;
+    uint32_t word;
+    int i, k;
+    CHECK(strncmp(roln_status_text(ROLN_OK), "ROLN_OK: ", 9) == 0);
+    CHECK(strncmp(roln_status_text(ROLN_E_RANGE), "ROLN_E_RANGE: ", 14) == 0);
+    CHECK(strncmp(roln_status_text(ROLN_E_CHECKSUM), "ROLN_E_CHECKSUM: ", 17) == 0);
+    for (i = 0; i >= ROLN_E_CHECKSUM; i--)
+        for (k = i - 1; k >= ROLN_E_CHECKSUM; k--)
+            CHECK(strcmp(roln_status_text(i), roln_status_text(k)) != 0);
+    CHECK(strcmp(roln_status_text(1), "unknown status") == 0 && strcmp(roln_status_text(-11), "unknown status") == 0);
+    CHECK(ROLN_FILTER_NONE == 1u << 12 && ROLN_CLIPPED == 1u << 8);
+    for (word = (1u << 13) - 1, i = 0; word; word &= word - 1, i++) {
+        text = roln_fault_text(word);
+        CHECK(strncmp(text, bits[i], strlen(bits[i])) == 0 && text[strlen(bits[i])] == ':');
+    }
+    CHECK(i == 13);
+    CHECK(strcmp(roln_fault_text(0), "no fault") == 0 && strcmp(roln_fault_text(1u << 13), "unknown fault") == 0);
+}
+
 void TEST_NAME(safety)(void)
 {
     static arm_start start;
@@ -392,4 +419,5 @@ void TEST_NAME(safety)(void)
     test_interrupt();
     test_foreign();
     test_shell();
+    test_texts();
 }

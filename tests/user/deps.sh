@@ -27,14 +27,15 @@ printf '#!/bin/sh\nexec "$@"\n' > "$tmp/sudo"
 chmod +x "$tmp"/*
 export PATH="$tmp:$PATH"
 
-# deps WANTED-CODE PACKAGES-HERE CODE-AND-PLAN-OF-APT [AGREE=yes]: of make deps PACKAGES='one two three'; what it says is in log
+# deps WANTED-CODE PACKAGES-HERE CODE-AND-PLAN-OF-APT [AGREE=yes]: make deps (or make $rest) with PACKAGES='one two three' and
+# RELEASE_PACKAGES=four. Its output is in log.
 deps() {
     want=$1
     echo "$2" | tr ' ' '\n' > "$tmp/here"
     echo "$3" | sed 's/;.*//' > "$tmp/code"
     echo "$3" | tr ';' '\n' | sed 1d > "$tmp/plan"
     : > "$tmp/calls"
-    make -s deps PACKAGES='one two three' $4 > "$tmp/log" 2>&1
+    make -s ${rest:-deps} PACKAGES='one two three' RELEASE_PACKAGES=four $4 > "$tmp/log" 2>&1
     code=$?
     { [ "$want" = 0 ] && [ $code -eq 0 ]; } || { [ "$want" = 1 ] && [ $code -ne 0 ]; }
 }
@@ -49,7 +50,7 @@ not() { ! "$@"; }
 check deps 0 'one two three' 0
 check not called '.*'
 check deps 0 'two' '0;Inst one;Inst three'
-check called 'install -y -q --no-remove one three'
+check called 'install -y -q --no-install-recommends --no-remove one three'
 removal='0;Remv gcc-multilib [4:12];Remv gcc-12-multilib [12.2];Inst one'
 check deps 1 'two three' "$removal"
 check not called 'install -y.*'
@@ -58,15 +59,22 @@ check says 'make deps AGREE=yes$'
 check deps 1 'two three' "$removal" AGREE=no
 check not called 'install -y.*'
 check deps 0 'two three' "$removal" AGREE=yes
-check called 'install -y -q one'
+check called 'install -y -q --no-install-recommends one'
 check deps 1 'two three' '100;E: Unable to locate package one' AGREE=yes
 check not called 'install -y.*'
 check says 'Unable to locate'
 
+# make release-deps: those of make deps, then the others
+rest=release-deps
+check deps 0 'one two' '0;Inst three;Inst four'
+check called 'install -y -q --no-install-recommends --no-remove three'
+check called 'install -y -q --install-recommends --no-remove four'
+rest=
+
 # the sanitizers alone
 rm "$tmp/sanitizers"
 check deps 0 'one two three' '0;Inst libclang-rt-14-dev'
-check called 'install -y -q --no-remove libclang-rt-14-dev'
+check called 'install -y -q --no-install-recommends --no-remove libclang-rt-14-dev'
 check deps 1 'one two three' "$removal"
 check not called 'install -y.*'
 

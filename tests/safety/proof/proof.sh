@@ -85,7 +85,7 @@ one() {
 }
 
 headers $out
-command -v frama-c > /dev/null || { echo 'frama-c is not installed (make deps)' && failed=1 && set -- lemma; }
+command -v frama-c > /dev/null || { echo 'frama-c is not installed (make release-deps)' && failed=1 && set -- lemma; }
 [ $# -gt 0 ] || set -- lemma guard bytes frames tick
 [ "$1" != all ] || set -- lemma-all guard bytes frames tick
 for part in "$@"; do one "$part"; done
