@@ -6,8 +6,9 @@
    3 SPD               symmetric positive-definite matrices, affine-invariant metric
    4 Stiefel           matrices with orthonormal rows
    5 optimisers        settings, schedule, update of a product of blocks: Riemannian Adam (AMSGrad)
-   6 Gauss-Newton      rows of a Jacobian, damped least squares, acceptance of a step
-   7 limited memory    Riemannian BFGS of a few pairs of vectors, for a loss over fixed data
+   6 large systems     symmetric, hundreds to thousands of unknowns: products, Cholesky, solve
+   7 Gauss-Newton      rows of a Jacobian, damped least squares, acceptance of a step
+   8 limited memory    Riemannian BFGS of a few pairs of vectors, for a loss over fixed data
 
    To add a manifold: write its verbs in a file of your own, name them in a const roln_manifold, point blocks at it (two
    examples in tests/unit/manifolds.h). Nothing here changes. Each manifold says how it carries a tangent to another point.
@@ -631,7 +632,359 @@ ROLN_FN roln_status roln_adam_update(int blocks, const roln_block *table, const 
     return ROLN_OK;
 }
 
-/* ---- 6 Gauss-Newton --------------------------------------------------------------------------- */
+/* ---- 6 large symmetric systems ---------------------------------------------------------------- */
+
+/* Normal equations of hundreds to thousands of unknowns, as Gauss-Newton has them: sums of products, Cholesky, solve.
+   One array S [n][n+1] holds two triangles, so that factors for several d cost neither the sums again nor a second array:
+       C[i][j] = S[i][j],     j <= i    the symmetric matrix; the factorisation leaves it as it is
+       U[i][j] = S[i][j + 1], j >= i    its factor: C + diag(d) = U^T U
+   Order 3, the third sum order: each ROLNI_SUM products are summed from 0, index ascending; these sums are added to the output one
+   after the other. The same bits everywhere, and a long sum in float is off by (ROLNI_SUM + k / ROLNI_SUM) eps instead of k eps.
+   How it is made: strips of ROLNI_COLS columns, [p][column], are copied together, so that they fit the caches; columns beyond the
+   end are 0. From two strips a tile of ROLNI_ROWS x ROLNI_COLS outputs is summed in registers.
+   Work is best aligned to 64 bytes. */
+#define ROLNI_SUM 128
+
+#if ROLN_SIMD
+#ifdef __AVX512F__
+#define ROLNI_ROWS 8
+#define ROLNI_TILE(X) X(0) X(1) X(2) X(3) X(4) X(5) X(6) X(7)
+#else
+#define ROLNI_ROWS 4
+#define ROLNI_TILE(X) X(0) X(1) X(2) X(3)
+#endif
+#define ROLNI_COLS (2 * ROLNI_LANES)
+#define ROLNI_GROUP (ROLNI_AS(int, 2048 / sizeof(roln_real))) /* columns that stay in the L2 cache as strips */
+typedef roln_real rolni_v4 __attribute__((__vector_size__(4 * sizeof(roln_real)), __aligned__(sizeof(roln_real)), __may_alias__));
+#define ROLNI_LD4(p) ROLNI_LDT(rolni_v4, p)
+#define ROLNI_ST4(p, v) ROLNI_STT(rolni_v4, p, v)
+#else
+#define ROLNI_ROWS 4
+#define ROLNI_LANES 1
+#define ROLNI_COLS 4
+#define ROLNI_GROUP 16
+typedef roln_real rolni_w;
+#define ROLNI_LDW(p) (*(p))
+#define ROLNI_STW(p, v) (*(p) = (v))
+#endif
+
+/* One tile: c[r][j] = (add ? c[r][j] : 0) + sum_p a[p][r] b[p][j], p < k <= ROLNI_SUM, r < ROLNI_ROWS, j < ROLNI_COLS. Rows of a
+   and of b are ROLNI_COLS apart, rows of c ld. */
+#if ROLN_SIMD
+/* narrow: the left half of the columns. */
+ROLNI_INLINE void rolni_half_tile(int k, const roln_real *a, const roln_real *b, int narrow, int add, roln_real *c, size_t ld)
+{
+    const int w = ROLNI_LANES;
+#define ROLNI_X(r) rolni_w c##r = {0}, d##r = {0};
+    ROLNI_TILE(ROLNI_X)
+#undef ROLNI_X
+    for (; k > 0; k--, a += 2 * w, b += 2 * w) {
+        const rolni_w b0 = ROLNI_LDW(b), b1 = narrow ? b0 : ROLNI_LDW(b + w);
+#define ROLNI_X(r) \
+        c##r += a[r] * b0; \
+        if (!narrow) d##r += a[r] * b1;
+        ROLNI_TILE(ROLNI_X)
+#undef ROLNI_X
+    }
+#define ROLNI_X(r) \
+    if (add) c##r += ROLNI_LDW(c + r * ld), d##r += ROLNI_LDW(c + r * ld + w); \
+    ROLNI_STW(c + r * ld, c##r); \
+    if (!narrow) ROLNI_STW(c + r * ld + w, d##r);
+    ROLNI_TILE(ROLNI_X)
+#undef ROLNI_X
+}
+
+/* Inlined, gcc 12 keeps what the loop counts in vector registers. */
+ROLN_CODE static __attribute__((__noinline__, __unused__)) void rolni_tile(int k, const roln_real *a, const roln_real *b, int add,
+                                                                   roln_real *c, size_t ld)
+{
+    rolni_half_tile(k, a, b, 0, add, c, ld);
+}
+#else
+ROLN_FN void rolni_tile(int k, const roln_real *a, const roln_real *b, int add, roln_real *c, size_t ld)
+{
+#define ROLNI_X(r) roln_real c##r = 0, d##r = 0, e##r = 0, f##r = 0;
+    ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+    for (; k > 0; k--, a += 4, b += 4) {
+        rolni_two u, v;
+        ROLNI_LD2(u, b), ROLNI_LD2(v, b + 2);
+#define ROLNI_X(r) c##r += a[r] * u.x[0], d##r += a[r] * u.x[1], e##r += a[r] * v.x[0], f##r += a[r] * v.x[1];
+        ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+    }
+#define ROLNI_X(r) \
+    if (add) c##r += c[0], d##r += c[1], e##r += c[2], f##r += c[3]; \
+    c[0] = c##r, c[1] = d##r, c[2] = e##r, c[3] = f##r, c += ld;
+    ROLNI_X(0) ROLNI_X(1) ROLNI_X(2) ROLNI_X(3)
+#undef ROLNI_X
+}
+#endif
+
+/* ROLNI_ROWS x ROLNI_COLS numbers at c, rows ld apart, will soon be wanted. */
+ROLNI_INLINE void rolni_ahead(const roln_real *c, size_t ld)
+{
+#if ROLN_SIMD
+    int r;
+    for (r = 0; r < ROLNI_ROWS; r++, c += ld)
+        __builtin_prefetch(c), __builtin_prefetch(c + ROLNI_LANES), __builtin_prefetch(c + ROLNI_COLS - 1);
+#else
+    (void)c, (void)ld;
+#endif
+}
+
+/* b[p][r] = A[r][p], r < 4: columns of a strip from rows of A, ld apart, for p below what is returned. */
+ROLNI_INLINE int rolni_turn(int k, const roln_real *A, size_t ld, roln_real *b)
+{
+    int p = 0;
+#ifdef ROLNI_SHUFFLE
+    for (; p < k - k % 4; p += 4, A += 4, b += 4 * ROLNI_COLS) {
+        const rolni_v4 s = ROLNI_LD4(A), t = ROLNI_LD4(A + ld), u = ROLNI_LD4(A + 2 * ld), v = ROLNI_LD4(A + 3 * ld);
+        const rolni_v4 su = ROLNI_SHUFFLE(s, u, 0, 4, 1, 5), tv = ROLNI_SHUFFLE(t, v, 0, 4, 1, 5);
+        const rolni_v4 su2 = ROLNI_SHUFFLE(s, u, 2, 6, 3, 7), tv2 = ROLNI_SHUFFLE(t, v, 2, 6, 3, 7);
+        ROLNI_ST4(b, ROLNI_SHUFFLE(su, tv, 0, 4, 1, 5));
+        ROLNI_ST4(b + ROLNI_COLS, ROLNI_SHUFFLE(su, tv, 2, 6, 3, 7));
+        ROLNI_ST4(b + 2 * ROLNI_COLS, ROLNI_SHUFFLE(su2, tv2, 0, 4, 1, 5));
+        ROLNI_ST4(b + 3 * ROLNI_COLS, ROLNI_SHUFFLE(su2, tv2, 2, 6, 3, 7));
+    }
+#else
+    (void)k, (void)A, (void)ld, (void)b;
+#endif
+    return p;
+}
+
+/* P = strips of n columns, B[p][j] = A[p][j], or A[j][p] if turned, p < k: P[strip][p][column]. Rows of A are ld apart. */
+ROLN_FN void rolni_pack(int k, int n, int turned, const roln_real *A, size_t ld, roln_real *P)
+{
+    const int w = ROLNI_COLS;
+    int j, p, q, done = 0;
+    for (j = 0; j < n && !turned; j += w)
+        for (p = 0; p < k; p++, P += w) {
+            const roln_real *a = A + ROLNI_AS(size_t, p) * ld + j;
+            if (n - j >= w) rolni_copy(w, a, P);
+            else rolni_zero(w, P), rolni_copy(n - j, a, P);
+        }
+    for (j = 0; j < n && turned; j += w, P += k * w)
+        for (q = 0; q < w; q++) {
+            const roln_real *a = A + ROLNI_AS(size_t, j + q) * ld;
+            if (q % 4 == 0) done = q + 3 < n - j ? rolni_turn(k, a, ld, P + q) : 0;
+            for (p = done; p < k; p++)
+                P[p * w + q] = q < n - j ? a[p] : 0;
+        }
+}
+
+/* C[i][j] += sum_p P[p][i - i0] Q[p][j - j0], rows i0.. i0 + m - 1, columns j0.. j0 + n - 1 of one strip Q; j <= i. */
+typedef struct {
+    int k, i0, m;         /* terms, rows */
+    const roln_real *P;   /* strips of the rows */
+    roln_real *S, *t;     /* t: a tile */
+    size_t ld;            /* of S */
+    const roln_real *A;   /* what will be copied next: ahead rows at A, lda apart, of ROLNI_COLS numbers */
+    size_t lda;
+    int ahead;
+} rolni_sums;
+
+ROLN_FN void rolni_sums_strip(const rolni_sums *g, int j0, int n, const roln_real *Q)
+{
+    const int w = ROLNI_COLS;
+    int i = j0 > g->i0 ? j0 - g->i0 : 0, j, r;
+    for (i -= i % ROLNI_ROWS; i < g->m; i += ROLNI_ROWS) {
+        const roln_real *a = g->P + i / w * g->k * w + i % w;
+        const int below = g->i0 + i - j0; /* row i has below + 1 columns */
+        roln_real *c = g->S + ROLNI_AS(size_t, g->i0 + i) * g->ld + j0;
+        if (i < g->ahead) rolni_ahead(g->A + ROLNI_AS(size_t, i) * g->lda, g->lda);
+        if (n == w && below + 1 >= w && g->m - i >= ROLNI_ROWS) {
+            rolni_ahead(c, g->ld);
+            rolni_tile(g->k, a, Q, 1, c, g->ld);
+            continue;
+        }
+#if ROLN_SIMD
+        if (below + ROLNI_ROWS <= ROLNI_LANES) rolni_half_tile(g->k, a, Q, 1, 0, g->t, ROLNI_COLS);
+        else
+#endif
+            rolni_tile(g->k, a, Q, 0, g->t, ROLNI_COLS);
+        for (r = 0; r < ROLNI_ROWS && r < g->m - i; r++, c += g->ld)
+            for (j = 0; j < n && j <= below + r; j++)
+                c[j] += g->t[r * w + j];
+    }
+}
+
+/* Both products: C += B^T B, B [k][n] is A, or A^T if turned. */
+#define ROLN_SYM_MEM(X) X(P, ROLNI_GROUP * ROLNI_SUM) X(Q, ROLNI_COLS * ROLNI_SUM) X(t, ROLNI_ROWS * ROLNI_COLS)
+#define ROLN_SYM_WORK (0 ROLN_SYM_MEM(ROLNI_SIZE))
+ROLN_FN void rolni_sym_sums(int k, int n, int turned, int from, int to, const roln_real *A, roln_real *S, roln_real *work)
+{
+    const size_t lda = ROLNI_AS(size_t, turned ? k : n), term = turned ? 1 : lda, column = turned ? lda : 1;
+    const int w = ROLNI_COLS;
+    int left = (to - from + ROLNI_GROUP - 1) / ROLNI_GROUP, i, m, j, p;
+    ROLN_SYM_MEM(ROLNI_CARVE)
+    for (i = from; i < to; i += m, left--) { /* groups of rows, about equal */
+        m = ((to - i + left - 1) / left + w - 1) / w * w;
+        m = m < to - i ? m : to - i;
+        for (p = 0; p < k; p += ROLNI_SUM) {
+            const roln_real *const a = A + ROLNI_AS(size_t, p) * term, *const rows = a + ROLNI_AS(size_t, i) * column;
+            rolni_sums g = {k - p < ROLNI_SUM ? k - p : ROLNI_SUM, i, m, P, S, t, ROLNI_AS(size_t, n) + 1, a, lda, 0};
+            rolni_pack(g.k, m, turned, rows, lda, P);
+            for (j = 0; j < i + m; j += w) {
+                const int n_j = i + m - j < w ? i + m - j : w;
+                const roln_real *strip = P + (j - i) * g.k; /* one of the rows' own, or a copy */
+                if (j < i || (j - i) % w != 0) {
+                    rolni_pack(g.k, n_j, turned, a + ROLNI_AS(size_t, j) * column, lda, Q);
+                    strip = Q;
+                    g.A = a + j + w, g.ahead = !turned && j + w < i ? g.k : 0;
+                } else {
+                    g.A = rows + ROLNI_SUM + (j - i), g.ahead = turned && p + ROLNI_SUM + j - i < k && j - i < ROLNI_SUM ? m : 0;
+                }
+                rolni_sums_strip(&g, j, n_j, strip);
+            }
+        }
+    }
+}
+
+/* C += A^T A, A [k][n]: k rows of a Jacobian with n parameters. Of C the rows from.. to - 1, all of them with 0, n. Calls for other
+   rows may run at the same time, each with its own work: to halve the sums, divide at 7 n / 10. Every C[i][j] is the same bit for
+   bit, however its rows are divided among calls; how the k rows of A are divided is part of order 3: blocks of a multiple of
+   ROLNI_SUM give the bits of all at once. A may not overlap S. k n^2 / 2 multiply-adds, best with k of 256 or more. */
+ROLN_FN void roln_sym_at(int k, int n, int from, int to, const roln_real *A, roln_real *S, roln_real *work)
+{
+    rolni_sym_sums(k, n, 0, from, to, A, S, work);
+}
+
+/* C += A A^T, A [n][k]: the dual matrix of n rows with k parameters. Otherwise as above; the same bits for A transposed. */
+ROLN_FN void roln_sym_bt(int n, int k, int from, int to, const roln_real *A, roln_real *S, roln_real *work)
+{
+    rolni_sym_sums(k, n, 1, from, to, A, S, work);
+}
+
+/* X, strips of columns j0.. j0 + n - 1, minus sum_p U[p][i0 + i] U[p][j0 + j], p < i0, i < m, in order 3. */
+ROLN_FN void rolni_sym_above(int i0, int m, int j0, int n, const roln_real *U, size_t ld, roln_real *X, roln_real *P, roln_real *Q,
+                             roln_real *t)
+{
+    const int w = ROLNI_COLS;
+    int p, i, j, r;
+    for (p = 0; p < i0; p += ROLNI_SUM, U += ROLNI_SUM * ld) {
+        rolni_pack(ROLNI_SUM, m, 0, U + i0, ld, P);
+        for (j = 0; j < n; j += w) {
+            roln_real *x = X + j * m;
+            rolni_pack(ROLNI_SUM, n - j < w ? n - j : w, 0, U + j0 + j, ld, Q);
+            for (i = 0; i < m; i += ROLNI_ROWS) {
+                if (j + w < n) rolni_ahead(U + ROLNI_AS(size_t, i) * ld + j0 + j + w, ld); /* of the next Q */
+                rolni_tile(ROLNI_SUM, P + i / w * ROLNI_SUM * w + i % w, Q, 0, t, ROLNI_COLS);
+                for (r = 0; r < ROLNI_ROWS * w && r < (m - i) * w; r += ROLNI_LANES, x += ROLNI_LANES)
+                    ROLNI_STW(x, ROLNI_LDW(x) - ROLNI_LDW(t + r));
+            }
+        }
+    }
+}
+
+/* X[i] <- (X[i] - sum_p U[p][i] X[p]) / U[i][i], p < i, in order 3, for ROLNI_ROWS rows i = r.. of the m of a strip X; those above
+   are done. D: strips of the m x m factor, inv [m]: 1 / U[i][i]. If pivots, X is the strip of D that holds the diagonal of these
+   rows, and inv is made here: ROLN_E_NOT_SPD. */
+ROLN_FN roln_status rolni_sym_rows(int m, int r, int pivots, const roln_real *D, roln_real *inv, roln_real *X, roln_real *t)
+{
+    const int w = ROLNI_COLS, end = m - r < ROLNI_ROWS ? m : r + ROLNI_ROWS;
+    const roln_real *d = D + r / w * m * w;
+    int i, j, p;
+    rolni_tile(r, d + r % w, X, 0, t, ROLNI_COLS);
+    for (i = r; i < end; i++, t += w) {
+        roln_real *x = X + i * w, root = 0;
+        for (j = 0; j < w; j += ROLNI_LANES) {
+            rolni_w s = ROLNI_LDW(t + j);
+            for (p = r; p < i; p++)
+                s += d[p * w + i % w] * ROLNI_LDW(X + p * w + j);
+            ROLNI_STW(x + j, ROLNI_LDW(x + j) - s);
+        }
+        if (pivots) {
+            if (!(x[i % w] > 0) || !roln_finite(x[i % w]))
+                return ROLN_E_NOT_SPD;
+            root = ROLN_SQRT(x[i % w]);
+            inv[i] = 1 / root;
+        }
+        for (j = 0; j < w; j += ROLNI_LANES)
+            ROLNI_STW(x + j, ROLNI_LDW(x + j) * inv[i]);
+        if (pivots) x[i % w] = root;
+    }
+    return ROLN_OK;
+}
+
+/* The m rows of strips X of n columns at column j0, as above. The first group of columns, own, holds the factor D of the rows in
+   its first m columns. */
+ROLN_FN roln_status rolni_sym_block(int m, int n, int own, const roln_real *D, roln_real *inv, roln_real *X, roln_real *t)
+{
+    const int w = ROLNI_COLS;
+    roln_status st;
+    int i, j;
+    for (i = 0; i < m && own; i += ROLNI_ROWS)
+        for (j = i - i % w; j < m; j += w)
+            if ((st = rolni_sym_rows(m, i, j <= i, X, inv, X + j * m, t)) != ROLN_OK)
+                return st;
+    for (j = own ? m : 0; j < n; j += w)
+        for (i = 0; i < m; i += ROLNI_ROWS)
+            (void)rolni_sym_rows(m, i, 0, own ? X : D, inv, X + j * m, t);
+    return ROLN_OK;
+}
+
+/* U: C + diag(d) = U^T U, d [n]: damping. S [n][n+1] as above; C remains. ROLNI_SUM rows of U after the other, in groups of
+   columns: minus the rows above, then the rows themselves.
+   ROLN_E_NOT_SPD if a pivot is not positive or not finite; then U holds no result. n^3 / 6 multiply-adds. */
+#define ROLNI_SYM_M(n) ((n) < ROLNI_SUM ? (n) : ROLNI_SUM)
+#define ROLNI_SYM_N ROLN_MAX(ROLNI_SUM, ROLNI_GROUP) /* columns of a group: the m x m factor is within the first */
+#define ROLNI_SYM_UP(n) (((n) + ROLNI_COLS - 1) / ROLNI_COLS * ROLNI_COLS)
+#define ROLN_SYM_CHOL_MEM(X, n) \
+    X(x, ROLNI_SYM_M(n) * ((n) < ROLNI_SYM_N ? ROLNI_SYM_UP(n) : ROLNI_SYM_N)) X(t, ROLNI_ROWS * ROLNI_COLS) \
+    X(inv, ROLNI_SYM_M(n)) X(P, (n) <= ROLNI_SUM ? 0 : ROLNI_SUM * ROLNI_SUM) X(Q, (n) <= ROLNI_SUM ? 0 : ROLNI_COLS * ROLNI_SUM)
+#define ROLN_SYM_CHOL_WORK(n) (0 ROLN_SYM_CHOL_MEM(ROLNI_SIZE, n))
+ROLN_FN roln_status roln_sym_chol(int n, const roln_real *d, roln_real *S, roln_real *work)
+{
+    const size_t ld = ROLNI_AS(size_t, n) + 1;
+    const int w = ROLNI_COLS;
+    int i0, m, j0, n_j, i, j;
+    ROLN_SYM_CHOL_MEM(ROLNI_CARVE, n)
+    for (i0 = 0; i0 < n; i0 += m) {
+        m = ROLNI_SYM_M(n - i0);
+        for (j0 = i0; j0 < n; j0 += n_j) {
+            roln_real *const u = S + 1 + ROLNI_AS(size_t, i0) * ld;
+            n_j = n - j0 < ROLNI_SYM_N ? n - j0 : ROLNI_SYM_N;
+            rolni_pack(m, n_j, 1, S + ROLNI_AS(size_t, j0) * ld + i0, ld, x);
+            for (i = 0; i < m && j0 == i0; i++)
+                x[i / w * m * w + i * w + i % w] += d[i0 + i];
+            rolni_sym_above(i0, m, j0, n_j, S + 1, ld, x, P, Q, t);
+            if (j0 > i0) rolni_pack(m, m, 0, u + i0, ld, P);
+            if (rolni_sym_block(m, n_j, j0 == i0, P, inv, x, t) != ROLN_OK)
+                return ROLN_E_NOT_SPD;
+            for (j = 0; j < n_j; j += w)
+                for (i = 0; i < m; i++) {
+                    const int first = j0 + j < i0 + i ? i0 + i - (j0 + j) : 0, count = (n_j - j < w ? n_j - j : w) - first;
+                    if (count > 0) rolni_copy(count, x + j * m + i * w + first, u + ROLNI_AS(size_t, i) * ld + j0 + j + first);
+                }
+        }
+    }
+    return ROLN_OK;
+}
+
+/* Solve (C + diag(d)) x = b with the factor in S: U^T y = b by the rows of U, order 1, then U x = y, order 2. x [n] may be b.
+   n^2 multiply-adds. */
+ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_real *x)
+{
+    const size_t ld = ROLNI_AS(size_t, n) + 1;
+    int i, j;
+    for (i = 0; i < n; i++)
+        x[i] = b[i];
+    for (i = 0; i < n; i++) {
+        const roln_real *const u = S + 1 + ROLNI_AS(size_t, i) * ld, y = x[i] / u[i];
+        x[i] = y;
+        for (j = i + 1; j < n - (n - i - 1) % ROLNI_LANES; j += ROLNI_LANES)
+            ROLNI_STW(x + j, ROLNI_LDW(x + j) - y * ROLNI_LDW(u + j));
+        for (; j < n; j++)
+            x[j] -= y * u[j];
+    }
+    for (i = n - 1; i >= 0; i--) {
+        const roln_real *const u = S + 1 + ROLNI_AS(size_t, i) * ld + i;
+        x[i] = (x[i] - roln_dot(n - i - 1, u + 1, x + i + 1)) / u[0];
+    }
+}
+
+/* ---- 7 Gauss-Newton --------------------------------------------------------------------------- */
 
 /* Riemannian Gauss-Newton on the product of the blocks, recursive. A step gets R fresh residuals r_k, data minus model, with rows
    J_k, the derivative of the model's number k by the P parameters. Older rows are not looked at again: they stay in two sums, where
@@ -909,7 +1262,7 @@ ROLN_FN void roln_newton_over(roln_real before, roln_newton *state)
     state->lambda = ROLN_MIN(state->lambda, ROLN_MAX(before, ROLN_MIN(4 * before, 1)));
 }
 
-/* ---- 7 limited memory ------------------------------------------------------------------------- */
+/* ---- 8 limited memory ------------------------------------------------------------------------- */
 
 /* Riemannian L-BFGS on the product of the blocks (Nocedal 1980; Huang, Absil, Gallivan 2015): the direction -H g, with H from the
    last m pairs of steps s and changes of the gradient y, all carried to the tangent space at x by the verb tangent; a step along

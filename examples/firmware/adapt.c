@@ -3,7 +3,7 @@
 
    The machine has changed: the four rods behind the second free joint have become 20 % heavier. It moves as rods.h says; the
    learner sees q, qd of every tick, nothing else. It changes P weights, the output layers of the mass and of the potential network
-   and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 6): a sample makes a row, is used in one step and
+   and the biases before them, by recursive Gauss-Newton (roln_riem.h, section 7): a sample makes a row, is used in one step and
    forgotten; what stays of it is in the sums A [P][P]. These begin with a diagonal, which holds the weights where the samples say
    nothing: a Kalman filter of weights that are constant but unknown.
 

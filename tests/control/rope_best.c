@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "roln_spd.h"
+#include "roln.h"
 #include "rope_plant.h"
 
 enum { N = ROPE_JOINTS, S = 2 * N, M = ROPE_MOTORS, REST = ROPE_REST / ROPE_EVERY, LEAST = 20, MOST = 120, STEPS = MOST + REST,

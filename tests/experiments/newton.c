@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* newton.c - recursive Gauss-Newton (roln_riem.h, section 6) as a trainer, with the same constants for every model here. */
+/* newton.c - recursive Gauss-Newton (roln_riem.h, section 7) as a trainer, with the same constants for every model here. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* Ground floor of roln_spd.h, sections 2, 3, 5 and 9: bits of finite numbers, random numbers, the dense kernels and the large
-   symmetric systems against naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against scalar sums in the
-   documented order. */
+/* The dense kernels (roln_spd.h, sections 2, 3 and 5) and large symmetric systems (roln_riem.h, section 6): bits of finite numbers,
+   random numbers, products and solutions against naive sums in long double (bound: k eps sum |a||b|) and, to the bit, against
+   scalar sums in the documented order. */
 #include <stdlib.h>
-#include "roln_spd.h"
+#include "roln_riem.h"
 #include "twin.h"
 #include "room.h"
 

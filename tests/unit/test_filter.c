@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* The Kalman filter (roln.h section 3) and its noise from recordings (section 5): one tick against the textbook in long double with
+/* The Kalman filter (roln.h section 6) and its noise from recordings (section 8): one tick against the textbook in long double with
    dense covariances, the steady state against roln_dare, consistency on simulated noise, what is not measured, what is beyond the
    gate, new starts, angles on any turn, a million ticks of everything, wrong settings. */
 #include "small.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Riemannian Gauss-Newton: the step (roln_riem.h, section 6) against a dense solution of its definition in long double, on tables
+/* Riemannian Gauss-Newton: the step (roln_riem.h, section 7) against a dense solution of its definition in long double, on tables
    of every manifold; problems with a known end; what must fail or be refused, and leave everything as it was; its shell (roln.h)
    at work on small models. Rows of residuals: test_roln.c. */
 #define ROLN_NAME leg /* two links, no autoencoder */

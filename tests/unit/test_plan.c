@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Plans (roln.h section 4): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
+/* Plans (roln.h section 6): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
    against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its
    linearisation, and what is refused. */
 #define ROLN_INLINE ROLN_FN

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Riccati equations, roln_spd.h section 10: triangles; roln_dare against the plain fixed-point iteration in long double, the
+/* Riccati equations, roln.h section 4: triangles; roln_dare against the plain fixed-point iteration in long double, the
    equation itself and closed forms; what cannot be stabilised; roln_riccati along a time-varying system against one dense least
    squares problem over all of its steps; rows and units of any size, subsystems that know nothing of each other. */
-#include "roln_spd.h"
+#include "roln.h"
 #include "twin.h"
 #include "room.h"
 
