@@ -21,9 +21,9 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash sanitize mutants record learn \
-        machines errors control plans models noise rope experiments report plotting-deps plotting-test eig numerics bench \
-        sizes count firmware pil upsets fuzz proof soundness
+.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash \
+        sanitize mutants record learn machines errors control plans models noise rope experiments report plotting-deps \
+        plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----

@@ -64,8 +64,9 @@ check 'no SPDX tag in the first two lines'
 for f in $code; do functions "$f"; done > build/style.functions
 awk '$4 > 60 && !$6 { print $1 ":" $2, $3, $4 " lines" }' build/style.functions > $wrong
 check 'more than 60 lines, and no Long: and reason above'
-awk '$1 == "roln.h" && $5 > 8 { print $1 ":" $2, $3, $5 " parameters" }' build/style.functions > $wrong
-check 'more than 8 parameters'
+awk '$1 == "roln.h" && $5 > 8 && $3 !~ /^rolni?_(ocp|riccati|polic|dare)/ { print $1 ":" $2, $3, $5 " parameters" }' \
+    build/style.functions > $wrong
+check 'more than 8 parameters of a function of models'
 awk '$1 ~ /^roln_/ && $5 > 10 { print $1 ":" $2, $3, $5 " parameters" }' build/style.functions > $wrong
 check 'more than 10 parameters'
 

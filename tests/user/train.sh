@@ -287,16 +287,18 @@ reader() { "$@" -std=c99 -O1 -DNO_THREADS -I. -Iexamples tests/user/recording.c 
 reader gcc -DJOINTS=1 -o $dir/reader
 reader gcc -DJOINTS=1 -DGROW=1 -o $dir/grown
 reader gcc -DJOINTS=1 -DMOST=1000 -o $dir/most
-reader i686-linux-gnu-gcc -static -DJOINTS=600 -o $dir/wide
 awk 'BEGIN { while (i < 999) print i++ ",0" }' > $dir/file.csv
 check 'as it is, and no more' sh -c "$dir/reader $dir/file.csv | grep '^999 samples'"
 check 'lines that an int can count' $dir/most $dir/file.csv
 check 'a file that grows' says 'file.csv: longer than when its lines were counted' $dir/grown $dir/file.csv
 check 'more lines than an int can count' says 'file.csv has more than 2^31 lines' $dir/most $dir/file.csv
-awk 'BEGIN {
-    while (i < 40) { printf "%d", i++; for (j = 0; j < 600; j++) printf ",0"; print "" }
-    while (i++ < 1789600) print "" }' > $dir/file.csv
-check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
+if command -v i686-linux-gnu-gcc > /dev/null; then # of release-deps; soundness.sh holds the number of checks
+    reader i686-linux-gnu-gcc -static -DJOINTS=600 -o $dir/wide
+    awk 'BEGIN {
+        while (i < 40) { printf "%d", i++; for (j = 0; j < 600; j++) printf ",0"; print "" }
+        while (i++ < 1789600) print "" }' > $dir/file.csv
+    check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
+fi
 doubted 'a slow clock' 'samples are 0.5 s apart; is t in seconds' "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
 make_of "$row { \$1 += (NR % 3 - 1) * 2e-6 } 1"
 check 'a clock that hardly jitters' silent
