@@ -39,7 +39,8 @@ cppcheck nullPointer roln_lnn.h 2 K is NULL where l is not, and read where l is 
 cppcheck nullPointer roln_spd.h 1 a copy of no numbers to NULL, behind `if (number > 0)`
 cppcheck ctunullpointer roln_spd.h 1 the same
 cppcheck zerodiv roln.h 2 ROLNI_TRUE, a check at compile time, which cppcheck computes wrongly
-cppcheck legacyUninitvar roln_spd.h 2 ROLNI_LD2 assigns both of u
+cppcheck legacyUninitvar roln_riem.h 1 ROLNI_LD2 assigns both of u, here and in the next
+cppcheck legacyUninitvar roln_spd.h 1
 cppcheck ctuuninitvar roln.h 1 b is what the function fills, not what it reads
 cppcheck uninitvar arm.c 1 a struct that loops fill, here and in the next three
 cppcheck uninitvar arm_plant.h 1
