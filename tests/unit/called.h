@@ -74,6 +74,7 @@ typedef struct { const roln_real *z, *zd, *zdd, *kp, *kd, *load; } target_at;
 typedef struct { roln_guard *g; roln_real *tau; } guard_at;
 typedef struct { roln_real *M, *c, *g, *d, *T, *V; } terms_at; /* NULL: not wanted */
 typedef struct { roln_filter *f; roln_real *z, *zd, *F, *load; } filter_at;
+typedef struct { roln_real *A, *B, *L; } slopes_at;
 typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
 
 /* Every function with scratch that a model has: X(of, where, function), `where` its union or, alone, the type of its scratch. */
@@ -106,6 +107,11 @@ struct model_of {
     roln_status (*step)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, void *work);
     roln_status (*linear)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, roln_real *A,
                           roln_real *B, void *work);
+    /* a step under tau and a load, each may be NULL, as a filter takes it, and its derivatives A, B, L, each may be NULL */
+    roln_status (*push)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load, roln_real dt,
+                        void *work);
+    roln_status (*slopes)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load, roln_real dt,
+                          const slopes_at *to, void *work);
     roln_status (*reduce)(const instance *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, void *work);
     roln_status (*lift)(const instance *m, const roln_real *z, const roln_real *tau_z, roln_real *tau, void *work);
     roln_status (*terms)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work);
@@ -283,6 +289,27 @@ ROLN_FN roln_status C_(c_linear)(const instance *m, roln_real *z, roln_real *zd,
     memcpy(A, j.A, sizeof j.A), memcpy(B, j.B, sizeof j.B);
     return st;
 }
+
+#ifdef CALLED_OLD
+ROLN_FN roln_status C_(c_push)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load,
+                               roln_real dt, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    const roln_trained t = C_(trained)(&p);
+    const rolni_push by = {tau, load};
+    return rolni_step(&t, z, zd, &by, dt, (roln_real *)work);
+}
+
+ROLN_FN roln_status C_(c_slopes)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load,
+                                 roln_real dt, const slopes_at *to, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    const roln_trained t = C_(trained)(&p);
+    const rolni_push by = {tau, load};
+    const rolni_slopes out = {to->A, to->B, to->L};
+    return rolni_linear(&t, z, zd, &by, dt, &out, (roln_real *)work);
+}
+#endif
 
 ROLN_FN roln_status C_(c_reduce)(const instance *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, void *work)
 {
