@@ -222,13 +222,13 @@ static void test(const chain_params *model, const float mass[N])
         roln_status st;
         move(&machine, &seed);
         rods_read(&machine, &x);
-        st = chain_encode(model, &x, &s, &scratch.work);
+        st = chain_encode(model, &x, &s, &scratch.work.encode);
         for (int k = 1; k <= TEST_STEPS && st == ROLN_OK; k++) {
             const int late = k > TEST_STEPS / 4;
             for (int i = 0; i < 5; i++)
                 rods_step(&machine, mass, NULL, TICK);
-            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work);
-            if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work);
+            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work.step);
+            if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work.decode);
             rods_read(&machine, &x);
             for (int i = 0; i < N && k % (late ? TEST_STEPS : TEST_STEPS / 4) == 0; i++) {
                 error[late] += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);
