@@ -358,43 +358,43 @@ static struct {
 static void tick_setup(const row *r)
 {
     (void)r;
-    must(cloth_init(&tick.p, &seed, &tick.start));
+    must(cloth_init(&tick.p, &seed, &tick.start.init));
     fill(cloth_N, ROLN_C(0.3), tick.x.q);
     fill(cloth_N, ROLN_C(0.3), tick.x.qd);
     fill(cloth_N, ROLN_C(0.3), tick.tau);
-    must(cloth_encode(&tick.p, &tick.x, &tick.z, &tick.work));
+    must(cloth_encode(&tick.p, &tick.x, &tick.z, &tick.work.encode));
 }
 
 static void tick_encode(const row *r)
 {
     (void)r;
-    must(cloth_encode(&tick.p, &tick.x, &tick.next, &tick.work));
+    must(cloth_encode(&tick.p, &tick.x, &tick.next, &tick.work.encode));
 }
 
 static void tick_step(const row *r)
 {
     (void)r;
     tick.next = tick.z;
-    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work.step));
 }
 
 static void tick_decode(const row *r)
 {
     (void)r;
-    must(cloth_decode(&tick.p, &tick.z, &tick.out, &tick.work));
+    must(cloth_decode(&tick.p, &tick.z, &tick.out, &tick.work.decode));
 }
 
 static void tick_reduce(const row *r)
 {
     (void)r;
-    must(cloth_reduce(&tick.p, &tick.z, tick.tau, tick.tau_z, &tick.work));
+    must(cloth_reduce(&tick.p, &tick.z, tick.tau, tick.tau_z, &tick.work.reduce));
 }
 
 static void tick_all(const row *r)
 {
     tick_encode(r);
-    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
-    must(cloth_decode(&tick.p, &tick.next, &tick.out, &tick.work));
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work.step));
+    must(cloth_decode(&tick.p, &tick.next, &tick.out, &tick.work.decode));
 }
 
 /* ---- a model of any size: dynamics, tick, training -------------------------------------------- */
@@ -501,7 +501,7 @@ static struct {
     arm_params p;
     arm_start start;
     arm_work work;
-    arm_linwork linwork;
+    arm_linear_work linwork;
     arm_guard guard;
     arm_state x;
     arm_latent s;
@@ -514,23 +514,23 @@ static void arm_setup(const row *r)
 {
     (void)r;
     memset(&tick4, 0, sizeof tick4);
-    must(arm_init(&tick4.p, &seed, &tick4.start));
+    must(arm_init(&tick4.p, &seed, &tick4.start.init));
     fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
     for (int i = 0; i < arm_n; i++)
         tick4.one[i] = tick4.aim.kp[i] = tick4.aim.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
-    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
+    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work.encode));
 }
 
 static void arm_inverse_run(const row *r)
 {
     (void)r;
-    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.one : NULL, tick4.one, tick4.tau_z, &tick4.work));
+    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.one : NULL, tick4.one, tick4.tau_z, &tick4.work.inverse));
 }
 
 static void arm_inertia_run(const row *r)
 {
     (void)r;
-    must(arm_inertia(&tick4.p, &tick4.s, tick4.x.qd, tick4.tau, &tick4.work));
+    must(arm_inertia(&tick4.p, &tick4.s, tick4.x.qd, tick4.tau, &tick4.work.inertia));
 }
 
 static void arm_linear_run(const row *r)
@@ -546,8 +546,8 @@ static void arm_control_run(const row *r)
     static const roln_limits limits = {
         .dt = ROLN_C(1e-3), .margin = 1, .power = 1000, .tau = 1000, .hold = 5, .q_off = 1000, .qd_off = 1000};
     (void)r;
-    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work));
-    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work) != 0)
+    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work.aim));
+    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 

@@ -256,8 +256,8 @@ static void test_pend16(void)
     CHECK_BELOW(eqd, PEND16_EQD25);
     CHECK(errors(&a, &d, 0, 1000, &eq, &eqd) == ROLN_OK);
     CHECK_BELOW(eq, PEND16_EQ1000);
-    if (CHECK(pend16_half_store(count, bytes, &half, &half_work) == ROLN_OK) &&
-        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
+    if (CHECK(pend16_half_store(count, bytes, &half, &half_work.store) == ROLN_OK) &&
+        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work.store) == ROLN_OK)) {
         const any h = {pend16_half_trained(&half), work.errors};
         const any i = {pend16_int8_trained(&int8), work.errors};
         stored("full", &a, &d, &p, sizeof p, (const double[]){.01, .05, 5, 1e-6});
@@ -283,8 +283,8 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
             memcpy(x.q, d->q + 2 * k, sizeof x.q);
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
-            if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
-                pend2_terms(p, &z, &e, work) != ROLN_OK)
+            if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, &work->encode) != ROLN_OK ||
+                pend2_terms(p, &z, &e, &work->terms) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
                 const double m = (double)(e.M[i] / (p->scale.q * p->scale.q));
