@@ -312,9 +312,9 @@ static void test_recipes(void)
         snprintf(run, sizeof run, "%s-%d", recipes[i].name, recipes[i].seeds + 1);
         CHECK(recipe_of_run(run, &seed) == NULL);
         const struct recipe *e = &recipes[i];
-        const int all = truth_dof(e->system);
-        if (e->model) CHECK(strncmp(e->model->name, e->config, strlen(e->config)) == 0 && e->model->N == (e->pod > 0 ? e->pod : all));
-        if (e->whole) CHECK(e->model && e->pod > 0 && e->whole->N == all && e->whole->n == e->model->n);
+        const int dof = truth_dof(e->system);
+        if (e->model) CHECK(strncmp(e->model->name, e->config, strlen(e->config)) == 0 && e->model->N == (e->pod > 0 ? e->pod : dof));
+        if (e->whole) CHECK(e->model && e->pod > 0 && e->whole->N == dof && e->whole->n == e->model->n);
         double part = 0;
         for (int k = 0; k < STAGES; k++)
             part += recipes[i].stage[k].part;
