@@ -2725,18 +2725,19 @@ typedef struct {
     roln_real s[3 * ROLN_(n)], tape[ROLN_AE_ENCODE_REST(ROLN_, 3, 1) + 3 * ROLN_(N)];
 } ROLN_(aim_work);
 
-/* A reference q, qd, qdd [N] in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet that control needs.
+/* A reference q, qd, qdd [N], qdd NULL: zdd = 0, in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet that control needs.
    Writes r->z, zd, zdd; the gains in r stay as they are. r stays as it was unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
-                               const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_AT_LEAST(ROLN_(N))],
-                               ROLN_(target) *r, ROLN_(aim_work) *w)
+                               const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_(N)], ROLN_(target) *r,
+                               ROLN_(aim_work) *w)
 {
     roln_status st;
     if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
     if ((st = ROLNI_(encode)(p, q, qd, qdd, w->s, w->tape)) != ROLN_OK) return st;
     rolni_copy(ROLN_(n), w->s, r->z);
     rolni_copy(ROLN_(n), w->s + ROLN_(n), r->zd);
-    rolni_copy(ROLN_(n), w->s + 2 * ROLN_(n), r->zdd);
+    if (qdd) rolni_copy(ROLN_(n), w->s + 2 * ROLN_(n), r->zdd);
+    else rolni_zero(ROLN_(n), r->zdd);
     return ROLN_OK;
 }
 
