@@ -597,7 +597,7 @@ static void test_friction_of(void)
     roln_real c[wheel_n], v[wheel_n], *logs = p.theta + roln_ae_params(&wheel_model.ae) + rolni_friction_at(&wheel_model.lnn);
     uint64_t seed = 341;
     int i;
-    CHECK_OK(wheel_init(&p, &seed, &start));
+    CHECK_OK(wheel_init(&p, &seed, &start.init));
     CHECK_OK(wheel_friction_of(&p, c, v));
     for (i = 0; i < 2 * wheel_n; i++) {
         const roln_real was = logs[i];

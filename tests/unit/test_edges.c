@@ -449,7 +449,7 @@ static void test_cost_to_go(void)
     const roln_cost cost = {q, none, u, sizeof(roln_real) == 4 ? ROLN_C(1e-5) : ROLN_C(1e-10), NULL};
     uint64_t seed = 1, r = 2;
     int t, i, refused = 0;
-    CHECK_OK(slider_init(&p, &seed, &start));
+    CHECK_OK(slider_init(&p, &seed, &start.init));
     p.dt = ROLN_C(0.01), p.z_min[0] = -1, p.z_max[0] = 1, p.zd_max[0] = 1;
     for (t = 0; t < TRIES; t++) {
         roln_real low = 1, high = TOP;
@@ -487,7 +487,7 @@ static void test_plan_overflow(void)
     roln_plan plan;
     plan_at pl;
     uint64_t seed = 4;
-    CHECK_OK(units_init(&p, &seed, &start));
+    CHECK_OK(units_init(&p, &seed, &start.init));
     memset(&l, 0, sizeof l), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan), memset(&pl, 0, sizeof pl);
     goal.limits = &l, goal.dt = dt, l.motors = &motors, plan.known = 1;
     pl.plan = &plan, pl.u = torque, pl.s = path, pl.steps = STEPS, pl.motors = MOTORS;
@@ -596,7 +596,7 @@ static void test_own_units(void)
     const double h = sizeof(roln_real) == 4 ? 1.0 / 64 : 1.0 / 4096, bound = sizeof(roln_real) == 4 ? 2e-2 : 1e-5;
     uint64_t seed = 4;
     int i, j;
-    CHECK_OK(units_init(&p, &seed, &start));
+    CHECK_OK(units_init(&p, &seed, &start.init));
     fill(MAXN, -1, z_min), fill(MAXN, 1, z_max), fill(MAXN, 2, zd_max);
     dyadic(ROWS * N, 1, &seed, C), dyadic(N, ROLN_C(0.125), &seed, ref), fill(N, 1, weight), dyadic(n2, ROLN_C(0.25), &seed, s);
     memset(term, 0, sizeof term), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan);
@@ -717,7 +717,7 @@ static void test_errors(void)
         roln_error joints[TICKS * units_N];
         const roln_errors_to both = {e, joints};
         uint64_t seed = 7;
-        CHECK_OK(units_init(&p, &seed, &start));
+        CHECK_OK(units_init(&p, &seed, &start.init));
         p.scale.q = p.scale.t = 1;
         for (what = 0; what < 2; what++) {
             fill(TICKS * MAXN, 0, q), fill(TICKS * MAXN, 0, qd), fill(MAXN, 0, qbar);
@@ -738,15 +738,15 @@ static void test_write(void)
     int what;
     puts_seen = 0;
     for (what = 0; what < 3; what++) {
-        CHECK_OK(wheel_init(&p, &seed, &start));
+        CHECK_OK(wheel_init(&p, &seed, &start.init));
         if (what == 0) p.least *= 2;
         if (what == 1) p.slope /= 2;
         if (what == 2) p.scale.q = 2;
         CHECK(roln_write(&wheel_model, "w", &p, put_nothing, NULL) == ROLN_E_SHAPE && puts_seen == 0);
     }
-    CHECK_OK(wheel_init(&p, &seed, &start)); /* as it is */
+    CHECK_OK(wheel_init(&p, &seed, &start.init)); /* as it is */
     CHECK(roln_write(&wheel_model, "w", &p, put_nothing, NULL) == ROLN_OK && puts_seen > 0);
-    CHECK(wheel_init_pod(&p, 0, p.theta, p.theta, p.theta, &seed, &start) != ROLN_OK);
+    CHECK(wheel_init_pod(&p, 0, p.theta, p.theta, p.theta, &seed, &start.init_pod) != ROLN_OK);
 }
 
 /* The shell's: a plan's torque between ticks, learned friction. */
@@ -764,7 +764,7 @@ static void test_shell(void)
     roln_term term;
     wheel_latent s;
     uint64_t seed = 1;
-    CHECK_OK(wheel_init(&p, &seed, &start));
+    CHECK_OK(wheel_init(&p, &seed, &start.init));
     CHECK_OK(wheel_friction_of(&p, c, v));
     CHECK(roln_all_finite(wheel_n, c) && roln_all_finite(wheel_n, v) && v[0] > 0);
     fill(wheel_n, -3, p.z_min), fill(wheel_n, 3, p.z_max), fill(wheel_n, 100, p.zd_max);

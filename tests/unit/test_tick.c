@@ -311,7 +311,7 @@ static void test_shell_tick(void)
     plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
     plain_latent s, was;
     uint64_t seed = 331;
-    CHECK_OK(plain_init(&p, &seed, &start));
+    CHECK_OK(plain_init(&p, &seed, &start.init));
     fill(2, -9, p.z_min), fill(2, 9, p.z_max), fill(2, 9, p.zd_max);
     memset(&s, 0xa5, sizeof s), memset(&was, 0xa5, sizeof was);
     CHECK(plain_tick(&p, &limits, &x, &r, &s, &g, PLAIN_WORK(tick)) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
@@ -371,7 +371,7 @@ static void test_foreign(void)
     static plain_params p, zero;
     static plain_start start;
     uint64_t seed = 332;
-    CHECK_OK(plain_init(&p, &seed, &start));
+    CHECK_OK(plain_init(&p, &seed, &start.init));
     fill(2, -9, p.z_min), fill(2, 9, p.z_max), fill(2, 9, p.zd_max);
     p.slope *= 1 + ROLN_EPS, refused(&p), p.slope = plain_model.ae.slope;
     p.least /= 2, refused(&p), p.least = (roln_real)NAN, refused(&p);

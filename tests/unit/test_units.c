@@ -468,8 +468,8 @@ static void test_charts(void)
     memset(&turn, 0, sizeof turn), memset(&own_turn, 0, sizeof own_turn), memset(&sums, 0, sizeof sums);
     memset(&own_sums, 0, sizeof own_sums);
     surface(&s, each, q, qd, Q, Qd);
-    CHECK_OK(chart_init_pod(&p, FEW, q, qd, bar, &s, &start));
-    CHECK_OK(charts_init(&own, &s, &own_start));
+    CHECK_OK(chart_init_pod(&p, FEW, q, qd, bar, &s, &start.init_pod));
+    CHECK_OK(charts_init(&own, &s, &own_start.init));
     CHECK(all(5, own.each, 1));
     own.scale = p.scale, memcpy(own.each, each, sizeof each);
     CHECK_OK(roln_ae_init_pod(&charts_model.ae, FEW, Q, 1 / own.scale.q, own.each, own.theta, own_start.init_pod.room,
@@ -483,7 +483,7 @@ static void test_charts(void)
     CHECK_OK(chart_chart_add(&p, FEW, q, &sums, &start));
     CHECK_OK(charts_chart_add(&own, FEW, Q, &own_sums, &own_start));
     CHECK(memcmp(sums.sums, own_sums.sums, sizeof sums.sums) == 0 && sums.sums[0] > FEW - 1);
-    CHECK_OK(charts_init_pod(&own, FEW, Q, Qd, bar, &s, &own_start)); /* whatever the units, it finds them */
+    CHECK_OK(charts_init_pod(&own, FEW, Q, Qd, bar, &s, &own_start.init_pod)); /* whatever the units, it finds them */
     for (k = 0; k < 5; k++)
         CHECK(own.each[k] > each[k] / 8 && own.each[k] < 8 * each[k]);
 }
@@ -624,7 +624,7 @@ static void test_foreign(void)
     roln_check c = {0, 0, 0, 0};
     uint64_t s = 3;
     int i, written = 0;
-    CHECK_OK(wheels_init(&p, &s, &start));
+    CHECK_OK(wheels_init(&p, &s, &start.init));
     p.each[1] = ROLN_C(0.3);
     CHECK(!wheels_foreign(&p) && (int)wheels_numbers == (int)wheel_numbers + 3);
     wheels_pack(&p, bytes);
@@ -665,7 +665,7 @@ static void test_store(void)
     geared8_latent z8;
     uint64_t s = 12;
     int i;
-    CHECK_OK(geared_init(&p, &s, &start));
+    CHECK_OK(geared_init(&p, &s, &start.init));
     for (i = 0; i < 6; i++)
         p.each[i] = 0.3f + 20 * (float)i;
     dyadic(24, 1, &s, q), dyadic(24, 1, &s, qd);
