@@ -2804,9 +2804,9 @@ typedef struct {
     roln_real work[ROLN_LNN_INVERSE_WORK(ROLN_, 2, 0, 1)];
 } ROLN_(inverse_work);
 
-/* NAME_inverse, and to b the energy balance at (z, zd); b NULL: not wanted. A balance is asked for with v only. */
+/* NAME_inverse to w->a, and to b the energy balance at (z, zd); b NULL: not wanted. A balance is asked for with v only. */
 ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real *v, const roln_real *zdd,
-                                    roln_real *tau_z, rolni_balance *b, ROLN_(inverse_work) *w)
+                                    rolni_balance *b, ROLN_(inverse_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     const int n = ROLN_(n);
@@ -2824,7 +2824,6 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) 
     for (i = 0; i < n; i++)
         a[i] = a[i] / t2 * unit;
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
-    rolni_copy(n, a, tau_z);
     if (b) {
         const rolni_tape t = rolni_tape_of(lnn, 2, 0, 1, w->tape);
         *b = ROLNI_(balance)(p, &t, s->zd, w->work);
@@ -2838,13 +2837,14 @@ ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *
                                    const roln_real zdd[ROLN_AT_LEAST(ROLN_(n))], roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))],
                                    ROLN_(inverse_work) *w)
 {
+    roln_status st;
     if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
-    return ROLNI_(inverse)(p, s, v, zdd, tau_z, NULL, w);
+    if ((st = ROLNI_(inverse)(p, s, v, zdd, NULL, w)) == ROLN_OK) rolni_copy(ROLN_(n), w->a, tau_z);
+    return st;
 }
 
-/* scratch of NAME_control */
+/* scratch of NAME_control; inverse.a becomes tau_z */
 typedef struct {
-    roln_real out[ROLN_(n)];
     ROLN_(inverse_work) inverse;
 } ROLN_(control_work);
 
@@ -2853,9 +2853,9 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
                                     rolni_balance *b, ROLN_(control_work) *w)
 {
     const int n = ROLN_(n);
-    const roln_status st = ROLNI_(inverse)(p, s, r->zd, r->zdd, w->out, b, &w->inverse);
+    const roln_status st = ROLNI_(inverse)(p, s, r->zd, r->zdd, b, &w->inverse);
     const roln_real *const load = ROLNI_LOAD_OF(r);
-    roln_real *const out = w->out;
+    roln_real *const out = w->inverse.a;
     int i;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) {
@@ -3300,17 +3300,11 @@ typedef struct {
     roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))];
     roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
 } ROLNI_(force_work);
-typedef struct {
-    roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))];
-    union {
-        struct {
-            roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
-        } eval;
-        struct {
-            roln_real T[ROLN_(n) * ROLN_(N)], u[ROLNI_ROOM(ROLN_(n) * ROLN_(inputs))];
-            roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_JAC_WORK(ROLN_))];
-        } jac;
-    } u;
+typedef union {
+    struct {
+        roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
+    } eval;
+    roln_real jac[ROLN_(n) * (ROLN_(N) + ROLN_(inputs)) + ROLN_AE_REDUCE_JAC_WORK(ROLN_)]; /* T [n][N], u [n][inputs], the kernel's work */
 } ROLNI_(force_jac_work);
 
 /* in [nb][force_size], NULL: no force; tau, tape, work: scratch. Gradients need force.bwd and its scratch, derivatives force.jac: a
@@ -3433,7 +3427,7 @@ ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const 
 
 /* Scratch of a linearisation but for its derivatives J and the kernel's work, which grow with the columns wanted of B or L. */
 typedef struct {
-    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)];
+    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size) + ROLNI_TAU(ROLN_, 1)]; /* of inputs, u and B u */
     ROLNI_(force_jac_work) force;
     roln_real tape[ROLN_JAC_TAPES(ROLNI_INT(ROLN_(scheme))) * ROLN_LNN_TAPE(ROLN_, 1, 1, 1)];
 } ROLNI_(linear_base);
@@ -3450,8 +3444,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(loaded) loaded;
     roln_status st;
     int i, j;
-    ROLNI_(drive)(p, by->tau || by->load || to->B ? held : NULL, w->force.tau, w->force.u.eval.tape, w->force.u.eval.work, &d);
-    d.torque.T = w->force.u.jac.T, d.torque.u = w->force.u.jac.u, d.torque.jac = w->force.u.jac.work;
+    ROLNI_(drive)(p, by->tau || by->load || to->B ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
+    d.torque.T = w->force.jac, d.torque.u = d.torque.T + n * ROLN_(N), d.torque.jac = d.torque.u + n * ROLN_(inputs);
     d.force.jac = by->load ? ROLNI_(loaded_jac) : ROLNI_(torque_jac);
     ROLNI_(drive_load)(p, by->load, to->L != NULL, &d, &loaded);
     for (i = 0; i < size; i++)
@@ -4492,15 +4486,15 @@ ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *
 
 /* scratch of NAME_errors: states s [2][block][n], data x [2][block][N], force */
 typedef struct {
-    roln_real s[2 * ROLN_BLOCK * ROLN_(n)], x[2 * ROLN_BLOCK * ROLN_(N)], held[ROLN_BLOCK * ROLN_(force_size)];
+    roln_real s[2 * ROLN_BLOCK * ROLN_(n)], x[2 * ROLN_BLOCK * ROLN_(N)];
+    roln_real held[ROLN_BLOCK * ROLN_(force_size) + ROLNI_TAU(ROLN_, ROLN_BLOCK)]; /* of inputs, u and B u */
     union {
         roln_real encode[ROLNI_ROOM(ROLN_AE_ENCODE_TAPE(ROLN_, 2, ROLN_BLOCK))];
         struct {
             roln_real Y[2 * ROLN_BLOCK * ROLN_(N)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, ROLN_BLOCK))];
         } decode;
         struct {
-            roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, ROLN_BLOCK))], decoder[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, ROLN_BLOCK))];
-            roln_real reduce[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
+            roln_real decoder[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, ROLN_BLOCK))], reduce[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
             roln_real tape[ROLN_(once_tape)], work[ROLN_(step_once)];
         } step;
     } u;
@@ -4544,7 +4538,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     rows = ROLNI_AS(size_t, b->steps / every) + 1;
     memset(e, 0, rows * sizeof *e);
     if (joints) memset(joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e);
-    ROLNI_(drive)(p, b->tau ? w->held : NULL, w->u.step.tau, w->u.step.decoder, w->u.step.reduce, &d);
+    ROLNI_(drive)(p, b->tau ? w->held : NULL, w->held + nb * size, w->u.step.decoder, w->u.step.reduce, &d);
     for (from = 0; from < b->count; from += now) {
         now = b->count - from < nb ? b->count - from : nb;
         for (k = 0; k <= b->steps; k++) {
@@ -4918,11 +4912,10 @@ typedef struct {
                     roln_real tape[ROLN_(once_tape)], work[ROLN_MAX(ROLN_MAX(ROLN_(step_once), ROLN_(mid_once)), ROLN_(start_once))];
                 } once;
                 struct {
-                    roln_real next[2 * ROLN_BLOCK * ROLN_(n)], tapes[ROLN_(step_tapes)];
-                    roln_real work[ROLN_MAX(ROLN_(step_kept), ROLN_(step_bwd))];
+                    roln_real tapes[ROLN_(step_tapes)], work[ROLN_MAX(ROLN_(step_kept), ROLN_(step_bwd))];
                 } kept;
                 struct {
-                    roln_real next[2 * ROLN_BLOCK * ROLN_(n)], tapes[ROLN_(mid_tapes)];
+                    roln_real tapes[ROLN_(mid_tapes)];
                     roln_real work[ROLN_MAX(ROLN_MAX(ROLN_(mid_kept), ROLN_(mid_bwd)), ROLN_MAX(ROLN_(start_kept), ROLN_(start_bwd)))];
                 } mid;
             } u;
@@ -5056,15 +5049,14 @@ ROLN_FN void ROLNI_(windows_step)(const ROLNI_(windows) *b, int k, int pred, rol
     const roln_system *sys = &b->drive.sys;
     const int nb = b->nb, nz = nb * ROLN_(n), kept = b->scheme == ROLN_(model).scheme;
     ROLN_(grad_work) *const w = b->w;
-    const roln_real *Pk = w->P + k * 2 * nz;
-    roln_real *const Zk = w->Z + k * 2 * nz;
-    roln_real *const next = w->u.step.u.kept.next, *const tapes = kept ? w->u.step.u.kept.tapes : w->u.step.u.mid.tapes;
+    roln_real *const Zk = w->Z + k * 2 * nz, *const Pk = w->P + k * 2 * nz; /* Pk once more, which nothing reads after that */
+    roln_real *const tapes = kept ? w->u.step.u.kept.tapes : w->u.step.u.mid.tapes;
     roln_real *const work = kept ? w->u.step.u.kept.work : w->u.step.u.mid.work;
     rolni_zero(2 * nz, gB);
     ROLNI_(windows_force)(b, k - 1);
     if (!pred) { /* the start from two positions */
         if (!rolni_goes_back(b->g)) return;
-        (void)roln_lnn_start(lnn, sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
+        (void)roln_lnn_start(lnn, sys, 1, nb, b->h, Zk - 2 * nz, Zk, Pk, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
         roln_lnn_start_bwd(lnn, sys, nb, b->h, gP, gB, w->gZ, b->g->net, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
         return;
     }
@@ -5073,7 +5065,7 @@ ROLN_FN void ROLNI_(windows_step)(const ROLNI_(windows) *b, int k, int pred, rol
     if (b->jets > 1)
         rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, w->gZ + nz);
     if (!rolni_goes_back(b->g)) return;
-    (void)roln_lnn_step(lnn, sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
+    (void)roln_lnn_step(lnn, sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, Pk, tapes, work);
     roln_lnn_step_bwd(lnn, sys, b->scheme, nb, b->h, gP, gB, b->g->net, tapes, work);
 }
 
