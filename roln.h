@@ -1622,20 +1622,6 @@ ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, r
         b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
 }
 
-/* What a block takes of the networks' kernels, named so that the macros stay short when they are expanded: tapes of a step of the
-   model, of the midpoint rule, which the variational loss takes, and of one stage that is not kept; work of a step, of a start, and
-   of the stations of the acceleration loss. (S(scheme) + 0 is an int, to be compared.) */
-#define ROLN_GRAD_STEPS(X, S, nb) \
-    X(kept_tape, ROLN_LNN_TAPE(S, 1, 1, nb)) X(once_tape, ROLN_LNN_TAPE(S, 1, 0, nb)) \
-    X(step_tapes, ROLN_STAGES((S(scheme) + 0)) * S(kept_tape)) X(mid_tapes, ROLN_STAGES(ROLN_MIDPOINT) * S(kept_tape)) \
-    X(step_kept, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) X(step_bwd, ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), nb)) \
-    X(mid_kept, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 1, nb)) X(mid_bwd, ROLN_LNN_STEP_BWD_WORK(S, ROLN_MIDPOINT, nb)) \
-    X(start_kept, ROLN_LNN_START_WORK(S, 1, nb)) X(start_bwd, ROLN_LNN_START_BWD_WORK(S, nb)) \
-    X(step_once, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) X(mid_once, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
-    X(start_once, ROLN_LNN_START_WORK(S, 0, nb)) \
-    X(stage_kept, ROLNI_STAGE_WORK(S, 1, nb)) X(stage_bwd, ROLNI_STAGE_BWD_WORK(S, nb)) \
-    X(inverse_kept, ROLN_LNN_INVERSE_WORK(S, 1, 1, nb)) X(inverse_bwd, ROLN_LNN_INVERSE_BWD_WORK(S, nb))
-
 /* Windows w0 .. w0 + nb - 1 of a batch. */
 typedef struct {
     int w0, nb;
@@ -2330,7 +2316,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_BEFORE(a, b, c, other) ((c) > 0 ? (b) : (b) > 0 ? (a) : (other)) /* of the last size of a, b, c the one before it */
 #define ROLN_(name) ROLNI_CAT(ROLN_NAME, name)        /* NAME_name */
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, i_##name)   /* NAME_i_name: of this header alone */
-#define ROLNI_ENUMERATOR(name, size) ROLN_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLN_(what)[(truth) ? 1 : -1];
 /* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
 #ifdef __cplusplus
@@ -2505,7 +2490,20 @@ ROLNI_INTS
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky),
-    ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLN_)
+    /* rows of the networks' kernels (roln_lnn.h, 2) */
+    ROLN_(row_mass) = ROLNI_MASS_ROW_WORK(ROLN_),
+    ROLN_(row_dm) = ROLNI_DM_WORK(ROLN_),
+    ROLN_(row_bwd) = ROLNI_ROW_BWD_WORK(ROLN_, 0, 0),
+    ROLN_(row_bwd_0) = ROLNI_ROW_BWD_WORK(ROLN_, 0, 1),
+    ROLN_(row_bwd_1) = ROLNI_ROW_BWD_WORK(ROLN_, 1, 1),
+    ROLN_(row_bwd_2) = ROLNI_ROW_BWD_WORK(ROLN_, 2, 1),
+    ROLN_(row_jac_1) = ROLNI_MOTION_JAC_WORK(ROLN_, 1),
+    ROLN_(row_jac_2) = ROLNI_MOTION_JAC_WORK(ROLN_, 2),
+    ROLN_(row_mass_0) = ROLNI_MASS_ONLY_WORK(ROLN_),
+    ROLN_(row_gradient_0) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 0),
+    ROLN_(row_gradient_1) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 1),
+    ROLN_(row_all_0) = ROLNI_ALL_ROW_WORK(ROLN_, 0),
+    ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
     /* parameters, and what training adds to them */
     ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(tri) + 1) +
                        ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_TRI(ROLN_(n)) : 0) +
@@ -2535,7 +2533,37 @@ ROLNI_INTS
     ROLN_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_FORMAT,
-    ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLN_, ROLN_BLOCK)
+    /* a step of one state, without and with what derivatives take */
+    ROLN_(stage_once_1) = ROLNI_STAGE_WORK(ROLN_, 0, 1),
+    ROLN_(midpoint_once_1) = ROLNI_MIDPOINT_WORK(ROLN_, 0, 1),
+    ROLN_(step_once_1) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 1, ROLN_(stage_once_1), ROLN_(midpoint_once_1)),
+    ROLN_(stage_1) = ROLNI_STAGE_WORK(ROLN_, 1, 1),
+    ROLN_(midpoint_1) = ROLNI_MIDPOINT_WORK(ROLN_, 1, 1),
+    ROLN_(step_1) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 1, ROLN_(stage_1), ROLN_(midpoint_1)),
+    ROLN_(dissipation) = ROLNI_DISSIPATION_JAC_WORK(ROLN_),
+    ROLN_(zdd_jac) = ROLN_LNN_ZDD_JAC_WORK(ROLN_),
+    ROLN_(midpoint_row) = ROLNI_MIDPOINT_ROW_WORK(ROLN_),
+    /* tapes and steps of a block of states: once, kept for a backward, the backward; mid: of the midpoint rule, of the variational loss */
+    ROLN_(once_tape) = ROLN_LNN_TAPE(ROLN_, 1, 0, ROLN_BLOCK),
+    ROLN_(kept_tape) = ROLN_LNN_TAPE(ROLN_, 1, 1, ROLN_BLOCK),
+    ROLN_(step_tapes) = ROLN_STAGES(ROLNI_INT(ROLN_(scheme))) * ROLN_(kept_tape),
+    ROLN_(mid_tapes) = ROLN_STAGES(ROLN_MIDPOINT) * ROLN_(kept_tape),
+    ROLN_(stage_once) = ROLNI_STAGE_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(midpoint_once) = ROLNI_MIDPOINT_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(step_once) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_once), ROLN_(midpoint_once)),
+    ROLN_(mid_once) = ROLNI_STEP_WORK(ROLN_, ROLN_MIDPOINT, ROLN_BLOCK, 0, ROLN_(midpoint_once)),
+    ROLN_(start_once) = ROLN_LNN_START_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(stage_kept) = ROLNI_STAGE_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(midpoint_kept) = ROLNI_MIDPOINT_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(step_kept) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_kept), ROLN_(midpoint_kept)),
+    ROLN_(mid_kept) = ROLNI_STEP_WORK(ROLN_, ROLN_MIDPOINT, ROLN_BLOCK, 0, ROLN_(midpoint_kept)),
+    ROLN_(start_kept) = ROLN_LNN_START_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(stage_bwd) = ROLNI_STAGE_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(mid_bwd) = ROLNI_MIDPOINT_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(step_bwd) = ROLNI_STEP_BWD_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_bwd), ROLN_(mid_bwd)),
+    ROLN_(start_bwd) = ROLN_LNN_START_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(inverse_kept) = ROLN_LNN_INVERSE_WORK(ROLN_, 1, 1, ROLN_BLOCK),
+    ROLN_(inverse_bwd) = ROLN_LNN_INVERSE_BWD_WORK(ROLN_, ROLN_BLOCK),
     ROLN_(packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
                                        ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)),
     ROLN_(full_packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
@@ -3383,7 +3411,7 @@ ROLN_FN void ROLNI_(drive_load)(const ROLN_(params) *p, const roln_real *load, i
 typedef struct {
     roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)]; /* the state and the force in units of the networks */
     ROLNI_(force_work) force;
-    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 0, 1)];
+    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_(step_once_1)];
 } ROLN_(step_work);
 
 /* NAME_step of z, zd under a push. */
