@@ -3484,7 +3484,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     st = roln_lnn_step_jac(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, wanted, by->dt / t, s, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
-        const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? loaded.unit : unit;
+        const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
         for (i = 0; i < n2; i++) {
             roln_real *x = J + j * n2 + i;
             *x *= (i < n ? 1 : 1 / t) * tj;
