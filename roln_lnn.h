@@ -383,8 +383,10 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        row_jac_k   ROLNI_MOTION_JAC_WORK(S, k), k = 1, 2
        row_mass_0  ROLNI_MASS_ONLY_WORK(S)
        row_gradient_k, row_all_k   ROLNI_GRADIENT_ROW_WORK(S, k), ROLNI_ALL_ROW_WORK(S, k), k = 0, 1: keep
-   and what the derivatives of a step take: dissipation ROLNI_DISSIPATION_JAC_WORK(S), stage_1 ROLNI_STAGE_WORK(S, 1, 1), zdd_jac ROLN_LNN_ZDD_JAC_WORK(S),
-   step_1 ROLN_LNN_STEP_WORK(S, scheme, 1, 1), midpoint_row ROLNI_MIDPOINT_ROW_WORK(S),
+   what the derivatives of a step take,
+       stage_1     ROLNI_STAGE_WORK(S, 1, 1)           step_1      ROLN_LNN_STEP_WORK(S, scheme, 1, 1)
+       dissipation ROLNI_DISSIPATION_JAC_WORK(S)       zdd_jac     ROLN_LNN_ZDD_JAC_WORK(S)
+       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)
    and no more of them than a macro needs. */
 
 /* Kept of an SPD layer, its output included: at the matrix, and for each direction. */
