@@ -47,15 +47,12 @@
        NAME_guard       what a guard remembers; in it tau, the torque that may go to the motors
        NAME_equation    M, c, g, d, T, V at a state
        NAME_jacobian    A, B of a step
-       NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
-       NAME_linwork     scratch of NAME_linear
-       NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
+       NAME_x_work      scratch of NAME_x: arrays with names and shapes, for each function x that takes one
+       NAME_work        scratch of prediction and control, a union: NAME_tick(.., &work.tick); one for each thread and interrupt
        NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
-       NAME_planwork    ... scratch of NAME_plan_..
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
-       NAME_filterwork  scratch of NAME_filter_tick
-       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise
-       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
+       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise, a union
+       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
        NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
@@ -69,7 +66,6 @@
        NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
-       NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
@@ -135,29 +131,48 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
-   model with full weights); NAME_horizon; NAME_steps, NAME_motors of a plan. For the kernels: NAME_model, NAME_trained(p); for an
-   optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   model with full weights); NAME_horizon; NAME_steps, NAME_motors of a plan. For the kernels: NAME_model; for an optimiser of
+   your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
-   One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
-   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK.
+   Functions keep nothing in their scratch. A main loop, a task and an interrupt each have scratch of their own: an interrupt that
+   calls with the scratch of the code that it interrupts leaves wrong numbers there, with ROLN_OK.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
    eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
 
-   Sections:
+   Sections. Once, functions that know no model:
 
-   1 model and units           what is known of a model besides its numbers, and the units that its networks see
-   2 a control tick            in the order in which a measurement meets it: encode, control, lift or allocate, guard
-   3 prediction and mechanics  a step, its derivatives, inverse dynamics, the terms of the equation of motion
-   4 Riccati equations         feedback of least cost for a linear system: by doubling, and step by step backward
-   5 optimal control           of a linear system within limits: interior points on a Riccati recursion
-   6 feedback and estimates    LQR, plans and a Kalman filter on the model
-   7 a training sample         in the order in which it meets the gradient: gather, encode, roll out, decode, compare, back
-   8 data, charts, errors      scales, variances, limits and noise from recordings; charts in closed form; roll-out errors
-   9 packed parameters         bytes, checksums, C text for flash
-   10 the typed shell          generated anew for every ROLN_NAME: the functions listed above
+   1 model and units           sizes of a model, and the units that its networks see
+   2 guard                     motors, limits, faults
+   3 Riccati equations         feedback of least cost for a linear system: by doubling, and step by step backward
+   4 optimal control           of a linear system within limits: interior points on a Riccati recursion
+   5 feedback, estimates and plans  their settings and states
+   6 windows, losses and errors     recorded motion, sums over it
+   7 packed parameters         bytes, checksums, C text for flash
+   8 from a config to sizes    macros of the preprocessor
+
+   For every ROLN_NAME, the functions listed above. In firmware:
+
+   9 sizes and types of a model
+   10 a control tick           in the order in which a measurement meets it: encode, control, lift or allocate, guard
+   11 prediction and mechanics a step, its derivatives, inverse dynamics, the terms of the equation of motion
+   12 feedback and estimates   LQR and a Kalman filter on the model
+   13 plans                    model predictive control
+   14 errors of a model        roll-outs against recordings
+   15 range, limits and noise from recordings
+
+   Learning:
+
+   16 a training sample        in the order in which it meets the gradient: gather, encode, roll out, decode, compare, back
+   17 scales and first weights
+   18 a chart in closed form
+
+   Keeping:
+
+   19 keeping a model          bytes, checksums, C text, small weights
+   20 scratch of a program     unions of the scratch above
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself.
@@ -2691,8 +2706,7 @@ ROLN_FN const roln_real *ROLNI_(net)(const ROLN_(params) *p)
     return p->theta + ROLN_(ae_size);
 }
 
-/* The units of forces, [N]: those of the joints. NULL: all are 1, or a learned input map B has the units in it, force on x = B u.
-   */
+/* The units of forces, [N]: those of the joints. NULL: all are 1, or a learned input map B contains them, force on x = B u. */
 ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 {
     const roln_real *each = ROLNI_EACH(p);
@@ -2757,8 +2771,7 @@ typedef struct {
 } ROLN_(aim_work);
 
 /* A reference q, qd, qdd [N], qdd NULL: zdd = 0, in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet
-   that control needs. Writes r->z, zd, zdd; the gains in r stay as they are. r stays as it was unless ROLN_OK. ROLN_E_NOT_FINITE.
-   */
+   that control needs. Writes r->z, zd, zdd. The gains in r stay, and all of r unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
                                const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_(N)], ROLN_(target) *r,
                                ROLN_(aim_work) *w)
@@ -4671,8 +4684,7 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     return ROLN_OK;
 }
 
-/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; the largest torque of each joint and its largest change
-   */
+/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; of each joint the largest torque and change */
 typedef struct {
     ROLN_(state) at, decoded;
     ROLN_(latent) s;
