@@ -2726,7 +2726,7 @@ typedef struct {
 } ROLN_(aim_work);
 
 /* A reference q, qd, qdd [N] in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet that control needs.
-   Writes r->z, zd, zdd; the gains in r stay as they are. r stays as it was unless ROLN_OK. ROLN_E_NOT_FINITE. */
+   qdd NULL: 0. Writes r->z, zd, zdd; the gains in r stay as they are. r stays as it was unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
                                const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_AT_LEAST(ROLN_(N))],
                                ROLN_(target) *r, ROLN_(aim_work) *w)
@@ -2736,7 +2736,8 @@ ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT
     if ((st = ROLNI_(encode)(p, q, qd, qdd, w->s, w->tape)) != ROLN_OK) return st;
     rolni_copy(ROLN_(n), w->s, r->z);
     rolni_copy(ROLN_(n), w->s + ROLN_(n), r->zd);
-    rolni_copy(ROLN_(n), w->s + 2 * ROLN_(n), r->zdd);
+    if (qdd) rolni_copy(ROLN_(n), w->s + 2 * ROLN_(n), r->zdd);
+    else rolni_zero(ROLN_(n), r->zdd);
     return ROLN_OK;
 }
 
