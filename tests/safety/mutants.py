@@ -31,7 +31,7 @@ TESTS = {
     "roln.h": {1: "units control roln", 2: "control safety units", 3: "control roln units", 4: "riccati", 5: "ocp",
                6: "filter plan control units", 7: "roln units newton", 8: "roln control filter chart units", 9: "safety roln",
                10: "safety roln control units plan"},
-    "roln_ae.h": {1: "ae roln", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae chart", 8: "ae roln",
+    "roln_ae.h": {1: "ae roln", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae chart", 8: "ae_stored ae roln",
                   9: "ae", 10: "chart"},
     "roln_lnn.h": {i: "lnn lnn_edges lnn_motion" for i in range(1, 6)},
     "roln_riem.h": {1: "riem lbfgs", 2: "riem", 3: "riem", 4: "riem", 5: "riem", 6: "newton dense", 7: "newton", 8: "lbfgs"},
