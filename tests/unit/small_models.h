@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: MIT */
+/* small_models.h - small models of every kind, by called.h. May be included again for variants of them all: names SMALL(plain) ..,
+   and for all another integrator, no inputs, a load, units of their own, rows of Gauss-Newton. */
+#ifndef SMALL
+#define SMALL(name) name
+#endif
+#ifndef SMALL_STEP
+#define SMALL_STEP(scheme) scheme
+#endif
+#ifndef SMALL_INPUTS
+#define SMALL_INPUTS(count) count
+#endif
+#ifndef SMALL_LOAD
+#define SMALL_LOAD 0
+#endif
+#ifndef SMALL_SCALE
+#define SMALL_SCALE common
+#endif
+#ifndef SMALL_ROWS
+#define SMALL_ROWS 0
+#endif
+
+#define ROLN_NAME SMALL(plain)
+#define ROLN_AE 6, 4, 2
+#define ROLN_MLP 5, 4
+#define ROLN_SLOPE 0.4375
+#define ROLN_HORIZON 4
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(bare) /* no autoencoder; base point, midpoint */
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_BASE 1
+#define ROLN_HORIZON 3
+#define ROLN_BLOCK 1
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(square) /* a layer that keeps its size */
+#define ROLN_AE 5, 3, 3
+#define ROLN_MLP 3, 4, 3
+#define ROLN_STEP SMALL_STEP(euler)
+#define ROLN_SLOPE 0.5
+#define ROLN_BASE 1
+#define ROLN_BLOCK 3
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(deep) /* the deepest */
+#define ROLN_AE 10, 9, 8, 7, 6, 5, 4, 3, 2
+#define ROLN_MLP 3, 2, 3, 2, 3
+#define ROLN_SLOPE 0.625
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(pole) /* one degree of freedom, as linear as can be */
+#define ROLN_AE 3, 1
+#define ROLN_MLP 2
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_SLOPE 1
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(rich) /* everything at once */
+#define ROLN_AE 6, 5, 3
+#define ROLN_MLP 4, 3
+#define ROLN_LAYERS gyro
+#define ROLN_BASE 1
+#define ROLN_DAMPING 1
+#define ROLN_INPUTS SMALL_INPUTS(2)
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(delan) /* the mass matrix L L^T + least I of DeLaN */
+#define ROLN_AE 4, 2
+#define ROLN_MLP 4
+#define ROLN_MASS cholesky
+#define ROLN_LEAST 0.0625
+#define ROLN_STEP SMALL_STEP(euler)
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(pushed) /* damping, midpoint; as many inputs as joints */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4, 3
+#define ROLN_DAMPING 1
+#define ROLN_INPUTS SMALL_INPUTS(5)
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_HORIZON 2
+#define ROLN_BLOCK 5
+#define ROLN_PLAN 4, 5
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(layered) /* as many SPD layers as there may be, no autoencoder */
+#define ROLN_AE 2
+#define ROLN_MLP 3
+#define ROLN_LAYERS gyro, gyro, gyro, gyro
+#define ROLN_DAMPING 1
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(chart) /* a chart of polynomials, and nothing else in the autoencoder */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_CHART polynomial, 3
+#define ROLN_HORIZON 3
+#define ROLN_BLOCK 4
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(curved) /* a chart behind a layer with an activation; inputs, midpoint */
+#define ROLN_AE 6, 4, 3
+#define ROLN_MLP 4, 3
+#define ROLN_SLOPE 0.5
+#define ROLN_CHART polynomial, 2
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INPUTS SMALL_INPUTS(2)
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(wheel) /* two angles and a slider between them, dry friction */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 5
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_DAMPING 1
+#define ROLN_FRICTION 1
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(laden) /* its filter estimates a load */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_LOAD 1
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#undef SMALL
+#undef SMALL_STEP
+#undef SMALL_INPUTS
+#undef SMALL_LOAD
+#undef SMALL_SCALE
+#undef SMALL_ROWS
