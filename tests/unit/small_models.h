@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* small_models.h - small models of every kind, by called.h. May be included again for variants of them all: names SMALL(plain) ..,
-   and for all another integrator, no inputs, a load, units of their own, rows of Gauss-Newton. */
+   and for all another integrator, no inputs, a load, units of their own, rows of Gauss-Newton. SMALL_DRIVEN_ONLY: the three with
+   learned inputs alone. */
 #ifndef SMALL
 #define SMALL(name) name
 #endif
@@ -20,6 +21,7 @@
 #define SMALL_ROWS 0
 #endif
 
+#ifndef SMALL_DRIVEN_ONLY
 #define ROLN_NAME SMALL(plain)
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 5, 4
@@ -81,21 +83,6 @@
 #define ROLN_ROWS SMALL_ROWS
 #include "called.h"
 
-#define ROLN_NAME SMALL(rich) /* everything at once */
-#define ROLN_AE 6, 5, 3
-#define ROLN_MLP 4, 3
-#define ROLN_LAYERS gyro
-#define ROLN_BASE 1
-#define ROLN_DAMPING 1
-#define ROLN_INPUTS SMALL_INPUTS(2)
-#define ROLN_HORIZON 3
-#define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
-#define ROLN_LOAD SMALL_LOAD
-#define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
-#include "called.h"
-
 #define ROLN_NAME SMALL(delan) /* the mass matrix L L^T + least I of DeLaN */
 #define ROLN_AE 4, 2
 #define ROLN_MLP 4
@@ -104,20 +91,6 @@
 #define ROLN_STEP SMALL_STEP(euler)
 #define ROLN_HORIZON 3
 #define ROLN_PLAN 4, 2
-#define ROLN_LOAD SMALL_LOAD
-#define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
-#include "called.h"
-
-#define ROLN_NAME SMALL(pushed) /* damping, midpoint; as many inputs as joints */
-#define ROLN_AE 5, 2
-#define ROLN_MLP 4, 3
-#define ROLN_DAMPING 1
-#define ROLN_INPUTS SMALL_INPUTS(5)
-#define ROLN_STEP SMALL_STEP(midpoint)
-#define ROLN_HORIZON 2
-#define ROLN_BLOCK 5
-#define ROLN_PLAN 4, 5
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
@@ -149,20 +122,6 @@
 #define ROLN_ROWS SMALL_ROWS
 #include "called.h"
 
-#define ROLN_NAME SMALL(curved) /* a chart behind a layer with an activation; inputs, midpoint */
-#define ROLN_AE 6, 4, 3
-#define ROLN_MLP 4, 3
-#define ROLN_SLOPE 0.5
-#define ROLN_CHART polynomial, 2
-#define ROLN_STEP SMALL_STEP(midpoint)
-#define ROLN_INPUTS SMALL_INPUTS(2)
-#define ROLN_HORIZON 2
-#define ROLN_PLAN 4, 2
-#define ROLN_LOAD SMALL_LOAD
-#define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
-#include "called.h"
-
 #define ROLN_NAME SMALL(wheel) /* two angles and a slider between them, dry friction */
 #define ROLN_AE 3
 #define ROLN_MLP 4, 5
@@ -188,6 +147,51 @@
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
 #include "called.h"
+#endif
+
+/* with learned inputs */
+#define ROLN_NAME SMALL(rich) /* everything at once */
+#define ROLN_AE 6, 5, 3
+#define ROLN_MLP 4, 3
+#define ROLN_LAYERS gyro
+#define ROLN_BASE 1
+#define ROLN_DAMPING 1
+#define ROLN_INPUTS SMALL_INPUTS(2)
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(pushed) /* damping, midpoint; as many inputs as joints */
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4, 3
+#define ROLN_DAMPING 1
+#define ROLN_INPUTS SMALL_INPUTS(5)
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_HORIZON 2
+#define ROLN_BLOCK 5
+#define ROLN_PLAN 4, 5
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
+
+#define ROLN_NAME SMALL(curved) /* a chart behind a layer with an activation; inputs, midpoint */
+#define ROLN_AE 6, 4, 3
+#define ROLN_MLP 4, 3
+#define ROLN_SLOPE 0.5
+#define ROLN_CHART polynomial, 2
+#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INPUTS SMALL_INPUTS(2)
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_ROWS SMALL_ROWS
+#include "called.h"
 
 #undef SMALL
 #undef SMALL_STEP
@@ -195,3 +199,4 @@
 #undef SMALL_LOAD
 #undef SMALL_SCALE
 #undef SMALL_ROWS
+#undef SMALL_DRIVEN_ONLY

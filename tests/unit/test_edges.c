@@ -263,9 +263,9 @@ static void test_spd_block(void)
 /* ---- a model ---------------------------------------------------------------------------------- */
 
 static roln_real z_min[MAXN], z_max[MAXN], zd_max[MAXN];
-static roln_trained model_of(int k)
+static instance model_of(int k)
 {
-    const roln_trained m = {models[k].md, scale_of(k), z_min, z_max, zd_max, theta, NULL};
+    const instance m = {models[k], scale_of(k), z_min, z_max, zd_max, theta, NULL};
     return m;
 }
 
@@ -279,7 +279,7 @@ static void place(int k)
 /* Numbers that overflow on the way: refused, outputs untouched. */
 static void test_overflow(int k)
 {
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int N = N_OF(k), n = n_OF(k);
     static roln_real D[4 * MAXN * MAXN], A[4 * MAXN * MAXN];
     roln_real z[MAXN], zd[MAXN], B[MAXN * 2], u[2] = {7, 7}, lost = 7;
@@ -290,10 +290,10 @@ static void test_overflow(int k)
     roln_status st;
     place(k);
     fill(n, TOP, z), fill(n, 0, zd), dyadic(2 * N, 1, &s, B);
-    CHECK(rolni_cost_joints(&m, &cost, z, D, spare) != ROLN_OK || models[k].md->ae.layers == 0);
+    CHECK(rolni_cost_joints(&m, &cost, z, D, spare) != ROLN_OK || models[k]->md->ae.layers == 0);
     fill(n, 0, z), fill(n, TOP, zd);
-    if (models[k].md->inputs == 0) {
-        st = roln_allocate(&m, z, &motors, zd, u, &lost, spare);
+    if (models[k]->md->inputs == 0) {
+        st = m.of->allocate(&m, z, &motors, zd, u, &lost, spare);
         if (st != ROLN_OK) CHECK(all(2, u, 7) && all(1, &lost, 7));
     }
     fill(4 * n * n, (roln_real)NAN, A);
@@ -304,11 +304,11 @@ static void test_overflow(int k)
     {
         roln_real kept[MAXP];
         memcpy(kept, theta, sizeof kept);
-        if (models[k].md->ae.curves > 0) {
-            int i, at = rolni_bent_at(&models[k].md->ae), bent = roln_ae_bent(&models[k].md->ae);
+        if (models[k]->md->ae.curves > 0) {
+            int i, at = rolni_bent_at(&models[k]->md->ae), bent = roln_ae_bent(&models[k]->md->ae);
             for (i = 0; i < n * bent; i++)
                 kept[at + i] = theta[at + i] = 2;
-            CHECK(roln_chart_center(&models[k].md->ae, z_min, z_max, theta) == ROLN_E_NOT_FINITE);
+            CHECK(roln_chart_center(&models[k]->md->ae, z_min, z_max, theta) == ROLN_E_NOT_FINITE);
             CHECK(memcmp(kept, theta, sizeof kept) == 0);
         }
     }
@@ -346,7 +346,7 @@ static void test_chart(void)
 /* A load acts on a step without any torque, as the same torque by way of J^T would where that is known: none at all is no load. */
 static void test_load(int k)
 {
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int n = n_OF(k);
     roln_real load[MAXN], a[2 * MAXN], b[2 * MAXN], c[2 * MAXN];
     const rolni_push by = {NULL, load}, none = {NULL, NULL};
@@ -364,14 +364,14 @@ static void test_load(int k)
 /* A torque limit below 0, motors that no machine has: a fault, and no torque but 0 or what was held. */
 static void test_guard(int k)
 {
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], r[5 * MAXN], tau[MAXN], safe[MAXN], B[MAXN];
-    const roln_motors wrong = {0, models[k].md->inputs > 0 ? B : NULL, 0};
+    const roln_motors wrong = {0, models[k]->md->inputs > 0 ? B : NULL, 0};
     const roln_measured x = {q, qd};
-    const roln_target ref = {r, r + n, r + 2 * n, r + 3 * n, r + 4 * n, NULL};
+    const target_at ref = {r, r + n, r + 2 * n, r + 3 * n, r + 4 * n, NULL};
     roln_guard g;
-    const roln_held held = {&g, tau};
+    const guard_at held = {&g, tau};
     roln_limits l;
     uint64_t s = 700 + (uint64_t)k;
     uint32_t f;
@@ -381,23 +381,23 @@ static void test_guard(int k)
     dyadic(N, ROLN_C(0.0625), &s, q), dyadic(N, ROLN_C(0.0625), &s, qd), dyadic(5 * n, ROLN_C(0.0625), &s, r);
     fill(MAXN, 1, safe), fill(MAXN, 0, tau), fill(MAXN, 0, B);
     l.dt = dt, l.tau = 1000, l.hold = 2, l.margin = 100;
-    f = roln_tick(&m, &l, &x, &ref, z, zd, &held, spare); /* without limits->motors, with inputs too */
+    f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare); /* without limits->motors, with inputs too */
     CHECK((f & ~(uint32_t)ROLN_FAULT_RANGE) == 0 || (f & ROLN_FAULT_STATUS));
     CHECK(roln_all_finite(F, tau));
     l.motors = &wrong;
-    f = roln_tick(&m, &l, &x, &ref, z, zd, &held, spare);
+    f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare);
     CHECK((f & (ROLN_FAULT_STATUS | ROLN_FAULT_INPUT)) == (ROLN_FAULT_STATUS | ROLN_FAULT_INPUT));
     l.motors = NULL, l.tau = -1, l.safe = safe, l.hold = 0;
     for (i = 0; i < 2; i++) {
-        f = roln_tick(&m, &l, &x, &ref, z, zd, &held, spare);
+        f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare);
         CHECK((f & ROLN_FAULT_INPUT) && all(F, tau, 0));
     }
     l.tau = 1, l.hold = 2, l.strict = 1; /* where the measurement or what is wanted is no number, nothing is said of its limits */
     fill(n, 0, z), fill(n, 0, zd), fill(MAXN, 2, tau), memset(&g, 0, sizeof g);
     q[0] = (roln_real)NAN;
-    CHECK(roln_guard_tick(&m, &l, &x, z, zd, tau, &held, spare) == ROLN_FAULT_INPUT);
+    CHECK(m.of->guard_tick(&m, &l, &x, z, zd, tau, &held, spare) == ROLN_FAULT_INPUT);
     q[0] = 0, safe[F - 1] = (roln_real)NAN, fill(F - 1, 2, safe);
-    CHECK(roln_guard_tick(&m, &l, &x, z, zd, safe, &held, spare) == ROLN_FAULT_OUTPUT);
+    CHECK(m.of->guard_tick(&m, &l, &x, z, zd, safe, &held, spare) == ROLN_FAULT_OUTPUT);
 }
 
 /* The torque of motors that are the joints or inputs themselves is what it is. */
@@ -414,7 +414,7 @@ static void test_motors(void)
 /* Feedback without what is left of the cost is the same feedback; friction is no damping to it, at rest and on the move. */
 static void test_feedback(int k)
 {
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int n = n_OF(k), F = F_OF(k);
     static roln_real K[MAXN * 2 * MAXN], K1[MAXN * 2 * MAXN], P[4 * MAXN * MAXN], weight[MAXN];
     const roln_motors own = {0, NULL, 0};
@@ -425,11 +425,11 @@ static void test_feedback(int k)
     fill(MAXN, 1, weight);
     for (sign = -1; sign < 2; sign++) {
         fill(2 * n, 0, s), s[n] = ROLN_C(0.0625) * (roln_real)sign;
-        if (roln_lqr(&m, &cost, s, NULL, K, P, spare) != ROLN_OK) continue;
-        CHECK_OK(roln_lqr(&m, &cost, s, NULL, K1, NULL, spare));
+        if (m.of->lqr(&m, &cost, s, NULL, K, P, spare) != ROLN_OK) continue;
+        CHECK_OK(m.of->lqr(&m, &cost, s, NULL, K1, NULL, spare));
         CHECK(memcmp(K, K1, (size_t)(F * 2 * n) * sizeof *K) == 0);
-        if (models[k].md->inputs == 0) continue;
-        CHECK_OK(roln_lqr(&m, &by_own, s, NULL, K1, NULL, spare)); /* the learned motors by name */
+        if (models[k]->md->inputs == 0) continue;
+        CHECK_OK(m.of->lqr(&m, &by_own, s, NULL, K1, NULL, spare)); /* the learned motors by name */
         CHECK(memcmp(K, K1, (size_t)(F * 2 * n) * sizeof *K) == 0);
     }
 }
@@ -478,31 +478,31 @@ static void test_plan_overflow(void)
     static units_params p;
     static units_start start;
     const roln_scale sc = {1, 1, ROLN_C(1e-6)};
-    const roln_trained m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
+    const instance m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
     roln_real torque[STEPS * MOTORS], path[(STEPS + 1) * n2], at[units_N * MOTORS], A[STEPS * n2 * n2], B[STEPS * n2 * MOTORS];
     roln_real c[STEPS * n2];
     const roln_motors motors = {MOTORS, at, 0};
     roln_limits l;
     roln_goal goal;
     roln_plan plan;
-    roln_planned pl;
+    plan_at pl;
     uint64_t seed = 4;
     CHECK_OK(units_init(&p, &seed, &start));
     memset(&l, 0, sizeof l), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan), memset(&pl, 0, sizeof pl);
     goal.limits = &l, goal.dt = dt, l.motors = &motors, plan.known = 1;
     pl.plan = &plan, pl.u = torque, pl.s = path, pl.steps = STEPS, pl.motors = MOTORS;
     fill(n2 * (STEPS + 1), 0, path), fill(MOTORS, 0, torque), fill(units_N * MOTORS, 1, at);
-    CHECK_OK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare));
+    CHECK_OK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare));
     torque[0] = TOP, torque[1] = -TOP; /* together nothing */
-    CHECK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && roln_all_finite(n2 * MOTORS, B));
+    CHECK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && roln_all_finite(n2 * MOTORS, B));
     fill(MOTORS, 0, torque), fill(units_N * MOTORS, TOP / 8, at);
-    CHECK(roln_plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && !roln_all_finite(n2 * MOTORS, B));
+    CHECK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && !roln_all_finite(n2 * MOTORS, B));
 }
 
 /* Recordings that lack what they need, each kind of need by itself. */
 static void test_batches(int k)
 {
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const roln_motors own = {0, NULL, 0};
     static roln_real q[8 * MAXN], tau_each[MAXN], rate_each[MAXN], each[MAXN];
     roln_batch b = {2, 3, 1, NULL, q, NULL, NULL, NULL};
@@ -538,18 +538,18 @@ static void test_batches(int k)
     }
     l.dt = dt, l.motors = &own, l.window = 0, b.qd = q;
     b.tau = q, was = l; /* torques of the model's own motors */
-    if (roln_fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_OK) CHECK(l.tau_each == tau_each && l.dt >= was.dt);
+    if (m.of->fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_OK) CHECK(l.tau_each == tau_each && l.dt >= was.dt);
     l = was, b.tau = NULL, l.motors = NULL, l.tau_each = each, fill(MAXN, 1, each); /* limits that are yours */
-    if (roln_fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_OK) CHECK(l.tau_each == each);
+    if (m.of->fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_OK) CHECK(l.tau_each == each);
     l.tau_each = NULL, l.tau = 0;
-    CHECK(roln_fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_E_RANGE);
+    CHECK(m.of->fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_E_RANGE);
 }
 
 /* Noise from recordings of which a second window cannot start, of torques that no model follows, of ticks without a measurement. */
 static void test_noise(int k)
 {
     enum { TICKS = 8 };
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int N = N_OF(k), F = F_OF(k);
     static roln_real q[2 * TICKS * MAXN], tau[2 * TICKS * MAXN], each[MAXN];
     const roln_batch b = {2, TICKS - 1, 1, NULL, q, NULL, NULL, tau};
@@ -557,7 +557,7 @@ static void test_noise(int k)
     uint64_t s = 800 + (uint64_t)k;
     int what;
     place(k);
-    CHECK_OK(roln_ae_init(&models[k].md->ae, theta, &s, spare));
+    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta, &s, spare));
     for (what = 0; what < 5; what++) {
         roln_status st;
         dyadic(2 * TICKS * N, ROLN_C(0.001), &s, q), dyadic(2 * TICKS * F, ROLN_C(0.125), &s, tau), fill(MAXN, 7, each);
@@ -569,7 +569,7 @@ static void test_noise(int k)
         if (what == 4) fill(N, (roln_real)NAN, q + 3 * N);
         if (what == 1) fill(N, ROLN_C(0.001), q + N);
         was = l;
-        st = roln_fit_noise(&m, &b, &l, what == 0 ? NULL : each, spare);
+        st = m.of->fit_noise(&m, &b, &l, what == 0 ? NULL : each, spare);
         if (what == 2) CHECK(st != ROLN_OK);
         if (st != ROLN_OK) CHECK(memcmp(&l, &was, sizeof l) == 0);
         else CHECK(l.tau > 0 && roln_finite(l.tau) && l.q_each == was.q_each);
@@ -586,7 +586,7 @@ static void test_own_units(void)
     static units_params p;
     static units_start start;
     const roln_scale sc = {2, ROLN_C(0.5), 1};
-    roln_trained m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
+    instance m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
     roln_real C[ROWS * N], weight[N], ref[N], s[n2], Q[4 * n * n], q[n2], load[n], A[n2 * n2], L[n2 * n], A1[n2 * n2];
     roln_term term[TERMS];
     roln_goal goal;
@@ -644,7 +644,7 @@ static void test_own_units(void)
 static void test_filter(int k)
 {
     enum { TRIES = 300 };
-    const roln_trained m = model_of(k);
+    const instance m = model_of(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
     roln_real y[MAXN], z[MAXN], zd[MAXN], F[4 * MAXN * MAXN];
     uint64_t s = 900 + (uint64_t)k;
@@ -653,7 +653,7 @@ static void test_filter(int k)
     for (t = 0; t < TRIES; t++) {
         const roln_real wide = roln_log(TOP) / (roln_real)(1 + t % 4);
         roln_filter filter;
-        const roln_estimate e = {&filter, z, zd, F, NULL};
+        const filter_at e = {&filter, z, zd, F, NULL};
         roln_noise noise;
         uint32_t f;
         memset(&filter, 0, sizeof filter), memset(&noise, 0, sizeof noise);
@@ -668,7 +668,7 @@ static void test_filter(int k)
             const roln_real r = roln_exp(roln_normal(&s) * wide / 2);
             F[i] = i % (n2 + 1) ? 0 : ROLN_MIN(r, TOP / 4);
         }
-        f = roln_filter_tick(&m, &noise, y, NULL, &e, spare);
+        f = m.of->filter_tick(&m, &noise, y, NULL, &e, spare);
         lost += (f & ROLN_FAULT_STATUS) != 0;
         CHECK(roln_all_finite(n, z) && roln_all_finite(n, zd) && roln_all_finite(n2 * n2, F));
     }
@@ -693,7 +693,7 @@ static void test_weights(void)
 static void test_errors(void)
 {
     enum { TICKS = 4 };
-    const roln_trained m = model_of(PLAIN);
+    const instance m = model_of(PLAIN);
     static roln_real q[TICKS * MAXN], qd[TICKS * MAXN], qbar[MAXN];
     const roln_batch b = {1, TICKS - 1, 1, NULL, q, qd, NULL, NULL};
     roln_error e[TICKS];
@@ -713,7 +713,7 @@ static void test_errors(void)
         static units_params p;
         static units_start start;
         const roln_real each[units_N] = {PICK(1e18f, 1e153), 1, 1, 1, 1};
-        const roln_trained of_units = {&units_model, &p.scale, z_min, z_max, zd_max, p.theta, each};
+        const instance of_units = {&units_model, &p.scale, z_min, z_max, zd_max, p.theta, each};
         roln_error joints[TICKS * units_N];
         const roln_errors_to both = {e, joints};
         uint64_t seed = 7;
@@ -819,7 +819,7 @@ void TEST_NAME(edges)(void)
         test_feedback(k);
         test_batches(k);
         test_filter(k);
-        if (!models[k].md->lnn.angles && k != PUSHED && k != DEEP) test_noise(k);
+        if (!models[k]->md->lnn.angles && k != PUSHED && k != DEEP) test_noise(k);
     }
     test_cost_to_go();
     test_plan_overflow();

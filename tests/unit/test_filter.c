@@ -32,23 +32,23 @@ static int side_of(int n)
 
 static int filter_work(int k)
 {
-    const sizes z = models[k].size;
+    const sizes z = models[k]->size;
 #define OF_Z(name) z.name
     return loaded ? ROLN_FILTER_WORK(OF_Z, 1) : ROLN_FILTER_WORK(OF_Z, 0);
 }
 
-static roln_trained of_model(int k)
+static instance of_model(int k)
 {
-    const roln_trained m = {models[k].md, scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
+    const instance m = {models[k], scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
     return m;
 }
 
 static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
 {
-    const roln_trained m = of_model(k);
-    const roln_estimate to = {&e->f, e->z, e->zd, e->F, loaded ? e->load : NULL};
+    const instance m = of_model(k);
+    const filter_at to = {&e->f, e->z, e->zd, e->F, loaded ? e->load : NULL};
     const int finite = roln_all_finite(n_OF(k), e->z); /* what is damaged stays so until it starts again */
-    const uint32_t faults = roln_filter_tick(&m, noise, y, tau, &to, room_of(filter_work(k)));
+    const uint32_t faults = m.of->filter_tick(&m, noise, y, tau, &to, room_of(filter_work(k)));
     ROOM_KEPT();
     CHECK((faults & ~e->f.faults) == 0);
     CHECK(roln_all_finite(n_OF(k), e->z) || !finite);
@@ -62,13 +62,13 @@ static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, cons
    of a covariance of size `wide`. */
 static void place(int k, uint64_t *s, roln_real wide, rig *x)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), side = side_of(n);
     roln_real qd[MAXN];
     int i;
     memset(x, 0, sizeof *x);
     parameters(k, s, theta_k);
-    CHECK_OK(roln_ae_init(&models[k].md->ae, theta_k, s, ROOM(init)));
+    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta_k, s, ROOM(init)));
     fill(MAXN, -4, z_min), fill(MAXN, 4, z_max), fill(MAXN, 8, zd_max);
     dyadic(N, ROLN_C(0.25), s, x->q_each), dyadic(N, ROLN_C(0.25), s, x->tau_each), dyadic(F_OF(k), ROLN_C(0.25), s, x->tau);
     for (i = 0; i < N; i++)
@@ -81,7 +81,7 @@ static void place(int k, uint64_t *s, roln_real wide, rig *x)
         x->e.F[i * (side + 1)] += wide;
     if (loaded) dyadic(n, ROLN_C(0.5), s, x->e.load), x->noise.load = ROLN_C(0.75);
     x->e.f.known = 1, x->e.f.starts = 1;
-    CHECK_OK(roln_decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
+    CHECK_OK(m.of->decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
     for (i = 0; i < N; i++)
         x->y[i] += ROLN_C(0.001953125) * roln_normal(s);
 }
@@ -135,13 +135,13 @@ static void widen_estimate(int n, const estimate *e, twin *t)
 /* q and J at z. */
 static void look(int k, const roln_real *z, twin *t)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     roln_real e[MAXN], q[MAXN], qd[MAXN];
     int i, j;
     for (j = 0; j < n; j++) {
         fill(n, 0, e), e[j] = 1;
-        CHECK_OK(roln_decode(&m, z, e, q, qd, spare));
+        CHECK_OK(m.of->decode(&m, z, e, q, qd, spare));
         for (i = 0; i < N; i++)
             t->q[i] = (ld)q[i], t->J[i * n + j] = (ld)qd[i];
     }
@@ -165,11 +165,11 @@ static int ahead(int k, const rig *r, twin *t)
     static roln_real A2[SIDE * SIDE], L[SIDE * MAXN];
     static ld A[SIDE * SIDE], AP[SIDE * SIDE], M[MAXN * MAXN], W[MAXN * MAXN], G[SIDE * MAXN], Q[SIDE * SIDE];
     roln_real mass[MAXN * MAXN];
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, side = side_of(n);
     const rolni_push by = {r->tau, loaded ? t->s + n2 : NULL};
     const rolni_slopes to = {A2, NULL, loaded ? L : NULL};
-    const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
+    const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
     const ld h = (ld)r->noise.dt;
     int i, j;
     for (i = 0; i < side; i++)
@@ -179,7 +179,7 @@ static int ahead(int k, const rig *r, twin *t)
         for (j = 0; j < side; j++)
             t->A[i * side + j] = i >= n2 ? (roln_real)(i == j) : j < n2 ? A2[i * n2 + j] : L[i * n + j - n2];
     look(k, t->s, t);
-    CHECK_OK(roln_terms(&m, t->s, t->s + n, &out, spare));
+    CHECK_OK(m.of->terms(&m, t->s, t->s + n, &out, spare));
     widen(n * n, mass, M), widen(side * side, t->A, A);
     invert(n, M, W);
     for (i = 0; i < n; i++)
@@ -188,7 +188,7 @@ static int ahead(int k, const rig *r, twin *t)
             int l;
             for (l = 0; l < n; l++)
                 sum += W[i * n + l] * t->J[j * n + l];
-            sum *= (ld)(r->noise.tau_each ? r->noise.tau_each[j] : r->noise.tau) * (roln_in_range(&m, 0, t->s, t->s + n) ? 1 : 10);
+            sum *= (ld)(r->noise.tau_each ? r->noise.tau_each[j] : r->noise.tau) * (m.of->in_range(&m, t->s, t->s + n) ? 1 : 10);
             G[i * N + j] = h * h / 2 * sum, G[(n + i) * N + j] = h * sum;
         }
     times(side, side, side, A, t->P, 0, AP);
@@ -215,7 +215,7 @@ static void correct(int k, const rig *r, twin *t)
     for (i = 0; i < N; i++) {
         const ld deviation = (ld)(r->noise.q_each ? r->noise.q_each[i] : r->noise.q);
         weight[i] = roln_finite(r->y[i]) ? 1 / (deviation * deviation) : 0;
-        e[i] = roln_finite(r->y[i]) ? (ld)(r->y[i] - roln_lnn_near(&models[k].md->lnn, i, r->y[i], (roln_real)t->q[i])) : 0;
+        e[i] = roln_finite(r->y[i]) ? (ld)(r->y[i] - roln_lnn_near(&models[k]->md->lnn, i, r->y[i], (roln_real)t->q[i])) : 0;
         for (j = 0; j < n; j++) {
             b[j] += t->J[i * n + j] * weight[i] * e[i];
             for (l = 0; l < n; l++)
@@ -302,9 +302,9 @@ static void test_tick(int k)
         else t.nis = t.spread = 0;
         {
             const uint32_t faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
-            const roln_trained m = of_model(k);
+            const instance m = of_model(k);
             CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (missing > 0 ? ROLN_FILTER_MISSING : 0));
-            CHECK(((faults & ROLN_FAULT_RANGE) == 0) == (roln_in_range(&m, 0, x.e.z, x.e.zd) != 0));
+            CHECK(((faults & ROLN_FAULT_RANGE) == 0) == (m.of->in_range(&m, x.e.z, x.e.zd) != 0));
             CHECK(x.e.f.used == N - missing && x.e.f.outliers == 0 && x.e.f.starts == 1 && x.e.f.known == 1);
         }
         check_tick(k, &x.e, &t);
@@ -322,19 +322,19 @@ static void test_steady(int k)
     static twin t;
     static roln_real A[SIDE * SIDE], B[SIDE * MAXN], D[SIDE * SIDE], C[SIDE * SIDE], K[SIDE * MAXN], work[20000];
     static ld P[SIDE * SIDE];
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
     roln_real still[MAXN] = {0}, tau_z[MAXN], r[MAXN], qd[MAXN], pose[MAXN];
     rolni_filter f;
     uint64_t s = 950 + (uint64_t)k;
     ld worst = 0;
     int i, j;
-    if (loaded || models[k].md->inputs > 0 || k == DEEP) return; /* nothing holds it; J of size 1e3 */
+    if (loaded || models[k]->md->inputs > 0 || k == DEEP) return; /* nothing holds it; J of size 1e3 */
     place(k, &s, 1, &x);
     fill(n, 0, x.e.zd), memcpy(pose, x.e.z, sizeof pose);
-    CHECK_OK(roln_inverse(&m, pose, still, NULL, still, tau_z, spare));
-    CHECK_OK(roln_lift(&m, pose, tau_z, x.tau, spare));
-    CHECK_OK(roln_decode(&m, pose, still, x.y, qd, spare));
+    CHECK_OK(m.of->inverse(&m, pose, still, NULL, still, tau_z, spare));
+    CHECK_OK(m.of->lift(&m, pose, tau_z, x.tau, spare));
+    CHECK_OK(m.of->decode(&m, pose, still, x.y, qd, spare));
     for (i = 0; i < TICKS; i++)
         CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
     BOUND("filter: held pose, eps", furthest(n, x.e.z, pose) / EPS, 4);
@@ -374,35 +374,35 @@ static int restless;           /* 1: it wanders */
 /* One tick of a machine that is the model, pushed by unknown torques, and its measured positions. */
 static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *zd, roln_real *y)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
-    const roln_terms_out out = {mass, NULL, NULL, NULL, NULL, NULL};
+    const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
     const rolni_push by = {x->tau, loaded ? burden : NULL};
-    roln_model driven = *models[k].md;
-    roln_trained by_joints = m;
+    roln_model driven = *models[k]->md;
+    instance by_joints = m;
     int i;
     driven.inputs = 0, by_joints.model = &driven;
     CHECK_OK(rolni_step(&m, z, zd, &by, x->noise.dt, spare));
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
-    CHECK_OK(roln_reduce(&by_joints, z, push, tau_z, spare));
-    CHECK_OK(roln_terms(&m, z, zd, &out, spare));
+    CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
+    CHECK_OK(m.of->terms(&m, z, zd, &out, spare));
     CHECK_OK(roln_chol(n, mass, L));
     roln_solve_lower(n, L, tau_z, tau_z), roln_solve_lower_t(n, L, tau_z, tau_z);
     for (i = 0; i < n; i++) {
         z[i] += x->noise.dt * x->noise.dt / 2 * tau_z[i];
         zd[i] += x->noise.dt * tau_z[i];
-        if (roln_lnn_angle(&m.model->lnn, i)) z[i] = roln_wrap(z[i]);
+        if (roln_lnn_angle(&m.of->md->lnn, i)) z[i] = roln_wrap(z[i]);
     }
     if (loaded && restless) {
         for (i = 0; i < N; i++)
             push[i] = ROLN_SQRT(x->noise.dt) * x->noise.load * roln_normal(s);
-        CHECK_OK(roln_reduce(&by_joints, z, push, tau_z, spare));
+        CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
         for (i = 0; i < n; i++)
             burden[i] += tau_z[i];
     }
-    CHECK_OK(roln_decode(&m, z, zd, y, qd, spare));
+    CHECK_OK(m.of->decode(&m, z, zd, y, qd, spare));
     for (i = 0; i < N; i++)
         y[i] += x->q_each[i] * roln_normal(s);
 }
@@ -418,7 +418,7 @@ static ld squared_error(int k, const estimate *e, const roln_real *z, const roln
     widen_estimate(n, e, &t);
     memcpy(P, t.P, sizeof P);
     for (i = 0; i < n; i++) {
-        d[i] = (ld)(z[i] - roln_lnn_near(&models[k].md->lnn, i, z[i], e->z[i]));
+        d[i] = (ld)(z[i] - roln_lnn_near(&models[k]->md->lnn, i, z[i], e->z[i]));
         d[n + i] = (ld)(zd[i] - e->zd[i]);
         if (loaded) d[2 * n + i] = (ld)(burden[i] - e->load[i]);
     }
@@ -463,7 +463,7 @@ static void test_consistent(int k)
 /* s [2n] after a step of model k under tau and a load. */
 static void pushed_to(int k, const rig *x, const roln_real *load, roln_real *s)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int n = n_OF(k);
     const rolni_push by = {x->tau, load};
     memcpy(s, x->e.z, (size_t)n * sizeof *s), memcpy(s + n, x->e.zd, (size_t)n * sizeof *s);
@@ -492,7 +492,7 @@ static void test_push(int k)
 {
     static rig x;
     static roln_real A[SIDE * SIDE], B[SIDE * MAXN], L[SIDE * MAXN], A2[SIDE * SIDE];
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, F = F_OF(k), columns[3] = {n2, F, n};
     const rolni_push by = {x.tau, x.e.load};
     const rolni_slopes to_B = {A2, B, NULL}, to_L = {A, NULL, L};
@@ -515,7 +515,7 @@ static void test_push(int k)
             const ld e2 = slope_error(k, &x, of_j, ROLN_C(0.03125), of[l] + j, columns[l]);
             BOUND("load: slopes, a quarter", (e2 - noise) / (e1 + noise), 0.3);
         }
-    if (models[k].md->ae.layers > 0) return;
+    if (models[k]->md->ae.layers > 0) return;
     pushed_to(k, &x, x.e.load, s);
     for (i = 0; i < N; i++)
         x.tau[i] += x.e.load[i] / scale_of(k)->q;
@@ -529,10 +529,10 @@ static ld held(int k, int compensated, ld *of)
 {
     enum { TICKS = 1200, LAST = 200 };
     static rig x;
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int n = n_OF(k);
     roln_real z[MAXN], zd[MAXN] = {0}, ref[MAXN], still[MAXN] = {0}, gain[MAXN], tau_z[MAXN], mean[2][MAXN] = {{0}};
-    const roln_target target = {ref, still, still, gain, gain, compensated ? x.e.load : NULL};
+    const target_at target = {ref, still, still, gain, gain, compensated ? x.e.load : NULL};
     uint64_t s = 890 + (uint64_t)k;
     int i, t;
     place(k, &s, 1, &x);
@@ -545,10 +545,10 @@ static ld held(int k, int compensated, ld *of)
     for (t = 0; t < TICKS; t++) {
         simulate(k, &x, &s, z, zd, x.y);
         CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
-        CHECK_OK(roln_control(&m, x.e.z, x.e.zd, &target, tau_z, spare));
-        CHECK_OK(roln_lift(&m, x.e.z, tau_z, x.tau, spare));
+        CHECK_OK(m.of->control(&m, x.e.z, x.e.zd, &target, tau_z, spare));
+        CHECK_OK(m.of->lift(&m, x.e.z, tau_z, x.tau, spare));
         for (i = 0; i < n && t >= TICKS - LAST; i++) {
-            mean[0][i] += (z[i] - roln_lnn_near(&m.model->lnn, i, z[i], ref[i])) / LAST;
+            mean[0][i] += (z[i] - roln_lnn_near(&m.of->md->lnn, i, z[i], ref[i])) / LAST;
             mean[1][i] += (x.e.load[i] - burden[i]) / LAST;
         }
     }
@@ -559,12 +559,12 @@ static ld held(int k, int compensated, ld *of)
 /* The load is found, and with it PD+ ends where it is to: the offset is a small part of the one without. No load, no offset. */
 static void test_held(int k)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     roln_real x[6 * MAXN], tau_z[MAXN];
     const int n = n_OF(k);
-    const roln_target target = {x, x + n, x, x, x, x + 2 * n};
+    const target_at target = {x, x + n, x, x, x, x + 2 * n};
     ld off, with, without;
-    if (k == DEEP || models[k].md->inputs > 0) return; /* J of size 1e3; nothing holds it */
+    if (k == DEEP || models[k]->md->inputs > 0) return; /* J of size 1e3; nothing holds it */
     without = held(k, 0, &off);
     BOUND("load: found, without it in the loop, a part", off, 0.03);
     with = held(k, 1, &off);
@@ -573,29 +573,29 @@ static void test_held(int k)
     CHECK(without > 0.01L);
     fill(6 * MAXN, ROLN_C(0.125), x), fill(MAXN, 7, tau_z);
     x[2 * n] = (roln_real)NAN;
-    CHECK(roln_control(&m, x, x, &target, tau_z, spare) == ROLN_E_NOT_FINITE && all(MAXN, tau_z, 7));
+    CHECK(m.of->control(&m, x, x, &target, tau_z, spare) == ROLN_E_NOT_FINITE && all(MAXN, tau_z, 7));
 }
 
 /* The energy residual of two ticks of model k that moves under a load, with its power or without. */
 static ld residual_of(int k, int counted)
 {
     static rig x;
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
-    const roln_target target = {still, still, still, still, still, counted ? x.e.load : NULL};
+    const target_at target = {still, still, still, still, still, counted ? x.e.load : NULL};
     const roln_measured measured = {q, qd};
     roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
     const rolni_push by = {tau, x.e.load};
-    const roln_held to = {&guard, tau};
+    const guard_at to = {&guard, tau};
     uint64_t s = 893 + (uint64_t)k;
     int t;
     place(k, &s, 1, &x);
     fill(n, 2, x.e.load), fill(n, 1, x.e.zd), fill(N, 0, tau);
     for (t = 0; t < 2; t++) {
-        CHECK_OK(roln_decode(&m, x.e.z, x.e.zd, q, qd, spare));
-        CHECK((roln_tick(&m, &limits, &measured, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
+        CHECK_OK(m.of->decode(&m, x.e.z, x.e.zd, q, qd, spare));
+        CHECK((m.of->tick(&m, &limits, &measured, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
         if (t == 0) CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, limits.dt, spare));
     }
     return fabsl((ld)guard.residual);
@@ -604,7 +604,7 @@ static ld residual_of(int k, int counted)
 /* What the load does is no fault: without it 2 n W and more or less, for zd = 1. */
 static void test_guarded(int k)
 {
-    if (k == DEEP || models[k].md->inputs > 0) return; /* J of size 1e3; lifted to motors */
+    if (k == DEEP || models[k]->md->inputs > 0) return; /* J of size 1e3; lifted to motors */
     BOUND("load: residual, W", residual_of(k, 1), PICK(0.1, 0.02));
     BOUND("load: residual without its power, of 2 n W", fabsl(residual_of(k, 0) / (2 * n_OF(k)) - 1), 0.1);
 }
@@ -653,7 +653,7 @@ static int equal(int k, const estimate *a, const estimate *b)
 static void test_gate(int k)
 {
     static rig x, y;
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     roln_real none[MAXN];
     rolni_push by;
@@ -683,7 +683,7 @@ static void test_gate(int k)
         x.noise.gate = 12; /* the noise passes */
         for (i = 0; i < most; i++)
             x.y[i] += i % 2 ? 1000 : -1000, z.y[i] = (roln_real)NAN;
-        if (models[k].md->lnn.angles) continue;
+        if (models[k]->md->lnn.angles) continue;
         faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
         CHECK(faults & ROLN_FILTER_OUTLIER && !(faults & (ROLN_FILTER_START | ROLN_FILTER_MISSING)));
         if (2 * most <= N) {
@@ -707,12 +707,12 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
 {
     static twin t;
     static rig at;
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int n = n_OF(k), side = side_of(n);
     roln_real still[MAXN] = {0};
     int i;
     at = *x;
-    CHECK_OK(roln_encode(&m, pose, still, NULL, at.e.z, at.e.zd, NULL, spare));
+    CHECK_OK(m.of->encode(&m, pose, still, at.e.z, at.e.zd, spare));
     fill(side * side, 0, at.e.F), fill(n, 0, at.e.load);
     for (i = 0; i < n; i++)
         at.e.F[i * (side + 1)] = z_max[i] - z_min[i], at.e.F[(n + i) * (side + 1)] = zd_max[i];
@@ -729,7 +729,7 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
    a joint that is missing then is where it was last. */
 static void check_failed_model(int k, rig x, roln_real zd)
 {
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k);
     roln_real pose[MAXN], still[MAXN] = {0}, qd[MAXN];
     rig was;
@@ -740,7 +740,7 @@ static void check_failed_model(int k, rig x, roln_real zd)
     faults = tick_of(k, &x.noise, NULL, NULL, &x.e);
     CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.known == 0);
     if (N == n_OF(k)) return;
-    CHECK_OK(roln_decode(&m, x.e.z, still, pose, qd, spare));
+    CHECK_OK(m.of->decode(&m, x.e.z, still, pose, qd, spare));
     for (i = 1; i < N; i++)
         pose[i] = x.y[i];
     x.y[0] = (roln_real)NAN;
@@ -757,7 +757,7 @@ static void test_starts(int k)
     uint64_t s = 1100 + (uint64_t)k;
     uint32_t faults;
     int i;
-    if (k == DEEP || k == PUSHED || models[k].md->lnn.angles) return; /* J of size 1e3; midpoint; a jump is a turn */
+    if (k == DEEP || k == PUSHED || models[k]->md->lnn.angles) return; /* J of size 1e3; midpoint; a jump is a turn */
     place(k, &s, 1, &x);
     x.noise.gate = 12;
     memset(&x.e, 0, sizeof x.e);
@@ -896,7 +896,7 @@ static void test_refused(int k)
 static void test_ticks(int k, int ticks)
 {
     static rig x;
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), side = side_of(n);
     roln_real z[MAXN], zd[MAXN], y[MAXN], start[2][MAXN], tau[MAXN];
     uint64_t s = 1250 + (uint64_t)k;
@@ -911,7 +911,7 @@ static void test_ticks(int k, int ticks)
     x.noise.gate = 6;
     for (t = 0; t < ticks; t++) {
         const int calm = t % 1000 >= 500, event = calm ? 0 : roln_randint(64, &s);
-        if (t % 1000 == 0 || !roln_in_range(&m, 0, z, zd)) good = 0, memcpy(z, start[0], sizeof z), memcpy(zd, start[1], sizeof zd);
+        if (t % 1000 == 0 || !m.of->in_range(&m, z, zd)) good = 0, memcpy(z, start[0], sizeof z), memcpy(zd, start[1], sizeof zd);
         simulate(k, &x, &s, z, zd, y);
         memcpy(tau, x.tau, sizeof tau);
         if (event < 8 && !calm) y[roln_randint(N, &s)] = event < 4 ? (roln_real)NAN : ROLN_C(1e6) * roln_normal(&s);
@@ -961,7 +961,7 @@ static roln_batch record(int k, const rig *x, uint64_t *s)
 static void check_fit_refused(int k, const rig *x, const roln_batch *b)
 {
     roln_real each[MAXN];
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const roln_real y = recorded[0];
     roln_noise noise = {.dt = x->noise.dt, .tau = -1, .gate = 5, .lost = 7, .tau_each = each}, was = noise;
     roln_batch bad;
@@ -970,14 +970,14 @@ static void check_fit_refused(int k, const rig *x, const roln_batch *b)
     ((l).dt == was.dt && (l).q == was.q && (l).tau == was.tau && (l).gate == was.gate && (l).lost == was.lost && \
      (l).q_each == was.q_each && (l).tau_each == was.tau_each)
 #define REFUSED(l, batch, status) \
-    CHECK(roln_fit_noise(&m, &batch, &l, each, ROOM(fit_noise)) == (status) && all(MAXN, each, 7) && KEPT(l))
+    CHECK(m.of->fit_noise(&m, &batch, &l, each, ROOM(fit_noise)) == (status) && all(MAXN, each, 7) && KEPT(l))
     bad = *b, bad.count = 0;
     REFUSED(noise, bad, ROLN_E_LENGTH);
     bad = *b, bad.stride = 2;
     REFUSED(noise, bad, ROLN_E_LENGTH);
     bad = *b, bad.steps = 3;
     REFUSED(noise, bad, ROLN_E_LENGTH);
-    CHECK(roln_fit_noise(&m, b, &noise, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && KEPT(noise));
+    CHECK(m.of->fit_noise(&m, b, &noise, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && KEPT(noise));
     noise.dt = 0, was = noise;
     REFUSED(noise, *b, ROLN_E_RANGE);
     noise.dt = x->noise.dt, noise.q = -1, was = noise;
@@ -996,7 +996,7 @@ static void test_fit(int k)
 {
     static rig x;
     static roln_real each[MAXN];
-    const roln_trained m = of_model(k);
+    const instance m = of_model(k);
     const int N = N_OF(k);
     roln_noise noise, was;
     roln_batch b;
@@ -1009,7 +1009,7 @@ static void test_fit(int k)
     check_fit_refused(k, &x, &b);
     memset(&noise, 0, sizeof noise);
     noise.dt = x.noise.dt, noise.gate = 5, noise.lost = 7, noise.tau = -1, noise.tau_each = each;
-    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
     ROOM_KEPT();
     CHECK(noise.q_each == each && noise.tau_each == NULL && noise.lost == 7 && all(1, &noise.gate, 5) && all(1, &noise.q, 0));
     for (i = 0; i < N; i++)
@@ -1021,17 +1021,17 @@ static void test_fit(int k)
     was = noise;
     noise.q = x.noise.q, noise.q_each = x.q_each;
     fill(MAXN, 7, each);
-    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
     CHECK(noise.q_each == x.q_each && all(MAXN, each, 7)); /* what is known stays */
     BOUND("fit_noise: both, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
     was = noise;
     for (i = 0; i < RECORDINGS; i++) /* a torque that nothing follows does not count */
         torques[((i + 1) * TICKS - 1) * F_OF(k)] = (roln_real)NAN;
-    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
     CHECK(all(1, &noise.tau, was.tau));
     recorded[N + 1] = recorded[3 * N] = (roln_real)NAN; /* dropped */
     noise.q_each = NULL, noise.q = 0;
-    CHECK_OK(roln_fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
     BOUND("fit_noise: some missing, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
 }
 
@@ -1042,10 +1042,10 @@ static void test_fit_chart(void)
     enum { LOOP = 2000, SETTLED = 1500, k = POLE };
     static rig x;
     static roln_real each[2][MAXN];
-    const roln_trained m = of_model(POLE);
+    const instance m = of_model(POLE);
     const int N = N_OF(POLE), samples = RECORDINGS * TICKS;
     const roln_real still[MAXN] = {0}, gains[2] = {40, 12}, ref[1] = {ROLN_C(0.19634954)};
-    const roln_target target = {ref, still, still, gains, gains + 1, NULL};
+    const target_at target = {ref, still, still, gains, gains + 1, NULL};
     roln_noise noise = {.dt = dt / 32}, first = noise;
     roln_real z[MAXN], zd[MAXN], r[MAXN], rd[MAXN], tau[MAXN] = {0}, tau_z[MAXN];
     uint64_t s = 1341;
@@ -1057,21 +1057,21 @@ static void test_fit_chart(void)
     fill(2 * N, ROLN_C(0.57735027), theta_k); /* Phi, Psi: each joint counts alike */
     dyadic(F_OF(POLE), ROLN_C(0.25), &s, x.tau);
     b = record(POLE, &x, &s);
-    CHECK_OK(roln_fit_noise(&m, &b, &first, each[0], ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &first, each[0], ROOM(fit_noise)));
     for (t = 0; t < samples; t++) { /* the model is linear: what is added alone leaves as much as beside all else */
         roln_real d[MAXN] = {0};
         d[2] = ROLN_C(0.0625) * (roln_real)sin(0.05 * t);
         recorded[t * N + 2] += d[2];
-        CHECK_OK(roln_encode(&m, d, still, NULL, z, zd, NULL, ROOM(encode)));
-        CHECK_OK(roln_decode(&m, z, zd, r, rd, ROOM(decode)));
+        CHECK_OK(m.of->encode(&m, d, still, z, zd, ROOM(encode)));
+        CHECK_OK(m.of->decode(&m, z, zd, r, rd, ROOM(decode)));
         for (i = 0; i < N; i++) { /* the bias of the autoencoder is in neither */
             roln_real r0[MAXN];
-            CHECK_OK(roln_encode(&m, still, still, NULL, z, zd, NULL, ROOM(encode)));
-            CHECK_OK(roln_decode(&m, z, zd, r0, rd, ROOM(decode)));
+            CHECK_OK(m.of->encode(&m, still, still, z, zd, ROOM(encode)));
+            CHECK_OK(m.of->decode(&m, z, zd, r0, rd, ROOM(decode)));
             left[i] += (ld)(d[i] - (r[i] - r0[i])) * (ld)(d[i] - (r[i] - r0[i])) / samples;
         }
     }
-    CHECK_OK(roln_fit_noise(&m, &b, &noise, each[1], ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each[1], ROOM(fit_noise)));
     for (i = 0; i < N; i++) {
         const ld want = sqrtl((ld)each[0][i] * (ld)each[0][i] + left[i]);
         BOUND("fit_noise: with what the chart leaves, factor", fmaxl((ld)each[1][i] / want, want / (ld)each[1][i]), 1.25);
@@ -1079,12 +1079,12 @@ static void test_fit_chart(void)
     memset(&x.e, 0, sizeof x.e), memset(z, 0, sizeof z), memset(zd, 0, sizeof zd);
     for (t = 0; t < LOOP; t++) {
         roln_real y[MAXN];
-        CHECK_OK(roln_decode(&m, z, zd, y, rd, ROOM(decode)));
+        CHECK_OK(m.of->decode(&m, z, zd, y, rd, ROOM(decode)));
         y[2] += ROLN_C(0.0625) * (roln_real)sin(80 * (double)z[0]); /* falls there faster than q_2 rises */
         faults |= tick_of(POLE, &noise, y, t > 0 ? tau : NULL, &x.e);
-        CHECK_OK(roln_control(&m, x.e.z, x.e.zd, &target, tau_z, ROOM(control)));
-        CHECK_OK(roln_lift(&m, z, tau_z, tau, ROOM(lift)));
-        CHECK_OK(roln_step(&m, z, zd, tau, noise.dt, ROOM(step)));
+        CHECK_OK(m.of->control(&m, x.e.z, x.e.zd, &target, tau_z, ROOM(control)));
+        CHECK_OK(m.of->lift(&m, z, tau_z, tau, ROOM(lift)));
+        CHECK_OK(m.of->step(&m, z, zd, tau, noise.dt, ROOM(step)));
         if (t >= SETTLED) far = fmaxl(far, fabsl((ld)z[0] - (ld)ref[0])), fast = fmaxl(fast, fabsl((ld)zd[0]));
     }
     CHECK((faults & ~(uint32_t)ROLN_FILTER_START) == 0);
@@ -1132,10 +1132,10 @@ static void test_laden(void)
     static laden_filter f;
     static laden_work work;
     static rig x;
-    const roln_trained m = of_model(LADEN);
+    const instance m = of_model(LADEN);
     laden_target r;
     roln_real tau_z[2], by_hand[2];
-    const roln_target target = {r.z, r.zd, r.zdd, r.kp, r.kd, f.load};
+    const target_at target = {r.z, r.zd, r.zdd, r.kp, r.kd, f.load};
     uint64_t s = 1360;
     int i;
     loaded = 1;
@@ -1155,7 +1155,7 @@ static void test_laden(void)
     CHECK(largest(2, f.load) > 0);
     r.load = f.load;
     CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));
-    CHECK_OK(roln_control(&m, f.s.z, f.s.zd, &target, by_hand, spare));
+    CHECK_OK(m.of->control(&m, f.s.z, f.s.zd, &target, by_hand, spare));
     CHECK(same(2, tau_z, by_hand));
     r.load = NULL;
     CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));

@@ -54,15 +54,15 @@ void test_gradient_reference(int k, int kind, double *g, double *loss)
 
 /* ---- slow losses ------------------------------------------------------------------------------ */
 
-/* The ODE loss, sample by sample with the functions of prediction. */
-static void slow_loss(int k, const roln_trained *m, const data *d, ld *t)
+/* |x - y|^2 of positions. */
+static ld away(int k, int n, const roln_real *x, const roln_real *y)
 {
-    const roln_batch *b = &d->b;
-    const int N = N_OF(k), n = n_OF(k), H = b->steps;
-    const ld time2 = (ld)m->scale->t * (ld)m->scale->t, q2 = 1 / ((ld)m->scale->q * (ld)m->scale->q);
-    roln_real z[MAXN], zd[MAXN], z_pred[MAXN], zd_pred[MAXN], q[MAXN], qd[MAXN], tau[MAXN];
-    int w, h;
-    for (w = 0; w < b->count; w++)
+    ld sum = 0;
+    int i;
+    for (i = 0; i < n; i++)
+        sum += difference(k, i, (ld)x[i], (ld)y[i]) * difference(k, i, (ld)x[i], (ld)y[i]);
+    return sum;
+}
 
 /* The ODE loss, sample by sample with the functions of prediction. */
 static void slow_loss(int k, const instance *m, const data *d, ld *t)

@@ -26,16 +26,16 @@ typedef struct {
     roln_plan plan;
 } task;
 
-static roln_trained model_of(const task *x)
+static instance model_of(const task *x)
 {
-    roln_trained m = trained(models[x->k].md, scale_of(x->k), theta);
+    instance m = trained(models[x->k].md, scale_of(x->k), theta);
     m.z_min = x->low, m.z_max = x->high, m.zd_max = x->fast;
     return m;
 }
 
-static roln_planned planned(task *x)
+static plan_at planned(task *x)
 {
-    roln_planned pl;
+    plan_at pl;
     pl.plan = &x->plan, pl.steps = STEPS, pl.motors = models[x->k].size.motors;
     pl.s = x->path, pl.u = x->torque, pl.K = x->K;
     return pl;
@@ -62,12 +62,12 @@ static void point(task *x)
 static void place(int k, uint64_t *s, task *x)
 {
     static const int of[TERMS] = {ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD, ROLN_OF_Q};
-    const int n = n_OF(k), inputs = models[k].md->inputs;
+    const int n = n_OF(k), inputs = models[k]->md->inputs;
     int i, j;
     memset(x, 0, sizeof *x);
     x->k = k;
     parameters(k, s, theta);
-    CHECK_OK(roln_ae_init(&models[k].md->ae, theta, s, spare));
+    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta, s, spare));
     fill(MAXN, -100, x->low), fill(MAXN, 100, x->high), fill(MAXN, 100, x->fast);
     dyadic(2 * n, ROLN_C(0.25), s, x->s), dyadic(MAXN * 2, 1, s, x->B), dyadic(MAXM, ROLN_C(0.125), s, x->hold);
     for (i = 0; i < TERMS; i++) {
@@ -88,7 +88,7 @@ static void place(int k, uint64_t *s, task *x)
 }
 
 /* The cost by hand, of states path [STEPS + 1][2n] and torques u. */
-static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, const roln_real *u)
+static ld cost_of(const task *x, const instance *m, const roln_real *path, const roln_real *u)
 {
     const int n = n_OF(x->k), N = N_OF(x->k), motors = models[x->k].size.motors;
     roln_real q[2 * MAXN];
@@ -96,7 +96,7 @@ static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, c
     int k, t, i, j;
     for (k = 0; k < STEPS; k++) {
         const roln_real *s = path + (k + 1) * 2 * n;
-        CHECK_OK(roln_decode(m, s, s + n, q, q + N, spare));
+        CHECK_OK(m->of->decode(m, s, s + n, q, q + N, spare));
         for (t = 0; t < TERMS; t++) {
             const roln_term *f = x->term + t;
             const int side = f->of == ROLN_OF_Q || f->of == ROLN_OF_QD ? N : n;
@@ -107,14 +107,14 @@ static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, c
                 for (j = 0; j < side && f->C; j++)
                     y += (ld)f->C[i * side + j] * (ld)at[j];
                 y -= (ld)f->ref[(f->moving ? k * count : 0) + i];
-                if (!f->C && i < n && (f->of == ROLN_OF_Q || f->of == ROLN_OF_Z) && roln_lnn_angle(&m->model->lnn, i))
+                if (!f->C && i < n && (f->of == ROLN_OF_Q || f->of == ROLN_OF_Z) && roln_lnn_angle(&m->of->md->lnn, i))
                     y = remainderl(y, 2 * 3.14159265358979323846264338327950288L);
                 sum += y * y * (ld)f->weight[i] * (k == STEPS - 1 ? 1 + (ld)f->last : 1);
             }
         }
         for (i = 0; i < 2 * n && k == STEPS - 1 && x->goal.P; i++) {
             ld e = (ld)s[i] - (ld)x->end[i];
-            if (i < n && roln_lnn_angle(&m->model->lnn, i)) e = remainderl(e, 2 * 3.14159265358979323846264338327950288L);
+            if (i < n && roln_lnn_angle(&m->of->md->lnn, i)) e = remainderl(e, 2 * 3.14159265358979323846264338327950288L);
             sum += e * e * (ld)x->P[i * (2 * n + 1)];
         }
         for (j = 0; j < motors; j++) {
@@ -126,7 +126,7 @@ static ld cost_of(const task *x, const roln_trained *m, const roln_real *path, c
 }
 
 /* A step of the model under the motors' torque u, and the load. */
-static roln_status step(const task *x, const roln_trained *m, const roln_real *u, roln_real *s)
+static roln_status step(const task *x, const instance *m, const roln_real *u, roln_real *s)
 {
     roln_real tau[MAXN];
     const rolni_push by = {x->limits.motors ? tau : u, x->goal.load};
@@ -139,7 +139,7 @@ static roln_status step(const task *x, const roln_trained *m, const roln_real *u
 /* ---- what is inside of a call ----------------------------------------------------------------- */
 
 /* The arrays of roln_plan_next for x, at its start. */
-static void lay(task *x, const roln_planned *pl, rolni_plan *b)
+static void lay(task *x, const plan_at *pl, rolni_plan *b)
 {
     const int N = N_OF(x->k), n = n_OF(x->k), steps = STEPS, motors = pl->motors;
     const int k = x->k;
@@ -156,10 +156,10 @@ static void test_gradient(int k)
 {
     static task x;
     static ld g[STEPS * MAXM];
-    const int n2 = 2 * n_OF(k), motors = models[k].size.motors;
+    const int n2 = 2 * n_OF(k), motors = models[k]->motors;
     uint64_t s = 20 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     rolni_plan plan;
     roln_real cost;
     ld p[2 * MAXN], v[2 * MAXN], top = 0;
@@ -208,16 +208,16 @@ static void test_feedback(int k)
 {
     static task x;
     static roln_real path[(STEPS + 1) * 2 * MAXN], u[STEPS * MAXM], Q[4 * MAXN * MAXN], mine[STEPS * MAXM * 2 * MAXN];
-    const int n2 = 2 * n_OF(k), motors = models[k].size.motors, count = STEPS * motors * n2;
+    const int n2 = 2 * n_OF(k), motors = models[k]->motors, count = STEPS * motors * n2;
     uint64_t s = 40 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     roln_cost lqr;
     rolni_plan plan;
     roln_real cost, gap;
     int i, in;
     place(k, &s, &x);
-    if (models[k].md->lnn.friction) return; /* which roln_lqr leaves out */
+    if (models[k]->md->lnn.friction) return; /* which roln_lqr leaves out */
     x.goal.load = NULL; /* of which it does not know */
     fill(MAXM, 1000, x.tau);
     x.term[1].C = NULL, x.goal.terms = 2;
@@ -231,7 +231,7 @@ static void test_feedback(int k)
     rolni_copy(count, plan.K, mine);
     rolni_copy((STEPS + 1) * n2, plan.s0, path);
     lqr.q = x.weight[0], lqr.qd = x.weight[1], lqr.u = x.u, lqr.dt = dt, lqr.motors = x.limits.motors;
-    CHECK_OK(roln_lqr_along(&m, &lqr, STEPS, path, u, Q, x.K, spare));
+    CHECK_OK(m.of->lqr_along(&m, &lqr, STEPS, path, u, Q, x.K, spare));
     BOUND("feedback", furthest(count, mine, x.K) / (1 + largest(count, x.K)), PICK(5e-6L, 1e-11L));
 }
 
@@ -239,11 +239,11 @@ static void test_feedback(int k)
 
 /* Plan after plan: torques and their changes within limits as numbers of the machine are, states those of the model, costs those by
    hand, and none is worse than to go on with the last one. Returns how many plans touch a limit. */
-static int run(task *x, const roln_trained *m, int calls)
+static int run(task *x, const instance *m, int calls)
 {
     static roln_real old[(STEPS + 1) * 2 * MAXN], u[STEPS * MAXM], K[STEPS * MAXM * 2 * MAXN];
-    const int k = x->k, n2 = 2 * n_OF(k), motors = models[k].size.motors;
-    const roln_planned pl = planned(x);
+    const int k = x->k, n2 = 2 * n_OF(k), motors = models[k]->motors;
+    const plan_at pl = planned(x);
     int call, l, i, j, touched = 0;
     for (call = 0; call < calls; call++) {
         roln_real last[MAXM], to[2 * MAXN];
@@ -269,7 +269,7 @@ static int run(task *x, const roln_trained *m, int calls)
         }
         if (!can) return touched; /* the midpoint rule may find a step too long */
         before = cost_of(x, m, old, u);
-        if (!CHECK_OK(roln_plan_next(m, &x->goal, x->s, &pl, ROOM(plan_next)))) return touched;
+        if (!CHECK_OK(m->of->plan_next(m, &x->goal, x->s, &pl, ROOM(plan_next)))) return touched;
         ROOM_KEPT();
         CHECK(x->plan.known == 1 && x->plan.age == 0 && x->plan.gap >= 0);
         rolni_copy(n2, x->s, to);
@@ -302,7 +302,7 @@ static void test_loop(int k)
     int rated, tight, touched = 0;
     for (tight = 0; tight < 2; tight++)
         for (rated = 0; rated < 2; rated++) {
-            roln_trained m;
+            instance m;
             int i;
             place(k, &s, &x);
             for (i = 0; i < MAXM && tight; i++)
@@ -321,15 +321,15 @@ static void test_far(int k)
 {
     static const double times[6] = {2, 10, 1e3, 1e6, 1e9, 0};
     static task first, x;
-    const int motors = models[k].size.motors, count = STEPS * motors;
+    const int motors = models[k]->motors, count = STEPS * motors;
     uint64_t s = 70 + (uint64_t)k;
     roln_real far[MAXM], torque[STEPS * MAXM];
     int rated, bound, i, j, l;
     place(k, &s, &first);
     for (rated = 0; rated < 2; rated++)
         for (bound = 0; bound < 2; bound++) { /* motor 0 at its limit */
-            roln_planned pl = planned(&first);
-            roln_trained m;
+            plan_at pl = planned(&first);
+            instance m;
             ld cost = 0;
             first.limits.rate_each = rated ? first.rate : NULL, first.goal.iterations = 30, first.plan.known = 0;
             point(&first);
@@ -343,7 +343,7 @@ static void test_far(int k)
                 for (j = 0; j < motors && i > 0; j++)
                     x.tau[j] = i < 6 ? far[j] * (roln_real)times[i - 1] : (roln_real)PICK(3e38, 1e308);
                 if (bound) x.tau[0] = ROLN_C(0.125);
-                st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+                st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
                 if (i == 0 && st != ROLN_OK) break; /* the midpoint rule may find a step too long */
                 if (!CHECK(st == ROLN_OK)) continue;
                 for (j = 0; j < motors && i == 0; j++) {
@@ -367,7 +367,7 @@ static void test_off(int k)
 {
     const roln_real top = (roln_real)PICK(3.4e38, 1.7e308);
     static task x;
-    const int N = N_OF(k), n = n_OF(k), motors = models[k].size.motors;
+    const int N = N_OF(k), n = n_OF(k), motors = models[k]->motors;
     uint64_t s = 78 + (uint64_t)k;
     int way, tick, j;
     place(k, &s, &x);
@@ -378,22 +378,22 @@ static void test_off(int k)
         roln_guard g = {0, 0, 0, 0, 0, 0, 0};
         roln_real q[2 * MAXN], tau[MAXN] = {0};
         const roln_measured seen = {q, q + N};
-        const roln_held held = {&g, tau};
-        roln_planned pl = planned(&x);
-        roln_trained m = model_of(&x);
+        const guard_at held = {&g, tau};
+        plan_at pl = planned(&x);
+        instance m = model_of(&x);
         roln_status st;
-        CHECK_OK(roln_decode(&m, x.s, x.s + n, q, q + N, spare));
+        CHECK_OK(m.of->decode(&m, x.s, x.s + n, q, q + N, spare));
         for (tick = 0; tick < 3; tick++) { /* strict, from end to end */
             roln_real want[MAXM];
             for (j = 0; j < motors; j++)
                 want[j] = (tick % 2 ? -1 : 1) * ROLN_C(1e8);
-            CHECK(roln_guard_tick(&m, &l, &seen, x.s, x.s + n, want, &held, spare) == 0);
+            CHECK(m.of->guard_tick(&m, &l, &seen, x.s, x.s + n, want, &held, spare) == 0);
             CHECK(memcmp(tau, want, sizeof(roln_real) * (size_t)motors) == 0);
         }
         x.goal.limits = &l, x.plan.known = 0;
-        st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+        st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
         CHECK(st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE); /* midpoint: too long */
-        if (st == ROLN_OK) CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, 0, x.s, tau));
+        if (st == ROLN_OK) CHECK_OK(m.of->plan_follow(&m, &x.goal, &pl, 0, x.s, tau));
     }
 }
 
@@ -401,14 +401,14 @@ static void test_off(int k)
 static void test_motor_units(int k)
 {
     static task first, x;
-    const int motors = models[k].size.motors;
+    const int motors = models[k]->motors;
     uint64_t s = 75 + (uint64_t)k;
     int trial, i, j;
     place(k, &s, &first);
     if (!first.limits.motors) return; /* whose motors are learned */
     for (trial = 0; trial < 8; trial++) {
-        roln_planned pl = planned(&first);
-        roln_trained m = model_of(&first);
+        plan_at pl = planned(&first);
+        instance m = model_of(&first);
         roln_real by[2];
         roln_status st;
         for (j = 0; j < 2; j++)
@@ -418,14 +418,14 @@ static void test_motor_units(int k)
         point(&first);
         x = first;
         point(&x);
-        st = roln_plan_next(&m, &first.goal, first.s, &pl, spare);
+        st = m.of->plan_next(&m, &first.goal, first.s, &pl, spare);
         for (j = 0; j < 2; j++) {
             x.tau[j] *= by[j], x.rate[j] *= by[j], x.hold[j] *= by[j], x.u[j] /= by[j] * by[j];
             for (i = 0; i < MAXN; i++)
                 x.B[2 * i + j] /= by[j];
         }
         pl = planned(&x), m = model_of(&x);
-        if (!CHECK(roln_plan_next(&m, &x.goal, x.s, &pl, spare) == st) || st != ROLN_OK) continue;
+        if (!CHECK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == st) || st != ROLN_OK) continue;
         BOUND(trial % 2 ? "units of two: cost" : "units: cost", fabsl((ld)x.plan.cost / (ld)first.plan.cost - 1),
               trial % 2 ? 0 : PICK(1e-6L, 1e-14L));
         for (i = 0; i < STEPS * motors; i++) {
@@ -440,16 +440,16 @@ static void test_motor_units(int k)
 static void test_follow(int k)
 {
     static task x;
-    const int n = n_OF(k), n2 = 2 * n, motors = models[k].size.motors;
+    const int n = n_OF(k), n2 = 2 * n, motors = models[k]->motors;
     uint64_t s = 80 + (uint64_t)k;
     roln_real at[2 * MAXN], u[MAXM], off[2 * MAXN];
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     int i, j, l;
     place(k, &s, &x);
     pl = planned(&x), m = model_of(&x);
     fill(MAXM, 7, u);
-    CHECK(roln_plan_follow(&m, &x.goal, &pl, 0, x.s, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    CHECK(m.of->plan_follow(&m, &x.goal, &pl, 0, x.s, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
     dyadic(STEPS * motors * n2, ROLN_C(0.0625), &s, x.K), dyadic(STEPS * motors, ROLN_C(0.25), &s, x.torque);
     dyadic(n2, ROLN_C(0.0625), &s, off);
     x.plan.known = 1;
@@ -468,11 +468,11 @@ static void test_follow(int k)
             }
             fill(MAXM, 7, u);
             if (step >= STEPS) {
-                CHECK(roln_plan_follow(&m, &x.goal, &pl, after, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+                CHECK(m.of->plan_follow(&m, &x.goal, &pl, after, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
                 continue;
             }
-            if (models[k].md->lnn.angles & 1) at[0] += ROLN_C(6.283185307179586); /* on another turn */
-            CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, after, at, u));
+            if (models[k]->md->lnn.angles & 1) at[0] += ROLN_C(6.283185307179586); /* on another turn */
+            CHECK_OK(m.of->plan_follow(&m, &x.goal, &pl, after, at, u));
             for (j = 0; j < motors; j++) {
                 ld want = (ld)x.torque[step * motors + j];
                 for (i = 0; i < n2; i++)
@@ -483,12 +483,12 @@ static void test_follow(int k)
         }
     x.plan.age = 0;
     fill(MAXM, 7, u);
-    CHECK(roln_plan_follow(&m, &x.goal, &pl, -dt, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
-    CHECK(roln_plan_follow(&m, &x.goal, &pl, (roln_real)NAN, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    CHECK(m.of->plan_follow(&m, &x.goal, &pl, -dt, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
+    CHECK(m.of->plan_follow(&m, &x.goal, &pl, (roln_real)NAN, at, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
     at[n] = (roln_real)NAN;
-    CHECK(roln_plan_follow(&m, &x.goal, &pl, 0, at, u) == ROLN_E_NOT_FINITE && all(MAXM, u, 7));
+    CHECK(m.of->plan_follow(&m, &x.goal, &pl, 0, at, u) == ROLN_E_NOT_FINITE && all(MAXM, u, 7));
     fill(STEPS * motors * n2, ROLN_C(1e6), x.K), at[n] = 1;
-    CHECK_OK(roln_plan_follow(&m, &x.goal, &pl, 0, at, u));
+    CHECK_OK(m.of->plan_follow(&m, &x.goal, &pl, 0, at, u));
     for (j = 0; j < motors; j++)
         CHECK(ROLN_ABS(u[j]) <= x.tau[j]);
 }
@@ -498,16 +498,16 @@ static void test_linear(int k)
 {
     static task x;
     static roln_real A[STEPS * 4 * MAXN * MAXN], B[STEPS * 2 * MAXN * MAXM], c[STEPS * 2 * MAXN];
-    const int n2 = 2 * n_OF(k), motors = models[k].size.motors;
+    const int n2 = 2 * n_OF(k), motors = models[k]->motors;
     uint64_t s = 100 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     int l, i, j;
     place(k, &s, &x);
     pl = planned(&x), m = model_of(&x);
-    CHECK(roln_plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)) == ROLN_E_LENGTH);
-    if (!CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare))) return;
-    CHECK_OK(roln_plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)));
+    CHECK(m.of->plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)) == ROLN_E_LENGTH);
+    if (!CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare))) return;
+    CHECK_OK(m.of->plan_linear(&m, &x.goal, &pl, A, B, c, ROOM(plan_linear)));
     CHECK_ROOM();
     for (l = 0; l < STEPS; l++) {
         const roln_real h = PICK(ROLN_C(0.03125), ROLN_C(0.0009765625));
@@ -576,15 +576,15 @@ static void test_refused(int k)
 {
     static task good, x;
     uint64_t s = 120 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     int what, call;
     place(k, &s, &good);
     good.limits.rate_each = good.rate;
     point(&good);
     pl = planned(&good), m = model_of(&good);
-    if (k == PUSHED && roln_plan_next(&m, &good.goal, good.s, &pl, spare) == ROLN_E_NO_CONVERGENCE) return; /* midpoint: too long */
-    if (!CHECK_OK(roln_plan_next(&m, &good.goal, good.s, &pl, spare))) return;
+    if (k == PUSHED && m.of->plan_next(&m, &good.goal, good.s, &pl, spare) == ROLN_E_NO_CONVERGENCE) return; /* midpoint: too long */
+    if (!CHECK_OK(m.of->plan_next(&m, &good.goal, good.s, &pl, spare))) return;
     for (what = 0; what < WRONG; what++) {
         roln_status st, want;
         x = good;
@@ -592,13 +592,13 @@ static void test_refused(int k)
         pl = planned(&x), m = model_of(&x);
         want = spoil(what, &x);
         if (want == ROLN_OK) continue;
-        st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
-        if (!CHECK(st == want)) printf("    %s, wrong number %d: status %d\n", models[k].name, what, (int)st);
+        st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
+        if (!CHECK(st == want)) printf("    %s, wrong number %d: status %d\n", models[k]->name, what, (int)st);
         CHECK(memcmp(x.path, good.path, sizeof x.path) == 0 && memcmp(x.torque, good.torque, sizeof x.torque) == 0);
         CHECK(memcmp(x.K, good.K, sizeof x.K) == 0 && x.plan.known == 1 && x.plan.age == 1);
         CHECK(x.plan.cost >= good.plan.cost && x.plan.cost <= good.plan.cost);
         for (call = 1; call < STEPS; call++)
-            CHECK(x.plan.known == 1 && roln_plan_next(&m, &x.goal, x.s, &pl, spare) == st);
+            CHECK(x.plan.known == 1 && m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == st);
         CHECK(x.plan.known == 0 && x.plan.age == 0);
     }
     x = good; /* nothing to do */
@@ -606,7 +606,7 @@ static void test_refused(int k)
     pl = planned(&x), m = model_of(&x);
     x.goal.terms = 0, x.goal.P = NULL, x.goal.hold = NULL, x.plan.known = 0;
     for (call = 0; call < 3; call++) {
-        CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+        CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
         for (what = 0; what < STEPS * pl.motors; what++)
             CHECK_NEAR(x.torque[what], 0, 1e-3 * (double)x.tau[what % pl.motors]);
     }
@@ -614,9 +614,9 @@ static void test_refused(int k)
     point(&x);
     pl = planned(&x), m = model_of(&x);
     x.s[0] = (roln_real)NAN;
-    CHECK(roln_plan_next(&m, &x.goal, x.s, &pl, spare) == ROLN_E_NOT_FINITE && x.plan.age == 1);
+    CHECK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == ROLN_E_NOT_FINITE && x.plan.age == 1);
     x.s[0] = good.s[0];
-    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
     CHECK(x.plan.known == 1 && x.plan.age == 0);
 }
 
@@ -624,22 +624,22 @@ static void test_refused(int k)
 static void test_fallen(int k)
 {
     static task x;
-    const int motors = models[k].size.motors;
+    const int motors = models[k]->motors;
     uint64_t s = 140 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     int j;
     place(k, &s, &x);
     pl = planned(&x), m = model_of(&x);
     x.goal.terms = 0, x.goal.P = NULL, x.limits.rate_each = x.rate;
     for (j = 0; j < motors; j++)
         x.hold[j] = ROLN_C(0.875) * x.tau[j], x.rate[j] = x.tau[j] / 8 / dt;
-    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
     for (j = 0; j < motors; j++) {
         CHECK_NEAR(x.torque[j], x.hold[j], 0.01);
         x.hold[j] = 0, x.tau[j] /= 4;
     }
-    CHECK_OK(roln_plan_next(&m, &x.goal, x.s, &pl, spare));
+    CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
     for (j = 0; j < motors; j++) {
         CHECK_NEAR(x.torque[j] / x.tau[j], 0.5, 0.02);
         CHECK_NEAR(x.torque[motors + j] / x.tau[j], 0, 0.02);
@@ -651,8 +651,8 @@ static int turned_back(int k, uint64_t *s)
 {
     static task x;
     const int n = n_OF(k), n2 = 2 * n;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     roln_status st;
     int i, l;
     place(k, s, &x);
@@ -662,15 +662,15 @@ static int turned_back(int k, uint64_t *s)
     x.term[0].weight = x.weight[0], x.term[0].ref = x.ref[0];
     for (i = 0; i < n; i++)
         x.ref[0][i] = x.s[i] + (i % 2 ? -1 : 1), x.s[n + i] = 0;
-    if (roln_plan_next(&m, &x.goal, x.s, &pl, spare) != ROLN_OK) return 0;
+    if (m.of->plan_next(&m, &x.goal, x.s, &pl, spare) != ROLN_OK) return 0;
     for (i = 0; i < n; i++) {
         const roln_real way = x.path[STEPS * n2 + i] - x.s[i];
         x.low[i] = x.s[i] - ROLN_ABS(way) / 4, x.high[i] = x.s[i] + ROLN_ABS(way) / 4;
         x.ref[0][i] = x.s[i];
     }
-    st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+    st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
     for (l = 0; l <= STEPS && st == ROLN_OK; l++)
-        CHECK(roln_in_range(&m, 0, x.path + l * n2, x.path + l * n2 + n));
+        CHECK(m.of->in_range(&m, x.path + l * n2, x.path + l * n2 + n));
     return st == ROLN_OK;
 }
 
@@ -689,7 +689,7 @@ static void test_any(int k)
 {
     const roln_real hostile[12] = {(roln_real)NAN, (roln_real)INFINITY, -(roln_real)INFINITY, 0, -1, ROLN_C(1e-30), ROLN_C(1e30),
                                    ROLN_C(-1e30), ROLN_EPS, ROLN_C(1e-38), ROLN_C(3e38), 1};
-    const int motors = models[k].size.motors, n2 = 2 * n_OF(k), tries = check_sample ? 60 : 600;
+    const int motors = models[k]->motors, n2 = 2 * n_OF(k), tries = check_sample ? 60 : 600;
     static task good, x, before;
     uint64_t s = 150 + (uint64_t)k;
     int i, j;
@@ -697,8 +697,8 @@ static void test_any(int k)
     for (i = 0; i < tries; i++) {
         roln_real *const at[15] = {x.s, x.low, x.high, x.fast, x.B, x.tau, x.rate, x.u, x.hold, x.weight[0], x.ref[0],
                                    x.C[1], x.P, x.end, &x.goal.dt};
-        roln_planned pl = planned(&x);
-        roln_trained m = model_of(&x);
+        plan_at pl = planned(&x);
+        instance m = model_of(&x);
         int call, what;
         x = good;
         if (i % 2) x.limits.rate_each = x.rate;
@@ -710,7 +710,7 @@ static void test_any(int k)
             what = (int)(roln_uniform(&s) * 15);
             if (call > 0) at[what][what < 14 ? i % 2 : 0] = hostile[(int)(roln_uniform(&s) * 12)];
             before = x, age = before.plan.age + 1;
-            st = roln_plan_next(&m, &x.goal, x.s, &pl, spare);
+            st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
             if (st == ROLN_OK) {
                 CHECK(roln_all_finite((STEPS + 1) * n2, x.path) && roln_all_finite(STEPS * motors * n2, x.K));
                 CHECK(x.plan.known == 1 && x.plan.age == 0 && roln_finite(x.plan.cost) && roln_finite(x.plan.gap));
@@ -721,7 +721,7 @@ static void test_any(int k)
                 CHECK(memcmp(x.torque, before.torque, sizeof x.torque) == 0);
                 CHECK(x.plan.known == (before.plan.known && age < STEPS) && x.plan.age == (x.plan.known ? age : 0));
             }
-            st = roln_plan_follow(&m, &x.goal, &pl, x.goal.dt / 2, x.s, u);
+            st = m.of->plan_follow(&m, &x.goal, &pl, x.goal.dt / 2, x.s, u);
             for (j = 0; j < motors; j++)
                 CHECK(st == ROLN_OK ? ROLN_ABS(u[j]) <= x.tau[j] : u[j] == 7);
         }
@@ -744,11 +744,11 @@ static ld rest_of(int k, int counted)
     roln_real z[MAXN], zd[MAXN] = {0}, s[2 * MAXN], load[MAXN], y[MAXN], qd[MAXN], tau[MAXN], still[MAXN] = {0}, tau_z[MAXN];
     roln_real mean[MAXN] = {0}, hold_z[MAXN];
     roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
-    const roln_estimate e = {&filter, s, s + n, F, load};
+    const filter_at e = {&filter, s, s + n, F, load};
     const rolni_push by = {tau, burden};
     uint64_t seed = 140 + (uint64_t)k;
-    roln_planned pl;
-    roln_trained m;
+    plan_at pl;
+    instance m;
     int call, i;
     place(k, &seed, &x);
     m = model_of(&x), pl = planned(&x);
@@ -757,21 +757,21 @@ static ld rest_of(int k, int counted)
     fill(MAXN, ROLN_C(0.0625), x.weight[3]);
     x.term[0] = x.term[2], x.term[0].moving = 0, x.term[1] = x.term[3], x.term[1].moving = 0, fill(MAXN, 0, x.ref[3]);
     x.goal.terms = 2, x.goal.P = NULL, x.goal.load = counted ? load : NULL;
-    CHECK_OK(roln_inverse(&m, z, still, NULL, still, tau_z, spare)); /* what holds it without a load */
+    CHECK_OK(m.of->inverse(&m, z, still, NULL, still, tau_z, spare)); /* what holds it without a load */
     for (i = 0; i < n; i++) { /* a motor for each coordinate */
         fill(n, 0, hold_z), hold_z[i] = 1;
-        CHECK_OK(roln_lift(&m, z, hold_z, tau, spare));
+        CHECK_OK(m.of->lift(&m, z, hold_z, tau, spare));
         for (call = 0; call < N; call++)
             x.B[2 * call + i] = tau[call];
     }
     fill(MAXN, 0, tau), fill(MAXN, 0, load);
     for (call = 0; call < CALLS; call++) {
-        CHECK_OK(roln_decode(&m, z, zd, y, qd, spare));
-        CHECK((roln_filter_tick(&m, &noise, y, tau, &e, spare) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
+        CHECK_OK(m.of->decode(&m, z, zd, y, qd, spare));
+        CHECK((m.of->filter_tick(&m, &noise, y, tau, &e, spare) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
         for (i = 0; i < n; i++)
             hold_z[i] = tau_z[i] - (counted ? load[i] : 0);
-        CHECK_OK(roln_allocate(&m, x.ref[2], &x.motors, hold_z, x.hold, NULL, spare));
-        if (!CHECK_OK(roln_plan_next(&m, &x.goal, s, &pl, spare))) return 0;
+        CHECK_OK(m.of->allocate(&m, x.ref[2], &x.motors, hold_z, x.hold, NULL, spare));
+        if (!CHECK_OK(m.of->plan_next(&m, &x.goal, s, &pl, spare))) return 0;
         for (i = 0; i < N; i++)
             tau[i] = x.B[2 * i] * x.torque[0] + x.B[2 * i + 1] * x.torque[1];
         CHECK_OK(rolni_step(&m, z, zd, &by, dt, spare));
@@ -785,7 +785,7 @@ static ld rest_of(int k, int counted)
 static void test_load(int k)
 {
     ld without, with;
-    if (n_OF(k) > 2 || models[k].md->inputs > 0 || k == DEEP) return; /* two motors hold it; J of size 1e3 */
+    if (n_OF(k) > 2 || models[k]->md->inputs > 0 || k == DEEP) return; /* two motors hold it; J of size 1e3 */
     without = rest_of(k, 0), with = rest_of(k, 1);
     CHECK(without > 0.002L);
     BOUND("load: offset of plans, a part of that without", with / without, 1e-4L);

@@ -62,7 +62,7 @@ void TEST_NAME(units)(void);
 typedef struct {
     int k, N, n, F;
     roln_model md;
-    roln_trained plain, own;
+    instance plain, own;
     roln_real each[MAXN], theta[MAXP], low[MAXN], high[MAXN];
 } pair;
 
@@ -74,10 +74,10 @@ static void pair_of(int k, uint64_t *s, pair *p)
     p->k = k, p->N = N_OF(k), p->n = n_OF(k), p->F = F_OF(k);
     parameters(k, s, p->theta);
     for (i = 0; i < p->N; i++)
-        p->each[i] = models[k].md->lnn.angles >> i & 1 ? 1 : power[i];
+        p->each[i] = models[k]->md->lnn.angles >> i & 1 ? 1 : power[i];
     fill(MAXN, -100, p->low), fill(MAXN, 100, p->high);
-    p->md = *models[k].md, p->md.own = 1;
-    p->plain = trained(models[k].md, scale_of(k), p->theta);
+    p->md = *models[k]->md, p->md.own = 1;
+    p->plain = trained(models[k], scale_of(k), p->theta);
     p->plain.z_min = p->low, p->plain.z_max = p->plain.zd_max = p->high;
     p->own = p->plain, p->own.model = &p->md, p->own.each = p->each;
 }
@@ -103,7 +103,7 @@ static void force_in_units(const pair *p, int rows, const roln_real *x, roln_rea
 
 static int reduce_work(int k, int own)
 {
-    sizes z = models[k].size;
+    sizes z = models[k]->size;
     z.own = own;
     return ROLN_REDUCE_WORK(OF_Z);
 }
@@ -122,29 +122,29 @@ static void test_states(int k)
     for (i = 1; i < 4; i++) {
         roln_real *zdd[2] = {i > 1 ? z[0] + 2 * p.n : NULL, i > 1 ? z[1] + 2 * p.n : NULL};
         fill(3 * MAXN, 7, z[0]), fill(3 * MAXN, 7, z[1]);
-        CHECK_OK(roln_encode(&p.plain, x, x + N, i > 2 ? x + 2 * N : NULL, z[0], z[0] + p.n, zdd[0], ROOM(aim)));
-        CHECK_OK(roln_encode(&p.own, X, X + N, i > 2 ? X + 2 * N : NULL, z[1], z[1] + p.n, zdd[1], ROOM(aim)));
+        CHECK_OK(p.plain.of->aim(&p.plain, x, x + N, i > 2 ? x + 2 * N : NULL, z[0], z[0] + p.n, zdd[0], ROOM(aim)));
+        CHECK_OK(p.own.of->aim(&p.own, X, X + N, i > 2 ? X + 2 * N : NULL, z[1], z[1] + p.n, zdd[1], ROOM(aim)));
         CHECK(same(3 * MAXN, z[0], z[1]));
     }
-    CHECK_OK(roln_decode(&p.plain, z[0], z[0] + p.n, y[0], y[0] + N, ROOM(decode)));
-    CHECK_OK(roln_decode(&p.own, z[0], z[0] + p.n, y[1], y[1] + N, ROOM(decode)));
+    CHECK_OK(p.plain.of->decode(&p.plain, z[0], z[0] + p.n, y[0], y[0] + N, ROOM(decode)));
+    CHECK_OK(p.own.of->decode(&p.own, z[0], z[0] + p.n, y[1], y[1] + N, ROOM(decode)));
     in_units(&p, 1, 2, y[0], y[0]);
     CHECK(same(2 * N, y[0], y[1]));
     CHECK_OK(roln_decode_some(&p.own, z[0], z[0] + p.n, some, which, X, X + some, ROOM(decode_some)));
     for (i = 0; i < some; i++)
         CHECK(same(1, X + i, y[1] + which[i]) && same(1, X + some + i, y[1] + N + which[i]));
-    CHECK_OK(roln_lift(&p.plain, z[0], z[0] + p.n, y[0], ROOM(lift)));
-    CHECK_OK(roln_lift(&p.own, z[0], z[0] + p.n, y[1], ROOM(lift)));
+    CHECK_OK(p.plain.of->lift(&p.plain, z[0], z[0] + p.n, y[0], ROOM(lift)));
+    CHECK_OK(p.own.of->lift(&p.own, z[0], z[0] + p.n, y[1], ROOM(lift)));
     in_units(&p, -1, 1, y[0], y[0]);
     CHECK(same(N, y[0], y[1]));
     in_units(&p, 1, 1, x + N, at);
-    CHECK_OK(roln_inertia(&p.plain, z[0], x + N, y[0], ROOM(inertia)));
-    CHECK_OK(roln_inertia(&p.own, z[0], at, y[1], ROOM(inertia)));
+    CHECK_OK(p.plain.of->inertia(&p.plain, z[0], x + N, y[0], ROOM(inertia)));
+    CHECK_OK(p.own.of->inertia(&p.own, z[0], at, y[1], ROOM(inertia)));
     in_units(&p, -1, 1, y[0], y[0]);
     CHECK(same(N, y[0], y[1]));
     in_units(&p, -2, 2, x, X);
-    CHECK_OK(roln_gains(&p.plain, z[0], x, x + N, y[0], y[0] + p.n, ROOM(gains)));
-    CHECK_OK(roln_gains(&p.own, z[0], X, X + N, y[1], y[1] + p.n, ROOM(gains)));
+    CHECK_OK(p.plain.of->gains(&p.plain, z[0], x, x + N, y[0], y[0] + p.n, ROOM(gains)));
+    CHECK_OK(p.own.of->gains(&p.own, z[0], X, X + N, y[1], y[1] + p.n, ROOM(gains)));
     CHECK(same(2 * p.n, y[0], y[1]));
 }
 
@@ -158,8 +158,8 @@ static void check_motors(const pair *p, const roln_real *z, uint64_t *s)
     dyadic(3 * MAXN, 1, s, B[0]);
     for (i = 0; i < p->N * count; i++)
         B[1][i] = B[0][i] / p->each[i / count];
-    CHECK_OK(roln_allocate(&p->plain, z, &plain, z + p->n, u[0], missed, ROOM(allocate)));
-    CHECK_OK(roln_allocate(&p->own, z, &own, z + p->n, u[1], missed + 1, ROOM(allocate)));
+    CHECK_OK(p->plain.of->allocate(&p->plain, z, &plain, z + p->n, u[0], missed, ROOM(allocate)));
+    CHECK_OK(p->own.of->allocate(&p->own, z, &own, z + p->n, u[1], missed + 1, ROOM(allocate)));
     CHECK(same(count > 0 ? count : p->md.inputs, u[0], u[1]) && same(1, missed, missed + 1) && missed[0] > 0);
 }
 
@@ -172,17 +172,17 @@ static void test_forces(int k)
     int i, j, n, F;
     pair_of(k, &s, &p), n = p.n, F = p.F;
     dyadic(2 * n, ROLN_C(0.5), &s, s0), dyadic(F, 1, &s, tau[0]), force_in_units(&p, 1, tau[0], tau[1]);
-    CHECK_OK(roln_reduce(&p.plain, s0, tau[0], y[0], room_of(reduce_work(k, 0))));
+    CHECK_OK(p.plain.of->reduce(&p.plain, s0, tau[0], y[0], room_of(reduce_work(k, 0))));
     ROOM_KEPT();
-    CHECK_OK(roln_reduce(&p.own, s0, tau[1], y[1], room_of(reduce_work(k, 1))));
+    CHECK_OK(p.own.of->reduce(&p.own, s0, tau[1], y[1], room_of(reduce_work(k, 1))));
     CHECK_ROOM();
     CHECK(same(n, y[0], y[1]));
     for (i = 0; i < 2; i++) { /* without a force, with one */
         for (j = 0; j < 2; j++) {
-            const roln_trained *m = j ? &p.own : &p.plain;
+            const instance *m = j ? &p.own : &p.plain;
             memcpy(z[j], s0, sizeof s0);
-            CHECK_OK(roln_step(m, z[j], z[j] + n, i ? tau[j] : NULL, dt / 8, ROOM(step)));
-            CHECK_OK(roln_linear(m, z[j], z[j] + n, i ? tau[j] : NULL, dt / 8, A[j], B[j], ROOM(linear)));
+            CHECK_OK(m->of->step(m, z[j], z[j] + n, i ? tau[j] : NULL, dt / 8, ROOM(step)));
+            CHECK_OK(m->of->linear(m, z[j], z[j] + n, i ? tau[j] : NULL, dt / 8, A[j], B[j], ROOM(linear)));
             ROOM_KEPT();
         }
         CHECK(same(2 * n, z[0], z[1]) && same(4 * n * n, A[0], A[1]));
@@ -192,7 +192,7 @@ static void test_forces(int k)
     }
     fill(MAXN, 7, y[0]), y[1][0] = (roln_real)NAN; /* of a force that is not finite */
     memcpy(y[1] + 1, tau[1] + 1, (size_t)(F - 1) * sizeof *tau[1]);
-    CHECK(roln_reduce(&p.own, s0, y[1], y[0], spare) == ROLN_E_NOT_FINITE && all(MAXN, y[0], 7));
+    CHECK(p.own.of->reduce(&p.own, s0, y[1], y[0], spare) == ROLN_E_NOT_FINITE && all(MAXN, y[0], 7));
     check_motors(&p, s0, &s);
 }
 
@@ -215,7 +215,7 @@ static void test_feedback(int k)
     else in_units(&p, 2, 1, w[0] + 2 * p.N, w[1] + 2 * p.N);
     for (i = 0; i < 2; i++) {
         const roln_cost cost = {w[i], w[i] + p.N, w[i] + 2 * p.N, dt, NULL};
-        CHECK_OK(roln_lqr(i ? &p.own : &p.plain, &cost, s0, NULL, K[i], P[i], ROOM(lqr)));
+        CHECK_OK(i ? &p.own : &p.plain->of->lqr(i ? &p.own : &p.plain, &cost, s0, NULL, K[i], P[i], ROOM(lqr)));
     }
     for (i = 0; i < 2 * p.n * F; i++)
         K[0][i] /= p.md.inputs > 0 ? 1 : p.each[i / (2 * p.n)];
@@ -242,8 +242,8 @@ static void test_estimates(int k)
         in_units(&p, 1, 1, y[0], y[1]), force_in_units(&p, 1, tau[0], tau[1]);
         for (i = 0; i < 2; i++) {
             const roln_noise noise = {dt, 0, ROLN_C(0.5), 0, 0, q_each[i], NULL, 0};
-            const roln_estimate to = {&f[i], z[i], z[i] + p.n, F[i], NULL};
-            faults[i] = roln_filter_tick(i ? &p.own : &p.plain, &noise, y[i], tau[i], &to, ROOM(filter_tick));
+            const filter_at to = {&f[i], z[i], z[i] + p.n, F[i], NULL};
+            faults[i] = i ? &p.own : &p.plain->of->filter_tick(i ? &p.own : &p.plain, &noise, y[i], tau[i], &to, ROOM(filter_tick));
         }
         CHECK(faults[0] == faults[1] && f[0].known && same(1, &f[0].nis, &f[1].nis) && (t > 0 || (faults[0] & ROLN_FILTER_START)));
         CHECK(same(2 * p.n, z[0], z[1]) && same(4 * p.n * p.n, F[0], F[1]));
@@ -267,14 +267,14 @@ static void test_ticks(int k)
     for (i = 0; i < TICKS; i++) {
         uint32_t faults[2];
         for (j = 0; j < 2; j++) {
-            const roln_trained *m = j ? &p.own : &p.plain;
-            const roln_target target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n, NULL};
+            const instance *m = j ? &p.own : &p.plain;
+            const target_at target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n, NULL};
             const roln_measured full = {q[j] + 2 * i * N, q[j] + (2 * i + 1) * N};
-            const roln_held held = {&g[j], tau[j]};
+            const guard_at held = {&g[j], tau[j]};
             const roln_motors damped = {0, NULL, 1};
             roln_limits l = limits;
             if (p.md.inputs > 0) l.motors = &damped;
-            faults[j] = roln_tick(m, &l, &full, &target, z[j], z[j] + p.n, &held, ROOM(tick));
+            faults[j] = m->of->tick(m, &l, &full, &target, z[j], z[j] + p.n, &held, ROOM(tick));
         }
         CHECK(faults[0] == faults[1] && same(2 * p.n, z[0], z[1]) && g[0].known && g[1].known);
         CHECK(same(1, &g[0].residual, &g[1].residual) && same(1, &g[0].power, &g[1].power) && (i == 0 || g[1].residual != 0));
@@ -287,7 +287,7 @@ static void test_ticks(int k)
         const roln_batch b = {1, TICKS - 1, 1, NULL, x[0], x[1], NULL, all_tau[j]};
         for (i = 0; i < 2 * TICKS; i++)
             memcpy(x[i % 2] + i / 2 * N, q[j] + i * N, (size_t)N * sizeof *x[0]);
-        CHECK_OK(roln_fit_limits(j ? &p.own : &p.plain, &b, 2, &fit[j], most[j], most[j] + p.F, ROOM(fit_limits)));
+        CHECK_OK(j ? &p.own : &p.plain->of->fit_limits(j ? &p.own : &p.plain, &b, 2, &fit[j], most[j], most[j] + p.F, ROOM(fit_limits)));
     }
     force_in_units(&p, 2, most[0], most[0]);
     CHECK(same(2 * p.F, most[0], most[1]) && same(1, &fit[0].margin, &fit[1].margin) && same(1, &fit[0].power, &fit[1].power));
@@ -329,13 +329,13 @@ static const roln_loss every = {1, ROLN_C(0.5), ROLN_C(0.75), ROLN_C(0.625), ROL
                                 ROLN_C(1.0625), ROLN_C(0.4375), ROLN_C(0.6875)};
 
 /* The gradient g [params] of a recording, from nothing, in blocks of three windows; the loss is returned. */
-static roln_real gradient(const pair *p, const roln_trained *m, const recording *r, roln_real *g)
+static roln_real gradient(const pair *p, const instance *m, const recording *r, roln_real *g)
 {
     const int k = p->k;
     roln_real windows = 0;
     roln_loss loss = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     const roln_gradient to = roln_gradient_of(m->model, g, &loss, &windows);
-    fill(models[k].params, 0, g);
+    fill(models[k]->params, 0, g);
     if (r->b.qdd) CHECK_OK(roln_grad_acc(m, &every, &r->b, 3, &to, room_of(grad_acc_work(k, 3))));
     else CHECK_OK(roln_grad(m, &every, &r->b, dt / 8, 3, &to, room_of(grad_work(k, 3, 2))));
     ROOM_KEPT();
@@ -357,14 +357,14 @@ static void test_losses(int k)
         roln_real loss[2];
         record(&p, kind, &s, &r[0]), record_in_units(&p, &r[0], &r[1]);
         for (j = 0; j < 2; j++) {
-            const roln_trained *m = j ? &p.own : &p.plain;
+            const instance *m = j ? &p.own : &p.plain;
             loss[j] = gradient(&p, m, &r[j], g[j]);
             CHECK_OK(roln_rows(m, &every, &r[j].b, dt / 8, &to[j], kind == ACC ? room_of(grad_acc_work(k, 1))
                                                                               : room_of(grad_work(k, 1, 2))));
-            CHECK_OK(roln_variance(m, &r[j].b, &var[j], ROOM(variance)));
+            CHECK_OK(m->of->variance(m, &r[j].b, &var[j], ROOM(variance)));
         }
-        CHECK(same(models[k].params, g[0], g[1]) && same(1, loss, loss + 1) && largest(models[k].params, g[1]) > 0);
-        CHECK(same(COUNT * models[k].params, rows[0], rows[1]) && same(COUNT, left[0], left[1]));
+        CHECK(same(models[k]->params, g[0], g[1]) && same(1, loss, loss + 1) && largest(models[k]->params, g[1]) > 0);
+        CHECK(same(COUNT * models[k]->params, rows[0], rows[1]) && same(COUNT, left[0], left[1]));
         CHECK(memcmp(var, var + 1, sizeof *var) == 0);
     }
 }
@@ -381,11 +381,11 @@ static void test_errors(int k)
     pair_of(k, &s, &p), record(&p, ODE, &s, &r[0]), record_in_units(&p, &r[0], &r[1]);
     dyadic(p.N, ROLN_C(0.25), &s, qbar[0]), in_units(&p, 1, 1, qbar[0], qbar[1]);
     for (j = 0; j < 2; j++) {
-        const roln_trained *m = j ? &p.own : &p.plain;
+        const instance *m = j ? &p.own : &p.plain;
         const roln_errors_to to = {e[j], joints[j]};
         CHECK_OK(roln_errors(m, &r[j].b, dt / 8, 3, 1, qbar[j], &to, room_of(errors_work(k, 3))));
         ROOM_KEPT();
-        CHECK_OK(roln_fit_range(m, COUNT, r[j].q, r[j].qd, range[j], range[j] + p.n, range[j] + 2 * p.n, ROOM(fit_range)));
+        CHECK_OK(m->of->fit_range(m, COUNT, r[j].q, r[j].qd, range[j], range[j] + p.n, range[j] + 2 * p.n, ROOM(fit_range)));
     }
     CHECK(memcmp(e[0], e[1], sizeof e[0]) == 0 && e[1][2].q > 0 && same(3 * p.n, range[0], range[1]));
     for (i = 0; i < 3 * p.N; i++) {
@@ -409,25 +409,25 @@ static void test_slope(int k, int kind)
     int half, i;
     pair_of(k, &s, &p);
     for (i = 0; i < p.N; i++)
-        p.each[i] = models[k].md->lnn.angles >> i & 1 ? 1 : 0.3 + 0.7 * i;
-    record(&p, kind, &s, &r), dyadic(models[k].params, 1, &s, v);
-    for (i = 0; i < models[k].params; i++)
+        p.each[i] = models[k]->md->lnn.angles >> i & 1 ? 1 : 0.3 + 0.7 * i;
+    record(&p, kind, &s, &r), dyadic(models[k]->params, 1, &s, v);
+    for (i = 0; i < models[k]->params; i++)
         v[mate(k, i)] = v[i];
     gradient(&p, &p.own, &r, g), memcpy(theta, p.theta, sizeof theta);
-    for (i = 0; i < models[k].params; i++)
+    for (i = 0; i < models[k]->params; i++)
         along += g[i] * v[i];
     for (half = 0; half < 2; half++) {
         const double h = half ? 1e-3 : 2e-3;
         double loss[2];
         int side;
         for (side = 0; side < 2; side++) {
-            for (i = 0; i < models[k].params; i++)
+            for (i = 0; i < models[k]->params; i++)
                 p.theta[i] = theta[i] + (side ? h : -h) * v[i];
             loss[side] = gradient(&p, &p.own, &r, unused);
         }
         off[half] = (loss[1] - loss[0]) / (2 * h) - along;
     }
-    BOUND("own units: slope", fabs((4 * off[1] - off[0]) / 3) / (largest(models[k].params, g) * 10), 1e-6);
+    BOUND("own units: slope", fabs((4 * off[1] - off[0]) / 3) / (largest(models[k]->params, g) * 10), 1e-6);
     if (fabs(off[0]) > 1e-6 * fabs(along)) BOUND("own units: the error of differences, quartered", fabs(off[0] / off[1] - 4), 0.5);
 }
 #endif

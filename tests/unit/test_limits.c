@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: MIT */
+/* Limits of the guard: what NAME_fit_limits finds in recordings is the least that is silent along them; the residual of energy of true
+   motion, under forces that nobody knows, through encoders, and its mean over a window. */
+
+#ifdef ROLN_DOUBLE
+/* All of them driven by torques of the joints, with the integrator that errs least. */
+#define CALLED(X) X(reduce) X(step)
+#define SMALL(name) name##_rk4
+#define SMALL_STEP(scheme) rk4
+#define SMALL_INPUTS(count) 0
+#include "small_models.h"
+#endif
+
+#undef CALLED
+#define CALLED(X) X(encode) X(decode) X(guard_tick) X(fit_limits)
+#include "small.h"
+#include "rig.h"
+
+void TEST_NAME(limits)(void);
+
+#ifdef ROLN_DOUBLE
+#define RK4_CALLED(name) name##_rk4_called
+static const model *const by_rk4[MODELS] = SMALL_TABLE(RK4_CALLED, RK4_CALLED);
+#endif
+
+/* The running mean of the residual: R += (r - R) / window, of the residuals r that a guard without a window has; it decides. */
+static void test_guard_window(int k)
+{
+    enum { WINDOW = 5 };
+    static rig a, b, both[2];
+    const int n = n_OF(k);
+    uint64_t s = 350 + (uint64_t)k;
+    ld mean = 0, bound = 0;
+    int t, found = 0, quiet = 0;
+    good(k, &a);
+    a.limits.power = PICK(1e30f, 1e30), a.g.residual = 0, b = a, b.limits.window = WINDOW;
+    for (t = 0; t < 60; t++) {
+        uint32_t f;
+        ld power;
+        dyadic(n, ROLN_C(0.5), &s, a.zd);
+        memcpy(b.zd, a.zd, sizeof b.zd);
+        both[1] = b;
+        CHECK(tick(k, &a) == 0 && tick(k, &b) == 0);
+        mean += ((ld)a.g.residual - mean) / WINDOW;
+        bound = fabsl(mean) > bound ? fabsl(mean) : bound;
+        CHECK_NEAR(b.g.residual, mean, 8 * (ld)ROLN_EPS * bound);
+        power = fabsl(mean) * (t % 2 ? 1.01L : 0.99L); /* a limit just above it, and just below */
+        if (!(power > 1e-3L * bound) || power < 1e-6L) continue;
+        both[1].limits.power = (roln_real)power;
+        f = tick(k, both + 1);
+        CHECK(f == (t % 2 ? 0 : ROLN_FAULT_ENERGY));
+        found += f != 0, quiet += f == 0;
+    }
+    CHECK(k == BARE || k == SQUARE || (found > 10 && quiet > 10));
+    b.g.residual = (roln_real)NAN; /* a damaged one is a fault, and gone */
+    CHECK(tick(k, &b) == ROLN_FAULT_ENERGY && roln_finite(b.g.residual) && tick(k, &b) == 0);
+}
+
+/* ---- limits from recordings ------------------------------------------------------------------- */
+
+enum { TICKS = 12, RUNS = 2 };
+
+/* Two recordings of any motion near the manifold. */
+typedef struct {
+    roln_real q[RUNS * TICKS * MAXN], qd[RUNS * TICKS * MAXN], tau[RUNS * TICKS * MAXN];
+} recordings;
+
+static void record(int k, recordings *r)
+{
+    const instance m = of_model(k);
+    const int N = N_OF(k), n = n_OF(k);
+    uint64_t s = 360 + (uint64_t)k;
+    roln_real z[MAXN], zd[MAXN], off[2 * MAXN];
+    int t, i;
+    for (t = 0; t < RUNS * TICKS; t++) {
+        dyadic(n, ROLN_C(0.5), &s, z), dyadic(n, ROLN_C(0.25), &s, zd), dyadic(2 * N, ROLN_C(0.015625), &s, off);
+        CHECK_OK(m.of->decode(&m, z, zd, r->q + t * N, r->qd + t * N, spare));
+        for (i = 0; i < N; i++)
+            r->q[t * N + i] += off[i], r->qd[t * N + i] += off[N + i];
+    }
+    dyadic(RUNS * TICKS * F_OF(k), 1, &s, r->tau);
+    for (i = 0; i < RUNS * TICKS * F_OF(k); i++) /* the first torque is no change */
+        r->tau[i] += 3;
+}
+
+/* All faults of a guard along the recordings. */
+static uint32_t faults_along(int k, const recordings *r, const rig *start, const roln_limits *limits)
+{
+    const int N = N_OF(k), F = F_OF(k);
+    static rig x;
+    uint32_t f = 0;
+    int t;
+    for (t = 0; t < RUNS * TICKS; t++) {
+        const instance m = of_rig(k, start);
+        if (t % TICKS == 0) {
+            x = *start, x.limits = *limits, x.limits.hold = 2000000000;
+            memcpy(x.held, r->tau + t * F, sizeof *x.held * (size_t)F);
+        }
+        memcpy(x.q, r->q + t * N, sizeof *x.q * (size_t)N), memcpy(x.qd, r->qd + t * N, sizeof *x.qd * (size_t)N);
+        memcpy(x.want, r->tau + t * F, sizeof *x.want * (size_t)F);
+        CHECK_OK(m.of->encode(&m, x.q, x.qd, x.z, x.zd, spare));
+        f |= tick(k, &x);
+        memcpy(x.held, x.want, sizeof x.held);
+    }
+    return f;
+}
+
+/* Silent along what they were made of, and not with two per cent less of any. */
+static void check_least(int k, const recordings *r, const rig *start, const roln_limits *l)
+{
+    const roln_real less = ROLN_C(0.98);
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits low;
+    int i, what;
+    CHECK(faults_along(k, r, start, l) == 0);
+    for (what = 0; what < 4; what++) {
+        const uint32_t want[4] = {ROLN_FAULT_RANGE, ROLN_FAULT_ENERGY, ROLN_FAULT_MANIFOLD, ROLN_FAULT_MANIFOLD};
+        roln_real *const field[4] = {&low.margin, &low.power, &low.q_off, &low.qd_off};
+        low = *l;
+        if (!(*field[what] > ROLN_C(1e-4))) continue; /* nothing there: no autoencoder */
+        *field[what] *= less;
+        if (want[what] != ROLN_FAULT_ENERGY) low.power = 0; /* after a bad tick it is of the torque that was held */
+        CHECK(faults_along(k, r, start, &low) == want[what]);
+    }
+    for (i = 0; i < F_OF(k); i++)
+        for (what = 0; what < 2; what++) {
+            memcpy(each, l->tau_each, sizeof each), memcpy(rates, l->rate_each, sizeof rates);
+            low = *l, low.tau_each = each, low.rate_each = rates, low.power = 0;
+            (what ? each : rates)[i] *= less;
+            CHECK(faults_along(k, r, start, &low) == ROLN_FAULT_LIMIT);
+            low.strict = 0;
+            CHECK(faults_along(k, r, start, &low) == ROLN_CLIPPED);
+        }
+}
+
+/* What roln_fit_limits refuses; nothing is written. */
+static void check_fit_refused(int k, const recordings *r, rig *start, const roln_batch *good_batch, const roln_limits *from)
+{
+    static recordings bad;
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
+    const instance m = of_rig(k, start);
+    roln_batch wrong[5], b = *good_batch;
+    roln_real each[MAXN], rates[MAXN], B[MAXN] = {1};
+    const roln_motors one = {1, B, 0};
+    roln_limits l = *from;
+    int i, t;
+    fill(MAXN, 7, each), fill(MAXN, 7, rates);
+#define REFUSED(batch, slack, status) \
+    CHECK(m.of->fit_limits(&m, batch, slack, &l, each, rates, ROOM(fit_limits)) == (status) && all(MAXN, each, 7) && \
+          all(MAXN, rates, 7))
+    for (i = 0; i < 5; i++)
+        wrong[i] = b;
+    wrong[0].count = 0, wrong[1].steps = -1, wrong[2].stride = 2, wrong[3].qd = NULL, wrong[4].steps = 0;
+    for (i = 0; i < 5; i++)
+        REFUSED(wrong + i, 1, ROLN_E_LENGTH);
+    REFUSED(&b, ROLN_C(0.99), ROLN_E_RANGE);
+    REFUSED(&b, (roln_real)NAN, ROLN_E_RANGE);
+    REFUSED(&b, (roln_real)INFINITY, ROLN_E_NOT_FINITE); /* limits that are none */
+    b.tau = NULL;
+    REFUSED(&b, (roln_real)INFINITY, ROLN_E_NOT_FINITE);
+    b.tau = good_batch->tau;
+    for (i = 0; i < 3; i++) {
+        bad = *r;
+        (i == 0 ? bad.q : i == 1 ? bad.qd : bad.tau)[RUNS * TICKS * (i < 2 ? N : F) - 1] = (roln_real)NAN; /* the last number */
+        b.q = bad.q, b.qd = bad.qd, b.tau = bad.tau;
+        REFUSED(&b, 1, ROLN_E_NOT_FINITE);
+    }
+    for (i = 0, bad = *r; i < F; i++) { /* a torque that never changes has no limit of its rate; one that is 0 needs none */
+        for (t = 0; t < RUNS * TICKS; t++)
+            bad.tau[t * F + i] = 3;
+        b.q = bad.q, b.qd = bad.qd, b.tau = bad.tau;
+        REFUSED(&b, 1, ROLN_E_RANGE);
+        for (t = 0; t < RUNS * TICKS; t++)
+            bad.tau[t * F + i] = 0;
+    }
+    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    CHECK(all(F, each, 0) && all(F, rates, 0));
+    fill(MAXN, 7, each), fill(MAXN, 7, rates), l = *from;
+    b = *good_batch;
+    fill(n, 0, start->z_min), fill(n, 0, start->z_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    fill(n, -99, start->z_min), fill(n, 99, start->z_max), fill(n, 0, start->zd_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    CHECK(memcmp(&l, from, sizeof l) == 0);
+    l.dt = 0;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    l.dt = from->dt, l.window = -1;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    l = *from, l.tau = 0, b.tau = NULL; /* torques that nobody has told of */
+    fill(n, 99, start->zd_max);
+    REFUSED(&b, 1, ROLN_E_RANGE);
+    if (m.of->md->inputs > 0) return;
+    b.tau = good_batch->tau, l.motors = &one;
+    REFUSED(&b, 1, ROLN_E_RANGE);
+#undef REFUSED
+}
+
+/* What rests needs no range of velocities. */
+static void check_fit_rest(int k, rig *start, const roln_batch *good_batch, const roln_limits *from)
+{
+    static roln_real rest[RUNS * TICKS * MAXN];
+    const instance m = of_rig(k, start);
+    roln_batch b = *good_batch;
+    roln_real each[MAXN], rates[MAXN];
+    roln_limits l = *from;
+    fill(n_OF(k), 0, start->zd_max), b.qd = rest;
+    CHECK_OK(m.of->fit_limits(&m, &b, 1, &l, each, rates, ROOM(fit_limits)));
+    fill(n_OF(k), 99, start->zd_max);
+}
+
+static void test_fit_limits(int k)
+{
+    static recordings r;
+    static rig start;
+    const int n = n_OF(k), F = F_OF(k);
+    const roln_real slack = 1 + 64 * ROLN_EPS, safe[MAXN] = {0};
+    const roln_batch b = {RUNS, TICKS - 1, 1, NULL, r.q, r.qd, NULL, r.tau};
+    roln_batch free_motion = b;
+    roln_real each[MAXN], rates[MAXN], twice[MAXN], fast[MAXN];
+    roln_limits l, l2, was;
+    instance m;
+    int i;
+    good(k, &start);
+    record(k, &r);
+    fill(n, ROLN_C(-0.25), start.z_min), fill(n, ROLN_C(0.25), start.z_max), fill(n, ROLN_C(0.25), start.zd_max);
+    m = of_rig(k, &start);
+    memset(&start.g, 0, sizeof start.g);
+    memset(&l, 0, sizeof l);
+    l.dt = ROLN_C(0.0625), l.window = 3, l.hold = 7, l.strict = 1, l.safe = safe, l.tau = 99, was = l;
+    fill(MAXN, 7, each), fill(MAXN, 7, rates);
+    CHECK_OK(m.of->fit_limits(&m, &b, slack, &l, each, rates, ROOM(fit_limits)));
+    ROOM_KEPT();
+    CHECK(l.hold == 7 && l.window == 3 && l.strict == 1 && l.safe == safe && l.tau_each == each && l.rate_each == rates);
+    CHECK(all(MAXN - F, each + F, 7) && all(MAXN - F, rates + F, 7));
+    CHECK(largest(F, each) <= (ld)l.tau && largest(F, rates) <= (ld)l.rate && l.margin > ROLN_C(0.1));
+    check_least(k, &r, &start, &l);
+    fill(n, -99, start.z_min), fill(n, 99, start.z_max), fill(n, ROLN_C(0.0625), start.zd_max); /* velocities alone are beyond */
+    l2 = was;
+    CHECK_OK(m.of->fit_limits(&m, &b, slack, &l2, twice, fast, ROOM(fit_limits)));
+    CHECK(l2.margin > 1);
+    check_least(k, &r, &start, &l2);
+    fill(n, ROLN_C(-0.25), start.z_min), fill(n, ROLN_C(0.25), start.z_max), fill(n, ROLN_C(0.25), start.zd_max);
+    l2 = was; /* slack is a factor of all */
+    CHECK_OK(m.of->fit_limits(&m, &b, 2 * slack, &l2, twice, fast, ROOM(fit_limits)));
+    CHECK(all(1, &l2.power, 2 * l.power) && all(1, &l2.margin, 2 * l.margin) && all(1, &l2.q_off, 2 * l.q_off));
+    CHECK(all(1, &l2.qd_off, 2 * l.qd_off) && all(1, &l2.tau, 2 * l.tau) && all(1, &l2.rate, 2 * l.rate));
+    for (i = 0; i < F; i++)
+        CHECK(all(1, twice + i, 2 * each[i]) && all(1, fast + i, 2 * rates[i]));
+    /* a range that holds all still gets a tenth; without torques their limits stay */
+    fill(n, -99, start.z_min), fill(n, 99, start.z_max), fill(n, 99, start.zd_max);
+    free_motion.tau = NULL, l = was, fill(MAXN, 7, each);
+    CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, each, rates, ROOM(fit_limits)));
+    CHECK(all(1, &l.margin, ROLN_C(0.1)) && all(1, &l.tau, 99) && !l.tau_each && !l.rate_each && all(MAXN, each, 7));
+    l = was, l.tau_each = each, l.tau = (roln_real)NAN; /* which counts for nothing beside tau_each */
+    CHECK_OK(m.of->fit_limits(&m, &free_motion, slack, &l, twice, fast, ROOM(fit_limits)));
+    CHECK(l.tau_each == each && all(1, &l.margin, ROLN_C(0.1)));
+    check_fit_rest(k, &start, &b, &was);
+    check_fit_refused(k, &r, &start, &b, &was);
+}
+
+#ifdef ROLN_DOUBLE
+/* A motion of the model of half a second, tick by tick. */
+typedef struct {
+    double h, power; /* time of a tick; largest power of the forces that the guard does not know */
+    int ticks;
+    double z[300][MAXN], zd[300][MAXN], want[300][MAXN];
+} motion;
+
+/* push: a force on the joints that the guard does not know. */
+static void move(int k, double h, double push, motion *x)
+{
+    const instance m = trained(by_rk4[k], scale_of(k), theta_k);
+    const int n = n_OF(k), F = F_OF(k), N = N_OF(k), inside = 20, inputs = models[k]->md->inputs;
+    double s[2 * MAXN], tau[MAXN], tau_z[MAXN], outside[MAXN];
+    uint64_t seed = 320 + (uint64_t)k;
+    int t, i, j, p;
+    parameters(k, &seed, theta_k);
+    dyadic(2 * n, ROLN_C(0.5), &seed, s), dyadic(N, push, &seed, outside);
+    x->h = h, x->ticks = (int)(0.5 / h), x->power = 0;
+    for (t = 0; t < x->ticks; t++) {
+        double power = 0;
+        for (i = 0; i < F; i++)
+            x->want[t][i] = 0.5 * sin(3 * t * h + i);
+        memcpy(x->z[t], s, sizeof *x->z), memcpy(x->zd[t], s + n, sizeof *x->zd);
+        for (i = 0; i < N; i++) {
+            tau[i] = outside[i] + (inputs ? 0 : x->want[t][i]);
+            for (j = 0; j < inputs; j++)
+                tau[i] += theta_k[models[k]->params - N * F + i * F + j] * x->want[t][j];
+        }
+        CHECK_OK(m.of->reduce(&m, x->z[t], outside, tau_z, spare));
+        for (i = 0; i < n; i++)
+            power += tau_z[i] * x->zd[t][i];
+        x->power = fabs(power) > x->power ? fabs(power) : x->power;
+        for (p = 0; p < inside; p++)
+            CHECK_OK(m.of->step(&m, s, s + n, tau, h / inside, spare));
+    }
+}
+
+/* Does the energy check of a guard with this limit find anything in a motion? */
+static int caught(int k, const motion *mo, double limit)
+{
+    static rig x;
+    const int n = n_OF(k);
+    int t;
+    memset(&x, 0, sizeof x);
+    fill(n, -9, x.z_min), fill(n, 9, x.z_max), fill(n, 99, x.zd_max);
+    x.limits.dt = mo->h, x.limits.tau = 9, x.limits.power = limit, x.limits.hold = 1000;
+    for (t = 0; t < mo->ticks; t++) {
+        uint32_t f;
+        memcpy(x.z, mo->z[t], sizeof x.z), memcpy(x.zd, mo->zd[t], sizeof x.zd), memcpy(x.want, mo->want[t], sizeof x.want);
+        f = tick(k, &x);
+        CHECK((f & ~(uint32_t)ROLN_FAULT_ENERGY) == 0);
+        memcpy(x.held, mo->want[t], sizeof x.held); /* what the motors did: the model's own motion goes on */
+        if (f) return 1;
+    }
+    return 0;
+}
+
+/* The smallest limit that passes a motion, by bisection. heavy: the guard's model has M e^heavy. */
+static double residual(int k, double h, double push, double heavy, double *power)
+{
+    static motion mo;
+    const roln_lnn *f = &models[k]->md->lnn;
+    double lo = 0, hi = 1e4;
+    int i, it;
+    move(k, h, push, &mo);
+    *power = mo.power;
+    for (i = 0; i < f->n && fabs(heavy) > 0; i++) /* U + heavy I */
+        theta_k[roln_ae_params(&models[k]->md->ae) + roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += heavy;
+    CHECK(!caught(k, &mo, hi));
+    for (it = 0; it < 44; it++) {
+        const double mid = sqrt((lo + 1e-14) * hi);
+        if (caught(k, &mo, mid)) lo = mid;
+        else hi = mid;
+    }
+    return hi;
+}
+
+static void test_guard_energy(int k)
+{
+    double P, r[3], pushed, light, wrong;
+    r[0] = residual(k, 1 / 64., 0, 0, &P);
+    r[1] = residual(k, 1 / 128., 0, 0, &P);
+    r[2] = residual(k, 1 / 256., 0, 0, &P);
+    BOUND("guard, residual of a true motion, dt = 1/64", r[0], 1);
+    BOUND("guard, residual, halved dt: 4 times", fabs(log2(r[0] / r[1]) - 2), 0.35);
+    BOUND("guard, residual, halved again", fabs(log2(r[1] / r[2]) - 2), 0.35);
+    pushed = residual(k, 1 / 256., 1, 0, &P); /* an external force of known power */
+    BOUND("guard, power of an unknown force", fabs(pushed / P - 1), 0.08);
+    CHECK(pushed > 20 * r[2]);
+    light = residual(k, 1 / 256., -0.125, 0, &P);
+    BOUND("guard, power of a small one", fabs(light / P - 1), 0.1);
+    if (models[k]->formed || models[k]->base) return;
+    wrong = residual(k, 1 / 256., 0, 0.4, &P);
+    CHECK(wrong > 20 * r[2]);
+#ifdef ROLN_TEST_VERBOSE
+    printf("guard, model %d: residual %.2e %.2e %.2e W; pushed %.3f W; M off by half: %.3f W\n", k, r[0], r[1], r[2], pushed,
+           wrong);
+#endif
+}
+
+/* The largest residual of a guard that sees a motion through 12-bit encoders. */
+static double encoder_residual(int k, double push, int window)
+{
+    static motion mo;
+    static rig x;
+    const double angle = 6.283185307179586 / 4096, h = 1 / 256., rate = angle / (8 * h);
+    const int n = n_OF(k);
+    double top = 0;
+    int t, i;
+    move(k, h, push, &mo);
+    memset(&x, 0, sizeof x);
+    fill(n, -99, x.z_min), fill(n, 99, x.z_max), fill(n, 99, x.zd_max);
+    x.limits.dt = h, x.limits.tau = 9, x.limits.power = 1e30, x.limits.window = window;
+    for (t = 0; t < mo.ticks; t++) {
+        for (i = 0; i < n; i++)
+            x.z[i] = angle * floor(mo.z[t][i] / angle + 0.5), x.zd[i] = rate * floor(mo.zd[t][i] / rate + 0.5);
+        memcpy(x.want, mo.want[t], sizeof x.want);
+        CHECK(tick(k, &x) == 0);
+        top = fabs(x.g.residual) > top ? fabs(x.g.residual) : top;
+    }
+    return top;
+}
+
+/* Through encoders the residual of a single tick is mostly that of their steps; the mean over 32 is 25 times less, and a force that
+   the model does not know stands out. */
+static void test_guard_encoder(int k)
+{
+    const double push = 8 / scale_of(k)->q; /* as much in the units of the networks */
+    const double one = encoder_residual(k, 0, 0), mean = encoder_residual(k, 0, 32), pushed = encoder_residual(k, push, 32);
+    BOUND("guard, 12-bit encoders, mean over 32 ticks / one tick", mean / one, 1 / 25.);
+    CHECK(pushed > 4 * mean);
+#ifdef ROLN_TEST_VERBOSE
+    printf("guard, model %d: residual through encoders %.2e, mean of 32 %.2e W; pushed %.3f W\n", k, one, mean, pushed);
+#endif
+}
+#endif
+
+void TEST_NAME(limits)(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+#ifdef ROLN_DOUBLE
+        test_guard_energy(k);
+        test_guard_encoder(k);
+#endif
+        test_guard_window(k);
+        test_fit_limits(k);
+    }
+    print_bounds();
+}
