@@ -98,19 +98,20 @@ typedef struct {
     roln_real windows;
 } gradient;
 
-/* Adds gradient, loss and windows of d->b, of the acceleration loss if there are accelerations: plainly, since the rest of each
-   number that NAME_gradient keeps is forgotten. */
+/* Adds gradient, loss and windows of d->b, of the acceleration loss if there are accelerations. Plainly: what was added before is
+   the rest of a sum of 0, to which NAME_grad goes on adding. */
 ROLN_FN roln_status add_grad(const instance *m, const roln_loss *wt, const data *d, gradient *to)
 {
     static roln_real g[GRADIENT_SIZE(MAXP)];
     const int P = m->of->params, acc = d->b.qdd != NULL;
-    roln_real *work = room_of(acc ? m->of->scratch.grad_acc : m->of->scratch.grad);
+    roln_real *rest = g + P + GRADIENT_REST, *work = room_of(acc ? m->of->scratch.grad_acc : m->of->scratch.grad);
     roln_status st;
     memset(g, 0, sizeof g);
-    memcpy(g, to->theta, (size_t)P * sizeof *g), memcpy(g + P, to->t.term, sizeof to->t), g[P + TERMS] = to->windows;
+    memcpy(rest, to->theta, (size_t)P * sizeof *g), memcpy(rest + P, to->t.term, sizeof to->t), rest[P + TERMS] = to->windows;
     st = acc ? m->of->grad_acc(m, wt, &d->b, g, work) : m->of->grad(m, wt, &d->b, d->h, g, work);
     ROOM_KEPT();
-    memcpy(to->theta, g, (size_t)P * sizeof *g), memcpy(to->t.term, g + P, sizeof to->t), to->windows = g[P + TERMS];
+    if (!all(1, g + P + TERMS, 0)) rest = g; /* a block at least was added */
+    memcpy(to->theta, rest, (size_t)P * sizeof *g), memcpy(to->t.term, rest + P, sizeof to->t), to->windows = rest[P + TERMS];
     return st;
 }
 
