@@ -22,7 +22,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn machines errors control plans models noise rope experiments report plotting-deps \
+        sanitize mutants record learn machines errors control plans models noise rope experiments rivals report plotting-deps \
         plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
@@ -105,7 +105,7 @@ test:
 	@JOBS=$(JOBS) sh tests/run.sh test
 
 # Everything
-PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
+PROGRAMS = test test_asan test_msan test_cov test_mujoco test_experiments generate record convert h5_cases \
            pil machines plans swing rope threads interrupts $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
@@ -139,17 +139,15 @@ mutants:
 	@python3 tests/safety/mutants.py $(MUTANTS) $(SEED)
 
 # Objects: build/KIND/PATH.o from PATH.c
-# APART: no function inlined whose lines are to be counted, and these builds take a quarter to a half of the time
-APART = -DROLN_INLINE=ROLN_FN
 KIND_unit32 = gcc $(STD) -O2 $(WARN)
 KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
 # gcc's, made in half the time of clang's, which the fuzzers have; with sanitizers on gcc warns falsely, so no WARN
-KIND_asan32 = gcc $(STD) $(APART) -O1 -g1 -fsanitize=address,undefined,bounds-strict,float-cast-overflow -fno-sanitize-recover=all
+KIND_asan32 = gcc $(STD) -O1 -g1 -fsanitize=address,undefined,bounds-strict,float-cast-overflow -fno-sanitize-recover=all
 KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE
-KIND_msan32 = clang $(STD) $(APART) -O1 -gline-tables-only $(WARN) -fsanitize=memory -fno-sanitize-recover=all
+KIND_msan32 = clang $(STD) -O1 -gline-tables-only $(WARN) -fsanitize=memory -fno-sanitize-recover=all
 KIND_msan64 = $(KIND_msan32) -DROLN_DOUBLE
 # One name for all files of a build, so that the counts of a function of the headers are one sum over them all.
-COV = clang-19 $(STD) $(APART) -O1 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -Xclang -main-file-name -Xclang
+COV = clang-19 $(STD) -O1 -fprofile-instr-generate -fcoverage-mapping -fcoverage-mcdc -Xclang -main-file-name -Xclang
 KIND_cov32 = $(COV) float
 KIND_cov64 = $(COV) double -DROLN_DOUBLE -DROLN_SIMD=0
 KIND_host32 = gcc $(STD) $(FAST) $(WARN) $$(pkg-config --cflags hdf5 2> /dev/null | sed 's/-I/-isystem /g')
@@ -185,7 +183,7 @@ build/test build/test_asan build/test_msan build/test_asan_both build/test_msan_
 	$(KIND) $^ -o $@ -lm
 
 # threads under their sanitizer; interrupts
-build/threads: KIND = clang $(STD) -Itests $(WARN) $(APART) -O1 -g -fsanitize=thread
+build/threads: KIND = clang $(STD) -Itests $(WARN) -O1 -g -fsanitize=thread
 build/interrupts: KIND = gcc $(STD) -Itests $(WARN) -O2
 build/threads build/interrupts: build/%: tests/safety/%.c
 build/threads build/interrupts: tests/unit/check.c
@@ -224,6 +222,12 @@ proof:
 # programs and their parts, PATH of tests/PATH.c
 host = $(patsubst %,build/host32/tests/%.o,$(1))
 PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics latent baseline opinf fit solve recipes) mujoco/truth
+# a model of an experiment: row NAME of configs.h
+ROWS = $(shell sed -n 's/^.define ROW_\([a-z][a-z0-9_]*\) .*/\1/p' tests/experiments/configs.h)
+row = $(patsubst %,build/host32/tests/experiments/config/%.o,$(1))
+$(call row,$(ROWS)): build/host32/tests/experiments/config/%.o: tests/experiments/config.c
+	@mkdir -p $(@D)
+	$(KIND_host32) $(DEPENDS) -DCONFIG=$* -c $< -o $@
 build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm load) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
@@ -236,14 +240,18 @@ build/pil: $(call host,control/pil control/image control/control mujoco/truth un
 build/machines: $(call host,control/machines control/image unit/check)
 build/plans: $(call host,control/plans control/control mujoco/truth unit/check) build/host64/tests/control/offline.o
 build/swing: $(call host,control/swing unit/check)
-build/experiment: $(call host,experiments/experiment $(PARTS))
-build/speed: $(call host,experiments/speed $(PARTS))
-build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check)
+build/experiment $(ROWS:%=build/experiment_%): $(call host,experiments/experiment $(PARTS))
+$(ROWS:%=build/experiment_%): build/experiment_%: build/host32/tests/experiments/config/%.o
+SPEED = pend2 chart16_d4 layered16 chart16_d6 chart16_d8 rope_n10_d3 cloth_n10_d3 cloth_free_n10
+build/speed: $(call host,experiments/speed $(PARTS)) $(call row,$(SPEED))
+HEADLINE = pend2 chart16_d4 chart16_d6 layered16 rope_n10_d3 cloth_n10_d3 cloth_free_n10 cloth_free_layers cloth_free_half \
+           cloth_free_int8
+build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check) $(call row,$(filter test%,$(ROWS)) $(HEADLINE))
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)
 $(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope pil machines plans swing experiment speed \
-                     test_experiments test_opinf test_latent bench):
+                     $(ROWS:%=experiment_%) test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
 # a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
@@ -295,22 +303,32 @@ models: build/generate
 noise: build/generate
 	sh tests/experiments/noise.sh
 
-# the paper's experiments: trains what has no result in EXPERIMENTS yet, each run on one core (make -j2 experiments: two at a
-# time), and writes tests/experiments/RESULTS.md, without the runs that failed. One run: make experiments RUN=pend16-ro-1
+# the paper's experiments, and the tests of the rivals in them: trains what has no result in EXPERIMENTS yet, each run on one core
+# (make -j2 experiments: two at a time), by a program for each of the models, and writes tests/experiments/RESULTS.md, without the
+# runs that failed. One run: make experiments RUN=pend16-ro-1
 EXPERIMENTS = build/experiments
 RUN =
-experiments: build/experiment $(if $(RUN),,build/speed)
+experiments: build/experiment $(if $(RUN),,build/speed rivals plotting-test)
 	@mkdir -p $(EXPERIMENTS)
 	@./build/experiment list > $(EXPERIMENTS)/runs.list
-	@awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; \
+	@./build/experiment configs > $(EXPERIMENTS)/runs.configs
+	@awk -v d=$(EXPERIMENTS)/ '{ t = t " " d $$1 ".txt"; program = "./build/experiment" ($$2 == "-" ? "" : "_" $$2); \
 	    print d $$1 ".txt:"; \
-	    print "\t./build/experiment run " $$1 " $(EXPERIMENTS) > " d $$1 ".log" } \
-	    END { print "all:" t }' $(EXPERIMENTS)/runs.list > $(EXPERIMENTS)/runs.mk
+	    print "\t" program " run " $$1 " $(EXPERIMENTS) > " d $$1 ".log" } \
+	    END { print "all:" t }' $(EXPERIMENTS)/runs.configs > $(EXPERIMENTS)/runs.mk
+	+@$(MAKE) --no-print-directory build/experiment $$(awk -v d=$(EXPERIMENTS)/ -v run=$(RUN) '$$2 != "-" && \
+	    (run == "" || run == $$1) && (getline line < (d $$1 ".txt")) < 1 { print "build/experiment_" $$2 }' \
+	    $(EXPERIMENTS)/runs.configs | sort -u)
 	+$(if $(RUN),,-)$(MAKE) -k -f $(EXPERIMENTS)/runs.mk $(if $(RUN),$(EXPERIMENTS)/$(RUN).txt,all)
 	$(if $(RUN),@cat $(EXPERIMENTS)/$(RUN).txt)
 	$(if $(RUN),,./build/speed $(EXPERIMENTS) > $(EXPERIMENTS)/speed.part && mv $(EXPERIMENTS)/speed.part $(EXPERIMENTS)/speed.txt)
 	$(if $(RUN),,$(PLOTTING) tests/experiments/report.py $(EXPERIMENTS) tests/experiments)
 	$(if $(RUN),,@! grep '^Missing' tests/experiments/RESULTS.md)
+
+# other models of the same motion: latent models without structure or with another one, operator inference
+rivals: build/test_latent build/test_opinf
+	./build/test_latent
+	./build/test_opinf
 
 # tables and pictures of the results that are there; Python 3.8 or later with matplotlib, which nothing else here needs
 PLOTTING = /usr/bin/python3

@@ -12,10 +12,10 @@ static chain_work work;
 @ENTRY@
 {
     int k;
-    roln_status st = chain_encode(&chain_weights, &x, &s, &work);
+    roln_status st = chain_encode(&chain_weights, &x, &s, &work.encode);
     for (k = 0; k < 200 && st == ROLN_OK; k++) /* NULL: no torque */
-        st = chain_step(&chain_weights, &s, NULL, 0.005f, &work);
-    if (st == ROLN_OK) st = chain_decode(&chain_weights, &s, &x, &work);
+        st = chain_step(&chain_weights, &s, NULL, 0.005f, &work.step);
+    if (st == ROLN_OK) st = chain_decode(&chain_weights, &s, &x, &work.decode);
     printf("roln " ROLN_VERSION ": status %d, mrad:", (int)st);
     for (k = 0; k < chain_N; k++)
         printf(" %d", (int)(1000 * x.q[k]));

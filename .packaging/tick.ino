@@ -17,10 +17,10 @@ void loop()
 {
     chain_state x = {{0.3f, 0.05f, -0.02f, 0.01f, 0.4f}, {0}}; /* measured q, qd */
     const unsigned long start = micros();
-    roln_status st = chain_encode(&chain_weights, &x, &s, &work);
+    roln_status st = chain_encode(&chain_weights, &x, &s, &work.encode);
     for (int k = 0; k < 200 && st == ROLN_OK; k++) /* NULL: no torque */
-        st = chain_step(&chain_weights, &s, NULL, 0.005f, &work);
-    if (st == ROLN_OK) st = chain_decode(&chain_weights, &s, &x, &work);
+        st = chain_step(&chain_weights, &s, NULL, 0.005f, &work.step);
+    if (st == ROLN_OK) st = chain_decode(&chain_weights, &s, &x, &work.decode);
     const unsigned long us = micros() - start;
     Serial.print("roln " ROLN_VERSION ": status ");
     Serial.print((int)st);

@@ -29,7 +29,7 @@ typedef struct {
     arm_guard guard;   /* guard.tau, Nm: to the motors */
     roln_real y[arm_N]; /* measured angles, rad; NAN: lost */
     arm_work work;
-    arm_filterwork filterwork;
+    arm_filter_tick_work filterwork;
 } controller;
 
 /* Angles and velocities from what the encoders count, and the torques that were held since they did so before. */
@@ -39,7 +39,7 @@ static uint32_t observe(controller *c, const int count[arm_N], const roln_real t
     for (int i = 0; i < arm_N; i++)
         c->y[i] = count[i] == LOST ? (roln_real)NAN : (roln_real)count[i] * (TURN / STEPS);
     faults = arm_filter_tick(&arm_weights, &noise, c->y, tau, &c->filter, &c->filterwork);
-    if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
+    if (arm_decode(&arm_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     return faults & ~ROLN_FILTER_START;
 }
 
@@ -49,11 +49,11 @@ static uint32_t controller_tick(controller *c, const int count[arm_N], const rol
 {
     const uint32_t faults = observe(c, count, c->guard.tau);
     if (faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) /* there is no estimate to act on */
-        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work);
-    if (arm_aim(&arm_weights, q, qd, qdd, &c->target, &c->work) != ROLN_OK ||
-        arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work) != ROLN_OK)
-        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work);
-    return faults | arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work);
+        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
+    if (arm_aim(&arm_weights, q, qd, qdd, &c->target, &c->work.aim) != ROLN_OK ||
+        arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)
+        return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work.guard_tick);
+    return faults | arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);
 }
 
 #endif

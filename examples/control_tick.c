@@ -39,9 +39,9 @@ static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
     chain_equation at;
-    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work);
+    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.aim);
     memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work);
+    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work.terms);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
         ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];
@@ -60,7 +60,7 @@ static void control_arm(void)
    N m, to the motors. Returns the faults. */
 static uint32_t control_tick(const chain_state *x, roln_real motor[N])
 {
-    const uint32_t faults = chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
+    const uint32_t faults = chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work.tick);
     for (int i = 0; i < N; i++)
         motor[i] = ctl.guard.tau[i] / JOULE;
     return faults;
@@ -78,12 +78,12 @@ int main(void)
     printf("flash: weights %u bytes    RAM: controller %u bytes, of them scratch %u\n\n"
            "  tick      q1      q5      q8  |z-z_ref| tau1,Nm tau8,Nm  faults\n",
            (unsigned)sizeof chain_weights, (unsigned)sizeof ctl, (unsigned)sizeof ctl.work);
-    if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
-        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK)
+    if (chain_encode(&chain_weights, &x, &plant, &plant_work.encode) != ROLN_OK ||
+        chain_decode(&chain_weights, &bent, &pose, &plant_work.decode) != ROLN_OK || control_start(pose.q) != ROLN_OK)
         return 1;
     for (int k = 0; k <= 340; k++) {
         uint32_t faults;
-        if (chain_decode(&chain_weights, &plant, &x, &plant_work) != ROLN_OK) return 1; /* "read the encoders" */
+        if (chain_decode(&chain_weights, &plant, &x, &plant_work.decode) != ROLN_OK) return 1; /* "read the encoders" */
         if (k == 50 || (k > 180 && k <= 200)) x.q[3] = (roln_real)NAN; /* a broken one */
         if (k == 205) control_arm();
         faults = control_tick(&x, motor);
@@ -95,7 +95,7 @@ int main(void)
         before = faults;
         for (int i = 0; i < N; i++) /* the plant is a model, so back into its unit */
             tau[i] = motor[i] * JOULE;
-        if (chain_step(&chain_weights, &plant, tau, TICK, &plant_work) != ROLN_OK) return 1;
+        if (chain_step(&chain_weights, &plant, tau, TICK, &plant_work.step) != ROLN_OK) return 1;
     }
     return 0;
 }

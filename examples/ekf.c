@@ -20,14 +20,14 @@ enum { N = chain_N, n = chain_n, n2 = 2 * n };
 /* A joint further than 6 deviations from where it is expected is not used; after 5 such ticks in a row the filter starts again. */
 static roln_noise noise = {.dt = TICK, .q = NOISE, .gate = 6, .lost = 5}; /* and tau, from recordings: below */
 static chain_filter filter;                                              /* zeroed: it starts with the first measurement */
-static chain_filterwork filterwork;
+static chain_filter_tick_work filterwork;
 static chain_work work;
 
 /* One tick: angles y in (NaN: none), q and qd out. Nonzero if there is no estimate. */
 static int tick(const roln_real y[N], chain_state *x)
 {
     return (chain_filter_tick(&chain_weights, &noise, y, NULL, &filter, &filterwork) & ROLN_FILTER_NONE) ||
-           chain_decode(&chain_weights, &filter.s, x, &work) != ROLN_OK;
+           chain_decode(&chain_weights, &filter.s, x, &work.decode) != ROLN_OK;
 }
 
 /* ---- 2 the experiment ------------------------------------------------------------------------- */
@@ -168,7 +168,7 @@ static int run(int r, int broken, score *a, score *b)
         for (int i = 0; i < N; i++)
             in[i] = k > 0 && i < broken ? (roln_real)NAN : y[r][k][i];
         if (tick(in, &x)) return 1;
-        if (chain_encode(&chain_weights, &truth[r][k], &s, &work) != ROLN_OK) return 1; /* the true (z, zd) */
+        if (chain_encode(&chain_weights, &truth[r][k], &s, &work.encode) != ROLN_OK) return 1; /* the true (z, zd) */
         if (!chain_in_range(&chain_weights, &s)) to = b;
         if (k == 20) compare(x.q, x.qd, &truth[r][k], &c.soon);
         if (k < SETTLED) continue;
@@ -207,7 +207,7 @@ int main(void)
 
     /* how far the model is off, from measurements alone, as on a real machine */
     simulate(TUNE, &seed);
-    if (chain_fit_noise(&chain_weights, &recordings, &noise, NULL, &train) != ROLN_OK) return 1;
+    if (chain_fit_noise(&chain_weights, &recordings, &noise, NULL, &train.fit_noise) != ROLN_OK) return 1;
     printf("error of the model as a torque: %.3g of its unit, from %d other runs\n\n", (double)noise.tau, TUNE);
 
     simulate(RUNS, &seed);

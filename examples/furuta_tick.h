@@ -23,7 +23,7 @@ typedef struct {
     roln_real goal, gap; /* energies: that of upright and a tenth more of what it is above hanging, and that gap */
     int started, caught;
     furuta_work work;
-    furuta_lqrwork lqrwork;
+    furuta_lqr_work lqrwork;
 } controller;
 
 /* Feedback of least cost about upright: as bad as each other are 1 rad of the arm, .1 rad of the pendulum, their velocities of 5
@@ -36,8 +36,8 @@ static roln_status controller_start(controller *c)
     furuta_equation up = {.V = 0}, down = {.V = 0};
     roln_status st;
     memset(c, 0, sizeof *c);
-    st = furuta_terms(&furuta_weights, &upright, &up, &c->work);
-    if (st == ROLN_OK) st = furuta_terms(&furuta_weights, &hanging, &down, &c->work);
+    st = furuta_terms(&furuta_weights, &upright, &up, &c->work.terms);
+    if (st == ROLN_OK) st = furuta_terms(&furuta_weights, &hanging, &down, &c->work.terms);
     c->gap = up.V - down.V, c->goal = up.V + c->gap / 10;
     return st == ROLN_OK ? furuta_lqr(&furuta_weights, &cost, &upright, NULL, c->K, NULL, &c->lqrwork) : st;
 }
@@ -61,7 +61,7 @@ static void track(controller *c, const int count[2])
 static roln_status swing(controller *c, const furuta_latent *s, roln_real *u)
 {
     furuta_equation e;
-    const roln_status st = furuta_terms(&furuta_weights, s, &e, &c->work);
+    const roln_status st = furuta_terms(&furuta_weights, s, &e, &c->work.terms);
     roln_real missing, a, b;
     if (st != ROLN_OK) return st;
     missing = (c->goal - e.V - e.M[3] / 2 * s->zd[1] * s->zd[1]) / c->gap;
@@ -79,7 +79,7 @@ static uint32_t controller_tick(controller *c, const int count[2])
     roln_real e[4], u = 0;
     roln_status st;
     track(c, count);
-    st = furuta_encode(&furuta_weights, &c->x, &s, &c->work);
+    st = furuta_encode(&furuta_weights, &c->x, &s, &c->work.encode);
     if (st == ROLN_OK) {
         for (int i = 0; i < 2; i++)
             e[i] = roln_wrap(s.z[i] - upright.z[i]), e[2 + i] = s.zd[i];
@@ -88,7 +88,7 @@ static uint32_t controller_tick(controller *c, const int count[2])
         else st = swing(c, &s, &u);
     }
     return furuta_guard_tick(&furuta_weights, &limits, &c->x, st == ROLN_OK ? &s : NULL, st == ROLN_OK ? &u : NULL, &c->guard,
-                             &c->work);
+                             &c->work.guard_tick);
 }
 
 #endif

@@ -38,8 +38,8 @@ typedef struct {
     furuta_plan plan;
     int age;              /* ticks since the last call of furuta_plan_next */
     furuta_work work;
-    furuta_filterwork filterwork;
-    furuta_planwork planwork;
+    furuta_filter_tick_work filterwork;
+    furuta_plan_next_work planwork;
 } planner;
 
 /* One tick, 1 kHz. If no plan is better, the last one goes on for up to 30 steps; without any the guard gets no torque. */
@@ -61,7 +61,7 @@ static uint32_t planner_tick(planner *p, const int count[2])
         p->age = 0;
     }
     if (s) good = furuta_plan_follow(&furuta_weights, &goal, &p->plan, TICK * (roln_real)p->age, s, &u) == ROLN_OK;
-    return bits | furuta_guard_tick(&furuta_weights, &limits, &x, s, good ? &u : NULL, &p->guard, &p->work);
+    return bits | furuta_guard_tick(&furuta_weights, &limits, &x, s, good ? &u : NULL, &p->guard, &p->work.guard_tick);
 }
 
 /* ---- 2 closed loops --------------------------------------------------------------------------- */

@@ -132,7 +132,7 @@ static error model_error(int first, int last, int steps)
     roln_error sums[POINTS];
     const int count = windows(first, last, steps, start);
     const roln_batch b = {.count = count, .steps = steps, .stride = STRIDE, .start = start, .q = q[0], .qd = qd[0]};
-    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums, NULL, &train_work);
+    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums, NULL, &train_work.errors);
     return ratios(sums, steps, st == ROLN_OK ? 0 : HUGE_VAL); /* a model that ran away */
 }
 
@@ -147,8 +147,8 @@ static error linear_error(int first, int last, int steps)
         chain_latent s;
         memcpy(x.q, q[start[w]], sizeof x.q);
         memcpy(x.qd, qd[start[w]], sizeof x.qd);
-        check(chain_encode(&linear, &x, &s, &work), "encode");
-        check(chain_decode(&linear, &s, &x, &work), "decode");
+        check(chain_encode(&linear, &x, &s, &work.encode), "encode");
+        check(chain_decode(&linear, &s, &x, &work.decode), "decode");
         for (int k = 0; k <= steps; k++)
             for (int i = 0; i < N; i++) {
                 const int row = start[w] + k * STRIDE;
@@ -201,8 +201,8 @@ static void fit_surface(void)
         st = chain_chart_turn(&model, &b, &turn, &left);
     }
     if (st != ROLN_E_NO_CONVERGENCE) check(st, "encoder"); /* it has arrived */
-    check(chain_chart_add(&model, TRAIN * SAMPLES, q[0], &sums, &start_work), "surface");
-    check(chain_chart_solve(&model, &sums, ROLN_CHART_RIDGE, &left, &start_work), "surface");
+    check(chain_chart_add(&model, TRAIN * SAMPLES, q[0], &sums, &start_work.chart_add), "surface");
+    check(chain_chart_solve(&model, &sums, ROLN_CHART_RIDGE, &left, &start_work.chart_solve), "surface");
     printf("surface: %d steps, %.1e of q is left, %.1f s\n", steps, (double)left, seconds());
 }
 
@@ -234,13 +234,13 @@ static void fit_motion(uint64_t *seed)
         for (int i = 0; i < ROWS; i++)
             start[i] = roln_randint(TRAIN * SAMPLES, seed);
         rows.seed = roln_rand(seed), b.count = ROWS;
-        check(chain_rows(&model, &weights, &b, STEP, 0, 0, &rows, &train_work), "rows");
+        check(chain_rows(&model, &weights, &b, STEP, 0, 0, &rows, &train_work.rows), "rows");
         check(chain_newton_rows(&model, &opt, ROWS, &rows, &newton), "rows");
         chain_newton_sums(&opt, ROWS, 0, chain_newton_side, &rows, &newton, sum_work);
         b.count = JUDGES;
         for (int taken = 0, tries = 0; !taken && tries < 10; tries++) {
             check(chain_newton_step(&model, &opt, ROWS, &rows, &newton), "step");
-            chain_rows(&newton.next, &weights, &b, STEP, 0, 1, &rows, &train_work); /* what fails there is refused */
+            chain_rows(&newton.next, &weights, &b, STEP, 0, 1, &rows, &train_work.rows); /* what fails there is refused */
             taken = chain_newton_judge(&model, ROWS, JUDGES, &rows, &newton);
         }
         for (int i = 0; i < chain_theta_size && t > STEPS - MEAN; i++)
@@ -259,7 +259,7 @@ static double joule, V_rest;
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
     chain_equation e = {0}; /* check ends the program, which a compiler does not see */
-    check(chain_terms(&model, s, &e, &work), "energy");
+    check(chain_terms(&model, s, &e, &work.terms), "energy");
     *T = joule * (double)e.T;
     *V = joule * (double)e.V + V_rest;
 }
@@ -270,7 +270,7 @@ static chain_latent encoded(int row)
     chain_latent s;
     memcpy(x.q, q[row], sizeof x.q);
     memcpy(x.qd, qd[row], sizeof x.qd);
-    check(chain_encode(&model, &x, &s, &work), "encode");
+    check(chain_encode(&model, &x, &s, &work.encode), "encode");
     return s;
 }
 
@@ -302,12 +302,12 @@ static course predict(int recording)
     chain_state x;
     chain_latent s = encoded(recording * SAMPLES);
     for (int k = 0; k < SAMPLES; k++) {
-        check(chain_decode(&model, &s, &x, &work), "decode");
+        check(chain_decode(&model, &s, &x, &work.decode), "decode");
         for (int i = 0; i < N; i++)
             c.q[i][k] = (double)x.q[i];
         learned_energy(&s, &c.T[k], &c.V[k]);
         c.E[k] = c.T[k] + c.V[k];
-        check(chain_step(&model, &s, NULL, (roln_real)DT, &work), "step");
+        check(chain_step(&model, &s, NULL, (roln_real)DT, &work.step), "step");
     }
     return c;
 }
@@ -479,12 +479,12 @@ int main(int argc, char **argv)
     printf("chain of %d joints, %d of them free: %d recordings of %d s simulated, energy kept to %.0e\n", N, chain_n, ALL,
            (SAMPLES - 1) / RATE, drift);
 
-    check(chain_init_pod(&model, TRAIN * SAMPLES, q[0], qd[0], qbar, &seed, &start_work), "start");
+    check(chain_init_pod(&model, TRAIN * SAMPLES, q[0], qd[0], qbar, &seed, &start_work.init_pod), "start");
     linear = model;
     fit_surface();
     fit_motion(&seed);
     model.dt = STEP;
-    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], qd[0], &work), "range");
+    check(chain_fit_range(&model, TRAIN * SAMPLES, q[0], qd[0], &work.fit_range), "range");
 
     print_table();
     fit_energy();

@@ -75,7 +75,7 @@ int main(int argc, char **argv)
     d = read_recording(argv[1], &w);
     if (w.half > 0) smooth(&d, w.half);
     (void)add_noise; /* is the trainer's */
-    if (M(fit_range)(&params, d.samples, d.q, d.qd, &work) != ROLN_OK)
+    if (M(fit_range)(&params, d.samples, d.q, d.qd, &work.fit_range) != ROLN_OK)
         fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", argv[1]);
 #ifdef SIGXFSZ
     signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */

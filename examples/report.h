@@ -124,7 +124,7 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
         const int end_of = b.steps > 0;
         roln_error e[2], joints[2 * N];
         b.start = start + w;
-        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread]) ||
+        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread].errors) ||
             (double)e[end_of].q > FAR * FAR * wide)
             to->failed++;
         else add_errors(e + end_of, joints + end_of * N, to), add_constant(r, start[w], to);
@@ -146,7 +146,7 @@ static void roll(void *ctx, int k, int thread)
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
     if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
     if (b.count == 0) return;
-    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread]) ||
+    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread].errors) ||
         (double)e[end].q > FAR * FAR * (double)e[end].q_var)
         roll_each(r, at, b, dt, to, thread);
     else {
@@ -409,14 +409,14 @@ static void add_torque(int sample, torque_sums *to)
     roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
     M(latent) z;
     int j;
-    if (M(aim)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch) != ROLN_OK) return;
+    if (M(aim)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.aim) != ROLN_OK) return;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
-    if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch) != ROLN_OK) return;
+    if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return;
     if (JOINTS) {
-        if (M(lift)(&s.p, &z, latent_tau, model, &scratch) != ROLN_OK) return;
+        if (M(lift)(&s.p, &z, latent_tau, model, &scratch.lift) != ROLN_OK) return;
         memcpy(recorded, tau, sizeof *tau * (size_t)TORQUES);
     } else {
-        if (M(reduce)(&s.p, &z, tau, recorded, &scratch) != ROLN_OK) return;
+        if (M(reduce)(&s.p, &z, tau, recorded, &scratch.reduce) != ROLN_OK) return;
         memcpy(model, latent_tau, sizeof latent_tau);
     }
     for (j = 0; j < TORQUES; j++) {
@@ -450,14 +450,14 @@ static void at_middle(int j, double speed, roln_real *friction, roln_real *colum
     *friction = 0;
     memset(column, 0, sizeof *column * (size_t)TORQUES);
     if (JOINTS) {
-        if (M(decode)(&s.p, &z, &x, &scratch) != ROLN_OK) return;
+        if (M(decode)(&s.p, &z, &x, &scratch.decode) != ROLN_OK) return;
         unit[j] = 1, x.qd[j] = (roln_real)speed;
-        if (M(inertia)(&s.p, &z, unit, column, &scratch) != ROLN_OK) return;
-        if (M(encode)(&s.p, &x, &z, &scratch) != ROLN_OK || M(terms)(&s.p, &z, &e, &scratch) != ROLN_OK) return;
-        if (M(lift)(&s.p, &z, e.d, force, &scratch) == ROLN_OK) *friction = force[j];
+        if (M(inertia)(&s.p, &z, unit, column, &scratch.inertia) != ROLN_OK) return;
+        if (M(encode)(&s.p, &x, &z, &scratch.encode) != ROLN_OK || M(terms)(&s.p, &z, &e, &scratch.terms) != ROLN_OK) return;
+        if (M(lift)(&s.p, &z, e.d, force, &scratch.lift) == ROLN_OK) *friction = force[j];
     } else {
         z.zd[j] = (roln_real)speed;
-        if (M(terms)(&s.p, &z, &e, &scratch) != ROLN_OK) return;
+        if (M(terms)(&s.p, &z, &e, &scratch.terms) != ROLN_OK) return;
         *friction = e.d[j];
         for (i = 0; i < n; i++)
             column[i] = e.M[i * n + j];
@@ -583,14 +583,14 @@ static void predict(int at, int stride, int far, int points, double *x)
         roln_real tau[F];
         if (k * stride % far == 0) {
             memcpy(now_at.q, d.q + sample * N, sizeof now_at.q), memcpy(now_at.qd, d.qd + sample * N, sizeof now_at.qd);
-            st = M(encode)(&s.p, &now_at, &z, &scratch);
+            st = M(encode)(&s.p, &now_at, &z, &scratch.encode);
         } else if (st == ROLN_OK) {
             for (j = 0; j < F; j++)
                 for (i = 0, tau[j] = 0; i < stride; i++)
                     tau[j] += d.tau[(sample - stride + i) * F + j] / (roln_real)stride;
-            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch);
+            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch.step);
         }
-        if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch);
+        if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch.decode);
         for (j = 0; j < N; j++)
             x[k * N + j] = st == ROLN_OK ? (double)now_at.q[j] : (double)NAN;
     }

@@ -37,7 +37,7 @@ int main(int argc, char **argv)
     if (!f) return fprintf(stderr, "usage: store MODEL.roln, a file that can be read\n"), 1;
     count = (int)fread(bytes, 1, sizeof bytes, f);
     fclose(f);
-    st = M(store)(count, bytes, &params, &work);
+    st = M(store)(count, bytes, &params, &work.store);
     if (st == ROLN_E_RANGE)
         return fprintf(stderr, "%s: no range z_min < z_max (NAME_fit_range), or a weight that no half can hold\n", argv[1]), 1;
     if (st != ROLN_OK) return fprintf(stderr, "%s: %s\n", argv[1], roln_status_text(st)), 1;

@@ -409,8 +409,8 @@ static void fit_chart(void)
         steps += st == ROLN_OK;
     }
     if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: %s", roln_status_text(st));
-    st = M(chart_add)(&s.p, count, d.q, &sums, &scratch);
-    if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch);
+    st = M(chart_add)(&s.p, count, d.q, &sums, &scratch.chart_add);
+    if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch.chart_solve);
     if (st != ROLN_OK) give_up("chart: %s hint: a lower degree.", roln_status_text(st));
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
            seconds());
@@ -448,12 +448,12 @@ static void fill(void *ctx, int part, int thread)
     roln_batch b;
     if (at > from) {
         b = batch_of(f->windows, f->start + from, at - from);
-        f->status[part] = M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread]);
+        f->status[part] = M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread].rows);
         if (f->status[part] != ROLN_OK && f->again) return;
         if (f->status[part] != ROLN_OK) f->of_windows[part] = 0, at = from;
     }
     b = batch_of(f->samples, f->start + at, from + PART - at);
-    f->status[part] = M(rows)(f->p, &of_sample, &b, 1, at, f->again, &residuals, &work[thread]);
+    f->status[part] = M(rows)(f->p, &of_sample, &b, 1, at, f->again, &residuals, &work[thread].rows);
 }
 
 /* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. */
@@ -558,8 +558,8 @@ static void slice(void *ctx, int k, int thread)
     descent *a = ctx;
     const roln_batch b = batch_of(a->samples, a->start + k * (BATCH / SLICES), BATCH / SLICES);
     memset(&a->g[k], 0, sizeof a->g[k]);
-    a->status[k] = s.stage == ADAM ? M(grad_acc)(&s.p, &of_all, &b, &a->g[k], &work[thread])
-                                   : M(grad)(&s.p, &of_layers, &b, 1, &a->g[k], &work[thread]);
+    a->status[k] = s.stage == ADAM ? M(grad_acc)(&s.p, &of_all, &b, &a->g[k], &work[thread].grad_acc)
+                                   : M(grad)(&s.p, &of_layers, &b, 1, &a->g[k], &work[thread].grad);
 }
 
 /* One of `updates` updates. One that is refused changes nothing. Returns why none is taken any more, or NULL. */
@@ -581,7 +581,7 @@ static const char *adam_step(descent *a, int updates)
             a->g[0].theta[i] += a->g[k].theta[i];
         if (k > 0) a->g[0].windows += a->g[k].windows;
     }
-    if (M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0]) == ROLN_OK) a->refused = 0;
+    if (M(update)(&s.p, &opt, &s.optimiser, &a->g[0], &work[0].update) == ROLN_OK) a->refused = 0;
     return NULL;
 }
 
@@ -910,7 +910,7 @@ static int write_weights(const char *mark)
     FILE *f;
     int good;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
-    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch) != ROLN_OK)
+    if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK)
         doubt("the range of z overflows; possible cause: a wild sample");
     M(pack)(&s.p, bytes);
     if (!(f = file(".part", "wb"))) return 0;
@@ -960,7 +960,7 @@ static void fit_inertia(void)
     for (k = 0; k < count; k++)
         samples.start[k] = samples.start[(int)((double)k * samples.count / count)];
     b = batch_of(&samples, samples.start, count);
-    if (M(fit_inertia)(&s.p, &b, work) != ROLN_OK)
+    if (M(fit_inertia)(&s.p, &b, &work[0].fit_inertia) != ROLN_OK)
         printf("warning: torque=1, but the torques are 0: M and V are known up to a factor\n");
     else if (s.p.scale.m != 1) printf("unit of inertia: %g\n", (double)s.p.scale.m);
     free(samples.start);
@@ -972,7 +972,7 @@ static void start(void)
     static M(start) scratch;
     static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
     s.seed = (uint64_t)set("seed");
-    if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch) != ROLN_OK)
+    if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch.init_pod) != ROLN_OK)
         fail("no start from this data: it does not move, or its numbers are too large");
     if (words[FROM].value) {
         FILE *f = fopen(words[FROM].value, "rb");

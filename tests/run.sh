@@ -55,7 +55,6 @@ packaging    sh tests/user/packaging.sh
 symbols      sh tests/compilers/symbols.sh
 macros       sh tests/compilers/macros.sh
 plansize     sh tests/measure/plan.sh test
-latent       build/test_latent
 numerics     sh tests/safety/numerics.sh test
 recordings   python3 tests/user/recordings.py
 import       sh tests/user/import.sh
@@ -69,7 +68,6 @@ swing        build/swing test
 list         sh tests/compilers/list.sh
 rope         build/rope check
 lint         sh tests/user/lint.sh
-opinf        build/test_opinf
 deps         sh tests/user/deps.sh
 soundness    sh tests/safety/soundness.sh
 end

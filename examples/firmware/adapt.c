@@ -18,6 +18,7 @@
    summed in double, here in software; learning itself has no double. */
 
 #define ROLN_BLOCK 1 /* one sample at a time: little scratch */
+#define ROLN_ROWS 1
 #include "rods.h"
 #include "chain_weights.h"
 #include "kept.h"
@@ -119,12 +120,13 @@ static union {
 /* Sample k of the turn: its residual r at the weights p and, unless J is NULL, its row J [P]. */
 static roln_status row(const memory *m, const chain_params *p, int k, float *J, float *r)
 {
-    static float networks[chain_net_size];
-    const roln_trained model = chain_trained(p);
+    static chain_residuals one;
     const roln_batch b = {.count = 1, .stride = 1, .start = &k, .q = turn.q[0], .qd = turn.qd[0], .qdd = turn.qdd[0]};
-    const roln_rows_to to = {J ? networks : NULL, r, 1, m->state.taken * ROWS + (uint32_t)k};
-    const roln_status st = roln_rows(&model, &loss, &b, 0, &to, scratch.train.grad_acc);
-    if (st == ROLN_OK && J) take_out(networks, J);
+    roln_status st;
+    one.seed = m->state.taken * ROWS + (uint32_t)k;
+    st = chain_rows(p, &loss, &b, 0, 0, !J, &one, &scratch.train.rows);
+    *r = J ? one.r[0] : one.next[0];
+    if (st == ROLN_OK && J) take_out(one.J, J);
     return st;
 }
 
@@ -222,13 +224,13 @@ static void test(const chain_params *model, const float mass[N])
         roln_status st;
         move(&machine, &seed);
         rods_read(&machine, &x);
-        st = chain_encode(model, &x, &s, &scratch.work);
+        st = chain_encode(model, &x, &s, &scratch.work.encode);
         for (int k = 1; k <= TEST_STEPS && st == ROLN_OK; k++) {
             const int late = k > TEST_STEPS / 4;
             for (int i = 0; i < 5; i++)
                 rods_step(&machine, mass, NULL, TICK);
-            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work);
-            if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work);
+            st = chain_step(model, &s, NULL, 5 * TICK, &scratch.work.step);
+            if (st == ROLN_OK) st = chain_decode(model, &s, &y, &scratch.work.decode);
             rods_read(&machine, &x);
             for (int i = 0; i < N && k % (late ? TEST_STEPS : TEST_STEPS / 4) == 0; i++) {
                 error[late] += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);

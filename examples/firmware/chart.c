@@ -73,7 +73,7 @@ static float test(void)
     let_go(&t, &seed);
     for (int k = 0; k < TESTS; k++) {
         measure(&t, &x);
-        if (arm_encode(&ram.model, &x, &s, &ram.u.work) != ROLN_OK || arm_decode(&ram.model, &s, &y, &ram.u.work) != ROLN_OK)
+        if (arm_encode(&ram.model, &x, &s, &ram.u.work.encode) != ROLN_OK || arm_decode(&ram.model, &s, &y, &ram.u.work.decode) != ROLN_OK)
             return -1;
         for (int i = 0; i < N; i++) {
             error += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);
@@ -94,7 +94,7 @@ static roln_status start(tendons *t, uint64_t *seed)
         memcpy(ram.q[k / EVERY], x.q, sizeof x.q); /* the last one stays */
         memcpy(ram.qd[k / EVERY], x.qd, sizeof x.qd);
     }
-    return arm_init_pod(&ram.model, FIRST, ram.q[0], ram.qd[0], mean, seed, &ram.u.start);
+    return arm_init_pod(&ram.model, FIRST, ram.q[0], ram.qd[0], mean, seed, &ram.u.start.init_pod);
 }
 
 static void report(uint32_t samples, roln_status st)
@@ -117,13 +117,13 @@ int main(void)
     for (uint32_t k = 1, next = 40; k <= SAMPLES; k++) {
         measure(&t, &x);
         const uint32_t before = board_count();
-        if (arm_chart_add(&ram.model, 1, x.q, &ram.sums, &ram.u.start) != ROLN_OK) return 1;
+        if (arm_chart_add(&ram.model, 1, x.q, &ram.sums, &ram.u.start.chart_add) != ROLN_OK) return 1;
         const uint32_t used = board_count() - before;
         if (used > most) most = used;
         if (k == next) {
             float left; /* of the samples */
             const uint32_t count = board_count();
-            const roln_status st = arm_chart_solve(&ram.model, &ram.sums, 0, &left, &ram.u.start);
+            const roln_status st = arm_chart_solve(&ram.model, &ram.sums, 0, &left, &ram.u.start.chart_solve);
             solve = board_count() - count;
             report(k, st);
             next *= 10;

@@ -31,9 +31,9 @@ static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
     chain_equation at;
-    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work);
+    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.aim);
     memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work);
+    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work.terms);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
         ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];
@@ -45,7 +45,7 @@ static roln_status control_start(const roln_real q[N])
 static uint32_t control_tick(const chain_state *x)
 {
     if (chain_check(&chain_weights, 16, &ctl.check) != ROLN_OK) ctl.guard.g.faults |= ROLN_FAULT_EXPIRED; /* damaged: off */
-    return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work);
+    return chain_tick(&chain_weights, &limits, x, &ctl.target, &ctl.s, &ctl.guard, &ctl.work.tick);
 }
 
 /* A fault of the processor ends here first (board.h). */
@@ -63,14 +63,14 @@ int main(void)
     uint32_t before = 0, most = 0;
     for (int i = 0; i < n; i++)
         bent.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
-    if (chain_encode(&chain_weights, &x, &plant, &plant_work) != ROLN_OK ||
-        chain_decode(&chain_weights, &bent, &pose, &plant_work) != ROLN_OK || control_start(pose.q) != ROLN_OK ||
+    if (chain_encode(&chain_weights, &x, &plant, &plant_work.encode) != ROLN_OK ||
+        chain_decode(&chain_weights, &bent, &pose, &plant_work.decode) != ROLN_OK || control_start(pose.q) != ROLN_OK ||
         chain_check(&chain_weights, chain_numbers, &ctl.check) != ROLN_OK) /* what they should be from here on */
         return 1;
     put_text("tick   |z-z_ref|         tau1         tau8  faults\n");
     for (int k = 0; k < TICKS; k++) {
         roln_real d = 0;
-        if (chain_decode(&chain_weights, &plant, &x, &plant_work) != ROLN_OK) return 1; /* "read the encoders" */
+        if (chain_decode(&chain_weights, &plant, &x, &plant_work.decode) != ROLN_OK) return 1; /* "read the encoders" */
         if (k == 60 || k >= 160) x.q[3] = NAN;
         const uint32_t count = board_count(), faults = control_tick(&x), used = board_count() - count;
         if (used > most) most = used;
@@ -87,7 +87,7 @@ int main(void)
         }
         before = faults;
         hash = roln_fnv((int)sizeof ctl.guard.tau, (const unsigned char *)ctl.guard.tau, hash);
-        if (chain_step(&chain_weights, &plant, ctl.guard.tau, TICK, &plant_work) != ROLN_OK) return 1;
+        if (chain_step(&chain_weights, &plant, ctl.guard.tau, TICK, &plant_work.step) != ROLN_OK) return 1;
     }
     put_text("hash of the torques ");
     put_hex(hash, 16);

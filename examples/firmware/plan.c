@@ -14,7 +14,7 @@ enum { PLANS = 250 };
 #define PI 3.14159265f
 
 static furuta_plan plan;         /* RAM */
-static furuta_planwork planwork; /* scratch of a plan */
+static furuta_plan_next_work planwork; /* scratch of a plan */
 static furuta_work work;
 
 /* As bad as each other: 1 rad of the arm, .3 rad of the pendulum, 5 rad/s, 3 rad/s, .03 Nm. The motor turns the arm. */
@@ -48,7 +48,7 @@ int main(void)
         full += at_limit != 0;
         if (furuta_plan_follow(&furuta_weights, &goal, &plan, 0, &s, &u) != ROLN_OK) return 1;
         tau[0] = u;
-        if (furuta_step(&furuta_weights, &s, tau, STEP, &work) != ROLN_OK) return 1;
+        if (furuta_step(&furuta_weights, &s, tau, STEP, &work.step) != ROLN_OK) return 1;
         if (ROLN_ABS(roln_wrap(s.z[1] - PI)) > 0.1f || ROLN_ABS(s.zd[1]) > 1) up = k + 1;
     }
     put_text("upright for good after plan ");

@@ -19,15 +19,15 @@ int main(void)
     chain_latent s;
     uint64_t hash = ROLN_FNV;
     uint32_t most = 0;
-    if (chain_encode(&chain_weights, &x, &s, &work) != ROLN_OK) return 1;
+    if (chain_encode(&chain_weights, &x, &s, &work.encode) != ROLN_OK) return 1;
     for (int k = 0; k < STEPS; k++) {
         const uint32_t before = board_count();
-        if (chain_step(&chain_weights, &s, NULL, TICK, &work) != ROLN_OK) return 1;
+        if (chain_step(&chain_weights, &s, NULL, TICK, &work.step) != ROLN_OK) return 1;
         const uint32_t count = board_count() - before;
         if (count > most) most = count;
         hash = roln_fnv((int)sizeof s, (const unsigned char *)&s, hash);
     }
-    if (chain_decode(&chain_weights, &s, &x, &work) != ROLN_OK) return 1;
+    if (chain_decode(&chain_weights, &s, &x, &work.decode) != ROLN_OK) return 1;
     put_text("q, rad:");
     for (int i = 0; i < chain_N; i++)
         put_real(x.q[i], 4);

@@ -90,13 +90,13 @@ static void arm(void)
 /* One tick, of line.bytes or without a frame: ctl.guard.tau out whatever happens. Returns the faults. */
 static uint32_t control_tick(int frame)
 {
-    if (!frame) return pend16_guard_tick(&pend16_weights, &limits, &ctl.x, &ctl.s, NULL, &ctl.guard, &ctl.work);
+    if (!frame) return pend16_guard_tick(&pend16_weights, &limits, &ctl.x, &ctl.s, NULL, &ctl.guard, &ctl.work.guard_tick);
     frame_get_floats(line.bytes, 2, N, ctl.x.q);
     frame_get_floats(line.bytes, 2 + N, N, ctl.x.qd);
     frame_get_floats(line.bytes, 2 + 2 * N, n, ctl.ref.z);
     frame_get_floats(line.bytes, 2 + 2 * N + n, n, ctl.ref.zd);
     frame_get_floats(line.bytes, 2 + 2 * N + 2 * n, n, ctl.ref.zdd);
-    return pend16_tick(&pend16_weights, &limits, &ctl.x, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work);
+    return pend16_tick(&pend16_weights, &limits, &ctl.x, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work.tick);
 }
 
 static void answer(uint32_t faults, uint32_t used)

@@ -34,10 +34,10 @@ enum { STEPS = 20 };
         roln_status st; \
         for (int i = 0; i < NAME##_N; i++) \
             x.q[i] = 0.1f / (float)(i + 1); \
-        st = NAME##_encode(p, &x, &s, &work); \
+        st = NAME##_encode(p, &x, &s, &work.encode); \
         for (int k = 0; k < STEPS && st == ROLN_OK; k++) { \
-            st = NAME##_step(p, &s, NULL, TICK, &work); \
-            if (st == ROLN_OK) st = NAME##_decode(p, &s, &x, &work); \
+            st = NAME##_step(p, &s, NULL, TICK, &work.step); \
+            if (st == ROLN_OK) st = NAME##_decode(p, &s, &x, &work.decode); \
             *hash = roln_fnv((int)sizeof x, (const unsigned char *)&x, *hash); \
         } \
         return st; \
@@ -63,7 +63,7 @@ int main(void)
     static arm_params a;
     static arm_start a_start;
     uint64_t seed = 3, hash[3] = {ROLN_FNV, ROLN_FNV, ROLN_FNV};
-    roln_status st[3] = {ROLN_OK, finger_init(&f, &seed, &f_start), arm_init(&a, &seed, &a_start)};
+    roln_status st[3] = {ROLN_OK, finger_init(&f, &seed, &f_start.init), arm_init(&a, &seed, &a_start.init)};
     st[0] = chain_roll(&chain_weights, &hash[0]);
     if (st[1] == ROLN_OK) st[1] = finger_roll(&f, &hash[1]);
     if (st[2] == ROLN_OK) st[2] = arm_roll(&a, &hash[2]);

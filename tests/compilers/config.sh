@@ -200,14 +200,14 @@ try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
 try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
 try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
 for store in full half int8; do
-    for verb in init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step; do
-        case $store.$verb in full.* | *.errors | *.decode_some) continue ;; esac
+    for verb in init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step; do
+        case $store.$verb in full.* | *.errors | *.decode) continue ;; esac
         { model m 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
         ask "m_$verb" "ROLN_STORE $store, m_$verb"
     done
     case $store in
-    full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode_some rows newton_step' ;;
-    *) verbs='errors decode_some' ;;
+    full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step' ;;
+    *) verbs='errors decode' ;;
     esac
     try - 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'
     for verb in $verbs; do echo "typedef char m${good}_has_$verb[sizeof(&m${good}_$verb)];" >> $dir/float; done
@@ -270,7 +270,7 @@ int main(void)
     static arm_params p;
     static arm_start start;
     uint64_t seed = 1;
-    arm_init(&p, &seed, &start);
+    arm_init(&p, &seed, &start.init);
     return arm_write(&p, put, stdout) != ROLN_OK;
 }
 END_OF_FILE
@@ -283,7 +283,7 @@ int main(void)
     static const arm_state x = {{0}, {0}};
     static arm_latent s;
     static arm_work work;
-    const roln_status st = arm_encode(&arm_weights, &x, &s, &work);
+    const roln_status st = arm_encode(&arm_weights, &x, &s, &work.encode);
     return st == ROLN_E_SHAPE ? 2 : st != ROLN_OK;
 }
 END_OF_FILE

@@ -128,7 +128,7 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
     static full_gradient g;
     static full_start init;
     static full_work work;
-    static full_linwork linwork;
+    static full_linear_work linwork;
     static const roln_loss ode = ROLN_ODE_WEIGHTS, positions = ROLN_POSITION_WEIGHTS;
     roln_loss acc = ROLN_ACC_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
@@ -142,29 +142,29 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
 
     acc.force = ROLN_C(0.5);
     for (i = 0; i < 2 * SAMPLES; i++) u[i] = ROLN_C(0.25) * roln_normal(s);
-    must(full_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "full: init");
+    must(full_init_pod(&p, SAMPLES, q, qd, qbar, s, &init.init_pod), "full: init");
     b.count = BATCH, b.stride = 1, b.start = start, b.q = q, b.qdd = qdd, b.tau = u;
     for (k = 0; k < UPDATES / 8; k++) {
         const int kind = k % 3;
         b.steps = kind > 0 ? H : 0, b.qd = kind < 2 ? qd : NULL;
         for (i = 0; i < BATCH; i++) start[i] = 1 + roln_randint(SAMPLES - H - 2, s);
         memset(&g, 0, sizeof g);
-        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train.full)
-                       : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train.full),
+        must(kind == 0 ? full_grad_acc(&p, &acc, &b, &g, &train.full.grad_acc)
+                       : full_grad(&p, kind == 1 ? &ode : &positions, &b, h / 4, &g, &train.full.grad),
              "full: grad");
-        must(full_update(&p, &opt, &o, &g, &train.full), "full: update");
+        must(full_update(&p, &opt, &o, &g, &train.full.update), "full: update");
     }
     add(full_theta_size, p.theta);
     add(full_theta_size, o.m), add(full_moment_size, o.v);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
-    must(full_encode(&p, &x, &z, &work), "full: encode");
+    must(full_encode(&p, &x, &z, &work.encode), "full: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work), "full: aim");
-        must(full_control(&p, &z, &target, tau_z, &work), "full: control");
-        must(full_lift(&p, &z, tau_z, tau, &work), "full: lift");
+        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work.aim), "full: aim");
+        must(full_control(&p, &z, &target, tau_z, &work.control), "full: control");
+        must(full_lift(&p, &z, tau_z, tau, &work.lift), "full: lift");
         next = z;
         must(full_linear(&p, &next, u + 2 * k, h / 8, &j, &linwork), "full: linear");
-        must(full_step(&p, &z, u + 2 * k, h / 8, &work), "full: step");
+        must(full_step(&p, &z, u + 2 * k, h / 8, &work.step), "full: step");
         add(2, tau_z), add(6, tau), add(16, j.A), add(8, j.B), add(2, z.z), add(2, z.zd), add(2, next.z);
     }
 }
@@ -188,34 +188,34 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     curved_state x;
     roln_batch b;
     int start[BATCH], k, i;
-    must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "chart: init");
+    must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init.init_pod), "chart: init");
     b.count = SAMPLES / 4, b.steps = 0, b.stride = 1, b.start = NULL, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
     for (k = 0; k < 6; k++) {
         must(curved_chart_turn(&p, &b, &turn, &left), "chart: turn");
         add(curved_theta_size, p.theta), add(2, p.zd_max), add(1, &left);
     }
-    must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init), "chart: add");
-    must(curved_chart_add(&p, SAMPLES / 2, q + SAMPLES / 2 * 6, &half, &init), "chart: add");
+    must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init.chart_add), "chart: add");
+    must(curved_chart_add(&p, SAMPLES / 2, q + SAMPLES / 2 * 6, &half, &init.chart_add), "chart: add");
     curved_chart_merge(&half, &sums);
-    must(curved_chart_solve(&p, &sums, ROLN_C(1e-5), &left, &init), "chart: solve");
+    must(curved_chart_solve(&p, &sums, ROLN_C(1e-5), &left, &init.chart_solve), "chart: solve");
     add_double((int)(sizeof sums.sums / sizeof *sums.sums), sums.sums);
     add(curved_theta_size, p.theta), add(1, &left);
     b.count = BATCH, b.steps = H, b.start = start;
     for (k = 0; k < UPDATES / 8; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
         memset(&g, 0, sizeof g);
-        must(curved_grad(&p, &ode, &b, h, &g, &train.curved), "chart: grad");
-        must(curved_update(&p, &opt, &o, &g, &train.curved), "chart: update");
+        must(curved_grad(&p, &ode, &b, h, &g, &train.curved.grad), "chart: grad");
+        must(curved_update(&p, &opt, &o, &g, &train.curved.update), "chart: update");
     }
     add(curved_theta_size, p.theta);
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
-    must(curved_encode(&p, &x, &z, &work), "chart: encode");
+    must(curved_encode(&p, &x, &z, &work.encode), "chart: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(curved_aim(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work), "chart: aim");
-        must(curved_control(&p, &z, &target, tau_z, &work), "chart: control");
-        must(curved_lift(&p, &z, tau_z, tau, &work), "chart: lift");
-        must(curved_step(&p, &z, tau, h / 8, &work), "chart: step");
-        must(curved_decode(&p, &z, &x, &work), "chart: decode");
+        must(curved_aim(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work.aim), "chart: aim");
+        must(curved_control(&p, &z, &target, tau_z, &work.control), "chart: control");
+        must(curved_lift(&p, &z, tau_z, tau, &work.lift), "chart: lift");
+        must(curved_step(&p, &z, tau, h / 8, &work.step), "chart: step");
+        must(curved_decode(&p, &z, &x, &work.decode), "chart: decode");
         add(6, tau), add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
 }
@@ -284,12 +284,12 @@ static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *
 {
     int k, tries;
     for (k = 0; k < 4; k++, rows.seed += 100) {
-        must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train.pupil), "newton: rows");
+        must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train.pupil.rows), "newton: rows");
         must(pupil_newton_rows(p, opt, b->count, &rows, &newton), "newton: tangents");
         pupil_newton_sums(opt, b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
         for (tries = 0; tries < 4; tries++) {
             must(pupil_newton_step(p, opt, b->count, &rows, &newton), "newton: step");
-            (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train.pupil);
+            (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train.pupil.rows);
             add(b->count, rows.expect), add(b->count, rows.next);
             if (pupil_newton_judge(p, b->count, b->count, &rows, &newton)) break;
         }
@@ -312,7 +312,7 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
     roln_batch b;
     uint64_t seed;
     int start[40], kind, i;
-    must(pupil_init_pod(&p, SAMPLES, q, qd, qbar, s, &init), "newton: init");
+    must(pupil_init_pod(&p, SAMPLES, q, qd, qbar, s, &init.init_pod), "newton: init");
     newton.state = fresh, rows.seed = 7;
     b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.tau = NULL;
     for (i = 0; i < 40; i++) start[i] = 1 + roln_randint(SAMPLES - 4, s);
@@ -335,7 +335,7 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
 }
 
 /* Plans of the motor with limits of torque and of rate, and what a tick makes of them. */
-static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_latent *start, roln_real h, wheel_planwork *work)
+static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_latent *start, roln_real h, wheel_plan_next_work *work)
 {
     static const roln_real weight[2] = {1, 1}, ref[2] = {0, ROLN_C(0.5)}, u[1] = {ROLN_C(0.0625)};
     const roln_term term = {ROLN_OF_Q, 0, NULL, weight, ref, 0, 1};
@@ -355,13 +355,13 @@ static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_
 }
 
 /* The filter and its noise, with samples that are dropped and one joint that jumps. */
-static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, wheel_filterwork *work)
+static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, wheel_filter_tick_work *work)
 {
     static wheel_filter f;
     roln_noise noise = {.dt = h, .q = ROLN_C(0.015625), .gate = 8, .lost = 3};
     const roln_batch b = {2, 60, 1, NULL, y, NULL, NULL, NULL};
     int k;
-    must(wheel_fit_noise(p, &b, &noise, NULL, &train.wheel), "filter: noise");
+    must(wheel_fit_noise(p, &b, &noise, NULL, &train.wheel.fit_noise), "filter: noise");
     add(1, &noise.tau);
     for (k = 0; k < 200; k++) {
         const roln_real now[2] = {y[2 * k] + (k % 50 == 20), y[2 * k + 1]};
@@ -380,9 +380,9 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     static wheel_start init;
     static union {
         wheel_work work;
-        wheel_lqrwork lqr;
-        wheel_filterwork filter;
-        wheel_planwork plan;
+        wheel_lqr_work lqr;
+        wheel_filter_tick_work filter;
+        wheel_plan_next_work plan;
     } scratch;
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.01), ROLN_C(0.005), ROLN_C(0.01)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 0};
@@ -401,25 +401,25 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
         y[2 * k] = q[6 * k], yd[2 * k] = qd[6 * k];
         y[2 * k + 1] = 8 * q[6 * k + 1], yd[2 * k + 1] = 8 * qd[6 * k + 1];
     }
-    must(wheel_init_pod(&p, SAMPLES, y, yd, qbar, s, &init), "wheel: init");
+    must(wheel_init_pod(&p, SAMPLES, y, yd, qbar, s, &init.init_pod), "wheel: init");
     b.start = start;
     for (k = 0; k < 20; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, s);
         memset(&g, 0, sizeof g);
-        must(wheel_grad(&p, &weights, &b, h, &g, &train.wheel), "wheel: grad");
-        must(wheel_update(&p, &opt, &o, &g, &train.wheel), "wheel: update");
+        must(wheel_grad(&p, &weights, &b, h, &g, &train.wheel.grad), "wheel: grad");
+        must(wheel_update(&p, &opt, &o, &g, &train.wheel.update), "wheel: update");
     }
-    must(wheel_fit_range(&p, SAMPLES, y, yd, &scratch.work), "wheel: range");
+    must(wheel_fit_range(&p, SAMPLES, y, yd, &scratch.work.fit_range), "wheel: range");
     add(2, qbar), add(wheel_theta_size, p.theta), add(2, p.zd_max);
     memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
-    must(wheel_encode(&p, &x, &z, &scratch.work), "wheel: encode");
-    must(wheel_aim(&p, x.q, x.qd, NULL, &r, &scratch.work), "wheel: aim");
-    must(wheel_gains(&p, &z, ones, ones, &r, &scratch.work), "wheel: gains");
+    must(wheel_encode(&p, &x, &z, &scratch.work.encode), "wheel: encode");
+    must(wheel_aim(&p, x.q, x.qd, NULL, &r, &scratch.work.aim), "wheel: aim");
+    must(wheel_gains(&p, &z, ones, ones, &r, &scratch.work.gains), "wheel: gains");
     memset(&guard, 0, sizeof guard);
     for (k = 0; k < 200; k++) {
-        (void)wheel_tick(&p, &limits, &x, &r, &z, &guard, &scratch.work);
-        must(wheel_step(&p, &z, y + 2 * k, h / 4, &scratch.work), "wheel: step");
-        must(wheel_decode(&p, &z, &x, &scratch.work), "wheel: decode");
+        (void)wheel_tick(&p, &limits, &x, &r, &z, &guard, &scratch.work.tick);
+        must(wheel_step(&p, &z, y + 2 * k, h / 4, &scratch.work.step), "wheel: step");
+        must(wheel_decode(&p, &z, &x, &scratch.work.decode), "wheel: decode");
         add(2, x.q), add(2, x.qd), add(1, guard.tau), add(1, &guard.g.missed);
     }
     must(wheel_lqr(&p, &cost, &z, none, K, P, &scratch.lqr), "wheel: lqr");
@@ -448,13 +448,13 @@ int main(void)
 
     record(&s, h, q, qd);
     for (i = 6; i < 6 * (SAMPLES - 1); i++) qdd[i] = (qd[i + 6] - qd[i - 6]) / (2 * h);
-    must(net_init_pod(&p, SAMPLES, q, qd, qbar, &s, &init), "init");
+    must(net_init_pod(&p, SAMPLES, q, qd, qbar, &s, &init.init_pod), "init");
     b.count = BATCH, b.steps = H, b.stride = 1, b.start = start, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
     for (k = 0; k < UPDATES; k++) {
         for (i = 0; i < BATCH; i++) start[i] = roln_randint(SAMPLES - H, &s);
         memset(&g, 0, sizeof g);
-        must(net_grad(&p, &weights, &b, h, &g, &train.net), "grad");
-        must(net_update(&p, &opt, &o, &g, &train.net), "update");
+        must(net_grad(&p, &weights, &b, h, &g, &train.net.grad), "grad");
+        must(net_update(&p, &opt, &o, &g, &train.net.update), "update");
     }
     net_pack(&p, packed);
     for (i = 0; i < net_packed_size; i++) board_put(packed[i]);
@@ -467,10 +467,10 @@ int main(void)
     add(net_theta_size, o.m), add(net_moment_size, o.v), add(net_moment_size, o.v_max);
 
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
-    must(net_encode(&p, &x, &z, &work), "encode");
+    must(net_encode(&p, &x, &z, &work.encode), "encode");
     for (k = 0; k < STEPS; k++) {
-        must(net_step(&p, &z, k < 100 ? q + 6 * k : NULL, h / 4, &work), "step"); /* the data serve as a force, too */
-        must(net_decode(&p, &z, &x, &work), "decode");
+        must(net_step(&p, &z, k < 100 ? q + 6 * k : NULL, h / 4, &work.step), "step"); /* the data serve as a force, too */
+        must(net_decode(&p, &z, &x, &work.decode), "decode");
         add(2, z.z), add(2, z.zd), add(6, x.q), add(6, x.qd);
     }
     hash_full(q, qd, qdd, h, &s);

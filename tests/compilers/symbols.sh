@@ -9,7 +9,7 @@ failed=0
 for type in '' -DROLN_DOUBLE; do
     for cc in gcc clang; do
         rm -f build/symbols.o
-        if ! $cc -std=c99 -I. -xc -DROLN_FN= -DROLN_INLINE= $type -O1 -fno-pie -fno-math-errno -c -o build/symbols.o \
+        if ! $cc -std=c99 -I. -xc -DROLN_FN= $type -O1 -fno-pie -fno-math-errno -c -o build/symbols.o \
             tests/compilers/models.h; then
             failed=$((failed + 1))
             echo "$cc $type: does not compile"
@@ -43,8 +43,8 @@ int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_
 ROLN_CODE
 int tick(chain_state *x, chain_latent *s, chain_work *w, bytes_latent *z, bytes_state *y, const bytes_params *p, bytes_work *v)
 {
-    return chain_encode(&chain_weights, x, s, w) + chain_step(&chain_weights, s, NULL, 0.01f, w) + bytes_decode(p, z, y, v) +
-           bytes_encode(p, y, z, v);
+    return chain_encode(&chain_weights, x, s, &w->encode) + chain_step(&chain_weights, s, NULL, 0.01f, &w->step) +
+           bytes_decode(p, z, y, &v->decode) + bytes_encode(p, y, z, &v->encode);
 }
 END
 for cc in 'gcc -O0' 'gcc -O2' 'clang -Os' 'clang -O0 -DOWN' 'gcc -Os -DOWN'; do

@@ -114,8 +114,8 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
         for (int j = 0; j < n; j++) x[j] = uniform(&seed, -.5, .5);
         truth_phi(TRUTH_PEND16, x, q, NULL);
         for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
-        if (pend16_encode(&m->p, &s, &z, &m->work) != ROLN_OK ||
-            pend16_terms(&m->p, &z, &e, &m->work) != ROLN_OK) {
+        if (pend16_encode(&m->p, &s, &z, &m->work.encode) != ROLN_OK ||
+            pend16_terms(&m->p, &z, &e, &m->work.terms) != ROLN_OK) {
             fprintf(stderr, "control: no mass matrix\n");
             return -1;
         }
@@ -133,7 +133,7 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
 /* tau_z of a law: PD alone, or with M zdd_ref + C zd_ref + g. */
 static roln_status law(struct control_model *m, int pd, const pend16_latent *s, const pend16_target *r, roln_real tau_z[n])
 {
-    if (!pd) return pend16_control(&m->p, s, r, tau_z, &m->work);
+    if (!pd) return pend16_control(&m->p, s, r, tau_z, &m->work.control);
     for (int j = 0; j < n; j++) tau_z[j] = -r->kp[j] * (s->z[j] - r->z[j]) - r->kd[j] * (s->zd[j] - r->zd[j]);
     return ROLN_OK;
 }
@@ -146,8 +146,8 @@ static roln_status drive(struct control_model *m, int motors, const pend16_laten
     static const roln_motors four = {4, B, ROLN_C(1e-3)};
     roln_real u[4];
     roln_status st;
-    if (!motors) return pend16_lift(&m->p, s, tau_z, tau, &m->work);
-    st = pend16_allocate(&m->p, s, &four, tau_z, u, NULL, &m->work);
+    if (!motors) return pend16_lift(&m->p, s, tau_z, tau, &m->work.lift);
+    st = pend16_allocate(&m->p, s, &four, tau_z, u, NULL, &m->work.allocate);
     memset(tau, 0, N * sizeof *tau);
     for (int k = 0; k < 4 && st == ROLN_OK; k++) tau[4 * k] = u[k];
     return st;
@@ -167,7 +167,7 @@ void control_start(struct control_model *m, enum control_law which, const struct
 int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 * n])
 {
     pend16_target r;
-    if (pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work) != ROLN_OK) return -1;
+    if (pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work.aim) != ROLN_OK) return -1;
     memcpy(z_ref, r.z, sizeof r.z);
     memcpy(z_ref + n, r.zd, sizeof r.zd);
     memcpy(z_ref + 2 * n, r.zdd, sizeof r.zdd);
@@ -187,14 +187,14 @@ int control_tick(void *model, const roln_real *x, roln_real *tau)
     if (x) {
         memcpy(m->x.q, x, sizeof m->x.q);
         memcpy(m->x.qd, x + N, sizeof m->x.qd);
-        st = seen = pend16_encode(&m->p, &m->x, &m->s, &m->work);
-        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work);
+        st = seen = pend16_encode(&m->p, &m->x, &m->s, &m->work.encode);
+        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work.aim);
         if (st == ROLN_OK) st = law(m, !latent, &m->s, &m->ref, tau_z);
         if (st == ROLN_OK) st = drive(m, m->law == CONTROL_PD_4 || m->law == CONTROL_LATENT_4, &m->s, tau_z, f);
     }
     if (latent) { /* the guard lets everything pass */
         const pend16_latent *s = seen == ROLN_OK ? &m->s : NULL;
-        faults = pend16_guard_tick(&m->p, &limits, &m->x, s, st == ROLN_OK ? f : NULL, &m->guard, &m->work);
+        faults = pend16_guard_tick(&m->p, &limits, &m->x, s, st == ROLN_OK ? f : NULL, &m->guard, &m->work.guard_tick);
         memcpy(tau, m->guard.tau, sizeof f);
     } else {
         faults = st == ROLN_OK ? 0 : ROLN_FAULT_STATUS;
@@ -211,7 +211,7 @@ static int in_range(struct control_model *m, const double q[N])
     pend16_state x;
     pend16_latent s;
     for (int i = 0; i < N; i++) x.q[i] = (roln_real)q[i], x.qd[i] = 0;
-    return pend16_encode(&m->p, &x, &s, &m->work) == ROLN_OK && pend16_in_range(&m->p, &s);
+    return pend16_encode(&m->p, &x, &s, &m->work.encode) == ROLN_OK && pend16_in_range(&m->p, &s);
 }
 
 int control_loop(struct control_model *m, const struct control_reference *r, control_controller *tick, void *ctx, int gravity,

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "examples/chain_plant.h"
 #include "examples/chain_weights.h"
@@ -228,38 +229,67 @@ static error best_tracker(const machine *p, int order)
     return best;
 }
 
-static roln_real work[200000];
+/* A model as this file uses it. start: a filter that knows nothing. tick: one of its ticks, and the joints of its estimate. */
+typedef struct {
+    roln_status (*noise)(const roln_batch *b, roln_noise *noise);
+    void (*start)(void);
+    const roln_filter *(*tick)(const roln_noise *noise, const roln_real *y, const roln_real *tau, double *q, double *qd);
+} model;
+
+#define MODEL(NAME, PARAMS) \
+    static union { NAME##_train train; NAME##_filter_tick_work tick; NAME##_decode_work decode; } NAME##_room; \
+    static NAME##_filter NAME##_of; \
+    static roln_status NAME##_noise(const roln_batch *b, roln_noise *noise) \
+    { \
+        return NAME##_fit_noise(PARAMS, b, noise, NULL, &NAME##_room.train.fit_noise); \
+    } \
+    static void NAME##_begin(void) \
+    { \
+        memset(&NAME##_of, 0, sizeof NAME##_of); \
+    } \
+    static const roln_filter *NAME##_next(const roln_noise *noise, const roln_real *now, const roln_real *torque, double *q, double *qd) \
+    { \
+        NAME##_state x; \
+        NAME##_filter_tick(PARAMS, noise, now, torque, &NAME##_of, &NAME##_room.tick); \
+        if (NAME##_decode(PARAMS, &NAME##_of.s, &x, &NAME##_room.decode) != ROLN_OK) exit(1); \
+        for (int i = 0; i < NAME##_N; i++) \
+            q[i] = (double)x.q[i], qd[i] = (double)x.qd[i]; \
+        return &NAME##_of.f; \
+    }
+static pend2_params pend2;
+static pend16_params pend16;
+MODEL(chain, &chain_weights)
+MODEL(pend2, &pend2)
+MODEL(pend16, &pend16)
+static const model models[3] = {
+    {chain_noise, chain_begin, chain_next}, {pend2_noise, pend2_begin, pend2_next}, {pend16_noise, pend16_begin, pend16_next}};
 
 typedef struct { double nis, outliers, starts; } health; /* NIS of a joint, mean; counts */
 
-static error filtered(const machine *p, const roln_trained *m, const roln_noise *noise, health *h)
+static error filtered(const machine *p, const model *m, const roln_noise *noise, health *h)
 {
     error e = {0, 0};
     double sum = 0, used = 0;
     *h = (health){0, 0, 0};
     for (int r = 0; r < RUNS; r++) {
-        roln_real z[MAXn], zd[MAXn], F[4 * MAXn * MAXn], q[MAXN], qd[MAXN];
-        roln_filter f = {0, 0, 0, 0, 0, 0, 0};
-        const roln_estimate to = {&f, z, zd, F, NULL};
+        const roln_filter *f = NULL;
+        m->start();
         for (int t = 0; t < TICKS; t++) {
             const int at = (r * (TICKS + 1) + t) * p->N;
-            double a[MAXN], b[MAXN];
-            roln_filter_tick(m, noise, y + at, t > 0 ? tau + at - p->N : NULL, &to, work);
-            if (roln_decode(m, z, zd, q, qd, work) != ROLN_OK) exit(1);
-            for (int i = 0; i < p->N; i++)
-                a[i] = (double)q[i], b[i] = (double)qd[i];
+            double q[MAXN], qd[MAXN];
+            f = m->tick(noise, y + at, t > 0 ? tau + at - p->N : NULL, q, qd);
             if (t < SETTLED) continue;
-            compare(p, r, t, a, b, &e);
-            sum += (double)f.nis, used += f.used;
+            compare(p, r, t, q, qd, &e);
+            sum += (double)f->nis, used += f->used;
         }
-        h->outliers += f.outliers, h->starts += f.starts;
+        h->outliers += f->outliers, h->starts += f->starts;
     }
     h->nis = sum / used;
     return rms(p, e);
 }
 
 /* Nonzero if the filter's velocities are at least five times better than the best of every joint on its own. */
-static int try(const machine *p, const roln_trained *m)
+static int try(const machine *p, const model *m)
 {
     const roln_batch b = {TUNE, TICKS, 1, NULL, y, NULL, NULL, p->sines ? tau : NULL};
     roln_noise noise = {.dt = (roln_real)TICK, .q = (roln_real)(STEP / sqrt(12)), .gate = 6, .lost = 5};
@@ -268,7 +298,7 @@ static int try(const machine *p, const roln_trained *m)
     double best;
     health h;
     simulate(p, TUNE, &seed);
-    if (roln_fit_noise(m, &b, &noise, NULL, work) != ROLN_OK) return 0;
+    if (m->noise(&b, &noise) != ROLN_OK) return 0;
     simulate(p, RUNS, &seed);
     two = best_tracker(p, 2), three = best_tracker(p, 3), e = filtered(p, m, &noise, &h);
     best = fmin(two.qd, three.qd);
@@ -296,10 +326,7 @@ static int read(const char *directory, const char *name, int most, unsigned char
 int main(int argc, char **argv)
 {
     static unsigned char bytes[pend16_packed_size + 1];
-    static pend2_params pend2;
-    static pend16_params pend16;
     const char *directory = argc > 1 ? argv[1] : "tests/mujoco/models";
-    const roln_trained models[3] = {chain_trained(&chain_weights), pend2_trained(&pend2), pend16_trained(&pend16)};
     int good = same_chain();
     if (pend2_unpack(read(directory, "pend2_act.roln", sizeof bytes, bytes), bytes, &pend2) != ROLN_OK ||
         pend16_unpack(read(directory, "pend16_act.roln", sizeof bytes, bytes), bytes, &pend16) != ROLN_OK) {

@@ -9,7 +9,7 @@
 enum { N = SWIFT_N, n = 4, MOTORS = SWIFT_MOTORS, STEPS = OFFLINE_STEPS };
 static swift_params params;
 static swift_plan none;
-static swift_planwork scratch;
+static swift_plan_next_work scratch;
 
 int offline_load(int count, const float *numbers)
 {

@@ -25,8 +25,8 @@ static const roln_motors motors = {MOTORS, B, ROLN_C(1e-3)};
 
 static swift_params params;
 static swift_work work;
-static swift_planwork planwork;
-static swift_lqrwork lqrwork;
+static swift_plan_next_work planwork;
+static swift_lqr_work lqrwork;
 
 static int load(const char *path)
 {
@@ -112,10 +112,10 @@ static void pd(controller *c, int tick, const swift_latent *s, roln_real u[MOTOR
     swift_target to;
     memset(&to, 0, sizeof to);
     reference(c, tick * 1e-3, x);
-    if (swift_aim(&params, x, x + N, x + 2 * N, &to, &work) != ROLN_OK) return;
+    if (swift_aim(&params, x, x + N, x + 2 * N, &to, &work.aim) != ROLN_OK) return;
     memcpy(to.kp, c->gains.kp, sizeof to.kp), memcpy(to.kd, c->gains.kd, sizeof to.kd);
-    if (swift_control(&params, s, &to, tau_z, &work) == ROLN_OK)
-        (void)swift_allocate(&params, s, &motors, tau_z, u, NULL, &work);
+    if (swift_control(&params, s, &to, tau_z, &work.control) == ROLN_OK)
+        (void)swift_allocate(&params, s, &motors, tau_z, u, NULL, &work.allocate);
 }
 
 static void planned(controller *c, int tick, const swift_latent *s, roln_real u[MOTORS])
@@ -125,7 +125,7 @@ static void planned(controller *c, int tick, const swift_latent *s, roln_real u[
         roln_real tau[N], x[3 * N];
         c->plan = c->next;
         to_joints(c->plan.u + MOTORS * c->plan.plan.age, tau);
-        if (swift_step(&params, &ahead, tau, (roln_real)SWIFT_DT, &work) != ROLN_OK) return;
+        if (swift_step(&params, &ahead, tau, (roln_real)SWIFT_DT, &work.step) != ROLN_OK) return;
         for (int k = 0; k < STEPS; k++) {
             reference(c, tick * 1e-3 + (k + 2) * SWIFT_DT, x);
             memcpy(c->w.q + k * N, x, N * sizeof *x), memcpy(c->w.qd + k * N, x + N, N * sizeof *x);
@@ -157,7 +157,7 @@ static double track(controller *c, void (*law)(controller *, int, const swift_la
             sum += pow(q[i] - (double)x[i], 2);
             m.q[i] = (roln_real)q[i], m.qd[i] = (roln_real)qd[i];
         }
-        if (swift_encode(&params, &m, &s, &work) == ROLN_OK) law(c, k, &s, u);
+        if (swift_encode(&params, &m, &s, &work.encode) == ROLN_OK) law(c, k, &s, u);
         for (int j = 0; j < MOTORS; j++) {
             tau[SWIFT_JOINT * j] = fmax(-c->limit, fmin(c->limit, (double)u[j]));
             now |= fabs(tau[SWIFT_JOINT * j]) > 0.99 * c->limit;
@@ -211,7 +211,7 @@ static swift_latent draw(uint64_t *seed, roln_real q[N])
     swift_state x;
     for (int i = 0; i < n; i++)
         s.z[i] = params.z_min[i] + (params.z_max[i] - params.z_min[i]) * (roln_real)uniform(seed, .25, .75);
-    if (swift_decode(&params, &s, &x, &work) != ROLN_OK) exit(1);
+    if (swift_decode(&params, &s, &x, &work.decode) != ROLN_OK) exit(1);
     if (q) memcpy(q, x.q, sizeof x.q);
     return s;
 }
@@ -242,8 +242,8 @@ static double run(wish *w, double told, swift_latent s, int steps, uint64_t seed
             if (u) u[k * MOTORS + j] = now[j];
         }
         to_joints(now, tau);
-        if (swift_step(&params, &s, tau, (roln_real)SWIFT_DT, &work) != ROLN_OK) return INFINITY;
-        if (swift_decode(&params, &s, &x, &work) != ROLN_OK) return INFINITY;
+        if (swift_step(&params, &s, tau, (roln_real)SWIFT_DT, &work.step) != ROLN_OK) return INFINITY;
+        if (swift_decode(&params, &s, &x, &work.decode) != ROLN_OK) return INFINITY;
         for (int i = 0; i < N; i++)
             cost += SWIFT_Q * pow((double)(x.q[i] - w->q[i]), 2) + SWIFT_QD * pow((double)x.qd[i], 2);
     }
@@ -304,7 +304,7 @@ static void best(int count)
         double done, least;
         wish_start(&w, limit, 0);
         memset(x.q, 0, sizeof x.q), memset(x.qd, 0, sizeof x.qd); /* to hang, where no torque is wanted */
-        if (swift_encode(&params, &x, &end, &work) != ROLN_OK ||
+        if (swift_encode(&params, &x, &end, &work.encode) != ROLN_OK ||
             swift_lqr(&params, &cost, &end, NULL, K, w.P, &lqrwork) != ROLN_OK) exit(1);
         memcpy(w.end, &end, sizeof w.end);
         w.goal.P = w.P, w.goal.end = w.end;

@@ -106,7 +106,7 @@ static struct {
     rope_plan plan;
     int age; /* ticks since the last call of rope_plan_next */
     rope_work work;
-    rope_planwork planwork;
+    rope_plan_next_work planwork;
     double seconds;
     int plans, refused;
 } p;
@@ -120,14 +120,14 @@ static void planner_tick(const double *q, const double *qd)
     int known, good;
     for (int i = 0; i < rope_N; i++)
         x.q[i] = (roln_real)q[i], x.qd[i] = (roln_real)qd[i];
-    known = rope_encode(&rope_weights, &x, &s, &p.work) == ROLN_OK;
+    known = rope_encode(&rope_weights, &x, &s, &p.work.encode) == ROLN_OK;
     if (known && p.age % EVERY == 0) {
         const clock_t start = clock();
         p.refused += rope_plan_next(&rope_weights, &goal, &s, &p.plan, &p.planwork) != ROLN_OK;
         p.seconds += (double)(clock() - start) / CLOCKS_PER_SEC, p.plans++, p.age = 0;
     }
     good = known && rope_plan_follow(&rope_weights, &goal, &p.plan, (roln_real)p.age * (roln_real)ROPE_TICK, &s, u) == ROLN_OK;
-    rope_guard_tick(&rope_weights, &limits, &x, known ? &s : NULL, good ? u : NULL, &p.guard, &p.work);
+    rope_guard_tick(&rope_weights, &limits, &x, known ? &s : NULL, good ? u : NULL, &p.guard, &p.work.guard_tick);
     p.age++;
 }
 

@@ -27,7 +27,7 @@ static void *room(size_t count, size_t size)
 
 static int encode_all(struct encoded *e, struct model *m, const struct motion *d)
 {
-    const int n = m->md.lnn.n, rows = d->count * d->samples;
+    const int n = m->kind->n, rows = d->count * d->samples;
     roln_real x[3 * LATENT_MOST], f[LATENT_MOST];
     e->d = d, e->m = m, e->n = n;
     e->s = room((size_t)rows * 2 * (size_t)n, sizeof *e->s), e->zdd = room((size_t)(rows * n), sizeof *e->s);
@@ -44,28 +44,26 @@ static int encode_all(struct encoded *e, struct model *m, const struct motion *d
 /* x [n] = J(z)^T xi in units of the networks, xi = +-1 at random: what an error of z, zd or zdd is in all coordinates. */
 static void sketch(const struct encoded *e, const roln_real *z, uint64_t *signs, roln_real *x)
 {
-    const roln_trained t = model_trained(e->m);
-    const int N = e->m->md.ae.size[0];
+    const int N = e->m->kind->N;
     roln_real xi[1024];
     for (int j = 0; j < N; j++)
         xi[j] = roln_rand(signs) >> 63 ? ROLN_C(1.0) : ROLN_C(-1.0);
-    if (roln_reduce(&t, z, xi, x, e->m->work) != ROLN_OK) x[0] = ROLN_C(0.0) / ROLN_C(0.0);
+    if (e->m->kind->reduce(e->m->self, z, xi, x) != ROLN_OK) x[0] = ROLN_C(0.0) / ROLN_C(0.0);
     for (int i = 0; i < e->n; i++)
-        x[i] /= e->m->sc.q;
+        x[i] /= e->m->sc->q;
 }
 
 /* tau_z [n] of the mean force of `stride` samples from i on; NULL: none. */
 static const roln_real *held(const struct encoded *e, int i, int stride, roln_real *tau_z)
 {
-    const roln_trained t = model_trained(e->m);
     const int N = e->d->N;
     roln_real mean[1024] = {0};
     if (!e->d->tau) return NULL;
     for (int k = 0; k < stride * N; k++)
         mean[k % N] += e->d->tau[(size_t)i * (size_t)N + (size_t)k] / (roln_real)stride;
-    if (roln_reduce(&t, e->s + 2 * i * e->n, mean, tau_z, e->m->work) != ROLN_OK) tau_z[0] = ROLN_C(0.0) / ROLN_C(0.0);
+    if (e->m->kind->reduce(e->m->self, e->s + 2 * i * e->n, mean, tau_z) != ROLN_OK) tau_z[0] = ROLN_C(0.0) / ROLN_C(0.0);
     for (int k = 0; k < e->n; k++)
-        tau_z[k] *= e->m->sc.t * e->m->sc.t;
+        tau_z[k] *= e->m->sc->t * e->m->sc->t;
     return tau_z;
 }
 
@@ -139,7 +137,7 @@ static roln_real window(struct rows *w, int from, uint64_t signs, roln_real *gth
 {
     const struct encoded *e = &w->e;
     const int n = e->n, H = w->s->steps, stride = w->s->stride;
-    const roln_real h = (roln_real)(e->d->dt * stride) / e->m->sc.t, part = (roln_real)(w->picks.factor / sqrt(H));
+    const roln_real h = (roln_real)(e->d->dt * stride) / e->m->sc->t, part = (roln_real)(w->picks.factor / sqrt(H));
     roln_real x[H_MAX][8 * LATENT_MOST], bar[H_MAX][2 * LATENT_MOST], tau[LATENT_MOST], s[2 * LATENT_MOST], r = 0;
     memcpy(s, e->s + 2 * from * n, (size_t)(2 * n) * sizeof *s);
     for (int k = 0; k < H; k++) {
@@ -207,7 +205,7 @@ int baseline_train(struct baseline *b, enum latent_kind kind, const struct motio
 {
     const double t0 = cpu_seconds();
     const struct model *m = b->model;
-    if (!b->latent) b->latent = latent_new(kind, m->md.lnn.n, d->tau != NULL, m->md.ae.curves > 0 ? 4 : 1, seed);
+    if (!b->latent) b->latent = latent_new(kind, m->kind->n, d->tau != NULL, m->kind->md->ae.curves > 0 ? 4 : 1, seed);
     if (!b->latent) return fprintf(stderr, "baseline: no such model\n"), -1;
     const int P = latent_params(b->latent);
     const roln_block block = {ROLN_EUCLIDEAN, P, 1, 1};
@@ -240,16 +238,15 @@ static roln_status step(void *self, roln_real *s, const roln_real *tau, double d
     static const double c[4] = {0, .5, .5, 1}, w[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
     const struct baseline *b = self;
     struct model *m = b->model;
-    const int n = m->md.lnn.n;
-    const roln_trained reduced = model_trained(m);
-    const roln_real t = m->sc.t, h = (roln_real)dt / t;
+    const int n = m->kind->n;
+    const roln_real t = m->sc->t, h = (roln_real)dt / t;
     roln_real k[2 * LATENT_MOST] = {0}, x[2 * LATENT_MOST], y[2 * LATENT_MOST], tau_z[LATENT_MOST];
     for (int i = 0; i < 2 * n; i++)
         y[i] = s[i] *= i < n ? 1 : t;
     for (int j = 0; j < 4; j++) {
         for (int i = 0; i < 2 * n; i++)
             x[i] = s[i] + (roln_real)c[j] * h * k[i];
-        roln_status st = tau ? roln_reduce(&reduced, x, tau, tau_z, m->work) : ROLN_OK;
+        roln_status st = tau ? m->kind->reduce(m->self, x, tau, tau_z) : ROLN_OK;
         for (int i = 0; i < n && tau; i++)
             tau_z[i] *= t * t;
         if (st == ROLN_OK) st = latent_rate(b->latent, x, tau ? tau_z : NULL, k);
@@ -275,7 +272,7 @@ static roln_status decode(void *self, const roln_real *s, roln_real *q, roln_rea
 static roln_status accelerate(void *self, const roln_real *q, const roln_real *qd, const roln_real *tau, roln_real *qdd)
 {
     const struct baseline *b = self;
-    const int n = b->model->md.lnn.n;
+    const int n = b->model->kind->n;
     roln_real z[3 * LATENT_MOST], rate[2 * LATENT_MOST], tau_z[LATENT_MOST];
     roln_status st = model_latent(b->model, q, qd, NULL, tau, z, tau_z);
     if (st == ROLN_OK) st = latent_rate(b->latent, z, tau ? tau_z : NULL, rate);
@@ -287,6 +284,6 @@ static roln_status accelerate(void *self, const roln_real *q, const roln_real *q
 
 struct predictor baseline_predictor(struct baseline *b)
 {
-    const struct predictor p = {b->model->md.ae.size[0], 2 * b->model->md.lnn.n, b, encode, step, decode, accelerate, NULL};
+    const struct predictor p = {b->model->kind->N, 2 * b->model->kind->n, b, encode, step, decode, accelerate, NULL};
     return p;
 }

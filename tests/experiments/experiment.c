@@ -2,6 +2,7 @@
 /* experiment.c - the run list, and one run of it.
 
      experiment list                 run, trajectories simulated for training, system
+     experiment configs              run, row of configs.h, which build/experiment_ROW has and this program may lack
      experiment run NAME DIR         trains, measures; writes DIR/NAME.roln and, when it is done, DIR/NAME.txt;
                                      of rope and cloth DIR/NAME.path
      experiment measure NAME DIR     measures DIR/NAME.roln again
@@ -77,7 +78,7 @@ static int train_stages(struct result *r, const struct motion *d, int seed, doub
     struct pod pod;
     double part = 0;
     if (e->pod > 0 && (pod_fit(&pod, d, e->pod) != 0 || motion_project(&a, d, &pod) != 0)) return -1;
-    if (model_init(&r->model, &e->shape, &a, (uint64_t)seed) != 0) return -1;
+    if (model_init(&r->model, e->model, e->zoom > 0 ? e->zoom : 1, &a, (uint64_t)seed) != 0) return -1;
     if (e->kind == LATENT) r->baseline.model = &r->model;
     for (int k = 0; k < STAGES && e->stage[k].part > 0; k++) {
         const struct stage *s = &e->stage[k];
@@ -95,10 +96,10 @@ static int train_stages(struct result *r, const struct motion *d, int seed, doub
     model_finish(&r->model);
     if (e->pod > 0) {
         struct model small = r->model;
-        if (model_compose(&r->model, &small, &e->shape, &pod, d->mean) != 0) return -1;
+        if (model_compose(&r->model, &small, e->whole, &pod, d->mean) != 0) return -1;
         model_free(&small), pod_free(&pod), motion_free(&a);
     }
-    r->params = e->kind == CHART ? roln_ae_params(&r->model.md.ae) : r->model.params;
+    r->params = e->kind == CHART ? r->model.kind->front : r->model.kind->params;
     return 0;
 }
 
@@ -114,7 +115,7 @@ static int train(struct result *r, const struct motion *d, int seed)
     }
     if (e->kind == LATENT) {
         baseline_finish(&r->baseline);
-        r->params = roln_ae_params(&r->model.md.ae) + latent_params(r->baseline.latent);
+        r->params = r->model.kind->front + latent_params(r->baseline.latent);
     }
     r->seconds = cpu_seconds() - t0;
     return 0;
@@ -154,10 +155,9 @@ static int measure_all(struct result *r, const struct motion *test, FILE *out)
 
 static int load(struct result *r, const char *path)
 {
-    const struct shape shape = recipe_shape(r->recipe);
     if (r->recipe->kind != LAGRANGE) return fprintf(stderr, "%s: keeps no weights, run it again\n", r->recipe->name), -1;
-    if (model_load(&r->model, &shape, path) != 0) return -1;
-    r->params = r->model.params;
+    if (model_load(&r->model, recipe_weights(r->recipe), path) != 0) return -1;
+    r->params = r->model.kind->params;
     return 0;
 }
 
@@ -192,6 +192,7 @@ static int run(const char *name, const char *dir, enum order order, double budge
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
+    if (r.recipe->config && !r.recipe->model) return fprintf(stderr, "%s: build/experiment_%s has it\n", name, r.recipe->config), -1;
     r.budget = budget > 0 ? budget : r.recipe->seconds;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);
@@ -221,9 +222,10 @@ static int run(const char *name, const char *dir, enum order order, double budge
 int main(int argc, char **argv)
 {
     if (argc == 2 && strcmp(argv[1], "list") == 0) return recipes_list(), 0;
+    if (argc == 2 && strcmp(argv[1], "configs") == 0) return recipes_configs(), 0;
     if (argc == 4 && strcmp(argv[1], "run") == 0) return run(argv[2], argv[3], RUN, 0) != 0;
     if (argc == 4 && strcmp(argv[1], "measure") == 0) return run(argv[2], argv[3], MEASURE, 0) != 0;
     if (argc == 5 && strcmp(argv[1], "tune") == 0) return run(argv[2], argv[3], TUNE, atof(argv[4])) != 0;
-    fprintf(stderr, "usage: experiment list | run NAME DIR | measure NAME DIR | tune NAME DIR SECONDS\n");
+    fprintf(stderr, "usage: experiment list | configs | run NAME DIR | measure NAME DIR | tune NAME DIR SECONDS\n");
     return 2;
 }

@@ -7,7 +7,6 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define ROLN_INLINE ROLN_FN /* models are known at run time only */
 #include "roln.h"
 #include "../mujoco/truth.h"
 
@@ -74,16 +73,45 @@ int measure_chart(const struct predictor *p, const struct motion *d, FILE *out);
    beads, mm. */
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out);
 
-/* ---- model.c: RO-LNN and its relatives, their sizes known at run time ---- */
+/* ---- config.c: RO-LNN and its relatives, a model for each row of configs.h ---- */
 
-struct shape {
-    int ae[ROLN_AE_MAX + 1];                /* N .. n, 0-terminated; one number: no autoencoder */
-    int mlp;                                /* two hidden layers of this width */
-    int mass, base, damping;                /* as in roln_lnn */
-    int layers;                             /* gyro layers */
-    int degree;                             /* of the polynomials that bend the innermost layer; 0: it has an activation */
-    double slope, zoom;                     /* of the activation; data are scaled to `zoom` times their usual size at the start */
+enum { BLOCK = 16 };                    /* windows together, as ROLN_BLOCK is without an option */
+
+/* A model: its sizes and its functions, which get `size` bytes of memory, zero or with the model's numbers, `self`. Latent states
+   s [2n] are z, zd. */
+struct config {
+    const char *name;
+    const roln_model *md;
+    size_t size, scale, dt, theta;      /* of the memory; where numbers are in it */
+    int N, n, params, front, packed;    /* front: parameters of the autoencoder, the first of all; packed: bytes */
+    int blocks;                         /* those of the parameters; of a model that only predicts there is no more */
+    const roln_block *table;
+    roln_status (*encode)(void *self, const roln_real *q, const roln_real *qd, roln_real *s);
+    roln_status (*aim)(void *self, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z); /* z, zd, zdd */
+    roln_status (*decode)(void *self, const roln_real *s, roln_real *q, roln_real *qd);
+    roln_status (*step)(void *self, roln_real *s, const roln_real *tau, double h);
+    roln_status (*reduce)(void *self, const roln_real *z, const roln_real *tau, roln_real *tau_z);
+    roln_status (*terms)(void *self, const roln_real *s, const roln_terms_out *out); /* all but d */
+    void (*jets)(void *self, const roln_real *z, roln_real *qdd); /* qdd of z, zd, zdd in units of the networks */
+    roln_status (*zdd)(void *self, const roln_real *s, const roln_real *tau_z, roln_real *zdd); /* all in units of the networks */
+    roln_status (*errors)(void *self, const roln_batch *b, double dt, int every, const roln_real *qbar, roln_error *e);
+    /* BLOCK states s0 [2][BLOCK][n], forces tau [BLOCK][N], both in units of the networks, steps ahead */
+    void (*block)(void *self, const roln_real *s0, const roln_real *tau, double dt, int steps);
+    void (*pack)(const void *self, unsigned char *bytes);
+    roln_status (*open)(void *self, int count, const unsigned char *bytes); /* stored small: bytes of the full model */
+    roln_status (*range)(void *self, int count, const roln_real *q, const roln_real *qd);
+    roln_status (*init)(void *self, int count, const roln_real *q, const roln_real *qd, double zoom, uint64_t seed);
+    void (*forget)(void *self);         /* the moments of Adam */
+    roln_status (*adam)(void *self, const roln_loss *weights, const roln_batch *b, double dt, const roln_opt *opt, double *loss,
+                        double *seen);
+    void (*row)(void *self, const roln_loss *weights, const roln_batch *b, double dt, uint64_t seed, roln_real *J, roln_real *r);
+    roln_real (*loss)(void *self, const roln_loss *weights, const roln_batch *b, roln_real *g);
+    /* of charts only; b NULL: the encoder stays */
+    roln_status (*chart)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx, int count,
+                         const roln_real *q, double *left);
 };
+
+/* ---- model.c: what these models are to the rest ---- */
 
 enum { STAGE_AE, STAGE_ACC, STAGE_ODE, STAGE_CHART, STAGE_NEWTON, STAGE_LBFGS };
 
@@ -106,25 +134,25 @@ struct stage {
 };
 
 struct model {
-    roln_model md;
-    roln_scale sc;
-    roln_real dt, *theta, *work;
-    roln_block table[2 * ROLN_AE_MAX + 3 + 3 * ROLN_LAYERS_MAX];
-    int params, blocks, front;              /* front: blocks of the autoencoder, the first of the table */
+    const struct config *kind;
+    void *self;                             /* its memory, in which are */
+    roln_scale *sc;
+    roln_real *dt, *theta;
     struct newton *newton;                  /* goes from one stage NEWTON to the next */
 };
 
-/* Scales and autoencoder of rank-n POD from d, random networks (roln_fit_scale, roln_ae_init_pod, roln_lnn_init). -1: no start from
-   these data. */
-int model_init(struct model *m, const struct shape *shape, const struct motion *d, uint64_t seed);
-void model_restart(struct model *m, const struct shape *shape, uint64_t seed);    /* its networks alone, random */
+/* Scales and autoencoder of rank-n POD from d, in data that are scaled to `zoom` times their usual size at the start; random
+   networks. -1: no start from these data. */
+int model_init(struct model *m, const struct config *kind, double zoom, const struct motion *d, uint64_t seed);
+void model_restart(struct model *m, double zoom, uint64_t seed);    /* its networks alone, random */
+void model_copy(struct model *to, const struct model *from);
 void model_free(struct model *m);
-/* b, of the full coordinates q [N], from a of this shape, trained on motion_project. */
-int model_compose(struct model *b, const struct model *a, const struct shape *shape, const struct pod *p, const roln_real *mean);
-struct shape model_full_shape(const struct shape *shape, int N);    /* of b */
-int model_save(const struct model *m, const char *path);         /* the bytes of roln_pack, without a range */
-int model_load(struct model *m, const struct shape *shape, const char *path);
-roln_trained model_trained(const struct model *m);              /* as the functions of roln.h take it, without a range */
+int model_front(const struct config *kind);                           /* blocks of the autoencoder, the first of the table */
+/* b, of all coordinates q [N], from a, trained on motion_project. */
+int model_compose(struct model *b, const struct model *a, const struct config *whole, const struct pod *p, const roln_real *mean);
+int model_save(const struct model *m, const char *path);            /* the bytes of NAME_pack */
+int model_load(struct model *m, const struct config *kind, const char *path);
+roln_status model_store(struct model *to, const struct config *kind, const struct model *from); /* NAME_store; `from` has a range */
 struct predictor model_predictor(struct model *m);
 
 /* Its autoencoder, also under another model of the motion of z. */

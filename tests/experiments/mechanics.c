@@ -58,18 +58,17 @@ static void pairs_close(struct pairs *p)
 static int pend2(struct model *m, const struct motion *d, FILE *out)
 {
     const int poses = (d->count * d->samples + EVERY - 1) / EVERY;
-    const double u = (double)m->sc.q;
-    const roln_trained t = model_trained(m);
+    const double u = (double)m->sc->q;
+    const struct config *kind = m->kind;
     struct pairs M, c, g;
     pairs_open(&M, poses, 4), pairs_open(&c, poses, 2), pairs_open(&g, poses, 2);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
-        roln_real z[2], zd[2], Mz[4], cz[2], gz[2];
+        roln_real s[4], Mz[4], cz[2], gz[2];
         const roln_terms_out terms = {.M = Mz, .c = cz, .g = gz};
         double q[2], qd[2];
         for (int j = 0; j < 2; j++)
             q[j] = (double)d->q[2 * i + j], qd[j] = (double)d->qd[2 * i + j];
-        if (roln_encode(&t, d->q + 2 * i, d->qd + 2 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
-            roln_terms(&t, z, zd, &terms, m->work) != ROLN_OK) continue;
+        if (kind->encode(m->self, d->q + 2 * i, d->qd + 2 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK) continue;
         if (truth_terms_pend2(q, qd, M.b + 4 * M.count, c.b + 2 * M.count, g.b + 2 * M.count) != 0) return -1;
         for (int j = 0; j < 4; j++)
             M.a[4 * M.count + j] = (double)Mz[j] / (u * u);
@@ -87,22 +86,21 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
    the true mass in learned coordinates is A^T M* A. Without forces M and V up to one factor, V also up to a constant. */
 static int joints16(struct model *m, const struct motion *d, FILE *out)
 {
-    const int n = m->md.lnn.n, poses = (d->count * d->samples + EVERY - 1) / EVERY;
-    const roln_trained t = model_trained(m);
+    const int n = m->kind->n, poses = (d->count * d->samples + EVERY - 1) / EVERY;
+    const struct config *kind = m->kind;
     struct pairs M, V;
     if (n != 4) return 0;
     pairs_open(&M, poses, 16), pairs_open(&V, poses, 1);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
-        roln_real z[4], zd[4], e[4], q[16], J[16], Mz[16], Vz;
+        roln_real s[8], q[16], J[16], Mz[16], Vz;
         const roln_terms_out terms = {.M = Mz, .V = &Vz};
         double zt[4], Mt[16], Vt, A[16];
-        if (roln_encode(&t, d->q + 16 * i, d->qd + 16 * i, NULL, z, zd, NULL, m->work) != ROLN_OK ||
-            roln_terms(&t, z, zd, &terms, m->work) != ROLN_OK) continue;
+        if (kind->encode(m->self, d->q + 16 * i, d->qd + 16 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK) continue;
         roln_status st = ROLN_OK;
         for (int k = 0; k < 4 && st == ROLN_OK; k++) {
             for (int j = 0; j < 4; j++)
-                e[j] = j == k;
-            st = roln_decode(&t, z, e, q, J, m->work);
+                s[4 + j] = j == k;
+            st = kind->decode(m->self, s, q, J);
             for (int j = 0; j < 4; j++)
                 A[4 * j + k] = (double)J[4 * j], zt[j] = (double)q[4 * j];
         }
@@ -131,5 +129,5 @@ int mechanics(struct model *m, const struct motion *d, FILE *out)
 {
     if (d->system == TRUTH_PEND2_ACT) return pend2(m, d, out);
     const int known = d->system == TRUTH_PEND16 || d->system == TRUTH_PEND16_PD || d->system == TRUTH_WAVE16;
-    return known && m->md.ae.layers > 0 ? joints16(m, d, out) : 0;
+    return known && m->kind->md->ae.layers > 0 ? joints16(m, d, out) : 0;
 }

@@ -19,7 +19,9 @@ struct recipe {
     int pod;                            /* POD coordinates in which to train; 0: none */
     enum latent_kind latent;            /* LATENT */
     int n;                              /* OPINF */
-    struct shape shape;                 /* LAGRANGE; of LATENT the autoencoder */
+    const char *config;                 /* row of configs.h, of LAGRANGE; of LATENT, CHART the autoencoder */
+    const struct config *model, *whole;   /* its models; NULL: not in this program. whole: of all coordinates, if there is a pod */
+    double zoom;                        /* data are scaled to `zoom` times their usual size at the start; 0: 1 */
     struct stage stage[STAGES];         /* LATENT: NEWTON is that of the latent model */
 };
 
@@ -28,7 +30,8 @@ extern const int recipes_count;
 
 const struct recipe *recipe_of(const char *name);                   /* NULL: no such */
 const struct recipe *recipe_of_run(const char *run, int *seed);
-struct shape recipe_shape(const struct recipe *e);                  /* of its weights, those of the full coordinates */
+const struct config *recipe_weights(const struct recipe *e);           /* whose its weights are, those of all coordinates; NULL: not here */
 void recipes_list(void);                /* to stdout, a line each: run, trajectories simulated, system */
+void recipes_configs(void);             /* run, row of configs.h, - if it needs none */
 
 #endif

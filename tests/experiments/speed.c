@@ -7,9 +7,8 @@
 #include <string.h>
 
 #include "recipes.h"
-#include "sizes.h"
 
-enum { SEED = 1, EVERY = 25, BLOCK = 16 };
+enum { SEED = 1, EVERY = 25 };
 enum { RUNS = 15, STEPS = 3000, PIECE = 50 };   /* timings: at least so many runs and steps, a piece of steps at a time */
 
 static const struct entry {
@@ -205,19 +204,12 @@ static double step_time(struct task *k, int h, int decode)
 /* The same of 16 roll-outs together, each: as roln_errors does it. They start 5 ms apart. */
 static double block_time(struct task *k, int h)
 {
-    const roln_trained model = model_trained(&k->model);
-    const roln_model *md = model.model;
-    const roln_scale *sc = model.scale;
+    const struct config *kind = k->model.kind;
+    const roln_scale *sc = k->model.sc;
     const roln_real *tau;
-    const struct sizes sz = sizes_of(md, BLOCK);
-    const int N = sz.N, n = sz.n, m = BLOCK * n;
-    roln_real *s0 = room((size_t)(4 * m + N * BLOCK + rolni_torque_work(md, BLOCK, 0) + ROLN_LNN_TAPE(SZ, 1, 0, BLOCK) +
-                                  ROLN_LNN_STEP_WORK(SZ, md->scheme, 0, BLOCK)));
-    roln_real *s = s0 + 2 * m, *ts = s + 2 * m, *force = ts + N * BLOCK, *tape = force + rolni_torque_work(md, BLOCK, 0);
-    roln_real *work = tape + ROLN_LNN_TAPE(SZ, 1, 0, BLOCK);
-    rolni_driven drive;
+    const int N = kind->N, n = kind->n, m = BLOCK * n;
+    roln_real *s0 = room((size_t)(2 * m + N * BLOCK)), *ts = s0 + 2 * m;
     double least = HUGE_VAL;
-    rolni_drive(&model, k->d.tau ? ts : NULL, &drive, force);
     for (int r = 0; r < BLOCK; r++) {
         begin(k, 5 * r);
         if ((tau = force_of(k, 5 * r, h, k->force)) != NULL)
@@ -227,10 +219,8 @@ static double block_time(struct task *k, int h)
             s0[r * n + i] = k->s[i], s0[m + r * n + i] = k->s[n + i] * sc->t;
     }
     for (int run = 0; run < 10 * RUNS; run++) {
-        memcpy(s, s0, (size_t)(2 * m) * sizeof *s);
         const double t0 = now();
-        for (int i = 0; i < 5; i++)
-            roln_lnn_step(&md->lnn, &drive.sys, md->scheme, 0, BLOCK, (roln_real)(h * k->d.dt) / sc->t, s, s, tape, work);
+        kind->block(k->model.self, s0, k->d.tau ? ts : NULL, h * k->d.dt, 5);
         least = fmin(least, (now() - t0) / (5 * BLOCK));
     }
     free(s0);
@@ -306,13 +296,12 @@ static int recorded(struct motion *test, const struct entry *e, const struct rec
 static int measure_entry(const struct entry *e, const struct recipe *r, const char *run, const char *path)
 {
     struct task k;
-    const struct shape shape = recipe_shape(r);
-    if (model_load(&k.model, &shape, path) != 0 || recorded(&k.d, e, r) != 0) return -1;
+    if (model_load(&k.model, recipe_weights(r), path) != 0 || recorded(&k.d, e, r) != 0) return -1;
     k.p = model_predictor(&k.model);
     k.s = room((size_t)k.p.state), k.next = room((size_t)k.p.state), k.force = room((size_t)k.d.N);
     printf("weights %s %s\n", e->name, run);
     put(e, "", "joints", k.d.N);
-    put(e, "", "coordinates", k.model.md.lnn.n);
+    put(e, "", "coordinates", k.model.kind->n);
     const int bad = time_full(e);
     if (!bad) time_reduced(&k, e);
     free(k.s), free(k.next), free(k.force);

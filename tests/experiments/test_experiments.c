@@ -6,22 +6,25 @@
 
 #include "../unit/check.h"
 #include "recipes.h"
-#include "sizes.h"
+
+/* rows of configs.h */
+extern const struct config test_layers_kind, test_layers_whole_kind, test_chart_kind, test_chart_whole_kind, test16_kind;
+extern const struct config test2_kind, test2_damped_kind, test_pend16_kind, cloth_free_half_kind, cloth_free_int8_kind;
 
 /* Directions kept of the POD and of the whole space of 16. */
 enum { R = 7, N = 16 };
 
 /* A model trained in POD coordinates and the same in the full ones, with its first layer multiplied out or, of a chart, with one
    more layer, say the same, and the latter's encoder is still the left inverse of its decoder. */
-static void compose(const struct shape shape, const struct stage stage, double expected)
+static void compose(const struct config *in_pod, const struct config *whole, double zoom, const struct stage stage, double expected)
 {
     struct motion d, a;
     struct pod p;
     struct model m, b;
     double samples = 0, off = 0, inverse = 0;
     if (!CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TRAIN, 0, 2, 0, NULL) == 0) || !CHECK(pod_fit(&p, &d, R) == 0) ||
-        !CHECK(motion_project(&a, &d, &p) == 0) || !CHECK(model_init(&m, &shape, &a, 3) == 0) ||
-        !CHECK(model_train(&m, &a, &stage, 1e9, 3, &samples) == 0) || !CHECK(model_compose(&b, &m, &shape, &p, d.mean) == 0))
+        !CHECK(motion_project(&a, &d, &p) == 0) || !CHECK(model_init(&m, in_pod, zoom, &a, 3) == 0) ||
+        !CHECK(model_train(&m, &a, &stage, 1e9, 3, &samples) == 0) || !CHECK(model_compose(&b, &m, whole, &p, d.mean) == 0))
         return;
     CHECK(samples == expected);
     const struct predictor small = model_predictor(&m), full = model_predictor(&b);
@@ -50,8 +53,6 @@ static void compose(const struct shape shape, const struct stage stage, double e
 
 static void test_compose(void)
 {
-    const struct shape layered = {.ae = {R, 6, 3}, .mlp = 8, .damping = 1, .slope = .5, .zoom = 2};
-    const struct shape chart = {.ae = {R, 3}, .degree = 3, .mlp = 8, .slope = 1, .zoom = 1};
     const struct stage adam = {.kind = STAGE_ACC,
                                .most = 300,
                                .batch = 16,
@@ -63,13 +64,11 @@ static void test_compose(void)
                                .w_qd = 1,
                                .bias = .3};
     const struct stage turn = {.kind = STAGE_CHART, .most = 5, .batch = 500};
-    compose(layered, adam, 300 * 16);
-    compose(chart, turn, 6000);
+    compose(&test_layers_kind, &test_layers_whole_kind, 2, adam, 300 * 16);
+    compose(&test_chart_kind, &test_chart_whole_kind, 1, turn, 6000);
 }
 
 /* ---- charts and Gauss-Newton ---- */
-
-static const struct shape chart16 = {.ae = {N, 4}, .degree = 4, .mlp = 8, .slope = 1, .zoom = 1};
 
 /* A chart model as the predictor uses it: velocities and accelerations are derivatives of positions, the encoder is the inverse,
    and turning its encoder makes it better than the POD it began with. */
@@ -79,7 +78,7 @@ static void test_chart(void)
     struct motion d;
     struct model m;
     double samples = 0, error[2], off = 0, inverse = 0;
-    if (!CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TRAIN, 0, 4, 0, NULL) == 0) || !CHECK(model_init(&m, &chart16, &d, 3) == 0))
+    if (!CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TRAIN, 0, 4, 0, NULL) == 0) || !CHECK(model_init(&m, &test16_kind, 1, &d, 3) == 0))
         return;
     const struct predictor p = model_predictor(&m);
     for (int k = 0; k < 2; k++) {
@@ -106,7 +105,7 @@ static void test_chart(void)
             t[k] = s[k] + h * s[4 + k], u[k] = s[k] - h * s[4 + k], t[4 + k] = u[4 + k] = s[4 + k];
         CHECK(p.decode(p.self, t, up, unused) == ROLN_OK && p.decode(p.self, u, down, unused) == ROLN_OK);
         for (int k = 0; k < 4; k++)
-            z[k] = s[k], z[4 + k] = s[4 + k] * m.sc.t, z[8 + k] = 0;
+            z[k] = s[k], z[4 + k] = s[4 + k] * m.sc->t, z[8 + k] = 0;
         model_lift(&m, z, y); /* zdd = 0: what is left is the second derivative along the straight line */
         for (int j = 0; j < N; j++) {
             off = fmax(off, fabs((double)((up[j] - down[j]) / (2 * h) - qd[j])) / (1 + fabs((double)qd[j])));
@@ -166,9 +165,8 @@ static void test_rows(void)
     static const struct {
         enum truth_system system;
         double force;
-        struct shape shape;
-    } cases[] = {{TRUTH_PEND16_PD, 1, {.ae = {N, 4}, .degree = 3, .mlp = 8, .slope = 1, .zoom = 1}},
-                 {TRUTH_PEND2_ACT, 1, {.ae = {2}, .mlp = 8, .slope = 1, .zoom = 1, .damping = 1}}};
+        const struct config *kind;
+    } cases[] = {{TRUTH_PEND16_PD, 1, &test16_kind}, {TRUTH_PEND2_ACT, 1, &test2_damped_kind}};
     const struct stage fit = {.kind = STAGE_CHART, .batch = 0},
                        s = {.kind = STAGE_NEWTON, .batch = 300, .share = .5, .steps = 4, .stride = 5};
     for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
@@ -177,15 +175,15 @@ static void test_rows(void)
         struct baseline b = {&m, NULL, NULL, {0}};
         double samples = 0;
         if (!CHECK(motion_simulate(&d, cases[c].system, TRUTH_TRAIN, 0, 3, cases[c].force, NULL) == 0) ||
-            !CHECK(model_init(&m, &cases[c].shape, &d, 3) == 0) || !CHECK(model_train(&m, &d, &fit, 1e9, 1, &samples) == 0))
+            !CHECK(model_init(&m, cases[c].kind, 1, &d, 3) == 0) || !CHECK(model_train(&m, &d, &fit, 1e9, 1, &samples) == 0))
             return;
-        const int front = roln_ae_params(&m.md.ae);
+        const int front = m.kind->front;
         struct newton_task *task = model_task(&m, &d, &s, &samples);
-        check_rows(task, m.params - front, m.theta + front, 0);
-        check_rows(task, m.params - front, m.theta + front, 1);
+        check_rows(task, m.kind->params - front, m.theta + front, 0);
+        check_rows(task, m.kind->params - front, m.theta + front, 1);
         model_task_free(task);
         for (int kind = 0; kind < LATENT_KINDS; kind++) {
-            b.latent = latent_new((enum latent_kind)kind, m.md.lnn.n, 1, 1, 4);
+            b.latent = latent_new((enum latent_kind)kind, m.kind->n, 1, 1, 4);
             if (!CHECK(b.latent && (task = baseline_task(&b, &d, &s, &samples)))) return;
             check_rows(task, latent_params(b.latent), latent_theta(b.latent), 0);
             check_rows(task, latent_params(b.latent), latent_theta(b.latent), 1);
@@ -223,7 +221,6 @@ static void edge_rows(void *self, const roln_real *x, int from, int count, roln_
    and leave all as it was. */
 static void test_newton(void)
 {
-    const struct shape shape = {.ae = {2}, .mlp = 16, .slope = 1, .zoom = 1};
     const struct stage s = {.kind = STAGE_NEWTON, .most = 120, .batch = 300, .share = .05, .steps = 5, .stride = 10};
     const struct stage others[] = {{.kind = STAGE_LBFGS, .most = 200, .batch = 500},
                                    {.kind = STAGE_ACC, .most = 2000, .batch = 64, .lr_net = 5e-3, .fall = 1e-3, .w_acc = 1}};
@@ -231,11 +228,11 @@ static void test_newton(void)
     struct model m[2], plain;
     double samples = 0;
     if (!CHECK(motion_simulate(&d, TRUTH_PEND2_ACT, TRUTH_TRAIN, 0, 4, 1, NULL) == 0)) return;
-    if (!CHECK(model_init(&plain, &shape, &d, 1) == 0)) return;
+    if (!CHECK(model_init(&plain, &test2_kind, 1, &d, 1) == 0)) return;
     struct newton_task *task = model_task(&plain, &d, &s, &samples);
     const double start = size_of_rows(task, plain.theta);
     for (int k = 0; k < 2; k++) {
-        if (!CHECK(model_init(&m[k], &shape, &d, 1) == 0)) return;
+        if (!CHECK(model_init(&m[k], &test2_kind, 1, &d, 1) == 0)) return;
         CHECK(model_train(&m[k], &d, &s, 1e9, 1, &samples) == 0);
         const double once = size_of_rows(task, m[k].theta);
         CHECK_BELOW(once, start / 10);
@@ -243,21 +240,21 @@ static void test_newton(void)
         CHECK_BELOW(size_of_rows(task, m[k].theta), once / 1.5);
         model_finish(&m[k]);
     }
-    CHECK(memcmp(m[0].theta, m[1].theta, (size_t)m[0].params * sizeof(roln_real)) == 0);
+    CHECK(memcmp(m[0].theta, m[1].theta, (size_t)m[0].kind->params * sizeof(roln_real)) == 0);
     const double c = newton_balance(task, &s, m[0].theta, 3);
     CHECK(c > 0 && c != 1);
     for (size_t k = 0; k < sizeof others / sizeof *others; k++) {
-        memcpy(m[1].theta, plain.theta, (size_t)plain.params * sizeof(roln_real));
+        memcpy(m[1].theta, plain.theta, (size_t)plain.kind->params * sizeof(roln_real));
         CHECK(model_train(&m[1], &d, &others[k], 1e9, 1, &samples) == 0);
         CHECK_BELOW(size_of_rows(task, m[1].theta), start / 2);
     }
-    struct edge edge = {{&edge, edge_draw, edge_rows}, task, plain.theta, plain.params, 0};
-    struct newton *n = newton_new(plain.blocks, plain.table, s.batch);
-    memcpy(m[1].theta, plain.theta, (size_t)plain.params * sizeof(roln_real));
+    struct edge edge = {{&edge, edge_draw, edge_rows}, task, plain.theta, plain.kind->params, 0};
+    struct newton *n = newton_new(plain.kind->blocks, plain.kind->table, s.batch);
+    memcpy(m[1].theta, plain.theta, (size_t)plain.kind->params * sizeof(roln_real));
     fprintf(stderr, "a refusal is to follow:\n");
     CHECK(newton_run(n, &edge.task, &s, m[1].theta, 1e9, 1) == -1);
-    CHECK(memcmp(m[1].theta, plain.theta, (size_t)plain.params * sizeof(roln_real)) == 0);
-    newton_free(n), n = newton_new(plain.blocks, plain.table, s.batch);
+    CHECK(memcmp(m[1].theta, plain.theta, (size_t)plain.kind->params * sizeof(roln_real)) == 0);
+    newton_free(n), n = newton_new(plain.kind->blocks, plain.kind->table, s.batch);
     edge.holes = 7; /* a row in seven has none: the others do */
     CHECK(newton_run(n, &edge.task, &s, m[1].theta, 1e9, 1) >= 0);
     CHECK_BELOW(size_of_rows(task, m[1].theta), start / 3);
@@ -279,14 +276,12 @@ static double find(FILE *f, const char *key, const char *argument)
 static void test_measure(void)
 {
     static const int ms[] = {0, 25, 100};
-    const struct shape shape = {.ae = {N, 4}, .degree = 4, .mlp = 32, .slope = .41421356, .zoom = 1};
     struct model m;
     struct motion d;
     int start[400], count = 0;
     roln_error e[2];
-    const roln_errors_to to = {e, NULL};
     FILE *f = tmpfile();
-    if (!CHECK(model_load(&m, &shape, "tests/mujoco/models/pend16.roln") == 0) || !f ||
+    if (!CHECK(model_load(&m, &test_pend16_kind, "tests/mujoco/models/pend16.roln") == 0) || !f ||
         !CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TEST, 0, 3, 0, NULL) == 0))
         return;
     const struct predictor p = model_predictor(&m);
@@ -294,21 +289,18 @@ static void test_measure(void)
     for (int k = 0; k < d.count; k++)
         for (int i = 0; i + 25 < d.samples; i += 25)
             start[count++] = k * d.samples + i;
-    const roln_trained t = model_trained(&m);
     const roln_batch b = {.count = count, .steps = 25, .stride = 1, .start = start, .q = d.q, .qd = d.qd};
-    const struct sizes sz = sizes_of(&m.md, 16);
-    roln_real *work = calloc((size_t)ROLN_ERRORS_WORK(SZ, 16), sizeof *work);
-    CHECK(work && roln_errors(&t, &b, ROLN_C(1e-3), 16, 25, d.mean, &to, work) == ROLN_OK);
+    CHECK(m.kind->errors(m.self, &b, 1e-3, 25, d.mean, e) == ROLN_OK);
     CHECK_NEAR(find(f, "E_q", "25"), 100 * sqrt((double)(e[1].q / e[1].q_var)), 1e-3);
     CHECK_NEAR(find(f, "E_qd", "25"), 100 * sqrt((double)(e[1].qd / e[1].qd_var)), 1e-3);
     CHECK(find(f, "E_q", "0") > 0 && find(f, "E_q", "0") < find(f, "E_q", "25") && find(f, "E_q", "100") > find(f, "E_q", "25"));
     CHECK_BELOW(find(f, "drift", "own"), .01);
     CHECK_BELOW(find(f, "drift", "own"), find(f, "drift", "true"));
     CHECK(find(f, "failed", "25") == -1 && find(f, "us", "step") > 0 && find(f, "trivial", "25") > find(f, "E_q", "25"));
-    fclose(f), free(work), motion_free(&d), model_free(&m);
+    fclose(f), motion_free(&d), model_free(&m);
 }
 
-/* Every run has a recipe, no two recipes one name; its stages share its seconds; the budget of all. */
+/* Every run has a recipe, no two recipes one name; its models have its sizes; its stages share its seconds; the budget of all. */
 static void test_recipes(void)
 {
     double all = 0;
@@ -319,6 +311,10 @@ static void test_recipes(void)
         CHECK(recipe_of_run(run, &seed) == &recipes[i] && seed == recipes[i].seeds);
         snprintf(run, sizeof run, "%s-%d", recipes[i].name, recipes[i].seeds + 1);
         CHECK(recipe_of_run(run, &seed) == NULL);
+        const struct recipe *e = &recipes[i];
+        const int dof = truth_dof(e->system);
+        if (e->model) CHECK(strncmp(e->model->name, e->config, strlen(e->config)) == 0 && e->model->N == (e->pod > 0 ? e->pod : dof));
+        if (e->whole) CHECK(e->model && e->pod > 0 && e->whole->N == dof && e->whole->n == e->model->n);
         double part = 0;
         for (int k = 0; k < STAGES; k++)
             part += recipes[i].stage[k].part;
@@ -345,35 +341,26 @@ static const struct {
 
 /* The model with its autoencoder stored for flash: one row of a table, with bounds in percent. The range for which it is rounded
    is that of three training trajectories. */
-static void stored(const struct recipe *e, const struct model *m, const struct motion *d, const roln_storage *storage, double near,
+static void stored(const struct recipe *e, const struct model *m, const struct motion *d, const struct config *kind, double near,
                    double whole)
 {
     static const int ms[] = {0, 25};
-    const int n = m->md.lnn.n;
-    struct model s = *m;
+    struct model s;
     struct motion train;
-    roln_real range[3 * LATENT_MOST];
-    roln_trained full = model_trained(m);
-    roln_status st;
     FILE *f = tmpfile();
     if (!CHECK(f) || !CHECK(motion_simulate(&train, e->system, TRUTH_TRAIN, 0, 3, e->force, NULL) == 0)) return;
-    st = roln_fit_range(&full, train.count * train.samples, train.q, train.qd, range, range + n, range + 2 * n, m->work);
-    CHECK(st == ROLN_OK);
-    full.z_min = range, full.z_max = range + n, full.zd_max = range + 2 * n;
-    s.md.ae.storage = storage, s.params = roln_params(&s.md);
-    const struct sizes sz = sizes_of(&s.md, 1);
-    roln_real *work = malloc((size_t)ROLN_AE_STORE_WORK(SZ) * sizeof *work);
-    s.theta = malloc((size_t)s.params * sizeof *s.theta);
-    if (CHECK(work && s.theta && roln_store(&s.md, &full, s.theta, work) == ROLN_OK)) {
+    CHECK(m->kind->range(m->self, train.count * train.samples, train.q, train.qd) == ROLN_OK);
+    if (CHECK(model_store(&s, kind, m) == ROLN_OK)) {
         const struct predictor p = model_predictor(&s);
         CHECK(measure(&p, d, ms, 2, f) == 0);
         printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",
-               storage->bits == 8 ? "int8" : "half", (int)sizeof *s.theta * ROLN_NUMBERS(0, n, s.params),
-               (int)sizeof *s.theta * sz.ae_size, find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
+               kind->md->ae.storage->bits == 8 ? "int8" : "half",
+               (int)sizeof(roln_real) * ROLN_NUMBERS(0, kind->n, kind->params), (int)sizeof(roln_real) * kind->front,
+               find(f, "E_q", "0"), find(f, "E_q", "25"), find(f, "E_q", "whole"));
         CHECK_BELOW(find(f, "E_q", "25"), near);
         CHECK_BELOW(find(f, "E_q", "whole"), whole);
     }
-    fclose(f), free(work), free(s.theta), motion_free(&train);
+    fclose(f), model_free(&s), motion_free(&train);
 }
 
 static void test_headline(void)
@@ -381,15 +368,13 @@ static void test_headline(void)
     static const int ms[] = {0, 25, 100, 1000};
     for (size_t i = 0; i < sizeof headline / sizeof *headline; i++) {
         const struct recipe *e = recipe_of(headline[i].recipe);
-        struct shape shape;
         struct model m;
         struct motion d;
         char path[128];
         FILE *f = tmpfile();
-        if (!CHECK(e && f)) return;
-        shape = recipe_shape(e);
+        if (!CHECK(e && f && recipe_weights(e))) return;
         snprintf(path, sizeof path, "tests/experiments/weights/%s.roln", headline[i].weights);
-        if (!CHECK(model_load(&m, &shape, path) == 0) ||
+        if (!CHECK(model_load(&m, recipe_weights(e), path) == 0) ||
             !CHECK(motion_simulate(&d, e->system, TRUTH_TEST, 0, TESTS, e->force, NULL) == 0))
             return;
         const struct predictor p = model_predictor(&m);
@@ -404,10 +389,10 @@ static void test_headline(void)
         if (headline[i].far > 0) CHECK_BELOW(find(f, "E_q", "1000"), headline[i].far);
         if (strcmp(headline[i].weights, "cloth-free-layers-1") == 0) {
             printf("  stored full %6d bytes of flash, autoencoder %6d\n",
-                   (int)sizeof(roln_real) * ROLN_NUMBERS(0, m.md.lnn.n, m.params),
-                   (int)sizeof(roln_real) * roln_ae_params(&m.md.ae));
-            stored(e, &m, &d, &roln_half, .6, 1);
-            stored(e, &m, &d, &roln_int8, 1.3, 1.5);
+                   (int)sizeof(roln_real) * ROLN_NUMBERS(0, m.kind->n, m.kind->params),
+                   (int)sizeof(roln_real) * m.kind->front);
+            stored(e, &m, &d, &cloth_free_half_kind, .6, 1);
+            stored(e, &m, &d, &cloth_free_int8_kind, 1.3, 1.5);
         }
         fclose(f), motion_free(&d), model_free(&m);
     }

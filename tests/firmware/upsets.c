@@ -100,7 +100,7 @@ ROLN_CODE static __attribute__((noinline, used)) void controller(void)
     const uint32_t bad = sums(OF_WEIGHTS, OF_CODE) |
                          (uint32_t)(memcmp(ctl.state.guard.tau, plant.motor, sizeof plant.motor) != 0) << HELD;
     said[0] = chain_tick(&ctl.weights, &ctl.settings.limits, &ctl.state.x, &ctl.settings.target, &ctl.state.s, &ctl.state.guard,
-                         &ctl.work);
+                         &ctl.work.tick);
     said[1] = bad | (uint32_t)!chain_in_range(&ctl.weights, &ctl.state.s) << RANGE;
 }
 
@@ -126,9 +126,9 @@ static int controller_start(void)
     }
     for (int i = 0; i < n; i++)
         at.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
-    st = chain_decode(&ctl.weights, &at, &pose, &ctl.work);
-    if (st == ROLN_OK) st = chain_aim(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work);
-    if (st == ROLN_OK) st = chain_terms(&ctl.weights, &at, &e, &ctl.work);
+    st = chain_decode(&ctl.weights, &at, &pose, &ctl.work.decode);
+    if (st == ROLN_OK) st = chain_aim(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work.aim);
+    if (st == ROLN_OK) st = chain_terms(&ctl.weights, &at, &e, &ctl.work.terms);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.settings.target.kp[i] = SPEED * SPEED * e.M[i * (n + 1)];
         ctl.settings.target.kd[i] = 2 * SPEED * e.M[i * (n + 1)];

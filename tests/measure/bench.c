@@ -15,6 +15,11 @@
 #define ROLN_DAMPING 1
 #include "roln.h"
 
+#define ROLN_NAME plain
+#define ROLN_AE 10
+#define ROLN_MLP 64, 64
+#include "roln.h"
+
 #define ROLN_NAME delan
 #define ROLN_AE 10
 #define ROLN_MLP 64, 64
@@ -26,8 +31,6 @@
 #define ROLN_MLP 64, 64
 #define ROLN_LAYERS gyro
 #include "roln.h"
-
-#include "../experiments/sizes.h"
 
 #include <mujoco/mujoco.h>
 #include <stdio.h>
@@ -41,8 +44,8 @@ typedef struct row row;
 struct row {
     const char *name;
     void (*setup)(const row *), (*run)(const row *); /* run: what is timed */
-    int size[6], more;                               /* sizes; more: kind of matrix, integrator */
-    int count;                                       /* results of one run: matrices, elements, windows of a batch */
+    int size[6], more;                               /* sizes; more: kind of matrix, windows of a batch */
+    int count;                                       /* results of one run: matrices, elements */
     double target;                                   /* seconds; 0: none */
     const char *peer;                                /* a peer on the same input, and its name */
     void (*run_peer)(const row *);
@@ -358,142 +361,120 @@ static struct {
 static void tick_setup(const row *r)
 {
     (void)r;
-    must(cloth_init(&tick.p, &seed, &tick.start));
+    must(cloth_init(&tick.p, &seed, &tick.start.init));
     fill(cloth_N, ROLN_C(0.3), tick.x.q);
     fill(cloth_N, ROLN_C(0.3), tick.x.qd);
     fill(cloth_N, ROLN_C(0.3), tick.tau);
-    must(cloth_encode(&tick.p, &tick.x, &tick.z, &tick.work));
+    must(cloth_encode(&tick.p, &tick.x, &tick.z, &tick.work.encode));
 }
 
 static void tick_encode(const row *r)
 {
     (void)r;
-    must(cloth_encode(&tick.p, &tick.x, &tick.next, &tick.work));
+    must(cloth_encode(&tick.p, &tick.x, &tick.next, &tick.work.encode));
 }
 
 static void tick_step(const row *r)
 {
     (void)r;
     tick.next = tick.z;
-    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work.step));
 }
 
 static void tick_decode(const row *r)
 {
     (void)r;
-    must(cloth_decode(&tick.p, &tick.z, &tick.out, &tick.work));
+    must(cloth_decode(&tick.p, &tick.z, &tick.out, &tick.work.decode));
 }
 
 static void tick_reduce(const row *r)
 {
     (void)r;
-    must(cloth_reduce(&tick.p, &tick.z, tick.tau, tick.tau_z, &tick.work));
+    must(cloth_reduce(&tick.p, &tick.z, tick.tau, tick.tau_z, &tick.work.reduce));
 }
 
 static void tick_all(const row *r)
 {
     tick_encode(r);
-    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work));
-    must(cloth_decode(&tick.p, &tick.next, &tick.out, &tick.work));
+    must(cloth_step(&tick.p, &tick.next, NULL, ROLN_C(1e-3), &tick.work.step));
+    must(cloth_decode(&tick.p, &tick.next, &tick.out, &tick.work.decode));
 }
 
-/* ---- a model of any size: dynamics, tick, training -------------------------------------------- */
+/* ---- models that learn ------------------------------------------------------------------------- */
 
-static struct {
-    roln_model md;
-    roln_block table[2 * ROLN_AE_MAX + 1];
-    int blocks, params;
-    roln_real *theta, *g, *m, *v, *v_max, *data, *work;
-    roln_adam adam;
-} net;
+#define NET_(x) ROLNI_CAT(NET, x)
+#define NET fall /* the cloth */
+#define ROLN_AE 600, 128, 64, 32, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
 
-/* size: N .. n, 0; networks 64, 64; batches of r->count windows of random samples. */
-static void net_setup(const row *r)
-{
-    const int N = r->size[0];
-    struct sizes sz;
-    int l = 0, n, moments = 0, b, work;
-    while (r->size[l + 1] > 0)
-        l++;
-    n = r->size[l];
-    net.md.ae.layers = l;
-    memcpy(net.md.ae.size, r->size, sizeof r->size);
-    net.md.ae.slope = ROLN_C(0.41421356);
-    net.md.lnn = cloth_model.lnn;
-    net.md.lnn.n = net.md.lnn.mass_net.size[0] = net.md.lnn.potential_net.size[0] = n;
-    net.md.lnn.mass_net.size[3] = ROLN_TRI(n);
-    net.md.scheme = r->more;
-    for (b = 0; b < l; b++) {
-        const roln_block pair = {&roln_biorthogonal, r->size[b + 1], r->size[b], 0}, bias = {ROLN_EUCLIDEAN, 1, r->size[b], 0};
-        net.table[2 * b] = pair;
-        net.table[2 * b + 1] = bias;
-    }
-    net.table[2 * l].manifold = ROLN_EUCLIDEAN;
-    net.table[2 * l].rows = 1;
-    net.table[2 * l].cols = roln_lnn_params(&net.md.lnn);
-    net.table[2 * l].group = 1;
-    net.blocks = 2 * l + 1;
-    for (b = 0; b < net.blocks; b++)
-        moments += roln_block_moments(net.table + b);
-    net.params = roln_ae_params(&net.md.ae) + roln_lnn_params(&net.md.lnn);
-    sz = sizes_of(&net.md, BLOCK);
-    work = ROLN_MAX(ROLN_GRAD_WORK(SZ, BLOCK, HORIZON), ROLN_AE_INIT_WORK(SZ)); /* of a gradient: more than a tick needs */
-    work = ROLN_MAX(work, roln_update_work(net.blocks, net.table));
-    free(net.theta), free(net.g), free(net.m), free(net.v), free(net.v_max), free(net.data), free(net.work);
-    net.theta = reals(net.params), net.g = reals(net.params), net.m = reals(net.params);
-    net.v = reals(moments), net.v_max = reals(moments);
-    net.data = reals(2 * r->count * (HORIZON + 1) * N);
-    net.work = reals(work);
-    memset(&net.adam, 0, sizeof net.adam);
-    must(roln_ae_init(&net.md.ae, net.theta, &seed, net.work));
-    roln_lnn_init(&net.md.lnn, net.theta + roln_ae_params(&net.md.ae), &seed);
-    fill(2 * r->count * (HORIZON + 1) * N, ROLN_C(0.3), net.data);
-}
+#define NET small
+#define ROLN_AE 16, 8, 4
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
 
-static void net_zdd(const row *r)
-{
-    const roln_lnn *f = &net.md.lnn;
-    roln_real zdd[MAX_N];
-    (void)r;
-    must(roln_lnn_zdd(f, 0, 1, net.theta + roln_ae_params(&net.md.ae), net.data, NULL, zdd, net.work,
-                      net.work + roln_lnn_tape(f, 1, 0, 1)));
-}
+#define NET small_rk4
+#define ROLN_AE 16, 8, 4
+#define ROLN_MLP 64, 64
+#include "net.h"
 
-static roln_trained net_trained(void)
-{
-    static const roln_scale one = {1, 1, 1};
-    const roln_trained m = {.model = &net.md, .scale = &one, .theta = net.theta};
-    return m;
-}
+/* cost against N */
+#define NET n64
+#define ROLN_AE 64, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
 
-static void net_tick(const row *r)
-{
-    const roln_trained m = net_trained();
-    const int N = r->size[0];
-    roln_real z[MAX_N], zd[MAX_N], *q = net.data, *qd = q + N, *out = qd + N;
-    must(roln_encode(&m, q, qd, NULL, z, zd, NULL, net.work));
-    must(roln_step(&m, z, zd, NULL, ROLN_C(1e-3), net.work));
-    must(roln_decode(&m, z, zd, out, out + N, net.work));
-}
+#define NET n128
+#define ROLN_AE 128, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
 
-/* Gradient of a batch and update, so small that every run does the same work. */
-static void net_train(const row *r)
-{
-    static const roln_loss weights = ROLN_ODE_WEIGHTS;
-    static const roln_opt opt = {
-        .lr = {ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8),
-        .decay = ROLN_C(2e-5), .clip = 5};
-    const roln_trained m = net_trained();
-    const roln_batch b = {
-        .count = r->count, .steps = HORIZON, .stride = 1, .q = net.data, .qd = net.data + r->count * (HORIZON + 1) * r->size[0]};
-    const roln_moments moments = {net.m, net.v, net.v_max};
-    roln_loss loss = {0};
-    roln_real windows = 0;
-    const roln_gradient to = roln_gradient_of(&net.md, net.g, &loss, &windows);
-    memset(net.g, 0, (size_t)net.params * sizeof *net.g);
-    must(roln_grad(&m, &weights, &b, ROLN_C(1e-3), BLOCK, &to, net.work));
-    must(roln_adam_update(net.blocks, net.table, &opt, 1 / windows, net.g, net.theta, &net.adam, &moments, net.work));
-}
+#define NET n256
+#define ROLN_AE 256, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
+
+#define NET n512
+#define ROLN_AE 512, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
+
+#define NET n1024
+#define ROLN_AE 1024, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
+
+#define NET n2048
+#define ROLN_AE 2048, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
+
+#define NET n4096
+#define ROLN_AE 4096, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "net.h"
+
+static const struct {
+    int N;
+    void (*begin)(const row *), (*predict)(const row *), (*learn)(const row *);
+} sizes[] = {
+    {64, n64_begin, n64_predict, n64_learn},
+    {128, n128_begin, n128_predict, n128_learn},
+    {256, n256_begin, n256_predict, n256_learn},
+    {512, n512_begin, n512_predict, n512_learn},
+    {1024, n1024_begin, n1024_predict, n1024_learn},
+    {2048, n2048_begin, n2048_predict, n2048_learn},
+    {4096, n4096_begin, n4096_predict, n4096_learn},
+};
 
 /* ---- mechanics and control, 16 joints, n = 4 --------------------------------------------------- */
 
@@ -501,7 +482,7 @@ static struct {
     arm_params p;
     arm_start start;
     arm_work work;
-    arm_linwork linwork;
+    arm_linear_work linwork;
     arm_guard guard;
     arm_state x;
     arm_latent s;
@@ -514,23 +495,23 @@ static void arm_setup(const row *r)
 {
     (void)r;
     memset(&tick4, 0, sizeof tick4);
-    must(arm_init(&tick4.p, &seed, &tick4.start));
+    must(arm_init(&tick4.p, &seed, &tick4.start.init));
     fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
     for (int i = 0; i < arm_n; i++)
         tick4.one[i] = tick4.aim.kp[i] = tick4.aim.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
-    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work));
+    must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work.encode));
 }
 
 static void arm_inverse_run(const row *r)
 {
     (void)r;
-    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.one : NULL, tick4.one, tick4.tau_z, &tick4.work));
+    must(arm_inverse(&tick4.p, &tick4.s, r->more ? tick4.one : NULL, tick4.one, tick4.tau_z, &tick4.work.inverse));
 }
 
 static void arm_inertia_run(const row *r)
 {
     (void)r;
-    must(arm_inertia(&tick4.p, &tick4.s, tick4.x.qd, tick4.tau, &tick4.work));
+    must(arm_inertia(&tick4.p, &tick4.s, tick4.x.qd, tick4.tau, &tick4.work.inertia));
 }
 
 static void arm_linear_run(const row *r)
@@ -546,38 +527,38 @@ static void arm_control_run(const row *r)
     static const roln_limits limits = {
         .dt = ROLN_C(1e-3), .margin = 1, .power = 1000, .tau = 1000, .hold = 5, .q_off = 1000, .qd_off = 1000};
     (void)r;
-    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work));
-    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work) != 0)
+    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work.aim));
+    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 
-/* Forward dynamics with other mass matrices, n = 10. */
-#define DELAN(x) delan_##x
-#define GYRO(x) gyro_##x
-static struct {
-    delan_params d;
-    delan_start ds;
-    roln_real dw[ROLN_LNN_TAPE(DELAN, 1, 0, 1) + ROLN_LNN_ZDD_WORK(DELAN, 0, 1)];
-    gyro_params g;
-    gyro_start gs;
-    roln_real gw[ROLN_LNN_TAPE(GYRO, 1, 0, 1) + ROLN_LNN_ZDD_WORK(GYRO, 0, 1)];
-} heads;
+/* ---- forward dynamics, with three mass matrices ------------------------------------------------ */
 
-static void heads_setup(const row *r)
-{
-    (void)r;
-    must(delan_init(&heads.d, &seed, &heads.ds));
-    must(gyro_init(&heads.g, &seed, &heads.gs));
-}
-
-static void heads_run(const row *r)
-{
-    const roln_lnn *f = r->more ? &gyro_model.lnn : &delan_model.lnn;
-    const roln_real *theta = r->more ? heads.g.theta : heads.d.theta;
-    static const roln_real s[20] = {0};
-    roln_real zdd[10], *work = r->more ? heads.gw : heads.dw;
-    must(roln_lnn_zdd(f, 0, 1, theta, s, NULL, zdd, work, work + roln_lnn_tape(f, 1, 0, 1)));
-}
+#define HEAD(NAME) \
+    static struct { \
+        NAME##_params p; \
+        NAME##_start start; \
+        roln_real s[2 * NAME##_n], tape[ROLN_LNN_TAPE(NAME##_SIZE, 1, 0, 1)], work[ROLN_LNN_ZDD_WORK(NAME##_SIZE, 0, 1)]; \
+    } NAME##_head; \
+    static void NAME##_setup(const row *r) \
+    { \
+        (void)r; \
+        must(NAME##_init(&NAME##_head.p, &seed, &NAME##_head.start.init)); \
+        fill(2 * NAME##_n, ROLN_C(0.3), NAME##_head.s); \
+    } \
+    static void NAME##_zdd(const row *r) \
+    { \
+        roln_real zdd[NAME##_n]; \
+        (void)r; \
+        must(roln_lnn_zdd(&NAME##_model.lnn, 0, 1, NAME##_head.p.theta, NAME##_head.s, NULL, zdd, NAME##_head.tape, \
+                          NAME##_head.work)); \
+    }
+#define plain_SIZE(x) plain_##x
+#define delan_SIZE(x) delan_##x
+#define gyro_SIZE(x) gyro_##x
+HEAD(plain)
+HEAD(delan)
+HEAD(gyro)
 
 /* ---- measuring -------------------------------------------------------------------------------- */
 
@@ -635,7 +616,7 @@ static void print_time(double s)
 
 static void print_row(const row *r)
 {
-    const double count = r->run == net_train ? 1 : r->count;
+    const double count = r->count;
     void (*const run[])(const row *) = {r->run, r->run_peer};
     timing t[2];
     seed = 1;
@@ -698,9 +679,9 @@ static const row table[] = {
     SYM("large Cholesky n = 2800", sym_chol, 0, 2800),
     {"... and one solution", sym_setup, sym_solve, {0, 2800}, 0, 1, 0, NULL, NULL, 0},
     {"softplus and slope, per element", big_setup, softplus, {LENGTH}, 0, LENGTH, 0, NULL, NULL, 0},
-    {"latent dynamics n = 10, 64x2", net_setup, net_zdd, {10}, ROLN_EULER, 1, 10e-6, NULL, NULL, 0},
-    {"... with a gyro layer", heads_setup, heads_run, {10}, 1, 1, 0, NULL, NULL, 0},
-    {"... with the Cholesky head", heads_setup, heads_run, {10}, 0, 1, 0, NULL, NULL, 0},
+    {"latent dynamics n = 10, 64x2", plain_setup, plain_zdd, {10}, 0, 1, 10e-6, NULL, NULL, 0},
+    {"... with a gyro layer", gyro_setup, gyro_zdd, {10}, 0, 1, 0, NULL, NULL, 0},
+    {"... with the Cholesky head", delan_setup, delan_zdd, {10}, 0, 1, 0, NULL, NULL, 0},
     {"16 joints, n = 4: inverse dynamics", arm_setup, arm_inverse_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
     {"16 joints, n = 4: inverse dynamics, C(z,zd) w", arm_setup, arm_inverse_run, {16, 4}, 1, 1, 0, NULL, NULL, 0},
     {"16 joints, n = 4: apparent inertia", arm_setup, arm_inertia_run, {16, 4}, 0, 1, 0, NULL, NULL, 0},
@@ -711,34 +692,33 @@ static const row table[] = {
     {"cloth decode", tick_setup, tick_decode, CLOTH, 0, 1, 0, NULL, NULL, 0},
     {"cloth encode + step + decode", tick_setup, tick_all, CLOTH, 0, 1, 30e-6, NULL, NULL, 0},
     {"cloth reduce a force", tick_setup, tick_reduce, CLOTH, 0, 1, 0, NULL, NULL, 0},
-    {"cloth training, batch 128, euler", net_setup, net_train, CLOTH, ROLN_EULER, 128, 165e-3, NULL, NULL, 0},
-    {"16-8-4 training, batch 64, euler", net_setup, net_train, {16, 8, 4}, ROLN_EULER, 64, 5e-3, NULL, NULL, 0},
-    {"16-8-4 training, batch 64, rk4", net_setup, net_train, {16, 8, 4}, ROLN_RK4, 64, 0, NULL, NULL, 0},
+    {"cloth training, batch 128, euler", fall_begin, fall_learn, CLOTH, 128, 1, 165e-3, NULL, NULL, 0},
+    {"16-8-4 training, batch 64, euler", small_begin, small_learn, {16, 8, 4}, 64, 1, 5e-3, NULL, NULL, 0},
+    {"16-8-4 training, batch 64, rk4", small_rk4_begin, small_rk4_learn, {16, 8, 4}, 64, 1, 0, NULL, NULL, 0},
 };
 
 int main(int argc, char **argv)
 {
     const char *only = argc > 1 ? argv[1] : "";
     size_t i;
-    int N;
     printf("%-36s %11s %11s\n", "roln " ROLN_VERSION ", float, one thread", "minimum", "median");
     for (i = 0; i < sizeof table / sizeof *table; i++)
         if (strstr(table[i].name, only)) print_row(table + i);
     if (!strstr("cost against N", only)) return 0;
     printf("\ncost against N: autoencoder N, 64, 10, euler; training: H = 8, batch 64, per window\n"
            "%8s %14s %10s %14s %10s\n", "N", "tick", "/ N", "training", "/ N");
-    for (N = 64; N <= 4096; N *= 2) {
-        const row r = {"cost against N", net_setup, net_tick, {N, 64, 10}, ROLN_EULER, 64, 0, NULL, NULL, 0};
-        void (*const run[])(const row *) = {net_tick, net_train};
+    for (i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        const row r = {"cost against N", sizes[i].begin, sizes[i].predict, {0}, 64, 1, 0, NULL, NULL, 0};
+        void (*const run[])(const row *) = {sizes[i].predict, sizes[i].learn};
         timing t[2];
         seed = 1;
-        net_setup(&r);
+        r.setup(&r);
         measure(&r, 1, run, t), measure(&r, 1, run + 1, t + 1);
-        printf("%8d   ", N);
+        printf("%8d   ", sizes[i].N);
         print_time(t[0].min);
-        printf(" %7.2f ns   ", 1e9 * t[0].min / N);
-        print_time(t[1].min / r.count);
-        printf(" %7.1f ns\n", 1e9 * t[1].min / r.count / N);
+        printf(" %7.2f ns   ", 1e9 * t[0].min / sizes[i].N);
+        print_time(t[1].min / r.more);
+        printf(" %7.1f ns\n", 1e9 * t[1].min / r.more / sizes[i].N);
         fflush(stdout);
     }
     return 0;

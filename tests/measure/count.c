@@ -124,7 +124,7 @@ static void pose(const row *r)
     (void)r;
     if (pend.theta[0] == 0) {
         fill(64 * N, 1, q), fill(64 * N, 1, qd);
-        must(pend16_init_pod(&pend, 64, q, qd, qbar, &seed, &pend_init));
+        must(pend16_init_pod(&pend, 64, q, qd, qbar, &seed, &pend_init.init_pod));
         for (int i = 0; i < n; i++) {
             pend.z_min[i] = -1e9f, pend.z_max[i] = pend.zd_max[i] = 1e9f;
             ctl.ref.kp[i] = ctl.ref.kd[i] = 1;
@@ -138,7 +138,7 @@ static void pose(const row *r)
 static void tick(const row *r)
 {
     (void)r;
-    if (pend16_tick(&pend, &limits, &at, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work) != 0) must(ROLN_E_RANGE);
+    if (pend16_tick(&pend, &limits, &at, &ctl.ref, &ctl.s, &ctl.guard, &ctl.work.tick) != 0) must(ROLN_E_RANGE);
 }
 
 /* A slice of the check of the parameters, within a pass. */

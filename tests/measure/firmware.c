@@ -30,12 +30,12 @@ roln_status tick(void)
     static const roln_limits limits = { /* every check is made */
         .dt = DT, .margin = 0.1f, .power = 1e9f, .tau = 1e9f, .hold = 5, .q_off = 1e9f, .qd_off = 1e9f};
     struct control *c = &control;
-    return M(tick)(PARAMS, &limits, &c->x, &c->ref, &c->s, &c->guard, &scratch.control) != 0 ? ROLN_E_RANGE : ROLN_OK;
+    return M(tick)(PARAMS, &limits, &c->x, &c->ref, &c->s, &c->guard, &scratch.control.tick) != 0 ? ROLN_E_RANGE : ROLN_OK;
 }
 
 roln_status ahead(void)
 {
-    return M(step)(PARAMS, &control.s, control.guard.tau, DT, &scratch.control);
+    return M(step)(PARAMS, &control.s, control.guard.tau, DT, &scratch.control.step);
 }
 
 #ifdef WORST
@@ -91,9 +91,9 @@ roln_status train(void)
     const roln_batch window = {.count = 1, .steps = HORIZON, .stride = 1, .q = l->q, .qd = l->qd};
     roln_status st;
     memset(&l->gradient, 0, sizeof l->gradient);
-    st = M(grad_acc)(&l->p, &acceleration, &sample, &l->gradient, &scratch.train);
-    if (st == ROLN_OK) st = M(grad)(&l->p, &ode, &window, l->p.dt, &l->gradient, &scratch.train);
-    if (st == ROLN_OK) st = M(update)(&l->p, &rates, &l->optimiser, &l->gradient, &scratch.train);
+    st = M(grad_acc)(&l->p, &acceleration, &sample, &l->gradient, &scratch.train.grad_acc);
+    if (st == ROLN_OK) st = M(grad)(&l->p, &ode, &window, l->p.dt, &l->gradient, &scratch.train.grad);
+    if (st == ROLN_OK) st = M(update)(&l->p, &rates, &l->optimiser, &l->gradient, &scratch.train.update);
     return st;
 }
 #endif

@@ -39,7 +39,7 @@ roln_status ahead(void); /* one step of the prediction from control.s */
 #ifdef WORST
 extern struct observer {
     M(filter) filter;
-    M(filterwork) work;
+    M(filter_tick_work) work;
     roln_noise noise;
     roln_real y[N];
 } observer;

@@ -53,9 +53,9 @@ int main(void)
         M(latent) s = control.s;
         M(state) x;
         for (int h = 0; h <= HORIZON; h++) {
-            must(M(decode)(weights, &s, &x, &work));
+            must(M(decode)(weights, &s, &x, &work.decode));
             memcpy(learner.q + h * N, x.q, sizeof x.q), memcpy(learner.qd + h * N, x.qd, sizeof x.qd);
-            must(M(step)(weights, &s, NULL, weights->dt, &work));
+            must(M(step)(weights, &s, NULL, weights->dt, &work.step));
         }
         for (int i = 0; i < N; i++)
             learner.qdd[i] = (learner.qd[N + i] - learner.qd[i]) / weights->dt;

@@ -27,7 +27,7 @@ enum { N = 16, n = 4, MOTORS = 4 };
 
 static wide_params p;
 static wide_plan plan;
-static wide_planwork planwork;
+static wide_plan_next_work planwork;
 static wide_work work;
 static wide_start start;
 static uint64_t hash = ROLN_FNV;
@@ -76,7 +76,7 @@ int main(void)
     uint64_t seed = 1;
     wide_latent s = {{0.3f, 0.3f, 0.3f, 0.3f}, {0, 0, 0, 0}};
     float u[MOTORS] = {0};
-    if (wide_init(&p, &seed, &start) != ROLN_OK) return 1;
+    if (wide_init(&p, &seed, &start.init) != ROLN_OK) return 1;
     for (int i = 0; i < n; i++)
         p.z_min[i] = -3, p.z_max[i] = 3, p.zd_max[i] = 10;
     for (int k = 0; k < PLANS; k++) {
@@ -87,7 +87,7 @@ int main(void)
         if (next(&s, u)) return 1;
         for (int j = 0; j < MOTORS; j++)
             tau[4 * j + 3] = u[j] = plan.u[j];
-        if (wide_step(&p, &s, tau, DT, &work) != ROLN_OK) return 1;
+        if (wide_step(&p, &s, tau, DT, &work.step) != ROLN_OK) return 1;
     }
     put("plans ", PLANS), put(" at_a_limit ", full), put(" beyond ", beyond);
     put_text(" hash ");

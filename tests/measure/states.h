@@ -36,7 +36,7 @@ static void setup(const roln_real *z)
     M(latent) s, ref;
     draw(&s), draw(&ref);
     if (z) memcpy(s.z, z, sizeof s.z);
-    must(M(decode)(weights, &s, &control.x, &work));
+    must(M(decode)(weights, &s, &control.x, &work.decode));
     for (int i = 0; i < n; i++) {
         control.ref.z[i] = ref.z[i], control.ref.zd[i] = ref.zd[i];
         control.ref.zdd[i] = between(-weights->zd_max[i], weights->zd_max[i]);

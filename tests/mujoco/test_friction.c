@@ -88,18 +88,18 @@ static void learn(rods_params *p, uint64_t *seed)
     int first[ROWS];
     roln_real qbar[2];
     roln_batch b = {.stride = 1, .start = first, .q = q, .qd = qd, .qdd = qdd, .tau = tau};
-    CHECK(rods_init_pod(p, SAMPLES, q, qd, qbar, seed, &start) == ROLN_OK);
+    CHECK(rods_init_pod(p, SAMPLES, q, qd, qbar, seed, &start.init_pod) == ROLN_OK);
     for (int t = 1; t <= STEPS; t++) {
         for (int i = 0; i < ROWS; i++)
             first[i] = roln_randint(SAMPLES, seed);
         rows.seed = roln_rand(seed), b.count = ROWS;
-        CHECK(rods_rows(p, &weights, &b, 1, 0, 0, &rows, &work) == ROLN_OK);
+        CHECK(rods_rows(p, &weights, &b, 1, 0, 0, &rows, &work.rows) == ROLN_OK);
         CHECK(rods_newton_rows(p, &opt, ROWS, &rows, &newton) == ROLN_OK);
         rods_newton_sums(&opt, ROWS, 0, rods_newton_side, &rows, &newton, sums);
         b.count = ROWS / 4;
         for (int taken = 0, tries = 0; !taken && tries < 10; tries++) {
             CHECK(rods_newton_step(p, &opt, ROWS, &rows, &newton) == ROLN_OK);
-            rods_rows(&newton.next, &weights, &b, 1, 0, 1, &rows, &work);
+            rods_rows(&newton.next, &weights, &b, 1, 0, 1, &rows, &work.rows);
             taken = rods_newton_judge(p, ROWS, ROWS / 4, &rows, &newton);
         }
         for (int i = 0; i < rods_theta_size && t > STEPS - LAST; i++)
@@ -127,7 +127,7 @@ void test_friction(void)
         for (int k = 0; k < 2; k++) { /* what the fast joint loses beyond that is viscous */
             rods_latent s = {{ROLN_C(0.5), ROLN_C(1.5)}, {0, 0}};
             s.zd[j] = 2 + 4 * (roln_real)k;
-            CHECK(rods_terms(&p, &s, e + k, &work) == ROLN_OK);
+            CHECK(rods_terms(&p, &s, e + k, &work.terms) == ROLN_OK);
         }
         CHECK_NEAR((e[1].d[j] - e[0].d[j]) / 4, viscous[j], 0.3 * viscous[j]);
         printf("friction of joint %d: c %.3f of %.3f Nm, v %.3f rad/s, viscous %.3f of %.3f Nm s\n", j + 1, (double)c[j], level[j],

@@ -109,11 +109,62 @@ static int load(const char *file, unsigned char *bytes, int size)
     return count;
 }
 
-/* Any model through its generic functions; work: that of roln_errors, which no other of them exceeds. */
+/* Any model, its sizes and the functions that are called here. s: z, zd [2n]; energy: T, V; p: its parameters. */
 typedef struct {
-    roln_trained m;
-    roln_real *work;
+    const void *p;
+    const roln_model *md;
+    roln_status (*encode)(const void *p, const roln_real *q, const roln_real *qd, roln_real *s);
+    roln_status (*decode)(const void *p, const roln_real *s, roln_real *q, roln_real *qd);
+    roln_status (*step)(const void *p, roln_real *s, const roln_real *tau);
+    roln_status (*reduce)(const void *p, const roln_real *s, const roln_real *tau, roln_real *tau_z);
+    roln_status (*energy)(const void *p, const roln_real *s, double E[2]);
+    roln_status (*errors)(const void *p, const roln_batch *b, int every, const roln_real *qbar, roln_error *e);
 } any;
+
+#define DT ROLN_C(1e-3)
+#define ANY(NAME) \
+    static union { NAME##_work work; NAME##_train train; } NAME##_room; \
+    static roln_status NAME##_encode_any(const void *p, const roln_real *q, const roln_real *qd, roln_real *s) \
+    { \
+        NAME##_state x; \
+        memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd); \
+        return NAME##_encode(p, &x, (NAME##_latent *)(void *)s, &NAME##_room.work.encode); \
+    } \
+    static roln_status NAME##_decode_any(const void *p, const roln_real *s, roln_real *q, roln_real *qd) \
+    { \
+        NAME##_state x; \
+        const roln_status st = NAME##_decode(p, (const NAME##_latent *)(const void *)s, &x, &NAME##_room.work.decode); \
+        memcpy(q, x.q, sizeof x.q), memcpy(qd, x.qd, sizeof x.qd); \
+        return st; \
+    } \
+    static roln_status NAME##_step_any(const void *p, roln_real *s, const roln_real *tau) \
+    { \
+        return NAME##_step(p, (NAME##_latent *)(void *)s, tau, DT, &NAME##_room.work.step); \
+    } \
+    static roln_status NAME##_reduce_any(const void *p, const roln_real *s, const roln_real *tau, roln_real *tau_z) \
+    { \
+        return NAME##_reduce(p, (const NAME##_latent *)(const void *)s, tau, tau_z, &NAME##_room.work.reduce); \
+    } \
+    static roln_status NAME##_energy_any(const void *p, const roln_real *s, double E[2]) \
+    { \
+        NAME##_equation e = {.T = 0}; \
+        const roln_status st = NAME##_terms(p, (const NAME##_latent *)(const void *)s, &e, &NAME##_room.work.terms); \
+        E[0] = (double)e.T, E[1] = (double)e.V; \
+        return st; \
+    } \
+    static roln_status NAME##_errors_any(const void *p, const roln_batch *b, int every, const roln_real *qbar, roln_error *e) \
+    { \
+        return NAME##_errors(p, b, DT, every, qbar, e, NULL, &NAME##_room.train.errors); \
+    } \
+    static any NAME##_any(const NAME##_params *p) \
+    { \
+        return (any){p, &NAME##_model, NAME##_encode_any, NAME##_decode_any, NAME##_step_any, NAME##_reduce_any, \
+                     NAME##_energy_any, NAME##_errors_any}; \
+    }
+ANY(pend16)
+ANY(pend16_half)
+ANY(pend16_int8)
+ANY(pend2)
 
 /* E_q, E_qd at horizon h samples over all windows, in percent; h = -1: whole trajectories. */
 static roln_status errors(const any *a, const motion *d, int forces, int h, double *eq, double *eqd)
@@ -121,14 +172,13 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
     const int steps = h < 0 ? d->samples - 1 : h;
     int *start = malloc((size_t)(d->count * d->samples) * sizeof *start), count = 0;
     roln_error *at = calloc((size_t)(steps + 1), sizeof *at);
-    const roln_errors_to to = {at, NULL};
     double q = 0, q_var = 0, qd = 0, qd_var = 0;
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i + steps < d->samples; i += h < 0 ? d->samples : 25)
             start[count++] = k * d->samples + i;
     const roln_batch b = {
         .count = count, .steps = steps, .stride = 1, .start = start, .q = d->q, .qd = d->qd, .tau = forces ? d->tau : NULL};
-    const roln_status st = roln_errors(&a->m, &b, ROLN_C(1e-3), 16, h < 0 ? 1 : h > 0 ? h : 1, d->qbar, &to, a->work);
+    const roln_status st = a->errors(a->p, &b, h < 0 ? 1 : h > 0 ? h : 1, d->qbar, at);
     for (int k = h > 0 ? 1 : 0; k <= (h < 0 ? steps : h > 0); k++)
         q += (double)at[k].q, q_var += (double)at[k].q_var, qd += (double)at[k].qd, qd_var += (double)at[k].qd_var;
     *eq = 100 * sqrt(q / q_var);
@@ -141,25 +191,24 @@ static roln_status errors(const any *a, const motion *d, int forces, int h, doub
 /* Largest |E(t) - E(0) - work| over the largest T along the model's own roll-outs of whole trajectories, in percent. */
 static double drift(const any *a, const motion *d, int forces)
 {
-    const int N = d->dof, n = a->m.model->lnn.n;
+    const int N = d->dof, n = a->md->lnn.n;
     double worst = 0;
     for (int k = 0; k < d->count; k++) {
         const size_t at = (size_t)(k * d->samples) * (size_t)N;
-        roln_real z[16], zd[16], z0[16], tau_z[16], T, V;
-        const roln_terms_out energy = {.T = &T, .V = &V};
-        double E0 = 0, work = 0, off = 0, top = 0;
-        if (roln_encode(&a->m, d->q + at, d->qd + at, NULL, z, zd, NULL, a->work) != ROLN_OK) return 1e9;
+        roln_real s[8], s0[8], tau_z[4];
+        double E[2], E0 = 0, work = 0, off = 0, top = 0;
+        if (a->encode(a->p, d->q + at, d->qd + at, s) != ROLN_OK) return 1e9;
         for (int t = 0; t < d->samples; t++) {
             const roln_real *tau = forces ? d->tau + at + (size_t)(t * N) : NULL;
-            if (roln_terms(&a->m, z, zd, &energy, a->work) != ROLN_OK) return 1e9;
-            if (t == 0) E0 = (double)(T + V);
-            top = fmax(top, (double)T);
-            off = fmax(off, fabs((double)(T + V) - E0 - work));
-            memcpy(z0, z, sizeof z0);
-            if (roln_step(&a->m, z, zd, tau, ROLN_C(1e-3), a->work) != ROLN_OK) return 1e9;
-            if (tau && roln_reduce(&a->m, z0, tau, tau_z, a->work) == ROLN_OK)
+            if (a->energy(a->p, s, E) != ROLN_OK) return 1e9;
+            if (t == 0) E0 = E[0] + E[1];
+            top = fmax(top, E[0]);
+            off = fmax(off, fabs(E[0] + E[1] - E0 - work));
+            memcpy(s0, s, sizeof s0);
+            if (a->step(a->p, s, tau) != ROLN_OK) return 1e9;
+            if (tau && a->reduce(a->p, s0, tau, tau_z) == ROLN_OK)
                 for (int i = 0; i < n; i++)
-                    work += (double)(tau_z[i] * (z[i] - z0[i]));
+                    work += (double)(tau_z[i] * (s[i] - s0[i]));
         }
         worst = fmax(worst, off / top);
     }
@@ -197,17 +246,17 @@ static double trivial(const motion *d, int h)
 /* Largest |rho(phi(z)) - z| of a coordinate, over states drawn from the box of z_min, z_max. */
 static double given_back(const any *a, const roln_real *z_min, const roln_real *z_max)
 {
-    const int n = a->m.model->lnn.n;
+    const int n = a->md->lnn.n;
     double top = 0;
     uint64_t seed = 3;
     for (int k = 0; k < 20000; k++) {
-        roln_real z[4], zd[4] = {0}, back[4], q[16], qd[16];
+        roln_real s[8] = {0}, back[8], q[16], qd[16];
         for (int i = 0; i < n; i++)
-            z[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
-        CHECK(roln_decode(&a->m, z, zd, q, qd, a->work) == ROLN_OK);
-        CHECK(roln_encode(&a->m, q, qd, NULL, back, zd, NULL, a->work) == ROLN_OK);
+            s[i] = z_min[i] + (z_max[i] - z_min[i]) * roln_uniform(&seed);
+        CHECK(a->decode(a->p, s, q, qd) == ROLN_OK);
+        CHECK(a->encode(a->p, q, qd, back) == ROLN_OK);
         for (int i = 0; i < n; i++)
-            top = fmax(top, fabs((double)(back[i] - z[i])));
+            top = fmax(top, fabs((double)(back[i] - s[i])));
     }
     return top;
 }
@@ -225,7 +274,7 @@ static void stored(const char *name, const any *a, const motion *d, const pend16
     }
     CHECK_BELOW(off, bound[3]);
     printf("  stored %-5s %6d bytes of flash, autoencoder %5d; E_q 0 ms %.3f, 25 ms %.3f, whole %.2f %%; rho(phi(z)) off by %.1e\n",
-           name, (int)bytes, (int)sizeof(roln_real) * roln_ae_params(&a->m.model->ae), eq[0], eq[1], eq[2], off);
+           name, (int)bytes, (int)sizeof(roln_real) * roln_ae_params(&a->md->ae), eq[0], eq[1], eq[2], off);
 }
 
 /* What a chart has to do better than. */
@@ -242,10 +291,9 @@ static void test_pend16(void)
     static pend16_int8_params int8;
     static pend16_int8_start int8_work;
     static pend16_params p;
-    static pend16_train work;
     static unsigned char bytes[pend16_packed_size];
     motion d = simulate(TRUTH_PEND16, 100);
-    const any a = {pend16_trained(&p), work.errors};
+    const any a = pend16_any(&p);
     double eq, eqd;
     const int count = load(FOLDER "pend16.roln", bytes, sizeof bytes);
     if (!d.q || !CHECK(pend16_unpack(count, bytes, &p) == ROLN_OK)) return;
@@ -256,10 +304,10 @@ static void test_pend16(void)
     CHECK_BELOW(eqd, PEND16_EQD25);
     CHECK(errors(&a, &d, 0, 1000, &eq, &eqd) == ROLN_OK);
     CHECK_BELOW(eq, PEND16_EQ1000);
-    if (CHECK(pend16_half_store(count, bytes, &half, &half_work) == ROLN_OK) &&
-        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work) == ROLN_OK)) {
-        const any h = {pend16_half_trained(&half), work.errors};
-        const any i = {pend16_int8_trained(&int8), work.errors};
+    if (CHECK(pend16_half_store(count, bytes, &half, &half_work.store) == ROLN_OK) &&
+        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work.store) == ROLN_OK)) {
+        const any h = pend16_half_any(&half);
+        const any i = pend16_int8_any(&int8);
         stored("full", &a, &d, &p, sizeof p, (const double[]){.01, .05, 5, 1e-6});
         stored("half", &h, &d, &p, sizeof half, (const double[]){.05, .06, 5, 1e-6});
         stored("int8", &i, &d, &p, sizeof int8, (const double[]){1, 1, 7, 1e-4});
@@ -270,7 +318,7 @@ static void test_pend16(void)
 }
 
 /* rms over poses of |M - s M_true|_F / |M_true|_F; with torques s = 1, else s is fitted. */
-static double mass_error(const pend2_params *p, pend2_work *work, const motion *d, int fit)
+static double mass_error(const pend2_params *p, const motion *d, int fit)
 {
     double mt = 0, tt = 0, err = 0, s = 1;
     int count = 0;
@@ -283,8 +331,8 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
             memcpy(x.q, d->q + 2 * k, sizeof x.q);
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
-            if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, work) != ROLN_OK ||
-                pend2_terms(p, &z, &e, work) != ROLN_OK)
+            if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, &pend2_room.work.encode) != ROLN_OK ||
+                pend2_terms(p, &z, &e, &pend2_room.work.terms) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
                 const double m = (double)(e.M[i] / (p->scale.q * p->scale.q));
@@ -301,17 +349,15 @@ static double mass_error(const pend2_params *p, pend2_work *work, const motion *
 static void test_pend2(enum truth_system system, const char *file, int forces)
 {
     static pend2_params p;
-    static pend2_train work;
-    static pend2_work tick;
     static unsigned char bytes[pend2_packed_size];
     motion d = simulate(system, 40);
-    const any a = {pend2_trained(&p), work.errors};
+    const any a = pend2_any(&p);
     double eq, eqd, mass;
     char path[256];
     snprintf(path, sizeof path, FOLDER "%s.roln", file);
     if (!d.q || !CHECK(pend2_unpack(load(path, bytes, sizeof bytes), bytes, &p) == ROLN_OK)) return;
     table(file, &a, &d, forces);
-    mass = mass_error(&p, &tick, &d, !forces);
+    mass = mass_error(&p, &d, !forces);
     printf("  M error %.3f %%\n", mass);
     CHECK(errors(&a, &d, forces, -1, &eq, &eqd) == ROLN_OK);
     CHECK_BELOW(eq, 0.15);

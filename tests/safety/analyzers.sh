@@ -99,7 +99,7 @@ clang_analyse() {
     clang $c --analyze -Xclang -analyzer-opt-analyze-headers --analyzer-output text "$@" 2>&1 | grep -v ' note: '
 }
 gcc_analyse() { # external functions, for unused static ones are gone before it looks
-    gcc $c -DROLN_FN= -DROLN_INLINE= -xc -O1 -fanalyzer -c -o $dir/gcc.o "$@" 2>&1
+    gcc $c -DROLN_FN= -xc -O1 -fanalyzer -c -o $dir/gcc.o "$@" 2>&1
 }
 cpp() {
     cppcheck -q --std=c99 --language=c --enable=warning,portability -DROLN_SIMD=0 -DROLN_STANDARD '-DUINT32_C(x)=x##U' \

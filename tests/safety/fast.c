@@ -58,15 +58,15 @@ static void none(roln_bits bits)
     put(bits, &number);
     check(!roln_finite(number) && !roln_all_finite(1, &number), "roln_finite");
     start(), put(bits, x.q + 3);
-    check((chain_tick(&params, &limits, &x, &target, &s, &guard, &work) & ROLN_FAULT_INPUT) != 0 && within(), "q");
+    check((chain_tick(&params, &limits, &x, &target, &s, &guard, &work.tick) & ROLN_FAULT_INPUT) != 0 && within(), "q");
     start(), put(bits, x.qd + chain_N - 1);
-    check((chain_tick(&params, &limits, &x, &target, &s, &guard, &work) & ROLN_FAULT_INPUT) != 0 && within(), "qd");
+    check((chain_tick(&params, &limits, &x, &target, &s, &guard, &work.tick) & ROLN_FAULT_INPUT) != 0 && within(), "qd");
     start(), put(bits, want + 2);
-    check((chain_guard_tick(&params, &limits, &x, &s, want, &guard, &work) & ROLN_FAULT_OUTPUT) != 0 && within(), "torque");
+    check((chain_guard_tick(&params, &limits, &x, &s, want, &guard, &work.guard_tick) & ROLN_FAULT_OUTPUT) != 0 && within(), "torque");
     start();
     for (i = 0; i < chain_N; i++)
         put(bits, guard.tau + i);
-    check((chain_guard_tick(&params, &limits, &x, NULL, NULL, &guard, &work) & ROLN_FAULT_STATUS) != 0 && within(), "held");
+    check((chain_guard_tick(&params, &limits, &x, NULL, NULL, &guard, &work.guard_tick) & ROLN_FAULT_STATUS) != 0 && within(), "held");
     back = params, put(bits, back.theta + chain_theta_size - 1);
     chain_pack(&back, bytes);
     check(chain_unpack(sizeof bytes, bytes, &back) == ROLN_E_NOT_FINITE, "packed");

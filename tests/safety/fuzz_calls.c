@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_calls.c - random calls of random models: the first bytes of an input choose a config, its numbers, and how odd these are;
    each pair behind them is a call of fuzz_model.h and how odd its numbers are. */
-#define ROLN_INLINE ROLN_FN
 #include "roln_spd.h"
 #include <math.h>
 #include <stddef.h>

@@ -3,7 +3,6 @@
    commands that send frames, damaged ones, parts of them, noise, silence. What it takes is what a second reader finds in the same
    bytes, every byte is answered for, and whatever comes, each answer is whole and its torques are finite and within the limit.
    line.h, the reader of other images, finds the same frames in the same bytes. */
-#define ROLN_INLINE ROLN_FN
 #define main serial_main
 int serial_main(void);
 #include "firmware/serial.c"

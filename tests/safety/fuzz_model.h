@@ -97,7 +97,7 @@ static void M(random)(uint64_t *seed)
         uint64_t own = (uint64_t)which; /* not that of the input which comes first */
         JOIN(SIBLING, random)(&own);
         JOIN(SIBLING, pack)(&JOIN(SIBLING, p), bytes);
-        CLAIM(M(store)(FULL, bytes, p, &work) == ROLN_OK);
+        CLAIM(M(store)(FULL, bytes, p, &work.store) == ROLN_OK);
     }
     memcpy(&M(p), p, sizeof *p);
 #undef FULL
@@ -107,7 +107,7 @@ static void M(random)(uint64_t *seed)
 {
     static M(start) work;
     int i;
-    CLAIM(M(init)(&M(p), seed, &work) == ROLN_OK);
+    CLAIM(M(init)(&M(p), seed, &work.init) == ROLN_OK);
     M(p).dt = ROLN_C(0.01);
     for (i = 0; i < M(n); i++)
         M(p).z_min[i] = -2, M(p).z_max[i] = 2, M(p).zd_max[i] = 20;
@@ -137,35 +137,28 @@ static void M(start_of)(int kind)
 
 static void M(call_joints)(int which)
 {
-    static const int all[] = {0, 1, 2, -1, M(N), M(N) - 1};
-    struct { roln_real q[8], qd[8]; } some;
     struct { roln_real tau_z[M(n)]; } force;
     struct { roln_real tau[M(N)]; } full;
     roln_real in[3 * M(N)];
     M(state) x = M(x);
     roln_status st;
-    int i;
-    fuzz_reals(3 * M(N), in), memset(&some, 0, sizeof some), memset(&force, 0, sizeof force), memset(&full, 0, sizeof full);
+    fuzz_reals(3 * M(N), in), memset(&force, 0, sizeof force), memset(&full, 0, sizeof full);
     switch (which) {
-    case 0: fuzz_keep(&M(s), sizeof M(s)), fuzz_judge(M(encode)(&M(p), &M(x), &M(s), &M(w)), &M(s), sizeof M(s)); break;
-    case 1: fuzz_keep(&x, sizeof x), fuzz_judge(M(decode)(&M(p), &M(s), &x, &M(w)), &x, sizeof x); break;
+    case 0: fuzz_keep(&M(s), sizeof M(s)), fuzz_judge(M(encode)(&M(p), &M(x), &M(s), &M(w).encode), &M(s), sizeof M(s)); break;
+    case 1: fuzz_keep(&x, sizeof x), fuzz_judge(M(decode)(&M(p), &M(s), &x, &M(w).decode), &x, sizeof x); break;
     case 2:
-        fuzz_keep(&some, sizeof some), i = fuzz_below(5);
-        fuzz_judge(M(decode_some)(&M(p), &M(s), i - 1, all + fuzz_below(3), some.q, some.qd, &M(w)), &some, sizeof some);
+        fuzz_keep(M(r).z, 3 * M(n) * sizeof(roln_real));
+        fuzz_judge(M(aim)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w).aim), M(r).z, 3 * M(n) * sizeof(roln_real));
         break;
     case 3:
-        fuzz_keep(M(r).z, 3 * M(n) * sizeof(roln_real));
-        fuzz_judge(M(aim)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w)), M(r).z, 3 * M(n) * sizeof(roln_real));
+        fuzz_keep(&force, sizeof force);
+        fuzz_judge(M(reduce)(&M(p), &M(s), in, force.tau_z, &M(w).reduce), &force, sizeof force);
         break;
     case 4:
-        fuzz_keep(&force, sizeof force);
-        fuzz_judge(M(reduce)(&M(p), &M(s), in, force.tau_z, &M(w)), &force, sizeof force);
-        break;
-    case 5:
-        fuzz_keep(&full, sizeof full), fuzz_judge(M(lift)(&M(p), &M(s), in, full.tau, &M(w)), &full, sizeof full);
+        fuzz_keep(&full, sizeof full), fuzz_judge(M(lift)(&M(p), &M(s), in, full.tau, &M(w).lift), &full, sizeof full);
         break;
     default:
-        fuzz_keep(&full, sizeof full), st = M(inertia)(&M(p), &M(s), in, full.tau, &M(w)), fuzz_judge(st, &full, sizeof full);
+        fuzz_keep(&full, sizeof full), st = M(inertia)(&M(p), &M(s), in, full.tau, &M(w).inertia), fuzz_judge(st, &full, sizeof full);
         break;
     }
 }
@@ -196,24 +189,24 @@ static void M(call_mechanics)(int which)
     M(latent) s = M(s);
     struct { M(jacobian) j; M(latent) s; } linear;
     struct { roln_real tau_z[M(n)]; } force;
-    static M(linwork) linwork;
+    static M(linear_work) linwork;
     roln_real in[M(N) + 2 * M(n)];
     const roln_real *tau = fuzz_below(4) ? in : NULL, dt = fuzz_below(4) ? ROLN_C(0.01) : fuzz_real();
     roln_status st;
     fuzz_reals(M(N) + 2 * M(n), in), memset(&e, 0, sizeof e), memset(&linear, 0, sizeof linear), memset(&force, 0, sizeof force);
     FUZZ_SPOIL(&linwork, sizeof linwork);
     switch (which) {
-    case 0: fuzz_keep(&s, sizeof s), fuzz_judge(M(step)(&M(p), &s, tau, dt, &M(w)), &s, sizeof s), M(s) = s; break;
+    case 0: fuzz_keep(&s, sizeof s), fuzz_judge(M(step)(&M(p), &s, tau, dt, &M(w).step), &s, sizeof s), M(s) = s; break;
     case 1:
         linear.s = s, fuzz_keep(&linear, sizeof linear);
         fuzz_judge(M(linear)(&M(p), &linear.s, tau, dt, &linear.j, &linwork), &linear, sizeof linear);
         break;
     case 2:
         fuzz_keep(&force, sizeof force);
-        fuzz_judge(M(inverse)(&M(p), &s, tau ? in + M(n) : NULL, in, force.tau_z, &M(w)), &force, sizeof force);
+        fuzz_judge(M(inverse)(&M(p), &s, tau ? in + M(n) : NULL, in, force.tau_z, &M(w).inverse), &force, sizeof force);
         break;
     default:
-        fuzz_keep(&e, sizeof e), st = M(terms)(&M(p), &s, &e, &M(w)), fuzz_judge(st, &e, sizeof e);
+        fuzz_keep(&e, sizeof e), st = M(terms)(&M(p), &s, &e, &M(w).terms), fuzz_judge(st, &e, sizeof e);
         if (st == ROLN_OK && M(p).scale.m > 0) {
             M(claim_positive)(M(n), e.M);
             CLAIM(e.T >= 0);
@@ -295,11 +288,11 @@ static void M(call_guard)(int which)
     fuzz_reals(M(N), want);
     fuzz_keep(&M(s), sizeof M(s)), fuzz_call();
     if (which == 0) {
-        faults = M(tick)(&M(p), &M(lim).l, &M(x), &M(r), &M(s), &M(g), &M(w));
+        faults = M(tick)(&M(p), &M(lim).l, &M(x), &M(r), &M(s), &M(g), &M(w).tick);
         CLAIM(fuzz_kept(&M(s), sizeof M(s)) || roln_all_finite(2 * M(n), M(s).z));
         CLAIM(M(g).g.missed >= 0 && M(g).g.missed <= 1);
     } else {
-        faults = M(guard_tick)(&M(p), &M(lim).l, &M(x), fuzz_below(8) ? &M(s) : NULL, fuzz_below(8) ? want : NULL, &M(g), &M(w));
+        faults = M(guard_tick)(&M(p), &M(lim).l, &M(x), fuzz_below(8) ? &M(s) : NULL, fuzz_below(8) ? want : NULL, &M(g), &M(w).guard_tick);
         CLAIM(fuzz_kept(&M(s), sizeof M(s)));
     }
     CLAIM(faults & ROLN_FAULT_STATUS || !M(foreign)(&M(p)));
@@ -317,16 +310,16 @@ static void M(call_control)(int which)
     switch (which) {
     case 0:
         fuzz_keep(&force, sizeof force);
-        fuzz_judge(M(control)(&M(p), &M(s), &M(r), force.tau_z, &M(w)), &force, sizeof force);
+        fuzz_judge(M(control)(&M(p), &M(s), &M(r), force.tau_z, &M(w).control), &force, sizeof force);
         break;
     case 1:
         fuzz_keep(M(r).kp, 2 * M(n) * sizeof(roln_real));
-        fuzz_judge(M(gains)(&M(p), &M(s), K, K + M(N), &M(r), &M(w)), M(r).kp, 2 * M(n) * sizeof(roln_real));
+        fuzz_judge(M(gains)(&M(p), &M(s), K, K + M(N), &M(r), &M(w).gains), M(r).kp, 2 * M(n) * sizeof(roln_real));
         break;
     default:
         if (M(lim).motors.count > M(N)) return; /* u has no more room */
         fuzz_keep(&motors, sizeof motors);
-        st = M(allocate)(&M(p), &M(s), M(lim).l.motors, in, motors.u, &motors.missed, &M(w));
+        st = M(allocate)(&M(p), &M(s), M(lim).l.motors, in, motors.u, &motors.missed, &M(w).allocate);
         fuzz_judge(st, &motors, sizeof motors);
         CLAIM(motors.missed >= 0 && motors.missed <= 1);
         break;
@@ -354,7 +347,7 @@ static void M(call_given)(int which)
 
 static void M(call_lqr)(int which)
 {
-    static M(lqrwork) work;
+    static union { M(lqr_work) lqr; M(lqr_along_work) lqr_along; } work;
     struct { roln_real K[2 * M(N) * M(side2)], P[M(side2) * M(side2)]; } o;
     M(latent) s[3];
     roln_real in[4 * M(N)], u[2 * M(N)], P[M(side2) * M(side2)];
@@ -373,12 +366,12 @@ static void M(call_lqr)(int which)
     FUZZ_SPOIL(&work, sizeof work);
     fuzz_keep(&o, sizeof o);
     if (which == 0) {
-        st = M(lqr)(&M(p), &cost, s, fuzz_below(2) ? u : NULL, o.K, fuzz_below(4) ? o.P : NULL, &work);
+        st = M(lqr)(&M(p), &cost, s, fuzz_below(2) ? u : NULL, o.K, fuzz_below(4) ? o.P : NULL, &work.lqr);
         fuzz_judge(st, &o, sizeof o);
         M(claim_positive)(M(side2), o.P);
     } else {
         fuzz_call(), i = fuzz_below(8) ? 2 : 0;
-        st = M(lqr_along)(&M(p), &cost, i, s, fuzz_below(2) ? u : NULL, fuzz_below(2) ? P : NULL, o.K, &work);
+        st = M(lqr_along)(&M(p), &cost, i, s, fuzz_below(2) ? u : NULL, fuzz_below(2) ? P : NULL, o.K, &work.lqr_along);
         CLAIM(roln_all_finite(2 * M(N) * M(side2), o.K)); /* those that were computed before it failed are written */
         CLAIM(st == ROLN_OK || i > 0 || fuzz_kept(&o, sizeof o));
     }
@@ -386,7 +379,7 @@ static void M(call_lqr)(int which)
 
 static void M(call_filter)(int which)
 {
-    static M(filterwork) work;
+    static M(filter_tick_work) work;
     roln_real in[4 * M(N)], *y = in, *tau = in + M(N);
     roln_noise noise;
     uint32_t faults;
@@ -432,7 +425,7 @@ static void M(claim_plan)(const roln_goal *g)
 
 static void M(call_plan)(int which)
 {
-    static M(planwork) work;
+    static union { M(plan_next_work) next; M(plan_linear_work) linear; } work;
     static roln_real A[M(steps) * M(side2) * M(side2)], B[M(steps) * M(side2) * M(motors)], c[M(steps) * M(side2)];
     roln_real in[5 * M(N)], u[M(motors)], P[M(side2) * M(side2)];
     const int z = fuzz_below(2);
@@ -454,7 +447,7 @@ static void M(call_plan)(int which)
     fuzz_call();
     if (which == 0) {
         fuzz_keep(M(pl).s, sizeof M(pl) - offsetof(M(plan), s));
-        st = M(plan_next)(&M(p), &goal, &M(s), &M(pl), &work);
+        st = M(plan_next)(&M(p), &goal, &M(s), &M(pl), &work.next);
         if (st == ROLN_OK) M(claim_plan)(&goal);
         else CLAIM(fuzz_kept(M(pl).s, sizeof M(pl) - offsetof(M(plan), s)) && M(pl).plan.age >= 0 && M(pl).plan.age < M(steps));
     } else if (which == 1) {
@@ -464,7 +457,7 @@ static void M(call_plan)(int which)
         for (i = 0; i < M(motors) && st == ROLN_OK; i++)
             CLAIM(ROLN_ABS(u[i]) <= (M(lim).l.tau_each ? M(lim).l.tau_each[i] : M(lim).l.tau));
     } else if (which == 2) {
-        st = M(plan_linear)(&M(p), &goal, &M(pl), A, B, c, &work);
+        st = M(plan_linear)(&M(p), &goal, &M(pl), A, B, c, &work.linear);
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(side2), A));
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(steps) * M(side2) * M(motors), B) && roln_all_finite(M(steps) * M(side2), c));
     } else memset(&M(pl), 0, sizeof M(pl));
@@ -516,14 +509,14 @@ static void M(call_fit)(int which)
     memset(&o, 0, sizeof o), memset(&l, 0, sizeof l), memset(&noise, 0, sizeof noise);
     l.dt = noise.dt = fuzz_below(4) ? ROLN_C(0.01) : fuzz_real(), l.hold = 3, l.tau = 1;
     if (which == 0) {
-        fuzz_keep(range, 3 * M(n) * sizeof *range), st = M(fit_range)(&M(p), b.count, b.q, M(data).qd, &M(w));
+        fuzz_keep(range, 3 * M(n) * sizeof *range), st = M(fit_range)(&M(p), b.count, b.q, M(data).qd, &M(w).fit_range);
         fuzz_judge(st, range, 3 * M(n) * sizeof *range);
         for (b.count = 0; b.count < M(n) && st == ROLN_OK; b.count++)
             CLAIM(M(p).z_min[b.count] <= M(p).z_max[b.count] && M(p).zd_max[b.count] >= 0);
     } else if (which == 1) {
         const roln_limits was = l;
         fuzz_keep(&each, sizeof each);
-        st = M(fit_limits)(&M(p), &b, fuzz_below(4) ? 2 : fuzz_real(), &l, each.tau, each.rate, &M(t));
+        st = M(fit_limits)(&M(p), &b, fuzz_below(4) ? 2 : fuzz_real(), &l, each.tau, each.rate, &M(t).fit_limits);
         fuzz_judge(st, &each, sizeof each);
         {
             const roln_real made[6] = {l.margin, l.power, l.q_off, l.qd_off, l.tau, l.rate};
@@ -534,11 +527,11 @@ static void M(call_fit)(int which)
     } else if (which == 2 && fuzz_below(64) == 0) { /* hundreds of ticks of a filter */
         noise.q = fuzz_below(2) ? ROLN_C(0.01) : 0;
         b.steps = b.steps > 0 ? b.steps + 3 : b.steps, b.count = b.count > 2 ? 2 : b.count;
-        fuzz_keep(q_each, sizeof q_each), st = M(fit_noise)(&M(p), &b, &noise, q_each, &M(t));
+        fuzz_keep(q_each, sizeof q_each), st = M(fit_noise)(&M(p), &b, &noise, q_each, &M(t).fit_noise);
         fuzz_judge(st, q_each, sizeof q_each);
         CLAIM(roln_finite(noise.tau) && noise.tau >= 0 && (st == ROLN_OK || noise.tau == 0));
     } else {
-        fuzz_call(), st = M(errors)(&M(p), &b, l.dt, fuzz_below(4), qbar, o.e, o.joints, &M(t));
+        fuzz_call(), st = M(errors)(&M(p), &b, l.dt, fuzz_below(4), qbar, o.e, o.joints, &M(t).errors);
         CLAIM(st != ROLN_OK || (rolni_errors_finite(5, o.e) && rolni_errors_finite(5 * M(N), o.joints)));
     }
 }
@@ -559,28 +552,28 @@ static void M(call_train)(int which)
     roln_status st;
     switch (which) {
     case 0:
-        memset(&var, 0, sizeof var), fuzz_keep(&var, sizeof var), fuzz_judge(M(variance)(&M(p), &b, &var, &M(t)), &var, sizeof var);
+        memset(&var, 0, sizeof var), fuzz_keep(&var, sizeof var), fuzz_judge(M(variance)(&M(p), &b, &var, &M(t).variance), &var, sizeof var);
         break;
     case 1:
-        fuzz_keep(&M(p), sizeof M(p)), fuzz_call(), st = M(fit_inertia)(&M(p), &b, &M(t));
+        fuzz_keep(&M(p), sizeof M(p)), fuzz_call(), st = M(fit_inertia)(&M(p), &b, &M(t).fit_inertia);
         CLAIM(st == ROLN_OK ? roln_finite(M(p).scale.m) && M(p).scale.m > 0 : fuzz_kept(&M(p), sizeof M(p)));
         break;
     case 2: /* a gradient that is not finite is not looked for, the update refuses it; a block of windows that fails adds nothing */
-        fuzz_keep(&M(gr), sizeof M(gr)), fuzz_call(), st = M(grad)(&M(p), wt, &b, dt, &M(gr), &M(t));
+        fuzz_keep(&M(gr), sizeof M(gr)), fuzz_call(), st = M(grad)(&M(p), wt, &b, dt, &M(gr), &M(t).grad);
         CLAIM(st == ROLN_OK || fuzz_kept(&M(gr), sizeof M(gr)));
         break;
     case 3:
-        fuzz_keep(&M(gr), sizeof M(gr)), fuzz_call(), st = M(grad_acc)(&M(p), wt, &b, &M(gr), &M(t));
+        fuzz_keep(&M(gr), sizeof M(gr)), fuzz_call(), st = M(grad_acc)(&M(p), wt, &b, &M(gr), &M(t).grad_acc);
         CLAIM(st == ROLN_OK || fuzz_kept(&M(gr), sizeof M(gr)));
         break;
     case 4:
-        fuzz_keep(M(p).theta, sizeof M(p).theta), st = M(update)(&M(p), &opt, &M(o), &M(gr), &M(t));
+        fuzz_keep(M(p).theta, sizeof M(p).theta), st = M(update)(&M(p), &opt, &M(o), &M(gr), &M(t).update);
         fuzz_judge(st, M(p).theta, sizeof M(p).theta);
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(theta_size) + 2 * M(moment_size), M(o).m));
         break;
     case 5: memset(&M(gr), 0, sizeof M(gr)), memset(&M(o), 0, sizeof M(o)); break;
     default:
-        fuzz_call(), st = M(init_pod)(&pod.p, b.count, b.q, M(data).qd, pod.qbar, &fuzz_now.seed, &start);
+        fuzz_call(), st = M(init_pod)(&pod.p, b.count, b.q, M(data).qd, pod.qbar, &fuzz_now.seed, &start.init_pod);
         if (st == ROLN_OK) CLAIM(roln_all_finite(M(numbers), (const roln_real *)(const void *)&pod.p) && !M(foreign)(&pod.p));
         break;
     }
@@ -600,14 +593,14 @@ static void M(call_newton)(int which)
         memset(&M(nt), 0, sizeof M(nt)), memset(&M(rs), 0, sizeof M(rs));
         M(nt).state = begin, M(rs).seed = fuzz_now.seed;
     } else if (which == 1) {
-        M(rows)(&M(p), weights + fuzz_below(2), &b, ROLN_C(0.01), fuzz_below(8) - 1, 0, &M(rs), &M(t));
+        M(rows)(&M(p), weights + fuzz_below(2), &b, ROLN_C(0.01), fuzz_below(8) - 1, 0, &M(rs), &M(t).rows);
     } else if (which == 2) { /* a step from rows to its end */
         st = M(newton_rows)(&M(p), &opt, count, &M(rs), &M(nt));
         if (st != ROLN_OK) return;
         M(newton_sums)(&opt, count, 0, ROLN_NEWTON_SIDE(count, M(newton_size)), &M(rs), &M(nt), sums);
         st = M(newton_step)(&M(p), &opt, count, &M(rs), &M(nt));
         CLAIM(st != ROLN_OK || roln_all_finite(M(newton_size), M(nt).next.theta + M(newton_from)));
-        if (st == ROLN_OK) M(rows)(&M(nt).next, weights, &b, ROLN_C(0.01), 0, 1, &M(rs), &M(t));
+        if (st == ROLN_OK) M(rows)(&M(nt).next, weights, &b, ROLN_C(0.01), 0, 1, &M(rs), &M(t).rows);
         fuzz_keep(&M(p), sizeof M(p));
         if (st == ROLN_OK && !M(newton_judge)(&M(p), count, count, &M(rs), &M(nt))) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
     } else {
@@ -627,13 +620,13 @@ static void M(call_chart)(int which)
     roln_status st = ROLN_OK;
     fuzz_call();
     fuzz_keep(&M(p), sizeof M(p));
-    if (which == 0) st = M(chart_add)(&M(p), b.count < 0 ? 0 : M(samples), b.q, &M(c), &start);
+    if (which == 0) st = M(chart_add)(&M(p), b.count < 0 ? 0 : M(samples), b.q, &M(c), &start.chart_add);
     else if (which == 1) M(chart_merge)(&M(c), &M(more));
     else if (which == 2) M(fresh_chart)();
     else if (which == 3) st = M(chart_center)(&M(p));
     else if (which == 4)
         st = M(chart_solve)(&M(p), fuzz_below(2) ? &M(c) : &M(more), fuzz_below(2) ? ROLN_CHART_RIDGE : fuzz_real(), &residual,
-                            &start);
+                            &start.chart_solve);
     else st = M(chart_turn)(&M(p), &b, &M(turned), &residual);
     CLAIM(roln_finite(residual));
     if (st != ROLN_OK || which < 3) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
@@ -674,7 +667,7 @@ static void M(call)(unsigned byte)
     if ((byte & 15) > 11) FUZZ_SPOIL(&M(t), sizeof M(t));
     switch (byte & 15) {
     case 0: case 1: M(call_given)(which % 6); break;
-    case 2: M(call_joints)(which % 7); break;
+    case 2: M(call_joints)(which % 6); break;
     case 3: case 4: M(call_mechanics)(which % 4); break;
     case 5: case 6: M(call_guard)(which % 2); break;
     case 7: M(call_control)(which % 3); break;

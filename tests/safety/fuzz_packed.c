@@ -3,7 +3,6 @@
    NAME_unpack takes what a second reader takes, written from the format's description; NAME_store of small weights nothing else,
    but may refuse more, a model without a range of z; NAME_foreign is asked of what was taken. Parameters stay as they were unless
    ROLN_OK; what was taken packs to the same bytes. */
-#define ROLN_INLINE ROLN_FN
 
 #define ROLN_NAME plain
 #define ROLN_AE 5, 3, 2

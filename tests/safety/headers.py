@@ -19,6 +19,11 @@ def without_words(text):
     return without(r'"(\\.|[^"\\\n])*"|\'(\\.|[^\'\\\n])\'', without_comments(text))
 
 
+def named(text):
+    """Functions, types and constants of a model by the names that they have in one called NAME."""
+    return re.sub(r"\bROLN(I?)_\((\w+)\)", lambda m: "NAME_" + ("i_" if m[1] else "") + m[2], text)
+
+
 def code(text):
     """Nor directives."""
     return without(r"^#(\\\n|.)*", without_words(text), re.M)

@@ -28,7 +28,7 @@ static void interrupt(void)
     uint32_t faults;
     memset(&g, 0, sizeof g);
     tick.count++;
-    faults = arm_tick(&p, &limits, &tick.x, &tick.r, &s, &g, &tick.own.work);
+    faults = arm_tick(&p, &limits, &tick.x, &tick.r, &s, &g, &tick.own.work.tick);
     tick.wrong += faults != 0 || memcmp(&s, &tick.want_s, sizeof s) != 0 || memcmp(&g, &tick.want, sizeof g) != 0;
 }
 
@@ -36,9 +36,9 @@ static void begin_tick(void)
 {
     results o;
     begin(99, &o);
-    if (arm_decode(&p, &o.s, &tick.x, &tick.own.work) != ROLN_OK) return;
+    if (arm_decode(&p, &o.s, &tick.x, &tick.own.work.decode) != ROLN_OK) return;
     tick.r = o.r, tick.s = o.s, tick.want_s = o.s;
-    CHECK(arm_tick(&p, &limits, &tick.x, &tick.r, &tick.want_s, &tick.want, &tick.own.work) == 0);
+    CHECK(arm_tick(&p, &limits, &tick.x, &tick.r, &tick.want_s, &tick.want, &tick.own.work.tick) == 0);
     CHECK(tick.want.tau[0] > 0 || tick.want.tau[0] < 0);
 }
 

@@ -8,7 +8,7 @@ the object and may write there. Last line: N passed, N failed.
 import re
 import sys
 
-from headers import without_words
+from headers import named, without_words
 
 # Loops that do not count, by function: the text in their brackets, and their bound. Another text is another loop.
 BOUNDED = {
@@ -223,7 +223,7 @@ class Known:
 def functions_of(text):
     """Parameters of each function."""
     return {m.group(1): re.split(r"\s*,\s*", m.group(2)) for m in re.finditer(
-        r"^(?:ROLN|static)[^;{}#()]*?\b(\w+)\(([^;{}()]*)\)\s*\{", without_words(text), re.M)}
+        r"^(?:ROLN|static)[^;{}#()]*?\b(\w+)\(([^;{}]*?)\)\s*\{", without_words(text), re.M)}
 
 
 def macros_of(text):
@@ -256,7 +256,7 @@ def given(paths, body, known):
             continue
         wanted = known.functions.get(name, [])
         for i, part in enumerate(parts):
-            if i < len(wanted) and wanted[i].startswith("const ") and wanted[i].count("*") == 1:
+            if i < len(wanted) and wanted[i].startswith("const ") and len(re.findall(r"[*\[]", wanted[i])) == 1:
                 continue
             if any(re.search(r"(?<![\w.>])%s(?!\w|\s*(?:->|\.|\[|\())" % re.escape(p), part) for p in paths):
                 return True
@@ -343,7 +343,7 @@ def main():
     texts = []
     for path in sys.argv[1:]:
         with open(path, encoding="utf-8") as f:
-            texts.append(f.read())
+            texts.append(named(f.read()))
     every = Known("\n".join(texts))
     for path, text in zip(sys.argv[1:], texts):
         for function, line, header, body, before in loops(text):

@@ -26,7 +26,7 @@ import shutil
 import subprocess
 import sys
 
-from headers import HEADERS
+from headers import HEADERS, named
 
 ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), '..', '..'))
 GUARDS = [h.upper().replace('.', '_') for h in HEADERS]
@@ -128,7 +128,7 @@ def functions():
         found[h] = []
         for row in rows.splitlines():
             _, first, name, length = row.split()[:4]
-            name = re.sub(r'^ROLNI_\((\w+)\)$', r'NAME_\1', name)
+            name = named(name)
             found[h].append((int(first), int(first) + int(length) - 1, name))
         first = name = None
         for number, line in enumerate(stripped.split('\n'), 1):

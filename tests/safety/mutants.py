@@ -51,7 +51,7 @@ QUICK = [ # function, what stands there, what takes its place
     ("roln_in_range", "&& known", "|| known"),
     ("roln_unpack", "return ROLN_E_CHECKSUM", "return ROLN_OK"),
 ]
-GCC = "gcc -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -O1 -w -DROLN_INLINE=ROLN_FN".split()
+GCC = "gcc -std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -O1 -w".split()
 SANITIZED = GCC + ["-fsanitize=address,undefined,bounds-strict,float-cast-overflow", "-fno-sanitize-recover=all"]
 DIR = "build/mutants"
 CONTROL = re.compile(r"(break|continue|return\b[^;]*);$")
@@ -91,9 +91,9 @@ def functions(header, text, bare):
         if code.startswith("{"):
             first = i + 1
         elif code.startswith("}") and first is not None:
-            name = re.findall(r"(?:ROLN_FN|ROLNI?_INLINE)\b[^()]*?(?:ROLNI_\((\w+)\)|(\w+))\(", signature)
+            name = re.findall(r"(?:ROLN_FN|ROLNI?_INLINE)\b[^()]*?(\w+)\(", headers.named(signature))
             if name:
-                found.append(Function(header, section, "".join(name[-1]), first, i))
+                found.append(Function(header, section, name[-1], first, i))
             first, signature = None, ""
         elif first is None:
             signature = signature + " " + code if code.strip() else ""

@@ -105,7 +105,7 @@ static int prepare(const char *folder, const char *path)
             s.zd[i] = p.zd_max[i] * (roln_uniform(&seed) - 0.5f);
             zdd[i] = 2 * p.zd_max[i] * (2 * roln_uniform(&seed) - 1);
         }
-        if (M(decode)(&p, &s, &x, &work) != ROLN_OK) return 0;
+        if (M(decode)(&p, &s, &x, &work.decode) != ROLN_OK) return 0;
         put(f, N, x.q), put(f, N, x.qd), put(f, n, s.z), put(f, n, s.zd), put(f, n, zdd);
     }
     return !fclose(f);
@@ -120,14 +120,14 @@ static int prepare(const char *folder, const char *path)
         static unsigned char bytes[M(full_packed_size) + 1];
         static M(start) start;
         f = file(folder, "bytes", "rb");
-        return f && M(store)((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &start) == ROLN_OK && !fclose(f);
+        return f && M(store)((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &start.store) == ROLN_OK && !fclose(f);
     }
 #else
     {
         static M(start) start;
         roln_real slope, least;
         uint64_t seed = 1;
-        if (M(init)(&p, &seed, &start) != ROLN_OK) return 0;
+        if (M(init)(&p, &seed, &start.init) != ROLN_OK) return 0;
         slope = p.slope, least = p.least; /* of the config, in double */
         if (!(f = file(folder, "numbers", "r")) || !get(f, M(numbers), &p.slope)) return 0;
         p.slope = slope, p.least = least;
@@ -153,7 +153,7 @@ int main(int argc, char **argv)
         M(guard) guard;
         memset(&guard, 0, sizeof guard);
         if (!get(f, N, x.q) || !get(f, N, x.qd) || !get(f, n, ref.z) || !get(f, n, ref.zd) || !get(f, n, ref.zdd)) return 1;
-        if (M(tick)(&p, &limits, &x, &ref, &s, &guard, &work) != 0) return fprintf(stderr, "a fault\n"), 1;
+        if (M(tick)(&p, &limits, &x, &ref, &s, &guard, &work.tick) != 0) return fprintf(stderr, "a fault\n"), 1;
         put(stdout, N, guard.tau);
 #ifdef PLANT
         {

@@ -43,8 +43,8 @@ static void train(context *c)
         const int start[4] = {c->number, 7 + i, 20, 40};
         const roln_batch b = {4, 3, 1, start, q, qd, NULL, NULL};
         memset(&c->g, 0, sizeof c->g);
-        c->statuses += arm_grad(&c->p, &weights, &b, limits.dt, &c->g, &c->work.train) != ROLN_OK;
-        c->statuses += arm_update(&c->p, &opt, &c->opt, &c->g, &c->work.train) != ROLN_OK;
+        c->statuses += arm_grad(&c->p, &weights, &b, limits.dt, &c->g, &c->work.train.grad) != ROLN_OK;
+        c->statuses += arm_update(&c->p, &opt, &c->opt, &c->g, &c->work.train.update) != ROLN_OK;
     }
 }
 
@@ -92,7 +92,7 @@ static void fill(int half, arm_residuals *to)
     static const roln_loss weights = ROLN_ODE_WEIGHTS;
     const int start[4] = {half, 10 + half, 20 + half, 30 + half};
     const roln_batch b = {4, 3, 1, start, q, qd, NULL, NULL};
-    half_statuses[half] += arm_rows(&p, &weights, &b, limits.dt, 4 * half, 0, to, half_work + half) != ROLN_OK;
+    half_statuses[half] += arm_rows(&p, &weights, &b, limits.dt, 4 * half, 0, to, &half_work[half].rows) != ROLN_OK;
 }
 
 static void add_up(int half, const arm_residuals *of, arm_newton *to)

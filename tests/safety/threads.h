@@ -21,10 +21,10 @@ static arm_params p; /* one for all, constant once made */
 /* What a context has to itself. */
 typedef struct {
     arm_work work;
-    arm_linwork linwork;
-    arm_lqrwork lqrwork;
-    arm_filterwork filterwork;
-    arm_planwork planwork;
+    arm_linear_work linwork;
+    arm_lqr_work lqrwork;
+    arm_filter_tick_work filterwork;
+    arm_plan_next_work planwork;
     arm_train train;
 } scratch;
 
@@ -49,7 +49,7 @@ ROLN_FN void make_model(void)
     static arm_start start;
     uint64_t seed = 5;
     int i;
-    if (arm_init(&p, &seed, &start) != ROLN_OK) printf("no model\n");
+    if (arm_init(&p, &seed, &start.init) != ROLN_OK) printf("no model\n");
     p.dt = limits.dt;
     for (i = 0; i < arm_n; i++)
         p.z_min[i] = -2, p.z_max[i] = 2, p.zd_max[i] = 10;
@@ -75,17 +75,17 @@ ROLN_FN void call(int k, results *o, scratch *w)
     const roln_cost cost = {ones, ones, ones, ROLN_C(0.01), NULL};
     arm_latent s = o->s;
     switch (k) {
-    case TICK: o->statuses += arm_tick(&p, &limits, &o->x, &o->r, &s, &o->g, &w->work); break;
-    case STEP: o->statuses += arm_step(&p, &o->s, o->g.tau, limits.dt, &w->work) != ROLN_OK; break;
+    case TICK: o->statuses += arm_tick(&p, &limits, &o->x, &o->r, &s, &o->g, &w->work.tick); break;
+    case STEP: o->statuses += arm_step(&p, &o->s, o->g.tau, limits.dt, &w->work.step) != ROLN_OK; break;
     case ENCODE:
-        o->statuses += arm_decode(&p, &o->s, &o->x, &w->work) != ROLN_OK;
-        o->statuses += arm_encode(&p, &o->x, &s, &w->work) != ROLN_OK;
+        o->statuses += arm_decode(&p, &o->s, &o->x, &w->work.decode) != ROLN_OK;
+        o->statuses += arm_encode(&p, &o->x, &s, &w->work.encode) != ROLN_OK;
         break;
     case LINEAR: o->statuses += arm_linear(&p, &s, o->g.tau, limits.dt, &o->j, &w->linwork) != ROLN_OK; break;
-    case TERMS: o->statuses += arm_terms(&p, &o->s, &o->e, &w->work) != ROLN_OK; break;
+    case TERMS: o->statuses += arm_terms(&p, &o->s, &o->e, &w->work.terms) != ROLN_OK; break;
     case CONTROL:
-        o->statuses += arm_control(&p, &o->s, &o->r, o->tau_z, &w->work) != ROLN_OK;
-        o->statuses += arm_lift(&p, &o->s, o->tau_z, o->tau, &w->work) != ROLN_OK;
+        o->statuses += arm_control(&p, &o->s, &o->r, o->tau_z, &w->work.control) != ROLN_OK;
+        o->statuses += arm_lift(&p, &o->s, o->tau_z, o->tau, &w->work.lift) != ROLN_OK;
         break;
     case FILTER: o->statuses += arm_filter_tick(&p, &noise, o->x.q, o->g.tau, &o->f, &w->filterwork) & ROLN_FAULT_STATUS; break;
     case LQR: o->statuses += arm_lqr(&p, &cost, &o->s, NULL, o->K, o->P, &w->lqrwork) != ROLN_OK; break;

@@ -4,13 +4,16 @@
 whose statuses it names ("status of roln_..", "as roln_.."). A call whose failure is turned into another status does not count.
 roln_status_text and roln_fault_text say of each name what its comment says. Prints what is missing."""
 import re
+import sys
 
-HEADERS = ["roln_spd.h", "roln_riem.h", "roln_ae.h", "roln_lnn.h", "roln.h"]
-FUNCTION = re.compile(r"\nROLNI?_\w+ roln_status\s+(rolni?_\w+)\([^;{]*?\)\s*\n\{(.*?)\n\}", re.S)
+sys.path.insert(0, "tests/safety")
+from headers import HEADERS, named
+
+FUNCTION = re.compile(r"\nROLNI?_\w+ roln_status\s+((?:rolni?|NAME)_\w+)\([^;{]*?\)\s*\n\{(.*?)\n\}", re.S)
 TURNED = re.compile(r"if \(\w+\([^;]*?\) != ROLN_OK\)\s+(?:st = |return )[^;]*ROLN_E_\w+[^;]*;")
 body, says = {}, {}
 for header in HEADERS:
-    text, last = open(header).read(), ""
+    text, last = named(open(header).read()), ""
     for m in FUNCTION.finditer(text):
         before = text[: m.start()]
         body[m[1]] = re.sub(r"/\*.*?\*/", "", m[2], flags=re.S)
@@ -25,7 +28,7 @@ def returned(name, on_way=()):
     if name in on_way:
         return set()
     found = set(re.findall(r"(?<![=!]= )\b(ROLN_E_\w+)", body[name]))
-    for call in re.findall(r"\b(rolni?_\w+)\(", TURNED.sub("", body[name])):
+    for call in re.findall(r"\b((?:rolni?|NAME)_\w+)\(", TURNED.sub("", body[name])):
         if call in body and call != name:
             found |= returned(call, on_way + (name,))
     return found
@@ -36,14 +39,14 @@ def told(name, on_way=()):
         return set()
     found = set(re.findall(r"ROLN_E_\w+", says[name]))
     for part in re.findall(r"\b(?:[Ss]tatus(?:es)?|as)\b[^.;]*", says[name]):
-        for other in re.findall(r"\broln_\w+", part):
+        for other in re.findall(r"\b(?:roln|NAME)_\w+", part):
             if other in says:
                 found |= told(other, on_way + (name,))
     return found
 
 
 for name in body:
-    if not name.startswith("rolni_"):
+    if not name.startswith(("rolni_", "NAME_i_")):
         for status in sorted(returned(name) - told(name)):
             print(f"{name}: its comment does not tell {status}")
 

@@ -45,7 +45,7 @@ int main(int argc, char **argv)
     static pend16_int8_params p;
     static pend16_int8_start work;
     FILE *f = fopen(argv[argc - 1], "rb");
-    if (!f || pend16_int8_store((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &work) != ROLN_OK) return 1;
+    if (!f || pend16_int8_store((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &work.store) != ROLN_OK) return 1;
     printf("%d\n", memcmp(&p, &pend16_int8_weights, sizeof p));
     return 0;
 }

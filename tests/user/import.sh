@@ -77,7 +77,7 @@ int main(int argc, char **argv)
         for (j = 0; j < (int)M(N); j++)
             q[k][j] = (roln_real)probes[k][0][j], qd[k][j] = (roln_real)probes[k][1][j];
     }
-    if (RANGE && M(fit_range)(&seen, 4, q[0], qd[0], &work) != ROLN_OK) return 1;
+    if (RANGE && M(fit_range)(&seen, 4, q[0], qd[0], &work.fit_range) != ROLN_OK) return 1;
     for (j = 0; j < (int)M(n); j++) {
         if (p.z_min[j] != seen.z_min[j] || p.z_max[j] != seen.z_max[j] || p.zd_max[j] != seen.zd_max[j])
             return printf("another range\n"), 1;
@@ -92,13 +92,13 @@ int main(int argc, char **argv)
         int i;
         for (i = 0; i < (int)M(N); i++)
             x.q[i] = (roln_real)y[0][i], x.qd[i] = (roln_real)y[1][i], tau[i] = (roln_real)y[2][i];
-        wrong |= M(encode)(&p, &x, &s, &work) || M(decode)(&p, &s, &back, &work) || M(terms)(&p, &s, &e, &work) ||
-                 M(reduce)(&p, &s, tau, tau_z, &work);
+        wrong |= M(encode)(&p, &x, &s, &work.encode) || M(decode)(&p, &s, &back, &work.decode) || M(terms)(&p, &s, &e, &work.terms) ||
+                 M(reduce)(&p, &s, tau, tau_z, &work.reduce);
         compare("z", M(n), s.z, y[3]), compare("zd", M(n), s.zd, y[4]);
         compare("q", M(N), back.q, y[5]), compare("qd", M(N), back.qd, y[6]);
         compare("M", M(n) * M(n), e.M, y[7]), compare("c", M(n), e.c, y[8]), compare("g", M(n), e.g, y[9]);
         compare("T", 1, &e.T, y[10]), compare("V", 1, &e.V, y[11]), compare("tau_z", M(n), tau_z, y[12]);
-        wrong |= M(step)(&p, &s, tau, (roln_real)0.01, &work) != ROLN_OK;
+        wrong |= M(step)(&p, &s, tau, (roln_real)0.01, &work.step) != ROLN_OK;
         compare("z after a step", M(n), s.z, y[13]), compare("zd after a step", M(n), s.zd, y[13] + M(n));
     }
     return wrong;

@@ -21,7 +21,7 @@ volatile int any;
     static name##_state name##_x; \
     static name##_latent name##_s; \
     static name##_guard name##_held; \
-    static name##_work name##_scratch; \
+    static name##_guard_tick_work name##_scratch; \
     static roln_real name##_want[count]; \
     static void name##_proof(const roln_limits *l, const roln_real *top) \
     { \

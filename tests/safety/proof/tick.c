@@ -28,7 +28,7 @@ static NAME(state) x;
 static NAME(target) ref;
 static NAME(latent) s;
 static NAME(guard) guard;
-static NAME(work) work;
+static NAME(tick_work) work;
 
 int main(void)
 {
