@@ -77,7 +77,7 @@ static ld pose_error(const leg_params *p, const roln_loss *weights, leg_train *t
     static leg_gradient g;
     const roln_batch all = {.count = POSES, .stride = 1, .q = pose_q, .qd = pose_qd, .qdd = pose_qdd, .tau = pose_tau};
     memset(&g, 0, sizeof g);
-    CHECK_OK(leg_grad_acc(p, weights, &all, &g, train));
+    CHECK_OK(leg_grad_acc(p, weights, &all, &g, &train->grad_acc));
     return (ld)g.loss.zdd / POSES;
 }
 
@@ -97,18 +97,18 @@ static void check_learning(int count, roln_real memory, int steps, ld most, uint
     ld first;
     int k, i, taken = 0;
     two_links(&s);
-    CHECK_OK(leg_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init));
+    CHECK_OK(leg_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init.init_pod));
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
     o.state = begin, opt.memory = memory, g.seed = s;
     first = pose_error(&p, &weights, &train);
     for (k = 0; k < steps; k++, g.seed += (uint64_t)count) {
         for (i = 0; i < count; i++) start[i] = (k * count + i) % POSES;
-        CHECK_OK(leg_rows(&p, &weights, &b, 1, 0, 0, &g, &train));
+        CHECK_OK(leg_rows(&p, &weights, &b, 1, 0, 0, &g, &train.rows));
         CHECK_OK(leg_newton_rows(&p, &opt, count, &g, &o));
         leg_newton_sums(&opt, count, 0, leg_newton_side, &g, &o, o.work.sums);
         for (taken = i = 0; i < 30 && !taken; i++) {
             CHECK_OK(leg_newton_step(&p, &opt, count, &g, &o));
-            (void)leg_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train); /* a model that fails there is refused */
+            (void)leg_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train.rows); /* a model that fails there is refused */
             taken = leg_newton_judge(&p, count, count, &g, &o);
         }
     }
@@ -171,7 +171,7 @@ static void hand_begin(hand_all *h, uint64_t s)
     roln_real qbar[5];
     memset(h, 0, sizeof *h);
     oscillators(&s);
-    CHECK_OK(hand_init_pod(&h->p, SEEN, seen_q, seen_qd, qbar, &s, &init));
+    CHECK_OK(hand_init_pod(&h->p, SEEN, seen_q, seen_qd, qbar, &s, &init.init_pod));
     h->o.state = begin, h->g.seed = s;
 }
 
@@ -180,14 +180,14 @@ static void hand_try(hand_all *h, const roln_newton_opt *opt, int count)
 {
     const roln_batch b = hand_batch(0, count);
     CHECK_OK(hand_newton_step(&h->p, opt, count, &h->g, &h->o));
-    (void)hand_rows(&h->o.next, &hand_weights, &b, tick, 0, 1, &h->g, &hand_scratch);
+    (void)hand_rows(&h->o.next, &hand_weights, &b, tick, 0, 1, &h->g, &hand_scratch.rows);
 }
 
 /* New rows and their sums. */
 static void hand_look(hand_all *h, const roln_newton_opt *opt, int count)
 {
     const roln_batch b = hand_batch(0, count);
-    CHECK_OK(hand_rows(&h->p, &hand_weights, &b, tick, 0, 0, &h->g, &hand_scratch));
+    CHECK_OK(hand_rows(&h->p, &hand_weights, &b, tick, 0, 0, &h->g, &hand_scratch.rows));
     CHECK_OK(hand_newton_rows(&h->p, opt, count, &h->g, &h->o));
     hand_newton_sums(opt, count, 0, hand_newton_side, &h->g, &h->o, h->o.work.sums);
 }
@@ -209,7 +209,7 @@ static ld hand_error(const hand_params *p)
     static hand_gradient g;
     const roln_batch b = hand_batch(0, COUNT);
     memset(&g, 0, sizeof g);
-    CHECK_OK(hand_grad(p, &hand_weights, &b, tick, &g, &hand_scratch));
+    CHECK_OK(hand_grad(p, &hand_weights, &b, tick, &g, &hand_scratch.grad));
     return (ld)roln_loss_total(&hand_weights, &g.loss) / COUNT;
 }
 
@@ -222,8 +222,8 @@ static void check_hand(const hand_params *p)
     int i;
     BOUND("pairs of the hand, eps", defect(4, 5, p->theta) / EPS, 2);
     BOUND("pairs of the hand, eps", defect(2, 4, p->theta + 45) / EPS, 2);
-    CHECK_OK(hand_decode(p, &z, &x, &work));
-    CHECK_OK(hand_encode(p, &x, &y, &work));
+    CHECK_OK(hand_decode(p, &z, &x, &work.decode));
+    CHECK_OK(hand_encode(p, &x, &y, &work.encode));
     for (i = 0; i < 2; i++) BOUND("left inverse, eps", (fabsl((ld)(y.z[i] - z.z[i])) + fabsl((ld)(y.zd[i] - z.zd[i]))) / EPS, 20);
 }
 
@@ -261,9 +261,9 @@ static void check_hand_pieces(int before, int count, roln_newton_opt opt)
     hand_b = hand_a;
     hand_look(&hand_a, &opt, count), hand_try(&hand_a, &opt, count);
     b = hand_batch(0, 7);
-    CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 0, 0, &hand_b.g, &hand_scratch));
+    CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 0, 0, &hand_b.g, &hand_scratch.rows));
     b = hand_batch(7, count - 7);
-    CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 7, 0, &hand_b.g, &hand_scratch));
+    CHECK_OK(hand_rows(&hand_b.p, &hand_weights, &b, tick, 7, 0, &hand_b.g, &hand_scratch.rows));
     memcpy(hand_b.g.J + count * P, hand_b.o.carried, sizeof hand_b.o.carried);
     CHECK_OK(roln_newton_rows(hand_blocks, hand_table, &opt, count, hand_b.p.theta, hand_b.g.J, hand_b.g.r, hand_b.g.weight,
                               &hand_b.o.state, room));
@@ -310,11 +310,11 @@ static void check_hand_judge(int count, roln_newton_opt opt)
     /* taken, now or with more damping; 5 of the rows judge, and the others do not count */
     hand_a = hand_b;
     memset(hand_b.g.next, 255, sizeof hand_b.g.next); /* NaN */
-    CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch));
+    CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch.rows));
     CHECK(same(5, hand_a.g.next, hand_b.g.next));
     while (!hand_newton_judge(&hand_b.p, count, 5, &hand_b.g, &hand_b.o) && hand_b.o.state.refused < 50) {
         CHECK_OK(hand_newton_step(&hand_b.p, &opt, count, &hand_b.g, &hand_b.o));
-        CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch));
+        CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch.rows));
     }
     CHECK(hand_b.o.state.refused < 50 && hand_b.o.state.taken == hand_a.o.state.taken + 1);
     CHECK(memcmp(&hand_b.p, &hand_b.o.next, sizeof hand_b.p) == 0 && same(P, hand_b.o.keep, hand_b.o.carried));
@@ -335,14 +335,14 @@ static void check_palm(void)
     CHECK(sizeof p == sizeof hand_a.p && P == hand_newton_size - ae && palm_newton_side == 13);
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
     o.state = begin, g.seed = hand_a.g.seed;
-    CHECK_OK(hand_rows(&hand_a.p, &hand_weights, &b, tick, 0, 0, &hand_a.g, &hand_scratch));
+    CHECK_OK(hand_rows(&hand_a.p, &hand_weights, &b, tick, 0, 0, &hand_a.g, &hand_scratch.rows));
     for (k = 0; k < 8; k++) {
-        CHECK_OK(palm_rows(&p, &hand_weights, &b, tick, 0, 0, &g, &train));
+        CHECK_OK(palm_rows(&p, &hand_weights, &b, tick, 0, 0, &g, &train.rows));
         for (i = 0; i < 13 && k == 0; i++) CHECK(same(P, g.J + i * P, hand_a.g.J + i * hand_newton_size + ae));
         CHECK_OK(palm_newton_rows(&p, &usual, 13, &g, &o));
         palm_newton_sums(&usual, 13, 0, palm_newton_side, &g, &o, o.work.sums);
         CHECK_OK(palm_newton_step(&p, &usual, 13, &g, &o));
-        (void)palm_rows(&o.next, &hand_weights, &b, tick, 0, 1, &g, &train);
+        (void)palm_rows(&o.next, &hand_weights, &b, tick, 0, 1, &g, &train.rows);
         (void)palm_newton_judge(&p, 13, 13, &g, &o);
     }
     CHECK(o.state.taken >= 4 && same(ae, p.theta, hand_a.p.theta) && same(3, &p.scale.q, &hand_a.p.scale.q));
@@ -390,7 +390,7 @@ static void check_lengths(void)
         for (again = 0; again < 2; again++) {
             roln_batch b = hand_batch(0, wrong[i].count);
             b.steps = wrong[i].steps;
-            CHECK(hand_rows(&hand_a.p, &hand_weights, &b, tick, wrong[i].at, again, &hand_a.g, &hand_scratch) == ROLN_E_LENGTH);
+            CHECK(hand_rows(&hand_a.p, &hand_weights, &b, tick, wrong[i].at, again, &hand_a.g, &hand_scratch.rows) == ROLN_E_LENGTH);
         }
     for (i = 0; i < 3; i++) {
         const int count = i == 0 ? -1 : i == 1 ? 0 : COUNT + 1;
