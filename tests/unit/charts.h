@@ -29,7 +29,7 @@ ROLN_FN void take(const roln_ae *shape)
 }
 
 enum { MAX_SUMS = 20000, MAX_SAMPLES = 3000 };
-static double sums[MAX_SUMS], other[MAX_SUMS];
+static double sums[MAX_SUMS];
 
 ROLN_FN roln_status add(const roln_real *th, int count, const roln_real *x, double *to)
 {

@@ -7,6 +7,8 @@
 
 void TEST_NAME(chart)(void);
 
+static double other[MAX_SUMS];
+
 /* ---- polynomials -------------------------------------------------------------------------------- */
 
 static void test_count(void)
