@@ -10,16 +10,17 @@
 #include "small_models.h"
 #undef EVERY_LEARN
 
-/* by everything, */
+/* and by everything. */
+#undef CALLED
+#define CALLED(X) X(rows) X(grad) X(grad_acc)
 #define SMALL(name) full_##name
 #define SMALL_ROWS 3
 #define EVERY_LEARN everything
 #include "small_models.h"
 #undef EVERY_LEARN
 
-/* and gradients. */
 #undef CALLED
-#define CALLED(X) X(grad) X(grad_acc)
+#define CALLED(X)
 #include "small.h"
 
 #define TAIL(name) tail_##name##_called
@@ -62,12 +63,6 @@ static void make_rows(int k, int kind, subject *x)
     x->count = x->d.b.count;
     fill(ROWS * MAXP, 7, x->J), fill(ROWS, 7, x->r);
     CHECK_OK(rows_of(&x->m, &weights.loss, &x->d, 40, x->J, x->r));
-}
-
-/* x's gradients are those of its model that has no rows. */
-static instance plainly(const subject *x)
-{
-    return trained(models[x->k], x->m.scale, x->theta);
 }
 
 void test_rows_reference(int k, int kind, double *J, double *r);
@@ -123,11 +118,10 @@ static void check_rows_slope(const subject *x)
     static double J[ROWS * MAXP], r[ROWS];
     const ld amp = is_var(x->kind) ? (ld)scale.t / (ld)x->d.h : 1;
     static gradient g;
-    const instance m = plainly(x);
     ld size;
     int i, w;
     test_rows_reference(x->k, x->kind, J, r);
-    CHECK_OK(grad_of(&m, &x->d, &g));
+    CHECK_OK(grad_of(&x->m, &x->d, &g));
     size = sqrtl((ld)weighted(&g.t));
     for (w = 0; w < x->count; w++) {
         const roln_real *row = x->J + w * x->params;
@@ -232,14 +226,13 @@ static void check_patterns(const subject *x, int term, int K)
     static ld mean[MAXP];
     static uint64_t seen[PATTERNS];
     static gradient g;
-    const instance m = plainly(x);
     terms wt = {0};
     uint64_t seed;
     ld loss = 0, want, top, amp = is_var(x->kind) ? (ld)scale.t / (ld)x->d.h : 1;
     int found = 0, i;
     wt.term[term] = weights.term[term];
     memset(&g, 0, sizeof g), memset(mean, 0, sizeof mean);
-    CHECK_OK(add_grad(&m, &wt.loss, &x->d, &g));
+    CHECK_OK(add_grad(&x->m, &wt.loss, &x->d, &g));
     want = (ld)wt.term[term] * (ld)g.t.term[term], top = largest(x->params, g.theta) + 1e-30L;
     for (seed = 1; seed < 20u << K && found < 1 << K; seed++) {
         uint64_t mark;
@@ -285,11 +278,10 @@ static void check_means(const subject *x, int draws)
     static ld mean[MAXP], square[MAXP];
     static gradient g;
     static data d;
-    const instance m = plainly(x);
     ld loss = 0, want, along = 0, size = 0;
     int i, k;
     some_windows(&x->d, 0, 1, &d);
-    CHECK_OK(grad_of(&m, &d, &g));
+    CHECK_OK(grad_of(&x->m, &d, &g));
     want = (ld)weighted(&g.t);
     memset(mean, 0, sizeof mean), memset(square, 0, sizeof square);
     for (k = 0; k < draws; k++) {
