@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; dist wants zip
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; api
+#                                       wants python3, dist zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, experiments,
 #                                       eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
@@ -21,7 +22,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash \
+.PHONY: all demo swelling ekf furuta mpc arm lint api install dist clean deps release-deps test release check hash \
         sanitize mutants record learn machines errors control plans models noise rope experiments rivals report plotting-deps \
         plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
 all: demo
@@ -60,6 +61,10 @@ CONFIG =
 lint:
 	@sh examples/lint.sh $(CONFIG)
 
+# plain prototypes of a model, a line of comment each, with python3: make api CONFIG=arm.h
+api:
+	@python3 tests/user/api.py $(CONFIG)
+
 build/%: examples/%.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
@@ -92,7 +97,7 @@ RELEASE_PACKAGES = clang-tidy cppcheck tcc cmake clang-19 llvm-19 libclang-rt-19
                    gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc \
                    gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
                    gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user \
-                   frama-c-base
+                   frama-c-base gdb
 AGREE = no
 deps:
 	@AGREE=$(AGREE) sh tests/deps.sh --no-install-recommends $(PACKAGES)

@@ -47,15 +47,12 @@
        NAME_guard       what a guard remembers; in it tau, the torque that may go to the motors
        NAME_equation    M, c, g, d, T, V at a state
        NAME_jacobian    A, B of a step
-       NAME_work        scratch of prediction and control; one for each thread and interrupt, see below
-       NAME_linwork     scratch of NAME_linear
-       NAME_lqrwork     scratch of NAME_lqr and NAME_lqr_along
+       NAME_x_work      scratch of NAME_x: arrays with names and shapes, for each function x that takes one
+       NAME_work        scratch of prediction and control, a union: NAME_tick(.., &work.tick); one for each thread and interrupt
        NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
-       NAME_planwork    ... scratch of NAME_plan_..
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
-       NAME_filterwork  scratch of NAME_filter_tick
-       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise
-       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_..; with small weights of NAME_store
+       NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise, a union
+       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_store
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
        NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
@@ -69,7 +66,6 @@
        NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
-       NAME_decode_some z, zd -> q, qd of a few joints
        NAME_aim         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
@@ -135,29 +131,48 @@
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
-   model with full weights); NAME_horizon; NAME_steps, NAME_motors of a plan. For the kernels: NAME_model, NAME_trained(p); for an
-   optimiser of your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
+   model with full weights); NAME_horizon; NAME_steps, NAME_motors of a plan. For the kernels: NAME_model; for an optimiser of
+   your own: NAME_table, NAME_blocks. ROLN_CHARTED: 1 if the model included last has a chart, else 0.
 
-   One NAME_work per context: a main loop, a task or an interrupt each have scratch of their own. An interrupt that calls with the
-   scratch of what it interrupts leaves wrong numbers there, with ROLN_OK.
+   Functions keep nothing in their scratch. A main loop, a task and an interrupt each have scratch of their own: an interrupt that
+   calls with the scratch of the code that it interrupts leaves wrong numbers there, with ROLN_OK.
 
    Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
    set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
    eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
 
-   Sections:
+   Sections. Once, functions that know no model:
 
-   1 model and units           what is known of a model besides its numbers, and the units that its networks see
-   2 a control tick            in the order in which a measurement meets it: encode, control, lift or allocate, guard
-   3 prediction and mechanics  a step, its derivatives, inverse dynamics, the terms of the equation of motion
-   4 Riccati equations         feedback of least cost for a linear system: by doubling, and step by step backward
-   5 optimal control           of a linear system within limits: interior points on a Riccati recursion
-   6 feedback and estimates    LQR, plans and a Kalman filter on the model
-   7 a training sample         in the order in which it meets the gradient: gather, encode, roll out, decode, compare, back
-   8 data, charts, errors      scales, variances, limits and noise from recordings; charts in closed form; roll-out errors
-   9 packed parameters         bytes, checksums, C text for flash
-   10 the typed shell          generated anew for every ROLN_NAME: the functions listed above
+   1 model and units           sizes of a model, and the units that its networks see
+   2 guard                     motors, limits, faults
+   3 Riccati equations         feedback of least cost for a linear system: by doubling, and step by step backward
+   4 optimal control           of a linear system within limits: interior points on a Riccati recursion
+   5 feedback, estimates and plans  their settings and states
+   6 windows, losses and errors     recorded motion, sums over it
+   7 packed parameters         bytes, checksums, C text for flash
+   8 from a config to sizes    macros of the preprocessor
+
+   For every ROLN_NAME, the functions listed above. In firmware:
+
+   9 sizes and types of a model
+   10 a control tick           in the order in which a measurement meets it: encode, control, lift or allocate, guard
+   11 prediction and mechanics a step, its derivatives, inverse dynamics, the terms of the equation of motion
+   12 feedback and estimates   LQR and a Kalman filter on the model
+   13 plans                    model predictive control
+   14 errors of a model        roll-outs against recordings
+   15 range, limits and noise from recordings
+
+   Learning:
+
+   16 a training sample        in the order in which it meets the gradient: gather, encode, roll out, decode, compare, back
+   17 scales and first weights
+   18 a chart in closed form
+
+   Keeping:
+
+   19 keeping a model          bytes, checksums, C text, small weights
+   20 scratch of a program     unions of the scratch above
 
    Angles in q, any consistent units; z has none, zd is 1/s, M is J s^2, forces on z and energies are J. With ROLN_ANGLES z is q
    itself (scale.q = 1); sliders beside angles in a unit in which they move by about one, which ROLN_SCALE each finds by itself.
@@ -173,7 +188,7 @@
 #include "roln_lnn.h"
 #include "roln_riem.h"
 
-/* ---- 1 model and units ------------------------------------------------------------------------ */
+/* ---- 1 model and units ----------------------------------------------------------------------- */
 
 /* Everything about a model but its numbers; constant, generated by the shell. */
 typedef struct {
@@ -248,7 +263,7 @@ ROLNI_INLINE void rolni_turn_back(const roln_lnn *f, int nb, roln_real *z)
         if (roln_lnn_angle(f, i % f->n) && ROLN_ABS(z[i]) > 4 * ROLNI_PI) z[i] = roln_wrap(z[i]);
 }
 
-/* ---- 2 guard ---------------------------------------------------------------------------------- */
+/* ---- 2 guard --------------------------------------------------------------------------------- */
 
 /* The energy T + V at a state, and zd^T d, the power lost in it: what limits.power of the guard is about. */
 typedef struct {
@@ -475,7 +490,7 @@ ROLN_FN roln_limits rolni_limits_uncounted(const roln_limits *limits)
     return l;
 }
 
-/* ---- 3 Riccati equations ---------------------------------------------------------------------- */
+/* ---- 3 Riccati equations --------------------------------------------------------------------- */
 
 /* x+ = A x + B u at the least cost sum x^T Q x + u^T R u. What is left of the cost from x on is x^T X x, and u = -K x.
    Q = D^T D and X = C^T C are kept as factors, R is diagonal: X is symmetric and positive semi-definite by construction, and
@@ -790,7 +805,7 @@ ROLN_FN roln_status roln_dare(int n, int m, const roln_real *A, const roln_real 
     return ROLN_OK;
 }
 
-/* ---- 4 optimal control ------------------------------------------------------------------------ */
+/* ---- 4 optimal control ----------------------------------------------------------------------- */
 
 /* x_k+1 = A_k x_k + B_k (u_k - at_k) from x_0 = 0, at the least
        sum_k  1/2 x_k+1^T Q_k x_k+1 + q_k^T x_k+1 + 1/2 sum_j r_j (u_kj - ref_j)^2,   k = 0 .. steps - 1,
@@ -1219,7 +1234,7 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
     return ROLN_OK;
 }
 
-/* ---- 5 feedback, estimates and plans ----------------------------------------------------------- */
+/* ---- 5 feedback, estimates and plans --------------------------------------------------------- */
 
 /* What feedback shall cost, a step: sum q_i dq_i^2 + sum qd_i dqd_i^2 + sum u_j du_j^2, of deviations of joints dq = J dz,
    dqd = J dzd, and of motors du. Weights are of joints and motors, since z has no unit that means anything: 1 / d^2, where all
@@ -1239,16 +1254,16 @@ ROLN_FN const roln_real *rolni_motors_tau(int N, const roln_motors *f, const rol
     return tau;
 }
 
-/* What acts over a step of dt seconds: motors, NULL: at each joint, or the learned inputs; their u [count], NULL: none; a load [n] on
-   z, NULL: none. */
+/* What acts over a step of dt seconds: motors, NULL: at each joint, or the learned inputs; their u [count], NULL: none; a load [n]
+   on z, NULL: none. */
 typedef struct {
     const roln_motors *motors;
     const roln_real *u, *load;
     roln_real dt;
 } rolni_acting;
 
-/* The same as a torque tau [force_size], NULL: none. turn: angles far out are brought within (-pi, pi] first; else they stay on their
-   turns, for differences of states. */
+/* The same as a torque tau [force_size], NULL: none. turn: angles far out are brought within (-pi, pi] first; else they stay on
+   their turns, for differences of states. */
 typedef struct {
     const roln_real *tau, *load;
     roln_real dt;
@@ -1422,7 +1437,7 @@ typedef struct {
 /* Largest number of iterations. */
 #define ROLN_PLAN_ITERATIONS 64
 
-/* ---- 6 windows, losses and errors -------------------------------------------------------------- */
+/* ---- 6 windows, losses and errors ------------------------------------------------------------ */
 
 /* Windows of recorded motion. Window w has samples start[w] + h stride, h = 0 .. steps, of the arrays. */
 typedef struct {
@@ -1622,20 +1637,6 @@ ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, r
         b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
 }
 
-/* What a block takes of the networks' kernels, named so that the macros stay short when they are expanded: tapes of a step of the
-   model, of the midpoint rule, which the variational loss takes, and of one stage that is not kept; work of a step, of a start, and
-   of the stations of the acceleration loss. (S(scheme) + 0 is an int, to be compared.) */
-#define ROLN_GRAD_STEPS(X, S, nb) \
-    X(kept_tape, ROLN_LNN_TAPE(S, 1, 1, nb)) X(once_tape, ROLN_LNN_TAPE(S, 1, 0, nb)) \
-    X(step_tapes, ROLN_STAGES((S(scheme) + 0)) * S(kept_tape)) X(mid_tapes, ROLN_STAGES(ROLN_MIDPOINT) * S(kept_tape)) \
-    X(step_kept, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 1, nb)) X(step_bwd, ROLN_LNN_STEP_BWD_WORK(S, (S(scheme) + 0), nb)) \
-    X(mid_kept, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 1, nb)) X(mid_bwd, ROLN_LNN_STEP_BWD_WORK(S, ROLN_MIDPOINT, nb)) \
-    X(start_kept, ROLN_LNN_START_WORK(S, 1, nb)) X(start_bwd, ROLN_LNN_START_BWD_WORK(S, nb)) \
-    X(step_once, ROLN_LNN_STEP_WORK(S, (S(scheme) + 0), 0, nb)) X(mid_once, ROLN_LNN_STEP_WORK(S, ROLN_MIDPOINT, 0, nb)) \
-    X(start_once, ROLN_LNN_START_WORK(S, 0, nb)) \
-    X(stage_kept, ROLNI_STAGE_WORK(S, 1, nb)) X(stage_bwd, ROLNI_STAGE_BWD_WORK(S, nb)) \
-    X(inverse_kept, ROLN_LNN_INVERSE_WORK(S, 1, 1, nb)) X(inverse_bwd, ROLN_LNN_INVERSE_BWD_WORK(S, nb))
-
 /* Windows w0 .. w0 + nb - 1 of a batch. */
 typedef struct {
     int w0, nb;
@@ -1808,7 +1809,7 @@ ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
     }
 }
 
-/* ---- 7 packed parameters ---------------------------------------------------------------------- */
+/* ---- 7 packed parameters --------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, least, scale.q, scale.t, scale.m, each [N] of a model with own units, dt,
@@ -2247,7 +2248,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     return ROLN_OK;
 }
 
-/* ---- 8 from a config to sizes ------------------------------------------------------------------ */
+/* ---- 8 from a config to sizes ---------------------------------------------------------------- */
 
 #define ROLNI_P0(a, ...) a
 #define ROLNI_P1(a, b, ...) b
@@ -2330,7 +2331,6 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_BEFORE(a, b, c, other) ((c) > 0 ? (b) : (b) > 0 ? (a) : (other)) /* of the last size of a, b, c the one before it */
 #define ROLN_(name) ROLNI_CAT(ROLN_NAME, name)        /* NAME_name */
 #define ROLNI_(name) ROLNI_CAT(ROLN_NAME, i_##name)   /* NAME_i_name: of this header alone */
-#define ROLNI_ENUMERATOR(name, size) ROLN_(name) = (size),
 #define ROLNI_ASSERT(what, truth) typedef char ROLN_(what)[(truth) ? 1 : -1];
 /* The same of real numbers, which C compares in initialisers only: 1, or an error in a line that names the macro. */
 #ifdef __cplusplus
@@ -2382,7 +2382,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 
 #endif
 
-/* ---- 10 the typed shell ------------------------------------------------------------------------ */
+/* ---- 9 sizes and types of a model ------------------------------------------------------------ */
 
 #ifdef ROLN_NAME
 
@@ -2505,7 +2505,20 @@ ROLNI_INTS
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky),
-    ROLN_LNN_ROWS(ROLNI_ENUMERATOR, ROLN_)
+    /* rows of the networks' kernels (roln_lnn.h, 2) */
+    ROLN_(row_mass) = ROLNI_MASS_ROW_WORK(ROLN_),
+    ROLN_(row_dm) = ROLNI_DM_WORK(ROLN_),
+    ROLN_(row_bwd) = ROLNI_ROW_BWD_WORK(ROLN_, 0, 0),
+    ROLN_(row_bwd_0) = ROLNI_ROW_BWD_WORK(ROLN_, 0, 1),
+    ROLN_(row_bwd_1) = ROLNI_ROW_BWD_WORK(ROLN_, 1, 1),
+    ROLN_(row_bwd_2) = ROLNI_ROW_BWD_WORK(ROLN_, 2, 1),
+    ROLN_(row_jac_1) = ROLNI_MOTION_JAC_WORK(ROLN_, 1),
+    ROLN_(row_jac_2) = ROLNI_MOTION_JAC_WORK(ROLN_, 2),
+    ROLN_(row_mass_0) = ROLNI_MASS_ONLY_WORK(ROLN_),
+    ROLN_(row_gradient_0) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 0),
+    ROLN_(row_gradient_1) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 1),
+    ROLN_(row_all_0) = ROLNI_ALL_ROW_WORK(ROLN_, 0),
+    ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
     /* parameters, and what training adds to them */
     ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(tri) + 1) +
                        ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_TRI(ROLN_(n)) : 0) +
@@ -2535,7 +2548,38 @@ ROLNI_INTS
     ROLN_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_FORMAT,
-    ROLN_GRAD_STEPS(ROLNI_ENUMERATOR, ROLN_, ROLN_BLOCK)
+    /* a step of one state, without and with what derivatives take */
+    ROLN_(stage_once_1) = ROLNI_STAGE_WORK(ROLN_, 0, 1),
+    ROLN_(midpoint_once_1) = ROLNI_MIDPOINT_WORK(ROLN_, 0, 1),
+    ROLN_(step_once_1) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 1, ROLN_(stage_once_1), ROLN_(midpoint_once_1)),
+    ROLN_(stage_1) = ROLNI_STAGE_WORK(ROLN_, 1, 1),
+    ROLN_(midpoint_1) = ROLNI_MIDPOINT_WORK(ROLN_, 1, 1),
+    ROLN_(step_1) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 1, ROLN_(stage_1), ROLN_(midpoint_1)),
+    ROLN_(dissipation) = ROLNI_DISSIPATION_JAC_WORK(ROLN_),
+    ROLN_(zdd_jac) = ROLN_LNN_ZDD_JAC_WORK(ROLN_),
+    ROLN_(midpoint_row) = ROLNI_MIDPOINT_ROW_WORK(ROLN_),
+    /* tapes and steps of a block of states: once, kept for a backward, the backward; mid: of the midpoint rule, which the
+       variational loss takes */
+    ROLN_(once_tape) = ROLN_LNN_TAPE(ROLN_, 1, 0, ROLN_BLOCK),
+    ROLN_(kept_tape) = ROLN_LNN_TAPE(ROLN_, 1, 1, ROLN_BLOCK),
+    ROLN_(step_tapes) = ROLN_STAGES(ROLNI_INT(ROLN_(scheme))) * ROLN_(kept_tape),
+    ROLN_(mid_tapes) = ROLN_STAGES(ROLN_MIDPOINT) * ROLN_(kept_tape),
+    ROLN_(stage_once) = ROLNI_STAGE_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(midpoint_once) = ROLNI_MIDPOINT_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(step_once) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_once), ROLN_(midpoint_once)),
+    ROLN_(mid_once) = ROLNI_STEP_WORK(ROLN_, ROLN_MIDPOINT, ROLN_BLOCK, 0, ROLN_(midpoint_once)),
+    ROLN_(start_once) = ROLN_LNN_START_WORK(ROLN_, 0, ROLN_BLOCK),
+    ROLN_(stage_kept) = ROLNI_STAGE_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(midpoint_kept) = ROLNI_MIDPOINT_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(step_kept) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_kept), ROLN_(midpoint_kept)),
+    ROLN_(mid_kept) = ROLNI_STEP_WORK(ROLN_, ROLN_MIDPOINT, ROLN_BLOCK, 0, ROLN_(midpoint_kept)),
+    ROLN_(start_kept) = ROLN_LNN_START_WORK(ROLN_, 1, ROLN_BLOCK),
+    ROLN_(stage_bwd) = ROLNI_STAGE_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(mid_bwd) = ROLNI_MIDPOINT_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(step_bwd) = ROLNI_STEP_BWD_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_bwd), ROLN_(mid_bwd)),
+    ROLN_(start_bwd) = ROLN_LNN_START_BWD_WORK(ROLN_, ROLN_BLOCK),
+    ROLN_(inverse_kept) = ROLN_LNN_INVERSE_WORK(ROLN_, 1, 1, ROLN_BLOCK),
+    ROLN_(inverse_bwd) = ROLN_LNN_INVERSE_BWD_WORK(ROLN_, ROLN_BLOCK),
     ROLN_(packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
                                        ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)),
     ROLN_(full_packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
@@ -2650,10 +2694,11 @@ static const roln_model ROLN_(model) = {
     ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLN_(own)};
 #undef ROLNI_MLP_OF
 
-/* ---- 9 a control tick ------------------------------------------------------------------------- */
+/* ---- 10 a control tick ----------------------------------------------------------------------- */
 
-/* A measurement q, qd becomes z, zd (NAME_encode). The controller turns them into a latent force tau_z (NAME_control), and NAME_lift
-   or NAME_allocate turns tau_z into torques. A guard lets the torques pass or not (NAME_guard_tick). NAME_tick is all of it. */
+/* A measurement q, qd becomes z, zd (NAME_encode). The controller turns them into a latent force tau_z (NAME_control), and
+   NAME_lift or NAME_allocate turns tau_z into torques. A guard lets the torques pass or not (NAME_guard_tick). NAME_tick is all of
+   it. */
 
 /* The parameters of the Lagrangian network. */
 ROLN_FN const roln_real *ROLNI_(net)(const ROLN_(params) *p)
@@ -2661,7 +2706,7 @@ ROLN_FN const roln_real *ROLNI_(net)(const ROLN_(params) *p)
     return p->theta + ROLN_(ae_size);
 }
 
-/* The units of forces, [N]: those of the joints. NULL: all are 1, or a learned input map B has the units in it, force on x = B u. */
+/* The units of forces, [N]: those of the joints. NULL: all are 1, or a learned input map B contains them, force on x = B u. */
 ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 {
     const roln_real *each = ROLNI_EACH(p);
@@ -2725,8 +2770,8 @@ typedef struct {
     roln_real s[3 * ROLN_(n)], tape[ROLN_AE_ENCODE_REST(ROLN_, 3, 1) + 3 * ROLN_(N)];
 } ROLN_(aim_work);
 
-/* A reference q, qd, qdd [N], qdd NULL: zdd = 0, in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet that control needs.
-   Writes r->z, zd, zdd; the gains in r stay as they are. r stays as it was unless ROLN_OK. ROLN_E_NOT_FINITE. */
+/* A reference q, qd, qdd [N], qdd NULL: zdd = 0, in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet
+   that control needs. Writes r->z, zd, zdd. The gains in r stay, and all of r unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
                                const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_(N)], ROLN_(target) *r,
                                ROLN_(aim_work) *w)
@@ -2804,9 +2849,9 @@ typedef struct {
     roln_real work[ROLN_LNN_INVERSE_WORK(ROLN_, 2, 0, 1)];
 } ROLN_(inverse_work);
 
-/* NAME_inverse, and to b the energy balance at (z, zd); b NULL: not wanted. A balance is asked for with v only. */
+/* NAME_inverse to w->a, and to b the energy balance at (z, zd); b NULL: not wanted. A balance is asked for with v only. */
 ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real *v, const roln_real *zdd,
-                                    roln_real *tau_z, rolni_balance *b, ROLN_(inverse_work) *w)
+                                    rolni_balance *b, ROLN_(inverse_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     const int n = ROLN_(n);
@@ -2824,7 +2869,6 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) 
     for (i = 0; i < n; i++)
         a[i] = a[i] / t2 * unit;
     if (!roln_all_finite(n, a)) return ROLN_E_NOT_FINITE;
-    rolni_copy(n, a, tau_z);
     if (b) {
         const rolni_tape t = rolni_tape_of(lnn, 2, 0, 1, w->tape);
         *b = ROLNI_(balance)(p, &t, s->zd, w->work);
@@ -2832,19 +2876,20 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) 
     return ROLN_OK;
 }
 
-/* Inverse dynamics tau_z = M zdd + C(z, zd) v + g + d [n] (roln_lnn_inverse); v [n], NULL: zd. zdd [n] in. tau_z is untouched unless
-   ROLN_OK. Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
+/* Inverse dynamics tau_z = M zdd + C(z, zd) v + g + d [n] (roln_lnn_inverse); v [n], NULL: zd. zdd [n] in. tau_z is untouched
+   unless ROLN_OK. Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real v[ROLN_(n)],
                                    const roln_real zdd[ROLN_AT_LEAST(ROLN_(n))], roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))],
                                    ROLN_(inverse_work) *w)
 {
+    roln_status st;
     if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
-    return ROLNI_(inverse)(p, s, v, zdd, tau_z, NULL, w);
+    if ((st = ROLNI_(inverse)(p, s, v, zdd, NULL, w)) == ROLN_OK) rolni_copy(ROLN_(n), w->a, tau_z);
+    return st;
 }
 
-/* scratch of NAME_control */
+/* scratch of NAME_control; inverse.a becomes tau_z */
 typedef struct {
-    roln_real out[ROLN_(n)];
     ROLN_(inverse_work) inverse;
 } ROLN_(control_work);
 
@@ -2853,9 +2898,9 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
                                     rolni_balance *b, ROLN_(control_work) *w)
 {
     const int n = ROLN_(n);
-    const roln_status st = ROLNI_(inverse)(p, s, r->zd, r->zdd, w->out, b, &w->inverse);
+    const roln_status st = ROLNI_(inverse)(p, s, r->zd, r->zdd, b, &w->inverse);
     const roln_real *const load = ROLNI_LOAD_OF(r);
-    roln_real *const out = w->out;
+    roln_real *const out = w->inverse.a;
     int i;
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) {
@@ -2873,8 +2918,8 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way.
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. The reference and the diagonal
-   gains are in r. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows, or NAME_allocate where there are fewer motors. Status of
-   roln_lnn_inverse, ROLN_E_NOT_FINITE. */
+   gains are in r. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows, or NAME_allocate where there are fewer motors. Status
+   of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *s, const ROLN_(target) *r,
                                    roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], ROLN_(control_work) *w)
 {
@@ -3069,13 +3114,12 @@ typedef struct {
 ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limits, const ROLNI_(seen) *seen, const roln_real *want,
                                 const roln_real *tau)
 {
-    const roln_model *md = &ROLN_(model);
-    const int N = ROLN_(N), nu = rolni_torques(md, limits->motors);
+    const int N = ROLN_(N), nu = rolni_torques(&ROLN_(model), limits->motors);
     const roln_real *q = seen->at->q, *qd = seen->at->qd;
     uint32_t faults = 0;
     int i;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd)) faults |= ROLN_FAULT_INPUT;
-    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(md, limits->motors)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(&ROLN_(model), limits->motors)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->s) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -3085,7 +3129,7 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     if (!seen->s) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
-        else if (!(md->lnn.angles ? rolni_near_turned(&md->lnn, q, seen->x, limits->q_off)
+        else if (!(ROLN_(model).lnn.angles ? rolni_near_turned(&ROLN_(model).lnn, q, seen->x, limits->q_off)
                                   : rolni_all_within(N, q, seen->x, limits->q_off)) ||
                  !rolni_all_within(N, qd, seen->x + N, limits->qd_off))
             faults |= ROLN_FAULT_MANIFOLD;
@@ -3164,14 +3208,14 @@ typedef struct {
     } u;
 } ROLN_(guard_tick_work);
 
-/* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed or
-   there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the way
-   to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of the
-   last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
+/* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed
+   or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
+   way to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of
+   the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
    (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until the guard is
    zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
-   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Foreign parameters count as an encoder that failed.
-   The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
+   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Foreign parameters count as an encoder that
+   failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
    zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
    A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt. limits->window = w
    makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w ticks. */
@@ -3240,7 +3284,7 @@ ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, 
     return ROLNI_(guard)(p, limits, &seen, st == ROLN_OK ? tau : NULL, g, w->rest.u.x);
 }
 
-/* ---- 10 prediction and mechanics -------------------------------------------------------------- */
+/* ---- 11 prediction and mechanics ------------------------------------------------------------- */
 
 /* A held force as the integrators ask for it (roln_force), and its scratch for nb states: on z it acts as J(z)^T tau, tau = in or
    B in. */
@@ -3300,17 +3344,11 @@ typedef struct {
     roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))];
     roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
 } ROLNI_(force_work);
-typedef struct {
-    roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))];
-    union {
-        struct {
-            roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
-        } eval;
-        struct {
-            roln_real T[ROLN_(n) * ROLN_(N)], u[ROLNI_ROOM(ROLN_(n) * ROLN_(inputs))];
-            roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_JAC_WORK(ROLN_))];
-        } jac;
-    } u;
+typedef union {
+    struct {
+        roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
+    } eval;
+    roln_real jac[ROLN_(n) * (ROLN_(N) + ROLN_(inputs)) + ROLN_AE_REDUCE_JAC_WORK(ROLN_)]; /* T [n][N], u [n][inputs], work */
 } ROLNI_(force_jac_work);
 
 /* in [nb][force_size], NULL: no force; tau, tape, work: scratch. Gradients need force.bwd and its scratch, derivatives force.jac: a
@@ -3349,8 +3387,8 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     return ROLN_OK;
 }
 
-/* A torque and a load of one state as the integrators ask for them: J(z)^T tau + unit load. by_load: the derivatives are by the load,
-   I, else by the torque. */
+/* A torque and a load of one state as the integrators ask for them: J(z)^T tau + unit load. by_load: the derivatives are by the
+   load, I, else by the torque. */
 typedef struct {
     ROLNI_(torque) *torque;
     const roln_real *load;
@@ -3389,7 +3427,7 @@ ROLN_FN void ROLNI_(drive_load)(const ROLN_(params) *p, const roln_real *load, i
 typedef struct {
     roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)]; /* the state and the force in units of the networks */
     ROLNI_(force_work) force;
-    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), 0, 1)];
+    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_(step_once_1)];
 } ROLN_(step_work);
 
 /* NAME_step of z, zd under a push. */
@@ -3433,7 +3471,7 @@ ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const 
 
 /* Scratch of a linearisation but for its derivatives J and the kernel's work, which grow with the columns wanted of B or L. */
 typedef struct {
-    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)];
+    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size) + ROLNI_TAU(ROLN_, 1)]; /* of inputs, u and B u */
     ROLNI_(force_jac_work) force;
     roln_real tape[ROLN_JAC_TAPES(ROLNI_INT(ROLN_(scheme))) * ROLN_LNN_TAPE(ROLN_, 1, 1, 1)];
 } ROLNI_(linear_base);
@@ -3450,8 +3488,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(loaded) loaded;
     roln_status st;
     int i, j;
-    ROLNI_(drive)(p, by->tau || by->load || to->B ? held : NULL, w->force.tau, w->force.u.eval.tape, w->force.u.eval.work, &d);
-    d.torque.T = w->force.u.jac.T, d.torque.u = w->force.u.jac.u, d.torque.jac = w->force.u.jac.work;
+    ROLNI_(drive)(p, by->tau || by->load || to->B ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
+    d.torque.T = w->force.jac, d.torque.u = d.torque.T + n * ROLN_(N), d.torque.jac = d.torque.u + n * ROLN_(inputs);
     d.force.jac = by->load ? ROLNI_(loaded_jac) : ROLNI_(torque_jac);
     ROLNI_(drive_load)(p, by->load, to->L != NULL, &d, &loaded);
     for (i = 0; i < size; i++)
@@ -3462,7 +3500,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     st = roln_lnn_step_jac(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, wanted, by->dt / t, s, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
-        const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? loaded.unit : unit;
+        const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
         for (i = 0; i < n2; i++) {
             roln_real *x = J + j * n2 + i;
             *x *= (i < n ? 1 : 1 / t) * tj;
@@ -3541,8 +3579,8 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLN_(params) *p, const roln_real *z, co
 }
 
 /* The terms of M zdd + c + g + d = tau_z at s: M [n][n], c = C zd, g, d = R zd and friction [n], kinetic and potential energy T, V.
-   With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If no force did work in training, all of them, and forces with them,
-   share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_terms; ROLN_E_NOT_FINITE also if a term is not
+   With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If no force did work in training, all of them, and forces with
+   them, share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_terms; ROLN_E_NOT_FINITE also if a term is not
    finite in these units. */
 ROLN_FN roln_status ROLN_(terms)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(equation) *e, ROLN_(terms_work) *w)
 {
@@ -3619,7 +3657,7 @@ ROLN_FN roln_status ROLN_(inertia)(const ROLN_(params) *p, const ROLN_(latent) *
     return ROLN_OK;
 }
 
-/* ---- 11 feedback and estimates ---------------------------------------------------------------- */
+/* ---- 12 feedback and estimates --------------------------------------------------------------- */
 
 /* The numbers of latent states s: [z; zd] [2n] each. */
 ROLN_FN const roln_real *ROLNI_(numbers)(const ROLN_(latent) *s)
@@ -3715,9 +3753,9 @@ typedef struct {
     } u;
 } ROLNI_(cost_work);
 
-/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D of the cost. Dry friction
-   has no slope but about rest, where tanh is steep, and there it would look like ever so much damping: A is that at velocities 4 v
-   farther from 0. */
+/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D of the cost. Dry
+   friction has no slope but about rest, where tanh is steep, and there it would look like ever so much damping: A is that at
+   velocities 4 v farther from 0. */
 ROLN_FN roln_status ROLNI_(cost_at)(const ROLN_(params) *p, const roln_cost *cost, const roln_real *s, const roln_real *u,
                                     roln_real *A, roln_real *B, roln_real *D, ROLNI_(cost_work) *w)
 {
@@ -3739,7 +3777,8 @@ ROLN_FN roln_status ROLNI_(cost_at)(const ROLN_(params) *p, const roln_cost *cos
 
 /* scratch of NAME_lqr: the step, roots of the cost of the joints and of the cost to go */
 typedef struct {
-    roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)], D[4 * ROLN_(n) * ROLN_(n)], C[4 * ROLN_(n) * ROLN_(n)];
+    roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)];
+    roln_real D[4 * ROLN_(n) * ROLN_(n)], C[4 * ROLN_(n) * ROLN_(n)];
     union {
         ROLNI_(cost_work) cost;
         roln_real dare[ROLN_DARE_WORK(2 * ROLN_(n), ROLN_(force_size))];
@@ -3774,7 +3813,8 @@ ROLN_FN roln_status ROLN_(lqr)(const ROLN_(params) *p, const roln_cost *cost, co
 
 /* scratch of NAME_lqr_along, as NAME_lqr_work */
 typedef struct {
-    roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)], D[4 * ROLN_(n) * ROLN_(n)], C[4 * ROLN_(n) * ROLN_(n)];
+    roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)];
+    roln_real D[4 * ROLN_(n) * ROLN_(n)], C[4 * ROLN_(n) * ROLN_(n)];
     union {
         ROLNI_(cost_work) cost;
         roln_real riccati[ROLN_RICCATI_WORK(2 * ROLN_(n), ROLN_(force_size))];
@@ -4044,8 +4084,8 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
    ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
    last one, unless this measurement starts it again, or else the next; or the parameters are foreign, and nothing is done;
    ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, and ROLN_FILTER_NONE stands beside it, for the last estimate
-   grows old; or tau is not finite, then it is left out. The estimate is always finite. Cost: NAME_linear, NAME_terms, n NAME_decode,
-   8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N). */
+   grows old; or tau is not finite, then it is left out. The estimate is always finite. Cost: NAME_linear, NAME_terms, n
+   NAME_decode, 8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N). */
 ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *noise, const roln_real y[ROLN_(N)],
                                     const roln_real tau[ROLN_(force_size)], ROLN_(filter) *f, ROLN_(filter_tick_work) *w)
 {
@@ -4094,7 +4134,7 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
 }
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
-/* ---- 12 plans --------------------------------------------------------------------------------- */
+/* ---- 13 plans -------------------------------------------------------------------------------- */
 
 /* scratch of a goal: the joints x at a state and the gradient gx by them, J there, a row of derivatives, the decoder's tape */
 typedef struct {
@@ -4107,8 +4147,8 @@ typedef struct {
 } ROLNI_(goal_work);
 
 /* scratch of NAME_plan_next: a base s0 under u0, derivatives A, B, Q, q along it, what roln_ocp_solve makes of them, u, x, K, and
-   what comes of that, s1 under u1. top, rate, last, hold, r: limits, a change of torque in a step, the torque before the first step,
-   what the goal holds, twice its weight. */
+   what comes of that, s1 under u1. top, rate, last, hold, r: limits, a change of torque in a step, the torque before the first
+   step, what the goal holds, twice its weight. */
 typedef struct {
     roln_real s0[(ROLN_(steps) + 1) * 2 * ROLN_(n)], s1[(ROLN_(steps) + 1) * 2 * ROLN_(n)], x[(ROLN_(steps) + 1) * 2 * ROLN_(n)];
     roln_real u0[ROLN_(steps) * ROLN_(motors)], u1[ROLN_(steps) * ROLN_(motors)], u[ROLN_(steps) * ROLN_(motors)];
@@ -4257,8 +4297,8 @@ ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, i
 /* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */
 ROLN_FN void ROLNI_(plan_again)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
 {
-    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), known = plan->plan.known && plan->plan.age == 0;
-    const int next = ROLN_MIN(k + 1, steps - 1), rated = rolni_rated(g->limits);
+    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), next = ROLN_MIN(k + 1, steps - 1);
+    const int known = plan->plan.known && plan->plan.age == 0, rated = rolni_rated(g->limits);
     const roln_real *s = w->s0 + k * n2, *planned = ROLNI_(numbers)(plan->s + k + 1);
     int i, j;
     for (j = 0; j < motors; j++) {
@@ -4385,10 +4425,10 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
    new one: the last one has become a step older, or, at its end, is no longer known; foreign parameters leave it as it is.
    ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
    seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
-   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may be
-   any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
-   test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three times
-   NAME_step, and roln_ocp_solve. */
+   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
+   be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
+   test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three
+   times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
                                      ROLN_(plan_next_work) *w)
 {
@@ -4474,7 +4514,8 @@ ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *
     int k, i;
     by.motors = f, by.load = goal->load, by.dt = goal->dt;
     if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
-    if (!plan->plan.known || !rolni_motors_valid(&ROLN_(model), f) || motors != rolni_torques(&ROLN_(model), f)) return ROLN_E_LENGTH;
+    if (!plan->plan.known || !rolni_motors_valid(&ROLN_(model), f)) return ROLN_E_LENGTH;
+    if (motors != rolni_torques(&ROLN_(model), f)) return ROLN_E_LENGTH;
     for (k = 0; k < ROLN_(steps); k++, A += n2 * n2, B += n2 * motors, c += n2) {
         const roln_real *u = plan->u + k * motors, *x = ROLNI_(numbers)(plan->s + k);
         roln_status st;
@@ -4488,18 +4529,19 @@ ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *
 }
 #endif
 
-/* ---- 13 errors of a model --------------------------------------------------------------------- */
+/* ---- 14 errors of a model -------------------------------------------------------------------- */
 
 /* scratch of NAME_errors: states s [2][block][n], data x [2][block][N], force */
 typedef struct {
-    roln_real s[2 * ROLN_BLOCK * ROLN_(n)], x[2 * ROLN_BLOCK * ROLN_(N)], held[ROLN_BLOCK * ROLN_(force_size)];
+    roln_real s[2 * ROLN_BLOCK * ROLN_(n)], x[2 * ROLN_BLOCK * ROLN_(N)];
+    roln_real held[ROLN_BLOCK * ROLN_(force_size) + ROLNI_TAU(ROLN_, ROLN_BLOCK)]; /* of inputs, u and B u */
     union {
         roln_real encode[ROLNI_ROOM(ROLN_AE_ENCODE_TAPE(ROLN_, 2, ROLN_BLOCK))];
         struct {
             roln_real Y[2 * ROLN_BLOCK * ROLN_(N)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, ROLN_BLOCK))];
         } decode;
         struct {
-            roln_real tau[ROLNI_ROOM(ROLNI_TAU(ROLN_, ROLN_BLOCK))], decoder[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, ROLN_BLOCK))];
+            roln_real decoder[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, ROLN_BLOCK))];
             roln_real reduce[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
             roln_real tape[ROLN_(once_tape)], work[ROLN_(step_once)];
         } step;
@@ -4533,7 +4575,6 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
                                   const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], roln_error *e, roln_error *joints,
                                   ROLN_(errors_work) *w)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_scale *sc = &p->scale;
     const int N = ROLN_(N), size = ROLN_(force_size), nb = ROLN_BLOCK;
     ROLNI_(driven) d;
@@ -4544,7 +4585,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     rows = ROLNI_AS(size_t, b->steps / every) + 1;
     memset(e, 0, rows * sizeof *e);
     if (joints) memset(joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e);
-    ROLNI_(drive)(p, b->tau ? w->held : NULL, w->u.step.tau, w->u.step.decoder, w->u.step.reduce, &d);
+    ROLNI_(drive)(p, b->tau ? w->held : NULL, w->held + nb * size, w->u.step.decoder, w->u.step.reduce, &d);
     for (from = 0; from < b->count; from += now) {
         now = b->count - from < nb ? b->count - from : nb;
         for (k = 0; k <= b->steps; k++) {
@@ -4553,16 +4594,17 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, size, from, now, k - 1, rolni_force_unit(sc), w->held);
                 if (b->tau) rolni_multiply_each(now, size, ROLNI_(force_units)(p), w->held);
-                st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, w->s, w->s, w->u.step.tape, w->u.step.work);
+                st = roln_lnn_step(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, 0, now, dt / sc->t, w->s, w->s, w->u.step.tape,
+                                   w->u.step.work);
                 if (st != ROLN_OK) return st;
-                rolni_turn_back(&md->lnn, now, w->s);
+                rolni_turn_back(&ROLN_(model).lnn, now, w->s);
             }
             if (k % every != 0) continue;
             rolni_gather(b, b->q, N, from, now, k, 1 / sc->q, w->x);
             rolni_gather(b, b->qd, N, from, now, k, rolni_velocity_unit(sc), w->x + now * N);
             rolni_divide_each(2 * now, N, ROLNI_EACH(p), w->x);
-            rolni_turn_back(&md->lnn, now, w->x);
-            if (k == 0) roln_ae_encode(&md->ae, 2, now, p->theta, w->x, w->s, w->u.encode);
+            rolni_turn_back(&ROLN_(model).lnn, now, w->x);
+            if (k == 0) roln_ae_encode(&ROLN_(model).ae, 2, now, p->theta, w->x, w->s, w->u.encode);
             ROLNI_(errors_decode)(p, now, qbar, e + k / every, je, w);
         }
     }
@@ -4570,7 +4612,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     return joints && !rolni_errors_finite(rows * ROLNI_AS(size_t, N), joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
 }
 
-/* ---- 14 range, limits and noise from recordings ------------------------------------------------ */
+/* ---- 15 range, limits and noise from recordings ---------------------------------------------- */
 
 /* Low and high z, largest |zd| [n] over the first samples of the windows of b. Status of NAME_encode; then they are scratch. */
 ROLN_FN roln_status ROLNI_(range)(const ROLN_(params) *p, const roln_batch *b, roln_real *low, roln_real *high, roln_real *top,
@@ -4641,7 +4683,7 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     return ROLN_OK;
 }
 
-/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; the largest torque of each joint and its largest change */
+/* scratch of NAME_fit_limits: a sample, its latent state, decoded; a guard; of each joint the largest torque and change */
 typedef struct {
     ROLN_(state) at, decoded;
     ROLN_(latent) s;
@@ -4857,11 +4899,11 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
 
 #if ROLNI_BITS(ROLN_STORE) == 0
 
-/* ---- 15 a training sample --------------------------------------------------------------------- */
+/* ---- 16 a training sample -------------------------------------------------------------------- */
 
 /* A sample is encoded (roln_ae_encode), stepped (roln_lnn_step), decoded (roln_ae_decode) and compared with the data. From there it
-   goes back through the same stations in reverse, each of which computes its forward once more: NAME_i_samples_forward and _backward
-   for the acceleration loss of single samples, NAME_i_windows_forward and _backward for windows of several steps. */
+   goes back through the same stations in reverse, each of which computes its forward once more: NAME_i_samples_forward and
+   _backward for the acceleration loss of single samples, NAME_i_windows_forward and _backward for windows of several steps. */
 
 /* Gradient: sums over the windows of all calls since it was zeroed, to be divided by `windows`. Zero it whole before the first
    NAME_grad of an update. Calls add up as if in twice the digits: after a million windows a sum is still right to 200 eps of the
@@ -4915,15 +4957,16 @@ typedef struct {
             ROLNI_(force_block_work) force;
             union {
                 struct {
-                    roln_real tape[ROLN_(once_tape)], work[ROLN_MAX(ROLN_MAX(ROLN_(step_once), ROLN_(mid_once)), ROLN_(start_once))];
+                    roln_real tape[ROLN_(once_tape)];
+                    roln_real work[ROLN_MAX(ROLN_MAX(ROLN_(step_once), ROLN_(mid_once)), ROLN_(start_once))];
                 } once;
                 struct {
-                    roln_real next[2 * ROLN_BLOCK * ROLN_(n)], tapes[ROLN_(step_tapes)];
-                    roln_real work[ROLN_MAX(ROLN_(step_kept), ROLN_(step_bwd))];
+                    roln_real tapes[ROLN_(step_tapes)], work[ROLN_MAX(ROLN_(step_kept), ROLN_(step_bwd))];
                 } kept;
                 struct {
-                    roln_real next[2 * ROLN_BLOCK * ROLN_(n)], tapes[ROLN_(mid_tapes)];
-                    roln_real work[ROLN_MAX(ROLN_MAX(ROLN_(mid_kept), ROLN_(mid_bwd)), ROLN_MAX(ROLN_(start_kept), ROLN_(start_bwd)))];
+                    roln_real tapes[ROLN_(mid_tapes)];
+                    roln_real work[ROLN_MAX(ROLN_MAX(ROLN_(mid_kept), ROLN_(mid_bwd)),
+                                            ROLN_MAX(ROLN_(start_kept), ROLN_(start_bwd)))];
                 } mid;
             } u;
         } step;
@@ -4991,7 +5034,6 @@ ROLN_FN void ROLNI_(windows_force)(const ROLNI_(windows) *b, int k)
 /* Forward: encode every sample and roll out from the first (two). Only the states Z and P are kept. */
 ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
 {
-    const roln_model *md = &ROLN_(model);
     const int nb = b->nb, nz = nb * ROLN_(n);
     ROLN_(grad_work) *const w = b->w;
     roln_real *const tape = w->u.step.u.once.tape, *const work = w->u.step.u.once.work;
@@ -5000,13 +5042,13 @@ ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
         roln_real *Zk = w->Z + k * 2 * nz, *Pk = w->P + k * 2 * nz;
         roln_status st = ROLN_OK;
         ROLNI_(windows_data)(b, k);
-        roln_ae_encode(&md->ae, b->jets, nb, b->p->theta, w->x, Zk, w->tape);
+        roln_ae_encode(&ROLN_(model).ae, b->jets, nb, b->p->theta, w->x, Zk, w->tape);
         if (!roln_all_finite(b->jets * nz, Zk)) return ROLN_E_NOT_FINITE;
         if (k == 0) rolni_copy(b->jets * nz, Zk, Pk);
         if (k == 0 || !b->rollout) continue;
         ROLNI_(windows_force)(b, k - 1);
-        if (k < b->first) st = roln_lnn_start(&md->lnn, &b->drive.sys, 0, nb, b->h, Zk - 2 * nz, Zk, Pk, tape, work);
-        else st = roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 0, nb, b->h, Pk - 2 * nz, Pk, tape, work);
+        if (k < b->first) st = roln_lnn_start(&ROLN_(model).lnn, &b->drive.sys, 0, nb, b->h, Zk - 2 * nz, Zk, Pk, tape, work);
+        else st = roln_lnn_step(&ROLN_(model).lnn, &b->drive.sys, b->scheme, 0, nb, b->h, Pk - 2 * nz, Pk, tape, work);
         if (st != ROLN_OK) return st;
     }
     return ROLN_OK;
@@ -5016,7 +5058,6 @@ ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
    gZ is set, gP is added to. */
 ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, roln_real *gP)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_loss *wt = b->weights;
     const int N = ROLN_(N), n = ROLN_(n), nb = b->nb, nz = nb * n, nx = nb * N, rows = pred ? 2 * nb : nb;
     ROLN_(grad_work) *const w = b->w;
@@ -5028,11 +5069,11 @@ ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, r
         rolni_copy(nz, Zk + j * nz, D + j * rows * n);
         if (pred) rolni_copy(nz, Pk + j * nz, D + j * rows * n + nz);
     }
-    roln_ae_decode(&md->ae, b->jets, rows, b->p->theta, D, Y, tape);
+    roln_ae_decode(&ROLN_(model).ae, b->jets, rows, b->p->theta, D, Y, tape);
     rolni_zero(b->jets * rows * N, gY);
     rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
     rolni_compare(b->g, rolni_term_of(b->each, wt->q, &loss->q), nx, Y, x, gY, NULL);
-    if (md->lnn.angles && pred) rolni_next_to(&md->lnn, nb, Y + nx, w->x);
+    if (ROLN_(model).lnn.angles && pred) rolni_next_to(&ROLN_(model).lnn, nb, Y + nx, w->x);
     if (pred) rolni_compare(b->g, rolni_term_of(b->step, wt->q_pred, &loss->q_pred), nx, Y + nx, x, gY + nx, NULL);
     if (b->jets > 1) {
         rolni_compare(b->g, rolni_term_of(b->each, wt->qd, &loss->qd), nx, Y + rows * N, x + nx, gY + rows * N, NULL);
@@ -5041,7 +5082,7 @@ ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, r
                           gY + rows * N + nx, NULL);
     }
     if (!rolni_goes_back(b->g)) return;
-    roln_ae_decode_bwd(&md->ae, b->jets, rows, b->p->theta, tape, gY, D, b->g->ae, w->u.decode.work);
+    roln_ae_decode_bwd(&ROLN_(model).ae, b->jets, rows, b->p->theta, tape, gY, D, b->g->ae, w->u.decode.work);
     for (j = 0; j < b->jets; j++) {
         rolni_copy(nz, D + j * rows * n, w->gZ + j * nz);
         for (i = 0; pred && i < nz; i++)
@@ -5056,15 +5097,14 @@ ROLN_FN void ROLNI_(windows_step)(const ROLNI_(windows) *b, int k, int pred, rol
     const roln_system *sys = &b->drive.sys;
     const int nb = b->nb, nz = nb * ROLN_(n), kept = b->scheme == ROLN_(model).scheme;
     ROLN_(grad_work) *const w = b->w;
-    const roln_real *Pk = w->P + k * 2 * nz;
-    roln_real *const Zk = w->Z + k * 2 * nz;
-    roln_real *const next = w->u.step.u.kept.next, *const tapes = kept ? w->u.step.u.kept.tapes : w->u.step.u.mid.tapes;
+    roln_real *const Zk = w->Z + k * 2 * nz, *const Pk = w->P + k * 2 * nz; /* Pk once more, which nothing reads after that */
+    roln_real *const tapes = kept ? w->u.step.u.kept.tapes : w->u.step.u.mid.tapes;
     roln_real *const work = kept ? w->u.step.u.kept.work : w->u.step.u.mid.work;
     rolni_zero(2 * nz, gB);
     ROLNI_(windows_force)(b, k - 1);
     if (!pred) { /* the start from two positions */
         if (!rolni_goes_back(b->g)) return;
-        (void)roln_lnn_start(lnn, sys, 1, nb, b->h, Zk - 2 * nz, Zk, next, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
+        (void)roln_lnn_start(lnn, sys, 1, nb, b->h, Zk - 2 * nz, Zk, Pk, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
         roln_lnn_start_bwd(lnn, sys, nb, b->h, gP, gB, w->gZ, b->g->net, w->u.step.u.mid.tapes, w->u.step.u.mid.work);
         return;
     }
@@ -5073,7 +5113,7 @@ ROLN_FN void ROLNI_(windows_step)(const ROLNI_(windows) *b, int k, int pred, rol
     if (b->jets > 1)
         rolni_compare(b->g, rolni_term_of(b->step, b->weights->zd, &b->g->loss->zd), nz, Pk + nz, Zk + nz, gP + nz, w->gZ + nz);
     if (!rolni_goes_back(b->g)) return;
-    (void)roln_lnn_step(lnn, sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, next, tapes, work);
+    (void)roln_lnn_step(lnn, sys, b->scheme, 1, nb, b->h, Pk - 2 * nz, Pk, tapes, work);
     roln_lnn_step_bwd(lnn, sys, b->scheme, nb, b->h, gP, gB, b->g->net, tapes, work);
 }
 
@@ -5157,26 +5197,27 @@ typedef struct {
 /* Forward: encode, and the accelerations of the model. */
 ROLN_FN roln_status ROLNI_(samples_forward)(const ROLNI_(samples) *b)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_scale *sc = &b->p->scale;
     const int N = ROLN_(N), nb = b->nb, nx = nb * N, nz = nb * ROLN_(n), size = ROLN_(force_size);
     const roln_real v = rolni_velocity_unit(sc);
     ROLN_(grad_acc_work) *const w = b->w;
+    roln_real *const tape = w->u.net.tape;
     roln_status st = ROLN_OK;
     rolni_gather(b->batch, b->batch->q, N, b->w0, nb, 0, 1 / sc->q, w->x);
     rolni_gather(b->batch, b->batch->qd, N, b->w0, nb, 0, v, w->x + nx);
     rolni_gather(b->batch, b->batch->qdd, N, b->w0, nb, 0, v * sc->t, w->x + 2 * nx);
     rolni_divide_each(3 * nb, N, ROLNI_EACH(b->p), w->x);
-    roln_ae_encode(&md->ae, 3, nb, b->p->theta, w->x, w->Z, w->tape);
+    roln_ae_encode(&ROLN_(model).ae, 3, nb, b->p->theta, w->x, w->Z, w->tape);
     if (!roln_all_finite(3 * nz, w->Z)) return ROLN_E_NOT_FINITE;
     if (b->batch->tau) {
         rolni_gather(b->batch, b->batch->tau, size, b->w0, nb, 0, rolni_force_unit(sc), w->held);
         rolni_multiply_each(nb, size, ROLNI_(force_units)(b->p), w->held);
     }
     if (b->weights->force > 0) /* only its status */
-        st = roln_lnn_inverse(&md->lnn, 1, nb, b->drive.sys.theta, w->Z, NULL, w->Z + 2 * nz, w->tau, w->u.net.tape, w->u.net.u.inverse);
+        st = roln_lnn_inverse(&ROLN_(model).lnn, 1, nb, b->drive.sys.theta, w->Z, NULL, w->Z + 2 * nz, w->tau, tape,
+                              w->u.net.u.inverse);
     /* unreached: the status of an overflow in the inverse dynamics */
-    return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, w->Z, w->sd, w->u.net.tape, w->u.net.u.stage) : st;
+    return st == ROLN_OK ? rolni_stage(&ROLN_(model).lnn, &b->drive.sys, 1, nb, w->Z, w->sd, tape, w->u.net.u.stage) : st;
 }
 
 /* Reconstruction z, zd, zdd and prediction z, zd, zdd_pred decoded, compared with the data, and back: gZ and gsd are set. */
@@ -5286,14 +5327,14 @@ ROLN_FN roln_status ROLN_(grad_acc)(const ROLN_(params) *p, const roln_loss *wei
 /* Adds the gradient of the ODE loss over windows of H = b->steps <= ROLN_HORIZON steps of dt seconds (paper Eq. 13): encoder,
    roll-out, decoder, and straight back, the encoded targets not detached. Per window, with mean over its samples:
        |phi(rho(q)) - q|^2 + |J D qd - qd|^2 (h = 0..H)      |zd_pred - zd|^2 + |qd_pred - qd|^2 (h = 1..H), ...
-   each times its weight. With H = 0 and weights for q, qd only, it trains the autoencoder alone. Without b->qd the variational loss,
-   of positions only: the first two start the discrete motion (roln_lnn_start), the midpoint rule carries it on, and the terms in z,
-   q_pred compare h = 2..H: the discrete Euler-Lagrange equations as a prediction error, H >= 2. Adds the sum over windows to
+   each times its weight. With H = 0 and weights for q, qd only, it trains the autoencoder alone. Without b->qd the variational
+   loss, of positions only: the first two start the discrete motion (roln_lnn_start), the midpoint rule carries it on, and the terms
+   in z, q_pred compare h = 2..H: the discrete Euler-Lagrange equations as a prediction error, H >= 2. Adds the sum over windows to
    g->theta, the unweighted terms to g->loss (without the prediction terms if all their weights are 0) and the count to g->windows,
    as if in twice the digits (held by test_sums.c). A block of windows that fails (data or parameters not finite, eigenvalues out of
    range) adds nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. Status of
-   roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: count or steps negative, windows longer than ROLN_HORIZON, stride below 1, no qd or
-   qdd for the acceleration loss, H < 2 for a prediction from positions. Of scratch only the states grow with H. */
+   roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: count or steps negative, windows longer than ROLN_HORIZON, stride below 1, no qd
+   or qdd for the acceleration loss, H < 2 for a prediction from positions. Of scratch only the states grow with H. */
 ROLN_FN roln_status ROLN_(grad)(const ROLN_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                 ROLN_(gradient) *g, ROLN_(grad_work) *w)
 {
@@ -5470,7 +5511,7 @@ ROLN_FN int ROLN_(newton_judge)(ROLN_(params) *p, int count, int judges, ROLN_(r
 ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_ROWS) <= 0)
 #endif
 
-/* ---- 16 scales and first weights --------------------------------------------------------------- */
+/* ---- 17 scales and first weights ------------------------------------------------------------- */
 
 /* scratch of NAME_variance: a sample, encoded; means, and what they lose by rounding; the encoder's tape */
 typedef struct {
@@ -5538,9 +5579,9 @@ typedef struct {
 } ROLN_(fit_inertia_work);
 
 /* p->scale.m, the unit of inertia of a machine whose forces are known, before training, for it changes what the weights mean:
-   2^(10 k), about a thousand to the power k, such that rms tau_z / rms zdd over the windows of b (first samples), in p's other units,
-   is 1/32 .. 32 of it. The networks begin with M = I, and logarithms of ten and more would be out of their reach. tau_z = J^T tau
-   or, of a model with inputs, u itself: B is learned. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
+   2^(10 k), about a thousand to the power k, such that rms tau_z / rms zdd over the windows of b (first samples), in p's other
+   units, is 1/32 .. 32 of it. The networks begin with M = I, and logarithms of ten and more would be out of their reach. tau_z =
+   J^T tau or, of a model with inputs, u itself: B is learned. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
    ROLN_E_NOT_FINITE, also for a machine that no force moves, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost: NAME_aim and
    NAME_reduce for each window. */
 ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
@@ -5623,7 +5664,7 @@ ROLN_FN roln_status ROLN_(init_pod)(ROLN_(params) *p, int count, const roln_real
 
 #if ROLNI_AT(1, ROLN_CHART) > 0
 
-/* ---- 17 a chart in closed form ----------------------------------------------------------------- */
+/* ---- 18 a chart in closed form --------------------------------------------------------------- */
 
 /* Sums of a chart in closed form, numbers that may be merged by adding them: zero it once. */
 typedef struct {
@@ -5888,7 +5929,8 @@ ROLN_FN roln_status ROLN_(chart_turn)(ROLN_(params) *p, const roln_batch *b, ROL
     if (b->count < 1 || !b->qd) return ROLN_E_LENGTH;
     if (turn->state.t == 0 && (st = ROLNI_(turn_start)(p, turn)) != ROLN_OK) return st;
     rolni_copy(size, layer, turn->kept);
-    st = roln_lbfgs_step(1, &encoder, ROLN_TURN_PAIRS, ROLNI_(encoder_value), &fit, &turn->state, turn->psi, turn->keep, turn->step);
+    st = roln_lbfgs_step(1, &encoder, ROLN_TURN_PAIRS, ROLNI_(encoder_value), &fit, &turn->state, turn->psi, turn->keep,
+                         turn->step);
     if (st == ROLN_E_NO_CONVERGENCE && turn->state.t == 0) { /* the start is the best encoder: fitted, it is the first step */
         turn->state.t = 1;
         st = ROLNI_(encoder_fit)(&fit, turn->psi);
@@ -5911,7 +5953,7 @@ ROLNI_ASSERT(degree_must_be_a_number_that_the_preprocessor_can_read, ROLN_(degre
 #endif
 #endif
 
-/* ---- 18 keeping a model ------------------------------------------------------------------------ */
+/* ---- 19 keeping a model ---------------------------------------------------------------------- */
 
 /* Parameters to and from bytes (roln_pack, roln_unpack), and as a C definition NAME_weights through put. */
 ROLN_FN void ROLN_(pack)(const ROLN_(params) *p, unsigned char bytes[ROLN_AT_LEAST(ROLN_(packed_size))])
@@ -5978,7 +6020,7 @@ ROLN_FN roln_status ROLN_(store)(int count, const unsigned char *bytes, ROLN_(pa
 }
 #endif
 
-/* ---- 19 scratch of a program ------------------------------------------------------------------- */
+/* ---- 20 scratch of a program ----------------------------------------------------------------- */
 
 /* Scratch of prediction and control: for every function what it takes, one upon the other. One for each main loop, task and
    interrupt. NAME_tick(.., &work.tick). */

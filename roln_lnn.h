@@ -377,13 +377,17 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        hidden      roln_mlp_hidden
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
        layers      SPD layers
-       row_mass ..       ROLN_LNN_ROWS: what one row of a block takes, named so that the macros stay short when they are expanded
+   and these, each on a line of its own, so that no line of the preprocessor becomes long: what a row of a block takes,
+       row_mass    ROLNI_MASS_ROW_WORK(S)              row_dm      ROLNI_DM_WORK(S)
+       row_bwd     ROLNI_ROW_BWD_WORK(S, 0, 0)         row_bwd_k   ROLNI_ROW_BWD_WORK(S, k, 1), k = 0, 1, 2
+       row_jac_k   ROLNI_MOTION_JAC_WORK(S, k), k = 1, 2
+       row_mass_0  ROLNI_MASS_ONLY_WORK(S)
+       row_gradient_k, row_all_k   ROLNI_GRADIENT_ROW_WORK(S, k), ROLNI_ALL_ROW_WORK(S, k), k = 0, 1: keep
+   what the derivatives of a step take,
+       stage_1     ROLNI_STAGE_WORK(S, 1, 1)           step_1      ROLN_LNN_STEP_WORK(S, scheme, 1, 1)
+       dissipation ROLNI_DISSIPATION_JAC_WORK(S)       zdd_jac     ROLN_LNN_ZDD_JAC_WORK(S)
+       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)
    and no more of them than a macro needs. */
-#define ROLN_LNN_ROWS(X, S) \
-    X(row_mass, ROLNI_MASS_ROW_WORK(S)) X(row_gradient, ROLN_MAX(S(row_mass), ROLNI_ROW_BWD_WORK(S, 0, 0))) \
-    X(row_dm, ROLNI_DM_WORK(S)) \
-    X(row_bwd_0, ROLNI_ROW_BWD_WORK(S, 0, 1)) X(row_bwd_1, ROLNI_ROW_BWD_WORK(S, 1, 1)) X(row_bwd_2, ROLNI_ROW_BWD_WORK(S, 2, 1)) \
-    X(row_jac_1, ROLNI_MOTION_JAC_WORK(S, 1)) X(row_jac_2, ROLNI_MOTION_JAC_WORK(S, 2))
 
 /* Kept of an SPD layer, its output included: at the matrix, and for each direction. */
 #define ROLN_LAYER_KEEP(n) (4 * (n) + 7 * (n) * (n))
@@ -1186,12 +1190,18 @@ ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, i
     X(A, S(base) * S(n) * S(n)) X(l_row, (1 - (keep)) * (1 - S(cholesky)) * S(n))
 #define ROLNI_MASS_ROW_WORK(S) \
     ROLN_MAX(ROLN_MAX(S(cholesky) ? 0 : ROLNI_EIGENBASIS_WORK(S), ROLNI_FORM_MASS_WORK(S)), ROLNI_DAMPING_WORK(S))
+#define ROLNI_MASS_ONLY_WORK(S) (0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, 0) + S(row_mass)) /* with keep 0 */
+#define ROLNI_GRADIENT_ROW_WORK(S, keep) (0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ROLN_MAX(S(row_mass), S(row_bwd)))
+#define ROLNI_ALL_ROW_WORK(S, keep) ROLN_MAX((keep) ? S(row_gradient_1) : S(row_gradient_0), S(row_dm))
+#define ROLNI_EVAL_ROW(S, keep, wanted) \
+    ((wanted) < ROLNI_GRADIENT   ? S(row_mass_0) \
+     : (wanted) < ROLNI_CORIOLIS ? (keep) ? S(row_gradient_1) : S(row_gradient_0) \
+     : (keep)                    ? S(row_all_1) \
+                                 : S(row_all_0))
 #define ROLNI_EVAL_WORK(S, dirs, keep, wanted, nb) \
     ROLN_MAX(ROLNI_NETWORKS_WORK(S, dirs, keep, wanted, nb), \
              (1 - (keep)) * (nb) * S(hidden) + \
-                 ROLN_MAX(0 ROLNI_EVAL_MEM(ROLNI_SIZE, S, keep) + ((wanted) < ROLNI_GRADIENT ? S(row_mass) : S(row_gradient)), \
-                          ROLN_MAX((wanted) < ROLNI_CORIOLIS ? 0 : S(row_dm), \
-                                   (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb))))
+                 ROLN_MAX(ROLNI_EVAL_ROW(S, keep, wanted), (wanted) < ROLNI_GRADIENT ? 0 : ROLNI_BELOW_WORK(S, nb)))
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
@@ -1377,7 +1387,7 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
    tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, 2 if roln_lnn_zdd_jac, which is 1 in sizes, else 0.
    tape [ROLN_LNN_TAPE(S, 1, keep, nb)]. Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is
    written only on ROLN_OK. */
-#define ROLN_LNN_ZDD_WORK(S, keep, nb) ROLN_MAX(ROLNI_EVAL_WORK(S, 1, keep, ROLNI_CORIOLIS, nb), 2 * S(n))
+#define ROLN_LNN_ZDD_WORK(S, keep, nb) ROLNI_EVAL_WORK(S, 1, keep, ROLNI_CORIOLIS, nb) /* 2 n and more */
 ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s,
                                  const roln_real *tau_z, roln_real *zdd, roln_real *tape, roln_real *work)
 {
@@ -1751,7 +1761,7 @@ ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, roln_real *
    W = M^-1 [n][n] by tau_z. Cost: of each layer n products, in the mass network 2n, all in one pass over its weights; n^4 for the
    mass matrix, behind SPD layers n backwards of a row. */
 #define ROLN_LNN_ZDD_JAC_WORK(S) \
-    ROLN_MAX(ROLN_MAX(S(row_jac_2), ROLNI_DISSIPATION_JAC_WORK(S)), 2 * S(n) * S(n))
+    ROLN_MAX(ROLN_MAX(S(row_jac_2), S(dissipation)), 2 * S(n) * S(n))
 ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_real *D, roln_real *W, roln_real *tape,
                               roln_real *work)
 {
@@ -1823,7 +1833,7 @@ typedef struct {
 #define ROLN_LNN_TERMS_MEM(X, S) X(M, S(n) * S(n)) X(el, S(n))
 #define ROLN_LNN_TERMS_WORK(S) \
     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_CORIOLIS, 1), \
-             ROLN_MAX(2 * S(n), (1 - S(formed)) * (0 ROLN_LNN_TERMS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n)))))
+             (1 - S(formed)) * (0 ROLN_LNN_TERMS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n))))
 ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_terms_out *out,
                                    roln_real *tape, roln_real *work)
 {
@@ -2077,9 +2087,10 @@ ROLN_FN roln_real rolni_stage_move(int j, roln_real h)
    Status of roln_lnn_zdd; ROLN_E_NO_CONVERGENCE: h is too long for the midpoint rule. sn is written only on ROLN_OK. */
 #define ROLN_LNN_STEP_MEM(X, S, scheme, nb) \
     X(next, 2 * (nb) * S(n)) X(sx, ((scheme) == ROLN_RK4) * 2 * (nb) * S(n)) X(k, ((scheme) != ROLN_MIDPOINT) * 2 * (nb) * S(n))
+#define ROLNI_STEP_WORK(S, scheme, nb, stage, midpoint) \
+    (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + ((scheme) == ROLN_MIDPOINT ? (midpoint) : (stage)))
 #define ROLN_LNN_STEP_WORK(S, scheme, keep, nb) \
-    (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + \
-     ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_WORK(S, keep, nb) : ROLNI_STAGE_WORK(S, keep, nb)))
+    ROLNI_STEP_WORK(S, scheme, nb, ROLNI_STAGE_WORK(S, keep, nb), ROLNI_MIDPOINT_WORK(S, keep, nb))
 ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int scheme, int keep, int nb, roln_real h,
                                   const roln_real *s, roln_real *sn, roln_real *tape, roln_real *work)
 {
@@ -2109,9 +2120,10 @@ ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int
 /* Backward of roln_lnn_step through its tapes: gsn [2][nb][n] in; adds to gs [2][nb][n], gtheta (may be NULL) and,
    through force->bwd, to what the force depends on. gs may not be gsn. */
 #define ROLN_LNN_STEP_BWD_MEM(X, S, nb) X(gx, 2 * (nb) * S(n)) X(gk, 2 * (nb) * S(n))
+#define ROLNI_STEP_BWD_WORK(S, scheme, nb, stage, midpoint) \
+    ((scheme) == ROLN_MIDPOINT ? (midpoint) : 0 ROLN_LNN_STEP_BWD_MEM(ROLNI_SIZE, S, nb) + (stage))
 #define ROLN_LNN_STEP_BWD_WORK(S, scheme, nb) \
-    ((scheme) == ROLN_MIDPOINT ? ROLNI_MIDPOINT_BWD_WORK(S, nb) \
-                               : 0 ROLN_LNN_STEP_BWD_MEM(ROLNI_SIZE, S, nb) + ROLNI_STAGE_BWD_WORK(S, nb))
+    ROLNI_STEP_BWD_WORK(S, scheme, nb, ROLNI_STAGE_BWD_WORK(S, nb), ROLNI_MIDPOINT_BWD_WORK(S, nb))
 ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *gsn,
                                roln_real *gs, roln_real *gtheta, roln_real *tape, roln_real *work)
 {
@@ -2164,11 +2176,11 @@ ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const
     X(sm, 2 * S(n)) X(N0, S(n) * S(n)) X(N1, S(n) * S(n)) X(Q, S(n) * S(n)) X(Fz, S(n) * S(n)) X(Fv, S(n) * S(n)) \
     X(A, S(n) * S(n)) X(P, S(n) * S(n)) X(W, S(n) * S(n)) X(G, (size) * S(n)) X(R, (2 * S(n) + (size)) * S(n)) \
     X(v, (2 * S(n) + (size)) * S(n))
-#define ROLNI_MIDPOINT_JAC_WORK(S, size) \
-    (0 ROLNI_MIDPOINT_JAC_MEM(ROLNI_SIZE, S, size) + \
-     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 1, ROLNI_SECOND, 1), \
-              ROLN_MAX(ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), S(row_jac_1)), \
-                       ROLN_MAX(ROLNI_DISSIPATION_JAC_WORK(S), 2 * S(n) * S(n)))))
+#define ROLNI_MIDPOINT_ROW_WORK(S) \
+    ROLN_MAX(S(stage_1), \
+             ROLN_MAX(ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), S(row_jac_1)), \
+                      ROLN_MAX(S(dissipation), 2 * S(n) * S(n))))
+#define ROLNI_MIDPOINT_JAC_WORK(S, size) (0 ROLNI_MIDPOINT_JAC_MEM(ROLNI_SIZE, S, size) + S(midpoint_row))
 ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys, int size, roln_real h, roln_real *J,
                                        roln_real *tape, int stride, roln_real *work)
 {
@@ -2233,7 +2245,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
    those of zdd, on its tape; those of zd are in X. */
 #define ROLNI_STAGE_JAC_MEM(X, S, size) \
     X(D, 2 * S(n) * S(n)) X(W, S(n) * S(n)) X(H, S(n) * S(n)) X(G, (size) * S(n))
-#define ROLNI_STAGE_JAC_WORK(S, size) (0 ROLNI_STAGE_JAC_MEM(ROLNI_SIZE, S, size) + ROLN_LNN_ZDD_JAC_WORK(S))
+#define ROLNI_STAGE_JAC_WORK(S, size) (0 ROLNI_STAGE_JAC_MEM(ROLNI_SIZE, S, size) + S(zdd_jac))
 ROLN_FN void rolni_stage_jac(const roln_lnn *f, const roln_system *sys, int size, const roln_real *X, roln_real *K, roln_real *tape,
                              roln_real *work)
 {
@@ -2265,8 +2277,8 @@ ROLN_FN void rolni_stage_jac(const roln_lnn *f, const roln_system *sys, int size
     X(next, 2 * S(n)) X(sx, 2 * S(n)) X(k, 2 * S(n)) X(Xs, (2 * S(n) + (size)) * 2 * S(n)) X(K, (2 * S(n) + (size)) * S(n))
 #define ROLN_LNN_STEP_JAC_WORK(S, scheme, size) \
     ((scheme) == ROLN_MIDPOINT \
-    ? 2 * S(n) + ROLN_MAX(ROLN_LNN_STEP_WORK(S, scheme, 1, 1), ROLNI_MIDPOINT_JAC_WORK(S, size)) \
-    : 0 ROLN_LNN_STEP_JAC_MEM(ROLNI_SIZE, S, size) + ROLN_MAX(ROLNI_STAGE_WORK(S, 1, 1), ROLNI_STAGE_JAC_WORK(S, size)))
+    ? 2 * S(n) + ROLN_MAX(S(step_1), ROLNI_MIDPOINT_JAC_WORK(S, size)) \
+    : 0 ROLN_LNN_STEP_JAC_MEM(ROLNI_SIZE, S, size) + ROLN_MAX(S(stage_1), ROLNI_STAGE_JAC_WORK(S, size)))
 ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys, int scheme, int size, roln_real h,
                                       const roln_real *s, roln_real *sn, roln_real *J, roln_real *tape, roln_real *work)
 {

@@ -87,11 +87,17 @@ static void add_errors(const roln_error *all, const roln_error *joints, score *t
         to->joint[j][0] += (double)joints[j].q, to->joint[j][1] += (double)joints[j].q_var;
 }
 
+/* The units of the joints in p, which stand behind slope, least and scale; NULL: ROLN_SCALE is common, they have one. */
+static const roln_real *units_of(const M(params) *p)
+{
+    return M(own) ? (const roln_real *)(const void *)p + 5 : NULL;
+}
+
 /* Adds the errors of q + h qd over one window, and of q + the integral of the recorded qd: the latter is noise. */
 static void add_constant(const rollout *r, int start, score *to)
 {
     enum { N = M(N) };
-    const roln_real *each = M(trained)(r->p).each, *q = r->m->q + start * N, *qd = r->m->qd + start * N;
+    const roln_real *each = units_of(r->p), *q = r->m->q + start * N, *qd = r->m->qd + start * N;
     const double dt = r->m->dt;
     int i, j;
     for (j = 0; j < N; j++) {
@@ -109,7 +115,7 @@ static void add_constant(const rollout *r, int start, score *to)
 static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, score *to, int thread)
 {
     enum { N = M(N) };
-    const roln_real *each = M(trained)(r->p).each;
+    const roln_real *each = units_of(r->p);
     const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
     double wide = 0;
     int w, i, j;
@@ -600,7 +606,7 @@ static void predict(int at, int stride, int far, int points, double *x)
 static void widest(int at, int count, int *which)
 {
     enum { N = M(N) };
-    const roln_real *each = M(trained)(&s.p).each;
+    const roln_real *each = units_of(&s.p);
     double wide[N];
     int i, j, k;
     for (j = 0; j < N; j++) {

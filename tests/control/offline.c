@@ -21,24 +21,19 @@ int offline_load(int count, const float *numbers)
     return 0;
 }
 
-/* What roln_plan_next works on, of one problem. */
+/* What swift_plan_next works on, of one problem. */
 static struct {
     roln_real weight[N], slow[N], dear[MOTORS], ref[N], still[N];
     roln_term terms[2];
     roln_limits limits;
     roln_motors motors;
     roln_goal goal;
-    roln_trained m;
-    rolni_plan plan;
 } t;
 
 /* From the start, with the torques u. */
 static void prepare(const struct offline *o, const float *u)
 {
     static const roln_real B[N * MOTORS] = SWIFT_B;
-    enum { steps = STEPS, motors = MOTORS }; /* names that ROLN_PLAN_MEM reads */
-    const roln_planned pl = swift_planned(&none);
-    rolni_plan *const b = &t.plan;
     for (int i = 0; i < N; i++)
         t.weight[i] = SWIFT_Q, t.slow[i] = SWIFT_QD, t.ref[i] = o->q[i];
     for (int j = 0; j < MOTORS; j++)
@@ -49,17 +44,10 @@ static void prepare(const struct offline *o, const float *u)
     t.limits = (roln_limits){.dt = SWIFT_DT, .margin = 100, .tau = o->limit, .motors = &t.motors};
     t.goal = (roln_goal){.dt = SWIFT_DT, .terms = 2, .term = t.terms, .u = t.dear, .limits = &t.limits, .iterations = 25,
                          .P = o->P, .end = o->end};
-    t.m = swift_trained(&params);
-    b->goal = &t.goal, b->steps = steps, b->motors = motors, b->rated = 0;
-    {
-        roln_real *work = scratch.plan_next;
-        ROLN_PLAN_MEM(ROLNI_LAY, ROLNI_LOCAL)
-        b->work = work;
-    }
-    rolni_copy(2 * n, o->start, b->s0);
-    rolni_plan_start(b, &pl);
+    rolni_copy(2 * n, o->start, scratch.s0);
+    swift_i_plan_start(&t.goal, &none, &scratch);
     for (int i = 0; i < STEPS * MOTORS; i++)
-        b->u0[i] = (double)u[i];
+        scratch.u0[i] = (double)u[i];
 }
 
 double offline_cost(const struct offline *o, const float *u)
@@ -67,7 +55,7 @@ double offline_cost(const struct offline *o, const float *u)
     roln_real cost;
     int in;
     prepare(o, u);
-    return rolni_plan_base(&t.m, NULL, &t.plan, &cost, &in) == ROLN_OK ? cost : (double)NAN;
+    return swift_i_plan_base(&params, &t.goal, NULL, &cost, &in, &scratch) == ROLN_OK ? cost : (double)NAN;
 }
 
 double offline_best(const struct offline *o, const float *u)
@@ -75,8 +63,8 @@ double offline_best(const struct offline *o, const float *u)
     roln_real cost = (roln_real)NAN, before = (roln_real)INFINITY, gap;
     prepare(o, u);
     for (int k = 0; k < 200; k++) { /* a step that is no better leaves u1 = u0 and the cost */
-        if (rolni_plan_better(&t.m, NULL, &t.plan, &cost, &gap) != ROLN_OK) return (double)NAN;
-        rolni_copy(STEPS * MOTORS, t.plan.u1, t.plan.u0);
+        if (swift_i_plan_better(&params, &t.goal, NULL, &cost, &gap, &scratch) != ROLN_OK) return (double)NAN;
+        rolni_copy(STEPS * MOTORS, scratch.u1, scratch.u0);
         if (!(cost < before * (1 - 1e-9))) break;
         before = cost;
     }

@@ -208,11 +208,16 @@ static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b,
 static roln_real M(loss_of)(void *self, const roln_loss *weights, const roln_batch *b, roln_real *g)
 {
     M(self) *m = self;
-    memset(&m->g, 0, sizeof m->g);
-    if (M(grad_acc)(&m->p, weights, b, &m->g, &m->u.train.grad_acc) != ROLN_OK) return ROLN_C(0.0) / ROLN_C(0.0);
-    for (int i = 0; i < M(theta_size) - M(ae_size); i++)
-        g[i] = m->g.theta[M(ae_size) + i] / m->g.windows;
-    return roln_loss_total(weights, &m->g.loss) / m->g.windows;
+    roln_loss loss = {0};
+    roln_real windows = 0;
+    const roln_gradient to = {.net = g, .loss = &loss, .windows = &windows}; /* none by the autoencoder, which would cost as much */
+    memset(g, 0, M(rest_size) * sizeof *g);
+    for (int w = 0; w < b->count; w += BLOCK)
+        if (M(i_samples_block)(&m->p, weights, b, rolni_part_of(b, w, BLOCK), &to, &m->u.train.grad_acc) != ROLN_OK)
+            return ROLN_C(0.0) / ROLN_C(0.0);
+    for (int i = 0; i < M(rest_size); i++)
+        g[i] /= windows;
+    return roln_loss_total(weights, &loss) / windows;
 }
 
 #if ROLN_CHARTED

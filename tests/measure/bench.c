@@ -32,12 +32,72 @@
 #define ROLN_LAYERS gyro
 #include "roln.h"
 
+/* models that learn */
+#define ROLN_NAME fall
+#define ROLN_AE 600, 128, 64, 32, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME small
+#define ROLN_AE 16, 8, 4
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME small_rk4
+#define ROLN_AE 16, 8, 4
+#define ROLN_MLP 64, 64
+#include "roln.h"
+
+#define ROLN_NAME n64
+#define ROLN_AE 64, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n128
+#define ROLN_AE 128, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n256
+#define ROLN_AE 256, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n512
+#define ROLN_AE 512, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n1024
+#define ROLN_AE 1024, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n2048
+#define ROLN_AE 2048, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
+#define ROLN_NAME n4096
+#define ROLN_AE 4096, 64, 10
+#define ROLN_MLP 64, 64
+#define ROLN_STEP euler
+#include "roln.h"
+
 #include <mujoco/mujoco.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
-enum { MATRICES = 64, MAX_N = 16, LENGTH = 1024, HORIZON = 8, BLOCK = 16, SAMPLES = 4000 };
+enum { MATRICES = 64, MAX_N = 16, LENGTH = 1024, HORIZON = 8, SAMPLES = 4000 };
 
 /* One line of the table. */
 typedef struct row row;
@@ -402,66 +462,56 @@ static void tick_all(const row *r)
 
 /* ---- models that learn ------------------------------------------------------------------------- */
 
-#define NET_(x) ROLNI_CAT(NET, x)
-#define NET fall /* the cloth */
-#define ROLN_AE 600, 128, 64, 32, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET small
-#define ROLN_AE 16, 8, 4
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET small_rk4
-#define ROLN_AE 16, 8, 4
-#define ROLN_MLP 64, 64
-#include "net.h"
-
-/* cost against N */
-#define NET n64
-#define ROLN_AE 64, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n128
-#define ROLN_AE 128, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n256
-#define ROLN_AE 256, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n512
-#define ROLN_AE 512, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n1024
-#define ROLN_AE 1024, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n2048
-#define ROLN_AE 2048, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
-
-#define NET n4096
-#define ROLN_AE 4096, 64, 10
-#define ROLN_MLP 64, 64
-#define ROLN_STEP euler
-#include "net.h"
+/* Of a model three functions for rows, whose r->more is windows of a batch: NAME_predict is encode, a step, decode; NAME_learn the
+   gradient of a batch and an update so small that every run does the same work. */
+#define NET(NAME) \
+    static struct { \
+        NAME##_params p; \
+        NAME##_gradient g; \
+        NAME##_optimiser o; \
+        union { NAME##_start start; NAME##_work work; NAME##_train train; } room; \
+        NAME##_state x, out; \
+        roln_real *data; /* q, then qd, of the windows of a batch */ \
+    } NAME##_net; \
+    static void NAME##_begin(const row *r) \
+    { \
+        const int count = 2 * r->more * (HORIZON + 1) * NAME##_N; \
+        memset(&NAME##_net.o, 0, sizeof NAME##_net.o); \
+        must(NAME##_init(&NAME##_net.p, &seed, &NAME##_net.room.start.init)); \
+        free(NAME##_net.data), NAME##_net.data = reals(count); \
+        fill(count, ROLN_C(0.3), NAME##_net.data); \
+        memcpy(&NAME##_net.x, NAME##_net.data, sizeof NAME##_net.x); \
+    } \
+    ROLN_FN void NAME##_predict(const row *r) \
+    { \
+        NAME##_latent s; \
+        (void)r; \
+        must(NAME##_encode(&NAME##_net.p, &NAME##_net.x, &s, &NAME##_net.room.work.encode)); \
+        must(NAME##_step(&NAME##_net.p, &s, NULL, ROLN_C(1e-3), &NAME##_net.room.work.step)); \
+        must(NAME##_decode(&NAME##_net.p, &s, &NAME##_net.out, &NAME##_net.room.work.decode)); \
+    } \
+    static void NAME##_learn(const row *r) \
+    { \
+        static const roln_loss weights = ROLN_ODE_WEIGHTS; \
+        static const roln_opt opt = { \
+            .lr = {ROLN_C(1e-9), ROLN_C(1e-9), ROLN_C(1e-9)}, .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8), \
+            .decay = ROLN_C(2e-5), .clip = 5}; \
+        const roln_batch b = {.count = r->more, .steps = HORIZON, .stride = 1, .q = NAME##_net.data, \
+                              .qd = NAME##_net.data + r->more * (HORIZON + 1) * NAME##_N}; \
+        memset(&NAME##_net.g, 0, sizeof NAME##_net.g); \
+        must(NAME##_grad(&NAME##_net.p, &weights, &b, ROLN_C(1e-3), &NAME##_net.g, &NAME##_net.room.train.grad)); \
+        must(NAME##_update(&NAME##_net.p, &opt, &NAME##_net.o, &NAME##_net.g, &NAME##_net.room.train.update)); \
+    }
+NET(fall)
+NET(small)
+NET(small_rk4)
+NET(n64)
+NET(n128)
+NET(n256)
+NET(n512)
+NET(n1024)
+NET(n2048)
+NET(n4096)
 
 static const struct {
     int N;

@@ -89,7 +89,7 @@ typedef struct {
     { \
         static of##_start work; \
         FUZZ_SPOIL(&work, sizeof work); \
-        return of##_store(count, b, (of##_params *)p, &work); \
+        return of##_store(count, b, (of##_params *)p, &work.store); \
     }
 OF(plain) OF(curved) OF(wheel) OF(carts) OF(layered)
 #define MODEL(of, full, store) \
@@ -117,7 +117,7 @@ static roln_real marked[MOST / sizeof(roln_real)];
         uint64_t seed = at + 1; \
         of##_params p; \
         int i; \
-        CLAIM(of##_init(&p, &seed, &start) == ROLN_OK); \
+        CLAIM(of##_init(&p, &seed, &start.init) == ROLN_OK); \
         p.dt = ROLN_C(0.01); \
         for (i = 0; i < of##_n; i++) \
             p.z_min[i] = -1, p.z_max[i] = 1, p.zd_max[i] = 5; \

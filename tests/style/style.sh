@@ -110,6 +110,13 @@ for cc in 'gcc -std=c99 -xc' 'g++ -std=c++11 -xc++'; do
     check "macros of a user, $cc"
 done
 
+# what a compiler, a debugger and a reader of messages get to see
+for cc in gcc clang; do
+    $cc -std=c99 -I. -E -xc examples/chain.h | awk -v cc=$cc 'length($0) > most { most = length($0); line = substr($0, 1, 60) }
+        END { if (most >= 5000 || NR < 1000) print cc ": " most + 0 " characters: " line " .., of " NR " lines" }'
+done > $wrong
+check 'a line of 5,000 characters behind the preprocessor'
+
 python3 tests/style/status.py > $wrong
 check 'statuses that comments do not tell'
 

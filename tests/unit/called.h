@@ -11,6 +11,9 @@
        const instance m = {&plain_called, &scale, z_min, z_max, zd_max, theta, NULL};
        st = m.of->decode(&m, z, zd, q, qd, room_of(m.of->scratch.decode));
 
+   CALLED_ALSO, if it is defined, is the name of a header that is included behind every model, too: what one file alone wants of each.
+   There C_(x) is NAME_x.
+
    Arguments are arrays of numbers in place of structs; a call copies them into the structs of its model, which it calls as a user
    does, and back. Arrays that are only written keep what they had where NAME_x leaves them alone. */
 #define CALLED_OWN_common 0
@@ -88,6 +91,7 @@ typedef struct { const roln_real *z, *zd, *zdd, *kp, *kd, *load; } target_at;
 typedef struct { roln_guard *g; roln_real *tau; } guard_at;
 typedef struct { roln_real *M, *c, *g, *d, *T, *V; } terms_at; /* NULL: not wanted */
 typedef struct { roln_filter *f; roln_real *z, *zd, *F, *load; } filter_at;
+typedef struct { roln_real *A, *B, *L; } slopes_at;
 typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
 
 /* Every function with scratch that a model has: X(of, where, function), `where` its union or, alone, the type of its scratch. */
@@ -120,6 +124,11 @@ struct model_of {
     roln_status (*step)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, void *work);
     roln_status (*linear)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, roln_real *A,
                           roln_real *B, void *work);
+    /* a step under tau and a load, each may be NULL, as a filter takes it, and its derivatives A, B, L, each may be NULL */
+    roln_status (*push)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load, roln_real dt,
+                        void *work);
+    roln_status (*slopes)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load, roln_real dt,
+                          const slopes_at *to, void *work);
     roln_status (*reduce)(const instance *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, void *work);
     roln_status (*lift)(const instance *m, const roln_real *z, const roln_real *tau_z, roln_real *tau, void *work);
     roln_status (*terms)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work);
@@ -183,22 +192,6 @@ ROLN_FN void copied(int n, const roln_real *from, roln_real *to)
 #endif
 
 #ifdef ROLN_NAME
-#ifdef CALLED_OLD /* until the header has types of scratch */
-typedef C_(work) C_(encode_work), C_(aim_work), C_(decode_work), C_(step_work), C_(reduce_work), C_(lift_work), C_(terms_work),
-    C_(inverse_work), C_(inertia_work), C_(control_work_), C_(allocate_work), C_(gains_work), C_(guard_tick_work), C_(tick_work),
-    C_(fit_range_work), C_(control_work_t);
-typedef C_(train) C_(fit_limits_work), C_(fit_noise_work), C_(errors_work), C_(variance_work), C_(fit_inertia_work), C_(grad_work),
-    C_(grad_acc_work), C_(rows_work);
-typedef C_(linwork) C_(linear_work_t);
-typedef C_(lqrwork) C_(lqr_work), C_(lqr_along_work);
-typedef C_(filterwork) C_(filter_tick_work);
-#ifdef CALLED_PLAN
-typedef C_(planwork) C_(plan_next_work), C_(plan_linear_work);
-#endif
-#define control_work control_work_t
-#define linear_work linear_work_t
-#endif
-
 ROLN_FN C_(params) C_(c_params)(const instance *m)
 {
     C_(params) p;
@@ -298,6 +291,24 @@ ROLN_FN roln_status C_(c_linear)(const instance *m, roln_real *z, roln_real *zd,
     return st;
 }
 
+ROLN_FN roln_status C_(c_push)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load,
+                               roln_real dt, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    const rolni_push by = {tau, load, dt, 0};
+    return C_(i_step)(&p, z, zd, &by, (C_(step_work) *)work);
+}
+
+ROLN_FN roln_status C_(c_slopes)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, const roln_real *load,
+                                 roln_real dt, const slopes_at *to, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    const rolni_push by = {tau, load, dt, 0};
+    const rolni_slopes out = {to->A, to->B, to->L};
+    C_(i_linear_base) *w = (C_(i_linear_base) *)work;
+    roln_real *J = (roln_real *)(void *)(w + 1);
+    return C_(i_linear)(&p, z, zd, &by, &out, w, J, J + 4 * C_(n) * C_(n) + 2 * C_(n) * ROLN_MAX(C_(n), C_(force_size)));
+}
 ROLN_FN roln_status C_(c_reduce)(const instance *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, void *work)
 {
     const C_(params) p = C_(c_params)(m);
@@ -603,9 +614,8 @@ static const model C_(called) = {.name = ROLNI_STR(ROLN_NAME),
                                                  CALLED_PLAN_SIZES},
                                  CALLED(CALLED_ENTRY)};
 
-#ifdef CALLED_OLD
-#undef control_work
-#undef linear_work
+#ifdef CALLED_ALSO
+#include CALLED_ALSO
 #endif
 #undef CALLED_PLAN_SIZES
 #undef CALLED_EACH

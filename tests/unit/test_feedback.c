@@ -117,7 +117,7 @@ static void check_square(int n, const drive *x, roln_real mu, const roln_real *u
 /* Of a model with inputs, no motors are those that it has learned, undamped. */
 static void check_learned_inputs(int k, const roln_real *z, const roln_real *tau_z)
 {
-    static const roln_motors learned = {0, NULL, 0};
+    static const roln_motors learned = {.count = 0};
     const instance m = of_model(k);
     const int inputs = m.of->md->inputs;
     roln_real u[MAXN], same_u[MAXN], lost = 7, same_lost = 7;
@@ -134,7 +134,7 @@ static void test_near_motors(int k)
     static drive x;
     const instance m = trained(driven[k], scale_of(k), theta_k);
     const int N = N_OF(k), n = n_OF(k);
-    const roln_motors f = {n, x.B, 0};
+    const roln_motors f = {.count = n, .B = x.B};
     roln_real u[8];
     uint64_t s = 290 + (uint64_t)k;
     int round, kind, i, e;
@@ -183,7 +183,7 @@ static void test_allocate(int k)
     roln_real u[8], lost = 0;
     uint64_t s = 280 + (uint64_t)k;
     int motors, i, round, wild = 0, missed = 0, tried = 0;
-    roln_motors f = {0, x.B, 0};
+    roln_motors f = {.B = x.B};
     for (motors = 1; motors <= 6; motors++)
         for (round = 0; round < 20; round++) {
             roln_real mu;
@@ -447,11 +447,16 @@ static ld lost_of_rows(int w, int motors, const roln_real *P, const roln_real *K
    one motor leaves P with few digits, to what moves of P by eps do. */
 static void test_light_states(void)
 {
-    static arm_lqrwork work;
-    static arm_work one;
-    static furuta_lqrwork furuta_room;
+    static union {
+        arm_lqr_work arm;
+        arm_lqr_along_work arm_along;
+        arm_inverse_work inverse;
+        arm_lift_work lift;
+        furuta_lqr_work furuta;
+        furuta_lqr_along_work furuta_along;
+    } work;
     static const roln_real first[2] = {1, 0};
-    static const roln_motors motor = {1, first, 0};
+    static const roln_motors motor = {.count = 1, .B = first};
     const furuta_latent up[2] = {{{0, ROLN_C(3.14159265)}, {0, 0}}, {{0, ROLN_C(3.14159265)}, {0, 0}}};
     arm_latent s[2];
     roln_real q[6], qd[6], r[6], tau_z[6], u[6], K[72], E[72], P[144], M[16];
@@ -463,28 +468,28 @@ static void test_light_states(void)
     memset(s, 0, sizeof s);
     for (i = 0; i < 6; i++)
         s[0].z[i] = s[1].z[i] = (arm_weights.z_min[i] + arm_weights.z_max[i]) / 2;
-    CHECK_OK(arm_inverse(&arm_weights, s, NULL, still, tau_z, &one));
-    CHECK_OK(arm_lift(&arm_weights, s, tau_z, u, &one));
+    CHECK_OK(arm_inverse(&arm_weights, s, NULL, still, tau_z, &work.inverse));
+    CHECK_OK(arm_lift(&arm_weights, s, tau_z, u, &work.lift));
     for (round = 0; round < 40; round++) {
         for (i = 0; i < 6; i++) {
             const double share = round == 0 ? i / 5.0 : round == 1 ? 1 - i / 5.0 : (double)roln_uniform(&seed);
             q[i] = (roln_real)pow(10, 8 * share), qd[i] = round % 3 ? 0 : q[i] / 1000;
             r[i] = (roln_real)pow(10, round < 20 ? 0 : 4 * (double)roln_uniform(&seed) - 2);
         }
-        if (CHECK_OK(arm_lqr(&arm_weights, &cost, s, u, K, P, &work))) {
-            CHECK_OK(arm_lqr_along(&arm_weights, &cost, 1, s, u, P, E, &work));
+        if (CHECK_OK(arm_lqr(&arm_weights, &cost, s, u, K, P, &work.arm))) {
+            CHECK_OK(arm_lqr_along(&arm_weights, &cost, 1, s, u, P, E, &work.arm_along));
             BOUND("arm, light states", lost_of_rows(12, 6, P, K, E), 1e-4L);
         }
         r[0] *= 10000; /* the motor's deviation is 0.01 Nm */
-        if (CHECK_OK(furuta_lqr(&furuta_weights, &by_one, up, NULL, K, P, &furuta_room))) {
-            CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, P, E, &furuta_room));
+        if (CHECK_OK(furuta_lqr(&furuta_weights, &by_one, up, NULL, K, P, &work.furuta))) {
+            CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, P, E, &work.furuta_along));
             lost = lost_of_rows(4, 1, P, K, E), wide = EPS;
             for (move = 0; move < 8; move++) {
                 for (i = 0; i < 16; i++)
                     M[i] = i % 4 > i / 4 ? P[i] : P[i] * (1 + ROLN_EPS * (2 * roln_uniform(&seed) - 1));
                 for (i = 0; i < 16; i++)
                     M[i] = i % 4 > i / 4 ? M[i % 4 * 4 + i / 4] : M[i];
-                CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, M, E, &furuta_room));
+                CHECK_OK(furuta_lqr_along(&furuta_weights, &by_one, 1, up, NULL, M, E, &work.furuta_along));
                 wide = lost_of_rows(4, 1, P, K, E) > wide ? lost_of_rows(4, 1, P, K, E) : wide;
             }
             BOUND("furuta, light states", lost, 0.01L);

@@ -2,6 +2,31 @@
 /* The Kalman filter (roln.h section 6) and its noise from recordings (section 8): one tick against the textbook in long double with
    dense covariances, the steady state against roln_dare, consistency on simulated noise, what is not measured, what is beyond the
    gate, new starts, angles on any turn, a million ticks of everything, wrong settings. */
+
+/* The small models with a load. */
+#define CALLED(X) X(filter_tick) X(control) X(tick)
+#define SMALL(name) name##_loaded
+#define SMALL_LOAD 1
+#include "small_models.h"
+
+/* laden without its load; those with learned inputs, driven by torques of the joints */
+#undef CALLED
+#define CALLED(X) X(filter_tick)
+#define ROLN_NAME unladen
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#include "called.h"
+#undef CALLED
+#define CALLED(X) X(reduce)
+#define SMALL_DRIVEN_ONLY
+#define SMALL(name) name##_driven
+#define SMALL_INPUTS(count) 0
+#include "small_models.h"
+
+#undef CALLED
+#define CALLED(X) \
+    X(encode) X(decode) X(step) X(push) X(slopes) X(reduce) X(lift) X(terms) X(inverse) X(control) X(filter_tick) X(fit_noise) X(in_range)
 #include "small.h"
 
 void TEST_NAME(filter)(void);
@@ -30,25 +55,34 @@ static int side_of(int n)
     return (2 + loaded) * n;
 }
 
-static int filter_work(int k)
+#define LOADED_CALLED(name) name##_loaded_called
+#define DRIVEN_CALLED(name) name##_driven_called
+static const model *const with_load[MODELS] = SMALL_TABLE(LOADED_CALLED, LOADED_CALLED);
+static const model *const driven[MODELS] = SMALL_TABLE(SMALL_CALLED, DRIVEN_CALLED);
+
+static instance filled(const model *of, int k)
 {
-    const sizes z = models[k]->size;
-#define OF_Z(name) z.name
-    return loaded ? ROLN_FILTER_WORK(OF_Z, 1) : ROLN_FILTER_WORK(OF_Z, 0);
+    const instance m = {of, scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
+    return m;
 }
 
 static instance of_model(int k)
 {
-    const instance m = {models[k], scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
-    return m;
+    return filled(models[k], k);
+}
+
+/* The model whose filter estimates what is to be estimated. */
+static instance filter_of(int k)
+{
+    return filled(loaded ? with_load[k] : k == LADEN ? &unladen_called : models[k], k);
 }
 
 static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
 {
-    const instance m = of_model(k);
-    const filter_at to = {&e->f, e->z, e->zd, e->F, loaded ? e->load : NULL};
+    const instance m = filter_of(k);
+    const filter_at to = {&e->f, e->z, e->zd, e->F, e->load};
     const int finite = roln_all_finite(n_OF(k), e->z); /* what is damaged stays so until it starts again */
-    const uint32_t faults = m.of->filter_tick(&m, noise, y, tau, &to, room_of(filter_work(k)));
+    const uint32_t faults = m.of->filter_tick(&m, noise, y, tau, &to, room_of(m.of->scratch.filter_tick));
     ROOM_KEPT();
     CHECK((faults & ~e->f.faults) == 0);
     CHECK(roln_all_finite(n_OF(k), e->z) || !finite);
@@ -113,7 +147,7 @@ typedef struct {
     ld x[SIDE], P[SIDE * SIDE], nis;
     ld ahead[SIDE * SIDE]; /* P in front of the measurement */
     roln_real A[SIDE * SIDE], s[SIDE]; /* A [side][side] */
-    ld J[MAXN * MAXN], q[MAXN];
+    ld J[MAXN * MAXN], q[MAXN], G[SIDE * MAXN];
     ld spread; /* how far P moves where entries of J are rounded, in eps of `ahead` */
 } twin;
 
@@ -163,18 +197,17 @@ static void wander(int k, const rig *r, ld seconds, twin *t)
 static int ahead(int k, const rig *r, twin *t)
 {
     static roln_real A2[SIDE * SIDE], L[SIDE * MAXN];
-    static ld A[SIDE * SIDE], AP[SIDE * SIDE], M[MAXN * MAXN], W[MAXN * MAXN], G[SIDE * MAXN], Q[SIDE * SIDE];
+    static ld A[SIDE * SIDE], AP[SIDE * SIDE], M[MAXN * MAXN], W[MAXN * MAXN], Q[SIDE * SIDE];
     roln_real mass[MAXN * MAXN];
     const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, side = side_of(n);
-    const rolni_push by = {r->tau, loaded ? t->s + n2 : NULL};
-    const rolni_slopes to = {A2, NULL, loaded ? L : NULL};
+    const slopes_at to = {A2, NULL, loaded ? L : NULL};
     const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
     const ld h = (ld)r->noise.dt;
     int i, j;
     for (i = 0; i < side; i++)
         t->s[i] = (roln_real)t->x[i];
-    if (rolni_linear(&m, t->s, t->s + n, &by, r->noise.dt, &to, spare) != ROLN_OK) return 0;
+    if (m.of->slopes(&m, t->s, t->s + n, r->tau, loaded ? t->s + n2 : NULL, r->noise.dt, &to, spare) != ROLN_OK) return 0;
     for (i = 0; i < side; i++)
         for (j = 0; j < side; j++)
             t->A[i * side + j] = i >= n2 ? (roln_real)(i == j) : j < n2 ? A2[i * n2 + j] : L[i * n + j - n2];
@@ -189,11 +222,11 @@ static int ahead(int k, const rig *r, twin *t)
             for (l = 0; l < n; l++)
                 sum += W[i * n + l] * t->J[j * n + l];
             sum *= (ld)(r->noise.tau_each ? r->noise.tau_each[j] : r->noise.tau) * (m.of->in_range(&m, t->s, t->s + n) ? 1 : 10);
-            G[i * N + j] = h * h / 2 * sum, G[(n + i) * N + j] = h * sum;
+            t->G[i * N + j] = h * h / 2 * sum, t->G[(n + i) * N + j] = h * sum;
         }
     times(side, side, side, A, t->P, 0, AP);
     times(side, side, side, AP, A, 1, t->P);
-    times(n2, N, n2, G, G, 1, Q);
+    times(n2, N, n2, t->G, t->G, 1, Q);
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
             t->P[i * side + j] += Q[i * n2 + j];
@@ -320,12 +353,11 @@ static void test_steady(int k)
     enum { TICKS = 2000 };
     static rig x;
     static twin t;
-    static roln_real A[SIDE * SIDE], B[SIDE * MAXN], D[SIDE * SIDE], C[SIDE * SIDE], K[SIDE * MAXN], work[20000];
+    static roln_real A[SIDE * SIDE], B[SIDE * MAXN], D[SIDE * SIDE], C[SIDE * SIDE], K[SIDE * MAXN];
     static ld P[SIDE * SIDE];
     const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
     roln_real still[MAXN] = {0}, tau_z[MAXN], r[MAXN], qd[MAXN], pose[MAXN];
-    rolni_filter f;
     uint64_t s = 950 + (uint64_t)k;
     ld worst = 0;
     int i, j;
@@ -342,11 +374,11 @@ static void test_steady(int k)
     memcpy(x.e.z, pose, sizeof pose), fill(n, 0, x.e.zd);
     widen_estimate(n, &x.e, &t);
     if (!CHECK(ahead(k, &x, &t))) return;
-    rolni_filter_lay(N, n, 0, &f, work); /* of Q, whose factor the twin has not */
-    memcpy(f.s, t.s, sizeof t.s);
-    CHECK_OK(rolni_pose(&m, f.s, f.q, f.J, f.work));
-    fill(n2 * n2, 0, D);
-    CHECK_OK(rolni_filter_unknown(&m, &x.noise, &f, D));
+    fill(SIDE * SIDE, 0, D); /* a factor of Q: D^T D = G G^T */
+    for (i = 0; i < N; i++)
+        for (j = 0; j < n2; j++)
+            D[i * n2 + j] = (roln_real)t.G[j * N + i];
+    roln_triangle(N, n2, D, spare);
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
             A[i * n2 + j] = t.A[j * n2 + i];
@@ -378,12 +410,9 @@ static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *
     const int N = N_OF(k), n = n_OF(k);
     roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
     const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
-    const rolni_push by = {x->tau, loaded ? burden : NULL};
-    roln_model driven = *models[k]->md;
-    instance by_joints = m;
+    const instance by_joints = filled(driven[k], k);
     int i;
-    driven.inputs = 0, by_joints.model = &driven;
-    CHECK_OK(rolni_step(&m, z, zd, &by, x->noise.dt, spare));
+    CHECK_OK(m.of->push(&m, z, zd, x->tau, loaded ? burden : NULL, x->noise.dt, spare));
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
     CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
@@ -465,9 +494,8 @@ static void pushed_to(int k, const rig *x, const roln_real *load, roln_real *s)
 {
     const instance m = of_model(k);
     const int n = n_OF(k);
-    const rolni_push by = {x->tau, load};
     memcpy(s, x->e.z, (size_t)n * sizeof *s), memcpy(s + n, x->e.zd, (size_t)n * sizeof *s);
-    CHECK_OK(rolni_step(&m, s, s + n, &by, 4 * x->noise.dt, spare));
+    CHECK_OK(m.of->push(&m, s, s + n, x->tau, load, 4 * x->noise.dt, spare));
 }
 
 /* The worst of d s+ / d x - what column j of it is said to be, by central differences, a step h each way; x is a number of *at. */
@@ -494,8 +522,7 @@ static void test_push(int k)
     static roln_real A[SIDE * SIDE], B[SIDE * MAXN], L[SIDE * MAXN], A2[SIDE * SIDE];
     const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k), n2 = 2 * n, F = F_OF(k), columns[3] = {n2, F, n};
-    const rolni_push by = {x.tau, x.e.load};
-    const rolni_slopes to_B = {A2, B, NULL}, to_L = {A, NULL, L};
+    const slopes_at to_B = {A2, B, NULL}, to_L = {A, NULL, L};
     const roln_real *const of[3] = {A, B, L};
     roln_real s[SIDE], s2[SIDE];
     uint64_t seed = 880 + (uint64_t)k;
@@ -503,8 +530,8 @@ static void test_push(int k)
     if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
     place(k, &seed, 1, &x);
     memcpy(s, x.e.z, sizeof x.e.z), memcpy(s + n, x.e.zd, (size_t)n * sizeof *s), memcpy(s2, s, sizeof s);
-    CHECK_OK(rolni_linear(&m, s, s + n, &by, 4 * x.noise.dt, &to_L, spare));
-    CHECK_OK(rolni_linear(&m, s2, s2 + n, &by, 4 * x.noise.dt, &to_B, spare));
+    CHECK_OK(m.of->slopes(&m, s, s + n, x.tau, x.e.load, 4 * x.noise.dt, &to_L, spare));
+    CHECK_OK(m.of->slopes(&m, s2, s2 + n, x.tau, x.e.load, 4 * x.noise.dt, &to_B, spare));
     CHECK(same(n2, s, s2) && same(n2 * n2, A, A2));
     pushed_to(k, &x, x.e.load, s2);
     BOUND("load: a linearised step is a step, eps", furthest(n2, s, s2) / EPS, 16);
@@ -529,7 +556,7 @@ static ld held(int k, int compensated, ld *of)
 {
     enum { TICKS = 1200, LAST = 200 };
     static rig x;
-    const instance m = of_model(k);
+    const instance m = of_model(k), with = filled(with_load[k], k);
     const int n = n_OF(k);
     roln_real z[MAXN], zd[MAXN] = {0}, ref[MAXN], still[MAXN] = {0}, gain[MAXN], tau_z[MAXN], mean[2][MAXN] = {{0}};
     const target_at target = {ref, still, still, gain, gain, compensated ? x.e.load : NULL};
@@ -545,7 +572,7 @@ static ld held(int k, int compensated, ld *of)
     for (t = 0; t < TICKS; t++) {
         simulate(k, &x, &s, z, zd, x.y);
         CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
-        CHECK_OK(m.of->control(&m, x.e.z, x.e.zd, &target, tau_z, spare));
+        CHECK_OK(with.of->control(&with, x.e.z, x.e.zd, &target, tau_z, spare));
         CHECK_OK(m.of->lift(&m, x.e.z, tau_z, x.tau, spare));
         for (i = 0; i < n && t >= TICKS - LAST; i++) {
             mean[0][i] += (z[i] - roln_lnn_near(&m.of->md->lnn, i, z[i], ref[i])) / LAST;
@@ -559,7 +586,7 @@ static ld held(int k, int compensated, ld *of)
 /* The load is found, and with it PD+ ends where it is to: the offset is a small part of the one without. No load, no offset. */
 static void test_held(int k)
 {
-    const instance m = of_model(k);
+    const instance m = filled(with_load[k], k);
     roln_real x[6 * MAXN], tau_z[MAXN];
     const int n = n_OF(k);
     const target_at target = {x, x + n, x, x, x, x + 2 * n};
@@ -580,14 +607,12 @@ static void test_held(int k)
 static ld residual_of(int k, int counted)
 {
     static rig x;
-    const instance m = of_model(k);
+    const instance m = of_model(k), with = filled(with_load[k], k);
     const int N = N_OF(k), n = n_OF(k);
     const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
     const target_at target = {still, still, still, still, still, counted ? x.e.load : NULL};
-    const roln_measured measured = {q, qd};
-    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
-    const rolni_push by = {tau, x.e.load};
+    roln_guard guard = {.known = 0};
     const guard_at to = {&guard, tau};
     uint64_t s = 893 + (uint64_t)k;
     int t;
@@ -595,8 +620,8 @@ static ld residual_of(int k, int counted)
     fill(n, 2, x.e.load), fill(n, 1, x.e.zd), fill(N, 0, tau);
     for (t = 0; t < 2; t++) {
         CHECK_OK(m.of->decode(&m, x.e.z, x.e.zd, q, qd, spare));
-        CHECK((m.of->tick(&m, &limits, &measured, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
-        if (t == 0) CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, limits.dt, spare));
+        CHECK((with.of->tick(&with, &limits, q, qd, &target, z, zd, &to, spare) & ~(uint32_t)ROLN_FAULT_RANGE) == 0);
+        if (t == 0) CHECK_OK(m.of->push(&m, x.e.z, x.e.zd, tau, x.e.load, limits.dt, spare));
     }
     return fabsl((ld)guard.residual);
 }
@@ -656,7 +681,6 @@ static void test_gate(int k)
     const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
     roln_real none[MAXN];
-    rolni_push by;
     uint64_t s = 1050 + (uint64_t)k;
     uint32_t faults;
     int i, most;
@@ -670,8 +694,7 @@ static void test_gate(int k)
     CHECK(equal(k, &x.e, &y.e));
     place(k, &s, ROLN_C(0.0009765625), &y);
     x = y;
-    by.tau = x.tau, by.load = loaded ? x.e.load : NULL;
-    CHECK_OK(rolni_step(&m, x.e.z, x.e.zd, &by, x.noise.dt, spare));
+    CHECK_OK(m.of->push(&m, x.e.z, x.e.zd, x.tau, loaded ? x.e.load : NULL, x.noise.dt, spare));
     tick_of(k, &y.noise, NULL, y.tau, &y.e);
     BOUND("filter: no measurement is a step", furthest(n, x.e.z, y.e.z) + furthest(n, x.e.zd, y.e.zd), EPS);
 
@@ -1092,13 +1115,12 @@ static void test_fit_chart(void)
     BOUND("fit_noise: loop, velocity", fast, 4e-4); /* 0.0018 */
 }
 
-/* ---- the shell -------------------------------------------------------------------------------- */
+/* ---- one model, with structs of its own ------------------------------------------------------- */
 
 static void test_shell(void)
 {
     static plain_params p;
     static plain_filter f, was;
-    static plain_train train;
     static rig x;
     uint64_t s = 1350;
     roln_batch b;
@@ -1111,18 +1133,18 @@ static void test_shell(void)
     for (i = 0; i < 5; i++) {
         const uint32_t faults = tick_of(PLAIN, &x.noise, x.y, x.tau, &x.e);
         CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f,
-                                (plain_filterwork *)(void *)room_of(NUMBERS_OF(plain_filterwork, filter_tick))) == faults);
+                                (void *)room_of(plain_called.scratch.filter_tick)) == faults);
         ROOM_KEPT();
         CHECK(same(2, f.s.z, x.e.z) && same(2, f.s.zd, x.e.zd) && same(16, f.F, x.e.F) && f.f.faults == x.e.f.faults);
     }
     memcpy(&was, &f, sizeof f);
     p.slope /= 2;
-    CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f, (plain_filterwork *)(void *)spare) == ROLN_FAULT_STATUS);
+    CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f, (void *)spare) == ROLN_FAULT_STATUS);
     CHECK(memcmp(&f, &was, sizeof f) == 0);
     b = record(PLAIN, &x, &s);
-    CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, &train) == ROLN_E_SHAPE);
+    CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, (void *)spare) == ROLN_E_SHAPE);
     p.slope *= 2;
-    CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, &train));
+    CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, (void *)spare));
 }
 
 /* NAME_filter_tick and NAME_control with ROLN_LOAD. */
@@ -1130,7 +1152,6 @@ static void test_laden(void)
 {
     static laden_params p;
     static laden_filter f;
-    static laden_work work;
     static rig x;
     const instance m = of_model(LADEN);
     laden_target r;
@@ -1148,17 +1169,17 @@ static void test_laden(void)
     for (i = 0; i < 5; i++) {
         const uint32_t faults = tick_of(LADEN, &x.noise, x.y, x.tau, &x.e);
         CHECK(laden_filter_tick(&p, &x.noise, x.y, x.tau, &f,
-                                (laden_filterwork *)(void *)room_of(NUMBERS_OF(laden_filterwork, filter_tick))) == faults);
+                                (void *)room_of(laden_called.scratch.filter_tick)) == faults);
         ROOM_KEPT();
         CHECK(same(2, f.s.z, x.e.z) && same(2, f.s.zd, x.e.zd) && same(36, f.F, x.e.F) && same(2, f.load, x.e.load));
     }
     CHECK(largest(2, f.load) > 0);
     r.load = f.load;
-    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));
+    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, (void *)spare));
     CHECK_OK(m.of->control(&m, f.s.z, f.s.zd, &target, by_hand, spare));
     CHECK(same(2, tau_z, by_hand));
     r.load = NULL;
-    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, &work));
+    CHECK_OK(laden_control(&p, &f.s, &r, tau_z, (void *)spare));
     BOUND("load: by NAME_control, eps", fabsl((ld)(tau_z[0] - by_hand[0] - f.load[0])) / EPS, 16);
     loaded = 0;
 }

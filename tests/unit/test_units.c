@@ -153,7 +153,7 @@ static void check_motors(const pair *p, const roln_real *z, uint64_t *s)
 {
     roln_real B[2][3 * MAXN], u[2][MAXN] = {{0}}, missed[2] = {0, 0};
     const int k = p->k, count = p->md.inputs > 0 ? 0 : ROLN_MIN(3, p->N);
-    const roln_motors plain = {count, count > 0 ? B[0] : NULL, ROLN_C(0.5)}, own = {count, count > 0 ? B[1] : NULL, ROLN_C(0.5)};
+    const roln_motors plain = {.count = count, .B = count > 0 ? B[0] : NULL, .mu = ROLN_C(0.5)}, own = {.count = count, .B = count > 0 ? B[1] : NULL, .mu = ROLN_C(0.5)};
     int i;
     dyadic(3 * MAXN, 1, s, B[0]);
     for (i = 0; i < p->N * count; i++)
@@ -257,7 +257,7 @@ static void test_ticks(int k)
     static pair p;
     static roln_real q[2][2 * TICKS * MAXN], all_tau[2][TICKS * MAXN];
     roln_real ref[5 * MAXN], tau[2][MAXN] = {{0}}, z[2][2 * MAXN], most[2][2 * MAXN];
-    roln_guard g[2] = {{0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0}};
+    roln_guard g[2] = {{.known = 0}, {.known = 0}};
     roln_limits fit[2] = {{.dt = dt}, {.dt = dt}};
     const roln_limits limits = {.dt = dt, .margin = 1, .power = 1000, .tau = ROLN_C(1e6), .hold = 1};
     uint64_t s = 40 + (uint64_t)k;
@@ -271,7 +271,7 @@ static void test_ticks(int k)
             const target_at target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n, NULL};
             const roln_measured full = {q[j] + 2 * i * N, q[j] + (2 * i + 1) * N};
             const guard_at held = {&g[j], tau[j]};
-            const roln_motors damped = {0, NULL, 1};
+            const roln_motors damped = {.mu = 1};
             roln_limits l = limits;
             if (p.md.inputs > 0) l.motors = &damped;
             faults[j] = m->of->tick(m, &l, &full, &target, z[j], z[j] + p.n, &held, ROOM(tick));
@@ -468,8 +468,8 @@ static void test_charts(void)
     memset(&turn, 0, sizeof turn), memset(&own_turn, 0, sizeof own_turn), memset(&sums, 0, sizeof sums);
     memset(&own_sums, 0, sizeof own_sums);
     surface(&s, each, q, qd, Q, Qd);
-    CHECK_OK(chart_init_pod(&p, FEW, q, qd, bar, &s, &start));
-    CHECK_OK(charts_init(&own, &s, &own_start));
+    CHECK_OK(chart_init_pod(&p, FEW, q, qd, bar, &s, &start.init_pod));
+    CHECK_OK(charts_init(&own, &s, &own_start.init));
     CHECK(all(5, own.each, 1));
     own.scale = p.scale, memcpy(own.each, each, sizeof each);
     CHECK_OK(roln_ae_init_pod(&charts_model.ae, FEW, Q, 1 / own.scale.q, own.each, own.theta, own_start.init_pod.room,
@@ -483,7 +483,7 @@ static void test_charts(void)
     CHECK_OK(chart_chart_add(&p, FEW, q, &sums, &start));
     CHECK_OK(charts_chart_add(&own, FEW, Q, &own_sums, &own_start));
     CHECK(memcmp(sums.sums, own_sums.sums, sizeof sums.sums) == 0 && sums.sums[0] > FEW - 1);
-    CHECK_OK(charts_init_pod(&own, FEW, Q, Qd, bar, &s, &own_start)); /* whatever the units, it finds them */
+    CHECK_OK(charts_init_pod(&own, FEW, Q, Qd, bar, &s, &own_start.init_pod)); /* whatever the units, it finds them */
     for (k = 0; k < 5; k++)
         CHECK(own.each[k] > each[k] / 8 && own.each[k] < 8 * each[k]);
 }
@@ -624,7 +624,7 @@ static void test_foreign(void)
     roln_check c = {0, 0, 0, 0};
     uint64_t s = 3;
     int i, written = 0;
-    CHECK_OK(wheels_init(&p, &s, &start));
+    CHECK_OK(wheels_init(&p, &s, &start.init));
     p.each[1] = ROLN_C(0.3);
     CHECK(!wheels_foreign(&p) && (int)wheels_numbers == (int)wheel_numbers + 3);
     wheels_pack(&p, bytes);
@@ -665,7 +665,7 @@ static void test_store(void)
     geared8_latent z8;
     uint64_t s = 12;
     int i;
-    CHECK_OK(geared_init(&p, &s, &start));
+    CHECK_OK(geared_init(&p, &s, &start.init));
     for (i = 0; i < 6; i++)
         p.each[i] = 0.3f + 20 * (float)i;
     dyadic(24, 1, &s, q), dyadic(24, 1, &s, qd);

@@ -1,0 +1,190 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""api.py - what a config makes of roln.h, as Markdown: every public type and function of its model with plain types and sizes, and
+a line of the comment that stands above it, by the sections of roln.h, which has the whole comment.
+
+    api.py arm.h          or    make api CONFIG=arm.h         wants Python and the compiler $CC, cc if there is none
+
+Names NAME_i_x are left out: they promise nothing. Of scratch, NAME_x_work, the size in bytes is printed."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = os.path.abspath(os.path.join(os.path.dirname(__file__), "..", ".."))
+WIDTH = 116  # of comments and prototypes
+
+
+def run(*command, text=None):
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"api.py: {' '.join(command)}\n{done.stderr}")
+    return done.stdout
+
+
+def compiler(config):
+    return [os.environ.get("CC", "cc"), "-std=c99", "-I" + ROOT, "-I" + os.path.dirname(os.path.abspath(config)), "-xc"]
+
+
+def name_of(config):
+    """ROLN_NAME, of the last model in the config."""
+    if not os.path.exists(config):
+        sys.exit(f"{config}: no such file. hint: pass the header that defines a model, such as examples/arm.h")
+    with open(config, encoding="utf-8") as f:
+        names = re.findall(r"^\s*#\s*define\s+ROLN_NAME\s+(\w+)", f.read(), re.M)
+    if not names:
+        sys.exit(f"{config}: no ROLN_NAME. hint: pass the header that defines a model, such as examples/arm.h")
+    return names[-1]
+
+
+def preprocessed(config):
+    """[(line, text)] of what roln.h becomes behind the preprocessor."""
+    out = run(*compiler(config), "-E", config)
+    found, line, inside = [], 0, False
+    for text in out.split("\n"):
+        marker = re.match(r'# (\d+) "(.*?)"', text)
+        if marker:
+            line, inside = int(marker[1]), os.path.basename(marker[2]) == "roln.h"
+            continue
+        if inside:
+            found.append((line, text))
+        line += 1
+    return found
+
+
+def declarations(lines):
+    """(line, text) of every declaration; of a function without its body."""
+    text = "\n".join(code for _, code in lines)
+    at = [line for line, code in lines for _ in code + "\n"]
+    depth, start, body = 0, 0, False
+    for m in re.finditer(r"[{};]", text):
+        if m[0] == "{":
+            if depth == 0 and text[start:m.start()].rstrip().endswith(")"):
+                body = True
+                yield at[start + len(text[start:]) - len(text[start:].lstrip())], " ".join(text[start:m.start()].split()) + ";"
+            depth += 1
+        elif m[0] == "}":
+            depth -= 1
+            if depth == 0 and body:
+                start, body = m.end(), False
+        elif depth == 0:
+            yield at[start + len(text[start:]) - len(text[start:].lstrip())], " ".join(text[start:m.end()].split())
+            start = m.end()
+
+
+class Header:
+    """The text of roln.h: sections, and the comment that ends above a line."""
+
+    def __init__(self):
+        with open(os.path.join(ROOT, "roln.h"), encoding="utf-8") as f:
+            self.lines = f.read().split("\n")
+
+    def section(self, line):
+        for i in range(line - 1, -1, -1):
+            m = re.match(r"/\* ---- (\d+ .*?) -+ \*/", self.lines[i])
+            if m:
+                return m[1]
+        return ""
+
+    def comment(self, line, name):
+        """Its first sentence, up to a formula on lines of its own, as much as fits on a line."""
+        last = line - 2  # counted from 0, the line above
+        while self.lines[last].startswith("#"):
+            last -= 1
+        first = last
+        while first > 0 and self.lines[first] and not self.lines[first].startswith("/*"):
+            first -= 1
+        text = "\n".join(self.lines[first:last + 1]).strip()
+        if not text.startswith("/*") or not text.endswith("*/") or text.count("*/") > 1:
+            text = "".join(re.findall(r"/\*.*\*/$", self.lines[line - 1]))  # behind it
+        text = re.sub(r"^/\*|\*/$", "", text)
+        text = " ".join(re.split(r"\n {7,}", text)[0].split())
+        text = re.split(r"(?<=[^.][.])\s(?=[A-Z])", text)[0].replace("NAME", name)
+        if len(text) <= WIDTH - 6:
+            return text
+        short = text[:WIDTH - 9]
+        cuts = [short.rfind(mark) for mark in ("; ", ": ", ". ", ", ")]
+        return short[:max(cuts[:3]) if max(cuts[:3]) > WIDTH // 3 else max(cuts)] + " .."
+
+
+def constants(config, expressions):
+    """{expression: value}, as the compiler has them."""
+    order = sorted(set(expressions))
+    body = "".join(f'    printf("%lld\\n", (long long)({e}));\n' for e in order)
+    with tempfile.TemporaryDirectory() as folder:
+        source, program = os.path.join(folder, "a.c"), os.path.join(folder, "a")
+        with open(source, "w", encoding="utf-8") as f:
+            f.write(f'#include <stdio.h>\n#include "{os.path.abspath(config)}"\nint main(void)\n{{\n{body}    return 0;\n}}\n')
+        run(*compiler(config), source, "-o", program, "-lm")
+        return dict(zip(order, run(program).split()))
+
+
+def wrapped(text, indent):
+    """At most WIDTH columns, broken behind commas and semicolons."""
+    out, line = [], ""
+    for word in re.split(r"(?<=[,;{]) ", text):
+        if line and len(line) + 1 + len(word) > WIDTH:
+            out.append(line)
+            line = indent
+            word = word.lstrip()
+            line += word
+        else:
+            line = f"{line} {word}" if line else word
+    return out + [line]
+
+
+def brackets(text):
+    """The sizes in a declaration."""
+    return re.findall(r"\[((?:[^\[\]]|\[[^\]]*\])*)\]", text)
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit("api.py: no config. hint: make api CONFIG=examples/arm.h")
+    config = sys.argv[1]
+    name, header = name_of(config), Header()
+    types, functions = [], []
+    for line, text in declarations(preprocessed(config)):
+        text = re.sub(r"\[static ", "[", re.sub(r"__attribute__\s*\(\(.*?\)\)\s*", "", text))
+        m = re.match(r"(?:static |inline |__inline__ )*(.*?\b(\w+)\(.*\);)$", text)
+        if m and not text.startswith("typedef") and m[2].startswith(name + "_") and not m[2].startswith(name + "_i_"):
+            functions.append((line, m[1], m[2]))
+        m = re.match(r"typedef (?:struct|union) .*\} (\w+);$", text)
+        if m and m[1].startswith(name + "_") and not m[1].startswith(name + "_i_"):
+            types.append((line, text, m[1]))
+    if len(functions) < 20:
+        sys.exit(f"{config}: only {len(functions)} functions of {name} are seen")
+    scratch = {t for _, _, t in types if t.endswith("_work") or t in (f"{name}_{x}" for x in ("work", "train", "start"))}
+    sizes = [e.replace("static ", "") for _, text, t in types + functions if t not in scratch for e in brackets(text)]
+    known = constants(config, [e for e in sizes if e] + [f"sizeof({t})" for t in scratch])
+
+    def plain(text):
+        return re.sub(r"\[((?:[^\[\]]|\[[^\]]*\])+)\]", lambda m: f"[{known[m[1]]}]", text)
+
+    print(f"# Functions of the model `{name}`\n")
+    print(f"Printed by `make api CONFIG={os.path.relpath(config)}` from `roln.h`, which has the whole comments. `roln_real` is `float`, or\n"
+          "`double` with `ROLN_DOUBLE`. Every type `NAME_x_work` is scratch of the function `NAME_x`; `NAME_work`, `NAME_train` and\n"
+          f"`NAME_start` are unions of them, `&work.tick` for `{name}_tick`.\n")
+    section = None
+    for line, text, what in sorted(types + functions):
+        if what in scratch:
+            continue
+        if header.section(line) != section:
+            section = header.section(line)
+            print(f"## {section}\n")
+        comment = header.comment(line, name)
+        if comment:
+            print(f"    /* {comment} */")
+        text = re.sub(r"^typedef (struct|union) \{ (.*) \} (\w+);$", r"typedef \1 { \2 } \3;", plain(text))
+        for part in wrapped(text, "    "):
+            print("    " + part)
+        print()
+    print("## Scratch, bytes\n")
+    print("| type | bytes |\n|---|---|")
+    for t in sorted(scratch):
+        print(f"| `{t}` | {known[f'sizeof({t})']} |")
+
+
+if __name__ == "__main__":
+    main()
