@@ -28,7 +28,8 @@ static struct {
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
     int n, base, damping, cossin, cholesky, formed, hidden, wide, layers;
-    int row_mass, row_gradient, row_dm, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
+    int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
+    int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1, stage_1, step_1, dissipation, zdd_jac, midpoint_row;
 } sz;
 #define SZ(x) sz.x
 
@@ -46,9 +47,15 @@ ROLN_FN void set_sizes(const roln_lnn *f)
         if (i > 0) sz.hidden += net->size[i];
     }
     sz.wide = even + odd;
-#define SET(name, size) sz.name = (size);
-    ROLN_LNN_ROWS(SET, SZ)
-#undef SET
+    sz.row_mass = ROLNI_MASS_ROW_WORK(SZ), sz.row_dm = ROLNI_DM_WORK(SZ), sz.row_bwd = ROLNI_ROW_BWD_WORK(SZ, 0, 0);
+    sz.row_bwd_0 = ROLNI_ROW_BWD_WORK(SZ, 0, 1), sz.row_bwd_1 = ROLNI_ROW_BWD_WORK(SZ, 1, 1);
+    sz.row_bwd_2 = ROLNI_ROW_BWD_WORK(SZ, 2, 1);
+    sz.row_jac_1 = ROLNI_MOTION_JAC_WORK(SZ, 1), sz.row_jac_2 = ROLNI_MOTION_JAC_WORK(SZ, 2);
+    sz.row_mass_0 = ROLNI_MASS_ONLY_WORK(SZ);
+    sz.row_gradient_0 = ROLNI_GRADIENT_ROW_WORK(SZ, 0), sz.row_gradient_1 = ROLNI_GRADIENT_ROW_WORK(SZ, 1);
+    sz.row_all_0 = ROLNI_ALL_ROW_WORK(SZ, 0), sz.row_all_1 = ROLNI_ALL_ROW_WORK(SZ, 1);
+    sz.stage_1 = ROLNI_STAGE_WORK(SZ, 1, 1), sz.dissipation = ROLNI_DISSIPATION_JAC_WORK(SZ);
+    sz.zdd_jac = ROLN_LNN_ZDD_JAC_WORK(SZ), sz.midpoint_row = ROLNI_MIDPOINT_ROW_WORK(SZ);
 }
 
 #define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)

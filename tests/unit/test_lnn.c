@@ -565,6 +565,7 @@ static int jac_tape(void)
 
 static int jac_work(int size)
 {
+    sz.step_1 = ROLN_LNN_STEP_WORK(SZ, m.kind, 1, 1);
     return ROLN_LNN_STEP_JAC_WORK(SZ, m.kind, size);
 }
 

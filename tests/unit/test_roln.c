@@ -211,6 +211,7 @@ static void check_kernels(const plain_params *p, const plain_latent *s, const ro
     const roln_terms_out out = {M, c, g, NULL, &T, &V};
     plain_equation e;
     int i;
+    memset(&e, 0, sizeof e);
     CHECK_OK(plain_reduce(p, s, tau, tau_z, PLAIN_WORK(reduce)));
     ROOM_KEPT();
     CHECK_OK(plain_lift(p, s, tau_z, lifted, PLAIN_WORK(lift)));

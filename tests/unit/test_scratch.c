@@ -16,8 +16,8 @@ void TEST_NAME(scratch)(void);
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, force_size) \
     X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
-    X(of, row_mass) X(of, row_gradient) X(of, row_dm) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
-    X(of, row_jac_2)
+    X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
+    X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
 #define SIZE_FIELD(of, name) int name;
 #define SIZE_VALUE(of, name) .name = of##_##name,
 typedef struct {
