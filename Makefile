@@ -165,12 +165,13 @@ endef
 $(foreach k,$(patsubst KIND_%,%,$(filter KIND_%,$(.VARIABLES))),$(eval $(call kind,$(k))))
 .SECONDARY:
 
-# every file of unit tests, as float and as double, in one program; under sanitizers make test has float alone, where test_roln
-# compares with itself in double, which needs no address sanitizer
+# every file of unit tests, as float and as double, in one program; under sanitizers make test has float alone, where some compare
+# with themselves in double, which needs no address sanitizer
+TWICE = $(patsubst %,tests/unit/test_%,gradient rows)
 UNIT = $(basename $(wildcard tests/unit/test_*.c))
 part = $(UNIT:%=build/$(1)32/%.o) build/$(1)32/tests/unit/check.o
 unit = $(call part,$(1)) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o
-alone = $(call part,$(1)) build/$(2)64/tests/unit/test_roln.o build/$(1)32/tests/unit/main_float.o
+alone = $(call part,$(1)) $(TWICE:%=build/$(2)64/%.o) build/$(1)32/tests/unit/main_float.o
 build/test: $(call unit,unit)
 build/test_asan: $(call alone,asan,unit)
 build/test_msan: $(call alone,msan,msan)

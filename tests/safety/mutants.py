@@ -28,12 +28,13 @@ from headers import HEADERS
 
 # test files of each section, those that find most first; what they let live is asked of all others
 TESTS = {
-    "roln.h": {1: "units control roln", 2: "control safety units", 3: "control roln units", 4: "riccati", 5: "ocp",
-               6: "filter plan control units", 7: "roln units newton", 8: "roln control filter chart units", 9: "safety roln",
-               10: "safety roln control units plan"},
-    "roln_ae.h": {1: "ae roln", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae chart", 8: "ae roln",
-                  9: "ae", 10: "chart"},
-    "roln_lnn.h": {i: "lnn" for i in range(1, 6)},
+    "roln.h": {1: "units roln pack", 2: "guard limits tick", 3: "riccati", 4: "ocp", 5: "filter plan feedback",
+               6: "gradient rows measures", 7: "pack", 8: "pack units", 9: "scratch safety", 10: "tick guard control",
+               11: "control linear", 12: "feedback filter", 13: "plan", 14: "measures", 15: "limits filter measures",
+               16: "gradient rows", 17: "measures roln chart_model", 18: "chart_model", 19: "pack safety", 20: "scratch"},
+    "roln_ae.h": {1: "ae ae_stored", 2: "ae", 3: "ae chart", 4: "ae chart", 5: "ae chart", 6: "ae chart", 7: "ae chart",
+                  8: "ae_stored ae pack", 9: "ae", 10: "chart"},
+    "roln_lnn.h": {i: "lnn lnn_edges lnn_motion" for i in range(1, 6)},
     "roln_riem.h": {1: "riem lbfgs", 2: "riem", 3: "riem", 4: "riem", 5: "riem", 6: "newton dense", 7: "newton", 8: "lbfgs"},
     "roln_spd.h": {2: "elementary dense spd", 3: "dense", 4: "elementary", 5: "dense riccati", 6: "eig", 7: "spd", 8: "spd"},
 }

@@ -29,6 +29,20 @@
 #error "CALLED(X): the functions that this file calls, X(encode) X(decode) .."
 #endif
 
+/* For variants of many models: an option that all have from here on, whatever they say themselves. */
+#ifdef EVERY_BLOCK
+#undef ROLN_BLOCK
+#define ROLN_BLOCK EVERY_BLOCK
+#endif
+#ifdef EVERY_HORIZON
+#undef ROLN_HORIZON
+#define ROLN_HORIZON EVERY_HORIZON
+#endif
+#ifdef EVERY_LEARN
+#undef ROLN_LEARN
+#define ROLN_LEARN EVERY_LEARN
+#endif
+
 /* Options that a function or a member depends on; roln.h undefines them. */
 #if CALLED_OWN_(ROLN_SCALE) > 0
 #define CALLED_EACH
@@ -154,7 +168,7 @@ struct model_of {
     /* g: NAME_gradient, numbers only: theta [params], roln_loss, windows, and as many again */
     roln_status (*grad)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, void *g, void *work);
     roln_status (*grad_acc)(const instance *m, const roln_loss *weights, const roln_batch *b, void *g, void *work);
-    /* J [count][newton_size], r [count] out; only of models with ROLN_ROWS */
+    /* J [ROLN_ROWS][newton_size], NULL: not wanted, r [ROLN_ROWS] out; only of models with ROLN_ROWS */
     roln_status (*rows)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, uint64_t seed, roln_real *J,
                         roln_real *r, void *work);
     roln_status (*errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar, roln_error *e,
@@ -562,12 +576,13 @@ ROLN_FN roln_status C_(c_rows)(const instance *m, const roln_loss *weights, cons
 {
     static C_(residuals) g;
     const C_(params) p = C_(c_params)(m);
-    const size_t rows = (size_t)(b->count > 0 ? b->count : 0);
+    roln_real *const to = J ? g.r : g.next;
     roln_status st;
-    g.seed = seed;
-    st = C_(rows)(&p, weights, b, dt, 0, 0, &g, (C_(rows_work) *)work);
-    if (rows > sizeof g.r / sizeof *g.r) return st;
-    memcpy(J, g.J, rows * C_(newton_size) * sizeof *J), memcpy(r, g.r, rows * sizeof *r);
+    g.seed = seed, memcpy(to, r, sizeof g.r);
+    if (J) memcpy(g.J, J, sizeof g.J - C_(newton_size) * sizeof *J);
+    st = C_(rows)(&p, weights, b, dt, 0, J == NULL, &g, (C_(rows_work) *)work);
+    memcpy(r, to, sizeof g.r);
+    if (J) memcpy(J, g.J, sizeof g.J - C_(newton_size) * sizeof *J);
     return st;
 }
 #endif

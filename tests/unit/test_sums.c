@@ -87,14 +87,14 @@ static void test_scale(const roln_real *q, const roln_real *qd, int count)
     roln_real qbar[1];
     roln_loss var = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
     uint64_t seed = 1;
-    CHECK_OK(one_init_pod(&p, count, q, qd, qbar, &seed, &start));
+    CHECK_OK(one_init_pod(&p, count, q, qd, qbar, &seed, &start.init_pod));
     CHECK_NEAR(qbar[0], mean, 2 * EPS * mean);
     CHECK_NEAR(p.scale.q, sqrtl(square), PICK(1e-5, 1e-11) * sqrtl(square));
     CHECK_NEAR(p.scale.t, sqrtl(square / fast), PICK(1e-5, 1e-11) * sqrtl(square / fast));
-    CHECK_OK(one_variance(&p, &b, &var, &train)); /* of q / scale.q, about 100 */
+    CHECK_OK(one_variance(&p, &b, &var, &train.variance)); /* of q / scale.q, about 100 */
     BOUND("sums: variance of q (eps)", fabsl((ld)var.q / (square / ((ld)p.scale.q * (ld)p.scale.q)) - 1) / EPS, PICK(500, 1e5));
     BOUND("sums: variance of qd (eps)", fabsl((ld)var.qd / 1 - 1) / EPS, PICK(500, 1e5)); /* double is plain */
-    CHECK_OK(one_fit_inertia(&p, &b, &train));
+    CHECK_OK(one_fit_inertia(&p, &b, &train.fit_inertia));
 }
 
 static void test_error_sums(const roln_real *q, const roln_real *qd, int count)
@@ -109,9 +109,9 @@ static void test_error_sums(const roln_real *q, const roln_real *qd, int count)
     roln_error e[1], joint[1], once[1];
     uint64_t seed = 1;
     const double times = count / PERIOD;
-    CHECK_OK(one_init(&p, &seed, &start));
-    CHECK_OK(one_errors(&p, &all, dt, 1, qbar, e, joint, &train));
-    CHECK_OK(one_errors(&p, &period, dt, 1, qbar, once, NULL, &train));
+    CHECK_OK(one_init(&p, &seed, &start.init));
+    CHECK_OK(one_errors(&p, &all, dt, 1, qbar, e, joint, &train.errors));
+    CHECK_OK(one_errors(&p, &period, dt, 1, qbar, once, NULL, &train.errors));
     CHECK_NEAR(e[0].q_var / times, once[0].q_var, 1e-9 * once[0].q_var);
     CHECK_NEAR(e[0].qd_var / times, once[0].qd_var, 1e-9 * once[0].qd_var);
     CHECK_NEAR(joint[0].q_var / times, once[0].q_var, 1e-9 * once[0].q_var);
@@ -129,7 +129,7 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
     static one_gradient all_of, once;
     uint64_t seed = 3;
     int kind, k, i;
-    CHECK_OK(one_init(&p, &seed, &start));
+    CHECK_OK(one_init(&p, &seed, &start.init));
     for (kind = 0; kind < 2; kind++) {
         const roln_batch many = {.count = EACH, .steps = !kind, .stride = 1, .q = q, .qd = qd, .qdd = qd};
         roln_batch few = many;
@@ -137,9 +137,9 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
         memset(&all_of, 0, sizeof all_of), memset(&once, 0, sizeof once);
         few.count = PERIOD;
         for (k = 0; k < count / EACH / 8; k++)
-            CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &many, &all_of, &train)
-                          : one_grad(&p, &weights[0], &many, dt, &all_of, &train));
-        CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &few, &once, &train) : one_grad(&p, &weights[0], &few, dt, &once, &train));
+            CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &many, &all_of, &train.grad_acc)
+                          : one_grad(&p, &weights[0], &many, dt, &all_of, &train.grad));
+        CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &few, &once, &train.grad_acc) : one_grad(&p, &weights[0], &few, dt, &once, &train.grad));
         for (i = 0; i < one_theta_size; i++)
             top = fmaxl(top, fabsl((ld)once.theta[i]) * k * EACH / PERIOD);
         for (i = 0; i < one_theta_size; i++)
@@ -154,7 +154,7 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
     all_of.windows = ROLN_C(16777216.0);
     for (k = 0; k < 4; k++) {
         const roln_batch b = {.count = 1, .stride = 1, .q = q, .qd = qd};
-        CHECK_OK(one_grad(&p, &weights[0], &b, dt, &all_of, &train));
+        CHECK_OK(one_grad(&p, &weights[0], &b, dt, &all_of, &train.grad));
     }
     CHECK(all_of.windows == ROLN_C(16777220.0));
 }
@@ -180,17 +180,16 @@ static void test_other_sums(int count)
     const roln_batch all = {1, count - 1, 1, NULL, q, NULL, NULL, NULL};
     const roln_batch period = {1, 100 * PERIOD - 1, 1, NULL, q, NULL, NULL, NULL};
     const roln_batch held = {1, 1, count - 1, NULL, q, NULL, NULL, q};
-    roln_trained m;
     int i;
-    CHECK_OK(bow_init_pod(&p, count, q, qd, qbar, &seed, &start));
-    CHECK_OK(bow_init_pod(&of_period, PERIOD, q, qd, qbar, &seed, &start));
+    CHECK_OK(bow_init_pod(&p, count, q, qd, qbar, &seed, &start.init_pod));
+    CHECK_OK(bow_init_pod(&of_period, PERIOD, q, qd, qbar, &seed, &start.init_pod));
     for (i = 0; i < 6; i++) /* Phi, Psi, b */
         CHECK_NEAR(p.theta[i], of_period.theta[i], PICK(1e-4, 1e-9) * (1 + fabs((double)of_period.theta[i])));
-    CHECK_OK(bow_chart_add(&p, count, q, &sums, &start));
-    CHECK_OK(bow_chart_solve(&p, &sums, ROLN_CHART_RIDGE, &left, &start));
+    CHECK_OK(bow_chart_add(&p, count, q, &sums, &start.chart_add));
+    CHECK_OK(bow_chart_solve(&p, &sums, ROLN_CHART_RIDGE, &left, &start.chart_solve));
     CHECK(sums.sums[0] == count);
-    m = bow_trained(&p);
-    rolni_noise_of_joints(&m, &all, each), rolni_noise_of_joints(&m, &period, few);
+
+    rolni_noise_of_joints(&bow_model, &all, each), rolni_noise_of_joints(&bow_model, &period, few);
     for (i = 0; i < 2; i++)
         CHECK_NEAR(each[i], few[i], 1e-3 * (double)few[i]);
     rolni_gather_tau(&held, 1, 0, 1, 0, 1, x);
@@ -214,7 +213,7 @@ static void test_encoder_steps(int count)
         uint64_t seed = 1;
         roln_batch b = {0, 0, 1, NULL, NULL, NULL, NULL, NULL};
         b.count = counts[i], b.q = q, b.qd = qd;
-        CHECK_OK(bow_init_pod(&p[i], PERIOD, q, qd, qbar, &seed, &start));
+        CHECK_OK(bow_init_pod(&p[i], PERIOD, q, qd, qbar, &seed, &start.init_pod));
         for (k = 0; k < 3; k++)
             CHECK_OK(bow_chart_turn(&p[i], &b, &step[i], &left[i]));
     }
@@ -233,14 +232,14 @@ static void test_turns(void)
     static turn_params p;
     static turn_start start;
     static turn_work work;
-    static turn_linwork linear;
+    static turn_linear_work linear;
     static mid_params pm;
     static mid_start starts;
     static mid_work works;
     uint64_t seed = 5;
     ld path[3] = {0, 0, 0};
     int c, k, which;
-    CHECK_OK(turn_init(&p, &seed, &start)), CHECK_OK(mid_init(&pm, &seed, &starts));
+    CHECK_OK(turn_init(&p, &seed, &start.init)), CHECK_OK(mid_init(&pm, &seed, &starts.init));
     for (c = 0; c < 10; c++)
         for (which = 0; which < 3; which++) {
             const double from = 1 + 6.283185307179586 * turns[c];
@@ -250,9 +249,9 @@ static void test_turns(void)
             ld went = 0;
             for (k = 0; k < 1000; k++) {
                 const roln_real before = which == 2 ? sm.z[0] : s.z[0];
-                if (which == 0) CHECK_OK(turn_step(&p, &s, NULL, ROLN_C(0.001), &work));
+                if (which == 0) CHECK_OK(turn_step(&p, &s, NULL, ROLN_C(0.001), &work.step));
                 if (which == 1) CHECK_OK(turn_linear(&p, &s, NULL, ROLN_C(0.001), &ab, &linear));
-                if (which == 2) CHECK_OK(mid_step(&pm, &sm, NULL, ROLN_C(0.001), &works));
+                if (which == 2) CHECK_OK(mid_step(&pm, &sm, NULL, ROLN_C(0.001), &works.step));
                 went += (ld)roln_wrap((which == 2 ? sm.z[0] : s.z[0]) - before);
                 if (k == 0) went = 0; /* the first may turn back, by what the rounding of the start leaves */
                 CHECK(fabs((double)(which == 2 ? sm.z[0] : s.z[0])) <= 13);
@@ -263,7 +262,7 @@ static void test_turns(void)
         }
     {
         turn_latent s = {{ROLN_C(1e7)}, {3}}, was = s;
-        CHECK(turn_step(&p, &s, NULL, ROLN_C(0.001), &work) == ROLN_E_NOT_FINITE && same(1, s.z, was.z) && same(1, s.zd, was.zd));
+        CHECK(turn_step(&p, &s, NULL, ROLN_C(0.001), &work.step) == ROLN_E_NOT_FINITE && same(1, s.z, was.z) && same(1, s.zd, was.zd));
     }
 }
 
@@ -280,14 +279,14 @@ static void test_windows_turned(void)
     roln_error e[2][STEPS + 1];
     uint64_t seed = 6;
     int k, i;
-    CHECK_OK(turn_init(&p, &seed, &start));
+    CHECK_OK(turn_init(&p, &seed, &start.init));
     for (k = 0; k <= STEPS; k++)
         q[1][k] = (roln_real)(6.283185307179586 * FAR + 1 + 0.002 * k), qd[k] = 2, q[0][k] = roln_wrap(q[1][k]);
     for (i = 0; i < 2; i++) {
         const roln_batch b = {.count = 1, .steps = STEPS, .stride = 1, .q = q[i], .qd = qd};
         memset(&g[i], 0, sizeof g[i]);
-        CHECK_OK(turn_grad(&p, &weights, &b, ROLN_C(0.001), &g[i], &train));
-        CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), 1, qbar, e[i], NULL, &train));
+        CHECK_OK(turn_grad(&p, &weights, &b, ROLN_C(0.001), &g[i], &train.grad));
+        CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), 1, qbar, e[i], NULL, &train.errors));
     }
     CHECK(same(turn_theta_size, g[0].theta, g[1].theta) && memcmp(e[0], e[1], sizeof e[0]) == 0);
 }
@@ -309,20 +308,20 @@ static void test_far_first(void)
     roln_real mean[1];
     roln_loss var = {0};
     int k, turns;
-    CHECK_OK(turn_init(&p, &seed, &start));
+    CHECK_OK(turn_init(&p, &seed, &start.init));
     memset(p.theta, 0, sizeof p.theta);
     for (k = 0; k <= STEPS; k++)
         q[k] = (roln_real)remainder(0.1 * k, 6.283185307179586), qd[k] = 100;
-    CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), STEPS / 4, qbar, e, NULL, &train));
+    CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), STEPS / 4, qbar, e, NULL, &train.errors));
     for (k = 0; k < 5; k++)
         BOUND("a wheel for 20 s, rad", sqrtl((ld)e[k].q), PICK(0.02L, 1e-10L));
     for (turns = 0; turns <= 10000; turns += 2500) {
         for (k = 0; k < FEW; k++)
             q[k] = (roln_real)(0.02 * sin(k * 6.283185307179586 / 50)), qd[k] = 1 + q[k];
         q[0] = (roln_real)(turns * 6.283185307179586);
-        CHECK_OK(turn_variance(&p, &all, &var, &train));
+        CHECK_OK(turn_variance(&p, &all, &var, &train.variance));
         CHECK_NEAR(var.q, 0.0002, 2e-6);
-        CHECK_OK(turn_init_pod(&p, FEW, q, qd, mean, &seed, &start));
+        CHECK_OK(turn_init_pod(&p, FEW, q, qd, mean, &seed, &start.init_pod));
         CHECK_NEAR(mean[0], 0, 1e-4);
         memset(p.theta, 0, sizeof p.theta);
     }

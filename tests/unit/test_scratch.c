@@ -1,0 +1,262 @@
+/* SPDX-License-Identifier: MIT */
+/* Sizes of a model: those that the compiler knows are those that the functions of the kernels find; and scratch is exact: the
+   hungriest call of every function writes all of the scratch that its type declares. */
+#define CALLED(X) \
+    X(encode) X(aim) X(decode) X(step) X(linear) X(reduce) X(lift) X(terms) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
+    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range) X(fit_limits) X(fit_noise) \
+    X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
+#include "small.h"
+#include "samples.h"
+
+void TEST_NAME(scratch)(void);
+
+/* ---- sizes ------------------------------------------------------------------------------------ */
+
+/* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
+#define SIZES(X, of) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, force_size) \
+    X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
+    X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
+    X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
+#define SIZE_FIELD(of, name) int name;
+#define SIZE_VALUE(of, name) .name = of##_##name,
+typedef struct {
+    SIZES(SIZE_FIELD, )
+} sizes;
+#define SIZES_OF(of) {SIZES(SIZE_VALUE, of)}
+static const sizes sizes_of[MODELS] = {
+    SIZES_OF(plain), SIZES_OF(bare),    SIZES_OF(square), SIZES_OF(deep),   SIZES_OF(pole),  SIZES_OF(rich),  SIZES_OF(delan),
+    SIZES_OF(pushed), SIZES_OF(layered), SIZES_OF(chart),  SIZES_OF(curved), SIZES_OF(wheel), SIZES_OF(laden),
+};
+#define OF_Z(name) z.name
+
+/* The sizes known to the compiler are those that the functions find at run time. */
+static void test_sizes(int k)
+{
+    const model *mo = models[k];
+    const roln_model *md = mo->md;
+    const roln_lnn *f = &md->lnn;
+    const roln_mlp *net = &f->mass_net;
+    const sizes z = sizes_of[k];
+    int numbers = 0, moments = 0, i, nb, dirs, keep;
+    for (i = 0; i < mo->blocks; i++)
+        numbers += roln_block_size(mo->table + i), moments += roln_block_moments(mo->table + i);
+    CHECK(numbers == mo->params && moments == mo->moments && mo->params == roln_params(md));
+    CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_size(&md->ae, 1) && z.N2 == roln_ae_size(&md->ae, 2));
+    CHECK(z.n == f->n && z.n == md->ae.size[md->ae.layers]);
+    CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae));
+    CHECK(z.curves == md->ae.curves && z.bent == roln_ae_bent(&md->ae) && (z.curves > 0) == (md->ae.degree > 0));
+    CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
+    CHECK(z.layers == f->layers && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
+    CHECK(z.cossin == rolni_cossin(f));
+    CHECK(z.hidden == roln_mlp_hidden(net) && z.wide == roln_mlp_widest(net, 0) + roln_mlp_widest(net, 1));
+    CHECK(ROLNI_CHAIN(OF_Z, 0) == rolni_chain_size(f, 0) && ROLNI_CHAIN(OF_Z, 2) == rolni_chain_size(f, 2));
+    for (nb = 1; nb < 4; nb++) {
+        for (dirs = 1; dirs <= 2; dirs++)
+            for (keep = 0; keep < 2; keep++)
+                CHECK(ROLN_LNN_TAPE(OF_Z, dirs, keep, nb) == roln_lnn_tape(f, dirs, keep, nb));
+    }
+    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL ? 1 : 0);
+}
+
+static void test_shapes(void)
+{
+    CHECK(plain_N == 6 && plain_n == 2 && plain_ae_layers == 2);
+    CHECK(bare_N == 3 && bare_n == 3 && bare_ae_layers == 0);
+    CHECK(deep_n == 2 && deep_ae_layers == 8 && deep_mlp_layers == 6 && pole_n == 1);
+    CHECK(sizeof(plain_params) == sizeof(roln_real) * (6 + 6 + plain_theta_size));
+    CHECK(plain_model.scheme == ROLN_RK4 && bare_model.scheme == ROLN_MIDPOINT && square_model.scheme == ROLN_EULER);
+}
+
+/* ---- scratch is exact ------------------------------------------------------------------------- */
+
+static scratch_sizes used; /* the most of its scratch that any call of a function has written */
+
+#define USE(function, call) \
+    do { \
+        roln_real *const work = ROOM(function); \
+        CHECK_OK(call); \
+        ROOM_KEPT(); \
+        if (room_used() > used.function) used.function = room_used(); \
+    } while (0)
+
+static void use_tick(int k, const instance *m, const roln_real *x)
+{
+    const int N = N_OF(k), n = n_OF(k);
+    static const roln_motors damped = {.mu = 1};
+    roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100,
+                          .motors = m->of->md->inputs > 0 ? &damped : NULL};
+    const target_at target = {.z = x, .zd = x + n, .zdd = x + 2 * n, .kp = x + 3 * n, .kd = x + 4 * n};
+    roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
+    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
+    const guard_at held = {&guard, tau};
+    const roln_motors motors = {ROLN_MIN(3, N), x, 1};
+    int i;
+    USE(encode, m->of->encode(m, x, x + N, z, zd, work));
+    USE(aim, m->of->aim(m, x, x + N, x, z, zd, zdd, work));
+    USE(decode, m->of->decode(m, z, zd, q, qd, work));
+    USE(control, m->of->control(m, z, zd, &target, tau_z, work));
+    USE(lift, m->of->lift(m, z, tau_z, q, work));
+    USE(gains, m->of->gains(m, z, x, x, z, zd, work));
+    USE(allocate, m->of->allocate(m, z, &motors, tau_z, q, NULL, work));
+    for (i = 0; i < 2; i++)
+        USE(guard_tick, (m->of->guard_tick(m, &limits, x, x + N, z, zd, x, &held, work), ROLN_OK));
+    for (i = 0; i < 2; i++)
+        USE(tick, (m->of->tick(m, &limits, x, x + N, &target, z, zd, &held, work), ROLN_OK));
+    limits.motors = m->of->md->inputs > 0 ? &damped : &motors;
+    USE(tick, (m->of->tick(m, &limits, x, x + N, &target, z, zd, &held, work), ROLN_OK));
+    CHECK(guard.known || m->of->md->inputs > 0); /* that is, the balance was computed */
+}
+
+static void use_lqr(int k, const instance *m, const roln_real *x)
+{
+    static roln_real w[MAXN], K[2 * MAXN * 2 * MAXN], P[4 * MAXN * MAXN], s[6 * MAXN];
+    static roln_real u[MAXN];
+    const roln_cost cost = {w, w, u, dt, NULL};
+    const int n2 = 2 * n_OF(k);
+    fill(MAXN, 1, w), fill(MAXN, k == DEEP ? ROLN_C(1e8) : 1, u);
+    memcpy(s, x, (size_t)n2 * sizeof *s), memcpy(s + n2, s, (size_t)n2 * sizeof *s), memcpy(s + 2 * n2, s, (size_t)n2 * sizeof *s);
+    USE(lqr, m->of->lqr(m, &cost, s, NULL, K, P, work));
+    USE(lqr_along, m->of->lqr_along(m, &cost, 2, s, NULL, P, K, work));
+    USE(lqr_along, m->of->lqr_along(m, &cost, 2, s, NULL, NULL, K, work));
+}
+
+static void use_plan(int k, const instance *m, const roln_real *x)
+{
+    static roln_real w[MAXN], u[MAXN], A[16 * MAXN * MAXN], B[8 * MAXN * MAXN], c[8 * MAXN];
+    static roln_real path[10 * MAXN], torque[4 * MAXN], K[8 * MAXN * MAXN];
+    const int motors = models[k]->motors;
+    const roln_motors two = {motors, x, 0};
+    const roln_limits limits = {.dt = dt, .margin = 1, .tau = 1, .rate = 8, .motors = m->of->md->inputs > 0 ? NULL : &two};
+    const roln_term term[2] = {{.of = ROLN_OF_Q, .weight = w, .ref = x}, {.of = ROLN_OF_QD, .weight = w, .ref = x}};
+    const roln_goal goal = {.dt = dt, .terms = 2, .term = term, .u = u, .limits = &limits};
+    roln_plan plan = {0, 0, 0, 0};
+    const plan_at pl = {&plan, path, torque, K};
+    fill(MAXN, 1, w), fill(MAXN, k == DEEP ? ROLN_C(1e8) : 1, u);
+    USE(plan_next, m->of->plan_next(m, &goal, x, &pl, work));
+    USE(plan_linear, m->of->plan_linear(m, &goal, &pl, A, B, c, work));
+}
+
+/* A start and a tick. */
+static void use_filter(int k, const instance *m, const roln_real *x)
+{
+    static roln_real F[9 * MAXN * MAXN];
+    const int N = N_OF(k);
+    const roln_batch b = {1, 1, 1, NULL, x, NULL, NULL, x};
+    roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
+    roln_real z[MAXN], zd[MAXN], each[MAXN], load[MAXN];
+    roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
+    const filter_at e = {&filter, z, zd, F, models[k]->load ? load : NULL};
+    int i;
+    for (i = 0; i < 2; i++)
+        USE(filter_tick, (m->of->filter_tick(m, &noise, x + i * N, x, &e, work), filter.known ? ROLN_OK : ROLN_E_RANGE));
+    USE(fit_noise, m->of->fit_noise(m, &b, &noise, each, work));
+}
+
+static void use_limits(int k, const instance *m, const roln_real *x)
+{
+    const int N = N_OF(k);
+    const roln_batch b = {1, 1, 1, NULL, x, x + 2 * N, NULL, x};
+    roln_limits limits = {.dt = dt};
+    roln_real each[MAXN], rates[MAXN];
+    USE(fit_limits, m->of->fit_limits(m, &b, 1, &limits, each, rates, work));
+}
+
+static void use_mechanics(int k, const instance *m, const roln_real *x)
+{
+    const int N = N_OF(k), n = n_OF(k);
+    roln_real z[MAXN], zd[MAXN], y[MAXN], A[256], B[256], M[64], c[MAXN], g[MAXN], d[MAXN], T = 0, V = 0;
+    const terms_at out = {M, c, g, d, &T, &V};
+    int force, i;
+    for (force = 0; force < 2; force++) {
+        memcpy(z, x, sizeof z), memcpy(zd, x + MAXN, sizeof zd);
+        USE(step, m->of->step(m, z, zd, force ? x : NULL, dt / 8, work));
+        USE(linear, m->of->linear(m, z, zd, force ? x : NULL, dt / 8, A, B, work));
+        USE(inverse, m->of->inverse(m, z, zd, force ? x : NULL, x, y, work));
+    }
+    USE(reduce, m->of->reduce(m, z, x, y, work));
+    USE(terms, m->of->terms(m, z, zd, &out, work));
+    USE(inertia, m->of->inertia(m, z, x, y, work));
+    USE(fit_range, m->of->fit_range(m, 3, x, x + 3 * N, y, c, g, work));
+    for (i = 0; i < n; i++)
+        CHECK(y[i] <= c[i]);
+}
+
+static const roln_opt adam_options = {.lr = {ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)},
+                                      .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8), .clip = 5};
+
+enum { MAXE = 10 };
+static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s)
+{
+    static data d;
+    static roln_real g[GRADIENT_SIZE(MAXP)], m1[MAXP], v[MAXP], v_max[MAXP];
+    const int block = models[k]->block;
+    const roln_moments moments = {m1, v, v_max};
+    roln_adam adam = {0, 0, 0};
+    roln_real qbar[MAXN] = {0}, unit_of_it;
+    roln_error e[MAXE];
+    roln_loss var;
+    int kind, force, i;
+    memset(g, 0, sizeof g), fill(MAXP, 0, m1), fill(MAXP, 0, v), fill(MAXP, 0, v_max);
+    for (kind = 0; kind < KINDS; kind += 2)
+        for (force = 0; force < 2; force++) {
+            make(k, kind, block, s, &d);
+            d.h = dt / 16;
+            for (i = 0; i < MAXD && k == DEEP; i++) /* which multiplies by a thousand */
+                d.q[i] /= 64, d.qd[i] /= 64, d.tau[i] /= 4096;
+            if (!force) d.b.tau = NULL;
+            if (is_acc(kind)) USE(grad_acc, m->of->grad_acc(m, &weights.loss, &d.b, g, work));
+            else USE(grad, m->of->grad(m, &weights.loss, &d.b, d.h, g, work));
+            if (block > 1 || kind != VAR) USE(variance, block > 1 ? m->of->variance(m, &d.b, &var, work) : ROLN_OK);
+            if (kind == ACC && force) USE(fit_inertia, m->of->fit_inertia(m, &d.b, &unit_of_it, work));
+            if (kind == ODE) USE(errors, m->of->errors(m, &d.b, d.h, 1, qbar, e, NULL, work));
+        }
+    if (block == 1) { /* of more than one window */
+        make(k, ACC, 4, s, &d);
+        USE(variance, m->of->variance(m, &d.b, &var, work));
+    }
+    USE(update, roln_adam_update(models[k]->blocks, models[k]->table, &adam_options, 1 / g[models[k]->params + TERMS], g, theta, &adam, &moments, work));
+    USE(init, roln_ae_init(&m->of->md->ae, theta, s, work));
+}
+
+/* Every function with scratch, with all that makes it take more: its hungriest call writes as many numbers as are declared. */
+static void check_exact(const char *name, const char *function, int declared, int written)
+{
+    if (!CHECK(written <= declared && written >= declared - 2))
+        printf("    %s_%s: scratch of %d numbers declared, %d written\n", name, function, declared, written);
+}
+#define CHECK_EXACT(of, type, function) check_exact(models[k]->name, #function, models[k]->scratch.function, used.function);
+#define CHECK_ALONE(of, function) CHECK_EXACT(of, , function)
+
+static void test_scratch(int k)
+{
+    static roln_real theta[MAXP], x[256];
+    roln_real low[MAXN], high[MAXN];
+    const instance m = {models[k], scale_of(k), low, high, high, theta, NULL};
+    uint64_t s = 500 + (uint64_t)k;
+    fill(MAXN, -100, low), fill(MAXN, 100, high);
+    memset(&used, 0, sizeof used);
+    parameters(k, &s, theta);
+    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta, &s, ROOM(init)));
+    dyadic(256, ROLN_C(0.5), &s, x);
+    use_tick(k, &m, x);
+    use_limits(k, &m, x);
+    use_lqr(k, &m, x);
+    use_plan(k, &m, x);
+    use_filter(k, &m, x);
+    use_mechanics(k, &m, x);
+    use_training(k, &m, theta, &s);
+    CALLED_WORK(CHECK_EXACT, )
+    CALLED_ALONE(CHECK_ALONE, )
+    CALLED_PLANS(CHECK_ALONE, )
+}
+
+void TEST_NAME(scratch)(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+        test_sizes(k);
+        test_scratch(k);
+    }
+    test_shapes();
+}
