@@ -53,7 +53,8 @@ static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s
         make(k, ACC, 4, s, &d);
         USE(variance, m->of->variance(m, &d.b, &var, work));
     }
-    USE(update, roln_adam_update(models[k]->blocks, models[k]->table, &adam_options, 1 / g[models[k]->params + TERMS], g, theta, &adam, &moments, work));
+    USE(update, roln_adam_update(models[k]->blocks, models[k]->table, &adam_options, 1 / g[models[k]->params + TERMS], g, theta,
+                                 &adam, &moments, work));
     USE(init, roln_ae_init(&m->of->md->ae, theta, s, work));
 }
 
