@@ -55,7 +55,6 @@ typedef struct {
 typedef struct roln_ae roln_ae;
 typedef struct {
     void (*decode)(const roln_ae *ae, int jets, int nb, const roln_real *layer, roln_real *tape, roln_real *x);
-    void (*row)(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x);
     void (*back)(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape, const roln_real *gx,
                  roln_real *glayer, roln_real *gz, roln_real *work);
 } roln_bend;
@@ -449,24 +448,24 @@ ROLN_FN void rolni_polynomials_bwd(int n, int degree, int jets, const roln_real 
         }
 }
 
-/* `count` rows of x - b from row r on, of the bent layer whose weights begin at `layer`, and their s. Its tape, of `rows` rows, has
-   p and z; of stored weights, which no gradient asks for s, it gets Psi^T y in place of s. */
-ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, int r, int count, const roln_real *layer, roln_real *tape, roln_real *x)
+/* x - b of the bent layer whose weights begin at `layer`, and s. Its tape, of `rows` rows, has p and z; of stored weights, which no
+   gradient asks for s, it gets Psi^T y in place of s. */
+ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, const roln_real *layer, roln_real *tape, roln_real *x)
 {
     enum { ROLNI_PART = 8 }; /* numbers of s at a time */
     const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, bits = rolni_ae_bits(ae);
     const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
-    roln_real *s = tape + r * n, *p = tape + rows * n, *z = p + rows * F + r * n, part[ROLNI_PART];
+    roln_real *s = tape, *p = tape + rows * n, *z = p + rows * F, part[ROLNI_PART];
     int i, k, at;
-    rolni_ae_mm(ae, count, F, N, p + r * F, w.end, x); /* y */
-    rolni_ae_mm_bt(ae, count, N, n, x, w.psi, s);
+    rolni_ae_mm(ae, rows, F, N, p, w.end, x); /* y */
+    rolni_ae_mm_bt(ae, rows, N, n, x, w.psi, s);
     if (ae->storage == ROLN_FULL) {
-        for (i = 0; i < count * n; i++)
+        for (i = 0; i < rows * n; i++)
             s[i] = z[i] - s[i];
-        rolni_mm(count, n, N, s, ROLNI_AS(size_t, n), 1, w.phi, 1, x);
+        rolni_mm(rows, n, N, s, ROLNI_AS(size_t, n), 1, w.phi, 1, x);
         return;
     }
-    for (; count > 0; count--, s += n, z += n, x += N)
+    for (; rows > 0; rows--, s += n, z += n, x += N)
         for (at = 0; at < n; at += ROLNI_PART) {
             const int m = n - at < ROLNI_PART ? n - at : ROLNI_PART;
             rolni_ae_mm_bt(ae, 1, n, m, s, w.d + at * ROLN_AE_ROW(bits, n), part);
@@ -485,13 +484,7 @@ ROLN_FN void rolni_bent_decode(const roln_ae *ae, int jets, int nb, const roln_r
     int r;
     for (r = 0; r < nb; r++)
         rolni_polynomials(n, ae->degree, jets, z + r * n, nb * n, p + r * F, nb * F);
-    if (x) rolni_bent_rows(ae, rows, 0, rows, layer, tape, x);
-}
-
-/* Row r alone: x [N_{L-1}] out, behind rolni_bent_decode without x. */
-ROLN_FN void rolni_bent_row(const roln_ae *ae, int rows, int r, const roln_real *layer, roln_real *tape, roln_real *x)
-{
-    rolni_bent_rows(ae, rows, r, 1, layer, tape, x);
+    if (x) rolni_bent_rows(ae, rows, layer, tape, x);
 }
 
 /* Backward of the bent layer: from gx [jets][nb][N_{L-1}] the cotangent gz [jets][nb][n] of z, which is not added to; glayer, the
@@ -584,7 +577,7 @@ ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const rol
 #else
 #define ROLNI_TABLE static const
 #endif
-ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_row, rolni_bent_back};
+ROLNI_TABLE roln_bend roln_polynomial = {rolni_bent_decode, rolni_bent_back};
 
 /* ---- 4 encode --------------------------------------------------------------------------------- */
 
@@ -760,32 +753,6 @@ ROLN_FN void roln_ae_decode_bwd(const roln_ae *ae, int jets, int nb, const roln_
     int i;
     for (i = 0; gz && i < jets * nb * ae->size[ae->layers]; i++)
         gz[i] += g[i];
-}
-
-/* The coordinates which[0 .. count-1] of roln_ae_decode alone, the same bits: which [count] of 0 .. N-1, z [jets][nb][n] in;
-   x [jets][nb][count], tape [ROLN_AE_DECODE_SOME_TAPE] out: that of roln_ae_decode, and scratch.
-   Of the last layer it costs N_1 multiply-adds a number instead of N_1 N for all; if that layer is bent it costs as much as all,
-   since s needs every number of y. */
-#define ROLN_AE_DECODE_SOME_TAPE(S, jets, nb) \
-    (ROLN_AE_DECODE_TAPE(S, jets, nb) + (S(curves) > 0 && S(N2) == 0 ? S(N) : 0))
-ROLN_FN void roln_ae_decode_some(const roln_ae *ae, int jets, int nb, int count, const roln_real *theta, const int *which,
-                                 const roln_real *z, roln_real *x, roln_real *tape)
-{
-    const int N = ae->size[0], rows = jets * nb;
-    int r, i;
-    roln_ae_decode(ae, jets, nb, theta, z, NULL, tape);
-    for (r = 0; r < rows; r++) {
-        roln_real *all = tape + 2 * rows * roln_ae_sum(ae) + rows * ae->curves;
-        if (rolni_bends(ae, 0)) ae->bend->row(ae, rows, r, theta, tape, all);
-        for (i = 0; i < count; i++, x++)
-            if (ae->layers == 0) *x = z[r * N + which[i]];
-            else {
-                const rolni_ae_layer w = rolni_ae_layer_at(ae, 0, theta);
-                *x = rolni_bends(ae, 0) ? all[which[i]]
-                                        : rolni_ae_column(ae, ae->size[1], N, which[i], tape + r * ae->size[1], w.phi);
-                if (r < nb) *x += w.b[which[i]];
-            }
-    }
 }
 
 /* ---- 6 forces --------------------------------------------------------------------------------- */

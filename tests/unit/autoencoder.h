@@ -41,11 +41,6 @@ ROLN_FN sizes sizes_of_m(void)
 }
 #define OF_M(name) sizes_of_m().name
 
-ROLN_FN int some_size(int jets, int nb)
-{
-    return ROLN_AE_DECODE_SOME_TAPE(OF_M, jets, nb);
-}
-
 ROLN_FN int tape_size(int enc, int jets, int nb)
 {
     return enc ? ROLN_AE_ENCODE_TAPE(OF_M, jets, nb) : ROLN_AE_DECODE_TAPE(OF_M, jets, nb);
@@ -354,7 +349,6 @@ ROLN_FN void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
 {
     const int N = ae.size[0], n = ae.size[ae.layers], full = ae.storage == ROLN_FULL, p = roln_ae_params(&ae);
     roln_real *th, *x, *z, *y, *g, *gth, *tape;
-    int which[3] = {0, 0, 0};
     m.ae = ae;
     m.ae.storage = ROLN_FULL;
     th = weights(s);
@@ -379,7 +373,6 @@ ROLN_FN void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
 
     tape = fresh(tape_size(0, jets, nb));
     roln_ae_decode(&ae, jets, nb, th, z, y, room_of(tape_size(0, jets, nb))), CHECK_ROOM();
-    roln_ae_decode_some(&ae, jets, nb, 3, th, which, z, fresh(3 * jets * nb), room_of(some_size(jets, nb))), CHECK_ROOM();
     roln_ae_decode(&ae, jets, nb, th, z, y, tape);
     roln_ae_decode_bwd(&ae, jets, nb, th, tape, x, g, gth, room_of(bwd_size(0, jets, nb))), CHECK_ROOM();
 
@@ -397,27 +390,6 @@ ROLN_FN void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
         CHECK_ROOM(), CHECK_AREA(sums);
     }
     fresh_done();
-}
-
-/* The coordinates asked for are those of decode, bit for bit. */
-ROLN_FN void check_some(const roln_ae *ae, const roln_real *th, uint64_t *s)
-{
-    enum { nb = 2 };
-    const int N = ae->size[0], n = ae->size[ae->layers];
-    int which[MAXW + 3], jets, count, i, r;
-    for (jets = 1; jets <= 3; jets++) {
-        const int size = tape_size(0, jets, nb);
-        roln_real *z = normal(jets * nb * n, 0.7, s), *x = fresh(jets * nb * N), *some = fresh(jets * nb * (N + 3));
-        roln_real *tape = fresh(size), *w = fresh(some_size(jets, nb));
-        roln_ae_decode(ae, jets, nb, th, z, x, tape);
-        for (count = 0; count <= N + 3; count++) {
-            for (i = 0; i < count; i++) which[i] = roln_randint(N, s);
-            roln_ae_decode_some(ae, jets, nb, count, th, which, z, some, w);
-            CHECK(same(size, tape, w));
-            for (r = 0; r < jets * nb; r++)
-                for (i = 0; i < count; i++) CHECK(same(1, some + r * count + i, x + r * N + which[i]));
-        }
-    }
 }
 
 #endif

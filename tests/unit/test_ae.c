@@ -486,13 +486,6 @@ static void test_pod_of_many(uint64_t *s)
     fresh_done();
 }
 
-static void test_some(roln_ae ae, uint64_t *s)
-{
-    m.ae = ae;
-    check_some(&ae, weights(s), s);
-    fresh_done();
-}
-
 /* The same for autoencoders whose last layer is bent. */
 static void test_bent(void)
 {
@@ -505,7 +498,6 @@ static void test_bent(void)
         check_inverse(bent[i], &seed);
         for (enc = 0; enc < 2; enc++)
             for (nb = 1; nb <= 3; nb++) check_force(bent[i], enc, nb, &seed);
-        test_some(bent[i], &seed);
         check_off(bent[i], &seed);
         for (jets = 1; jets <= 3; jets++)
             for (nb = 1; nb <= 5; nb += 4) check_in_place(bent[i], jets, nb, &seed), check_rooms(bent[i], jets, nb, &seed);
@@ -548,7 +540,6 @@ void TEST_NAME(ae)(void)
     test_init(&seed);
     for (i = 0; i <= 3; i++) check_pod(i, 40, &seed), check_pod(i, 5, &seed);
     test_pod_of_many(&seed);
-    for (i = 0; i < SHAPES; i++) test_some(shapes[i], &seed);
     for (jets = 1; jets <= 3; jets++)
         for (nb = 1; nb <= 5; nb += 4) {
             for (i = 0; i < SHAPES; i++) check_in_place(shapes[i], jets, nb, &seed), check_rooms(shapes[i], jets, nb, &seed);
