@@ -15,13 +15,23 @@ static scratch_sizes used; /* the most of its scratch that any call of a functio
         if (room_used() > used.function) used.function = room_used(); \
     } while (0)
 
-/* Every function with scratch, with all that makes it take more: its hungriest call writes as many numbers as are declared. */
-ROLN_FN void check_exact(const char *name, const char *function, int declared, int written)
+/* Numbers that no call writes: two, for rounding of sizes, but for what is said here. */
+ROLN_FN int unwritten(int k, const char *function)
 {
-    if (!CHECK(written <= declared && written >= declared - 2))
-        printf("    %s_%s: scratch of %d numbers declared, %d written\n", name, function, declared, written);
+    /* three arrays of no numbers have one each, without an autoencoder */
+    if (models[k]->md->ae.layers == 0 && strcmp(function, "fit_inertia") == 0) return 3;
+    /* it has the scratch of a tick, and of a load it needs less */
+    if (models[k]->load && strcmp(function, "fit_noise") == 0) return 16;
+    return 2;
 }
-#define CHECK_EXACT(function) check_exact(models[k]->name, #function, models[k]->scratch.function, used.function);
+
+/* Every function with scratch, with all that makes it take more: its hungriest call writes as many numbers as are declared. */
+ROLN_FN void check_exact(int k, const char *function, int declared, int written)
+{
+    if (!CHECK(written <= declared && written >= declared - unwritten(k, function)))
+        printf("    %s_%s: scratch of %d numbers declared, %d written\n", models[k]->name, function, declared, written);
+}
+#define CHECK_EXACT(function) check_exact(k, #function, models[k]->scratch.function, used.function);
 
 /* Parameters theta of model k that encode and decode, and numbers x [256]. The state after it. */
 ROLN_FN uint64_t scratch_start(int k, roln_real *theta, roln_real *x)
