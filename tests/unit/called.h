@@ -554,7 +554,7 @@ ROLN_FN roln_status C_(c_fit_inertia)(const instance *m, const roln_batch *b, ro
 {
     C_(params) p = C_(c_params)(m);
     const roln_status st = C_(fit_inertia)(&p, b, (C_(fit_inertia_work) *)work);
-    *scale_m = p.scale.m;
+    if (st == ROLN_OK || memcmp(&p.scale, m->scale, sizeof p.scale) != 0) *scale_m = p.scale.m; /* that is, if it was written */
     return st;
 }
 

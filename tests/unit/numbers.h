@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* numbers.h - numbers that are the same in float and in double, arrays of numbers compared, scratch that is not tested. Include after
-   twin.h and room.h. */
+/* numbers.h - numbers that are the same in float and in double, arrays of numbers compared, scratch that is not tested. Include
+   after twin.h and room.h. */
 #ifndef NUMBERS_H
 #define NUMBERS_H
 

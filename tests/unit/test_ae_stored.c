@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Weights of an autoencoder that are stored small, as halves or bytes (roln_ae.h, section 8; float alone): products and maps against
-   twins of what is stored, the left inverse that the stored pairs have, what cannot be stored. */
+/* Weights of an autoencoder that are stored small, as halves or bytes (roln_ae.h, section 8; float alone): products and maps
+   against twins of what is stored, the left inverse that the stored pairs have, what cannot be stored. */
 #include "roln_ae.h"
 #include "autoencoder.h"
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Charts with a linear encoder (roln_ae.h, sections 3 and 10): the polynomials against their definition, the left inverse for any W,
-   the fit in closed form against known manifolds and a slow fit in long double, the derivative of what it leaves, data that do not
-   suffice. Of a model: test_chart_model.c; jets, backward and stored weights of the bent layer: test_ae.c, test_ae_stored.c. */
+/* Charts with a linear encoder (roln_ae.h, sections 3 and 10): the polynomials against their definition, the left inverse for
+   any W, the fit in closed form against known manifolds and a slow fit in long double, the derivative of what it leaves, data
+   that do not suffice. Of a model: test_chart_model.c; jets, backward and stored weights of the bent layer: test_ae.c,
+   test_ae_stored.c. */
 #include "roln_ae.h"
 #include "charts.h"
 
@@ -78,7 +79,8 @@ static roln_real large[MOST], large_tape[100000];
 /* rho(phi(z)) = z for a random W, against what the sums of the encoder add up. outer: a layer with an activation before. */
 static void check_left_inverse(int n, int d, int outer, uint64_t *s)
 {
-    const roln_ae plain = {.layers = 1, .size = {n + 2, n}, .slope = 1, BENT(n, d)}, deep = {.layers = 2, .size = {n + 3, n + 2, n}, .slope = SLOPE, BENT(n, d)};
+    const roln_ae plain = {.layers = 1, .size = {n + 2, n}, .slope = 1, BENT(n, d)};
+    const roln_ae deep = {.layers = 2, .size = {n + 3, n + 2, n}, .slope = SLOPE, BENT(n, d)};
     roln_real z[16], x[16], back[16], *th, *layer;
     ld worst = 0, terms = 0;
     int i, j;
@@ -374,7 +376,8 @@ static void refused(const double *from, roln_real ridge, roln_status want, roln_
 
 static void test_ill(uint64_t *s)
 {
-    const roln_ae shape = {.layers = 1, .size = {7, 3}, .slope = 1, BENT(3, 3)}, flat = {.layers = 1, .size = {7, 3}, .slope = 1, BENT(3, 2)};
+    const roln_ae shape = {.layers = 1, .size = {7, 3}, .slope = 1, BENT(3, 3)};
+    const roln_ae flat = {.layers = 1, .size = {7, 3}, .slope = 1, BENT(3, 2)};
     roln_real *th, *x, left = 7;
     int m, i, k, count;
     take(&shape);
@@ -700,7 +703,10 @@ void TEST_NAME(chart)(void)
         {.layers = 3, .size = {6, 5, 4, 3}, .slope = SLOPE, BENT(3, 2)},
     };
 #ifndef ROLN_DOUBLE
-    static const roln_ae stored[2] = {{.layers = 1, .size = {16, 4}, .slope = 1, BENT(4, 4)}, {.layers = 1, .size = {24, 11}, .slope = 1, BENT(11, 2)}}; /* parts of 8, and what is left */
+    static const roln_ae stored[2] = { /* parts of 8, and what is left */
+        {.layers = 1, .size = {16, 4}, .slope = 1, BENT(4, 4)},
+        {.layers = 1, .size = {24, 11}, .slope = 1, BENT(11, 2)},
+    };
 #endif
     uint64_t seed = 11;
     int n, d, i;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Charts of a model (roln.h; the fit itself: test_chart.c): steps of the encoder, NAME_chart_turn, to the encoder of a known manifold;
-   NAME_chart_center, _add, _merge, _solve are the functions of roln_ae.h in the units of the user; a fleet of machines. */
+/* Charts of a model (roln.h; the fit itself: test_chart.c): steps of the encoder, NAME_chart_turn, to the encoder of a known
+   manifold; NAME_chart_center, _add, _merge, _solve are the functions of roln_ae.h in the units of the user; a fleet of
+   machines. */
 #define CALLED(X) X(encode) X(fit_range)
 #include "small.h"
 #include "charts.h"

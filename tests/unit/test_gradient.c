@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* Gradients of a model (NAME_grad, NAME_grad_acc): every loss against a slow loss that uses the functions of prediction, and every
-   gradient against central differences (double) or against that in double (float); blocks, units and weights; positions that a model
-   made itself; blocks that fail. */
+/* Gradients of a model (NAME_grad, NAME_grad_acc): every loss against a slow loss that uses the functions of prediction, and
+   every gradient against central differences (double) or against that in double (float); blocks, units and weights; positions
+   that a model made itself; blocks that fail. */
+
 /* Every model in blocks of one window, */
 #define CALLED(X) X(grad) X(grad_acc)
 #define SMALL(name) one_##name
@@ -505,7 +506,8 @@ static void test_grad_failures(int k, int kind)
         {.x = d.q, .size = N_OF(k)},
         {.x = d.qd, .size = N_OF(k), .skip = is_var(kind)},
         {.x = d.qdd, .size = N_OF(k), .skip = !is_acc(kind)},
-        {.x = d.tau, .size = F_OF(k), .skip = kind == ODE_FREE || kind == ACC_STARTS || kind == VAR_FREE}, /* kind 3: windows share forces */
+        /* the windows of ACC_STARTS share forces */
+        {.x = d.tau, .size = F_OF(k), .skip = kind == ODE_FREE || kind == ACC_STARTS || kind == VAR_FREE},
     };
     uint64_t s = 81;
     int i, f, b, length;

@@ -390,7 +390,8 @@ static void check_lengths(void)
         for (again = 0; again < 2; again++) {
             roln_batch b = hand_batch(0, wrong[i].count);
             b.steps = wrong[i].steps;
-            CHECK(hand_rows(&hand_a.p, &hand_weights, &b, tick, wrong[i].at, again, &hand_a.g, &hand_scratch.rows) == ROLN_E_LENGTH);
+            CHECK(hand_rows(&hand_a.p, &hand_weights, &b, tick, wrong[i].at, again, &hand_a.g, &hand_scratch.rows) ==
+                  ROLN_E_LENGTH);
         }
     for (i = 0; i < 3; i++) {
         const int count = i == 0 ? -1 : i == 1 ? 0 : COUNT + 1;

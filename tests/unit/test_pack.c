@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Parameters as bytes and as text (roln_pack, roln_unpack, roln_write, NAME_store): every byte corrupted, every length, numbers that
-   make no sense under a true checksum; text that a compiler reads as the same numbers, and what it demands of a config; weights that
-   are stored small. */
+/* Parameters as bytes and as text (roln_pack, roln_unpack, roln_write, NAME_store): every byte corrupted, every length, numbers
+   that make no sense under a true checksum; text that a compiler reads as the same numbers, and what it demands of a config;
+   weights that are stored small. */
 #include <stdlib.h>
 #define CALLED(X)
 #include "small.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* A model at work (roln.h): the functions of one model are those of the kernels in its units; updates that stay on their manifolds; 200
-   updates that learn, and what a failure leaves; arguments and settings that make no sense; numbers of statuses. The parts:
-   test_gradient.c, test_rows.c, test_measures.c, test_pack.c, test_scratch.c. */
+/* A model at work (roln.h): the functions of one model are those of the kernels in its units; updates that stay on their
+   manifolds; 200 updates that learn, and what a failure leaves; arguments and settings that make no sense; numbers of statuses.
+   The parts: test_gradient.c, test_rows.c, test_measures.c, test_pack.c, test_scratch.c. */
 #define CALLED(X) X(grad) X(grad_acc)
 #include "small.h"
 #include "samples.h"
@@ -149,7 +149,8 @@ static void test_arguments(void)
     p.slope /= 2; /* numbers of another config */
     CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train.grad) == ROLN_E_SHAPE);
     CHECK(plain_grad_acc(&p, &acc_weights, &d.b, &g, &train.grad_acc) == ROLN_E_SHAPE);
-    CHECK(plain_variance(&p, &d.b, &var.loss, &train.variance) == ROLN_E_SHAPE && plain_fit_inertia(&p, &d.b, &train.fit_inertia) == ROLN_E_SHAPE);
+    CHECK(plain_variance(&p, &d.b, &var.loss, &train.variance) == ROLN_E_SHAPE);
+    CHECK(plain_fit_inertia(&p, &d.b, &train.fit_inertia) == ROLN_E_SHAPE);
     CHECK(plain_errors(&p, &d.b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_SHAPE);
     p.slope *= 2;
     for (i = 0; i < 5; i++) {
@@ -157,7 +158,8 @@ static void test_arguments(void)
         b.count = wrong[i].count, b.steps = wrong[i].steps, b.stride = wrong[i].stride;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train.grad) == ROLN_E_LENGTH);
         CHECK(plain_grad_acc(&p, &acc_weights, &b, &g, &train.grad_acc) == ROLN_E_LENGTH);
-        CHECK(plain_variance(&p, &b, &var.loss, &train.variance) == ROLN_E_LENGTH && plain_fit_inertia(&p, &b, &train.fit_inertia) == ROLN_E_LENGTH);
+        CHECK(plain_variance(&p, &b, &var.loss, &train.variance) == ROLN_E_LENGTH);
+        CHECK(plain_fit_inertia(&p, &b, &train.fit_inertia) == ROLN_E_LENGTH);
         CHECK(plain_errors(&p, &b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_LENGTH);
         b.qd = NULL;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train.grad) == ROLN_E_LENGTH);

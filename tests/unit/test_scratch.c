@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /* Sizes of a model: those that the compiler knows are those that the functions of the kernels find; and scratch is exact: the
-   hungriest call of every function writes all of the scratch that its type declares. */
+   hungriest call of every function of prediction and control writes all of the scratch that its type declares. Of training:
+   test_scratch_training.c. */
 #define CALLED(X) \
     X(encode) X(aim) X(decode) X(step) X(linear) X(reduce) X(lift) X(terms) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
-    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range) X(fit_limits) X(fit_noise) \
-    X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
+    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 #include "small.h"
-#include "samples.h"
+#include "scratch.h"
 
 void TEST_NAME(scratch)(void);
 
@@ -70,15 +70,9 @@ static void test_shapes(void)
 
 /* ---- scratch is exact ------------------------------------------------------------------------- */
 
-static scratch_sizes used; /* the most of its scratch that any call of a function has written */
-
-#define USE(function, call) \
-    do { \
-        roln_real *const work = ROOM(function); \
-        CHECK_OK(call); \
-        ROOM_KEPT(); \
-        if (room_used() > used.function) used.function = room_used(); \
-    } while (0)
+#define RUNS(X) \
+    X(encode) X(aim) X(decode) X(step) X(linear) X(reduce) X(lift) X(terms) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
+    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 
 static void use_tick(int k, const instance *m, const roln_real *x)
 {
@@ -142,24 +136,13 @@ static void use_filter(int k, const instance *m, const roln_real *x)
 {
     static roln_real F[9 * MAXN * MAXN];
     const int N = N_OF(k);
-    const roln_batch b = {1, 1, 1, NULL, x, NULL, NULL, x};
     roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
-    roln_real z[MAXN], zd[MAXN], each[MAXN], load[MAXN];
+    roln_real z[MAXN], zd[MAXN], load[MAXN];
     roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
     const filter_at e = {&filter, z, zd, F, models[k]->load ? load : NULL};
     int i;
     for (i = 0; i < 2; i++)
         USE(filter_tick, (m->of->filter_tick(m, &noise, x + i * N, x, &e, work), filter.known ? ROLN_OK : ROLN_E_RANGE));
-    USE(fit_noise, m->of->fit_noise(m, &b, &noise, each, work));
-}
-
-static void use_limits(int k, const instance *m, const roln_real *x)
-{
-    const int N = N_OF(k);
-    const roln_batch b = {1, 1, 1, NULL, x, x + 2 * N, NULL, x};
-    roln_limits limits = {.dt = dt};
-    roln_real each[MAXN], rates[MAXN];
-    USE(fit_limits, m->of->fit_limits(m, &b, 1, &limits, each, rates, work));
 }
 
 static void use_mechanics(int k, const instance *m, const roln_real *x)
@@ -182,73 +165,19 @@ static void use_mechanics(int k, const instance *m, const roln_real *x)
         CHECK(y[i] <= c[i]);
 }
 
-static const roln_opt adam_options = {.lr = {ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)},
-                                      .beta1 = ROLN_C(0.9), .beta2 = ROLN_C(0.999), .eps = ROLN_C(1e-8), .clip = 5};
-
-enum { MAXE = 10 };
-static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s)
-{
-    static data d;
-    static roln_real g[GRADIENT_SIZE(MAXP)], m1[MAXP], v[MAXP], v_max[MAXP];
-    const int block = models[k]->block;
-    const roln_moments moments = {m1, v, v_max};
-    roln_adam adam = {0, 0, 0};
-    roln_real qbar[MAXN] = {0}, unit_of_it;
-    roln_error e[MAXE];
-    roln_loss var;
-    int kind, force, i;
-    memset(g, 0, sizeof g), fill(MAXP, 0, m1), fill(MAXP, 0, v), fill(MAXP, 0, v_max);
-    for (kind = 0; kind < KINDS; kind += 2)
-        for (force = 0; force < 2; force++) {
-            make(k, kind, block, s, &d);
-            d.h = dt / 16;
-            for (i = 0; i < MAXD && k == DEEP; i++) /* which multiplies by a thousand */
-                d.q[i] /= 64, d.qd[i] /= 64, d.tau[i] /= 4096;
-            if (!force) d.b.tau = NULL;
-            if (is_acc(kind)) USE(grad_acc, m->of->grad_acc(m, &weights.loss, &d.b, g, work));
-            else USE(grad, m->of->grad(m, &weights.loss, &d.b, d.h, g, work));
-            if (block > 1 || kind != VAR) USE(variance, block > 1 ? m->of->variance(m, &d.b, &var, work) : ROLN_OK);
-            if (kind == ACC && force) USE(fit_inertia, m->of->fit_inertia(m, &d.b, &unit_of_it, work));
-            if (kind == ODE) USE(errors, m->of->errors(m, &d.b, d.h, 1, qbar, e, NULL, work));
-        }
-    if (block == 1) { /* of more than one window */
-        make(k, ACC, 4, s, &d);
-        USE(variance, m->of->variance(m, &d.b, &var, work));
-    }
-    USE(update, roln_adam_update(models[k]->blocks, models[k]->table, &adam_options, 1 / g[models[k]->params + TERMS], g, theta, &adam, &moments, work));
-    USE(init, roln_ae_init(&m->of->md->ae, theta, s, work));
-}
-
-/* Every function with scratch, with all that makes it take more: its hungriest call writes as many numbers as are declared. */
-static void check_exact(const char *name, const char *function, int declared, int written)
-{
-    if (!CHECK(written <= declared && written >= declared - 2))
-        printf("    %s_%s: scratch of %d numbers declared, %d written\n", name, function, declared, written);
-}
-#define CHECK_EXACT(of, type, function) check_exact(models[k]->name, #function, models[k]->scratch.function, used.function);
-#define CHECK_ALONE(of, function) CHECK_EXACT(of, , function)
-
 static void test_scratch(int k)
 {
     static roln_real theta[MAXP], x[256];
     roln_real low[MAXN], high[MAXN];
     const instance m = {models[k], scale_of(k), low, high, high, theta, NULL};
-    uint64_t s = 500 + (uint64_t)k;
     fill(MAXN, -100, low), fill(MAXN, 100, high);
-    memset(&used, 0, sizeof used);
-    parameters(k, &s, theta);
-    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta, &s, ROOM(init)));
-    dyadic(256, ROLN_C(0.5), &s, x);
+    (void)scratch_start(k, theta, x);
     use_tick(k, &m, x);
-    use_limits(k, &m, x);
     use_lqr(k, &m, x);
     use_plan(k, &m, x);
     use_filter(k, &m, x);
     use_mechanics(k, &m, x);
-    use_training(k, &m, theta, &s);
-    CALLED_WORK(CHECK_EXACT, )
-    CALLED_ALONE(CHECK_ALONE, )
-    CALLED_PLANS(CHECK_ALONE, )
+    RUNS(CHECK_EXACT)
 }
 
 void TEST_NAME(scratch)(void)
