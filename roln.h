@@ -5482,7 +5482,7 @@ ROLN_FN void ROLN_(newton_sums)(const roln_newton_opt *opt, int count, int from,
     roln_newton_sums(opt, count, ROLN_(newton_size), from, to, g->J, o->S, work);
 }
 
-/* A step from p to o->next, with g->expect (roln_newton_step). */
+/* A step from p to o->next, with g->expect (roln_newton_step). ROLN_E_LENGTH: count. */
 ROLN_FN roln_status ROLN_(newton_step)(const ROLN_(params) *p, const roln_newton_opt *opt, int count, ROLN_(residuals) *g,
                                        ROLN_(newton) *o)
 {
@@ -5964,6 +5964,7 @@ ROLN_FN void ROLN_(pack)(const ROLN_(params) *p, unsigned char bytes[ROLN_AT_LEA
     roln_pack(&ROLN_(model), p, bytes);
 }
 
+/* Parameters from the count bytes of NAME_pack (roln_unpack). p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLN_(unpack)(int count, const unsigned char *bytes, ROLN_(params) *p)
 {
     return roln_unpack(&ROLN_(model), count, bytes, p);
