@@ -3114,13 +3114,12 @@ typedef struct {
 ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limits, const ROLNI_(seen) *seen, const roln_real *want,
                                 const roln_real *tau)
 {
-    const roln_model *md = &ROLN_(model);
-    const int N = ROLN_(N), nu = rolni_torques(md, limits->motors);
+    const int N = ROLN_(N), nu = rolni_torques(&ROLN_(model), limits->motors);
     const roln_real *q = seen->at->q, *qd = seen->at->qd;
     uint32_t faults = 0;
     int i;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd)) faults |= ROLN_FAULT_INPUT;
-    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(md, limits->motors)) faults |= ROLN_FAULT_INPUT;
+    if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(&ROLN_(model), limits->motors)) faults |= ROLN_FAULT_INPUT;
     if (!want || !seen->s) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -3130,7 +3129,7 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     if (!seen->s) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
-        else if (!(md->lnn.angles ? rolni_near_turned(&md->lnn, q, seen->x, limits->q_off)
+        else if (!(ROLN_(model).lnn.angles ? rolni_near_turned(&ROLN_(model).lnn, q, seen->x, limits->q_off)
                                   : rolni_all_within(N, q, seen->x, limits->q_off)) ||
                  !rolni_all_within(N, qd, seen->x + N, limits->qd_off))
             faults |= ROLN_FAULT_MANIFOLD;
@@ -4576,7 +4575,6 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
                                   const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], roln_error *e, roln_error *joints,
                                   ROLN_(errors_work) *w)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_scale *sc = &p->scale;
     const int N = ROLN_(N), size = ROLN_(force_size), nb = ROLN_BLOCK;
     ROLNI_(driven) d;
@@ -4596,16 +4594,17 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
             if (k > 0) {
                 if (b->tau) rolni_gather_tau(b, size, from, now, k - 1, rolni_force_unit(sc), w->held);
                 if (b->tau) rolni_multiply_each(now, size, ROLNI_(force_units)(p), w->held);
-                st = roln_lnn_step(&md->lnn, &d.sys, md->scheme, 0, now, dt / sc->t, w->s, w->s, w->u.step.tape, w->u.step.work);
+                st = roln_lnn_step(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, 0, now, dt / sc->t, w->s, w->s, w->u.step.tape,
+                                   w->u.step.work);
                 if (st != ROLN_OK) return st;
-                rolni_turn_back(&md->lnn, now, w->s);
+                rolni_turn_back(&ROLN_(model).lnn, now, w->s);
             }
             if (k % every != 0) continue;
             rolni_gather(b, b->q, N, from, now, k, 1 / sc->q, w->x);
             rolni_gather(b, b->qd, N, from, now, k, rolni_velocity_unit(sc), w->x + now * N);
             rolni_divide_each(2 * now, N, ROLNI_EACH(p), w->x);
-            rolni_turn_back(&md->lnn, now, w->x);
-            if (k == 0) roln_ae_encode(&md->ae, 2, now, p->theta, w->x, w->s, w->u.encode);
+            rolni_turn_back(&ROLN_(model).lnn, now, w->x);
+            if (k == 0) roln_ae_encode(&ROLN_(model).ae, 2, now, p->theta, w->x, w->s, w->u.encode);
             ROLNI_(errors_decode)(p, now, qbar, e + k / every, je, w);
         }
     }
@@ -5035,7 +5034,6 @@ ROLN_FN void ROLNI_(windows_force)(const ROLNI_(windows) *b, int k)
 /* Forward: encode every sample and roll out from the first (two). Only the states Z and P are kept. */
 ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
 {
-    const roln_model *md = &ROLN_(model);
     const int nb = b->nb, nz = nb * ROLN_(n);
     ROLN_(grad_work) *const w = b->w;
     roln_real *const tape = w->u.step.u.once.tape, *const work = w->u.step.u.once.work;
@@ -5044,13 +5042,13 @@ ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
         roln_real *Zk = w->Z + k * 2 * nz, *Pk = w->P + k * 2 * nz;
         roln_status st = ROLN_OK;
         ROLNI_(windows_data)(b, k);
-        roln_ae_encode(&md->ae, b->jets, nb, b->p->theta, w->x, Zk, w->tape);
+        roln_ae_encode(&ROLN_(model).ae, b->jets, nb, b->p->theta, w->x, Zk, w->tape);
         if (!roln_all_finite(b->jets * nz, Zk)) return ROLN_E_NOT_FINITE;
         if (k == 0) rolni_copy(b->jets * nz, Zk, Pk);
         if (k == 0 || !b->rollout) continue;
         ROLNI_(windows_force)(b, k - 1);
-        if (k < b->first) st = roln_lnn_start(&md->lnn, &b->drive.sys, 0, nb, b->h, Zk - 2 * nz, Zk, Pk, tape, work);
-        else st = roln_lnn_step(&md->lnn, &b->drive.sys, b->scheme, 0, nb, b->h, Pk - 2 * nz, Pk, tape, work);
+        if (k < b->first) st = roln_lnn_start(&ROLN_(model).lnn, &b->drive.sys, 0, nb, b->h, Zk - 2 * nz, Zk, Pk, tape, work);
+        else st = roln_lnn_step(&ROLN_(model).lnn, &b->drive.sys, b->scheme, 0, nb, b->h, Pk - 2 * nz, Pk, tape, work);
         if (st != ROLN_OK) return st;
     }
     return ROLN_OK;
@@ -5060,7 +5058,6 @@ ROLN_FN roln_status ROLNI_(windows_forward)(const ROLNI_(windows) *b)
    gZ is set, gP is added to. */
 ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, roln_real *gP)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_loss *wt = b->weights;
     const int N = ROLN_(N), n = ROLN_(n), nb = b->nb, nz = nb * n, nx = nb * N, rows = pred ? 2 * nb : nb;
     ROLN_(grad_work) *const w = b->w;
@@ -5072,11 +5069,11 @@ ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, r
         rolni_copy(nz, Zk + j * nz, D + j * rows * n);
         if (pred) rolni_copy(nz, Pk + j * nz, D + j * rows * n + nz);
     }
-    roln_ae_decode(&md->ae, b->jets, rows, b->p->theta, D, Y, tape);
+    roln_ae_decode(&ROLN_(model).ae, b->jets, rows, b->p->theta, D, Y, tape);
     rolni_zero(b->jets * rows * N, gY);
     rolni_zero(b->jets * rows * n, D); /* from here on the cotangents of what was decoded */
     rolni_compare(b->g, rolni_term_of(b->each, wt->q, &loss->q), nx, Y, x, gY, NULL);
-    if (md->lnn.angles && pred) rolni_next_to(&md->lnn, nb, Y + nx, w->x);
+    if (ROLN_(model).lnn.angles && pred) rolni_next_to(&ROLN_(model).lnn, nb, Y + nx, w->x);
     if (pred) rolni_compare(b->g, rolni_term_of(b->step, wt->q_pred, &loss->q_pred), nx, Y + nx, x, gY + nx, NULL);
     if (b->jets > 1) {
         rolni_compare(b->g, rolni_term_of(b->each, wt->qd, &loss->qd), nx, Y + rows * N, x + nx, gY + rows * N, NULL);
@@ -5085,7 +5082,7 @@ ROLN_FN void ROLNI_(windows_decode)(const ROLNI_(windows) *b, int k, int pred, r
                           gY + rows * N + nx, NULL);
     }
     if (!rolni_goes_back(b->g)) return;
-    roln_ae_decode_bwd(&md->ae, b->jets, rows, b->p->theta, tape, gY, D, b->g->ae, w->u.decode.work);
+    roln_ae_decode_bwd(&ROLN_(model).ae, b->jets, rows, b->p->theta, tape, gY, D, b->g->ae, w->u.decode.work);
     for (j = 0; j < b->jets; j++) {
         rolni_copy(nz, D + j * rows * n, w->gZ + j * nz);
         for (i = 0; pred && i < nz; i++)
@@ -5200,7 +5197,6 @@ typedef struct {
 /* Forward: encode, and the accelerations of the model. */
 ROLN_FN roln_status ROLNI_(samples_forward)(const ROLNI_(samples) *b)
 {
-    const roln_model *md = &ROLN_(model);
     const roln_scale *sc = &b->p->scale;
     const int N = ROLN_(N), nb = b->nb, nx = nb * N, nz = nb * ROLN_(n), size = ROLN_(force_size);
     const roln_real v = rolni_velocity_unit(sc);
@@ -5211,16 +5207,17 @@ ROLN_FN roln_status ROLNI_(samples_forward)(const ROLNI_(samples) *b)
     rolni_gather(b->batch, b->batch->qd, N, b->w0, nb, 0, v, w->x + nx);
     rolni_gather(b->batch, b->batch->qdd, N, b->w0, nb, 0, v * sc->t, w->x + 2 * nx);
     rolni_divide_each(3 * nb, N, ROLNI_EACH(b->p), w->x);
-    roln_ae_encode(&md->ae, 3, nb, b->p->theta, w->x, w->Z, w->tape);
+    roln_ae_encode(&ROLN_(model).ae, 3, nb, b->p->theta, w->x, w->Z, w->tape);
     if (!roln_all_finite(3 * nz, w->Z)) return ROLN_E_NOT_FINITE;
     if (b->batch->tau) {
         rolni_gather(b->batch, b->batch->tau, size, b->w0, nb, 0, rolni_force_unit(sc), w->held);
         rolni_multiply_each(nb, size, ROLNI_(force_units)(b->p), w->held);
     }
     if (b->weights->force > 0) /* only its status */
-        st = roln_lnn_inverse(&md->lnn, 1, nb, b->drive.sys.theta, w->Z, NULL, w->Z + 2 * nz, w->tau, tape, w->u.net.u.inverse);
+        st = roln_lnn_inverse(&ROLN_(model).lnn, 1, nb, b->drive.sys.theta, w->Z, NULL, w->Z + 2 * nz, w->tau, tape,
+                              w->u.net.u.inverse);
     /* unreached: the status of an overflow in the inverse dynamics */
-    return st == ROLN_OK ? rolni_stage(&md->lnn, &b->drive.sys, 1, nb, w->Z, w->sd, tape, w->u.net.u.stage) : st;
+    return st == ROLN_OK ? rolni_stage(&ROLN_(model).lnn, &b->drive.sys, 1, nb, w->Z, w->sd, tape, w->u.net.u.stage) : st;
 }
 
 /* Reconstruction z, zd, zdd and prediction z, zd, zdd_pred decoded, compared with the data, and back: gZ and gsd are set. */

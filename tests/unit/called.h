@@ -566,6 +566,7 @@ ROLN_FN roln_status C_(c_rows)(const instance *m, const roln_loss *weights, cons
     roln_status st;
     g.seed = seed;
     st = C_(rows)(&p, weights, b, dt, 0, 0, &g, (C_(rows_work) *)work);
+    if (rows > sizeof g.r / sizeof *g.r) return st;
     memcpy(J, g.J, rows * C_(newton_size) * sizeof *J), memcpy(r, g.r, rows * sizeof *r);
     return st;
 }

@@ -17,6 +17,9 @@
 #ifndef SMALL_SCALE
 #define SMALL_SCALE common
 #endif
+#ifndef SMALL_LEARN
+#define SMALL_LEARN networks
+#endif
 #ifndef SMALL_ROWS
 #define SMALL_ROWS 0
 #endif
@@ -32,6 +35,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(bare) /* no autoencoder; base point, midpoint */
@@ -45,6 +49,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(square) /* a layer that keeps its size */
@@ -58,6 +63,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(deep) /* the deepest */
@@ -70,6 +76,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(pole) /* one degree of freedom, as linear as can be */
@@ -81,6 +88,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(delan) /* the mass matrix L L^T + least I of DeLaN */
@@ -94,6 +102,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(layered) /* as many SPD layers as there may be, no autoencoder */
@@ -107,6 +116,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(chart) /* a chart of polynomials, and nothing else in the autoencoder */
@@ -120,6 +130,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(wheel) /* two angles and a slider between them, dry friction */
@@ -134,6 +145,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(laden) /* its filter estimates a load */
@@ -146,6 +158,7 @@
 #define ROLN_STEP SMALL_STEP(rk4)
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 #endif
 
@@ -163,6 +176,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(pushed) /* damping, midpoint; as many inputs as joints */
@@ -177,6 +191,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(curved) /* a chart behind a layer with an activation; inputs, midpoint */
@@ -191,6 +206,7 @@
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
 #define ROLN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #undef SMALL
@@ -199,4 +215,5 @@
 #undef SMALL_LOAD
 #undef SMALL_SCALE
 #undef SMALL_ROWS
+#undef SMALL_LEARN
 #undef SMALL_DRIVEN_ONLY

@@ -140,7 +140,7 @@ static roln_status call(int which, int k, const instance *m, const roln_real *in
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), nn = n * n;
     const target_at ref = {in + 2 * n, in + 3 * n, in + 4 * n, in + 5 * n, in + 6 * n, NULL};
-    const roln_motors motors = {MOTORS, in + 2 * n + 1, in[2 * n]};
+    const roln_motors motors = {.count = MOTORS, .B = in + 2 * n + 1, .mu = in[2 * n]};
     const terms_at terms = {out, out + nn, out + nn + n, out + nn + 2 * n, out + nn + 3 * n, out + nn + 3 * n + 1};
     roln_real s[2 * MAXN];
     roln_scale fit = unit;

@@ -2,17 +2,27 @@
 /* test_edges.c - what only overflow, a matrix on the edge, a verb of somebody's own, or a setting that no machine has, reach: the
    status of each, and outputs that stay as they were. The other files test what functions are for; this one completes the
    branches and conditions of tests/safety/coverage.py. */
+
+#define CALLED(X) X(push) X(slopes)
 #define ROLN_NAME units /* every joint has a unit of its own */
 #define ROLN_AE 5, 2
 #define ROLN_MLP 4
 #define ROLN_SCALE each
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
-#include "roln.h"
+#include "called.h"
+
 #define ROLN_NAME slider /* one joint as it is */
 #define ROLN_AE 1
 #define ROLN_MLP 2
 #include "roln.h"
+
+#undef CALLED
+#define CALLED(X) \
+    X(allocate) X(push) X(tick) X(guard_tick) X(lqr) X(grad) X(grad_acc) X(rows) X(fit_limits) X(fit_noise) X(filter_tick) X(errors)
+#define CALLED_ALSO "edges_inside.h"
+#define SMALL_ROWS 2
+#define SMALL_LEARN everything
 #include "small.h"
 
 void TEST_NAME(edges)(void);
@@ -262,6 +272,10 @@ static void test_spd_block(void)
 
 /* ---- a model ---------------------------------------------------------------------------------- */
 
+typedef roln_status (*cost_joints)(const instance *m, const roln_cost *cost, const roln_real *z, roln_real *D, void *work);
+#define COST_JOINTS(name) name##_c_cost_joints
+static const cost_joints cost_of_joints[MODELS] = SMALL_TABLE(COST_JOINTS, COST_JOINTS);
+
 static roln_real z_min[MAXN], z_max[MAXN], zd_max[MAXN];
 static instance model_of(int k)
 {
@@ -282,24 +296,24 @@ static void test_overflow(int k)
     const instance m = model_of(k);
     const int N = N_OF(k), n = n_OF(k);
     static roln_real D[4 * MAXN * MAXN], A[4 * MAXN * MAXN];
-    roln_real z[MAXN], zd[MAXN], B[MAXN * 2], u[2] = {7, 7}, lost = 7;
+    roln_real z[MAXN], zd[MAXN], B[MAXN * 2], u[2] = {7, 7}, l[2 * MAXN], lost = 7;
     const roln_real q[MAXN] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
-    const roln_motors motors = {2, B, ROLN_C(1e-3)};
+    const roln_motors motors = {.count = 2, .B = B, .mu = ROLN_C(1e-3)};
     const roln_cost cost = {q, q, q, dt, NULL};
     uint64_t s = 500 + (uint64_t)k;
     roln_status st;
     place(k);
     fill(n, TOP, z), fill(n, 0, zd), dyadic(2 * N, 1, &s, B);
-    CHECK(rolni_cost_joints(&m, &cost, z, D, spare) != ROLN_OK || models[k]->md->ae.layers == 0);
+    CHECK(cost_of_joints[k](&m, &cost, z, D, spare) != ROLN_OK || models[k]->md->ae.layers == 0);
     fill(n, 0, z), fill(n, TOP, zd);
     if (models[k]->md->inputs == 0) {
         st = m.of->allocate(&m, z, &motors, zd, u, &lost, spare);
         if (st != ROLN_OK) CHECK(all(2, u, 7) && all(1, &lost, 7));
     }
     fill(4 * n * n, (roln_real)NAN, A);
-    CHECK(rolni_lqr_end(n, A, D, spare) != ROLN_OK);
+    CHECK(rolni_lqr_end(2 * n, A, D, l, spare) != ROLN_OK);
     fill(4 * n * n, 0, A), A[0] = 4;
-    CHECK(rolni_lqr_end(n, A, D, spare) == ROLN_OK);
+    CHECK(rolni_lqr_end(2 * n, A, D, l, spare) == ROLN_OK);
     fill(n, -TOP, z_min), fill(n, TOP, z_max);
     {
         roln_real kept[MAXP];
@@ -349,16 +363,15 @@ static void test_load(int k)
     const instance m = model_of(k);
     const int n = n_OF(k);
     roln_real load[MAXN], a[2 * MAXN], b[2 * MAXN], c[2 * MAXN];
-    const rolni_push by = {NULL, load}, none = {NULL, NULL};
     uint64_t s = 600 + (uint64_t)k;
     place(k);
     dyadic(2 * n, ROLN_C(0.125), &s, a);
     memcpy(b, a, sizeof b), memcpy(c, a, sizeof c);
     fill(n, 0, load);
-    CHECK(rolni_step(&m, a, a + n, &by, dt, spare) == rolni_step(&m, b, b + n, &none, dt, spare));
+    CHECK(m.of->push(&m, a, a + n, NULL, load, dt, spare) == m.of->push(&m, b, b + n, NULL, NULL, dt, spare));
     CHECK_BELOW(furthest(2 * n, a, b), 0);
     fill(n, 1, load);
-    if (rolni_step(&m, c, c + n, &by, dt, spare) == ROLN_OK) CHECK(furthest(2 * n, c, b) > 1e-6L);
+    if (m.of->push(&m, c, c + n, NULL, load, dt, spare) == ROLN_OK) CHECK(furthest(2 * n, c, b) > 1e-6L);
 }
 
 /* A torque limit below 0, motors that no machine has: a fault, and no torque but 0 or what was held. */
@@ -367,8 +380,7 @@ static void test_guard(int k)
     const instance m = model_of(k);
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], r[5 * MAXN], tau[MAXN], safe[MAXN], B[MAXN];
-    const roln_motors wrong = {0, models[k]->md->inputs > 0 ? B : NULL, 0};
-    const roln_measured x = {q, qd};
+    const roln_motors wrong = {.B = models[k]->md->inputs > 0 ? B : NULL};
     const target_at ref = {r, r + n, r + 2 * n, r + 3 * n, r + 4 * n, NULL};
     roln_guard g;
     const guard_at held = {&g, tau};
@@ -381,30 +393,30 @@ static void test_guard(int k)
     dyadic(N, ROLN_C(0.0625), &s, q), dyadic(N, ROLN_C(0.0625), &s, qd), dyadic(5 * n, ROLN_C(0.0625), &s, r);
     fill(MAXN, 1, safe), fill(MAXN, 0, tau), fill(MAXN, 0, B);
     l.dt = dt, l.tau = 1000, l.hold = 2, l.margin = 100;
-    f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare); /* without limits->motors, with inputs too */
+    f = m.of->tick(&m, &l, q, qd, &ref, z, zd, &held, spare); /* without limits->motors, with inputs too */
     CHECK((f & ~(uint32_t)ROLN_FAULT_RANGE) == 0 || (f & ROLN_FAULT_STATUS));
     CHECK(roln_all_finite(F, tau));
     l.motors = &wrong;
-    f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare);
+    f = m.of->tick(&m, &l, q, qd, &ref, z, zd, &held, spare);
     CHECK((f & (ROLN_FAULT_STATUS | ROLN_FAULT_INPUT)) == (ROLN_FAULT_STATUS | ROLN_FAULT_INPUT));
     l.motors = NULL, l.tau = -1, l.safe = safe, l.hold = 0;
     for (i = 0; i < 2; i++) {
-        f = m.of->tick(&m, &l, &x, &ref, z, zd, &held, spare);
+        f = m.of->tick(&m, &l, q, qd, &ref, z, zd, &held, spare);
         CHECK((f & ROLN_FAULT_INPUT) && all(F, tau, 0));
     }
     l.tau = 1, l.hold = 2, l.strict = 1; /* where the measurement or what is wanted is no number, nothing is said of its limits */
     fill(n, 0, z), fill(n, 0, zd), fill(MAXN, 2, tau), memset(&g, 0, sizeof g);
     q[0] = (roln_real)NAN;
-    CHECK(m.of->guard_tick(&m, &l, &x, z, zd, tau, &held, spare) == ROLN_FAULT_INPUT);
+    CHECK(m.of->guard_tick(&m, &l, q, qd, z, zd, tau, &held, spare) == ROLN_FAULT_INPUT);
     q[0] = 0, safe[F - 1] = (roln_real)NAN, fill(F - 1, 2, safe);
-    CHECK(m.of->guard_tick(&m, &l, &x, z, zd, safe, &held, spare) == ROLN_FAULT_OUTPUT);
+    CHECK(m.of->guard_tick(&m, &l, q, qd, z, zd, safe, &held, spare) == ROLN_FAULT_OUTPUT);
 }
 
 /* The torque of motors that are the joints or inputs themselves is what it is. */
 static void test_motors(void)
 {
     const roln_real B[4] = {1, 2, 3, 4}, u[2] = {5, 6};
-    const roln_motors own = {0, NULL, 0}, two = {2, B, 0};
+    const roln_motors own = {.count = 0}, two = {.count = 2, .B = B};
     roln_real tau[2];
     CHECK(rolni_motors_tau(2, NULL, u, tau) == u && rolni_motors_tau(2, &own, u, tau) == u);
     CHECK(rolni_motors_tau(2, &two, NULL, tau) == NULL);
@@ -417,7 +429,7 @@ static void test_feedback(int k)
     const instance m = model_of(k);
     const int n = n_OF(k), F = F_OF(k);
     static roln_real K[MAXN * 2 * MAXN], K1[MAXN * 2 * MAXN], P[4 * MAXN * MAXN], weight[MAXN];
-    const roln_motors own = {0, NULL, 0};
+    const roln_motors own = {.count = 0};
     const roln_cost cost = {weight, weight, weight, dt, NULL}, by_own = {weight, weight, weight, dt, &own};
     roln_real s[2 * MAXN];
     int sign;
@@ -442,7 +454,7 @@ static void test_cost_to_go(void)
     enum { TRIES = 20, BELOW = 100 };
     static slider_params p;
     static slider_start start;
-    static slider_lqrwork work;
+    static slider_lqr_work work;
     const slider_latent s = {{0}, {0}};
     const roln_real none[1] = {0};
     roln_real q[1], u[1], K[2], P[4];
@@ -473,41 +485,38 @@ static void test_cost_to_go(void)
 /* Motors, or torques, on a mass so small that the input matrix of a plan overflows, or only what it makes of the torques. */
 static void test_plan_overflow(void)
 {
-    enum { STEPS = 1, MOTORS = 2, n2 = 2 * units_n };
-    static const roln_real each[units_N] = {1, 1, 1, 1, 1};
+    enum { STEPS = units_steps, MOTORS = units_motors, n2 = 2 * units_n };
     static units_params p;
-    static units_start start;
-    const roln_scale sc = {1, 1, ROLN_C(1e-6)};
-    const instance m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
-    roln_real torque[STEPS * MOTORS], path[(STEPS + 1) * n2], at[units_N * MOTORS], A[STEPS * n2 * n2], B[STEPS * n2 * MOTORS];
-    roln_real c[STEPS * n2];
-    const roln_motors motors = {MOTORS, at, 0};
-    roln_limits l;
-    roln_goal goal;
-    roln_plan plan;
-    plan_at pl;
+    static union {
+        units_init_work init;
+        units_plan_linear_work plan_linear;
+    } work;
+    static units_plan plan;
+    static roln_real at[units_N * MOTORS], A[STEPS * n2 * n2], B[STEPS * n2 * MOTORS], c[STEPS * n2];
+    const roln_motors motors = {.count = MOTORS, .B = at};
+    const roln_limits l = {.motors = &motors};
+    const roln_goal goal = {.limits = &l, .dt = dt};
     uint64_t seed = 4;
-    CHECK_OK(units_init(&p, &seed, &start.init));
-    memset(&l, 0, sizeof l), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan), memset(&pl, 0, sizeof pl);
-    goal.limits = &l, goal.dt = dt, l.motors = &motors, plan.known = 1;
-    pl.plan = &plan, pl.u = torque, pl.s = path, pl.steps = STEPS, pl.motors = MOTORS;
-    fill(n2 * (STEPS + 1), 0, path), fill(MOTORS, 0, torque), fill(units_N * MOTORS, 1, at);
-    CHECK_OK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare));
-    torque[0] = TOP, torque[1] = -TOP; /* together nothing */
-    CHECK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && roln_all_finite(n2 * MOTORS, B));
-    fill(MOTORS, 0, torque), fill(units_N * MOTORS, TOP / 8, at);
-    CHECK(m.of->plan_linear(&m, &goal, &pl, A, B, c, spare) == ROLN_E_NOT_FINITE && !roln_all_finite(n2 * MOTORS, B));
+    CHECK_OK(units_init(&p, &seed, &work.init));
+    p.scale.m = ROLN_C(1e-6), memset(&plan, 0, sizeof plan), plan.plan.known = 1;
+    fill(units_N * MOTORS, 1, at);
+    CHECK_OK(units_plan_linear(&p, &goal, &plan, A, B, c, &work.plan_linear));
+    plan.u[0] = TOP, plan.u[1] = -TOP; /* together nothing */
+    CHECK(units_plan_linear(&p, &goal, &plan, A, B, c, &work.plan_linear) == ROLN_E_NOT_FINITE);
+    CHECK(roln_all_finite(n2 * MOTORS, B));
+    fill(MOTORS, 0, plan.u), fill(units_N * MOTORS, TOP / 8, at);
+    CHECK(units_plan_linear(&p, &goal, &plan, A, B, c, &work.plan_linear) == ROLN_E_NOT_FINITE);
+    CHECK(!roln_all_finite(n2 * MOTORS, B));
 }
 
 /* Recordings that lack what they need, each kind of need by itself. */
 static void test_batches(int k)
 {
     const instance m = model_of(k);
-    const roln_motors own = {0, NULL, 0};
+    const roln_motors own = {.count = 0};
     static roln_real q[8 * MAXN], tau_each[MAXN], rate_each[MAXN], each[MAXN];
-    roln_batch b = {2, 3, 1, NULL, q, NULL, NULL, NULL};
-    const roln_gradient to = {NULL, NULL, NULL, NULL, NULL, NULL, NULL};
-    const roln_rows_to rows = {NULL, NULL, 0, 1};
+    roln_batch b = {.count = 2, .steps = 3, .stride = 1, .q = q};
+    static roln_real g[GRADIENT_SIZE(MAXP)], J[2 * MAXP], r[2];
     roln_limits l, was;
     roln_loss w;
     int i;
@@ -516,25 +525,23 @@ static void test_batches(int k)
     for (i = 0; i < 8 * MAXN; i++)
         q[i] = ROLN_C(0.001) * (roln_real)(i % 7);
     b.steps = 0, b.qd = q;
-    CHECK(roln_grad_acc(&m, &w, &b, 1, &to, spare) == ROLN_E_LENGTH); /* no qdd */
+    CHECK(m.of->grad_acc(&m, &w, &b, g, spare) == ROLN_E_LENGTH); /* no qdd */
     b.qd = NULL, b.qdd = q;
-    CHECK(roln_grad_acc(&m, &w, &b, 1, &to, spare) == ROLN_E_LENGTH); /* no qd */
-    CHECK(roln_rows(&m, &w, &b, dt, &rows, spare) == ROLN_E_LENGTH);
+    CHECK(m.of->grad_acc(&m, &w, &b, g, spare) == ROLN_E_LENGTH); /* no qd */
+    CHECK(m.of->rows(&m, &w, &b, dt, 1, J, r, spare) == ROLN_E_LENGTH);
     b.qdd = NULL, b.steps = 1, w.q = 1;
     {
-        static roln_real J[2 * MAXP], r[2];
-        const roln_rows_to some = {J, r, 0, 1};
-        CHECK(roln_rows(&m, &w, &b, dt, &some, spare) != ROLN_E_LENGTH);
+        CHECK(m.of->rows(&m, &w, &b, dt, 1, J, r, spare) != ROLN_E_LENGTH);
         q[0] = (roln_real)NAN; /* the first of two ends it */
-        CHECK(roln_grad(&m, &w, &b, dt, 1, &to, spare) == ROLN_E_NOT_FINITE);
+        CHECK(m.of->grad(&m, &w, &b, dt, g, spare) == ROLN_E_NOT_FINITE);
         b.steps = 0, b.qd = b.qdd = q;
-        CHECK(roln_grad_acc(&m, &w, &b, 1, &to, spare) == ROLN_E_NOT_FINITE);
+        CHECK(m.of->grad_acc(&m, &w, &b, g, spare) == ROLN_E_NOT_FINITE);
         b.steps = 1, b.qd = b.qdd = NULL, q[0] = 0;
     }
     for (i = 0; i < 2; i++) { /* a prediction from positions needs two steps */
         w.z = i == 0 ? 1 : 0, w.q_pred = i == 1 ? 1 : 0;
-        CHECK(roln_grad(&m, &w, &b, dt, 1, &to, spare) == ROLN_E_LENGTH);
-        CHECK(roln_rows(&m, &w, &b, dt, &rows, spare) == ROLN_E_LENGTH);
+        CHECK(m.of->grad(&m, &w, &b, dt, g, spare) == ROLN_E_LENGTH);
+        CHECK(m.of->rows(&m, &w, &b, dt, 1, J, r, spare) == ROLN_E_LENGTH);
     }
     l.dt = dt, l.motors = &own, l.window = 0, b.qd = q;
     b.tau = q, was = l; /* torques of the model's own motors */
@@ -552,7 +559,7 @@ static void test_noise(int k)
     const instance m = model_of(k);
     const int N = N_OF(k), F = F_OF(k);
     static roln_real q[2 * TICKS * MAXN], tau[2 * TICKS * MAXN], each[MAXN];
-    const roln_batch b = {2, TICKS - 1, 1, NULL, q, NULL, NULL, tau};
+    const roln_batch b = {.count = 2, .steps = TICKS - 1, .stride = 1, .q = q, .tau = tau};
     roln_noise l, was;
     uint64_t s = 800 + (uint64_t)k;
     int what;
@@ -584,46 +591,48 @@ static void test_own_units(void)
     enum { n = units_n, N = units_N, n2 = 2 * n, TERMS = 4, ROWS = 2 };
     static const roln_real each[N] = {2, ROLN_C(0.5), 1, 4, ROLN_C(0.25)};
     static units_params p;
-    static units_start start;
+    static union {
+        units_init_work init;
+        units_i_goal_work goal;
+    } work;
     const roln_scale sc = {2, ROLN_C(0.5), 1};
-    instance m = {&units_model, &sc, z_min, z_max, zd_max, p.theta, each};
+    const instance m = {&units_called, &sc, z_min, z_max, zd_max, p.theta, each};
     roln_real C[ROWS * N], weight[N], ref[N], s[n2], Q[4 * n * n], q[n2], load[n], A[n2 * n2], L[n2 * n], A1[n2 * n2];
     roln_term term[TERMS];
     roln_goal goal;
-    rolni_plan plan;
-    const rolni_push by = {NULL, load};
-    const rolni_slopes to = {A, NULL, L}, slope = {A1, NULL, NULL};
+    const slopes_at to = {A, NULL, L}, slope = {A1, NULL, NULL};
     const double h = sizeof(roln_real) == 4 ? 1.0 / 64 : 1.0 / 4096, bound = sizeof(roln_real) == 4 ? 2e-2 : 1e-5;
     uint64_t seed = 4;
     int i, j;
-    CHECK_OK(units_init(&p, &seed, &start.init));
+    CHECK_OK(units_init(&p, &seed, &work.init));
     fill(MAXN, -1, z_min), fill(MAXN, 1, z_max), fill(MAXN, 2, zd_max);
     dyadic(ROWS * N, 1, &seed, C), dyadic(N, ROLN_C(0.125), &seed, ref), fill(N, 1, weight), dyadic(n2, ROLN_C(0.25), &seed, s);
-    memset(term, 0, sizeof term), memset(&goal, 0, sizeof goal), memset(&plan, 0, sizeof plan);
+    memset(term, 0, sizeof term), memset(&goal, 0, sizeof goal);
     for (i = 0; i < TERMS; i++) {
         term[i].of = i, term[i].weight = weight, term[i].ref = ref;
         if (i == ROLN_OF_Z || i == ROLN_OF_ZD) term[i].C = C, term[i].count = ROWS;
     }
-    goal.terms = TERMS, goal.term = term, plan.goal = &goal, plan.steps = 4, plan.motors = 2, plan.work = spare;
+    goal.terms = TERMS, goal.term = term;
+    p.scale = sc, memcpy(p.each, each, sizeof p.each);
     {
         roln_real cost = 0;
-        CHECK_OK(rolni_goal_at(&m, &plan, 0, s, &cost, Q, q));
+        CHECK_OK(units_i_goal_at(&p, &goal, 0, s, &cost, Q, q, &work.goal));
     }
     dyadic(n, ROLN_C(0.25), &seed, load);
     for (i = 0; i < n2; i++) {
         roln_real side[2] = {0, 0}, t[n2];
         for (j = 0; j < 2; j++) {
             memcpy(t, s, sizeof t), t[i] += (roln_real)(j ? h : -h);
-            CHECK_OK(rolni_goal_at(&m, &plan, 0, t, side + j, NULL, NULL));
+            CHECK_OK(units_i_goal_at(&p, &goal, 0, t, side + j, NULL, NULL, &work.goal));
         }
         CHECK_NEAR(((double)side[1] - (double)side[0]) / (2 * h), (double)q[i], bound * (1 + (double)largest(n2, q)));
     }
     {
         roln_real t[n2];
         memcpy(t, s, sizeof t);
-        CHECK_OK(rolni_linear(&m, t, t + n, &by, dt, &to, spare));
+        CHECK_OK(m.of->slopes(&m, t, t + n, NULL, load, dt, &to, spare));
         memcpy(t, s, sizeof t);
-        CHECK_OK(rolni_linear(&m, t, t + n, &by, dt, &slope, spare)); /* of the load no derivative */
+        CHECK_OK(m.of->slopes(&m, t, t + n, NULL, load, dt, &slope, spare)); /* of the load no derivative */
         CHECK(memcmp(A, A1, sizeof A) == 0);
     }
     for (i = 0; i < n; i++) {
@@ -632,7 +641,7 @@ static void test_own_units(void)
         for (j = 0; j < 2; j++) {
             memcpy(side[j], s, sizeof side[j]);
             load[i] = was + (roln_real)(j ? h : -h);
-            CHECK_OK(rolni_step(&m, side[j], side[j] + n, &by, dt, spare));
+            CHECK_OK(m.of->push(&m, side[j], side[j] + n, NULL, load, dt, spare));
         }
         load[i] = was;
         for (j = 0; j < n2; j++)
@@ -645,32 +654,33 @@ static void test_filter(int k)
 {
     enum { TRIES = 300 };
     const instance m = model_of(k);
-    const int N = N_OF(k), n = n_OF(k), n2 = 2 * n;
-    roln_real y[MAXN], z[MAXN], zd[MAXN], F[4 * MAXN * MAXN];
+    const int N = N_OF(k), n = n_OF(k), side = (2 + models[k]->load) * n;
+    roln_real y[MAXN], z[MAXN], zd[MAXN], F[9 * MAXN * MAXN], load[MAXN] = {0};
     uint64_t s = 900 + (uint64_t)k;
     int t, i, lost = 0;
     place(k);
     for (t = 0; t < TRIES; t++) {
         const roln_real wide = roln_log(TOP) / (roln_real)(1 + t % 4);
         roln_filter filter;
-        const filter_at e = {&filter, z, zd, F, NULL};
+        const filter_at e = {&filter, z, zd, F, load};
         roln_noise noise;
         uint32_t f;
         memset(&filter, 0, sizeof filter), memset(&noise, 0, sizeof noise);
         filter.known = t % 5 != 0;
         noise.dt = dt, noise.q = roln_exp(roln_normal(&s) * wide / 4), noise.tau = roln_exp(roln_normal(&s) * wide / 4);
+        fill(n, 0, load);
         noise.gate = t % 2 ? 0 : 5, noise.lost = 1;
         for (i = 0; i < N; i++)
             y[i] = t % 3 && i == t % N ? (roln_real)NAN : roln_normal(&s) * roln_exp(roln_normal(&s) * wide / 3);
         for (i = 0; i < n; i++)
             z[i] = roln_normal(&s), zd[i] = roln_normal(&s);
-        for (i = 0; i < n2 * n2; i++) {
+        for (i = 0; i < side * side; i++) {
             const roln_real r = roln_exp(roln_normal(&s) * wide / 2);
-            F[i] = i % (n2 + 1) ? 0 : ROLN_MIN(r, TOP / 4);
+            F[i] = i % (side + 1) ? 0 : ROLN_MIN(r, TOP / 4);
         }
         f = m.of->filter_tick(&m, &noise, y, NULL, &e, spare);
         lost += (f & ROLN_FAULT_STATUS) != 0;
-        CHECK(roln_all_finite(n, z) && roln_all_finite(n, zd) && roln_all_finite(n2 * n2, F));
+        CHECK(roln_all_finite(n, z) && roln_all_finite(n, zd) && roln_all_finite(side * side, F));
     }
     CHECK(lost < TRIES);
 }
@@ -695,9 +705,8 @@ static void test_errors(void)
     enum { TICKS = 4 };
     const instance m = model_of(PLAIN);
     static roln_real q[TICKS * MAXN], qd[TICKS * MAXN], qbar[MAXN];
-    const roln_batch b = {1, TICKS - 1, 1, NULL, q, qd, NULL, NULL};
+    const roln_batch b = {.count = 1, .steps = TICKS - 1, .stride = 1, .q = q, .qd = qd};
     roln_error e[TICKS];
-    const roln_errors_to to = {e, NULL};
     int what;
     place(PLAIN);
     for (what = 0; what < 4; what++) {
@@ -706,23 +715,24 @@ static void test_errors(void)
         if (what == 1) fill(1, TOP, q + 2 * N_OF(PLAIN));
         if (what == 2) fill(1, TOP, qbar);
         if (what == 3) fill(1, TOP, qd + 2 * N_OF(PLAIN));
-        st = roln_errors(&m, &b, dt, 1, 1, qbar, &to, spare);
+        st = m.of->errors(&m, &b, dt, 1, qbar, e, NULL, spare);
         CHECK(st == (what == 0 ? ROLN_OK : ROLN_E_NOT_FINITE));
     }
     { /* errors of the joints alone overflow, whose unit is large */
         static units_params p;
-        static units_start start;
+        static union {
+            units_init_work init;
+            units_errors_work errors;
+        } work;
         const roln_real each[units_N] = {PICK(1e18f, 1e153), 1, 1, 1, 1};
-        const instance of_units = {&units_model, &p.scale, z_min, z_max, zd_max, p.theta, each};
         roln_error joints[TICKS * units_N];
-        const roln_errors_to both = {e, joints};
         uint64_t seed = 7;
-        CHECK_OK(units_init(&p, &seed, &start.init));
-        p.scale.q = p.scale.t = 1;
+        CHECK_OK(units_init(&p, &seed, &work.init));
+        memcpy(p.each, each, sizeof p.each);
         for (what = 0; what < 2; what++) {
             fill(TICKS * MAXN, 0, q), fill(TICKS * MAXN, 0, qd), fill(MAXN, 0, qbar);
             q[0] = q[units_N] = q[2 * units_N] = 100 * each[0];
-            CHECK(roln_errors(&of_units, &b, dt, 1, 1, qbar, what ? &both : &to, spare) == (what ? ROLN_E_NOT_FINITE : ROLN_OK));
+            CHECK(units_errors(&p, &b, dt, 1, qbar, e, what ? joints : NULL, &work.errors) == (what ? ROLN_E_NOT_FINITE : ROLN_OK));
         }
     }
 }
@@ -749,16 +759,19 @@ static void test_write(void)
     CHECK(wheel_init_pod(&p, 0, p.theta, p.theta, p.theta, &seed, &start.init_pod) != ROLN_OK);
 }
 
-/* The shell's: a plan's torque between ticks, learned friction. */
-static void test_shell(void)
+/* Of one model: a plan's torque between ticks, learned friction. */
+static void test_plans(void)
 {
     static wheel_params p;
     static wheel_start start;
-    static wheel_planwork work;
+    static union {
+        wheel_plan_next_work plan_next;
+        wheel_plan_linear_work plan_linear;
+    } work;
     static wheel_plan plan;
     roln_real c[wheel_n], v[wheel_n], u[wheel_motors], tau[wheel_motors], weight[wheel_n], zero[wheel_n];
     static const roln_real B[wheel_N * wheel_motors] = {1, 0, 0, 0, 0, 1};
-    const roln_motors motors = {wheel_motors, B, 0};
+    const roln_motors motors = {.count = wheel_motors, .B = B};
     roln_limits limits;
     roln_goal goal;
     roln_term term;
@@ -776,26 +789,26 @@ static void test_shell(void)
     memset(&term, 0, sizeof term);
     term.of = ROLN_OF_ZD, term.count = 1, term.C = weight, term.weight = weight, term.ref = zero;
     goal.terms = 1, goal.term = &term; /* a sum of velocities */
-    CHECK_OK(wheel_plan_next(&p, &goal, &s, &plan, &work));
+    CHECK_OK(wheel_plan_next(&p, &goal, &s, &plan, &work.plan_next));
     CHECK_OK(wheel_plan_follow(&p, &goal, &plan, dt / 2, &s, u));
     CHECK(roln_all_finite(wheel_motors, u) && largest(wheel_motors, u) <= 1);
     {
         enum { n2 = 2 * wheel_n };
         static roln_real A[4 * n2 * n2], Bk[4 * n2 * wheel_motors], ck[4 * n2];
-        const roln_motors three = {3, B, 0}, negative = {wheel_motors, B, -1};
-        CHECK_OK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work));
+        const roln_motors three = {.count = 3, .B = B}, negative = {.count = wheel_motors, .B = B, .mu = -1};
+        CHECK_OK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear));
         limits.motors = &three;
-        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work) == ROLN_E_LENGTH);
+        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) == ROLN_E_LENGTH);
         limits.motors = &negative;
-        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work) == ROLN_E_LENGTH);
+        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) == ROLN_E_LENGTH);
         limits.motors = &motors;
         plan.s[0].zd[0] = TOP;
-        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work) != ROLN_OK);
+        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) != ROLN_OK);
         plan.plan.known = 0;
-        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work) == ROLN_E_LENGTH);
+        CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) == ROLN_E_LENGTH);
     }
     p.scale.q = 2;
-    CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE && wheel_plan_next(&p, &goal, &s, &plan, &work) == ROLN_E_SHAPE);
+    CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE && wheel_plan_next(&p, &goal, &s, &plan, &work.plan_next) == ROLN_E_SHAPE);
 }
 
 void TEST_NAME(edges)(void)
@@ -828,5 +841,5 @@ void TEST_NAME(edges)(void)
     test_errors();
     test_chart();
     test_write();
-    test_shell();
+    test_plans();
 }

@@ -117,7 +117,7 @@ static void check_square(int n, const drive *x, roln_real mu, const roln_real *u
 /* Of a model with inputs, no motors are those that it has learned, undamped. */
 static void check_learned_inputs(int k, const roln_real *z, const roln_real *tau_z)
 {
-    static const roln_motors learned = {0, NULL, 0};
+    static const roln_motors learned = {.count = 0};
     const instance m = of_model(k);
     const int inputs = m.of->md->inputs;
     roln_real u[MAXN], same_u[MAXN], lost = 7, same_lost = 7;
@@ -134,7 +134,7 @@ static void test_near_motors(int k)
     static drive x;
     const instance m = trained(driven[k], scale_of(k), theta_k);
     const int N = N_OF(k), n = n_OF(k);
-    const roln_motors f = {n, x.B, 0};
+    const roln_motors f = {.count = n, .B = x.B};
     roln_real u[8];
     uint64_t s = 290 + (uint64_t)k;
     int round, kind, i, e;
@@ -183,7 +183,7 @@ static void test_allocate(int k)
     roln_real u[8], lost = 0;
     uint64_t s = 280 + (uint64_t)k;
     int motors, i, round, wild = 0, missed = 0, tried = 0;
-    roln_motors f = {0, x.B, 0};
+    roln_motors f = {.B = x.B};
     for (motors = 1; motors <= 6; motors++)
         for (round = 0; round < 20; round++) {
             roln_real mu;
@@ -456,7 +456,7 @@ static void test_light_states(void)
         furuta_lqr_along_work furuta_along;
     } work;
     static const roln_real first[2] = {1, 0};
-    static const roln_motors motor = {1, first, 0};
+    static const roln_motors motor = {.count = 1, .B = first};
     const furuta_latent up[2] = {{{0, ROLN_C(3.14159265)}, {0, 0}}, {{0, ROLN_C(3.14159265)}, {0, 0}}};
     arm_latent s[2];
     roln_real q[6], qd[6], r[6], tau_z[6], u[6], K[72], E[72], P[144], M[16];

@@ -612,7 +612,7 @@ static ld residual_of(int k, int counted)
     const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
     const target_at target = {still, still, still, still, still, counted ? x.e.load : NULL};
-    roln_guard guard = {0, 0, 0, 0, 0, 0, 0};
+    roln_guard guard = {.known = 0};
     const guard_at to = {&guard, tau};
     uint64_t s = 893 + (uint64_t)k;
     int t;

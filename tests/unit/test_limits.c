@@ -141,7 +141,7 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     const instance m = of_rig(k, start);
     roln_batch wrong[5], b = *good_batch;
     roln_real each[MAXN], rates[MAXN], B[MAXN] = {1};
-    const roln_motors one = {1, B, 0};
+    const roln_motors one = {.count = 1, .B = B};
     roln_limits l = *from;
     int i, t;
     fill(MAXN, 7, each), fill(MAXN, 7, rates);

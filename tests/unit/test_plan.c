@@ -1,13 +1,28 @@
 /* SPDX-License-Identifier: MIT */
-/* Plans (roln.h section 6): gradients of the cost against differences, feedback against roln_lqr_along, limits, costs and states
+/* Plans (roln.h section 6): gradients of the cost against differences, feedback against NAME_lqr_along, limits, costs and states
    against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its
    linearisation, and what is refused. */
-#define ROLN_INLINE ROLN_FN
+
+/* The small models with a load that their filters estimate. */
+#define CALLED(X) X(filter_tick)
+#define SMALL(name) name##_loaded
+#define SMALL_LOAD 1
+#include "small_models.h"
+
+#undef CALLED
+#define CALLED(X) \
+    X(decode) X(lift) X(inverse) X(allocate) X(push) X(lqr_along) X(guard_tick) X(in_range) X(plan_next) X(plan_follow) X(plan_linear)
+#define CALLED_ALSO "plan_inside.h"
 #include "small.h"
 
 void TEST_NAME(plan)(void);
 
 #define CHECK_OK(call) CHECK((call) == ROLN_OK)
+
+#define LOADED_CALLED(name) name##_loaded_called
+#define INSIDE(name) name##_inside
+static const model *const with_load[MODELS] = SMALL_TABLE(LOADED_CALLED, LOADED_CALLED);
+static const plan_inside *const inside[MODELS] = SMALL_TABLE(INSIDE, INSIDE);
 
 enum { STEPS = 4, TERMS = 5, MAXM = 5, ROWS = 2 };
 
@@ -28,16 +43,14 @@ typedef struct {
 
 static instance model_of(const task *x)
 {
-    instance m = trained(models[x->k].md, scale_of(x->k), theta);
+    instance m = trained(models[x->k], scale_of(x->k), theta);
     m.z_min = x->low, m.z_max = x->high, m.zd_max = x->fast;
     return m;
 }
 
 static plan_at planned(task *x)
 {
-    plan_at pl;
-    pl.plan = &x->plan, pl.steps = STEPS, pl.motors = models[x->k].size.motors;
-    pl.s = x->path, pl.u = x->torque, pl.K = x->K;
+    const plan_at pl = {.plan = &x->plan, .s = x->path, .u = x->torque, .K = x->K};
     return pl;
 }
 
@@ -90,7 +103,7 @@ static void place(int k, uint64_t *s, task *x)
 /* The cost by hand, of states path [STEPS + 1][2n] and torques u. */
 static ld cost_of(const task *x, const instance *m, const roln_real *path, const roln_real *u)
 {
-    const int n = n_OF(x->k), N = N_OF(x->k), motors = models[x->k].size.motors;
+    const int n = n_OF(x->k), N = N_OF(x->k), motors = models[x->k]->motors;
     roln_real q[2 * MAXN];
     ld sum = 0;
     int k, t, i, j;
@@ -129,25 +142,21 @@ static ld cost_of(const task *x, const instance *m, const roln_real *path, const
 static roln_status step(const task *x, const instance *m, const roln_real *u, roln_real *s)
 {
     roln_real tau[MAXN];
-    const rolni_push by = {x->limits.motors ? tau : u, x->goal.load};
     int i;
     for (i = 0; i < N_OF(x->k) && x->limits.motors; i++)
         tau[i] = x->B[2 * i] * u[0] + x->B[2 * i + 1] * u[1];
-    return rolni_step(m, s, s + n_OF(x->k), &by, x->goal.dt, spare);
+    return m->of->push(m, s, s + n_OF(x->k), x->limits.motors ? tau : u, x->goal.load, x->goal.dt, spare);
 }
 
 /* ---- what is inside of a call ----------------------------------------------------------------- */
 
-/* The arrays of roln_plan_next for x, at its start. */
-static void lay(task *x, const plan_at *pl, rolni_plan *b)
+/* The scratch of NAME_plan_next for x, at its start. */
+static roln_real *lay(task *x, const plan_at *pl, plan_arrays *b)
 {
-    const int N = N_OF(x->k), n = n_OF(x->k), steps = STEPS, motors = pl->motors;
     const int k = x->k;
-    roln_real *work = ROOM(plan_next);
-    ROLN_PLAN_MEM(ROLNI_LAY, ROLNI_LOCAL)
-    b->goal = &x->goal, b->steps = steps, b->motors = motors, b->work = work, b->rated = x->limits.rate_each != NULL;
-    rolni_copy(2 * n, x->s, b->s0);
-    rolni_plan_start(b, pl);
+    roln_real *const work = ROOM(plan_next);
+    inside[k]->start(&x->goal, pl, x->s, work, b);
+    return work;
 }
 
 /* The gradient of the cost by all torques, by way of A, B and q, against central differences, of which half the step makes a
@@ -160,15 +169,16 @@ static void test_gradient(int k)
     uint64_t s = 20 + (uint64_t)k;
     plan_at pl;
     instance m;
-    rolni_plan plan;
+    plan_arrays plan;
+    roln_real *work;
     roln_real cost;
     ld p[2 * MAXN], v[2 * MAXN], top = 0;
     int i, j, l, in;
     place(k, &s, &x);
     pl = planned(&x), m = model_of(&x);
-    lay(&x, &pl, &plan);
+    work = lay(&x, &pl, &plan);
     dyadic(STEPS * motors, ROLN_C(0.5), &s, plan.u0);
-    if (!CHECK_OK(rolni_plan_base(&m, NULL, &plan, &cost, &in))) return;
+    if (!CHECK_OK(inside[k]->base(&m, &x.goal, NULL, &cost, &in, work))) return;
     CHECK(in);
     for (i = 0; i < n2; i++)
         v[i] = 0;
@@ -192,7 +202,7 @@ static void test_gradient(int k)
         ld d[2], error[3];
         for (j = 0; j < 4; j++) {
             plan.u0[i] = at + (j % 2 ? -h : h) / (roln_real)(1 + j / 2);
-            CHECK_OK(rolni_plan_base(&m, NULL, &plan, of + j, &in));
+            CHECK_OK(inside[k]->base(&m, &x.goal, NULL, of + j, &in, work));
         }
         plan.u0[i] = at;
         for (j = 0; j < 2; j++)
@@ -203,7 +213,7 @@ static void test_gradient(int k)
     }
 }
 
-/* The feedback of a plan that no limit touches is that of roln_lqr_along, on its base. */
+/* The feedback of a plan that no limit touches is that of NAME_lqr_along, on its base. */
 static void test_feedback(int k)
 {
     static task x;
@@ -213,18 +223,19 @@ static void test_feedback(int k)
     plan_at pl;
     instance m;
     roln_cost lqr;
-    rolni_plan plan;
+    plan_arrays plan;
+    roln_real *work;
     roln_real cost, gap;
     int i, in;
     place(k, &s, &x);
-    if (models[k]->md->lnn.friction) return; /* which roln_lqr leaves out */
+    if (models[k]->md->lnn.friction) return; /* which NAME_lqr_along leaves out */
     x.goal.load = NULL; /* of which it does not know */
     fill(MAXM, 1000, x.tau);
     x.term[1].C = NULL, x.goal.terms = 2;
     pl = planned(&x), m = model_of(&x);
-    lay(&x, &pl, &plan);
-    if (!CHECK_OK(rolni_plan_base(&m, &pl, &plan, &cost, &in))) return;
-    CHECK_OK(rolni_plan_solve(n_OF(k), &plan, &gap));
+    work = lay(&x, &pl, &plan);
+    if (!CHECK_OK(inside[k]->base(&m, &x.goal, &pl, &cost, &in, work))) return;
+    CHECK_OK(inside[k]->solve(&x.goal, &gap, work));
     rolni_copy(STEPS * motors, plan.u0, u);
     for (i = 0; i < n2 * n2; i++)
         Q[i] = plan.Q[(STEPS - 1) * n2 * n2 + i] / 2; /* what is paid at the end */
@@ -373,11 +384,18 @@ static void test_off(int k)
     place(k, &s, &x);
     for (way = 0; way < 2; way++) {
         const roln_real off = way ? top : 0;
-        roln_limits l = {dt, way ? top : 1000, off, way ? top : ROLN_C(1e9), 0, off, off, way ? 1000000000 : 0, 1, off, NULL, NULL,
-                         NULL, x.limits.motors};
-        roln_guard g = {0, 0, 0, 0, 0, 0, 0};
+        roln_limits l = {.dt = dt,
+                         .margin = way ? top : 1000,
+                         .power = off,
+                         .tau = way ? top : ROLN_C(1e9),
+                         .q_off = off,
+                         .qd_off = off,
+                         .window = way ? 1000000000 : 0,
+                         .strict = 1,
+                         .rate = off,
+                         .motors = x.limits.motors};
+        roln_guard g = {.known = 0};
         roln_real q[2 * MAXN], tau[MAXN] = {0};
-        const roln_measured seen = {q, q + N};
         const guard_at held = {&g, tau};
         plan_at pl = planned(&x);
         instance m = model_of(&x);
@@ -387,7 +405,7 @@ static void test_off(int k)
             roln_real want[MAXM];
             for (j = 0; j < motors; j++)
                 want[j] = (tick % 2 ? -1 : 1) * ROLN_C(1e8);
-            CHECK(m.of->guard_tick(&m, &l, &seen, x.s, x.s + n, want, &held, spare) == 0);
+            CHECK(m.of->guard_tick(&m, &l, q, q + N, x.s, x.s + n, want, &held, spare) == 0);
             CHECK(memcmp(tau, want, sizeof(roln_real) * (size_t)motors) == 0);
         }
         x.goal.limits = &l, x.plan.known = 0;
@@ -575,6 +593,7 @@ static roln_status spoil(int what, task *x)
 static void test_refused(int k)
 {
     static task good, x;
+    const int motors = models[k]->motors;
     uint64_t s = 120 + (uint64_t)k;
     plan_at pl;
     instance m;
@@ -607,8 +626,8 @@ static void test_refused(int k)
     x.goal.terms = 0, x.goal.P = NULL, x.goal.hold = NULL, x.plan.known = 0;
     for (call = 0; call < 3; call++) {
         CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
-        for (what = 0; what < STEPS * pl.motors; what++)
-            CHECK_NEAR(x.torque[what], 0, 1e-3 * (double)x.tau[what % pl.motors]);
+        for (what = 0; what < STEPS * motors; what++)
+            CHECK_NEAR(x.torque[what], 0, 1e-3 * (double)x.tau[what % motors]);
     }
     x = good; /* after a failure it goes on */
     point(&x);
@@ -743,15 +762,15 @@ static ld rest_of(int k, int counted)
     const roln_noise noise = {.dt = dt, .q = ROLN_C(0.0009765625), .tau = ROLN_C(0.0625), .load = ROLN_C(0.25)};
     roln_real z[MAXN], zd[MAXN] = {0}, s[2 * MAXN], load[MAXN], y[MAXN], qd[MAXN], tau[MAXN], still[MAXN] = {0}, tau_z[MAXN];
     roln_real mean[MAXN] = {0}, hold_z[MAXN];
-    roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
+    roln_filter filter = {.known = 0};
     const filter_at e = {&filter, s, s + n, F, load};
-    const rolni_push by = {tau, burden};
     uint64_t seed = 140 + (uint64_t)k;
     plan_at pl;
-    instance m;
+    instance m, estimating;
     int call, i;
     place(k, &seed, &x);
-    m = model_of(&x), pl = planned(&x);
+    m = estimating = model_of(&x), pl = planned(&x);
+    estimating.of = with_load[k];
     memcpy(z, x.s, sizeof z), memcpy(x.ref[2], z, sizeof z);
     fill(MAXN, 1, x.weight[2]), fill(MAXM, ROLN_C(0.0001220703125), x.u), fill(MAXM, 40, x.tau);
     fill(MAXN, ROLN_C(0.0625), x.weight[3]);
@@ -767,14 +786,14 @@ static ld rest_of(int k, int counted)
     fill(MAXN, 0, tau), fill(MAXN, 0, load);
     for (call = 0; call < CALLS; call++) {
         CHECK_OK(m.of->decode(&m, z, zd, y, qd, spare));
-        CHECK((m.of->filter_tick(&m, &noise, y, tau, &e, spare) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
+        CHECK((estimating.of->filter_tick(&estimating, &noise, y, tau, &e, spare) & (ROLN_FAULT_STATUS | ROLN_FILTER_NONE)) == 0);
         for (i = 0; i < n; i++)
             hold_z[i] = tau_z[i] - (counted ? load[i] : 0);
         CHECK_OK(m.of->allocate(&m, x.ref[2], &x.motors, hold_z, x.hold, NULL, spare));
         if (!CHECK_OK(m.of->plan_next(&m, &x.goal, s, &pl, spare))) return 0;
         for (i = 0; i < N; i++)
             tau[i] = x.B[2 * i] * x.torque[0] + x.B[2 * i + 1] * x.torque[1];
-        CHECK_OK(rolni_step(&m, z, zd, &by, dt, spare));
+        CHECK_OK(m.of->push(&m, z, zd, tau, burden, dt, spare));
         for (i = 0; i < n && call >= CALLS - LAST; i++)
             mean[i] += (z[i] - x.ref[2][i]) / LAST;
     }

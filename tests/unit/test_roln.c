@@ -370,7 +370,7 @@ static void check_loss(const subject *x)
         const int there = !all(1, x->t.term + i, 0);
         if (x->kind <= ODE_FREE) BOUND("loss, eps", fabsl((ld)x->t.term[i] - slow[i]) / ((slow[i] + EPS) * EPS), 100);
         else CHECK_NEAR(x->t.term[i], slow[i], 1e-8L * slow[i] + 1e-20L);
-        CHECK(there == has_term[x->kind / 2][i] || models[x->k].md->ae.layers == 0);
+        CHECK(there == has_term[x->kind / 2][i] || models[x->k]->md->ae.layers == 0);
     }
 }
 
@@ -1039,7 +1039,7 @@ static void check_rows_bits(const rows_subject *x)
     static roln_real J[ROWS * MAXP], tail[ROWS * MAXP];
     static data one;
     roln_real r[ROWS];
-    const int N = N_OF(x->k), P = x->params, ae = roln_ae_params(&models[x->k].md->ae), rest = P - ae, count = x->count;
+    const int N = N_OF(x->k), P = x->params, ae = roln_ae_params(&models[x->k]->md->ae), rest = P - ae, count = x->count;
     roln_rows_to to = {NULL, r, 0, 40};
     int w;
     fill(ROWS, 7, r);
@@ -1167,7 +1167,7 @@ static void check_all_patterns(const rows_subject *x)
 {
     static rows_subject one;
     const int N = N_OF(x->k), n = n_OF(x->k), H = is_acc(x->kind) ? 0 : 1 + is_var(x->kind), ahead = is_var(x->kind) ? 1 : H;
-    const int bent = models[x->k].md->ae.layers > 0;
+    const int bent = models[x->k]->md->ae.layers > 0;
     int term;
     one = *x, one.m.theta = one.theta;
     one.d.b.count = 1, one.d.b.steps = H, one.d.b.start = NULL, one.d.b.q = one.d.q;

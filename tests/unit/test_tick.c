@@ -37,7 +37,7 @@ static void test_tick(int k, int driven_by_two)
     const target_at ref = {r, r + n, r + 2 * n, gain, gain + n, NULL};
     static roln_real B[2 * MAXN];
     const int inputs = models[k]->md->inputs;
-    const roln_motors motors = {driven_by_two ? 2 : 0, driven_by_two ? B : NULL, ROLN_C(0.25)};
+    const roln_motors motors = {.count = driven_by_two ? 2 : 0, .B = driven_by_two ? B : NULL, .mu = ROLN_C(0.25)};
     uint64_t s = 330 + (uint64_t)k;
     uint32_t seen = 0;
     int t, i, reached = 0, missed = 0;
@@ -115,8 +115,12 @@ static void test_guard_motors(int k)
     static rig a, b, bad;
     static roln_real B[2 * MAXN];
     const int N = N_OF(k), n = n_OF(k), inputs = models[k]->md->inputs;
-    const roln_motors one = {1, B, 0}, two = {2, B, 0};
-    const roln_motors wrong[5] = {{0, B, 0}, {N + 1, B, 0}, {2, B, -1}, {2, B, (roln_real)NAN}, {2, inputs > 0 ? B : NULL, 0}};
+    const roln_motors one = {.count = 1, .B = B}, two = {.count = 2, .B = B};
+    const roln_motors wrong[5] = {{.B = B},
+                                  {.count = N + 1, .B = B},
+                                  {.count = 2, .B = B, .mu = -1},
+                                  {.count = 2, .B = B, .mu = (roln_real)NAN},
+                                  {.count = 2, .B = inputs > 0 ? B : NULL}};
     uint64_t s = 360 + (uint64_t)k;
     int t, i, known = 0;
     good(k, &bad);
@@ -166,7 +170,7 @@ static void test_first_tick(int k)
     roln_real *unset = (roln_real *)malloc((size_t)(2 * n) * sizeof *unset);
     uint64_t s = 335 + (uint64_t)k;
     int i, t;
-    const roln_motors damped = {0, NULL, ROLN_C(0.25)};
+    const roln_motors damped = {.mu = ROLN_C(0.25)};
     memset(&start, 0, sizeof start);
     valid(k, &s);
     if (models[k]->md->inputs > 0) start.limits.motors = &damped;
@@ -340,7 +344,7 @@ static void refused(plain_params *p)
     const plain_latent s = {{0}, {0}}, along[2] = {{{0}, {0}}, {{0}, {0}}};
     const plain_target r = {{0}, {0}, {0}, {1, 1}, {1, 1}};
     const roln_real v[36] = {0};
-    const roln_motors motors = {1, v, 1};
+    const roln_motors motors = {.count = 1, .B = v, .mu = 1};
     const roln_cost cost = {v, v, v, dt, &motors};
     memset(&to, 0xa5, sizeof to), was = to;
     memset(&g, 0, sizeof g);

@@ -153,7 +153,7 @@ static void check_motors(const pair *p, const roln_real *z, uint64_t *s)
 {
     roln_real B[2][3 * MAXN], u[2][MAXN] = {{0}}, missed[2] = {0, 0};
     const int k = p->k, count = p->md.inputs > 0 ? 0 : ROLN_MIN(3, p->N);
-    const roln_motors plain = {count, count > 0 ? B[0] : NULL, ROLN_C(0.5)}, own = {count, count > 0 ? B[1] : NULL, ROLN_C(0.5)};
+    const roln_motors plain = {.count = count, .B = count > 0 ? B[0] : NULL, .mu = ROLN_C(0.5)}, own = {.count = count, .B = count > 0 ? B[1] : NULL, .mu = ROLN_C(0.5)};
     int i;
     dyadic(3 * MAXN, 1, s, B[0]);
     for (i = 0; i < p->N * count; i++)
@@ -257,7 +257,7 @@ static void test_ticks(int k)
     static pair p;
     static roln_real q[2][2 * TICKS * MAXN], all_tau[2][TICKS * MAXN];
     roln_real ref[5 * MAXN], tau[2][MAXN] = {{0}}, z[2][2 * MAXN], most[2][2 * MAXN];
-    roln_guard g[2] = {{0, 0, 0, 0, 0, 0, 0}, {0, 0, 0, 0, 0, 0, 0}};
+    roln_guard g[2] = {{.known = 0}, {.known = 0}};
     roln_limits fit[2] = {{.dt = dt}, {.dt = dt}};
     const roln_limits limits = {.dt = dt, .margin = 1, .power = 1000, .tau = ROLN_C(1e6), .hold = 1};
     uint64_t s = 40 + (uint64_t)k;
@@ -271,7 +271,7 @@ static void test_ticks(int k)
             const target_at target = {ref, ref + p.n, ref + 2 * p.n, ref + 3 * p.n, ref + 4 * p.n, NULL};
             const roln_measured full = {q[j] + 2 * i * N, q[j] + (2 * i + 1) * N};
             const guard_at held = {&g[j], tau[j]};
-            const roln_motors damped = {0, NULL, 1};
+            const roln_motors damped = {.mu = 1};
             roln_limits l = limits;
             if (p.md.inputs > 0) l.motors = &damped;
             faults[j] = m->of->tick(m, &l, &full, &target, z[j], z[j] + p.n, &held, ROOM(tick));
