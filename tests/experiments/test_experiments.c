@@ -273,7 +273,7 @@ static double find(FILE *f, const char *key, const char *argument)
     return value;
 }
 
-/* measure against roln_errors, an independent route, and against sums by hand. */
+/* measure against NAME_errors, an independent route, and against sums by hand. */
 static void test_measure(void)
 {
     static const int ms[] = {0, 25, 100};
