@@ -101,6 +101,7 @@ class Header:
         text = re.sub(r"^/\*|\*/$", "", text)
         text = " ".join(re.split(r"\n {7,}", text)[0].split())
         text = re.split(r"(?<=[^.][.])\s(?=[A-Z])", text)[0].replace("NAME", name)
+        text = text.rstrip(",:")
         if len(text) <= WIDTH - 6:
             return text
         short = text[:WIDTH - 9]
