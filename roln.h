@@ -1297,7 +1297,7 @@ ROLN_FN roln_status rolni_goal_weighs(int n, const roln_real *P, roln_real *L)
 }
 
 /* C of P = C^T C, P [n2][n2]: by eigenvalues of P with its diagonal scaled to 1, so that light states keep their digits beside
-   heavy ones (test_control.c: test_light_states). l [n2], work [ROLN_EIG_WORK(n2)]. */
+   heavy ones (test_feedback.c: test_light_states). l [n2], work [ROLN_EIG_WORK(n2)]. */
 ROLN_FN roln_status rolni_lqr_end(int n2, const roln_real *P, roln_real *C, roln_real *l, roln_real *work)
 {
     roln_status st = rolni_goal_weighs(n2, P, C);
@@ -3026,7 +3026,7 @@ typedef struct {
    u and missed are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and
    mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the triangle of
    [mu I; G^T]. The rest of tau_z gives a correction of y, and a second one where motors are nearly parallel, which leaves a
-   hundredth at most (test_control.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
+   hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
 ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_motors *motors,
                                     const roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], roln_real *u, roln_real *missed,
                                     ROLN_(allocate_work) *w)
@@ -5479,7 +5479,7 @@ ROLN_FN void ROLN_(newton_sums)(const roln_newton_opt *opt, int count, int from,
     roln_newton_sums(opt, count, ROLN_(newton_size), from, to, g->J, o->S, work);
 }
 
-/* A step from p to o->next, with g->expect (roln_newton_step). */
+/* A step from p to o->next, with g->expect (roln_newton_step). ROLN_E_LENGTH: count. */
 ROLN_FN roln_status ROLN_(newton_step)(const ROLN_(params) *p, const roln_newton_opt *opt, int count, ROLN_(residuals) *g,
                                        ROLN_(newton) *o)
 {
@@ -5961,6 +5961,7 @@ ROLN_FN void ROLN_(pack)(const ROLN_(params) *p, unsigned char bytes[ROLN_AT_LEA
     roln_pack(&ROLN_(model), p, bytes);
 }
 
+/* Parameters from the count bytes of NAME_pack (roln_unpack). p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLN_(unpack)(int count, const unsigned char *bytes, ROLN_(params) *p)
 {
     return roln_unpack(&ROLN_(model), count, bytes, p);

@@ -448,7 +448,8 @@ static void fill(void *ctx, int part, int thread)
     roln_batch b;
     if (at > from) {
         b = batch_of(f->windows, f->start + from, at - from);
-        f->status[part] = M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread].rows);
+        f->status[part] =
+            M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread].rows);
         if (f->status[part] != ROLN_OK && f->again) return;
         if (f->status[part] != ROLN_OK) f->of_windows[part] = 0, at = from;
     }

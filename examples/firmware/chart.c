@@ -73,7 +73,8 @@ static float test(void)
     let_go(&t, &seed);
     for (int k = 0; k < TESTS; k++) {
         measure(&t, &x);
-        if (arm_encode(&ram.model, &x, &s, &ram.u.work.encode) != ROLN_OK || arm_decode(&ram.model, &s, &y, &ram.u.work.decode) != ROLN_OK)
+        if (arm_encode(&ram.model, &x, &s, &ram.u.work.encode) != ROLN_OK ||
+            arm_decode(&ram.model, &s, &y, &ram.u.work.decode) != ROLN_OK)
             return -1;
         for (int i = 0; i < N; i++) {
             error += (y.q[i] - x.q[i]) * (y.q[i] - x.q[i]);

@@ -335,7 +335,8 @@ static void hash_newton(const roln_real *q, const roln_real *qd, const roln_real
 }
 
 /* Plans of the motor with limits of torque and of rate, and what a tick makes of them. */
-static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_latent *start, roln_real h, wheel_plan_next_work *work)
+static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_latent *start, roln_real h,
+                      wheel_plan_next_work *work)
 {
     static const roln_real weight[2] = {1, 1}, ref[2] = {0, ROLN_C(0.5)}, u[1] = {ROLN_C(0.0625)};
     const roln_term term = {ROLN_OF_Q, 0, NULL, weight, ref, 0, 1};

@@ -37,11 +37,14 @@ awk -v dir=$dir '
     /^   How this file is ordered/ { exit }
     to && match($0, /^       NAME_[a-z_]+ /) { print substr($0, RSTART + 12, RLENGTH - 13) > to }' roln.h
 
-# what NAME_trained, NAME_planned, NAME_model and NAME_table are is for those who call the kernels below the shell
+# NAME_i_.. promises nothing
 ${CC:-gcc} -std=c99 -I. -DROLN_FN= -O0 -c -o $dir/models.o $dir/models.c &&
-    nm $dir/models.o | sed -n 's/^[0-9a-f]* T \(one\|two\)_//p' | grep -vxE 'trained|planned' | sort -u > $dir/functions
+    nm $dir/models.o | sed -n 's/^[0-9a-f]* T \(one\|two\)_//p' | grep -v '^i_' | sort -u > $dir/functions
 ${CC:-gcc} -std=c99 -I. -E -P $dir/models.c | grep -oE '\} *(one|two)_[a-z_]+ *;' |
-    sed 's/.*\(one\|two\)_//; s/ *;//' | sort -u > $dir/types
+    sed 's/.*\(one\|two\)_//; s/ *;//' | grep -v '^i_' | sort -u > $dir/all
+# NAME_x_work stands for the scratch of every function x
+sed 's/$/_work/' $dir/functions | sort | comm -13 - $dir/all > $dir/types
+sed -i '/^x_work$/d' $dir/types.listed
 
 for kind in functions types; do
     sort -u $dir/$kind.listed > $dir/$kind.sorted

@@ -61,7 +61,7 @@ for cc in 'gcc -O0' 'gcc -O2' 'clang -Os' 'clang -O0 -DOWN' 'gcc -Os -DOWN'; do
         echo "$cc: outside .itcm: $outside ($text bytes of .text), $functions inside; weights in .qspi: $size"
     fi
 done
-# a debugger shows the scratch of a function by name
+# at -Og of gcc, which keeps the arguments, a debugger shows the scratch of a function by name
 if command -v gdb > /dev/null; then
     cat > build/names.c << 'END'
 #include "examples/chain.h"
@@ -78,20 +78,18 @@ int main(void)
     return st != ROLN_OK || chain_tick(&chain_weights, &limits, &x, &r, &s, &guard, &work.tick) != 0;
 }
 END
-    for cc in gcc clang; do
-        $cc -std=c99 -I. -Og -g -fno-math-errno build/names.c -o build/names -lm
-        for words in 'chain_encode s tape' 'chain_tick encode rest decoded tau tau_z'; do
-            function=${words%% *}
-            gdb -q -batch -nx -ex "break $function" -ex run -ex 'print *w' build/names > build/names.log 2>&1
-            for name in ${words#* }; do
-                if grep -q "[{ ]$name = " build/names.log; then
-                    passed=$((passed + 1))
-                else
-                    failed=$((failed + 1))
-                    echo "$cc: gdb shows no $name in the scratch of $function"
-                    tail -n 3 build/names.log | cut -c1-200
-                fi
-            done
+    gcc -std=c99 -I. -Og -g -fno-math-errno build/names.c -o build/names -lm
+    for words in 'chain_encode s tape' 'chain_tick encode rest decoded tau tau_z'; do
+        function=${words%% *}
+        gdb -q -batch -nx -ex "break $function" -ex run -ex 'print *w' build/names > build/names.log 2>&1
+        for name in ${words#* }; do
+            if grep -q "[{ ]$name = " build/names.log; then
+                passed=$((passed + 1))
+            else
+                failed=$((failed + 1))
+                echo "gdb shows no $name in the scratch of $function"
+                tail -n 3 build/names.log | cut -c1-200
+            fi
         done
     done
 else

@@ -247,7 +247,8 @@ typedef struct {
     { \
         memset(&NAME##_of, 0, sizeof NAME##_of); \
     } \
-    static const roln_filter *NAME##_next(const roln_noise *noise, const roln_real *now, const roln_real *torque, double *q, double *qd) \
+    static const roln_filter *NAME##_next(const roln_noise *noise, const roln_real *now, const roln_real *torque, double *q, \
+                                          double *qd) \
     { \
         NAME##_state x; \
         NAME##_filter_tick(PARAMS, noise, now, torque, &NAME##_of, &NAME##_room.tick); \

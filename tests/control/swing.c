@@ -101,7 +101,7 @@ static double true_base(const furuta_plan *last, const double x[N2], course *c)
     return sum;
 }
 
-/* As roln_plan_next on the learned model. */
+/* As NAME_plan_next on the learned model. */
 static void true_plan(const double x[N2], furuta_plan *p)
 {
     static course base, c;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* configs.h - the configurations of the run list and of test_experiments.c. config.c is compiled for each, -DCONFIG=NAME; the Makefile
-   reads their names here.
+/* configs.h - the configurations of the run list and of test_experiments.c. config.c is compiled for each, -DCONFIG=NAME; the
+   Makefile reads their names here.
 
    A row: sizes of the autoencoder, from the joints or the POD coordinates in which the model is trained; of the latter the sizes of
    the same model of all coordinates, else 0; chart; width of the two hidden layers; slope; mass matrix; base point; SPD layers;

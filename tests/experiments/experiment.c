@@ -192,7 +192,8 @@ static int run(const char *name, const char *dir, enum order order, double budge
     int seed;
     memset(&r, 0, sizeof r);
     if (!(r.recipe = recipe_of_run(name, &seed))) return fprintf(stderr, "no run %s\n", name), -1;
-    if (r.recipe->config && !r.recipe->model) return fprintf(stderr, "%s: build/experiment_%s has it\n", name, r.recipe->config), -1;
+    if (r.recipe->config && !r.recipe->model)
+        return fprintf(stderr, "%s: build/experiment_%s has it\n", name, r.recipe->config), -1;
     r.budget = budget > 0 ? budget : r.recipe->seconds;
     snprintf(text, sizeof text, "%s/%s.txt", dir, name);
     snprintf(part, sizeof part, "%s/%s.part", dir, name);

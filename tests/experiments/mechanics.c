@@ -68,7 +68,8 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
         double q[2], qd[2];
         for (int j = 0; j < 2; j++)
             q[j] = (double)d->q[2 * i + j], qd[j] = (double)d->qd[2 * i + j];
-        if (kind->encode(m->self, d->q + 2 * i, d->qd + 2 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK) continue;
+        if (kind->encode(m->self, d->q + 2 * i, d->qd + 2 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK)
+            continue;
         if (truth_terms_pend2(q, qd, M.b + 4 * M.count, c.b + 2 * M.count, g.b + 2 * M.count) != 0) return -1;
         for (int j = 0; j < 4; j++)
             M.a[4 * M.count + j] = (double)Mz[j] / (u * u);
@@ -95,7 +96,8 @@ static int joints16(struct model *m, const struct motion *d, FILE *out)
         roln_real s[8], q[16], J[16], Mz[16], Vz;
         const roln_terms_out terms = {.M = Mz, .V = &Vz};
         double zt[4], Mt[16], Vt, A[16];
-        if (kind->encode(m->self, d->q + 16 * i, d->qd + 16 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK) continue;
+        if (kind->encode(m->self, d->q + 16 * i, d->qd + 16 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK)
+            continue;
         roln_status st = ROLN_OK;
         for (int k = 0; k < 4 && st == ROLN_OK; k++) {
             for (int j = 0; j < 4; j++)

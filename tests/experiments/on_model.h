@@ -180,8 +180,8 @@ static void M(forget_of)(void *self)
 }
 
 /* A step of Adam with the gradient of the windows b: their loss is added to *loss, their number to *seen. */
-static roln_status M(adam_of)(void *self, const roln_loss *weights, const roln_batch *b, double dt, const roln_opt *opt, double *loss,
-                              double *seen)
+static roln_status M(adam_of)(void *self, const roln_loss *weights, const roln_batch *b, double dt, const roln_opt *opt,
+                              double *loss, double *seen)
 {
     M(self) *m = self;
     roln_status st;
@@ -195,7 +195,8 @@ static roln_status M(adam_of)(void *self, const roln_loss *weights, const roln_b
 }
 
 /* The residual r of one window or sample and, unless J is NULL, its row J by the networks. */
-static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b, double dt, uint64_t seed, roln_real *J, roln_real *r)
+static void M(row_of)(void *self, const roln_loss *weights, const roln_batch *b, double dt, uint64_t seed, roln_real *J,
+                      roln_real *r)
 {
     M(self) *m = self;
     m->row.seed = seed;
@@ -222,8 +223,8 @@ static roln_real M(loss_of)(void *self, const roln_loss *weights, const roln_bat
 
 #if ROLN_CHARTED
 /* Steps for the encoder as long as `more` says so of their number and what the last one left; then the decoder from all samples. */
-static roln_status M(chart_of)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx, int count,
-                               const roln_real *q, double *left)
+static roln_status M(chart_of)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx,
+                               int count, const roln_real *q, double *left)
 {
     static M(turn) turn;
     static M(chart) sums;

@@ -30,7 +30,7 @@ extern const int recipes_count;
 
 const struct recipe *recipe_of(const char *name);                   /* NULL: no such */
 const struct recipe *recipe_of_run(const char *run, int *seed);
-const struct config *recipe_weights(const struct recipe *e);           /* whose its weights are, those of all coordinates; NULL: not here */
+const struct config *recipe_weights(const struct recipe *e);        /* whose its weights are, of all coordinates; NULL: not here */
 void recipes_list(void);                /* to stdout, a line each: run, trajectories simulated, system */
 void recipes_configs(void);             /* run, row of configs.h, - if it needs none */
 

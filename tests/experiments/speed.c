@@ -201,7 +201,7 @@ static double step_time(struct task *k, int h, int decode)
     return sum / steps;
 }
 
-/* The same of 16 roll-outs together, each: as roln_errors does it. They start 5 ms apart. */
+/* The same of 16 roll-outs together, each: as NAME_errors does it. They start 5 ms apart. */
 static double block_time(struct task *k, int h)
 {
     const struct config *kind = k->model.kind;

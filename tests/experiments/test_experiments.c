@@ -78,7 +78,8 @@ static void test_chart(void)
     struct motion d;
     struct model m;
     double samples = 0, error[2], off = 0, inverse = 0;
-    if (!CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TRAIN, 0, 4, 0, NULL) == 0) || !CHECK(model_init(&m, &test16_kind, 1, &d, 3) == 0))
+    if (!CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TRAIN, 0, 4, 0, NULL) == 0) ||
+        !CHECK(model_init(&m, &test16_kind, 1, &d, 3) == 0))
         return;
     const struct predictor p = model_predictor(&m);
     for (int k = 0; k < 2; k++) {
@@ -272,7 +273,7 @@ static double find(FILE *f, const char *key, const char *argument)
     return value;
 }
 
-/* measure against roln_errors, an independent route, and against sums by hand. */
+/* measure against NAME_errors, an independent route, and against sums by hand. */
 static void test_measure(void)
 {
     static const int ms[] = {0, 25, 100};
@@ -313,7 +314,8 @@ static void test_recipes(void)
         CHECK(recipe_of_run(run, &seed) == NULL);
         const struct recipe *e = &recipes[i];
         const int dof = truth_dof(e->system);
-        if (e->model) CHECK(strncmp(e->model->name, e->config, strlen(e->config)) == 0 && e->model->N == (e->pod > 0 ? e->pod : dof));
+        if (e->model)
+            CHECK(strncmp(e->model->name, e->config, strlen(e->config)) == 0 && e->model->N == (e->pod > 0 ? e->pod : dof));
         if (e->whole) CHECK(e->model && e->pod > 0 && e->whole->N == dof && e->whole->n == e->model->n);
         double part = 0;
         for (int k = 0; k < STAGES; k++)

@@ -81,7 +81,8 @@ static double error_of(double payload, int counted, double *worst)
 
 void test_load(void)
 {
-    printf("RAM of the arm's filter with a load: %d bytes, and scratch %d\n", (int)sizeof(arm_filter), (int)sizeof(arm_filter_tick_work));
+    printf("RAM of the arm's filter with a load: %d bytes, and scratch %d\n", (int)sizeof(arm_filter),
+           (int)sizeof(arm_filter_tick_work));
     printf("the arm at rest, rms and largest error of its joints, mrad:   without the load      with it\n");
     for (int i = 0; i < 3; i++) {
         static const double payload[3] = {0, 1, 2};

@@ -34,7 +34,7 @@ end
 
 # what is no defect: tool, check, file, count, reason
 known() { cat << 'end'
-clang core.NullDereference roln.h 1 want is NULL: then rolni_faults sets ROLN_FAULT_STATUS and bad is not 0
+clang core.NullDereference roln.h 1 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0
 cppcheck nullPointer roln_lnn.h 2 K is NULL where l is not, and read where l is NULL
 cppcheck nullPointer roln_spd.h 1 a copy of no numbers to NULL, behind `if (number > 0)`
 cppcheck ctunullpointer roln_spd.h 1 the same

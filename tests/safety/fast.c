@@ -62,11 +62,13 @@ static void none(roln_bits bits)
     start(), put(bits, x.qd + chain_N - 1);
     check((chain_tick(&params, &limits, &x, &target, &s, &guard, &work.tick) & ROLN_FAULT_INPUT) != 0 && within(), "qd");
     start(), put(bits, want + 2);
-    check((chain_guard_tick(&params, &limits, &x, &s, want, &guard, &work.guard_tick) & ROLN_FAULT_OUTPUT) != 0 && within(), "torque");
+    check((chain_guard_tick(&params, &limits, &x, &s, want, &guard, &work.guard_tick) & ROLN_FAULT_OUTPUT) != 0 && within(),
+          "torque");
     start();
     for (i = 0; i < chain_N; i++)
         put(bits, guard.tau + i);
-    check((chain_guard_tick(&params, &limits, &x, NULL, NULL, &guard, &work.guard_tick) & ROLN_FAULT_STATUS) != 0 && within(), "held");
+    check((chain_guard_tick(&params, &limits, &x, NULL, NULL, &guard, &work.guard_tick) & ROLN_FAULT_STATUS) != 0 && within(),
+          "held");
     back = params, put(bits, back.theta + chain_theta_size - 1);
     chain_pack(&back, bytes);
     check(chain_unpack(sizeof bytes, bytes, &back) == ROLN_E_NOT_FINITE, "packed");

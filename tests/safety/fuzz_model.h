@@ -158,7 +158,8 @@ static void M(call_joints)(int which)
         fuzz_keep(&full, sizeof full), fuzz_judge(M(lift)(&M(p), &M(s), in, full.tau, &M(w).lift), &full, sizeof full);
         break;
     default:
-        fuzz_keep(&full, sizeof full), st = M(inertia)(&M(p), &M(s), in, full.tau, &M(w).inertia), fuzz_judge(st, &full, sizeof full);
+        fuzz_keep(&full, sizeof full), st = M(inertia)(&M(p), &M(s), in, full.tau, &M(w).inertia);
+        fuzz_judge(st, &full, sizeof full);
         break;
     }
 }
@@ -292,7 +293,8 @@ static void M(call_guard)(int which)
         CLAIM(fuzz_kept(&M(s), sizeof M(s)) || roln_all_finite(2 * M(n), M(s).z));
         CLAIM(M(g).g.missed >= 0 && M(g).g.missed <= 1);
     } else {
-        faults = M(guard_tick)(&M(p), &M(lim).l, &M(x), fuzz_below(8) ? &M(s) : NULL, fuzz_below(8) ? want : NULL, &M(g), &M(w).guard_tick);
+        faults = M(guard_tick)(&M(p), &M(lim).l, &M(x), fuzz_below(8) ? &M(s) : NULL, fuzz_below(8) ? want : NULL, &M(g),
+                               &M(w).guard_tick);
         CLAIM(fuzz_kept(&M(s), sizeof M(s)));
     }
     CLAIM(faults & ROLN_FAULT_STATUS || !M(foreign)(&M(p)));
@@ -552,7 +554,8 @@ static void M(call_train)(int which)
     roln_status st;
     switch (which) {
     case 0:
-        memset(&var, 0, sizeof var), fuzz_keep(&var, sizeof var), fuzz_judge(M(variance)(&M(p), &b, &var, &M(t).variance), &var, sizeof var);
+        memset(&var, 0, sizeof var), fuzz_keep(&var, sizeof var);
+        fuzz_judge(M(variance)(&M(p), &b, &var, &M(t).variance), &var, sizeof var);
         break;
     case 1:
         fuzz_keep(&M(p), sizeof M(p)), fuzz_call(), st = M(fit_inertia)(&M(p), &b, &M(t).fit_inertia);

@@ -22,7 +22,7 @@ BOUNDED = {
         ("known = 0; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
         ("i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++", "known rises to N1, at most N"),
     ],
-    "roln_allocate": [
+    "NAME_allocate": [
         ("pass = 0; pass <= last; pass++", "last is 4, and may fall to 2"),
     ],
     "rolni_midpoint": [
@@ -31,7 +31,7 @@ BOUNDED = {
     "rolni_midpoint_bwd": [
         ("it = 0;; it++", "left at it == ROLN_MIDPOINT_ITERS"),
     ],
-    "rolni_plan_better": [
+    "NAME_i_plan_better": [
         ("part = 1; part > ROLN_C(0.2); part /= 2", "part = 1, 1/2, 1/4: three passes"),
     ],
     "rolni_ocp_factor": [
@@ -50,30 +50,30 @@ BOUNDED = {
     "rolni_lbfgs_search": [
         (";;", "at most two passes: the second has no pairs, and returns"),
     ],
-    "roln_fit_inertia": [
+    "NAME_fit_inertia": [
         ("; ratio > 32; ratio /= 1024", "ratio < 1e18, by 1024: six passes"),
         ("; ratio < ROLN_C(0.03125); ratio *= 1024", "ratio > 1e-18: six passes"),
     ],
-    "roln_grad_acc": [
-        ("; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb",
-         "part.nb is nb or what is left, at least 1: nb < 1 is refused"),
+    "NAME_grad_acc": [
+        ("; part.w0 < b->count && st == ROLN_OK; part.w0 += part.nb",
+         "part.nb is ROLN_BLOCK, at least 1, or what is left"),
     ],
-    "roln_grad": [
-        ("; part.w0 < batch->count && st == ROLN_OK; part.w0 += part.nb",
-         "part.nb is nb or what is left, at least 1: nb < 1 is refused"),
+    "NAME_grad": [
+        ("; part.w0 < b->count && st == ROLN_OK; part.w0 += part.nb",
+         "part.nb is ROLN_BLOCK, at least 1, or what is left"),
     ],
     "roln_mlp_hessian": [
         ("j = 0; j < m * no && along; j += no", "no is a layer's width, at least 1 in a config that compiles"),
         ("j = 0; j < m * no && (y || l + 2 < f->layers); j += no", "no is a layer's width, at least 1 in a config that compiles"),
     ],
-    "roln_fit_noise": [
+    "NAME_fit_noise": [
         ("k = 0; sum[k] < sum[best] - 2; k++", "k stops at best, below ROLNI_HALVINGS"),
     ],
-    "rolni_encoder_fit": [
-        ("w = 0; w < f->batch->count; w += now", "now is ROLN_CHART_BLOCK or what is left of a batch that is constant"),
+    "NAME_i_encoder_fit": [
+        ("k = 0; k < f->batch->count; k += now", "now is ROLN_CHART_BLOCK or what is left of a batch that is constant"),
     ],
-    "rolni_encoder_value": [
-        ("w = 0; w < f->batch->count; w += now", "the same"),
+    "NAME_i_encoder_value": [
+        ("k = 0; k < f->batch->count; k += now", "the same"),
     ],
     "rolni_write_integer": [
         ("(x /= 10) != 0", "x falls to a tenth: 20 passes"),
@@ -85,8 +85,8 @@ BOUNDED = {
     "rolni_write_need": [
         ("; said > 1 && value[said - 1] == 0;", "said falls by one"),
     ],
-    "roln_errors": [
-        ("w = 0; w < b->count; w += now", "now is nb or what is left, at least 1: nb < 1 is refused"),
+    "NAME_errors": [
+        ("from = 0; from < b->count; from += now", "now is ROLN_BLOCK, at least 1, or what is left"),
     ],
     "roln_chart_add": [
         ("; count > 0; count -= now, x += now * N", "now is ROLN_CHART_BLOCK or what is left"),

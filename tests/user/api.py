@@ -101,6 +101,7 @@ class Header:
         text = re.sub(r"^/\*|\*/$", "", text)
         text = " ".join(re.split(r"\n {7,}", text)[0].split())
         text = re.split(r"(?<=[^.][.])\s(?=[A-Z])", text)[0].replace("NAME", name)
+        text = text.rstrip(",:")
         if len(text) <= WIDTH - 6:
             return text
         short = text[:WIDTH - 9]
@@ -163,9 +164,10 @@ def main():
         return re.sub(r"\[((?:[^\[\]]|\[[^\]]*\])+)\]", lambda m: f"[{known[m[1]]}]", text)
 
     print(f"# Functions of the model `{name}`\n")
-    print(f"Printed by `make api CONFIG={os.path.relpath(config)}` from `roln.h`, which has the whole comments. `roln_real` is `float`, or\n"
-          "`double` with `ROLN_DOUBLE`. Every type `NAME_x_work` is scratch of the function `NAME_x`; `NAME_work`, `NAME_train` and\n"
-          f"`NAME_start` are unions of them, `&work.tick` for `{name}_tick`.\n")
+    print(f"`make api CONFIG={os.path.relpath(config)}` prints this page from `roln.h`, which has the whole comments.\n\n"
+          "`roln_real` is `float`, or `double` with `ROLN_DOUBLE`. `NAME_x_work` is the scratch of the function `NAME_x`.\n"
+          "`NAME_work`, `NAME_train` and `NAME_start` are unions of such scratch: pass `&work.tick` to `NAME_tick`.\n"
+          .replace("NAME", name))
     section = None
     for line, text, what in sorted(types + functions):
         if what in scratch:

@@ -454,8 +454,8 @@ def main():
         for program in "train", "range":
             build(f"examples/{program}.c", f"{program}{joints}", f"-DMODEL={name}")
         weights = f'#include "{name}.h"\n#include <stdio.h>\nint main(void) {{ static {name}_params p; static unsigned char b' \
-            f'[{name}_packed_size]; static {name}_start w; uint64_t seed = 1; {name}_init(&p, &seed, &w.init); {name}_pack(&p, b); ' \
-            f'return !fwrite(b, sizeof b, 1, stdout); }}\n'
+            f'[{name}_packed_size]; static {name}_start w; uint64_t seed = 1; {name}_init(&p, &seed, &w.init); ' \
+            f'{name}_pack(&p, b); return !fwrite(b, sizeof b, 1, stdout); }}\n'
         with open(f"{DIR}/weights.c", "w") as f:
             f.write(weights)
         build(f"{DIR}/weights.c", "weights")

@@ -61,13 +61,13 @@ lemma() {
     tested=$((tested + ${good:-0})) failed=$((failed + ${bad:-0}))
 }
 
-guard='-eva-slevel 50 -eva-split-return-function rolni_faults:0:256
-    -eva-slevel-function rolni_faults:5000,rolni_guard:5000,furuta_proof:5000,arm_proof:5000,pend2_proof:5000'
+guard='-eva-slevel 50 -eva-split-return-function NAME_i_faults:0:256
+    -eva-slevel-function NAME_i_faults:5000,NAME_i_guard:5000,furuta_proof:5000,arm_proof:5000,pend2_proof:5000'
 bytes='-eva-auto-loop-unroll 100 -eva-slevel 100
     -eva-split-return-function roln_unpack:0,furuta_unpack:0,pend16_unpack:0
     -eva-slevel-function furuta_unpacked:1000,pend16_unpacked:1000,furuta_checked:100000'
 frames='-eva-slevel 20 -eva-slevel-function main:0,take:1000,frame_begins:0'
-tick='-eva-slevel 2000 -eva-plevel 5000 -eva-split-return-function rolni_faults:0:256'
+tick='-eva-slevel 2000 -eva-plevel 5000 -eva-split-return-function NAME_i_faults:0:256'
 
 # six joints: sweeps of the eigensolver that begin and end at other rows are states of their own, hundreds at most
 eig='-eva-slevel-function rolni_eig_iterate:100,rolni_eig_sweep:30,roln_eig:100'
