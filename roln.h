@@ -6,14 +6,14 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
-       #define ROLN_STEP    rk4               euler, rk4 or midpoint; default rk4
+       #define ROLN_INTEGRATOR    rk4               euler, rk4 or midpoint; default rk4
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
-       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + least I
+       #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + floor I
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
-       #define ROLN_LEAST   1e-4              smallest eigenvalue that cholesky allows
+       #define ROLN_EIGENVALUE_FLOOR   1e-4              smallest eigenvalue that cholesky allows
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
@@ -24,12 +24,12 @@
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
-       #define ROLN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
+       #define ROLN_GN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
        #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
        #define ROLN_LOAD    0                 1: NAME_filter_tick estimates a constant force on z, too, such as of a payload, which
                                               the references of NAME_control may take up
-       #define ROLN_STORE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
-                                              predict and control; NAME_store makes them from a model trained with full
+       #define ROLN_QUANTISE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
+                                              predict and control; NAME_quantise makes them from a model trained with full
        #include "roln.h"
 
    For all models of a file, before the first header of roln (roln_spd.h, 1 configuration): ROLN_DOUBLE, ROLN_FN, ROLN_CODE,
@@ -52,13 +52,13 @@
        NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
        NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise, a union
-       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_store
+       NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_quantise
        NAME_gradient    a gradient, the loss and the number of windows behind it
        NAME_optimiser   moments of the optimiser
-       NAME_residuals   with ROLN_ROWS: rows and residuals of a step of Gauss-Newton
+       NAME_residuals   with ROLN_GN_ROWS: rows and residuals of a step of Gauss-Newton
        NAME_newton      ... its sums, the step and where it ends
        NAME_chart       with ROLN_CHART: sums of NAME_chart_add
-       NAME_turn        ... steps and scratch of NAME_chart_turn
+       NAME_refinement        ... steps and scratch of NAME_chart_refine
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -66,7 +66,7 @@
        NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
-       NAME_aim         reference q, qd, qdd -> z, zd, zdd
+       NAME_encode_reference         reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
        NAME_lift        tau_z -> tau = D^T tau_z
@@ -81,7 +81,7 @@
        NAME_linear      the same, with its derivatives A, B
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
-       NAME_terms       M, c, g, d, kinetic and potential energy
+       NAME_dynamics       M, c, g, d, kinetic and potential energy
        NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
@@ -106,15 +106,15 @@
        NAME_update      one step of Riemannian Adam
        NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
        NAME_newton_rows   Riemannian Gauss-Newton: rows become tangents
-       NAME_newton_sums   ... the sums of their products
+       NAME_newton_normal_equations   ... the sums of their products
        NAME_newton_step   ... the step, and where it ends
-       NAME_newton_judge  ... is it taken? After the last refusal: roln_newton_over
+       NAME_newton_accept  ... is it taken? After the last refusal: roln_newton_give_up
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
 
    A chart in closed form (ROLN_CHART, full weights): NAME_init_pod, or NAME_chart_center, then
 
-       NAME_chart_turn   a step to a better encoder, on a few thousand samples
+       NAME_chart_refine   a step to a better encoder, on a few thousand samples
        NAME_chart_add    adds recorded motion, a sample at a time or all, to sums
        NAME_chart_merge  adds the sums of other recordings, or of another machine
        NAME_chart_solve  the decoder that fits them best
@@ -125,9 +125,9 @@
        NAME_check       are the parameters in memory what they were? A few numbers a tick
        NAME_pack        parameters -> bytes
        NAME_unpack      bytes -> parameters
-       NAME_foreign     are parameters of another ROLN_SLOPE or ROLN_LEAST?
+       NAME_params_mismatch     are parameters of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR?
        NAME_write       parameters -> C text for flash
-       NAME_store       with small weights: bytes of the full model -> parameters
+       NAME_quantise       with small weights: bytes of the full model -> parameters
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
@@ -137,8 +137,8 @@
    Functions keep nothing in their scratch. A main loop, a task and an interrupt each have scratch of their own: an interrupt that
    calls with the scratch of the code that it interrupts leaves wrong numbers there, with ROLN_OK.
 
-   Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_LEAST, or were never
-   set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
+   Statuses of all that evaluates the networks: ROLN_E_SHAPE, the parameters are of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR, or
+   were never set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
    eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
 
@@ -265,7 +265,7 @@ ROLNI_INLINE void rolni_turn_back(const roln_lnn *f, int nb, roln_real *z)
 
 /* ---- 2 guard --------------------------------------------------------------------------------- */
 
-/* The energy T + V at a state, and zd^T d, the power lost in it: what limits.power of the guard is about. */
+/* The energy T + V at a state, and zd^T d, the power lost in it: what limits.residual of the guard is about. */
 typedef struct {
     roln_real energy, lost;
 } rolni_balance;
@@ -288,7 +288,7 @@ ROLN_FN roln_real rolni_largest(int n, const roln_real *x)
 }
 
 /* mu^2 |y| / |x|, at most 1, of x, y [n] of any size; 0 if x is 0, 1 if y is too small for a number. */
-ROLN_FN roln_real rolni_missed(int n, const roln_real *x, const roln_real *y, roln_real mu)
+ROLN_FN roln_real rolni_allocation_residual(int n, const roln_real *x, const roln_real *y, roln_real mu)
 {
     const roln_real tx = rolni_largest(n, x), ty = rolni_largest(n, y);
     roln_real sx = 0, sy = 0;
@@ -333,22 +333,24 @@ ROLN_FN void rolni_solve_square(int n, const roln_real *R, roln_real *y)
 #define ROLN_FAULT_OUTPUT 4u      /* A torque is NaN or infinite. */
 #define ROLN_FAULT_LIMIT 8u       /* A torque is beyond a limit of torque or rate, and limits.strict is 1. */
 #define ROLN_FAULT_RANGE 16u      /* z or zd is outside the range of the training data, widened by limits.margin. */
-#define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.power. */
+#define ROLN_FAULT_ENERGY 32u     /* |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual. */
 #define ROLN_FAULT_EXPIRED 64u    /* More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed. */
-#define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than limits.q_off or limits.qd_off from what the model can represent. */
+#define ROLN_FAULT_MANIFOLD 128u  /* q or qd is farther than q_tolerance or qd_tolerance from what the model can represent. */
 #define ROLN_CLIPPED 256u         /* A torque was clipped to a limit of torque or rate. This is no fault. */
 
 typedef struct {
     roln_real dt;     /* time from tick to tick, s */
     roln_real margin; /* of the range, as a part of its width */
-    roln_real power;  /* largest energy-rate residual, W (in the unit of the model's energy, if its forces had none); 0: no check */
+    roln_real residual; /* largest residual of the energy rate, W (in the unit of the model's energy, if its forces had none); 0: it
+                           is not checked */
     roln_real tau;    /* largest torque of each joint (or input) */
     int hold;         /* bad ticks in a row for which the last good torque is held */
-    roln_real q_off;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
-    roln_real qd_off; /* largest |qd - J zd| of a joint; 0: no check */
+    roln_real q_tolerance;  /* largest |q - phi(z)| of a joint, what z does not see of q; 0: no check */
+    roln_real qd_tolerance; /* largest |qd - J zd| of a joint; 0: no check */
     /* what follows may be left out */
-    int window;       /* ticks over which the residual is averaged before it is compared with power; 0, 1: each by itself; more than
-                         1 / (64 ROLN_EPS), 131072 as float, count as that: a longer mean would stand still in its rounding */
+    int residual_window; /* ticks over which the energy residual is averaged before it is compared with `residual`; 0, 1: each by
+                            itself; more than 1 / (64 ROLN_EPS), 131072 as float, count as that: a longer mean would stand still in
+                            its rounding */
     int strict;       /* 1: a torque beyond a limit of torque or rate is a fault; 0: it is clipped */
     roln_real rate;   /* largest change of each joint's torque in a second; 0: no bound */
     const roln_real *tau_each, *rate_each; /* [torques] in place of tau, of rate; NULL: these */
@@ -360,19 +362,19 @@ typedef struct {
 typedef struct {
     uint32_t faults; /* sticky: the faults of all ticks so far */
     int bad;         /* bad ticks in a row; -1: expired, as faults says, too */
-    int known;       /* 1: energy and power are those of the last tick */
+    int valid;       /* 1: energy and power are those of the last tick */
     roln_real energy, power;
-    roln_real residual; /* of the energy rate, W, averaged over limits.window */
-    roln_real missed;   /* of the last tau_z that motors had to make, the part that they could not (roln_allocate) */
+    roln_real residual; /* of the energy rate, W, averaged over limits.residual_window */
+    roln_real allocation_residual; /* of the last tau_z that motors had to make, the part that they could not (NAME_allocate) */
 } roln_guard;
 
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
 ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
 {
-    const roln_real bound[7] = {limits->dt,    limits->margin, limits->power, limits->tau,
-                                limits->q_off, limits->qd_off, limits->rate};
+    const roln_real bound[7] = {limits->dt,    limits->margin, limits->residual, limits->tau,
+                                limits->q_tolerance, limits->qd_tolerance, limits->rate};
     const roln_real *const each[2] = {limits->tau_each, limits->rate_each};
-    int i, k, valid = roln_all_finite(7, bound) && limits->dt > 0 && limits->hold >= 0 && limits->window >= 0;
+    int i, k, valid = roln_all_finite(7, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
     for (i = 1; i < 7; i++)
         valid &= bound[i] >= 0;
     for (k = 0; k < 2; k++)
@@ -466,19 +468,19 @@ ROLN_FN int rolni_near_turned(const roln_lnn *f, const roln_real *a, const roln_
 /* Nonzero if a limit asks for the decoded state. */
 ROLN_FN int rolni_limits_decode(const roln_limits *limits)
 {
-    return limits->q_off > 0 || limits->qd_off > 0 || limits->power > 0;
+    return limits->q_tolerance > 0 || limits->qd_tolerance > 0 || limits->residual > 0;
 }
 
 /* The energy residual of a tick, W: the rate at which energy was gained since the last one, beyond the mean power of its ends;
-   before: the power at its end, under the torque of the last tick. Its mean over limits->window is kept in g. Nonzero if that is
-   too large. */
+   before: the power at its end, under the torque of the last tick. Its mean over limits->residual_window is kept in g. Nonzero if
+   that is too large. */
 ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, roln_real before, roln_guard *g)
 {
-    const roln_real window = ROLN_MIN(ROLNI_AS(roln_real, limits->window), 1 / (64 * ROLN_EPS));
+    const roln_real window = ROLN_MIN(ROLNI_AS(roln_real, limits->residual_window), 1 / (64 * ROLN_EPS));
     roln_real r = (b->energy - g->energy) / limits->dt - (before + g->power) / 2;
     if (window > 1) r = g->residual + (r - g->residual) / window;
     g->residual = roln_finite(r) ? r : 0;
-    return !(ROLN_ABS(r) <= limits->power);
+    return !(ROLN_ABS(r) <= limits->residual);
 }
 
 /* Limits where motors are not counted: arrays of limits are as long as nobody knows, and no torque but 0 is within those. */
@@ -524,7 +526,7 @@ ROLN_FN void rolni_pivot(int rows, int n, int m, int k, const roln_real *r, roln
    inputs, and for any ratio of r to B^T X B (test_riccati.c: test_rows).
    ROLN_E_NOT_SPD: r; ROLN_E_NOT_FINITE. (m + 2 n) (m + n)^2 multiply-adds, twice. work [ROLN_RICCATI_WORK]. */
 #define ROLN_RICCATI_MEM(X, n, m) X(Y, (n) * ((n) + (m))) X(S, ((m) + 2 * (n)) * ((m) + (n))) X(order, m)
-#define ROLN_RICCATI_WORK(n, m) (0 ROLN_RICCATI_MEM(ROLNI_SIZE, n, m) + ROLN_TRIANGLE_WORK((m) + 2 * (n), (m) + (n)))
+#define ROLN_RICCATI_WORK(n, m) (0 ROLN_RICCATI_MEM(ROLNI_SIZE, n, m) + ROLN_QR_R_WORK((m) + 2 * (n), (m) + (n)))
 ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                                  roln_real *C, roln_real *K, roln_real *work)
 {
@@ -565,7 +567,7 @@ ROLN_FN roln_status roln_riccati(int n, int m, const roln_real *A, const roln_re
     return ROLN_OK;
 }
 
-/* S [2n][n] becomes the triangle of [X Y^T; I], X, Y [n][n]. work [ROLN_TRIANGLE_WORK(2n, n)]. */
+/* S [2n][n] becomes the triangle of [X Y^T; I], X, Y [n][n]. work [ROLN_QR_R_WORK(2n, n)]. */
 ROLN_FN void rolni_border(int n, const roln_real *X, const roln_real *Y, roln_real *S, roln_real *work)
 {
     int i;
@@ -573,7 +575,7 @@ ROLN_FN void rolni_border(int n, const roln_real *X, const roln_real *Y, roln_re
     rolni_zero(n * n, S + n * n);
     for (i = 0; i < n; i++)
         S[(n + i) * n + i] = 1;
-    roln_triangle(2 * n, n, S, work);
+    roln_qr_r(2 * n, n, S, work);
 }
 
 /* A step of the equation X = A^T X (I + G X)^-1 A + H, G = L^T L, H = D^T D, with X = H: what is left, X - H, solves the same
@@ -583,7 +585,7 @@ ROLN_FN void rolni_border(int n, const roln_real *X, const roln_real *Y, roln_re
        L' = R1^-T L     D' = R2^-T D A     A' = A - L'^T (R1^-T F^T) D A
    A, L, D [n][n] in and out. work [ROLNI_SHIFT_WORK]. */
 #define ROLNI_SHIFT_MEM(X, n) X(E, (n) * (n)) X(V, 2 * (n) * (n)) X(W, (n) * (n)) X(S, 2 * (n) * (n))
-#define ROLNI_SHIFT_WORK(n) (0 ROLNI_SHIFT_MEM(ROLNI_SIZE, n) + ROLN_TRIANGLE_WORK(2 * (n), n))
+#define ROLNI_SHIFT_WORK(n) (0 ROLNI_SHIFT_MEM(ROLNI_SIZE, n) + ROLN_QR_R_WORK(2 * (n), n))
 ROLN_FN void rolni_shift(int n, roln_real *A, roln_real *L, roln_real *D, roln_real *work)
 {
     ROLNI_SHIFT_MEM(ROLNI_CARVE, n)
@@ -602,12 +604,12 @@ ROLN_FN void rolni_shift(int n, roln_real *A, roln_real *L, roln_real *D, roln_r
     rolni_copy(n * n, E, D);
 }
 
-/* X [n][n] becomes the triangle of [X; Y]. S [2n][n]. work [ROLN_TRIANGLE_WORK(2n, n)]. */
+/* X [n][n] becomes the triangle of [X; Y]. S [2n][n]. work [ROLN_QR_R_WORK(2n, n)]. */
 ROLN_FN void rolni_stack(int n, const roln_real *Y, roln_real *X, roln_real *S, roln_real *work)
 {
     rolni_copy(n * n, X, S);
     rolni_copy(n * n, Y, S + n * n);
-    roln_triangle(2 * n, n, S, work);
+    roln_qr_r(2 * n, n, S, work);
     rolni_copy(n * n, S, X);
 }
 
@@ -637,7 +639,7 @@ ROLN_FN int rolni_is_part(int n, const roln_real *C, roln_real part, roln_real *
     X(Aa, (n) * (n)) X(La, (n) * (n)) X(Da, (n) * (n)) X(Ab, (n) * (n)) X(Lb, (n) * (n)) X(Db, (n) * (n)) \
     X(S, (n) * ROLN_MAX(2 * (n), m))
 #define ROLNI_DOUBLE_WORK(n, m) \
-    (0 ROLNI_DOUBLE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_SHIFT_WORK(n), ROLN_TRIANGLE_WORK(m, n)))
+    (0 ROLNI_DOUBLE_MEM(ROLNI_SIZE, n, m) + ROLN_MAX(ROLNI_SHIFT_WORK(n), ROLN_QR_R_WORK(m, n)))
 ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                                  roln_real *C, roln_real *work)
 {
@@ -649,7 +651,7 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
     for (j = 0; j < m; j++) /* G = B R^-1 B^T */
         for (i = 0; i < n; i++)
             S[j * n + i] = B[i * m + j] / ROLN_SQRT(r[j]);
-    if (m > n) roln_triangle(m, n, S, work);
+    if (m > n) roln_qr_r(m, n, S, work);
     rolni_copy(nn, S, La);
     rolni_copy(nn, A, Aa);
     rolni_copy(nn, D, Da);
@@ -676,7 +678,7 @@ ROLN_FN roln_status rolni_double(int n, int m, const roln_real *A, const roln_re
    what costs. work [ROLNI_POLICY_WORK]. */
 #define ROLNI_POLICY_MEM(X, n, m) X(Aa, (n) * (n)) X(E, (n) * (n)) X(S, ((n) + ROLN_MAX(n, m)) * (n))
 #define ROLNI_POLICY_WORK(n, m) \
-    (0 ROLNI_POLICY_MEM(ROLNI_SIZE, n, m) + ROLN_TRIANGLE_WORK((n) + ROLN_MAX(n, m), n))
+    (0 ROLNI_POLICY_MEM(ROLNI_SIZE, n, m) + ROLN_QR_R_WORK((n) + ROLN_MAX(n, m), n))
 ROLN_FN roln_status rolni_policy(int n, int m, const roln_real *A, const roln_real *B, const roln_real *D, const roln_real *r,
                                  const roln_real *K, roln_real *C, roln_real *steps, roln_real *work)
 {
@@ -690,7 +692,7 @@ ROLN_FN roln_status rolni_policy(int n, int m, const roln_real *A, const roln_re
     for (j = 0; j < m; j++)
         for (i = 0; i < n; i++)
             S[nn + j * n + i] = ROLN_SQRT(r[j]) * K[j * n + i];
-    roln_triangle(n + m, n, S, work);
+    roln_qr_r(n + m, n, S, work);
     rolni_copy(nn, S, C);
     *steps = 1;
     for (k = 0; k < ROLNI_DOUBLINGS; k++, *steps *= 2) {
@@ -1348,9 +1350,9 @@ ROLN_FN const char *roln_fault_text(uint32_t faults)
         "ROLN_FAULT_OUTPUT: A torque is NaN or infinite.",
         "ROLN_FAULT_LIMIT: A torque is beyond a limit of torque or rate, and limits.strict is 1.",
         "ROLN_FAULT_RANGE: z or zd is outside the range of the training data, widened by limits.margin.",
-        "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.power.",
+        "ROLN_FAULT_ENERGY: |dE/dt - zd^T (J^T tau - d)| is beyond limits.residual.",
         "ROLN_FAULT_EXPIRED: More than limits.hold ticks in a row were bad. Torques are safe until the guard is zeroed.",
-        "ROLN_FAULT_MANIFOLD: q or qd is farther than limits.q_off or limits.qd_off from what the model can represent.",
+        "ROLN_FAULT_MANIFOLD: q or qd is farther than q_tolerance or qd_tolerance from what the model can represent.",
         "ROLN_CLIPPED: A torque was clipped to a limit of torque or rate. This is no fault.",
         "ROLN_FILTER_MISSING: A joint was not measured.",
         "ROLN_FILTER_OUTLIER: A measured joint is beyond noise.gate and was not used.",
@@ -1367,7 +1369,7 @@ ROLN_FN const char *roln_fault_text(uint32_t faults)
 typedef struct {
     uint32_t faults;           /* sticky: the bits of all ticks so far */
     uint32_t outliers, starts; /* measured joints that were not used, starts; of all ticks so far, at most 2^32 - 1 */
-    int known;                 /* 1: there is an estimate */
+    int valid;                 /* 1: there is an estimate */
     int lost;                  /* lost ticks in a row */
     int used;                  /* joints that the last tick used */
     roln_real nis;             /* its normalised innovation squared: if all is well, chi-square of `used` degrees */
@@ -1427,11 +1429,12 @@ typedef struct {
 
 /* State of a plan, zero-initialised: there is none. */
 typedef struct {
-    int known;      /* 1: there is a plan */
+    int valid;      /* 1: there is a plan */
     int age;        /* steps since it was made: calls of NAME_plan_next since then, all of which failed */
     roln_real cost; /* of it, as the model expects */
-    roln_real gap;  /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it: the cost of the linearised goal is
-                       at most that much above the least. Much of `cost`, call after call: more iterations, or too few digits */
+    roln_real duality_gap; /* of roln_ocp_solve, whose solution the plan is, or a part of the way to it: the cost of the linearised
+                              goal is at most that much above the least. Much of `cost`, call after call: more iterations or fewer
+                              digits are needed */
 } roln_plan;
 
 /* Largest number of iterations. */
@@ -1768,7 +1771,7 @@ ROLN_FN void rolni_noise_of_joints(const roln_model *md, const roln_batch *b, ro
     }
 }
 
-#define ROLN_TURN_PAIRS 20 /* steps that L-BFGS remembers in NAME_chart_turn */
+#define ROLN_REFINE_PAIRS 20 /* steps that L-BFGS remembers in NAME_chart_refine */
 
 /* Sums over windows at one horizon: E_q = sqrt(q / q_var), E_qd = sqrt(qd / qd_var), of one joint or of all; of all in units of q
    where joints have the same unit, else in parts of their own. Double, for windows may be many. */
@@ -1859,9 +1862,9 @@ ROLN_FN uint32_t roln_crc(int count, const unsigned char *p, uint32_t crc)
 
 /* Where NAME_check stands. Zeroed: a fresh start. */
 typedef struct {
-    uint32_t reference; /* CRC-32 of the parameters as they should be: of the first pass, or yours, with known = 1 */
+    uint32_t reference; /* CRC-32 of the parameters as they should be: of the first pass, or yours, with valid = 1 */
     uint32_t sum;       /* of this pass so far */
-    int known;          /* 1: reference is known */
+    int valid;          /* 1: there is a reference */
     int at;             /* number that comes next; their count, once they were found to be damaged */
 } roln_check;
 
@@ -1876,7 +1879,7 @@ ROLN_FN roln_status roln_check_step(int size, const void *numbers, int count, ro
     c->sum = roln_crc(count, p + ROLNI_AS(size_t, c->at) * sizeof(roln_bits), c->sum);
     c->at += count;
     if (c->at < size) return ROLN_OK;
-    if (!c->known) c->reference = c->sum, c->known = 1;
+    if (!c->valid) c->reference = c->sum, c->valid = 1;
     if (c->sum != c->reference) return ROLN_E_CHECKSUM;
     c->sum = 0, c->at = 0;
     return ROLN_OK;
@@ -2007,7 +2010,7 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     if (rolni_get(&sum, 8) != roln_fnv(total - 8, bytes, ROLN_FNV)) return ROLN_E_CHECKSUM;
     p = bytes + lead;
     if (rolni_packed_at(p, 0) != rolni_bits(md->ae.slope)) return ROLN_E_SHAPE;
-    if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
+    if (rolni_packed_at(p, 1) != rolni_bits(md->lnn.eigenvalue_floor)) return ROLN_E_SHAPE;
     for (i = 0; i < at + params; i++)
         if ((i < at || roln_ae_is_number(&md->ae, i - at)) && !roln_finite(rolni_packed(p, i))) return ROLN_E_NOT_FINITE;
     for (i = 2; i < 5 + own; i++)
@@ -2212,7 +2215,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     const int words = rolni_ae_bits(&md->ae) > 0;
     const rolni_text text = {name, put, ctx}, *const t = &text;
     int i;
-    if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope) || rolni_word_at(p, 1) != rolni_bits(md->lnn.least)) return ROLN_E_SHAPE;
+    if (rolni_word_at(p, 0) != rolni_bits(md->ae.slope)) return ROLN_E_SHAPE;
+    if (rolni_word_at(p, 1) != rolni_bits(md->lnn.eigenvalue_floor)) return ROLN_E_SHAPE;
     if (md->lnn.angles && rolni_word_at(p, 2) != rolni_bits(1)) return ROLN_E_SHAPE;
     for (i = 0; i < own; i++)
         if (roln_lnn_angle(&md->lnn, i) && rolni_word_at(p, 5 + i) != rolni_bits(1)) return ROLN_E_SHAPE;
@@ -2349,7 +2353,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #endif
 /* Factors of what is not 0: gcc takes 0 times an error for 0. */
 #define ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(slope) ROLNI_TRUE(ROLNI_IS_ABOVE_0(slope) && ROLNI_IS_AT_MOST_1(slope))
-#define ROLNI_LEAST_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_IS_ABOVE_0(ROLNI_AS(roln_real, least)))
+#define ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(least) ROLNI_TRUE(ROLNI_IS_ABOVE_0(ROLNI_AS(roln_real, least)))
 /* F of each of the eight layers that an autoencoder may have, N -> n, n = 0 where there is none. */
 #define ROLNI_EACH_LAYER(F, join) \
     F(ROLN_(N), ROLN_(N1)) join F(ROLN_(N1), ROLN_(N2)) join F(ROLN_(N2), ROLN_(N3)) join F(ROLN_(N3), ROLN_(N4)) join \
@@ -2369,7 +2373,7 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
     ROLN_MAX(S(N1) > 0 ? ROLN_BIORTH_BLOCK_WORK(S(N1), S(N)) : 0, \
              S(base) > 0 || S(layers) > 0 ? ROLN_SPD_BLOCK_WORK(S(n)) : 0)
 /* Of one layer: its weights, as stored and full; second moments; what an update keeps of it; its blocks. */
-#define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_STORE), N, n) : 0)
+#define ROLNI_LAYER(N, n) ((n) > 0 ? ROLN_AE_LAYER(ROLNI_BITS(ROLN_QUANTISE), N, n) : 0)
 #define ROLNI_LAYER_FULL(N, n) ((n) > 0 ? ROLN_AE_LAYER(0, N, n) : 0)
 #define ROLNI_LAYER_MOMENTS(N, n) ((n) > 0 ? 1 + (N) : 0)
 #define ROLNI_LAYER_UPDATE(N, n) ((n) > 0 ? 4 * (N) * (n) + 2 : 0)
@@ -2387,14 +2391,17 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifdef ROLN_NAME
 
 #include "roln_spd.h" /* asks again whether ROLN_DOUBLE is what it was */
+#if defined(ROLN_STEP) || defined(ROLN_STORE) || defined(ROLN_ROWS) || defined(ROLN_LEAST)
+#error "ROLN_STEP, STORE, ROWS, LEAST are ROLN_INTEGRATOR, QUANTISE, GN_ROWS, EIGENVALUE_FLOOR now: .packaging/rename.sed"
+#endif
 #ifndef ROLN_AE
 #error "ROLN_AE: the sizes of the autoencoder, such as 16, 12, 8, 4"
 #endif
 #ifndef ROLN_MLP
 #error "ROLN_MLP: the hidden widths of the networks, such as 64, 64"
 #endif
-#ifndef ROLN_STEP
-#define ROLN_STEP rk4
+#ifndef ROLN_INTEGRATOR
+#define ROLN_INTEGRATOR rk4
 #endif
 #ifndef ROLN_SLOPE
 #define ROLN_SLOPE 0.41421356
@@ -2411,8 +2418,8 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_LAYERS
 #define ROLN_LAYERS 0
 #endif
-#ifndef ROLN_LEAST
-#define ROLN_LEAST 1e-4
+#ifndef ROLN_EIGENVALUE_FLOOR
+#define ROLN_EIGENVALUE_FLOOR 1e-4
 #endif
 #ifndef ROLN_DAMPING
 #define ROLN_DAMPING 0
@@ -2435,11 +2442,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_BLOCK
 #define ROLN_BLOCK 16
 #endif
-#ifndef ROLN_STORE
-#define ROLN_STORE full
+#ifndef ROLN_QUANTISE
+#define ROLN_QUANTISE full
 #endif
-#ifndef ROLN_ROWS
-#define ROLN_ROWS 0
+#ifndef ROLN_GN_ROWS
+#define ROLN_GN_ROWS 0
 #endif
 #ifndef ROLN_PLAN
 #define ROLN_PLAN 0
@@ -2473,8 +2480,8 @@ ROLNI_INTS
     ROLN_(outer) = ROLNI_BEFORE(ROLN_(N6), ROLN_(N7), ROLN_(N8), ROLNI_BEFORE(ROLN_(N4), ROLN_(N5), ROLN_(N6),
                     ROLNI_BEFORE(ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLNI_BEFORE(ROLN_(N), ROLN_(N1), ROLN_(N2), 0)))),
     ROLN_(bent) = ROLN_(degree) > 0 ? ROLN_(outer) : 0,
-    ROLN_(curves) = ROLN_CURVES(ROLN_(n), ROLN_(degree)),
-    ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(curves) * ROLN_AE_ROW(ROLNI_BITS(ROLN_STORE), ROLN_(bent)),
+    ROLN_(monomials) = ROLN_MONOMIALS(ROLN_(n), ROLN_(degree)),
+    ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
     /* perceptrons: hidden sizes; weights without the output layer */
     ROLN_(H1) = ROLNI_AT(0, ROLN_MLP),
     ROLN_(H2) = ROLNI_AT(1, ROLN_MLP),
@@ -2531,7 +2538,7 @@ ROLNI_INTS
     ROLN_(rest_size) = ROLN_(net_size) + ROLN_(base_size) + ROLN_(layers) * (ROLN_(tri) + ROLN_(n) * ROLN_(n)) +
                         ROLN_(input_size),
     ROLN_(theta_size) = ROLN_(ae_size) + ROLN_(rest_size),
-    ROLN_(bend_size) = ROLN_(curves) * ROLN_(bent),
+    ROLN_(bend_size) = ROLN_(monomials) * ROLN_(bent),
     ROLN_(full_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_FULL, +) + ROLN_(bend_size) + ROLN_(rest_size), /* none stored small */
     ROLN_(moment_size) = ROLNI_EACH_LAYER(ROLNI_LAYER_MOMENTS, +) + ROLN_(bend_size) + ROLN_(net_size) + (ROLN_BASE ? 1 : 0) +
                           ROLN_(layers) * (ROLN_(tri) + 1) + ROLN_(input_size),
@@ -2540,12 +2547,12 @@ ROLNI_INTS
     ROLN_(steps) = ROLNI_AT(0, ROLN_PLAN),
     ROLN_(motors) = ROLNI_AT(1, ROLN_PLAN),
     ROLN_(newton_size) = ROLNI_LEARN(ROLN_LEARN) ? ROLN_(rest_size) : ROLN_(theta_size), /* parameters that Gauss-Newton moves */
-    ROLN_(newton_side) = ROLN_NEWTON_SIDE(ROLN_ROWS, ROLN_(newton_size)),
+    ROLN_(newton_side) = ROLN_NEWTON_SIDE(ROLN_GN_ROWS, ROLN_(newton_size)),
     ROLN_(horizon) = ROLN_HORIZON,
     ROLN_(load) = ROLN_LOAD,
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
-    ROLN_(scheme) = ROLNI_SCHEME(ROLN_STEP),
-    ROLN_(stored) = ROLNI_BITS(ROLN_STORE) / 8, /* 1: int8, 2: half */
+    ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
+    ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_FORMAT,
     /* a step of one state, without and with what derivatives take */
@@ -2613,17 +2620,17 @@ ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRIC
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
-ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_ROWS) >= 0)
+ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_GN_ROWS) >= 0)
 ROLNI_ASSERT(plan_must_be_steps_and_motors,
              ROLN_(steps) == 0 ? ROLN_(motors) == 0 : ROLN_(steps) > 0 && ROLN_(motors) > 0 && ROLNI_AT(2, ROLN_PLAN) == 0)
 ROLNI_ASSERT(motors_must_not_be_more_than_joints, ROLN_(motors) <= ROLN_MAX(ROLN_(N), ROLN_(force_size)))
-ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_STORE) == 0 || sizeof(roln_real) == 4)
+ROLNI_ASSERT(stored_weights_need_float, ROLNI_BITS(ROLN_QUANTISE) == 0 || sizeof(roln_real) == 4)
 
-/* Parameters: const in flash for inference. slope, least: of the config that they belong to, without which every function that
-   evaluates the model returns ROLN_E_SHAPE; each: with ROLN_SCALE each; dt: step used in training, s; z_min, z_max, zd_max: range
-   seen in training. */
+/* Parameters: const in flash for inference. slope, eigenvalue_floor: of the config that they belong to, without which every
+   function that evaluates the model returns ROLN_E_SHAPE; each: with ROLN_SCALE each; dt: step used in training, s; z_min, z_max,
+   zd_max: range seen in training. */
 typedef struct {
-    roln_real slope, least;
+    roln_real slope, eigenvalue_floor;
     roln_scale scale;
 #if ROLNI_OWN(ROLN_SCALE)
     roln_real each[ROLN_(N)];
@@ -2686,12 +2693,12 @@ static const roln_model ROLN_(model) = {
     {ROLN_(ae_layers),
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
       ROLN_(N6), ROLN_(N7), ROLN_(N8)},
-     ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_STORE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLN_(degree),
-     ROLN_(curves)},
-    {ROLN_(n) * ROLNI_LEAST_IS_ABOVE_0(ROLN_LEAST), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
-     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_LEAST),
+     ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_QUANTISE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLN_(degree),
+     ROLN_(monomials)},
+    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
+     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR),
      ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLN_(n))), ROLN_(angles), ROLN_FRICTION},
-    ROLNI_SCHEME(ROLN_STEP), ROLN_INPUTS, ROLN_(own)};
+    ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own)};
 #undef ROLNI_MLP_OF
 
 /* ---- 10 a control tick ----------------------------------------------------------------------- */
@@ -2723,11 +2730,11 @@ ROLN_FN const roln_real *ROLNI_(joint_force)(const ROLN_(params) *p, int nb, con
     return x;
 }
 
-/* Nonzero if the numbers are of another slope or least than the model that was compiled, or were never set; with angles also if
-   their scale.q or each is not 1. */
-ROLN_FN int ROLN_(foreign)(const ROLN_(params) *p)
+/* Nonzero if the numbers are of another slope or eigenvalue floor than the model that was compiled, or were never set; with angles
+   also if their scale.q or each is not 1. */
+ROLN_FN int ROLN_(params_mismatch)(const ROLN_(params) *p)
 {
-    return !(p->slope == ROLN_(model).ae.slope && p->least == ROLN_(model).lnn.least &&
+    return !(p->slope == ROLN_(model).ae.slope && p->eigenvalue_floor == ROLN_(model).lnn.eigenvalue_floor &&
              (ROLN_(angles) == 0 || (p->scale.q == 1 && rolni_each_turns(&ROLN_(model), ROLNI_EACH(p)))));
 }
 
@@ -2758,26 +2765,26 @@ typedef struct {
 ROLN_FN roln_status ROLN_(encode)(const ROLN_(params) *p, const ROLN_(state) *x, ROLN_(latent) *s, ROLN_(encode_work) *w)
 {
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if ((st = ROLNI_(encode)(p, x->q, x->qd, NULL, w->s, w->tape)) != ROLN_OK) return st;
     rolni_copy(ROLN_(n), w->s, s->z);
     rolni_copy(ROLN_(n), w->s + ROLN_(n), s->zd);
     return ROLN_OK;
 }
 
-/* scratch of NAME_aim, as NAME_encode_work */
+/* scratch of NAME_encode_reference, as NAME_encode_work */
 typedef struct {
     roln_real s[3 * ROLN_(n)], tape[ROLN_AE_ENCODE_REST(ROLN_, 3, 1) + 3 * ROLN_(N)];
-} ROLN_(aim_work);
+} ROLN_(encode_reference_work);
 
 /* A reference q, qd, qdd [N], qdd NULL: zdd = 0, in the latent space, z = rho(q), zd = D qd, zdd = D qdd + (dD/dt) qd: the 2-jet
    that control needs. Writes r->z, zd, zdd. The gains in r stay, and all of r unless ROLN_OK. ROLN_E_NOT_FINITE. */
-ROLN_FN roln_status ROLN_(aim)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
+ROLN_FN roln_status ROLN_(encode_reference)(const ROLN_(params) *p, const roln_real q[ROLN_AT_LEAST(ROLN_(N))],
                                const roln_real qd[ROLN_AT_LEAST(ROLN_(N))], const roln_real qdd[ROLN_(N)], ROLN_(target) *r,
-                               ROLN_(aim_work) *w)
+                               ROLN_(encode_reference_work) *w)
 {
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if ((st = ROLNI_(encode)(p, q, qd, qdd, w->s, w->tape)) != ROLN_OK) return st;
     rolni_copy(ROLN_(n), w->s, r->z);
     rolni_copy(ROLN_(n), w->s + ROLN_(n), r->zd);
@@ -2810,7 +2817,7 @@ typedef struct {
 ROLN_FN roln_status ROLN_(decode)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(state) *x, ROLN_(decode_work) *w)
 {
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if ((st = ROLNI_(decode)(p, s->z, s->zd, w->x, w->tape, w->s)) != ROLN_OK) return st;
     rolni_copy(ROLN_(N), w->x, x->q);
     rolni_copy(ROLN_(N), w->x + ROLN_(N), x->qd);
@@ -2883,7 +2890,7 @@ ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *
                                    ROLN_(inverse_work) *w)
 {
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if ((st = ROLNI_(inverse)(p, s, v, zdd, NULL, w)) == ROLN_OK) rolni_copy(ROLN_(n), w->a, tau_z);
     return st;
 }
@@ -2923,7 +2930,7 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
 ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *s, const ROLN_(target) *r,
                                    roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], ROLN_(control_work) *w)
 {
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(control)(p, s, r, tau_z, NULL, w);
 }
 
@@ -2944,7 +2951,7 @@ ROLN_FN roln_status ROLN_(gains)(const ROLN_(params) *p, const ROLN_(latent) *s,
     const int N = ROLN_(N), n = ROLN_(n);
     roln_real *const out = w->out;
     int i, j;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     rolni_zero(2 * n, out);
     for (j = 0; j < n; j++) {
         roln_status st;
@@ -2991,7 +2998,7 @@ ROLN_FN roln_status ROLN_(lift)(const ROLN_(params) *p, const ROLN_(latent) *s, 
                                 roln_real tau[ROLN_AT_LEAST(ROLN_(N))], ROLN_(lift_work) *w)
 {
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!roln_all_finite(ROLN_(n), s->z)) return ROLN_E_NOT_FINITE;
     roln_ae_decode(&ROLN_(model).ae, 1, 1, p->theta, s->z, NULL, w->tape);
     st = ROLNI_(lift)(p, 1, w->tape, tau_z, w->out, w->work);
@@ -3015,20 +3022,20 @@ typedef struct {
     roln_real R[(ROLN_(n) + 1) * ROLN_(n)]; /* the triangle, and the row that joins it */
     union {
         roln_real reduce[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
-        roln_real triangle[ROLN_TRIANGLE_WORK(ROLN_(n) + 1, ROLN_(n))];
+        roln_real triangle[ROLN_QR_R_WORK(ROLN_(n) + 1, ROLN_(n))];
     } u;
 } ROLN_(allocate_work);
 
 /* Motors u [count] for a reduced force, tau = B u: damped least squares (Levenberg-Marquardt),
        u = arg min |G u - tau_z|^2 + mu^2 |u|^2 = G^T y,   y = (G G^T + mu^2 I)^-1 tau_z,   G = J(z)^T B.
-   motors NULL: the learned inputs. missed [1] (may be NULL) is the part of tau_z that the motors do not make,
+   motors NULL: the learned inputs. allocation_residual [1] (may be NULL) is the part of tau_z that the motors do not make,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
-   u and missed are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within rounding, and
-   mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the triangle of
-   [mu I; G^T]. The rest of tau_z gives a correction of y, and a second one where motors are nearly parallel, which leaves a
-   hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
+   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors. ROLN_E_NOT_SPD: they do not span z, to within
+   rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the
+   triangle of [mu I; G^T]. The rest of tau_z gives a correction of y, and a second one where motors are nearly parallel, which
+   leaves a hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
 ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_motors *motors,
-                                    const roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], roln_real *u, roln_real *missed,
+                                    const roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], roln_real *u, roln_real *allocation_residual,
                                     ROLN_(allocate_work) *w)
 {
     const roln_ae *ae = &ROLN_(model).ae;
@@ -3036,7 +3043,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     const roln_motors f = ROLNI_(motors_of)(p, motors);
     roln_real *const x = w->x, *const g = w->g, *const y = w->y, *const rest = w->rest, *const R = w->R;
     int last = 4, parts = 0, pass, j, i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (f.count < 1) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE;
     rolni_zero(n * n, R);
@@ -3053,7 +3060,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
             roln_ae_reduce(ae, 1, p->theta, w->tape, x, g, w->u.reduce);
             for (i = 0; i < parts; i++)
                 torque += roln_dot(n, g, y + i * n);
-            if (pass == 0) rolni_copy(n, g, R + n * n), roln_triangle(n + 1, n, R, w->u.triangle);
+            if (pass == 0) rolni_copy(n, g, R + n * n), roln_qr_r(n + 1, n, R, w->u.triangle);
             else if (pass == last) u[j] = torque;
             else if (!roln_finite(torque)) return ROLN_E_NOT_FINITE; /* unreached: where it overflows, y does */
             for (i = 0; i < n; i++)
@@ -3076,7 +3083,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     }
     for (i = n; i < parts * n; i++)
         y[i % n] += y[i];
-    if (missed) *missed = rolni_missed(n, tau_z, y, f.mu);
+    if (allocation_residual) *allocation_residual = rolni_allocation_residual(n, tau_z, y, f.mu);
     return ROLN_OK;
 }
 
@@ -3098,7 +3105,7 @@ ROLN_FN int ROLNI_(in_range)(const ROLN_(params) *p, roln_real margin, const rol
 /* Nonzero if z and zd lie in the range seen in training; NaN does not. */
 ROLN_FN int ROLN_(in_range)(const ROLN_(params) *p, const ROLN_(latent) *s)
 {
-    return !ROLN_(foreign)(p) && ROLNI_(in_range)(p, 0, s->z, s->zd);
+    return !ROLN_(params_mismatch)(p) && ROLNI_(in_range)(p, 0, s->z, s->zd);
 }
 
 /* The measured state `at`, its latent state s, NULL if the encoder failed, the decoded state x [2N] = [phi(z); J zd], and the
@@ -3129,9 +3136,9 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     if (!seen->s) return faults;
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
-        else if (!(ROLN_(model).lnn.angles ? rolni_near_turned(&ROLN_(model).lnn, q, seen->x, limits->q_off)
-                                  : rolni_all_within(N, q, seen->x, limits->q_off)) ||
-                 !rolni_all_within(N, qd, seen->x + N, limits->qd_off))
+        else if (!(ROLN_(model).lnn.angles ? rolni_near_turned(&ROLN_(model).lnn, q, seen->x, limits->q_tolerance)
+                                  : rolni_all_within(N, q, seen->x, limits->q_tolerance)) ||
+                 !rolni_all_within(N, qd, seen->x + N, limits->qd_tolerance))
             faults |= ROLN_FAULT_MANIFOLD;
     }
     if (!ROLNI_(in_range)(p, limits->margin, seen->s->z, seen->s->zd)) faults |= ROLN_FAULT_RANGE;
@@ -3172,12 +3179,12 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* it stands there twice: no single bit that flips lets the motors go on */
     if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
     faults |= ROLNI_(faults)(p, limits, seen, want, tau);
-    if (limits->power > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
+    if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
         /* at the end of the last tick, under its torque */
         const roln_real before = b ? ROLNI_(power)(p, motors, tau, qd, x) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
-        else if (g->known && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
+        else if (g->valid && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
     }
     bad = faults & ~ROLNI_AS(uint32_t, ROLN_CLIPPED);
     if (bad) faults = bad; /* what was wanted does not reach the motors */
@@ -3187,10 +3194,10 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
         const roln_real last = rolni_last(limits, i, tau[i]);
         tau[i] = !bad ? rolni_clip(limits, i, last, want[i]) : faults & ROLN_FAULT_EXPIRED ? rolni_safe(limits, i) : last;
     }
-    g->known = 0;
+    g->valid = 0;
     if (known) { /* start of the next tick, under the new torque */
         const roln_real after = ROLNI_(power)(p, motors, tau, qd, x) - b->lost;
-        if (roln_finite(after)) g->known = 1, g->energy = b->energy, g->power = after;
+        if (roln_finite(after)) g->valid = 1, g->energy = b->energy, g->power = after;
     }
     g->faults |= faults;
     return faults;
@@ -3214,21 +3221,22 @@ typedef struct {
    the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
    (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until the guard is
    zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
-   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Foreign parameters count as an encoder that
-   failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
+   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder
+   that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
    zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
-   A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt. limits->window = w
-   makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w ticks. */
+   A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
+   limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
+   ticks. */
 ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
                                    const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     rolni_balance b = {0, 0};
     ROLNI_(seen) seen;
-    if (ROLN_(foreign)(p)) s = NULL;
+    if (ROLN_(params_mismatch)(p)) s = NULL;
     seen.at = x, seen.s = s, seen.x = w->decoded, seen.balance = NULL;
     if (s && rolni_limits_decode(limits)) (void)ROLNI_(decode)(p, s->z, s->zd, w->decoded, w->u.decode, w->s);
-    if (s && want && limits->power > 0) {
+    if (s && want && limits->residual > 0) {
         const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, w->u.net.tape);
         ROLNI_(net_state)(p, s->z, s->zd, w->s);
         if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_MASS, w->u.net.tape, w->u.net.work) == ROLN_OK) {
@@ -3261,8 +3269,8 @@ typedef union {
 /* All of a control tick: x measured, s its latent state out (as it was if the encoder fails), g->tau to the motors. NAME_encode,
    NAME_control, NAME_lift and NAME_guard_tick in one call, the same bits, but the state is decoded once and the networks are
    evaluated once. If limits->motors or learned inputs are to make tau_z, NAME_allocate takes the place of NAME_lift, and
-   g->g.missed is the part of tau_z that they cannot make. The energy residual counts on r->load, of which NAME_guard_tick by itself
-   does not know. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED. */
+   g->g.allocation_residual is the part of tau_z that they cannot make. The energy residual counts on r->load, of which
+   NAME_guard_tick by itself does not know. Returns the faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED. */
 ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x, const ROLN_(target) *r,
                              ROLN_(latent) *s, ROLN_(guard) *g, ROLN_(tick_work) *w)
 {
@@ -3280,7 +3288,7 @@ ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, 
     if (st == ROLN_OK) seen.balance = &b;
     if (st == ROLN_OK && !limits->motors && ROLN_(inputs) == 0)
         st = ROLNI_(lift)(p, 2, w->rest.u.lift.tape, tau_z, tau, w->rest.u.lift.u.lift);
-    else if (st == ROLN_OK) st = ROLN_(allocate)(p, s, limits->motors, tau_z, tau, &g->g.missed, &w->rest.u.allocate);
+    else if (st == ROLN_OK) st = ROLN_(allocate)(p, s, limits->motors, tau_z, tau, &g->g.allocation_residual, &w->rest.u.allocate);
     return ROLNI_(guard)(p, limits, &seen, st == ROLN_OK ? tau : NULL, g, w->rest.u.x);
 }
 
@@ -3375,7 +3383,7 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     const int n = ROLN_(n), own = ROLN_(own), size = ROLN_(force_size);
     ROLNI_(driven) d;
     int i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (own) rolni_copy(size, tau, w->tau), rolni_multiply_each(1, size, ROLNI_(force_units)(p), w->tau);
     ROLNI_(drive)(p, own ? w->tau : tau, w->force.tau, w->force.tape, w->force.work, &d);
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
@@ -3465,7 +3473,7 @@ ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const 
 {
     rolni_push by;
     by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(step)(p, s->z, s->zd, &by, w);
 }
 
@@ -3540,29 +3548,29 @@ ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, cons
     rolni_slopes to;
     by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1;
     to.A = j->A, to.B = j->B, to.L = NULL;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(linear)(p, s->z, s->zd, &by, &to, &w->base, w->J, w->work);
 }
 
-/* scratch of NAME_terms */
+/* scratch of NAME_dynamics */
 typedef struct {
     roln_real s[2 * ROLN_(n)], M[ROLN_(n) * ROLN_(n)], terms[3 * ROLN_(n) + 2]; /* c, g, d, T, V */
-    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_TERMS_WORK(ROLN_)];
-} ROLN_(terms_work);
+    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_DYNAMICS_WORK(ROLN_)];
+} ROLN_(dynamics_work);
 
-/* NAME_terms at z, zd; each pointer of out may be NULL. */
-ROLN_FN roln_status ROLNI_(terms)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, const roln_terms_out *out,
-                                  ROLN_(terms_work) *w)
+/* NAME_dynamics at z, zd; each pointer of out may be NULL. */
+ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, const roln_dynamics_out *out,
+                                  ROLN_(dynamics_work) *w)
 {
     const int n = ROLN_(n);
     const roln_real unit = p->scale.m, f = unit / (p->scale.t * p->scale.t);
     roln_real *const M = w->M, *const c = w->terms, *const g = c + n, *const d = g + n, *const T = d + n, *const V = T + 1;
-    const roln_terms_out mine = {out->M ? M : NULL, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
+    const roln_dynamics_out mine = {out->M ? M : NULL, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
     roln_status st;
     int i;
     ROLNI_(net_state)(p, z, zd, w->s);
     rolni_zero(2 * n, c); /* c, g: not asked for */
-    if ((st = roln_lnn_terms(&ROLN_(model).lnn, ROLNI_(net)(p), w->s, &mine, w->tape, w->work)) != ROLN_OK) return st;
+    if ((st = roln_lnn_dynamics(&ROLN_(model).lnn, ROLNI_(net)(p), w->s, &mine, w->tape, w->work)) != ROLN_OK) return st;
     for (i = 0; i < 3 * n + 2; i++)
         c[i] *= f;
     for (i = 0; i < n * n && out->M; i++)
@@ -3580,14 +3588,14 @@ ROLN_FN roln_status ROLNI_(terms)(const ROLN_(params) *p, const roln_real *z, co
 
 /* The terms of M zdd + c + g + d = tau_z at s: M [n][n], c = C zd, g, d = R zd and friction [n], kinetic and potential energy T, V.
    With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If no force did work in training, all of them, and forces with
-   them, share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_terms; ROLN_E_NOT_FINITE also if a term is not
-   finite in these units. */
-ROLN_FN roln_status ROLN_(terms)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(equation) *e, ROLN_(terms_work) *w)
+   them, share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_dynamics; ROLN_E_NOT_FINITE also if a term is
+   not finite in these units. */
+ROLN_FN roln_status ROLN_(dynamics)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(equation) *e, ROLN_(dynamics_work) *w)
 {
-    roln_terms_out out;
+    roln_dynamics_out out;
     out.M = e->M, out.c = e->c, out.g = e->g, out.d = e->d, out.T = &e->T, out.V = &e->V;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
-    return ROLNI_(terms)(p, s->z, s->zd, &out, w);
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    return ROLNI_(dynamics)(p, s->z, s->zd, &out, w);
 }
 
 #if ROLN_FRICTION > 0
@@ -3600,7 +3608,7 @@ ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_
     const roln_real *logs = ROLNI_(net)(p) + rolni_friction_at(&ROLN_(model).lnn), t = p->scale.t;
     roln_real out[2 * ROLN_(n)];
     int i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     for (i = 0; i < ROLN_(n); i++) {
         out[i] = roln_exp(logs[i]) / (t * t) * p->scale.m;
         out[ROLN_(n) + i] = roln_exp(logs[ROLN_(n) + i]) / t;
@@ -3625,7 +3633,7 @@ typedef struct {
 } ROLN_(inertia_work);
 
 /* y = D^T M D v with D = D(phi(z)): the inertia that the joints feel, as an operator, symmetric, positive semi-definite of rank n,
-   and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v), untouched unless ROLN_OK. Status of roln_lnn_terms,
+   and 1/2 qd^T y(qd) = T on the manifold. v [N] in, y [N] out (may be v), untouched unless ROLN_OK. Status of roln_lnn_dynamics,
    ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(inertia)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real v[ROLN_AT_LEAST(ROLN_(N))],
                                    roln_real y[ROLN_AT_LEAST(ROLN_(N))], ROLN_(inertia_work) *w)
@@ -3637,7 +3645,7 @@ ROLN_FN roln_status ROLN_(inertia)(const ROLN_(params) *p, const ROLN_(latent) *
     roln_real *const x = w->tape + ROLN_AE_ENCODE_REST(ROLN_, 2, 1);
     roln_status st;
     int i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     rolni_copy(n, s->z, w->s);
     rolni_zero(n, w->s + n);
     if ((st = rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_MASS, w->net, w->u.eval)) != ROLN_OK) return st;
@@ -3716,7 +3724,7 @@ typedef struct {
     roln_real q[ROLN_(N)], J[ROLN_(N) * ROLN_(n)], W[2 * ROLN_(N) * ROLN_(n)];
     union {
         ROLNI_(pose_work) pose;
-        roln_real triangle[ROLN_TRIANGLE_WORK(ROLN_(N), ROLN_(n))];
+        roln_real triangle[ROLN_QR_R_WORK(ROLN_(N), ROLN_(n))];
     } u;
 } ROLNI_(cost_joints_work);
 
@@ -3737,7 +3745,7 @@ ROLN_FN roln_status ROLNI_(cost_joints)(const ROLN_(params) *p, const roln_cost 
     }
     rolni_zero(4 * n * n, D);
     for (k = 0; k < 2; k++) {
-        roln_triangle(N, n, W + k * N * n, w->u.triangle);
+        roln_qr_r(N, n, W + k * N * n, w->u.triangle);
         for (i = 0; i < n; i++)
             rolni_copy(n, W + (k * N + i) * n, D + (k * n + i) * 2 * n + k * n);
     }
@@ -3797,7 +3805,7 @@ ROLN_FN roln_status ROLN_(lqr)(const ROLN_(params) *p, const roln_cost *cost, co
 {
     const int n2 = 2 * ROLN_(n), motors = rolni_torques(&ROLN_(model), cost->motors);
     roln_status st;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     st = ROLNI_(cost_at)(p, cost, ROLNI_(numbers)(s), u, w->A, w->B, w->D, &w->u.cost);
     if (st == ROLN_OK) st = roln_dare(n2, motors, w->A, w->B, w->D, cost->u, w->C, w->B, w->u.dare);
     if (st != ROLN_OK) return st;
@@ -3835,7 +3843,7 @@ ROLN_FN roln_status ROLN_(lqr_along)(const ROLN_(params) *p, const roln_cost *co
     const int n2 = 2 * ROLN_(n), motors = rolni_torques(&ROLN_(model), cost->motors);
     roln_status st;
     int k;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (count < 1 || !rolni_motors_valid(&ROLN_(model), cost->motors)) return ROLN_E_LENGTH;
     st = P ? rolni_lqr_end(n2, P, w->C, w->u.end.l, w->u.end.eig)
            : ROLNI_(cost_joints)(p, cost, s[count].z, w->C, &w->u.cost.u.joints);
@@ -3850,8 +3858,8 @@ ROLN_FN roln_status ROLN_(lqr_along)(const ROLN_(params) *p, const roln_cost *co
 typedef struct {
     roln_real M[ROLN_(n) * ROLN_(n)], T[ROLN_(N) * ROLN_(n)];
     union {
-        ROLN_(terms_work) terms;
-        roln_real triangle[ROLN_TRIANGLE_WORK(ROLN_(N), ROLN_(n))];
+        ROLN_(dynamics_work) dynamics;
+        roln_real triangle[ROLN_QR_R_WORK(ROLN_(N), ROLN_(n))];
     } u;
 } ROLNI_(unknown_work);
 
@@ -3869,11 +3877,11 @@ typedef struct {
         ROLNI_(pose_work) pose;
         ROLNI_(unknown_work) unknown;
         struct {
-            roln_real T[ROLN_(N) * ROLN_(n)], triangle[ROLN_TRIANGLE_WORK(ROLN_(N), ROLN_(n))];
+            roln_real T[ROLN_(N) * ROLN_(n)], triangle[ROLN_QR_R_WORK(ROLN_(N), ROLN_(n))];
         } wander;
         roln_real encode[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)];
-        roln_real predict[ROLN_TRIANGLE_WORK((3 + 2 * ROLN_(load)) * ROLN_(n), ROLN_(side))];
-        roln_real correct[ROLN_TRIANGLE_WORK(ROLN_(side) + ROLN_(N), ROLN_(side) + 1)];
+        roln_real predict[ROLN_QR_R_WORK((3 + 2 * ROLN_(load)) * ROLN_(n), ROLN_(side))];
+        roln_real correct[ROLN_QR_R_WORK(ROLN_(side) + ROLN_(N), ROLN_(side) + 1)];
         struct {
             roln_real w[ROLN_(side)], d[ROLN_(side)];
         } step;
@@ -3881,7 +3889,7 @@ typedef struct {
 } ROLN_(filter_tick_work);
 
 /* A factor of what torques of deviation d do to z, T^T T = by^2 J^T diag(d^2) J, a triangle in T [N][n]: d is dev [N]; NULL: one,
-   in units of the joints. work [ROLN_TRIANGLE_WORK(N, n)]. */
+   in units of the joints. work [ROLN_QR_R_WORK(N, n)]. */
 ROLN_FN void ROLNI_(filter_torques)(const ROLN_(params) *p, const roln_real *J, const roln_real *dev, roln_real one, roln_real by,
                                     roln_real *T, roln_real *work)
 {
@@ -3891,7 +3899,7 @@ ROLN_FN void ROLNI_(filter_torques)(const ROLN_(params) *p, const roln_real *J, 
     (void)p;
     for (i = 0; i < N * n; i++)
         T[i] = by * (dev ? dev[i / n] : each ? one / each[i / n] : one) * J[i];
-    roln_triangle(N, n, T, work);
+    roln_qr_r(N, n, T, work);
 }
 
 /* The last rows of a factor, W [n][3n]: what the load has wandered in some seconds, W^T W = seconds J^T diag(noise->load^2) J. */
@@ -3916,8 +3924,8 @@ ROLN_FN roln_status ROLNI_(filter_unknown)(const ROLN_(params) *p, const roln_no
     const int n = ROLN_(n), side = (2 + load) * n;
     const roln_real by = ROLNI_(in_range)(p, 0, w->s, w->s + n) ? noise->dt : 10 * noise->dt;
     roln_real *const M = w->u.unknown.M, *const T = w->u.unknown.T;
-    const roln_terms_out out = {M, NULL, NULL, NULL, NULL, NULL};
-    roln_status st = ROLNI_(terms)(p, w->s, w->s + n, &out, &w->u.unknown.u.terms);
+    const roln_dynamics_out out = {M, NULL, NULL, NULL, NULL, NULL};
+    roln_status st = ROLNI_(dynamics)(p, w->s, w->s + n, &out, &w->u.unknown.u.dynamics);
     int i, j;
     if (st == ROLN_OK) st = roln_chol(n, M, M);
     if (st != ROLN_OK) return st;
@@ -3956,7 +3964,7 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     if (st != ROLN_OK) return st;
     if (load) ROLNI_(filter_wander)(p, noise, noise->dt, w->rows + (side + n) * side, w);
     roln_mm_bt(side, side, side, w->F, w->A, w->rows);
-    roln_triangle(load ? side + n2 : side + n, side, w->rows, w->u.predict);
+    roln_qr_r(load ? side + n2 : side + n, side, w->rows, w->u.predict);
     rolni_copy(side * side, w->rows, w->F);
     /* unreached: what overflows here has overflowed in the pose */
     return roln_all_finite(side * side, w->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
@@ -4002,7 +4010,7 @@ ROLN_FN roln_status ROLNI_(filter_correct)(const roln_noise *noise, roln_real ga
     int i, k;
     *in = ROLNI_(filter_rows)(noise, gate, y, load, at);
     if (in->used == 0) return ROLN_OK;
-    roln_triangle(ns + N, side, at->rows, at->u.correct);
+    roln_qr_r(ns + N, side, at->rows, at->u.correct);
     for (i = 0; i < ns; i++)
         rolni_copy(ns, at->rows + i * side, A + i * ns);
     in->nis = at->rows[ns * side + ns] * at->rows[ns * side + ns];
@@ -4063,7 +4071,7 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
     if (st == ROLN_OK && measured > 0) st = ROLNI_(filter_correct)(noise, noise->gate, y, load, in, w);
     if (st == ROLN_OK && !ROLNI_(in_range)(p, 10, w->s, w->s + n)) st = ROLN_E_RANGE;
     if (st == ROLN_OK) return 0;
-    f->f.known = 0;
+    f->f.valid = 0;
     return ROLN_FAULT_STATUS;
 }
 
@@ -4082,9 +4090,9 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
    Returns bits, also added to f->f.faults: ROLN_FILTER_..; ROLN_FAULT_RANGE: the estimate is outside of the range that
    training has seen, where unknown torques count ten times, or, with ROLN_FILTER_NONE, the model holds no range (NAME_fit_range);
    ROLN_FAULT_STATUS: a function on the way failed, or led further out than ten times the width of that range; the estimate is the
-   last one, unless this measurement starts it again, or else the next; or the parameters are foreign, and nothing is done;
+   last one, unless this measurement starts it again, or else the next; or the parameters do not match, and nothing is done;
    ROLN_FAULT_INPUT: settings that make no sense, then nothing is done, and ROLN_FILTER_NONE stands beside it, for the last estimate
-   grows old; or tau is not finite, then it is left out. The estimate is always finite. Cost: NAME_linear, NAME_terms, n
+   grows old; or tau is not finite, then it is left out. The estimate is always finite. Cost: NAME_linear, NAME_dynamics, n
    NAME_decode, 8 n^2 (6 n + N) multiply-adds, with a load 18 n^2 (10 n + N). */
 ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *noise, const roln_real y[ROLN_(N)],
                                     const roln_real tau[ROLN_(force_size)], ROLN_(filter) *f, ROLN_(filter_tick_work) *w)
@@ -4094,7 +4102,7 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
     rolni_innovation in = {0, 0, 0};
     uint32_t faults = 0;
     int i, measured = 0;
-    if (ROLN_(foreign)(p)) return ROLN_FAULT_STATUS;
+    if (ROLN_(params_mismatch)(p)) return ROLN_FAULT_STATUS;
     if (!rolni_noise_valid(N, noise) || (load && (!roln_finite(noise->load) || !(noise->load >= 0)))) {
         filter->faults |= ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
         return ROLN_FAULT_INPUT | ROLN_FILTER_NONE; /* the last estimate grows old */
@@ -4103,25 +4111,25 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
     for (i = 0; y && i < N; i++)
         measured += roln_finite(y[i]) != 0;
     if (measured < N) faults |= ROLN_FILTER_MISSING;
-    if (filter->known) faults |= ROLNI_(filter_follow)(p, noise, y, measured, tau, &in, f, w);
+    if (filter->valid) faults |= ROLNI_(filter_follow)(p, noise, y, measured, tau, &in, f, w);
     if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER;
     filter->outliers = rolni_counted(filter->outliers, in.measured - in.used);
     if (in.used < in.measured && in.used < n) {
         if (filter->lost < noise->lost) filter->lost++;
-        else filter->known = 0;
+        else filter->valid = 0;
     } else if (in.used > 0) {
         filter->lost = 0;
     }
-    if (!filter->known) {
+    if (!filter->valid) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
         else faults |= ROLNI_(filter_start)(p, noise, y, filter->starts && measured < N ? f->s.z : NULL, load, &in, w);
-        filter->known = (faults & ROLN_FILTER_START) != 0;
-        if (!filter->known) in.used = 0; /* nor is its nis a number */
-        filter->starts = rolni_counted(filter->starts, filter->known);
+        filter->valid = (faults & ROLN_FILTER_START) != 0;
+        if (!filter->valid) in.used = 0; /* nor is its nis a number */
+        filter->starts = rolni_counted(filter->starts, filter->valid);
         filter->lost = 0;
     }
-    if (filter->known) {
+    if (filter->valid) {
         if (!ROLNI_(in_range)(p, 0, w->s, w->s + n)) faults |= ROLN_FAULT_RANGE;
         rolni_copy(n, w->s, f->s.z);
         rolni_copy(n, w->s + n, f->s.zd);
@@ -4298,7 +4306,7 @@ ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, i
 ROLN_FN void ROLNI_(plan_again)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), next = ROLN_MIN(k + 1, steps - 1);
-    const int known = plan->plan.known && plan->plan.age == 0, rated = rolni_rated(g->limits);
+    const int known = plan->plan.valid && plan->plan.age == 0, rated = rolni_rated(g->limits);
     const roln_real *s = w->s0 + k * n2, *planned = ROLNI_(numbers)(plan->s + k + 1);
     int i, j;
     for (j = 0; j < motors; j++) {
@@ -4381,7 +4389,7 @@ ROLN_FN void ROLNI_(plan_start)(const roln_goal *g, const ROLN_(plan) *plan, ROL
         w->rate[j] = rate > 0 ? rate * g->dt : 4 * ROLN_MIN(top, ROLN_C(1e37));
         w->r[j] = 2 * g->u[j];
         w->hold[j] = g->hold ? g->hold[j] : 0;
-        w->last[j] = plan->plan.known ? plan->u[plan->plan.age * ROLN_(motors) + j] : w->hold[j];
+        w->last[j] = plan->plan.valid ? plan->u[plan->plan.age * ROLN_(motors) + j] : w->hold[j];
         w->last[j] = w->last[j] > top ? top : w->last[j] < -top ? -top : w->last[j];
     }
 }
@@ -4414,7 +4422,7 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
     return in ? ROLN_OK : ROLN_E_RANGE;
 }
 
-/* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set plan->plan.known
+/* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set plan->plan.valid
    to 0 before the next: torques u_k that take the state s where the goal wants it, within the limits of the motors,
    at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what
    that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by
@@ -4422,11 +4430,11 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
    which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure. Angles of
    a plan go on from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi].
    ROLN_OK: *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
-   new one: the last one has become a step older, or, at its end, is no longer known; foreign parameters leave it as it is.
-   ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
-   seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
-   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
-   be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
+   new one: the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it
+   is. ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the
+   range seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits
+   of the solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never
+   reached may be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
    test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three
    times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
@@ -4436,7 +4444,7 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
     roln_plan *const made = &plan->plan;
     roln_status st;
     roln_real cost = 0, gap = 0;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     st = ROLNI_(goal_check)(goal, w->A);
     if (st == ROLN_OK && !roln_all_finite(n2, ROLNI_(numbers)(s))) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) {
@@ -4446,13 +4454,13 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
         st = ROLNI_(plan_better)(p, goal, plan, &cost, &gap, w);
     }
     if (st != ROLN_OK) {
-        if (made->known && ++made->age >= steps) made->known = made->age = 0;
+        if (made->valid && ++made->age >= steps) made->valid = made->age = 0;
         return st;
     }
     rolni_copy(steps * motors, w->u1, plan->u);
     rolni_copy(steps * motors * n2, w->K, plan->K);
     memcpy(plan->s, w->s1, sizeof plan->s);
-    made->known = 1, made->age = 0, made->cost = cost, made->gap = gap;
+    made->valid = 1, made->age = 0, made->cost = cost, made->duality_gap = gap;
     return ROLN_OK;
 }
 
@@ -4486,7 +4494,7 @@ ROLN_FN roln_status ROLN_(plan_follow)(const ROLN_(params) *p, const roln_goal *
     int j, k;
     (void)p;
     if (!(goal->dt > 0) || !roln_finite(goal->dt) || !rolni_limits_valid(goal->limits, ROLN_(motors))) return ROLN_E_RANGE;
-    if (!plan->plan.known || !(at >= 0) || !(at < ROLNI_AS(roln_real, ROLN_(steps)))) return ROLN_E_LENGTH;
+    if (!plan->plan.valid || !(at >= 0) || !(at < ROLNI_AS(roln_real, ROLN_(steps)))) return ROLN_E_LENGTH;
     if (!roln_all_finite(2 * ROLN_(n), ROLNI_(numbers)(s))) return ROLN_E_NOT_FINITE;
     k = ROLNI_AS(int, at);
     for (j = 0; j < ROLN_(motors); j++)
@@ -4513,8 +4521,8 @@ ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *
     rolni_acting by;
     int k, i;
     by.motors = f, by.load = goal->load, by.dt = goal->dt;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
-    if (!plan->plan.known || !rolni_motors_valid(&ROLN_(model), f)) return ROLN_E_LENGTH;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (!plan->plan.valid || !rolni_motors_valid(&ROLN_(model), f)) return ROLN_E_LENGTH;
     if (motors != rolni_torques(&ROLN_(model), f)) return ROLN_E_LENGTH;
     for (k = 0; k < ROLN_(steps); k++, A += n2 * n2, B += n2 * motors, c += n2) {
         const roln_real *u = plan->u + k * motors, *x = ROLNI_(numbers)(plan->s + k);
@@ -4580,7 +4588,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     ROLNI_(driven) d;
     size_t rows;
     int from, now, k;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!b->qd || every < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
     rows = ROLNI_AS(size_t, b->steps / every) + 1;
     memset(e, 0, rows * sizeof *e);
@@ -4649,7 +4657,7 @@ ROLN_FN roln_status ROLN_(fit_range)(ROLN_(params) *p, int count, const roln_rea
     const roln_batch b = {count, 0, 1, NULL, q, qd, NULL, NULL};
     roln_status st;
     int i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (count < 1) return ROLN_E_LENGTH;
     if ((st = ROLNI_(range)(p, &b, w->low, w->high, w->top, &w->encode)) != ROLN_OK) return st;
     for (i = 0; i < n; i++)
@@ -4678,7 +4686,7 @@ ROLN_FN roln_status ROLNI_(fit_seen)(const ROLN_(params) *p, const ROLN_(state) 
     for (i = 0; i < ROLN_(N); i++) {
         const roln_real q = ROLN_ABS(at->q[i] - roln_lnn_near(lnn, i, at->q[i], decoded->q[i]));
         const roln_real qd = ROLN_ABS(at->qd[i] - decoded->qd[i]);
-        most->q_off = ROLN_MAX(most->q_off, q), most->qd_off = ROLN_MAX(most->qd_off, qd);
+        most->q_tolerance = ROLN_MAX(most->q_tolerance, q), most->qd_tolerance = ROLN_MAX(most->qd_tolerance, qd);
     }
     return ROLN_OK;
 }
@@ -4698,11 +4706,11 @@ typedef struct {
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   window, strict and safe are yours and stay; margin, power, q_off, qd_off become slack times what these recordings need at least,
-   margin no less than .1. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each
-   joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
+   window, strict and safe are yours and stay; margin, power, q_tolerance, qd_tolerance become slack times what these recordings
+   need at least, margin no less than .1. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of
+   each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
    l->motors says that the torques of limits are others than those of b.
-   A need of 0 makes a limit of 0, and power, q_off, qd_off are not checked then.
+   A need of 0 makes a limit of 0, and power, q_tolerance, qd_tolerance are not checked then.
    ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative,
    l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
    the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing is written. */
@@ -4713,13 +4721,13 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     const size_t N = ROLN_(N), size = ROLN_(force_size);
     const int force_size = ROLN_(force_size), torques = b->tau && (!l->motors || !l->motors->B);
     const roln_real none = ROLN_C(1e30);
-    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
+    roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->residual_window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
     roln_real *const held = w->guard.tau, *const top = w->top, *const rise = w->rise;
     int k, h, i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
     if (!(slack >= 1) || !rolni_limits_valid(&open, 0) || (!torques && !l->tau_each && !(l->tau > 0))) return ROLN_E_RANGE;
-    most.margin = most.power = most.q_off = most.qd_off = 0;
+    most.margin = most.residual = most.q_tolerance = most.qd_tolerance = 0;
     rolni_zero(force_size, top);
     rolni_zero(force_size, rise);
     for (k = 0; k < b->count; k++) {
@@ -4739,11 +4747,11 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
                 if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);
             }
             if (ROLN_(guard_tick)(p, &open, &w->at, &w->s, tau ? tau : held, &w->guard, &w->u.guard_tick)) return ROLN_E_NOT_FINITE;
-            most.power = ROLN_MAX(most.power, ROLN_ABS(w->guard.g.residual));
+            most.residual = ROLN_MAX(most.residual, ROLN_ABS(w->guard.g.residual));
         }
     }
     most.margin = ROLN_MAX(slack * most.margin, ROLN_C(0.1));
-    most.power *= slack, most.q_off *= slack, most.qd_off *= slack;
+    most.residual *= slack, most.q_tolerance *= slack, most.qd_tolerance *= slack;
     if (torques) most.tau = most.rate = 0, most.tau_each = tau_each, most.rate_each = rate_each;
     for (i = 0; i < force_size && torques; i++) {
         if (top[i] > 0 && !(rise[i] > 0)) return ROLN_E_RANGE;
@@ -4752,7 +4760,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
         most.tau = ROLN_MAX(most.tau, top[i]), most.rate = ROLN_MAX(most.rate, rise[i]);
     }
     {
-        const roln_real made[6] = {most.margin, most.power, most.q_off, most.qd_off, most.tau, most.rate};
+        const roln_real made[6] = {most.margin, most.residual, most.q_tolerance, most.qd_tolerance, most.tau, most.rate};
         if (!roln_all_finite(torques ? 6 : 4, made)) return ROLN_E_NOT_FINITE;
     }
     if (torques) rolni_copy(force_size, top, tau_each), rolni_copy(force_size, rise, rate_each);
@@ -4860,7 +4868,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     roln_real top = 0;
     roln_status st = ROLN_OK;
     int i, k, best = 0, worse = 0;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
     noise.tau = 1, noise.tau_each = NULL;
     if (estimate && !q_each) return ROLN_E_RANGE;
@@ -4897,7 +4905,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     return ROLN_OK;
 }
 
-#if ROLNI_BITS(ROLN_STORE) == 0
+#if ROLNI_BITS(ROLN_QUANTISE) == 0
 
 /* ---- 16 a training sample -------------------------------------------------------------------- */
 
@@ -5295,7 +5303,7 @@ ROLN_FN roln_status ROLNI_(samples_block)(const ROLN_(params) *p, const roln_los
 /* What both gradients ask of their arguments first. */
 ROLN_FN roln_status ROLNI_(grad_valid)(const ROLN_(params) *p, const roln_batch *b)
 {
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!rolni_batch_valid(b)) return ROLN_E_LENGTH;
     return roln_all_finite(ROLN_(theta_size), p->theta) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
@@ -5364,7 +5372,7 @@ typedef struct {
 /* The manifold of the parameters: per layer a biorthogonal pair (learning-rate group 0) and a bias (2), of a chart its polynomials
    (2), then the networks, the base point, the SPD layers, the input map (group 1). */
 static const roln_block ROLN_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, ROLNI_COMMA),
-                                          {ROLN_EUCLIDEAN, ROLN_(curves), ROLN_(bent), 2},
+                                          {ROLN_EUCLIDEAN, ROLN_(monomials), ROLN_(bent), 2},
                                           {ROLN_EUCLIDEAN, 1, ROLN_(net_size), 1},
                                           {ROLN_BASE ? &roln_spd : ROLN_EUCLIDEAN, ROLN_BASE ? ROLN_(n) : 0,
                                            ROLN_BASE ? ROLN_(n) : 0, 1},
@@ -5387,17 +5395,18 @@ ROLN_FN roln_status ROLN_(update)(ROLN_(params) *p, const roln_opt *opt, ROLN_(o
                                   ROLN_(update_work) *w)
 {
     const roln_moments moments = {o->m, o->v, o->v_max};
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return roln_adam_update(ROLN_(blocks), ROLN_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments, w->work);
 }
 
-#if ROLN_ROWS > 0
-/* At most ROLN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names, with room for one more. weight: by
-   which large ones are scaled down; expect, next: the residuals that are expected where a step ends, and those that are there. The
-   signs of row k are drawn from seed + k. */
+#if ROLN_GN_ROWS > 0
+/* At most ROLN_GN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names, with room for one more. weight:
+   by which large ones are scaled down; expect, next: the residuals that are expected where a step ends, and those that are there.
+   The signs of row k are drawn from seed + k. */
 typedef struct {
     uint64_t seed;
-    roln_real r[ROLN_ROWS], weight[ROLN_ROWS], expect[ROLN_ROWS], next[ROLN_ROWS], J[(ROLN_ROWS + 1) * ROLN_(newton_size)];
+    roln_real r[ROLN_GN_ROWS], weight[ROLN_GN_ROWS], expect[ROLN_GN_ROWS], next[ROLN_GN_ROWS];
+    roln_real J[(ROLN_GN_ROWS + 1) * ROLN_(newton_size)];
 } ROLN_(residuals);
 
 /* Gauss-Newton from step to step. Zero it once, and set state to ROLN_NEWTON_START. With the parameters it resumes bit for bit. */
@@ -5408,7 +5417,7 @@ typedef struct {
     roln_real keep[ROLN_(newton_size)], S[ROLN_(newton_side) * (ROLN_(newton_side) + 1)];
     union {
         roln_real rows[ROLNI_ROOM(ROLN_(verb_work))], sums[ROLN_SYM_WORK];
-        roln_real step[ROLN_NEWTON_STEP_WORK(ROLN_ROWS, ROLN_(newton_size), ROLN_(verb_work))];
+        roln_real step[ROLN_NEWTON_STEP_WORK(ROLN_GN_ROWS, ROLN_(newton_size), ROLN_(verb_work))];
     } work;
 } ROLN_(newton);
 
@@ -5434,14 +5443,14 @@ typedef union {
    same seed, so that a step can be judged by its own rows. again: the residuals alone, to g->next, p being o->next. ROLN_E_LENGTH:
    they do not fit into g, the windows are longer than ROLN_HORIZON, or as NAME_grad. Statuses of NAME_grad_acc or NAME_grad; on a
    status other than ROLN_OK J and r are scratch, and the residual of the window that failed is infinite, so that
-   NAME_newton_judge refuses a step that led there. Threads may fill different rows at the same time, each with work of its own. */
+   NAME_newton_accept refuses a step that led there. Threads may fill different rows at the same time, each with work of its own. */
 ROLN_FN roln_status ROLN_(rows)(const ROLN_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt, int at,
                                 int again, ROLN_(residuals) *g, ROLN_(rows_work) *w)
 {
     const int behind = ROLNI_LEARN(ROLN_LEARN), cols = ROLN_(newton_size), acceleration = b->qdd && b->steps == 0;
     roln_status st;
     int k;
-    if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_ROWS - b->count) return ROLN_E_LENGTH;
+    if (b->steps > ROLN_HORIZON || at < 0 || b->count < 0 || at > ROLN_GN_ROWS - b->count) return ROLN_E_LENGTH;
     if ((st = ROLNI_(grad_valid)(p, b)) != ROLN_OK) return st;
     if (acceleration ? !b->qd : !b->qd && b->steps < 2 && (weights->z > 0 || weights->q_pred > 0)) return ROLN_E_LENGTH;
     for (k = 0; k < b->count && st == ROLN_OK; k++) {
@@ -5466,17 +5475,17 @@ ROLN_FN roln_status ROLN_(rows)(const ROLN_(params) *p, const roln_loss *weights
 ROLN_FN roln_status ROLN_(newton_rows)(const ROLN_(params) *p, const roln_newton_opt *opt, int count, ROLN_(residuals) *g,
                                        ROLN_(newton) *o)
 {
-    if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
+    if (count < 1 || count > ROLN_GN_ROWS) return ROLN_E_LENGTH;
     rolni_copy(ROLN_(newton_size), o->carried, g->J + ROLNI_AS(size_t, count) * ROLN_(newton_size));
     return roln_newton_rows(ROLN_(newton_blocks), ROLN_(table) + ROLN_(newton_first), opt, count, p->theta + ROLN_(newton_from),
                             g->J, g->r, g->weight, &o->state, o->work.rows);
 }
 
 /* Their sums, rows from .. to - 1 of the system: 0, NAME_newton_side for all, unless two threads share them. */
-ROLN_FN void ROLN_(newton_sums)(const roln_newton_opt *opt, int count, int from, int to, const ROLN_(residuals) *g,
+ROLN_FN void ROLN_(newton_normal_equations)(const roln_newton_opt *opt, int count, int from, int to, const ROLN_(residuals) *g,
                                 ROLN_(newton) *o, roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
 {
-    roln_newton_sums(opt, count, ROLN_(newton_size), from, to, g->J, o->S, work);
+    roln_newton_normal_equations(opt, count, ROLN_(newton_size), from, to, g->J, o->S, work);
 }
 
 /* A step from p to o->next, with g->expect (roln_newton_step). ROLN_E_LENGTH: count. */
@@ -5485,7 +5494,7 @@ ROLN_FN roln_status ROLN_(newton_step)(const ROLN_(params) *p, const roln_newton
 {
     roln_newton_system system;
     system.R = count, system.P = ROLN_(newton_size), system.J = g->J, system.r = g->r, system.S = o->S;
-    if (count < 1 || count > ROLN_ROWS) return ROLN_E_LENGTH;
+    if (count < 1 || count > ROLN_GN_ROWS) return ROLN_E_LENGTH;
     memcpy(&o->next, p, sizeof *p);
     return roln_newton_step(ROLN_(newton_blocks), ROLN_(table) + ROLN_(newton_first), opt, &system, p->theta + ROLN_(newton_from),
                             &o->state, o->next.theta + ROLN_(newton_from), g->expect, o->keep, o->work.step);
@@ -5493,10 +5502,10 @@ ROLN_FN roln_status ROLN_(newton_step)(const ROLN_(params) *p, const roln_newton
 
 /* Nonzero if the step is taken: then p becomes o->next. It is judged by the first `judges` of its count rows, of which g->next has
    the residuals at o->next: NAME_rows with again = 1, whatever its status. */
-ROLN_FN int ROLN_(newton_judge)(ROLN_(params) *p, int count, int judges, ROLN_(residuals) *g, ROLN_(newton) *o)
+ROLN_FN int ROLN_(newton_accept)(ROLN_(params) *p, int count, int judges, ROLN_(residuals) *g, ROLN_(newton) *o)
 {
-    if (count < 1 || count > ROLN_ROWS || judges < 1 || judges > count) return 0;
-    if (!roln_newton_judge(judges, g->r, g->weight, g->expect, g->next, &o->state)) {
+    if (count < 1 || count > ROLN_GN_ROWS || judges < 1 || judges > count) return 0;
+    if (!roln_newton_accept(judges, g->r, g->weight, g->expect, g->next, &o->state)) {
         if (ROLN_NEWTON_SIDE(count, ROLN_(newton_size)) < ROLN_(newton_size)) {
             rolni_zero(ROLN_(newton_size), o->carried);
             rolni_zero(ROLN_(newton_size), g->J + ROLNI_AS(size_t, count) * ROLN_(newton_size));
@@ -5508,7 +5517,7 @@ ROLN_FN int ROLN_(newton_judge)(ROLN_(params) *p, int count, int judges, ROLN_(r
     return 1;
 }
 #else
-ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_ROWS) <= 0)
+ROLNI_ASSERT(rows_must_be_a_number_that_the_preprocessor_can_read, (ROLN_GN_ROWS) <= 0)
 #endif
 
 /* ---- 17 scales and first weights ------------------------------------------------------------- */
@@ -5531,7 +5540,7 @@ ROLN_FN roln_status ROLN_(variance)(const ROLN_(params) *p, const roln_batch *b,
     roln_real *const x = w->xz, *const z = x + jets * N, *const mean = w->mean, *const rest = w->rest;
     roln_real sum[6] = {0, 0, 0, 0, 0, 0}, lost[6] = {0, 0, 0, 0, 0, 0}; /* of sum, as rest of mean */
     int k, i, j, pass;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!rolni_batch_valid(b) || b->count < 1) return ROLN_E_LENGTH;
     rolni_zero(dim, mean);
     rolni_zero(dim, rest);
@@ -5582,8 +5591,8 @@ typedef struct {
    2^(10 k), about a thousand to the power k, such that rms tau_z / rms zdd over the windows of b (first samples), in p's other
    units, is 1/32 .. 32 of it. The networks begin with M = I, and logarithms of ten and more would be out of their reach. tau_z =
    J^T tau or, of a model with inputs, u itself: B is learned. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
-   ROLN_E_NOT_FINITE, also for a machine that no force moves, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost: NAME_aim and
-   NAME_reduce for each window. */
+   ROLN_E_NOT_FINITE, also for a machine that no force moves, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost:
+   NAME_encode_reference and NAME_reduce for each window. */
 ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), inputs = ROLN_(inputs), size = ROLN_(force_size);
@@ -5593,7 +5602,7 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
     roln_real ratio, found = 1;
     ROLNI_(driven) d;
     int k;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!rolni_batch_valid(b) || b->count < 1 || !b->qd || !b->qdd || !b->tau) return ROLN_E_LENGTH;
     ROLNI_(drive)(p, in, w->u.force.tau, w->u.force.tape, w->u.force.work, &d);
     for (k = 0; k < b->count; k++) {
@@ -5636,7 +5645,7 @@ ROLN_FN roln_status ROLN_(init)(ROLN_(params) *p, uint64_t *seed, ROLN_(init_wor
     roln_real *each = ROLNI_EACH(p);
     int i;
     memset(p, 0, sizeof *p);
-    p->slope = ROLN_(model).ae.slope, p->least = ROLN_(model).lnn.least;
+    p->slope = ROLN_(model).ae.slope, p->eigenvalue_floor = ROLN_(model).lnn.eigenvalue_floor;
     p->scale.q = p->scale.t = p->scale.m = 1;
     if (each)
         for (i = 0; i < ROLN_(N); i++)
@@ -5656,7 +5665,7 @@ ROLN_FN roln_status ROLN_(init_pod)(ROLN_(params) *p, int count, const roln_real
     st = roln_fit_scale(&ROLN_(model), count, q, qd, qbar, &p->scale, ROLNI_EACH(p));
     if (st == ROLN_OK) st = roln_ae_init_pod(&ROLN_(model).ae, count, q, 1 / p->scale.q, ROLNI_EACH(p), p->theta, w->room, w->work);
     if (st != ROLN_OK) return st;
-    p->slope = ROLN_(model).ae.slope, p->least = ROLN_(model).lnn.least;
+    p->slope = ROLN_(model).ae.slope, p->eigenvalue_floor = ROLN_(model).lnn.eigenvalue_floor;
     roln_lnn_init(&ROLN_(model).lnn, p->theta + ROLN_(ae_size), seed);
     if (ROLN_(degree) > 0) roln_lnn_steepen(&ROLN_(model).lnn, 4, p->theta + ROLN_(ae_size)); /* z is in [-1, 1] */
     return ROLN_OK;
@@ -5682,7 +5691,7 @@ typedef struct {
 ROLN_FN roln_status ROLN_(chart_add)(const ROLN_(params) *p, int count, const roln_real *q, ROLN_(chart) *c,
                                      ROLN_(chart_add_work) *w)
 {
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return roln_chart_add(&ROLN_(model).ae, p->theta, count, q, 1 / p->scale.q, ROLNI_EACH(p), c->sums, w->room, w->work);
 }
 
@@ -5702,7 +5711,7 @@ typedef struct {
 ROLN_FN roln_status ROLN_(chart_solve)(ROLN_(params) *p, const ROLN_(chart) *c, roln_real ridge, roln_real *residual,
                                        ROLN_(chart_solve_work) *w)
 {
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return roln_chart_solve(&ROLN_(model).ae, c->sums, ridge, p->theta, residual, w->room);
 }
 
@@ -5712,7 +5721,7 @@ ROLN_FN roln_status ROLN_(chart_center)(ROLN_(params) *p)
 {
     roln_status st;
     int i;
-    if (ROLN_(foreign)(p)) return ROLN_E_SHAPE;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     for (i = 0; i < ROLN_(n); i++) {
         const roln_real half = p->z_max[i] / 2 - p->z_min[i] / 2;
         if (half > 0 && !roln_finite(p->zd_max[i] / half)) return ROLN_E_NOT_FINITE;
@@ -5746,18 +5755,18 @@ typedef struct {
     roln_lbfgs state;
     roln_real psi[ROLN_(n) * ROLN_(bent)]; /* [n][N_{L-1}] orthonormal rows */
     roln_real from[ROLN_(bent)];           /* [N_{L-1}] z is measured from here: b of the start */
-    roln_real keep[ROLN_LBFGS_KEEP(ROLN_TURN_PAIRS, ROLN_(n) * ROLN_(bent))];
+    roln_real keep[ROLN_LBFGS_KEEP(ROLN_REFINE_PAIRS, ROLN_(n) * ROLN_(bent))];
     double sums[ROLN_CHART_SUMS(ROLN_)], room[ROLN_MAX(ROLN_CHART_ADD_ROOM(ROLN_), ROLN_CHART_SOLVE_ROOM(ROLN_))];
-    roln_real kept[(2 * ROLN_(n) + 1 + ROLN_(curves)) * ROLN_(bent)]; /* the layer before a step */
-    roln_real step[ROLN_LBFGS_WORK(ROLN_TURN_PAIRS, ROLN_(n) * ROLN_(bent), ROLN_STIEFEL_BLOCK_WORK(ROLN_(n), ROLN_(bent)))];
+    roln_real kept[(2 * ROLN_(n) + 1 + ROLN_(monomials)) * ROLN_(bent)]; /* the layer before a step */
+    roln_real step[ROLN_LBFGS_WORK(ROLN_REFINE_PAIRS, ROLN_(n) * ROLN_(bent), ROLN_STIEFEL_BLOCK_WORK(ROLN_(n), ROLN_(bent)))];
     ROLNI_(encoder_work) encoder;
-} ROLN_(turn);
+} ROLN_(refinement);
 
 /* The fit for one encoder. */
 typedef struct {
     ROLN_(params) *p;
     const roln_batch *batch;
-    ROLN_(turn) *turn;
+    ROLN_(refinement) *turn;
     roln_real residual; /* of the last fit */
     roln_status status;
 } ROLNI_(encoder);
@@ -5828,7 +5837,7 @@ ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi
 {
     const roln_ae *ae = &ROLN_(model).ae;
     const int n = ROLN_(n), bent = ROLN_(bent);
-    ROLN_(turn) *const t = f->turn;
+    ROLN_(refinement) *const t = f->turn;
     ROLNI_(encoder_work) *const w = &t->encoder;
     roln_real *layer = f->p->theta + rolni_bent_at(ae);
     roln_status st;
@@ -5855,7 +5864,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 {
     ROLNI_(encoder) *f = ROLNI_AS(ROLNI_(encoder) *, ctx);
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(curves);
+    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials);
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     const roln_real *W = f->p->theta + rolni_ae_layers(ae);
     const double *sums = f->turn->sums;
@@ -5871,7 +5880,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
         if ((k + now) % (128 * ROLNI_PARTS) == 0) rolni_fold(n * bent, w->gm, w->rest);
     }
     rolni_fold(n * bent, w->gm, w->rest);
-    for (i = 0; i < ROLN_(curves) * bent; i++)
+    for (i = 0; i < ROLN_(monomials) * bent; i++)
         W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
@@ -5886,7 +5895,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 }
 
 /* The first step begins with the encoder in p. */
-ROLN_FN roln_status ROLNI_(turn_start)(const ROLN_(params) *p, ROLN_(turn) *t)
+ROLN_FN roln_status ROLNI_(refine_start)(const ROLN_(params) *p, ROLN_(refinement) *t)
 {
     const roln_lbfgs start = ROLN_LBFGS_START;
     const int n = ROLN_(n), bent = ROLN_(bent);
@@ -5915,10 +5924,10 @@ ROLN_FN roln_status ROLNI_(turn_start)(const ROLN_(params) *p, ROLN_(turn) *t)
    or to working precision the samples lie in fewer than n dimensions; else as NAME_encode, roln_chart_center, roln_chart_add,
    roln_chart_solve. Cost: one fit, now and then several, 40 at most; a fit is ROLN_CHART_SUMS multiply-adds in double and
    5 F N_{L-1} more for each sample, and a solve. */
-ROLN_FN roln_status ROLN_(chart_turn)(ROLN_(params) *p, const roln_batch *b, ROLN_(turn) *turn, roln_real *residual)
+ROLN_FN roln_status ROLN_(chart_refine)(ROLN_(params) *p, const roln_batch *b, ROLN_(refinement) *turn, roln_real *residual)
 {
     const roln_block encoder = {&roln_stiefel, ROLN_(n), ROLN_(bent), 0};
-    const int size = (2 * ROLN_(n) + 1 + ROLN_(curves)) * ROLN_(bent);
+    const int size = (2 * ROLN_(n) + 1 + ROLN_(monomials)) * ROLN_(bent);
     roln_real *const layer = p->theta + rolni_bent_at(&ROLN_(model).ae);
     const ROLNI_(encoder_work) *const w = &turn->encoder;
     ROLNI_(encoder) fit;
@@ -5927,9 +5936,9 @@ ROLN_FN roln_status ROLN_(chart_turn)(ROLN_(params) *p, const roln_batch *b, ROL
     fit.p = p, fit.batch = b, fit.turn = turn, fit.residual = 0, fit.status = ROLN_OK;
     if (st != ROLN_OK) return st;
     if (b->count < 1 || !b->qd) return ROLN_E_LENGTH;
-    if (turn->state.t == 0 && (st = ROLNI_(turn_start)(p, turn)) != ROLN_OK) return st;
+    if (turn->state.t == 0 && (st = ROLNI_(refine_start)(p, turn)) != ROLN_OK) return st;
     rolni_copy(size, layer, turn->kept);
-    st = roln_lbfgs_step(1, &encoder, ROLN_TURN_PAIRS, ROLNI_(encoder_value), &fit, &turn->state, turn->psi, turn->keep,
+    st = roln_lbfgs_step(1, &encoder, ROLN_REFINE_PAIRS, ROLNI_(encoder_value), &fit, &turn->state, turn->psi, turn->keep,
                          turn->step);
     if (st == ROLN_E_NO_CONVERGENCE && turn->state.t == 0) { /* the start is the best encoder: fitted, it is the first step */
         turn->state.t = 1;
@@ -5977,7 +5986,7 @@ ROLNI_INTS ROLN_(numbers) = sizeof(ROLN_(params)) / sizeof(roln_real) ROLNI_INTS
 /* Are the parameters in memory what they were? A CRC-32 over all of them, count numbers a call, so that a tick spends little on it:
    16 numbers take 480 instructions on a Cortex-M4F, all of them NAME_numbers / 16 calls. The first pass takes the reference:
    go through it at the start, NAME_check(p, NAME_numbers, c), when they have just been unpacked; or set c->reference, which is the
-   same on every machine, and c->known = 1. A pass that ends otherwise, and every call from there on: ROLN_E_CHECKSUM
+   same on every machine, and c->valid = 1. A pass that ends otherwise, and every call from there on: ROLN_E_CHECKSUM
    (roln_check_step). All damage within 32 bits in a row is seen, and all of two bits anywhere; at the latest two passes after it
    was done. Parameters that learn: zero c whenever they have changed. */
 ROLN_FN roln_status ROLN_(check)(const ROLN_(params) *p, int count, roln_check *c)
@@ -5985,26 +5994,26 @@ ROLN_FN roln_status ROLN_(check)(const ROLN_(params) *p, int count, roln_check *
     return roln_check_step(ROLN_(numbers), p, count, c);
 }
 
-#if ROLNI_BITS(ROLN_STORE) > 0
+#if ROLNI_BITS(ROLN_QUANTISE) > 0
 typedef union { uint32_t words[sizeof(ROLN_(params)) / 4]; ROLN_(params) params; } ROLN_(words); /* what NAME_write writes */
 
-/* scratch of NAME_store: the numbers of the full model, as NAME_params has them */
+/* scratch of NAME_quantise: the numbers of the full model, as NAME_params has them */
 typedef struct {
     struct {
-        roln_real slope, least;
+        roln_real slope, eigenvalue_floor;
         roln_scale scale;
 #if ROLNI_OWN(ROLN_SCALE)
         roln_real each[ROLN_(N)];
 #endif
         roln_real dt, z_min[ROLN_(n)], z_max[ROLN_(n)], zd_max[ROLN_(n)], theta[ROLN_(full_size)];
     } full;
-    roln_real work[ROLNI_ROOM(ROLN_AE_STORE_WORK(ROLN_))];
-} ROLN_(store_work);
+    roln_real work[ROLNI_ROOM(ROLN_AE_QUANTISE_WORK(ROLN_))];
+} ROLN_(quantise_work);
 
-/* Parameters from the count bytes that NAME_pack of the same model with ROLN_STORE full wrote, after NAME_fit_range. Status of
-   roln_unpack, roln_ae_store (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i), ROLN_E_NOT_FINITE; p is written only on
-   ROLN_OK. */
-ROLN_FN roln_status ROLN_(store)(int count, const unsigned char *bytes, ROLN_(params) *p, ROLN_(store_work) *w)
+/* Parameters from the count bytes that NAME_pack of the same model with ROLN_QUANTISE full wrote, after NAME_fit_range. Status of
+   roln_unpack, roln_ae_quantise (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i), ROLN_E_NOT_FINITE; p is written only
+   on ROLN_OK. */
+ROLN_FN roln_status ROLN_(quantise)(int count, const unsigned char *bytes, ROLN_(params) *p, ROLN_(quantise_work) *w)
 {
     const roln_real *net;
     roln_model full = ROLN_(model);
@@ -6013,7 +6022,7 @@ ROLN_FN roln_status ROLN_(store)(int count, const unsigned char *bytes, ROLN_(pa
     net = w->full.theta + roln_ae_params(&full.ae);
     st = roln_unpack(&full, count, bytes, &w->full);
     if (st == ROLN_OK && !roln_all_finite(ROLN_(rest_size), net)) st = ROLN_E_NOT_FINITE;
-    if (st == ROLN_OK) st = roln_ae_store(&ROLN_(model).ae, w->full.theta, w->full.z_min, w->full.z_max, p->theta, w->work);
+    if (st == ROLN_OK) st = roln_ae_quantise(&ROLN_(model).ae, w->full.theta, w->full.z_min, w->full.z_max, p->theta, w->work);
     if (st != ROLN_OK) return st;
     memcpy(p, &w->full, sizeof *p - sizeof p->theta);
     rolni_copy(ROLN_(rest_size), net, p->theta + ROLN_(ae_size));
@@ -6027,12 +6036,12 @@ ROLN_FN roln_status ROLN_(store)(int count, const unsigned char *bytes, ROLN_(pa
    interrupt. NAME_tick(.., &work.tick). */
 typedef union {
     ROLN_(encode_work) encode;
-    ROLN_(aim_work) aim;
+    ROLN_(encode_reference_work) encode_reference;
     ROLN_(decode_work) decode;
     ROLN_(step_work) step;
     ROLN_(reduce_work) reduce;
     ROLN_(lift_work) lift;
-    ROLN_(terms_work) terms;
+    ROLN_(dynamics_work) dynamics;
     ROLN_(inverse_work) inverse;
     ROLN_(inertia_work) inertia;
     ROLN_(control_work) control;
@@ -6049,19 +6058,19 @@ typedef union {
     ROLN_(errors_work) errors;
     ROLN_(fit_limits_work) fit_limits;
     ROLN_(fit_noise_work) fit_noise;
-#if ROLNI_BITS(ROLN_STORE) == 0
+#if ROLNI_BITS(ROLN_QUANTISE) == 0
     ROLN_(grad_work) grad;
     ROLN_(grad_acc_work) grad_acc;
     ROLN_(update_work) update;
     ROLN_(variance_work) variance;
     ROLN_(fit_inertia_work) fit_inertia;
-#if ROLN_ROWS > 0
+#if ROLN_GN_ROWS > 0
     ROLN_(rows_work) rows;
 #endif
 #endif
 } ROLN_(train);
 
-#if ROLNI_BITS(ROLN_STORE) == 0
+#if ROLNI_BITS(ROLN_QUANTISE) == 0
 /* Scratch of initialisation, and of charts in closed form. */
 typedef union {
     ROLN_(init_work) init;
@@ -6072,7 +6081,7 @@ typedef union {
 #endif
 } ROLN_(start);
 #else
-typedef union { ROLN_(store_work) store; } ROLN_(start);
+typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #endif
 
 /* 1 if the model that was included last has a chart, and so NAME_chart_..; else 0: for programs that are compiled for any model. */
@@ -6086,13 +6095,13 @@ typedef union { ROLN_(store_work) store; } ROLN_(start);
 #undef ROLN_NAME
 #undef ROLN_AE
 #undef ROLN_MLP
-#undef ROLN_STEP
+#undef ROLN_INTEGRATOR
 #undef ROLN_SLOPE
 #undef ROLN_CHART
 #undef ROLN_BASE
 #undef ROLN_MASS
 #undef ROLN_LAYERS
-#undef ROLN_LEAST
+#undef ROLN_EIGENVALUE_FLOOR
 #undef ROLN_DAMPING
 #undef ROLN_FRICTION
 #undef ROLN_ANGLES
@@ -6101,8 +6110,8 @@ typedef union { ROLN_(store_work) store; } ROLN_(start);
 #undef ROLN_INPUTS
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK
-#undef ROLN_STORE
-#undef ROLN_ROWS
+#undef ROLN_QUANTISE
+#undef ROLN_GN_ROWS
 #undef ROLN_LEARN
 #undef ROLN_LOAD
 #undef ROLNI_LOAD_OF

@@ -67,7 +67,7 @@ struct roln_ae {
     roln_real slope;             /* k in (0,1], slope of the activation at +-infinity; 1 makes it the identity (POD) */
     const roln_storage *storage; /* ROLN_FULL; &roln_half or &roln_int8: for use only, there is no gradient with respect to theta */
     const roln_bend *bend;       /* ROLN_UNBENT; &roln_polynomial, if L > 0 and N_L < N_{L-1} */
-    int degree, curves;          /* of the polynomials, 2 .. ROLN_DEGREE_MAX, and F = ROLN_CURVES(N_L, degree); ROLN_UNBENT: 0 */
+    int degree, monomials;       /* of the polynomials, 2 .. ROLN_DEGREE_MAX, F = ROLN_MONOMIALS(N_L, degree); ROLN_UNBENT: 0 */
 };
 
 /* Size macros of this header take S, a macro that gives sizes of the shape by name. In a function it is ROLNI_LOCAL, and the
@@ -75,7 +75,7 @@ struct roln_ae {
        S(N), S(n)     N_0, N_L
        S(N1), S(N2)   N_1, N_2; 0 where there is no such layer, so that S(N1) > 0 means that there are layers
        S(ae_sum)      N_1 + N_2 + .. + N_L
-       S(curves)      F, the numbers of p(z), and S(bent), N_{L-1}, if layer L-1 is bent; else both 0
+       S(monomials)      F, the numbers of p(z), and S(bent), N_{L-1}, if layer L-1 is bent; else both 0
        S(ae_size)     roln_ae_params(ae) */
 
 /* N_l, or 0 beyond the last layer. */
@@ -143,7 +143,7 @@ ROLN_FN int rolni_ae_layers(const roln_ae *ae) /* all but W */
 ROLN_FN int roln_ae_params(const roln_ae *ae)
 {
     const int layers = rolni_ae_layers(ae);
-    return ae->curves > 0 ? layers + ae->curves * rolni_ae_row(ae, roln_ae_bent(ae)) : layers;
+    return ae->monomials > 0 ? layers + ae->monomials * rolni_ae_row(ae, roln_ae_bent(ae)) : layers;
 }
 
 /* The weights of layer l, which begin at theta; those of layer l + 1, or W, begin at end. */
@@ -198,7 +198,7 @@ ROLN_FN roln_real rolni_ae_column(const roln_ae *ae, int k, int n, int j, const 
    outer side of the last layer, which is z, and has x - b_0 [jets][nb][N] in its place.
    Of a bent layer the inner side is a = z in the encoder, and s = z - Psi^T W^T p in the decoder, which has p [jets][nb][F] behind
    it. */
-#define ROLN_AE_DECODE_TAPE(S, jets, nb) ((jets) * (nb) * (2 * S(ae_sum) + S(curves)))
+#define ROLN_AE_DECODE_TAPE(S, jets, nb) ((jets) * (nb) * (2 * S(ae_sum) + S(monomials)))
 #define ROLN_AE_ENCODE_REST(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n)) : 0) /* without x - b_0 */
 #define ROLN_AE_ENCODE_TAPE(S, jets, nb) (S(N1) > 0 ? (jets) * (nb) * (2 * S(ae_sum) - S(n) + S(N)) : 0)
 
@@ -298,7 +298,7 @@ ROLN_FN void rolni_act_bwd(const rolni_knee *s, roln_real sg, int jets, int n, c
 
 /* F = (n + d choose d) - 1 - n, factor by factor, each step an integer; 0 for d = 0. As in roln.h: */
 #define ROLNI_CHOOSE(n, d, k) *((d) >= (k) ? (n) + (k) : 1) / ((d) >= (k) ? (k) : 1)
-#define ROLN_CURVES(n, d) \
+#define ROLN_MONOMIALS(n, d) \
     ((d) > 0 ? 1 ROLNI_CHOOSE(n, d, 1) ROLNI_CHOOSE(n, d, 2) ROLNI_CHOOSE(n, d, 3) ROLNI_CHOOSE(n, d, 4) ROLNI_CHOOSE(n, d, 5) \
                    ROLNI_CHOOSE(n, d, 6) ROLNI_CHOOSE(n, d, 7) ROLNI_CHOOSE(n, d, 8) - 1 - (n) : 0)
 
@@ -453,7 +453,7 @@ ROLN_FN void rolni_polynomials_bwd(int n, int degree, int jets, const roln_real 
 ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, const roln_real *layer, roln_real *tape, roln_real *x)
 {
     enum { ROLNI_PART = 8 }; /* numbers of s at a time */
-    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, bits = rolni_ae_bits(ae);
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->monomials, bits = rolni_ae_bits(ae);
     const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
     roln_real *s = tape, *p = tape + rows * n, *z = p + rows * F, part[ROLNI_PART];
     int i, k, at;
@@ -479,7 +479,7 @@ ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, const roln_real *layer
 /* p, and unless x is NULL x - b and s, from z, which stands on the tape. */
 ROLN_FN void rolni_bent_decode(const roln_ae *ae, int jets, int nb, const roln_real *layer, roln_real *tape, roln_real *x)
 {
-    const int n = ae->size[ae->layers], F = ae->curves, rows = jets * nb;
+    const int n = ae->size[ae->layers], F = ae->monomials, rows = jets * nb;
     roln_real *p = tape + rows * n, *z = p + rows * F;
     int r;
     for (r = 0; r < nb; r++)
@@ -491,12 +491,12 @@ ROLN_FN void rolni_bent_decode(const roln_ae *ae, int jets, int nb, const roln_r
    gradient of the weights from Phi on, is, unless it is NULL. With gs = Phi^T gx:
        gy = gx - Psi gs,   gPsi -= y gs^T,   gPhi += gx s^T,   gW += p gy^T,   gz = gs + (dp/dz)^T W gy
    work [ROLNI_BENT_BACK_WORK]: y is first y, then gy. */
-#define ROLNI_BENT_BACK_MEM(X, rows, N, curves) X(y, (rows) * (N)) X(gp, (rows) * (curves))
-#define ROLNI_BENT_BACK_WORK(rows, N, curves) (0 ROLNI_BENT_BACK_MEM(ROLNI_SIZE, rows, N, curves))
+#define ROLNI_BENT_BACK_MEM(X, rows, N, monomials) X(y, (rows) * (N)) X(gp, (rows) * (monomials))
+#define ROLNI_BENT_BACK_WORK(rows, N, monomials) (0 ROLNI_BENT_BACK_MEM(ROLNI_SIZE, rows, N, monomials))
 ROLN_FN void rolni_bent_back(const roln_ae *ae, int jets, int nb, const roln_real *layer, const roln_real *tape,
                              const roln_real *gx, roln_real *glayer, roln_real *gz, roln_real *work)
 {
-    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, rows = jets * nb;
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->monomials, rows = jets * nb;
     const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
     const roln_real *s = tape, *p = s + rows * n, *z = p + rows * F;
     int i, r;
@@ -531,14 +531,14 @@ ROLN_FN void rolni_bent_back(const roln_ae *ae, int jets, int nb, const roln_rea
 
 /* Derivatives of the bent layer at z [n]: T [n][N_{L-1}], row j that of x by z_j, and, added to H [n][n], those of the gradient of
    gx^T x, which are those of c^T p(z), c = W gy. work [ROLNI_BENT_JAC_WORK]. */
-#define ROLNI_BENT_JAC_MEM(X, n, N, curves) \
-    X(zt, 2 * (n)) X(cz, 2 * (n)) X(gs, 2 * (n)) X(c, curves) X(p, 2 * (curves)) X(cp, 2 * (curves)) X(dp, (n) * (curves)) \
-    X(s, 2 * (n) * (n)) X(x, (n) * (N))
-#define ROLNI_BENT_JAC_WORK(n, N, curves) ((curves) > 0 ? 0 ROLNI_BENT_JAC_MEM(ROLNI_SIZE, n, N, curves) : 0)
+#define ROLNI_BENT_JAC_MEM(X, n, N, monomials) \
+    X(zt, 2 * (n)) X(cz, 2 * (n)) X(gs, 2 * (n)) X(c, monomials) X(p, 2 * (monomials)) X(cp, 2 * (monomials)) \
+    X(dp, (n) * (monomials)) X(s, 2 * (n) * (n)) X(x, (n) * (N))
+#define ROLNI_BENT_JAC_WORK(n, N, monomials) ((monomials) > 0 ? 0 ROLNI_BENT_JAC_MEM(ROLNI_SIZE, n, N, monomials) : 0)
 ROLN_FN void rolni_bent_jac(const roln_ae *ae, const roln_real *layer, const roln_real *z, const roln_real *gx, roln_real *T,
                             roln_real *H, roln_real *work)
 {
-    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->curves, stored = ae->storage != ROLN_FULL;
+    const int N = ae->size[ae->layers - 1], n = ae->size[ae->layers], F = ae->monomials, stored = ae->storage != ROLN_FULL;
     const rolni_ae_layer w = rolni_ae_layer_at(ae, ae->layers - 1, layer);
     int i, j;
     ROLNI_BENT_JAC_MEM(ROLNI_CARVE, n, N, F)
@@ -682,7 +682,7 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
     const roln_real *th = theta + rolni_ae_layers(ae);
     roln_real *u = tape + 2 * rows * roln_ae_sum(ae), *y = u;
     int l, i, r;
-    if (ae->layers > 0) y += rows * ae->curves - rows * ae->size[ae->layers];
+    if (ae->layers > 0) y += rows * ae->monomials - rows * ae->size[ae->layers];
     if (ae->layers > 0 && z != y) rolni_copy(rows * ae->size[ae->layers], z, y);
     if (ae->layers == 0 && x) rolni_copy(rows * ae->size[0], z, x);
     for (l = ae->layers - 1; l >= 0; l--) {
@@ -709,7 +709,7 @@ ROLN_FN void roln_ae_decode(const roln_ae *ae, int jets, int nb, const roln_real
    or is gx itself if there are no layers. */
 #define ROLNI_AE_DECODE_BWD_MEM(X, S, jets, nb) X(odd, (jets) * (nb) * S(N1)) X(even, (jets) * (nb) * S(N2))
 #define ROLN_AE_DECODE_BWD_WORK(S, jets, nb) \
-    (0 ROLNI_AE_DECODE_BWD_MEM(ROLNI_SIZE, S, jets, nb) + ROLNI_BENT_BACK_WORK((jets) * (nb), S(bent), S(curves)))
+    (0 ROLNI_AE_DECODE_BWD_MEM(ROLNI_SIZE, S, jets, nb) + ROLNI_BENT_BACK_WORK((jets) * (nb), S(bent), S(monomials)))
 ROLN_FN const roln_real *rolni_decode_back(const roln_ae *ae, int jets, int nb, const roln_real *theta, const roln_real *tape,
                                            const roln_real *gx, roln_real *gtheta, roln_real *work)
 {
@@ -781,7 +781,7 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
                                 const roln_real *y, roln_real *gz, roln_real *gtau, roln_real *gtheta, roln_real *work)
 {
     const int N = ae->size[0], n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), ae_sum = roln_ae_sum(ae);
-    const int curves = ae->curves;
+    const int monomials = ae->monomials;
     const roln_real *g;
     int i;
     ROLNI_AE_REDUCE_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
@@ -793,7 +793,7 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
     }
     rolni_copy(nb * n, z, zy);
     rolni_copy(nb * n, y, zy + nb * n);
-    roln_ae_decode(ae, 2, nb, theta, zy, gtau || (gtheta && curves > 0) ? jet : NULL, tape);
+    roln_ae_decode(ae, 2, nb, theta, zy, gtau || (gtheta && monomials > 0) ? jet : NULL, tape);
     for (i = 0; gtau && i < nb * N; i++)
         gtau[i] += jet[nb * N + i];
     rolni_zero(nb * N, jet);
@@ -811,13 +811,13 @@ ROLN_FN void roln_ae_reduce_bwd(const roln_ae *ae, int nb, const roln_real *thet
     X(tape, ROLN_AE_DECODE_TAPE(S, 1, 1)) X(first, S(ae_sum)) X(second, S(ae_sum)) X(g, S(N1)) X(a, 2 * S(N1)) X(w, 2 * S(N1)) \
     X(sums, S(n)) X(odd, S(n) * S(N1)) X(even, S(n) * S(N2))
 #define ROLN_AE_REDUCE_JAC_WORK(S) \
-    (S(N1) > 0 ? 0 ROLNI_AE_REDUCE_JAC_MEM(ROLNI_SIZE, S) + ROLNI_BENT_JAC_WORK(S(n), S(bent), S(curves)) : 0)
+    (S(N1) > 0 ? 0 ROLNI_AE_REDUCE_JAC_MEM(ROLNI_SIZE, S) + ROLNI_BENT_JAC_WORK(S(n), S(bent), S(monomials)) : 0)
 ROLN_FN void roln_ae_reduce_jac(const roln_ae *ae, const roln_real *theta, const roln_real *z, const roln_real *tau, roln_real *T,
                                 roln_real *H, roln_real *work)
 {
     const rolni_knee s = rolni_knee_of(ae->slope);
     const int n = ae->size[ae->layers], N1 = roln_ae_size(ae, 1), N2 = roln_ae_size(ae, 2), ae_sum = roln_ae_sum(ae);
-    const int curves = ae->curves, L = ae->layers;
+    const int monomials = ae->monomials, L = ae->layers;
     const roln_real *from = tau;
     roln_real *u, *to;
     int l, i, j, at = 0;
@@ -943,7 +943,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         rolni_zero(N, b);
         theta = b + N;
     }
-    rolni_zero(ae->curves * roln_ae_bent(ae), theta);
+    rolni_zero(ae->monomials * roln_ae_bent(ae), theta);
     return ROLN_OK;
 }
 
@@ -1156,7 +1156,7 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
         for (i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++)
             rolni_pod_direction(N, before > 0 ? known : 0, V, Q + i * N, V + known * N);
     }
-    if (ae->curves > 0 && (st = rolni_pod_range(ae, count, x, scale, each, V, mean, eval, work)) != ROLN_OK) return st;
+    if (ae->monomials > 0 && (st = rolni_pod_range(ae, count, x, scale, each, V, mean, eval, work)) != ROLN_OK) return st;
     rolni_copy(N1 * N, V, theta);
     rolni_copy(N1 * N, V, theta + N1 * N);
     rolni_copy(N, mean, theta + 2 * N1 * N);
@@ -1167,14 +1167,14 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
         for (i = 0; i < nl; i++)
             theta[i * Nl + i] = theta[(nl + i) * Nl + i] = 1;
     }
-    if (ae->curves > 0) rolni_stretch(roln_ae_bent(ae), nz, ae->curves, work, work + nz, theta);
+    if (ae->monomials > 0) rolni_stretch(roln_ae_bent(ae), nz, ae->monomials, work, work + nz, theta);
     return ROLN_OK;
 }
 
 /* ---- 8 stored weights ------------------------------------------------------------------------- */
 
 /* Weights that take less flash; arithmetic stays float. A storage is how a matrix lies in theta, roln_storage; to store weights is
-   to round them to one, roln_ae_store. A row of n weights is
+   to round them to one, roln_ae_quantise. A row of n weights is
        roln_int8   a float s, then q_j = -127 .. 127, four to a word       w_j = s q_j, s = max |w| / 127
        roln_half   h_j, two to a word                                      w_j = h_j, IEEE binary16
    filled up with 0 to a multiple of eight entries; the first entry is in the lowest bits of the first word, so that the order of
@@ -1196,7 +1196,7 @@ ROLN_FN int roln_ae_is_number(const roln_ae *ae, int i)
     }
     if (bits > 0 && i >= 0) { /* W */
         const int row = ROLN_AE_ROW(bits, roln_ae_bent(ae));
-        if (i < ae->curves * row) return bits == 8 && i % row == 0;
+        if (i < ae->monomials * row) return bits == 8 && i % row == 0;
     }
     return 1;
 }
@@ -1348,7 +1348,7 @@ ROLN_FN uint32_t rolni_to_half(float x)
 
 /* Rows [rows][n] of x, rounded to a storage of so many bits, into out. A row of int8 whose s would be denormal becomes 0.
    ROLN_E_NOT_FINITE; ROLN_E_RANGE: an entry is larger than the largest half. out is then unusable. */
-ROLN_FN roln_status rolni_store_matrix(int bits, int rows, int n, const float *x, float *out)
+ROLN_FN roln_status rolni_quantise_matrix(int bits, int rows, int n, const float *x, float *out)
 {
     if (!roln_all_finite(rows * n, x)) return ROLN_E_NOT_FINITE;
     for (; rows > 0; rows--, x += n) {
@@ -1398,18 +1398,18 @@ ROLN_FN roln_ae rolni_ae_inner(const roln_ae *ae, int skip)
    1 What the layer gets: H = sum v v^T, G = sum v (v_full - v)^T [m][m] over states drawn from the box of z_min, z_max; v comes
    from the stored layers behind it, v_full from the full ones. part: the autoencoder from this layer on, whose weights begin at
    `stored` and `full`; of this layer itself none is read. tape_size: of the decoder of part, for one state. */
-#define ROLNI_STORE_MOMENTS_MEM(X, m, tape_size) X(v, m) X(off, m) X(tape, tape_size) /* off = v_full - v */
-#define ROLNI_STORE_MOMENTS_WORK(m, tape_size) (0 ROLNI_STORE_MOMENTS_MEM(ROLNI_SIZE, m, tape_size))
-ROLN_FN void rolni_store_moments(const roln_ae *part, const float *full, const float *stored, const float *z_min,
+#define ROLNI_QUANTISE_MOMENTS_MEM(X, m, tape_size) X(v, m) X(off, m) X(tape, tape_size) /* off = v_full - v */
+#define ROLNI_QUANTISE_MOMENTS_WORK(m, tape_size) (0 ROLNI_QUANTISE_MOMENTS_MEM(ROLNI_SIZE, m, tape_size))
+ROLN_FN void rolni_quantise_moments(const roln_ae *part, const float *full, const float *stored, const float *z_min,
                                  const float *z_max, float *H, float *G, float *work)
 {
     enum { ROLNI_DRAWS = 1024 };
-    const int n = part->size[1], nz = part->size[part->layers], bends = rolni_bends(part, 0), F = part->curves;
+    const int n = part->size[1], nz = part->size[part->layers], bends = rolni_bends(part, 0), F = part->monomials;
     const int m = n + 1 + (bends ? F : 0);
     roln_ae plain = *part;
     uint64_t seed = 1;
     int k, i;
-    ROLNI_STORE_MOMENTS_MEM(ROLNI_CARVE, m, 2 * roln_ae_sum(part) + F)
+    ROLNI_QUANTISE_MOMENTS_MEM(ROLNI_CARVE, m, 2 * roln_ae_sum(part) + F)
     float *z = work - nz; /* in its place on the tape */
     plain.storage = ROLN_FULL;
     rolni_zero(m * m, H);
@@ -1431,14 +1431,14 @@ ROLN_FN void rolni_store_moments(const roln_ae *part, const float *full, const f
 
 /* 2 What it should do: sum |B^T v - B_full^T v_full|^2 + e |B - B_full|^2 is least at B = B_full + (H + e I)^-1 G B_full; e is a
    little of the mean of H_ii. B [m][N]: B_full in, B out; H in, L out, L L^T = H + e I; G is spent. */
-#define ROLNI_STORE_FIT_MEM(X, m, N) X(change, (m) * (N)) X(col, m)
-#define ROLNI_STORE_FIT_WORK(m, N) (0 ROLNI_STORE_FIT_MEM(ROLNI_SIZE, m, N))
-ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *B, float *work)
+#define ROLNI_QUANTISE_FIT_MEM(X, m, N) X(change, (m) * (N)) X(col, m)
+#define ROLNI_QUANTISE_FIT_WORK(m, N) (0 ROLNI_QUANTISE_FIT_MEM(ROLNI_SIZE, m, N))
+ROLN_FN roln_status rolni_quantise_fit(int m, int N, float *H, float *G, float *B, float *work)
 {
     const float little = 1e-3f;
     float trace = 0;
     int i, j;
-    ROLNI_STORE_FIT_MEM(ROLNI_CARVE, m, N)
+    ROLNI_QUANTISE_FIT_MEM(ROLNI_CARVE, m, N)
     for (i = 0; i < m; i++)
         trace += H[i * (m + 1)];
     for (i = 0; i < m; i++)
@@ -1461,8 +1461,8 @@ ROLN_FN roln_status rolni_store_fit(int m, int N, float *H, float *G, float *B, 
 /* 3 Rounding B to Q adds |L^T E|^2 = sum_p L_pp^2 |e_p + sum_{r>p} (L_rp / L_pp) e_r|^2, E = B - Q with rows e_p. From the last row
    to the first, b_p + sum_{r>p} .. is rounded to q_p, which makes good the errors behind it; row 0, b, need not be rounded
    (Babai 1986; Frantar et al. 2022 for networks). phi, b: where they are to lie, W behind b. E [m][N] scratch. */
-ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, int n, const float *L, const float *B, float *phi,
-                                     float *b, float *E)
+ROLN_FN roln_status rolni_quantise_rows(const roln_storage *storage, int m, int N, int n, const float *L, const float *B,
+                                        float *phi, float *b, float *E)
 {
     const int row = ROLN_AE_ROW(storage->bits, N);
     int p, r, j;
@@ -1476,7 +1476,7 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
                 e[j] += L[r * m + p] / L[p * (m + 1)] * E[r * N + j];
         if (p == 0) break;
         q = p <= n ? phi + (p - 1) * row : b + N + (p - 1 - n) * row;
-        if ((st = rolni_store_matrix(storage->bits, 1, N, e, q)) != ROLN_OK) return st;
+        if ((st = rolni_quantise_matrix(storage->bits, 1, N, e, q)) != ROLN_OK) return st;
         rolni_read_matrix(storage, 1, N, q, e);
         for (j = 0; j < N; j++)
             e[j] = w[j] - e[j];
@@ -1486,18 +1486,19 @@ ROLN_FN roln_status rolni_store_rows(const roln_storage *storage, int m, int N, 
 }
 
 /* Phi, b and W of layer l by the three steps; full, out: where the layer begins; the layers behind it are stored. */
-#define ROLNI_STORE_DECODER_MEM(X, N, m) X(H, (m) * (m)) X(G, (m) * (m)) X(B, (m) * (N))
-#define ROLNI_STORE_DECODER_WORK(N, m, tape_size) \
-    (0 ROLNI_STORE_DECODER_MEM(ROLNI_SIZE, N, m) + ROLN_MAX(ROLNI_STORE_MOMENTS_WORK(m, tape_size), ROLNI_STORE_FIT_WORK(m, N)))
-ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
+#define ROLNI_QUANTISE_DECODER_MEM(X, N, m) X(H, (m) * (m)) X(G, (m) * (m)) X(B, (m) * (N))
+#define ROLNI_QUANTISE_DECODER_WORK(N, m, tape_size) \
+    (0 ROLNI_QUANTISE_DECODER_MEM(ROLNI_SIZE, N, m) + \
+     ROLN_MAX(ROLNI_QUANTISE_MOMENTS_WORK(m, tape_size), ROLNI_QUANTISE_FIT_WORK(m, N)))
+ROLN_FN roln_status rolni_quantise_decoder(const roln_ae *ae, int l, const float *full, const float *z_min, const float *z_max,
                                         float *out, float *work)
 {
-    const int N = ae->size[l], n = ae->size[l + 1], F = rolni_bends(ae, l) ? ae->curves : 0, m = n + 1 + F;
+    const int N = ae->size[l], n = ae->size[l + 1], F = rolni_bends(ae, l) ? ae->monomials : 0, m = n + 1 + F;
     const roln_ae part = rolni_ae_inner(ae, l);
     float *b = out + ROLN_AE_LAYER(ae->storage->bits, N, n) - N;
     roln_status st;
     int k, i;
-    ROLNI_STORE_DECODER_MEM(ROLNI_CARVE, N, m)
+    ROLNI_QUANTISE_DECODER_MEM(ROLNI_CARVE, N, m)
     rolni_copy(N, full + 2 * n * N, B);
     rolni_copy(n * N, full, B + N);
     rolni_copy(F * N, full + 2 * n * N + N, B + (n + 1) * N);
@@ -1508,29 +1509,30 @@ ROLN_FN roln_status rolni_store_decoder(const roln_ae *ae, int l, const float *f
             H[i] = -H[i];
         roln_mm_at(1, n, N, H, full, w);
     }
-    rolni_store_moments(&part, full, out, z_min, z_max, H, G, work);
-    if ((st = rolni_store_fit(m, N, H, G, B, work)) != ROLN_OK) return st;
-    return rolni_store_rows(ae->storage, m, N, n, H, B, out, b, work);
+    rolni_quantise_moments(&part, full, out, z_min, z_max, H, G, work);
+    if ((st = rolni_quantise_fit(m, N, H, G, B, work)) != ROLN_OK) return st;
+    return rolni_quantise_rows(ae->storage, m, N, n, H, B, out, b, work);
 }
 
 /* Psi and D of a layer N -> n whose Phi is stored at out, where the layer begins; psi_full: Psi^T as numbers. */
-#define ROLNI_STORE_ENCODER_MEM(X, N, n) X(R, (n) * (N)) X(A, (n) * (n)) X(C, (n) * (n))
-#define ROLNI_STORE_ENCODER_WORK(N, n) (0 ROLNI_STORE_ENCODER_MEM(ROLNI_SIZE, N, n) + ROLN_INV_WORK(n))
-ROLN_FN roln_status rolni_store_encoder(const roln_storage *storage, int N, int n, const float *psi_full, float *out, float *work)
+#define ROLNI_QUANTISE_ENCODER_MEM(X, N, n) X(R, (n) * (N)) X(A, (n) * (n)) X(C, (n) * (n))
+#define ROLNI_QUANTISE_ENCODER_WORK(N, n) (0 ROLNI_QUANTISE_ENCODER_MEM(ROLNI_SIZE, N, n) + ROLN_INV_WORK(n))
+ROLN_FN roln_status rolni_quantise_encoder(const roln_storage *storage, int N, int n, const float *psi_full, float *out,
+                                           float *work)
 {
     const int matrix = n * ROLN_AE_ROW(storage->bits, N);
     const float most = 1e-2f;
     float *psi = out + matrix, *D = psi + matrix;
     roln_status st;
     int i;
-    ROLNI_STORE_ENCODER_MEM(ROLNI_CARVE, N, n)
-    if ((st = rolni_store_matrix(storage->bits, n, N, psi_full, psi)) != ROLN_OK) return st;
+    ROLNI_QUANTISE_ENCODER_MEM(ROLNI_CARVE, N, n)
+    if ((st = rolni_quantise_matrix(storage->bits, n, N, psi_full, psi)) != ROLN_OK) return st;
     rolni_read_matrix(storage, n, N, psi, R);
     storage->mm_bt(n, N, n, R, out, A); /* A = Psi^T Phi */
     if ((st = roln_inv(n, A, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         C[i * (n + 1)] -= 1;
-    if ((st = rolni_store_matrix(storage->bits, n, n, C, D)) != ROLN_OK) return st;
+    if ((st = rolni_quantise_matrix(storage->bits, n, n, C, D)) != ROLN_OK) return st;
     rolni_read_matrix(storage, n, n, D, C);
     roln_mm(n, n, n, C, A, R);
     for (i = 0; i < n * n; i++) /* R = (I + D) Psi^T Phi - I */
@@ -1541,22 +1543,23 @@ ROLN_FN roln_status rolni_store_encoder(const roln_storage *storage, int N, int 
 /* The autoencoder with weights `full` [roln_ae_params of ae with ROLN_FULL], stored as ae says: theta [roln_ae_params(ae)] out,
    untouched unless ROLN_OK. z_min, z_max [n]: where the decoder shall be good, NAME_fit_range. ROLN_E_NOT_FINITE; ROLN_E_RANGE: not
    z_min < z_max, or a weight that no half can hold; ROLN_E_ILL_CONDITIONED: what is left of the weights has no left inverse, or
-   rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_STORE_WORK]: out is theta to be, and the outermost
+   rounding D leaves it off by |(I + D) Psi^T Phi - I|_F > 1e-2. work [ROLN_AE_QUANTISE_WORK]: out is theta to be, and the outermost
    layer or a bent one takes the most. */
-#define ROLNI_AE_STORE_MEM(X, S) X(out, S(ae_size))
-#define ROLN_AE_STORE_WORK(S) \
-    (S(N1) > 0 ? 0 ROLNI_AE_STORE_MEM(ROLNI_SIZE, S) + \
-                     ROLN_MAX(ROLN_MAX(ROLNI_STORE_DECODER_WORK(S(N), S(N1) + 1, 2 * S(ae_sum) + S(curves)), \
-                                       ROLNI_STORE_ENCODER_WORK(S(N), S(N1))), \
-                              S(curves) > 0 ? ROLNI_STORE_DECODER_WORK(S(bent), S(n) + 1 + S(curves), 2 * S(n) + S(curves)) : 0) \
+#define ROLNI_AE_QUANTISE_MEM(X, S) X(out, S(ae_size))
+#define ROLN_AE_QUANTISE_WORK(S) \
+    (S(N1) > 0 ? 0 ROLNI_AE_QUANTISE_MEM(ROLNI_SIZE, S) + \
+                     ROLN_MAX(ROLN_MAX(ROLNI_QUANTISE_DECODER_WORK(S(N), S(N1) + 1, 2 * S(ae_sum) + S(monomials)), \
+                                       ROLNI_QUANTISE_ENCODER_WORK(S(N), S(N1))), \
+                              S(monomials) > 0 ? ROLNI_QUANTISE_DECODER_WORK(S(bent), S(n) + 1 + S(monomials), \
+                                                                             2 * S(n) + S(monomials)) : 0) \
                : 0)
-ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
+ROLN_FN roln_status roln_ae_quantise(const roln_ae *ae, const float *full, const float *z_min, const float *z_max, float *theta,
                                   float *work)
 {
     const int ae_size = roln_ae_params(ae), bits = rolni_ae_bits(ae), nz = ae->size[ae->layers];
     roln_status st = ROLN_OK;
     int at = rolni_ae_layers(ae), l, i;
-    ROLNI_AE_STORE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    ROLNI_AE_QUANTISE_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (!roln_all_finite(nz, z_min) || !roln_all_finite(nz, z_max)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < nz; i++)
         if (!(z_min[i] < z_max[i])) return ROLN_E_RANGE;
@@ -1566,8 +1569,8 @@ ROLN_FN roln_status roln_ae_store(const roln_ae *ae, const float *full, const fl
         const int N = ae->size[l], n = ae->size[l + 1];
         full -= ROLN_AE_LAYER(0, N, n);
         at -= ROLN_AE_LAYER(bits, N, n);
-        st = rolni_store_decoder(ae, l, full, z_min, z_max, out + at, work);
-        if (st == ROLN_OK) st = rolni_store_encoder(ae->storage, N, n, full + n * N, out + at, work);
+        st = rolni_quantise_decoder(ae, l, full, z_min, z_max, out + at, work);
+        if (st == ROLN_OK) st = rolni_quantise_encoder(ae->storage, N, n, full + n * N, out + at, work);
         if (st != ROLN_OK) return st;
     }
     rolni_copy(ae_size, out, theta);
@@ -1640,9 +1643,9 @@ ROLN_FN roln_bits rolni_ae_bits_at(const void *theta, int i)
 }
 
 /* Is every layer a left inverse, |Psi^T Phi - I|_F <= ROLN_AE_OFF (of stored weights |(I + D) Psi^T Phi - I|_F)? Then no layer of
-   the encoder gives the input u of the decoder's layer back farther off than ROLN_AE_OFF |u|. The bound is that of roln_ae_store,
-   a hundredth, and a little for sums in another order; training keeps the norm near rounding (of every trained model of this
-   repository it is below 2e-6, in float). theta [roln_ae_params] in.
+   the encoder gives the input u of the decoder's layer back farther off than ROLN_AE_OFF |u|. The bound is that of
+   roln_ae_quantise, a hundredth, and a little for sums in another order; training keeps the norm near rounding (of every trained
+   model of this repository it is below 2e-6, in float). theta [roln_ae_params] in.
    ROLN_E_ILL_CONDITIONED: a layer is not; ROLN_E_NOT_FINITE: a product is not finite.
    Cost of a layer: n^2 N multiply-adds, of stored weights, which are unpacked one by one, (n / 32 + 1) n^2 N. */
 ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
@@ -1666,7 +1669,7 @@ ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
        G by rows, each as far as the diagonal; sums[0] is their count     h [m][N_{L-1}]     sum |v|^2
    Two arrays are merged by adding them, as MPI_Allreduce(.., MPI_SUM) does; a solve leaves them good for more samples. They are
    spent when the encoder changes: by training, roln_chart_center, a new start. */
-#define ROLNI_FEATURES(S) (1 + S(n) + S(curves))
+#define ROLNI_FEATURES(S) (1 + S(n) + S(monomials))
 #define ROLN_CHART_SUMS(S) (ROLNI_FEATURES(S) * (ROLNI_FEATURES(S) + 1) / 2 + ROLNI_FEATURES(S) * S(bent) + 1)
 
 /* The weights of the bent layer, ROLN_FULL, of a theta. */
@@ -1693,12 +1696,12 @@ ROLN_FN roln_real *rolni_chart_encode(const roln_ae *ae, const roln_real *theta,
 
 /* f [m] and v [N_{L-1}] of nb such samples, in double. Returns how many of them come before the first that is not
    finite. work [ROLNI_FEATURES_WORK]. */
-#define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(curves)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
+#define ROLNI_FEATURES_MEM(X, S, nb) X(z, (nb) * S(n)) X(p, S(monomials)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb))
 #define ROLNI_FEATURES_WORK(S, nb) (0 ROLNI_FEATURES_MEM(ROLNI_SIZE, S, nb))
 ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale,
                            const roln_real *each, double *f, double *v, roln_real *work)
 {
-    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), monomials = ae->monomials;
     const int bent = roln_ae_bent(ae);
     const roln_real *in, *b = theta + rolni_bent_at(ae) + 2 * n * bent;
     int r, i;
@@ -1706,11 +1709,11 @@ ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, co
     in = rolni_chart_encode(ae, theta, nb, x, scale, each, z, tape);
     for (r = 0; r < nb; r++, in += bent, v += bent) {
         rolni_polynomials(n, ae->degree, 1, z + r * n, 0, p, 0);
-        if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(curves, p)) return r;
+        if (!roln_all_finite(bent, in) || !roln_all_finite(n, z + r * n) || !roln_all_finite(monomials, p)) return r;
         *f++ = 1;
         for (i = 0; i < n; i++)
             *f++ = ROLNI_AS(double, z[r * n + i]);
-        for (i = 0; i < curves; i++)
+        for (i = 0; i < monomials; i++)
             *f++ = ROLNI_AS(double, p[i]);
         for (i = 0; i < bent; i++)
             v[i] = ROLNI_AS(double, in[i]) + ROLNI_AS(double, b[i]);
@@ -1730,11 +1733,11 @@ ROLN_FN int rolni_features(const roln_ae *ae, const roln_real *theta, int nb, co
 ROLN_FN roln_status roln_chart_add(const roln_ae *ae, const roln_real *theta, int count, const roln_real *x, roln_real scale,
                                    const roln_real *each, double *sums, double *room, roln_real *work)
 {
-    const int N = ae->size[0], m = 1 + ae->size[ae->layers] + ae->curves, bent = roln_ae_bent(ae);
+    const int N = ae->size[0], m = 1 + ae->size[ae->layers] + ae->monomials, bent = roln_ae_bent(ae);
     double *const h = sums + m * (m + 1) / 2, *const vv = h + m * bent;
     int now, good, i;
     ROLNI_CHART_ADD_MEM(ROLNI_CARVE_DOUBLE, m, bent)
-    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (ae->monomials == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (count < 0) return ROLN_E_LENGTH;
     for (; count > 0; count -= now, x += now * N) {
         double *G = sums;
@@ -1876,7 +1879,7 @@ ROLN_FN roln_real rolni_chart_residual(int m, int N, int first, double penalty, 
 ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln_real ridge, roln_real *theta,
                                      roln_real *residual, double *room)
 {
-    const int n = ae->size[ae->layers], m = 1 + n + ae->curves, bent = roln_ae_bent(ae), at = m * (m + 1) / 2;
+    const int n = ae->size[ae->layers], m = 1 + n + ae->monomials, bent = roln_ae_bent(ae), at = m * (m + 1) / 2;
     const double noise = 32 * ROLNI_AS(double, ROLN_EPS), least = noise * noise + 1.4e-14 * m; /* of features, and of sums */
     const double penalty = ROLNI_AS(double, ridge) * sums[0];
     roln_real *phi, *b;
@@ -1884,7 +1887,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     roln_status st;
     int i, bad = 0;
     ROLNI_CHART_SOLVE_MEM(ROLNI_CARVE_DOUBLE, m, bent, n)
-    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (ae->monomials == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (!roln_finite(ridge)) return ROLN_E_NOT_FINITE;
     if (ridge < 0) return ROLN_E_RANGE;
     if (sums[0] < 1) return ROLN_E_LENGTH;
@@ -1907,7 +1910,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
         b[i] = ROLNI_AS(roln_real, C[i]);
     for (i = 0; i < n * bent; i++)
         phi[i] = ROLNI_AS(roln_real, C[bent + i]);
-    for (i = 0; i < ae->curves * bent; i++)
+    for (i = 0; i < ae->monomials * bent; i++)
         b[bent + i] = ROLNI_AS(roln_real, C[(1 + n) * bent + i]);
     *residual = left;
     return ROLN_OK;
@@ -1938,7 +1941,7 @@ ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min,
     const int n = ae->size[ae->layers], N = roln_ae_bent(ae);
     roln_real *layer, widest = 0;
     int i, pass;
-    if (ae->curves == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
+    if (ae->monomials == 0 || ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (!roln_all_finite(n, z_min) || !roln_all_finite(n, z_max)) return ROLN_E_NOT_FINITE;
     layer = theta + rolni_bent_at(ae);
     for (pass = 0; pass < 2; pass++)
@@ -1951,7 +1954,7 @@ ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min,
             else if (!(wide > 64 * ROLN_EPS * widest)) return ROLN_E_ILL_CONDITIONED;
         }
     if (!rolni_stretches(N, n, z_min, z_max, layer)) return ROLN_E_NOT_FINITE;
-    rolni_stretch(N, n, ae->curves, z_min, z_max, layer);
+    rolni_stretch(N, n, ae->monomials, z_min, z_max, layer);
     return ROLN_OK;
 }
 
@@ -1961,18 +1964,18 @@ ROLN_FN roln_status roln_chart_center(const roln_ae *ae, const roln_real *z_min,
    Over all samples it is also the derivative of the least sum, since at C a change of C counts nothing (variable projection, Golub
    and Pereyra 1973). NaN passes through. work [ROLN_CHART_GRAD_WORK]. Cost of a sample about 3 F N_{L-1} multiply-adds. */
 #define ROLN_CHART_GRAD_MEM(X, S, nb) \
-    X(e, (nb) * S(bent)) X(gz, (nb) * S(n)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb)) X(s, (nb) * (2 * S(n) + S(curves)))
+    X(e, (nb) * S(bent)) X(gz, (nb) * S(n)) X(tape, ROLN_AE_ENCODE_TAPE(S, 1, nb)) X(s, (nb) * (2 * S(n) + S(monomials)))
 #define ROLN_CHART_GRAD_WORK(S, nb) \
-    (0 ROLN_CHART_GRAD_MEM(ROLNI_SIZE, S, nb) + ROLNI_BENT_BACK_WORK(nb, S(bent), S(curves)))
+    (0 ROLN_CHART_GRAD_MEM(ROLNI_SIZE, S, nb) + ROLNI_BENT_BACK_WORK(nb, S(bent), S(monomials)))
 ROLN_FN void roln_chart_grad(const roln_ae *ae, const roln_real *theta, int nb, const roln_real *x, roln_real scale, double *sum,
                              roln_real *gpsi, roln_real *work)
 {
-    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), curves = ae->curves;
+    const int N = ae->size[0], n = ae->size[ae->layers], N1 = ae->size[1], ae_sum = roln_ae_sum(ae), monomials = ae->monomials;
     const int bent = roln_ae_bent(ae);
     const roln_real *layer = theta + rolni_bent_at(ae), *in;
     int i;
     ROLN_CHART_GRAD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
-    in = rolni_chart_encode(ae, theta, nb, x, scale, NULL, s + nb * (n + curves), tape); /* z to its place on the decoder's tape */
+    in = rolni_chart_encode(ae, theta, nb, x, scale, NULL, s + nb * (n + monomials), tape); /* z to where the decoder has it */
     ae->bend->decode(ae, 1, nb, layer, s, e);
     for (i = 0; i < nb * bent; i++) {
         e[i] -= in[i];

@@ -265,11 +265,11 @@ enum { ROLN_GYRO = 1 };                           /* the kind of an SPD layer, s
 /* Shape of a Lagrangian network; all its perceptrons have the same hidden sizes. */
 typedef struct {
     int n;                  /* degrees of freedom */
-    int mass;               /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + least I */
+    int mass;               /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + floor I */
     int base;               /* exponential: 0: base point I, 1: learned P */
     int layers;             /* gyro layers behind the exponential: X_i+1 = layer_i(X_i), the last is M; Cholesky: 0 */
     int damping;            /* 1: learned dissipation R(z) = L L^T */
-    roln_real least;        /* smallest eigenvalue of ROLN_CHOLESKY */
+    roln_real eigenvalue_floor;        /* smallest eigenvalue of ROLN_CHOLESKY */
     roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs */
     roln_mlp potential_net; /* z -> V, one output */
     roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs */
@@ -754,10 +754,10 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
     roln_real *X = chain, *end = X + (1 + k) * nn;
     int i, t;
     *M = X;
-    if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + least I, X_t = L_t L^T + L L_t^T */
+    if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + floor I, X_t = L_t L^T + L L_t^T */
         roln_mm_bt(n, n, n, Q, Q, X);
         for (i = 0; i < n; i++)
-            X[i * (n + 1)] += f->least;
+            X[i * (n + 1)] += f->eigenvalue_floor;
         for (t = 0; t < k; t++) {
             roln_mm_bt(n, n, n, F + t * nn, Q, work);
             rolni_twice_sym(n, work, X + (1 + t) * nn);
@@ -1487,7 +1487,7 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
    derivatives of T = 1/2 zd^T M zd at fixed zd that the second derivatives of u have not:
        row j of V_0: M_j zd,   with k = 2 row j of V_1: M_j zdd + M_vj zd, and V_2 = M_v,   H_ij += 1/2 zd^T D^2 M[U_i, U_j] zd
    with M_j, M_v the derivatives along e_j and along v = zd, M_vj the second one along both; u [k][n][tri]: u_j, u_vj.
-   M = L L^T + least I: by the product rule, H_ij = (L_i^T zd)^T (L_j^T zd). */
+   M = L L^T + floor I: by the product rule, H_ij = (L_i^T zd)^T (L_j^T zd). */
 #define ROLNI_CHOLESKY_JAC_MEM(X, n) X(b, (n) * (n)) X(Lv, (n) * (n)) X(Lj, (n) * (n)) X(Lvj, (n) * (n)) X(a, 6 * (n))
 #define ROLNI_CHOLESKY_JAC_WORK(n) (0 ROLNI_CHOLESKY_JAC_MEM(ROLNI_SIZE, n))
 ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, const roln_real *u, roln_real *V, roln_real *H,
@@ -1826,15 +1826,15 @@ ROLN_FN void roln_lnn_inverse_bwd(const roln_lnn *f, int nb, const roln_real *th
    V. */
 typedef struct {
     roln_real *M, *c, *g, *d, *T, *V; /* each may be NULL */
-} roln_terms_out;
+} roln_dynamics_out;
 
 /* The terms at s = [z; zd], nb = 1. tape [ROLN_LNN_TAPE(S, 1, 0, 1)]. With E = T + V the power balance is
    dE/dt = zd^T (tau_z - d). Status of roln_lnn_zdd; out is written only on ROLN_OK. */
-#define ROLN_LNN_TERMS_MEM(X, S) X(M, S(n) * S(n)) X(el, S(n))
-#define ROLN_LNN_TERMS_WORK(S) \
+#define ROLN_LNN_DYNAMICS_MEM(X, S) X(M, S(n) * S(n)) X(el, S(n))
+#define ROLN_LNN_DYNAMICS_WORK(S) \
     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_CORIOLIS, 1), \
-             (1 - S(formed)) * (0 ROLN_LNN_TERMS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n))))
-ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_terms_out *out,
+             (1 - S(formed)) * (0 ROLN_LNN_DYNAMICS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n))))
+ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_dynamics_out *out,
                                    roln_real *tape, roln_real *work)
 {
     const int n = f->n, nn = n * n, wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : ROLNI_MASS;
@@ -1847,7 +1847,7 @@ ROLN_FN roln_status roln_lnn_terms(const roln_lnn *f, const roln_real *theta, co
     rolni_mul(f, &t, 0, t.zd, work, work + n);
     twice = roln_dot(n, t.zd, work); /* zd^T M zd */
     if (!rolni_formed(f)) {
-        ROLN_LNN_TERMS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+        ROLN_LNN_DYNAMICS_MEM(ROLNI_CARVE, ROLNI_LOCAL)
         for (i = 0; i < n; i++)
             el[i] = t.K[i * (n + 1)];
         roln_spd_form(n, el, t.Q, M, work);

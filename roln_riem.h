@@ -1002,10 +1002,10 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
    the system in the rows: damping only shortens d - mu d_old.
 
        roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
-       roln_newton_sums    A, or J J^T                                                          once for new rows
+       roln_newton_normal_equations    A, or J J^T                                                          once for new rows
        roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
-       roln_newton_judge   takes the residuals at x+: is the step taken?
-       roln_newton_over    if none of several tries is taken, before new rows; a caller who tries until one is needs it not
+       roln_newton_accept   takes the residuals at x+: is the step taken?
+       roln_newton_give_up    if none of several tries is taken, before new rows; a caller who tries until one is needs it not
 
    J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
    must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
@@ -1093,8 +1093,8 @@ ROLN_FN roln_status roln_newton_rows(int blocks, const roln_block *table, const 
 /* Rows from .. to - 1 of A, or of J J^T, in S [side][side + 1], as roln_sym_at and roln_sym_bt lay it out; 0, side or more: all. S
    in is that of the step before, 0 at first; what has faded below 1e-30 becomes 0, not denormal. Calls for other rows may run at
    the same time, each with work of its own. work [ROLN_SYM_WORK]. */
-ROLN_FN void roln_newton_sums(const roln_newton_opt *opt, int R, int P, int from, int to, const roln_real *J, roln_real *S,
-                              roln_real *work)
+ROLN_FN void roln_newton_normal_equations(const roln_newton_opt *opt, int R, int P, int from, int to, const roln_real *J,
+                                          roln_real *S, roln_real *work)
 {
     const int side = ROLN_NEWTON_SIDE(R, P), end = ROLN_MIN(to, side);
     const roln_real beta = side == P ? 1 - 1 / opt->memory : 0;
@@ -1125,7 +1125,7 @@ ROLN_FN void rolni_newton_back(int R, int P, const roln_real *J, const roln_real
 typedef struct {
     int R, P;
     const roln_real *J, *r; /* [R + 1][P], [R], of roln_newton_rows */
-    roln_real *S;           /* [side][side + 1], of roln_newton_sums; its factor is written there, too */
+    roln_real *S;           /* [side][side + 1], of roln_newton_normal_equations; its factor is written there, too */
 } roln_newton_system;
 
 /* d [P] for one lambda, and what is carried on if it is gone, keep [P]: d, or rest by A d = G - s d. ROLN_E_NOT_SPD: too little
@@ -1233,7 +1233,7 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
    rows of J; if it is not, he zeroes what is carried in the system of the rows, and leaves rest where it is. lambda *= error /
    0.17, but by 1/3 to 2, and by 4 if the step is not taken; by 1/3 if it foretold a change of the rows by less than a thousandth,
    where error is rounding and more damping would lead ever deeper into it. It stays between eps and 1 / eps. */
-ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
+ROLN_FN int roln_newton_accept(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
                               roln_newton *state)
 {
     double wrong = 0, change = 0, all = 0;
@@ -1257,7 +1257,7 @@ ROLN_FN int roln_newton_judge(int R, const roln_real *r, const roln_real *weight
 
 /* No try of a caller who goes on to other rows was taken: these may have been the odd ones. Of all the damping that was added since
    lambda was before stays 4 times, and not beyond 1; what was taken away stays away. */
-ROLN_FN void roln_newton_over(roln_real before, roln_newton *state)
+ROLN_FN void roln_newton_give_up(roln_real before, roln_newton *state)
 {
     state->lambda = ROLN_MIN(state->lambda, ROLN_MAX(before, ROLN_MIN(4 * before, 1)));
 }

@@ -1196,14 +1196,14 @@ ROLN_FN roln_status roln_inv(int n, const roln_real *A, roln_real *X, roln_real 
    row to the top whose number in column k is the largest, unless the number at the top is at least a quarter of it (Powell and Reid
    1969; Cox and Higham 1998). The rounding errors of a row are then in proportion to that row, so light rows survive beside heavy
    ones (test_riccati.c: test_rows). Scales of columns do not matter. 2 rows n^2 multiply-adds. */
-#define ROLN_TRIANGLE_MEM(X, rows, n) X(v, rows) X(w, n)
-#define ROLN_TRIANGLE_WORK(rows, n) (0 ROLN_TRIANGLE_MEM(ROLNI_SIZE, rows, n))
+#define ROLN_QR_R_MEM(X, rows, n) X(v, rows) X(w, n)
+#define ROLN_QR_R_WORK(rows, n) (0 ROLN_QR_R_MEM(ROLNI_SIZE, rows, n))
 ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work) /* step k */
 {
     roln_real *const from = X + k * n, *heavy = from, top = 0, s;
     const int m = rows - k;
     int i, j;
-    ROLN_TRIANGLE_MEM(ROLNI_CARVE, rows, n)
+    ROLN_QR_R_MEM(ROLNI_CARVE, rows, n)
     for (i = 0; i < m; i++) {
         const roln_real x = from[i * n + k];
         if (!(ROLN_ABS(x) <= top) && top >= 0) top = ROLN_ABS(x), heavy = from + i * n; /* NaN stays */
@@ -1229,7 +1229,7 @@ ROLN_FN void rolni_reflect(int rows, int n, int k, roln_real *X, roln_real *work
     from[k] = s * top;
 }
 
-ROLN_FN void roln_triangle(int rows, int n, roln_real *X, roln_real *work)
+ROLN_FN void roln_qr_r(int rows, int n, roln_real *X, roln_real *work)
 {
     int k;
     for (k = 0; k < n && k < rows; k++)

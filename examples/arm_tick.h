@@ -50,7 +50,7 @@ static uint32_t controller_tick(controller *c, const int count[arm_N], const rol
     const uint32_t faults = observe(c, count, c->guard.tau);
     if (faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) /* there is no estimate to act on */
         return faults | arm_guard_tick(&arm_weights, &limits, &c->x, NULL, NULL, &c->guard, &c->work.guard_tick);
-    if (arm_aim(&arm_weights, q, qd, qdd, &c->target, &c->work.aim) != ROLN_OK ||
+    if (arm_encode_reference(&arm_weights, q, qd, qdd, &c->target, &c->work.encode_reference) != ROLN_OK ||
         arm_gains(&arm_weights, &c->s, stiff, damp, &c->target, &c->work.gains) != ROLN_OK)
         return faults | arm_guard_tick(&arm_weights, &limits, &c->x, &c->s, NULL, &c->guard, &c->work.guard_tick);
     return faults | arm_tick(&arm_weights, &limits, &c->x, &c->target, &c->s, &c->guard, &c->work.tick);

@@ -4,7 +4,7 @@
 #define arm_weights_h
 typedef char arm_weights_are_of_ROLN_AE_6[arm_N == 6 && arm_N1 == 0 && arm_N2 == 0 && arm_N3 == 0 && arm_N4 == 0 && arm_N5 == 0 && arm_N6 == 0 && arm_N7 == 0 && arm_N8 == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_MLP_16_16[arm_H1 == 16 && arm_H2 == 16 && arm_H3 == 0 && arm_H4 == 0 && arm_H5 == 0 ? 1 : -1];
-typedef char arm_weights_are_of_ROLN_STEP_rk4[arm_scheme == 2 ? 1 : -1];
+typedef char arm_weights_are_of_ROLN_INTEGRATOR_rk4[arm_scheme == 2 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_CHART_none_0[arm_degree == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_MASS_exponential[arm_cholesky == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_BASE_0[arm_base == 0 ? 1 : -1];
@@ -14,7 +14,7 @@ typedef char arm_weights_are_of_ROLN_FRICTION_0[arm_friction == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_ANGLES_0[arm_angles == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_SCALE_common[arm_own == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_INPUTS_0[arm_inputs == 0 ? 1 : -1];
-typedef char arm_weights_are_of_ROLN_STORE_full[arm_stored == 0 ? 1 : -1];
+typedef char arm_weights_are_of_ROLN_QUANTISE_full[arm_stored == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_DOUBLE_not_defined_0[arm_twice == 0 ? 1 : -1];
 typedef char arm_weights_are_of_ROLN_FORMAT_3[arm_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN

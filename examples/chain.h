@@ -8,7 +8,7 @@
 #define ROLN_AE      8, 2          /* 8 joint angles -> 2 latent coordinates .. */
 #define ROLN_CHART   polynomial, 3 /* .. and back by a polynomial of degree 3 */
 #define ROLN_MLP     16, 16        /* hidden widths of the mass and the potential network */
-#define ROLN_STEP    rk4
+#define ROLN_INTEGRATOR    rk4
 #define ROLN_HORIZON 8             /* steps in a training window */
 #include "roln.h"
 

@@ -5,7 +5,7 @@
 #define chain_weights_h
 typedef char chain_weights_are_of_ROLN_AE_8_2[chain_N == 8 && chain_N1 == 2 && chain_N2 == 0 && chain_N3 == 0 && chain_N4 == 0 && chain_N5 == 0 && chain_N6 == 0 && chain_N7 == 0 && chain_N8 == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_MLP_16_16[chain_H1 == 16 && chain_H2 == 16 && chain_H3 == 0 && chain_H4 == 0 && chain_H5 == 0 ? 1 : -1];
-typedef char chain_weights_are_of_ROLN_STEP_rk4[chain_scheme == 2 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_INTEGRATOR_rk4[chain_scheme == 2 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_CHART_polynomial_3[chain_degree == 3 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_MASS_exponential[chain_cholesky == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_BASE_0[chain_base == 0 ? 1 : -1];
@@ -15,7 +15,7 @@ typedef char chain_weights_are_of_ROLN_FRICTION_0[chain_friction == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_ANGLES_0[chain_angles == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_SCALE_common[chain_own == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_INPUTS_0[chain_inputs == 0 ? 1 : -1];
-typedef char chain_weights_are_of_ROLN_STORE_full[chain_stored == 0 ? 1 : -1];
+typedef char chain_weights_are_of_ROLN_QUANTISE_full[chain_stored == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_DOUBLE_not_defined_0[chain_twice == 0 ? 1 : -1];
 typedef char chain_weights_are_of_ROLN_FORMAT_3[chain_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN

@@ -21,11 +21,11 @@ enum { N = chain_N, n = chain_n };
 static const roln_limits limits = {
     .dt = TICK,
     .margin = ROLN_C(0.1),         /* of the range seen in training */
-    .power = ROLN_C(0.01) * JOULE, /* 0.01 W: three times the largest residual here, rounding (a real chain: of a recorded run) */
+    .residual = ROLN_C(0.01) * JOULE, /* 0.01 W: three times the largest residual here, rounding (a real chain: of a recorded run) */
     .tau = ROLN_C(4.6) * JOULE,    /* 4.6 N m, 1.5 times the largest torque here. What is beyond is clipped */
     .hold = 5,                     /* bad ticks that are bridged */
-    .q_off = ROLN_C(0.05),         /* rad */
-    .qd_off = 1};                  /* rad/s */
+    .q_tolerance = ROLN_C(0.05),         /* rad */
+    .qd_tolerance = 1};                  /* rad/s */
 
 static struct {
     chain_latent s;      /* z, zd of the last tick that could be encoded */
@@ -39,9 +39,9 @@ static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
     chain_equation at;
-    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.aim);
+    roln_status st = chain_encode_reference(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.encode_reference);
     memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work.terms);
+    if (st == ROLN_OK) st = chain_dynamics(&chain_weights, &ctl.s, &at, &ctl.work.dynamics);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
         ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];
@@ -56,7 +56,7 @@ static void control_arm(void)
 }
 
 /* What a timer interrupt calls: x measured, motor out whatever happens. z = rho(q), zd = D(q) qd; PD+ on M, C, g;
-   tau = D^T tau_z; the guard. With a controller of your own: chain_encode, chain_terms .., chain_lift, chain_guard_tick. motor:
+   tau = D^T tau_z; the guard. With a controller of your own: chain_encode, chain_dynamics .., chain_lift, chain_guard_tick. motor:
    N m, to the motors. Returns the faults. */
 static uint32_t control_tick(const chain_state *x, roln_real motor[N])
 {

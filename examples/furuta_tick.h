@@ -36,8 +36,8 @@ static roln_status controller_start(controller *c)
     furuta_equation up = {.V = 0}, down = {.V = 0};
     roln_status st;
     memset(c, 0, sizeof *c);
-    st = furuta_terms(&furuta_weights, &upright, &up, &c->work.terms);
-    if (st == ROLN_OK) st = furuta_terms(&furuta_weights, &hanging, &down, &c->work.terms);
+    st = furuta_dynamics(&furuta_weights, &upright, &up, &c->work.dynamics);
+    if (st == ROLN_OK) st = furuta_dynamics(&furuta_weights, &hanging, &down, &c->work.dynamics);
     c->gap = up.V - down.V, c->goal = up.V + c->gap / 10;
     return st == ROLN_OK ? furuta_lqr(&furuta_weights, &cost, &upright, NULL, c->K, NULL, &c->lqrwork) : st;
 }
@@ -61,7 +61,7 @@ static void track(controller *c, const int count[2])
 static roln_status swing(controller *c, const furuta_latent *s, roln_real *u)
 {
     furuta_equation e;
-    const roln_status st = furuta_terms(&furuta_weights, s, &e, &c->work.terms);
+    const roln_status st = furuta_dynamics(&furuta_weights, s, &e, &c->work.dynamics);
     roln_real missing, a, b;
     if (st != ROLN_OK) return st;
     missing = (c->goal - e.V - e.M[3] / 2 * s->zd[1] * s->zd[1]) / c->gap;

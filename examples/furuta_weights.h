@@ -4,7 +4,7 @@
 #define furuta_weights_h
 typedef char furuta_weights_are_of_ROLN_AE_2[furuta_N == 2 && furuta_N1 == 0 && furuta_N2 == 0 && furuta_N3 == 0 && furuta_N4 == 0 && furuta_N5 == 0 && furuta_N6 == 0 && furuta_N7 == 0 && furuta_N8 == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_MLP_16_16[furuta_H1 == 16 && furuta_H2 == 16 && furuta_H3 == 0 && furuta_H4 == 0 && furuta_H5 == 0 ? 1 : -1];
-typedef char furuta_weights_are_of_ROLN_STEP_rk4[furuta_scheme == 2 ? 1 : -1];
+typedef char furuta_weights_are_of_ROLN_INTEGRATOR_rk4[furuta_scheme == 2 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_CHART_none_0[furuta_degree == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_MASS_exponential[furuta_cholesky == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_BASE_0[furuta_base == 0 ? 1 : -1];
@@ -14,7 +14,7 @@ typedef char furuta_weights_are_of_ROLN_FRICTION_0[furuta_friction == 0 ? 1 : -1
 typedef char furuta_weights_are_of_ROLN_ANGLES_1_1_bits_3[furuta_angles == 3 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_SCALE_common[furuta_own == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_INPUTS_0[furuta_inputs == 0 ? 1 : -1];
-typedef char furuta_weights_are_of_ROLN_STORE_full[furuta_stored == 0 ? 1 : -1];
+typedef char furuta_weights_are_of_ROLN_QUANTISE_full[furuta_stored == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_DOUBLE_not_defined_0[furuta_twice == 0 ? 1 : -1];
 typedef char furuta_weights_are_of_ROLN_FORMAT_3[furuta_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN

@@ -379,7 +379,7 @@ def config(name, path, model, scheme, slope):
     source = os.path.basename(path).replace("*/", "")
     lines = [f"/* {name}.h - written by examples/import.py from {source} */", f"#ifndef {guard}", f"#define {guard}", "",
              f"#define ROLN_NAME {name}", "#define ROLN_AE " + ", ".join(map(str, model.sizes)),
-             "#define ROLN_MLP " + ", ".join(map(str, model.hidden)), f"#define ROLN_STEP {SCHEMES[scheme]}"]
+             "#define ROLN_MLP " + ", ".join(map(str, model.hidden)), f"#define ROLN_INTEGRATOR {SCHEMES[scheme]}"]
     lines += [f"#define ROLN_SLOPE {slope:.9g}"] if model.layers else []
     lines += ["#define ROLN_BASE 1"] if model.base else []
     return "\n".join(lines + ['#include "roln.h"', "", "#endif", ""])

@@ -55,7 +55,7 @@ static uint32_t planner_tick(planner *p, const int count[2])
     int good = 0;
     memcpy(x.q, p->filter.s.z, sizeof x.q), memcpy(x.qd, p->filter.s.zd, sizeof x.qd);
     p->age++;
-    if (p->age > EVERY) p->plan.plan.known = 0; /* without an estimate a call was left out */
+    if (p->age > EVERY) p->plan.plan.valid = 0; /* without an estimate a call was left out */
     if (s && p->age >= EVERY) {
         (void)furuta_plan_next(&furuta_weights, &goal, s, &p->plan, &p->planwork);
         p->age = 0;

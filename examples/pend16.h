@@ -7,7 +7,7 @@
 #define ROLN_AE 16, 4
 #define ROLN_CHART polynomial, 4
 #define ROLN_MLP 32, 32
-#define ROLN_STEP rk4
+#define ROLN_INTEGRATOR rk4
 #define ROLN_HORIZON 25 /* half a second in steps of 20 ms */
 #include "roln.h"
 

@@ -7,7 +7,7 @@
 #define ROLN_AE 16, 16, 16, 16, 12, 8, 4 /* layers that keep their size bend without reducing */
 #define ROLN_SLOPE 0.6
 #define ROLN_MLP 32, 32
-#define ROLN_STEP rk4
+#define ROLN_INTEGRATOR rk4
 #define ROLN_HORIZON 25 /* half a second in steps of 20 ms */
 #include "roln.h"
 

@@ -23,7 +23,7 @@
 #define TERMINAL 0
 #endif
 
-#define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton: for the training alone, so not in the config */
+#define ROLN_GN_ROWS 2000 /* samples of a step of Gauss-Newton: for the training alone, so not in the config */
 #include "chain.h"
 #include "chain_plant.h"
 
@@ -186,7 +186,7 @@ static double seconds(void)
    steps; then fit the decoder to all samples. */
 static void fit_surface(void)
 {
-    static chain_turn turn;
+    static chain_refinement turn;
     static chain_chart sums;
     static chain_start start_work;
     static int start[TRAIN * SAMPLES / 5];
@@ -198,7 +198,7 @@ static void fit_surface(void)
         start[i] = 5 * i;
     for (; st == ROLN_OK && (steps % 20 || left < ROLN_C(0.99) * before); steps++) {
         if (steps % 20 == 0) before = left;
-        st = chain_chart_turn(&model, &b, &turn, &left);
+        st = chain_chart_refine(&model, &b, &turn, &left);
     }
     if (st != ROLN_E_NO_CONVERGENCE) check(st, "encoder"); /* it has arrived */
     check(chain_chart_add(&model, TRAIN * SAMPLES, q[0], &sums, &start_work.chart_add), "surface");
@@ -236,12 +236,12 @@ static void fit_motion(uint64_t *seed)
         rows.seed = roln_rand(seed), b.count = ROWS;
         check(chain_rows(&model, &weights, &b, STEP, 0, 0, &rows, &train_work.rows), "rows");
         check(chain_newton_rows(&model, &opt, ROWS, &rows, &newton), "rows");
-        chain_newton_sums(&opt, ROWS, 0, chain_newton_side, &rows, &newton, sum_work);
+        chain_newton_normal_equations(&opt, ROWS, 0, chain_newton_side, &rows, &newton, sum_work);
         b.count = JUDGES;
         for (int taken = 0, tries = 0; !taken && tries < 10; tries++) {
             check(chain_newton_step(&model, &opt, ROWS, &rows, &newton), "step");
             chain_rows(&newton.next, &weights, &b, STEP, 0, 1, &rows, &train_work.rows); /* what fails there is refused */
-            taken = chain_newton_judge(&model, ROWS, JUDGES, &rows, &newton);
+            taken = chain_newton_accept(&model, ROWS, JUDGES, &rows, &newton);
         }
         for (int i = 0; i < chain_theta_size && t > STEPS - MEAN; i++)
             mean[i] += model.theta[i] / MEAN;
@@ -259,7 +259,7 @@ static double joule, V_rest;
 static void learned_energy(const chain_latent *s, double *T, double *V)
 {
     chain_equation e = {0}; /* check ends the program, which a compiler does not see */
-    check(chain_terms(&model, s, &e, &work.terms), "energy");
+    check(chain_dynamics(&model, s, &e, &work.dynamics), "energy");
     *T = joule * (double)e.T;
     *V = joule * (double)e.V + V_rest;
 }

@@ -42,7 +42,7 @@ static void doubt(const char *format, ...)
    E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. Trajectories that are
    too short for a window count for nothing. */
 typedef struct {
-    double q, qd, q_off, qd_off, typical, joint_q[M(N)], joint_rms[M(N)];
+    double q, qd, q_tolerance, qd_tolerance, typical, joint_q[M(N)], joint_rms[M(N)];
     double constant, floor; /* E_q of q + h qd over the same windows; what noise leaves of it, as far as the recordings tell */
     int failed, windows, worst, used; /* used: trajectories that are long enough for a window */
 } error;
@@ -226,7 +226,7 @@ static error errors(const motion *m, const M(params) *p, int from, int count, in
     memset(scores, 0, (size_t)count * sizeof *scores);
     r.start = room((size_t)m->samples, sizeof *r.start);
     share(count, roll, &r);
-    e.q = ratio(count, scores, 0, &e.q_off), e.qd = ratio(count, scores, 2, &e.qd_off);
+    e.q = ratio(count, scores, 0, &e.q_tolerance), e.qd = ratio(count, scores, 2, &e.qd_tolerance);
     for (k = 0; k < count; k++)
         e.used += scores[k].windows > 0, e.failed += scores[k].failed, e.windows += scores[k].windows;
     for (k = 0; k < count; k++)
@@ -337,12 +337,12 @@ static void table_row(const char *name, double ms, const error *e, int trajector
     char constant[24] = "-";
     int j;
     if (ms > 0) snprintf(constant, sizeof constant, counts ? "%s " : "(%s)", in_percent(e->constant).text);
-    printf("%5.4g %8s %7s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_off).text, constant,
-           in_percent(e->qd).text, in_percent(e->qd_off).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text,
+    printf("%5.4g %8s %7s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_tolerance).text, constant,
+           in_percent(e->qd).text, in_percent(e->qd_tolerance).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text,
            e->joint_rms[e->worst], remarks_on(e, trajectories).text);
     fflush(stdout);
     if (!csv) return;
-    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_off, 100 * e->qd, 100 * e->qd_off,
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd, 100 * e->qd_tolerance,
             e->failed, e->windows, e->worst + 1);
     for (j = 0; j < (int)M(N); j++)
         fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
@@ -415,7 +415,7 @@ static void add_torque(int sample, torque_sums *to)
     roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
     M(latent) z;
     int j;
-    if (M(aim)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.aim) != ROLN_OK) return;
+    if (M(encode_reference)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.encode_reference) != ROLN_OK) return;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
     if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return;
     if (JOINTS) {
@@ -459,11 +459,11 @@ static void at_middle(int j, double speed, roln_real *friction, roln_real *colum
         if (M(decode)(&s.p, &z, &x, &scratch.decode) != ROLN_OK) return;
         unit[j] = 1, x.qd[j] = (roln_real)speed;
         if (M(inertia)(&s.p, &z, unit, column, &scratch.inertia) != ROLN_OK) return;
-        if (M(encode)(&s.p, &x, &z, &scratch.encode) != ROLN_OK || M(terms)(&s.p, &z, &e, &scratch.terms) != ROLN_OK) return;
+        if (M(encode)(&s.p, &x, &z, &scratch.encode) != ROLN_OK || M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return;
         if (M(lift)(&s.p, &z, e.d, force, &scratch.lift) == ROLN_OK) *friction = force[j];
     } else {
         z.zd[j] = (roln_real)speed;
-        if (M(terms)(&s.p, &z, &e, &scratch.terms) != ROLN_OK) return;
+        if (M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return;
         *friction = e.d[j];
         for (i = 0; i < n; i++)
             column[i] = e.M[i * n + j];

@@ -39,7 +39,7 @@
 #define STRING(x) STRING_(x)
 #define HEADER_(m) <m.h>
 #define HEADER(m) HEADER_(m)
-#define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
+#define ROLN_GN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
 #include "recording.h"
 
@@ -405,7 +405,7 @@ static void fit_chart(void)
         if (k % 20 == 0) before = residual;
         if (due()) printf("chart: step %d, the decoder leaves %.3g %% of q, %.0f s\n", steps, 100 * (double)residual, seconds());
         fflush(stdout);
-        st = M(chart_turn)(&s.p, &b, &turn, &residual);
+        st = M(chart_refine)(&s.p, &b, &turn, &residual);
         steps += st == ROLN_OK;
     }
     if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: %s", roln_status_text(st));
@@ -535,7 +535,7 @@ static const char *newton_step(rows *f)
         share(JUDGES, fill, f);
         if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
-    if (tries == TRIES) roln_newton_over(damping, &s.newton.state);
+    if (tries == TRIES) roln_newton_give_up(damping, &s.newton.state);
     for (k = 0; k < M(newton_size); k++)
         s.mean[k] += (s.p.theta[M(newton_from) + k] - s.mean[k]) / (roln_real)(s.step < 8 ? s.step + 1 : 8);
     return NULL;
@@ -617,7 +617,7 @@ static origin origin_of(void)
     origin o;
     int i;
     memset(&o, 0, sizeof o);
-    none.slope = M(model).ae.slope, none.least = M(model).lnn.least;
+    none.slope = M(model).ae.slope, none.eigenvalue_floor = M(model).lnn.eigenvalue_floor;
     M(pack)(&none, bytes);
     if (data == 0) data = checksum_of(d.q, d.N) ^ 3 * checksum_of(d.qd, d.N) ^ 5 * checksum_of(d.tau, d.forces);
     for (i = 0; i < d.trajectories; i++) /* where recordings begin */
@@ -751,7 +751,7 @@ static void look(void)
     if (s.step == 0 || e[1].typical < s.best_error)
         s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
-           far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
+           far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_tolerance).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
     printf("%s  %.0f s\n", remarks_on(&e[1], held).text, seconds());

@@ -18,7 +18,7 @@
    summed in double, here in software; learning itself has no double. */
 
 #define ROLN_BLOCK 1 /* one sample at a time: little scratch */
-#define ROLN_ROWS 1
+#define ROLN_GN_ROWS 1
 #include "rods.h"
 #include "chain_weights.h"
 #include "kept.h"
@@ -150,7 +150,7 @@ static void sums(memory *m)
         turn.phase = SAMPLE, turn.rows = 0; /* not finite: another turn */
         return;
     }
-    roln_newton_sums(&newton, ROWS, P, 0, P, turn.J, m->A, scratch.sums);
+    roln_newton_normal_equations(&newton, ROWS, P, 0, P, turn.J, m->A, scratch.sums);
     for (int i = 0; i < P && m->state.taken + m->state.refused == 0; i++)
         trace += m->A[i * (P + 2)];
     for (int i = 0; i < P; i++)
@@ -176,7 +176,7 @@ static void judge(memory *m)
     (void)row(m, &turn.next, turn.judged, NULL, turn.there + turn.judged); /* where it fails: infinite */
     if (++turn.judged < JUDGES) return;
     turn.phase = SAVE;
-    if (roln_newton_judge(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) {
+    if (roln_newton_accept(JUDGES, turn.r, turn.weight, turn.expect, turn.there, &m->state)) {
         m->model = turn.next;
         memcpy(m->older, turn.keep, sizeof m->older);
     } else if (m->state.lambda < GIVE_UP) {

@@ -16,7 +16,7 @@ enum { N = chain_N, n = chain_n, TICKS = 180 };
 #define SPEED 8.0f  /* 1/s, of the closed loop */
 
 static const roln_limits limits = { /* as in control_tick.c */
-    .dt = TICK, .margin = 0.1f, .power = 1, .tau = 200, .hold = 5, .q_off = 0.05f, .qd_off = 1};
+    .dt = TICK, .margin = 0.1f, .residual = 1, .tau = 200, .hold = 5, .q_tolerance = 0.05f, .qd_tolerance = 1};
 
 static struct {
     chain_latent s;      /* z, zd of the last good tick */
@@ -31,9 +31,9 @@ static roln_status control_start(const roln_real q[N])
 {
     static const roln_real rest[N];
     chain_equation at;
-    roln_status st = chain_aim(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.aim);
+    roln_status st = chain_encode_reference(&chain_weights, q, rest, rest, &ctl.target, &ctl.work.encode_reference);
     memcpy(ctl.s.z, ctl.target.z, sizeof ctl.s.z);
-    if (st == ROLN_OK) st = chain_terms(&chain_weights, &ctl.s, &at, &ctl.work.terms);
+    if (st == ROLN_OK) st = chain_dynamics(&chain_weights, &ctl.s, &at, &ctl.work.dynamics);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.target.kp[i] = SPEED * SPEED * at.M[i * (n + 1)];
         ctl.target.kd[i] = 2 * SPEED * at.M[i * (n + 1)];

@@ -25,7 +25,7 @@ enum { N = pend16_N, n = pend16_n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWE
 
 /* s, range seen in training and 5 %, W, N m, bad ticks that are bridged, rad and rad/s off the manifold. */
 static const roln_limits limits = {
-    .dt = TICK, .margin = 0.05f, .power = 3, .tau = 60, .hold = 3, .q_off = 0.05f, .qd_off = 1};
+    .dt = TICK, .margin = 0.05f, .power = 3, .tau = 60, .hold = 3, .q_tolerance = 0.05f, .qd_tolerance = 1};
 
 static struct {
     pend16_state x; /* of the last frame */
@@ -124,21 +124,21 @@ int main(void)
         line.began = board_count();
         if (letter == 0) {
             line.faults |= LINK_NONE;
-            line.missed++;
+            line.allocation_residual++;
             faults = control_tick(0);
         } else {
             const uint32_t number = frame_get(line.bytes, 1);
             if (letter == 'a')
                 arm();
             else {
-                const int32_t gap = (int32_t)(number - line.last - 1 - line.missed);
+                const int32_t gap = (int32_t)(number - line.last - 1 - line.allocation_residual);
                 if (gap > 0) line.faults |= LINK_GAP;
                 for (int k = 0; k < gap && k <= limits.hold; k++) /* no more than it takes to expire */
                     control_tick(0);
                 faults = control_tick(1);
             }
             line.last = number;
-            line.missed = 0;
+            line.allocation_residual = 0;
         }
         answer(faults, board_count() - line.began);
     }

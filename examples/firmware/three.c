@@ -14,7 +14,7 @@
 #define ROLN_NAME arm /* 16 joints, a mass matrix with a gyro layer, damping, the midpoint rule */
 #define ROLN_AE 16, 12, 8, 4
 #define ROLN_MLP 32, 32
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #define ROLN_LAYERS gyro
 #define ROLN_DAMPING 1
 #include "roln.h"

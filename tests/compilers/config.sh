@@ -203,7 +203,7 @@ for store in full half int8; do
     for verb in init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step; do
         case $store.$verb in full.* | *.errors | *.decode) continue ;; esac
         { model m 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
-        ask "m_$verb" "ROLN_STORE $store, m_$verb"
+        ask "m_$verb" "ROLN_QUANTISE $store, m_$verb"
     done
     case $store in
     full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step' ;;

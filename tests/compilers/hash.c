@@ -15,7 +15,7 @@
 #define ROLN_NAME full
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 8, 8
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #define ROLN_BASE 1
 #define ROLN_LAYERS gyro, gyro
 #define ROLN_DAMPING 1
@@ -38,7 +38,7 @@
 #define ROLN_BASE 1
 #define ROLN_HORIZON 2
 #define ROLN_BLOCK 1
-#define ROLN_ROWS 40
+#define ROLN_GN_ROWS 40
 #define ROLN_LEARN everything
 #include "roln.h"
 
@@ -159,7 +159,7 @@ static void hash_full(const roln_real *q, const roln_real *qd, const roln_real *
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(full_encode(&p, &x, &z, &work.encode), "full: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(full_aim(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work.aim), "full: aim");
+        must(full_encode_reference(&p, q + 6 * k, qd + 6 * k, qdd + 6 * k, &target, &work.encode_reference), "full: aim");
         must(full_control(&p, &z, &target, tau_z, &work.control), "full: control");
         must(full_lift(&p, &z, tau_z, tau, &work.lift), "full: lift");
         next = z;
@@ -179,7 +179,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     static curved_start init;
     static curved_work work;
     static curved_chart sums, half;
-    static curved_turn turn;
+    static curved_refinement turn;
     static const roln_loss ode = ROLN_ODE_WEIGHTS;
     const roln_opt opt = {{ROLN_C(0.001), ROLN_C(0.005), ROLN_C(0.001)}, ROLN_C(0.9), ROLN_C(0.999), ROLN_C(1e-8), 0, 5};
     roln_real tau_z[2], tau[6], left = 0;
@@ -191,7 +191,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     must(curved_init_pod(&p, SAMPLES, q, qd, qbar, s, &init.init_pod), "chart: init");
     b.count = SAMPLES / 4, b.steps = 0, b.stride = 1, b.start = NULL, b.q = q, b.qd = qd, b.qdd = NULL, b.tau = NULL;
     for (k = 0; k < 6; k++) {
-        must(curved_chart_turn(&p, &b, &turn, &left), "chart: turn");
+        must(curved_chart_refine(&p, &b, &turn, &left), "chart: turn");
         add(curved_theta_size, p.theta), add(2, p.zd_max), add(1, &left);
     }
     must(curved_chart_add(&p, SAMPLES / 2, q, &sums, &init.chart_add), "chart: add");
@@ -211,7 +211,7 @@ static void hash_chart(const roln_real *q, const roln_real *qd, roln_real h, uin
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
     must(curved_encode(&p, &x, &z, &work.encode), "chart: encode");
     for (k = 1; k < STEPS / 20; k++) {
-        must(curved_aim(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work.aim), "chart: aim");
+        must(curved_encode_reference(&p, q + 6 * k, qd + 6 * k, q + 6 * k, &target, &work.encode_reference), "chart: aim");
         must(curved_control(&p, &z, &target, tau_z, &work.control), "chart: control");
         must(curved_lift(&p, &z, tau_z, tau, &work.lift), "chart: lift");
         must(curved_step(&p, &z, tau, h / 8, &work.step), "chart: step");
@@ -286,12 +286,12 @@ static void learn(pupil_params *p, const roln_newton_opt *opt, const roln_loss *
     for (k = 0; k < 4; k++, rows.seed += 100) {
         must(pupil_rows(p, weights, b, h, 0, 0, &rows, &train.pupil.rows), "newton: rows");
         must(pupil_newton_rows(p, opt, b->count, &rows, &newton), "newton: tangents");
-        pupil_newton_sums(opt, b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
+        pupil_newton_normal_equations(opt, b->count, 0, pupil_newton_side, &rows, &newton, newton.work.sums);
         for (tries = 0; tries < 4; tries++) {
             must(pupil_newton_step(p, opt, b->count, &rows, &newton), "newton: step");
             (void)pupil_rows(&newton.next, weights, b, h, 0, 1, &rows, &train.pupil.rows);
             add(b->count, rows.expect), add(b->count, rows.next);
-            if (pupil_newton_judge(p, b->count, b->count, &rows, &newton)) break;
+            if (pupil_newton_accept(p, b->count, b->count, &rows, &newton)) break;
         }
         add(1, &newton.state.lambda), add(1, &newton.state.error);
     }
@@ -350,7 +350,7 @@ static void hash_plan(const wheel_params *p, const roln_limits *of, const wheel_
         roln_real torque[1];
         must(wheel_plan_next(p, &goal, &z, &plan, work), "plan");
         must(wheel_plan_follow(p, &goal, &plan, h / 4, &z, torque), "plan: follow");
-        add(8, plan.u), add(32, plan.K), add(1, torque), add(1, &plan.plan.cost), add(1, &plan.plan.gap);
+        add(8, plan.u), add(32, plan.K), add(1, torque), add(1, &plan.plan.cost), add(1, &plan.plan.duality_gap);
         z = plan.s[1];
     }
 }
@@ -414,14 +414,14 @@ static void hash_wheel(const roln_real *q, const roln_real *qd, roln_real h, uin
     add(2, qbar), add(wheel_theta_size, p.theta), add(2, p.zd_max);
     memcpy(x.q, y, sizeof x.q), memcpy(x.qd, yd, sizeof x.qd);
     must(wheel_encode(&p, &x, &z, &scratch.work.encode), "wheel: encode");
-    must(wheel_aim(&p, x.q, x.qd, NULL, &r, &scratch.work.aim), "wheel: aim");
+    must(wheel_encode_reference(&p, x.q, x.qd, NULL, &r, &scratch.work.encode_reference), "wheel: aim");
     must(wheel_gains(&p, &z, ones, ones, &r, &scratch.work.gains), "wheel: gains");
     memset(&guard, 0, sizeof guard);
     for (k = 0; k < 200; k++) {
         (void)wheel_tick(&p, &limits, &x, &r, &z, &guard, &scratch.work.tick);
         must(wheel_step(&p, &z, y + 2 * k, h / 4, &scratch.work.step), "wheel: step");
         must(wheel_decode(&p, &z, &x, &scratch.work.decode), "wheel: decode");
-        add(2, x.q), add(2, x.qd), add(1, guard.tau), add(1, &guard.g.missed);
+        add(2, x.q), add(2, x.qd), add(1, guard.tau), add(1, &guard.g.allocation_residual);
     }
     must(wheel_lqr(&p, &cost, &z, none, K, P, &scratch.lqr), "wheel: lqr");
     add(4, K), add(16, P);

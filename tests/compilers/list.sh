@@ -19,14 +19,14 @@ cat > $dir/models.c << 'END'
 #define ROLN_AE 6, 4, 2
 #define ROLN_CHART polynomial, 3
 #define ROLN_MLP 4
-#define ROLN_ROWS 8
+#define ROLN_GN_ROWS 8
 #define ROLN_FRICTION 1
 #define ROLN_PLAN 3, 2
 #include "roln.h"
 #define ROLN_NAME two
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 4
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 END
 

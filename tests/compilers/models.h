@@ -13,7 +13,7 @@
 #define ROLN_AE 2
 #define ROLN_MLP 8
 #define ROLN_BASE 1
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #include "roln.h"
 
 #define ROLN_NAME layered
@@ -24,7 +24,7 @@
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS 2
 #define ROLN_PLAN 10, 2
-#define ROLN_ROWS 100
+#define ROLN_GN_ROWS 100
 #define ROLN_LEARN everything
 #include "roln.h"
 
@@ -32,7 +32,7 @@
 #define ROLN_AE 4
 #define ROLN_MLP 16, 16
 #define ROLN_MASS cholesky
-#define ROLN_ROWS 50
+#define ROLN_GN_ROWS 50
 #include "roln.h"
 
 #define ROLN_NAME wheels
@@ -42,14 +42,14 @@
 #define ROLN_FRICTION 1
 #define ROLN_LOAD 1
 #define ROLN_PLAN 20, 2
-#define ROLN_ROWS 50
+#define ROLN_GN_ROWS 50
 #include "roln.h"
 
 #define ROLN_NAME carts /* sliders and hinges */
 #define ROLN_AE 6, 3
 #define ROLN_MLP 16, 16
 #define ROLN_SCALE each
-#define ROLN_ROWS 50
+#define ROLN_GN_ROWS 50
 #include "roln.h"
 
 #define ROLN_NAME chart
@@ -70,19 +70,19 @@
 #define ROLN_AE 16, 8, 4
 #define ROLN_CHART polynomial, 2
 #define ROLN_MLP 16, 16
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 
 #define ROLN_NAME bytes
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 
 #define ROLN_NAME halves
 #define ROLN_AE 8, 6, 3
 #define ROLN_MLP 16, 16
-#define ROLN_STORE half
+#define ROLN_QUANTISE half
 #include "roln.h"
 #endif
 

@@ -85,7 +85,7 @@ for std in $cxx c++26 gnu++26; do
 done
 for file in examples/*.c; do
     text="#include \"$file\""
-    type="-D_POSIX_C_SOURCE=200809L -DMODEL=$([ "$file" = examples/store.c ] && echo pend16_int8 || echo pend2)"
+    type="-D_POSIX_C_SOURCE=200809L -DMODEL=$([ "$file" = examples/quantise.c ] && echo pend16_int8 || echo pend2)"
     for std in c11 c2x gnu17; do try clang-19 -std=$std -xc $warn $quiet -fsyntax-only; done
     for std in c17 c2x gnu99; do try gcc -std=$std -xc $warn -fsyntax-only; done
 done

@@ -115,7 +115,7 @@ int control_gains(struct control_model *m, double w, double zeta, struct control
         truth_phi(TRUTH_PEND16, x, q, NULL);
         for (int i = 0; i < N; i++) s.q[i] = (roln_real)q[i], s.qd[i] = 0;
         if (pend16_encode(&m->p, &s, &z, &m->work.encode) != ROLN_OK ||
-            pend16_terms(&m->p, &z, &e, &m->work.terms) != ROLN_OK) {
+            pend16_dynamics(&m->p, &z, &e, &m->work.dynamics) != ROLN_OK) {
             fprintf(stderr, "control: no mass matrix\n");
             return -1;
         }
@@ -164,10 +164,10 @@ void control_start(struct control_model *m, enum control_law which, const struct
     memset(&m->guard, 0, sizeof m->guard);
 }
 
-int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 * n])
+int control_encode_reference(struct control_model *m, const roln_real *x, roln_real z_ref[3 * n])
 {
     pend16_target r;
-    if (pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work.aim) != ROLN_OK) return -1;
+    if (pend16_encode_reference(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &r, &m->work.encode_reference) != ROLN_OK) return -1;
     memcpy(z_ref, r.z, sizeof r.z);
     memcpy(z_ref + n, r.zd, sizeof r.zd);
     memcpy(z_ref + 2 * n, r.zdd, sizeof r.zdd);
@@ -177,8 +177,8 @@ int control_aim(struct control_model *m, const roln_real *x, roln_real z_ref[3 *
 int control_tick(void *model, const roln_real *x, roln_real *tau)
 {
     static const roln_limits limits = {
-        .dt = (roln_real)DT, .margin = ROLN_C(0.05), .power = (roln_real)CONTROL_POWER, .tau = (roln_real)CONTROL_TORQUE,
-        .hold = CONTROL_HOLD, .q_off = (roln_real)CONTROL_OFF, .qd_off = (roln_real)CONTROL_OFF_RATE};
+        .dt = (roln_real)DT, .margin = ROLN_C(0.05), .residual = (roln_real)CONTROL_POWER, .tau = (roln_real)CONTROL_TORQUE,
+        .hold = CONTROL_HOLD, .q_tolerance = (roln_real)CONTROL_OFF, .qd_tolerance = (roln_real)CONTROL_OFF_RATE};
     struct control_model *m = model;
     const int latent = m->law == CONTROL_LATENT || m->law == CONTROL_LATENT_4;
     roln_real f[N], tau_z[n];
@@ -188,7 +188,7 @@ int control_tick(void *model, const roln_real *x, roln_real *tau)
         memcpy(m->x.q, x, sizeof m->x.q);
         memcpy(m->x.qd, x + N, sizeof m->x.qd);
         st = seen = pend16_encode(&m->p, &m->x, &m->s, &m->work.encode);
-        if (st == ROLN_OK) st = pend16_aim(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work.aim);
+        if (st == ROLN_OK) st = pend16_encode_reference(&m->p, x + 2 * N, x + 3 * N, x + 4 * N, &m->ref, &m->work.encode_reference);
         if (st == ROLN_OK) st = law(m, !latent, &m->s, &m->ref, tau_z);
         if (st == ROLN_OK) st = drive(m, m->law == CONTROL_PD_4 || m->law == CONTROL_LATENT_4, &m->s, tau_z, f);
     }

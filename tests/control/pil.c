@@ -130,7 +130,7 @@ static int host_tick(void *ctx, const float *x, float *tau)
     struct host *h = ctx;
     const int k = h->tick++, faults = control_tick(h->model, h->lossy && lost(k) ? NULL : x, tau);
     memcpy(h->loop->x[k], x, 2 * N * sizeof *x);
-    if (control_aim(h->model, x, h->loop->x[k] + 2 * N)) return -1;
+    if (control_encode_reference(h->model, x, h->loop->x[k] + 2 * N)) return -1;
     memcpy(h->loop->tau[k], tau, sizeof h->loop->tau[k]);
     return faults;
 }
@@ -145,7 +145,7 @@ static int image_tick(void *ctx, const float *x, float *tau)
     struct answer a = {0, 0, 0, 0, {0}};
     float numbers[NUMBERS];
     memcpy(numbers, x, 2 * N * sizeof *x);
-    if (control_aim(m->model, x, numbers + 2 * N)) return -1;
+    if (control_encode_reference(m->model, x, numbers + 2 * N)) return -1;
     make_tick(frame, bad && k % 4 == 3 ? m->number - 5 : m->number + 1, numbers);
     m->number++;
     if (bad && k % 4 == 1) flip(frame, 7919 * k % (8 * SIZE));

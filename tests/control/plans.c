@@ -112,7 +112,7 @@ static void pd(controller *c, int tick, const swift_latent *s, roln_real u[MOTOR
     swift_target to;
     memset(&to, 0, sizeof to);
     reference(c, tick * 1e-3, x);
-    if (swift_aim(&params, x, x + N, x + 2 * N, &to, &work.aim) != ROLN_OK) return;
+    if (swift_encode_reference(&params, x, x + N, x + 2 * N, &to, &work.encode_reference) != ROLN_OK) return;
     memcpy(to.kp, c->gains.kp, sizeof to.kp), memcpy(to.kd, c->gains.kd, sizeof to.kd);
     if (swift_control(&params, s, &to, tau_z, &work.control) == ROLN_OK)
         (void)swift_allocate(&params, s, &motors, tau_z, u, NULL, &work.allocate);

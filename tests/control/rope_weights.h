@@ -4,7 +4,7 @@
 #define rope_weights_h
 typedef char rope_weights_are_of_ROLN_AE_11_6[rope_N == 11 && rope_N1 == 6 && rope_N2 == 0 && rope_N3 == 0 && rope_N4 == 0 && rope_N5 == 0 && rope_N6 == 0 && rope_N7 == 0 && rope_N8 == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_MLP_32_32[rope_H1 == 32 && rope_H2 == 32 && rope_H3 == 0 && rope_H4 == 0 && rope_H5 == 0 ? 1 : -1];
-typedef char rope_weights_are_of_ROLN_STEP_rk4[rope_scheme == 2 ? 1 : -1];
+typedef char rope_weights_are_of_ROLN_INTEGRATOR_rk4[rope_scheme == 2 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_CHART_polynomial_2[rope_degree == 2 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_MASS_exponential[rope_cholesky == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_BASE_0[rope_base == 0 ? 1 : -1];
@@ -14,7 +14,7 @@ typedef char rope_weights_are_of_ROLN_FRICTION_0[rope_friction == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_ANGLES_0[rope_angles == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_SCALE_common[rope_own == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_INPUTS_0[rope_inputs == 0 ? 1 : -1];
-typedef char rope_weights_are_of_ROLN_STORE_full[rope_stored == 0 ? 1 : -1];
+typedef char rope_weights_are_of_ROLN_QUANTISE_full[rope_stored == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_DOUBLE_not_defined_0[rope_twice == 0 ? 1 : -1];
 typedef char rope_weights_are_of_ROLN_FORMAT_3[rope_format == 3 ? 1 : -1];
 #ifndef ROLN_WEIGHTS_EXTERN

@@ -10,7 +10,7 @@
 #define ROLN_AE 16, 4
 #define ROLN_CHART polynomial, 4
 #define ROLN_MLP 32, 32
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #define ROLN_PLAN SWIFT_STEPS, 4
 #include "roln.h"
 

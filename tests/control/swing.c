@@ -72,8 +72,8 @@ static double true_base(const furuta_plan *last, const double x[N2], course *c)
     memcpy(c->s[0], x, sizeof c->s[0]);
     for (int k = 0; k < AHEAD; k++) {
         double u = 0, gradient[N2];
-        if (last->plan.known) u = (double)(last->u[k + 1 < AHEAD ? k + 1 : k] / TORQUE);
-        for (int i = 0; i < N2 && last->plan.known && k + 1 < AHEAD; i++) {
+        if (last->plan.valid) u = (double)(last->u[k + 1 < AHEAD ? k + 1 : k] / TORQUE);
+        for (int i = 0; i < N2 && last->plan.valid && k + 1 < AHEAD; i++) {
             const double to = (double)(i < 2 ? last->s[k + 1].z[i] : last->s[k + 1].zd[i - 2]), e = c->s[k][i] - to;
             u -= (double)(last->K[(k + 1) * N2 + i] / TORQUE) * (i < 2 ? remainder(e, TURN) : e);
         }
@@ -109,7 +109,7 @@ static void true_plan(const double x[N2], furuta_plan *p)
     const roln_ocp o = {N2, 1, AHEAD, solver.A, solver.B, solver.Q, solver.q, solver.r, solver.hold, solver.at, NULL, NULL, NULL};
     double part = 1;
     solver.r[0] = 2 * u_weight[0] * TORQUE * TORQUE, solver.hold[0] = 0;
-    p->plan.known = 1, p->plan.age = 0;
+    p->plan.valid = 1, p->plan.age = 0;
     if (roln_ocp_solve(&o, 6, solver.u, solver.x, solver.K, NULL, solver.work) != ROLN_OK) exit(1);
     while (part > 0.2 && !(roll(&base, part, solver.u, solver.x, solver.K, &c) <= before))
         part /= 2;

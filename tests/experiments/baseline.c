@@ -205,7 +205,7 @@ int baseline_train(struct baseline *b, enum latent_kind kind, const struct motio
 {
     const double t0 = cpu_seconds();
     const struct model *m = b->model;
-    if (!b->latent) b->latent = latent_new(kind, m->kind->n, d->tau != NULL, m->kind->md->ae.curves > 0 ? 4 : 1, seed);
+    if (!b->latent) b->latent = latent_new(kind, m->kind->n, d->tau != NULL, m->kind->md->ae.monomials > 0 ? 4 : 1, seed);
     if (!b->latent) return fprintf(stderr, "baseline: no such model\n"), -1;
     const int P = latent_params(b->latent);
     const roln_block block = {ROLN_EUCLIDEAN, P, 1, 1};

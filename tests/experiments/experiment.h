@@ -91,7 +91,7 @@ struct config {
     roln_status (*decode)(void *self, const roln_real *s, roln_real *q, roln_real *qd);
     roln_status (*step)(void *self, roln_real *s, const roln_real *tau, double h);
     roln_status (*reduce)(void *self, const roln_real *z, const roln_real *tau, roln_real *tau_z);
-    roln_status (*terms)(void *self, const roln_real *s, const roln_terms_out *out); /* all but d */
+    roln_status (*terms)(void *self, const roln_real *s, const roln_dynamics_out *out); /* all but d */
     void (*jets)(void *self, const roln_real *z, roln_real *qdd); /* qdd of z, zd, zdd in units of the networks */
     roln_status (*zdd)(void *self, const roln_real *s, const roln_real *tau_z, roln_real *zdd); /* all in units of the networks */
     roln_status (*errors)(void *self, const roln_batch *b, double dt, int every, const roln_real *qbar, roln_error *e);
@@ -152,7 +152,7 @@ int model_front(const struct config *kind);                           /* blocks 
 int model_compose(struct model *b, const struct model *a, const struct config *whole, const struct pod *p, const roln_real *mean);
 int model_save(const struct model *m, const char *path);            /* the bytes of NAME_pack */
 int model_load(struct model *m, const struct config *kind, const char *path);
-roln_status model_store(struct model *to, const struct config *kind, const struct model *from); /* NAME_store; `from` has a range */
+roln_status model_quantise(struct model *to, const struct config *kind, const struct model *from); /* NAME_quantise; `from` has a range */
 struct predictor model_predictor(struct model *m);
 
 /* Its autoencoder, also under another model of the motion of z. */

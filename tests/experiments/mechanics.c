@@ -64,7 +64,7 @@ static int pend2(struct model *m, const struct motion *d, FILE *out)
     pairs_open(&M, poses, 4), pairs_open(&c, poses, 2), pairs_open(&g, poses, 2);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
         roln_real s[4], Mz[4], cz[2], gz[2];
-        const roln_terms_out terms = {.M = Mz, .c = cz, .g = gz};
+        const roln_dynamics_out terms = {.M = Mz, .c = cz, .g = gz};
         double q[2], qd[2];
         for (int j = 0; j < 2; j++)
             q[j] = (double)d->q[2 * i + j], qd[j] = (double)d->qd[2 * i + j];
@@ -94,7 +94,7 @@ static int joints16(struct model *m, const struct motion *d, FILE *out)
     pairs_open(&M, poses, 16), pairs_open(&V, poses, 1);
     for (int i = 0; i < d->count * d->samples; i += EVERY) {
         roln_real s[8], q[16], J[16], Mz[16], Vz;
-        const roln_terms_out terms = {.M = Mz, .V = &Vz};
+        const roln_dynamics_out terms = {.M = Mz, .V = &Vz};
         double zt[4], Mt[16], Vt, A[16];
         if (kind->encode(m->self, d->q + 16 * i, d->qd + 16 * i, s) != ROLN_OK || kind->terms(m->self, s, &terms) != ROLN_OK)
             continue;

@@ -29,7 +29,7 @@ static void build(struct model *m, const struct config *kind)
     m->kind = kind, m->self = room(1, kind->size);
     roln_real *p = m->self;
     point(m);
-    p[0] = kind->md->ae.slope, p[1] = kind->md->lnn.least;
+    p[0] = kind->md->ae.slope, p[1] = kind->md->lnn.eigenvalue_floor;
     m->sc->q = m->sc->t = m->sc->m = 1;
 }
 
@@ -47,7 +47,7 @@ void model_restart(struct model *m, double zoom, uint64_t seed)
     roln_real *mass = m->theta + m->kind->front;
     roln_lnn_init(f, mass, &seed);
     /* z of a chart is in [-1, 1]; networks that see z / zoom, with M = I / zoom^2, keep T of order one */
-    roln_lnn_steepen(f, m->kind->md->ae.curves > 0 ? 4 : 1 / (roln_real)zoom, mass);
+    roln_lnn_steepen(f, m->kind->md->ae.monomials > 0 ? 4 : 1 / (roln_real)zoom, mass);
     for (int i = 0; i < f->n && f->mass == ROLN_EXPONENTIAL; i++)
         mass[rolni_potential_at(f) - ROLN_TRI(f->n) + i] = (roln_real)(-2 * log(zoom));
 }
@@ -85,18 +85,18 @@ void model_free(struct model *m)
 static void compose(struct model *b, const struct model *a, const struct pod *p, const roln_real *mean)
 {
     const roln_ae *ae = &a->kind->md->ae;
-    const int N = p->N, r = p->r, rows = ae->curves > 0 ? 2 * r : 2 * ae->size[1];
-    const roln_real *from = a->theta + (ae->curves > 0 ? 0 : rows * r + r), *bias = a->theta + rows * r;
+    const int N = p->N, r = p->r, rows = ae->monomials > 0 ? 2 * r : 2 * ae->size[1];
+    const roln_real *from = a->theta + (ae->monomials > 0 ? 0 : rows * r + r), *bias = a->theta + rows * r;
     for (int k = 0; k < rows; k++) /* Phi^T, then Psi^T */
         for (int j = 0; j < N; j++) {
             double sum = 0;
             for (int i = 0; i < r; i++)
-                sum += (ae->curves > 0 ? k % r == i : (double)a->theta[k * r + i]) * p->W[j * r + i];
+                sum += (ae->monomials > 0 ? k % r == i : (double)a->theta[k * r + i]) * p->W[j * r + i];
             b->theta[k * N + j] = (roln_real)sum;
         }
     for (int j = 0; j < N; j++) {
         double sum = (double)(mean[j] / a->sc->q);
-        for (int i = 0; i < r && ae->curves == 0; i++)
+        for (int i = 0; i < r && ae->monomials == 0; i++)
             sum += (double)bias[i] * p->W[j * r + i];
         b->theta[rows * N + j] = (roln_real)sum;
     }
@@ -106,7 +106,7 @@ static void compose(struct model *b, const struct model *a, const struct pod *p,
 int model_compose(struct model *b, const struct model *a, const struct config *whole, const struct pod *p, const roln_real *mean)
 {
     const roln_ae *small = &a->kind->md->ae;
-    if (small->layers < 1 || small->size[0] != p->r || (small->curves > 0 && !(small->slope >= 1)) || whole->N != p->N) return -1;
+    if (small->layers < 1 || small->size[0] != p->r || (small->monomials > 0 && !(small->slope >= 1)) || whole->N != p->N) return -1;
     build(b, whole);
     *b->sc = *a->sc, *b->dt = *a->dt;
     compose(b, a, p, mean);
@@ -142,7 +142,7 @@ int model_load(struct model *m, const struct config *kind, const char *path)
     return st == ROLN_OK ? 0 : -1;
 }
 
-roln_status model_store(struct model *to, const struct config *kind, const struct model *from)
+roln_status model_quantise(struct model *to, const struct config *kind, const struct model *from)
 {
     unsigned char *bytes = room((size_t)from->kind->packed, 1);
     from->kind->pack(from->self, bytes);
@@ -177,7 +177,7 @@ roln_status model_latent(struct model *m, const roln_real *q, const roln_real *q
 {
     const int n = m->kind->n;
     const roln_real t = m->sc->t;
-    roln_status st = qdd ? m->kind->aim(m->self, q, qd, qdd, z) : m->kind->encode(m->self, q, qd, z);
+    roln_status st = qdd ? m->kind->encode_reference(m->self, q, qd, qdd, z) : m->kind->encode(m->self, q, qd, z);
     if (st == ROLN_OK && tau) st = m->kind->reduce(m->self, z, tau, tau_z);
     for (int i = 0; i < n; i++) {
         z[n + i] *= t;
@@ -206,7 +206,7 @@ static void energy(void *self, const roln_real *s, double *T, double *V)
 {
     const struct model *m = self;
     roln_real kinetic = 0, potential = 0;
-    const roln_terms_out out = {.T = &kinetic, .V = &potential};
+    const roln_dynamics_out out = {.T = &kinetic, .V = &potential};
     m->kind->terms(m->self, s, &out);
     *T = (double)kinetic, *V = (double)potential;
 }

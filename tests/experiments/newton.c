@@ -90,7 +90,7 @@ static int gather(struct newton *n, const struct newton_task *task, double share
         n->r[k] = 0;
     }
     if (roln_newton_rows(n->blocks, n->table, opt, n->rows, x, n->J, n->r, n->weight, &n->state, n->work) != ROLN_OK) return -1;
-    roln_newton_sums(opt, n->rows, n->params, 0, n->params, n->J, n->S, n->work);
+    roln_newton_normal_equations(opt, n->rows, n->params, 0, n->params, n->J, n->S, n->work);
     return 0;
 }
 
@@ -119,14 +119,14 @@ static int step(struct newton *n, const struct newton_task *task, const roln_new
         task->rows(task->self, n->next, 0, judges, NULL, n->there);
         for (int k = 0; k < judges; k++)
             if (n->left_out[k]) n->there[k] = n->expect[k];
-        if (roln_newton_judge(judges, n->r, n->weight, n->expect, n->there, &n->state)) {
+        if (roln_newton_accept(judges, n->r, n->weight, n->expect, n->there, &n->state)) {
             memcpy(x, n->next, (size_t)P * sizeof *x);
             memcpy(carried, n->keep, (size_t)P * sizeof *x);
             return 1;
         }
         if (ROLN_NEWTON_SIDE(n->rows, P) < P) memset(carried, 0, (size_t)P * sizeof *x);
     }
-    roln_newton_over(damping, &n->state);
+    roln_newton_give_up(damping, &n->state);
     return 0;
 }
 

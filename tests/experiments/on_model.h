@@ -10,10 +10,10 @@
 #define ROLN_BASE COLUMN(BASE_OF)
 #define ROLN_LAYERS COLUMN(LAYERS_OF)
 #define ROLN_DAMPING COLUMN(DAMPING_OF)
-#define ROLN_STORE COLUMN(STORE_OF)
+#define ROLN_QUANTISE COLUMN(STORE_OF)
 #define ROLN_HORIZON 25
 #if MODEL_LEARNS
-#define ROLN_ROWS 1
+#define ROLN_GN_ROWS 1
 #endif
 #include "roln.h"
 
@@ -55,7 +55,7 @@ static roln_status M(aim_of)(void *self, const roln_real *q, const roln_real *qd
 {
     M(self) *m = self;
     M(target) r;
-    const roln_status st = M(aim)(&m->p, q, qd, qdd, &r, &m->u.work.aim);
+    const roln_status st = M(encode_reference)(&m->p, q, qd, qdd, &r, &m->u.work.encode_reference);
     if (st != ROLN_OK) return st;
     memcpy(z, r.z, sizeof r.z), memcpy(z + M(n), r.zd, sizeof r.zd), memcpy(z + 2 * M(n), r.zdd, sizeof r.zdd);
     return ROLN_OK;
@@ -84,11 +84,11 @@ static roln_status M(reduce_of)(void *self, const roln_real *z, const roln_real 
     return M(reduce)(&m->p, &s, tau, tau_z, &m->u.work.reduce);
 }
 
-static roln_status M(terms_of)(void *self, const roln_real *s, const roln_terms_out *out)
+static roln_status M(terms_of)(void *self, const roln_real *s, const roln_dynamics_out *out)
 {
     M(self) *m = self;
     M(equation) e;
-    const roln_status st = M(terms)(&m->p, (const M(latent) *)(const void *)s, &e, &m->u.work.terms);
+    const roln_status st = M(dynamics)(&m->p, (const M(latent) *)(const void *)s, &e, &m->u.work.dynamics);
     if (st != ROLN_OK) return st;
     if (out->M) memcpy(out->M, e.M, sizeof e.M);
     if (out->c) memcpy(out->c, e.c, sizeof e.c);
@@ -142,7 +142,7 @@ static roln_status M(range_of)(void *self, int count, const roln_real *q, const 
 }
 #define MODEL_OPEN(count, bytes, m) M(unpack)(count, bytes, &(m)->p)
 #else
-#define MODEL_OPEN(count, bytes, m) M(store)(count, bytes, &(m)->p, &(m)->u.start.store)
+#define MODEL_OPEN(count, bytes, m) M(quantise)(count, bytes, &(m)->p, &(m)->u.start.quantise)
 #endif
 
 static void M(pack_of)(const void *self, unsigned char *bytes)
@@ -233,7 +233,7 @@ static roln_status M(chart_of)(void *self, const roln_batch *b, int (*more)(void
     roln_real residual = 1;
     memset(&turn, 0, sizeof turn), memset(&sums, 0, sizeof sums);
     for (int k = 0; b && st == ROLN_OK && more(ctx, k, (double)residual); k++)
-        st = M(chart_turn)(&m->p, b, &turn, &residual);
+        st = M(chart_refine)(&m->p, b, &turn, &residual);
     if (st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE) st = M(chart_add)(&m->p, count, q, &sums, &m->u.start.chart_add);
     if (st == ROLN_OK) st = M(chart_solve)(&m->p, &sums, ROLN_CHART_RIDGE, &residual, &m->u.start.chart_solve);
     *left = (double)residual;
@@ -246,7 +246,7 @@ extern const struct config M(kind);
 const struct config M(kind) = {
     .name = ROLNI_STR(MODEL), .md = &M(model), .size = sizeof(M(self)), .scale = offsetof(M(self), p.scale),
     .dt = offsetof(M(self), p.dt), .theta = offsetof(M(self), p.theta), .N = M(N), .n = M(n), .params = M(theta_size),
-    .front = M(ae_size), .packed = M(packed_size), .encode = M(encode_of), .aim = M(aim_of), .decode = M(decode_of),
+    .front = M(ae_size), .packed = M(packed_size), .encode = M(encode_of), .encode_reference = M(aim_of), .decode = M(decode_of),
     .step = M(step_of), .reduce = M(reduce_of), .terms = M(terms_of), .jets = M(jets_of), .zdd = M(zdd_of), .errors = M(errors_of),
     .block = M(block_of), .pack = M(pack_of), .open = M(open_of),
 #if ROLNI_BITS(COLUMN(STORE_OF)) == 0

@@ -217,15 +217,15 @@ SIXTEEN_MORE = [E_QDD, *errors("E_qd", "25 ms", "1 s"), *DRIFT, ("parameters", "
 TABLES = {
     "pend2_errors": (with_trivial(PEND2, "pend2-exp"),
                      [E_QDD, *errors("E_q", "25 ms", "1 s", "whole"), *errors("E_qd", "25 ms", "whole")]),
-    "pend2_terms": (PEND2[:5], [("M", "error M"), ("c", "error c"), ("g", "error g"), *DRIFT, TRAINING]),
+    "pend2_dynamics": (PEND2[:5], [("M", "error M"), ("c", "error c"), ("g", "error g"), *DRIFT, TRAINING]),
     "pend16_q": (with_trivial(PEND16, "pend16-ro"), errors("E_q", "0 ms", "25 ms", "100 ms", "1 s", "whole")),
     "pend16_more": (PEND16, SIXTEEN_MORE),
-    "pend16_terms": ([row for row in PEND16 if row[1].endswith(MECHANICAL)] +
+    "pend16_dynamics": ([row for row in PEND16 if row[1].endswith(MECHANICAL)] +
                      [("60 s: RO-LNN, forces known (absolute)", "pend16-pd")],
                      [("M", "error M"), ("V", "error V")]),
     "wave16_q": (with_trivial(WAVE16, "wave16-ro"), errors("E_q", "0 ms", "25 ms", "100 ms", "1 s", "whole")),
     "wave16_more": (WAVE16, SIXTEEN_MORE),
-    "wave16_terms": ([row for row in WAVE16 if row[1].endswith(MECHANICAL)], [("M", "error M"), ("V", "error V")]),
+    "wave16_dynamics": ([row for row in WAVE16 if row[1].endswith(MECHANICAL)], [("M", "error M"), ("V", "error V")]),
     "optimisers": (OPTIMISERS, [E_QDD, *errors("E_q", "25 ms", "1 s", "whole"), ("million samples", "samples million"), TRAINING]),
     "rope_q": (with_rivals(ROPE, "rope"), GRID_Q),
     "rope_more": (ROPE, GRID_MORE),
@@ -498,7 +498,7 @@ def gather(results, panel, series):
 def draw_panel(axes, panel, curves):
     """Medians over the seeds, with bars from the least to the largest. Curves leave the frame at its top."""
     few = " " in panel.quantity
-    low = min(s.least if few else s.median for _, points in curves for _, s in points)
+    low = min(s.eigenvalue_floor if few else s.median for _, points in curves for _, s in points)
     high = max(s.most if few else s.median for _, points in curves for _, s in points)
     high = min(high, max(200, 5 * low))  # per cent
     low = max(min(low, high / 3), 1e-6)

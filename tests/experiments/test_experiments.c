@@ -352,7 +352,7 @@ static void stored(const struct recipe *e, const struct model *m, const struct m
     FILE *f = tmpfile();
     if (!CHECK(f) || !CHECK(motion_simulate(&train, e->system, TRUTH_TRAIN, 0, 3, e->force, NULL) == 0)) return;
     CHECK(m->kind->range(m->self, train.count * train.samples, train.q, train.qd) == ROLN_OK);
-    if (CHECK(model_store(&s, kind, m) == ROLN_OK)) {
+    if (CHECK(model_quantise(&s, kind, m) == ROLN_OK)) {
         const struct predictor p = model_predictor(&s);
         CHECK(measure(&p, d, ms, 2, f) == 0);
         printf("  stored %s %6d bytes of flash, autoencoder %6d; E_q 0 ms %.3f, 25 ms %.3f, whole %.3f\n",

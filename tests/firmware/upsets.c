@@ -108,7 +108,7 @@ ROLN_CODE static __attribute__((noinline, used)) void controller(void)
 static int controller_start(void)
 {
     static const roln_limits limits = {
-        .dt = TICK, .margin = 0.1f, .power = 4 * JOULE, .tau = 4.6f * JOULE, .hold = 5, .q_off = 0.05f, .qd_off = 1};
+        .dt = TICK, .margin = 0.1f, .residual = 4 * JOULE, .tau = 4.6f * JOULE, .hold = 5, .q_tolerance = 0.05f, .qd_tolerance = 1};
     static const float rest[N];
     chain_state pose;
     chain_latent at = {{0}, {0}};
@@ -127,8 +127,8 @@ static int controller_start(void)
     for (int i = 0; i < n; i++)
         at.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
     st = chain_decode(&ctl.weights, &at, &pose, &ctl.work.decode);
-    if (st == ROLN_OK) st = chain_aim(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work.aim);
-    if (st == ROLN_OK) st = chain_terms(&ctl.weights, &at, &e, &ctl.work.terms);
+    if (st == ROLN_OK) st = chain_encode_reference(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work.encode_reference);
+    if (st == ROLN_OK) st = chain_dynamics(&ctl.weights, &at, &e, &ctl.work.dynamics);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.settings.target.kp[i] = SPEED * SPEED * e.M[i * (n + 1)];
         ctl.settings.target.kd[i] = 2 * SPEED * e.M[i * (n + 1)];

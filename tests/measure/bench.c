@@ -5,7 +5,7 @@
 #define ROLN_NAME cloth
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME arm /* of the sizes of examples/pend16.h, with every option of the mechanics */
@@ -36,13 +36,13 @@
 #define ROLN_NAME fall
 #define ROLN_AE 600, 128, 64, 32, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME small
 #define ROLN_AE 16, 8, 4
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME small_rk4
@@ -53,43 +53,43 @@
 #define ROLN_NAME n64
 #define ROLN_AE 64, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n128
 #define ROLN_AE 128, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n256
 #define ROLN_AE 256, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n512
 #define ROLN_AE 512, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n1024
 #define ROLN_AE 1024, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n2048
 #define ROLN_AE 2048, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #define ROLN_NAME n4096
 #define ROLN_AE 4096, 64, 10
 #define ROLN_MLP 64, 64
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #include "roln.h"
 
 #include <mujoco/mujoco.h>
@@ -548,7 +548,7 @@ static void arm_setup(const row *r)
     must(arm_init(&tick4.p, &seed, &tick4.start.init));
     fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
     for (int i = 0; i < arm_n; i++)
-        tick4.one[i] = tick4.aim.kp[i] = tick4.aim.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
+        tick4.one[i] = tick4.encode_reference.kp[i] = tick4.encode_reference.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
     must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work.encode));
 }
 
@@ -575,10 +575,10 @@ static void arm_linear_run(const row *r)
 static void arm_control_run(const row *r)
 {
     static const roln_limits limits = {
-        .dt = ROLN_C(1e-3), .margin = 1, .power = 1000, .tau = 1000, .hold = 5, .q_off = 1000, .qd_off = 1000};
+        .dt = ROLN_C(1e-3), .margin = 1, .residual = 1000, .tau = 1000, .hold = 5, .q_tolerance = 1000, .qd_tolerance = 1000};
     (void)r;
-    must(arm_aim(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work.aim));
-    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
+    must(arm_encode_reference(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.encode_reference, &tick4.work.encode_reference));
+    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.encode_reference, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 

@@ -8,7 +8,7 @@
 #define ROLN_SLOPE 0.6
 #define ROLN_MLP 64, 64
 #define ROLN_DAMPING 1
-#define ROLN_STEP rk4
+#define ROLN_INTEGRATOR rk4
 #include "roln.h"
 
 #endif

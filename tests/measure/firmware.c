@@ -28,7 +28,7 @@ struct learner learner;
 roln_status tick(void)
 {
     static const roln_limits limits = { /* every check is made */
-        .dt = DT, .margin = 0.1f, .power = 1e9f, .tau = 1e9f, .hold = 5, .q_off = 1e9f, .qd_off = 1e9f};
+        .dt = DT, .margin = 0.1f, .residual = 1e9f, .tau = 1e9f, .hold = 5, .q_tolerance = 1e9f, .qd_tolerance = 1e9f};
     struct control *c = &control;
     return M(tick)(PARAMS, &limits, &c->x, &c->ref, &c->s, &c->guard, &scratch.control.tick) != 0 ? ROLN_E_RANGE : ROLN_OK;
 }
@@ -45,7 +45,7 @@ roln_status observe(void)
 {
     struct observer *o = &observer;
     M(filter_tick)(PARAMS, &o->noise, o->y, control.guard.tau, &o->filter, &o->work);
-    return o->filter.f.known ? ROLN_OK : ROLN_E_RANGE;
+    return o->filter.f.valid ? ROLN_OK : ROLN_E_RANGE;
 }
 
 /* Each eigen-decomposition asks here for its bound. Beside its own sweeps, as many as they are, it then takes all that it may, over

@@ -10,7 +10,7 @@
 #define ROLN_AE 16, 4
 #define ROLN_SLOPE 1
 #define ROLN_MLP WIDE, WIDE
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #define ROLN_PLAN 20, 4
 #include "roln.h"
 

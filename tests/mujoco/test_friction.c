@@ -13,7 +13,7 @@
 #define ROLN_ANGLES 1, 1
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 1
-#define ROLN_ROWS 800 /* ROWS */
+#define ROLN_GN_ROWS 800 /* ROWS */
 #include "roln.h"
 #include "../unit/check.h"
 
@@ -95,12 +95,12 @@ static void learn(rods_params *p, uint64_t *seed)
         rows.seed = roln_rand(seed), b.count = ROWS;
         CHECK(rods_rows(p, &weights, &b, 1, 0, 0, &rows, &work.rows) == ROLN_OK);
         CHECK(rods_newton_rows(p, &opt, ROWS, &rows, &newton) == ROLN_OK);
-        rods_newton_sums(&opt, ROWS, 0, rods_newton_side, &rows, &newton, sums);
+        rods_newton_normal_equations(&opt, ROWS, 0, rods_newton_side, &rows, &newton, sums);
         b.count = ROWS / 4;
         for (int taken = 0, tries = 0; !taken && tries < 10; tries++) {
             CHECK(rods_newton_step(p, &opt, ROWS, &rows, &newton) == ROLN_OK);
             rods_rows(&newton.next, &weights, &b, 1, 0, 1, &rows, &work.rows);
-            taken = rods_newton_judge(p, ROWS, ROWS / 4, &rows, &newton);
+            taken = rods_newton_accept(p, ROWS, ROWS / 4, &rows, &newton);
         }
         for (int i = 0; i < rods_theta_size && t > STEPS - LAST; i++)
             mean[i] += p->theta[i] / LAST;
@@ -127,7 +127,7 @@ void test_friction(void)
         for (int k = 0; k < 2; k++) { /* what the fast joint loses beyond that is viscous */
             rods_latent s = {{ROLN_C(0.5), ROLN_C(1.5)}, {0, 0}};
             s.zd[j] = 2 + 4 * (roln_real)k;
-            CHECK(rods_terms(&p, &s, e + k, &work.terms) == ROLN_OK);
+            CHECK(rods_dynamics(&p, &s, e + k, &work.dynamics) == ROLN_OK);
         }
         CHECK_NEAR((e[1].d[j] - e[0].d[j]) / 4, viscous[j], 0.3 * viscous[j]);
         printf("friction of joint %d: c %.3f of %.3f Nm, v %.3f rad/s, viscous %.3f of %.3f Nm s\n", j + 1, (double)c[j], level[j],

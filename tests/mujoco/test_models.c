@@ -13,8 +13,8 @@
 #define ROLN_AE 16, 4
 #define ROLN_CHART polynomial, 4
 #define ROLN_MLP 32, 32
-#define ROLN_STEP rk4
-#define ROLN_STORE half
+#define ROLN_INTEGRATOR rk4
+#define ROLN_QUANTISE half
 #include "roln.h"
 #include "examples/pend2.h"
 #include "../unit/check.h"
@@ -43,7 +43,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
     const roln_ae ae = {1, {N, n}, 1, ROLN_FULL, ROLN_UNBENT, 0, 0};
     roln_real *q = malloc((size_t)(train->count * length) * sizeof *q);
     roln_real *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
-    const int N1 = n, ae_sum = n, curves = 0; /* sizes for the macros */
+    const int N1 = n, ae_sum = n, monomials = 0; /* sizes for the macros */
     const int pod = ROLN_AE_POD_WORK(ROLNI_LOCAL), encode = ROLN_AE_ENCODE_TAPE(ROLNI_LOCAL, 1, 1);
     const int room = ROLN_MAX(pod, ROLN_MAX(encode, ROLN_AE_DECODE_TAPE(ROLNI_LOCAL, 1, 1)));
     roln_real *work = malloc((size_t)room * sizeof *work);
@@ -148,7 +148,7 @@ typedef struct {
     static roln_status NAME##_energy_any(const void *p, const roln_real *s, double E[2]) \
     { \
         NAME##_equation e = {.T = 0}; \
-        const roln_status st = NAME##_terms(p, (const NAME##_latent *)(const void *)s, &e, &NAME##_room.work.terms); \
+        const roln_status st = NAME##_terms(p, (const NAME##_latent *)(const void *)s, &e, &NAME##_room.work.dynamics); \
         E[0] = (double)e.T, E[1] = (double)e.V; \
         return st; \
     } \
@@ -332,7 +332,7 @@ static double mass_error(const pend2_params *p, const motion *d, int fit)
             memset(x.qd, 0, sizeof x.qd);
             q[0] = (double)x.q[0], q[1] = (double)x.q[1];
             if (truth_terms_pend2(q, rest, Mt, c, g) != 0 || pend2_encode(p, &x, &z, &pend2_room.work.encode) != ROLN_OK ||
-                pend2_terms(p, &z, &e, &pend2_room.work.terms) != ROLN_OK)
+                pend2_dynamics(p, &z, &e, &pend2_room.work.dynamics) != ROLN_OK)
                 return 1e9;
             for (int i = 0; i < 4; i++) { /* z = q / scale.q: M_q = M_z / scale.q^2 */
                 const double m = (double)(e.M[i] / (p->scale.q * p->scale.q));

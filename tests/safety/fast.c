@@ -10,7 +10,7 @@
 #define SIGN UINT32_C(0x80000000)
 
 static const roln_limits limits = {
-    .dt = ROLN_C(0.005), .margin = 1000, .tau = 2, .hold = 1, .q_off = 1000, .qd_off = 1000, .power = 1000};
+    .dt = ROLN_C(0.005), .margin = 1000, .tau = 2, .hold = 1, .q_tolerance = 1000, .qd_tolerance = 1000, .residual = 1000};
 static chain_params params, back;
 static chain_guard guard;
 static chain_latent s;

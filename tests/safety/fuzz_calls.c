@@ -16,7 +16,7 @@
 #define MODEL bare /* no autoencoder; base point, midpoint */
 #define ROLN_AE 3
 #define ROLN_MLP 4
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #define ROLN_BASE 1
 #define ROLN_PLAN 4, 2
 #include "fuzz_model.h"
@@ -36,7 +36,7 @@
 #define ROLN_AE 4, 2
 #define ROLN_MLP 4
 #define ROLN_MASS cholesky
-#define ROLN_STEP euler
+#define ROLN_INTEGRATOR euler
 #define ROLN_PLAN 3, 1
 #include "fuzz_model.h"
 
@@ -81,7 +81,7 @@
 #define ROLN_AE 5, 4, 2
 #define ROLN_MLP 5, 4
 #define ROLN_PLAN 3, 2
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "fuzz_model.h"
 
 #define MODEL halves
@@ -90,7 +90,7 @@
 #define ROLN_MLP 4
 #define ROLN_CHART polynomial, 3
 #define ROLN_LOAD 1
-#define ROLN_STORE half
+#define ROLN_QUANTISE half
 #include "fuzz_model.h"
 #endif
 

@@ -2,7 +2,7 @@
 /* fuzz_model.h - one model of fuzz_calls.c: every generated function, called with numbers of every kind, and what roln.h says of it
    claimed behind each call: a failure leaves the outputs as they were, ROLN_OK leaves finite ones, and the rest of its contract.
 
-   Included once for each model, behind MODEL, its name, and its options of roln.h. SIBLING: with ROLN_STORE, the model of full
+   Included once for each model, behind MODEL, its name, and its options of roln.h. SIBLING: with ROLN_QUANTISE, the model of full
    weights that was included before. Afterwards MODEL##_start_of (a fresh model) and MODEL##_call (the next call) are
    there. */
 
@@ -21,10 +21,10 @@
 #ifdef ROLN_LOAD
 #define HAS_LOAD
 #endif
-#ifdef ROLN_STORE
+#ifdef ROLN_QUANTISE
 #define HAS_STORE
 #else
-#define ROLN_ROWS 6
+#define ROLN_GN_ROWS 6
 #define HAS_STORE_NOT
 #endif
 #define ROLN_NAME MODEL
@@ -97,7 +97,7 @@ static void M(random)(uint64_t *seed)
         uint64_t own = (uint64_t)which; /* not that of the input which comes first */
         JOIN(SIBLING, random)(&own);
         JOIN(SIBLING, pack)(&JOIN(SIBLING, p), bytes);
-        CLAIM(M(store)(FULL, bytes, p, &work.store) == ROLN_OK);
+        CLAIM(M(quantise)(FULL, bytes, p, &work.store) == ROLN_OK);
     }
     memcpy(&M(p), p, sizeof *p);
 #undef FULL
@@ -148,7 +148,7 @@ static void M(call_joints)(int which)
     case 1: fuzz_keep(&x, sizeof x), fuzz_judge(M(decode)(&M(p), &M(s), &x, &M(w).decode), &x, sizeof x); break;
     case 2:
         fuzz_keep(M(r).z, 3 * M(n) * sizeof(roln_real));
-        fuzz_judge(M(aim)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w).aim), M(r).z, 3 * M(n) * sizeof(roln_real));
+        fuzz_judge(M(encode_reference)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w).encode_reference), M(r).z, 3 * M(n) * sizeof(roln_real));
         break;
     case 3:
         fuzz_keep(&force, sizeof force);
@@ -207,7 +207,7 @@ static void M(call_mechanics)(int which)
         fuzz_judge(M(inverse)(&M(p), &s, tau ? in + M(n) : NULL, in, force.tau_z, &M(w).inverse), &force, sizeof force);
         break;
     default:
-        fuzz_keep(&e, sizeof e), st = M(terms)(&M(p), &s, &e, &M(w).terms), fuzz_judge(st, &e, sizeof e);
+        fuzz_keep(&e, sizeof e), st = M(dynamics)(&M(p), &s, &e, &M(w).dynamics), fuzz_judge(st, &e, sizeof e);
         if (st == ROLN_OK && M(p).scale.m > 0) {
             M(claim_positive)(M(n), e.M);
             CLAIM(e.T >= 0);
@@ -221,7 +221,7 @@ static void M(call_small)(int which)
     roln_check c = {0, 0, 0, 0};
     const int in = M(in_range)(&M(p), &M(s));
     fuzz_call();
-    CLAIM(!in || (roln_all_finite(2 * M(n), M(s).z) && !M(foreign)(&M(p))));
+    CLAIM(!in || (roln_all_finite(2 * M(n), M(s).z) && !M(params_mismatch)(&M(p))));
     if (which > 0) {
         fuzz_call();
         CLAIM(M(check)(&M(p), fuzz_below(2 * M(numbers)) - 1, &c) != ROLN_E_CHECKSUM);
@@ -245,9 +245,9 @@ static void M(limits_of)(void)
     memset(l, 0, sizeof *l);
     l->dt = any ? ROLN_C(0.01) : fuzz_real();
     l->margin = fuzz_below(2) ? 100 : fuzz_positive(), l->tau = fuzz_below(4) ? 5 : fuzz_positive();
-    l->power = fuzz_below(2) ? 0 : fuzz_positive(), l->rate = fuzz_below(2) ? 0 : fuzz_positive();
-    l->q_off = fuzz_below(2) ? 0 : fuzz_positive(), l->qd_off = fuzz_below(2) ? 0 : fuzz_positive();
-    l->hold = fuzz_below(8) ? fuzz_below(4) : -1, l->window = fuzz_below(4), l->strict = fuzz_below(2);
+    l->residual = fuzz_below(2) ? 0 : fuzz_positive(), l->rate = fuzz_below(2) ? 0 : fuzz_positive();
+    l->q_tolerance = fuzz_below(2) ? 0 : fuzz_positive(), l->qd_tolerance = fuzz_below(2) ? 0 : fuzz_positive();
+    l->hold = fuzz_below(8) ? fuzz_below(4) : -1, l->residual_window = fuzz_below(4), l->strict = fuzz_below(2);
     l->tau_each = fuzz_below(4) ? NULL : M(lim).tau, l->rate_each = fuzz_below(4) ? NULL : M(lim).rate;
     l->safe = fuzz_below(2) ? NULL : M(lim).safe;
     M(lim).motors.mu = fuzz_below(4) ? ROLN_C(0.01) : fuzz_real();
@@ -291,13 +291,13 @@ static void M(call_guard)(int which)
     if (which == 0) {
         faults = M(tick)(&M(p), &M(lim).l, &M(x), &M(r), &M(s), &M(g), &M(w).tick);
         CLAIM(fuzz_kept(&M(s), sizeof M(s)) || roln_all_finite(2 * M(n), M(s).z));
-        CLAIM(M(g).g.missed >= 0 && M(g).g.missed <= 1);
+        CLAIM(M(g).g.allocation_residual >= 0 && M(g).g.allocation_residual <= 1);
     } else {
         faults = M(guard_tick)(&M(p), &M(lim).l, &M(x), fuzz_below(8) ? &M(s) : NULL, fuzz_below(8) ? want : NULL, &M(g),
                                &M(w).guard_tick);
         CLAIM(fuzz_kept(&M(s), sizeof M(s)));
     }
-    CLAIM(faults & ROLN_FAULT_STATUS || !M(foreign)(&M(p)));
+    CLAIM(faults & ROLN_FAULT_STATUS || !M(params_mismatch)(&M(p)));
     M(claim_guard)(faults, &was);
 }
 
@@ -336,7 +336,7 @@ static void M(call_given)(int which)
     else if (which == 2) fuzz_reals(3 * M(n), M(r).z), fuzz_positives(2 * M(n), M(r).kp);
     else if (which == 3) {
         fuzz_reals(M(nu), M(g).tau), M(g).g.energy = fuzz_real(), M(g).g.power = fuzz_real(), M(g).g.residual = fuzz_real();
-        M(g).g.bad = fuzz_below(8) - 2, M(g).g.known = fuzz_below(2), M(g).g.faults = (uint32_t)fuzz_below(1024);
+        M(g).g.bad = fuzz_below(8) - 2, M(g).g.valid = fuzz_below(2), M(g).g.faults = (uint32_t)fuzz_below(1024);
     }
     else if (which == 4) memset(&M(g), 0, sizeof M(g));
     else M(limits_of)();
@@ -399,8 +399,8 @@ static void M(call_filter)(int which)
     fuzz_call();
     faults = M(filter_tick)(&M(p), &noise, fuzz_below(8) ? y : NULL, fuzz_below(4) ? tau : NULL, &M(f), &work);
     CLAIM(roln_all_finite(M(side2), M(f).s.z) && roln_all_finite(M(side) * M(side), M(f).F) && roln_finite(M(f).f.nis));
-    CLAIM((faults & ROLN_FAULT_STATUS) || !M(foreign)(&M(p)));
-    CLAIM(!(faults & ROLN_FILTER_START) || (M(f).f.known && M(f).f.starts > 0));
+    CLAIM((faults & ROLN_FAULT_STATUS) || !M(params_mismatch)(&M(p)));
+    CLAIM(!(faults & ROLN_FILTER_START) || (M(f).f.valid && M(f).f.starts > 0));
 #ifdef HAS_LOAD
     CLAIM(roln_all_finite(M(n), M(f).load));
 #endif
@@ -414,7 +414,7 @@ static void M(claim_plan)(const roln_goal *g)
     const roln_limits *l = g->limits;
     int k, j;
     CLAIM(roln_all_finite((M(steps) + 1) * M(side2), M(pl).s[0].z) && roln_all_finite(M(steps) * M(motors) * M(side2), M(pl).K));
-    CLAIM(roln_finite(M(pl).plan.cost) && roln_finite(M(pl).plan.gap) && M(pl).plan.known && M(pl).plan.age == 0);
+    CLAIM(roln_finite(M(pl).plan.cost) && roln_finite(M(pl).plan.duality_gap) && M(pl).plan.valid && M(pl).plan.age == 0);
     for (k = 0; k < M(steps); k++)
         for (j = 0; j < M(motors); j++) {
             const double top = (double)(l->tau_each ? l->tau_each[j] : l->tau), u = (double)M(pl).u[k * M(motors) + j];
@@ -521,7 +521,7 @@ static void M(call_fit)(int which)
         st = M(fit_limits)(&M(p), &b, fuzz_below(4) ? 2 : fuzz_real(), &l, each.tau, each.rate, &M(t).fit_limits);
         fuzz_judge(st, &each, sizeof each);
         {
-            const roln_real made[6] = {l.margin, l.power, l.q_off, l.qd_off, l.tau, l.rate};
+            const roln_real made[6] = {l.margin, l.residual, l.q_tolerance, l.qd_tolerance, l.tau, l.rate};
             CLAIM(st == ROLN_OK || memcmp(&l, &was, sizeof l) == 0);
             for (b.count = 0; b.count < 6 && st == ROLN_OK; b.count++)
                 CLAIM(made[b.count] >= 0 && roln_finite(made[b.count]));
@@ -577,7 +577,7 @@ static void M(call_train)(int which)
     case 5: memset(&M(gr), 0, sizeof M(gr)), memset(&M(o), 0, sizeof M(o)); break;
     default:
         fuzz_call(), st = M(init_pod)(&pod.p, b.count, b.q, M(data).qd, pod.qbar, &fuzz_now.seed, &start.init_pod);
-        if (st == ROLN_OK) CLAIM(roln_all_finite(M(numbers), (const roln_real *)(const void *)&pod.p) && !M(foreign)(&pod.p));
+        if (st == ROLN_OK) CLAIM(roln_all_finite(M(numbers), (const roln_real *)(const void *)&pod.p) && !M(params_mismatch)(&pod.p));
         break;
     }
 }
@@ -630,7 +630,7 @@ static void M(call_chart)(int which)
     else if (which == 4)
         st = M(chart_solve)(&M(p), fuzz_below(2) ? &M(c) : &M(more), fuzz_below(2) ? ROLN_CHART_RIDGE : fuzz_real(), &residual,
                             &start.chart_solve);
-    else st = M(chart_turn)(&M(p), &b, &M(turned), &residual);
+    else st = M(chart_refine)(&M(p), &b, &M(turned), &residual);
     CLAIM(roln_finite(residual));
     if (st != ROLN_OK || which < 3) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
     else CLAIM(!finite || roln_all_finite(M(numbers), (const roln_real *)(const void *)&M(p)));
@@ -658,7 +658,7 @@ static void M(call_keep)(int which)
         memset(&back, 0, sizeof back), fuzz_keep(&back, sizeof back);
         M(pack)(&M(p), bytes), st = M(unpack)(M(packed_size), bytes, &back);
         CLAIM(st == ROLN_OK ? memcmp(&back, &M(p), sizeof back) == 0 : fuzz_kept(&back, sizeof back));
-        CLAIM(st != ROLN_OK || !M(foreign)(&back));
+        CLAIM(st != ROLN_OK || !M(params_mismatch)(&back));
     }
 }
 

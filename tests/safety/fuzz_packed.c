@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_packed.c - packed bytes: an input chooses a model and is a row of commands that damage its packet, and have it read.
-   NAME_unpack takes what a second reader takes, written from the format's description; NAME_store of small weights nothing else,
-   but may refuse more, a model without a range of z; NAME_foreign is asked of what was taken. Parameters stay as they were unless
+   NAME_unpack takes what a second reader takes, written from the format's description; NAME_quantise of small weights nothing else,
+   but may refuse more, a model without a range of z; NAME_params_mismatch is asked of what was taken. Parameters stay as they were unless
    ROLN_OK; what was taken packs to the same bytes. */
 
 #define ROLN_NAME plain
@@ -29,14 +29,14 @@
 #define ROLN_MLP 3
 #define ROLN_SCALE each
 #define ROLN_INPUTS 1
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #include "roln.h"
 
 #define ROLN_NAME layered
 #define ROLN_AE 2
 #define ROLN_MLP 3
 #define ROLN_LAYERS gyro, gyro
-#define ROLN_LEAST 0.015625
+#define ROLN_EIGENVALUE_FLOOR 0.015625
 #define ROLN_BASE 1
 #define ROLN_DAMPING 1
 #include "roln.h"
@@ -45,7 +45,7 @@
 #define ROLN_NAME bytes
 #define ROLN_AE 5, 3, 2
 #define ROLN_MLP 3
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 
 #define ROLN_NAME halves
@@ -53,7 +53,7 @@
 #define ROLN_MLP 2, 2
 #define ROLN_CHART polynomial, 2
 #define ROLN_SLOPE 0.5
-#define ROLN_STORE half
+#define ROLN_QUANTISE half
 #include "roln.h"
 #endif
 
@@ -82,14 +82,14 @@ typedef struct {
     } \
     static int of##_foreign_of(const void *p) \
     { \
-        return of##_foreign((const of##_params *)p); \
+        return of##_params_mismatch((const of##_params *)p); \
     }
 #define STORE(of) \
     static roln_status of##_store_of(int count, const unsigned char *b, void *p) \
     { \
         static of##_start work; \
         FUZZ_SPOIL(&work, sizeof work); \
-        return of##_store(count, b, (of##_params *)p, &work.store); \
+        return of##_quantise(count, b, (of##_params *)p, &work.quantise); \
     }
 OF(plain) OF(curved) OF(wheel) OF(carts) OF(layered)
 #define MODEL(of, full, store) \
@@ -220,7 +220,7 @@ static int is_good(int k, int count, const unsigned char *bytes)
 
 /* ---- reading ---- */
 
-/* Has count bytes, of which there are no more, read as model k: by NAME_unpack, or with small ones by NAME_store, which takes as
+/* Has count bytes, of which there are no more, read as model k: by NAME_unpack, or with small ones by NAME_quantise, which takes as
    long as a hundred of the others: twice in an input. */
 static int stored;
 static void read_as(int k, int small, int count, const unsigned char *bytes)

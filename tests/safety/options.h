@@ -13,7 +13,7 @@
 #define ROLN_LOAD 1
 #define ROLN_INPUTS 2
 #define ROLN_PLAN 4, 2
-#define ROLN_ROWS 20
+#define ROLN_GN_ROWS 20
 #define ROLN_LEARN everything
 #include "roln.h"
 
@@ -22,8 +22,8 @@
 #define ROLN_CHART polynomial, 2
 #define ROLN_MLP 4
 #define ROLN_MASS cholesky
-#define ROLN_STEP midpoint
-#define ROLN_ROWS 20
+#define ROLN_INTEGRATOR midpoint
+#define ROLN_GN_ROWS 20
 #include "roln.h"
 
 #define ROLN_NAME three
@@ -38,7 +38,7 @@
 #define ROLN_AE 6, 3
 #define ROLN_CHART polynomial, 2
 #define ROLN_MLP 4
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 #endif
 

@@ -120,7 +120,7 @@ static int prepare(const char *folder, const char *path)
         static unsigned char bytes[M(full_packed_size) + 1];
         static M(start) start;
         f = file(folder, "bytes", "rb");
-        return f && M(store)((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &start.store) == ROLN_OK && !fclose(f);
+        return f && M(quantise)((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &start.quantise) == ROLN_OK && !fclose(f);
     }
 #else
     {
@@ -128,9 +128,9 @@ static int prepare(const char *folder, const char *path)
         roln_real slope, least;
         uint64_t seed = 1;
         if (M(init)(&p, &seed, &start.init) != ROLN_OK) return 0;
-        slope = p.slope, least = p.least; /* of the config, in double */
+        slope = p.slope, least = p.eigenvalue_floor; /* of the config, in double */
         if (!(f = file(folder, "numbers", "r")) || !get(f, M(numbers), &p.slope)) return 0;
-        p.slope = slope, p.least = least;
+        p.slope = slope, p.eigenvalue_floor = least;
         return !fclose(f);
     }
 #endif

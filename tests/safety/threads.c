@@ -98,7 +98,7 @@ static void fill(int half, arm_residuals *to)
 static void add_up(int half, const arm_residuals *of, arm_newton *to)
 {
     const int side = ROLN_NEWTON_SIDE(8, arm_newton_size);
-    arm_newton_sums(&newton_opt, 8, half ? side / 2 : 0, half ? side : side / 2, of, to, sums_work[half]);
+    arm_newton_normal_equations(&newton_opt, 8, half ? side / 2 : 0, half ? side : side / 2, of, to, sums_work[half]);
 }
 
 static void *run_half(void *of)

@@ -9,7 +9,7 @@
 #define ROLN_MLP 4, 4
 #define ROLN_DAMPING 1
 #define ROLN_LOAD 1
-#define ROLN_ROWS 8
+#define ROLN_GN_ROWS 8
 #define ROLN_PLAN 3, 6
 #include "roln.h"
 
@@ -42,7 +42,7 @@ typedef struct {
     unsigned long long statuses; /* how many were not ROLN_OK, faults and all */
 } results;
 
-static const roln_limits limits = {.dt = ROLN_C(0.01), .margin = 100, .tau = 50, .hold = 5, .power = 1000};
+static const roln_limits limits = {.dt = ROLN_C(0.01), .margin = 100, .tau = 50, .hold = 5, .residual = 1000};
 
 ROLN_FN void make_model(void)
 {
@@ -82,7 +82,7 @@ ROLN_FN void call(int k, results *o, scratch *w)
         o->statuses += arm_encode(&p, &o->x, &s, &w->work.encode) != ROLN_OK;
         break;
     case LINEAR: o->statuses += arm_linear(&p, &s, o->g.tau, limits.dt, &o->j, &w->linwork) != ROLN_OK; break;
-    case TERMS: o->statuses += arm_terms(&p, &o->s, &o->e, &w->work.terms) != ROLN_OK; break;
+    case TERMS: o->statuses += arm_dynamics(&p, &o->s, &o->e, &w->work.dynamics) != ROLN_OK; break;
     case CONTROL:
         o->statuses += arm_control(&p, &o->s, &o->r, o->tau_z, &w->work.control) != ROLN_OK;
         o->statuses += arm_lift(&p, &o->s, o->tau_z, o->tau, &w->work.lift) != ROLN_OK;

@@ -11,7 +11,7 @@ sys.path.insert(0, "tests/safety")
 from headers import HEADERS, named
 
 FUNCTION = re.compile(r"\nROLNI?_\w+ roln_status\s+((?:rolni?|NAME)_\w+)\([^;{]*?\)\s*\n\{(.*?)\n\}", re.S)
-FOREIGN = "if (NAME_foreign(p)) return ROLN_E_SHAPE;"  # the top of roln.h says so of all
+FOREIGN = "if (NAME_params_mismatch(p)) return ROLN_E_SHAPE;"  # the top of roln.h says so of all
 TURNED = re.compile(r"if \(\w+\([^;]*?\) != ROLN_OK\)\s+(?:st = |return )[^;]*ROLN_E_\w+[^;]*;")
 body, says = {}, {}
 for header in HEADERS:

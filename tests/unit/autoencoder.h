@@ -11,9 +11,9 @@
 
 #define SLOPE ROLN_C(0.41421356)
 #define STRAIGHT .storage = ROLN_FULL, .bend = ROLN_UNBENT
-#define BENT(n, d) .storage = ROLN_FULL, .bend = &roln_polynomial, .degree = d, .curves = ROLN_CURVES(n, d)
+#define BENT(n, d) .storage = ROLN_FULL, .bend = &roln_polynomial, .degree = d, .monomials = ROLN_MONOMIALS(n, d)
 #define NOISE (1.5e-14L / EPS) /* rounding of the differences of the twins */
-#define AMP(ae) ((ae).curves > 0 ? 0.4 : 0.7) /* of states: the polynomials are made for [-1, 1] */
+#define AMP(ae) ((ae).monomials > 0 ? 0.4 : 0.7) /* of states: the polynomials are made for [-1, 1] */
 #define MAXW 12    /* widest layer that the twin takes */
 #define MAXP 1000  /* most parameters */
 #define MAXB 40    /* most rows of a block */
@@ -29,14 +29,14 @@ static model m;
 
 /* The sizes that the size macros of roln_ae.h ask for, of m. */
 typedef struct {
-    int N, n, N1, N2, ae_sum, curves, bent, ae_size;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size;
 } sizes;
 
 ROLN_FN sizes sizes_of_m(void)
 {
     const roln_ae *ae = &m.ae;
     const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_size(ae, 1), roln_ae_size(ae, 2),
-                     roln_ae_sum(ae), ae->curves, roln_ae_bent(ae), roln_ae_params(ae)};
+                     roln_ae_sum(ae), ae->monomials, roln_ae_bent(ae), roln_ae_params(ae)};
     return s;
 }
 #define OF_M(name) sizes_of_m().name
@@ -151,7 +151,7 @@ ROLN_FN void t_map(const roln_ae *ae, int enc, const ld *th, const ld *x, const 
     for (i = 0; i < d * d; i++) J[i] = i % (d + 1) == 0, Jd[i] = 0;
     for (step = 0; step < L; step++) {
         const int layer = enc ? step : L - 1 - step, N = ae->size[layer], n = ae->size[layer + 1];
-        const int bent = ae->curves > 0 && layer == L - 1;
+        const int bent = ae->monomials > 0 && layer == L - 1;
         const ld *w = th;
         for (l = 0; l < layer; l++) w += 2 * ae->size[l] * ae->size[l + 1] + ae->size[l];
         if (enc) t_linear(&q, 1, N, n, w);
@@ -277,7 +277,7 @@ ROLN_FN roln_real *weights(uint64_t *s)
         t += 2 * N * n;
         for (i = 0; i < m.ae.size[l]; i++) *t++ = ROLN_C(0.3) * roln_normal(s);
     }
-    for (i = 0; i < m.ae.curves * roln_ae_bent(&m.ae); i++) {
+    for (i = 0; i < m.ae.monomials * roln_ae_bent(&m.ae); i++) {
         CHECK(*t == 0); /* W */
         *t++ = ROLN_C(0.3) * roln_normal(s);
     }
@@ -358,7 +358,7 @@ ROLN_FN void check_rooms(roln_ae ae, int jets, int nb, uint64_t *s)
         roln_real lo[MAXW * 4], hi[MAXW * 4], *stored = fresh(p);
         int i;
         for (i = 0; i < n; i++) lo[i] = -1, hi[i] = 1;
-        CHECK(roln_ae_store(&ae, th, lo, hi, stored, room_of(ROLN_AE_STORE_WORK(OF_M))) == ROLN_OK);
+        CHECK(roln_ae_quantise(&ae, th, lo, hi, stored, room_of(ROLN_AE_QUANTISE_WORK(OF_M))) == ROLN_OK);
         CHECK_ROOM();
         th = stored;
     }

@@ -58,7 +58,7 @@
 #define CALLED_PLAN
 #endif
 #endif
-#if defined ROLN_ROWS && ROLN_ROWS > 0
+#if defined ROLN_GN_ROWS && ROLN_GN_ROWS > 0
 #define CALLED_ROWS
 #endif
 #ifndef ROLN_BLOCK
@@ -96,8 +96,8 @@ typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
 
 /* Every function with scratch that a model has: X(of, where, function), `where` its union or, alone, the type of its scratch. */
 #define CALLED_WORK(X, of) \
-    X(of, work, encode) X(of, work, aim) X(of, work, decode) X(of, work, step) X(of, work, reduce) X(of, work, lift) \
-    X(of, work, terms) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) X(of, work, gains) \
+    X(of, work, encode) X(of, work, encode_reference) X(of, work, decode) X(of, work, step) X(of, work, reduce) X(of, work, lift) \
+    X(of, work, dynamics) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) X(of, work, gains) \
     X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) X(of, train, fit_noise) \
     X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, fit_inertia) \
     X(of, train, errors) X(of, start, init)
@@ -118,7 +118,7 @@ struct model_of {
     int N, n, force_size, motors, steps, load, own, formed, base;
     scratch_sizes scratch;
     roln_status (*encode)(const instance *m, const roln_real *q, const roln_real *qd, roln_real *z, roln_real *zd, void *work);
-    roln_status (*aim)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd,
+    roln_status (*encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd,
                        roln_real *zdd, void *work);
     roln_status (*decode)(const instance *m, const roln_real *z, const roln_real *zd, roln_real *q, roln_real *qd, void *work);
     roln_status (*step)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, void *work);
@@ -131,7 +131,7 @@ struct model_of {
                           const slopes_at *to, void *work);
     roln_status (*reduce)(const instance *m, const roln_real *z, const roln_real *tau, roln_real *tau_z, void *work);
     roln_status (*lift)(const instance *m, const roln_real *z, const roln_real *tau_z, roln_real *tau, void *work);
-    roln_status (*terms)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work);
+    roln_status (*dynamics)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work);
     roln_status (*inverse)(const instance *m, const roln_real *z, const roln_real *zd, const roln_real *w, const roln_real *zdd,
                            roln_real *tau_z, void *work);
     roln_status (*inertia)(const instance *m, const roln_real *z, const roln_real *v, roln_real *y, void *work);
@@ -168,7 +168,7 @@ struct model_of {
     /* g: NAME_gradient, numbers only: theta [params], roln_loss, windows, and as many again */
     roln_status (*grad)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, void *g, void *work);
     roln_status (*grad_acc)(const instance *m, const roln_loss *weights, const roln_batch *b, void *g, void *work);
-    /* J [ROLN_ROWS][newton_size], NULL: not wanted, r [ROLN_ROWS] out; only of models with ROLN_ROWS */
+    /* J [ROLN_GN_ROWS][newton_size], NULL: not wanted, r [ROLN_GN_ROWS] out; only of models with ROLN_GN_ROWS */
     roln_status (*rows)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, uint64_t seed, roln_real *J,
                         roln_real *r, void *work);
     roln_status (*errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar, roln_error *e,
@@ -196,7 +196,7 @@ ROLN_FN C_(params) C_(c_params)(const instance *m)
 {
     C_(params) p;
     memset(&p, 0, sizeof p);
-    p.slope = C_(model).ae.slope, p.least = C_(model).lnn.least, p.scale = *m->scale;
+    p.slope = C_(model).ae.slope, p.eigenvalue_floor = C_(model).lnn.eigenvalue_floor, p.scale = *m->scale;
     copied(C_(n), m->z_min, p.z_min), copied(C_(n), m->z_max, p.z_max), copied(C_(n), m->zd_max, p.zd_max);
     copied(C_(theta_size), m->theta, p.theta);
 #ifdef CALLED_EACH
@@ -247,13 +247,13 @@ ROLN_FN roln_status C_(c_encode)(const instance *m, const roln_real *q, const ro
     return st;
 }
 
-ROLN_FN roln_status C_(c_aim)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
+ROLN_FN roln_status C_(c_encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
                               roln_real *zd, roln_real *zdd, void *work)
 {
     const C_(params) p = C_(c_params)(m);
     const target_at was = {z, zd, zdd, NULL, NULL, NULL};
     C_(target) r = C_(c_target)(&was);
-    const roln_status st = C_(aim)(&p, q, qd, qdd, &r, (C_(aim_work) *)work);
+    const roln_status st = C_(encode_reference)(&p, q, qd, qdd, &r, (C_(encode_reference_work) *)work);
     memcpy(z, r.z, sizeof r.z), memcpy(zd, r.zd, sizeof r.zd), memcpy(zdd, r.zdd, sizeof r.zdd);
     return st;
 }
@@ -323,12 +323,12 @@ ROLN_FN roln_status C_(c_lift)(const instance *m, const roln_real *z, const roln
     return C_(lift)(&p, &s, tau_z, tau, (C_(lift_work) *)work);
 }
 
-ROLN_FN roln_status C_(c_terms)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work)
+ROLN_FN roln_status C_(c_dynamics)(const instance *m, const roln_real *z, const roln_real *zd, const terms_at *out, void *work)
 {
     const C_(params) p = C_(c_params)(m);
     const C_(latent) s = C_(c_latent)(z, zd);
     C_(equation) e;
-    const roln_status st = C_(terms)(&p, &s, &e, (C_(terms_work) *)work);
+    const roln_status st = C_(dynamics)(&p, &s, &e, (C_(dynamics_work) *)work);
     if (st != ROLN_OK) return st;
     if (out->M) memcpy(out->M, e.M, sizeof e.M);
     if (out->c) memcpy(out->c, e.c, sizeof e.c);

@@ -11,13 +11,13 @@
 
 #define CHECK_OK(call) CHECK((call) == ROLN_OK)
 
-#define BENT(n, d) .storage = ROLN_FULL, .bend = &roln_polynomial, .degree = d, .curves = ROLN_CURVES(n, d)
+#define BENT(n, d) .storage = ROLN_FULL, .bend = &roln_polynomial, .degree = d, .monomials = ROLN_MONOMIALS(n, d)
 #define SLOPE ROLN_C(0.5)
 
 /* The shape under test, for the size macros of roln_ae.h. */
 static roln_ae ae;
 static struct {
-    int N, n, N1, N2, ae_sum, curves, bent, ae_size;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size;
 } of;
 #define OF(name) of.name
 
@@ -25,7 +25,7 @@ ROLN_FN void take(const roln_ae *shape)
 {
     ae = *shape;
     of.N = ae.size[0], of.n = ae.size[ae.layers], of.N1 = roln_ae_size(&ae, 1), of.N2 = roln_ae_size(&ae, 2);
-    of.ae_sum = roln_ae_sum(&ae), of.curves = ae.curves, of.bent = roln_ae_bent(&ae), of.ae_size = roln_ae_params(&ae);
+    of.ae_sum = roln_ae_sum(&ae), of.monomials = ae.monomials, of.bent = roln_ae_bent(&ae), of.ae_size = roln_ae_params(&ae);
 }
 
 enum { MAX_SUMS = 20000, MAX_SAMPLES = 3000 };
@@ -78,7 +78,7 @@ ROLN_FN roln_real *layer_of(roln_real *th)
 /* Biorthogonal weights, W random if it shall be. */
 ROLN_FN roln_real *weights_of(int curved, uint64_t *s)
 {
-    roln_real *th = fresh(of.ae_size), *w = th + of.ae_size - of.curves * of.bent, top = 100;
+    roln_real *th = fresh(of.ae_size), *w = th + of.ae_size - of.monomials * of.bent, top = 100;
     int i, l, at;
     while (top > 4) { /* a well conditioned draw */
         CHECK_OK(roln_ae_init(&ae, th, s, fresh(ROLN_AE_INIT_WORK(OF))));
@@ -88,7 +88,7 @@ ROLN_FN roln_real *weights_of(int curved, uint64_t *s)
         at += 2 * ae.size[l] * ae.size[l + 1];
         for (i = 0; i < ae.size[l]; i++) th[at++] = ROLN_C(0.3) * roln_normal(s);
     }
-    for (i = 0; i < of.curves * of.bent && curved; i++) w[i] = ROLN_C(0.2) * roln_normal(s);
+    for (i = 0; i < of.monomials * of.bent && curved; i++) w[i] = ROLN_C(0.2) * roln_normal(s);
     return th;
 }
 
@@ -126,16 +126,16 @@ ROLN_FN ld t_left(const roln_real *layer, int count, const ld *v, const ld *psi)
     static int a[T_CURVES][T_WIDTH];
     static ld P[T_CURVES * T_WIDTH], Pd[T_CURVES * T_WIDTH], zero[T_WIDTH], G[T_FEATURES * T_FEATURES], f[T_FEATURES];
     static ld C[T_FEATURES * T_WIDTH], h[T_FEATURES * T_WIDTH];
-    const int m = 1 + of.n + of.curves, N = of.bent;
+    const int m = 1 + of.n + of.monomials, N = of.bent;
     const roln_real *b = layer + 2 * of.n * N;
     ld left = 0;
     int i, j, k;
-    CHECK(m <= T_FEATURES && t_exponents(of.n, ae.degree, a) == of.curves);
+    CHECK(m <= T_FEATURES && t_exponents(of.n, ae.degree, a) == of.monomials);
     memset(G, 0, sizeof G), memset(h, 0, sizeof h);
     for (k = 0; k < count; k++) {
         for (f[0] = 1, i = 0; i < of.n; i++)
             for (f[1 + i] = 0, j = 0; j < N; j++) f[1 + i] += psi[i * N + j] * (v[k * N + j] - (ld)b[j]);
-        t_curves(of.n, of.curves, a, f + 1, zero, f + 1 + of.n, P, Pd);
+        t_curves(of.n, of.monomials, a, f + 1, zero, f + 1 + of.n, P, Pd);
         for (i = 0; i < m; i++) {
             for (j = 0; j < m; j++) G[i * m + j] += f[i] * f[j];
             for (j = 0; j < N; j++) h[i * N + j] += f[i] * v[k * N + j];

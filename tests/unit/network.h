@@ -59,7 +59,7 @@ ROLN_FN void set_sizes(const roln_lnn *f)
 }
 
 #define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)
-#define TERMS_WORK ROLN_LNN_TERMS_WORK(SZ)
+#define TERMS_WORK ROLN_LNN_DYNAMICS_WORK(SZ)
 
 /* Where the parts of theta begin, in the order that the header tells. */
 static int damper_at, friction_at, base_at, layer_at[ROLN_LAYERS_MAX];
@@ -179,7 +179,7 @@ ROLN_FN void t_mass(const ld *z, ld *X)
     if (f->mass == ROLN_CHOLESKY) {
         for (i = 0; i < w * w; i++) W[i] = i % (w + 1) == 0;
         t_congr(w, w, U, W, U, X);
-        for (i = 0; i < w; i++) X[i * (w + 1)] += (ld)f->least;
+        for (i = 0; i < w; i++) X[i * (w + 1)] += (ld)f->eigenvalue_floor;
     } else if (!f->base) {
         t_exp(w, U, X);
     } else {
@@ -476,7 +476,7 @@ ROLN_FN roln_lnn behind(roln_lnn f, int layers)
 
 ROLN_FN roln_lnn cholesky(roln_lnn f)
 {
-    f.mass = ROLN_CHOLESKY, f.least = ROLN_C(0.1);
+    f.mass = ROLN_CHOLESKY, f.eigenvalue_floor = ROLN_C(0.1);
     return f;
 }
 
@@ -744,11 +744,11 @@ ROLN_FN int term_at(int i)
 ROLN_FN roln_status terms(const roln_real *th, const roln_real *s, int skip, roln_real *X, roln_real *tape, roln_real *w)
 {
     roln_real *at[NTERMS];
-    roln_terms_out out;
+    roln_dynamics_out out;
     int i;
     for (i = 0; i < NTERMS; i++) at[i] = i == skip ? NULL : X + term_at(i);
     out.M = at[0], out.c = at[1], out.g = at[2], out.d = at[3], out.T = at[4], out.V = at[5];
-    return roln_lnn_terms(&m.f, th, s, &out, tape, w);
+    return roln_lnn_dynamics(&m.f, th, s, &out, tape, w);
 }
 
 /* A constant force, ctx [nb * n]. */

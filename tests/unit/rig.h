@@ -53,10 +53,10 @@ ROLN_FN void good(int k, rig *x)
     dyadic(N, 1, &s, x->q), dyadic(N, 1, &s, x->qd);
     dyadic(n, ROLN_C(0.5), &s, x->z), dyadic(n, ROLN_C(0.015625), &s, x->zd), dyadic(F, 1, &s, x->want);
     fill(n, -1, x->z_min), fill(n, 1, x->z_max), fill(n, 2, x->zd_max);
-    x->limits.dt = ROLN_C(0.0625), x->limits.margin = ROLN_C(0.25), x->limits.power = 4;
+    x->limits.dt = ROLN_C(0.0625), x->limits.margin = ROLN_C(0.25), x->limits.residual = 4;
     x->limits.tau = ROLN_C(1.5), x->limits.hold = 3, x->limits.strict = 1;
     CHECK(tick(k, x) == 0 && same(F, x->held, x->want) && tick(k, x) == 0);
-    CHECK(x->g.bad == 0 && x->g.known == 1 && x->g.faults == 0);
+    CHECK(x->g.bad == 0 && x->g.valid == 1 && x->g.faults == 0);
 }
 
 ROLN_FN uint32_t one_call(int k, rig *x, const target_at *ref)

@@ -12,7 +12,7 @@
 #define ROLN_MLP 5, 4
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 #endif
 
@@ -98,7 +98,7 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
             theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
         theta += 2 * a * b + a;
     }
-    theta += m->ae.curves * roln_ae_bent(&m->ae);
+    theta += m->ae.monomials * roln_ae_bent(&m->ae);
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;

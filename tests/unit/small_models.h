@@ -31,38 +31,38 @@
 #define ROLN_SLOPE 0.4375
 #define ROLN_HORIZON 4
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(bare) /* no autoencoder; base point, midpoint */
 #define ROLN_AE 3
 #define ROLN_MLP 4
-#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INTEGRATOR SMALL_STEP(midpoint)
 #define ROLN_BASE 1
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 1
 #define ROLN_PLAN 4, 2
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(square) /* a layer that keeps its size */
 #define ROLN_AE 5, 3, 3
 #define ROLN_MLP 3, 4, 3
-#define ROLN_STEP SMALL_STEP(euler)
+#define ROLN_INTEGRATOR SMALL_STEP(euler)
 #define ROLN_SLOPE 0.5
 #define ROLN_BASE 1
 #define ROLN_BLOCK 3
 #define ROLN_PLAN 4, 2
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -72,22 +72,22 @@
 #define ROLN_SLOPE 0.625
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
 #define ROLN_NAME SMALL(pole) /* one degree of freedom, as linear as can be */
 #define ROLN_AE 3, 1
 #define ROLN_MLP 2
-#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INTEGRATOR SMALL_STEP(midpoint)
 #define ROLN_SLOPE 1
 #define ROLN_PLAN 4, 2
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -95,13 +95,13 @@
 #define ROLN_AE 4, 2
 #define ROLN_MLP 4
 #define ROLN_MASS cholesky
-#define ROLN_LEAST 0.0625
-#define ROLN_STEP SMALL_STEP(euler)
+#define ROLN_EIGENVALUE_FLOOR 0.0625
+#define ROLN_INTEGRATOR SMALL_STEP(euler)
 #define ROLN_HORIZON 3
 #define ROLN_PLAN 4, 2
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -112,10 +112,10 @@
 #define ROLN_DAMPING 1
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -126,10 +126,10 @@
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 4
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -141,10 +141,10 @@
 #define ROLN_FRICTION 1
 #define ROLN_HORIZON 3
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -155,9 +155,9 @@
 #define ROLN_LOAD 1
 #define ROLN_HORIZON 3
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 #endif
@@ -172,10 +172,10 @@
 #define ROLN_INPUTS SMALL_INPUTS(2)
 #define ROLN_HORIZON 3
 #define ROLN_PLAN 4, 2
-#define ROLN_STEP SMALL_STEP(rk4)
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -184,13 +184,13 @@
 #define ROLN_MLP 4, 3
 #define ROLN_DAMPING 1
 #define ROLN_INPUTS SMALL_INPUTS(5)
-#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INTEGRATOR SMALL_STEP(midpoint)
 #define ROLN_HORIZON 2
 #define ROLN_BLOCK 5
 #define ROLN_PLAN 4, 5
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
@@ -199,13 +199,13 @@
 #define ROLN_MLP 4, 3
 #define ROLN_SLOPE 0.5
 #define ROLN_CHART polynomial, 2
-#define ROLN_STEP SMALL_STEP(midpoint)
+#define ROLN_INTEGRATOR SMALL_STEP(midpoint)
 #define ROLN_INPUTS SMALL_INPUTS(2)
 #define ROLN_HORIZON 2
 #define ROLN_PLAN 4, 2
 #define ROLN_LOAD SMALL_LOAD
 #define ROLN_SCALE SMALL_SCALE
-#define ROLN_ROWS SMALL_ROWS
+#define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 

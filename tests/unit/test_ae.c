@@ -70,7 +70,7 @@ static void check_jets(roln_ae ae, int enc, int jets, int nb, int slope, uint64_
     run_bwd(th, tape, g, NULL, NULL, w);
     CHECK(same(ni, gin, gin1) && same(p, gth, gth1));
 #ifdef ROLN_DOUBLE
-    if (slope && (ae.slope < 1 || ae.curves > 0)) {
+    if (slope && (ae.slope < 1 || ae.monomials > 0)) {
         s_th = th, s_in = in, s_out = out, s_g = g, s_tape = tape;
         check_halving(p, gth, th, 5e-3, s_loss, NULL);
         check_halving(ni, gin, in, 5e-3, s_loss, NULL);
@@ -211,7 +211,7 @@ static void check_inverse(roln_ae ae, uint64_t *s)
         BOUND("init: Psi^T Phi = I (eps of terms)", worst / EPS, 100);
         at += 2 * a * b + a;
     }
-    CHECK(at + ae.curves * roln_ae_bent(&ae) == p);
+    CHECK(at + ae.monomials * roln_ae_bent(&ae) == p);
     CHECK(roln_ae_check(&ae, th) == ROLN_OK);
     z = normal(rows * n, AMP(ae), s), x = fresh(rows * N), zz = fresh(rows * n);
     dec = fresh(tape_size(0, 3, nb)), enc = fresh(tape_size(1, 3, nb)), at_x = fresh(ROLN_AE_LIFT_TAPE(OF_M, nb));
@@ -294,7 +294,7 @@ static void check_in_place(roln_ae ae, int jets, int nb, uint64_t *s)
     tape = fresh(tape_size(0, jets, nb)), other = fresh(tape_size(0, jets, nb)), end = tape_size(0, jets, nb) - jets * nb * n;
     roln_ae_decode(&ae, jets, nb, th, z, y, tape);
     roln_ae_decode(&ae, jets, nb, th, z, NULL, other);
-    if (ae.layers == 1 && ae.curves > 0) { /* without x there is no s */
+    if (ae.layers == 1 && ae.monomials > 0) { /* without x there is no s */
         CHECK(unused(jets * nb * n, other) == jets * nb * n);
         memcpy(other, tape, (size_t)(jets * nb * n) * sizeof *tape);
     }

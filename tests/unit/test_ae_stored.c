@@ -33,7 +33,7 @@ static void check_products(const roln_storage *storage, int rows, int k, int n, 
     float *b = normal(k * n, 0.5, s), *st = fresh(k * row), *a, *c, *one, *j1;
     int i, j, p;
     for (i = 0; i < k * n; i++) b[i] *= i % 7 == 0 ? 1e-3f : 1; /* of different size */
-    CHECK(rolni_store_matrix(bits, k, n, b, st) == ROLN_OK);
+    CHECK(rolni_quantise_matrix(bits, k, n, b, st) == ROLN_OK);
     t_unpack(bits, k, n, st, B);
     for (i = 0; i < k; i++)
         for (j = 0; j < row * 32 / bits - (bits == 8 ? 4 : 0); j++) {
@@ -185,10 +185,10 @@ static void t_stored(const roln_ae *ae, const float *st)
         for (i = 0; i < a; i++) m.th[p + 2 * a * b + i] = (ld)st[at + i];
         at += a, p += 2 * a * b + a, numbers += a + (bits == 8 ? 3 * b : 0);
     }
-    if (ae->curves > 0) {
+    if (ae->monomials > 0) {
         const int N = ae->size[ae->layers - 1];
-        t_unpack(bits, ae->curves, N, st + at, m.th + p);
-        at += ae->curves * ROLN_AE_ROW(bits, N), p += ae->curves * N, numbers += bits == 8 ? ae->curves : 0;
+        t_unpack(bits, ae->monomials, N, st + at, m.th + p);
+        at += ae->monomials * ROLN_AE_ROW(bits, N), p += ae->monomials * N, numbers += bits == 8 ? ae->monomials : 0;
     }
     CHECK(at == roln_ae_params(ae) && p <= MAXP);
     for (i = 0; i < at; i++) numbers -= roln_ae_is_number(ae, i) != 0;
@@ -264,8 +264,8 @@ static void check_stored(roln_ae ae, const roln_storage *storage, uint64_t *s)
     for (i = 0; i < n; i++) lo[i] = -1.5f, hi[i] = 1.5f;
     m.ae.storage = ae.storage = storage;
     st = fresh(roln_ae_params(&ae));
-    w = fresh(ROLN_AE_STORE_WORK(OF_M));
-    CHECK(roln_ae_store(&ae, th, lo, hi, st, w) == ROLN_OK);
+    w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
+    CHECK(roln_ae_quantise(&ae, th, lo, hi, st, w) == ROLN_OK);
     t_stored(&ae, st);
     m.nb = 3;
     for (m.enc = 0; m.enc < 2; m.enc++)
@@ -288,8 +288,8 @@ static void test_refused(const roln_storage *storage, uint64_t *s)
     m.ae = ae;
     th = weights(s);
     ae.storage = storage, size = roln_ae_params(&ae);
-    st = normal(size, 1, s), was = copy(size, st), m.ae = ae, w = fresh(ROLN_AE_STORE_WORK(OF_M));
-#define STORE() roln_ae_store(&ae, th, z, z + 2, st, w)
+    st = normal(size, 1, s), was = copy(size, st), m.ae = ae, w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
+#define STORE() roln_ae_quantise(&ae, th, z, z + 2, st, w)
     for (j = 0; j < 3; j++) {
         for (i = 0; i < params; i++) {
             const float x = th[i];
@@ -358,8 +358,8 @@ static void test_parallel(const roln_storage *storage)
                 for (A[i] = 0, j = 0; j < N; j++) A[i] += B[i / n * N + j] * B[i % n * N + j];
             t_solve(n, N, A, B); /* Phi^T = (Psi^T Psi)^-1 Psi^T */
             for (i = 0; i < n * N; i++) th[i] = (float)B[i];
-            ae.storage = storage, m.ae = ae, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_STORE_WORK(OF_M));
-            code = roln_ae_store(&ae, th, lo, hi, st, w);
+            ae.storage = storage, m.ae = ae, st = fresh(roln_ae_params(&ae)), w = fresh(ROLN_AE_QUANTISE_WORK(OF_M));
+            code = roln_ae_quantise(&ae, th, lo, hi, st, w);
             CHECK(code == ROLN_OK || code == ROLN_E_ILL_CONDITIONED);
             CHECK(code != ROLN_OK || roln_ae_check(&ae, st) == ROLN_OK);
             refused += code != ROLN_OK;

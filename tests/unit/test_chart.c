@@ -21,9 +21,9 @@ static void test_count(void)
             int i;
             for (i = 1; i <= n + d; i++)
                 for (e = i; e > 0; e--) row[e] += row[e - 1];
-            CHECK(ROLN_CURVES(n, d) == (int)row[d] - 1 - n);
+            CHECK(ROLN_MONOMIALS(n, d) == (int)row[d] - 1 - n);
         }
-    CHECK(ROLN_CURVES(600, 0) == 0 && ROLN_CURVES(65535, 0) == 0 && ROLN_CURVES(600, 2) == 600 * 601 / 2);
+    CHECK(ROLN_MONOMIALS(600, 0) == 0 && ROLN_MONOMIALS(65535, 0) == 0 && ROLN_MONOMIALS(600, 2) == 600 * 601 / 2);
 }
 
 /* The twin's T_k is cos(k acos x), its derivatives are those. */
@@ -47,7 +47,7 @@ static void check_polynomials(int n, int d, uint64_t *s)
     static int a[T_CURVES][T_WIDTH];
     static ld p[T_CURVES], P[T_CURVES * T_WIDTH], Pd[T_CURVES * T_WIDTH], ref[3][T_CURVES];
     static const char *const what[3] = {"polynomials (eps d^2)", "their rate (eps d^2 n)", "its rate (eps d^4 n^2)"};
-    const int m = ROLN_CURVES(n, d);
+    const int m = ROLN_MONOMIALS(n, d);
     roln_real *z = fresh(3 * n), *got = fresh(3 * m), *one = fresh(m);
     ld zl[3 * T_WIDTH];
     int i, k, j;
@@ -90,7 +90,7 @@ static void check_left_inverse(int n, int d, int outer, uint64_t *s)
     while (largest(of.ae_size, large) > 4);
     fresh_done();
     th = large, layer = layer_of(th);
-    for (i = 0; i < of.curves * of.bent; i++) layer[(2 * n + 1) * of.bent + i] = roln_normal(s) / (roln_real)n;
+    for (i = 0; i < of.monomials * of.bent; i++) layer[(2 * n + 1) * of.bent + i] = roln_normal(s) / (roln_real)n;
     states(1, s, z);
     roln_ae_decode(&ae, 1, 1, th, z, x, large_tape);
     roln_ae_encode(&ae, 1, 1, th, x, back, large_tape);
@@ -112,7 +112,7 @@ static void check_pair(roln_real *th)
     const roln_real *phi = layer_of(th), *psi = phi + of.n * of.bent, *W = psi + (of.n + 1) * of.bent;
     int i, j, k;
     for (i = 0; i < of.n; i++)
-        for (j = 0; j < of.n + of.curves; j++) {
+        for (j = 0; j < of.n + of.monomials; j++) {
             const roln_real *row = j < of.n ? phi + j * of.bent : W + (j - of.n) * of.bent;
             ld sum = j < of.n ? -(ld)(i == j) : 0, size = 1e-3L;
             for (k = 0; k < of.bent; k++) {
@@ -132,7 +132,7 @@ static void check_recovery(const roln_ae *shape, int count, uint64_t *s)
     take(shape);
     th = weights_of(1, s), found = copy(of.ae_size, th);
     for (i = 0; i < of.n * of.bent; i++) layer_of(found)[i] += roln_normal(s); /* Phi, which the fit does not read */
-    for (i = 0; i < of.curves * of.bent; i++) layer_of(found)[(2 * of.n + 1) * of.bent + i] = roln_normal(s);
+    for (i = 0; i < of.monomials * of.bent; i++) layer_of(found)[(2 * of.n + 1) * of.bent + i] = roln_normal(s);
     manifold(th, count, 0, s);
     clear(sums);
     CHECK_OK(add(found, count, samples, sums));
@@ -158,10 +158,10 @@ static void t_features(const roln_real *th, const roln_real *x, int m, ld *f)
     static ld P[T_CURVES * T_WIDTH], Pd[T_CURVES * T_WIDTH], zero[T_WIDTH];
     const roln_real *psi = th + of.n * of.N, *b = psi + of.n * of.N;
     int i, j;
-    CHECK(t_exponents(of.n, ae.degree, a) == of.curves && m == 1 + of.n + of.curves);
+    CHECK(t_exponents(of.n, ae.degree, a) == of.monomials && m == 1 + of.n + of.monomials);
     for (f[0] = 1, i = 0; i < of.n; i++)
         for (f[1 + i] = 0, j = 0; j < of.N; j++) f[1 + i] += (ld)psi[i * of.N + j] * ((ld)x[j] - (ld)b[j]);
-    t_curves(of.n, of.curves, a, f + 1, zero, f + 1 + of.n, P, Pd);
+    t_curves(of.n, of.monomials, a, f + 1, zero, f + 1 + of.n, P, Pd);
 }
 
 /* Noisy samples, with a ridge: the coefficients and what is left are those of the slow fit. */
@@ -173,7 +173,7 @@ static void check_slow(const roln_ae *shape, int count, roln_real ridge, uint64_
     ld sum = 0, all = 0, mean[T_WIDTH] = {0};
     int i, j, k, m;
     take(shape);
-    m = 1 + of.n + of.curves;
+    m = 1 + of.n + of.monomials;
     CHECK(m <= M && ae.layers == 1);
     th = weights_of(1, s), got = copy(of.ae_size, th);
     manifold(th, count, 0.1, s);
@@ -203,7 +203,7 @@ static void check_slow(const roln_ae *shape, int count, roln_real ridge, uint64_
     BOUND("fit: coefficients of the slow fit (eps)", distance(of.N, got + 2 * of.n * of.N, C) / EPS, PICK(10, 150));
     BOUND("fit: coefficients of the slow fit (eps)", distance(of.n * of.N, got, C + of.N) / EPS, PICK(10, 150));
     BOUND("fit: coefficients of the slow fit (eps)",
-          distance(of.curves * of.N, got + (2 * of.n + 1) * of.N, C + (1 + of.n) * of.N) / EPS, PICK(10, 150));
+          distance(of.monomials * of.N, got + (2 * of.n + 1) * of.N, C + (1 + of.n) * of.N) / EPS, PICK(10, 150));
     CHECK_NEAR(left, sqrtl(sum / all), 1e-5L * sqrtl(sum / all));
     check_pair(got);
     fresh_done();
@@ -216,8 +216,8 @@ static void check_portions(const roln_ae *shape, int count, uint64_t *s)
     roln_real *th, *z, *p;
     int k, i, j, m, size, at;
     take(shape);
-    m = 1 + of.n + of.curves, size = size_of_sums();
-    th = weights_of(1, s), z = fresh(of.n), p = fresh(of.curves);
+    m = 1 + of.n + of.monomials, size = size_of_sums();
+    th = weights_of(1, s), z = fresh(of.n), p = fresh(of.monomials);
     manifold(th, count, 0.1, s);
     clear(sums), clear(slow);
     CHECK_OK(add(th, count, samples, sums));
@@ -305,7 +305,7 @@ static void test_surface(uint64_t *s)
             all += ((ld)samples[i] - mean[i % of.N]) * ((ld)samples[i] - mean[i % of.N]);
         }
         BOUND("fit: on a surface, decoder over residual", fabsl(sqrtl(off / all) / left[pass] - 1), PICK(1e-4L, 1e-7L));
-        size[pass] = roln_dot(of.curves * of.N, th + 7 * of.N, th + 7 * of.N);
+        size[pass] = roln_dot(of.monomials * of.N, th + 7 * of.N, th + 7 * of.N);
         check_pair(th);
         for (k = 0; k < of.n; k++) { /* Psi^T b is what it was */
             ld moved = 0, terms = 0;
@@ -381,7 +381,7 @@ static void test_ill(uint64_t *s)
     roln_real *th, *x, left = 7;
     int m, i, k, count;
     take(&shape);
-    m = 1 + of.n + of.curves;
+    m = 1 + of.n + of.monomials;
     th = weights_of(1, s);
     manifold(th, 400, 0.05, s);
     clear(sums);
@@ -494,7 +494,7 @@ static void test_failures(uint64_t *s)
     }
     refused(sums, -ROLN_C(1e-3), ROLN_E_RANGE, th);
     refused(sums, (roln_real)NAN, ROLN_E_NOT_FINITE, th), refused(sums, (roln_real)INFINITY, ROLN_E_NOT_FINITE, th);
-    none = ae, none.bend = ROLN_UNBENT, none.degree = none.curves = 0;
+    none = ae, none.bend = ROLN_UNBENT, none.degree = none.monomials = 0;
     CHECK(roln_chart_add(&none, th, 100, samples, 1, NULL, sums, area, spare) == ROLN_E_SHAPE);
     CHECK(roln_chart_solve(&none, sums, 0, th, &left, area) == ROLN_E_SHAPE && all(1, &left, 7));
     CHECK(roln_chart_center(&none, samples, samples, th) == ROLN_E_SHAPE);
@@ -523,7 +523,7 @@ static void test_ridge(uint64_t *s)
     for (ridge = ROLN_C(1e-4); ridge < ROLN_C(1e5); ridge *= 10) {
         CHECK_OK(solve(sums, ridge, th, &left));
         check_pair(th);
-        for (size = 0, i = 0; i < of.curves * of.N; i++) size += (ld)w[i] * (ld)w[i];
+        for (size = 0, i = 0; i < of.monomials * of.N; i++) size += (ld)w[i] * (ld)w[i];
         CHECK(size < size_last && left >= last);
         size_last = size, last = left;
     }
@@ -546,7 +546,7 @@ static void check_center(const roln_ae *shape, uint64_t *s)
     layer_of(new_th)[(2 * of.n + 1) * of.bent] = 5; /* of W */
     CHECK_OK(roln_chart_center(&ae, lo, hi, new_th));
     CHECK_OK(roln_ae_check(&ae, new_th));
-    for (i = 0; i < of.curves * of.bent; i++) CHECK(all(1, layer_of(new_th) + (2 * of.n + 1) * of.bent + i, 0));
+    for (i = 0; i < of.monomials * of.bent; i++) CHECK(all(1, layer_of(new_th) + (2 * of.n + 1) * of.bent + i, 0));
     z = normal(20 * of.n, 1, s), z1 = fresh(20 * of.n), x = fresh(20 * of.N), x1 = fresh(20 * of.N);
     for (k = 0; k < 20; k++)
         for (i = 0; i < of.n; i++) z1[k * of.n + i] = (z[k * of.n + i] - (hi[i] + lo[i]) / 2) / ((hi[i] - lo[i]) / 2);
@@ -608,7 +608,7 @@ static void check_pod(const roln_ae *shape, uint64_t *s)
         }
         CHECK_NEAR(lo[i], -1, 100 * EPS), CHECK_NEAR(hi[i], 1, 100 * EPS);
     }
-    straight.bend = ROLN_UNBENT, straight.degree = straight.curves = 0;
+    straight.bend = ROLN_UNBENT, straight.degree = straight.monomials = 0;
     CHECK_OK(roln_ae_init_pod(&straight, 300, x, 4, NULL, plain, area, fresh(ROLN_AE_POD_WORK(OF))));
     decode(th, 300, z, y);
     roln_ae_encode(&straight, 1, 300, plain, samples, z, spare), roln_ae_decode(&straight, 1, 300, plain, z, x, spare);
@@ -667,23 +667,23 @@ static void check_stored(const roln_ae *shape, const roln_storage *storage, ld m
     take(shape);
     small.storage = storage;
     th = weights_of(1, s), st = fresh(roln_ae_params(&small));
-    of.ae_size = roln_ae_params(&small), work = fresh(ROLN_AE_STORE_WORK(OF)), of.ae_size = roln_ae_params(&ae);
+    of.ae_size = roln_ae_params(&small), work = fresh(ROLN_AE_QUANTISE_WORK(OF)), of.ae_size = roln_ae_params(&ae);
     for (i = 0; i < n; i++) lo[i] = -1, hi[i] = 1;
-    for (i = 0; i < of.curves; i++) /* W along Phi, three times as large as W */
+    for (i = 0; i < of.monomials; i++) /* W along Phi, three times as large as W */
         for (j = 0; j < N; j++) th[(2 * n + 1 + i) * N + j] += th[i % n * N + j];
-    CHECK_OK(roln_ae_store(&small, th, lo, hi, st, work));
+    CHECK_OK(roln_ae_quantise(&small, th, lo, hi, st, work));
     off = stored_off(&small, st, th, s);
     plain = copy(roln_ae_params(&small), st);
-    CHECK_OK(rolni_store_matrix(storage->bits, n, N, th, plain));
+    CHECK_OK(rolni_quantise_matrix(storage->bits, n, N, th, plain));
     memcpy(plain + rolni_ae_layers(&small) - N, th + 2 * n * N, (size_t)N * sizeof *th);
-    CHECK_OK(rolni_store_matrix(storage->bits, of.curves, N, th + (2 * n + 1) * N, plain + rolni_ae_layers(&small)));
-    CHECK_OK(rolni_store_encoder(storage, N, n, th + n * N, plain, work));
+    CHECK_OK(rolni_quantise_matrix(storage->bits, of.monomials, N, th + (2 * n + 1) * N, plain + rolni_ae_layers(&small)));
+    CHECK_OK(rolni_quantise_encoder(storage, N, n, th + n * N, plain, work));
     off_plain = stored_off(&small, plain, th, s);
     CHECK(row < N);
     for (i = 0; i < n * N; i++) plain[i] = 0x1p-20f * th[n * N + i]; /* an encoder whose inverse is beyond half floats */
-    if (storage->bits == 16) CHECK(rolni_store_encoder(storage, N, n, copy(n * N, plain), st, work) == ROLN_E_RANGE);
+    if (storage->bits == 16) CHECK(rolni_quantise_encoder(storage, N, n, copy(n * N, plain), st, work) == ROLN_E_RANGE);
     plain[0] = th[of.ae_size - 1], th[of.ae_size - 1] = NAN;
-    CHECK(roln_ae_store(&small, th, lo, hi, plain, work) == ROLN_E_NOT_FINITE);
+    CHECK(roln_ae_quantise(&small, th, lo, hi, plain, work) == ROLN_E_NOT_FINITE);
     th[of.ae_size - 1] = plain[0];
     BOUND(storage->bits == 8 ? "stored chart, int8" : "stored chart, half", off, most);
     CHECK_BELOW(1.4L * off, off_plain);
@@ -714,7 +714,7 @@ void TEST_NAME(chart)(void)
     test_twin();
     for (n = 1; n <= 10; n++)
         for (d = 2; d <= ROLN_DEGREE_MAX; d++)
-            for (i = 0; i < 8 && ROLN_CURVES(n, d) <= T_CURVES; i++) check_polynomials(n, d, &seed);
+            for (i = 0; i < 8 && ROLN_MONOMIALS(n, d) <= T_CURVES; i++) check_polynomials(n, d, &seed);
     for (n = 1; n <= 10; n++)
         for (d = 2; d <= ROLN_DEGREE_MAX; d++) check_left_inverse(n, d, 0, &seed), check_left_inverse(n, d, 1, &seed);
     for (i = 0; i < 7; i++) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Charts of a model (roln.h; the fit itself: test_chart.c): steps of the encoder, NAME_chart_turn, to the encoder of a known
+/* Charts of a model (roln.h; the fit itself: test_chart.c): steps of the encoder, NAME_chart_refine, to the encoder of a known
    manifold; NAME_chart_center, _add, _merge, _solve are the functions of roln_ae.h in the units of the user; a fleet of
    machines. */
 #define CALLED(X) X(encode) X(fit_range)
@@ -18,22 +18,22 @@ static struct {
     roln_real theta[MAXP], q[MAX_SAMPLES * 8], qd[MAX_SAMPLES * 8], zd_max[8];
     roln_batch b;
     roln_lbfgs state;
-    roln_real psi[64], from[16], keep[ROLN_LBFGS_KEEP(ROLN_TURN_PAIRS, 64)];
+    roln_real psi[64], from[16], keep[ROLN_LBFGS_KEEP(ROLN_REFINE_PAIRS, 64)];
 } enc;
 
-/* A step. The rest of NAME_turn is scratch: new in every step, and as large as it must be. */
+/* A step. The rest of NAME_refinement is scratch: new in every step, and as large as it must be. */
 #define TURN(of) \
     static roln_status turn_##of(roln_real *left) \
     { \
-        static of##_turn t; \
+        static of##_refinement t; \
         static of##_params p; \
         roln_status st; \
-        p.slope = of##_model.ae.slope, p.least = of##_model.lnn.least, p.scale = scale; \
+        p.slope = of##_model.ae.slope, p.eigenvalue_floor = of##_model.lnn.eigenvalue_floor, p.scale = scale; \
         memcpy(p.theta, enc.theta, sizeof p.theta), memcpy(p.zd_max, enc.zd_max, sizeof p.zd_max); \
         memset(&t, 0x5b, sizeof t); \
         t.state = enc.state, memcpy(t.psi, enc.psi, sizeof t.psi), memcpy(t.from, enc.from, sizeof t.from); \
         memcpy(t.keep, enc.keep, sizeof t.keep); \
-        st = of##_chart_turn(&p, &enc.b, &t, left); \
+        st = of##_chart_refine(&p, &enc.b, &t, left); \
         enc.state = t.state, memcpy(enc.psi, t.psi, sizeof t.psi), memcpy(enc.from, t.from, sizeof t.from); \
         memcpy(enc.keep, t.keep, sizeof t.keep); \
         memcpy(enc.theta, p.theta, sizeof p.theta), memcpy(enc.zd_max, p.zd_max, sizeof p.zd_max); \
@@ -81,8 +81,8 @@ static void motion(int k, int count, roln_real curved, double noise, roln_real *
     enc.k = k;
     take(&models[k]->md->ae);
     dyadic(models[k]->params, ROLN_C(0.5), s, enc.theta);
-    th = weights_of(1, s), w = th + of.ae_size - of.curves * of.bent;
-    for (i = 0; i < of.curves * of.bent; i++) w[i] *= curved;
+    th = weights_of(1, s), w = th + of.ae_size - of.monomials * of.bent;
+    for (i = 0; i < of.monomials * of.bent; i++) w[i] *= curved;
     manifold(th, count, noise, s);
     memcpy(enc.theta, th, (size_t)of.ae_size * sizeof *th), memcpy(truth, th, (size_t)of.ae_size * sizeof *th);
     CHECK(count * of.N <= (int)(sizeof enc.q / sizeof *enc.q));
@@ -145,7 +145,7 @@ static void check_turned(roln_real left)
     const instance m = trained(models[enc.k], &scale, enc.theta);
     const int count = enc.b.count, size = size_of_sums();
     roln_real low[8], high[8], top[8], again = 7, *th = copy(of.ae_size, enc.theta), *z = fresh(50 * of.n), *x = fresh(50 * of.N);
-    roln_real *back = fresh(50 * of.n), *w = th + of.ae_size - of.curves * of.bent;
+    roln_real *back = fresh(50 * of.n), *w = th + of.ae_size - of.monomials * of.bent;
     uint64_t s = 5;
     ld terms = 0;
     int i;
@@ -166,8 +166,8 @@ static void check_turned(roln_real left)
     CHECK_OK(solve(sums, ROLN_CHART_RIDGE, th, &again));
     decode(th, 50, back, x), decode(enc.theta, 50, back, spare + 10000);
     BOUND("encoder: the closed form again (eps)", apart(50 * of.N, spare + 10000, x) / EPS, PICK(100, 1e5L));
-    again = again * again + ROLN_CHART_RIDGE * roln_dot(of.curves * of.bent, w, w) * (roln_real)sums[0] /
-                                (roln_real)rolni_chart_spread(1 + of.n + of.curves, of.bent, sums);
+    again = again * again + ROLN_CHART_RIDGE * roln_dot(of.monomials * of.bent, w, w) * (roln_real)sums[0] /
+                                (roln_real)rolni_chart_spread(1 + of.n + of.monomials, of.bent, sums);
     CHECK_NEAR(ROLN_SQRT(again), left, PICK(1e-3L, 1e-7L) * (ld)left + PICK(2e-7, 1e-7));
     CHECK(size > 0);
     fresh_done();
@@ -338,35 +338,35 @@ static void test_no_turn(uint64_t *s)
     fresh_done();
 }
 
-/* NAME_chart_turn as it is called, from step to step with all of NAME_turn; it records the range. */
+/* NAME_chart_refine as it is called, from step to step with all of NAME_refinement; it records the range. */
 static void test_shell_turn(uint64_t *s)
 {
     static roln_real truth[MAXP];
     static chart_params p, was;
-    static chart_turn step;
+    static chart_refinement step;
     roln_real left = 7, left1 = 8;
     int k;
     motion(CHART, 200, 1, 0.02, truth, s);
-    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_SHAPE && left1 == 8);
-    p.slope = chart_model.ae.slope, p.least = chart_model.lnn.least, p.scale = scale;
+    CHECK(chart_chart_refine(&p, &enc.b, &step, &left1) == ROLN_E_SHAPE && left1 == 8);
+    p.slope = chart_model.ae.slope, p.eigenvalue_floor = chart_model.lnn.eigenvalue_floor, p.scale = scale;
     memcpy(p.theta, enc.theta, sizeof p.theta);
     for (k = 0; k < 3; k++) {
         CHECK_OK(turn(&left));
-        CHECK_OK(chart_chart_turn(&p, &enc.b, &step, &left1));
+        CHECK_OK(chart_chart_refine(&p, &enc.b, &step, &left1));
         CHECK(same(chart_theta_size, p.theta, enc.theta) && same(1, &left, &left1) && same(2, p.zd_max, enc.zd_max));
         CHECK(all(2, p.z_min, -1) && all(2, p.z_max, 1));
     }
     was = p, enc.b.count = 0;
-    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH);
+    CHECK(chart_chart_refine(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH);
     CHECK(memcmp(&p, &was, sizeof p) == 0 && same(1, &left, &left1));
     enc.b.count = 200, memset(&step, 0, sizeof step); /* velocities that overflow in coordinates of -1 .. 1, but not before */
     for (k = 0; k < 200 * chart_N; k++)
         enc.qd[k] *= (roln_real)(sizeof(roln_real) == 4 ? 3e37 : 3e307);
-    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_NOT_FINITE);
+    CHECK(chart_chart_refine(&p, &enc.b, &step, &left1) == ROLN_E_NOT_FINITE);
     CHECK(memcmp(&p, &was, sizeof p) == 0 && same(1, &left, &left1));
     enc.b.count = 0;
     memset(p.theta, 0, sizeof p.theta), fill(2, 0, p.z_min), fill(2, 0, p.z_max);
-    CHECK(chart_chart_turn(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH && all(2, p.z_max, 0));
+    CHECK(chart_chart_refine(&p, &enc.b, &step, &left1) == ROLN_E_LENGTH && all(2, p.z_max, 0));
 }
 
 /* ---- the verbs ---------------------------------------------------------------------------------- */
@@ -446,10 +446,10 @@ static void test_shell(uint64_t *s)
     CHECK(seed == *s && same(chart_theta_size - chart_ae_size, was.theta, p.theta + chart_ae_size));
     CHECK_OK(chart_fit_range(&p, COUNT, q, qd, &work.fit_range));
     for (i = 0; i < 2; i++) CHECK_NEAR(p.z_min[i], -1, 100 * EPS), CHECK_NEAR(p.z_max[i], 1, 100 * EPS);
-    p.least *= 2, was = p; /* numbers of another config */
+    p.eigenvalue_floor *= 2, was = p; /* numbers of another config */
     CHECK(chart_chart_center(&p) == ROLN_E_SHAPE && chart_chart_add(&p, COUNT, q, &sums_of, &start.chart_add) == ROLN_E_SHAPE);
     CHECK(chart_chart_solve(&p, &sums_of, 0, &left, &start.chart_solve) == ROLN_E_SHAPE && memcmp(&p, &was, sizeof p) == 0);
-    p.least /= 2;
+    p.eigenvalue_floor /= 2;
     p.z_max[0] = 2, p.zd_max[1] = 3; /* other coordinates: the middle of the first moves */
     was = p;
     test_shell_center(&p);

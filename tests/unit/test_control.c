@@ -12,7 +12,7 @@
 #ifdef ROLN_DOUBLE
 /* All of them with the integrator that errs least. */
 #undef CALLED
-#define CALLED(X) X(reduce) X(step) X(terms)
+#define CALLED(X) X(reduce) X(step) X(dynamics)
 #define SMALL(name) name##_rk4
 #define SMALL_STEP(scheme) rk4
 #include "small_models.h"
@@ -20,7 +20,7 @@
 
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(aim) X(decode) X(step) X(reduce) X(lift) X(terms) X(fit_range) X(inverse) X(inertia) X(linear) X(control) X(allocate)
+    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(lift) X(dynamics) X(fit_range) X(inverse) X(inertia) X(linear) X(control) X(allocate)
 #include "small.h"
 #include "control.h"
 
@@ -152,9 +152,9 @@ static roln_status call(int which, int k, const instance *m, const roln_real *in
     case STEP: st = m->of->step(m, s, s + n, in + 2 * n, in[2 * n + F], ROOM(step)); break;
     case REDUCE: st = m->of->reduce(m, in, in + n, out, ROOM(reduce)); break;
     case LIFT: st = m->of->lift(m, in, in + n, out, ROOM(lift)); break;
-    case TERMS_AT: st = m->of->terms(m, in, in + n, &terms, ROOM(terms)); break;
+    case TERMS_AT: st = m->of->dynamics(m, in, in + n, &terms, ROOM(dynamics)); break;
     case RANGE: st = m->of->fit_range(m, 3, in, in + 3 * N, out, out + n, out + 2 * n, ROOM(fit_range)); break;
-    case JET: st = m->of->aim(m, in, in + N, in + 2 * N, out, out + n, out + 2 * n, ROOM(aim)); break;
+    case JET: st = m->of->encode_reference(m, in, in + N, in + 2 * N, out, out + n, out + 2 * n, ROOM(encode_reference)); break;
     case INVERSE: st = m->of->inverse(m, in, in + n, in + 2 * n, in + 3 * n, out, ROOM(inverse)); break;
     case INERTIA: st = m->of->inertia(m, in, in + n, out, ROOM(inertia)); break;
     case LINEAR: st = m->of->linear(m, s, s + n, in + 2 * n, in[2 * n + F], out + 2 * n, out + 2 * n + 4 * nn, ROOM(linear)); break;
@@ -272,7 +272,7 @@ static void test_motion(int k)
     parameters(k, &s, theta_k);
     dyadic(n, 1, &s, z), dyadic(n, 1, &s, zd), dyadic(N, 1, &s, in);
     memcpy(z1, z, sizeof z), memcpy(zd1, zd, sizeof zd);
-    CHECK_OK(m.of->terms(&m, z, zd, &terms, ROOM(terms)));
+    CHECK_OK(m.of->dynamics(&m, z, zd, &terms, ROOM(dynamics)));
     CHECK_OK(m.of->reduce(&m, z, in, tau_z, ROOM(reduce)));
     CHECK_OK(m.of->step(&m, z1, zd1, in, (roln_real)h, ROOM(step)));
     CHECK_OK(m.of->decode(&m, z, zd, q, qd, ROOM(decode)));
@@ -315,7 +315,7 @@ static void test_jet(int k)
     int i, j;
     parameters(k, &s, theta_k);
     dyadic(N, 1, &s, q), dyadic(N, 1, &s, qd), dyadic(N, 1, &s, qdd);
-    CHECK_OK(m.of->aim(&m, q, qd, qdd, z, zd, zdd, ROOM(aim)));
+    CHECK_OK(m.of->encode_reference(&m, q, qd, qdd, z, zd, zdd, ROOM(encode_reference)));
     for (j = 0; j < 4; j++) {
         const double t = shift[j] * h;
         for (i = 0; i < N; i++) {
@@ -346,12 +346,12 @@ static void slow_coriolis(int k, const double *z, const double *zd, const double
             const terms_at moved = {v[l][j], NULL, NULL, NULL, NULL, NULL};
             memcpy(x, z, (size_t)n * sizeof *x);
             x[l] += shift[j] * h;
-            CHECK_OK(m.of->terms(&m, x, zd, &moved, ROOM(terms)));
+            CHECK_OK(m.of->dynamics(&m, x, zd, &moved, ROOM(dynamics)));
         }
         for (i = 0; i < n * n; i++)
             dM[l][i] = SLOPE(v[l], i, h);
     }
-    CHECK_OK(m.of->terms(&m, z, zd, &terms, ROOM(terms)));
+    CHECK_OK(m.of->dynamics(&m, z, zd, &terms, ROOM(dynamics)));
     for (i = 0; i < n; i++)
         for (c[i] = 0, j = 0; j < n; j++)
             for (l = 0; l < n; l++)
@@ -397,7 +397,7 @@ static double power_error(int k, const instance *m, const double *z0, const doub
     memcpy(z, z0, sizeof z), memcpy(zd, zd0, sizeof zd);
     for (p = 0; p <= steps; p++) {
         double power = 0;
-        CHECK_OK(m->of->terms(m, z, zd, &terms, spare));
+        CHECK_OK(m->of->dynamics(m, z, zd, &terms, spare));
         CHECK_OK(m->of->reduce(m, z, tau, tau_z, spare));
         for (i = 0; i < n; i++)
             power += zd[i] * (tau_z[i] - d[i]);
@@ -457,7 +457,7 @@ static void test_inertia(int k)
     valid(k, &s);
     dyadic(n, 1, &s, z), dyadic(n, 1, &s, zd);
     CHECK_OK(m.of->decode(&m, z, zd, q, qd, ROOM(decode)));
-    CHECK_OK(m.of->terms(&m, z, zd, &terms, ROOM(terms)));
+    CHECK_OK(m.of->dynamics(&m, z, zd, &terms, ROOM(dynamics)));
     for (j = 0; j < N; j++) {
         fill(MAXN, 0, one), one[j] = 1;
         CHECK_OK(m.of->encode(&m, q, one, y, column, ROOM(encode)));
@@ -506,7 +506,7 @@ static double lyapunov(int k, const double *s, double t, const double *kp, const
         rdd[i] = -0.3 * sin(t + i);
     }
     CHECK_OK(m.of->control(&m, s, s + n, &ref, tau_z, ROOM(control)));
-    CHECK_OK(m.of->terms(&m, s, s + n, &terms, ROOM(terms)));
+    CHECK_OK(m.of->dynamics(&m, s, s + n, &terms, ROOM(dynamics)));
     for (*rate = 0, i = 0; i < n; i++) {
         double p = 0;
         for (j = 0; j < n; j++)

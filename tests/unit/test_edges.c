@@ -58,12 +58,12 @@ static void test_eigenvalues(void)
 static void test_wide_triangle(void)
 {
     enum { ROWS = 2, COLS = 4 };
-    roln_real X[ROWS * COLS], R[ROWS * COLS], work[ROLN_TRIANGLE_WORK(ROWS, COLS)];
+    roln_real X[ROWS * COLS], R[ROWS * COLS], work[ROLN_QR_R_WORK(ROWS, COLS)];
     uint64_t s = 1;
     int i, j, k;
     dyadic(ROWS * COLS, 1, &s, X);
     memcpy(R, X, sizeof R);
-    roln_triangle(ROWS, COLS, R, work);
+    roln_qr_r(ROWS, COLS, R, work);
     for (i = 0; i < COLS; i++)
         for (j = 0; j < COLS; j++) {
             ld a = 0;
@@ -318,7 +318,7 @@ static void test_overflow(int k)
     {
         roln_real kept[MAXP];
         memcpy(kept, theta, sizeof kept);
-        if (models[k]->md->ae.curves > 0) {
+        if (models[k]->md->ae.monomials > 0) {
             int i, at = rolni_bent_at(&models[k]->md->ae), bent = roln_ae_bent(&models[k]->md->ae);
             for (i = 0; i < n * bent; i++)
                 kept[at + i] = theta[at + i] = 2;
@@ -333,7 +333,7 @@ static void test_chart(void)
 {
     const roln_ae *ae = &chart_model.ae;
     const roln_status refused = sizeof(roln_real) == 4 ? ROLN_E_NOT_FINITE : ROLN_E_ILL_CONDITIONED; /* sums are double */
-    enum { N = chart_N, n = chart_n, m = 1 + chart_n + chart_curves };
+    enum { N = chart_N, n = chart_n, m = 1 + chart_n + chart_monomials };
     static double sums[m * (m + 1) / 2 + m * chart_N + 1], doubles[4000], C[2] = {0, 0}, E[1];
     roln_real q[N], before[MAXP], left = 7;
     const roln_real none[1] = {0};
@@ -498,7 +498,7 @@ static void test_plan_overflow(void)
     const roln_goal goal = {.limits = &l, .dt = dt};
     uint64_t seed = 4;
     CHECK_OK(units_init(&p, &seed, &work.init));
-    p.scale.m = ROLN_C(1e-6), memset(&plan, 0, sizeof plan), plan.plan.known = 1;
+    p.scale.m = ROLN_C(1e-6), memset(&plan, 0, sizeof plan), plan.plan.valid = 1;
     fill(units_N * MOTORS, 1, at);
     CHECK_OK(units_plan_linear(&p, &goal, &plan, A, B, c, &work.plan_linear));
     plan.u[0] = TOP, plan.u[1] = -TOP; /* together nothing */
@@ -543,7 +543,7 @@ static void test_batches(int k)
         CHECK(m.of->grad(&m, &w, &b, dt, g, spare) == ROLN_E_LENGTH);
         CHECK(m.of->rows(&m, &w, &b, dt, 1, J, r, spare) == ROLN_E_LENGTH);
     }
-    l.dt = dt, l.motors = &own, l.window = 0, b.qd = q;
+    l.dt = dt, l.motors = &own, l.residual_window = 0, b.qd = q;
     b.tau = q, was = l; /* torques of the model's own motors */
     if (m.of->fit_limits(&m, &b, 2, &l, tau_each, rate_each, spare) == ROLN_OK) CHECK(l.tau_each == tau_each && l.dt >= was.dt);
     l = was, b.tau = NULL, l.motors = NULL, l.tau_each = each, fill(MAXN, 1, each); /* limits that are yours */
@@ -666,7 +666,7 @@ static void test_filter(int k)
         roln_noise noise;
         uint32_t f;
         memset(&filter, 0, sizeof filter), memset(&noise, 0, sizeof noise);
-        filter.known = t % 5 != 0;
+        filter.valid = t % 5 != 0;
         noise.dt = dt, noise.q = roln_exp(roln_normal(&s) * wide / 4), noise.tau = roln_exp(roln_normal(&s) * wide / 4);
         fill(n, 0, load);
         noise.gate = t % 2 ? 0 : 5, noise.lost = 1;
@@ -749,7 +749,7 @@ static void test_write(void)
     puts_seen = 0;
     for (what = 0; what < 3; what++) {
         CHECK_OK(wheel_init(&p, &seed, &start.init));
-        if (what == 0) p.least *= 2;
+        if (what == 0) p.eigenvalue_floor *= 2;
         if (what == 1) p.slope /= 2;
         if (what == 2) p.scale.q = 2;
         CHECK(roln_write(&wheel_model, "w", &p, put_nothing, NULL) == ROLN_E_SHAPE && puts_seen == 0);
@@ -804,7 +804,7 @@ static void test_plans(void)
         limits.motors = &motors;
         plan.s[0].zd[0] = TOP;
         CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) != ROLN_OK);
-        plan.plan.known = 0;
+        plan.plan.valid = 0;
         CHECK(wheel_plan_linear(&p, &goal, &plan, A, Bk, ck, &work.plan_linear) == ROLN_E_LENGTH);
     }
     p.scale.q = 2;

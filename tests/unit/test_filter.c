@@ -26,7 +26,7 @@
 
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(decode) X(step) X(push) X(slopes) X(reduce) X(lift) X(terms) X(inverse) X(control) X(filter_tick) X(fit_noise) X(in_range)
+    X(encode) X(decode) X(step) X(push) X(slopes) X(reduce) X(lift) X(dynamics) X(inverse) X(control) X(filter_tick) X(fit_noise) X(in_range)
 #include "small.h"
 
 void TEST_NAME(filter)(void);
@@ -114,7 +114,7 @@ static void place(int k, uint64_t *s, roln_real wide, rig *x)
     for (i = 0; i < side; i++)
         x->e.F[i * (side + 1)] += wide;
     if (loaded) dyadic(n, ROLN_C(0.5), s, x->e.load), x->noise.load = ROLN_C(0.75);
-    x->e.f.known = 1, x->e.f.starts = 1;
+    x->e.f.valid = 1, x->e.f.starts = 1;
     CHECK_OK(m.of->decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
     for (i = 0; i < N; i++)
         x->y[i] += ROLN_C(0.001953125) * roln_normal(s);
@@ -212,7 +212,7 @@ static int ahead(int k, const rig *r, twin *t)
         for (j = 0; j < side; j++)
             t->A[i * side + j] = i >= n2 ? (roln_real)(i == j) : j < n2 ? A2[i * n2 + j] : L[i * n + j - n2];
     look(k, t->s, t);
-    CHECK_OK(m.of->terms(&m, t->s, t->s + n, &out, spare));
+    CHECK_OK(m.of->dynamics(&m, t->s, t->s + n, &out, spare));
     widen(n * n, mass, M), widen(side * side, t->A, A);
     invert(n, M, W);
     for (i = 0; i < n; i++)
@@ -338,7 +338,7 @@ static void test_tick(int k)
             const instance m = of_model(k);
             CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == (missing > 0 ? ROLN_FILTER_MISSING : 0));
             CHECK(((faults & ROLN_FAULT_RANGE) == 0) == (m.of->in_range(&m, x.e.z, x.e.zd) != 0));
-            CHECK(x.e.f.used == N - missing && x.e.f.outliers == 0 && x.e.f.starts == 1 && x.e.f.known == 1);
+            CHECK(x.e.f.used == N - missing && x.e.f.outliers == 0 && x.e.f.starts == 1 && x.e.f.valid == 1);
         }
         check_tick(k, &x.e, &t);
     }
@@ -378,7 +378,7 @@ static void test_steady(int k)
     for (i = 0; i < N; i++)
         for (j = 0; j < n2; j++)
             D[i * n2 + j] = (roln_real)t.G[j * N + i];
-    roln_triangle(N, n2, D, spare);
+    roln_qr_r(N, n2, D, spare);
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
             A[i * n2 + j] = t.A[j * n2 + i];
@@ -416,7 +416,7 @@ static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
     CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
-    CHECK_OK(m.of->terms(&m, z, zd, &out, spare));
+    CHECK_OK(m.of->dynamics(&m, z, zd, &out, spare));
     CHECK_OK(roln_chol(n, mass, L));
     roln_solve_lower(n, L, tau_z, tau_z), roln_solve_lower_t(n, L, tau_z, tau_z);
     for (i = 0; i < n; i++) {
@@ -609,10 +609,10 @@ static ld residual_of(int k, int counted)
     static rig x;
     const instance m = of_model(k), with = filled(with_load[k], k);
     const int N = N_OF(k), n = n_OF(k);
-    const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .power = 1000, .tau = 1000};
+    const roln_limits limits = {.dt = ROLN_C(0.0009765625), .margin = 10, .residual = 1000, .tau = 1000};
     roln_real q[MAXN], qd[MAXN], z[MAXN], zd[MAXN], still[MAXN] = {0}, tau[MAXN];
     const target_at target = {still, still, still, still, still, counted ? x.e.load : NULL};
-    roln_guard guard = {.known = 0};
+    roln_guard guard = {.valid = 0};
     const guard_at to = {&guard, tau};
     uint64_t s = 893 + (uint64_t)k;
     int t;
@@ -745,7 +745,7 @@ static void check_started(int k, const rig *x, const roln_real *pose, const esti
     memcpy(t.ahead, t.P, sizeof t.P);
     textbook(k, &at, &t);
     check_tick(k, e, &t);
-    CHECK(all(n, e->zd, 0) && all(n, e->load, 0) && e->f.known == 1 && e->f.lost == 0);
+    CHECK(all(n, e->zd, 0) && all(n, e->load, 0) && e->f.valid == 1 && e->f.lost == 0);
 }
 
 /* zd is what the model cannot go on from, or further out than ten widths of the range: the next measurement starts the filter, and
@@ -761,7 +761,7 @@ static void check_failed_model(int k, rig x, roln_real zd)
     x.e.zd[0] = zd;
     was = x;
     faults = tick_of(k, &x.noise, NULL, NULL, &x.e);
-    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.known == 0);
+    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.valid == 0);
     if (N == n_OF(k)) return;
     CHECK_OK(m.of->decode(&m, x.e.z, still, pose, qd, spare));
     for (i = 1; i < N; i++)
@@ -788,10 +788,10 @@ static void test_starts(int k)
     CHECK(tick_of(k, &x.noise, NULL, x.tau, &x.e) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE));
     x.y[N - 1] = (roln_real)NAN;
     CHECK(tick_of(k, &x.noise, x.y, x.tau, &x.e) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE));
-    CHECK(equal(k, &x.e, &good.e) && x.e.f.known == 0 && x.e.f.starts == 0);
+    CHECK(equal(k, &x.e, &good.e) && x.e.f.valid == 0 && x.e.f.starts == 0);
     x = good, x.noise.q_each = NULL, x.noise.q = PICK(1e-39f, 1e-310); /* so little that the start overflows */
     CHECK((tick_of(k, &x.noise, x.y, x.tau, &x.e) & ~(uint32_t)ROLN_FAULT_RANGE) == (ROLN_FAULT_STATUS | ROLN_FILTER_NONE));
-    CHECK(equal(k, &x.e, &good.e) && x.e.f.known == 0 && x.e.f.used == 0 && all(1, &x.e.f.nis, 0));
+    CHECK(equal(k, &x.e, &good.e) && x.e.f.valid == 0 && x.e.f.used == 0 && all(1, &x.e.f.nis, 0));
     x = good;
     faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
     CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FILTER_START && x.e.f.starts == 1);
@@ -811,7 +811,7 @@ static void test_starts(int k)
     good = x, x.e.z[0] = (roln_real)NAN, was = x; /* what is kept was damaged: only a measurement of all joints ends that */
     x.y[0] = (roln_real)NAN;
     faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
-    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.known == 0);
+    CHECK(faults == (ROLN_FAULT_STATUS | ROLN_FILTER_MISSING | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e) && x.e.f.valid == 0);
     x.y[0] = good.y[0];
     faults = tick_of(k, &x.noise, x.y, x.tau, &x.e);
     CHECK((faults & ~(uint32_t)ROLN_FAULT_RANGE) == ROLN_FILTER_START && x.e.f.starts == 3);
@@ -896,7 +896,7 @@ static void test_refused(int k)
             else if (j == 1) x.noise.q = 0;
             else x.noise.q_each = x.q_each, x.q_each[0] = 0;
             CHECK(tick_of(k, &x.noise, x.y, x.tau, &x.e) == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && equal(k, &x.e, &was.e));
-            CHECK(x.e.f.faults == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && x.e.f.known == 1 && x.e.f.outliers == 0);
+            CHECK(x.e.f.faults == (ROLN_FAULT_INPUT | ROLN_FILTER_NONE) && x.e.f.valid == 1 && x.e.f.outliers == 0);
         }
     if (k == PUSHED) return; /* midpoint does not always converge */
     x = was, x.tau[F_OF(k) - 1] = (roln_real)NAN;
@@ -1126,7 +1126,7 @@ static void test_shell(void)
     roln_batch b;
     int i;
     place(PLAIN, &s, 1, &x);
-    p.slope = plain_model.ae.slope, p.least = plain_model.lnn.least, p.scale = scale;
+    p.slope = plain_model.ae.slope, p.eigenvalue_floor = plain_model.lnn.eigenvalue_floor, p.scale = scale;
     memcpy(p.z_min, z_min, sizeof p.z_min), memcpy(p.z_max, z_max, sizeof p.z_max), memcpy(p.zd_max, zd_max, sizeof p.zd_max);
     memcpy(p.theta, theta_k, sizeof p.theta);
     memset(&x.e, 0, sizeof x.e);
@@ -1161,7 +1161,7 @@ static void test_laden(void)
     int i;
     loaded = 1;
     place(LADEN, &s, 1, &x);
-    p.slope = laden_model.ae.slope, p.least = laden_model.lnn.least, p.scale = scale;
+    p.slope = laden_model.ae.slope, p.eigenvalue_floor = laden_model.lnn.eigenvalue_floor, p.scale = scale;
     memcpy(p.z_min, z_min, sizeof p.z_min), memcpy(p.z_max, z_max, sizeof p.z_max), memcpy(p.zd_max, zd_max, sizeof p.zd_max);
     memcpy(p.theta, theta_k, sizeof p.theta);
     memset(&x.e, 0, sizeof x.e), memset(&r, 0, sizeof r);

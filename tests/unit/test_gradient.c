@@ -22,7 +22,7 @@
 /* and as it is. */
 #undef CALLED
 #ifdef ROLN_DOUBLE
-#define CALLED(X) X(encode) X(decode) X(step) X(terms) X(reduce) X(grad) X(grad_acc) X(errors)
+#define CALLED(X) X(encode) X(decode) X(step) X(dynamics) X(reduce) X(grad) X(grad_acc) X(errors)
 #else
 #define CALLED(X) X(encode) X(decode) X(step) X(grad) X(grad_acc) X(errors)
 #endif
@@ -146,7 +146,7 @@ static void slow_loss_acc(int k, const instance *m, const roln_batch *b, ld *t)
         for (i = 0; i < n; i++)
             zdd[i] = slope(v, i);
         CHECK_OK(m->of->encode(m, q_data, qd_data, z, zd, ROOM(encode)));
-        CHECK_OK(m->of->terms(m, z, zd, &out, ROOM(terms)));
+        CHECK_OK(m->of->dynamics(m, z, zd, &out, ROOM(dynamics)));
         for (i = 0; i < F_OF(k); i++)
             tau[i] = b->tau ? b->tau[first * F_OF(k) + i] : 0;
         CHECK_OK(m->of->reduce(m, z, tau, tau_z, ROOM(reduce)));
@@ -182,16 +182,16 @@ static void slow_start(int k, const instance *m, const double *z0, const double 
         zm[i] = (z0[i] + z1[i]) / 2;
         v[i] = (z1[i] - z0[i]) / h;
     }
-    CHECK_OK(m->of->terms(m, zm, v, &middle, ROOM(terms)));
+    CHECK_OK(m->of->dynamics(m, zm, v, &middle, ROOM(dynamics)));
     CHECK_OK(m->of->reduce(m, zm, tau, tau_z, ROOM(reduce)));
-    CHECK_OK(m->of->terms(m, z1, v, &end, ROOM(terms)));
+    CHECK_OK(m->of->dynamics(m, z1, v, &end, ROOM(dynamics)));
     for (i = 0; i < n; i++) {
         const double was = zm[i];
         double slope_T = 0;
         for (s = 1; s <= 8; s++) {
             const int sign = s % 2 ? 1 : -1;
             zm[i] = was + sign * ((s + 1) / 2) * 4e-3;
-            CHECK_OK(m->of->terms(m, zm, v, &kinetic, ROOM(terms)));
+            CHECK_OK(m->of->dynamics(m, zm, v, &kinetic, ROOM(dynamics)));
             slope_T += sign * c[(s - 1) / 2] * T / 4e-3;
         }
         zm[i] = was;

@@ -73,7 +73,7 @@ static const char *const field_names[FIELDS] = {"q",   "qd", "z",      "zd",    
 static roln_real *field_of(rig *x, int field, int i)
 {
     roln_real *const at[FIELDS] = {x->q + i,     x->qd + i,         x->z + i,         x->zd + i,      x->want + i,
-                                   x->held + i,  &x->limits.margin, &x->limits.power, &x->limits.tau, &x->limits.dt,
+                                   x->held + i,  &x->limits.margin, &x->limits.residual, &x->limits.tau, &x->limits.dt,
                                    &x->g.energy, &x->g.power,       x->z_min + i,     x->z_max + i,   x->zd_max + i};
     return at[field];
 }
@@ -191,27 +191,27 @@ static void test_guard_unknown(int k)
     const int F = F_OF(k), P = roln_ae_params(&models[k]->md->ae) + rolni_base_at(&models[k]->md->lnn);
     good(k, &start);
     fill(n_OF(k), huge, start.zd_max);
-    start.limits.tau = PICK(1e35f, 1e295), start.g.known = 0;
+    start.limits.tau = PICK(1e35f, 1e295), start.g.valid = 0;
 
     x = start, x.zd[0] = huge; /* T overflows */
     fill(F, 0, x.held), fill(F, 0, x.want);
-    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.known == 0);
-    x.limits.power = 0;
-    CHECK(tick(k, &x) == 0 && x.g.known == 0);
+    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.valid == 0);
+    x.limits.residual = 0;
+    CHECK(tick(k, &x) == 0 && x.g.valid == 0);
 
     x = start, x.zd[0] = fast; /* the power of the torque of the last tick overflows */
     fill(F, huge, x.held), fill(F, 0, x.want);
-    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.known == 0);
+    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.valid == 0);
 
     x = start, x.zd[0] = fast; /* that of the new torque does */
     fill(F, 0, x.held), fill(F, huge, x.want);
-    CHECK(tick(k, &x) == 0 && x.g.known == 0 && same(F, x.held, x.want));
+    CHECK(tick(k, &x) == 0 && x.g.valid == 0 && same(F, x.held, x.want));
 
     if (!models[k]->md->lnn.base) return;
     good(k, &x);
     theta_k[P] = -1; /* no mass matrix */
-    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.known == 0);
-    x.limits.power = 0;
+    CHECK(tick(k, &x) == ROLN_FAULT_STATUS && x.g.valid == 0);
+    x.limits.residual = 0;
     CHECK(tick(k, &x) == 0);
 }
 
@@ -225,7 +225,7 @@ static void test_guard_manifold(int k)
     int i, side;
     good(k, &start);
     CHECK_OK(m.of->decode(&m, start.z, start.zd, start.q, start.qd, ROOM(decode)));
-    start.limits.q_off = off, start.limits.qd_off = 2 * off;
+    start.limits.q_tolerance = off, start.limits.qd_tolerance = 2 * off;
     x = start;
     CHECK(tick(k, &x) == 0);
     for (i = 0; i < N; i++)
@@ -235,11 +235,11 @@ static void test_guard_manifold(int k)
             CHECK(tick(k, &x) == 0);
             x = start, x.q[i] += ROLN_C(1.125) * s * off;
             CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
-            x.limits.q_off = 0;
+            x.limits.q_tolerance = 0;
             CHECK(tick(k, &x) == 0);
             x = start, x.qd[i] += ROLN_C(2.25) * s * off;
             CHECK(tick(k, &x) == ROLN_FAULT_MANIFOLD);
-            x.limits.qd_off = 0;
+            x.limits.qd_tolerance = 0;
             CHECK(tick(k, &x) == 0);
             x = start, x.q[i] = s * (roln_real)INFINITY; /* bad numbers are nowhere, not off the manifold */
             CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
@@ -247,9 +247,9 @@ static void test_guard_manifold(int k)
             CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
         }
     for (i = 0; i < 3; i++) {
-        x = start, x.limits.q_off = bad[i];
+        x = start, x.limits.q_tolerance = bad[i];
         CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
-        x = start, x.limits.qd_off = bad[i];
+        x = start, x.limits.qd_tolerance = bad[i];
         CHECK(tick(k, &x) & ROLN_FAULT_INPUT);
     }
     for (i = F_MARGIN; i <= F_TAU; i++) { /* a negative limit is none */
@@ -261,7 +261,7 @@ static void test_guard_manifold(int k)
         const roln_real none[3] = {(roln_real)INFINITY, -(roln_real)INFINITY, (roln_real)NAN};
         x = start, x.limits.tau = (roln_real)INFINITY;
         x.held[F_OF(k) - 1] = none[i];
-        CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && within(F_OF(k), x.held, x.limits.power));
+        CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && within(F_OF(k), x.held, x.limits.residual));
     }
     x = start, x.z[n - 1] = (roln_real)NAN;
     CHECK((tick(k, &x) & (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE)) == (ROLN_FAULT_STATUS | ROLN_FAULT_RANGE));
@@ -278,7 +278,7 @@ static void test_guard_counters(int k)
     good(k, &start);
     for (b = 0; b < 9; b++)
         for (h = 0; h < 9; h++) {
-            x = start, x.g.bad = counts[b], x.limits.hold = counts[h], x.g.known = counts[(b + h) % 9];
+            x = start, x.g.bad = counts[b], x.limits.hold = counts[h], x.g.valid = counts[(b + h) % 9];
             x.failed = CONTROLLER;
             for (t = 0; t < 4; t++) {
                 const uint32_t f = tick(k, &x);
@@ -342,7 +342,7 @@ static void test_guard_hold(int k)
     for (hold = 0; hold <= 5; hold++)
         check_hold(k, &start, hold);
     for (run = 0; run < 200; run++) {
-        x = start, x.limits.power = run % 2 ? 0 : start.limits.power, x.limits.hold = roln_randint(4, &s);
+        x = start, x.limits.residual = run % 2 ? 0 : start.limits.residual, x.limits.hold = roln_randint(4, &s);
         memcpy(last, x.held, sizeof last);
         for (bad = over = 0, t = 0; t < 40; t++) {
             uint32_t want;
@@ -368,7 +368,7 @@ static void test_guard_range(int k)
     static rig start, x;
     int i, side;
     good(k, &start);
-    start.limits.power = 0, start.g.known = 0;
+    start.limits.residual = 0, start.g.valid = 0;
     for (i = 0; i < n; i++)
         for (side = 0; side < 4; side++) {
             const int angle = side < 2 && roln_lnn_angle(&models[k]->md->lnn, i);
@@ -408,7 +408,7 @@ static void test_guard_clip(int k)
                 x.want[i] = want[i] = s * top; /* the edge is in */
                 CHECK(tick(k, &x) == 0 && same(F, x.held, want));
                 x.want[i] = s * top * (1 + ROLN_EPS);
-                CHECK(tick(k, &x) == ROLN_CLIPPED && same(F, x.held, want) && x.g.bad == 0 && x.g.known);
+                CHECK(tick(k, &x) == ROLN_CLIPPED && same(F, x.held, want) && x.g.bad == 0 && x.g.valid);
                 x.want[i] = s * PICK(1e38f, 1e300);
                 CHECK(tick(k, &x) == ROLN_CLIPPED && same(F, x.held, want));
                 x.failed = CONTROLLER; /* what is not applied is not clipped; what was clipped may be held */
@@ -444,7 +444,7 @@ static void test_guard_clip_patterns(int k)
     good(k, &start);
     for (i = 0; i < F; i++)
         each[i] = ROLN_C(1.25) + (roln_real)i / 64, rates[i] = (roln_real)i;
-    start.limits.strict = 0, start.limits.power = 0, start.limits.tau_each = each, start.limits.rate_each = rates;
+    start.limits.strict = 0, start.limits.residual = 0, start.limits.tau_each = each, start.limits.rate_each = rates;
     for (i = 0; i < F; i++)
         for (p = 0; p < PATTERNS; p++)
             for (r = 0; r < PATTERNS; r++) {
@@ -485,7 +485,7 @@ static void test_guard_limits(int k)
         x = start, x.limits.rate_each = NULL, x.limits.rate = bad[b];
         CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
     }
-    x = start, x.limits.window = -1;
+    x = start, x.limits.residual_window = -1;
     CHECK(tick(k, &x) == ROLN_FAULT_INPUT);
     x = start, x.limits.tau_each = NULL, x.limits.tau = -1; /* nothing at all under a limit that is none */
     CHECK((tick(k, &x) & ROLN_FAULT_INPUT) && all(F, x.held, 0));

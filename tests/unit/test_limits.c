@@ -33,7 +33,7 @@ static void test_guard_window(int k)
     ld mean = 0, bound = 0;
     int t, found = 0, quiet = 0;
     good(k, &a);
-    a.limits.power = PICK(1e30f, 1e30), a.g.residual = 0, b = a, b.limits.window = WINDOW;
+    a.limits.residual = PICK(1e30f, 1e30), a.g.residual = 0, b = a, b.limits.residual_window = WINDOW;
     for (t = 0; t < 60; t++) {
         uint32_t f;
         ld power;
@@ -46,7 +46,7 @@ static void test_guard_window(int k)
         CHECK_NEAR(b.g.residual, mean, 8 * (ld)ROLN_EPS * bound);
         power = fabsl(mean) * (t % 2 ? 1.01L : 0.99L); /* a limit just above it, and just below */
         if (!(power > 1e-3L * bound) || power < 1e-6L) continue;
-        both[1].limits.power = (roln_real)power;
+        both[1].limits.residual = (roln_real)power;
         f = tick(k, both + 1);
         CHECK(f == (t % 2 ? 0 : ROLN_FAULT_ENERGY));
         found += f != 0, quiet += f == 0;
@@ -115,17 +115,17 @@ static void check_least(int k, const recordings *r, const rig *start, const roln
     CHECK(faults_along(k, r, start, l) == 0);
     for (what = 0; what < 4; what++) {
         const uint32_t want[4] = {ROLN_FAULT_RANGE, ROLN_FAULT_ENERGY, ROLN_FAULT_MANIFOLD, ROLN_FAULT_MANIFOLD};
-        roln_real *const field[4] = {&low.margin, &low.power, &low.q_off, &low.qd_off};
+        roln_real *const field[4] = {&low.margin, &low.residual, &low.q_tolerance, &low.qd_tolerance};
         low = *l;
         if (!(*field[what] > ROLN_C(1e-4))) continue; /* nothing there: no autoencoder */
         *field[what] *= less;
-        if (want[what] != ROLN_FAULT_ENERGY) low.power = 0; /* after a bad tick it is of the torque that was held */
+        if (want[what] != ROLN_FAULT_ENERGY) low.residual = 0; /* after a bad tick it is of the torque that was held */
         CHECK(faults_along(k, r, start, &low) == want[what]);
     }
     for (i = 0; i < F_OF(k); i++)
         for (what = 0; what < 2; what++) {
             memcpy(each, l->tau_each, sizeof each), memcpy(rates, l->rate_each, sizeof rates);
-            low = *l, low.tau_each = each, low.rate_each = rates, low.power = 0;
+            low = *l, low.tau_each = each, low.rate_each = rates, low.residual = 0;
             (what ? each : rates)[i] *= less;
             CHECK(faults_along(k, r, start, &low) == ROLN_FAULT_LIMIT);
             low.strict = 0;
@@ -184,7 +184,7 @@ static void check_fit_refused(int k, const recordings *r, rig *start, const roln
     CHECK(memcmp(&l, from, sizeof l) == 0);
     l.dt = 0;
     REFUSED(&b, 1, ROLN_E_RANGE);
-    l.dt = from->dt, l.window = -1;
+    l.dt = from->dt, l.residual_window = -1;
     REFUSED(&b, 1, ROLN_E_RANGE);
     l = *from, l.tau = 0, b.tau = NULL; /* torques that nobody has told of */
     fill(n, 99, start->zd_max);
@@ -226,11 +226,11 @@ static void test_fit_limits(int k)
     m = of_rig(k, &start);
     memset(&start.g, 0, sizeof start.g);
     memset(&l, 0, sizeof l);
-    l.dt = ROLN_C(0.0625), l.window = 3, l.hold = 7, l.strict = 1, l.safe = safe, l.tau = 99, was = l;
+    l.dt = ROLN_C(0.0625), l.residual_window = 3, l.hold = 7, l.strict = 1, l.safe = safe, l.tau = 99, was = l;
     fill(MAXN, 7, each), fill(MAXN, 7, rates);
     CHECK_OK(m.of->fit_limits(&m, &b, slack, &l, each, rates, ROOM(fit_limits)));
     ROOM_KEPT();
-    CHECK(l.hold == 7 && l.window == 3 && l.strict == 1 && l.safe == safe && l.tau_each == each && l.rate_each == rates);
+    CHECK(l.hold == 7 && l.residual_window == 3 && l.strict == 1 && l.safe == safe && l.tau_each == each && l.rate_each == rates);
     CHECK(all(MAXN - F, each + F, 7) && all(MAXN - F, rates + F, 7));
     CHECK(largest(F, each) <= (ld)l.tau && largest(F, rates) <= (ld)l.rate && l.margin > ROLN_C(0.1));
     check_least(k, &r, &start, &l);
@@ -242,8 +242,8 @@ static void test_fit_limits(int k)
     fill(n, ROLN_C(-0.25), start.z_min), fill(n, ROLN_C(0.25), start.z_max), fill(n, ROLN_C(0.25), start.zd_max);
     l2 = was; /* slack is a factor of all */
     CHECK_OK(m.of->fit_limits(&m, &b, 2 * slack, &l2, twice, fast, ROOM(fit_limits)));
-    CHECK(all(1, &l2.power, 2 * l.power) && all(1, &l2.margin, 2 * l.margin) && all(1, &l2.q_off, 2 * l.q_off));
-    CHECK(all(1, &l2.qd_off, 2 * l.qd_off) && all(1, &l2.tau, 2 * l.tau) && all(1, &l2.rate, 2 * l.rate));
+    CHECK(all(1, &l2.residual, 2 * l.residual) && all(1, &l2.margin, 2 * l.margin) && all(1, &l2.q_tolerance, 2 * l.q_tolerance));
+    CHECK(all(1, &l2.qd_tolerance, 2 * l.qd_tolerance) && all(1, &l2.tau, 2 * l.tau) && all(1, &l2.rate, 2 * l.rate));
     for (i = 0; i < F; i++)
         CHECK(all(1, twice + i, 2 * each[i]) && all(1, fast + i, 2 * rates[i]));
     /* a range that holds all still gets a tenth; without torques their limits stay */
@@ -304,7 +304,7 @@ static int caught(int k, const motion *mo, double limit)
     int t;
     memset(&x, 0, sizeof x);
     fill(n, -9, x.z_min), fill(n, 9, x.z_max), fill(n, 99, x.zd_max);
-    x.limits.dt = mo->h, x.limits.tau = 9, x.limits.power = limit, x.limits.hold = 1000;
+    x.limits.dt = mo->h, x.limits.tau = 9, x.limits.residual = limit, x.limits.hold = 1000;
     for (t = 0; t < mo->ticks; t++) {
         uint32_t f;
         memcpy(x.z, mo->z[t], sizeof x.z), memcpy(x.zd, mo->zd[t], sizeof x.zd), memcpy(x.want, mo->want[t], sizeof x.want);
@@ -371,7 +371,7 @@ static double encoder_residual(int k, double push, int window)
     move(k, h, push, &mo);
     memset(&x, 0, sizeof x);
     fill(n, -99, x.z_min), fill(n, 99, x.z_max), fill(n, 99, x.zd_max);
-    x.limits.dt = h, x.limits.tau = 9, x.limits.power = 1e30, x.limits.window = window;
+    x.limits.dt = h, x.limits.tau = 9, x.limits.residual = 1e30, x.limits.residual_window = window;
     for (t = 0; t < mo.ticks; t++) {
         for (i = 0; i < n; i++)
             x.z[i] = angle * floor(mo.z[t][i] / angle + 0.5), x.zd[i] = rate * floor(mo.zd[t][i] / rate + 0.5);

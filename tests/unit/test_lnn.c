@@ -412,9 +412,9 @@ static roln_status inverse(const inputs *x, const roln_real *zdd, const roln_rea
 static void forces_at(const roln_real *th, const roln_real *s, roln_real *c, roln_real *g, roln_real *d, roln_real *tape,
                       roln_real *work)
 {
-    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
     out.c = c, out.g = g, out.d = d;
-    CHECK(roln_lnn_terms(&m.f, th, s, &out, tape, work) == ROLN_OK);
+    CHECK(roln_lnn_dynamics(&m.f, th, s, &out, tape, work) == ROLN_OK);
 }
 
 /* Rounding is measured by these: the terms of C (zd + w) [n][n] and those of the equations [n], by magnitude. */
@@ -757,16 +757,16 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     const int n = f->n, params = roln_lnn_params(f);
     roln_real *th = weights(f, seed), *steep = copy(params, th), *s = normal(2 * n, 0.2, seed), *s4 = copy(2 * n, s);
     roln_real M[2][MAXN * MAXN], d[2][MAXN], T[2], V[2];
-    roln_terms_out out = {M[0], NULL, NULL, d[0], T, V};
+    roln_dynamics_out out = {M[0], NULL, NULL, d[0], T, V};
     int i, moved = 0;
     set_sizes(f);
     roln_lnn_steepen(f, 4, steep);
     for (i = 0; i < params; i++) moved += !same(1, th + i, steep + i);
     CHECK(moved == (2 + f->damping) * n * f->mass_net.size[1]);
     for (i = 0; i < n; i++) s4[i] *= 4;
-    CHECK(roln_lnn_terms(f, th, s4, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
+    CHECK(roln_lnn_dynamics(f, th, s4, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
     out.M = M[1], out.d = d[1], out.T = T + 1, out.V = V + 1;
-    CHECK(roln_lnn_terms(f, steep, s, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
+    CHECK(roln_lnn_dynamics(f, steep, s, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
     CHECK(same(n * n, M[0], M[1]) && same(n, d[0], d[1]) && same(1, T, T + 1) && same(1, V, V + 1));
     fresh_done();
 }

@@ -136,7 +136,7 @@ static void check_cholesky_fails(roln_lnn f0, uint64_t *seed)
     int i;
     DRAW;
     for (i = 0; i < nm; i++) th[i] = 0;
-    f->least = 0, m.f.least = 0;
+    f->eigenvalue_floor = 0, m.f.eigenvalue_floor = 0;
     check_fails(f, th, s, tau, ROLN_E_NOT_SPD, 1);
     fresh_done();
 }
@@ -184,7 +184,7 @@ static void test_identity(uint64_t *seed)
     int q, i;
     for (q = 1; q < 4; q++) {
         roln_lnn f = shape(3, 1, 2, 4, 0), f1 = behind(f, q);
-        roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+        roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
         roln_real *th, *th1, *s, M[2][9], *tape, *w;
         ld ref[9];
         th = weights(&f1, seed), s = normal(6, 0.8, seed), th1 = copy(roln_lnn_params(&f1), th);
@@ -192,11 +192,11 @@ static void test_identity(uint64_t *seed)
         for (i = 0; i < layer_at[0]; i++) th1[i] = th[i];
         tape = fresh(TAPE(1, 0, 1)), w = fresh(TERMS_WORK);
         out.M = M[1];
-        CHECK(roln_lnn_terms(&f1, th1, s, &out, tape, w) == ROLN_OK);
+        CHECK(roln_lnn_dynamics(&f1, th1, s, &out, tape, w) == ROLN_OK);
         set_sizes(&f);
         tape = fresh(TAPE(1, 0, 1)), w = fresh(TERMS_WORK);
         out.M = M[0];
-        CHECK(roln_lnn_terms(&f, th1, s, &out, tape, w) == ROLN_OK);
+        CHECK(roln_lnn_dynamics(&f, th1, s, &out, tape, w) == ROLN_OK);
         widen(9, M[0], ref);
         BOUND("layers that change nothing: M (eps)", distance(9, M[1], ref) / EPS, 40);
         fresh_done();
@@ -210,7 +210,7 @@ static void test_edge(uint64_t *seed)
     const roln_lnn f = shape(1, 0, 2, 1, 0);
     roln_real *th = weights(&f, seed), s[2] = {0, 1}, sn[2] = {0, 0}, z[2] = {0, 1}, push;
     roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
-    roln_terms_out none = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_dynamics_out none = {NULL, NULL, NULL, NULL, NULL, NULL};
     roln_force fc;
     roln_system sys;
     int i;
@@ -221,7 +221,7 @@ static void test_edge(uint64_t *seed)
     sys.theta = th, sys.force = NULL;
     for (i = 0; i < 3; i++) {
         const roln_real at[2] = {(roln_real)i / 2, 0};
-        CHECK(roln_lnn_terms(&f, th, at, &none, tape, w) == (i == 2 ? ROLN_E_RANGE : ROLN_OK));
+        CHECK(roln_lnn_dynamics(&f, th, at, &none, tape, w) == (i == 2 ? ROLN_E_RANGE : ROLN_OK));
     }
     CHECK(roln_lnn_step(&f, &sys, ROLN_MIDPOINT, 0, 1, 1, s, sn, tape, w) == ROLN_E_RANGE);
     CHECK(roln_lnn_start(&f, &sys, 0, 1, 1, z, z + 1, sn, tape, w) == ROLN_E_RANGE);

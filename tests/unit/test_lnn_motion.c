@@ -58,18 +58,18 @@ static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
 /* T + V, and the friction d = R zd, at s. */
 static double energy(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *tape, roln_real *w)
 {
-    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
     roln_real T = 0, V = 0;
     out.T = &T, out.V = &V;
-    CHECK(roln_lnn_terms(f, th, s, &out, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_dynamics(f, th, s, &out, tape, w) == ROLN_OK);
     return (double)T + (double)V;
 }
 
 static void friction(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *d, roln_real *tape, roln_real *w)
 {
-    roln_terms_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
     out.d = d;
-    CHECK(roln_lnn_terms(f, th, s, &out, tape, w) == ROLN_OK);
+    CHECK(roln_lnn_dynamics(f, th, s, &out, tape, w) == ROLN_OK);
 }
 
 static void test_energy(uint64_t *seed)

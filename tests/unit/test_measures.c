@@ -14,7 +14,7 @@
 #undef EVERY_BLOCK
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(aim) X(decode) X(step) X(reduce) X(terms) X(fit_range) X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
+    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
 #include "small.h"
 
 #define ONE(name) one_##name##_called
@@ -57,7 +57,7 @@ static void slow_variance(int k, const instance *m, const data *d, ld *var)
         const int at = first_of(&d->b, w) * N;
         memcpy(x[Q][w], d->q + at, (size_t)N * sizeof(roln_real)), memcpy(x[QD][w], d->qd + at, (size_t)N * sizeof(roln_real));
         memcpy(x[QDD][w], d->qdd + at, (size_t)N * sizeof(roln_real));
-        CHECK_OK(m->of->aim(m, x[Q][w], x[QD][w], x[QDD][w], x[Z][w], x[ZD][w], x[ZDD][w], ROOM(aim)));
+        CHECK_OK(m->of->encode_reference(m, x[Q][w], x[QD][w], x[QDD][w], x[Z][w], x[ZD][w], x[ZDD][w], ROOM(encode_reference)));
     }
     for (j = 0; j < 3; j++) {
         const ld time = powl((ld)scale.t, j), q = time / (ld)scale_of(k)->q;
@@ -139,7 +139,7 @@ static ld slow_ratio(int k, const instance *m, const data *d)
         const int at = first_of(&d->b, w);
         const roln_real *tau = d->b.tau + at * F;
         roln_real z[MAXN], zd[MAXN], zdd[MAXN], tau_z[MAXN];
-        CHECK_OK(m->of->aim(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(aim)));
+        CHECK_OK(m->of->encode_reference(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(encode_reference)));
         CHECK_OK(m->of->reduce(m, z, tau, tau_z, ROOM(reduce)));
         for (i = 0; i < (inputs ? inputs : n); i++) {
             const ld f = inputs ? (ld)tau[i] * (ld)m->scale->q : (ld)tau_z[i];
@@ -217,7 +217,7 @@ static void test_rollout(void)
     dyadic(6, 1, &s, tau), dyadic(2, 1, &s, z), dyadic(2, 1, &s, zd);
     for (k = 0; k <= STEPS; k++) {
         ld power;
-        CHECK_OK(m.of->terms(&m, z, zd, &energies, room_of(m.of->scratch.terms)));
+        CHECK_OK(m.of->dynamics(&m, z, zd, &energies, room_of(m.of->scratch.dynamics)));
         CHECK_OK(m.of->reduce(&m, z, tau, tau_z, room_of(m.of->scratch.reduce)));
         power = (ld)tau_z[0] * (ld)zd[0] + (ld)tau_z[1] * (ld)zd[1];
         if (k == 0) start = (ld)T + (ld)V;
@@ -365,9 +365,9 @@ static void test_seam(void)
         }
         CHECK_BELOW(e[k][1].q, 3);
     }
-    CHECK(!wheel_foreign(&of));
+    CHECK(!wheel_params_mismatch(&of));
     of.scale.q = ROLN_C(0.5); /* no turn of q is one of z */
-    CHECK(wheel_foreign(&of) && wheel_errors(&of, &b, dt, 1, bar[0], e[0], NULL, &train.errors) == ROLN_E_SHAPE);
+    CHECK(wheel_params_mismatch(&of) && wheel_errors(&of, &b, dt, 1, bar[0], e[0], NULL, &train.errors) == ROLN_E_SHAPE);
 }
 
 static void test_shuffle(void)

@@ -104,7 +104,7 @@ static roln_status rows(problem *g)
 
 static void sums(problem *g)
 {
-    roln_newton_sums(&g->opt, g->R, g->P, 0, g->side, g->J, g->S, room_of(ROLN_SYM_WORK));
+    roln_newton_normal_equations(&g->opt, g->R, g->P, 0, g->side, g->J, g->S, room_of(ROLN_SYM_WORK));
     CHECK_BELOW(room_used(), room_end);
 }
 
@@ -288,8 +288,8 @@ static void check_sums(int first)
     for (i = 0; i < size && first && now.side == now.P && now.opt.memory > 1; i++) now.S[i] = 0;
     memcpy(other.S, now.S, sizeof other.S);
     sums(&now);
-    roln_newton_sums(&now.opt, now.R, now.P, cut, now.side + 3, now.J, other.S, room_of(ROLN_SYM_WORK));
-    roln_newton_sums(&now.opt, now.R, now.P, 0, cut, now.J, other.S, room_of(ROLN_SYM_WORK));
+    roln_newton_normal_equations(&now.opt, now.R, now.P, cut, now.side + 3, now.J, other.S, room_of(ROLN_SYM_WORK));
+    roln_newton_normal_equations(&now.opt, now.R, now.P, 0, cut, now.J, other.S, room_of(ROLN_SYM_WORK));
     CHECK(same(MAXP * (MAXP + 1), now.S, other.S));
     CHECK(unused(MAXP * (MAXP + 1) - size, now.S + size) == MAXP * (MAXP + 1) - size);
 }
@@ -381,7 +381,7 @@ static int advance(problem *g, measure f, roln_real lambda)
     for (refused = 0; refused < 20 && !taken; refused += !taken) {
         CHECK_OK(step(g));
         f(g, g->next, there, NULL);
-        taken = roln_newton_judge(g->R, g->r, g->weight, g->expect, there, &g->state);
+        taken = roln_newton_accept(g->R, g->r, g->weight, g->expect, there, &g->state);
         end_step(g, taken);
     }
     return refused;
@@ -888,7 +888,7 @@ static void test_judge(void)
             there[0] = 0, there[1] = 1, there[2] = 5;
             there[row] += (roln_real)((row ? 2 : 4) * cases[i].error);
             g = start;
-            CHECK(roln_newton_judge(3, r, weight, expect, there, &g) == take);
+            CHECK(roln_newton_accept(3, r, weight, expect, there, &g) == take);
             CHECK_NEAR(g.error, take ? cases[i].error : 9, 20 * EPS);
             CHECK_NEAR(g.lambda, 0.5 * cases[i].factor, 8 * EPS);
             CHECK(g.taken == 10 + (uint32_t)take && g.refused == 20 + (uint32_t)!take && g.loss == 4);
@@ -896,31 +896,31 @@ static void test_judge(void)
     /* rows behind those that judge are not looked at */
     there[0] = there[1] = 1, there[2] = (roln_real)NAN;
     g = start;
-    CHECK(roln_newton_judge(3, r, weight, expect, there, &g) == 0);
-    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1), CHECK_NEAR(g.error, 0.25, EPS);
+    CHECK(roln_newton_accept(3, r, weight, expect, there, &g) == 0);
+    CHECK(roln_newton_accept(2, r, weight, expect, there, &g) == 1), CHECK_NEAR(g.error, 0.25, EPS);
     /* no change is foretold: none is right, any other wrong; one that is beyond all numbers foretells nothing */
     g = start, there[2] = 5;
-    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 1 && g.error <= 0);
+    CHECK(roln_newton_accept(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 1 && g.error <= 0);
     CHECK_NEAR(g.lambda, 0.5 / 3, EPS);
     there[2] = 5 + 8 * ROLN_EPS;
-    CHECK(roln_newton_judge(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
+    CHECK(roln_newton_accept(2, r + 1, weight + 1, expect + 1, there + 1, &g) == 0);
     /* a change below a thousandth of the rows is rounding, whether it is taken or not: less damping */
     for (i = 0; i < 4; i++) {
         const roln_real large[2] = {1000, 0}, from[2] = {i % 2 ? ROLN_C(999.0625) : ROLN_C(998.9375), 0};
         there[0] = from[0] + (i < 2 ? ROLN_C(0.9) : 2), there[1] = 0, g = start;
-        CHECK(roln_newton_judge(2, large, weight + 1, from, there, &g) == (i < 2));
+        CHECK(roln_newton_accept(2, large, weight + 1, from, there, &g) == (i < 2));
         CHECK_NEAR(g.lambda, 0.5 * (i % 2 ? 1 / 3.0 : i < 2 ? 2 : 4), EPS);
     }
     there[0] = 0, there[1] = 1, there[2] = 5, g = start;
-    far[0] = PICK(1e30f, 1e300), CHECK(roln_newton_judge(2, far, weight, expect, there, &g) == 0);
+    far[0] = PICK(1e30f, 1e300), CHECK(roln_newton_accept(2, far, weight, expect, there, &g) == 0);
     /* no damping stays none; damping has an end on both sides */
     g = start, g.lambda = 0, there[0] = there[1] = 1;
-    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 1 && g.lambda == 0);
+    CHECK(roln_newton_accept(2, r, weight, expect, there, &g) == 1 && g.lambda == 0);
     there[0] = 5;
-    CHECK(roln_newton_judge(2, r, weight, expect, there, &g) == 0 && g.lambda == 0);
-    for (g.lambda = 1, there[0] = 0, i = 0; i < 200; i++) roln_newton_judge(2, r, weight, expect, there, &g);
+    CHECK(roln_newton_accept(2, r, weight, expect, there, &g) == 0 && g.lambda == 0);
+    for (g.lambda = 1, there[0] = 0, i = 0; i < 200; i++) roln_newton_accept(2, r, weight, expect, there, &g);
     CHECK(g.lambda == ROLN_EPS);
-    for (there[0] = 5, i = 0; i < 2000; i++) roln_newton_judge(2, r, weight, expect, there, &g);
+    for (there[0] = 5, i = 0; i < 2000; i++) roln_newton_accept(2, r, weight, expect, there, &g);
     CHECK(g.lambda == 1 / ROLN_EPS);
 }
 
@@ -932,7 +932,7 @@ static void test_over(void)
     int i;
     /* when it is over 4 times stay, up to 1; damping beyond that stays what it was, none stays none, less is less */
     for (i = 0; i < 5; i++)
-        g.lambda = (roln_real)lambda[i], roln_newton_over((roln_real)before[i], &g), CHECK(g.lambda == (roln_real)after[i]);
+        g.lambda = (roln_real)lambda[i], roln_newton_give_up((roln_real)before[i], &g), CHECK(g.lambda == (roln_real)after[i]);
     CHECK(g.loss == 4 && g.error == 9 && g.taken == 10 && g.refused == 20);
 }
 
@@ -952,7 +952,7 @@ static void test_pair(int R, roln_real memory, uint64_t s)
         for (i = 0; i < R * 16; i++) now.J[i] = roln_uniform(&s) - ROLN_C(0.5);
         for (i = 0; i < R; i++) now.r[i] = ROLN_C(0.05) * (roln_uniform(&s) - ROLN_C(0.5));
         ok &= roln_newton_rows(now.blocks, now.table, &now.opt, R, now.x, now.J, now.r, now.weight, &now.state, room) == ROLN_OK;
-        roln_newton_sums(&now.opt, R, 16, 0, now.side, now.J, now.S, room);
+        roln_newton_normal_equations(&now.opt, R, 16, 0, now.side, now.J, now.S, room);
         ok &= roln_newton_step(now.blocks, now.table, &now.opt, &system, now.x, &now.state, now.next, now.expect, now.keep, room) ==
               ROLN_OK;
         for (i = 0; i < 16; i++) moved += fabsl((ld)now.next[i] - (ld)now.x[i]) / 100;

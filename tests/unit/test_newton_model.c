@@ -5,7 +5,7 @@
 #define ROLN_NAME leg /* two links, no autoencoder */
 #define ROLN_AE 2
 #define ROLN_MLP 10, 10
-#define ROLN_ROWS 360
+#define ROLN_GN_ROWS 360
 #include "roln.h"
 
 #define ROLN_NAME hand /* every manifold, all of it learned; systems of either kind */
@@ -18,7 +18,7 @@
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 2
-#define ROLN_ROWS 230
+#define ROLN_GN_ROWS 230
 #define ROLN_LEARN everything
 #include "roln.h"
 
@@ -32,7 +32,7 @@
 #define ROLN_INPUTS 2
 #define ROLN_HORIZON 3
 #define ROLN_BLOCK 2
-#define ROLN_ROWS 13
+#define ROLN_GN_ROWS 13
 #define ROLN_LEARN networks
 #include "roln.h"
 
@@ -105,11 +105,11 @@ static void check_learning(int count, roln_real memory, int steps, ld most, uint
         for (i = 0; i < count; i++) start[i] = (k * count + i) % POSES;
         CHECK_OK(leg_rows(&p, &weights, &b, 1, 0, 0, &g, &train.rows));
         CHECK_OK(leg_newton_rows(&p, &opt, count, &g, &o));
-        leg_newton_sums(&opt, count, 0, leg_newton_side, &g, &o, o.work.sums);
+        leg_newton_normal_equations(&opt, count, 0, leg_newton_side, &g, &o, o.work.sums);
         for (taken = i = 0; i < 30 && !taken; i++) {
             CHECK_OK(leg_newton_step(&p, &opt, count, &g, &o));
             (void)leg_rows(&o.next, &weights, &b, 1, 0, 1, &g, &train.rows); /* a model that fails there is refused */
-            taken = leg_newton_judge(&p, count, count, &g, &o);
+            taken = leg_newton_accept(&p, count, count, &g, &o);
         }
     }
     CHECK((int)o.state.taken == steps && o.state.refused > 0);
@@ -189,7 +189,7 @@ static void hand_look(hand_all *h, const roln_newton_opt *opt, int count)
     const roln_batch b = hand_batch(0, count);
     CHECK_OK(hand_rows(&h->p, &hand_weights, &b, tick, 0, 0, &h->g, &hand_scratch.rows));
     CHECK_OK(hand_newton_rows(&h->p, opt, count, &h->g, &h->o));
-    hand_newton_sums(opt, count, 0, hand_newton_side, &h->g, &h->o, h->o.work.sums);
+    hand_newton_normal_equations(opt, count, 0, hand_newton_side, &h->g, &h->o, h->o.work.sums);
 }
 
 /* Steps that are taken, whatever damping they need. */
@@ -199,7 +199,7 @@ static void hand_learn(hand_all *h, const roln_newton_opt *opt, int count, int s
         int tries = 0;
         hand_look(h, opt, count);
         do hand_try(h, opt, count);
-        while (!hand_newton_judge(&h->p, count, count, &h->g, &h->o) && ++tries < 30);
+        while (!hand_newton_accept(&h->p, count, count, &h->g, &h->o) && ++tries < 30);
         CHECK(tries < 30);
     }
 }
@@ -269,8 +269,8 @@ static void check_hand_pieces(int before, int count, roln_newton_opt opt)
                               &hand_b.o.state, room));
     CHECK(same((count + 1) * P, hand_a.g.J, hand_b.g.J) && same(count, hand_a.g.r, hand_b.g.r));
     CHECK(same(count, hand_a.g.weight, hand_b.g.weight));
-    hand_newton_sums(&opt, count, cut, hand_newton_side, &hand_b.g, &hand_b.o, other_work);
-    hand_newton_sums(&opt, count, 0, cut, &hand_b.g, &hand_b.o, hand_b.o.work.sums);
+    hand_newton_normal_equations(&opt, count, cut, hand_newton_side, &hand_b.g, &hand_b.o, other_work);
+    hand_newton_normal_equations(&opt, count, 0, cut, &hand_b.g, &hand_b.o, hand_b.o.work.sums);
     hand_b.o.next = hand_b.p;
     CHECK_OK(roln_newton_step(hand_blocks, hand_table, &opt, &system, hand_b.p.theta, &hand_b.o.state, hand_b.o.next.theta,
                               hand_b.g.expect, hand_b.o.keep, room));
@@ -299,7 +299,7 @@ static void check_hand_judge(int count, roln_newton_opt opt)
     hand_look(&hand_a, &opt, count), hand_try(&hand_a, &opt, count);
     hand_b = hand_a, lambda = hand_a.o.state.lambda;
     hand_a.g.next[count - 1] = (roln_real)NAN; /* refused: residuals that are none */
-    CHECK(hand_newton_judge(&hand_a.p, count, count, &hand_a.g, &hand_a.o) == 0);
+    CHECK(hand_newton_accept(&hand_a.p, count, count, &hand_a.g, &hand_a.o) == 0);
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && same(count * P, hand_a.g.J, hand_b.g.J));
     CHECK(same(count, hand_a.g.r, hand_b.g.r) && same(side * (side + 1), hand_a.o.S, hand_b.o.S));
     CHECK(hand_a.o.state.lambda == 4 * lambda && hand_a.o.state.loss == hand_b.o.state.loss);
@@ -312,7 +312,7 @@ static void check_hand_judge(int count, roln_newton_opt opt)
     memset(hand_b.g.next, 255, sizeof hand_b.g.next); /* NaN */
     CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch.rows));
     CHECK(same(5, hand_a.g.next, hand_b.g.next));
-    while (!hand_newton_judge(&hand_b.p, count, 5, &hand_b.g, &hand_b.o) && hand_b.o.state.refused < 50) {
+    while (!hand_newton_accept(&hand_b.p, count, 5, &hand_b.g, &hand_b.o) && hand_b.o.state.refused < 50) {
         CHECK_OK(hand_newton_step(&hand_b.p, &opt, count, &hand_b.g, &hand_b.o));
         CHECK_OK(hand_rows(&hand_b.o.next, &hand_weights, &b, tick, 0, 1, &hand_b.g, &hand_scratch.rows));
     }
@@ -340,10 +340,10 @@ static void check_palm(void)
         CHECK_OK(palm_rows(&p, &hand_weights, &b, tick, 0, 0, &g, &train.rows));
         for (i = 0; i < 13 && k == 0; i++) CHECK(same(P, g.J + i * P, hand_a.g.J + i * hand_newton_size + ae));
         CHECK_OK(palm_newton_rows(&p, &usual, 13, &g, &o));
-        palm_newton_sums(&usual, 13, 0, palm_newton_side, &g, &o, o.work.sums);
+        palm_newton_normal_equations(&usual, 13, 0, palm_newton_side, &g, &o, o.work.sums);
         CHECK_OK(palm_newton_step(&p, &usual, 13, &g, &o));
         (void)palm_rows(&o.next, &hand_weights, &b, tick, 0, 1, &g, &train.rows);
-        (void)palm_newton_judge(&p, 13, 13, &g, &o);
+        (void)palm_newton_accept(&p, 13, 13, &g, &o);
     }
     CHECK(o.state.taken >= 4 && same(ae, p.theta, hand_a.p.theta) && same(3, &p.scale.q, &hand_a.p.scale.q));
     for (i = ae; i < palm_theta_size; i++) moved += p.theta[i] < hand_a.p.theta[i] || p.theta[i] > hand_a.p.theta[i];
@@ -397,8 +397,8 @@ static void check_lengths(void)
         const int count = i == 0 ? -1 : i == 1 ? 0 : COUNT + 1;
         CHECK(hand_newton_rows(&hand_a.p, &usual, count, &hand_a.g, &hand_a.o) == ROLN_E_LENGTH);
         CHECK(hand_newton_step(&hand_a.p, &usual, count, &hand_a.g, &hand_a.o) == ROLN_E_LENGTH);
-        CHECK(hand_newton_judge(&hand_a.p, count, 1, &hand_a.g, &hand_a.o) == 0);
-        CHECK(hand_newton_judge(&hand_a.p, DUAL, i == 2 ? DUAL + 1 : count, &hand_a.g, &hand_a.o) == 0);
+        CHECK(hand_newton_accept(&hand_a.p, count, 1, &hand_a.g, &hand_a.o) == 0);
+        CHECK(hand_newton_accept(&hand_a.p, DUAL, i == 2 ? DUAL + 1 : count, &hand_a.g, &hand_a.o) == 0);
     }
     CHECK(memcmp(&hand_a.p, &hand_b.p, sizeof hand_a.p) == 0 && memcmp(&hand_a.g, &hand_b.g, sizeof hand_a.g) == 0);
     CHECK(memcmp(&hand_a.o.state, &hand_b.o.state, sizeof begin) == 0);

@@ -16,7 +16,7 @@ typedef struct {
     int n, m, steps, rated;
     roln_real A[LONG * MAXN * MAXN], B[LONG * MAXN * MAXM], Q[LONG * MAXN * MAXN], q[LONG * MAXN];
     roln_real r[MAXM], ref[MAXM], at[LONG * MAXM], rate[MAXM], last[MAXM], most[MAXM];
-    roln_real u[LONG * MAXM], x[(LONG + 1) * MAXN], K[LONG * MAXM * MAXN], gap;
+    roln_real u[LONG * MAXM], x[(LONG + 1) * MAXN], K[LONG * MAXM * MAXN], duality_gap;
     ld H[MAXP * MAXP], g[MAXP];
 } problem;
 
@@ -123,7 +123,7 @@ static roln_status within(problem *p, int iterations, ld *u)
     const roln_ocp o = ocp_of(p);
     const int m = p->m;
     roln_real *const work = room_of(ROLN_OCP_WORK(p->n, m, p->steps, p->rated));
-    const roln_status st = roln_ocp_solve(&o, iterations, p->u, p->x, p->K, &p->gap, work);
+    const roln_status st = roln_ocp_solve(&o, iterations, p->u, p->x, p->K, &p->duality_gap, work);
     int i;
     if (st != ROLN_OK) return st;
     CHECK_ROOM();
@@ -258,7 +258,7 @@ static void test_corners(void)
                     active += fabsl(best[i]) >= 1 - 1e-12L;
                 }
                 BOUND("corners: cost", (cost_of(&p, u, NULL) - least) / size_of(&p, best), PICK(3e-5L, 1e-12L));
-                BOUND("corners: gap", cost_of(&p, u, NULL) - least - (ld)p.gap, 20 * EPS * size_of(&p, best));
+                BOUND("corners: gap", cost_of(&p, u, NULL) - least - (ld)p.duality_gap, 20 * EPS * size_of(&p, best));
             }
     CHECK(active > 50);
 }
@@ -302,7 +302,7 @@ static void test_long(void)
         for (k = 0; k < 3; k++) {
             CHECK(solve(&p, iterations[k], u) == ROLN_OK);
             cost = cost_of(&p, u, NULL);
-            BOUND("long: gap", (cost - least - (ld)p.gap) / size_of(&p, best), 20 * EPS);
+            BOUND("long: gap", (cost - least - (ld)p.duality_gap) / size_of(&p, best), 20 * EPS);
             if (k == 1) BOUND("long: part left after 6", (cost - least) / (zero - least), 1e-3L);
             if (k == 2) BOUND("long: part left after 8", (cost - least) / (zero - least), 1e-4L);
         }
@@ -338,9 +338,9 @@ static void test_rates(void)
                 v[i] = to > 1 ? 1 : to < -1 ? -1 : to;
                 down += g[i] * (v[i] - u[i]);
             }
-            BOUND("rates: gap", (-down - (ld)p.gap) / size_of(&p, u), 20 * EPS);
+            BOUND("rates: gap", (-down - (ld)p.duality_gap) / size_of(&p, u), 20 * EPS);
         }
-        BOUND("rates: size of the gap", (ld)p.gap / size_of(&p, u), PICK(1e-3L, 1e-4L));
+        BOUND("rates: size of the gap", (ld)p.duality_gap / size_of(&p, u), PICK(1e-3L, 1e-4L));
     }
     CHECK(active > 200);
 }
@@ -386,7 +386,7 @@ static void test_units(void)
         CHECK(solve(&p, binary ? 8 : 20, u) == ROLN_OK);
         rescale(&p, by, of, &c);
         o = ocp_of(&c);
-        CHECK(roln_ocp_solve(&o, binary ? 8 : 20, c.u, c.x, c.K, &c.gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, c.rated))) == ROLN_OK);
+        CHECK(roln_ocp_solve(&o, binary ? 8 : 20, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, c.rated))) == ROLN_OK);
         widen(MAXH * m, c.u, v);
         for (i = 0; i < MAXH * m; i++) {
             v[i] /= (ld)by[i % m];
@@ -437,7 +437,7 @@ static void test_far(void)
                 else by[0] = 1 / far, rescale(&p, by, of, &c);
                 o = ocp_of(&c);
                 if (!own) o.most = NULL;
-                CHECK(roln_ocp_solve(&o, 30, c.u, c.x, c.K, &c.gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, rated))) == ROLN_OK);
+                CHECK(roln_ocp_solve(&o, 30, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, rated))) == ROLN_OK);
                 widen(MAXH * m, c.u, v);
                 for (i = 0; i < MAXH; i++)
                     v[i * m] /= (ld)by[0];
@@ -468,7 +468,7 @@ static void test_nothing_to_do(void)
             for (i = 0; i < m; i++) c.most[i] = (roln_real)far[k];
             for (i = 0; i < m && rated; i++) c.rate[i] = (roln_real)(far[k] / 4);
             if (!CHECK(solve(&c, 6, v) == ROLN_OK)) continue;
-            CHECK_BELOW(c.gap, 1e-20);
+            CHECK_BELOW(c.duality_gap, 1e-20);
             for (i = 0; i < MAXH * m; i++) CHECK_BELOW(fabsl(v[i]), 1e-12L);
         }
         CHECK(solve(&p, 30, u) == ROLN_OK);
@@ -626,7 +626,7 @@ static void test_sizes(void)
             c.r[i] *= by;
         condense(&c);
         CHECK(solve(&c, 10, u) == ROLN_OK);
-        BOUND("sizes of costs", (ld)c.gap / size_of(&c, u), PICK(1e-3L, 1e-4L));
+        BOUND("sizes of costs", (ld)c.duality_gap / size_of(&c, u), PICK(1e-3L, 1e-4L));
     }
 }
 

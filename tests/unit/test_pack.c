@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* Parameters as bytes and as text (roln_pack, roln_unpack, roln_write, NAME_store): every byte corrupted, every length, numbers
+/* Parameters as bytes and as text (roln_pack, roln_unpack, roln_write, NAME_quantise): every byte corrupted, every length, numbers
    that make no sense under a true checksum; text that a compiler reads as the same numbers, and what it demands of a config;
    weights that are stored small. */
 #include <stdlib.h>
@@ -114,7 +114,7 @@ static void check_head(const package *p, int bits)
     for (i = 0; i < c; i++)
         CHECK(p->bytes[8 + 2 * i] + 256 * p->bytes[9 + 2 * i] == want[i]);
     CHECK(memcmp(p->bytes + p->lead, &md->ae.slope, sizeof(roln_real)) == 0);
-    CHECK(memcmp(p->bytes + p->lead + sizeof(roln_real), &f->least, sizeof(roln_real)) == 0);
+    CHECK(memcmp(p->bytes + p->lead + sizeof(roln_real), &f->eigenvalue_floor, sizeof(roln_real)) == 0);
 }
 
 /* Numbers of model k, own: with own units: a true autoencoder, otherwise any bits that may be unpacked. */
@@ -123,7 +123,7 @@ static void any_numbers(int k, int own, uint64_t *s, roln_real *x)
     const int n = n_OF(k), ae = roln_ae_params(&models[k]->md->ae);
     roln_real *range = x + 6 + own, *theta = range + 3 * n;
     int i;
-    x[0] = models[k]->md->ae.slope, x[1] = models[k]->md->lnn.least;
+    x[0] = models[k]->md->ae.slope, x[1] = models[k]->md->lnn.eigenvalue_floor;
     x[2] = models[k]->md->lnn.angles ? 1 : ROLN_C(0.3), x[3] = ROLN_C(0.7), x[4] = ROLN_C(1.7), range[-1] = dt;
     for (i = 0; i < own; i++)
         x[5 + i] = models[k]->md->lnn.angles >> i & 1 ? 1 : ROLN_C(0.1) * (roln_real)(i + 1);
@@ -317,7 +317,7 @@ static void test_write(void)
     for (i = 0; i < 16; i++)
         x[2 + i] = i % 2 ? -edge[i / 2] : edge[i / 2];
     for (i = 0; i < 2; i++) { /* of another config: nothing is written */
-        x[i] = i ? plain_model.ae.slope * (1 + ROLN_EPS) : 0, x[1] = plain_model.lnn.least;
+        x[i] = i ? plain_model.ae.slope * (1 + ROLN_EPS) : 0, x[1] = plain_model.lnn.eigenvalue_floor;
         memcpy(&p, x, sizeof p);
         CHECK(plain_write(&p, put, &len) == ROLN_E_SHAPE && len == 0);
     }
@@ -404,7 +404,7 @@ static void test_needs(void)
 
 /* The sizes that the size macros of roln_ae.h ask for. */
 static struct {
-    int N, n, N1, N2, ae_sum, curves, bent, ae_size;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size;
 } of;
 #define OF(name) of.name
 
@@ -415,8 +415,8 @@ static roln_status store(int k, const roln_model *md, const float *theta, const 
     const int full = roln_ae_params(&models[k]->md->ae), rest = models[k]->params - full;
     roln_status st;
     of.N = ae->size[0], of.n = ae->size[ae->layers], of.N1 = roln_ae_size(ae, 1), of.N2 = roln_ae_size(ae, 2);
-    of.ae_sum = roln_ae_sum(ae), of.curves = ae->curves, of.bent = roln_ae_bent(ae), of.ae_size = roln_ae_params(ae);
-    st = roln_ae_store(ae, theta, lo, hi, to, room_of(ROLN_AE_STORE_WORK(OF)));
+    of.ae_sum = roln_ae_sum(ae), of.monomials = ae->monomials, of.bent = roln_ae_bent(ae), of.ae_size = roln_ae_params(ae);
+    st = roln_ae_quantise(ae, theta, lo, hi, to, room_of(ROLN_AE_QUANTISE_WORK(OF)));
     ROOM_KEPT();
     if (st == ROLN_OK) memcpy(to + of.ae_size, theta + full, (size_t)rest * sizeof *to);
     return st;
@@ -469,7 +469,7 @@ static void test_stored(int k, const roln_storage *storage)
     package_of(&md, &p);
     parameters(k, &s, theta);
     was = theta[0];
-    p.x[0] = md.ae.slope, p.x[1] = md.lnn.least, p.x[2] = 0.3f, p.x[3] = 0.7f, p.x[4] = 1.7f, p.x[5] = dt;
+    p.x[0] = md.ae.slope, p.x[1] = md.lnn.eigenvalue_floor, p.x[2] = 0.3f, p.x[3] = 0.7f, p.x[4] = 1.7f, p.x[5] = dt;
     for (i = 0; i < 3 * n; i++)
         range[i] = i < n ? -1 : 1;
     theta[0] = NAN;
@@ -550,32 +550,32 @@ static void test_stored_shell(void)
     static plain_start init;
     static plain_work work;
     static unsigned char full[plain_packed_size], bytes[stored_packed_size];
-    stored_store_work *start = (stored_store_work *)(void *)room_of((int)(sizeof *start / sizeof(float)));
+    stored_quantise_work *start = (stored_quantise_work *)(void *)room_of((int)(sizeof *start / sizeof(float)));
     float q[24], qd[24];
     uint64_t seed = 11;
     CHECK_OK(plain_init(&p, &seed, &init.init));
     dyadic(24, 1, &seed, q), dyadic(24, 1, &seed, qd);
     plain_pack(&p, full);
     memset(&b, 7, sizeof b), a = b;
-    CHECK(stored_store(plain_packed_size, full, &a, start) == ROLN_E_RANGE && memcmp(&a, &b, sizeof a) == 0); /* no range yet */
+    CHECK(stored_quantise(plain_packed_size, full, &a, start) == ROLN_E_RANGE && memcmp(&a, &b, sizeof a) == 0); /* no range yet */
     CHECK_OK(plain_fit_range(&p, 4, q, qd, &work.fit_range));
     p.dt = dt;
     plain_pack(&p, full);
-    CHECK(stored_store(plain_packed_size - 1, full, &a, start) == ROLN_E_LENGTH);
+    CHECK(stored_quantise(plain_packed_size - 1, full, &a, start) == ROLN_E_LENGTH);
     full[300] ^= 1;
-    CHECK(stored_store(plain_packed_size, full, &a, start) == ROLN_E_CHECKSUM && memcmp(&a, &b, sizeof a) == 0);
+    CHECK(stored_quantise(plain_packed_size, full, &a, start) == ROLN_E_CHECKSUM && memcmp(&a, &b, sizeof a) == 0);
     full[300] ^= 1;
     p.theta[plain_theta_size - 1] += (float)NAN, plain_pack(&p, full); /* of the networks */
-    CHECK(stored_store(plain_packed_size, full, &a, start) == ROLN_E_NOT_FINITE && memcmp(&a, &b, sizeof a) == 0);
+    CHECK(stored_quantise(plain_packed_size, full, &a, start) == ROLN_E_NOT_FINITE && memcmp(&a, &b, sizeof a) == 0);
     p.theta[plain_theta_size - 1] = 0.25f, plain_pack(&p, full);
-    CHECK_OK(stored_store(plain_packed_size, full, &a, start));
+    CHECK_OK(stored_quantise(plain_packed_size, full, &a, start));
     CHECK_ROOM();
     CHECK((int)stored_packed_size < (int)plain_packed_size);
-    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope && a.least == p.least);
+    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope && a.eigenvalue_floor == p.eigenvalue_floor);
     CHECK(same(2, a.z_min, p.z_min) && same(2, a.z_max, p.z_max) && same(2, a.zd_max, p.zd_max));
     stored_pack(&a, bytes);
     CHECK(stored_unpack(stored_packed_size, bytes, &b) == ROLN_OK && memcmp(&a, &b, sizeof a) == 0);
-    CHECK(stored_store(stored_packed_size, bytes, &b, start) != ROLN_OK && memcmp(&a, &b, sizeof a) == 0); /* stored already */
+    CHECK(stored_quantise(stored_packed_size, bytes, &b, start) != ROLN_OK && memcmp(&a, &b, sizeof a) == 0); /* stored already */
     CHECK(sizeof words == sizeof a && stored_theta_size == roln_params(&stored_model));
     CHECK((int)stored_full_size == (int)plain_theta_size);
     words.params = a; /* as flash holds it */

@@ -282,7 +282,7 @@ static int run(task *x, const instance *m, int calls)
         before = cost_of(x, m, old, u);
         if (!CHECK_OK(m->of->plan_next(m, &x->goal, x->s, &pl, ROOM(plan_next)))) return touched;
         ROOM_KEPT();
-        CHECK(x->plan.known == 1 && x->plan.age == 0 && x->plan.gap >= 0);
+        CHECK(x->plan.valid == 1 && x->plan.age == 0 && x->plan.duality_gap >= 0);
         rolni_copy(n2, x->s, to);
         for (l = 0; l < STEPS; l++) {
             for (j = 0; j < motors; j++) {
@@ -342,7 +342,7 @@ static void test_far(int k)
             plan_at pl = planned(&first);
             instance m;
             ld cost = 0;
-            first.limits.rate_each = rated ? first.rate : NULL, first.goal.iterations = 30, first.plan.known = 0;
+            first.limits.rate_each = rated ? first.rate : NULL, first.goal.iterations = 30, first.plan.valid = 0;
             point(&first);
             m = model_of(&first);
             fill(MAXM, 1000, first.tau);
@@ -386,15 +386,15 @@ static void test_off(int k)
         const roln_real off = way ? top : 0;
         roln_limits l = {.dt = dt,
                          .margin = way ? top : 1000,
-                         .power = off,
+                         .residual = off,
                          .tau = way ? top : ROLN_C(1e9),
-                         .q_off = off,
-                         .qd_off = off,
-                         .window = way ? 1000000000 : 0,
+                         .q_tolerance = off,
+                         .qd_tolerance = off,
+                         .residual_window = way ? 1000000000 : 0,
                          .strict = 1,
                          .rate = off,
                          .motors = x.limits.motors};
-        roln_guard g = {.known = 0};
+        roln_guard g = {.valid = 0};
         roln_real q[2 * MAXN], tau[MAXN] = {0};
         const guard_at held = {&g, tau};
         plan_at pl = planned(&x);
@@ -408,7 +408,7 @@ static void test_off(int k)
             CHECK(m.of->guard_tick(&m, &l, q, q + N, x.s, x.s + n, want, &held, spare) == 0);
             CHECK(memcmp(tau, want, sizeof(roln_real) * (size_t)motors) == 0);
         }
-        x.goal.limits = &l, x.plan.known = 0;
+        x.goal.limits = &l, x.plan.valid = 0;
         st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
         CHECK(st == ROLN_OK || st == ROLN_E_NO_CONVERGENCE); /* midpoint: too long */
         if (st == ROLN_OK) CHECK_OK(m.of->plan_follow(&m, &x.goal, &pl, 0, x.s, tau));
@@ -432,7 +432,7 @@ static void test_motor_units(int k)
         for (j = 0; j < 2; j++)
             by[j] = (roln_real)(trial % 2 ? ldexp(1, roln_randint(41, &s) - 20) : pow(10, roln_randint(13, &s) - 6));
         first.limits.rate_each = trial / 2 % 2 ? first.rate : NULL;
-        first.plan.known = 0, first.goal.iterations = trial < 4 ? 0 : 20;
+        first.plan.valid = 0, first.goal.iterations = trial < 4 ? 0 : 20;
         point(&first);
         x = first;
         point(&x);
@@ -470,7 +470,7 @@ static void test_follow(int k)
     CHECK(m.of->plan_follow(&m, &x.goal, &pl, 0, x.s, u) == ROLN_E_LENGTH && all(MAXM, u, 7));
     dyadic(STEPS * motors * n2, ROLN_C(0.0625), &s, x.K), dyadic(STEPS * motors, ROLN_C(0.25), &s, x.torque);
     dyadic(n2, ROLN_C(0.0625), &s, off);
-    x.plan.known = 1;
+    x.plan.valid = 1;
     for (l = 0; l <= STEPS; l++) /* constant acceleration, which Hermite polynomials know */
         for (i = 0; i < n; i++) {
             const roln_real t = (roln_real)l * dt, a = (roln_real)(i + 1) / 4, v = ROLN_C(0.5) - a;
@@ -614,16 +614,16 @@ static void test_refused(int k)
         st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
         if (!CHECK(st == want)) printf("    %s, wrong number %d: status %d\n", models[k]->name, what, (int)st);
         CHECK(memcmp(x.path, good.path, sizeof x.path) == 0 && memcmp(x.torque, good.torque, sizeof x.torque) == 0);
-        CHECK(memcmp(x.K, good.K, sizeof x.K) == 0 && x.plan.known == 1 && x.plan.age == 1);
+        CHECK(memcmp(x.K, good.K, sizeof x.K) == 0 && x.plan.valid == 1 && x.plan.age == 1);
         CHECK(x.plan.cost >= good.plan.cost && x.plan.cost <= good.plan.cost);
         for (call = 1; call < STEPS; call++)
-            CHECK(x.plan.known == 1 && m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == st);
-        CHECK(x.plan.known == 0 && x.plan.age == 0);
+            CHECK(x.plan.valid == 1 && m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == st);
+        CHECK(x.plan.valid == 0 && x.plan.age == 0);
     }
     x = good; /* nothing to do */
     point(&x);
     pl = planned(&x), m = model_of(&x);
-    x.goal.terms = 0, x.goal.P = NULL, x.goal.hold = NULL, x.plan.known = 0;
+    x.goal.terms = 0, x.goal.P = NULL, x.goal.hold = NULL, x.plan.valid = 0;
     for (call = 0; call < 3; call++) {
         CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
         for (what = 0; what < STEPS * motors; what++)
@@ -636,7 +636,7 @@ static void test_refused(int k)
     CHECK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare) == ROLN_E_NOT_FINITE && x.plan.age == 1);
     x.s[0] = good.s[0];
     CHECK_OK(m.of->plan_next(&m, &x.goal, x.s, &pl, spare));
-    CHECK(x.plan.known == 1 && x.plan.age == 0);
+    CHECK(x.plan.valid == 1 && x.plan.age == 0);
 }
 
 /* Limits fall below the torque of the last plan: the next one sets out from the limit, and falls at the rate that is allowed. */
@@ -732,13 +732,13 @@ static void test_any(int k)
             st = m.of->plan_next(&m, &x.goal, x.s, &pl, spare);
             if (st == ROLN_OK) {
                 CHECK(roln_all_finite((STEPS + 1) * n2, x.path) && roln_all_finite(STEPS * motors * n2, x.K));
-                CHECK(x.plan.known == 1 && x.plan.age == 0 && roln_finite(x.plan.cost) && roln_finite(x.plan.gap));
+                CHECK(x.plan.valid == 1 && x.plan.age == 0 && roln_finite(x.plan.cost) && roln_finite(x.plan.duality_gap));
                 for (j = 0; j < STEPS * motors; j++)
                     CHECK(ROLN_ABS(x.torque[j]) <= x.tau[j % motors]);
             } else {
                 CHECK(memcmp(x.path, before.path, sizeof x.path) == 0 && memcmp(x.K, before.K, sizeof x.K) == 0);
                 CHECK(memcmp(x.torque, before.torque, sizeof x.torque) == 0);
-                CHECK(x.plan.known == (before.plan.known && age < STEPS) && x.plan.age == (x.plan.known ? age : 0));
+                CHECK(x.plan.valid == (before.plan.valid && age < STEPS) && x.plan.age == (x.plan.valid ? age : 0));
             }
             st = m.of->plan_follow(&m, &x.goal, &pl, x.goal.dt / 2, x.s, u);
             for (j = 0; j < motors; j++)
@@ -762,7 +762,7 @@ static ld rest_of(int k, int counted)
     const roln_noise noise = {.dt = dt, .q = ROLN_C(0.0009765625), .tau = ROLN_C(0.0625), .load = ROLN_C(0.25)};
     roln_real z[MAXN], zd[MAXN] = {0}, s[2 * MAXN], load[MAXN], y[MAXN], qd[MAXN], tau[MAXN], still[MAXN] = {0}, tau_z[MAXN];
     roln_real mean[MAXN] = {0}, hold_z[MAXN];
-    roln_filter filter = {.known = 0};
+    roln_filter filter = {.valid = 0};
     const filter_at e = {&filter, s, s + n, F, load};
     uint64_t seed = 140 + (uint64_t)k;
     plan_at pl;

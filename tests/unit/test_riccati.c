@@ -426,7 +426,7 @@ static void test_triangle(void)
         for (rows = n; rows <= 24; rows += 5) {
             for (i = 0; i < rows * n; i++)
                 R[i] = X[i] = roln_normal(&s) * (i % n == 1 ? ROLN_C(1e-25) : i % n == 2 ? ROLN_C(1e25) : 1) * (i % n != 3);
-            roln_triangle(rows, n, R, room_of(ROLN_TRIANGLE_WORK(rows, n)));
+            roln_qr_r(rows, n, R, room_of(ROLN_QR_R_WORK(rows, n)));
             CHECK_ROOM();
             for (i = 0; i < n; i++)
                 for (j = 0; j < n; j++) {
@@ -445,7 +445,7 @@ static void test_triangle(void)
     for (i = 0; i < 8; i++) { /* in any place, above and below zeros, too */
         memset(R, 0, sizeof R);
         R[i] = (roln_real)NAN;
-        roln_triangle(4, 2, R, room_of(ROLN_TRIANGLE_WORK(4, 2)));
+        roln_qr_r(4, 2, R, room_of(ROLN_QR_R_WORK(4, 2)));
         CHECK(!roln_all_finite(4, R));
     }
 }

@@ -210,7 +210,7 @@ static void check_kernels(const plain_params *p, const plain_latent *s, const ro
     const roln_ae *ae = &plain_model.ae;
     const roln_real unit_of_it = p->scale.m, time = p->scale.t, time2 = time * time;
     roln_real tau_z[2], back[2], x[6], y[6], lifted[6], state[4], M[4], c[2], g[2], T, V, zero[2] = {0, 0};
-    const roln_terms_out out = {M, c, g, NULL, &T, &V};
+    const roln_dynamics_out out = {M, c, g, NULL, &T, &V};
     plain_equation e;
     int i;
     memset(&e, 0, sizeof e);
@@ -228,11 +228,11 @@ static void check_kernels(const plain_params *p, const plain_latent *s, const ro
         CHECK_NEAR(lifted[i], y[i] / p->scale.q, 40 * EPS * largest(6, lifted));
     CHECK_OK(plain_reduce(p, s, lifted, back, PLAIN_WORK(reduce)));
     CHECK_BELOW(furthest(2, back, tau_z), 200 * EPS * largest(2, tau_z)); /* J^T D^T = I */
-    CHECK_OK(plain_terms(p, s, &e, PLAIN_WORK(terms)));
+    CHECK_OK(plain_dynamics(p, s, &e, PLAIN_WORK(dynamics)));
     ROOM_KEPT();
     for (i = 0; i < 2; i++)
         state[i] = s->z[i], state[2 + i] = time * s->zd[i];
-    CHECK_OK(roln_lnn_terms(&plain_model.lnn, p->theta + plain_ae_size, state, &out, tape, work));
+    CHECK_OK(roln_lnn_dynamics(&plain_model.lnn, p->theta + plain_ae_size, state, &out, tape, work));
     for (i = 0; i < 4; i++)
         CHECK_NEAR(e.M[i], unit_of_it * M[i], 4 * EPS * largest(4, e.M));
     for (i = 0; i < 2; i++) {

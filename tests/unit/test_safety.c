@@ -10,7 +10,7 @@ static void interrupt(void);
 #define ROLN_NAME arm
 #define ROLN_AE 6, 5, 2
 #define ROLN_MLP 16, 16
-#define ROLN_ROWS 4
+#define ROLN_GN_ROWS 4
 #define ROLN_PLAN 3, 6
 #include "roln.h"
 
@@ -24,13 +24,13 @@ static void interrupt(void);
 #define ROLN_NAME half
 #define ROLN_AE 6, 5, 2
 #define ROLN_MLP 16, 16
-#define ROLN_STORE half
+#define ROLN_QUANTISE half
 #include "roln.h"
 
 #define ROLN_NAME bytes
 #define ROLN_AE 6, 5, 2
 #define ROLN_MLP 16, 16
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 #endif
 
@@ -115,9 +115,9 @@ static void check_check(check_of *check, int size, unsigned char *p)
         memset(&c, 0, sizeof c);
         calls = (size + slice - 1) / slice - 1;
         CHECK_OK(await(check, p, slice, &calls, &c));
-        CHECK(!c.known && c.at > 0 && c.at < size);
+        CHECK(!c.valid && c.at > 0 && c.at < size);
         CHECK_OK(check(p, slice, &c));
-        CHECK(c.known && c.reference == want && c.at == 0 && c.sum == 0);
+        CHECK(c.valid && c.reference == want && c.at == 0 && c.sum == 0);
         calls = 5 * size / slice;
         CHECK_OK(await(check, p, slice, &calls, &c));
     }
@@ -125,7 +125,7 @@ static void check_check(check_of *check, int size, unsigned char *p)
     CHECK(check(p, 0, &c) == ROLN_E_LENGTH && check(p, -1, &c) == ROLN_E_LENGTH && memcmp(&c, &was, sizeof c) == 0);
     /* a reference that was given, right and wrong; the state itself damaged */
     memset(&c, 0, sizeof c);
-    c.reference = want, c.known = 1;
+    c.reference = want, c.valid = 1;
     CHECK_OK(check(p, 2 * size, &c));
     c.reference ^= 1;
     CHECK(check(p, size, &c) == ROLN_E_CHECKSUM && check(p, 1, &c) == ROLN_E_CHECKSUM);
@@ -134,7 +134,7 @@ static void check_check(check_of *check, int size, unsigned char *p)
     c = was, c.at = size;
     CHECK(check(p, 1, &c) == ROLN_E_CHECKSUM);
     memset(&c, 0, sizeof c), c.at = size; /* in a first pass, which would take any sum for the reference */
-    CHECK(check(p, 1, &c) == ROLN_E_CHECKSUM && !c.known);
+    CHECK(check(p, 1, &c) == ROLN_E_CHECKSUM && !c.valid);
     c = was, c.at = 0, c.sum = 1;
     CHECK(check(p, size, &c) == ROLN_E_CHECKSUM);
     check_flips(check, size, p, 1);
@@ -316,14 +316,14 @@ static void call_all(calls *c)
     memset(c, 0, sizeof *c), memset(g, 0, sizeof g);
     CALL(arm_encode(&p, &x, o.z, &work.encode));
     CALL(arm_decode(&p, &at_rest, &o.full, &work.decode));
-    CALL(arm_aim(&p, q, qd, q, &o.r, &work.aim));
+    CALL(arm_encode_reference(&p, q, qd, q, &o.r, &work.encode_reference));
     CALL(arm_control(&p, &at_rest, &o.r, o.tau_z, &work.control));
     CALL(arm_lift(&p, &at_rest, q, o.tau, &work.lift));
     CALL(arm_allocate(&p, &at_rest, &one, q, o.u, o.u + 1, &work.allocate));
     CALL(arm_step(&p, o.z + 1, q, limits.dt, &work.step));
     CALL(arm_reduce(&p, &at_rest, q, o.tau_z, &work.reduce));
     CALL(arm_inverse(&p, &at_rest, NULL, q, o.tau_z, &work.inverse));
-    CALL(arm_terms(&p, &at_rest, &o.e, &work.terms));
+    CALL(arm_dynamics(&p, &at_rest, &o.e, &work.dynamics));
     CALL(arm_inertia(&p, &at_rest, qd, o.y, &work.inertia));
     CALL(arm_fit_range(&o.p, 1, q, qd, &work.fit_range));
     CALL(arm_fit_limits(&p, &motion, 2, &o.limits, o.most, o.most + 6, &train.fit_limits));
@@ -343,7 +343,7 @@ static void call_all(calls *c)
 }
 
 /* Every function takes the parameters of its model, whatever bytes its scratch began with, and refuses those of another one. */
-static void test_foreign(void)
+static void test_params_mismatch(void)
 {
     const roln_real slope = p.slope;
     calls c;
@@ -370,7 +370,7 @@ static void test_shell(void)
     roln_batch b = {1, 1, 1, NULL, q, qd, NULL, NULL};
     arm_guard g;
     memset(&g, 0, sizeof g);
-    CHECK((arm_guard_tick(&p, &limits, &x, NULL, q, &g, &work.guard_tick) & ROLN_FAULT_STATUS) && g.g.known == 0);
+    CHECK((arm_guard_tick(&p, &limits, &x, NULL, q, &g, &work.guard_tick) & ROLN_FAULT_STATUS) && g.g.valid == 0);
     CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train.rows) != ROLN_E_SHAPE);
     b.qdd = q;
     CHECK(arm_rows(&p, &unit, &b, limits.dt, 0, 0, &rows, &train.rows) != ROLN_E_SHAPE);
@@ -417,7 +417,7 @@ void TEST_NAME(safety)(void)
     for (i = 0; i < arm_n; i++)
         p.z_min[i] = -100, p.z_max[i] = p.zd_max[i] = 100;
     test_interrupt();
-    test_foreign();
+    test_params_mismatch();
     test_shell();
     test_texts();
 }

@@ -3,7 +3,7 @@
    hungriest call of every function of prediction and control writes all of the scratch that its type declares. Of training:
    test_scratch_training.c. */
 #define CALLED(X) \
-    X(encode) X(aim) X(decode) X(step) X(linear) X(reduce) X(lift) X(terms) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
+    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
     X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 #include "small.h"
 #include "scratch.h"
@@ -14,7 +14,7 @@ void TEST_NAME(scratch)(void);
 
 /* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, curves) X(of, bent) X(of, ae_size) X(of, inputs) X(of, force_size) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, inputs) X(of, force_size) \
     X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
     X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
@@ -45,7 +45,7 @@ static void test_sizes(int k)
     CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_size(&md->ae, 1) && z.N2 == roln_ae_size(&md->ae, 2));
     CHECK(z.n == f->n && z.n == md->ae.size[md->ae.layers]);
     CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae));
-    CHECK(z.curves == md->ae.curves && z.bent == roln_ae_bent(&md->ae) && (z.curves > 0) == (md->ae.degree > 0));
+    CHECK(z.monomials == md->ae.monomials && z.bent == roln_ae_bent(&md->ae) && (z.monomials > 0) == (md->ae.degree > 0));
     CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
     CHECK(z.layers == f->layers && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
     CHECK(z.cossin == rolni_cossin(f));
@@ -71,14 +71,14 @@ static void test_shapes(void)
 /* ---- scratch is exact ------------------------------------------------------------------------- */
 
 #define RUNS(X) \
-    X(encode) X(aim) X(decode) X(step) X(linear) X(reduce) X(lift) X(terms) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
+    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
     X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 
 static void use_tick(int k, const instance *m, const roln_real *x)
 {
     const int N = N_OF(k), n = n_OF(k);
     static const roln_motors damped = {.mu = 1};
-    roln_limits limits = {.dt = dt, .margin = 1, .power = 100, .tau = 100, .hold = 1, .q_off = 100, .qd_off = 100,
+    roln_limits limits = {.dt = dt, .margin = 1, .residual = 100, .tau = 100, .hold = 1, .q_tolerance = 100, .qd_tolerance = 100,
                           .motors = m->of->md->inputs > 0 ? &damped : NULL};
     const target_at target = {.z = x, .zd = x + n, .zdd = x + 2 * n, .kp = x + 3 * n, .kd = x + 4 * n};
     roln_real z[MAXN], zd[MAXN], zdd[MAXN], q[MAXN], qd[MAXN], tau_z[MAXN], tau[MAXN] = {0};
@@ -87,7 +87,7 @@ static void use_tick(int k, const instance *m, const roln_real *x)
     const roln_motors motors = {ROLN_MIN(3, N), x, 1};
     int i;
     USE(encode, m->of->encode(m, x, x + N, z, zd, work));
-    USE(aim, m->of->aim(m, x, x + N, x, z, zd, zdd, work));
+    USE(aim, m->of->encode_reference(m, x, x + N, x, z, zd, zdd, work));
     USE(decode, m->of->decode(m, z, zd, q, qd, work));
     USE(control, m->of->control(m, z, zd, &target, tau_z, work));
     USE(lift, m->of->lift(m, z, tau_z, q, work));
@@ -99,7 +99,7 @@ static void use_tick(int k, const instance *m, const roln_real *x)
         USE(tick, (m->of->tick(m, &limits, x, x + N, &target, z, zd, &held, work), ROLN_OK));
     limits.motors = m->of->md->inputs > 0 ? &damped : &motors;
     USE(tick, (m->of->tick(m, &limits, x, x + N, &target, z, zd, &held, work), ROLN_OK));
-    CHECK(guard.known || m->of->md->inputs > 0); /* that is, the balance was computed */
+    CHECK(guard.valid || m->of->md->inputs > 0); /* that is, the balance was computed */
 }
 
 static void use_lqr(int k, const instance *m, const roln_real *x)
@@ -142,7 +142,7 @@ static void use_filter(int k, const instance *m, const roln_real *x)
     const filter_at e = {&filter, z, zd, F, models[k]->load ? load : NULL};
     int i;
     for (i = 0; i < 2; i++)
-        USE(filter_tick, (m->of->filter_tick(m, &noise, x + i * N, x, &e, work), filter.known ? ROLN_OK : ROLN_E_RANGE));
+        USE(filter_tick, (m->of->filter_tick(m, &noise, x + i * N, x, &e, work), filter.valid ? ROLN_OK : ROLN_E_RANGE));
 }
 
 static void use_mechanics(int k, const instance *m, const roln_real *x)
@@ -158,7 +158,7 @@ static void use_mechanics(int k, const instance *m, const roln_real *x)
         USE(inverse, m->of->inverse(m, z, zd, force ? x : NULL, x, y, work));
     }
     USE(reduce, m->of->reduce(m, z, x, y, work));
-    USE(terms, m->of->terms(m, z, zd, &out, work));
+    USE(terms, m->of->dynamics(m, z, zd, &out, work));
     USE(inertia, m->of->inertia(m, z, x, y, work));
     USE(fit_range, m->of->fit_range(m, 3, x, x + 3 * N, y, c, g, work));
     for (i = 0; i < n; i++)

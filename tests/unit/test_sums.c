@@ -25,7 +25,7 @@
 #define ROLN_AE 1
 #define ROLN_MLP 2
 #define ROLN_ANGLES 1
-#define ROLN_STEP midpoint
+#define ROLN_INTEGRATOR midpoint
 #include "roln.h"
 
 #define ROLN_NAME bow /* a chart */
@@ -203,7 +203,7 @@ static void test_encoder_steps(int count)
 {
     static bow_params p[2];
     static bow_start start;
-    static bow_turn step[2];
+    static bow_refinement step[2];
     const int counts[2] = {PERIOD, count / PERIOD * PERIOD};
     roln_real *q = stream(counts[1], 2, 0, 1), *qd = stream(counts[1], 2, 0, 1), qbar[2], left[2] = {0, 0};
     int i, k;
@@ -215,7 +215,7 @@ static void test_encoder_steps(int count)
         b.count = counts[i], b.q = q, b.qd = qd;
         CHECK_OK(bow_init_pod(&p[i], PERIOD, q, qd, qbar, &seed, &start.init_pod));
         for (k = 0; k < 3; k++)
-            CHECK_OK(bow_chart_turn(&p[i], &b, &step[i], &left[i]));
+            CHECK_OK(bow_chart_refine(&p[i], &b, &step[i], &left[i]));
     }
     CHECK_NEAR(left[1], left[0], PICK(1e-6, 1e-10) * (double)left[0]);
     for (i = 0; i < bow_ae_size; i++)

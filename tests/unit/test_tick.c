@@ -19,7 +19,7 @@ static uint32_t four_calls(int k, rig *x, const target_at *ref)
     x->failed = st == ROLN_OK ? NOTHING : ENCODER;
     if (st == ROLN_OK) st = m.of->control(&m, x->z, x->zd, ref, tau_z, ROOM(control));
     if (st == ROLN_OK && !motors && m.of->md->inputs == 0) st = m.of->lift(&m, x->z, tau_z, x->want, ROOM(lift));
-    else if (st == ROLN_OK) st = m.of->allocate(&m, x->z, motors, tau_z, x->want, &x->g.missed, ROOM(allocate));
+    else if (st == ROLN_OK) st = m.of->allocate(&m, x->z, motors, tau_z, x->want, &x->g.allocation_residual, ROOM(allocate));
     if (st != ROLN_OK && x->failed == NOTHING) x->failed = CONTROLLER;
     return tick(k, x);
 }
@@ -45,7 +45,7 @@ static void test_tick(int k, int driven_by_two)
     good(k, &a);
     dyadic(2 * N, 1, &s, B);
     if (driven_by_two || inputs > 0) a.limits.motors = &motors;
-    a.limits.q_off = a.limits.qd_off = 100;
+    a.limits.q_tolerance = a.limits.qd_tolerance = 100;
     fill(n, -100, a.z_min), fill(n, 100, a.z_max), fill(n, 100, a.zd_max);
     for (t = 0; t < 64; t++) {
         const int what = t % CASES;
@@ -57,16 +57,16 @@ static void test_tick(int k, int driven_by_two)
         if (what == BAD_REFERENCE) r[t % (3 * n)] = (roln_real)INFINITY;
         if (what == BAD_RANGE) a.zd_max[t % n] = t % 16 == BAD_RANGE ? 0 : 100;
         if (t % 16 == 1) a.g.bad = 0, a.g.faults = 0;
-        if (t == 40) a.limits.q_off = a.limits.qd_off = 0;
+        if (t == 40) a.limits.q_tolerance = a.limits.qd_tolerance = 0;
         a.limits.tau = what == LOW_TAU ? little : 1000;
-        a.limits.power = what == LOW_POWER ? little : 1000;
-        if (t == 48) a.limits.power = 0;
+        a.limits.residual = what == LOW_POWER ? little : 1000;
+        if (t == 48) a.limits.residual = 0;
         b = a;
         fill(MAXN, 0, a.want);
         f = four_calls(k, &a, &ref);
         CHECK(one_call(k, &b, &ref) == f);
         CHECK(memcmp(&a.g, &b.g, sizeof a.g) == 0 && same(N, a.held, b.held) && same(n, a.z, b.z) && same(n, a.zd, b.zd));
-        seen |= f, reached += f == 0 && a.g.known, missed += a.g.missed > 0 && a.g.missed <= 1;
+        seen |= f, reached += f == 0 && a.g.valid, missed += a.g.allocation_residual > 0 && a.g.allocation_residual <= 1;
     }
     CHECK(!a.limits.motors == !missed);
     CHECK(reached > 2); /* all well, the balance known */
@@ -134,7 +134,7 @@ static void test_guard_motors(int k)
     good(k, &a);
     memset(&a.g, 0, sizeof a.g);
     fill(MAXN, 0, a.held);
-    a.limits.tau = 100, a.limits.power = 1000, b = a;
+    a.limits.tau = 100, a.limits.residual = 1000, b = a;
     if (inputs == 0) {
         b.limits.motors = &one;
         CHECK(tick(k, &b) == 0 && same(1, b.held, b.want) && all(MAXN - 1, b.held + 1, 0));
@@ -153,7 +153,7 @@ static void test_guard_motors(int k)
         CHECK(tick(k, &a) == 0 && tick(k, &b) == 0);
         CHECK(same(2, a.held, a.want) && all(N - 2, a.held + 2, 0));
         BOUND("residual of motors, eps", fabsl((ld)a.g.residual - (ld)b.g.residual) / EPS, 20);
-        known += a.g.known && b.g.known && ROLN_ABS(b.g.residual) > ROLN_C(0.001);
+        known += a.g.valid && b.g.valid && ROLN_ABS(b.g.residual) > ROLN_C(0.001);
     }
     CHECK(known > 5);
 }
@@ -175,7 +175,7 @@ static void test_first_tick(int k)
     valid(k, &s);
     if (models[k]->md->inputs > 0) start.limits.motors = &damped;
     dyadic(N, ROLN_C(0.125), &s, start.q), dyadic(N, ROLN_C(0.125), &s, start.qd);
-    start.limits.dt = ROLN_C(0.0625), start.limits.power = 1000, start.limits.q_off = start.limits.qd_off = 1000;
+    start.limits.dt = ROLN_C(0.0625), start.limits.residual = 1000, start.limits.q_tolerance = start.limits.qd_tolerance = 1000;
     start.limits.tau = 1000, start.limits.hold = 3;
     fill(n, -1000, start.z_min), fill(n, 1000, start.z_max), fill(n, 1000, start.zd_max);
     memset(start.z, 0xa5, sizeof start.z), memset(start.zd, 0x5a, sizeof start.zd);
@@ -185,7 +185,7 @@ static void test_first_tick(int k)
         (i < N ? x.q : x.qd)[i % N] = (roln_real)NAN;
         CHECK(one_call(k, &x, &ref) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
         CHECK(memcmp(x.z, start.z, sizeof x.z) == 0 && memcmp(x.zd, start.zd, sizeof x.zd) == 0);
-        CHECK(all(N, x.held, 0) && x.g.bad == 1 && x.g.known == 0);
+        CHECK(all(N, x.held, 0) && x.g.bad == 1 && x.g.valid == 0);
         CHECK(m.of->tick(&m, &x.limits, x.q, x.qd, &ref, unset, unset + n, &held, ROOM(tick)) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
         CHECK(all(N, x.held, 0) && x.g.bad == 2);
     }
@@ -221,7 +221,7 @@ static void test_turns(void)
             if (j == 1) CHECK_NEAR(tau[1][i] - tau[0][i], 4 * (i == 1 ? 2 * (ld)far : 2 * (ld)far - (ld)turn), 40 * EPS);
         }
     memcpy(start.q, start.z, sizeof start.q), memcpy(start.qd, start.zd, sizeof start.qd);
-    start.limits.q_off = start.limits.qd_off = little;
+    start.limits.q_tolerance = start.limits.qd_tolerance = little;
     for (i = 0; i < n; i++) /* measured on another turn than the state: the same place; of a slider it is not */
         for (j = -1; j < 2; j += 2) {
             x = start, x.q[i] += (roln_real)j * turn;
@@ -243,7 +243,7 @@ static void test_turns(void)
 /* The parameters and the state of a rig, typed. */
 static void typed_rig(const rig *x, rich_params *p, rich_state *full, rich_latent *s)
 {
-    p->slope = rich_model.ae.slope, p->least = rich_model.lnn.least, p->scale = scale;
+    p->slope = rich_model.ae.slope, p->eigenvalue_floor = rich_model.lnn.eigenvalue_floor, p->scale = scale;
     memcpy(p->theta, theta_k, sizeof p->theta);
     memcpy(p->z_min, x->z_min, sizeof p->z_min), memcpy(p->z_max, x->z_max, sizeof p->z_max);
     memcpy(p->zd_max, x->zd_max, sizeof p->zd_max);
@@ -269,9 +269,9 @@ static void test_shell(void)
     dyadic(6, 1, &seed, v), dyadic(3, 1, &seed, zd2), dyadic(3, 1, &seed, r.kp), dyadic(3, 1, &seed, r.kd),
         dyadic(24, 1, &seed, motors);
     r1 = r;
-    CHECK_OK(rich_aim(&p, full.q, full.qd, v, &r, RICH_WORK(aim)));
+    CHECK_OK(rich_encode_reference(&p, full.q, full.qd, v, &r, RICH_WORK(encode_reference)));
     ROOM_KEPT();
-    CHECK_OK(rich_aim(&p, full.q, full.qd, v, &r1, SPARE));
+    CHECK_OK(rich_encode_reference(&p, full.q, full.qd, v, &r1, SPARE));
     CHECK(memcmp(&r, &r1, sizeof r) == 0); /* the gains as they were */
     CHECK_OK(rich_inverse(&p, &s, zd2, r.kp, a, RICH_WORK(inverse)));
     CHECK(rich_inverse(&p, &s, zd2, r.kp, y1, SPARE) == ROLN_OK && same(3, a, y1));
@@ -350,7 +350,7 @@ static void refused(plain_params *p)
     memset(&g, 0, sizeof g);
     CHECK(plain_encode(p, &x, &to.s, PLAIN_WORK(encode)) == ROLN_E_SHAPE);
     CHECK(plain_decode(p, &s, &to.x, PLAIN_WORK(decode)) == ROLN_E_SHAPE);
-    CHECK(plain_aim(p, v, v, v, &to.r, PLAIN_WORK(aim)) == ROLN_E_SHAPE);
+    CHECK(plain_encode_reference(p, v, v, v, &to.r, PLAIN_WORK(encode_reference)) == ROLN_E_SHAPE);
     CHECK(plain_control(p, &s, &r, to.tau_z, PLAIN_WORK(control)) == ROLN_E_SHAPE);
     CHECK(plain_lift(p, &s, v, to.tau, PLAIN_WORK(lift)) == ROLN_E_SHAPE);
     CHECK(plain_gains(p, &s, v, v, &to.r, PLAIN_WORK(gains)) == ROLN_E_SHAPE);
@@ -361,7 +361,7 @@ static void refused(plain_params *p)
     CHECK(plain_linear(p, &to.s, NULL, dt, &to.j, PLAIN_WORK(linear)) == ROLN_E_SHAPE);
     CHECK(plain_reduce(p, &s, v, to.tau_z, PLAIN_WORK(reduce)) == ROLN_E_SHAPE);
     CHECK(plain_inverse(p, &s, NULL, v, to.tau_z, PLAIN_WORK(inverse)) == ROLN_E_SHAPE);
-    CHECK(plain_terms(p, &s, &to.e, PLAIN_WORK(terms)) == ROLN_E_SHAPE);
+    CHECK(plain_dynamics(p, &s, &to.e, PLAIN_WORK(dynamics)) == ROLN_E_SHAPE);
     CHECK(plain_inertia(p, &s, v, to.tau, PLAIN_WORK(inertia)) == ROLN_E_SHAPE);
     CHECK(plain_fit_range(p, 1, v, v, PLAIN_WORK(fit_range)) == ROLN_E_SHAPE);
     CHECK(!plain_in_range(p, &s));
@@ -370,7 +370,7 @@ static void refused(plain_params *p)
     CHECK(memcmp(&to, &was, sizeof to) == 0 && memcmp(p, &before, sizeof before) == 0 && all(6, g.tau, 0));
 }
 
-static void test_foreign(void)
+static void test_params_mismatch(void)
 {
     static plain_params p, zero;
     static plain_start start;
@@ -378,7 +378,7 @@ static void test_foreign(void)
     CHECK_OK(plain_init(&p, &seed, &start.init));
     fill(2, -9, p.z_min), fill(2, 9, p.z_max), fill(2, 9, p.zd_max);
     p.slope *= 1 + ROLN_EPS, refused(&p), p.slope = plain_model.ae.slope;
-    p.least /= 2, refused(&p), p.least = (roln_real)NAN, refused(&p);
+    p.eigenvalue_floor /= 2, refused(&p), p.eigenvalue_floor = (roln_real)NAN, refused(&p);
     refused(&zero);
 }
 
@@ -394,6 +394,6 @@ void TEST_NAME(tick)(void)
     test_turns();
     test_shell();
     test_shell_tick();
-    test_foreign();
+    test_params_mismatch();
     print_bounds();
 }

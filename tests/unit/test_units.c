@@ -3,7 +3,7 @@
    gives for joints that were scaled by hand. How they are kept and refused. */
 
 #define CALLED(X) \
-    X(encode) X(aim) X(decode) X(lift) X(inertia) X(gains) X(allocate) X(reduce) X(step) X(linear)
+    X(encode) X(encode_reference) X(decode) X(lift) X(inertia) X(gains) X(allocate) X(reduce) X(step) X(linear)
 /* The small models with joints in units of their own. */
 #define SMALL(name) name##_own
 #define SMALL_SCALE each
@@ -20,7 +20,7 @@
 #define ROLN_AE 6, 4, 2
 #define ROLN_MLP 5, 4
 #define ROLN_SCALE each
-#define ROLN_STORE int8
+#define ROLN_QUANTISE int8
 #include "roln.h"
 #endif
 
@@ -46,8 +46,8 @@ static void test_states(int k)
     CHECK(same(3 * MAXN, z[0], z[1]));
     for (i = 0; i < 2; i++) { /* without an acceleration, with one */
         fill(3 * MAXN, 7, z[0]), fill(3 * MAXN, 7, z[1]);
-        CHECK_OK(p.plain.of->aim(&p.plain, x, x + N, i ? x + 2 * N : NULL, z[0], z[0] + p.n, z[0] + 2 * p.n, ROOM(aim)));
-        CHECK_OK(p.own.of->aim(&p.own, X, X + N, i ? X + 2 * N : NULL, z[1], z[1] + p.n, z[1] + 2 * p.n, ROOM(aim)));
+        CHECK_OK(p.plain.of->encode_reference(&p.plain, x, x + N, i ? x + 2 * N : NULL, z[0], z[0] + p.n, z[0] + 2 * p.n, ROOM(encode_reference)));
+        CHECK_OK(p.own.of->encode_reference(&p.own, X, X + N, i ? X + 2 * N : NULL, z[1], z[1] + p.n, z[1] + 2 * p.n, ROOM(encode_reference)));
         CHECK(same(3 * MAXN, z[0], z[1]));
     }
     CHECK_OK(p.plain.of->decode(&p.plain, z[0], z[0] + p.n, y[0], y[0] + N, ROOM(decode)));
@@ -128,7 +128,7 @@ static void nothing(void *ctx, const char *piece)
 }
 
 /* Units of angles are 1: else the numbers are of another model. */
-static void test_foreign(void)
+static void test_params_mismatch(void)
 {
     static wheel_own_params p, back;
     static wheel_own_start start;
@@ -142,7 +142,7 @@ static void test_foreign(void)
     int i, written = 0;
     CHECK_OK(wheel_own_init(&p, &s, &start.init));
     p.each[1] = ROLN_C(0.3);
-    CHECK(!wheel_own_foreign(&p) && (int)wheel_own_numbers == (int)wheel_numbers + 3);
+    CHECK(!wheel_own_params_mismatch(&p) && (int)wheel_own_numbers == (int)wheel_numbers + 3);
     wheel_own_pack(&p, bytes);
     CHECK(wheel_own_unpack(wheel_own_packed_size, bytes, &back) == ROLN_OK && memcmp(&p, &back, sizeof p) == 0);
     memcpy(plain, bytes, sizeof plain);
@@ -154,13 +154,13 @@ static void test_foreign(void)
     CHECK(wheel_own_check(&p, wheel_own_numbers, &c) == ROLN_E_CHECKSUM);
     for (i = 0; i < 3; i += 2) {
         p.each[i] = ROLN_C(0.5);
-        CHECK(wheel_own_foreign(&p) && wheel_own_encode(&p, &x, &z, &work.encode) == ROLN_E_SHAPE && all(1, z.z, 7));
+        CHECK(wheel_own_params_mismatch(&p) && wheel_own_encode(&p, &x, &z, &work.encode) == ROLN_E_SHAPE && all(1, z.z, 7));
         CHECK(wheel_own_write(&p, nothing, &written) == ROLN_E_SHAPE && written == 0);
         wheel_own_pack(&p, bytes);
         CHECK(wheel_own_unpack(wheel_own_packed_size, bytes, &back) == ROLN_E_SHAPE);
         p.each[i] = 1;
     }
-    CHECK(!wheel_own_foreign(&p) && wheel_own_write(&p, nothing, &written) == ROLN_OK && written > 0);
+    CHECK(!wheel_own_params_mismatch(&p) && wheel_own_write(&p, nothing, &written) == ROLN_OK && written > 0);
 }
 
 #ifndef ROLN_DOUBLE
@@ -190,7 +190,7 @@ static void test_store(void)
     CHECK_OK(geared_fit_range(&p, 4, q, qd, &work.fit_range));
     p.dt = dt;
     geared_pack(&p, bytes);
-    CHECK_OK(geared8_store(geared_packed_size, bytes, &a, &store.store));
+    CHECK_OK(geared8_quantise(geared_packed_size, bytes, &a, &store.quantise));
     CHECK(same(6, a.each, p.each) && same(1, &a.dt, &p.dt) && memcmp(&a.scale, &p.scale, sizeof a.scale) == 0);
     CHECK(same(2, a.z_min, p.z_min) && same(2, a.z_max, p.z_max) && same(2, a.zd_max, p.zd_max));
     memcpy(x.q, q, sizeof x.q), memcpy(x.qd, qd, sizeof x.qd);
@@ -210,7 +210,7 @@ void TEST_NAME(units)(void)
         test_states(k);
         test_forces(k);
     }
-    test_foreign();
+    test_params_mismatch();
 #ifndef ROLN_DOUBLE
     test_store();
 #endif

@@ -64,7 +64,7 @@ static void test_estimates(int k)
             const instance *m = i ? &p.own : &p.plain;
             faults[i] = m->of->filter_tick(m, &noise, y[i], tau[i], &to, ROOM(filter_tick));
         }
-        CHECK(faults[0] == faults[1] && f[0].known && same(1, &f[0].nis, &f[1].nis) && (t > 0 || (faults[0] & ROLN_FILTER_START)));
+        CHECK(faults[0] == faults[1] && f[0].valid && same(1, &f[0].nis, &f[1].nis) && (t > 0 || (faults[0] & ROLN_FILTER_START)));
         CHECK(same(2 * p.n, z[0], z[1]) && same(side * side, F[0], F[1]) && same(p.n, load[0], load[1]));
     }
 }
@@ -76,9 +76,9 @@ static void test_ticks(int k)
     static pair p;
     static roln_real q[2][2 * TICKS * MAXN], all_tau[2][TICKS * MAXN];
     roln_real ref[5 * MAXN], tau[2][MAXN] = {{0}}, z[2][2 * MAXN], most[2][2 * MAXN];
-    roln_guard g[2] = {{.known = 0}, {.known = 0}};
+    roln_guard g[2] = {{.valid = 0}, {.valid = 0}};
     roln_limits fit[2] = {{.dt = dt}, {.dt = dt}};
-    const roln_limits limits = {.dt = dt, .margin = 1, .power = 1000, .tau = ROLN_C(1e6), .hold = 1};
+    const roln_limits limits = {.dt = dt, .margin = 1, .residual = 1000, .tau = ROLN_C(1e6), .hold = 1};
     uint64_t s = 40 + (uint64_t)k;
     int N, i, j;
     pair_of(k, &s, &p), N = p.N;
@@ -94,7 +94,7 @@ static void test_ticks(int k)
             if (p.inputs > 0) l.motors = &damped;
             faults[j] = m->of->tick(m, &l, q[j] + 2 * i * N, q[j] + (2 * i + 1) * N, &target, z[j], z[j] + p.n, &held, ROOM(tick));
         }
-        CHECK(faults[0] == faults[1] && same(2 * p.n, z[0], z[1]) && g[0].known && g[1].known);
+        CHECK(faults[0] == faults[1] && same(2 * p.n, z[0], z[1]) && g[0].valid && g[1].valid);
         CHECK(same(1, &g[0].residual, &g[1].residual) && same(1, &g[0].power, &g[1].power) && (i == 0 || g[1].residual != 0));
         force_in_units(&p, 1, tau[0], ref + 4 * MAXN);
         CHECK(same(p.F, ref + 4 * MAXN, tau[1]) && largest(p.F, tau[1]) > 0);
@@ -109,7 +109,7 @@ static void test_ticks(int k)
         CHECK_OK(m->of->fit_limits(m, &b, 2, &fit[j], most[j], most[j] + p.F, ROOM(fit_limits)));
     }
     force_in_units(&p, 2, most[0], most[0]);
-    CHECK(same(2 * p.F, most[0], most[1]) && same(1, &fit[0].margin, &fit[1].margin) && same(1, &fit[0].power, &fit[1].power));
+    CHECK(same(2 * p.F, most[0], most[1]) && same(1, &fit[0].margin, &fit[1].margin) && same(1, &fit[0].residual, &fit[1].residual));
 }
 
 void TEST_NAME(units_control)(void)

@@ -187,11 +187,11 @@ static void test_charts(void)
 {
     static const roln_real each[5] = {4, ROLN_C(0.125), 2, ROLN_C(0.0625), 8};
     static chart_params p;
-    static chart_turn turn;
+    static chart_refinement turn;
     static chart_chart sums;
     static chart_start start;
     static chart_own_params own;
-    static chart_own_turn own_turn;
+    static chart_own_refinement own_turn;
     static chart_own_chart own_sums;
     static chart_own_start own_start;
     roln_real q[5 * FEW], qd[5 * FEW], Q[5 * FEW], Qd[5 * FEW], bar[5], left[2] = {1, 2};
@@ -209,8 +209,8 @@ static void test_charts(void)
                               own_start.init_pod.work));
     CHECK(same(chart_own_ae_size, p.theta, own.theta));
     for (k = 0; k < 3; k++) {
-        const roln_status st = chart_chart_turn(&p, &b, &turn, &left[0]);
-        CHECK(chart_own_chart_turn(&own, &own_b, &own_turn, &left[1]) == st && (k > 0 || st == ROLN_OK));
+        const roln_status st = chart_chart_refine(&p, &b, &turn, &left[0]);
+        CHECK(chart_own_chart_refine(&own, &own_b, &own_turn, &left[1]) == st && (k > 0 || st == ROLN_OK));
         CHECK(same(chart_own_ae_size, p.theta, own.theta) && same(1, left, left + 1) && same(2, p.zd_max, own.zd_max));
     }
     CHECK_OK(chart_chart_add(&p, FEW, q, &sums, &start.chart_add));

@@ -34,8 +34,8 @@ for cc in gcc clang; do
     check swelling 'BEGIN { while ((getline line < "build/examples/swelling.svg") > 0) n += line ~ /<ellipse/; ok = n == 36 }'
 
     # the written words, read by the compiler, are the parameters that were stored; the file is that of docs/firmware.md
-    roln=$(sed -n 's|^    ./store \(.*[.]roln\)$|\1|p' docs/firmware.md)
-    cat > build/examples/store.c << 'END'
+    roln=$(sed -n 's|^    ./quantise \(.*[.]roln\)$|\1|p' docs/firmware.md)
+    cat > build/examples/quantise.c << 'END'
 #include <stdio.h>
 #include "pend16_int8.h"
 #include "pend16_int8_weights.h"
@@ -45,16 +45,16 @@ int main(int argc, char **argv)
     static pend16_int8_params p;
     static pend16_int8_start work;
     FILE *f = fopen(argv[argc - 1], "rb");
-    if (!f || pend16_int8_store((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &work.store) != ROLN_OK) return 1;
+    if (!f || pend16_int8_quantise((int)fread(bytes, 1, sizeof bytes, f), bytes, &p, &work.quantise) != ROLN_OK) return 1;
     printf("%d\n", memcmp(&p, &pend16_int8_weights, sizeof p));
     return 0;
 }
 END
-    { $cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o build/examples/store -lm &&
-        (cd build/examples && ./store "../../$roln") &&
-        $cc -std=c99 -O2 -I. -Iexamples -Ibuild/examples build/examples/store.c -o build/examples/stored -lm &&
-        build/examples/stored "$roln"; } > build/examples/store.log 2>&1
-    check store '/^pend16_int8_weights.h: 12824 bytes of flash instead of 15988$/ { a = 1 } /^0$/ { ok = a }'
+    { $cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/quantise.c -o build/examples/quantise -lm &&
+        (cd build/examples && ./quantise "../../$roln") &&
+        $cc -std=c99 -O2 -I. -Iexamples -Ibuild/examples build/examples/quantise.c -o build/examples/stored_run -lm &&
+        build/examples/stored_run "$roln"; } > build/examples/quantise.log 2>&1
+    check quantise '/^pend16_int8_weights.h: 12824 bytes of flash instead of 15988$/ { a = 1 } /^0$/ { ok = a }'
     # a model without a range of z is refused, and nothing written
     cat > build/examples/flat.c << 'END'
 #include <stdio.h>
@@ -72,7 +72,7 @@ int main(int argc, char **argv)
 END
     { $cc -std=c99 -O2 -I. -Iexamples build/examples/flat.c -o build/examples/flat -lm &&
         build/examples/flat "$roln" > build/examples/flat.roln; } 2> build/examples/flat.log
-    (cd build/examples && rm -f pend16_int8_weights.h && ./store flat.roln
+    (cd build/examples && rm -f pend16_int8_weights.h && ./quantise flat.roln
         echo "exit $?" && ls pend16_int8_weights.h) > build/examples/range.log 2>&1
     check range '/no range z_min < z_max/ { a = 1 } /^exit 1$/ { b = a } /^ls: / { ok = b }'
 

@@ -93,7 +93,7 @@ int main(int argc, char **argv)
         for (i = 0; i < (int)M(N); i++)
             x.q[i] = (roln_real)y[0][i], x.qd[i] = (roln_real)y[1][i], tau[i] = (roln_real)y[2][i];
         wrong |= M(encode)(&p, &x, &s, &work.encode) || M(decode)(&p, &s, &back, &work.decode) ||
-                 M(terms)(&p, &s, &e, &work.terms) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
+                 M(terms)(&p, &s, &e, &work.dynamics) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
         compare("z", M(n), s.z, y[3]), compare("zd", M(n), s.zd, y[4]);
         compare("q", M(N), back.q, y[5]), compare("qd", M(N), back.qd, y[6]);
         compare("M", M(n) * M(n), e.M, y[7]), compare("c", M(n), e.c, y[8]), compare("g", M(n), e.g, y[9]);
@@ -146,9 +146,9 @@ cut -d, -f1-7 $dir/ae/motion.csv > $dir/q.csv
 ranges 'q.csv:1: no qd columns' $dir/q.csv $dir/ae/ae
 check 'range: smoothed' $dir/ae/range $dir/q.csv $dir/ae/ae smooth=1
 # weights beside a config that was changed do not compile
-sed -i 's/ROLN_STEP rk4/ROLN_STEP euler/' $dir/ae/ae.h
+sed -i 's/ROLN_INTEGRATOR rk4/ROLN_INTEGRATOR euler/' $dir/ae/ae.h
 check 'another config' sh -c "! gcc -std=c99 -I. -I$dir/ae -DMODEL=ae -DDT=0 -DRANGE=0 $dir/probe.c 2> $dir/gcc.log &&
-    grep -q weights_are_of_ROLN_STEP_rk4 $dir/gcc.log"
+    grep -q weights_are_of_ROLN_INTEGRATOR_rk4 $dir/gcc.log"
 
 # refuses WORDS KIND SETTING ..: it ends with 1, the last line says WORDS, and nothing is written
 refuses() {

@@ -39,12 +39,12 @@ says 1 '1: ROLN_WEIGHT_EXTERN: no header of roln reads it. ROLN_WEIGHTS_EXTERN?'
     "$name" "$ae" "$mlp" "$end"
 says 1 '4: ROLN_DAMPNG: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAMPNG 1' "$end"
 says 1 '4: ROLN_DAPMING: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAPMING 1' "$end"
-says 1 '4: RLON_STEP: no header of roln reads it. ROLN_STEP?' "$name" "$ae" "$mlp" '#define RLON_STEP rk4' "$end"
-says 1 '4: NAME_step: no header of roln reads it. ROLN_STEP?' "$name" "$ae" "$mlp" '#define NAME_step rk4' "$end"
+says 1 '4: RLON_STEP: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define RLON_STEP rk4' "$end"
+says 1 '4: NAME_step: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define NAME_step rk4' "$end"
 says 1 '4: ROLN_TRANSMISSION: no header of roln reads it' "$name" "$ae" "$mlp" '#define ROLN_TRANSMISSION 7' "$end"
 says 1 '4: ROLN_MLP: for the second time, the first is in line 3' "$name" "$ae" "$mlp" '#define ROLN_MLP 9' "$end"
-says 1 '5: ROLN_STEP: behind the last #include "roln.h", where no model reads it' "$name" "$ae" "$mlp" "$end" \
-    '#define ROLN_STEP rk4'
+says 1 '5: ROLN_INTEGRATOR: behind the last #include "roln.h", where no model reads it' "$name" "$ae" "$mlp" "$end" \
+    '#define ROLN_INTEGRATOR rk4'
 says 1 '3: a model without ROLN_AE' "$name" "$mlp" "$end"
 says 1 '3: a model without ROLN_MLP' "$name" "$ae" "$end"
 says 1 '1: ROLN_AE: there is no ROLN_NAME, so no model reads it' "$ae" "$end"

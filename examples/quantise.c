@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* store.c - weights of a trained model for less flash: int8 or half-precision numbers instead of floats.
+/* quantise.c - weights of a trained model for less flash: int8 or half-precision numbers instead of floats.
 
-   cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/store.c -o store -lm
-   ./store pend16.roln
+   cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16_int8 examples/quantise.c -o quantise -lm
+   ./quantise pend16.roln
 
-   MODEL is the ROLN_NAME of a config header named after it: that of the trained model but for the name and ROLN_STORE. The
+   MODEL is the ROLN_NAME of a config header named after it: that of the trained model but for the name and ROLN_QUANTISE. The
    bytes are those of train.c, which records the range of z that the rounding needs: from a model without one (z_min < z_max)
    nothing is written. Writes MODEL_weights.h, the C definition for flash. */
 
@@ -34,10 +34,10 @@ int main(int argc, char **argv)
     FILE *f = argc == 2 ? fopen(argv[1], "rb") : NULL;
     roln_status st;
     int count;
-    if (!f) return fprintf(stderr, "usage: store MODEL.roln, a file that can be read\n"), 1;
+    if (!f) return fprintf(stderr, "usage: quantise MODEL.roln, a file that can be read\n"), 1;
     count = (int)fread(bytes, 1, sizeof bytes, f);
     fclose(f);
-    st = M(store)(count, bytes, &params, &work.store);
+    st = M(quantise)(count, bytes, &params, &work.quantise);
     if (st == ROLN_E_RANGE)
         return fprintf(stderr, "%s: no range z_min < z_max (NAME_fit_range), or a weight that no half can hold\n", argv[1]), 1;
     if (st != ROLN_OK) return fprintf(stderr, "%s: %s\n", argv[1], roln_status_text(st)), 1;
