@@ -500,7 +500,7 @@ static void sum(void *ctx, int k, int thread)
     static roln_real scratch[THREADS][ROLN_SYM_WORK];
     const double threads = set("threads");
     const int from = (int)(M(newton_side) * sqrt(k / threads)), to = (int)(M(newton_side) * sqrt((k + 1) / threads));
-    M(newton_sums)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
+    M(newton_normal_equations)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
 }
 
 static double granted; /* seconds that were left when the stage began, or went on */
@@ -533,7 +533,7 @@ static const char *newton_step(rows *f)
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
         if (st != ROLN_OK) return "the normal equations have no solution that is finite";
         share(JUDGES, fill, f);
-        if (M(newton_judge)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
+        if (M(newton_accept)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
     if (tries == TRIES) roln_newton_give_up(damping, &s.newton.state);
     for (k = 0; k < M(newton_size); k++)

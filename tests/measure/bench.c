@@ -548,7 +548,7 @@ static void arm_setup(const row *r)
     must(arm_init(&tick4.p, &seed, &tick4.start.init));
     fill(arm_N, ROLN_C(0.2), tick4.x.q), fill(arm_N, ROLN_C(0.2), tick4.x.qd);
     for (int i = 0; i < arm_n; i++)
-        tick4.one[i] = tick4.encode_reference.kp[i] = tick4.encode_reference.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
+        tick4.one[i] = tick4.aim.kp[i] = tick4.aim.kd[i] = 1, tick4.p.z_min[i] = -9, tick4.p.z_max[i] = 9, tick4.p.zd_max[i] = 9;
     must(arm_encode(&tick4.p, &tick4.x, &tick4.s, &tick4.work.encode));
 }
 
@@ -577,8 +577,8 @@ static void arm_control_run(const row *r)
     static const roln_limits limits = {
         .dt = ROLN_C(1e-3), .margin = 1, .residual = 1000, .tau = 1000, .hold = 5, .q_tolerance = 1000, .qd_tolerance = 1000};
     (void)r;
-    must(arm_encode_reference(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.encode_reference, &tick4.work.encode_reference));
-    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.encode_reference, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
+    must(arm_encode_reference(&tick4.p, tick4.zero, tick4.zero, tick4.zero, &tick4.aim, &tick4.work.encode_reference));
+    if (arm_tick(&tick4.p, &limits, &tick4.x, &tick4.aim, &tick4.s, &tick4.guard, &tick4.work.tick) != 0)
         fail("fault", (int)tick4.guard.g.faults);
 }
 

@@ -148,7 +148,7 @@ typedef struct {
     static roln_status NAME##_energy_any(const void *p, const roln_real *s, double E[2]) \
     { \
         NAME##_equation e = {.T = 0}; \
-        const roln_status st = NAME##_terms(p, (const NAME##_latent *)(const void *)s, &e, &NAME##_room.work.dynamics); \
+        const roln_status st = NAME##_dynamics(p, (const NAME##_latent *)(const void *)s, &e, &NAME##_room.work.dynamics); \
         E[0] = (double)e.T, E[1] = (double)e.V; \
         return st; \
     } \
@@ -304,8 +304,8 @@ static void test_pend16(void)
     CHECK_BELOW(eqd, PEND16_EQD25);
     CHECK(errors(&a, &d, 0, 1000, &eq, &eqd) == ROLN_OK);
     CHECK_BELOW(eq, PEND16_EQ1000);
-    if (CHECK(pend16_half_store(count, bytes, &half, &half_work.store) == ROLN_OK) &&
-        CHECK(pend16_int8_store(count, bytes, &int8, &int8_work.store) == ROLN_OK)) {
+    if (CHECK(pend16_half_quantise(count, bytes, &half, &half_work.quantise) == ROLN_OK) &&
+        CHECK(pend16_int8_quantise(count, bytes, &int8, &int8_work.quantise) == ROLN_OK)) {
         const any h = pend16_half_any(&half);
         const any i = pend16_int8_any(&int8);
         stored("full", &a, &d, &p, sizeof p, (const double[]){.01, .05, 5, 1e-6});

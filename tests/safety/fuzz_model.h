@@ -56,7 +56,7 @@ static M(residuals) M(rs);
 static M(newton) M(nt);
 #ifdef HAS_CHART
 static M(chart) M(c), M(more);
-static M(turn) M(turned);
+static M(refinement) M(turned);
 #endif
 #endif
 
@@ -97,7 +97,7 @@ static void M(random)(uint64_t *seed)
         uint64_t own = (uint64_t)which; /* not that of the input which comes first */
         JOIN(SIBLING, random)(&own);
         JOIN(SIBLING, pack)(&JOIN(SIBLING, p), bytes);
-        CLAIM(M(quantise)(FULL, bytes, p, &work.store) == ROLN_OK);
+        CLAIM(M(quantise)(FULL, bytes, p, &work.quantise) == ROLN_OK);
     }
     memcpy(&M(p), p, sizeof *p);
 #undef FULL
@@ -600,12 +600,12 @@ static void M(call_newton)(int which)
     } else if (which == 2) { /* a step from rows to its end */
         st = M(newton_rows)(&M(p), &opt, count, &M(rs), &M(nt));
         if (st != ROLN_OK) return;
-        M(newton_sums)(&opt, count, 0, ROLN_NEWTON_SIDE(count, M(newton_size)), &M(rs), &M(nt), sums);
+        M(newton_normal_equations)(&opt, count, 0, ROLN_NEWTON_SIDE(count, M(newton_size)), &M(rs), &M(nt), sums);
         st = M(newton_step)(&M(p), &opt, count, &M(rs), &M(nt));
         CLAIM(st != ROLN_OK || roln_all_finite(M(newton_size), M(nt).next.theta + M(newton_from)));
         if (st == ROLN_OK) M(rows)(&M(nt).next, weights, &b, ROLN_C(0.01), 0, 1, &M(rs), &M(t).rows);
         fuzz_keep(&M(p), sizeof M(p));
-        if (st == ROLN_OK && !M(newton_judge)(&M(p), count, count, &M(rs), &M(nt))) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
+        if (st == ROLN_OK && !M(newton_accept)(&M(p), count, count, &M(rs), &M(nt))) CLAIM(fuzz_kept(&M(p), sizeof M(p)));
     } else {
         fuzz_reals((int)(sizeof M(rs).r / sizeof(roln_real)), M(rs).r);
         fuzz_reals((int)(sizeof M(rs).J / sizeof(roln_real)), M(rs).J);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* called.h - include in place of roln.h, for every model of a test that is one function over many models. Behind the model it defines
-   `static const model NAME_called`: sizes, scratch, and the functions NAME_x as pointers whose types are the same for all models.
+/* called.h - include in place of roln.h, for every model of a test that is one function over many models. Behind the model it
+   defines `static const model NAME_called`: sizes, scratch, and the functions NAME_x as pointers whose types are the same for all
+   models.
 
        #define CALLED(X) X(encode) X(decode)     the functions that this file calls, once; no others are compiled
        #define ROLN_NAME plain
@@ -11,8 +12,8 @@
        const instance m = {&plain_called, &scale, z_min, z_max, zd_max, theta, NULL};
        st = m.of->decode(&m, z, zd, q, qd, room_of(m.of->scratch.decode));
 
-   CALLED_ALSO, if it is defined, is the name of a header that is included behind every model, too: what one file alone wants of each.
-   There C_(x) is NAME_x.
+   CALLED_ALSO, if it is defined, names a header that is included behind every model, too: what one file alone wants of each. There
+   C_(x) is NAME_x.
 
    Arguments are arrays of numbers in place of structs; a call copies them into the structs of its model, which it calls as a user
    does, and back. Arrays that are only written keep what they had where NAME_x leaves them alone. */
@@ -118,8 +119,8 @@ struct model_of {
     int N, n, force_size, motors, steps, load, own, formed, base;
     scratch_sizes scratch;
     roln_status (*encode)(const instance *m, const roln_real *q, const roln_real *qd, roln_real *z, roln_real *zd, void *work);
-    roln_status (*encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z, roln_real *zd,
-                       roln_real *zdd, void *work);
+    roln_status (*encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
+                       roln_real *zd, roln_real *zdd, void *work);
     roln_status (*decode)(const instance *m, const roln_real *z, const roln_real *zd, roln_real *q, roln_real *qd, void *work);
     roln_status (*step)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, void *work);
     roln_status (*linear)(const instance *m, roln_real *z, roln_real *zd, const roln_real *tau, roln_real dt, roln_real *A,
@@ -145,8 +146,8 @@ struct model_of {
                          roln_real *kd, void *work);
     roln_status (*allocate)(const instance *m, const roln_real *z, const roln_motors *motors, const roln_real *tau_z, roln_real *u,
                             roln_real *missed, void *work);
-    uint32_t (*guard_tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd, const roln_real *z,
-                           const roln_real *zd, const roln_real *want, const guard_at *g, void *work);
+    uint32_t (*guard_tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd,
+                           const roln_real *z, const roln_real *zd, const roln_real *want, const guard_at *g, void *work);
     uint32_t (*tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd, const target_at *r,
                      roln_real *z, roln_real *zd, const guard_at *g, void *work);
     roln_status (*lqr)(const instance *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K, roln_real *P,
@@ -158,8 +159,8 @@ struct model_of {
     roln_status (*plan_next)(const instance *m, const roln_goal *goal, const roln_real *s, const plan_at *pl, void *work);
     roln_status (*plan_follow)(const instance *m, const roln_goal *goal, const plan_at *pl, roln_real t, const roln_real *s,
                                roln_real *u);
-    roln_status (*plan_linear)(const instance *m, const roln_goal *goal, const plan_at *pl, roln_real *A, roln_real *B, roln_real *c,
-                               void *work);
+    roln_status (*plan_linear)(const instance *m, const roln_goal *goal, const plan_at *pl, roln_real *A, roln_real *B,
+                               roln_real *c, void *work);
     roln_status (*fit_limits)(const instance *m, const roln_batch *b, roln_real slack, roln_limits *l, roln_real *tau_each,
                               roln_real *rate_each, void *work);
     roln_status (*fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, void *work);
@@ -237,7 +238,8 @@ ROLN_FN C_(target) C_(c_target)(const target_at *r)
     return to;
 }
 
-ROLN_FN roln_status C_(c_encode)(const instance *m, const roln_real *q, const roln_real *qd, roln_real *z, roln_real *zd, void *work)
+ROLN_FN roln_status C_(c_encode)(const instance *m, const roln_real *q, const roln_real *qd, roln_real *z, roln_real *zd,
+                                 void *work)
 {
     const C_(params) p = C_(c_params)(m);
     const C_(state) x = C_(c_state)(q, qd);
@@ -258,7 +260,8 @@ ROLN_FN roln_status C_(c_encode_reference)(const instance *m, const roln_real *q
     return st;
 }
 
-ROLN_FN roln_status C_(c_decode)(const instance *m, const roln_real *z, const roln_real *zd, roln_real *q, roln_real *qd, void *work)
+ROLN_FN roln_status C_(c_decode)(const instance *m, const roln_real *z, const roln_real *zd, roln_real *q, roln_real *qd,
+                                 void *work)
 {
     const C_(params) p = C_(c_params)(m);
     const C_(latent) s = C_(c_latent)(z, zd);

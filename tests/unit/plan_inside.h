@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* plan_inside.h - what is inside of NAME_plan_next, for every small model (called.h: CALLED_ALSO): the base and its derivatives, and
-   what the solver makes of them. */
+/* plan_inside.h - what is inside of NAME_plan_next, for every small model (called.h: CALLED_ALSO): the base and its derivatives,
+   and what the solver makes of them. */
 #ifndef PLAN_INSIDE_H
 #define PLAN_INSIDE_H
 
@@ -29,7 +29,8 @@ ROLN_FN void C_(c_inside_start)(const roln_goal *g, const plan_at *pl, const rol
 }
 
 /* pl NULL: u0 is there. */
-ROLN_FN roln_status C_(c_inside_base)(const instance *m, const roln_goal *g, const plan_at *pl, roln_real *cost, int *in, void *work)
+ROLN_FN roln_status C_(c_inside_base)(const instance *m, const roln_goal *g, const plan_at *pl, roln_real *cost, int *in,
+                                      void *work)
 {
     const C_(params) p = C_(c_params)(m);
     C_(plan) plan;

@@ -35,8 +35,8 @@ ROLN_FN uint32_t tick(int k, rig *x)
     const guard_at held = {&x->g, x->held};
     const uint32_t before = x->g.faults;
     const int blind = x->failed == ENCODER;
-    const uint32_t f = m.of->guard_tick(&m, &x->limits, x->q, x->qd, blind ? NULL : x->z, blind ? NULL : x->zd, x->failed ? NULL : x->want,
-                                       &held, ROOM(guard_tick));
+    const uint32_t f = m.of->guard_tick(&m, &x->limits, x->q, x->qd, blind ? NULL : x->z, blind ? NULL : x->zd,
+                                        x->failed ? NULL : x->want, &held, ROOM(guard_tick));
     ROOM_KEPT();
     CHECK(x->g.faults == (before | f) && f < 512); /* sticky, nothing else */
     CHECK(!(f & ROLN_FAULT_EXPIRED) || x->limits.safe || all(1, x->held, 0));

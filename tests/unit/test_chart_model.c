@@ -433,7 +433,7 @@ static void test_shell(uint64_t *s)
     int groups = 0, i;
     take(&chart_model.ae);
     for (i = 0; i < chart_blocks; i++) /* W: a rate of its own with the bias */
-        if (chart_table[i].rows == chart_curves && chart_table[i].cols == chart_bent)
+        if (chart_table[i].rows == chart_monomials && chart_table[i].cols == chart_bent)
             CHECK(chart_table[i].manifold == ROLN_EUCLIDEAN && chart_table[i].group == 2), groups++;
     CHECK(groups == 1);
     CHECK(sizeof sums_of == (size_t)size_of_sums() * sizeof(double));

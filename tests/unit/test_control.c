@@ -20,7 +20,8 @@
 
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(lift) X(dynamics) X(fit_range) X(inverse) X(inertia) X(linear) X(control) X(allocate)
+    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(lift) X(dynamics) X(fit_range) X(inverse) X(inertia) X(linear) X(control) \
+    X(allocate)
 #include "small.h"
 #include "control.h"
 
@@ -59,16 +60,12 @@ static signature signature_of(int which, int k)
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k);
     const signature table[CALLS] = {
-        [ENCODE] = {.in = {{.count = N, .q = 1}, {.count = N, .q = 1, .t = -1}},
-                    .out = {{.count = n}, {.count = n, .t = -1}}},
-        [DECODE] = {.in = {{.count = n}, {.count = n, .t = -1}},
-                    .out = {{.count = N, .q = 1}, {.count = N, .q = 1, .t = -1}}},
+        [ENCODE] = {.in = {{.count = N, .q = 1}, {.count = N, .q = 1, .t = -1}}, .out = {{.count = n}, {.count = n, .t = -1}}},
+        [DECODE] = {.in = {{.count = n}, {.count = n, .t = -1}}, .out = {{.count = N, .q = 1}, {.count = N, .q = 1, .t = -1}}},
         [STEP] = {.in = {{.count = n}, {.count = n, .t = -1}, {.count = F, .q = -1, .t = -2, .m = 1}, {.count = 1, .t = 1}},
                   .out = {{.count = n}, {.count = n, .t = -1}}},
-        [REDUCE] = {.in = {{.count = n}, {.count = F, .q = -1}},
-                    .out = {{.count = n}}},
-        [LIFT] = {.in = {{.count = n}, {.count = n, .q = 1}},
-                  .out = {{.count = N}}},
+        [REDUCE] = {.in = {{.count = n}, {.count = F, .q = -1}}, .out = {{.count = n}}},
+        [LIFT] = {.in = {{.count = n}, {.count = n, .q = 1}}, .out = {{.count = N}}},
         [TERMS_AT] = {.in = {{.count = n}, {.count = n, .t = -1}},
                       .out = {{.count = n * n, .m = 1}, {.count = 3 * n + 2, .t = -2, .m = 1}}},
         [RANGE] = {.in = {{.count = 3 * N, .q = 1}, {.count = 3 * N, .q = 1, .t = -1}},
@@ -77,16 +74,19 @@ static signature signature_of(int which, int k)
                  .out = {{.count = n}, {.count = n, .t = -1}, {.count = n, .t = -2}}},
         [INVERSE] = {.in = {{.count = n}, {.count = 2 * n, .t = -1}, {.count = n, .t = -2}},
                      .out = {{.count = n, .t = -2, .m = 1}}},
-        [INERTIA] = {.in = {{.count = n}, {.count = N, .q = 1}},
-                     .out = {{.count = N, .q = -1, .m = 1}}},
+        [INERTIA] = {.in = {{.count = n}, {.count = N, .q = 1}}, .out = {{.count = N, .q = -1, .m = 1}}},
         [LINEAR] = {.in = {{.count = n}, {.count = n, .t = -1}, {.count = F, .q = -1, .t = -2, .m = 1}, {.count = 1, .t = 1}},
                     .out = {{.count = n}, {.count = n, .t = -1}}}, /* and A, B: linear_unit */
-        [CONTROL] = {.in = {{.count = n}, {.count = n, .t = -1}, {.count = n}, {.count = n, .t = -1}, {.count = n, .t = -2}, {.count = n, .t = -2, .m = 1}, {.count = n, .t = -1, .m = 1}},
+        [CONTROL] = {.in = {{.count = n},
+                            {.count = n, .t = -1},
+                            {.count = n},
+                            {.count = n, .t = -1},
+                            {.count = n, .t = -2},
+                            {.count = n, .t = -2, .m = 1},
+                            {.count = n, .t = -1, .m = 1}},
                      .out = {{.count = n, .t = -2, .m = 1}}},
-        [ALLOCATE] = {.in = {{.count = 2 * n + 1}, {.count = N * MOTORS, .q = -1}},
-                      .out = {{.count = MOTORS + 1}}},
-        [FIT] = {.in = {{.count = 6 * N}},
-                 .out = {{.count = N + 2}}},
+        [ALLOCATE] = {.in = {{.count = 2 * n + 1}, {.count = N * MOTORS, .q = -1}}, .out = {{.count = MOTORS + 1}}},
+        [FIT] = {.in = {{.count = 6 * N}}, .out = {{.count = N + 2}}},
     };
     return table[which];
 }

@@ -419,7 +419,8 @@ static void check_feedback_refused(int k, const instance *m, const feedback *goo
                 printf("    %s, wrong number %d: status %d\n", models[k]->name, what, st);
         }
         st = m->of->lqr_along(m, &x.cost, 1, along, x.u, x.P, x.K, spare);
-        if (!CHECK(st != ROLN_OK && all(2 * MAXN * MAXN, x.K, 7))) printf("    %s, along, wrong number %d\n", models[k]->name, what);
+        if (!CHECK(st != ROLN_OK && all(2 * MAXN * MAXN, x.K, 7)))
+            printf("    %s, along, wrong number %d\n", models[k]->name, what);
     }
     CHECK(m->of->lqr_along(m, &good->cost, 0, good->s, good->u, NULL, x.K, spare) == ROLN_E_LENGTH);
 }

@@ -1,124 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-/* The Kalman filter (roln.h section 6) and its noise from recordings (section 8): one tick against the textbook in long double with
-   dense covariances, the steady state against roln_dare, consistency on simulated noise, what is not measured, what is beyond the
-   gate, new starts, angles on any turn, a million ticks of everything, wrong settings. */
-
-/* The small models with a load. */
-#define CALLED(X) X(filter_tick) X(control) X(tick)
-#define SMALL(name) name##_loaded
-#define SMALL_LOAD 1
-#include "small_models.h"
-
-/* laden without its load; those with learned inputs, driven by torques of the joints */
-#undef CALLED
-#define CALLED(X) X(filter_tick)
-#define ROLN_NAME unladen
-#define ROLN_AE 5, 2
-#define ROLN_MLP 4
-#define ROLN_SLOPE 0.5
-#include "called.h"
-#undef CALLED
-#define CALLED(X) X(reduce)
-#define SMALL_DRIVEN_ONLY
-#define SMALL(name) name##_driven
-#define SMALL_INPUTS(count) 0
-#include "small_models.h"
-
-#undef CALLED
-#define CALLED(X) \
-    X(encode) X(decode) X(step) X(push) X(slopes) X(reduce) X(lift) X(dynamics) X(inverse) X(control) X(filter_tick) X(fit_noise) X(in_range)
-#include "small.h"
+/* The Kalman filter (NAME_filter_tick): one tick against the textbook in long double with dense covariances, the steady state
+   against roln_dare, consistency on simulated noise, what is not measured, what is beyond the gate, new starts, angles on any
+   turn, a load, a million ticks of everything, wrong settings. */
+#define LOADED_CALLS(X) X(filter_tick) X(control) X(tick)
+#define FILTER_CALLS(X) \
+    X(encode) X(decode) X(push) X(slopes) X(reduce) X(lift) X(dynamics) X(inverse) X(control) X(filter_tick) X(in_range)
+#include "filter.h"
 
 void TEST_NAME(filter)(void);
-
-#define CHECK_OK(call) CHECK((call) == ROLN_OK)
-
-enum { SIDE = 3 * MAXN };
-
-/* A filter, what it is told, and the range of its model. */
-typedef struct {
-    roln_filter f;
-    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE], load[MAXN];
-} estimate;
-
-typedef struct {
-    roln_noise noise;
-    roln_real q_each[MAXN], tau_each[MAXN], y[MAXN], tau[MAXN];
-    estimate e;
-} rig;
-
-static roln_real theta_k[MAXP], z_min[MAXN], z_max[MAXN], zd_max[MAXN];
-static int loaded; /* 1: the filters estimate a load, too */
-
-static int side_of(int n)
-{
-    return (2 + loaded) * n;
-}
-
-#define LOADED_CALLED(name) name##_loaded_called
-#define DRIVEN_CALLED(name) name##_driven_called
-static const model *const with_load[MODELS] = SMALL_TABLE(LOADED_CALLED, LOADED_CALLED);
-static const model *const driven[MODELS] = SMALL_TABLE(SMALL_CALLED, DRIVEN_CALLED);
-
-static instance filled(const model *of, int k)
-{
-    const instance m = {of, scale_of(k), z_min, z_max, zd_max, theta_k, NULL};
-    return m;
-}
-
-static instance of_model(int k)
-{
-    return filled(models[k], k);
-}
-
-/* The model whose filter estimates what is to be estimated. */
-static instance filter_of(int k)
-{
-    return filled(loaded ? with_load[k] : k == LADEN ? &unladen_called : models[k], k);
-}
-
-static uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
-{
-    const instance m = filter_of(k);
-    const filter_at to = {&e->f, e->z, e->zd, e->F, e->load};
-    const int finite = roln_all_finite(n_OF(k), e->z); /* what is damaged stays so until it starts again */
-    const uint32_t faults = m.of->filter_tick(&m, noise, y, tau, &to, room_of(m.of->scratch.filter_tick));
-    ROOM_KEPT();
-    CHECK((faults & ~e->f.faults) == 0);
-    CHECK(roln_all_finite(n_OF(k), e->z) || !finite);
-    CHECK(roln_all_finite(n_OF(k), e->zd) && roln_all_finite(n_OF(k), e->load));
-    CHECK(roln_all_finite(side_of(n_OF(k)) * side_of(n_OF(k)), e->F));
-    CHECK(all(MAXN - n_OF(k), e->z + n_OF(k), 0) && all(MAXN - n_OF(k), e->zd + n_OF(k), 0)); /* and nothing behind them */
-    return faults;
-}
-
-/* Model k with random weights, and a range around 0; noise of every joint its own; a pose, and the estimate there with the factor
-   of a covariance of size `wide`. */
-static void place(int k, uint64_t *s, roln_real wide, rig *x)
-{
-    const instance m = of_model(k);
-    const int N = N_OF(k), n = n_OF(k), side = side_of(n);
-    roln_real qd[MAXN];
-    int i;
-    memset(x, 0, sizeof *x);
-    parameters(k, s, theta_k);
-    CHECK_OK(roln_ae_init(&models[k]->md->ae, theta_k, s, ROOM(init)));
-    fill(MAXN, -4, z_min), fill(MAXN, 4, z_max), fill(MAXN, 8, zd_max);
-    dyadic(N, ROLN_C(0.25), s, x->q_each), dyadic(N, ROLN_C(0.25), s, x->tau_each), dyadic(F_OF(k), ROLN_C(0.25), s, x->tau);
-    for (i = 0; i < N; i++)
-        x->q_each[i] = ROLN_C(0.001953125) * (1 + x->q_each[i]), x->tau_each[i] = ROLN_C(0.5) + x->tau_each[i];
-    x->noise.dt = dt / 4, x->noise.q = ROLN_C(0.001953125), x->noise.tau = ROLN_C(0.5), x->noise.lost = 3;
-    x->noise.q_each = x->q_each, x->noise.tau_each = x->tau_each;
-    dyadic(n, ROLN_C(0.5), s, x->e.z), dyadic(n, ROLN_C(0.5), s, x->e.zd);
-    dyadic(side * side, loaded ? wide / 4 : wide / 2, s, x->e.F); /* not singular, which is likelier of 3n */
-    for (i = 0; i < side; i++)
-        x->e.F[i * (side + 1)] += wide;
-    if (loaded) dyadic(n, ROLN_C(0.5), s, x->e.load), x->noise.load = ROLN_C(0.75);
-    x->e.f.valid = 1, x->e.f.starts = 1;
-    CHECK_OK(m.of->decode(&m, x->e.z, x->e.zd, x->y, qd, spare));
-    for (i = 0; i < N; i++)
-        x->y[i] += ROLN_C(0.001953125) * roln_normal(s);
-}
 
 /* ---- a tick against the textbook -------------------------------------------------------------- */
 
@@ -399,42 +288,6 @@ static void test_steady(int k)
 }
 
 /* ---- consistency ------------------------------------------------------------------------------ */
-
-static roln_real burden[MAXN]; /* the load, with `loaded` */
-static int restless;           /* 1: it wanders */
-
-/* One tick of a machine that is the model, pushed by unknown torques, and its measured positions. */
-static void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real *zd, roln_real *y)
-{
-    const instance m = of_model(k);
-    const int N = N_OF(k), n = n_OF(k);
-    roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
-    const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
-    const instance by_joints = filled(driven[k], k);
-    int i;
-    CHECK_OK(m.of->push(&m, z, zd, x->tau, loaded ? burden : NULL, x->noise.dt, spare));
-    for (i = 0; i < N; i++)
-        push[i] = x->tau_each[i] * roln_normal(s);
-    CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
-    CHECK_OK(m.of->dynamics(&m, z, zd, &out, spare));
-    CHECK_OK(roln_chol(n, mass, L));
-    roln_solve_lower(n, L, tau_z, tau_z), roln_solve_lower_t(n, L, tau_z, tau_z);
-    for (i = 0; i < n; i++) {
-        z[i] += x->noise.dt * x->noise.dt / 2 * tau_z[i];
-        zd[i] += x->noise.dt * tau_z[i];
-        if (roln_lnn_angle(&m.of->md->lnn, i)) z[i] = roln_wrap(z[i]);
-    }
-    if (loaded && restless) {
-        for (i = 0; i < N; i++)
-            push[i] = ROLN_SQRT(x->noise.dt) * x->noise.load * roln_normal(s);
-        CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
-        for (i = 0; i < n; i++)
-            burden[i] += tau_z[i];
-    }
-    CHECK_OK(m.of->decode(&m, z, zd, y, qd, spare));
-    for (i = 0; i < N; i++)
-        y[i] += x->q_each[i] * roln_normal(s);
-}
 
 /* d^T (F^T F)^-1 d */
 static ld squared_error(int k, const estimate *e, const roln_real *z, const roln_real *zd)
@@ -953,171 +806,9 @@ static void test_ticks(int k, int ticks)
     CHECK(x.e.f.outliers > 0 && x.e.f.starts > 1);
 }
 
-/* ---- noise from recordings -------------------------------------------------------------------- */
-
-enum { RECORDINGS = 2, TICKS = 200 };
-static roln_real recorded[RECORDINGS * TICKS * MAXN], torques[RECORDINGS * TICKS * MAXN];
-
-/* Motion of model k under torques, with noise of x. */
-static roln_batch record(int k, const rig *x, uint64_t *s)
-{
-    const roln_batch b = {RECORDINGS, TICKS - 1, 1, NULL, recorded, NULL, NULL, torques};
-    const int N = N_OF(k), F = F_OF(k);
-    int w, t, i;
-    for (w = 0; w < RECORDINGS; w++) {
-        static rig now;
-        roln_real z[MAXN], zd[MAXN], y[MAXN];
-        now = *x;
-        memcpy(z, x->e.z, sizeof z), memcpy(zd, x->e.zd, sizeof zd);
-        for (t = 0; t < TICKS; t++) {
-            simulate(k, &now, s, z, zd, y);
-            memcpy(recorded + (w * TICKS + t) * N, y, (size_t)N * sizeof *y);
-            for (i = 0; i < F; i++)
-                now.tau[i] = x->tau[i] * (roln_real)((t / 20) % 2);
-            memcpy(torques + (w * TICKS + t) * F, now.tau, (size_t)F * sizeof *now.tau);
-        }
-    }
-    return b;
-}
-
-/* What roln_fit_noise refuses; nothing is written. */
-static void check_fit_refused(int k, const rig *x, const roln_batch *b)
-{
-    roln_real each[MAXN];
-    const instance m = of_model(k);
-    const roln_real y = recorded[0];
-    roln_noise noise = {.dt = x->noise.dt, .tau = -1, .gate = 5, .lost = 7, .tau_each = each}, was = noise;
-    roln_batch bad;
-    fill(MAXN, 7, each);
-#define KEPT(l) \
-    ((l).dt == was.dt && (l).q == was.q && (l).tau == was.tau && (l).gate == was.gate && (l).lost == was.lost && \
-     (l).q_each == was.q_each && (l).tau_each == was.tau_each)
-#define REFUSED(l, batch, status) \
-    CHECK(m.of->fit_noise(&m, &batch, &l, each, ROOM(fit_noise)) == (status) && all(MAXN, each, 7) && KEPT(l))
-    bad = *b, bad.count = 0;
-    REFUSED(noise, bad, ROLN_E_LENGTH);
-    bad = *b, bad.stride = 2;
-    REFUSED(noise, bad, ROLN_E_LENGTH);
-    bad = *b, bad.steps = 3;
-    REFUSED(noise, bad, ROLN_E_LENGTH);
-    CHECK(m.of->fit_noise(&m, b, &noise, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && KEPT(noise));
-    noise.dt = 0, was = noise;
-    REFUSED(noise, *b, ROLN_E_RANGE);
-    noise.dt = x->noise.dt, noise.q = -1, was = noise;
-    REFUSED(noise, *b, ROLN_E_RANGE);
-    noise.q = 0, zd_max[0] = 0, was = noise;
-    REFUSED(noise, *b, ROLN_E_RANGE);
-    zd_max[0] = 8;
-    recorded[0] = (roln_real)NAN;
-    REFUSED(noise, *b, ROLN_E_NOT_FINITE);
-    recorded[0] = y;
-#undef REFUSED
-#undef KEPT
-}
-
-static void test_fit(int k)
-{
-    static rig x;
-    static roln_real each[MAXN];
-    const instance m = of_model(k);
-    const int N = N_OF(k);
-    roln_noise noise, was;
-    roln_batch b;
-    uint64_t s = 1300 + (uint64_t)k;
-    int i;
-    if (k == DEEP || k == PUSHED) return; /* J of size 1e3; midpoint does not always converge */
-    place(k, &s, 1, &x), x.noise.dt /= 8;
-    fill(MAXN, ROLN_C(0.125), x.tau_each), dyadic(F_OF(k), ROLN_C(0.25), &s, x.tau);
-    b = record(k, &x, &s);
-    check_fit_refused(k, &x, &b);
-    memset(&noise, 0, sizeof noise);
-    noise.dt = x.noise.dt, noise.gate = 5, noise.lost = 7, noise.tau = -1, noise.tau_each = each;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
-    ROOM_KEPT();
-    CHECK(noise.q_each == each && noise.tau_each == NULL && noise.lost == 7 && all(1, &noise.gate, 5) && all(1, &noise.q, 0));
-    for (i = 0; i < N; i++)
-        BOUND("fit_noise: a joint's, factor", fmaxl((ld)(each[i] / x.q_each[i]), (ld)(x.q_each[i] / each[i])), 1.3);
-    /* four times the largest half that is as likely as any */
-    BOUND("fit_noise: torques / 4 / true", (ld)noise.tau / 4 / 0.125L, 3.25);
-    BOUND("fit_noise: true / torques * 4", 0.125L / ((ld)noise.tau / 4), 2);
-    if (k != PLAIN) return;
-    was = noise;
-    noise.q = x.noise.q, noise.q_each = x.q_each;
-    fill(MAXN, 7, each);
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
-    CHECK(noise.q_each == x.q_each && all(MAXN, each, 7)); /* what is known stays */
-    BOUND("fit_noise: both, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
-    was = noise;
-    for (i = 0; i < RECORDINGS; i++) /* a torque that nothing follows does not count */
-        torques[((i + 1) * TICKS - 1) * F_OF(k)] = (roln_real)NAN;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
-    CHECK(all(1, &noise.tau, was.tau));
-    recorded[N + 1] = recorded[3 * N] = (roln_real)NAN; /* dropped */
-    noise.q_each = NULL, noise.q = 0;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, ROOM(fit_noise)));
-    BOUND("fit_noise: some missing, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
-}
-
-/* What the chart leaves of a joint is in its deviation: q_each^2 = noise^2 + mean (q - phi(rho(q)))^2. A loop that is closed over
-   the filter with these settings, gate 0, comes to rest without a fault. */
-static void test_fit_chart(void)
-{
-    enum { LOOP = 2000, SETTLED = 1500, k = POLE };
-    static rig x;
-    static roln_real each[2][MAXN];
-    const instance m = of_model(POLE);
-    const int N = N_OF(POLE), samples = RECORDINGS * TICKS;
-    const roln_real still[MAXN] = {0}, gains[2] = {40, 12}, ref[1] = {ROLN_C(0.19634954)};
-    const target_at target = {ref, still, still, gains, gains + 1, NULL};
-    roln_noise noise = {.dt = dt / 32}, first = noise;
-    roln_real z[MAXN], zd[MAXN], r[MAXN], rd[MAXN], tau[MAXN] = {0}, tau_z[MAXN];
-    uint64_t s = 1341;
-    uint32_t faults = 0;
-    ld left[MAXN] = {0}, far = 0, fast = 0;
-    roln_batch b;
-    int t, i;
-    place(POLE, &s, 1, &x), x.noise.dt = dt / 32;
-    fill(2 * N, ROLN_C(0.57735027), theta_k); /* Phi, Psi: each joint counts alike */
-    dyadic(F_OF(POLE), ROLN_C(0.25), &s, x.tau);
-    b = record(POLE, &x, &s);
-    CHECK_OK(m.of->fit_noise(&m, &b, &first, each[0], ROOM(fit_noise)));
-    for (t = 0; t < samples; t++) { /* the model is linear: what is added alone leaves as much as beside all else */
-        roln_real d[MAXN] = {0};
-        d[2] = ROLN_C(0.0625) * (roln_real)sin(0.05 * t);
-        recorded[t * N + 2] += d[2];
-        CHECK_OK(m.of->encode(&m, d, still, z, zd, ROOM(encode)));
-        CHECK_OK(m.of->decode(&m, z, zd, r, rd, ROOM(decode)));
-        for (i = 0; i < N; i++) { /* the bias of the autoencoder is in neither */
-            roln_real r0[MAXN];
-            CHECK_OK(m.of->encode(&m, still, still, z, zd, ROOM(encode)));
-            CHECK_OK(m.of->decode(&m, z, zd, r0, rd, ROOM(decode)));
-            left[i] += (ld)(d[i] - (r[i] - r0[i])) * (ld)(d[i] - (r[i] - r0[i])) / samples;
-        }
-    }
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each[1], ROOM(fit_noise)));
-    for (i = 0; i < N; i++) {
-        const ld want = sqrtl((ld)each[0][i] * (ld)each[0][i] + left[i]);
-        BOUND("fit_noise: with what the chart leaves, factor", fmaxl((ld)each[1][i] / want, want / (ld)each[1][i]), 1.25);
-    }
-    memset(&x.e, 0, sizeof x.e), memset(z, 0, sizeof z), memset(zd, 0, sizeof zd);
-    for (t = 0; t < LOOP; t++) {
-        roln_real y[MAXN];
-        CHECK_OK(m.of->decode(&m, z, zd, y, rd, ROOM(decode)));
-        y[2] += ROLN_C(0.0625) * (roln_real)sin(80 * (double)z[0]); /* falls there faster than q_2 rises */
-        faults |= tick_of(POLE, &noise, y, t > 0 ? tau : NULL, &x.e);
-        CHECK_OK(m.of->control(&m, x.e.z, x.e.zd, &target, tau_z, ROOM(control)));
-        CHECK_OK(m.of->lift(&m, z, tau_z, tau, ROOM(lift)));
-        CHECK_OK(m.of->step(&m, z, zd, tau, noise.dt, ROOM(step)));
-        if (t >= SETTLED) far = fmaxl(far, fabsl((ld)z[0] - (ld)ref[0])), fast = fmaxl(fast, fabsl((ld)zd[0]));
-    }
-    CHECK((faults & ~(uint32_t)ROLN_FILTER_START) == 0);
-    BOUND("fit_noise: loop, off its reference", far, 1e-4); /* settings of the noise alone: 0.0095 */
-    BOUND("fit_noise: loop, velocity", fast, 4e-4); /* 0.0018 */
-}
-
 /* ---- one model, with structs of its own ------------------------------------------------------- */
 
-static void test_shell(void)
+static void test_plain(void)
 {
     static plain_params p;
     static plain_filter f, was;
@@ -1202,15 +893,13 @@ void TEST_NAME(filter)(void)
         test_guarded(k);
         test_unladen(k);
         loaded = 0;
-        test_fit(k);
     }
     test_turns();
     test_seam();
     test_ticks(DELAN, check_sample ? 20000 : 1000000);
     test_ticks(WHEEL, 10000);
     test_ticks(CHART, 10000);
-    test_fit_chart();
-    test_shell();
+    test_plain();
     test_laden();
     loaded = 1;
     test_ticks(DELAN, 10000);

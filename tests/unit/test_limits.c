@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Limits of the guard: what NAME_fit_limits finds in recordings is the least that is silent along them; the residual of energy of true
-   motion, under forces that nobody knows, through encoders, and its mean over a window. */
+/* Limits of the guard: what NAME_fit_limits finds in recordings is the least that is silent along them; the residual of energy of
+   true motion, under forces that nobody knows, through encoders, and its mean over a window. */
 
 #ifdef ROLN_DOUBLE
 /* All of them driven by torques of the joints, with the integrator that errs least. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Linearisation of a step (NAME_linear): against differences of NAME_step for every integrator and kind of input, and its failures. */
+/* Linearisation of a step (NAME_linear): against differences of NAME_step for every integrator and kind of input, and its
+   failures. */
 
 #define CALLED(X) X(linear) X(step)
 #ifdef ROLN_DOUBLE

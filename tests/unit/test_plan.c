@@ -11,7 +11,8 @@
 
 #undef CALLED
 #define CALLED(X) \
-    X(decode) X(lift) X(inverse) X(allocate) X(push) X(lqr_along) X(guard_tick) X(in_range) X(plan_next) X(plan_follow) X(plan_linear)
+    X(decode) X(lift) X(inverse) X(allocate) X(push) X(lqr_along) X(guard_tick) X(in_range) X(plan_next) X(plan_follow) \
+    X(plan_linear)
 #define CALLED_ALSO "plan_inside.h"
 #include "small.h"
 
@@ -602,7 +603,8 @@ static void test_refused(int k)
     good.limits.rate_each = good.rate;
     point(&good);
     pl = planned(&good), m = model_of(&good);
-    if (k == PUSHED && m.of->plan_next(&m, &good.goal, good.s, &pl, spare) == ROLN_E_NO_CONVERGENCE) return; /* midpoint: too long */
+    if (k == PUSHED && m.of->plan_next(&m, &good.goal, good.s, &pl, spare) == ROLN_E_NO_CONVERGENCE)
+        return; /* midpoint: too long */
     if (!CHECK_OK(m.of->plan_next(&m, &good.goal, good.s, &pl, spare))) return;
     for (what = 0; what < WRONG; what++) {
         roln_status st, want;

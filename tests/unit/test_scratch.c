@@ -87,7 +87,7 @@ static void use_tick(int k, const instance *m, const roln_real *x)
     const roln_motors motors = {ROLN_MIN(3, N), x, 1};
     int i;
     USE(encode, m->of->encode(m, x, x + N, z, zd, work));
-    USE(aim, m->of->encode_reference(m, x, x + N, x, z, zd, zdd, work));
+    USE(encode_reference, m->of->encode_reference(m, x, x + N, x, z, zd, zdd, work));
     USE(decode, m->of->decode(m, z, zd, q, qd, work));
     USE(control, m->of->control(m, z, zd, &target, tau_z, work));
     USE(lift, m->of->lift(m, z, tau_z, q, work));
@@ -158,7 +158,7 @@ static void use_mechanics(int k, const instance *m, const roln_real *x)
         USE(inverse, m->of->inverse(m, z, zd, force ? x : NULL, x, y, work));
     }
     USE(reduce, m->of->reduce(m, z, x, y, work));
-    USE(terms, m->of->dynamics(m, z, zd, &out, work));
+    USE(dynamics, m->of->dynamics(m, z, zd, &out, work));
     USE(inertia, m->of->inertia(m, z, x, y, work));
     USE(fit_range, m->of->fit_range(m, 3, x, x + 3 * N, y, c, g, work));
     for (i = 0; i < n; i++)

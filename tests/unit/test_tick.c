@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* A whole control tick: NAME_tick is the four calls that it is made of, motors, the first tick, angles on any turn; the functions of
-   one model with structs of its own, and numbers of another config. */
+/* A whole control tick: NAME_tick is the four calls that it is made of, motors, the first tick, angles on any turn; the functions
+   of one model with structs of its own, and numbers of another config. */
 #include <stdlib.h>
 
 #define CALLED(X) X(encode) X(control) X(lift) X(allocate) X(guard_tick) X(tick)
@@ -186,7 +186,8 @@ static void test_first_tick(int k)
         CHECK(one_call(k, &x, &ref) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
         CHECK(memcmp(x.z, start.z, sizeof x.z) == 0 && memcmp(x.zd, start.zd, sizeof x.zd) == 0);
         CHECK(all(N, x.held, 0) && x.g.bad == 1 && x.g.valid == 0);
-        CHECK(m.of->tick(&m, &x.limits, x.q, x.qd, &ref, unset, unset + n, &held, ROOM(tick)) == (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
+        CHECK(m.of->tick(&m, &x.limits, x.q, x.qd, &ref, unset, unset + n, &held, ROOM(tick)) ==
+              (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS));
         CHECK(all(N, x.held, 0) && x.g.bad == 2);
     }
     free(unset);
@@ -252,7 +253,7 @@ static void typed_rig(const rig *x, rich_params *p, rich_state *full, rich_laten
 }
 
 /* Scratch of exactly the size of its type, and any other: the same bits. Gains stay, the last number counts. */
-static void test_shell(void)
+static void test_typed(void)
 {
     static rich_params p;
     static rich_guard g;
@@ -305,7 +306,7 @@ static void test_shell(void)
 }
 
 /* NAME_tick, too: a first tick with NaN leaves s, one without follows. */
-static void test_shell_tick(void)
+static void test_typed_tick(void)
 {
     static plain_params p;
     static plain_guard g;
@@ -392,8 +393,8 @@ void TEST_NAME(tick)(void)
         test_first_tick(k);
     }
     test_turns();
-    test_shell();
-    test_shell_tick();
+    test_typed();
+    test_typed_tick();
     test_params_mismatch();
     print_bounds();
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Joints with units of their own (ROLN_SCALE each): where these are powers of two, every function of prediction gives the bits that it
-   gives for joints that were scaled by hand. How they are kept and refused. */
+/* Joints with units of their own (ROLN_SCALE each): where these are powers of two, every function of prediction gives the bits
+   that it gives for joints that were scaled by hand. How they are kept and refused. */
 
 #define CALLED(X) \
     X(encode) X(encode_reference) X(decode) X(lift) X(inertia) X(gains) X(allocate) X(reduce) X(step) X(linear)

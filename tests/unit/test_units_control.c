@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* Joints with units of their own (ROLN_SCALE each), powers of two: feedback, estimates and ticks of a controller with its guard give
-   the bits that they give for joints that were scaled by hand. */
+/* Joints with units of their own (ROLN_SCALE each), powers of two: feedback, estimates and ticks of a controller with its guard
+   give the bits that they give for joints that were scaled by hand. */
 
 #define CALLED(X) X(lqr) X(filter_tick) X(tick) X(fit_limits)
 /* The small models with joints in units of their own. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* Training of joints with units of their own (ROLN_SCALE each): where these are powers of two, gradients, rows, errors and charts have
-   the bits that they have for joints that were scaled by hand; where they are not, the gradient passes a slope test. How they are
-   fitted, and that metres or millimetres make no difference to a training. */
+/* Training of joints with units of their own (ROLN_SCALE each): where these are powers of two, gradients, rows, errors and charts
+   have the bits that they have for joints that were scaled by hand; where they are not, the gradient passes a slope test. How they
+   are fitted, and that metres or millimetres make no difference to a training. */
 
 #define CALLED(X) X(grad) X(grad_acc) X(rows) X(variance) X(errors) X(fit_range)
 /* The small models with joints in units of their own. */
@@ -94,7 +94,8 @@ static void test_losses(int k)
         for (j = 0; j < 2; j++) {
             const instance *m = j ? &p.own : &p.plain;
             loss[j] = gradient(m, &r[j], g[j]);
-            CHECK_OK(m->of->rows(m, &every, &r[j].b, dt / 8, 5, rows[j], left[j], room_of(ROLN_MAX(m->of->scratch.grad, m->of->scratch.grad_acc))));
+            CHECK_OK(m->of->rows(m, &every, &r[j].b, dt / 8, 5, rows[j], left[j],
+                                 room_of(ROLN_MAX(m->of->scratch.grad, m->of->scratch.grad_acc))));
             CHECK_OK(m->of->variance(m, &r[j].b, &var[j], ROOM(variance)));
         }
         CHECK(same(models[k]->params, g[0], g[1]) && same(1, loss, loss + 1) && largest(models[k]->params, g[1]) > 0);
