@@ -227,7 +227,7 @@ PARTS = $(patsubst %,experiments/%,motion measure model newton train mechanics l
 build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm load) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
-build/record: $(call host,mujoco/record mujoco/demos)
+build/record: $(call host,mujoco/record mujoco/demos mujoco/newer)
 build/convert: $(call host,mujoco/convert mujoco/demos)
 build/h5_cases: $(call host,mujoco/h5_cases)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
