@@ -60,18 +60,18 @@ const char *newer_hint(const char *error)
     const char *from = NULL, *end;
     char text[80] = "";
     if (strstr(error, "autolimits"))
-        return " hint: add <compiler autolimits=\"true\"/>, which is the default of newer versions";
+        return "\nhint: add <compiler autolimits=\"true\"/>, which is the default of newer versions";
     if (strstr(error, "unrecognized attribute") || strstr(error, "invalid keyword")) from = strchr(error, '\'');
     else if (strstr(error, "unrecognized element") && (from = strstr(error, "Element '"))) from += 8;
     if (!from || !(end = strchr(from + 1, '\'')) || end - from > (int)sizeof text) return "";
     memcpy(text, from + 1, (size_t)(end - from - 1));
     for (size_t i = 0; i < sizeof words / sizeof *words; i++)
         if (strcmp(words[i].word, text) == 0) {
-            snprintf(hint, sizeof hint, " hint: in place of %s write %s", text,
+            snprintf(hint, sizeof hint, "\nhint: in place of %s write %s", text,
                      *words[i].instead ? words[i].instead : "nothing, remove it: the motion does not depend on it");
             return hint;
         }
-    snprintf(hint, sizeof hint, " hint: MuJoCo %s does not know %s. Possible cause: a model for a newer version. Remove it, or write "
+    snprintf(hint, sizeof hint, "\nhint: MuJoCo %s does not know %s. Possible cause: a model for a newer version. Remove it, or write "
              "what it means in other words", mj_versionString(), text);
     return hint;
 }

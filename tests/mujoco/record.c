@@ -168,8 +168,8 @@ static void load(const char *path)
     for (int j = 0; j < m->njnt; j++) {
         const int ball = m->jnt_type[j] == mjJNT_BALL;
         if (ball || m->jnt_type[j] == mjJNT_FREE)
-            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j + 1,
-                 joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
+            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place",
+                 path, j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
     if (m->nv == 0) fail("%s: there are no joints", path);
     if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
@@ -542,7 +542,8 @@ static void command(const drive *v, double t)
             if (v->kind == SINES) u += sines(v, a, t, &rate) - rig.pull[a] * rig.d->actuator_velocity[a] / (rig.rate[a] + 1e-300);
             u /= m->actuator_gainprm[a * mjNGAIN];
         }
-        rig.d->ctrl[a] = ranged ? fmin(fmax(u, range[0]), range[1]) : u;
+        const double part = plain(a) && range[0] <= 0 && range[1] >= 0 ? fmin(1, settings[EFFORT].value) : 1;
+        rig.d->ctrl[a] = ranged ? fmin(fmax(u, part * range[0]), part * range[1]) : u;
     }
 }
 
@@ -1135,8 +1136,8 @@ static void say(const demos *d)
 
 static void give_up(void)
 {
-    fail("of %d recordings %d %s (%s), %d %s, %d %s, %d %s; the last one met %s hint: a shorter timestep for unstable ones; wider "
-         "ranges; effort= or speed= for those that do not move", rig.kept + lost(), rig.lost[0], losses[0], *rig.why ? rig.why : "-",
+    fail("of %d recordings %d %s (%s), %d %s, %d %s, %d %s; the last stop was %s\nhint: unstable: damping or softer springs; limits: "
+         "wider ranges or speed=0.5; motionless: effort=4, less dry friction or motors", rig.kept + lost(), rig.lost[0], losses[0], *rig.why ? rig.why : "-",
          rig.lost[1], losses[1], rig.lost[2], losses[2], rig.lost[3], losses[3], *rig.where ? rig.where : "nothing");
 }
 
