@@ -2,17 +2,19 @@
 # SPDX-License-Identifier: MIT
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors, verdict.
 #
-#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value as of record
+#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value: record
 #   learn.sh table OUT ..                            a table of what was learned to OUT ..
+#   OPTIMISE=-O1 learn.sh ..                         the trainer is compiled sooner, and slower
 #
 # Needs build/record. Written: what record and examples/train.c write, beside OUT_full.* of a network on all joints where the
 # config proposes fewer coordinates; OUT.learn, the table of errors: E_q in per cent of held-out recordings, of q + h qd, of the
 # network on all joints, of the model, and E_qd of the model; then notes and the verdict.
 # Trainings: networks begin with 16, 16. Where hinges may be angles, both configs train for a fifth of the time, and the better one
-# goes on. With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if their error is 10 % less.
+# goes on. With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
 # Exit code: 0, the verdict is "useful for control" or "useful for prediction up to .. s"; 3, "not useful", there are weights;
 # 1, no weights. The last line says why. The rules of the verdict: docs/training.md, "Any MJCF".
 top=$(dirname "$0")/../..
+optimise=${OPTIMISE:--O3 -march=native}
 
 # errors FILE: of recordings that nobody trained with, as lines: ms E_q failed windows E_qd q+h.qd counts
 errors() {
@@ -39,7 +41,7 @@ if [ "$1" = table ]; then
     for out; do row "$out"; done
     exit
 fi
-[ $# -ge 3 ] || { sed -n '2,17s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -ge 3 ] || { sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 1; }
 began=$(date +%s)
 model=$1 budget=$3
 out=$("$top/build/record" --name "$2") || exit 1
@@ -74,13 +76,14 @@ cat "$out.log"
 [ $code -eq 0 ] || exit 1
 torque=$(head -n 1 "$out.csv" | awk '{ print /,(tau|u)1/ }')
 
-# train PLACE NAME SETTING ..: the config NAME of folder PLACE, which also gets all that is written. Returns 0, 3 or 1, as the trainer
+# train PLACE NAME SETTING ..: the config NAME of folder PLACE, which also gets all files. Returns 0, 3 or 1, as the trainer
 train() {
     place=$1
     config=$2
     shift 2
+    # shellcheck disable=SC2086 # words
     [ -x "$place/train" ] ||
-        ${CC:-cc} -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I"$place" -I"$top" -I"$top/examples" \
+        ${CC:-cc} -std=c99 $optimise -fno-math-errno -ffp-contract=off -I"$place" -I"$top" -I"$top/examples" \
             -DMODEL="$config" "$top/examples/train.c" -o "$place/train" -lpthread -lm > "$place/cc" 2>&1 || {
         echo "$config does not compile: $(head -n 1 "$place/cc")" > "$place/log"
         return 1
@@ -109,7 +112,8 @@ typical() {
 # better A B PART: the error of A is less than that part of that of B; with a fourth argument up to the last step of both
 better() {
     most=$([ $# -lt 4 ] || { steps_of "$1"; steps_of "$2"; } | sort -n | head -n 1)
-    awk -v a="$(typical "$1" "$most")" -v b="$(typical "$2" "$most")" -v part="$3" 'BEGIN { exit !(a != "" && (b == "" || a + 0 < part * b)) }'
+    awk -v a="$(typical "$1" "$most")" -v b="$(typical "$2" "$most")" -v part="$3" \
+        'BEGIN { exit !(a != "" && (b == "" || a + 0 < part * b)) }'
 }
 steps_of() { awk '/^ +[0-9]+  E_q/ { n = $1 } END { print n + 0 }' "$try/$1/log"; }
 by_itself() { ! grep -q '^ended by\|^no trained model: ended by s' "$try/$1/log"; }
@@ -148,7 +152,7 @@ if [ -f "${out}_angles.h" ]; then
     fi
     echo "$text" | tee -a "$out.notes"
 fi
-start_step=$([ -f "$try/$won/log" ] && steps_of $won || echo 0)
+start_step=$([ -f "$try/$won/log" ] && steps_of "$won" || echo 0)
 began_main=$(date +%s)
 if timed || [ ! -f "$try/$won/log" ]; then
     echo "training $name: $out.log"
@@ -158,21 +162,24 @@ if timed || [ ! -f "$try/$won/log" ]; then
 fi
 if timed; then
     # a step of networks of 32, 32 takes about eight times as long
-    can=$(awk -v s="$(($(date +%s) - began_main))" -v k="$(($(steps_of $won) - start_step))" -v t="$(left 80)" \
+    can=$(awk -v s="$(($(date +%s) - began_main))" -v k="$(($(steps_of "$won") - start_step))" -v t="$(left 80)" \
         'BEGIN { print (k > 0 && s > 0 ? int(t / (8 * s / k)) : t > 60 ? 100 : 0) }')
-    if [ "$can" -ge 100 ] || { [ "$can" -ge 50 ] && by_itself $won; }; then
+    if [ "$can" -ge 100 ] || { [ "$can" -ge 50 ] && by_itself "$won"; }; then
         echo "training $name, networks of 32, 32"
         place wide "$try/$won/$name.h" '32, 32'
         train "$try/wide" "$name" test="${out}_test.csv" "$(part_of_budget 95)"
-        echo "networks of 16, 16: E_q $(typical $won) %; of 32, 32: $(typical wide) %" | tee -a "$out.notes"
-        if better wide $won 0.9; then won=wide; fi
-    elif ! by_itself $won && [ "$(left 100)" -gt 15 ]; then
+        echo "networks of 16, 16: E_q $(typical "$won") %; of 32, 32: $(typical wide) %" | tee -a "$out.notes"
+        if better wide "$won" 0.9; then won=wide; fi
+    elif ! by_itself "$won" && [ "$(left 100)" -gt 15 ]; then
         train "$try/$won" "$name" test="${out}_test.csv" resume=1 "$(part_of_budget 95)"
     fi
 fi
 
-# the model that won; weights of an earlier training that are there stay as .old
-for f in .roln _weights.h; do [ ! -f "$out$f" ] || mv -f "$out$f" "$out$f.old"; done
+# the model that won; weights of an earlier training stay as .old, unless those that are .old already are better
+bad() { head -n 1 "$1" 2> /dev/null | grep -q '^/[*] train[.]c: '; }
+if [ -f "${out}_weights.h" ] && ! { bad "${out}_weights.h" && [ -f "${out}_weights.h.old" ] && ! bad "${out}_weights.h.old"; }; then
+    for f in .roln _weights.h; do [ ! -f "$out$f" ] || mv -f "$out$f" "$out$f.old"; done
+fi
 cp "$try/$won/$name"* "$(dirname "$out")"
 cp "$try/$won/log" "$out.log"
 why=$(sed -n 's/^no trained model: //p' "$out.log" | tail -n 1)
@@ -181,7 +188,7 @@ torques=$(awk '/^torques by/ { on = 1; next } /^M at/ { on = 0 } on && NF >= 4 &
     END { if (a > 0) printf "%.3g", 100 * sqrt(e / a) }' "$out.log")
 
 # The verdict. Exit codes: 0 useful, 3 not.
-verdict=$(awk -v why="$why" -v torques="$torques" -v motors="$motors" -v steps="$(steps_of $won)" -v budget="$budget" \
+verdict=$(awk -v why="$why" -v torques="$torques" -v motors="$motors" -v steps="$(steps_of "$won")" -v budget="$budget" \
     -v outside="$(grep -o 'drag that grows.*density [^)]*)\|end at a contact' "$out.notes" | head -n 1)" '
     function short(x) { return sprintf(x < 100 ? "%.2g" : "%.0f", x) }
     $1 > 0 && !ended {
@@ -224,15 +231,13 @@ case $verdict in not*) code=3 ;; esac
             printf "%5s %9s %11s %8s %8s\n", $1, constant[$1], $1 in full ? full[$1] : "-", short($2), short($5) }' \
         "${out}_constant.csv" "$out.full" "$out.own"
     [ -z "$torques" ] || echo "torques of held-out samples are off by $torques % of their rms"
-    echo "networks of $(sed -n 's/^#define ROLN_MLP //p' "$out.h"), $(steps_of $won) steps, $(($(date +%s) - began)) s in all"
+    echo "networks of $(sed -n 's/^#define ROLN_MLP //p' "$out.h"), $(steps_of "$won") steps, $(($(date +%s) - began)) s in all"
     sed -n 's/^/note /; 2,$p' "$out.notes"
     awk '$3 > 0 && $1 > 900 && $1 < 1100 { print "note " $3 " of " $4 " roll-outs of 1 s failed" }' "$out.own"
     [ -z "$why" ] || echo "note the trainer: no trained model: $why"
+    [ $code -eq 0 ] || [ ! -f "${out}_weights.h.old" ] || echo "note the weights that were there before are ${out}_weights.h.old"
     echo "$verdict"
 } > "$out.learn"
-[ $code -eq 0 ] || for f in .roln _weights.h; do # weights that were good are not replaced by worse ones
-    if [ -f "$out$f.old" ] && [ -f "$out.good" ]; then echo "note: earlier weights are kept as $out$f.old"; fi
-done
 if [ $code -eq 0 ]; then rm -f "$out.roln.old" "${out}_weights.h.old"; fi
 rm -rf "$try" "$out.own" "$out.full" "$out.notes"
 cat "$out.learn"

@@ -9,8 +9,8 @@
    Joints are hinges and sliders. Ball and free joints are refused: their positions are quaternions, which are no q with qd = dq/dt,
    and rotation vectors, which are, jump at a half turn.
 
-   Time: a sample takes dt, by default 1 ms, or 2 ms if the timestep of the model is 2 ms or more. The integrator is the model's own.
-   A sample takes so many steps that twice as many change the motion by less than 0.1 %, or 32.
+   Time: a sample takes dt, by default 1 ms, or 2 ms if the timestep of the model is 2 ms or more. The integrator is the model's
+   own. A sample takes so many steps that twice as many change the motion by less than 0.1 %, or 32.
 
    Kinds of recordings, in turn: free falls; forces of the motors that are random sines; motors under a PD controller, with the
    machine's own M and bias, that follow random references. If motors can move every joint, only one recording in six falls, and the
@@ -41,7 +41,7 @@
 #include "newer.h"
 
 #define PI 3.14159265358979323846
-#define FAST 1e4 /* rad/s or m/s: a machine out of hand */
+#define FAST 1e4    /* rad/s or m/s: a machine out of hand */
 #define CHANGE 1e-3 /* of the motion, by half the step: nothing */
 enum { SMALL = 12, TERMS = 3, TRIES = 10, LATENT = 12, MOST_STEPS = 32 };
 
@@ -69,8 +69,8 @@ static void *room(size_t bytes)
 static struct {
     const char *key;
     double value, low, high;
-} settings[] = {{"seed", 1, 0, 1e15}, {"train", 0, 0, 1e5}, {"test", 10, 1, 1e5}, {"seconds", 2, 0.1, 3600}, {"dt", 0, 0, 1},
-                {"speed", 1, 1e-3, 100}, {"effort", 1, 1e-3, 100}};
+} settings[] = {{"seed", 1, 0, 1e15}, {"train", 0, 0, 1e5},    {"test", 10, 1, 1e5},    {"seconds", 2, 0.1, 3600},
+                {"dt", 0, 0, 1},      {"speed", 1, 1e-3, 100}, {"effort", 1, 1e-3, 100}};
 enum { SEED, TRAIN, TEST, SECONDS, DT, SPEED, EFFORT, SETTINGS };
 
 static void read_settings(int argc, char **argv)
@@ -111,31 +111,37 @@ enum { UNSTABLE, STOPPED, TOUCHED, STILL, LOSSES }; /* why a recording is not ke
 static struct {
     mjModel *m;
     mjData *d;
-    double dt, step_error; /* s of a sample; what half the step changes, of the motion */
-    int steps;             /* of a sample */
-    int columns;           /* of tau */
-    int servos;            /* motors that are more than a force times a gear */
-    int full;              /* nonzero: motors move every joint */
-    int taut;              /* tendons whose limit acts at rest */
-    int untouched;         /* nonzero: contacts are switched off */
-    int least;             /* samples of the shortest recording that is kept */
-    double spread;         /* of amplitudes, at first 1 */
-    double *force;         /* [nv] a force that moves a joint well */
-    double *speed;         /* [nv] a speed that suits it */
-    double *moment;        /* [nu][nv] B^T of the motors, in the pose that the model begins in */
-    double *want;          /* [2 nv] the controller's */
-    double *pull, *rate;   /* [nu] a motor's force that moves its joints well; the speed of its length */
-    int *still, *angle;    /* [nv] neither gravity nor a spring moves it; the proposed model sees it as an angle */
+    double dt, step_error;        /* s of a sample; what half the step changes, of the motion */
+    int steps;                    /* of a sample */
+    int columns;                  /* of tau */
+    int servos;                   /* motors that are more than a force times a gear */
+    int full;                     /* nonzero: motors move every joint */
+    int taut;                     /* tendons whose limit acts at rest */
+    int untouched;                /* nonzero: contacts are switched off */
+    int least;                    /* samples of the shortest recording that is kept */
+    double spread;                /* of amplitudes, at first 1 */
+    double *force;                /* [nv] a force that moves a joint well */
+    double *speed;                /* [nv] a speed that suits it */
+    double *moment;               /* [nu][nv] B^T of the motors, in the pose that the model begins in */
+    double *want;                 /* [2 nv] the controller's */
+    double *pull, *rate;          /* [nu] a motor's force that moves its joints well; the speed of its length */
+    int *still, *angle;           /* [nv] neither gravity nor a spring moves it; the proposed model sees it as an angle */
     int *full_samples, *full_now; /* [nu] samples in which a motor gave all it has: of the recordings kept, of one */
-    char why[300];         /* the last one was unstable */
-    char where[200];       /* the limit or contact that ended the last recording that was too short */
-    int stopped, touched;  /* of one recording: a limit, a contact ended it */
+    char why[300];                /* the last one was unstable */
+    char where[200];              /* the limit or contact that ended the last recording that was too short */
+    int stopped, touched;         /* of one recording: a limit, a contact ended it */
     int turns, stops, contacts, kept, lost[LOSSES]; /* recordings that turn round; end at limits, contacts; are left out */
-    double began, told;    /* s, of the program and of the last line about progress */
+    double began, told;                             /* s, of the program and of the last line about progress */
 } rig;
 
-static void on_error(const char *message) { fail("MuJoCo: %s", message); }
-static void on_warning(const char *message) { (void)message; /* counted in d->warning */ }
+static void on_error(const char *message)
+{
+    fail("MuJoCo: %s", message);
+}
+static void on_warning(const char *message)
+{
+    (void)message; /* counted in d->warning */
+}
 
 static double now(void)
 {
@@ -150,7 +156,10 @@ static const char *name_in(int type, int id)
     return name ? name : "";
 }
 
-static const char *joint_name(int j) { return name_in(mjOBJ_JOINT, j); }
+static const char *joint_name(int j)
+{
+    return name_in(mjOBJ_JOINT, j);
+}
 
 static void load(const char *path)
 {
@@ -168,8 +177,8 @@ static void load(const char *path)
     for (int j = 0; j < m->njnt; j++) {
         const int ball = m->jnt_type[j] == mjJNT_BALL;
         if (ball || m->jnt_type[j] == mjJNT_FREE)
-            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place",
-                 path, j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
+            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place", path,
+                 j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
     if (m->nv == 0) fail("%s: there are no joints", path);
     if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
@@ -182,8 +191,8 @@ static void load(const char *path)
 static int plain(int a)
 {
     const mjModel *m = rig.m;
-    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_gainprm[a * mjNGAIN] != 0
-        && m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_dyntype[a] == mjDYN_NONE;
+    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_gainprm[a * mjNGAIN] != 0 &&
+           m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_dyntype[a] == mjDYN_NONE;
 }
 
 /* A servo of positions, and one of velocities: the command at which its force is 0 is `zero` times its length or its speed. */
@@ -197,8 +206,14 @@ static int servo(int a, int of_speed, double *zero)
     return of_speed ? bias[1] == 0 && bias[2] != 0 : bias[1] != 0;
 }
 
-static int limited(int j) { return rig.m->jnt_limited[j]; }
-static int hinge(int j) { return rig.m->jnt_type[j] == mjJNT_HINGE; }
+static int limited(int j)
+{
+    return rig.m->jnt_limited[j];
+}
+static int hinge(int j)
+{
+    return rig.m->jnt_type[j] == mjJNT_HINGE;
+}
 
 /* A hinge without spring: all that acts on it may repeat after a turn. */
 static int periodic(int j)
@@ -212,7 +227,10 @@ static int periodic(int j)
 }
 
 /* A hinge that may turn round. */
-static int circles(int j) { return periodic(j) && !limited(j); }
+static int circles(int j)
+{
+    return periodic(j) && !limited(j);
+}
 
 /* Half the width of what a joint may move, and its middle. */
 static double reach(int j)
@@ -228,7 +246,10 @@ static double middle(int j)
     return limited(j) ? (r[0] + r[1]) / 2 : rig.m->qpos0[j];
 }
 
-static double pose(int j, uint64_t *state) { return middle(j) + 0.8 * rig.spread * reach(j) * uniform(state, -1, 1); }
+static double pose(int j, uint64_t *state)
+{
+    return middle(j) + 0.8 * rig.spread * reach(j) * uniform(state, -1, 1);
+}
 
 /* A joint crosses its range in a second, a hinge with limits turns by half a turn at most. */
 static double suited_speed(int j)
@@ -260,7 +281,8 @@ static void measure(void)
     double *M = room((size_t)(m->nv * m->nv) * sizeof *M), *falls = room((size_t)m->nv * sizeof *falls);
     mj_resetData(m, d);
     for (int k = 0; k <= 20; k++) {
-        for (int j = 0; j < m->nv && k < 20; j++) d->qpos[j] = pose(j, &state);
+        for (int j = 0; j < m->nv && k < 20; j++)
+            d->qpos[j] = pose(j, &state);
         if (k == 20) mj_resetData(m, d);
         mj_forward(m, d);
         for (int j = 0; j < m->nv; j++) {
@@ -295,7 +317,8 @@ static void measure_motors(void)
         rig.rate[a] = sqrt(rate);
         rig.servos += !plain(a);
     }
-    for (int j = 0; j < m->nv; j++) all += moved[j];
+    for (int j = 0; j < m->nv; j++)
+        all += moved[j];
     rig.full = m->nu >= m->nv && all == m->nv;
     free(moved);
 }
@@ -314,7 +337,8 @@ static int taut(void)
 {
     const char *name;
     int count = 0;
-    for (int i = 0; i < rig.d->nefc; i++) count += limit_acts(i, 1, &name);
+    for (int i = 0; i < rig.d->nefc; i++)
+        count += limit_acts(i, 1, &name);
     return count;
 }
 
@@ -353,7 +377,8 @@ static void find_strings(void)
 {
     mjData *d = rig.d;
     int limits = 0;
-    for (int t = 0; t < rig.m->ntendon; t++) limits += rig.m->tendon_limited[t];
+    for (int t = 0; t < rig.m->ntendon; t++)
+        limits += rig.m->tendon_limited[t];
     mj_resetData(rig.m, d);
     rig.taut = 0;
     for (int k = 0; k < 4000 && limits > 0; k++) {
@@ -387,7 +412,7 @@ enum { FALL, SINES, PD, KINDS };
 
 typedef struct {
     int kind;
-    double w, zeta; /* of the controller */
+    double w, zeta;                   /* of the controller */
     double *size, *frequency, *phase; /* [motors or joints][TERMS] */
     double *offset, *fade; /* [motors or joints] what is added at first, and in what time it fades, s: no command jumps */
 } drive;
@@ -407,7 +432,8 @@ static double size_of(int a, double *rate)
     double size = 0, zero;
     *rate = 0;
     if (servo(a, 0, &zero)) {
-        for (int j = 0; j < m->nv; j++) size = fmax(size, fabs(rig.moment[a * m->nv + j]) * 0.7 * reach(j));
+        for (int j = 0; j < m->nv; j++)
+            size = fmax(size, fabs(rig.moment[a * m->nv + j]) * 0.7 * reach(j));
         size *= fabs(zero), *rate = fabs(zero) * rig.rate[a];
     } else if (servo(a, 1, &zero)) {
         size = fabs(zero) * rig.rate[a];
@@ -436,7 +462,8 @@ static void draw_drive(drive *v, int kind, uint64_t *state)
             v->phase[at] = uniform(state, 0, 2 * PI);
             rate += v->size[at] * 2 * PI * v->frequency[at];
         }
-        for (int k = 0; k < TERMS && most > 0 && rate > most * haste; k++) v->frequency[i * TERMS + k] *= most * haste / rate;
+        for (int k = 0; k < TERMS && most > 0 && rate > most * haste; k++)
+            v->frequency[i * TERMS + k] *= most * haste / rate;
         v->offset[i] = 0, v->fade[i] = 1;
     }
 }
@@ -464,7 +491,8 @@ static void want(const drive *v, double t)
     for (int j = 0; j < m->nv; j++) {
         double rate, x = v->kind == PD ? middle(j) + sines(v, j, t, &rate) : 0;
         int moved = 0;
-        for (int k = 0; k < m->nu; k++) moved |= d->actuator_moment[k * m->nv + j] != 0;
+        for (int k = 0; k < m->nu; k++)
+            moved |= d->actuator_moment[k * m->nv + j] != 0;
         a[j] = moved && v->kind == PD ? v->w * v->w * (x - d->qpos[j]) + 2 * v->zeta * v->w * (rate - d->qvel[j]) : 0;
     }
     mj_mulM(m, d, rig.want, a);
@@ -478,7 +506,8 @@ static double rest_of(int a, double zero)
     const mjModel *m = rig.m;
     const double *range = m->actuator_ctrlrange + 2 * a;
     double x = 0;
-    for (int j = 0; j < m->nv; j++) x += rig.moment[a * m->nv + j] * (middle(j) - m->qpos0[j]);
+    for (int j = 0; j < m->nv; j++)
+        x += rig.moment[a * m->nv + j] * (middle(j) - m->qpos0[j]);
     x = zero * (m->actuator_length0[a] + x);
     return m->actuator_ctrllimited[a] ? fmin(fmax(x, 0.55 * range[0] + 0.45 * range[1]), 0.45 * range[0] + 0.55 * range[1]) : x;
 }
@@ -515,15 +544,14 @@ static double command_of(const drive *v, int a, double t)
 {
     const double *range = rig.m->actuator_ctrlrange + 2 * a;
     double rate, zero, u;
-    if (servo(a, 0, &zero))
-        return v->kind == SINES ? rest_of(a, zero) + sines(v, a, t, &rate) : rest_of(a, zero);
+    if (servo(a, 0, &zero)) return v->kind == SINES ? rest_of(a, zero) + sines(v, a, t, &rate) : rest_of(a, zero);
     if (servo(a, 1, &zero)) return v->kind == SINES ? sines(v, a, t, &rate) : 0;
     u = v->kind == SINES ? sines(v, a, t, &rate) / rig.pull[a] : 0;
     return rig.m->actuator_ctrllimited[a] ? (range[0] + range[1] + (range[1] - range[0]) * u) / 2 : u;
 }
 
-/* What the motors are told for the next sample; positions and velocities of d are computed. A force falls with the speed, as that of
-   a real motor does. */
+/* What the motors are told for the next sample; positions and velocities of d are computed. A force falls with the speed, as
+   that of a real motor does. */
 static void command(const drive *v, double t)
 {
     const mjModel *m = rig.m;
@@ -566,14 +594,16 @@ static int sample(const drive *v, double t, double *force)
 {
     const mjModel *m = rig.m;
     mjData *d = rig.d;
-    for (int i = 0; i < rig.columns && force; i++) force[i] = 0;
+    for (int i = 0; i < rig.columns && force; i++)
+        force[i] = 0;
     mj_fwdPosition(m, d), mj_fwdVelocity(m, d);
     command(v, t);
     for (int s = 0; s < rig.steps; s++) {
         mj_step(m, d);
         if (unstable()) return 1;
         rig.touched |= touches(), rig.stopped |= stops();
-        for (int i = 0; i < rig.columns && force; i++) force[i] += d->qfrc_actuator[i] / rig.steps;
+        for (int i = 0; i < rig.columns && force; i++)
+            force[i] += d->qfrc_actuator[i] / rig.steps;
         if (rig.touched || rig.stopped) break;
     }
     return 0;
@@ -585,7 +615,8 @@ static void start(uint64_t *state, drive *v)
     mjData *d = rig.d;
     mj_resetData(m, d);
     if (m->nv <= SMALL && m->neq == 0 && rig.taut == 0) {
-        for (int j = 0; j < m->nv; j++) d->qpos[j] = pose(j, state);
+        for (int j = 0; j < m->nv; j++)
+            d->qpos[j] = pose(j, state);
         for (int j = 0; j < m->nv; j++)
             if (v->kind == FALL && rig.still[j]) d->qvel[j] = rig.spread * rig.speed[j] * uniform(state, -1, 1);
         return;
@@ -596,7 +627,8 @@ static void start(uint64_t *state, drive *v)
     const double size = rig.spread * g * (rig.taut > 0 ? 0.5 : 1); /* a string stays taut */
     const double off[3] = {size * flat * cos(around), size * flat * sin(around), size * up};
     mju_addTo3(m->opt.gravity, off);
-    while (d->time < end && !unstable()) sample(v, d->time, NULL);
+    while (d->time < end && !unstable())
+        sample(v, d->time, NULL);
     m->opt.gravity[0] = own.gravity[0], m->opt.gravity[1] = own.gravity[1], m->opt.gravity[2] = own.gravity[2];
     d->time = 0;
 }
@@ -648,7 +680,8 @@ static int record(int kind, uint64_t *state, drive *v, int most, double *row)
     if (k < rig.least) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
     for (int j = 0; j < N; j++) { /* it moves if one joint moves by half a per cent of its reach */
         double low = row[1 + j], high = low;
-        for (int i = 1; i < k; i++) low = fmin(low, row[i * wide + 1 + j]), high = fmax(high, row[i * wide + 1 + j]);
+        for (int i = 1; i < k; i++)
+            low = fmin(low, row[i * wide + 1 + j]), high = fmax(high, row[i * wide + 1 + j]);
         if (high - low > 5e-3 * reach(j)) return k;
     }
     return -STILL - 1;
@@ -729,7 +762,8 @@ static void progress(int k, int count)
 static int lost(void)
 {
     int sum = 0;
-    for (int i = 0; i < LOSSES; i++) sum += rig.lost[i];
+    for (int i = 0; i < LOSSES; i++)
+        sum += rig.lost[i];
     return sum;
 }
 
@@ -741,7 +775,8 @@ static void keep(demos *to, int samples, int test, const double *row)
         for (int i = 0; i < samples; i++)
             if (periodic(j) && fabs(row[i * wide + 1 + j] - rig.m->qpos0[j]) > PI) rig.angle[j] = turned = 1;
     rig.kept++, rig.turns += turned, rig.stops += rig.stopped, rig.contacts += rig.touched;
-    for (int a = 0; a < rig.m->nu; a++) rig.full_samples[a] += rig.full_now[a];
+    for (int a = 0; a < rig.m->nu; a++)
+        rig.full_samples[a] += rig.full_now[a];
     if (demos_add(to, samples, test, row)) exit(1);
 }
 
@@ -793,7 +828,8 @@ static int rank_of_equalities(void)
         if (best <= 1e-12 * first || best == 0) break;
         double *r = room((size_t)N * sizeof *r);
         mju_scl(r, J + at * N, 1 / sqrt(best), N);
-        for (int i = 0; i < ne; i++) mju_addToScl(J + i * N, r, -mju_dot(J + i * N, r, N), N);
+        for (int i = 0; i < ne; i++)
+            mju_addToScl(J + i * N, r, -mju_dot(J + i * N, r, N), N);
         free(r);
     }
     free(J);
@@ -812,11 +848,13 @@ static double moments(const demos *d, double *mean, double *C)
                 const double *q = d->demo[k].row + s * wide + 1;
                 if (pass == 0) mju_addTo(mean, q, N), count++;
                 else mju_sub(x, q, mean, N);
-                for (int i = 0; i < N && C && pass == 1; i++) mju_addToScl(C + i * N, x, x[i], N);
+                for (int i = 0; i < N && C && pass == 1; i++)
+                    mju_addToScl(C + i * N, x, x[i], N);
             }
         if (pass == 0) mju_scl(mean, mean, 1.0 / (count > 0 ? count : 1), N);
     }
-    for (int i = 0; i < N && C; i++) trace += C[i * (N + 1)];
+    for (int i = 0; i < N && C; i++)
+        trace += C[i * (N + 1)];
     free(x);
     return trace;
 }
@@ -825,7 +863,8 @@ static double moments(const demos *d, double *mean, double *C)
 static int mixed(void)
 {
     int hinges = 0;
-    for (int j = 0; j < rig.m->njnt; j++) hinges += hinge(j);
+    for (int j = 0; j < rig.m->njnt; j++)
+        hinges += hinge(j);
     return hinges > 0 && hinges < rig.m->njnt;
 }
 
@@ -856,19 +895,23 @@ static int principal(const demos *d, double leave)
     if (mixed()) {
         units(d, mean, 0, x);
         all = 0;
-        for (int i = 0; i < N * N; i++) C[i] /= x[i / N] * x[i % N];
-        for (int i = 0; i < N; i++) all += C[i * (N + 1)];
+        for (int i = 0; i < N * N; i++)
+            C[i] /= x[i / N] * x[i % N];
+        for (int i = 0; i < N; i++)
+            all += C[i * (N + 1)];
     }
     left = all;
     for (; n < LATENT && n < N && left > leave * leave * all; n++) {
         double *y = x + N, value = 0;
-        for (int i = 0; i < N; i++) x[i] = 1 + 0.1 * (i % 7);
+        for (int i = 0; i < N; i++)
+            x[i] = 1 + 0.1 * (i % 7);
         for (int k = 0; k < 200; k++) {
             mju_mulMatVec(y, C, x, N, N);
             value = mju_norm(y, N);
             mju_scl(x, y, 1 / (value + 1e-300), N);
         }
-        for (int i = 0; i < N; i++) mju_addToScl(C + i * N, x, -value * x[i], N);
+        for (int i = 0; i < N; i++)
+            mju_addToScl(C + i * N, x, -value * x[i], N);
         left -= value;
     }
     free(mean), free(C), free(x);
@@ -879,7 +922,8 @@ static int principal(const demos *d, double leave)
 static double monomials(int n, int d)
 {
     double x = 1;
-    for (int k = 1; k <= d; k++) x *= (double)(n + k) / k;
+    for (int k = 1; k <= d; k++)
+        x *= (double)(n + k) / k;
     return x;
 }
 
@@ -893,7 +937,8 @@ static shape propose(const demos *d)
     const int N = d->N;
     double samples = 0;
     shape s = {N, 0, 0};
-    for (int k = 0; k < d->count; k++) samples += d->demo[k].samples;
+    for (int k = 0; k < d->count; k++)
+        samples += d->demo[k].samples;
     if (rig.taut > 0) find_strings();
     else mj_resetData(rig.m, rig.d);
     mj_forward(rig.m, rig.d);
@@ -905,7 +950,8 @@ static shape propose(const demos *d)
     }
     if (s.n == N) return s;
     s.degree = s.n <= 4 ? 4 : s.n <= 10 ? 3 : 2;
-    while (s.degree > 2 && monomials(s.n, s.degree) > samples / 10) s.degree--;
+    while (s.degree > 2 && monomials(s.n, s.degree) > samples / 10)
+        s.degree--;
     return s;
 }
 
@@ -914,23 +960,32 @@ static int damped(void)
 {
     const mjModel *m = rig.m;
     int is = m->opt.density > 0 || m->opt.viscosity > 0;
-    for (int i = 0; i < m->nv; i++) is |= m->dof_damping[i] > 0;
-    for (int t = 0; t < m->ntendon; t++) is |= m->tendon_damping[t] > 0 || m->tendon_frictionloss[t] > 0;
+    for (int i = 0; i < m->nv; i++)
+        is |= m->dof_damping[i] > 0;
+    for (int t = 0; t < m->ntendon; t++)
+        is |= m->tendon_damping[t] > 0 || m->tendon_frictionloss[t] > 0;
     return is;
 }
 
 static int rubbing(void)
 {
     int is = 0;
-    for (int i = 0; i < rig.m->nv; i++) is |= rig.m->dof_frictionloss[i] > 0;
+    for (int i = 0; i < rig.m->nv; i++)
+        is |= rig.m->dof_frictionloss[i] > 0;
     return is;
 }
 
 /* Drag that grows with the square of the speed: no model has it. */
-static int drags(void) { return rig.m->opt.density > 0; }
+static int drags(void)
+{
+    return rig.m->opt.density > 0;
+}
 
 /* Joints that a config sees as angles. */
-static int sees_angle(int j, int all_hinges) { return all_hinges ? periodic(j) : rig.angle[j]; }
+static int sees_angle(int j, int all_hinges)
+{
+    return all_hinges ? periodic(j) : rig.angle[j];
+}
 
 static void write_comment(FILE *f, const char *name, const char *model, const shape *s)
 {
@@ -976,7 +1031,8 @@ static void write_config(const char *name, const char *path, const char *model, 
 static int more_angles(const shape *s)
 {
     int more = 0;
-    for (int j = 0; j < rig.m->njnt; j++) more |= periodic(j) && !(rig.turns > 0 && rig.angle[j]);
+    for (int j = 0; j < rig.m->njnt; j++)
+        more |= periodic(j) && !(rig.turns > 0 && rig.angle[j]);
     return s->n == rig.m->nv && more;
 }
 
@@ -1036,10 +1092,13 @@ static void write_constant(const demos *d, const char *path)
 /* ---- names ---- */
 
 /* Headers that a config cannot be called after, and ends of files that belong to another name. */
-static const char *const taken[] = {"roln", "roln_ae", "roln_lnn", "roln_riem", "roln_spd", "recording", "report", "assert", "complex",
-    "ctype", "errno", "fenv", "float", "inttypes", "iso646", "limits", "locale", "math", "pthread", "setjmp", "signal", "stdarg",
-    "stdbool", "stddef", "stdint", "stdio", "stdlib", "string", "tgmath", "time", "unistd", "wchar", "wctype"};
-static const char *const ends_taken[] = {"_full", "_angles", "_test", "_constant", "_weights", "_errors", "_motion", "_limits", "_report"};
+static const char *const taken[] = {"roln",       "roln_ae",  "roln_lnn", "roln_riem", "roln_spd", "recording", "report",
+                                    "regression", "resample", "assert",   "complex",   "ctype",    "errno",     "fenv",
+                                    "float",      "inttypes", "iso646",   "limits",    "locale",   "math",      "pthread",
+                                    "setjmp",     "signal",   "stdarg",   "stdbool",   "stddef",   "stdint",    "stdio",
+                                    "stdlib",     "string",   "tgmath",   "time",      "unistd",   "wchar",     "wctype"};
+static const char *const ends_taken[] = {"_full",   "_angles", "_test",   "_constant", "_weights",
+                                         "_errors", "_motion", "_limits", "_report"};
 
 /* Nonzero, and `of` the model that path was proposed for, if path is a config that this program wrote. */
 static int config_of(const char *path, char of[4096])
@@ -1065,8 +1124,10 @@ static void map_out(const char *out, const char *model, char to[4096])
     if (!*base || strlen(base) > 80) fail("OUT %s: a file name of 1 to 80 letters at its end", out);
     if (base - out > 3900) fail("OUT is too long");
     if (isdigit((unsigned char)*base)) n = snprintf(name, sizeof name, "m");
-    for (; *base; base++) name[n++] = isalnum((unsigned char)*base) ? *base : '_';
-    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++) clash |= strcmp(name, taken[i]) == 0;
+    for (; *base; base++)
+        name[n++] = isalnum((unsigned char)*base) ? *base : '_';
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+        clash |= strcmp(name, taken[i]) == 0;
     for (size_t i = 0; i < sizeof ends_taken / sizeof *ends_taken; i++) {
         const size_t end = strlen(ends_taken[i]);
         clash |= strlen(name) >= end && strcmp(name + strlen(name) - end, ends_taken[i]) == 0;
@@ -1090,7 +1151,8 @@ static void say_joints(const demos *d)
 {
     const int N = d->N, wide = demos_wide(d);
     double samples = 0;
-    for (int k = 0; k < d->count; k++) samples += d->demo[k].samples;
+    for (int k = 0; k < d->count; k++)
+        samples += d->demo[k].samples;
     printf("  joint                     q from        to    qd rms       max   tau rms       max  at full force\n");
     for (int j = 0; j < N && j < 40; j++) {
         double low = HUGE_VAL, high = -HUGE_VAL, v2 = 0, v = 0, t2 = 0, t = 0, full = -1;
@@ -1115,9 +1177,10 @@ static void say(const demos *d)
     static const char *const integrators[] = {"Euler", "RK4", "implicit"};
     const int begun = rig.kept + lost();
     double seconds = 0;
-    for (int k = 0; k < d->count; k++) seconds += d->demo[k].samples * d->dt;
-    printf("%d recordings, %.3g s in all, %g s a sample: %d joints, %d motors%s; %.0f s\n", d->count, seconds, d->dt, d->N, rig.m->nu,
-           d->forces ? ", forces on the joints as tau" : "", now() - rig.began);
+    for (int k = 0; k < d->count; k++)
+        seconds += d->demo[k].samples * d->dt;
+    printf("%d recordings, %.3g s in all, %g s a sample: %d joints, %d motors%s; %.0f s\n", d->count, seconds, d->dt, d->N,
+           rig.m->nu, d->forces ? ", forces on the joints as tau" : "", now() - rig.began);
     printf("%s with %d steps of %g s a sample: half the step changes the motion by %.2g %%\n", integrators[rig.m->opt.integrator],
            rig.steps, rig.m->opt.timestep, 100 * rig.step_error);
     for (int i = 0; i < LOSSES; i++)
@@ -1127,7 +1190,8 @@ static void say(const demos *d)
     if (rig.untouched) printf("without contacts: the model is of the machine that touches nothing\n");
     if (rig.taut) printf("%d tendons are taut at rest: the model is of the machine with taut tendons\n", rig.taut);
     if (drags())
-        printf("drag that grows with the square of the speed (density %g) is outside the class of models, whose damping is linear\n",
+        printf("drag that grows with the square of the speed (density %g) is outside the class of models, whose damping is "
+               "linear\n",
                rig.m->opt.density);
     if (rig.turns) printf("joints turn round in %d: without autoencoder as angles, with one as numbers that grow\n", rig.turns);
     if (rig.servos) printf("%d motors are servos or have dynamics: recorded is the force that they exert\n", rig.servos);
@@ -1136,9 +1200,10 @@ static void say(const demos *d)
 
 static void give_up(void)
 {
-    fail("of %d recordings %d %s (%s), %d %s, %d %s, %d %s; the last stop was %s\nhint: unstable: damping or softer springs; limits: "
-         "wider ranges or speed=0.5; motionless: effort=4, less dry friction or motors", rig.kept + lost(), rig.lost[0], losses[0], *rig.why ? rig.why : "-",
-         rig.lost[1], losses[1], rig.lost[2], losses[2], rig.lost[3], losses[3], *rig.where ? rig.where : "nothing");
+    fail("of %d recordings %d %s (%s), %d %s, %d %s, %d %s; the last stop was %s\nhint: unstable: damping or softer springs; "
+         "limits: wider ranges or speed=0.5; motionless: effort=4, less dry friction or motors",
+         rig.kept + lost(), rig.lost[0], losses[0], *rig.why ? rig.why : "-", rig.lost[1], losses[1], rig.lost[2], losses[2],
+         rig.lost[3], losses[3], *rig.where ? rig.where : "nothing");
 }
 
 /* Most recordings are lost: one change. */
@@ -1155,7 +1220,8 @@ static void change(void)
         printf("; again without contacts\n");
     } else if (most == STILL && rig.m->nu > 0 && settings[EFFORT].value < 30) {
         settings[EFFORT].value *= 2;
-        for (int a = 0; a < rig.m->nu; a++) rig.pull[a] = strongest(a) > 0 ? fmin(2 * rig.pull[a], strongest(a)) : 2 * rig.pull[a];
+        for (int a = 0; a < rig.m->nu; a++)
+            rig.pull[a] = strongest(a) > 0 ? fmin(2 * rig.pull[a], strongest(a)) : 2 * rig.pull[a];
         printf("; again with twice the effort\n");
     } else if (most == STOPPED && rig.spread < 0.3 && rig.least > 20) {
         rig.least = rig.least / 4 > 20 ? rig.least / 4 : 20;
@@ -1183,8 +1249,10 @@ static demos all_recordings(void)
     printf("  steps of a sample: trying\n");
     fflush(stdout);
     choose_steps(&v);
-    while (record_all(&d, &v)) demos_free(&d), change();
-    for (int j = 0; j < rig.m->nv && rig.turns > 0; j++) rig.angle[j] |= circles(j);
+    while (record_all(&d, &v))
+        demos_free(&d), change();
+    for (int j = 0; j < rig.m->nv && rig.turns > 0; j++)
+        rig.angle[j] |= circles(j);
     free(x);
     return d;
 }
@@ -1201,15 +1269,16 @@ int main(int argc, char **argv)
         return 0;
     }
     if (argc < 3)
-        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1], or record --name OUT "
-             "[MODEL.xml] for the name of OUT in C");
+        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1], or record "
+             "--name OUT [MODEL.xml] for the name of OUT in C");
     rig.began = rig.told = now();
     read_settings(argc, argv);
     map_out(argv[2], NULL, out);
     name = strrchr(out, '/') ? strrchr(out, '/') + 1 : out;
     if (strcmp(out, argv[2]) != 0) printf("  %s is written as %s, since configs are named after it\n", argv[2], out);
     snprintf(full, sizeof full, "%s_full", name);
-    for (int i = 0; i < 7; i++) snprintf(path[i], sizeof path[i], "%s%s", out, ends[i]);
+    for (int i = 0; i < 7; i++)
+        snprintf(path[i], sizeof path[i], "%s%s", out, ends[i]);
     load(argv[1]);
     if (!realpath(argv[1], model)) fail("cannot read %s", argv[1]);
     demos d = all_recordings();

@@ -119,10 +119,12 @@ xml motors "<body><joint name='a' axis='0 1 0'/>$rod</body>" \
 check 'servo' sh -c "build/record $dir/motors.xml $dir/motors $few | grep '^1 motors are servos' &&
     awk -F, '\$4 != 0 { n++ } END { exit n < 100 }' $dir/motors.csv"
 xml fall "<geom type='plane' size='1 1 .1'/><body pos='0 0 .5'><joint type='slide' axis='0 0 1'/><geom size='.1'/></body>"
-check 'no motors, contacts end recordings' sh -c "build/record $dir/fall.xml $dir/fall $few | grep '^5 end at a contact: contact is' &&
+check 'no motors, contacts end recordings' sh -c "build/record $dir/fall.xml $dir/fall $few |
+    grep '^5 end at a contact: contact is' &&
     head -n 1 $dir/fall.csv | grep -x 't,q1,qd1' && ! grep DAMPING $dir/fall.h &&
     awk -F, 'NF > 1 && FNR > 1 && \$2 < -0.401 { n++ } END { exit n > 0 }' $dir/fall.csv $dir/fall_test.csv"
-check 'always in contact: without contacts, and said' sh -c "build/record $dir/fall.xml $dir/fall train=4 test=1 seconds=4 > $dir/fall.log &&
+check 'always in contact: without contacts, and said' sh -c "
+    build/record $dir/fall.xml $dir/fall train=4 test=1 seconds=4 > $dir/fall.log &&
     grep 'met a contact too early (a contact of geoms 1  and 2 ); again without contacts' $dir/fall.log &&
     grep '^without contacts: ' $dir/fall.log && grep 'recorded without contacts' $dir/fall.h"
 xml dry "<body><joint axis='0 1 0' frictionloss='0.01'/>$rod</body>"
@@ -141,9 +143,8 @@ check 'a stiff spring: the integrator of the model, with small steps' \
 # ---- machines of strangers: recorded as they are ----
 
 # A timestep of 20 ms: energy is constant without friction, which RK4 with that step does not keep; twin: the sum of T in the file
-xml coarse "<body><joint axis='0 0 1'/><geom type='capsule' fromto='0 0 0 .3 0 0' size='.02' contype='0' conaffinity='0'/>
-    <body pos='.3 0 0'><joint axis='0 0 1'/><geom type='capsule' fromto='0 0 0 .2 0 0' size='.02' contype='0' conaffinity='0'/></body>
-    </body>" '' "gravity='0 0 0'"
+link="<joint axis='0 0 1'/><geom type='capsule' fromto='0 0 0 .3 0 0' size='.02' contype='0' conaffinity='0'/>"
+xml coarse "<body>$link<body pos='.3 0 0'>$link</body></body>" '' "gravity='0 0 0'"
 sed -i "s/timestep='0.001'/timestep='0.02'/" $dir/coarse.xml
 cat > $dir/energy.c << 'END_OF_FILE'
 /* The largest change of a machine's energy in a recording, in parts of it. */
@@ -175,17 +176,19 @@ int main(int argc, char **argv)
 END_OF_FILE
 check 'energy' gcc -std=c99 -O1 $dir/energy.c -o $dir/energy -lmujoco -lm
 check 'a timestep of 20 ms without gravity' sh -c "build/record $dir/coarse.xml $dir/coarse train=6 test=2 > $dir/coarse.log &&
-    awk -F, 'NR == 3 { exit \$1 != 0.002 }' $dir/coarse.csv && grep '^Euler with [0-9]* steps .* the motion by 0.0[0-9]* %' $dir/coarse.log"
+    awk -F, 'NR == 3 { exit \$1 != 0.002 }' $dir/coarse.csv &&
+    grep '^Euler with [0-9]* steps .* the motion by 0.0[0-9]* %' $dir/coarse.log"
 check 'its energy' $dir/energy $dir/coarse.xml $dir/coarse.csv
-check 'it moves in every recording' awk -F, 'NF < 2 { exit n < 50 ? bad = 1 : 0; n = 0 } NF > 1 && NR > 1 { n += $4 ^ 2 + $5 ^ 2 > 1e-4 }
-    END { exit bad || n < 50 }' $dir/coarse.csv
+check 'it moves in every recording' awk -F, 'NF < 2 { bad += n < 50; n = 0 }
+    NF > 1 && NR > 1 { n += $4 ^ 2 + $5 ^ 2 > 1e-4 } END { exit bad || n < 50 }' $dir/coarse.csv
 xml held "<body><joint axis='0 1 0' frictionloss='0.5'/>$rod</body>" "<actuator><motor joint='__'/></actuator>" "gravity='0 0 0'"
 sed -i "s/<joint axis/<joint name='__' axis/" $dir/held.xml
-check 'dry friction without gravity: moved, or not counted' sh -c "build/record $dir/held.xml $dir/held train=6 test=2 > $dir/held.log &&
+check 'dry friction without gravity: moved, or not counted' sh -c "
+    build/record $dir/held.xml $dir/held train=6 test=2 > $dir/held.log &&
     awk -F, 'function end() { if (n && high - low < 0.015) bad = 1; n = 0 } NF < 2 { end() }
         NF > 1 && NR > 1 { if (n++ == 0) low = high = \$2; if (\$2 < low) low = \$2; if (\$2 > high) high = \$2 }
         END { end(); exit bad }' $dir/held.csv"
-xml stuck "<body><joint axis='0 1 0' frictionloss='1e5'/>$rod</body>" '' "gravity='0 0 0'"
+xml stuck "<body><joint axis='0 1 0' damping='1e4'/>$rod</body>" '' "gravity='0 0 0'"
 says '^hint: unstable: ' build/record $dir/stuck.xml $dir/no $few
 check 'stuck: the true reason' grep 'of 12 recordings 0 were unstable (-), 0 met .*, 12 did not move' $dir/says.log
 check 'gripper: begins closed' sh -c "build/record $machines/gripper.xml $dir/gripper $few | grep 'limit' | grep -v unstable"
@@ -199,44 +202,44 @@ check 'finger: no contact in recordings' sh -c "build/record $machines/finger.xm
 check 'swimmer: what no model has is said' sh -c "build/record $machines/swimmer.xml $dir/swimmer $few |
     grep '^drag that grows with the square of the speed .density 1000. is outside'"
 check 'servos: no jumps, little saturation' sh -c "build/record $machines/servo6.xml $dir/servo6 train=5 test=1 > $dir/servo6.log &&
-    awk '/at full force/ { on = 1; next } on && \$(NF - 1) > 2 { bad = 1 } on && \$5 > 3 { bad = 1 } END { exit !on || bad }' $dir/servo6.log"
+    awk '/at full force/ { on = 1; next } on && (\$(NF - 1) > 2 || \$5 > 3) { bad = 1 } END { exit !on || bad }' $dir/servo6.log"
 check 'hinges with limits that turn round' sh -c "grep '^#define ROLN_ANGLES .*1' $dir/servo6.h &&
     grep -x '#define ROLN_ANGLES 1, 1, 1, 1, 1, 1' $dir/servo6_angles.h"
 check 'half the speed' sh -c "build/record $machines/servo6.xml $dir/slow6 train=5 test=1 speed=0.3 > $dir/slow6.log &&
-    for f in servo6 slow6; do awk '\$2 == \"pan\" { print \$5 }' $dir/\$f.log; done | awk '{ v[NR] = \$1 } END { exit v[2] > 0.6 * v[1] }'"
+    for f in servo6 slow6; do awk '\$2 == \"pan\" { print \$5 }' $dir/\$f.log; done |
+    awk '{ v[NR] = \$1 } END { exit v[2] > 0.6 * v[1] }'"
 check 'less effort' sh -c "build/record $machines/planar3.xml $dir/weak train=6 test=2 seconds=1 effort=0.3 > $dir/weak.log &&
     awk '\$2 == \"a\" && NF > 8 { exit !(\$8 < 30) }' $dir/weak.log"
 check 'progress' grep -x '  steps of a sample: trying' $dir/coarse.log
 
 # ---- learned ----
 
-# learn NAME STEPS SETTING ..: a model that predicts better than q + h qd, though it is not called trained: so few steps end before
-# windows
+# learn NAME STEPS CODE VERDICT SETTING ..: a model that predicts better than q + h qd, whether it is called useful or not
 learn() {
     name=$1
     steps=$2
-    shift 2
-    check "$name" sh -c 'sh tests/mujoco/learn.sh "$@"
-        [ $? -eq 3 ] && tail -n 1 "$2.learn" | grep "^not useful: ended by steps=.* before windows"' learn \
+    wanted=$3
+    verdict=$4
+    shift 4
+    check "$name" sh -c 'wanted=$1 verdict=$2; shift 2; sh tests/mujoco/learn.sh "$@"
+        [ $? -eq $wanted ] && tail -n 1 "$2.learn" | grep "$verdict"' learn "$wanted" "$verdict" \
         "$machines/$name.xml" "$dir/learned/$name" "steps=$steps" "$@"
     check "$name: its table" awk '$1 == 100 { n += $4 < $2 / 3 } END { exit n != 1 }' "$dir/learned/$name.learn"
     check "$name: no complaint about its recordings" sh -c "! grep 'warning: .*csv: ' $dir/learned/$name.log"
 }
-learn slider 60 train=12 test=3 seconds=1
-learn fivebar 40 train=12 test=3 seconds=0.5
+learn still2 105 0 '^useful for control, and for prediction up to' train=12 test=3 seconds=1
+learn fivebar 40 3 '^not useful: ended by steps=40 at step 40: before windows' train=12 test=3 seconds=0.5
 check 'fivebar: two coordinates' sh -c "grep -x '#define ROLN_AE 4, 2' $dir/learned/fivebar.h &&
     grep -x '#define ROLN_AE 4' $dir/learned/fivebar_full.h"
 check 'fivebar: beside all joints' awk '$1 == 25 { exit !($3 > 0 && $3 != $4) }' $dir/learned/fivebar.learn
 says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir/learned/nothing steps=1
 says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
 check 'not useful' sh -c "
-    sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
-    [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^not useful: ended by steps=1 at step 1: before windows' &&
+    OPTIMISE=-O1 sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
+    [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^not useful: ended by steps=1 at step 1: ' &&
     grep 'joints as numbers: E_q [0-9.]* %; all hinges as angles: [0-9.]* %, after 1 steps' $dir/worse.log"
-check 'useful: the exit code agrees' sh -c "sh tests/mujoco/learn.sh $machines/still2.xml $dir/learned/still2 steps=110 train=12 test=3 \
-    seconds=1 > $dir/still2.log; [ \$? -eq 0 ] && tail -n 1 $dir/still2.log | grep '^useful for control, and for prediction up to'"
-check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/slider $dir/learned/none $dir/learned/fivebar > $dir/table &&
-    grep '^| slider | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | .* | not useful: ' $dir/table &&
+check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/still2 $dir/learned/none $dir/learned/fivebar > $dir/table &&
+    grep '^| still2 | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | .* | useful for control' $dir/table &&
     grep '^| none | .*does not compile' $dir/table"
 
 # ---- HDF5 in ----
@@ -397,7 +400,8 @@ roln roln_model
 arm_full arm_full_model
 arm_test arm_test_model
 END_OF_TABLE
-check 'OUT is mapped' sh -c "build/record $machines/slider.xml $dir/1-way $few | grep '1-way is written as .*/m1_way' && test -f $dir/m1_way.h"
+check 'OUT is mapped' sh -c "build/record $machines/slider.xml $dir/1-way $few |
+    grep '1-way is written as .*/m1_way' && test -f $dir/m1_way.h"
 mkdir -p $dir/a $dir/b
 cp $machines/slider.xml $dir/a/twice.xml
 cp $machines/slider.xml $dir/b/twice.xml
@@ -409,7 +413,7 @@ newer() { # OLD NEW HINT
     sed "s|$1|$2|" $machines/slider.xml > $dir/newer.xml
     says "^hint: in place of $3" build/record $dir/newer.xml $dir/no
 }
-newer '<worldbody>' '<option integrator="implicitfast"/><worldbody>' 'implicitfast write implicit. MuJoCo 2.2 has Euler, RK4, implicit'
+newer '<worldbody>' '<option integrator="implicitfast"/><worldbody>' 'implicitfast write implicit. MuJoCo 2.2 has Euler, RK4'
 newer '<worldbody>' '<option><flag eulerdamp="disable"/></option><worldbody>' 'eulerdamp write nothing'
 newer '<worldbody>' '<worldbody><frame pos="0 0 1"/>' 'frame write its children'
 newer '<worldbody>' '<worldbody><body gravcomp="1"/>' 'gravcomp write nothing'
