@@ -60,11 +60,12 @@ left() {
 timed() { [ "$budget" != "${budget#seconds=}" ]; }
 part_of_budget() { if timed; then echo "seconds=$(left "$1" "${2:-2}")"; else echo "$budget"; fi; }
 
-# logged LOG COMMAND ..: its output goes to LOG, and lines that show progress to the terminal; returns its exit code
+# logged LOG COMMAND ..: its output goes to LOG, and behind that of others to LOG.all, and lines that show progress to the terminal;
+# returns its exit code
 logged() {
     log=$1
     shift
-    { "$@" 2>&1; echo $? > "$try/code"; } | awk -v log_file="$log" '{ print > log_file; fflush(log_file) }
+    { "$@" 2>&1; echo $? > "$try/code"; } | awk -v log_file="$log" '{ print > log_file; print >> (log_file ".all"); fflush() }
         /^  recording|^  steps of|^ +[0-9]+  E_q|^chart: step/ { print substr($0, 1, 110); fflush() }'
     return "$(cat "$try/code")"
 }
@@ -107,7 +108,7 @@ place() {
 # the best typical E_q of the looks of a config up to step $2, of all without it
 typical() {
     awk -v most="${2:-1e9}" '/^ +[0-9]+  E_q/ && $1 <= most { x = $0; sub(/.*typical /, "", x); sub(/ %.*/, "", x)
-        if (best == "" || x + 0 < best + 0) best = x } END { print best }' "$try/$1/log"
+        if (best == "" || x + 0 < best + 0) best = x } END { print best }' "$try/$1/log.all"
 }
 # better A B PART: the error of A is less than that part of that of B; with a fourth argument up to the last step of both
 better() {
