@@ -1172,6 +1172,21 @@ static void say_joints(const demos *d)
     if (N > 40) printf("  .. and %d more\n", N - 40);
 }
 
+/* The part of the samples in which a joint with dry friction stands, of the joint that stands most. */
+static double stands(const demos *d)
+{
+    const int N = d->N, wide = demos_wide(d);
+    double most = 0;
+    for (int j = 0; j < N; j++) {
+        double count = 0, all = 0;
+        for (int k = 0; k < d->count; k++)
+            for (int i = 0; i < d->demo[k].samples; i++, all++)
+                count += fabs(d->demo[k].row[i * wide + 1 + N + j]) < 1e-3 * rig.speed[j];
+        if (rig.m->dof_frictionloss[j] > 0) most = fmax(most, count / all);
+    }
+    return most;
+}
+
 static void say(const demos *d)
 {
     static const char *const integrators[] = {"Euler", "RK4", "implicit"};
@@ -1193,6 +1208,8 @@ static void say(const demos *d)
         printf("drag that grows with the square of the speed (density %g) is outside the class of models, whose damping is "
                "linear\n",
                rig.m->opt.density);
+    if (stands(d) > 0.05)
+        printf("dry friction holds a joint in %.0f %% of the samples: stiction is outside the class of models\n", 100 * stands(d));
     if (rig.turns) printf("joints turn round in %d: without autoencoder as angles, with one as numbers that grow\n", rig.turns);
     if (rig.servos) printf("%d motors are servos or have dynamics: recorded is the force that they exert\n", rig.servos);
     say_joints(d);
