@@ -239,6 +239,39 @@ check 'not useful' sh -c "
     OPTIMISE=-O1 sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
     [ \$? -eq 3 ] && tail -n 1 $dir/worse.log | grep '^not useful: ended by steps=1 at step 1: ' &&
     grep 'joints as numbers: E_q [0-9.]* %; all hinges as angles: [0-9.]* %, after 1 steps' $dir/worse.log"
+# what is trained, and what is kept: a compiler that makes a trainer of a shell script, which learns nothing in no time
+cat > $dir/cc << 'END_OF_FILE'
+#!/bin/sh
+while [ $# -gt 0 ]; do [ "$1" != -o ] || to=$2; shift; done
+place=$(dirname "$to")
+cat > "$to" << END_OF_TRAINER
+for a; do case \$a in out=*) out=\${a#out=} ;; seconds=*) echo "asked for \$a" ;; esac; done
+e=3
+grep -q 'ANGLES' $place/*.h && e=2.5
+grep -q 'MLP 32, 32' $place/*.h && e=$WIDE
+echo "      0  E_q(24 ms)   1.0 %  E_q(1 s)  9 +- 1 %, typical 9.000 %  residual 1"
+echo "    400  E_q(24 ms)   0.1 %  E_q(1 s)  \$e +- 1 %, typical \$e %  residual 1"
+for f in .roln _weights.h .check; do echo \$e > \$out\$f; done
+for t in 0 26 100 1000; do echo "\"a_test.csv\",\$t,$ERROR,0,1,0,0,50,1,0,0,0,0,9,1,10"; done > \${out}_errors.csv
+END_OF_TRAINER
+chmod +x "$to"
+END_OF_FILE
+chmod +x $dir/cc
+# keeps WHAT WIDE ERROR CODE VERDICT MODEL: that header and verdict
+keeps() {
+    WIDE=$2 ERROR=$3 CC=$dir/cc sh tests/mujoco/learn.sh "$6" $dir/learned/grown seconds=100 train=4 test=1 seconds=0.5 > $dir/grown.log
+    check "$1: exit code" test $? -eq "$4"
+    check "$1: verdict" sh -c "tail -n 1 $dir/learned/grown.learn | grep '$5'"
+    check "$1: network" grep -x "#define ROLN_MLP $1" $dir/learned/grown.h
+}
+keeps '32, 32' 2 0.5 0 '^useful for control, and for prediction up to 1 s$' $dir/spin.xml
+keeps '16, 16' 2.9 2 0 '^useful for prediction up to 1 s: there are no motors$' $dir/dry.xml
+keeps '16, 16' 2.9 9 3 '^not useful: E_q is 9 % at 26 ms' $dir/dry.xml
+keeps '16, 16' 2.9 4.6 3 '^not useful: E_q at 26 ms is 4.6 %, of q + h qd 9 %' $machines/planar3.xml
+check 'angles are kept' grep 'ROLN_ANGLES 1, 1, 1' $dir/learned/grown.h
+check 'both were tried' grep '^note joints as numbers: E_q 3 %; all hinges as angles: 2.5 %, after 400 steps' $dir/learned/grown.learn
+check 'E_qd is in the table' awk '$1 == 100 { exit $5 != 1 }' $dir/learned/grown.learn
+
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/still2 $dir/learned/none $dir/learned/fivebar > $dir/table &&
     grep '^| still2 | 2, 1 | 2 | [0-9.e+]* / [0-9.e+]* / [0-9.e+]* | .* | useful for control' $dir/table &&
     grep '^| none | .*does not compile' $dir/table"
