@@ -259,7 +259,7 @@ END_OF_FILE
 chmod +x $dir/cc
 # keeps WHAT WIDE ERROR CODE VERDICT MODEL: that header and verdict
 keeps() {
-    WIDE=$2 ERROR=$3 CC=$dir/cc sh tests/mujoco/learn.sh "$6" $dir/learned/grown seconds=100 train=4 test=1 seconds=0.5 > $dir/grown.log
+    WIDE=$2 ERROR=$3 CC=$dir/cc sh tests/mujoco/learn.sh "$6" $dir/learned/grown seconds=100 $few > $dir/grown.log
     check "$1: exit code" test $? -eq "$4"
     check "$1: verdict" sh -c "tail -n 1 $dir/learned/grown.learn | grep '$5'"
     check "$1: network" grep -x "#define ROLN_MLP $1" $dir/learned/grown.h
@@ -269,7 +269,8 @@ keeps '16, 16' 2.9 2 0 '^useful for prediction up to 1 s: there are no motors$' 
 keeps '16, 16' 2.9 9 3 '^not useful: E_q is 9 % at 26 ms' $dir/dry.xml
 keeps '16, 16' 2.9 4.6 3 '^not useful: E_q at 26 ms is 4.6 %, of q + h qd 9 %' $machines/planar3.xml
 check 'angles are kept' grep 'ROLN_ANGLES 1, 1, 1' $dir/learned/grown.h
-check 'both were tried' grep '^note joints as numbers: E_q 3 %; all hinges as angles: 2.5 %, after 400 steps' $dir/learned/grown.learn
+check 'both were tried' grep '^note joints as numbers: E_q 3 %; all hinges as angles: 2.5 %, after 400 steps' \
+    $dir/learned/grown.learn
 check 'E_qd is in the table' awk '$1 == 100 { exit $5 != 1 }' $dir/learned/grown.learn
 
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/still2 $dir/learned/none $dir/learned/fivebar > $dir/table &&
