@@ -237,7 +237,7 @@ $(call row,$(ROWS)): build/host32/tests/experiments/config/%.o: tests/experiment
 build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm load) \
                      control/control mujoco/truth mujoco/h5 unit/check)
 build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
-build/record: $(call host,mujoco/record mujoco/demos)
+build/record: $(call host,mujoco/record mujoco/demos mujoco/newer)
 build/convert: $(call host,mujoco/convert mujoco/demos)
 build/h5_cases: $(call host,mujoco/h5_cases)
 build/control: $(call host,control/closed_loop control/control mujoco/truth)
@@ -260,21 +260,26 @@ $(patsubst %,build/%,test_mujoco generate record convert h5_cases control rope p
                      $(ROWS:%=experiment_%) test_experiments test_opinf test_latent bench):
 	gcc $(filter %.o,$^) -o $@ -Wl,--as-needed -lmujoco $$(pkg-config --libs hdf5) -lm
 
-# a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors.
-# make record MODEL=my.xml; make learn MODEL=my.xml [OUT=build/learn/my] [SECONDS=300, of each training] [WITH="train=40 seconds=2"]
+# a MuJoCo model of your own, moved at random: recordings and a config; then trained, with a table of errors and a verdict.
+# make record MODEL=my.xml; make learn MODEL=my.xml [OUT=build/learn/my] [SECONDS=300, of all] [SPEED=0.5] [EFFORT=0.5]
+# [WITH="train=40 seconds=2"]. Without OUT= the name is that of the model, as a name in C, and with _2 if another model has it.
 MODEL =
-OUT = build/learn/$(subst -,_,$(basename $(notdir $(MODEL))))
+OUT = build/learn/$(basename $(notdir $(MODEL)))
 SECONDS = 300
+SPEED =
+EFFORT =
 WITH =
+NAMED = out=$$(./build/record --name "$(OUT)" $(if $(filter file,$(origin OUT)),"$(MODEL)"))
+MOVED = $(SPEED:%=speed=%) $(EFFORT:%=effort=%) $(WITH)
 record: build/record
 	@test $(words $(MODEL)) -eq 1 || { echo "make record MODEL=my.xml, a path without blanks"; exit 1; }
 	@mkdir -p $(dir $(OUT))
-	@./build/record $(MODEL) $(OUT) $(WITH)
+	@$(NAMED) && ./build/record $(MODEL) "$$out" $(MOVED)
 learn: build/record
 	@test $(words $(MODEL)) -eq 1 || { echo "make learn MODEL=my.xml, a path without blanks"; exit 1; }
-	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) seconds=$(SECONDS) $(WITH)
+	@$(NAMED) && sh tests/mujoco/learn.sh $(MODEL) "$$out" seconds=$(SECONDS) $(MOVED)
 
-# the same of ten small machines, and their errors in a table: STEPS of each training at most, so that it is the same everywhere
+# the same of 19 small machines, and their errors in a table: STEPS of each training at most, so that it is the same everywhere
 STEPS = 300
 MACHINES = $(basename $(notdir $(wildcard tests/mujoco/machines/*.xml)))
 machines: build/record

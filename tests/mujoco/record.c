@@ -1,23 +1,31 @@
 /* SPDX-License-Identifier: MIT */
 /* record - any machine that MuJoCo can load, moved at random and recorded: what a model is learned from.
 
-     record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S]
+     record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1]
 
    Written: OUT.csv and OUT_test.csv (columns of examples/train.c), OUT.h5 (demos.h), OUT.h, the config that is proposed,
+   OUT_full.h, a config of all joints, OUT_angles.h, the config with all hinges as angles if that is possible and differs,
    OUT_constant.csv, E_q of the motion carried on at constant velocity, q + h qd, on the recordings of OUT_test.csv.
    Joints are hinges and sliders. Ball and free joints are refused: their positions are quaternions, which are no q with qd = dq/dt,
    and rotation vectors, which are, jump at a half turn.
 
+   Time: a sample takes dt, by default 1 ms, or 2 ms if the timestep of the model is 2 ms or more. The integrator is the model's
+   own. A sample takes so many steps that twice as many change the motion by less than 0.1 %, or 32.
+
    Kinds of recordings, in turn: free falls; forces of the motors that are random sines; motors under a PD controller, with the
-   machine's own M and bias, that follow random references. Servos are told random sines. Without motors: free falls only, and no
-   columns tau. At the start a machine of 12 joints at most without equalities lies in a random pose, at rest; all others have swung
-   from their reference pose for up to a second in a gravity that was tilted and stretched, which keeps chains closed and moves soft
-   bodies as a whole.
-   A recording ends where a joint or tendon reaches its limit, for a stop is an impact. Unstable ones (a warning of MuJoCo, numbers
-   out of hand) are dropped and counted. If more than half are, all is repeated: with MuJoCo's own integrator in place of RK4, then
-   with a half of the amplitudes, four times at most.
+   machine's own M and bias, that follow random references. If motors can move every joint, only one recording in six falls, and the
+   sines act beside the forces that hold the machine. Servos get random sines as commands, which begin at their own position.
+   speed= and effort= scale the speeds and the forces that the ranges of joints and motors suggest.
+   Start: a machine of 12 joints at most without equalities starts in a random pose, at rest. A joint that neither gravity nor a
+   spring moves gets a random velocity. All other machines start at their reference pose and swing for up to a second, in a gravity
+   that is tilted and stretched, with motors. This keeps chains closed and moves soft bodies as a whole.
+   A recording begins where no limit and no contact acts, and ends where one begins to act: a stop is an impact. A tendon that is
+   taut at rest, such as a string under a weight, acts in all recordings, which end where it is slack.
+   Recordings that are unstable, too short or do not move are dropped and counted by cause. If three of four are dropped, all is
+   repeated with one change: without contacts, more gently, with more effort, or with shorter recordings.
    tau: force of the motors on the joints, mean over the interval to the next sample, 0 of a joint without motor.
-   Exit code 1: said in the last line. */
+   Exit code 1: the last line says why. */
+#define _XOPEN_SOURCE 700 /* realpath */
 #include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
@@ -25,14 +33,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <mujoco/mujoco.h>
 
 #include "demos.h"
+#include "newer.h"
 
 #define PI 3.14159265358979323846
-#define FAST 1e4 /* rad/s or m/s: a machine out of hand */
-enum { SMALL = 12, TERMS = 3, TRIES = 10, LATENT = 12 };
+#define FAST 1e4    /* rad/s or m/s: a machine out of hand */
+#define CHANGE 1e-3 /* of the motion, by half the step: nothing */
+enum { SMALL = 12, TERMS = 3, TRIES = 10, LATENT = 12, MOST_STEPS = 32 };
 
 static void fail(const char *format, ...)
 {
@@ -58,8 +69,9 @@ static void *room(size_t bytes)
 static struct {
     const char *key;
     double value, low, high;
-} settings[] = {{"seed", 1, 0, 1e15}, {"train", 0, 0, 1e5}, {"test", 10, 1, 1e5}, {"seconds", 2, 0.1, 3600}, {"dt", 0, 0, 1}};
-enum { SEED, TRAIN, TEST, SECONDS, DT, SETTINGS };
+} settings[] = {{"seed", 1, 0, 1e15}, {"train", 0, 0, 1e5},    {"test", 10, 1, 1e5},    {"seconds", 2, 0.1, 3600},
+                {"dt", 0, 0, 1},      {"speed", 1, 1e-3, 100}, {"effort", 1, 1e-3, 100}};
+enum { SEED, TRAIN, TEST, SECONDS, DT, SPEED, EFFORT, SETTINGS };
 
 static void read_settings(int argc, char **argv)
 {
@@ -69,7 +81,7 @@ static void read_settings(int argc, char **argv)
         while (k < SETTINGS && (!eq || strlen(settings[k].key) != (size_t)(eq - argv[i]) ||
                                 strncmp(argv[i], settings[k].key, strlen(settings[k].key))))
             k++;
-        if (k == SETTINGS) fail("%s: not one of seed=, train=, test=, seconds=, dt=", argv[i]);
+        if (k == SETTINGS) fail("%s: not one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
         const double x = strtod(eq + 1, &end);
         if (end == eq + 1 || *end || !(x >= settings[k].low && x <= settings[k].high))
             fail("%s: a number, %g .. %g", argv[i], settings[k].low, settings[k].high);
@@ -94,28 +106,59 @@ static double uniform(uint64_t *state, double low, double high)
 
 /* ---- the machine ---- */
 
+enum { UNSTABLE, STOPPED, TOUCHED, STILL, LOSSES }; /* why a recording is not kept */
+
 static struct {
     mjModel *m;
     mjData *d;
-    int stride, own, columns; /* steps of a sample; the integrator of the model; columns tau */
-    int servos;               /* motors that are more than a force times a gear */
-    double spread;            /* of amplitudes, at first 1 */
-    double *force;            /* [nv] a force that moves a joint well */
-    double *moment;           /* [nu][nv] B^T of the motors, in the pose that the model begins in */
-    double *want;             /* [2 nv] the controller's */
-    double *pull;             /* [nu] a motor's force that does */
-    char why[300];            /* the last one was unstable */
-    int turned, stopped, touched;                      /* of one recording: does it turn round, end at a limit, have contacts? */
-    int turns, stops, contacts, kept, shorts, unstable; /* how many of those kept; and of those that are left out */
+    double dt, step_error;        /* s of a sample; what half the step changes, of the motion */
+    int steps;                    /* of a sample */
+    int columns;                  /* of tau */
+    int servos;                   /* motors that are more than a force times a gear */
+    int full;                     /* nonzero: motors move every joint */
+    int taut;                     /* tendons whose limit acts at rest */
+    int untouched;                /* nonzero: contacts are switched off */
+    int least;                    /* samples of the shortest recording that is kept */
+    double spread;                /* of amplitudes, at first 1 */
+    double *force;                /* [nv] a force that moves a joint well */
+    double *speed;                /* [nv] a speed that suits it */
+    double *moment;               /* [nu][nv] B^T of the motors, in the pose that the model begins in */
+    double *want;                 /* [2 nv] the controller's */
+    double *pull, *rate;          /* [nu] a motor's force that moves its joints well; the speed of its length */
+    int *still, *angle;           /* [nv] neither gravity nor a spring moves it; the proposed model sees it as an angle */
+    int *full_samples, *full_now; /* [nu] samples in which a motor gave all it has: of the recordings kept, of one */
+    char why[300];                /* the last one was unstable */
+    char where[200];              /* the limit or contact that ended the last recording that was too short */
+    int stopped, touched;         /* of one recording: a limit, a contact ended it */
+    int turns, stops, contacts, kept, lost[LOSSES]; /* recordings that turn round; end at limits, contacts; are left out */
+    double began, told;                             /* s, of the program and of the last line about progress */
 } rig;
 
-static void on_error(const char *message) { fail("MuJoCo: %s", message); }
-static void on_warning(const char *message) { (void)message; /* counted in d->warning */ }
+static void on_error(const char *message)
+{
+    fail("MuJoCo: %s", message);
+}
+static void on_warning(const char *message)
+{
+    (void)message; /* counted in d->warning */
+}
+
+static double now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static const char *name_in(int type, int id)
+{
+    const char *name = mj_id2name(rig.m, type, id);
+    return name ? name : "";
+}
 
 static const char *joint_name(int j)
 {
-    const char *name = mj_id2name(rig.m, mjOBJ_JOINT, j);
-    return name ? name : "";
+    return name_in(mjOBJ_JOINT, j);
 }
 
 static void load(const char *path)
@@ -129,17 +172,16 @@ static void load(const char *path)
     rig.m = mj_loadXML(path, NULL, error, sizeof error);
     for (char *c = error; *c; c++)
         if (*c == '\n') *c = ' ';
-    if (!rig.m) fail("%s: %s", path, error);
+    if (!rig.m) fail("%s: %s%s", path, error, newer_hint(error));
     const mjModel *m = rig.m;
     for (int j = 0; j < m->njnt; j++) {
         const int ball = m->jnt_type[j] == mjJNT_BALL;
         if (ball || m->jnt_type[j] == mjJNT_FREE)
-            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt; three hinges%s in its place", path, j + 1,
-                 joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
+            fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place", path,
+                 j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
     if (m->nv == 0) fail("%s: there are no joints", path);
     if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
-    rig.own = m->opt.integrator;
     rig.m->opt.jacobian = mjJAC_DENSE;
     rig.d = mj_makeData(m);
     if (!rig.d) fail("out of memory");
@@ -149,15 +191,46 @@ static void load(const char *path)
 static int plain(int a)
 {
     const mjModel *m = rig.m;
-    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_gainprm[a * mjNGAIN] != 0
-        && m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_dyntype[a] == mjDYN_NONE;
+    return m->actuator_gaintype[a] == mjGAIN_FIXED && m->actuator_gainprm[a * mjNGAIN] != 0 &&
+           m->actuator_biastype[a] == mjBIAS_NONE && m->actuator_dyntype[a] == mjDYN_NONE;
 }
 
-static int limited(int j) { return rig.m->jnt_limited[j]; }
-static int hinge(int j) { return rig.m->jnt_type[j] == mjJNT_HINGE; }
+/* A servo of positions, and one of velocities: the command at which its force is 0 is `zero` times its length or its speed. */
+static int servo(int a, int of_speed, double *zero)
+{
+    const mjModel *m = rig.m;
+    const double *gain = m->actuator_gainprm + a * mjNGAIN, *bias = m->actuator_biasprm + a * mjNBIAS;
+    if (m->actuator_gaintype[a] != mjGAIN_FIXED || gain[0] == 0 || m->actuator_biastype[a] != mjBIAS_AFFINE) return 0;
+    if (m->actuator_dyntype[a] == mjDYN_INTEGRATOR) return 0;
+    *zero = -bias[of_speed ? 2 : 1] / gain[0];
+    return of_speed ? bias[1] == 0 && bias[2] != 0 : bias[1] != 0;
+}
+
+static int limited(int j)
+{
+    return rig.m->jnt_limited[j];
+}
+static int hinge(int j)
+{
+    return rig.m->jnt_type[j] == mjJNT_HINGE;
+}
+
+/* A hinge without spring: all that acts on it may repeat after a turn. */
+static int periodic(int j)
+{
+    const mjModel *m = rig.m;
+    int is = hinge(j) && m->jnt_stiffness[j] <= 0;
+    for (int t = 0; t < m->ntendon; t++)
+        for (int w = m->tendon_adr[t]; w < m->tendon_adr[t] + m->tendon_num[t]; w++)
+            is &= !(m->wrap_type[w] == mjWRAP_JOINT && m->wrap_objid[w] == j && m->tendon_stiffness[t] > 0);
+    return is;
+}
 
 /* A hinge that may turn round. */
-static int circles(int j) { return hinge(j) && !limited(j) && rig.m->jnt_stiffness[j] <= 0; }
+static int circles(int j)
+{
+    return periodic(j) && !limited(j);
+}
 
 /* Half the width of what a joint may move, and its middle. */
 static double reach(int j)
@@ -173,37 +246,164 @@ static double middle(int j)
     return limited(j) ? (r[0] + r[1]) / 2 : rig.m->qpos0[j];
 }
 
-static double pose(int j, uint64_t *state) { return middle(j) + 0.8 * rig.spread * reach(j) * uniform(state, -1, 1); }
+static double pose(int j, uint64_t *state)
+{
+    return middle(j) + 0.8 * rig.spread * reach(j) * uniform(state, -1, 1);
+}
 
-/* Forces that move the machine well: half of what gravity does at twenty poses, and an acceleration of 15 reaches a second^2. */
+/* A joint crosses its range in a second, a hinge with limits turns by half a turn at most. */
+static double suited_speed(int j)
+{
+    return settings[SPEED].value * (hinge(j) && limited(j) ? fmin(2 * reach(j), PI) : 2 * reach(j));
+}
+
+/* The force that a motor can give at most, by its ranges; 0: nothing limits it. */
+static double strongest(int a)
+{
+    const mjModel *m = rig.m;
+    const double *c = m->actuator_ctrlrange + 2 * a, *f = m->actuator_forcerange + 2 * a;
+    double most = 0;
+    if (m->actuator_forcelimited[a]) most = fmax(fabs(f[0]), fabs(f[1]));
+    if (plain(a) && m->actuator_ctrllimited[a]) {
+        const double x = fabs(m->actuator_gainprm[a * mjNGAIN]) * fmax(fabs(c[0]), fabs(c[1]));
+        most = most > 0 ? fmin(most, x) : x;
+    }
+    return most;
+}
+
+/* Forces that move the machine well: half of what gravity does at twenty poses, dry friction, and an acceleration of 15 reaches a
+   second^2. Joints that nothing moves by itself. */
 static void measure(void)
 {
     const mjModel *m = rig.m;
     mjData *d = rig.d;
     uint64_t state = 7;
-    double *M = room((size_t)(m->nv * m->nv) * sizeof *M);
-    rig.force = room((size_t)m->nv * sizeof(double)), rig.want = room((size_t)(2 * m->nv) * sizeof(double));
-    rig.pull = room((size_t)m->nu * sizeof(double)), rig.moment = room((size_t)(m->nu * m->nv) * sizeof(double));
+    double *M = room((size_t)(m->nv * m->nv) * sizeof *M), *falls = room((size_t)m->nv * sizeof *falls);
     mj_resetData(m, d);
     for (int k = 0; k <= 20; k++) {
-        for (int j = 0; j < m->nv && k < 20; j++) d->qpos[j] = pose(j, &state);
+        for (int j = 0; j < m->nv && k < 20; j++)
+            d->qpos[j] = pose(j, &state);
         if (k == 20) mj_resetData(m, d);
         mj_forward(m, d);
-        for (int j = 0; j < m->nv; j++) rig.force[j] = fmax(rig.force[j], fabs(d->qfrc_bias[j]) / 2);
+        for (int j = 0; j < m->nv; j++) {
+            rig.force[j] = fmax(rig.force[j], fabs(d->qfrc_bias[j]) / 2);
+            falls[j] = fmax(falls[j], fabs(d->qfrc_bias[j] - d->qfrc_passive[j]));
+        }
     }
     mj_fullM(m, M, d->qM);
-    for (int j = 0; j < m->nv; j++) rig.force[j] += 15 * reach(j) * M[j * (m->nv + 1)];
-    free(M);
+    for (int j = 0; j < m->nv; j++) {
+        const double inertia = reach(j) * M[j * (m->nv + 1)];
+        rig.still[j] = falls[j] < 0.05 * inertia + m->dof_frictionloss[j];
+        rig.force[j] = settings[EFFORT].value * (rig.force[j] + 15 * inertia) + 2 * m->dof_frictionloss[j];
+        rig.speed[j] = suited_speed(j);
+    }
+    free(M), free(falls);
+}
+
+/* What motors can do, as they stand in the pose that the model begins in. */
+static void measure_motors(void)
+{
+    const mjModel *m = rig.m;
+    int *moved = room((size_t)m->nv * sizeof *moved), all = 0;
     for (int a = 0; a < m->nu; a++) {
-        const double *row = memcpy(rig.moment + a * m->nv, d->actuator_moment + a * m->nv, (size_t)m->nv * sizeof *row);
-        double sum = 0, square = 1e-300;
-        for (int j = 0; j < m->nv; j++) sum += fabs(row[j]) * rig.force[j], square += row[j] * row[j];
+        const double *row = memcpy(rig.moment + a * m->nv, rig.d->actuator_moment + a * m->nv, (size_t)m->nv * sizeof *row);
+        double sum = 0, rate = 0, square = 1e-300;
+        for (int j = 0; j < m->nv; j++) {
+            sum += fabs(row[j]) * rig.force[j], rate += row[j] * row[j] * rig.speed[j] * rig.speed[j], square += row[j] * row[j];
+            moved[j] |= row[j] != 0;
+        }
         rig.pull[a] = square > 1e-200 ? sum / square : 1;
+        if (strongest(a) > 0) rig.pull[a] = fmin(rig.pull[a], fmin(1, settings[EFFORT].value) * strongest(a));
+        rig.rate[a] = sqrt(rate);
         rig.servos += !plain(a);
     }
+    for (int j = 0; j < m->nv; j++)
+        all += moved[j];
+    rig.full = m->nu >= m->nv && all == m->nv;
+    free(moved);
+}
+
+/* Nonzero if a row of constraints is the limit of a joint (of a tendon) and acts; name: its own. */
+static int limit_acts(int row, int of_tendon, const char **name)
+{
+    const mjData *d = rig.d;
+    if (d->efc_type[row] != (of_tendon ? mjCNSTR_LIMIT_TENDON : mjCNSTR_LIMIT_JOINT)) return 0;
+    *name = name_in(of_tendon ? mjOBJ_TENDON : mjOBJ_JOINT, d->efc_id[row]);
+    return 1;
+}
+
+/* Tendons whose limits act. */
+static int taut(void)
+{
+    const char *name;
+    int count = 0;
+    for (int i = 0; i < rig.d->nefc; i++)
+        count += limit_acts(i, 1, &name);
+    return count;
+}
+
+/* Does a limit act, but for tendons that are taut at rest? */
+static int stops(void)
+{
+    const mjData *d = rig.d;
+    const char *name = "";
+    for (int i = 0; i < d->nefc; i++)
+        if (limit_acts(i, 0, &name) || (rig.taut == 0 && limit_acts(i, 1, &name))) {
+            snprintf(rig.where, sizeof rig.where, "the limit of %s %d %s",
+                     d->efc_type[i] == mjCNSTR_LIMIT_JOINT ? "joint" : "tendon", d->efc_id[i] + 1, name);
+            return 1;
+        }
+    if (taut() >= rig.taut) return 0;
+    snprintf(rig.where, sizeof rig.where, "slack of a tendon that is taut at rest");
+    return 1;
+}
+
+/* Does a contact push? */
+static int touches(void)
+{
+    const mjData *d = rig.d;
+    for (int i = 0; i < d->nefc; i++)
+        if (d->efc_type[i] >= mjCNSTR_CONTACT_FRICTIONLESS && d->efc_force[i] != 0) {
+            const mjContact *c = d->contact + d->efc_id[i];
+            snprintf(rig.where, sizeof rig.where, "a contact of geoms %d %s and %d %s", c->geom1 + 1, name_in(mjOBJ_GEOM, c->geom1),
+                     c->geom2 + 1, name_in(mjOBJ_GEOM, c->geom2));
+            return 1;
+        }
+    return 0;
+}
+
+/* Lets the machine come to rest in its reference pose, and counts the tendons that are taut there. */
+static void find_strings(void)
+{
+    mjData *d = rig.d;
+    int limits = 0;
+    for (int t = 0; t < rig.m->ntendon; t++)
+        limits += rig.m->tendon_limited[t];
+    mj_resetData(rig.m, d);
+    rig.taut = 0;
+    for (int k = 0; k < 4000 && limits > 0; k++) {
+        mj_step(rig.m, d);
+        mju_scl(d->qvel, d->qvel, 0.98, rig.m->nv);
+    }
+    if (limits > 0) rig.taut = taut();
+}
+
+static void measure_all(void)
+{
+    const mjModel *m = rig.m;
+    const size_t number = sizeof(double), joints = (size_t)m->nv, motors = (size_t)m->nu;
+    const double want = m->opt.timestep >= 2e-3 ? 2e-3 : 1e-3;
+    rig.force = room(joints * number), rig.speed = room(joints * number), rig.want = room(2 * joints * number);
+    rig.still = room(joints * sizeof(int)), rig.angle = room(joints * sizeof(int));
+    rig.pull = room(motors * number), rig.rate = room(motors * number), rig.moment = room(motors * joints * number);
+    rig.full_samples = room(motors * sizeof(int)), rig.full_now = room(motors * sizeof(int));
+    measure();
+    measure_motors();
     rig.columns = m->nu > 0 ? m->nv : 0;
-    const double want = settings[DT].value > 0 ? settings[DT].value : 1e-3;
-    rig.stride = (int)fmax(1, floor(want / m->opt.timestep + 0.5));
+    rig.dt = settings[DT].value > 0 ? settings[DT].value : want;
+    rig.steps = (int)ceil(rig.dt / fmin(m->opt.timestep, 2e-3) - 1e-6);
+    rig.m->opt.timestep = rig.dt / rig.steps;
+    find_strings();
 }
 
 /* ---- what moves it ---- */
@@ -212,30 +412,68 @@ enum { FALL, SINES, PD, KINDS };
 
 typedef struct {
     int kind;
-    double w, zeta; /* of the controller */
+    double w, zeta;                   /* of the controller */
     double *size, *frequency, *phase; /* [motors or joints][TERMS] */
+    double *offset, *fade; /* [motors or joints] what is added at first, and in what time it fades, s: no command jumps */
 } drive;
+
+/* The kind of recording k: falls are a third, or a sixth if motors move every joint. */
+static int kind_of(int k)
+{
+    static const int driven[] = {PD, SINES, PD, FALL, PD, SINES};
+    return rig.m->nu == 0 ? FALL : rig.full ? driven[k % 6] : k % KINDS;
+}
+
+/* The size of what motor a is told, and the speed that it is not to exceed, 0: none. */
+static double size_of(int a, double *rate)
+{
+    const mjModel *m = rig.m;
+    const double *range = m->actuator_ctrlrange + 2 * a;
+    double size = 0, zero;
+    *rate = 0;
+    if (servo(a, 0, &zero)) {
+        for (int j = 0; j < m->nv; j++)
+            size = fmax(size, fabs(rig.moment[a * m->nv + j]) * 0.7 * reach(j));
+        size *= fabs(zero), *rate = fabs(zero) * rig.rate[a];
+    } else if (servo(a, 1, &zero)) {
+        size = fabs(zero) * rig.rate[a];
+    } else {
+        return rig.pull[a];
+    }
+    return m->actuator_ctrllimited[a] ? fmin(size, 0.45 * (range[1] - range[0])) : size;
+}
 
 static void draw_drive(drive *v, int kind, uint64_t *state)
 {
-    kind = kind == PD && rig.servos ? SINES : kind;
+    double zero;
+    for (int a = 0; a < rig.m->nu; a++) /* a servo does not let the machine fall */
+        if (servo(a, 0, &zero) || servo(a, 1, &zero)) kind = SINES;
+    if (kind == PD && rig.servos) kind = SINES;
     const int n = kind == PD ? rig.m->nv : rig.m->nu;
     v->kind = kind, v->w = uniform(state, 4, 12), v->zeta = uniform(state, .6, 1);
     for (int i = 0; i < n; i++) {
-        const double all = kind == PD ? 0.7 * reach(i) : rig.pull[i], own = all * rig.spread * uniform(state, .3, 1);
+        double most = 0, all = kind == PD ? 0.7 * reach(i) : size_of(i, &most), rate = 0;
+        const double own = all * rig.spread * uniform(state, .3, 1), haste = uniform(state, .4, 1);
+        if (kind == PD) most = rig.speed[i];
         for (int k = 0; k < TERMS; k++) {
-            v->size[i * TERMS + k] = own * uniform(state, .5, 1) * 2 / TERMS / (k + 1);
-            v->frequency[i * TERMS + k] = kind == PD ? uniform(state, .1, .8) * (k + 1) : uniform(state, .2, 2);
-            v->phase[i * TERMS + k] = uniform(state, 0, 2 * PI);
+            const int at = i * TERMS + k;
+            v->size[at] = own * uniform(state, .5, 1) * 2 / TERMS / (k + 1);
+            v->frequency[at] = most > 0 ? uniform(state, .1, .5) * (k + 1) : uniform(state, .2, 2);
+            v->phase[at] = uniform(state, 0, 2 * PI);
+            rate += v->size[at] * 2 * PI * v->frequency[at];
         }
+        for (int k = 0; k < TERMS && most > 0 && rate > most * haste; k++)
+            v->frequency[i * TERMS + k] *= most * haste / rate;
+        v->offset[i] = 0, v->fade[i] = 1;
     }
 }
 
 /* Sum of sines i at t, and its rate. */
 static double sines(const drive *v, int i, double t, double *rate)
 {
-    double x = 0;
-    *rate = 0;
+    const double fading = v->offset[i] * exp(-t / v->fade[i]);
+    double x = fading;
+    *rate = -fading / v->fade[i];
     for (int k = i * TERMS; k < (i + 1) * TERMS; k++) {
         const double w = 2 * PI * v->frequency[k];
         x += v->size[k] * sin(w * t + v->phase[k]), *rate += v->size[k] * w * cos(w * t + v->phase[k]);
@@ -243,42 +481,97 @@ static double sines(const drive *v, int i, double t, double *rate)
     return x;
 }
 
-/* rig.want = M a + bias, a the acceleration that leads joints with motors back to their references: computed torque. */
+/* rig.want = M a + bias, a the acceleration that leads joints with motors back to their references: computed torque. Without
+   references a is 0, and rig.want is what holds the machine. */
 static void want(const drive *v, double t)
 {
     const mjModel *m = rig.m;
     const mjData *d = rig.d;
     double *a = rig.want + m->nv;
     for (int j = 0; j < m->nv; j++) {
-        double rate, x = middle(j) + sines(v, j, t, &rate);
+        double rate, x = v->kind == PD ? middle(j) + sines(v, j, t, &rate) : 0;
         int moved = 0;
-        for (int k = 0; k < m->nu; k++) moved |= d->actuator_moment[k * m->nv + j] != 0;
-        a[j] = moved ? v->w * v->w * (x - d->qpos[j]) + 2 * v->zeta * v->w * (rate - d->qvel[j]) : 0;
+        for (int k = 0; k < m->nu; k++)
+            moved |= d->actuator_moment[k * m->nv + j] != 0;
+        a[j] = moved && v->kind == PD ? v->w * v->w * (x - d->qpos[j]) + 2 * v->zeta * v->w * (rate - d->qvel[j]) : 0;
     }
     mj_mulM(m, d, rig.want, a);
     mju_addTo(rig.want, d->qfrc_bias, m->nv);
+    mju_subFrom(rig.want, d->qfrc_passive, m->nv);
 }
 
-/* What the motors are told for the next sample; d after mj_forward. Servos and the like: sines within their range. */
+/* The middle of what a servo is told. */
+static double rest_of(int a, double zero)
+{
+    const mjModel *m = rig.m;
+    const double *range = m->actuator_ctrlrange + 2 * a;
+    double x = 0;
+    for (int j = 0; j < m->nv; j++)
+        x += rig.moment[a * m->nv + j] * (middle(j) - m->qpos0[j]);
+    x = zero * (m->actuator_length0[a] + x);
+    return m->actuator_ctrllimited[a] ? fmin(fmax(x, 0.55 * range[0] + 0.45 * range[1]), 0.45 * range[0] + 0.55 * range[1]) : x;
+}
+
+/* What a servo needs beyond its own position to hold the machine against gravity: rig.want is the force that does. */
+static double hold(int a)
+{
+    const double *row = rig.d->actuator_moment + a * rig.m->nv;
+    double force = 0, square = 1e-300;
+    for (int j = 0; j < rig.m->nv; j++)
+        if (row[j] != 0) force += row[j] * rig.want[j], square += row[j] * row[j];
+    return force / square / rig.m->actuator_gainprm[a * mjNGAIN];
+}
+
+/* Commands and references begin where the machine is. */
+static void begin(drive *v)
+{
+    const mjData *d = rig.d;
+    const int n = v->kind == PD ? rig.m->nv : v->kind == SINES ? rig.m->nu : 0;
+    if (v->kind == SINES) want(v, 0);
+    for (int i = 0; i < n; i++) {
+        double rate, zero, x;
+        if (v->kind == PD) x = d->qpos[i] - middle(i), rate = rig.speed[i];
+        else if (servo(i, 0, &zero)) x = zero * d->actuator_length[i] + hold(i) - rest_of(i, zero), rate = fabs(zero) * rig.rate[i];
+        else continue;
+        double unused;
+        v->offset[i] = x - sines(v, i, 0, &unused);
+        v->fade[i] = fmax(0.3, fabs(v->offset[i]) / (rate > 0 ? rate : 1));
+    }
+}
+
+/* What a servo, or a motor with dynamics, is told: sines within its range. */
+static double command_of(const drive *v, int a, double t)
+{
+    const double *range = rig.m->actuator_ctrlrange + 2 * a;
+    double rate, zero, u;
+    if (servo(a, 0, &zero)) return v->kind == SINES ? rest_of(a, zero) + sines(v, a, t, &rate) : rest_of(a, zero);
+    if (servo(a, 1, &zero)) return v->kind == SINES ? sines(v, a, t, &rate) : 0;
+    u = v->kind == SINES ? sines(v, a, t, &rate) / rig.pull[a] : 0;
+    return rig.m->actuator_ctrllimited[a] ? (range[0] + range[1] + (range[1] - range[0]) * u) / 2 : u;
+}
+
+/* What the motors are told for the next sample; positions and velocities of d are computed. A force falls with the speed, as
+   that of a real motor does. */
 static void command(const drive *v, double t)
 {
     const mjModel *m = rig.m;
-    if (v->kind == PD) want(v, t);
+    const int holds = v->kind == PD || (v->kind == SINES && rig.full && !rig.servos);
+    if (holds) want(v, t);
     for (int a = 0; a < m->nu; a++) {
         const double *row = rig.d->actuator_moment + a * m->nv, *range = m->actuator_ctrlrange + 2 * a;
         const int ranged = m->actuator_ctrllimited[a];
         double u = 0, rate, square = 1e-300;
         if (!plain(a)) {
-            if (v->kind == SINES) u = sines(v, a, t, &rate) / rig.pull[a];
-            if (ranged) u = (range[0] + range[1] + (range[1] - range[0]) * u) / 2;
-        } else if (v->kind == SINES) {
-            u = sines(v, a, t, &rate) / m->actuator_gainprm[a * mjNGAIN];
-        } else if (v->kind == PD) {
-            for (int j = 0; j < m->nv; j++)
+            u = command_of(v, a, t);
+        } else if (v->kind != FALL) {
+            for (int j = 0; j < m->nv && holds; j++)
                 if (row[j] != 0) u += row[j] * rig.want[j], square += row[j] * row[j];
-            u /= square * m->actuator_gainprm[a * mjNGAIN];
+            u = holds ? u / square : 0;
+            if (v->kind == SINES) u += sines(v, a, t, &rate) - rig.pull[a] * rig.d->actuator_velocity[a] / (rig.rate[a] + 1e-300);
+            u /= m->actuator_gainprm[a * mjNGAIN];
         }
-        rig.d->ctrl[a] = ranged ? fmin(fmax(u, range[0]), range[1]) : u;
+        const double part = plain(a) && range[0] <= 0 && range[1] >= 0 ? fmin(1, settings[EFFORT].value) : 1;
+        rig.d->ctrl[a] = ranged ? fmin(fmax(u, part * range[0]), part * range[1]) : u;
     }
 }
 
@@ -296,104 +589,234 @@ static int unstable(void)
     return why != NULL;
 }
 
-/* Does a limit push, or a contact? */
-static int acts(int limit)
+/* A sample on, from time t of the drive: nonzero if that is unstable. force: NULL, or the mean of the motors' over it. */
+static int sample(const drive *v, double t, double *force)
 {
-    const mjData *d = rig.d;
-    for (int i = 0; i < d->nefc; i++) {
-        const int type = d->efc_type[i], is = type == mjCNSTR_LIMIT_JOINT || type == mjCNSTR_LIMIT_TENDON;
-        if (limit ? is : type >= mjCNSTR_CONTACT_FRICTIONLESS && d->efc_force[i] != 0) return 1;
+    const mjModel *m = rig.m;
+    mjData *d = rig.d;
+    for (int i = 0; i < rig.columns && force; i++)
+        force[i] = 0;
+    mj_fwdPosition(m, d), mj_fwdVelocity(m, d);
+    command(v, t);
+    for (int s = 0; s < rig.steps; s++) {
+        mj_step(m, d);
+        if (unstable()) return 1;
+        rig.touched |= touches(), rig.stopped |= stops();
+        for (int i = 0; i < rig.columns && force; i++)
+            force[i] += d->qfrc_actuator[i] / rig.steps;
+        if (rig.touched || rig.stopped) break;
     }
     return 0;
 }
 
-static void start(uint64_t *state)
+static void start(uint64_t *state, drive *v)
 {
     mjModel *m = rig.m;
     mjData *d = rig.d;
     mj_resetData(m, d);
-    if (m->nv <= SMALL && m->neq == 0) {
-        for (int j = 0; j < m->nv; j++) d->qpos[j] = pose(j, state);
+    if (m->nv <= SMALL && m->neq == 0 && rig.taut == 0) {
+        for (int j = 0; j < m->nv; j++)
+            d->qpos[j] = pose(j, state);
+        for (int j = 0; j < m->nv; j++)
+            if (v->kind == FALL && rig.still[j]) d->qvel[j] = rig.spread * rig.speed[j] * uniform(state, -1, 1);
         return;
     }
     const mjOption own = m->opt;
     const double up = uniform(state, -1, 1), around = uniform(state, 0, 2 * PI), flat = sqrt(1 - up * up);
-    const double size = rig.spread * (mju_norm3(own.gravity) > 0 ? mju_norm3(own.gravity) : 9.81), end = uniform(state, .2, 1);
+    const double g = mju_norm3(own.gravity) > 0 ? mju_norm3(own.gravity) : 9.81, end = uniform(state, .2, 1);
+    const double size = rig.spread * g * (rig.taut > 0 ? 0.5 : 1); /* a string stays taut */
     const double off[3] = {size * flat * cos(around), size * flat * sin(around), size * up};
     mju_addTo3(m->opt.gravity, off);
-    while (d->time < end && !unstable()) mj_step(m, d);
-    m->opt = own;
+    while (d->time < end && !unstable())
+        sample(v, d->time, NULL);
+    m->opt.gravity[0] = own.gravity[0], m->opt.gravity[1] = own.gravity[1], m->opt.gravity[2] = own.gravity[2];
     d->time = 0;
 }
 
-/* Samples of a recording in row [most][wide]; -1: unstable. */
+/* From a start to where neither a limit nor a contact acts: nonzero if that takes longer than `most` samples, or is unstable. */
+static int leave(const drive *v, int most)
+{
+    mj_forward(rig.m, rig.d);
+    if (unstable()) return UNSTABLE + 1;
+    for (int k = 0; k <= most; k++) {
+        rig.touched = touches(), rig.stopped = stops();
+        if (!rig.touched && !rig.stopped) return 0;
+        if (sample(v, k * rig.dt, NULL)) return UNSTABLE + 1;
+    }
+    return rig.touched ? TOUCHED + 1 : STOPPED + 1;
+}
+
+/* Counts motors that give all they have. */
+static void count_full(void)
+{
+    const mjModel *m = rig.m;
+    for (int a = 0; a < m->nu; a++) {
+        const double *c = m->actuator_ctrlrange + 2 * a, u = rig.d->ctrl[a], most = strongest(a);
+        const int at_end = plain(a) && m->actuator_ctrllimited[a] && c[1] > c[0] && (u <= c[0] || u >= c[1]);
+        rig.full_now[a] += at_end || (most > 0 && fabs(rig.d->actuator_force[a]) >= 0.999 * most);
+    }
+}
+
+/* Samples of a recording in row [most][wide], or minus what was wrong, minus 1. */
 static int record(int kind, uint64_t *state, drive *v, int most, double *row)
 {
     const mjModel *m = rig.m;
     mjData *d = rig.d;
     const int N = m->nv, wide = 1 + 2 * N + rig.columns;
-    int k = 0;
-    rig.turned = rig.stopped = rig.touched = 0;
+    int k = 0, stuck;
+    memset(rig.full_now, 0, (size_t)m->nu * sizeof *rig.full_now);
     draw_drive(v, kind, state);
-    start(state);
-    mj_forward(m, d);
-    for (; k < most && !rig.stopped; k++) {
-        double *to = row + k * wide, *force = to + 1 + 2 * N;
-        const double t = k * rig.stride * m->opt.timestep;
-        to[0] = t;
+    start(state, v);
+    if ((stuck = leave(v, most / 2))) return -stuck;
+    begin(v);
+    for (; k < most && !rig.stopped && !rig.touched; k++) {
+        double *to = row + k * wide;
+        to[0] = k * rig.dt;
         memcpy(to + 1, d->qpos, (size_t)N * sizeof *to), memcpy(to + 1 + N, d->qvel, (size_t)N * sizeof *to);
-        for (int i = 0; i < rig.columns; i++) force[i] = 0;
-        for (int s = 0; s < rig.stride; s++) {
-            mj_forward(m, d);
-            if (s == 0) command(v, t);
-            mj_step(m, d);
-            for (int i = 0; i < rig.columns; i++)
-                force[i] += d->qfrc_actuator[i] / rig.stride;
-            if (unstable()) return -1;
-            rig.touched |= acts(0), rig.stopped |= acts(1);
-        }
-        for (int j = 0; j < N; j++) rig.turned |= circles(j) && fabs(d->qpos[j] - m->qpos0[j]) > PI;
+        if (sample(v, k * rig.dt, to + 1 + 2 * N)) return -UNSTABLE - 1;
+        count_full();
     }
-    return rig.stopped ? k - 1 : k;
+    k -= rig.stopped || rig.touched;
+    if (k < rig.least) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
+    for (int j = 0; j < N; j++) { /* it moves if one joint moves by half a per cent of its reach */
+        double low = row[1 + j], high = low;
+        for (int i = 1; i < k; i++)
+            low = fmin(low, row[i * wide + 1 + j]), high = fmax(high, row[i * wide + 1 + j]);
+        if (high - low > 5e-3 * reach(j)) return k;
+    }
+    return -STILL - 1;
 }
 
-/* All recordings; nonzero: more than half of those begun were unstable. */
-static int record_all(demos *to)
+/* ---- steps ---- */
+
+/* What twice as many steps change in a quarter of a second, as a part of the motion; HUGE_VAL: unstable. */
+static double change_of(drive *v, int kind, uint64_t seed, int most, double *row)
+{
+    const mjModel *m = rig.m;
+    mjData *d = rig.d;
+    const int N = m->nv, wide = 2 * N;
+    double *q = room((size_t)(2 * N + m->na + 1) * sizeof *q), off = 0;
+    int k, count = most, broke = 0;
+    draw_drive(v, kind, &seed);
+    start(&seed, v);
+    if (leave(v, most)) count = 0;
+    else begin(v);
+    memcpy(q, d->qpos, (size_t)N * sizeof *q), memcpy(q + N, d->qvel, (size_t)N * sizeof *q);
+    memcpy(q + wide, d->act, (size_t)m->na * sizeof *q);
+    for (int fine = 0; fine < 2 && count > 0; fine++) {
+        mj_resetData(m, d);
+        memcpy(d->qpos, q, (size_t)N * sizeof *q), memcpy(d->qvel, q + N, (size_t)N * sizeof *q);
+        memcpy(d->act, q + wide, (size_t)m->na * sizeof *q);
+        rig.steps *= 1 + fine, rig.m->opt.timestep = rig.dt / rig.steps;
+        rig.touched = rig.stopped = 0;
+        for (k = 0; k < count && !rig.touched && !rig.stopped; k++) {
+            if ((broke = sample(v, k * rig.dt, NULL))) break;
+            memcpy(row + (fine * most + k) * wide, d->qpos, (size_t)N * sizeof *q);
+            memcpy(row + (fine * most + k) * wide + N, d->qvel, (size_t)N * sizeof *q);
+        }
+        count = broke ? 0 : k - (rig.touched || rig.stopped);
+        if (fine) rig.steps /= 2, rig.m->opt.timestep = rig.dt / rig.steps;
+    }
+    for (int i = 0; i < wide && count > 0; i++) { /* of each joint, q and qd */
+        const double scale = i < N ? reach(i) : rig.speed[i - N];
+        double error = 0, size = 1e-4 * scale * scale * count;
+        for (k = 0; k < count; k++) {
+            const double x = row[k * wide + i], e = row[(most + k) * wide + i] - x, moved = x - (i < N ? q[i] : 0);
+            error += e * e, size += moved * moved;
+        }
+        off += error / size / wide;
+    }
+    free(q);
+    return broke ? HUGE_VAL : sqrt(off);
+}
+
+/* Steps of a sample: so many that twice as many change nothing. */
+static void choose_steps(drive *v)
+{
+    const int most = (int)fmax(20, 0.25 / rig.dt);
+    double *row = room((size_t)(4 * most * rig.m->nv) * sizeof *row);
+    for (;; rig.steps *= 2) {
+        rig.m->opt.timestep = rig.dt / rig.steps;
+        rig.step_error = 0;
+        for (int k = 0; k < 6; k++) {
+            const double change = change_of(v, kind_of(k), mix((uint64_t)(k + 99)), most, row);
+            rig.step_error = fmax(rig.step_error, change);
+            if (!(change < CHANGE)) break;
+        }
+        if (rig.step_error < CHANGE || rig.steps * 2 > MOST_STEPS) break;
+    }
+    free(row);
+}
+
+/* ---- recordings ---- */
+
+/* A line a second at most. */
+static void progress(int k, int count)
+{
+    if (now() - rig.told < 1) return;
+    rig.told = now();
+    printf("  recording %d of %d, %.0f s\n", k + 1, count, rig.told - rig.began);
+    fflush(stdout);
+}
+
+static int lost(void)
+{
+    int sum = 0;
+    for (int i = 0; i < LOSSES; i++)
+        sum += rig.lost[i];
+    return sum;
+}
+
+static void keep(demos *to, int samples, int test, const double *row)
+{
+    const int wide = 1 + 2 * rig.m->nv + rig.columns;
+    int turned = 0;
+    for (int j = 0; j < rig.m->nv; j++)
+        for (int i = 0; i < samples; i++)
+            if (periodic(j) && fabs(row[i * wide + 1 + j] - rig.m->qpos0[j]) > PI) rig.angle[j] = turned = 1;
+    rig.kept++, rig.turns += turned, rig.stops += rig.stopped, rig.contacts += rig.touched;
+    for (int a = 0; a < rig.m->nu; a++)
+        rig.full_samples[a] += rig.full_now[a];
+    if (demos_add(to, samples, test, row)) exit(1);
+}
+
+/* All recordings; nonzero: three of four of those begun were lost. */
+static int record_all(demos *to, drive *v)
 {
     const mjModel *m = rig.m;
     const int train = (int)settings[TRAIN].value, count = train + (int)settings[TEST].value;
-    const double dt = rig.stride * m->opt.timestep;
-    const int most = (int)(settings[SECONDS].value / dt + 0.5) + 1, shortest = most / 4 > 20 ? most / 4 : 20;
-    const size_t wide = (size_t)(1 + 2 * m->nv + rig.columns), terms = (size_t)(TERMS * (m->nv > m->nu ? m->nv : m->nu));
-    double *row = room((size_t)most * wide * sizeof *row), *numbers = room(3 * terms * sizeof *numbers);
-    drive v = {0, 0, 0, numbers, numbers + terms, numbers + 2 * terms};
+    const int most = (int)(settings[SECONDS].value / rig.dt + 0.5) + 1;
+    double *row = room((size_t)most * (size_t)(1 + 2 * m->nv + rig.columns) * sizeof *row);
     int bad = 0;
-    to->N = m->nv, to->forces = rig.columns, to->inputs = 0, to->dt = dt, to->count = 0, to->demo = NULL;
-    rig.stops = rig.contacts = rig.turns = rig.kept = rig.shorts = rig.unstable = 0, *rig.why = 0;
+    to->N = m->nv, to->forces = rig.columns, to->inputs = 0, to->dt = rig.dt, to->count = 0, to->demo = NULL;
+    rig.stops = rig.contacts = rig.turns = rig.kept = 0, *rig.why = 0;
+    memset(rig.lost, 0, sizeof rig.lost);
+    memset(rig.angle, 0, (size_t)m->nv * sizeof *rig.angle), memset(rig.full_samples, 0, (size_t)m->nu * sizeof(int));
     for (int k = 0; k < count && !bad; k++)
-        for (int again = 0; again < TRIES; again++) {
+        for (int again = 0; again < TRIES && !bad; again++) {
             uint64_t state = mix(mix((uint64_t)settings[SEED].value) + (uint64_t)(k * TRIES + again) + 1);
-            const int samples = record(m->nu ? (k + again) % KINDS : FALL, &state, &v, most, row);
-            rig.unstable += samples < 0, rig.shorts += samples >= 0 && samples < shortest;
-            if ((bad = rig.unstable > 5 && rig.unstable > k)) break;
-            if (samples < shortest) continue;
-            rig.kept++, rig.turns += rig.turned, rig.stops += rig.stopped, rig.contacts += rig.touched;
-            if (demos_add(to, samples, k >= train, row)) exit(1);
-            break;
+            const int samples = record(kind_of(k + again), &state, v, most, row);
+            progress(k, count);
+            if (samples > 0) keep(to, samples, k >= train, row);
+            else rig.lost[-samples - 1]++;
+            bad = lost() >= 12 && lost() > 3 * rig.kept;
+            if (samples > 0) break;
         }
-    free(row), free(numbers);
+    free(row);
     return bad || rig.kept < 2;
 }
 
 /* ---- the config ---- */
 
-/* Rank of the equality constraints where d is: Gram-Schmidt with the largest row left. */
+/* Rank of the equality constraints where d is, and of tendons that are taut at rest: Gram-Schmidt with the largest row left. */
 static int rank_of_equalities(void)
 {
-    const int N = rig.m->nv, ne = rig.d->ne;
-    double *J = room((size_t)(ne * N) * sizeof *J), first = 0;
-    int rank = 0;
-    memcpy(J, rig.d->efc_J, (size_t)(ne * N) * sizeof *J);
+    const int N = rig.m->nv, all = rig.d->nefc;
+    double *J = room((size_t)(all * N) * sizeof *J), first = 0;
+    int rank = 0, ne = 0;
+    for (int i = 0; i < all; i++)
+        if (rig.d->efc_type[i] == mjCNSTR_EQUALITY || (rig.taut > 0 && rig.d->efc_type[i] == mjCNSTR_LIMIT_TENDON))
+            memcpy(J + ne++ * N, rig.d->efc_J + i * N, (size_t)N * sizeof *J);
     for (; rank < ne && rank < N; rank++) {
         double best = 0;
         int at = 0;
@@ -405,7 +828,8 @@ static int rank_of_equalities(void)
         if (best <= 1e-12 * first || best == 0) break;
         double *r = room((size_t)N * sizeof *r);
         mju_scl(r, J + at * N, 1 / sqrt(best), N);
-        for (int i = 0; i < ne; i++) mju_addToScl(J + i * N, r, -mju_dot(J + i * N, r, N), N);
+        for (int i = 0; i < ne; i++)
+            mju_addToScl(J + i * N, r, -mju_dot(J + i * N, r, N), N);
         free(r);
     }
     free(J);
@@ -424,11 +848,13 @@ static double moments(const demos *d, double *mean, double *C)
                 const double *q = d->demo[k].row + s * wide + 1;
                 if (pass == 0) mju_addTo(mean, q, N), count++;
                 else mju_sub(x, q, mean, N);
-                for (int i = 0; i < N && C && pass == 1; i++) mju_addToScl(C + i * N, x, x[i], N);
+                for (int i = 0; i < N && C && pass == 1; i++)
+                    mju_addToScl(C + i * N, x, x[i], N);
             }
         if (pass == 0) mju_scl(mean, mean, 1.0 / (count > 0 ? count : 1), N);
     }
-    for (int i = 0; i < N && C; i++) trace += C[i * (N + 1)];
+    for (int i = 0; i < N && C; i++)
+        trace += C[i * (N + 1)];
     free(x);
     return trace;
 }
@@ -437,7 +863,8 @@ static double moments(const demos *d, double *mean, double *C)
 static int mixed(void)
 {
     int hinges = 0;
-    for (int j = 0; j < rig.m->njnt; j++) hinges += hinge(j);
+    for (int j = 0; j < rig.m->njnt; j++)
+        hinges += hinge(j);
     return hinges > 0 && hinges < rig.m->njnt;
 }
 
@@ -454,7 +881,7 @@ static void units(const demos *d, const double *mean, int angles, double *unit)
                 const double x = d->demo[k].row[s * wide + 1 + i] - mean[i];
                 square += x * x;
             }
-        unit[i] = mixed() && square > 0 && !(angles && circles(i)) ? sqrt(square / count) : 1;
+        unit[i] = mixed() && square > 0 && !(angles && rig.angle[i]) ? sqrt(square / count) : 1;
     }
 }
 
@@ -468,19 +895,23 @@ static int principal(const demos *d, double leave)
     if (mixed()) {
         units(d, mean, 0, x);
         all = 0;
-        for (int i = 0; i < N * N; i++) C[i] /= x[i / N] * x[i % N];
-        for (int i = 0; i < N; i++) all += C[i * (N + 1)];
+        for (int i = 0; i < N * N; i++)
+            C[i] /= x[i / N] * x[i % N];
+        for (int i = 0; i < N; i++)
+            all += C[i * (N + 1)];
     }
     left = all;
     for (; n < LATENT && n < N && left > leave * leave * all; n++) {
         double *y = x + N, value = 0;
-        for (int i = 0; i < N; i++) x[i] = 1 + 0.1 * (i % 7);
+        for (int i = 0; i < N; i++)
+            x[i] = 1 + 0.1 * (i % 7);
         for (int k = 0; k < 200; k++) {
             mju_mulMatVec(y, C, x, N, N);
             value = mju_norm(y, N);
             mju_scl(x, y, 1 / (value + 1e-300), N);
         }
-        for (int i = 0; i < N; i++) mju_addToScl(C + i * N, x, -value * x[i], N);
+        for (int i = 0; i < N; i++)
+            mju_addToScl(C + i * N, x, -value * x[i], N);
         left -= value;
     }
     free(mean), free(C), free(x);
@@ -491,7 +922,8 @@ static int principal(const demos *d, double leave)
 static double monomials(int n, int d)
 {
     double x = 1;
-    for (int k = 1; k <= d; k++) x *= (double)(n + k) / k;
+    for (int k = 1; k <= d; k++)
+        x *= (double)(n + k) / k;
     return x;
 }
 
@@ -505,8 +937,10 @@ static shape propose(const demos *d)
     const int N = d->N;
     double samples = 0;
     shape s = {N, 0, 0};
-    for (int k = 0; k < d->count; k++) samples += d->demo[k].samples;
-    mj_resetData(rig.m, rig.d);
+    for (int k = 0; k < d->count; k++)
+        samples += d->demo[k].samples;
+    if (rig.taut > 0) find_strings();
+    else mj_resetData(rig.m, rig.d);
     mj_forward(rig.m, rig.d);
     s.equalities = rank_of_equalities();
     if (s.equalities > 0 && s.equalities < N) s.n = N - s.equalities;
@@ -516,7 +950,8 @@ static shape propose(const demos *d)
     }
     if (s.n == N) return s;
     s.degree = s.n <= 4 ? 4 : s.n <= 10 ? 3 : 2;
-    while (s.degree > 2 && monomials(s.n, s.degree) > samples / 10) s.degree--;
+    while (s.degree > 2 && monomials(s.n, s.degree) > samples / 10)
+        s.degree--;
     return s;
 }
 
@@ -524,40 +959,66 @@ static shape propose(const demos *d)
 static int damped(void)
 {
     const mjModel *m = rig.m;
-    int is = m->opt.density > 0 || m->opt.viscosity > 0 || rig.contacts > 0;
-    for (int i = 0; i < m->nv; i++) is |= m->dof_damping[i] > 0;
-    for (int t = 0; t < m->ntendon; t++) is |= m->tendon_damping[t] > 0 || m->tendon_frictionloss[t] > 0;
+    int is = m->opt.density > 0 || m->opt.viscosity > 0;
+    for (int i = 0; i < m->nv; i++)
+        is |= m->dof_damping[i] > 0;
+    for (int t = 0; t < m->ntendon; t++)
+        is |= m->tendon_damping[t] > 0 || m->tendon_frictionloss[t] > 0;
     return is;
 }
 
 static int rubbing(void)
 {
     int is = 0;
-    for (int i = 0; i < rig.m->nv; i++) is |= rig.m->dof_frictionloss[i] > 0;
+    for (int i = 0; i < rig.m->nv; i++)
+        is |= rig.m->dof_frictionloss[i] > 0;
     return is;
 }
 
-/* The config, full: of a network on all joints, without autoencoder. */
-static void write_config(const char *name, const char *path, const char *model, const shape *s, int full)
+/* Drag that grows with the square of the speed: no model has it. */
+static int drags(void)
+{
+    return rig.m->opt.density > 0;
+}
+
+/* Joints that a config sees as angles. */
+static int sees_angle(int j, int all_hinges)
+{
+    return all_hinges ? periodic(j) : rig.angle[j];
+}
+
+static void write_comment(FILE *f, const char *name, const char *model, const shape *s)
 {
     const mjModel *m = rig.m;
-    const int n = full ? m->nv : s->n, angles = n == m->nv && rig.turns > 0;
+    fprintf(f, "/* %s.h - proposed by tests/mujoco/record.c for %s: %d joints, %d motors, %d equalities; samples of %g s", name,
+            model, m->nv, m->nu, s->equalities, rig.dt);
+    for (int j = 0, first = 1; j < m->njnt && rig.turns > 0; j++)
+        if (rig.angle[j]) fprintf(f, "%s%d", first ? ";\n   joints that turn round: " : ", ", j + 1), first = 0;
+    if (rubbing()) fprintf(f, ";\n   dry friction");
+    if (drags()) fprintf(f, ";\n   drag that grows with the square of the speed, which this model does not have");
+    if (rig.untouched) fprintf(f, ";\n   recorded without contacts");
+    if (rig.taut > 0) fprintf(f, ";\n   recorded with %d taut tendons", rig.taut);
+    for (int i = 0; i < m->nu * m->nv && m->nu < m->nv; i++) {
+        if (i == 0) fprintf(f, ";\n   B of the motors [%d][%d] in the pose that the model begins in: ", m->nv, m->nu);
+        fprintf(f, "%s%.6g", i == 0 ? "" : i % 12 ? ", " : ",\n   ", rig.moment[i % m->nu * m->nv + i / m->nu]);
+    }
+    fprintf(f, " */\n");
+}
+
+enum { OWN, FULL, ANGLES }; /* the config that is proposed; of all joints, without autoencoder; with all hinges as angles */
+
+static void write_config(const char *name, const char *path, const char *model, const shape *s, int which)
+{
+    const mjModel *m = rig.m;
+    const int n = which == FULL ? m->nv : s->n, angles = n == m->nv && (rig.turns > 0 || which == ANGLES);
     FILE *f = fopen(path, "w");
     if (!f) fail("cannot write %s", path);
-    fprintf(f, "/* %s.h - proposed by tests/mujoco/record.c for %s: %d joints, %d motors, %d equalities; samples of %g s", name,
-            model, m->nv, m->nu, s->equalities, rig.stride * m->opt.timestep);
-    for (int j = 0, first = 1; j < m->njnt && rig.turns > 0; j++)
-        if (circles(j)) fprintf(f, "%s%d", first ? ";\n   joints that turn round: " : ", ", j + 1), first = 0;
-    if (rubbing()) fprintf(f, ";\n   dry friction");
-    if (m->nu > 0 && m->nu < m->nv && m->nu * m->nv <= 40)
-        for (int i = 0; i < m->nu * m->nv; i++) {
-            if (i == 0) fprintf(f, ";\n   B of the motors [%d][%d] in the pose that the model begins in: ", m->nv, m->nu);
-            fprintf(f, "%s%.6g", i ? ", " : "", rig.moment[i % m->nu * m->nv + i / m->nu]);
-        }
-    fprintf(f, " */\n#ifndef %s_h\n#define %s_h\n\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, name, name, m->nv);
+    write_comment(f, name, model, s);
+    fprintf(f, "#ifndef %s_h\n#define %s_h\n\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, name, name, m->nv);
     if (n < m->nv) fprintf(f, ", %d\n#define ROLN_CHART polynomial, %d", n, s->degree);
-    fprintf(f, "\n#define ROLN_MLP %s\n", n <= 2 ? "16, 16" : "32, 32");
-    for (int j = 0; j < m->njnt && angles; j++) fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", circles(j));
+    fprintf(f, "\n#define ROLN_MLP 16, 16\n");
+    for (int j = 0; j < m->njnt && angles; j++)
+        fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", sees_angle(j, which == ANGLES));
     if (angles) fputc('\n', f);
     if (mixed()) fprintf(f, "#define ROLN_SCALE each\n");
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
@@ -566,12 +1027,21 @@ static void write_config(const char *name, const char *path, const char *model, 
     if (fclose(f)) fail("cannot write %s", path);
 }
 
+/* Nonzero if there are hinges that the proposed config does not see as angles and that could be. */
+static int more_angles(const shape *s)
+{
+    int more = 0;
+    for (int j = 0; j < rig.m->njnt; j++)
+        more |= periodic(j) && !(rig.turns > 0 && rig.angle[j]);
+    return s->n == rig.m->nv && more;
+}
+
 /* ---- q + h qd ---- */
 
 /* q - to of joint i; of an angle that a model knows for one, the shorter way. */
 static double between(int i, double q, double to)
 {
-    return circles(i) ? remainder(q - to, 2 * PI) : q - to;
+    return rig.angle[i] ? remainder(q - to, 2 * PI) : q - to;
 }
 
 /* Of those angles the mean of the training is that of their directions. */
@@ -585,7 +1055,7 @@ static void mean_directions(const demos *d, double *mean)
                 const double q = d->demo[k].row[j * wide + 1 + i];
                 s += sin(q), c += cos(q);
             }
-        if (circles(i)) mean[i] = atan2(s, c);
+        if (rig.angle[i]) mean[i] = atan2(s, c);
     }
 }
 
@@ -619,30 +1089,167 @@ static void write_constant(const demos *d, const char *path)
     if (fclose(f)) fail("cannot write %s", path);
 }
 
+/* ---- names ---- */
+
+/* Headers that a config cannot be called after, and ends of files that belong to another name. */
+static const char *const taken[] = {"roln",       "roln_ae",  "roln_lnn", "roln_riem", "roln_spd", "recording", "report",
+                                    "regression", "resample", "assert",   "complex",   "ctype",    "errno",     "fenv",
+                                    "float",      "inttypes", "iso646",   "limits",    "locale",   "math",      "pthread",
+                                    "setjmp",     "signal",   "stdarg",   "stdbool",   "stddef",   "stdint",    "stdio",
+                                    "stdlib",     "string",   "tgmath",   "time",      "unistd",   "wchar",     "wctype"};
+static const char *const ends_taken[] = {"_full",   "_angles", "_test",   "_constant", "_weights",
+                                         "_errors", "_motion", "_limits", "_report"};
+
+/* Nonzero, and `of` the model that path was proposed for, if path is a config that this program wrote. */
+static int config_of(const char *path, char of[4096])
+{
+    char line[5000] = "", *from, *end;
+    FILE *f = fopen(path, "r");
+    if (!f) return 0;
+    if (!fgets(line, sizeof line, f)) *line = 0;
+    fclose(f);
+    if (!(from = strstr(line, "record.c for ")) || !(end = strstr(from, ": "))) return 0;
+    *end = 0;
+    snprintf(of, 4096, "%s", from + 13);
+    return 1;
+}
+
+/* OUT with a last part that is a name in C, of at most 80 letters, and no name of other files: in `to`. With a model: none that
+   another model has used already. */
+static void map_out(const char *out, const char *model, char to[4096])
+{
+    const char *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
+    char name[100] = "", of[4096], path[4200];
+    int n = 0, clash = 0;
+    if (!*base || strlen(base) > 80) fail("OUT %s: a file name of 1 to 80 letters at its end", out);
+    if (base - out > 3900) fail("OUT is too long");
+    if (isdigit((unsigned char)*base)) n = snprintf(name, sizeof name, "m");
+    for (; *base; base++)
+        name[n++] = isalnum((unsigned char)*base) ? *base : '_';
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+        clash |= strcmp(name, taken[i]) == 0;
+    for (size_t i = 0; i < sizeof ends_taken / sizeof *ends_taken; i++) {
+        const size_t end = strlen(ends_taken[i]);
+        clash |= strlen(name) >= end && strcmp(name + strlen(name) - end, ends_taken[i]) == 0;
+    }
+    if (clash) strcat(name, "_model");
+    n = (int)(slash ? slash + 1 - out : 0);
+    snprintf(to, 4096, "%.*s%s", n, out, name);
+    for (int k = 2; model; k++) {
+        snprintf(path, sizeof path, "%s.h", to);
+        if (!config_of(path, of) || strcmp(of, model) == 0) break;
+        snprintf(to, 4096, "%.*s%s_%d", n, out, name, k);
+    }
+}
+
 /* ---- main ---- */
 
-/* The file name of OUT as a name in C. */
-static void name_of(const char *out, char name[100])
+static const char *const losses[] = {"were unstable", "met a limit too early", "met a contact too early", "did not move"};
+
+/* Columns of the recordings, joint by joint. */
+static void say_joints(const demos *d)
 {
-    const char *base = strrchr(out, '/') ? strrchr(out, '/') + 1 : out;
-    if (!*base || strlen(base) > 80) fail("OUT %s: a file name of 1 to 80 letters at its end", out);
-    for (int i = 0; (name[i] = base[i]) != 0; i++)
-        if (!isalnum((unsigned char)name[i])) name[i] = '_';
-    if (isdigit((unsigned char)name[0])) fail("OUT %s: the file name is to be a name in C", out);
-    if (strcmp(name, base) != 0) fail("OUT %s: the file name is to be a name in C, %s", out, name);
+    const int N = d->N, wide = demos_wide(d);
+    double samples = 0;
+    for (int k = 0; k < d->count; k++)
+        samples += d->demo[k].samples;
+    printf("  joint                     q from        to    qd rms       max   tau rms       max  at full force\n");
+    for (int j = 0; j < N && j < 40; j++) {
+        double low = HUGE_VAL, high = -HUGE_VAL, v2 = 0, v = 0, t2 = 0, t = 0, full = -1;
+        for (int k = 0; k < d->count; k++)
+            for (int i = 0; i < d->demo[k].samples; i++) {
+                const double *x = d->demo[k].row + i * wide + 1, tau = d->forces ? x[2 * N + j] : 0;
+                low = fmin(low, x[j]), high = fmax(high, x[j]);
+                v2 += x[N + j] * x[N + j], v = fmax(v, fabs(x[N + j])), t2 += tau * tau, t = fmax(t, fabs(tau));
+            }
+        for (int a = 0; a < rig.m->nu; a++)
+            if (rig.moment[a * N + j] != 0) full = fmax(full, rig.full_samples[a] / samples);
+        printf("  %3d %-16.16s %9.3g %9.3g %9.3g %9.3g %9.3g %9.3g  ", j + 1, joint_name(j), low, high, sqrt(v2 / samples), v,
+               sqrt(t2 / samples), t);
+        if (full < 0) printf("no motor\n");
+        else printf("%.1f %%\n", 100 * full);
+    }
+    if (N > 40) printf("  .. and %d more\n", N - 40);
+}
+
+/* The part of the samples in which a joint with dry friction stands, of the joint that stands most. */
+static double stands(const demos *d)
+{
+    const int N = d->N, wide = demos_wide(d);
+    double most = 0;
+    for (int j = 0; j < N; j++) {
+        double count = 0, all = 0;
+        for (int k = 0; k < d->count; k++)
+            for (int i = 0; i < d->demo[k].samples; i++, all++)
+                count += fabs(d->demo[k].row[i * wide + 1 + N + j]) < 1e-3 * rig.speed[j];
+        if (rig.m->dof_frictionloss[j] > 0) most = fmax(most, count / all);
+    }
+    return most;
 }
 
 static void say(const demos *d)
 {
-    const int begun = rig.kept + rig.shorts + rig.unstable;
-    printf("%d recordings of %g s at most, %g s a sample: %d joints, %d motors%s\n", d->count, settings[SECONDS].value, d->dt, d->N,
-           rig.m->nu, d->forces ? ", forces on the joints as tau" : "");
-    if (rig.unstable) printf("%d of %d were unstable and are left out\n", rig.unstable, begun);
-    if (rig.shorts) printf("%d of %d came to a limit at once and are left out\n", rig.shorts, begun);
+    static const char *const integrators[] = {"Euler", "RK4", "implicit"};
+    const int begun = rig.kept + lost();
+    double seconds = 0;
+    for (int k = 0; k < d->count; k++)
+        seconds += d->demo[k].samples * d->dt;
+    printf("%d recordings, %.3g s in all, %g s a sample: %d joints, %d motors%s; %.0f s\n", d->count, seconds, d->dt, d->N,
+           rig.m->nu, d->forces ? ", forces on the joints as tau" : "", now() - rig.began);
+    printf("%s with %d steps of %g s a sample: half the step changes the motion by %.2g %%\n", integrators[rig.m->opt.integrator],
+           rig.steps, rig.m->opt.timestep, 100 * rig.step_error);
+    for (int i = 0; i < LOSSES; i++)
+        if (rig.lost[i]) printf("%d of %d %s and are left out\n", rig.lost[i], begun, losses[i]);
     if (rig.stops) printf("%d end at a limit of a joint or tendon\n", rig.stops);
-    if (rig.contacts) printf("contacts act in %d: the model takes them for smooth forces\n", rig.contacts);
+    if (rig.contacts) printf("%d end at a contact: contact is outside the class of models\n", rig.contacts);
+    if (rig.untouched) printf("without contacts: the model is of the machine that touches nothing\n");
+    if (rig.taut) printf("%d tendons are taut at rest: the model is of the machine with taut tendons\n", rig.taut);
+    if (drags())
+        printf("drag that grows with the square of the speed (density %g) is outside the class of models, whose damping is "
+               "linear\n",
+               rig.m->opt.density);
+    if (stands(d) > 0.05)
+        printf("dry friction holds a joint in %.0f %% of the samples: stiction is outside the class of models\n", 100 * stands(d));
     if (rig.turns) printf("joints turn round in %d: without autoencoder as angles, with one as numbers that grow\n", rig.turns);
     if (rig.servos) printf("%d motors are servos or have dynamics: recorded is the force that they exert\n", rig.servos);
+    say_joints(d);
+}
+
+static void give_up(void)
+{
+    fail("of %d recordings %d %s (%s), %d %s, %d %s, %d %s; the last stop was %s\nhint: unstable: damping or softer springs; "
+         "limits: wider ranges or speed=0.5; motionless: effort=4, less dry friction or motors",
+         rig.kept + lost(), rig.lost[0], losses[0], *rig.why ? rig.why : "-", rig.lost[1], losses[1], rig.lost[2], losses[2],
+         rig.lost[3], losses[3], *rig.where ? rig.where : "nothing");
+}
+
+/* Most recordings are lost: one change. */
+static void change(void)
+{
+    int most = 0;
+    for (int i = 0; i < LOSSES; i++)
+        if (rig.lost[i] > rig.lost[most]) most = i;
+    printf("%d of %d %s", rig.lost[most], rig.kept + lost(), losses[most]);
+    if (most == UNSTABLE) printf(" (%s)", rig.why);
+    else if (most != STILL) printf(" (%s)", rig.where);
+    if (most == TOUCHED && !rig.untouched) {
+        rig.untouched = 1, rig.m->opt.disableflags |= mjDSBL_CONTACT;
+        printf("; again without contacts\n");
+    } else if (most == STILL && rig.m->nu > 0 && settings[EFFORT].value < 30) {
+        settings[EFFORT].value *= 2;
+        for (int a = 0; a < rig.m->nu; a++)
+            rig.pull[a] = strongest(a) > 0 ? fmin(2 * rig.pull[a], strongest(a)) : 2 * rig.pull[a];
+        printf("; again with twice the effort\n");
+    } else if (most == STOPPED && rig.spread < 0.3 && rig.least > 20) {
+        rig.least = rig.least / 4 > 20 ? rig.least / 4 : 20;
+        printf("; again, with recordings of %g s or more\n", rig.least * rig.dt);
+    } else if (most != STILL && rig.spread > 0.1) {
+        rig.spread /= 2, printf("; again with amplitudes of %g\n", rig.spread);
+    } else {
+        printf("\n");
+        give_up();
+    }
+    fflush(stdout);
 }
 
 /* Everything that is recorded, by the gentlest means that it takes. */
@@ -650,35 +1257,53 @@ static demos all_recordings(void)
 {
     demos d;
     rig.spread = 1;
-    measure();
+    measure_all();
     if (settings[TRAIN].value == 0) settings[TRAIN].value = fmin(30 + 5 * rig.m->nv, 100);
-    rig.m->opt.integrator = mjINT_RK4;
-    for (int attempt = 0; record_all(&d); attempt++) {
-        demos_free(&d);
-        if (attempt == 5)
-            fail("of %d recordings %d are unstable (%s) and %d come to a limit at once, even gently: a shorter timestep, wider "
-                 "ranges?", rig.kept + rig.shorts + rig.unstable, rig.unstable, *rig.why ? rig.why : "none", rig.shorts);
-        if (rig.m->opt.integrator != rig.own) rig.m->opt.integrator = rig.own, printf("unstable with RK4; again with its own\n");
-        else rig.spread /= 2, printf("unstable; again with amplitudes of %g\n", rig.spread);
-    }
+    const size_t most = (size_t)(rig.m->nv > rig.m->nu ? rig.m->nv : rig.m->nu), terms = TERMS * most;
+    double *x = room((3 * terms + 2 * most) * sizeof *x);
+    drive v = {0, 0, 0, x, x + terms, x + 2 * terms, x + 3 * terms, x + 3 * terms + most};
+    rig.least = (int)fmax(20, settings[SECONDS].value / rig.dt / 4);
+    printf("  steps of a sample: trying\n");
+    fflush(stdout);
+    choose_steps(&v);
+    while (record_all(&d, &v))
+        demos_free(&d), change();
+    for (int j = 0; j < rig.m->nv && rig.turns > 0; j++)
+        rig.angle[j] |= circles(j);
+    free(x);
     return d;
 }
 
 int main(int argc, char **argv)
 {
-    static const char *const ends[] = {".csv", "_test.csv", ".h5", ".h", "_full.h", "_constant.csv"};
-    char name[100], full[120], path[6][4096];
-    if (argc < 3) fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S]");
+    static const char *const ends[] = {".csv", "_test.csv", ".h5", ".h", "_full.h", "_constant.csv", "_angles.h"};
+    char out[4096], full[4200], path[7][4200], model[4096];
+    const char *name;
+    if (argc >= 3 && strcmp(argv[1], "--name") == 0) {
+        if (argc > 3 && !realpath(argv[3], model)) snprintf(model, sizeof model, "%s", argv[3]);
+        map_out(argv[2], argc > 3 ? model : NULL, out);
+        puts(out);
+        return 0;
+    }
+    if (argc < 3)
+        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1], or record "
+             "--name OUT [MODEL.xml] for the name of OUT in C");
+    rig.began = rig.told = now();
     read_settings(argc, argv);
-    name_of(argv[2], name);
+    map_out(argv[2], NULL, out);
+    name = strrchr(out, '/') ? strrchr(out, '/') + 1 : out;
+    if (strcmp(out, argv[2]) != 0) printf("  %s is written as %s, since configs are named after it\n", argv[2], out);
     snprintf(full, sizeof full, "%s_full", name);
-    for (int i = 0; i < 6; i++)
-        if (snprintf(path[i], sizeof path[i], "%s%s", argv[2], ends[i]) >= (int)sizeof path[i]) fail("OUT is too long");
+    for (int i = 0; i < 7; i++)
+        snprintf(path[i], sizeof path[i], "%s%s", out, ends[i]);
     load(argv[1]);
+    if (!realpath(argv[1], model)) fail("cannot read %s", argv[1]);
     demos d = all_recordings();
     const shape s = propose(&d);
-    write_config(name, path[3], argv[1], &s, 0);
-    write_config(full, path[4], argv[1], &s, 1);
+    write_config(name, path[3], model, &s, OWN);
+    write_config(full, path[4], model, &s, FULL);
+    if (more_angles(&s)) write_config(name, path[6], model, &s, ANGLES);
+    else remove(path[6]);
     write_constant(&d, path[5]);
     if (demos_write_csv(&d, 0, path[0]) || demos_write_csv(&d, 1, path[1])) return 1;
     if (demos_write_h5(&d, argv[1], path[2])) fail("cannot write %s", path[2]);
