@@ -59,7 +59,7 @@ static void put(void *f, const char *text)
 int main(int argc, char **argv)
 {
     static unsigned char bytes[M(packed_size) + 1];
-    wanted w = {STRING(MODEL), M(N), M(inputs), 0, 0, 0, M(angles), M(own)};
+    wanted w = {.model = STRING(MODEL), .N = M(N), .inputs = M(inputs), .angles = M(angles), .each = M(own)};
     motion d;
     FILE *f;
     if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0) {
