@@ -17,26 +17,26 @@
 /* A part of a recording. */
 typedef struct {
     int recording, from, to, held; /* samples from .. to - 1 */
-} part;
+} cut;
 
 typedef struct {
-    part *p;
+    cut *p;
     int count;
-} parts;
+} cuts;
 
-static void add_part(parts *all, int recording, int from, int to, int held)
+static void add_cut(cuts *all, int recording, int from, int to, int held)
 {
-    part *p = &all->p[all->count];
+    cut *p = &all->p[all->count];
     if (to - from < 1) return;
     p->recording = recording, p->from = from, p->to = to, p->held = held;
     all->count++;
 }
 
-/* Recordings become these parts, those that are held out behind the others. Returns how many are trained with. */
-static int rebuild(motion *m, const parts *all)
+/* Recordings become these cuts, those that are held out behind the others. Returns how many are trained with. */
+static int rebuild(motion *m, const cuts *all)
 {
     motion e = *m;
-    int train = 0, samples = 0, held, k, i;
+    int trained = 0, samples = 0, held, k, i;
     for (k = 0; k < all->count; k++)
         samples += all->p[k].to - all->p[k].from;
     e.q = e.qd = e.qdd = e.tau = e.tau_mid = NULL, e.first = NULL, e.file = NULL, e.origin = e.t = NULL, e.line = NULL;
@@ -46,7 +46,7 @@ static int rebuild(motion *m, const parts *all)
     e.tau_mid = room((size_t)samples + 1, (size_t)(m->forces > m->N ? m->forces : m->N) * sizeof *e.tau_mid);
     for (held = 0; held < 2; held++)
         for (k = 0; k < all->count; k++) {
-            const part *p = &all->p[k];
+            const cut *p = &all->p[k];
             const size_t row = (size_t)m->N * sizeof *m->q, forces = (size_t)m->forces * sizeof *m->tau;
             const int n = p->to - p->from, N = m->N, F = m->forces;
             if (p->held != held) continue;
@@ -59,13 +59,13 @@ static int rebuild(motion *m, const parts *all)
             memcpy(e.tau_mid + e.samples * F, m->tau_mid + p->from * F, (size_t)n * forces);
             for (i = 0; i < n; i++)
                 e.line[e.samples + i] = m->line[p->from + i];
-            e.samples += n, train += !held;
+            e.samples += n, trained += !held;
         }
     e.first[e.trajectories] = e.samples;
     free(m->qdd), free(m->tau_mid);
     forget(m);
     *m = e;
-    return train;
+    return trained;
 }
 
 /* Blocks of `fraction` of the time of all recordings, each `seconds` long if there is room, at equal distances; `margin` samples on
@@ -74,7 +74,7 @@ static int hold_blocks(motion *m, double fraction, double seconds, int margin, i
 {
     const double all = fraction * m->samples, most = seconds / m->dt;
     const int length = (int)fmax(3, fmin(most, all)), count = (int)fmax(1, floor(all / length + 0.5));
-    parts list = {NULL, 0};
+    cuts list = {NULL, 0};
     int block = 0, k;
     list.p = room((size_t)(m->trajectories + 2 * count) + 2, sizeof *list.p);
     for (k = 0; k < m->trajectories; k++) {
@@ -90,11 +90,11 @@ static int hold_blocks(motion *m, double fraction, double seconds, int margin, i
             if (b - end <= margin + 2) end = b; /* what is left is too short to train with */
             if (begin - from <= margin + 2 && from == a) begin = a;
             if (end - begin < 3) continue;
-            if (!twice) add_part(&list, k, from, from < begin ? begin - margin : from, 0);
-            add_part(&list, k, begin, end, 1);
+            if (!twice) add_cut(&list, k, from, from < begin ? begin - margin : from, 0);
+            add_cut(&list, k, begin, end, 1);
             from = twice ? from : end + (end < b ? margin : 0);
         }
-        add_part(&list, k, from, b, 0);
+        add_cut(&list, k, from, b, 0);
     }
     k = rebuild(m, &list);
     free(list.p);
@@ -118,14 +118,14 @@ static int is_named(const char *path, const char *patterns)
 /* The recordings of the files that are named so are held out. */
 static int hold_files(motion *m, const char *names)
 {
-    parts list = {NULL, 0};
-    int train, k;
+    cuts list = {NULL, 0};
+    int trained, k;
     list.p = room((size_t)m->trajectories + 1, sizeof *list.p);
     for (k = 0; k < m->trajectories; k++)
-        add_part(&list, k, m->first[k], m->first[k + 1], is_named(m->file[k], names));
-    train = rebuild(m, &list);
+        add_cut(&list, k, m->first[k], m->first[k + 1], is_named(m->file[k], names));
+    trained = rebuild(m, &list);
     free(list.p);
-    return train;
+    return trained;
 }
 
 /* Sorts recordings by held=. Returns how many are trained with; look: seconds that are predicted ahead. */

@@ -28,12 +28,6 @@
 
 #include "roln_spd.h"
 #include <ctype.h>
-#if defined _MSC_VER && !defined NO_FOLDERS
-#define NO_FOLDERS
-#endif
-#ifndef NO_FOLDERS
-#include <dirent.h>
-#endif
 #include <errno.h>
 #include <float.h>
 #include <limits.h>
@@ -862,11 +856,11 @@ static int find_unit(int kind, const char *text, int n)
     return best;
 }
 
-/* Nonzero if a name fits a pattern, in which * stands for any letters. */
+/* Nonzero if a name fits a pattern, in which * stands for any letters and ? for one. */
 static int fits(const char *pattern, int m, const char *name, int n)
 {
     for (; m > 0 && *pattern != '*'; pattern++, name++, m--, n--)
-        if (n == 0 || *pattern != *name) return 0;
+        if (n == 0 || (*pattern != *name && *pattern != '?')) return 0;
     if (m == 0) return n == 0;
     for (; n >= 0; name++, n--)
         if (fits(pattern + 1, m - 1, name, n)) return 1;
@@ -991,6 +985,26 @@ static void take_item(choice *c, piece item)
          kind_names[c->kind], c->text, hint);
 }
 
+/* Refuses a setting of the map that is not `count` columns; names the first of them. */
+static void refuse_count(const choice *c, const wanted *w, int count)
+{
+    const sheet *s = c->s;
+    char text[120] = "";
+    int i;
+    for (i = 0; i < s->used[c->kind] && c->names > 0 && strlen(text) < 60; i++) {
+        const int column = s->column[c->kind][i];
+        if (column > 0 && column <= c->names)
+            snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", i ? ", " : ": ", quoted(s->name[column - 1]));
+    }
+    fail("%s:%d: %s=%s is %d columns%s%s, but %s has %d %s\nhint: %s", c->d->path, s->row, kind_names[c->kind], c->text,
+         s->used[c->kind], text, i < s->used[c->kind] && i > 0 ? " .." : "", w->model, count,
+         c->kind == OF_T                ? "column of time"
+         : c->kind == OF_TAU && w->inputs ? "inputs"
+                                        : "joints",
+         c->kind == OF_TAU ? "tau=5,0 is for two joints, of which the second one has no motor"
+                           : "as many columns as the model has; in names * stands for any letters, ? for one");
+}
+
 /* Reads KEY=TEXT: the columns of one kind. Their number must be `count`, as the model has it. */
 static choice choose(const motion *d, const wanted *w, sheet *s, int kind, int names, int columns, int count)
 {
@@ -1004,10 +1018,7 @@ static choice choose(const motion *d, const wanted *w, sheet *s, int kind, int n
         if (item.n > 0) take_item(&c, item);
         p += item.n + (p[item.n] == ',');
     }
-    if (s->used[kind] != count)
-        fail("%s:%d: %s=%s is %d columns, but %s has %d %s\nhint: %s", d->path, s->row, kind_names[kind], c.text, s->used[kind],
-             w->model, count, kind == OF_T ? "column of time" : kind == OF_TAU && w->inputs ? "inputs" : "joints",
-             kind == OF_TAU ? "tau=5,0 is for two joints, of which the second one has no motor" : "as many columns as the model has");
+    if (s->used[kind] != count) refuse_count(&c, w, count);
     if (c.gains > 1 && c.gains != count)
         fail("%s=%s: %d gains for %d columns\nhint: one gain for all, or one for each", kind_names[kind], c.text, c.gains, count);
     return c;
@@ -1018,7 +1029,7 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
 {
     piece x = {NULL, 0};
     int i, found;
-    if (column <= units) x = unit[column - 1];
+    if (column > 0 && column <= units) x = unit[column - 1];
     else if (column > 0) {
         const piece name = s->name[column - 1], stem = bare(name);
         if (s->named && stem.n < name.n) x.at = stem.at + stem.n, x.n = name.n - stem.n;
@@ -1274,7 +1285,7 @@ static void split_restarts(motion *d)
 {
     const size_t most = (size_t)d->samples + 1;
     int *const first = room(most, sizeof *first), parts = 0, told = 0, k, i;
-    const char **const file = room(most, sizeof *file);
+    const char **const names = room(most, sizeof *names);
     double *const origin = room(most, sizeof *origin);
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k]; i < d->first[k + 1]; i++) {
@@ -1289,11 +1300,11 @@ static void split_restarts(motion *d)
                              : "a blank line belongs between two recordings; in one recording, t goes up");
                 if (told++ == 0) printf("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
             }
-            first[parts] = i, file[parts] = d->file[k], origin[parts++] = zero;
+            first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
         }
     first[parts] = d->samples;
     free(d->first), free(d->file), free(d->origin);
-    d->first = first, d->file = file, d->origin = origin, d->trajectories = parts;
+    d->first = first, d->file = names, d->origin = origin, d->trajectories = parts;
 }
 
 /* Sample `from` becomes sample `to`. */
@@ -1412,8 +1423,8 @@ static void find_clock(motion *d, pace *p, double median)
 /* What steps of t are like. If those of a clock were rounded, t becomes that clock. */
 static pace find_pace(motion *d)
 {
-    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0, median, sum = 0, close = 0;
-    int steps = 0, off = 0, near = 0, nearer = 0, twice = 0, k, i;
+    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0, median, sum = 0;
+    int steps = 0, off = 0, near = 0, twice = 0, k, i;
     pace p = {0};
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
@@ -1425,7 +1436,6 @@ static pace find_pace(motion *d)
     for (i = 0; i < steps; i++) {
         mean += step[i] / steps, off += !same_step(step[i], median), twice += !(step[i] > 0);
         if (step[i] <= 2.5 * median || !(median > 0)) sum += step[i], near++;
-        if (step[i] <= 1.5 * median) close += step[i], nearer++;
     }
     free(step);
     p.even = off == 0, p.mean = p.even ? (fabs(first - mean) <= 1e-6 * mean ? first : mean) : sum / near;
@@ -1439,7 +1449,7 @@ static pace find_pace(motion *d)
         fail("%s: %d of %d steps of t are 0: t has too few digits\nhint: write t with more digits; if rows are equally far apart, "
              "count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
              d->path, twice, steps);
-    if (!p.steady && !(p.digit > 0.3 * median)) p.mean = close / nearer;
+    if (!p.steady && !(p.digit > 0.3 * median) && fabs(median - p.mean) < 0.2 * p.mean) p.mean = median;
     return p;
 }
 
@@ -1840,19 +1850,22 @@ static void forget(motion *d)
     free(d->q), free(d->qd), free(d->tau), free(d->first), free((void *)d->file), free(d->origin), free(d->t), free(d->line);
 }
 
-/* Power spectrum of a column, over all recordings: q j, qd j, or tau j, in pieces of n samples. Returns the number of pieces. */
+/* Power spectrum of a column, over all recordings: q j, qd j, or tau j, in pieces of n samples; without qd its differences of q.
+   Returns the number of pieces. */
 static int column_power(const motion *d, int kind, int j, int n, double *power)
 {
     static double x[SPECTRUM], re[SPECTRUM], im[SPECTRUM];
     const int columns = kind == OF_TAU ? d->forces : d->N;
     const roln_real *of = (kind == OF_TAU ? d->tau : kind == OF_QD ? d->qd : d->q) + j;
+    const int slope = kind == OF_QD && !d->has_qd;
     int pieces = 0, k, a, i;
+    if (slope) of = d->q + j;
     for (i = 0; i <= n / 2; i++)
         power[i] = 0;
     for (k = 0; k < d->trajectories; k++)
-        for (a = d->first[k]; a + n <= d->first[k + 1]; a += n / 2, pieces++) {
+        for (a = d->first[k] + slope; a + n + slope <= d->first[k + 1]; a += n / 2, pieces++) {
             for (i = 0; i < n; i++)
-                x[i] = (double)of[(a + i) * columns];
+                x[i] = slope ? (double)(of[(a + i + 1) * columns] - of[(a + i - 1) * columns]) / (2 * d->dt) : (double)of[(a + i) * columns];
             add_power(n, x, power, re, im);
         }
     for (i = 0; i <= n / 2; i++)
@@ -1862,21 +1875,23 @@ static int column_power(const motion *d, int kind, int j, int n, double *power)
 
 /* What a spectrum says of a column. */
 typedef struct {
-    double share; /* of noise, in what the trainer needs of the column: qdd, or tau; 0: none is seen */
+    double share; /* of noise in what the trainer needs of the column: qdd, or tau; 0: none is seen */
     double edge;  /* Hz from which on there is no more than four times the noise */
+    double tilt;  /* of the floor: 1 is flat */
 } noise_of;
 
 /* Mean square of the derivative that the trainer takes of a column, by central differences; of tau, of itself without its mean. */
 static double use_of(const motion *d, int kind, int j)
 {
-    const int columns = kind == OF_TAU ? d->forces : d->N, reach = kind == OF_Q ? 2 : kind == OF_QD ? 1 : 0;
-    const roln_real *of = (kind == OF_TAU ? d->tau : kind == OF_QD ? d->qd : d->q) + j;
+    const int by_q = kind == OF_Q || (kind == OF_QD && !d->has_qd);
+    const int columns = kind == OF_TAU ? d->forces : d->N, reach = by_q ? 2 : kind == OF_QD ? 1 : 0;
+    const roln_real *of = (kind == OF_TAU ? d->tau : by_q ? d->q : d->qd) + j;
     double sum = 0, mean = 0;
     int count = 0, k, i;
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + reach; i + reach < d->first[k + 1]; i++) {
             const double x = (double)of[i * columns], b = (double)of[(i + reach) * columns], a = (double)of[(i - reach) * columns];
-            const double y = kind == OF_TAU ? x : kind == OF_QD ? (b - a) / (2 * d->dt) : (b - 2 * x + a) / (4 * d->dt * d->dt);
+            const double y = kind == OF_TAU ? x : by_q ? (b - 2 * x + a) / (4 * d->dt * d->dt) : (b - a) / (2 * d->dt);
             mean += y, sum += y * y, count++;
         }
     if (count == 0) return 0;
@@ -1890,10 +1905,11 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
     static double power[SPECTRUM / 2 + 1], sorted[SPECTRUM / 2 + 1];
     const double df = 1 / (n * d->dt), dt = d->dt;
     const int low = (int)(0.15 * n), mid = (int)(0.225 * n), high = (int)(0.3 * n), wide = n / 128 + 1;
-    noise_of e = {0, 0};
-    double floor_of[2], floor_all, variance, use = use_of(d, kind, j);
-    int i, k;
-    if (!(use > 0) || column_power(d, kind, j, n, power) == 0) return e;
+    noise_of e = {0, 0, 0};
+    double floor_of[2], floor_all, variance, use = use_of(d, kind, j), even;
+    int pieces, i, k;
+    if (!(use > 0) || (pieces = column_power(d, kind, j, n, power)) == 0) return e;
+    even = 1.4 + 8 / sqrt((double)(high - low) * pieces); /* what is flat, of so many numbers */
     for (i = 1; i <= high && half > 0; i++)
         power[i] /= pow(kernel_gain(i * df, half), 2);
     for (k = 0; k < 2; k++) {
@@ -1904,7 +1920,8 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
         floor_of[k] = sorted[(b - a) / 2];
     }
     floor_all = fmin(floor_of[0], floor_of[1]);
-    if (!(floor_all > 0) || fmax(floor_of[0], floor_of[1]) > 2 * floor_all) return e;
+    if (!(floor_all > 0) || fmax(floor_of[0], floor_of[1]) > even * floor_all) return e;
+    e.tilt = fmax(floor_of[0], floor_of[1]) / floor_all;
     variance = floor_all * n;
     e.share = sqrt(variance / (kind == OF_TAU ? 1 : kind == OF_QD ? 2 * dt * dt : 8 * dt * dt * dt * dt / 3) / use);
     for (i = 1, k = 1; i < low; i++)
@@ -1920,7 +1937,7 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
     return e;
 }
 
-enum { CLEAN = 0, NOISY = 3 }; /* %, of noise in qdd or tau */
+enum { NOISY = 3 }; /* %, of noise in qdd or tau */
 
 /* The frequency for the filter, in Hz, 0: none is needed; says why. */
 static double choose_filter(const motion *d, const wanted *w, double half)
@@ -1933,25 +1950,22 @@ static double choose_filter(const motion *d, const wanted *w, double half)
     while (n > longest || n * d->dt > 8)
         n /= 2;
     if (n < 64) return 0;
-    for (kind = OF_Q; kind < KINDS; kind++) {
-        const int used = kind == OF_Q ? 1 : kind == OF_QD ? d->has_qd : d->has_tau && d->measured && w->torque;
-        for (j = 0; j < (kind == OF_TAU ? d->forces : d->N) && used; j++) {
-            const noise_of e = find_noise(d, kind, j, n, half);
+    for (kind = OF_QD; kind < KINDS; kind++)
+        for (j = 0; j < (kind == OF_TAU ? d->forces * (d->has_tau && d->measured && w->torque) : d->N); j++) {
+            noise_of e = find_noise(d, kind, j, n, half);
+            if (kind == OF_QD && !d->has_qd) { /* noise of an encoder may be white in q */
+                const noise_of of_q = find_noise(d, OF_Q, j, n, half);
+                if (of_q.share > 0 && (!(e.share > 0) || of_q.tilt < e.tilt)) e = of_q;
+            }
             edge = fmax(edge, e.edge);
-            if (!(e.share > share) || (kind == OF_Q && d->has_qd)) continue;
-            share = e.share, worst_kind = kind, worst = j;
+            if (e.share > share) share = e.share, worst_kind = kind, worst = j;
         }
-    }
     if (100 * share < NOISY) return 0;
-    hz = round_number(1.5 * edge);
-    printf("noise: %.2g %% of the %s of %s %d; above %.3g Hz there is nothing else in any column: ", 100 * share,
-           worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, edge);
-    if (hz >= full) {
-        printf("no filter is wide enough\n");
-        return 0;
-    }
-    printf("filter=%.3g\n", hz);
-    return hz;
+    hz = round_number(edge);
+    printf("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
+           worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
+           hz >= full ? ": no filter is wide enough" : "");
+    return hz >= full ? 0 : hz;
 }
 
 /* q of a joint without qd: its derivative; qdd that of qd. */
@@ -2288,27 +2302,6 @@ static void tell_columns(const motion *d, const pace *p)
     if (d->left_out > 0) printf("rows left out, for a number is missing: %d\n", d->left_out);
 }
 
-/* A key of the column map, dt= or filter= that a program is given becomes a part of w. Returns 0 if the key is none of them. */
-static int read_key(wanted *w, const char *key, const char *value)
-{
-    int kind;
-    for (kind = 0; kind < KINDS; kind++)
-        if (strcmp(key, kind_names[kind]) == 0) {
-            w->columns[kind] = *value ? value : NULL;
-            return 1;
-        }
-    if (strcmp(key, "filter") == 0) {
-        char *end;
-        const double hz = strtod(value, &end);
-        const int number_is = end != value && *end == 0 && hz > 0 && hz < 1e9;
-        if (!number_is && strcmp(value, "off") != 0 && strcmp(value, "auto") != 0)
-            fail("filter=%s: a frequency in Hz, off or auto\nhint: filter=10 keeps motion below 10 Hz", value);
-        w->filter = number_is ? hz : *value == 'o' ? -1 : 0;
-        return 1;
-    }
-    return 0;
-}
-
 /* Reads files and checks them; brings them to one rate, filters noise; qd, if there is none, is the derivative of q, unless q has
    yet to be smoothed; qdd. */
 static motion read_recordings(int files, const char *const *paths, const wanted *w)
@@ -2345,98 +2338,6 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
     settle(&d, w, &p);
     finish(&d, w);
     return d;
-}
-
-/* Files to read. */
-typedef struct {
-    const char **path;
-    int count;
-} file_list;
-
-/* Nonzero if there is a file or a folder of this name. */
-static int is_file(const char *path)
-{
-    FILE *f = fopen(path, "rb");
-    if (f) fclose(f);
-    return f != NULL;
-}
-
-static void add_path(file_list *list, const char *path)
-{
-    list->path = extended((void *)list->path, (size_t)list->count, (size_t)list->count + 1, sizeof *list->path);
-    list->path[list->count++] = path;
-}
-
-#ifndef NO_FOLDERS
-/* Order of names, in which a number of more digits is larger: run2 before run10. */
-static int by_name(const void *x, const void *y)
-{
-    const char *a = *(const char *const *)x, *b = *(const char *const *)y;
-    while (*a && *b) {
-        if (is_digit(*a) && is_digit(*b)) {
-            const size_t m = strspn(a, "0123456789"), n = strspn(b, "0123456789");
-            const int order = m != n ? (m > n) - (m < n) : strncmp(a, b, m);
-            if (order != 0) return order;
-            a += m, b += n;
-        } else if (*a != *b) break;
-        else a++, b++;
-    }
-    return (unsigned char)*a - (unsigned char)*b;
-}
-
-/* Nonzero if a name ends like that of a table of numbers. */
-static int is_table(const char *name)
-{
-    static const char *const ends[] = {".csv", ".tsv", ".txt", ".dat", ".log"};
-    const size_t n = strlen(name);
-    size_t i;
-    int k;
-    for (i = 0; i < sizeof ends / sizeof *ends; i++) {
-        for (k = 0; n > 4 && k < 4 && tolower((unsigned char)name[n - 4 + (size_t)k]) == ends[i][k];)
-            k++;
-        if (k == 4) return *name != '.';
-    }
-    return 0;
-}
-
-/* Adds the tables of a folder, in the order of their names. Returns 0 if it is no folder. */
-static int add_folder(file_list *list, const char *path)
-{
-    DIR *const folder = opendir(path);
-    const int had = list->count;
-    int others = 0;
-    struct dirent *e;
-    if (!folder) return 0;
-    while ((e = readdir(folder)) != NULL) {
-        char *name;
-        if (!is_table(e->d_name)) {
-            others += *e->d_name != '.';
-            continue;
-        }
-        name = room(strlen(path) + strlen(e->d_name) + 2, 1);
-        sprintf(name, "%s%s%s", path, path[strlen(path) - 1] == '/' ? "" : "/", e->d_name);
-        add_path(list, name);
-    }
-    closedir(folder);
-    if (list->count == had) fail("%s: no file in it is called .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
-    qsort((void *)(list->path + had), (size_t)(list->count - had), sizeof *list->path, by_name);
-    if (others > 0) printf("%s: %d other files are not read\n", path, others);
-    return 1;
-}
-#endif
-
-/* Adds a file, or all tables of a folder. */
-static void add_files(file_list *list, const char *path)
-{
-#ifndef NO_FOLDERS
-    if (*path && add_folder(list, path)) return;
-#endif
-    add_path(list, path);
-}
-
-static motion read_recording(const char *path, const wanted *w)
-{
-    return read_recordings(1, &path, w);
 }
 
 #endif

@@ -42,6 +42,7 @@
 #define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
 #include "recording.h"
+#include "files.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -142,6 +143,14 @@ static void read_setting(size_t k, const char *text)
 }
 
 static file_list inputs; /* motion.csv .. */
+
+/* Nonzero if there is a file or a folder of this name. */
+static int is_file(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    if (f) fclose(f);
+    return f != NULL;
+}
 
 /* The arguments: files, folders, key=value. */
 static void read_settings(int argc, char **argv)
