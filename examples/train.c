@@ -247,6 +247,7 @@ static struct {
     int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
+    double best_score;                 /* least of the scores, of which best_error was a part */
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
@@ -754,7 +755,8 @@ static int farthest(void)
 }
 
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
-   how they reconstruct them. Keeps the best. */
+   how they reconstruct them; with torque=1, how far off their torques are. Keeps the best: those with the least product of the
+   typical error and that of torques, where torques that are off by less than 10 % count as if they were off by 10 %. */
 static void look(void)
 {
     const int stride = stride_of(&d, 0.005), far = farthest(), near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
@@ -762,6 +764,7 @@ static void look(void)
     score *scores = room((size_t)held, sizeof *scores);
     int every = stride_of(&d, 0.1) * (s.thin > 0 ? s.thin : 1);
     M(params) p = s.p;
+    double torque = 0, score;
     error e[2];
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
@@ -772,19 +775,22 @@ static void look(void)
     bar.done = bar.part, bar.part = 1 - bar.part;
     e[1] = errors(&d, &p, train, held, far, stride, every, scores);
     free(scores);
+    if (set("torque") > 0 && s.stage != LAYERS) torque = torque_error(&p);
     s.ahead = far * d.dt;
-    if (s.step == 0 || e[1].typical < s.best_error)
-        s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
+    score = e[1].typical * fmax(torque, 0.1);
+    if (s.step == 0 || score < s.best_score)
+        s.best_score = score, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
            far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
+    if (torque > 0) printf("  torques %.3g %%", 100 * torque);
     printf("%s  %.0f s\n", remarks_on(&e[1], held).text, seconds());
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
     if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
-        (e[1].typical > 2 * s.best_error || s.step >= s.since + patience()))
+        (score > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 
