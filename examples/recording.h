@@ -1354,13 +1354,26 @@ static double digit_of(const motion *d)
     return 0;
 }
 
+/* Nonzero if stamps a_k + b n are within `off` of those of all recordings. */
+static int clock_fits(const motion *d, double b, double off, const int *number)
+{
+    int k, i;
+    for (k = 0; k < d->trajectories; k++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (i = d->first[k]; i < d->first[k + 1]; i++)
+            low = fmin(low, d->t[i] - b * number[i]), high = fmax(high, d->t[i] - b * number[i]);
+        if (high - low > 2 * off) return 0;
+    }
+    return 1;
+}
+
 /* Fits stamps a_k + b n to all recordings, n the number of the sample, missing ones counted, if steps are so long that they can be:
-   b and the numbers. Returns nonzero if all stamps are within `off` of it. */
+   b and the numbers. Returns nonzero if all stamps are within `off` of it. A step or a rate of three digits is taken if it fits. */
 static int fit_clock(const motion *d, pace *p, double off, int *number)
 {
-    const int count = p->digit > 0.5 * p->mean; /* stamps too coarse to count missing samples: there are none */
-    double xx = 0, xy = 0, b;
-    int good = 1, k, i;
+    const int blind = p->digit > 0.5 * p->mean; /* stamps too coarse to count missing samples: there are none */
+    double xx = 0, xy = 0, power, b;
+    int k, i;
     p->missing = 0;
     for (k = 0; k < d->trajectories; k++) {
         const int a = d->first[k], n = d->first[k + 1] - a;
@@ -1368,7 +1381,7 @@ static int fit_clock(const motion *d, pace *p, double off, int *number)
         number[a] = 0;
         for (i = a + 1; i < a + n; i++) {
             const double steps = floor((d->t[i] - d->t[i - 1]) / p->mean + 0.5);
-            number[i] = number[i - 1] + (count || steps < 1 ? 1 : steps < 1e6 ? (int)steps : 1000000);
+            number[i] = number[i - 1] + (blind || steps < 1 ? 1 : steps < 1e6 ? (int)steps : 1000000);
             if (number[i] > INT_MAX - 1000001) return 0;
         }
         if (n > 1) p->missing += number[a + n - 1] - (n - 1);
@@ -1378,15 +1391,15 @@ static int fit_clock(const motion *d, pace *p, double off, int *number)
             xx += (number[i] - x) * (number[i] - x), xy += (number[i] - x) * (d->t[i] - y);
     }
     if (!(xx > 0) || !(xy > 0)) return 0;
-    b = xy / xx;
-    for (k = 0; k < d->trajectories && good; k++) {
-        double low = HUGE_VAL, high = -HUGE_VAL;
-        for (i = d->first[k]; i < d->first[k + 1]; i++)
-            low = fmin(low, d->t[i] - b * number[i]), high = fmax(high, d->t[i] - b * number[i]);
-        good = high - low <= 2 * off;
+    b = p->mean = xy / xx;
+    if (!clock_fits(d, b, off, number)) return 0;
+    power = pow(10, 2 - floor(log10(b)));
+    if (clock_fits(d, floor(b * power + 0.5) / power, off, number)) p->mean = floor(b * power + 0.5) / power;
+    else {
+        power = pow(10, 2 - floor(log10(1 / b)));
+        if (clock_fits(d, power / floor(power / b + 0.5), off, number)) p->mean = power / floor(power / b + 0.5);
     }
-    if (good) p->mean = b;
-    return good;
+    return 1;
 }
 
 /* t becomes the clock that was fitted: number [samples]. */
@@ -1412,11 +1425,10 @@ static void find_clock(motion *d, pace *p, double median)
     missing.mean = median, rounded.digit = p->digit = digit;
     missing.digit = 0;
     missing.steady = median > 0 && fit_clock(d, &missing, 0.01 * median, number);
-    rounded.steady = digit > 0 && fit_clock(d, &rounded, fmax(0.01 * p->mean, 0.55 * digit), number) &&
-                     fit_clock(d, &rounded, fmax(0.01 * p->mean, 0.55 * digit), number);
+    rounded.steady = digit > 0 && fit_clock(d, &rounded, fmax(0.01 * p->mean, 0.55 * digit), number);
     if (missing.steady && (!rounded.steady || d->samples < 20 || 10 * missing.missing <= d->samples)) *p = missing;
     else if (rounded.steady) *p = rounded;
-    if (p->steady && fit_clock(d, p, HUGE_VAL, number)) set_clock(d, p, number);
+    if (p->steady && fit_clock(d, p, fmax(0.01 * p->mean, 0.55 * p->digit), number)) set_clock(d, p, number);
     free(number);
 }
 
@@ -1787,7 +1799,7 @@ static void take_row(const motion *d, int a, int b, const double *t, double at, 
 /* Samples a .. b - 1 of d, without gaps, become a recording of e. Returns the number of its samples. */
 static int take_part(const motion *d, int a, int b, double half, int exact, motion *e)
 {
-    const double *const t = d->t + a, cut = e->reach, mean = (t[b - a - 1] - t[0]) / (b - a - 1);
+    const double *const t = d->t + a, cut = e->reach / 2, mean = (t[b - a - 1] - t[0]) / (b - a - 1);
     const double least = 3 * fmax(e->dt, mean), from = t[0] + cut, time = t[b - a - 1] - cut - from;
     const int count = time < 0 ? 0 : (int)(time / e->dt + 1 + 1e-6);
     double *w, *held;
@@ -1808,7 +1820,7 @@ static int take_part(const motion *d, int a, int b, double half, int exact, moti
 }
 
 /* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
-   lose that much at both ends, where the filter would see one side alone. exact: samples at the new times stay as they are. Gaps
+   lose half of that at both ends, where the filter sees too little of one side. exact: samples at the new times stay as they are. Gaps
    split recordings. */
 static motion resampled(const motion *d, double dt, double half, int exact)
 {
@@ -2046,9 +2058,9 @@ static void settle(motion *d, const wanted *w, const pace *p)
         e = resampled(d, dt, wide, 0);
         if (e.trajectories == 0)
             fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path, hz,
-                 2 * wide);
+                 wide);
         printf("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
-               d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide);
+               d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
         if (!same) forget(&even);
         forget(d), *d = e;
     } else if (!same) forget(d), *d = even;

@@ -160,7 +160,7 @@ def clocks():
     clock = [i / 320 for i in range(3200)]
     dt, parts, said = read("stamps rounded to ms", write(table(clock, ["%.3f" % t for t in clock])), *MAP)
     check("stamps rounded to ms: told", "a clock of 3.125 ms rounded to 1 ms\n" in said and "resampled" not in said, said)
-    check("stamps rounded to ms: all samples", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-7, dt)
+    check("stamps rounded to ms: all samples", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-8, dt)
     near("stamps rounded to ms", parts[0], 0, 0.003125, 1e-5, None, (0, 1, 2, 3, 6, 7))
     dt, parts, said = read("stamps rounded to 10 ms", write(table(clock, ["%.2f" % t for t in clock])), *MAP)
     check("stamps rounded to 10 ms", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-6, said)
@@ -205,13 +205,13 @@ def noise():
         check(f"noise, {what}: told", told and re.search(r"noise is \S+ % of the acceleration of joint", said), said)
         if not told:
             continue
-        hz, cut = float(told[1]), 0.7775 / float(told[1])
+        hz, cut = float(told[1]), 0.38875 / float(told[1])
         check(f"noise, {what}: a band above the motion, below the noise", 1 < hz < 25 and abs(cut - float(told[2])) < 0.01 * cut, said)
         near(f"noise, {what}: q, qd, qdd, tau", parts[0], times[0] + cut, dt, 0.03, 1e-3)
         better = [a[0] / b[0] for a, b in zip(errors(parts[0], times[0] + cut, dt), errors(raw[0], times[0], dt))]
         check(f"noise, {what}: less than before", max(better[2:]) < 0.25, better)
         _, parts, said = read(f"noise, {what}, filter=5", path, *MAP, "torque=1", "filter=5")
-        near(f"noise, {what}, filter=5", parts[0], times[0] + 0.7775 / 5, dt, 0.05, 1e-3)
+        near(f"noise, {what}, filter=5", parts[0], times[0] + 0.38875 / 5, dt, 0.05, 1e-3)
     rng = random.Random(3)
     times = [0.001 * i for i in range(8000)]
     text = PLAIN + "".join("%.3f," % t + ",".join("%.6f" % (math.floor(v / 1e-3 + 0.5) * 1e-3) for v in truth(t)[:2]) + "\n" for t in times)
@@ -219,7 +219,7 @@ def noise():
     hz = re.search(r"filter: ([\d.]+) Hz", said)
     check("an encoder alone: filtered", hz, said)
     if hz:
-        near("an encoder alone", parts[0], 0.7775 / float(hz[1]), dt, 0.03, 1e-3, (0, 1, 2, 3))
+        near("an encoder alone", parts[0], 0.38875 / float(hz[1]), dt, 0.03, 1e-3, (0, 1, 2, 3))
 
 
 # ---- columns ----
