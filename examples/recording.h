@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* recording.h - recorded motion from a CSV file, and what may be wrong with it: the one reader of train.c, range.c and
+/* recording.h - recorded motion from CSV files, and what may be wrong with it: the one reader of train.c, range.c and
    tests/mujoco/convert.c.
 
-   A line is a sample: the columns t, q.., qd.., tau..; qd is in units of q per second. A blank line stands between trajectories; a
-   header that is repeated begins one, too. tau is held from its sample to the next. For a model with a learned input map
-   (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed, qd.
+   A line is a sample: the columns t, q.., qd.., tau..; qd is in units of q per second. A blank line stands between recordings; a
+   header that is repeated begins one, too, and so does a t that starts again. tau is held from its sample to the next. For a model
+   with a learned input map (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and qd, which is then the
+   derivative of q.
 
    columns  apart by semicolons, tabs, commas or blanks: one of them in a file, in this order of precedence. A comma may be the
             decimal mark if semicolons or tabs stand between columns. Empty columns at the end of a line count for nothing
@@ -15,13 +16,20 @@
             with #, % or //, are not read. A name that contradicts the order of columns is refused
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
+   A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it does
+   not name may hold anything; rows that lack a number are left out; tau is the force at the time of its sample.
+
+   Steps of t that differ by more than 1 % are brought to one rate by local cubics (resample.h), and gaps split recordings. If the
+   spectrum shows noise, q, qd and tau pass the same filter without phase. Recordings of even steps and without noise stay as they
+   are, to the bit. Every change is told.
+
    For a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
 
    What would make a training useless ends the program with FILE:LINE, what is wrong, and a hint what to do. What may be meant is a
    warning: qd that is not dq/dt, with the likely cause; a joint that goes over more than a turn, and is no angle of the model.
 
-   1 messages     2 pieces of a line     3 time     4 names     5 samples     6 time stamps     7 velocities
-   8 noise, smoothing     9 a recording */
+   1 messages     2 pieces of a line     3 time     4 names     5 samples     6 column map     7 time stamps     8 velocities
+   9 one rate, one filter     10 noise, smoothing     11 recordings */
 
 #ifndef RECORDING_H
 #define RECORDING_H
@@ -1888,7 +1896,7 @@ static int column_power(const motion *d, int kind, int j, int n, double *power)
 /* What a spectrum says of a column. */
 typedef struct {
     double share; /* of noise in what the trainer needs of the column: qdd, or tau; 0: none is seen */
-    double edge;  /* Hz from which on there is no more than four times the noise */
+    double edge;  /* Hz from which on there is no more than eight times the noise */
     double tilt;  /* of the floor: 1 is flat */
 } noise_of;
 
@@ -1943,7 +1951,7 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
         int m;
         for (m = i; m < i + wide; m++)
             mean += power[m] / wide;
-        if (mean < 4 * floor_all) break;
+        if (mean < 8 * floor_all) break;
     }
     e.edge = i * df;
     return e;

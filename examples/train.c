@@ -2,12 +2,12 @@
 /* train.c - train a model on recorded motion.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=arm examples/train.c -o train -lpthread -lm
-   ./train motion.csv [key=value ...]
+   ./train motion.csv .. [key=value ...]
    ./train --help
 
    MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
-   t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Without pthreads: -DNO_THREADS, as
-   always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
+   t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Several files, folders, and with q=
+   other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
    trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
