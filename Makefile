@@ -260,8 +260,8 @@ learn: build/record
 	@test $(words $(MODEL)) -eq 1 || { echo "make learn MODEL=my.xml, a path without blanks"; exit 1; }
 	@sh tests/mujoco/learn.sh $(MODEL) $(OUT) seconds=$(SECONDS) $(WITH)
 
-# public recordings of real robots, DATA/double_pendulum and DATA/ur10e, which are not part of this repository: docs/training.md says
-# where they are. Trains a model of each, SECONDS at most, and prints a table
+# public recordings of real robots, DATA/double_pendulum and DATA/ur10e, which are not part of this repository: docs/training.md
+# says where they are. Trains a model of each, SECONDS at most, and prints a table
 DATA =
 real:
 	@test -n "$(DATA)" || { echo "make real DATA=folder: docs/training.md, \"Real recordings\""; exit 1; }

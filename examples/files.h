@@ -96,7 +96,8 @@ static int add_folder(file_list *list, const char *path)
         add_path(list, name);
     }
     closedir(folder);
-    if (list->count == had) fail("%s: no file in it is called .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
+    if (list->count == had)
+        fail("%s: no file in it is called .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
     qsort((void *)(list->path + had), (size_t)(list->count - had), sizeof *list->path, by_name);
     if (others > 0) printf("%s: %d other files are not read\n", path, others);
     return 1;

@@ -8,8 +8,8 @@
        held=b.csv  the recordings of these files; a name is the end of a path, with * for any letters; more of them behind commas
        held=none   nothing: blocks of a tenth are trained with and tested with
 
-   A block is as long as two looks, or as a tenth of all recordings if that is less. Next to a block the filter mixes samples of both
-   sides, so as much of the recording as it sees is used for neither. */
+   A block is as long as two looks, or as a tenth of all recordings if that is less. Next to a block the filter mixes samples of
+   both sides, so as much of the recording as it sees is used for neither. */
 
 #ifndef HELD_H
 #define HELD_H

@@ -4,10 +4,10 @@
    cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16 examples/range.c -o range -lm
    ./range motion.csv .. pend16 [smooth=10] [q=2:7 ..]
 
-   MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on, read
-   as train.c reads it (recording.h), with the same settings: smooth=, filter=, dt= and the column map. pend16.roln is read, and
-   written anew with its range, and so is pend16_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
-   lines. */
+   MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on,
+   read as train.c reads it (recording.h), with the same settings: smooth=, filter=, dt= and the column map. pend16.roln is
+   read, and written anew with its range, and so is pend16_weights.h. Without a range a guard calls every state unknown
+   (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last lines. */
 #define NO_THREADS /* no clock but that of C */
 #include <signal.h>
 #define STRING_(x) #x
@@ -84,7 +84,8 @@ int main(int argc, char **argv)
         wrong |= end == eq + 1 || *end;
     }
     if (wrong || files.count == 0)
-        fail("usage: range motion.csv .. NAME [smooth=10] [q=2:7 ..]\nhint: NAME.roln holds the weights; settings are those of train");
+        fail("usage: range motion.csv .. NAME [smooth=10] [q=2:7 ..]\nhint: NAME.roln holds the weights; settings are those of "
+             "train");
     f = file(out, ".roln", "rb");
     if (M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &params) != ROLN_OK)
         fail("%s.roln: no weights of " STRING(MODEL) "\nhint: is it of this config, and whole?", out);

@@ -16,8 +16,8 @@
             with #, % or //, are not read. A name that contradicts the order of columns is refused
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
-   A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it does
-   not name may hold anything; rows that lack a number are left out; tau is the force at the time of its sample.
+   A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it
+   does not name may hold anything; rows that lack a number are left out; tau is the force at the time of its sample.
 
    Steps of t that differ by more than 1 % are brought to one rate by local cubics (resample.h), and gaps split recordings. If the
    spectrum shows noise, q, qd and tau pass the same filter without phase. Recordings of even steps and without noise stay as they
@@ -53,7 +53,7 @@ enum { OF_T, OF_Q, OF_QD, OF_TAU, KINDS };
 typedef struct {
     int kind, index, column; /* index: joint or motor, from 0; column: from 1, 0: none */
     char name[40], unit[24];
-    double factor;           /* of the number in the file, to rad, s, Nm .. */
+    double factor; /* of the number in the file, to rad, s, Nm .. */
 } field;
 
 typedef struct {
@@ -427,7 +427,7 @@ typedef struct {
     int rows;                /* with those that are left out */
     int used[KINDS], *column[KINDS], last; /* with a column map: columns of each kind, from 1; the last one */
     double *factor[KINDS];
-    int by_number;           /* nonzero: the map has no names */
+    int by_number; /* nonzero: the map has no names */
     int first_file;
     double *v;
     piece *w, *name; /* of the line; of the header */
@@ -542,8 +542,9 @@ static void columns_are(motion *d, const wanted *w, int row, int n, int named)
             d->path, row, n, w->model, N, N, 1 + 2 * N, F, force, 1 + 2 * N + F, 1 + N);
     if (!d->has_tau && w->torque)
         fail("%s:%d: no %s columns, which torque=1 needs\nhint: %s", d->path, row, force,
-             ambiguous && n == 1 + 2 * N ? "without qd, a header says where they are: t,q1,..,tau1,.., or a column map: q=2:3 tau=4:5"
-                                                        : "record them, or leave torque=1 out");
+             ambiguous && n == 1 + 2 * N
+                 ? "without qd, a header says where they are: t,q1,..,tau1,.., or a column map: q=2:3 tau=4:5"
+                 : "record them, or leave torque=1 out");
 }
 
 /* Refuses a header that says q1, qd1, tau1 of columns that are something else. */
@@ -839,16 +840,38 @@ static const struct {
     int kind, per;
     const char *name;
     double factor;
-} known_units[] = {
-    {OF_Q, 0, "rad", 1}, {OF_Q, 0, "deg", 0.017453292519943295}, {OF_Q, 0, "\xc2\xb0", 0.017453292519943295},
-    {OF_Q, 0, "turns", 6.283185307179586}, {OF_Q, 0, "turn", 6.283185307179586}, {OF_Q, 0, "rev", 6.283185307179586},
-    {OF_Q, 0, "m", 1}, {OF_Q, 0, "cm", 1e-2}, {OF_Q, 0, "mm", 1e-3}, {OF_Q, 1, "counts", 6.283185307179586}, {OF_Q, 0, "raw", 1},
-    {OF_QD, 0, "rad/s", 1}, {OF_QD, 0, "deg/s", 0.017453292519943295}, {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295},
-    {OF_QD, 0, "rpm", 0.10471975511965977}, {OF_QD, 0, "turns/s", 6.283185307179586}, {OF_QD, 0, "rev/s", 6.283185307179586},
-    {OF_QD, 0, "m/s", 1}, {OF_QD, 0, "cm/s", 1e-2}, {OF_QD, 0, "mm/s", 1e-3}, {OF_QD, 1, "counts/s", 6.283185307179586},
-    {OF_QD, 0, "raw", 1},
-    {OF_TAU, 0, "Nm", 1}, {OF_TAU, 0, "mNm", 1e-3}, {OF_TAU, 0, "kNm", 1e3}, {OF_TAU, 0, "Ncm", 1e-2}, {OF_TAU, 0, "N", 1},
-    {OF_TAU, 0, "mN", 1e-3}, {OF_TAU, 0, "kN", 1e3}, {OF_TAU, 0, "A", 1}, {OF_TAU, 0, "mA", 1e-3}, {OF_TAU, 0, "raw", 1}};
+} known_units[] = {{OF_Q, 0, "rad", 1},
+                   {OF_Q, 0, "deg", 0.017453292519943295},
+                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295},
+                   {OF_Q, 0, "turns", 6.283185307179586},
+                   {OF_Q, 0, "turn", 6.283185307179586},
+                   {OF_Q, 0, "rev", 6.283185307179586},
+                   {OF_Q, 0, "m", 1},
+                   {OF_Q, 0, "cm", 1e-2},
+                   {OF_Q, 0, "mm", 1e-3},
+                   {OF_Q, 1, "counts", 6.283185307179586},
+                   {OF_Q, 0, "raw", 1},
+                   {OF_QD, 0, "rad/s", 1},
+                   {OF_QD, 0, "deg/s", 0.017453292519943295},
+                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295},
+                   {OF_QD, 0, "rpm", 0.10471975511965977},
+                   {OF_QD, 0, "turns/s", 6.283185307179586},
+                   {OF_QD, 0, "rev/s", 6.283185307179586},
+                   {OF_QD, 0, "m/s", 1},
+                   {OF_QD, 0, "cm/s", 1e-2},
+                   {OF_QD, 0, "mm/s", 1e-3},
+                   {OF_QD, 1, "counts/s", 6.283185307179586},
+                   {OF_QD, 0, "raw", 1},
+                   {OF_TAU, 0, "Nm", 1},
+                   {OF_TAU, 0, "mNm", 1e-3},
+                   {OF_TAU, 0, "kNm", 1e3},
+                   {OF_TAU, 0, "Ncm", 1e-2},
+                   {OF_TAU, 0, "N", 1},
+                   {OF_TAU, 0, "mN", 1e-3},
+                   {OF_TAU, 0, "kN", 1e3},
+                   {OF_TAU, 0, "A", 1},
+                   {OF_TAU, 0, "mA", 1e-3},
+                   {OF_TAU, 0, "raw", 1}};
 enum { UNITS = sizeof known_units / sizeof *known_units };
 
 /* The unit of a kind that a text begins with, the longest; -1: none. A number must follow it, behind * or /, or nothing. */
@@ -895,8 +918,8 @@ typedef struct {
     sheet *s;
     int kind, names, columns; /* names, columns of the file */
     const char *text;
-    int unit;                 /* of known_units; -1: not said */
-    int gains, per;           /* numbers behind * or /; nonzero: / */
+    int unit;       /* of known_units; -1: not said */
+    int gains, per; /* numbers behind * or /; nonzero: / */
     double gain[64];
 } choice;
 
@@ -931,7 +954,8 @@ static int take_numbers(choice *c, piece item)
             to = 10 * to + item.at[i] - '0';
     if (i != item.n) return 0;
     if (to < from || (from == 0 && (to > 0 || c->kind != OF_TAU)))
-        refuse_choice(c, "is no range of columns", item, "columns count from 1, and go up: 3:8; tau=5,0 is for a joint without motor");
+        refuse_choice(c, "is no range of columns", item,
+                      "columns count from 1, and go up: 3:8; tau=5,0 is for a joint without motor");
     for (k = from; k <= to; k++)
         take_column(c, k, item);
     return 1;
@@ -967,7 +991,8 @@ static int take_unit(choice *c, piece item)
         c->per = item.at[m] == '/';
         item.at += m + 1, item.n -= m + 1;
         if (!number(' ', item, &x) || !(fabs(x) < 1e30) || x == 0)
-            refuse_choice(c, "is no gain", item, "a unit, * and a gain for each motor: A*14.9,13.3; or counts/4096, counts per turn");
+            refuse_choice(c, "is no gain", item,
+                          "a unit, * and a gain for each motor: A*14.9,13.3; or counts/4096, counts per turn");
         c->gain[c->gains++] = x;
     }
     if (known_units[unit].per && !c->per)
@@ -978,8 +1003,9 @@ static int take_unit(choice *c, piece item)
 /* One item of a setting, between commas. */
 static void take_item(choice *c, piece item)
 {
-    static const char *const hint = "KEY=COLUMNS,UNIT: columns by number (3:8), by name or pattern (pos*) of the header; then perhaps a "
-                                    "unit";
+    static const char *const hint =
+        "KEY=COLUMNS,UNIT: columns by number (3:8), by name or pattern (pos*) of the header; then perhaps a "
+        "unit";
     double x;
     if (c->unit >= 0) { /* a gain */
         if (c->gains == 0 || c->kind == OF_T || c->gains >= 64 || !number(' ', item, &x) || !(fabs(x) < 1e30) || x == 0)
@@ -988,7 +1014,8 @@ static void take_item(choice *c, piece item)
         return;
     }
     if (take_numbers(c, item) || take_names(c, item) || take_unit(c, item)) return;
-    if (c->names == 0) refuse_choice(c, "is a name or an unknown unit, but the file has no header", item, "columns by number, from 1: q=2:7");
+    if (c->names == 0)
+        refuse_choice(c, "is a name or an unknown unit, but the file has no header", item, "columns by number, from 1: q=2:7");
     fail("%s:%d: no column is called \"%s\", which %s=%s asks for\nhint: %s", c->d->path, c->s->header_row, quoted(item),
          kind_names[c->kind], c->text, hint);
 }
@@ -1006,9 +1033,9 @@ static void refuse_count(const choice *c, const wanted *w, int count)
     }
     fail("%s:%d: %s=%s is %d columns%s%s, but %s has %d %s\nhint: %s", c->d->path, s->row, kind_names[c->kind], c->text,
          s->used[c->kind], text, i < s->used[c->kind] && i > 0 ? " .." : "", w->model, count,
-         c->kind == OF_T                ? "column of time"
+         c->kind == OF_T                  ? "column of time"
          : c->kind == OF_TAU && w->inputs ? "inputs"
-                                        : "joints",
+                                          : "joints",
          c->kind == OF_TAU ? "tau=5,0 is for two joints, of which the second one has no motor"
                            : "as many columns as the model has; in names * stands for any letters, ? for one");
 }
@@ -1032,7 +1059,7 @@ static choice choose(const motion *d, const wanted *w, sheet *s, int kind, int n
     return c;
 }
 
-/* The unit that the file says of a column: in the row of units, or in brackets behind the name; -1: none, or one that is unknown. */
+/* The unit that the file says of a column, in the row of units, or in brackets behind the name; -1: none, or it is unknown. */
 static int unit_said(const sheet *s, int kind, int column, const piece *unit, int units)
 {
     piece x = {NULL, 0};
@@ -1050,8 +1077,8 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
     found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
     if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
     if (found < 0 && x.n > 0 && s->first_file)
-        printf("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units", column,
-               quoted(x));
+        printf("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
+               column, quoted(x));
     return found;
 }
 
@@ -1062,7 +1089,8 @@ static void fill_fields(motion *d, sheet *s, const choice *c, const piece *unit,
     int i;
     s->factor[kind] = room((size_t)s->used[kind] + 1, sizeof **s->factor);
     for (i = 0; i < s->used[kind]; i++) {
-        const int column = s->column[kind][i], said = c->unit < 0 && kind != OF_T ? unit_said(s, kind, column, unit, units) : c->unit;
+        const int column = s->column[kind][i],
+                  said = c->unit < 0 && kind != OF_T ? unit_said(s, kind, column, unit, units) : c->unit;
         const double gain = c->gains == 0 ? 1 : c->gain[c->gains > 1 ? i : 0];
         const double factor = (kind != OF_T && said >= 0 ? known_units[said].factor : 1) * (c->per ? 1 / gain : gain);
         char text[24] = "";
@@ -1095,7 +1123,8 @@ static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
     } else {
         const int at = w->columns[OF_T] ? 0 : time_column(s, names);
         if (at == 0 && !(w->dt > 0))
-            fail("%s:%d: which column is the time?\nhint: t=1, say; if there is none, dt=0.01: 10 ms from row to row", d->path, s->row);
+            fail("%s:%d: which column is the time?\nhint: t=1, say; if there is none, dt=0.01: 10 ms from row to row", d->path,
+                 s->row);
         s->column[OF_T] = room(1, sizeof **s->column);
         *s->column[OF_T] = at, s->used[OF_T] = at > 0;
         if (at > s->last) s->last = at;
@@ -1191,7 +1220,8 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
         stamp x;
         whole = at < n && s->w[at].n > 0 && !is_missing(s->w[at]);
         if (whole && !read_stamp(s->apart, s->w[at], &x))
-            fail("%s:%d: column %d: expected a time, found \"%s\"\nhint: seconds, or like 2026-11-25T18:10:05.25; t= names the column",
+            fail("%s:%d: column %d: expected a time, found \"%s\"\nhint: seconds, or like 2026-11-25T18:10:05.25; t= names the "
+                 "column",
                  d->path, s->row, at + 1, quoted(s->w[at]));
         if (whole) t = time_of(d, s, s->w[at]);
     } else if (whole && s->unit <= 0) s->unit = 1;
@@ -1306,7 +1336,8 @@ static void split_restarts(motion *d)
                          d->clock && step < -43200
                              ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
                              : "a blank line belongs between two recordings; in one recording, t goes up");
-                if (told++ == 0) printf("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
+                if (told++ == 0)
+                    printf("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
             }
             first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
         }
@@ -1507,8 +1538,10 @@ static double rest_of(const motion *d, int by_qd, int k, int i, int j)
     double before, behind;
     if (by_qd) return step - dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
     if (d->first[k + 1] - d->first[k] < 3) return step;
-    before = i > d->first[k] + 1 ? step - (double)(q[-N] - q[-2 * N]) * (d->t ? dt / fmax(step_to(d, i - 1), 0.1 * dt) : 1) : HUGE_VAL;
-    behind = i + 1 < d->first[k + 1] ? step - (double)(q[N] - q[0]) * (d->t ? dt / fmax(step_to(d, i + 1), 0.1 * dt) : 1) : HUGE_VAL;
+    before = i > d->first[k] + 1 ? step - (double)(q[-N] - q[-2 * N]) * (d->t ? dt / fmax(step_to(d, i - 1), 0.1 * dt) : 1)
+                                 : HUGE_VAL;
+    behind = i + 1 < d->first[k + 1] ? step - (double)(q[N] - q[0]) * (d->t ? dt / fmax(step_to(d, i + 1), 0.1 * dt) : 1)
+                                     : HUGE_VAL;
     return fabs(before) <= fabs(behind) ? before : behind;
 }
 
@@ -1531,7 +1564,7 @@ static rests rests_of(const motion *d, int by_qd, int j, double *rest)
             const double step = (double)(q[0] - q[-N]), next = i + 1 < d->first[k + 1] ? (double)(q[N] - q[0]) : 0;
             const double off = rest_of(d, by_qd, k, i, j);
             const double lasting = step * next > 0 ? fmin(fabs(step), fabs(next)) : 0; /* no wild sample, there and back */
-            if (d->t && step_to(d, i) > 1.5 * d->dt) continue; /* samples are missing */
+            if (d->t && step_to(d, i) > 1.5 * d->dt) continue;                         /* samples are missing */
             rest[count++] = fabs(off);
             fastest = fmax(fastest, by_qd ? fabs(step - off) : lasting);
             if (step != 0) finest = fmin(finest, fabs(step));
@@ -1781,8 +1814,8 @@ static void check_velocities(motion *d, const wanted *w)
 
 /* Fills row `to` of e with the local cubic at time `at` of samples a .. b - 1 of d, whose times are t; force: of tau, else of q and
    qd. `exact`: a sample that is there is taken as it is. w [b - a] is scratch. */
-static void take_row(const motion *d, int a, int b, const double *t, double at, double half, int exact, int force, motion *e, int to,
-                     double *w)
+static void take_row(const motion *d, int a, int b, const double *t, double at, double half, int exact, int force, motion *e,
+                     int to, double *w)
 {
     const int n = force ? d->forces : d->N;
     int from, count = kernel_weights(b - a, t, at, half, &from, w), i, j;
@@ -1821,14 +1854,15 @@ static int take_part(const motion *d, int a, int b, double half, int exact, moti
         e->line[e->samples + i] = d->line[a];
         take_row(d, a, b, t, at, fmax(half, least), exact, 0, e, e->samples + i, w);
         if (d->has_tau)
-            take_row(d, a, b, held, d->measured ? at : at + e->dt / 2, fmax(half, least), exact && d->measured, 1, e, e->samples + i, w);
+            take_row(d, a, b, held, d->measured ? at : at + e->dt / 2, fmax(half, least), exact && d->measured, 1, e,
+                     e->samples + i, w);
     }
     free(w), free(held);
     return count;
 }
 
 /* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
-   lose half of that at both ends, where the filter sees too little of one side. exact: samples at the new times stay as they are. Gaps
+   lose half of it at both ends, where the filter sees too little of a side. exact: samples at the new times stay as they are. Gaps
    split recordings. */
 static motion resampled(const motion *d, double dt, double half, int exact)
 {
@@ -1885,7 +1919,8 @@ static int column_power(const motion *d, int kind, int j, int n, double *power)
     for (k = 0; k < d->trajectories; k++)
         for (a = d->first[k] + slope; a + n + slope <= d->first[k + 1]; a += n / 2, pieces++) {
             for (i = 0; i < n; i++)
-                x[i] = slope ? (double)(of[(a + i + 1) * columns] - of[(a + i - 1) * columns]) / (2 * d->dt) : (double)of[(a + i) * columns];
+                x[i] = slope ? (double)(of[(a + i + 1) * columns] - of[(a + i - 1) * columns]) / (2 * d->dt)
+                             : (double)of[(a + i) * columns];
             add_power(n, x, power, re, im);
         }
     for (i = 0; i <= n / 2; i++)
@@ -1918,8 +1953,8 @@ static double use_of(const motion *d, int kind, int j)
     return kind == OF_TAU ? sum / count - mean * mean / count / count : sum / count;
 }
 
-/* The noise of a column: a floor of the spectrum, from 0.3 to 0.6 of the highest frequency, if it is flat there. half: of the kernel
-   that it was resampled with, 0: none. */
+/* The noise of a column: a floor of the spectrum, from 0.3 to 0.6 of the highest frequency, if it is flat there. half: of the
+   kernel that it was resampled with, 0: none. */
 static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
 {
     static double power[SPECTRUM / 2 + 1], sorted[SPECTRUM / 2 + 1];
@@ -2026,8 +2061,8 @@ static void tell_rate(const motion *d, const motion *e, const pace *p)
         if (e->gaps > 0) printf(", split at %d gaps of more than %g steps", e->gaps, GAP);
         if (e->short_left > 0) printf(", %d samples left out between gaps", e->short_left);
         if (2 * e->short_left > d->samples)
-            fail("\n%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path, d->samples - e->short_left,
-                 d->samples);
+            fail("\n%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
+                 d->samples - e->short_left, d->samples);
     }
     printf("\n");
 }
@@ -2061,12 +2096,12 @@ static void settle(motion *d, const wanted *w, const pace *p)
             for (i = d->first[k]; i < d->first[k + 1]; i++)
                 d->t[i] = (i - d->first[k]) * dt;
         if (wide < 3 * d->dt)
-            fail("%s: filter=%g, but samples every %.3g s allow %.3g Hz at most\nhint: a lower frequency, or filter=off", d->path, hz,
-                 d->dt, KERNEL_BAND / (3 * d->dt));
+            fail("%s: filter=%g, but samples every %.3g s allow %.3g Hz at most\nhint: a lower frequency, or filter=off", d->path,
+                 hz, d->dt, KERNEL_BAND / (3 * d->dt));
         e = resampled(d, dt, wide, 0);
         if (e.trajectories == 0)
-            fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path, hz,
-                 wide);
+            fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path,
+                 hz, wide);
         printf("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
                d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
         if (!same) forget(&even);
@@ -2269,7 +2304,8 @@ static void read_file(motion *d, const wanted *w, const char *path)
         const int kind = kind_of(&s);
         progress(path, (double)(s.row - 1) / s.lines);
         if (kind == BLANK) blank = 1, s.separators += strpbrk(s.text, ",;") != NULL;
-        else if (kind != SAMPLE) blank |= s.units ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
+        else if (kind != SAMPLE)
+            blank |= s.units ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
         else {
             const int before = d->samples;
             if (s.units) add_mapped(d, w, &s);
@@ -2285,9 +2321,10 @@ static void read_file(motion *d, const wanted *w, const char *path)
     if (s.separators > 0) printf("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
     fclose(s.f);
     if (s.taken == 0)
-        fail("%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time; "
-             "other columns: q=3:8, say",
-             path);
+        fail(
+            "%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time; "
+            "other columns: q=3:8, say",
+            path);
     if (d->unit <= 0) d->unit = s.unit, d->guessed = s.guessed;
     d->clock |= s.kind == CLOCK;
     free(s.text), free(s.header), free(s.v), free(s.w), free(s.name), free(s.units);
@@ -2317,7 +2354,11 @@ static void tell_columns(const motion *d, const pace *p)
         snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);
         snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
         if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
-        printf("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name, f->kind == OF_T ? "s" : *f->unit ? f->unit : "as it is", low, high, rate);
+        printf("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
+               f->kind == OF_T ? "s"
+               : *f->unit      ? f->unit
+                               : "as it is",
+               low, high, rate);
     }
     if (d->left_out > 0) printf("rows left out, for a number is missing: %d\n", d->left_out);
 }

@@ -400,7 +400,7 @@ typedef struct {
 } torque_sums;
 
 /* Adds one sample; nothing if the model cannot be evaluated there. */
-static void add_torque(const M(params) *p, int sample, torque_sums *to)
+static void add_torque(const M(params) * p, int sample, torque_sums *to)
 {
     enum { N = M(N), F = M(force_size) };
     static M(work) scratch;
@@ -429,7 +429,7 @@ static void add_torque(const M(params) *p, int sample, torque_sums *to)
 
 /* Torques of the model over recorded ones: the rms, over joints, of the rms error of each over the rms of its torque. Of about a
    thousand held-out samples; 0 if there are no torques. */
-static double torque_error(const M(params) *p)
+static double torque_error(const M(params) * p)
 {
     enum { FEW = 1000 };
     const int step = (d.samples - d.first[train]) / FEW + 1;

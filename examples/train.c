@@ -7,8 +7,8 @@
 
    MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
    t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Several files, folders, and with q=
-   other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
-   trajectories best:
+   other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows;
+   one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
      layers    of an autoencoder without chart: Riemannian Adam on their reconstruction
@@ -95,9 +95,11 @@ enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but n
 static void help(void)
 {
     int i;
-    printf("train motion.csv .. [key=value ...]     trains " STRING(MODEL) " on recorded motion\n\n"
-           "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories. Several files, or\n"
-           "folders of them; with q= other columns. docs/training.md, \"From a logger\"\n\n",
+    printf("train motion.csv .. [key=value ...]     trains " STRING(
+               MODEL) " on recorded motion\n\n"
+                      "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories. Several "
+                      "files, or\n"
+                      "folders of them; with q= other columns. docs/training.md, \"From a logger\"\n\n",
            (int)M(N), (int)M(N), (int)M(force_size), M(inputs) > 0 ? "u" : "tau");
     for (i = 0; i < WORDS; i++)
         printf("  %s=%-*s %-15s %s\n", words[i].key, 13 - (int)strlen(words[i].key), words[i].value ? words[i].value : "", "",
@@ -789,8 +791,7 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
-        (score > 2 * s.best_score || s.step >= s.since + patience()))
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (score > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 
@@ -1117,7 +1118,8 @@ static void read_all(void)
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
-        fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, and "
+        fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "
+             "and "
              "one at least; held=none none",
              k, words[HELD].value);
     printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,

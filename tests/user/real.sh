@@ -53,7 +53,7 @@ learn() {
             split($0, x, " ")
             if (/^time: .* resampled to/) { sub(/.*resampled to /, ""); sub(/ by local.*/, ""); rate = $0 }
             if (/^filter: /) filter = x[2] " Hz"
-            if (/ trajectories [(]/) { count = $0; sub(/ trajectories.*/, "", count); held = $0; sub(/.*[(]/, "", held); sub(/ held.*/, "", held) }
+            if (/ trajectories [(]/) count = x[1], held = substr(x[3], 2)
             if (/tau_model - tau, rms/) on = 1
             else if (/^M at/) on = 0
             else if (on) { tau += x[2] ^ 2; off += x[3] ^ 2 }
@@ -61,8 +61,10 @@ learn() {
         }
         /^"held-out/ { e[$2] = sprintf("%.3g / %.3g", $3, $(NF - 2)) }
         function near(ms, t) { for (t in e) if ((t / ms - 1) ^ 2 < 0.1 ^ 2) return e[t] }
-        END { printf "| %s | %s, %s | %s | %s | %.3g | %s | %s | %d |\n", name, count, held, rate, filter, sqrt(off / tau), near(100),
-                     near(1000), ended }' $dir/"$name".log $dir/"$name"_errors.csv
+        END {
+            printf "| %s | %s, %s | %s | %s | %.3g | %s | %s | %d |\n", name, count, held, rate, filter, sqrt(off / tau), near(100),
+                   near(1000), ended
+        }' $dir/"$name".log $dir/"$name"_errors.csv
 }
 
 echo '| set | recordings, held out | rate | filter | torque error | E_q 100 ms: model / q + h qd | 1 s | exit code |'

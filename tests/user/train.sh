@@ -140,7 +140,8 @@ check 'negative' says 'look=-1: a number, 0 .. 3600' $dir/chart $dir/16_train.cs
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing held out: a hint' grep '^hint: held=0.1' $dir/says.log
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
-for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 dt=1e10 look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
+for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 dt=1e10 \
+    look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
     acc=1e10 lr_ae=1e10 lr_net=1e10 threads=1e10 resume=2 smooth=1.5; do
     check "$word" says "^${word%%=*}=.*: a .*number, [0-9.]* .. [0-9.e+]*\$" $dir/joints $dir/2_train.csv $word
 done
@@ -152,7 +153,8 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-for word in out t q qd tau dt filter test from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
+for word in out t q qd tau dt filter test \
+    from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
     resume; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -168,7 +170,8 @@ check 'other columns' says 'columns, but joints needs' $dir/joints $dir/16_train
 check 'no file' says 'cannot read' $dir/chart $dir/nothing.csv
 check 'no place' says '^cannot write .*nowhere/a.part: ' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
 check 'no place: a hint' grep '^hint: out= names another place' $dir/says.log
-check 'a directory' says '^cannot read .*train: ' $dir/chart $dir
+mkdir -p $dir/empty
+check 'an empty folder' says 'no file in it is called .csv' $dir/chart $dir/empty
 check 'no weights' says 'cannot start from' $dir/layers $dir/16_train.csv from=$dir/16.h5 out=$dir/g
 check 'no weights: a hint' grep '^hint: from= is a .roln of this config' $dir/says.log
 check 'weights that are a directory' says '^cannot read .*train: ' $dir/layers $dir/16_train.csv from=$dir out=$dir/g
@@ -263,7 +266,8 @@ even 'few digits' '^time: steps of 0 [.][.] 10 ms, a clock of 1 ms rounded to 10
     "$row { \$1 = sprintf(\"%.2f\", \$1) } 1"
 wrong 't in ms' 't is in milliseconds$' "$row { \$1 *= 1000 } 1"
 wrong 't in us' 't is in microseconds$' "$row { \$1 *= 1000000 } 1"
-even 'a clock that jitters' '^time: steps of 0.96 [.][.] 1.02 ms; resampled to 1 ms' '[23][0-9]*' "$row { \$1 = \$1 + NR % 3 * 2e-5 } 1"
+even 'a clock that jitters' '^time: steps of 0.96 [.][.] 1.02 ms; resampled to 1 ms' '[23][0-9]*' \
+    "$row { \$1 = \$1 + NR % 3 * 2e-5 } 1"
 wrong 'all of 1e-12' ':2: steps of t are 1e-12 s' "$row { \$1 *= 1e-9 } 1"
 wrong 'single samples' 'no sample follows another' '{ print; print "" }'
 wrong 'a header alone' 'has no samples' 'NR == 1'
