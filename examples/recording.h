@@ -1006,7 +1006,7 @@ static void take_item(choice *c, piece item)
     static const char *const hint =
         "KEY=COLUMNS,UNIT: columns by number (3:8), by name or pattern (pos*) of the header; then perhaps a "
         "unit";
-    double x;
+    double x = 0;
     if (c->unit >= 0) { /* a gain */
         if (c->gains == 0 || c->kind == OF_T || c->gains >= 64 || !number(' ', item, &x) || !(fabs(x) < 1e30) || x == 0)
             refuse_choice(c, "stands behind the unit", item, "the unit comes last, and gains behind it: A*14.9,13.3");
@@ -2060,11 +2060,11 @@ static void tell_rate(const motion *d, const motion *e, const pace *p)
         printf("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
         if (e->gaps > 0) printf(", split at %d gaps of more than %g steps", e->gaps, GAP);
         if (e->short_left > 0) printf(", %d samples left out between gaps", e->short_left);
-        if (2 * e->short_left > d->samples)
-            fail("\n%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
-                 d->samples - e->short_left, d->samples);
     }
     printf("\n");
+    if (e && 2 * e->short_left > d->samples)
+        fail("%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
+             d->samples - e->short_left, d->samples);
 }
 
 /* One rate, one filter, qd where there is none, qdd. The unfiltered motion is checked by `check` before. */

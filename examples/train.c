@@ -766,7 +766,7 @@ static void look(void)
     score *scores = room((size_t)held, sizeof *scores);
     int every = stride_of(&d, 0.1) * (s.thin > 0 ? s.thin : 1);
     M(params) p = s.p;
-    double torque = 0, score;
+    double torque = 0, product;
     error e[2];
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
@@ -779,9 +779,9 @@ static void look(void)
     free(scores);
     if (set("torque") > 0 && s.stage != LAYERS) torque = torque_error(&p);
     s.ahead = far * d.dt;
-    score = e[1].typical * fmax(torque, 0.1);
-    if (s.step == 0 || score < s.best_score)
-        s.best_score = score, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
+    product = e[1].typical * fmax(torque, 0.1);
+    if (s.step == 0 || product < s.best_score)
+        s.best_score = product, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
            far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
@@ -791,7 +791,7 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (score > 2 * s.best_score || s.step >= s.since + patience()))
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (product > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 
