@@ -60,7 +60,8 @@ typedef enum {
     REGRESSION_E_SOLVE       /* the normal equations have no finite solution */
 } regression_status;
 
-/* Recordings. sample(ctx, i, ..) writes q, qd, qdd, tau [joints] of sample i. Recording k has the samples first[k] .. first[k+1]-1. */
+/* Recordings. sample(ctx, i, ..) writes q, qd, qdd, tau [joints] of sample i. Recording k has the samples
+   first[k] .. first[k + 1] - 1. regression_fit passes over them five times, sample by sample. */
 typedef struct {
     int recordings;
     const int *first;
@@ -110,13 +111,13 @@ typedef struct {
     double *x; /* [numbers] */
 
     /* how it was found */
-    double ridge, error;         /* error: rms of (tau_model - tau) / torque in validation, over joints */
-    double told;                 /* how many numbers the recordings tell, beside the ridge */
-    double error_chain, error_free; /* errors of a small model with and without chain order */
+    double ridge, error;               /* error: rms of (tau_model - tau) / torque in validation, over joints */
+    double told;                       /* how many numbers the recordings tell, beside the ridge */
+    double error_chain, error_free;    /* errors of a small model with and without chain order */
     double inertia[REGRESSION_JOINTS]; /* mean of M_jj; if it is not above its noise, what the noise would hide */
     double floor[REGRESSION_JOINTS];   /* M >= diag(floor) where it was projected */
     double inertial[REGRESSION_JOINTS], noise[REGRESSION_JOINTS]; /* rms of M qdd and of tau_model - tau, in training */
-    int places, indefinite;            /* places of the last test of M, and how many had M that is not positive definite */
+    int places, indefinite; /* places of the last test of M, and how many had M that is not positive definite */
 } regression;
 
 /* Scratch of one thread. */
@@ -506,54 +507,80 @@ static void regression_sums_free(regression_sums *s)
     free(s);
 }
 
-/* The sums of each fold, and of all: [REGRESSION_FOLDS + 1]. Whole recordings go to the folds in turn. Fewer recordings than two
-   for each fold are cut into eight blocks, which go to the folds in turn. The first and last sample of a recording are left out: their accelerations are one-sided. */
+/* Where samples gather until they are added: a panel for each joint, with `at` rows. */
+typedef struct {
+    regression_panel panel[REGRESSION_JOINTS];
+    regression_work work;
+    int at;
+} regression_gathering;
+
+/* Adds the weighted rows of one sample to the panels, and its part of b and |tau|^2 to the sums. */
+static void regression_gather(const regression *r, const regression_source *d, int i, regression_gathering *g, regression_sums *to)
+{
+    double q[4][REGRESSION_JOINTS];
+    int j, c;
+    d->sample(d->ctx, i, q[0], q[1], q[2], q[3]);
+    regression_rows(r, q[0], q[1], q[2], &g->work);
+    for (j = 0; j < r->joints; j++) {
+        const regression_panel *p = &g->panel[j];
+        const double tau = r->weight[j] * q[3][j];
+        double *row = p->A + g->at * p->stride;
+        for (c = 0; c < p->count; c++) {
+            row[c] = r->weight[j] * g->work.A[j * r->numbers + p->which[c]];
+            to->b[p->which[c]] += row[c] * tau;
+        }
+        to->square += tau * tau, to->rows++;
+    }
+    g->at++;
+}
+
+/* Adds the products of what was gathered. */
+static void regression_flush(const regression *r, regression_gathering *g, regression_sums *to)
+{
+    int j;
+    for (j = 0; j < r->joints; j++)
+        regression_add_panel(&g->panel[j], g->at, r->numbers, to->G);
+    g->at = 0;
+}
+
+/* all += s */
+static void regression_add_sums(const regression_sums *s, int P, regression_sums *all)
+{
+    size_t i;
+    for (i = 0; i < (size_t)P * (size_t)P; i++)
+        all->G[i] += s->G[i];
+    for (i = 0; i < (size_t)P; i++)
+        all->b[i] += s->b[i];
+    all->square += s->square, all->rows += s->rows;
+}
+
+/* The sums of each fold, and of all: [REGRESSION_FOLDS + 1]. Whole recordings go to the folds in turn. If there are fewer than two
+   for each fold, eighths of recordings do. The first and last sample are left out: their accelerations are one-sided. */
 static regression_sums *regression_sum(const regression *r, const regression_source *d)
 {
-    const int N = r->joints, P = r->numbers, stride = regression_stride(r), whole = d->recordings >= 2 * REGRESSION_FOLDS;
-    regression_sums *s = regression_sums_new(P), *all = s + REGRESSION_FOLDS;
-    regression_panel panel[REGRESSION_JOINTS];
-    regression_work w = regression_work_new(r);
-    double q[4][REGRESSION_JOINTS];
-    int k, block, i, j, c;
-    for (j = 0; j < N; j++)
-        panel[j] = regression_panel_of(r, j);
+    const int stride = regression_stride(r), parts = d->recordings < 2 * REGRESSION_FOLDS ? 8 : 1;
+    regression_sums *s = regression_sums_new(r->numbers);
+    regression_gathering g;
+    int k, part, i, j;
+    for (j = 0; j < r->joints; j++)
+        g.panel[j] = regression_panel_of(r, j);
+    g.work = regression_work_new(r), g.at = 0;
     for (k = 0; k < d->recordings; k++)
-        for (block = 0; block < 8; block++) {
+        for (part = 0; part < parts; part++) {
             const int from = d->first[k] + 1, length = d->first[k + 1] - 1 - from;
-            regression_sums *to = s + (whole ? k : block + k) % REGRESSION_FOLDS;
-            int at = 0, end;
-            if (length < 8) break;
-            end = from + (int)((double)length * (block + 1) / 8);
-            for (i = from + (int)((double)length * block / 8); i < end; i += stride) {
-                d->sample(d->ctx, i, q[0], q[1], q[2], q[3]);
-                regression_rows(r, q[0], q[1], q[2], &w);
-                for (j = 0; j < N; j++) {
-                    const double tau = r->weight[j] * q[3][j];
-                    double *row = panel[j].A + at * panel[j].stride;
-                    for (c = 0; c < panel[j].count; c++) {
-                        row[c] = r->weight[j] * w.A[j * P + panel[j].which[c]];
-                        to->b[panel[j].which[c]] += row[c] * tau;
-                    }
-                    to->square += tau * tau, to->rows++;
-                }
-                if (++at < REGRESSION_BLOCK && i + stride < end) continue;
-                for (j = 0; j < N; j++)
-                    regression_add_panel(&panel[j], at, P, to->G);
-                at = 0;
+            const int end = from + (int)((double)length * (part + 1) / parts);
+            regression_sums *to = s + (part + k) % REGRESSION_FOLDS;
+            for (i = from + (int)((double)length * part / parts); i < end; i += stride) {
+                regression_gather(r, d, i, &g, to);
+                if (g.at == REGRESSION_BLOCK) regression_flush(r, &g, to);
             }
+            regression_flush(r, &g, to);
         }
-    for (k = 0; k < REGRESSION_FOLDS; k++) {
-        size_t e;
-        for (e = 0; e < (size_t)P * (size_t)P; e++)
-            all->G[e] += s[k].G[e];
-        for (i = 0; i < P; i++)
-            all->b[i] += s[k].b[i];
-        all->square += s[k].square, all->rows += s[k].rows;
-    }
-    for (j = 0; j < N; j++)
-        free(panel[j].which), free(panel[j].A);
-    regression_work_free(&w);
+    for (k = 0; k < REGRESSION_FOLDS; k++)
+        regression_add_sums(s + k, r->numbers, s + REGRESSION_FOLDS);
+    for (j = 0; j < r->joints; j++)
+        free(g.panel[j].which), free(g.panel[j].A);
+    regression_work_free(&g.work);
     return s;
 }
 
@@ -644,11 +671,11 @@ static double regression_try(const regression *r, const regression_sums *s, cons
 }
 
 /* Degrees of M and V, from small to large. */
-static const int regression_degrees[][2] = {{0, 1}, {1, 1}, {1, 2}, {1, 3}, {2, 3}, {2, 4}, {3, 4}};
+static const int regression_degrees[][2] = {{0, 1}, {1, 1}, {1, 2}, {1, 3}, {2, 3}, {2, 4}, {3, 4}, {4, 4}};
 enum { REGRESSION_SHAPES = sizeof regression_degrees / sizeof *regression_degrees };
 
-/* Builds the largest of these shapes that has at most `most` numbers, and at most half as many as there are rows. Returns its place,
-   -1: none. */
+/* Builds the largest of these shapes that has at most `most` numbers, and at most half as many as there are rows. Returns its
+   place in the list, -1: none. */
 static int regression_largest(regression *r, regression_shape s, int most)
 {
     const double half = (double)r->samples * r->joints / 2;
@@ -661,12 +688,13 @@ static int regression_largest(regression *r, regression_shape s, int most)
     return -1;
 }
 
-/* Chain order, taken if the error grows by 5 % at most; then the joints that M and V need not know: without them it does not grow. */
+/* Chain order, which is taken if the error grows by 5 % at most. Then the joints that M and V need not know: without them the error
+   does not grow. Returns 0 if the recordings are too short. */
 static int regression_structure(regression *r, const regression_source *d)
 {
     enum { MOST = 600 };
     const int most = MOST < r->most ? MOST : r->most;
-    regression_shape s = {0, 0, 0, r->still}, next;
+    regression_shape s = {0, 0, 0, 0}, next;
     double ridge = 1e-2, e, before;
     int pass, n, j;
     for (pass = 0; pass < 2; pass++) { /* with chain order the second one has room for higher degrees */
@@ -682,7 +710,6 @@ static int regression_structure(regression *r, const regression_source *d)
         }
         for (j = 0; j < r->joints && pass == 1; j++) {
             next = s, next.unused |= 1u << j;
-            if (next.unused == s.unused) continue;
             e = regression_try(r, sums, &next, which, &n, &ridge);
             if (e <= 1.001 * before + 1e-7) s = next, before = e < before ? e : before;
         }
@@ -816,16 +843,18 @@ static int regression_definite(regression *r, const regression_sums *s, regressi
     const double weight = (double)s->rows / N / at->count;
     double *G = regression_room((size_t)P * (size_t)P, sizeof *G), *scale = regression_room((size_t)P, sizeof *scale);
     double *x = regression_room((size_t)P, sizeof *x), *pull = regression_room((size_t)(N * N * r->functions), sizeof *pull);
-    double unit[REGRESSION_JOINTS];
+    double unit[REGRESSION_JOINTS], fastest = 0;
     int round, good, i, j;
     for (j = 0; j < N; j++)
-        unit[j] = sqrt(r->weight[j] * (r->acceleration[j] > 0 ? r->acceleration[j] : 1));
+        fastest = fmax(fastest, r->acceleration[j]);
+    for (j = 0; j < N; j++)
+        unit[j] = sqrt(r->weight[j] * (r->still >> j & 1 ? fastest : r->acceleration[j]));
     memcpy(G, s->G, sizeof *G * (size_t)P * (size_t)P);
-    for (i = 0; i < P; i++) {
-        const double g = G[(size_t)i * (size_t)(P + 1)];
-        scale[i] = g > 0 ? 1 / sqrt(g) : 1;
-    }
     regression_add_places(r, unit, weight, at, G);
+    for (i = 0; i < P; i++) { /* a column that the samples do not have has the norm of the places */
+        const double g = s->G[(size_t)i * (size_t)(P + 1)], all = G[(size_t)i * (size_t)(P + 1)];
+        scale[i] = g > 0 ? 1 / sqrt(g) : all > 0 ? 1 / sqrt(all) : 1;
+    }
     for (i = 0; i < P; i++) {
         for (j = 0; j <= i; j++)
             G[(size_t)i * (size_t)P + (size_t)j] *= scale[i] * scale[j];
@@ -900,11 +929,15 @@ static regression_status regression_choose(regression *r, const regression_sourc
         if (e[k] < least) least = e[k], start = ridge[k];
     }
     for (k = 0; k < top && !(e[k] <= 1.01 * least + 1e-9); k++) {}
-    free(which), regression_sums_free(all);
+    free(which), r->ridge = ridge[k], r->error = e[k];
+    if (k == top && least < HUGE_VAL) {
+        *sums = all;
+        return REGRESSION_OK;
+    }
+    regression_sums_free(all);
     if (!(least < HUGE_VAL)) return REGRESSION_E_SOLVE;
     next.degree_M = regression_degrees[k][0], next.degree_V = regression_degrees[k][1];
     regression_build(r, &next, r->most);
-    r->ridge = ridge[k], r->error = e[k];
     *sums = regression_sum(r, d);
     return REGRESSION_OK;
 }
@@ -1030,9 +1063,7 @@ static const char *regression_status_text(regression_status st)
 /* Prints the model, and what the recordings cannot tell. */
 static void regression_tell(const regression *r, FILE *to)
 {
-    int unused = 0, j;
-    for (j = 0; j < r->joints; j++)
-        unused += r->shape.unused >> j & 1;
+    int j;
     fprintf(to, "regression: degree %d of M, %d of V, %s, %d numbers, of which the recordings tell %.0f; ridge %.1g\n",
             r->shape.degree_M, r->shape.degree_V, r->shape.chain ? "chain order" : "no chain order", r->numbers, r->told, r->ridge);
     if (!r->shape.chain)
@@ -1096,7 +1127,8 @@ static int regression_substeps(const regression *r, double h)
     return rate * h > 32 ? 16 : rate * h > 2 ? (int)ceil(rate * h / 2) : 1;
 }
 
-/* x = [q, qd] after the time h. The torque goes linearly from tau to tau_end. Returns 0 if M is not positive definite on the way. */
+/* x = [q, qd] after the time h. The torque changes linearly from tau to tau_end. Returns 0 if M is not positive definite on the
+   way. */
 static int regression_step(const regression *r, const double *tau, const double *tau_end, double h, double *x, regression_work *w)
 {
     const int N = r->joints, steps = regression_substeps(r, h);
@@ -1120,9 +1152,9 @@ static int regression_step(const regression *r, const double *tau, const double 
     return 1;
 }
 
-/* Errors on recordings: tau: rms of tau_model - tau over rms of tau, of each joint and of all together. q: rms of q_pred - q over rms
-   of q - mean at the end of roll-outs of `samples` samples, which begin every `every` samples; constant: the same of q + h qd. A
-   roll-out fails if M is not positive definite, or if it ends 100 times farther off than the rms of q. */
+/* Errors on recordings. tau, all: rms of tau_model - tau over rms of tau, of each joint and of all together. q: rms of q_pred - q
+   over rms of q - mean, at the end of roll-outs of `samples` samples, which begin every `every` samples. constant: the same of
+   q + h qd. A roll-out fails if M is not positive definite, or if it ends 100 times farther off than the rms of q. */
 typedef struct {
     double tau[REGRESSION_JOINTS], all, q, constant;
     int windows, failed;
