@@ -225,6 +225,42 @@ static void test_units(void)
     }
 }
 
+/* A joint without motor, whose torque is 0: the same rms of its rows in kNm and in degrees as in Nm and radians. */
+static void test_passive(void)
+{
+    double error[2] = {0};
+    int k, j;
+    for (k = 0; k < 2; k++) {
+        machine m = machine_of(PLANAR, 2, 8, 300);
+        regression_source s = source_of(&m);
+        regression r;
+        m.silent[1] = 1, m.noise = 0.3, m.torque = k ? 1e5 : 1;
+        for (j = 0; j < 2; j++)
+            m.unit[j] = k ? 57.295779513082323 : 1, m.turn[j] *= m.unit[j];
+        r = regression_new(2, m.turn);
+        is(regression_fit(&r, &s), REGRESSION_OK, "status");
+        error[k] = r.error;
+        regression_free(&r);
+    }
+    below(fabs(error[1] / error[0] - 1), 1e-5, "joint without motor in another unit");
+}
+
+/* With noise chain order is refused where the joints are no chain counted from the base. */
+static void test_order(void)
+{
+    int k;
+    for (k = 0; k < 2; k++) {
+        machine m = machine_of(k ? REVERSED : PLANAR, 2, 8, 300);
+        regression_source s = source_of(&m);
+        regression r = regression_new(2, m.turn);
+        m.noise = 0.5;
+        is(regression_fit(&r, &s), REGRESSION_OK, "status");
+        is(r.shape.chain != 0, !k, "chain order with noise");
+        below(r.error_free, 0.2, "error of a small model");
+        regression_free(&r);
+    }
+}
+
 /* A slider in mm beside a hinge. */
 static void test_slider(void)
 {
@@ -309,6 +345,8 @@ int main(void)
     test_exact(COLUMN, 3, 1, 1);
     test_units();
     test_slider();
+    test_passive();
+    test_order();
     test_degenerate();
     for (st = REGRESSION_OK; st <= REGRESSION_E_SOLVE; st++)
         check(strlen(regression_status_text((regression_status)st)) > 0, "text of a status", st, st);
