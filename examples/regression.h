@@ -16,7 +16,8 @@
    - M is positive definite at samples and at random places of their range. ADMM alternates between the regression and the nearest
      matrix M >= diag(floor). One Cholesky factor serves all rounds.
 
-   Double precision, heap, no library but libm, the same result in every run. Cost for six joints and 30,000 samples: 5 s, 80 MB.
+   Double precision, heap, no library but libm, the same result in every run. Cost for six joints and 30,000 samples: 5 to
+   11 s, 50 MB.
 
        regression_new, _free        an empty regression; gives its memory back
        regression_fit               fits it to recordings

@@ -117,14 +117,14 @@ static double start_unit(const M(params) * p, int j)
     return (double)p->scale.q * (each ? (double)each[j] : 1);
 }
 
-/* scale.m = the power of 2 next to the geometric mean of the inertias. */
+/* scale.m = the geometric mean of the inertias: the networks see the same numbers in Nm, mNm and kNm, up to rounding. */
 static void start_scale(const regression *r, M(params) * p)
 {
     double mean = 0;
     int j;
     for (j = 0; j < r->joints; j++)
         mean += log(r->inertia[j] * start_unit(p, j) * start_unit(p, j)) / r->joints;
-    p->scale.m = (roln_real)pow(2, floor(mean / log(2.0) + 0.5));
+    p->scale.m = (roln_real)exp(mean);
 }
 
 /* Constants of damping and dry friction. */
