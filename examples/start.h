@@ -1,0 +1,211 @@
+/* SPDX-License-Identifier: MIT */
+/* start.h - networks that begin where the regression of regression.h ends: unit of inertia, M, V, damping and dry friction.
+
+   train.c includes it behind its config and regression.h. It is for models whose coordinates are the joints (n = N, no autoencoder)
+   with an exponential mass matrix, no learned base point and no SPD layers: start_possible. The networks are fitted to the
+   regression at samples and at random places of their range:
+
+       mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity
+       potential network   the derivative of V along a random direction, in which each joint counts by its rms torque
+       damper, friction    constants c_j and s_j of the regression; v_j = 0.04 rms speeds
+
+   Adam on values that have no noise: 50,000 batches of 64 take 3 s for six joints and networks 16, 16. The model is then positive
+   definite by construction, and as good as the regression (docs/accuracy.md). */
+
+#ifndef START_H
+#define START_H
+
+enum { START_PLACES = 20000, START_BATCH = 64, START_MASS = 20000, START_POTENTIAL = 30000 };
+
+/* One network, and what it is fitted to. */
+typedef struct {
+    const roln_mlp *net;
+    roln_real *theta;
+    const roln_real *x, *x_t; /* [START_PLACES][in]: inputs; directions, NULL: values are fitted */
+    const roln_real *y;       /* [START_PLACES][out]: values, or derivatives along x_t */
+} start_target;
+
+/* Nonzero if this model can begin at a regression. */
+static int start_possible(void)
+{
+    const roln_lnn *f = &M(model).lnn;
+    return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
+}
+
+/* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: of the targets. */
+static double start_gradient(const start_target *t, const int *which, roln_real *room_, roln_real *g, double *norm)
+{
+    enum { B = START_BATCH };
+    const int ni = t->net->size[0], no = t->net->size[t->net->layers], hidden = roln_mlp_hidden(t->net);
+    const int planes = t->x_t ? 2 : 1, at = (planes - 1) * B * no; /* the last plane is compared */
+    roln_real *x = room_, *y = x + 2 * B * ni, *gy = y + 2 * B * no, *slope = gy + 2 * B * no, *out = slope + B * hidden;
+    const roln_mlp_plane plane[2] = {{x, out, planes, 0}, {x + B * ni, out, planes, 1}};
+    double sum = 0;
+    int i;
+    for (i = 0; i < B; i++) {
+        memcpy(x + i * ni, t->x + which[i] * ni, sizeof *x * (size_t)ni);
+        if (t->x_t) memcpy(x + (B + i) * ni, t->x_t + which[i] * ni, sizeof *x * (size_t)ni);
+    }
+    roln_mlp_forward(t->net, 1, planes, B, t->theta, x, y, slope, out);
+    memset(gy, 0, sizeof *gy * (size_t)(2 * B * no));
+    for (*norm = 0, i = 0; i < B * no; i++) {
+        const roln_real target = t->y[which[i / no] * no + i % no], off = y[at + i] - target;
+        gy[at + i] = 2 * off / B;
+        sum += (double)off * (double)off, *norm += (double)target * (double)target;
+    }
+    roln_mlp_bwd(t->net, planes, B, t->theta, plane, slope, gy, NULL, g, out + 2 * B * hidden);
+    return sum;
+}
+
+/* Adam with a rate that falls as a cosine. Returns the rms error over the rms target in the last hundred batches. */
+static double start_adam(const start_target *t, int steps, double rate)
+{
+    enum { B = START_BATCH };
+    const int ni = t->net->size[0], no = t->net->size[t->net->layers], P = roln_mlp_params(t->net);
+    const int wide = roln_mlp_widest(t->net, 0) + roln_mlp_widest(t->net, 1);
+    roln_real *work_ = room((size_t)(B * (2 * ni + 4 * no + 3 * roln_mlp_hidden(t->net) + 2 * wide)), sizeof *work_);
+    roln_real *g = room((size_t)P, sizeof *g);
+    double *m = room((size_t)P, sizeof *m), *v = room((size_t)P, sizeof *v), sum = 0, norm = 0;
+    unsigned seed = 1;
+    int which[B], k, i;
+    for (k = 1; k <= steps; k++) {
+        const double now_ = rate * (k < 100 ? k / 100.0 : 0.5 * (1 + cos(acos(-1.0) * k / steps)) + 1e-3);
+        const double c1 = 1 - pow(0.9, k), c2 = 1 - pow(0.999, k);
+        double all, off;
+        for (i = 0; i < B; i++)
+            which[i] = (int)(regression_random(&seed) * START_PLACES);
+        memset(g, 0, sizeof *g * (size_t)P);
+        off = start_gradient(t, which, work_, g, &all);
+        if (k > steps - 100) sum += off, norm += all;
+        for (i = 0; i < P; i++) {
+            const double x = (double)g[i];
+            m[i] += 0.1 * (x - m[i]), v[i] += 0.001 * (x * x - v[i]);
+            t->theta[i] -= (roln_real)(now_ * (m[i] / c1) / (sqrt(v[i] / c2) + 1e-12));
+        }
+    }
+    free(work_), free(g), free(m), free(v);
+    return norm > 0 ? sqrt(sum / norm) : 0;
+}
+
+/* u [n (n + 1) / 2] = log M, the diagonal first. Eigenvalues below 1e-3 of the largest count as that. Returns 0 without a
+   result. */
+static int start_log(const double *M_, roln_real *u)
+{
+    enum { n = M(n) };
+    static roln_real work_[ROLN_EIG_WORK(M(n))];
+    roln_real A[n * n], l[n], Q[n * n];
+    int i, j, k, at = n;
+    for (i = 0; i < n * n; i++)
+        A[i] = (roln_real)M_[i];
+    if (roln_eig(n, A, l, Q, work_) != ROLN_OK) return 0;
+    for (i = 0; i < n; i++)
+        for (j = 0; j <= i; j++) {
+            double sum = 0;
+            for (k = 0; k < n; k++) {
+                const double least = 1e-3 * fmax((double)l[0], (double)l[n - 1]);
+                sum += log(fmax((double)l[k], least)) * (double)Q[k * n + i] * (double)Q[k * n + j];
+            }
+            u[i == j ? i : at++] = (roln_real)sum;
+        }
+    return 1;
+}
+
+/* Unit of joint j: q_j = unit times what the networks see. */
+static double start_unit(const M(params) * p, int j)
+{
+    const roln_real *each = M(trained)(p).each;
+    return (double)p->scale.q * (each ? (double)each[j] : 1);
+}
+
+/* scale.m = the geometric mean of the inertias: the networks see the same numbers in Nm, mNm and kNm, up to rounding. */
+static void start_scale(const regression *r, M(params) * p)
+{
+    double mean = 0;
+    int j;
+    for (j = 0; j < r->joints; j++)
+        mean += log(r->inertia[j] * start_unit(p, j) * start_unit(p, j)) / r->joints;
+    p->scale.m = (roln_real)exp(mean);
+}
+
+/* Constants of damping and dry friction. */
+static void start_friction(const regression *r, M(params) * p)
+{
+    const roln_lnn *f = &M(model).lnn;
+    roln_real *damper = p->theta + rolni_damper_at(f), *friction = p->theta + rolni_friction_at(f);
+    const int tri = ROLN_TRI(f->n), size = f->damping ? roln_mlp_params(&f->damper_net) : 0;
+    const double t = (double)p->scale.t, m = (double)p->scale.m;
+    int i, j;
+    for (i = f->damping ? size - tri - tri * f->damper_net.size[f->damper_net.layers - 1] : 0; i < size; i++)
+        damper[i] = i < size - tri ? damper[i] / 100 : 0; /* L hardly depends on z at first */
+    for (j = 0; j < r->joints; j++) {
+        const double u = start_unit(p, j), least = 1e-3 * r->torque[j];
+        double viscous = 0, dry = 0;
+        for (i = 0; i < r->numbers; i++) {
+            const regression_number *a = &r->number[i];
+            if (a->of != REGRESSION_OF_FRICTION || a->i != j) continue;
+            if (a->f == 0 && r->speed[j] > 0) viscous = r->x[i] / r->speed[j];
+            if (a->f == 1 || a->f == 2) dry += r->x[i];
+        }
+        if (f->damping)
+            damper[size - tri + j] = (roln_real)sqrt(fmax(viscous, r->speed[j] > 0 ? least / r->speed[j] : 0) * u * u * t / m);
+        if (!f->friction) continue;
+        friction[j] = (roln_real)log(fmax(fmax(dry, least) * u * t * t / m, 1e-12));
+        friction[f->n + j] = (roln_real)log(fmax(0.04 * r->speed[j] * t / u, 1e-12));
+    }
+}
+
+/* Inputs, log M, and derivatives of V along random directions, at samples and random places. Returns 0 without a result. */
+static int start_targets(const regression *r, const regression_source *d, const M(params) * p, roln_real *x, roln_real *x_t,
+                         roln_real *u, roln_real *V_t)
+{
+    enum { N = M(N) };
+    const roln_lnn *f = &M(model).lnn;
+    const int in = f->mass_net.size[0], samples = d->first[d->recordings] - d->first[0];
+    const double t = (double)p->scale.t, m = (double)p->scale.m, still[N] = {0};
+    regression_work w = regression_work_new(r);
+    double q[N], other[3][N], M_[N * N], c[3][N];
+    unsigned seed = 11;
+    int good = 1, i, j, k;
+    for (i = 0; i < START_PLACES && good; i++) {
+        roln_real z[N], direction[N];
+        if (i % 4 == 0) regression_random_place(r, &seed, q);
+        else d->sample(d->ctx, d->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
+        (void)regression_terms(r, q, still, M_, c[0], c[1], c[2], &w);
+        for (V_t[i] = 0, j = 0; j < N; j++) {
+            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j];
+            for (k = 0; k < N; k++)
+                M_[j * N + k] *= u_j * start_unit(p, k) / m;
+            z[j] = (roln_real)(q[j] / u_j), direction[j] = (roln_real)(along / u_j);
+            V_t[i] += (roln_real)(along * c[1][j] * t * t / m);
+        }
+        if (f->angles) rolni_see(f, 1, z, x + i * in), rolni_see_along(f, 1, x + i * in, direction, x_t + i * in);
+        else memcpy(x + i * in, z, sizeof z), memcpy(x_t + i * in, direction, sizeof direction);
+        good = start_log(M_, u + i * ROLN_TRI(N));
+    }
+    regression_work_free(&w);
+    return good;
+}
+
+/* Writes scale.m and the networks of p. p has its scales and random networks. Returns 0, and says why, if that is not possible. */
+static int start_networks(const regression *r, const regression_source *d, M(params) * p)
+{
+    const roln_lnn *f = &M(model).lnn;
+    const size_t in = (size_t)f->mass_net.size[0], places = START_PLACES;
+    roln_real *x = room(places * in, sizeof *x), *x_t = room(places * in, sizeof *x), *V_t = room(places, sizeof *V_t);
+    roln_real *u = room(places * (size_t)ROLN_TRI(f->n), sizeof *u);
+    const start_target mass = {&f->mass_net, p->theta, x, NULL, u};
+    const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t};
+    int good;
+    start_scale(r, p);
+    good = start_targets(r, d, p, x, x_t, u, V_t);
+    if (good) {
+        const double off_M = start_adam(&mass, START_MASS, 5e-3), off_V = start_adam(&potential, START_POTENTIAL, 1e-2);
+        start_friction(r, p);
+        printf("networks begin at the regression: log M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
+               100 * off_V, (double)p->scale.m);
+    } else printf("networks do not begin at the regression: its M has no logarithm\n");
+    free(x), free(x_t), free(V_t), free(u);
+    return good;
+}
+
+#endif
