@@ -196,7 +196,7 @@ typedef struct {
     roln_lnn lnn;
     int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
-    int own;    /* 1: each joint has a unit of its own, roln_trained.each */
+    int own;    /* 1: each joint has a unit of its own, NAME_params.each */
 } roln_model;
 
 /* Number of parameters theta: of the autoencoder, the Lagrangian network and, with inputs, B [N][inputs]. */

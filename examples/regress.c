@@ -2,15 +2,17 @@
 /* regress.c - what recordings tell of a machine's torques, in seconds and without a config.
 
    cc -std=c99 -O3 -march=native -I. -Iexamples examples/regress.c -o regress -lm
-   ./regress motion.csv JOINTS [held=0.1] [sliders=2,5] [degrees=1]
+   ./regress motion.csv .. JOINTS [held=0.1] [sliders=2,5] [q=2:7 ..]
 
-   motion.csv is read as train.c reads it (recording.h), with the columns t, q.., qd.., tau... Joints are hinges in radians. Set
-   degrees=1 if they are in degrees. `sliders` names the others, counted from 1. The last recordings, a part `held` of them, are
-   held out. Printed: a Lagrangian regression of the others (regression.h), joint by joint, and its errors on the held-out ones.
-   Run it before train.c: if these torques are wrong, the units, signs, filters or columns are. Exit code 0: done; 1: said in
-   the last lines. */
+   motion.csv, more of them, or folders are read as train.c reads them (recording.h, files.h), with the columns t, q.., qd.., tau..,
+   or those that t=, q=, qd=, tau= name; filter= and dt= are as there. Joints are hinges in radians. `sliders` names the others,
+   counted from 1. What is held out held.h says. Printed: a Lagrangian regression of the others (regression.h), joint by joint, and
+   its errors on the held-out ones. Run it before train.c: if these torques are wrong, the units, signs, filters or columns are. Exit
+   code 0: done; 1: said in the last lines. */
 #define NO_THREADS /* no clock but that of C */
 #include "recording.h"
+#include "files.h"
+#include "held.h"
 #include "regression.h"
 
 /* Sample i of a file, for the regression. */
@@ -63,41 +65,61 @@ static int number_at(const char *text, int most, char **end)
     return (int)x;
 }
 
+/* Joints that are no hinges, by number, apart by commas. */
+static void read_sliders(const char *text, int N, double *turn)
+{
+    char *end;
+    for (;; text = end + 1) {
+        turn[number_at(text, N, &end) - 1] = 0;
+        if (*end == 0) return;
+        if (*end != ',') fail("sliders=%s: numbers of joints, apart by commas", text);
+    }
+}
+
 int main(int argc, char **argv)
 {
-    wanted w = {"regress", 0, 0, 1, 0, 0, 0, 1};
-    double turn[REGRESSION_JOINTS], part = 0.1;
+    wanted w = {.model = "regress", .torque = 1};
+    const char *joints = NULL, *held = "0.1", *sliders = NULL;
+    double turn[REGRESSION_JOINTS];
+    file_list files = {NULL, 0};
     char *end;
     motion d;
     regression r;
     regression_source source;
     regression_status st;
     int train, i, j;
-    if (argc < 3) fail("usage: regress motion.csv JOINTS [held=0.1] [sliders=2,5] [degrees=1]");
-    w.N = number_at(argv[2], REGRESSION_JOINTS, &end);
+    for (i = 1; i < argc; i++) {
+        char *eq = joints ? strchr(argv[i], '=') : NULL;
+        if (!eq) {
+            if (joints) add_files(&files, joints);
+            joints = argv[i];
+            continue;
+        }
+        *eq = 0;
+        if (read_key(&w, argv[i], eq + 1)) continue;
+        if (strcmp(argv[i], "held") == 0) held = eq + 1;
+        else if (strcmp(argv[i], "sliders") == 0) sliders = eq + 1;
+        else if (strcmp(argv[i], "dt") == 0) {
+            w.dt = strtod(eq + 1, &end);
+            if (end == eq + 1 || *end || !(w.dt > 0)) fail("dt=%s: expected seconds", eq + 1);
+        } else fail("%s=: expected held=, sliders=, dt=, filter= or columns", argv[i]);
+    }
+    if (files.count == 0) fail("usage: regress motion.csv .. JOINTS [held=0.1] [sliders=2,5] [q=2:7 ..]");
+    w.N = number_at(joints, REGRESSION_JOINTS, &end);
+    if (*end) fail("%s: expected the number of joints", joints);
     for (j = 0; j < w.N; j++)
         turn[j] = 2 * acos(-1.0);
-    for (i = 3; i < argc; i++)
-        if (strncmp(argv[i], "held=", 5) == 0) {
-            part = strtod(argv[i] + 5, &end);
-            if (end == argv[i] + 5 || *end || !(part > 0 && part < 1)) fail("%s: expected a number between 0 and 1", argv[i]);
-        } else if (strcmp(argv[i], "degrees=1") == 0) {
-            for (j = 0; j < w.N; j++)
-                turn[j] = turn[j] > 0 ? 360 : 0;
-        } else if (strncmp(argv[i], "sliders=", 8) == 0) {
-            for (end = argv[i] + 7; *end == '=' || *end == ',';)
-                turn[number_at(end + 1, w.N, &end) - 1] = 0;
-        } else fail("%s: expected held=, sliders= or degrees=1", argv[i]);
-    d = read_recording(argv[1], &w);
+    if (sliders) read_sliders(sliders, w.N, turn);
+    d = read_recordings(files.count, files.path, &w);
     (void)add_noise, (void)smooth; /* are the trainer's */
-    train = d.trajectories - (int)ceil(d.trajectories * part);
-    if (train < 1) fail("%s: one recording alone: nothing can be held out\nhint: part it by blank lines", argv[1]);
+    train = hold_out(&d, held, 1);
+    if (train < 1 || train >= d.trajectories) fail("%s: nothing is left to fit, or nothing held out\nhint: held=0.1", d.path);
     printf("%d recordings (%d held out), %d samples of %g s, %d joints\n", d.trajectories, d.trajectories - train, d.samples, d.dt,
            d.N);
     source = (regression_source){train, d.first, d.dt, sample, &d};
     r = regression_new(d.N, turn);
     st = regression_fit(&r, &source);
-    if (st != REGRESSION_OK) fail("%s: %s", argv[1], regression_status_text(st));
+    if (st != REGRESSION_OK) fail("%s: %s", d.path, regression_status_text(st));
     regression_tell(&r, stdout);
     tell_errors(&r, &d, train);
     regression_free(&r);

@@ -342,8 +342,8 @@ static void table_row(const char *name, double ms, const error *e, int trajector
            e->joint_rms[e->worst], remarks_on(e, trajectories).text);
     fflush(stdout);
     if (!csv) return;
-    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd, 100 * e->qd_tolerance,
-            e->failed, e->windows, e->worst + 1);
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd,
+            100 * e->qd_tolerance, e->failed, e->windows, e->worst + 1);
     for (j = 0; j < (int)M(N); j++)
         fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
     fprintf(csv, ",%.5g,%d,%d\n", 100 * e->constant, counts, e->used);

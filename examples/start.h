@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* start.h - networks that begin where the regression of regression.h ends: unit of inertia, M, V, damping and dry friction.
 
-   train.c includes it behind its config and regression.h. It is for models whose coordinates are the joints (n = N, no autoencoder)
+   train.c includes it behind its config, report.h and regression.h. It is for models whose coordinates are the joints (n = N, no autoencoder)
    with an exponential mass matrix, no learned base point and no SPD layers: start_possible. The networks are fitted to the
    regression at samples and at random places of their range:
 
@@ -113,7 +113,7 @@ static int start_log(const double *M_, roln_real *u)
 /* Unit of joint j: q_j = unit times what the networks see. */
 static double start_unit(const M(params) * p, int j)
 {
-    const roln_real *each = M(trained)(p).each;
+    const roln_real *each = units_of(p);
     return (double)p->scale.q * (each ? (double)each[j] : 1);
 }
 
