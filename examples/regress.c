@@ -7,8 +7,8 @@
    motion.csv, more of them, or folders are read as train.c reads them (recording.h, files.h), with the columns t, q.., qd.., tau..,
    or those that t=, q=, qd=, tau= name; filter= and dt= are as there. Joints are hinges in radians. `sliders` names the others,
    counted from 1. What is held out held.h says. Printed: a Lagrangian regression of the others (regression.h), joint by joint, and
-   its errors on the held-out ones. Run it before train.c: if these torques are wrong, the units, signs, filters or columns are. Exit
-   code 0: done; 1: said in the last lines. */
+   its errors on the held-out ones. Run it before train.c: if these torques are wrong, the units, signs, filters or columns are.
+   Exit code 0: done; 1: said in the last lines. */
 #define NO_THREADS /* no clock but that of C */
 #include "recording.h"
 #include "files.h"

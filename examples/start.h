@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /* start.h - networks that begin where the regression of regression.h ends: unit of inertia, M, V, damping and dry friction.
 
-   train.c includes it behind its config, report.h and regression.h. It is for models whose coordinates are the joints (n = N, no autoencoder)
-   with an exponential mass matrix, no learned base point and no SPD layers: start_possible. The networks are fitted to the
-   regression at samples and at random places of their range:
+   train.c includes it behind its config, report.h and regression.h. It is for models whose coordinates are the joints (n = N, no
+   autoencoder) with an exponential mass matrix, no learned base point and no SPD layers: start_possible. The networks are fitted to
+   the regression at samples and at random places of their range:
 
        mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity
        potential network   the derivative of V along a random direction, in which each joint counts by its rms torque
@@ -32,7 +32,8 @@ static int start_possible(void)
     return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
 }
 
-/* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: of the targets. */
+/* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: that of
+   derivatives, or the number of values. */
 static double start_gradient(const start_target *t, const int *which, roln_real *room_, roln_real *g, double *norm)
 {
     enum { B = START_BATCH };
@@ -51,13 +52,13 @@ static double start_gradient(const start_target *t, const int *which, roln_real 
     for (*norm = 0, i = 0; i < B * no; i++) {
         const roln_real target = t->y[which[i / no] * no + i % no], off = y[at + i] - target;
         gy[at + i] = 2 * off / B;
-        sum += (double)off * (double)off, *norm += (double)target * (double)target;
+        sum += (double)off * (double)off, *norm += t->x_t ? (double)target * (double)target : 1;
     }
     roln_mlp_bwd(t->net, planes, B, t->theta, plane, slope, gy, NULL, g, out + 2 * B * hidden);
     return sum;
 }
 
-/* Adam with a rate that falls as a cosine. Returns the rms error over the rms target in the last hundred batches. */
+/* Adam with a rate that falls as a cosine. Returns the rms error in the last hundred batches, of derivatives over their rms. */
 static double start_adam(const start_target *t, int steps, double rate)
 {
     enum { B = START_BATCH };
@@ -155,12 +156,12 @@ static void start_friction(const regression *r, M(params) * p)
 }
 
 /* Inputs, log M, and derivatives of V along random directions, at samples and random places. Returns 0 without a result. */
-static int start_targets(const regression *r, const regression_source *d, const M(params) * p, roln_real *x, roln_real *x_t,
+static int start_targets(const regression *r, const regression_source *of, const M(params) * p, roln_real *x, roln_real *x_t,
                          roln_real *u, roln_real *V_t)
 {
     enum { N = M(N) };
     const roln_lnn *f = &M(model).lnn;
-    const int in = f->mass_net.size[0], samples = d->first[d->recordings] - d->first[0];
+    const int in = f->mass_net.size[0], samples = of->first[of->recordings] - of->first[0];
     const double t = (double)p->scale.t, m = (double)p->scale.m, still[N] = {0};
     regression_work w = regression_work_new(r);
     double q[N], other[3][N], M_[N * N], c[3][N];
@@ -169,7 +170,7 @@ static int start_targets(const regression *r, const regression_source *d, const 
     for (i = 0; i < START_PLACES && good; i++) {
         roln_real z[N], direction[N];
         if (i % 4 == 0) regression_random_place(r, &seed, q);
-        else d->sample(d->ctx, d->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
+        else of->sample(of->ctx, of->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
         (void)regression_terms(r, q, still, M_, c[0], c[1], c[2], &w);
         for (V_t[i] = 0, j = 0; j < N; j++) {
             const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j];
@@ -187,7 +188,7 @@ static int start_targets(const regression *r, const regression_source *d, const 
 }
 
 /* Writes scale.m and the networks of p. p has its scales and random networks. Returns 0, and says why, if that is not possible. */
-static int start_networks(const regression *r, const regression_source *d, M(params) * p)
+static int start_networks(const regression *r, const regression_source *of, M(params) * p)
 {
     const roln_lnn *f = &M(model).lnn;
     const size_t in = (size_t)f->mass_net.size[0], places = START_PLACES;
@@ -197,11 +198,12 @@ static int start_networks(const regression *r, const regression_source *d, M(par
     const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t};
     int good;
     start_scale(r, p);
-    good = start_targets(r, d, p, x, x_t, u, V_t);
+    good = start_targets(r, of, p, x, x_t, u, V_t);
     if (good) {
-        const double off_M = start_adam(&mass, START_MASS, 5e-3), off_V = start_adam(&potential, START_POTENTIAL, 1e-2);
+        const double off_M = start_adam(&mass, START_MASS, 5e-3); /* of log M: relative */
+        const double off_V = start_adam(&potential, START_POTENTIAL, 1e-2);
         start_friction(r, p);
-        printf("networks begin at the regression: log M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
+        printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
                100 * off_V, (double)p->scale.m);
     } else printf("networks do not begin at the regression: its M has no logarithm\n");
     free(x), free(x_t), free(V_t), free(u);

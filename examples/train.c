@@ -15,6 +15,9 @@
      networks  recursive Gauss-Newton on accelerations, then also on windows of half a second, until held-out trajectories are
                predicted no better; or, method=adam, Riemannian Adam on accelerations, of all parameters together
 
+   With torque=1 and without autoencoder a regression of the torques is fitted and told first (baseline.h); start=regression: the
+   networks begin there.
+
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end, however a training ends, by itself, by seconds=, by a signal (SIGINT,
    SIGTERM, SIGHUP), by numbers that overflow, by a full disk: OUT_weights.h (C definition for flash) and OUT.roln (packed bytes) of
@@ -43,6 +46,7 @@
 #include HEADER(MODEL)
 #include "recording.h"
 #include "files.h"
+#include "regression.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -87,8 +91,10 @@ static struct {
     {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
+    {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
+    {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -113,8 +119,9 @@ static void help(void)
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
-           "  0  A model was trained: weights are written, the best step is not the first, windows were reached (if window= is\n"
-           "     not 0), and E_q is at most half of the error of q + h qd where it can be. As far as windows reach it\n"
+           "  0  A model was trained: weights are written, the best step is not the first (it may be with start=regression),\n"
+           "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
+           "     As far as windows reach it\n"
            "     is at most 50 %%, and after look= below 100 %%, the mean of q. Up to look= one\n"
            "     roll-out in twenty fails at most.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
@@ -246,6 +253,7 @@ static struct {
     int stage, step, next; /* next: step of the next look; 0: the stage has not begun */
     int best_step, since;  /* since: from where steps without a gain are counted */
     int falls, windowed;   /* how often numbers overflowed since the last gain; 1: there were windows */
+    int gentle;            /* 1: the networks began at the regression */
     int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
@@ -253,6 +261,7 @@ static struct {
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
+    roln_real of_qdd, of_force;       /* weights of samples in rows */
     roln_real qbar[M(N)];
     M(params) p, best;
     M(optimiser) optimiser;
@@ -398,6 +407,7 @@ static void check_place(void)
 
 #include "held.h"
 #include "report.h"
+#include "baseline.h"
 
 /* ---- 5 chart ---- */
 
@@ -417,7 +427,7 @@ static void fit_chart(void)
 {
 #if ROLN_CHARTED
     enum { SOME = 4000 };
-    static M(turn) turn;
+    static M(refinement) turn;
     static M(chart) sums;
     static M(start) scratch;
     const int count = d.first[train], some = count < SOME ? count : SOME;
@@ -470,7 +480,7 @@ static void fill(void *ctx, int part, int thread)
     rows *f = ctx;
     const roln_real weight = s.window_weight * s.window_weight;
     const roln_loss of_window = {.q_pred = weight, .qd_pred = weight / 10},
-                    of_sample = {.qdd_pred = 1, .force = (roln_real)set("force")};
+                    of_sample = {.qdd_pred = s.of_qdd, .force = s.of_force};
     const int from = part * PART;
     int at = from + f->of_windows[part];
     roln_batch b;
@@ -533,10 +543,24 @@ static void sum(void *ctx, int k, int thread)
 
 static double granted; /* seconds that were left when the stage began, or went on */
 
-/* Windows begin at step WINDOWS_FROM, or when half of the time is over that seconds= leaves the stage. */
+/* Networks that began at the regression are good enough at once. */
+static int windows_from(void)
+{
+    return s.gentle ? 2 : WINDOWS_FROM;
+}
+
+/* Where Gauss-Newton begins: far from a minimum, or so near to one that few rows lead away from it. */
+static roln_newton fresh(void)
+{
+    roln_newton state = ROLN_NEWTON_START;
+    if (s.gentle) state.lambda = 1;
+    return state;
+}
+
+/* Windows begin at step windows_from, or when half of the time is over that seconds= leaves the stage. */
 static int windows_begin(void)
 {
-    return s.step >= WINDOWS_FROM || (set("seconds") > 0 && left() < granted / 2);
+    return s.step >= windows_from() || (set("seconds") > 0 && left() < granted / 2);
 }
 
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
@@ -544,10 +568,13 @@ static int windows_begin(void)
 static const char *newton_step(rows *f)
 {
     enum { JUDGES = 4, TRIES = 6, DRAWS = 8 };
-    roln_newton_opt opt = {s.memory, 1, 20}; /* rows more than 20 times the mean are few, but they may be true */
-    const roln_real damping = s.newton.state.lambda;
+    const roln_real rate = s.gentle ? ROLN_C(0.3) : 1;
+    roln_newton_opt opt = {s.memory, rate, 20}; /* rows more than 20 times the mean are few, but they may be true */
+    roln_real damping;
     roln_status st;
     int tries, k;
+    if (s.gentle && s.newton.state.lambda < ROLN_C(0.1)) s.newton.state.lambda = ROLN_C(0.1);
+    damping = s.newton.state.lambda;
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
         if ((st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK) continue;
@@ -792,7 +819,8 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (product > 2 * s.best_score || s.step >= s.since + patience()))
+    if (s.stage == NEWTON && s.step > windows_from() && s.memory > 2 &&
+        (product > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 
@@ -836,10 +864,9 @@ static int done(int updates)
    way a checkpoint goes on from the best weights, with other rows. */
 static void fall_back(const char *why)
 {
-    static const roln_newton fresh = ROLN_NEWTON_START;
     s.p = s.best, s.window_weight = 0;
     memset(&s.newton, 0, sizeof s.newton);
-    s.newton.state = fresh;
+    s.newton.state = fresh();
     if (s.stage != NEWTON) memset(&s.optimiser, 0, sizeof s.optimiser);
     memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
     if (s.stage == NEWTON && s.falls++ < 3) printf("step %d: %s; back to step %d\n", s.step, why, s.best_step);
@@ -864,7 +891,6 @@ static void tell_short(const pool *longer)
    the run ends before the stage does, OUT.check goes on from there. */
 static void run(void)
 {
-    static const roln_newton fresh = ROLN_NEWTON_START;
     static rows f;
     static descent a;
     const int updates = updates_of(s.stage), stride = stride_of(&d, 0.02), most = (int)(set("window") / d.dt / stride + 0.5);
@@ -874,7 +900,10 @@ static void run(void)
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
     last = s.stage, window_count = longer.count, granted = left();
-    if (s.next == 0) s.newton.state = fresh, s.memory = 8, printf("%s\n", stage_names[s.stage]), tell_short(&longer);
+    if (s.next == 0) {
+        s.newton.state = fresh(), s.memory = s.gentle ? 40 : 8;
+        printf("%s\n", stage_names[s.stage]), tell_short(&longer);
+    }
     while (s.next == 0 || !(done(updates) || halting())) {
         const char *why;
         double from_now;
@@ -976,10 +1005,10 @@ static void rescue(void)
 static void judge_training(void)
 {
     if (last < NEWTON) doubt("before any step of the networks");
-    else if (s.best_step == 0) doubt("no step predicts better than the weights before it");
+    else if (s.best_step == 0 && !s.gentle) doubt("no step predicts better than the weights before it");
     if (last == NEWTON && window_count > 0 && !s.windowed)
-        doubt(reached > WINDOWS_FROM ? "from step %d on windows ran away"
-                                     : "before windows, which begin at step %d or at half of seconds=", WINDOWS_FROM);
+        doubt(reached > windows_from() ? "from step %d on windows ran away"
+                                       : "before windows, which begin at step %d or at half of seconds=", windows_from());
 }
 
 /* ---- 11 main ---- */
@@ -1005,7 +1034,7 @@ static void start(void)
 {
     static M(start) scratch;
     static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
-    s.seed = (uint64_t)set("seed");
+    s.seed = (uint64_t)set("seed"), s.of_qdd = 1, s.of_force = (roln_real)set("force");
     if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch.init_pod) != ROLN_OK)
         fail("no start from this data: it does not move, or its numbers are too large");
     if (words[FROM].value) {
@@ -1022,6 +1051,7 @@ static void start(void)
         fclose(f);
     } else {
         fit_chart();
+        if (starts_there() && start_at_baseline()) return;
         if (set("torque") > 0) fit_inertia();
     }
 }
@@ -1051,6 +1081,7 @@ static void tables(double most)
     printf("E_q, E_qd: errors over the rms of motion; +-: standard error; q + h qd: constant velocity, (hidden by noise)\n");
     table_head(csv);
     table(held, "held out", &d, train, d.trajectories, words[TEST].value ? most / 2 : most, csv);
+    tell_baseline();
     if (words[TEST].value) table(words[TEST].value, "test=", &unseen, 0, unseen.trajectories, most / 2, csv);
     if (csv) close_file(csv, "_errors.csv");
     if (set("torque") > 0) torques();
@@ -1158,10 +1189,12 @@ int main(int argc, char **argv)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), DONE;
     launched = began = now();
     read_settings(argc, argv);
+    check_start();
     catch_signals();
     check_place();
     read_all();
     atexit(rescue);
+    fit_baseline();
     if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();

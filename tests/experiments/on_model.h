@@ -226,7 +226,7 @@ static roln_real M(loss_of)(void *self, const roln_loss *weights, const roln_bat
 static roln_status M(chart_of)(void *self, const roln_batch *b, int (*more)(void *ctx, int steps, double left), void *ctx,
                                int count, const roln_real *q, double *left)
 {
-    static M(turn) turn;
+    static M(refinement) turn;
     static M(chart) sums;
     M(self) *m = self;
     roln_status st = ROLN_OK;

@@ -626,7 +626,26 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         while ((getline line < log_of) > 0) if (split(line, x, " ") > 8 && x[1] == 100) got = x[4]
         print want, got
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
+# the regression beside it: M is 1, friction 0.1, gravity 9.81, and the networks may begin there
+check 'regression' awk '/^ joint   rms tau     error/ { getline; ok = $4 < 0.5 && $5 > 0.99 && $5 < 1.01 }
+        END { exit !ok }' $dir/motor.log
+check 'regression, held out' awk '/^regression on the same/ { ok = $9 < 0.5 && $14 < 0.5 && $20 < 1 }
+        END { exit !ok }' $dir/motor.log
+check 'a regression changes no weight' sh -c "! grep 'begin at the regression' $dir/motor.log"
+$dir/motor $dir/motor.csv torque=1 held=0.2 steps=10 start=regression out=$dir/begun > $dir/begun.log 2>&1
+check "networks that begin at the regression: ended with $?" test $? -eq 0
+check 'they do' grep '^networks begin at the regression: M off by [0-9.e-]* %, gravity by 0[.]' $dir/begun.log
+check 'they are good at once' awk '/ E_q\(/ { for (i = 1; i < NF; i++) if ($i == "typical") ok = $(i + 1) < 2
+        exit } END { exit !ok }' $dir/begun.log
+check 'windows come at once' grep '^from here on windows' $dir/begun.log
+check 'another start' says '^start=elsewhere: random or regression' $dir/motor $dir/motor.csv torque=1 start=elsewhere
+check 'a regression without torques' says '^hint: torque=1' $dir/motor $dir/motor.csv start=regression
+check 'a regression and weights' says 'begin at one of them' $dir/motor $dir/motor.csv torque=1 start=regression from=a.roln
+check 'a regression of a chart' says 'coordinates are the joints' $dir/chart $dir/16_train.csv torque=1 start=regression
+check 'a slider that is not there' says '^sliders=2: numbers of joints, 1 [.][.] 1' $dir/motor $dir/motor.csv torque=1 sliders=2
+check 'a slider' short $dir/motor $dir/motor.csv torque=1 held=0.2 steps=1 sliders=1 out=$early
 $dir/motor $dir/motor.csv held=0.2 steps=3 out=$early > $early.log 2>&1
+check 'no torques, no regression' sh -c "! grep regression $early.log"
 awk -F, -v OFS=, 'NF > 3 { $4 = sin(7.3 * NR * NR) } 1' $dir/motor.csv > $dir/unrelated.csv
 awk -F, -v OFS=, 'NF > 3 { $4 *= 1 + 0.3 * sin(NR * NR) } 1' $dir/motor.csv > $dir/coarse.csv
 $dir/motor $dir/coarse.csv torque=1 held=0.2 steps=20 out=$dir/coarse > $dir/coarse.log 2>&1

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT */
+/* baseline.h - the regression of regression.h beside a training with torque=1 of a model whose coordinates are the joints.
+
+   train.c includes it behind its settings, its state and report.h. The regression is fitted to the training recordings, in
+   seconds, and tells what they tell of each torque. Its errors on held-out recordings stand below the table of errors: what a model
+   without networks reaches. With start=regression the networks begin there (start.h), and Gauss-Newton is gentle. */
+
+#ifndef BASELINE_H
+#define BASELINE_H
+
+#include "start.h"
+
+static regression baseline;
+static int fitted; /* 1: baseline is a regression of these recordings */
+
+static void baseline_sample(void *ctx, int i, double *q, double *qd, double *qdd, double *tau)
+{
+    const motion *m = ctx;
+    int j;
+    for (j = 0; j < m->N; j++) {
+        const int at = i * m->N + j;
+        q[j] = (double)m->q[at], qd[j] = (double)m->qd[at], qdd[j] = (double)m->qdd[at], tau[j] = (double)m->tau_mid[at];
+    }
+}
+
+/* Recordings from .. to - 1 of motion.csv. */
+static regression_source source_of(int from, int to)
+{
+    const regression_source x = {to - from, d.first + from, d.dt, baseline_sample, &d};
+    return x;
+}
+
+/* A full turn of each joint; 0 of those that sliders= names. */
+static void read_turns(double *turn)
+{
+    const char *text = words[SLIDERS].value;
+    int j;
+    for (j = 0; j < (int)M(N); j++)
+        turn[j] = 2 * acos(-1.0);
+    while (text && *text) {
+        char *end;
+        const long k = strtol(text, &end, 10);
+        if (end == text || k < 1 || k > (int)M(N) || (*end && *end != ','))
+            fail("sliders=%s: numbers of joints, 1 .. %d, apart by commas", words[SLIDERS].value, (int)M(N));
+        turn[k - 1] = 0, text = end + (*end == ',');
+    }
+}
+
+/* Nonzero if networks are to begin at the regression. */
+static int starts_there(void)
+{
+    return strcmp(words[BEGIN].value, "regression") == 0;
+}
+
+static void check_start(void)
+{
+    double turn[M(N)];
+    read_turns(turn);
+    if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0) fail("start=%s: random or regression", words[BEGIN].value);
+    if (!starts_there()) return;
+    if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
+    if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
+    if (!start_possible())
+        fail("start=regression is for models whose coordinates are the joints, without ROLN_INPUTS, SPD layers and a learned base "
+             "point, and with an exponential M");
+}
+
+/* Fits it to what is trained with, and prints it. With seconds= below 100 it is smaller, and of fewer samples. */
+static void fit_baseline(void)
+{
+    const double part = set("seconds") > 0 ? fmin(1, set("seconds") / 100) : 1, from = now();
+    const regression_source x = source_of(0, train);
+    double turn[M(N)];
+    regression_status st;
+    read_turns(turn);
+    if (!JOINTS || !(set("torque") > 0) || (int)M(N) > (int)REGRESSION_JOINTS) return;
+    baseline = regression_new(M(N), turn);
+    baseline.work *= part, baseline.most = (int)(baseline.most * fmin(1, cbrt(2 * part)));
+    st = regression_fit(&baseline, &x);
+    fitted = st == REGRESSION_OK;
+    if (fitted) regression_tell(&baseline, stdout), printf("regression: %.1f s\n", now() - from);
+    else printf("no regression: %s\n", regression_status_text(st));
+    fflush(stdout);
+}
+
+/* Its line below the table: errors of torques, and E_q after 100 ms and 1 s, of at most 40,000 steps each. */
+static void tell_baseline(void)
+{
+    enum { STEPS = 40000 };
+    static const double ahead[] = {0.1, 1};
+    const regression_source held = source_of(train, d.trajectories);
+    double mean[M(N)], unit[M(N)];
+    regression_error e;
+    int j, k;
+    if (!fitted) return;
+    for (j = 0; j < (int)M(N); j++)
+        mean[j] = (double)s.qbar[j], unit[j] = units_of(&s.p) ? (double)units_of(&s.p)[j] : 1;
+    for (k = 0; k < 2 && !halted; k++) {
+        const double samples = fmax(1, floor(ahead[k] / d.dt + 0.5));
+        const double cost = samples * regression_substeps(&baseline, d.dt) * (d.samples - d.first[train]);
+        const int every = (int)fmin(fmax(stride_of(&d, 0.025), cost / STEPS), d.samples);
+        e = regression_errors(&baseline, &held, (int)fmin(samples, d.samples), every, mean, unit);
+        if (k == 0) printf("regression on the same trajectories: torques off by %s %% in all", in_percent(e.all).text);
+        if (e.windows > e.failed) printf(", E_q %s %% after %.4g ms", in_percent(e.q).text, 1e3 * samples * d.dt);
+        if (e.failed > 0) printf(" (%d of %d windows failed)", e.failed, e.windows);
+    }
+    if (k > 0) printf("\n");
+    fflush(stdout);
+}
+
+/* Mean square, over joints and training samples, of what rows compare: x_j factor, or x_j factor / unit_j of accelerations. */
+static double square_of(const roln_real *x, double factor, int by_unit)
+{
+    double sum = 0;
+    int i, j;
+    for (i = 0; i < d.first[train]; i++)
+        for (j = 0; j < (int)M(N); j++) {
+            const double u = start_unit(&s.p, j), y = (double)x[i * (int)M(N) + j] * factor * (by_unit ? 1 / u : u);
+            sum += y * y;
+        }
+    return sum / ((double)d.first[train] * (int)M(N));
+}
+
+/* The networks begin at the regression. Returns 0 if they do not. */
+static int start_at_baseline(void)
+{
+    const regression_source x = source_of(0, train);
+    const double t = (double)s.p.scale.t;
+    if (!fitted || !start_networks(&baseline, &x, &s.p)) return 0;
+    s.gentle = 1, s.of_qdd = (roln_real)(0.3 / fmax(square_of(d.qdd, t * t, 1), 1e-30));
+    s.of_force = (roln_real)set("force");
+    if (!(set("force") > 0)) s.of_force = (roln_real)(1 / fmax(square_of(d.tau_mid, t * t / (double)s.p.scale.m, 0), 1e-30));
+    return 1;
+}
+
+#endif
