@@ -2176,7 +2176,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
         kind[l] = ROLN_GYRO;
     rolni_write_need(t, "AE", ROLN_AE_MAX + 1, sizes, NULL, md->ae.size);
     rolni_write_need(t, "MLP", ROLN_MLP_MAX - 1, widths, NULL, hidden);
-    rolni_write_need(t, "STEP", 1, others, scheme, other);
+    rolni_write_need(t, "INTEGRATOR", 1, others, scheme, other);
     rolni_write_need(t, md->ae.degree > 0 ? "CHART_polynomial" : "CHART_none", 1, others + 1, NULL, other + 1);
     rolni_write_need(t, "MASS", 1, others + 2, mass, other + 2);
     rolni_write_need(t, "BASE", 1, others + 3, NULL, other + 3);
@@ -2186,7 +2186,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, rolni_angles_text(f, angles), 1, others + 8, NULL, other + 8);
     rolni_write_need(t, "SCALE", 1, others + 10, unit, other + 10);
     rolni_write_need(t, "INPUTS", 1, others + 5, NULL, other + 5);
-    rolni_write_need(t, "STORE", 1, others + 6, store, other + 6);
+    rolni_write_need(t, "QUANTISE", 1, others + 6, store, other + 6);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 7, NULL, other + 7);
     rolni_write_need(t, "FORMAT", 1, others + 11, NULL, other + 11);
 }
