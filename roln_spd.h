@@ -1053,7 +1053,7 @@ ROLNI_INLINE roln_real rolni_dot5(int n, const roln_real *a, const roln_real *b)
 {
     const roln_real s0 = n > 0 ? 0 + a[0] * b[0] : 0, s1 = n > 1 ? 0 + a[1] * b[1] : 0, s2 = n > 2 ? 0 + a[2] * b[2] : 0;
     const roln_real s3 = n > 3 ? 0 + a[3] * b[3] : 0, s4 = n > 4 ? 0 + a[4] * b[4] : 0;
-    return ((s0 + s4) + (s2 + 0)) + ((s1 + 0) + (s3 + 0));
+    return ((s0 + s4) + s2) + (s1 + s3);
 }
 
 /* Column j of roln_chol; 1 if its pivot is not positive or not finite. small: n, at most 6, and j are constants. */
@@ -1097,7 +1097,7 @@ ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
 
 ROLNI_INLINE void rolni_solve_lower_small(int n, const roln_real *L, const roln_real *b, roln_real *x)
 {
-    x[0] = (b[0] - 0) / L[0];
+    x[0] = b[0] / L[0];
     if (n > 1) x[1] = (b[1] - rolni_dot5(1, L + n, x)) / L[n + 1];
     if (n > 2) x[2] = (b[2] - rolni_dot5(2, L + 2 * n, x)) / L[2 * n + 2];
     if (n > 3) x[3] = (b[3] - rolni_dot5(3, L + 3 * n, x)) / L[3 * n + 3];
