@@ -1034,18 +1034,18 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 
 /* Where code may be larger, sizes up to 6 are constants to the compiler: a third to a half of the time, the same bits. */
 #if ROLN_SIMD
-#define ROLNI_SMALL(n, DO) \
+#define ROLNI_SMALL(n, ROLNI_CASE) \
     switch (n) { \
-    case 1: DO(1); \
-    case 2: DO(2); \
-    case 3: DO(3); \
-    case 4: DO(4); \
-    case 5: DO(5); \
-    case 6: DO(6); \
+    case 1: ROLNI_CASE(1); \
+    case 2: ROLNI_CASE(2); \
+    case 3: ROLNI_CASE(3); \
+    case 4: ROLNI_CASE(4); \
+    case 5: ROLNI_CASE(5); \
+    case 6: ROLNI_CASE(6); \
     default: break; \
     }
 #else
-#define ROLNI_SMALL(n, DO)
+#define ROLNI_SMALL(n, ROLNI_CASE)
 #endif
 
 /* roln_dot of at most 5 numbers, n a constant: without branches. */

@@ -342,8 +342,8 @@ static void table_row(const char *name, double ms, const error *e, int trajector
            e->joint_rms[e->worst], remarks_on(e, trajectories).text);
     fflush(stdout);
     if (!csv) return;
-    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd, 100 * e->qd_tolerance,
-            e->failed, e->windows, e->worst + 1);
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd,
+            100 * e->qd_tolerance, e->failed, e->windows, e->worst + 1);
     for (j = 0; j < (int)M(N); j++)
         fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
     fprintf(csv, ",%.5g,%d,%d\n", 100 * e->constant, counts, e->used);
@@ -415,7 +415,9 @@ static void add_torque(int sample, torque_sums *to)
     roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
     M(latent) z;
     int j;
-    if (M(encode_reference)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.encode_reference) != ROLN_OK) return;
+    if (M(encode_reference)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.encode_reference) !=
+        ROLN_OK)
+        return;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
     if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return;
     if (JOINTS) {

@@ -571,7 +571,8 @@ static void test_stored_shell(void)
     CHECK_OK(stored_quantise(plain_packed_size, full, &a, start));
     CHECK_ROOM();
     CHECK((int)stored_packed_size < (int)plain_packed_size);
-    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope && a.eigenvalue_floor == p.eigenvalue_floor);
+    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope &&
+          a.eigenvalue_floor == p.eigenvalue_floor);
     CHECK(same(2, a.z_min, p.z_min) && same(2, a.z_max, p.z_max) && same(2, a.zd_max, p.zd_max));
     stored_pack(&a, bytes);
     CHECK(stored_unpack(stored_packed_size, bytes, &b) == ROLN_OK && memcmp(&a, &b, sizeof a) == 0);
