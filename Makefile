@@ -256,7 +256,8 @@ SPEED = pend2 chart16_d4 layered16 chart16_d6 chart16_d8 rope_n10_d3 cloth_n10_d
 build/speed: $(call host,experiments/speed $(PARTS)) $(call row,$(SPEED))
 HEADLINE = pend2 chart16_d4 chart16_d6 layered16 rope_n10_d3 cloth_n10_d3 cloth_free_n10 cloth_free_layers cloth_free_half \
            cloth_free_int8
-build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check) $(call row,$(filter test%,$(ROWS)) $(HEADLINE))
+build/test_experiments: $(call host,experiments/test_experiments $(PARTS) unit/check) \
+                        $(call row,$(filter test%,$(ROWS)) $(HEADLINE))
 build/test_opinf: $(call host,experiments/test_opinf experiments/opinf experiments/solve unit/check)
 build/test_latent: $(call host,experiments/test_latent unit/check) build/host64/tests/experiments/test_latent.o
 build/bench: $(call host,measure/bench)

@@ -4848,7 +4848,7 @@ ROLN_FN void ROLNI_(noise_of_chart)(const ROLN_(params) *p, const roln_batch *b,
    positions b->q as the encoders give them, not smoothed, and of the torques b->tau, NULL: none acted; b->qd is not read. The first
    sample is complete, later ones may be NaN. l->dt, gate, lost are yours and stay. l->q above 0, or l->q_each, stay, and have to
    count for both, the noise of a joint and what the chart leaves of it; with l->q = 0 q_each [N] becomes the root of the sum of
-   their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it (held by test_filter.c:
+   their squares, noise^2 + mean (q - phi(rho(q)))^2 (at least 5 ticks), and l->q_each points to it (held by test_noise.c:
    test_fit_chart); else q_each may be NULL. l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
    velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);

@@ -1034,18 +1034,18 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 
 /* Where code may be larger, sizes up to 6 are constants to the compiler: a third to a half of the time, the same bits. */
 #if ROLN_SIMD
-#define ROLNI_SMALL(n, DO) \
+#define ROLNI_SMALL(n, ROLNI_CASE) \
     switch (n) { \
-    case 1: DO(1); \
-    case 2: DO(2); \
-    case 3: DO(3); \
-    case 4: DO(4); \
-    case 5: DO(5); \
-    case 6: DO(6); \
+    case 1: ROLNI_CASE(1); \
+    case 2: ROLNI_CASE(2); \
+    case 3: ROLNI_CASE(3); \
+    case 4: ROLNI_CASE(4); \
+    case 5: ROLNI_CASE(5); \
+    case 6: ROLNI_CASE(6); \
     default: break; \
     }
 #else
-#define ROLNI_SMALL(n, DO)
+#define ROLNI_SMALL(n, ROLNI_CASE)
 #endif
 
 /* roln_dot of at most 5 numbers, n a constant: without branches. */
@@ -1053,7 +1053,7 @@ ROLNI_INLINE roln_real rolni_dot5(int n, const roln_real *a, const roln_real *b)
 {
     const roln_real s0 = n > 0 ? 0 + a[0] * b[0] : 0, s1 = n > 1 ? 0 + a[1] * b[1] : 0, s2 = n > 2 ? 0 + a[2] * b[2] : 0;
     const roln_real s3 = n > 3 ? 0 + a[3] * b[3] : 0, s4 = n > 4 ? 0 + a[4] * b[4] : 0;
-    return ((s0 + s4) + (s2 + 0)) + ((s1 + 0) + (s3 + 0));
+    return ((s0 + s4) + s2) + (s1 + s3);
 }
 
 /* Column j of roln_chol; 1 if its pivot is not positive or not finite. small: n, at most 6, and j are constants. */
@@ -1097,7 +1097,7 @@ ROLN_FN roln_status roln_chol(int n, const roln_real *A, roln_real *L)
 
 ROLNI_INLINE void rolni_solve_lower_small(int n, const roln_real *L, const roln_real *b, roln_real *x)
 {
-    x[0] = (b[0] - 0) / L[0];
+    x[0] = b[0] / L[0];
     if (n > 1) x[1] = (b[1] - rolni_dot5(1, L + n, x)) / L[n + 1];
     if (n > 2) x[2] = (b[2] - rolni_dot5(2, L + 2 * n, x)) / L[2 * n + 2];
     if (n > 3) x[3] = (b[3] - rolni_dot5(3, L + 3 * n, x)) / L[3 * n + 3];

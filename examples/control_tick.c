@@ -20,12 +20,13 @@ enum { N = chain_N, n = chain_n };
 
 static const roln_limits limits = {
     .dt = TICK,
-    .margin = ROLN_C(0.1),         /* of the range seen in training */
-    .residual = ROLN_C(0.01) * JOULE, /* 0.01 W: three times the largest residual here, rounding (a real chain: of a recorded run) */
-    .tau = ROLN_C(4.6) * JOULE,    /* 4.6 N m, 1.5 times the largest torque here. What is beyond is clipped */
-    .hold = 5,                     /* bad ticks that are bridged */
-    .q_tolerance = ROLN_C(0.05),         /* rad */
-    .qd_tolerance = 1};                  /* rad/s */
+    .margin = ROLN_C(0.1), /* of the range seen in training */
+    .residual = ROLN_C(0.01) *
+                JOULE,           /* 0.01 W: three times the largest residual here, rounding (a real chain: of a recorded run) */
+    .tau = ROLN_C(4.6) * JOULE,  /* 4.6 N m, 1.5 times the largest torque here. What is beyond is clipped */
+    .hold = 5,                   /* bad ticks that are bridged */
+    .q_tolerance = ROLN_C(0.05), /* rad */
+    .qd_tolerance = 1};          /* rad/s */
 
 static struct {
     chain_latent s;      /* z, zd of the last tick that could be encoded */

@@ -73,10 +73,10 @@ try - 'AE=1' 'MLP=1'
 # slopes, smallest eigenvalues: real numbers
 for slope in 0.41421356 0.5f 1 1.0 '(1 / 3.)' 1e-3; do try - 'AE=4, 2' 'MLP=8' "SLOPE=$slope"; done
 for slope in 2 1.5 1.0001 0 0.0 -0.5 '(3 / 2.)'; do try SLOPE_IS_ABOVE_0_AND_AT_MOST_1 'AE=4, 2' 'MLP=8' "SLOPE=$slope"; done
-try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-6'
-try - 'AE=4, 2' 'MLP=8' 'LEAST=2'
-for least in 0 -1e-4 1e-60; do try LEAST_IS_ABOVE_0 'AE=4, 2' 'MLP=8' 'MASS=cholesky' "LEAST=$least"; done
-try - 'AE=4, 2' 'MLP=8' 'LEAST=1e-60' 'DOUBLE=1'
+try - 'AE=4, 2' 'MLP=8' 'EIGENVALUE_FLOOR=1e-6'
+try - 'AE=4, 2' 'MLP=8' 'EIGENVALUE_FLOOR=2'
+for least in 0 -1e-4 1e-60; do try EIGENVALUE_FLOOR_IS_ABOVE_0 'AE=4, 2' 'MLP=8' 'MASS=cholesky' "EIGENVALUE_FLOOR=$least"; done
+try - 'AE=4, 2' 'MLP=8' 'EIGENVALUE_FLOOR=1e-60' 'DOUBLE=1'
 # refused by each compiler with the flags of a user, who has no -Werror, with an autoencoder and without; tcc names no macro
 never() { # never WORD OPTION=VALUE
     for ae in '4, 2' 2; do
@@ -95,7 +95,7 @@ never() { # never WORD OPTION=VALUE
     done
 }
 for slope in 0 2 1.0001 -0.5; do never SLOPE_IS_ABOVE_0_AND_AT_MOST_1 "SLOPE=$slope"; done
-for least in 0 -1 -1e-4 1e-60; do never LEAST_IS_ABOVE_0 "LEAST=$least"; done
+for least in 0 -1 -1e-4 1e-60; do never EIGENVALUE_FLOOR_IS_ABOVE_0 "EIGENVALUE_FLOOR=$least"; done
 # plans
 try - 'AE=4, 2' 'MLP=8' 'PLAN=20, 4'
 try - 'AE=4, 2' 'MLP=8' 'PLAN=1, 1'
@@ -126,7 +126,7 @@ try chart_needs_a_layer_that_reduces 'AE=4, 4' 'MLP=8' 'CHART=polynomial, 3'
 try chart_needs_a_layer_that_reduces 'AE=6, 4, 4' 'MLP=8' 'CHART=polynomial, 3'
 try chart_needs_a_layer_that_reduces 'AE=10, 9, 8, 7, 6, 5, 4, 3, 3' 'MLP=8' 'CHART=polynomial, 3'
 try ROLNI_CHART_fourier 'AE=4, 2' 'MLP=8' 'CHART=fourier, 3'
-try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 3' 'STORE=int8'
+try - 'AE=4, 2' 'MLP=8' 'CHART=polynomial, 3' 'QUANTISE=int8'
 # networks
 try - 'AE=4, 2' 'MLP=8, 7, 6, 5, 4'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 7, 6, 5, 4, 3'
@@ -142,7 +142,7 @@ try - 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'DAMPING=1'
 try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'LAYERS=gyro'
 try cholesky_takes_no_base_nor_layers 'AE=4, 2' 'MLP=8' 'MASS=cholesky' 'BASE=1'
 try ROLNI_MASS_ldl 'AE=4, 2' 'MLP=8' 'MASS=ldl'
-try ROLNI_SCHEME_rk5 'AE=4, 2' 'MLP=8' 'STEP=rk5'
+try ROLNI_SCHEME_rk5 'AE=4, 2' 'MLP=8' 'INTEGRATOR=rk5'
 # lists with a hole, lists too long, flags and counts that are none
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, 0, 4'
 try mlp_needs_1_to_5_widths 'AE=4, 2' 'MLP=8, -3'
@@ -174,11 +174,11 @@ try angles_need_a_model_without_autoencoder 'AE=2, 2' 'MLP=8' 'ANGLES=1, 0'
 try angles_need_a_model_without_autoencoder 'AE=4, 2' 'MLP=8' 'ANGLES=1, 0, 0, 1'
 # units of joints
 for scale in common each; do
-    try - 'AE=4, 2' 'MLP=8' "SCALE=$scale" 'ROWS=100'
+    try - 'AE=4, 2' 'MLP=8' "SCALE=$scale" 'GN_ROWS=100'
     try - 'AE=2' 'MLP=8' "SCALE=$scale" 'ANGLES=1, 0' 'INPUTS=1'
 done
 try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'CHART=polynomial, 3'
-try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'STORE=half'
+try - 'AE=4, 2' 'MLP=8' 'SCALE=each' 'QUANTISE=half'
 for scale in own 1 Each; do try "ROLNI_OWN_$scale" 'AE=4, 2' 'MLP=8' "SCALE=$scale"; done
 try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=0'
 try - 'AE=4, 2' 'MLP=8' 'BLOCK=1' 'HORIZON=1'
@@ -186,30 +186,30 @@ try block_at_least_1 'AE=4, 2' 'MLP=8' 'BLOCK=-1'
 try horizon_at_least_1 'AE=4, 2' 'MLP=8' 'HORIZON=0'
 try horizon_at_least_1 'AE=4, 2' 'MLP=8' 'HORIZON=-1'
 # rows of Gauss-Newton
-try - 'AE=4, 2' 'MLP=8' 'ROWS=100'
-try - 'AE=4, 2' 'MLP=8' 'ROWS=0' 'LEARN=networks'
-try - 'AE=4, 2' 'MLP=8' 'ROWS=1' 'LEARN=everything'
-try rows_must_not_be_negative 'AE=4, 2' 'MLP=8' 'ROWS=-1'
-try rows_must_be_a_number_that_the_preprocessor_can_read 'AE=4, 2' 'MLP=8' 'ROWS=ROLN_MIDPOINT'
-try ROLNI_LEARN_decoder 'AE=4, 2' 'MLP=8' 'ROWS=100' 'LEARN=decoder'
+try - 'AE=4, 2' 'MLP=8' 'GN_ROWS=100'
+try - 'AE=4, 2' 'MLP=8' 'GN_ROWS=0' 'LEARN=networks'
+try - 'AE=4, 2' 'MLP=8' 'GN_ROWS=1' 'LEARN=everything'
+try rows_must_not_be_negative 'AE=4, 2' 'MLP=8' 'GN_ROWS=-1'
+try rows_must_be_a_number_that_the_preprocessor_can_read 'AE=4, 2' 'MLP=8' 'GN_ROWS=ROLN_MIDPOINT'
+try ROLNI_LEARN_decoder 'AE=4, 2' 'MLP=8' 'GN_ROWS=100' 'LEARN=decoder'
 try ROLNI_LEARN_decoder 'AE=4, 2' 'MLP=8' 'LEARN=decoder'
 # stored weights: float only, nothing to train
-try - 'AE=4, 2' 'MLP=8' 'STORE=half'
-try - 'AE=4' 'MLP=8' 'STORE=int8'
-try - 'AE=4, 2' 'MLP=8' 'STORE=full' 'DOUBLE=1'
-try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'STORE=int8' 'DOUBLE=1'
-try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'STORE=int4'
+try - 'AE=4, 2' 'MLP=8' 'QUANTISE=half'
+try - 'AE=4' 'MLP=8' 'QUANTISE=int8'
+try - 'AE=4, 2' 'MLP=8' 'QUANTISE=full' 'DOUBLE=1'
+try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'QUANTISE=int8' 'DOUBLE=1'
+try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'QUANTISE=int4'
 for store in full half int8; do
     for verb in init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step; do
         case $store.$verb in full.* | *.errors | *.decode) continue ;; esac
-        { model m 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
+        { model m 'AE=4, 2' 'MLP=8' "QUANTISE=$store" 'GN_ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
         ask "m_$verb" "ROLN_QUANTISE $store, m_$verb"
     done
     case $store in
     full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step' ;;
     *) verbs='errors decode' ;;
     esac
-    try - 'AE=4, 2' 'MLP=8' "STORE=$store" 'ROWS=9'
+    try - 'AE=4, 2' 'MLP=8' "QUANTISE=$store" 'GN_ROWS=9'
     for verb in $verbs; do echo "typedef char m${good}_has_$verb[sizeof(&m${good}_$verb)];" >> $dir/float; done
 done
 for it in float double; do
@@ -255,8 +255,8 @@ check() {
 # defines NAME=VALUE ..: the model arm, with these options in place of its own
 defines() {
     echo '#define ROLN_NAME arm'
-    for d in 'AE=6, 4, 2' 'MLP=8, 6' STEP=rk4 SLOPE=0.5 LEAST=1e-3 MASS=exponential BASE=1 LAYERS=gyro DAMPING=1 \
-        INPUTS=1 'CHART=polynomial, 3' STORE=full "$@"; do
+    for d in 'AE=6, 4, 2' 'MLP=8, 6' INTEGRATOR=rk4 SLOPE=0.5 EIGENVALUE_FLOOR=1e-3 MASS=exponential BASE=1 LAYERS=gyro DAMPING=1 \
+        INPUTS=1 'CHART=polynomial, 3' QUANTISE=full "$@"; do
         echo "#undef ROLN_${d%%=*}"
         echo "#define ROLN_${d%%=*} ${d#*=}"
     done
@@ -300,11 +300,11 @@ with() {
         check "$cc: weights with $2: $code $out" [ "$ok" -gt 0 ]
     done
 }
-with 0 STEP=rk4
+with 0 INTEGRATOR=rk4
 with AE_6_4_2 'AE=6, 3, 2'
 with AE_6_4_2 'AE=6, 4, 4, 2'
 with MLP_8_6 'MLP=6, 8'
-with STEP_rk4 STEP=midpoint
+with INTEGRATOR_rk4 INTEGRATOR=midpoint
 with MASS_exponential MASS=cholesky
 with BASE_1 BASE=0
 with LAYERS_gyro 'LAYERS=gyro, gyro'
@@ -315,10 +315,10 @@ with ANGLES_0 'ANGLES=1, 0, 0, 0, 0, 0'
 with SCALE_common SCALE=each
 with CHART_polynomial_3 'CHART=polynomial, 2'
 with CHART_polynomial_3 CHART=none
-with STORE_full STORE=half
+with QUANTISE_full QUANTISE=half
 with DOUBLE_not_defined_0 DOUBLE=1
 with 2 SLOPE=0.50001
-with 2 LEAST=2e-3
+with 2 EIGENVALUE_FLOOR=2e-3
 # one definition for two files
 defines > $dir/arm.h
 printf '#include "arm.h"\n#define ROLN_WEIGHTS_HERE\n' > $dir/one.c

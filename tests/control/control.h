@@ -59,7 +59,8 @@ typedef int control_controller(void *ctx, const roln_real *x, roln_real *tau);
 /* The controller of a law (ctx: the model), from control_start on; x NULL: a tick without measurement. */
 void control_start(struct control_model *m, enum control_law law, const struct control_gains *gains);
 int control_tick(void *m, const roln_real *x, roln_real *tau);
-int control_encode_reference(struct control_model *m, const roln_real *x, roln_real z_ref[12]); /* z, zd, zdd of the reference; not 0: failed */
+int control_encode_reference(struct control_model *m, const roln_real *x,
+                             roln_real z_ref[12]); /* z, zd, zdd of the reference; not 0: failed */
 
 /* Run for `steps` ms; gravity: the plant's own is added to tau. trace [steps][16]: measured q, or NULL. 0, or -1: the controller
    said so, or, with the reason on stderr, the plant failed. */

@@ -17,7 +17,8 @@ int offline_load(int count, const float *numbers)
     if (count != swift_numbers) return -1;
     for (int i = 0; i < count; i++)
         p[i] = (double)numbers[i];
-    params.slope = swift_model.ae.slope, params.eigenvalue_floor = swift_model.lnn.eigenvalue_floor; /* of the config, not rounded to float */
+    params.slope = swift_model.ae.slope,
+    params.eigenvalue_floor = swift_model.lnn.eigenvalue_floor; /* of the config, not rounded to float */
     return 0;
 }
 

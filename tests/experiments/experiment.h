@@ -152,7 +152,8 @@ int model_front(const struct config *kind);                           /* blocks 
 int model_compose(struct model *b, const struct model *a, const struct config *whole, const struct pod *p, const roln_real *mean);
 int model_save(const struct model *m, const char *path);            /* the bytes of NAME_pack */
 int model_load(struct model *m, const struct config *kind, const char *path);
-roln_status model_quantise(struct model *to, const struct config *kind, const struct model *from); /* NAME_quantise; `from` has a range */
+roln_status model_quantise(struct model *to, const struct config *kind,
+                           const struct model *from); /* NAME_quantise; `from` has a range */
 struct predictor model_predictor(struct model *m);
 
 /* Its autoencoder, also under another model of the motion of z. */

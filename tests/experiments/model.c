@@ -106,7 +106,8 @@ static void compose(struct model *b, const struct model *a, const struct pod *p,
 int model_compose(struct model *b, const struct model *a, const struct config *whole, const struct pod *p, const roln_real *mean)
 {
     const roln_ae *small = &a->kind->md->ae;
-    if (small->layers < 1 || small->size[0] != p->r || (small->monomials > 0 && !(small->slope >= 1)) || whole->N != p->N) return -1;
+    if (small->layers < 1 || small->size[0] != p->r || (small->monomials > 0 && !(small->slope >= 1)) || whole->N != p->N)
+        return -1;
     build(b, whole);
     *b->sc = *a->sc, *b->dt = *a->dt;
     compose(b, a, p, mean);

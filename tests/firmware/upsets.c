@@ -127,7 +127,8 @@ static int controller_start(void)
     for (int i = 0; i < n; i++)
         at.z[i] = 0.25f * chain_weights.z_min[i] + 0.75f * chain_weights.z_max[i];
     st = chain_decode(&ctl.weights, &at, &pose, &ctl.work.decode);
-    if (st == ROLN_OK) st = chain_encode_reference(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work.encode_reference);
+    if (st == ROLN_OK)
+        st = chain_encode_reference(&ctl.weights, pose.q, rest, rest, &ctl.settings.target, &ctl.work.encode_reference);
     if (st == ROLN_OK) st = chain_dynamics(&ctl.weights, &at, &e, &ctl.work.dynamics);
     for (int i = 0; i < n && st == ROLN_OK; i++) {
         ctl.settings.target.kp[i] = SPEED * SPEED * e.M[i * (n + 1)];

@@ -116,7 +116,8 @@ static struct {
     pend16_work work;
 } ctl;
 static pend16_state at;
-static const roln_limits limits = {.dt = 0.001f, .residual = 1e9f, .tau = 1e9f, .hold = 5, .q_tolerance = 1e9f, .qd_tolerance = 1e9f};
+static const roln_limits limits = {
+    .dt = 0.001f, .residual = 1e9f, .tau = 1e9f, .hold = 5, .q_tolerance = 1e9f, .qd_tolerance = 1e9f};
 
 static void pose(const row *r)
 {

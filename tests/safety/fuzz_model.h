@@ -148,7 +148,8 @@ static void M(call_joints)(int which)
     case 1: fuzz_keep(&x, sizeof x), fuzz_judge(M(decode)(&M(p), &M(s), &x, &M(w).decode), &x, sizeof x); break;
     case 2:
         fuzz_keep(M(r).z, 3 * M(n) * sizeof(roln_real));
-        fuzz_judge(M(encode_reference)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w).encode_reference), M(r).z, 3 * M(n) * sizeof(roln_real));
+        fuzz_judge(M(encode_reference)(&M(p), in, in + M(N), in + 2 * M(N), &M(r), &M(w).encode_reference), M(r).z,
+                   3 * M(n) * sizeof(roln_real));
         break;
     case 3:
         fuzz_keep(&force, sizeof force);
@@ -577,7 +578,8 @@ static void M(call_train)(int which)
     case 5: memset(&M(gr), 0, sizeof M(gr)), memset(&M(o), 0, sizeof M(o)); break;
     default:
         fuzz_call(), st = M(init_pod)(&pod.p, b.count, b.q, M(data).qd, pod.qbar, &fuzz_now.seed, &start.init_pod);
-        if (st == ROLN_OK) CLAIM(roln_all_finite(M(numbers), (const roln_real *)(const void *)&pod.p) && !M(params_mismatch)(&pod.p));
+        if (st == ROLN_OK)
+            CLAIM(roln_all_finite(M(numbers), (const roln_real *)(const void *)&pod.p) && !M(params_mismatch)(&pod.p));
         break;
     }
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_packed.c - packed bytes: an input chooses a model and is a row of commands that damage its packet, and have it read.
    NAME_unpack takes what a second reader takes, written from the format's description; NAME_quantise of small weights nothing else,
-   but may refuse more, a model without a range of z; NAME_params_mismatch is asked of what was taken. Parameters stay as they were unless
-   ROLN_OK; what was taken packs to the same bytes. */
+   but may refuse more, a model without a range of z; NAME_params_mismatch is asked of what was taken. Parameters stay as they were
+   unless ROLN_OK; what was taken packs to the same bytes. */
 
 #define ROLN_NAME plain
 #define ROLN_AE 5, 3, 2

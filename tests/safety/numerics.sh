@@ -40,8 +40,8 @@ spd() {
 
 # one model: its torques in float, in double, stored, of its plant
 torques() {
-    for way in "float -DHERE=$1_weights.h -DPLANT=$1_plant.h" 'double -DROLN_DOUBLE' 'half -DSTORED -DROLN_STORE=half' \
-               'int8 -DSTORED -DROLN_STORE=int8'; do
+    for way in "float -DHERE=$1_weights.h -DPLANT=$1_plant.h" 'double -DROLN_DOUBLE' 'half -DSTORED -DROLN_QUANTISE=half' \
+               'int8 -DSTORED -DROLN_QUANTISE=int8'; do
         set -- "$1" "$2" "$3" $way
         options="$5 $6" file=
         [ "$4" = float ] && [ "$2" = - ] && options=$5

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* split.c - torques of control ticks, compared by numerics.sh: of MODEL, in float; with -DROLN_DOUBLE the same weights in double;
-   with -DROLN_STORE=half or int8 the stored ones.
+   with -DROLN_QUANTISE=half or int8 the stored ones.
 
        split float FOLDER [MODEL.roln]   the weights of MODEL_weights.h, with -DHERE, or of the file; writes bytes, numbers, states
                                          to FOLDER, and with a plant, -DPLANT=NAME_plant.h, the torques of that, plant

@@ -249,8 +249,8 @@ ROLN_FN roln_status C_(c_encode)(const instance *m, const roln_real *q, const ro
     return st;
 }
 
-ROLN_FN roln_status C_(c_encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
-                              roln_real *zd, roln_real *zdd, void *work)
+ROLN_FN roln_status C_(c_encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd,
+                                           roln_real *z, roln_real *zd, roln_real *zdd, void *work)
 {
     const C_(params) p = C_(c_params)(m);
     const target_at was = {z, zd, zdd, NULL, NULL, NULL};

@@ -20,8 +20,8 @@
 
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(lift) X(dynamics) X(fit_range) X(inverse) X(inertia) X(linear) X(control) \
-    X(allocate)
+    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(lift) X(dynamics) X(fit_range) X(inverse) X(inertia) X(linear) \
+    X(control) X(allocate)
 #include "small.h"
 #include "control.h"
 

@@ -585,7 +585,7 @@ static void test_noise(int k)
 }
 
 /* What a plan shall cost, of joints with units of their own and of coordinates by rows C: its gradient against differences. What a
-   load does to a step, the same. */
+   load does to a step, the same. Long: one model and one set of arrays for both. */
 static void test_own_units(void)
 {
     enum { n = units_n, N = units_N, n2 = 2 * n, TERMS = 4, ROWS = 2 };

@@ -14,7 +14,9 @@
 #undef EVERY_BLOCK
 #undef CALLED
 #define CALLED(X) \
-    X(encode) X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
+    X(encode) \
+    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(errors) X(grad) \
+        X(grad_acc)
 #include "small.h"
 
 #define ONE(name) one_##name##_called
@@ -139,7 +141,8 @@ static ld slow_ratio(int k, const instance *m, const data *d)
         const int at = first_of(&d->b, w);
         const roln_real *tau = d->b.tau + at * F;
         roln_real z[MAXN], zd[MAXN], zdd[MAXN], tau_z[MAXN];
-        CHECK_OK(m->of->encode_reference(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(encode_reference)));
+        CHECK_OK(
+            m->of->encode_reference(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(encode_reference)));
         CHECK_OK(m->of->reduce(m, z, tau, tau_z, ROOM(reduce)));
         for (i = 0; i < (inputs ? inputs : n); i++) {
             const ld f = inputs ? (ld)tau[i] * (ld)m->scale->q : (ld)tau_z[i];

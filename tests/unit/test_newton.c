@@ -855,7 +855,8 @@ static void test_damping(void)
     check_long(16), check_long(3);
 }
 
-/* What the residuals say of a step that was to change them by 2, of a scaled row and another. */
+/* What the residuals say of a step that was to change them by 2, of a scaled row and another. Long: the cases follow from each
+   other. */
 static void test_judge(void)
 {
     static const struct {

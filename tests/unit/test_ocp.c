@@ -386,7 +386,8 @@ static void test_units(void)
         CHECK(solve(&p, binary ? 8 : 20, u) == ROLN_OK);
         rescale(&p, by, of, &c);
         o = ocp_of(&c);
-        CHECK(roln_ocp_solve(&o, binary ? 8 : 20, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, c.rated))) == ROLN_OK);
+        CHECK(roln_ocp_solve(&o, binary ? 8 : 20, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, c.rated))) ==
+              ROLN_OK);
         widen(MAXH * m, c.u, v);
         for (i = 0; i < MAXH * m; i++) {
             v[i] /= (ld)by[i % m];
@@ -437,7 +438,8 @@ static void test_far(void)
                 else by[0] = 1 / far, rescale(&p, by, of, &c);
                 o = ocp_of(&c);
                 if (!own) o.most = NULL;
-                CHECK(roln_ocp_solve(&o, 30, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, rated))) == ROLN_OK);
+                CHECK(roln_ocp_solve(&o, 30, c.u, c.x, c.K, &c.duality_gap, room_of(ROLN_OCP_WORK(c.n, m, MAXH, rated))) ==
+                      ROLN_OK);
                 widen(MAXH * m, c.u, v);
                 for (i = 0; i < MAXH; i++)
                     v[i * m] /= (ld)by[0];

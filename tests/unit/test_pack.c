@@ -378,23 +378,23 @@ static void test_needs(void)
         static const char *const words[NEEDS] = {__VA_ARGS__, OWN_WORDS}; \
         check_needs(&of##_model, #of, is, words); \
     }
-    NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_0",
-             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(deep, "AE_10_9_8_7_6_5_4_3_2", "MLP_3_2_3_2_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0",
-             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(rich, "AE_6_5_3", "MLP_4_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_1", "LAYERS_gyro",
-             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
-    NEEDS_OF(layered, "AE_2", "MLP_3", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_gyro_gyro_gyro_gyro",
-             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(delan, "AE_4_2", "MLP_4", "STEP_euler", "CHART_none_0", "MASS_cholesky", "BASE_0", "LAYERS_0", "DAMPING_0",
-             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_full")
-    NEEDS_OF(curved, "AE_6_4_3", "MLP_4_3", "STEP_midpoint", "CHART_polynomial_2", "MASS_exponential", "BASE_0", "LAYERS_0",
-             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "STORE_full")
-    NEEDS_OF(wheel, "AE_3", "MLP_4_5", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1",
-             "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "STORE_full")
+    NEEDS_OF(plain, "AE_6_4_2", "MLP_5_4", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_0",
+             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_full")
+    NEEDS_OF(deep, "AE_10_9_8_7_6_5_4_3_2", "MLP_3_2_3_2_3", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0",
+             "LAYERS_0", "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_full")
+    NEEDS_OF(rich, "AE_6_5_3", "MLP_4_3", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_1", "LAYERS_gyro",
+             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "QUANTISE_full")
+    NEEDS_OF(layered, "AE_2", "MLP_3", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_gyro_gyro_gyro_gyro",
+             "DAMPING_1", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_full")
+    NEEDS_OF(delan, "AE_4_2", "MLP_4", "INTEGRATOR_euler", "CHART_none_0", "MASS_cholesky", "BASE_0", "LAYERS_0", "DAMPING_0",
+             "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_full")
+    NEEDS_OF(curved, "AE_6_4_3", "MLP_4_3", "INTEGRATOR_midpoint", "CHART_polynomial_2", "MASS_exponential", "BASE_0", "LAYERS_0",
+             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_2", "QUANTISE_full")
+    NEEDS_OF(wheel, "AE_3", "MLP_4_5", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0", "DAMPING_1",
+             "FRICTION_1", "ANGLES_1_0_1_bits_5", "SCALE_common", "INPUTS_0", "QUANTISE_full")
 #ifndef ROLN_DOUBLE
-    NEEDS_OF(stored, "AE_6_4_2", "MLP_5_4", "STEP_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0",
-             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "STORE_int8")
+    NEEDS_OF(stored, "AE_6_4_2", "MLP_5_4", "INTEGRATOR_rk4", "CHART_none_0", "MASS_exponential", "BASE_0", "LAYERS_0",
+             "DAMPING_0", "FRICTION_0", "ANGLES_0", "SCALE_common", "INPUTS_0", "QUANTISE_int8")
 #endif
 #undef NEEDS_OF
 }
@@ -571,7 +571,8 @@ static void test_stored_shell(void)
     CHECK_OK(stored_quantise(plain_packed_size, full, &a, start));
     CHECK_ROOM();
     CHECK((int)stored_packed_size < (int)plain_packed_size);
-    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope && a.eigenvalue_floor == p.eigenvalue_floor);
+    CHECK(memcmp(&a.scale, &p.scale, sizeof a.scale) == 0 && same(1, &a.dt, &p.dt) && a.slope == p.slope &&
+          a.eigenvalue_floor == p.eigenvalue_floor);
     CHECK(same(2, a.z_min, p.z_min) && same(2, a.z_max, p.z_max) && same(2, a.zd_max, p.zd_max));
     stored_pack(&a, bytes);
     CHECK(stored_unpack(stored_packed_size, bytes, &b) == ROLN_OK && memcmp(&a, &b, sizeof a) == 0);

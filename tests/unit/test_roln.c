@@ -117,7 +117,7 @@ static void test_settings(void)
     }
 }
 
-/* A status each, and nothing is written. */
+/* A status each, and nothing is written. Long: a line for each argument. */
 static void test_arguments(void)
 {
     static const struct {

@@ -3,8 +3,9 @@
    hungriest call of every function of prediction and control writes all of the scratch that its type declares. Of training:
    test_scratch_training.c. */
 #define CALLED(X) \
-    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
-    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
+    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) \
+    X(control) X(gains) \
+    X(allocate) X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 #include "small.h"
 #include "scratch.h"
 
@@ -14,8 +15,9 @@ void TEST_NAME(scratch)(void);
 
 /* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, inputs) X(of, force_size) \
-    X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, inputs) \
+    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) \
+    X(of, wide) X(of, layers) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
     X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
 #define SIZE_FIELD(of, name) int name;
@@ -71,8 +73,9 @@ static void test_shapes(void)
 /* ---- scratch is exact ------------------------------------------------------------------------- */
 
 #define RUNS(X) \
-    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) X(control) X(gains) X(allocate) \
-    X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
+    X(encode) X(encode_reference) X(decode) X(step) X(linear) X(reduce) X(lift) X(dynamics) X(inverse) X(inertia) \
+    X(control) X(gains) \
+    X(allocate) X(guard_tick) X(tick) X(lqr) X(lqr_along) X(filter_tick) X(plan_next) X(plan_linear) X(fit_range)
 
 static void use_tick(int k, const instance *m, const roln_real *x)
 {

@@ -139,7 +139,7 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
         for (k = 0; k < count / EACH / 8; k++)
             CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &many, &all_of, &train.grad_acc)
                           : one_grad(&p, &weights[0], &many, dt, &all_of, &train.grad));
-        CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &few, &once, &train.grad_acc) 
+        CHECK_OK(kind ? one_grad_acc(&p, &weights[1], &few, &once, &train.grad_acc)
                       : one_grad(&p, &weights[0], &few, dt, &once, &train.grad));
         for (i = 0; i < one_theta_size; i++)
             top = fmaxl(top, fabsl((ld)once.theta[i]) * k * EACH / PERIOD);

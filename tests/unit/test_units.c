@@ -46,8 +46,10 @@ static void test_states(int k)
     CHECK(same(3 * MAXN, z[0], z[1]));
     for (i = 0; i < 2; i++) { /* without an acceleration, with one */
         fill(3 * MAXN, 7, z[0]), fill(3 * MAXN, 7, z[1]);
-        CHECK_OK(p.plain.of->encode_reference(&p.plain, x, x + N, i ? x + 2 * N : NULL, z[0], z[0] + p.n, z[0] + 2 * p.n, ROOM(encode_reference)));
-        CHECK_OK(p.own.of->encode_reference(&p.own, X, X + N, i ? X + 2 * N : NULL, z[1], z[1] + p.n, z[1] + 2 * p.n, ROOM(encode_reference)));
+        CHECK_OK(p.plain.of->encode_reference(&p.plain, x, x + N, i ? x + 2 * N : NULL, z[0], z[0] + p.n, z[0] + 2 * p.n,
+                                              ROOM(encode_reference)));
+        CHECK_OK(p.own.of->encode_reference(&p.own, X, X + N, i ? X + 2 * N : NULL, z[1], z[1] + p.n, z[1] + 2 * p.n,
+                                            ROOM(encode_reference)));
         CHECK(same(3 * MAXN, z[0], z[1]));
     }
     CHECK_OK(p.plain.of->decode(&p.plain, z[0], z[0] + p.n, y[0], y[0] + N, ROOM(decode)));

@@ -109,7 +109,8 @@ static void test_ticks(int k)
         CHECK_OK(m->of->fit_limits(m, &b, 2, &fit[j], most[j], most[j] + p.F, ROOM(fit_limits)));
     }
     force_in_units(&p, 2, most[0], most[0]);
-    CHECK(same(2 * p.F, most[0], most[1]) && same(1, &fit[0].margin, &fit[1].margin) && same(1, &fit[0].residual, &fit[1].residual));
+    CHECK(same(2 * p.F, most[0], most[1]) && same(1, &fit[0].margin, &fit[1].margin) &&
+          same(1, &fit[0].residual, &fit[1].residual));
 }
 
 void TEST_NAME(units_control)(void)
