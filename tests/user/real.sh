@@ -52,12 +52,12 @@ learn() {
     [ -s $dir/"$name"_errors.csv ] || { echo "$name: $(tail -n 2 $dir/"$name".log | head -n 1)" >&2; code=1; return; }
     awk -F, -v name="$name" -v ended=$ended '
         NR == FNR {
-            split($0, x, " ")
+            words = split($0, x, " ")
             if (/^time: .* resampled to/) { sub(/.*resampled to /, ""); sub(/ by local.*/, ""); rate = $0 }
             if (/^filter: /) filter = x[2] " Hz"
-            if (/ trajectories [(]/) count = x[1], held = substr(x[3], 2)
+            if (/ trajectories [(]/) { count = x[1]; held = substr(x[3], 2) }
             if (/^regression on the same/) {
-                for (k = 1; k < NF; k++) {
+                for (k = 1; k < words; k++) {
                     if (x[k] == "off") by_tau = x[k + 2]
                     if (x[k] == "E_q") by[x[k + 4]] = x[k + 1]
                 }
