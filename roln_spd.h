@@ -1056,16 +1056,16 @@ ROLNI_INLINE roln_real rolni_dot5(int n, const roln_real *a, const roln_real *b)
     return ((s0 + s4) + s2) + (s1 + s3);
 }
 
-/* Column j of roln_chol; 1 if its pivot is not positive or not finite. small: n, at most 6, and j are constants. */
-ROLNI_INLINE int rolni_chol_column(int small, int n, int j, const roln_real *A, roln_real *L)
+/* Column j of roln_chol; 1 if its pivot is not positive or not finite. constant: n, at most 6, and j are constants. */
+ROLNI_INLINE int rolni_chol_column(int constant, int n, int j, const roln_real *A, roln_real *L)
 {
     const roln_real *const l = L + j * n;
-    roln_real s = A[j * n + j] - (small ? rolni_dot5(j, l, l) : roln_dot(j, l, l));
+    roln_real s = A[j * n + j] - (constant ? rolni_dot5(j, l, l) : roln_dot(j, l, l));
     int i;
     if (!(s > 0) || !roln_finite(s)) return 1;
     s = L[j * n + j] = ROLN_SQRT(s);
     for (i = j + 1; i < n; i++) {
-        L[i * n + j] = (A[i * n + j] - (small ? rolni_dot5(j, L + i * n, l) : roln_dot(j, L + i * n, l))) / s;
+        L[i * n + j] = (A[i * n + j] - (constant ? rolni_dot5(j, L + i * n, l) : roln_dot(j, L + i * n, l))) / s;
         L[j * n + i] = 0;
     }
     return 0;

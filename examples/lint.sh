@@ -38,7 +38,7 @@ FILENAME != name {
     split("", at)
 }
 !configs {
-    if (/^ +#define ROLN_[A-Z]+ /) model[$2] = 1
+    if (/^ +#define ROLN_[A-Z_]+ /) model[$2] = 1
     if (/^#ifn?def ROLN_[A-Z_]+$/ && $2 !~ /_H$/) option[$2] = 1
     for (text = $0; match(text, /"#ifn?def ROLN_[A-Z_]+/); text = substr(text, RSTART + RLENGTH)) { # what written weights ask for
         split(substr(text, RSTART, RLENGTH), word, " ")

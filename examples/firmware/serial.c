@@ -25,7 +25,7 @@ enum { N = pend16_N, n = pend16_n, SIZE = FRAME_SIZE(N, n), ANSWER = FRAME_ANSWE
 
 /* s, range seen in training and 5 %, W, N m, bad ticks that are bridged, rad and rad/s off the manifold. */
 static const roln_limits limits = {
-    .dt = TICK, .margin = 0.05f, .power = 3, .tau = 60, .hold = 3, .q_tolerance = 0.05f, .qd_tolerance = 1};
+    .dt = TICK, .margin = 0.05f, .residual = 3, .tau = 60, .hold = 3, .q_tolerance = 0.05f, .qd_tolerance = 1};
 
 static struct {
     pend16_state x; /* of the last frame */

@@ -39,8 +39,8 @@ says 1 '1: ROLN_WEIGHT_EXTERN: no header of roln reads it. ROLN_WEIGHTS_EXTERN?'
     "$name" "$ae" "$mlp" "$end"
 says 1 '4: ROLN_DAMPNG: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAMPNG 1' "$end"
 says 1 '4: ROLN_DAPMING: no header of roln reads it. ROLN_DAMPING?' "$name" "$ae" "$mlp" '#define ROLN_DAPMING 1' "$end"
-says 1 '4: RLON_STEP: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define RLON_STEP rk4' "$end"
-says 1 '4: NAME_step: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define NAME_step rk4' "$end"
+says 1 '4: RLON_INTEGRATOR: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define RLON_INTEGRATOR rk4' "$end"
+says 1 '4: ROLN_INTEGRATE: no header of roln reads it. ROLN_INTEGRATOR?' "$name" "$ae" "$mlp" '#define ROLN_INTEGRATE rk4' "$end"
 says 1 '4: ROLN_TRANSMISSION: no header of roln reads it' "$name" "$ae" "$mlp" '#define ROLN_TRANSMISSION 7' "$end"
 says 1 '4: ROLN_MLP: for the second time, the first is in line 3' "$name" "$ae" "$mlp" '#define ROLN_MLP 9' "$end"
 says 1 '5: ROLN_INTEGRATOR: behind the last #include "roln.h", where no model reads it' "$name" "$ae" "$mlp" "$end" \
@@ -51,7 +51,7 @@ says 1 '1: ROLN_AE: there is no ROLN_NAME, so no model reads it' "$ae" "$end"
 says 1 '1: no #include "roln.h", so no model' '#define ARM 1'
 
 # every option of the table is one, misspelt it is none; and every option that the shell reads is in the table
-table=$(sed -n '/^#ifndef ROLN_H/q; s/^ *#define \(ROLN_[A-Z]*\) .*/\1/p' roln.h)
+table=$(sed -n '/^#ifndef ROLN_H/q; s/^ *#define \(ROLN_[A-Z_]*\) .*/\1/p' roln.h)
 shell=$(awk '/^#ifdef ROLN_NAME/ { on = 1; print $2 } on && /^#ifndef ROLN_/ { print $2 }' roln.h)
 if [ "$(echo "$table" | sort)" = "$(echo "$shell" | sort)" ] && [ "$(echo "$table" | wc -l)" -ge 18 ]; then
     passed=$((passed + 1))
