@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, install, clean; dist wants zip
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, real, install, clean; dist wants zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, experiments,
 #                                       eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
@@ -22,7 +22,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm lint install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn machines errors control plans models noise rope experiments report plotting-deps \
+        sanitize mutants record learn real machines errors control plans models noise rope experiments report plotting-deps \
         plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
@@ -264,6 +264,13 @@ record: build/record
 learn: build/record
 	@test $(words $(MODEL)) -eq 1 || { echo "make learn MODEL=my.xml, a path without blanks"; exit 1; }
 	@$(NAMED) && sh tests/mujoco/learn.sh $(MODEL) "$$out" seconds=$(SECONDS) $(MOVED)
+
+# public recordings of real robots, DATA/double_pendulum and DATA/ur10e, which are not part of this repository: docs/training.md
+# says where they are. Trains a model of each, SECONDS at most, and prints a table
+DATA =
+real:
+	@test -n "$(DATA)" || { echo "make real DATA=folder: docs/training.md, \"Real recordings\""; exit 1; }
+	@sh tests/user/real.sh $(DATA) $(SECONDS)
 
 # the same of 19 small machines, and their errors in a table: STEPS of each training at most, so that it is the same everywhere
 STEPS = 300

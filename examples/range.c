@@ -2,12 +2,12 @@
 /* range.c - the range of z and zd that recordings reach, for weights that have none: those of import.py.
 
    cc -std=c99 -O2 -I. -Iexamples -DMODEL=pend16 examples/range.c -o range -lm
-   ./range motion.csv pend16 [smooth=10]
+   ./range motion.csv .. pend16 [smooth=10] [q=2:7 ..]
 
-   MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on, read
-   as train.c reads it (recording.h), with smooth= if it has no qd. pend16.roln is read, and written anew with its range, and so
-   is pend16_weights.h. Without a range a guard calls every state unknown (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last
-   lines. */
+   MODEL is the ROLN_NAME of a config header, which is named after it. motion.csv is the motion that the model was trained on,
+   read as train.c reads it (recording.h), with the same settings: smooth=, filter=, dt= and the column map. pend16.roln is
+   read, and written anew with its range, and so is pend16_weights.h. Without a range a guard calls every state unknown
+   (ROLN_FAULT_RANGE). Exit code 0: done; 1: said in the last lines. */
 #define NO_THREADS /* no clock but that of C */
 #include <signal.h>
 #define STRING_(x) #x
@@ -16,6 +16,7 @@
 #define HEADER(m) HEADER_(m)
 #include HEADER(MODEL)
 #include "recording.h"
+#include "files.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -59,32 +60,49 @@ static void put(void *f, const char *text)
 int main(int argc, char **argv)
 {
     static unsigned char bytes[M(packed_size) + 1];
-    wanted w = {STRING(MODEL), M(N), M(inputs), 0, 0, 0, M(angles), M(own)};
+    wanted w = {.model = STRING(MODEL), .N = M(N), .inputs = M(inputs), .angles = M(angles), .each = M(own)};
+    file_list files = {NULL, 0};
+    const char *out = NULL;
+    int i, wrong = 0;
     motion d;
     FILE *f;
-    if (argc == 4 && strncmp(argv[3], "smooth=", 7) == 0) {
-        char *end;
-        const long half = strtol(argv[3] + 7, &end, 10);
-        if (end != argv[3] + 7 && *end == 0 && half > 0 && half <= 100000) w.half = (int)half, w.qd_unused = 1;
+    for (i = 1; i < argc; i++) {
+        char *eq = i > 1 ? strchr(argv[i], '=') : NULL, *end;
+        if (!eq) {
+            if (out) add_files(&files, out);
+            out = argv[i];
+            continue;
+        }
+        *eq = 0;
+        if (read_key(&w, argv[i], eq + 1)) continue;
+        if (strcmp(argv[i], "dt") == 0) w.dt = strtod(eq + 1, &end);
+        else {
+            const long half = strtol(eq + 1, &end, 10);
+            wrong |= strcmp(argv[i], "smooth") != 0 || half < 1 || half > 100000;
+            w.half = (int)half, w.qd_unused = 1;
+        }
+        wrong |= end == eq + 1 || *end;
     }
-    if (argc != 3 + (w.half > 0)) fail("usage: range motion.csv NAME [smooth=10]\nhint: NAME.roln holds the weights");
-    f = file(argv[2], ".roln", "rb");
+    if (wrong || files.count == 0)
+        fail("usage: range motion.csv .. NAME [smooth=10] [q=2:7 ..]\nhint: NAME.roln holds the weights; settings are those of "
+             "train");
+    f = file(out, ".roln", "rb");
     if (M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &params) != ROLN_OK)
-        fail("%s.roln: no weights of " STRING(MODEL) "\nhint: is it of this config, and whole?", argv[2]);
+        fail("%s.roln: no weights of " STRING(MODEL) "\nhint: is it of this config, and whole?", out);
     fclose(f);
-    d = read_recording(argv[1], &w);
+    d = read_recordings(files.count, files.path, &w);
     if (w.half > 0) smooth(&d, w.half);
     (void)add_noise; /* is the trainer's */
     if (M(fit_range)(&params, d.samples, d.q, d.qd, &work) != ROLN_OK)
-        fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", argv[1]);
+        fail("%s: the encoder takes it to numbers that are not finite\nhint: are these recordings of this model?", d.path);
 #ifdef SIGXFSZ
     signal(SIGXFSZ, SIG_IGN); /* a file that is too large: writing fails */
 #endif
-    f = file(argv[2], ".part", "w");
-    put_in_place(f, argv[2], "_weights.h", M(write)(&params, put, f) == ROLN_OK);
+    f = file(out, ".part", "w");
+    put_in_place(f, out, "_weights.h", M(write)(&params, put, f) == ROLN_OK);
     M(pack)(&params, bytes);
-    f = file(argv[2], ".part", "wb");
-    put_in_place(f, argv[2], ".roln", fwrite(bytes, M(packed_size), 1, f) == 1);
-    printf("%s.roln, %s_weights.h: the range of %d samples\n", argv[2], argv[2], d.samples);
+    f = file(out, ".part", "wb");
+    put_in_place(f, out, ".roln", fwrite(bytes, M(packed_size), 1, f) == 1);
+    printf("%s.roln, %s_weights.h: the range of %d samples\n", out, out, d.samples);
     return DONE;
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* recording.h - recorded motion from a CSV file, and what may be wrong with it: the one reader of train.c, range.c and
+/* recording.h - recorded motion from CSV files, and what may be wrong with it: the one reader of train.c, range.c and
    tests/mujoco/convert.c.
 
-   A line is a sample: the columns t, q.., qd.., tau..; qd is in units of q per second. A blank line stands between trajectories; a
-   header that is repeated begins one, too. tau is held from its sample to the next. For a model with a learned input map
-   (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and, if the positions are smoothed, qd.
+   A line is a sample: the columns t, q.., qd.., tau..; qd is in units of q per second. A blank line stands between recordings; a
+   header that is repeated begins one, too, and so does a t that starts again. tau is held from its sample to the next. For a model
+   with a learned input map (ROLN_INPUTS) these columns are its inputs u. Columns may be left out: tau, and qd, which is then the
+   derivative of q.
 
    columns  apart by semicolons, tabs, commas or blanks: one of them in a file, in this order of precedence. A comma may be the
             decimal mark if semicolons or tabs stand between columns. Empty columns at the end of a line count for nothing
@@ -15,13 +16,20 @@
             with #, % or //, are not read. A name that contradicts the order of columns is refused
    bytes    ASCII or UTF-8, lines that end with LF, CR LF or CR
 
+   A column map takes columns in another order, with units and gains: q=2:7,deg tau=14:19,A*14.9 t=1 (`wanted`). Columns that it
+   does not name may hold anything; rows that lack a number are left out; tau is the force at the time of its sample.
+
+   Steps of t that differ by more than 1 % are brought to one rate by local cubics (resample.h), and gaps split recordings. If the
+   spectrum shows noise, q, qd and tau pass the same filter without phase. Recordings of even steps and without noise stay as they
+   are, to the bit. Every change is told.
+
    For a joint that the model takes for an angle (ROLN_ANGLES), q may jump by turns: it is read without them.
 
    What would make a training useless ends the program with FILE:LINE, what is wrong, and a hint what to do. What may be meant is a
    warning: qd that is not dq/dt, with the likely cause; a joint that goes over more than a turn, and is no angle of the model.
 
-   1 messages     2 pieces of a line     3 time     4 names     5 samples     6 time stamps     7 velocities
-   8 noise, smoothing     9 a recording */
+   1 messages     2 pieces of a line     3 time     4 names     5 samples     6 column map     7 time stamps     8 velocities
+   9 one rate, one filter     10 noise, smoothing     11 recordings */
 
 #ifndef RECORDING_H
 #define RECORDING_H
@@ -37,15 +45,37 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include "resample.h"
+
+enum { OF_T, OF_Q, OF_QD, OF_TAU, KINDS };
+
+/* A column that is used, as the table of columns prints it. */
+typedef struct {
+    int kind, index, column; /* index: joint or motor, from 0; column: from 1, 0: none */
+    char name[40], unit[24];
+    double factor; /* of the number in the file, to rad, s, Nm .. */
+} field;
 
 typedef struct {
-    const char *path;
+    const char *path;                  /* the file, or how many there are */
     int N, forces;                     /* columns q; columns tau or u */
     int trajectories, samples, *first; /* first [trajectories + 1] */
     int has_qd, has_tau;
     double dt;
     roln_real *q, *qd, *qdd;  /* [samples][N] */
-    roln_real *tau, *tau_mid; /* [samples][forces]; mean of the forces held before and after a sample: of a central difference */
+    roln_real *tau, *tau_mid; /* [samples][forces]: the mean force up to the next sample; the force that belongs to qdd */
+    const char **file;        /* [trajectories] */
+    double *t, *origin;       /* [samples], in s, less origin [trajectories] */
+    int *line;                /* [samples]; the line in its file */
+    field *fields;            /* of the first file */
+    int count;                /* of fields */
+    int measured;             /* nonzero: tau is the force at the time of its sample; 0: it is held up to the next sample */
+    int mapped, clock;        /* nonzero: there is a column map; t is a time of the day */
+    double unit;              /* of t, in s */
+    int guessed;              /* nonzero: it follows from the size of t alone */
+    double reach;             /* s on each side that the filter sees; 0: no filter */
+    int left_out, short_left; /* rows without a number; samples between gaps that are too close */
+    int gaps, filled;         /* of resampling: where recordings were split; samples that were missing */
 } motion;
 
 /* What a model asks of a file. */
@@ -57,6 +87,10 @@ typedef struct {
     int qd_unused;   /* nonzero: q alone is used */
     unsigned angles; /* bit j: joint j is an angle in radians */
     int each;        /* nonzero: each joint has a unit of its own */
+    const char *columns[KINDS]; /* t=, q=, qd=, tau=: which columns; NULL: nothing said, and without q= the order t, q, qd, tau */
+    double dt;                  /* s from sample to sample; 0: that of the recordings */
+    double filter;              /* Hz; 0: what the spectrum asks for; below 0: none */
+    int tell;                   /* nonzero: print the table of columns */
 } wanted;
 
 /* ---- 1 messages ---- */
@@ -389,9 +423,15 @@ typedef struct {
     int guessed;             /* nonzero: it follows from the size of t alone */
     int header_row, comment; /* where the header stands, 0: none; nonzero: in a comment */
     int named, separators;   /* nonzero: the header names the columns; lines of separators alone */
-    double *t, *v;
+    int most, taken;         /* room for columns; samples of this file so far */
+    int rows;                /* with those that are left out */
+    int used[KINDS], *column[KINDS], last; /* with a column map: columns of each kind, from 1; the last one */
+    double *factor[KINDS];
+    int by_number; /* nonzero: the map has no names */
+    int first_file;
+    double *v;
     piece *w, *name; /* of the line; of the header */
-    char *text, *header;
+    char *text, *header, *units; /* units: the row of units below the header */
 } sheet;
 
 /* Nonzero if a name begins with a stem, in letters of either kind. */
@@ -502,11 +542,9 @@ static void columns_are(motion *d, const wanted *w, int row, int n, int named)
             d->path, row, n, w->model, N, N, 1 + 2 * N, F, force, 1 + 2 * N + F, 1 + N);
     if (!d->has_tau && w->torque)
         fail("%s:%d: no %s columns, which torque=1 needs\nhint: %s", d->path, row, force,
-             ambiguous && w->half > 0 && n == 1 + 2 * N ? "without qd, a header says where they are: t,q1,..,tau1,.."
-                                                        : "record them, or leave torque=1 out");
-    if (!d->has_qd && w->half == 0)
-        fail("%s:%d: no qd columns\nhint: with smooth=10, say, q, qd, qdd come from a parabola through 21 samples of q", d->path,
-             row);
+             ambiguous && n == 1 + 2 * N
+                 ? "without qd, a header says where they are: t,q1,..,tau1,.., or a column map: q=2:3 tau=4:5"
+                 : "record them, or leave torque=1 out");
 }
 
 /* Refuses a header that says q1, qd1, tau1 of columns that are something else. */
@@ -547,15 +585,37 @@ static int read_text(sheet *s)
     return n;
 }
 
+/* Room for `count` things, the first `used` of which are those of *p. */
+static void *extended(void *p, size_t used, size_t count, size_t size)
+{
+    void *to = room(count, size);
+    if (used > 0) memcpy(to, p, used * size);
+    free(p);
+    return to;
+}
+
+/* Room for `lines` more samples, and as many recordings. */
+static void make_room(motion *d, int lines)
+{
+    const size_t row = (size_t)d->N * sizeof(roln_real), had = (size_t)d->samples, all = had + (size_t)lines + 1;
+    const size_t forces = (size_t)d->forces * sizeof(roln_real), parts = (size_t)d->trajectories;
+    d->q = extended(d->q, had, all, row), d->qd = extended(d->qd, had, all, row);
+    d->tau = extended(d->tau, had, all, forces > row ? forces : row);
+    d->first = extended(d->first, parts, all, sizeof *d->first);
+    d->file = extended(d->file, parts, all, sizeof *d->file), d->origin = extended(d->origin, parts, all, sizeof *d->origin);
+    d->t = extended(d->t, had, all, sizeof *d->t), d->line = extended(d->line, had, all, sizeof *d->line);
+}
+
 /* Opens a file, counts its lines, and makes room for as many samples. */
 static sheet open_sheet(motion *d, const wanted *w)
 {
-    const size_t row = (size_t)w->N * sizeof(roln_real), most = 2 + 3 * (size_t)w->N;
+    const size_t mapped = w->columns[OF_Q] ? 32768 : 0;
     sheet s = {0};
     size_t lines;
-    s.size = 65536 + 64 * (1 + 3 * w->N);
-    s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room(most, sizeof *s.v);
-    s.w = room(most, sizeof *s.w), s.name = room(most, sizeof *s.name);
+    s.size = 65536 + 64 * (1 + 3 * w->N), s.most = mapped ? (int)mapped : 2 + 3 * w->N;
+    s.text = room((size_t)s.size, 1), s.header = room((size_t)s.size, 1), s.v = room((size_t)s.most, sizeof *s.v);
+    s.w = room((size_t)s.most, sizeof *s.w), s.name = room((size_t)s.most, sizeof *s.name);
+    if (mapped) s.units = room((size_t)s.size, 1);
     s.f = fopen(d->path, "rb");
     if (!s.f) fail("cannot read %s\nhint: is the path right, and the file readable?", d->path);
     while (read_text(&s))
@@ -563,10 +623,10 @@ static sheet open_sheet(motion *d, const wanted *w)
     if (ferror(s.f)) fail("cannot read %s: %s\nhint: is it a file, and whole?", d->path, strerror(errno));
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty\nhint: a CSV has the columns t, q.., qd.., tau..", d->path);
-    lines = (size_t)s.lines + 1;
-    d->q = room(lines, row), d->qd = room(lines, row), d->qdd = room(lines, row);
-    d->tau = room(lines, row), d->tau_mid = room(lines, row), d->first = room(lines, sizeof *d->first);
-    s.t = room(lines, sizeof *s.t), s.line = room(lines, sizeof *s.line);
+    lines = (size_t)s.lines + (size_t)d->samples;
+    if (lines >= (size_t)INT_MAX / (size_t)(d->N > d->forces ? d->N : d->forces) && d->samples > 0)
+        fail("%s: more than 2^31 numbers in all files\nhint: leave recordings out", d->path);
+    make_room(d, s.lines);
     return s;
 }
 
@@ -593,6 +653,15 @@ static int next_line(const char *path, sheet *s)
     while (strncmp(s->text, mark, 3) == 0)
         memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
+}
+
+/* Nonzero if a line is the header again, with a comment mark or blanks around it or without. */
+static int is_again(const sheet *s)
+{
+    const char *a = s->text + strspn(s->text, " \t#%/"), *b = s->header + strspn(s->header, " \t#%/");
+    while (*a && *a == *b)
+        a++, b++;
+    return a[strspn(a, " \t")] == 0 && b[strspn(b, " \t")] == 0;
 }
 
 /* Nonzero if a piece is what programs write in place of a number that they do not have. */
@@ -641,7 +710,7 @@ static double time_of(const motion *d, sheet *s, piece w)
 {
     stamp t;
     read_stamp(s->apart, w, &t);
-    if (d->samples == 0) {
+    if (s->taken == 0) {
         const double size = (double)t.whole + t.rest;
         s->kind = (int)t.kind;
         s->zero = size > 1e8 && size < 9e18 ? (long long)size : t.whole;
@@ -683,21 +752,63 @@ static void read_numbers(const motion *d, sheet *s, int n)
     }
 }
 
+/* All files have qd and tau, or none has. */
+static void check_alike(const motion *d, const sheet *s, int had_qd, int had_tau)
+{
+    if (d->has_qd != had_qd || d->has_tau != had_tau)
+        fail("%s:%d: %s qd, %s tau here, unlike in %s\nhint: the same columns in all files", d->path, s->row,
+             d->has_qd ? "with" : "no", d->has_tau ? "with" : "no", d->file[0]);
+}
+
+/* A column that is used becomes a line of the table. */
+static void add_field(motion *d, int kind, int index, int column, const piece *name, const char *unit, double factor)
+{
+    field *f = &d->fields[d->count++];
+    f->kind = kind, f->index = index, f->column = column, f->factor = factor;
+    snprintf(f->name, sizeof f->name, "%s", name && name->n > 0 ? quoted(*name) : "-");
+    snprintf(f->unit, sizeof f->unit, "%s", unit);
+}
+
+/* The columns t, q, qd, tau in this order. */
+static void plain_fields(motion *d, const sheet *s, int names)
+{
+    const int N = d->N, last = 1 + N + N * d->has_qd + d->forces * d->has_tau;
+    int c;
+    d->fields = room((size_t)last, sizeof *d->fields);
+    for (c = 0; c < last; c++) {
+        const int kind = c == 0 ? OF_T : c <= N ? OF_Q : c <= 2 * N && d->has_qd ? OF_QD : OF_TAU;
+        const int index = kind == OF_T ? 0 : kind == OF_Q ? c - 1 : kind == OF_QD ? c - 1 - N : c - 1 - N - N * d->has_qd;
+        add_field(d, kind, index, c + 1, c < names ? &s->name[c] : NULL, "", 1);
+    }
+}
+
 /* The first sample tells what the columns are. */
 static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
 {
-    const int most = 2 + 3 * d->N, names = read_names(d, s, n, most);
+    const int most = s->most, names = read_names(d, s, n, most), had_qd = d->has_qd, had_tau = d->has_tau;
     columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
     check_names(d, s, names);
     s->named = names > 0;
     if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
     s->columns = n;
+    if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
+    else plain_fields(d, s, names);
+}
+
+/* The time and the line of a sample, which is then complete. */
+static void end_sample(motion *d, sheet *s, double t)
+{
+    const int most = d->N > d->forces ? d->N : d->forces;
+    if (d->samples >= INT_MAX / most - 1)
+        fail("%s:%d: more than 2^31 numbers\nhint: leave recordings out, or samples: every second one", d->path, s->row);
+    d->t[d->samples] = t, d->line[d->samples] = s->row;
+    d->samples++, s->taken++;
 }
 
 /* The line read last becomes a sample. */
 static void add_sample(motion *d, const wanted *w, sheet *s)
 {
-    const int N = d->N, F = d->forces, most = 2 + 3 * N;
+    const int N = d->N, F = d->forces, most = s->most;
     const double *v = s->v + 1;
     int n, i;
     if (s->apart == 0) s->apart = separator_of(s->text);
@@ -708,9 +819,6 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
         fail("%s:%d: %d columns, the lines before it have %d\nhint: every sample needs all of its columns", d->path, s->row, n,
              s->columns);
     read_numbers(d, s, n);
-    if (d->samples >= INT_MAX / (N > F ? N : F) - 1)
-        fail("%s:%d: more than 2^31 numbers\nhint: leave recordings out, or samples: every second one", d->path, s->row);
-    s->t[d->samples] = s->v[0], s->line[d->samples] = s->row;
     for (i = 0; i < N; i++)
         d->q[d->samples * N + i] = (roln_real)v[i];
     v += N;
@@ -719,10 +827,471 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
     v += d->has_qd ? N : 0;
     for (i = 0; i < F && d->has_tau; i++)
         d->tau[d->samples * F + i] = (roln_real)v[i];
-    d->samples++;
+    end_sample(d, s, s->v[0]);
 }
 
-/* ---- 6 time stamps ---- */
+/* ---- 6 column map ---- */
+
+static const char *const kind_names[KINDS] = {"t", "q", "qd", "tau"};
+
+/* Units, for each kind of column: what one of them is in s, rad or m, rad/s or m/s, Nm or N. per: a number of them must follow, as
+   in counts/4096, and makes a turn. The first one of a kind is what a column has if nobody says anything. */
+static const struct {
+    int kind, per;
+    const char *name;
+    double factor;
+} known_units[] = {{OF_Q, 0, "rad", 1},
+                   {OF_Q, 0, "deg", 0.017453292519943295},
+                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295},
+                   {OF_Q, 0, "turns", 6.283185307179586},
+                   {OF_Q, 0, "turn", 6.283185307179586},
+                   {OF_Q, 0, "rev", 6.283185307179586},
+                   {OF_Q, 0, "m", 1},
+                   {OF_Q, 0, "cm", 1e-2},
+                   {OF_Q, 0, "mm", 1e-3},
+                   {OF_Q, 1, "counts", 6.283185307179586},
+                   {OF_Q, 0, "raw", 1},
+                   {OF_QD, 0, "rad/s", 1},
+                   {OF_QD, 0, "deg/s", 0.017453292519943295},
+                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295},
+                   {OF_QD, 0, "rpm", 0.10471975511965977},
+                   {OF_QD, 0, "turns/s", 6.283185307179586},
+                   {OF_QD, 0, "rev/s", 6.283185307179586},
+                   {OF_QD, 0, "m/s", 1},
+                   {OF_QD, 0, "cm/s", 1e-2},
+                   {OF_QD, 0, "mm/s", 1e-3},
+                   {OF_QD, 1, "counts/s", 6.283185307179586},
+                   {OF_QD, 0, "raw", 1},
+                   {OF_TAU, 0, "Nm", 1},
+                   {OF_TAU, 0, "mNm", 1e-3},
+                   {OF_TAU, 0, "kNm", 1e3},
+                   {OF_TAU, 0, "Ncm", 1e-2},
+                   {OF_TAU, 0, "N", 1},
+                   {OF_TAU, 0, "mN", 1e-3},
+                   {OF_TAU, 0, "kN", 1e3},
+                   {OF_TAU, 0, "A", 1},
+                   {OF_TAU, 0, "mA", 1e-3},
+                   {OF_TAU, 0, "raw", 1}};
+enum { UNITS = sizeof known_units / sizeof *known_units };
+
+/* The unit of a kind that a text begins with, the longest; -1: none. A number must follow it, behind * or /, or nothing. */
+static int find_unit(int kind, const char *text, int n)
+{
+    int best = -1, longest = 0, i;
+    for (i = 0; i < UNITS; i++) {
+        const int m = (int)strlen(known_units[i].name);
+        if (known_units[i].kind != kind || m <= longest || m > n || strncmp(text, known_units[i].name, (size_t)m) != 0) continue;
+        if (m < n && text[m] != '*' && text[m] != '/') continue;
+        best = i, longest = m;
+    }
+    return best;
+}
+
+/* Nonzero if a name fits a pattern, in which * stands for any letters and ? for one. */
+static int fits(const char *pattern, int m, const char *name, int n)
+{
+    for (; m > 0 && *pattern != '*'; pattern++, name++, m--, n--)
+        if (n == 0 || (*pattern != *name && *pattern != '?')) return 0;
+    if (m == 0) return n == 0;
+    for (; n >= 0; name++, n--)
+        if (fits(pattern + 1, m - 1, name, n)) return 1;
+    return 0;
+}
+
+/* A name without the unit in brackets behind it. */
+static piece bare(piece name)
+{
+    int i;
+    for (i = 1; i < name.n; i++)
+        if (name.at[i] == '[' || name.at[i] == '(') {
+            while (i > 0 && name.at[i - 1] == ' ')
+                i--;
+            if (strchr("])", name.at[name.n - 1])) name.n = i;
+            break;
+        }
+    return name;
+}
+
+/* One setting of the map while it is read: KEY=COLUMNS[,UNIT[*GAINS]]. */
+typedef struct {
+    const motion *d;
+    sheet *s;
+    int kind, names, columns; /* names, columns of the file */
+    const char *text;
+    int unit;       /* of known_units; -1: not said */
+    int gains, per; /* numbers behind * or /; nonzero: / */
+    double gain[64];
+} choice;
+
+/* Refuses a setting of the map. */
+static void refuse_choice(const choice *c, const char *what, piece item, const char *hint)
+{
+    fail("%s=%s: \"%s\" %s\nhint: %s", kind_names[c->kind], c->text, quoted(item), what, hint);
+}
+
+/* Takes one more column, from 1; 0: none, which has a torque of 0. */
+static void take_column(choice *c, int column, piece item)
+{
+    sheet *s = c->s;
+    if (column > c->columns)
+        fail("%s:%d: %d columns, but %s=%s asks for column %d\nhint: columns count from 1", c->d->path, s->row, c->columns,
+             kind_names[c->kind], c->text, column);
+    if (s->used[c->kind] >= c->columns + c->d->N) refuse_choice(c, "is one column too many", item, "name each column once");
+    s->column[c->kind][s->used[c->kind]++] = column;
+    if (column > s->last) s->last = column;
+}
+
+/* Columns by number: 3, 3:8. Returns 0 if the item is neither. */
+static int take_numbers(choice *c, piece item)
+{
+    int from = 0, to = 0, i = 0, k;
+    while (i < item.n && i < 6 && is_digit(item.at[i]))
+        from = 10 * from + item.at[i++] - '0';
+    if (i == 0) return 0;
+    to = from;
+    if (i < item.n && item.at[i] == ':')
+        for (to = 0, i++; i < item.n && i < 13 && is_digit(item.at[i]); i++)
+            to = 10 * to + item.at[i] - '0';
+    if (i != item.n) return 0;
+    if (to < from || (from == 0 && (to > 0 || c->kind != OF_TAU)))
+        refuse_choice(c, "is no range of columns", item,
+                      "columns count from 1, and go up: 3:8; tau=5,0 is for a joint without motor");
+    for (k = from; k <= to; k++)
+        take_column(c, k, item);
+    return 1;
+}
+
+/* Columns by name or pattern. Returns 0 if there are none. */
+static int take_names(choice *c, piece item)
+{
+    int found = 0, k;
+    for (k = 0; k < c->names; k++) {
+        const piece name = c->s->name[k], short_name = bare(name);
+        if (!fits(item.at, item.n, name.at, name.n) && !fits(item.at, item.n, short_name.at, short_name.n)) continue;
+        take_column(c, k + 1, item);
+        found++;
+    }
+    return found;
+}
+
+/* A unit, with gains behind it or not. Returns 0 if the item is none. */
+static int take_unit(choice *c, piece item)
+{
+    const int unit = c->kind == OF_T ? -1 : find_unit(c->kind, item.at, item.n);
+    double x;
+    int m;
+    if (c->kind == OF_T) {
+        if (unit_of(item) <= 0) return 0;
+        c->gain[0] = unit_of(item), c->gains = 1, c->unit = 0;
+        return 1;
+    }
+    if (unit < 0) return 0;
+    c->unit = unit, m = (int)strlen(known_units[unit].name);
+    if (m < item.n) {
+        c->per = item.at[m] == '/';
+        item.at += m + 1, item.n -= m + 1;
+        if (!number(' ', item, &x) || !(fabs(x) < 1e30) || x == 0)
+            refuse_choice(c, "is no gain", item,
+                          "a unit, * and a gain for each motor: A*14.9,13.3; or counts/4096, counts per turn");
+        c->gain[c->gains++] = x;
+    }
+    if (known_units[unit].per && !c->per)
+        refuse_choice(c, "needs the counts per turn", item, "counts/4096, with one number or one for each joint");
+    return 1;
+}
+
+/* One item of a setting, between commas. */
+static void take_item(choice *c, piece item)
+{
+    static const char *const hint =
+        "KEY=COLUMNS,UNIT: columns by number (3:8), by name or pattern (pos*) of the header; then perhaps a "
+        "unit";
+    double x = 0;
+    if (c->unit >= 0) { /* a gain */
+        if (c->gains == 0 || c->kind == OF_T || c->gains >= 64 || !number(' ', item, &x) || !(fabs(x) < 1e30) || x == 0)
+            refuse_choice(c, "stands behind the unit", item, "the unit comes last, and gains behind it: A*14.9,13.3");
+        c->gain[c->gains++] = x;
+        return;
+    }
+    if (take_numbers(c, item) || take_names(c, item) || take_unit(c, item)) return;
+    if (c->names == 0)
+        refuse_choice(c, "is a name or an unknown unit, but the file has no header", item, "columns by number, from 1: q=2:7");
+    fail("%s:%d: no column is called \"%s\", which %s=%s asks for\nhint: %s", c->d->path, c->s->header_row, quoted(item),
+         kind_names[c->kind], c->text, hint);
+}
+
+/* Refuses a setting of the map that is not `count` columns; names the first of them. */
+static void refuse_count(const choice *c, const wanted *w, int count)
+{
+    const sheet *s = c->s;
+    char text[120] = "";
+    int i;
+    for (i = 0; i < s->used[c->kind] && c->names > 0 && strlen(text) < 60; i++) {
+        const int column = s->column[c->kind][i];
+        if (column > 0 && column <= c->names)
+            snprintf(text + strlen(text), sizeof text - strlen(text), "%s%s", i ? ", " : ": ", quoted(s->name[column - 1]));
+    }
+    fail("%s:%d: %s=%s is %d columns%s%s, but %s has %d %s\nhint: %s", c->d->path, s->row, kind_names[c->kind], c->text,
+         s->used[c->kind], text, i < s->used[c->kind] && i > 0 ? " .." : "", w->model, count,
+         c->kind == OF_T                  ? "column of time"
+         : c->kind == OF_TAU && w->inputs ? "inputs"
+                                          : "joints",
+         c->kind == OF_TAU ? "tau=5,0 is for two joints, of which the second one has no motor"
+                           : "as many columns as the model has; in names * stands for any letters, ? for one");
+}
+
+/* Reads KEY=TEXT: the columns of one kind. Their number must be `count`, as the model has it. */
+static choice choose(const motion *d, const wanted *w, sheet *s, int kind, int names, int columns, int count)
+{
+    choice c = {0};
+    const char *p = w->columns[kind];
+    c.d = d, c.s = s, c.kind = kind, c.names = names, c.columns = columns, c.text = p, c.unit = -1;
+    s->column[kind] = room((size_t)(columns + d->N) + 2, sizeof **s->column);
+    while (*p) {
+        piece item;
+        item.at = p, item.n = (int)strcspn(p, ",");
+        if (item.n > 0) take_item(&c, item);
+        p += item.n + (p[item.n] == ',');
+    }
+    if (s->used[kind] != count) refuse_count(&c, w, count);
+    if (c.gains > 1 && c.gains != count)
+        fail("%s=%s: %d gains for %d columns\nhint: one gain for all, or one for each", kind_names[kind], c.text, c.gains, count);
+    return c;
+}
+
+/* The unit that the file says of a column, in the row of units, or in brackets behind the name; -1: none, or it is unknown. */
+static int unit_said(const sheet *s, int kind, int column, const piece *unit, int units)
+{
+    piece x = {NULL, 0};
+    int i, found;
+    if (column > 0 && column <= units) x = unit[column - 1];
+    else if (column > 0) {
+        const piece name = s->name[column - 1], stem = bare(name);
+        if (s->named && stem.n < name.n) x.at = stem.at + stem.n, x.n = name.n - stem.n;
+    }
+    while (x.n > 0 && strchr(" [(", *x.at))
+        x.at++, x.n--;
+    for (i = 0; i < x.n && !strchr("])", x.at[i]);)
+        i++;
+    x.n = i;
+    found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
+    if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
+    if (found < 0 && x.n > 0 && s->first_file)
+        printf("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
+               column, quoted(x));
+    return found;
+}
+
+/* Factors and lines of the table, of the columns of one kind. */
+static void fill_fields(motion *d, sheet *s, const choice *c, const piece *unit, int units)
+{
+    const int kind = c->kind;
+    int i;
+    s->factor[kind] = room((size_t)s->used[kind] + 1, sizeof **s->factor);
+    for (i = 0; i < s->used[kind]; i++) {
+        const int column = s->column[kind][i],
+                  said = c->unit < 0 && kind != OF_T ? unit_said(s, kind, column, unit, units) : c->unit;
+        const double gain = c->gains == 0 ? 1 : c->gain[c->gains > 1 ? i : 0];
+        const double factor = (kind != OF_T && said >= 0 ? known_units[said].factor : 1) * (c->per ? 1 / gain : gain);
+        char text[24] = "";
+        if (kind != OF_T && said >= 0)
+            snprintf(text, sizeof text, c->gains == 0 ? "%s" : c->per ? "%s/%g" : "%s*%g", known_units[said].name, gain);
+        s->factor[kind][i] = factor;
+        if (s->first_file) add_field(d, kind, i, column, s->named && column > 0 ? &s->name[column - 1] : NULL, text, factor);
+    }
+}
+
+/* The column of time, if the map does not say: the one of the header with such a name; 0: there is none. */
+static int time_column(const sheet *s, int names)
+{
+    int at = 0, i;
+    for (i = 0; i < names; i++)
+        if (is_time(s->name[i])) {
+            if (at > 0) return 0;
+            at = i + 1;
+        }
+    return at;
+}
+
+/* t=, or the column that the header calls so, or with dt= the number of the row. */
+static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
+{
+    if (w->columns[OF_T] && strcmp(w->columns[OF_T], "none") != 0) {
+        const choice c = choose(d, w, s, OF_T, names, n, 1);
+        if (c.gains > 0) s->unit = c.gain[0];
+        fill_fields(d, s, &c, NULL, 0);
+    } else {
+        const int at = w->columns[OF_T] ? 0 : time_column(s, names);
+        if (at == 0 && !(w->dt > 0))
+            fail("%s:%d: which column is the time?\nhint: t=1, say; if there is none, dt=0.01: 10 ms from row to row", d->path,
+                 s->row);
+        s->column[OF_T] = room(1, sizeof **s->column);
+        *s->column[OF_T] = at, s->used[OF_T] = at > 0;
+        if (at > s->last) s->last = at;
+        if (s->first_file) add_field(d, OF_T, 0, at, at > 0 ? &s->name[at - 1] : NULL, "", 1);
+    }
+    if (s->unit <= 0 && s->used[OF_T] > 0 && s->named) s->unit = unit_in(s->name[*s->column[OF_T] - 1]);
+}
+
+/* Refuses a column that is used twice. */
+static void check_once(const motion *d, const sheet *s, const wanted *w)
+{
+    int a, b, i, j;
+    for (a = 0; a < KINDS; a++)
+        for (b = 0; b <= a; b++)
+            for (i = 0; i < s->used[a]; i++)
+                for (j = 0; j < (a == b ? i : s->used[b]); j++)
+                    if (s->column[a][i] > 0 && s->column[a][i] == s->column[b][j])
+                        fail("%s:%d: column %d is used twice, by %s=%s and %s=%s\nhint: each column once", d->path, s->row,
+                             s->column[a][i], kind_names[b], w->columns[b] ? w->columns[b] : "", kind_names[a],
+                             w->columns[a] ? w->columns[a] : "");
+}
+
+/* The first sample of a file: which columns the map means. */
+static void begin_mapped(motion *d, const wanted *w, sheet *s, int n)
+{
+    const char *text = s->header + strspn(s->header, s->comment ? " \t#%/" : "");
+    const int F = d->forces;
+    int names = s->header_row > 0 ? split(strchr(text, s->apart) ? s->apart : separator_of(text), text, s->most, s->name) : 0;
+    int kind, units;
+    if (names > s->most || n > s->most) fail("%s:%d: more than %d columns\nhint: take some out", d->path, s->row, s->most);
+    if (s->by_number && names != n) names = 0;
+    if (names > 0 && s->comment && names != n) names = 0;
+    if (names > 0 && names < n)
+        fail("%s:%d: %d names, but %d columns in line %d\nhint: one name a column, apart as the numbers are; or columns by number",
+             d->path, s->header_row, names, n, s->row);
+    s->named = names > 0, s->columns = names > n ? names : n;
+    units = *s->units ? split(s->apart, s->units, s->most, s->w) : 0;
+    s->first_file = d->samples == 0;
+    if (s->first_file) {
+        d->mapped = 1, d->has_qd = w->columns[OF_QD] != NULL, d->has_tau = w->columns[OF_TAU] != NULL;
+        d->fields = room((size_t)(1 + 2 * d->N + F), sizeof *d->fields);
+        d->measured = 1;
+    }
+    if (w->torque && !d->has_tau) fail("%s:%d: torque=1 needs tau=\nhint: tau=14:19, say, or leave torque=1 out", d->path, s->row);
+    choose_time(d, w, s, names, s->columns);
+    for (kind = OF_Q; kind < KINDS; kind++)
+        if (w->columns[kind]) {
+            const choice c = choose(d, w, s, kind, names, s->columns, kind == OF_TAU ? F : d->N);
+            fill_fields(d, s, &c, s->w, units);
+        }
+    check_once(d, s, w);
+    if (units > 0 && s->unit <= 0 && s->used[OF_T] > 0 && *s->column[OF_T] <= units) s->unit = unit_of(s->w[*s->column[OF_T] - 1]);
+}
+
+/* Numbers of the columns of a kind, times their factors, to x. Returns 0 if one is missing. */
+static int mapped_numbers(const motion *d, sheet *s, int kind, int n, roln_real *x)
+{
+    int i;
+    for (i = 0; i < s->used[kind]; i++) {
+        const int at = s->column[kind][i] - 1;
+        double v = 0;
+        if (at >= n || (at >= 0 && (s->w[at].n == 0 || is_missing(s->w[at])))) return 0;
+        if (at >= 0 && !number(s->apart, s->w[at], &v))
+            fail("%s:%d: column %d: expected a number, found \"%s\"\nhint: %s", d->path, s->row, at + 1, quoted(s->w[at]),
+                 mend_of(s->w[at]));
+        if (!(fabs(v) < 3e38)) return 0;
+        if (at >= 0) check_mark(d, s, at);
+        v *= s->factor[kind][i];
+        x[i] = (roln_real)v;
+    }
+    return 1;
+}
+
+/* The line read last becomes a sample, or is left out if a number is missing. */
+static void add_mapped(motion *d, const wanted *w, sheet *s)
+{
+    int n, kind, whole = 1;
+    double t = s->rows * w->dt;
+    if (s->apart == 0) s->apart = separator_of(s->text);
+    if (s->columns == 0) {
+        n = split(s->apart, s->text, s->most, s->w);
+        begin_mapped(d, w, s, n);
+    }
+    n = split(s->apart, s->text, s->most, s->w);
+    if (n > s->most) n = s->most;
+    for (kind = OF_Q; kind < KINDS && whole; kind++) {
+        roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
+        whole = mapped_numbers(d, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
+    }
+    s->rows++;
+    if (whole && s->used[OF_T] > 0) {
+        const int at = *s->column[OF_T] - 1;
+        stamp x;
+        whole = at < n && s->w[at].n > 0 && !is_missing(s->w[at]);
+        if (whole && !read_stamp(s->apart, s->w[at], &x))
+            fail("%s:%d: column %d: expected a time, found \"%s\"\nhint: seconds, or like 2026-11-25T18:10:05.25; t= names the "
+                 "column",
+                 d->path, s->row, at + 1, quoted(s->w[at]));
+        if (whole) t = time_of(d, s, s->w[at]);
+    } else if (whole && s->unit <= 0) s->unit = 1;
+    if (whole) end_sample(d, s, t);
+    else if (d->left_out++ == 0)
+        printf("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
+}
+
+/* Nonzero if most pieces of a line, or with columns by number those, are numbers or times. */
+static int is_mapped_sample(const sheet *s)
+{
+    const char apart = s->apart ? s->apart : separator_of(s->text);
+    const int n = split(apart, s->text, s->most, s->w);
+    int numbers = 0, full = 0, kind, i;
+    stamp t;
+    double x;
+    if (s->columns > 0) {
+        for (kind = 0; kind < KINDS; kind++)
+            for (i = 0; i < s->used[kind]; i++)
+                if (s->column[kind][i] > 0 && s->column[kind][i] <= n && is_numeric(apart, s->w[s->column[kind][i] - 1])) return 1;
+        return 0;
+    }
+    for (i = 0; i < n && i < s->most; i++) {
+        if (s->w[i].n == 0) continue;
+        full++;
+        numbers += number(apart, s->w[i], &x) || (i < 3 && read_stamp(apart, s->w[i], &t));
+    }
+    return numbers > 0 && 2 * numbers >= full;
+}
+
+/* A line of text or a comment above samples: the header, or the units below it. Returns nonzero if a recording begins behind it. */
+static int read_mapped_heading(const motion *d, sheet *s, int comment)
+{
+    const int had = s->header_row > 0 && !s->comment;
+    const char apart = separator_of(s->text);
+    int n, names, i, known = 0;
+    if (had && is_again(s)) return 1;
+    if (comment && (had || s->taken > 0)) return 0;
+    if (had) {
+        n = split(apart, s->text, s->most, s->w), names = split(separator_of(s->header), s->header, s->most, s->name);
+        for (i = 0; i < n && n == names && i < s->most; i++) {
+            piece x = s->w[i];
+            int kind;
+            if (x.n > 2 && strchr("[(", *x.at)) x.at++, x.n -= 2;
+            for (kind = OF_Q; kind < KINDS; kind++)
+                known += find_unit(kind, x.at, x.n) >= 0;
+            known += unit_of(x) > 0;
+        }
+        if (known > 0) {
+            if (s->taken == 0) strcpy(s->units, s->text);
+            return 0;
+        }
+    }
+    if (s->taken > 0) {
+        piece whole;
+        whole.at = s->text, whole.n = (int)strlen(s->text);
+        fail("%s:%d: expected numbers, found \"%s\"\nhint: put # before text between samples", d->path, s->row, quoted(whole));
+    }
+    strcpy(s->header, s->text);
+    s->header_row = s->row, s->comment = comment, *s->units = 0;
+    return 0;
+}
+
+/* Nonzero if a setting begins with a column by number, or there is none. */
+static int is_by_number(const char *text)
+{
+    return !text || is_digit(*text) || strcmp(text, "none") == 0;
+}
+
+/* ---- 7 time stamps ---- */
 
 static int smaller(const void *a, const void *b)
 {
@@ -736,66 +1305,227 @@ static int same_step(double step, double dt)
     return step > 0 && fabs(step - dt) <= 0.01 * dt;
 }
 
-/* The time stamp of a sample, in s. */
-static double stamp_at(const sheet *s, int i)
+/* What the steps of t are like. */
+typedef struct {
+    int even;           /* nonzero: they differ by 1 % at most */
+    int steady;         /* nonzero: but for rounding and missing samples they are those of a clock */
+    double mean;        /* step of that clock; else the mean, without gaps */
+    double digit;       /* t is a multiple of this, in s; 0: of nothing */
+    double least, most; /* steps */
+    int missing;        /* samples, of a steady clock */
+} pace;
+
+/* A gap of more than so many steps splits a recording. */
+#define GAP 5.5
+
+/* Recordings begin where t starts again: it goes back by half of a recording or more. Any other step back is refused. */
+static void split_restarts(motion *d)
 {
-    return s->t[i] + (double)s->zero * s->unit;
+    const size_t most = (size_t)d->samples + 1;
+    int *const first = room(most, sizeof *first), parts = 0, told = 0, k, i;
+    const char **const names = room(most, sizeof *names);
+    double *const origin = room(most, sizeof *origin);
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k]; i < d->first[k + 1]; i++) {
+            const double step = i > d->first[k] ? d->t[i] - d->t[i - 1] : -1, zero = d->origin[k];
+            if (step >= 0) continue;
+            if (i > d->first[k]) {
+                if ((d->clock && step < -43200) || -step < 0.5 * (d->t[i - 1] - d->t[first[parts - 1]]))
+                    fail("%s:%d: t goes back from %.12g to %.12g s\nhint: %s", d->file[k], d->line[i], d->t[i - 1] + zero,
+                         d->t[i] + zero,
+                         d->clock && step < -43200
+                             ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
+                             : "a blank line belongs between two recordings; in one recording, t goes up");
+                if (told++ == 0)
+                    printf("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
+            }
+            first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
+        }
+    first[parts] = d->samples;
+    free(d->first), free(d->file), free(d->origin);
+    d->first = first, d->file = names, d->origin = origin, d->trajectories = parts;
 }
 
-/* Says what is wrong with the step to sample i, in trajectory k, and what to do; `off` of `steps` steps differ from d->dt. */
-static void refuse_step(const motion *d, const sheet *s, int k, int i, int off, int steps)
+/* Sample `from` becomes sample `to`. */
+static void move_sample(motion *d, int from, int to)
 {
-    const double step = s->t[i] - s->t[i - 1], dt = d->dt, missing = step / dt - 1;
-    const int length = d->first[k + 1] - d->first[k] - 1, line = s->line[i];
-    int alike = 0, j;
-    for (j = d->first[k] + 1; j < d->first[k + 1]; j++)
-        alike += same_step(s->t[j] - s->t[j - 1], step);
-    if (step == 0)
-        fail("%s:%d: t stays at %.12g s\nhint: a line written twice, or t with too few digits: write t with more digits", d->path,
-             line, stamp_at(s, i));
-    if (step < 0)
-        fail("%s:%d: t goes back from %.12g to %.12g s\nhint: %s", d->path, line, stamp_at(s, i - 1), stamp_at(s, i),
-             s->kind == CLOCK && step < -43200
-                 ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
-                 : "a blank line belongs between two trajectories");
-    if (2 * alike > length)
-        fail("%s:%d: trajectory %d has steps of %g s, most have %g s\nhint: one rate for all: resample it or leave it out", d->path,
-             line, k + 1, step, dt);
-    if (missing > 0.9 && fabs(missing - floor(missing + 0.5)) < 0.1)
-        fail("%s:%d: t grows by %g s, elsewhere by %g s, as if %.0f samples were missing\nhint: a blank line there makes two "
-             "trajectories",
-             d->path, line, step, dt, missing);
-    fail("%s:%d: t grows by %g s, elsewhere by %g s (%d of %d steps differ by more than 1 %%)\nhint: samples at one rate are "
-         "needed: "
-         "resample, or write t with more digits",
-         d->path, line, step, dt, off, steps);
+    const size_t row = (size_t)d->N * sizeof *d->q, forces = (size_t)d->forces * sizeof *d->tau;
+    memmove(d->q + to * d->N, d->q + from * d->N, row), memmove(d->qd + to * d->N, d->qd + from * d->N, row);
+    memmove(d->tau + to * d->forces, d->tau + from * d->forces, forces);
+    d->t[to] = d->t[from], d->line[to] = d->line[from];
 }
 
-/* All steps of t must be their median but for 1 %. dt is the first one where that is the median but for rounding, exact if t begins
-   with 0, else their mean. */
-static void check_time(motion *d, const sheet *s)
+/* Samples that are written twice, with the same t and the same numbers, are taken once. */
+static void drop_repeats(motion *d)
 {
-    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0;
-    int steps = 0, off = 0, at = 0, in = 0, k, i;
+    const size_t row = (size_t)d->N * sizeof *d->q, forces = (size_t)d->forces * sizeof *d->tau;
+    int to = 0, twice = 0, k, i;
+    for (k = 0; k < d->trajectories; k++) {
+        const int a = d->first[k], b = d->first[k + 1];
+        d->first[k] = to;
+        for (i = a; i < b; i++) {
+            const int before = to - 1;
+            if (i > a && !(d->t[i] > d->t[before]) && memcmp(d->q + i * d->N, d->q + before * d->N, row) == 0 &&
+                memcmp(d->qd + i * d->N, d->qd + before * d->N, row) == 0 &&
+                memcmp(d->tau + i * d->forces, d->tau + before * d->forces, forces) == 0) {
+                if (twice++ == 0) printf("%s:%d: a sample is written twice; such a sample is taken once\n", d->file[k], d->line[i]);
+                continue;
+            }
+            if (i != to) move_sample(d, i, to);
+            to++;
+        }
+    }
+    d->first[d->trajectories] = d->samples = to;
+}
+
+/* The largest of 1, 0.1 .. 1e-9 s of which all stamps are multiples; 0: none. */
+static double digit_of(const motion *d)
+{
+    double digit = 1;
+    int power, i;
+    for (power = 0; power < 10; power++, digit /= 10) {
+        for (i = 0; i < d->samples; i++) {
+            const double x = d->t[i] / digit;
+            if (fabs(x) > 1e11 || fabs(x - floor(x + 0.5)) > 1e-3) break;
+        }
+        if (i == d->samples) return digit;
+    }
+    return 0;
+}
+
+/* Nonzero if stamps a_k + b n are within `off` of those of all recordings. */
+static int clock_fits(const motion *d, double b, double off, const int *number)
+{
+    int k, i;
+    for (k = 0; k < d->trajectories; k++) {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        for (i = d->first[k]; i < d->first[k + 1]; i++)
+            low = fmin(low, d->t[i] - b * number[i]), high = fmax(high, d->t[i] - b * number[i]);
+        if (high - low > 2 * off) return 0;
+    }
+    return 1;
+}
+
+/* Fits stamps a_k + b n to all recordings, n the number of the sample, missing ones counted, if steps are so long that they can be:
+   b and the numbers. Returns nonzero if all stamps are within `off` of it. A step or a rate of three digits is taken if it fits. */
+static int fit_clock(const motion *d, pace *p, double off, int *number)
+{
+    const int blind = p->digit > 0.5 * p->mean; /* stamps too coarse to count missing samples: there are none */
+    double xx = 0, xy = 0, power, b;
+    int k, i;
+    p->missing = 0;
+    for (k = 0; k < d->trajectories; k++) {
+        const int a = d->first[k], n = d->first[k + 1] - a;
+        double x = 0, y = 0;
+        number[a] = 0;
+        for (i = a + 1; i < a + n; i++) {
+            const double steps = floor((d->t[i] - d->t[i - 1]) / p->mean + 0.5);
+            number[i] = number[i - 1] + (blind || steps < 1 ? 1 : steps < 1e6 ? (int)steps : 1000000);
+            if (number[i] > INT_MAX - 1000001) return 0;
+        }
+        if (n > 1) p->missing += number[a + n - 1] - (n - 1);
+        for (i = a; i < a + n; i++)
+            x += (double)number[i] / n, y += d->t[i] / n;
+        for (i = a; i < a + n; i++)
+            xx += (number[i] - x) * (number[i] - x), xy += (number[i] - x) * (d->t[i] - y);
+    }
+    if (!(xx > 0) || !(xy > 0)) return 0;
+    b = p->mean = xy / xx;
+    if (!clock_fits(d, b, off, number)) return 0;
+    power = pow(10, 2 - floor(log10(b)));
+    if (clock_fits(d, floor(b * power + 0.5) / power, off, number)) p->mean = floor(b * power + 0.5) / power;
+    else {
+        power = pow(10, 2 - floor(log10(1 / b)));
+        if (clock_fits(d, power / floor(power / b + 0.5), off, number)) p->mean = power / floor(power / b + 0.5);
+    }
+    return 1;
+}
+
+/* t becomes the clock that was fitted: number [samples]. */
+static void set_clock(motion *d, const pace *p, const int *number)
+{
+    int k, i;
+    for (k = 0; k < d->trajectories; k++) {
+        const int a = d->first[k], n = d->first[k + 1] - a;
+        double begin = 0;
+        for (i = a; i < a + n; i++)
+            begin += (d->t[i] - p->mean * number[i]) / n;
+        for (i = a; i < a + n; i++)
+            d->t[i] = begin + p->mean * number[i];
+    }
+}
+
+/* The clock of steps that are not even: their median, some samples missing; or any, with stamps that are rounded. */
+static void find_clock(motion *d, pace *p, double median)
+{
+    int *const number = room((size_t)d->samples, sizeof *number);
+    pace missing = *p, rounded = *p;
+    const double digit = digit_of(d);
+    missing.mean = median, rounded.digit = p->digit = digit;
+    missing.digit = 0;
+    missing.steady = median > 0 && fit_clock(d, &missing, 0.01 * median, number);
+    rounded.steady = digit > 0 && fit_clock(d, &rounded, fmax(0.01 * p->mean, 0.55 * digit), number);
+    if (missing.steady && (!rounded.steady || d->samples < 20 || 10 * missing.missing <= d->samples)) *p = missing;
+    else if (rounded.steady) *p = rounded;
+    if (p->steady && fit_clock(d, p, fmax(0.01 * p->mean, 0.55 * p->digit), number)) set_clock(d, p, number);
+    free(number);
+}
+
+/* What steps of t are like. If those of a clock were rounded, t becomes that clock. */
+static pace find_pace(motion *d)
+{
+    double *step = room((size_t)d->samples, sizeof *step), first, mean = 0, median, sum = 0;
+    int steps = 0, off = 0, near = 0, twice = 0, k, i;
+    pace p = {0};
     for (k = 0; k < d->trajectories; k++)
         for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
-            step[steps++] = s->t[i] - s->t[i - 1];
+            step[steps++] = d->t[i] - d->t[i - 1];
     if (steps == 0) fail("%s: no sample follows another one\nhint: a blank line stands between trajectories only", d->path);
     first = step[0];
     qsort(step, (size_t)steps, sizeof *step, smaller);
-    d->dt = step[steps / 2];
-    for (i = 0; i < steps; i++)
-        mean += step[i] / steps;
-    for (k = 0; k < d->trajectories; k++)
-        for (i = d->first[k] + 1; i < d->first[k + 1]; i++)
-            if (!same_step(s->t[i] - s->t[i - 1], d->dt) && off++ == 0) at = i, in = k;
-    if (off > 0) refuse_step(d, s, in, at, off, steps);
-    d->dt = fabs(first - mean) <= 1e-6 * mean ? first : mean;
-    if (d->dt < 1e-6 || d->dt > 1e6)
+    median = step[steps / 2], p.least = step[0], p.most = step[steps - 1];
+    for (i = 0; i < steps; i++) {
+        mean += step[i] / steps, off += !same_step(step[i], median), twice += !(step[i] > 0);
+        if (step[i] <= 2.5 * median || !(median > 0)) sum += step[i], near++;
+    }
+    free(step);
+    p.even = off == 0, p.mean = p.even ? (fabs(first - mean) <= 1e-6 * mean ? first : mean) : sum / near;
+    if (p.mean > 0 && (p.mean < 1e-6 || p.mean > 1e6))
         fail("%s:%d: steps of t are %g s\nhint: t is in seconds, from 1e-6 to 1e6 s apart; else tell its unit by the name of the "
              "column: t_us, say",
-             d->path, s->line[0], d->dt);
-    free(step);
+             d->file[0], d->line[0], p.mean);
+    if (p.even) return p;
+    if (p.mean > 0) find_clock(d, &p, median);
+    if (!p.steady && 20 * twice > steps)
+        fail("%s: %d of %d steps of t are 0: t has too few digits\nhint: write t with more digits; if rows are equally far apart, "
+             "count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
+             d->path, twice, steps);
+    if (!p.steady && !(p.digit > 0.3 * median) && fabs(median - p.mean) < 0.2 * p.mean) p.mean = median;
+    return p;
+}
+
+/* A number of two digits. */
+static double round_number(double x)
+{
+    const double power = pow(10, floor(log10(x)) - 1);
+    return floor(x / power + 0.5) * power;
+}
+
+/* A step near the mean one, of one digit if that is as long or somewhat shorter: 10 ms for 10.7, 2 for 2.003. */
+static double round_step(double mean)
+{
+    static const double digits[] = {1, 1.25, 2, 2.5, 4, 5, 8, 10};
+    const double power = pow(10, floor(log10(mean * 1.03)));
+    size_t i;
+    for (i = 0; i < sizeof digits / sizeof *digits; i++)
+        if (digits[i] * power >= 0.87 * mean && digits[i] * power <= 1.03 * mean) return digits[i] * power;
+    return round_number(mean);
+}
+
+/* Seconds from sample i - 1 to i. */
+static double step_to(const motion *d, int i)
+{
+    return d->t ? d->t[i] - d->t[i - 1] : d->dt;
 }
 
 /* How far the step of q_j to sample i of trajectory k is from what is expected: dt qd, or, without qd, the step before it or behind
@@ -804,12 +1534,14 @@ static double rest_of(const motion *d, int by_qd, int k, int i, int j)
 {
     const int N = d->N;
     const roln_real *q = d->q + i * N + j;
-    const double step = (double)(q[0] - q[-N]);
+    const double step = (double)(q[0] - q[-N]), dt = step_to(d, i);
     double before, behind;
-    if (by_qd) return step - d->dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
+    if (by_qd) return step - dt * (double)(d->qd[i * N + j] + d->qd[(i - 1) * N + j]) / 2;
     if (d->first[k + 1] - d->first[k] < 3) return step;
-    before = i > d->first[k] + 1 ? step - (double)(q[-N] - q[-2 * N]) : HUGE_VAL;
-    behind = i + 1 < d->first[k + 1] ? step - (double)(q[N] - q[0]) : HUGE_VAL;
+    before = i > d->first[k] + 1 ? step - (double)(q[-N] - q[-2 * N]) * (d->t ? dt / fmax(step_to(d, i - 1), 0.1 * dt) : 1)
+                                 : HUGE_VAL;
+    behind = i + 1 < d->first[k + 1] ? step - (double)(q[N] - q[0]) * (d->t ? dt / fmax(step_to(d, i + 1), 0.1 * dt) : 1)
+                                     : HUGE_VAL;
     return fabs(before) <= fabs(behind) ? before : behind;
 }
 
@@ -832,6 +1564,7 @@ static rests rests_of(const motion *d, int by_qd, int j, double *rest)
             const double step = (double)(q[0] - q[-N]), next = i + 1 < d->first[k + 1] ? (double)(q[N] - q[0]) : 0;
             const double off = rest_of(d, by_qd, k, i, j);
             const double lasting = step * next > 0 ? fmin(fabs(step), fabs(next)) : 0; /* no wild sample, there and back */
+            if (d->t && step_to(d, i) > 1.5 * d->dt) continue;                         /* samples are missing */
             rest[count++] = fabs(off);
             fastest = fmax(fastest, by_qd ? fabs(step - off) : lasting);
             if (step != 0) finest = fmin(finest, fabs(step));
@@ -851,24 +1584,24 @@ static int is_turn(double step, double off, double turn)
 }
 
 /* Says what a jump of joint j to sample i of trajectory k is, and what to do. */
-static void refuse_jump(const motion *d, const sheet *s, int by_qd, int k, int i, int j)
+static void refuse_jump(const motion *d, int by_qd, int k, int i, int j)
 {
     const double step = (double)(d->q[i * d->N + j] - d->q[(i - 1) * d->N + j]), off = rest_of(d, by_qd, k, i, j);
-    const int line = s->line[i];
+    const int line = d->line[i];
     if (i + 1 < d->first[k + 1] && fabs(off + rest_of(d, by_qd, k, i + 1, j)) <= 0.2 * fabs(off))
         fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one\nhint: a wild sample: a blank line in "
              "place of "
              "the row makes two recordings",
-             d->path, line, j + 1, step);
+             d->file[k], line, j + 1, step);
     fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g\nhint: a blank line before it, if another recording "
          "begins or "
          "samples are lost; possible cause: a wild sample",
-         d->path, line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
+         d->file[k], line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
 }
 
 /* Steps of q that no motion explains: a joint that is no angle, or an angle in degrees, that begins anew every turn; a wild sample,
    or two recordings without a blank line between them. by_qd: qd tells how it moves. */
-static void check_jumps(const motion *d, const sheet *s, unsigned angles, int by_qd)
+static void check_jumps(const motion *d, unsigned angles, int by_qd)
 {
     const int N = d->N;
     const double radians = 6.283185307179586;
@@ -881,13 +1614,14 @@ static void check_jumps(const motion *d, const sheet *s, unsigned angles, int by
             for (i = d->first[k] + 1; i < d->first[k + 1]; i++) {
                 const double step = (double)(d->q[i * N + j] - d->q[(i - 1) * N + j]);
                 double off = rest_of(d, by_qd, k, i, j);
+                if (d->t && step_to(d, i) > 1.5 * d->dt) continue;
                 if (fabs(off) > most.turn && (is_turn(step, off, 360) || (!angle && is_turn(step, off, radians))))
-                    fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->path,
-                         s->line[i], j + 1, fabs(step),
+                    fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->file[k],
+                         d->line[i], j + 1, fabs(step),
                          angle ? "in degrees, but angles are in radians: convert them"
                                : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
                 if (angle) off -= radians * floor(off / radians + 0.5);
-                if (fabs(off) > most.jump) refuse_jump(d, s, by_qd, k, i, j);
+                if (fabs(off) > most.jump) refuse_jump(d, by_qd, k, i, j);
             }
     }
     free(rest);
@@ -970,7 +1704,7 @@ static void check_turns(const motion *d, unsigned angles, int each)
     if (told > SAID) printf("warning: %s: so do %d more joints\n", d->path, told - SAID);
 }
 
-/* ---- 7 velocities ---- */
+/* ---- 8 velocities ---- */
 
 /* Is one column the derivative of another one, x? Over pieces of a tenth of a second the change of x is the integral of dx/dt,
    however noisy or coarse x is. Correlation of both, their ratio, the mean square of the change, and what ratio may be rounding of
@@ -1047,26 +1781,6 @@ static const char *cause_of(const motion *d, int j, likeness l)
     return "another unit, or a gear between them?";
 }
 
-/* Roughness of qd of joint j, rms of its second differences over its own, if it is nothing but differences of q, and rough: those
-   of an encoder, say. Else 0. */
-static double raw_differences(const motion *d, int j)
-{
-    double square = 0, rough = 0, off[3] = {0, 0, 0};
-    int k, i, kind;
-    for (k = 0; k < d->trajectories; k++)
-        for (i = d->first[k] + 1; i < d->first[k + 1] - 1; i++) {
-            const double a = column(d, i - 1, j), b = column(d, i, j), c = column(d, i + 1, j), v = column(d, i, d->N + j);
-            const double of[] = {(b - a) / d->dt, (c - a) / (2 * d->dt), (c - b) / d->dt};
-            const double bend = column(d, i + 1, d->N + j) - 2 * v + column(d, i - 1, d->N + j);
-            square += v * v, rough += bend * bend;
-            for (kind = 0; kind < 3; kind++)
-                off[kind] += (v - of[kind]) * (v - of[kind]);
-        }
-    for (kind = 0; kind < 3; kind++)
-        if (off[kind] <= 1e-6 * square && rough > 4e-4 * square) return sqrt(rough / square);
-    return 0;
-}
-
 /* qd against dq/dt, of every joint that moves by a hundredth of what the most moving one does. */
 static void check_velocities(motion *d, const wanted *w)
 {
@@ -1082,9 +1796,7 @@ static void check_velocities(motion *d, const wanted *w)
             if (differs(l[j]) && wrong++ == 0) at = j;
         }
     if (moving > 0 && zero == moving) {
-        if (w->half == 0)
-            fail("%s: qd is 0 throughout, but q moves\nhint: with smooth=10, say, qd comes from a parabola through 21 samples of q",
-                 d->path);
+        if (w->half == 0) printf("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
         fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt: t is in %s\nhint: divide t by %s, or call its column %s",
@@ -1094,15 +1806,310 @@ static void check_velocities(motion *d, const wanted *w)
         printf("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
                "of %.2f: %s\n",
                d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
-    } else if (moving > 0 && !w->qd_unused && raw_differences(d, widest) > 0) {
-        printf("warning: %s: qd of joint %d is the differences of q, rough by %.0f %%; smooth=10, say, takes q, qd, qdd from a "
-               "parabola through 21 samples of q\n",
-               d->path, widest + 1, 100 * raw_differences(d, widest));
     }
     free(l);
 }
 
-/* ---- 8 noise, smoothing ---- */
+/* ---- 9 one rate, one filter ---- */
+
+/* Fills row `to` of e with the local cubic at time `at` of samples a .. b - 1 of d, whose times are t; force: of tau, else of q and
+   qd. `exact`: a sample that is there is taken as it is. w [b - a] is scratch. */
+static void take_row(const motion *d, int a, int b, const double *t, double at, double half, int exact, int force, motion *e,
+                     int to, double *w)
+{
+    const int n = force ? d->forces : d->N;
+    int from, count = kernel_weights(b - a, t, at, half, &from, w), i, j;
+    if (exact)
+        for (i = 0; i < count; i++)
+            if (fabs(t[from + i] - at) <= 0.01 * e->dt) {
+                from += i, count = 1, w[0] = 1;
+                break;
+            }
+    for (j = 0; j < n; j++) {
+        double x = 0, v = 0;
+        for (i = 0; i < count; i++) {
+            const size_t row = (size_t)(a + from + i) * (size_t)n + (size_t)j;
+            x += w[i] * (double)(force ? d->tau : d->q)[row];
+            if (!force) v += w[i] * (double)d->qd[row];
+        }
+        (force ? e->tau : e->q)[(size_t)to * (size_t)n + (size_t)j] = (roln_real)x;
+        if (!force) e->qd[(size_t)to * (size_t)n + (size_t)j] = (roln_real)v;
+    }
+}
+
+/* Samples a .. b - 1 of d, without gaps, become a recording of e. Returns the number of its samples. */
+static int take_part(const motion *d, int a, int b, double half, int exact, motion *e)
+{
+    const double *const t = d->t + a, cut = e->reach / 2, mean = (t[b - a - 1] - t[0]) / (b - a - 1);
+    const double least = 3 * fmax(e->dt, mean), from = t[0] + cut, time = t[b - a - 1] - cut - from;
+    const int count = time < 0 ? 0 : (int)(time / e->dt + 1 + 1e-6);
+    double *w, *held;
+    int i;
+    if (count < 2) return 0;
+    w = room((size_t)(b - a), sizeof *w), held = room((size_t)(b - a), sizeof *held);
+    for (i = 0; i < b - a; i++) /* a force that is held belongs to the middle of its step */
+        held[i] = d->measured ? t[i] : i + 1 < b - a ? (t[i] + t[i + 1]) / 2 : t[i] + e->dt / 2;
+    for (i = 0; i < count; i++) {
+        const double at = from + i * e->dt;
+        e->line[e->samples + i] = d->line[a];
+        take_row(d, a, b, t, at, fmax(half, least), exact, 0, e, e->samples + i, w);
+        if (d->has_tau)
+            take_row(d, a, b, held, d->measured ? at : at + e->dt / 2, fmax(half, least), exact && d->measured, 1, e,
+                     e->samples + i, w);
+    }
+    free(w), free(held);
+    return count;
+}
+
+/* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
+   lose half of it at both ends, where the filter sees too little of a side. exact: samples at the new times stay as they are. Gaps
+   split recordings. */
+static motion resampled(const motion *d, double dt, double half, int exact)
+{
+    motion e = *d;
+    double time = 0;
+    int k, i, a;
+    e.dt = dt, e.reach = half, e.gaps = e.filled = e.short_left = 0;
+    for (k = 0; k < d->trajectories; k++) {
+        const int n = d->first[k + 1] - d->first[k];
+        const double all = n > 1 ? d->t[d->first[k + 1] - 1] - d->t[d->first[k]] : 0, mean = n > 1 ? all / (n - 1) : 0;
+        time += fmin(all / dt, (n - 1) * (GAP * fmax(dt, mean) / dt)) + 2;
+    }
+    if (time * fmax(d->N, d->forces) > INT_MAX)
+        fail("%s: at steps of %g s there are more than 2^31 numbers\nhint: a longer dt=, or leave recordings out", d->path, dt);
+    e.q = e.qd = e.qdd = e.tau = e.tau_mid = NULL, e.first = NULL, e.file = NULL, e.origin = e.t = NULL, e.line = NULL;
+    e.samples = e.trajectories = 0;
+    make_room(&e, (int)time + d->trajectories);
+    for (k = 0; k < d->trajectories; k++) {
+        const int begin = d->first[k], end = d->first[k + 1];
+        const double limit = GAP * fmax(dt, end - begin > 1 ? (d->t[end - 1] - d->t[begin]) / (end - begin - 1) / 1.5 : 0);
+        for (a = i = begin; i < end; i++) {
+            int count;
+            if (i + 1 < end && d->t[i + 1] - d->t[i] <= limit) continue;
+            count = i > a ? take_part(d, a, i + 1, half, exact, &e) : 0;
+            if (count == 0) e.short_left += i + 1 - a;
+            else {
+                e.first[e.trajectories] = e.samples, e.file[e.trajectories] = d->file[k], e.origin[e.trajectories++] = d->origin[k];
+                e.samples += count, e.filled += count - (i + 1 - a);
+            }
+            e.gaps += i + 1 < end, a = i + 1;
+        }
+    }
+    e.first[e.trajectories] = e.samples;
+    return e;
+}
+
+static void forget(motion *d)
+{
+    free(d->q), free(d->qd), free(d->tau), free(d->first), free((void *)d->file), free(d->origin), free(d->t), free(d->line);
+}
+
+/* Power spectrum of a column, over all recordings: q j, qd j, or tau j, in pieces of n samples; without qd its differences of q.
+   Returns the number of pieces. */
+static int column_power(const motion *d, int kind, int j, int n, double *power)
+{
+    static double x[SPECTRUM], re[SPECTRUM], im[SPECTRUM];
+    const int columns = kind == OF_TAU ? d->forces : d->N;
+    const roln_real *of = (kind == OF_TAU ? d->tau : kind == OF_QD ? d->qd : d->q) + j;
+    const int slope = kind == OF_QD && !d->has_qd;
+    int pieces = 0, k, a, i;
+    if (slope) of = d->q + j;
+    for (i = 0; i <= n / 2; i++)
+        power[i] = 0;
+    for (k = 0; k < d->trajectories; k++)
+        for (a = d->first[k] + slope; a + n + slope <= d->first[k + 1]; a += n / 2, pieces++) {
+            for (i = 0; i < n; i++)
+                x[i] = slope ? (double)(of[(a + i + 1) * columns] - of[(a + i - 1) * columns]) / (2 * d->dt)
+                             : (double)of[(a + i) * columns];
+            add_power(n, x, power, re, im);
+        }
+    for (i = 0; i <= n / 2; i++)
+        power[i] /= fmax(pieces, 1);
+    return pieces;
+}
+
+/* What a spectrum says of a column. */
+typedef struct {
+    double share; /* of noise in what the trainer needs of the column: qdd, or tau; 0: none is seen */
+    double edge;  /* Hz from which on there is no more than eight times the noise */
+    double tilt;  /* of the floor: 1 is flat */
+} noise_of;
+
+/* Mean square of the derivative that the trainer takes of a column, by central differences; of tau, of itself without its mean. */
+static double use_of(const motion *d, int kind, int j)
+{
+    const int by_q = kind == OF_Q || (kind == OF_QD && !d->has_qd);
+    const int columns = kind == OF_TAU ? d->forces : d->N, reach = by_q ? 2 : kind == OF_QD ? 1 : 0;
+    const roln_real *of = (kind == OF_TAU ? d->tau : by_q ? d->q : d->qd) + j;
+    double sum = 0, mean = 0;
+    int count = 0, k, i;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k] + reach; i + reach < d->first[k + 1]; i++) {
+            const double x = (double)of[i * columns], b = (double)of[(i + reach) * columns], a = (double)of[(i - reach) * columns];
+            const double y = kind == OF_TAU ? x : by_q ? (b - 2 * x + a) / (4 * d->dt * d->dt) : (b - a) / (2 * d->dt);
+            mean += y, sum += y * y, count++;
+        }
+    if (count == 0) return 0;
+    return kind == OF_TAU ? sum / count - mean * mean / count / count : sum / count;
+}
+
+/* The noise of a column: a floor of the spectrum, from 0.3 to 0.6 of the highest frequency, if it is flat there. half: of the
+   kernel that it was resampled with, 0: none. */
+static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
+{
+    static double power[SPECTRUM / 2 + 1], sorted[SPECTRUM / 2 + 1];
+    const double df = 1 / (n * d->dt), dt = d->dt;
+    const int low = (int)(0.15 * n), mid = (int)(0.225 * n), high = (int)(0.3 * n), wide = n / 128 + 1;
+    noise_of e = {0, 0, 0};
+    double floor_of[2], floor_all, variance, use = use_of(d, kind, j), even;
+    int pieces, i, k;
+    if (!(use > 0) || (pieces = column_power(d, kind, j, n, power)) == 0) return e;
+    even = 1.4 + 8 / sqrt((double)(high - low) * pieces); /* what is flat, of so many numbers */
+    for (i = 1; i <= high && half > 0; i++)
+        power[i] /= pow(kernel_gain(i * df, half), 2);
+    for (k = 0; k < 2; k++) {
+        const int a = k ? mid : low, b = k ? high : mid;
+        for (i = a; i < b; i++)
+            sorted[i - a] = power[i];
+        qsort(sorted, (size_t)(b - a), sizeof *sorted, smaller);
+        floor_of[k] = sorted[(b - a) / 2];
+    }
+    floor_all = fmin(floor_of[0], floor_of[1]);
+    if (!(floor_all > 0) || fmax(floor_of[0], floor_of[1]) > even * floor_all) return e;
+    e.tilt = fmax(floor_of[0], floor_of[1]) / floor_all;
+    variance = floor_all * n;
+    e.share = sqrt(variance / (kind == OF_TAU ? 1 : kind == OF_QD ? 2 * dt * dt : 8 * dt * dt * dt * dt / 3) / use);
+    for (i = 1, k = 1; i < low; i++)
+        if (power[i] > power[k]) k = i; /* the peak */
+    for (i = k; i < low; i++) {
+        double mean = 0;
+        int m;
+        for (m = i; m < i + wide; m++)
+            mean += power[m] / wide;
+        if (mean < 8 * floor_all) break;
+    }
+    e.edge = i * df;
+    return e;
+}
+
+enum { NOISY = 3 }; /* %, of noise in qdd or tau */
+
+/* The frequency for the filter, in Hz, 0: none is needed; says why. */
+static double choose_filter(const motion *d, const wanted *w, double half)
+{
+    const double full = KERNEL_BAND / (3 * d->dt);
+    int n = SPECTRUM, longest = 0, worst_kind = OF_QD, worst = 0, kind, j, k;
+    double share = 0, edge = 0, hz;
+    for (k = 0; k < d->trajectories; k++)
+        longest = d->first[k + 1] - d->first[k] > longest ? d->first[k + 1] - d->first[k] : longest;
+    while (n > longest || n * d->dt > 8)
+        n /= 2;
+    if (n < 64) return 0;
+    for (kind = OF_QD; kind < KINDS; kind++)
+        for (j = 0; j < (kind == OF_TAU ? d->forces * (d->has_tau && d->measured && w->torque) : d->N); j++) {
+            noise_of e = find_noise(d, kind, j, n, half);
+            if (kind == OF_QD && !d->has_qd) { /* noise of an encoder may be white in q */
+                const noise_of of_q = find_noise(d, OF_Q, j, n, half);
+                if (of_q.share > 0 && (!(e.share > 0) || of_q.tilt < e.tilt)) e = of_q;
+            }
+            edge = fmax(edge, e.edge);
+            if (e.share > share) share = e.share, worst_kind = kind, worst = j;
+        }
+    if (100 * share < NOISY) return 0;
+    hz = round_number(edge);
+    printf("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
+           worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
+           hz >= full ? ": no filter is wide enough" : "");
+    return hz >= full ? 0 : hz;
+}
+
+/* q of a joint without qd: its derivative; qdd that of qd. */
+static void differentiate(motion *d, const roln_real *x, roln_real *dx)
+{
+    const int N = d->N;
+    double *y = room((size_t)d->samples, sizeof *y);
+    int k, i, j;
+    for (k = 0; k < d->trajectories; k++)
+        for (j = 0; j < N; j++) {
+            const int a = d->first[k], n = d->first[k + 1] - a;
+            for (i = 0; i < n; i++)
+                y[i] = (double)x[(a + i) * N + j];
+            for (i = 0; i < n; i++)
+                dx[(a + i) * N + j] = (roln_real)derivative(n, y, i, d->dt);
+        }
+    free(y);
+}
+
+/* What a glance at the motion may show, of samples at one rate. */
+static void check_motion(motion *d, const wanted *w)
+{
+    check_turns(d, w->angles, w->each);
+    if (d->has_qd) check_velocities(d, w);
+    check_constant(d, w);
+    if (d->dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", d->path, d->dt);
+}
+
+/* What is said of the new rate. */
+static void tell_rate(const motion *d, const motion *e, const pace *p)
+{
+    printf("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
+    if (p->steady && p->digit > 0.01 * p->mean) printf(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
+    else if (p->steady) printf(", a clock of %.6g ms", 1e3 * p->mean);
+    if (p->steady && p->missing > 0) printf(", %d samples missing", p->missing);
+    if (e) {
+        printf("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
+        if (e->gaps > 0) printf(", split at %d gaps of more than %g steps", e->gaps, GAP);
+        if (e->short_left > 0) printf(", %d samples left out between gaps", e->short_left);
+    }
+    printf("\n");
+    if (e && 2 * e->short_left > d->samples)
+        fail("%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
+             d->samples - e->short_left, d->samples);
+}
+
+/* One rate, one filter, qd where there is none, qdd. The unfiltered motion is checked by `check` before. */
+static void settle(motion *d, const wanted *w, const pace *p)
+{
+    const int ready = p->even || (p->steady && p->missing == 0); /* samples at one rate */
+    const double dt = w->dt > 0 ? w->dt : ready || p->steady ? p->mean : round_step(p->mean);
+    const int same = ready && fabs(dt - p->mean) <= 1e-4 * p->mean;
+    motion even = {0};
+    double hz = w->filter > 0 ? w->filter : 0, half = 0;
+    if (dt < 0.5 * p->mean)
+        fail("%s: dt=%g, but samples are %.3g s apart\nhint: dt= of at least half of that, or leave it out", d->path, dt, p->mean);
+    if (!p->even && same) tell_rate(d, NULL, p);
+    d->dt = same ? p->mean : dt;
+    if (!same) {
+        half = 3 * fmax(dt, p->mean);
+        even = resampled(d, dt, 0, p->steady && fabs(dt - p->mean) <= 1e-4 * p->mean);
+        tell_rate(d, &even, p);
+        if (even.trajectories == 0) fail("%s: no recording is longer than 2 steps of %g s\nhint: a shorter dt=", d->path, dt);
+    }
+    check_motion(same ? d : &even, w);
+    if (!same && d->has_qd != even.has_qd) d->has_qd = even.has_qd;
+    if (w->half == 0 && w->filter >= 0 && !(hz > 0)) hz = choose_filter(same ? d : &even, w, half);
+    if (hz > 0) {
+        const double wide = KERNEL_BAND / hz;
+        motion e;
+        int i, k;
+        for (k = 0; k < d->trajectories && same; k++)
+            for (i = d->first[k]; i < d->first[k + 1]; i++)
+                d->t[i] = (i - d->first[k]) * dt;
+        if (wide < 3 * d->dt)
+            fail("%s: filter=%g, but samples every %.3g s allow %.3g Hz at most\nhint: a lower frequency, or filter=off", d->path,
+                 hz, d->dt, KERNEL_BAND / (3 * d->dt));
+        e = resampled(d, dt, wide, 0);
+        if (e.trajectories == 0)
+            fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path,
+                 hz, wide);
+        printf("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
+               d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
+        if (!same) forget(&even);
+        forget(d), *d = e;
+    } else if (!same) forget(d), *d = even;
+}
+
+/* ---- 10 noise, smoothing ---- */
 
 /* dx = dx/dt by central differences inside each trajectory, one-sided at its ends. */
 static void differences(const motion *d, const roln_real *x, roln_real *dx)
@@ -1114,6 +2121,28 @@ static void differences(const motion *d, const roln_real *x, roln_real *dx)
             const int lo = i > d->first[k] ? i - 1 : i, hi = i + 1 < d->first[k + 1] ? i + 1 : i;
             for (j = 0; j < N && lo < hi; j++)
                 dx[i * N + j] = (x[hi * N + j] - x[lo * N + j]) / (roln_real)((hi - lo) * d->dt);
+        }
+}
+
+/* qd, if it has yet to come from q; qdd; the forces that belong to them. */
+static void finish(motion *d, const wanted *w)
+{
+    const size_t row = (size_t)d->N * sizeof *d->q;
+    const int F = d->forces;
+    int k, i;
+    d->qdd = room((size_t)d->samples + 1, row);
+    d->tau_mid = room((size_t)d->samples + 1, (size_t)(F > d->N ? F : d->N) * sizeof *d->tau);
+    if (!d->has_qd && w->half == 0) {
+        printf("%s: qd is the derivative of q\n", d->path);
+        differentiate(d, d->q, d->qd), d->has_qd = 1;
+    }
+    if (d->reach > 0 && d->measured) differentiate(d, d->qd, d->qdd);
+    else differences(d, d->qd, d->qdd);
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k] * F; i < d->first[k + 1] * F; i++) {
+            const int first = i < (d->first[k] + 1) * F, last = i + F >= d->first[k + 1] * F;
+            d->tau_mid[i] = d->measured || first ? d->tau[i] : (d->tau[i - F] + d->tau[i]) / 2;
+            if (d->measured && !last) d->tau[i] = (d->tau[i] + d->tau[i + F]) / 2;
         }
 }
 
@@ -1177,7 +2206,7 @@ static void smooth(motion *d, int half)
     free(y);
 }
 
-/* ---- 9 a recording ---- */
+/* ---- 11 recordings ---- */
 
 enum { BLANK, COMMENT, TEXT, SAMPLE };
 
@@ -1190,27 +2219,20 @@ static int begins_sample(char apart, piece w)
 
 /* Returns the kind of a line. TEXT: no piece is a number or begins like one, and one is not empty; before the first sample, the
    first piece is none. */
-static int kind_of(const sheet *s, int most, int samples)
+static int kind_of(const sheet *s)
 {
     const char *const p = s->text + strspn(s->text, " \t");
     const char apart = separator_of(s->text);
+    const int most = s->most;
     int n, i;
     if (s->text[strspn(s->text, ",; \t")] == 0) return BLANK;
     if (*p == '#' || *p == '%' || strncmp(p, "//", 2) == 0) return COMMENT;
+    if (s->units) return is_mapped_sample(s) ? SAMPLE : TEXT;
     n = split(apart, s->text, most, s->w);
-    if (samples == 0 && n > 0 && s->w[0].n > 0) return begins_sample(apart, s->w[0]) ? SAMPLE : TEXT;
+    if (s->taken == 0 && n > 0 && s->w[0].n > 0) return begins_sample(apart, s->w[0]) ? SAMPLE : TEXT;
     for (i = 0; i < n && i < most; i++)
         if (is_numeric(apart, s->w[i])) return SAMPLE;
     return TEXT;
-}
-
-/* Nonzero if a line is the header again, with a comment mark or blanks around it or without. */
-static int is_again(const sheet *s)
-{
-    const char *a = s->text + strspn(s->text, " \t#%/"), *b = s->header + strspn(s->header, " \t#%/");
-    while (*a && *a == *b)
-        a++, b++;
-    return a[strspn(a, " \t")] == 0 && b[strspn(b, " \t")] == 0;
 }
 
 /* Refuses a line of text where a sample is expected; its first n pieces are in s->w. */
@@ -1230,20 +2252,20 @@ static void refuse_heading(const motion *d, const sheet *s, int n)
 /* A line of text or a comment: the header, perhaps, or units. Returns nonzero if a recording begins behind it. */
 static int read_heading(const motion *d, sheet *s, int comment)
 {
-    const int had = s->header_row > 0 && !s->comment, most = 2 + 3 * d->N;
+    const int had = s->header_row > 0 && !s->comment, most = s->most;
     if ((had || s->named) && is_again(s)) return 1;
-    if (comment && (had || d->samples > 0)) return 0;
-    if (!comment && (had || d->samples > 0)) {
+    if (comment && (had || s->taken > 0)) return 0;
+    if (!comment && (had || s->taken > 0)) {
         const int n = split(separator_of(s->text), s->text, most, s->w);
         const int names = split(separator_of(s->header), s->header, most, s->name), same = n == names;
-        const int last = n > 0 && d->samples == 0 && is_time(s->w[0]) && !is_time(s->name[0]); /* text, then the header */
+        const int last = n > 0 && s->taken == 0 && is_time(s->w[0]) && !is_time(s->name[0]); /* text, then the header */
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
-        if (unit > 0 && (s->unit <= 0 || d->samples == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
+        if (unit > 0 && (s->unit <= 0 || s->taken == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
             s->unit = unit;
             return 0;
         }
-        if ((same && !last && is_header(s->name, names < most ? names : most)) || d->samples > 0)
+        if ((same && !last && is_header(s->name, names < most ? names : most)) || s->taken > 0)
             refuse_heading(d, s, n < most ? n : most);
         if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
             printf("%s: line %d is text: it has fewer columns than line %d\n", d->path, s->row, s->header_row);
@@ -1256,57 +2278,126 @@ static int read_heading(const motion *d, sheet *s, int comment)
 }
 
 /* Says what was made of t, if it is no plain number of seconds. */
-static void tell_time(const motion *d, const sheet *s)
+static void tell_time(const motion *d)
 {
-    const char *const unit = s->unit == 1e-3   ? "milliseconds"
-                             : s->unit == 1e-6 ? "microseconds"
-                             : s->unit == 1e-9 ? "nanoseconds"
-                             : s->unit == 60   ? "minutes"
+    const char *const unit = d->unit == 1e-3   ? "milliseconds"
+                             : d->unit == 1e-6 ? "microseconds"
+                             : d->unit == 1e-9 ? "nanoseconds"
+                             : d->unit == 60   ? "minutes"
                                                : "hours";
-    if (s->guessed && d->dt >= 0.2)
+    if (d->guessed && d->dt >= 0.2)
         fail("%s:%d: if t is in %s since 1970, samples are %g s apart\nhint: tell the unit by the name of the column: t_us, say",
-             d->path, s->line[0], unit, d->dt);
-    if (s->unit != 1) printf("%s: t is in %s%s\n", d->path, unit, s->guessed ? " since 1970" : "");
+             d->file[0], d->line[0], unit, d->dt);
+    if (d->unit != 1) printf("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
 }
 
-/* Reads a file and checks it; qdd are the differences of qd. Without qd it has q alone, which has yet to be smoothed. */
-static motion read_recording(const char *path, const wanted *w)
+/* Reads a file, behind those that were read before. */
+static void read_file(motion *d, const wanted *w, const char *path)
 {
-    motion d = {0};
+    int blank = 1;
     sheet s;
-    int blank = 1, k, i;
-    d.path = path, d.N = w->N, d.forces = w->inputs > 0 ? w->inputs : w->N;
-    s = open_sheet(&d, w);
+    d->path = path;
+    s = open_sheet(d, w);
+    s.by_number = w->columns[OF_Q] && is_by_number(w->columns[OF_T]) && is_by_number(w->columns[OF_Q]) &&
+                  is_by_number(w->columns[OF_QD]) && is_by_number(w->columns[OF_TAU]);
     while (next_line(path, &s)) {
-        const int kind = kind_of(&s, 2 + 3 * w->N, d.samples);
+        const int kind = kind_of(&s);
         progress(path, (double)(s.row - 1) / s.lines);
         if (kind == BLANK) blank = 1, s.separators += strpbrk(s.text, ",;") != NULL;
-        else if (kind != SAMPLE) blank |= read_heading(&d, &s, kind == COMMENT);
+        else if (kind != SAMPLE)
+            blank |= s.units ? read_mapped_heading(d, &s, kind == COMMENT) : read_heading(d, &s, kind == COMMENT);
         else {
-            if (blank) d.first[d.trajectories++] = d.samples;
+            const int before = d->samples;
+            if (s.units) add_mapped(d, w, &s);
+            else add_sample(d, w, &s);
+            if (d->samples == before) continue;
+            if (blank) {
+                d->first[d->trajectories] = before, d->file[d->trajectories] = path;
+                d->origin[d->trajectories++] = (double)s.zero * s.unit;
+            }
             blank = 0;
-            add_sample(&d, w, &s);
         }
     }
     if (s.separators > 0) printf("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
     fclose(s.f);
-    if (d.samples == 0)
-        fail("%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time",
-             path);
+    if (s.taken == 0)
+        fail(
+            "%s has no samples\nhint: a CSV has the columns t, q.., qd.., tau.., a line for each sample, which begins with a time; "
+            "other columns: q=3:8, say",
+            path);
+    if (d->unit <= 0) d->unit = s.unit, d->guessed = s.guessed;
+    d->clock |= s.kind == CLOCK;
+    free(s.text), free(s.header), free(s.v), free(s.w), free(s.name), free(s.units);
+    for (blank = 0; blank < KINDS; blank++)
+        free(s.column[blank]), free(s.factor[blank]);
+}
+
+/* The columns that are used, with their least and largest numbers. Of many columns the middle ones are left out. */
+static void tell_columns(const motion *d, const pace *p)
+{
+    enum { SHOWN = 40 };
+    int c, i;
+    printf("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
+           d->trajectories, d->samples);
+    for (c = 0; c < d->count; c++) {
+        const field *f = &d->fields[c];
+        const int columns = f->kind == OF_TAU ? d->forces : d->N;
+        const roln_real *x = f->kind == OF_T ? NULL : (f->kind == OF_Q ? d->q : f->kind == OF_QD ? d->qd : d->tau) + f->index;
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        char name[16], column[16], rate[60] = "";
+        if (d->count > SHOWN && c == SHOWN / 2) printf("    ...\n");
+        if (d->count > SHOWN && c >= SHOWN / 2 && c < d->count - SHOWN / 4) continue;
+        for (i = 0; i < d->samples; i++) {
+            const double v = x ? (double)x[i * columns] : d->t[i];
+            low = fmin(low, v), high = fmax(high, v);
+        }
+        snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);
+        snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
+        if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
+        printf("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
+               f->kind == OF_T ? "s"
+               : *f->unit      ? f->unit
+                               : "as it is",
+               low, high, rate);
+    }
+    if (d->left_out > 0) printf("rows left out, for a number is missing: %d\n", d->left_out);
+}
+
+/* Reads files and checks them; brings them to one rate, filters noise; qd, if there is none, is the derivative of q, unless q has
+   yet to be smoothed; qdd. */
+static motion read_recordings(int files, const char *const *paths, const wanted *w)
+{
+    static char several[64];
+    motion d = {0};
+    pace p;
+    int k, i;
+    d.path = paths[0], d.N = w->N, d.forces = w->inputs > 0 ? w->inputs : w->N;
+    if (!w->columns[OF_Q] && (w->columns[OF_T] || w->columns[OF_QD] || w->columns[OF_TAU]))
+        fail("%s: a column map needs q=\nhint: q=2:3 qd=4:5 tau=6:7, say", d.path);
+    if (w->half > 0 && w->filter > 0)
+        fail("%s: smooth=%d and filter=%g\nhint: one of them; filter= takes q, qd and tau alike", d.path, w->half, w->filter);
+    for (k = 0; k < files; k++)
+        read_file(&d, w, paths[k]);
+    snprintf(several, sizeof several, "%d files", files);
+    d.path = files > 1 ? several : paths[0];
     d.first[d.trajectories] = d.samples;
-    check_time(&d, &s);
-    tell_time(&d, &s);
-    check_jumps(&d, &s, w->angles, d.has_qd && !w->qd_unused);
+    split_restarts(&d);
+    drop_repeats(&d);
+    p = find_pace(&d);
+    d.dt = p.mean;
+    if (w->tell) tell_columns(&d, &p);
+    tell_time(&d);
+    if (p.even) free(d.t), d.t = NULL;
+    check_jumps(&d, w->angles, d.has_qd && !w->qd_unused);
     if (w->angles) unwrap(&d, w->angles);
-    check_turns(&d, w->angles, w->each);
-    if (d.has_qd) check_velocities(&d, w);
-    check_constant(&d, w);
-    if (d.dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", path, d.dt);
-    differences(&d, d.qd, d.qdd);
-    for (k = 0; k < d.trajectories; k++)
-        for (i = d.first[k] * d.forces; i < d.first[k + 1] * d.forces; i++)
-            d.tau_mid[i] = i < (d.first[k] + 1) * d.forces ? d.tau[i] : (d.tau[i - d.forces] + d.tau[i]) / 2;
-    free(s.t), free(s.line), free(s.text), free(s.header), free(s.v), free(s.w), free(s.name);
+    if (!d.t) {
+        d.t = room((size_t)d.samples + 1, sizeof *d.t);
+        for (k = 0; k < d.trajectories; k++)
+            for (i = d.first[k]; i < d.first[k + 1]; i++)
+                d.t[i] = (i - d.first[k]) * d.dt;
+    }
+    settle(&d, w, &p);
+    finish(&d, w);
     return d;
 }
 

@@ -400,7 +400,7 @@ typedef struct {
 } torque_sums;
 
 /* Adds one sample; nothing if the model cannot be evaluated there. */
-static void add_torque(int sample, torque_sums *to)
+static void add_torque(const M(params) * p, int sample, torque_sums *to)
 {
     enum { N = M(N), F = M(force_size) };
     static M(work) scratch;
@@ -409,14 +409,14 @@ static void add_torque(int sample, torque_sums *to)
     roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
     M(latent) z;
     int j;
-    if (M(aim)(&s.p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch) != ROLN_OK) return;
+    if (M(aim)(p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch) != ROLN_OK) return;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
-    if (M(inverse)(&s.p, &z, NULL, t.zdd, latent_tau, &scratch) != ROLN_OK) return;
+    if (M(inverse)(p, &z, NULL, t.zdd, latent_tau, &scratch) != ROLN_OK) return;
     if (JOINTS) {
-        if (M(lift)(&s.p, &z, latent_tau, model, &scratch) != ROLN_OK) return;
+        if (M(lift)(p, &z, latent_tau, model, &scratch) != ROLN_OK) return;
         memcpy(recorded, tau, sizeof *tau * (size_t)TORQUES);
     } else {
-        if (M(reduce)(&s.p, &z, tau, recorded, &scratch) != ROLN_OK) return;
+        if (M(reduce)(p, &z, tau, recorded, &scratch) != ROLN_OK) return;
         memcpy(model, latent_tau, sizeof latent_tau);
     }
     for (j = 0; j < TORQUES; j++) {
@@ -425,6 +425,23 @@ static void add_torque(int sample, torque_sums *to)
         to->tau[j] += x * x, to->off[j] += off * off, to->speed[j] += v * v;
     }
     to->samples++;
+}
+
+/* Torques of the model over recorded ones: the rms, over joints, of the rms error of each over the rms of its torque. Of about a
+   thousand held-out samples; 0 if there are no torques. */
+static double torque_error(const M(params) * p)
+{
+    enum { FEW = 1000 };
+    const int step = (d.samples - d.first[train]) / FEW + 1;
+    torque_sums sums = {{0}, {0}, {0}, 0};
+    double all = 0;
+    int joints = 0, k, i, j;
+    for (k = train; k < d.trajectories; k++)
+        for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
+            add_torque(p, i, &sums);
+    for (j = 0; j < TORQUES; j++)
+        if (sums.tau[j] > 0) all += sums.off[j] / sums.tau[j], joints++;
+    return joints > 0 ? sqrt(all / joints) : 0;
 }
 
 /* The middle of the range of training, at rest. */
@@ -476,7 +493,7 @@ static void torques(void)
     int wrong = 0, poor = 0, k, i, j;
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
-            add_torque(i, &sums);
+            add_torque(&s.p, i, &sums);
     printf("torques by inverse dynamics at %d held-out samples, %s\n", sums.samples,
            JOINTS ? "in the unit of tau" : "of latent coordinates, in the unit of tau times q");
     printf("%6s   rms tau   tau_model - tau, rms       %%   friction   at speed\n", joint);

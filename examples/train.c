@@ -2,13 +2,13 @@
 /* train.c - train a model on recorded motion.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples -DMODEL=arm examples/train.c -o train -lpthread -lm
-   ./train motion.csv [key=value ...]
+   ./train motion.csv .. [key=value ...]
    ./train --help
 
    MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
-   t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Without pthreads: -DNO_THREADS, as
-   always on Windows; one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out
-   trajectories best:
+   t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Several files, folders, and with q=
+   other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows;
+   one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
      layers    of an autoencoder without chart: Riemannian Adam on their reconstruction
@@ -42,6 +42,7 @@
 #define ROLN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
 #include "recording.h"
+#include "files.h"
 
 #define CAT_(a, b) a##_##b
 #define CAT(a, b) CAT_(a, b)
@@ -58,7 +59,7 @@ static struct {
     {"seed", 1, 0, 1e15, 1, "of weights, samples and noise: trainings of one config end at different errors"},
     {"seconds", 0, 0, 1e8, 0, "this run ends after so many, with all that it writes; 0: no limit, and the same bits in every run"},
     {"steps", 0, 0, 1e8, 1, "end after so many steps of Gauss-Newton; 0: when held-out trajectories are predicted no better"},
-    {"held", 0.1, 0, 1, 0, "part of the trajectories that is held out"},
+    {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
     {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
@@ -77,19 +78,28 @@ static struct {
     const char *key, *value, *help;
 } words[] = {
     {"out", STRING(MODEL), "what the names of all files that are written begin with"},
+    {"t", NULL, "column map: the column of time, by number or name, perhaps with a unit: t=1,ms; none: rows are counted, with dt="},
+    {"q", NULL, "columns of q: q=2:7, q=pos*, q=2:7,deg; units rad deg turns counts/4096 m cm mm raw, gains behind *"},
+    {"qd", NULL, "columns of qd: rad/s deg/s rpm turns/s counts/s/4096 m/s cm/s mm/s raw; without: the derivative of q"},
+    {"tau", NULL, "columns of tau (or u): tau=14:19,A*14.9,13.3,..; Nm mNm kNm Ncm N mN kN A mA raw; 0 for no motor"},
+    {"filter", "auto", "Hz: low-pass of q, qd and tau without phase; auto: above what the spectrum shows of motion; off"},
+    {"held", "0.1", "what is held out: a part of the recordings, names of files, or none"},
     {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
 };
-enum { OUT, TEST, FROM, METHOD, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
 static void help(void)
 {
     int i;
-    printf("train motion.csv [key=value ...]     trains " STRING(MODEL) " on recorded motion\n\n"
-           "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories\n\n",
+    printf("train motion.csv .. [key=value ...]     trains " STRING(
+               MODEL) " on recorded motion\n\n"
+                      "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories. Several "
+                      "files, or\n"
+                      "folders of them; with q= other columns. docs/training.md, \"From a logger\"\n\n",
            (int)M(N), (int)M(N), (int)M(force_size), M(inputs) > 0 ? "u" : "tau");
     for (i = 0; i < WORDS; i++)
         printf("  %s=%-*s %-15s %s\n", words[i].key, 13 - (int)strlen(words[i].key), words[i].value ? words[i].value : "", "",
@@ -134,14 +144,29 @@ static void read_setting(size_t k, const char *text)
     settings[k].value = x;
 }
 
-/* The arguments key=value, from the third on. */
+static file_list inputs; /* motion.csv .. */
+
+/* Nonzero if there is a file or a folder of this name. */
+static int is_file(const char *path)
+{
+    FILE *f = fopen(path, "rb");
+    if (f) fclose(f);
+    return f != NULL;
+}
+
+/* The arguments: files, folders, key=value. */
 static void read_settings(int argc, char **argv)
 {
     int i;
-    for (i = 2; i < argc; i++) {
+    for (i = 1; i < argc; i++) {
         char again[] = "resume=1", *key = strcmp(argv[i], "--resume") == 0 ? again : argv[i], *eq = strchr(key, '=');
         size_t k, known = 0;
-        if (!eq) fail("%s: not key=value; --help lists the keys", key);
+        if (!eq || is_file(key)) {
+            if (!is_file(key) && inputs.count > 0)
+                fail("%s: no file or folder, and not key=value\nhint: --help lists the keys", key);
+            add_files(&inputs, key);
+            continue;
+        }
         *eq = 0;
         for (k = 0; k < WORDS; k++)
             if (strcmp(words[k].key, key) == 0) words[k].value = eq + 1, known = 1;
@@ -149,6 +174,7 @@ static void read_settings(int argc, char **argv)
             if (strcmp(settings[k].key, key) == 0) read_setting(k, eq + 1), known = 1;
         if (!known) fail("unknown setting %s; --help lists them", key);
     }
+    if (inputs.count == 0) fail("no recordings\nhint: train motion.csv [key=value ...]; --help explains the keys");
     if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
         fail("method=%s: newton or adam", words[METHOD].value);
     if (strlen(words[OUT].value) > 480) fail("out=%s: more than 480 letters\nhint: a shorter name", words[OUT].value);
@@ -223,6 +249,7 @@ static struct {
     int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
+    double best_score;                 /* least of the scores, of which best_error was a part */
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
@@ -369,6 +396,7 @@ static void check_place(void)
     }
 }
 
+#include "held.h"
 #include "report.h"
 
 /* ---- 5 chart ---- */
@@ -621,6 +649,7 @@ static origin origin_of(void)
     if (data == 0) data = checksum_of(d.q, d.N) ^ 3 * checksum_of(d.qd, d.N) ^ 5 * checksum_of(d.tau, d.forces);
     for (i = 0; i < d.trajectories; i++) /* where recordings begin */
         o.data = 3 * o.data + (uint64_t)d.first[i];
+    o.data = 3 * o.data + (uint64_t)train;
     o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data ^= data, o.dt = d.dt;
     o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
@@ -728,7 +757,8 @@ static int farthest(void)
 }
 
 /* How the weights, averaged where that makes sense, predict held-out trajectories 25 ms and `look` seconds ahead; of layers alone,
-   how they reconstruct them. Keeps the best. */
+   how they reconstruct them; with torque=1, how far off their torques are. Keeps the best: those with the least product of the
+   typical error and that of torques, where torques that are off by less than 10 % count as if they were off by 10 %. */
 static void look(void)
 {
     const int stride = stride_of(&d, 0.005), far = farthest(), near = (int)fmin(stride_of(&d, 0.025) / stride * stride, far);
@@ -736,6 +766,7 @@ static void look(void)
     score *scores = room((size_t)held, sizeof *scores);
     int every = stride_of(&d, 0.1) * (s.thin > 0 ? s.thin : 1);
     M(params) p = s.p;
+    double torque = 0, product;
     error e[2];
     if (s.stage == NEWTON && FLAT && s.step > 0) memcpy(p.theta + M(newton_from), s.mean, sizeof s.mean);
     bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
@@ -746,19 +777,21 @@ static void look(void)
     bar.done = bar.part, bar.part = 1 - bar.part;
     e[1] = errors(&d, &p, train, held, far, stride, every, scores);
     free(scores);
+    if (set("torque") > 0 && s.stage != LAYERS) torque = torque_error(&p);
     s.ahead = far * d.dt;
-    if (s.step == 0 || e[1].typical < s.best_error)
-        s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
+    product = e[1].typical * fmax(torque, 0.1);
+    if (s.step == 0 || product < s.best_score)
+        s.best_score = product, s.best_error = e[1].typical, s.best = p, s.best_step = s.since = s.step, s.falls = 0;
     printf("%7d  E_q(%.3g ms) %7s %%  E_q(%.3g s) %7s +- %s %%, typical %s %%", s.step, 1e3 * near * d.dt, in_percent(e[0].q).text,
            far * d.dt, in_percent(e[1].q).text, in_percent(e[1].q_off).text, in_percent(e[1].typical).text);
     if (s.stage == NEWTON)
         printf("  residual %.2e  damping %.0e", sqrt((double)s.newton.state.loss / ROWS), (double)s.newton.state.lambda);
+    if (torque > 0) printf("  torques %.3g %%", 100 * torque);
     printf("%s  %.0f s\n", remarks_on(&e[1], held).text, seconds());
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
-        (e[1].typical > 2 * s.best_error || s.step >= s.since + patience()))
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (product > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 
@@ -1057,24 +1090,25 @@ static void smooth_positions(motion *m)
     const int half = (int)set("smooth");
     printf("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
     smooth(m, half);
+    m->reach = fmax(m->reach, half * m->dt);
 }
 
 /* Reads motion.csv, and a second file if there is one. */
-static void read_all(const char *path)
+static void read_all(void)
 {
-    wanted w = {STRING(MODEL), M(N), M(inputs), set("torque") > 0, (int)set("smooth"), 0, M(angles), M(own)};
-    if (words[TEST].value) unseen = read_recording(words[TEST].value, &w);
-    w.qd_unused = set("noise") > 0 || set("smooth") > 0;
-    d = read_recording(path, &w);
-    train = d.trajectories - (int)ceil(d.trajectories * set("held"));
-    if (train < 1 || train >= d.trajectories)
-        fail("%d trajectories and held=%g: at least 1 to train with and 1 held out are needed\nhint: %s", d.trajectories,
-             set("held"),
-             d.trajectories > 1 ? "held=0.1 holds out one in ten, and one at least"
-                                : "record more of them, or part a long one by blank lines");
-    printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
-           d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
-    if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
+    wanted w = {.model = STRING(MODEL), .N = M(N), .inputs = M(inputs), .angles = M(angles), .each = M(own)};
+    int k;
+    for (k = T_COLUMN; k <= FILTER; k++)
+        if (words[k].value) read_key(&w, words[k].key, words[k].value);
+    w.torque = set("torque") > 0, w.half = (int)set("smooth"), w.dt = set("dt");
+    if (words[TEST].value) {
+        file_list tests = {NULL, 0};
+        add_files(&tests, words[TEST].value);
+        unseen = read_recordings(tests.count, tests.path, &w);
+    }
+    w.qd_unused = set("noise") > 0 || set("smooth") > 0, w.tell = 1;
+    d = read_recordings(inputs.count, inputs.path, &w);
+    k = d.trajectories;
     if (set("noise") > 0) {
         double sd[M(N)];
         add_noise(&d, set("noise"), M(own), (uint64_t)set("seed") + 5000, sd);
@@ -1082,6 +1116,16 @@ static void read_all(const char *path)
     }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
+    train = hold_out(&d, words[HELD].value, set("look"));
+    if (train < 1 || train >= d.trajectories)
+        fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "
+             "and "
+             "one at least; held=none none",
+             k, words[HELD].value);
+    printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
+           d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    if (strcmp(words[HELD].value, "none") == 0) printf("held=none: errors below are of recordings that are trained with\n");
+    if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
 }
 
 static void halt(int sig)
@@ -1111,12 +1155,11 @@ int main(int argc, char **argv)
     int i;
     for (i = 1; i < argc; i++)
         if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), DONE;
-    if (argc < 2) fail("usage: train motion.csv [key=value ...]; --help explains the keys");
     launched = began = now();
     read_settings(argc, argv);
     catch_signals();
     check_place();
-    read_all(argv[1]);
+    read_all();
     atexit(rescue);
     if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)

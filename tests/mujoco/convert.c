@@ -48,7 +48,7 @@ static int convert(const layout *want, const char *from, const char *to)
     for (int k = 0; k < d.count; k++) d.demo[k].test = 0;
     if (demos_write_csv(&d, 0, to)) return 1;
     const wanted w = {.model = "it", .N = d.N, .inputs = d.inputs ? d.forces : 0, .angles = ~0u};
-    read_recording(to, &w);
+    read_recordings(1, &to, &w);
     (void)add_noise, (void)smooth; /* are the trainer's */
     printf("%s: %d recordings of %d joints, %d columns %s\n", to, d.count, d.N, d.forces, d.inputs ? "u" : "tau");
     demos_free(&d);

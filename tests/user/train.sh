@@ -134,12 +134,14 @@ check 'a training that does not begin moves no checkpoint' cmp $dir/torn.check $
 check 'those of the checkpoint' short $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/whole.more
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
-check 'no number' says 'not a number' $dir/chart $dir/16_train.csv held=much
+check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
+check 'no file to hold out' says 'and held=much: at least 1' $dir/chart $dir/16_train.csv held=much
 check 'negative' says 'look=-1: a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing held out: a hint' grep '^hint: held=0.1' $dir/says.log
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
-for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
+for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 dt=1e10 \
+    look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
     acc=1e10 lr_ae=1e10 lr_net=1e10 threads=1e10 resume=2 smooth=1.5; do
     check "$word" says "^${word%%=*}=.*: a .*number, [0-9.]* .. [0-9.e+]*\$" $dir/joints $dir/2_train.csv $word
 done
@@ -151,12 +153,13 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-for word in out test from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
+for word in out t q qd tau dt filter test \
+    from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
     resume; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
 check 'help: exit codes' test "$(grep -c '^  [0-3]  ' $dir/help.log)" -eq 4
-check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq 20
+check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq 26
 $dir/joints $dir/2_train.csv steps=1 look=0 out=$dir/h > $dir/h.log 2>&1
 check 'one held out: no standard error' grep '+- - %' $dir/h.log
 check 'look: a step at least' grep 'after 0.005 s' $dir/h.log
@@ -167,7 +170,8 @@ check 'other columns' says 'columns, but joints needs' $dir/joints $dir/16_train
 check 'no file' says 'cannot read' $dir/chart $dir/nothing.csv
 check 'no place' says '^cannot write .*nowhere/a.part: ' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
 check 'no place: a hint' grep '^hint: out= names another place' $dir/says.log
-check 'a directory' says '^cannot read .*train: ' $dir/chart $dir
+mkdir -p $dir/empty
+check 'an empty folder' says 'no file in it is called .csv' $dir/chart $dir/empty
 check 'no weights' says 'cannot start from' $dir/layers $dir/16_train.csv from=$dir/16.h5 out=$dir/g
 check 'no weights: a hint' grep '^hint: from= is a .roln of this config' $dir/says.log
 check 'weights that are a directory' says '^cannot read .*train: ' $dir/layers $dir/16_train.csv from=$dir out=$dir/g
@@ -243,16 +247,27 @@ check 'as Windows has it' silent
 check 'as Windows has it, no header' silent
 check 'as Windows has it, no header: no sample less' test "$all" = "$(grep ' samples of ' $dir/says.log)"
 row='NR > 1 && NF'
-wrong 'another rate' ':2007: trajectory 5 has steps of 0.002 s, most have 0.001' "/^\$/ { k++ } $row && k > 3 { \$1 *= 2 } 1"
-wrong 'a row that is missing' ':100: t grows by 0.002 .*as if 1 samples were missing' 'NR != 100'
-wrong 'rows that are missing' ':100: t grows by 0.011 .*as if 10 samples were missing' 'NR < 100 || NR > 109'
-wrong 'no blank lines' ':502: t goes back from 0.499 to 0 s' '!/^$/'
-wrong 'a row twice' ':101: t stays at 0.098 s' '{ print } NR == 100'
-wrong 'few digits' ':3: t stays at 0 s' "$row { \$1 = sprintf(\"%.2f\", \$1) } 1"
+# brought to one rate: what is said, and how many samples there are then
+even() {
+    what=$1 words=$2 samples=$3
+    make_of "$4"
+    check "$what" silent
+    check "$what: told" grep "$words" $dir/says.log
+    check "$what: samples" grep ", $samples samples of 0.001 s" $dir/says.log
+}
+even 'another rate' '^time: steps of 1 [.][.] 2 ms, a clock of 1 ms, 998 samples missing; resampled to 1 ms' 3998 \
+    "/^\$/ { k++ } $row && k > 3 { \$1 *= 2; \$4 /= 2; \$5 /= 2 } 1"
+even 'a row that is missing' '^time: steps of 1 [.][.] 2 ms, a clock of 1 ms, 1 samples missing; resampled' 3000 'NR != 100'
+even 'rows that are missing' 'resampled to 1 ms (1000 Hz) by local cubics, split at 1 gaps of more than 5.5 steps' 2990 \
+    'NR < 100 || NR > 109'
+even 'no blank lines' ':502: t starts again: a new recording' 3000 '!/^$/'
+even 'a row twice' ':101: a sample is written twice; such a sample is taken once' 3000 '{ print } NR == 100'
+even 'few digits' '^time: steps of 0 [.][.] 10 ms, a clock of 1 ms rounded to 10 ms$' 3000 \
+    "$row { \$1 = sprintf(\"%.2f\", \$1) } 1"
 wrong 't in ms' 't is in milliseconds$' "$row { \$1 *= 1000 } 1"
 wrong 't in us' 't is in microseconds$' "$row { \$1 *= 1000000 } 1"
-wrong 'a first step of 1e-12' ':3: t grows by 1e-12 s, elsewhere by 0.001 s (2 of 2994 steps' 'NR == 3 { $1 = 1e-12 } 1'
-wrong 'a clock that jitters' ':3: t grows by 0.00096 .* steps differ by more than 1 %' "$row { \$1 = \$1 + NR % 3 * 2e-5 } 1"
+even 'a clock that jitters' '^time: steps of 0.96 [.][.] 1.02 ms; resampled to 1 ms' '[23][0-9]*' \
+    "$row { \$1 = \$1 + NR % 3 * 2e-5 } 1"
 wrong 'all of 1e-12' ':2: steps of t are 1e-12 s' "$row { \$1 *= 1e-9 } 1"
 wrong 'single samples' 'no sample follows another' '{ print; print "" }'
 wrong 'a header alone' 'has no samples' 'NR == 1'
@@ -325,10 +340,13 @@ doubted 'one joint without' 'joint 2 .* it is 0 throughout' "$row { \$5 = 0 } 1"
 doubted 'exchanged' 'another joint is: columns in another order' "$row { x = \$4; \$4 = \$5; \$5 = x } 1"
 doubted 'tau for qd' 'another quantity (tau?)' "$row { \$4 = sin(NR / 7); \$5 = cos(NR / 9) } NF { NF = 5 } 1"
 encoder='function round(x) { return int(x / 0.00153398 + 1000.5) * 0.00153398 - 1000 * 0.00153398 }'
-doubted 'differences of an encoder' 'is the differences of q, rough by [0-9]* %; smooth=10' "$encoder
+make_of "$encoder
     $row { a = round(\$2); b = round(\$3); if (\$1 > 0) { \$4 = (a - x) / 0.001; \$5 = (b - y) / 0.001 } }
     $row { x = \$2 = a; y = \$3 = b } 1"
+check 'differences of an encoder' silent
+check 'differences of an encoder: filtered' grep '^filter: [0-9.]* Hz (-3 dB), zero phase, the same for q, qd' $dir/says.log
 check 'smoothed' silent smooth=10
+check 'smoothed: no other filter' sh -c "! grep '^filter' $dir/says.log"
 make_of "$encoder $row { \$2 = round(\$2); \$3 = round(\$3) } 1"
 check 'an encoder and a tachometer' silent
 make_of "$row { \$4 /= 57.29578; \$5 /= 57.29578 } 1"
@@ -346,13 +364,18 @@ check 'a recording shorter than a window: told' \
     grep '^1 recordings shorter than a window of 0.3 s: not used for windows' $dir/says.log
 
 # positions alone
-wrong 'qd of 0' 'qd is 0 throughout, but q moves$' "$row { \$4 = \$5 = 0 } 1"
+make_of "$row { \$4 = \$5 = 0 } 1"
+check 'qd of 0' silent
+check 'qd of 0: told' grep 'qd is 0 throughout, but q moves: qd is taken from q' $dir/says.log
 check 'qd of 0, smoothed' silent smooth=10
-wrong 'no qd' ':2: no qd columns' 'NF { NF = 3 } 1'
+make_of 'NF { NF = 3 } 1'
+check 'no qd' silent
+check 'no qd: told' grep 'file.csv: qd is the derivative of q$' $dir/says.log
 positions='NR > 1 && NF { $6 = sin(NR / 7); $7 = 0 } NF { $4 = $6; $5 = $7; NF = 5 } 1'
 wrong 't, q, tau' ':1: no tau columns, which torque=1 needs' "NR == 1 { next } $positions" torque=1 smooth=10
-wrong 't, q, tau without smooth=' ':2: no qd columns' "$positions" torque=1
-check 't, q, tau with a header' silent torque=1 smooth=10
+make_of "$positions"
+check 't, q, tau with a header' silent torque=1
+check 't, q, tau with a header, smoothed' silent torque=1 smooth=10
 tr ', ' ' \t' < $dir/file.csv > $dir/blanks.csv && mv $dir/blanks.csv $dir/file.csv
 check 'and apart by blanks' silent torque=1 smooth=10
 sed '1s/^/# /' $dir/file.csv > $dir/blanks.csv && mv $dir/blanks.csv $dir/file.csv

@@ -1,0 +1,409 @@
+# SPDX-License-Identifier: MIT
+"""logger.py - recordings as loggers write them, of two pendulums whose motion is known: column maps, units, several files, clocks
+that jitter, samples that are missing, noise.
+
+Every case says what must come of it: numbers near the true motion at the new times, a lag below a bound, or a refusal with a hint.
+recording.c prints what examples/recording.h reads; train.c is asked what it holds out. Last line: N passed, N failed.
+"""
+import math
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+DIR = "build/logger"
+FLAGS = ["-std=c99", "-D_POSIX_C_SOURCE=200809L", "-O1", "-ffp-contract=off", "-I.", "-Iexamples", "-I" + DIR]
+CHECKED = ["-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+passed = failed = 0
+
+
+def check(what, ok, text=""):
+    global passed, failed
+    passed, failed = passed + bool(ok), failed + (not ok)
+    if not ok:
+        print(f"{what}: {text}")
+
+
+def run(program, *words):
+    done = subprocess.run([f"{DIR}/{program}", *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=120)
+    return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
+
+
+# ---- the truth: qdd_j = tau_j - k_j sin q_j - 0.1 qd_j ----
+
+STEP = 0.001
+STIFF = (9.81, 20)
+
+
+def torque(j, t):
+    return (3 * math.sin(2.1 * t + j) + 2 * math.sin(5.3 * t + 3 * j)) * (1 + j)
+
+
+def simulate(seconds):
+    """States q1, q2, qd1, qd2 every STEP, by Runge-Kutta."""
+    def rates(t, x):
+        return [x[2], x[3]] + [torque(j, t) - STIFF[j] * math.sin(x[j]) - 0.1 * x[2 + j] for j in (0, 1)]
+    x, rows = [0.4, -0.7, 0, 0], []
+    for i in range(int(seconds / STEP) + 2):
+        rows.append(x)
+        t, h = i * STEP, STEP
+        a = rates(t, x)
+        b = rates(t + h / 2, [u + h / 2 * v for u, v in zip(x, a)])
+        c = rates(t + h / 2, [u + h / 2 * v for u, v in zip(x, b)])
+        e = rates(t + h, [u + h * v for u, v in zip(x, c)])
+        x = [u + h / 6 * (k + 2 * l + 2 * m + n) for u, k, l, m, n in zip(x, a, b, c, e)]
+    return rows
+
+
+SECONDS = 20
+ROWS = simulate(SECONDS + 1)
+
+
+def truth(t):
+    """q1, q2, qd1, qd2, qdd1, qdd2, tau1, tau2 at any time: a cubic from sample to sample."""
+    i = min(int(t / STEP), len(ROWS) - 2)
+    u, out = t / STEP - i, []
+    for j in (0, 1):
+        a, b, va, vb = ROWS[i][j], ROWS[i + 1][j], ROWS[i][2 + j] * STEP, ROWS[i + 1][2 + j] * STEP
+        c, e = 3 * (b - a) - 2 * va - vb, 2 * (a - b) + va + vb
+        out.append((a + u * (va + u * (c + u * e)), (va + u * (2 * c + 3 * u * e)) / STEP))
+    q, qd, tau = [x[0] for x in out], [x[1] for x in out], [torque(j, t) for j in (0, 1)]
+    return q + qd + [tau[j] - STIFF[j] * math.sin(q[j]) - 0.1 * qd[j] for j in (0, 1)] + tau
+
+
+QDD = (4, 5)
+PLAIN = "t,q1,q2,qd1,qd2,tau1,tau2\n"
+MAP = ["q=q?", "qd=qd?", "tau=tau?"]
+
+
+def row_of(t, noise=None):
+    x = truth(t)
+    x = x[:4] + x[6:]
+    return [v + noise.gauss(0, s) for v, s in zip(x, (2e-4, 2e-4, 0.05, 0.05, 0.1, 0.1))] if noise else x
+
+
+def table(times, stamps=None, head=PLAIN, noise=None, form="%.9g"):
+    stamps = stamps or ["%.9g" % t for t in times]
+    return (head + "".join(s + "," + ",".join(form % v for v in row_of(t, noise)) + "\n" for t, s in zip(times, stamps))).encode()
+
+
+def write(text, name="f.csv"):
+    path = f"{DIR}/{name}"
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "wb") as f:
+        f.write(text if isinstance(text, bytes) else text.encode())
+    return path
+
+
+def read(what, *words):
+    """dt and recordings, rows of q, qd, qdd, tau, that recording.c prints; None if it refuses."""
+    code, out, err = run("recording", *words, "N=2", "all=1")
+    if code:
+        check(what, False, f"ended with {code}: {out[-500:]}{err}")
+        return None, [], out
+    said, text = re.split(r"^\d+ samples$", out, flags=re.M)
+    parts = [[[float(v) for v in line.replace(":", "").split()] for line in part.split("\n") if line]
+             for part in text.split("\n\n")]
+    dt = (parts[0][-1][0] - parts[0][0][0]) / (len(parts[0]) - 1)
+    return dt, [[r[1:] for r in part] for part in parts], said
+
+
+def errors(part, begin, dt, columns=range(8), skip=0):
+    """rms error over rms of motion, and lag in s, of each column, against the truth from time `begin` on."""
+    out = []
+    for c in columns:
+        off = square = slope = cross = mean = 0
+        rows = range(skip, len(part) - skip)
+        for i in rows:
+            mean += truth(begin + i * dt)[c] / len(rows)
+        for i in rows:
+            t = begin + i * dt
+            x, d = truth(t)[c], (truth(t + 5e-4)[c] - truth(max(t - 5e-4, 0))[c]) / 1e-3
+            e = part[i][c] - x
+            off, square, slope, cross = off + e * e, square + (x - mean) ** 2, slope + d * d, cross - e * d
+        out.append((math.sqrt(off / square), cross / slope))
+    return out
+
+
+def near(what, part, begin, dt, bound, lag=None, columns=range(8), skip=0):
+    found = errors(part, begin, dt, columns, skip)
+    check(what, all(e < bound for e, _ in found), "errors " + " ".join("%.2g" % e for e, _ in found))
+    if lag:
+        check(what + ", lag", all(abs(s) < lag for _, s in found), "lags " + " ".join("%.2g" % s for _, s in found))
+
+
+# ---- clocks ----
+
+def clocks():
+    rng = random.Random(1)
+    even = [0.005 * i for i in range(2000)]
+
+    dt, parts, said = read("even", write(table(even)), *MAP)
+    check("even: as it is", len(parts) == 1 and len(parts[0]) == 2000 and "resampled" not in said and "filter" not in said, said)
+    off = max(abs(parts[0][i][c] - float("%.6g" % row_of(even[i])[c])) for i in range(0, 2000, 7) for c in range(4))
+    check("even: the numbers of the file", off < 1.1e-5, off)
+
+    jitter = [t + rng.uniform(0, 0.004) for t in even]
+    dt, parts, said = read("jitter", write(table(jitter)), *MAP, "filter=off")
+    check("jitter: told", re.search(r"time: steps of .* ms; resampled to 5 ms \(200 Hz\) by local cubics\n", said), said)
+    check("jitter: one recording", len(parts) == 1 and abs(len(parts[0]) - 2000) < 3 and abs(dt - 0.005) < 1e-6, len(parts))
+    near("jitter: q, qd, tau", parts[0], jitter[0], dt, 4e-4, 2e-5, (0, 1, 2, 3, 6, 7), 3)
+    near("jitter: qdd", parts[0], jitter[0], dt, 0.01, 1e-4, QDD, 3)
+    rows = table(jitter).decode().split("\n")
+    dt, held, said = read("jitter, in the plain order", write("\n".join(rows)), "torque=1", "filter=off")
+    near("jitter, in the plain order: q", held[0], jitter[0], dt, 4e-4, None, (0, 1, 2, 3), 3)
+    # a torque that is held from its sample on acts half a step later than one that is measured there
+    lag = errors(held[0], jitter[0], dt, (6, 7), 3)
+    check("a torque that is held", all(0.0015 < s < 0.0035 for _, s in lag), lag)
+
+    clock = [i / 320 for i in range(3200)]
+    dt, parts, said = read("stamps rounded to ms", write(table(clock, ["%.3f" % t for t in clock])), *MAP)
+    check("stamps rounded to ms: told", "a clock of 3.125 ms rounded to 1 ms\n" in said and "resampled" not in said, said)
+    check("stamps rounded to ms: all samples", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-8, dt)
+    near("stamps rounded to ms", parts[0], 0, 0.003125, 1e-5, None, (0, 1, 2, 3, 6, 7))
+    dt, parts, said = read("stamps rounded to 10 ms", write(table(clock, ["%.2f" % t for t in clock])), *MAP)
+    check("stamps rounded to 10 ms", len(parts[0]) == 3200 and abs(dt - 0.003125) < 1e-6, said)
+
+    some = [t for t in even if rng.random() > 0.05 or t in (even[0], even[-1])]
+    dt, parts, said = read("5 % missing", write(table(some)), *MAP, "filter=off")
+    check("5 % missing: told", f"{2000 - len(some)} samples missing; resampled to 5 ms" in said, said)
+    check("5 % missing: as many as there were", len(parts) == 1 and len(parts[0]) == 2000, len(parts[0]))
+    near("5 % missing", parts[0], 0, dt, 1e-4, 1e-5, (0, 1, 2, 3, 6, 7))
+    kept = [round(t / 0.005) for t in some]
+    off = max(abs(parts[0][i][c] - float("%.6g" % row_of(even[i])[c])) for i in kept[::5] for c in range(4))
+    check("5 % missing: those that are there stay", off < 1.1e-5, off)
+
+    gap = [t for t in even if not 3 < t < 3.2] + [10.5 + t for t in even[:3]]
+    dt, parts, said = read("a gap", write(table(gap)), *MAP, "filter=off")
+    check("a gap: two recordings, and a rest", len(parts) == 3 and "split at 2 gaps of more than 5.5 steps" in said, said)
+    near("a gap: behind it", parts[1], 3.2, dt, 1e-4, None, (0, 1, 2, 3))
+
+    dt, parts, said = read("another rate", write(table(even)), *MAP, "dt=0.008", "filter=off")
+    check("dt=", abs(dt - 0.008) < 1e-6 and "resampled to 8 ms (125 Hz)" in said, said)
+    near("dt=", parts[0], 0, dt, 2e-3, 2e-5, (0, 1, 2, 3, 6, 7), 3)
+
+    dt, parts, said = read("no qd", write(table(jitter)), "q=q?", "tau=tau?")
+    check("no qd: told", "qd is the derivative of q" in said, said)
+    near("no qd", parts[0], jitter[0], dt, 0.02, 2e-4, (2, 3), 8)
+
+    twice = table(even).decode().strip().split("\n")
+    dt, parts, said = read("t starts again", write("\n".join(twice + twice[1:])), *MAP)
+    check("t starts again: told", len(parts) == 2 and re.search(r":2002: t starts again: a new recording", said), said)
+
+
+# ---- noise ----
+
+def noise():
+    for what, times in ("even", [0.002 * i for i in range(10000)]), ("jitter", None):
+        rng = random.Random(2)
+        times = times or [0.002 * i + rng.uniform(0, 1e-3) for i in range(10000)]
+        path = write(table(times, noise=rng))
+        _, raw, _ = read(f"noise, {what}, no filter", path, *MAP, "filter=off", "torque=1")
+        dt, parts, said = read(f"noise, {what}", path, *MAP, "torque=1")
+        told = re.search(r"filter: ([\d.]+) Hz \(-3 dB\), zero phase, the same for q, qd, tau; ([\d.]+) s at both ends", said)
+        check(f"noise, {what}: told", told and re.search(r"noise is \S+ % of the acceleration of joint", said), said)
+        if not told:
+            continue
+        hz, cut = float(told[1]), 0.38875 / float(told[1])
+        check(f"noise, {what}: a band above the motion, below the noise", 1 < hz < 25, said)
+        check(f"noise, {what}: what is left out", abs(cut - float(told[2])) < 0.01 * cut, said)
+        near(f"noise, {what}: q, qd, qdd, tau", parts[0], times[0] + cut, dt, 0.03, 1e-3)
+        better = [a[0] / b[0] for a, b in zip(errors(parts[0], times[0] + cut, dt), errors(raw[0], times[0], dt))]
+        check(f"noise, {what}: less than before", max(better[2:]) < 0.25, better)
+        _, parts, said = read(f"noise, {what}, filter=5", path, *MAP, "torque=1", "filter=5")
+        near(f"noise, {what}, filter=5", parts[0], times[0] + 0.38875 / 5, dt, 0.05, 1e-3)
+    rng = random.Random(3)
+    times = [0.001 * i for i in range(8000)]
+    coarse = [[math.floor(v / 1e-3 + 0.5) * 1e-3 for v in truth(t)[:2]] for t in times]
+    text = "t,q1,q2\n" + "".join("%.3f,%.6f,%.6f\n" % (t, *q) for t, q in zip(times, coarse))
+    dt, parts, said = read("an encoder alone", write(text), "q=q?")
+    hz = re.search(r"filter: ([\d.]+) Hz", said)
+    check("an encoder alone: filtered", hz, said)
+    if hz:
+        near("an encoder alone", parts[0], 0.38875 / float(hz[1]), dt, 0.03, 1e-3, (0, 1, 2, 3))
+
+
+# ---- columns ----
+
+def columns():
+    times = [0.01 * i for i in range(300)]
+    want = [row_of(t) for t in times]
+
+    def same(what, text, *words, tau=True, bound=2e-5):
+        dt, parts, said = read(what, text if isinstance(text, str) and os.path.exists(text) else write(text), *words)
+        if not parts:
+            return said
+        scale = [max(abs(r[c]) for r in want) for c in range(6)]
+        off = max(abs(r[c if c < 4 else c + 2] - w[c]) / scale[c] for r, w in zip(parts[0], want) for c in range(6 if tau else 4))
+        check(what, off < bound and abs(dt - 0.01) < 1e-6 and len(parts[0]) == 300, f"{off:.2g} {dt} {len(parts[0])} {said}")
+        return said
+
+    def lines(order, form="%.9g", apart=",", head="", more=""):
+        out = head
+        for t, r in zip(times, want):
+            out += apart.join(str(v) if isinstance(v, str) else form % v for v in order(t, r)) + more + "\n"
+        return out
+
+    degree = math.pi / 180
+    plain = lambda t, r: [t] + r
+    said = same("by number", lines(lambda t, r: ["run", t, 7] + r), "t=2", "q=4:5", "qd=6:7", "tau=8:9")
+    check("by number: the table", re.search(r"^ +4  - +q1 +as it is +-?[\d.]+ +[\d.]+$", said, re.M) and
+          re.search(r"^ +2  - +t +s +0 +2.99  100 Hz$", said, re.M), said)
+    back = lines(lambda t, r: [r[5], r[4], r[3], r[2], r[1], r[0], t])
+    same("one by one, in another order", back, "t=7", "q=6,5", "qd=4,3", "tau=2,1")
+    head = "time,pos_meas1,pos_meas2,pos_filt1,vel_meas1,vel_meas2,tau_con1,tau_con2,tau_meas1,tau_meas2\n"
+    with_more = lambda t, r: [t, r[0], r[1], 0, r[2], r[3], 0, 0, r[4], r[5]]
+    said = same("by pattern", lines(with_more, head=head), "q=pos_meas*", "qd=vel_meas*", "tau=tau_meas*")
+    check("by pattern: the table", re.search(r"^ +9  tau_meas1 +tau1 ", said, re.M), said)
+    same("by name", lines(with_more, head=head), "t=time", "q=pos_meas1,pos_meas2", "qd=vel_meas1,vel_meas2",
+         "tau=tau_meas1,tau_meas2")
+    same("names in a comment", lines(plain, head="# " + PLAIN), *MAP)
+    by_number = ["t=1", "q=2:3", "qd=4:5", "tau=6:7"]
+    same("by number, in spite of a header of other columns", lines(plain, head="log of today\n"), *by_number)
+    same("blanks", lines(plain, apart="  ", head=PLAIN.replace(",", " ")), *MAP)
+    same("tabs", lines(plain, apart="\t", head=PLAIN.replace(",", "\t")), *MAP)
+    comma = lambda *a, **k: lines(*a, **k).replace(".", ",")
+    same("semicolons, decimal commas", PLAIN.replace(",", ";") + comma(plain, apart=";"), *MAP)
+    same("a mark, CR LF", b"\xef\xbb\xbf" + lines(plain, head=PLAIN).replace("\n", "\r\n").encode(), *MAP)
+    same("comments", "% a pendulum\n" + lines(plain, head=PLAIN).replace("\n0.05,", "\n# here\n0.05,"), *MAP)
+    # units
+    in_row = lambda t, r: [1000 * t, r[0] / degree, r[1] / degree, r[2] * 30 / math.pi, r[3] * 30 / math.pi, r[4], r[5]]
+    units = lambda t, r: in_row(t, r)[:5] + [1e3 * r[4] / 2, 1e3 * r[5] / -3]
+    map_of = ["t=1,ms", "q=2:3,deg", "qd=4:5,rpm", "tau=6:7,mA*2,-3"]
+    said = same("deg, rpm, mA", lines(units), *map_of)
+    check("deg, rpm, mA: the table", re.search(r"tau2 +mA\*-3 ", said) and re.search(r"qd1 +rpm ", said), said)
+    said_by = lines(lambda t, r: [t] + [v / degree for v in r[:4]] + [v * 1e3 for v in r[4:]],
+                    head="t,a [deg],b [deg],va [deg/s],vb [deg/s],m1 (mNm),m2 (mNm)\n")
+    same("units by names", said_by, "q=a,b", "qd=va,vb", "tau=m*")
+    row = "ms;deg;deg;rpm;rpm;Nm;Nm\n"
+    same("a row of units", lines(in_row, apart=";", head=PLAIN.replace(",", ";") + row), *MAP)
+    same("the map before the row of units", lines(lambda t, r: in_row(t, r)[:5] + [1e3 * v for v in r[4:]], apart=";",
+                                                  head=PLAIN.replace(",", ";") + row), "q=q?", "qd=qd?", "tau=tau?,mNm")
+    turn = 2 * math.pi
+    counts = (4096e3, 1024e3, 4096e3, 1024e3)
+    same("counts", lines(lambda t, r: [t] + [v / turn * c for v, c in zip(r, counts)] + r[4:]),
+         "t=1", "q=2:3,counts/4096e3,1024e3", "qd=4:5,counts/s/4096e3,1024e3", "tau=6:7")
+    same("no motor", lines(plain), "t=1", "q=2:3", "qd=4:5", "tau=6,0", tau=False)
+    same("no t", lines(lambda t, r: r), "q=1:2", "qd=3:4", "tau=5:6", "dt=0.01")
+    same("no t in spite of one", lines(plain), "t=none", "q=2:3", "qd=4:5", "tau=6:7", "dt=0.01")
+    missing = lines(plain).split("\n")
+    missing[100], missing[150] = missing[100].rsplit(",", 1)[0] + ",nan", missing[150].rsplit(",", 2)[0] + ","
+    said = same("numbers that are missing", "\n".join(missing), "t=1", "q=2:3", "qd=4:5", "tau=6:7", "filter=off", bound=1e-4)
+    check("numbers that are missing: told", re.search(r"f.csv:101: a number is missing", said) and "missing: 2\n" in said, said)
+
+
+def several():
+    times = [0.01 * i for i in range(300)]
+    folder = f"{DIR}/folder"
+    shutil.rmtree(folder, ignore_errors=True)
+    order = []
+    for k, name in enumerate(("run1.csv", "run2.csv", "run10.csv")):
+        part = [t + 0.01 * k for t in times]
+        text = table(part).decode()
+        if k == 2:      # another order, and another column
+            rows = [r.split(",") for r in text.strip().split("\n")]
+            text = "\n".join(",".join([r[6], r[5], "0" if i else "state"] + r[:5]) for i, r in enumerate(rows)) + "\n"
+        write(text, "folder/" + name)
+        order.append(truth(part[0])[0])
+    write("nothing", "folder/notes.md")
+    dt, parts, said = read("a folder", folder, *MAP)
+    check("a folder: in the order of numbers", [round(p[0][0], 5) for p in parts] == [round(x, 5) for x in order], said)
+    check("a folder: told", re.search(r"folder: 1 other files are not read\n", said), said)
+    check("a folder: all of it", "3 files: 3 recordings, 900 samples\n" in said, said)
+    dt, parts, said = read("files", f"{folder}/run10.csv", f"{folder}/run1.csv", *MAP)
+    check("files", [round(p[0][0], 5) for p in parts] == [round(order[k], 5) for k in (2, 0)], said)
+
+    def trained(what, pattern, *words):
+        code, out, err = run("train", *words, "steps=1", f"out={DIR}/o")
+        check(what, code in (0, 3) and re.search(pattern, out, re.M), f"ended with {code}: {out[:2500]}{err}")
+        return out
+
+    long = write(table([0.01 * i for i in range(2000)]), "long.csv")
+    out = trained("one recording is cut into blocks", r"^3 trajectories \(1 held out\), 2000 samples", long)
+    check("the table, before the training", out.index("column  name") < out.index("Gauss-Newton"), out)
+    trained("shorter blocks", r"^7 trajectories \(3 held out\), 2000 samples", long, "held=0.15", "look=0.5")
+    trained("held=none", r"^2 trajectories \(1 held out\), 2200 samples(.*\n)*held=none: errors below are of", long, "held=none")
+    trained("blocks of several files", r"^\d+ trajectories \(1 held out\), 900 samples", folder, *MAP)
+    trained("held= a file", r"^3 trajectories \(1 held out\), 900 samples", folder, *MAP, "held=run10.csv")
+    trained("held= a pattern", r"^3 trajectories \(2 held out\), 900 samples", folder, *MAP, "held=run1*")
+    trained("held= two files", r"^3 trajectories \(2 held out\), 900 samples", folder, *MAP, "held=run1.csv,run2.csv")
+    plain = write(table(times) + b"\n" + table(times) + b"\n" + table(times), "three.csv")
+    trained("several recordings in one file: the last one", r"^3 trajectories \(1 held out\), 900 samples", plain)
+    code, out, err = run("train", folder, *MAP, "held=run7.csv", f"out={DIR}/o")
+    check("held= no file", code == 1 and "held=run7.csv: at least 1 to train with and 1 held out" in err and "hint: " in err, err)
+    code, out, err = run("train", f"{DIR}/nowhere", f"out={DIR}/o")
+    check("no file", code == 1 and err.startswith(f"cannot read {DIR}/nowhere\nhint: "), err)
+    os.makedirs(f"{DIR}/empty", exist_ok=True)
+    code, out, err = run("train", f"{DIR}/empty", f"out={DIR}/o")
+    check("an empty folder", code == 1 and "no file in it is called .csv" in err and "hint: " in err, err)
+    code, out, err = run("range", folder, f"{DIR}/o", *MAP)
+    check("range.c reads the same", code == 0 and "the range of 900 samples" in out, out + err)
+
+
+# ---- refusals ----
+
+def refusals():
+    times = [0.01 * i for i in range(100)]
+    path = write(table(times))
+    bare = write(table(times, head=""), "bare.csv")
+    coarse = write(table(times, ["%.1f" % (t + 0.04 * math.sin(1e5 * t)) for t in times]), "coarse.csv")
+    coarse_map = ["t=1", "q=2:3"]
+    for what, words, want in (
+            ("too few columns", [bare, "t=1", "q=2"], r".*bare.csv:1: q=2 is 1 columns, but the model has 2 joints"),
+            ("too many columns", [bare, "t=1", "q=2:4"], r".*q=2:4 is 3 columns, but the model has 2 joints"),
+            ("a column that is not there", [bare, "t=1", "q=7:8"], r".*bare.csv:1: 7 columns, but q=7:8 asks for column 8"),
+            ("a range that goes down", [bare, "t=1", "q=3:2"], r'q=3:2: "3:2" is no range of columns'),
+            ("column 0", [bare, "t=1", "q=0,2"], r'q=0,2: "0" is no range of columns'),
+            ("a pattern of too many", [path, "q=q*"],
+             r".*f.csv:2: q=q\* is 4 columns: q1, q2, qd1, qd2, but the model has 2 joints"),
+            ("no such name", [path, "q=pos*"], r'.*f.csv:1: no column is called "pos\*", which q=pos\* asks for'),
+            ("a name without header", [bare, "t=1", "q=pos*"],
+             r'q=pos\*: "pos\*" is a name or an unknown unit, but the file has no header'),
+            ("an unknown unit", [bare, "t=1", "q=2:3,grad"], r'q=2:3,grad: "grad" is a name or an unknown unit'),
+            ("a unit of something else", [bare, "t=1", "q=2:3,Nm"], r'q=2:3,Nm: "Nm" is a name or an unknown unit'),
+            ("counts of what", [bare, "t=1", "q=2:3,counts"], r'q=2:3,counts: "counts" needs the counts per turn'),
+            ("a gain that is none", [bare, "t=1", "q=2:3", "tau=6:7,A*x"], r'tau=6:7,A\*x: "x" is no gain'),
+            ("three gains", [bare, "t=1", "q=2:3", "tau=6:7,A*1,2,3"], r"tau=6:7,A\*1,2,3: 3 gains for 2 columns"),
+            ("columns behind the unit", [bare, "t=1", "q=2,rad,3"], r'q=2,rad,3: "3" stands behind the unit'),
+            ("a column twice", [bare, "t=1", "q=2:3", "qd=3:4"], r".*bare.csv:1: column 3 is used twice, by q=2:3 and qd=3:4"),
+            ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: which column is the time\?\nhint: t=1, say"),
+            ("a map without q", [bare, "qd=4:5"], r".*bare.csv: a column map needs q="),
+            ("no torques", [path, "q=q?", "qd=qd?", "torque=1"], r".*f.csv:2: torque=1 needs tau="),
+            ("text", [write(table(times).replace(b"\n0.5,", b"\n0.5,x"), "x.csv"), *MAP],
+             r'.*x.csv:52: column 2: expected a number, found'),
+            ("a second file of fewer columns", [path, bare, "t=1", "q=2:3", "tau=8:9"],
+             r".*f.csv:2: 7 columns, but tau=8:9 asks for column 8"),
+            ("a dt far too short", [path, *MAP, "dt=0.001"], r".*f.csv: dt=0.001, but samples are 0.01 s apart"),
+            ("a filter beyond the samples", [path, *MAP, "filter=40"],
+             r".*f.csv: filter=40, but samples every 0.01 s allow 25.9 Hz"),
+            ("a filter longer than the recording", [path, *MAP, "filter=0.5"], r".*f.csv: no recording is longer than the filter"),
+            ("a filter and smooth=", [path, *MAP, "filter=5", "smooth=3"], r".*f.csv: smooth=3 and filter=5"),
+            ("a filter of letters", [path, *MAP, "filter=low"], r"filter=low: a frequency in Hz, off or auto"),
+            ("stamps that are too coarse", [coarse, *coarse_map],
+             r".*coarse.csv: \d+ of \d+ steps of t are 0: t has too few digits|"
+             r".*coarse.csv:\d+: t goes back")):
+        code, out, err = run("recording", *words, "N=2")
+        check(what, code == 1 and re.match(want, err) and "\nhint: " in err, f"ended with {code}: {out[:400]}{err}")
+
+
+def main():
+    os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), "../.."))
+    os.makedirs(DIR, exist_ok=True)
+    with open(f"{DIR}/two.h", "w") as f:
+        f.write('#define ROLN_NAME two\n#define ROLN_AE 2\n#define ROLN_MLP 4\n#include "roln.h"\n')
+    for source, out, more in ((f"tests/user/recording.c", "recording", CHECKED), ("examples/train.c", "train", ["-DMODEL=two"]),
+                              ("examples/range.c", "range", ["-DMODEL=two"])):
+        subprocess.run(["gcc", *FLAGS, *more, source, "-o", f"{DIR}/{out}", "-lpthread", "-lm"], check=True)
+    os.environ["ASAN_OPTIONS"] = "detect_leaks=0"       # a program that ends does not give back
+    clocks()
+    noise()
+    columns()
+    several()
+    refusals()
+    print(f"{passed} passed, {failed} failed")
+    return failed > 0
+
+
+sys.exit(main())
