@@ -63,6 +63,9 @@ lint:
 build/%: examples/%.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
+build/regression: tests/user/regression.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(DEPENDS) -Iexamples $< -o $@ -lm
 build/filter: tests/control/filter.c
 	@mkdir -p $(@D)
 	$(CC) $(STD) $(FAST) $(DEPENDS) $< -o $@ -lm
@@ -101,12 +104,12 @@ release-deps: deps
 
 # What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
 test:
-	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test test_asan test_mujoco generate record convert h5_cases)
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test test_asan test_mujoco generate record convert h5_cases regression)
 	@JOBS=$(JOBS) sh tests/run.sh test
 
 # Everything
 PROGRAMS = test test_asan test_msan test_cov test_mujoco test_latent test_opinf test_experiments generate record convert h5_cases \
-           pil machines plans swing rope threads interrupts $(FUZZ:build/%=%)
+           pil machines plans swing rope threads interrupts regression $(FUZZ:build/%=%)
 release:
 	+@$(MAKE) --no-print-directory -j$(JOBS) $(PROGRAMS:%=build/%) firmware
 	@JOBS=$(JOBS) sh tests/run.sh release

@@ -16,7 +16,7 @@ export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
 # Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, and whole ones.
-quick='train sample examples sanitize-au recordings logger mujoco readme record import warn style bits lint list macros deps'
+quick='train sample examples sanitize-au recordings logger regression mujoco readme record import warn style bits lint list macros deps'
 parts() {
     cat << 'end'
 sample       build/test sample
@@ -60,6 +60,7 @@ numerics     sh tests/safety/numerics.sh test
 recordings   python3 tests/user/recordings.py
 logger       python3 tests/user/logger.py
 import       sh tests/user/import.sh
+regression   build/regression
 steady       sh tests/safety/steady.sh
 style        sh tests/style/style.sh
 upsets       sh tests/firmware/upsets.sh test
