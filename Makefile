@@ -104,7 +104,8 @@ release-deps: deps
 
 # What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
 test:
-	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test test_asan test_mujoco generate record convert h5_cases regression)
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,\
+	    test test_asan test_mujoco generate record convert h5_cases regression)
 	@JOBS=$(JOBS) sh tests/run.sh test
 
 # Everything

@@ -791,7 +791,8 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 && (product > 2 * s.best_score || s.step >= s.since + patience()))
+    if (s.stage == NEWTON && s.step > WINDOWS_FROM && s.memory > 2 &&
+        (product > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
 

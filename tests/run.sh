@@ -16,7 +16,8 @@ export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
 # Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, and whole ones.
-quick='train sample examples sanitize-au recordings logger regression mujoco readme record import warn style bits lint list macros deps'
+quick='train sample examples sanitize-au recordings logger regression mujoco
+    readme record import warn style bits lint list macros deps'
 parts() {
     cat << 'end'
 sample       build/test sample
