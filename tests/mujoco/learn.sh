@@ -9,7 +9,7 @@
 # Needs build/record. Written: what record and examples/train.c write, beside OUT_full.* of a network on all joints where the
 # config proposes fewer coordinates; OUT.learn, the table of errors: E_q in per cent of held-out recordings, of q + h qd, of the
 # network on all joints, of the model, and E_qd of the model; then notes and the verdict.
-# Trainings: networks begin with 16, 16. Where hinges may be angles, both configs train for 15 % of the time, and the better one
+# Trainings: networks begin with 16, 16. If more hinges may be angles, both configs train for 15 % of the time, and the better one
 # goes on. With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
 # Exit code: 0, the verdict is "useful for control" or "useful for prediction up to .. s"; 3, "not useful", there are weights;
 # 1, no weights. The last line says why. The rules of the verdict: docs/training.md, "Any MJCF".

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* newer.c - what to write for words that MuJoCo 2.2 does not know, from the changelog of MuJoCo 2.3.0 to 3.3. */
+/* newer.c - what to write for words of MJCF that came after MuJoCo 2.2. The list is not complete: of other words the hint says that
+   MuJoCo 2.2 does not know them. */
 #include <stdio.h>
 #include <string.h>
 

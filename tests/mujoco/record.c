@@ -1092,13 +1092,12 @@ static void write_constant(const demos *d, const char *path)
 /* ---- names ---- */
 
 /* Headers that a config cannot be called after, and ends of files that belong to another name. */
-static const char *const taken[] = {"roln",       "roln_ae",  "roln_lnn", "roln_riem", "roln_spd", "recording", "report",
-                                    "regression", "resample", "assert",   "complex",   "ctype",    "errno",     "fenv",
-                                    "float",      "inttypes", "iso646",   "limits",    "locale",   "math",      "pthread",
-                                    "setjmp",     "signal",   "stdarg",   "stdbool",   "stddef",   "stdint",    "stdio",
-                                    "stdlib",     "string",   "tgmath",   "time",      "unistd",   "wchar",     "wctype"};
-static const char *const ends_taken[] = {"_full",   "_angles", "_test",   "_constant", "_weights",
-                                         "_errors", "_motion", "_limits", "_report"};
+static const char *const taken[] = {"roln",   "roln_ae", "roln_lnn", "roln_riem", "roln_spd", "recording", "report",
+                                    "assert", "complex", "ctype",    "errno",     "fenv",     "float",     "inttypes",
+                                    "iso646", "limits",  "locale",   "math",      "pthread",  "setjmp",    "signal",
+                                    "stdarg", "stdbool", "stddef",   "stdint",    "stdio",    "stdlib",    "string",
+                                    "tgmath", "time",    "unistd",   "wchar",     "wctype"};
+static const char *const ends_taken[] = {"_full", "_angles", "_test", "_constant", "_weights", "_errors", "_motion"};
 
 /* Nonzero, and `of` the model that path was proposed for, if path is a config that this program wrote. */
 static int config_of(const char *path, char of[4096])
