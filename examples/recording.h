@@ -1378,6 +1378,76 @@ static void drop_repeats(motion *d)
     d->first[d->trajectories] = d->samples = to;
 }
 
+/* The median of the nine samples of a column about sample i, of those of its recording, a .. b - 1. */
+static double median_beside(const roln_real *x, int columns, int a, int b, int i)
+{
+    const int count = b - a < 9 ? b - a : 9, from = i - 4 < a ? a : i + 5 > b ? b - count : i - 4;
+    double near[9];
+    int k, m;
+    for (k = 0; k < count; k++) {
+        const double v = (double)x[(from + k) * columns];
+        for (m = k; m > 0 && near[m - 1] > v; m--)
+            near[m] = near[m - 1];
+        near[m] = v;
+    }
+    return near[count / 2];
+}
+
+/* Marks rows whose number in a column is wild: farther from the median beside it than 20 times what one sample in 1,000 (four at
+   least) may exceed, and than a quarter of the range of the others; a torque may jump, so twice that range. Says which. Returns
+   how many. off, sorted [samples] are scratch. */
+static int mark_wild(const motion *d, int kind, int j, double *off, double *sorted, unsigned char *wild)
+{
+    const int n = d->samples, rare = n / 1000 > 4 ? n / 1000 : 4, columns = kind == OF_TAU ? d->forces : d->N;
+    const roln_real *x = (kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau) + j;
+    double most, range;
+    int count = 0, at = 0, of = 0, k, i;
+    if (n < 8 * rare) return 0;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k]; i < d->first[k + 1]; i++)
+            off[i] = fabs((double)x[i * columns] - median_beside(x, columns, d->first[k], d->first[k + 1], i));
+    for (i = 0; i < n; i++)
+        sorted[i] = (double)x[i * columns];
+    qsort(sorted, (size_t)n, sizeof *sorted, smaller);
+    range = sorted[n - 1 - rare] - sorted[rare];
+    memcpy(sorted, off, (size_t)n * sizeof *off);
+    qsort(sorted, (size_t)n, sizeof *sorted, smaller);
+    most = fmax(20 * sorted[n - 1 - rare], (kind == OF_TAU ? 2 : 0.25) * range);
+    if (!(range > 0)) return 0;
+    for (k = 0; k < d->trajectories; k++)
+        for (i = d->first[k]; i < d->first[k + 1]; i++)
+            if (off[i] > most && count++ == 0) at = i, of = k;
+    for (i = 0; i < n; i++)
+        if (off[i] > most) wild[i] = 1;
+    if (count == 0) return 0;
+    printf("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[of], d->line[at], kind_names[kind], j + 1, (double)x[at * columns],
+           median_beside(x, columns, d->first[of], d->first[of + 1], at));
+    printf(count > 1 ? "; so are %d more rows: left out\n" : ": the row is left out\n", count - 1);
+    return count;
+}
+
+/* Leaves rows out in which a number is wild. q of an angle may begin anew, so it is not asked. */
+static void drop_wild(motion *d, const wanted *w)
+{
+    unsigned char *wild = room((size_t)d->samples, 1);
+    double *off = room((size_t)d->samples, sizeof *off), *sorted = room((size_t)d->samples, sizeof *sorted);
+    int to = 0, rows = 0, j, k, i;
+    for (j = 0; j < d->N; j++) {
+        if (!(j < 32 && w->angles >> j & 1)) rows += mark_wild(d, OF_Q, j, off, sorted, wild);
+        if (d->has_qd && !w->qd_unused) rows += mark_wild(d, OF_QD, j, off, sorted, wild);
+    }
+    for (j = 0; j < d->forces && d->has_tau; j++)
+        rows += mark_wild(d, OF_TAU, j, off, sorted, wild);
+    for (k = 0; k < d->trajectories && rows > 0; k++) {
+        const int a = d->first[k], b = d->first[k + 1];
+        d->first[k] = to;
+        for (i = a; i < b; i++)
+            if (!wild[i]) move_sample(d, i, to++);
+    }
+    if (rows > 0) d->first[d->trajectories] = d->samples = to;
+    free(wild), free(off), free(sorted);
+}
+
 /* The largest of 1, 0.1 .. 1e-9 s of which all stamps are multiples; 0: none. */
 static double digit_of(const motion *d)
 {
@@ -2383,6 +2453,7 @@ static motion read_recordings(int files, const char *const *paths, const wanted 
     d.first[d.trajectories] = d.samples;
     split_restarts(&d);
     drop_repeats(&d);
+    drop_wild(&d, w);
     p = find_pace(&d);
     d.dt = p.mean;
     if (w->tell) tell_columns(&d, &p);
