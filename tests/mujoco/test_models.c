@@ -134,7 +134,7 @@ typedef struct {
     { \
         NAME##_state x; \
         const roln_status st = NAME##_decode(p, (const NAME##_latent *)(const void *)s, &x, &NAME##_room.work.decode); \
-        memcpy(q, x.q, sizeof x.q), memcpy(qd, x.qd, sizeof x.qd); \
+        if (st == ROLN_OK) memcpy(q, x.q, sizeof x.q), memcpy(qd, x.qd, sizeof x.qd); \
         return st; \
     } \
     static roln_status NAME##_step_any(const void *p, roln_real *s, const roln_real *tau) \
