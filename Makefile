@@ -109,7 +109,7 @@ release-deps: deps
 
 # What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
 test:
-	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test test_asan test_mujoco generate record convert h5_cases \
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test_double test_asan test_mujoco generate record convert h5_cases \
 	    regression)
 	@JOBS=$(JOBS) sh tests/run.sh test
 
@@ -169,27 +169,28 @@ endef
 $(foreach k,$(patsubst KIND_%,%,$(filter KIND_%,$(.VARIABLES))),$(eval $(call kind,$(k))))
 .SECONDARY:
 
-# every file of unit tests, as float and as double, in one program; under sanitizers make test has float alone, where some compare
-# with themselves in double, which needs no address sanitizer
+# Every file of unit tests, as float and as double, in one program. make test has double alone, and float alone under sanitizers,
+# where some compare with themselves in double, which needs no address sanitizer.
 TWICE = $(patsubst %,tests/unit/test_%,gradient rows)
 UNIT = $(basename $(wildcard tests/unit/test_*.c))
 part = $(UNIT:%=build/$(1)32/%.o) build/$(1)32/tests/unit/check.o
 unit = $(call part,$(1)) $(UNIT:%=build/$(1)64/%.o) build/$(1)32/tests/unit/main.o
-alone = $(call part,$(1)) $(TWICE:%=build/$(2)64/%.o) build/$(1)32/tests/unit/main_float.o
+alone = $(call part,$(1)) $(TWICE:%=build/$(2)64/%.o) build/$(1)32/tests/unit/main_f32.o
 build/test: $(call unit,unit)
+build/test_double: $(UNIT:%=build/unit64/%.o) build/unit32/tests/unit/check.o build/unit32/tests/unit/main_f64.o
 build/test_asan: $(call alone,asan,unit)
 build/test_msan: $(call alone,msan,msan)
 build/test_asan_both: $(call unit,asan)
 build/test_msan_both: $(call unit,msan)
 build/test_cov: $(call unit,cov)
-build/%/tests/unit/main_float.o: tests/unit/main.c
+build/unit32/tests/unit/main_%.o build/asan32/tests/unit/main_%.o build/msan32/tests/unit/main_%.o: tests/unit/main.c
 	@mkdir -p $(@D)
-	$(KIND) $(DEPENDS) -DFLOAT_ALONE -c $< -o $@
-build/test: KIND = $(KIND_unit32)
+	$(KIND) $(DEPENDS) -DALONE=$* -c $< -o $@
+build/test build/test_double: KIND = $(KIND_unit32)
 build/test_asan build/test_asan_both: KIND = $(KIND_asan32)
 build/test_msan build/test_msan_both: KIND = $(KIND_msan32)
 build/test_cov: KIND = $(KIND_cov32)
-build/test build/test_asan build/test_msan build/test_asan_both build/test_msan_both build/test_cov:
+build/test build/test_double build/test_asan build/test_msan build/test_asan_both build/test_msan_both build/test_cov:
 	$(KIND) $^ -o $@ -lm
 
 # threads under their sanitizer; interrupts

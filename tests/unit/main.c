@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* main.c - runs the test files, each as float and as double, with -DFLOAT_ALONE as float. Arguments: names to run; none: all.
+/* main.c - runs the test files, each as float and as double, with -DALONE=f32 or -DALONE=f64 as one of them. Arguments: names to run; none: all.
    `sample` before them: sweeps over millions of numbers take a sample. */
 #include <string.h>
 #include <time.h>
@@ -12,17 +12,20 @@
     X(scratch_training) X(units) X(units_control) X(units_training) X(control) X(linear) X(feedback) X(tick) X(guard) \
     X(limits) X(filter) X(noise) X(plan) X(safety) X(edges) X(sums)
 #define DECLARE(name) void test_##name##_f32(void); void test_##name##_f64(void);
-#ifdef FLOAT_ALONE
-#define ENTRIES(name) {#name, "float", test_##name##_f32},
+#define ENTRY(name, alone) ENTRY_(name, alone)
+#define ENTRY_(name, alone) {#name, test_##name##_##alone, #alone},
+#ifdef ALONE
+#define ENTRIES(name) ENTRY(name, ALONE)
 #else
-#define ENTRIES(name) {#name, "float", test_##name##_f32}, {#name, "double", test_##name##_f64},
+#define ENTRIES(name) ENTRY(name, f32) ENTRY(name, f64)
 #endif
 
 FILES(DECLARE)
 
 static const struct {
-    const char *name, *precision;
+    const char *name;
     void (*run)(void);
+    const char *precision;
 } tests[] = {FILES(ENTRIES)};
 
 int main(int argc, char **argv)
@@ -46,7 +49,7 @@ int main(int argc, char **argv)
             wanted |= strcmp(argv[a], tests[i].name) == 0;
         if (!wanted) continue;
         tests[i].run();
-        printf("%-10s %-6s %8ld passed, %ld failed, %.1f s\n", tests[i].name, tests[i].precision, check_passed - passed,
+        printf("%-18s %s %8ld passed, %ld failed, %.1f s\n", tests[i].name, tests[i].precision, check_passed - passed,
                check_failed - failed, (double)(clock() - start) / CLOCKS_PER_SEC);
         fflush(stdout);
     }

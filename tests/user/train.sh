@@ -153,13 +153,13 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-for word in out t q qd tau dt filter test \
-    from method seed seconds steps held look window torque force noise smooth ae acc lr_ae lr_net threads \
-    resume; do
+keys='out t q qd tau dt filter test from method start sliders seed seconds steps held look window torque force noise smooth ae acc
+      lr_ae lr_net threads resume'
+for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
 check 'help: exit codes' test "$(grep -c '^  [0-3]  ' $dir/help.log)" -eq 4
-check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq 26
+check 'help: all settings' test "$(grep -c '^  [a-z_]*=' $dir/help.log)" -eq "$(echo $keys | wc -w)"
 $dir/joints $dir/2_train.csv steps=1 look=0 out=$dir/h > $dir/h.log 2>&1
 check 'one held out: no standard error' grep '+- - %' $dir/h.log
 check 'look: a step at least' grep 'after 0.005 s' $dir/h.log
@@ -389,8 +389,10 @@ check 'both smoothed' test "$(grep -c 'csv: no qd, so q, qd, qdd smoothed over 1
 check 'positions alone: prediction' below $dir/p_test.csv 25 0.1 $dir/m.log
 
 # a wild sample is left out of a recording, and costs no accuracy
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_test.csv > $dir/wild_test.csv
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_train.csv > $dir/wild_train.csv
+for part in test train; do
+    awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_$part.csv \
+        > $dir/wild_$part.csv
+done
 check 'wild samples' short $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$dir/n
 cat $dir/says.log > $dir/n.log
 check 'wild samples: told' grep 'wild_train.csv:4003: qd1 is wild: 1e+18, beside .*; so are 2 more rows: left out' $dir/n.log
