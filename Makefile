@@ -149,7 +149,7 @@ mutants:
 
 # Objects: build/KIND/PATH.o from PATH.c
 KIND_unit32 = gcc $(STD) -O2 $(WARN)
-KIND_unit64 = $(KIND_unit32) -DROLN_DOUBLE
+KIND_unit64 = $(patsubst -O2,-Og,$(KIND_unit32)) -DROLN_DOUBLE
 # gcc's, made in half the time of clang's, which the fuzzers have; with sanitizers on gcc warns falsely, so no WARN
 KIND_asan32 = gcc $(STD) -O1 -g1 -fsanitize=address,undefined,bounds-strict,float-cast-overflow -fno-sanitize-recover=all
 KIND_asan64 = $(KIND_asan32) -DROLN_DOUBLE

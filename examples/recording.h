@@ -1393,6 +1393,17 @@ static double median_beside(const roln_real *x, int columns, int a, int b, int i
     return near[count / 2];
 }
 
+/* The end of the part of recording k that begins at sample a: a gap ends it, or the recording does. */
+static int part_end(const motion *d, int k, int a)
+{
+    const int first = d->first[k], end = d->first[k + 1];
+    const double mean = (d->t[end - 1] - d->t[first]) / (end - first);
+    int i = a + 1;
+    while (i < end && d->t[i] - d->t[i - 1] <= GAP * mean)
+        i++;
+    return i;
+}
+
 /* Marks rows whose number in a column is wild: farther from the median beside it than 20 times what one sample in 1,000 (four at
    least) may exceed, and than a quarter of the range of the others; a torque may jump, so twice that range. Says which. Returns
    how many. off, sorted [samples] are scratch. */
@@ -1401,28 +1412,31 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
     const int n = d->samples, rare = n / 1000 > 4 ? n / 1000 : 4, columns = kind == OF_TAU ? d->forces : d->N;
     const roln_real *x = (kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau) + j;
     double most, range;
-    int count = 0, at = 0, of = 0, k, i;
+    int count = 0, k, i, a, b;
     if (n < 8 * rare) return 0;
     for (k = 0; k < d->trajectories; k++)
-        for (i = d->first[k]; i < d->first[k + 1]; i++)
-            off[i] = fabs((double)x[i * columns] - median_beside(x, columns, d->first[k], d->first[k + 1], i));
+        for (a = d->first[k]; a < d->first[k + 1]; a = b)
+            for (b = part_end(d, k, a), i = a; i < b; i++)
+                off[i] = (double)x[i * columns] - median_beside(x, columns, a, b, i);
     for (i = 0; i < n; i++)
         sorted[i] = (double)x[i * columns];
     qsort(sorted, (size_t)n, sizeof *sorted, smaller);
     range = sorted[n - 1 - rare] - sorted[rare];
-    memcpy(sorted, off, (size_t)n * sizeof *off);
+    for (i = 0; i < n; i++)
+        sorted[i] = fabs(off[i]);
     qsort(sorted, (size_t)n, sizeof *sorted, smaller);
     most = fmax(20 * sorted[n - 1 - rare], (kind == OF_TAU ? 2 : 0.25) * range);
-    if (!(range > 0)) return 0;
+    if (!(range > 0) || !(sorted[n - 1] > most)) return 0;
     for (k = 0; k < d->trajectories; k++)
-        for (i = d->first[k]; i < d->first[k + 1]; i++)
-            if (off[i] > most && count++ == 0) at = i, of = k;
-    for (i = 0; i < n; i++)
-        if (off[i] > most) wild[i] = 1;
-    if (count == 0) return 0;
-    printf("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[of], d->line[at], kind_names[kind], j + 1, (double)x[at * columns],
-           median_beside(x, columns, d->first[of], d->first[of + 1], at));
-    printf(count > 1 ? "; so are %d more rows: left out\n" : ": the row is left out\n", count - 1);
+        for (i = d->first[k]; i < d->first[k + 1]; i++) {
+            if (!(fabs(off[i]) > most)) continue;
+            if (count++ == 0)
+                printf("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[k], d->line[i], kind_names[kind], j + 1,
+                       (double)x[i * columns], (double)x[i * columns] - off[i]);
+            wild[i] = 1;
+        }
+    if (count > 1) printf("; so are %d more rows: left out\n", count - 1);
+    else printf(": the row is left out\n");
     return count;
 }
 

@@ -20,7 +20,7 @@ quick='train sample examples sanitize-au recordings regression logger mujoco
        readme record import warn style bits lint list macros deps'
 parts() {
     cat << 'end'
-sample       build/test sample
+sample       build/test_double sample
 warn         sh tests/compilers/warnings.sh test
 bits         sh tests/compilers/hash.sh test few
 end

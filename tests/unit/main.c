@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* main.c - runs the test files, each as float and as double, with -DALONE=f32 or -DALONE=f64 as one of them. Arguments: names to run; none: all.
-   `sample` before them: sweeps over millions of numbers take a sample. */
+/* main.c - runs the test files, each as float and as double, with -DALONE=f32 or -DALONE=f64 as one of them. Arguments: names to
+   run; none: all. `sample` before them: sweeps over millions of numbers take a sample. */
 #include <string.h>
 #include <time.h>
 
