@@ -1806,9 +1806,9 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
 /* ---- 7 packed parameters --------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, scale.m, each [N] of a model with own units, dt,
-   z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles,
-   if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
+   the numbers of NAME_params in their order: slope, eigenvalue_floor, scale.q, scale.t, scale.m, each [N] of a model with own
+   units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits
+   of angles, if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 3
 #define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
@@ -1979,10 +1979,10 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or least differ; scale.q or each
-   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min >
-   z_max, zd_max or dt negative),
-   ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or eigenvalue_floor differ;
+   scale.q or each of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive),
+   ROLN_E_RANGE (z_min > z_max, zd_max or dt negative), ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is
+   untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
     const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
@@ -2145,7 +2145,7 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
     return text;
 }
 
-/* One for every option that C can compare where the text is compiled, and for the format. Slope and least are numbers. */
+/* One for every option that C can compare where the text is compiled, and for the format. Slope and eigenvalue_floor are real. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
     static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
@@ -2198,7 +2198,7 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 
 /* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
    numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
-   least, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
+   eigenvalue_floor, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
@@ -2443,15 +2443,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
 ROLNI_INTS
-    ROLN_(N) = ROLNI_AT(0, ROLN_AE),
-    ROLN_(N1) = ROLNI_AT(1, ROLN_AE),
-    ROLN_(N2) = ROLNI_AT(2, ROLN_AE),
-    ROLN_(N3) = ROLNI_AT(3, ROLN_AE),
-    ROLN_(N4) = ROLNI_AT(4, ROLN_AE),
-    ROLN_(N5) = ROLNI_AT(5, ROLN_AE),
-    ROLN_(N6) = ROLNI_AT(6, ROLN_AE),
-    ROLN_(N7) = ROLNI_AT(7, ROLN_AE),
-    ROLN_(N8) = ROLNI_AT(8, ROLN_AE),
+    ROLN_(N) = ROLNI_AT(0, ROLN_AE), ROLN_(N1) = ROLNI_AT(1, ROLN_AE), ROLN_(N2) = ROLNI_AT(2, ROLN_AE),
+    ROLN_(N3) = ROLNI_AT(3, ROLN_AE), ROLN_(N4) = ROLNI_AT(4, ROLN_AE), ROLN_(N5) = ROLNI_AT(5, ROLN_AE),
+    ROLN_(N6) = ROLNI_AT(6, ROLN_AE), ROLN_(N7) = ROLNI_AT(7, ROLN_AE), ROLN_(N8) = ROLNI_AT(8, ROLN_AE),
     ROLN_(ae_layers) = (ROLN_(N1) > 0) + (ROLN_(N2) > 0) + (ROLN_(N3) > 0) + (ROLN_(N4) > 0) + (ROLN_(N5) > 0) +
                      (ROLN_(N6) > 0) + (ROLN_(N7) > 0) + (ROLN_(N8) > 0),
     ROLN_(ae_sum) = ROLN_(N1) + ROLN_(N2) + ROLN_(N3) + ROLN_(N4) + ROLN_(N5) + ROLN_(N6) + ROLN_(N7) + ROLN_(N8),
@@ -2465,11 +2459,8 @@ ROLNI_INTS
     ROLN_(monomials) = ROLN_MONOMIALS(ROLN_(n), ROLN_(degree)),
     ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
     /* perceptrons: hidden sizes; weights without the output layer */
-    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP),
-    ROLN_(H2) = ROLNI_AT(1, ROLN_MLP),
-    ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
-    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP),
-    ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
+    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP), ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
+    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
@@ -2482,10 +2473,8 @@ ROLNI_INTS
     ROLN_(trunk) = (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
-    ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
-    ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
-    ROLN_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)),
-    ROLN_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
+    ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
+    ROLN_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)), ROLN_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
     ROLN_(layers) = (ROLN_(L0) > 0) + (ROLN_(L1) > 0) + (ROLN_(L2) > 0) + (ROLN_(L3) > 0),
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
@@ -2790,7 +2779,7 @@ ROLN_FN roln_status ROLNI_(decode)(const ROLN_(params) *p, const roln_real *z, c
     return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* scratch of NAME_decode */
+/* scratch of NAME_decode: x = [q; qd], s = [z; zd] */
 typedef struct {
     roln_real x[2 * ROLN_(N)], s[2 * ROLN_(n)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
 } ROLN_(decode_work);
@@ -2832,7 +2821,7 @@ ROLN_FN rolni_balance ROLNI_(balance)(const ROLN_(params) *p, const rolni_tape *
     return b;
 }
 
-/* scratch of NAME_inverse */
+/* scratch of NAME_inverse, in units of the networks: [z; zd] in s, v, zdd and then tau_z in a */
 typedef struct {
     roln_real s[2 * ROLN_(n)], a[ROLN_(n)], v[ROLN_(n)], tape[ROLN_LNN_TAPE(ROLN_, 2, 0, 1)];
     roln_real work[ROLN_LNN_INVERSE_WORK(ROLN_, 2, 0, 1)];
@@ -2904,7 +2893,7 @@ ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *
     return ROLNI_(control)(p, s, r, tau_z, NULL, w);
 }
 
-/* scratch of NAME_gains */
+/* scratch of NAME_gains: [kp; kd] in out; e is a zd of 1 in one coordinate, x = [q; J e] */
 typedef struct {
     roln_real out[2 * ROLN_(n)], e[ROLN_(n)], x[2 * ROLN_(N)], s[2 * ROLN_(n)];
     roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
@@ -2986,7 +2975,7 @@ ROLN_FN roln_motors ROLNI_(motors_of)(const ROLN_(params) *p, const roln_motors 
     return f;
 }
 
-/* scratch of NAME_allocate */
+/* scratch of NAME_allocate: a motor's force x on the joints, g on z; y and its two corrections; the rest of tau_z */
 typedef struct {
     roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], x[ROLN_(N)], g[ROLN_(n)], y[3 * ROLN_(n)], rest[ROLN_(n)];
     roln_real R[(ROLN_(n) + 1) * ROLN_(n)]; /* the triangle, and the row that joins it */
@@ -3173,7 +3162,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     return faults;
 }
 
-/* scratch of NAME_guard_tick */
+/* scratch of NAME_guard_tick: decoded = [phi(z); J zd]; s = [z; zd] in units of the networks */
 typedef struct {
     roln_real decoded[2 * ROLN_(N)], s[2 * ROLN_(n)];
     union {
@@ -3601,7 +3590,7 @@ ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_
 ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
 #endif
 
-/* scratch of NAME_inertia */
+/* scratch of NAME_inertia: s = [z; 0], then [z; D v]; p = M D v */
 typedef struct {
     roln_real s[2 * ROLN_(n)], p[ROLN_(n)], net[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
     roln_real tape[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)]; /* its end: q, v in units of the networks */
@@ -3652,7 +3641,7 @@ ROLN_FN const roln_real *ROLNI_(numbers)(const ROLN_(latent) *s)
     return ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s));
 }
 
-/* Scratch of a pose. */
+/* Scratch of a pose: e is a zd of 1 in one coordinate, x = [q; J e]. */
 typedef struct {
     roln_real e[ROLN_(n)], x[2 * ROLN_(N)], s[2 * ROLN_(n)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
 } ROLNI_(pose_work);
@@ -3674,7 +3663,7 @@ ROLN_FN roln_status ROLNI_(pose)(const ROLN_(params) *p, const roln_real *z, rol
     return ROLN_OK;
 }
 
-/* Scratch of a linearisation by motors. */
+/* Scratch of a linearisation by motors: the force tau that they make, and the derivatives F by it. */
 typedef struct {
     roln_real tau[ROLN_(N)], F[2 * ROLN_(n) * ROLN_(force_size)];
     ROLN_(linear_work) linear;
@@ -3698,7 +3687,7 @@ ROLN_FN roln_status ROLNI_(linear_motors)(const ROLN_(params) *p, const rolni_ac
     return ROLN_OK;
 }
 
-/* Scratch of the cost of joints. */
+/* Scratch of the cost of joints: q, J [N][n], and J weighted for q and for qd, W [2][N][n]. */
 typedef struct {
     roln_real q[ROLN_(N)], J[ROLN_(N) * ROLN_(n)], W[2 * ROLN_(N) * ROLN_(n)];
     union {
@@ -3731,7 +3720,7 @@ ROLN_FN roln_status ROLNI_(cost_joints)(const ROLN_(params) *p, const roln_cost 
     return roln_all_finite(4 * n * n, D) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* Scratch of a step and its cost. */
+/* Scratch of a step from the state `at` and of its cost. */
 typedef struct {
     roln_real at[2 * ROLN_(n)];
     union {
@@ -3833,7 +3822,7 @@ ROLN_FN roln_status ROLN_(lqr_along)(const ROLN_(params) *p, const roln_cost *co
     return st;
 }
 
-/* Scratch of the torques that nobody knows. */
+/* Scratch of unknown torques: the mass matrix M, then its Cholesky factor; T [N][n], T^T T = J^T diag(tau^2) J. */
 typedef struct {
     roln_real M[ROLN_(n) * ROLN_(n)], T[ROLN_(N) * ROLN_(n)];
     union {
@@ -4280,7 +4269,7 @@ ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, i
 }
 
 /* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */
-ROLN_FN void ROLNI_(plan_again)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
+ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), next = ROLN_MIN(k + 1, steps - 1);
     const int known = plan->plan.valid && plan->plan.age == 0, rated = rolni_rated(g->limits);
@@ -4307,7 +4296,7 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
     for (k = 0; k < ROLN_(steps); k++) {
         roln_real *const s = w->s0 + (k + 1) * n2;
         roln_status st;
-        if (plan) ROLNI_(plan_again)(g, plan, k, w);
+        if (plan) ROLNI_(plan_guess)(g, plan, k, w);
         rolni_copy(n2, s - n2, s);
         by.u = w->u0 + k * motors;
         st = ROLNI_(linear_motors)(p, &by, s, w->A + k * n2 * n2, w->B + k * n2 * motors, &w->now.linear);
@@ -4681,14 +4670,14 @@ typedef struct {
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   window, strict and safe are yours and stay; margin, power, q_tolerance, qd_tolerance become slack times what these recordings
-   need at least, margin no less than .1. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of
-   each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
-   l->motors says that the torques of limits are others than those of b.
-   A need of 0 makes a limit of 0, and power, q_tolerance, qd_tolerance are not checked then.
-   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative,
-   l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
-   the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing is written. */
+   residual_window, strict and safe are yours and stay. margin, residual, q_tolerance, qd_tolerance become slack times what these
+   recordings need at least, margin no less than 0.1; the others are 0, not checked, where nothing was needed. With
+   b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
+   to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
+   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
+   residual_window negative, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there
+   would be no limit of rate, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing
+   is written. */
 ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
                                       roln_real tau_each[ROLN_AT_LEAST(ROLN_(force_size))],
                                       roln_real rate_each[ROLN_AT_LEAST(ROLN_(force_size))], ROLN_(fit_limits_work) *w)
