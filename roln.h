@@ -6,14 +6,14 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
-       #define ROLN_INTEGRATOR    rk4               euler, rk4 or midpoint; default rk4
+       #define ROLN_INTEGRATOR rk4            euler, rk4 or midpoint; default rk4
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
        #define ROLN_MASS    exponential       mass matrix: exponential, exp_P(U); or cholesky, L L^T + floor I
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
-       #define ROLN_EIGENVALUE_FLOOR   1e-4              smallest eigenvalue that cholesky allows
+       #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
        #define ROLN_DAMPING 0                 1: learned dissipation R(z)
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
@@ -24,11 +24,11 @@
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
-       #define ROLN_GN_ROWS    4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
+       #define ROLN_GN_ROWS 4000              rows of a step of Gauss-Newton; default 0: NAME_newton_.. is not generated
        #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
        #define ROLN_LOAD    0                 1: NAME_filter_tick estimates a constant force on z, too, such as of a payload, which
                                               the references of NAME_control may take up
-       #define ROLN_QUANTISE   int8              weights of the autoencoder in flash: full, half, int8; default full. half and int8
+       #define ROLN_QUANTISE int8             weights of the autoencoder in flash: full, half, int8; default full. half and int8
                                               predict and control; NAME_quantise makes them from a model trained with full
        #include "roln.h"
 
@@ -36,7 +36,8 @@
    ROLN_FLASH, ROLN_SIMD.
 
    Letters: q, qd, qdd [N] joints and their derivatives in time; z, zd, zdd [n] latent coordinates, z = rho(q), q = phi(z);
-   D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z.
+   D = drho/dq [n][N], J = dphi/dz [N][n], D J = I; tau [N] forces on joints, tau_z [n] on z. A k-jet: a position and its first
+   k - 1 derivatives in time. A tape: what a forward function leaves for its backward.
 
    Generated types, for ROLN_NAME NAME:
 
@@ -58,7 +59,7 @@
        NAME_residuals   with ROLN_GN_ROWS: rows and residuals of a step of Gauss-Newton
        NAME_newton      ... its sums, the step and where it ends
        NAME_chart       with ROLN_CHART: sums of NAME_chart_add
-       NAME_refinement        ... steps and scratch of NAME_chart_refine
+       NAME_refinement  ... steps and scratch of NAME_chart_refine
        NAME_words       with small weights: what NAME_write writes
 
    Generated functions. One control tick:
@@ -66,7 +67,7 @@
        NAME_tick        NAME_encode, NAME_control, NAME_lift or NAME_allocate, and NAME_guard_tick in one call
        NAME_encode      q, qd -> z, zd
        NAME_decode      z, zd -> q, qd
-       NAME_encode_reference         reference q, qd, qdd -> z, zd, zdd
+       NAME_encode_reference  reference q, qd, qdd -> z, zd, zdd
        NAME_control     PD+ on the model: tau_z = M zdd_ref + C zd_ref + g + d - Kp e - Kd ed
        NAME_gains       gains of joints, Nm/rad and Nms/rad -> those of NAME_control
        NAME_lift        tau_z -> tau = D^T tau_z
@@ -81,7 +82,7 @@
        NAME_linear      the same, with its derivatives A, B
        NAME_reduce      tau -> tau_z = J^T tau
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
-       NAME_dynamics       M, c, g, d, kinetic and potential energy
+       NAME_dynamics    M, c, g, d, kinetic and potential energy
        NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
@@ -105,16 +106,16 @@
        NAME_grad        adds the gradient of the loss over windows of several steps
        NAME_update      one step of Riemannian Adam
        NAME_rows        residuals of chosen samples or windows, and their rows, for Gauss-Newton
-       NAME_newton_rows   Riemannian Gauss-Newton: rows become tangents
-       NAME_newton_normal_equations   ... the sums of their products
-       NAME_newton_step   ... the step, and where it ends
+       NAME_newton_rows Riemannian Gauss-Newton: rows become tangents
+       NAME_newton_normal_equations  ... the sums of their products
+       NAME_newton_step ... the step, and where it ends
        NAME_newton_accept  ... is it taken? After the last refusal: roln_newton_give_up
        NAME_errors      roll-out errors
        NAME_fit_range   records the range of z, zd that the motion has seen
 
    A chart in closed form (ROLN_CHART, full weights): NAME_init_pod, or NAME_chart_center, then
 
-       NAME_chart_refine   a step to a better encoder, on a few thousand samples
+       NAME_chart_refine a step to a better encoder, on a few thousand samples
        NAME_chart_add    adds recorded motion, a sample at a time or all, to sums
        NAME_chart_merge  adds the sums of other recordings, or of another machine
        NAME_chart_solve  the decoder that fits them best
@@ -125,9 +126,9 @@
        NAME_check       are the parameters in memory what they were? A few numbers a tick
        NAME_pack        parameters -> bytes
        NAME_unpack      bytes -> parameters
-       NAME_params_mismatch     are parameters of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR?
+       NAME_params_mismatch  are parameters of another ROLN_SLOPE or ROLN_EIGENVALUE_FLOOR?
        NAME_write       parameters -> C text for flash
-       NAME_quantise       with small weights: bytes of the full model -> parameters
+       NAME_quantise    with small weights: bytes of the full model -> parameters
 
    Constants: NAME_N, NAME_n joints and latent coordinates; NAME_force_size numbers of a force: N, or inputs; NAME_theta_size
    trained parameters; NAME_numbers numbers of NAME_params; NAME_packed_size bytes of NAME_pack (NAME_full_packed_size: of the
@@ -141,6 +142,9 @@
    were never set; ROLN_E_NOT_FINITE; ROLN_E_RANGE, eigenvalues of the mass matrix beyond e^+-40 or too far apart (roln_exp_range);
    ROLN_E_NOT_SPD, a base point or a mass matrix that is not positive definite to working precision; ROLN_E_NO_CONVERGENCE, of the
    eigensolver or of a midpoint step that is too long. Whatever fails leaves its outputs untouched.
+
+   In this file NAME_x is written ROLN_(x). ROLNI_(x), NAME_i_x, is an inner function of a model. Both call the kernels roln_ae_..,
+   roln_lnn_.. of the headers below it, which get sizes as arguments.
 
    Sections. Once, functions that know no model:
 
@@ -217,7 +221,7 @@ typedef struct {
     roln_real q, t, m;
 } roln_scale;
 
-/* Nonzero if the own units of angles are 1; each NULL: all are. */
+/* True if every angle has unit 1 in each; each NULL: every unit is 1. */
 ROLN_FN int rolni_each_turns(const roln_model *md, const roln_real *each)
 {
     int i, turns = 1;
@@ -265,7 +269,7 @@ ROLNI_INLINE void rolni_turn_back(const roln_lnn *f, int nb, roln_real *z)
 
 /* ---- 2 guard --------------------------------------------------------------------------------- */
 
-/* The energy T + V at a state, and zd^T d, the power lost in it: what limits.residual of the guard is about. */
+/* The energy T + V at a state, and the power zd^T d that is lost there. limits.residual bounds how far they may disagree. */
 typedef struct {
     roln_real energy, lost;
 } rolni_balance;
@@ -300,7 +304,7 @@ ROLN_FN roln_real rolni_allocation_residual(int n, const roln_real *x, const rol
     return ROLN_MIN(mu * (ty / tx) * mu * ROLN_SQRT(sy / sx), 1);
 }
 
-/* 1 if no pivot of the triangle R [n][n] of count rows is one of rounding errors. */
+/* 1 if every pivot of R [n][n], the triangle of count rows, is above rounding errors. */
 ROLN_FN int rolni_spans(int n, int count, const roln_real *R)
 {
     const roln_real least = 8 * ROLNI_AS(roln_real, n + count) * ROLN_EPS;
@@ -371,7 +375,7 @@ typedef struct {
 /* Nonzero if the limits of nu torques make sense: finite, none negative, dt positive. */
 ROLN_FN int rolni_limits_valid(const roln_limits *limits, int nu)
 {
-    const roln_real bound[7] = {limits->dt,    limits->margin, limits->residual, limits->tau,
+    const roln_real bound[7] = {limits->dt,          limits->margin,       limits->residual, limits->tau,
                                 limits->q_tolerance, limits->qd_tolerance, limits->rate};
     const roln_real *const each[2] = {limits->tau_each, limits->rate_each};
     int i, k, valid = roln_all_finite(7, bound) && limits->dt > 0 && limits->hold >= 0 && limits->residual_window >= 0;
@@ -427,7 +431,7 @@ ROLN_FN roln_real rolni_clip(const roln_limits *limits, int i, roln_real last, r
     const roln_real top = rolni_most(limits, i), rate = rolni_rate(limits, i);
     roln_real low = -top, high = top;
     if (rate > 0) {
-        const roln_real step = rate * limits->dt, down = last - step, up = last + step; /* what is compared is what is taken */
+        const roln_real step = rate * limits->dt, down = last - step, up = last + step; /* stored: compared as rounded */
         low = ROLN_MAX(low, down), high = ROLN_MIN(high, up);
     }
     return want < low ? low : want > high ? high : want;
@@ -483,7 +487,7 @@ ROLN_FN int rolni_unbalanced(const roln_limits *limits, const rolni_balance *b, 
     return !(ROLN_ABS(r) <= limits->residual);
 }
 
-/* Limits where motors are not counted: arrays of limits are as long as nobody knows, and no torque but 0 is within those. */
+/* Limits where the number of motors is unknown: the arrays cannot be read, and in place of tau_each a torque has to be 0. */
 ROLN_FN roln_limits rolni_limits_uncounted(const roln_limits *limits)
 {
     roln_limits l = *limits;
@@ -1230,9 +1234,8 @@ ROLN_FN roln_status roln_ocp_solve(const roln_ocp *p, int iterations, roln_real 
     for (i = 0; i < steps * m * n; i++)
         K[i] = -K[i];
     rolni_ocp_clip(p, u);
-    /* unreached: what overflows is no positive Hessian before */
     if (!roln_all_finite(count, u) || !roln_all_finite((steps + 1) * n, x) || !roln_all_finite(steps * m * n, K))
-        return ROLN_E_NOT_FINITE; /* unreached: as above */
+        return ROLN_E_NOT_FINITE;
     return ROLN_OK;
 }
 
@@ -1310,7 +1313,6 @@ ROLN_FN roln_status rolni_lqr_end(int n2, const roln_real *P, roln_real *C, roln
             const roln_real most = ROLN_SQRT(P[i * (n2 + 1)]) * ROLN_SQRT(P[j * (n2 + 1)]);
             C[i * n2 + j] = most > 0 ? P[i * n2 + j] / most : 0;
         }
-    /* unreached: numbers of at most 1 have eigenvalues */
     if ((st = roln_eig(n2, C, l, C, work)) != ROLN_OK) return st;
     for (i = 0; i < n2; i++)
         for (j = 0; j < n2; j++)
@@ -1636,7 +1638,7 @@ ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const ro
 ROLNI_INLINE void rolni_next_to(const roln_lnn *f, int nb, const roln_real *a, roln_real *b)
 {
     int i;
-    for (i = 0; f->angles && i < nb * f->n; i++) /* unreached: it is called with angles */
+    for (i = 0; i < nb * f->n; i++)
         b[i] = roln_lnn_near(f, i % f->n, a[i], b[i]);
 }
 
@@ -1801,23 +1803,12 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
     e->qd_var += ROLNI_AS(double, v * v);
 }
 
-/* Put index[0 .. count-1] in random order (Fisher-Yates): the same order for the same seed everywhere. */
-ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
-{
-    int i;
-    for (i = count - 1; i > 0; i--) {
-        const int j = roln_randint(i + 1, seed), t = index[i];
-        index[i] = index[j];
-        index[j] = t;
-    }
-}
-
 /* ---- 7 packed parameters --------------------------------------------------------------------- */
 
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
-   the numbers of NAME_params in their order: slope, least, scale.q, scale.t, scale.m, each [N] of a model with own units, dt,
-   z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits of angles,
-   if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
+   the numbers of NAME_params in their order: slope, eigenvalue_floor, scale.q, scale.t, scale.m, each [N] of a model with own
+   units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits
+   of angles, if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 3
 #define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
@@ -1988,10 +1979,10 @@ ROLN_FN roln_bits rolni_packed_theta(const void *ctx, int i)
 }
 
 /* Read count bytes written by roln_pack for the same model. ROLN_E_LENGTH, ROLN_E_FORMAT (not ROLN or another format),
-   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or least differ; scale.q or each
-   of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive), ROLN_E_RANGE (z_min >
-   z_max, zd_max or dt negative),
-   ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is untouched. */
+   ROLN_E_PRECISION, ROLN_E_SHAPE (sizes, storage, chart, mass matrix, scheme, angles, units, slope or eigenvalue_floor differ;
+   scale.q or each of angles is not 1), ROLN_E_CHECKSUM, ROLN_E_NOT_FINITE (a number is not, or a scale is not positive),
+   ROLN_E_RANGE (z_min > z_max, zd_max or dt negative), ROLN_E_ILL_CONDITIONED (Psi^T Phi is not I: no left inverse): numbers is
+   untouched. */
 ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned char *bytes, void *numbers)
 {
     const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
@@ -2154,7 +2145,7 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
     return text;
 }
 
-/* One for every option that C can compare where the text is compiled, and for the format. Slope and least are numbers. */
+/* One for every option that C can compare where the text is compiled, and for the format. Slope and eigenvalue_floor are real. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
     static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
@@ -2207,7 +2198,7 @@ ROLN_FN void rolni_write_linkage(const rolni_text *t, const char *type, const ch
 
 /* The definition `static const NAME_params NAME_weights = {...};` for flash, with stored weights all of it as words, which are no
    numbers to write; in front of it what makes the compiler refuse another config. ROLN_E_SHAPE: the numbers are of another slope or
-   least, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
+   eigenvalue_floor, or of a model with angles of which scale.q or each is not 1; ROLN_E_NOT_FINITE. Nothing is put then. */
 ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const void *numbers, roln_put put, void *ctx)
 {
     const unsigned char *p = ROLNI_AS(const unsigned char *, numbers);
@@ -2292,42 +2283,33 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_SCHEME_euler ROLN_EULER
 #define ROLNI_SCHEME_rk4 ROLN_RK4
 #define ROLNI_SCHEME_midpoint ROLN_MIDPOINT
-#define ROLNI_SCHEME_(s) ROLNI_SCHEME_##s
-#define ROLNI_SCHEME(s) ROLNI_SCHEME_(s)
+#define ROLNI_SCHEME(s) ROLNI_CAT(ROLNI_SCHEME, s)
 #define ROLNI_MASS_exponential ROLN_EXPONENTIAL
 #define ROLNI_MASS_cholesky ROLN_CHOLESKY
-#define ROLNI_MASS_(s) ROLNI_MASS_##s
-#define ROLNI_MASS_KIND(s) ROLNI_MASS_(s)
+#define ROLNI_MASS_KIND(s) ROLNI_CAT(ROLNI_MASS, s)
 #define ROLNI_KIND_0 0
 #define ROLNI_KIND_gyro ROLN_GYRO
-#define ROLNI_KIND_(s) ROLNI_KIND_##s
-#define ROLNI_KIND(s) ROLNI_KIND_(s)
+#define ROLNI_KIND(s) ROLNI_CAT(ROLNI_KIND, s)
 #define ROLNI_STORE_full ROLN_FULL
 #define ROLNI_STORE_half &roln_half
 #define ROLNI_STORE_int8 &roln_int8
-#define ROLNI_STORE_(s) ROLNI_STORE_##s
-#define ROLNI_STORE(s) ROLNI_STORE_(s)
+#define ROLNI_STORE(s) ROLNI_CAT(ROLNI_STORE, s)
 #define ROLNI_BITS_full 0
 #define ROLNI_BITS_half 16
 #define ROLNI_BITS_int8 8
-#define ROLNI_BITS_(s) ROLNI_BITS_##s
-#define ROLNI_BITS(s) ROLNI_BITS_(s)
+#define ROLNI_BITS(s) ROLNI_CAT(ROLNI_BITS, s)
 #define ROLNI_LEARN_networks 1
 #define ROLNI_LEARN_everything 0
-#define ROLNI_LEARN_(s) ROLNI_LEARN_##s
-#define ROLNI_LEARN(s) ROLNI_LEARN_(s)
+#define ROLNI_LEARN(s) ROLNI_CAT(ROLNI_LEARN, s)
 #define ROLNI_OWN_common 0
 #define ROLNI_OWN_each 1
-#define ROLNI_OWN_(s) ROLNI_OWN_##s
-#define ROLNI_OWN(s) ROLNI_OWN_(s)
+#define ROLNI_OWN(s) ROLNI_CAT(ROLNI_OWN, s)
 #define ROLNI_CHART_none ROLN_UNBENT
 #define ROLNI_CHART_polynomial &roln_polynomial
-#define ROLNI_CHART_(s) ROLNI_CHART_##s
-#define ROLNI_CHART(s) ROLNI_CHART_(s)
+#define ROLNI_CHART(s) ROLNI_CAT(ROLNI_CHART, s)
 #define ROLNI_BENDS_none 0
 #define ROLNI_BENDS_polynomial 1
-#define ROLNI_BENDS_(s) ROLNI_BENDS_##s
-#define ROLNI_BENDS(s) ROLNI_BENDS_(s)
+#define ROLNI_BENDS(s) ROLNI_CAT(ROLNI_BENDS, s)
 #define ROLNI_ROOM(count) ((count) > 0 ? (count) : 1) /* C has no arrays of length 0 */
 #define ROLNI_INT(x) ((x) + 0)                         /* of an enumerator, to be compared with those of another enumeration */
 #define ROLNI_TAU(S, nb) ((S(inputs) > 0) * (nb) * S(N)) /* numbers of a force on nb states that is not its own input */
@@ -2461,15 +2443,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 /* Sizes. N, n: full and latent degrees of freedom; force_size: numbers of a force; theta_size: trained parameters; packed_size:
    bytes of NAME_pack; horizon: longest training window in steps. */
 ROLNI_INTS
-    ROLN_(N) = ROLNI_AT(0, ROLN_AE),
-    ROLN_(N1) = ROLNI_AT(1, ROLN_AE),
-    ROLN_(N2) = ROLNI_AT(2, ROLN_AE),
-    ROLN_(N3) = ROLNI_AT(3, ROLN_AE),
-    ROLN_(N4) = ROLNI_AT(4, ROLN_AE),
-    ROLN_(N5) = ROLNI_AT(5, ROLN_AE),
-    ROLN_(N6) = ROLNI_AT(6, ROLN_AE),
-    ROLN_(N7) = ROLNI_AT(7, ROLN_AE),
-    ROLN_(N8) = ROLNI_AT(8, ROLN_AE),
+    ROLN_(N) = ROLNI_AT(0, ROLN_AE), ROLN_(N1) = ROLNI_AT(1, ROLN_AE), ROLN_(N2) = ROLNI_AT(2, ROLN_AE),
+    ROLN_(N3) = ROLNI_AT(3, ROLN_AE), ROLN_(N4) = ROLNI_AT(4, ROLN_AE), ROLN_(N5) = ROLNI_AT(5, ROLN_AE),
+    ROLN_(N6) = ROLNI_AT(6, ROLN_AE), ROLN_(N7) = ROLNI_AT(7, ROLN_AE), ROLN_(N8) = ROLNI_AT(8, ROLN_AE),
     ROLN_(ae_layers) = (ROLN_(N1) > 0) + (ROLN_(N2) > 0) + (ROLN_(N3) > 0) + (ROLN_(N4) > 0) + (ROLN_(N5) > 0) +
                      (ROLN_(N6) > 0) + (ROLN_(N7) > 0) + (ROLN_(N8) > 0),
     ROLN_(ae_sum) = ROLN_(N1) + ROLN_(N2) + ROLN_(N3) + ROLN_(N4) + ROLN_(N5) + ROLN_(N6) + ROLN_(N7) + ROLN_(N8),
@@ -2483,11 +2459,8 @@ ROLNI_INTS
     ROLN_(monomials) = ROLN_MONOMIALS(ROLN_(n), ROLN_(degree)),
     ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
     /* perceptrons: hidden sizes; weights without the output layer */
-    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP),
-    ROLN_(H2) = ROLNI_AT(1, ROLN_MLP),
-    ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
-    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP),
-    ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
+    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP), ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
+    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
     ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
     ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
@@ -2500,10 +2473,8 @@ ROLNI_INTS
     ROLN_(trunk) = (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
-    ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)),
-    ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
-    ROLN_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)),
-    ROLN_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
+    ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
+    ROLN_(L2) = ROLNI_KIND(ROLNI_AT(2, ROLN_LAYERS)), ROLN_(L3) = ROLNI_KIND(ROLNI_AT(3, ROLN_LAYERS)),
     ROLN_(layers) = (ROLN_(L0) > 0) + (ROLN_(L1) > 0) + (ROLN_(L2) > 0) + (ROLN_(L3) > 0),
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
@@ -2669,7 +2640,7 @@ typedef struct {
     roln_real F[ROLN_(side) * ROLN_(side)];
 } ROLN_(filter);
 
-/* Where there is a load. */
+/* The load of x; NULL without ROLN_LOAD. */
 #if ROLN_LOAD > 0
 #define ROLNI_LOAD_OF(x) (x)->load
 #else
@@ -2713,7 +2684,7 @@ ROLN_FN const roln_real *ROLNI_(net)(const ROLN_(params) *p)
     return p->theta + ROLN_(ae_size);
 }
 
-/* The units of forces, [N]: those of the joints. NULL: all are 1, or a learned input map B contains them, force on x = B u. */
+/* The units of forces, [N]: those of the joints. NULL: all are 1, or the learned input map B contains them, tau = B u. */
 ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 {
     const roln_real *each = ROLNI_EACH(p);
@@ -2808,7 +2779,7 @@ ROLN_FN roln_status ROLNI_(decode)(const ROLN_(params) *p, const roln_real *z, c
     return roln_all_finite(2 * N, x) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* scratch of NAME_decode */
+/* scratch of NAME_decode: x = [q; qd], s = [z; zd] */
 typedef struct {
     roln_real x[2 * ROLN_(N)], s[2 * ROLN_(n)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
 } ROLN_(decode_work);
@@ -2850,7 +2821,7 @@ ROLN_FN rolni_balance ROLNI_(balance)(const ROLN_(params) *p, const rolni_tape *
     return b;
 }
 
-/* scratch of NAME_inverse */
+/* scratch of NAME_inverse, in units of the networks: [z; zd] in s, v, zdd and then tau_z in a */
 typedef struct {
     roln_real s[2 * ROLN_(n)], a[ROLN_(n)], v[ROLN_(n)], tape[ROLN_LNN_TAPE(ROLN_, 2, 0, 1)];
     roln_real work[ROLN_LNN_INVERSE_WORK(ROLN_, 2, 0, 1)];
@@ -2881,18 +2852,6 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) 
         *b = ROLNI_(balance)(p, &t, s->zd, w->work);
     }
     return ROLN_OK;
-}
-
-/* Inverse dynamics tau_z = M zdd + C(z, zd) v + g + d [n] (roln_lnn_inverse); v [n], NULL: zd. zdd [n] in. tau_z is untouched
-   unless ROLN_OK. Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
-ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real v[ROLN_(n)],
-                                   const roln_real zdd[ROLN_AT_LEAST(ROLN_(n))], roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))],
-                                   ROLN_(inverse_work) *w)
-{
-    roln_status st;
-    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if ((st = ROLNI_(inverse)(p, s, v, zdd, NULL, w)) == ROLN_OK) rolni_copy(ROLN_(n), w->a, tau_z);
-    return st;
 }
 
 /* scratch of NAME_control; inverse.a becomes tau_z */
@@ -2934,7 +2893,7 @@ ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *
     return ROLNI_(control)(p, s, r, tau_z, NULL, w);
 }
 
-/* scratch of NAME_gains */
+/* scratch of NAME_gains: [kp; kd] in out; e is a zd of 1 in one coordinate, x = [q; J e] */
 typedef struct {
     roln_real out[2 * ROLN_(n)], e[ROLN_(n)], x[2 * ROLN_(N)], s[2 * ROLN_(n)];
     roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
@@ -3006,7 +2965,7 @@ ROLN_FN roln_status ROLN_(lift)(const ROLN_(params) *p, const ROLN_(latent) *s, 
     return st;
 }
 
-/* The motors with B and count in their places; motors NULL: the learned ones. B NULL: there are none. */
+/* `motors`, or the learned inputs where it or its B is NULL. B of the result is NULL if the model has none. */
 ROLN_FN roln_motors ROLNI_(motors_of)(const ROLN_(params) *p, const roln_motors *motors)
 {
     roln_motors f = {0, NULL, 0};
@@ -3016,7 +2975,7 @@ ROLN_FN roln_motors ROLNI_(motors_of)(const ROLN_(params) *p, const roln_motors 
     return f;
 }
 
-/* scratch of NAME_allocate */
+/* scratch of NAME_allocate: a motor's force x on the joints, g on z; y and its two corrections; the rest of tau_z */
 typedef struct {
     roln_real tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1, 1))], x[ROLN_(N)], g[ROLN_(n)], y[3 * ROLN_(n)], rest[ROLN_(n)];
     roln_real R[(ROLN_(n) + 1) * ROLN_(n)]; /* the triangle, and the row that joins it */
@@ -3062,7 +3021,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
                 torque += roln_dot(n, g, y + i * n);
             if (pass == 0) rolni_copy(n, g, R + n * n), roln_qr_r(n + 1, n, R, w->u.triangle);
             else if (pass == last) u[j] = torque;
-            else if (!roln_finite(torque)) return ROLN_E_NOT_FINITE; /* unreached: where it overflows, y does */
+            else if (!roln_finite(torque)) return ROLN_E_NOT_FINITE;
             for (i = 0; i < n; i++)
                 rest[i] -= torque * g[i];
         }
@@ -3137,7 +3096,7 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     if (rolni_limits_decode(limits) && !(faults & ROLN_FAULT_INPUT)) {
         if (!roln_all_finite(2 * N, seen->x)) faults |= ROLN_FAULT_STATUS;
         else if (!(ROLN_(model).lnn.angles ? rolni_near_turned(&ROLN_(model).lnn, q, seen->x, limits->q_tolerance)
-                                  : rolni_all_within(N, q, seen->x, limits->q_tolerance)) ||
+                                               : rolni_all_within(N, q, seen->x, limits->q_tolerance)) ||
                  !rolni_all_within(N, qd, seen->x + N, limits->qd_tolerance))
             faults |= ROLN_FAULT_MANIFOLD;
     }
@@ -3145,7 +3104,7 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     return faults;
 }
 
-/* Power qd^T tau of a force in [force_size], or of motors, qd [N] in. x [N], with inputs: scratch. */
+/* Power qd^T tau of a force in [force_size], or of motors, qd [N] in. x [N]: scratch, written with inputs only. */
 ROLN_FN roln_real ROLNI_(power)(const ROLN_(params) *p, const roln_motors *motors, const roln_real *in, const roln_real *qd,
                                 roln_real *x)
 {
@@ -3162,7 +3121,7 @@ ROLN_FN roln_real ROLNI_(power)(const ROLN_(params) *p, const roln_motors *motor
     return power;
 }
 
-/* NAME_guard_tick on what was seen. x [N], with inputs: scratch. */
+/* NAME_guard_tick on what was seen. x [N]: scratch, written with inputs only. */
 ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits, const ROLNI_(seen) *seen, const roln_real *want,
                                ROLN_(guard) *guard, roln_real *x)
 {
@@ -3176,7 +3135,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     roln_limits own;
     uint32_t faults = g->faults & ROLN_FAULT_EXPIRED, bad;
     int i, known = 0;
-    if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* it stands there twice: no single bit that flips lets the motors go on */
+    if (g->bad < 0) faults |= ROLN_FAULT_EXPIRED; /* stored twice: a flipped bit does not restart the motors */
     if (!counted) own = rolni_limits_uncounted(limits), limits = &own, want = NULL, faults |= ROLN_FAULT_INPUT;
     faults |= ROLNI_(faults)(p, limits, seen, want, tau);
     if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
@@ -3203,7 +3162,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     return faults;
 }
 
-/* scratch of NAME_guard_tick */
+/* scratch of NAME_guard_tick: decoded = [phi(z); J zd]; s = [z; zd] in units of the networks */
 typedef struct {
     roln_real decoded[2 * ROLN_(N)], s[2 * ROLN_(n)];
     union {
@@ -3389,7 +3348,6 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.q;
-    /* unreached: a tau that is not finite leaves no finite out */
     if (!roln_all_finite(n, w->out) || !roln_all_finite(size, tau) || !roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, w->out, tau_z);
     return ROLN_OK;
@@ -3517,7 +3475,6 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     }
     for (i = 0; i < n; i++)
         s[n + i] /= t;
-    /* unreached: where s overflows, J does */
     if (!roln_all_finite(rows * n2, J) || !roln_all_finite(n, s + n)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < n2; i++) {
         for (j = 0; j < n2; j++)
@@ -3552,6 +3509,18 @@ ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, cons
     return ROLNI_(linear)(p, s->z, s->zd, &by, &to, &w->base, w->J, w->work);
 }
 
+/* Inverse dynamics tau_z = M zdd + C(z, zd) v + g + d [n] (roln_lnn_inverse); v [n], NULL: zd. zdd [n] in. tau_z is untouched
+   unless ROLN_OK. Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
+ROLN_FN roln_status ROLN_(inverse)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real v[ROLN_(n)],
+                                   const roln_real zdd[ROLN_AT_LEAST(ROLN_(n))], roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))],
+                                   ROLN_(inverse_work) *w)
+{
+    roln_status st;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if ((st = ROLNI_(inverse)(p, s, v, zdd, NULL, w)) == ROLN_OK) rolni_copy(ROLN_(n), w->a, tau_z);
+    return st;
+}
+
 /* scratch of NAME_dynamics */
 typedef struct {
     roln_real s[2 * ROLN_(n)], M[ROLN_(n) * ROLN_(n)], terms[3 * ROLN_(n) + 2]; /* c, g, d, T, V */
@@ -3560,7 +3529,7 @@ typedef struct {
 
 /* NAME_dynamics at z, zd; each pointer of out may be NULL. */
 ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, const roln_dynamics_out *out,
-                                  ROLN_(dynamics_work) *w)
+                                     ROLN_(dynamics_work) *w)
 {
     const int n = ROLN_(n);
     const roln_real unit = p->scale.m, f = unit / (p->scale.t * p->scale.t);
@@ -3575,7 +3544,6 @@ ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z,
         c[i] *= f;
     for (i = 0; i < n * n && out->M; i++)
         M[i] *= unit;
-    /* unreached: M that overflows does so in T as well */
     if (!roln_all_finite(3 * n + 2, c) || (out->M && !roln_all_finite(n * n, M))) return ROLN_E_NOT_FINITE;
     if (out->M) rolni_copy(n * n, M, out->M);
     if (out->c) rolni_copy(n, c, out->c);
@@ -3622,7 +3590,7 @@ ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_
 ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
 #endif
 
-/* scratch of NAME_inertia */
+/* scratch of NAME_inertia: s = [z; 0], then [z; D v]; p = M D v */
 typedef struct {
     roln_real s[2 * ROLN_(n)], p[ROLN_(n)], net[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
     roln_real tape[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)]; /* its end: q, v in units of the networks */
@@ -3673,7 +3641,7 @@ ROLN_FN const roln_real *ROLNI_(numbers)(const ROLN_(latent) *s)
     return ROLNI_AS(const roln_real *, ROLNI_AS(const void *, s));
 }
 
-/* Scratch of a pose. */
+/* Scratch of a pose: e is a zd of 1 in one coordinate, x = [q; J e]. */
 typedef struct {
     roln_real e[ROLN_(n)], x[2 * ROLN_(N)], s[2 * ROLN_(n)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
 } ROLNI_(pose_work);
@@ -3695,7 +3663,7 @@ ROLN_FN roln_status ROLNI_(pose)(const ROLN_(params) *p, const roln_real *z, rol
     return ROLN_OK;
 }
 
-/* Scratch of a linearisation by motors. */
+/* Scratch of a linearisation by motors: the force tau that they make, and the derivatives F by it. */
 typedef struct {
     roln_real tau[ROLN_(N)], F[2 * ROLN_(n) * ROLN_(force_size)];
     ROLN_(linear_work) linear;
@@ -3719,7 +3687,7 @@ ROLN_FN roln_status ROLNI_(linear_motors)(const ROLN_(params) *p, const rolni_ac
     return ROLN_OK;
 }
 
-/* Scratch of the cost of joints. */
+/* Scratch of the cost of joints: q, J [N][n], and J weighted for q and for qd, W [2][N][n]. */
 typedef struct {
     roln_real q[ROLN_(N)], J[ROLN_(N) * ROLN_(n)], W[2 * ROLN_(N) * ROLN_(n)];
     union {
@@ -3752,7 +3720,7 @@ ROLN_FN roln_status ROLNI_(cost_joints)(const ROLN_(params) *p, const roln_cost 
     return roln_all_finite(4 * n * n, D) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* Scratch of a step and its cost. */
+/* Scratch of a step from the state `at` and of its cost. */
 typedef struct {
     roln_real at[2 * ROLN_(n)];
     union {
@@ -3854,7 +3822,7 @@ ROLN_FN roln_status ROLN_(lqr_along)(const ROLN_(params) *p, const roln_cost *co
     return st;
 }
 
-/* Scratch of the torques that nobody knows. */
+/* Scratch of unknown torques: the mass matrix M, then its Cholesky factor; T [N][n], T^T T = J^T diag(tau^2) J. */
 typedef struct {
     roln_real M[ROLN_(n) * ROLN_(n)], T[ROLN_(N) * ROLN_(n)];
     union {
@@ -3966,7 +3934,6 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     roln_mm_bt(side, side, side, w->F, w->A, w->rows);
     roln_qr_r(load ? side + n2 : side + n, side, w->rows, w->u.predict);
     rolni_copy(side * side, w->rows, w->F);
-    /* unreached: what overflows here has overflowed in the pose */
     return roln_all_finite(side * side, w->F) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -4268,7 +4235,7 @@ ROLN_FN roln_real ROLNI_(goal_end)(const roln_goal *g, const roln_real *s, roln_
     return sum;
 }
 
-/* Adds to cost that of s [2n], the state behind step k; unless Q is NULL, q [2n] becomes its gradient, and Q [2n][2n] its Hessian
+/* Adds to *cost that of s [2n], the state behind step k; unless Q is NULL, q [2n] becomes its gradient, and Q [2n][2n] its Hessian
    but for what it owes to how decoders bend (Gauss-Newton). */
 ROLN_FN roln_status ROLNI_(goal_at)(const ROLN_(params) *p, const roln_goal *g, int k, const roln_real *s, roln_real *cost,
                                     roln_real *Q, roln_real *q, ROLNI_(goal_work) *w)
@@ -4280,9 +4247,8 @@ ROLN_FN roln_status ROLNI_(goal_at)(const ROLN_(params) *p, const roln_goal *g, 
         joints |= g->term[i].of < ROLN_OF_Z;
     if (joints) {
         roln_status st = ROLNI_(decode)(p, s, s + n, w->x, w->tape, w->row);
-        /* unreached: the state has been decoded above */
         if (st == ROLN_OK && Q) st = ROLNI_(pose)(p, s, w->gx, w->J, &w->u.pose); /* q, once more, is not read */
-        if (st != ROLN_OK) return st; /* unreached: as above */
+        if (st != ROLN_OK) return st;
     }
     rolni_zero(2 * N, w->gx);
     if (Q) rolni_zero(4 * n * n, Q), rolni_zero(2 * n, q);
@@ -4303,7 +4269,7 @@ ROLN_FN roln_real ROLNI_(plan_clip)(const ROLN_(plan_next_work) *w, int rated, i
 }
 
 /* u0 of step k to begin with: that of the last plan, a step on, with its feedback, or hold. */
-ROLN_FN void ROLNI_(plan_again)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
+ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int k, ROLN_(plan_next_work) *w)
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), steps = ROLN_(steps), next = ROLN_MIN(k + 1, steps - 1);
     const int known = plan->plan.valid && plan->plan.age == 0, rated = rolni_rated(g->limits);
@@ -4318,7 +4284,7 @@ ROLN_FN void ROLNI_(plan_again)(const roln_goal *g, const ROLN_(plan) *plan, int
     }
 }
 
-/* The base: from s0 on under u0, with derivatives, its cost; *in: it does not leave the range. plan NULL: u0 is there. */
+/* The base: u0 from plan (NULL: u0 is given), the states s0 under it, A, B, Q, q along it, its cost; *in: it stays in range. */
 ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *cost, int *in,
                                       ROLN_(plan_next_work) *w)
 {
@@ -4330,7 +4296,7 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
     for (k = 0; k < ROLN_(steps); k++) {
         roln_real *const s = w->s0 + (k + 1) * n2;
         roln_status st;
-        if (plan) ROLNI_(plan_again)(g, plan, k, w);
+        if (plan) ROLNI_(plan_guess)(g, plan, k, w);
         rolni_copy(n2, s - n2, s);
         by.u = w->u0 + k * motors;
         st = ROLNI_(linear_motors)(p, &by, s, w->A + k * n2 * n2, w->B + k * n2 * motors, &w->now.linear);
@@ -4343,11 +4309,10 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
         }
         *in &= ROLNI_(in_range)(p, g->limits->margin, s, s + n) != 0;
     }
-    /* unreached: each step's cost is checked; their sum would have to overflow alone */
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* A part of the step from the base, on the model and within all limits: s1 under u1. ROLN_E_RANGE: it leaves the range. */
+/* The model under u0 + part (u - u0) and feedback, within all limits: s1 under u1. ROLN_E_RANGE: it leaves the range. */
 ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g, roln_real part, roln_real *cost,
                                      ROLN_(plan_next_work) *w)
 {
@@ -4358,24 +4323,23 @@ ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g,
     *cost = 0;
     rolni_copy(n2, w->s0, w->s1);
     for (k = 0; k < ROLN_(steps); k++) {
+        const roln_real *const from = w->s1 + k * n2, *const u0 = w->u0 + k * motors;
         roln_real *const s = w->s1 + (k + 1) * n2, *const u = w->u1 + k * motors;
-        const roln_real *u0 = w->u0 + k * motors;
         roln_status st;
         for (j = 0; j < motors; j++) {
             roln_real to = u0[j] + part * (w->u[k * motors + j] - u0[j]);
             for (i = 0; i < n2; i++)
-                to -= w->K[(k * motors + j) * n2 + i] * (s[i - n2] - w->s0[k * n2 + i] - part * w->x[k * n2 + i]);
+                to -= w->K[(k * motors + j) * n2 + i] * (from[i] - w->s0[k * n2 + i] - part * w->x[k * n2 + i]);
             u[j] = ROLNI_(plan_clip)(w, rated, j, k > 0 ? u[j - motors] : w->last[j], to);
             *cost += w->r[j] / 2 * (u[j] - w->hold[j]) * (u[j] - w->hold[j]);
         }
-        rolni_copy(n2, s - n2, s);
+        rolni_copy(n2, from, s);
         by.tau = rolni_motors_tau(N, g->limits->motors, u, w->tau);
         st = ROLNI_(step)(p, s, s + n, &by, &w->now.step);
         if (st == ROLN_OK) st = ROLNI_(goal_at)(p, g, k, s, cost, NULL, NULL, &w->now.goal);
         if (st != ROLN_OK) return st;
         if (!ROLNI_(in_range)(p, g->limits->margin, s, s + n)) return ROLN_E_RANGE;
     }
-    /* unreached: each step's cost is checked; their sum would have to overflow alone */
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -4394,7 +4358,7 @@ ROLN_FN void ROLNI_(plan_start)(const roln_goal *g, const ROLN_(plan) *plan, ROL
     }
 }
 
-/* u, x, K from the derivatives. */
+/* The optimum u, x of the linearised problem about the base, and its feedback K. */
 ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, roln_real *gap, ROLN_(plan_next_work) *w)
 {
     const int rated = rolni_rated(g->limits);
@@ -4405,7 +4369,7 @@ ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, roln_real *gap, ROLN_
     return roln_ocp_solve(&o, g->iterations > 0 ? g->iterations : rated ? 8 : 6, w->u, w->x, w->K, gap, w->now.ocp);
 }
 
-/* s1, u1 from the base; where nothing costs less, the base itself. */
+/* The plan s1, u1: a whole, half or quarter step from the base that costs less, else the base itself. */
 ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *cost,
                                         roln_real *gap, ROLN_(plan_next_work) *w)
 {
@@ -4706,14 +4670,14 @@ typedef struct {
 
 /* Limits from recordings of good motion, the ticks of a controller: window w of b is a recording of b->steps + 1 samples l->dt
    seconds apart, b->stride = 1; b->tau [samples][force_size] the torque from each sample on (NULL: none acted). l->dt, hold,
-   window, strict and safe are yours and stay; margin, power, q_tolerance, qd_tolerance become slack times what these recordings
-   need at least, margin no less than .1. With b->tau, tau_each and rate_each [force_size] become slack times the largest torque of
-   each joint and its largest change, l points to them, and l->tau, l->rate are the largest of all; without, they stay, and where
-   l->motors says that the torques of limits are others than those of b.
-   A need of 0 makes a limit of 0, and power, q_tolerance, qd_tolerance are not checked then.
-   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive, window negative,
-   l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there would be no limit of rate, or
-   the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing is written. */
+   residual_window, strict and safe are yours and stay. margin, residual, q_tolerance, qd_tolerance become slack times what these
+   recordings need at least, margin no less than 0.1; the others are 0, not checked, where nothing was needed. With
+   b->tau, tau_each and rate_each [force_size] become slack times the largest torque of each joint and its largest change, l points
+   to them, and l->tau, l->rate are the largest of all. Without b->tau, or where l->motors has a B, they stay.
+   ROLN_E_LENGTH: less than two samples, or stride is not 1. ROLN_E_RANGE: slack is not 1 or more, dt not positive,
+   residual_window negative, l->tau 0 where it has to be yours, a joint's torque that is not 0 and never changes, of which there
+   would be no limit of rate, or the model holds no range (NAME_fit_range). ROLN_E_NOT_FINITE, status of NAME_encode. Then nothing
+   is written. */
 ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *b, roln_real slack, roln_limits *l,
                                       roln_real tau_each[ROLN_AT_LEAST(ROLN_(force_size))],
                                       roln_real rate_each[ROLN_AT_LEAST(ROLN_(force_size))], ROLN_(fit_limits_work) *w)
@@ -4883,7 +4847,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     case ROLN_FAULT_RANGE | ROLN_FILTER_NONE: return ROLN_E_RANGE;
     default: return ROLN_E_NOT_FINITE;
     }
-    if (st != ROLN_OK) return st; /* unreached: the start has evaluated the model there */
+    if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++) { /* |row i of M^-1 J^T| dt */
         roln_real square = 0;
         for (k = 0; k < n; k++)
@@ -4899,8 +4863,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     if (!(sum[best] > none)) return st;
     for (k = 0; sum[k] < sum[best] - 2; k++)
         top /= 2;
-    /* unreached: q_each is there, or this had ended above */
-    if (estimate && q_each) rolni_copy(N, w->each, q_each), l->q_each = q_each;
+    if (estimate) rolni_copy(N, w->each, q_each), l->q_each = q_each;
     l->tau = 4 * top, l->tau_each = NULL;
     return ROLN_OK;
 }
@@ -5105,7 +5068,7 @@ ROLN_FN void ROLNI_(windows_step)(const ROLNI_(windows) *b, int k, int pred, rol
     const roln_system *sys = &b->drive.sys;
     const int nb = b->nb, nz = nb * ROLN_(n), kept = b->scheme == ROLN_(model).scheme;
     ROLN_(grad_work) *const w = b->w;
-    roln_real *const Zk = w->Z + k * 2 * nz, *const Pk = w->P + k * 2 * nz; /* Pk once more, which nothing reads after that */
+    roln_real *const Zk = w->Z + k * 2 * nz, *const Pk = w->P + k * 2 * nz; /* the step writes Pk again; nothing reads it then */
     roln_real *const tapes = kept ? w->u.step.u.kept.tapes : w->u.step.u.mid.tapes;
     roln_real *const work = kept ? w->u.step.u.kept.work : w->u.step.u.mid.work;
     rolni_zero(2 * nz, gB);
@@ -5224,7 +5187,6 @@ ROLN_FN roln_status ROLNI_(samples_forward)(const ROLNI_(samples) *b)
     if (b->weights->force > 0) /* only its status */
         st = roln_lnn_inverse(&ROLN_(model).lnn, 1, nb, b->drive.sys.theta, w->Z, NULL, w->Z + 2 * nz, w->tau, tape,
                               w->u.net.u.inverse);
-    /* unreached: the status of an overflow in the inverse dynamics */
     return st == ROLN_OK ? rolni_stage(&ROLN_(model).lnn, &b->drive.sys, 1, nb, w->Z, w->sd, tape, w->u.net.u.stage) : st;
 }
 
@@ -5483,7 +5445,7 @@ ROLN_FN roln_status ROLN_(newton_rows)(const ROLN_(params) *p, const roln_newton
 
 /* Their sums, rows from .. to - 1 of the system: 0, NAME_newton_side for all, unless two threads share them. */
 ROLN_FN void ROLN_(newton_normal_equations)(const roln_newton_opt *opt, int count, int from, int to, const ROLN_(residuals) *g,
-                                ROLN_(newton) *o, roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
+                                            ROLN_(newton) *o, roln_real work[ROLN_AT_LEAST(ROLN_SYM_WORK)])
 {
     roln_newton_normal_equations(opt, count, ROLN_(newton_size), from, to, g->J, o->S, work);
 }
@@ -5824,7 +5786,6 @@ ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *p
     if (st != ROLN_OK) return st;
     if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
     if (roln_chol(n, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    /* unreached: of a positive A it fails if eigenvalues overflow */
     if ((st = roln_spd_frame(n, A, X, w->low, w->dual, w->modes, w->u.frame)) != ROLN_OK) return st;
     roln_mm(n, n, bent, w->dual, psi, layer);
     roln_mm(n, n, bent, w->modes, psi, layer + n * bent);
@@ -5845,7 +5806,6 @@ ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi
     rolni_copy(n * bent, psi, layer + n * bent);
     rolni_copy(bent, t->from, layer + 2 * n * bent);
     if ((st = ROLNI_(encoder_modes)(f, psi, layer)) != ROLN_OK) return st;
-    /* unreached: the samples have been encoded above */
     if ((st = ROLNI_(range)(f->p, f->batch, w->low, w->high, w->top, &w->u.encode)) != ROLN_OK) return st;
     if ((st = roln_chart_center(ae, w->low, w->high, f->p->theta)) != ROLN_OK) return st;
     for (i = 0; i < ROLN_CHART_SUMS(ROLN_); i++)
@@ -5853,7 +5813,7 @@ ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi
     for (k = 0; k < f->batch->count; k += now) {
         now = ROLNI_(encoder_block)(f, k);
         st = roln_chart_add(ae, f->p->theta, now, w->x, 1, NULL, t->sums, t->room, w->u.add);
-        if (st != ROLN_OK) return st; /* unreached: the samples have been encoded above */
+        if (st != ROLN_OK) return st;
     }
     return roln_chart_solve(ae, t->sums, ROLN_CHART_RIDGE, f->p->theta, &f->residual, t->room);
 }
@@ -5885,7 +5845,6 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
     for (i = 0; i < n; i++) { /* of psi, from that of modes psi, stretched */
-        /* unreached: a residual of exactly 0 */
         const roln_real half = w->high[i] / 2 - w->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
         for (j = 0; j < n; j++)
             w->modes[i * n + j] /= unit;
@@ -5946,7 +5905,6 @@ ROLN_FN roln_status ROLN_(chart_refine)(ROLN_(params) *p, const roln_batch *b, R
     }
     if (st != ROLN_OK) {
         rolni_copy(size, turn->kept, layer);
-        /* unreached: a value that is not finite has a status */
         return st == ROLN_E_NOT_FINITE && fit.status != ROLN_OK ? fit.status : st;
     }
     for (i = 0; i < ROLN_(n); i++) { /* the last fit was that of the step */

@@ -75,7 +75,7 @@ struct roln_ae {
        S(N), S(n)     N_0, N_L
        S(N1), S(N2)   N_1, N_2; 0 where there is no such layer, so that S(N1) > 0 means that there are layers
        S(ae_sum)      N_1 + N_2 + .. + N_L
-       S(monomials)      F, the numbers of p(z), and S(bent), N_{L-1}, if layer L-1 is bent; else both 0
+       S(monomials)   F, the numbers of p(z), and S(bent), N_{L-1}, if layer L-1 is bent; else both 0
        S(ae_size)     roln_ae_params(ae) */
 
 /* N_l, or 0 beyond the last layer. */
@@ -931,7 +931,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         for (i = 0; i < n * N; i++)
             psi[i] = n < N ? sd * roln_normal(seed) : ROLNI_AS(roln_real, i % (n + 1) == 0);
         roln_mm_bt(n, N, n, psi, psi, G);
-        if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD; /* unreached: has next to no probability */
+        if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
         for (j = 0; j < N; j++) {
             for (i = 0; i < n; i++)
                 col[i] = psi[i * N + j];
@@ -1466,7 +1466,7 @@ ROLN_FN roln_status rolni_quantise_rows(const roln_storage *storage, int m, int 
 {
     const int row = ROLN_AE_ROW(storage->bits, N);
     int p, r, j;
-    for (p = m - 1; p >= 0; p--) { /* unreached: it ends at row 0 */
+    for (p = m - 1; p >= 0; p--) {
         const float *w = B + p * N;
         float *e = E + p * N, *q;
         roln_status st;
@@ -1474,7 +1474,7 @@ ROLN_FN roln_status rolni_quantise_rows(const roln_storage *storage, int m, int 
         for (r = p + 1; r < m; r++)
             for (j = 0; j < N; j++)
                 e[j] += L[r * m + p] / L[p * (m + 1)] * E[r * N + j];
-        if (p == 0) break;
+        if (p == 0) continue;
         q = p <= n ? phi + (p - 1) * row : b + N + (p - 1 - n) * row;
         if ((st = rolni_quantise_matrix(storage->bits, 1, N, e, q)) != ROLN_OK) return st;
         rolni_read_matrix(storage, 1, N, q, e);
@@ -1482,7 +1482,7 @@ ROLN_FN roln_status rolni_quantise_rows(const roln_storage *storage, int m, int 
             e[j] = w[j] - e[j];
     }
     rolni_copy(N, E, b);
-    return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE; /* unreached: b was finite, and what is added are rounding errors */
+    return roln_all_finite(N, b) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
 /* Phi, b and W of layer l by the three steps; full, out: where the layer begins; the layers behind it are stored. */
@@ -1905,7 +1905,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     if ((st = rolni_chart_polish(n, m, bent, phi + n * bent, b, C, E)) != ROLN_OK) return st;
     for (i = 0; i < m * bent; i++)
         bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));
-    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE; /* unreached: left is at most 1 but for rounding */
+    if (bad || !roln_finite(left)) return ROLN_E_NOT_FINITE;
     for (i = 0; i < bent; i++)
         b[i] = ROLNI_AS(roln_real, C[i]);
     for (i = 0; i < n * bent; i++)

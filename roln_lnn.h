@@ -74,7 +74,7 @@ ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, 
 {
     const roln_real *in = x;
     int l, r, i, p;
-    for (l = 0; l < f->layers; l++) { /* unreached: it returns behind the last layer */
+    for (l = 0; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1], rows = nb * no, last = l + 1 == f->layers;
         const roln_real *b = theta + ni * no;
         roln_real *to = last ? y : out;
@@ -85,7 +85,7 @@ ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, 
                 to[r * no + i] += b[i];
         theta = b + no;
         in = to;
-        if (last) return;
+        if (last) continue;
         if (value) roln_softplus_n(rows, to, to, slope);
         for (p = value; p < planes; p++)
             for (i = 0; i < rows; i++)
@@ -269,7 +269,7 @@ typedef struct {
     int base;               /* exponential: 0: base point I, 1: learned P */
     int layers;             /* gyro layers behind the exponential: X_i+1 = layer_i(X_i), the last is M; Cholesky: 0 */
     int damping;            /* 1: learned dissipation R(z) = L L^T */
-    roln_real eigenvalue_floor;        /* smallest eigenvalue of ROLN_CHOLESKY */
+    roln_real eigenvalue_floor; /* smallest eigenvalue of ROLN_CHOLESKY */
     roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs */
     roln_mlp potential_net; /* z -> V, one output */
     roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs */
@@ -373,7 +373,7 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        n           degrees of freedom
        base        1: learned base point P             damping    1: learned dissipation
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
-       cossin    inputs of the networks, n + number of angles; 0 without angles
+       cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
        layers      SPD layers
@@ -1835,7 +1835,7 @@ typedef struct {
     ROLN_MAX(ROLNI_EVAL_WORK(S, 1, 0, ROLNI_CORIOLIS, 1), \
              (1 - S(formed)) * (0 ROLN_LNN_DYNAMICS_MEM(ROLNI_SIZE, S) + ROLN_SPD_FORM_WORK(S(n))))
 ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_dynamics_out *out,
-                                   roln_real *tape, roln_real *work)
+                                      roln_real *tape, roln_real *work)
 {
     const int n = f->n, nn = n * n, wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : ROLNI_MASS;
     const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
@@ -1853,10 +1853,9 @@ ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta,
         roln_spd_form(n, el, t.Q, M, work);
         mass = M;
     }
-    /* unreached: most that overflows does so in T or V as well */
     if (!roln_all_finite(nn, mass) || !roln_finite(twice) || !roln_finite(t.v[0]) || !roln_all_finite(n, t.d) ||
-        (wanted >= ROLNI_GRADIENT && (!roln_all_finite(n, t.kin) || !roln_all_finite(n, t.g))) || /* unreached: as above */
-        (wanted == ROLNI_CORIOLIS && !roln_all_finite(n, t.dmv))) /* unreached: as above */
+        (wanted >= ROLNI_GRADIENT && (!roln_all_finite(n, t.kin) || !roln_all_finite(n, t.g))) ||
+        (wanted == ROLNI_CORIOLIS && !roln_all_finite(n, t.dmv)))
         return ROLN_E_NOT_FINITE;
     if (out->M) rolni_copy(nn, mass, out->M);
     for (i = 0; i < n; i++) {
@@ -2194,7 +2193,6 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     rolni_momentum_jac(f, theta, &t0, t0.zd, N0, work);
     rolni_momentum_jac(f, theta, &t1, t1.zdd, N1, work);
     rolni_copy(2 * n, tm.x, sm);
-    /* unreached: the step has evaluated it there */
     if ((st = rolni_eval(f, 1, 1, theta, sm, NULL, ROLNI_SECOND, tape + stride, work)) != ROLN_OK) return st;
     rolni_motion_jac(f, 1, theta, &tm, Fz, work); /* F_z and F_v, which is N^T */
     for (i = 0; i < nn; i++)
@@ -2210,7 +2208,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     roln_mm(n, n, n, P, W, A);
     for (i = 0; i < n; i++)
         A[i * (n + 1)] += 1;
-    if ((st = roln_inv(n, A, P, work)) != ROLN_OK) return st; /* unreached: a step h on which v turns back */
+    if ((st = roln_inv(n, A, P, work)) != ROLN_OK) return st;
     roln_mm(n, n, n, W, P, A);
     for (i = 0; i < nn; i++)
         R[i] = N0[i] - Q[i];
@@ -2289,7 +2287,6 @@ ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys,
         roln_real *const to = work;
         work += n2;
         if ((st = roln_lnn_step(f, sys, scheme, 1, 1, h, s, to, tape, work)) != ROLN_OK) return st;
-        /* unreached: as in that function */
         if ((st = rolni_midpoint_jac(f, sys, size, h, J, tape, roln_lnn_tape(f, 1, 1, 1), work)) != ROLN_OK) return st;
         rolni_copy(n2, to, sn);
         return ROLN_OK;

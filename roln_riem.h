@@ -358,7 +358,7 @@ ROLN_FN void roln_stiefel_project(int k, int m, int count, int stride, const rol
 ROLN_FN roln_status rolni_orthonormal(int k, int m, roln_real *X, roln_real *L)
 {
     int pass, i, j;
-    for (pass = 0; pass < 2; pass++) { /* unreached: the second pass ends it */
+    for (pass = 0; pass < 2; pass++) {
         roln_real top = 0, low;
         roln_mm_bt(k, m, k, X, X, L);
         for (i = 0; i < k; i++)
@@ -404,7 +404,7 @@ ROLN_FN roln_status roln_stiefel_init(int k, int m, roln_real *X, uint64_t *seed
 {
     roln_status st = ROLN_E_ILL_CONDITIONED;
     int draw, i;
-    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) { /* unreached: eight ill-conditioned draws in a row */
+    for (draw = 0; draw < 8 && st != ROLN_OK; draw++) {
         for (i = 0; i < k * m; i++)
             X[i] = roln_normal(seed);
         st = rolni_orthonormal(k, m, X, work);
@@ -1001,11 +1001,11 @@ ROLN_FN void roln_sym_solve(int n, const roln_real *S, const roln_real *b, roln_
    that its error is rounding. A step that is not taken leaves everything but lambda as it was, except that it ends the memory of
    the system in the rows: damping only shortens d - mu d_old.
 
-       roln_newton_rows    J and r, as they are measured, become those of the tangent space     once for new rows
-       roln_newton_normal_equations    A, or J J^T                                                          once for new rows
-       roln_newton_step    x+, and the residuals that are expected there                        again after a refusal
-       roln_newton_accept   takes the residuals at x+: is the step taken?
-       roln_newton_give_up    if none of several tries is taken, before new rows; a caller who tries until one is needs it not
+       roln_newton_rows              J and r, as they are measured, become those of the tangent space     once for new rows
+       roln_newton_normal_equations  A, or J J^T                                                          once for new rows
+       roln_newton_step              x+, and the residuals that are expected there                        again after a refusal
+       roln_newton_accept            takes the residuals at x+: is the step taken?
+       roln_newton_give_up           after the last of several tries, if none was taken and new rows follow
 
    J [R + 1][P] is the caller's: behind the rows stands what is carried from step to step, rest or d_old, 0 at first. All blocks
    must have the dot product of their coordinates for a metric (roln_manifold.inner NULL); weight decay and groups are none of a
@@ -1222,19 +1222,18 @@ ROLN_FN roln_status roln_newton_step(int blocks, const roln_block *table, const 
     if (st != ROLN_OK) return st;
     for (k = 0; k < R; k++)
         expect[k] = g->r[k] - opt->rate * roln_dot(P, g->J + ROLNI_AS(size_t, k) * ROLNI_AS(size_t, P), d);
-    /* unreached: keep is made of what expect is made of */
     if (!roln_all_finite(R, expect) || !roln_all_finite(P, keep)) return ROLN_E_NOT_FINITE;
     state->lambda = lambda;
     return ROLN_OK;
 }
 
 /* Nonzero if the step is to be taken. The first R rows judge, all or fewer: r and weight [R] of roln_newton_rows, expect [R] of
-   roln_newton_step, and there [R], the residuals at x+ as they are measured. The caller then copies next to x and keep behind the
-   rows of J; if it is not, he zeroes what is carried in the system of the rows, and leaves rest where it is. lambda *= error /
-   0.17, but by 1/3 to 2, and by 4 if the step is not taken; by 1/3 if it foretold a change of the rows by less than a thousandth,
-   where error is rounding and more damping would lead ever deeper into it. It stays between eps and 1 / eps. */
+   roln_newton_step, and there [R], the residuals at x+ as they are measured. If the step is taken, the caller copies next to x,
+   and keep to row R of J; if not, the caller zeroes row R in the system of the rows, P > 8 R. lambda *= error / 0.17, but by 1/3 to
+   2, and by 4 if the step is not taken; by 1/3 if it foretold a change of the rows by less than a thousandth, where error is
+   rounding and more damping would lead ever deeper into it. It stays between eps and 1 / eps. */
 ROLN_FN int roln_newton_accept(int R, const roln_real *r, const roln_real *weight, const roln_real *expect, const roln_real *there,
-                              roln_newton *state)
+                               roln_newton *state)
 {
     double wrong = 0, change = 0, all = 0;
     roln_real factor = 4;
@@ -1255,8 +1254,8 @@ ROLN_FN int roln_newton_accept(int R, const roln_real *r, const roln_real *weigh
     return take;
 }
 
-/* No try of a caller who goes on to other rows was taken: these may have been the odd ones. Of all the damping that was added since
-   lambda was before stays 4 times, and not beyond 1; what was taken away stays away. */
+/* Call it if all tries were refused and new rows follow: the refused rows may have been unusual. before: lambda before the tries.
+   Added damping is cut to 4 times that, and to 1 if `before` is less; damping that was removed stays removed. */
 ROLN_FN void roln_newton_give_up(roln_real before, roln_newton *state)
 {
     state->lambda = ROLN_MIN(state->lambda, ROLN_MAX(before, ROLN_MIN(4 * before, 1)));

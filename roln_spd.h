@@ -241,6 +241,17 @@ ROLN_FN int roln_randint(int n, uint64_t *s)
     return ROLNI_AS(int, ((roln_rand(s) >> 32) * ROLNI_AS(uint64_t, n)) >> 32);
 }
 
+/* Put index[0 .. count-1] in random order (Fisher-Yates): the same order for the same seed everywhere. */
+ROLN_FN void roln_shuffle(int count, int *index, uint64_t *seed)
+{
+    int i;
+    for (i = count - 1; i > 0; i--) {
+        const int j = roln_randint(i + 1, seed), t = index[i];
+        index[i] = index[j];
+        index[j] = t;
+    }
+}
+
 /* ---- 4 elementary functions ------------------------------------------------------------------ */
 
 /* Only + - * / and operations on bits: the same result on every target (contraction off). exp, softplus
@@ -1438,7 +1449,7 @@ ROLN_FN roln_status rolni_eig_iterate(int n, roln_real *l, roln_real *e, roln_re
             i++;
             continue;
         }
-        if (sweeps <= 0) /* unreached: no matrix is known that takes as many; test_eig.c allows less */
+        if (sweeps <= 0)
             return ROLN_E_NO_CONVERGENCE;
         sweeps--;
         g = l[i + 1] - l[i];
