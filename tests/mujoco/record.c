@@ -27,6 +27,7 @@
    Exit code 1: the last line says why. */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include <ctype.h>
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -60,8 +61,14 @@ static void fail(const char *format, ...)
 static void *room(size_t bytes)
 {
     void *p = calloc(1, bytes ? bytes : 1);
-    if (!p) fail("out of memory");
+    if (!p) fail("out of memory: %zu bytes\nhint: fewer or shorter recordings: train=10 seconds=1", bytes);
     return p;
+}
+
+/* A file that cannot be written. */
+static void refuse_place(const char *path)
+{
+    fail("cannot write %s: %s\nhint: OUT names another place, which must be there; it needs room", path, strerror(errno));
 }
 
 /* ---- settings ---- */
@@ -81,10 +88,10 @@ static void read_settings(int argc, char **argv)
         while (k < SETTINGS && (!eq || strlen(settings[k].key) != (size_t)(eq - argv[i]) ||
                                 strncmp(argv[i], settings[k].key, strlen(settings[k].key))))
             k++;
-        if (k == SETTINGS) fail("%s: not one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
+        if (k == SETTINGS) fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
         const double x = strtod(eq + 1, &end);
         if (end == eq + 1 || *end || !(x >= settings[k].low && x <= settings[k].high))
-            fail("%s: a number, %g .. %g", argv[i], settings[k].low, settings[k].high);
+            fail("%s: expected a number\nhint: %s=%g .. %g", argv[i], settings[k].key, settings[k].low, settings[k].high);
         settings[k].value = x;
     }
 }
@@ -167,7 +174,7 @@ static void load(const char *path)
     mju_user_error = on_error;
     mju_user_warning = on_warning;
     FILE *f = fopen(path, "r");
-    if (!f) fail("cannot read %s", path);
+    if (!f) fail("cannot read %s: %s\nhint: check the path", path, strerror(errno));
     fclose(f);
     rig.m = mj_loadXML(path, NULL, error, sizeof error);
     for (char *c = error; *c; c++)
@@ -180,11 +187,11 @@ static void load(const char *path)
             fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place", path,
                  j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
-    if (m->nv == 0) fail("%s: there are no joints", path);
-    if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
+    if (m->nv == 0) fail("%s: there are no joints\nhint: the model needs a hinge or a slider", path);
+    if (m->nv > 1000) fail("%s: %d joints, more than 1000\nhint: take joints out", path, m->nv);
     rig.m->opt.jacobian = mjJAC_DENSE;
     rig.d = mj_makeData(m);
-    if (!rig.d) fail("out of memory");
+    if (!rig.d) fail("%s: out of memory\nhint: a smaller model", path);
 }
 
 /* A motor whose force is its command times a gain. */
@@ -1012,7 +1019,7 @@ static void write_config(const char *name, const char *path, const char *model, 
     const mjModel *m = rig.m;
     const int n = which == FULL ? m->nv : s->n, angles = n == m->nv && (rig.turns > 0 || which == ANGLES);
     FILE *f = fopen(path, "w");
-    if (!f) fail("cannot write %s", path);
+    if (!f) refuse_place(path);
     write_comment(f, name, model, s);
     fprintf(f, "#ifndef %s_h\n#define %s_h\n\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, name, name, m->nv);
     if (n < m->nv) fprintf(f, ", %d\n#define ROLN_CHART polynomial, %d", n, s->degree);
@@ -1024,7 +1031,7 @@ static void write_config(const char *name, const char *path, const char *model, 
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
     if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
     fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n\n#endif\n");
-    if (fclose(f)) fail("cannot write %s", path);
+    if (fclose(f)) refuse_place(path);
 }
 
 /* Nonzero if there are hinges that the proposed config does not see as angles and that could be. */
@@ -1065,7 +1072,7 @@ static void write_constant(const demos *d, const char *path)
     const int N = d->N, wide = demos_wide(d), apart = (int)(0.025 / d->dt + 1e-6), every = apart > 1 ? apart : 1;
     double *mean = room((size_t)(2 * N) * sizeof *mean), *unit = mean + N;
     FILE *f = fopen(path, "w");
-    if (!f) fail("cannot write %s", path);
+    if (!f) refuse_place(path);
     moments(d, mean, NULL);
     mean_directions(d, mean);
     units(d, mean, rig.turns > 0, unit);
@@ -1086,7 +1093,7 @@ static void write_constant(const demos *d, const char *path)
         if (var > 0) fprintf(f, "%g,%.5g\n", 1e3 * ahead * d->dt, 100 * sqrt(off / var));
     }
     free(mean);
-    if (fclose(f)) fail("cannot write %s", path);
+    if (fclose(f)) refuse_place(path);
 }
 
 /* ---- names ---- */
@@ -1120,8 +1127,8 @@ static void map_out(const char *out, const char *model, char to[4096])
     const char *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
     char name[100] = "", of[4096], path[4200];
     int n = 0, clash = 0;
-    if (!*base || strlen(base) > 80) fail("OUT %s: a file name of 1 to 80 letters at its end", out);
-    if (base - out > 3900) fail("OUT is too long");
+    if (!*base || strlen(base) > 80) fail("OUT %s: its end is no file name of 1 to 80 letters\nhint: build/my, say", out);
+    if (base - out > 3900) fail("OUT has more than 3900 letters\nhint: a shorter path");
     if (isdigit((unsigned char)*base)) n = snprintf(name, sizeof name, "m");
     for (; *base; base++)
         name[n++] = isalnum((unsigned char)*base) ? *base : '_';
@@ -1296,7 +1303,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < 7; i++)
         snprintf(path[i], sizeof path[i], "%s%s", out, ends[i]);
     load(argv[1]);
-    if (!realpath(argv[1], model)) fail("cannot read %s", argv[1]);
+    if (!realpath(argv[1], model)) fail("cannot read %s: %s\nhint: check the path", argv[1], strerror(errno));
     demos d = all_recordings();
     const shape s = propose(&d);
     write_config(name, path[3], model, &s, OWN);
@@ -1305,7 +1312,7 @@ int main(int argc, char **argv)
     else remove(path[6]);
     write_constant(&d, path[5]);
     if (demos_write_csv(&d, 0, path[0]) || demos_write_csv(&d, 1, path[1])) return 1;
-    if (demos_write_h5(&d, argv[1], path[2])) fail("cannot write %s", path[2]);
+    if (demos_write_h5(&d, argv[1], path[2])) refuse_place(path[2]);
     say(&d);
     demos_free(&d);
     return 0;
