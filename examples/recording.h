@@ -156,7 +156,9 @@ static void progress(const char *what, double part)
 static void *room(size_t count, size_t size)
 {
     void *p = calloc(count ? count : 1, size);
-    if (!p) fail("out of memory: %.0f times %.0f bytes", (double)count, (double)size);
+    if (!p)
+        fail("out of memory: %.0f times %.0f bytes\nhint: fewer or shorter recordings, or a smaller model", (double)count,
+             (double)size);
     return p;
 }
 
@@ -644,8 +646,8 @@ static int next_line(const char *path, sheet *s)
     s->row++;
     if (memchr(s->text, 0, (size_t)n) ||
         (s->row == 1 && (memcmp(s->text, "\xff\xfe", 2) == 0 || memcmp(s->text, "\xfe\xff", 2) == 0)))
-        fail("%s:%d: a byte 0, or a mark of UTF-16, which no CSV has; possible cause: UTF-16, a damaged file\nhint: save it as text "
-             "in UTF-8",
+        fail("%s:%d: a byte 0, or a mark of UTF-16, which no CSV has; possible cause: UTF-16, a damaged file\n"
+             "hint: save it as text in UTF-8",
              path, s->row);
     if (s->text[n - 1] == '\n') s->text[n - 1] = 0;
     else if (!feof(s->f))
@@ -1123,8 +1125,8 @@ static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
     } else {
         const int at = w->columns[OF_T] ? 0 : time_column(s, names);
         if (at == 0 && !(w->dt > 0))
-            fail("%s:%d: no column is called a time\nhint: name it: t=1, say; if there is none, dt=0.01: 10 ms from row to row", d->path,
-                 s->row);
+            fail("%s:%d: no column is called a time\nhint: name it: t=1, say; if there is none, dt=0.01: 10 ms from row to row",
+                 d->path, s->row);
         s->column[OF_T] = room(1, sizeof **s->column);
         *s->column[OF_T] = at, s->used[OF_T] = at > 0;
         if (at > s->last) s->last = at;
@@ -1567,8 +1569,8 @@ static pace find_pace(motion *d)
     if (p.even) return p;
     if (p.mean > 0) find_clock(d, &p, median);
     if (!p.steady && 20 * twice > steps)
-        fail("%s: %d of %d steps of t are 0; possible cause: too few digits of t\nhint: write t with more digits; if rows are equally far apart, "
-             "count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
+        fail("%s: %d of %d steps of t are 0; possible cause: too few digits of t\nhint: write t with more digits; if rows are "
+             "equally far apart, count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
              d->path, twice, steps);
     if (!p.steady && !(p.digit > 0.3 * median) && fabs(median - p.mean) < 0.2 * p.mean) p.mean = median;
     return p;
@@ -1659,8 +1661,8 @@ static void refuse_jump(const motion *d, int by_qd, int k, int i, int j)
     const double step = (double)(d->q[i * d->N + j] - d->q[(i - 1) * d->N + j]), off = rest_of(d, by_qd, k, i, j);
     const int line = d->line[i];
     if (i + 1 < d->first[k + 1] && fabs(off + rest_of(d, by_qd, k, i + 1, j)) <= 0.2 * fabs(off))
-        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one; possible cause: a wild sample\nhint: a blank "
-             "line in place of the row makes two recordings",
+        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one; possible cause: a wild sample\nhint: a "
+             "blank line in place of the row makes two recordings",
              d->file[k], line, j + 1, step);
     fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g; possible cause: another recording, lost samples, a "
          "wild sample\nhint: a blank line before it makes two recordings",
@@ -1762,8 +1764,8 @@ static void check_turns(const motion *d, unsigned angles, int each)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
         if (angle)
-            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; possible cause: it is not in radians\n", d->path, j + 1,
-                   (high - low) / 6.283185307179586);
+            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; possible cause: it is not in radians\n", d->path,
+                   j + 1, (high - low) / 6.283185307179586);
         else
             printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
                    "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
@@ -1867,7 +1869,8 @@ static void check_velocities(motion *d, const wanted *w)
         if (w->half == 0) printf("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
-        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt; possible cause: t is in %s\nhint: divide t by %s, or call its column %s",
+        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt; possible cause: t is in %s\nhint: divide t by %s, or call "
+             "its column %s",
              d->path, d->dt, l[at].scale, l[at].scale < 1e4 ? "milliseconds" : "microseconds",
              l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {

@@ -143,7 +143,8 @@ static void read_setting(size_t k, const char *text)
 {
     char *end;
     const double x = strtod(text, &end);
-    if (end == text || *end || !isfinite(x)) fail("%s=%s: not a number\nhint: a number, %g .. %g", settings[k].key, text, settings[k].low, settings[k].high);
+    if (end == text || *end || !isfinite(x))
+        fail("%s=%s: not a number\nhint: a number, %g .. %g", settings[k].key, text, settings[k].low, settings[k].high);
     if (x < settings[k].low || x > settings[k].high || (settings[k].whole && x != floor(x)))
         fail("%s=%s: expected %s %g .. %g\nhint: --help says what %s= sets", settings[k].key, text,
              settings[k].whole ? "a whole number," : "a number,", settings[k].low, settings[k].high, settings[k].key);
@@ -445,7 +446,8 @@ static void fit_chart(void)
         st = M(chart_refine)(&s.p, &b, &turn, &residual);
         steps += st == ROLN_OK;
     }
-    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: %s\nhint: leave columns out that do not move, or record more motion", roln_status_text(st));
+    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE)
+        give_up("chart: %s\nhint: leave columns out that do not move, or record more motion", roln_status_text(st));
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch.chart_add);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch.chart_solve);
     if (st != ROLN_OK) give_up("chart: %s\nhint: a lower degree, or more recordings", roln_status_text(st));
@@ -1035,7 +1037,8 @@ static void start(void)
     static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
     s.seed = (uint64_t)set("seed"), s.of_qdd = 1, s.of_force = (roln_real)set("force");
     if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch.init_pod) != ROLN_OK)
-        fail("no start from this data; possible cause: it does not move, or its numbers are too large\nhint: look at q1 .. q%d in %s",
+        fail("no start from this data; possible cause: it does not move, or its numbers are too large\n"
+             "hint: look at q1 .. q%d in %s",
              (int)M(N), d.path);
     if (words[FROM].value) {
         FILE *f = fopen(words[FROM].value, "rb");
@@ -1103,8 +1106,9 @@ static int report(void)
     snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
     for (c = text; *c; c++)
         if (*c == '*') *c = '.'; /* it goes into a comment */
-    if (!write_weights(doubts[0] ? text : NULL)) fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
-                                                     words[OUT].value);
+    if (!write_weights(doubts[0] ? text : NULL))
+        fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
+             words[OUT].value);
     for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
         remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
     if (kept > 0 && doubts[0])

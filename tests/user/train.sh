@@ -314,7 +314,8 @@ if command -v i686-linux-gnu-gcc > /dev/null; then # of release-deps; soundness.
         while (i++ < 1789600) print "" }' > $dir/file.csv
     check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
 fi
-doubted 'a slow clock' 'samples are 0.5 s apart; possible cause: t is not in seconds' "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
+doubted 'a slow clock' 'samples are 0.5 s apart; possible cause: t is not in seconds' \
+    "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
 make_of "$row { \$1 += (NR % 3 - 1) * 2e-6 } 1"
 check 'a clock that hardly jitters' silent
 check 'and its mean' awk '/ samples of / { for (i = 1; i < NF; i++) if ($i == "of") dt = $(i + 1) }
@@ -324,7 +325,8 @@ check 'and its mean' awk '/ samples of / { for (i = 1; i < NF; i++) if ($i == "o
 doubted 'interleaved' 'the columns look like q1, qd1' "$row { x = \$3; \$3 = \$4; \$4 = x } 1"
 check 'interleaved: smooth does not mend it' warned '.*the columns look like q1, qd1' smooth=5
 doubted 'degrees' 'q is in degrees, qd in radians' "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
-doubted 'degrees per second' 'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00; possible cause: q is in radians' \
+doubted 'degrees per second' \
+    'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00; possible cause: q is in radians, qd in degrees' \
     "$row { \$4 *= 57.29578; \$5 *= 57.29578 } 1"
 doubted 'all in degrees' 'q of joint 1 goes from -.* to .*; of a joint that turns round, ROLN_ANGLES' \
     "$row { for (i = 2; i <= 5; i++) \$i *= 57.29578 } 1"
@@ -389,8 +391,9 @@ check 'both smoothed' test "$(grep -c 'csv: no qd, so q, qd, qdd smoothed over 1
 check 'positions alone: prediction' below $dir/p_test.csv 25 0.1 $dir/m.log
 
 # a wild sample is left out of a recording, and costs no accuracy
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_test.csv > $dir/wild_test.csv
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_train.csv > $dir/wild_train.csv
+wild='/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1'
+awk -F, -v OFS=, "$wild" $dir/2_test.csv > $dir/wild_test.csv
+awk -F, -v OFS=, "$wild" $dir/2_train.csv > $dir/wild_train.csv
 check 'wild samples' short $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$dir/n
 cat $dir/says.log > $dir/n.log
 check 'wild samples: told' grep 'wild_train.csv:4003: qd1 is wild: 1e+18, beside .*; so are 2 more rows: left out' $dir/n.log
@@ -440,7 +443,8 @@ check 'angles in degrees that jump' says 'csv:[0-9]*: q of joint 1 jumps by 3[56
 awk -F, -v OFS=, '/^$/ { n = 0; last = 0 } NF { if (n++ == 0) turns = 0; else turns -= $2 - last > 3 ? 1 : $2 - last < -3 ? -1 : 0
     last = $2; $2 = ($2 + 6.283185307 * turns) * 57.29578; $3 *= 57.29578 } 1' $dir/wheel.csv > $dir/degrees.csv
 $dir/wheel $dir/degrees.csv steps=1 out=$dir/s > $dir/s.log 2>&1
-check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-9]* turns; possible cause: it is not in radians' $dir/s.log
+check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-9]* turns; possible cause: it is not in radians' \
+    $dir/s.log
 check 'and that it came to nothing' grep '^that is no better than the mean of q' $dir/s.log
 check 'a start from another config' says 'cannot start from .*it is of another config' \
     $dir/wheel $dir/wheel.csv steps=1 from=$dir/whole.roln out=$dir/s
