@@ -26,7 +26,7 @@ static int read_key(wanted *w, const char *key, const char *value)
         const double hz = strtod(value, &end);
         const int number_is = end != value && *end == 0 && hz > 0 && hz < 1e9;
         if (!number_is && strcmp(value, "off") != 0 && strcmp(value, "auto") != 0)
-            fail("filter=%s: a frequency in Hz, off or auto\nhint: filter=10 keeps motion below 10 Hz", value);
+            fail("filter=%s: expected a frequency in Hz, off or auto\nhint: filter=10 keeps motion below 10 Hz", value);
         w->filter = number_is ? hz : *value == 'o' ? -1 : 0;
         return 1;
     }
@@ -97,7 +97,7 @@ static int add_folder(file_list *list, const char *path)
     }
     closedir(folder);
     if (list->count == had)
-        fail("%s: no file in it is called .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
+        fail("%s: no file in it ends in .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
     qsort((void *)(list->path + had), (size_t)(list->count - had), sizeof *list->path, by_name);
     if (others > 0) printf("%s: %d other files are not read\n", path, others);
     return 1;

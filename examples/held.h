@@ -136,7 +136,8 @@ static int hold_out(motion *m, const char *held, double look)
     const double fraction = strtod(held, &end);
     if (strcmp(held, "none") == 0) return hold_blocks(m, 0.1, 2 * look, 0, 1);
     if (end != held && *end == 0) {
-        if (!(fraction >= 0 && fraction <= 1)) fail("held=%s: a number, 0 .. 1\nhint: held=0.1, none, or names of files", held);
+        if (!(fraction >= 0 && fraction <= 1))
+            fail("held=%s: expected a number, 0 .. 1\nhint: held=0.1, none, or names of files", held);
         if (m->trajectories > 1 && !m->mapped && strcmp(m->file[0], m->file[m->trajectories - 1]) == 0)
             return m->trajectories - (int)ceil(m->trajectories * fraction);
         return fraction > 0 && fraction < 1 ? hold_blocks(m, fraction, 2 * look, margin, 0) : fraction > 0 ? 0 : m->trajectories;

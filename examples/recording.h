@@ -156,7 +156,9 @@ static void progress(const char *what, double part)
 static void *room(size_t count, size_t size)
 {
     void *p = calloc(count ? count : 1, size);
-    if (!p) fail("out of memory: %.0f times %.0f bytes", (double)count, (double)size);
+    if (!p)
+        fail("out of memory: %.0f times %.0f bytes\nhint: fewer or shorter recordings, or a smaller model", (double)count,
+             (double)size);
     return p;
 }
 
@@ -497,7 +499,7 @@ static int read_names(const motion *d, sheet *s, int columns, int most)
     names = split(strchr(text, s->apart) ? s->apart : separator_of(text), text, most, s->name);
     if (s->comment && (names != columns || !is_time(s->name[0]))) return 0;
     if (names != columns && !is_header(s->name, names < most ? names : most)) {
-        printf("%s: line %d is text: it has another number of columns than line %d\n", d->path, s->header_row, s->row);
+        printf("%s:%d: text, not a header: line %d has another number of columns\n", d->path, s->header_row, s->row);
         return s->header_row = 0;
     }
     for (i = 1; i < names && i < most && names == columns && !is_time(s->name[0]); i++)
@@ -617,10 +619,10 @@ static sheet open_sheet(motion *d, const wanted *w)
     s.w = room((size_t)s.most, sizeof *s.w), s.name = room((size_t)s.most, sizeof *s.name);
     if (mapped) s.units = room((size_t)s.size, 1);
     s.f = fopen(d->path, "rb");
-    if (!s.f) fail("cannot read %s\nhint: is the path right, and the file readable?", d->path);
+    if (!s.f) fail("cannot read %s: %s\nhint: check the path", d->path, strerror(errno));
     while (read_text(&s))
         if (s.lines++ == INT_MAX - 1) fail("%s has more than 2^31 lines\nhint: leave recordings out", d->path);
-    if (ferror(s.f)) fail("cannot read %s: %s\nhint: is it a file, and whole?", d->path, strerror(errno));
+    if (ferror(s.f)) fail("cannot read %s: %s\nhint: name a file, or copy it to another place first", d->path, strerror(errno));
     rewind(s.f);
     if (s.lines == 0) fail("%s is empty\nhint: a CSV has the columns t, q.., qd.., tau..", d->path);
     lines = (size_t)s.lines + (size_t)d->samples;
@@ -638,18 +640,18 @@ static int next_line(const char *path, sheet *s)
     static const char mark[] = "\xef\xbb\xbf";
     int n = read_text(s);
     if ((n > 0) == (s->row == s->lines))
-        fail("%s: %s than when its lines were counted\nhint: the file grew while it was read, or is a pipe: copy it first", path,
-             n > 0 ? "longer" : "shorter");
+        fail("%s: %s than when its lines were counted; possible cause: %s\nhint: copy it to a file that nobody writes", path,
+             n > 0 ? "longer" : "shorter", n > 0 ? "a logger still writes it" : "a pipe");
     if (n == 0) return 0;
     s->row++;
     if (memchr(s->text, 0, (size_t)n) ||
         (s->row == 1 && (memcmp(s->text, "\xff\xfe", 2) == 0 || memcmp(s->text, "\xfe\xff", 2) == 0)))
-        fail("%s:%d: a byte 0, or a mark of UTF-16, which this text cannot have\nhint: if it is UTF-16, save it as UTF-8; else the "
-             "file is damaged, or no text",
+        fail("%s:%d: a byte 0, or a mark of UTF-16, which no CSV has; possible cause: UTF-16, a damaged file\n"
+             "hint: save it as text in UTF-8",
              path, s->row);
     if (s->text[n - 1] == '\n') s->text[n - 1] = 0;
     else if (!feof(s->f))
-        fail("%s:%d: more than %d letters in a line\nhint: is this a CSV, with a line for each sample?", path, s->row, s->size - 2);
+        fail("%s:%d: more than %d letters in a line\nhint: write a CSV, a line for each sample", path, s->row, s->size - 2);
     while (strncmp(s->text, mark, 3) == 0)
         memmove(s->text, s->text + 3, strlen(s->text + 3) + 1);
     return 1;
@@ -1123,8 +1125,8 @@ static void choose_time(motion *d, const wanted *w, sheet *s, int names, int n)
     } else {
         const int at = w->columns[OF_T] ? 0 : time_column(s, names);
         if (at == 0 && !(w->dt > 0))
-            fail("%s:%d: which column is the time?\nhint: t=1, say; if there is none, dt=0.01: 10 ms from row to row", d->path,
-                 s->row);
+            fail("%s:%d: no column is called a time\nhint: name it: t=1, say; if there is none, dt=0.01: 10 ms from row to row",
+                 d->path, s->row);
         s->column[OF_T] = room(1, sizeof **s->column);
         *s->column[OF_T] = at, s->used[OF_T] = at > 0;
         if (at > s->last) s->last = at;
@@ -1581,8 +1583,8 @@ static pace find_pace(motion *d)
     if (p.even) return p;
     if (p.mean > 0) find_clock(d, &p, median);
     if (!p.steady && 20 * twice > steps)
-        fail("%s: %d of %d steps of t are 0: t has too few digits\nhint: write t with more digits; if rows are equally far apart, "
-             "count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
+        fail("%s: %d of %d steps of t are 0; possible cause: too few digits of t\nhint: write t with more digits; if rows are "
+             "equally far apart, count them: t=none dt=0.01 q=2:3, say, as in docs/training.md",
              d->path, twice, steps);
     if (!p.steady && !(p.digit > 0.3 * median) && fabs(median - p.mean) < 0.2 * p.mean) p.mean = median;
     return p;
@@ -1673,13 +1675,11 @@ static void refuse_jump(const motion *d, int by_qd, int k, int i, int j)
     const double step = (double)(d->q[i * d->N + j] - d->q[(i - 1) * d->N + j]), off = rest_of(d, by_qd, k, i, j);
     const int line = d->line[i];
     if (i + 1 < d->first[k + 1] && fabs(off + rest_of(d, by_qd, k, i + 1, j)) <= 0.2 * fabs(off))
-        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one\nhint: a wild sample: a blank line in "
-             "place of "
-             "the row makes two recordings",
+        fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one; possible cause: a wild sample\nhint: a "
+             "blank line in place of the row makes two recordings",
              d->file[k], line, j + 1, step);
-    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g\nhint: a blank line before it, if another recording "
-         "begins or "
-         "samples are lost; possible cause: a wild sample",
+    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g; possible cause: another recording, lost samples, a "
+         "wild sample\nhint: a blank line before it makes two recordings",
          d->file[k], line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
 }
 
@@ -1702,7 +1702,7 @@ static void check_jumps(const motion *d, unsigned angles, int by_qd)
                 if (fabs(off) > most.turn && (is_turn(step, off, 360) || (!angle && is_turn(step, off, radians))))
                     fail("%s:%d: q of joint %d jumps by %.4g, as an encoder that begins anew every turn\nhint: %s", d->file[k],
                          d->line[i], j + 1, fabs(step),
-                         angle ? "in degrees, but angles are in radians: convert them"
+                         angle ? "angles are in radians; convert q if it is in degrees"
                                : "ROLN_ANGLES is for a joint that turns round, in radians; else carry its turns on");
                 if (angle) off -= radians * floor(off / radians + 0.5);
                 if (fabs(off) > most.jump) refuse_jump(d, by_qd, k, i, j);
@@ -1778,8 +1778,8 @@ static void check_turns(const motion *d, unsigned angles, int each)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
         if (angle)
-            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
-                   (high - low) / 6.283185307179586);
+            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; possible cause: it is not in radians\n", d->path,
+                   j + 1, (high - low) / 6.283185307179586);
         else
             printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
                    "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
@@ -1851,18 +1851,18 @@ static const char *cause_of(const motion *d, int j, likeness l)
 {
     const double degree = 3.14159265358979 / 180;
     int k;
-    if (interleaved(d)) return "the columns look like q1, qd1, q2, qd2 ..; needed are all of q, then all of qd";
-    if (l.scale == 0) return "it is 0 throughout";
+    if (interleaved(d)) return "the columns look like q1, qd1, q2, qd2 .., not all of q, then all of qd";
+    if (l.scale == 0) return "a sensor that measures nothing: it is 0 throughout";
     for (k = 0; k < d->N && l.alike < 0.9; k++)
-        if (k != j && compare(d, j, d->N + k).alike > 0.95) return "that of another joint is: columns in another order?";
-    if (l.alike < -0.9) return "it has the other sign";
-    if (l.alike < 0.9) return "noise, another quantity (tau?), or columns in another order";
-    if (about(l.scale, 1 / degree)) return "q is in radians, qd in degrees?";
-    if (about(l.scale, degree)) return "q is in degrees, qd in radians?";
-    if (about(l.scale, 1 / (6 * degree))) return "q is in radians, qd in revolutions per minute?";
-    if (about(l.scale, 1000) || about(l.scale, 1e-3)) return "t in milliseconds, or q and qd in units a thousand apart?";
-    if (l.scale > 0.75 && l.scale < 1.33) return "the gain of a sensor, or samples at another rate than t says?";
-    return "another unit, or a gear between them?";
+        if (k != j && compare(d, j, d->N + k).alike > 0.95) return "columns in another order: that of another joint is";
+    if (l.alike < -0.9) return "the other sign";
+    if (l.alike < 0.9) return "noise, another quantity such as tau, or columns in another order";
+    if (about(l.scale, 1 / degree)) return "q is in radians, qd in degrees";
+    if (about(l.scale, degree)) return "q is in degrees, qd in radians";
+    if (about(l.scale, 1 / (6 * degree))) return "q is in radians, qd in revolutions per minute";
+    if (about(l.scale, 1000) || about(l.scale, 1e-3)) return "t is in milliseconds, or q and qd are in units a thousand apart";
+    if (l.scale > 0.75 && l.scale < 1.33) return "the gain of a sensor, or samples at another rate than t says";
+    return "another unit, or a gear between them";
 }
 
 /* qd against dq/dt, of every joint that moves by a hundredth of what the most moving one does. */
@@ -1883,12 +1883,13 @@ static void check_velocities(motion *d, const wanted *w)
         if (w->half == 0) printf("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
-        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt: t is in %s\nhint: divide t by %s, or call its column %s",
+        fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt; possible cause: t is in %s\nhint: divide t by %s, or call "
+             "its column %s",
              d->path, d->dt, l[at].scale, l[at].scale < 1e4 ? "milliseconds" : "microseconds",
              l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {
         printf("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
-               "of %.2f: %s\n",
+               "of %.2f; possible cause: %s\n",
                d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
     }
     free(l);
@@ -2130,7 +2131,7 @@ static void check_motion(motion *d, const wanted *w)
     check_turns(d, w->angles, w->each);
     if (d->has_qd) check_velocities(d, w);
     check_constant(d, w);
-    if (d->dt >= 0.2) printf("warning: %s: samples are %g s apart; is t in seconds?\n", d->path, d->dt);
+    if (d->dt >= 0.2) printf("warning: %s: samples are %g s apart; possible cause: t is not in seconds\n", d->path, d->dt);
 }
 
 /* What is said of the new rate. */
@@ -2147,7 +2148,7 @@ static void tell_rate(const motion *d, const motion *e, const pace *p)
     }
     printf("\n");
     if (e && 2 * e->short_left > d->samples)
-        fail("%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
+        fail("%s: gaps leave %d of %d samples; possible cause: t is another column, or in another unit\nhint: t=1,ms, say", d->path,
              d->samples - e->short_left, d->samples);
 }
 
@@ -2352,7 +2353,7 @@ static int read_heading(const motion *d, sheet *s, int comment)
         if ((same && !last && is_header(s->name, names < most ? names : most)) || s->taken > 0)
             refuse_heading(d, s, n < most ? n : most);
         if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
-            printf("%s: line %d is text: it has fewer columns than line %d\n", d->path, s->row, s->header_row);
+            printf("%s:%d: text, not a header: line %d has more columns\n", d->path, s->row, s->header_row);
             return 0;
         }
     }

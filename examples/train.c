@@ -121,9 +121,8 @@ static void help(void)
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be with start=regression),\n"
            "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
-           "     As far as windows reach it\n"
-           "     is at most 50 %%, and after look= below 100 %%, the mean of q. Up to look= one\n"
-           "     roll-out in twenty fails at most.\n"
+           "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= at\n"
+           "     most one roll-out in twenty fails.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
            "  3  Weights are written, but one of these is not so.\n"
            "  1  Wrong use, recordings or files, and no weights; or a good model, but a file that could not be written.\n"
@@ -144,10 +143,11 @@ static void read_setting(size_t k, const char *text)
 {
     char *end;
     const double x = strtod(text, &end);
-    if (end == text || *end || !isfinite(x)) fail("%s=%s: not a number", settings[k].key, text);
+    if (end == text || *end || !isfinite(x))
+        fail("%s=%s: not a number\nhint: a number, %g .. %g", settings[k].key, text, settings[k].low, settings[k].high);
     if (x < settings[k].low || x > settings[k].high || (settings[k].whole && x != floor(x)))
-        fail("%s=%s: %s %g .. %g", settings[k].key, text, settings[k].whole ? "a whole number," : "a number,", settings[k].low,
-             settings[k].high);
+        fail("%s=%s: expected %s %g .. %g\nhint: --help says what %s= sets", settings[k].key, text,
+             settings[k].whole ? "a whole number," : "a number,", settings[k].low, settings[k].high, settings[k].key);
     settings[k].value = x;
 }
 
@@ -179,11 +179,11 @@ static void read_settings(int argc, char **argv)
             if (strcmp(words[k].key, key) == 0) words[k].value = eq + 1, known = 1;
         for (k = 0; k < SETTINGS; k++)
             if (strcmp(settings[k].key, key) == 0) read_setting(k, eq + 1), known = 1;
-        if (!known) fail("unknown setting %s; --help lists them", key);
+        if (!known) fail("unknown setting %s\nhint: --help lists the settings", key);
     }
     if (inputs.count == 0) fail("no recordings\nhint: train motion.csv [key=value ...]; --help explains the keys");
     if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
-        fail("method=%s: newton or adam", words[METHOD].value);
+        fail("method=%s: expected newton or adam\nhint: leave method= out for newton", words[METHOD].value);
     if (strlen(words[OUT].value) > 480) fail("out=%s: more than 480 letters\nhint: a shorter name", words[OUT].value);
     if (!*words[OUT].value) fail("out= is empty\nhint: the names of all files begin with it: out=%s", STRING(MODEL));
 }
@@ -220,7 +220,7 @@ static void share(int parts, void (*job)(void *ctx, int part, int thread), void 
         const hand own = {job, ctx, parts, t, threads};
         h[t] = own;
 #ifndef NO_THREADS
-        if (t > 0 && pthread_create(&id[t], NULL, work_off, &h[t]) != 0) fail("no thread");
+        if (t > 0 && pthread_create(&id[t], NULL, work_off, &h[t]) != 0) fail("cannot start %d threads\nhint: threads=1", threads);
 #endif
     }
 #ifdef NO_THREADS
@@ -446,10 +446,11 @@ static void fit_chart(void)
         st = M(chart_refine)(&s.p, &b, &turn, &residual);
         steps += st == ROLN_OK;
     }
-    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE) give_up("chart: %s", roln_status_text(st));
+    if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE)
+        give_up("chart: %s\nhint: leave columns out that do not move, or record more motion", roln_status_text(st));
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch.chart_add);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch.chart_solve);
-    if (st != ROLN_OK) give_up("chart: %s hint: a lower degree.", roln_status_text(st));
+    if (st != ROLN_OK) give_up("chart: %s\nhint: a lower degree, or more recordings", roln_status_text(st));
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
            seconds());
 #endif
@@ -898,7 +899,7 @@ static void run(void)
     pool samples = pool_of(0, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride);
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
-    if (samples.count < 1) fail("trajectories of at least 3 samples are needed");
+    if (samples.count < 1) fail("no trajectory to train with has 3 samples\nhint: record longer trajectories");
     last = s.stage, window_count = longer.count, granted = left();
     if (s.next == 0) {
         s.newton.state = fresh(), s.memory = s.gentle ? 40 : 8;
@@ -1036,7 +1037,9 @@ static void start(void)
     static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
     s.seed = (uint64_t)set("seed"), s.of_qdd = 1, s.of_force = (roln_real)set("force");
     if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch.init_pod) != ROLN_OK)
-        fail("no start from this data: it does not move, or its numbers are too large");
+        fail("no start from this data; possible cause: it does not move, or its numbers are too large\n"
+             "hint: look at q1 .. q%d in %s",
+             (int)M(N), d.path);
     if (words[FROM].value) {
         FILE *f = fopen(words[FROM].value, "rb");
         const roln_status st = f ? M(unpack)((int)fread(bytes, 1, sizeof bytes, f), bytes, &s.p) : ROLN_OK;
@@ -1097,13 +1100,15 @@ static int report(void)
     judge_training();
     begun = 0, kept = keep_old();
     if (!write_weights("not judged: the table of errors was not finished"))
-        fail("weights cannot be written, as said above; make room, then go on from %s.check with --resume", words[OUT].value);
+        fail("weights are not written, as said above\nhint: make room, then go on from %s.check with --resume", words[OUT].value);
     summary();
     tables(0.7 * left());
     snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
     for (c = text; *c; c++)
         if (*c == '*') *c = '.'; /* it goes into a comment */
-    if (!write_weights(doubts[0] ? text : NULL)) fail("%s_weights.h says that it is not judged", words[OUT].value);
+    if (!write_weights(doubts[0] ? text : NULL))
+        fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
+             words[OUT].value);
     for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
         remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
     if (kept > 0 && doubts[0])

@@ -208,7 +208,7 @@ void write_config(const char *name, const char *path, const char *model, const s
     const mjModel *m = rig.m;
     const int n = which == FULL ? m->nv : s->n, angles = n == m->nv && (rig.turns > 0 || which == ANGLES);
     FILE *f = fopen(path, "w");
-    if (!f) fail("cannot write %s", path);
+    if (!f) refuse_place(path);
     write_comment(f, name, model, s);
     fprintf(f, "#ifndef %s_h\n#define %s_h\n\n#define ROLN_NAME %s\n#define ROLN_AE %d", name, name, name, m->nv);
     if (n < m->nv) fprintf(f, ", %d\n#define ROLN_CHART polynomial, %d", n, s->degree);
@@ -220,7 +220,7 @@ void write_config(const char *name, const char *path, const char *model, const s
     if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
     if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
     fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n\n#endif\n");
-    if (fclose(f)) fail("cannot write %s", path);
+    if (fclose(f)) refuse_place(path);
 }
 
 int more_angles(const shape *s)
@@ -260,7 +260,7 @@ void write_constant(const demos *d, const char *path)
     const int N = d->N, wide = demos_wide(d), apart = (int)(0.025 / d->dt + 1e-6), every = apart > 1 ? apart : 1;
     double *mean = room((size_t)(2 * N) * sizeof *mean), *unit = mean + N;
     FILE *f = fopen(path, "w");
-    if (!f) fail("cannot write %s", path);
+    if (!f) refuse_place(path);
     moments(d, mean, NULL);
     mean_directions(d, mean);
     units(d, mean, rig.turns > 0, unit);
@@ -281,7 +281,7 @@ void write_constant(const demos *d, const char *path)
         if (var > 0) fprintf(f, "%g,%.5g\n", 1e3 * ahead * d->dt, 100 * sqrt(off / var));
     }
     free(mean);
-    if (fclose(f)) fail("cannot write %s", path);
+    if (fclose(f)) refuse_place(path);
 }
 
 /* ---- names ---- */
@@ -313,8 +313,8 @@ void map_out(const char *out, const char *model, char to[4096])
     const char *slash = strrchr(out, '/'), *base = slash ? slash + 1 : out;
     char name[100] = "", of[4096], path[4200];
     int n = 0, clash = 0;
-    if (!*base || strlen(base) > 80) fail("OUT %s: a file name of 1 to 80 letters at its end", out);
-    if (base - out > 3900) fail("OUT is too long");
+    if (!*base || strlen(base) > 80) fail("OUT %s: its end is no file name of 1 to 80 letters\nhint: build/my, say", out);
+    if (base - out > 3900) fail("OUT has more than 3900 letters\nhint: a shorter path");
     if (isdigit((unsigned char)*base)) n = snprintf(name, sizeof name, "m");
     for (; *base; base++)
         name[n++] = isalnum((unsigned char)*base) ? *base : '_';

@@ -38,6 +38,8 @@ extern struct machine {
 
 /* Prints "record: ..." and ends with 1. */
 void fail(const char *format, ...);
+/* Ends so, of a file that cannot be written. */
+void refuse_place(const char *path);
 /* Zeros, to be freed. */
 void *room(size_t bytes);
 /* Nonzero if joint j is a hinge; and if a turn of it changes nothing. */

@@ -26,6 +26,7 @@
    tau: force of the motors on the joints, mean over the interval to the next sample, 0 of a joint without motor.
    Exit code 1: the last line says why. */
 #define _XOPEN_SOURCE 700 /* realpath */
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdint.h>
@@ -56,8 +57,14 @@ void fail(const char *format, ...)
 void *room(size_t bytes)
 {
     void *p = calloc(1, bytes ? bytes : 1);
-    if (!p) fail("out of memory");
+    if (!p) fail("out of memory: %zu bytes\nhint: fewer or shorter recordings: train=10 seconds=1", bytes);
     return p;
+}
+
+/* A file that cannot be written. */
+void refuse_place(const char *path)
+{
+    fail("cannot write %s: %s\nhint: OUT names another place, which must be there; it needs room", path, strerror(errno));
 }
 
 /* ---- settings ---- */
@@ -77,10 +84,10 @@ static void read_settings(int argc, char **argv)
         while (k < SETTINGS && (!eq || strlen(settings[k].key) != (size_t)(eq - argv[i]) ||
                                 strncmp(argv[i], settings[k].key, strlen(settings[k].key))))
             k++;
-        if (k == SETTINGS) fail("%s: not one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
+        if (k == SETTINGS) fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
         const double x = strtod(eq + 1, &end);
         if (end == eq + 1 || *end || !(x >= settings[k].low && x <= settings[k].high))
-            fail("%s: a number, %g .. %g", argv[i], settings[k].low, settings[k].high);
+            fail("%s: expected a number\nhint: %s=%g .. %g", argv[i], settings[k].key, settings[k].low, settings[k].high);
         settings[k].value = x;
     }
 }
@@ -137,7 +144,7 @@ static void load(const char *path)
     mju_user_error = on_error;
     mju_user_warning = on_warning;
     FILE *f = fopen(path, "r");
-    if (!f) fail("cannot read %s", path);
+    if (!f) fail("cannot read %s: %s\nhint: check the path", path, strerror(errno));
     fclose(f);
     rig.m = mj_loadXML(path, NULL, error, sizeof error);
     for (char *c = error; *c; c++)
@@ -150,11 +157,11 @@ static void load(const char *path)
             fail("%s: joint %d %s is %s: its quaternion is no q with qd = dq/dt\nhint: write three hinges%s in its place", path,
                  j + 1, joint_name(j), ball ? "a ball joint" : "free", ball ? "" : " and three sliders");
     }
-    if (m->nv == 0) fail("%s: there are no joints", path);
-    if (m->nv > 1000) fail("%s: %d joints: 1000 at most", path, m->nv);
+    if (m->nv == 0) fail("%s: there are no joints\nhint: the model needs a hinge or a slider", path);
+    if (m->nv > 1000) fail("%s: %d joints, more than 1000\nhint: take joints out", path, m->nv);
     rig.m->opt.jacobian = mjJAC_DENSE;
     rig.d = mj_makeData(m);
-    if (!rig.d) fail("out of memory");
+    if (!rig.d) fail("%s: out of memory\nhint: a smaller model", path);
 }
 
 /* A motor whose force is its command times a gain. */
@@ -931,7 +938,7 @@ int main(int argc, char **argv)
     for (int i = 0; i < 7; i++)
         snprintf(path[i], sizeof path[i], "%s%s", out, ends[i]);
     load(argv[1]);
-    if (!realpath(argv[1], model)) fail("cannot read %s", argv[1]);
+    if (!realpath(argv[1], model)) fail("cannot read %s: %s\nhint: check the path", argv[1], strerror(errno));
     demos d = all_recordings();
     const shape s = propose(&d);
     write_config(name, path[3], model, &s, OWN);
@@ -940,7 +947,7 @@ int main(int argc, char **argv)
     else remove(path[6]);
     write_constant(&d, path[5]);
     if (demos_write_csv(&d, 0, path[0]) || demos_write_csv(&d, 1, path[1])) return 1;
-    if (demos_write_h5(&d, argv[1], path[2])) fail("cannot write %s", path[2]);
+    if (demos_write_h5(&d, argv[1], path[2])) refuse_place(path[2]);
     say(&d);
     demos_free(&d);
     return 0;

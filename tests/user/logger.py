@@ -334,10 +334,10 @@ def several():
     code, out, err = run("train", folder, *MAP, "held=run7.csv", f"out={DIR}/o")
     check("held= no file", code == 1 and "held=run7.csv: at least 1 to train with and 1 held out" in err and "hint: " in err, err)
     code, out, err = run("train", f"{DIR}/nowhere", f"out={DIR}/o")
-    check("no file", code == 1 and err.startswith(f"cannot read {DIR}/nowhere\nhint: "), err)
+    check("no file", code == 1 and re.match(f"cannot read {DIR}/nowhere: .+\nhint: ", err), err)
     os.makedirs(f"{DIR}/empty", exist_ok=True)
     code, out, err = run("train", f"{DIR}/empty", f"out={DIR}/o")
-    check("an empty folder", code == 1 and "no file in it is called .csv" in err and "hint: " in err, err)
+    check("an empty folder", code == 1 and "no file in it ends in .csv" in err and "hint: " in err, err)
     code, out, err = run("range", folder, f"{DIR}/o", *MAP)
     check("range.c reads the same", code == 0 and "the range of 900 samples" in out, out + err)
 
@@ -368,7 +368,7 @@ def refusals():
             ("three gains", [bare, "t=1", "q=2:3", "tau=6:7,A*1,2,3"], r"tau=6:7,A\*1,2,3: 3 gains for 2 columns"),
             ("columns behind the unit", [bare, "t=1", "q=2,rad,3"], r'q=2,rad,3: "3" stands behind the unit'),
             ("a column twice", [bare, "t=1", "q=2:3", "qd=3:4"], r".*bare.csv:1: column 3 is used twice, by q=2:3 and qd=3:4"),
-            ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: which column is the time\?\nhint: t=1, say"),
+            ("which is the time", [bare, "q=2:3"], r".*bare.csv:1: no column is called a time\nhint: name it: t=1, say"),
             ("a map without q", [bare, "qd=4:5"], r".*bare.csv: a column map needs q="),
             ("no torques", [path, "q=q?", "qd=qd?", "torque=1"], r".*f.csv:2: torque=1 needs tau="),
             ("text", [write(table(times).replace(b"\n0.5,", b"\n0.5,x"), "x.csv"), *MAP],
@@ -380,9 +380,9 @@ def refusals():
              r".*f.csv: filter=40, but samples every 0.01 s allow 25.9 Hz"),
             ("a filter longer than the recording", [path, *MAP, "filter=0.5"], r".*f.csv: no recording is longer than the filter"),
             ("a filter and smooth=", [path, *MAP, "filter=5", "smooth=3"], r".*f.csv: smooth=3 and filter=5"),
-            ("a filter of letters", [path, *MAP, "filter=low"], r"filter=low: a frequency in Hz, off or auto"),
+            ("a filter of letters", [path, *MAP, "filter=low"], r"filter=low: expected a frequency in Hz, off or auto"),
             ("stamps that are too coarse", [coarse, *coarse_map],
-             r".*coarse.csv: \d+ of \d+ steps of t are 0: t has too few digits|"
+             r".*coarse.csv: \d+ of \d+ steps of t are 0; possible cause: too few digits of t|"
              r".*coarse.csv:\d+: t goes back")):
         code, out, err = run("recording", *words, "N=2")
         check(what, code == 1 and re.match(want, err) and "\nhint: " in err, f"ended with {code}: {out[:400]}{err}")

@@ -3,7 +3,7 @@
 # Every C and C++ block of README.md and docs/*.md, saved under the name in its first line, and every example compile with the lines
 # `cc ...` that these texts and the heads of the examples give: by gcc and clang, without a warning. Blocks and examples that train
 # nothing run; a block `console` holds what one prints. Every test that docs/*.md name is there, and every file that these texts
-# link to. Figures that stand in two texts are the same; docs/api.md is that of roln.h.
+# link to. Figures that stand in two texts are the same; docs/api.md is that of roln.h; README has 1,500 words at most.
 cd "$(dirname "$0")/../.." || exit 1
 mkdir -p build/readme
 rm -f build/readme/*
@@ -67,6 +67,8 @@ worst '/^[|] (chain|pend16), [A-Z0-9]+ [|] [0-9.]+ [|]/ { sub(".*/", "", $4); su
 check '[ -s build/readme/task.worst ] && diff build/readme/task.worst build/readme/firmware.worst'
 # docs/api.md is what make api prints of the arm
 check 'python3 tests/user/api.py examples/arm.h | diff docs/api.md -'
+# README is short
+check '[ "$(wc -w < README.md)" -le 1500 ]'
 # a link within the repository leads to a file
 for f in $texts; do
     for l in $(grep -o ']([^)#]*' "$f" | sed 's/](//' | grep -v '^http' | sort -u); do check "[ -e $(dirname "$f")/$l ]"; done

@@ -233,7 +233,7 @@ learn fivebar 40 3 '^not useful: ended by steps=40 at step 40: before windows' t
 check 'fivebar: two coordinates' sh -c "grep -x '#define ROLN_AE 4, 2' $dir/learned/fivebar.h &&
     grep -x '#define ROLN_AE 4' $dir/learned/fivebar_full.h"
 check 'fivebar: beside all joints' awk '$1 == 25 { exit !($3 > 0 && $3 != $4) }' $dir/learned/fivebar.learn
-says 'record: cannot read nothing.xml' sh tests/mujoco/learn.sh nothing.xml $dir/learned/nothing steps=1
+says '^hint: check the path' sh tests/mujoco/learn.sh nothing.xml $dir/learned/nothing steps=1
 says 'none does not compile: ' env CC=false sh tests/mujoco/learn.sh $machines/slider.xml $dir/learned/none steps=1 $few
 check 'not useful' sh -c "
     OPTIMISE=-O1 sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/worse steps=1 $few > $dir/worse.log
@@ -408,7 +408,7 @@ check 'damaged HDF5' python3 tests/safety/fuzz_files.py convert 300
 # ---- refused ----
 
 says '^record: usage' build/record
-says 'cannot read nothing.xml' build/record nothing.xml $dir/no
+refuses 'cannot read nothing.xml: No such' build/record nothing.xml $dir/no
 echo '<mujoco><worldbody>' > $dir/broken.xml
 says 'broken.xml: .*XML' build/record $dir/broken.xml $dir/no
 xml ball "<body><joint name='neck' type='ball'/>$rod</body>"
@@ -417,11 +417,11 @@ refuses 'joint 1 neck is a ball joint: its quaternion is no q with qd = dq/dt' \
 xml free "<body><joint type='slide'/>$rod<body><joint axis='1 0 0'/>$rod</body></body><body><freejoint/>$rod</body>"
 refuses 'joint 3  is free: its quaternion' build/record $dir/free.xml $dir/no
 xml none "<body>$rod</body>"
-says 'there are no joints' build/record $dir/none.xml $dir/no
-says 'haste=1: not one of seed=, train=' build/record $machines/slider.xml $dir/no haste=1
-says 'ape: not one of' build/record $machines/slider.xml $dir/no ape
+refuses 'there are no joints' build/record $dir/none.xml $dir/no
+says '^hint: one of seed=, train=' build/record $machines/slider.xml $dir/no haste=1
+refuses 'ape: no setting' build/record $machines/slider.xml $dir/no ape
 for word in seed=-1 train=1e9 test=0 seconds=0.01 dt=2 test=much train=nan; do
-    says "$word: a number, [0-9.e+]* .. [0-9.e+]*$" build/record $machines/slider.xml $dir/no $word
+    refuses "$word: expected a number" build/record $machines/slider.xml $dir/no $word
 done
 # names: each OUT is mapped to a name in C that no other file has
 while read -r out name; do
@@ -460,8 +460,8 @@ sed 's|<worldbody>|<option zeal="1"/><worldbody>|' $machines/slider.xml > $dir/n
 says '^hint: MuJoCo 2.2.* does not know zeal. Possible cause: a model for a newer version' build/record $dir/newer.xml $dir/no
 xml range "<body><joint axis='0 1 0' range='-90 90'/>$rod</body>"
 says '^hint: add <compiler autolimits="true"/>' build/record $dir/range.xml $dir/no
-says 'a file name of 1 to 80 letters' build/record $machines/slider.xml $dir/
-says 'cannot write .*nowhere/a.h' build/record $machines/slider.xml $dir/nowhere/a $few
+refuses 'no file name of 1 to 80 letters' build/record $machines/slider.xml $dir/
+refuses 'cannot write .*nowhere/a.h: No such' build/record $machines/slider.xml $dir/nowhere/a $few
 xml stiff "<body><joint type='slide' axis='1 0 0' stiffness='1e9'/>$bead</body>"
 says '^hint: unstable: ' build/record $dir/stiff.xml $dir/no $few
 check 'stiff: the true reason' grep 'of 12 recordings 12 were unstable (.*), 0 met a limit too early' $dir/says.log
