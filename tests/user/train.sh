@@ -136,14 +136,14 @@ check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv 
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
 check 'no file to hold out' says 'and held=much: at least 1' $dir/chart $dir/16_train.csv held=much
-check 'negative' says 'look=-1: a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
+check 'negative' says 'look=-1: expected a number, 0 .. 3600' $dir/chart $dir/16_train.csv look=-1
 check 'nothing held out' says 'held out are needed' $dir/chart $dir/16_train.csv held=0
 check 'nothing held out: a hint' grep '^hint: held=0.1' $dir/says.log
 check 'nothing left' says 'held out are needed' $dir/chart $dir/16_train.csv held=1
 for word in seed=1e16 seconds=1e10 steps=1e10 held=1e10 dt=1e10 \
     look=1e10 window=1e10 torque=2 force=1e10 noise=1e10 smooth=1e10 ae=1e10 \
     acc=1e10 lr_ae=1e10 lr_net=1e10 threads=1e10 resume=2 smooth=1.5; do
-    check "$word" says "^${word%%=*}=.*: a .*number, [0-9.]* .. [0-9.e+]*\$" $dir/joints $dir/2_train.csv $word
+    check "$word" says "^${word%%=*}=.*: expected a .*number, [0-9.]* .. [0-9.e+]*\$" $dir/joints $dir/2_train.csv $word
 done
 for word in look=3600 window=3600 window=1e-9 held=0.9; do
     check "$word" short $dir/joints $dir/2_train.csv steps=1 out=$dir/i $word
@@ -171,7 +171,7 @@ check 'no file' says 'cannot read' $dir/chart $dir/nothing.csv
 check 'no place' says '^cannot write .*nowhere/a.part: ' $dir/chart $dir/16_train.csv out=$dir/nowhere/a
 check 'no place: a hint' grep '^hint: out= names another place' $dir/says.log
 mkdir -p $dir/empty
-check 'an empty folder' says 'no file in it is called .csv' $dir/chart $dir/empty
+check 'an empty folder' says 'no file in it ends in .csv' $dir/chart $dir/empty
 check 'no weights' says 'cannot start from' $dir/layers $dir/16_train.csv from=$dir/16.h5 out=$dir/g
 check 'no weights: a hint' grep '^hint: from= is a .roln of this config' $dir/says.log
 check 'weights that are a directory' says '^cannot read .*train: ' $dir/layers $dir/16_train.csv from=$dir out=$dir/g
@@ -314,7 +314,8 @@ if command -v i686-linux-gnu-gcc > /dev/null; then # of release-deps; soundness.
         while (i++ < 1789600) print "" }' > $dir/file.csv
     check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
 fi
-doubted 'a slow clock' 'samples are 0.5 s apart; is t in seconds' "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
+doubted 'a slow clock' 'samples are 0.5 s apart; possible cause: t is not in seconds' \
+    "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
 make_of "$row { \$1 += (NR % 3 - 1) * 2e-6 } 1"
 check 'a clock that hardly jitters' silent
 check 'and its mean' awk '/ samples of / { for (i = 1; i < NF; i++) if ($i == "of") dt = $(i + 1) }
@@ -324,7 +325,8 @@ check 'and its mean' awk '/ samples of / { for (i = 1; i < NF; i++) if ($i == "o
 doubted 'interleaved' 'the columns look like q1, qd1' "$row { x = \$3; \$3 = \$4; \$4 = x } 1"
 check 'interleaved: smooth does not mend it' warned '.*the columns look like q1, qd1' smooth=5
 doubted 'degrees' 'q is in degrees, qd in radians' "$row { \$2 *= 57.29578; \$3 *= 57.29578 } 1"
-doubted 'degrees per second' 'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00: q is in radians, qd in degrees' \
+doubted 'degrees per second' \
+    'of 2 of 2 joints .* joint 1 it is 57.3 times .* correlation of 1.00; possible cause: q is in radians, qd in degrees' \
     "$row { \$4 *= 57.29578; \$5 *= 57.29578 } 1"
 doubted 'all in degrees' 'q of joint 1 goes from -.* to .*; of a joint that turns round, ROLN_ANGLES' \
     "$row { for (i = 2; i <= 5; i++) \$i *= 57.29578 } 1"
@@ -333,12 +335,12 @@ doubted 'thousandths' 'a thousand apart' "$row { \$4 *= 1000; \$5 *= 1000 } 1"
 doubted 'a gain' 'of 1 of 2 joints .* joint 2 it is 1.08 times .* the gain of a sensor' "$row { \$5 *= 1.08 } 1"
 doubted 'a gain below 1' 'joint 2 it is 0.93 times .* the gain of a sensor' "$row { \$5 *= 0.93 } 1"
 doubted 'a gear' 'of 1 of 2 joints .* joint 2 .* or a gear' "$row { \$5 *= 3 } 1"
-doubted 'a sign' 'has the other sign' "$row { \$5 = -\$5 } 1"
+doubted 'a sign' 'possible cause: the other sign' "$row { \$5 = -\$5 } 1"
 doubted 'a dead encoder' 'joint 2 does not move in any recording: leave it out' "$row { \$3 = 0.5 } 1"
 check 'a dead encoder: in the table' grep '^joint 2 does not move in any recording: it tells nothing' $dir/says.log
 doubted 'one joint without' 'joint 2 .* it is 0 throughout' "$row { \$5 = 0 } 1"
-doubted 'exchanged' 'another joint is: columns in another order' "$row { x = \$4; \$4 = \$5; \$5 = x } 1"
-doubted 'tau for qd' 'another quantity (tau?)' "$row { \$4 = sin(NR / 7); \$5 = cos(NR / 9) } NF { NF = 5 } 1"
+doubted 'exchanged' 'possible cause: columns in another order: that of another joint is' "$row { x = \$4; \$4 = \$5; \$5 = x } 1"
+doubted 'tau for qd' 'another quantity such as tau' "$row { \$4 = sin(NR / 7); \$5 = cos(NR / 9) } NF { NF = 5 } 1"
 encoder='function round(x) { return int(x / 0.00153398 + 1000.5) * 0.00153398 - 1000 * 0.00153398 }'
 make_of "$encoder
     $row { a = round(\$2); b = round(\$3); if (\$1 > 0) { \$4 = (a - x) / 0.001; \$5 = (b - y) / 0.001 } }
@@ -442,7 +444,8 @@ check 'angles in degrees that jump' says 'csv:[0-9]*: q of joint 1 jumps by 3[56
 awk -F, -v OFS=, '/^$/ { n = 0; last = 0 } NF { if (n++ == 0) turns = 0; else turns -= $2 - last > 3 ? 1 : $2 - last < -3 ? -1 : 0
     last = $2; $2 = ($2 + 6.283185307 * turns) * 57.29578; $3 *= 57.29578 } 1' $dir/wheel.csv > $dir/degrees.csv
 $dir/wheel $dir/degrees.csv steps=1 out=$dir/s > $dir/s.log 2>&1
-check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-9]* turns; is it in radians' $dir/s.log
+check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-9]* turns; possible cause: it is not in radians' \
+    $dir/s.log
 check 'and that it came to nothing' grep '^that is no better than the mean of q' $dir/s.log
 check 'a start from another config' says 'cannot start from .*it is of another config' \
     $dir/wheel $dir/wheel.csv steps=1 from=$dir/whole.roln out=$dir/s
