@@ -258,8 +258,8 @@ static double find_delay(void)
     return why ? 0 : delay * d.dt;
 }
 
-/* tau of m acts `delay` seconds later than its stamp. Recordings lose the samples of which the torque was sent before they began, or
-   after they ended. */
+/* tau of m acts `delay` seconds later than its stamp. Recordings lose the samples of which the torque was sent before they began,
+   or after they ended. */
 static void shift_torques(motion *m, double delay)
 {
     const double exact = delay / m->dt, near = floor(exact + 0.5), shift = fabs(exact - near) < 1e-6 ? near : exact;
