@@ -301,7 +301,8 @@ static void settle_delay(const char *text, motion *other)
     char *end;
     const double given = strtod(text, &end);
     const int known = end != text && *end == 0, searched = strcmp(text, "auto") == 0;
-    if (!searched && !(known && fabs(given) <= 10)) fail("delay=%s: a number of seconds, -10 .. 10, or auto", text);
+    if (!searched && !(known && fabs(given) <= 10))
+        fail("delay=%s: a number of seconds, -10 .. 10, or auto\nhint: delay=0.005 is 5 ms", text);
     if (known && given == 0) return;
     if (!(set("torque") > 0)) fail("delay=%s shifts the torques, but torque=0 does not use them\nhint: torque=1", text);
     delay_found = searched ? find_delay() : given;
