@@ -407,6 +407,9 @@ def delays():
             lost = 3 * math.ceil(abs(ms) / 1e3 * rate) - 9, 3 * math.ceil(abs(ms) / 1e3 * rate) + 9
             check(f"{name}: samples", lost[0] <= samples[0] - samples[1] <= lost[1] or not held, samples)
     path = write(table([0.01 * i for i in range(300)]))
+    code, out, err = run("train1", path, "torque=1", "delay=auto", f"out={DIR}/o")
+    check("delay, an autoencoder", code == 1 and "delay=auto is for models whose coordinates are the joints" in err and
+          "\nhint: " in err, err)
     for what, words, want in (("no number", ["delay=soon", "torque=1"], r"delay=soon: a number of seconds, -10 .. 10, or auto"),
                               ("no torques", ["delay=0.005"], r"delay=0.005 shifts the torques, but torque=0 does not use them"),
                               ("too long", ["delay=4", "torque=1"], r".*f.csv: no recording is longer than the delay of 4 s")):
@@ -465,7 +468,10 @@ def main():
     os.makedirs(DIR, exist_ok=True)
     with open(f"{DIR}/two.h", "w") as f:
         f.write('#define ROLN_NAME two\n#define ROLN_AE 2\n#define ROLN_MLP 4\n#include "roln.h"\n')
+    with open(f"{DIR}/one.h", "w") as f:
+        f.write('#define ROLN_NAME one\n#define ROLN_AE 2, 1\n#define ROLN_MLP 4\n#include "roln.h"\n')
     for source, out, more in ((f"tests/user/recording.c", "recording", CHECKED), ("examples/train.c", "train", ["-DMODEL=two"]),
+                              ("examples/train.c", "train1", ["-DMODEL=one"]),
                               ("examples/range.c", "range", ["-DMODEL=two"])):
         subprocess.run(["gcc", *FLAGS, *more, source, "-o", f"{DIR}/{out}", "-lpthread", "-lm"], check=True)
     os.environ["ASAN_OPTIONS"] = "detect_leaks=0"       # a program that ends does not give back
