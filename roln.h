@@ -28,6 +28,8 @@
        #define ROLN_LEARN   networks          what it moves: networks, all behind the autoencoder, or everything; default networks
        #define ROLN_LOAD    0                 1: NAME_filter_tick estimates a constant force on z, too, such as of a payload, which
                                               the references of NAME_control may take up
+       #define ROLN_DELAY   0                 ticks from a torque that is sent to its effect: NAME_tick computes the torque for the
+                                              state so far ahead, under the torques on their way; default 0
        #define ROLN_QUANTISE int8             weights of the autoencoder in flash: full, half, int8; default full. half and int8
                                               predict and control; NAME_quantise makes them from a model trained with full
        #include "roln.h"
@@ -73,6 +75,7 @@
        NAME_lift        tau_z -> tau = D^T tau_z
        NAME_allocate    tau_z -> the few motors that come nearest, and what they cannot make of it
        NAME_guard_tick  lets a torque pass to the motors, clipped to limits, or holds the last one, or stops
+       NAME_ahead       with ROLN_DELAY: a latent state at the time at which the torque of this tick acts
        NAME_in_range    is a latent state within what training has seen?
        NAME_fit_limits  the limits of a guard, from recordings of good motion
 
@@ -2436,6 +2439,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_LEARN
 #define ROLN_LEARN networks
 #endif
+#ifndef ROLN_DELAY
+#define ROLN_DELAY 0
+#endif
 #ifndef ROLN_LOAD
 #define ROLN_LOAD 0
 #endif
@@ -2521,6 +2527,7 @@ ROLNI_INTS
     ROLN_(newton_side) = ROLN_NEWTON_SIDE(ROLN_GN_ROWS, ROLN_(newton_size)),
     ROLN_(horizon) = ROLN_HORIZON,
     ROLN_(load) = ROLN_LOAD,
+    ROLN_(delay) = ROLN_DELAY,
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
@@ -2589,6 +2596,7 @@ ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
 ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
+ROLNI_ASSERT(delay_must_not_be_negative, (ROLN_DELAY) >= 0)
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
 ROLNI_ASSERT(horizon_at_least_1, (ROLN_HORIZON) >= 1)
 ROLNI_ASSERT(rows_must_not_be_negative, (ROLN_GN_ROWS) >= 0)
@@ -2627,7 +2635,13 @@ typedef struct {
     const roln_real *load; /* [n] that PD+ works against, such as that of NAME_filter; NULL: none */
 #endif
 } ROLN_(target);
+#if ROLN_DELAY > 0
+/* zero it once; tau: to be sent. sent: those before tau, the oldest first. sent[0] acted until this tick: it is what
+   NAME_filter_tick asks for. The others and tau are on their way. To arm again, zero g alone. */
+typedef struct { roln_guard g; roln_real tau[ROLN_(force_size)], sent[ROLN_DELAY][ROLN_(force_size)]; } ROLN_(guard);
+#else
 typedef struct { roln_guard g; roln_real tau[ROLN_(force_size)]; } ROLN_(guard); /* zero it once; tau: to be applied */
+#endif
 typedef struct { roln_real M[ROLN_(n) * ROLN_(n)], c[ROLN_(n)], g[ROLN_(n)], d[ROLN_(n)], T, V; } ROLN_(equation);
 typedef struct { roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)]; } ROLN_(jacobian);
 /* zero it once; s, load: the estimate, F^T F: the covariance of its error */
@@ -2639,6 +2653,14 @@ typedef struct {
 #endif
     roln_real F[ROLN_(side) * ROLN_(side)];
 } ROLN_(filter);
+
+/* The torque that acted until this tick; number k, 0 .. ROLN_DELAY - 1, of those on their way. */
+#if ROLN_DELAY > 0
+#define ROLNI_ACTING(guard) (guard)->sent[0]
+#define ROLNI_COMING(guard, k) ((k) + 1 < ROLN_(delay) ? (guard)->sent[(k) + 1] : (guard)->tau)
+#else
+#define ROLNI_ACTING(guard) (guard)->tau
+#endif
 
 /* The load of x; NULL without ROLN_LOAD. */
 #if ROLN_LOAD > 0
@@ -3140,7 +3162,7 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     faults |= ROLNI_(faults)(p, limits, seen, want, tau);
     if (limits->residual > 0 && !(faults & (ROLN_FAULT_INPUT | ROLN_FAULT_STATUS | ROLN_FAULT_RANGE))) {
         /* at the end of the last tick, under its torque */
-        const roln_real before = b ? ROLNI_(power)(p, motors, tau, qd, x) - b->lost : 0;
+        const roln_real before = b ? ROLNI_(power)(p, motors, ROLNI_ACTING(guard), qd, x) - b->lost : 0;
         known = b && roln_finite(b->energy) && roln_finite(before);
         if (!known) faults |= ROLN_FAULT_STATUS;
         else if (g->valid && rolni_unbalanced(limits, b, before, g)) faults |= ROLN_FAULT_ENERGY;
@@ -3149,13 +3171,17 @@ ROLN_FN uint32_t ROLNI_(guard)(const ROLN_(params) *p, const roln_limits *limits
     if (bad) faults = bad; /* what was wanted does not reach the motors */
     if (bad && g->bad >= limits->hold) faults |= ROLN_FAULT_EXPIRED;
     g->bad = faults & ROLN_FAULT_EXPIRED ? -1 : bad ? g->bad + 1 : 0;
+#if ROLN_DELAY > 0
+    for (i = 0; i < ROLN_(delay); i++) /* the torque of the last tick is on its way, whatever comes of this one */
+        rolni_copy(ROLN_(force_size), ROLNI_COMING(guard, i), guard->sent[i]);
+#endif
     for (i = 0; i < nu; i++) { /* want is there, unless bad */
         const roln_real last = rolni_last(limits, i, tau[i]);
         tau[i] = !bad ? rolni_clip(limits, i, last, want[i]) : faults & ROLN_FAULT_EXPIRED ? rolni_safe(limits, i) : last;
     }
     g->valid = 0;
     if (known) { /* start of the next tick, under the new torque */
-        const roln_real after = ROLNI_(power)(p, motors, tau, qd, x) - b->lost;
+        const roln_real after = ROLNI_(power)(p, motors, ROLNI_ACTING(guard), qd, x) - b->lost;
         if (roln_finite(after)) g->valid = 1, g->energy = b->energy, g->power = after;
     }
     g->faults |= faults;
@@ -3174,20 +3200,9 @@ typedef struct {
     } u;
 } ROLN_(guard_tick_work);
 
-/* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed
-   or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
-   way to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of
-   the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
-   (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until the guard is
-   zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
-   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder
-   that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
-   zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
-   A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
-   limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
-   ticks. */
-ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
-                                   const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
+/* NAME_guard_tick where a load [n] is known, NULL: none. */
+ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x, const ROLN_(latent) *s,
+                               const roln_real *want, const roln_real *load, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     rolni_balance b = {0, 0};
@@ -3200,12 +3215,33 @@ ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *li
         ROLNI_(net_state)(p, s->z, s->zd, w->s);
         if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_MASS, w->u.net.tape, w->u.net.work) == ROLN_OK) {
             b = ROLNI_(balance)(p, &t, s->zd, w->u.net.work);
+            if (load) b.lost -= roln_dot(ROLN_(n), s->zd, load);
             seen.balance = &b;
         }
     }
     return ROLNI_(guard)(p, limits, &seen, want, g, w->u.x);
 }
 
+/* The guard: last call of a control tick, after the controller. x was measured, s is its latent state, NULL if the encoder failed
+   or there is no estimate; `want` [force_size], of limits->motors [count], is to be applied from now on, NULL if a function on the
+   way to it failed. If the motors do not fit the model, neither `want` nor any array of the limits is read. g->tau is the torque of
+   the last tick in and that of this tick out. If all is well it becomes `want`, each joint clipped to its limits of torque and rate
+   (ROLN_CLIPPED). Else it stays, at most limits->hold times in a row. Then it is the safe torque, at once, until the guard is
+   zeroed. A last torque beyond its limit counts as 0: a limit that falls has to fall no faster than the rate. Returns the faults of
+   this tick, ROLN_FAULT_.., or ROLN_CLIPPED; g->g.faults keeps those of all ticks. Parameters that do not match count as an encoder
+   that failed. The energy residual compares the energy gained since the last tick, which has to be a good one, with the mean power
+   zd^T (J^T tau - d) of its ends. It is of second order in dt and grows with every external force that the model does not know.
+   A velocity that jumps from tick to tick, of an encoder, say, lets it jump by the energy of the jump over dt.
+   limits->residual_window = w makes it the running mean R += (r - R) / w: jumps count a w-th, and a force that stays counts after w
+   ticks. With ROLN_DELAY x and s are as measured all the same, not ahead: what the guard compares with them are the torques that
+   act, g->sent[0]. Each call adds a torque to those on their way, so call it once a tick. */
+ROLN_FN uint32_t ROLN_(guard_tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x,
+                                   const ROLN_(latent) *s, const roln_real *want, ROLN_(guard) *g, ROLN_(guard_tick_work) *w)
+{
+    return ROLNI_(judge)(p, limits, x, s, want, NULL, g, w);
+}
+
+#if ROLN_DELAY == 0
 /* scratch of NAME_tick */
 typedef union {
     ROLN_(encode_work) encode; /* done before decoded is written */
@@ -3250,6 +3286,7 @@ ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, 
     else if (st == ROLN_OK) st = ROLN_(allocate)(p, s, limits->motors, tau_z, tau, &g->g.allocation_residual, &w->rest.u.allocate);
     return ROLNI_(guard)(p, limits, &seen, st == ROLN_OK ? tau : NULL, g, w->rest.u.x);
 }
+#endif /* NAME_tick with ROLN_DELAY: behind NAME_step, with which it looks ahead */
 
 /* ---- 11 prediction and mechanics ------------------------------------------------------------- */
 
@@ -3434,6 +3471,78 @@ ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const 
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(step)(p, s->z, s->zd, &by, w);
 }
+
+#if ROLN_DELAY > 0
+/* scratch of NAME_ahead */
+typedef struct {
+    ROLN_(latent) s;
+    roln_real tau[ROLN_(N)]; /* of motors */
+    ROLN_(step_work) step;
+} ROLN_(ahead_work);
+
+/* Carries s from now to the time at which the torque of this tick acts: ROLN_DELAY steps of limits->dt, NAME_step, under the
+   torques of g that are on their way, those of limits->motors if there are any. Call it between the estimate and the controller,
+   before the guard. load [n]: a force on z that is known, such as that of NAME_filter, NULL: none. s stays as it was unless
+   ROLN_OK. ROLN_E_SHAPE: the motors do not fit the model; status of NAME_step. Cost: ROLN_DELAY times NAME_step. */
+ROLN_FN roln_status ROLN_(ahead)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(guard) *g, const roln_real *load,
+                                 ROLN_(latent) *s, ROLN_(ahead_work) *w)
+{
+    const roln_motors *motors = limits->motors;
+    rolni_push by;
+    int h, i;
+    if (ROLN_(params_mismatch)(p) || !rolni_motors_valid(&ROLN_(model), motors)) return ROLN_E_SHAPE;
+    by.load = load, by.dt = limits->dt, by.turn = 1;
+    w->s = *s;
+    for (h = 0; h < ROLN_(delay); h++) {
+        const roln_real *const coming = ROLNI_COMING(g, h);
+        const int by_motors = motors && motors->B;
+        roln_status st;
+        for (i = 0; i < ROLN_(N) && by_motors; i++)
+            w->tau[i] = roln_dot(motors->count, motors->B + i * motors->count, coming);
+        by.tau = by_motors ? w->tau : coming;
+        if ((st = ROLNI_(step)(p, w->s.z, w->s.zd, &by, &w->step)) != ROLN_OK) return st;
+    }
+    *s = w->s;
+    return ROLN_OK;
+}
+
+/* scratch of NAME_tick */
+typedef struct {
+    ROLN_(latent) then;
+    roln_real tau[ROLN_(N)], tau_z[ROLN_(n)];
+    union {
+        ROLN_(encode_work) encode;
+        ROLN_(ahead_work) ahead;
+        ROLN_(control_work) control;
+        ROLN_(lift_work) lift;
+        ROLN_(allocate_work) allocate;
+        ROLN_(guard_tick_work) guard_tick;
+    } u;
+} ROLN_(tick_work);
+
+/* All of a control tick whose torque acts ROLN_DELAY ticks later: x measured, s its latent state out (as it was if the encoder
+   fails), g->tau to be sent. NAME_encode; NAME_ahead, under r->load, too; NAME_control and NAME_lift or NAME_allocate at the state
+   that is ahead; NAME_guard_tick at s. So r is the reference of the time at which the torque acts. A state ahead that is out of
+   range, widened by limits->margin, is ROLN_FAULT_RANGE and ROLN_FAULT_STATUS. The energy residual counts on r->load. Returns the
+   faults of this tick, ROLN_FAULT_.., or ROLN_CLIPPED. */
+ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, const ROLN_(state) *x, const ROLN_(target) *r,
+                             ROLN_(latent) *s, ROLN_(guard) *g, ROLN_(tick_work) *w)
+{
+    const roln_status seen = ROLN_(encode)(p, x, s, &w->u.encode);
+    roln_status st = seen;
+    uint32_t faults = 0;
+    w->then = *s;
+    if (st == ROLN_OK) st = ROLN_(ahead)(p, limits, g, ROLNI_LOAD_OF(r), &w->then, &w->u.ahead);
+    if (st == ROLN_OK && !ROLNI_(in_range)(p, limits->margin, w->then.z, w->then.zd)) faults = ROLN_FAULT_RANGE, st = ROLN_E_RANGE;
+    if (st == ROLN_OK) st = ROLN_(control)(p, &w->then, r, w->tau_z, &w->u.control);
+    if (st == ROLN_OK && !limits->motors && ROLN_(inputs) == 0) st = ROLN_(lift)(p, &w->then, w->tau_z, w->tau, &w->u.lift);
+    else if (st == ROLN_OK)
+        st = ROLN_(allocate)(p, &w->then, limits->motors, w->tau_z, w->tau, &g->g.allocation_residual, &w->u.allocate);
+    g->g.faults |= faults;
+    return faults | ROLNI_(judge)(p, limits, x, seen == ROLN_OK ? s : NULL, st == ROLN_OK ? w->tau : NULL, ROLNI_LOAD_OF(r), g,
+                                  &w->u.guard_tick);
+}
+#endif
 
 /* Scratch of a linearisation but for its derivatives J and the kernel's work, which grow with the columns wanted of B or L. */
 typedef struct {
@@ -4686,7 +4795,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
     const int force_size = ROLN_(force_size), torques = b->tau && (!l->motors || !l->motors->B);
     const roln_real none = ROLN_C(1e30);
     roln_limits open = {l->dt, none, none, none, 0, 0, 0, l->residual_window, 0, 0, NULL, NULL, NULL, NULL}, most = *l;
-    roln_real *const held = w->guard.tau, *const top = w->top, *const rise = w->rise;
+    roln_real *const held = ROLNI_ACTING(&w->guard), *const top = w->top, *const rise = w->rise;
     int k, h, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->steps < 1 || b->stride != 1 || !b->qd) return ROLN_E_LENGTH;
@@ -4710,6 +4819,9 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
                 top[i] = ROLN_MAX(top[i], ROLN_ABS(tau[i]));
                 if (h > 0) rise[i] = ROLN_MAX(rise[i], ROLN_ABS(tau[i] - held[i]) / l->dt);
             }
+#if ROLN_DELAY > 0
+            if (tau) rolni_copy(force_size, tau, ROLNI_COMING(&w->guard, 0)); /* it acts now */
+#endif
             if (ROLN_(guard_tick)(p, &open, &w->at, &w->s, tau ? tau : held, &w->guard, &w->u.guard_tick)) return ROLN_E_NOT_FINITE;
             most.residual = ROLN_MAX(most.residual, ROLN_ABS(w->guard.g.residual));
         }
@@ -6006,6 +6118,9 @@ typedef union {
     ROLN_(allocate_work) allocate;
     ROLN_(gains_work) gains;
     ROLN_(guard_tick_work) guard_tick;
+#if ROLN_DELAY > 0
+    ROLN_(ahead_work) ahead;
+#endif
     ROLN_(fit_range_work) fit_range;
     ROLN_(tick_work) tick;
 } ROLN_(work);
@@ -6072,6 +6187,9 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_GN_ROWS
 #undef ROLN_LEARN
 #undef ROLN_LOAD
+#undef ROLN_DELAY
+#undef ROLNI_ACTING
+#undef ROLNI_COMING
 #undef ROLNI_LOAD_OF
 #undef ROLN_PLAN
 

@@ -93,8 +93,9 @@ static struct {
     {"method", "newton", "newton or adam"},
     {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
+    {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, DELAY, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -408,6 +409,7 @@ static void check_place(void)
 #include "held.h"
 #include "report.h"
 #include "baseline.h"
+#include "delay.h"
 
 /* ---- 5 chart ---- */
 
@@ -983,6 +985,9 @@ static int write_weights(const char *mark)
     if (!(f = file(".part", "w"))) return 0;
     if (mark) fprintf(f, MARK "%s */\n", mark);
     if (M(write)(&s.p, put_file, f) != ROLN_OK) doubt("weights that are no C constants");
+    if (strcmp(words[DELAY].value, "0") != 0)
+        fprintf(f, "\n/* s from the stamp of a torque to its effect, in the recordings (docs/control.md, \"Delay\") */\n"
+                   "#define %s_DELAY ROLN_C(%.6g)\n", STRING(MODEL), delay_found);
     return put_in_place(f, "_weights.h") && good;
 }
 
@@ -1153,6 +1158,7 @@ static void read_all(void)
     }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
+    settle_delay(words[DELAY].value, words[TEST].value ? &unseen : NULL);
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
         fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "

@@ -41,6 +41,7 @@
 #define ROLN_ANGLES 1, 0, 1
 #define ROLN_FRICTION 1
 #define ROLN_LOAD 1
+#define ROLN_DELAY 5
 #define ROLN_PLAN 20, 2
 #define ROLN_GN_ROWS 50
 #include "roln.h"

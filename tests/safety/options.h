@@ -11,6 +11,7 @@
 #define ROLN_DAMPING 1
 #define ROLN_FRICTION 1
 #define ROLN_LOAD 1
+#define ROLN_DELAY 2
 #define ROLN_INPUTS 2
 #define ROLN_PLAN 4, 2
 #define ROLN_GN_ROWS 20

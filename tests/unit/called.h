@@ -39,6 +39,10 @@
 #undef ROLN_HORIZON
 #define ROLN_HORIZON EVERY_HORIZON
 #endif
+#ifdef EVERY_DELAY
+#undef ROLN_DELAY
+#define ROLN_DELAY EVERY_DELAY
+#endif
 #ifdef EVERY_LEARN
 #undef ROLN_LEARN
 #define ROLN_LEARN EVERY_LEARN
@@ -50,6 +54,9 @@
 #endif
 #if defined ROLN_LOAD && ROLN_LOAD > 0
 #define CALLED_LOAD
+#endif
+#if defined ROLN_DELAY && ROLN_DELAY > 0
+#define CALLED_DELAY
 #endif
 #if defined ROLN_FRICTION && ROLN_FRICTION > 0
 #define CALLED_FRICTION
@@ -89,7 +96,7 @@ typedef struct {
 
 /* NAME_target, NAME_guard, NAME_equation, NAME_filter, NAME_plan, by pointers. load: only of models with ROLN_LOAD. */
 typedef struct { const roln_real *z, *zd, *zdd, *kp, *kd, *load; } target_at;
-typedef struct { roln_guard *g; roln_real *tau; } guard_at;
+typedef struct { roln_guard *g; roln_real *tau; } guard_at; /* behind tau, sent [delay][force_size] */
 typedef struct { roln_real *M, *c, *g, *d, *T, *V; } terms_at; /* NULL: not wanted */
 typedef struct { roln_filter *f; roln_real *z, *zd, *F, *load; } filter_at;
 typedef struct { roln_real *A, *B, *L; } slopes_at;
@@ -116,7 +123,7 @@ struct model_of {
     const roln_model *md;
     const roln_block *table;
     int blocks, params, moments, packed, horizon, block;
-    int N, n, force_size, motors, steps, load, own, formed, base;
+    int N, n, force_size, motors, steps, load, own, formed, base, delay, of_ahead; /* scratch of ahead */
     scratch_sizes scratch;
     roln_status (*encode)(const instance *m, const roln_real *q, const roln_real *qd, roln_real *z, roln_real *zd, void *work);
     roln_status (*encode_reference)(const instance *m, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z,
@@ -148,6 +155,9 @@ struct model_of {
                             roln_real *missed, void *work);
     uint32_t (*guard_tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd,
                            const roln_real *z, const roln_real *zd, const roln_real *want, const guard_at *g, void *work);
+    /* only of models with ROLN_DELAY */
+    roln_status (*ahead)(const instance *m, const roln_limits *limits, const guard_at *g, const roln_real *load, roln_real *z,
+                         roln_real *zd, void *work);
     uint32_t (*tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd, const target_at *r,
                      roln_real *z, roln_real *zd, const guard_at *g, void *work);
     roln_status (*lqr)(const instance *m, const roln_cost *cost, const roln_real *s, const roln_real *u, roln_real *K, roln_real *P,
@@ -417,6 +427,37 @@ ROLN_FN roln_status C_(c_allocate)(const instance *m, const roln_real *z, const 
     return C_(allocate)(&p, &s, motors, tau_z, u, missed, (C_(allocate_work) *)work);
 }
 
+ROLN_FN C_(guard) C_(c_guard)(const guard_at *from)
+{
+    C_(guard) g;
+    g.g = *from->g, memcpy(g.tau, from->tau, sizeof g.tau);
+#ifdef CALLED_DELAY
+    memcpy(g.sent, from->tau + C_(force_size), sizeof g.sent);
+#endif
+    return g;
+}
+
+ROLN_FN void C_(c_guarded)(const C_(guard) *g, const guard_at *to)
+{
+    *to->g = g->g, memcpy(to->tau, g->tau, sizeof g->tau);
+#ifdef CALLED_DELAY
+    memcpy(to->tau + C_(force_size), g->sent, sizeof g->sent);
+#endif
+}
+
+#ifdef CALLED_DELAY
+ROLN_FN roln_status C_(c_ahead)(const instance *m, const roln_limits *limits, const guard_at *g, const roln_real *load,
+                                roln_real *z, roln_real *zd, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    const C_(guard) of = C_(c_guard)(g);
+    C_(latent) s = C_(c_latent)(z, zd);
+    const roln_status st = C_(ahead)(&p, limits, &of, load, &s, (C_(ahead_work) *)work);
+    memcpy(z, s.z, sizeof s.z), memcpy(zd, s.zd, sizeof s.zd);
+    return st;
+}
+#endif
+
 /* z NULL: the encoder failed. */
 ROLN_FN uint32_t C_(c_guard_tick)(const instance *m, const roln_limits *limits, const roln_real *q, const roln_real *qd,
                                   const roln_real *z, const roln_real *zd, const roln_real *want, const guard_at *g, void *work)
@@ -424,12 +465,11 @@ ROLN_FN uint32_t C_(c_guard_tick)(const instance *m, const roln_limits *limits, 
     const C_(params) p = C_(c_params)(m);
     const C_(state) x = C_(c_state)(q, qd);
     C_(latent) s;
-    C_(guard) to;
+    C_(guard) to = C_(c_guard)(g);
     uint32_t faults;
     if (z) s = C_(c_latent)(z, zd);
-    to.g = *g->g, memcpy(to.tau, g->tau, sizeof to.tau);
     faults = C_(guard_tick)(&p, limits, &x, z ? &s : NULL, want, &to, (C_(guard_tick_work) *)work);
-    *g->g = to.g, memcpy(g->tau, to.tau, sizeof to.tau);
+    C_(c_guarded)(&to, g);
     return faults;
 }
 
@@ -440,11 +480,10 @@ ROLN_FN uint32_t C_(c_tick)(const instance *m, const roln_limits *limits, const 
     const C_(state) x = C_(c_state)(q, qd);
     const C_(target) ref = C_(c_target)(r);
     C_(latent) s = C_(c_latent)(z, zd);
-    C_(guard) to;
+    C_(guard) to = C_(c_guard)(g);
     uint32_t faults;
-    to.g = *g->g, memcpy(to.tau, g->tau, sizeof to.tau);
     faults = C_(tick)(&p, limits, &x, &ref, &s, &to, (C_(tick_work) *)work);
-    *g->g = to.g, memcpy(g->tau, to.tau, sizeof to.tau);
+    C_(c_guarded)(&to, g);
     memcpy(z, s.z, sizeof s.z), memcpy(zd, s.zd, sizeof s.zd);
     return faults;
 }
@@ -613,6 +652,10 @@ static const model C_(called) = {.name = ROLNI_STR(ROLN_NAME),
                                  .own = C_(own),
                                  .formed = C_(formed),
                                  .base = C_(base),
+                                 .delay = C_(delay),
+#ifdef CALLED_DELAY
+                                 .of_ahead = (int)(sizeof(C_(ahead_work)) / sizeof(roln_real)),
+#endif
                                  .scratch = {CALLED_WORK(CALLED_SIZE, ROLN_NAME) CALLED_ALONE(CALLED_SIZE_ALONE, ROLN_NAME)
                                                  CALLED_PLAN_SIZES},
                                  CALLED(CALLED_ENTRY)};
@@ -623,6 +666,7 @@ static const model C_(called) = {.name = ROLNI_STR(ROLN_NAME),
 #undef CALLED_PLAN_SIZES
 #undef CALLED_EACH
 #undef CALLED_LOAD
+#undef CALLED_DELAY
 #undef CALLED_FRICTION
 #undef CALLED_PLAN
 #undef CALLED_ROWS

@@ -342,6 +342,81 @@ def several():
     check("range.c reads the same", code == 0 and "the range of 900 samples" in out, out + err)
 
 
+# ---- delay ----
+
+def late(rate, delay, held, seconds=10, bits=0, noise=0.0, qd=True):
+    """Recordings of torques that act `delay` s after their stamp: held from a sample to the next, or as a sensor measures them."""
+    h, rng, text = 0.0005, random.Random(5), PLAIN if qd else "t,q1,q2,tau1,tau2\n"
+    for run_of in range(3):
+        def sent(j, t):
+            return torque(j, (math.floor(t * rate + 1e-6) / rate if held else t) + 31 * run_of)
+        x = [0.4, -0.7, 0, 0]
+        every = round(1 / rate / h)
+        for i in range(int(seconds / h)):
+            t = i * h
+            if i % every == 0:
+                step = 2 * math.pi / (1 << bits) if bits else 0
+                q = [math.floor(v / step + 0.5) * step if bits else v for v in x[:2]]
+                tau = [sent(j, t) + noise * rng.gauss(0, 1) for j in (0, 1)]
+                text += ",".join("%.10g" % v for v in [t, *q, *(x[2:] if qd else []), *tau]) + "\n"
+            tau = [sent(j, t + h / 2 - delay) for j in (0, 1)]   # held within every h
+            a = [tau[j] - STIFF[j] * math.sin(x[j]) - 0.1 * x[2 + j] for j in (0, 1)]
+            m = [x[j] + h / 2 * x[2 + j] for j in (0, 1)] + [x[2 + j] + h / 2 * a[j] for j in (0, 1)]
+            b = [tau[j] - STIFF[j] * math.sin(m[j]) - 0.1 * m[2 + j] for j in (0, 1)]
+            x = [x[j] + h * m[2 + j] for j in (0, 1)] + [x[2 + j] + h * b[j] for j in (0, 1)]
+        text += "\n"
+    return write(text, "late.csv")
+
+
+def delays():
+    short = ("torque=1", "seconds=1", "steps=1", "threads=1", f"out={DIR}/o")
+
+    def torque_error(out):
+        told = re.search(r"torque error in validation blocks: ([\d.]+) %", out)
+        return float(told[1]) if told else math.inf
+
+    for what, rate, ms, held, bound, more in (
+            ("1 kHz", 1000, 0, True, 0.1, {}), ("1 kHz", 1000, 2.5, True, 0.1, {}), ("1 kHz", 1000, 12, True, 0.1, {}),
+            ("100 Hz", 100, 2.5, True, 1, {}), ("100 Hz", 100, 5, True, 1, {}),
+            ("1 kHz, measured", 1000, 0, False, 0.1, {}), ("1 kHz, measured", 1000, 5, False, 0.1, {}),
+            ("100 Hz, measured", 100, 12, False, 1, {}), ("too early", 1000, -3, False, 0.1, {}),
+            ("14 bits", 1000, 5, True, 1, {"bits": 14, "qd": False}), ("14 bits", 1000, 0, True, 1, {"bits": 14, "qd": False}),
+            ("noise", 1000, 12, False, 2, {"bits": 14, "qd": False, "noise": 0.3})):
+        name = f"delay, {what}, {ms} ms"
+        path = late(rate, ms / 1e3, held, **more)
+        columns_of = [] if held else MAP if more.get("qd", True) else [MAP[0], MAP[2]]
+        code, out, err = run("train", path, *columns_of, "delay=auto", *short)
+        told = re.search(r"^delay: (none, of )?(\S+) \+- (\S+) ms", out, re.M)
+        check(f"{name}: told", code in (0, 3) and told, f"{code} {out[:1500]}{err}")
+        if not told:
+            continue
+        found, within = float(told[2]), float(told[3])
+        check(f"{name}: found", abs(found - ms) <= within < bound, told[0])
+        check(f"{name}: used", (told[1] is None) == (ms != 0), told[0])
+        with open(f"{DIR}/o_weights.h", encoding="utf-8") as f:
+            written = re.search(r"^#define two_DELAY ROLN_C\((\S+)\)$", f.read(), re.M)
+        off = abs(float(written[1]) * 1e3 - (found if ms else 0)) if written else math.inf
+        check(f"{name}: written", off < 0.01 * abs(found) + 1e-9, told[0])
+        if ms in (12, -3) and not more:     # what shifts is what acts
+            _, as_it_is, _ = run("train", path, *columns_of, *short)
+            _, shifted, _ = run("train", path, *columns_of, f"delay={ms / 1e3}", *short)
+            check(f"{name}: torques fit", torque_error(shifted) < 0.1 * torque_error(as_it_is) and
+                  abs(torque_error(shifted) - torque_error(out)) < 0.1 * torque_error(as_it_is),
+                  f"{torque_error(as_it_is)} {torque_error(shifted)} {torque_error(out)}")
+            samples = [int(re.search(r"held out\), (\d+) samples", o)[1]) for o in (as_it_is, shifted)]
+            lost = 3 * math.ceil(abs(ms) / 1e3 * rate) - 9, 3 * math.ceil(abs(ms) / 1e3 * rate) + 9
+            check(f"{name}: samples", lost[0] <= samples[0] - samples[1] <= lost[1] or not held, samples)
+    path = write(table([0.01 * i for i in range(300)]))
+    code, out, err = run("train1", path, "torque=1", "delay=auto", f"out={DIR}/o")
+    check("delay, an autoencoder", code == 1 and "delay=auto is for models whose coordinates are the joints" in err and
+          "\nhint: " in err, err)
+    for what, words, want in (("no number", ["delay=soon", "torque=1"], r"delay=soon: a number of seconds, -10 .. 10, or auto"),
+                              ("no torques", ["delay=0.005"], r"delay=0.005 shifts the torques, but torque=0 does not use them"),
+                              ("too long", ["delay=4", "torque=1"], r".*f.csv: no recording is longer than the delay of 4 s")):
+        code, out, err = run("train", path, *words, f"out={DIR}/o")
+        check(f"delay, {what}", code == 1 and re.match(want, err) and "\nhint: " in err, f"ended with {code}: {out[:400]}{err}")
+
+
 # ---- refusals ----
 
 def refusals():
@@ -393,7 +468,10 @@ def main():
     os.makedirs(DIR, exist_ok=True)
     with open(f"{DIR}/two.h", "w") as f:
         f.write('#define ROLN_NAME two\n#define ROLN_AE 2\n#define ROLN_MLP 4\n#include "roln.h"\n')
+    with open(f"{DIR}/one.h", "w") as f:
+        f.write('#define ROLN_NAME one\n#define ROLN_AE 2, 1\n#define ROLN_MLP 4\n#include "roln.h"\n')
     for source, out, more in ((f"tests/user/recording.c", "recording", CHECKED), ("examples/train.c", "train", ["-DMODEL=two"]),
+                              ("examples/train.c", "train1", ["-DMODEL=one"]),
                               ("examples/range.c", "range", ["-DMODEL=two"])):
         subprocess.run(["gcc", *FLAGS, *more, source, "-o", f"{DIR}/{out}", "-lpthread", "-lm"], check=True)
     os.environ["ASAN_OPTIONS"] = "detect_leaks=0"       # a program that ends does not give back
@@ -401,6 +479,7 @@ def main():
     noise()
     columns()
     several()
+    delays()
     refusals()
     print(f"{passed} passed, {failed} failed")
     return failed > 0
