@@ -210,6 +210,21 @@ check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: tr
 check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub(/<[/]|[/]>/, "") }
     END { exit !(opened > 8 && opened == closed) }' $dir/j_motion.svg
 
+# the page, and limits that are not known without torques
+page() { python3 tests/user/page.py "$@"; }
+check 'page' page $dir/j_report.html $dir/j_errors.csv \
+    "$dir/joints $dir/2_train.csv steps=30 held=0.3 out=$dir/j test=$dir/2_test.csv seed=1" 'ROLN_MLP: 16 16' \
+    'torque=0: no torques were trained with.' 'the model has no friction' '10 trajectories (3 held out), 30000 samples'
+check 'page: the same for one thread, but for the command' sh -c "
+    grep -v 'svg\|path\|threads' $dir/j_report.html | sed 's/[jk] test=/j test=/; s/joints 2/alone 2/; s/>[jk]</>j</' > $dir/j.page
+    grep -v 'svg\|path\|threads' $dir/k_report.html | sed 's/[jk] test=/j test=/; s/>[jk]</>j</; s/alone /joints /' > $dir/k.page
+    cmp $dir/j.page $dir/k.page"
+check 'limits without torques' grep 'ROLN_C(0.0), /[*] tau: UNKNOWN, no torque was trained with' $dir/j_limits.h
+page $dir/a_report.html $dir/a_errors.csv 'N = 16 joints, n = 4 coordinates' > $dir/check.log
+check "page of a chart: $(cat $dir/check.log)" test ! -s $dir/check.log
+sed 's/ joint 1</ joint 1<b></; s/<h2>Friction/<h2>/' $dir/j_report.html > $dir/broken.html
+check 'page: a test that can fail' sh -c "! python3 tests/user/page.py $dir/broken.html $dir/j_errors.csv '<h2>'"
+
 # recordings, in small: 6 of half a second. wrong NAME WORDS PROGRAM [SETTING ..]: a file that the awk program makes of them is
 # refused in these words; doubted: it is trained with, after a warning in these words
 awk 'NR == 1; /^$/ { i = 0; if (++k < 6) print; next } NR > 1 && k < 6 && i++ < 500' $dir/2_train.csv > $dir/small.csv
@@ -635,6 +650,41 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         while ((getline line < log_of) > 0) if (split(line, x, " ") > 8 && x[1] == 100) got = x[4]
         print want, got
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
+# its page, and its limits in a program, in C and C++
+check 'page of torques' page $dir/motor_report.html $dir/motor_errors.csv 'A model was trained.' 'slope intercept' \
+    'Inverse dynamics at 1212 held-out samples' 'Damping (no ROLN_FRICTION) of each joint' 'regression: degree'
+check 'page: slope and intercept' awk -F '</?td>' '/<th>slope/ { getline; ok = $14 > 0.97 && $14 < 1.03 && $16 > -0.1 && $16 < 0.1 }
+    END { exit !ok }' $dir/motor_report.html
+for c in 'gcc -std=c99' 'g++ -x c++ -std=c++11'; do
+    check "limits in a program: $c" $c -O1 -Wall -Wextra -Werror -I. -I$dir -DCONFIG='"motor.h"' -DWEIGHTS='"motor_weights.h"' \
+        -DLIMITS='"motor_limits.h"' tests/user/limits.c -o $dir/limits -lm
+    check "limits in a program: $c: no fault" $dir/limits $dir/motor.csv 17
+done
+check 'limits: the largest torque that was recorded' awk -F, 'NR == FNR { if (!NF) k++
+        if (k >= 16 && k < 19 && $4 ^ 2 > most ^ 2) most = $4 < 0 ? -$4 : $4; next }
+    /motor 1, unit as it is: the largest that was recorded/ { split($0, x, /[()]/); ok = (x[2] / most - 1) ^ 2 < 1e-6 }
+    END { exit !ok }' $dir/motor.csv $dir/motor_limits.h
+# a file that cannot be put in place leaves the old one, and is told
+cat > $dir/full.h << 'END_OF_FILE'
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+static int full(const char *from, const char *to)
+{
+    return strstr(to, getenv("FULL")) ? errno = ENOSPC, -1 : rename(from, to);
+}
+#define rename full
+END_OF_FILE
+gcc -std=c99 -O1 -I. -I$dir -include $dir/full.h -DMODEL=motor examples/train.c -o $dir/full -lpthread -lm
+for suffix in _report.html _limits.h; do
+    echo old > $dir/full$suffix
+    check "no room for $suffix" short env FULL=$suffix $dir/full $dir/motor.csv torque=1 held=0.2 steps=1 out=$dir/full
+    check "no room for $suffix: told" grep "^warning: cannot write $dir/full$suffix: No space left" $dir/says.log
+    check "no room for $suffix: the old one stays" grep -x old $dir/full$suffix
+    check "no room for $suffix: nothing is left of it" test ! -e $dir/full.part
+done
 # the regression beside it: M is 1, friction 0.1, gravity 9.81, and the networks may begin there
 check 'regression' awk '/^ joint   rms tau     error/ { getline; ok = $4 < 0.5 && $5 > 0.99 && $5 < 1.01 }
         END { exit !ok }' $dir/motor.log
