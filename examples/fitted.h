@@ -6,14 +6,14 @@
        fit_settings      NAME_fit_limits and NAME_fit_noise on windows of held-out recordings
        write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise
 
-   Limits of torque are the largest torques that were recorded, and the largest changes of them between two samples. The other
-   limits are SLACK times the largest need of the recordings. A filter of the recordings (filter=, smooth=) removes the noise that
+   Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
+   limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings (filter=, smooth=) removes the noise that
    the encoders of a controller have, so it is added to q again: white noise as large as the spectrum shows it. */
 
 #ifndef FITTED_H
 #define FITTED_H
 
-enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 20000, FILTER_TICKS = 2000 };
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000 };
 
 static struct {
     roln_limits limits;
@@ -38,33 +38,39 @@ static roln_batch held_windows(int *start, int most)
     return b;
 }
 
-/* So many windows of `each` seconds as there are in `ticks`, and in a tenth of the time that is left. */
-static int affordable(int ticks, double each)
+/* Largest torques and largest changes of them, of all recordings. */
+static void fit_torques(void)
 {
-    const double most = fmin((double)ticks / WINDOW_TICKS, 0.1 * left() / fmax(each, 1e-9));
-    return most > 1 ? (int)most : 1;
+    enum { F = M(force_size) };
+    int k, i, j;
+    for (k = 0; k < d.trajectories; k++)
+        for (i = d.first[k]; i < d.first[k + 1]; i++)
+            for (j = 0; j < F; j++) {
+                const roln_real tau = d.tau[i * F + j], change = i > d.first[k] ? tau - d.tau[(i - 1) * F + j] : 0;
+                found.tau[j] = ROLN_MAX(found.tau[j], ROLN_ABS(tau));
+                found.rate[j] = ROLN_MAX(found.rate[j], ROLN_ABS(change) / found.limits.dt);
+            }
+    for (j = 0; j < F; j++) {
+        found.limits.tau = ROLN_MAX(found.limits.tau, found.tau[j]);
+        found.limits.rate = ROLN_MAX(found.limits.rate, found.rate[j]);
+    }
 }
 
 static const char *fit_limits(int *start)
 {
-    roln_batch b = {0};
-    roln_status st = ROLN_OK;
-    double each = 0;
-    int k, j;
-    found.limits.dt = (roln_real)d.dt, found.limits.hold = 5, found.limits.residual_window = 8;
-    found.limits.tau = 1;     /* NAME_fit_limits asks for one where there are no torques */
-    for (k = 0; k < 2; k++) { /* the first window tells how long one takes */
-        const double from = now();
-        b = held_windows(start, k ? affordable(GUARD_TICKS, each) : 1);
-        st = M(fit_limits)(&s.p, &b, SLACK, &found.limits, found.tau, found.rate, &work[0].fit_limits);
-        each = now() - from;
-    }
+    roln_real tau[M(force_size)], rate[M(force_size)]; /* of the windows alone */
+    const roln_batch b = held_windows(start, GUARD_TICKS / WINDOW_TICKS);
+    roln_limits *l = &found.limits;
+    roln_status st;
+    l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = 8, l->tau = 1;
+    st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
     if (st != ROLN_OK) return roln_status_text(st);
     found.limit_ticks = b.count * (b.steps + 1);
-    if ((int)M(n) == (int)M(N)) found.limits.q_tolerance = found.limits.qd_tolerance = 0; /* z is all of q */
-    found.limits.tau = b.tau ? found.limits.tau / SLACK : 0, found.limits.rate /= SLACK;
-    for (j = 0; j < (int)M(force_size); j++)
-        found.tau[j] /= SLACK, found.rate[j] /= SLACK;
+    if ((int)M(n) == (int)M(N)) l->q_tolerance = l->qd_tolerance = 0; /* z is all of q */
+    l->tau = l->rate = 0, l->tau_each = l->rate_each = NULL;
+    if (!b.tau) return NULL;
+    l->tau_each = found.tau, l->rate_each = found.rate;
+    fit_torques();
     return NULL;
 }
 
@@ -84,16 +90,23 @@ static roln_real *measured_q(void)
     return q;
 }
 
+/* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs: as many as there is time for, of which `each`
+   is that of one. */
+static int affordable(double each)
+{
+    return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
+}
+
 static const char *fit_noise(int *start)
 {
     roln_real *q = measured_q();
     roln_status st = ROLN_OK;
     double each = 0;
     int k;
-    for (k = 0; k < 2; k++) {
+    for (k = 0; k < 2; k++) { /* the first window tells how long one takes */
         const roln_noise begin = {.dt = (roln_real)d.dt, .gate = 6, .lost = 5};
         const double from = now();
-        roln_batch b = held_windows(start, k ? affordable(FILTER_TICKS, each) : 1);
+        roln_batch b = held_windows(start, k ? affordable(each) : 1);
         found.noise = begin, b.q = q;
         st = M(fit_noise)(&s.p, &b, &found.noise, found.q, &work[0].fit_noise);
         found.noise_ticks = b.count * (b.steps + 1), each = now() - from;
