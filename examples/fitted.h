@@ -7,8 +7,9 @@
        write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise
 
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
-   limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings (filter=, smooth=) removes the noise that
-   the encoders of a controller have, so it is added to q again: white noise as large as the spectrum shows it. */
+   limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
+   (filter=, smooth=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as large as
+   the spectrum shows it. */
 
 #ifndef FITTED_H
 #define FITTED_H
@@ -51,6 +52,7 @@ static void fit_torques(void)
                 found.rate[j] = ROLN_MAX(found.rate[j], ROLN_ABS(change) / found.limits.dt);
             }
     for (j = 0; j < F; j++) {
+        found.rate[j] += 4 * ROLN_EPS * found.tau[j] / found.limits.dt; /* what rounds when torques are clipped */
         found.limits.tau = ROLN_MAX(found.limits.tau, found.tau[j]);
         found.limits.rate = ROLN_MAX(found.limits.rate, found.rate[j]);
     }

@@ -9,7 +9,7 @@
        errors      the tables of errors, and the regression beside them
        motion      recorded and predicted motion
        torques     recorded torques and those of the model, with slopes
-       inertia     M and gravity along the range of each coordinate
+       inertia     M and gravity along the range of each coordinate, and where recordings have been
        friction    friction over speed
        unknown     what the recordings cannot tell
        noise       noise of each column
@@ -358,25 +358,50 @@ static double place_of(M(latent) z, int j)
     return M(decode)(&s.p, &z, &x, &scratch.decode) == ROLN_OK ? (double)x.q[j] : (double)NAN;
 }
 
-/* A curve of `count` places in a frame with axes. */
-static void put_plot(FILE *f, int column, int row, int count, const double *x, const double *y, const char *x_name,
-                     const char *y_name)
+enum { PLACES = 121 };
+
+/* Two functions of one coordinate. */
+typedef struct {
+    double x[PLACES], y[2][PLACES];
+    int seen[PLACES]; /* nonzero: recorded motion has been there */
+} curve;
+
+/* Where joint j has been, of places c->x at equal distances. Of a latent coordinate these are all. */
+static void mark_seen(curve *c, int j)
+{
+    const double low = c->x[0], wide = c->x[PLACES - 1] - low, turn = 2 * acos(-1.0);
+    int i;
+    for (i = 0; i < PLACES; i++)
+        c->seen[i] = !JOINTS;
+    for (i = 0; i < d.samples && JOINTS && wide > 0; i++) {
+        const double q = (double)d.q[i * (int)M(N) + j] - low;
+        const double at = floor((roln_lnn_angle(&M(model).lnn, j) ? q - turn * floor(q / turn) : q) / wide * (PLACES - 1) + 0.5);
+        if (at >= 0 && at < PLACES) c->seen[(int)at] = 1;
+    }
+}
+
+/* One of the functions in a frame with axes: blue where recorded motion has been, else grey. */
+static void put_plot(FILE *f, int column, int row, const curve *c, int which, const char *x_name, const char *y_name)
 {
     frame p = frame_of(f, column, row);
-    svg_extend(p.x, count, x), svg_extend(p.y, count, y);
-    if (p.y[0] > 0 && column == 0) p.y[0] = 0; /* of an inertia */
+    double y[PLACES];
+    int i;
+    for (i = 0; i < PLACES; i++)
+        y[i] = c->seen[i] ? c->y[which][i] : (double)NAN;
+    svg_extend(p.x, PLACES, c->x), svg_extend(p.y, PLACES, c->y[which]);
+    if (p.y[0] > 0) p.y[0] = 0; /* of an inertia */
     svg_widen(p.x), svg_widen(p.y), svg_axes(&p, x_name, y_name);
-    svg_curve(&p, svg_colours[BLUE], 2, count, x, y);
+    svg_curve(&p, svg_colours[GREY], 1, PLACES, c->x, c->y[which]);
+    svg_curve(&p, svg_colours[BLUE], 2, PLACES, c->x, y);
 }
 
 static void put_inertia(FILE *f)
 {
-    enum { PLACES = 61 };
     const int rows = TORQUES < (int)DRAWN ? TORQUES : (int)DRAWN;
-    double x[PLACES], mass[PLACES], gravity[PLACES];
+    static curve c;
     int i, j;
-    put_paragraph(f, "Along the range of each %s, with the others in the middle of theirs.%s", coordinate(),
-                  set("torque") > 0 ? "" : " torque=0: M and gravity are known up to a common factor.");
+    put_paragraph(f, "Along the range of each %s, with the others in the middle of theirs; grey: where no recording has been.%s",
+                  coordinate(), set("torque") > 0 ? "" : " torque=0: M and gravity are known up to a common factor.");
     svg_begin(f, 880, 180 * rows + 10, 0);
     for (j = 0; j < rows; j++) {
         const double low = (double)s.p.z_min[j], high = (double)s.p.z_max[j];
@@ -386,13 +411,14 @@ static void put_inertia(FILE *f)
             terms t;
             z.z[j] = (roln_real)(low + (high - low) * i / (PLACES - 1));
             t = terms_at(z, j, 0);
-            x[i] = place_of(z, j), mass[i] = t.column[j], gravity[i] = t.gravity;
+            c.x[i] = place_of(z, j), c.y[0][i] = t.column[j], c.y[1][i] = t.gravity;
         }
+        mark_seen(&c, j);
         snprintf(x_name, sizeof x_name, "%s %d, %s", coordinate(), j + 1, JOINTS ? unit_of_column(OF_Q, j) : "z");
         snprintf(y_name[0], sizeof y_name[0], "M %d,%d: torque (%s) over acceleration", j + 1, j + 1, torque_unit(j));
         snprintf(y_name[1], sizeof y_name[1], "gravity torque of %s %d, %s", coordinate(), j + 1, torque_unit(j));
-        put_plot(f, 0, j, PLACES, x, mass, x_name, y_name[0]);
-        put_plot(f, 1, j, PLACES, x, gravity, x_name, y_name[1]);
+        put_plot(f, 0, j, &c, 0, x_name, y_name[0]);
+        put_plot(f, 1, j, &c, 1, x_name, y_name[1]);
     }
     svg_end(f);
 }
@@ -410,9 +436,8 @@ static double top_speed(int j)
 
 static void put_friction(FILE *f)
 {
-    enum { PLACES = 121 };
     const int rows = TORQUES < (int)DRAWN ? TORQUES : (int)DRAWN;
-    double x[PLACES], y[PLACES];
+    static curve c;
     int i, j;
     if (!M(model).lnn.damping && !M(model).lnn.friction) {
         put_paragraph(f, "The config has neither ROLN_DAMPING nor ROLN_FRICTION: the model has no friction.");
@@ -424,11 +449,13 @@ static void put_friction(FILE *f)
     for (j = 0; j < rows; j++) {
         const double top = top_speed(j);
         char name[2][80];
-        for (i = 0; i < PLACES; i++)
-            x[i] = top * (2.0 * i / (PLACES - 1) - 1), y[i] = terms_at(middle(), j, x[i]).friction;
+        for (i = 0; i < PLACES; i++) {
+            c.x[i] = top * (2.0 * i / (PLACES - 1) - 1), c.seen[i] = 1;
+            c.y[0][i] = terms_at(middle(), j, c.x[i]).friction;
+        }
         snprintf(name[0], sizeof name[0], "qd, %s", JOINTS ? unit_of_column(OF_QD, j) : "zd");
         snprintf(name[1], sizeof name[1], "%s %d: friction, %s", coordinate(), j + 1, torque_unit(j));
-        put_plot(f, j % 2, j / 2, PLACES, x, y, name[0], name[1]);
+        put_plot(f, j % 2, j / 2, &c, 0, name[0], name[1]);
     }
     svg_end(f);
 }

@@ -26,7 +26,7 @@ static unsigned tick(double q, double qd, double tau, const roln_real *before)
     unsigned bits = motor_filter_tick(&motor_weights, &motor_noise, y, before, &filter, &filterwork);
     bits &= ~(ROLN_FILTER_START | ROLN_FAULT_RANGE); /* motion leaves the range of training, which the filter has without margin */
     if (motor_encode(&motor_weights, &x, &s, &work.encode) != ROLN_OK) return ROLN_FAULT_STATUS;
-    bits |= motor_guard_tick(&motor_weights, &motor_limits, &x, &s, want, &guarded, &work.guard_tick) & ~ROLN_CLIPPED;
+    bits |= motor_guard_tick(&motor_weights, &motor_limits, &x, &s, want, &guarded, &work.guard_tick);
     memset(&r, 0, sizeof r);
     if (motor_encode_reference(&motor_weights, x.q, x.qd, none, &r, &work.encode_reference) != ROLN_OK) return ROLN_FAULT_STATUS;
     driven.g.valid = 0; /* another torque than the recorded one does not explain the recorded motion */
@@ -49,6 +49,8 @@ int main(int argc, char **argv)
             continue;
         }
         if (recording < from) continue;
+        if (first)
+            guarded.tau[0] = (roln_real)tau; /* else the limit of rate lets the torque begin at 0, as none of the recordings */
         {
             const unsigned bits = tick(q, qd, tau, first ? NULL : tau_before);
             if (bits && bad++ == 0) printf("recording %d, t = %g: %s\n", recording, t, roln_fault_text(bits));

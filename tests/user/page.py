@@ -45,6 +45,7 @@ class Page(HTMLParser):
             self.tables[-1][2].append([])
         if tag in ("td", "th"):
             self.tables[-1][2][-1].append("")
+            self.text[here] = self.text.get(here, "") + " "
 
     def handle_startendtag(self, tag, attributes):
         self.handle_starttag(tag, attributes)
