@@ -124,7 +124,7 @@ static void fail(const char *format, ...)
 static char transcript[1 << 16];
 
 /* Says something of recordings. */
-static void tell(const char *format, ...)
+static void say(const char *format, ...)
 {
     const size_t at = strlen(transcript);
     va_list list;
@@ -515,7 +515,7 @@ static int read_names(const motion *d, sheet *s, int columns, int most)
     names = split(strchr(text, s->apart) ? s->apart : separator_of(text), text, most, s->name);
     if (s->comment && (names != columns || !is_time(s->name[0]))) return 0;
     if (names != columns && !is_header(s->name, names < most ? names : most)) {
-        tell("%s: line %d is text: it has another number of columns than line %d\n", d->path, s->header_row, s->row);
+        say("%s: line %d is text: it has another number of columns than line %d\n", d->path, s->header_row, s->row);
         return s->header_row = 0;
     }
     for (i = 1; i < names && i < most && names == columns && !is_time(s->name[0]); i++)
@@ -1096,7 +1096,7 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
     found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
     if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
     if (found < 0 && x.n > 0 && s->first_file)
-        tell("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
+        say("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
                column, quoted(x));
     return found;
 }
@@ -1246,7 +1246,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
     } else if (whole && s->unit <= 0) s->unit = 1;
     if (whole) end_sample(d, s, t);
     else if (d->left_out++ == 0)
-        tell("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
+        say("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
 }
 
 /* Nonzero if most pieces of a line, or with columns by number those, are numbers or times. */
@@ -1356,7 +1356,7 @@ static void split_restarts(motion *d)
                              ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
                              : "a blank line belongs between two recordings; in one recording, t goes up");
                 if (told++ == 0)
-                    tell("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
+                    say("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
             }
             first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
         }
@@ -1387,7 +1387,7 @@ static void drop_repeats(motion *d)
             if (i > a && !(d->t[i] > d->t[before]) && memcmp(d->q + i * d->N, d->q + before * d->N, row) == 0 &&
                 memcmp(d->qd + i * d->N, d->qd + before * d->N, row) == 0 &&
                 memcmp(d->tau + i * d->forces, d->tau + before * d->forces, forces) == 0) {
-                if (twice++ == 0) tell("%s:%d: a sample is written twice; such a sample is taken once\n", d->file[k], d->line[i]);
+                if (twice++ == 0) say("%s:%d: a sample is written twice; such a sample is taken once\n", d->file[k], d->line[i]);
                 continue;
             }
             if (i != to) move_sample(d, i, to);
@@ -1439,9 +1439,9 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
     for (i = 0; i < n; i++)
         if (off[i] > most) wild[i] = 1;
     if (count == 0) return 0;
-    tell("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[of], d->line[at], kind_names[kind], j + 1, (double)x[at * columns],
+    say("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[of], d->line[at], kind_names[kind], j + 1, (double)x[at * columns],
            median_beside(x, columns, d->first[of], d->first[of + 1], at));
-    tell(count > 1 ? "; so are %d more rows: left out\n" : ": the row is left out\n", count - 1);
+    say(count > 1 ? "; so are %d more rows: left out\n" : ": the row is left out\n", count - 1);
     return count;
 }
 
@@ -1742,15 +1742,15 @@ static void check_constant(const motion *d, const wanted *w)
     for (j = 0; j < d->N; j++) {
         const int moves = changes(d, d->q, d->N, j), use = d->has_qd && !w->qd_unused, turns = use && changes(d, d->qd, d->N, j);
         if (!moves)
-            tell("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
+            say("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
                    turns ? "; possible cause: a dead encoder, for its qd changes" : "");
         else if (use && is_zero(d, d->qd, d->N, j))
-            tell("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
+            say("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
     }
     for (j = 0; j < d->forces && d->has_tau && w->torque; j++) {
-        if (is_zero(d, d->tau, d->forces, j)) tell("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
+        if (is_zero(d, d->tau, d->forces, j)) say("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
         else if (!changes(d, d->tau, d->forces, j))
-            tell("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
+            say("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
     }
 }
 
@@ -1783,14 +1783,14 @@ static void check_turns(const motion *d, unsigned angles, int each)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
         if (angle)
-            tell("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
+            say("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
                    (high - low) / 6.283185307179586);
         else
-            tell("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
+            say("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
                    "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
                    d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
     }
-    if (told > SAID) tell("warning: %s: so do %d more joints\n", d->path, told - SAID);
+    if (told > SAID) say("warning: %s: so do %d more joints\n", d->path, told - SAID);
 }
 
 /* ---- 8 velocities ---- */
@@ -1885,14 +1885,14 @@ static void check_velocities(motion *d, const wanted *w)
             if (differs(l[j]) && wrong++ == 0) at = j;
         }
     if (moving > 0 && zero == moving) {
-        if (w->half == 0) tell("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
+        if (w->half == 0) say("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
         fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt: t is in %s\nhint: divide t by %s, or call its column %s",
              d->path, d->dt, l[at].scale, l[at].scale < 1e4 ? "milliseconds" : "microseconds",
              l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {
-        tell("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
+        say("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
                "of %.2f: %s\n",
                d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
     }
@@ -2129,7 +2129,7 @@ static double choose_filter(const motion *d, const wanted *w, double half)
         }
     if (100 * share < NOISY) return 0;
     hz = round_number(edge);
-    tell("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
+    say("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
            worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
            hz >= full ? ": no filter is wide enough" : "");
     return hz >= full ? 0 : hz;
@@ -2158,22 +2158,22 @@ static void check_motion(motion *d, const wanted *w)
     check_turns(d, w->angles, w->each);
     if (d->has_qd) check_velocities(d, w);
     check_constant(d, w);
-    if (d->dt >= 0.2) tell("warning: %s: samples are %g s apart; is t in seconds?\n", d->path, d->dt);
+    if (d->dt >= 0.2) say("warning: %s: samples are %g s apart; is t in seconds?\n", d->path, d->dt);
 }
 
 /* What is said of the new rate. */
 static void tell_rate(const motion *d, const motion *e, const pace *p)
 {
-    tell("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
-    if (p->steady && p->digit > 0.01 * p->mean) tell(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
-    else if (p->steady) tell(", a clock of %.6g ms", 1e3 * p->mean);
-    if (p->steady && p->missing > 0) tell(", %d samples missing", p->missing);
+    say("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
+    if (p->steady && p->digit > 0.01 * p->mean) say(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
+    else if (p->steady) say(", a clock of %.6g ms", 1e3 * p->mean);
+    if (p->steady && p->missing > 0) say(", %d samples missing", p->missing);
     if (e) {
-        tell("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
-        if (e->gaps > 0) tell(", split at %d gaps of more than %g steps", e->gaps, GAP);
-        if (e->short_left > 0) tell(", %d samples left out between gaps", e->short_left);
+        say("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
+        if (e->gaps > 0) say(", split at %d gaps of more than %g steps", e->gaps, GAP);
+        if (e->short_left > 0) say(", %d samples left out between gaps", e->short_left);
     }
-    tell("\n");
+    say("\n");
     if (e && 2 * e->short_left > d->samples)
         fail("%s: gaps leave %d of %d samples\nhint: t in another column, or of another unit?", d->path,
              d->samples - e->short_left, d->samples);
@@ -2215,7 +2215,7 @@ static void settle(motion *d, const wanted *w, const pace *p)
         if (e.trajectories == 0)
             fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path,
                  hz, wide);
-        tell("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
+        say("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
                d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
         if (!same) forget(&even);
         forget(d), *d = e;
@@ -2246,7 +2246,7 @@ static void finish(motion *d, const wanted *w)
     d->qdd = room((size_t)d->samples + 1, row);
     d->tau_mid = room((size_t)d->samples + 1, (size_t)(F > d->N ? F : d->N) * sizeof *d->tau);
     if (!d->has_qd && w->half == 0) {
-        tell("%s: qd is the derivative of q\n", d->path);
+        say("%s: qd is the derivative of q\n", d->path);
         differentiate(d, d->q, d->qd), d->has_qd = 1;
     }
     if (d->reach > 0 && d->measured) differentiate(d, d->qd, d->qdd);
@@ -2383,7 +2383,7 @@ static int read_heading(const motion *d, sheet *s, int comment)
         if ((same && !last && is_header(s->name, names < most ? names : most)) || s->taken > 0)
             refuse_heading(d, s, n < most ? n : most);
         if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
-            tell("%s: line %d is text: it has fewer columns than line %d\n", d->path, s->row, s->header_row);
+            say("%s: line %d is text: it has fewer columns than line %d\n", d->path, s->row, s->header_row);
             return 0;
         }
     }
@@ -2403,7 +2403,7 @@ static void tell_time(const motion *d)
     if (d->guessed && d->dt >= 0.2)
         fail("%s:%d: if t is in %s since 1970, samples are %g s apart\nhint: tell the unit by the name of the column: t_us, say",
              d->file[0], d->line[0], unit, d->dt);
-    if (d->unit != 1) tell("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
+    if (d->unit != 1) say("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
 }
 
 /* Reads a file, behind those that were read before. */
@@ -2433,7 +2433,7 @@ static void read_file(motion *d, const wanted *w, const char *path)
             blank = 0;
         }
     }
-    if (s.separators > 0) tell("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
+    if (s.separators > 0) say("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
     fclose(s.f);
     if (s.taken == 0)
         fail(
@@ -2452,7 +2452,7 @@ static void tell_columns(const motion *d, const pace *p)
 {
     enum { SHOWN = 40 };
     int c, i;
-    tell("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
+    say("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
            d->trajectories, d->samples);
     for (c = 0; c < d->count; c++) {
         const field *f = &d->fields[c];
@@ -2460,7 +2460,7 @@ static void tell_columns(const motion *d, const pace *p)
         const roln_real *x = f->kind == OF_T ? NULL : (f->kind == OF_Q ? d->q : f->kind == OF_QD ? d->qd : d->tau) + f->index;
         double low = HUGE_VAL, high = -HUGE_VAL;
         char name[16], column[16], rate[60] = "";
-        if (d->count > SHOWN && c == SHOWN / 2) tell("    ...\n");
+        if (d->count > SHOWN && c == SHOWN / 2) say("    ...\n");
         if (d->count > SHOWN && c >= SHOWN / 2 && c < d->count - SHOWN / 4) continue;
         for (i = 0; i < d->samples; i++) {
             const double v = x ? (double)x[i * columns] : d->t[i];
@@ -2469,13 +2469,13 @@ static void tell_columns(const motion *d, const pace *p)
         snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);
         snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
         if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
-        tell("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
+        say("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
                f->kind == OF_T ? "s"
                : *f->unit      ? f->unit
                                : "as it is",
                low, high, rate);
     }
-    if (d->left_out > 0) tell("rows left out, for a number is missing: %d\n", d->left_out);
+    if (d->left_out > 0) say("rows left out, for a number is missing: %d\n", d->left_out);
 }
 
 /* Reads files and checks them; brings them to one rate, filters noise; qd, if there is none, is the derivative of q, unless q has

@@ -1130,7 +1130,7 @@ static int report(void)
 static void smooth_positions(motion *m)
 {
     const int half = (int)set("smooth");
-    tell("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
+    say("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
     smooth(m, half);
     m->reach = fmax(m->reach, half * m->dt);
 }
@@ -1154,7 +1154,7 @@ static void read_all(void)
     if (set("noise") > 0) {
         double sd[M(N)];
         add_noise(&d, set("noise"), M(own), (uint64_t)set("seed") + 5000, sd);
-        tell("noise of standard deviation %.3g added to q%s\n", sd[0], M(own) ? "1, and to each joint in its measure" : "");
+        say("noise of standard deviation %.3g added to q%s\n", sd[0], M(own) ? "1, and to each joint in its measure" : "");
     }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
@@ -1164,10 +1164,10 @@ static void read_all(void)
              "and "
              "one at least; held=none none",
              k, words[HELD].value);
-    tell("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
+    say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
            d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
-    if (strcmp(words[HELD].value, "none") == 0) tell("held=none: errors below are of recordings that are trained with\n");
-    if (d.has_tau && !(set("torque") > 0)) tell("columns tau count for nothing without torque=1\n");
+    if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
+    if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
 }
 
 static void halt(int sig)

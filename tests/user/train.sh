@@ -407,8 +407,8 @@ check 'both smoothed' test "$(grep -c 'csv: no qd, so q, qd, qdd smoothed over 1
 check 'positions alone: prediction' below $dir/p_test.csv 25 0.1 $dir/m.log
 
 # a wild sample is left out of a recording, and costs no accuracy
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_test.csv > $dir/wild_test.csv
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_train.csv > $dir/wild_train.csv
+rows='/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1'
+for x in test train; do awk -F, -v OFS=, "$rows" $dir/2_$x.csv > $dir/wild_$x.csv; done
 check 'wild samples' short $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$dir/n
 cat $dir/says.log > $dir/n.log
 check 'wild samples: told' grep 'wild_train.csv:4003: qd1 is wild: 1e+18, beside .*; so are 2 more rows: left out' $dir/n.log
