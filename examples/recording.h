@@ -1096,8 +1096,8 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
     found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
     if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
     if (found < 0 && x.n > 0 && s->first_file)
-        say("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
-               column, quoted(x));
+        say("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units", column,
+            quoted(x));
     return found;
 }
 
@@ -1355,8 +1355,7 @@ static void split_restarts(motion *d)
                          d->clock && step < -43200
                              ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
                              : "a blank line belongs between two recordings; in one recording, t goes up");
-                if (told++ == 0)
-                    say("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
+                if (told++ == 0) say("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
             }
             first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
         }
@@ -1440,7 +1439,7 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
         if (off[i] > most) wild[i] = 1;
     if (count == 0) return 0;
     say("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[of], d->line[at], kind_names[kind], j + 1, (double)x[at * columns],
-           median_beside(x, columns, d->first[of], d->first[of + 1], at));
+        median_beside(x, columns, d->first[of], d->first[of + 1], at));
     say(count > 1 ? "; so are %d more rows: left out\n" : ": the row is left out\n", count - 1);
     return count;
 }
@@ -1743,7 +1742,7 @@ static void check_constant(const motion *d, const wanted *w)
         const int moves = changes(d, d->q, d->N, j), use = d->has_qd && !w->qd_unused, turns = use && changes(d, d->qd, d->N, j);
         if (!moves)
             say("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
-                   turns ? "; possible cause: a dead encoder, for its qd changes" : "");
+                turns ? "; possible cause: a dead encoder, for its qd changes" : "");
         else if (use && is_zero(d, d->qd, d->N, j))
             say("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
     }
@@ -1784,11 +1783,11 @@ static void check_turns(const motion *d, unsigned angles, int each)
         if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
         if (angle)
             say("warning: %s: q of joint %d, an angle, goes over %.0f turns; is it in radians?\n", d->path, j + 1,
-                   (high - low) / 6.283185307179586);
+                (high - low) / 6.283185307179586);
         else
             say("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
-                   "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
-                   d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
+                "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
+                d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
     }
     if (told > SAID) say("warning: %s: so do %d more joints\n", d->path, told - SAID);
 }
@@ -1893,8 +1892,8 @@ static void check_velocities(motion *d, const wanted *w)
              l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {
         say("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
-               "of %.2f: %s\n",
-               d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
+            "of %.2f: %s\n",
+            d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
     }
     free(l);
 }
@@ -2130,8 +2129,8 @@ static double choose_filter(const motion *d, const wanted *w, double half)
     if (100 * share < NOISY) return 0;
     hz = round_number(edge);
     say("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
-           worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
-           hz >= full ? ": no filter is wide enough" : "");
+        worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
+        hz >= full ? ": no filter is wide enough" : "");
     return hz >= full ? 0 : hz;
 }
 
@@ -2216,7 +2215,7 @@ static void settle(motion *d, const wanted *w, const pace *p)
             fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path,
                  hz, wide);
         say("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
-               d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
+            d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
         if (!same) forget(&even);
         forget(d), *d = e;
     } else if (!same) forget(d), *d = even;
@@ -2453,7 +2452,7 @@ static void tell_columns(const motion *d, const pace *p)
     enum { SHOWN = 40 };
     int c, i;
     say("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
-           d->trajectories, d->samples);
+        d->trajectories, d->samples);
     for (c = 0; c < d->count; c++) {
         const field *f = &d->fields[c];
         const int columns = f->kind == OF_TAU ? d->forces : d->N;
@@ -2470,10 +2469,10 @@ static void tell_columns(const motion *d, const pace *p)
         snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
         if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
         say("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
-               f->kind == OF_T ? "s"
-               : *f->unit      ? f->unit
-                               : "as it is",
-               low, high, rate);
+            f->kind == OF_T ? "s"
+            : *f->unit      ? f->unit
+                            : "as it is",
+            low, high, rate);
     }
     if (d->left_out > 0) say("rows left out, for a number is missing: %d\n", d->left_out);
 }

@@ -1165,7 +1165,7 @@ static void read_all(void)
              "one at least; held=none none",
              k, words[HELD].value);
     say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
-           d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+        d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
     if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
 }
