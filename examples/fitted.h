@@ -189,6 +189,13 @@ static void put_constant(FILE *f, roln_real x, const char *format, ...)
     fprintf(f, " */\n");
 }
 
+/* The unit of a power. */
+static const char *power_unit(void)
+{
+    if (!(set("torque") > 0)) return "energy of the model per s";
+    return strcmp(unit_of_column(OF_TAU, 0), "Nm") == 0 ? "W" : "unit of tau times that of qd";
+}
+
 static void put_limits(FILE *f)
 {
     const roln_limits *l = &found.limits;
@@ -206,11 +213,11 @@ static void put_limits(FILE *f)
     fprintf(f, "static const roln_limits " STRING(MODEL) "_limits = {\n");
     put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
     put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
-    put_constant(f, l->residual, "residual, W if tau is Nm: %d times the largest of the recordings", SLACK);
+    put_constant(f, l->residual, "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
     put_constant(f, l->tau,
                  torques_are ? "tau, %s: not used, for tau_each is"
-                             : "tau: UNKNOWN, no torque was trained with; no torque "
-                               "leaves a guard of 0, so write what the motors may do",
+                             : "tau: UNKNOWN, no torque was trained with; 0 lets no "
+                               "torque pass, so write what the motors may do",
                  unit_of_column(OF_TAU, 0));
     fprintf(f, "    %d, /* hold, ticks: a usual number, not fitted */\n", l->hold);
     put_constant(f, l->q_tolerance,
@@ -244,7 +251,8 @@ static void put_noise(FILE *f)
     fprintf(f, "static const roln_noise " STRING(MODEL) "_noise = {\n");
     put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
     put_constant(f, found.q[0], "q, %s: not used, for q_each is", unit_of_column(OF_Q, 0));
-    put_constant(f, l->tau, "tau, %s: torque that the model does not know", unit_of_column(OF_TAU, 0));
+    put_constant(f, l->tau, "tau, %s: torque that the model does not know",
+                 set("torque") > 0 ? unit_of_column(OF_TAU, 0) : "unit of the model");
     put_constant(f, l->gate, "gate, deviations: a usual number, not fitted");
     fprintf(f, "    %d, /* lost, ticks: a usual number, not fitted */\n", l->lost);
     fprintf(f, "    " STRING(MODEL) "_noise_q, /* q_each */\n    0, /* tau_each: none */\n");

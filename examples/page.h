@@ -90,7 +90,7 @@ static const char *coordinate(void)
 /* The unit of a torque of coordinate j. */
 static const char *torque_unit(int j)
 {
-    return !(set("torque") > 0) ? "without unit: torque=0" : JOINTS ? unit_of_column(OF_TAU, j) : "unit of tau times q";
+    return !(set("torque") > 0) ? "no unit" : JOINTS ? unit_of_column(OF_TAU, j) : "unit of tau times q";
 }
 
 /* ---- 2 recordings and training ---- */
@@ -99,11 +99,9 @@ static void put_read(FILE *f)
 {
     int i;
     put_paragraph(
-        f,
-        "Units of the model: those of the column map (q=, qd=, tau=), in rad, m, s, Nm, N; without a map numbers are taken "
-        "as they are. Held out: held=%s.",
-        words[HELD].value);
-    fputs("<p>Files: ", f);
+        f, "Units of the model: those of the column map (q=, qd=, tau=), in rad, m, s, Nm, N. A column without a unit is taken "
+           "as it is.");
+    fputs("<p>Held out: held=", f), put_text(f, words[HELD].value), fputs(". Files: ", f);
     for (i = 0; i < inputs.count; i++)
         fputs(i ? ", " : "", f), put_text(f, inputs.path[i]);
     fputs("</p>\n<pre>", f), put_text(f, transcript), fputs("</pre>\n", f);
@@ -113,16 +111,18 @@ static void put_read(FILE *f)
 static void put_word(FILE *f, const char *word)
 {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=.,:/%@";
-    char letter[2] = "";
     if (*word && word[strspn(word, plain)] == 0) {
         fputs(word, f);
         return;
     }
     fputc('\'', f);
-    for (; *word; word++)
-        if (*word == '\'') fputs("'\\''", f);
-        else if ((unsigned char)*word >= 0x80) fputc(*word, f);
-        else *letter = *word, put_text(f, letter);
+    while (*word) {
+        char letter[5] = "";
+        const int n = letter_length(word) > 0 ? letter_length(word) : 1;
+        memcpy(letter, word, (size_t)n), word += n;
+        if (*letter == '\'') fputs("'\\''", f);
+        else put_text(f, letter);
+    }
     fputc('\'', f);
 }
 
@@ -535,7 +535,7 @@ static void put_limits_section(FILE *f)
     put_head(f, "limit|value|unit");
     if (!found.no_limits) {
         put_limit(f, "dt", (double)l->dt, "s"), put_limit(f, "margin", (double)l->margin, "part of the range");
-        put_limit(f, "residual", (double)l->residual, "W, if tau is Nm");
+        put_limit(f, "residual", (double)l->residual, power_unit());
         put_limit(f, "q_tolerance", (double)l->q_tolerance, "unit of q");
         put_limit(f, "qd_tolerance", (double)l->qd_tolerance, "unit of qd");
         for (j = 0; j < (int)M(force_size) && l->tau_each; j++) {
@@ -548,7 +548,8 @@ static void put_limits_section(FILE *f)
         char name[40];
         snprintf(name, sizeof name, "noise of q %d", j + 1), put_limit(f, name, (double)found.q[j], unit_of_column(OF_Q, j));
     }
-    if (!found.no_noise) put_limit(f, "noise of torque", (double)found.noise.tau, unit_of_column(OF_TAU, 0));
+    if (!found.no_noise)
+        put_limit(f, "noise of torque", (double)found.noise.tau, set("torque") > 0 ? unit_of_column(OF_TAU, 0) : "of the model");
     fputs("</table>\n<p>The range of training, outside of which nothing is known of the model:</p>\n", f);
     put_head(f, "latent coordinate|from|to|largest speed");
     for (j = 0; j < (int)M(n); j++) {

@@ -253,6 +253,9 @@ doubted() {
     make_of "$program"
     check "$what" warned ".*/file.csv: .*$words" "$@"
 }
+cp $dir/small.csv "$dir/a&'<b>.csv"
+check 'a name of any letters' short $dir/joints "$dir/a&'<b>.csv" steps=1 out=$dir/l
+check 'a name of any letters: page' page $dir/l_report.html $dir/l_errors.csv "'$dir/a&'\\''<b>.csv' steps=1 out=$dir/l seed=1"
 make_of 1
 check 'as it is' silent
 all=$(grep ' samples of ' $dir/says.log)
