@@ -12,6 +12,10 @@
 
 static regression baseline;
 static int fitted; /* 1: baseline is a regression of these recordings */
+static struct {
+    double ms;
+    regression_error e;
+} baseline_ahead[2]; /* its errors on held-out recordings, for page.h; ms 0: none */
 
 static void baseline_sample(void *ctx, int i, double *q, double *qd, double *qdd, double *tau)
 {
@@ -100,6 +104,7 @@ static void tell_baseline(void)
         const double cost = samples * regression_substeps(&baseline, d.dt) * (d.samples - d.first[train]);
         const int every = (int)fmin(fmax(stride_of(&d, 0.025), cost / STEPS), d.samples);
         e = regression_errors(&baseline, &held, (int)fmin(samples, d.samples), every, mean, unit);
+        baseline_ahead[k].ms = 1e3 * samples * d.dt, baseline_ahead[k].e = e;
         if (k == 0) printf("regression on the same trajectories: torques off by %s %% in all", in_percent(e.all).text);
         if (e.windows > e.failed) printf(", E_q %s %% after %.4g ms", in_percent(e.q).text, 1e3 * samples * d.dt);
         if (e.failed > 0) printf(" (%d of %d windows failed)", e.failed, e.windows);

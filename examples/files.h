@@ -99,7 +99,7 @@ static int add_folder(file_list *list, const char *path)
     if (list->count == had)
         fail("%s: no file in it ends in .csv, .tsv, .txt, .dat or .log\nhint: name the files themselves", path);
     qsort((void *)(list->path + had), (size_t)(list->count - had), sizeof *list->path, by_name);
-    if (others > 0) printf("%s: %d other files are not read\n", path, others);
+    if (others > 0) say("%s: %d other files are not read\n", path, others);
     return 1;
 }
 #endif

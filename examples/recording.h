@@ -54,6 +54,8 @@ typedef struct {
     int kind, index, column; /* index: joint or motor, from 0; column: from 1, 0: none */
     char name[40], unit[24];
     double factor; /* of the number in the file, to rad, s, Nm .. */
+    double noise;  /* deviation of the white noise that the spectrum shows before any filter, in rad, Nm ..; 0: none */
+    double share;  /* of noise in what the trainer needs of the column: qdd, or tau */
 } field;
 
 typedef struct {
@@ -115,6 +117,22 @@ static void fail(const char *format, ...)
     va_list list;
     va_start(list, format);
     end_with(WRONG, format, list);
+    va_end(list);
+}
+
+/* All that was said of recordings, for a report; what has no room is left out. */
+static char transcript[1 << 16];
+
+/* Says something of recordings. */
+static void say(const char *format, ...)
+{
+    const size_t at = strlen(transcript);
+    va_list list;
+    va_start(list, format);
+    vprintf(format, list);
+    va_end(list);
+    va_start(list, format);
+    vsnprintf(transcript + at, sizeof transcript - at, format, list);
     va_end(list);
 }
 
@@ -499,7 +517,7 @@ static int read_names(const motion *d, sheet *s, int columns, int most)
     names = split(strchr(text, s->apart) ? s->apart : separator_of(text), text, most, s->name);
     if (s->comment && (names != columns || !is_time(s->name[0]))) return 0;
     if (names != columns && !is_header(s->name, names < most ? names : most)) {
-        printf("%s:%d: text, not a header: line %d has another number of columns\n", d->path, s->header_row, s->row);
+        say("%s:%d: text, not a header: line %d has another number of columns\n", d->path, s->header_row, s->row);
         return s->header_row = 0;
     }
     for (i = 1; i < names && i < most && names == columns && !is_time(s->name[0]); i++)
@@ -842,38 +860,39 @@ static const struct {
     int kind, per;
     const char *name;
     double factor;
-} known_units[] = {{OF_Q, 0, "rad", 1},
-                   {OF_Q, 0, "deg", 0.017453292519943295},
-                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295},
-                   {OF_Q, 0, "turns", 6.283185307179586},
-                   {OF_Q, 0, "turn", 6.283185307179586},
-                   {OF_Q, 0, "rev", 6.283185307179586},
-                   {OF_Q, 0, "m", 1},
-                   {OF_Q, 0, "cm", 1e-2},
-                   {OF_Q, 0, "mm", 1e-3},
-                   {OF_Q, 1, "counts", 6.283185307179586},
-                   {OF_Q, 0, "raw", 1},
-                   {OF_QD, 0, "rad/s", 1},
-                   {OF_QD, 0, "deg/s", 0.017453292519943295},
-                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295},
-                   {OF_QD, 0, "rpm", 0.10471975511965977},
-                   {OF_QD, 0, "turns/s", 6.283185307179586},
-                   {OF_QD, 0, "rev/s", 6.283185307179586},
-                   {OF_QD, 0, "m/s", 1},
-                   {OF_QD, 0, "cm/s", 1e-2},
-                   {OF_QD, 0, "mm/s", 1e-3},
-                   {OF_QD, 1, "counts/s", 6.283185307179586},
-                   {OF_QD, 0, "raw", 1},
-                   {OF_TAU, 0, "Nm", 1},
-                   {OF_TAU, 0, "mNm", 1e-3},
-                   {OF_TAU, 0, "kNm", 1e3},
-                   {OF_TAU, 0, "Ncm", 1e-2},
-                   {OF_TAU, 0, "N", 1},
-                   {OF_TAU, 0, "mN", 1e-3},
-                   {OF_TAU, 0, "kN", 1e3},
-                   {OF_TAU, 0, "A", 1},
-                   {OF_TAU, 0, "mA", 1e-3},
-                   {OF_TAU, 0, "raw", 1}};
+    const char *si;
+} known_units[] = {{OF_Q, 0, "rad", 1, "rad"},
+                   {OF_Q, 0, "deg", 0.017453292519943295, "rad"},
+                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295, "rad"},
+                   {OF_Q, 0, "turns", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "turn", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "rev", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "m", 1, "m"},
+                   {OF_Q, 0, "cm", 1e-2, "m"},
+                   {OF_Q, 0, "mm", 1e-3, "m"},
+                   {OF_Q, 1, "counts", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "raw", 1, "as it is"},
+                   {OF_QD, 0, "rad/s", 1, "rad/s"},
+                   {OF_QD, 0, "deg/s", 0.017453292519943295, "rad/s"},
+                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295, "rad/s"},
+                   {OF_QD, 0, "rpm", 0.10471975511965977, "rad/s"},
+                   {OF_QD, 0, "turns/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "rev/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "m/s", 1, "m/s"},
+                   {OF_QD, 0, "cm/s", 1e-2, "m/s"},
+                   {OF_QD, 0, "mm/s", 1e-3, "m/s"},
+                   {OF_QD, 1, "counts/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "raw", 1, "as it is"},
+                   {OF_TAU, 0, "Nm", 1, "Nm"},
+                   {OF_TAU, 0, "mNm", 1e-3, "Nm"},
+                   {OF_TAU, 0, "kNm", 1e3, "Nm"},
+                   {OF_TAU, 0, "Ncm", 1e-2, "Nm"},
+                   {OF_TAU, 0, "N", 1, "N"},
+                   {OF_TAU, 0, "mN", 1e-3, "N"},
+                   {OF_TAU, 0, "kN", 1e3, "N"},
+                   {OF_TAU, 0, "A", 1, "A"},
+                   {OF_TAU, 0, "mA", 1e-3, "A"},
+                   {OF_TAU, 0, "raw", 1, "as it is"}};
 enum { UNITS = sizeof known_units / sizeof *known_units };
 
 /* The unit of a kind that a text begins with, the longest; -1: none. A number must follow it, behind * or /, or nothing. */
@@ -1079,8 +1098,8 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
     found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
     if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
     if (found < 0 && x.n > 0 && s->first_file)
-        printf("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units",
-               column, quoted(x));
+        say("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units", column,
+            quoted(x));
     return found;
 }
 
@@ -1229,7 +1248,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
     } else if (whole && s->unit <= 0) s->unit = 1;
     if (whole) end_sample(d, s, t);
     else if (d->left_out++ == 0)
-        printf("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
+        say("%s:%d: a number is missing in a column that is used; such rows are left out\n", d->path, s->row);
 }
 
 /* Nonzero if most pieces of a line, or with columns by number those, are numbers or times. */
@@ -1338,8 +1357,7 @@ static void split_restarts(motion *d)
                          d->clock && step < -43200
                              ? "a time of the day begins anew at midnight: write the date, too: 2026-11-25T18:10:05.25"
                              : "a blank line belongs between two recordings; in one recording, t goes up");
-                if (told++ == 0)
-                    printf("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
+                if (told++ == 0) say("%s:%d: t starts again: a new recording, here and wherever it does\n", d->file[k], d->line[i]);
             }
             first[parts] = i, names[parts] = d->file[k], origin[parts++] = zero;
         }
@@ -1370,7 +1388,7 @@ static void drop_repeats(motion *d)
             if (i > a && !(d->t[i] > d->t[before]) && memcmp(d->q + i * d->N, d->q + before * d->N, row) == 0 &&
                 memcmp(d->qd + i * d->N, d->qd + before * d->N, row) == 0 &&
                 memcmp(d->tau + i * d->forces, d->tau + before * d->forces, forces) == 0) {
-                if (twice++ == 0) printf("%s:%d: a sample is written twice; such a sample is taken once\n", d->file[k], d->line[i]);
+                if (twice++ == 0) say("%s:%d: a sample is written twice; such a sample is taken once\n", d->file[k], d->line[i]);
                 continue;
             }
             if (i != to) move_sample(d, i, to);
@@ -1433,12 +1451,12 @@ static int mark_wild(const motion *d, int kind, int j, double *off, double *sort
         for (i = d->first[k]; i < d->first[k + 1]; i++) {
             if (!(fabs(off[i]) > most)) continue;
             if (count++ == 0)
-                printf("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[k], d->line[i], kind_names[kind], j + 1,
+                say("%s:%d: %s%d is wild: %.4g, beside %.4g", d->file[k], d->line[i], kind_names[kind], j + 1,
                        (double)x[i * columns], (double)x[i * columns] - off[i]);
             wild[i] = 1;
         }
-    if (count > 1) printf("; so are %d more rows: left out\n", count - 1);
-    else printf(": the row is left out\n");
+    if (count > 1) say("; so are %d more rows: left out\n", count - 1);
+    else say(": the row is left out\n");
     return count;
 }
 
@@ -1737,15 +1755,15 @@ static void check_constant(const motion *d, const wanted *w)
     for (j = 0; j < d->N; j++) {
         const int moves = changes(d, d->q, d->N, j), use = d->has_qd && !w->qd_unused, turns = use && changes(d, d->qd, d->N, j);
         if (!moves)
-            printf("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
-                   turns ? "; possible cause: a dead encoder, for its qd changes" : "");
+            say("warning: %s: joint %d does not move in any recording: leave it out%s\n", d->path, j + 1,
+                turns ? "; possible cause: a dead encoder, for its qd changes" : "");
         else if (use && is_zero(d, d->qd, d->N, j))
-            printf("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
+            say("warning: %s: joint %d moves, but its qd is 0 in every sample; possible cause: a dead sensor\n", d->path, j + 1);
     }
     for (j = 0; j < d->forces && d->has_tau && w->torque; j++) {
-        if (is_zero(d, d->tau, d->forces, j)) printf("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
+        if (is_zero(d, d->tau, d->forces, j)) say("%s: %s%d is 0 in every sample\n", d->path, force, j + 1);
         else if (!changes(d, d->tau, d->forces, j))
-            printf("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
+            say("warning: %s: %s%d does not change in any recording; possible cause: a dead sensor\n", d->path, force, j + 1);
     }
 }
 
@@ -1778,14 +1796,14 @@ static void check_turns(const motion *d, unsigned angles, int each)
             low = fmin(low, (double)d->q[i * d->N + j]), high = fmax(high, (double)d->q[i * d->N + j]);
         if (!(high - low > (angle ? 130 : 6.3)) || told++ >= SAID) continue;
         if (angle)
-            printf("warning: %s: q of joint %d, an angle, goes over %.0f turns; possible cause: it is not in radians\n", d->path,
+            say("warning: %s: q of joint %d, an angle, goes over %.0f turns; possible cause: it is not in radians\n", d->path,
                    j + 1, (high - low) / 6.283185307179586);
         else
-            printf("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
-                   "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
-                   d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
+            say("warning: %s: q of joint %d goes from %.3g to %.3g; of a joint that turns round, ROLN_ANGLES learns that; "
+                "degrees make gains and torques those of degrees; of a slider nothing is wrong%s\n",
+                d->path, j + 1, low, high, each ? "" : ", but beside hinges it asks for ROLN_SCALE each");
     }
-    if (told > SAID) printf("warning: %s: so do %d more joints\n", d->path, told - SAID);
+    if (told > SAID) say("warning: %s: so do %d more joints\n", d->path, told - SAID);
 }
 
 /* ---- 8 velocities ---- */
@@ -1880,7 +1898,7 @@ static void check_velocities(motion *d, const wanted *w)
             if (differs(l[j]) && wrong++ == 0) at = j;
         }
     if (moving > 0 && zero == moving) {
-        if (w->half == 0) printf("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
+        if (w->half == 0) say("%s: qd is 0 throughout, but q moves: qd is taken from q\n", d->path);
         d->has_qd = 0;
     } else if (moving > 0 && longer == moving && d->dt >= 0.2) {
         fail("%s: t grows by %g a sample, and qd is %.0f times dq/dt; possible cause: t is in %s\nhint: divide t by %s, or call "
@@ -1888,7 +1906,7 @@ static void check_velocities(motion *d, const wanted *w)
              d->path, d->dt, l[at].scale, l[at].scale < 1e4 ? "milliseconds" : "microseconds",
              l[at].scale < 1e4 ? "1000" : "1000000", l[at].scale < 1e4 ? "t_ms" : "t_us");
     } else if (wrong > 0 && (!w->qd_unused || interleaved(d))) {
-        printf("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
+        say("warning: %s: qd of %d of %d joints that move is not dq/dt; of joint %d it is %.3g times that, with a correlation "
                "of %.2f; possible cause: %s\n",
                d->path, wrong, moving, at + 1, l[at].scale, l[at].alike, cause_of(d, at, l[at]));
     }
@@ -2015,6 +2033,7 @@ static int column_power(const motion *d, int kind, int j, int n, double *power)
 
 /* What a spectrum says of a column. */
 typedef struct {
+    double rms;   /* of the noise; 0: none is seen */
     double share; /* of noise in what the trainer needs of the column: qdd, or tau; 0: none is seen */
     double edge;  /* Hz from which on there is no more than eight times the noise */
     double tilt;  /* of the floor: 1 is flat */
@@ -2045,7 +2064,7 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
     static double power[SPECTRUM / 2 + 1], sorted[SPECTRUM / 2 + 1];
     const double df = 1 / (n * d->dt), dt = d->dt;
     const int low = (int)(0.15 * n), mid = (int)(0.225 * n), high = (int)(0.3 * n), wide = n / 128 + 1;
-    noise_of e = {0, 0, 0};
+    noise_of e = {0, 0, 0, 0};
     double floor_of[2], floor_all, variance, use = use_of(d, kind, j), even;
     int pieces, i, k;
     if (!(use > 0) || (pieces = column_power(d, kind, j, n, power)) == 0) return e;
@@ -2062,7 +2081,7 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
     floor_all = fmin(floor_of[0], floor_of[1]);
     if (!(floor_all > 0) || fmax(floor_of[0], floor_of[1]) > even * floor_all) return e;
     e.tilt = fmax(floor_of[0], floor_of[1]) / floor_all;
-    variance = floor_all * n;
+    variance = floor_all * n, e.rms = sqrt(variance);
     e.share = sqrt(variance / (kind == OF_TAU ? 1 : kind == OF_QD ? 2 * dt * dt : 8 * dt * dt * dt * dt / 3) / use);
     for (i = 1, k = 1; i < low; i++)
         if (power[i] > power[k]) k = i; /* the peak */
@@ -2079,17 +2098,39 @@ static noise_of find_noise(const motion *d, int kind, int j, int n, double half)
 
 enum { NOISY = 3 }; /* %, of noise in qdd or tau */
 
-/* The frequency for the filter, in Hz, 0: none is needed; says why. */
-static double choose_filter(const motion *d, const wanted *w, double half)
+/* Samples of a piece of which spectra are made: at most 8 s, and the longest recording; 0: too few. */
+static int piece_length(const motion *d)
 {
-    const double full = KERNEL_BAND / (3 * d->dt);
-    int n = SPECTRUM, longest = 0, worst_kind = OF_QD, worst = 0, kind, j, k;
-    double share = 0, edge = 0, hz;
+    int n = SPECTRUM, longest = 0, k;
     for (k = 0; k < d->trajectories; k++)
         longest = d->first[k + 1] - d->first[k] > longest ? d->first[k + 1] - d->first[k] : longest;
     while (n > longest || n * d->dt > 8)
         n /= 2;
-    if (n < 64) return 0;
+    return n < 64 ? 0 : n;
+}
+
+/* Writes the noise of all columns to their fields. */
+static void measure_noise(const motion *d, double half)
+{
+    static const noise_of none = {0, 0, 0, 0};
+    const int n = piece_length(d);
+    int c;
+    for (c = 0; c < d->count && n > 0; c++) {
+        field *f = &d->fields[c];
+        const int is = f->kind == OF_Q || f->kind == OF_TAU || (f->kind == OF_QD && d->has_qd);
+        const noise_of e = is ? find_noise(d, f->kind, f->index, n, half) : none;
+        f->noise = e.rms, f->share = e.share;
+    }
+}
+
+/* The frequency for the filter, in Hz, 0: none is needed; says why. */
+static double choose_filter(const motion *d, const wanted *w, double half)
+{
+    const double full = KERNEL_BAND / (3 * d->dt);
+    const int n = piece_length(d);
+    int worst_kind = OF_QD, worst = 0, kind, j;
+    double share = 0, edge = 0, hz;
+    if (n == 0) return 0;
     for (kind = OF_QD; kind < KINDS; kind++)
         for (j = 0; j < (kind == OF_TAU ? d->forces * (d->has_tau && d->measured && w->torque) : d->N); j++) {
             noise_of e = find_noise(d, kind, j, n, half);
@@ -2102,9 +2143,9 @@ static double choose_filter(const motion *d, const wanted *w, double half)
         }
     if (100 * share < NOISY) return 0;
     hz = round_number(edge);
-    printf("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
-           worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
-           hz >= full ? ": no filter is wide enough" : "");
+    say("noise is %.2g %% of the %s of %s %d, without filter; it is all that the spectra show above %.3g Hz%s\n", 100 * share,
+        worst_kind == OF_TAU ? "torque" : "acceleration", worst_kind == OF_TAU ? "motor" : "joint", worst + 1, hz,
+        hz >= full ? ": no filter is wide enough" : "");
     return hz >= full ? 0 : hz;
 }
 
@@ -2131,22 +2172,22 @@ static void check_motion(motion *d, const wanted *w)
     check_turns(d, w->angles, w->each);
     if (d->has_qd) check_velocities(d, w);
     check_constant(d, w);
-    if (d->dt >= 0.2) printf("warning: %s: samples are %g s apart; possible cause: t is not in seconds\n", d->path, d->dt);
+    if (d->dt >= 0.2) say("warning: %s: samples are %g s apart; possible cause: t is not in seconds\n", d->path, d->dt);
 }
 
 /* What is said of the new rate. */
 static void tell_rate(const motion *d, const motion *e, const pace *p)
 {
-    printf("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
-    if (p->steady && p->digit > 0.01 * p->mean) printf(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
-    else if (p->steady) printf(", a clock of %.6g ms", 1e3 * p->mean);
-    if (p->steady && p->missing > 0) printf(", %d samples missing", p->missing);
+    say("time: steps of %.3g .. %.3g ms", 1e3 * p->least, 1e3 * p->most);
+    if (p->steady && p->digit > 0.01 * p->mean) say(", a clock of %.6g ms rounded to %.3g ms", 1e3 * p->mean, 1e3 * p->digit);
+    else if (p->steady) say(", a clock of %.6g ms", 1e3 * p->mean);
+    if (p->steady && p->missing > 0) say(", %d samples missing", p->missing);
     if (e) {
-        printf("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
-        if (e->gaps > 0) printf(", split at %d gaps of more than %g steps", e->gaps, GAP);
-        if (e->short_left > 0) printf(", %d samples left out between gaps", e->short_left);
+        say("; resampled to %.6g ms (%.4g Hz) by local cubics", 1e3 * e->dt, 1 / e->dt);
+        if (e->gaps > 0) say(", split at %d gaps of more than %g steps", e->gaps, GAP);
+        if (e->short_left > 0) say(", %d samples left out between gaps", e->short_left);
     }
-    printf("\n");
+    say("\n");
     if (e && 2 * e->short_left > d->samples)
         fail("%s: gaps leave %d of %d samples; possible cause: t is another column, or in another unit\nhint: t=1,ms, say", d->path,
              d->samples - e->short_left, d->samples);
@@ -2172,6 +2213,7 @@ static void settle(motion *d, const wanted *w, const pace *p)
     }
     check_motion(same ? d : &even, w);
     if (!same && d->has_qd != even.has_qd) d->has_qd = even.has_qd;
+    measure_noise(same ? d : &even, half);
     if (w->half == 0 && w->filter >= 0 && !(hz > 0)) hz = choose_filter(same ? d : &even, w, half);
     if (hz > 0) {
         const double wide = KERNEL_BAND / hz;
@@ -2187,8 +2229,8 @@ static void settle(motion *d, const wanted *w, const pace *p)
         if (e.trajectories == 0)
             fail("%s: no recording is longer than the filter of %.3g Hz, %.3g s\nhint: a higher filter=, or filter=off", d->path,
                  hz, wide);
-        printf("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
-               d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
+        say("filter: %.3g Hz (-3 dB), zero phase, the same for q%s%s; %.3g s at both ends of recordings are left out\n", hz,
+            d->has_qd ? ", qd" : "", d->has_tau ? ", tau" : "", wide / 2);
         if (!same) forget(&even);
         forget(d), *d = e;
     } else if (!same) forget(d), *d = even;
@@ -2218,7 +2260,7 @@ static void finish(motion *d, const wanted *w)
     d->qdd = room((size_t)d->samples + 1, row);
     d->tau_mid = room((size_t)d->samples + 1, (size_t)(F > d->N ? F : d->N) * sizeof *d->tau);
     if (!d->has_qd && w->half == 0) {
-        printf("%s: qd is the derivative of q\n", d->path);
+        say("%s: qd is the derivative of q\n", d->path);
         differentiate(d, d->q, d->qd), d->has_qd = 1;
     }
     if (d->reach > 0 && d->measured) differentiate(d, d->qd, d->qdd);
@@ -2252,6 +2294,8 @@ static void add_noise(motion *d, double level, int each, uint64_t seed, double *
         sd[j] = level * sqrt(all / d->samples / N);
     for (i = 0; i < d->samples * N; i++)
         d->q[i] += (roln_real)sd[i % N] * roln_normal(&seed);
+    for (i = 0; i < d->count; i++)
+        if (d->fields[i].kind == OF_Q) d->fields[i].noise = hypot(d->fields[i].noise, sd[d->fields[i].index]);
     differences(d, d->q, d->qd);
     differences(d, d->qd, d->qdd);
 }
@@ -2353,7 +2397,7 @@ static int read_heading(const motion *d, sheet *s, int comment)
         if ((same && !last && is_header(s->name, names < most ? names : most)) || s->taken > 0)
             refuse_heading(d, s, n < most ? n : most);
         if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
-            printf("%s:%d: text, not a header: line %d has more columns\n", d->path, s->row, s->header_row);
+            say("%s:%d: text, not a header: line %d has more columns\n", d->path, s->row, s->header_row);
             return 0;
         }
     }
@@ -2373,7 +2417,7 @@ static void tell_time(const motion *d)
     if (d->guessed && d->dt >= 0.2)
         fail("%s:%d: if t is in %s since 1970, samples are %g s apart\nhint: tell the unit by the name of the column: t_us, say",
              d->file[0], d->line[0], unit, d->dt);
-    if (d->unit != 1) printf("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
+    if (d->unit != 1) say("%s: t is in %s%s\n", d->path, unit, d->guessed ? " since 1970" : "");
 }
 
 /* Reads a file, behind those that were read before. */
@@ -2403,7 +2447,7 @@ static void read_file(motion *d, const wanted *w, const char *path)
             blank = 0;
         }
     }
-    if (s.separators > 0) printf("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
+    if (s.separators > 0) say("%s: separators alone in %d lines, which are read as blank lines\n", path, s.separators);
     fclose(s.f);
     if (s.taken == 0)
         fail(
@@ -2422,15 +2466,15 @@ static void tell_columns(const motion *d, const pace *p)
 {
     enum { SHOWN = 40 };
     int c, i;
-    printf("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
-           d->trajectories, d->samples);
+    say("%s: %d recordings, %d samples\n column  name                  is     unit               from         to\n", d->path,
+        d->trajectories, d->samples);
     for (c = 0; c < d->count; c++) {
         const field *f = &d->fields[c];
         const int columns = f->kind == OF_TAU ? d->forces : d->N;
         const roln_real *x = f->kind == OF_T ? NULL : (f->kind == OF_Q ? d->q : f->kind == OF_QD ? d->qd : d->tau) + f->index;
         double low = HUGE_VAL, high = -HUGE_VAL;
         char name[16], column[16], rate[60] = "";
-        if (d->count > SHOWN && c == SHOWN / 2) printf("    ...\n");
+        if (d->count > SHOWN && c == SHOWN / 2) say("    ...\n");
         if (d->count > SHOWN && c >= SHOWN / 2 && c < d->count - SHOWN / 4) continue;
         for (i = 0; i < d->samples; i++) {
             const double v = x ? (double)x[i * columns] : d->t[i];
@@ -2439,13 +2483,13 @@ static void tell_columns(const motion *d, const pace *p)
         snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);
         snprintf(column, sizeof column, f->column > 0 ? "%d" : "-", f->column);
         if (f->kind == OF_T) snprintf(rate, sizeof rate, "  %.4g Hz%s", 1 / p->mean, f->column > 0 ? "" : ", rows are counted");
-        printf("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
-               f->kind == OF_T ? "s"
-               : *f->unit      ? f->unit
-                               : "as it is",
-               low, high, rate);
+        say("%7s  %-20.20s  %-5s  %-12.20s %10.4g %10.4g%s\n", column, f->name, name,
+            f->kind == OF_T ? "s"
+            : *f->unit      ? f->unit
+                            : "as it is",
+            low, high, rate);
     }
-    if (d->left_out > 0) printf("rows left out, for a number is missing: %d\n", d->left_out);
+    if (d->left_out > 0) say("rows left out, for a number is missing: %d\n", d->left_out);
 }
 
 /* Reads files and checks them; brings them to one rate, filters noise; qd, if there is none, is the derivative of q, unless q has

@@ -6,7 +6,7 @@
        errors    E_q, E_qd at one horizon, of the model and of q + h qd
        table     errors at all horizons, printed and as CSV
        torques   torques by inverse dynamics against recorded ones, M, friction
-       draw_..   the learning curve, and recordings beside their prediction
+       draw_..   files of the learning curve, and of recordings beside their prediction; put_..: the same in a page
        doubt     says why the model is no trained model
 
    q + h qd is the prediction of a constant velocity. A model is better than it at a horizon if its E_q is less than 1 / BETTER of
@@ -17,6 +17,8 @@
 
 #ifndef REPORT_H
 #define REPORT_H
+
+#include "plot.h"
 
 /* Reasons why there is no trained model, apart by "; "; empty: there is one. */
 static char doubts[600];
@@ -359,6 +361,18 @@ static void table_head(FILE *csv)
     fprintf(csv, ",constant_velocity_percent,counts,trajectories\n");
 }
 
+/* The tables that were printed, for page.h: of held-out recordings, and of test=. */
+static struct {
+    char name[200];
+    int trajectories, rows;
+    struct {
+        double ms;
+        int counts;
+        error e;
+    } row[HORIZONS];
+} kept_tables[2];
+static int tables_kept;
+
 /* Errors over the time that is predicted ahead, printed and as lines of a CSV; csv NULL: none. `name` is for the CSV, `of` for the
    reader. It takes about `time` seconds: windows begin every 25 ms, or less often. */
 static void table(const char *name, const char *of, const motion *m, int from, int to, double time, FILE *csv)
@@ -367,7 +381,7 @@ static void table(const char *name, const char *of, const motion *m, int from, i
     const int usual = stride_of(m, 0.025);
     score *scores = room((size_t)(to - from), sizeof *scores);
     double all, done = 0, chart = 0;
-    int every = usual, said = 0, counted = 0, i;
+    int every = usual, said = 0, counted = 0, at = tables_kept++, i;
     while (price() * (all = steps_of_table(m, from, to, every)) > time && every < m->samples / 2)
         every *= 2;
     printf("%s\n", name);
@@ -385,9 +399,12 @@ static void table(const char *name, const char *of, const motion *m, int from, i
         if (i == 0) chart = e.q;
         counts = h.samples[i] > 0 && e.constant > SEEN * sqrt(chart * chart + e.floor * e.floor);
         table_row(name, ms, &e, to - from, counts, csv);
+        kept_tables[at].row[i].ms = ms, kept_tables[at].row[i].counts = counts, kept_tables[at].row[i].e = e;
         judge(of, ms, &e, counts, &said);
         counted += counts;
     }
+    snprintf(kept_tables[at].name, sizeof kept_tables[at].name, "%s", name);
+    kept_tables[at].trajectories = to - from, kept_tables[at].rows = h.count;
     if (counted == 0) doubt("%s: at no horizon q + h qd is off by more than noise and chart leave", of);
     free(scores);
 }
@@ -399,37 +416,69 @@ enum {
     TORQUES = JOINTS ? (int)M(N) : (int)M(n)
 };
 
+/* The unit of a column of motion.csv behind its factor; "as it is" if nobody says, or there is no such column. */
+static const char *unit_of_column(int kind, int index)
+{
+    int c;
+    for (c = 0; c < d.count; c++) {
+        const field *f = &d.fields[c];
+        const int unit = f->kind == kind && f->index == index ? find_unit(kind, f->unit, (int)strlen(f->unit)) : -1;
+        if (unit >= 0) return strncmp(f->unit, "A*", 2) == 0 ? "A times gain" : known_units[unit].si;
+    }
+    return "as it is";
+}
+
 /* Sums over samples: of each joint, or latent coordinate. */
 typedef struct {
-    double tau[TORQUES], off[TORQUES], speed[TORQUES]; /* of squares */
+    double tau[TORQUES], off[TORQUES], speed[TORQUES], model[TORQUES]; /* of squares; model: torques of the model */
+    double mean[TORQUES], mean_model[TORQUES], both[TORQUES];          /* of tau, of torques of the model, of their products */
     int samples;
 } torque_sums;
 
-/* Adds one sample; nothing if the model cannot be evaluated there. */
-static void add_torque(const M(params) * p, int sample, torque_sums *to)
+/* Recorded torques of a sample, those of the model there by inverse dynamics, their part M qdd, and velocities, of each joint or
+   latent coordinate; inertial NULL: not asked. Returns 0 if the model cannot be evaluated there. */
+static int torques_at(const M(params) * p, int sample, double *recorded, double *model, double *inertial, double *speed)
 {
     enum { N = M(N), F = M(force_size) };
     static M(work) scratch;
     static M(target) t;
     const roln_real *tau = d.tau_mid + sample * F;
-    roln_real model[N + 1], recorded[N + 1], latent_tau[M(n)];
+    roln_real of_model[N + 1], of_tau[N + 1], latent_tau[M(n)], still[M(n)] = {0};
     M(latent) z;
     int j;
     if (M(encode_reference)(p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.encode_reference) != ROLN_OK)
-        return;
+        return 0;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
-    if (M(inverse)(p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return;
+    if (M(inverse)(p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return 0;
     if (JOINTS) {
-        if (M(lift)(p, &z, latent_tau, model, &scratch.lift) != ROLN_OK) return;
-        memcpy(recorded, tau, sizeof *tau * (size_t)TORQUES);
+        if (M(lift)(p, &z, latent_tau, of_model, &scratch.lift) != ROLN_OK) return 0;
+        memcpy(of_tau, tau, sizeof *tau * (size_t)TORQUES);
     } else {
-        if (M(reduce)(p, &z, tau, recorded, &scratch.reduce) != ROLN_OK) return;
-        memcpy(model, latent_tau, sizeof latent_tau);
+        if (M(reduce)(p, &z, tau, of_tau, &scratch.reduce) != ROLN_OK) return 0;
+        memcpy(of_model, latent_tau, sizeof latent_tau);
     }
     for (j = 0; j < TORQUES; j++) {
-        const double x = (double)recorded[j], off = (double)model[j] - x;
-        const double v = JOINTS ? (double)d.qd[sample * N + j] : (double)z.zd[j];
-        to->tau[j] += x * x, to->off[j] += off * off, to->speed[j] += v * v;
+        recorded[j] = (double)of_tau[j], model[j] = (double)of_model[j];
+        speed[j] = JOINTS ? (double)d.qd[sample * N + j] : (double)z.zd[j];
+    }
+    if (!inertial) return 1;
+    if (M(inverse)(p, &z, NULL, still, latent_tau, &scratch.inverse) != ROLN_OK) return 0;
+    if (JOINTS && M(lift)(p, &z, latent_tau, of_tau, &scratch.lift) != ROLN_OK) return 0;
+    for (j = 0; j < TORQUES; j++)
+        inertial[j] = model[j] - (double)(JOINTS ? of_tau[j] : latent_tau[j]);
+    return 1;
+}
+
+/* Adds one sample; nothing if the model cannot be evaluated there. */
+static void add_torque(const M(params) * p, int sample, torque_sums *to)
+{
+    double tau[TORQUES], model[TORQUES], speed[TORQUES];
+    int j;
+    if (!torques_at(p, sample, tau, model, NULL, speed)) return;
+    for (j = 0; j < TORQUES; j++) {
+        const double off = model[j] - tau[j];
+        to->tau[j] += tau[j] * tau[j], to->off[j] += off * off, to->speed[j] += speed[j] * speed[j];
+        to->mean[j] += tau[j], to->mean_model[j] += model[j], to->model[j] += model[j] * model[j], to->both[j] += tau[j] * model[j];
     }
     to->samples++;
 }
@@ -440,9 +489,10 @@ static double torque_error(const M(params) * p)
 {
     enum { FEW = 1000 };
     const int step = (d.samples - d.first[train]) / FEW + 1;
-    torque_sums sums = {{0}, {0}, {0}, 0};
+    torque_sums sums;
     double all = 0;
     int joints = 0, k, i, j;
+    memset(&sums, 0, sizeof sums);
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
             add_torque(p, i, &sums);
@@ -461,32 +511,44 @@ static M(latent) middle(void)
     return z;
 }
 
-/* The force of friction there if coordinate j alone moves at `speed`, and column j of M. Zeros if the model cannot be evaluated. */
-static void at_middle(int j, double speed, roln_real *friction, roln_real *column)
+/* Forces and inertia of coordinate j. */
+typedef struct {
+    double friction, gravity, column[TORQUES]; /* column j of M */
+} terms;
+
+/* Terms at z, at rest but for coordinate j: a joint, or a latent one. Zeros if the model cannot be evaluated. */
+static terms terms_at(M(latent) z, int j, double speed)
 {
     enum { N = M(N), n = M(n) };
+    static const terms none;
     static M(work) scratch;
-    M(latent) z = middle();
     M(equation) e;
     M(state) x;
-    roln_real unit[N] = {0}, force[N + 1] = {0};
+    roln_real unit[N] = {0}, column[TORQUES], friction[N + 1] = {0}, gravity[N + 1] = {0};
+    terms t;
     int i;
-    *friction = 0;
-    memset(column, 0, sizeof *column * (size_t)TORQUES);
     if (JOINTS) {
-        if (M(decode)(&s.p, &z, &x, &scratch.decode) != ROLN_OK) return;
+        if (M(decode)(&s.p, &z, &x, &scratch.decode) != ROLN_OK) return none;
         unit[j] = 1, x.qd[j] = (roln_real)speed;
-        if (M(inertia)(&s.p, &z, unit, column, &scratch.inertia) != ROLN_OK) return;
-        if (M(encode)(&s.p, &x, &z, &scratch.encode) != ROLN_OK || M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return;
-        if (M(lift)(&s.p, &z, e.d, force, &scratch.lift) == ROLN_OK) *friction = force[j];
+        if (M(inertia)(&s.p, &z, unit, column, &scratch.inertia) != ROLN_OK) return none;
+        if (M(encode)(&s.p, &x, &z, &scratch.encode) != ROLN_OK) return none;
+        if (M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return none;
+        if (M(lift)(&s.p, &z, e.d, friction, &scratch.lift) != ROLN_OK) return none;
+        if (M(lift)(&s.p, &z, e.g, gravity, &scratch.lift) != ROLN_OK) return none;
     } else {
         z.zd[j] = (roln_real)speed;
-        if (M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return;
-        *friction = e.d[j];
+        if (M(dynamics)(&s.p, &z, &e, &scratch.dynamics) != ROLN_OK) return none;
+        friction[j] = e.d[j], gravity[j] = e.g[j];
         for (i = 0; i < n; i++)
             column[i] = e.M[i * n + j];
     }
+    t.friction = (double)friction[j], t.gravity = (double)gravity[j];
+    for (i = 0; i < TORQUES; i++)
+        t.column[i] = (double)column[i];
+    return t;
 }
+
+static torque_sums held_torques; /* of held-out samples, for page.h */
 
 /* Torques of held-out samples by inverse dynamics, friction and M. */
 static void torques(void)
@@ -494,10 +556,11 @@ static void torques(void)
     enum { SOME = 4000 };
     const char *const joint = JOINTS ? "joint" : "latent";
     const int step = (d.samples - d.first[train]) / SOME + 1;
-    torque_sums sums = {{0}, {0}, {0}, 0};
-    roln_real friction[TORQUES], columns[TORQUES * TORQUES] = {0};
+    torque_sums sums;
+    terms t[TORQUES];
     double all = 0, all_off = 0;
     int wrong = 0, poor = 0, k, i, j;
+    memset(&sums, 0, sizeof sums);
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
             add_torque(&s.p, i, &sums);
@@ -507,17 +570,18 @@ static void torques(void)
     for (j = 0; j < TORQUES; j++) {
         const double tau = sqrt(sums.tau[j] / fmax(sums.samples, 1)), off = sqrt(sums.off[j] / fmax(sums.samples, 1));
         const double speed = sqrt(sums.speed[j] / fmax(sums.samples, 1));
-        at_middle(j, speed, &friction[j], columns + j * TORQUES);
+        t[j] = terms_at(middle(), j, speed);
         printf("%6d %9.3g %22.3g %9s %10.3g %10.3g%s\n", j + 1, tau, off, in_percent(tau > 0 ? off / tau : (double)NAN).text,
-               (double)friction[j], speed, JOINTS && !changes(&d, d.q, M(N), j) ? "  does not move" : "");
+               t[j].friction, speed, JOINTS && !changes(&d, d.q, M(N), j) ? "  does not move" : "");
         wrong += tau > 0 && !(off < tau), poor += tau > 0 && off < tau && off >= 0.1 * tau;
         all += sums.tau[j], all_off += sums.off[j];
     }
+    held_torques = sums;
     printf("M at the middle of the range, in the unit of tau%s\n", JOINTS ? " / qdd" : " times q");
     for (i = 0; i < TORQUES; i++) {
         printf("%6d", i + 1);
         for (j = 0; j < TORQUES; j++)
-            printf(" %9.3g%s", (double)columns[j * TORQUES + i], j % 9 == 8 && j + 1 < TORQUES ? "\n      " : "");
+            printf(" %9.3g%s", t[j].column[i], j % 9 == 8 && j + 1 < TORQUES ? "\n      " : "");
         printf("\n");
     }
     if (wrong > 0)
@@ -535,62 +599,76 @@ static void torques(void)
 
 /* ---- 4 pictures ---- */
 
+static double curve_ahead[2]; /* s, of the errors in s.point */
+
 /* E_q of held-out trajectories, near and far, over seconds; logarithmic. */
+static void put_curve(FILE *f, int alone)
+{
+    const double end = fmax(s.point[s.points - 1][0], 1);
+    frame p = {f, 60, 60, 540, 300, {0, 0}, {-3, 2}};
+    double x[POINTS], y[POINTS];
+    int k, i;
+    p.x[1] = end;
+    svg_begin(f, 640, 400, alone);
+    svg_text(f, 60, 28, "font-size='15'", STRING(MODEL) ": E_q of held-out trajectories");
+    for (k = -3; k <= 2; k++) {
+        fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/>", 180 - 60 * k);
+        svg_text(f, 54, 184 - 60 * k, "text-anchor='end'", "%g %%", pow(10, k));
+    }
+    for (k = 0; k <= 4; k++)
+        svg_text(f, 60 + 135 * k, 382, "text-anchor='middle'", "%.3g%s", end * k / 4, k == 4 ? " s" : "");
+    for (i = 0; i < 2; i++) {
+        char fill[20];
+        snprintf(fill, sizeof fill, "fill='%s'", svg_colours[i ? RED : BLUE]);
+        svg_text(f, 60 + 140 * i, 50, fill, "%.4g ms ahead", 1e3 * curve_ahead[i]);
+        for (k = 0; k < s.points; k++)
+            x[k] = s.point[k][0], y[k] = log10(fmin(fmax(100 * s.point[k][1 + i], 1e-3), 100));
+        svg_curve(&p, svg_colours[i ? RED : BLUE], 2, s.points, x, y);
+    }
+    svg_end(f);
+}
+
+/* OUT.svg: the learning curve. */
 static void draw_curve(double near, double far)
 {
-    static const char *const colour[] = {"#08519c", "#a63603"};
-    const double end = fmax(s.point[s.points - 1][0], 1), ahead[] = {near, far};
-    int k, i;
     FILE *f = file(".svg", "w");
+    curve_ahead[0] = near, curve_ahead[1] = far;
     if (!f) return;
-    fprintf(f, "<svg xmlns='http://www.w3.org/2000/svg' width='640' height='400' viewBox='0 0 640 400' font-family='Helvetica, "
-               "Arial, sans-serif' font-size='12' fill='#222'>\n<rect width='640' height='400' fill='#fff'/>\n"
-               "<text x='60' y='28' font-size='15'>" STRING(MODEL) ": E_q of held-out trajectories</text>\n");
-    for (k = -3; k <= 2; k++)
-        fprintf(f, "<path d='M60 %dh560' stroke='#e4e4e4'/><text x='54' y='%d' text-anchor='end'>%g %%</text>\n", 180 - 60 * k,
-                184 - 60 * k, pow(10, k));
-    for (k = 0; k <= 4; k++)
-        fprintf(f, "<text x='%d' y='382' text-anchor='middle'>%.0f%s</text>\n", 60 + 135 * k, end * k / 4, k == 4 ? " s" : "");
-    for (i = 0; i < 2; i++) {
-        fprintf(f, "<text x='%d' y='50' fill='%s'>%.3g ms ahead</text>\n<path fill='none' stroke-width='2' stroke='%s' d='",
-                60 + 140 * i, colour[i], 1e3 * ahead[i], colour[i]);
-        for (k = 0; k < s.points; k++)
-            fprintf(f, "%c%.1f %.1f", k ? 'L' : 'M', 60 + 540 * s.point[k][0] / end,
-                    180 - 60 * log10(fmin(fmax(100 * s.point[k][1 + i], 1e-3), 100)));
-        fprintf(f, "'/>\n");
-    }
-    fprintf(f, "</svg>\n");
+    put_curve(f, 1);
     close_file(f, ".svg");
 }
 
 enum { ACROSS = 440, DOWN = 110, CURVES = 4 };
 
-/* Joint j of a trajectory, and as it is predicted, x [points][N]: NaN where that failed. */
-static void draw_joint(FILE *f, int at, int j, const double *x, int points, int stride, int left, int top)
+/* A held-out trajectory, and as the model predicts it. */
+typedef struct {
+    int at, points, stride;
+    double typical, *x; /* E_q; x [points][N]: NaN where the prediction failed */
+} shown;
+
+static shown shown_motion[2]; /* predicted with the median and the worst E_q; x NULL: not yet chosen */
+
+/* Joint j of a trajectory, recorded and predicted. */
+static void put_joint(FILE *f, const shown *m, int j, int left, int top)
 {
     enum { N = M(N) };
-    const int a = d.first[at], thin = points / 300 + 1;
-    double low = (double)d.q[a * N + j], high = low, scale;
-    int i, pen = 0;
-    for (i = a; i < d.first[at + 1]; i++)
-        low = fmin(low, (double)d.q[i * N + j]), high = fmax(high, (double)d.q[i * N + j]);
-    scale = (DOWN - 30) / fmax(high - low, 1e-9);
-    fprintf(f, "<text x='%d' y='%d'>joint %d, %.3g .. %.3g</text>\n<path fill='none' stroke-width='2' stroke='#999' d='", left,
-            top + 12, j + 1, low, high);
-    for (i = 0; i < points; i += thin)
-        fprintf(f, "%c%.1f %.1f", i ? 'L' : 'M', left + (ACROSS - 40.0) * i / points,
-                top + 20 + scale * (high - (double)d.q[(a + i * stride) * N + j]));
-    fprintf(f, "'/>\n<path fill='none' stroke='#a63603' d='");
-    for (i = 0; i < points; i += thin) {
-        const double y = scale * (high - x[i * N + j]);
-        if (!(y > -20 && y < DOWN - 10)) {
-            pen = 0;
-            continue;
-        }
-        fprintf(f, "%c%.1f %.1f", pen ? 'L' : 'M', left + (ACROSS - 40.0) * i / points, top + 20 + y);
-        pen = 1;
-    }
-    fprintf(f, "'/>\n");
+    const int a = d.first[m->at], samples = d.first[m->at + 1] - a;
+    double *y = room((size_t)samples, sizeof *y);
+    frame p = {f, 0, 0, ACROSS - 40, DOWN - 30, {0, 0}, {1, -1}};
+    int i;
+    p.left = left, p.top = top + 20, p.x[1] = m->points;
+    for (i = 0; i < samples; i++)
+        y[i] = (double)d.q[(a + i) * N + j];
+    svg_extend(p.y, samples, y);
+    svg_text(f, left, top + 12, "", "joint %d, %.3g .. %.3g, unit: %s", j + 1, p.y[0], p.y[1], unit_of_column(OF_Q, j));
+    svg_widen(p.y);
+    for (i = 0; i < m->points; i++)
+        y[i] = (double)d.q[(a + i * m->stride) * N + j];
+    svg_curve(&p, svg_colours[GREY], 2, m->points, NULL, y);
+    for (i = 0; i < m->points; i++)
+        y[i] = m->x[i * N + j];
+    svg_curve(&p, svg_colours[RED], 1, m->points, NULL, y);
+    free(y);
 }
 
 /* A trajectory as the model predicts it from its first sample, and every `far` samples anew from the recording: x [points][N]. */
@@ -640,19 +718,14 @@ static void widest(int at, int count, int *which)
     }
 }
 
-/* OUT_motion.svg: the held-out trajectories that are predicted with the median and the worst E_q. */
-static void draw_motion(void)
+/* The held-out trajectories that are predicted with the median and the worst E_q, as the model predicts them. */
+static void choose_shown(void)
 {
-    enum { N = M(N), SHOWN = (int)N < (int)CURVES ? (int)N : (int)CURVES };
-    static const char *const title[] = {"median", "worst"};
     const int count = d.trajectories - train, stride = stride_of(&d, 0.005);
     const int far = s.ahead > 0 ? (int)(s.ahead / d.dt + 0.5) : stride; /* no look: no stage had anything to do */
-    const int height = 60 + SHOWN * DOWN;
     score *scores = room((size_t)count, sizeof *scores);
-    int chosen[2] = {0, 0}, k, i, joint[CURVES];
+    int chosen[2] = {0, 0}, k, i;
     error e;
-    FILE *f = file("_motion.svg", "w");
-    if (!f) return;
     bar.what = "picture", bar.done = 0, bar.part = 1;
     e = errors(&d, &s.p, train, count, far, stride, stride_of(&d, 0.1), scores);
     for (k = 0; k < count; k++) {
@@ -661,29 +734,47 @@ static void draw_motion(void)
         for (i = 0; i < count; i++)
             below += scores[i].windows > 0 &&
                      (log_of(&scores[i]) < log_of(&scores[k]) || (log_of(&scores[i]) == log_of(&scores[k]) && i < k));
-        if (below == e.used / 2) chosen[0] = k;
+        if (below == (e.used - 1) / 2) chosen[0] = k;
         if (below == e.used - 1) chosen[1] = k;
     }
-    fprintf(f,
-            "<svg xmlns='http://www.w3.org/2000/svg' width='%d' height='%d' viewBox='0 0 %d %d' font-family='Helvetica, Arial, "
-            "sans-serif' font-size='12' fill='#222'>\n<rect width='%d' height='%d' fill='#fff'/>\n",
-            2 * ACROSS, height, 2 * ACROSS, height, 2 * ACROSS, height);
     for (k = 0; k < 2; k++) {
-        const int at = train + chosen[k], points = (d.first[at + 1] - d.first[at] - 1) / stride + 1;
-        double *x = room((size_t)points * N, sizeof *x);
-        fprintf(f,
-                "<text x='%d' y='24' font-size='15'>%s: trajectory %d of %d, E_q %s %%</text>\n<text x='%d' y='42'>%.3g s: grey "
-                "recorded, red predicted, anew every %.3g s</text>\n",
-                20 + k * ACROSS, title[k], at + 1, d.trajectories, in_percent(exp(log_of(&scores[chosen[k]]))).text,
-                20 + k * ACROSS, points * stride * d.dt, s.ahead);
-        predict(at, stride, far, points, x);
-        widest(at, SHOWN, joint);
-        for (i = 0; i < SHOWN; i++)
-            draw_joint(f, at, joint[i], x, points, stride, 20 + k * ACROSS, 50 + i * DOWN);
-        free(x);
+        shown *m = &shown_motion[k];
+        m->at = train + chosen[k], m->stride = stride, m->points = (d.first[m->at + 1] - d.first[m->at] - 1) / stride + 1;
+        m->typical = exp(log_of(&scores[chosen[k]])), m->x = room((size_t)m->points * M(N), sizeof *m->x);
+        predict(m->at, stride, far, m->points, m->x);
     }
-    fprintf(f, "</svg>\n");
-    close_file(f, "_motion.svg"), free(scores);
+    free(scores);
+}
+
+/* Their joints that move most, `most` at most. */
+static void put_motion(FILE *f, int most, int alone)
+{
+    enum { N = M(N) };
+    static const char *const title[] = {"median", "worst"};
+    const int count = (int)N < most ? (int)N : most, height = 60 + count * DOWN;
+    int joint[N], k, i;
+    svg_begin(f, 2 * ACROSS, height, alone);
+    for (k = 0; k < 2; k++) {
+        const shown *m = &shown_motion[k];
+        const int left = 20 + k * ACROSS;
+        svg_text(f, left, 24, "font-size='15'", "%s: trajectory %d of %d, E_q %s %%", title[k], m->at + 1, d.trajectories,
+                 in_percent(m->typical).text);
+        svg_text(f, left, 42, "", "%.3g s: grey recorded, red predicted, anew every %.3g s", m->points * m->stride * d.dt, s.ahead);
+        widest(m->at, count, joint);
+        for (i = 0; i < count; i++)
+            put_joint(f, m, joint[i], left, 50 + i * DOWN);
+    }
+    svg_end(f);
+}
+
+/* OUT_motion.svg. */
+static void draw_motion(void)
+{
+    FILE *f = file("_motion.svg", "w");
+    choose_shown();
+    if (!f) return;
+    put_motion(f, CURVES, 1);
+    close_file(f, "_motion.svg");
 }
 
 #endif

@@ -164,7 +164,7 @@ static int start_targets(const regression *r, const regression_source *of, const
     const int in = f->mass_net.size[0], samples = of->first[of->recordings] - of->first[0];
     const double t = (double)p->scale.t, m = (double)p->scale.m, still[N] = {0};
     regression_work w = regression_work_new(r);
-    double q[N], other[3][N], M_[N * N], c[3][N];
+    double q[N], other[3][N], M_[N * N], c[3][N] = {{0}};
     unsigned seed = 11;
     int good = 1, i, j, k;
     for (i = 0; i < START_PLACES && good; i++) {

@@ -22,7 +22,8 @@
    the same bits as if nothing had happened. In the end, however a training ends, by itself, by seconds=, by a signal (SIGINT,
    SIGTERM, SIGHUP), by numbers that overflow, by a full disk: OUT_weights.h (C definition for flash) and OUT.roln (packed bytes) of
    the best weights, then a table of errors, also as OUT_errors.csv with the errors of every joint, and OUT_motion.svg, how the
-   median and the worst held-out trajectory are predicted (report.h). The exit code is 0 only if a model was trained: `help`. Keys
+   median and the worst held-out trajectory are predicted (report.h), OUT_report.html, a page of all that was found (page.h), and
+   OUT_limits.h, limits of a guard and noise of a filter (fitted.h). The exit code is 0 only if a model was trained: `help`. Keys
    and defaults: `settings`.
 
    1 settings     2 threads     3 state     4 files     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 stages
@@ -118,7 +119,8 @@ static void help(void)
                settings[i].help);
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
-           "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
+           "held-out trajectory, predicted and true), OUT_report.html (all of this on a page), OUT_limits.h (limits of a guard,\n"
+           "noise of a filter), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be with start=regression),\n"
            "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
@@ -153,6 +155,8 @@ static void read_setting(size_t k, const char *text)
 }
 
 static file_list inputs; /* motion.csv .. */
+static char **arguments; /* of the program */
+static int argument_count;
 
 /* Nonzero if there is a file or a folder of this name. */
 static int is_file(const char *path)
@@ -166,6 +170,7 @@ static int is_file(const char *path)
 static void read_settings(int argc, char **argv)
 {
     int i;
+    arguments = argv, argument_count = argc;
     for (i = 1; i < argc; i++) {
         char again[] = "resume=1", *key = strcmp(argv[i], "--resume") == 0 ? again : argv[i], *eq = strchr(key, '=');
         size_t k, known = 0;
@@ -181,6 +186,7 @@ static void read_settings(int argc, char **argv)
         for (k = 0; k < SETTINGS; k++)
             if (strcmp(settings[k].key, key) == 0) read_setting(k, eq + 1), known = 1;
         if (!known) fail("unknown setting %s\nhint: --help lists the settings", key);
+        *eq = '='; /* for page.h */
     }
     if (inputs.count == 0) fail("no recordings\nhint: train motion.csv [key=value ...]; --help explains the keys");
     if (strcmp(words[METHOD].value, "newton") != 0 && strcmp(words[METHOD].value, "adam") != 0)
@@ -387,7 +393,8 @@ static int put_in_place(FILE *f, const char *suffix)
 /* Says before a training what could not be written after it: no such directory, a full disk, a file that may not be changed. */
 static void check_place(void)
 {
-    static const char *const suffix[] = {".check", ".roln", "_weights.h", "_errors.csv", ".svg", "_motion.svg"};
+    static const char *const suffix[] = {".check", ".roln",       "_weights.h",   "_errors.csv",
+                                         ".svg",   "_motion.svg", "_report.html", "_limits.h"};
     static const char *const elsewhere = "out= names another place, which must be there; it needs room for the checkpoint";
     FILE *f = fopen(name_of(".part").text, "wb");
     int good = f != NULL, why;
@@ -406,10 +413,15 @@ static void check_place(void)
     }
 }
 
+/* Begins a header of weights that are no trained model, or are not yet judged. */
+#define MARK "/* train.c: "
+
 #include "held.h"
 #include "report.h"
 #include "baseline.h"
 #include "delay.h"
+#include "fitted.h"
+#include "page.h"
 
 /* ---- 5 chart ---- */
 
@@ -939,9 +951,6 @@ static void put_file(void *ctx, const char *text)
     fputs(text, (FILE *)ctx);
 }
 
-/* Begins a header of weights that are no trained model, or are not yet judged. */
-#define MARK "/* train.c: "
-
 /* Nonzero if OUTsuffix, a header of weights, is there and says of itself that it is no trained model, or not yet judged. */
 static int marked(const char *suffix)
 {
@@ -1114,6 +1123,7 @@ static int report(void)
     if (!write_weights(doubts[0] ? text : NULL))
         fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
              words[OUT].value);
+    fit_settings(), write_settings(doubts[0] ? text : NULL), write_page(doubts[0] ? text : NULL);
     for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
         remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
     if (kept > 0 && doubts[0])
@@ -1130,7 +1140,7 @@ static int report(void)
 static void smooth_positions(motion *m)
 {
     const int half = (int)set("smooth");
-    printf("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
+    say("%s: %s, so q, qd, qdd smoothed over %d samples\n", m->path, m->has_qd ? "smooth=" : "no qd", 2 * half + 1);
     smooth(m, half);
     m->reach = fmax(m->reach, half * m->dt);
 }
@@ -1154,7 +1164,7 @@ static void read_all(void)
     if (set("noise") > 0) {
         double sd[M(N)];
         add_noise(&d, set("noise"), M(own), (uint64_t)set("seed") + 5000, sd);
-        printf("noise of standard deviation %.3g added to q%s\n", sd[0], M(own) ? "1, and to each joint in its measure" : "");
+        say("noise of standard deviation %.3g added to q%s\n", sd[0], M(own) ? "1, and to each joint in its measure" : "");
     }
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
@@ -1165,10 +1175,10 @@ static void read_all(void)
              "and "
              "one at least; held=none none",
              k, words[HELD].value);
-    printf("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
-           d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
-    if (strcmp(words[HELD].value, "none") == 0) printf("held=none: errors below are of recordings that are trained with\n");
-    if (d.has_tau && !(set("torque") > 0)) printf("columns tau count for nothing without torque=1\n");
+    say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
+        d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
+    if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
+    if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
 }
 
 static void halt(int sig)

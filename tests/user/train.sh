@@ -210,6 +210,24 @@ check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: tr
 check 'picture: well-formed' awk '{ opened += gsub(/<[a-z]/, ""); closed += gsub(/<[/]|[/]>/, "") }
     END { exit !(opened > 8 && opened == closed) }' $dir/j_motion.svg
 
+# the page, and limits that are not known without torques
+page() { python3 tests/user/page.py "$@"; }
+check 'page' page $dir/j_report.html $dir/j_errors.csv \
+    "$dir/joints $dir/2_train.csv steps=30 held=0.3 out=$dir/j test=$dir/2_test.csv seed=1" 'ROLN_MLP: 16 16' \
+    'torque=0: no torques were trained with.' 'the model has no friction' '10 trajectories (3 held out), 30000 samples'
+check 'page and limits are there' test -s $dir/j_report.html -a -s $dir/k_report.html -a -s $dir/j_limits.h
+for k in j k; do sed -n "/id='errors'/,\$p" $dir/${k}_report.html > $dir/$k.page; done
+check 'page: one thread' cmp $dir/j.page $dir/k.page
+check 'limits: one thread' cmp $dir/j_limits.h $dir/k_limits.h
+check 'limits without torques' grep 'ROLN_C(0.0), /[*] tau: UNKNOWN, no torque was trained with' $dir/j_limits.h
+check 'page of a chart' page $dir/a_report.html $dir/a_errors.csv 'N = 16 joints, n = 4 coordinates' 'Along the range of each latent coordinate'
+check 'limits of a chart' grep 'q_tolerance, unit of q: 4 times the largest |q - phi(z)|' $dir/a_limits.h
+sed 's/<h2>Friction/<b>&/' $dir/j_report.html > $dir/broken.html
+check 'page: an element that is open is seen' ends 1 '</section> closes another element' \
+    python3 tests/user/page.py $dir/broken.html $dir/j_errors.csv
+awk -F, -v OFS=, 'NR == 5 { $3 *= 1.01 } 1' $dir/j_errors.csv > $dir/broken.csv
+check 'page: another number is seen' ends 1 ' ms: .*, not ' python3 tests/user/page.py $dir/j_report.html $dir/broken.csv
+
 # recordings, in small: 6 of half a second. wrong NAME WORDS PROGRAM [SETTING ..]: a file that the awk program makes of them is
 # refused in these words; doubted: it is trained with, after a warning in these words
 awk 'NR == 1; /^$/ { i = 0; if (++k < 6) print; next } NR > 1 && k < 6 && i++ < 500' $dir/2_train.csv > $dir/small.csv
@@ -235,6 +253,9 @@ doubted() {
     make_of "$program"
     check "$what" warned ".*/file.csv: .*$words" "$@"
 }
+cp $dir/small.csv "$dir/a&'<b>.csv"
+check 'a name of any letters' short $dir/joints "$dir/a&'<b>.csv" steps=1 out=$dir/l
+check 'a name of any letters: page' page $dir/l_report.html $dir/l_errors.csv "'$dir/a&'\\''<b>.csv' steps=1 out=$dir/l seed=1"
 make_of 1
 check 'as it is' silent
 all=$(grep ' samples of ' $dir/says.log)
@@ -391,10 +412,8 @@ check 'both smoothed' test "$(grep -c 'csv: no qd, so q, qd, qdd smoothed over 1
 check 'positions alone: prediction' below $dir/p_test.csv 25 0.1 $dir/m.log
 
 # a wild sample is left out of a recording, and costs no accuracy
-for part in test train; do
-    awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1' $dir/2_$part.csv \
-        > $dir/wild_$part.csv
-done
+rows='/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 4 == 1 { $4 = 1e18 } 1'
+for x in test train; do awk -F, -v OFS=, "$rows" $dir/2_$x.csv > $dir/wild_$x.csv; done
 check 'wild samples' short $dir/joints $dir/wild_train.csv test=$dir/wild_test.csv held=0.2 steps=100 out=$dir/n
 cat $dir/says.log > $dir/n.log
 check 'wild samples: told' grep 'wild_train.csv:4003: qd1 is wild: 1e+18, beside .*; so are 2 more rows: left out' $dir/n.log
@@ -640,6 +659,44 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         while ((getline line < log_of) > 0) if (split(line, x, " ") > 8 && x[1] == 100) got = x[4]
         print want, got
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
+# its page, and its limits in a program, in C and C++
+check 'page of torques' page $dir/motor_report.html $dir/motor_errors.csv 'A model was trained.' 'slope intercept' \
+    'Inverse dynamics at 1212 held-out samples' 'Damping (no ROLN_FRICTION) of each joint' 'regression: degree'
+check 'page: slope and intercept' awk -F '</?td>' '/<th>slope/ { getline; ok = $14 > 0.97 && $14 < 1.03 && $16 > -0.1 && $16 < 0.1 }
+    END { exit !ok }' $dir/motor_report.html
+for c in 'gcc -std=c99' 'g++ -x c++ -std=c++11'; do
+    check "limits in a program: $c" $c -O1 -Wall -Wextra -Werror -I. -I$dir -DCONFIG='"motor.h"' -DWEIGHTS='"motor_weights.h"' \
+        -DLIMITS='"motor_limits.h"' tests/user/limits.c -o $dir/limits -lm
+    check "limits in a program: $c: no fault" $dir/limits $dir/motor.csv 17
+done
+check 'limits: the largest torque that was recorded' awk -F, 'NR == FNR { most = $4 > most ? $4 : -$4 > most ? -$4 : most; next }
+    /motor 1, unit as it is: the largest that was recorded/ { split($0, x, /[()]/); ok = (x[2] / most - 1) ^ 2 < 1e-6 }
+    END { exit !ok }' $dir/motor.csv $dir/motor_limits.h
+check 'limits in no time' stops $dir/motor $dir/motor.csv torque=1 held=0.2 seconds=1 out=$early
+for x in $dir/motor $early; do sed -n '/limits_tau.motor_f/,/};/p' ${x}_limits.h > $x.torques; done
+check 'limits in no time: the same torques' cmp $dir/motor.torques $early.torques
+check 'limits in no time: there are torques' grep 'motor 1' $early.torques
+# a file that cannot be put in place leaves the old one, and is told
+cat > $dir/full.h << 'END_OF_FILE'
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+static int full(const char *from, const char *to)
+{
+    return strstr(to, getenv("FULL")) ? errno = ENOSPC, -1 : rename(from, to);
+}
+#define rename full
+END_OF_FILE
+gcc -std=c99 -O1 -I. -I$dir -include $dir/full.h -DMODEL=motor examples/train.c -o $dir/full -lpthread -lm
+for suffix in _report.html _limits.h; do
+    echo old > $dir/full$suffix
+    check "no room for $suffix" short env FULL=$suffix $dir/full $dir/motor.csv torque=1 held=0.2 steps=1 out=$dir/full
+    check "no room for $suffix: told" grep "^warning: cannot write $dir/full$suffix: No space left" $dir/says.log
+    check "no room for $suffix: the old one stays" grep -x old $dir/full$suffix
+    check "no room for $suffix: nothing is left of it" test ! -e $dir/full.part
+done
 # the regression beside it: M is 1, friction 0.1, gravity 9.81, and the networks may begin there
 check 'regression' awk '/^ joint   rms tau     error/ { getline; ok = $4 < 0.5 && $5 > 0.99 && $5 < 1.01 }
         END { exit !ok }' $dir/motor.log

@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: MIT */
+/* fitted.h - OUT_limits.h: limits of a guard and noise of a filter, fitted to held-out recordings, as initialisers in C and C++.
+
+   train.c includes it behind report.h.
+
+       fit_settings      NAME_fit_limits and NAME_fit_noise on windows of held-out recordings
+       write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise
+
+   Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
+   limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
+   (filter=, smooth=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as large as
+   the spectrum shows it. */
+
+#ifndef FITTED_H
+#define FITTED_H
+
+enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000 };
+
+static struct {
+    roln_limits limits;
+    roln_noise noise;
+    roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)];
+    const char *no_limits, *no_noise;    /* why there are none; NULL: there are */
+    int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
+} found;
+
+/* At most `most` windows that cover held-out recordings, or some of each. */
+static roln_batch held_windows(int *start, int most)
+{
+    roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = WINDOW_TICKS};
+    int k;
+    b.tau = set("torque") > 0 ? d.tau : NULL;
+    while ((b.count = windows(&d, train, d.trajectories, b.steps, b.steps, 0, start)) == 0 && b.steps > 1)
+        b.steps /= 2;
+    if (b.count <= most) return b;
+    for (k = 0; k < most; k++)
+        start[k] = start[(int)((double)k * b.count / most)];
+    b.count = most;
+    return b;
+}
+
+/* Largest torques and largest changes of them, of all recordings. */
+static void fit_torques(void)
+{
+    enum { F = M(force_size) };
+    int k, i, j;
+    for (k = 0; k < d.trajectories; k++)
+        for (i = d.first[k]; i < d.first[k + 1]; i++)
+            for (j = 0; j < F; j++) {
+                const roln_real tau = d.tau[i * F + j], change = i > d.first[k] ? tau - d.tau[(i - 1) * F + j] : 0;
+                found.tau[j] = ROLN_MAX(found.tau[j], ROLN_ABS(tau));
+                found.rate[j] = ROLN_MAX(found.rate[j], ROLN_ABS(change) / found.limits.dt);
+            }
+    for (j = 0; j < F; j++) {
+        found.rate[j] += 4 * ROLN_EPS * found.tau[j] / found.limits.dt; /* what rounds when torques are clipped */
+        found.limits.tau = ROLN_MAX(found.limits.tau, found.tau[j]);
+        found.limits.rate = ROLN_MAX(found.limits.rate, found.rate[j]);
+    }
+}
+
+static const char *fit_limits(int *start)
+{
+    roln_real tau[M(force_size)], rate[M(force_size)]; /* of the windows alone */
+    const roln_batch b = held_windows(start, GUARD_TICKS / WINDOW_TICKS);
+    roln_limits *l = &found.limits;
+    roln_status st;
+    l->dt = (roln_real)d.dt, l->hold = 5, l->residual_window = 8, l->tau = 1;
+    st = M(fit_limits)(&s.p, &b, SLACK, l, tau, rate, &work[0].fit_limits);
+    if (st != ROLN_OK) return roln_status_text(st);
+    found.limit_ticks = b.count * (b.steps + 1);
+    if ((int)M(n) == (int)M(N)) l->q_tolerance = l->qd_tolerance = 0; /* z is all of q */
+    l->tau = l->rate = 0, l->tau_each = l->rate_each = NULL;
+    if (!b.tau) return NULL;
+    l->tau_each = found.tau, l->rate_each = found.rate;
+    fit_torques();
+    return NULL;
+}
+
+/* q of held-out recordings as encoders give it. */
+static roln_real *measured_q(void)
+{
+    const size_t N = M(N), from = (size_t)d.first[train] * N, count = (size_t)d.samples * N;
+    roln_real *q = room(count + 1, sizeof *q);
+    uint64_t seed = 1;
+    double noise[M(N)] = {0};
+    size_t i;
+    int c;
+    for (c = 0; c < d.count && (d.reach > 0 || set("smooth") > 0); c++)
+        if (d.fields[c].kind == OF_Q && d.fields[c].noise > 0) noise[d.fields[c].index] = d.fields[c].noise, found.noisy = 1;
+    for (i = from; i < count; i++)
+        q[i] = d.q[i] + (roln_real)noise[i % N] * roln_normal(&seed);
+    return q;
+}
+
+/* Windows for the noise, which takes up to 60 ticks of a filter for each of theirs: as many as there is time for, of which `each`
+   is that of one. */
+static int affordable(double each)
+{
+    return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
+}
+
+static const char *fit_noise(int *start)
+{
+    roln_real *q = measured_q();
+    roln_status st = ROLN_OK;
+    double each = 0;
+    int k;
+    for (k = 0; k < 2; k++) { /* the first window tells how long one takes */
+        const roln_noise begin = {.dt = (roln_real)d.dt, .gate = 6, .lost = 5};
+        const double from = now();
+        roln_batch b = held_windows(start, k ? affordable(each) : 1);
+        found.noise = begin, b.q = q;
+        st = M(fit_noise)(&s.p, &b, &found.noise, found.q, &work[0].fit_noise);
+        found.noise_ticks = b.count * (b.steps + 1), each = now() - from;
+    }
+    free(q);
+    return st == ROLN_OK ? NULL : roln_status_text(st);
+}
+
+/* Limits and noise of the weights, or why there are none. */
+static void fit_settings(void)
+{
+    int *start = room((size_t)d.samples + 1, sizeof *start);
+    memset(&found, 0, sizeof found);
+    found.no_limits = fit_limits(start), found.no_noise = fit_noise(start);
+    free(start);
+}
+
+/* A number as a constant of type roln_real in C and C++, of as few digits as tell it. */
+typedef struct {
+    char text[48];
+} constant;
+
+static constant constant_of(roln_real x)
+{
+    constant c;
+    char digits[32];
+    int count = 1;
+    do
+        snprintf(digits, sizeof digits, "%.*g", count, (double)x);
+    while ((roln_real)strtod(digits, NULL) != x && count++ < 17);
+    snprintf(c.text, sizeof c.text, "ROLN_C(%s%s)", digits, strpbrk(digits, ".e") ? "" : ".0");
+    return c;
+}
+
+/* What is said of each number of an array. */
+static const char *said_of_torque(int j)
+{
+    return found.tau[j] > 0 ? "the largest that was recorded, which may be less than the motor can" : "no torque was recorded";
+}
+
+static const char *said_of_rate(int j)
+{
+    return found.rate[j] > 0 ? "the largest change from sample to sample that was recorded" : "no torque was recorded";
+}
+
+static const char *said_of_noise(int j)
+{
+    double most = 0;
+    int i;
+    for (i = d.first[train]; i < d.samples; i++)
+        most = fmax(most, fabs((double)d.q[i * (int)M(N) + j]));
+    if ((double)found.q[j] < 8 * (double)ROLN_EPS * most)
+        return "UNKNOWN, the recordings have no noise; at least the step of your encoder over the root of 12";
+    return found.noisy ? "the noise that the spectrum shows, and what the model leaves of q"
+                       : "noise of the recordings, and what the model leaves of q";
+}
+
+/* An array of a number for each joint or motor; `said` is told of each of them behind its unit. */
+static void put_array(FILE *f, const char *name, const char *size, int count, const roln_real *x, int kind, const char *per,
+                      const char *(*said)(int j))
+{
+    int j;
+    fprintf(f, "static const roln_real " STRING(MODEL) "_%s[" STRING(MODEL) "_%s] = {\n", name, size);
+    for (j = 0; j < count; j++)
+        fprintf(f, "    %s, /* %s %d, unit %s%s: %s */\n", constant_of(x[j]).text, kind == OF_Q ? "joint" : "motor", j + 1,
+                unit_of_column(kind, j), per, said(j));
+    fprintf(f, "};\n");
+}
+
+/* One number of an initialiser and what it is. */
+static void put_constant(FILE *f, roln_real x, const char *format, ...)
+{
+    va_list list;
+    fprintf(f, "    %s, /* ", constant_of(x).text);
+    va_start(list, format);
+    vfprintf(f, format, list);
+    va_end(list);
+    fprintf(f, " */\n");
+}
+
+/* The unit of a power. */
+static const char *power_unit(void)
+{
+    if (!(set("torque") > 0)) return "energy of the model per s";
+    return strcmp(unit_of_column(OF_TAU, 0), "Nm") == 0 ? "W" : "unit of tau times that of qd";
+}
+
+static void put_limits(FILE *f)
+{
+    const roln_limits *l = &found.limits;
+    const int torques_are = l->tau_each != NULL;
+    fprintf(f, "\n/* Limits of NAME_tick, from %d ticks of held-out recordings%s. */\n", found.limit_ticks,
+            d.reach > 0 ? ", which passed a filter: a controller changes torques faster, and its residual is larger" : "");
+    if (found.no_limits) {
+        fprintf(f, "/* There are none: %s */\n", found.no_limits);
+        return;
+    }
+    if (torques_are) {
+        put_array(f, "limits_tau", "force_size", M(force_size), found.tau, OF_TAU, "", said_of_torque);
+        put_array(f, "limits_rate", "force_size", M(force_size), found.rate, OF_TAU, " per s", said_of_rate);
+    }
+    fprintf(f, "static const roln_limits " STRING(MODEL) "_limits = {\n");
+    put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
+    put_constant(f, l->residual, "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
+    put_constant(f, l->tau,
+                 torques_are ? "tau, %s: not used, for tau_each is"
+                             : "tau: UNKNOWN, no torque was trained with; 0 lets no "
+                               "torque pass, so write what the motors may do",
+                 unit_of_column(OF_TAU, 0));
+    fprintf(f, "    %d, /* hold, ticks: a usual number, not fitted */\n", l->hold);
+    put_constant(f, l->q_tolerance,
+                 l->q_tolerance > 0 ? "q_tolerance, unit of q: %d times the largest |q - phi(z)|"
+                                    : "q_tolerance: no check, z is all of q",
+                 SLACK);
+    put_constant(f, l->qd_tolerance,
+                 l->qd_tolerance > 0 ? "qd_tolerance, unit of qd: %d times the largest |qd - J zd|"
+                                     : "qd_tolerance: no check, zd is all of qd",
+                 SLACK);
+    fprintf(f, "    %d, /* residual_window, ticks: a usual number, not fitted */\n", l->residual_window);
+    fprintf(f, "    0, /* strict: torques beyond a limit are clipped */\n");
+    put_constant(f, l->rate, torques_are ? "rate, %s per s: not used, for rate_each is" : "rate: no bound",
+                 unit_of_column(OF_TAU, 0));
+    fprintf(f, torques_are
+                   ? "    " STRING(MODEL) "_limits_tau, /* tau_each */\n    " STRING(MODEL) "_limits_rate, /* rate_each */\n"
+                   : "    0, /* tau_each: none */\n    0, /* rate_each: none */\n");
+    fprintf(f, "    0, /* safe: no torque once the guard has expired; an array of yours holds an arm up */\n"
+               "    0, /* motors: at each joint, or the learned inputs */\n};\n");
+}
+
+static void put_noise(FILE *f)
+{
+    const roln_noise *l = &found.noise;
+    fprintf(f, "\n/* Noise of NAME_filter_tick, from %d ticks of held-out recordings. */\n", found.noise_ticks);
+    if (found.no_noise) {
+        fprintf(f, "/* There is none: %s */\n", found.no_noise);
+        return;
+    }
+    put_array(f, "noise_q", "N", M(N), found.q, OF_Q, "", said_of_noise);
+    fprintf(f, "static const roln_noise " STRING(MODEL) "_noise = {\n");
+    put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_constant(f, found.q[0], "q, %s: not used, for q_each is", unit_of_column(OF_Q, 0));
+    put_constant(f, l->tau, "tau, %s: torque that the model does not know",
+                 set("torque") > 0 ? unit_of_column(OF_TAU, 0) : "unit of the model");
+    put_constant(f, l->gate, "gate, deviations: a usual number, not fitted");
+    fprintf(f, "    %d, /* lost, ticks: a usual number, not fitted */\n", l->lost);
+    fprintf(f, "    " STRING(MODEL) "_noise_q, /* q_each */\n    0, /* tau_each: none */\n");
+    put_constant(f, 0, "load: no load is estimated");
+    fprintf(f, "};\n");
+}
+
+/* OUT_limits.h; verdict: what is said of the weights, NULL: nothing. */
+static void write_settings(const char *verdict)
+{
+    FILE *f = file(".part", "w");
+    if (!f) return;
+    fprintf(f,
+            "/* Limits of a guard and noise of a filter for the weights that were written with it, fitted to held-out recordings.\n"
+            "   Include it behind the header of the config. */\n");
+    if (verdict) fprintf(f, MARK "%s */\n", verdict);
+    fprintf(f,
+            "#ifndef " STRING(MODEL) "_limits_h\n#define " STRING(
+                MODEL) "_limits_h\n"
+                       "typedef char " STRING(MODEL) "_limits_are_of_N_%d[" STRING(MODEL) "_N == %d && " STRING(
+                           MODEL) "_force_size == %d ? 1 : "
+                                  "-1];\n",
+            (int)M(N), (int)M(N), (int)M(force_size));
+    put_limits(f);
+    put_noise(f);
+    fprintf(f, "\n#endif\n");
+    put_in_place(f, "_limits.h");
+}
+
+#endif
