@@ -250,11 +250,11 @@ static double find_delay(void)
     for (k = 0; k < DELAY_BLOCKS; k++)
         delay_free(&f.block[k]);
     regression_free(&f.r);
-    if (!why) printf("delay: %.3g +- %.2g ms: tau acts so long after its stamp\n", 1e3 * d.dt * delay, 1e3 * d.dt * uncertainty);
+    if (!why) say("delay: %.3g +- %.2g ms: tau acts so long after its stamp\n", 1e3 * d.dt * delay, 1e3 * d.dt * uncertainty);
     else if (uncertainty > 0)
-        printf("delay: none, of %.3g +- %.2g ms within +- %.3g ms: %s\n", 1e3 * d.dt * delay, 1e3 * d.dt * uncertainty,
+        say("delay: none, of %.3g +- %.2g ms within +- %.3g ms: %s\n", 1e3 * d.dt * delay, 1e3 * d.dt * uncertainty,
                1e3 * d.dt * f.side, why);
-    else printf("delay: none: %s\n", why);
+    else say("delay: none: %s\n", why);
     return why ? 0 : delay * d.dt;
 }
 
@@ -306,7 +306,7 @@ static void settle_delay(const char *text, motion *other)
     if (known && given == 0) return;
     if (!(set("torque") > 0)) fail("delay=%s shifts the torques, but torque=0 does not use them\nhint: torque=1", text);
     delay_found = searched ? find_delay() : given;
-    if (known) printf("delay: %g ms, as delay= says: tau acts so long after its stamp\n", 1e3 * given);
+    if (known) say("delay: %g ms, as delay= says: tau acts so long after its stamp\n", 1e3 * given);
     if (delay_found != 0) shift_torques(&d, delay_found);
     if (delay_found != 0 && other) shift_torques(other, delay_found);
     fflush(stdout);
