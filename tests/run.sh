@@ -16,11 +16,12 @@ export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
 # Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, and whole ones.
-quick='train sample examples sanitize-au recordings regression logger mujoco
+quick='train address examples sample recordings regression logger mujoco
        readme record import warn style bits lint list macros deps'
 parts() {
     cat << 'end'
 sample       build/test_double sample
+address      build/test_address sample
 warn         sh tests/compilers/warnings.sh test
 bits         sh tests/compilers/hash.sh test few
 end
