@@ -22,6 +22,7 @@ parts() {
     cat << 'end'
 sample       build/test_double sample
 address      build/test_address sample
+examples     sh tests/user/examples.sh few
 warn         sh tests/compilers/warnings.sh test
 bits         sh tests/compilers/hash.sh test few
 end
