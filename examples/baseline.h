@@ -3,8 +3,8 @@
 
    train.c includes it behind its settings, its state and report.h. The regression is fitted to the training recordings, in
    seconds, and tells what they tell of each torque. Its errors on held-out recordings stand below the table of errors: what a model
-   without networks reaches. The networks begin there (start.h) unless start=random. If the regression leaves more than 2 % of the
-   torques, which is noise, Gauss-Newton is gentle. */
+   without networks reaches. With start=regression the networks begin there (start.h). If the regression leaves more than 2 % of
+   the torques, which is noise, Gauss-Newton is gentle. */
 
 #ifndef BASELINE_H
 #define BASELINE_H
@@ -47,7 +47,7 @@ static void read_turns(double *turn)
     }
 }
 
-/* Nonzero if networks are to begin at the regression, whatever it is like. */
+/* Nonzero if networks are to begin at the regression. */
 static int starts_there(void)
 {
     return strcmp(words[BEGIN].value, "regression") == 0;
@@ -57,8 +57,7 @@ static void check_start(void)
 {
     double turn[M(N)];
     read_turns(turn);
-    if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0 && strcmp(words[BEGIN].value, "auto") != 0)
-        fail("start=%s: auto, random or regression", words[BEGIN].value);
+    if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0) fail("start=%s: random or regression", words[BEGIN].value);
     if (!starts_there()) return;
     if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
     if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
@@ -144,7 +143,7 @@ static double baseline_noise(void)
 static void start_at_baseline(void)
 {
     const regression_source x = source_of(&d, 0, train);
-    if (!fitted || !start_possible() || strcmp(words[BEGIN].value, "random") == 0) return;
+    if (!fitted || !starts_there()) return;
     s.begun_there = start_networks(&baseline, &x, &s.p);
     s.gentle = s.begun_there && baseline_noise() > 0.02;
 }

@@ -15,8 +15,8 @@
      networks  recursive Gauss-Newton on accelerations, then also on windows of half a second, until held-out trajectories are
                predicted no better; or, method=adam, Riemannian Adam on accelerations, of all parameters together
 
-   With torque=1 and without autoencoder a regression of the torques is fitted and told first (baseline.h), and the networks begin
-   there. start=random: they do not.
+   With torque=1 and without autoencoder a regression of the torques is fitted and told first (baseline.h); start=regression: the
+   networks begin there.
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end, however a training ends, by itself, by seconds=, by a signal (SIGINT,
@@ -93,7 +93,7 @@ static struct {
     {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
-    {"start", "auto", "regression: networks begin at the regression of the torques; random; auto: regression where there is one"},
+    {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
 };
 enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, WORDS };
@@ -121,7 +121,7 @@ static void help(void)
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
-           "  0  A model was trained: weights are written, the best step is not the first (it may be after a start at the regression),\n"
+           "  0  A model was trained: weights are written, the best step is not the first (it may be with start=regression),\n"
            "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
            "     As far as windows reach it\n"
            "     is at most 50 %%, and after look= below 100 %%, the mean of q. Up to look= one\n"
