@@ -5652,9 +5652,9 @@ ROLN_FN roln_status ROLNI_(force_moments)(const ROLN_(params) *p, const roln_bat
 }
 
 /* p->scale.m, the unit of inertia of a machine whose forces are known, before training, for it changes what the weights mean: the
-   geometric mean, over latent coordinates, of the deviation of tau_z over that of zdd, over the windows of b (first samples), in
-   p's other units. A coordinate whose force or acceleration never changes does not count. The networks begin with M = I, and logarithms
-   of ten and more would be out of their reach. tau_z = J^T tau or, of a model with inputs, the deviation of all u: B is learned.
+   geometric mean, over latent coordinates, of the deviation of tau_z over that of zdd. Of the windows of b the first samples count.
+   A coordinate whose force or acceleration never changes does not count. The networks begin with M = I, and logarithms of ten and
+   more would be out of their reach. tau_z = J^T tau or, of a model with inputs, the deviation of all u: B is learned.
    Forces times 2^k give the unit times 2^k, to the bit. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
    ROLN_E_NOT_FINITE, also for a machine whose forces do not change, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost:
    NAME_encode_reference and NAME_reduce for each window. */
@@ -5689,8 +5689,8 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
 
 /* Variance [n] of the force tau_z = J^T tau on each latent coordinate over the windows of b (first samples), in p's units: what
    the term `force` of the loss is divided by in rows (NAME_residuals), so that each coordinate counts in parts of its own force. A
-   coordinate whose force never changes, such as a joint without motor, has the variance of zdd: that of its force if M = I. It has 1
-   if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH, ROLN_E_NOT_FINITE: as
+   coordinate whose force never changes, such as a joint without motor, has the variance of zdd: that of its force if M = I. It has
+   1 if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH, ROLN_E_NOT_FINITE: as
    NAME_fit_inertia. ROLN_E_SHAPE: the model has inputs, so its forces are learned. variance is untouched unless ROLN_OK. Cost:
    that of NAME_fit_inertia. */
 ROLN_FN roln_status ROLN_(force_variance)(const ROLN_(params) *p, const roln_batch *b, roln_real variance[ROLN_(n)],

@@ -116,8 +116,8 @@ static void tell_baseline(void)
 }
 
 /* Nonzero if noise of the torques, and not the model, is why E_q is more than half of the error of q + h qd: as far ahead as look=
-   the regression is twice as good as q + h qd, so the torques are those of the motion; here it is not, and it is not better than the
-   model, which is better than q + h qd. Noise of a torque is forgotten in the long run, a wrong model is not. */
+   the regression is twice as good as q + h qd, so the torques are those of the motion; here it is not, and it is not better than
+   the model, which is better than q + h qd. Noise of a torque is forgotten in the long run, a wrong model is not. */
 static int limited_by_torques(const judged *of, int samples, const error *e)
 {
     motion *const m = of->m == &d ? &d : &unseen;

@@ -15,8 +15,8 @@
 #undef CALLED
 #define CALLED(X) \
     X(encode) \
-    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(force_variance) X(errors) X(grad) \
-        X(grad_acc)
+    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(force_variance) X(errors) \
+        X(grad) X(grad_acc)
 #include "small.h"
 
 #define ONE(name) one_##name##_called
@@ -131,8 +131,8 @@ static void test_variance(int k)
 
 /* ---- unit of inertia -------------------------------------------------------------------------- */
 
-/* Forces tau_z [n] = J^T tau, or u [inputs], in J or its own unit, and zdd [n] behind them: their variances over the windows. Returns
-   how many forces there are. */
+/* Forces tau_z [n] = J^T tau, or u [inputs], in J or its own unit, and zdd [n] behind them: their variances over the windows.
+   Returns how many forces there are. */
 static int slow_forces(int k, const instance *m, const data *d, ld *var)
 {
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = m->of->md->inputs, forces = inputs ? inputs : n;

@@ -345,7 +345,7 @@ static void test_signs(void)
 }
 
 /* Rows whose forces are divided by their deviation. The row with variances v of two coordinates is A / sqrt(v_0) + B / sqrt(v_1): A
-   and B follow from powers of two, exactly; then any v. Units six decades apart, of which the small one is nearly all of the row. */
+   and B follow from powers of two, exactly; then any v. Units six decades apart: the small one is nearly all of the row. */
 enum { FORCES = full_plain_newton_size };
 
 typedef struct {

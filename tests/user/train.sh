@@ -696,12 +696,12 @@ awk 'BEGIN {
             a = 0.6 * sin(w * t + k) + 0.3 * sin(1.3 * w * t + 2 * k)
             c = 0.6 * w * cos(w * t + k) + 0.39 * w * cos(1.3 * w * t + 2 * k)
             b = -0.6 * w * w * sin(w * t + k) - 0.507 * w * w * sin(1.3 * w * t + 2 * k)
-            n++
-            printf "%.9g,%.9g,%.9g,%.9g\n", t, a, c, b + 9.81 * sin(a) + 0.1 * c + 0.35 * sin(7.3 * n * n)
+            noise = sin(17.3 * t + 5 * k * k) + sin(26.1 * t + k * k)
+            printf "%.9g,%.9g,%.9g,%.9g\n", t, a, c, b + 9.81 * sin(a) + 0.1 * c + 0.2 * noise
         }
         print ""
     } }' > $dir/noisy.csv
-$dir/motor $dir/noisy.csv torque=1 held=0.2 steps=20 start=regression out=$dir/noisy > $dir/noisy.log 2>&1
+$dir/motor $dir/noisy.csv torque=1 held=0.2 steps=8 start=regression out=$dir/noisy > $dir/noisy.log 2>&1
 check "noise of torques: ended with $?" test $? -eq 0
 check 'noise of torques: it hides the model after 20 ms' awk -F, '$2 == 20 { near = $3 > 0.5 * $(NF - 2) && $(NF - 1) } $2 == 1000 {
         far = $3 < 0.2 * $(NF - 2) } END { exit !(near && far) }' $dir/noisy_errors.csv
