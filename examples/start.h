@@ -178,7 +178,7 @@ static int start_targets(const regression *r, const regression_source *of, const
         else of->sample(of->ctx, of->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
         (void)regression_terms(r, q, still, M_, c[0], c[1], c[2], &w);
         for (V_t[i] = 0, j = 0; j < N; j++) {
-            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j];
+            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j] * m / (t * t);
             for (k = 0; k < N; k++)
                 M_[j * N + k] *= u_j * start_unit(p, k) / m;
             z[j] = (roln_real)(q[j] / u_j), direction[j] = (roln_real)(along / u_j);

@@ -126,7 +126,7 @@ static void help(void)
            "     As far as windows reach it\n"
            "     is at most 50 %%, and after look= below 100 %%, the mean of q. Up to look= one\n"
            "     roll-out in twenty fails at most.\n"
-           "     With torque=1 the torques of the model are off by less than the recorded torques. Where their noise hides it, E_q\n"
+           "     With torque=1 the torques of the model are off by less than the recorded torques. Where noise hides it, E_q\n"
            "     before look= need not be better than that of the regression.\n"
            "  3  Weights are written, but one of these is not so.\n"
            "  1  Wrong use, recordings or files, and no weights; or a good model, but a file that could not be written.\n"

@@ -15,8 +15,8 @@
 #undef CALLED
 #define CALLED(X) \
     X(encode) \
-    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(force_variance) X(errors) \
-        X(grad) X(grad_acc)
+    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(force_variance) \
+        X(errors) X(grad) X(grad_acc)
 #include "small.h"
 
 #define ONE(name) one_##name##_called
@@ -202,7 +202,7 @@ static void test_fit_inertia(int k)
     want = slow_inertia(k, &m, &was);
     CHECK_OK(m.of->fit_inertia(&m, &was.b, &first, ROOM(fit_inertia)));
     ROOM_KEPT();
-    BOUND("unit of inertia, eps", fabsl((ld)first / want - 1) / EPS, 40);
+    BOUND("unit of inertia, eps", fabsl((ld)first / want - 1) / EPS, 4);
     for (power = -23; power <= 23; power++) {
         scale_forces(&was, (roln_real)ldexp(1, power), &d);
         CHECK_OK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
@@ -212,7 +212,7 @@ static void test_fit_inertia(int k)
     for (power = -6; power <= 6; power++) {
         scale_forces(&was, (roln_real)powl(10, power), &d);
         CHECK_OK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
-        BOUND("unit of inertia, powers of ten, eps", fabsl((ld)unit_of_it / (want * powl(10, power)) - 1) / EPS, 40);
+        BOUND("unit of inertia, powers of ten, eps", fabsl((ld)unit_of_it / (want * powl(10, power)) - 1) / EPS, 8);
     }
     x = unit_of_it;
     for (i = 0; i < 4; i++) { /* no torque, none that is a number, none that changes on a model whose joints are its coordinates */
@@ -262,14 +262,14 @@ static void test_force_variance(int k)
     CHECK_OK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)));
     ROOM_KEPT();
     for (i = 0; i < n; i++)
-        BOUND("variance of forces, eps", fabsl((ld)got[i] / (var[i] * by * by) - 1) / EPS, 100);
+        BOUND("variance of forces, eps", fabsl((ld)got[i] / (var[i] * by * by) - 1) / EPS, 10);
     CHECK(all(MAXN - n, got + n, 7));
     memcpy(was, got, sizeof was);
     if (plain && n > 1) {
         for (j = 0; j < MAXD / F; j++)
             d.tau[j * F] = 3; /* a motor that never changes: as if M = I */
         CHECK_OK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)));
-        BOUND("variance of forces, no motor, eps", fabsl((ld)got[0] / (var[n] * t * t * t * t) - 1) / EPS, 100);
+        BOUND("variance of forces, no motor, eps", fabsl((ld)got[0] / (var[n] * t * t * t * t) - 1) / EPS, 10);
         CHECK(same(n - 1, got + 1, was + 1));
         for (j = 0; j < MAXD / N_OF(k); j++)
             d.qdd[j * N_OF(k)] = 0;

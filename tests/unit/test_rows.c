@@ -388,7 +388,7 @@ static void test_force_rows(void)
             top = fmax(top, fabs(got[i]));
         for (i = 0; i <= FORCES; i++) {
             const double A = 2 * (one[i] - half[i]), B = one[i] - A, want = A / sqrt(v[k][0]) + B / sqrt(v[k][1]);
-            BOUND("rows of forces, eps", fabs(got[i] - want) / ((i < FORCES ? top : fabs(got[i])) * (double)EPS), 40);
+            BOUND("rows of forces, eps", fabs(got[i] - want) / ((i < FORCES ? top : fabs(got[i])) * (double)EPS), 20);
         }
         for (i = 0; i < FORCES && EPS < 1e-10; i++) { /* central differences, in double */
             const roln_real was = x.p.theta[i], h = ROLN_C(1e-5);
@@ -396,7 +396,7 @@ static void test_force_rows(void)
             x.p.theta[i] = was + h, row_of_forces(&x, v[k][0], v[k][1], up);
             x.p.theta[i] = was - h, row_of_forces(&x, v[k][0], v[k][1], down);
             x.p.theta[i] = was;
-            BOUND("rows of forces, differences", fabs(got[i] + (up[FORCES] - down[FORCES]) / (2 * (double)h)) / top, 1e-7);
+            BOUND("rows of forces, differences", fabs(got[i] + (up[FORCES] - down[FORCES]) / (2 * (double)h)) / top, 1e-8);
         }
     }
 }
