@@ -93,7 +93,7 @@ int main(int argc, char **argv)
         for (i = 0; i < (int)M(N); i++)
             x.q[i] = (roln_real)y[0][i], x.qd[i] = (roln_real)y[1][i], tau[i] = (roln_real)y[2][i];
         wrong |= M(encode)(&p, &x, &s, &work.encode) || M(decode)(&p, &s, &back, &work.decode) ||
-                 M(terms)(&p, &s, &e, &work.dynamics) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
+                 M(dynamics)(&p, &s, &e, &work.dynamics) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
         compare("z", M(n), s.z, y[3]), compare("zd", M(n), s.zd, y[4]);
         compare("q", M(N), back.q, y[5]), compare("qd", M(N), back.qd, y[6]);
         compare("M", M(n) * M(n), e.M, y[7]), compare("c", M(n), e.c, y[8]), compare("g", M(n), e.g, y[9]);
