@@ -143,7 +143,7 @@ ranges "lnn.roln: no weights of ae" $dir/ae/motion.csv $dir/lnn/lnn
 printf 't,q1\n0,1\n' > $dir/few.csv
 ranges 'few.csv:2: 2 columns, but ae needs t, 6 q, 6 qd' $dir/few.csv $dir/ae/ae
 cut -d, -f1-7 $dir/ae/motion.csv > $dir/q.csv
-ranges 'q.csv:1: no qd columns' $dir/q.csv $dir/ae/ae
+check 'range: without qd' $dir/ae/range $dir/q.csv $dir/ae/ae
 check 'range: smoothed' $dir/ae/range $dir/q.csv $dir/ae/ae smooth=1
 # weights beside a config that was changed do not compile
 sed -i 's/ROLN_INTEGRATOR rk4/ROLN_INTEGRATOR euler/' $dir/ae/ae.h
