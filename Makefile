@@ -109,8 +109,8 @@ release-deps: deps
 
 # What every change must pass. To repeat some of its steps: sh tests/run.sh NAME ..
 test:
-	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test_double test_address test_mujoco generate record convert h5_cases \
-	    regression)
+	+@$(MAKE) --no-print-directory -j$(JOBS) $(patsubst %,build/%,test_double test_address test_mujoco generate record convert \
+	    h5_cases regression)
 	@JOBS=$(JOBS) sh tests/run.sh test
 
 # Everything
@@ -195,7 +195,7 @@ build/test_address: KIND = $(KIND_address32)
 build/test_asan build/test_asan_both: KIND = $(KIND_asan32)
 build/test_msan build/test_msan_both: KIND = $(KIND_msan32)
 build/test_cov: KIND = $(KIND_cov32)
-build/test build/test_double build/test_address build/test_asan build/test_msan build/test_asan_both build/test_msan_both build/test_cov:
+build/test $(patsubst %,build/test_%,double address asan msan asan_both msan_both cov):
 	$(KIND) $^ -o $@ -lm
 
 # threads under their sanitizer; interrupts

@@ -346,11 +346,11 @@ def needs(name, model, scheme):
     base = int(bool(model.base))
     options = [("AE_" + "_".join(map(str, model.sizes)), filled("N N1 N2 N3 N4 N5 N6 N7 N8", model.sizes)),
                ("MLP_" + "_".join(map(str, model.hidden)), filled("H1 H2 H3 H4 H5", model.hidden)),
-               ("STEP_" + SCHEMES[scheme], [("scheme", scheme)]),
+               ("INTEGRATOR_" + SCHEMES[scheme], [("scheme", scheme)]),
                ("CHART_none_0", [("degree", 0)]), ("MASS_exponential", [("cholesky", 0)]), (f"BASE_{base}", [("base", base)]),
                ("LAYERS_0", filled("L0 L1 L2 L3", [])), ("DAMPING_0", [("damping", 0)]), ("FRICTION_0", [("friction", 0)]),
                ("ANGLES_0", [("angles", 0)]), ("SCALE_common", [("own", 0)]),
-               ("INPUTS_0", [("inputs", 0)]), ("STORE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)]),
+               ("INPUTS_0", [("inputs", 0)]), ("QUANTISE_full", [("stored", 0)]), ("DOUBLE_not_defined_0", [("twice", 0)]),
                (f"FORMAT_{FORMAT}", [("format", FORMAT)])]
     return "".join(f"typedef char {name}_weights_are_of_ROLN_{option}["
                    + " && ".join(f"{name}_{size} == {x}" for size, x in sizes) + " ? 1 : -1];\n" for option, sizes in options)

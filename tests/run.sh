@@ -35,6 +35,7 @@ proof        sh tests/safety/proof/proof.sh
 unit         build/test
 coverage     python3 tests/safety/coverage.py
 train        sh tests/user/train.sh
+endings      sh tests/user/endings.sh
 targets      sh tests/compilers/hash.sh test targets
 examples     sh tests/user/examples.sh
 analyzers    sh tests/safety/analyzers.sh

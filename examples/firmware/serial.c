@@ -124,21 +124,21 @@ int main(void)
         line.began = board_count();
         if (letter == 0) {
             line.faults |= LINK_NONE;
-            line.allocation_residual++;
+            line.missed++;
             faults = control_tick(0);
         } else {
             const uint32_t number = frame_get(line.bytes, 1);
             if (letter == 'a')
                 arm();
             else {
-                const int32_t gap = (int32_t)(number - line.last - 1 - line.allocation_residual);
+                const int32_t gap = (int32_t)(number - line.last - 1 - line.missed);
                 if (gap > 0) line.faults |= LINK_GAP;
                 for (int k = 0; k < gap && k <= limits.hold; k++) /* no more than it takes to expire */
                     control_tick(0);
                 faults = control_tick(1);
             }
             line.last = number;
-            line.allocation_residual = 0;
+            line.missed = 0;
         }
         answer(faults, board_count() - line.began);
     }

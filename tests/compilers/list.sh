@@ -22,6 +22,7 @@ cat > $dir/models.c << 'END'
 #define ROLN_GN_ROWS 8
 #define ROLN_FRICTION 1
 #define ROLN_PLAN 3, 2
+#define ROLN_DELAY 2
 #include "roln.h"
 #define ROLN_NAME two
 #define ROLN_AE 6, 4, 2

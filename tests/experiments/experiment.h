@@ -87,7 +87,8 @@ struct config {
     int blocks;                         /* those of the parameters; of a model that only predicts there is no more */
     const roln_block *table;
     roln_status (*encode)(void *self, const roln_real *q, const roln_real *qd, roln_real *s);
-    roln_status (*aim)(void *self, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z); /* z, zd, zdd */
+    /* z: z, zd, zdd */
+    roln_status (*encode_reference)(void *self, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z);
     roln_status (*decode)(void *self, const roln_real *s, roln_real *q, roln_real *qd);
     roln_status (*step)(void *self, roln_real *s, const roln_real *tau, double h);
     roln_status (*reduce)(void *self, const roln_real *z, const roln_real *tau, roln_real *tau_z);

@@ -51,7 +51,7 @@ static roln_status M(encode_of)(void *self, const roln_real *q, const roln_real 
     return M(encode)(&m->p, &x, (M(latent) *)(void *)s, &m->u.work.encode);
 }
 
-static roln_status M(aim_of)(void *self, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z)
+static roln_status M(reference_of)(void *self, const roln_real *q, const roln_real *qd, const roln_real *qdd, roln_real *z)
 {
     M(self) *m = self;
     M(target) r;
@@ -246,7 +246,8 @@ extern const struct config M(kind);
 const struct config M(kind) = {
     .name = ROLNI_STR(MODEL), .md = &M(model), .size = sizeof(M(self)), .scale = offsetof(M(self), p.scale),
     .dt = offsetof(M(self), p.dt), .theta = offsetof(M(self), p.theta), .N = M(N), .n = M(n), .params = M(theta_size),
-    .front = M(ae_size), .packed = M(packed_size), .encode = M(encode_of), .encode_reference = M(aim_of), .decode = M(decode_of),
+    .front = M(ae_size), .packed = M(packed_size), .encode = M(encode_of), .decode = M(decode_of),
+    .encode_reference = M(reference_of),
     .step = M(step_of), .reduce = M(reduce_of), .terms = M(terms_of), .jets = M(jets_of), .zdd = M(zdd_of), .errors = M(errors_of),
     .block = M(block_of), .pack = M(pack_of), .open = M(open_of),
 #if ROLNI_BITS(COLUMN(STORE_OF)) == 0

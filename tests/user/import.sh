@@ -93,7 +93,7 @@ int main(int argc, char **argv)
         for (i = 0; i < (int)M(N); i++)
             x.q[i] = (roln_real)y[0][i], x.qd[i] = (roln_real)y[1][i], tau[i] = (roln_real)y[2][i];
         wrong |= M(encode)(&p, &x, &s, &work.encode) || M(decode)(&p, &s, &back, &work.decode) ||
-                 M(terms)(&p, &s, &e, &work.dynamics) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
+                 M(dynamics)(&p, &s, &e, &work.dynamics) || M(reduce)(&p, &s, tau, tau_z, &work.reduce);
         compare("z", M(n), s.z, y[3]), compare("zd", M(n), s.zd, y[4]);
         compare("q", M(N), back.q, y[5]), compare("qd", M(N), back.qd, y[6]);
         compare("M", M(n) * M(n), e.M, y[7]), compare("c", M(n), e.c, y[8]), compare("g", M(n), e.g, y[9]);
@@ -143,7 +143,7 @@ ranges "lnn.roln: no weights of ae" $dir/ae/motion.csv $dir/lnn/lnn
 printf 't,q1\n0,1\n' > $dir/few.csv
 ranges 'few.csv:2: 2 columns, but ae needs t, 6 q, 6 qd' $dir/few.csv $dir/ae/ae
 cut -d, -f1-7 $dir/ae/motion.csv > $dir/q.csv
-ranges 'q.csv:1: no qd columns' $dir/q.csv $dir/ae/ae
+check 'range: without qd' $dir/ae/range $dir/q.csv $dir/ae/ae
 check 'range: smoothed' $dir/ae/range $dir/q.csv $dir/ae/ae smooth=1
 # weights beside a config that was changed do not compile
 sed -i 's/ROLN_INTEGRATOR rk4/ROLN_INTEGRATOR euler/' $dir/ae/ae.h

@@ -1,54 +1,11 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # From nothing to a model, as a user would: simulate chains with MuJoCo, export CSV, train with examples/train.c, and demand E_q
-# below bounds on trajectories that it has not seen. A training that is killed and resumed ends with the same bits as one that is
-# not, whatever the number of threads, and without pthreads. What a user may get wrong in recordings and settings is said, and ends
-# with 1 or, where it may be meant, with a warning.
+# below bounds on trajectories that it has not seen. What a user may get wrong in recordings and settings is said, and ends with 1
+# or, where it may be meant, with a warning.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/train
-rm -rf $dir
-mkdir -p $dir
-passed=0
-failed=0
-# check WHAT COMMAND ..: it succeeds
-check() {
-    what=$1
-    shift
-    if "$@" > $dir/check.log 2>&1; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "$what"; cat $dir/check.log; fi
-}
-# below FILE HORIZON BOUND LOG: E_q in the table of FILE
-below() {
-    awk -v file="$1" -v ms="$2" -v bound="$3" '/[.]csv$/ { on = $1 == file } on && $1 == ms { e = $2 }
-        END { print "E_q(" ms " ms) " e " %, bound " bound " %"; exit !(e ~ /^[0-9.]+$/ && e + 0 < bound) }' "$4"
-}
-# says WORDS COMMAND ..: it ends with 1, and says them
-says() { ends 1 "$@"; }
-# short COMMAND ..: a training that is short on purpose, so it writes weights and ends with 3
-short() { ends 3 '^no trained model: ' "$@"; }
-# ends CODE WORDS COMMAND ..
-ends() {
-    code=$1 said=$2
-    shift 2
-    "$@" > $dir/says.log 2>&1
-    [ $? -eq "$code" ] && grep "$said" $dir/says.log || { tail -n 2 $dir/says.log; false; }
-}
-cat > $dir/chart.h << 'END_OF_FILE'
-#define ROLN_NAME chart
-#define ROLN_AE 16, 4
-#define ROLN_CHART polynomial, 4
-#define ROLN_MLP 16, 16
-#define ROLN_HORIZON 25
-#include "roln.h"
-END_OF_FILE
-sed 's/chart$/layers/; s/16, 4/16, 8, 4/; /CHART/d' $dir/chart.h > $dir/layers.h
-sed 's/chart$/joints/; s/16, 4/2/; /CHART/d' $dir/chart.h > $dir/joints.h
-for m in chart layers joints; do
-    gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -I$dir -DMODEL=$m examples/train.c -o $dir/$m \
-        -lpthread -lm || exit 1
-done
-build/generate pend16 $dir/16.h5 --train 30 --test 5 --tune 1 --seed 1 --csv $dir/16 || exit 1
-awk -F, -f tests/mujoco/mild.awk $dir/16_train.csv > $dir/16_mild.csv
-build/generate pend2 $dir/2.h5 --train 10 --test 5 --tune 1 --seed 1 --csv $dir/2 || exit 1
+. tests/user/trainings.sh
 
 # 16 joints, a chart, windows; without a chart POD leaves 20 %
 $dir/chart $dir/16_mild.csv test=$dir/16_test.csv steps=120 out=$dir/a > $dir/a.log 2>&1
@@ -66,72 +23,10 @@ check "several configs, short: ended with $?" test $? -eq 3
 check 'the better config first' \
     awk '/^chart: held-out/ { c = ++n } /^layers: held-out/ { l = ++n } END { exit !(c == 1 && l == 2) }' $dir/e.log
 
-# killed after some looks, resumed with another number of threads: the same bits
-for m in chart layers; do
-    method=
-    [ $m = layers ] && method="method=adam acc=400"
-    run="$dir/$m $dir/16_train.csv steps=30 ae=400 $method"
-    $run out=$dir/whole > $dir/whole.log 2>&1
-    rm -f $dir/cut*
-    : > $dir/cut.log
-    $run out=$dir/cut > $dir/cut.log 2>&1 &
-    until [ "$(grep -c E_q $dir/cut.log 2> /dev/null)" -ge 4 ]; do sleep 0.1; done
-    kill -9 $!
-    wait $! 2> /dev/null
-    check "$m: killed, so no weights" test ! -e $dir/cut.roln
-    $run out=$dir/cut --resume threads=3 > $dir/cut.log 2>&1
-    check "$m: resumed" grep '^on from step' $dir/cut.log
-    check "$m: the same bits" cmp $dir/whole.roln $dir/cut.roln
-    cat $dir/cut.log
-done
-check 'more steps' short $dir/chart $dir/16_train.csv steps=32 ae=400 out=$dir/whole.more
-check 'layers, then Gauss-Newton' short $dir/layers $dir/16_train.csv steps=2 ae=100 out=$dir/c
-check 'from packed weights' short $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/c.roln
-{ cat $dir/c.roln; echo; } > $dir/longer.roln
-head -c 1000 $dir/c.roln > $dir/shorter.roln
-for m in longer shorter; do
-    check "packed weights, $m" says 'cannot start from .*it is cut off, or goes on behind its end' \
-        $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/d from=$dir/$m.roln
-done
-check 'another start than that of the checkpoint' \
-    says 'other settings' $dir/layers $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/whole.roln
-mkdir $dir/steep
-sed 's/^#include/#define ROLN_SLOPE 0.5\n#include/' $dir/layers.h > $dir/steep/layers.h
-gcc -std=c99 -O1 -I. -I$dir/steep -DMODEL=layers examples/train.c -o $dir/steeper -lpthread -lm
-check 'another slope than that of the checkpoint' \
-    says 'another config' $dir/steeper $dir/16_train.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/c.roln
-awk -F, -v OFS=, 'NR > 1 && NF > 1 { $1 *= 1.05 } 1' $dir/16_train.csv > $dir/slower.csv
-check 'another time step than that of the checkpoint' \
-    says 'other data' $dir/layers $dir/slower.csv steps=1 ae=0 resume=1 out=$dir/d from=$dir/c.roln
 # a config of the user's that is named as one of the examples
 printf '#define ROLN_NAME arm\n#define ROLN_AE 3\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/arm.h
 gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=arm examples/train.c -o $dir/named -lpthread -lm
 check 'a config named as an example' says 'arm needs t, 3 q, 3 qd' $dir/named $dir/16_train.csv steps=1 out=$dir/named
-check 'nothing to train' short $dir/layers $dir/16_train.csv method=adam ae=0 acc=0 out=$dir/n
-check 'a wall in seconds' short $dir/layers $dir/16_train.csv seconds=4 out=$dir/e
-check 'noise, smoothed' short $dir/chart $dir/16_train.csv steps=1 noise=0.01 smooth=15 out=$dir/f
-check 'other settings than those of the checkpoint' says 'other settings' $dir/chart $dir/16_train.csv resume=1 out=$dir/whole.more
-awk -F, -v OFS=, 'NR == 5 { $2 += 1e-6 } 1' $dir/16_train.csv > $dir/other.csv
-check 'other recordings than those of the checkpoint' \
-    says 'other data' $dir/chart $dir/other.csv steps=33 ae=400 resume=1 out=$dir/whole.more
-# a checkpoint is kept, and not taken if it is damaged
-cp $dir/whole.more.check $dir/torn.check
-dd if=/dev/zero of=$dir/torn.check bs=1 seek=20000 count=2000 conv=notrunc 2> /dev/null
-cp $dir/torn.check $dir/torn.was
-check 'a damaged checkpoint' says 'torn.check is damaged' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/torn
-check 'a damaged checkpoint stays' cmp $dir/torn.check $dir/torn.was
-{ cat $dir/whole.more.check; echo; } > $dir/longer.check
-check 'a checkpoint that goes on behind its end' \
-    says 'longer.check is damaged' $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/longer
-check 'no checkpoint' says 'there is no .*/none.check to go on from' $dir/chart $dir/16_train.csv steps=33 resume=1 out=$dir/none
-check 'over a checkpoint' short $dir/layers $dir/16_train.csv steps=1 ae=0 out=$dir/torn
-check 'the checkpoint before is kept' cmp $dir/torn.check.old $dir/torn.was
-cp $dir/torn.was $dir/torn.check
-check 'data that does not begin' says 'does not move' sh -c "
-    awk -F, -v OFS=, 'NR > 1 && NF { for (i = 2; i <= NF; i++) \$i = 0 } 1' $dir/16_train.csv > $dir/still.csv
-    $dir/layers $dir/still.csv steps=1 ae=0 out=$dir/torn"
-check 'a training that does not begin moves no checkpoint' cmp $dir/torn.check $dir/torn.was
-check 'those of the checkpoint' short $dir/chart $dir/16_train.csv steps=33 ae=400 resume=1 out=$dir/whole.more
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
@@ -220,7 +115,8 @@ for k in j k; do sed -n "/id='errors'/,\$p" $dir/${k}_report.html > $dir/$k.page
 check 'page: one thread' cmp $dir/j.page $dir/k.page
 check 'limits: one thread' cmp $dir/j_limits.h $dir/k_limits.h
 check 'limits without torques' grep 'ROLN_C(0.0), /[*] tau: UNKNOWN, no torque was trained with' $dir/j_limits.h
-check 'page of a chart' page $dir/a_report.html $dir/a_errors.csv 'N = 16 joints, n = 4 coordinates' 'Along the range of each latent coordinate'
+check 'page of a chart' page $dir/a_report.html $dir/a_errors.csv 'N = 16 joints, n = 4 coordinates' \
+    'Along the range of each latent coordinate'
 check 'limits of a chart' grep 'q_tolerance, unit of q: 4 times the largest |q - phi(z)|' $dir/a_limits.h
 sed 's/<h2>Friction/<b>&/' $dir/j_report.html > $dir/broken.html
 check 'page: an element that is open is seen' ends 1 '</section> closes another element' \
@@ -228,9 +124,8 @@ check 'page: an element that is open is seen' ends 1 '</section> closes another 
 awk -F, -v OFS=, 'NR == 5 { $3 *= 1.01 } 1' $dir/j_errors.csv > $dir/broken.csv
 check 'page: another number is seen' ends 1 ' ms: .*, not ' python3 tests/user/page.py $dir/j_report.html $dir/broken.csv
 
-# recordings, in small: 6 of half a second. wrong NAME WORDS PROGRAM [SETTING ..]: a file that the awk program makes of them is
+# small recordings. wrong NAME WORDS PROGRAM [SETTING ..]: a file that the awk program makes of them is
 # refused in these words; doubted: it is trained with, after a warning in these words
-awk 'NR == 1; /^$/ { i = 0; if (++k < 6) print; next } NR > 1 && k < 6 && i++ < 500' $dir/2_train.csv > $dir/small.csv
 make_of() { awk -F, -v OFS=, "$1" $dir/small.csv > $dir/file.csv; }
 wrong() {
     what=$1 words=$2 program=$3
@@ -467,7 +362,7 @@ check 'angles in degrees' grep 'warning: .*q of joint 1, an angle, goes over [0-
     $dir/s.log
 check 'and that it came to nothing' grep '^that is no better than the mean of q' $dir/s.log
 check 'a start from another config' says 'cannot start from .*it is of another config' \
-    $dir/wheel $dir/wheel.csv steps=1 from=$dir/whole.roln out=$dir/s
+    $dir/wheel $dir/wheel.csv steps=1 from=$dir/a.roln out=$dir/s
 
 # a learned input map: two coupled pendulums, and a motor at the first
 sed 's/joints$/driven/; /#include/i #define ROLN_INPUTS 1' $dir/joints.h > $dir/driven.h
@@ -499,116 +394,6 @@ check 'inputs and positions alone' short $dir/driven $dir/u.csv torque=1 smooth=
 cut -d, -f1-5 $dir/driven.csv > $dir/u.csv
 check 'no inputs' says ':2: no u columns, which torque=1 needs' $dir/driven $dir/u.csv torque=1 out=$dir/s
 check 'torques for inputs' says ':2: 7 columns, but driven needs .* or with 1 u 6; ' $dir/driven $dir/small.csv out=$dir/s
-
-# ---- a training that ends early keeps what it has, says why, and ends with 3 ----
-
-# left NAME STEPS: weights of it are there, and their header says what they are
-left() { test -s $dir/$1.roln && head -n 1 $dir/$1_weights.h | grep "^/[*] train.c: $2"; }
-# looks NAME COUNT: waits until so many stand in its log
-looks() { until [ "$(grep -c E_q $dir/$1.log 2> /dev/null)" -ge "$2" ]; do sleep 0.05; done; }
-# wall SECONDS COMMAND ..: it takes no longer, but for 10 % and what a loaded machine takes to start and stop a program
-wall() {
-    most=$1 from=$(date +%s%N)
-    shift
-    "$@" || return 1
-    awk -v ns=$(($(date +%s%N) - from)) -v most="$most" 'BEGIN { print ns / 1e9 " s"; exit !(ns / 1e9 < 1.1 * most + 0.5) }'
-}
-# stops COMMAND ..: it is ended by seconds=, and has a model or not, as fast as the machine is
-stops() { "$@" > $dir/says.log 2>&1; code=$?; { [ $code -eq 0 ] || [ $code -eq 3 ]; } && grep '^ended by seconds=' $dir/says.log; }
-early=$dir/early
-check 'seconds=' wall 3 stops $dir/joints $dir/2_train.csv test=$dir/2_test.csv seconds=3 out=$early
-check 'seconds=: windows begin at half of it' grep '^from here on windows of 25 steps of 0.02 s' $dir/says.log
-check 'seconds=: weights' test -s $early.roln
-check 'seconds=: tables' test "$(grep -c 'worst joint' $dir/says.log)" -eq 2
-check 'seconds=, with --resume' wall 3 stops $dir/joints $dir/2_train.csv test=$dir/2_test.csv seconds=3 out=$early --resume
-check 'seconds=, with --resume: goes on' awk '/^on from step/ { from = $4 } /^ended by/ { ok = $NF > from && from > 0 }
-    END { exit !ok }' $dir/says.log
-check 'seconds= of sixteen joints' wall 6 stops $dir/chart $dir/16_train.csv seconds=6 out=$early
-
-# a signal; then on to the bits of a training without one
-for signal in INT TERM HUP; do
-    rm -f $early.*
-    : > $early.log
-    $dir/joints $dir/2_train.csv steps=30 held=0.3 out=$early > $early.log 2>&1 &
-    looks early 4
-    kill -$signal $!
-    wait $!
-    check "SIG$signal: ended with $?" test $? -eq 3
-    check "SIG$signal: says so" grep '^no trained model: ended by signal [0-9]* at step [0-9]*: before windows' $early.log
-    check "SIG$signal: weights" left early 'ended by signal'
-done
-check 'a signal: on with the same bits' sh -c "
-    $dir/joints $dir/2_train.csv steps=30 held=0.3 out=$early --resume > $early.log 2>&1
-    [ \$? -eq 3 ] && cmp $early.roln $dir/j.roln"
-rm -f $early.* ${early}_*
-check 'a pipe that is closed' sh -c "$dir/joints $dir/2_train.csv steps=5 out=$early | head -n 1 && test -s $early.roln"
-
-# numbers that overflow: in a few samples, in all
-awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 2 == 1 { $6 = 1e30 } 1' $dir/2_train.csv \
-    > $dir/wild_train.csv
-check 'wild samples to train with' ends 3 'ended by steps=60 at step 60: before windows' \
-    $dir/joints $dir/wild_train.csv torque=1 steps=60 held=0.3 out=$early
-awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv
-rm -f $early.* ${early}_*
-check 'torques that overflow' ends 3 'ended by a failure (residuals of training samples overflow; possible cause: .*at step 4' \
-    $dir/joints $dir/file.csv torque=1 out=$early
-check 'torques that overflow: the start is no model' grep 'no step predicts better than the weights before it' $dir/says.log
-check 'torques that overflow: weights' left early 'ended by a failure'
-check 'torques that overflow, with --resume' ends 3 'ended by a failure (.*at step 8' \
-    $dir/joints $dir/file.csv torque=1 out=$early --resume
-check 'torques that overflow, Adam' ends 3 'ended by a failure (1000 updates in a row were refused' \
-    $dir/joints $dir/file.csv torque=1 method=adam acc=5000 out=$early
-
-# files that cannot be written: before a training it ends, in the middle it goes on
-mkdir $dir/taken_weights.h
-check 'a file that cannot be written' says 'cannot write .*taken_weights.h' $dir/joints $dir/2_train.csv out=$dir/taken
-rm -f $early.* ${early}_*
-check 'a file that is too large' says 'cannot write .*early.part: ' sh -c "ulimit -f 8; exec $dir/joints $dir/small.csv out=$early"
-check 'a file that is too large: nothing is left of it' test ! -e $early.part
-: > $early.log
-$dir/joints $dir/2_train.csv steps=30 held=0.3 out=$early > $early.log 2>&1 &
-looks early 2
-rm $early.check $early.svg
-mkdir $early.check $early.svg
-wait $!
-check "no checkpoint any more: ended with $?" test $? -eq 3
-check 'no checkpoint any more: says so' grep '^warning: cannot write .*early.check: ' $early.log
-check 'no checkpoint any more: the same bits' cmp $early.roln $dir/j.roln
-rm -r $early.check $early.svg
-# out of memory at the n-th request
-cat > $dir/scarce.h << 'END_OF_FILE'
-#define _POSIX_C_SOURCE 200809L
-#include <stdlib.h>
-static int requests;
-static void *scarce(size_t count, size_t size)
-{
-    return getenv("REQUESTS") && ++requests > atoi(getenv("REQUESTS")) ? NULL : calloc(count, size);
-}
-#define calloc scarce
-END_OF_FILE
-gcc -std=c99 -O1 -I. -I$dir -include $dir/scarce.h -DMODEL=joints examples/train.c -o $dir/scarce -lpthread -lm
-for n in 40 60 80; do
-    rm -f $early.* ${early}_*
-    check "out of memory: $n" ends 3 '^no trained model: the training ended at step' \
-        env REQUESTS=$n $dir/scarce $dir/small.csv steps=200 out=$early
-    check "out of memory: $n, says so" grep '^out of memory' $dir/says.log
-    check "out of memory: $n, weights" left early 'not judged: '
-done
-check 'out of memory before the training' says 'out of memory' env REQUESTS=12 $dir/scarce $dir/small.csv out=$early
-
-# weights of an interrupted training are kept; if they were good, they are kept beside worse ones, and these do not take their place
-rm -f $early.* ${early}_*
-check 'weights of an interrupted training' short $dir/joints $dir/small.csv steps=1 seed=1 out=$early
-cp $early.roln $dir/interrupted
-check 'another one over them' short $dir/joints $dir/small.csv steps=1 seed=2 out=$early
-check 'another one over them: they are kept' cmp $early.roln.old $dir/interrupted
-rm -f $early.* ${early}_*
-echo good > $early.roln
-echo good > ${early}_weights.h
-for seed in 1 2; do
-    check "worse than before: seed $seed" short $dir/joints $dir/small.csv steps=1 seed=$seed out=$early
-    check "worse than before: seed $seed, the old ones" grep good $early.roln.old ${early}_weights.h.old
-done
 
 # a pendulum that is driven by what nobody recorded: better than q + h qd at every horizon, and yet useless after half a second
 sed 's/joints$/motor/; s/AE 2/AE 1/; /#include/i #define ROLN_DAMPING 1' $dir/joints.h > $dir/motor.h

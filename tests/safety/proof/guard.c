@@ -40,8 +40,8 @@ GUARD(pend2, 2)
 static roln_real safe[2]; /* any bits */
 static const roln_real torque[1] = {TORQUE}, each[2] = {60, 0.5f}, rate[2] = {1000, 0};
 /* every check; and faults in place of clipping, limits of rate */
-static const roln_limits checks = {.dt = 0.001f, .margin = 0.05f, .power = 3, .tau_each = each, .hold = 3, .q_tolerance = 0.05f,
-                                   .qd_tolerance = 1, .window = 10, .safe = safe};
+static const roln_limits checks = {.dt = 0.001f, .margin = 0.05f, .residual = 3, .tau_each = each, .hold = 3, .q_tolerance = 0.05f,
+                                   .qd_tolerance = 1, .residual_window = 10, .safe = safe};
 static const roln_limits strict = {.dt = 0.001f, .margin = 0.05f, .tau_each = each, .hold = 3, .strict = 1, .rate_each = rate,
                                    .safe = safe};
 

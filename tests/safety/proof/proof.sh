@@ -61,13 +61,21 @@ lemma() {
     tested=$((tested + ${good:-0})) failed=$((failed + ${bad:-0}))
 }
 
-guard='-eva-slevel 50 -eva-split-return-function NAME_i_faults:0:256
-    -eva-slevel-function NAME_i_faults:5000,NAME_i_guard:5000,furuta_proof:5000,arm_proof:5000,pend2_proof:5000'
+# OPTION VALUE FUNCTION MODEL ..: the option of Eva for that function of each model
+each() {
+    option=$1 value=$2 function=$3 list=
+    shift 3
+    for model in "$@"; do list="$list,${model}_$function:$value"; done
+    echo "$option ${list#,}"
+}
+guard="-eva-slevel 50 $(each -eva-split-return-function 0:256 i_faults furuta arm pend2)
+    $(each -eva-slevel-function 5000 i_faults furuta arm pend2) $(each -eva-slevel-function 5000 i_guard furuta arm pend2)
+    $(each -eva-slevel-function 5000 proof furuta arm pend2)"
 bytes='-eva-auto-loop-unroll 100 -eva-slevel 100
     -eva-split-return-function roln_unpack:0,furuta_unpack:0,pend16_unpack:0
     -eva-slevel-function furuta_unpacked:1000,pend16_unpacked:1000,furuta_checked:100000'
 frames='-eva-slevel 20 -eva-slevel-function main:0,take:1000,frame_begins:0'
-tick='-eva-slevel 2000 -eva-plevel 5000 -eva-split-return-function NAME_i_faults:0:256'
+tick='-eva-slevel 2000 -eva-plevel 5000 -eva-split-return-function'
 
 # six joints: sweeps of the eigensolver that begin and end at other rows are states of their own, hundreds at most
 eig='-eva-slevel-function rolni_eig_iterate:100,rolni_eig_sweep:30,roln_eig:100'
@@ -79,7 +87,10 @@ one() {
     guard) eva guard 3 '' $guard ;;
     bytes) eva bytes 2 '' $bytes ;;
     frames) eva frames 2 '' $frames && eva frames-line 1 '' -eva-slevel 20 -main serial_main -eva-use-spec take ;;
-    tick) eva tick 3 '' $tick && eva tick-furuta 3 -DFURUTA $tick && eva tick-arm 3 -DARM $tick $eig ;;
+    tick)
+        eva tick 3 '' $tick pend2_i_faults:0:256 && eva tick-furuta 3 -DFURUTA $tick furuta_i_faults:0:256 &&
+            eva tick-arm 3 -DARM $tick arm_i_faults:0:256 $eig
+        ;;
     *) echo "proof.sh: no proof $1"; exit 1 ;;
     esac
 }

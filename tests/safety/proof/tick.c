@@ -20,8 +20,8 @@ enum { COUNT = arm_N };
 #define NAME(x) pend2_##x
 enum { COUNT = 2 };
 static const float top[COUNT] = {60, 0.5f};
-static const roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .power = 3, .tau_each = top, .hold = 3, .q_tolerance = 0.05f,
-                                   .qd_tolerance = 1, .window = 10};
+static const roln_limits limits = {.dt = 0.001f, .margin = 0.05f, .residual = 3, .tau_each = top, .hold = 3, .q_tolerance = 0.05f,
+                                   .qd_tolerance = 1, .residual_window = 10};
 #endif
 static NAME(params) params;
 static NAME(state) x;
