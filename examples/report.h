@@ -536,7 +536,7 @@ static terms terms_at(M(latent) z, int j, double speed)
     static M(work) scratch;
     M(equation) e;
     M(state) x;
-    roln_real unit[N] = {0}, column[TORQUES], friction[N + 1] = {0}, gravity[N + 1] = {0};
+    roln_real unit[N] = {0}, column[N], friction[N + 1] = {0}, gravity[N + 1] = {0};
     terms t;
     int i;
     if (JOINTS) {
