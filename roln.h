@@ -1569,7 +1569,6 @@ ROLN_FN void rolni_gradient_fold(const roln_model *md, const roln_gradient *g)
     const int ae_size = roln_ae_params(&md->ae);
     const roln_gradient *r = g->rest;
     roln_real sum[ROLNI_TERMS], rest[ROLNI_TERMS];
-    if (!r) return;
     rolni_fold(ae_size, g->ae, r->ae);
     rolni_fold(roln_params(md) - ae_size, g->net, r->net);
     rolni_fold(1, g->windows, r->windows);

@@ -45,7 +45,7 @@ typedef struct {
     int bits;                                                                                 /* of a weight */
     void (*mm)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C);    /* roln_mm */
     void (*mm_bt)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C); /* roln_mm_bt */
-    roln_real (*column)(int k, int n, int j, const roln_real *a, const roln_real *B);         /* rolni_column */
+    roln_real (*column)(int k, int n, int j, const roln_real *a, const roln_real *B);         /* sum_p a[p] B[p][j] */
 } roln_storage;
 #define ROLN_FULL NULL
 
@@ -174,21 +174,6 @@ ROLN_FN void rolni_ae_mm_bt(const roln_ae *ae, int m, int k, int n, const roln_r
 {
     if (ae->storage == ROLN_FULL) roln_mm_bt(m, k, n, A, B, C);
     else ae->storage->mm_bt(m, k, n, A, B, C);
-}
-
-/* One number of a B, sum_p a[p] B[p][j], with a [k] and B [k][n]: the same bits as roln_mm. */
-ROLN_FN roln_real rolni_column(int k, int n, int j, const roln_real *a, const roln_real *B)
-{
-    roln_real sum = 0;
-    int p;
-    for (p = 0; p < k; p++)
-        sum += a[p] * B[p * n + j];
-    return sum;
-}
-
-ROLN_FN roln_real rolni_ae_column(const roln_ae *ae, int k, int n, int j, const roln_real *a, const roln_real *B)
-{
-    return ae->storage == ROLN_FULL ? rolni_column(k, n, j, a, B) : ae->storage->column(k, n, j, a, B);
 }
 
 /* The tape of a block. Encoder and decoder write the same layout, for l = 0 .. L-1 both sides of the activation of the layer:
@@ -472,7 +457,7 @@ ROLN_FN void rolni_bent_rows(const roln_ae *ae, int rows, const roln_real *layer
             for (k = 0; k < m; k++)
                 part[k] = z[at + k] - (s[at + k] + part[k]); /* z - (I + D) Psi^T y */
             for (i = 0; i < N; i++)
-                x[i] += rolni_ae_column(ae, m, N, i, part, w.phi + at * ROLN_AE_ROW(bits, N));
+                x[i] += ae->storage->column(m, N, i, part, w.phi + at * ROLN_AE_ROW(bits, N));
         }
 }
 
@@ -1301,7 +1286,7 @@ ROLNI_INLINE void rolni_stored_mm_bt(int bits, int two, int k, int n, const floa
     }
 }
 
-/* rolni_column: sum_p (a[p] s_p) q_pj in order 1. */
+/* column: sum_p (a[p] s_p) q_pj in order 1. */
 ROLNI_INLINE float rolni_stored_column(int bits, int k, int n, int j, const float *a, const float *B)
 {
     const int row = ROLN_AE_ROW(bits, n), at = j * bits % 32;

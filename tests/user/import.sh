@@ -5,16 +5,8 @@
 # Last line: N passed, N failed.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/import
-rm -rf $dir
-mkdir -p $dir/no
-passed=0
-failed=0
-# check WHAT COMMAND ..: it succeeds
-check() {
-    what=$1
-    shift
-    if "$@" > $dir/check.log 2>&1; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "$what"; cat $dir/check.log; fi
-}
+. tests/user/check.sh
+mkdir $dir/no
 python="python3 -B"
 import="$python examples/import.py"
 

@@ -5,22 +5,7 @@
 # Last line: N passed, N failed.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/recorded
-rm -rf $dir
-mkdir -p $dir
-passed=0
-failed=0
-# check WHAT COMMAND ..: it succeeds
-check() {
-    what=$1
-    shift
-    if "$@" > $dir/check.log 2>&1; then
-        passed=$((passed + 1))
-    else
-        failed=$((failed + 1))
-        echo "$what"
-        tail -n 20 $dir/check.log
-    fi
-}
+. tests/user/check.sh
 # says WORDS COMMAND ..: it ends with 1, and its last line says them
 says() {
     words=$1

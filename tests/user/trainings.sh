@@ -1,16 +1,7 @@
 # SPDX-License-Identifier: MIT
-# trainings.sh - what train.sh and endings.sh share: counts of checks, how a program ends, small recordings of simulated chains and
+# trainings.sh - what train.sh and endings.sh share: how a program ends, small recordings of simulated chains and
 # the trainers of three configs for them. Sourced with $dir, which it empties, at the root of the repository.
-rm -rf $dir
-mkdir -p $dir
-passed=0
-failed=0
-# check WHAT COMMAND ..: it succeeds
-check() {
-    what=$1
-    shift
-    if "$@" > $dir/check.log 2>&1; then passed=$((passed + 1)); else failed=$((failed + 1)); echo "$what"; cat $dir/check.log; fi
-}
+. tests/user/check.sh
 # below FILE HORIZON BOUND LOG: E_q in the table of FILE
 below() {
     awk -v file="$1" -v ms="$2" -v bound="$3" '/[.]csv$/ { on = $1 == file } on && $1 == ms { e = $2 }
