@@ -15,14 +15,14 @@ jobs=${JOBS:-$(nproc)}
 export JOBS=1
 unset MAKEFLAGS MFLAGS MAKELEVEL
 
-# Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, and whole ones.
-quick='train address examples sample recordings regression logger mujoco
+# Steps of `run.sh test`, in this order: parts of the steps of `run.sh release`, each with a name of its own, and whole ones.
+quick='train address programs sample recordings regression logger mujoco
        readme record import warn style bits lint list macros deps'
 parts() {
     cat << 'end'
 sample       build/test_double sample
 address      build/test_address sample
-examples     sh tests/user/examples.sh few
+programs     sh tests/user/examples.sh few
 warn         sh tests/compilers/warnings.sh test
 bits         sh tests/compilers/hash.sh test few
 end
@@ -100,6 +100,8 @@ release) steps ;;
 test) for name in $quick; do { parts; steps; } | grep "^$name "; done ;;
 *) for name in "$@"; do { parts; steps; } | grep "^$name " || echo "$name no-such-step"; done ;;
 esac > $log/steps
+twice=$({ parts; steps; } | awk '{ print $1 }' | sort | uniq -d)
+if [ "$twice" ]; then echo "run.sh: two steps named $twice" && exit 1; fi
 for name in $(awk '{ print $1 }' $log/steps); do rm -f "$log/$name" "$log/$name".*; done
 { # soundness reads what the others said
     grep -v '^soundness ' $log/steps | xargs -r -P "$jobs" -L 1 sh tests/run.sh one
