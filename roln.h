@@ -3132,7 +3132,7 @@ ROLN_FN roln_real ROLNI_(power)(const ROLN_(params) *p, const roln_motors *motor
     const int N = ROLN_(N);
     roln_real power = 0;
     int i;
-    if (!motors || !motors->B) {
+    if (!motors || ROLN_(inputs) > 0) {
         const roln_real *tau = ROLNI_(joint_force)(p, 1, in, x);
         if (ROLN_(inputs) > 0) rolni_divide_each(1, N, ROLNI_EACH(p), x);
         return roln_dot(N, tau, qd);
@@ -3318,7 +3318,7 @@ ROLN_FN void ROLNI_(torque_bwd)(void *ctx, int nb, const roln_real *z, const rol
     if (inputs > 0) rolni_zero(nb * N, f->g);
     roln_ae_reduce_bwd(&ROLN_(model).ae, nb, f->p->theta, z, ROLNI_(joint_force)(f->p, nb, f->in, f->tau), y, gz,
                        inputs > 0 ? f->g : NULL, params ? f->gae : NULL, f->bwd);
-    if (inputs > 0 && params && f->gB) roln_mm_at(N, nb, inputs, f->g, f->in, f->gB);
+    if (inputs > 0 && params) roln_mm_at(N, nb, inputs, f->g, f->in, f->gB);
 }
 
 /* Its derivatives at one z: H [n][n] and, unless it is NULL, G [force_size][n], which is J or, with inputs, B^T J. */
@@ -3384,7 +3384,7 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.q;
-    if (!roln_all_finite(n, w->out) || !roln_all_finite(size, tau) || !roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE;
+    if (!roln_all_finite(n, w->out) || !roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE; /* z: tanh of it is finite */
     rolni_copy(n, w->out, tau_z);
     return ROLN_OK;
 }
@@ -3494,7 +3494,7 @@ ROLN_FN roln_status ROLN_(ahead)(const ROLN_(params) *p, const roln_limits *limi
     w->s = *s;
     for (h = 0; h < ROLN_(delay); h++) {
         const roln_real *const coming = ROLNI_COMING(g, h);
-        const int by_motors = motors && motors->B;
+        const int by_motors = motors && ROLN_(inputs) == 0;
         roln_status st;
         for (i = 0; i < ROLN_(N) && by_motors; i++)
             w->tau[i] = roln_dot(motors->count, motors->B + i * motors->count, coming);
@@ -3562,7 +3562,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(loaded) loaded;
     roln_status st;
     int i, j;
-    ROLNI_(drive)(p, by->tau || by->load || to->B ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
+    ROLNI_(drive)(p, by->tau || wanted > 0 ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
     d.torque.T = w->force.jac, d.torque.u = d.torque.T + n * ROLN_(N), d.torque.jac = d.torque.u + n * ROLN_(inputs);
     d.force.jac = by->load ? ROLNI_(loaded_jac) : ROLNI_(torque_jac);
     ROLNI_(drive_load)(p, by->load, to->L != NULL, &d, &loaded);
@@ -3575,10 +3575,11 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
+        const roln_real own = j < n2 || to->L ? 1 : each ? each[j - n2] : 1;
         for (i = 0; i < n2; i++) {
             roln_real *x = J + j * n2 + i;
             *x *= (i < n ? 1 : 1 / t) * tj;
-            if (j >= n2 && each && !to->L) *x *= each[j - n2];
+            *x *= own;
         }
     }
     for (i = 0; i < n; i++)
@@ -3635,14 +3636,14 @@ typedef struct {
     roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_LNN_DYNAMICS_WORK(ROLN_)];
 } ROLN_(dynamics_work);
 
-/* NAME_dynamics at z, zd; each pointer of out may be NULL. */
+/* NAME_dynamics at z, zd; each pointer of out but M may be NULL. */
 ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z, const roln_real *zd, const roln_dynamics_out *out,
                                      ROLN_(dynamics_work) *w)
 {
     const int n = ROLN_(n);
     const roln_real unit = p->scale.m, f = unit / (p->scale.t * p->scale.t);
     roln_real *const M = w->M, *const c = w->terms, *const g = c + n, *const d = g + n, *const T = d + n, *const V = T + 1;
-    const roln_dynamics_out mine = {out->M ? M : NULL, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
+    const roln_dynamics_out mine = {M, out->c ? c : NULL, out->g ? g : NULL, d, T, V};
     roln_status st;
     int i;
     ROLNI_(net_state)(p, z, zd, w->s);
@@ -3650,10 +3651,10 @@ ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z,
     if ((st = roln_lnn_dynamics(&ROLN_(model).lnn, ROLNI_(net)(p), w->s, &mine, w->tape, w->work)) != ROLN_OK) return st;
     for (i = 0; i < 3 * n + 2; i++)
         c[i] *= f;
-    for (i = 0; i < n * n && out->M; i++)
+    for (i = 0; i < n * n; i++)
         M[i] *= unit;
-    if (!roln_all_finite(3 * n + 2, c) || (out->M && !roln_all_finite(n * n, M))) return ROLN_E_NOT_FINITE;
-    if (out->M) rolni_copy(n * n, M, out->M);
+    if (!roln_all_finite(3 * n + 2, c) || !roln_all_finite(n * n, M)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n * n, M, out->M);
     if (out->c) rolni_copy(n, c, out->c);
     if (out->g) rolni_copy(n, g, out->g);
     if (out->d) rolni_copy(n, d, out->d);
@@ -3790,7 +3791,7 @@ ROLN_FN roln_status ROLNI_(linear_motors)(const ROLN_(params) *p, const rolni_ac
     to.A = A, to.B = w->F, to.L = NULL;
     st = ROLNI_(linear)(p, s, s + n, &push, &to, &w->linear.base, w->linear.J, w->linear.work);
     if (st != ROLN_OK) return st;
-    if (f && f->B) roln_mm(2 * n, N, f->count, w->F, f->B, B);
+    if (f && ROLN_(inputs) == 0) roln_mm(2 * n, N, f->count, w->F, f->B, B);
     else rolni_copy(2 * n * ROLN_(force_size), w->F, B);
     return ROLN_OK;
 }
@@ -3853,7 +3854,7 @@ ROLN_FN roln_status ROLNI_(cost_at)(const ROLN_(params) *p, const roln_cost *cos
     if (!(cost->dt > 0)) return ROLN_E_RANGE;
     by.motors = cost->motors, by.u = u, by.load = NULL, by.dt = cost->dt;
     rolni_copy(2 * n, s, w->at);
-    for (i = 0; i < n && lnn->friction; i++)
+    for (i = 0; i < (lnn->friction ? n : 0); i++)
         w->at[n + i] += (w->at[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / p->scale.t;
     st = ROLNI_(linear_motors)(p, &by, w->at, A, B, &w->u.linear);
     return st == ROLN_OK ? ROLNI_(cost_joints)(p, cost, s, D, &w->u.joints) : st;
@@ -6080,8 +6081,7 @@ typedef struct {
 } ROLN_(quantise_work);
 
 /* Parameters from the count bytes that NAME_pack of the same model with ROLN_QUANTISE full wrote, after NAME_fit_range. Status of
-   roln_unpack, roln_ae_quantise (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i), ROLN_E_NOT_FINITE; p is written only
-   on ROLN_OK. */
+   roln_unpack, roln_ae_quantise (ROLN_E_RANGE without a range z_min[i] < z_max[i] for all i); p is written only on ROLN_OK. */
 ROLN_FN roln_status ROLN_(quantise)(int count, const unsigned char *bytes, ROLN_(params) *p, ROLN_(quantise_work) *w)
 {
     const roln_real *net;
@@ -6090,7 +6090,6 @@ ROLN_FN roln_status ROLN_(quantise)(int count, const unsigned char *bytes, ROLN_
     full.ae.storage = ROLN_FULL;
     net = w->full.theta + roln_ae_params(&full.ae);
     st = roln_unpack(&full, count, bytes, &w->full);
-    if (st == ROLN_OK && !roln_all_finite(ROLN_(rest_size), net)) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) st = roln_ae_quantise(&ROLN_(model).ae, w->full.theta, w->full.z_min, w->full.z_max, p->theta, w->work);
     if (st != ROLN_OK) return st;
     memcpy(p, &w->full, sizeof *p - sizeof p->theta);

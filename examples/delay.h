@@ -127,7 +127,7 @@ static int delay_sum(delay_fit *f)
     const double P = f->r.numbers, cost = (double)d.samples / f->every * f->r.joints * P * (P / 2 + f->lags);
     const int every = f->every * (cost > 2e9 ? (int)ceil(cost / 2e9) : 1);
     regression_work rows = regression_work_new(&f->r);
-    double *A = room((size_t)(f->r.joints * f->r.numbers), sizeof *A);
+    double *A = room((size_t)f->r.joints * (size_t)f->r.numbers, sizeof *A);
     int count = 0, k, i;
     for (k = 0; k < DELAY_BLOCKS; k++)
         f->block[k] = delay_room(f);

@@ -1186,7 +1186,7 @@ static void begin_mapped(motion *d, const wanted *w, sheet *s, int n)
     s->first_file = d->samples == 0;
     if (s->first_file) {
         d->mapped = 1, d->has_qd = w->columns[OF_QD] != NULL, d->has_tau = w->columns[OF_TAU] != NULL;
-        d->fields = room((size_t)(1 + 2 * d->N + F), sizeof *d->fields);
+        d->fields = room(1 + 2 * (size_t)d->N + (size_t)F, sizeof *d->fields);
         d->measured = 1;
     }
     if (w->torque && !d->has_tau) fail("%s:%d: torque=1 needs tau=\nhint: tau=14:19, say, or leave torque=1 out", d->path, s->row);

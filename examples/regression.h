@@ -246,7 +246,7 @@ static regression_work regression_work_new(const regression *r)
     regression_work w;
     w.f = regression_room((size_t)r->functions, sizeof *w.f), w.fd = regression_room((size_t)r->functions, sizeof *w.fd);
     w.g = regression_room((size_t)r->functions * REGRESSION_FACTORS, sizeof *w.g);
-    w.A = regression_room((size_t)(r->numbers * r->joints), sizeof *w.A);
+    w.A = regression_room((size_t)r->numbers * (size_t)r->joints, sizeof *w.A);
     return w;
 }
 
@@ -472,7 +472,7 @@ static regression_panel regression_panel_of(const regression *r, int joint)
     regression_panel p = {0, r->numbers + 16, NULL, NULL};
     int k;
     p.which = regression_room((size_t)r->numbers, sizeof *p.which);
-    p.A = regression_room((size_t)(REGRESSION_BLOCK * p.stride), sizeof *p.A);
+    p.A = regression_room(REGRESSION_BLOCK * (size_t)p.stride, sizeof *p.A);
     for (k = 0; k < r->numbers; k++) {
         const regression_number *t = &r->number[k];
         unsigned joints = t->of == REGRESSION_OF_FRICTION ? 0 : regression_joints(r, &r->function[t->f], 0);
@@ -752,14 +752,15 @@ static regression_places regression_places_of(const regression *r, const regress
     double other[3][REGRESSION_JOINTS];
     unsigned seed = 1;
     int k, i;
-    p.q = regression_room((size_t)(2 * (some + d->recordings) * N), sizeof *p.q);
+    p.q = regression_room(2 * (size_t)(some + d->recordings) * (size_t)N, sizeof *p.q);
     for (k = 0; k < d->recordings; k++)
         for (i = d->first[k] + 1; i + 1 < d->first[k + 1]; i += every) {
             d->sample(d->ctx, i, p.q + p.count++ * N, other[0], other[1], other[2]);
             regression_random_place(r, &seed, p.q + p.count++ * N);
         }
     p.f = regression_room((size_t)p.count * (size_t)r->functions, sizeof *p.f);
-    p.Z = regression_room((size_t)(p.count * N * N), sizeof *p.Z), p.U = regression_room((size_t)(p.count * N * N), sizeof *p.U);
+    p.Z = regression_room((size_t)p.count * (size_t)(N * N), sizeof *p.Z);
+    p.U = regression_room((size_t)p.count * (size_t)(N * N), sizeof *p.U);
     for (i = 0; i < p.count; i++) {
         regression_functions(r, p.q + i * N, still, &w);
         memcpy(p.f + (size_t)i * (size_t)r->functions, w.f, sizeof *w.f * (size_t)r->functions);
@@ -843,7 +844,8 @@ static int regression_definite(regression *r, const regression_sums *s, regressi
     const int N = r->joints, P = r->numbers;
     const double weight = (double)s->rows / N / at->count;
     double *G = regression_room((size_t)P * (size_t)P, sizeof *G), *scale = regression_room((size_t)P, sizeof *scale);
-    double *x = regression_room((size_t)P, sizeof *x), *pull = regression_room((size_t)(N * N * r->functions), sizeof *pull);
+    double *x = regression_room((size_t)P, sizeof *x);
+    double *pull = regression_room((size_t)(N * N) * (size_t)r->functions, sizeof *pull);
     double unit[REGRESSION_JOINTS], fastest = 0;
     int round, good, i, j;
     for (j = 0; j < N; j++)

@@ -64,7 +64,7 @@ static double start_adam(const start_target *t, int steps, double rate)
     enum { B = START_BATCH };
     const int ni = t->net->size[0], no = t->net->size[t->net->layers], P = roln_mlp_params(t->net);
     const int wide = roln_mlp_widest(t->net, 0) + roln_mlp_widest(t->net, 1);
-    roln_real *work_ = room((size_t)(B * (2 * ni + 4 * no + 3 * roln_mlp_hidden(t->net) + 2 * wide)), sizeof *work_);
+    roln_real *work_ = room((size_t)B * (size_t)(2 * ni + 4 * no + 3 * roln_mlp_hidden(t->net) + 2 * wide), sizeof *work_);
     roln_real *g = room((size_t)P, sizeof *g);
     double *m = room((size_t)P, sizeof *m), *v = room((size_t)P, sizeof *v), sum = 0, norm = 0;
     unsigned seed = 1;

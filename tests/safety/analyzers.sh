@@ -9,7 +9,8 @@ cd "$(dirname "$0")/../.." || exit 1
 dir=build/analyzers
 rm -rf $dir
 mkdir -p $dir
-c='-std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -DROLN_SIMD=0 -I. -Iexamples -Iexamples/firmware -DMODEL=pend2'
+c='-std=c99 -D_POSIX_C_SOURCE=200809L -ffp-contract=off -DROLN_SIMD=0 -I. -Iexamples -Iexamples/firmware'
+model=pend2
 passed=0
 failed=0
 
@@ -34,19 +35,24 @@ end
 
 # what is no defect: tool, check, file, count, reason
 known() { cat << 'end'
-clang core.NullDereference roln.h 1 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0
+clang core.NullDereference roln.h 4 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0; arrays of scratch, and
+    one that a function before has refused to be NULL
+clang core.NonNullParamChecker roln_spd.h 2 arrays of scratch
+clang core.CallAndMessage roln_lnn.h 2 a third of two directions
+clang deadcode.DeadStores roln.h 2 what a model without inputs does not read
 cppcheck nullPointer roln_lnn.h 2 K is NULL where l is not, and read where l is NULL
-cppcheck nullPointer roln_spd.h 1 a copy of no numbers to NULL, behind `if (number > 0)`
-cppcheck ctunullpointer roln_spd.h 1 the same
+cppcheck nullPointer roln.h 2 NULL where it is not read: of a model without a load, and behind `each ?`
+cppcheck nullPointer roln_spd.h 2 a copy of no numbers to or from NULL, behind `if (number > 0)`
+cppcheck ctunullpointer roln_spd.h 3 the same
 cppcheck zerodiv roln.h 2 ROLNI_TRUE, a check at compile time, which cppcheck computes wrongly
 cppcheck legacyUninitvar roln_riem.h 1 ROLNI_LD2 assigns both of u, here and in the next
 cppcheck legacyUninitvar roln_spd.h 1
-cppcheck ctuuninitvar roln.h 1 b is what the function fills, not what it reads
-cppcheck uninitvar arm.c 1 a struct that loops fill, here and in the next three
+cppcheck uninitvar arm.c 1 a struct or array that loops fill, here and in the next five
 cppcheck uninitvar arm_plant.h 1
 cppcheck uninitvar chain_plant.h 1
 cppcheck uninitvar pendulum.c 1
-cppcheck nullPointerRedundantCheck train.c 1 fail() does not return
+cppcheck uninitvar recording.h 1
+cppcheck uninitvar report.h 1
 cppcheck arrayIndexThenCheck report.h 1 an index that is compared with another, not with a limit
 cppcheck comparePointers start_arm.c 2 ends of sections, from the linker
 end
@@ -93,7 +99,7 @@ end
 printf '#include "defect.h"\nint use(int n);\nint use(int n)\n{\n    return defect(0, n);\n}\n' > $dir/defect.c
 # tools: SOURCE .., what they say
 tidy() {
-    clang-tidy --quiet --header-filter='.*' -checks="-*,bugprone-*,cert-*,$(off)" "$@" -- $c 2>&1
+    clang-tidy --quiet --header-filter='.*' -checks="-*,bugprone-*,cert-*,$(off)" "$@" -- $c -DMODEL=$model 2>&1
 }
 clang_analyse() {
     clang $c --analyze -Xclang -analyzer-opt-analyze-headers --analyzer-output text "$@" 2>&1 | grep -v ' note: '
@@ -111,7 +117,9 @@ for tool in tidy clang_analyse gcc_analyse cpp; do
 done
 check 'see nothing in defect.h' $dir/blind
 
-tidy $dir/options.c $examples > $dir/clang-tidy.said
+tidy $dir/options.c $(echo "$examples" | grep -v /quantise.c) > $dir/clang-tidy.said
+model=pend16_int8
+tidy examples/quantise.c >> $dir/clang-tidy.said
 clang_analyse $dir/options.c > $dir/clang.said
 gcc_analyse roln_spd.h > $dir/gcc.said
 { cpp -I. $dir/options.c; cpp -Iexamples -Iexamples/firmware $examples; } > $dir/cppcheck.said

@@ -23,6 +23,14 @@ typedef struct {
     int failed;
 } rig;
 
+/* The numbers of two guards, which may differ in the padding between them. */
+ROLN_FN int same_guard(const roln_guard *a, const roln_guard *b)
+{
+    return a->faults == b->faults && a->bad == b->bad && a->valid == b->valid && same(1, &a->energy, &b->energy) &&
+           same(1, &a->power, &b->power) && same(1, &a->residual, &b->residual) &&
+           same(1, &a->allocation_residual, &b->allocation_residual);
+}
+
 ROLN_FN instance of_rig(int k, const rig *x)
 {
     const instance m = {models[k], scale_of(k), x->z_min, x->z_max, x->zd_max, theta_k, NULL};

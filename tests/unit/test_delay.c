@@ -61,7 +61,7 @@ static void test_sent(int k, int late)
         CHECK(m.of->guard_tick(&m, &x.limits, x.q, x.qd, x.failed == ENCODER ? NULL : x.z, x.failed == ENCODER ? NULL : x.zd,
                                x.failed ? NULL : x.want, &at, room_of(m.of->scratch.guard_tick)) == faults);
         ROOM_KEPT();
-        CHECK(memcmp(&g, &x.g, sizeof g) == 0 && same(F, held, x.held));
+        CHECK(same_guard(&g, &x.g) && same(F, held, x.held));
         memcpy(all_sent[t + D + 1], held, (size_t)F * sizeof *held);
         for (i = 0; i < D; i++)
             CHECK(same(F, held + (1 + i) * F, all_sent[t + 1 + i]));
@@ -158,21 +158,25 @@ static uint32_t by_parts(int k, int late, rig *x, const target_at *ref, const gu
                                    st == ROLN_OK ? x->want : NULL, at, spare);
 }
 
-/* NAME_tick is its parts, bit for bit, with good and bad numbers, in range and out of it, now and ahead. */
-static void test_tick(int k, int late)
+/* NAME_tick is its parts, bit for bit, with good and bad numbers, in range and out of it, now and ahead. driven: by two
+   motors. */
+static void test_tick(int k, int late, int driven)
 {
     enum { TICKS = 64 };
     static rig a, b;
     static roln_real held_b[(1 + LONGEST) * MAXN];
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), rows = (1 + LONGEST) * MAXN;
     const guard_at at_a = {&a.g, held}, at_b = {&b.g, held_b};
-    const roln_motors learned = {.mu = ROLN_C(0.25)};
+    roln_real B[2 * MAXN];
+    const roln_motors learned = {.mu = ROLN_C(0.25)}, two = {2, B, ROLN_C(0.25)};
     roln_real r[3 * MAXN], gain[2 * MAXN], load[MAXN];
     const target_at ref = {r, r + n, r + 2 * n, gain, gain + n, load};
     uint64_t s = 73;
     int t, i, went = 0, beyond = 0;
     good(k, &a);
+    dyadic(2 * MAXN, 1, &s, B);
     if (models[k]->md->inputs > 0) a.limits.motors = &learned;
+    else if (driven && N > 1) a.limits.motors = &two;
     fill(rows, 0, held), fill(rows, 0, held_b), fill(MAXN, 0, a.held), memset(&a.g, 0, sizeof a.g);
     a.limits.tau = 1000, a.limits.strict = 0, a.limits.dt = dt / 16, a.limits.q_tolerance = a.limits.qd_tolerance = 100;
     b = a;
@@ -201,7 +205,7 @@ static void test_tick(int k, int late)
         ROOM_KEPT();
         CHECK(same(rows, held, held_b) && same(n, a.z, b.z) && same(n, a.zd, b.zd));
         CHECK(a.g.faults == b.g.faults && a.g.bad == b.g.bad && a.g.valid == b.g.valid);
-        if (m.of->load == 0) CHECK(memcmp(&a.g, &b.g, sizeof a.g) == 0); /* the tick knows the load, the guard by itself does not */
+        if (m.of->load == 0) CHECK(same_guard(&a.g, &b.g)); /* the tick knows the load, the guard by itself does not */
         went += faults == 0 && F > 0;
         beyond += (faults & ROLN_FAULT_RANGE) && in_box(k, &a, a.z, a.zd) && t % 8 != 3;
     }
@@ -233,7 +237,7 @@ static void test_energy(int k, int late)
     static rig x;
     const instance base = of_rig(k, &x), m = late_of(k, late, &x);
     const int N = N_OF(k), n = n_OF(k), F = F_OF(k), D = m.of->delay;
-    const roln_batch b = {1, 39, 1, NULL, way[0], way[1], NULL, force};
+    const roln_batch b = {1, 39, 1, NULL, way[0], way[1], NULL, force}, free = {1, 39, 1, NULL, way[0], way[1], NULL, NULL};
     roln_real each[2][2][MAXN];
     roln_limits found[2];
     roln_guard g;
@@ -253,7 +257,7 @@ static void test_energy(int k, int late)
         const uint32_t faults = base.of->guard_tick(&base, &x.limits, way[0] + t * N, way[1] + t * N, z, zd, force + t * F,
                                                     &(const guard_at){&x.g, x.held}, spare);
         CHECK(m.of->guard_tick(&m, &x.limits, way[0] + t * N, way[1] + t * N, z, zd, force + (t + D) * F, &at, spare) == faults);
-        CHECK(faults == 0 && x.g.valid && memcmp(&g, &x.g, sizeof g) == 0);
+        CHECK(faults == 0 && x.g.valid && same_guard(&g, &x.g));
         most = fmaxl(most, fabsl((ld)g.residual));
     }
     CHECK(most > 0);
@@ -264,6 +268,12 @@ static void test_energy(int k, int late)
     }
     CHECK(same(F, each[0][0], each[1][0]) && same(F, each[0][1], each[1][1]) && same(1, &found[0].residual, &found[1].residual));
     CHECK(same(1, &found[0].q_tolerance, &found[1].q_tolerance) && found[0].residual > 0 && n > 0);
+    for (i = 0; i < 2; i++) { /* as if no torque had acted */
+        const instance *of = i ? &m : &base;
+        found[i] = x.limits, found[i].residual_window = 2;
+        CHECK_OK(of->of->fit_limits(of, &free, 2, &found[i], each[i][0], each[i][1], spare));
+    }
+    CHECK(same(1, &found[0].residual, &found[1].residual) && found[0].tau >= 1000 && found[1].tau >= 1000);
 }
 
 /* A load that the tick is told of does not unbalance the energy of a machine under it. */
@@ -348,6 +358,17 @@ static void test_loop(void)
     CHECK(rest >= 6);
 }
 
+/* Parameters of another model are refused, and the state stays. */
+static void test_mismatch(void)
+{
+    static plain_late_params none;
+    static plain_late_ahead_work work;
+    const roln_limits limits = {.dt = dt};
+    static plain_late_guard g;
+    plain_late_latent s = {{1, 2}, {3, 4}}, was = s;
+    CHECK(plain_late_ahead(&none, &limits, &g, NULL, &s, &work) == ROLN_E_SHAPE && memcmp(&s, &was, sizeof s) == 0);
+}
+
 /* Without a delay there is nothing of it. */
 static void test_none(void)
 {
@@ -363,10 +384,12 @@ void TEST_NAME(delay)(void)
         for (k = 0; k < MODELS; k++) {
             test_sent(k, late);
             test_ahead(k, late);
-            test_tick(k, late);
+            test_tick(k, late, 0);
+            test_tick(k, late, 1);
             test_energy(k, late);
         }
     test_loop();
+    test_mismatch();
     test_none();
     print_bounds();
 }

@@ -134,6 +134,7 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
         const roln_batch many = {.count = EACH, .steps = !kind, .stride = 1, .q = q, .qd = qd, .qdd = qd};
         roln_batch few = many;
         ld off = 0, top = 0;
+        const roln_real none[1] = {(roln_real)NAN};
         memset(&all_of, 0, sizeof all_of), memset(&once, 0, sizeof once);
         few.count = PERIOD;
         for (k = 0; k < count / EACH / 8; k++)
@@ -145,6 +146,10 @@ static void test_gradients(const roln_real *q, const roln_real *qd, int count)
             top = fmaxl(top, fabsl((ld)once.theta[i]) * k * EACH / PERIOD);
         for (i = 0; i < one_theta_size; i++)
             off = fmaxl(off, fabsl((ld)all_of.theta[i] - (ld)once.theta[i] * k * EACH / PERIOD));
+        CHECK(all_of.windows == (roln_real)k * EACH);
+        few.q = none, few.count = 1, few.steps = 0; /* a block that fails */
+        CHECK((kind ? one_grad_acc(&p, &weights[1], &few, &all_of, &train.grad_acc)
+                    : one_grad(&p, &weights[0], &few, dt, &all_of, &train.grad)) == ROLN_E_NOT_FINITE);
         CHECK(all_of.windows == (roln_real)k * EACH);
         BOUND("sums: gradient (eps of the largest)", top > 0 ? off / top / EPS : 0, 200);
         BOUND("sums: loss (eps)", fabsl((ld)roln_loss_total(&weights[kind], &all_of.loss) * PERIOD / EACH / k /

@@ -128,6 +128,12 @@ static void test_errors(int k)
                                  joints[0][i].qd_var * (double)by};
         CHECK(memcmp(&want, &joints[1][i], sizeof want) == 0 && want.q_var > 0);
     }
+    /* in a unit that is small enough for the sums of all joints, and too small for those of the joint that has it */
+    if (models[k]->md->lnn.angles & 1) return;
+    p.each[0] = (roln_real)ldexp(1, sizeof(roln_real) == 4 ? 68 : 522);
+    record_in_units(&p, &r[0], &r[1]), in_units(&p, 1, 1, qbar[0], qbar[1]);
+    CHECK_OK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], e[1], NULL, spare));
+    CHECK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], e[1], joints[1], spare) == ROLN_E_NOT_FINITE);
 }
 
 #ifdef ROLN_DOUBLE
