@@ -164,7 +164,9 @@ def main():
         return re.sub(r"\[((?:[^\[\]]|\[[^\]]*\])+)\]", lambda m: f"[{known[m[1]]}]", text)
 
     print(f"# Functions of the model `{name}`\n")
-    print(f"`make api CONFIG={os.path.relpath(config)}` prints this page from `roln.h`, which has the whole comments.\n\n"
+    print(f"`make api CONFIG={os.path.relpath(config)}` prints this page from `roln.h`, which has the whole comments.\n"
+          "An editor with clangd 19 shows them, and the typed arguments, where the mouse is over a name;\n"
+          "clangd 14 shows the arguments alone.\n\n"
           "`roln_real` is `float`, or `double` with `ROLN_DOUBLE`. `NAME_x_work` is the scratch of the function `NAME_x`.\n"
           "`NAME_work`, `NAME_train` and `NAME_start` are unions of such scratch: pass `&work.tick` to `NAME_tick`.\n"
           .replace("NAME", name))
