@@ -187,9 +187,9 @@ build/test_msan: $(call alone,msan,msan)
 build/test_asan_both: $(call unit,asan)
 build/test_msan_both: $(call unit,msan)
 build/test_cov: $(call unit,cov)
-$(foreach k,unit address asan msan,build/$(k)32/tests/unit/main_%.o): tests/unit/main.c
+$(foreach k,unit address asan msan,$(foreach a,f32 f64,build/$(k)32/tests/unit/main_$(a).o)): tests/unit/main.c
 	@mkdir -p $(@D)
-	$(KIND) $(DEPENDS) -DALONE=$* -c $< -o $@
+	$(KIND) $(DEPENDS) -DALONE=$(@F:main_%.o=%) -c $< -o $@
 build/test build/test_double: KIND = $(KIND_unit32)
 build/test_address: KIND = $(KIND_address32)
 build/test_asan build/test_asan_both: KIND = $(KIND_asan32)
