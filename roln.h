@@ -3562,7 +3562,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(loaded) loaded;
     roln_status st;
     int i, j;
-    ROLNI_(drive)(p, by->tau || wanted > 0 ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
+    ROLNI_(drive)(p, by->tau || by->load || wanted > 0 ? held : NULL, held + size, w->force.eval.tape, w->force.eval.work, &d);
     d.torque.T = w->force.jac, d.torque.u = d.torque.T + n * ROLN_(N), d.torque.jac = d.torque.u + n * ROLN_(inputs);
     d.force.jac = by->load ? ROLNI_(loaded_jac) : ROLNI_(torque_jac);
     ROLNI_(drive_load)(p, by->load, to->L != NULL, &d, &loaded);

@@ -634,6 +634,9 @@ static void test_own_units(void)
         memcpy(t, s, sizeof t);
         CHECK_OK(m.of->slopes(&m, t, t + n, NULL, load, dt, &slope, spare)); /* of the load no derivative */
         CHECK(memcmp(A, A1, sizeof A) == 0);
+        memcpy(t, s, sizeof t);
+        CHECK_OK(m.of->slopes(&m, t, t + n, NULL, NULL, dt, &slope, spare)); /* no force at all */
+        CHECK(memcmp(A, A1, sizeof A) != 0);
     }
     for (i = 0; i < n; i++) {
         roln_real side[2][n2];
