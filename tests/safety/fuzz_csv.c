@@ -60,13 +60,20 @@ static void file_end(int code)
     longjmp(file.end, 1);
 }
 
+static int file_tell(const char *format, va_list list)
+{
+    vsnprintf(file.said, sizeof file.said, format, list);
+    file.changed |= strstr(file.said, "; resampled") || strncmp(file.said, "filter:", 7) == 0 ||
+                    strstr(file.said, "written twice") || strstr(file.said, "left out");
+    return 0;
+}
+
 static int file_say(const char *format, ...)
 {
     va_list list;
     va_start(list, format);
-    vsnprintf(file.said, sizeof file.said, format, list);
+    file_tell(format, list);
     va_end(list);
-    file.changed |= strstr(file.said, "; resampled") || strncmp(file.said, "filter:", 7) == 0 || strstr(file.said, "written twice");
     return 0;
 }
 
@@ -77,7 +84,8 @@ static int file_say(const char *format, ...)
 #define free file_free
 #define exit file_end
 #define printf file_say
-#define vfprintf(f, format, list) vsnprintf(file.said, sizeof file.said, format, list)
+#define vprintf(format, list) file_tell(format, list)
+#define vfprintf(f, format, list) file_tell(format, list)
 #define fputc(c, f) ((void)0)
 #define fflush(f) ((void)0)
 #include "recording.h"
@@ -87,6 +95,7 @@ static int file_say(const char *format, ...)
 #undef free
 #undef exit
 #undef printf
+#undef vprintf
 #undef vfprintf
 #undef fputc
 #undef fflush
@@ -96,8 +105,8 @@ static int samples_of(void)
 {
     const char *p = file.text, *const behind = p + file.size;
     int count = 0;
-    if (file.size > 2 && memcmp(p, "\xef\xbb\xbf", 3) == 0) p += 3;
     while (p < behind) {
+        if (behind - p > 2 && memcmp(p, "\xef\xbb\xbf", 3) == 0) p += 3; /* of a file behind another, too */
         while (p < behind && strchr(" \t\"'", *p))
             p++;
         if (p < behind && (*p == '+' || *p == '-')) p++;
