@@ -6,7 +6,7 @@
 #   soundness.sh -w     writes that table from build/log, behind a whole `make release`
 cd "$(dirname "$0")/../.." || exit 1
 text=docs/soundness.md
-steps=$(sed -n "/^steps/,/^end/s/^\([a-z-]*\)  *[a-z].*/\1/p" tests/run.sh | grep -vx soundness | sort)
+steps=$(sed -n "/^steps/,/^end$/s/^\([a-z-]*\)  *[a-z].*/\1/p" tests/run.sh | grep -vx soundness | sort)
 passed=0
 failed=0
 # what a step says of itself
