@@ -94,9 +94,10 @@ static struct {
     {"method", "newton", "newton or adam"},
     {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
+    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: with start=regression those that it finds"},
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, DELAY, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, DELAY, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -1066,8 +1067,10 @@ static void start(void)
                  : st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config"
                                                                 : "its numbers make no sense");
         fclose(f);
+        leave_out();
     } else {
         fit_chart();
+        leave_out();
         if (starts_there() && start_at_baseline()) return;
         if (set("torque") > 0) fit_inertia();
     }
