@@ -1148,6 +1148,24 @@ static void smooth_positions(motion *m)
     m->reach = fmax(m->reach, half * m->dt);
 }
 
+/* Three joints or more: hinges, by the units of the column map or of the file, that the networks see as numbers. */
+static void tell_hinges(void)
+{
+    unsigned hinges = M(angles);
+    int k;
+    if (!JOINTS || (int)M(N) < 3 || (int)M(N) > ROLN_ANGLES_MAX) return;
+    for (k = 0; k < d.count; k++) {
+        const field *f = &d.fields[k];
+        const int unit = f->kind == OF_Q ? find_unit(OF_Q, f->unit, (int)strlen(f->unit)) : -1;
+        if (unit >= 0 && strcmp(known_units[unit].si, "rad") == 0) hinges |= 1u << f->index;
+    }
+    if (hinges == (unsigned)M(angles)) return;
+    say("hint: these hinges are numbers to the networks; for their cosines and sines: #define ROLN_ANGLES");
+    for (k = 0; k < (int)M(N); k++)
+        say("%s %u", k ? "," : "", hinges >> k & 1);
+    say("\n");
+}
+
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(void)
 {
@@ -1181,6 +1199,7 @@ static void read_all(void)
     say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
         d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
+    tell_hinges();
     if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
 }
 

@@ -27,6 +27,16 @@ check 'the better config first' \
 printf '#define ROLN_NAME arm\n#define ROLN_AE 3\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/arm.h
 gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=arm examples/train.c -o $dir/named -lpthread -lm
 check 'a config named as an example' says 'arm needs t, 3 q, 3 qd' $dir/named $dir/16_train.csv steps=1 out=$dir/named
+# units of the header say which joints are hinges: a hint, unless the config has them as angles
+awk 'BEGIN { print "t [s],q1 [deg],q2 [m],q3 [rad]"
+    for (i = 0; i < 900; i++) printf "%g,%.9g,%.9g,%.9g\n", 0.01 * i, 50 * sin(0.05 * i), sin(0.04 * i), cos(0.03 * i) }' > $dir/units.csv
+sed 's/arm$/turning/; /MLP/i #define ROLN_ANGLES 1, 0, 1' $dir/arm.h > $dir/turning.h
+gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=turning examples/train.c -o $dir/turning -lpthread -lm
+for m in named turning; do
+    check "$m: units of hinges" short $dir/$m $dir/units.csv 'q=q*' filter=off steps=1 out=$dir/$m
+    check "$m: a hint of hinges" test "$(grep -c '^hint: .*: #define ROLN_ANGLES 1, 0, 1$' $dir/says.log)" -eq \
+        "$([ $m = named ] && echo 1 || echo 0)"
+done
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
