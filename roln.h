@@ -105,6 +105,7 @@
        NAME_init        random weights
        NAME_fit_inertia the unit of inertia, where forces are known
        NAME_variance    of the data of each loss term, to weigh the terms by
+       NAME_force_variance   of the force on each latent coordinate, to weigh rows by
        NAME_grad_acc    adds the gradient of the acceleration loss
        NAME_grad        adds the gradient of the loss over windows of several steps
        NAME_update      one step of Riemannian Adam
@@ -1541,7 +1542,8 @@ ROLN_FN void rolni_gather_tau(const roln_batch *b, int N, int w0, int nb, int h,
    derivative of the number sum_i xi_i sqrt(weight_i) (model - data)_i over all that the loss compares, xi_i = +-1 drawn from signs,
    and residual that number with the other sign: E residual^2 is the loss, E row^T row its Gauss-Newton matrix. rest: another
    gradient, all of whose numbers are zeroed with these; it keeps what these lose by rounding, so that sums do not become worse
-   with the number of windows. NULL: the sums are plain. */
+   with the number of windows. NULL: the sums are plain. force_variance [n]: the force residual of each latent coordinate is divided
+   by its root. NULL: it is not divided. */
 typedef struct rolni_gradient {
     roln_real *ae, *net;
     roln_loss *loss;
@@ -1549,6 +1551,7 @@ typedef struct rolni_gradient {
     uint64_t *signs;
     roln_real *residual;
     const struct rolni_gradient *rest;
+    const roln_real *force_variance;
 } roln_gradient;
 
 /* The gradient by all parameters, theta [roln_params]. */
@@ -1556,7 +1559,7 @@ ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, r
 {
     roln_gradient g;
     g.ae = theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
-    g.signs = NULL, g.residual = NULL, g.rest = NULL;
+    g.signs = NULL, g.residual = NULL, g.rest = NULL, g.force_variance = NULL;
     return g;
 }
 
@@ -1634,6 +1637,17 @@ ROLN_FN void rolni_compare(const roln_gradient *g, rolni_term t, int n, const ro
         sum += roln_dot(m, d, d);
     }
     *t.sum += t.f * sum;
+}
+
+/* x [rows][n] over the root of variance [n]. NULL: x stays as it is. */
+ROLN_FN void rolni_divide_deviation(int rows, int n, const roln_real *variance, roln_real *x)
+{
+    int i, j;
+    for (j = 0; variance && j < n; j++) {
+        const roln_real deviation = ROLN_SQRT(variance[j]);
+        for (i = 0; i < rows; i++)
+            x[i * n + j] /= deviation;
+    }
 }
 
 /* b [nb][n]: of each angle those of its turns that are next to a [nb][n]; all else stays. */
@@ -5352,8 +5366,10 @@ ROLN_FN void ROLNI_(samples_backward)(const ROLNI_(samples) *b)
         rolni_zero(2 * nz, gtau);
         if (force) force->eval(force->ctx, nb, w->Z, tau + nz);
         (void)roln_lnn_inverse(lnn, 1, nb, th, w->Z, NULL, w->Z + 2 * nz, tau, tape, work); /* again, for its tape */
+        rolni_divide_deviation(2 * nb, ROLN_(n), b->g->force_variance, tau);
         rolni_compare(b->g, rolni_term_of(1, b->weights->force, &loss->force), nz, tau, tau + nz, gtau, gtau + nz);
         if (!back) return;
+        rolni_divide_deviation(2 * nb, ROLN_(n), b->g->force_variance, gtau);
         roln_lnn_inverse_bwd(lnn, nb, th, gtau, w->gZ, w->gZ + 2 * nz, b->g->net, tape, work);
         if (force) force->bwd(force->ctx, nb, w->Z, gtau + nz, 1, w->gZ);
     }
@@ -5476,9 +5492,11 @@ ROLN_FN roln_status ROLN_(update)(ROLN_(params) *p, const roln_opt *opt, ROLN_(o
 #if ROLN_GN_ROWS > 0
 /* At most ROLN_GN_ROWS residuals r, and the rows J of their derivatives by what ROLN_LEARN names, with room for one more. weight:
    by which large ones are scaled down; expect, next: the residuals that are expected where a step ends, and those that are there.
-   The signs of row k are drawn from seed + k. */
+   The signs of row k are drawn from seed + k. force_variance: the caller's, NAME_force_variance; rows of samples divide the force
+   residual of each latent coordinate by its root. All 0, as after memset: they do not. */
 typedef struct {
     uint64_t seed;
+    roln_real force_variance[ROLN_(n)];
     roln_real r[ROLN_GN_ROWS], weight[ROLN_GN_ROWS], expect[ROLN_GN_ROWS], next[ROLN_GN_ROWS];
     roln_real J[(ROLN_GN_ROWS + 1) * ROLN_(newton_size)];
 } ROLN_(residuals);
@@ -5535,6 +5553,7 @@ ROLN_FN roln_status ROLN_(rows)(const ROLN_(params) *p, const roln_loss *weights
         roln_gradient to;
         to.ae = behind ? NULL : row, to.net = !row ? NULL : behind ? row : row + ROLN_(ae_size);
         to.loss = &aside, to.windows = &windows, to.signs = &signs, to.residual = r, to.rest = NULL;
+        to.force_variance = g->force_variance[0] > 0 ? g->force_variance : NULL;
         *r = 0;
         if (row) rolni_zero(cols, row);
         st = acceleration ? ROLNI_(samples_block)(p, weights, b, rolni_part_of(b, k, 1), &to, &w->grad_acc)
@@ -5603,9 +5622,9 @@ typedef struct {
 } ROLN_(variance_work);
 
 /* Variance of the data of each loss term over the windows of b (first samples; b->qdd may be NULL), in its scaled units: of q, qd,
-   qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force. roln_loss_divide(&weights, &var) makes every
-   term of a loss count in parts of its own variance. ROLN_E_LENGTH: no window. ROLN_E_NOT_FINITE (also for data at rest). var is
-   untouched unless ROLN_OK. */
+   qdd, and of the encoded z, zd, zdd; 1 where there are no data, and for the force, whose coordinates have a variance each
+   (NAME_force_variance). roln_loss_divide(&weights, &var) makes every term of a loss count in parts of its own variance.
+   ROLN_E_LENGTH: no window. ROLN_E_NOT_FINITE (also for data at rest). var is untouched unless ROLN_OK. */
 ROLN_FN roln_status ROLN_(variance)(const ROLN_(params) *p, const roln_batch *b, roln_loss *var, ROLN_(variance_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
@@ -5652,8 +5671,11 @@ ROLN_FN roln_status ROLN_(variance)(const ROLN_(params) *p, const roln_batch *b,
     return ROLN_OK;
 }
 
-/* scratch of NAME_fit_inertia: a sample, encoded, its force */
+/* scratch of NAME_fit_inertia and NAME_force_variance: sums of forces and accelerations beyond those of the first sample; a sample,
+   encoded, its force */
 typedef struct {
+    double sum[ROLN_MAX(ROLN_(n), ROLN_(inputs)) + ROLN_(n)], square[ROLN_MAX(ROLN_(n), ROLN_(inputs)) + ROLN_(n)];
+    roln_real first[ROLN_MAX(ROLN_(n), ROLN_(inputs)) + ROLN_(n)];
     roln_real x[3 * ROLN_(N)], z[3 * ROLN_(n)], in[ROLN_(force_size)], tau_z[ROLN_(n)];
     union {
         roln_real encode[ROLNI_ROOM(ROLN_AE_ENCODE_TAPE(ROLN_, 3, 1))];
@@ -5661,21 +5683,18 @@ typedef struct {
     } u;
 } ROLN_(fit_inertia_work);
 
-/* p->scale.m, the unit of inertia of a machine whose forces are known, before training, for it changes what the weights mean:
-   2^(10 k), about a thousand to the power k, such that rms tau_z / rms zdd over the windows of b (first samples), in p's other
-   units, is 1/32 .. 32 of it. The networks begin with M = I, and logarithms of ten and more would be out of their reach. tau_z =
-   J^T tau or, of a model with inputs, u itself: B is learned. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
-   ROLN_E_NOT_FINITE, also for a machine that no force moves, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost:
-   NAME_encode_reference and NAME_reduce for each window. */
-ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
+typedef ROLN_(fit_inertia_work) ROLN_(force_variance_work);
+
+/* Variances of tau_z [n], or of u [inputs], and behind them of zdd [n], over the windows of b, to w->square; scaled, with unit of
+   inertia 1. That of a force that never changes is 0. */
+ROLN_FN roln_status ROLNI_(force_moments)(const ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
 {
-    const int N = ROLN_(N), n = ROLN_(n), inputs = ROLN_(inputs), size = ROLN_(force_size);
+    const int N = ROLN_(N), n = ROLN_(n), inputs = ROLN_(inputs), size = ROLN_(force_size), forces = inputs > 0 ? inputs : n;
     const roln_real v = rolni_velocity_unit(&p->scale), unit = rolni_force_unit(&p->scale) * p->scale.m;
-    roln_real *const x = w->x, *const z = w->z, *const in = w->in, *const tau_z = w->tau_z;
-    double forced = 0, moved = 0;
-    roln_real ratio, found = 1;
+    const double rest = 64 * ROLNI_AS(double, ROLN_EPS);
+    roln_real *const x = w->x, *const z = w->z, *const in = w->in;
     ROLNI_(driven) d;
-    int k;
+    int k, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!rolni_batch_valid(b) || b->count < 1 || !b->qd || !b->qdd || !b->tau) return ROLN_E_LENGTH;
     ROLNI_(drive)(p, in, w->u.force.tau, w->u.force.tape, w->u.force.work, &d);
@@ -5688,17 +5707,83 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
         if (!roln_all_finite(3 * n, z)) return ROLN_E_NOT_FINITE;
         rolni_gather(b, b->tau, size, k, 1, 0, unit, in);
         rolni_multiply_each(1, size, ROLNI_(force_units)(p), in);
-        if (inputs == 0) ROLNI_(torque_eval)(&d.torque, 1, z, tau_z);
-        forced += ROLNI_AS(double, inputs > 0 ? roln_dot(inputs, in, in) : roln_dot(n, tau_z, tau_z)) / b->count;
-        moved += ROLNI_AS(double, roln_dot(n, z + 2 * n, z + 2 * n)) / b->count;
+        if (inputs == 0) ROLNI_(torque_eval)(&d.torque, 1, z, w->tau_z);
+        for (i = 0; i < forces + n; i++) {
+            const roln_real y = i >= forces ? z[2 * n + i - forces] : inputs > 0 ? in[i] : w->tau_z[i];
+            double off;
+            if (k == 0) w->first[i] = y, w->sum[i] = w->square[i] = 0;
+            off = ROLNI_AS(double, y) - ROLNI_AS(double, w->first[i]);
+            w->sum[i] += off / b->count, w->square[i] += off * off / b->count;
+        }
     }
-    ratio = ROLN_SQRT(ROLNI_AS(roln_real, forced)) / ROLN_SQRT(ROLNI_AS(roln_real, moved));
-    if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
-    for (; ratio > 32; ratio /= 1024)
-        found *= 1024;
-    for (; ratio < ROLN_C(0.03125); ratio *= 1024)
-        found /= 1024;
-    p->scale.m = found;
+    for (i = 0; i < forces + n; i++) {
+        const double mean = ROLNI_AS(double, w->first[i]) + w->sum[i];
+        w->square[i] -= w->sum[i] * w->sum[i];
+        if (!roln_finite(ROLNI_AS(roln_real, w->square[i]))) return ROLN_E_NOT_FINITE;
+        if (!(w->square[i] > rest * rest * mean * mean)) w->square[i] = 0; /* it only rounds */
+    }
+    return ROLN_OK;
+}
+
+/* p->scale.m, the unit of inertia of a machine whose forces are known, before training, for it changes what the weights mean: the
+   geometric mean, over latent coordinates, of the deviation of tau_z over that of zdd. Of the windows of b the first samples count.
+   A coordinate whose force or acceleration never changes does not count. The networks begin with M = I, and logarithms of ten and
+   more would be out of their reach. tau_z = J^T tau or, of a model with inputs, the deviation of all u: B is learned.
+   Forces times 2^k give the unit times 2^k, to the bit. b with qdd and tau. ROLN_E_LENGTH: no window, or without these;
+   ROLN_E_NOT_FINITE, also for a machine whose forces do not change, or beyond 1e+-18. p stays as it was unless ROLN_OK. Cost:
+   NAME_encode_reference and NAME_reduce for each window. */
+ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
+{
+    const int n = ROLN_(n), inputs = ROLN_(inputs), forces = inputs > 0 ? inputs : n;
+    double *const force = w->square, *const motion = w->square + forces;
+    const roln_status st = ROLNI_(force_moments)(p, b, w);
+    roln_real logs = 0;
+    int power = 0, count = 0, i;
+    if (st != ROLN_OK) return st;
+    for (i = 1; i < forces && inputs > 0; i++)
+        force[0] += force[i];
+    for (i = 1; i < n && inputs > 0; i++)
+        motion[0] += motion[i];
+    for (i = 0; i < (inputs > 0 ? 1 : n); i++) {
+        const roln_real ratio = ROLN_SQRT(ROLNI_AS(roln_real, force[i])) / ROLN_SQRT(ROLNI_AS(roln_real, motion[i]));
+        const roln_bits bits = rolni_bits(ratio), one = ROLNI_BIAS << ROLNI_MANT;
+        if (force[i] == 0 || motion[i] == 0) continue;
+        if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
+        power += ROLNI_AS(int, bits >> ROLNI_MANT) - ROLNI_AS(int, ROLNI_BIAS); /* ratio = 2^power times 1 .. 2 */
+        logs += roln_log(rolni_real((bits & ((ROLNI_AS(roln_bits, 1) << ROLNI_MANT) - 1)) | one));
+        count++;
+    }
+    if (count == 0) return ROLN_E_NOT_FINITE;
+    i = power / count - (power % count < 0); /* power = i count + 0 .. count - 1 */
+    logs += ROLNI_AS(roln_real, power - i * count) * ROLN_C(0.6931471805599453);
+    p->scale.m = roln_exp(logs / ROLNI_AS(roln_real, count)) *
+                 rolni_real(ROLNI_AS(roln_bits, i + ROLNI_AS(int, ROLNI_BIAS)) << ROLNI_MANT);
+    return ROLN_OK;
+}
+
+/* Variance [n] of the force tau_z = J^T tau on each latent coordinate over the windows of b (first samples), in p's units: what
+   the term `force` of the loss is divided by in rows (NAME_residuals), so that each coordinate counts in parts of its own force. A
+   coordinate whose force never changes, such as a joint without motor, has the variance of zdd: that of its force if M = I. It has
+   1 if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH, ROLN_E_NOT_FINITE: as
+   NAME_fit_inertia. ROLN_E_SHAPE: the model has inputs, so its forces are learned. variance is untouched unless ROLN_OK. Cost:
+   that of NAME_fit_inertia. */
+ROLN_FN roln_status ROLN_(force_variance)(const ROLN_(params) *p, const roln_batch *b, roln_real variance[ROLN_(n)],
+                                          ROLN_(force_variance_work) *w)
+{
+    const double unit = 1 / ROLNI_AS(double, p->scale.m);
+    const int n = ROLN_(n);
+    const roln_status st = ROLN_(inputs) > 0 ? ROLN_E_SHAPE : ROLNI_(force_moments)(p, b, w);
+    int changes = 0, i;
+    if (st != ROLN_OK) return st;
+    for (i = 0; i < n; i++) {
+        const double own = w->square[i] * unit * unit;
+        changes |= own > 0;
+        w->square[i] = own > 0 ? own : w->square[n + i] > 0 ? w->square[n + i] : 1;
+        w->first[i] = ROLNI_AS(roln_real, w->square[i]);
+        if (!roln_finite(w->first[i]) || !(w->first[i] > 0)) return ROLN_E_NOT_FINITE;
+    }
+    if (!changes) return ROLN_E_NOT_FINITE;
+    rolni_copy(n, w->first, variance);
     return ROLN_OK;
 }
 
@@ -6134,6 +6219,7 @@ typedef union {
     ROLN_(grad_acc_work) grad_acc;
     ROLN_(update_work) update;
     ROLN_(variance_work) variance;
+    ROLN_(force_variance_work) force_variance;
     ROLN_(fit_inertia_work) fit_inertia;
 #if ROLN_GN_ROWS > 0
     ROLN_(rows_work) rows;

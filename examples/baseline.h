@@ -3,7 +3,8 @@
 
    train.c includes it behind its settings, its state and report.h. The regression is fitted to the training recordings, in
    seconds, and tells what they tell of each torque. Its errors on held-out recordings stand below the table of errors: what a model
-   without networks reaches. With start=regression the networks begin there (start.h), and Gauss-Newton is gentle. */
+   without networks reaches. With start=regression the networks begin there (start.h). If the regression leaves more than 2 % of
+   the torques, which is noise, Gauss-Newton is gentle. */
 
 #ifndef BASELINE_H
 #define BASELINE_H
@@ -27,10 +28,10 @@ static void baseline_sample(void *ctx, int i, double *q, double *qd, double *qdd
     }
 }
 
-/* Recordings from .. to - 1 of motion.csv. */
-static regression_source source_of(int from, int to)
+/* Recordings from .. to - 1 of m. */
+static regression_source source_of(motion *m, int from, int to)
 {
-    const regression_source x = {to - from, d.first + from, d.dt, baseline_sample, &d};
+    const regression_source x = {to - from, m->first + from, m->dt, baseline_sample, m};
     return x;
 }
 
@@ -73,7 +74,7 @@ static void check_start(void)
 static void fit_baseline(void)
 {
     const double part = set("seconds") > 0 ? fmin(1, set("seconds") / 100) : 1, from = now();
-    const regression_source x = source_of(0, train);
+    const regression_source x = source_of(&d, 0, train);
     double turn[M(N)];
     regression_status st;
     read_turns(turn);
@@ -87,23 +88,29 @@ static void fit_baseline(void)
     fflush(stdout);
 }
 
-/* Its line below the table: errors of torques, and E_q after 100 ms and 1 s, of at most 40,000 steps each. */
-static void tell_baseline(void)
+/* Its errors after so many samples, in at most 40,000 steps. */
+static regression_error baseline_errors(motion *m, int from, int to, int samples)
 {
     enum { STEPS = 40000 };
-    static const double ahead[] = {0.1, 1};
-    const regression_source held = source_of(train, d.trajectories);
+    const regression_source held = source_of(m, from, to);
+    const double cost = (double)samples * regression_substeps(&baseline, m->dt) * (m->first[to] - m->first[from]);
+    const int every = (int)fmin(fmax(stride_of(m, 0.025), cost / STEPS), m->samples);
     double mean[M(N)], unit[M(N)];
-    regression_error e;
-    int j, k;
-    if (!fitted) return;
+    int j;
     for (j = 0; j < (int)M(N); j++)
         mean[j] = (double)s.qbar[j], unit[j] = units_of(&s.p) ? (double)units_of(&s.p)[j] : 1;
+    return regression_errors(&baseline, &held, samples, every, mean, unit);
+}
+
+/* Its line below the table: errors of torques, and E_q after 100 ms and 1 s. */
+static void tell_baseline(void)
+{
+    static const double ahead[] = {0.1, 1};
+    int k;
+    if (!fitted) return;
     for (k = 0; k < 2 && !halted; k++) {
-        const double samples = fmax(1, floor(ahead[k] / d.dt + 0.5));
-        const double cost = samples * regression_substeps(&baseline, d.dt) * (d.samples - d.first[train]);
-        const int every = (int)fmin(fmax(stride_of(&d, 0.025), cost / STEPS), d.samples);
-        e = regression_errors(&baseline, &held, (int)fmin(samples, d.samples), every, mean, unit);
+        const int samples = (int)fmin(fmax(1, floor(ahead[k] / d.dt + 0.5)), d.samples);
+        const regression_error e = baseline_errors(&d, train, d.trajectories, samples);
         baseline_ahead[k].ms = 1e3 * samples * d.dt, baseline_ahead[k].e = e;
         if (k == 0) printf("regression on the same trajectories: torques off by %s %% in all", in_percent(e.all).text);
         if (e.windows > e.failed) printf(", E_q %s %% after %.4g ms", in_percent(e.q).text, 1e3 * samples * d.dt);
@@ -113,29 +120,37 @@ static void tell_baseline(void)
     fflush(stdout);
 }
 
-/* Mean square, over joints and training samples, of what rows compare: x_j factor, or x_j factor / unit_j of accelerations. */
-static double square_of(const roln_real *x, double factor, int by_unit)
+/* Nonzero if noise of the torques, and not the model, is why E_q is more than half of the error of q + h qd: as far ahead as look=
+   the regression is twice as good as q + h qd, so the torques are those of the motion; here it is not, and it is not better than
+   the model, which is better than q + h qd. Noise of a torque is forgotten in the long run, a wrong model is not. */
+static int limited_by_torques(const judged *of, int samples, const error *e)
 {
-    double sum = 0;
-    int i, j;
-    for (i = 0; i < d.first[train]; i++)
-        for (j = 0; j < (int)M(N); j++) {
-            const double u = start_unit(&s.p, j), y = (double)x[i * (int)M(N) + j] * factor * (by_unit ? 1 / u : u);
-            sum += y * y;
-        }
-    return sum / ((double)d.first[train] * (int)M(N));
+    motion *const m = of->m == &d ? &d : &unseen;
+    regression_error far, here;
+    if (!fitted || halted || !(e->q < e->constant) || samples * m->dt >= s.ahead) return 0;
+    here = baseline_errors(m, of->from, of->to, samples);
+    if (here.failed > 0 || !(e->q / e->constant <= 1.1 * here.q / here.constant)) return 0;
+    far = baseline_errors(m, of->from, of->to, (int)(s.ahead / m->dt + 0.5));
+    return 20 * far.failed <= far.windows && BETTER * far.q <= far.constant;
 }
 
-/* The networks begin at the regression. Returns 0 if they do not. */
-static int start_at_baseline(void)
+/* Torques that the regression leaves, over the rms torque: the rms over joints, of training samples. */
+static double baseline_noise(void)
 {
-    const regression_source x = source_of(0, train);
-    const double t = (double)s.p.scale.t;
-    if (!fitted || !start_networks(&baseline, &x, &s.p)) return 0;
-    s.gentle = 1, s.of_qdd = (roln_real)(0.3 / fmax(square_of(d.qdd, t * t, 1), 1e-30));
-    s.of_force = (roln_real)set("force");
-    if (!(set("force") > 0)) s.of_force = (roln_real)(1 / fmax(square_of(d.tau_mid, t * t / (double)s.p.scale.m, 0), 1e-30));
-    return 1;
+    double sum = 0;
+    int joints = 0, j;
+    for (j = 0; j < baseline.joints; j++)
+        if (baseline.torque[j] > 0) sum += pow(baseline.noise[j] / baseline.torque[j], 2), joints++;
+    return joints > 0 ? sqrt(sum / joints) : 0;
+}
+
+/* The networks begin at the regression, if there is one. */
+static void start_at_baseline(void)
+{
+    const regression_source x = source_of(&d, 0, train);
+    if (!fitted || !starts_there()) return;
+    s.begun_there = start_networks(&baseline, &x, &s.p);
+    s.gentle = s.begun_there && baseline_noise() > 0.02;
 }
 
 #endif

@@ -224,7 +224,7 @@ static const char *delay_judge(const delay_fit *f, double *delay, double *uncert
 /* The delay of the recordings in s, told; 0: none that can be used. */
 static double find_delay(void)
 {
-    const regression_source source = source_of(0, d.trajectories);
+    const regression_source source = source_of(&d, 0, d.trajectories);
     const regression_shape small = {0, 0, 0, 0};
     delay_fit f;
     double turn[M(N)], delay = 0, uncertainty = 0;

@@ -319,12 +319,23 @@ static double rival_of(const error *e, double ms)
     return ms < 1.001 * reach && e->constant > 1 ? 1 : e->constant;
 }
 
+/* Recordings from .. to - 1 of m, of which a table is. */
+typedef struct {
+    const char *name;
+    const motion *m;
+    int from, to;
+} judged;
+
+static int limited_by_torques(const judged *of, int samples, const error *e); /* baseline.h */
+
 /* Says once a table where the model is not better than its rival or, up to look=, fails too often. counts: q + h qd is off by more
    than nobody can predict. */
-static void judge(const char *of, double ms, const error *e, int counts, int *said)
+static void judge(const judged *by, int samples, const error *e, int counts, int *said)
 {
+    const double ms = 1e3 * samples * by->m->dt;
+    const char *const of = by->name;
     if (*said) return;
-    if (counts && !(BETTER * e->q <= rival_of(e, ms)))
+    if (counts && !(BETTER * e->q <= rival_of(e, ms)) && !limited_by_torques(by, samples, e))
         doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
               rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
     else if (ms < 1001 * s.ahead && 20 * e->failed > e->windows)
@@ -378,6 +389,7 @@ static int tables_kept;
 static void table(const char *name, const char *of, const motion *m, int from, int to, double time, FILE *csv)
 {
     const horizons h = horizons_of(m, from, to);
+    const judged by = {of, m, from, to};
     const int usual = stride_of(m, 0.025);
     score *scores = room((size_t)(to - from), sizeof *scores);
     double all, done = 0, chart = 0;
@@ -400,7 +412,7 @@ static void table(const char *name, const char *of, const motion *m, int from, i
         counts = h.samples[i] > 0 && e.constant > SEEN * sqrt(chart * chart + e.floor * e.floor);
         table_row(name, ms, &e, to - from, counts, csv);
         kept_tables[at].row[i].ms = ms, kept_tables[at].row[i].counts = counts, kept_tables[at].row[i].e = e;
-        judge(of, ms, &e, counts, &said);
+        judge(&by, h.samples[i], &e, counts, &said);
         counted += counts;
     }
     snprintf(kept_tables[at].name, sizeof kept_tables[at].name, "%s", name);

@@ -118,14 +118,19 @@ static double start_unit(const M(params) * p, int j)
     return (double)p->scale.q * (each ? (double)each[j] : 1);
 }
 
-/* scale.m = the geometric mean of the inertias: the networks see the same numbers in Nm, mNm and kNm, up to rounding. */
+/* scale.m = the geometric mean of the inertias: the networks see the same numbers in Nm, mNm and kNm, up to rounding, and the same
+   bits if the unit changes by a power of 2. */
 static void start_scale(const regression *r, M(params) * p)
 {
-    double mean = 0;
-    int j;
-    for (j = 0; j < r->joints; j++)
-        mean += log(r->inertia[j] * start_unit(p, j) * start_unit(p, j)) / r->joints;
-    p->scale.m = (roln_real)exp(mean);
+    double logs = 0;
+    int powers = 0, whole, j;
+    for (j = 0; j < r->joints; j++) {
+        int power;
+        logs += log(frexp(r->inertia[j] * start_unit(p, j) * start_unit(p, j), &power));
+        powers += power;
+    }
+    whole = powers / r->joints - (powers % r->joints < 0); /* powers = whole joints + 0 .. joints - 1 */
+    p->scale.m = (roln_real)ldexp(exp((logs + (powers - whole * r->joints) * log(2)) / r->joints), whole);
 }
 
 /* Constants of damping and dry friction. */
@@ -173,7 +178,7 @@ static int start_targets(const regression *r, const regression_source *of, const
         else of->sample(of->ctx, of->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
         (void)regression_terms(r, q, still, M_, c[0], c[1], c[2], &w);
         for (V_t[i] = 0, j = 0; j < N; j++) {
-            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j];
+            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j] * m / (t * t);
             for (k = 0; k < N; k++)
                 M_[j * N + k] *= u_j * start_unit(p, k) / m;
             z[j] = (roln_real)(q[j] / u_j), direction[j] = (roln_real)(along / u_j);
@@ -187,7 +192,7 @@ static int start_targets(const regression *r, const regression_source *of, const
     return good;
 }
 
-/* Writes scale.m and the networks of p. p has its scales and random networks. Returns 0, and says why, if that is not possible. */
+/* Writes the networks of p. p has its scales and random networks. Returns 0, and says why, if that is not possible. */
 static int start_networks(const regression *r, const regression_source *of, M(params) * p)
 {
     const roln_lnn *f = &M(model).lnn;
@@ -197,7 +202,6 @@ static int start_networks(const regression *r, const regression_source *of, M(pa
     const start_target mass = {&f->mass_net, p->theta, x, NULL, u};
     const start_target potential = {&f->potential_net, p->theta + rolni_potential_at(f), x, x_t, V_t};
     int good;
-    start_scale(r, p);
     good = start_targets(r, of, p, x, x_t, u, V_t);
     if (good) {
         const double off_M = start_adam(&mass, START_MASS, 5e-3); /* of log M: relative */

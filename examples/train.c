@@ -68,7 +68,9 @@ static struct {
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
     {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
     {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
-    {"force", 0, 0, 1e6, 0, "weight of the inverse dynamics beside accelerations: where torques work it fixes M and g themselves"},
+    {"force", (int)M(n) == (int)M(N) && M(inputs) == 0, 0, 1e6, 0,
+     "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
+    {"inertia", 0, 0, 1e15, 0, "torque=1: unit of inertia of the networks, as of another training; 0: found in the recordings"},
     {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean), with ROLN_SCALE each of each joint"},
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
@@ -127,6 +129,7 @@ static void help(void)
            "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= at\n"
            "     most one roll-out in twenty fails.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
+           "     Where noise of the torques hides it, E_q before look= need not be better than that of the regression.\n"
            "  3  Weights are written, but one of these is not so.\n"
            "  1  Wrong use, recordings or files, and no weights; or a good model, but a file that could not be written.\n"
            "  2  Nothing to begin with: no chart fits these recordings.\n");
@@ -260,7 +263,8 @@ static struct {
     int stage, step, next; /* next: step of the next look; 0: the stage has not begun */
     int best_step, since;  /* since: from where steps without a gain are counted */
     int falls, windowed;   /* how often numbers overflowed since the last gain; 1: there were windows */
-    int gentle;            /* 1: the networks began at the regression */
+    int begun_there;       /* 1: the networks began at the regression */
+    int gentle;            /* 1: and its torques are noisy: small steps */
     int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
@@ -268,7 +272,6 @@ static struct {
     int points;
     double point[POINTS][3];          /* learning curve: seconds, E_q near and far */
     roln_real memory, window_weight;  /* of Gauss-Newton, in steps; 0: no windows yet */
-    roln_real of_qdd, of_force;       /* weights of samples in rows */
     roln_real qbar[M(N)];
     M(params) p, best;
     M(optimiser) optimiser;
@@ -287,6 +290,7 @@ static int begun;              /* 1: s.best are weights that are not yet written
 static volatile sig_atomic_t halted; /* the signal that ends the training; 0: none */
 static M(train) work[THREADS];
 static M(residuals) residuals;
+static roln_real of_force; /* weight of forces in rows of samples */
 
 static double seconds(void)
 {
@@ -495,7 +499,7 @@ static void fill(void *ctx, int part, int thread)
     rows *f = ctx;
     const roln_real weight = s.window_weight * s.window_weight;
     const roln_loss of_window = {.q_pred = weight, .qd_pred = weight / 10},
-                    of_sample = {.qdd_pred = s.of_qdd, .force = s.of_force};
+                    of_sample = {.qdd_pred = 1, .force = of_force};
     const int from = part * PART;
     int at = from + f->of_windows[part];
     roln_batch b;
@@ -508,6 +512,31 @@ static void fill(void *ctx, int part, int thread)
     }
     b = batch_of(f->samples, f->start + at, from + PART - at);
     f->status[part] = M(rows)(f->p, &of_sample, &b, 1, at, f->again, &residuals, &work[thread].rows);
+}
+
+/* Samples all over the recordings, 4,000 at most. */
+static pool some_samples(void)
+{
+    pool some = pool_of(0, 1);
+    const int count = some.count < 4000 ? some.count : 4000;
+    int k;
+    for (k = 0; k < count; k++)
+        some.start[k] = some.start[(int)((double)k * some.count / count)];
+    some.count = count;
+    return some;
+}
+
+/* Rows divide each force by its deviation, and all forces together count force= times what accelerations do. */
+static void weigh_forces(void)
+{
+    pool some = some_samples();
+    const roln_batch b = batch_of(&some, some.start, some.count);
+    roln_loss var;
+    of_force = 0;
+    if (b.tau && set("force") > 0 && M(variance)(&s.p, &b, &var, &work[0].variance) == ROLN_OK &&
+        M(force_variance)(&s.p, &b, residuals.force_variance, &work[0].force_variance) == ROLN_OK)
+        of_force = (roln_real)set("force") * var.qdd / (roln_real)M(n);
+    free(some.start);
 }
 
 /* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. */
@@ -561,14 +590,14 @@ static double granted; /* seconds that were left when the stage began, or went o
 /* Networks that began at the regression are good enough at once. */
 static int windows_from(void)
 {
-    return s.gentle ? 2 : WINDOWS_FROM;
+    return s.begun_there ? 2 : WINDOWS_FROM;
 }
 
 /* Where Gauss-Newton begins: far from a minimum, or so near to one that few rows lead away from it. */
 static roln_newton fresh(void)
 {
     roln_newton state = ROLN_NEWTON_START;
-    if (s.gentle) state.lambda = 1;
+    if (s.begun_there) state.lambda = 1;
     return state;
 }
 
@@ -915,6 +944,7 @@ static void run(void)
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("no trajectory to train with has 3 samples\nhint: record longer trajectories");
     last = s.stage, window_count = longer.count, granted = left();
+    if (s.stage == NEWTON) weigh_forces();
     if (s.next == 0) {
         s.newton.state = fresh(), s.memory = s.gentle ? 40 : 8;
         printf("%s\n", stage_names[s.stage]), tell_short(&longer);
@@ -1020,7 +1050,7 @@ static void rescue(void)
 static void judge_training(void)
 {
     if (last < NEWTON) doubt("before any step of the networks");
-    else if (s.best_step == 0 && !s.gentle) doubt("no step predicts better than the weights before it");
+    else if (s.best_step == 0 && !s.begun_there) doubt("no step predicts better than the weights before it");
     if (last == NEWTON && window_count > 0 && !s.windowed)
         doubt(reached > windows_from() ? "from step %d on windows ran away"
                                        : "before windows, which begin at step %d or at half of seconds=", windows_from());
@@ -1028,20 +1058,18 @@ static void judge_training(void)
 
 /* ---- 11 main ---- */
 
-/* The unit of inertia, from the torques of 4,000 samples: of a machine in Nm that weighs grams, or one of tons. */
+/* The unit of inertia, from the regression, or from the torques of some samples: of a machine in Nm that weighs grams, or one of
+   tons. */
 static void fit_inertia(void)
 {
-    const pool samples = pool_of(0, 1);
-    const int count = samples.count < 4000 ? samples.count : 4000;
-    roln_batch b;
-    int k;
-    for (k = 0; k < count; k++)
-        samples.start[k] = samples.start[(int)((double)k * samples.count / count)];
-    b = batch_of(&samples, samples.start, count);
-    if (M(fit_inertia)(&s.p, &b, &work[0].fit_inertia) != ROLN_OK)
-        printf("warning: torque=1, but the torques are 0: M and V are known up to a factor\n");
-    else if (s.p.scale.m != 1) printf("unit of inertia: %g\n", (double)s.p.scale.m);
-    free(samples.start);
+    pool some = some_samples();
+    const roln_batch b = batch_of(&some, some.start, some.count);
+    if (set("inertia") > 0) s.p.scale.m = (roln_real)set("inertia");
+    else if (fitted) start_scale(&baseline, &s.p);
+    else if (M(fit_inertia)(&s.p, &b, &work[0].fit_inertia) != ROLN_OK)
+        printf("warning: torque=1, but the torques do not change: M and V are known up to a factor\n");
+    if (s.p.scale.m != 1) printf("unit of inertia: %.3g\n", (double)s.p.scale.m);
+    free(some.start);
 }
 
 /* The POD, then the chart; or the packed weights that the user names. */
@@ -1049,7 +1077,7 @@ static void start(void)
 {
     static M(start) scratch;
     static unsigned char bytes[M(packed_size) + 1]; /* of a longer file, too many */
-    s.seed = (uint64_t)set("seed"), s.of_qdd = 1, s.of_force = (roln_real)set("force");
+    s.seed = (uint64_t)set("seed");
     if (M(init_pod)(&s.p, d.first[train], d.q, d.qd, s.qbar, &s.seed, &scratch.init_pod) != ROLN_OK)
         fail("no start from this data; possible cause: it does not move, or its numbers are too large\n"
              "hint: look at q1 .. q%d in %s",
@@ -1068,8 +1096,8 @@ static void start(void)
         fclose(f);
     } else {
         fit_chart();
-        if (starts_there() && start_at_baseline()) return;
         if (set("torque") > 0) fit_inertia();
+        start_at_baseline();
     }
 }
 

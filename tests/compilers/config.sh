@@ -203,13 +203,13 @@ try - 'AE=4, 2' 'MLP=8' 'QUANTISE=full' 'DOUBLE=1'
 try stored_weights_need_float 'AE=4, 2' 'MLP=8' 'QUANTISE=int8' 'DOUBLE=1'
 try ROLNI_BITS_int4 'AE=4, 2' 'MLP=8' 'QUANTISE=int4'
 for store in full half int8; do
-    for verb in init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step; do
+    for verb in init init_pod grad grad_acc update variance fit_inertia force_variance errors decode rows newton_step; do
         case $store.$verb in full.* | *.errors | *.decode) continue ;; esac
         { model m 'AE=4, 2' 'MLP=8' "QUANTISE=$store" 'GN_ROWS=9'; echo "typedef char it[sizeof(&m_$verb)];"; } > $dir/it
         ask "m_$verb" "ROLN_QUANTISE $store, m_$verb"
     done
     case $store in
-    full) verbs='init init_pod grad grad_acc update variance fit_inertia errors decode rows newton_step' ;;
+    full) verbs='init init_pod grad grad_acc update variance fit_inertia force_variance errors decode rows newton_step' ;;
     *) verbs='errors decode' ;;
     esac
     try - 'AE=4, 2' 'MLP=8' "QUANTISE=$store" 'GN_ROWS=9'

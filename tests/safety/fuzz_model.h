@@ -552,6 +552,7 @@ static void M(call_train)(int which)
     static M(start) start;
     static struct { M(params) p; roln_real qbar[M(N)]; } pod;
     roln_loss var;
+    roln_real forces[M(n)];
     roln_status st;
     switch (which) {
     case 0:
@@ -561,6 +562,8 @@ static void M(call_train)(int which)
     case 1:
         fuzz_keep(&M(p), sizeof M(p)), fuzz_call(), st = M(fit_inertia)(&M(p), &b, &M(t).fit_inertia);
         CLAIM(st == ROLN_OK ? roln_finite(M(p).scale.m) && M(p).scale.m > 0 : fuzz_kept(&M(p), sizeof M(p)));
+        memset(&forces, 0, sizeof forces), fuzz_keep(&forces, sizeof forces);
+        fuzz_judge(M(force_variance)(&M(p), &b, forces, &M(t).force_variance), &forces, sizeof forces);
         break;
     case 2: /* a gradient that is not finite is not looked for, the update refuses it; a block of windows that fails adds nothing */
         fuzz_keep(&M(gr), sizeof M(gr)), fuzz_call(), st = M(grad)(&M(p), wt, &b, dt, &M(gr), &M(t).grad);

@@ -50,10 +50,6 @@ BOUNDED = {
     "rolni_lbfgs_search": [
         (";;", "at most two passes: the second has no pairs, and returns"),
     ],
-    "NAME_fit_inertia": [
-        ("; ratio > 32; ratio /= 1024", "ratio < 1e18, by 1024: six passes"),
-        ("; ratio < ROLN_C(0.03125); ratio *= 1024", "ratio > 1e-18: six passes"),
-    ],
     "NAME_grad_acc": [
         ("; part.w0 < b->count && st == ROLN_OK; part.w0 += part.nb",
          "part.nb is ROLN_BLOCK, at least 1, or what is left"),

@@ -108,7 +108,7 @@ typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
     X(of, work, dynamics) X(of, work, inverse) X(of, work, inertia) X(of, work, control) X(of, work, allocate) X(of, work, gains) \
     X(of, work, guard_tick) X(of, work, tick) X(of, work, fit_range) X(of, train, fit_limits) X(of, train, fit_noise) \
     X(of, train, grad) X(of, train, grad_acc) X(of, train, update) X(of, train, variance) X(of, train, fit_inertia) \
-    X(of, train, errors) X(of, start, init)
+    X(of, train, force_variance) X(of, train, errors) X(of, start, init)
 #define CALLED_ALONE(X, of) X(of, linear) X(of, lqr) X(of, lqr_along) X(of, filter_tick)
 #define CALLED_PLANS(X, of) X(of, plan_next) X(of, plan_linear)
 #define NUMBERS_OF(type, member) ((int)(sizeof(((type *)0)->member) / sizeof(roln_real)))
@@ -176,6 +176,7 @@ struct model_of {
     roln_status (*fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, void *work);
     roln_status (*variance)(const instance *m, const roln_batch *b, roln_loss *var, void *work);
     roln_status (*fit_inertia)(const instance *m, const roln_batch *b, roln_real *scale_m, void *work);
+    roln_status (*force_variance)(const instance *m, const roln_batch *b, roln_real *variance, void *work);
     /* g: NAME_gradient, numbers only: theta [params], roln_loss, windows, and as many again */
     roln_status (*grad)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, void *g, void *work);
     roln_status (*grad_acc)(const instance *m, const roln_loss *weights, const roln_batch *b, void *g, void *work);
@@ -598,6 +599,12 @@ ROLN_FN roln_status C_(c_fit_inertia)(const instance *m, const roln_batch *b, ro
     const roln_status st = C_(fit_inertia)(&p, b, (C_(fit_inertia_work) *)work);
     if (st == ROLN_OK || memcmp(&p.scale, m->scale, sizeof p.scale) != 0) *scale_m = p.scale.m; /* that is, if it was written */
     return st;
+}
+
+ROLN_FN roln_status C_(c_force_variance)(const instance *m, const roln_batch *b, roln_real *variance, void *work)
+{
+    const C_(params) p = C_(c_params)(m);
+    return C_(force_variance)(&p, b, variance, (C_(force_variance_work) *)work);
 }
 
 ROLN_FN roln_status C_(c_grad)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, void *g, void *work)

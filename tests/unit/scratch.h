@@ -18,8 +18,9 @@ static scratch_sizes used; /* the most of its scratch that any call of a functio
 /* Numbers that no call writes: two, for rounding of sizes, but for what is said here. */
 ROLN_FN int unwritten(int k, const char *function)
 {
-    /* arrays of no numbers have one each: those of the force on a model without an autoencoder */
-    if (models[k]->md->ae.layers == 0 && strcmp(function, "fit_inertia") == 0) return 3;
+    /* arrays of no numbers have one each: those of the force on a model without an autoencoder; sums in double are aligned */
+    if (models[k]->md->ae.layers == 0 && (strcmp(function, "fit_inertia") == 0 || strcmp(function, "force_variance") == 0))
+        return 4;
     if (models[k]->md->ae.layers == 0 && strcmp(function, "reduce") == 0) return 4;
     /* it has the scratch of a tick, and of a load it needs less */
     if (models[k]->load && strcmp(function, "fit_noise") == 0) return 16;

@@ -15,8 +15,8 @@
 #undef CALLED
 #define CALLED(X) \
     X(encode) \
-    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(errors) X(grad) \
-        X(grad_acc)
+    X(encode_reference) X(decode) X(step) X(reduce) X(dynamics) X(fit_range) X(variance) X(fit_inertia) X(force_variance) \
+        X(errors) X(grad) X(grad_acc)
 #include "small.h"
 
 #define ONE(name) one_##name##_called
@@ -131,12 +131,14 @@ static void test_variance(int k)
 
 /* ---- unit of inertia -------------------------------------------------------------------------- */
 
-/* rms tau_z / rms zdd, tau_z = J^T tau, in J s^2; with inputs u in place of it. */
-static ld slow_ratio(int k, const instance *m, const data *d)
+/* Forces tau_z [n] = J^T tau, or u [inputs], in J or its own unit, and zdd [n] behind them: their variances over the windows.
+   Returns how many forces there are. */
+static int slow_forces(int k, const instance *m, const data *d, ld *var)
 {
-    const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = m->of->md->inputs;
-    ld force = 0, motion = 0;
+    const int N = N_OF(k), n = n_OF(k), F = F_OF(k), inputs = m->of->md->inputs, forces = inputs ? inputs : n;
+    static roln_real x[2 * MAXN][8];
     int w, i;
+    CHECK(d->b.count <= 8);
     for (w = 0; w < d->b.count; w++) {
         const int at = first_of(&d->b, w);
         const roln_real *tau = d->b.tau + at * F;
@@ -144,46 +146,81 @@ static ld slow_ratio(int k, const instance *m, const data *d)
         CHECK_OK(
             m->of->encode_reference(m, d->b.q + at * N, d->b.qd + at * N, d->b.qdd + at * N, z, zd, zdd, ROOM(encode_reference)));
         CHECK_OK(m->of->reduce(m, z, tau, tau_z, ROOM(reduce)));
-        for (i = 0; i < (inputs ? inputs : n); i++) {
-            const ld f = inputs ? (ld)tau[i] * (ld)m->scale->q : (ld)tau_z[i];
-            force += f * f;
-        }
+        for (i = 0; i < forces; i++)
+            x[i][w] = inputs ? tau[i] * m->scale->q : tau_z[i];
         for (i = 0; i < n; i++)
-            motion += (ld)zdd[i] * (ld)zdd[i];
+            x[forces + i][w] = zdd[i];
     }
-    return sqrtl(force / motion);
+    for (i = 0; i < forces + n; i++) {
+        ld mean = 0;
+        for (w = 0, var[i] = 0; w < d->b.count; w++)
+            mean += (ld)x[i][w] / d->b.count;
+        for (w = 0; w < d->b.count; w++)
+            var[i] += ((ld)x[i][w] - mean) * ((ld)x[i][w] - mean) / d->b.count;
+    }
+    return forces;
 }
 
-/* Torques a thousand times as large: a unit a thousand times as large. All that training sees stays as it was (check_units). */
+/* The unit of inertia: the geometric mean of deviation of tau_z over that of zdd; of a model with inputs, that of all together. */
+static ld slow_inertia(int k, const instance *m, const data *d)
+{
+    ld var[3 * MAXN], logs = 0, force = 0, motion = 0;
+    const int n = n_OF(k), forces = slow_forces(k, m, d, var);
+    int i, count = 0;
+    for (i = 0; i < forces; i++)
+        force += var[i];
+    for (i = 0; i < n; i++)
+        motion += var[forces + i];
+    if (m->of->md->inputs) return sqrtl(force / motion);
+    for (i = 0; i < n; i++)
+        if (var[i] > 0) logs += logl(var[i] / var[n + i]) / 2, count++;
+    return expl(logs / count);
+}
+
+static void scale_forces(const data *was, roln_real by, data *to)
+{
+    int i;
+    *to = *was, to->b.q = to->q, to->b.qd = to->qd, to->b.qdd = to->qdd, to->b.tau = to->tau;
+    if (was->b.start) to->b.start = to->start;
+    for (i = 0; i < MAXD; i++)
+        to->tau[i] *= by;
+}
+
+/* Forces in any unit give the unit of inertia in it: to the bit if units differ by a power of two, else up to rounding. */
 static void test_fit_inertia(int k)
 {
     static data d, was;
     static roln_real theta[MAXP];
     const instance m = trained(models[k], scale_of(k), theta);
-    const roln_real odd[3] = {(roln_real)NAN, (roln_real)INFINITY, 0};
-    roln_real unit_of_it = 7, large, x = 1;
+    const roln_real odd[4] = {(roln_real)NAN, (roln_real)INFINITY, 0, 3};
+    roln_real unit_of_it = 7, first = 7, x;
     uint64_t s = 130 + (uint64_t)k;
-    ld ratio;
+    ld want;
     int power, i;
     parameters(k, &s, theta);
-    make(k, ACC, 3, &s, &was);
-    ratio = slow_ratio(k, &m, &was);
-    for (power = -4; power <= 4; power++) {
-        d = was, d.b.q = d.q, d.b.qd = d.qd, d.b.qdd = d.qdd, d.b.tau = d.tau;
-        large = (roln_real)powl(1024, power);
-        for (i = 0; i < MAXD; i++)
-            d.tau[i] *= large;
+    make(k, ACC, 5, &s, &was);
+    want = slow_inertia(k, &m, &was);
+    CHECK_OK(m.of->fit_inertia(&m, &was.b, &first, ROOM(fit_inertia)));
+    ROOM_KEPT();
+    BOUND("unit of inertia, eps", fabsl((ld)first / want - 1) / EPS, 4);
+    for (power = -23; power <= 23; power++) {
+        scale_forces(&was, (roln_real)ldexp(1, power), &d);
         CHECK_OK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
-        ROOM_KEPT();
-        CHECK(fabsl(log2l(ratio * (ld)large / (ld)unit_of_it)) <= 5 * (1 + 20 * EPS));
-        x = power == -4 ? unit_of_it : x * 1024;
-        CHECK(all(1, &unit_of_it, x) && fabsl(log2l((ld)x) / 10 - roundl(log2l((ld)x) / 10)) < 1e-9L);
+        x = (roln_real)ldexp((double)first, power);
+        CHECK(all(1, &unit_of_it, x));
     }
-    for (i = 0; i < 3; i++) { /* no torque, none that is a number */
+    for (power = -6; power <= 6; power++) {
+        scale_forces(&was, (roln_real)powl(10, power), &d);
+        CHECK_OK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
+        BOUND("unit of inertia, powers of ten, eps", fabsl((ld)unit_of_it / (want * powl(10, power)) - 1) / EPS, 8);
+    }
+    x = unit_of_it;
+    for (i = 0; i < 4; i++) { /* no torque, none that is a number, none that changes on a model whose joints are its coordinates */
         fill(MAXD, odd[i], d.tau);
+        if (i == 3 && models[k]->md->ae.layers > 0) continue;
         CHECK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE && all(1, &unit_of_it, x));
     }
-    d = was, d.b.q = d.q, d.b.qd = d.qd, d.b.qdd = d.qdd, d.b.tau = d.tau;
+    scale_forces(&was, 1, &d);
     d.q[first_of(&d.b, 0) * N_OF(k)] = (roln_real)NAN;
     CHECK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE);
     for (i = 0; i < 4; i++) {
@@ -195,11 +232,56 @@ static void test_fit_inertia(int k)
         CHECK(m.of->fit_inertia(&m, &b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_LENGTH);
     }
     CHECK(all(1, &unit_of_it, x));
-    was.b.count = 1; /* a window, its first sample: what comes behind it does not count */
+    was.b.count = 2; /* windows, their first samples: what comes behind does not count */
     CHECK_OK(m.of->fit_inertia(&m, &was.b, &x, ROOM(fit_inertia)));
     for (i = 0; i < MAXD; i++)
-        if (i / F_OF(k) != first_of(&was.b, 0)) was.tau[i] = (roln_real)NAN;
+        if (i / F_OF(k) != first_of(&was.b, 0) && i / F_OF(k) != first_of(&was.b, 1)) was.tau[i] = (roln_real)NAN;
     CHECK(m.of->fit_inertia(&m, &was.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_OK && all(1, &unit_of_it, x));
+}
+
+/* Variances of forces, in units of the networks, against a slow count; of joints without a motor, or at rest; statuses. */
+static void test_force_variance(int k)
+{
+    static data d;
+    static roln_real theta[MAXP];
+    const instance m = trained(models[k], scale_of(k), theta);
+    const int n = n_OF(k), F = F_OF(k), plain = models[k]->md->ae.layers == 0;
+    const ld t = (ld)m.scale->t, by = t * t / (ld)m.scale->m;
+    roln_real got[MAXN], was[MAXN];
+    ld var[3 * MAXN];
+    uint64_t s = 140 + (uint64_t)k;
+    int i, j;
+    parameters(k, &s, theta);
+    make(k, ACC, 5, &s, &d);
+    fill(MAXN, 7, got);
+    if (m.of->md->inputs > 0) {
+        CHECK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)) == ROLN_E_SHAPE && all(MAXN, got, 7));
+        return;
+    }
+    (void)slow_forces(k, &m, &d, var);
+    CHECK_OK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)));
+    ROOM_KEPT();
+    for (i = 0; i < n; i++)
+        BOUND("variance of forces, eps", fabsl((ld)got[i] / (var[i] * by * by) - 1) / EPS, 10);
+    CHECK(all(MAXN - n, got + n, 7));
+    memcpy(was, got, sizeof was);
+    if (plain && n > 1) {
+        for (j = 0; j < MAXD / F; j++)
+            d.tau[j * F] = 3; /* a motor that never changes: as if M = I */
+        CHECK_OK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)));
+        BOUND("variance of forces, no motor, eps", fabsl((ld)got[0] / (var[n] * t * t * t * t) - 1) / EPS, 10);
+        CHECK(same(n - 1, got + 1, was + 1));
+        for (j = 0; j < MAXD / N_OF(k); j++)
+            d.qdd[j * N_OF(k)] = 0;
+        CHECK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)) == ROLN_OK && all(1, got, 1));
+    }
+    memcpy(was, got, sizeof was);
+    fill(MAXD, 0, d.tau);
+    CHECK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)) == ROLN_E_NOT_FINITE);
+    d.tau[first_of(&d.b, 1) * F] = (roln_real)NAN;
+    CHECK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)) == ROLN_E_NOT_FINITE);
+    d.b.tau = NULL;
+    CHECK(m.of->force_variance(&m, &d.b, got, ROOM(force_variance)) == ROLN_E_LENGTH && same(MAXN, got, was));
 }
 
 /* ---- roll-outs -------------------------------------------------------------------------------- */
@@ -445,6 +527,7 @@ void TEST_NAME(measures)(void)
     for (k = 0; k < MODELS; k++) {
         test_variance(k);
         test_fit_inertia(k);
+        test_force_variance(k);
         test_errors(k);
     }
     test_variance_units();

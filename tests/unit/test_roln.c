@@ -151,6 +151,7 @@ static void test_arguments(void)
     CHECK(plain_grad_acc(&p, &acc_weights, &d.b, &g, &train.grad_acc) == ROLN_E_SHAPE);
     CHECK(plain_variance(&p, &d.b, &var.loss, &train.variance) == ROLN_E_SHAPE);
     CHECK(plain_fit_inertia(&p, &d.b, &train.fit_inertia) == ROLN_E_SHAPE);
+    CHECK(plain_force_variance(&p, &d.b, u, &train.force_variance) == ROLN_E_SHAPE);
     CHECK(plain_errors(&p, &d.b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_SHAPE);
     p.slope *= 2;
     for (i = 0; i < 5; i++) {
@@ -160,6 +161,7 @@ static void test_arguments(void)
         CHECK(plain_grad_acc(&p, &acc_weights, &b, &g, &train.grad_acc) == ROLN_E_LENGTH);
         CHECK(plain_variance(&p, &b, &var.loss, &train.variance) == ROLN_E_LENGTH);
         CHECK(plain_fit_inertia(&p, &b, &train.fit_inertia) == ROLN_E_LENGTH);
+        CHECK(plain_force_variance(&p, &b, u, &train.force_variance) == ROLN_E_LENGTH);
         CHECK(plain_errors(&p, &b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_LENGTH);
         b.qd = NULL;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train.grad) == ROLN_E_LENGTH);

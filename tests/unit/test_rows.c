@@ -320,7 +320,7 @@ static void test_signs(void)
     roln_real a[n], b[n], left[n], right[n], ga[n], gb[n], r = 1, sum = 7;
     const roln_real f = ROLN_C(0.25), weight = 4; /* sqrt(f weight) = 1 */
     uint64_t s = 31, signs;
-    const roln_gradient g = {NULL, NULL, NULL, NULL, &signs, &r, NULL};
+    const roln_gradient g = {NULL, NULL, NULL, NULL, &signs, &r, NULL, NULL};
     ld want = 1;
     int i, up[3] = {0, 0, 0}, alike[2] = {0, 0};
     dyadic(n, 1, &s, a), dyadic(n, 1, &s, b), dyadic(n, 1, &s, left), dyadic(n, 1, &s, right);
@@ -344,6 +344,63 @@ static void test_signs(void)
     CHECK(signs == 5 && all(1, &r, 1));
 }
 
+/* Rows whose forces are divided by their deviation. The row with variances v of two coordinates is A / sqrt(v_0) + B / sqrt(v_1): A
+   and B follow from powers of two, exactly; then any v. Units six decades apart: the small one is nearly all of the row. */
+enum { FORCES = full_plain_newton_size };
+
+typedef struct {
+    full_plain_params p;
+    full_plain_residuals g;
+    full_plain_rows_work w;
+    data d;
+} force_rows;
+
+/* The row and, behind it, the residual, with variances a, b. */
+static void row_of_forces(force_rows *x, double a, double b, double *row)
+{
+    const roln_loss force = {.force = 4};
+    int i;
+    x->g.seed = 9, x->g.force_variance[0] = (roln_real)a, x->g.force_variance[1] = (roln_real)b;
+    CHECK_OK(full_plain_rows(&x->p, &force, &x->d.b, x->d.h, 0, 0, &x->g, &x->w));
+    for (i = 0; i < FORCES; i++)
+        row[i] = (double)x->g.J[i];
+    row[FORCES] = (double)x->g.r[0];
+}
+
+static void test_force_rows(void)
+{
+    static force_rows x;
+    static double plain[FORCES + 1], one[FORCES + 1], half[FORCES + 1], got[FORCES + 1], up[FORCES + 1], down[FORCES + 1];
+    static const double v[5][2] = {{2, 3}, {1e-6, 1}, {1, 1e-6}, {1e6, 1e-6}, {1e-6, 1e6}};
+    uint64_t s = 77;
+    double top;
+    int k, i;
+    CHECK(full_plain_n == 2);
+    memset(&x.p, 0, sizeof x.p);
+    x.p.slope = full_plain_model.ae.slope, x.p.eigenvalue_floor = full_plain_model.lnn.eigenvalue_floor, x.p.scale = scale;
+    parameters(PLAIN, &s, x.p.theta);
+    make(PLAIN, ACC, 1, &s, &x.d);
+    row_of_forces(&x, 0, 0, plain), row_of_forces(&x, 1, 1, one), row_of_forces(&x, 4, 1, half);
+    CHECK(memcmp(plain, one, sizeof one) == 0); /* a variance of 1 is none, to the bit */
+    for (k = 0; k < 5; k++) {
+        row_of_forces(&x, v[k][0], v[k][1], got);
+        for (i = 0, top = 0; i < FORCES; i++)
+            top = fmax(top, fabs(got[i]));
+        for (i = 0; i <= FORCES; i++) {
+            const double A = 2 * (one[i] - half[i]), B = one[i] - A, want = A / sqrt(v[k][0]) + B / sqrt(v[k][1]);
+            BOUND("rows of forces, eps", fabs(got[i] - want) / ((i < FORCES ? top : fabs(got[i])) * (double)EPS), 20);
+        }
+        for (i = 0; i < FORCES && EPS < 1e-10; i++) { /* central differences, in double */
+            const roln_real was = x.p.theta[i], h = ROLN_C(1e-5);
+            if (mate(PLAIN, i) != i) continue;
+            x.p.theta[i] = was + h, row_of_forces(&x, v[k][0], v[k][1], up);
+            x.p.theta[i] = was - h, row_of_forces(&x, v[k][0], v[k][1], down);
+            x.p.theta[i] = was;
+            BOUND("rows of forces, differences", fabs(got[i] + (up[FORCES] - down[FORCES]) / (2 * (double)h)) / top, 1e-8);
+        }
+    }
+}
+
 void TEST_NAME(rows)(void)
 {
     int k, kind;
@@ -351,5 +408,6 @@ void TEST_NAME(rows)(void)
         for (kind = 0; kind < KINDS; kind++)
             test_model(k, kind);
     test_signs();
+    test_force_rows();
     print_bounds();
 }

@@ -294,7 +294,7 @@ static void call_all(calls *c)
         arm_latent z[3];
         arm_state full;
         arm_target r;
-        roln_real tau_z[2], tau[6], u[2], y[6];
+        roln_real tau_z[2], tau[6], u[2], y[6], forces[2];
         arm_equation e;
         arm_jacobian j;
         arm_params p;
@@ -331,6 +331,7 @@ static void call_all(calls *c)
     CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train.errors));
     CALL(arm_variance(&p, &b, &o.var, &train.variance));
     CALL(arm_fit_inertia(&o.p, &b, &train.fit_inertia));
+    CALL(arm_force_variance(&p, &b, o.forces, &train.force_variance));
     CALL(arm_grad(&p, &weights, &b, limits.dt, &o.g1, &train.grad));
     CALL(arm_grad_acc(&p, &weights, &b, &o.g2, &train.grad_acc));
     CALL(arm_update(&o.p, &opt, &o.o, &o.g1, &train.update));

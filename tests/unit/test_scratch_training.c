@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Scratch of training is exact: the hungriest call of every function writes all of the scratch that its type declares. */
-#define CALLED(X) X(fit_limits) X(fit_noise) X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc)
+#define CALLED(X) X(fit_limits) X(fit_noise) X(variance) X(fit_inertia) X(force_variance) X(errors) X(grad) X(grad_acc)
 #include "small.h"
 #include "scratch.h"
 #include "samples.h"
@@ -31,7 +31,7 @@ static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s
     const int block = models[k]->block;
     const roln_moments moments = {m1, v, v_max};
     roln_adam adam = {0, 0, 0};
-    roln_real qbar[MAXN] = {0}, unit_of_it;
+    roln_real qbar[MAXN] = {0}, unit_of_it, forces[MAXN];
     roln_error e[MAXE];
     roln_loss var;
     int kind, force, i;
@@ -45,21 +45,21 @@ static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s
             if (!force) d.b.tau = NULL;
             if (is_acc(kind)) USE(grad_acc, m->of->grad_acc(m, &weights.loss, &d.b, g, work));
             else USE(grad, m->of->grad(m, &weights.loss, &d.b, d.h, g, work));
-            if (block > 1 || kind != VAR) USE(variance, block > 1 ? m->of->variance(m, &d.b, &var, work) : ROLN_OK);
-            if (kind == ACC && force) USE(fit_inertia, m->of->fit_inertia(m, &d.b, &unit_of_it, work));
+            if (block > 1) USE(variance, m->of->variance(m, &d.b, &var, work));
             if (kind == ODE) USE(errors, m->of->errors(m, &d.b, d.h, 1, qbar, e, NULL, work));
         }
-    if (block == 1) { /* of more than one window */
-        make(k, ACC, 4, s, &d);
-        USE(variance, m->of->variance(m, &d.b, &var, work));
-    }
+    make(k, ACC, 4, s, &d); /* of more than one window */
+    USE(variance, m->of->variance(m, &d.b, &var, work));
+    USE(fit_inertia, m->of->fit_inertia(m, &d.b, &unit_of_it, work));
+    used.force_variance = used.fit_inertia; /* a model with inputs has none */
+    if (m->of->md->inputs == 0) USE(force_variance, m->of->force_variance(m, &d.b, forces, work));
     USE(update, roln_adam_update(models[k]->blocks, models[k]->table, &adam_options, 1 / g[models[k]->params + TERMS], g, theta,
                                  &adam, &moments, work));
     USE(init, roln_ae_init(&m->of->md->ae, theta, s, work));
 }
 
 #define TRAINS(X) \
-    X(fit_limits) X(fit_noise) X(variance) X(fit_inertia) X(errors) X(grad) X(grad_acc) X(update) X(init)
+    X(fit_limits) X(fit_noise) X(variance) X(fit_inertia) X(force_variance) X(errors) X(grad) X(grad_acc) X(update) X(init)
 
 void TEST_NAME(scratch_training)(void)
 {

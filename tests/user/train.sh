@@ -48,8 +48,8 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-keys='out t q qd tau dt delay filter test from method start sliders seed seconds steps held look window torque force noise smooth ae
-      acc lr_ae lr_net threads resume'
+keys='out t q qd tau dt delay filter test from method start sliders seed seconds steps held look window torque force inertia noise
+      smooth ae acc lr_ae lr_net threads resume'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -485,9 +485,9 @@ done
 # the regression beside it: M is 1, friction 0.1, gravity 9.81, and the networks may begin there
 check 'regression' awk '/^ joint   rms tau     error/ { getline; ok = $4 < 0.5 && $5 > 0.99 && $5 < 1.01 }
         END { exit !ok }' $dir/motor.log
+check 'a regression changes no weight' sh -c "! grep 'begin at the regression' $dir/motor.log"
 check 'regression, held out' awk '/^regression on the same/ { ok = $9 < 0.5 && $14 < 0.5 && $20 < 1 }
         END { exit !ok }' $dir/motor.log
-check 'a regression changes no weight' sh -c "! grep 'begin at the regression' $dir/motor.log"
 $dir/motor $dir/motor.csv torque=1 held=0.2 steps=10 start=regression out=$dir/begun > $dir/begun.log 2>&1
 check "networks that begin at the regression: ended with $?" test $? -eq 0
 check 'they do' grep '^networks begin at the regression: M off by [0-9.e-]* %, gravity by 0[.]' $dir/begun.log
@@ -517,6 +517,45 @@ check 'stops by itself: a short memory gains nothing either' grep 'with a memory
 check 'stops by itself: the best step' awk '/ E_q\(/ { for (i = 1; i < NF; i++) if ($i == "typical") { e[$1] = $(i + 1) + 0
         if (n++ == 0 || e[$1] < best) best = e[$1] } } /^wrote/ { got = $NF }
     END { exit !(n > 5 && got in e && e[got] < best + 0.0011) }' $dir/b.log
+
+# the unit of torques: a power of two changes no digit of the table, a power of ten the third one at most; 50,000 steps of Adam in
+# float make more of rounding where networks begin at the regression
+for start in regression random; do
+    for by in 1 1048576 1e-6 1e-3 1e3 1e6; do
+        awk -F, -v OFS=, -v by=$by 'NF > 3 { $4 = sprintf("%.17g", $4 * by) } 1' $dir/motor.csv > $dir/unit.csv
+        $dir/motor $dir/unit.csv torque=1 held=0.2 steps=4 start=$start out=$dir/unit > $dir/unit.log 2>&1
+        mv $dir/unit_errors.csv $dir/unit_$by.csv
+    done
+    check "start=$start, torques times 2^20" cmp $dir/unit_1.csv $dir/unit_1048576.csv
+    bound=$([ $start = random ] && echo 1e-3 || echo 5e-3)
+    for by in 1e-6 1e-3 1e3 1e6; do
+        check "start=$start, torques times $by" awk -F, -v e=$bound '
+            NR == FNR { q[FNR] = $3; qd[FNR] = $5; next }
+            FNR > 1 { n++; bad += ($3 - q[FNR]) ^ 2 > (e * q[FNR]) ^ 2 || ($5 - qd[FNR]) ^ 2 > (e * qd[FNR]) ^ 2 }
+            END { exit !(n > 5 && bad == 0) }' $dir/unit_1.csv $dir/unit_$by.csv
+    done
+done
+
+# torques with noise as large as those of acceleration: after 20 ms no model is better than q + h qd by half, later it is by far; a
+# model that is worse than the regression is none
+awk 'BEGIN {
+    for (k = 0; k < 10; k++) {
+        for (i = 0; i < 400; i++) {
+            t = 0.02 * i; w = 0.6 + 0.05 * k
+            a = 0.6 * sin(w * t + k) + 0.3 * sin(1.3 * w * t + 2 * k)
+            c = 0.6 * w * cos(w * t + k) + 0.39 * w * cos(1.3 * w * t + 2 * k)
+            b = -0.6 * w * w * sin(w * t + k) - 0.507 * w * w * sin(1.3 * w * t + 2 * k)
+            noise = sin(17.3 * t + 5 * k * k) + sin(26.1 * t + k * k)
+            printf "%.9g,%.9g,%.9g,%.9g\n", t, a, c, b + 9.81 * sin(a) + 0.1 * c + 0.2 * noise
+        }
+        print ""
+    } }' > $dir/noisy.csv
+$dir/motor $dir/noisy.csv torque=1 held=0.2 steps=8 start=regression out=$dir/noisy > $dir/noisy.log 2>&1
+check "noise of torques: ended with $?" test $? -eq 0
+check 'noise of torques: it hides the model after 20 ms' awk -F, '$2 == 20 { near = $3 > 0.5 * $(NF - 2) && $(NF - 1) } $2 == 1000 {
+        far = $3 < 0.2 * $(NF - 2) } END { exit !(near && far) }' $dir/noisy_errors.csv
+check 'noise of torques, and a bad model' ends 3 'more than 1/2 of the error of' \
+    $dir/motor $dir/noisy.csv torque=1 held=0.2 steps=1 window=0 out=$dir/noisy
 
 rm -rf $dir
 echo "$passed passed, $failed failed"
