@@ -103,6 +103,8 @@
 
        NAME_init_pod    scales and weights at the linear optimum (POD) of recorded motion
        NAME_init        random weights
+       NAME_ignore      a coordinate becomes ignorable: M, V and R do not depend on it
+       NAME_ignores     is it?
        NAME_fit_inertia the unit of inertia, where forces are known
        NAME_variance    of the data of each loss term, to weigh the terms by
        NAME_force_variance   of the force on each latent coordinate, to weigh rows by
@@ -5811,6 +5813,22 @@ ROLN_FN roln_status ROLN_(init)(ROLN_(params) *p, uint64_t *seed, ROLN_(init_wor
             each[i] = 1;
     roln_lnn_init(&ROLN_(model).lnn, p->theta + ROLN_(ae_size), seed);
     return roln_ae_init(&ROLN_(model).ae, p->theta, seed, w->work);
+}
+
+/* z_j becomes ignorable (cyclic): M, V and R no longer depend on it, and stay so in training and on the device (roln_lnn_ignore).
+   Without autoencoder it is joint j. Call it between NAME_init or NAME_init_pod and the training. ROLN_E_LENGTH: j is not in
+   0 .. n - 1. */
+ROLN_FN roln_status ROLN_(ignore)(ROLN_(params) *p, int j)
+{
+    if (j < 0 || j >= ROLN_(n)) return ROLN_E_LENGTH;
+    roln_lnn_ignore(&ROLN_(model).lnn, j, p->theta + ROLN_(ae_size));
+    return ROLN_OK;
+}
+
+/* Nonzero if z_j is ignorable; 0 of a j that is not in 0 .. n - 1. */
+ROLN_FN int ROLN_(ignores)(const ROLN_(params) *p, int j)
+{
+    return j >= 0 && j < ROLN_(n) && roln_lnn_ignores(&ROLN_(model).lnn, j, p->theta + ROLN_(ae_size));
 }
 
 /* Linear optimum: scales and the POD autoencoder from the samples q, qd [count][N], random networks, with ROLN_CHART four times as

@@ -363,6 +363,60 @@ ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *th
             nets[k][i] *= factor;
 }
 
+/* Ignorable (cyclic) coordinates z_j: M, V and R do not depend on them, as on the angle about a vertical first axis. In all
+   networks the weights of their inputs in the first layer are exactly 0, those of z_j or of cos z_j and sin z_j. So all derivatives
+   by z_j are exactly 0, and (M zd)_j is conserved where no force and no friction acts on it. Training keeps these weights: the
+   gradient by weights of an input that a network does not see is 0. Random weights are not 0. */
+
+/* Nonzero if all weights of input i of the first layer are 0. */
+ROLN_FN int rolni_unseen(const roln_mlp *f, int i, const roln_real *theta)
+{
+    const roln_real *const w = theta + i * f->size[1];
+    int k;
+    for (k = 0; k < f->size[1]; k++)
+        if (w[k] != 0) return 0;
+    return 1;
+}
+
+/* gtheta of the inputs that a network does not see becomes 0. */
+ROLN_FN void rolni_unseen_bwd(const roln_mlp *f, const roln_real *theta, roln_real *gtheta)
+{
+    int i;
+    for (i = 0; i < f->size[0]; i++)
+        if (rolni_unseen(f, i, theta)) rolni_zero(f->size[1], gtheta + i * f->size[1]);
+}
+
+/* The input of the networks that is sin z_j of an angle, and j of another coordinate. */
+ROLN_FN int rolni_second_input(const roln_lnn *f, int j)
+{
+    int i, at = f->n;
+    for (i = 0; i < j; i++)
+        at += roln_lnn_angle(f, i);
+    return roln_lnn_angle(f, j) ? at : j;
+}
+
+/* z_j becomes ignorable, 0 <= j < n. */
+ROLN_FN void roln_lnn_ignore(const roln_lnn *f, int j, roln_real *theta)
+{
+    roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
+    const int size = f->mass_net.size[1];
+    int k;
+    for (k = 0; k < 2 + f->damping; k++) {
+        rolni_zero(size, nets[k] + j * size);
+        rolni_zero(size, nets[k] + rolni_second_input(f, j) * size);
+    }
+}
+
+/* Nonzero if z_j is ignorable, 0 <= j < n. */
+ROLN_FN int roln_lnn_ignores(const roln_lnn *f, int j, const roln_real *theta)
+{
+    const roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
+    int k, unseen = 1;
+    for (k = 0; k < 2 + f->damping; k++)
+        unseen = unseen && rolni_unseen(&f->mass_net, j, nets[k]) && rolni_unseen(&f->mass_net, rolni_second_input(f, j), nets[k]);
+    return unseen;
+}
+
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
 ROLN_FN int rolni_formed(const roln_lnn *f)
 {
@@ -1349,8 +1403,9 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
     roln_mlp_bwd(&f->mass_net, 1 + k, nb, theta, plane, t->mass_slope, gu, gy, gtheta, work);
 }
 
-/* One sweep back: the gradient of S. Adds to gz, gzd [nb][n], beside what the pairs add, and to gtheta. Each may be NULL, but gzd
-   with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2, with less for k = 0, 1. */
+/* One sweep back: the gradient of S. Adds to gz, gzd [nb][n], beside what the pairs add, and to gtheta, where weights of inputs
+   that a network does not see get 0. Each may be NULL, but gzd with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2,
+   with less for k = 0, 1. */
 #define ROLNI_ADJOINT_MEM(X, S, k, nb) \
     X(gx, (1 + (k)) * (nb) * S(n)) X(gy, (1 + (k)) * (nb) * S(cossin)) X(ya, ((k) > 0) * (nb) * S(cossin))
 #define ROLNI_ADJOINT_WORK(S, k, nb) \
@@ -1377,6 +1432,11 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
         rolni_friction_bwd(n, nb, theta + rolni_friction_at(f), &t, of->a, k == 2 ? gx + 2 * nb * n : gzd,
                            gtheta ? gtheta + rolni_friction_at(f) : NULL);
     if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
+    if (gtheta) {
+        rolni_unseen_bwd(&f->mass_net, theta, gtheta);
+        if (k > 0) rolni_unseen_bwd(&f->potential_net, theta + rolni_potential_at(f), gtheta + rolni_potential_at(f));
+        if (k > 0 && f->damping) rolni_unseen_bwd(&f->damper_net, theta + rolni_damper_at(f), gtheta + rolni_damper_at(f));
+    }
     for (i = 0; gz && i < nb * n; i++)
         gz[i] += gx[i];
     for (i = 0; gzd && k == 2 && i < nb * n; i++)

@@ -35,20 +35,33 @@ static regression_source source_of(motion *m, int from, int to)
     return x;
 }
 
-/* A full turn of each joint; 0 of those that sliders= names. */
-static void read_turns(double *turn)
+/* named[j] = 1 of the joints of a list, 1,3. */
+static void read_joints(int word, char *named)
 {
-    const char *text = words[SLIDERS].value;
-    int j;
-    for (j = 0; j < (int)M(N); j++)
-        turn[j] = 2 * acos(-1.0);
+    const char *text = words[word].value;
+    memset(named, 0, M(N));
     while (text && *text) {
         char *end;
         const long k = strtol(text, &end, 10);
         if (end == text || k < 1 || k > (int)M(N) || (*end && *end != ','))
-            fail("sliders=%s: numbers of joints, 1 .. %d, apart by commas", words[SLIDERS].value, (int)M(N));
-        turn[k - 1] = 0, text = end + (*end == ',');
+            fail("%s=%s: numbers of joints, 1 .. %d, apart by commas", words[word].key, words[word].value, (int)M(N));
+        named[k - 1] = 1, text = end + (*end == ',');
     }
+}
+
+/* A full turn of each joint; 0 of those that sliders= names. */
+static void read_turns(double *turn)
+{
+    char slider[M(N)];
+    int j;
+    read_joints(SLIDERS, slider);
+    for (j = 0; j < (int)M(N); j++)
+        turn[j] = slider[j] ? 0 : 2 * acos(-1.0);
+}
+
+static int ignores_found(void)
+{
+    return strcmp(words[IGNORE].value, "auto") == 0;
 }
 
 /* Nonzero if networks are to begin at the regression. */
@@ -60,7 +73,12 @@ static int starts_there(void)
 static void check_start(void)
 {
     double turn[M(N)];
+    char named[M(N)];
     read_turns(turn);
+    if (!ignores_found() && strcmp(words[IGNORE].value, "none") != 0) {
+        read_joints(IGNORE, named);
+        if (!JOINTS) fail("ignore=%s is for models whose coordinates are the joints\nhint: leave it out", words[IGNORE].value);
+    }
     if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0) fail("start=%s: random or regression", words[BEGIN].value);
     if (!starts_there()) return;
     if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
@@ -86,6 +104,28 @@ static void fit_baseline(void)
     if (fitted) regression_tell(&baseline, stdout), printf("regression: %.1f s\n", now() - from);
     else printf("no regression: %s\n", regression_status_text(st));
     fflush(stdout);
+}
+
+/* 1 of a joint that moves, and on which M and V of the regression do not depend. */
+static char ignorable(int j)
+{
+    return fitted && (baseline.shape.unused & ~baseline.still) >> j & 1;
+}
+
+/* Coordinates become ignorable: those of ignore=, or those that the regression has left out if the networks begin there. */
+static void leave_out(void)
+{
+    char named[M(N)] = {0};
+    int j;
+    if (!ignores_found() && strcmp(words[IGNORE].value, "none") != 0) read_joints(IGNORE, named);
+    for (j = 0; j < (int)M(N) && ignores_found() && starts_there(); j++)
+        named[j] = ignorable(j);
+    for (j = 0; j < (int)M(N); j++)
+        if (named[j]) (void)M(ignore)(&s.p, j);
+    for (j = 0; j < (int)M(N) && JOINTS; j++)
+        if (M(ignores)(&s.p, j)) printf("joint %d: left out of M and V of the model\n", j + 1);
+        else if (ignores_found() && ignorable(j))
+            printf("hint: ignore=%d leaves joint %d out of M and V of the model\n", j + 1, j + 1);
 }
 
 /* Its errors after so many samples, in at most 40,000 steps. */

@@ -12,7 +12,8 @@
    - Rows are divided by the rms torque of their joint, columns by their norm. Units of q, t and tau make no difference.
    - The normal equations are summed sample by sample, in four folds. Cross-validation over the folds chooses degrees and ridge.
    - Chain order: M_ij of a serial chain does not depend on joints 0 .. i, i <= j. It is used where the error does not grow.
-   - A joint on which M and V need not depend is left out of them: a vertical first axis, say.
+   - A joint on which M and V need not depend is left out of them: a vertical first axis, say. Its test: in cross-validation the
+     torque error without it is larger by 0.001 % of the torque at most.
    - M is positive definite at samples and at random places of their range. ADMM alternates between the regression and the nearest
      matrix M >= diag(floor). One Cholesky factor serves all rounds.
 
@@ -115,6 +116,7 @@ typedef struct {
     double ridge, error;               /* error: rms of (tau_model - tau) / torque in validation, over joints */
     double told;                       /* how many numbers the recordings tell, beside the ridge */
     double error_chain, error_free;    /* errors of a small model with and without chain order */
+    double with[REGRESSION_JOINTS], without[REGRESSION_JOINTS]; /* and with M and V of all joints, and not of this one */
     double inertia[REGRESSION_JOINTS]; /* mean of M_jj; if it is not above its noise, what the noise would hide */
     double floor[REGRESSION_JOINTS];   /* M >= diag(floor) where it was projected */
     double inertial[REGRESSION_JOINTS], noise[REGRESSION_JOINTS]; /* rms of M qdd and of tau_model - tau, in training */
@@ -690,7 +692,7 @@ static int regression_largest(regression *r, regression_shape s, int most)
 }
 
 /* Chain order, which is taken if the error grows by 5 % at most. Then the joints that M and V need not know: without them the error
-   does not grow. Returns 0 if the recordings are too short. */
+   does not grow, but for 1e-5, which integration of recordings without noise may leave. Returns 0 if the recordings are too short. */
 static int regression_structure(regression *r, const regression_source *d)
 {
     enum { MOST = 600 };
@@ -712,7 +714,8 @@ static int regression_structure(regression *r, const regression_source *d)
         for (j = 0; j < r->joints && pass == 1; j++) {
             next = s, next.unused |= 1u << j;
             e = regression_try(r, sums, &next, which, &n, &ridge);
-            if (e <= 1.001 * before + 1e-7) s = next, before = e < before ? e : before;
+            r->with[j] = before, r->without[j] = e;
+            if (e <= before + 1e-5) s = next, before = e < before ? e : before;
         }
         regression_sums_free(sums), free(which);
     }
@@ -1084,7 +1087,9 @@ static void regression_tell(const regression *r, FILE *to)
             fprintf(to, "joint %d: inertial torque %.3g is below its noise %.3g\n", j + 1, r->inertial[j], r->noise[j]);
         if (r->torque[j] > 0 && r->constant >> j & 1) fprintf(to, "joint %d: the torque is constant\n", j + 1);
         if (!(r->torque[j] > 0)) fprintf(to, "joint %d: no torque, so it is taken for a joint without motor\n", j + 1);
-        if (r->shape.unused >> j & 1) fprintf(to, "joint %d: M and V do not depend on its position\n", j + 1);
+        if (r->shape.unused >> j & 1)
+            fprintf(to, "joint %d: M and V do not depend on its position: the torque error is %.3g %% without it, %.3g %% with "
+                        "it\n", j + 1, 100 * r->without[j], 100 * r->with[j]);
     }
     if (r->indefinite > 0) fprintf(to, "M is not positive definite at %d of %d random places\n", r->indefinite, r->places);
 }

@@ -6,7 +6,8 @@
    the regression at samples and at random places of their range:
 
        mass network        U = log(M / unit), mean squares, Riemannian logarithm at the identity
-       potential network   the derivative of V along a random direction, in which each joint counts by its rms torque
+       potential network   the derivative of V along a random direction, in which each joint counts by its rms torque; 0 along an
+                           ignorable coordinate, which the networks do not see
        damper, friction    constants c_j and s_j of the regression; v_j = 0.04 rms speeds
 
    Adam on values that have no noise: 50,000 batches of 64 take 3 s for six joints and networks 16, 16. The model is then positive
@@ -55,6 +56,7 @@ static double start_gradient(const start_target *t, const int *which, roln_real 
         sum += (double)off * (double)off, *norm += t->x_t ? (double)target * (double)target : 1;
     }
     roln_mlp_bwd(t->net, planes, B, t->theta, plane, slope, gy, NULL, g, out + 2 * B * hidden);
+    rolni_unseen_bwd(t->net, t->theta, g);
     return sum;
 }
 
@@ -178,7 +180,8 @@ static int start_targets(const regression *r, const regression_source *of, const
         else of->sample(of->ctx, of->first[0] + (int)(regression_random(&seed) * samples), q, other[0], other[1], other[2]);
         (void)regression_terms(r, q, still, M_, c[0], c[1], c[2], &w);
         for (V_t[i] = 0, j = 0; j < N; j++) {
-            const double u_j = start_unit(p, j), along = (2 * regression_random(&seed) - 1) * r->weight[j] * m / (t * t);
+            const double u_j = start_unit(p, j), random = 2 * regression_random(&seed) - 1;
+            const double along = M(ignores)(p, j) ? 0 : random * r->weight[j] * m / (t * t);
             for (k = 0; k < N; k++)
                 M_[j * N + k] *= u_j * start_unit(p, k) / m;
             z[j] = (roln_real)(q[j] / u_j), direction[j] = (roln_real)(along / u_j);

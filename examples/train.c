@@ -96,9 +96,10 @@ static struct {
     {"method", "newton", "newton or adam"},
     {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
+    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: with start=regression those that it finds"},
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, DELAY, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, DELAY, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -1094,8 +1095,10 @@ static void start(void)
                  : st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config"
                                                                 : "its numbers make no sense");
         fclose(f);
+        leave_out();
     } else {
         fit_chart();
+        leave_out();
         if (set("torque") > 0) fit_inertia();
         start_at_baseline();
     }
@@ -1173,6 +1176,24 @@ static void smooth_positions(motion *m)
     m->reach = fmax(m->reach, half * m->dt);
 }
 
+/* Three joints or more: hinges, by the units of the column map or of the file, that the networks see as numbers. */
+static void tell_hinges(void)
+{
+    unsigned hinges = M(angles);
+    int k;
+    if (!JOINTS || (int)M(N) < 3 || (int)M(N) > ROLN_ANGLES_MAX) return;
+    for (k = 0; k < d.count; k++) {
+        const field *f = &d.fields[k];
+        const int unit = f->kind == OF_Q ? find_unit(OF_Q, f->unit, (int)strlen(f->unit)) : -1;
+        if (unit >= 0 && strcmp(known_units[unit].si, "rad") == 0) hinges |= 1u << f->index;
+    }
+    if (hinges == (unsigned)M(angles)) return;
+    say("hint: these hinges are numbers to the networks; for their cosines and sines: #define ROLN_ANGLES");
+    for (k = 0; k < (int)M(N); k++)
+        say("%s %u", k ? "," : "", hinges >> k & 1);
+    say("\n");
+}
+
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(void)
 {
@@ -1206,6 +1227,7 @@ static void read_all(void)
     say("%d trajectories (%d held out), %d samples of %g s, N = %d, n = %d, %d parameters\n", d.trajectories,
         d.trajectories - train, d.samples, d.dt, (int)M(N), (int)M(n), (int)M(theta_size));
     if (strcmp(words[HELD].value, "none") == 0) say("held=none: errors below are of recordings that are trained with\n");
+    tell_hinges();
     if (d.has_tau && !(set("torque") > 0)) say("columns tau count for nothing without torque=1\n");
 }
 

@@ -336,7 +336,7 @@ ROLN_FN void t_step(int scheme, ld h, const ld *s, ld *sn)
         for (i = 0; i < n; i++) change += fabsl(k[i] - v[i]), v[i] = k[i];
         t_terms(zm, v);
         for (i = 0; i < n; i++) pn[i] = p[i] + h * (tt.kin[i] - tt.g[i] - tt.d[i] + t_tau(zm, NULL, i));
-        if (change < 1e-11L && ++settled == (EPS > 1e-10L ? 1 : 4)) break;
+        if (it > 0 && change < 1e-11L && ++settled == (EPS > 1e-10L ? 1 : 4)) break; /* v and p agree in the first round */
     }
     CHECK(it < 60);
     for (i = 0; i < n; i++) sn[i] = s[i] + h * v[i], sn[n + i] = pn[i];
@@ -538,6 +538,9 @@ ROLN_FN void random_spd(int n, roln_real *X, uint64_t *s)
         }
 }
 
+/* Bit j: weights makes z_j ignorable. */
+static unsigned cyclic;
+
 /* Weights with biases, M well away from P, P and the layers random. */
 ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
 {
@@ -554,6 +557,11 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
         for (j = 0; j < ROLN_TRI(n); j++) CHECK(x[j] == 1), x[j] += ROLN_C(0.2) * roln_normal(s);
         random_spd(n, x + ROLN_TRI(n), s);
     }
+    for (j = 0; j < n; j++) {
+        CHECK(!roln_lnn_ignores(f, j, th));
+        if (cyclic >> j & 1) roln_lnn_ignore(f, j, th);
+    }
+    for (j = 0; j < n; j++) CHECK(roln_lnn_ignores(f, j, th) == (int)(cyclic >> j & 1));
     widen(roln_lnn_params(f), th, m.th);
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Motion of a Lagrangian network (roln_lnn.h): what must hold whatever the weights are. The order of the integrators, the energy
-   over 10,000 steps, its rate, damping and dry friction, whole turns of an angle. */
+   over 10,000 steps, its rate, damping and dry friction, whole turns of an angle, the momentum of an ignorable coordinate. */
 #include "roln_lnn.h"
 #include "network.h"
 
@@ -240,6 +240,96 @@ static void test_turns(uint64_t *seed)
         for (i = VARIANTS; i < TURNING; i++) check_turned(variant(i), turns[rep % 5], seed);
 }
 
+/* p [n] = M zd at s. Returns what rounding of M^-1 p and then of M zd may change, in eps: the sum of the magnitudes of the terms of
+   a p_i, at most, times the condition of M. */
+static ld momenta(const roln_lnn *f, const roln_real *th, const roln_real *s, ld *p, roln_real *tape, roln_real *w)
+{
+    const int n = f->n;
+    roln_real M[MAXN * MAXN];
+    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    ld X[MAXN * MAXN], l[MAXN], top = 0, size, low, high;
+    int i, j;
+    out.M = M;
+    CHECK(roln_lnn_dynamics(f, th, s, &out, tape, w) == ROLN_OK);
+    for (i = 0; i < n; i++) {
+        for (p[i] = size = 0, j = 0; j < n; j++) {
+            const ld term = (ld)M[i * n + j] * (ld)s[n + j];
+            p[i] += term, size += fabsl(term);
+        }
+        top = ROLN_MAX(top, size);
+    }
+    widen(n * n, M, X);
+    t_spectral(LOG, n, X, X, l);
+    for (low = high = l[0], i = 1; i < n; i++) low = ROLN_MIN(low, l[i]), high = ROLN_MAX(high, l[i]);
+    return top * high / low;
+}
+
+/* Without friction the momentum of an ignorable coordinate changes by h tau_j in a step of the midpoint rule, and by 0 without
+   force. That of another coordinate changes in another way. */
+static void check_momenta(const roln_lnn *f, unsigned bits, const roln_real *th, const roln_real *s, roln_real *tau)
+{
+    enum { STEPS = 100 };
+    const roln_real h = ROLN_C(0.015625);
+    roln_real *x = copy(2 * f->n, s), *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
+    ld before[MAXN], after[MAXN], size, now;
+    roln_force force;
+    const roln_system sys = {th, tau ? &force : NULL};
+    int k, j;
+    force.eval = const_eval, force.bwd = NULL, force.jac = NULL, force.ctx = tau;
+    size = momenta(f, th, x, before, tape, w);
+    for (k = 0; k < STEPS; k++) {
+        CHECK(roln_lnn_step(f, &sys, ROLN_MIDPOINT, 0, 1, h, x, x, tape, w) == ROLN_OK);
+        now = momenta(f, th, x, after, tape, w), size = ROLN_MAX(size, now);
+    }
+    for (j = 0; j < f->n; j++) {
+        const ld off = fabsl(after[j] - before[j] - (tau ? STEPS * (ld)h * (ld)tau[j] : 0));
+        if (bits >> j & 1) BOUND("momentum of an ignorable coordinate (eps a step)", off / (size * EPS * STEPS), 4);
+        else CHECK(off > 5e-4L * (fabsl(before[j]) + fabsl(after[j])));
+    }
+}
+
+/* Nothing depends on an ignorable coordinate, to the bit. */
+static void check_cyclic(roln_lnn f, unsigned bits, uint64_t *seed)
+{
+    const int n = f.n, nx = n * n + 3 * n + 2;
+    roln_real *th, *X[2], *s[2], *tau, *tape, *w, *zdd[2];
+    int k, i;
+    cyclic = bits, th = weights(&f, seed), cyclic = 0;
+    s[0] = normal(2 * n, 0.5, seed), s[1] = copy(2 * n, s[0]), tau = normal(n, 0.3, seed);
+    tape = fresh(TAPE(1, 0, 1)), w = fresh(any_work(1));
+    for (i = 0; i < n; i++)
+        if (bits >> i & 1) s[1][i] += f.angles >> i & 1 ? ROLN_C(2.7) : ROLN_C(1e6);
+    for (k = 0; k < 2; k++) {
+        X[k] = fresh(nx), zdd[k] = fresh(n);
+        CHECK(terms(th, s[k], -1, X[k], tape, w) == ROLN_OK);
+        CHECK(roln_lnn_zdd(&f, 0, 1, th, s[k], tau, zdd[k], tape, w) == ROLN_OK);
+    }
+    CHECK(same(nx, X[0], X[1]) && same(n, zdd[0], zdd[1]));
+    for (i = 0; i < n; i++) CHECK((X[0][term_at(2) + i] == 0) == (int)(bits >> i & 1));
+    if (!f.damping && !f.friction) check_momenta(&f, bits, th, s[0], NULL), check_momenta(&f, bits, th, s[0], tau);
+    fresh_done();
+}
+
+/* Numbers and angles, none, some and all ignorable. All of them: M is constant, without Coriolis and gravity terms. */
+static void test_cyclic(uint64_t *seed)
+{
+    roln_real *th, *s, *X, *tape, *w;
+    roln_lnn f;
+    int rep, i;
+    for (rep = 0; rep < 8; rep++) {
+        check_cyclic(shape(3, rep % 2, 2, 6, 0), (unsigned)rep, seed);
+        check_cyclic(turning(shape(3, 0, 3, 5, 4), 5), (unsigned)rep, seed);
+        check_cyclic(behind(shape(3, 0, 2, 5, 0), 1), (unsigned)rep, seed);
+        check_cyclic(rubbing(damped(cholesky(shape(3, 0, 2, 5, 0)))), (unsigned)rep, seed);
+    }
+    f = turning(shape(3, 1, 2, 6, 0), 2);
+    cyclic = 7, th = weights(&f, seed), cyclic = 0;
+    s = normal(6, 1, seed), X = fresh(9 + 9 + 2), tape = fresh(TAPE(1, 0, 1)), w = fresh(any_work(1));
+    CHECK(terms(th, s, -1, X, tape, w) == ROLN_OK);
+    for (i = 0; i < 6; i++) CHECK(X[9 + i] == 0);
+    fresh_done();
+}
+
 void TEST_NAME(lnn_motion)(void)
 {
     uint64_t seed = 3;
@@ -249,5 +339,6 @@ void TEST_NAME(lnn_motion)(void)
     test_damping(&seed);
     test_turns(&seed);
     test_rubbing(&seed);
+    test_cyclic(&seed);
     print_bounds();
 }

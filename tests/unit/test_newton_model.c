@@ -48,8 +48,9 @@ void TEST_NAME(newton_model)(void);
 enum { POSES = 120 };
 static roln_real pose_q[2 * POSES], pose_qd[2 * POSES], pose_qdd[2 * POSES], pose_tau[2 * POSES];
 
-/* Two uniform rods of 1 kg and 1 m, the first angle from hanging, the second from the first: M qdd = tau - c - g. */
-static void two_links(uint64_t *s)
+/* Two uniform rods of 1 kg and 1 m, the first angle from hanging, the second from the first: M qdd = tau - c - g. Without gravity
+   nothing depends on the first. */
+static void two_links(double gravity, uint64_t *s)
 {
     int k, i;
     for (k = 0; k < POSES; k++) {
@@ -61,8 +62,8 @@ static void two_links(uint64_t *s)
         }
         a = (double)q[0], b = (double)q[1], M11 = 5.0 / 3 + cos(b), M12 = 1.0 / 3 + cos(b) / 2;
         f1 = (double)tau[0] + sin(b) / 2 * (2 * (double)qd[0] + (double)qd[1]) * (double)qd[1] -
-             9.81 * (1.5 * sin(a) + sin(a + b) / 2);
-        f2 = (double)tau[1] - sin(b) / 2 * (double)qd[0] * (double)qd[0] - 9.81 * sin(a + b) / 2;
+             gravity * (1.5 * sin(a) + sin(a + b) / 2);
+        f2 = (double)tau[1] - sin(b) / 2 * (double)qd[0] * (double)qd[0] - gravity * sin(a + b) / 2;
         det = M11 / 3 - M12 * M12;
         pose_qdd[2 * k] = (roln_real)((f1 / 3 - M12 * f2) / det), pose_qdd[2 * k + 1] = (roln_real)((M11 * f2 - M12 * f1) / det);
     }
@@ -81,8 +82,19 @@ static ld pose_error(const leg_params *p, const roln_loss *weights, leg_train *t
     return (ld)g.loss.zdd / POSES;
 }
 
+/* The coordinate 0 is ignorable: the first rows of the first layers are 0, and no others. */
+static void check_ignored(const leg_params *p)
+{
+    const roln_lnn *f = &leg_model.lnn;
+    const roln_real *const nets[2] = {p->theta, p->theta + roln_mlp_params(&f->mass_net)};
+    int k, i;
+    CHECK(leg_ignores(p, 0) && !leg_ignores(p, 1) && !leg_ignores(p, -1) && !leg_ignores(p, 2));
+    for (k = 0; k < 2; k++)
+        for (i = 0; i < 2 * f->mass_net.size[1]; i++) CHECK((nets[k][i] == 0) == (i < f->mass_net.size[1]));
+}
+
 /* Two links from random weights: what is left of the mean square of the errors of acceleration. */
-static void check_learning(int count, roln_real memory, int steps, ld most, uint64_t s)
+static void check_learning(int ignored, int count, roln_real memory, int steps, ld most, uint64_t s)
 {
     static const roln_loss weights = {.zdd = 1};
     static leg_start init;
@@ -96,8 +108,9 @@ static void check_learning(int count, roln_real memory, int steps, ld most, uint
     roln_real qbar[2];
     ld first;
     int k, i, taken = 0;
-    two_links(&s);
+    two_links(ignored ? 0 : 9.81, &s);
     CHECK_OK(leg_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init.init_pod));
+    if (ignored) CHECK_OK(leg_ignore(&p, 0));
     memset(&g, 0, sizeof g), memset(&o, 0, sizeof o);
     o.state = begin, opt.memory = memory, g.seed = s;
     first = pose_error(&p, &weights, &train);
@@ -114,15 +127,55 @@ static void check_learning(int count, roln_real memory, int steps, ld most, uint
     }
     CHECK((int)o.state.taken == steps && o.state.refused > 0);
     BOUND("two links, loss, last / first", pose_error(&p, &weights, &train) / first, most);
+    if (ignored) check_ignored(&p);
+}
+
+/* Riemannian Adam keeps an ignorable coordinate, too, and so do packed bytes. What is no coordinate is refused. */
+static void test_ignored(void)
+{
+    static const roln_loss weights = {.zdd = 1};
+    static leg_start init;
+    static leg_params p, q;
+    static leg_optimiser o;
+    static leg_gradient g;
+    static leg_train train;
+    static unsigned char bytes[leg_packed_size];
+    const roln_batch all = {.count = POSES, .stride = 1, .q = pose_q, .qd = pose_qd, .qdd = pose_qdd, .tau = pose_tau};
+    const roln_opt opt = ROLN_OPT(ROLN_C(0.02), ROLN_C(0.01));
+    roln_real qbar[2];
+    uint64_t s = 3;
+    ld first = 0;
+    int k;
+    two_links(0, &s);
+    CHECK_OK(leg_init_pod(&p, POSES, pose_q, pose_qd, qbar, &s, &init.init_pod));
+    q = p;
+    CHECK(leg_ignore(&p, -1) == ROLN_E_LENGTH && leg_ignore(&p, 2) == ROLN_E_LENGTH && memcmp(&p, &q, sizeof p) == 0);
+    CHECK(!leg_ignores(&p, 0) && !leg_ignores(&p, 1));
+    CHECK_OK(leg_ignore(&p, 0));
+    for (k = 0; k < 300; k++) {
+        memset(&g, 0, sizeof g);
+        CHECK_OK(leg_grad_acc(&p, &weights, &all, &g, &train.grad_acc));
+        if (k == 0) first = (ld)g.loss.zdd;
+        CHECK_OK(leg_update(&p, &opt, &o, &g, &train.update));
+    }
+    BOUND("two links by Adam, loss, last / first", (ld)g.loss.zdd / first, 0.05L);
+    check_ignored(&p);
+    leg_pack(&p, bytes);
+    CHECK_OK(leg_unpack(leg_packed_size, bytes, &q));
+    check_ignored(&q);
+    CHECK_OK(leg_ignore(&p, 1));
+    CHECK(leg_ignores(&p, 0) && leg_ignores(&p, 1));
 }
 
 static void test_learning(void)
 {
     uint64_t s;
     for (s = 1; s <= 2; s++) {
-        check_learning(360, 1, 60, 1e-3L, s);
-        check_learning(60, 8, 100, 1e-5L, s); /* fewer than parameters, but remembered */
-        check_learning(40, 10, 200, 3e-4L, s); /* the system of the rows */
+        check_learning(0, 360, 1, 60, 1e-3L, s);
+        check_learning(0, 60, 8, 100, 1e-5L, s); /* fewer than parameters, but remembered */
+        check_learning(0, 40, 10, 200, 3e-4L, s); /* the system of the rows */
+        check_learning(1, 60, 8, 100, 1e-5L, s);
+        check_learning(1, 40, 10, 200, 3e-4L, s);
     }
 }
 
@@ -422,6 +475,7 @@ static void test_shell(void)
 void TEST_NAME(newton_model)(void)
 {
     test_learning();
+    test_ignored();
     test_shell();
     print_bounds();
 }

@@ -27,6 +27,16 @@ check 'the better config first' \
 printf '#define ROLN_NAME arm\n#define ROLN_AE 3\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/arm.h
 gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=arm examples/train.c -o $dir/named -lpthread -lm
 check 'a config named as an example' says 'arm needs t, 3 q, 3 qd' $dir/named $dir/16_train.csv steps=1 out=$dir/named
+# units of the header say which joints are hinges: a hint, unless the config has them as angles
+awk 'BEGIN { print "t [s],q1 [deg],q2 [m],q3 [rad]"
+    for (i = 0; i < 900; i++) printf "%g,%.9g,%.9g,%.9g\n", 0.01 * i, 50 * sin(0.05 * i), sin(0.04 * i), cos(0.03 * i) }' > $dir/units.csv
+sed 's/arm$/turning/; /MLP/i #define ROLN_ANGLES 1, 0, 1' $dir/arm.h > $dir/turning.h
+gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=turning examples/train.c -o $dir/turning -lpthread -lm
+for m in named turning; do
+    check "$m: units of hinges" short $dir/$m $dir/units.csv 'q=q*' filter=off steps=1 out=$dir/$m
+    check "$m: a hint of hinges" test "$(grep -c '^hint: .*: #define ROLN_ANGLES 1, 0, 1$' $dir/says.log)" -eq \
+        "$([ $m = named ] && echo 1 || echo 0)"
+done
 check 'unknown setting' says 'unknown setting ape' $dir/chart $dir/16_train.csv ape=1
 check 'no key' says 'not key=value' $dir/chart $dir/16_train.csv ape
 check 'no number' says 'not a number' $dir/chart $dir/16_train.csv look=much
@@ -48,8 +58,8 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-keys='out t q qd tau dt delay filter test from method start sliders seed seconds steps held look window torque force inertia noise
-      smooth ae acc lr_ae lr_net threads resume'
+keys='out t q qd tau dt delay filter test from method start sliders ignore seed seconds steps held look window torque force inertia
+      noise smooth ae acc lr_ae lr_net threads resume'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -500,6 +510,59 @@ check 'a regression and weights' says 'begin at one of them' $dir/motor $dir/mot
 check 'a regression of a chart' says 'coordinates are the joints' $dir/chart $dir/16_train.csv torque=1 start=regression
 check 'a slider that is not there' says '^sliders=2: numbers of joints, 1 [.][.] 1' $dir/motor $dir/motor.csv torque=1 sliders=2
 check 'a slider' short $dir/motor $dir/motor.csv torque=1 held=0.2 steps=1 sliders=1 out=$early
+
+# a pendulum on a vertical axis: M_11 = 1 + sin^2 q2 / 2, M_22 = 1/2, V = -5 cos q2, so nothing depends on q1
+sed 's/motor$/pillar/; s/AE 1/AE 2/; /#include/i #define ROLN_ANGLES 1, 1' $dir/motor.h > $dir/pillar.h
+gcc -std=c99 -O1 -I. -I$dir -DMODEL=pillar examples/train.c -o $dir/pillar -lpthread -lm
+awk 'BEGIN {
+    for (k = 0; k < 10; k++) {
+        a = sin(k); b = cos(3 * k); v = w = 0
+        for (i = 0; i < 400; i++) {
+            s = 2 * sin(0.021 * i + k); t = 3 * sin(0.013 * i * (1 + k % 3) + 2 * k)
+            printf "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", 0.005 * i, a, b, v, w, s, t
+            for (j = 0; j < 50; j++) {
+                x = sin(b) * cos(b)
+                y = (s - x * v * w - 0.1 * v) / (1 + sin(b) ^ 2 / 2); z = (t + x * v * v / 2 - 5 * sin(b) - 0.1 * w) * 2
+                v += 0.0001 * y; w += 0.0001 * z; a += 0.0001 * v; b += 0.0001 * w
+            }
+        }
+        print ""
+    } }' > $dir/pillar.csv
+cat > $dir/ignores.c << 'END_OF_FILE'
+#include "pillar.h"
+#include WEIGHTS
+int main(void)
+{
+    return 1 + pillar_ignores(&pillar_weights, 0) + 2 * pillar_ignores(&pillar_weights, 1);
+}
+END_OF_FILE
+# pillar NAME BITS SETTING ..: the model ignores these joints, and says so of joint 1
+pillar() {
+    name=$1
+    bits=$2
+    shift 2
+    $dir/pillar $dir/pillar.csv torque=1 held=0.2 "$@" out=$dir/$name > $dir/$name.log 2>&1
+    check "$name: ended with $?" test -f $dir/${name}_weights.h
+    gcc -std=c99 -O1 -I. -I$dir -DWEIGHTS="\"${name}_weights.h\"" $dir/ignores.c -o $dir/$name.ignores -lm
+    check "$name: joints that the model ignores" sh -c "$dir/$name.ignores; test \$? -eq $((1 + bits))"
+    check "$name: told" test "$(grep -c '^joint 1: left out of M and V of the model$' $dir/$name.log)" -eq $((bits % 2))
+}
+pillar found 1 start=regression steps=4
+check 'a joint on which nothing depends: the test of it' awk '
+    /^joint 1: M and V do not depend on its position: the torque error is/ { without = $16; with = $20 }
+    /^joint 2: M and V/ { other = 1 } END { exit !(without > 0 && without < with + 0.0011 && !other) }' $dir/found.log
+check 'a joint on which nothing depends: E_q' awk '/ E_q\(/ { for (i = 1; i < NF; i++) if ($i == "typical") ok = $(i + 1) < 3 }
+    END { exit !ok }' $dir/found.log
+pillar kept 0 start=regression ignore=none steps=1
+pillar random 0 steps=1
+check 'a hint of it' grep -x 'hint: ignore=1 leaves joint 1 out of M and V of the model' $dir/random.log
+pillar named 1 ignore=1 steps=4
+pillar from 1 from=$dir/named.roln method=adam acc=40
+pillar both 3 ignore=2,1 steps=1
+check 'no such joint' says '^ignore=3: numbers of joints, 1 [.][.] 2' $dir/pillar $dir/pillar.csv torque=1 ignore=3
+check 'no joint' says '^ignore=found: numbers of joints' $dir/pillar $dir/pillar.csv torque=1 ignore=found
+check 'joints of a chart' says 'ignore=1 is for models whose coordinates are the joints' $dir/chart $dir/16_train.csv ignore=1
+
 $dir/motor $dir/motor.csv held=0.2 steps=3 out=$early > $early.log 2>&1
 check 'no torques, no regression' sh -c "! grep regression $early.log"
 awk -F, -v OFS=, 'NF > 3 { $4 = sin(7.3 * NR * NR) } 1' $dir/motor.csv > $dir/unrelated.csv
