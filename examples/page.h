@@ -307,7 +307,7 @@ static void put_torques_of(FILE *f, int at, int column)
     double *x = room((size_t)(1 + 2 * SHOWN) * (size_t)most, sizeof *x), tau[T], model[T], speed[T];
     int count = 0, i, j;
     for (i = a + 1; i + 1 < d.first[at + 1]; i += step, count++) {
-        const int good = torques_at(&s.p, i, tau, model, NULL, speed);
+        const int good = torques_at(&s.p, &d, i, tau, model, NULL, speed);
         x[count] = (i - a) * d.dt;
         for (j = 0; j < SHOWN; j++) {
             x[(1 + j) * most + count] = good ? tau[j] : (double)NAN;
@@ -470,7 +470,7 @@ static int put_hidden(FILE *f)
     int said = 0, count = 0, k, i, j;
     for (k = train; k < d.trajectories && set("torque") > 0; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step) {
-            if (!torques_at(&s.p, i, tau, model, part, speed)) continue;
+            if (!torques_at(&s.p, &d, i, tau, model, part, speed)) continue;
             for (count++, j = 0; j < TORQUES; j++)
                 inertial[j] += part[j] * part[j], off[j] += (model[j] - tau[j]) * (model[j] - tau[j]);
         }

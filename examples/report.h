@@ -447,19 +447,19 @@ typedef struct {
     int samples;
 } torque_sums;
 
-/* Recorded torques of a sample, those of the model there by inverse dynamics, their part M qdd, and velocities, of each joint or
-   latent coordinate; inertial NULL: not asked. Returns 0 if the model cannot be evaluated there. */
-static int torques_at(const M(params) * p, int sample, double *recorded, double *model, double *inertial, double *speed)
+/* Recorded torques of a sample of m, those of the model there by inverse dynamics, their part M qdd, and velocities, of each joint
+   or latent coordinate; inertial NULL: not asked. Returns 0 if the model cannot be evaluated there. */
+static int torques_at(const M(params) * p, const motion *m, int sample, double *recorded, double *model, double *inertial,
+                      double *speed)
 {
     enum { N = M(N), F = M(force_size) };
     static M(work) scratch;
     static M(target) t;
-    const roln_real *tau = d.tau_mid + sample * F;
+    const roln_real *tau = m->tau_mid + sample * F, *qd = m->qd + sample * N;
     roln_real of_model[N + 1], of_tau[N + 1], latent_tau[M(n)], still[M(n)] = {0};
     M(latent) z;
     int j;
-    if (M(encode_reference)(p, d.q + sample * N, d.qd + sample * N, d.qdd + sample * N, &t, &scratch.encode_reference) != ROLN_OK)
-        return 0;
+    if (M(encode_reference)(p, m->q + sample * N, qd, m->qdd + sample * N, &t, &scratch.encode_reference) != ROLN_OK) return 0;
     memcpy(z.z, t.z, sizeof z.z), memcpy(z.zd, t.zd, sizeof z.zd);
     if (M(inverse)(p, &z, NULL, t.zdd, latent_tau, &scratch.inverse) != ROLN_OK) return 0;
     if (JOINTS) {
@@ -471,7 +471,7 @@ static int torques_at(const M(params) * p, int sample, double *recorded, double 
     }
     for (j = 0; j < TORQUES; j++) {
         recorded[j] = (double)of_tau[j], model[j] = (double)of_model[j];
-        speed[j] = JOINTS ? (double)d.qd[sample * N + j] : (double)z.zd[j];
+        speed[j] = JOINTS ? (double)qd[j] : (double)z.zd[j];
     }
     if (!inertial) return 1;
     if (M(inverse)(p, &z, NULL, still, latent_tau, &scratch.inverse) != ROLN_OK) return 0;
@@ -482,11 +482,11 @@ static int torques_at(const M(params) * p, int sample, double *recorded, double 
 }
 
 /* Adds one sample; nothing if the model cannot be evaluated there. */
-static void add_torque(const M(params) * p, int sample, torque_sums *to)
+static void add_torque(const M(params) * p, const motion *m, int sample, torque_sums *to)
 {
     double tau[TORQUES], model[TORQUES], speed[TORQUES];
     int j;
-    if (!torques_at(p, sample, tau, model, NULL, speed)) return;
+    if (!torques_at(p, m, sample, tau, model, NULL, speed)) return;
     for (j = 0; j < TORQUES; j++) {
         const double off = model[j] - tau[j];
         to->tau[j] += tau[j] * tau[j], to->off[j] += off * off, to->speed[j] += speed[j] * speed[j];
@@ -496,18 +496,18 @@ static void add_torque(const M(params) * p, int sample, torque_sums *to)
 }
 
 /* Torques of the model over recorded ones: the rms, over joints, of the rms error of each over the rms of its torque. Of about a
-   thousand held-out samples; 0 if there are no torques. */
-static double torque_error(const M(params) * p)
+   thousand samples of recordings from .. to - 1 of m; 0 if there are no torques. */
+static double torque_error(const M(params) * p, const motion *m, int from, int to)
 {
     enum { FEW = 1000 };
-    const int step = (d.samples - d.first[train]) / FEW + 1;
+    const int step = (m->first[to] - m->first[from]) / FEW + 1;
     torque_sums sums;
     double all = 0;
     int joints = 0, k, i, j;
     memset(&sums, 0, sizeof sums);
-    for (k = train; k < d.trajectories; k++)
-        for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
-            add_torque(p, i, &sums);
+    for (k = from; k < to; k++)
+        for (i = m->first[k] + 1; i + 1 < m->first[k + 1]; i += step)
+            add_torque(p, m, i, &sums);
     for (j = 0; j < TORQUES; j++)
         if (sums.tau[j] > 0) all += sums.off[j] / sums.tau[j], joints++;
     return joints > 0 ? sqrt(all / joints) : 0;
@@ -575,7 +575,7 @@ static void torques(void)
     memset(&sums, 0, sizeof sums);
     for (k = train; k < d.trajectories; k++)
         for (i = d.first[k] + 1; i + 1 < d.first[k + 1]; i += step)
-            add_torque(&s.p, i, &sums);
+            add_torque(&s.p, &d, i, &sums);
     printf("torques by inverse dynamics at %d held-out samples, %s\n", sums.samples,
            JOINTS ? "in the unit of tau" : "of latent coordinates, in the unit of tau times q");
     printf("%6s   rms tau   tau_model - tau, rms       %%   friction   at speed\n", joint);

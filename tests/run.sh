@@ -64,6 +64,7 @@ recordings   python3 tests/user/recordings.py
 logger       python3 tests/user/logger.py
 import       sh tests/user/import.sh
 regression   build/regression
+start        sh tests/user/start.sh
 steady       sh tests/safety/steady.sh
 style        sh tests/style/style.sh
 upsets       sh tests/firmware/upsets.sh test
