@@ -691,8 +691,8 @@ static int regression_largest(regression *r, regression_shape s, int most)
     return -1;
 }
 
-/* Chain order, which is taken if the error grows by 5 % at most. Then the joints that M and V need not know: without them the error
-   does not grow, but for 1e-5, which integration of recordings without noise may leave. Returns 0 if the recordings are too short. */
+/* Chain order: taken if the error grows by at most 5 %. Then the joints that M and V need not know: without them the error grows
+   by at most 1e-5, which the integration of recordings without noise may leave. Returns 0 if the recordings are too short. */
 static int regression_structure(regression *r, const regression_source *d)
 {
     enum { MOST = 600 };

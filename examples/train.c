@@ -670,8 +670,8 @@ static void refine_start(void)
         if (least <= goal || s.step == MOST || s.step == at + PATIENCE || halted || now() - from > most || newton_step(&f)) break;
         progress("networks to the regression", (double)s.step / MOST);
     }
-    printf("torques of the networks are off by %s %% from those of the regression, after %d steps, %.1f s\n", in_percent(least).text,
-           at, now() - from);
+    printf("torques of the networks are off by %s %% from those of the regression, after %d steps, %.1f s\n",
+           in_percent(least).text, at, now() - from);
     fflush(stdout);
     s.p = best, s.step = 0, s.seed = seed;
     memset(&s.newton, 0, sizeof s.newton), memset(s.mean, 0, sizeof s.mean);

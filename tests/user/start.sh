@@ -67,7 +67,8 @@ record 0.05 > $dir/noisy.csv
 $dir/two $dir/noisy.csv torque=1 start=regression held=0.2 steps=1 window=0 out=$dir/noisy > $dir/noisy.log 2>&1
 grep '^torques of the networks' $dir/noisy.log
 echo "networks over regression: $(ratio $dir/noisy.log)"
-check 'with noise: at most 1.2 times as far off as the regression' awk -v x="$(ratio $dir/noisy.log)" 'BEGIN { exit !(x > 0 && x < 1.2) }'
+check 'with noise: at most 1.2 times as far off as the regression' \
+    awk -v x="$(ratio $dir/noisy.log)" 'BEGIN { exit !(x > 0 && x < 1.2) }'
 check 'with noise: few steps' awk '/^torques of the networks/ { ok = $16 <= 10 } END { exit !ok }' $dir/noisy.log
 
 rm -rf $dir

@@ -29,7 +29,8 @@ gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=arm examples/train.c -o $dir/name
 check 'a config named as an example' says 'arm needs t, 3 q, 3 qd' $dir/named $dir/16_train.csv steps=1 out=$dir/named
 # units of the header say which joints are hinges: a hint, unless the config has them as angles
 awk 'BEGIN { print "t [s],q1 [deg],q2 [m],q3 [rad]"
-    for (i = 0; i < 900; i++) printf "%g,%.9g,%.9g,%.9g\n", 0.01 * i, 50 * sin(0.05 * i), sin(0.04 * i), cos(0.03 * i) }' > $dir/units.csv
+    for (i = 0; i < 900; i++)
+        printf "%g,%.9g,%.9g,%.9g\n", 0.01 * i, 50 * sin(0.05 * i), sin(0.04 * i), cos(0.03 * i) }' > $dir/units.csv
 sed 's/arm$/turning/; /MLP/i #define ROLN_ANGLES 1, 0, 1' $dir/arm.h > $dir/turning.h
 gcc -std=c99 -O1 -I. -I$dir -Iexamples -DMODEL=turning examples/train.c -o $dir/turning -lpthread -lm
 for m in named turning; do
