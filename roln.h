@@ -5737,7 +5737,7 @@ ROLN_FN roln_status ROLNI_(force_moments)(const ROLN_(params) *p, const roln_bat
 ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, ROLN_(fit_inertia_work) *w)
 {
     const int n = ROLN_(n), inputs = ROLN_(inputs), forces = inputs > 0 ? inputs : n;
-    double *const force = w->square, *const motion = w->square + forces;
+    double *const force = w->square, *const moved = w->square + forces;
     const roln_status st = ROLNI_(force_moments)(p, b, w);
     roln_real logs = 0;
     int power = 0, count = 0, i;
@@ -5745,11 +5745,11 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
     for (i = 1; i < forces && inputs > 0; i++)
         force[0] += force[i];
     for (i = 1; i < n && inputs > 0; i++)
-        motion[0] += motion[i];
+        moved[0] += moved[i];
     for (i = 0; i < (inputs > 0 ? 1 : n); i++) {
-        const roln_real ratio = ROLN_SQRT(ROLNI_AS(roln_real, force[i])) / ROLN_SQRT(ROLNI_AS(roln_real, motion[i]));
+        const roln_real ratio = ROLN_SQRT(ROLNI_AS(roln_real, force[i])) / ROLN_SQRT(ROLNI_AS(roln_real, moved[i]));
         const roln_bits bits = rolni_bits(ratio), one = ROLNI_BIAS << ROLNI_MANT;
-        if (force[i] == 0 || motion[i] == 0) continue;
+        if (force[i] == 0 || moved[i] == 0) continue;
         if (!(ratio > ROLN_C(1e-18)) || !(ratio < ROLN_C(1e18))) return ROLN_E_NOT_FINITE;
         power += ROLNI_AS(int, bits >> ROLNI_MANT) - ROLNI_AS(int, ROLNI_BIAS); /* ratio = 2^power times 1 .. 2 */
         logs += roln_log(rolni_real((bits & ((ROLNI_AS(roln_bits, 1) << ROLNI_MANT) - 1)) | one));

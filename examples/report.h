@@ -328,17 +328,17 @@ typedef struct {
 
 static int limited_by_torques(const judged *of, int samples, const error *e); /* baseline.h */
 
-/* Says once a table where the model is not better than its rival or, up to look=, fails too often. counts: q + h qd is off by more
+/* Says once a table where, up to look=, the model is not better than its rival or fails too often. counts: q + h qd is off by more
    than nobody can predict. */
 static void judge(const judged *by, int samples, const error *e, int counts, int *said)
 {
     const double ms = 1e3 * samples * by->m->dt;
     const char *const of = by->name;
-    if (*said) return;
+    if (*said || ms > 1001 * s.ahead) return;
     if (counts && !(BETTER * e->q <= rival_of(e, ms)) && !limited_by_torques(by, samples, e))
         doubt("%s: E_q after %.4g ms is %.3g %%, more than 1/%d of the error of %s, %.3g %%", of, ms, 100 * e->q, BETTER,
               rival_of(e, ms) < e->constant ? "the mean of q" : "q + h qd", 100 * rival_of(e, ms));
-    else if (ms < 1001 * s.ahead && 20 * e->failed > e->windows)
+    else if (20 * e->failed > e->windows)
         doubt("%s: %d of %d windows of %.4g ms failed", of, e->failed, e->windows, ms);
     else return;
     *said = 1;
