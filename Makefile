@@ -45,9 +45,9 @@ arm: build/arm
 	./build/arm
 
 # the weights of furuta.c, arm.c and tests/control/rope.c anew, from their recordings: to the bit, so as they were trained first
-furuta_train = torque=1 smooth=20 steps=150 force=0 inertia=9.765625e-4
-arm_train = torque=1 smooth=40 steps=200 force=0 inertia=1
-rope_train = torque=1 look=0.9 steps=213 force=0 inertia=1
+furuta_train = torque=1 start=random smooth=20 steps=150 force=0 inertia=9.765625e-4
+arm_train = torque=1 start=random smooth=40 steps=200 force=0 inertia=1
+rope_train = torque=1 start=random look=0.9 steps=213 force=0 inertia=1
 build/%_weights.h: build/% build/%_train
 	./build/$* record > build/$*.csv
 	cd build && { ./$*_train $*.csv $($*_train) || { code=$$?; mv -f $*_weights.h $*_untrained.h; exit $$code; }; }

@@ -4863,6 +4863,7 @@ ROLN_FN roln_status ROLN_(fit_limits)(const ROLN_(params) *p, const roln_batch *
 /* scratch of NAME_fit_noise */
 typedef struct {
     roln_real each[ROLN_(N)], left[ROLN_(N)], rest[ROLN_(N)], before[ROLN_(N)]; /* of the chart: sums, what they lose, the last r */
+    roln_real torque[ROLN_(N)];                                                 /* deviations of torques that are tried */
     union {
         ROLN_(filter_tick_work) filter;
         struct {
@@ -4944,12 +4945,15 @@ ROLN_FN void ROLNI_(noise_of_chart)(const ROLN_(params) *p, const roln_batch *b,
    test_fit_chart); else q_each may be NULL. l->tau becomes four times the largest
    under which what was measured is as likely as under any, to a factor of e^2, of halves of the torque that gives the largest
    velocity of training in one tick (four times: the error of a model lasts, white noise does not, and F^T F is to hold it);
-   l->tau_each NULL. l->load is yours, too; nothing but the machine that was trained moved.
+   l->tau_each NULL. Joints of different size: tau_each [N] has how their unknown torques compare, such as what the model leaves of
+   each torque; it is multiplied by l->tau of that, and l->tau_each points to it. tau_each NULL: all joints have the same.
+   l->load is yours, too; nothing but the machine that was trained moved.
    ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
-   is NULL where it is needed, or the model holds no range; ROLN_E_NOT_FINITE, status of NAME_linear. l and q_each stay as they were
-   unless ROLN_OK. Cost: 8 to 60 times NAME_filter_tick for every tick. */
+   is NULL where it is needed, a number of tau_each is below 0, or the model holds no range; ROLN_E_NOT_FINITE, also if all of tau_each
+   are 0, status of NAME_linear. l, q_each and tau_each stay as they were unless ROLN_OK. Cost: 8 to 60 times NAME_filter_tick for
+   every tick. */
 ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b, roln_noise *l, roln_real q_each[ROLN_(N)],
-                                     ROLN_(fit_noise_work) *w)
+                                     roln_real tau_each[ROLN_(N)], ROLN_(fit_noise_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), estimate = l->q >= 0 && l->q <= 0 && !l->q_each;
     ROLN_(filter_tick_work) *const f = &w->u.filter;
@@ -4962,7 +4966,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     int i, k, best = 0, worse = 0;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (b->count < 1 || b->stride != 1 || b->steps < (estimate ? 4 : 1)) return ROLN_E_LENGTH;
-    noise.tau = 1, noise.tau_each = NULL;
+    noise.tau = 1, noise.tau_each = tau_each;
     if (estimate && !q_each) return ROLN_E_RANGE;
     if (estimate) {
         rolni_noise_of_joints(&ROLN_(model), b, w->each);
@@ -4980,10 +4984,15 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
         roln_real square = 0;
         for (k = 0; k < n; k++)
             square += f->rows[k * 2 * n + n + i] * f->rows[k * 2 * n + n + i];
-        top = ROLN_MAX(top, p->zd_max[i] / ROLN_SQRT(square));
+        if (square > 0) top = ROLN_MAX(top, p->zd_max[i] / ROLN_SQRT(square));
     }
+    if (!(top > 0)) return ROLN_E_NOT_FINITE;
     for (k = 0, noise.tau = top; k < ROLNI_HALVINGS && worse < 6; k++, noise.tau /= 2) {
-        const roln_status got = ROLNI_(noise_likelihood)(p, &noise, b, sum + k, f);
+        roln_status got;
+        for (i = 0; tau_each && i < N; i++)
+            w->torque[i] = tau_each[i] * noise.tau;
+        if (tau_each) noise.tau_each = w->torque;
+        got = ROLNI_(noise_likelihood)(p, &noise, b, sum + k, f);
         if (got != ROLN_OK) st = got, sum[k] = none;
         else if (sum[k] > sum[best]) best = k, worse = 0;
         else worse++;
@@ -4992,7 +5001,9 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     for (k = 0; sum[k] < sum[best] - 2; k++)
         top /= 2;
     if (estimate) rolni_copy(N, w->each, q_each), l->q_each = q_each;
-    l->tau = 4 * top, l->tau_each = NULL;
+    l->tau = 4 * top, l->tau_each = tau_each;
+    for (i = 0; tau_each && i < N; i++)
+        tau_each[i] *= l->tau;
     return ROLN_OK;
 }
 

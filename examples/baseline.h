@@ -3,8 +3,7 @@
 
    train.c includes it behind its settings, its state and report.h. The regression is fitted to the training recordings, in
    seconds, and tells what they tell of each torque. Its errors on held-out recordings stand below the table of errors: what a model
-   without networks reaches. With start=regression the networks begin there (start.h). If the regression leaves more than 2 % of
-   the torques, which is noise, Gauss-Newton is gentle. */
+   without networks reaches. The networks begin there (start.h) unless start=random, from= or the config say otherwise. */
 
 #ifndef BASELINE_H
 #define BASELINE_H
@@ -67,7 +66,9 @@ static int ignores_found(void)
 /* Nonzero if networks are to begin at the regression. */
 static int starts_there(void)
 {
-    return strcmp(words[BEGIN].value, "regression") == 0;
+    const char *const start = words[BEGIN].value;
+    return strcmp(start, "regression") == 0 ||
+           (strcmp(start, "auto") == 0 && start_possible() && set("torque") > 0 && !words[FROM].value);
 }
 
 static void check_start(void)
@@ -79,7 +80,8 @@ static void check_start(void)
         read_joints(IGNORE, named);
         if (!JOINTS) fail("ignore=%s is for models whose coordinates are the joints\nhint: leave it out", words[IGNORE].value);
     }
-    if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0) fail("start=%s: random or regression", words[BEGIN].value);
+    if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0 && strcmp(words[BEGIN].value, "auto") != 0)
+        fail("start=%s: auto, random or regression", words[BEGIN].value);
     if (!starts_there()) return;
     if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
     if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
@@ -97,7 +99,7 @@ static void fit_baseline(void)
     regression_status st;
     read_turns(turn);
     if (!JOINTS || !(set("torque") > 0) || (int)M(N) > (int)REGRESSION_JOINTS) return;
-    baseline = regression_new(M(N), turn);
+    baseline = regression_new(M(N), turn), baseline.unit = torque_scale;
     baseline.work *= part, baseline.most = (int)(baseline.most * fmin(1, cbrt(2 * part)));
     st = regression_fit(&baseline, &x);
     fitted = st == REGRESSION_OK;
@@ -190,7 +192,6 @@ static void start_at_baseline(void)
     const regression_source x = source_of(&d, 0, train);
     if (!fitted || !starts_there()) return;
     s.begun_there = start_networks(&baseline, &x, &s.p);
-    s.gentle = s.begun_there && baseline_noise() > 0.02;
 }
 
 #endif

@@ -207,7 +207,7 @@ int main(void)
 
     /* how far the model is off, from measurements alone, as on a real machine */
     simulate(TUNE, &seed);
-    if (chain_fit_noise(&chain_weights, &recordings, &noise, NULL, &train.fit_noise) != ROLN_OK) return 1;
+    if (chain_fit_noise(&chain_weights, &recordings, &noise, NULL, NULL, &train.fit_noise) != ROLN_OK) return 1;
     printf("error of the model as a torque: %.3g of its unit, from %d other runs\n\n", (double)noise.tau, TUNE);
 
     simulate(RUNS, &seed);

@@ -19,7 +19,7 @@ enum { SLACK = 4, WINDOW_TICKS = 64, GUARD_TICKS = 8000, FILTER_TICKS = 2000 };
 static struct {
     roln_limits limits;
     roln_noise noise;
-    roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)];
+    roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)], unknown[M(N)];
     const char *no_limits, *no_noise;    /* why there are none; NULL: there are */
     int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
@@ -53,6 +53,7 @@ static void fit_torques(void)
             }
     for (j = 0; j < F; j++) {
         found.rate[j] += 4 * ROLN_EPS * found.tau[j] / found.limits.dt; /* what rounds when torques are clipped */
+        found.tau[j] += 4 * ROLN_EPS * found.tau[j];                    /* and here in the unit of the recordings */
         found.limits.tau = ROLN_MAX(found.limits.tau, found.tau[j]);
         found.limits.rate = ROLN_MAX(found.limits.rate, found.rate[j]);
     }
@@ -99,6 +100,17 @@ static int affordable(double each)
     return (int)fmin(FILTER_TICKS / WINDOW_TICKS, fmax(4, 0.1 * left() / fmax(each, 1e-9)));
 }
 
+/* What the model leaves of the torque of each joint, held out, to x [N]. Returns x, or NULL if that is not known. */
+static roln_real *left_of_torques(roln_real *x)
+{
+    int j;
+    for (j = 0; j < (int)M(N); j++) {
+        if (!JOINTS || held_torques.samples == 0 || !(held_torques.off[j] > 0)) return NULL;
+        x[j] = (roln_real)sqrt(held_torques.off[j] / held_torques.samples);
+    }
+    return x;
+}
+
 static const char *fit_noise(int *start)
 {
     roln_real *q = measured_q();
@@ -110,7 +122,7 @@ static const char *fit_noise(int *start)
         const double from = now();
         roln_batch b = held_windows(start, k ? affordable(each) : 1);
         found.noise = begin, b.q = q;
-        st = M(fit_noise)(&s.p, &b, &found.noise, found.q, &work[0].fit_noise);
+        st = M(fit_noise)(&s.p, &b, &found.noise, found.q, left_of_torques(found.unknown), &work[0].fit_noise);
         found.noise_ticks = b.count * (b.steps + 1), each = now() - from;
     }
     free(q);
@@ -164,6 +176,12 @@ static const char *said_of_noise(int j)
         return "UNKNOWN, the recordings have no noise; at least the step of your encoder over the root of 12";
     return found.noisy ? "the noise that the spectrum shows, and what the model leaves of q"
                        : "noise of the recordings, and what the model leaves of q";
+}
+
+static const char *said_of_unknown(int j)
+{
+    (void)j;
+    return "torque that the model does not know, in proportion to what it leaves of that joint's torque";
 }
 
 /* An array of a number for each joint or motor; `said` is told of each of them behind its unit. */
@@ -248,14 +266,17 @@ static void put_noise(FILE *f)
         return;
     }
     put_array(f, "noise_q", "N", M(N), found.q, OF_Q, "", said_of_noise);
+    if (l->tau_each) put_array(f, "noise_tau", "N", M(N), found.unknown, OF_TAU, "", said_of_unknown);
     fprintf(f, "static const roln_noise " STRING(MODEL) "_noise = {\n");
     put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
     put_constant(f, found.q[0], "q, %s: not used, for q_each is", unit_of_column(OF_Q, 0));
-    put_constant(f, l->tau, "tau, %s: torque that the model does not know",
+    put_constant(f, l->tau_each ? l->tau_each[0] : l->tau, l->tau_each ? "tau, %s: not used, for tau_each is"
+                                                                       : "tau, %s: torque that the model does not know",
                  set("torque") > 0 ? unit_of_column(OF_TAU, 0) : "unit of the model");
     put_constant(f, l->gate, "gate, deviations: a usual number, not fitted");
     fprintf(f, "    %d, /* lost, ticks: a usual number, not fitted */\n", l->lost);
-    fprintf(f, "    " STRING(MODEL) "_noise_q, /* q_each */\n    0, /* tau_each: none */\n");
+    fprintf(f, "    " STRING(MODEL) "_noise_q, /* q_each */\n");
+    fprintf(f, l->tau_each ? "    " STRING(MODEL) "_noise_tau, /* tau_each */\n" : "    0, /* tau_each: none */\n");
     put_constant(f, 0, "load: no load is estimated");
     fprintf(f, "};\n");
 }

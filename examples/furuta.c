@@ -4,7 +4,7 @@
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/furuta.c -o furuta -lm
    ./furuta                       the closed loops, with furuta_weights.h
    ./furuta record > furuta.csv   24 recordings of 4 s, of which train.c (-DMODEL=furuta) makes these weights in seconds:
-   ./train furuta.csv torque=1 smooth=20 steps=150 force=0 inertia=9.765625e-4
+   ./train furuta.csv torque=1 smooth=20 steps=150 start=random force=0 inertia=9.765625e-4
 
    One motor, two joints that turn all round, 12-bit encoders, 1 kHz, and a torque limit at which a tilt of half a radian is just
    too much. The model knows encoder counts and torques only.

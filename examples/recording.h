@@ -71,6 +71,7 @@ typedef struct {
     int *line;                /* [samples]; the line in its file */
     field *fields;            /* of the first file */
     int count;                /* of fields */
+    double tau_unit;          /* of tau, in that of the recordings; 0: the same, or no torque yet that is not 0 */
     int measured;             /* nonzero: tau is the force at the time of its sample; 0: it is held up to the next sample */
     int mapped, clock;        /* nonzero: there is a column map; t is a time of the day */
     double unit;              /* of t, in s */
@@ -85,6 +86,7 @@ typedef struct {
     const char *model;
     int N, inputs;   /* inputs of a learned input map, 0: none */
     int torque;      /* nonzero: tau is needed */
+    int own_unit;    /* nonzero: tau in a unit that follows from its size: Nm, mNm and lbf ft become the same bits */
     int half;        /* samples on each side that positions are smoothed over, 0: not */
     int qd_unused;   /* nonzero: q alone is used */
     unsigned angles; /* bit j: joint j is an angle in radians */
@@ -825,6 +827,26 @@ static void end_sample(motion *d, sheet *s, double t)
     d->samples++, s->taken++;
 }
 
+/* Of tau, in that of the recordings. */
+static double unit_of_tau(const motion *d)
+{
+    return d->tau_unit > 0 ? d->tau_unit : 1;
+}
+
+/* Keeps torque i of the next sample. Its own unit is the first torque, or a later one that is more than nine times as large. */
+static void keep_torque(motion *d, const wanted *w, int i, double v)
+{
+    const int at = d->samples * d->forces + i;
+    const double was = d->tau_unit;
+    int k;
+    if (w->own_unit && fabs(v) > 9 * was) {
+        d->tau_unit = fabs(v);
+        for (k = 0; k < at && was > 0; k++)
+            d->tau[k] *= (roln_real)(was / d->tau_unit);
+    }
+    d->tau[at] = (roln_real)(v / unit_of_tau(d));
+}
+
 /* The line read last becomes a sample. */
 static void add_sample(motion *d, const wanted *w, sheet *s)
 {
@@ -846,7 +868,7 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
         d->qd[d->samples * N + i] = (roln_real)v[i];
     v += d->has_qd ? N : 0;
     for (i = 0; i < F && d->has_tau; i++)
-        d->tau[d->samples * F + i] = (roln_real)v[i];
+        keep_torque(d, w, i, v[i]);
     end_sample(d, s, s->v[0]);
 }
 
@@ -1201,7 +1223,7 @@ static void begin_mapped(motion *d, const wanted *w, sheet *s, int n)
 }
 
 /* Numbers of the columns of a kind, times their factors, to x. Returns 0 if one is missing. */
-static int mapped_numbers(const motion *d, sheet *s, int kind, int n, roln_real *x)
+static int mapped_numbers(motion *d, const wanted *w, sheet *s, int kind, int n, roln_real *x)
 {
     int i;
     for (i = 0; i < s->used[kind]; i++) {
@@ -1214,7 +1236,8 @@ static int mapped_numbers(const motion *d, sheet *s, int kind, int n, roln_real 
         if (!(fabs(v) < 3e38)) return 0;
         if (at >= 0) check_mark(d, s, at);
         v *= s->factor[kind][i];
-        x[i] = (roln_real)v;
+        if (kind == OF_TAU) keep_torque(d, w, i, v);
+        else x[i] = (roln_real)v;
     }
     return 1;
 }
@@ -1233,7 +1256,7 @@ static void add_mapped(motion *d, const wanted *w, sheet *s)
     if (n > s->most) n = s->most;
     for (kind = OF_Q; kind < KINDS && whole; kind++) {
         roln_real *to = kind == OF_Q ? d->q : kind == OF_QD ? d->qd : d->tau;
-        whole = mapped_numbers(d, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
+        whole = mapped_numbers(d, w, s, kind, n, to + (size_t)d->samples * (size_t)(kind == OF_TAU ? d->forces : d->N));
     }
     s->rows++;
     if (whole && s->used[OF_T] > 0) {
@@ -2119,7 +2142,7 @@ static void measure_noise(const motion *d, double half)
         field *f = &d->fields[c];
         const int is = f->kind == OF_Q || f->kind == OF_TAU || (f->kind == OF_QD && d->has_qd);
         const noise_of e = is ? find_noise(d, f->kind, f->index, n, half) : none;
-        f->noise = e.rms, f->share = e.share;
+        f->noise = e.rms * (f->kind == OF_TAU ? unit_of_tau(d) : 1), f->share = e.share;
     }
 }
 
@@ -2477,7 +2500,7 @@ static void tell_columns(const motion *d, const pace *p)
         if (d->count > SHOWN && c == SHOWN / 2) say("    ...\n");
         if (d->count > SHOWN && c >= SHOWN / 2 && c < d->count - SHOWN / 4) continue;
         for (i = 0; i < d->samples; i++) {
-            const double v = x ? (double)x[i * columns] : d->t[i];
+            const double v = x ? (double)x[i * columns] * (f->kind == OF_TAU ? unit_of_tau(d) : 1) : d->t[i];
             low = fmin(low, v), high = fmax(high, v);
         }
         snprintf(name, sizeof name, f->kind == OF_T ? "t" : "%s%d", kind_names[f->kind], f->index + 1);

@@ -120,6 +120,7 @@ typedef struct {
     double inertia[REGRESSION_JOINTS]; /* mean of M_jj; if it is not above its noise, what the noise would hide */
     double floor[REGRESSION_JOINTS];   /* M >= diag(floor) where it was projected */
     double inertial[REGRESSION_JOINTS], noise[REGRESSION_JOINTS]; /* rms of M qdd and of tau_model - tau, in training */
+    double unit; /* of torques, for regression_tell */
     int places, indefinite; /* places of the last test of M, and how many had M that is not positive definite */
 } regression;
 
@@ -142,7 +143,7 @@ static regression regression_new(int joints, const double *turn)
 {
     regression r;
     memset(&r, 0, sizeof r);
-    r.joints = joints, r.most = 1300, r.work = 1e10;
+    r.joints = joints, r.most = 1300, r.work = 1e10, r.unit = 1;
     if (joints > 0 && joints <= REGRESSION_JOINTS) memcpy(r.turn, turn, sizeof *turn * (size_t)joints);
     return r;
 }
@@ -1078,13 +1079,14 @@ static void regression_tell(const regression *r, FILE *to)
     fprintf(to, "torque error in validation blocks: %.2f %% of the rms torque of each joint\n", 100 * r->error);
     fprintf(to, " joint   rms tau     error       %%   inertia  M qdd, rms\n");
     for (j = 0; j < r->joints; j++)
-        fprintf(to, "%6d %9.3g %9.3g %7.2f %9.3g %11.3g%s\n", j + 1, r->torque[j], r->noise[j],
-                r->torque[j] > 0 ? 100 * r->noise[j] / r->torque[j] : 0, r->inertia[j], r->inertial[j],
+        fprintf(to, "%6d %9.3g %9.3g %7.2f %9.3g %11.3g%s\n", j + 1, r->unit * r->torque[j], r->unit * r->noise[j],
+                r->torque[j] > 0 ? 100 * r->noise[j] / r->torque[j] : 0, r->unit * r->inertia[j], r->unit * r->inertial[j],
                 r->still >> j & 1 ? "  does not move: its inertia is unknown" : "");
     for (j = 0; j < r->joints; j++) {
         if (r->still >> j & 1) continue;
         if (r->inertial[j] < r->noise[j])
-            fprintf(to, "joint %d: inertial torque %.3g is below its noise %.3g\n", j + 1, r->inertial[j], r->noise[j]);
+            fprintf(to, "joint %d: inertial torque %.3g is below its noise %.3g\n", j + 1, r->unit * r->inertial[j],
+                    r->unit * r->noise[j]);
         if (r->torque[j] > 0 && r->constant >> j & 1) fprintf(to, "joint %d: the torque is constant\n", j + 1);
         if (!(r->torque[j] > 0)) fprintf(to, "joint %d: no torque, so it is taken for a joint without motor\n", j + 1);
         if (r->shape.unused >> j & 1)

@@ -259,7 +259,7 @@ static int start_networks(const regression *r, const regression_source *of, M(pa
         const double off_V = start_adam(&potential, START_POTENTIAL, 1e-2);
         start_friction(r, p);
         printf("networks begin at the regression: M off by %.2g %%, gravity by %.2g %%, unit of inertia %g\n", 100 * off_M,
-               100 * off_V, (double)p->scale.m);
+               100 * off_V, r->unit * (double)p->scale.m);
     } else printf("networks do not begin at the regression: its M has no logarithm\n");
     free(x), free(x_t), free(V_t), free(u);
     return good;

@@ -15,8 +15,8 @@
      networks  recursive Gauss-Newton on accelerations, then also on windows of half a second, until held-out trajectories are
                predicted no better; or, method=adam, Riemannian Adam on accelerations, of all parameters together
 
-   With torque=1 and without autoencoder a regression of the torques is fitted and told first (baseline.h); start=regression: the
-   networks begin there.
+   With torque=1 and without autoencoder a regression of the torques is fitted and told first (baseline.h), and the networks begin
+   there.
 
    Written at every look at the held-out trajectories: OUT.svg, the learning curve, and OUT.check, from which resume=1 goes on, with
    the same bits as if nothing had happened. In the end, however a training ends, by itself, by seconds=, by a signal (SIGINT,
@@ -94,12 +94,13 @@ static struct {
     {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
-    {"start", "random", "random, or regression: networks begin at the regression of the torques; torque=1, no autoencoder"},
+    {"start", "auto", "regression: networks begin at that of the torques; random; auto: regression with torque=1, joints as z"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
-    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: with start=regression those that it finds"},
+    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: those that the regression finds where networks begin"},
+    {"smoother", NULL, "packed weights of an earlier training: a Kalman smoother on them finds q and qd; without columns qd"},
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, DELAY, WORDS };
+enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY, WORDS };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -125,7 +126,7 @@ static void help(void)
            "held-out trajectory, predicted and true), OUT_report.html (all of this on a page), OUT_limits.h (limits of a guard,\n"
            "noise of a filter), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
-           "  0  A model was trained: weights are written, the best step is not the first (it may be with start=regression),\n"
+           "  0  A model was trained: weights are written, the best step is not the first (it may be that of a regression),\n"
            "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
            "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= at\n"
            "     most one roll-out in twenty fails.\n"
@@ -265,7 +266,7 @@ static struct {
     int best_step, since;  /* since: from where steps without a gain are counted */
     int falls, windowed;   /* how often numbers overflowed since the last gain; 1: there were windows */
     int begun_there;       /* 1: the networks began at the regression */
-    int gentle;            /* 1: and its torques are noisy: small steps */
+    int gentle;            /* 1: and the torques are noisy: small steps */
     int thin;              /* looks take every so many windows, where seconds= is short; 0: not yet known */
     uint64_t seed;
     double seconds, best_error, ahead; /* of held-out trajectories, so many seconds ahead */
@@ -281,6 +282,7 @@ static struct {
 } s;
 
 static motion d, unseen; /* of motion.csv, and of test= */
+static double torque_scale = 1; /* of d, unseen and s, while it trains, in that of the recordings */
 static int train; /* its first trajectories; the others are held out */
 static double began, launched; /* seconds() and elapsed() count from there */
 static char ended[300];        /* why the training ended before its time; empty: by itself */
@@ -427,6 +429,7 @@ static void check_place(void)
 #include "baseline.h"
 #include "delay.h"
 #include "fitted.h"
+#include "smoother.h"
 #include "page.h"
 
 /* ---- 5 chart ---- */
@@ -648,7 +651,7 @@ static const char *newton_step(rows *f)
    seconds=. Then s is as it was, but for the weights. */
 static void refine_start(void)
 {
-    enum { MOST = 200, PATIENCE = 30 };
+    enum { MOST = 60, PATIENCE = 15 };
     static rows f;
     static M(params) best;
     const regression_source x = source_of(&d, 0, train);
@@ -851,6 +854,16 @@ static void turn_back(void)
     s.since = s.step;
 }
 
+/* The first steps from the regression lead away from it: noise of the torques. Back to it, with small steps. */
+static void step_gently(void)
+{
+    s.p = s.best, s.gentle = 1, s.memory = 40, s.window_weight = 0, s.since = s.step;
+    memset(&s.newton, 0, sizeof s.newton);
+    s.newton.state = fresh();
+    memcpy(s.mean, s.p.theta + M(newton_from), sizeof s.mean);
+    printf("back to the regression, with small steps: the recorded torques are noisy\n");
+}
+
 /* Horizon of a look, in samples: look= seconds, at most half of the median held-out trajectory, so that at least half of them are
    long enough, and a short one shortens nothing. */
 static int farthest(void)
@@ -901,7 +914,8 @@ static void look(void)
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
     draw_curve(near * d.dt, far * d.dt);
-    if (s.stage == NEWTON && s.step > windows_from() && s.memory > 2 &&
+    if (s.stage == NEWTON && s.begun_there && !s.gentle && s.best_step == 0 && product > 1.05 * s.best_score) step_gently();
+    else if (s.stage == NEWTON && s.step > windows_from() && s.memory > 2 &&
         (product > 2 * s.best_score || s.step >= s.since + patience()))
         turn_back();
 }
@@ -984,7 +998,7 @@ static void run(void)
     last = s.stage, window_count = longer.count, granted = left();
     if (s.stage == NEWTON) weigh_forces(set("force"));
     if (s.next == 0) {
-        s.newton.state = fresh(), s.memory = s.gentle ? 40 : 8;
+        s.newton.state = fresh(), s.memory = 8;
         printf("%s\n", stage_names[s.stage]), tell_short(&longer);
     }
     while (s.next == 0 || !(done(updates) || halting())) {
@@ -1050,18 +1064,20 @@ static int write_weights(const char *mark)
 {
     static unsigned char bytes[M(packed_size)];
     static M(work) scratch;
+    static M(params) p;
     FILE *f;
     int good;
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
     if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK)
         doubt("the range of z overflows; possible cause: a wild sample");
-    M(pack)(&s.p, bytes);
+    p = s.p, p.scale.m *= (roln_real)torque_scale;
+    M(pack)(&p, bytes);
     if (!(f = file(".part", "wb"))) return 0;
     fwrite(bytes, 1, sizeof bytes, f);
     good = put_in_place(f, ".roln");
     if (!(f = file(".part", "w"))) return 0;
     if (mark) fprintf(f, MARK "%s */\n", mark);
-    if (M(write)(&s.p, put_file, f) != ROLN_OK) doubt("weights that are no C constants");
+    if (M(write)(&p, put_file, f) != ROLN_OK) doubt("weights that are no C constants");
     if (strcmp(words[DELAY].value, "0") != 0)
         fprintf(f, "\n/* s from the stamp of a torque to its effect, in the recordings (docs/control.md, \"Delay\") */\n"
                    "#define %s_DELAY ROLN_C(%.6g)\n", STRING(MODEL), delay_found);
@@ -1096,17 +1112,24 @@ static void judge_training(void)
 
 /* ---- 11 main ---- */
 
+static void to_unit_of_tau(motion *m, double factor)
+{
+    int i;
+    for (i = 0; i < m->samples * m->forces; i++)
+        m->tau[i] *= (roln_real)factor, m->tau_mid[i] *= (roln_real)factor;
+}
+
 /* The unit of inertia, from the regression, or from the torques of some samples: of a machine in Nm that weighs grams, or one of
    tons. */
 static void fit_inertia(void)
 {
     pool some = some_samples();
     const roln_batch b = batch_of(&some, some.start, some.count);
-    if (set("inertia") > 0) s.p.scale.m = (roln_real)set("inertia");
+    if (set("inertia") > 0) s.p.scale.m = (roln_real)(set("inertia") / torque_scale);
     else if (fitted) start_scale(&baseline, &s.p);
     else if (M(fit_inertia)(&s.p, &b, &work[0].fit_inertia) != ROLN_OK)
         printf("warning: torque=1, but the torques do not change: M and V are known up to a factor\n");
-    if (s.p.scale.m != 1) printf("unit of inertia: %.3g\n", (double)s.p.scale.m);
+    if (s.p.scale.m != 1) printf("unit of inertia: %.3g\n", torque_scale * (double)s.p.scale.m);
     free(some.start);
 }
 
@@ -1132,6 +1155,7 @@ static void start(void)
                  : st == ROLN_E_SHAPE || st == ROLN_E_PRECISION ? "it is of another config"
                                                                 : "its numbers make no sense");
         fclose(f);
+        s.p.scale.m /= (roln_real)torque_scale;
         leave_out();
     } else {
         fit_chart();
@@ -1170,6 +1194,8 @@ static void tables(double most)
     tell_baseline();
     if (words[TEST].value) table(words[TEST].value, "test=", &unseen, 0, unseen.trajectories, most / 2, csv);
     if (csv) close_file(csv, "_errors.csv");
+    to_unit_of_tau(&d, torque_scale), to_unit_of_tau(&unseen, torque_scale); /* from here on torques are as they were recorded */
+    s.p.scale.m *= (roln_real)torque_scale, s.best.scale.m *= (roln_real)torque_scale, torque_scale = 1;
     if (set("torque") > 0) torques();
     if (price() * steps_to(&d, train, d.trajectories, far, 1, stride_of(&d, 0.1)) < left()) draw_motion();
 }
@@ -1240,6 +1266,8 @@ static void read_all(void)
     for (k = T_COLUMN; k <= FILTER; k++)
         if (words[k].value) read_key(&w, words[k].key, words[k].value);
     w.torque = set("torque") > 0, w.half = (int)set("smooth"), w.dt = set("dt");
+    w.own_unit = w.torque && M(inputs) == 0 && !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
+    if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1, w.qd_unused = 1;
     if (words[TEST].value) {
         file_list tests = {NULL, 0};
         add_files(&tests, words[TEST].value);
@@ -1247,7 +1275,8 @@ static void read_all(void)
     }
     w.qd_unused = set("noise") > 0 || set("smooth") > 0, w.tell = 1;
     d = read_recordings(inputs.count, inputs.path, &w);
-    k = d.trajectories;
+    k = d.trajectories, torque_scale = unit_of_tau(&d);
+    to_unit_of_tau(&unseen, unit_of_tau(&unseen) / torque_scale);
     if (set("noise") > 0) {
         double sd[M(N)];
         add_noise(&d, set("noise"), M(own), (uint64_t)set("seed") + 5000, sd);
@@ -1256,6 +1285,11 @@ static void read_all(void)
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
     settle_delay(words[DELAY].value, words[TEST].value ? &unseen : NULL);
+    if (words[SMOOTHER].value) {
+        smoother.p.scale.m /= (roln_real)torque_scale;
+        smooth_motion(&d, words[SMOOTHER].value);
+        if (words[TEST].value) smooth_motion(&unseen, words[SMOOTHER].value);
+    }
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
         fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "

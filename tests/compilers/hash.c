@@ -362,7 +362,7 @@ static void hash_filter(const wheel_params *p, const roln_real *y, roln_real h, 
     roln_noise noise = {.dt = h, .q = ROLN_C(0.015625), .gate = 8, .lost = 3};
     const roln_batch b = {2, 60, 1, NULL, y, NULL, NULL, NULL};
     int k;
-    must(wheel_fit_noise(p, &b, &noise, NULL, &train.wheel.fit_noise), "filter: noise");
+    must(wheel_fit_noise(p, &b, &noise, NULL, NULL, &train.wheel.fit_noise), "filter: noise");
     add(1, &noise.tau);
     for (k = 0; k < 200; k++) {
         const roln_real now[2] = {y[2 * k] + (k % 50 == 20), y[2 * k + 1]};

@@ -241,7 +241,7 @@ typedef struct {
     static NAME##_filter NAME##_of; \
     static roln_status NAME##_noise(const roln_batch *b, roln_noise *noise) \
     { \
-        return NAME##_fit_noise(PARAMS, b, noise, NULL, &NAME##_room.train.fit_noise); \
+        return NAME##_fit_noise(PARAMS, b, noise, NULL, NULL, &NAME##_room.train.fit_noise); \
     } \
     static void NAME##_begin(void) \
     { \

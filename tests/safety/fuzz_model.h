@@ -530,7 +530,7 @@ static void M(call_fit)(int which)
     } else if (which == 2 && fuzz_below(64) == 0) { /* hundreds of ticks of a filter */
         noise.q = fuzz_below(2) ? ROLN_C(0.01) : 0;
         b.steps = b.steps > 0 ? b.steps + 3 : b.steps, b.count = b.count > 2 ? 2 : b.count;
-        fuzz_keep(q_each, sizeof q_each), st = M(fit_noise)(&M(p), &b, &noise, q_each, &M(t).fit_noise);
+        fuzz_keep(q_each, sizeof q_each), st = M(fit_noise)(&M(p), &b, &noise, q_each, NULL, &M(t).fit_noise);
         fuzz_judge(st, q_each, sizeof q_each);
         CLAIM(roln_finite(noise.tau) && noise.tau >= 0 && (st == ROLN_OK || noise.tau == 0));
     } else {

@@ -577,7 +577,7 @@ ROLN_FN roln_status C_(c_fit_limits)(const instance *m, const roln_batch *b, rol
 ROLN_FN roln_status C_(c_fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, void *work)
 {
     const C_(params) p = C_(c_params)(m);
-    return C_(fit_noise)(&p, b, noise, q_each, (C_(fit_noise_work) *)work);
+    return C_(fit_noise)(&p, b, noise, q_each, NULL, (C_(fit_noise_work) *)work);
 }
 
 ROLN_FN roln_status C_(c_errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar,

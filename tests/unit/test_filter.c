@@ -833,9 +833,9 @@ static void test_plain(void)
     CHECK(plain_filter_tick(&p, &x.noise, x.y, x.tau, &f, (void *)spare) == ROLN_FAULT_STATUS);
     CHECK(memcmp(&f, &was, sizeof f) == 0);
     b = record(PLAIN, &x, &s);
-    CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, (void *)spare) == ROLN_E_SHAPE);
+    CHECK(plain_fit_noise(&p, &b, &x.noise, x.q_each, NULL, (void *)spare) == ROLN_E_SHAPE);
     p.slope *= 2;
-    CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, (void *)spare));
+    CHECK_OK(plain_fit_noise(&p, &b, &x.noise, x.q_each, NULL, (void *)spare));
 }
 
 /* NAME_filter_tick and NAME_control with ROLN_LOAD. */

@@ -279,7 +279,7 @@ static void call_filter(calls *c)
     memset(&o, 0, sizeof o);
     o.noise.dt = limits.dt, o.noise.q = 1;
     was = o;
-    CALL(arm_fit_noise(&p, &b, &o.noise, o.each, &train.fit_noise));
+    CALL(arm_fit_noise(&p, &b, &o.noise, o.each, NULL, &train.fit_noise));
     c->faults[2] = arm_filter_tick(&p, &o.noise, y, NULL, &o.f, &filterwork);
     c->kept &= memcmp(&o, &was, sizeof o) == 0;
 }

@@ -6,7 +6,7 @@
 #
 # FOLDER holds double_pendulum/ and ur10e/, or one of them, or them as .tar.gz: docs/training.md, "Real recordings", says where they
 # come from. Nothing in them is changed. Logs and weights are left in build/real. Errors of torques and E_q, in per cent, are those
-# of the model, of the regression that its networks begin with (start=regression), and of q + h qd. Exit code: 0, both sets were
+# of the model, of the regression that its networks begin with, and of q + h qd. Exit code: 0, both sets were
 # accepted; 1, one was not, or there is none.
 [ -d "$1" ] || { sed -n '3,9s/^# \{0,1\}//p' "$0"; exit 1; }
 data=$(cd "$1" && pwd)
@@ -46,8 +46,8 @@ learn() {
     ${CC:-cc} -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I$dir -I. -Iexamples -DMODEL="$name" examples/train.c \
         -o $dir/"$name".train -lpthread -lm || exit 1
     rm -f $dir/"$name"_errors.csv
-    echo "./$name $from $* torque=1 start=regression seconds=$seconds out=$dir/$name" > $dir/"$name".log
-    $dir/"$name".train "$from" "$@" torque=1 start=regression seconds="$seconds" out=$dir/"$name" >> $dir/"$name".log 2>&1
+    echo "./$name $from $* torque=1 seconds=$seconds out=$dir/$name" > $dir/"$name".log
+    $dir/"$name".train "$from" "$@" torque=1 seconds="$seconds" out=$dir/"$name" >> $dir/"$name".log 2>&1
     ended=$?
     [ -s $dir/"$name"_errors.csv ] || { echo "$name: $(tail -n 2 $dir/"$name".log | head -n 1)" >&2; code=1; return; }
     awk -F, -v name="$name" -v ended=$ended '
