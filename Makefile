@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, lint, real, install, clean; api
+# roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
 # make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, experiments,
 #                                       eig, bench
@@ -22,7 +22,7 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 # What a file includes, as a rule beside what is made of it; read at the end.
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
-.PHONY: all demo swelling ekf furuta mpc arm lint api install dist clean deps release-deps test release check hash \
+.PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
         sanitize mutants record learn real machines errors control plans models noise rope experiments rivals report plotting-deps \
         plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
 all: demo
@@ -43,6 +43,15 @@ mpc: build/mpc
 	./build/mpc build/mpc.svg
 arm: build/arm
 	./build/arm
+
+belt: build/belt
+	./build/belt
+
+# the weights and limits of belt.c anew, three minutes: a first training, then one on motion that the first model has smoothed
+build/belt_weights.h: build/belt build/belt_train
+	./build/belt record > build/belt.csv
+	cd build && ./belt_train belt.csv torque=1 delay=auto steps=60 out=belt_first && \
+	    ./belt_train belt.csv torque=1 delay=0.0053 smoother=belt_first.roln steps=150
 
 # the weights of furuta.c, arm.c and tests/control/rope.c anew, from their recordings: to the bit, so as they were trained first
 furuta_train = torque=1 start=random smooth=20 steps=150 force=0 inertia=9.765625e-4

@@ -4949,9 +4949,9 @@ ROLN_FN void ROLNI_(noise_of_chart)(const ROLN_(params) *p, const roln_batch *b,
    each torque; it is multiplied by l->tau of that, and l->tau_each points to it. tau_each NULL: all joints have the same.
    l->load is yours, too; nothing but the machine that was trained moved.
    ROLN_E_LENGTH: no window, less than 2 ticks, or stride is not 1; ROLN_E_RANGE: l makes no sense, a joint has no noise, q_each
-   is NULL where it is needed, a number of tau_each is below 0, or the model holds no range; ROLN_E_NOT_FINITE, also if all of tau_each
-   are 0, status of NAME_linear. l, q_each and tau_each stay as they were unless ROLN_OK. Cost: 8 to 60 times NAME_filter_tick for
-   every tick. */
+   is NULL where it is needed, a number of tau_each is below 0, or the model holds no range; ROLN_E_NOT_FINITE, also if all of
+   tau_each are 0, status of NAME_linear. l, q_each and tau_each stay as they were unless ROLN_OK. Cost: 8 to 60 times
+   NAME_filter_tick for every tick. */
 ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b, roln_noise *l, roln_real q_each[ROLN_(N)],
                                      roln_real tau_each[ROLN_(N)], ROLN_(fit_noise_work) *w)
 {

@@ -8,8 +8,8 @@
 
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
    limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
-   (filter=, smooth=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as large as
-   the spectrum shows it. */
+   (filter=, smooth=, smoother=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as
+   large as the spectrum shows it. */
 
 #ifndef FITTED_H
 #define FITTED_H
@@ -86,7 +86,7 @@ static roln_real *measured_q(void)
     double noise[M(N)] = {0};
     size_t i;
     int c;
-    for (c = 0; c < d.count && (d.reach > 0 || set("smooth") > 0); c++)
+    for (c = 0; c < d.count && (d.reach > 0 || set("smooth") > 0 || words[SMOOTHER].value); c++)
         if (d.fields[c].kind == OF_Q && d.fields[c].noise > 0) noise[d.fields[c].index] = d.fields[c].noise, found.noisy = 1;
     for (i = from; i < count; i++)
         q[i] = d.q[i] + (roln_real)noise[i % N] * roln_normal(&seed);

@@ -62,7 +62,7 @@ typedef struct {
     const char *path;                  /* the file, or how many there are */
     int N, forces;                     /* columns q; columns tau or u */
     int trajectories, samples, *first; /* first [trajectories + 1] */
-    int has_qd, has_tau;
+    int has_qd, has_tau, qd_derived; /* qd_derived: qd is the derivative of q */
     double dt;
     roln_real *q, *qd, *qdd;  /* [samples][N] */
     roln_real *tau, *tau_mid; /* [samples][forces]: the mean force up to the next sample; the force that belongs to qdd */
@@ -2284,7 +2284,7 @@ static void finish(motion *d, const wanted *w)
     d->tau_mid = room((size_t)d->samples + 1, (size_t)(F > d->N ? F : d->N) * sizeof *d->tau);
     if (!d->has_qd && w->half == 0) {
         say("%s: qd is the derivative of q\n", d->path);
-        differentiate(d, d->q, d->qd), d->has_qd = 1;
+        differentiate(d, d->q, d->qd), d->has_qd = d->qd_derived = 1;
     }
     if (d->reach > 0 && d->measured) differentiate(d, d->qd, d->qdd);
     else differences(d, d->qd, d->qdd);

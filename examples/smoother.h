@@ -6,8 +6,8 @@
        read_smoother     the weights of smoother=FILE
        smooth_motion     q, qd, qdd of recordings become those of the smoother
 
-   Forward, NAME_filter_tick on each recording: s_k under all measurements up to k, covariance P_k, and of the step to k + 1, without
-   its measurement, s'_k+1, P'_k+1 and A_k of NAME_linear. Backward (Rauch, Tung and Striebel):
+   Forward, NAME_filter_tick on each recording: s_k under all measurements up to k, covariance P_k, and of the step to k + 1,
+   without its measurement, s'_k+1, P'_k+1 and A_k of NAME_linear. Backward (Rauch, Tung and Striebel):
 
        s_k += G_k (s_k+1 - s'_k+1)      G_k = P_k A_k^T P'_k+1^-1
 
@@ -206,8 +206,8 @@ static int smooth_recordings(motion *m, int from, int to, double *moved)
     return again;
 }
 
-/* Deviations of unknown torques: those of fit_smoother are halved, joint by joint, as long as q moves by what its noise explains. For
-   a smaller one the smoother believes the model in place of the encoders. */
+/* Deviations of unknown torques: those of fit_smoother are halved, joint by joint, as long as q moves by what its noise explains.
+   For a smaller one the smoother believes the model in place of the encoders. */
 static void tune_smoother(motion *m)
 {
     enum { N = M(N), ROUNDS = 16, SAMPLES = 8000 };

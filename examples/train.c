@@ -96,11 +96,14 @@ static struct {
     {"method", "newton", "newton or adam"},
     {"start", "auto", "regression: networks begin at that of the torques; random; auto: regression with torque=1, joints as z"},
     {"sliders", NULL, "for the regression: joints that are no hinges in rad: 2,5"},
-    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: those that the regression finds where networks begin"},
+    {"ignore", "auto", "joints that are left out of M and V: 1,3; none; auto: what the regression finds if it is the start"},
     {"smoother", NULL, "packed weights of an earlier training: a Kalman smoother on them finds q and qd; without columns qd"},
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
-enum { OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY, WORDS };
+enum {
+    OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY,
+    WORDS
+};
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
 
@@ -1267,13 +1270,13 @@ static void read_all(void)
         if (words[k].value) read_key(&w, words[k].key, words[k].value);
     w.torque = set("torque") > 0, w.half = (int)set("smooth"), w.dt = set("dt");
     w.own_unit = w.torque && M(inputs) == 0 && !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
-    if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1, w.qd_unused = 1;
+    if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1;
     if (words[TEST].value) {
         file_list tests = {NULL, 0};
         add_files(&tests, words[TEST].value);
         unseen = read_recordings(tests.count, tests.path, &w);
     }
-    w.qd_unused = set("noise") > 0 || set("smooth") > 0, w.tell = 1;
+    w.qd_unused = set("noise") > 0 || set("smooth") > 0 || words[SMOOTHER].value, w.tell = 1;
     d = read_recordings(inputs.count, inputs.path, &w);
     k = d.trajectories, torque_scale = unit_of_tau(&d);
     to_unit_of_tau(&unseen, unit_of_tau(&unseen) / torque_scale);
@@ -1288,7 +1291,7 @@ static void read_all(void)
     if (words[SMOOTHER].value) {
         smoother.p.scale.m /= (roln_real)torque_scale;
         smooth_motion(&d, words[SMOOTHER].value);
-        if (words[TEST].value) smooth_motion(&unseen, words[SMOOTHER].value);
+        if (unseen.qd_derived) smooth_motion(&unseen, words[SMOOTHER].value);
     }
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)

@@ -65,6 +65,7 @@ logger       python3 tests/user/logger.py
 import       sh tests/user/import.sh
 regression   build/regression
 start        sh tests/user/start.sh
+smoother     sh tests/user/smoother.sh
 steady       sh tests/safety/steady.sh
 style        sh tests/style/style.sh
 upsets       sh tests/firmware/upsets.sh test

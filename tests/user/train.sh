@@ -59,8 +59,8 @@ check 'no name' says '^hint: the names of all files begin with it: out=joints' $
 check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(printf %0500d 1)"
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
-keys='out t q qd tau dt delay filter test from method start sliders ignore smoother seed seconds steps held look window torque force inertia
-      noise smooth ae acc lr_ae lr_net threads resume'
+keys='out t q qd tau dt delay filter test from method start sliders ignore smoother seed seconds steps held look window torque
+      force inertia noise smooth ae acc lr_ae lr_net threads resume'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -617,7 +617,7 @@ check "noise of torques: ended with $?" test $? -eq 0
 check 'noise of torques: it hides the model after 20 ms' awk -F, '$2 == 20 { near = $3 > 0.5 * $(NF - 2) && $(NF - 1) } $2 == 1000 {
         far = $3 < 0.2 * $(NF - 2) } END { exit !(near && far) }' $dir/noisy_errors.csv
 check 'noise of torques, and a bad model' ends 3 'more than 1/2 of the error of' \
-    $dir/motor $dir/noisy.csv torque=1 held=0.2 steps=1 window=0 out=$dir/noisy
+    $dir/motor $dir/noisy.csv torque=1 held=0.2 start=random steps=1 window=0 out=$dir/noisy
 
 rm -rf $dir
 echo "$passed passed, $failed failed"
