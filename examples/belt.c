@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* belt.c - from a logger to a loop: three links, two motors, a belt that stretches, encoders of 14 bits, torques that act 5 ms late,
-   joints that stick, a payload that no recording had. Learned from recordings, then led along references that none followed.
+/* belt.c - from a logger to a loop: three links, two motors, a belt that stretches, encoders of 14 bits, torques that act 5 ms
+   late, joints that stick, a payload that no recording had. Learned from recordings, then led along references that none followed.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. -Iexamples examples/belt.c -o belt -lm
    ./belt                     the closed loops, with belt_weights.h and belt_limits.h
@@ -69,7 +69,8 @@ static void track(double pole, int count, double x[2])
 
 /* ---- 2 references ----------------------------------------------------------------------------- */
 
-/* The joints with motors: three sines of .1 Hz to `fastest` about the middle, grown from rest there in 2 s. The third link is level. */
+/* The joints with motors: three sines of .1 Hz to `fastest` about the middle, grown from rest there in 2 s. The third link is
+   level. */
 enum { SINES = 3 };
 typedef struct {
     double size[MOTORS][SINES], rate[MOTORS][SINES], phase[MOTORS][SINES];
@@ -105,8 +106,8 @@ static void reference_at(const reference *r, double t, double q[N], double qd[N]
 
 /* ---- 3 recordings ----------------------------------------------------------------------------- */
 
-/* Soft PD, which needs no model, leads the arm, wider and faster than it will be asked for. Columns: what the encoders count, and the
-   torques that were sent. */
+/* Soft PD, which needs no model, leads the arm, wider and faster than it will be asked for. Columns: what the encoders count, and
+   the torques that were sent. */
 static void record(void)
 {
     static const double kp[MOTORS] = {120, 40}, kd[MOTORS] = {16, 5}, hold[MOTORS] = {14, 6};
