@@ -599,10 +599,10 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
     for (i = friction_at; i < base_at; i++) th[i] += more[(i - friction_at) / n];
     for (i = 0; f->friction > 1 && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through the potential */
-        for (j = 0; j < (i == 0 ? net->size[0] : 1); j++) at[j * net->size[i + 1]] += 2;
+        for (j = 0; j < (i == 0 ? net->size[0] : 1); j++) at[j * net->size[i + 1]] = 2 + ROLN_ABS(at[j * net->size[i + 1]]);
         at += (net->size[i] + 1) * net->size[i + 1];
     }
-    for (i = 0; i < n && f->damping > 1; i++) th[friction_at - n * n + i * (n + 1)] += ROLN_C(0.25);
+    for (i = 0; i < n && f->damping > 1; i++) th[friction_at - n * n + i * (n + 1)] += ROLN_C(0.4);
     if (f->base) random_spd(n, th + base_at, s);
     for (i = 0; i < f->layers; i++) {
         roln_real *x = th + layer_at[i];
@@ -779,7 +779,7 @@ ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int forc
     roln_real **at[ARRAYS];
     int len[ARRAYS];
     m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
-    if (f->damping > 1) m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.01)); /* y stays as it is; the midpoint rule settles */
+    if (f->damping > 1 || f->friction > 1) m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005)); /* y stays as it is; the midpoint rule settles */
     x.th = th, x.s = fresh(2 * k);
     do
         for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);

@@ -688,8 +688,8 @@ static void check_start(roln_lnn f, int force, uint64_t *seed)
     roln_force fc;
     const roln_system sys = system_of(&x, NULL, &sp, &fc);
     int k, i, j, q;
-    for (i = 0; i < n && f.damping > 1; i++) x.s[n + i] = x.s[i] + (x.s[n + i] - x.s[i]) / 16; /* short, so that it settles */
-    if (f.damping > 1) m.h /= 16;
+    for (i = 0; i < n && m.h > 0.1L; i++) x.s[n + i] = x.s[i] + (x.s[n + i] - x.s[i]) / 16; /* short, so that it settles */
+    if (m.h > 0.1L) m.h /= 16;
     memcpy(z[0], x.s, (size_t)n * sizeof *s), memcpy(z[1], x.s + n, (size_t)n * sizeof *s);
     CHECK(roln_lnn_start(&f, &sys, 0, 1, (roln_real)m.h, z[0], z[1], s, tape, work) == ROLN_OK);
     CHECK(same(n, s, z[1]));
