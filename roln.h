@@ -14,7 +14,7 @@
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
        #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
-       #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: also learned quadratic drag, W (|y| o y), y = W^T zd
+       #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: and quadratic drag W (|y| o y), y = W^T zd
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate; 2: its level
                                               also depends on direction, velocity and load (roln_friction)
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
@@ -2511,7 +2511,7 @@ ROLNI_INTS
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
-    ROLN_(drag) = (ROLN_DAMPING) > 1 ? ROLN_(n) * ROLN_(n) : 0, /* numbers of W */
+    ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky),
@@ -2529,9 +2529,10 @@ ROLNI_INTS
     ROLN_(row_gradient_1) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 1),
     ROLN_(row_all_0) = ROLNI_ALL_ROW_WORK(ROLN_, 0),
     ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
+    ROLN_(loss_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), /* of what the guard asks for */
     /* parameters, and what training adds to them */
     ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(tri) + 1) +
-                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)) : 0) +
+                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_(damper) : 0) +
                        ROLNI_LAW(ROLN_FRICTION) * ROLN_(n),
     ROLN_(base_size) = (ROLN_BASE) > 0 ? ROLN_(n) * ROLN_(n) : 0,
     ROLN_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
@@ -2716,7 +2717,7 @@ static const roln_model ROLN_(model) = {
      ROLN_(monomials)},
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR),
-     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLN_(n)) + ROLN_(drag)), ROLN_(angles),
+     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles),
      ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own)};
 #undef ROLNI_MLP_OF
@@ -3222,7 +3223,7 @@ typedef struct {
         roln_real decode[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))], x[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))];
         struct {
             roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
-            roln_real work[ROLN_MAX(ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), 2 * ROLN_(n))];
+            roln_real work[ROLN_MAX(ROLN_(loss_work), 2 * ROLN_(n))];
         } net;
     } u;
 } ROLN_(guard_tick_work);
@@ -3724,8 +3725,8 @@ ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_
     return ROLN_OK;
 }
 #if ROLN_FRICTION > 1
-/* The law of friction that was learned, law [n]. c, s are in J and v, w in 1/s, in the units of a joint as c, v of NAME_friction_of;
-   l, a have no unit. law is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
+/* The law of friction that was learned, law [n]. c, s are in J and v, w in 1/s; those of a joint follow as c, v of
+   NAME_friction_of. l, a have no unit. law is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(friction_law)(const ROLN_(params) *p, roln_friction law[ROLN_AT_LEAST(ROLN_(n))])
 {
     const roln_real *at = ROLNI_(net)(p) + rolni_friction_at(&ROLN_(model).lnn), t = p->scale.t, force = p->scale.m / (t * t);

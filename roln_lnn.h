@@ -3,9 +3,10 @@
 
        M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)
 
-   d may also have quadratic drag W (|y| o y), y = W^T zd, and a richer law of friction (section 4). u, V, L and W are multilayer perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from
-   u, exp_P the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD
-   layers may follow; or M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
+   d may also have quadratic drag W (|y| o y), y = W^T zd, and another law of friction (section 4). u, V, L and W are multilayer
+   perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from u, exp_P the exponential
+   map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may follow; or
+   M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
 
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
 
@@ -434,7 +435,7 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
 /* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(base) ..; at run time they are local ints:
        n           degrees of freedom
        base        1: learned base point P             damping    1: learned dissipation; 2: drag, too
-       friction    1, 2: learned dry friction
+       friction    1, 2: learned dry friction          damper     outputs of the damper network, ROLNI_DAMPER
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
        cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
@@ -468,7 +469,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
     X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(n)))                     /* [1+dirs][nb][tri] mass network, and along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
-    X(L, (nb) * ROLNI_DAMPER(S(damping), S(n)))                    /* [nb][outputs]     damper */ \
+    X(L, (nb) * S(damper))                                         /* [nb][outputs]     damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
     X(g, (nb) * S(n))                                              /* [nb][n]           dV/dz */ \
     X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
@@ -498,7 +499,8 @@ typedef struct {
 } rolni_tape;
 
 #define ROLNI_TAPE_SIZES(f) \
-    const int n = (f)->n, base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
+    const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
+    const int cholesky = (f)->mass == ROLN_CHOLESKY; \
     const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
@@ -1259,8 +1261,8 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
 
 /* The law of friction 2 at one coordinate, after measured servo drives (arXiv 2410.08650):
        d = (c (1 + a y) + s (1 - Y^2) + l |g|) y,   y = tanh(zd / v),  Y = tanh(zd / w),   c, v, s, w, l > 0,  -1 < a < 1
-   c: level, with a larger in one direction than in the other; s: excess at rest (Stribeck), which falls over the velocity w; l: part
-   of the static load |g|. Each term takes power at any zd, since every factor of y is at least 0. */
+   c: level, larger in one direction with a; s: excess at rest (Stribeck), which falls over the velocity w; l: part of the static
+   load |g|. Each term takes power at any zd, since every factor of y is at least 0. */
 typedef struct {
     roln_real x, X, y, Y;     /* zd / v, zd / w and their tanh */
     roln_real c, a, s, l;     /* a, and the levels: c, s (1 - Y^2), l |g| */
@@ -1296,8 +1298,8 @@ ROLN_FN void rolni_friction(const roln_lnn *f, const roln_real *law, const rolni
     }
 }
 
-/* The potential acts by g and, with friction 2, by the load in d: a^T d has g_i' a_i l_i y_i sgn g_i. So the cotangent a of g, row r
-   of a block, becomes that of both, to_i = a_i (1 + l_i y_i sgn g_i). to [n] may be a. */
+/* With friction 2 the potential acts by g and by the load in d, a^T dd = sum_i a_i l_i y_i sgn(g_i) dg_i. So the cotangent a of g,
+   row r of a block, becomes that of both, to_i = a_i (1 + l_i y_i sgn g_i). to [n] may be a. */
 ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, int r, const roln_real *a, roln_real *to)
 {
     int i;
@@ -1385,19 +1387,19 @@ typedef struct {
 /* -a^T d = -(L^T a)^T (L^T zd) and, with drag, -x^T (|y| o y), x = W^T a, y = W^T zd, so that
        g_W = -(a (|y| o y)^T + zd (2 |y| o x)^T),   g_zd = -W (2 |y| o x) .
    Adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
-#define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * ROLNI_DAMPER(S(damping), S(n)))
+#define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * S(damper))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
     (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide))))
 ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                roln_real *gy, roln_real *gzd, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, at = rolni_damper_at(f), damping = f->damping;
+    const int n = f->n, at = rolni_damper_at(f), damper = ROLNI_DAMPER(f->damping, n);
     roln_mlp_plane plane;
     int r, i;
     ROLNI_DAMPING_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (r = 0; r < nb; r++) {
         const roln_real *ar = a + r * n, *vr = t->zd + r * n, *out = rolni_damper_row(f, t, r), *W = out + ROLN_TRI(n);
-        roln_real *L = work, *G = L + n * n, *x = G + n * n, *y = x + n, *gout = gL + r * ROLNI_DAMPER(damping, n);
+        roln_real *L = work, *G = L + n * n, *x = G + n * n, *y = x + n, *gout = gL + r * damper;
         rolni_low(n, out, L);
         roln_mm(1, n, n, ar, L, x);
         roln_mm(1, n, n, vr, L, y);
@@ -1407,7 +1409,7 @@ ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta
         roln_mm_bt(1, n, n, x, L, y);
         for (i = 0; i < n; i++)
             gzd[r * n + i] -= y[i];
-        if (damping == 1) continue;
+        if (f->damping == 1) continue;
         roln_mm(1, n, n, ar, W, x);
         roln_mm(1, n, n, vr, W, y);
         for (i = 0; i < n; i++) {
@@ -1904,12 +1906,12 @@ ROLN_FN void rolni_drag_jac(int n, const roln_real *zd, const roln_real *W, int 
 
 /* D -= derivatives of d = L L^T zd, of drag and of friction at fixed g. */
 #define ROLNI_DISSIPATION_JAC_MEM(X, S) \
-    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLNI_DAMPER(S(damping), S(n))) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) \
+    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * S(damper)) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) \
     X(Lj, S(n) * S(n)) X(y, S(n)) X(yj, S(n)) X(d, 2 * S(n))
 #define ROLNI_DISSIPATION_JAC_WORK(S) ROLN_MAX((S(damping) > 0) * (0 ROLNI_DISSIPATION_JAC_MEM(ROLNI_SIZE, S)), 2 * S(n))
 ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
-    const int n = f->n, nn = n * n, damping = f->damping, outputs = ROLNI_DAMPER(damping, n);
+    const int n = f->n, nn = n * n, damper = ROLNI_DAMPER(f->damping, n);
     int i, j;
     if (f->friction) {
         roln_real *one = work, *slope = one + n;
@@ -1919,7 +1921,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
         for (i = 0; i < n; i++)
             D[nn + i * (n + 1)] += slope[i];
     }
-    if (damping) {
+    if (f->damping) {
         const int hidden = roln_mlp_hidden(&f->damper_net), cossin = rolni_cossin(f);
         ROLNI_DISSIPATION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
         rolni_see_all(f, 1, t, x);
@@ -1927,7 +1929,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
         rolni_low(n, t->L, L);
         roln_mm(1, n, n, t->zd, L, y);
         for (j = 0; j < n; j++) { /* L_j L^T zd + L L_j^T zd, and L L^T e_j */
-            rolni_low(n, u + j * outputs, Lj);
+            rolni_low(n, u + j * damper, Lj);
             roln_mm(1, n, n, t->zd, Lj, yj);
             roln_mm_bt(1, n, n, y, Lj, d);
             roln_mm_bt(1, n, n, yj, L, d + n);
@@ -1937,7 +1939,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
             for (i = 0; i < n; i++)
                 D[nn + j * n + i] -= d[i];
         }
-        if (damping > 1) rolni_drag_jac(n, t->zd, t->L + ROLN_TRI(n), outputs, u + ROLN_TRI(n), D, y);
+        if (f->damping > 1) rolni_drag_jac(n, t->zd, t->L + ROLN_TRI(n), damper, u + ROLN_TRI(n), D, y);
     }
 }
 

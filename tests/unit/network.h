@@ -27,7 +27,7 @@ static struct {
 
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
-    int n, base, damping, friction, cossin, cholesky, formed, hidden, wide, layers;
+    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
     int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1, stage_1, step_1, dissipation, zdd_jac, midpoint_row;
 } sz;
@@ -39,6 +39,7 @@ ROLN_FN void set_sizes(const roln_lnn *f)
     int i, even = 0, odd = 0;
     memset(&sz, 0, sizeof sz);
     sz.n = f->n, sz.base = f->base, sz.damping = f->damping, sz.friction = f->friction;
+    sz.damper = f->damping ? f->damper_net.size[f->damper_net.layers] : 0;
     sz.cossin = f->angles ? net->size[0] : 0;
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.layers = f->layers, sz.formed = sz.cholesky || f->layers > 0;
     for (i = 0; i < net->layers; i++) {
@@ -779,7 +780,8 @@ ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int forc
     roln_real **at[ARRAYS];
     int len[ARRAYS];
     m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
-    if (f->damping > 1 || f->friction > 1) m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005)); /* y stays as it is; the midpoint rule settles */
+    if (f->damping > 1 || f->friction > 1) /* y stays as it is; the midpoint rule settles */
+        m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005));
     x.th = th, x.s = fresh(2 * k);
     do
         for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);

@@ -610,7 +610,7 @@ static void test_friction_of(void)
     CHECK(wheel_friction_of(&p, c, v) == ROLN_E_SHAPE && all(wheel_n, c, 7));
 }
 
-/* All numbers of the law: those of the networks in units, the friction of NAME_dynamics by them, refused as those of friction_of. */
+/* All numbers of the law, in units: they give the friction of NAME_dynamics, and are refused as those of friction_of. */
 static void test_friction_law(void)
 {
     static servo_params p;

@@ -16,8 +16,8 @@ void TEST_NAME(scratch)(void);
 /* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, inputs) \
-    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, friction) X(of, cossin) X(of, cholesky) X(of, formed) \
-    X(of, hidden) X(of, wide) X(of, layers) \
+    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, damper) X(of, friction) X(of, cossin) \
+    X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
     X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
 #define SIZE_FIELD(of, name) int name;
@@ -51,7 +51,7 @@ static void test_sizes(int k)
     CHECK(z.monomials == md->ae.monomials && z.bent == roln_ae_bent(&md->ae) && (z.monomials > 0) == (md->ae.degree > 0));
     CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
     CHECK(z.layers == f->layers && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
-    CHECK(z.friction == f->friction);
+    CHECK(z.friction == f->friction && z.damper == (f->damping ? f->damper_net.size[f->damper_net.layers] : 0));
     CHECK(z.cossin == rolni_cossin(f));
     CHECK(z.hidden == roln_mlp_hidden(net) && z.wide == roln_mlp_widest(net, 0) + roln_mlp_widest(net, 1));
     CHECK(ROLNI_CHAIN(OF_Z, 0) == rolni_chain_size(f, 0) && ROLNI_CHAIN(OF_Z, 2) == rolni_chain_size(f, 2));
