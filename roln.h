@@ -14,8 +14,9 @@
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
        #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
-       #define ROLN_DAMPING 0                 1: learned dissipation R(z)
-       #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate
+       #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: and quadratic drag W (|y| o y), y = W^T zd
+       #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate; 2: its level
+                                              also depends on direction, velocity and load (roln_friction)
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
        #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
@@ -87,6 +88,7 @@
        NAME_inverse     z, zd, zdd -> tau_z: inverse dynamics
        NAME_dynamics    M, c, g, d, kinetic and potential energy
        NAME_friction_of with ROLN_FRICTION: its levels c and the velocities v at which it sets in
+       NAME_friction_law  ... 2: all numbers of its law
        NAME_inertia     y = D^T M D v: the inertia that the joints feel
 
    Feedback, plans and estimates:
@@ -226,6 +228,14 @@ ROLN_FN int roln_force_size(const roln_model *md)
 typedef struct {
     roln_real q, t, m;
 } roln_scale;
+
+/* The law of dry friction of a coordinate with ROLN_FRICTION 2 (roln_lnn.h, rolni_law), for a velocity zd and a gravity term g:
+       d = (c (1 + a y) + s (1 - Y^2) + l |g|) y,   y = tanh(zd / v),  Y = tanh(zd / w) */
+typedef struct {
+    roln_real c, v; /* level, and the velocity at which it sets in */
+    roln_real s, w; /* excess at rest (Stribeck), and the velocity over which it falls */
+    roln_real l, a; /* part of the static load; asymmetry: the level is c (1 + a) forward and c (1 - a) backward */
+} roln_friction;
 
 /* True if every angle has unit 1 in each; each NULL: every unit is 1. */
 ROLN_FN int rolni_each_turns(const roln_model *md, const roln_real *each)
@@ -1954,7 +1964,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
     flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
-    flags += 4096 * f->friction + 8192 * md->own;
+    flags += 4096 * (f->friction & 1) + 8192 * (f->friction & 2) + 8192 * md->own; /* damping 2 is bit 3, friction 2 bit 14 */
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
@@ -2501,6 +2511,7 @@ ROLNI_INTS
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
+    ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky),
@@ -2518,10 +2529,11 @@ ROLNI_INTS
     ROLN_(row_gradient_1) = ROLNI_GRADIENT_ROW_WORK(ROLN_, 1),
     ROLN_(row_all_0) = ROLNI_ALL_ROW_WORK(ROLN_, 0),
     ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
+    ROLN_(loss_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), /* of what the guard asks for */
     /* parameters, and what training adds to them */
     ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(tri) + 1) +
-                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_TRI(ROLN_(n)) : 0) +
-                       ((ROLN_FRICTION) ? 2 * ROLN_(n) : 0),
+                       ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_(damper) : 0) +
+                       ROLNI_LAW(ROLN_FRICTION) * ROLN_(n),
     ROLN_(base_size) = (ROLN_BASE) > 0 ? ROLN_(n) * ROLN_(n) : 0,
     ROLN_(own) = ROLNI_OWN(ROLN_SCALE), /* 1: joints have units of their own */
     ROLN_(inputs) = ROLN_INPUTS,
@@ -2607,9 +2619,9 @@ ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
 ROLNI_ASSERT(angles_need_a_model_without_autoencoder, ROLN_(angles) == 0 || ROLN_(ae_layers) == 0)
 ROLNI_ASSERT(angles_need_31_joints_at_most, ROLN_(angles) == 0 || ROLN_(N) <= ROLN_ANGLES_MAX)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLN_(N))
-ROLNI_ASSERT(base_and_damping_are_0_or_1,
-             (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
-ROLNI_ASSERT(friction_is_0_or_1, (ROLN_FRICTION) * (ROLN_FRICTION) == (ROLN_FRICTION))
+ROLNI_ASSERT(base_is_0_or_1, (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE))
+ROLNI_ASSERT(damping_is_0_1_or_2, (ROLN_DAMPING) >= 0 && (ROLN_DAMPING) <= 2)
+ROLNI_ASSERT(friction_is_0_1_or_2, (ROLN_FRICTION) >= 0 && (ROLN_FRICTION) <= 2)
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(delay_must_not_be_negative, (ROLN_DELAY) >= 0)
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
@@ -2705,7 +2717,8 @@ static const roln_model ROLN_(model) = {
      ROLN_(monomials)},
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR),
-     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLN_(n))), ROLN_(angles), ROLN_FRICTION},
+     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles),
+     ROLN_FRICTION},
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own)};
 #undef ROLNI_MLP_OF
 
@@ -3210,7 +3223,7 @@ typedef struct {
         roln_real decode[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))], x[ROLNI_ROOM(ROLNI_TAU(ROLN_, 1))];
         struct {
             roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)];
-            roln_real work[ROLN_MAX(ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_MASS, 1), 2 * ROLN_(n))];
+            roln_real work[ROLN_MAX(ROLN_(loss_work), 2 * ROLN_(n))];
         } net;
     } u;
 } ROLN_(guard_tick_work);
@@ -3228,7 +3241,7 @@ ROLN_FN uint32_t ROLNI_(judge)(const ROLN_(params) *p, const roln_limits *limits
     if (s && want && limits->residual > 0) {
         const rolni_tape t = rolni_tape_of(lnn, 1, 0, 1, w->u.net.tape);
         ROLNI_(net_state)(p, s->z, s->zd, w->s);
-        if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_MASS, w->u.net.tape, w->u.net.work) == ROLN_OK) {
+        if (rolni_eval(lnn, 0, 1, ROLNI_(net)(p), w->s, NULL, ROLNI_LOSS(ROLN_FRICTION), w->u.net.tape, w->u.net.work) == ROLN_OK) {
             b = ROLNI_(balance)(p, &t, s->zd, w->u.net.work);
             if (load) b.lost -= roln_dot(ROLN_(n), s->zd, load);
             seen.balance = &b;
@@ -3692,9 +3705,9 @@ ROLN_FN roln_status ROLN_(dynamics)(const ROLN_(params) *p, const ROLN_(latent) 
 }
 
 #if ROLN_FRICTION > 0
-/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, and v [n], in 1/s. Of a joint without autoencoder
-   c / p->scale.q, in Nm, and v p->scale.q, in rad/s; with ROLN_SCALE each p->scale.q p->each[j] in place of p->scale.q. c, v are
-   untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
+/* The dry friction c_j tanh(zd_j / v_j) that was learned: c [n], in J, and v [n], in 1/s; with ROLN_FRICTION 2 NAME_friction_law
+   returns the rest of the law. Of a joint without autoencoder c / p->scale.q, in Nm, and v p->scale.q, in rad/s; with ROLN_SCALE
+   each p->scale.q p->each[j] in place of p->scale.q. c, v are untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_AT_LEAST(ROLN_(n))],
                                        roln_real v[ROLN_AT_LEAST(ROLN_(n))])
 {
@@ -3711,6 +3724,29 @@ ROLN_FN roln_status ROLN_(friction_of)(const ROLN_(params) *p, roln_real c[ROLN_
     rolni_copy(ROLN_(n), out + ROLN_(n), v);
     return ROLN_OK;
 }
+#if ROLN_FRICTION > 1
+/* The law of friction that was learned, law [n]. c, s are in J and v, w in 1/s; those of a joint follow as c, v of
+   NAME_friction_of. l, a have no unit. law is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
+ROLN_FN roln_status ROLN_(friction_law)(const ROLN_(params) *p, roln_friction law[ROLN_AT_LEAST(ROLN_(n))])
+{
+    const roln_real *at = ROLNI_(net)(p) + rolni_friction_at(&ROLN_(model).lnn), t = p->scale.t, force = p->scale.m / (t * t);
+    roln_friction out[ROLN_(n)];
+    int i;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    for (i = 0; i < ROLN_(n); i++, at++) {
+        roln_friction *const o = out + i;
+        o->c = roln_exp(at[0]) * force, o->v = roln_exp(at[ROLN_(n)]) / t;
+        o->s = roln_exp(at[2 * ROLN_(n)]) * force, o->w = roln_exp(at[3 * ROLN_(n)]) / t;
+        o->l = roln_exp(at[4 * ROLN_(n)]), o->a = roln_tanh(at[5 * ROLN_(n)]);
+        if (!roln_finite(o->c) || !roln_finite(o->v) || !roln_finite(o->s) || !roln_finite(o->w) || !roln_finite(o->l) ||
+            !roln_finite(o->a))
+            return ROLN_E_NOT_FINITE;
+    }
+    for (i = 0; i < ROLN_(n); i++)
+        law[i] = out[i];
+    return ROLN_OK;
+}
+#endif
 #else
 ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
 #endif

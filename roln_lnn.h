@@ -3,9 +3,10 @@
 
        M(z) zdd + C(z,zd) zd + g(z) + d(z,zd) = tau_z        M = exp_P(U(z)),  g = dV/dz,  d = L L^T zd + c o tanh(zd / v)
 
-   u, V and L are multilayer perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from
-   u, exp_P the exponential map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD
-   layers may follow; or M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
+   d may also have quadratic drag W (|y| o y), y = W^T zd, and another law of friction (section 4). u, V, L and W are multilayer
+   perceptrons of z, or of cos z_j and sin z_j where z_j is an angle, U the symmetric matrix filled from u, exp_P the exponential
+   map at the base point P, so M is positive definite whatever the weights. Behind the exponential SPD layers may follow; or
+   M = L L^T + eps I (Cholesky, as in DeLaN) takes its place. C comes from the Christoffel symbols of M:
 
        c = C zd = DM[zd] zd - 1/2 grad_z (zd^T M zd)
 
@@ -268,15 +269,19 @@ typedef struct {
     int mass;               /* ROLN_EXPONENTIAL: X_0 = exp_P(U); ROLN_CHOLESKY: M = L L^T + floor I */
     int base;               /* exponential: 0: base point I, 1: learned P */
     int layers;             /* gyro layers behind the exponential: X_i+1 = layer_i(X_i), the last is M; Cholesky: 0 */
-    int damping;            /* 1: learned dissipation R(z) = L L^T */
+    int damping;            /* 1: learned dissipation R(z) = L L^T; 2: quadratic drag W(z) beside it */
     roln_real eigenvalue_floor; /* smallest eigenvalue of ROLN_CHOLESKY */
     roln_mlp mass_net;      /* z -> u, ROLN_TRI(n) outputs */
     roln_mlp potential_net; /* z -> V, one output */
-    roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs */
+    roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs, and W [n][n] behind them if damping is 2 */
     uint32_t angles;        /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
                                have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
-    int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0 */
+    int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law */
 } roln_lnn;
+
+/* Outputs of the damper network, and numbers of the law of friction, of which there are n. */
+#define ROLNI_DAMPER(damping, n) (((damping) > 0) * ROLN_TRI(n) + ((damping) > 1) * (n) * (n))
+#define ROLNI_LAW(friction) ((friction) > 1 ? 6 : (friction) > 0 ? 2 : 0)
 
 #define ROLN_ANGLES_MAX 31
 
@@ -293,8 +298,9 @@ ROLNI_INLINE roln_real roln_lnn_near(const roln_lnn *f, int i, roln_real a, roln
     return !roln_lnn_angle(f, i) || (d > -ROLNI_PI && d <= ROLNI_PI) ? b : a - roln_wrap(d);
 }
 
-/* theta holds the networks (mass, potential and, if damping, damper), log c [n] and log v [n] if friction, P if base, and of each
-   SPD layer the triangle of W, then B [n][n]. These functions return the index at which a part begins. */
+/* theta holds the networks (mass, potential and, if damping, damper), the numbers of friction, P if base, and of each SPD layer the
+   triangle of W, then B [n][n]. The numbers of friction are log c and log v [n]; with friction 2 then log s, log w, log l and
+   atanh a [n]. These functions return the index at which a part begins. */
 ROLN_FN int rolni_potential_at(const roln_lnn *f)
 {
     return roln_mlp_params(&f->mass_net);
@@ -312,7 +318,7 @@ ROLN_FN int rolni_friction_at(const roln_lnn *f)
 
 ROLN_FN int rolni_base_at(const roln_lnn *f)
 {
-    return rolni_friction_at(f) + (f->friction ? 2 * f->n : 0);
+    return rolni_friction_at(f) + ROLNI_LAW(f->friction) * f->n;
 }
 
 ROLN_FN int rolni_layer_at(const roln_lnn *f, int layer)
@@ -326,10 +332,11 @@ ROLN_FN int roln_lnn_params(const roln_lnn *f)
     return rolni_layer_at(f, f->layers);
 }
 
-/* Random networks with small outputs, so that M is near I (and P = I), R near 0; c = v = e^-2. SPD layers start as the identity:
-   W = 1, B = I. */
+/* Random networks with small outputs, so that M is near I (and P = I), R near 0, W of drag near I / 4. Friction starts with
+   c = v = e^-2, s = l = e^-4, w = e^-1, a = 0. SPD layers start as the identity: W = 1, B = I. */
 ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
 {
+    const roln_real law[6] = {-2, -2, -4, -1, -4, 0};
     roln_real *th = theta + rolni_base_at(f);
     const int n = f->n;
     int i, j;
@@ -339,8 +346,10 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
             theta[rolni_potential_at(f) - ROLN_TRI(n) + i] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
-    for (j = 0; f->friction && j < 2 * n; j++)
-        theta[rolni_friction_at(f) + j] = -2;
+    for (i = 0; f->damping > 1 && i < n; i++) /* drag is cubic in W: it would not be learned from 0 */
+        theta[rolni_friction_at(f) - n * n + i * (n + 1)] = ROLN_C(0.25);
+    for (j = 0; j < ROLNI_LAW(f->friction) * n; j++)
+        theta[rolni_friction_at(f) + j] = law[j / n];
     for (j = 0; f->base && j < n * n; j++)
         *th++ = j % (n + 1) == 0;
     for (i = 0; i < f->layers; i++) {
@@ -358,7 +367,7 @@ ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *th
 {
     roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     int k, i;
-    for (k = 0; k < 2 + f->damping; k++)
+    for (k = 0; k < 2 + (f->damping > 0); k++)
         for (i = 0; i < f->n * f->mass_net.size[1]; i++)
             nets[k][i] *= factor;
 }
@@ -401,7 +410,7 @@ ROLN_FN void roln_lnn_ignore(const roln_lnn *f, int j, roln_real *theta)
     roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     const int size = f->mass_net.size[1];
     int k;
-    for (k = 0; k < 2 + f->damping; k++) {
+    for (k = 0; k < 2 + (f->damping > 0); k++) {
         rolni_zero(size, nets[k] + j * size);
         rolni_zero(size, nets[k] + rolni_second_input(f, j) * size);
     }
@@ -412,7 +421,7 @@ ROLN_FN int roln_lnn_ignores(const roln_lnn *f, int j, const roln_real *theta)
 {
     const roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     int k, unseen = 1;
-    for (k = 0; k < 2 + f->damping; k++)
+    for (k = 0; k < 2 + (f->damping > 0); k++)
         unseen = unseen && rolni_unseen(&f->mass_net, j, nets[k]) && rolni_unseen(&f->mass_net, rolni_second_input(f, j), nets[k]);
     return unseen;
 }
@@ -425,7 +434,8 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
 
 /* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(base) ..; at run time they are local ints:
        n           degrees of freedom
-       base        1: learned base point P             damping    1: learned dissipation
+       base        1: learned base point P             damping    1: learned dissipation; 2: drag, too
+       friction    1, 2: learned dry friction          damper     outputs of the damper network, ROLNI_DAMPER
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
        cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
@@ -459,7 +469,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
     X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(n)))                     /* [1+dirs][nb][tri] mass network, and along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
-    X(L, S(damping) * (nb) * ROLN_TRI(S(n)))                       /* [nb][tri(n)]      damper */ \
+    X(L, (nb) * S(damper))                                         /* [nb][outputs]     damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
     X(g, (nb) * S(n))                                              /* [nb][n]           dV/dz */ \
     X(dmv, (nb) * S(n))                                            /* [nb][n]           DM[zd] w */ \
@@ -476,8 +486,8 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(mass_out, (keep) * (1 + (dirs)) * (nb) * S(hidden)) \
     X(potential_slope, (keep) * (nb) * S(hidden)) \
     X(potential_out, (keep) * (nb) * S(hidden)) \
-    X(damper_slope, (keep) * S(damping) * (nb) * S(hidden)) \
-    X(damper_out, (keep) * S(damping) * (nb) * S(hidden))
+    X(damper_slope, (keep) * (S(damping) > 0) * (nb) * S(hidden)) \
+    X(damper_out, (keep) * (S(damping) > 0) * (nb) * S(hidden))
 
 #define ROLN_LNN_TAPE(S, dirs, keep, nb) (0 ROLNI_TAPE_MEM(ROLNI_SIZE, S, dirs, keep, nb))
 
@@ -489,7 +499,8 @@ typedef struct {
 } rolni_tape;
 
 #define ROLNI_TAPE_SIZES(f) \
-    const int n = (f)->n, base = (f)->base, damping = (f)->damping, cholesky = (f)->mass == ROLN_CHOLESKY; \
+    const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
+    const int cholesky = (f)->mass == ROLN_CHOLESKY; \
     const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
@@ -1135,8 +1146,10 @@ ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int se
 }
 
 /* How much is wanted of a sweep at s = [z; zd]: networks, mass matrix, d; also kin, g; also DM[zd] w; also, with keep, what
-   derivatives of second order need, in place of what a backward to theta needs (rolni_below). */
+   derivatives of second order need, in place of what a backward to theta needs (rolni_below). With friction 2, d has friction only
+   with g. */
 enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
+#define ROLNI_LOSS(friction) ((friction) > 1 ? ROLNI_GRADIENT : ROLNI_MASS) /* the least with all of d */
 
 /* The networks at the inputs on the tape: v and, if wanted, g; L; u and its directions. Leaves the slopes of the mass network on
    the tape or, without keep, in the first nb hidden numbers of work, where t->mass_slope then points. */
@@ -1214,8 +1227,14 @@ ROLN_FN roln_status rolni_form_mass(const roln_lnn *f, const rolni_row *row, rol
     return roln_chol(n, M, row->tape->C + row->r * n * n);
 }
 
-/* d = R zd = L (L^T zd) of row r, 0 without damping. */
-#define ROLNI_DAMPING_WORK(S) (S(damping) * (S(n) * S(n) + S(n)))
+/* The outputs of the damper network in row r: the triangle of L, and W [n][n] of drag behind it. */
+ROLN_FN const roln_real *rolni_damper_row(const roln_lnn *f, const rolni_tape *t, int r)
+{
+    return t->L + r * ROLNI_DAMPER(f->damping, f->n);
+}
+
+/* d = R zd = L (L^T zd) of row r, 0 without damping; with drag d += W (|y| o y), y = W^T zd. Each y takes the power |y|^3. */
+#define ROLNI_DAMPING_WORK(S) ((S(damping) > 0) * (S(n) * S(n) + S(n)))
 ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_real *work)
 {
     const int n = f->n;
@@ -1224,17 +1243,70 @@ ROLN_FN void rolni_damping(const roln_lnn *f, const rolni_tape *t, int r, roln_r
         rolni_zero(n, t->d + r * n);
         return;
     }
-    rolni_low(n, t->L + r * ROLN_TRI(n), L);
+    rolni_low(n, rolni_damper_row(f, t, r), L);
     roln_mm(1, n, n, t->zd + r * n, L, y);
     roln_mm_bt(1, n, n, y, L, t->d + r * n);
+    if (f->damping > 1) {
+        const roln_real *W = rolni_damper_row(f, t, r) + ROLN_TRI(n);
+        roln_real *drag = work;
+        int i;
+        roln_mm(1, n, n, t->zd + r * n, W, y);
+        for (i = 0; i < n; i++)
+            y[i] *= ROLN_ABS(y[i]);
+        roln_mm_bt(1, n, n, y, W, drag);
+        for (i = 0; i < n; i++)
+            t->d[r * n + i] += drag[i];
+    }
 }
 
-/* Dry friction of row r: d += c o tanh(zd / v). logs: log c [n], log v [n]. */
-ROLN_FN void rolni_friction(int n, const roln_real *logs, const rolni_tape *t, int r)
+/* The law of friction 2 at one coordinate, after measured servo drives (arXiv 2410.08650):
+       d = (c (1 + a y) + s (1 - Y^2) + l |g|) y,   y = tanh(zd / v),  Y = tanh(zd / w),   c, v, s, w, l > 0,  -1 < a < 1
+   c: level, larger in one direction with a; s: excess at rest (Stribeck), which falls over the velocity w; l: part of the static
+   load |g|. Each term takes power at any zd, since every factor of y is at least 0. */
+typedef struct {
+    roln_real x, X, y, Y;     /* zd / v, zd / w and their tanh */
+    roln_real c, a, s, l;     /* a, and the levels: c, s (1 - Y^2), l |g| */
+    roln_real sign;           /* of g; 0 if g is 0 */
+} rolni_law;
+
+/* The law of coordinate i from its numbers law [6][n]. */
+ROLN_FN rolni_law rolni_law_of(int n, int i, const roln_real *law, roln_real zd, roln_real g)
+{
+    rolni_law o;
+    o.x = roln_exp(-law[n + i]) * zd, o.y = roln_tanh(o.x);
+    o.X = roln_exp(-law[3 * n + i]) * zd, o.Y = roln_tanh(o.X);
+    o.c = roln_exp(law[i]), o.a = roln_tanh(law[5 * n + i]);
+    o.s = roln_exp(law[2 * n + i]) * ((1 - o.Y) * (1 + o.Y));
+    o.l = roln_exp(law[4 * n + i]) * ROLN_ABS(g);
+    o.sign = ROLNI_AS(roln_real, (g > 0) - (g < 0));
+    return o;
+}
+
+/* Dry friction of row r: d += c o tanh(zd / v), or by rolni_law, which reads g of the tape. law: numbers of friction. */
+ROLN_FN void rolni_friction(const roln_lnn *f, const roln_real *law, const rolni_tape *t, int r)
+{
+    const int n = f->n;
+    int i;
+    for (i = 0; i < n; i++) {
+        const int at = r * n + i;
+        if (f->friction > 1) {
+            const rolni_law o = rolni_law_of(n, i, law, t->zd[at], t->g[at]);
+            t->d[at] += (o.c * (1 + o.a * o.y) + o.s + o.l) * o.y;
+        } else {
+            t->d[at] += roln_exp(law[i]) * roln_tanh(roln_exp(-law[n + i]) * t->zd[at]);
+        }
+    }
+}
+
+/* With friction 2 the potential acts by g and by the load in d, a^T dd = sum_i a_i l_i y_i sgn(g_i) dg_i. So the cotangent a of g,
+   row r of a block, becomes that of both, to_i = a_i (1 + l_i y_i sgn g_i). to [n] may be a. */
+ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, int r, const roln_real *a, roln_real *to)
 {
     int i;
-    for (i = 0; i < n; i++)
-        t->d[r * n + i] += roln_exp(logs[i]) * roln_tanh(roln_exp(-logs[n + i]) * t->zd[r * n + i]);
+    for (i = 0; i < n; i++) {
+        const rolni_law o = rolni_law_of(n, i, law, t->zd[r * n + i], t->g[r * n + i]);
+        to[i] = a[i] * (1 + roln_exp(law[4 * n + i]) * o.y * o.sign);
+    }
 }
 
 /* One sweep forward: fills the tape at s [2][nb][n]. w [nb][n]: the velocity of roln_lnn_inverse, NULL for zd. The gradient
@@ -1292,7 +1364,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
-            if (f->friction) rolni_friction(n, theta + rolni_friction_at(f), &t, r);
+            if (f->friction && wanted >= ROLNI_LOSS(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
@@ -1312,27 +1384,41 @@ typedef struct {
     rolni_pair pair[3];
 } rolni_scalar;
 
-/* -a^T d = -(L^T a)^T (L^T zd): adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
-#define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * ROLN_TRI(S(n)))
+/* -a^T d = -(L^T a)^T (L^T zd) and, with drag, -x^T (|y| o y), x = W^T a, y = W^T zd, so that
+       g_W = -(a (|y| o y)^T + zd (2 |y| o x)^T),   g_zd = -W (2 |y| o x) .
+   Adds to gy [nb][inputs of the networks], gzd [nb][n] and gtheta. */
+#define ROLNI_DAMPING_BWD_MEM(X, S, nb) X(gL, (nb) * S(damper))
 #define ROLNI_DAMPING_BWD_WORK(S, nb) \
     (0 ROLNI_DAMPING_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(2 * S(n) * S(n) + 2 * S(n), ROLN_MLP_BWD_WORK(1, nb, S(wide))))
 ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const roln_real *a,
                                roln_real *gy, roln_real *gzd, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, at = rolni_damper_at(f);
+    const int n = f->n, at = rolni_damper_at(f), damper = ROLNI_DAMPER(f->damping, n);
     roln_mlp_plane plane;
     int r, i;
     ROLNI_DAMPING_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
     for (r = 0; r < nb; r++) {
-        const roln_real *ar = a + r * n, *vr = t->zd + r * n;
-        roln_real *L = work, *G = L + n * n, *x = G + n * n, *y = x + n;
-        rolni_low(n, t->L + r * ROLN_TRI(n), L);
+        const roln_real *ar = a + r * n, *vr = t->zd + r * n, *out = rolni_damper_row(f, t, r), *W = out + ROLN_TRI(n);
+        roln_real *L = work, *G = L + n * n, *x = G + n * n, *y = x + n, *gout = gL + r * damper;
+        rolni_low(n, out, L);
         roln_mm(1, n, n, ar, L, x);
         roln_mm(1, n, n, vr, L, y);
         for (i = 0; i < n * n; i++)
             G[i] = ar[i / n] * y[i % n] + vr[i / n] * x[i % n];
-        rolni_tri_bwd(n, -1, -1, G, gL + r * ROLN_TRI(n));
+        rolni_tri_bwd(n, -1, -1, G, gout);
         roln_mm_bt(1, n, n, x, L, y);
+        for (i = 0; i < n; i++)
+            gzd[r * n + i] -= y[i];
+        if (f->damping == 1) continue;
+        roln_mm(1, n, n, ar, W, x);
+        roln_mm(1, n, n, vr, W, y);
+        for (i = 0; i < n; i++) {
+            x[i] *= 2 * ROLN_ABS(y[i]);
+            y[i] *= ROLN_ABS(y[i]);
+        }
+        for (i = 0; i < n * n; i++)
+            gout[ROLN_TRI(n) + i] = -(ar[i / n] * y[i % n] + vr[i / n] * x[i % n]);
+        roln_mm_bt(1, n, n, x, W, y);
         for (i = 0; i < n; i++)
             gzd[r * n + i] -= y[i];
     }
@@ -1340,17 +1426,31 @@ ROLN_FN void rolni_damping_bwd(const roln_lnn *f, int nb, const roln_real *theta
     roln_mlp_bwd(&f->damper_net, 1, nb, theta + at, &plane, t->damper_slope, gL, gy, gtheta ? gtheta + at : NULL, work);
 }
 
-/* -a^T (c o tanh(zd / v)): adds to gzd [nb][n] and to glogs [2][n], the cotangents of log c, log v (may be NULL). */
-ROLN_FN void rolni_friction_bwd(int n, int nb, const roln_real *logs, const rolni_tape *t, const roln_real *a, roln_real *gzd,
-                                roln_real *glogs)
+/* -a^T (c o tanh(zd / v)), or by rolni_law at fixed g: adds to gzd [nb][n] and to glaw, the cotangents of the numbers of friction
+   (may be NULL). */
+ROLN_FN void rolni_friction_bwd(const roln_lnn *f, int nb, const roln_real *law, const rolni_tape *t, const roln_real *a,
+                                roln_real *gzd, roln_real *glaw)
 {
+    const int n = f->n;
     int r, i;
     for (r = 0; r < nb; r++)
         for (i = 0; i < n; i++) {
-            const roln_real u = roln_exp(-logs[n + i]), x = u * t->zd[r * n + i], y = roln_tanh(x);
-            const roln_real ac = a[r * n + i] * roln_exp(logs[i]), slope = ac * ((1 - y) * (1 + y));
-            gzd[r * n + i] -= slope * u;
-            if (glogs) glogs[i] -= ac * y, glogs[n + i] += slope * x;
+            const roln_real u = roln_exp(-law[n + i]), ar = a[r * n + i];
+            if (f->friction > 1) {
+                const rolni_law o = rolni_law_of(n, i, law, t->zd[r * n + i], t->g[r * n + i]);
+                const roln_real slope = ar * (o.c * (1 + 2 * o.a * o.y) + o.s + o.l) * ((1 - o.y) * (1 + o.y));
+                const roln_real fall = 2 * ar * o.s * o.y * o.Y;
+                gzd[r * n + i] -= slope * u - fall * roln_exp(-law[3 * n + i]);
+                if (!glaw) continue;
+                glaw[i] -= ar * o.c * (1 + o.a * o.y) * o.y, glaw[n + i] += slope * o.x;
+                glaw[2 * n + i] -= ar * o.s * o.y, glaw[3 * n + i] -= fall * o.X;
+                glaw[4 * n + i] -= ar * o.l * o.y, glaw[5 * n + i] -= ar * o.c * ((1 - o.a) * (1 + o.a)) * o.y * o.y;
+            } else {
+                const roln_real x = u * t->zd[r * n + i], y = roln_tanh(x);
+                const roln_real ac = ar * roln_exp(law[i]), slope = ac * ((1 - y) * (1 + y));
+                gzd[r * n + i] -= slope * u;
+                if (glaw) glaw[i] -= ac * y, glaw[n + i] += slope * x;
+            }
         }
 }
 
@@ -1407,17 +1507,18 @@ ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, c
    that a network does not see get 0. Each may be NULL, but gzd with k = 1. Tape with keep, filled with ROLNI_CORIOLIS for k = 2,
    with less for k = 0, 1. */
 #define ROLNI_ADJOINT_MEM(X, S, k, nb) \
-    X(gx, (1 + (k)) * (nb) * S(n)) X(gy, (1 + (k)) * (nb) * S(cossin)) X(ya, ((k) > 0) * (nb) * S(cossin))
+    X(gx, (1 + (k)) * (nb) * S(n)) X(gy, (1 + (k)) * (nb) * S(cossin)) X(ya, ((k) > 0) * (nb) * S(cossin)) \
+    X(load, ((k) > 0) * (S(friction) > 1) * (nb) * S(n))
 #define ROLNI_ADJOINT_WORK(S, k, nb) \
     (0 ROLNI_ADJOINT_MEM(ROLNI_SIZE, S, k, nb) + \
      ROLN_MAX(ROLNI_MASS_BWD_WORK(S, k, nb), ((k) > 0) * ROLN_MAX(ROLNI_POTENTIAL_BWD_WORK(S, nb), \
-                                                                  S(damping) * ROLNI_DAMPING_BWD_WORK(S, nb))))
+                                                                  (S(damping) > 0) * ROLNI_DAMPING_BWD_WORK(S, nb))))
 ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, const rolni_scalar *of, roln_real *gz, roln_real *gzd,
                            roln_real *gtheta, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, k = of->k, cossin = rolni_cossin(f);
+    const int n = f->n, k = of->k, cossin = rolni_cossin(f), friction = f->friction;
     const rolni_tape t = rolni_tape_of(f, 1, 1, nb, tape);
-    const roln_real *const along[2] = {of->a, t.zd}, *a = of->a;
+    const roln_real *along[2] = {of->a, t.zd}, *a = of->a, *const law = theta + rolni_friction_at(f);
     roln_real *g;
     int i;
     ROLNI_ADJOINT_MEM(ROLNI_CARVE, ROLNI_LOCAL, k, nb)
@@ -1426,11 +1527,20 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
     if (f->angles) rolni_zero((1 + k) * nb * cossin, gy);
     if (f->angles && k > 0) rolni_see_along(f, nb, rolni_into(f, 1, nb, &t), of->a, ya), a = ya;
     rolni_mass_bwd(f, nb, theta, &t, of, a, g, gtheta, work);
+    if (k > 0 && friction > 1) { /* from here on a is the cotangent of g, which is another than that of the mass */
+        for (i = 0; i < nb; i++)
+            rolni_load_bwd(n, law, &t, i, of->a + i * n, load + i * n);
+        if (f->angles) {
+            rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
+            rolni_zero((1 + k) * nb * cossin, gy);
+            rolni_see_along(f, nb, rolni_into(f, 1, nb, &t), load, ya);
+        }
+        along[0] = load, a = f->angles ? ya : load;
+    }
     if (k > 0) rolni_potential_bwd(f, nb, theta, &t, a, g, gtheta, work);
     if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, g, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
     if (k > 0 && f->friction)
-        rolni_friction_bwd(n, nb, theta + rolni_friction_at(f), &t, of->a, k == 2 ? gx + 2 * nb * n : gzd,
-                           gtheta ? gtheta + rolni_friction_at(f) : NULL);
+        rolni_friction_bwd(f, nb, law, &t, of->a, k == 2 ? gx + 2 * nb * n : gzd, gtheta ? gtheta + rolni_friction_at(f) : NULL);
     if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
     if (gtheta) {
         rolni_unseen_bwd(&f->mass_net, theta, gtheta);
@@ -1731,7 +1841,8 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
     }
 }
 
-/* Derivatives of -(M zdd + c + g) by z, zd at fixed zdd (k = 2) or of kin - g (k = 1), on a tape filled with ROLNI_SECOND:
+/* Derivatives of -(M zdd + c + g) by z, zd at fixed zdd (k = 2) or of kin - g (k = 1), on a tape filled with ROLNI_SECOND; with
+   friction 2 g is (1 + l y sgn g) o g at fixed factors, so that the load in d is in it:
        by z_j:  1/2 grad D(zd^T M zd)[e_j] - M_j zdd - M_vj zd - D grad V[e_j],    by zd_j:  (zd^T M_i e_j)_i - M_j zd - M_v e_j,
    with k = 1 only the first terms and V. */
 #define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * ROLN_TRI(S(n))) X(V, 3 * S(n) * S(n))
@@ -1750,6 +1861,8 @@ ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, 
     rolni_curvature(f, 1, 1, theta, t, f->angles ? x : NULL, NULL, D, work);
     for (i = 0; i < nn; i++)
         D[i] = -D[i];
+    for (i = 0; i < n && f->friction > 1; i++)
+        rolni_load_bwd(n, theta + rolni_friction_at(f), t, 0, D + i * n, D + i * n);
     rolni_curvature(f, 0, k, theta, t, f->angles ? x : NULL, u, D, work);
     if (f->layers > 0) {
         rolni_layers_jac(f, k, theta, t, u, D, work);
@@ -1763,20 +1876,48 @@ ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, 
     }
 }
 
-/* D -= derivatives of d = L L^T zd and of friction. */
+/* D -= derivatives of drag W (|y| o y), y = W^T zd: W_j (|y| o y) + 2 W (|y| o W_j^T zd) by z_j and 2 W (|y| o W^T e_j) by zd_j.
+   Wj: the derivatives W_j, one every `stride` numbers. work [4 n]. */
+ROLN_FN void rolni_drag_jac(int n, const roln_real *zd, const roln_real *W, int stride, const roln_real *Wj, roln_real *D,
+                            roln_real *work)
+{
+    roln_real *y = work, *yj = y + n, *d = yj + n;
+    int i, j, k;
+    roln_mm(1, n, n, zd, W, y);
+    for (j = 0; j < n; j++)
+        for (k = 0; k < 2; k++) {
+            const roln_real *const Wk = Wj + j * stride;
+            roln_real *const to = D + (k * n + j) * n;
+            if (k == 0) roln_mm(1, n, n, zd, Wk, yj);
+            else rolni_copy(n, W + j * n, yj);
+            for (i = 0; i < n; i++)
+                yj[i] *= 2 * ROLN_ABS(y[i]);
+            roln_mm_bt(1, n, n, yj, W, d);
+            for (i = 0; i < n; i++)
+                to[i] -= d[i];
+            if (k > 0) continue;
+            for (i = 0; i < n; i++)
+                yj[i] = y[i] * ROLN_ABS(y[i]);
+            roln_mm_bt(1, n, n, yj, Wk, d);
+            for (i = 0; i < n; i++)
+                to[i] -= d[i];
+        }
+}
+
+/* D -= derivatives of d = L L^T zd, of drag and of friction at fixed g. */
 #define ROLNI_DISSIPATION_JAC_MEM(X, S) \
-    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(n))) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) X(Lj, S(n) * S(n)) \
-    X(y, S(n)) X(yj, S(n)) X(d, 2 * S(n))
-#define ROLNI_DISSIPATION_JAC_WORK(S) ROLN_MAX(S(damping) * (0 ROLNI_DISSIPATION_JAC_MEM(ROLNI_SIZE, S)), 2 * S(n))
+    X(x, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * S(damper)) X(out, S(n) * S(hidden)) X(L, S(n) * S(n)) \
+    X(Lj, S(n) * S(n)) X(y, S(n)) X(yj, S(n)) X(d, 2 * S(n))
+#define ROLNI_DISSIPATION_JAC_WORK(S) ROLN_MAX((S(damping) > 0) * (0 ROLNI_DISSIPATION_JAC_MEM(ROLNI_SIZE, S)), 2 * S(n))
 ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
-    const int n = f->n, nn = n * n, tri = ROLN_TRI(n);
+    const int n = f->n, nn = n * n, damper = ROLNI_DAMPER(f->damping, n);
     int i, j;
     if (f->friction) {
         roln_real *one = work, *slope = one + n;
         for (i = 0; i < n; i++)
             one[i] = 1, slope[i] = 0;
-        rolni_friction_bwd(n, 1, theta + rolni_friction_at(f), t, one, slope, NULL);
+        rolni_friction_bwd(f, 1, theta + rolni_friction_at(f), t, one, slope, NULL);
         for (i = 0; i < n; i++)
             D[nn + i * (n + 1)] += slope[i];
     }
@@ -1788,7 +1929,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
         rolni_low(n, t->L, L);
         roln_mm(1, n, n, t->zd, L, y);
         for (j = 0; j < n; j++) { /* L_j L^T zd + L L_j^T zd, and L L^T e_j */
-            rolni_low(n, u + j * tri, Lj);
+            rolni_low(n, u + j * damper, Lj);
             roln_mm(1, n, n, t->zd, Lj, yj);
             roln_mm_bt(1, n, n, y, Lj, d);
             roln_mm_bt(1, n, n, yj, L, d + n);
@@ -1798,6 +1939,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
             for (i = 0; i < n; i++)
                 D[nn + j * n + i] -= d[i];
         }
+        if (f->damping > 1) rolni_drag_jac(n, t->zd, t->L + ROLN_TRI(n), damper, u + ROLN_TRI(n), D, y);
     }
 }
 
@@ -1897,7 +2039,8 @@ typedef struct {
 ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta, const roln_real *s, const roln_dynamics_out *out,
                                       roln_real *tape, roln_real *work)
 {
-    const int n = f->n, nn = n * n, wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : ROLNI_MASS;
+    const int n = f->n, nn = n * n;
+    const int wanted = out->c ? ROLNI_CORIOLIS : out->g ? ROLNI_GRADIENT : out->d ? ROLNI_LOSS(f->friction) : ROLNI_MASS;
     const rolni_tape t = rolni_tape_of(f, 1, 0, 1, tape);
     const roln_status st = rolni_eval(f, 0, 1, theta, s, NULL, wanted, tape, work);
     const roln_real *mass = t.M;

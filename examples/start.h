@@ -136,30 +136,43 @@ static void start_scale(const regression *r, M(params) * p)
     p->scale.m = (roln_real)ldexp(exp((logs + (powers - whole * r->joints) * log(2)) / r->joints), whole);
 }
 
-/* Constants of damping and dry friction. */
+/* 1 - tanh(x)^2 has fallen to a half at 0.88, 1 - tanh(x) at 0.55: width of the Stribeck excess of a model in that of a
+   regression. */
+#define START_FALL 0.62
+
+/* Constants of damping and dry friction. The wide tanh of a regression with a negative factor is a Stribeck excess, which a model
+   with ROLN_FRICTION 2 has, too. Quadratic drag begins as it is. */
 static void start_friction(const regression *r, M(params) * p)
 {
     const roln_lnn *f = &M(model).lnn;
     roln_real *damper = p->theta + rolni_damper_at(f), *friction = p->theta + rolni_friction_at(f);
-    const int tri = ROLN_TRI(f->n), size = f->damping ? roln_mlp_params(&f->damper_net) : 0;
+    const int tri = ROLN_TRI(f->n), last = f->damper_net.layers, outputs = f->damper_net.size[last];
+    const int bias = roln_mlp_params(&f->damper_net) - outputs, hidden = f->damper_net.size[last - 1];
     const double t = (double)p->scale.t, m = (double)p->scale.m;
     int i, j;
-    for (i = f->damping ? size - tri - tri * f->damper_net.size[f->damper_net.layers - 1] : 0; i < size; i++)
-        damper[i] = i < size - tri ? damper[i] / 100 : 0; /* L hardly depends on z at first */
+    for (i = 0; f->damping && i < tri * hidden; i++) /* L hardly depends on z at first */
+        damper[bias - outputs * hidden + i] /= 100;
+    for (i = 0; f->damping && i < tri; i++)
+        damper[bias + i] = 0;
     for (j = 0; j < r->joints; j++) {
         const double u = start_unit(p, j), least = fmin(1e-3 * r->torque[j], r->noise[j] / 10);
-        double viscous = 0, dry = 0;
+        double viscous = 0, dry = 0, excess = 0;
         for (i = 0; i < r->numbers; i++) {
             const regression_number *a = &r->number[i];
             if (a->of != REGRESSION_OF_FRICTION || a->i != j) continue;
             if (a->f == 0 && r->speed[j] > 0) viscous = r->x[i] / r->speed[j];
             if (a->f == 1 || a->f == 2) dry += r->x[i];
+            if (a->f == 1) excess = fmax(-r->x[i], 0);
         }
         if (f->damping)
-            damper[size - tri + j] = (roln_real)sqrt(fmax(viscous, r->speed[j] > 0 ? least / r->speed[j] : 0) * u * u * t / m);
+            damper[bias + j] = (roln_real)sqrt(fmax(viscous, r->speed[j] > 0 ? least / r->speed[j] : 0) * u * u * t / m);
         if (!f->friction) continue;
         friction[j] = (roln_real)log(fmax(fmax(dry, least) * u * t * t / m, 1e-12));
         friction[f->n + j] = (roln_real)log(fmax(0.04 * r->speed[j] * t / u, 1e-12));
+        if (f->friction == 1) continue;
+        if (excess > 0) friction[f->n + j] = (roln_real)log(fmax(regression_width[1] * r->speed[j] * t / u, 1e-12));
+        friction[2 * f->n + j] = (roln_real)log(fmax(fmax(excess, least) * u * t * t / m, 1e-12));
+        friction[3 * f->n + j] = (roln_real)log(fmax(START_FALL * regression_width[0] * r->speed[j] * t / u, 1e-12));
     }
 }
 

@@ -46,6 +46,15 @@
 #define ROLN_GN_ROWS 50
 #include "roln.h"
 
+#define ROLN_NAME servos /* drives in a fluid */
+#define ROLN_AE 3
+#define ROLN_MLP 16, 16
+#define ROLN_DAMPING 2
+#define ROLN_FRICTION 2
+#define ROLN_PLAN 10, 2
+#define ROLN_GN_ROWS 50
+#include "roln.h"
+
 #define ROLN_NAME carts /* sliders and hinges */
 #define ROLN_AE 6, 3
 #define ROLN_MLP 16, 16

@@ -67,11 +67,12 @@
 #define ROLN_PLAN 3, 2
 #include "fuzz_model.h"
 
-#define MODEL pole /* one degree of freedom, linear layers */
+#define MODEL pole /* one degree of freedom, linear layers, a servo drive in a fluid */
 #define ROLN_AE 3, 1
 #define ROLN_MLP 2
 #define ROLN_SLOPE 1
-#define ROLN_FRICTION 1
+#define ROLN_DAMPING 2
+#define ROLN_FRICTION 2
 #define ROLN_PLAN 3, 1
 #include "fuzz_model.h"
 

@@ -17,6 +17,9 @@
 #endif
 #ifdef ROLN_FRICTION
 #define HAS_FRICTION
+#if ROLN_FRICTION > 1
+#define HAS_LAW
+#endif
 #endif
 #ifdef ROLN_LOAD
 #define HAS_LOAD
@@ -231,6 +234,12 @@ static void M(call_small)(int which)
     {
         struct { roln_real c[M(n)], v[M(n)]; } dry = {{0}, {0}};
         fuzz_keep(&dry, sizeof dry), fuzz_judge(M(friction_of)(&M(p), dry.c, dry.v), &dry, sizeof dry);
+    }
+#endif
+#ifdef HAS_LAW
+    {
+        roln_friction law[M(n)] = {{0, 0, 0, 0, 0, 0}};
+        fuzz_keep(law, sizeof law), fuzz_judge(M(friction_law)(&M(p), law), law, sizeof law);
     }
 #endif
 }
@@ -702,6 +711,7 @@ static void M(call)(unsigned byte)
 #undef HAS_PLAN
 #undef HAS_CHART
 #undef HAS_FRICTION
+#undef HAS_LAW
 #undef HAS_LOAD
 #undef HAS_STORE
 #undef HAS_STORE_NOT

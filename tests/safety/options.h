@@ -32,6 +32,8 @@
 #define ROLN_MLP 4
 #define ROLN_ANGLES 1, 0, 1
 #define ROLN_SCALE each
+#define ROLN_DAMPING 2
+#define ROLN_FRICTION 2
 #include "roln.h"
 
 #ifndef ROLN_DOUBLE

@@ -27,7 +27,7 @@ static struct {
 
 /* The sizes of a shape for the macros: SZ(n), SZ(base) .. */
 static struct {
-    int n, base, damping, cossin, cholesky, formed, hidden, wide, layers;
+    int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
     int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1, stage_1, step_1, dissipation, zdd_jac, midpoint_row;
 } sz;
@@ -38,7 +38,8 @@ ROLN_FN void set_sizes(const roln_lnn *f)
     const roln_mlp *net = &f->mass_net;
     int i, even = 0, odd = 0;
     memset(&sz, 0, sizeof sz);
-    sz.n = f->n, sz.base = f->base, sz.damping = f->damping;
+    sz.n = f->n, sz.base = f->base, sz.damping = f->damping, sz.friction = f->friction;
+    sz.damper = f->damping ? f->damper_net.size[f->damper_net.layers] : 0;
     sz.cossin = f->angles ? net->size[0] : 0;
     sz.cholesky = f->mass == ROLN_CHOLESKY, sz.layers = f->layers, sz.formed = sz.cholesky || f->layers > 0;
     for (i = 0; i < net->layers; i++) {
@@ -70,7 +71,7 @@ ROLN_FN void layout(const roln_lnn *f)
     int i, at;
     damper_at = roln_mlp_params(&f->mass_net) + roln_mlp_params(&f->potential_net);
     friction_at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
-    base_at = at = friction_at + (f->friction ? 2 * f->n : 0);
+    base_at = at = friction_at + (f->friction > 1 ? 6 : f->friction ? 2 : 0) * f->n;
     if (f->base) at += n * n;
     for (i = 0; i < f->layers; i++, at += ROLN_TRI(n) + n * n) layer_at[i] = at;
     CHECK(at == roln_lnn_params(f));
@@ -206,16 +207,31 @@ ROLN_FN ld t_width(void)
 }
 
 /* The terms at one state: dM [k][n][n] = dM/dz_k and g = dV/dz by differences of order 8, C_ij = sum_k Gamma_ijk zd_k,
-   kin_i = 1/2 sum_jk dM_jk/dz_i zd_j zd_k, d = L L^T zd. */
+   kin_i = 1/2 sum_jk dM_jk/dz_i zd_j zd_k, d = L L^T zd + sum_j w_j |w_j . zd| w_j . zd + friction, w_j the columns of W. kink: the
+   least |w_j . zd| and |g_j|, at which d has kinks. */
 static struct {
-    ld M[MAXN * MAXN], dM[MAXN * MAXN * MAXN], C[MAXN * MAXN], kin[MAXN], g[MAXN], d[MAXN], V;
+    ld M[MAXN * MAXN], dM[MAXN * MAXN * MAXN], C[MAXN * MAXN], kin[MAXN], g[MAXN], d[MAXN], V, kink;
 } tt;
+
+/* Friction of coordinate i by its law, with the force g_i. */
+ROLN_FN ld t_friction(int i, ld zd, ld g)
+{
+    const int n = m.f.n;
+    const ld *law = m.th + friction_at + i;
+    const ld c = expl(law[0]), v = expl(law[n]);
+    ld level = c;
+    if (m.f.friction > 1) {
+        const ld s = expl(law[2 * n]), w = expl(law[3 * n]), l = expl(law[4 * n]), a = tanhl(law[5 * n]), fall = coshl(zd / w);
+        level = c * (1 + a * tanhl(zd / v)) + s / (fall * fall) + l * fabsl(g);
+    }
+    return level * tanhl(zd / v);
+}
 
 ROLN_FN void t_terms(const ld *z, const ld *zd)
 {
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
     const ld *pot = m.th + roln_mlp_params(&m.f.mass_net), h = t_width();
-    ld x[MAXN], M[MAXN * MAXN], u[ROLN_TRI(MAXN)], L[MAXN * MAXN], V, y;
+    ld x[MAXN], M[MAXN * MAXN], u[ROLN_TRI(MAXN) + MAXN * MAXN], L[MAXN * MAXN], V, y;
     const int n = m.f.n, nn = n * n;
     int i, j, k, q;
     memset(&tt, 0, sizeof tt);
@@ -240,14 +256,22 @@ ROLN_FN void t_terms(const ld *z, const ld *zd)
                 tt.C[i * n + j] += (tt.dM[k * nn + i * n + j] + tt.dM[j * nn + i * n + k] - tt.dM[i * nn + j * n + k]) / 2 * zd[k];
                 tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
             }
-    for (i = 0; m.f.friction && i < n; i++)
-        tt.d[i] = expl(m.th[friction_at + i]) * tanhl(zd[i] / expl(m.th[friction_at + n + i]));
+    for (tt.kink = 1, i = 0; m.f.friction && i < n; i++) {
+        tt.d[i] = t_friction(i, zd[i], tt.g[i]);
+        if (m.f.friction > 1 && fabsl(tt.g[i]) < tt.kink) tt.kink = fabsl(tt.g[i]);
+    }
     if (!m.f.damping) return;
     t_net(&m.f.damper_net, m.th + damper_at, z, u);
     t_low(n, u, 0, L);
     for (j = 0; j < n; j++) {
         for (y = 0, i = 0; i < n; i++) y += L[i * n + j] * zd[i];
         for (i = 0; i < n; i++) tt.d[i] += L[i * n + j] * y;
+    }
+    for (j = 0; j < n && m.f.damping > 1; j++) {
+        const ld *W = u + ROLN_TRI(n) + j;
+        for (y = 0, i = 0; i < n; i++) y += W[i * n] * zd[i];
+        for (i = 0; i < n; i++) tt.d[i] += W[i * n] * fabsl(y) * y;
+        if (fabsl(y) < tt.kink) tt.kink = fabsl(y);
     }
 }
 
@@ -492,6 +516,20 @@ ROLN_FN roln_lnn rubbing(roln_lnn f)
     return f;
 }
 
+/* Friction by the richer law. */
+ROLN_FN roln_lnn grinding(roln_lnn f)
+{
+    f.friction = 2;
+    return f;
+}
+
+/* Damping and quadratic drag. */
+ROLN_FN roln_lnn dragged(roln_lnn f)
+{
+    f.damping = 2, f.damper_net.size[f.damper_net.layers] = ROLN_TRI(f.n) + f.n * f.n;
+    return f;
+}
+
 /* Angles where `angles` has a bit; the networks have an input more for each. */
 ROLN_FN roln_lnn turning(roln_lnn f, uint32_t angles)
 {
@@ -503,7 +541,8 @@ ROLN_FN roln_lnn turning(roln_lnn f, uint32_t angles)
 }
 
 /* The shapes that all maps are tested on; small, since the twin differentiates in every parameter. */
-enum { VARIANTS = 10, TURNING = 13, ALL = 15 }; /* behind VARIANTS those with angles, behind TURNING with friction, or both */
+/* behind VARIANTS those with angles, behind TURNING with friction, or both, behind KINKED with drag or the law of friction 2 */
+enum { VARIANTS = 10, TURNING = 13, KINKED = 15, ALL = 20 };
 ROLN_FN roln_lnn variant(int i)
 {
     switch (i) {
@@ -521,7 +560,12 @@ ROLN_FN roln_lnn variant(int i)
     case 11: return turning(cholesky(damped(shape(3, 0, 3, 2, 2))), 5);
     case 12: return turning(shape(2, 0, 2, 3, 0), 3);
     case 13: return rubbing(shape(2, 0, 2, 3, 0));
-    default: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
+    case 14: return rubbing(turning(damped(shape(2, 1, 2, 2, 0)), 1));
+    case 15: return grinding(shape(2, 0, 2, 3, 0));
+    case 16: return dragged(shape(2, 0, 2, 3, 0));
+    case 17: return grinding(dragged(shape(1, 0, 2, 2, 0)));
+    case 18: return grinding(turning(dragged(shape(2, 1, 3, 2, 2)), 2));
+    default: return grinding(turning(behind(shape(3, 0, 2, 2, 0), 1), 3));
     }
 }
 
@@ -544,13 +588,22 @@ static unsigned cyclic;
 /* Weights with biases, M well away from P, P and the layers random. */
 ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
 {
+    /* v, w smooth enough for differences; Stribeck, load and asymmetry that count */
+    static const roln_real more[6] = {0, 3, 3, 3, 2, ROLN_C(0.4)};
+    const roln_mlp *net = &f->potential_net;
+    roln_real *at = th + roln_mlp_params(&f->mass_net);
     const int n = f->n;
     int i, j;
     m.f = *f;
     layout(f);
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
-    for (i = friction_at + f->n; i < base_at && f->friction; i++) th[i] += 3; /* smooth enough for differences */
+    for (i = friction_at; i < base_at; i++) th[i] += more[(i - friction_at) / n];
+    for (i = 0; f->friction > 1 && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through the potential */
+        for (j = 0; j < (i == 0 ? net->size[0] : 1); j++) at[j * net->size[i + 1]] = 2 + ROLN_ABS(at[j * net->size[i + 1]]);
+        at += (net->size[i] + 1) * net->size[i + 1];
+    }
+    for (i = 0; i < n && f->damping > 1; i++) th[friction_at - n * n + i * (n + 1)] += ROLN_C(0.4);
     if (f->base) random_spd(n, th + base_at, s);
     for (i = 0; i < f->layers; i++) {
         roln_real *x = th + layer_at[i];
@@ -703,18 +756,37 @@ ROLN_FN void row_of(const inputs *x, int r, inputs *one)
     for (q = 0; q < extras(); q++) memcpy(one->a[q], x->a[q] + r * n, (size_t)n * sizeof *x->s);
 }
 
-/* Random inputs of the map for the weights th, in x and in m. */
+/* The least distance of the states x [2][nb][n] of m from a kink of d. */
+ROLN_FN ld t_kink(const roln_real *x)
+{
+    const int n = m.f.n;
+    ld z[MAXN], zd[MAXN], least = 1;
+    int r;
+    for (r = 0; r < m.nb && (m.f.friction > 1 || m.f.damping > 1); r++) {
+        widen(n, x + r * n, z), widen(n, x + (m.nb + r) * n, zd);
+        t_terms(z, zd);
+        least = ROLN_MIN(least, tt.kink);
+    }
+    return least;
+}
+
+/* Random inputs of the map for the weights th, in x and in m; away from kinks, where there are no differences. */
 ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int force, uint64_t *seed)
 {
     inputs x;
-    int i;
+    int i, tries = 0;
     const int k = nb * f->n;
     ld *wide[ARRAYS];
     roln_real **at[ARRAYS];
     int len[ARRAYS];
     m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
+    if (f->damping > 1 || f->friction > 1) /* y stays as it is; the midpoint rule settles */
+        m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005));
     x.th = th, x.s = fresh(2 * k);
-    for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
+    do
+        for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
+    while (t_kink(x.s) < 0.12L && ++tries < 1000);
+    CHECK(tries < 1000);
     for (i = 0; i < k && kind == START; i++) x.s[k + i] = x.s[i] + (roln_real)m.h * x.s[k + i];
     for (i = 0; i < 2; i++) x.a[i] = normal(k, 1, seed);
     x.y = normal(2 * k, 1, seed), x.w = normal(2 * f->n, 0.5, seed);

@@ -22,11 +22,11 @@
 
 /* ---- the table -------------------------------------------------------------------------------- */
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, SERVO, MODELS };
 /* X(name) of every model, of those with learned inputs Y(name) */
 #define SMALL_TABLE(X, Y) \
     {&X(plain), &X(bare), &X(square), &X(deep), &X(pole), &Y(rich), &X(delan), &Y(pushed), &X(layered), &X(chart), &Y(curved), \
-     &X(wheel), &X(laden)}
+     &X(wheel), &X(laden), &X(servo)}
 #define SMALL_CALLED(name) name##_called
 static const model *const models[MODELS] = SMALL_TABLE(SMALL_CALLED, SMALL_CALLED);
 
@@ -88,7 +88,8 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
 {
     const roln_model *m = models[k]->md;
     const roln_lnn *f = &m->lnn;
-    const int w = f->n;
+    static const roln_real little[6] = {-2, 1, -3, 2, -3, 0};
+    const int w = f->n, hidden = f->damper_net.size[f->damper_net.layers - 1];
     roln_real *P;
     int l, i;
     dyadic(models[k]->params, ROLN_C(0.5), s, theta);
@@ -102,8 +103,13 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
     P = theta + rolni_base_at(f);
     for (i = 0; f->mass == ROLN_CHOLESKY && i < f->n; i++) /* L near I */
         theta[roln_mlp_params(&f->mass_net) - ROLN_TRI(f->n) + i] += 1;
-    for (i = 0; f->friction && i < f->n; i++) /* little, and not sharp: midpoint converges */
-        theta[rolni_friction_at(f) + i] -= 2, theta[rolni_friction_at(f) + f->n + i] += 1;
+    for (i = 0; i < ROLNI_LAW(f->friction) * f->n; i++) /* little, and not sharp: midpoint converges */
+        theta[rolni_friction_at(f) + i] += little[i / f->n];
+    for (i = 0; f->damping > 1 && i < w * w; i++) { /* W little, too: zd is large where feedback is tested */
+        roln_real *bias = theta + rolni_friction_at(f) - w * w, *weights = bias - ROLN_TRI(w) - w * w * hidden;
+        bias[i] /= 8;
+        for (l = 0; l < hidden; l++) weights[i * hidden + l] /= 8;
+    }
     if (f->base) near_one(w, P), P += w * w;
     for (l = 0; l < f->layers; l++, P += w * w) P += ROLN_TRI(w), near_one(w, P);
 }

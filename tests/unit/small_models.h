@@ -148,6 +148,21 @@
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
+#define ROLN_NAME SMALL(servo) /* a slider, an angle and a slider on servo drives in a fluid: law of friction, quadratic drag */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 3
+#define ROLN_ANGLES 0, 1, 0
+#define ROLN_DAMPING 2
+#define ROLN_FRICTION 2
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_LOAD SMALL_LOAD
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
 #define ROLN_NAME SMALL(laden) /* its filter estimates a load */
 #define ROLN_AE 5, 2
 #define ROLN_MLP 4

@@ -688,6 +688,8 @@ static void check_start(roln_lnn f, int force, uint64_t *seed)
     roln_force fc;
     const roln_system sys = system_of(&x, NULL, &sp, &fc);
     int k, i, j, q;
+    for (i = 0; i < n && m.h > 0.1L; i++) x.s[n + i] = x.s[i] + (x.s[n + i] - x.s[i]) / 16; /* short, so that it settles */
+    if (m.h > 0.1L) m.h /= 16;
     memcpy(z[0], x.s, (size_t)n * sizeof *s), memcpy(z[1], x.s + n, (size_t)n * sizeof *s);
     CHECK(roln_lnn_start(&f, &sys, 0, 1, (roln_real)m.h, z[0], z[1], s, tape, work) == ROLN_OK);
     CHECK(same(n, s, z[1]));
@@ -769,7 +771,7 @@ static void check_steep(const roln_lnn *f, uint64_t *seed)
     set_sizes(f);
     roln_lnn_steepen(f, 4, steep);
     for (i = 0; i < params; i++) moved += !same(1, th + i, steep + i);
-    CHECK(moved == (2 + f->damping) * n * f->mass_net.size[1]);
+    CHECK(moved == (2 + (f->damping > 0)) * n * f->mass_net.size[1]);
     for (i = 0; i < n; i++) s4[i] *= 4;
     CHECK(roln_lnn_dynamics(f, th, s4, &out, fresh(TAPE(1, 0, 1)), fresh(TERMS_WORK)) == ROLN_OK);
     out.M = M[1], out.d = d[1], out.T = T + 1, out.V = V + 1;

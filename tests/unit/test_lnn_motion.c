@@ -194,6 +194,66 @@ static void test_rubbing(uint64_t *seed)
     }
 }
 
+/* Both laws of friction and drag take power at any velocity and with any weights: each coordinate of friction by itself, drag as
+   sum |y_i|^3. At rest they are 0, without a potential the load is, and huge numbers stay numbers. */
+static void test_drives(uint64_t *seed)
+{
+    int rep, i, j;
+    for (rep = 0; rep < 1000; rep++) {
+        const int n = 1 + rep % 5, size = ROLN_TRI(n) + n * n;
+        const roln_lnn f = rep % 2 ? grinding(shape(n, 0, 2, 2, 0)) : dragged(shape(n, 0, 2, 2, 0));
+        const roln_real speed = (roln_real)pow(10, rep % 9 - 4);
+        roln_real *th = weights(&f, seed), *s = normal(2 * n, 1, seed), *d = fresh(n), *still = fresh(n);
+        roln_real *tape = fresh(TAPE(1, 0, 1)), *w = fresh(TERMS_WORK);
+        ld z[MAXN], zd[MAXN], u[ROLN_TRI(MAXN) + MAXN * MAXN], y, most, power = 0, want = 0, top = 0;
+        for (i = damper_at; i < friction_at; i++) th[i] *= 2;
+        for (i = friction_at; i < base_at; i++) th[i] = 3 * roln_normal(seed);
+        for (i = friction_at - size; rep % 2 == 0 && i < friction_at - n * n; i++) th[i] = 0; /* drag alone: L is 0 */
+        for (i = 0; rep % 2 == 0 && i < 2 * ROLN_TRI(n); i++) th[friction_at - size - 2 * size + i] = 0;
+        for (i = 0; rep % 10 == 1 && i < roln_mlp_params(&f.potential_net); i++) th[roln_mlp_params(&f.mass_net) + i] = 0;
+        for (i = 0; i < n; i++) s[n + i] *= rep % 11 == 0 && i == 0 ? 0 : speed;
+        widen(roln_lnn_params(&f), th, m.th), widen(n, s, z), widen(n, s + n, zd);
+        friction(&f, th, s, d, tape, w);
+        t_terms(z, zd);
+        for (i = 0; i < n && rep % 2; i++) { /* in units of the levels, of which 1 + a y and 1 - Y^2 may leave next to nothing */
+            const ld *law = m.th + friction_at + i;
+            const ld level = expl(law[0]) + expl(law[2 * n]) + expl(law[4 * n]) * (largest(n, tt.g) + 1);
+            CHECK(d[i] * s[n + i] >= 0 && (s[n + i] != 0 || d[i] == 0));
+            BOUND("drives: friction (eps of the levels)", fabsl((ld)d[i] - tt.d[i]) / (EPS * level), 12);
+        }
+        if (rep % 2 == 0) {
+            t_mlp(&f.damper_net, m.th + damper_at, z, u);
+            for (j = 0; j < n; j++) { /* y, and the size of its terms, in which W has its rounding */
+                for (y = most = 0, i = 0; i < n; i++)
+                    y += u[ROLN_TRI(n) + i * n + j] * zd[i], most += (1 + fabsl(u[ROLN_TRI(n) + i * n + j])) * fabsl(zd[i]);
+                want += fabsl(y * y * y), top += most * most * most;
+            }
+            for (i = 0; i < n; i++) power += zd[i] * (ld)d[i];
+            BOUND("drives: zd . d is sum |y|^3 (eps)", fabsl(power - want) / (EPS * top + 1e-300L), 12);
+        }
+        for (i = 0; i < n; i++) s[n + i] = 0;
+        friction(&f, th, s, still, tape, w);
+        for (i = 0; i < n; i++) CHECK(still[i] == 0), s[n + i] = i % 2 ? ROLN_C(-1e9) : ROLN_C(1e9);
+        friction(&f, th, s, d, tape, w);
+        CHECK(roln_all_finite(n, d));
+        fresh_done();
+    }
+}
+
+/* What both start from: little, the velocity w of Stribeck above v, no asymmetry; W near I / 4. */
+static void test_drives_start(uint64_t *seed)
+{
+    static const double start[6] = {-2, -2, -4, -1, -4, 0};
+    const roln_lnn f = grinding(dragged(shape(3, 0, 2, 4, 0)));
+    roln_real *th = weights(&f, seed);
+    int i;
+    roln_lnn_init(&f, th, seed);
+    for (i = friction_at; i < base_at; i++) CHECK_NEAR(th[i], start[(i - friction_at) / 3], 0);
+    for (i = 0; i < 9; i++) CHECK(th[friction_at - 9 + i] == (roln_real)(i % 4 == 0) / 4);
+    for (i = friction_at - 15; i < friction_at - 9; i++) CHECK(th[i] == 0);
+    fresh_done();
+}
+
 /* Whole turns of an angle change nothing but by the rounding of the angle: terms, zdd, the start from two positions. An angle
    beyond 2^20 is none. */
 static void check_turned(roln_lnn f, int turns, uint64_t *seed)
@@ -339,6 +399,8 @@ void TEST_NAME(lnn_motion)(void)
     test_damping(&seed);
     test_turns(&seed);
     test_rubbing(&seed);
+    test_drives(&seed);
+    test_drives_start(&seed);
     test_cyclic(&seed);
     print_bounds();
 }

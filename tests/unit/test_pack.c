@@ -99,7 +99,8 @@ static void check_head(const package *p, int bits)
     int want[64], c = 0, i;
     CHECK(memcmp(p->bytes, "ROLN\3\0", 6) == 0 && p->bytes[6] == sizeof(roln_real) && p->bytes[7] == p->sizes);
     want[c++] = md->scheme, want[c++] = md->inputs;
-    want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree + 4096 * f->friction + 8192 * md->own;
+    want[c++] = f->mass + 2 * f->base + 4 * f->damping + 8 * bits + 256 * md->ae.degree + 8192 * md->own +
+                (f->friction == 1 ? 4096 : f->friction == 2 ? 16384 : 0);
     want[c++] = md->ae.layers, want[c++] = f->mass_net.layers, want[c++] = f->layers, want[c++] = f->n;
     for (i = 0; i <= md->ae.layers; i++)
         want[c++] = md->ae.size[i];

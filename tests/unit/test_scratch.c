@@ -16,8 +16,8 @@ void TEST_NAME(scratch)(void);
 /* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
     X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, inputs) \
-    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, cossin) X(of, cholesky) X(of, formed) X(of, hidden) \
-    X(of, wide) X(of, layers) \
+    X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, damper) X(of, friction) X(of, cossin) \
+    X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
     X(of, row_jac_2) X(of, row_mass_0) X(of, row_gradient_0) X(of, row_gradient_1) X(of, row_all_0) X(of, row_all_1)
 #define SIZE_FIELD(of, name) int name;
@@ -29,6 +29,7 @@ typedef struct {
 static const sizes sizes_of[MODELS] = {
     SIZES_OF(plain), SIZES_OF(bare),    SIZES_OF(square), SIZES_OF(deep),   SIZES_OF(pole),  SIZES_OF(rich),  SIZES_OF(delan),
     SIZES_OF(pushed), SIZES_OF(layered), SIZES_OF(chart),  SIZES_OF(curved), SIZES_OF(wheel), SIZES_OF(laden),
+    SIZES_OF(servo),
 };
 #define OF_Z(name) z.name
 
@@ -50,6 +51,7 @@ static void test_sizes(int k)
     CHECK(z.monomials == md->ae.monomials && z.bent == roln_ae_bent(&md->ae) && (z.monomials > 0) == (md->ae.degree > 0));
     CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
     CHECK(z.layers == f->layers && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
+    CHECK(z.friction == f->friction && z.damper == (f->damping ? f->damper_net.size[f->damper_net.layers] : 0));
     CHECK(z.cossin == rolni_cossin(f));
     CHECK(z.hidden == roln_mlp_hidden(net) && z.wide == roln_mlp_widest(net, 0) + roln_mlp_widest(net, 1));
     CHECK(ROLNI_CHAIN(OF_Z, 0) == rolni_chain_size(f, 0) && ROLNI_CHAIN(OF_Z, 2) == rolni_chain_size(f, 2));
@@ -58,7 +60,7 @@ static void test_sizes(int k)
             for (keep = 0; keep < 2; keep++)
                 CHECK(ROLN_LNN_TAPE(OF_Z, dirs, keep, nb) == roln_lnn_tape(f, dirs, keep, nb));
     }
-    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL ? 1 : 0);
+    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL || k == SERVO ? 1 : 0);
 }
 
 static void test_shapes(void)
