@@ -1936,16 +1936,19 @@ enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
 
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
-/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. The caller gives both functions:
-   they are the calls that leave this header upwards. eval writes tau_z [nb][n]; bwd adds to gz [nb][n] for the cotangent
-   y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H
-   [n][n], row j by z_j, and G [size][n], a row for each number that the force is made of (NULL: not wanted). Only roln_lnn_step_jac
-   calls it. What is never called may be NULL. */
+/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T, and may depend on zd. The caller gives
+   the functions: they are the calls that leave this header upwards. z [nb][n] always has zd [nb][n] behind it, and gz has the
+   gradient by zd. eval writes tau_z [nb][n]; bwd adds to gz [2][nb][n] for the cotangent y [nb][n] of tau_z and, if params, to the
+   gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H [n][n], row j by z_j, and G [size][n], a row
+   for each number that the force is made of (NULL: not wanted). jac_zd writes H [n][n], row j by zd_j. It is called after jac at the
+   same state, with no other call between. NULL: the force does not depend on zd. Only roln_lnn_step_jac calls jac and jac_zd. Other
+   functions that are never called may be NULL. */
 typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
     void (*jac)(void *ctx, const roln_real *z, roln_real *H, roln_real *G);
     void *ctx;
+    void (*jac_zd)(void *ctx, const roln_real *z, roln_real *H);
 } roln_force;
 
 /* What moves: a Lagrangian network with its weights, under a force. The shape f stays an argument of its own, so that a compiler
@@ -2262,8 +2265,14 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     for (i = 0; i < nn; i++) {
         Fz[i] += sys->force ? P[i] : 0;
         Q[i] -= h / 2 * Fz[i];
-        P[i] = h / 2 * (Q[i] - Fv[i]);
     }
+    if (sys->force && sys->force->jac_zd) {
+        sys->force->jac_zd(sys->force->ctx, sm, P);
+        for (i = 0; i < nn; i++)
+            Fv[i] += P[i];
+    }
+    for (i = 0; i < nn; i++)
+        P[i] = h / 2 * (Q[i] - Fv[i]);
     rolni_minv_full(f, &tm, W, work);
     roln_mm(n, n, n, P, W, A);
     for (i = 0; i < n; i++)
@@ -2313,8 +2322,13 @@ ROLN_FN void rolni_stage_jac(const roln_lnn *f, const roln_system *sys, int size
     ROLNI_STAGE_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, size)
     roln_lnn_zdd_jac(f, sys->theta, D, W, tape, work);
     if (force) {
-        force->jac(force->ctx, rolni_tape_of(f, 1, 1, 1, tape).x, H, size > 0 ? G : NULL);
+        const roln_real *const z = rolni_tape_of(f, 1, 1, 1, tape).x;
+        force->jac(force->ctx, z, H, size > 0 ? G : NULL);
         rolni_mm(n, n, n, H, step, 1, W, 1, D);
+        if (force->jac_zd) {
+            force->jac_zd(force->ctx, z, H);
+            rolni_mm(n, n, n, H, step, 1, W, 1, D + n * n);
+        }
     }
     if (X) {
         roln_mm(2 * n + size, 2 * n, n, X, D, K);
