@@ -25,6 +25,8 @@
                                               any command proportional to torque, tau = k u + o. servo: the position u that a PD
                                               controller in the drive follows, tau = k (u - q) - d qd + o. k, d > 0 and o are learned
                                               for each joint
+       #define ROLN_DRIVEN  0                 the last so many joints are driven: their motion is prescribed, as of a moving base or of
+                                              held ends. Their input is their acceleration in place of a force. Without autoencoder
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
@@ -1846,10 +1848,10 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, eigenvalue_floor, scale.q, scale.t, scale.m, each [N] of a model with own
    units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits
-   of angles, if there are any, are the last two sizes. In the macros each is the number of own units, N or 0.
+   of angles, if there are any, are the last two sizes; behind them the number of driven joints, if there are any. In the macros each is the number of own units, N or 0.
    The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
 #define ROLN_FORMAT 3
-#define ROLN_FORMAT_ACTUATOR 4 /* with learned actuators behind theta: older versions of roln refuse it */
+#define ROLN_FORMAT_ACTUATOR 4 /* of models with actuators or driven joints, which older versions of roln refuse */
 #define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
 #define ROLN_PACKED(ae_layers, mlp_layers, layers, angles, each, n, params) \
     (8 + 2 * (8 + (ae_layers) + (mlp_layers) + 2 * (layers) + 2 * ((angles) > 0)) + \
@@ -1962,11 +1964,11 @@ ROLN_FN int rolni_same(int n, const unsigned char *a, const unsigned char *b)
 
 ROLN_FN int rolni_format(const roln_model *md)
 {
-    return md->actuator != ROLN_TORQUE ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT;
+    return md->actuator != ROLN_TORQUE || md->lnn.driven > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT;
 }
 
 /* The leading bytes: what must agree before the numbers mean anything. Returns their count. */
-#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 2))
+#define ROLNI_HEAD (8 + 2 * (8 + ROLN_AE_MAX + ROLN_MLP_MAX + 2 * ROLN_LAYERS_MAX + 3))
 ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
 {
     const roln_lnn *f = &md->lnn;
@@ -1976,7 +1978,8 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     p += 4;
     rolni_put(&p, ROLNI_AS(uint64_t, rolni_format(md)), 2);
     rolni_put(&p, sizeof(roln_real), 1);
-    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0))), 1);
+    rolni_put(&p, ROLNI_AS(uint64_t, (8 + md->ae.layers + f->mass_net.layers + 2 * f->layers + 2 * (f->angles > 0) +
+                                  (f->driven > 0))), 1);
     rolni_put(&p, ROLNI_AS(uint64_t, md->scheme), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->inputs), 2);
     flags = f->mass + 2 * f->base + 4 * f->damping + 8 * rolni_ae_bits(&md->ae) + 256 * md->ae.degree;
@@ -1995,6 +1998,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     for (l = 0; l < f->layers; l++)
         rolni_put(&p, ROLN_GYRO, 2);
     if (f->angles) rolni_put(&p, f->angles, 4);
+    if (f->driven > 0) rolni_put(&p, ROLNI_AS(uint64_t, f->driven), 2);
     return ROLNI_AS(int, p - bytes);
 }
 
@@ -2032,7 +2036,8 @@ ROLN_FN roln_status roln_unpack(const roln_model *md, int count, const unsigned 
     const int n = md->lnn.n, own = rolni_own(md), params = roln_params(md), at = ROLN_NUMBERS(own, n, 0); /* of theta[0] */
     unsigned char head[ROLNI_HEAD];
     const int lead = rolni_pack_head(md, head);
-    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, own, n, params);
+    const int total = ROLN_PACKED(md->ae.layers, md->lnn.mass_net.layers, md->lnn.layers, md->lnn.angles, own, n, params) +
+                      2 * (md->lnn.driven > 0);
     const unsigned char *p, *sum;
     int i;
     if (count < 8) return ROLN_E_LENGTH;
@@ -2197,15 +2202,15 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
     static const char *const others[] = {"scheme", "degree", "cholesky", "base", "damping", "inputs", "stored", "twice", "angles",
-                                         "friction", "own", "format", "actuator"}, *const unit[] = {"common", "each"};
+                                         "friction", "own", "format", "actuator", "driven"}, *const unit[] = {"common", "each"};
     static const char *const actuator[] = {"torque", "current", "servo"};
     const roln_lnn *f = &md->lnn;
     const int stored = rolni_ae_bits(&md->ae) / 8, twice = sizeof(roln_real) == 8;
-    int other[13], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
+    int other[14], hidden[ROLN_MLP_MAX - 1] = {0}, kind[ROLN_LAYERS_MAX] = {0}, l;
     char angles[ROLNI_ANGLES_TEXT];
     other[0] = md->scheme, other[1] = md->ae.degree, other[2] = f->mass, other[3] = f->base, other[4] = f->damping;
     other[5] = md->inputs, other[6] = stored, other[7] = twice, other[8] = ROLNI_AS(int, f->angles);
-    other[9] = f->friction, other[10] = md->own, other[11] = rolni_format(md), other[12] = md->actuator;
+    other[9] = f->friction, other[10] = md->own, other[11] = rolni_format(md), other[12] = md->actuator, other[13] = f->driven;
     for (l = 1; l < f->mass_net.layers; l++)
         hidden[l - 1] = f->mass_net.size[l];
     for (l = 0; l < f->layers; l++)
@@ -2223,6 +2228,7 @@ ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
     rolni_write_need(t, "SCALE", 1, others + 10, unit, other + 10);
     rolni_write_need(t, "INPUTS", 1, others + 5, NULL, other + 5);
     if (md->actuator != ROLN_TORQUE) rolni_write_need(t, "ACTUATOR", 1, others + 12, actuator, other + 12);
+    if (f->driven > 0) rolni_write_need(t, "DRIVEN", 1, others + 13, NULL, other + 13);
     rolni_write_need(t, "QUANTISE", 1, others + 6, store, other + 6);
     rolni_write_need(t, twice ? "DOUBLE_defined" : "DOUBLE_not_defined", 1, others + 7, NULL, other + 7);
     rolni_write_need(t, "FORMAT", 1, others + 11, NULL, other + 11);
@@ -2475,6 +2481,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_ACTUATOR
 #define ROLN_ACTUATOR torque
 #endif
+#ifndef ROLN_DRIVEN
+#define ROLN_DRIVEN 0
+#endif
 #ifndef ROLN_HORIZON
 #define ROLN_HORIZON 8
 #endif
@@ -2542,7 +2551,8 @@ ROLNI_INTS
     ROLN_(damping) = ROLN_DAMPING,
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
-    ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky),
+    ROLN_(driven) = ROLN_DRIVEN,
+    ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky) || ROLN_(driven) > 0,
     /* rows of the networks' kernels (roln_lnn.h, 2) */
     ROLN_(row_mass) = ROLNI_MASS_ROW_WORK(ROLN_),
     ROLN_(row_dm) = ROLNI_DM_WORK(ROLN_),
@@ -2588,7 +2598,7 @@ ROLNI_INTS
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
-    ROLN_(format) = ROLN_(actuator) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,
+    ROLN_(format) = ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,
     /* a step of one state, without and with what derivatives take */
     ROLN_(stage_once_1) = ROLNI_STAGE_WORK(ROLN_, 0, 1),
     ROLN_(midpoint_once_1) = ROLNI_MIDPOINT_WORK(ROLN_, 0, 1),
@@ -2622,9 +2632,11 @@ ROLNI_INTS
     ROLN_(inverse_kept) = ROLN_LNN_INVERSE_WORK(ROLN_, 1, 1, ROLN_BLOCK),
     ROLN_(inverse_bwd) = ROLN_LNN_INVERSE_BWD_WORK(ROLN_, ROLN_BLOCK),
     ROLN_(packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
-                                       ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)),
+                                       ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(theta_size)) +
+                         2 * (ROLN_(driven) > 0),
     ROLN_(full_packed_size) = ROLN_PACKED(ROLN_(ae_layers), ROLN_(mlp_layers), ROLN_(layers), ROLN_(angles),
-                                            ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(full_size))
+                                            ROLN_(own) * ROLN_(N), ROLN_(n), ROLN_(full_size)) +
+                              2 * (ROLN_(driven) > 0)
 ROLNI_INTS_END;
 
 ROLNI_ASSERT(sizes_must_be_at_least_1,
@@ -2648,6 +2660,11 @@ ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
 ROLNI_ASSERT(angles_need_a_model_without_autoencoder, ROLN_(angles) == 0 || ROLN_(ae_layers) == 0)
 ROLNI_ASSERT(angles_need_31_joints_at_most, ROLN_(angles) == 0 || ROLN_(N) <= ROLN_ANGLES_MAX)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLN_(N))
+ROLNI_ASSERT(driven_leaves_a_joint_free, (ROLN_DRIVEN) >= 0 && (ROLN_DRIVEN) < ROLN_(N))
+ROLNI_ASSERT(driven_needs_a_model_without_autoencoder, ROLN_(driven) == 0 || ROLN_(ae_layers) == 0)
+ROLNI_ASSERT(driven_takes_no_midpoint_rule, ROLN_(driven) == 0 || ROLNI_INT(ROLN_(scheme)) != ROLN_MIDPOINT)
+ROLNI_ASSERT(driven_takes_no_inputs_actuator_nor_load,
+             ROLN_(driven) == 0 || ((ROLN_INPUTS) == 0 && ROLN_(actuator) == 0 && (ROLN_LOAD) == 0))
 ROLNI_ASSERT(inputs_are_0_with_an_actuator, (ROLN_INPUTS) == 0 || ROLN_(actuator) == 0)
 ROLNI_ASSERT(base_and_damping_are_0_or_1,
              (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE) && (ROLN_DAMPING) * (ROLN_DAMPING) == (ROLN_DAMPING))
@@ -2747,7 +2764,8 @@ static const roln_model ROLN_(model) = {
      ROLN_(monomials)},
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR),
-     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLN_(n))), ROLN_(angles), ROLN_FRICTION},
+     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLN_TRI(ROLN_(n))), ROLN_(angles), ROLN_FRICTION,
+     ROLN_(driven)},
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own), ROLN_(actuator)};
 #undef ROLNI_MLP_OF
 
@@ -2771,17 +2789,32 @@ ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
     return ROLN_(inputs) > 0 ? NULL : each;
 }
 
-/* The unit of an input in user's units is multiplied by this number, and then by ROLNI_(own_inputs): of forces, or of positions u of
-   servos. */
+/* An input in user's units is multiplied by this number, and then by ROLNI_(own_inputs), which does it all where joints are
+   driven: of forces, or of positions u of servos. */
 ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
 {
+    if (ROLN_(driven) > 0) return 1;
     return ROLN_(servo) ? 1 / p->scale.q : rolni_force_unit(&p->scale);
+}
+
+/* The inputs x [rows][N] of a model with driven joints become forces and accelerations, these as accelerations of recordings do. */
+ROLN_FN void ROLNI_(scale_driven)(const ROLN_(params) *p, int rows, roln_real *x)
+{
+    const int N = ROLN_(N), from = N - ROLN_(driven);
+    const roln_real unit = rolni_force_unit(&p->scale), v = rolni_velocity_unit(&p->scale) * p->scale.t;
+    const roln_real *const each = ROLNI_EACH(p);
+    int i;
+    for (i = 0; i < rows * N; i++) {
+        const roln_real own = each ? each[i % N] : 1;
+        x[i] = i % N < from ? x[i] * unit * own : x[i] * v / own;
+    }
 }
 
 /* x [rows][force_size] of inputs: the units of the joints, of which positions are divided by. */
 ROLN_FN void ROLNI_(own_inputs)(const ROLN_(params) *p, int rows, roln_real *x)
 {
-    if (ROLN_(servo)) rolni_divide_each(rows, ROLN_(N), ROLNI_EACH(p), x);
+    if (ROLN_(driven) > 0) ROLNI_(scale_driven)(p, rows, x);
+    else if (ROLN_(servo)) rolni_divide_each(rows, ROLN_(N), ROLNI_EACH(p), x);
     else rolni_multiply_each(rows, ROLN_(force_size), ROLNI_(force_units)(p), x);
 }
 
@@ -3048,22 +3081,35 @@ ROLN_FN roln_status ROLNI_(inverse)(const ROLN_(params) *p, const ROLN_(latent) 
 /* scratch of NAME_control; inverse.a becomes tau_z */
 typedef struct {
     ROLN_(inverse_work) inverse;
+#if ROLN_DRIVEN > 0
+    roln_real zdd[ROLN_(n)]; /* with the accelerations of the driven coordinates */
+#endif
 } ROLN_(control_work);
 
 /* NAME_control, and to b the energy balance at (z, zd), the power of the load among what is lost; b NULL: not wanted. */
 ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) *s, const ROLN_(target) *r, roln_real *tau_z,
                                     rolni_balance *b, ROLN_(control_work) *w)
 {
-    const int n = ROLN_(n);
-    const roln_status st = ROLNI_(inverse)(p, s, r->zd, r->zdd, b, &w->inverse);
-    const roln_real *const load = ROLNI_LOAD_OF(r);
+    const int n = ROLN_(n), from = n - ROLN_(driven);
+    const roln_real *zdd = r->zdd, *const load = ROLNI_LOAD_OF(r);
     roln_real *const out = w->inverse.a;
+    roln_status st;
     int i;
-    if (st != ROLN_OK) return st;
-    for (i = 0; i < n; i++) {
+#if ROLN_DRIVEN > 0
+    rolni_copy(n, r->zdd, w->zdd);
+    for (i = from; i < n; i++) {
+        const roln_real e = s->z[i] - roln_lnn_near(&ROLN_(model).lnn, i, s->z[i], r->z[i]);
+        w->zdd[i] -= r->kp[i] * e + r->kd[i] * (s->zd[i] - r->zd[i]);
+    }
+    zdd = w->zdd;
+#endif
+    if ((st = ROLNI_(inverse)(p, s, r->zd, zdd, b, &w->inverse)) != ROLN_OK) return st;
+    for (i = 0; i < from; i++) {
         const roln_real e = s->z[i] - roln_lnn_near(&ROLN_(model).lnn, i, s->z[i], r->z[i]);
         out[i] -= r->kp[i] * e + r->kd[i] * (s->zd[i] - r->zd[i]);
     }
+    for (; i < n; i++)
+        out[i] = zdd[i];
     for (i = 0; i < n && load; i++)
         out[i] -= load[i];
     if (b && load) b->lost -= roln_dot(n, s->zd, load); /* a force that is known does not unbalance the guard */
@@ -3075,7 +3121,8 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
 /* PD+ control in the latent space (Paden and Panja 1988 on the reduced model; Friedl et al. 2026): with e = z - z_ref,
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way.
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. The reference and the diagonal
-   gains are in r. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows, or NAME_allocate where there are fewer motors. Status
+   gains are in r. Of a driven coordinate tau_z is the acceleration zdd_ref - kp e - kd ed, gains in 1/s^2 and 1/s, which takes the
+   place of zdd_ref in M zdd_ref: the forces on the others allow for it. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows, or NAME_allocate where there are fewer motors. Status
    of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *s, const ROLN_(target) *r,
                                    roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], ROLN_(control_work) *w)
@@ -3133,6 +3180,10 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLN_(params) *p, int jets, roln_real *ta
     for (i = 0; i < N; i++)
         tau[i] /= p->scale.q;
     rolni_divide_each(1, N, ROLNI_EACH(p), tau);
+    for (i = N - ROLN_(driven); i < N; i++) {
+        const roln_real *const each = ROLNI_EACH(p);
+        tau[i] = tau_z[i % ROLN_(n)] * p->scale.q * (each ? each[i] : 1);
+    }
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
     ROLNI_(command)(p, at, tau);
 #else
@@ -3152,7 +3203,7 @@ typedef struct {
 
 /* tau = D(phi(z))^T tau_z [N]: the force on q that acts on z as tau_z, J^T tau = tau_z. With ROLN_ACTUATOR current tau is the
    currents that make this force, (tau - o) / k. With servo it is the positions q + (tau - o + d qd) / k, q = phi(z), qd = J zd.
-   tau is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
+   Of a driven joint tau_z and tau are accelerations. tau is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(lift)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))],
                                 roln_real tau[ROLN_AT_LEAST(ROLN_(N))], ROLN_(lift_work) *w)
 {
@@ -3226,7 +3277,7 @@ ROLN_FN const roln_real *ROLNI_(beside_offsets)(const ROLN_(params) *p, const ro
    motors NULL: the learned inputs. With ROLN_ACTUATOR current G = J(z)^T diag(k) B, and u makes tau_z beside the offsets o.
    allocation_residual [1] (may be NULL) is the part of tau_z that the motors do not make,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
-   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors, or the joints have servos. ROLN_E_NOT_SPD: they do not span z, to within
+   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors, or joints are driven or have servos. ROLN_E_NOT_SPD: they do not span z, to within
    rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the
    triangle of [mu I; G^T]. The rest of tau_z gives a correction of y, and a second one where motors are nearly parallel, which
    leaves a hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
@@ -3240,7 +3291,7 @@ ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) 
     roln_real *const x = w->x, *const g = w->g, *const y = w->y, *const rest = w->rest, *const R = w->R;
     int last = 4, parts = 0, pass, j, i;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (f.count < 1 || ROLN_(servo)) return ROLN_E_LENGTH;
+    if (f.count < 1 || ROLN_(servo) || ROLN_(driven) > 0) return ROLN_E_LENGTH;
     if (!roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE;
     rolni_zero(n * n, R);
     for (i = 0; i < n; i++)
@@ -3324,6 +3375,7 @@ ROLN_FN uint32_t ROLNI_(faults)(const ROLN_(params) *p, const roln_limits *limit
     int i;
     if (!roln_all_finite(N, q) || !roln_all_finite(N, qd)) faults |= ROLN_FAULT_INPUT;
     if (!rolni_limits_valid(limits, nu) || !rolni_motors_valid(&ROLN_(model), limits->motors)) faults |= ROLN_FAULT_INPUT;
+    if (ROLN_(driven) > 0 && limits->residual > 0) faults |= ROLN_FAULT_INPUT; /* the power of their drives is not known */
     if (!want || !seen->s) faults |= ROLN_FAULT_STATUS;
     if (want && !roln_all_finite(nu, want)) faults |= ROLN_FAULT_OUTPUT;
     for (i = 0; want && !(faults & (ROLN_FAULT_OUTPUT | ROLN_FAULT_INPUT)) && i < nu; i++) {
@@ -3671,6 +3723,7 @@ typedef struct {
 } ROLN_(reduce_work);
 
 /* tau_z = J(z)^T tau [n] of a force tau [N], of inputs through B, or of the inputs of actuators. That of servos depends on z and zd.
+   Of a driven joint tau and tau_z are accelerations.
    tau_z is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s,
                                   const roln_real tau[ROLN_AT_LEAST(ROLN_(force_size))],
@@ -3696,6 +3749,10 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.q;
+    for (i = n - ROLN_(driven); i < n; i++) {
+        const roln_real *const each = ROLNI_EACH(p);
+        w->out[i] = tau[i] / p->scale.q / (each ? each[i] : 1);
+    }
 #endif
     if (!roln_all_finite(n, w->out) || !roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE; /* z: tanh of it is finite */
     rolni_copy(n, w->out, tau_z);
@@ -3781,7 +3838,7 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
 }
 
 /* Advances s by dt seconds, one step of the model's integrator, under the force tau [N] on q (or inputs u), held over the step;
-   NULL: 0. A servo follows its position u with its force at every state within the step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi]
+   NULL: 0. Of a driven joint tau is the acceleration. A servo follows its position u with its force at every state within the step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi]
    first, so that motion is the same on every turn (held by test_sums.c: test_turns). Status of roln_lnn_step, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
                                 ROLN_(step_work) *w)
@@ -3864,6 +3921,14 @@ ROLN_FN uint32_t ROLN_(tick)(const ROLN_(params) *p, const roln_limits *limits, 
 }
 #endif
 
+/* The number by which ROLNI_(own_inputs) multiplies input j; each: that of forces. */
+ROLN_FN roln_real ROLNI_(own_input)(const ROLN_(params) *p, const roln_real *each, int j)
+{
+    const roln_real own = each ? each[j] : 1;
+    if (ROLN_(driven) == 0) return ROLN_(servo) ? 1 / own : own;
+    return j < ROLN_(N) - ROLN_(driven) ? rolni_force_unit(&p->scale) * own : rolni_velocity_unit(&p->scale) * p->scale.t / own;
+}
+
 /* Scratch of a linearisation but for its derivatives J and the kernel's work, which grow with the columns wanted of B or L. */
 typedef struct {
     roln_real s[2 * ROLN_(n)], held[ROLN_(force_size) + ROLNI_TAU(ROLN_, 1)]; /* of inputs, u and B u */
@@ -3900,7 +3965,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
-        const roln_real own = j < n2 || to->L ? 1 : !each ? 1 : ROLN_(servo) ? 1 / each[j - n2] : each[j - n2];
+        const roln_real own = j < n2 || to->L ? 1 : ROLNI_(own_input)(p, each, j - n2);
         for (i = 0; i < n2; i++) {
             roln_real *x = J + j * n2 + i;
             *x *= (i < n ? 1 : 1 / t) * tj;
@@ -3929,7 +3994,7 @@ typedef struct {
 } ROLN_(linear_work);
 
 /* NAME_step and its derivatives, for LQR, EKF and MPC: j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau
-   [2n][force_size], or by the inputs. s and j stay as they were unless ROLN_OK. Status of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite,
+   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. s and j stay as they were unless ROLN_OK. Status of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite,
    ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac. Cost, all derivatives of a stage at once: about two steps with n = 2, three with
    n = 4, four with n = 6. */
 ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
@@ -5696,6 +5761,14 @@ ROLN_FN void ROLNI_(samples_decode)(const ROLNI_(samples) *b)
     rolni_copy(nz, D + 5 * nz, w->gsd + nz);
 }
 
+/* The driven coordinates of x [rows][n] become 0: the forces that drive them are not known. */
+ROLN_FN void ROLNI_(drop_driven)(int rows, roln_real *x)
+{
+    int r;
+    for (r = 1; r <= rows && ROLN_(driven) > 0; r++)
+        rolni_zero(ROLN_(driven), x + r * ROLN_(n) - ROLN_(driven));
+}
+
 /* Backward: decode, compare in z, the accelerations, inverse dynamics, encode. */
 ROLN_FN void ROLNI_(samples_backward)(const ROLNI_(samples) *b)
 {
@@ -5716,7 +5789,9 @@ ROLN_FN void ROLNI_(samples_backward)(const ROLNI_(samples) *b)
         if (force) force->eval(force->ctx, nb, w->Z, tau + nz);
         (void)roln_lnn_inverse(lnn, 1, nb, th, w->Z, NULL, w->Z + 2 * nz, tau, tape, work); /* again, for its tape */
         rolni_divide_deviation(2 * nb, ROLN_(n), b->g->force_variance, tau);
+        ROLNI_(drop_driven)(2 * nb, tau);
         rolni_compare(b->g, rolni_term_of(1, b->weights->force, &loss->force), nz, tau, tau + nz, gtau, gtau + nz);
+        ROLNI_(drop_driven)(2 * nb, gtau);
         if (!back) return;
         rolni_divide_deviation(2 * nb, ROLN_(n), b->g->force_variance, gtau);
         roln_lnn_inverse_bwd(lnn, nb, th, gtau, w->gZ, w->gZ + 2 * nz, b->g->net, tape, work);
@@ -5743,7 +5818,7 @@ ROLN_FN roln_status ROLNI_(samples_block)(const ROLN_(params) *p, const roln_los
 ROLN_FN roln_status ROLNI_(grad_valid)(const ROLN_(params) *p, const roln_batch *b)
 {
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    if (!rolni_batch_valid(b)) return ROLN_E_LENGTH;
+    if (!rolni_batch_valid(b) || (ROLN_(driven) > 0 && !b->qd)) return ROLN_E_LENGTH;
     return roln_all_finite(ROLN_(theta_size), p->theta) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
@@ -5781,7 +5856,7 @@ ROLN_FN roln_status ROLN_(grad_acc)(const ROLN_(params) *p, const roln_loss *wei
    as if in twice the digits (held by test_sums.c). A block of windows that fails (data or parameters not finite, eigenvalues out of
    range) adds nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. Status of
    roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: count or steps negative, windows longer than ROLN_HORIZON, stride below 1, no qd
-   or qdd for the acceleration loss, H < 2 for a prediction from positions. Of scratch only the states grow with H. */
+   or qdd for the acceleration loss, H < 2 for a prediction from positions, or positions alone of a model with driven joints. Of scratch only the states grow with H. */
 ROLN_FN roln_status ROLN_(grad)(const ROLN_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                 ROLN_(gradient) *g, ROLN_(grad_work) *w)
 {
@@ -6054,11 +6129,12 @@ ROLN_FN roln_status ROLNI_(force_moments)(const ROLN_(params) *p, const roln_bat
         rolni_divide_each(3, N, ROLNI_EACH(p), x);
         roln_ae_encode(&ROLN_(model).ae, 3, 1, p->theta, x, z, w->u.encode);
         if (!roln_all_finite(3 * n, z)) return ROLN_E_NOT_FINITE;
-        rolni_gather(b, b->tau, size, k, 1, 0, ROLN_(actuator) > 0 ? ROLNI_(input_unit)(p) : unit, in);
+        rolni_gather(b, b->tau, size, k, 1, 0, ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLNI_(input_unit)(p) : unit, in);
         ROLNI_(own_inputs)(p, 1, in);
         if (inputs == 0) ROLNI_(torque_eval)(&d.torque, 1, z, w->tau_z);
-        for (i = 0; i < n && ROLN_(actuator) > 0; i++)
+        for (i = 0; i < n && (ROLN_(actuator) > 0 || ROLN_(driven) > 0); i++)
             w->tau_z[i] *= p->scale.m;
+        rolni_zero(ROLN_(driven), w->tau_z + n - ROLN_(driven)); /* no forces */
         for (i = 0; i < forces + n; i++) {
             const roln_real y = i >= forces ? z[2 * n + i - forces] : inputs > 0 ? in[i] : w->tau_z[i];
             double off;
@@ -6115,7 +6191,7 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
 
 /* Variance [n] of the force tau_z = J^T tau on each latent coordinate over the windows of b (first samples), in p's units: what
    the term `force` of the loss is divided by in rows (NAME_residuals), so that each coordinate counts in parts of its own force. A
-   coordinate whose force never changes, such as a joint without motor, has the variance of zdd: that of its force if M = I. It has
+   coordinate whose force never changes, such as a joint without motor or a driven one, has the variance of zdd: that of its force if M = I. It has
    1 if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH, ROLN_E_NOT_FINITE: as
    NAME_fit_inertia. ROLN_E_SHAPE: the model has inputs or actuators, so its forces are learned. variance is untouched unless ROLN_OK. Cost:
    that of NAME_fit_inertia. */
@@ -6640,6 +6716,7 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLNI_EACH
 #undef ROLN_INPUTS
 #undef ROLN_ACTUATOR
+#undef ROLN_DRIVEN
 #undef ROLN_HORIZON
 #undef ROLN_BLOCK
 #undef ROLN_QUANTISE
