@@ -21,12 +21,12 @@
        #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
                                               metres beside radians; default common, all have the same
        #define ROLN_INPUTS  0                 number of inputs u of a learned input map, tau = B u; default 0: tau is given
-       #define ROLN_ACTUATOR torque           what the input of a joint is. torque: tau itself, default. current: a motor current u or
-                                              any command proportional to torque, tau = k u + o. servo: the position u that a PD
-                                              controller in the drive follows, tau = k (u - q) - d qd + o. k, d > 0 and o are learned
-                                              for each joint
-       #define ROLN_DRIVEN  0                 the last so many joints are driven: their motion is prescribed, as of a moving base or of
-                                              held ends. Their input is their acceleration in place of a force. Without autoencoder
+       #define ROLN_ACTUATOR torque           what the input of a joint is. torque: tau itself, default. current: a motor current u
+                                              or any command proportional to torque, tau = k u + o. servo: the position u that a
+                                              PD controller in the drive follows, tau = k (u - q) - d qd + o. k, d > 0 and o are
+                                              learned for each joint
+       #define ROLN_DRIVEN  0                 the last so many joints are driven: their motion is prescribed, as of a moving base
+                                              or of held ends. Their input is their acceleration. Without autoencoder
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
@@ -1848,8 +1848,9 @@ ROLN_FN void rolni_error_add(roln_real d, roln_real c, roln_real dv, roln_real v
 /* Layout, little-endian: "ROLN", u16 format, u8 bytes per number, u8 number of sizes; the sizes, u16 each (rolni_pack_head);
    the numbers of NAME_params in their order: slope, eigenvalue_floor, scale.q, scale.t, scale.m, each [N] of a model with own
    units, dt, z_min [n], z_max [n], zd_max [n], theta, of which weights stored small are words; u64 FNV-1a of all before. The bits
-   of angles, if there are any, are the last two sizes; behind them the number of driven joints, if there are any. In the macros each is the number of own units, N or 0.
-   The functions of this section take the numbers of NAME_params through a pointer to the whole and copy them as bytes. */
+   of angles, if there are any, are the last two sizes; behind them the number of driven joints, if there are any. In the macros
+   each is the number of own units, N or 0. The functions of this section take the numbers of NAME_params through a pointer to the
+   whole and copy them as bytes. */
 #define ROLN_FORMAT 3
 #define ROLN_FORMAT_ACTUATOR 4 /* of models with actuators or driven joints, which older versions of roln refuse */
 #define ROLN_NUMBERS(each, n, params) (6 + (each) + 3 * (n) + (params)) /* of NAME_params */
@@ -3122,8 +3123,8 @@ ROLN_FN roln_status ROLNI_(control)(const ROLN_(params) *p, const ROLN_(latent) 
        tau_z = M(z) zdd_ref + C(z, zd) zd_ref + g(z) + R(z) zd - Kp e - Kd ed - load,   e of angles by the shorter way.
    W = 1/2 ed^T M ed + 1/2 e^T Kp e then falls as dW/dt = -ed^T Kd ed, as far as the model is true. The reference and the diagonal
    gains are in r. Of a driven coordinate tau_z is the acceleration zdd_ref - kp e - kd ed, gains in 1/s^2 and 1/s, which takes the
-   place of zdd_ref in M zdd_ref: the forces on the others allow for it. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows, or NAME_allocate where there are fewer motors. Status
-   of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
+   place of zdd_ref in M zdd_ref: the forces on the others allow for it. tau_z [n] is untouched unless ROLN_OK. NAME_lift follows,
+   or NAME_allocate where there are fewer motors. Status of roln_lnn_inverse, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(control)(const ROLN_(params) *p, const ROLN_(latent) *s, const ROLN_(target) *r,
                                    roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], ROLN_(control_work) *w)
 {
@@ -3277,10 +3278,11 @@ ROLN_FN const roln_real *ROLNI_(beside_offsets)(const ROLN_(params) *p, const ro
    motors NULL: the learned inputs. With ROLN_ACTUATOR current G = J(z)^T diag(k) B, and u makes tau_z beside the offsets o.
    allocation_residual [1] (may be NULL) is the part of tau_z that the motors do not make,
        |tau_z - G u| / |tau_z| = mu^2 |y| / |tau_z|,   0 if tau_z is 0
-   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors, or joints are driven or have servos. ROLN_E_NOT_SPD: they do not span z, to within
-   rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not. Nothing is squared: y = R^-1 R^-T tau_z with R the
-   triangle of [mu I; G^T]. The rest of tau_z gives a correction of y, and a second one where motors are nearly parallel, which
-   leaves a hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count NAME_reduce, 5 where motors are nearly parallel. */
+   u and allocation_residual are untouched unless ROLN_OK. ROLN_E_LENGTH: no motors, or joints are driven or have servos.
+   ROLN_E_NOT_SPD: they do not span z, to within rounding, and mu does not make up for it. ROLN_E_NOT_FINITE: z, G or y is not.
+   Nothing is squared: y = R^-1 R^-T tau_z with R the triangle of [mu I; G^T]. The rest of tau_z gives a correction of y, and a
+   second one where motors are nearly parallel, which leaves a hundredth at most (test_feedback.c: test_near_motors). Cost: 3 count
+   NAME_reduce, 5 where motors are nearly parallel. */
 ROLN_FN roln_status ROLN_(allocate)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_motors *motors,
                                     const roln_real tau_z[ROLN_AT_LEAST(ROLN_(n))], roln_real *u, roln_real *allocation_residual,
                                     ROLN_(allocate_work) *w)
@@ -3654,8 +3656,8 @@ ROLN_FN void ROLNI_(torque_jac_zd)(void *ctx, const roln_real *z, roln_real *H)
 }
 #endif
 
-/* Its derivatives at one z: H [n][n] and, unless it is NULL, G [force_size][n], which is J or, with inputs, B^T J, or with actuators
-   diag(k) J. */
+/* Its derivatives at one z: H [n][n] and, unless it is NULL, G [force_size][n], which is J or, with inputs, B^T J, or with
+   actuators diag(k) J. */
 ROLN_FN void ROLNI_(torque_jac)(void *ctx, const roln_real *z, roln_real *H, roln_real *G)
 {
     const ROLNI_(torque) *f = ROLNI_AS(const ROLNI_(torque) *, ctx);
@@ -3715,15 +3717,16 @@ ROLN_FN void ROLNI_(drive)(const ROLN_(params) *p, const roln_real *in, roln_rea
 
 /* scratch of NAME_reduce */
 typedef struct {
-    roln_real out[ROLN_(n)], tau[ROLNI_ROOM((ROLN_(own) > 0 || ROLN_(actuator) > 0) * ROLN_(force_size))]; /* in units of the joints */
+    roln_real out[ROLN_(n)];
+    roln_real tau[ROLNI_ROOM((ROLN_(own) > 0 || ROLN_(actuator) > 0) * ROLN_(force_size))]; /* in units of the joints */
     ROLNI_(force_work) force;
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
     roln_real s[2 * ROLN_(n)]; /* [z; zd] in units of the networks */
 #endif
 } ROLN_(reduce_work);
 
-/* tau_z = J(z)^T tau [n] of a force tau [N], of inputs through B, or of the inputs of actuators. That of servos depends on z and zd.
-   Of a driven joint tau and tau_z are accelerations.
+/* tau_z = J(z)^T tau [n] of a force tau [N], of inputs through B, or of the inputs of actuators. That of servos depends on z and
+   zd. Of a driven joint tau and tau_z are accelerations.
    tau_z is untouched unless ROLN_OK. ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s,
                                   const roln_real tau[ROLN_AT_LEAST(ROLN_(force_size))],
@@ -3838,8 +3841,9 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
 }
 
 /* Advances s by dt seconds, one step of the model's integrator, under the force tau [N] on q (or inputs u), held over the step;
-   NULL: 0. Of a driven joint tau is the acceleration. A servo follows its position u with its force at every state within the step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi]
-   first, so that motion is the same on every turn (held by test_sums.c: test_turns). Status of roln_lnn_step, ROLN_E_NOT_FINITE. */
+   NULL: 0. Of a driven joint tau is the acceleration. A servo follows its position u with its force at every state within the
+   step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first, so
+   that motion is the same on every turn (held by test_sums.c: test_turns). Status of roln_lnn_step, ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
                                 ROLN_(step_work) *w)
 {
@@ -3994,9 +3998,9 @@ typedef struct {
 } ROLN_(linear_work);
 
 /* NAME_step and its derivatives, for LQR, EKF and MPC: j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau
-   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. s and j stay as they were unless ROLN_OK. Status of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite,
-   ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac. Cost, all derivatives of a stage at once: about two steps with n = 2, three with
-   n = 4, four with n = 6. */
+   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. s and j stay as they were unless ROLN_OK. Status
+   of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite, ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac. Cost, all derivatives
+   of a stage at once: about two steps with n = 2, three with n = 4, four with n = 6. */
 ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
                                   ROLN_(jacobian) *j, ROLN_(linear_work) *w)
 {
@@ -5856,7 +5860,8 @@ ROLN_FN roln_status ROLN_(grad_acc)(const ROLN_(params) *p, const roln_loss *wei
    as if in twice the digits (held by test_sums.c). A block of windows that fails (data or parameters not finite, eigenvalues out of
    range) adds nothing and ends the call. A cotangent that overflows is not looked for here: the update refuses it. Status of
    roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: count or steps negative, windows longer than ROLN_HORIZON, stride below 1, no qd
-   or qdd for the acceleration loss, H < 2 for a prediction from positions, or positions alone of a model with driven joints. Of scratch only the states grow with H. */
+   or qdd for the acceleration loss, H < 2 for a prediction from positions, or positions alone of a model with driven joints. Of
+   scratch only the states grow with H. */
 ROLN_FN roln_status ROLN_(grad)(const ROLN_(params) *p, const roln_loss *weights, const roln_batch *b, roln_real dt,
                                 ROLN_(gradient) *g, ROLN_(grad_work) *w)
 {
@@ -6191,10 +6196,10 @@ ROLN_FN roln_status ROLN_(fit_inertia)(ROLN_(params) *p, const roln_batch *b, RO
 
 /* Variance [n] of the force tau_z = J^T tau on each latent coordinate over the windows of b (first samples), in p's units: what
    the term `force` of the loss is divided by in rows (NAME_residuals), so that each coordinate counts in parts of its own force. A
-   coordinate whose force never changes, such as a joint without motor or a driven one, has the variance of zdd: that of its force if M = I. It has
-   1 if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH, ROLN_E_NOT_FINITE: as
-   NAME_fit_inertia. ROLN_E_SHAPE: the model has inputs or actuators, so its forces are learned. variance is untouched unless ROLN_OK. Cost:
-   that of NAME_fit_inertia. */
+   coordinate whose force never changes, such as a joint without motor or a driven one, has the variance of zdd: that of its force
+   if M = I. It has 1 if it does not move either. Choose the unit of inertia first (NAME_fit_inertia). ROLN_E_LENGTH,
+   ROLN_E_NOT_FINITE: as NAME_fit_inertia. ROLN_E_SHAPE: the model has inputs or actuators, so its forces are learned. variance is
+   untouched unless ROLN_OK. Cost: that of NAME_fit_inertia. */
 ROLN_FN roln_status ROLN_(force_variance)(const ROLN_(params) *p, const roln_batch *b, roln_real variance[ROLN_(n)],
                                           ROLN_(force_variance_work) *w)
 {

@@ -1846,8 +1846,9 @@ ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, roln_real *
 }
 
 /* Derivatives of roln_lnn_zdd, nb = 1, on its tape with keep = 2: D [2n][n] by s, row j by number j of it, at fixed tau_z, and
-   W [n][n] by tau_z, row j by number j of it, M^-1 or, with driven coordinates, [M_ff^-1 0; -M_pf M_ff^-1 I]. Cost: of each layer n products, in the mass network 2n, all in one pass over its weights; n^4 for the
-   mass matrix, behind SPD layers n backwards of a row. */
+   W [n][n] by tau_z, row j by number j of it, M^-1 or, with driven coordinates, [M_ff^-1 0; -M_pf M_ff^-1 I]. Cost: of each layer
+   n products, in the mass network 2n, all in one pass over its weights; n^4 for the mass matrix, behind SPD layers n backwards of
+   a row. */
 #define ROLN_LNN_ZDD_JAC_WORK(S) \
     ROLN_MAX(ROLN_MAX(S(row_jac_2), S(dissipation)), 2 * S(n) * S(n))
 ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_real *D, roln_real *W, roln_real *tape,
@@ -1977,9 +1978,9 @@ enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
    the functions: they are the calls that leave this header upwards. z [nb][n] always has zd [nb][n] behind it, and gz has the
    gradient by zd. eval writes tau_z [nb][n]; bwd adds to gz [2][nb][n] for the cotangent y [nb][n] of tau_z and, if params, to the
    gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H [n][n], row j by z_j, and G [size][n], a row
-   for each number that the force is made of (NULL: not wanted). jac_zd writes H [n][n], row j by zd_j. It is called after jac at the
-   same state, with no other call between. NULL: the force does not depend on zd. Only roln_lnn_step_jac calls jac and jac_zd. Other
-   functions that are never called may be NULL. */
+   for each number that the force is made of (NULL: not wanted). jac_zd writes H [n][n], row j by zd_j. It is called after jac at
+   the same state, with no other call between. NULL: the force does not depend on zd. Only roln_lnn_step_jac calls jac and jac_zd.
+   Other functions that are never called may be NULL. */
 typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
@@ -2266,6 +2267,21 @@ ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const
         rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(n), x, N + j * n, work);
 }
 
+/* The derivatives of a force (NULL: 0) at sm [2n] are added to those by z, Fz, and by zd, Fv [n][n]; G as force->jac. H [n][n]:
+   scratch. */
+ROLN_FN void rolni_force_jac(int n, const roln_force *force, const roln_real *sm, roln_real *Fz, roln_real *Fv, roln_real *G,
+                             roln_real *H)
+{
+    int i;
+    if (force) force->jac(force->ctx, sm, H, G);
+    for (i = 0; i < n * n; i++)
+        Fz[i] += force ? H[i] : 0;
+    if (!force || !force->jac_zd) return;
+    force->jac_zd(force->ctx, sm, H);
+    for (i = 0; i < n * n; i++)
+        Fv[i] += H[i];
+}
+
 /* Derivatives of the midpoint rule on its three tapes: J as roln_lnn_step_jac. In rows, with N = DM[.] v at z_m, N_0 = DM[.] zd,
    N_1 = DM[.] zd+, Q = N - h/2 F_z and G = dF by the force, the rows of v, by z, zd and the force, are
        v' = [N_0 - Q; M_0; h/2 G] M_m^-1 (I + h/2 (Q - F_v) M_m^-1)^-1,
@@ -2298,18 +2314,11 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     for (i = 0; i < nn; i++)
         Q[i] = Fv[i % n * n + i / n];
     rolni_dissipation_jac(f, theta, &tm, Fz, work);
-    if (sys->force) sys->force->jac(sys->force->ctx, sm, P, size > 0 ? G : NULL);
+    rolni_force_jac(n, sys->force, sm, Fz, Fv, size > 0 ? G : NULL, P);
     for (i = 0; i < nn; i++) {
-        Fz[i] += sys->force ? P[i] : 0;
         Q[i] -= h / 2 * Fz[i];
-    }
-    if (sys->force && sys->force->jac_zd) {
-        sys->force->jac_zd(sys->force->ctx, sm, P);
-        for (i = 0; i < nn; i++)
-            Fv[i] += P[i];
-    }
-    for (i = 0; i < nn; i++)
         P[i] = h / 2 * (Q[i] - Fv[i]);
+    }
     rolni_minv_full(f, &tm, W, work);
     roln_mm(n, n, n, P, W, A);
     for (i = 0; i < n; i++)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-/* differences.h - derivatives of a table of models against central differences: gradients and linearised steps. Halving the step of
-   a difference quarters its error. A step of a model against a slow one. Include after samples.h; CALLED has dynamics, grad,
-   grad_acc, step, linear. */
+/* differences.h - derivatives of a table of models against central differences: gradients, rows of Gauss-Newton and linearised
+   steps. Halving the step of a difference quarters its error. A step of a model against a slow one. Include after samples.h; CALLED
+   has dynamics, grad, grad_acc, rows, step, linear; the models have 3 rows and learn everything. */
 #ifndef DIFFERENCES_H
 #define DIFFERENCES_H
 
@@ -57,6 +57,39 @@ ROLN_FN void check_gradient(int k, int kind, uint64_t *seed)
         }
         theta_k[i] = theta_k[j] = was;
         halve(&x, plus, minus, h, i == j ? g.theta[i] : g.theta[i] + g.theta[j]);
+    }
+    halved(&x);
+}
+
+/* Rows of Gauss-Newton: the derivatives of residuals by every parameter, under the same signs. */
+ROLN_FN void check_rows(int k, int kind, uint64_t *seed)
+{
+    enum { ROWS = 3 };
+    static data d;
+    static double J[ROWS * MAXP], r[ROWS], at[ROWS];
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const int P = models[k]->params;
+    roln_real *const work = is_acc(kind) ? ROOM(grad_acc) : ROOM(grad);
+    const double h = 2e-3;
+    halving x;
+    int i, p, w;
+    memset(&x, 0, sizeof x);
+    make(k, kind, ROWS, seed, &d);
+    CHECK_OK(m.of->rows(&m, &weights.loss, &d.b, d.h, 40, J, r, work));
+    for (i = 0; i < P; i++) {
+        const int j = mate(k, i);
+        const double was = theta_k[i];
+        double plus[ROWS][2], minus[ROWS][2];
+        if (j < i) continue;
+        for (p = 0; p < 4; p++) {
+            theta_k[i] = theta_k[j] = was + (p < 2 ? 1 : -1) * (p % 2 ? h / 2 : h);
+            CHECK_OK(m.of->rows(&m, &weights.loss, &d.b, d.h, 40, NULL, at, work));
+            for (w = 0; w < ROWS; w++)
+                (p < 2 ? plus : minus)[w][p % 2] = -at[w];
+        }
+        theta_k[i] = theta_k[j] = was;
+        for (w = 0; w < ROWS; w++)
+            halve(&x, plus[w], minus[w], h, i == j ? J[w * P + i] : J[w * P + i] + J[w * P + j]);
     }
     halved(&x);
 }
