@@ -31,7 +31,8 @@ typedef struct {
 static int start_possible(void)
 {
     const roln_lnn *f = &M(model).lnn;
-    return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
+    return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && (int)M(actuator) == 0 && f->driven == 0 &&
+           f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
 }
 
 /* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: that of
