@@ -277,6 +277,7 @@ typedef struct {
     uint32_t angles;        /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
                                have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
     int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law */
+    int driven;             /* the accelerations of the last `driven` coordinates are prescribed; not by the midpoint rule */
 } roln_lnn;
 
 /* Outputs of the damper network, and numbers of the law of friction, of which there are n. */
@@ -429,14 +430,14 @@ ROLN_FN int roln_lnn_ignores(const roln_lnn *f, int j, const roln_real *theta)
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
 ROLN_FN int rolni_formed(const roln_lnn *f)
 {
-    return f->layers > 0 || f->mass == ROLN_CHOLESKY;
+    return f->layers > 0 || f->mass == ROLN_CHOLESKY || f->driven > 0;
 }
 
 /* The sizes of a Lagrangian network that the macros below ask S for, S(n), S(base) ..; at run time they are local ints:
        n           degrees of freedom
        base        1: learned base point P             damping    1: learned dissipation; 2: drag, too
        friction    1, 2: learned dry friction          damper     outputs of the damper network, ROLNI_DAMPER
-       cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY or SPD layers
+       cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY, SPD layers or driven
        cossin      inputs of the networks, n + number of angles; 0 without angles
        hidden      roln_mlp_hidden
        wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
@@ -1033,12 +1034,14 @@ ROLN_FN void rolni_mul(const roln_lnn *f, const rolni_tape *t, int r, const roln
     roln_mm(1, n, n, work, t->Q + r * n * n, y);
 }
 
-/* y = M^-1 x: R^T (e^-l o (R x)), or by the Cholesky factor of a formed M. x, y [n], work [n]. */
+/* y = M^-1 x: R^T (e^-l o (R x)), or by the Cholesky factor of a formed M. x, y [n], work [n]. With driven coordinates, which are
+   the last, M_ff is the block of the free ones, and the leading block of the factor is its factor: y_f = M_ff^-1 x_f, y_p = 0. */
 ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *x, roln_real *y, roln_real *work)
 {
     const int n = f->n;
     if (rolni_formed(f)) {
         roln_solve_lower(n, t->C + r * n * n, x, work);
+        rolni_zero(f->driven, work + n - f->driven);
         roln_solve_lower_t(n, t->C + r * n * n, work, y);
         return;
     }
@@ -1553,7 +1556,24 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
         gzd[i] += gx[2 * nb * n + i];
 }
 
-/* Forward dynamics zdd = M^-1 (tau_z - c - g - d). theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the
+/* With driven coordinates: rhs [n] of row r -= M zdd_p, and zdd of the tape becomes [0; a], a = tau_z of the driven ones, NULL: 0.
+   work [n]. */
+ROLN_FN void rolni_prescribe(const roln_lnn *f, const rolni_tape *t, int r, const roln_real *tau_z, roln_real *rhs,
+                             roln_real *work)
+{
+    const int n = f->n, from = n - f->driven;
+    roln_real *const zdd = t->zdd + r * n;
+    int i;
+    for (i = 0; i < n; i++)
+        zdd[i] = i >= from && tau_z ? tau_z[r * n + i] : 0;
+    rolni_mul(f, t, r, zdd, work, NULL);
+    for (i = 0; i < from; i++)
+        rhs[i] -= work[i];
+}
+
+/* Forward dynamics zdd = M^-1 (tau_z - c - g - d). With driven coordinates p, free ones f: tau_z of p is their acceleration,
+       zdd_p = tau_z,p,   M_ff zdd_f = (tau_z - c - g - d)_f - M_fp zdd_p.
+   theta, s [2][nb][n], tau_z [nb][n] (NULL: 0) in; zdd [nb][n] and the
    tape out. keep: 1 if roln_lnn_zdd_bwd is to follow, 2 if roln_lnn_zdd_jac, which is 1 in sizes, else 0.
    tape [ROLN_LNN_TAPE(S, 1, keep, nb)]. Status of roln_eig, roln_exp_range and roln_chol (P, a formed M), ROLN_E_NOT_FINITE; zdd is
    written only on ROLN_OK. */
@@ -1570,7 +1590,10 @@ ROLN_FN roln_status roln_lnn_zdd(const roln_lnn *f, int keep, int nb, const roln
         roln_real *rhs = work;
         for (i = r * n; i < r * n + n; i++)
             rhs[i - r * n] = (tau_z ? tau_z[i] : 0) - (t.dmv[i] - t.kin[i]) - t.g[i] - t.d[i];
+        if (f->driven > 0) rolni_prescribe(f, &t, r, tau_z, rhs, work + n);
         rolni_minv(f, &t, r, rhs, t.zdd + r * n, work + n);
+        for (i = n - f->driven; i < n; i++)
+            t.zdd[r * n + i] = tau_z ? tau_z[r * n + i] : 0;
     }
     if (!roln_all_finite(nb * n, t.zdd)) return ROLN_E_NOT_FINITE;
     rolni_copy(nb * n, t.zdd, zdd);
@@ -1592,8 +1615,8 @@ ROLN_FN void rolni_motion_bwd(const roln_lnn *f, int nb, const roln_real *theta,
 }
 
 /* Backward of roln_lnn_zdd on its tape with cotangent y [nb][n] of zdd: lambda = M^-1 y is the cotangent of tau_z, and
-   -lambda^T (M zdd + c + g + d) at fixed lambda, zdd gives the rest. Adds to gs [2][nb][n], gtau_z [nb][n] and gtheta
-   (each may be NULL). */
+   -lambda^T (M zdd + c + g + d) at fixed lambda, zdd gives the rest. With driven coordinates lambda_p = 0, and (y - M lambda)_p is
+   the cotangent of their accelerations. Adds to gs [2][nb][n], gtau_z [nb][n] and gtheta (each may be NULL). */
 #define ROLN_LNN_ZDD_BWD_MEM(X, S, nb) X(lambda, (nb) * S(n))
 #define ROLN_LNN_ZDD_BWD_WORK(S, nb) (0 ROLN_LNN_ZDD_BWD_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(ROLNI_ADJOINT_WORK(S, 2, nb), S(n)))
 ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta, const roln_real *y, roln_real *gs,
@@ -1607,6 +1630,11 @@ ROLN_FN void roln_lnn_zdd_bwd(const roln_lnn *f, int nb, const roln_real *theta,
         rolni_minv(f, &t, r, y + r * n, lambda + r * n, work);
     for (i = 0; gtau_z && i < nb * n; i++)
         gtau_z[i] += lambda[i];
+    for (r = 0; gtau_z && f->driven > 0 && r < nb; r++) {
+        rolni_mul(f, &t, r, lambda + r * n, work, NULL);
+        for (i = n - f->driven; i < n; i++)
+            gtau_z[r * n + i] += y[r * n + i] - work[i];
+    }
     rolni_motion_bwd(f, nb, theta, lambda, gs, NULL, gtheta, tape, work);
 }
 
@@ -1849,7 +1877,7 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
 #define ROLNI_MOTION_JAC_WORK(S, k) \
     (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
      ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n)) \
-                                                                : S(formed)   ? ROLNI_LAYERS_JAC_WORK(S, k) \
+                                                                : S(layers) > 0 ? ROLNI_LAYERS_JAC_WORK(S, k) \
                                                                               : ROLNI_EXP_JAC_WORK(S(n), k)))
 ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
@@ -1960,8 +1988,9 @@ ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, roln_real *
 }
 
 /* Derivatives of roln_lnn_zdd, nb = 1, on its tape with keep = 2: D [2n][n] by s, row j by number j of it, at fixed tau_z, and
-   W = M^-1 [n][n] by tau_z. Cost: of each layer n products, in the mass network 2n, all in one pass over its weights; n^4 for the
-   mass matrix, behind SPD layers n backwards of a row. */
+   W [n][n] by tau_z, row j by number j of it, M^-1 or, with driven coordinates, [M_ff^-1 0; -M_pf M_ff^-1 I]. Cost: of each layer
+   n products, in the mass network 2n, all in one pass over its weights; n^4 for the mass matrix, behind SPD layers n backwards of
+   a row. */
 #define ROLN_LNN_ZDD_JAC_WORK(S) \
     ROLN_MAX(ROLN_MAX(S(row_jac_2), S(dissipation)), 2 * S(n) * S(n))
 ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_real *D, roln_real *W, roln_real *tape,
@@ -1969,9 +1998,18 @@ ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_re
 {
     const int n = f->n;
     const rolni_tape t = rolni_tape_of(f, 1, 1, 1, tape);
+    int i, j;
     rolni_motion_jac(f, 2, theta, &t, D, work);
     rolni_dissipation_jac(f, theta, &t, D, work);
     rolni_minv_full(f, &t, W, work);
+    for (j = n - f->driven; j < n; j++) {
+        for (i = 0; i < n; i++)
+            W[j * n + i] = -t.M[j * n + i];
+        rolni_minv(f, &t, 0, W + j * n, W + j * n, work);
+        W[j * (n + 1)] = 1;
+        for (i = 0; i < 2 * n; i++)
+            D[i * n + j] = 0;
+    }
     rolni_copy(2 * n * n, D, work);
     roln_mm(2 * n, n, n, work, W, D);
 }
@@ -2079,16 +2117,19 @@ enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
 
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
-/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T. The caller gives both functions:
-   they are the calls that leave this header upwards. eval writes tau_z [nb][n]; bwd adds to gz [nb][n] for the cotangent
-   y [nb][n] of tau_z and, if params, to the gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H
-   [n][n], row j by z_j, and G [size][n], a row for each number that the force is made of (NULL: not wanted). Only roln_lnn_step_jac
-   calls it. What is never called may be NULL. */
+/* A generalised force that depends on z, such as a held full-space torque reduced by J(z)^T, and may depend on zd. The caller gives
+   the functions: they are the calls that leave this header upwards. z [nb][n] always has zd [nb][n] behind it, and gz has the
+   gradient by zd. eval writes tau_z [nb][n]; bwd adds to gz [2][nb][n] for the cotangent y [nb][n] of tau_z and, if params, to the
+   gradient of the parameters in ctx; jac writes the derivatives of tau_z at one z, H [n][n], row j by z_j, and G [size][n], a row
+   for each number that the force is made of (NULL: not wanted). jac_zd writes H [n][n], row j by zd_j. It is called after jac at
+   the same state, with no other call between. NULL: the force does not depend on zd. Only roln_lnn_step_jac calls jac and jac_zd.
+   Other functions that are never called may be NULL. */
 typedef struct {
     void (*eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z);
     void (*bwd)(void *ctx, int nb, const roln_real *z, const roln_real *y, int params, roln_real *gz);
     void (*jac)(void *ctx, const roln_real *z, roln_real *H, roln_real *G);
     void *ctx;
+    void (*jac_zd)(void *ctx, const roln_real *z, roln_real *H);
 } roln_force;
 
 /* What moves: a Lagrangian network with its weights, under a force. The shape f stays an argument of its own, so that a compiler
@@ -2369,6 +2410,21 @@ ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const
         rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(n), x, N + j * n, work);
 }
 
+/* The derivatives of a force (NULL: 0) at sm [2n] are added to those by z, Fz, and by zd, Fv [n][n]; G as force->jac. H [n][n]:
+   scratch. */
+ROLN_FN void rolni_force_jac(int n, const roln_force *force, const roln_real *sm, roln_real *Fz, roln_real *Fv, roln_real *G,
+                             roln_real *H)
+{
+    int i;
+    if (force) force->jac(force->ctx, sm, H, G);
+    for (i = 0; i < n * n; i++)
+        Fz[i] += force ? H[i] : 0;
+    if (!force || !force->jac_zd) return;
+    force->jac_zd(force->ctx, sm, H);
+    for (i = 0; i < n * n; i++)
+        Fv[i] += H[i];
+}
+
 /* Derivatives of the midpoint rule on its three tapes: J as roln_lnn_step_jac. In rows, with N = DM[.] v at z_m, N_0 = DM[.] zd,
    N_1 = DM[.] zd+, Q = N - h/2 F_z and G = dF by the force, the rows of v, by z, zd and the force, are
        v' = [N_0 - Q; M_0; h/2 G] M_m^-1 (I + h/2 (Q - F_v) M_m^-1)^-1,
@@ -2401,9 +2457,8 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     for (i = 0; i < nn; i++)
         Q[i] = Fv[i % n * n + i / n];
     rolni_dissipation_jac(f, theta, &tm, Fz, work);
-    if (sys->force) sys->force->jac(sys->force->ctx, sm, P, size > 0 ? G : NULL);
+    rolni_force_jac(n, sys->force, sm, Fz, Fv, size > 0 ? G : NULL, P);
     for (i = 0; i < nn; i++) {
-        Fz[i] += sys->force ? P[i] : 0;
         Q[i] -= h / 2 * Fz[i];
         P[i] = h / 2 * (Q[i] - Fv[i]);
     }
@@ -2456,8 +2511,13 @@ ROLN_FN void rolni_stage_jac(const roln_lnn *f, const roln_system *sys, int size
     ROLNI_STAGE_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, size)
     roln_lnn_zdd_jac(f, sys->theta, D, W, tape, work);
     if (force) {
-        force->jac(force->ctx, rolni_tape_of(f, 1, 1, 1, tape).x, H, size > 0 ? G : NULL);
+        const roln_real *const z = rolni_tape_of(f, 1, 1, 1, tape).x;
+        force->jac(force->ctx, z, H, size > 0 ? G : NULL);
         rolni_mm(n, n, n, H, step, 1, W, 1, D);
+        if (force->jac_zd) {
+            force->jac_zd(force->ctx, z, H);
+            rolni_mm(n, n, n, H, step, 1, W, 1, D + n * n);
+        }
     }
     if (X) {
         roln_mm(2 * n + size, 2 * n, n, X, D, K);

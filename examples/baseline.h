@@ -78,7 +78,8 @@ static void check_start(void)
     read_turns(turn);
     if (!ignores_found() && strcmp(words[IGNORE].value, "none") != 0) {
         read_joints(IGNORE, named);
-        if (!JOINTS) fail("ignore=%s is for models whose coordinates are the joints\nhint: leave it out", words[IGNORE].value);
+        if ((int)M(n) != (int)M(N) || (int)M(inputs) > 0)
+            fail("ignore=%s is for models whose coordinates are the joints\nhint: leave it out", words[IGNORE].value);
     }
     if (!starts_there() && strcmp(words[BEGIN].value, "random") != 0 && strcmp(words[BEGIN].value, "auto") != 0)
         fail("start=%s: auto, random or regression", words[BEGIN].value);
@@ -86,8 +87,8 @@ static void check_start(void)
     if (!(set("torque") > 0)) fail("start=regression is one of torques\nhint: torque=1");
     if (words[FROM].value) fail("start=regression and from=: networks begin at one of them");
     if (!start_possible())
-        fail("start=regression is for models whose coordinates are the joints, without ROLN_INPUTS, SPD layers and a learned base "
-             "point, and with an exponential M");
+        fail("start=regression is for models whose coordinates are the joints, without ROLN_INPUTS, ROLN_ACTUATOR, ROLN_DRIVEN, "
+             "SPD layers and a learned base point, and with an exponential M");
 }
 
 /* Fits it to what is trained with, and prints it. With seconds= below 100 it is smaller, and of fewer samples. */

@@ -29,7 +29,7 @@ static roln_batch held_windows(int *start, int most)
 {
     roln_batch b = {.stride = 1, .start = start, .q = d.q, .qd = d.qd, .steps = WINDOW_TICKS};
     int k;
-    b.tau = set("torque") > 0 ? d.tau : NULL;
+    b.tau = acts() ? d.tau : NULL;
     while ((b.count = windows(&d, train, d.trajectories, b.steps, b.steps, 0, start)) == 0 && b.steps > 1)
         b.steps /= 2;
     if (b.count <= most) return b;

@@ -150,7 +150,7 @@ static void roll(void *ctx, int k, int thread)
     score *to = &r->scores[k];
     roln_error e[2], joints[2 * N];
     roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
-    b.tau = set("torque") > 0 ? r->m->tau : NULL;
+    b.tau = acts() ? r->m->tau : NULL;
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
     if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
     if (b.count == 0) return;
@@ -424,7 +424,8 @@ static void table(const char *name, const char *of, const motion *m, int from, i
 /* ---- 3 torques ---- */
 
 enum {
-    JOINTS = (int)M(n) == (int)M(N) && (int)M(inputs) == 0, /* torques of joints, else of latent coordinates, in J */
+    /* torques of joints, else of latent coordinates, in J */
+    JOINTS = (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && (int)M(actuator) == 0 && (int)M(driven) == 0,
     TORQUES = JOINTS ? (int)M(N) : (int)M(n)
 };
 
@@ -471,6 +472,7 @@ static int torques_at(const M(params) * p, const motion *m, int sample, double *
     }
     for (j = 0; j < TORQUES; j++) {
         recorded[j] = (double)of_tau[j], model[j] = (double)of_model[j];
+        if (j >= TORQUES - (int)M(driven)) recorded[j] = model[j]; /* no force was recorded */
         speed[j] = JOINTS ? (double)qd[j] : (double)z.zd[j];
     }
     if (!inertial) return 1;
@@ -702,7 +704,7 @@ static void predict(int at, int stride, int far, int points, double *x)
             for (j = 0; j < F; j++)
                 for (i = 0, tau[j] = 0; i < stride; i++)
                     tau[j] += d.tau[(sample - stride + i) * F + j] / (roln_real)stride;
-            st = M(step)(&s.p, &z, set("torque") > 0 ? tau : NULL, (roln_real)(d.dt * stride), &scratch.step);
+            st = M(step)(&s.p, &z, acts() ? tau : NULL, (roln_real)(d.dt * stride), &scratch.step);
         }
         if (st == ROLN_OK) st = M(decode)(&s.p, &z, &now_at, &scratch.decode);
         for (j = 0; j < N; j++)

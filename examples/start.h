@@ -31,7 +31,8 @@ typedef struct {
 static int start_possible(void)
 {
     const roln_lnn *f = &M(model).lnn;
-    return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
+    return (int)M(n) == (int)M(N) && (int)M(inputs) == 0 && (int)M(actuator) == 0 && f->driven == 0 &&
+           f->mass == ROLN_EXPONENTIAL && !f->base && f->layers == 0;
 }
 
 /* Gradient of the squared errors over one batch, added to g. Returns the sum of squares of the errors; *norm: that of
@@ -146,8 +147,8 @@ static void start_friction(const regression *r, M(params) * p)
 {
     const roln_lnn *f = &M(model).lnn;
     roln_real *damper = p->theta + rolni_damper_at(f), *friction = p->theta + rolni_friction_at(f);
-    const int tri = ROLN_TRI(f->n), last = f->damper_net.layers, outputs = f->damper_net.size[last];
-    const int bias = roln_mlp_params(&f->damper_net) - outputs, hidden = f->damper_net.size[last - 1];
+    const int tri = ROLN_TRI(f->n), end = f->damper_net.layers, outputs = f->damper_net.size[end];
+    const int bias = roln_mlp_params(&f->damper_net) - outputs, hidden = f->damper_net.size[end - 1];
     const double t = (double)p->scale.t, m = (double)p->scale.m;
     int i, j;
     for (i = 0; f->damping && i < tri * hidden; i++) /* L hardly depends on z at first */

@@ -67,8 +67,8 @@ static struct {
     {"dt", 0, 0, 1e6, 0, "s from sample to sample of the recordings: resampled to it; 0: as they are; without t: rows are counted"},
     {"look", 1, 0, 3600, 0, "s that these are predicted ahead, to see which weights are best; at most half of the median one"},
     {"window", 0.5, 0, 3600, 0, "s, length of a window, at most ROLN_HORIZON steps of 20 ms or of a sample; 0: no windows"},
-    {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS; 0: no force does work"},
-    {"force", (int)M(n) == (int)M(N) && M(inputs) == 0, 0, 1e6, 0,
+    {"torque", 0, 0, 1, 1, "1: use the columns tau, or u of ROLN_INPUTS, ROLN_ACTUATOR; 0: no force does work"},
+    {"force", (int)M(n) == (int)M(N) && M(inputs) == 0 && M(actuator) == 0, 0, 1e6, 0,
      "torque=1: weight of torques beside accelerations, each in parts of its variance; autoencoder, inputs: 0"},
     {"inertia", 0, 0, 1e15, 0, "torque=1: unit of inertia of the networks, as of another training; 0: found in the recordings"},
     {"noise", 0, 0, 100, 0, "Gaussian noise added to q of motion.csv, over rms(q - mean), with ROLN_SCALE each of each joint"},
@@ -147,6 +147,12 @@ static double set(const char *key)
         if (strcmp(settings[i].key, key) == 0) return settings[i].value;
     fail("no setting %s", key);
     return 0;
+}
+
+/* Nonzero if inputs act: torque=1, or driven joints. */
+static int acts(void)
+{
+    return set("torque") > 0 || (int)M(driven) > 0;
 }
 
 /* settings[k] = text, if that is a number in its range. */
@@ -498,7 +504,7 @@ static roln_batch batch_of(const pool *p, const int *start, int count)
     roln_batch b = {.q = m->q, .qd = m->qd, .start = start, .count = count};
     b.steps = p->steps, b.stride = p->stride;
     b.qdd = p->steps > 0 ? NULL : m->qdd;
-    b.tau = set("torque") > 0 ? (p->steps > 0 ? m->tau : m->tau_mid) : NULL;
+    b.tau = acts() ? (p->steps > 0 ? m->tau : m->tau_mid) : NULL;
     return b;
 }
 
@@ -1261,6 +1267,22 @@ static void tell_hinges(void)
     say("\n");
 }
 
+/* The inputs of driven joints become their accelerations: the mean one up to the next sample, and that of the sample. Without
+   torque=1 no force acts on the other joints. */
+static void drive(motion *m)
+{
+    enum { N = M(N), F = M(force_size), FREE = N - (int)M(driven) };
+    int k, i, j;
+    for (k = 0; k < m->trajectories; k++)
+        for (i = m->first[k]; i < m->first[k + 1]; i++)
+            for (j = 0; j < F && (int)M(driven) > 0; j++) {
+                const int at = i * N + j, end = i + 1 == m->first[k + 1];
+                if (j >= FREE) m->tau_mid[at] = m->qdd[at];
+                if (j >= FREE) m->tau[at] = end ? m->qdd[at] : (m->qd[at + N] - m->qd[at]) / (roln_real)m->dt;
+                else if (!(set("torque") > 0)) m->tau[at] = m->tau_mid[at] = 0;
+            }
+}
+
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(void)
 {
@@ -1269,7 +1291,8 @@ static void read_all(void)
     for (k = T_COLUMN; k <= FILTER; k++)
         if (words[k].value) read_key(&w, words[k].key, words[k].value);
     w.torque = set("torque") > 0, w.half = (int)set("smooth"), w.dt = set("dt");
-    w.own_unit = w.torque && M(inputs) == 0 && !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
+    w.own_unit = w.torque && (int)M(inputs) == 0 && (int)M(actuator) == 0 && (int)M(driven) == 0 &&
+                 !(set("inertia") > 0); /* inertia= is in the unit of the recordings */
     if (words[SMOOTHER].value) read_smoother(words[SMOOTHER].value), w.filter = -1;
     if (words[TEST].value) {
         file_list tests = {NULL, 0};
@@ -1288,6 +1311,8 @@ static void read_all(void)
     if (set("smooth") > 0) smooth_positions(&d);
     if (words[TEST].value && !unseen.has_qd) smooth_positions(&unseen);
     settle_delay(words[DELAY].value, words[TEST].value ? &unseen : NULL);
+    drive(&d);
+    if (words[TEST].value) drive(&unseen);
     if (words[SMOOTHER].value) {
         smoother.p.scale.m /= (roln_real)torque_scale;
         smooth_motion(&d, words[SMOOTHER].value);

@@ -36,6 +36,23 @@
 #define ROLN_FRICTION 2
 #include "roln.h"
 
+#define ROLN_NAME five
+#define ROLN_AE 6, 3
+#define ROLN_MLP 4
+#define ROLN_ACTUATOR servo
+#define ROLN_LOAD 1
+#define ROLN_DELAY 2
+#define ROLN_PLAN 4, 6
+#define ROLN_GN_ROWS 20
+#include "roln.h"
+
+#define ROLN_NAME six
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_DRIVEN 1
+#define ROLN_GN_ROWS 20
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME four
 #define ROLN_AE 6, 3

@@ -683,7 +683,7 @@ ROLN_FN roln_system system_of(const inputs *x, roln_real *gw, spring *sp, roln_f
 {
     roln_system sys;
     sp->n = m.f.n, sp->w = x->w, sp->gw = gw;
-    fc->eval = spring_eval, fc->bwd = spring_bwd, fc->jac = spring_jac, fc->ctx = sp;
+    fc->eval = spring_eval, fc->bwd = spring_bwd, fc->jac = spring_jac, fc->ctx = sp, fc->jac_zd = NULL;
     sys.theta = x->th, sys.force = m.force ? fc : NULL;
     return sys;
 }

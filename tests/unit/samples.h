@@ -50,11 +50,18 @@ typedef struct {
     roln_batch b;
 } data;
 
+/* The model that only a soft motion suits. */
+#if defined OF_ACTUATORS || defined OF_DRIVEN
+enum { SOFT = 1 };
+#else
+enum { SOFT = PUSHED };
+#endif
+
 /* `count` windows of a kind for model k. */
 ROLN_FN void make(int k, int kind, int count, uint64_t *s, data *d)
 {
     const int N = N_OF(k), H = is_acc(kind) ? 0 : models[k]->horizon, stride = kind % 2 + 1, length = H * stride + 1;
-    const int soft = is_var(kind) || k == PUSHED; /* a motion that midpoint can follow */
+    const int soft = is_var(kind) || k == SOFT; /* a motion that midpoint can follow */
     const int numbers = (count * length + stride) * N;
     int i;
     CHECK(numbers <= MAXD && count <= WINDOWS);

@@ -22,11 +22,19 @@
 
 /* ---- the table -------------------------------------------------------------------------------- */
 
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, SERVO, MODELS };
+#ifdef OF_ACTUATORS
+enum { CURRENT, SERVO, WINCH, MODELS };
+#define SMALL_TABLE(X, Y) {&X(current), &X(servo), &X(winch)}
+#elif defined OF_DRIVEN
+enum { CART, HELD, TIED, MODELS };
+#define SMALL_TABLE(X, Y) {&X(cart), &X(held), &X(tied)}
+#else
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, GEARED, MODELS };
 /* X(name) of every model, of those with learned inputs Y(name) */
 #define SMALL_TABLE(X, Y) \
     {&X(plain), &X(bare), &X(square), &X(deep), &X(pole), &Y(rich), &X(delan), &Y(pushed), &X(layered), &X(chart), &Y(curved), \
-     &X(wheel), &X(laden), &X(servo)}
+     &X(wheel), &X(laden), &X(geared)}
+#endif
 #define SMALL_CALLED(name) name##_called
 static const model *const models[MODELS] = SMALL_TABLE(SMALL_CALLED, SMALL_CALLED);
 

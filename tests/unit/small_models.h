@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* small_models.h - small models of every kind, by called.h. May be included again for variants of them all: names SMALL(plain) ..,
    and for all another integrator, no inputs, a load, units of their own, rows of Gauss-Newton. SMALL_DRIVEN_ONLY: the three with
-   learned inputs alone. */
+   learned inputs alone. OF_ACTUATORS, OF_DRIVEN: in place of these models those with learned actuators, or with driven joints. */
 #ifndef SMALL
 #define SMALL(name) name
 #endif
@@ -24,6 +24,89 @@
 #define SMALL_ROWS 0
 #endif
 
+#ifdef OF_ACTUATORS
+#define ROLN_NAME SMALL(current) /* currents with learned gains, behind two layers */
+#define ROLN_AE 6, 4, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_ACTUATOR current
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
+#define ROLN_NAME SMALL(servo) /* positions that drives follow, behind a chart; damping */
+#define ROLN_AE 5, 3, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_CHART polynomial, 2
+#define ROLN_DAMPING 1
+#define ROLN_ACTUATOR servo
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 5
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
+#define ROLN_NAME SMALL(winch) /* servos of two angles and a slider */
+#define ROLN_AE 3
+#define ROLN_MLP 4, 5
+#define ROLN_ANGLES 1, 0, 1
+#define ROLN_ACTUATOR servo
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 3
+#define ROLN_INTEGRATOR SMALL_STEP(euler)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+#elif defined OF_DRIVEN
+#define ROLN_NAME SMALL(cart) /* one driven joint, exp(U) */
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_DRIVEN 1
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
+#define ROLN_NAME SMALL(held) /* two driven joints, L L^T + floor I, damping */
+#define ROLN_AE 4
+#define ROLN_MLP 4
+#define ROLN_MASS cholesky
+#define ROLN_DAMPING 1
+#define ROLN_DRIVEN 2
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(euler)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+
+#define ROLN_NAME SMALL(tied) /* one free angle; three driven joints, behind an SPD layer; friction */
+#define ROLN_AE 4
+#define ROLN_MLP 4
+#define ROLN_LAYERS gyro
+#define ROLN_ANGLES 1, 0, 1, 0
+#define ROLN_FRICTION 1
+#define ROLN_DRIVEN 3
+#define ROLN_HORIZON 2
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#define ROLN_LEARN SMALL_LEARN
+#include "called.h"
+#else
 #ifndef SMALL_DRIVEN_ONLY
 #define ROLN_NAME SMALL(plain)
 #define ROLN_AE 6, 4, 2
@@ -148,7 +231,7 @@
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
-#define ROLN_NAME SMALL(servo) /* a slider, an angle and a slider on servo drives in a fluid: law of friction, quadratic drag */
+#define ROLN_NAME SMALL(geared) /* a slider, an angle and a slider on servo drives in a fluid: law of friction, quadratic drag */
 #define ROLN_AE 3
 #define ROLN_MLP 4, 3
 #define ROLN_ANGLES 0, 1, 0
@@ -223,6 +306,7 @@
 #define ROLN_GN_ROWS SMALL_ROWS
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
+#endif
 
 #undef SMALL
 #undef SMALL_STEP

@@ -18,7 +18,7 @@ static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real 
     roln_force fc;
     roln_system sys;
     int scheme;
-    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = copy(2 * n, tau);
+    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = copy(2 * n, tau), fc.jac_zd = NULL;
     sys.theta = th, sys.force = &fc;
     memcpy(s1, s, sizeof *s * (size_t)n), memcpy(s1 + n, s + 2 * n, sizeof *s * (size_t)n);
     CHECK(roln_lnn_zdd(f, 0, 2, th, s, tau, out, tape, w) == st);
@@ -217,7 +217,7 @@ static void test_edge(uint64_t *seed)
     for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
     th[0] = 1, th[1] = 20; /* softplus(z + 20) = z + 20 to rounding */
     th[2] = ROLN_C(0.01), th[3] = ROLN_C(39.7925);
-    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = &push;
+    fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = &push, fc.jac_zd = NULL;
     sys.theta = th, sys.force = NULL;
     for (i = 0; i < 3; i++) {
         const roln_real at[2] = {(roln_real)i / 2, 0};
@@ -251,7 +251,7 @@ static void test_iterations(uint64_t *seed)
     int i;
     for (i = 0; i < roln_lnn_params(&f); i++) th[i] = 0;
     sp.w = w, sp.gw = gw;
-    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.jac = spring_jac, fc.ctx = &sp;
+    fc.eval = spring_eval, fc.bwd = spring_bwd, fc.jac = spring_jac, fc.ctx = &sp, fc.jac_zd = NULL;
     sys.theta = th, sys.force = &fc;
     m.kind = ROLN_MIDPOINT;
     tape = fresh(tape_of(1, 1)), work = fresh(ROLN_MAX(work_of(1, 1), back_work_of(1)));

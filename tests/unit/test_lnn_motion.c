@@ -122,7 +122,7 @@ static void test_power(uint64_t *seed)
         roln_force fc;
         roln_system sys;
         int q, i;
-        fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = x.a[0];
+        fc.eval = const_eval, fc.bwd = NULL, fc.jac = NULL, fc.ctx = x.a[0], fc.jac_zd = NULL;
         sys.theta = th, sys.force = &fc;
         for (q = 0; q < 2; q++) {
             CHECK(roln_lnn_step(&f, &sys, ROLN_RK4, 0, 1, q ? h : -h, x.s, a, tape, w) == ROLN_OK);
@@ -335,7 +335,7 @@ static void check_momenta(const roln_lnn *f, unsigned bits, const roln_real *th,
     roln_force force;
     const roln_system sys = {th, tau ? &force : NULL};
     int k, j;
-    force.eval = const_eval, force.bwd = NULL, force.jac = NULL, force.ctx = tau;
+    force.eval = const_eval, force.bwd = NULL, force.jac = NULL, force.ctx = tau, force.jac_zd = NULL;
     size = momenta(f, th, x, before, tape, w);
     for (k = 0; k < STEPS; k++) {
         CHECK(roln_lnn_step(f, &sys, ROLN_MIDPOINT, 0, 1, h, x, x, tape, w) == ROLN_OK);

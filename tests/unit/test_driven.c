@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: MIT */
+/* Driven joints (ROLN_DRIVEN): a step against the equations with unknown forces on them, solved as they stand; every derivative
+   against differences; the same motion as under the force that drives them; a pendulum on a moving base; losses, control and the
+   guard; parameters of another number of driven joints are refused. */
+
+#include "check.h"
+
+/* A pendulum on a base that moves: angle, position of the base. */
+#define ROLN_NAME pendulum
+#define ROLN_AE 2
+#define ROLN_MLP 16
+#define ROLN_ANGLES 1, 0
+#define ROLN_DRIVEN 1
+#include "roln.h"
+
+#define OF_DRIVEN
+#define CALLED(X) \
+    X(encode) X(decode) X(step) X(linear) X(dynamics) X(reduce) X(lift) X(control) X(grad) X(grad_acc) X(rows) X(inverse) \
+    X(allocate) X(fit_inertia) X(force_variance)
+#define SMALL_ROWS 3
+#define SMALL_LEARN everything
+#include "small.h"
+#include "samples.h"
+#include "differences.h"
+
+void TEST_NAME(driven)(void);
+
+static int driven_of(int k)
+{
+    return models[k]->md->lnn.driven;
+}
+
+/* tau_z from inputs in user's units: forces times the unit of q, accelerations over it. */
+static void force_of(int k, const instance *m, const roln_real *z, const roln_real *zd, const roln_real *u, ld *tau_z)
+{
+    const int n = n_OF(k);
+    int i;
+    (void)z, (void)zd;
+    for (i = 0; i < n; i++)
+        tau_z[i] = i < n - driven_of(k) ? (ld)u[i] * (ld)m->scale->q : (ld)u[i] / (ld)m->scale->q;
+}
+
+/* The force that the model without driven joints needs for a motion moves it so; and lift and reduce are the units of tau. */
+static void test_prescribed(int k, uint64_t *seed)
+{
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const int n = n_OF(k);
+    const roln_motors motors = {1, theta_k, 1};
+    roln_real s[3 * MAXN], tau[MAXN], tau_z[MAXN], back[MAXN], a[MAXN];
+    ld zdd[MAXN], wide[MAXN];
+    int i;
+    dyadic(3 * n, 1, seed, s), dyadic(n, 1, seed, tau);
+    CHECK_OK(m.of->reduce(&m, s, tau, tau_z, ROOM(reduce)));
+    force_of(k, &m, s, s + n, tau, wide);
+    BOUND("tau_z, eps", distance(n, tau_z, wide) / EPS, 4);
+    CHECK_OK(m.of->lift(&m, s, tau_z, back, ROOM(lift)));
+    widen(n, tau, wide);
+    BOUND("lift, eps", distance(n, back, wide) / EPS, 4);
+    CHECK(m.of->allocate(&m, s, &motors, tau_z, back, NULL, ROOM(allocate)) == ROLN_E_LENGTH);
+    CHECK_OK(m.of->inverse(&m, s, s + n, NULL, s + 2 * n, a, ROOM(inverse)));
+    for (i = 0; i < n; i++) wide[i] = i < n - driven_of(k) ? (ld)a[i] : (ld)s[2 * n + i];
+    slow_motion(k, &m, s, s + n, wide, driven_of(k), zdd);
+    widen(n, s + 2 * n, wide);
+    for (i = 0; i < n; i++) a[i] = (roln_real)zdd[i];
+    BOUND("the motion that it is driven to, eps", distance(n, a, wide) / EPS, 40);
+}
+
+/* PD+ with the acceleration that the drives are told: zdd of the free joints is that of the reference less feedback. */
+static void test_control_driven(int k, uint64_t *seed)
+{
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const int n = n_OF(k), free = n - driven_of(k);
+    roln_real s[2 * MAXN], r[3 * MAXN], zero[MAXN] = {0}, tau_z[MAXN], got[MAXN];
+    const target_at still = {s, s + n, r, zero, zero, NULL}, to = {r, r + n, r + 2 * n, r, r, NULL}; /* gains: any numbers */
+    ld wide[MAXN], zdd[MAXN];
+    int i;
+    dyadic(2 * n, 1, seed, s), dyadic(3 * n, 1, seed, r);
+    CHECK_OK(m.of->control(&m, s, s + n, &still, tau_z, ROOM(control))); /* no error: inverse dynamics */
+    widen(n, tau_z, wide);
+    slow_motion(k, &m, s, s + n, wide, driven_of(k), zdd);
+    for (i = 0; i < n; i++) got[i] = (roln_real)zdd[i];
+    widen(n, r, wide);
+    BOUND("zdd of the reference, eps", distance(n, got, wide) / EPS, 100);
+    CHECK_OK(m.of->control(&m, s, s + n, &to, tau_z, ROOM(control)));
+    for (i = free; i < n; i++) {
+        const ld e = difference(k, i, (ld)s[i], (ld)r[i]), ed = (ld)s[n + i] - (ld)r[n + i];
+        const ld want = (ld)r[2 * n + i] - (ld)r[i] * (e + ed);
+        CHECK_NEAR((double)tau_z[i], (double)want, 16 * (double)ROLN_EPS * (1 + fabs((double)want)));
+    }
+}
+
+/* The acceleration and the force loss by their definitions: with the accelerations of the recording as inputs, those of the driven
+   joints are 0, and the forces on them are not compared. */
+static void test_losses(int k, uint64_t *seed)
+{
+    static data d;
+    static gradient g;
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const int n = n_OF(k), free = n - driven_of(k);
+    const ld q1 = (ld)m.scale->q, time4 = (ld)m.scale->t * (ld)m.scale->t * (ld)m.scale->t * (ld)m.scale->t;
+    ld acceleration = 0, force = 0;
+    roln_real inertia = 1, variance[MAXN];
+    int w, i, j;
+    make(k, ACC, 4, seed, &d);
+    for (w = 0; w < 4; w++) {
+        roln_real z[MAXN], zd[MAXN], M[64], c[MAXN], gr[MAXN], dm[MAXN];
+        const terms_at out = {M, c, gr, dm, NULL, NULL};
+        const roln_real *qdd = d.qdd + w * n;
+        ld tau_z[MAXN], zdd[MAXN];
+        for (i = free; i < n; i++) d.tau[w * n + i] = qdd[i];
+        CHECK_OK(m.of->encode(&m, d.q + w * n, d.qd + w * n, z, zd, ROOM(encode)));
+        force_of(k, &m, z, zd, d.tau + w * n, tau_z);
+        slow_motion(k, &m, z, zd, tau_z, driven_of(k), zdd);
+        CHECK_OK(m.of->dynamics(&m, z, zd, &out, ROOM(dynamics)));
+        for (i = 0; i < free; i++) {
+            ld r = (ld)c[i] + (ld)gr[i] + (ld)dm[i] - tau_z[i];
+            for (j = 0; j < n; j++) r += (ld)M[i * n + j] * (ld)qdd[j] / q1;
+            force += r * r * time4;
+            acceleration += (zdd[i] - (ld)qdd[i] / q1) * (zdd[i] - (ld)qdd[i] / q1) * time4;
+        }
+    }
+    CHECK_OK(grad_of(&m, &d, &g));
+    BOUND("acceleration loss, eps", fabsl((ld)g.t.term[ZDD] - acceleration) / acceleration / EPS, 20);
+    BOUND("force loss, eps", fabsl((ld)g.t.term[FORCE] - force) / force / EPS, 20);
+    CHECK_OK(m.of->fit_inertia(&m, &d.b, &inertia, ROOM(fit_inertia)));
+    CHECK_OK(m.of->force_variance(&m, &d.b, variance, ROOM(force_variance)));
+    CHECK(inertia > 0 && variance[0] > 0 && variance[n - 1] > 0);
+    make(k, VAR, 3, seed, &d);
+    CHECK(grad_of(&m, &d, &g) == ROLN_E_LENGTH); /* not from positions alone */
+}
+
+/* Bytes and text name the driven joints; those of a model without them are refused. */
+static size_t text_at;
+static void put_text(void *ctx, const char *what)
+{
+    text_at += (size_t)snprintf((char *)ctx + text_at, 40000 - text_at, "%s", what);
+}
+static void test_kept(void)
+{
+    static pendulum_params p, q;
+    static pendulum_init_work w;
+    static unsigned char bytes[pendulum_packed_size];
+    static char text[40000];
+    roln_model other = pendulum_model;
+    uint64_t seed = 5;
+    CHECK_OK(pendulum_init(&p, &seed, &w));
+    pendulum_pack(&p, bytes);
+    CHECK_OK(pendulum_unpack(pendulum_packed_size, bytes, &q));
+    CHECK(memcmp(&p, &q, sizeof p) == 0);
+    other.lnn.driven = 0;
+    CHECK(roln_unpack(&other, pendulum_packed_size, bytes, &q) == ROLN_E_FORMAT);
+    other.lnn.driven = 2;
+    CHECK(roln_unpack(&other, pendulum_packed_size, bytes, &q) == ROLN_E_SHAPE);
+    CHECK_OK(pendulum_write(&p, put_text, text));
+    CHECK(strstr(text, "pendulum_weights_are_of_ROLN_DRIVEN_1[pendulum_driven == 1 ?") != NULL);
+}
+
+/* A tick gives the acceleration of the base. The guard does not know the power of its drive. */
+static void test_guard_driven(void)
+{
+    static pendulum_params p;
+    static pendulum_init_work w;
+    static pendulum_tick_work work;
+    pendulum_guard g;
+    pendulum_target r;
+    pendulum_latent s;
+    const pendulum_state x = {{ROLN_C(0.125), ROLN_C(0.25)}, {0, 0}};
+    roln_limits l;
+    uint64_t seed = 6;
+    CHECK_OK(pendulum_init(&p, &seed, &w));
+    memset(&l, 0, sizeof l), memset(&g, 0, sizeof g), memset(&r, 0, sizeof r);
+    p.z_min[1] = -1, p.z_max[1] = 1, p.zd_max[0] = p.zd_max[1] = 1;
+    l.dt = ROLN_C(0.01), l.tau = 100, l.hold = 3;
+    r.zdd[1] = ROLN_C(0.5);
+    CHECK(pendulum_tick(&p, &l, &x, &r, &s, &g, &work) == 0);
+    CHECK_NEAR((double)g.tau[1], 0.5, 1e-6);
+    l.residual = 1;
+    CHECK(pendulum_tick(&p, &l, &x, &r, &s, &g, &work) == ROLN_FAULT_INPUT);
+}
+
+#ifdef ROLN_DOUBLE
+/* A pendulum of length 1 under g = 4 whose base moves as it is told: theta'' = -4 sin theta - a cos theta. Learned from its
+   accelerations, it falls as it should from states and under accelerations that it has not seen. */
+static void test_pendulum(void)
+{
+    enum { SAMPLES = 400 };
+    static pendulum_params p;
+    static pendulum_init_work start;
+    static pendulum_gradient g;
+    static pendulum_optimiser o;
+    static pendulum_grad_acc_work w;
+    static pendulum_update_work u;
+    static pendulum_step_work sw;
+    static double q[2 * SAMPLES], qd[2 * SAMPLES], qdd[2 * SAMPLES], tau[2 * SAMPLES];
+    const roln_loss wt = {0, 0, 0, 0, 0, 1, 0, 0, 0, 0};
+    roln_opt opt = ROLN_OPT(1e-2, 1e-2);
+    roln_batch b;
+    uint64_t seed = 9;
+    double off = 0;
+    int i, it;
+    CHECK_OK(pendulum_init(&p, &seed, &start));
+    for (i = 0; i < SAMPLES; i++) {
+        q[2 * i] = 6.28 * roln_uniform(&seed), q[2 * i + 1] = roln_normal(&seed);
+        qd[2 * i] = roln_normal(&seed), qd[2 * i + 1] = roln_normal(&seed);
+        tau[2 * i] = 0, tau[2 * i + 1] = 2 * roln_normal(&seed);
+        qdd[2 * i] = -4 * sin(q[2 * i]) - tau[2 * i + 1] * cos(q[2 * i]), qdd[2 * i + 1] = tau[2 * i + 1];
+    }
+    memset(&b, 0, sizeof b), memset(&o, 0, sizeof o);
+    b.count = SAMPLES, b.stride = 1, b.q = q, b.qd = qd, b.qdd = qdd, b.tau = tau;
+    CHECK_OK(pendulum_ignore(&p, 1)); /* the base may be anywhere */
+    for (it = 0; it < 1500; it++) {
+        opt.lr[1] = it < 1000 ? 1e-2 : 1e-3;
+        memset(&g, 0, sizeof g);
+        CHECK_OK(pendulum_grad_acc(&p, &wt, &b, &g, &w));
+        CHECK_OK(pendulum_update(&p, &opt, &o, &g, &u));
+    }
+    for (i = 0; i < 100; i++) {
+        pendulum_latent s;
+        const double th = 6.28 * roln_uniform(&seed), a[2] = {0, 2 * roln_normal(&seed)}, h = 1e-4;
+        double error;
+        s.z[0] = th, s.z[1] = 3, s.zd[0] = 1, s.zd[1] = 0;
+        CHECK_OK(pendulum_step(&p, &s, a, h, &sw));
+        error = (s.zd[0] - 1) / h - (-4 * sin(th) - a[1] * cos(th));
+        off += error * error / 100;
+        CHECK_NEAR(s.zd[1], h * a[1], 1e-15);
+    }
+    BOUND("acceleration of the pendulum, of 3.2", sqrt(off), 0.05);
+}
+#endif
+
+void TEST_NAME(driven)(void)
+{
+    int k;
+    for (k = 0; k < MODELS; k++) {
+        uint64_t s = 900 + (uint64_t)k;
+        parameters(k, &s, theta_k);
+        check_step(k, driven_of(k), force_of, &s);
+        test_prescribed(k, &s);
+        test_control_driven(k, &s);
+        test_losses(k, &s);
+#ifdef ROLN_DOUBLE
+        check_jacobian(models[k], scale_of(k), &s);
+        check_gradient(k, ODE, &s);
+        check_gradient(k, ACC, &s);
+        check_gradient(k, ACC_STARTS, &s);
+        check_rows(k, ODE, &s);
+        check_rows(k, ACC, &s);
+#endif
+    }
+    test_kept();
+    test_guard_driven();
+#ifdef ROLN_DOUBLE
+    test_pendulum();
+#endif
+    print_bounds();
+}
