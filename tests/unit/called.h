@@ -173,7 +173,8 @@ struct model_of {
                                roln_real *c, void *work);
     roln_status (*fit_limits)(const instance *m, const roln_batch *b, roln_real slack, roln_limits *l, roln_real *tau_each,
                               roln_real *rate_each, void *work);
-    roln_status (*fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, void *work);
+    roln_status (*fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, roln_real *tau_each,
+                             void *work);
     roln_status (*variance)(const instance *m, const roln_batch *b, roln_loss *var, void *work);
     roln_status (*fit_inertia)(const instance *m, const roln_batch *b, roln_real *scale_m, void *work);
     roln_status (*force_variance)(const instance *m, const roln_batch *b, roln_real *variance, void *work);
@@ -574,10 +575,11 @@ ROLN_FN roln_status C_(c_fit_limits)(const instance *m, const roln_batch *b, rol
     return C_(fit_limits)(&p, b, slack, l, tau_each, rate_each, (C_(fit_limits_work) *)work);
 }
 
-ROLN_FN roln_status C_(c_fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each, void *work)
+ROLN_FN roln_status C_(c_fit_noise)(const instance *m, const roln_batch *b, roln_noise *noise, roln_real *q_each,
+                                    roln_real *tau_each, void *work)
 {
     const C_(params) p = C_(c_params)(m);
-    return C_(fit_noise)(&p, b, noise, q_each, NULL, (C_(fit_noise_work) *)work);
+    return C_(fit_noise)(&p, b, noise, q_each, tau_each, (C_(fit_noise_work) *)work);
 }
 
 ROLN_FN roln_status C_(c_errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar,

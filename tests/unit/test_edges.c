@@ -576,7 +576,7 @@ static void test_noise(int k)
         if (what == 4) fill(N, (roln_real)NAN, q + 3 * N);
         if (what == 1) fill(N, ROLN_C(0.001), q + N);
         was = l;
-        st = m.of->fit_noise(&m, &b, &l, what == 0 ? NULL : each, spare);
+        st = m.of->fit_noise(&m, &b, &l, what == 0 ? NULL : each, NULL, spare);
         if (what == 2) CHECK(st != ROLN_OK);
         if (st != ROLN_OK) CHECK(memcmp(&l, &was, sizeof l) == 0);
         else CHECK(l.tau > 0 && roln_finite(l.tau) && l.q_each == was.q_each);

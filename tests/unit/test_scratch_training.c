@@ -17,7 +17,7 @@ static void use_recording(int k, const instance *m, const roln_real *x)
     roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
     roln_real each[MAXN], rates[MAXN];
     USE(fit_limits, m->of->fit_limits(m, &b, 1, &limits, each, rates, work));
-    USE(fit_noise, m->of->fit_noise(m, &positions, &noise, each, work));
+    USE(fit_noise, m->of->fit_noise(m, &positions, &noise, each, NULL, work));
 }
 
 static const roln_opt adam_options = {.lr = {ROLN_C(0.01), ROLN_C(0.01), ROLN_C(0.01)},
