@@ -42,8 +42,8 @@ static void check_fit_refused(int k, const rig *x, const roln_batch *b)
 #undef KEPT
 }
 
-/* Unknown torques that compare as tau_each says: all alike they are what one deviation is, its unit counts for nothing, and one that
-   is hardly there leaves more to the others. of: the noise of encoders that is known, and one deviation. */
+/* Unknown torques that compare as tau_each says: all alike they are what one deviation is, and its unit counts for nothing. of: the
+   noise of encoders that is known, and one deviation. */
 static void check_each(int k, const roln_batch *b, const roln_noise *of)
 {
     const instance m = of_model(k);
