@@ -29,11 +29,11 @@ enum { CURRENT, SERVO, WINCH, MODELS };
 enum { CART, HELD, TIED, MODELS };
 #define SMALL_TABLE(X, Y) {&X(cart), &X(held), &X(tied)}
 #else
-enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, GEARED, MODELS };
+enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, RUBBED, MODELS };
 /* X(name) of every model, of those with learned inputs Y(name) */
 #define SMALL_TABLE(X, Y) \
     {&X(plain), &X(bare), &X(square), &X(deep), &X(pole), &Y(rich), &X(delan), &Y(pushed), &X(layered), &X(chart), &Y(curved), \
-     &X(wheel), &X(laden), &X(geared)}
+     &X(wheel), &X(laden), &X(rubbed)}
 #endif
 #define SMALL_CALLED(name) name##_called
 static const model *const models[MODELS] = SMALL_TABLE(SMALL_CALLED, SMALL_CALLED);

@@ -231,7 +231,7 @@
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
-#define ROLN_NAME SMALL(geared) /* a slider, an angle and a slider on servo drives in a fluid: law of friction, quadratic drag */
+#define ROLN_NAME SMALL(rubbed) /* a slider, an angle and a slider on servo drives in a fluid: law of friction, quadratic drag */
 #define ROLN_AE 3
 #define ROLN_MLP 4, 3
 #define ROLN_ANGLES 0, 1, 0

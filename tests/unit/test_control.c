@@ -613,39 +613,39 @@ static void test_friction_of(void)
 /* All numbers of the law, in units: they give the friction of NAME_dynamics, and are refused as those of friction_of. */
 static void test_friction_law(void)
 {
-    static geared_params p;
-    static geared_start start;
-    static geared_dynamics_work work;
-    roln_friction law[geared_n], kept[geared_n];
-    roln_real c[geared_n], v[geared_n], *at = p.theta + rolni_friction_at(&geared_model.lnn);
-    const geared_latent s = {{ROLN_C(0.3), ROLN_C(-0.2), ROLN_C(0.6)}, {ROLN_C(0.7), ROLN_C(-0.4), ROLN_C(2.0)}};
-    geared_equation e[2];
+    static rubbed_params p;
+    static rubbed_start start;
+    static rubbed_dynamics_work work;
+    roln_friction law[rubbed_n], kept[rubbed_n];
+    roln_real c[rubbed_n], v[rubbed_n], *at = p.theta + rolni_friction_at(&rubbed_model.lnn);
+    const rubbed_latent s = {{ROLN_C(0.3), ROLN_C(-0.2), ROLN_C(0.6)}, {ROLN_C(0.7), ROLN_C(-0.4), ROLN_C(2.0)}};
+    rubbed_equation e[2];
     uint64_t seed = 342;
     int i;
-    CHECK_OK(geared_init(&p, &seed, &start.init));
+    CHECK_OK(rubbed_init(&p, &seed, &start.init));
     p.scale.t = ROLN_C(0.5), p.scale.m = 3;
-    for (i = 0; i < 6 * geared_n; i++) at[i] += roln_normal(&seed);
-    CHECK_OK(geared_friction_of(&p, c, v));
-    CHECK_OK(geared_friction_law(&p, law));
-    CHECK_OK(geared_dynamics(&p, &s, e, &work));
-    for (i = 0; i < geared_n; i++) at[i] = at[2 * geared_n + i] = at[4 * geared_n + i] = -200; /* no friction */
-    CHECK_OK(geared_dynamics(&p, &s, e + 1, &work));
-    for (i = 0; i < geared_n; i++) {
+    for (i = 0; i < 6 * rubbed_n; i++) at[i] += roln_normal(&seed);
+    CHECK_OK(rubbed_friction_of(&p, c, v));
+    CHECK_OK(rubbed_friction_law(&p, law));
+    CHECK_OK(rubbed_dynamics(&p, &s, e, &work));
+    for (i = 0; i < rubbed_n; i++) at[i] = at[2 * rubbed_n + i] = at[4 * rubbed_n + i] = -200; /* no friction */
+    CHECK_OK(rubbed_dynamics(&p, &s, e + 1, &work));
+    for (i = 0; i < rubbed_n; i++) {
         const roln_friction o = law[i];
         const ld y = tanhl((ld)s.zd[i] / (ld)o.v), Y = tanhl((ld)s.zd[i] / (ld)o.w), dry = (ld)e[0].d[i] - (ld)e[1].d[i];
         const ld want = ((ld)o.c * (1 + (ld)o.a * y) + (ld)o.s * (1 - Y * Y) + (ld)o.l * fabsl((ld)e[0].g[i])) * y;
         CHECK(o.c == c[i] && o.v == v[i] && o.a > -1 && o.a < 1 && fabsl(want) > 1e-3L);
         BOUND("friction of its law (eps)", fabsl(dry - want) / (EPS * (fabsl(want) + fabsl((ld)e[1].d[i]))), 24);
     }
-    for (i = 0; i < 6 * geared_n; i++) {
+    for (i = 0; i < 6 * rubbed_n; i++) {
         const roln_real was = at[i];
-        at[i] = i / geared_n == 5 || i % 2 ? (roln_real)NAN : 1000;
+        at[i] = i / rubbed_n == 5 || i % 2 ? (roln_real)NAN : 1000;
         memset(law, 7, sizeof law), memcpy(kept, law, sizeof law);
-        CHECK(geared_friction_law(&p, law) == ROLN_E_NOT_FINITE && memcmp(law, kept, sizeof law) == 0);
+        CHECK(rubbed_friction_law(&p, law) == ROLN_E_NOT_FINITE && memcmp(law, kept, sizeof law) == 0);
         at[i] = was;
     }
     p.slope = 0;
-    CHECK(geared_friction_law(&p, law) == ROLN_E_SHAPE && memcmp(law, kept, sizeof law) == 0);
+    CHECK(rubbed_friction_law(&p, law) == ROLN_E_SHAPE && memcmp(law, kept, sizeof law) == 0);
 }
 
 void TEST_NAME(control)(void)

@@ -109,7 +109,7 @@ static void check_rows_slope(subject *x)
     for (i = 0; i < x->params && mate(x->k, i) == i; i++)
         row[i] = x->J[i] / (double)largest(x->params, x->J);
     if (x->k == WHEEL && is_var(x->kind)) return; /* rounding there is as large as the error of such differences */
-    if (i == x->params && x->kind % 2 == 0 && x->k != GEARED) /* whose |g| and |y| have kinks: test_lnn.c stays away from them */
+    if (i == x->params && x->kind % 2 == 0 && x->k != RUBBED) /* whose |g| and |y| have kinks: test_lnn.c stays away from them */
         check_halving(x->params, row, x->theta, 1e-3, minus_residual, x);
 }
 #else

@@ -29,7 +29,7 @@ typedef struct {
 static const sizes sizes_of[MODELS] = {
     SIZES_OF(plain), SIZES_OF(bare),    SIZES_OF(square), SIZES_OF(deep),   SIZES_OF(pole),  SIZES_OF(rich),  SIZES_OF(delan),
     SIZES_OF(pushed), SIZES_OF(layered), SIZES_OF(chart),  SIZES_OF(curved), SIZES_OF(wheel), SIZES_OF(laden),
-    SIZES_OF(geared),
+    SIZES_OF(rubbed),
 };
 #define OF_Z(name) z.name
 
@@ -60,7 +60,7 @@ static void test_sizes(int k)
             for (keep = 0; keep < 2; keep++)
                 CHECK(ROLN_LNN_TAPE(OF_Z, dirs, keep, nb) == roln_lnn_tape(f, dirs, keep, nb));
     }
-    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL || k == GEARED ? 1 : 0);
+    CHECK_NEAR(roln_update_work(mo->blocks, mo->table), mo->scratch.update, k == POLE || k == WHEEL || k == RUBBED ? 1 : 0);
 }
 
 static void test_shapes(void)

@@ -72,7 +72,7 @@ static void test_tick(int k, int driven_by_two)
     CHECK(reached > 2); /* all well, the balance known */
     CHECK((seen & (most | ROLN_FAULT_OUTPUT)) == most);
     /* in these few states have any balance */
-    CHECK(k == BARE || k == SQUARE || k == WHEEL || k == GEARED || inputs > 0 || (seen & ROLN_FAULT_ENERGY));
+    CHECK(k == BARE || k == SQUARE || k == WHEEL || k == RUBBED || inputs > 0 || (seen & ROLN_FAULT_ENERGY));
 }
 
 /* Motors that no machine has, with arrays in places of their own (address sanitizer): of one whose damping is none there are two
