@@ -10,7 +10,9 @@
    squares problem, which needs no geometry and no start.
 
    - Rows are divided by the rms torque of their joint, columns by their norm. Units of q, t and tau make no difference.
-   - The normal equations are summed sample by sample, in four folds. Cross-validation over the folds chooses degrees and ridge.
+   - Weak form: a row is the mean of inverse dynamics over 80 ms, from half of that to half of that. In the mean the noise of qdd is
+     that of qd at both ends, 80 ms apart, and what friction and filters blur for a moment averages out.
+   - The normal equations are summed row by row, in four folds. Cross-validation over the folds chooses degrees and ridge.
    - Chain order: M_ij of a serial chain does not depend on joints 0 .. i, i <= j. It is used where the error does not grow.
    - A joint on which M and V need not depend is left out of them: a vertical first axis, say. Its test: in cross-validation the
      torque error without it is larger by 0.001 % of the torque at most.
@@ -485,11 +487,19 @@ static regression_panel regression_panel_of(const regression *r, int joint)
     return p;
 }
 
-/* Every how many samples one is taken, so that sums cost at most r->work. */
-static int regression_stride(const regression *r)
+/* Samples that a row is the mean of. */
+static int regression_wide(const regression_source *d)
+{
+    return (int)fmax(1, floor(0.08 / d->dt + 0.5));
+}
+
+/* Every how many samples a row begins: after half of one, sooner if rows were few beside the numbers, later if sums cost more than
+   r->work. */
+static int regression_stride(const regression *r, const regression_source *d)
 {
     const double cost = (double)r->samples * r->joints * r->numbers * r->numbers / 4;
-    return cost > r->work ? (int)ceil(cost / r->work) : 1;
+    const double few = (double)r->samples * r->joints / (4.0 * r->numbers);
+    return (int)fmax(1, fmax(ceil(cost / r->work), fmin(regression_wide(d) / 2, floor(few))));
 }
 
 static regression_sums *regression_sums_new(int P)
@@ -518,22 +528,32 @@ typedef struct {
     int at;
 } regression_gathering;
 
-/* Adds the weighted rows of one sample to the panels, and its part of b and |tau|^2 to the sums. */
-static void regression_gather(const regression *r, const regression_source *d, int i, regression_gathering *g, regression_sums *to)
+/* Adds the weighted rows of samples from .. to - 1, their mean, to the panels, and its part of b and |tau|^2 to the sums. */
+static void regression_gather(const regression *r, const regression_source *d, int from, int end, regression_gathering *g,
+                              regression_sums *to)
 {
-    double q[4][REGRESSION_JOINTS];
-    int j, c;
-    d->sample(d->ctx, i, q[0], q[1], q[2], q[3]);
-    regression_rows(r, q[0], q[1], q[2], &g->work);
+    double q[4][REGRESSION_JOINTS], tau[REGRESSION_JOINTS] = {0};
+    int i, j, c;
+    for (j = 0; j < r->joints; j++)
+        memset(g->panel[j].A + g->at * g->panel[j].stride, 0, (size_t)g->panel[j].count * sizeof(double));
+    for (i = from; i < end; i++) {
+        d->sample(d->ctx, i, q[0], q[1], q[2], q[3]);
+        regression_rows(r, q[0], q[1], q[2], &g->work);
+        for (j = 0; j < r->joints; j++) {
+            const regression_panel *p = &g->panel[j];
+            const double part = r->weight[j] / (end - from);
+            double *row = p->A + g->at * p->stride;
+            for (c = 0; c < p->count; c++)
+                row[c] += part * g->work.A[j * r->numbers + p->which[c]];
+            tau[j] += part * q[3][j];
+        }
+    }
     for (j = 0; j < r->joints; j++) {
         const regression_panel *p = &g->panel[j];
-        const double tau = r->weight[j] * q[3][j];
-        double *row = p->A + g->at * p->stride;
-        for (c = 0; c < p->count; c++) {
-            row[c] = r->weight[j] * g->work.A[j * r->numbers + p->which[c]];
-            to->b[p->which[c]] += row[c] * tau;
-        }
-        to->square += tau * tau, to->rows++;
+        const double *row = p->A + g->at * p->stride;
+        for (c = 0; c < p->count; c++)
+            to->b[p->which[c]] += row[c] * tau[j];
+        to->square += tau[j] * tau[j], to->rows++;
     }
     g->at++;
 }
@@ -562,7 +582,7 @@ static void regression_add_sums(const regression_sums *s, int P, regression_sums
    for each fold, eighths of recordings do. The first and last sample are left out: their accelerations are one-sided. */
 static regression_sums *regression_sum(const regression *r, const regression_source *d)
 {
-    const int stride = regression_stride(r), parts = d->recordings < 2 * REGRESSION_FOLDS ? 8 : 1;
+    const int stride = regression_stride(r, d), wide = regression_wide(d), parts = d->recordings < 2 * REGRESSION_FOLDS ? 8 : 1;
     regression_sums *s = regression_sums_new(r->numbers);
     regression_gathering g;
     int k, part, i, j;
@@ -575,7 +595,7 @@ static regression_sums *regression_sum(const regression *r, const regression_sou
             const int end = from + (int)((double)length * (part + 1) / parts);
             regression_sums *to = s + (part + k) % REGRESSION_FOLDS;
             for (i = from + (int)((double)length * part / parts); i < end; i += stride) {
-                regression_gather(r, d, i, &g, to);
+                regression_gather(r, d, i, end < i + wide ? end : i + wide, &g, to);
                 if (g.at == REGRESSION_BLOCK) regression_flush(r, &g, to);
             }
             regression_flush(r, &g, to);
