@@ -18,7 +18,7 @@ static const roln_real belt_limits_rate[belt_force_size] = {
 static const roln_limits belt_limits = {
     ROLN_C(0.001), /* dt, s: step of the recordings; the tick of your controller */
     ROLN_C(0.1), /* margin, part of the range of z, zd: 4 times what was needed, 0.1 at least */
-    ROLN_C(0.8812146), /* residual, unit of tau times that of qd: 4 times the largest of the recordings */
+    ROLN_C(2.3735025), /* residual, unit of tau times that of qd: 4 times the largest of the recordings */
     ROLN_C(48.041172), /* tau, as it is: not used, for tau_each is */
     5, /* hold, ticks: a usual number, not fitted */
     ROLN_C(0.0), /* q_tolerance: no check, z is all of q */
@@ -34,19 +34,19 @@ static const roln_limits belt_limits = {
 
 /* Noise of NAME_filter_tick, from 2015 ticks of held-out recordings. */
 static const roln_real belt_noise_q[belt_N] = {
-    ROLN_C(0.00011067376), /* joint 1, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
-    ROLN_C(0.000106196385), /* joint 2, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
-    ROLN_C(0.00010376806), /* joint 3, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
+    ROLN_C(0.000110673165), /* joint 1, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
+    ROLN_C(0.00010619622), /* joint 2, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
+    ROLN_C(0.00010377182), /* joint 3, unit as it is: the noise that the spectrum shows, and what the model leaves of q */
 };
 static const roln_real belt_noise_tau[belt_N] = {
-    ROLN_C(0.8927764), /* motor 1, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
-    ROLN_C(1.0513638), /* motor 2, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
-    ROLN_C(0.0611993), /* motor 3, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
+    ROLN_C(2.3540614), /* motor 1, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
+    ROLN_C(1.5093281), /* motor 2, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
+    ROLN_C(0.09261831), /* motor 3, unit as it is: torque that the model does not know, in proportion to what it leaves of that joint's torque */
 };
 static const roln_noise belt_noise = {
     ROLN_C(0.001), /* dt, s: step of the recordings; the tick of your controller */
-    ROLN_C(0.00011067376), /* q, as it is: not used, for q_each is */
-    ROLN_C(0.8927764), /* tau, as it is: not used, for tau_each is */
+    ROLN_C(0.000110673165), /* q, as it is: not used, for q_each is */
+    ROLN_C(2.3540614), /* tau, as it is: not used, for tau_each is */
     ROLN_C(6.0), /* gate, deviations: a usual number, not fitted */
     5, /* lost, ticks: a usual number, not fitted */
     belt_noise_q, /* q_each */
