@@ -12,7 +12,7 @@
 #define ROD 0.129       /* m, its length */
 #define MASS 0.024      /* kg, of the rod */
 #define GRAVITY 9.81
-static const double friction[2] = {4e-4, 2e-5}; /* Nms/rad */
+static const double viscous[2] = {4e-4, 2e-5}; /* Nms/rad */
 
 typedef struct { double q[2], qd[2]; } motion; /* state of the simulation */
 
@@ -22,8 +22,8 @@ static void acceleration(const motion *s, double torque, double qdd[2])
     const double a = TURNED + MASS * ARM * ARM, b = MASS * ROD * ROD / 3, c = MASS * ARM * ROD / 2;
     const double si = sin(s->q[1]), co = cos(s->q[1]), v = s->qd[0], w = s->qd[1];
     const double M = a + b * si * si, E = c * co, D = M * b - E * E;
-    const double f = torque - friction[0] * v - 2 * b * si * co * v * w + c * si * w * w;
-    const double g = b * si * co * v * v - friction[1] * w - MASS * GRAVITY * ROD / 2 * si;
+    const double f = torque - viscous[0] * v - 2 * b * si * co * v * w + c * si * w * w;
+    const double g = b * si * co * v * v - viscous[1] * w - MASS * GRAVITY * ROD / 2 * si;
     qdd[0] = (b * f - E * g) / D;
     qdd[1] = (M * g - E * f) / D;
 }
