@@ -14,9 +14,11 @@
        #define ROLN_BASE    0                 1: learned base point P of the exponential; default 0, P = I
        #define ROLN_LAYERS  gyro, gyro        SPD layers behind the exponential: gyro, 4 at most; default none
        #define ROLN_EIGENVALUE_FLOOR 1e-4     smallest eigenvalue that cholesky allows
-       #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: and quadratic drag W (|y| o y), y = W^T zd
+       #define ROLN_DAMPING 0                 1: learned dissipation R(z) zd; 2: and quadratic drag W(z) (|y| o y), y = W^T zd, o:
+                                              number by number; default 0
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate; 2: its level
-                                              also depends on direction, velocity and load (roln_friction)
+                                              also depends on direction, low velocity (Stribeck) and gravity (roln_friction);
+                                              default 0
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
        #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
@@ -27,7 +29,8 @@
                                               PD controller in the drive follows, tau = k (u - q) - d qd + o. k, d > 0 and o are
                                               learned for each joint
        #define ROLN_DRIVEN  0                 the last so many joints are driven: their motion is prescribed, as of a moving base
-                                              or of held ends. Their input is their acceleration. Without autoencoder
+                                              or of held ends. Their input is their acceleration. Without autoencoder,
+                                              midpoint, INPUTS, ACTUATOR, LOAD; default 0
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated

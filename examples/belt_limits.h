@@ -4,7 +4,7 @@
 #define belt_limits_h
 typedef char belt_limits_are_of_N_3[belt_N == 3 && belt_force_size == 3 ? 1 : -1];
 
-/* Limits of NAME_tick, from 8125 ticks of held-out recordings. */
+/* Limits of NAME_tick, from 8125 ticks of held-out recordings, which are smooth: a controller changes torques faster, and its residual is larger. */
 static const roln_real belt_limits_tau[belt_force_size] = {
     ROLN_C(48.041172), /* motor 1, unit as it is: the largest that was recorded, which may be less than the motor can */
     ROLN_C(11.391366), /* motor 2, unit as it is: the largest that was recorded, which may be less than the motor can */

@@ -12,9 +12,10 @@ enum { STEPS = 16384 }; /* of an encoder's turn */
 #define TURN ROLN_C(6.283185307179586)
 
 static const roln_real most[MOTORS] = {60, 40}; /* Nm */
-static const roln_real stiff[belt_N] = {1000, 330, 0}, damp[belt_N] = {70, 23, 0}; /* Nm/rad, Nms/rad */
+/* about w^2 M_jj and 2 w M_jj at w = 25 rad/s: Nm/rad, Nms/rad */
+static const roln_real stiff[belt_N] = {1000, 330, 0}, damp[belt_N] = {70, 23, 0};
 static const roln_real motor_at[belt_N * MOTORS] = {1, 0, 0, 1, 0, 0}; /* B: at the first two joints */
-static const roln_motors motors = {MOTORS, motor_at, ROLN_C(0.01)};
+static const roln_motors motors = {MOTORS, motor_at, ROLN_C(0.01)}; /* mu: a hundredth of the largest number of J^T B */
 
 typedef struct {
     belt_filter filter; /* filter.s: z, zd; filter.load */
@@ -28,7 +29,8 @@ typedef struct {
     belt_filter_tick_work filterwork;
 } controller;
 
-/* Limits and noise are those of belt_limits.h, but for the torque that motors can make, and for a payload. */
+/* Limits and noise are those of belt_limits.h, but: the torque that the motors can make; no limit of its rate and no check of the
+   energy, since the recordings are smooth and this controller is not; a load. */
 static void controller_start(controller *c)
 {
     memset(c, 0, sizeof *c);
@@ -37,7 +39,7 @@ static void controller_start(controller *c)
     c->limits.rate = 0, c->limits.rate_each = NULL;
     c->limits.residual = 0;
     c->noise = belt_noise;
-    c->noise.load = 4;
+    c->noise.load = 4; /* Nm/sqrt(s), of every joint */
     c->target.load = c->filter.load;
 }
 
@@ -50,7 +52,8 @@ static uint32_t controller_tick(controller *c, const int count[belt_N], const ro
     uint32_t faults;
     for (int i = 0; i < belt_N; i++)
         y[i] = (roln_real)count[i] * (TURN / STEPS);
-    faults = belt_filter_tick(&belt_weights, &c->noise, y, tau, &c->filter, &c->filterwork) & ~ROLN_FILTER_START;
+    faults = belt_filter_tick(&belt_weights, &c->noise, y, tau, &c->filter, &c->filterwork);
+    if (c->filter.f.starts == 1) faults &= ~ROLN_FILTER_START; /* the first one */
     if (belt_decode(&belt_weights, &c->filter.s, &c->x, &c->work.decode) != ROLN_OK) faults |= ROLN_FAULT_STATUS;
     if ((faults & (ROLN_FILTER_NONE | ROLN_FAULT_STATUS)) ||
         belt_encode_reference(&belt_weights, q, qd, qdd, &c->target, &c->work.encode_reference) != ROLN_OK ||

@@ -219,7 +219,9 @@ static void put_limits(FILE *f)
     const roln_limits *l = &found.limits;
     const int torques_are = l->tau_each != NULL;
     fprintf(f, "\n/* Limits of NAME_tick, from %d ticks of held-out recordings%s. */\n", found.limit_ticks,
-            d.reach > 0 ? ", which passed a filter: a controller changes torques faster, and its residual is larger" : "");
+            d.reach > 0 || words[SMOOTHER].value
+                ? ", which are smooth: a controller changes torques faster, and its residual is larger"
+                : "");
     if (found.no_limits) {
         fprintf(f, "/* There are none: %s */\n", found.no_limits);
         return;
