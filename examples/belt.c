@@ -157,7 +157,7 @@ typedef struct {
     double speed, damping, integral; /* rad/s; part of critical damping; 1/s */
 } gains;
 
-static const gains best[2] = {{23.9, 0.5, 0.5}, {49.5, 0.98, 0}};
+static const gains best[2] = {{23.9, 0.35, 8}, {49.5, 0.96, 0}};
 
 typedef struct {
     double rms[MOTORS], all, worst, chatter; /* rad; Nm, rms of the torque's second difference */

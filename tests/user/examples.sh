@@ -122,13 +122,13 @@ check arm '/^exit 0$/ { ok = 1 }'
 check arm '/^reference/ { n += $NF == 0; e[$3] = $(NF - 2) }
     /learned/ { m += e["learned"] > 0 && e["learned"] < 3 * e["true"] && e["learned"] < e["PD"] / 10 }
     END { ok = n == 9 && m == 3 }'
-# from a logger to a loop: motored joints a tenth as far off as with the best PID and with computed torque of the true machine, with
-# and without payload, no fault, and torques that do not shake
+# from a logger to a loop: motored joints a quarter as far off at most as with the best PID and with computed torque of the true
+# machine, with and without payload, no fault, and torques that do not shake
 { $cc -std=c99 -O2 -ffp-contract=off -I. -Iexamples examples/belt.c -o build/examples/belt -lm && build/examples/belt
     echo "exit $?"; } > build/examples/belt.log 2>&1
 check belt '/^exit 0$/ { ok = 1 }'
 check belt '/^reference/ { n += $NF == 0; law = $4; e[law] = $(NF - 3) }
-    law == "learned" && /^reference/ { m += e[law] > 0 && e[law] < e["true"] / 10 && e[law] < e["PID"] / 10 && $(NF - 1) < 2 }
+    law == "learned" && /^reference/ { m += e[law] > 0 && e[law] < e["true"] / 4 && e[law] < e["PID"] / 4 && $(NF - 1) < 2 }
     END { ok = n == 18 && m == 6 }'
 # README's headline: the demo trains the committed weights, bit for bit
 cc=demo
