@@ -756,25 +756,22 @@ ROLN_FN void row_of(const inputs *x, int r, inputs *one)
     for (q = 0; q < extras(); q++) memcpy(one->a[q], x->a[q] + r * n, (size_t)n * sizeof *x->s);
 }
 
-/* The least distance of the states x [2][nb][n] of m from a kink of d. */
-ROLN_FN ld t_kink(const roln_real *x)
+/* The distance of row r of the states x [2][nb][n] of m from a kink of d. */
+ROLN_FN ld t_kink(const roln_real *x, int r)
 {
     const int n = m.f.n;
-    ld z[MAXN], zd[MAXN], least = 1;
-    int r;
-    for (r = 0; r < m.nb && (m.f.friction > 1 || m.f.damping > 1); r++) {
-        widen(n, x + r * n, z), widen(n, x + (m.nb + r) * n, zd);
-        t_terms(z, zd);
-        least = ROLN_MIN(least, tt.kink);
-    }
-    return least;
+    ld z[MAXN], zd[MAXN];
+    if (m.f.friction < 2 && m.f.damping < 2) return 1;
+    widen(n, x + r * n, z), widen(n, x + (m.nb + r) * n, zd);
+    t_terms(z, zd);
+    return tt.kink;
 }
 
 /* Random inputs of the map for the weights th, in x and in m; away from kinks, where there are no differences. */
 ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int force, uint64_t *seed)
 {
     inputs x;
-    int i, tries = 0;
+    int i, r, tries;
     const int k = nb * f->n;
     ld *wide[ARRAYS];
     roln_real **at[ARRAYS];
@@ -783,10 +780,12 @@ ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int forc
     if (f->damping > 1 || f->friction > 1) /* y stays as it is; the midpoint rule settles */
         m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005));
     x.th = th, x.s = fresh(2 * k);
-    do
-        for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
-    while (t_kink(x.s) < 0.12L && ++tries < 1000);
-    CHECK(tries < 1000);
+    for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
+    for (r = 0; r < nb; r++) {
+        for (tries = 0; t_kink(x.s, r) < 0.12L && tries < 1000; tries++)
+            for (i = 0; i < 2 * f->n; i++) x.s[(i / f->n * nb + r) * f->n + i % f->n] = ROLN_C(0.8) * roln_normal(seed);
+        CHECK(tries < 1000);
+    }
     for (i = 0; i < k && kind == START; i++) x.s[k + i] = x.s[i] + (roln_real)m.h * x.s[k + i];
     for (i = 0; i < 2; i++) x.a[i] = normal(k, 1, seed);
     x.y = normal(2 * k, 1, seed), x.w = normal(2 * f->n, 0.5, seed);
