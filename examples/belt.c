@@ -166,7 +166,7 @@ typedef struct {
 
 /* The law's torques: PID, or computed torque, M (qdd_ref + feedback) + c + g + friction, of the true machine without payload. now:
    the reference that the encoders are compared with; then: that of the time at which the torque acts. */
-static void law_torque(int law, const gains *g, const double x[N][2], const place *now, const place *then, double sum[MOTORS],
+static void law_torque(int law, const gains *g, double x[N][2], const place *now, const place *then, double sum[MOTORS],
                        double tau[MOTORS])
 {
     static const double hold[MOTORS] = {14, 6}, inertia[MOTORS] = {1.6, 0.53};
