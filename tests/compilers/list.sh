@@ -20,7 +20,8 @@ cat > $dir/models.c << 'END'
 #define ROLN_CHART polynomial, 3
 #define ROLN_MLP 4
 #define ROLN_GN_ROWS 8
-#define ROLN_FRICTION 1
+#define ROLN_FRICTION 2
+#define ROLN_ACTUATOR current
 #define ROLN_PLAN 3, 2
 #define ROLN_DELAY 2
 #include "roln.h"
