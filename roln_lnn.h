@@ -452,7 +452,7 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
    what the derivatives of a step take,
        stage_1     ROLNI_STAGE_WORK(S, 1, 1)           step_1      ROLN_LNN_STEP_WORK(S, scheme, 1, 1)
        dissipation ROLNI_DISSIPATION_JAC_WORK(S)       zdd_jac     ROLN_LNN_ZDD_JAC_WORK(S)
-       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)
+       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)         stick_slopes ROLNI_STICK_SLOPES_WORK(S)
    and no more of them than a macro needs. */
 
 /* Kept of an SPD layer, its output included: at the matrix, and for each direction. */
@@ -2586,14 +2586,14 @@ ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys,
 /* Stiction. roln_lnn_step without dry friction takes z, zd to z_f, v_f. Then an impulse lambda of dry friction acts,
        v+ = v_f - W lambda,   W = M^-1 at z_f,   low <= lambda <= high,
        v+_j >= 0 if lambda_j = high_j,   v+_j <= 0 if lambda_j = low_j,   else v+_j = 0: friction holds coordinate j.
-   high and -low are h times the levels of the law forward and backward. This lambda is the one minimum of
-   1/2 lambda^T W lambda - lambda^T v_f within the bounds. */
+   high and -low are h times the levels of the law forward and backward. lambda minimises 1/2 lambda^T W lambda - lambda^T v_f
+   within the bounds, which is the change of the kinetic energy. The minimum is unique, since W is positive definite. */
 
 #define ROLNI_STICK_ROUNDS 8 /* of the search for the coordinates that friction holds */
 #define ROLNI_STICK_SWEEPS 2 /* of projected Gauss-Seidel in a round */
 
-/* The bounds of row r of a tape at z_f, low, high [n]. law: numbers of friction. zd [n]: the velocities at which the step begins. With
-   law 2 the excess s (1 - Y^2) is that of zd, and the load |g| that of z_f. */
+/* The bounds low, high [n] of row r of a tape at z_f. law: numbers of friction. zd [n]: the velocities at which the step begins.
+   With law 2 the excess s (1 - Y^2) is that of zd, and the load |g| is that of z_f. */
 ROLN_FN void rolni_stick_bounds(const roln_lnn *f, const roln_real *law, const rolni_tape *t, int r, roln_real h,
                                 const roln_real *zd, roln_real *low, roln_real *high)
 {
@@ -2617,8 +2617,8 @@ ROLNI_INLINE int rolni_sticks(roln_real low, roln_real high, roln_real lambda)
     return low < lambda && lambda < high;
 }
 
-/* mu [n] becomes lambda of the held coordinates for which v+ of these is 0, W_hh mu = v_h - W_hs lambda_s, the others keep lambda_s,
-   and mu is 0 there. A [n][n]: the Cholesky factor of W_hh, rows of I for the others. Status of roln_chol. */
+/* mu [n] becomes the impulse of the held coordinates for which their v+ is 0, W_hh mu = v_h - W_hs lambda_s. The others keep
+   lambda_s, and their mu is 0. A [n][n] becomes the Cholesky factor of W_hh, with rows of I for the others. Status of roln_chol. */
 ROLN_FN roln_status rolni_stick_solve(int n, const roln_real *W, const roln_real *v, const roln_real *low, const roln_real *high,
                                       const roln_real *lambda, roln_real *A, roln_real *mu)
 {
@@ -2645,10 +2645,11 @@ ROLNI_INLINE roln_real rolni_stick_way(roln_real low, roln_real high, roln_real 
     return mu >= high ? (high - lambda) / (mu - lambda) : mu <= low ? (low - lambda) / (mu - lambda) : 2;
 }
 
-/* lambda [n] for the velocity v [n] = v_f. Each round is a few sweeps of projected Gauss-Seidel, and then a descent to the exact
-   minimum of the coordinates that they hold: from lambda towards it until a coordinate meets its bound, which slides from there on, as
-   often as one does. No part of a round lets the minimised sum grow, so the impulse takes kinetic energy also if the search is not at
-   its end. A: the factor of rolni_stick_solve for the coordinates that are held in the end. mu [n]: scratch. */
+/* lambda [n] for the velocity v [n] = v_f. Each round has a few sweeps of projected Gauss-Seidel. They find which coordinates are
+   held. Then lambda moves towards the exact minimum over the held ones. A coordinate that meets its bound on the way stops there
+   and slides, and the others go on. No part of a round lets the minimised sum grow, so the impulse takes kinetic energy even if the
+   search is not at its end. A becomes the factor of rolni_stick_solve for the coordinates that are held in the end. mu [n]:
+   scratch. */
 ROLN_FN roln_status rolni_stick_impulse(int n, const roln_real *W, const roln_real *v, const roln_real *low, const roln_real *high,
                                         roln_real *lambda, roln_real *A, roln_real *mu)
 {
@@ -2664,12 +2665,14 @@ ROLN_FN roln_status rolni_stick_impulse(int n, const roln_real *W, const roln_re
             const roln_status st = rolni_stick_solve(n, W, v, low, high, lambda, A, mu);
             roln_real way = 1;
             if (st != ROLN_OK) return st;
-            for (i = 0; i < n; i++)
-                if (rolni_sticks(low[i], high[i], lambda[i])) way = ROLN_MIN(way, rolni_stick_way(low[i], high[i], lambda[i], mu[i]));
+            for (i = 0; i < n; i++) {
+                const roln_real part = rolni_stick_way(low[i], high[i], lambda[i], mu[i]);
+                if (rolni_sticks(low[i], high[i], lambda[i])) way = ROLN_MIN(way, part);
+            }
             for (i = 0, met = 0; i < n; i++) {
+                const int meets = rolni_stick_way(low[i], high[i], lambda[i], mu[i]) <= way;
                 if (!rolni_sticks(low[i], high[i], lambda[i])) continue;
-                if (rolni_stick_way(low[i], high[i], lambda[i], mu[i]) <= way)
-                    lambda[i] = mu[i] >= high[i] ? high[i] : low[i], met = 1;
+                if (meets) lambda[i] = mu[i] >= high[i] ? high[i] : low[i], met = 1;
                 else lambda[i] = way < 1 ? lambda[i] + way * (mu[i] - lambda[i]) : mu[i];
             }
         }
@@ -2677,9 +2680,9 @@ ROLN_FN roln_status rolni_stick_impulse(int n, const roln_real *W, const roln_re
     return ROLN_OK;
 }
 
-/* The impulse of row r, on its state x [4][n] = z, zd, where the step begins, and z_f, v_f, which become z+, v+. To the position the
-   impulse counts half of the step, z+ = z_f - h/2 W lambda, and z+_j = z_j + h/2 zd_j where friction holds, so that a coordinate that
-   stood before stands. With explicit Euler z+ = z_f. The arrays of the list stay in work for derivatives. */
+/* The impulse of row r, on its state x [4][n] = z, zd, where the step begins, and z_f, v_f, which become z+, v+. The impulse counts
+   half of the step for the position, z+ = z_f - h/2 W lambda. A held coordinate has z+_j = z_j + h/2 zd_j, so it stands if it stood
+   before. With explicit Euler z+ = z_f. The arrays of the list stay in work for derivatives. */
 #define ROLNI_STICK_MEM(X, n) X(W, (n) * (n)) X(A, (n) * (n)) X(low, n) X(high, n) X(lambda, n) X(mu, n)
 #define ROLNI_STICK_WORK(n) (0 ROLNI_STICK_MEM(ROLNI_SIZE, n) + 2 * (n) * (n))
 ROLN_FN roln_status rolni_stick(const roln_lnn *f, const roln_real *law, const rolni_tape *t, int r, int scheme, roln_real h,
@@ -2704,11 +2707,12 @@ ROLN_FN roln_status rolni_stick(const roln_lnn *f, const roln_real *law, const r
     return ROLN_OK;
 }
 
-/* roln_lnn_step with stiction: f->friction is -1 or -2, and dry friction can hold coordinates. A coordinate that is held has v+ = 0
-   exactly, and z+ = z if it stood before. The impulse never adds kinetic energy. h >= 0; tape [ROLN_LNN_TAPE(S, 1, 0, nb)]; no backward
-   follows. Status of roln_lnn_step; ROLN_E_RANGE: h is negative; ROLN_E_NOT_SPD also if a block of M^-1 is not positive definite to
-   working precision. sn may be s and is written only on ROLN_OK. step: ROLN_LNN_STEP_WORK(S, scheme, 0, nb). Cost: that of a step
-   and of a mass matrix, and 8 (2 n^2 + n^3 / 3) products or more for the impulse. */
+/* roln_lnn_step with stiction: f->friction is -1 or -2, and dry friction can hold coordinates. A held coordinate has v+ = 0
+   exactly, and z+ = z if it stood before. The impulse never adds kinetic energy. Without driven coordinates. h >= 0; tape
+   [ROLN_LNN_TAPE(S, 1, 0, nb)]; no backward follows. Status of roln_lnn_step; ROLN_E_RANGE also if h is negative; ROLN_E_NOT_FINITE
+   also if a level is not finite; ROLN_E_NOT_SPD also if a block of M^-1 is not positive definite to working precision. sn may be s
+   and is written only on ROLN_OK. step: ROLN_LNN_STEP_WORK(S, scheme, 0, nb). Cost: that of a step, of a mass matrix and of
+   ROLNI_STICK_ROUNDS factors [n][n] or more, n times as many at most. */
 #define ROLN_LNN_STICK_MEM(X, S, nb) X(next, 2 * (nb) * S(n)) X(x, 4 * S(n))
 #define ROLN_LNN_STICK_WORK(S, step, nb) (0 ROLN_LNN_STICK_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(step, ROLNI_STICK_WORK(S(n))))
 ROLN_FN roln_status roln_lnn_stick(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *s,
@@ -2737,10 +2741,10 @@ ROLN_FN roln_status roln_lnn_stick(const roln_lnn *f, const roln_system *sys, in
     return ROLN_OK;
 }
 
-/* How the impulse changes at fixed v_f: K [n][n], row k by number k of z_f, and fall [n] by zd_j of the same coordinate, both in
-   W (.. ) of dv+, for the coordinates that slide:
-       row k of K: DM[e_k] W lambda - d lambda / dz_k,   fall_j = -d lambda_j / dzd_j
-   With law 2 lambda_j = +-h (.. + s (1 - Y^2) + l |g|), so that the Hessian of V and the slope of Y^2 are in it. stick: the arrays that
+/* How the impulse changes at fixed v_f. With K [n][n] and fall [n] the derivatives of v+ are those of v_f plus K W by z_f, and plus
+   fall_j times row j of W by zd_j, before the held coordinates are held again:
+       row k of K: DM[e_k] W lambda - d lambda / dz_k,   fall_j = -d lambda_j / dzd_j,   d lambda of sliding coordinates only.
+   With law 2 lambda_j = +-h (.. + s (1 - Y^2) + l |g|), which gives the Hessian of V and the slope of Y^2. stick: the arrays that
    rolni_stick has left; t: a tape at z_f with keep, filled with ROLNI_SECOND if the law is 2. */
 #define ROLNI_STICK_SLOPES_MEM(X, S) X(y, S(n)) X(H, S(n) * S(n)) X(in, S(n) * S(cossin))
 #define ROLNI_STICK_SLOPES_WORK(S) \
@@ -2772,16 +2776,16 @@ ROLN_FN void rolni_stick_slopes(const roln_lnn *f, const roln_real *theta, const
     }
 }
 
-/* roln_lnn_stick of one state, the same bits, and its derivatives, with the coordinates held that this step holds: J as
-   roln_lnn_step_jac. With dz, dv a row of the step without dry friction and H the coordinates that are held
-       b = dv + (dz K + ..) W,   dv+ = b - W_H W_HH^-1 b_H, 0 in H,   dz+ = dz - h/2 (dv - dv+),
-   in H dz+_j = dz_j(s) + h/2 dzd_j(s). Status of roln_lnn_stick and of roln_lnn_step_jac, whose tape it takes. step:
-   ROLN_LNN_STEP_JAC_WORK(S, scheme, size). sn is written only on ROLN_OK, and only then is J of use. */
+/* roln_lnn_stick of one state, the same bits, and its derivatives, in which the coordinates H stay held: J as roln_lnn_step_jac.
+   With a row dz, dv of the step without dry friction
+       b = dv + dz K W + ..,   dv+ = b - W_H W_HH^-1 b_H,   dz+ = dz - h/2 (dv - dv+),   with Euler dz+ = dz.
+   In H dv+ is 0 and z+_j = z_j + h/2 zd_j. tape: that of roln_lnn_step_jac. step: ROLN_LNN_STEP_JAC_WORK(S, scheme, size). Status
+   of roln_lnn_stick and of roln_lnn_step_jac. sn is written only on ROLN_OK, and only then is J of use. */
 #define ROLN_LNN_STICK_JAC_MEM(X, S) \
     X(next, 2 * S(n)) X(x, 4 * S(n)) X(K, S(n) * S(n)) X(fall, S(n)) X(b, S(n)) X(c, S(n))
 #define ROLN_LNN_STICK_JAC_WORK(S, step) \
     (0 ROLN_LNN_STICK_JAC_MEM(ROLNI_SIZE, S) + \
-     ROLN_MAX(step, ROLN_MAX(ROLNI_STICK_WORK(S(n)), (0 ROLNI_STICK_MEM(ROLNI_SIZE, S(n))) + ROLNI_STICK_SLOPES_WORK(S))))
+     ROLN_MAX(step, ROLN_MAX(ROLNI_STICK_WORK(S(n)), (0 ROLNI_STICK_MEM(ROLNI_SIZE, S(n))) + S(stick_slopes))))
 ROLN_FN roln_status roln_lnn_stick_jac(const roln_lnn *f, const roln_system *sys, int scheme, int size, roln_real h,
                                        const roln_real *s, roln_real *sn, roln_real *J, roln_real *tape, roln_real *work)
 {

@@ -29,7 +29,8 @@ static struct {
 static struct {
     int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
-    int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1, stage_1, step_1, dissipation, zdd_jac, midpoint_row;
+    int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1;
+    int stage_1, step_1, dissipation, zdd_jac, midpoint_row, stick_slopes;
 } sz;
 #define SZ(x) sz.x
 
@@ -57,6 +58,7 @@ ROLN_FN void set_sizes(const roln_lnn *f)
     sz.row_all_0 = ROLNI_ALL_ROW_WORK(SZ, 0), sz.row_all_1 = ROLNI_ALL_ROW_WORK(SZ, 1);
     sz.stage_1 = ROLNI_STAGE_WORK(SZ, 1, 1), sz.dissipation = ROLNI_DISSIPATION_JAC_WORK(SZ);
     sz.zdd_jac = ROLN_LNN_ZDD_JAC_WORK(SZ), sz.midpoint_row = ROLNI_MIDPOINT_ROW_WORK(SZ);
+    sz.stick_slopes = ROLNI_STICK_SLOPES_WORK(SZ);
 }
 
 #define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)

@@ -28,8 +28,8 @@ static void t_bounds(ld h, const ld *s, ld *low, ld *high)
     }
 }
 
-/* lambda and v+ of the ways of each coordinate, with W = M^-1 of tt. Returns by how much they miss or keep the conditions, the least of
-   all coordinates: below 0 they miss them. */
+/* lambda and v+ of the ways of each coordinate, with W = M^-1 of tt. Returns by how much the conditions are kept, the least of all
+   coordinates. Below 0 one is missed. */
 static ld t_try(const int *way, const ld *W, const ld *vf, const ld *low, const ld *high, ld *lambda, ld *v)
 {
     const int n = m.f.n;
@@ -171,7 +171,8 @@ static void test_block(uint64_t *seed)
             const roln_lnn f = stick_shape(i);
             const int n = f.n;
             const inputs x = stick_draw(&f, scheme, NB, seed);
-            roln_real *sn = fresh(2 * NB * n), *one = fresh(2 * n), *tape = fresh(TAPE(1, 0, NB)), *w = fresh(STEP_WORK(scheme, NB));
+            roln_real *sn = fresh(2 * NB * n), *one = fresh(2 * n), *tape = fresh(TAPE(1, 0, NB));
+            roln_real *w = fresh(STEP_WORK(scheme, NB));
             spring sp;
             roln_force fc;
             const roln_system sys = system_of(&x, NULL, &sp, &fc);
@@ -433,7 +434,7 @@ static void test_energy(uint64_t *seed)
 {
     int which, k, i;
     for (which = 0; which < 6; which++) {
-        roln_lnn f = which % 2 ? sticking(grinding(shape(2, 0, 2, 4, 0))) : sticking(rubbing(damped(shape(2, which == 4, 2, 4, 0))));
+        const roln_lnn f = sticking(which % 2 ? grinding(shape(2, 0, 2, 4, 0)) : rubbing(damped(shape(2, which == 4, 2, 4, 0))));
         roln_real *th = bowl(&f, seed), *s = fresh(4), *to = fresh(4), *last, *tape = fresh(TAPE(1, 0, 1)), *w = fresh(any_work(1));
         roln_real *ws = fresh(STEP_WORK(ROLN_MIDPOINT, 1)), *wf = fresh(STEP_WORK(ROLN_EULER, 1));
         const roln_system sys = {th, NULL};
