@@ -1307,13 +1307,16 @@ typedef struct {
     roln_real dt;
 } rolni_acting;
 
-/* The same as a torque tau [force_size], NULL: none. turn: angles far out are brought within (-pi, pi] first; else they stay on
-   their turns, for differences of states. slide: with ROLN_STICTION the derivatives are those of a step without dry friction, in
-   which nothing is held; only NAME_i_linear reads it. */
+/* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for differences of
+   states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing is held. */
+#define ROLNI_TURN 1
+#define ROLNI_SLIDE 2
+
+/* The same as a torque tau [force_size], NULL: none, and how. */
 typedef struct {
     const roln_real *tau, *load;
     roln_real dt;
-    int turn, slide;
+    int how;
 } rolni_push;
 
 /* Derivatives of a step by its state, A [2n][2n], and by its torque, B [2n][force_size], or by its load, L [2n][n]; B, L NULL:
@@ -3873,7 +3876,7 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
         w->held[i] = by->tau ? by->tau[i] * unit : 0;
     if (by->tau) ROLNI_(own_inputs)(p, 1, w->held);
     ROLNI_(net_state)(p, z, zd, s);
-    if (by->turn) rolni_turn_back(&ROLN_(model).lnn, 1, s);
+    if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
     st = ROLNI_(advance)(&d.sys, 1, by->dt / t, s, w->tape, w->work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
@@ -3887,12 +3890,14 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
 /* Advances s by dt seconds, one step of the model's integrator, under the force tau [N] on q (or inputs u), held over the step;
    NULL: 0. Of a driven joint tau is the acceleration. A servo follows its position u with its force at every state within the
    step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first, so
-   that motion is the same on every turn (held by test_sums.c: test_turns). Status of roln_lnn_step, ROLN_E_NOT_FINITE. */
+   that motion is the same on every turn (held by test_sums.c: test_turns). With ROLN_STICTION a joint that dry friction holds has
+   zd = 0 exactly and keeps its z to the bit (roln_lnn_stick); a negative dt is then ROLN_E_RANGE. Status of roln_lnn_step, with
+   ROLN_STICTION of roln_lnn_stick; ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
                                 ROLN_(step_work) *w)
 {
     rolni_push by;
-    by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1;
+    by.tau = tau, by.load = NULL, by.dt = dt, by.how = ROLNI_TURN;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(step)(p, s->z, s->zd, &by, w);
 }
@@ -3916,7 +3921,7 @@ ROLN_FN roln_status ROLN_(ahead)(const ROLN_(params) *p, const roln_limits *limi
     rolni_push by;
     int h, i;
     if (ROLN_(params_mismatch)(p) || !rolni_motors_valid(&ROLN_(model), motors)) return ROLN_E_SHAPE;
-    by.load = load, by.dt = limits->dt, by.turn = 1;
+    by.load = load, by.dt = limits->dt, by.how = ROLNI_TURN;
     w->s = *s;
     for (h = 0; h < ROLN_(delay); h++) {
         const roln_real *const coming = ROLNI_COMING(g, h);
@@ -4034,8 +4039,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
         held[i] = by->tau ? by->tau[i] * unit : 0;
     ROLNI_(own_inputs)(p, 1, held);
     ROLNI_(net_state)(p, z, zd, s);
-    if (by->turn) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = ROLNI_(advance_jac)(&d.sys, by->slide, wanted, by->dt / t, s, J, w->tape, work);
+    if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
+    st = ROLNI_(advance_jac)(&d.sys, by->how & ROLNI_SLIDE, wanted, by->dt / t, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
@@ -4068,7 +4073,8 @@ typedef struct {
 } ROLN_(linear_work);
 
 /* NAME_step and its derivatives, for LQR, EKF and MPC: j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau
-   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. s and j stay as they were unless ROLN_OK. Status
+   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. With ROLN_STICTION the coordinates that this step
+   holds stay held: their rows zd+ of A and B are 0. s and j stay as they were unless ROLN_OK. Status
    of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite, ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac. Cost, all derivatives
    of a stage at once: about two steps with n = 2, three with n = 4, four with n = 6. */
 ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
@@ -4076,7 +4082,7 @@ ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, cons
 {
     rolni_push by;
     rolni_slopes to;
-    by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1, by.slide = 0;
+    by.tau = tau, by.load = NULL, by.dt = dt, by.how = ROLNI_TURN;
     to.A = j->A, to.B = j->B, to.L = NULL;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(linear)(p, s->z, s->zd, &by, &to, &w->base, w->J, w->work);
@@ -4128,9 +4134,9 @@ ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z,
 }
 
 /* The terms of M zdd + c + g + d = tau_z at s: M [n][n], c = C zd, g, d = R zd and friction [n], kinetic and potential energy T, V.
-   With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If no force did work in training, all of them, and forces with
-   them, share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_dynamics; ROLN_E_NOT_FINITE also if a term is
-   not finite in these units. */
+   d has the smooth law of dry friction, with ROLN_STICTION, too. With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If
+   no force did work in training, all of them, and forces with them, share one unknown factor. e is untouched unless ROLN_OK. Status
+   of roln_lnn_dynamics; ROLN_E_NOT_FINITE also if a term is not finite in these units. */
 ROLN_FN roln_status ROLN_(dynamics)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(equation) *e, ROLN_(dynamics_work) *w)
 {
     roln_dynamics_out out;
@@ -4300,8 +4306,7 @@ ROLN_FN roln_status ROLNI_(linear_motors)(const ROLN_(params) *p, const rolni_ac
     rolni_push push;
     rolni_slopes to;
     roln_status st;
-    push.tau = rolni_motors_tau(N, f, by->u, w->tau), push.load = by->load, push.dt = by->dt;
-    push.turn = 0, push.slide = 1;
+    push.tau = rolni_motors_tau(N, f, by->u, w->tau), push.load = by->load, push.dt = by->dt, push.how = ROLNI_SLIDE;
     to.A = A, to.B = w->F, to.L = NULL;
     st = ROLNI_(linear)(p, s, s + n, &push, &to, &w->linear.base, w->linear.J, w->linear.work);
     if (st != ROLN_OK) return st;
@@ -4389,8 +4394,8 @@ typedef struct {
    s = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
    ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
    ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors;
-   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of NAME_linear, roln_dare. Dry friction is left out, it is no damping. Cost:
-   NAME_linear and roln_dare of 2n. */
+   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of NAME_linear, roln_dare. Dry friction is left out, it is no damping; with
+   ROLN_STICTION A and B are those of a step without it. Cost: NAME_linear and roln_dare of 2n. */
 ROLN_FN roln_status ROLN_(lqr)(const ROLN_(params) *p, const roln_cost *cost, const ROLN_(latent) *s, const roln_real *u,
                                roln_real *K, roln_real *P, ROLN_(lqr_work) *w)
 {
@@ -4542,7 +4547,7 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     rolni_slopes to;
     roln_status st;
     int i, k;
-    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.turn = 0, by.slide = 0;
+    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.how = 0;
     to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : NULL;
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
     for (i = 0; i < n && st == ROLN_OK; i++)
@@ -4942,7 +4947,7 @@ ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g,
     const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), rated = rolni_rated(g->limits);
     rolni_push by;
     int k, i, j;
-    by.load = g->load, by.dt = g->dt, by.turn = 0;
+    by.load = g->load, by.dt = g->dt, by.how = 0;
     *cost = 0;
     rolni_copy(n2, w->s0, w->s1);
     for (k = 0; k < ROLN_(steps); k++) {
@@ -5010,18 +5015,19 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
 }
 
 /* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set plan->plan.valid
-   to 0 before the next: torques u_k that take the state s where the goal wants it, within the limits of the motors,
-   at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what
-   that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by
-   half, and by a quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with
-   which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure. Angles of
-   a plan go on from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi].
-   ROLN_OK: *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
-   new one: the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it
-   is. ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the
-   range seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits
-   of the solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never
-   reached may be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
+   to 0 before the next: torques u_k that take the state s where the goal wants it, within the limits of the motors, at the least
+   cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what that gives for
+   u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by half, and by a
+   quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with which the next call
+   goes on (real-time iteration). With ROLN_STICTION states are those of NAME_step, and derivatives are those without dry friction,
+   because a joint that is held has none. The first plan starts from hold, and so does one after a failure. Angles of a plan go on
+   from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi]. ROLN_OK:
+   *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no new one:
+   the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it is.
+   ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
+   seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
+   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
+   be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
    test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three
    times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
@@ -5098,8 +5104,8 @@ typedef struct {
 } ROLN_(plan_linear_work);
 
 /* The plan as others' solvers take it, s_k+1 = A_k s_k + B_k u_k + c_k: A [steps][2n][2n], B [steps][2n][motors], c [steps][2n], by
-   rows, exact about the plan; joints' angles on the turns of the plan. ROLN_E_LENGTH: there is no plan, or motors;
-   ROLN_E_NOT_FINITE: B or c; status of NAME_linear; then they hold no result. */
+   rows, exact about the plan; A and B with ROLN_STICTION those without dry friction; joints' angles on the turns of the plan.
+   ROLN_E_LENGTH: there is no plan, or motors; ROLN_E_NOT_FINITE: B or c; status of NAME_linear; then they hold no result. */
 ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(plan) *plan, roln_real *A,
                                        roln_real *B, roln_real *c, ROLN_(plan_linear_work) *w)
 {
@@ -5181,7 +5187,8 @@ ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_re
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
    2 every ..: e [steps/every + 1], joints [steps/every + 1][N] out, NULL: not wanted. Windows of any length; qbar [N] mean of
-   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
+   the training q. Steps are those of NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of
+   friction. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
    roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no qd, every below 1, or a count as in NAME_grad; they are then untouched. */
 ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, int every,
                                   const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], roln_error *e, roln_error *joints,
