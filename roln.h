@@ -1307,8 +1307,9 @@ typedef struct {
     roln_real dt;
 } rolni_acting;
 
-/* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for differences of
-   states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing is held. */
+/* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for
+   differences of states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing
+   is held. */
 #define ROLNI_TURN 1
 #define ROLNI_SLIDE 2
 
