@@ -57,7 +57,7 @@ static roln_real *compare_torques(roln_real *x)
 static void fit_smoother(const motion *m)
 {
     int *start = room((size_t)m->samples + 1, sizeof *start), k, j;
-    roln_batch b = {.steps = WINDOW_TICKS, .stride = 1, .start = start, .q = m->q, .tau = set("torque") > 0 ? m->tau : NULL};
+    roln_batch b = {.steps = WINDOW_TICKS, .stride = 1, .start = start, .q = m->q, .tau = acts() ? m->tau : NULL};
     roln_status st;
     while ((b.count = windows(m, 0, m->trajectories, b.steps, b.steps, 0, start)) == 0 && b.steps > 4)
         b.steps /= 2;
@@ -130,7 +130,7 @@ static int smooth_forward(const motion *m, int a, int b, smoothed *at)
     int i;
     memset(&f, 0, sizeof f);
     for (i = a; i < b; i++) {
-        const roln_real *tau = i > a && m->has_tau && set("torque") > 0 ? m->tau + (i - 1) * F : NULL;
+        const roln_real *tau = i > a && acts() ? m->tau + (i - 1) * F : NULL;
         M(latent) from;
         if (i > a) {
             ahead = f, from = f.s;

@@ -130,7 +130,7 @@ static void help(void)
            "noise of a filter), OUT.check (to go on from).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be that of a regression),\n"
-           "     windows were reached (if window= is not 0), and E_q is at most half of the error of q + h qd where it can be.\n"
+           "     windows were reached (if window= is not 0), and up to look= E_q is at most half of that of q + h qd.\n"
            "     Up to window= E_q is at most 50 %%; the mean of q has 100 %%. After look= it is below 100 %%. Up to look= at\n"
            "     most one roll-out in twenty fails.\n"
            "     With torque=1 the torques of the model are off by less than the recorded torques.\n"
@@ -1317,6 +1317,8 @@ static void read_all(void)
         smoother.p.scale.m /= (roln_real)torque_scale;
         smooth_motion(&d, words[SMOOTHER].value);
         if (unseen.qd_derived) smooth_motion(&unseen, words[SMOOTHER].value);
+        drive(&d);
+        if (words[TEST].value) drive(&unseen);
     }
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)

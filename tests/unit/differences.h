@@ -7,6 +7,14 @@
 
 static roln_real theta_k[MAXP];
 
+/* NAME_write into a text [TEXT] that begins anew where text_at is set to 0. */
+enum { TEXT = 40000 };
+static size_t text_at;
+ROLN_FN void put_text(void *ctx, const char *what)
+{
+    text_at += (size_t)snprintf((char *)ctx + text_at, TEXT - text_at, "%s", what);
+}
+
 #ifdef ROLN_DOUBLE
 /* Two differences, of steps h and h / 2, against a derivative: errors of second order. */
 typedef struct {

@@ -205,17 +205,12 @@ static void test_oscillation(void)
 }
 
 /* Bytes and text name the actuators; those of others are refused. */
-static size_t text_at;
-static void put_text(void *ctx, const char *what)
-{
-    text_at += (size_t)snprintf((char *)ctx + text_at, 40000 - text_at, "%s", what);
-}
 static void test_kept(void)
 {
     static arm_params p, q;
     static arm_init_work w;
     static unsigned char bytes[arm_packed_size];
-    static char text[40000];
+    static char text[TEXT];
     roln_model other = arm_model;
     uint64_t seed = 5;
     roln_real gain[2], damping[2], offset[2];

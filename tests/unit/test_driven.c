@@ -130,17 +130,12 @@ static void test_losses(int k, uint64_t *seed)
 }
 
 /* Bytes and text name the driven joints; those of a model without them are refused. */
-static size_t text_at;
-static void put_text(void *ctx, const char *what)
-{
-    text_at += (size_t)snprintf((char *)ctx + text_at, 40000 - text_at, "%s", what);
-}
 static void test_kept(void)
 {
     static pendulum_params p, q;
     static pendulum_init_work w;
     static unsigned char bytes[pendulum_packed_size];
-    static char text[40000];
+    static char text[TEXT];
     roln_model other = pendulum_model;
     uint64_t seed = 5;
     CHECK_OK(pendulum_init(&p, &seed, &w));
