@@ -19,6 +19,8 @@
        #define ROLN_FRICTION 0                1: learned dry friction c_j tanh(zd_j / v_j) of each latent coordinate; 2: its level
                                               also depends on direction, low velocity (Stribeck) and gravity (roln_friction);
                                               default 0
+       #define ROLN_STICTION 0                1: dry friction can hold a joint exactly, in NAME_step, NAME_linear and all
+                                              that predicts with them. Needs ROLN_FRICTION. Training is the same
        #define ROLN_ANGLES  1, 0              for each joint, 1: it is an angle in radians and may turn round, 0: it is not; without
                                               autoencoder, at most 31 joints; default: none is
        #define ROLN_SCALE   each              each joint has a unit of its own, fitted to its motion: for joints of different kinds,
@@ -1308,12 +1310,17 @@ typedef struct {
     roln_real dt;
 } rolni_acting;
 
-/* The same as a torque tau [force_size], NULL: none. turn: angles far out are brought within (-pi, pi] first; else they stay on
-   their turns, for differences of states. */
+/* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for
+   differences of states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing
+   is held. */
+#define ROLNI_TURN 1
+#define ROLNI_SLIDE 2
+
+/* The same as a torque tau [force_size], NULL: none, and how. */
 typedef struct {
     const roln_real *tau, *load;
     roln_real dt;
-    int turn;
+    int how;
 } rolni_push;
 
 /* Derivatives of a step by its state, A [2n][2n], and by its torque, B [2n][force_size], or by its load, L [2n][n]; B, L NULL:
@@ -2484,6 +2491,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_FRICTION
 #define ROLN_FRICTION 0
 #endif
+#ifndef ROLN_STICTION
+#define ROLN_STICTION 0
+#endif
 #ifndef ROLN_ANGLES
 #define ROLN_ANGLES 0
 #endif
@@ -2626,6 +2636,10 @@ ROLNI_INTS
     ROLN_(dissipation) = ROLNI_DISSIPATION_JAC_WORK(ROLN_),
     ROLN_(zdd_jac) = ROLN_LNN_ZDD_JAC_WORK(ROLN_),
     ROLN_(midpoint_row) = ROLNI_MIDPOINT_ROW_WORK(ROLN_),
+    ROLN_(jac_tau) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(force_size)),
+    ROLN_(jac_load) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(load) * ROLN_(n)),
+    ROLN_(stick_slopes) = ROLNI_STICK_SLOPES_WORK(ROLN_),
+    ROLN_(advance_1) = (ROLN_STICTION) > 0 ? ROLN_LNN_STICK_WORK(ROLN_, ROLN_(step_once_1), 1) : ROLN_(step_once_1),
     /* tapes and steps of a block of states: once, kept for a backward, the backward; mid: of the midpoint rule, which the
        variational loss takes */
     ROLN_(once_tape) = ROLN_LNN_TAPE(ROLN_, 1, 0, ROLN_BLOCK),
@@ -2635,6 +2649,7 @@ ROLNI_INTS
     ROLN_(stage_once) = ROLNI_STAGE_WORK(ROLN_, 0, ROLN_BLOCK),
     ROLN_(midpoint_once) = ROLNI_MIDPOINT_WORK(ROLN_, 0, ROLN_BLOCK),
     ROLN_(step_once) = ROLNI_STEP_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_BLOCK, ROLN_(stage_once), ROLN_(midpoint_once)),
+    ROLN_(advance) = (ROLN_STICTION) > 0 ? ROLN_LNN_STICK_WORK(ROLN_, ROLN_(step_once), ROLN_BLOCK) : ROLN_(step_once),
     ROLN_(mid_once) = ROLNI_STEP_WORK(ROLN_, ROLN_MIDPOINT, ROLN_BLOCK, 0, ROLN_(midpoint_once)),
     ROLN_(start_once) = ROLN_LNN_START_WORK(ROLN_, 0, ROLN_BLOCK),
     ROLN_(stage_kept) = ROLNI_STAGE_WORK(ROLN_, 1, ROLN_BLOCK),
@@ -2686,6 +2701,9 @@ ROLNI_ASSERT(inputs_are_0_with_an_actuator, (ROLN_INPUTS) == 0 || ROLN_(actuator
 ROLNI_ASSERT(base_is_0_or_1, (ROLN_BASE) * (ROLN_BASE) == (ROLN_BASE))
 ROLNI_ASSERT(damping_is_0_1_or_2, (ROLN_DAMPING) >= 0 && (ROLN_DAMPING) <= 2)
 ROLNI_ASSERT(friction_is_0_1_or_2, (ROLN_FRICTION) >= 0 && (ROLN_FRICTION) <= 2)
+ROLNI_ASSERT(stiction_is_0_or_1, (ROLN_STICTION) * (ROLN_STICTION) == (ROLN_STICTION))
+ROLNI_ASSERT(stiction_needs_friction, (ROLN_STICTION) == 0 || (ROLN_FRICTION) > 0)
+ROLNI_ASSERT(stiction_takes_no_driven_joints, (ROLN_STICTION) == 0 || ROLN_(driven) == 0)
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(delay_must_not_be_negative, (ROLN_DELAY) >= 0)
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
@@ -2773,17 +2791,23 @@ typedef struct {
     {ROLN_(mlp_layers), \
      {ROLN_(into), ROLN_(H1), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
       ROLNI_OR(ROLN_(H5), out), out}}
+#define ROLNI_LNN_OF(friction) \
+    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers), \
+     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
+     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
+     friction, ROLN_(driven)}
 static const roln_model ROLN_(model) = {
     {ROLN_(ae_layers),
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
       ROLN_(N6), ROLN_(N7), ROLN_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_QUANTISE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLN_(degree),
      ROLN_(monomials)},
-    {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers),
-     ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR),
-     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles),
-     ROLN_FRICTION, ROLN_(driven)},
+    ROLNI_LNN_OF(ROLN_FRICTION),
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own), ROLN_(actuator)};
+#if ROLN_STICTION > 0
+static const roln_lnn ROLNI_(sticking) = ROLNI_LNN_OF(-(ROLN_FRICTION)); /* for steps whose dry friction can hold */
+#endif
+#undef ROLNI_LNN_OF
 #undef ROLNI_MLP_OF
 
 /* ---- 10 a control tick ----------------------------------------------------------------------- */
@@ -3825,8 +3849,19 @@ ROLN_FN void ROLNI_(drive_load)(const ROLN_(params) *p, const roln_real *load, i
 typedef struct {
     roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)]; /* the state and the force in units of the networks */
     ROLNI_(force_work) force;
-    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_(step_once_1)];
+    roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_(advance_1)];
 } ROLN_(step_work);
+
+/* One step of h of the states s [2][nb][n], in units of the networks, in place: roln_lnn_step, with ROLN_STICTION
+   roln_lnn_stick. */
+ROLN_FN roln_status ROLNI_(advance)(const roln_system *sys, int nb, roln_real h, roln_real *s, roln_real *tape, roln_real *work)
+{
+#if ROLN_STICTION > 0
+    return roln_lnn_stick(&ROLNI_(sticking), sys, ROLN_(model).scheme, nb, h, s, s, tape, work);
+#else
+    return roln_lnn_step(&ROLN_(model).lnn, sys, ROLN_(model).scheme, 0, nb, h, s, s, tape, work);
+#endif
+}
 
 /* NAME_step of z, zd under a push. */
 ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real *zd, const rolni_push *by, ROLN_(step_work) *w)
@@ -3845,8 +3880,8 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
         w->held[i] = by->tau ? by->tau[i] * unit : 0;
     if (by->tau) ROLNI_(own_inputs)(p, 1, w->held);
     ROLNI_(net_state)(p, z, zd, s);
-    if (by->turn) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = roln_lnn_step(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, 0, 1, by->dt / t, s, s, w->tape, w->work);
+    if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
+    st = ROLNI_(advance)(&d.sys, 1, by->dt / t, s, w->tape, w->work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         s[n + i] /= t;
@@ -3859,12 +3894,14 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
 /* Advances s by dt seconds, one step of the model's integrator, under the force tau [N] on q (or inputs u), held over the step;
    NULL: 0. Of a driven joint tau is the acceleration. A servo follows its position u with its force at every state within the
    step. s stays as it was unless ROLN_OK. An angle that is more than two turns, 4 pi, from 0 is brought within (-pi, pi] first, so
-   that motion is the same on every turn (held by test_sums.c: test_turns). Status of roln_lnn_step, ROLN_E_NOT_FINITE. */
+   that motion is the same on every turn (held by test_sums.c: test_turns). With ROLN_STICTION a joint that dry friction holds has
+   zd = 0 exactly and keeps its z to the bit (roln_lnn_stick); a negative dt is then ROLN_E_RANGE. Status of roln_lnn_step, with
+   ROLN_STICTION of roln_lnn_stick; ROLN_E_NOT_FINITE. */
 ROLN_FN roln_status ROLN_(step)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
                                 ROLN_(step_work) *w)
 {
     rolni_push by;
-    by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1;
+    by.tau = tau, by.load = NULL, by.dt = dt, by.how = ROLNI_TURN;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(step)(p, s->z, s->zd, &by, w);
 }
@@ -3888,7 +3925,7 @@ ROLN_FN roln_status ROLN_(ahead)(const ROLN_(params) *p, const roln_limits *limi
     rolni_push by;
     int h, i;
     if (ROLN_(params_mismatch)(p) || !rolni_motors_valid(&ROLN_(model), motors)) return ROLN_E_SHAPE;
-    by.load = load, by.dt = limits->dt, by.turn = 1;
+    by.load = load, by.dt = limits->dt, by.how = ROLNI_TURN;
     w->s = *s;
     for (h = 0; h < ROLN_(delay); h++) {
         const roln_real *const coming = ROLNI_COMING(g, h);
@@ -3948,8 +3985,34 @@ typedef struct {
     roln_real tape[ROLN_JAC_TAPES(ROLNI_INT(ROLN_(scheme))) * ROLN_LNN_TAPE(ROLN_, 1, 1, 1)];
 } ROLNI_(linear_base);
 
-/* NAME_linear of z, zd under a push; B, L of `to` NULL: not wanted. J [2n + wanted][2n], work [ROLN_LNN_STEP_JAC_WORK]; wanted:
-   columns of B or L. */
+/* One step of h of a state s [2n], in place, and its derivatives J [2n + wanted][2n]: roln_lnn_step_jac, with ROLN_STICTION
+   roln_lnn_stick_jac. slide: those of the step without dry friction. ROLNI_ADVANCE_JAC_WORK(step): numbers of work, where
+   roln_lnn_step_jac takes `step`. */
+#if ROLN_STICTION > 0
+#define ROLNI_ADVANCE_JAC_WORK(step) ROLN_MAX(ROLN_LNN_STICK_JAC_WORK(ROLN_, step), ROLN_(advance_1))
+#else
+#define ROLNI_ADVANCE_JAC_WORK(step) (step)
+#endif
+ROLN_FN roln_status ROLNI_(advance_jac)(const roln_system *sys, int slide, int wanted, roln_real h, roln_real *s, roln_real *J,
+                                        roln_real *tape, roln_real *work)
+{
+#if ROLN_STICTION > 0
+    const roln_lnn *const f = &ROLNI_(sticking);
+    const int scheme = ROLN_(model).scheme;
+    roln_real from[2 * ROLN_(n)];
+    roln_status st;
+    if (!slide) return roln_lnn_stick_jac(f, sys, scheme, wanted, h, s, s, J, tape, work);
+    rolni_copy(2 * ROLN_(n), s, from);
+    st = roln_lnn_stick(f, sys, scheme, 1, h, s, s, tape, work);
+    return st == ROLN_OK ? roln_lnn_step_jac(f, sys, scheme, wanted, h, from, from, J, tape, work) : st;
+#else
+    (void)slide;
+    return roln_lnn_step_jac(&ROLN_(model).lnn, sys, ROLN_(model).scheme, wanted, h, s, s, J, tape, work);
+#endif
+}
+
+/* NAME_linear of z, zd under a push; B, L of `to` NULL: not wanted. J [2n + wanted][2n], work [ROLNI_ADVANCE_JAC_WORK];
+   wanted: columns of B or L. */
 ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_real *zd, const rolni_push *by,
                                    const rolni_slopes *to, ROLNI_(linear_base) *w, roln_real *J, roln_real *work)
 {
@@ -3972,8 +4035,8 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
         held[i] = by->tau ? by->tau[i] * unit : 0;
     ROLNI_(own_inputs)(p, 1, held);
     ROLNI_(net_state)(p, z, zd, s);
-    if (by->turn) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = roln_lnn_step_jac(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, wanted, by->dt / t, s, s, J, w->tape, work);
+    if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
+    st = ROLNI_(advance_jac)(&d.sys, by->how & ROLNI_SLIDE, wanted, by->dt / t, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
@@ -4002,11 +4065,12 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
 typedef struct {
     ROLNI_(linear_base) base;
     roln_real J[(2 * ROLN_(n) + ROLN_(force_size)) * 2 * ROLN_(n)];
-    roln_real work[ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(force_size))];
+    roln_real work[ROLNI_ADVANCE_JAC_WORK(ROLN_(jac_tau))];
 } ROLN_(linear_work);
 
 /* NAME_step and its derivatives, for LQR, EKF and MPC: j->A = d(z,zd)+ / d(z,zd) [2n][2n], j->B = d(z,zd)+ / d tau
-   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. s and j stay as they were unless ROLN_OK. Status
+   [2n][force_size], or by the inputs. Of a driven joint tau is its acceleration. With ROLN_STICTION the coordinates that this step
+   holds stay held: their rows zd+ of A and B are 0. s and j stay as they were unless ROLN_OK. Status
    of NAME_step; ROLN_E_NOT_FINITE also if A or B is not finite, ROLN_E_ILL_CONDITIONED of roln_lnn_step_jac. Cost, all derivatives
    of a stage at once: about two steps with n = 2, three with n = 4, four with n = 6. */
 ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, const roln_real tau[ROLN_(force_size)], roln_real dt,
@@ -4014,7 +4078,7 @@ ROLN_FN roln_status ROLN_(linear)(const ROLN_(params) *p, ROLN_(latent) *s, cons
 {
     rolni_push by;
     rolni_slopes to;
-    by.tau = tau, by.load = NULL, by.dt = dt, by.turn = 1;
+    by.tau = tau, by.load = NULL, by.dt = dt, by.how = ROLNI_TURN;
     to.A = j->A, to.B = j->B, to.L = NULL;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return ROLNI_(linear)(p, s->z, s->zd, &by, &to, &w->base, w->J, w->work);
@@ -4066,9 +4130,9 @@ ROLN_FN roln_status ROLNI_(dynamics)(const ROLN_(params) *p, const roln_real *z,
 }
 
 /* The terms of M zdd + c + g + d = tau_z at s: M [n][n], c = C zd, g, d = R zd and friction [n], kinetic and potential energy T, V.
-   With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If no force did work in training, all of them, and forces with
-   them, share one unknown factor. e is untouched unless ROLN_OK. Status of roln_lnn_dynamics; ROLN_E_NOT_FINITE also if a term is
-   not finite in these units. */
+   d has the smooth law of dry friction, with ROLN_STICTION, too. With E = T + V the power balance is dE/dt = zd^T (tau_z - d). If
+   no force did work in training, all of them, and forces with them, share one unknown factor. e is untouched unless ROLN_OK. Status
+   of roln_lnn_dynamics; ROLN_E_NOT_FINITE also if a term is not finite in these units. */
 ROLN_FN roln_status ROLN_(dynamics)(const ROLN_(params) *p, const ROLN_(latent) *s, ROLN_(equation) *e, ROLN_(dynamics_work) *w)
 {
     roln_dynamics_out out;
@@ -4122,6 +4186,9 @@ ROLN_FN roln_status ROLN_(friction_law)(const ROLN_(params) *p, roln_friction la
 #endif
 #else
 ROLNI_ASSERT(friction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_FRICTION) == 0)
+#endif
+#if !(ROLN_STICTION > 0)
+ROLNI_ASSERT(stiction_must_be_a_number_that_the_preprocessor_can_read, (ROLN_STICTION) == 0)
 #endif
 
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
@@ -4235,7 +4302,7 @@ ROLN_FN roln_status ROLNI_(linear_motors)(const ROLN_(params) *p, const rolni_ac
     rolni_push push;
     rolni_slopes to;
     roln_status st;
-    push.tau = rolni_motors_tau(N, f, by->u, w->tau), push.load = by->load, push.dt = by->dt, push.turn = 0;
+    push.tau = rolni_motors_tau(N, f, by->u, w->tau), push.load = by->load, push.dt = by->dt, push.how = ROLNI_SLIDE;
     to.A = A, to.B = w->F, to.L = NULL;
     st = ROLNI_(linear)(p, s, s + n, &push, &to, &w->linear.base, w->linear.J, w->linear.work);
     if (st != ROLN_OK) return st;
@@ -4323,8 +4390,8 @@ typedef struct {
    s = [z; zd], a pose has zd = 0; u [count] the motors' torques there, held over a step, NULL: none. K, P are untouched unless
    ROLN_OK. ROLN_E_NO_CONVERGENCE: the motors cannot stabilise it, or no joint that weighs sees what has to be stabilised;
    ROLN_E_NOT_SPD: a weight of the motors is not above 0, or one of the joints is below; ROLN_E_LENGTH: motors;
-   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of NAME_linear, roln_dare. Dry friction is left out, it is no damping. Cost:
-   NAME_linear and roln_dare of 2n. */
+   ROLN_E_RANGE: dt; ROLN_E_NOT_FINITE: P; status of NAME_linear, roln_dare. Dry friction is left out, it is no damping; with
+   ROLN_STICTION A and B are those of a step without it. Cost: NAME_linear and roln_dare of 2n. */
 ROLN_FN roln_status ROLN_(lqr)(const ROLN_(params) *p, const roln_cost *cost, const ROLN_(latent) *s, const roln_real *u,
                                roln_real *K, roln_real *P, ROLN_(lqr_work) *w)
 {
@@ -4397,7 +4464,7 @@ typedef struct {
         struct {
             ROLNI_(linear_base) base;
             roln_real J[(2 + ROLN_(load)) * ROLN_(n) * 2 * ROLN_(n)];
-            roln_real work[ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(load) * ROLN_(n))];
+            roln_real work[ROLNI_ADVANCE_JAC_WORK(ROLN_(jac_load))];
         } linear;
         ROLNI_(pose_work) pose;
         ROLNI_(unknown_work) unknown;
@@ -4476,7 +4543,7 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     rolni_slopes to;
     roln_status st;
     int i, k;
-    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.turn = 0;
+    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.how = 0;
     to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : NULL;
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
     for (i = 0; i < n && st == ROLN_OK; i++)
@@ -4876,7 +4943,7 @@ ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g,
     const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), rated = rolni_rated(g->limits);
     rolni_push by;
     int k, i, j;
-    by.load = g->load, by.dt = g->dt, by.turn = 0;
+    by.load = g->load, by.dt = g->dt, by.how = 0;
     *cost = 0;
     rolni_copy(n2, w->s0, w->s1);
     for (k = 0; k < ROLN_(steps); k++) {
@@ -4944,18 +5011,19 @@ ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal 
 }
 
 /* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set plan->plan.valid
-   to 0 before the next: torques u_k that take the state s where the goal wants it, within the limits of the motors,
-   at the least cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what
-   that gives for u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by
-   half, and by a quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with
-   which the next call goes on (real-time iteration). The first plan starts from hold, and so does one after a failure. Angles of
-   a plan go on from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi].
-   ROLN_OK: *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no
-   new one: the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it
-   is. ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the
-   range seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits
-   of the solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never
-   reached may be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
+   to 0 before the next: torques u_k that take the state s where the goal wants it, within the limits of the motors, at the least
+   cost over steps of dt. It starts from the last plan with its feedback, linearises the model along it, solves what that gives for
+   u (roln_ocp_solve), and lets the model move by it, with feedback; if that costs more than the last plan does, by half, and by a
+   quarter of it: one iteration of Newton's method without second derivatives of the model (Gauss-Newton), with which the next call
+   goes on (real-time iteration). With ROLN_STICTION states are those of NAME_step, and derivatives are those without dry friction,
+   because a joint that is held has none. The first plan starts from hold, and so does one after a failure. Angles of a plan go on
+   from those of s without a break; an angle of s that is more than two turns from 0 is first brought within (-pi, pi]. ROLN_OK:
+   *plan is the new plan, or the last one, a step on, or hold, where the model finds none that is better. Else there is no new one:
+   the last one has become a step older, or, at its end, is no longer known; parameters that do not match leave it as it is.
+   ROLN_E_RANGE: dt, limits (a tau of 0, too: leave out the column of B of a motor that is off), or all ways lead out of the range
+   seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
+   solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
+   be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
    test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three
    times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
@@ -5032,8 +5100,8 @@ typedef struct {
 } ROLN_(plan_linear_work);
 
 /* The plan as others' solvers take it, s_k+1 = A_k s_k + B_k u_k + c_k: A [steps][2n][2n], B [steps][2n][motors], c [steps][2n], by
-   rows, exact about the plan; joints' angles on the turns of the plan. ROLN_E_LENGTH: there is no plan, or motors;
-   ROLN_E_NOT_FINITE: B or c; status of NAME_linear; then they hold no result. */
+   rows, exact about the plan; A and B with ROLN_STICTION those without dry friction; joints' angles on the turns of the plan.
+   ROLN_E_LENGTH: there is no plan, or motors; ROLN_E_NOT_FINITE: B or c; status of NAME_linear; then they hold no result. */
 ROLN_FN roln_status ROLN_(plan_linear)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(plan) *plan, roln_real *A,
                                        roln_real *B, roln_real *c, ROLN_(plan_linear_work) *w)
 {
@@ -5072,7 +5140,7 @@ typedef struct {
         struct {
             roln_real decoder[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 1 + ROLN_(servo), ROLN_BLOCK))];
             roln_real reduce[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
-            roln_real tape[ROLN_(once_tape)], work[ROLN_(step_once)];
+            roln_real tape[ROLN_(once_tape)], work[ROLN_(advance)];
         } step;
     } u;
 } ROLN_(errors_work);
@@ -5115,7 +5183,8 @@ ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_re
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
    2 every ..: e [steps/every + 1], joints [steps/every + 1][N] out, NULL: not wanted. Windows of any length; qbar [N] mean of
-   the training q. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
+   the training q. Steps are those of NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of
+   friction. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
    roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no qd, every below 1, or a count as in NAME_grad; they are then untouched. */
 ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, int every,
                                   const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], roln_error *e, roln_error *joints,
@@ -5139,8 +5208,7 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
             roln_status st = ROLN_OK;
             if (k > 0) {
                 ROLNI_(gather_held)(p, b, from, now, k - 1, w->held);
-                st = roln_lnn_step(&ROLN_(model).lnn, &d.sys, ROLN_(model).scheme, 0, now, dt / sc->t, w->s, w->s, w->u.step.tape,
-                                   w->u.step.work);
+                st = ROLNI_(advance)(&d.sys, now, dt / sc->t, w->s, w->u.step.tape, w->u.step.work);
                 if (st != ROLN_OK) return st;
                 rolni_turn_back(&ROLN_(model).lnn, now, w->s);
             }
@@ -6758,6 +6826,8 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_EIGENVALUE_FLOOR
 #undef ROLN_DAMPING
 #undef ROLN_FRICTION
+#undef ROLN_STICTION
+#undef ROLNI_ADVANCE_JAC_WORK
 #undef ROLN_ANGLES
 #undef ROLN_SCALE
 #undef ROLNI_EACH

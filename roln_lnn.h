@@ -18,7 +18,7 @@
    2 shape and layout    sizes, where the parts of theta lie, the tape
    3 mass matrix         from u to M and back, row by row
    4 mechanics           one sweep forward, one back; forward and inverse dynamics, terms
-   5 integrators         explicit Euler, Runge-Kutta, variational midpoint; the start from two positions
+   5 integrators         explicit Euler, Runge-Kutta, variational midpoint; steps with stiction; the start from two positions
 
    Samples come in blocks of nb rows, state s = [z; zd] as [2][nb][n]. Forward functions fill a tape; backward functions
    read the tape, add to their outputs and skip those that are NULL. Complete without roln.h. */
@@ -276,13 +276,14 @@ typedef struct {
     roln_mlp damper_net;    /* z -> L, ROLN_TRI(n) outputs, and W [n][n] behind them if damping is 2 */
     uint32_t angles;        /* bit j: z_j is an angle in radians, on the circle. Then n <= ROLN_ANGLES_MAX, and the networks
                                have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
-    int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law */
+    int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law;
+                               -1, -2: their numbers are in theta and no such force is in d: see roln_lnn_stick */
     int driven;             /* the accelerations of the last `driven` coordinates are prescribed; not by the midpoint rule */
 } roln_lnn;
 
 /* Outputs of the damper network, and numbers of the law of friction, of which there are n. */
 #define ROLNI_DAMPER(damping, n) (((damping) > 0) * ROLN_TRI(n) + ((damping) > 1) * (n) * (n))
-#define ROLNI_LAW(friction) ((friction) > 1 ? 6 : (friction) > 0 ? 2 : 0)
+#define ROLNI_LAW(friction) ((friction) > 1 || (friction) < -1 ? 6 : (friction) != 0 ? 2 : 0)
 
 #define ROLN_ANGLES_MAX 31
 
@@ -451,7 +452,7 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
    what the derivatives of a step take,
        stage_1     ROLNI_STAGE_WORK(S, 1, 1)           step_1      ROLN_LNN_STEP_WORK(S, scheme, 1, 1)
        dissipation ROLNI_DISSIPATION_JAC_WORK(S)       zdd_jac     ROLN_LNN_ZDD_JAC_WORK(S)
-       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)
+       midpoint_row ROLNI_MIDPOINT_ROW_WORK(S)         stick_slopes ROLNI_STICK_SLOPES_WORK(S)
    and no more of them than a macro needs. */
 
 /* Kept of an SPD layer, its output included: at the matrix, and for each direction. */
@@ -1367,7 +1368,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
             rolni_damping(f, &t, r, work);
-            if (f->friction && wanted >= ROLNI_LOSS(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
+            if (f->friction > 0 && wanted >= ROLNI_LOSS(f->friction)) rolni_friction(f, theta + rolni_friction_at(f), &t, r);
         }
     }
     if (wanted < ROLNI_GRADIENT) return ROLN_OK;
@@ -1542,7 +1543,7 @@ ROLN_FN void rolni_adjoint(const roln_lnn *f, int nb, const roln_real *theta, co
     }
     if (k > 0) rolni_potential_bwd(f, nb, theta, &t, a, g, gtheta, work);
     if (k > 0 && f->damping) rolni_damping_bwd(f, nb, theta, &t, of->a, g, k == 2 ? gx + 2 * nb * n : gzd, gtheta, work);
-    if (k > 0 && f->friction)
+    if (k > 0 && f->friction > 0)
         rolni_friction_bwd(f, nb, law, &t, of->a, k == 2 ? gx + 2 * nb * n : gzd, gtheta ? gtheta + rolni_friction_at(f) : NULL);
     if (f->angles) rolni_see_bwd(f, k, nb, rolni_into(f, 1, nb, &t), along, gy, gx);
     if (gtheta) {
@@ -1941,7 +1942,7 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
 {
     const int n = f->n, nn = n * n, damper = ROLNI_DAMPER(f->damping, n);
     int i, j;
-    if (f->friction) {
+    if (f->friction > 0) {
         roln_real *one = work, *slope = one + n;
         for (i = 0; i < n; i++)
             one[i] = 1, slope[i] = 0;
@@ -1971,19 +1972,19 @@ ROLN_FN void rolni_dissipation_jac(const roln_lnn *f, const roln_real *theta, co
     }
 }
 
-/* W [n][n] = M^-1 at a tape of one state. work [2 n n]. */
-ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, roln_real *W, roln_real *work)
+/* W [n][n] = M^-1 of row r of a tape. work [2 n n]. */
+ROLN_FN void rolni_minv_full(const roln_lnn *f, const rolni_tape *t, int r, roln_real *W, roln_real *work)
 {
     const int n = f->n;
     int i;
     if (!rolni_formed(f)) {
-        roln_spd_form(n, t->el, t->R, W, work);
+        roln_spd_form(n, t->el + r * n, t->R + r * n * n, W, work);
         return;
     }
     for (i = 0; i < n; i++) {
         rolni_zero(n, W + i * n);
         W[i * (n + 1)] = 1;
-        rolni_minv(f, t, 0, W + i * n, W + i * n, work);
+        rolni_minv(f, t, r, W + i * n, W + i * n, work);
     }
 }
 
@@ -2001,7 +2002,7 @@ ROLN_FN void roln_lnn_zdd_jac(const roln_lnn *f, const roln_real *theta, roln_re
     int i, j;
     rolni_motion_jac(f, 2, theta, &t, D, work);
     rolni_dissipation_jac(f, theta, &t, D, work);
-    rolni_minv_full(f, &t, W, work);
+    rolni_minv_full(f, &t, 0, W, work);
     for (j = n - f->driven; j < n; j++) {
         for (i = 0; i < n; i++)
             W[j * n + i] = -t.M[j * n + i];
@@ -2462,7 +2463,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
         Q[i] -= h / 2 * Fz[i];
         P[i] = h / 2 * (Q[i] - Fv[i]);
     }
-    rolni_minv_full(f, &tm, W, work);
+    rolni_minv_full(f, &tm, 0, W, work);
     roln_mm(n, n, n, P, W, A);
     for (i = 0; i < n; i++)
         A[i * (n + 1)] += 1;
@@ -2489,7 +2490,7 @@ ROLN_FN roln_status rolni_midpoint_jac(const roln_lnn *f, const roln_system *sys
     for (i = 0; i < rows * n; i++) /* z+ */
         v[i] = h * v[i] + (i < nn && i % (n + 1) == 0);
     rolni_mm(rows, n, n, v, ROLNI_AS(size_t, n), 1, N1, 1, R);
-    rolni_minv_full(f, &t1, W, work);
+    rolni_minv_full(f, &t1, 0, W, work);
     for (j = 0; j < rows; j++) {
         rolni_copy(n, v + j * n, J + 2 * j * n);
         roln_mm(1, n, n, R + j * n, W, J + 2 * j * n + n);
@@ -2579,6 +2580,252 @@ ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys,
         if (!roln_all_finite(n2, next)) return ROLN_E_NOT_FINITE;
         rolni_copy(n2, next, sn);
     }
+    return ROLN_OK;
+}
+
+/* Stiction. roln_lnn_step without dry friction takes z, zd to z_f, v_f. Then an impulse lambda of dry friction acts,
+       v+ = v_f - W lambda,   W = M^-1 at z_f,   low <= lambda <= high,
+       v+_j >= 0 if lambda_j = high_j,   v+_j <= 0 if lambda_j = low_j,   else v+_j = 0: friction holds coordinate j.
+   high and -low are h times the levels of the law forward and backward. lambda minimises 1/2 lambda^T W lambda - lambda^T v_f
+   within the bounds, which is the change of the kinetic energy. The minimum is unique, since W is positive definite. */
+
+#define ROLNI_STICK_ROUNDS 8 /* of the search for the coordinates that friction holds */
+#define ROLNI_STICK_SWEEPS 2 /* of projected Gauss-Seidel in a round */
+
+/* The bounds low, high [n] of row r of a tape at z_f. law: numbers of friction. zd [n]: the velocities at which the step begins.
+   With law 2 the excess s (1 - Y^2) is that of zd, and the load |g| is that of z_f. */
+ROLN_FN void rolni_stick_bounds(const roln_lnn *f, const roln_real *law, const rolni_tape *t, int r, roln_real h,
+                                const roln_real *zd, roln_real *low, roln_real *high)
+{
+    const int n = f->n;
+    int i;
+    for (i = 0; i < n; i++) {
+        if (f->friction < -1) {
+            const rolni_law o = rolni_law_of(n, i, law, zd[i], t->g[r * n + i]);
+            high[i] = h * (o.c * (1 + o.a) + o.s + o.l);
+            low[i] = -h * (o.c * (1 - o.a) + o.s + o.l);
+        } else {
+            high[i] = h * roln_exp(law[i]);
+            low[i] = -high[i];
+        }
+    }
+}
+
+/* 1 if friction holds a coordinate: its impulse is within the bounds. */
+ROLNI_INLINE int rolni_sticks(roln_real low, roln_real high, roln_real lambda)
+{
+    return low < lambda && lambda < high;
+}
+
+/* mu [n] becomes the impulse of the held coordinates for which their v+ is 0, W_hh mu = v_h - W_hs lambda_s. The others keep
+   lambda_s, and their mu is 0. A [n][n] becomes the Cholesky factor of W_hh, with rows of I for the others. Status of roln_chol. */
+ROLN_FN roln_status rolni_stick_solve(int n, const roln_real *W, const roln_real *v, const roln_real *low, const roln_real *high,
+                                      const roln_real *lambda, roln_real *A, roln_real *mu)
+{
+    roln_status st;
+    int i, j;
+    for (i = 0; i < n; i++) {
+        const int held = rolni_sticks(low[i], high[i], lambda[i]);
+        mu[i] = held ? v[i] : 0;
+        for (j = 0; j < n; j++) {
+            const int both = held && rolni_sticks(low[j], high[j], lambda[j]);
+            A[i * n + j] = both ? W[i * n + j] : i == j;
+            if (held && !both) mu[i] -= W[i * n + j] * lambda[j];
+        }
+    }
+    if ((st = roln_chol(n, A, A)) != ROLN_OK) return st;
+    roln_solve_lower(n, A, mu, mu);
+    roln_solve_lower_t(n, A, mu, mu);
+    return ROLN_OK;
+}
+
+/* The part of the way from lambda to mu at which a coordinate meets a bound; 2: it meets none. */
+ROLNI_INLINE roln_real rolni_stick_way(roln_real low, roln_real high, roln_real lambda, roln_real mu)
+{
+    return mu >= high ? (high - lambda) / (mu - lambda) : mu <= low ? (low - lambda) / (mu - lambda) : 2;
+}
+
+/* lambda [n] for the velocity v [n] = v_f. Each round has a few sweeps of projected Gauss-Seidel. They find which coordinates are
+   held. Then lambda moves towards the exact minimum over the held ones. A coordinate that meets its bound on the way stops there
+   and slides, and the others go on. No part of a round lets the minimised sum grow, so the impulse takes kinetic energy even if the
+   search is not at its end. A becomes the factor of rolni_stick_solve for the coordinates that are held in the end. mu [n]:
+   scratch. */
+ROLN_FN roln_status rolni_stick_impulse(int n, const roln_real *W, const roln_real *v, const roln_real *low, const roln_real *high,
+                                        roln_real *lambda, roln_real *A, roln_real *mu)
+{
+    int round, k, i, met;
+    rolni_zero(n, lambda);
+    for (round = 0; round < ROLNI_STICK_ROUNDS; round++) {
+        for (k = 0; k < ROLNI_STICK_SWEEPS * n; k++) {
+            i = k % n;
+            lambda[i] += (v[i] - roln_dot(n, W + i * n, lambda)) / W[i * (n + 1)];
+            lambda[i] = lambda[i] > high[i] ? high[i] : lambda[i] < low[i] ? low[i] : lambda[i];
+        }
+        for (k = 0, met = 1; k < n && met; k++) {
+            const roln_status st = rolni_stick_solve(n, W, v, low, high, lambda, A, mu);
+            roln_real way = 1;
+            if (st != ROLN_OK) return st;
+            for (i = 0; i < n; i++) {
+                const roln_real part = rolni_stick_way(low[i], high[i], lambda[i], mu[i]);
+                if (rolni_sticks(low[i], high[i], lambda[i])) way = ROLN_MIN(way, part);
+            }
+            for (i = 0, met = 0; i < n; i++) {
+                const int meets = rolni_stick_way(low[i], high[i], lambda[i], mu[i]) <= way;
+                if (!rolni_sticks(low[i], high[i], lambda[i])) continue;
+                if (meets) lambda[i] = mu[i] >= high[i] ? high[i] : low[i], met = 1;
+                else lambda[i] = way < 1 ? lambda[i] + way * (mu[i] - lambda[i]) : mu[i];
+            }
+        }
+    }
+    return ROLN_OK;
+}
+
+/* The impulse of row r, on its state x [4][n] = z, zd, where the step begins, and z_f, v_f, which become z+, v+. The impulse counts
+   half of the step for the position, z+ = z_f - h/2 W lambda. A held coordinate has z+_j = z_j + h/2 zd_j, so it stands if it stood
+   before. With explicit Euler z+ = z_f. The arrays of the list stay in work for derivatives. */
+#define ROLNI_STICK_MEM(X, n) X(W, (n) * (n)) X(A, (n) * (n)) X(low, n) X(high, n) X(lambda, n) X(mu, n)
+#define ROLNI_STICK_WORK(n) (0 ROLNI_STICK_MEM(ROLNI_SIZE, n) + 2 * (n) * (n))
+ROLN_FN roln_status rolni_stick(const roln_lnn *f, const roln_real *law, const rolni_tape *t, int r, int scheme, roln_real h,
+                                roln_real *x, roln_real *work)
+{
+    const int n = f->n;
+    const roln_real *const z = x, *const zd = z + n;
+    roln_real *const zf = x + 2 * n, *const v = zf + n;
+    roln_status st;
+    int i;
+    ROLNI_STICK_MEM(ROLNI_CARVE, n)
+    rolni_minv_full(f, t, r, W, work);
+    rolni_stick_bounds(f, law, t, r, h, zd, low, high);
+    if (!roln_all_finite(2 * n, low)) return ROLN_E_NOT_FINITE; /* and high */
+    if ((st = rolni_stick_impulse(n, W, v, low, high, lambda, A, mu)) != ROLN_OK) return st;
+    for (i = 0; i < n; i++) {
+        const int held = rolni_sticks(low[i], high[i], lambda[i]);
+        const roln_real lost = roln_dot(n, W + i * n, lambda);
+        if (scheme != ROLN_EULER) zf[i] = held ? z[i] + h / 2 * zd[i] : zf[i] - h / 2 * lost;
+        v[i] = held ? 0 : v[i] - lost;
+    }
+    return ROLN_OK;
+}
+
+/* roln_lnn_step with stiction: f->friction is -1 or -2, and dry friction can hold coordinates. A held coordinate has v+ = 0
+   exactly, and z+ = z if it stood before. The impulse never adds kinetic energy. Without driven coordinates. h >= 0; tape
+   [ROLN_LNN_TAPE(S, 1, 0, nb)]; no backward follows. Status of roln_lnn_step; ROLN_E_RANGE also if h is negative; ROLN_E_NOT_FINITE
+   also if a level is not finite; ROLN_E_NOT_SPD also if a block of M^-1 is not positive definite to working precision. sn may be s
+   and is written only on ROLN_OK. step: ROLN_LNN_STEP_WORK(S, scheme, 0, nb). Cost: that of a step, of a mass matrix and of
+   ROLNI_STICK_ROUNDS factors [n][n] or more, n times as many at most. */
+#define ROLN_LNN_STICK_MEM(X, S, nb) X(next, 2 * (nb) * S(n)) X(x, 4 * S(n))
+#define ROLN_LNN_STICK_WORK(S, step, nb) (0 ROLN_LNN_STICK_MEM(ROLNI_SIZE, S, nb) + ROLN_MAX(step, ROLNI_STICK_WORK(S(n))))
+ROLN_FN roln_status roln_lnn_stick(const roln_lnn *f, const roln_system *sys, int scheme, int nb, roln_real h, const roln_real *s,
+                                   roln_real *sn, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, m = nb * n, wanted = f->friction < -1 ? ROLNI_GRADIENT : ROLNI_MASS;
+    const rolni_tape t = rolni_tape_of(f, 1, 0, nb, tape);
+    roln_status st;
+    int r;
+    ROLN_LNN_STICK_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
+    if (h < 0) return ROLN_E_RANGE;
+    if ((st = roln_lnn_step(f, sys, scheme, 0, nb, h, s, next, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, 0, nb, sys->theta, next, NULL, wanted, tape, work)) != ROLN_OK) return st;
+    for (r = 0; r < m; r += n) {
+        rolni_copy(n, s + r, x);
+        rolni_copy(n, s + m + r, x + n);
+        rolni_copy(n, next + r, x + 2 * n);
+        rolni_copy(n, next + m + r, x + 3 * n);
+        st = rolni_stick(f, sys->theta + rolni_friction_at(f), &t, r / n, scheme, h, x, work);
+        if (st != ROLN_OK) return st;
+        rolni_copy(n, x + 2 * n, next + r);
+        rolni_copy(n, x + 3 * n, next + m + r);
+    }
+    if (!roln_all_finite(2 * m, next)) return ROLN_E_NOT_FINITE;
+    rolni_copy(2 * m, next, sn);
+    return ROLN_OK;
+}
+
+/* How the impulse changes at fixed v_f. With K [n][n] and fall [n] the derivatives of v+ are those of v_f plus K W by z_f, and plus
+   fall_j times row j of W by zd_j, before the held coordinates are held again:
+       row k of K: DM[e_k] W lambda - d lambda / dz_k,   fall_j = -d lambda_j / dzd_j,   d lambda of sliding coordinates only.
+   With law 2 lambda_j = +-h (.. + s (1 - Y^2) + l |g|), which gives the Hessian of V and the slope of Y^2. stick: the arrays that
+   rolni_stick has left; t: a tape at z_f with keep, filled with ROLNI_SECOND if the law is 2. */
+#define ROLNI_STICK_SLOPES_MEM(X, S) X(y, S(n)) X(H, S(n) * S(n)) X(in, S(n) * S(cossin))
+#define ROLNI_STICK_SLOPES_WORK(S) \
+    (0 ROLNI_STICK_SLOPES_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(ROLNI_MOMENTUM_JAC_WORK(S), (ROLNI_LAW(S(friction)) > 2) * ROLN_MLP_HESSIAN_WORK(S(n), S(n), S(wide))))
+ROLN_FN void rolni_stick_slopes(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, roln_real h, const roln_real *zd,
+                                roln_real *stick, roln_real *K, roln_real *fall, roln_real *work)
+{
+    const int n = f->n, cossin = rolni_cossin(f);
+    const roln_real *const law = theta + rolni_friction_at(f);
+    const roln_real *const W = stick, *const low = W + 2 * n * n, *const high = low + n, *const lambda = high + n;
+    int i, j;
+    ROLNI_STICK_SLOPES_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    for (i = 0; i < n; i++)
+        y[i] = roln_dot(n, W + i * n, lambda);
+    rolni_momentum_jac(f, theta, t, y, K, work);
+    rolni_zero(n, fall);
+    if (f->friction == -1) return;
+    rolni_zero(n * n, H);
+    if (f->angles) rolni_see_all(f, 1, t, in);
+    rolni_curvature(f, 1, 1, theta, t, f->angles ? in : NULL, NULL, H, work);
+    for (j = 0; j < n; j++) {
+        const rolni_law o = rolni_law_of(n, j, law, zd[j], t->g[j]);
+        const roln_real way = lambda[j] >= high[j] ? h : lambda[j] <= low[j] ? -h : 0;
+        const roln_real load = way * roln_exp(law[4 * n + j]) * o.sign;
+        for (i = 0; i < n; i++)
+            K[i * n + j] -= load * H[i * n + j];
+        fall[j] = way * 2 * o.s * o.Y * roln_exp(-law[3 * n + j]);
+    }
+}
+
+/* roln_lnn_stick of one state, the same bits, and its derivatives, in which the coordinates H stay held: J as roln_lnn_step_jac.
+   With a row dz, dv of the step without dry friction
+       b = dv + dz K W + ..,   dv+ = b - W_H W_HH^-1 b_H,   dz+ = dz - h/2 (dv - dv+),   with Euler dz+ = dz.
+   In H dv+ is 0 and z+_j = z_j + h/2 zd_j. tape: that of roln_lnn_step_jac. step: ROLN_LNN_STEP_JAC_WORK(S, scheme, size). Status
+   of roln_lnn_stick and of roln_lnn_step_jac. sn is written only on ROLN_OK, and only then is J of use. */
+#define ROLN_LNN_STICK_JAC_MEM(X, S) \
+    X(next, 2 * S(n)) X(x, 4 * S(n)) X(K, S(n) * S(n)) X(fall, S(n)) X(b, S(n)) X(c, S(n))
+#define ROLN_LNN_STICK_JAC_WORK(S, step) \
+    (0 ROLN_LNN_STICK_JAC_MEM(ROLNI_SIZE, S) + \
+     ROLN_MAX(step, ROLN_MAX(ROLNI_STICK_WORK(S(n)), (0 ROLNI_STICK_MEM(ROLNI_SIZE, S(n))) + S(stick_slopes))))
+ROLN_FN roln_status roln_lnn_stick_jac(const roln_lnn *f, const roln_system *sys, int scheme, int size, roln_real h,
+                                       const roln_real *s, roln_real *sn, roln_real *J, roln_real *tape, roln_real *work)
+{
+    const int n = f->n, n2 = 2 * n, wanted = f->friction < -1 ? ROLNI_SECOND : ROLNI_MASS;
+    const rolni_tape t = rolni_tape_of(f, 1, 1, 1, tape);
+    roln_status st;
+    roln_real *stick;
+    int i, r;
+    ROLN_LNN_STICK_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
+    stick = work;
+    if (h < 0) return ROLN_E_RANGE;
+    if ((st = roln_lnn_step_jac(f, sys, scheme, size, h, s, next, J, tape, work)) != ROLN_OK) return st;
+    if ((st = rolni_eval(f, 1, 1, sys->theta, next, NULL, wanted, tape, work)) != ROLN_OK) return st;
+    rolni_copy(n2, s, x);
+    rolni_copy(n2, next, x + n2);
+    if ((st = rolni_stick(f, sys->theta + rolni_friction_at(f), &t, 0, scheme, h, x, stick)) != ROLN_OK) return st;
+    if (!roln_all_finite(n2, x + n2)) return ROLN_E_NOT_FINITE;
+    {
+        ROLNI_STICK_MEM(ROLNI_CARVE, n)
+        rolni_stick_slopes(f, sys->theta, &t, h, x + n, stick, K, fall, work);
+        for (r = 0; r < n2 + size; r++) {
+            roln_real *const dz = J + r * n2, *const dv = dz + n;
+            roln_mm(1, n, n, dz, K, c);
+            if (r >= n && r < n2) c[r - n] += fall[r - n];
+            roln_mm(1, n, n, c, W, b);
+            for (i = 0; i < n; i++) {
+                b[i] += dv[i];
+                mu[i] = rolni_sticks(low[i], high[i], lambda[i]) ? b[i] : 0;
+            }
+            roln_solve_lower(n, A, mu, mu);
+            roln_solve_lower_t(n, A, mu, mu);
+            for (i = 0; i < n; i++) {
+                const int held = rolni_sticks(low[i], high[i], lambda[i]);
+                const roln_real now = held ? 0 : b[i] - roln_dot(n, W + i * n, mu);
+                if (scheme != ROLN_EULER) dz[i] = held ? (r == i) + (r == n + i) * (h / 2) : dz[i] - h / 2 * (dv[i] - now);
+                dv[i] = now;
+            }
+        }
+    }
+    rolni_copy(n2, x + n2, sn);
     return ROLN_OK;
 }
 

@@ -53,6 +53,16 @@
 #define ROLN_GN_ROWS 20
 #include "roln.h"
 
+#define ROLN_NAME seven
+#define ROLN_AE 3
+#define ROLN_MLP 4
+#define ROLN_FRICTION 2
+#define ROLN_STICTION 1
+#define ROLN_LOAD 1
+#define ROLN_DELAY 2
+#define ROLN_PLAN 4, 2
+#include "roln.h"
+
 #ifndef ROLN_DOUBLE
 #define ROLN_NAME four
 #define ROLN_AE 6, 3

@@ -29,7 +29,8 @@ static struct {
 static struct {
     int n, base, damping, damper, friction, cossin, cholesky, formed, hidden, wide, layers;
     int row_mass, row_dm, row_bwd, row_bwd_0, row_bwd_1, row_bwd_2, row_jac_1, row_jac_2;
-    int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1, stage_1, step_1, dissipation, zdd_jac, midpoint_row;
+    int row_mass_0, row_gradient_0, row_gradient_1, row_all_0, row_all_1;
+    int stage_1, step_1, dissipation, zdd_jac, midpoint_row, stick_slopes;
 } sz;
 #define SZ(x) sz.x
 
@@ -57,10 +58,17 @@ ROLN_FN void set_sizes(const roln_lnn *f)
     sz.row_all_0 = ROLNI_ALL_ROW_WORK(SZ, 0), sz.row_all_1 = ROLNI_ALL_ROW_WORK(SZ, 1);
     sz.stage_1 = ROLNI_STAGE_WORK(SZ, 1, 1), sz.dissipation = ROLNI_DISSIPATION_JAC_WORK(SZ);
     sz.zdd_jac = ROLN_LNN_ZDD_JAC_WORK(SZ), sz.midpoint_row = ROLNI_MIDPOINT_ROW_WORK(SZ);
+    sz.stick_slopes = ROLNI_STICK_SLOPES_WORK(SZ);
 }
 
 #define TAPE(dirs, keep, nb) ROLN_LNN_TAPE(SZ, dirs, keep, nb)
 #define TERMS_WORK ROLN_LNN_DYNAMICS_WORK(SZ)
+
+/* True if f has the numbers of the richer law of friction. */
+ROLN_FN int drives(const roln_lnn *f)
+{
+    return f->friction == 2 || f->friction == -2;
+}
 
 /* Where the parts of theta begin, in the order that the header tells. */
 static int damper_at, friction_at, base_at, layer_at[ROLN_LAYERS_MAX];
@@ -71,7 +79,7 @@ ROLN_FN void layout(const roln_lnn *f)
     int i, at;
     damper_at = roln_mlp_params(&f->mass_net) + roln_mlp_params(&f->potential_net);
     friction_at = damper_at + (f->damping ? roln_mlp_params(&f->damper_net) : 0);
-    base_at = at = friction_at + (f->friction > 1 ? 6 : f->friction ? 2 : 0) * f->n;
+    base_at = at = friction_at + (drives(f) ? 6 : f->friction ? 2 : 0) * f->n;
     if (f->base) at += n * n;
     for (i = 0; i < f->layers; i++, at += ROLN_TRI(n) + n * n) layer_at[i] = at;
     CHECK(at == roln_lnn_params(f));
@@ -220,7 +228,7 @@ ROLN_FN ld t_friction(int i, ld zd, ld g)
     const ld *law = m.th + friction_at + i;
     const ld c = expl(law[0]), v = expl(law[n]);
     ld level = c;
-    if (m.f.friction > 1) {
+    if (drives(&m.f)) {
         const ld s = expl(law[2 * n]), w = expl(law[3 * n]), l = expl(law[4 * n]), a = tanhl(law[5 * n]), fall = coshl(zd / w);
         level = c * (1 + a * tanhl(zd / v)) + s / (fall * fall) + l * fabsl(g);
     }
@@ -256,7 +264,7 @@ ROLN_FN void t_terms(const ld *z, const ld *zd)
                 tt.C[i * n + j] += (tt.dM[k * nn + i * n + j] + tt.dM[j * nn + i * n + k] - tt.dM[i * nn + j * n + k]) / 2 * zd[k];
                 tt.kin[i] += tt.dM[i * nn + j * n + k] / 2 * zd[j] * zd[k];
             }
-    for (tt.kink = 1, i = 0; m.f.friction && i < n; i++) {
+    for (tt.kink = 1, i = 0; m.f.friction > 0 && i < n; i++) {
         tt.d[i] = t_friction(i, zd[i], tt.g[i]);
         if (m.f.friction > 1 && fabsl(tt.g[i]) < tt.kink) tt.kink = fabsl(tt.g[i]);
     }
@@ -523,6 +531,13 @@ ROLN_FN roln_lnn grinding(roln_lnn f)
     return f;
 }
 
+/* Friction of f as impulses that can hold. */
+ROLN_FN roln_lnn sticking(roln_lnn f)
+{
+    f.friction = -f.friction;
+    return f;
+}
+
 /* Damping and quadratic drag. */
 ROLN_FN roln_lnn dragged(roln_lnn f)
 {
@@ -599,7 +614,7 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
     roln_lnn_init(f, th, s);
     for (i = 0; i < base_at; i++) th[i] = ROLN_C(0.9) * th[i] + ROLN_C(0.15) * roln_normal(s);
     for (i = friction_at; i < base_at; i++) th[i] += more[(i - friction_at) / n];
-    for (i = 0; f->friction > 1 && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through the potential */
+    for (i = 0; drives(f) && i < net->layers; i++) { /* g is not 0 nearly everywhere: a path through V */
         for (j = 0; j < (i == 0 ? net->size[0] : 1); j++) at[j * net->size[i + 1]] = 2 + ROLN_ABS(at[j * net->size[i + 1]]);
         at += (net->size[i] + 1) * net->size[i + 1];
     }
@@ -777,7 +792,7 @@ ROLN_FN inputs draw(const roln_lnn *f, roln_real *th, int kind, int nb, int forc
     roln_real **at[ARRAYS];
     int len[ARRAYS];
     m.kind = kind, m.nb = nb, m.force = force && kind != ZDD && kind != INVERSE && kind != INVERSE_W, m.h = (ld)ROLN_C(0.05);
-    if (f->damping > 1 || f->friction > 1) /* y stays as it is; the midpoint rule settles */
+    if (f->damping > 1 || drives(f)) /* y stays as it is; the midpoint rule settles */
         m.h = (ld)(kind == START ? ROLN_C(0.2) : ROLN_C(0.005));
     x.th = th, x.s = fresh(2 * k);
     for (i = 0; i < 2 * k; i++) x.s[i] = ROLN_C(0.8) * roln_normal(seed);
@@ -828,6 +843,30 @@ ROLN_FN roln_status terms(const roln_real *th, const roln_real *s, int skip, rol
     for (i = 0; i < NTERMS; i++) at[i] = i == skip ? NULL : X + term_at(i);
     out.M = at[0], out.c = at[1], out.g = at[2], out.d = at[3], out.T = at[4], out.V = at[5];
     return roln_lnn_dynamics(&m.f, th, s, &out, tape, w);
+}
+
+/* A bowl: V = sum softplus(3 z_i) + softplus(-3 z_i), one hidden layer; the mass network varies with z. */
+ROLN_FN roln_real *bowl(const roln_lnn *f, uint64_t *seed)
+{
+    const int n = f->n, h = 2 * n, np = roln_mlp_params(&f->mass_net);
+    roln_real *th = weights(f, seed), *W = th + np;
+    int i, k;
+    for (i = 0; i < roln_mlp_params(&f->potential_net); i++) W[i] = 0;
+    for (i = 0; i < n; i++) W[i * h + i] = 3, W[i * h + n + i] = -3;
+    for (k = 0; k < h; k++) W[n * h + h + k] = 1;
+    for (i = friction_at - ROLN_TRI(n); f->damping && i < friction_at - ROLN_TRI(n) + n; i++) th[i] = ROLN_C(0.5);
+    widen(roln_lnn_params(f), th, m.th);
+    return th;
+}
+
+/* T + V at s. */
+ROLN_FN double energy(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *tape, roln_real *w)
+{
+    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
+    roln_real T = 0, V = 0;
+    out.T = &T, out.V = &V;
+    CHECK(roln_lnn_dynamics(f, th, s, &out, tape, w) == ROLN_OK);
+    return (double)T + (double)V;
 }
 
 /* A constant force, ctx [nb * n]. */

@@ -41,30 +41,7 @@ static void test_order(uint64_t *seed)
 #endif
 }
 
-/* A bowl: V = sum softplus(3 z_i) + softplus(-3 z_i), one hidden layer; the mass network varies with z. */
-static roln_real *bowl(const roln_lnn *f, uint64_t *seed)
-{
-    const int n = f->n, h = 2 * n, np = roln_mlp_params(&f->mass_net);
-    roln_real *th = weights(f, seed), *W = th + np;
-    int i, k;
-    for (i = 0; i < roln_mlp_params(&f->potential_net); i++) W[i] = 0;
-    for (i = 0; i < n; i++) W[i * h + i] = 3, W[i * h + n + i] = -3;
-    for (k = 0; k < h; k++) W[n * h + h + k] = 1;
-    for (i = base_at - ROLN_TRI(n); f->damping && i < base_at - ROLN_TRI(n) + n; i++) th[i] = ROLN_C(0.5);
-    widen(roln_lnn_params(f), th, m.th);
-    return th;
-}
-
-/* T + V, and the friction d = R zd, at s. */
-static double energy(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *tape, roln_real *w)
-{
-    roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
-    roln_real T = 0, V = 0;
-    out.T = &T, out.V = &V;
-    CHECK(roln_lnn_dynamics(f, th, s, &out, tape, w) == ROLN_OK);
-    return (double)T + (double)V;
-}
-
+/* The friction d = R zd, at s. */
 static void friction(const roln_lnn *f, const roln_real *th, const roln_real *s, roln_real *d, roln_real *tape, roln_real *w)
 {
     roln_dynamics_out out = {NULL, NULL, NULL, NULL, NULL, NULL};
