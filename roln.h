@@ -31,8 +31,9 @@
                                               PD controller in the drive follows, tau = k (u - q) - d qd + o. k, d > 0 and o are
                                               learned for each joint
        #define ROLN_DRIVEN  0                 the last so many joints are driven: their motion is prescribed, as of a moving base
-                                              or of held ends. Their input is their acceleration. Without autoencoder,
-                                              midpoint, INPUTS, ACTUATOR, LOAD; default 0
+                                              or of held ends. Their input is their acceleration. With an autoencoder they are
+                                              the last latent coordinates; it is one layer with a chart, full weights, and LEARN
+                                              networks. Without midpoint, INPUTS, ACTUATOR, LOAD; default 0
        #define ROLN_HORIZON 8                 longest training window in steps; default 8
        #define ROLN_BLOCK   16                training windows computed together (memory against speed); default 16
        #define ROLN_PLAN    20, 4             steps of a plan, motors; default 0: NAME_plan_.. is not generated
@@ -1598,11 +1599,11 @@ typedef struct rolni_gradient {
     const roln_real *force_variance;
 } roln_gradient;
 
-/* The gradient by all parameters, theta [roln_params]. */
+/* The gradient by all parameters, theta [roln_params]; of an autoencoder that keeps numbers it is 0, for its chart is final. */
 ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, roln_loss *loss, roln_real *windows)
 {
     roln_gradient g;
-    g.ae = theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
+    g.ae = md->ae.kept > 0 ? NULL : theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
     g.signs = NULL, g.residual = NULL, g.rest = NULL, g.force_variance = NULL;
     return g;
 }
@@ -1616,7 +1617,7 @@ ROLN_FN void rolni_gradient_fold(const roln_model *md, const roln_gradient *g)
     const int ae_size = roln_ae_params(&md->ae);
     const roln_gradient *r = g->rest;
     roln_real sum[ROLNI_TERMS], rest[ROLNI_TERMS];
-    rolni_fold(ae_size, g->ae, r->ae);
+    if (g->ae) rolni_fold(ae_size, g->ae, r->ae);
     rolni_fold(roln_params(md) - ae_size, g->net, r->net);
     rolni_fold(1, g->windows, r->windows);
     memcpy(sum, g->loss, sizeof sum), memcpy(rest, r->loss, sizeof rest);
@@ -2578,6 +2579,7 @@ ROLNI_INTS
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(driven) = ROLN_DRIVEN,
+    ROLN_(kept) = (ROLN_(ae_layers) > 0) * ROLN_(driven), /* coordinates that are driven joints behind an autoencoder */
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky) || ROLN_(driven) > 0,
     /* rows of the networks' kernels (roln_lnn.h, 2) */
     ROLN_(row_mass) = ROLNI_MASS_ROW_WORK(ROLN_),
@@ -2692,8 +2694,11 @@ ROLNI_ASSERT(angles_are_0_or_1_for_each_joint,
 ROLNI_ASSERT(angles_need_a_model_without_autoencoder, ROLN_(angles) == 0 || ROLN_(ae_layers) == 0)
 ROLNI_ASSERT(angles_need_31_joints_at_most, ROLN_(angles) == 0 || ROLN_(N) <= ROLN_ANGLES_MAX)
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLN_(N))
-ROLNI_ASSERT(driven_leaves_a_joint_free, (ROLN_DRIVEN) >= 0 && (ROLN_DRIVEN) < ROLN_(N))
-ROLNI_ASSERT(driven_needs_a_model_without_autoencoder, ROLN_(driven) == 0 || ROLN_(ae_layers) == 0)
+ROLNI_ASSERT(driven_leaves_a_coordinate_free, (ROLN_DRIVEN) >= 0 && (ROLN_DRIVEN) < ROLN_(n))
+ROLNI_ASSERT(driven_behind_an_autoencoder_needs_a_chart_of_one_layer,
+             ROLN_(kept) == 0 || (ROLN_(degree) > 0 && ROLN_(ae_layers) == 1))
+ROLNI_ASSERT(driven_behind_an_autoencoder_takes_full_weights, ROLN_(kept) == 0 || ROLNI_BITS(ROLN_QUANTISE) == 0)
+ROLNI_ASSERT(driven_behind_an_autoencoder_learns_networks, ROLN_(kept) == 0 || ROLNI_LEARN(ROLN_LEARN))
 ROLNI_ASSERT(driven_takes_no_midpoint_rule, ROLN_(driven) == 0 || ROLNI_INT(ROLN_(scheme)) != ROLN_MIDPOINT)
 ROLNI_ASSERT(driven_takes_no_inputs_actuator_nor_load,
              ROLN_(driven) == 0 || ((ROLN_INPUTS) == 0 && ROLN_(actuator) == 0 && (ROLN_LOAD) == 0))
@@ -2801,7 +2806,7 @@ static const roln_model ROLN_(model) = {
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
       ROLN_(N6), ROLN_(N7), ROLN_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_QUANTISE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLN_(degree),
-     ROLN_(monomials)},
+     ROLN_(monomials), ROLN_(kept)},
     ROLNI_LNN_OF(ROLN_FRICTION),
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own), ROLN_(actuator)};
 #if ROLN_STICTION > 0
@@ -2857,6 +2862,20 @@ ROLN_FN void ROLNI_(own_inputs)(const ROLN_(params) *p, int rows, roln_real *x)
     if (ROLN_(driven) > 0) return;
     if (ROLN_(servo)) rolni_divide_each(rows, ROLN_(N), ROLNI_EACH(p), x);
     else rolni_multiply_each(rows, ROLN_(force_size), each, x);
+}
+
+/* The derivative of a driven coordinate z_i by its joint, N - n + i, in units of the networks. */
+ROLN_FN roln_real ROLNI_(driven_slope)(const ROLN_(params) *p, int i)
+{
+    const int N = ROLN_(N), n = ROLN_(n);
+    return ROLN_(kept) > 0 ? p->theta[(n + i) * N + N - n + i] : 1; /* of Psi */
+}
+
+/* The same in user's units: accelerations of the joint are multiplied by it. */
+ROLN_FN roln_real ROLNI_(driven_unit)(const ROLN_(params) *p, int i)
+{
+    const roln_real *const each = ROLNI_EACH(p);
+    return ROLNI_(driven_slope)(p, i) / p->scale.q / (each ? each[ROLN_(N) - ROLN_(n) + i] : 1);
 }
 
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
@@ -3181,7 +3200,8 @@ typedef struct {
 /* Gains of NAME_control from gains of the joints, Kp [N] in Nm/rad and Kd [N] in Nms/rad. The work that a spring at each joint does
    is the same, dq^T Kp dq = dz^T (J^T Kp J) dz. r->kp takes the diagonal of J^T Kp J, r->kd that of J^T Kd J:
        kp_j = sum_i Kp_i J_ij^2,   kd_j = sum_i Kd_i J_ij^2,   J = dphi/dz at s
-   The coupling of coordinates is left out. It is small for modes of motion (docs/control.md). r stays as it was unless ROLN_OK.
+   The coupling of coordinates is left out. It is small for modes of motion (docs/control.md). The gains of a driven joint, in 1/s^2
+   and 1/s, are those of its coordinate. r stays as it was unless ROLN_OK.
    ROLN_E_NOT_FINITE. Cost: n NAME_decode. */
 ROLN_FN roln_status ROLN_(gains)(const ROLN_(params) *p, const ROLN_(latent) *s, const roln_real Kp[ROLN_AT_LEAST(ROLN_(N))],
                                  const roln_real Kd[ROLN_AT_LEAST(ROLN_(N))], ROLN_(target) *r, ROLN_(gains_work) *w)
@@ -3196,12 +3216,14 @@ ROLN_FN roln_status ROLN_(gains)(const ROLN_(params) *p, const ROLN_(latent) *s,
         for (i = 0; i < n; i++)
             w->e[i] = i == j;
         if ((st = ROLNI_(decode)(p, s->z, w->e, w->x, w->tape, w->s)) != ROLN_OK) return st;
-        for (i = 0; i < N; i++) {
+        for (i = 0; i < N - ROLN_(driven); i++) {
             const roln_real J = w->x[N + i];
             out[j] += Kp[i] * (J * J);
             out[n + j] += Kd[i] * (J * J);
         }
     }
+    for (j = n - ROLN_(driven); j < n; j++)
+        out[j] = Kp[N - n + j], out[n + j] = Kd[N - n + j];
     if (!roln_all_finite(2 * n, out)) return ROLN_E_NOT_FINITE;
     rolni_copy(n, out, r->kp);
     rolni_copy(n, out + n, r->kd);
@@ -3214,17 +3236,22 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLN_(params) *p, int jets, roln_real *ta
                                  roln_real *tau, roln_real *work)
 {
     const roln_ae *ae = &ROLN_(model).ae;
-    const int N = ROLN_(N);
+    const int N = ROLN_(N), n = ROLN_(n);
+    const roln_real *force = tau_z;
     int i;
+#if ROLN_DRIVEN > 0
+    roln_real free[ROLN_(n)]; /* forces alone */
+    rolni_copy(n, tau_z, free);
+    rolni_zero(ROLN_(driven), free + n - ROLN_(driven));
+    force = free;
+#endif
     roln_ae_lift_tape(ae, jets, 1, tape, tape);
-    roln_ae_lift(ae, 1, p->theta, tape, tau_z, tau, work);
+    roln_ae_lift(ae, 1, p->theta, tape, force, tau, work);
     for (i = 0; i < N; i++)
         tau[i] /= p->scale.q;
     rolni_divide_each(1, N, ROLNI_EACH(p), tau);
-    for (i = N - ROLN_(driven); i < N; i++) {
-        const roln_real *const each = ROLNI_EACH(p);
-        tau[i] = tau_z[i % ROLN_(n)] * p->scale.q * (each ? each[i] : 1);
-    }
+    for (i = n - ROLN_(driven); i < n; i++)
+        tau[N - n + i] = tau_z[i] / ROLNI_(driven_unit)(p, i);
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
     ROLNI_(command)(p, at, tau);
 #else
@@ -3616,7 +3643,8 @@ typedef struct {
     roln_real *tau;              /* [nb][N] with inputs: B in; with actuators their force, of servos behind it q, qd */
     roln_real *tape, *work;      /* of eval */
     roln_real *gae, *gB;         /* of bwd: gradients of the autoencoder, of B [N][inputs] or of actuators; NULL: not wanted */
-    roln_real *g, *bwd;          /* its scratch: cotangents [nb][N] of tau, and of q, qd behind it, as tau; work */
+    roln_real *g, *bwd;          /* its scratch: cotangents [nb][N] of tau, and of q, qd behind it, as tau, or y without driven
+                                    coordinates [nb][n]; work */
     roln_real *T, *u, *jac;      /* scratch of jac: [n][N], [n][inputs], work */
 } ROLNI_(torque);
 
@@ -3626,14 +3654,28 @@ ROLN_FN void ROLNI_(servo_at)(const ROLNI_(torque) *f, int nb, const roln_real *
     if (ROLN_(servo)) roln_ae_decode(&ROLN_(model).ae, 2, nb, f->p->theta, z, f->tau + nb * ROLN_(N), tape);
 }
 
-/* tau_z = J(z)^T tau. */
+/* tau_z = J(z)^T tau; of driven coordinates the acceleration, which no tau makes: rows of J that belong to driven joints are 0 but
+   for theirs. */
 ROLN_FN void ROLNI_(torque_eval)(void *ctx, int nb, const roln_real *z, roln_real *tau_z)
 {
     const ROLNI_(torque) *f = ROLNI_AS(const ROLNI_(torque) *, ctx);
     const roln_ae *ae = &ROLN_(model).ae;
+    const int N = ROLN_(N), n = ROLN_(n);
+    int r, i;
     ROLNI_(servo_at)(f, nb, z, f->tape);
     roln_ae_decode(ae, 1, nb, f->p->theta, z, NULL, f->tape);
     roln_ae_reduce(ae, nb, f->p->theta, f->tape, ROLNI_(joint_force)(f->p, nb, f->in, f->tau), tau_z, f->work);
+    for (r = 0; r < nb; r++)
+        for (i = n - ROLN_(kept); i < n; i++)
+            tau_z[r * n + i] = ROLNI_(driven_slope)(f->p, i) * f->in[(r + 1) * N - n + i];
+}
+
+/* The driven coordinates of x [rows][n] become 0: the forces that drive them are not known. */
+ROLN_FN void ROLNI_(drop_driven)(int rows, roln_real *x)
+{
+    int r;
+    for (r = 1; r <= rows && ROLN_(driven) > 0; r++)
+        rolni_zero(ROLN_(driven), x + r * ROLN_(n) - ROLN_(driven));
 }
 
 /* Its backward for the cotangent y [nb][n] of tau_z: adds to gz [nb][n] and, if params, to gae and gB. */
@@ -3642,6 +3684,11 @@ ROLN_FN void ROLNI_(torque_bwd)(void *ctx, int nb, const roln_real *z, const rol
     const ROLNI_(torque) *f = ROLNI_AS(const ROLNI_(torque) *, ctx);
     const int N = ROLN_(N), inputs = ROLN_(inputs), learned = inputs > 0 || ROLN_(actuator) > 0;
     if (learned) rolni_zero(nb * N, f->g);
+    if (ROLN_(kept) > 0) {
+        rolni_copy(nb * ROLN_(n), y, f->g);
+        ROLNI_(drop_driven)(nb, f->g);
+        y = f->g;
+    }
     ROLNI_(servo_at)(f, nb, z, f->bwd);
     roln_ae_reduce_bwd(&ROLN_(model).ae, nb, f->p->theta, z, ROLNI_(joint_force)(f->p, nb, f->in, f->tau), y, gz,
                        learned ? f->g : NULL, params ? f->gae : NULL, f->bwd);
@@ -3710,6 +3757,11 @@ ROLN_FN void ROLNI_(torque_jac)(void *ctx, const roln_real *z, roln_real *H, rol
     for (i = 0; G && i < size; i++)
         for (j = 0; j < n; j++)
             G[i * n + j] = (inputs > 0 ? f->u : f->T)[j * size + i];
+    for (i = n - ROLN_(kept); i < n; i++)
+        for (j = 0; j < N; j++) {
+            if (j < n) H[j * n + i] = 0;
+            if (G) G[j * n + i] = j == N - n + i ? ROLNI_(driven_slope)(f->p, i) : 0;
+        }
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
     for (i = 0; G && i < size; i++) {
         roln_real d;
@@ -3792,10 +3844,8 @@ ROLN_FN roln_status ROLN_(reduce)(const ROLN_(params) *p, const ROLN_(latent) *s
     ROLNI_(torque_eval)(&d.torque, 1, s->z, w->out);
     for (i = 0; i < n; i++)
         w->out[i] *= p->scale.q;
-    for (i = n - ROLN_(driven); i < n; i++) {
-        const roln_real *const each = ROLNI_EACH(p);
-        w->out[i] = tau[i] / p->scale.q / (each ? each[i] : 1);
-    }
+    for (i = n - ROLN_(driven); i < n; i++)
+        w->out[i] = tau[ROLN_(N) - n + i] * ROLNI_(driven_unit)(p, i);
 #endif
     if (!roln_all_finite(n, w->out) || !roln_all_finite(n, s->z)) return ROLN_E_NOT_FINITE; /* z: tanh of it is finite */
     rolni_copy(n, w->out, tau_z);
@@ -5554,7 +5604,8 @@ typedef struct {
             roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
         } eval;
         struct {
-            roln_real g[ROLNI_ROOM(ROLNI_TAU(ROLN_, ROLN_BLOCK))], work[ROLNI_ROOM(ROLN_AE_REDUCE_BWD_WORK(ROLN_, ROLN_BLOCK))];
+            roln_real g[ROLNI_ROOM(ROLN_MAX(ROLNI_TAU(ROLN_, ROLN_BLOCK), (ROLN_(kept) > 0) * ROLN_BLOCK * ROLN_(n)))];
+            roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_BWD_WORK(ROLN_, ROLN_BLOCK))];
         } bwd;
     } u;
 } ROLNI_(force_block_work);
@@ -5875,14 +5926,6 @@ ROLN_FN void ROLNI_(samples_decode)(const ROLNI_(samples) *b)
     rolni_copy(nz, D + 5 * nz, w->gsd + nz);
 }
 
-/* The driven coordinates of x [rows][n] become 0: the forces that drive them are not known. */
-ROLN_FN void ROLNI_(drop_driven)(int rows, roln_real *x)
-{
-    int r;
-    for (r = 1; r <= rows && ROLN_(driven) > 0; r++)
-        rolni_zero(ROLN_(driven), x + r * ROLN_(n) - ROLN_(driven));
-}
-
 /* Backward: decode, compare in z, the accelerations, inverse dynamics, encode. */
 ROLN_FN void ROLNI_(samples_backward)(const ROLNI_(samples) *b)
 {
@@ -6010,6 +6053,7 @@ static const roln_block ROLN_(table)[] = {ROLNI_EACH_LAYER(ROLNI_LAYER_BLOCKS, R
                                           {ROLN_EUCLIDEAN, ROLN_(N), ROLN_(input_size) / ROLN_(N), 1}};
 ROLNI_INTS
     ROLN_(blocks) = sizeof ROLN_(table) / sizeof *ROLN_(table),
+    ROLN_(behind) = ROLN_(blocks) - 11, /* the first block behind the autoencoder */
     ROLN_(verb_work) = ROLNI_VERB_WORK(ROLN_) /* numbers of work of the hungriest manifold */
 ROLNI_INTS_END;
 
@@ -6018,14 +6062,17 @@ typedef struct {
     roln_real work[ROLNI_ROOM(ROLN_(keep_size) + ROLN_(verb_work))];
 } ROLN_(update_work);
 
-/* One step of Riemannian Adam with the mean of the gradients in g. p, o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the
-   gradient is not, or holds no window, or a setting is not or is negative; status of the retractions (roln_adam_update). */
+/* One step of Riemannian Adam with the mean of the gradients in g. An autoencoder with driven joints stays as it is. p,
+   o stay as they were unless ROLN_OK. ROLN_E_NOT_FINITE: the gradient is not, or holds no window, or a setting is not or is
+   negative; status of the retractions (roln_adam_update). */
 ROLN_FN roln_status ROLN_(update)(ROLN_(params) *p, const roln_opt *opt, ROLN_(optimiser) *o, const ROLN_(gradient) *g,
                                   ROLN_(update_work) *w)
 {
+    const int first = ROLN_(kept) > 0 ? ROLN_(behind) : 0, from = ROLN_(kept) > 0 ? ROLN_(ae_size) : 0;
     const roln_moments moments = {o->m, o->v, o->v_max};
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    return roln_adam_update(ROLN_(blocks), ROLN_(table), opt, 1 / g->windows, g->theta, p->theta, &o->adam, &moments, w->work);
+    return roln_adam_update(ROLN_(blocks) - first, ROLN_(table) + first, opt, 1 / g->windows, g->theta + from, p->theta + from,
+                            &o->adam, &moments, w->work);
 }
 
 #if ROLN_GN_ROWS > 0
@@ -6052,10 +6099,10 @@ typedef struct {
     } work;
 } ROLN_(newton);
 
-/* The blocks that it moves: those behind the autoencoder are the last 11. */
+/* The blocks that it moves. */
 ROLNI_INTS
     ROLN_(newton_from) = ROLNI_LEARN(ROLN_LEARN) ? ROLN_(ae_size) : 0,
-    ROLN_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLN_(blocks) - 11 : 0,
+    ROLN_(newton_first) = ROLNI_LEARN(ROLN_LEARN) ? ROLN_(behind) : 0,
     ROLN_(newton_blocks) = ROLN_(blocks) - ROLN_(newton_first)
 ROLNI_INTS_END;
 
@@ -6460,12 +6507,14 @@ ROLN_FN roln_status ROLN_(chart_center)(ROLN_(params) *p)
 
 /* The encoder of a chart. Coordinates z of the same space of columns of Psi have the same polynomials, whatever their scale and
    origin: what the best decoder leaves of the samples is a function of that space. Its logarithm is made small by Riemannian L-BFGS
-   over Psi with orthonormal columns, each value a fit in closed form. */
+   over Psi with orthonormal columns, each value a fit in closed form. Columns of driven joints are not moved, and the others are 0
+   in their rows: what a coordinate has of driven ones does not change that space. */
 
 /* Scratch of a fit for one encoder: a block of samples, their spread, modes, a gradient and what it loses by rounding. */
 typedef struct {
     roln_real low[ROLN_(n)], high[ROLN_(n)], top[ROLN_(n)], x[ROLN_CHART_BLOCK * ROLN_(N)], cov[2 * ROLN_(n) * ROLN_(n)];
     roln_real dual[ROLN_(n) * ROLN_(n)], modes[ROLN_(n) * ROLN_(n)], gm[ROLN_(n) * ROLN_(bent)], rest[ROLN_(n) * ROLN_(bent)];
+    roln_real shear[ROLNI_ROOM((ROLN_(n) - ROLN_(kept)) * ROLN_(kept))];
     union {
         ROLN_(encode_work) encode;
         roln_real frame[ROLN_SPD_FRAME_WORK(ROLN_(n))], add[ROLN_CHART_ADD_WORK(ROLN_)];
@@ -6536,21 +6585,69 @@ ROLN_FN roln_status ROLNI_(encoder_spread)(ROLNI_(encoder) *f)
     return ROLN_OK;
 }
 
+/* cov, A = cov(z) and X the mean of zd zd^T, become those of the free coordinates alone, [2][n][n] of size free, less what follows
+   the driven ones, z_f - B z_d, B = A_fd A_dd^-1 [free][kept], to shear:
+       A_ff - A_fd B^T,   X_ff - B X_df - X_fd B^T + B X_dd B^T
+   ROLN_E_ILL_CONDITIONED: a driven joint does not move by itself. */
+ROLN_FN roln_status ROLNI_(encoder_free)(ROLNI_(encoder_work) *w)
+{
+    const int n = ROLN_(n), kept = ROLN_(kept), free = n - kept;
+    roln_real *const A = w->cov, *const X = A + n * n, *const B = w->shear, *const D = w->dual, *const Y = w->modes;
+    int i, j, k;
+    for (i = 0; i < kept; i++)
+        rolni_copy(kept, A + (free + i) * n + free, D + i * kept);
+    if (roln_chol(kept, D, D) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    for (i = 0; i < free; i++) {
+        rolni_copy(kept, A + i * n + free, B + i * kept);
+        roln_solve_lower(kept, D, B + i * kept, B + i * kept);
+        roln_solve_lower_t(kept, D, B + i * kept, B + i * kept);
+    }
+    for (i = 0; i < free; i++) /* X_f. - B X_d. */
+        for (j = 0; j < n; j++) {
+            Y[i * n + j] = X[i * n + j];
+            for (k = 0; k < kept; k++)
+                Y[i * n + j] -= B[i * kept + k] * X[(free + k) * n + j];
+        }
+    for (i = 0; i < free; i++)
+        for (j = 0; j <= i; j++) {
+            const roln_real *const b = B + j * kept;
+            A[i * free + j] = A[i * n + j] - roln_dot(kept, A + i * n + free, b);
+            X[i * free + j] = Y[i * n + j] - roln_dot(kept, Y + i * n + free, b);
+            A[j * free + i] = A[i * free + j], X[j * free + i] = X[i * free + j];
+        }
+    return ROLN_OK;
+}
+
 /* Psi and Phi become modes of motion of the samples, slow ones first: coordinates in which neither positions nor velocities are
    correlated, as in normal modes, where M and the stiffness are diagonal. dual and modes are V and W of the frame of cov(zd) at
-   cov(z) (roln_spd_frame). ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
+   cov(z) (roln_spd_frame). Driven joints stay as they are, and the others are measured from where they
+   follow them. ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
 ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *psi, roln_real *layer)
 {
-    const int n = ROLN_(n), bent = ROLN_(bent);
+    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(kept), free = n - kept;
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     roln_real *const A = w->cov, *const X = A + n * n;
     roln_status st = ROLNI_(encoder_spread)(f);
+    int k, i, j;
     if (st != ROLN_OK) return st;
     if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
-    if (roln_chol(n, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    if ((st = roln_spd_frame(n, A, X, w->low, w->dual, w->modes, w->u.frame)) != ROLN_OK) return st;
-    roln_mm(n, n, bent, w->dual, psi, layer);
-    roln_mm(n, n, bent, w->modes, psi, layer + n * bent);
+    if (kept > 0 && (st = ROLNI_(encoder_free)(w)) != ROLN_OK) return st;
+    if (roln_chol(free, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    if ((st = roln_spd_frame(free, A, X, w->low, w->dual, w->modes, w->u.frame)) != ROLN_OK) return st;
+    roln_mm(free, free, bent, w->dual, psi, layer);
+    roln_mm(free, free, bent, w->modes, psi, layer + n * bent);
+    for (k = 0; k < kept; k++) {
+        roln_real *const phi = layer + (free + k) * bent;
+        rolni_zero(bent, phi);
+        phi[bent - kept + k] = 1;
+        for (i = 0; i < free; i++) {
+            roln_real *const own = layer + (n + i) * bent + bent - kept + k;
+            for (j = 0; j < bent - kept; j++)
+                phi[j] += w->shear[i * kept + k] * psi[i * bent + j];
+            for (*own = 0, j = 0; j < free; j++)
+                *own -= w->modes[i * free + j] * w->shear[j * kept + k];
+        }
+    }
     return ROLN_OK;
 }
 
@@ -6559,13 +6656,16 @@ ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *p
 ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi)
 {
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent);
+    const int n = ROLN_(n), bent = ROLN_(bent), free = n - ROLN_(kept);
     ROLN_(refinement) *const t = f->turn;
     ROLNI_(encoder_work) *const w = &t->encoder;
     roln_real *layer = f->p->theta + rolni_bent_at(ae);
     roln_status st;
     int k, now, i;
-    rolni_copy(n * bent, psi, layer + n * bent);
+    rolni_copy(free * bent, psi, layer + n * bent);
+    rolni_zero(ROLN_(kept) * bent, layer + (n + free) * bent);
+    for (i = free; i < n; i++)
+        layer[(n + i) * bent + bent - n + i] = 1;
     rolni_copy(bent, t->from, layer + 2 * n * bent);
     if ((st = ROLNI_(encoder_modes)(f, psi, layer)) != ROLN_OK) return st;
     if ((st = ROLNI_(range)(f->p, f->batch, w->low, w->high, w->top, &w->u.encode)) != ROLN_OK) return st;
@@ -6586,7 +6686,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 {
     ROLNI_(encoder) *f = ROLNI_AS(ROLNI_(encoder) *, ctx);
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials);
+    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials), free = n - ROLN_(kept);
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     const roln_real *W = f->p->theta + rolni_ae_layers(ae);
     const double *sums = f->turn->sums;
@@ -6606,12 +6706,14 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
         W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
-    for (i = 0; i < n; i++) { /* of psi, from that of modes psi, stretched */
+    for (i = 0; i < free; i++) { /* of psi, from that of modes psi, stretched */
         const roln_real half = w->high[i] / 2 - w->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
-        for (j = 0; j < n; j++)
-            w->modes[i * n + j] /= unit;
+        for (j = 0; j < free; j++)
+            w->modes[i * free + j] /= unit;
     }
-    roln_mm_at(n, n, bent, w->modes, w->gm, g);
+    roln_mm_at(free, free, bent, w->modes, w->gm, g);
+    for (i = 1; i <= free; i++)
+        rolni_zero(ROLN_(kept), g + i * bent - ROLN_(kept));
     return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
 }
 
@@ -6619,19 +6721,21 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 ROLN_FN roln_status ROLNI_(refine_start)(const ROLN_(params) *p, ROLN_(refinement) *t)
 {
     const roln_lbfgs start = ROLN_LBFGS_START;
-    const int n = ROLN_(n), bent = ROLN_(bent);
+    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(kept);
     const roln_real *layer = p->theta + rolni_bent_at(&ROLN_(model).ae);
     roln_real *row = t->psi;
     int i, j;
     t->state = start;
     rolni_copy(bent, layer + 2 * n * bent, t->from);
     rolni_copy(n * bent, layer + n * bent, t->psi);
-    for (i = 0; i < n; i++, row += bent) {
-        const roln_real size = ROLN_SQRT(roln_dot(bent, row, row));
+    for (i = 0; i < n - kept; i++, row += bent) {
+        roln_real size;
+        rolni_zero(kept, row + bent - kept);
+        size = ROLN_SQRT(roln_dot(bent, row, row));
         for (j = 0; j < bent; j++)
             row[j] /= size;
     }
-    return rolni_orthonormal(n, bent, t->psi, t->step);
+    return rolni_orthonormal(n - kept, bent, t->psi, t->step);
 }
 
 /* One step for the encoder of the bent layer, behind NAME_init_pod, on the first samples of the windows of b, a few thousand that
@@ -6647,7 +6751,7 @@ ROLN_FN roln_status ROLNI_(refine_start)(const ROLN_(params) *p, ROLN_(refinemen
    5 F N_{L-1} more for each sample, and a solve. */
 ROLN_FN roln_status ROLN_(chart_refine)(ROLN_(params) *p, const roln_batch *b, ROLN_(refinement) *turn, roln_real *residual)
 {
-    const roln_block encoder = {&roln_stiefel, ROLN_(n), ROLN_(bent), 0};
+    const roln_block encoder = {&roln_stiefel, ROLN_(n) - ROLN_(kept), ROLN_(bent), 0};
     const int size = (2 * ROLN_(n) + 1 + ROLN_(monomials)) * ROLN_(bent);
     roln_real *const layer = p->theta + rolni_bent_at(&ROLN_(model).ae);
     const ROLNI_(encoder_work) *const w = &turn->encoder;

@@ -11,7 +11,9 @@
 
        encoder layer   z = Psi^T (x - b)              decoder layer   x = b + Phi z + (I - Phi Psi^T) W^T p(z)
 
-   whose encoder is linear and whose W is found in closed form: a chart of the manifold that the data lie on (section 10).
+   whose encoder is linear and whose W is found in closed form: a chart of the manifold that the data lie on (section 10). Such a
+   layer may keep the last numbers of x as the last of z: the columns of Psi and the rows of Phi that belong to them have one
+   number other than 0, and W has none for them.
    Everything works on 1-, 2- or 3-jets: position, velocity and acceleration go through the layers together, and no Jacobian or
    Hessian is formed.
 
@@ -68,6 +70,8 @@ struct roln_ae {
     const roln_storage *storage; /* ROLN_FULL; &roln_half or &roln_int8: for use only, there is no gradient with respect to theta */
     const roln_bend *bend;       /* ROLN_UNBENT; &roln_polynomial, if L > 0 and N_L < N_{L-1} */
     int degree, monomials;       /* of the polynomials, 2 .. ROLN_DEGREE_MAX, F = ROLN_MONOMIALS(N_L, degree); ROLN_UNBENT: 0 */
+    int kept;                    /* the last so many numbers of x are the last of z, each with a unit and an origin of its own: what
+                                    drives the others. Below N_L; if above 0, L = 1, bent and ROLN_FULL */
 };
 
 /* Size macros of this header take S, a macro that gives sizes of the shape by name. In a function it is ROLNI_LOCAL, and the
@@ -898,7 +902,8 @@ ROLN_FN void roln_ae_lift(const roln_ae *ae, int nb, const roln_real *theta, con
 /* ---- 7 initialisation ------------------------------------------------------------------------- */
 
 /* Random weights: T [n][N] xavier-normal of gain 0.99, Psi^T = T, Phi^T = (T T^T)^-1 T, b = 0, so Psi^T Phi = I; T = I
-   where a layer keeps its size; W = 0. theta out, seed in and out, work [ROLN_AE_INIT_WORK].
+   where a layer keeps its size; numbers that are kept stand by themselves; W = 0. theta out, seed in and out, work
+   [ROLN_AE_INIT_WORK].
    ROLN_E_NOT_SPD: rows of some T are dependent to working precision, which has next to no probability; theta is then unusable, but
    seed has moved on, so that another call draws other numbers. ROLN_E_SHAPE: not ROLN_FULL; nothing is written. */
 #define ROLNI_AE_INIT_MEM(X, S) X(G, S(N1) * S(N1)) X(col, S(N1)) /* Gram matrix, one column */
@@ -915,6 +920,9 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         roln_real *phi = theta, *psi = theta + n * N, *b = psi + n * N;
         for (i = 0; i < n * N; i++)
             psi[i] = n < N ? sd * roln_normal(seed) : ROLNI_AS(roln_real, i % (n + 1) == 0);
+        for (i = 0; i < n && ae->kept > 0; i++)
+            for (j = i < n - ae->kept ? N - ae->kept : 0; j < N; j++)
+                psi[i * N + j] = ROLNI_AS(roln_real, i >= n - ae->kept && j - N == i - n);
         roln_mm_bt(n, N, n, psi, psi, G);
         if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
         for (j = 0; j < N; j++) {
@@ -1022,30 +1030,44 @@ ROLN_FN roln_status rolni_pod_range(const roln_ae *ae, int count, const roln_rea
     return ROLN_OK;
 }
 
-/* x [N] without its part in the directions V [known][N], which are orthonormal. */
-ROLN_FN void rolni_leave(int N, int known, const roln_real *V, double *x)
+/* Directions that are known: V [count][N], which are orthonormal, and lift [count][N], V, but for numbers that are kept what x
+   follows them with. */
+typedef struct {
+    int count;
+    const roln_real *V, *lift;
+} rolni_known;
+
+ROLN_FN rolni_known rolni_known_of(int count, const roln_real *V, const roln_real *lift)
+{
+    rolni_known k;
+    k.count = count, k.V = V, k.lift = lift;
+    return k;
+}
+
+/* x [N] without what is known of it: less lift_i times its part along V_i, one after the other. */
+ROLN_FN void rolni_leave(int N, const rolni_known *known, double *x)
 {
     int i, j;
-    for (i = 0; i < known; i++) {
+    for (i = 0; i < known->count; i++) {
         double along = 0;
         for (j = 0; j < N; j++)
-            along += ROLNI_AS(double, V[i * N + j]) * x[j];
+            along += ROLNI_AS(double, known->V[i * N + j]) * x[j];
         for (j = 0; j < N; j++)
-            x[j] -= along * ROLNI_AS(double, V[i * N + j]);
+            x[j] -= along * ROLNI_AS(double, known->lift[i * N + j]);
     }
 }
 
 /* mean [N] of the count samples scale * x [count][N], by joint divided by each [N] or NULL, and Q = sum (x - mean)(x - mean)^T
-   [N][N], of what is left of x - mean without the directions V [known][N], summed in double: as float each of 100,000 samples
-   would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass
-   over the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
+   [N][N], of what is left of x - mean without what is known (rolni_leave), summed in double: as float each of 100,000 samples
+   would be rounded to the sum of all, and small directions would be noise. ROLNI_POD_ROWS rows of Q at a time, each for a pass over
+   the samples, so that room is small. room [ROLN_AE_POD_ROOM]. */
 #define ROLNI_POD_ROWS 8
 #define ROLNI_POD_SAMPLES 4
 #define ROLNI_AE_POD_ROOM_MEM(X, N) \
     X(sum, ((N) < ROLNI_POD_ROWS ? (N) : ROLNI_POD_ROWS) * (N)) X(part, ROLNI_POD_SAMPLES * (N))
 #define ROLN_AE_POD_ROOM(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_ROOM_MEM(ROLNI_SIZE, S(N)) : 0)
-ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, const roln_real *each, int known,
-                            const roln_real *V, roln_real *mean, roln_real *Q, double *room)
+ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scale, const roln_real *each,
+                            const rolni_known *known, roln_real *mean, roln_real *Q, double *room)
 {
     const double unit = ROLNI_AS(double, scale);
     int from, k, i, j;
@@ -1058,7 +1080,7 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
     for (j = 0; j < N; j++)
         mean[j] = ROLNI_AS(roln_real, (each ? unit / ROLNI_AS(double, each[j]) : unit) * sum[j] / count);
     for (from = 0; from < N; from += ROLNI_POD_ROWS) {
-        const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = known > 0 ? N : from + rows;
+        const int rows = N - from < ROLNI_POD_ROWS ? N - from : ROLNI_POD_ROWS, cols = known->count > 0 ? N : from + rows;
         for (i = 0; i < rows * N; i++)
             sum[i] = 0;
         for (k = 0; k < count; k += ROLNI_POD_SAMPLES) {
@@ -1069,7 +1091,7 @@ ROLN_FN void rolni_pod_sums(int N, int count, const roln_real *x, roln_real scal
                     part[i * N + j] = (each ? unit / ROLNI_AS(double, each[j]) : unit) * ROLNI_AS(double, in[i * N + j]) -
                                       ROLNI_AS(double, mean[j]);
             for (i = 0; i < now; i++)
-                rolni_leave(N, known, V, part + i * N);
+                rolni_leave(N, known, part + i * N);
             for (i = 0; i < rows; i++)
                 rolni_add_rows(now, from + i + 1, part + from + i, N, part, N, sum + i * N);
         }
@@ -1111,38 +1133,89 @@ ROLN_FN void rolni_pod_direction(int N, int known, const roln_real *V, const rol
     }
 }
 
+/* Of numbers that are kept, from the sums Q [N][N] of all: V_i = their columns of I, lift_i = what x follows them with, the least
+   squares of x by them, both [kept][N]. ROLN_E_ILL_CONDITIONED: one of them does not move, or is a combination of the others. */
+#define ROLNI_POD_KEPT_MEM(X, kept) X(A, (kept) * (kept)) X(y, kept)
+#define ROLNI_POD_KEPT_WORK(kept) (0 ROLNI_POD_KEPT_MEM(ROLNI_SIZE, kept))
+ROLN_FN roln_status rolni_pod_kept(int N, int kept, const roln_real *Q, roln_real *V, roln_real *lift, roln_real *work)
+{
+    const int from = N - kept;
+    int i, j;
+    ROLNI_POD_KEPT_MEM(ROLNI_CARVE, kept)
+    for (i = 0; i < kept; i++)
+        rolni_copy(kept, Q + (from + i) * N + from, A + i * kept);
+    if (roln_chol(kept, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    for (j = 0; j < N; j++) {
+        rolni_copy(kept, Q + j * N + from, y);
+        roln_solve_lower(kept, A, y, y);
+        roln_solve_lower_t(kept, A, y, y);
+        for (i = 0; i < kept; i++) {
+            V[i * N + j] = ROLNI_AS(roln_real, j == from + i);
+            lift[i * N + j] = j < from ? y[i] : V[i * N + j];
+        }
+    }
+    return ROLN_OK;
+}
+
+/* V and lift [N1][N] of rolni_leave, those of the kept numbers first, become Psi and Phi, those last. room [N1][N]. */
+ROLN_FN void rolni_pod_last(int N, int N1, int kept, roln_real *V, roln_real *lift, roln_real *room)
+{
+    int i, k;
+    for (k = 0; k < 2; k++) {
+        roln_real *const rows = k == 0 ? V : lift;
+        rolni_copy(N1 * N, rows, room);
+        for (i = 0; i < N1; i++)
+            rolni_copy(N, room + (i + kept) % N1 * N, rows + i * N);
+    }
+    for (i = 0; i < N1 - kept; i++)
+        for (k = 0; k < kept; k++)
+            V[i * N + N - kept + k] = -roln_dot(N, V + i * N, lift + (N1 - kept + k) * N);
+}
+
 /* Start at the linear optimum of the count samples scale * x [count][N], by joint divided by each [N] or NULL: b_0 = mean,
    Phi_0 = Psi_0 = the first N_1 principal directions (POD), later layers Phi = Psi = [I; 0], b = 0. Since s+(s-(x)) = x the
-   autoencoder then is the rank-n POD. A bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out,
-   untouched unless ROLN_OK; room [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent
-   layer: the samples do not fill n dimensions; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3.
+   autoencoder then is the rank-n POD. Of numbers that are kept: the POD of what is left of x without the part that follows them. A
+   bent layer gets coordinates in which the samples lie in [-1, 1], and W = 0. theta out, untouched unless ROLN_OK; room
+   [ROLN_AE_POD_ROOM], work [ROLN_AE_POD_WORK]. Status of roln_eig; ROLN_E_ILL_CONDITIONED, of a bent layer: the samples do not fill
+   n dimensions, or a kept number does not move by itself; ROLN_E_SHAPE: not ROLN_FULL. Cost N^2 count / 2 in double, 9 N^3.
    Directions whose variance is below the part ROLN_EPS^1/2 of the largest are found again, in what is left of the samples without
    the others, at the same cost: rounding of the largest would be a part of them (test_ae.c: test_pod_of_many). */
 #define ROLNI_AE_POD_MEM(X, S) \
     X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N)) \
-    X(V, S(N1) * S(N)) /* directions, the largest first */
-#define ROLN_AE_POD_WORK(S) (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_EIG_WORK(S(N)) : 0)
+    X(V, S(N1) * S(N)) /* directions, the largest first */ X(follow, (S(kept) > 0) * S(N1) * S(N))
+#define ROLN_AE_POD_WORK(S) \
+    (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_EIG_WORK(S(N)), ROLNI_POD_KEPT_WORK(S(kept))) : 0)
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
                                      roln_real *theta, double *room, roln_real *work)
 {
-    const int N = ae->size[0], N1 = ae->size[1], nz = ae->size[ae->layers];
+    const int N = ae->size[0], N1 = ae->size[1], nz = ae->size[ae->layers], kept = ae->kept;
     roln_status st;
     int known, before, l, i;
+    roln_real *lift;
+    rolni_known done;
     ROLNI_AE_POD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
-    for (known = 0; known < N1;) {
+    lift = kept > 0 ? follow : V;
+    done = rolni_known_of(0, V, lift);
+    if (kept > 0) rolni_pod_sums(N, count, x, scale, each, &done, mean, Q, room);
+    if (kept > 0 && (st = rolni_pod_kept(N, kept, Q, V, lift, work)) != ROLN_OK) return st;
+    for (known = kept; known < N1;) {
         roln_real least;
-        rolni_pod_sums(N, count, x, scale, each, known, V, mean, Q, room);
+        done.count = known;
+        rolni_pod_sums(N, count, x, scale, each, &done, mean, Q, room);
         rolni_pod_bar(N, known, V, Q);
         if ((st = roln_eig(N, Q, eval, Q, work)) != ROLN_OK) return st;
         least = ROLN_SQRT(ROLN_EPS) * eval[N - 1];
         before = known;
-        for (i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++)
+        for (i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++) {
             rolni_pod_direction(N, before > 0 ? known : 0, V, Q + i * N, V + known * N);
+            if (kept > 0) rolni_copy(N, V + known * N, lift + known * N);
+        }
     }
+    if (kept > 0) rolni_pod_last(N, N1, kept, V, lift, Q);
     if (ae->monomials > 0 && (st = rolni_pod_range(ae, count, x, scale, each, V, mean, eval, work)) != ROLN_OK) return st;
-    rolni_copy(N1 * N, V, theta);
+    rolni_copy(N1 * N, lift, theta);
     rolni_copy(N1 * N, V, theta + N1 * N);
     rolni_copy(N, mean, theta + 2 * N1 * N);
     for (l = 1; l < ae->layers; l++) {
@@ -1646,7 +1719,8 @@ ROLN_FN roln_status roln_ae_check(const roln_ae *ae, const roln_real *theta)
        sum |v - C^T f|^2 / count + ridge |W|^2
    least solve (G + ridge count I_W) C = h, G = sum f f^T, h = sum f v^T. No constraint is needed: Psi^T v = z + Psi^T b is a linear
    function of the features without p, so that this part of the sum reaches 0, and does so without W, which a ridge would shrink.
-   Hence Psi^T Phi = I, Psi^T W^T = 0, and Psi^T b is what it was: z does not change.
+   Hence Psi^T Phi = I, Psi^T W^T = 0, and Psi^T b is what it was: z does not change. Numbers that are kept are functions of their
+   own z alone, so the fit leaves nothing of them either.
 
    Sums are double in every build: products of floats are exact there, and so the same bits come out wherever double is IEEE's,
    contracted or not. Where a processor has none it is done in software, on a Cortex-M4F 100 to 150 cycles for each of the
@@ -1825,6 +1899,20 @@ ROLN_FN roln_status rolni_chart_polish(int n, int m, int N, const roln_real *psi
     return ROLN_OK;
 }
 
+/* The columns of C [m][N] of numbers that are kept become what they are but for rounding: b is that of the encoder, Phi the inverse
+   of its one number, W 0. */
+ROLN_FN void rolni_chart_keep(int n, int m, int N, int kept, const roln_real *psi, const roln_real *b0, double *C)
+{
+    int i, j;
+    for (i = 0; i < kept; i++) {
+        const int z = n - kept + i, x = N - kept + i;
+        for (j = 0; j < m; j++)
+            C[j * N + x] = 0;
+        C[x] = ROLNI_AS(double, b0[x]);
+        C[(1 + z) * N + x] = 1 / ROLNI_AS(double, psi[z * N + x]);
+    }
+}
+
 /* sum |v - mean|^2 from the sums. */
 ROLN_FN double rolni_chart_spread(int m, int N, const double *sums)
 {
@@ -1887,6 +1975,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     rolni_ldl_solve(m, bent, G, C);
     left = rolni_chart_residual(m, bent, 1 + n, penalty, sums, C);
     phi = theta + rolni_bent_at(ae), b = phi + 2 * n * bent;
+    rolni_chart_keep(n, m, bent, ae->kept, phi + n * bent, b, C);
     if ((st = rolni_chart_polish(n, m, bent, phi + n * bent, b, C, E)) != ROLN_OK) return st;
     for (i = 0; i < m * bent; i++)
         bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));

@@ -12,8 +12,9 @@
        s_k += G_k (s_k+1 - s'_k+1)      G_k = P_k A_k^T P'_k+1^-1
 
    Noise of the encoders is that of NAME_fit_noise. Unknown torques of each joint are as small as the encoders allow: q may move by
-   1.1 times its noise (the discrepancy principle). So a model that is wrong by more trusts the encoders more. Angles are those next
-   to the measured ones. Cost: two filter ticks and a NAME_linear for each sample. */
+   1.1 times its noise (the discrepancy principle). So a model that is wrong by more trusts the encoders more. Accelerations of
+   driven joints count as unknown torques, for differences of encoders are noise. Angles are those next to the measured ones. Cost:
+   two filter ticks and a NAME_linear for each sample. */
 
 #ifndef SMOOTHER_H
 #define SMOOTHER_H
@@ -38,7 +39,8 @@ static void read_smoother(const char *path)
     if (st != ROLN_OK) fail("smoother=%s: no weights of this config: %s", path, roln_status_text(st));
 }
 
-/* How unknown torques of joints compare: as what accelerates each by the same part of its largest velocity; NULL behind a chart. */
+/* How unknown torques of joints compare: as what accelerates each by the same part of its largest velocity; of a driven joint as the
+   acceleration itself; NULL behind a chart. */
 static roln_real *compare_torques(roln_real *x)
 {
     static M(work) scratch;
@@ -48,8 +50,11 @@ static roln_real *compare_torques(roln_real *x)
     for (j = 0; j < (int)M(n); j++)
         z.z[j] = (smoother.p.z_min[j] + smoother.p.z_max[j]) / 2;
     if (!JOINTS || M(dynamics)(&smoother.p, &z, &e, &scratch.dynamics) != ROLN_OK) return NULL;
-    for (j = 0; j < (int)M(N); j++)
-        x[j] = e.M[j * ((int)M(n) + 1)] * smoother.p.zd_max[j] / (units_of(&smoother.p) ? units_of(&smoother.p)[j] : 1);
+    for (j = 0; j < (int)M(N); j++) {
+        const roln_real unit = units_of(&smoother.p) ? units_of(&smoother.p)[j] : 1;
+        const int driven = j >= (int)M(N) - (int)M(driven);
+        x[j] = smoother.p.zd_max[j] * (driven ? unit : e.M[j * ((int)M(n) + 1)] / unit);
+    }
     return x;
 }
 
@@ -235,14 +240,18 @@ static void tune_smoother(motion *m)
 /* q, qd, qdd of all recordings of m, of the file or folder `path`. */
 static void smooth_motion(motion *m, const char *path)
 {
-    double moved[M(N)];
-    int again, j;
+    enum { N = M(N) };
+    double moved[N];
+    int again, i, j;
+    for (i = 0; i < m->samples && (int)M(driven) > 0; i++)
+        for (j = N - (int)M(driven); j < N; j++)
+            m->tau[i * N + j] = 0;
     fit_smoother(m);
     tune_smoother(m);
     again = smooth_recordings(m, 0, m->trajectories, moved);
     differences(m, m->qd, m->qdd);
     say("%s: a Kalman smoother moves q by", path);
-    for (j = 0; j < (int)M(N); j++)
+    for (j = 0; j < N; j++)
         say("%s %.2g (noise %.2g)", j ? "," : "", moved[j], (double)smoother.noise.q_each[j]);
     say(", rms");
     if (again > 0) say("; its filter started again %d times", again);

@@ -231,7 +231,7 @@ static motion start_samples(const regression *r, const regression_source *of)
         if (i == START_PLACES / 4 * 3) m.first[1] = m.samples;
         if (i >= START_PLACES / 4 * 3) {
             regression_random_place(r, &seed, q);
-            for (j = 0; j < N; j++) {
+            for (j = 0; j < N && j < REGRESSION_JOINTS; j++) {
                 qd[j] = (2 * regression_random(&seed) - 1) * 2 * r->speed[j];
                 qdd[j] = (2 * regression_random(&seed) - 1) * 2 * r->acceleration[j];
             }

@@ -53,6 +53,15 @@
 #define ROLN_GN_ROWS 20
 #include "roln.h"
 
+#define ROLN_NAME eight
+#define ROLN_AE 5, 3
+#define ROLN_MLP 4
+#define ROLN_CHART polynomial, 2
+#define ROLN_DRIVEN 1
+#define ROLN_PLAN 4, 2
+#define ROLN_GN_ROWS 20
+#include "roln.h"
+
 #define ROLN_NAME seven
 #define ROLN_AE 3
 #define ROLN_MLP 4

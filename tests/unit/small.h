@@ -26,8 +26,8 @@
 enum { CURRENT, SERVO, WINCH, MODELS };
 #define SMALL_TABLE(X, Y) {&X(current), &X(servo), &X(winch)}
 #elif defined OF_DRIVEN
-enum { CART, HELD, TIED, MODELS };
-#define SMALL_TABLE(X, Y) {&X(cart), &X(held), &X(tied)}
+enum { CART, HELD, CABLE, TIED, MODELS };
+#define SMALL_TABLE(X, Y) {&X(cart), &X(held), &X(cable), &X(tied)}
 #else
 enum { PLAIN, BARE, SQUARE, DEEP, POLE, RICH, DELAN, PUSHED, LAYERED, CHART, CURVED, WHEEL, LADEN, RUBBED, MODELS };
 /* X(name) of every model, of those with learned inputs Y(name) */
@@ -91,6 +91,19 @@ ROLN_FN int mate(int k, int i)
     return i;
 }
 
+/* The layer of a chart keeps its last numbers, times 1/2, 1, 2 ..: columns of Phi and W, rows of Psi. */
+ROLN_FN void keep_numbers(const roln_ae *shape, roln_real *phi)
+{
+    const int N = shape->size[0], n = shape->size[1];
+    roln_real *const psi = phi + n * N, *const W = psi + (n + 1) * N, factor = ROLN_C(0.5);
+    int i, j;
+    for (j = N - shape->kept; j < N; j++, factor *= 2) {
+        for (i = 0; i < n; i++) phi[i * N + j] = j - N == i - n ? 1 / factor : 0;
+        for (i = 0; i < N; i++) psi[(n - N + j) * N + i] = i == j ? factor : 0;
+        for (i = 0; i < shape->monomials; i++) W[i * N + j] = 0;
+    }
+}
+
 /* Parameters: the constraint Psi^T Phi = I nearly holds, P and the biases of gyro layers are SPD. */
 ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
 {
@@ -105,6 +118,7 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
         const int a = m->ae.size[l], b = m->ae.size[l + 1];
         for (i = 0; i < 2 * a * b; i++)
             theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
+        if (m->ae.kept > 0) keep_numbers(&m->ae, theta);
         theta += 2 * a * b + a;
     }
     theta += m->ae.monomials * roln_ae_bent(&m->ae);

@@ -92,6 +92,18 @@
 #define ROLN_LEARN SMALL_LEARN
 #include "called.h"
 
+#define ROLN_NAME SMALL(cable) /* two driven joints behind a chart */
+#define ROLN_AE 6, 4
+#define ROLN_MLP 4
+#define ROLN_CHART polynomial, 2
+#define ROLN_DRIVEN 2
+#define ROLN_HORIZON 3
+#define ROLN_PLAN 4, 2
+#define ROLN_INTEGRATOR SMALL_STEP(rk4)
+#define ROLN_SCALE SMALL_SCALE
+#define ROLN_GN_ROWS SMALL_ROWS
+#include "called.h"
+
 #define ROLN_NAME SMALL(tied) /* one free angle; three driven joints, behind an SPD layer; friction */
 #define ROLN_AE 4
 #define ROLN_MLP 4
