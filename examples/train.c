@@ -1197,7 +1197,7 @@ static void tables(double most)
     char held[60];
     FILE *csv = file("_errors.csv", "w");
     snprintf(held, sizeof held, "held-out trajectories%s", altered);
-    printf("E_q, E_qd: errors over the rms of motion; +-: standard error; q + h qd: constant velocity, (hidden by noise)\n");
+    printf("E_q, E_qd: errors over the rms of motion; +-: standard error; q + h qd: constant velocity, (does not count)\n");
     table_head(csv);
     table(held, "held out", &d, train, d.trajectories, words[TEST].value ? most / 2 : most, csv);
     tell_baseline();

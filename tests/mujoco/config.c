@@ -193,7 +193,9 @@ static void write_comment(FILE *f, const char *name, const char *model, const sh
     for (int j = 0, first = 1; j < m->njnt && rig.turns > 0; j++)
         if (rig.angle[j]) fprintf(f, "%s%d", first ? ";\n   joints that turn round: " : ", ", j + 1), first = 0;
     if (rubbing()) fprintf(f, ";\n   dry friction");
-    if (drags()) fprintf(f, ";\n   drag that grows with the square of the speed, which this model does not have");
+    for (int j = 0, first = 1; j < m->njnt && mixed(); j++)
+        if (!hinge(j)) fprintf(f, "%s%d", first ? ";\n   sliders: " : ",", j + 1), first = 0;
+    if (drags()) fprintf(f, ";\n   drag that grows with the square of the speed");
     if (rig.untouched) fprintf(f, ";\n   recorded without contacts");
     if (rig.taut > 0) fprintf(f, ";\n   recorded with %d taut tendons", rig.taut);
     for (int i = 0; i < m->nu * m->nv && m->nu < m->nv; i++) {
@@ -217,7 +219,7 @@ void write_config(const char *name, const char *path, const char *model, const s
         fprintf(f, "%s%d", j ? ", " : "#define ROLN_ANGLES ", sees_angle(j, which == ANGLES));
     if (angles) fputc('\n', f);
     if (mixed()) fprintf(f, "#define ROLN_SCALE each\n");
-    if (damped()) fprintf(f, "#define ROLN_DAMPING 1\n");
+    if (damped()) fprintf(f, "#define ROLN_DAMPING %d\n", drags() ? 2 : 1);
     if (rubbing()) fprintf(f, "#define ROLN_FRICTION 1\n");
     fprintf(f, "#define ROLN_HORIZON 25\n#include \"roln.h\"\n\n#endif\n");
     if (fclose(f)) refuse_place(path);

@@ -76,6 +76,7 @@ grep -v '^  recording\|^  steps of' "$try/record.log" > "$out.log"
 cat "$out.log"
 [ $code -eq 0 ] || exit 1
 torque=$(head -n 1 "$out.csv" | awk '{ print /,(tau|u)1/ }')
+sliders=$(sed -n 's/^   sliders: \([0-9,]*\).*/sliders=\1/p' "$out.h")
 
 # train PLACE NAME SETTING ..: the config NAME of folder PLACE, which also gets all files. Returns 0, 3 or 1, as the trainer
 train() {
@@ -89,7 +90,7 @@ train() {
         echo "$config does not compile: $(head -n 1 "$place/cc")" > "$place/log"
         return 1
     }
-    logged "$place/log" "$place/train" "$out.csv" torque="$torque" out="$place/$config" "$@"
+    logged "$place/log" "$place/train" "$out.csv" torque="$torque" out="$place/$config" $sliders "$@"
     code=$?
     [ $code -eq 0 ] || [ $code -eq 3 ] || {
         sed -i "\$s/^/$config was not trained: /" "$place/log"
@@ -199,7 +200,7 @@ torques=$(awk '/^torques by/ { on = 1; next } /^M at/ { on = 0 } on && NF >= 4 &
 
 # The verdict. Exit codes: 0 useful, 3 not.
 verdict=$(awk -v why="$why" -v torques="$torques" -v motors="$motors" -v steps="$(steps_of "$won")" -v budget="$budget" \
-    -v outside="$(grep -o 'drag that grows.*density [^)]*)\|dry friction holds a joint in [0-9]* %' "$out.notes" | head -n 1)" '
+    -v held="$(grep -o 'dry friction holds a joint in [0-9]* %' "$out.notes" | head -n 1)" '
     function short(x) { return sprintf(x < 100 ? "%.2g" : "%.0f", x) }
     $1 > 0 && !ended {
         if ($2 > 5) { ended = 1; because = "E_q is " short($2) " % at " $1 " ms" }
@@ -224,7 +225,7 @@ verdict=$(awk -v why="$why" -v torques="$torques" -v motors="$motors" -v steps="
             else if (!control) because = "torques are off by " torques " %, 10 % is the limit for control"
             if (because != "") verdict = verdict ": " because
         }
-        if (because != "" && outside != "") verdict = verdict "; outside the class of models: " outside
+        if (because != "" && held != "") verdict = verdict "; " held
         if (because != "" && steps < 100) verdict = verdict "; the training ended at step " steps ", by " budget
         print verdict
     }' "$out.own")

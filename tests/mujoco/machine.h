@@ -59,7 +59,7 @@ enum { OWN, FULL, ANGLES }; /* the config that is proposed; of all joints, witho
 void write_config(const char *name, const char *path, const char *model, const shape *s, int which);
 /* Nonzero if there are hinges that the proposed config does not see as angles and that could be. */
 int more_angles(const shape *s);
-/* Nonzero if drag grows with the square of the speed: no model has it. */
+/* Nonzero if drag grows with the square of the speed. */
 int drags(void);
 /* E_q of the motion carried on at constant velocity, q + h qd, on the recordings for tests, as CSV. */
 void write_constant(const demos *d, const char *path);

@@ -846,11 +846,9 @@ static void say(const demos *d)
     if (rig.untouched) printf("without contacts: the model is of the machine that touches nothing\n");
     if (rig.taut) printf("%d tendons are taut at rest: the model is of the machine with taut tendons\n", rig.taut);
     if (drags())
-        printf("drag that grows with the square of the speed (density %g) is outside the class of models, whose damping is "
-               "linear\n",
-               rig.m->opt.density);
+        printf("drag grows with the square of the speed (density %g): ROLN_DAMPING 2\n", rig.m->opt.density);
     if (stands(d) > 0.05)
-        printf("dry friction holds a joint in %.0f %% of the samples: stiction is outside the class of models\n", 100 * stands(d));
+        printf("dry friction holds a joint in %.0f %% of the samples: ROLN_STICTION\n", 100 * stands(d));
     if (rig.turns) printf("joints turn round in %d: without autoencoder as angles, with one as numbers that grow\n", rig.turns);
     if (rig.servos) printf("%d motors are servos or have dynamics: recorded is the force that they exert\n", rig.servos);
     say_joints(d);
