@@ -39,7 +39,7 @@ static void read_smoother(const char *path)
     if (st != ROLN_OK) fail("smoother=%s: no weights of this config: %s", path, roln_status_text(st));
 }
 
-/* How unknown torques of joints compare: as what accelerates each by the same part of its largest velocity; of a driven joint as the
+/* How unknown torques of joints compare: as what accelerates each by the same part of its largest velocity; of a driven joint this
    acceleration itself; NULL behind a chart. */
 static roln_real *compare_torques(roln_real *x)
 {

@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # smoother.sh - smoother=FILE: a model that was trained on coarse encoders finds q and qd of its own recordings, and a second
-# training on them is better. A pendulum with a motor and friction behind encoders of 10 bits, sampled at 1 kHz; and one under a base
-# that is driven.
+# training on them is better. A pendulum with a motor and friction behind encoders of 10 bits, sampled at 1 kHz; and one under a
+# base that is driven.
 cd "$(dirname "$0")/../.." || exit 1
 dir=build/smoother
 . tests/user/check.sh
@@ -65,7 +65,7 @@ check 'a poor model: q moves by its noise' awk '/a Kalman smoother moves q by/ {
 
 # a pendulum under a base that is driven: encoders alone. qdd = -9.81 sin q - a cos q - 0.1 qd, a: the acceleration of the base
 drive() {
-    awk -v steps="$1" 'function reads(x) { n = x * steps / turn; return steps ? int(n + 1000.5) * turn / steps - 1000 * turn / steps : x }
+    awk -v steps="$1" 'function reads(x) { return steps ? (int(x * steps / turn + 1000.5) - 1000) * turn / steps : x }
     function base(t) { return 0.4 * sin(2.1 * t + k) + 0.15 * sin(5.3 * t + 2 * k) }
     function base_dd(t) { return -0.4 * 2.1 * 2.1 * sin(2.1 * t + k) - 0.15 * 5.3 * 5.3 * sin(5.3 * t + 2 * k) }
     BEGIN {
