@@ -1603,7 +1603,7 @@ typedef struct rolni_gradient {
 ROLN_FN roln_gradient roln_gradient_of(const roln_model *md, roln_real *theta, roln_loss *loss, roln_real *windows)
 {
     roln_gradient g;
-    g.ae = md->ae.kept > 0 ? NULL : theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
+    g.ae = md->ae.keeps > 0 ? NULL : theta, g.net = theta + roln_ae_params(&md->ae), g.loss = loss, g.windows = windows;
     g.signs = NULL, g.residual = NULL, g.rest = NULL, g.force_variance = NULL;
     return g;
 }
@@ -2579,7 +2579,7 @@ ROLNI_INTS
     ROLN_(friction) = ROLN_FRICTION,
     ROLN_(cholesky) = ROLNI_MASS_KIND(ROLN_MASS) == ROLN_CHOLESKY,
     ROLN_(driven) = ROLN_DRIVEN,
-    ROLN_(kept) = (ROLN_(ae_layers) > 0) * ROLN_(driven), /* coordinates that are driven joints behind an autoencoder */
+    ROLN_(keeps) = (ROLN_(ae_layers) > 0) * ROLN_(driven), /* coordinates that are driven joints behind an autoencoder */
     ROLN_(formed) = ROLN_(layers) > 0 || ROLN_(cholesky) || ROLN_(driven) > 0,
     /* rows of the networks' kernels (roln_lnn.h, 2) */
     ROLN_(row_mass) = ROLNI_MASS_ROW_WORK(ROLN_),
@@ -2696,9 +2696,9 @@ ROLNI_ASSERT(angles_need_31_joints_at_most, ROLN_(angles) == 0 || ROLN_(N) <= RO
 ROLNI_ASSERT(inputs_at_most_N, (ROLN_INPUTS) >= 0 && (ROLN_INPUTS) <= ROLN_(N))
 ROLNI_ASSERT(driven_leaves_a_coordinate_free, (ROLN_DRIVEN) >= 0 && (ROLN_DRIVEN) < ROLN_(n))
 ROLNI_ASSERT(driven_behind_an_autoencoder_needs_a_chart_of_one_layer,
-             ROLN_(kept) == 0 || (ROLN_(degree) > 0 && ROLN_(ae_layers) == 1))
-ROLNI_ASSERT(driven_behind_an_autoencoder_takes_full_weights, ROLN_(kept) == 0 || ROLNI_BITS(ROLN_QUANTISE) == 0)
-ROLNI_ASSERT(driven_behind_an_autoencoder_learns_networks, ROLN_(kept) == 0 || ROLNI_LEARN(ROLN_LEARN))
+             ROLN_(keeps) == 0 || (ROLN_(degree) > 0 && ROLN_(ae_layers) == 1))
+ROLNI_ASSERT(driven_behind_an_autoencoder_takes_full_weights, ROLN_(keeps) == 0 || ROLNI_BITS(ROLN_QUANTISE) == 0)
+ROLNI_ASSERT(driven_behind_an_autoencoder_learns_networks, ROLN_(keeps) == 0 || ROLNI_LEARN(ROLN_LEARN))
 ROLNI_ASSERT(driven_takes_no_midpoint_rule, ROLN_(driven) == 0 || ROLNI_INT(ROLN_(scheme)) != ROLN_MIDPOINT)
 ROLNI_ASSERT(driven_takes_no_inputs_actuator_nor_load,
              ROLN_(driven) == 0 || ((ROLN_INPUTS) == 0 && ROLN_(actuator) == 0 && (ROLN_LOAD) == 0))
@@ -2806,7 +2806,7 @@ static const roln_model ROLN_(model) = {
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
       ROLN_(N6), ROLN_(N7), ROLN_(N8)},
      ROLNI_AS(roln_real, ROLN_SLOPE), ROLNI_STORE(ROLN_QUANTISE), ROLNI_CHART(ROLNI_AT(0, ROLN_CHART)), ROLN_(degree),
-     ROLN_(monomials), ROLN_(kept)},
+     ROLN_(monomials), ROLN_(keeps)},
     ROLNI_LNN_OF(ROLN_FRICTION),
     ROLNI_SCHEME(ROLN_INTEGRATOR), ROLN_INPUTS, ROLN_(own), ROLN_(actuator)};
 #if ROLN_STICTION > 0
@@ -2868,7 +2868,7 @@ ROLN_FN void ROLNI_(own_inputs)(const ROLN_(params) *p, int rows, roln_real *x)
 ROLN_FN roln_real ROLNI_(driven_slope)(const ROLN_(params) *p, int i)
 {
     const int N = ROLN_(N), n = ROLN_(n);
-    return ROLN_(kept) > 0 ? p->theta[(n + i) * N + N - n + i] : 1; /* of Psi */
+    return ROLN_(keeps) > 0 ? p->theta[(n + i) * N + N - n + i] : 1; /* of Psi */
 }
 
 /* The same in user's units: accelerations of the joint are multiplied by it. */
@@ -3666,7 +3666,7 @@ ROLN_FN void ROLNI_(torque_eval)(void *ctx, int nb, const roln_real *z, roln_rea
     roln_ae_decode(ae, 1, nb, f->p->theta, z, NULL, f->tape);
     roln_ae_reduce(ae, nb, f->p->theta, f->tape, ROLNI_(joint_force)(f->p, nb, f->in, f->tau), tau_z, f->work);
     for (r = 0; r < nb; r++)
-        for (i = n - ROLN_(kept); i < n; i++)
+        for (i = n - ROLN_(keeps); i < n; i++)
             tau_z[r * n + i] = ROLNI_(driven_slope)(f->p, i) * f->in[(r + 1) * N - n + i];
 }
 
@@ -3684,7 +3684,7 @@ ROLN_FN void ROLNI_(torque_bwd)(void *ctx, int nb, const roln_real *z, const rol
     const ROLNI_(torque) *f = ROLNI_AS(const ROLNI_(torque) *, ctx);
     const int N = ROLN_(N), inputs = ROLN_(inputs), learned = inputs > 0 || ROLN_(actuator) > 0;
     if (learned) rolni_zero(nb * N, f->g);
-    if (ROLN_(kept) > 0) {
+    if (ROLN_(keeps) > 0) {
         rolni_copy(nb * ROLN_(n), y, f->g);
         ROLNI_(drop_driven)(nb, f->g);
         y = f->g;
@@ -3757,7 +3757,7 @@ ROLN_FN void ROLNI_(torque_jac)(void *ctx, const roln_real *z, roln_real *H, rol
     for (i = 0; G && i < size; i++)
         for (j = 0; j < n; j++)
             G[i * n + j] = (inputs > 0 ? f->u : f->T)[j * size + i];
-    for (i = n - ROLN_(kept); i < n; i++)
+    for (i = n - ROLN_(keeps); i < n; i++)
         for (j = 0; j < N; j++) {
             if (j < n) H[j * n + i] = 0;
             if (G) G[j * n + i] = j == N - n + i ? ROLNI_(driven_slope)(f->p, i) : 0;
@@ -5604,7 +5604,7 @@ typedef struct {
             roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, ROLN_BLOCK))];
         } eval;
         struct {
-            roln_real g[ROLNI_ROOM(ROLN_MAX(ROLNI_TAU(ROLN_, ROLN_BLOCK), (ROLN_(kept) > 0) * ROLN_BLOCK * ROLN_(n)))];
+            roln_real g[ROLNI_ROOM(ROLN_MAX(ROLNI_TAU(ROLN_, ROLN_BLOCK), (ROLN_(keeps) > 0) * ROLN_BLOCK * ROLN_(n)))];
             roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_BWD_WORK(ROLN_, ROLN_BLOCK))];
         } bwd;
     } u;
@@ -6068,7 +6068,7 @@ typedef struct {
 ROLN_FN roln_status ROLN_(update)(ROLN_(params) *p, const roln_opt *opt, ROLN_(optimiser) *o, const ROLN_(gradient) *g,
                                   ROLN_(update_work) *w)
 {
-    const int first = ROLN_(kept) > 0 ? ROLN_(behind) : 0, from = ROLN_(kept) > 0 ? ROLN_(ae_size) : 0;
+    const int first = ROLN_(keeps) > 0 ? ROLN_(behind) : 0, from = ROLN_(keeps) > 0 ? ROLN_(ae_size) : 0;
     const roln_moments moments = {o->m, o->v, o->v_max};
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     return roln_adam_update(ROLN_(blocks) - first, ROLN_(table) + first, opt, 1 / g->windows, g->theta + from, p->theta + from,
@@ -6431,7 +6431,8 @@ ROLN_FN roln_status ROLN_(init_pod)(ROLN_(params) *p, int count, const roln_real
     roln_status st;
     memset(p, 0, sizeof *p);
     st = roln_fit_scale(&ROLN_(model), count, q, qd, qbar, &p->scale, ROLNI_EACH(p));
-    if (st == ROLN_OK) st = roln_ae_init_pod(&ROLN_(model).ae, count, q, 1 / p->scale.q, ROLNI_EACH(p), p->theta, w->room, w->work);
+    if (st == ROLN_OK && ROLN_(ae_layers) > 0)
+        st = roln_ae_init_pod(&ROLN_(model).ae, count, q, 1 / p->scale.q, ROLNI_EACH(p), p->theta, w->room, w->work);
     if (st != ROLN_OK) return st;
     p->slope = ROLN_(model).ae.slope, p->eigenvalue_floor = ROLN_(model).lnn.eigenvalue_floor;
 #if ROLNI_ACTUATOR(ROLN_ACTUATOR) > 0
@@ -6514,7 +6515,7 @@ ROLN_FN roln_status ROLN_(chart_center)(ROLN_(params) *p)
 typedef struct {
     roln_real low[ROLN_(n)], high[ROLN_(n)], top[ROLN_(n)], x[ROLN_CHART_BLOCK * ROLN_(N)], cov[2 * ROLN_(n) * ROLN_(n)];
     roln_real dual[ROLN_(n) * ROLN_(n)], modes[ROLN_(n) * ROLN_(n)], gm[ROLN_(n) * ROLN_(bent)], rest[ROLN_(n) * ROLN_(bent)];
-    roln_real shear[ROLNI_ROOM((ROLN_(n) - ROLN_(kept)) * ROLN_(kept))];
+    roln_real shear[ROLNI_ROOM((ROLN_(n) - ROLN_(keeps)) * ROLN_(keeps))];
     union {
         ROLN_(encode_work) encode;
         roln_real frame[ROLN_SPD_FRAME_WORK(ROLN_(n))], add[ROLN_CHART_ADD_WORK(ROLN_)];
@@ -6591,7 +6592,7 @@ ROLN_FN roln_status ROLNI_(encoder_spread)(ROLNI_(encoder) *f)
    ROLN_E_ILL_CONDITIONED: a driven joint does not move by itself. */
 ROLN_FN roln_status ROLNI_(encoder_free)(ROLNI_(encoder_work) *w)
 {
-    const int n = ROLN_(n), kept = ROLN_(kept), free = n - kept;
+    const int n = ROLN_(n), kept = ROLN_(keeps), free = n - kept;
     roln_real *const A = w->cov, *const X = A + n * n, *const B = w->shear, *const D = w->dual, *const Y = w->modes;
     int i, j, k;
     for (i = 0; i < kept; i++)
@@ -6624,7 +6625,7 @@ ROLN_FN roln_status ROLNI_(encoder_free)(ROLNI_(encoder_work) *w)
    follow them. ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
 ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *psi, roln_real *layer)
 {
-    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(kept), free = n - kept;
+    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(keeps), free = n - kept;
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     roln_real *const A = w->cov, *const X = A + n * n;
     roln_status st = ROLNI_(encoder_spread)(f);
@@ -6656,14 +6657,14 @@ ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *p
 ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi)
 {
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), free = n - ROLN_(kept);
+    const int n = ROLN_(n), bent = ROLN_(bent), free = n - ROLN_(keeps);
     ROLN_(refinement) *const t = f->turn;
     ROLNI_(encoder_work) *const w = &t->encoder;
     roln_real *layer = f->p->theta + rolni_bent_at(ae);
     roln_status st;
     int k, now, i;
     rolni_copy(free * bent, psi, layer + n * bent);
-    rolni_zero(ROLN_(kept) * bent, layer + (n + free) * bent);
+    rolni_zero(ROLN_(keeps) * bent, layer + (n + free) * bent);
     for (i = free; i < n; i++)
         layer[(n + i) * bent + bent - n + i] = 1;
     rolni_copy(bent, t->from, layer + 2 * n * bent);
@@ -6686,7 +6687,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 {
     ROLNI_(encoder) *f = ROLNI_AS(ROLNI_(encoder) *, ctx);
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials), free = n - ROLN_(kept);
+    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials), free = n - ROLN_(keeps);
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     const roln_real *W = f->p->theta + rolni_ae_layers(ae);
     const double *sums = f->turn->sums;
@@ -6713,7 +6714,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
     }
     roln_mm_at(free, free, bent, w->modes, w->gm, g);
     for (i = 1; i <= free; i++)
-        rolni_zero(ROLN_(kept), g + i * bent - ROLN_(kept));
+        rolni_zero(ROLN_(keeps), g + i * bent - ROLN_(keeps));
     return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
 }
 
@@ -6721,7 +6722,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 ROLN_FN roln_status ROLNI_(refine_start)(const ROLN_(params) *p, ROLN_(refinement) *t)
 {
     const roln_lbfgs start = ROLN_LBFGS_START;
-    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(kept);
+    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(keeps);
     const roln_real *layer = p->theta + rolni_bent_at(&ROLN_(model).ae);
     roln_real *row = t->psi;
     int i, j;
@@ -6751,7 +6752,7 @@ ROLN_FN roln_status ROLNI_(refine_start)(const ROLN_(params) *p, ROLN_(refinemen
    5 F N_{L-1} more for each sample, and a solve. */
 ROLN_FN roln_status ROLN_(chart_refine)(ROLN_(params) *p, const roln_batch *b, ROLN_(refinement) *turn, roln_real *residual)
 {
-    const roln_block encoder = {&roln_stiefel, ROLN_(n) - ROLN_(kept), ROLN_(bent), 0};
+    const roln_block encoder = {&roln_stiefel, ROLN_(n) - ROLN_(keeps), ROLN_(bent), 0};
     const int size = (2 * ROLN_(n) + 1 + ROLN_(monomials)) * ROLN_(bent);
     roln_real *const layer = p->theta + rolni_bent_at(&ROLN_(model).ae);
     const ROLNI_(encoder_work) *const w = &turn->encoder;

@@ -70,7 +70,7 @@ struct roln_ae {
     const roln_storage *storage; /* ROLN_FULL; &roln_half or &roln_int8: for use only, there is no gradient with respect to theta */
     const roln_bend *bend;       /* ROLN_UNBENT; &roln_polynomial, if L > 0 and N_L < N_{L-1} */
     int degree, monomials;       /* of the polynomials, 2 .. ROLN_DEGREE_MAX, F = ROLN_MONOMIALS(N_L, degree); ROLN_UNBENT: 0 */
-    int kept;                    /* the last so many numbers of x are the last of z, each with a unit and an origin of its own: what
+    int keeps;                    /* the last so many numbers of x are the last of z, each with a unit and an origin of its own: what
                                     drives the others. Below N_L; if above 0, L = 1, bent and ROLN_FULL */
 };
 
@@ -920,9 +920,9 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
         roln_real *phi = theta, *psi = theta + n * N, *b = psi + n * N;
         for (i = 0; i < n * N; i++)
             psi[i] = n < N ? sd * roln_normal(seed) : ROLNI_AS(roln_real, i % (n + 1) == 0);
-        for (i = 0; i < n && ae->kept > 0; i++)
-            for (j = i < n - ae->kept ? N - ae->kept : 0; j < N; j++)
-                psi[i * N + j] = ROLNI_AS(roln_real, i >= n - ae->kept && j - N == i - n);
+        for (i = 0; i < n && ae->keeps > 0; i++)
+            for (j = i < n - ae->keeps ? N - ae->keeps : 0; j < N; j++)
+                psi[i * N + j] = ROLNI_AS(roln_real, i >= n - ae->keeps && j - N == i - n);
         roln_mm_bt(n, N, n, psi, psi, G);
         if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
         for (j = 0; j < N; j++) {
@@ -1182,13 +1182,13 @@ ROLN_FN void rolni_pod_last(int N, int N1, int kept, roln_real *V, roln_real *li
    the others, at the same cost: rounding of the largest would be a part of them (test_ae.c: test_pod_of_many). */
 #define ROLNI_AE_POD_MEM(X, S) \
     X(Q, S(N) * S(N)) /* covariance, then eigenvectors */ X(eval, S(N)) /* eigenvalues, then one sample */ X(mean, S(N)) \
-    X(V, S(N1) * S(N)) /* directions, the largest first */ X(follow, (S(kept) > 0) * S(N1) * S(N))
+    X(V, S(N1) * S(N)) /* directions, the largest first */ X(follow, (S(keeps) > 0) * S(N1) * S(N))
 #define ROLN_AE_POD_WORK(S) \
-    (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_EIG_WORK(S(N)), ROLNI_POD_KEPT_WORK(S(kept))) : 0)
+    (S(N1) > 0 ? 0 ROLNI_AE_POD_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLN_EIG_WORK(S(N)), ROLNI_POD_KEPT_WORK(S(keeps))) : 0)
 ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_real *x, roln_real scale, const roln_real *each,
                                      roln_real *theta, double *room, roln_real *work)
 {
-    const int N = ae->size[0], N1 = ae->size[1], nz = ae->size[ae->layers], kept = ae->kept;
+    const int N = ae->size[0], N1 = ae->size[1], nz = ae->size[ae->layers], keeps = ae->keeps;
     roln_status st;
     int known, before, l, i;
     roln_real *lift;
@@ -1196,11 +1196,11 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
     ROLNI_AE_POD_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     if (ae->storage != ROLN_FULL) return ROLN_E_SHAPE;
     if (ae->layers == 0) return ROLN_OK;
-    lift = kept > 0 ? follow : V;
+    lift = keeps > 0 ? follow : V;
     done = rolni_known_of(0, V, lift);
-    if (kept > 0) rolni_pod_sums(N, count, x, scale, each, &done, mean, Q, room);
-    if (kept > 0 && (st = rolni_pod_kept(N, kept, Q, V, lift, work)) != ROLN_OK) return st;
-    for (known = kept; known < N1;) {
+    if (keeps > 0) rolni_pod_sums(N, count, x, scale, each, &done, mean, Q, room);
+    if (keeps > 0 && (st = rolni_pod_kept(N, keeps, Q, V, lift, work)) != ROLN_OK) return st;
+    for (known = keeps; known < N1;) {
         roln_real least;
         done.count = known;
         rolni_pod_sums(N, count, x, scale, each, &done, mean, Q, room);
@@ -1210,10 +1210,10 @@ ROLN_FN roln_status roln_ae_init_pod(const roln_ae *ae, int count, const roln_re
         before = known;
         for (i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++) {
             rolni_pod_direction(N, before > 0 ? known : 0, V, Q + i * N, V + known * N);
-            if (kept > 0) rolni_copy(N, V + known * N, lift + known * N);
+            if (keeps > 0) rolni_copy(N, V + known * N, lift + known * N);
         }
     }
-    if (kept > 0) rolni_pod_last(N, N1, kept, V, lift, Q);
+    if (keeps > 0) rolni_pod_last(N, N1, keeps, V, lift, Q);
     if (ae->monomials > 0 && (st = rolni_pod_range(ae, count, x, scale, each, V, mean, eval, work)) != ROLN_OK) return st;
     rolni_copy(N1 * N, lift, theta);
     rolni_copy(N1 * N, V, theta + N1 * N);
@@ -1975,7 +1975,7 @@ ROLN_FN roln_status roln_chart_solve(const roln_ae *ae, const double *sums, roln
     rolni_ldl_solve(m, bent, G, C);
     left = rolni_chart_residual(m, bent, 1 + n, penalty, sums, C);
     phi = theta + rolni_bent_at(ae), b = phi + 2 * n * bent;
-    rolni_chart_keep(n, m, bent, ae->kept, phi + n * bent, b, C);
+    rolni_chart_keep(n, m, bent, ae->keeps, phi + n * bent, b, C);
     if ((st = rolni_chart_polish(n, m, bent, phi + n * bent, b, C, E)) != ROLN_OK) return st;
     for (i = 0; i < m * bent; i++)
         bad |= !roln_finite(ROLNI_AS(roln_real, C[i]));

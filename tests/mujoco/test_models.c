@@ -43,7 +43,7 @@ static double pod_error(const struct truth_set *train, const motion *d, int n)
     const roln_ae ae = {1, {N, n}, 1, ROLN_FULL, ROLN_UNBENT, 0, 0, 0};
     roln_real *q = malloc((size_t)(train->count * length) * sizeof *q);
     roln_real *theta = malloc((size_t)roln_ae_params(&ae) * sizeof *theta);
-    const int N1 = n, ae_sum = n, monomials = 0, kept = 0; /* sizes for the macros */
+    const int N1 = n, ae_sum = n, monomials = 0, keeps = 0; /* sizes for the macros */
     const int pod = ROLN_AE_POD_WORK(ROLNI_LOCAL), encode = ROLN_AE_ENCODE_TAPE(ROLNI_LOCAL, 1, 1);
     const int room = ROLN_MAX(pod, ROLN_MAX(encode, ROLN_AE_DECODE_TAPE(ROLNI_LOCAL, 1, 1)));
     roln_real *work = malloc((size_t)room * sizeof *work);

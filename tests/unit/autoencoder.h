@@ -29,14 +29,14 @@ static model m;
 
 /* The sizes that the size macros of roln_ae.h ask for, of m. */
 typedef struct {
-    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, kept;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, keeps;
 } sizes;
 
 ROLN_FN sizes sizes_of_m(void)
 {
     const roln_ae *ae = &m.ae;
     const sizes s = {ae->size[0], ae->size[ae->layers], roln_ae_size(ae, 1), roln_ae_size(ae, 2),
-                     roln_ae_sum(ae), ae->monomials, roln_ae_bent(ae), roln_ae_params(ae), ae->kept};
+                     roln_ae_sum(ae), ae->monomials, roln_ae_bent(ae), roln_ae_params(ae), ae->keeps};
     return s;
 }
 #define OF_M(name) sizes_of_m().name

@@ -17,7 +17,7 @@
 /* The shape under test, for the size macros of roln_ae.h. */
 static roln_ae ae;
 static struct {
-    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, kept;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, keeps;
 } of;
 #define OF(name) of.name
 
@@ -26,7 +26,7 @@ ROLN_FN void take(const roln_ae *shape)
     ae = *shape;
     of.N = ae.size[0], of.n = ae.size[ae.layers], of.N1 = roln_ae_size(&ae, 1), of.N2 = roln_ae_size(&ae, 2);
     of.ae_sum = roln_ae_sum(&ae), of.monomials = ae.monomials, of.bent = roln_ae_bent(&ae), of.ae_size = roln_ae_params(&ae);
-    of.kept = ae.kept;
+    of.keeps = ae.keeps;
 }
 
 enum { MAX_SUMS = 20000, MAX_SAMPLES = 3000 };

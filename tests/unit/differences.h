@@ -44,7 +44,7 @@ ROLN_FN void halved(const halving *x)
 /* The first parameter that is learned: an autoencoder that keeps numbers is not. */
 ROLN_FN int learned_from(int k)
 {
-    return models[k]->md->ae.kept > 0 ? roln_ae_params(&models[k]->md->ae) : 0;
+    return models[k]->md->ae.keeps > 0 ? roln_ae_params(&models[k]->md->ae) : 0;
 }
 
 /* The gradient of a kind of loss by every parameter that is learned; 0 by the others. */

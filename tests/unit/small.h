@@ -97,7 +97,7 @@ ROLN_FN void keep_numbers(const roln_ae *shape, roln_real *phi)
     const int N = shape->size[0], n = shape->size[1];
     roln_real *const psi = phi + n * N, *const W = psi + (n + 1) * N, factor = ROLN_C(0.5);
     int i, j;
-    for (j = N - shape->kept; j < N; j++, factor *= 2) {
+    for (j = N - shape->keeps; j < N; j++, factor *= 2) {
         for (i = 0; i < n; i++) phi[i * N + j] = j - N == i - n ? 1 / factor : 0;
         for (i = 0; i < N; i++) psi[(n - N + j) * N + i] = i == j ? factor : 0;
         for (i = 0; i < shape->monomials; i++) W[i * N + j] = 0;
@@ -118,7 +118,7 @@ ROLN_FN void parameters(int k, uint64_t *s, roln_real *theta)
         const int a = m->ae.size[l], b = m->ae.size[l + 1];
         for (i = 0; i < 2 * a * b; i++)
             theta[i] = theta[i] / 4 + (i % (a * b) / a == i % (a * b) % a);
-        if (m->ae.kept > 0) keep_numbers(&m->ae, theta);
+        if (m->ae.keeps > 0) keep_numbers(&m->ae, theta);
         theta += 2 * a * b + a;
     }
     theta += m->ae.monomials * roln_ae_bent(&m->ae);

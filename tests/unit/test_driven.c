@@ -63,7 +63,7 @@ static void test_prescribed(int k, uint64_t *seed)
     const int n = n_OF(k);
     const roln_motors motors = {1, theta_k, 1};
     roln_real s[3 * MAXN], tau[MAXN], tau_z[MAXN], back[MAXN], a[MAXN];
-    ld zdd[MAXN], wide[MAXN];
+    ld zdd[MAXN], wide[MAXN] = {0};
     int i;
     dyadic(3 * n, 1, seed, s), dyadic(N_OF(k), 1, seed, tau);
     CHECK_OK(m.of->reduce(&m, s, tau, tau_z, ROOM(reduce)));
@@ -90,7 +90,7 @@ static void test_control_driven(int k, uint64_t *seed)
     const int n = n_OF(k), free = n - driven_of(k);
     roln_real s[2 * MAXN], r[3 * MAXN], zero[MAXN] = {0}, tau_z[MAXN], got[MAXN];
     const target_at still = {s, s + n, r, zero, zero, NULL}, to = {r, r + n, r + 2 * n, r, r, NULL}; /* gains: any numbers */
-    ld wide[MAXN], zdd[MAXN];
+    ld wide[MAXN] = {0}, zdd[MAXN];
     int i;
     dyadic(2 * n, 1, seed, s), dyadic(3 * n, 1, seed, r);
     CHECK_OK(m.of->control(&m, s, s + n, &still, tau_z, ROOM(control))); /* no error: inverse dynamics */

@@ -405,7 +405,7 @@ static void test_needs(void)
 
 /* The sizes that the size macros of roln_ae.h ask for. */
 static struct {
-    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, kept;
+    int N, n, N1, N2, ae_sum, monomials, bent, ae_size, keeps;
 } of;
 #define OF(name) of.name
 

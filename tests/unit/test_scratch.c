@@ -15,7 +15,7 @@ void TEST_NAME(scratch)(void);
 
 /* The sizes that size macros ask for, as a model gives them: NAME_N, NAME_n .. */
 #define SIZES(X, of) \
-    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, kept) X(of, inputs) \
+    X(of, N) X(of, N1) X(of, N2) X(of, n) X(of, ae_sum) X(of, monomials) X(of, bent) X(of, ae_size) X(of, keeps) X(of, inputs) \
     X(of, force_size) X(of, scheme) X(of, base) X(of, damping) X(of, damper) X(of, friction) X(of, cossin) \
     X(of, cholesky) X(of, formed) X(of, hidden) X(of, wide) X(of, layers) \
     X(of, row_mass) X(of, row_dm) X(of, row_bwd) X(of, row_bwd_0) X(of, row_bwd_1) X(of, row_bwd_2) X(of, row_jac_1) \
@@ -47,7 +47,7 @@ static void test_sizes(int k)
     CHECK(numbers == mo->params && moments == mo->moments && mo->params == roln_params(md));
     CHECK(z.N == md->ae.size[0] && z.N1 == roln_ae_size(&md->ae, 1) && z.N2 == roln_ae_size(&md->ae, 2));
     CHECK(z.n == f->n && z.n == md->ae.size[md->ae.layers]);
-    CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae) && z.kept == md->ae.kept);
+    CHECK(z.ae_sum == roln_ae_sum(&md->ae) && z.ae_size == roln_ae_params(&md->ae) && z.keeps == md->ae.keeps);
     CHECK(z.monomials == md->ae.monomials && z.bent == roln_ae_bent(&md->ae) && (z.monomials > 0) == (md->ae.degree > 0));
     CHECK(z.inputs == md->inputs && z.force_size == roln_force_size(md) && z.scheme == md->scheme);
     CHECK(z.layers == f->layers && z.base == f->base && z.damping == f->damping && z.formed == rolni_formed(f));
