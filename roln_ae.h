@@ -70,7 +70,7 @@ struct roln_ae {
     const roln_storage *storage; /* ROLN_FULL; &roln_half or &roln_int8: for use only, there is no gradient with respect to theta */
     const roln_bend *bend;       /* ROLN_UNBENT; &roln_polynomial, if L > 0 and N_L < N_{L-1} */
     int degree, monomials;       /* of the polynomials, 2 .. ROLN_DEGREE_MAX, F = ROLN_MONOMIALS(N_L, degree); ROLN_UNBENT: 0 */
-    int keeps;                    /* the last so many numbers of x are the last of z, each with a unit and an origin of its own: what
+    int keeps;                   /* the last so many numbers of x are the last of z, each with a unit and an origin of its own: what
                                     drives the others. Below N_L; if above 0, L = 1, bent and ROLN_FULL */
 };
 
