@@ -10,7 +10,7 @@
        doubt     says why the model is no trained model
 
    q + h qd is the prediction of a constant velocity. A model is better than it at a horizon if its E_q is less than 1 / BETTER of
-   that of q + h qd. Only horizons count at which q + h qd is off by 0.1 % and more than what the chart and the noise of the
+   that of q + h qd. Only horizons count at which q + h qd is off by 0.01 % and more than what the chart and the noise of the
    recordings leave, which no model can predict; the others are printed in parentheses. The longest one always may count.
 
    1 errors     2 table     3 torques     4 pictures */
@@ -267,7 +267,7 @@ static remarks remarks_on(const error *e, int trajectories)
 /* ---- 2 table ---- */
 
 enum { HORIZONS = 10, BETTER = 2, SEEN = 4 }; /* SEEN: so many times what nobody can predict q + h qd has to be off, to count */
-#define LITTLE 1e-3                           /* and by so much */
+#define LITTLE 1e-4                           /* and by so much */
 
 typedef struct {
     int count, samples[HORIZONS], stride[HORIZONS];
