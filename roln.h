@@ -6,7 +6,9 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
-       #define ROLN_INTEGRATOR rk4            euler, rk4 or midpoint; default rk4
+       #define ROLN_INTEGRATOR rk4            euler, leapfrog, rk4 or midpoint; default rk4
+       #define ROLN_FILTER model              how NAME_filter_tick looks a tick ahead: model, by its integrator, default; leapfrog, by
+                                              one evaluation of the model, for ticks of a few milliseconds
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
@@ -222,7 +224,7 @@ enum { ROLN_TORQUE = 0, ROLN_CURRENT = 1, ROLN_SERVO = 2 };
 typedef struct {
     roln_ae ae;
     roln_lnn lnn;
-    int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
+    int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT, ROLN_LEAPFROG */
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
     int own;    /* 1: each joint has a unit of its own, NAME_params.each */
     int actuator; /* ROLN_TORQUE, ROLN_CURRENT, ROLN_SERVO */
@@ -1312,10 +1314,11 @@ typedef struct {
 } rolni_acting;
 
 /* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for
-   differences of states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing
+   differences of states. ROLNI_LOOK: with ROLN_FILTER leapfrog a step of leapfrog. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing
    is held. */
 #define ROLNI_TURN 1
 #define ROLNI_SLIDE 2
+#define ROLNI_LOOK 4
 
 /* The same as a torque tau [force_size], NULL: none, and how. */
 typedef struct {
@@ -2220,7 +2223,7 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
 /* One for every option that C can compare where the text is compiled, and for the format. Slope and eigenvalue_floor are real. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
-    static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
+    static const char *const scheme[] = {"", "euler", "rk4", "midpoint", "leapfrog"}, *const mass[] = {"exponential", "cholesky"};
     static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
@@ -2358,7 +2361,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_SCHEME_euler ROLN_EULER
 #define ROLNI_SCHEME_rk4 ROLN_RK4
 #define ROLNI_SCHEME_midpoint ROLN_MIDPOINT
+#define ROLNI_SCHEME_leapfrog ROLN_LEAPFROG
 #define ROLNI_SCHEME(s) ROLNI_CAT(ROLNI_SCHEME, s)
+#define ROLNI_FILTER_model 0
+#define ROLNI_FILTER_leapfrog 1
+#define ROLNI_FILTER(s) ROLNI_CAT(ROLNI_FILTER, s)
 #define ROLNI_MASS_exponential ROLN_EXPONENTIAL
 #define ROLNI_MASS_cholesky ROLN_CHOLESKY
 #define ROLNI_MASS_KIND(s) ROLNI_CAT(ROLNI_MASS, s)
@@ -2495,6 +2502,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_STICTION
 #define ROLN_STICTION 0
 #endif
+#ifndef ROLN_FILTER
+#define ROLN_FILTER model
+#endif
 #ifndef ROLN_ANGLES
 #define ROLN_ANGLES 0
 #endif
@@ -2625,6 +2635,8 @@ ROLNI_INTS
     ROLN_(delay) = ROLN_DELAY,
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
+    ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
+    ROLN_(looks) = (ROLN_(leaps) > 0 ? 1 : ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,
@@ -2639,7 +2651,7 @@ ROLNI_INTS
     ROLN_(zdd_jac) = ROLN_LNN_ZDD_JAC_WORK(ROLN_),
     ROLN_(midpoint_row) = ROLNI_MIDPOINT_ROW_WORK(ROLN_),
     ROLN_(jac_tau) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(force_size)),
-    ROLN_(jac_load) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(load) * ROLN_(n)),
+    ROLN_(jac_load) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLN_(leaps) ? ROLN_LEAPFROG : ROLNI_INT(ROLN_(scheme)), ROLN_(looks)),
     ROLN_(stick_slopes) = ROLNI_STICK_SLOPES_WORK(ROLN_),
     ROLN_(advance_1) = (ROLN_STICTION) > 0 ? ROLN_LNN_STICK_WORK(ROLN_, ROLN_(step_once_1), 1) : ROLN_(step_once_1),
     /* tapes and steps of a block of states: once, kept for a backward, the backward; mid: of the midpoint rule, which the
@@ -2709,6 +2721,7 @@ ROLNI_ASSERT(friction_is_0_1_or_2, (ROLN_FRICTION) >= 0 && (ROLN_FRICTION) <= 2)
 ROLNI_ASSERT(stiction_is_0_or_1, (ROLN_STICTION) * (ROLN_STICTION) == (ROLN_STICTION))
 ROLNI_ASSERT(stiction_needs_friction, (ROLN_STICTION) == 0 || (ROLN_FRICTION) > 0)
 ROLNI_ASSERT(stiction_takes_no_driven_joints, (ROLN_STICTION) == 0 || ROLN_(driven) == 0)
+ROLNI_ASSERT(filter_leapfrog_takes_no_stiction, ROLN_(leaps) == 0 || (ROLN_STICTION) == 0)
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(delay_must_not_be_negative, (ROLN_DELAY) >= 0)
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
@@ -4036,28 +4049,29 @@ typedef struct {
 } ROLNI_(linear_base);
 
 /* One step of h of a state s [2n], in place, and its derivatives J [2n + wanted][2n]: roln_lnn_step_jac, with ROLN_STICTION
-   roln_lnn_stick_jac. slide: those of the step without dry friction. ROLNI_ADVANCE_JAC_WORK(step): numbers of work, where
-   roln_lnn_step_jac takes `step`. */
+   roln_lnn_stick_jac. how: ROLNI_SLIDE, ROLNI_LOOK. ROLNI_ADVANCE_JAC_WORK(step): numbers of work, where roln_lnn_step_jac takes
+   `step`. */
 #if ROLN_STICTION > 0
 #define ROLNI_ADVANCE_JAC_WORK(step) ROLN_MAX(ROLN_LNN_STICK_JAC_WORK(ROLN_, step), ROLN_(advance_1))
 #else
 #define ROLNI_ADVANCE_JAC_WORK(step) (step)
 #endif
-ROLN_FN roln_status ROLNI_(advance_jac)(const roln_system *sys, int slide, int wanted, roln_real h, roln_real *s, roln_real *J,
+ROLN_FN roln_status ROLNI_(advance_jac)(const roln_system *sys, int how, int wanted, roln_real h, roln_real *s, roln_real *J,
                                         roln_real *tape, roln_real *work)
 {
+    const int leaps = ROLN_(leaps) > 0 && (how & ROLNI_LOOK);
 #if ROLN_STICTION > 0
     const roln_lnn *const f = &ROLNI_(sticking);
     const int scheme = ROLN_(model).scheme;
     roln_real from[2 * ROLN_(n)];
     roln_status st;
-    if (!slide) return roln_lnn_stick_jac(f, sys, scheme, wanted, h, s, s, J, tape, work);
+    (void)leaps;
+    if (!(how & ROLNI_SLIDE)) return roln_lnn_stick_jac(f, sys, scheme, wanted, h, s, s, J, tape, work);
     rolni_copy(2 * ROLN_(n), s, from);
     st = roln_lnn_stick(f, sys, scheme, 1, h, s, s, tape, work);
     return st == ROLN_OK ? roln_lnn_step_jac(f, sys, scheme, wanted, h, from, from, J, tape, work) : st;
 #else
-    (void)slide;
-    return roln_lnn_step_jac(&ROLN_(model).lnn, sys, ROLN_(model).scheme, wanted, h, s, s, J, tape, work);
+    return roln_lnn_step_jac(&ROLN_(model).lnn, sys, leaps ? ROLN_LEAPFROG : ROLN_(model).scheme, wanted, h, s, s, J, tape, work);
 #endif
 }
 
@@ -4086,7 +4100,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(own_inputs)(p, 1, held);
     ROLNI_(net_state)(p, z, zd, s);
     if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = ROLNI_(advance_jac)(&d.sys, by->how & ROLNI_SLIDE, wanted, by->dt / t, s, J, w->tape, work);
+    st = ROLNI_(advance_jac)(&d.sys, by->how, wanted, by->dt / t, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
@@ -4513,7 +4527,7 @@ typedef struct {
     union {
         struct {
             ROLNI_(linear_base) base;
-            roln_real J[(2 + ROLN_(load)) * ROLN_(n) * 2 * ROLN_(n)];
+            roln_real J[(2 * ROLN_(n) + ROLN_(looks)) * 2 * ROLN_(n)];
             roln_real work[ROLNI_ADVANCE_JAC_WORK(ROLN_(jac_load))];
         } linear;
         ROLNI_(pose_work) pose;
@@ -4583,6 +4597,21 @@ ROLN_FN roln_status ROLNI_(filter_unknown)(const ROLN_(params) *p, const roln_no
     return ROLN_OK;
 }
 
+/* The same from the derivatives of the step by a load, L [2n][n], which are M^-1 dt^2/2 and M^-1 dt of leapfrog: W = [T L^T  0]. */
+ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *noise, int load, const roln_real *L, roln_real *W,
+                                  ROLN_(filter_tick_work) *w)
+{
+    const int n = ROLN_(n), side = (2 + load) * n;
+    roln_real *const T = w->u.wander.T;
+    int j;
+    ROLNI_(filter_torques)(p, w->J, noise->tau_each, noise->tau, ROLNI_(in_range)(p, 0, w->s, w->s + n) ? 1 : 10, T,
+                           w->u.wander.triangle);
+    for (j = 0; j < n; j++) {
+        roln_mm_bt(1, n, 2 * n, T + j * n, L, W + j * side);
+        rolni_zero(load * n, W + j * side + 2 * n);
+    }
+}
+
 /* A tick on: the model's step under tau, NULL: none, and the load, and the triangle of [F A^T; W], with a load of [F [A L; 0 I]^T;
    W; what it wanders]. Then q, J there. */
 ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *tau, int load,
@@ -4591,10 +4620,12 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     const int n = ROLN_(n), n2 = 2 * n, side = (2 + load) * n;
     rolni_push by;
     rolni_slopes to;
+    const int leaps = ROLN_(leaps);
     roln_status st;
     int i, k;
-    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.how = 0;
-    to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : NULL;
+    if (leaps) rolni_zero(n, w->q); /* no load */
+    by.tau = tau, by.load = load ? w->s + n2 : leaps ? w->q : NULL, by.dt = noise->dt, by.how = ROLNI_LOOK;
+    to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : leaps ? w->rows : NULL;
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
@@ -4602,8 +4633,9 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
         for (k = 0; k < side; k++)
             w->A[i * side + k] = i >= n2 ? i == k : k < n2 ? to.A[i * n2 + k] : to.L[i * n + k - n2];
     if (st == ROLN_OK) st = ROLNI_(pose)(p, w->s, w->q, w->J, &w->u.pose);
-    if (st == ROLN_OK) st = ROLNI_(filter_unknown)(p, noise, load, w->rows + side * side, w);
+    if (st == ROLN_OK && !leaps) st = ROLNI_(filter_unknown)(p, noise, load, w->rows + side * side, w);
     if (st != ROLN_OK) return st;
+    if (leaps) ROLNI_(filter_leapt)(p, noise, load, to.L, w->rows + side * side, w);
     if (load) ROLNI_(filter_wander)(p, noise, noise->dt, w->rows + (side + n) * side, w);
     roln_mm_bt(side, side, side, w->F, w->A, w->rows);
     roln_qr_r(load ? side + n2 : side + n, side, w->rows, w->u.predict);
@@ -6922,6 +6954,7 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_AE
 #undef ROLN_MLP
 #undef ROLN_INTEGRATOR
+#undef ROLN_FILTER
 #undef ROLN_SLOPE
 #undef ROLN_CHART
 #undef ROLN_BASE
