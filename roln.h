@@ -2843,7 +2843,7 @@ ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
     return ROLN_(servo) ? 1 / p->scale.q : rolni_force_unit(&p->scale);
 }
 
-/* The number by which ROLNI_(own_inputs) multiplies input j. each [N]: ROLNI_(force_units), may be NULL. */
+/* The number by which ROLNI_(own_inputs) multiplies input j. each [N] is ROLNI_(force_units) and may be NULL. */
 ROLN_FN roln_real ROLNI_(own_input)(const ROLN_(params) *p, const roln_real *each, int j)
 {
     const roln_real own = each ? each[j] : 1;
@@ -3240,10 +3240,10 @@ ROLN_FN roln_status ROLNI_(lift)(const ROLN_(params) *p, int jets, roln_real *ta
     const roln_real *force = tau_z;
     int i;
 #if ROLN_DRIVEN > 0
-    roln_real free[ROLN_(n)]; /* forces alone */
-    rolni_copy(n, tau_z, free);
-    rolni_zero(ROLN_(driven), free + n - ROLN_(driven));
-    force = free;
+    roln_real alone[ROLN_(n)]; /* without accelerations */
+    rolni_copy(n, tau_z, alone);
+    rolni_zero(ROLN_(driven), alone + n - ROLN_(driven));
+    force = alone;
 #endif
     roln_ae_lift_tape(ae, jets, 1, tape, tape);
     roln_ae_lift(ae, 1, p->theta, tape, force, tau, work);
@@ -6586,35 +6586,35 @@ ROLN_FN roln_status ROLNI_(encoder_spread)(ROLNI_(encoder) *f)
     return ROLN_OK;
 }
 
-/* cov, A = cov(z) and X the mean of zd zd^T, become those of the free coordinates alone, [2][n][n] of size free, less what follows
-   the driven ones, z_f - B z_d, B = A_fd A_dd^-1 [free][kept], to shear:
+/* cov, A = cov(z) and X the mean of zd zd^T, become those of the free coordinates alone, [2][moved][moved], less what follows
+   the driven ones, z_f - B z_d, B = A_fd A_dd^-1 [moved][kept], to shear:
        A_ff - A_fd B^T,   X_ff - B X_df - X_fd B^T + B X_dd B^T
    ROLN_E_ILL_CONDITIONED: a driven joint does not move by itself. */
 ROLN_FN roln_status ROLNI_(encoder_free)(ROLNI_(encoder_work) *w)
 {
-    const int n = ROLN_(n), kept = ROLN_(keeps), free = n - kept;
+    const int n = ROLN_(n), kept = ROLN_(keeps), moved = n - kept;
     roln_real *const A = w->cov, *const X = A + n * n, *const B = w->shear, *const D = w->dual, *const Y = w->modes;
     int i, j, k;
     for (i = 0; i < kept; i++)
-        rolni_copy(kept, A + (free + i) * n + free, D + i * kept);
+        rolni_copy(kept, A + (moved + i) * n + moved, D + i * kept);
     if (roln_chol(kept, D, D) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    for (i = 0; i < free; i++) {
-        rolni_copy(kept, A + i * n + free, B + i * kept);
+    for (i = 0; i < moved; i++) {
+        rolni_copy(kept, A + i * n + moved, B + i * kept);
         roln_solve_lower(kept, D, B + i * kept, B + i * kept);
         roln_solve_lower_t(kept, D, B + i * kept, B + i * kept);
     }
-    for (i = 0; i < free; i++) /* X_f. - B X_d. */
+    for (i = 0; i < moved; i++) /* X_f. - B X_d. */
         for (j = 0; j < n; j++) {
             Y[i * n + j] = X[i * n + j];
             for (k = 0; k < kept; k++)
-                Y[i * n + j] -= B[i * kept + k] * X[(free + k) * n + j];
+                Y[i * n + j] -= B[i * kept + k] * X[(moved + k) * n + j];
         }
-    for (i = 0; i < free; i++)
+    for (i = 0; i < moved; i++)
         for (j = 0; j <= i; j++) {
             const roln_real *const b = B + j * kept;
-            A[i * free + j] = A[i * n + j] - roln_dot(kept, A + i * n + free, b);
-            X[i * free + j] = Y[i * n + j] - roln_dot(kept, Y + i * n + free, b);
-            A[j * free + i] = A[i * free + j], X[j * free + i] = X[i * free + j];
+            A[i * moved + j] = A[i * n + j] - roln_dot(kept, A + i * n + moved, b);
+            X[i * moved + j] = Y[i * n + j] - roln_dot(kept, Y + i * n + moved, b);
+            A[j * moved + i] = A[i * moved + j], X[j * moved + i] = X[i * moved + j];
         }
     return ROLN_OK;
 }
@@ -6625,7 +6625,7 @@ ROLN_FN roln_status ROLNI_(encoder_free)(ROLNI_(encoder_work) *w)
    follow them. ROLN_E_ILL_CONDITIONED: to working precision the samples lie in fewer than n dimensions. */
 ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *psi, roln_real *layer)
 {
-    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(keeps), free = n - kept;
+    const int n = ROLN_(n), bent = ROLN_(bent), kept = ROLN_(keeps), moved = n - kept;
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     roln_real *const A = w->cov, *const X = A + n * n;
     roln_status st = ROLNI_(encoder_spread)(f);
@@ -6633,20 +6633,20 @@ ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *p
     if (st != ROLN_OK) return st;
     if (!roln_all_finite(2 * n * n, A)) return ROLN_E_NOT_FINITE;
     if (kept > 0 && (st = ROLNI_(encoder_free)(w)) != ROLN_OK) return st;
-    if (roln_chol(free, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
-    if ((st = roln_spd_frame(free, A, X, w->low, w->dual, w->modes, w->u.frame)) != ROLN_OK) return st;
-    roln_mm(free, free, bent, w->dual, psi, layer);
-    roln_mm(free, free, bent, w->modes, psi, layer + n * bent);
+    if (roln_chol(moved, A, A) != ROLN_OK) return ROLN_E_ILL_CONDITIONED;
+    if ((st = roln_spd_frame(moved, A, X, w->low, w->dual, w->modes, w->u.frame)) != ROLN_OK) return st;
+    roln_mm(moved, moved, bent, w->dual, psi, layer);
+    roln_mm(moved, moved, bent, w->modes, psi, layer + n * bent);
     for (k = 0; k < kept; k++) {
-        roln_real *const phi = layer + (free + k) * bent;
+        roln_real *const phi = layer + (moved + k) * bent;
         rolni_zero(bent, phi);
         phi[bent - kept + k] = 1;
-        for (i = 0; i < free; i++) {
+        for (i = 0; i < moved; i++) {
             roln_real *const own = layer + (n + i) * bent + bent - kept + k;
             for (j = 0; j < bent - kept; j++)
                 phi[j] += w->shear[i * kept + k] * psi[i * bent + j];
-            for (*own = 0, j = 0; j < free; j++)
-                *own -= w->modes[i * free + j] * w->shear[j * kept + k];
+            for (*own = 0, j = 0; j < moved; j++)
+                *own -= w->modes[i * moved + j] * w->shear[j * kept + k];
         }
     }
     return ROLN_OK;
@@ -6657,15 +6657,15 @@ ROLN_FN roln_status ROLNI_(encoder_modes)(ROLNI_(encoder) *f, const roln_real *p
 ROLN_FN roln_status ROLNI_(encoder_fit)(ROLNI_(encoder) *f, const roln_real *psi)
 {
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), free = n - ROLN_(keeps);
+    const int n = ROLN_(n), bent = ROLN_(bent), moved = n - ROLN_(keeps);
     ROLN_(refinement) *const t = f->turn;
     ROLNI_(encoder_work) *const w = &t->encoder;
     roln_real *layer = f->p->theta + rolni_bent_at(ae);
     roln_status st;
     int k, now, i;
-    rolni_copy(free * bent, psi, layer + n * bent);
-    rolni_zero(ROLN_(keeps) * bent, layer + (n + free) * bent);
-    for (i = free; i < n; i++)
+    rolni_copy(moved * bent, psi, layer + n * bent);
+    rolni_zero(ROLN_(keeps) * bent, layer + (n + moved) * bent);
+    for (i = moved; i < n; i++)
         layer[(n + i) * bent + bent - n + i] = 1;
     rolni_copy(bent, t->from, layer + 2 * n * bent);
     if ((st = ROLNI_(encoder_modes)(f, psi, layer)) != ROLN_OK) return st;
@@ -6687,7 +6687,7 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
 {
     ROLNI_(encoder) *f = ROLNI_AS(ROLNI_(encoder) *, ctx);
     const roln_ae *ae = &ROLN_(model).ae;
-    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials), free = n - ROLN_(keeps);
+    const int n = ROLN_(n), bent = ROLN_(bent), m = 1 + n + ROLN_(monomials), moved = n - ROLN_(keeps);
     ROLNI_(encoder_work) *const w = &f->turn->encoder;
     const roln_real *W = f->p->theta + rolni_ae_layers(ae);
     const double *sums = f->turn->sums;
@@ -6707,13 +6707,13 @@ ROLN_FN roln_real ROLNI_(encoder_value)(void *ctx, const roln_real *psi, roln_re
         W2 += ROLNI_AS(double, W[i]) * ROLNI_AS(double, W[i]);
     both = sum + ROLNI_AS(double, ROLN_CHART_RIDGE) * sums[0] * W2;
     f->residual = ROLN_SQRT(ROLNI_AS(roln_real, both / rolni_chart_spread(m, bent, sums)));
-    for (i = 0; i < free; i++) { /* of psi, from that of modes psi, stretched */
+    for (i = 0; i < moved; i++) { /* of psi, from that of modes psi, stretched */
         const roln_real half = w->high[i] / 2 - w->low[i] / 2, unit = both > 0 ? ROLNI_AS(roln_real, 2 * both) * half : 1;
-        for (j = 0; j < free; j++)
-            w->modes[i * free + j] /= unit;
+        for (j = 0; j < moved; j++)
+            w->modes[i * moved + j] /= unit;
     }
-    roln_mm_at(free, free, bent, w->modes, w->gm, g);
-    for (i = 1; i <= free; i++)
+    roln_mm_at(moved, moved, bent, w->modes, w->gm, g);
+    for (i = 1; i <= moved; i++)
         rolni_zero(ROLN_(keeps), g + i * bent - ROLN_(keeps));
     return roln_log(ROLN_MAX(f->residual, ROLN_EPS));
 }

@@ -1899,8 +1899,8 @@ ROLN_FN roln_status rolni_chart_polish(int n, int m, int N, const roln_real *psi
     return ROLN_OK;
 }
 
-/* The columns of C [m][N] of numbers that are kept become what they are but for rounding: b is that of the encoder, Phi the inverse
-   of its one number, W 0. */
+/* Numbers that are kept: their columns of C [m][N] lose rounding. b becomes that of the encoder, Phi the inverse of the encoder's
+   one number, and W 0. */
 ROLN_FN void rolni_chart_keep(int n, int m, int N, int kept, const roln_real *psi, const roln_real *b0, double *C)
 {
     int i, j;
