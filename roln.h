@@ -2840,14 +2840,14 @@ ROLN_FN const roln_real *ROLNI_(force_units)(const ROLN_(params) *p)
 ROLN_FN roln_real ROLNI_(input_unit)(const ROLN_(params) *p)
 {
     if (ROLN_(driven) > 0) return 1;
-    return ROLN_(servo) ? 1 / p->scale.q : rolni_force_unit(&p->scale);
+    return ROLN_(servo) > 0 ? 1 / p->scale.q : rolni_force_unit(&p->scale);
 }
 
 /* The number by which ROLNI_(own_inputs) multiplies input j. each [N] is ROLNI_(force_units) and may be NULL. */
 ROLN_FN roln_real ROLNI_(own_input)(const ROLN_(params) *p, const roln_real *each, int j)
 {
     const roln_real own = each ? each[j] : 1;
-    if (ROLN_(driven) == 0) return ROLN_(servo) ? 1 / own : own;
+    if (ROLN_(driven) == 0) return ROLN_(servo) > 0 ? 1 / own : own;
     return j < ROLN_(N) - ROLN_(driven) ? rolni_force_unit(&p->scale) * own : rolni_velocity_unit(&p->scale) * p->scale.t / own;
 }
 
@@ -2889,8 +2889,8 @@ ROLN_FN const roln_real *ROLNI_(actuators)(const ROLN_(params) *p)
 ROLN_FN roln_real ROLNI_(actuator_slope)(const ROLN_(params) *p, int j, roln_real *d)
 {
     const roln_real *const a = ROLNI_(actuators)(p) + j, *const each = ROLNI_EACH(p), own = each ? each[j] : 1;
-    const roln_real unit = ROLN_(servo) ? rolni_force_unit(&p->scale) * p->scale.q * own * own : 1;
-    *d = ROLN_(servo) ? roln_exp(a[2 * ROLN_(N) * ROLN_(servo)]) * unit : 0;
+    const roln_real unit = ROLN_(servo) > 0 ? rolni_force_unit(&p->scale) * p->scale.q * own * own : 1;
+    *d = ROLN_(servo) > 0 ? roln_exp(a[2 * ROLN_(N) * ROLN_(servo)]) * unit : 0;
     return roln_exp(a[0]) * unit;
 }
 
@@ -2940,7 +2940,7 @@ ROLN_FN rolni_actuator ROLNI_(actuator)(const ROLN_(params) *p, int j)
     const roln_real *const a = ROLNI_(actuators)(p) + j, *const each = ROLNI_EACH(p);
     rolni_actuator f;
     f.k = roln_exp(a[0]), f.o = a[ROLN_(N)] / rolni_force_unit(&p->scale) / (each ? each[j] : 1);
-    f.d = ROLN_(servo) ? roln_exp(a[2 * ROLN_(N) * ROLN_(servo)]) * p->scale.t : 0;
+    f.d = ROLN_(servo) > 0 ? roln_exp(a[2 * ROLN_(N) * ROLN_(servo)]) * p->scale.t : 0;
     return f;
 }
 
@@ -2948,7 +2948,7 @@ ROLN_FN rolni_actuator ROLNI_(actuator)(const ROLN_(params) *p, int j)
 ROLN_FN roln_real ROLNI_(actuator_torque)(const ROLN_(params) *p, int j, roln_real u, roln_real q, roln_real qd)
 {
     const rolni_actuator f = ROLNI_(actuator)(p, j);
-    return f.k * (ROLN_(servo) ? roln_lnn_near(&ROLN_(model).lnn, j, q, u) - q : u) - f.d * qd + f.o;
+    return f.k * (ROLN_(servo) > 0 ? roln_lnn_near(&ROLN_(model).lnn, j, q, u) - q : u) - f.d * qd + f.o;
 }
 
 /* tau [N] becomes the inputs that make it, at = [q; qd] of servos: (tau - o) / k, or q + (tau - o + d qd) / k. */

@@ -419,6 +419,89 @@ static double unit_of(piece w)
     return 0;
 }
 
+/* Units, for each kind of column: what one of them is in s, rad or m, rad/s or m/s, Nm or N. per: a number of them must follow, as
+   in counts/4096, and makes a turn. The first one of a kind is what a column has if nobody says anything. */
+static const struct {
+    int kind, per;
+    const char *name;
+    double factor;
+    const char *si;
+} known_units[] = {{OF_Q, 0, "rad", 1, "rad"},
+                   {OF_Q, 0, "deg", 0.017453292519943295, "rad"},
+                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295, "rad"},
+                   {OF_Q, 0, "turns", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "turn", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "rev", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "m", 1, "m"},
+                   {OF_Q, 0, "cm", 1e-2, "m"},
+                   {OF_Q, 0, "mm", 1e-3, "m"},
+                   {OF_Q, 1, "counts", 6.283185307179586, "rad"},
+                   {OF_Q, 0, "raw", 1, "as it is"},
+                   {OF_QD, 0, "rad/s", 1, "rad/s"},
+                   {OF_QD, 0, "deg/s", 0.017453292519943295, "rad/s"},
+                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295, "rad/s"},
+                   {OF_QD, 0, "rpm", 0.10471975511965977, "rad/s"},
+                   {OF_QD, 0, "turns/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "rev/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "m/s", 1, "m/s"},
+                   {OF_QD, 0, "cm/s", 1e-2, "m/s"},
+                   {OF_QD, 0, "mm/s", 1e-3, "m/s"},
+                   {OF_QD, 1, "counts/s", 6.283185307179586, "rad/s"},
+                   {OF_QD, 0, "raw", 1, "as it is"},
+                   {OF_TAU, 0, "Nm", 1, "Nm"},
+                   {OF_TAU, 0, "mNm", 1e-3, "Nm"},
+                   {OF_TAU, 0, "kNm", 1e3, "Nm"},
+                   {OF_TAU, 0, "Ncm", 1e-2, "Nm"},
+                   {OF_TAU, 0, "N", 1, "N"},
+                   {OF_TAU, 0, "mN", 1e-3, "N"},
+                   {OF_TAU, 0, "kN", 1e3, "N"},
+                   {OF_TAU, 0, "A", 1, "A"},
+                   {OF_TAU, 0, "mA", 1e-3, "A"},
+                   {OF_TAU, 0, "raw", 1, "as it is"}};
+enum { UNITS = sizeof known_units / sizeof *known_units };
+
+/* The unit of a kind that a text begins with, the longest; -1: none. A number must follow it, behind * or /, or nothing. */
+static int find_unit(int kind, const char *text, int n)
+{
+    int best = -1, longest = 0, i;
+    for (i = 0; i < UNITS; i++) {
+        const int m = (int)strlen(known_units[i].name);
+        if (known_units[i].kind != kind || m <= longest || m > n || strncmp(text, known_units[i].name, (size_t)m) != 0) continue;
+        if (m < n && text[m] != '*' && text[m] != '/') continue;
+        best = i, longest = m;
+    }
+    return best;
+}
+
+/* Nonzero if it is a unit of a coordinate, velocity or torque other than rad, m, Nm .. */
+static int is_other_unit(piece w)
+{
+    int kind;
+    for (kind = OF_Q; kind <= OF_TAU; kind++) {
+        const int i = w.n > 0 ? find_unit(kind, w.at, w.n) : -1;
+        if (i >= 0 && (int)strlen(known_units[i].name) == w.n && known_units[i].factor != 1) return 1;
+    }
+    return 0;
+}
+
+/* The unit in brackets at the end of a name; empty: none. */
+static piece in_brackets(piece name)
+{
+    piece unit = {NULL, 0};
+    int i = name.n;
+    while (i > 0 && !strchr("[(", name.at[i - 1]))
+        i--;
+    if (i > 0 && strchr("])", name.at[name.n - 1])) unit.at = name.at + i, unit.n = name.n - 1 - i;
+    return unit;
+}
+
+/* Without a column map only the unit of t counts: tells it of a unit that would change numbers. */
+static void note_unit(const motion *d, int row, int column, piece unit)
+{
+    say("%s:%d: column %d: its unit \"%s\" counts with a column map alone, such as q=2:%d; the numbers are taken as they are\n",
+        d->path, row, column, quoted(unit), d->N + 1);
+}
+
 /* The unit that the name of t ends with: ms, t_ms, time [ms], t(ms), t/ms; 0: none. */
 static double unit_in(piece w)
 {
@@ -808,10 +891,14 @@ static void plain_fields(motion *d, const sheet *s, int names)
 static void begin_samples(motion *d, const wanted *w, sheet *s, int n)
 {
     const int most = s->most, names = read_names(d, s, n, most), had_qd = d->has_qd, had_tau = d->has_tau;
+    int c;
     columns_are(d, w, s->row, n, names > 0 && names < most ? force_column(s, names) : 0);
     check_names(d, s, names);
     s->named = names > 0;
     if (names > 0 && s->unit <= 0) s->unit = unit_in(s->name[0]);
+    for (c = 1; c < names; c++)
+        if (is_other_unit(in_brackets(s->name[c]))) break;
+    if (c < names && d->samples == 0) note_unit(d, s->header_row, c + 1, in_brackets(s->name[c]));
     s->columns = n;
     if (d->samples > 0) check_alike(d, s, had_qd, had_tau);
     else plain_fields(d, s, names);
@@ -875,60 +962,6 @@ static void add_sample(motion *d, const wanted *w, sheet *s)
 /* ---- 6 column map ---- */
 
 static const char *const kind_names[KINDS] = {"t", "q", "qd", "tau"};
-
-/* Units, for each kind of column: what one of them is in s, rad or m, rad/s or m/s, Nm or N. per: a number of them must follow, as
-   in counts/4096, and makes a turn. The first one of a kind is what a column has if nobody says anything. */
-static const struct {
-    int kind, per;
-    const char *name;
-    double factor;
-    const char *si;
-} known_units[] = {{OF_Q, 0, "rad", 1, "rad"},
-                   {OF_Q, 0, "deg", 0.017453292519943295, "rad"},
-                   {OF_Q, 0, "\xc2\xb0", 0.017453292519943295, "rad"},
-                   {OF_Q, 0, "turns", 6.283185307179586, "rad"},
-                   {OF_Q, 0, "turn", 6.283185307179586, "rad"},
-                   {OF_Q, 0, "rev", 6.283185307179586, "rad"},
-                   {OF_Q, 0, "m", 1, "m"},
-                   {OF_Q, 0, "cm", 1e-2, "m"},
-                   {OF_Q, 0, "mm", 1e-3, "m"},
-                   {OF_Q, 1, "counts", 6.283185307179586, "rad"},
-                   {OF_Q, 0, "raw", 1, "as it is"},
-                   {OF_QD, 0, "rad/s", 1, "rad/s"},
-                   {OF_QD, 0, "deg/s", 0.017453292519943295, "rad/s"},
-                   {OF_QD, 0, "\xc2\xb0/s", 0.017453292519943295, "rad/s"},
-                   {OF_QD, 0, "rpm", 0.10471975511965977, "rad/s"},
-                   {OF_QD, 0, "turns/s", 6.283185307179586, "rad/s"},
-                   {OF_QD, 0, "rev/s", 6.283185307179586, "rad/s"},
-                   {OF_QD, 0, "m/s", 1, "m/s"},
-                   {OF_QD, 0, "cm/s", 1e-2, "m/s"},
-                   {OF_QD, 0, "mm/s", 1e-3, "m/s"},
-                   {OF_QD, 1, "counts/s", 6.283185307179586, "rad/s"},
-                   {OF_QD, 0, "raw", 1, "as it is"},
-                   {OF_TAU, 0, "Nm", 1, "Nm"},
-                   {OF_TAU, 0, "mNm", 1e-3, "Nm"},
-                   {OF_TAU, 0, "kNm", 1e3, "Nm"},
-                   {OF_TAU, 0, "Ncm", 1e-2, "Nm"},
-                   {OF_TAU, 0, "N", 1, "N"},
-                   {OF_TAU, 0, "mN", 1e-3, "N"},
-                   {OF_TAU, 0, "kN", 1e3, "N"},
-                   {OF_TAU, 0, "A", 1, "A"},
-                   {OF_TAU, 0, "mA", 1e-3, "A"},
-                   {OF_TAU, 0, "raw", 1, "as it is"}};
-enum { UNITS = sizeof known_units / sizeof *known_units };
-
-/* The unit of a kind that a text begins with, the longest; -1: none. A number must follow it, behind * or /, or nothing. */
-static int find_unit(int kind, const char *text, int n)
-{
-    int best = -1, longest = 0, i;
-    for (i = 0; i < UNITS; i++) {
-        const int m = (int)strlen(known_units[i].name);
-        if (known_units[i].kind != kind || m <= longest || m > n || strncmp(text, known_units[i].name, (size_t)m) != 0) continue;
-        if (m < n && text[m] != '*' && text[m] != '/') continue;
-        best = i, longest = m;
-    }
-    return best;
-}
 
 /* Nonzero if a name fits a pattern, in which * stands for any letters and ? for one. */
 static int fits(const char *pattern, int m, const char *name, int n)
@@ -2414,6 +2447,10 @@ static int read_heading(const motion *d, sheet *s, int comment)
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
         if (unit > 0 && (s->unit <= 0 || s->taken == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
+            int c = 1;
+            while (c < n && !is_other_unit(s->w[c]))
+                c++;
+            if (c < n && d->samples == 0 && s->unit <= 0) note_unit(d, s->row, c + 1, s->w[c]);
             s->unit = unit;
             return 0;
         }

@@ -102,16 +102,16 @@ awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 2 == 1 
     > $dir/wild_train.csv
 check 'wild samples to train with' ends 3 'ended by steps=60 at step 60: before windows' \
     $dir/joints $dir/wild_train.csv torque=1 steps=60 held=0.3 out=$early
-awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv
+awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv # which are numbers in a unit of their own
 rm -f $early.* ${early}_*
 check 'torques that overflow' ends 3 'ended by a failure (residuals of training samples overflow; possible cause: .*at step 4' \
-    $dir/joints $dir/file.csv torque=1 out=$early
+    $dir/joints $dir/file.csv torque=1 inertia=1 out=$early
 check 'torques that overflow: the start is no model' grep 'no step predicts better than the weights before it' $dir/says.log
 check 'torques that overflow: weights' left early 'ended by a failure'
 check 'torques that overflow, with --resume' ends 3 'ended by a failure (.*at step 8' \
-    $dir/joints $dir/file.csv torque=1 out=$early --resume
+    $dir/joints $dir/file.csv torque=1 inertia=1 out=$early --resume
 check 'torques that overflow, Adam' ends 3 'ended by a failure (1000 updates in a row were refused' \
-    $dir/joints $dir/file.csv torque=1 method=adam acc=5000 out=$early
+    $dir/joints $dir/file.csv torque=1 inertia=1 method=adam acc=5000 out=$early
 
 # files that cannot be written: before a training it ends, in the middle it goes on
 mkdir $dir/taken_weights.h

@@ -331,6 +331,10 @@ def of_columns(*columns, dt=0.01, count=60):
 SINE, COSINE, NOTHING = lambda t: math.sin(3 * t), lambda t: 3 * math.cos(3 * t), lambda t: 0
 # what is read, but not without a word: a pattern that is said, or, behind !, that is not
 TOLD = [
+    ("a unit in the header", b"t [s],q1 [rad],qd1 [deg/s]\n" + ROWS, "",
+     r':1: column 3: its unit "deg/s" counts with a column map alone'),
+    ("a unit in the row of units", b"t,q1,qd1\ns,deg,deg/s\n" + ROWS, "",
+     r':2: column 2: its unit "deg" counts with a column map alone'),
     ("a joint that stands still", of_columns(SINE, lambda t: 1, COSINE, NOTHING), "N=2",
      r"warning: .*f\.csv: joint 2 does not move in any recording: leave it out\n"),
     ("a dead encoder", of_columns(SINE, lambda t: 1, COSINE, COSINE), "N=2", r"joint 2 does not move .*a dead encoder, for its qd"),
