@@ -19,7 +19,7 @@ BOUNDED = {
         ("*first = 1;; last = moved", "moved halves from pass to pass, from 2, and leaves below the root of eps: 29 passes"),
     ],
     "roln_ae_init_pod": [
-        ("known = 0; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
+        ("known = keeps; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
         ("i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++", "known rises to N1, at most N"),
     ],
     "NAME_allocate": [

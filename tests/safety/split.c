@@ -63,9 +63,9 @@ static void true_torque(const roln_real *x, const roln_real *qdd, roln_real *tau
 #ifdef ARM
     {
         const double si = sin(q[1]), co = cos(q[1]), b = MASS * ROD * ROD / 3, E = MASS * ARM * ROD / 2 * co;
-        t[0] = (TURNED + MASS * ARM * ARM + b * si * si) * a[0] + E * a[1] + friction[0] * v[0] + 2 * b * si * co * v[0] * v[1] -
+        t[0] = (TURNED + MASS * ARM * ARM + b * si * si) * a[0] + E * a[1] + viscous[0] * v[0] + 2 * b * si * co * v[0] * v[1] -
                MASS * ARM * ROD / 2 * si * v[1] * v[1];
-        t[1] = E * a[0] + b * a[1] - b * si * co * v[0] * v[0] + friction[1] * v[1] + MASS * GRAVITY * ROD / 2 * si;
+        t[1] = E * a[0] + b * a[1] - b * si * co * v[0] * v[0] + viscous[1] * v[1] + MASS * GRAVITY * ROD / 2 * si;
     }
 #else
     inverse(q, v, a, GRAVITY, t);
