@@ -22,6 +22,15 @@ BOUNDED = {
         ("known = keeps; known < N1;", "the loop inside takes at least one direction, i = N - 1"),
         ("i = N - 1; known < N1 && (i == N - 1 || !(eval[i] < least)); i--, known++", "known rises to N1, at most N"),
     ],
+    "roln_lnn_stick": [
+        ("r = 0; r < m; r += n", "n is at least 1"),
+    ],
+    "NAME_i_actuate": [
+        ("r = j; r < m; r += N", "N is at least 1"),
+    ],
+    "NAME_i_actuate_bwd": [
+        ("r = j; r < m; r += N", "N is at least 1"),
+    ],
     "NAME_allocate": [
         ("pass = 0; pass <= last; pass++", "last is 4, and may fall to 2"),
     ],
