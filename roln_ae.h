@@ -922,7 +922,7 @@ ROLN_FN roln_status roln_ae_init(const roln_ae *ae, roln_real *theta, uint64_t *
             psi[i] = n < N ? sd * roln_normal(seed) : ROLNI_AS(roln_real, i % (n + 1) == 0);
         for (i = 0; i < n && ae->keeps > 0; i++)
             for (j = i < n - ae->keeps ? N - ae->keeps : 0; j < N; j++)
-                psi[i * N + j] = ROLNI_AS(roln_real, i >= n - ae->keeps && j - N == i - n);
+                psi[i * N + j] = ROLNI_AS(roln_real, j - N == i - n);
         roln_mm_bt(n, N, n, psi, psi, G);
         if (roln_chol(n, G, G) != ROLN_OK) return ROLN_E_NOT_SPD;
         for (j = 0; j < N; j++) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* differences.h - derivatives of a table of models against central differences: gradients, rows of Gauss-Newton and linearised
    steps. Halving the step of a difference quarters its error. A step of a model against a slow one. Include after samples.h; CALLED
-   has dynamics, grad, grad_acc, rows, step, linear; the models have 3 rows and learn everything. */
+   has dynamics, grad, grad_acc, rows, step, linear, push, slopes; the models have 3 rows and learn everything. */
 #ifndef DIFFERENCES_H
 #define DIFFERENCES_H
 
@@ -138,7 +138,56 @@ ROLN_FN void check_jacobian(const model *of, const roln_scale *sc, uint64_t *see
     }
     halved(&x);
 }
+
+/* A and L of a step under inputs and a load. */
+ROLN_FN void check_load_jacobian(int k, uint64_t *seed)
+{
+    static double A[256], L[512];
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const slopes_at slopes = {A, NULL, L};
+    const int n = n_OF(k), n2 = 2 * n;
+    double s[64], u[MAXN], to[4][64], y[64];
+    const double h = 1e-3;
+    halving x;
+    int i, j, p;
+    memset(&x, 0, sizeof x);
+    dyadic(3 * n, 1, seed, s), dyadic(F_OF(k), 1, seed, u);
+    memcpy(y, s, sizeof y);
+    CHECK_OK(m.of->slopes(&m, y, y + n, u, s + n2, dt / 8, &slopes, spare));
+    for (j = 0; j < 3 * n; j++) {
+        const double was = s[j];
+        for (p = 0; p < 4; p++) {
+            s[j] = was + (p < 2 ? 1 : -1) * (p % 2 ? h / 2 : h);
+            memcpy(to[p], s, sizeof s);
+            CHECK_OK(m.of->push(&m, to[p], to[p] + n, u, s + n2, dt / 8, spare));
+        }
+        s[j] = was;
+        for (i = 0; i < n2; i++) {
+            const double plus[2] = {to[0][i], to[1][i]}, minus[2] = {to[2][i], to[3][i]};
+            halve(&x, plus, minus, h, j < n2 ? A[i * n2 + j] : L[i * n + j - n2]);
+        }
+    }
+    halved(&x);
+}
 #endif
+
+/* A without B has the bits of A beside B, and a load of 0 is none. */
+ROLN_FN void check_slopes(int k, uint64_t *seed)
+{
+    static roln_real A[3][256], B[512], L[512], none[MAXN], s[4][2 * MAXN], u[MAXN];
+    const instance m = trained(models[k], scale_of(k), theta_k);
+    const slopes_at by_state = {A[1], NULL, NULL}, by_load = {A[2], NULL, L};
+    const int n = n_OF(k), nn = 4 * n * n;
+    int i;
+    dyadic(2 * n, 1, seed, s[0]), dyadic(F_OF(k), 1, seed, u), fill(512, 7, L);
+    for (i = 1; i < 4; i++) memcpy(s[i], s[0], sizeof s[0]);
+    CHECK_OK(m.of->linear(&m, s[1], s[1] + n, u, dt / 8, A[0], B, ROOM(linear)));
+    CHECK_OK(m.of->slopes(&m, s[2], s[2] + n, u, NULL, dt / 8, &by_state, spare));
+    CHECK_OK(m.of->slopes(&m, s[3], s[3] + n, u, none, dt / 8, &by_load, spare));
+    CHECK(same(2 * n, s[1], s[2]) && same(2 * n, s[1], s[3]) && !same(2 * n, s[0], s[1]));
+    CHECK(same(nn, A[0], A[1]) && same(nn, A[0], A[2]));
+    CHECK(largest(2 * n * n, L) > 0 && all(512 - 2 * n * n, L + 2 * n * n, 7));
+}
 
 /* zdd [n] from the definition: M zdd + c + g + d = tau_z, where the last `driven` numbers of tau_z are accelerations and the forces
    that make them are unknown, in one system of equations. */

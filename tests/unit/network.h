@@ -629,7 +629,15 @@ ROLN_FN void set_weights(const roln_lnn *f, roln_real *th, uint64_t *s)
         CHECK(!roln_lnn_ignores(f, j, th));
         if (cyclic >> j & 1) roln_lnn_ignore(f, j, th);
     }
-    for (j = 0; j < n; j++) CHECK(roln_lnn_ignores(f, j, th) == (int)(cyclic >> j & 1));
+    for (j = 0; j < n; j++) {
+        roln_real *const seen[2] = {th + j * f->mass_net.size[1], th + rolni_second_input(f, j) * f->mass_net.size[1]};
+        CHECK(roln_lnn_ignores(f, j, th) == (int)(cyclic >> j & 1));
+        for (i = 0; i < 2 && cyclic >> j & 1; i++) { /* a network that sees the cosine or the sine alone sees the angle */
+            seen[i][0] = 1;
+            CHECK(!roln_lnn_ignores(f, j, th));
+            seen[i][0] = 0;
+        }
+    }
     widen(roln_lnn_params(f), th, m.th);
 }
 

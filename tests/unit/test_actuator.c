@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Learned actuators (ROLN_ACTUATOR): the force of currents and servos from its definition, in a step and reduced; every derivative
    against differences, also by gains, offsets and dampings, through every integrator; the inputs that NAME_lift and NAME_allocate
-   send; the power that the guard counts; a servo'd joint against its motion in closed form; gains that are learned from
-   recordings; parameters of other actuators are refused. */
+   send; joints in units of their own; the power that the guard counts; a servo'd joint against its motion in closed form; gains
+   that are learned from recordings; parameters of other actuators are refused. */
 
 #include "check.h"
 
@@ -44,14 +44,21 @@
 #include "small_models.h"
 #endif
 #undef CALLED
+/* The models below with joints in units of their own. */
+#define CALLED(X) X(reduce) X(lift) X(allocate) X(step) X(linear)
+#define SMALL(name) name##_own
+#define SMALL_SCALE each
+#include "small_models.h"
+#undef CALLED
 #define CALLED(X) \
     X(encode) X(decode) X(step) X(linear) X(dynamics) X(reduce) X(lift) X(allocate) X(grad) X(grad_acc) X(rows) X(fit_inertia) \
-    X(force_variance)
+    X(force_variance) X(push) X(slopes)
 #define SMALL_ROWS 3
 #define SMALL_LEARN everything
 #include "small.h"
 #include "samples.h"
 #include "differences.h"
+#include "units.h"
 
 void TEST_NAME(actuator)(void);
 
@@ -163,6 +170,62 @@ static void test_inputs(int k, uint64_t *seed)
     CHECK(inertia[1] > inertia[0]);
 }
 
+/* Inputs x [N] of the model with joints in common units for the one with own units: currents over each, positions times each. */
+static void inputs_in_units(const pair *p, const roln_real *x, roln_real *y)
+{
+    in_units(p, models[p->k]->md->actuator == ROLN_SERVO ? 1 : -1, 1, x, y);
+}
+
+/* Two arrays [count] that differ by the rounding of gains. */
+static void check_close(int count, const roln_real *x, const roln_real *y)
+{
+    ld wide[512];
+    widen(count, x, wide);
+    BOUND("own units of servos, eps", distance(count, y, wide) / EPS, 20);
+}
+
+/* Joints in units that are powers of two, with gains in these units: the bits of joints that were scaled by hand. Those of servos
+   differ by the rounding of log k and log d. */
+static void test_own_units(int k, uint64_t *seed)
+{
+    static pair p;
+    static twice x;
+    static roln_real theta[MAXP];
+    roln_real s[2 * MAXN], u[2][MAXN], by[MAXN];
+    const int servo = models[k]->md->actuator == ROLN_SERVO;
+    int i, n, N;
+    pair_of(k, seed, &p), n = p.n, N = p.N;
+    dyadic(2 * n, ROLN_C(0.5), seed, s), dyadic(N, ROLN_C(0.25), seed, u[0]), inputs_in_units(&p, u[0], u[1]);
+    memcpy(theta, p.theta, sizeof theta), p.own.theta = theta;
+    for (i = 0; i < N && servo; i++) { /* k and d over each^2 */
+        roln_real *const a = theta + models[k]->params - 3 * N + i;
+        const roln_real less = (roln_real)(2 * logl((ld)p.each[i]));
+        a[0] -= less, a[2 * N] -= less;
+    }
+    make_twice(&p, s, u, &x);
+    fill(MAXN, 1, by), inputs_in_units(&p, by, by), inputs_in_units(&p, x.lifted[0], x.lifted[0]);
+    for (i = 0; i < 2 * n * N; i++) x.B[1][i] *= by[i % N]; /* by inputs of the first */
+    if (servo) {
+        for (i = 0; i < N; i++) x.lifted[0][i] /= p.each[i], x.lifted[1][i] /= p.each[i];
+        check_close(n, x.tau_z[0], x.tau_z[1]), check_close(N, x.lifted[0], x.lifted[1]);
+        check_close(2 * n, x.s[0], x.s[1]);
+        check_close(4 * n * n, x.A[0], x.A[1]), check_close(2 * n * N, x.B[0], x.B[1]);
+        return;
+    }
+    CHECK(same(n, x.tau_z[0], x.tau_z[1]) && same(N, x.lifted[0], x.lifted[1]) && same(2 * n, x.s[0], x.s[1]));
+    CHECK(same(4 * n * n, x.A[0], x.A[1]) && same(2 * n * N, x.B[0], x.B[1]));
+    for (i = 0; i < 2; i++) { /* two motors of the same machine: their rows over each */
+        const instance *m = i ? &p.own : &p.plain;
+        roln_real rows[2 * MAXN];
+        const roln_motors motors = {2, rows, ROLN_C(0.5)};
+        int j;
+        for (j = 0; j < 2 * N; j++) rows[j] = (roln_real)(j % 3 + 1) / (i ? p.each[j / 2] : 1);
+        CHECK_OK(m->of->allocate(m, s, &motors, s + n, x.lifted[i], NULL, room_of(m->of->scratch.allocate)));
+        ROOM_KEPT();
+    }
+    CHECK(same(2, x.lifted[0], x.lifted[1]) && largest(2, x.lifted[0]) > 0);
+}
+
 /* z'' = k (u - z) - d z' + o from rest: steps against the damped oscillation in closed form, and the guard's balance of it. */
 static void test_oscillation(void)
 {
@@ -197,11 +260,74 @@ static void test_oscillation(void)
     }
     s.zd[0] += 1, x.qd[0] = s.zd[0] / 2; /* a motion that this drive does not make */
     CHECK((joint_guard_tick(&p, &l, &x, &s, send, &g, &gw) & ROLN_FAULT_ENERGY) != 0);
-    p.theta[joint_theta_size - 1] = rolni_real(ROLNI_INF);
-    CHECK(joint_actuator_of(&p, gain, damping, offset) == ROLN_E_NOT_FINITE);
-    p.theta[joint_theta_size - 1] = 0, p.slope = 7;
+    for (i = 1; i <= 3; i++) { /* damping, offset, gain */
+        const roln_real was = p.theta[joint_theta_size - i];
+        p.theta[joint_theta_size - i] = rolni_real(ROLNI_INF);
+        CHECK(joint_actuator_of(&p, gain, damping, offset) == ROLN_E_NOT_FINITE);
+        p.theta[joint_theta_size - i] = was;
+    }
+    p.slope = 7;
     CHECK(joint_actuator_of(&p, gain, damping, offset) == ROLN_E_SHAPE);
     CHECK_NEAR((double)damping[0], (double)d, 1e-6); /* untouched */
+    CHECK_NEAR((double)gain[0], (double)k, 1e-5), CHECK_NEAR((double)offset[0], (double)o, 1e-6);
+}
+
+/* The power of currents at the joints, qd^T (k u + o), and of motors that act on both joints: the guard sees the same machine. It
+   sees a motion that these currents do not make. */
+static void test_power(void)
+{
+    static arm_params p;
+    static arm_init_work w;
+    static arm_step_work sw;
+    static arm_guard_tick_work gw;
+    static const roln_real B[4] = {1, ROLN_C(-0.5), 2, ROLN_C(0.25)}, u[2] = {ROLN_C(0.5), ROLN_C(-0.75)};
+    const roln_real at_joints[2] = {B[0] * u[0] + B[1] * u[1], B[2] * u[0] + B[3] * u[1]};
+    const roln_motors motors = {2, B, 0};
+    arm_latent s = {{ROLN_C(0.25), ROLN_C(-0.5)}, {ROLN_C(0.5), ROLN_C(0.25)}};
+    arm_guard g[2];
+    arm_state x;
+    roln_limits l[2];
+    roln_real gain[2], offset[2];
+    uint64_t seed = 7;
+    int i, j;
+    CHECK_OK(arm_init(&p, &seed, &w));
+    for (j = 0; j < 4; j++) p.theta[arm_theta_size - 4 + j] = ROLN_C(0.25) * (roln_real)(2 * j - 3);
+    CHECK_OK(arm_actuator_of(&p, gain, NULL, offset));
+    fill(2, 50, p.zd_max);
+    memset(l, 0, sizeof l), memset(g, 0, sizeof g);
+    l[0].dt = ROLN_C(0.01), l[0].tau = 5, l[0].residual = ROLN_C(0.02), l[0].hold = 1;
+    l[1] = l[0], l[1].motors = &motors;
+    for (i = 0; i <= 50; i++) {
+        ld power = 0;
+        if (i == 50) s.zd[0] += 1;
+        for (j = 0; j < 2; j++) {
+            x.q[j] = s.z[j], x.qd[j] = s.zd[j];
+            power += (ld)s.zd[j] * ((ld)gain[j] * (ld)at_joints[j] + (ld)offset[j]);
+        }
+        for (j = 0; j < 2; j++) {
+            CHECK(arm_guard_tick(&p, l + j, &x, &s, j ? u : at_joints, g + j, &gw) == (i == 50 ? ROLN_FAULT_ENERGY : 0u));
+            if (i < 50) CHECK_NEAR((double)g[j].g.power, (double)power, PICK(1e-5, 1e-12));
+        }
+        CHECK_OK(arm_step(&p, &s, at_joints, l[0].dt, &sw));
+    }
+}
+
+/* A servo is sent a position beside that of its joint. Where the velocity is not known, nothing is sent. */
+static void test_lift_failing(void)
+{
+    static drives_params p;
+    static drives_init_work w;
+    static drives_lift_work lw;
+    const roln_real tau_z[2] = {1, -1};
+    const drives_latent rest = {{ROLN_C(0.25), ROLN_C(-0.5)}, {0, 0}};
+    drives_latent s = rest;
+    roln_real tau[2] = {7, 7};
+    uint64_t seed = 8;
+    CHECK_OK(drives_init(&p, &seed, &w));
+    s.zd[1] = (roln_real)NAN;
+    CHECK(drives_lift(&p, &s, tau_z, tau, &lw) == ROLN_E_NOT_FINITE && all(2, tau, 7));
+    CHECK_OK(drives_lift(&p, &rest, tau_z, tau, &lw));
+    CHECK_NEAR((double)tau[0], 1.25, 1e-6), CHECK_NEAR((double)tau[1], -1.5, 1e-6); /* q + tau_z, of gains of 1 */
 }
 
 /* Bytes and text name the actuators; those of others are refused. */
@@ -298,6 +424,8 @@ void TEST_NAME(actuator)(void)
         parameters(k, &s, theta_k);
         check_step(k, 0, force_of, &s);
         test_motors(k, &s);
+        test_own_units(k, &s);
+        check_slopes(k, &s);
 #ifdef ROLN_DOUBLE
         check_gradient(k, ODE, &s);
         check_gradient(k, ACC, &s);
@@ -305,6 +433,7 @@ void TEST_NAME(actuator)(void)
         check_rows(k, ODE, &s);
         check_rows(k, ACC, &s);
         check_gradient(k, VAR, &s);
+        check_load_jacobian(k, &s);
         check_jacobian(models[k], scale_of(k), &s);
         check_jacobian(others[0][k], scale_of(k), &s);
         check_jacobian(others[1][k], scale_of(k), &s);
@@ -315,6 +444,8 @@ void TEST_NAME(actuator)(void)
         test_lift(k, &s);
     }
     test_oscillation();
+    test_power();
+    test_lift_failing();
     test_kept();
 #ifdef ROLN_DOUBLE
     test_arm();

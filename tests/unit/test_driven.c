@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* Driven joints (ROLN_DRIVEN): a step against the equations with unknown forces on them, solved as they stand; every derivative
    against differences; the same motion as under the force that drives them; a pendulum on a moving base; losses, control and the
-   guard; parameters of another number of driven joints are refused. Behind a chart: driven joints are coordinates, in every fit,
-   and a mass between two held ends is learned. */
+   guard; joints in units of their own; parameters of another number of driven joints are refused. Behind a chart: driven joints are
+   coordinates, in every fit, and a mass between two held ends is learned. A held joint that does not move is refused. */
 
 #include "check.h"
 
@@ -24,14 +24,21 @@
 #include "roln.h"
 
 #define OF_DRIVEN
+/* The same with joints in units of their own. */
+#define CALLED(X) X(reduce) X(lift) X(step) X(linear)
+#define SMALL(name) name##_own
+#define SMALL_SCALE each
+#include "small_models.h"
+#undef CALLED
 #define CALLED(X) \
     X(encode) X(decode) X(step) X(linear) X(dynamics) X(reduce) X(lift) X(control) X(grad) X(grad_acc) X(rows) X(inverse) \
-    X(allocate) X(fit_inertia) X(force_variance) X(gains)
+    X(allocate) X(fit_inertia) X(force_variance) X(gains) X(push) X(slopes)
 #define SMALL_ROWS 3
 #define SMALL_LEARN everything
 #include "small.h"
 #include "samples.h"
 #include "differences.h"
+#include "units.h"
 
 void TEST_NAME(driven)(void);
 
@@ -162,6 +169,29 @@ static void test_gains_driven(int k, uint64_t *seed)
     CHECK(same(n - 1, again, kp));
 }
 
+/* Inputs x [N] of the model with joints in common units for the one with own units: forces over each, accelerations times each. */
+static void drives_in_units(const pair *p, const roln_real *x, roln_real *y)
+{
+    int j;
+    for (j = 0; j < p->N; j++) y[j] = j < p->N - driven_of(p->k) ? x[j] / p->each[j] : x[j] * p->each[j];
+}
+
+/* Units that are powers of two give the bits of joints that were scaled by hand. */
+static void test_own_units(int k, uint64_t *seed)
+{
+    static pair p;
+    static twice x;
+    roln_real s[2 * MAXN], u[2][MAXN], by[MAXN];
+    int i, n, N;
+    pair_of(k, seed, &p), n = p.n, N = p.N;
+    dyadic(2 * n, ROLN_C(0.5), seed, s), dyadic(N, 1, seed, u[0]), drives_in_units(&p, u[0], u[1]);
+    make_twice(&p, s, u, &x);
+    fill(MAXN, 1, by), drives_in_units(&p, by, by), drives_in_units(&p, x.lifted[0], x.lifted[0]);
+    for (i = 0; i < 2 * n * N; i++) x.B[1][i] *= by[i % N]; /* by inputs of the first */
+    CHECK(same(n, x.tau_z[0], x.tau_z[1]) && same(N, x.lifted[0], x.lifted[1]) && same(2 * n, x.s[0], x.s[1]));
+    CHECK(same(4 * n * n, x.A[0], x.A[1]) && same(2 * n * N, x.B[0], x.B[1]));
+}
+
 /* ---- behind a chart ----------------------------------------------------------------------------- */
 
 enum { SEEN = 600 };
@@ -252,6 +282,42 @@ static void test_held_ends(void)
     CHECK_OK(held_end_lift(&p, &s, tau_z, tau, &lw));
     CHECK_OK(held_end_reduce(&p, &s, tau, again, &rw));
     for (i = 0; i < 2; i++) CHECK_NEAR((double)again[i], (double)tau_z[i], 100 * (double)ROLN_EPS);
+}
+
+/* A held joint that does not move does not show how the others follow it. The start refuses it. So does a step of the fit, which
+   leaves the model as it was. */
+static void test_still(void)
+{
+    enum { FEW = 4, ROWS = 64 };
+    static held_end_params p, was;
+    static held_end_start w;
+    static held_end_refinement turn;
+    static const double still[4] = {0.5, 0, 0.3, -7};
+    roln_real qbar[5], left = 7;
+    roln_batch b;
+    uint64_t seed = 13;
+    int i, k;
+    memset(&b, 0, sizeof b);
+    b.count = FEW, b.stride = 1, b.q = held_q, b.qd = held_qd;
+    for (i = 0; i < ROWS; i++) {
+        const double y = 2 * roln_uniform(&seed) - 1, d = 2 * roln_uniform(&seed) - 1;
+        markers(y, roln_normal(&seed), 0, d, roln_normal(&seed), 0, held_q + 5 * i, held_qd + 5 * i, held_qdd + 5 * i);
+    }
+    CHECK_OK(held_end_init_pod(&p, ROWS, held_q, held_qd, qbar, &seed, &w.init_pod));
+    was = p, memset(&turn, 0, sizeof turn);
+    CHECK_OK(held_end_chart_refine(&p, &b, &turn, &left)); /* as many samples are enough if it moves */
+    CHECK(left < 7 && !same(held_end_ae_size, p.theta, was.theta));
+    for (k = 0; k < 4; k++) {
+        for (i = 0; i < ROWS; i++) {
+            const double y = 2 * roln_uniform(&seed) - 1;
+            markers(y, roln_normal(&seed), 0, still[k], 0, 0, held_q + 5 * i, held_qd + 5 * i, held_qdd + 5 * i);
+        }
+        p = was, left = 7, memset(&turn, 0, sizeof turn);
+        CHECK(held_end_chart_refine(&p, &b, &turn, &left) == ROLN_E_ILL_CONDITIONED);
+        CHECK(all(1, &left, 7) && memcmp(&p, &was, sizeof p) == 0);
+        CHECK(held_end_init_pod(&p, ROWS, held_q, held_qd, qbar, &seed, &w.init_pod) == ROLN_E_ILL_CONDITIONED);
+        CHECK(all(held_end_theta_size, p.theta, 0)); /* it holds no model */
+    }
 }
 
 #ifdef ROLN_DOUBLE
@@ -422,6 +488,8 @@ void TEST_NAME(driven)(void)
         test_control_driven(k, &s);
         test_gains_driven(k, &s);
         test_losses(k, &s);
+        check_slopes(k, &s);
+        test_own_units(k, &s);
 #ifdef ROLN_DOUBLE
         check_jacobian(models[k], scale_of(k), &s);
         check_gradient(k, ODE, &s);
@@ -434,6 +502,7 @@ void TEST_NAME(driven)(void)
     test_kept();
     test_guard_driven();
     test_held_ends();
+    test_still();
 #ifdef ROLN_DOUBLE
     test_pendulum();
     test_mass();

@@ -239,6 +239,44 @@ static void test_fit_inertia(int k)
     CHECK(m.of->fit_inertia(&m, &was.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_OK && all(1, &unit_of_it, x));
 }
 
+/* A joint whose velocity never changes does not count either. A machine whose inertia is beyond 1e+-18 has no unit of it, and one
+   whose forces are no numbers of this precision in units of the networks has no variances of them. */
+static void test_far(int k)
+{
+    static data d, was;
+    static roln_real theta[MAXP];
+    const instance m = trained(models[k], scale_of(k), theta);
+    const int N = N_OF(k);
+    const roln_real far = (roln_real)ldexp(1, 60), near = (roln_real)ldexp(1, -10);
+    roln_real unit_of_it = 7, got[MAXN];
+    uint64_t s = 150 + (uint64_t)k;
+    ld var[3 * MAXN], logs = 0;
+    int i, j;
+    parameters(k, &s, theta);
+    make(k, ACC, 5, &s, &was);
+    for (i = 0; i < 2; i++) {
+        scale_forces(&was, i ? 1 / far : far, &d);
+        for (j = 0; j < MAXD; j++) d.qdd[j] *= i ? 1 / near : near;
+        CHECK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE && all(1, &unit_of_it, 7));
+    }
+    scale_forces(&was, 1, &d);
+    for (j = 0; j < MAXD / N; j++) d.qdd[j * N] = 3;
+    (void)slow_forces(k, &m, &d, var);
+    for (i = 1; i < N; i++) logs += logl(var[i] / var[N + i]) / 2;
+    CHECK_OK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)));
+    BOUND("unit of inertia, a joint at rest, eps", fabsl((ld)unit_of_it / expl(logs / (N - 1)) - 1) / EPS, 4);
+    for (j = 0; j < MAXD; j++) d.qdd[j] = 3;
+    unit_of_it = 7;
+    CHECK(m.of->fit_inertia(&m, &d.b, &unit_of_it, ROOM(fit_inertia)) == ROLN_E_NOT_FINITE && all(1, &unit_of_it, 7));
+    for (i = 0; i < 2; i++) {
+        roln_scale sc = scale;
+        instance other = m;
+        sc.m = PICK(i ? ROLN_C(1e30) : ROLN_C(1e-30), i ? ROLN_C(1e200) : ROLN_C(1e-200)), other.scale = &sc;
+        fill(MAXN, 7, got);
+        CHECK(m.of->force_variance(&other, &was.b, got, ROOM(force_variance)) == ROLN_E_NOT_FINITE && all(MAXN, got, 7));
+    }
+}
+
 /* Variances of forces, in units of the networks, against a slow count; of joints without a motor, or at rest; statuses. */
 static void test_force_variance(int k)
 {
@@ -528,6 +566,7 @@ void TEST_NAME(measures)(void)
         test_variance(k);
         test_fit_inertia(k);
         test_force_variance(k);
+        if (k == BARE) test_far(k); /* its joints are its coordinates */
         test_errors(k);
     }
     test_variance_units();

@@ -373,6 +373,24 @@ static void test_training(void)
     check_trained(&p, q, qd, h);
 }
 
+/* What the linear start refuses: no sample, and samples of a machine that stands. It then holds no model. */
+static void test_no_start(void)
+{
+    static plain_params p;
+    static plain_start w;
+    static roln_real q[4 * plain_N], qd[4 * plain_N];
+    static const plain_params none;
+    roln_real qbar[plain_N];
+    uint64_t s = 4;
+    int k;
+    for (k = 0; k < 2; k++) {
+        CHECK_OK(plain_init(&p, &s, &w.init));
+        fill(4 * plain_N, 3, q), fill(4 * plain_N, 0, qd);
+        CHECK(plain_init_pod(&p, 4 * k, q, qd, qbar, &s, &w.init_pod) == (k ? ROLN_E_NOT_FINITE : ROLN_E_LENGTH));
+        CHECK(memcmp(p.theta, none.theta, sizeof p.theta) == 0 && plain_params_mismatch(&p));
+    }
+}
+
 void TEST_NAME(roln)(void)
 {
     int k;
@@ -383,5 +401,6 @@ void TEST_NAME(roln)(void)
     test_arguments();
     test_shell();
     test_training();
+    test_no_start();
     print_bounds();
 }

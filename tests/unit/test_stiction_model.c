@@ -224,13 +224,19 @@ static void test_lqr(void)
     soft_params none = soft_of(&p);
     const roln_cost cost = {q, qd, u, dt, NULL};
     const hard_latent s = {{ROLN_C(0.3), ROLN_C(-0.2)}, {0, 0}};
+    hard_latent wild = s;
     soft_latent as;
-    roln_real K[hard_N * 4], K0[hard_N * 4];
+    roln_real K[hard_N * 4], K0[hard_N * 4], P[16];
     int i;
+    for (i = 0; i < 16; i++) P[i] = 7;
     memcpy(&as, &s, sizeof as);
     for (i = 0; i < hard_n; i++) none.theta[rolni_friction_at(&hard_model.lnn) + i] = -1000;
     CHECK(hard_lqr(&p, &cost, &s, NULL, K, NULL, &w) == ROLN_OK && soft_lqr(&none, &cost, &as, NULL, K0, NULL, &ws) == ROLN_OK);
     for (i = 0; i < hard_N * 4; i++) CHECK_NEAR(K[i], K0[i], PICK(1e-4, 1e-10));
+    memcpy(K0, K, sizeof K);
+    wild.zd[0] = PICK(ROLN_C(1e30), ROLN_C(1e200)); /* its step overflows */
+    CHECK(hard_lqr(&p, &cost, &wild, NULL, K, P, &w) == ROLN_E_NOT_FINITE && memcmp(K, K0, sizeof K) == 0);
+    for (i = 0; i < 16; i++) CHECK(P[i] == 7);
 }
 
 /* A plan from rest breaks the joints loose, and its states are those of NAME_step. */

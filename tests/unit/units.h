@@ -51,4 +51,31 @@ ROLN_FN void force_in_units(const pair *p, int rows, const roln_real *x, roln_re
     else in_units(p, -1, rows, x, y);
 }
 
+/* What both models make of a state [2n] and inputs u: tau_z; the inputs that lift sends for a force of the numbers zd; the state a
+   step on, and its derivatives. */
+typedef struct {
+    roln_real tau_z[2][MAXN], lifted[2][MAXN], s[2][2 * MAXN], A[2][256], B[2][512];
+} twice;
+
+ROLN_FN void make_twice(const pair *p, const roln_real *state, roln_real (*u)[MAXN], twice *to)
+{
+    const int n = p->n;
+    int i;
+    for (i = 0; i < 2; i++) {
+        const instance *m = i ? &p->own : &p->plain;
+        roln_real again[2 * MAXN];
+        memcpy(to->s[i], state, sizeof again), memcpy(again, state, sizeof again);
+        CHECK_OK(m->of->reduce(m, state, u[i], to->tau_z[i], room_of(m->of->scratch.reduce)));
+        ROOM_KEPT();
+        CHECK_OK(m->of->lift(m, state, state + n, to->lifted[i], room_of(m->of->scratch.lift)));
+        ROOM_KEPT();
+        CHECK_OK(m->of->step(m, to->s[i], to->s[i] + n, u[i], dt / 8, room_of(m->of->scratch.step)));
+        ROOM_KEPT();
+        CHECK_OK(m->of->linear(m, again, again + n, u[i], dt / 8, to->A[i], to->B[i], room_of(m->of->scratch.linear)));
+        ROOM_KEPT();
+        CHECK(same(2 * n, again, to->s[i]) && !same(2 * n, state, again));
+    }
+    CHECK(largest(2 * n * p->F, to->B[0]) > 0);
+}
+
 #endif
