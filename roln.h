@@ -6,7 +6,9 @@
        #define ROLN_NAME    arm               prefix of every generated name
        #define ROLN_AE      16, 12, 8, 4      N, hidden .., n: autoencoder; a single number: no autoencoder, N = n
        #define ROLN_MLP     64, 64            hidden widths of the networks
-       #define ROLN_INTEGRATOR rk4            euler, rk4 or midpoint; default rk4
+       #define ROLN_INTEGRATOR rk4            euler, leapfrog, rk4 or midpoint; default rk4
+       #define ROLN_FILTER model              how NAME_filter_tick looks a tick ahead: model, by its integrator, default; leapfrog,
+                                              by one evaluation of the model, for ticks of a few milliseconds
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
@@ -67,6 +69,8 @@
        NAME_work        scratch of prediction and control, a union: NAME_tick(.., &work.tick); one for each thread and interrupt
        NAME_plan        with ROLN_PLAN: a plan, its states, torques and feedback
        NAME_filter      what a filter remembers; in it s, the estimate of z, zd
+       NAME_observer    the same of an observer
+       NAME_observer_gains  the gains of an observer
        NAME_train       scratch of training, of NAME_errors, NAME_fit_limits and NAME_fit_noise, a union
        NAME_start       scratch of NAME_init, NAME_init_pod and NAME_chart_.., a union; with small weights of NAME_quantise
        NAME_gradient    a gradient, the loss and the number of windows behind it
@@ -113,6 +117,8 @@
        NAME_plan_linear ... A, B, c along it, for other solvers
        NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
        NAME_fit_noise   its noise, from recordings
+       NAME_observer_tick  the same with gains computed beforehand, for a third of the cost
+       NAME_fit_observer   these gains, from the noise and recordings
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
 
@@ -222,7 +228,7 @@ enum { ROLN_TORQUE = 0, ROLN_CURRENT = 1, ROLN_SERVO = 2 };
 typedef struct {
     roln_ae ae;
     roln_lnn lnn;
-    int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT */
+    int scheme; /* ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT, ROLN_LEAPFROG */
     int inputs; /* 0: models get the force tau [N]; else u [inputs] with a learned constant input map, tau = B u */
     int own;    /* 1: each joint has a unit of its own, NAME_params.each */
     int actuator; /* ROLN_TORQUE, ROLN_CURRENT, ROLN_SERVO */
@@ -1313,9 +1319,10 @@ typedef struct {
 
 /* How a step is taken. ROLNI_TURN: angles far out are brought within (-pi, pi] first; else they stay on their turns, for
    differences of states. ROLNI_SLIDE: with ROLN_STICTION the derivatives are those of a step without dry friction, in which nothing
-   is held. */
+   is held. ROLNI_LOOK: with ROLN_FILTER leapfrog a step of leapfrog. */
 #define ROLNI_TURN 1
 #define ROLNI_SLIDE 2
+#define ROLNI_LOOK 4
 
 /* The same as a torque tau [force_size], NULL: none, and how. */
 typedef struct {
@@ -1449,6 +1456,28 @@ ROLN_FN uint32_t rolni_counted(uint32_t count, int more)
 {
     const uint32_t left = UINT32_MAX - count, add = ROLNI_AS(uint32_t, more);
     return count + ROLN_MIN(add, left);
+}
+
+/* After a measurement, of n coordinates: outliers are counted, and an estimate that has lost most joints too often is none. */
+ROLN_FN uint32_t rolni_filter_lost(roln_filter *filter, int lost, int n, const rolni_innovation *in)
+{
+    filter->outliers = rolni_counted(filter->outliers, in->measured - in->used);
+    if (in->used < in->measured && in->used < n) {
+        if (filter->lost < lost) filter->lost++;
+        else filter->valid = 0;
+    } else if (in->used > 0) {
+        filter->lost = 0;
+    }
+    return in->used < in->measured ? ROLN_FILTER_OUTLIER : 0;
+}
+
+/* After a try to start: is there an estimate now? */
+ROLN_FN int rolni_filter_starts(roln_filter *filter, uint32_t faults)
+{
+    filter->valid = (faults & ROLN_FILTER_START) != 0;
+    filter->starts = rolni_counted(filter->starts, filter->valid);
+    filter->lost = 0;
+    return filter->valid;
 }
 
 /* One part of what a plan shall cost: sum_i weight_i (y_i - ref_i)^2 at every step, y = C x of a part x of the state. */
@@ -2220,7 +2249,7 @@ ROLN_FN const char *rolni_angles_text(const roln_lnn *f, char *text)
 /* One for every option that C can compare where the text is compiled, and for the format. Slope and eigenvalue_floor are real. */
 ROLN_FN void rolni_write_needs(const rolni_text *t, const roln_model *md)
 {
-    static const char *const scheme[] = {"", "euler", "rk4", "midpoint"}, *const mass[] = {"exponential", "cholesky"};
+    static const char *const scheme[] = {"", "euler", "rk4", "midpoint", "leapfrog"}, *const mass[] = {"exponential", "cholesky"};
     static const char *const store[] = {"full", "int8", "half"}, *const layer[] = {"0", "gyro"};
     static const char *const sizes[] = {"N", "N1", "N2", "N3", "N4", "N5", "N6", "N7", "N8"};
     static const char *const widths[] = {"H1", "H2", "H3", "H4", "H5"}, *const layers[] = {"L0", "L1", "L2", "L3"};
@@ -2358,7 +2387,11 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #define ROLNI_SCHEME_euler ROLN_EULER
 #define ROLNI_SCHEME_rk4 ROLN_RK4
 #define ROLNI_SCHEME_midpoint ROLN_MIDPOINT
+#define ROLNI_SCHEME_leapfrog ROLN_LEAPFROG
 #define ROLNI_SCHEME(s) ROLNI_CAT(ROLNI_SCHEME, s)
+#define ROLNI_FILTER_model 0
+#define ROLNI_FILTER_leapfrog 1
+#define ROLNI_FILTER(s) ROLNI_CAT(ROLNI_FILTER, s)
 #define ROLNI_MASS_exponential ROLN_EXPONENTIAL
 #define ROLNI_MASS_cholesky ROLN_CHOLESKY
 #define ROLNI_MASS_KIND(s) ROLNI_CAT(ROLNI_MASS, s)
@@ -2495,6 +2528,9 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_STICTION
 #define ROLN_STICTION 0
 #endif
+#ifndef ROLN_FILTER
+#define ROLN_FILTER model
+#endif
 #ifndef ROLN_ANGLES
 #define ROLN_ANGLES 0
 #endif
@@ -2625,6 +2661,9 @@ ROLNI_INTS
     ROLN_(delay) = ROLN_DELAY,
     ROLN_(side) = (2 + (ROLN_LOAD)) * ROLN_(n), /* numbers that a filter estimates */
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
+    ROLN_(centres) = 8, /* states whose gains an observer holds */
+    ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
+    ROLN_(looks) = (ROLN_(leaps) > 0 ? 1 : ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,
@@ -2639,8 +2678,9 @@ ROLNI_INTS
     ROLN_(zdd_jac) = ROLN_LNN_ZDD_JAC_WORK(ROLN_),
     ROLN_(midpoint_row) = ROLNI_MIDPOINT_ROW_WORK(ROLN_),
     ROLN_(jac_tau) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(force_size)),
-    ROLN_(jac_load) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLNI_INT(ROLN_(scheme)), ROLN_(load) * ROLN_(n)),
+    ROLN_(jac_load) = ROLN_LNN_STEP_JAC_WORK(ROLN_, ROLN_(leaps) ? ROLN_LEAPFROG : ROLNI_INT(ROLN_(scheme)), ROLN_(looks)),
     ROLN_(stick_slopes) = ROLNI_STICK_SLOPES_WORK(ROLN_),
+    ROLN_(leap_1) = ROLNI_STEP_WORK(ROLN_, ROLN_LEAPFROG, 1, ROLN_(stage_once_1), 0),
     ROLN_(advance_1) = (ROLN_STICTION) > 0 ? ROLN_LNN_STICK_WORK(ROLN_, ROLN_(step_once_1), 1) : ROLN_(step_once_1),
     /* tapes and steps of a block of states: once, kept for a backward, the backward; mid: of the midpoint rule, which the
        variational loss takes */
@@ -2709,6 +2749,7 @@ ROLNI_ASSERT(friction_is_0_1_or_2, (ROLN_FRICTION) >= 0 && (ROLN_FRICTION) <= 2)
 ROLNI_ASSERT(stiction_is_0_or_1, (ROLN_STICTION) * (ROLN_STICTION) == (ROLN_STICTION))
 ROLNI_ASSERT(stiction_needs_friction, (ROLN_STICTION) == 0 || (ROLN_FRICTION) > 0)
 ROLNI_ASSERT(stiction_takes_no_driven_joints, (ROLN_STICTION) == 0 || ROLN_(driven) == 0)
+ROLNI_ASSERT(filter_leapfrog_takes_no_stiction, ROLN_(leaps) == 0 || (ROLN_STICTION) == 0)
 ROLNI_ASSERT(load_is_0_or_1, (ROLN_LOAD) * (ROLN_LOAD) == (ROLN_LOAD))
 ROLNI_ASSERT(delay_must_not_be_negative, (ROLN_DELAY) >= 0)
 ROLNI_ASSERT(block_at_least_1, (ROLN_BLOCK) >= 1)
@@ -2767,6 +2808,24 @@ typedef struct {
 #endif
     roln_real F[ROLN_(side) * ROLN_(side)];
 } ROLN_(filter);
+
+/* zero it once; s: the estimate; age: ticks since it started */
+typedef struct {
+    roln_filter f;
+    ROLN_(latent) s;
+    roln_real age;
+} ROLN_(observer);
+
+/* What NAME_observer_tick is told of a machine and of its encoders, of NAME_fit_observer: constants, for flash. */
+typedef struct {
+    roln_real dt, gate;    /* as in roln_noise */
+    int lost;              /* as in roln_noise */
+    roln_real q[ROLN_(N)]; /* deviation of each measured joint from phi(z), rad */
+    roln_real e[ROLN_(N)]; /* deviation of each measured joint from what is expected, rad; for the gate */
+    roln_real settle;      /* ticks after a start from which on the gains of a start become the steady ones */
+    roln_real z[ROLN_(centres)][ROLN_(n)];                   /* at these states .. */
+    roln_real P[2][ROLN_(centres)][2 * ROLN_(n) * ROLN_(n)]; /* .. the covariance of (z, zd) with z: steady, of a start */
+} ROLN_(observer_gains);
 
 /* The torque that acted until this tick; number k, 0 .. ROLN_DELAY - 1, of those on their way. */
 #if ROLN_DELAY > 0
@@ -3895,10 +3954,15 @@ ROLN_FN void ROLNI_(drive_load)(const ROLN_(params) *p, const roln_real *load, i
     d->force.eval = ROLNI_(loaded_eval), d->force.ctx = f;
 }
 
+/* The state and the force of a step, in units of the networks. */
+typedef struct {
+    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)];
+    ROLNI_(force_work) force;
+} ROLNI_(step_base);
+
 /* scratch of NAME_step */
 typedef struct {
-    roln_real s[2 * ROLN_(n)], held[ROLN_(force_size)]; /* the state and the force in units of the networks */
-    ROLNI_(force_work) force;
+    ROLNI_(step_base) base;
     roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_(advance_1)];
 } ROLN_(step_work);
 
@@ -3913,25 +3977,29 @@ ROLN_FN roln_status ROLNI_(advance)(const roln_system *sys, int nb, roln_real h,
 #endif
 }
 
-/* NAME_step of z, zd under a push. */
-ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real *zd, const rolni_push *by, ROLN_(step_work) *w)
+/* NAME_step of z, zd under a push, with tape and work of the step. ROLNI_LOOK: a step of leapfrog, of models without
+   ROLN_STICTION. */
+ROLN_FN roln_status ROLNI_(step_by)(const ROLN_(params) *p, roln_real *z, roln_real *zd, const rolni_push *by,
+                                    ROLNI_(step_base) *base, roln_real *tape, roln_real *work)
 {
     const int n = ROLN_(n), size = ROLN_(force_size);
-    const roln_real t = p->scale.t, unit = ROLNI_(input_unit)(p);
+    const roln_real t = p->scale.t, unit = ROLNI_(input_unit)(p), h = by->dt / t;
     const int acts = by->tau || by->load || ROLN_(actuator) > 0;
-    roln_real *const s = w->s;
+    roln_real *const s = base->s, *const held = base->held;
     ROLNI_(driven) d;
     ROLNI_(loaded) loaded;
     roln_status st;
     int i;
-    ROLNI_(drive)(p, acts ? w->held : NULL, w->force.tau, w->force.tape, w->force.work, &d);
+    ROLNI_(drive)(p, acts ? held : NULL, base->force.tau, base->force.tape, base->force.work, &d);
     ROLNI_(drive_load)(p, by->load, 0, &d, &loaded);
     for (i = 0; i < size && acts; i++)
-        w->held[i] = by->tau ? by->tau[i] * unit : 0;
-    if (by->tau) ROLNI_(own_inputs)(p, 1, w->held);
+        held[i] = by->tau ? by->tau[i] * unit : 0;
+    if (by->tau) ROLNI_(own_inputs)(p, 1, held);
     ROLNI_(net_state)(p, z, zd, s);
     if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = ROLNI_(advance)(&d.sys, 1, by->dt / t, s, w->tape, w->work);
+    st = (ROLN_STICTION) == 0 && (by->how & ROLNI_LOOK)
+             ? roln_lnn_step(&ROLN_(model).lnn, &d.sys, ROLN_LEAPFROG, 0, 1, h, s, s, tape, work)
+             : ROLNI_(advance)(&d.sys, 1, h, s, tape, work);
     if (st != ROLN_OK) return st;
     for (i = 0; i < n; i++)
         s[n + i] /= t;
@@ -3939,6 +4007,11 @@ ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real
     rolni_copy(n, s, z);
     rolni_copy(n, s + n, zd);
     return ROLN_OK;
+}
+
+ROLN_FN roln_status ROLNI_(step)(const ROLN_(params) *p, roln_real *z, roln_real *zd, const rolni_push *by, ROLN_(step_work) *w)
+{
+    return ROLNI_(step_by)(p, z, zd, by, &w->base, w->tape, w->work);
 }
 
 /* Advances s by dt seconds, one step of the model's integrator, under the force tau [N] on q (or inputs u), held over the step;
@@ -4036,28 +4109,29 @@ typedef struct {
 } ROLNI_(linear_base);
 
 /* One step of h of a state s [2n], in place, and its derivatives J [2n + wanted][2n]: roln_lnn_step_jac, with ROLN_STICTION
-   roln_lnn_stick_jac. slide: those of the step without dry friction. ROLNI_ADVANCE_JAC_WORK(step): numbers of work, where
-   roln_lnn_step_jac takes `step`. */
+   roln_lnn_stick_jac. how: ROLNI_SLIDE, ROLNI_LOOK. ROLNI_ADVANCE_JAC_WORK(step): numbers of work, where roln_lnn_step_jac takes
+   `step`. */
 #if ROLN_STICTION > 0
 #define ROLNI_ADVANCE_JAC_WORK(step) ROLN_MAX(ROLN_LNN_STICK_JAC_WORK(ROLN_, step), ROLN_(advance_1))
 #else
 #define ROLNI_ADVANCE_JAC_WORK(step) (step)
 #endif
-ROLN_FN roln_status ROLNI_(advance_jac)(const roln_system *sys, int slide, int wanted, roln_real h, roln_real *s, roln_real *J,
+ROLN_FN roln_status ROLNI_(advance_jac)(const roln_system *sys, int how, int wanted, roln_real h, roln_real *s, roln_real *J,
                                         roln_real *tape, roln_real *work)
 {
+    const int leaps = ROLN_(leaps) > 0 && (how & ROLNI_LOOK);
 #if ROLN_STICTION > 0
     const roln_lnn *const f = &ROLNI_(sticking);
     const int scheme = ROLN_(model).scheme;
     roln_real from[2 * ROLN_(n)];
     roln_status st;
-    if (!slide) return roln_lnn_stick_jac(f, sys, scheme, wanted, h, s, s, J, tape, work);
+    (void)leaps;
+    if (!(how & ROLNI_SLIDE)) return roln_lnn_stick_jac(f, sys, scheme, wanted, h, s, s, J, tape, work);
     rolni_copy(2 * ROLN_(n), s, from);
     st = roln_lnn_stick(f, sys, scheme, 1, h, s, s, tape, work);
     return st == ROLN_OK ? roln_lnn_step_jac(f, sys, scheme, wanted, h, from, from, J, tape, work) : st;
 #else
-    (void)slide;
-    return roln_lnn_step_jac(&ROLN_(model).lnn, sys, ROLN_(model).scheme, wanted, h, s, s, J, tape, work);
+    return roln_lnn_step_jac(&ROLN_(model).lnn, sys, leaps ? ROLN_LEAPFROG : ROLN_(model).scheme, wanted, h, s, s, J, tape, work);
 #endif
 }
 
@@ -4086,7 +4160,7 @@ ROLN_FN roln_status ROLNI_(linear)(const ROLN_(params) *p, roln_real *z, roln_re
     ROLNI_(own_inputs)(p, 1, held);
     ROLNI_(net_state)(p, z, zd, s);
     if (by->how & ROLNI_TURN) rolni_turn_back(&ROLN_(model).lnn, 1, s);
-    st = ROLNI_(advance_jac)(&d.sys, by->how & ROLNI_SLIDE, wanted, by->dt / t, s, J, w->tape, work);
+    st = ROLNI_(advance_jac)(&d.sys, by->how, wanted, by->dt / t, s, J, w->tape, work);
     if (st != ROLN_OK) return st;
     for (j = 0; j < rows; j++) { /* of z, zd t by z, zd t, and by tau unit, or by load t^2 / m */
         const roln_real tj = j < n ? 1 : j < n2 ? t : to->L ? t * t / p->scale.m : unit;
@@ -4403,24 +4477,31 @@ typedef struct {
     } u;
 } ROLNI_(cost_work);
 
-/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D of the cost. Dry
-   friction has no slope but about rest, where tanh is steep, and there it would look like ever so much damping: A is that at
-   velocities 4 v farther from 0. */
-ROLN_FN roln_status ROLNI_(cost_at)(const ROLN_(params) *p, const roln_cost *cost, const roln_real *s, const roln_real *u,
-                                    roln_real *A, roln_real *B, roln_real *D, ROLNI_(cost_work) *w)
+/* Dry friction has no slope but about rest, where tanh is steep, and there it would look like ever so much damping: the velocities
+   of s [2n] = [z; zd] become 4 v farther from 0. */
+ROLN_FN void ROLNI_(beyond_friction)(const ROLN_(params) *p, roln_real *s)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
     const int n = ROLN_(n);
     const roln_real *logs = ROLNI_(net)(p) + rolni_friction_at(lnn) + n; /* log v */
+    int i;
+    for (i = 0; i < (lnn->friction ? n : 0); i++)
+        s[n + i] += (s[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / p->scale.t;
+}
+
+/* The step at s [2n] = [z; zd] under the motors' u [count], NULL: none, as A [2n][2n], B [2n][count], and D of the cost. A is that
+   beyond dry friction. */
+ROLN_FN roln_status ROLNI_(cost_at)(const ROLN_(params) *p, const roln_cost *cost, const roln_real *s, const roln_real *u,
+                                    roln_real *A, roln_real *B, roln_real *D, ROLNI_(cost_work) *w)
+{
+    const int n = ROLN_(n);
     rolni_acting by;
     roln_status st;
-    int i;
     if (!rolni_motors_valid(&ROLN_(model), cost->motors)) return ROLN_E_LENGTH;
     if (!(cost->dt > 0)) return ROLN_E_RANGE;
     by.motors = cost->motors, by.u = u, by.load = NULL, by.dt = cost->dt;
     rolni_copy(2 * n, s, w->at);
-    for (i = 0; i < (lnn->friction ? n : 0); i++)
-        w->at[n + i] += (w->at[n + i] < 0 ? -4 : 4) * roln_exp(logs[i]) / p->scale.t;
+    ROLNI_(beyond_friction)(p, w->at);
     st = ROLNI_(linear_motors)(p, &by, w->at, A, B, &w->u.linear);
     return st == ROLN_OK ? ROLNI_(cost_joints)(p, cost, s, D, &w->u.joints) : st;
 }
@@ -4513,7 +4594,7 @@ typedef struct {
     union {
         struct {
             ROLNI_(linear_base) base;
-            roln_real J[(2 + ROLN_(load)) * ROLN_(n) * 2 * ROLN_(n)];
+            roln_real J[(2 * ROLN_(n) + ROLN_(looks)) * 2 * ROLN_(n)];
             roln_real work[ROLNI_ADVANCE_JAC_WORK(ROLN_(jac_load))];
         } linear;
         ROLNI_(pose_work) pose;
@@ -4583,6 +4664,21 @@ ROLN_FN roln_status ROLNI_(filter_unknown)(const ROLN_(params) *p, const roln_no
     return ROLN_OK;
 }
 
+/* The same from the derivatives of the step by a load, L [2n][n], which are M^-1 dt^2/2 and M^-1 dt of leapfrog: W = [T L^T  0]. */
+ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *noise, int load, const roln_real *L, roln_real *W,
+                                  ROLN_(filter_tick_work) *w)
+{
+    const int n = ROLN_(n), side = (2 + load) * n;
+    roln_real *const T = w->u.wander.T;
+    int j;
+    ROLNI_(filter_torques)(p, w->J, noise->tau_each, noise->tau, ROLNI_(in_range)(p, 0, w->s, w->s + n) ? 1 : 10, T,
+                           w->u.wander.triangle);
+    for (j = 0; j < n; j++) {
+        roln_mm_bt(1, n, 2 * n, T + j * n, L, W + j * side);
+        rolni_zero(load * n, W + j * side + 2 * n);
+    }
+}
+
 /* A tick on: the model's step under tau, NULL: none, and the load, and the triangle of [F A^T; W], with a load of [F [A L; 0 I]^T;
    W; what it wanders]. Then q, J there. */
 ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *tau, int load,
@@ -4591,10 +4687,12 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     const int n = ROLN_(n), n2 = 2 * n, side = (2 + load) * n;
     rolni_push by;
     rolni_slopes to;
+    const int leaps = ROLN_(leaps);
     roln_status st;
     int i, k;
-    by.tau = tau, by.load = load ? w->s + n2 : NULL, by.dt = noise->dt, by.how = 0;
-    to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : NULL;
+    if (leaps) rolni_zero(n, w->q); /* no load */
+    by.tau = tau, by.load = load ? w->s + n2 : leaps ? w->q : NULL, by.dt = noise->dt, by.how = ROLNI_LOOK;
+    to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : leaps ? w->rows : NULL;
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
@@ -4602,8 +4700,9 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
         for (k = 0; k < side; k++)
             w->A[i * side + k] = i >= n2 ? i == k : k < n2 ? to.A[i * n2 + k] : to.L[i * n + k - n2];
     if (st == ROLN_OK) st = ROLNI_(pose)(p, w->s, w->q, w->J, &w->u.pose);
-    if (st == ROLN_OK) st = ROLNI_(filter_unknown)(p, noise, load, w->rows + side * side, w);
+    if (st == ROLN_OK && !leaps) st = ROLNI_(filter_unknown)(p, noise, load, w->rows + side * side, w);
     if (st != ROLN_OK) return st;
+    if (leaps) ROLNI_(filter_leapt)(p, noise, load, to.L, w->rows + side * side, w);
     if (load) ROLNI_(filter_wander)(p, noise, noise->dt, w->rows + (side + n) * side, w);
     roln_mm_bt(side, side, side, w->F, w->A, w->rows);
     roln_qr_r(load ? side + n2 : side + n, side, w->rows, w->u.predict);
@@ -4753,22 +4852,12 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
         measured += roln_finite(y[i]) != 0;
     if (measured < N) faults |= ROLN_FILTER_MISSING;
     if (filter->valid) faults |= ROLNI_(filter_follow)(p, noise, y, measured, tau, &in, f, w);
-    if (in.used < in.measured) faults |= ROLN_FILTER_OUTLIER;
-    filter->outliers = rolni_counted(filter->outliers, in.measured - in.used);
-    if (in.used < in.measured && in.used < n) {
-        if (filter->lost < noise->lost) filter->lost++;
-        else filter->valid = 0;
-    } else if (in.used > 0) {
-        filter->lost = 0;
-    }
+    faults |= rolni_filter_lost(filter, noise->lost, n, &in);
     if (!filter->valid) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
         else faults |= ROLNI_(filter_start)(p, noise, y, filter->starts && measured < N ? f->s.z : NULL, load, &in, w);
-        filter->valid = (faults & ROLN_FILTER_START) != 0;
-        if (!filter->valid) in.used = 0; /* nor is its nis a number */
-        filter->starts = rolni_counted(filter->starts, filter->valid);
-        filter->lost = 0;
+        if (!rolni_filter_starts(filter, faults)) in.used = 0; /* nor is its nis a number */
     }
     if (filter->valid) {
         if (!ROLNI_(in_range)(p, 0, w->s, w->s + n)) faults |= ROLN_FAULT_RANGE;
@@ -4776,6 +4865,176 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
         rolni_copy(n, w->s + n, f->s.zd);
         if (load) rolni_copy(n, w->s + 2 * n, ROLNI_LOAD_OF(f));
         rolni_copy(ROLN_(side) * ROLN_(side), w->F, f->F);
+    }
+    filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
+    filter->faults |= faults;
+    return faults;
+}
+
+/* scratch of NAME_observer_tick: state s = [z; zd], joints x, innovations e in units of the decoder, b = J^T R^-1 e, the correction
+   d; the step, then the decoder */
+typedef struct {
+    roln_real s[2 * ROLN_(n)], x[2 * ROLN_(N)], e[ROLN_(N)], b[ROLN_(n)], d[2 * ROLN_(n)];
+    union {
+        struct {
+            ROLNI_(step_base) base;
+            roln_real tape[ROLN_LNN_TAPE(ROLN_, 1, 0, 1)], work[ROLN_MAX(ROLN_(advance_1), ROLN_(leap_1))];
+        } step;
+        struct {
+            roln_real s[2 * ROLN_(n)], tape[ROLNI_ROOM(ROLN_AE_DECODE_TAPE(ROLN_, 2, 1))];
+            roln_real work[ROLNI_ROOM(ROLN_AE_REDUCE_WORK(ROLN_, 1))];
+        } decode;
+        roln_real encode[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)];
+    } u;
+} ROLN_(observer_tick_work);
+
+/* |z - at|^2 in widths of the range seen in training. */
+ROLN_FN roln_real ROLNI_(distance)(const ROLN_(params) *p, const roln_real *z, const roln_real *at)
+{
+    roln_real sum = 0;
+    int i;
+    for (i = 0; i < ROLN_(n); i++) {
+        const roln_real d = (roln_lnn_near(&ROLN_(model).lnn, i, at[i], z[i]) - at[i]) / (p->z_max[i] - p->z_min[i]);
+        sum += d * d;
+    }
+    return sum;
+}
+
+/* The state s [2n] = [z; zd] moves by P(z) b, P a mean of all states, that at a distance of d widths with a weight of d^-4. After
+   t ticks, beyond settle, the gains of a start have the part (settle / t)^2: those of z then fall as 1 / t, nearly. d [2n]:
+   scratch. */
+ROLN_FN void ROLNI_(observer_move)(const ROLN_(params) *p, const ROLN_(observer_gains) *g, roln_real age, const roln_real *b,
+                                   roln_real *s, roln_real *d)
+{
+    const int n = ROLN_(n), n2 = 2 * n;
+    const roln_real late = age > g->settle ? g->settle / age : 1, begin = late * late;
+    roln_real sum = 0;
+    int c, i, k;
+    rolni_zero(n2, d);
+    for (c = 0; c < ROLN_(centres); c++) {
+        const roln_real off = ROLNI_(distance)(p, s, g->z[c]) + ROLN_C(0.0001), weight = 1 / (off * off);
+        const roln_real *const P = g->P[0][c], *const first = g->P[1][c];
+        sum += weight;
+        for (i = 0; i < n2; i++)
+            for (k = 0; k < n; k++)
+                d[i] += weight * (P[i * n + k] + begin * (first[i * n + k] - P[i * n + k])) * b[k];
+    }
+    for (i = 0; i < n2; i++)
+        s[i] += d[i] / sum;
+}
+
+/* The measured joints y correct the state at w: dx = K J^T R^-1 (y - phi(z)). A joint beyond the gate is left out. */
+ROLN_FN roln_status ROLNI_(observer_correct)(const ROLN_(params) *p, const ROLN_(observer_gains) *g, roln_real age,
+                                             const roln_real *y, rolni_innovation *in, ROLN_(observer_tick_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n);
+    const roln_real *each = ROLNI_EACH(p);
+    int i;
+    (void)each;
+    roln_ae_decode(&ROLN_(model).ae, 1, 1, p->theta, w->s, w->x, w->u.decode.tape);
+    for (i = 0; i < N; i++) {
+        const roln_real unit = p->scale.q * (each ? each[i] : 1);
+        const roln_real q = unit * w->x[i], e = y[i] - roln_lnn_near(&ROLN_(model).lnn, i, y[i], q), part = e / g->e[i];
+        w->e[i] = 0;
+        if (!roln_finite(q)) return ROLN_E_NOT_FINITE;
+        if (!roln_finite(y[i])) continue;
+        in->measured++;
+        if (g->gate > 0 && age > 32 * g->settle && !(ROLN_ABS(part) <= g->gate)) continue; /* then it has settled */
+        in->used++, in->nis += part * part;
+        w->e[i] = unit * e / (g->q[i] * g->q[i]);
+    }
+    if (2 * in->used < in->measured) in->used = 0;
+    if (in->used == 0) return ROLN_OK;
+    roln_ae_reduce(&ROLN_(model).ae, 1, p->theta, w->u.decode.tape, w->e, w->b, w->u.decode.work);
+    ROLNI_(observer_move)(p, g, age, w->b, w->s, w->d);
+    for (i = 0; i < n; i++)
+        if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
+    return roln_all_finite(2 * n, w->s) ? ROLN_OK : ROLN_E_NOT_FINITE;
+}
+
+/* At the pose y, at rest; joints that were not measured as in z [n], NULL: none may be missing. */
+ROLN_FN uint32_t ROLNI_(observer_start)(const ROLN_(params) *p, const roln_real *y, const roln_real *z,
+                                        ROLN_(observer_tick_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n);
+    roln_real *const x = w->x;
+    int i;
+    if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
+    for (i = 0; i < n; i++)
+        if (!(p->z_max[i] > p->z_min[i])) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
+    rolni_zero(n, w->b);
+    if (z && ROLNI_(decode)(p, z, w->b, x, w->u.decode.tape, w->u.decode.s) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    for (i = 0; i < N; i++)
+        x[i] = roln_finite(y[i]) ? y[i] : x[i];
+    rolni_zero(N, x + N);
+    if (ROLNI_(encode)(p, x, x + N, NULL, w->s, w->u.encode) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
+    return ROLN_FILTER_START;
+}
+
+/* A tick on from the estimate of o: the model's step under tau, and what y says, NULL: nothing. */
+ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(observer_gains) *g, const roln_real *y,
+                                         const roln_real *tau, rolni_innovation *in, ROLN_(observer) *o,
+                                         ROLN_(observer_tick_work) *w)
+{
+    const int n = ROLN_(n);
+    rolni_push by;
+    roln_status st;
+    int i;
+    by.tau = tau, by.load = NULL, by.dt = g->dt, by.how = ROLNI_LOOK;
+    rolni_copy(n, o->s.z, w->s);
+    rolni_copy(n, o->s.zd, w->s + n);
+    st = ROLNI_(step_by)(p, w->s, w->s + n, &by, &w->u.step.base, w->u.step.tape, w->u.step.work);
+    for (i = 0; i < n && st == ROLN_OK; i++)
+        if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
+    o->age += o->age < 1000000;
+    if (st == ROLN_OK && y) st = ROLNI_(observer_correct)(p, g, o->age, y, in, w);
+    if (st == ROLN_OK && !ROLNI_(in_range)(p, 10, w->s, w->s + n)) st = ROLN_E_RANGE;
+    if (st == ROLN_OK) return 0;
+    o->f.valid = 0;
+    return ROLN_FAULT_STATUS;
+}
+
+/* One tick of an observer with steady gains: z, zd from positions alone, for about a third of the cost of NAME_filter_tick.
+       predict    one step of leapfrog under tau (with ROLN_STICTION the model's own step)
+       correct    (z, zd) += P(z) J^T R^-1 (y - phi(z)), P of g, R that of the noise of the joints
+   P is what the covariance of NAME_filter_tick settles at, at rest, at eight states, between which it is a mean; after a start that
+   of a filter with 64 times the unknown torque, which becomes the steady one. An observer trusts the model as much after a gap as
+   before, and estimates no load. The gate is open until 32 g->settle ticks after a start.
+   y, tau, starts, lost ticks, outliers and the bits returned: as NAME_filter_tick, but f.nis counts joints as if they were
+   independent. ROLN_FAULT_INPUT with ROLN_FILTER_NONE also if g is empty.
+   Cost: a step of leapfrog, a decoding and a reduction, 8 n (2 n + 3) multiply-adds. */
+ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observer_gains) *g, const roln_real y[ROLN_(N)],
+                                      const roln_real tau[ROLN_(force_size)], ROLN_(observer) *o, ROLN_(observer_tick_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n);
+    roln_filter *const filter = &o->f;
+    rolni_innovation in = {0, 0, 0};
+    uint32_t faults = 0;
+    const roln_real set[3] = {g->dt, g->gate, g->settle};
+    int i, measured = 0, valid = roln_all_finite(3, set) && g->dt > 0 && g->gate >= 0 && g->settle >= 0 && g->lost >= 0;
+    if (ROLN_(params_mismatch)(p)) return ROLN_FAULT_STATUS;
+    for (i = 0; i < N; i++)
+        valid &= g->q[i] > 0 && g->e[i] > 0;
+    if (!valid) {
+        filter->faults |= ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
+        return ROLN_FAULT_INPUT | ROLN_FILTER_NONE;
+    }
+    if (tau && !roln_all_finite(ROLN_(force_size), tau)) faults |= ROLN_FAULT_INPUT, tau = NULL;
+    for (i = 0; y && i < N; i++)
+        measured += roln_finite(y[i]) != 0;
+    if (measured < N) faults |= ROLN_FILTER_MISSING;
+    if (filter->valid) faults |= ROLNI_(observer_follow)(p, g, measured > 0 ? y : NULL, tau, &in, o, w);
+    faults |= rolni_filter_lost(filter, g->lost, n, &in);
+    if (!filter->valid) {
+        in.used = 0;
+        if (measured == 0) faults |= ROLN_FILTER_NONE;
+        else faults |= ROLNI_(observer_start)(p, y, filter->starts && measured < N ? o->s.z : NULL, w);
+        if (rolni_filter_starts(filter, faults)) in.used = measured, in.nis = 0, o->age = 0;
+    }
+    if (filter->valid) {
+        if (!ROLNI_(in_range)(p, 0, w->s, w->s + n)) faults |= ROLN_FAULT_RANGE;
+        rolni_copy(n, w->s, o->s.z);
+        rolni_copy(n, w->s + n, o->s.zd);
     }
     filter->used = in.used, filter->nis = in.used > 0 ? in.nis : 0;
     filter->faults |= faults;
@@ -5571,6 +5830,183 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
     for (i = 0; tau_each && i < N; i++)
         tau_each[i] *= l->tau;
     return ROLN_OK;
+}
+
+/* scratch of NAME_fit_observer: a state, centres and the samples near each; at a centre the step A, the triangle D of unknown
+   torques, the measurement H, the Riccati equation's C and K */
+typedef struct {
+    roln_real s[2 * ROLN_(n)], next[ROLN_(centres)][ROLN_(n)], r[ROLN_(n)];
+    int taken[ROLN_(centres)];
+    roln_real A[4 * ROLN_(n) * ROLN_(n)], D[4 * ROLN_(n) * ROLN_(n)], H[2 * ROLN_(n) * ROLN_(n)];
+    roln_real C[4 * ROLN_(n) * ROLN_(n)], K[2 * ROLN_(n) * ROLN_(n)], J[ROLN_(N) * ROLN_(n)], T[ROLN_(N) * ROLN_(n)];
+    roln_real torque[ROLN_(N)];
+    ROLN_(observer_gains) found;
+    union {
+        roln_real encode[ROLN_AE_ENCODE_REST(ROLN_, 2, 1) + 2 * ROLN_(N)];
+        ROLN_(filter_tick_work) filter;
+        roln_real triangle[ROLN_QR_R_WORK(ROLN_(N), ROLN_(n))];
+        roln_real dare[ROLN_DARE_WORK(2 * ROLN_(n), ROLN_(n))];
+    } u;
+} ROLN_(fit_observer_work);
+
+/* Eight states among those of b, each the mean of the samples that are nearest to it: begun at the samples that are farthest from
+   those before, then eight rounds. */
+ROLN_FN roln_status ROLNI_(observer_centres)(const ROLN_(params) *p, const roln_batch *b, ROLN_(fit_observer_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n), centres = ROLN_(centres), rounds = centres + 8;
+    int round, k, h, c, i;
+    for (round = 0; round < rounds; round++) {
+        const int chosen = round < centres ? round : centres;
+        roln_real most = -1;
+        for (c = 0; c < centres; c++)
+            w->taken[c] = 0;
+        for (k = 0; k < b->count; k++)
+            for (h = 0; h <= b->steps; h++) {
+                const roln_real *const y = b->q + rolni_sample(b, k, h) * ROLNI_AS(size_t, N);
+                roln_real least = 0;
+                int at = 0;
+                rolni_zero(N, w->T);
+                if (ROLNI_(encode)(p, y, w->T, NULL, w->s, w->u.encode) != ROLN_OK) continue;
+                for (c = 0; c < chosen; c++) {
+                    const roln_real d = ROLNI_(distance)(p, w->s, w->found.z[c]);
+                    if (c == 0 || d < least) least = d, at = c;
+                }
+                if (round < centres) {
+                    if (most < 0 || (chosen > 0 && least > most)) most = least, rolni_copy(n, w->s, w->next[round]);
+                    continue;
+                }
+                if (w->taken[at]++ == 0) rolni_copy(n, w->s, w->next[at]);
+                else for (i = 0; i < n; i++) {
+                    const roln_real z = roln_lnn_near(&ROLN_(model).lnn, i, w->next[at][i], w->s[i]);
+                    w->next[at][i] += (z - w->next[at][i]) / ROLNI_AS(roln_real, w->taken[at]);
+                }
+            }
+        if (round < centres && most < 0) return ROLN_E_NOT_FINITE;
+        for (c = 0; c < centres; c++)
+            if (round < centres ? c == round : w->taken[c] > 0) rolni_copy(n, w->next[c], w->found.z[c]);
+    }
+    return ROLN_OK;
+}
+
+/* What a filter at z, at rest, predicts and measures: A^T, D of unknown torques, J, H = [T 0]^T with T^T T = J^T R^-1 J. */
+ROLN_FN roln_status ROLNI_(observer_at)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *z,
+                                        ROLN_(fit_observer_work) *w)
+{
+    enum { N = ROLN_(N), n = ROLN_(n), n2 = 2 * n };
+    ROLN_(filter_tick_work) *const f = &w->u.filter;
+    rolni_push by;
+    rolni_slopes to;
+    roln_status st;
+    int i, j;
+    by.tau = by.load = NULL, by.dt = noise->dt, by.how = ROLNI_LOOK | ROLNI_SLIDE;
+    to.A = w->A, to.B = to.L = NULL;
+    rolni_copy(n, z, f->s);
+    rolni_zero(n, f->s + n);
+    ROLNI_(beyond_friction)(p, f->s);
+    st = ROLNI_(linear)(p, f->s, f->s + n, &by, &to, &f->u.linear.base, f->u.linear.J, f->u.linear.work);
+    rolni_copy(n, z, f->s);
+    rolni_zero(n, f->s + n);
+    if (st == ROLN_OK) st = ROLNI_(pose)(p, f->s, f->q, f->J, &f->u.pose);
+    rolni_zero(n2 * n2, w->D);
+    if (st == ROLN_OK) st = ROLNI_(filter_unknown)(p, noise, 0, f->rows, f);
+    if (st != ROLN_OK) return st;
+    rolni_copy(n * n2, f->rows, w->D);
+    rolni_copy(N * n, f->J, w->J);
+    for (i = 0; i < N * n; i++)
+        w->T[i] = w->J[i] / w->found.q[i / n];
+    for (i = 0; i < n2; i++) /* A^T */
+        for (j = 0; j < i; j++) {
+            const roln_real a = w->A[i * n2 + j];
+            w->A[i * n2 + j] = w->A[j * n2 + i];
+            w->A[j * n2 + i] = a;
+        }
+    roln_qr_r(N, n, w->T, w->u.triangle);
+    rolni_zero(n2 * n, w->H);
+    for (i = 0; i < n; i++)
+        for (j = 0; j < n; j++)
+            w->H[i * n + j] = j <= i ? w->T[j * n + i] : 0;
+    return ROLN_OK;
+}
+
+/* P [2n][n] of a filter that has settled at z, at rest, and deviations e [N] of what it expects, the largest so far; NULL: not
+   wanted. With H of NAME_i_observer_at and the covariance C^T C in front of a measurement, P = C^T (1 + C H^T H C^T)^-1 C. */
+ROLN_FN roln_status ROLNI_(observer_settle)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *z, roln_real *P,
+                                            roln_real *e, ROLN_(fit_observer_work) *w)
+{
+    enum { N = ROLN_(N), n = ROLN_(n), n2 = 2 * n };
+    roln_status st = ROLNI_(observer_at)(p, noise, z, w);
+    int i, k;
+    for (i = 0; i < n; i++)
+        w->r[i] = 1;
+    if (st == ROLN_OK) st = roln_dare(n2, n, w->A, w->H, w->D, w->r, w->C, w->K, w->u.dare);
+    if (st != ROLN_OK) return st;
+    for (i = 0; e && i < N; i++) { /* e^2 = q^2 + |C J_i^T|^2 */
+        roln_real square = w->found.q[i] * w->found.q[i];
+        for (k = 0; k < n2; k++) {
+            const roln_real c = roln_dot(n, w->C + k * n2, w->J + i * n);
+            square += c * c;
+        }
+        e[i] = ROLN_MAX(e[i], ROLN_SQRT(square));
+    }
+    roln_mm(n2, n2, n, w->C, w->H, w->K);
+    roln_mm_bt(n2, n, n2, w->K, w->K, w->A);
+    for (i = 0; i < n2; i++)
+        w->A[i * (n2 + 1)] += 1;
+    if ((st = roln_chol(n2, w->A, w->A)) != ROLN_OK) return st;
+    for (i = 0; i < n2; i++) { /* D: the columns of L^-1 C as rows */
+        for (k = 0; k < n2; k++)
+            w->s[k] = w->C[k * n2 + i];
+        roln_solve_lower(n2, w->A, w->s, w->D + i * n2);
+    }
+    roln_mm_bt(n2, n2, n, w->D, w->D, w->K);
+    if (!roln_all_finite(n2 * n, w->K)) return ROLN_E_NOT_FINITE;
+    rolni_copy(n2 * n, w->K, P);
+    return ROLN_OK;
+}
+
+/* Gains of NAME_observer_tick for the noise of NAME_fit_noise, which may stay as it is for NAME_filter_tick: what the covariance of
+   that filter settles at, at rest, at eight states of the recordings in b, windows of b->steps + 1 samples of positions b->q.
+   Samples that are not complete do not count. noise->load is not read: an observer estimates no load.
+   ROLN_E_LENGTH: no window; ROLN_E_RANGE: noise makes no sense, or the model holds no range; ROLN_E_NOT_FINITE, also if no sample
+   is complete; ROLN_E_NO_CONVERGENCE: nothing settles, as where no torque is unknown; status of NAME_linear, roln_dare. g stays as
+   it was unless ROLN_OK. Cost: 16 NAME_encode a sample, 8 times NAME_linear and roln_dare of 2n. */
+ROLN_FN roln_status ROLN_(fit_observer)(const ROLN_(params) *p, const roln_noise *noise, const roln_batch *b,
+                                        ROLN_(observer_gains) *g, ROLN_(fit_observer_work) *w)
+{
+    ROLN_(observer_gains) *const to = &w->found;
+    const roln_real faster = 64;
+    roln_noise start = *noise;
+    roln_status st;
+    int i, c;
+    if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
+    if (b->count < 1 || b->steps < 0) return ROLN_E_LENGTH;
+    if (!rolni_noise_valid(ROLN_(N), noise)) return ROLN_E_RANGE;
+    for (i = 0; i < ROLN_(n); i++)
+        if (!(p->z_max[i] > p->z_min[i])) return ROLN_E_RANGE;
+    to->dt = noise->dt, to->gate = noise->gate, to->lost = noise->lost;
+    for (i = 0; i < ROLN_(N); i++) {
+        to->q[i] = noise->q_each ? noise->q_each[i] : noise->q;
+        to->e[i] = 0;
+    }
+    start.tau *= faster;
+    for (i = 0; noise->tau_each && i < ROLN_(N); i++)
+        w->torque[i] = faster * noise->tau_each[i];
+    if (noise->tau_each) start.tau_each = w->torque;
+    to->settle = 0;
+    st = ROLNI_(observer_centres)(p, b, w);
+    for (c = 0; c < ROLN_(centres) && st == ROLN_OK; c++) {
+        roln_real z = 0, zd = 0;
+        st = ROLNI_(observer_settle)(p, noise, to->z[c], to->P[0][c], to->e, w);
+        if (st == ROLN_OK) st = ROLNI_(observer_settle)(p, &start, to->z[c], to->P[1][c], NULL, w);
+        for (i = 0; i < ROLN_(n) && st == ROLN_OK; i++) { /* of a bandwidth W the gains are 2^1/2 W and W^2 */
+            z += to->P[1][c][i * (ROLN_(n) + 1)];
+            zd += to->P[1][c][(ROLN_(n) + i) * ROLN_(n) + i];
+        }
+        if (st == ROLN_OK) to->settle = ROLN_MAX(to->settle, ROLN_SQRT(ROLN_C(8.0)) * z / (zd * to->dt)); /* 4 / (W dt) */
+    }
+    if (st == ROLN_OK && !roln_finite(to->settle)) st = ROLN_E_NOT_FINITE;
+    if (st == ROLN_OK) *g = *to;
+    return st;
 }
 
 #if ROLNI_BITS(ROLN_QUANTISE) == 0
@@ -6884,6 +7320,7 @@ typedef union {
     ROLN_(errors_work) errors;
     ROLN_(fit_limits_work) fit_limits;
     ROLN_(fit_noise_work) fit_noise;
+    ROLN_(fit_observer_work) fit_observer;
 #if ROLNI_BITS(ROLN_QUANTISE) == 0
     ROLN_(grad_work) grad;
     ROLN_(grad_acc_work) grad_acc;
@@ -6923,6 +7360,7 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_AE
 #undef ROLN_MLP
 #undef ROLN_INTEGRATOR
+#undef ROLN_FILTER
 #undef ROLN_SLOPE
 #undef ROLN_CHART
 #undef ROLN_BASE

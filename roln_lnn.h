@@ -2112,9 +2112,11 @@ ROLN_FN roln_status roln_lnn_dynamics(const roln_lnn *f, const roln_real *theta,
 
 /* ---- 5 integrators ---------------------------------------------------------------------------- */
 
-/* Explicit Euler (the paper's), the classical Runge-Kutta method of order 4, and the variational midpoint rule: the
-   implicit midpoint rule in (z, p = M zd), which preserves dz ^ dp. */
-enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3 };
+/* Explicit Euler (the paper's), the classical Runge-Kutta method of order 4, the variational midpoint rule: the implicit midpoint
+   rule in (z, p = M zd), which preserves dz ^ dp; and leapfrog: half a step of z, one of zd, half a step of z, with one evaluation,
+       zd+ = zd + h zdd(z + h/2 zd, zd),   z+ = z + h/2 (zd + zd+)
+   of order 2 in what forces depend on z, of order 1 in what they depend on zd. */
+enum { ROLN_EULER = 1, ROLN_RK4 = 2, ROLN_MIDPOINT = 3, ROLN_LEAPFROG = 4 };
 
 #define ROLN_MIDPOINT_ITERS 10 /* fixed-point iterations of a midpoint step; the last may move zd by 1000 eps max(1, |zd|) */
 
@@ -2313,7 +2315,7 @@ ROLN_FN void rolni_midpoint_bwd(const roln_lnn *f, const roln_system *sys, int n
 }
 
 /* Stages of an explicit step, and tapes of a step that its backward needs. */
-#define ROLN_STAGES(scheme) ((scheme) == ROLN_EULER ? 1 : (scheme) == ROLN_RK4 ? 4 : 3)
+#define ROLN_STAGES(scheme) ((scheme) == ROLN_RK4 ? 4 : (scheme) == ROLN_MIDPOINT ? 3 : 1)
 
 /* Weight of stage j in s+, and the part of h by which it moves the state of the next stage. */
 ROLN_FN roln_real rolni_stage_weight(int scheme, int j, roln_real h)
@@ -2326,11 +2328,23 @@ ROLN_FN roln_real rolni_stage_move(int j, roln_real h)
     return j < 2 ? h / 2 : h;
 }
 
+/* The state at which leapfrog evaluates: m = nb n positions half a step of h on. */
+ROLN_FN void rolni_half_step(int m, roln_real h, const roln_real *s, roln_real *x)
+{
+    int i;
+    for (i = 0; i < m; i++) {
+        x[i] = s[i] + h / 2 * s[m + i];
+        x[m + i] = s[m + i];
+    }
+}
+
 /* One step of length h from s to sn, both [2][nb][n] (sn may be s). keep: 1 if roln_lnn_step_bwd is to follow, else 0.
    tape: ROLN_STAGES(scheme) tapes [ROLN_LNN_TAPE(S, 1, 1, nb)] with keep, one [ROLN_LNN_TAPE(S, 1, 0, nb)] without.
    Status of roln_lnn_zdd; ROLN_E_NO_CONVERGENCE: h is too long for the midpoint rule. sn is written only on ROLN_OK. */
 #define ROLN_LNN_STEP_MEM(X, S, scheme, nb) \
-    X(next, 2 * (nb) * S(n)) X(sx, ((scheme) == ROLN_RK4) * 2 * (nb) * S(n)) X(k, ((scheme) != ROLN_MIDPOINT) * 2 * (nb) * S(n))
+    X(next, 2 * (nb) * S(n)) \
+    X(sx, ((scheme) == ROLN_RK4 || (scheme) == ROLN_LEAPFROG) * 2 * (nb) * S(n)) \
+    X(k, ((scheme) != ROLN_MIDPOINT) * 2 * (nb) * S(n))
 #define ROLNI_STEP_WORK(S, scheme, nb, stage, midpoint) \
     (0 ROLN_LNN_STEP_MEM(ROLNI_SIZE, S, scheme, nb) + ((scheme) == ROLN_MIDPOINT ? (midpoint) : (stage)))
 #define ROLN_LNN_STEP_WORK(S, scheme, keep, nb) \
@@ -2345,6 +2359,14 @@ ROLN_FN roln_status roln_lnn_step(const roln_lnn *f, const roln_system *sys, int
     ROLN_LNN_STEP_MEM(ROLNI_CARVE, ROLNI_LOCAL, scheme, nb)
     if (scheme == ROLN_MIDPOINT) {
         if ((st = rolni_midpoint(f, sys, keep, nb, h, s, next, tape, stride, work)) != ROLN_OK) return st;
+    } else if (scheme == ROLN_LEAPFROG) {
+        const int m = nb * n;
+        rolni_half_step(m, h, s, sx);
+        if ((st = rolni_stage(f, sys, keep, nb, sx, k, tape, work)) != ROLN_OK) return st;
+        for (i = 0; i < m; i++) {
+            next[m + i] = s[m + i] + h * k[m + i];
+            next[i] = sx[i] + h / 2 * next[m + i];
+        }
     } else {
         rolni_copy(m2, s, next);
         for (j = 0; j < stages; j++) {
@@ -2380,6 +2402,19 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
     {
         ROLN_LNN_STEP_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
         rolni_zero(m2, gx);
+        if (scheme == ROLN_LEAPFROG) {
+            const int m = nb * n;
+            for (i = 0; i < m; i++) {
+                gk[i] = 0;
+                gk[m + i] = h * (gsn[m + i] + h / 2 * gsn[i]);
+            }
+            rolni_stage_bwd(f, sys, nb, gk, gx, gtheta, tape, work);
+            for (i = 0; i < m; i++) {
+                gs[i] += gsn[i] + gx[i];
+                gs[m + i] += h * gsn[i] + gsn[m + i] + h / 2 * gx[i] + gx[m + i];
+            }
+            return;
+        }
         for (i = 0; i < m2; i++)
             gs[i] += gsn[i];
         for (j = ROLN_STAGES(scheme) - 1; j >= 0; j--) { /* k_j enters s+ with weight b, the next stage with c */
@@ -2560,7 +2595,24 @@ ROLN_FN roln_status roln_lnn_step_jac(const roln_lnn *f, const roln_system *sys,
         rolni_copy(n2, s, next);
         for (i = 0; i < rows * n2; i++)
             J[i] = Xs[i] = i < n2 * n2 && i % (n2 + 1) == 0;
-        for (j = 0; j < stages; j++) {
+        if (scheme == ROLN_LEAPFROG) {
+            rolni_half_step(n, h, s, sx);
+            for (i = 0; i < n; i++)
+                Xs[(n + i) * n2 + i] = h / 2;
+            if ((st = rolni_stage(f, sys, 2, 1, sx, k, tape, work)) != ROLN_OK) return st;
+            rolni_stage_jac(f, sys, size, Xs, K, tape, work);
+            for (i = 0; i < n; i++) {
+                next[n + i] += h * k[n + i];
+                next[i] = sx[i] + h / 2 * next[n + i];
+            }
+            for (r = 0; r < rows; r++)
+                for (i = 0; i < n; i++) {
+                    roln_real *const to = J + r * n2 + i;
+                    to[n] += h * K[r * n + i];
+                    to[0] = Xs[r * n2 + i] + h / 2 * to[n];
+                }
+        }
+        for (j = 0; j < stages && scheme != ROLN_LEAPFROG; j++) {
             const roln_real b = rolni_stage_weight(scheme, j, h), c = rolni_stage_move(j, h);
             if ((st = rolni_stage(f, sys, 2, 1, j ? sx : s, k, tape, work)) != ROLN_OK) return st;
             rolni_stage_jac(f, sys, size, j > 0 ? Xs : NULL, K, tape, work);

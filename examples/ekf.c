@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* ekf.c - NAME_filter_tick, a Kalman filter on the learned model: q and qd of the chain from noisy joint angles alone.
+/* ekf.c - NAME_filter_tick, a Kalman filter on the learned model: q and qd of the chain from noisy joint angles alone; beside it
+   NAME_observer_tick, an observer with steady gains.
 
    cc -std=c99 -O3 -march=native -fno-math-errno -I. examples/ekf.c -o ekf -lm
 
+   With -DMS=1 ticks are 1 ms apart, not 5.
    The plant is the true chain of chain_plant.h: the model has seen other recordings of it, the filter none. 20 runs of 5 s.
    No force acts; under a known one give chain_filter_tick its torque, in the model's own unit (see control_tick.c). */
 
@@ -11,8 +13,19 @@
 #include "chain_plant.h"
 #include "chain_weights.h"
 
+/* The same model, whose filter looks ahead by one evaluation of it, for microcontrollers. */
+#define ROLN_NAME    brief
+#define ROLN_AE      8, 2
+#define ROLN_CHART   polynomial, 3
+#define ROLN_MLP     16, 16
+#define ROLN_FILTER  leapfrog
+#include "roln.h"
+
 enum { N = chain_N, n = chain_n, n2 = 2 * n };
-#define TICK ROLN_C(0.005) /* s */
+#ifndef MS
+#define MS 5 /* ms from tick to tick */
+#endif
+#define TICK (ROLN_C(0.001) * MS) /* s */
 #define NOISE ROLN_C(0.02) /* rad, of each encoder, Gaussian */
 
 /* ---- 1 what runs in the controller ------------------------------------------------------------ */
@@ -32,7 +45,7 @@ static int tick(const roln_real y[N], chain_state *x)
 
 /* ---- 2 the experiment ------------------------------------------------------------------------- */
 
-enum { RUNS = 20, TUNE = 5, TICKS = 1000, SETTLED = 100, COUNT = TICKS - SETTLED }; /* errors count after 0.5 s */
+enum { RUNS = 20, TUNE = 5, TICKS = 5000 / MS, SETTLED = 500 / MS, COUNT = TICKS - SETTLED }; /* errors count after 0.5 s */
 static chain_state truth[RUNS][TICKS + 1];
 static roln_real y[RUNS][TICKS + 1][N];
 
@@ -52,8 +65,8 @@ static void simulate(int runs, uint64_t *seed)
                 truth[r][k].qd[i] = (roln_real)(p.ad[i] - (i > 0 ? p.ad[i - 1] : 0));
                 y[r][k][i] = truth[r][k].q[i] + NOISE * roln_normal(seed);
             }
-            for (int i = 0; i < 5; i++)
-                advance(&s, (double)TICK / 5);
+            for (int i = 0; i < MS; i++)
+                advance(&s, (double)TICK / MS);
         }
     }
 }
@@ -170,7 +183,7 @@ static int run(int r, int broken, score *a, score *b)
         if (tick(in, &x)) return 1;
         if (chain_encode(&chain_weights, &truth[r][k], &s, &work.encode) != ROLN_OK) return 1; /* the true (z, zd) */
         if (!chain_in_range(&chain_weights, &s)) to = b;
-        if (k == 20) compare(x.q, x.qd, &truth[r][k], &c.soon);
+        if (k == 100 / MS) compare(x.q, x.qd, &truth[r][k], &c.soon);
         if (k < SETTLED) continue;
         compare(x.q, x.qd, &truth[r][k], &c.e);
         if ((nees = squared(&s)) < 0) return 1;
@@ -180,6 +193,30 @@ static int run(int r, int broken, score *a, score *b)
     }
     add(to, &c);
     return filter.f.starts != 1;
+}
+
+/* Errors of a cheaper estimate: of the filter by leapfrog; with gains of the observer. HUGE_VAL: something failed. */
+static error cheaper(const brief_params *p, const brief_observer_gains *gains)
+{
+    static brief_filter_tick_work of_filter;
+    static brief_observer_tick_work of_observer;
+    error e = {0, 0};
+    const error failed = {HUGE_VAL, HUGE_VAL};
+    for (int r = 0; r < RUNS; r++) {
+        static brief_filter f;
+        brief_observer o;
+        memset(&f, 0, sizeof f), memset(&o, 0, sizeof o);
+        for (int k = 0; k < TICKS; k++) {
+            chain_latent s;
+            chain_state x;
+            if (gains) brief_observer_tick(p, gains, y[r][k], NULL, &o, &of_observer);
+            else brief_filter_tick(p, &noise, y[r][k], NULL, &f, &of_filter);
+            memcpy(&s, gains ? &o.s : &f.s, sizeof s);
+            if (!(gains ? o.f.valid : f.f.valid) || chain_decode(&chain_weights, &s, &x, &work.decode) != ROLN_OK) return failed;
+            if (k >= SETTLED) compare(x.q, x.qd, &truth[r][k], &e);
+        }
+    }
+    return rms(e, RUNS * COUNT);
 }
 
 static void print(const char *name, error e, const char *end)
@@ -199,6 +236,10 @@ int main(void)
 {
     static score in, out, total, broken;
     static chain_train train; /* on a PC: its numbers go into the controller */
+    static brief_params brief;
+    static brief_observer_gains gains;
+    static brief_train brief_train_work;
+    static unsigned char bytes[chain_packed_size];
     const roln_batch recordings = {TUNE, TICKS, 1, NULL, y[0][0], NULL, NULL, NULL};
     char name[64];
     uint64_t seed = 2026;
@@ -208,6 +249,10 @@ int main(void)
     /* how far the model is off, from measurements alone, as on a real machine */
     simulate(TUNE, &seed);
     if (chain_fit_noise(&chain_weights, &recordings, &noise, NULL, NULL, &train.fit_noise) != ROLN_OK) return 1;
+    chain_pack(&chain_weights, bytes);
+    if (brief_unpack(sizeof bytes, bytes, &brief) != ROLN_OK ||
+        brief_fit_observer(&brief, &noise, &recordings, &gains, &brief_train_work.fit_observer) != ROLN_OK)
+        return 1;
     printf("error of the model as a torque: %.3g of its unit, from %d other runs\n\n", (double)noise.tau, TUNE);
 
     simulate(RUNS, &seed);
@@ -225,6 +270,8 @@ int main(void)
     snprintf(name, sizeof name, "  %d runs that leave it", out.runs);
     print_score(name, &out);
     print_score("EKF, 3 of 8 encoders broken", &broken);
+    print("EKF, ROLN_FILTER leapfrog", cheaper(&brief, NULL), "\n");
+    print("observer, steady gains", cheaper(&brief, &gains), "\n");
     printf("\nexpected if consistent: NIS 8 +- %.2f (95 %%, all runs; 5 with 3 encoders broken), NEES 4, 95 %% within\n"
            "the filter starts at rest, the chain does not: after 0.1 s qd is off by %.3f rad/s\n",
            1.96 * sqrt(2.0 * N / (RUNS * COUNT)), rms(total.soon, RUNS).qd);

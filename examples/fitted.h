@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
-/* fitted.h - OUT_limits.h: limits of a guard and noise of a filter, fitted to held-out recordings, as initialisers in C and C++.
+/* fitted.h - OUT_limits.h: limits of a guard, noise of a filter and gains of an observer, fitted to held-out recordings, as
+   initialisers in C and C++.
 
    train.c includes it behind report.h.
 
-       fit_settings      NAME_fit_limits and NAME_fit_noise on windows of held-out recordings
-       write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise
+       fit_settings      NAME_fit_limits, NAME_fit_noise and NAME_fit_observer on windows of held-out recordings
+       write_settings    OUT_limits.h, to be included behind the config header: NAME_limits, NAME_noise, NAME_steady_gains
 
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
    limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
@@ -20,7 +21,8 @@ static struct {
     roln_limits limits;
     roln_noise noise;
     roln_real tau[M(force_size)], rate[M(force_size)], q[M(N)], unknown[M(N)];
-    const char *no_limits, *no_noise;    /* why there are none; NULL: there are */
+    M(observer_gains) gains;
+    const char *no_limits, *no_noise, *no_gains; /* why there are none; NULL: there are */
     int limit_ticks, noise_ticks, noisy; /* noisy: noise was added to q again */
 } found;
 
@@ -111,9 +113,8 @@ static roln_real *left_of_torques(roln_real *x)
     return x;
 }
 
-static const char *fit_noise(int *start)
+static const char *fit_noise(int *start, roln_real *q)
 {
-    roln_real *q = measured_q();
     roln_status st = ROLN_OK;
     double each = 0;
     int k;
@@ -125,17 +126,28 @@ static const char *fit_noise(int *start)
         st = M(fit_noise)(&s.p, &b, &found.noise, found.q, left_of_torques(found.unknown), &work[0].fit_noise);
         found.noise_ticks = b.count * (b.steps + 1), each = now() - from;
     }
-    free(q);
     return st == ROLN_OK ? NULL : roln_status_text(st);
 }
 
-/* Limits and noise of the weights, or why there are none. */
+static const char *fit_observer(int *start, roln_real *q)
+{
+    roln_batch b = held_windows(start, GUARD_TICKS / WINDOW_TICKS);
+    roln_status st;
+    if (found.no_noise) return "there is no noise";
+    b.q = q;
+    st = M(fit_observer)(&s.p, &found.noise, &b, &found.gains, &work[0].fit_observer);
+    return st == ROLN_OK ? NULL : roln_status_text(st);
+}
+
+/* Limits, noise and gains of the weights, or why there are none. */
 static void fit_settings(void)
 {
     int *start = room((size_t)d.samples + 1, sizeof *start);
+    roln_real *q;
     memset(&found, 0, sizeof found);
-    found.no_limits = fit_limits(start), found.no_noise = fit_noise(start);
-    free(start);
+    q = measured_q();
+    found.no_limits = fit_limits(start), found.no_noise = fit_noise(start, q), found.no_gains = fit_observer(start, q);
+    free(start), free(q);
 }
 
 /* A number as a constant of type roln_real in C and C++, of as few digits as tell it. */
@@ -283,13 +295,49 @@ static void put_noise(FILE *f)
     fprintf(f, "};\n");
 }
 
+/* Numbers of an initialiser, in braces. */
+static void put_numbers(FILE *f, int count, const roln_real *x, const char *behind)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        fprintf(f, "%s%s", i == 0 ? "{" : i % 8 ? ", " : ",\n     ", constant_of(x[i]).text);
+    fprintf(f, "}%s", behind);
+}
+
+static void put_gains(FILE *f)
+{
+    const M(observer_gains) *g = &found.gains;
+    int c;
+    fprintf(f, "\n/* Gains of NAME_observer_tick: what the filter under the noise above settles at. */\n");
+    if (found.no_gains) {
+        fprintf(f, "/* There are none: %s */\n", found.no_gains);
+        return;
+    }
+    fprintf(f, "static const " STRING(MODEL) "_observer_gains " STRING(MODEL) "_steady_gains = {\n");
+    put_constant(f, g->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_constant(f, g->gate, "gate, deviations: a usual number, not fitted");
+    fprintf(f, "    %d, /* lost, ticks: a usual number, not fitted */\n", g->lost);
+    fprintf(f, "    /* deviations of joints: of what is measured, of what is expected */\n    ");
+    put_numbers(f, (int)M(N), g->q, ",\n    ");
+    put_numbers(f, (int)M(N), g->e, ",\n");
+    put_constant(f, g->settle, "settle, ticks: until then the gains are those of a start");
+    fprintf(f, "    /* states, and the covariance of z, zd with z there: steady, of a start */\n    {");
+    for (c = 0; c < (int)M(centres); c++)
+        put_numbers(f, (int)M(n), g->z[c], c + 1 < (int)M(centres) ? ",\n     " : "},\n    {{");
+    for (c = 0; c < 2 * (int)M(centres); c++)
+        put_numbers(f, 2 * (int)M(n) * (int)M(n), g->P[c / (int)M(centres)][c % (int)M(centres)],
+                    c == (int)M(centres) - 1 ? "},\n     {" : c + 1 < 2 * (int)M(centres) ? ",\n      " : "}}\n");
+    fprintf(f, "};\n");
+}
+
 /* OUT_limits.h; verdict: what is said of the weights, NULL: nothing. */
 static void write_settings(const char *verdict)
 {
     FILE *f = file(".part", "w");
     if (!f) return;
     fprintf(f,
-            "/* Limits of a guard and noise of a filter for the weights that were written with it, fitted to held-out recordings.\n"
+            "/* Limits of a guard, noise of a filter and gains of an observer for the weights that were written with it, fitted\n"
+            "   to held-out recordings.\n"
             "   Include it behind the header of the config. */\n");
     if (verdict) fprintf(f, MARK "%s */\n", verdict);
     fprintf(f,
@@ -301,6 +349,7 @@ static void write_settings(const char *verdict)
             (int)M(N), (int)M(N), (int)M(force_size));
     put_limits(f);
     put_noise(f);
+    put_gains(f);
     fprintf(f, "\n#endif\n");
     put_in_place(f, "_limits.h");
 }

@@ -9,7 +9,7 @@ zip with a pickle of tensors. The pickle is read without executing anything. Wri
 
     alpha=      angle of the activation: a number or pi/k, between 0 and pi/4 (the authors' default: pi/10); the slope of roln is
                 tan(pi/4 - alpha). Needed where there is an autoencoder, for a state_dict does not hold it
-    step=rk4    integrator: euler, rk4 or midpoint
+    step=rk4    integrator: euler, leapfrog, rk4 or midpoint
     dt=0        time step in s that roll-outs and controllers take by default
     repair=0    1: where Psi^T Phi is not I, Phi becomes Phi (Psi^T Phi)^-1, which leaves the encoder as it is
     activation=SoftPlus    of the networks; roln has no other
@@ -32,7 +32,7 @@ from operator import mul
 
 FORMAT = 3                  # ROLN_FORMAT
 LAYERS, WIDTHS = 8, 5       # of ROLN_AE and ROLN_MLP at most
-SCHEMES = ("", "euler", "rk4", "midpoint")
+SCHEMES = ("", "euler", "rk4", "midpoint", "leapfrog")
 OFF = 1e-3                  # norm of Psi^T Phi - I that is rounding, and a little more
 
 Tensor = namedtuple("Tensor", "shape data")     # data by rows
@@ -408,7 +408,7 @@ def settings(words):
     if found["activation"] != "SoftPlus":
         fail(f"activation={found['activation']}: the networks of roln have SoftPlus")
     if found["step"] not in SCHEMES[1:]:
-        fail(f"step={found['step']}: euler, rk4 or midpoint")
+        fail(f"step={found['step']}: euler, leapfrog, rk4 or midpoint")
     if found["repair"] not in ("0", "1"):
         fail(f"repair={found['repair']}: 0 or 1")
     if number("dt", found["dt"]) < 0:

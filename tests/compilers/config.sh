@@ -175,6 +175,12 @@ try stiction_is_0_or_1 'AE=4, 2' 'MLP=8' 'FRICTION=1' 'STICTION=-1'
 try stiction_needs_friction 'AE=4, 2' 'MLP=8' 'STICTION=1'
 try stiction_takes_no_driven_joints 'AE=4' 'MLP=8' 'FRICTION=1' 'STICTION=1' 'DRIVEN=1'
 try stiction_must_be_a_number_that_the_preprocessor_can_read 'AE=4, 2' 'MLP=8' 'FRICTION=1' 'STICTION=ROLN_CHOLESKY'
+# the filter
+try - 'AE=4, 2' 'MLP=8' 'FILTER=leapfrog' 'LOAD=1' 'DELAY=1' 'PLAN=4, 2'
+try - 'AE=4' 'MLP=8' 'FILTER=leapfrog' 'INTEGRATOR=leapfrog' 'DRIVEN=1' 'GN_ROWS=20' 'DOUBLE=1'
+try - 'AE=4, 2' 'MLP=8' 'FILTER=model' 'FRICTION=1' 'STICTION=1'
+try filter_leapfrog_takes_no_stiction 'AE=4, 2' 'MLP=8' 'FRICTION=1' 'STICTION=1' 'FILTER=leapfrog'
+try ROLNI_FILTER_rk4 'AE=4, 2' 'MLP=8' 'FILTER=rk4'
 # actuators
 try - 'AE=4, 2' 'MLP=8' 'ACTUATOR=current'
 try - 'AE=4, 2' 'MLP=8' 'ACTUATOR=servo' 'LOAD=1' 'DELAY=2' 'PLAN=4, 4' 'GN_ROWS=20'

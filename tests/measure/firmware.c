@@ -39,13 +39,20 @@ roln_status ahead(void)
 }
 
 #ifdef WORST
-struct observer observer;
+struct estimates estimates;
+
+roln_status filter(void)
+{
+    struct estimates *e = &estimates;
+    M(filter_tick)(PARAMS, &e->noise, e->y, control.guard.tau, &e->filter, &e->work);
+    return e->filter.f.valid ? ROLN_OK : ROLN_E_RANGE;
+}
 
 roln_status observe(void)
 {
-    struct observer *o = &observer;
-    M(filter_tick)(PARAMS, &o->noise, o->y, control.guard.tau, &o->filter, &o->work);
-    return o->filter.f.valid ? ROLN_OK : ROLN_E_RANGE;
+    struct estimates *e = &estimates;
+    M(observer_tick)(PARAMS, &e->gains, e->y, control.guard.tau, &e->observer, &e->observing);
+    return e->observer.f.valid ? ROLN_OK : ROLN_E_RANGE;
 }
 
 /* Each eigen-decomposition asks here for its bound. Beside its own sweeps, as many as they are, it then takes all that it may, over

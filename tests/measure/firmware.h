@@ -37,14 +37,18 @@ roln_status tick(void);  /* NAME_tick, every check on: control.x to control.guar
 roln_status ahead(void); /* one step of the prediction from control.s */
 
 #ifdef WORST
-extern struct observer {
+extern struct estimates {
     M(filter) filter;
     M(filter_tick_work) work;
     roln_noise noise;
+    M(observer) observer;
+    M(observer_tick_work) observing;
+    M(observer_gains) gains;
     roln_real y[N];
-} observer;
+} estimates;
 
-roln_status observe(void); /* one tick of the filter */
+roln_status filter(void);  /* one tick of the filter */
+roln_status observe(void); /* one tick of the observer */
 extern int longest_way;    /* 1, 2: the longest way through what depends on numbers, without and with second derivatives */
 #endif
 

@@ -43,6 +43,10 @@
 #undef ROLN_DELAY
 #define ROLN_DELAY EVERY_DELAY
 #endif
+#ifdef EVERY_FILTER
+#undef ROLN_FILTER
+#define ROLN_FILTER EVERY_FILTER
+#endif
 #ifdef EVERY_LEARN
 #undef ROLN_LEARN
 #define ROLN_LEARN EVERY_LEARN

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* filter.h - what test_filter.c and test_noise.c share: the small models with a load or driven by torques, a filter with what it is
-   told, a machine that is the model and its recordings. Before it:
-   FILTER_CALLS(X), functions that the file calls, LOADED_CALLS(X), those of models with a load (called.h). */
+/* filter.h - what test_filter.c and test_noise.c share: the small models with a load or driven by torques, those whose filter looks
+   ahead by leapfrog, a filter with what it is told, a machine that is the model and its recordings. Before it:
+   FILTER_CALLS(X), functions that the file calls, LOADED_CALLS(X), those of models with a load (called.h), LEAPING: 1 if it tests
+   ROLN_FILTER leapfrog, too. */
 #ifndef FILTER_H
 #define FILTER_H
 
@@ -11,7 +12,24 @@
 #define SMALL_LOAD 1
 #include "small_models.h"
 
-/* laden without its load */
+/* Those whose steps and filters are of leapfrog, without a load and with it. */
+#if LEAPING
+#define EVERY_FILTER leapfrog
+#undef CALLED
+#define CALLED(X) FILTER_CALLS(X)
+#define SMALL(name) name##_leap
+#define SMALL_STEP(scheme) leapfrog
+#include "small_models.h"
+#undef CALLED
+#define CALLED(X) X(filter_tick)
+#define SMALL(name) name##_leap_loaded
+#define SMALL_STEP(scheme) leapfrog
+#define SMALL_LOAD 1
+#include "small_models.h"
+#undef EVERY_FILTER
+#endif
+
+/* laden without its load; the same whose filter looks ahead by leapfrog, with steps of leapfrog and of RK4 */
 #undef CALLED
 #define CALLED(X) X(filter_tick)
 #define ROLN_NAME unladen
@@ -19,6 +37,21 @@
 #define ROLN_MLP 4
 #define ROLN_SLOPE 0.5
 #include "called.h"
+#if LEAPING
+#define ROLN_NAME unladen_leap
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_INTEGRATOR leapfrog
+#define ROLN_FILTER leapfrog
+#include "called.h"
+#define ROLN_NAME unladen_look
+#define ROLN_AE 5, 2
+#define ROLN_MLP 4
+#define ROLN_SLOPE 0.5
+#define ROLN_FILTER leapfrog
+#include "called.h"
+#endif
 
 /* Those with learned inputs, driven by torques of the joints. */
 #undef CALLED
@@ -50,6 +83,7 @@ typedef struct {
 
 static roln_real theta_k[MAXP], z_min[MAXN], z_max[MAXN], zd_max[MAXN];
 static int loaded; /* 1: the filters estimate a load, too */
+static int leaps;  /* 1: models and filters of leapfrog */
 
 ROLN_FN int side_of(int n)
 {
@@ -60,6 +94,16 @@ ROLN_FN int side_of(int n)
 #define DRIVEN_CALLED(name) name##_driven_called
 static const model *const with_load[MODELS] = SMALL_TABLE(LOADED_CALLED, LOADED_CALLED);
 static const model *const driven[MODELS] = SMALL_TABLE(SMALL_CALLED, DRIVEN_CALLED);
+#if LEAPING
+#define LEAP_CALLED(name) name##_leap_called
+#define LEAP_LOADED_CALLED(name) name##_leap_loaded_called
+static const model *const leaping[MODELS] = SMALL_TABLE(LEAP_CALLED, LEAP_CALLED);
+static const model *const leaping_with_load[MODELS] = SMALL_TABLE(LEAP_LOADED_CALLED, LEAP_LOADED_CALLED);
+#else
+#define leaping models
+#define leaping_with_load with_load
+#define unladen_leap_called unladen_called
+#endif
 
 ROLN_FN instance filled(const model *of, int k)
 {
@@ -69,13 +113,14 @@ ROLN_FN instance filled(const model *of, int k)
 
 ROLN_FN instance of_model(int k)
 {
-    return filled(models[k], k);
+    return filled(leaps ? leaping[k] : models[k], k);
 }
 
 /* The model whose filter estimates what is to be estimated. */
 ROLN_FN instance filter_of(int k)
 {
-    return filled(loaded ? with_load[k] : k == LADEN ? &unladen_called : models[k], k);
+    if (loaded) return filled(leaps ? leaping_with_load[k] : with_load[k], k);
+    return k == LADEN ? filled(leaps ? &unladen_leap_called : &unladen_called, k) : of_model(k);
 }
 
 ROLN_FN uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)

@@ -15,7 +15,7 @@
 #define NOISE (2e-13L / EPS) /* rounding of the nested differences of the twins: 0 in float, 900 in double */
 
 /* The maps under test: the forward dynamics, the integrators by their own names, and */
-enum { ZDD = 0, INVERSE = 4, INVERSE_W = 5, START = 6 };
+enum { ZDD = 0, INVERSE = 5, INVERSE_W = 6, START = 7 };
 
 /* A network, and all that a map of it reads: the state s (start: z0, z1), a[0] (tau_z or zdd), a[1] (w), the force w, and the
    weights y of its outputs in a loss. */
@@ -341,6 +341,13 @@ ROLN_FN void t_step(int scheme, ld h, const ld *s, ld *sn)
     const int n = m.f.n;
     ld k[2 * MAXN], x[2 * MAXN], out[2 * MAXN], p[MAXN], pn[MAXN], v[MAXN], zm[MAXN];
     int i, j, it, settled = 0;
+    if (scheme == ROLN_LEAPFROG) {
+        for (i = 0; i < n; i++) x[i] = s[i] + h / 2 * s[n + i];
+        memcpy(v, s + n, sizeof *v * (size_t)n);
+        t_zdd(x, v, NULL, k);
+        for (i = 0; i < n; i++) sn[n + i] = v[i] + h * k[i], sn[i] = x[i] + h / 2 * sn[n + i];
+        return;
+    }
     if (scheme != ROLN_MIDPOINT) {
         memcpy(x, s, sizeof *x * (size_t)(2 * n));
         memcpy(out, s, sizeof *x * (size_t)(2 * n));
@@ -379,7 +386,7 @@ ROLN_FN void t_step(int scheme, ld h, const ld *s, ld *sn)
 /* Maps with two planes of outputs [z; zd] rather than one. */
 ROLN_FN int two_planes(void)
 {
-    return m.kind == START || (m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT);
+    return m.kind == START || (m.kind >= ROLN_EULER && m.kind <= ROLN_LEAPFROG);
 }
 
 /* The map m.kind of the block of m: [nb][n] or [2][nb][n]. */
@@ -667,7 +674,7 @@ ROLN_FN int directions(void)
 
 ROLN_FN int stepping(void)
 {
-    return m.kind >= ROLN_EULER && m.kind <= ROLN_MIDPOINT;
+    return m.kind >= ROLN_EULER && m.kind <= ROLN_LEAPFROG;
 }
 
 /* Numbers on the tapes of the map. */

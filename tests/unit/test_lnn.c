@@ -9,7 +9,7 @@
 
 void TEST_NAME(lnn)(void);
 
-static const char *const map_name[] = {"zdd", "euler", "rk4", "midpoint", "inverse", "inverse with w", "start"};
+static const char *const map_name[] = {"zdd", "euler", "rk4", "midpoint", "leapfrog", "inverse", "inverse with w", "start"};
 
 /* ---- perceptron ---- */
 
@@ -610,7 +610,7 @@ static void check_linear(roln_lnn f, int force, uint64_t *seed)
     static const ld c[4] = {4.0L / 5, -1.0L / 5, 4.0L / 105, -1.0L / 280};
     const int n = f.n, n2 = 2 * n;
     int scheme, i, j, k;
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+    for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) {
         roln_real *th = weights(&f, seed), *A = fresh(n2 * n2), *B = fresh(n2 * n2), *sn = fresh(n2), *J, *tape, *work;
         const inputs x = draw(&f, th, scheme, 1, force, seed);
         ld refA[4 * MAXN * MAXN], refB[4 * MAXN * MAXN], out[2 * MAXN], s[2 * MAXN];
@@ -827,7 +827,7 @@ void TEST_NAME(lnn)(void)
         check_map(shape(3, base, 2, 3, 0), INVERSE, 2, 0, 1, &seed);
         check_map(shape(2, base, 2, 3, 0), INVERSE_W, 3, 0, 1, &seed);
         check_map(shape(2, base, 2, 3, 0), START, 2, base, 1, &seed);
-        for (i = ROLN_EULER; i <= ROLN_MIDPOINT; i++) {
+        for (i = ROLN_EULER; i <= ROLN_LEAPFROG; i++) {
             check_map(shape(2, base, 2, 3, 0), i, 1, !base, base, &seed);
             check_map(shape(2, base, 2, 3, 0), i, 2, base, 0, &seed);
         }
@@ -844,7 +844,7 @@ void TEST_NAME(lnn)(void)
     test_repeated(&seed);
     for (i = VARIANTS; i < ALL; i++) {
         const roln_lnn f = variant(i);
-        for (T = ROLN_EULER; T <= ROLN_MIDPOINT; T++) check_maps(i, T, &seed);
+        for (T = ROLN_EULER; T <= ROLN_LEAPFROG; T++) check_maps(i, T, &seed);
         check_start(f, i % 2, &seed);
         check_linear(f, i % 2 == 0, &seed);
     }

@@ -25,7 +25,7 @@ static void check_fails(const roln_lnn *f, const roln_real *th, const roln_real 
     CHECK(roln_lnn_inverse(f, 0, 2, th, s, NULL, tau, out, tape, w) == st);
     CHECK(roln_lnn_inverse(f, 0, 2, th, s, tau, tau, out, tape, w) == st);
     CHECK(roln_lnn_start(f, &sys, 0, 2, ROLN_C(0.1), s, s + 2 * n, out, tape, w) == st);
-    for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++)
+    for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++)
         CHECK(roln_lnn_step(f, &sys, scheme, 0, 2, ROLN_C(0.01), s, out, tape, w) == st);
     if (terms_too) CHECK(terms(th, s1, -1, X, tape, w) == st);
     CHECK(same(4 * n, out, zero) && same(nx, X, zero));
@@ -298,7 +298,7 @@ static void check_terms_room(roln_lnn f, uint64_t *seed)
 
 static void check_rooms(roln_lnn f, int nb, uint64_t *seed)
 {
-    static const int kinds[] = {ZDD, INVERSE, START, ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT};
+    static const int kinds[] = {ZDD, INVERSE, START, ROLN_EULER, ROLN_RK4, ROLN_MIDPOINT, ROLN_LEAPFROG};
     int i;
     for (i = 0; i < 12; i++) check_room(f, kinds[i / 2], i % 2, nb, seed);
     check_room(f, INVERSE_W, 0, nb, seed);

@@ -10,7 +10,7 @@ void TEST_NAME(lnn_motion)(void);
 static void test_order(uint64_t *seed)
 {
 #ifdef ROLN_DOUBLE
-    static const double order[4] = {0, 1, 4, 2};
+    static const double order[5] = {0, 1, 4, 2, 1};
     int scheme, q, k, i, which;
     for (which = 0; which < 2; which++) {
         const roln_lnn f = which ? damped(behind(shape(2, 0, 3, 3, 2), 1)) : shape(2, 1, 3, 5, 4);
@@ -21,11 +21,11 @@ static void test_order(uint64_t *seed)
         m.force = 0;
         widen(4, s0, ref);
         for (k = 0; k < 200; k++) t_step(ROLN_RK4, (ld)T / 200, ref, ref);
-        for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+        for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) {
             roln_real *w = fresh(ROLN_LNN_STEP_WORK(SZ, scheme, 0, 1));
             double e[3];
             for (q = 0; q < 3; q++) {
-                const int steps = (scheme == ROLN_EULER ? 64 : 8) << q;
+                const int steps = (order[scheme] < 2 ? 64 : 8) << q;
                 double s[4];
                 memcpy(s, s0, sizeof s);
                 for (k = 0; k < steps; k++) CHECK(roln_lnn_step(&f, &sys, scheme, 0, 1, T / steps, s, s, tape, w) == ROLN_OK);

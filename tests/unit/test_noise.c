@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The noise of a filter from recordings (NAME_fit_noise): what it finds, what it refuses, and what a chart leaves of a joint. */
+#define LEAPING 0
 #define LOADED_CALLS(X)
 #define FILTER_CALLS(X) \
     X(encode) X(decode) X(step) X(push) X(lift) X(dynamics) X(reduce) X(control) X(filter_tick) X(fit_noise)

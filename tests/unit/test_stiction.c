@@ -116,6 +116,7 @@ static inputs stick_draw(const roln_lnn *f, int scheme, int nb, uint64_t *seed)
     }
     widen(roln_lnn_params(f), th, m.th);
     x = draw(f, th, scheme, nb, 1, seed);
+    if (scheme == ROLN_MIDPOINT) m.h /= 8; /* it settles */
     for (i = 0; i < nb * n; i++) {
         x.s[nb * n + i] = i % 2 == 0 || roln_uniform(seed) < ROLN_C(0.3) ? 0 : x.s[nb * n + i] / 4;
         m.s[nb * n + i] = (ld)x.s[nb * n + i];
@@ -157,7 +158,7 @@ static void test_steps(uint64_t *seed)
     int i, scheme, rep;
     for (rep = 0; rep < 12; rep++)
         for (i = 0; i < SHAPES; i++)
-            for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) check_stick(stick_shape(i), scheme, seed);
+            for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) check_stick(stick_shape(i), scheme, seed);
     CHECK(stood > 50 && stopped > 20 && slid > 50 && mixed > 50);
 }
 
@@ -167,7 +168,7 @@ static void test_block(uint64_t *seed)
     enum { NB = 4 };
     int i, r, scheme;
     for (i = 0; i < SHAPES; i++)
-        for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+        for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) {
             const roln_lnn f = stick_shape(i);
             const int n = f.n;
             const inputs x = stick_draw(&f, scheme, NB, seed);
@@ -260,12 +261,15 @@ static void check_stick_jac(roln_lnn f, int scheme, uint64_t *seed)
         }
 #ifdef ROLN_DOUBLE
     if (kept > 0.05L) {
-        const double d = 1e-3, e = check_slopes(&f, &x, d, J), half = check_slopes(&f, &x, d / 2, J);
+        /* nothing that is held begins to slide within d; the step of the midpoint rule is an eighth */
+        const double d = 1e-3 * (kept < 0.5L ? 2 * (double)kept : 1) / (scheme == ROLN_MIDPOINT ? 8 : 1);
+        const double e = check_slopes(&f, &x, d, J), half = check_slopes(&f, &x, d / 2, J);
         ld top = 0;
         for (i = 0; i < 2 * n2 * n2; i++) top = ROLN_MAX(top, fabsl((ld)J[i]));
         for (i = 0; i < n; i++) slopes_held += way[i] == HELD, slopes_slid += way[i] != HELD;
         BOUND("stiction: slopes of differences", (ld)half / top, 1e-5L);
-        if (e > 1e-9 && f.damping < 2) CHECK_NEAR(e / half, 4, 0.2); /* |y| of drag has a kink at rest */
+        /* |y| of drag has a kink at rest; the midpoint rule iterates to 1000 eps, and differences divide that by d */
+        if (e > (scheme == ROLN_MIDPOINT ? 1e-7 : 1e-9) && f.damping < 2) CHECK_NEAR(e / half, 4, 0.2);
     }
 #else
     (void)kept, (void)number;
@@ -278,7 +282,7 @@ static void test_slopes(uint64_t *seed)
     int i, scheme, rep;
     for (rep = 0; rep < 6; rep++)
         for (i = 0; i < SHAPES; i++)
-            for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) check_stick_jac(stick_shape(i), scheme, seed);
+            for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) check_stick_jac(stick_shape(i), scheme, seed);
 #ifdef ROLN_DOUBLE
     CHECK(slopes_held > 50 && slopes_slid > 50);
 #endif
@@ -399,7 +403,7 @@ static void test_incline(uint64_t *seed)
 {
     int kind, scheme;
     for (kind = 1; kind <= 2; kind++)
-        for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++)
+        for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++)
             check_incline(kind, scheme, scheme == ROLN_RK4 ? 100000 : 1000, seed);
 }
 
@@ -528,7 +532,7 @@ static void test_extremes(uint64_t *seed)
 {
     int i, scheme, rep, good = 0, bad = 0;
     for (i = 0; i < SHAPES; i++)
-        for (scheme = ROLN_EULER; scheme <= ROLN_MIDPOINT; scheme++) {
+        for (scheme = ROLN_EULER; scheme <= ROLN_LEAPFROG; scheme++) {
             const roln_lnn f = stick_shape(i);
             const int n2 = 2 * f.n;
             inputs x = stick_draw(&f, scheme, 1, seed);

@@ -165,7 +165,7 @@ refuses 'alpha=pi/4: between 0 and pi/4' ae alpha=pi/4
 refuses 'alpha=0: between' ae alpha=0
 refuses 'alpha=pi/0: not a number' ae alpha=pi/0
 refuses 'alpha=much: not a number' ae alpha=much
-refuses 'step=heun: euler, rk4 or midpoint' ae $a step=heun
+refuses 'step=heun: euler, leapfrog, rk4 or midpoint' ae $a step=heun
 refuses 'dt=-1: a time step is not negative' ae $a dt=-1
 refuses 'dt=nan: not a number' ae $a dt=nan
 refuses 'dt=1e+39 is too large for a float\|1e+39 is too large for a float' ae $a dt=1e39

@@ -2,8 +2,8 @@
 /* limits.c - OUT_limits.h of a motor in a program, in C and C++: limits RECORDINGS FROM
 
    -DCONFIG, -DWEIGHTS and -DLIMITS name the three headers of a model called motor, of one joint with a torque. RECORDINGS is a CSV
-   of t, q, qd, tau with a blank line between recordings. Those from number FROM on, counted from 1, pass the filter, the guard with
-   the torque that was recorded, and a tick that follows them. Exit code 0: no tick has a fault. */
+   of t, q, qd, tau with a blank line between recordings. Those from number FROM on, counted from 1, pass filter and observer, the
+   guard with the torque that was recorded, and a tick that follows them. Exit code 0: no tick has a fault. */
 #include CONFIG
 #include WEIGHTS
 #include LIMITS
@@ -12,8 +12,10 @@
 #include <string.h>
 
 static motor_filter filter;
+static motor_observer observer;
 static motor_guard guarded, driven;
 static motor_filter_tick_work filterwork;
+static motor_observer_tick_work observerwork;
 static motor_work work;
 
 /* The faults of one sample. */
@@ -24,6 +26,7 @@ static unsigned tick(double q, double qd, double tau, const roln_real *before)
     motor_latent s;
     motor_target r;
     unsigned bits = motor_filter_tick(&motor_weights, &motor_noise, y, before, &filter, &filterwork);
+    bits |= motor_observer_tick(&motor_weights, &motor_steady_gains, y, before, &observer, &observerwork);
     bits &= ~(ROLN_FILTER_START | ROLN_FAULT_RANGE); /* motion leaves the range of training, which the filter has without margin */
     if (motor_encode(&motor_weights, &x, &s, &work.encode) != ROLN_OK) return ROLN_FAULT_STATUS;
     bits |= motor_guard_tick(&motor_weights, &motor_limits, &x, &s, want, &guarded, &work.guard_tick);
@@ -45,7 +48,8 @@ int main(int argc, char **argv)
         double t, q, qd, tau;
         if (sscanf(line, "%lf,%lf,%lf,%lf", &t, &q, &qd, &tau) < 4) {
             recording++, first = 1;
-            memset(&filter, 0, sizeof filter), memset(&guarded, 0, sizeof guarded), memset(&driven, 0, sizeof driven);
+            memset(&filter, 0, sizeof filter), memset(&observer, 0, sizeof observer);
+            memset(&guarded, 0, sizeof guarded), memset(&driven, 0, sizeof driven);
             continue;
         }
         if (recording < from) continue;
