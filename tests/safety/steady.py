@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 """steady.py - which branches of a call depend on numbers: by gcov, of steady.c at -O0, over random states.
 
-steady.py FOLDER STATES, FOLDER with the program steady and the notes of gcov. Prints, for tick, ahead and observe, every function
-of the headers in which a branch is taken more often in one state than in another: what, function.
+steady.py FOLDER STATES, FOLDER with the program steady and the notes of gcov. Prints, for tick, ahead, filter and observe, every
+function of the headers in which a branch is taken more often in one state than in another: what, function.
 """
 import gzip
 import json
@@ -28,7 +28,7 @@ def counts(folder, what, state):
 
 def main():
     folder, states = sys.argv[1], int(sys.argv[2])
-    for what in ("tick", "ahead", "observe"):
+    for what in ("tick", "ahead", "filter", "observe"):
         seen = [counts(folder, what, state) for state in range(1, states + 1)]
         moved = {key[0] for key in set().union(*seen) if len({one.get(key, 0) for one in seen}) > 1}
         for function in sorted(moved):

@@ -29,11 +29,11 @@ one() {
 for model in 'pend16 24 tests/mujoco/models/pend16' 'cloth 8 tests/experiments/weights/cloth-free-layers-1'; do
     name=${model%% *}
     check "$name: not measured" one $model
-    for what in tick ahead observe; do
+    for what in tick ahead filter observe; do
         for f in $eig; do
             echo "$what $f"
         done
-        [ $what = observe ] && echo 'observe roln_exp_dd2' && echo 'observe rolni_reflect'
+        [ $what = filter ] && echo 'filter roln_exp_dd2' && echo 'filter rolni_reflect'
     done | sort > $out/"$name"/want
     sort $out/"$name"/moved > $out/"$name"/got
     check "$name: other functions depend on numbers" diff $out/"$name"/want $out/"$name"/got
