@@ -2663,7 +2663,7 @@ ROLNI_INTS
     ROLN_(scheme) = ROLNI_SCHEME(ROLN_INTEGRATOR),
     ROLN_(centres) = 8, /* states whose gains an observer holds */
     ROLN_(leaps) = ROLNI_FILTER(ROLN_FILTER), /* 1: the filter looks ahead by leapfrog, and knows M^-1 by the load's derivative */
-    ROLN_(looks) = (ROLN_(leaps) > 0 ? 1 : ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
+    ROLN_(looks) = ROLN_MAX(ROLN_(leaps), ROLN_LOAD) * ROLN_(n), /* derivatives by a load that the filter wants */
     ROLN_(stored) = ROLNI_BITS(ROLN_QUANTISE) / 8, /* 1: int8, 2: half */
     ROLN_(twice) = sizeof(roln_real) == 8,
     ROLN_(format) = ROLN_(actuator) > 0 || ROLN_(driven) > 0 ? ROLN_FORMAT_ACTUATOR : ROLN_FORMAT,

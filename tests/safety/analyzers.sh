@@ -35,9 +35,8 @@ end
 
 # what is no defect: tool, check, file, count, reason
 known() { cat << 'end'
-clang core.NullDereference roln.h 5 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0; arrays of scratch, and
+clang core.NullDereference roln.h 6 want is NULL: then NAME_i_faults sets ROLN_FAULT_STATUS and bad is not 0; arrays of scratch, and
     one that a function before has refused to be NULL
-clang core.NullDereference roln_lnn.h 1 an array of scratch
 clang core.NonNullParamChecker roln_spd.h 2 arrays of scratch
 clang deadcode.DeadStores roln.h 10 what a model without inputs, without an autoencoder or without a load does not read
 cppcheck nullPointer roln_lnn.h 2 K is NULL where l is not, and read where l is NULL

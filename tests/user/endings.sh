@@ -100,7 +100,7 @@ check 'a pipe that is closed' sh -c "$dir/joints $dir/2_train.csv steps=5 out=$e
 # numbers that overflow: in a few samples, in all
 awk -F, -v OFS=, '/^$/ { k++; i = 0 } NR > 1 && NF && i++ == 1000 && k % 2 == 1 { $6 = 1e30 } 1' $dir/2_train.csv \
     > $dir/wild_train.csv
-check 'wild samples to train with' ends 3 'ended by steps=60 at step 60: before windows' \
+check 'wild samples to train with' ends 3 'ended by steps=60 at step 60: ' \
     $dir/joints $dir/wild_train.csv torque=1 steps=60 held=0.3 out=$early
 awk -F, -v OFS=, 'NR > 1 && NF { $6 = $7 = 1e38 } 1' $dir/small.csv > $dir/file.csv # which are numbers in a unit of their own
 rm -f $early.* ${early}_*
@@ -122,8 +122,9 @@ check 'a file that is too large: nothing is left of it' test ! -e $early.part
 : > $early.log
 $dir/joints $dir/2_train.csv steps=30 held=0.3 out=$early > $early.log 2>&1 &
 looks early 2
-rm $early.check $early.svg
-mkdir $early.check $early.svg
+for f in $early.check $early.svg; do
+    until rm -f $f && mkdir $f 2> /dev/null; do :; done # it may be written between the two
+done
 wait $!
 check "no checkpoint any more: ended with $?" test $? -eq 3
 check 'no checkpoint any more: says so' grep '^warning: cannot write .*early.check: ' $early.log
