@@ -117,7 +117,7 @@
        NAME_plan_linear ... A, B, c along it, for other solvers
        NAME_filter_tick z, zd from positions alone: a Kalman filter on the model
        NAME_fit_noise   its noise, from recordings
-       NAME_observer_tick  the same with gains computed beforehand, for a third of the cost
+       NAME_observer_tick  the same with gains that were computed beforehand, for small processors
        NAME_fit_observer   these gains, from the noise and recordings
 
    Training; all but NAME_errors and NAME_fit_range are of models with full weights:
@@ -2816,7 +2816,7 @@ typedef struct {
     roln_real age;
 } ROLN_(observer);
 
-/* What NAME_observer_tick is told of a machine and of its encoders, of NAME_fit_observer: constants, for flash. */
+/* Settings and gains of NAME_observer_tick. NAME_fit_observer computes them. They are constant and may be in flash. */
 typedef struct {
     roln_real dt, gate;    /* as in roln_noise */
     int lost;              /* as in roln_noise */
@@ -4994,9 +4994,9 @@ ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(obs
     return ROLN_FAULT_STATUS;
 }
 
-/* One tick of an observer with steady gains: z, zd from positions alone, for about a third of the cost of NAME_filter_tick.
+/* One tick of an observer with steady gains: z, zd from positions alone, without derivatives of the model.
        predict    one step of leapfrog under tau (with ROLN_STICTION the model's own step)
-       correct    (z, zd) += P(z) J^T R^-1 (y - phi(z)), P of g, R that of the noise of the joints
+       correct    (z, zd) += P(z) J^T R^-1 (y - phi(z)), R = diag(g->q^2), P from g
    P is what the covariance of NAME_filter_tick settles at, at rest, at eight states, between which it is a mean; after a start that
    of a filter with 64 times the unknown torque, which becomes the steady one. An observer trusts the model as much after a gap as
    before, and estimates no load. The gate is open until 32 g->settle ticks after a start.
@@ -5888,7 +5888,8 @@ ROLN_FN roln_status ROLNI_(observer_centres)(const ROLN_(params) *p, const roln_
     return ROLN_OK;
 }
 
-/* What a filter at z, at rest, predicts and measures: A^T, D of unknown torques, J, H = [T 0]^T with T^T T = J^T R^-1 J. */
+/* The prediction and the measurement of a filter that rests at z: A^T; D, D^T D the covariance of unknown torques; J; and
+   H = [T 0]^T with T^T T = J^T R^-1 J. */
 ROLN_FN roln_status ROLNI_(observer_at)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *z,
                                         ROLN_(fit_observer_work) *w)
 {
