@@ -18,7 +18,10 @@ optimise=${OPTIMISE:--O3 -march=native}
 
 # errors FILE: of recordings that nobody trained with, as lines: ms E_q failed windows E_qd q+h.qd counts
 errors() {
-    awk -F, '$1 ~ /_test[.]csv"$/ { printf "%g %s %d %d %s %s %d\n", $2, $3, $7, $8, $5, $14, $15 }' "$1"
+    awk -F, '/^recordings,/ { for (i = 1; i <= NF; i++) behind[$i] = NF - i } # columns from the end: names may hold commas
+        function of(name) { return $(NF - behind[name]) }
+        /_test[.]csv",/ { printf "%g %s %d %d %s %s %d\n", of("ms"), of("E_q_percent"), of("failed"), of("windows"),
+            of("E_qd_percent"), of("constant_velocity_percent"), of("counts") }' "$1"
 }
 
 # what was learned as a row: | machine | joints, motors | n | 25 ms | 100 ms | 1 s | verdict | what there is to say |

@@ -67,7 +67,9 @@ learn() {
             else if (on) { tau += x[2] ^ 2; off += x[3] ^ 2 }
             next
         }
-        /^"held-out/ { e[$2] = $3; constant[$2] = $(NF - 2) }
+        /^recordings,/ { for (i = 1; i <= NF; i++) behind[$i] = NF - i } # columns from the end: names may hold commas
+        function of(name) { return $(NF - behind[name]) }
+        /^"held-out/ { e[of("ms")] = of("E_q_percent"); constant[of("ms")] = of("constant_velocity_percent") }
         function near(ms, x, t) { for (t in x) if ((t / ms - 1) ^ 2 < 0.1 ^ 2) return x[t] }
         function row(ms) { return sprintf("%.3g / %.3g / %.3g", near(ms, e), near(ms, by), near(ms, constant)) }
         END {

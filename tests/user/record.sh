@@ -237,7 +237,13 @@ grep -q 'MLP 32, 32' $place/*.h && e=$WIDE
 echo "      0  E_q(24 ms)   1.0 %  E_q(1 s)  9 +- 1 %, typical 9.000 %  residual 1"
 echo "    400  E_q(24 ms)   0.1 %  E_q(1 s)  \$e +- 1 %, typical \$e %  residual 1"
 for f in .roln _weights.h .check; do echo \$e > \$out\$f; done
-for t in 0 26 100 1000; do echo "\"a_test.csv\",\$t,$ERROR,0,1,0,0,50,1,0,0,0,0,9,1,10"; done > \${out}_errors.csv
+joints=\$(awk '/ROLN_AE/ { sub(/,/, "", \$3); print \$3 }' $place/*.h)
+each=\$(seq \$joints | sed 's/.*/0.5,8/' | paste -sd, -)
+{
+    echo "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint,\$(seq \$joints |
+        sed 's/.*/E_q&_percent,rms_q&/' | paste -sd, -),constant_velocity_percent,counts,trajectories"
+    for t in 0 26 100 1000; do echo "\"a_test.csv\",\$t,$ERROR,0,1,0,0,50,1,\$each,9,1,10"; done
+} > \${out}_errors.csv
 END_OF_TRAINER
 chmod +x "$to"
 END_OF_FILE
