@@ -1872,6 +1872,14 @@ typedef struct {
     double qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
+/* What NAME_errors writes of the horizons 0 .. steps / every: sums of all windows; of each joint and of each window, NULL: not
+   wanted. */
+typedef struct {
+    roln_error *all;     /* [horizons] */
+    roln_error *joints;  /* [horizons][N] */
+    roln_error *windows; /* [horizons][count]; of each one */
+} roln_errors;
+
 /* All numbers of e [count] are finite, as roln_real, too. */
 ROLN_FN int rolni_errors_finite(size_t count, const roln_error *e)
 {
@@ -5471,9 +5479,9 @@ ROLN_FN void ROLNI_(gather_held)(const ROLN_(params) *p, const roln_batch *b, in
     ROLNI_(own_inputs)(p, now, held);
 }
 
-/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon; joints NULL: not
-   wanted. */
-ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_real *qbar, roln_error *e, roln_error *joints,
+/* Decodes nb states s and adds their errors against the data x [2][nb][N], scaled, to those of one horizon, e: all, joints [N],
+   windows [nb]. */
+ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_real *qbar, const roln_errors *e,
                                    ROLN_(errors_work) *w)
 {
     const roln_lnn *lnn = &ROLN_(model).lnn;
@@ -5485,19 +5493,18 @@ ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_re
         const roln_real d = q * (Y[i] - roln_lnn_near(lnn, i % N, Y[i], x[i])), at = q * x[i];
         const roln_real unit = each ? each[i % N] : 1, mid = each ? qbar[i % N] / unit : qbar[i % N];
         const roln_real c = at - roln_lnn_near(lnn, i % N, at, mid), v = u * x[nb * N + i], dv = u * Y[nb * N + i] - v;
-        rolni_error_add(d, c, dv, v, e);
-        if (joints) rolni_error_add(d * unit, c * unit, dv * unit, v * unit, joints + i % N);
+        rolni_error_add(d, c, dv, v, e->all);
+        if (e->joints) rolni_error_add(d * unit, c * unit, dv * unit, v * unit, e->joints + i % N);
+        if (e->windows) rolni_error_add(d, c, dv, v, e->windows + i / N);
     }
 }
 
-/* Roll-out errors: encode the first sample of every window, step to its end, compare at steps 0 (reconstruction), every,
-   2 every ..: e [steps/every + 1], joints [steps/every + 1][N] out, NULL: not wanted. Windows of any length; qbar [N] mean of
-   the training q. Steps are those of NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of
+/* Roll-out errors: encode the first sample of every window, step to its end, compare at the horizons of 0 (reconstruction), every,
+   2 every .. steps; e points to what is written. Windows of any length; qbar [N] mean of the training q. Steps are those of NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of
    friction. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
    roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no qd, every below 1, or a count as in NAME_grad; they are then untouched. */
 ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, int every,
-                                  const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], roln_error *e, roln_error *joints,
-                                  ROLN_(errors_work) *w)
+                                  const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], const roln_errors *e, ROLN_(errors_work) *w)
 {
     const roln_scale *sc = &p->scale;
     const int N = ROLN_(N), size = ROLN_(force_size), nb = ROLN_BLOCK;
@@ -5507,13 +5514,16 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
     if (!b->qd || every < 1 || !rolni_batch_valid(b)) return ROLN_E_LENGTH;
     rows = ROLNI_AS(size_t, b->steps / every) + 1;
-    memset(e, 0, rows * sizeof *e);
-    if (joints) memset(joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e);
+    memset(e->all, 0, rows * sizeof *e->all);
+    if (e->joints) memset(e->joints, 0, rows * ROLNI_AS(size_t, N) * sizeof *e->joints);
+    if (e->windows) memset(e->windows, 0, rows * ROLNI_AS(size_t, b->count) * sizeof *e->windows);
     ROLNI_(drive)(p, ROLNI_(acts)(b) ? w->held : NULL, w->held + nb * size, w->u.step.decoder, w->u.step.reduce, &d);
     for (from = 0; from < b->count; from += now) {
         now = b->count - from < nb ? b->count - from : nb;
         for (k = 0; k <= b->steps; k++) {
-            roln_error *const je = joints ? joints + ROLNI_AS(size_t, k / every) * ROLNI_AS(size_t, N) : NULL;
+            const size_t row = ROLNI_AS(size_t, k / every), at = row * ROLNI_AS(size_t, b->count) + ROLNI_AS(size_t, from);
+            const roln_errors here = {e->all + row, e->joints ? e->joints + row * ROLNI_AS(size_t, N) : NULL,
+                                      e->windows ? e->windows + at : NULL};
             roln_status st = ROLN_OK;
             if (k > 0) {
                 ROLNI_(gather_held)(p, b, from, now, k - 1, w->held);
@@ -5527,11 +5537,11 @@ ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, r
             rolni_divide_each(2 * now, N, ROLNI_EACH(p), w->x);
             rolni_turn_back(&ROLN_(model).lnn, now, w->x);
             if (k == 0) roln_ae_encode(&ROLN_(model).ae, 2, now, p->theta, w->x, w->s, w->u.encode);
-            ROLNI_(errors_decode)(p, now, qbar, e + k / every, je, w);
+            ROLNI_(errors_decode)(p, now, qbar, &here, w);
         }
     }
-    if (!rolni_errors_finite(rows, e)) return ROLN_E_NOT_FINITE;
-    return joints && !rolni_errors_finite(rows * ROLNI_AS(size_t, N), joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
+    if (!rolni_errors_finite(rows, e->all)) return ROLN_E_NOT_FINITE;
+    return e->joints && !rolni_errors_finite(rows * ROLNI_AS(size_t, N), e->joints) ? ROLN_E_NOT_FINITE : ROLN_OK;
 }
 
 /* ---- 15 range, limits and noise from recordings ---------------------------------------------- */

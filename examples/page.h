@@ -211,11 +211,12 @@ static void put_errors_of(FILE *f, int at)
 {
     int i, j;
     fputs("<h3>", f), put_text(f, kept_tables[at].name), fputs("</h3>\n", f);
-    put_head(f, "ms|E_q %|+-|q + h qd %|counts|E_qd %|+-|worst joint|its E_q %|its rms|failed|windows");
+    put_head(f, "ms|E_q %|+-|median %|90 %|q + h qd %|counts|E_qd %|+-|worst joint|its E_q %|its rms|failed|windows");
     for (i = 0; i < kept_tables[at].rows; i++) {
         const error *e = &kept_tables[at].row[i].e;
         fputs("<tr>", f);
         put_number(f, kept_tables[at].row[i].ms), put_number(f, 100 * e->q), put_number(f, 100 * e->q_tolerance);
+        put_number(f, 100 * e->median), put_number(f, 100 * e->tenth);
         put_number(f, 100 * e->constant), put_cell(f, kept_tables[at].row[i].counts ? "yes" : "no");
         put_number(f, 100 * e->qd), put_number(f, 100 * e->qd_tolerance), put_number(f, e->worst + 1);
         put_number(f, 100 * e->joint_q[e->worst]), put_number(f, e->joint_rms[e->worst]);
@@ -240,8 +241,9 @@ static void put_errors(FILE *f)
 {
     int k;
     put_paragraph(f,
-                  "E_q, E_qd: rms errors after a time over the rms of motion. +-: standard error. q + h qd: a constant velocity, "
-                  "which needs no model; a horizon counts if its error is more than noise and chart leave. rms in the unit of q.");
+                  "E_q, E_qd: rms errors after a time over the rms of motion. +-: standard error. median, 90 %%: half of the "
+                  "windows and nine in ten stay below. q + h qd: a constant velocity, which needs no model; a horizon counts if its "
+                  "error is more than noise and chart leave. rms in the unit of q.");
     for (k = 0; k < tables_kept; k++)
         put_errors_of(f, k);
     if (!fitted) {

@@ -132,7 +132,8 @@ static error model_error(int first, int last, int steps)
     roln_error sums[POINTS];
     const int count = windows(first, last, steps, start);
     const roln_batch b = {.count = count, .steps = steps, .stride = STRIDE, .start = start, .q = q[0], .qd = qd[0]};
-    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, sums, NULL, &train_work.errors);
+    const roln_errors out = {sums, NULL, NULL};
+    const roln_status st = chain_errors(&model, &b, STEP, 1, qbar, &out, &train_work.errors);
     return ratios(sums, steps, st == ROLN_OK ? 0 : HUGE_VAL); /* a model that ran away */
 }
 

@@ -38,13 +38,14 @@ static void doubt(const char *format, ...)
 /* A window fails if its roll-out ends with a status, or this many times farther off than the recording is wide. */
 #define FAR 100
 
-/* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed; typical: the geometric mean
-   of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its E_q
-   counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. Of each joint:
-   E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. Trajectories that are
-   too short for a window count for nothing. */
+/* E_q, E_qd of the windows that did not fail, their standard errors, and how many of how many failed. median, tenth: errors of q
+   that half of all windows and a tenth of them exceed, in the measure of E_q; NaN if that window failed. typical: the geometric
+   mean of E_q over the trajectories, in which a wild one counts no more than others. If a part f of the windows of one failed, its
+   E_q counts to the power of 1 - f, times FAR^f: so a few do not decide which weights are best, and yet each is a loss. Of each
+   joint: E_q, NaN if it does not move, and the rms of q_pred - q in its unit; worst: the joint with the largest E_q. Trajectories
+   that are too short for a window count for nothing. */
 typedef struct {
-    double q, qd, q_tolerance, qd_tolerance, typical, joint_q[M(N)], joint_rms[M(N)];
+    double q, qd, q_tolerance, qd_tolerance, median, tenth, typical, joint_q[M(N)], joint_rms[M(N)];
     double constant, floor; /* E_q of q + h qd over the same windows; what noise leaves of it, as far as the recordings tell */
     int failed, windows, worst, used; /* used: trajectories that are long enough for a window */
 } error;
@@ -60,6 +61,7 @@ typedef struct {
     const motion *m;
     const M(params) *p;
     int from, count, samples, stride, every, *start;
+    double *off;   /* |q_pred - q|^2 of each window, HUGE_VAL if it failed; those of a trajectory begin at its first sample */
     score *scores; /* of trajectories from .. from + count - 1 */
 } rollout;
 
@@ -119,7 +121,7 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
     enum { N = M(N) };
     const roln_real *each = units_of(r->p);
     const int *start = b.start, windows = b.count, a = r->m->first[at], end = r->m->first[at + 1];
-    double wide = 0;
+    double *off = r->off + a, wide = 0;
     int w, i, j;
     for (i = a; i < end; i++)
         for (j = 0; j < N; j++) {
@@ -131,11 +133,11 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
     for (w = 0; w < windows; w++) {
         const int end_of = b.steps > 0;
         roln_error e[2], joints[2 * N];
+        const roln_errors out = {e, joints, NULL};
         b.start = start + w;
-        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, e, joints, &work[thread].errors) ||
-            (double)e[end_of].q > FAR * FAR * wide)
-            to->failed++;
-        else add_errors(e + end_of, joints + end_of * N, to), add_constant(r, start[w], to);
+        if (M(errors)(r->p, &b, dt, end_of ? b.steps : 1, s.qbar, &out, &work[thread].errors) || e[end_of].q > FAR * FAR * wide)
+            to->failed++, off[w] = HUGE_VAL;
+        else add_errors(e + end_of, joints + end_of * N, to), add_constant(r, start[w], to), off[w] = e[end_of].q;
     }
 }
 
@@ -149,19 +151,21 @@ static void roll(void *ctx, int k, int thread)
     int *start = r->start + r->m->first[at], i;
     score *to = &r->scores[k];
     roln_error e[2], joints[2 * N];
+    roln_errors out = {e, joints, NULL};
     roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
     b.tau = acts() ? r->m->tau : NULL;
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
     if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
     if (b.count == 0) return;
-    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, e, joints, &work[thread].errors) ||
-        (double)e[end].q > FAR * FAR * (double)e[end].q_var)
+    out.windows = room((size_t)(2 * b.count), sizeof *out.windows);
+    if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, &out, &work[thread].errors) || e[end].q > FAR * FAR * e[end].q_var)
         roll_each(r, at, b, dt, to, thread);
     else {
         add_errors(e + end, joints + end * N, to);
         for (i = 0; i < b.count; i++)
-            add_constant(r, start[i], to);
+            add_constant(r, start[i], to), r->off[r->m->first[at] + i] = out.windows[end * b.count + i].q;
     }
+    free(out.windows);
 }
 
 /* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
@@ -202,6 +206,23 @@ static void of_constant(int count, const score *scores, error *e)
     free(part);
 }
 
+/* Errors that half of the windows and a tenth of them exceed. */
+static void of_windows(const rollout *r, error *e)
+{
+    double *off = room((size_t)e->windows + 1, sizeof *off), spread = 0;
+    int count = 0, k, i;
+    for (k = 0; k < r->count; k++) {
+        spread += r->scores[k].sum[1] / fmax(e->windows - e->failed, 1);
+        for (i = 0; i < r->scores[k].windows; i++)
+            off[count++] = r->off[r->m->first[r->from + k] + i];
+    }
+    qsort(off, (size_t)count, sizeof *off, smaller);
+    e->median = e->tenth = (double)NAN;
+    if (count > 0 && isfinite(off[(count - 1) / 2])) e->median = sqrt(off[(count - 1) / 2] / spread);
+    if (count > 0 && isfinite(off[(9 * count - 1) / 10])) e->tenth = sqrt(off[(9 * count - 1) / 10] / spread);
+    free(off);
+}
+
 /* E_q and rms of each joint, and which of those that move is the worst. */
 static void of_joints(int count, const score *scores, error *e)
 {
@@ -221,12 +242,12 @@ static void of_joints(int count, const score *scores, error *e)
    one by one in scores. */
 static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
 {
-    rollout r = {m, p, from, count, samples, stride, every, NULL, scores};
+    rollout r = {m, p, from, count, samples, stride, every, NULL, NULL, scores};
     const double from_now = now();
     error e = {0};
     int k;
     memset(scores, 0, (size_t)count * sizeof *scores);
-    r.start = room((size_t)m->samples, sizeof *r.start);
+    r.start = room((size_t)m->samples, sizeof *r.start), r.off = room((size_t)m->samples, sizeof *r.off);
     share(count, roll, &r);
     e.q = ratio(count, scores, 0, &e.q_tolerance), e.qd = ratio(count, scores, 2, &e.qd_tolerance);
     for (k = 0; k < count; k++)
@@ -234,10 +255,11 @@ static error errors(const motion *m, const M(params) *p, int from, int count, in
     for (k = 0; k < count; k++)
         if (scores[k].windows > 0) e.typical += log_of(&scores[k]) / e.used;
     e.typical = e.used > 0 ? exp(e.typical) : (double)NAN;
+    of_windows(&r, &e);
     of_joints(count, scores, &e);
     of_constant(count, scores, &e);
     spent.seconds += now() - from_now, spent.steps += (double)e.windows * (samples / stride + 1);
-    free(r.start);
+    free(r.start), free(r.off);
     return e;
 }
 
@@ -351,13 +373,14 @@ static void table_row(const char *name, double ms, const error *e, int trajector
     char constant[24] = "-";
     int j;
     if (ms > 0) snprintf(constant, sizeof constant, counts ? "%s " : "(%s)", in_percent(e->constant).text);
-    printf("%5.4g %8s %7s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_tolerance).text, constant,
-           in_percent(e->qd).text, in_percent(e->qd_tolerance).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text,
-           e->joint_rms[e->worst], remarks_on(e, trajectories).text);
+    printf("%5.4g %8s %7s %8s %8s %11s %8s %7s %6d %8s %9.3g%s\n", ms, in_percent(e->q).text, in_percent(e->q_tolerance).text,
+           in_percent(e->median).text, in_percent(e->tenth).text, constant, in_percent(e->qd).text,
+           in_percent(e->qd_tolerance).text, e->worst + 1, in_percent(e->joint_q[e->worst]).text, e->joint_rms[e->worst],
+           remarks_on(e, trajectories).text);
     fflush(stdout);
     if (!csv) return;
-    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance, 100 * e->qd,
-            100 * e->qd_tolerance, e->failed, e->windows, e->worst + 1);
+    fprintf(csv, "\"%s\",%g,%.5g,%.5g,%.5g,%.5g,%.5g,%.5g,%d,%d,%d", name, ms, 100 * e->q, 100 * e->q_tolerance,
+            100 * e->median, 100 * e->tenth, 100 * e->qd, 100 * e->qd_tolerance, e->failed, e->windows, e->worst + 1);
     for (j = 0; j < (int)M(N); j++)
         fprintf(csv, ",%.5g,%.5g", 100 * e->joint_q[j], e->joint_rms[j]);
     fprintf(csv, ",%.5g,%d,%d\n", 100 * e->constant, counts, e->used);
@@ -367,7 +390,8 @@ static void table_head(FILE *csv)
 {
     int j;
     if (!csv) return;
-    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_qd_percent,E_qd_error,failed,windows,worst_joint");
+    fprintf(csv, "recordings,ms,E_q_percent,E_q_error,E_q_median_percent,E_q_90_percent,E_qd_percent,E_qd_error,failed,windows,"
+                 "worst_joint");
     for (j = 1; j <= (int)M(N); j++)
         fprintf(csv, ",E_q%d_percent,rms_q%d", j, j);
     fprintf(csv, ",constant_velocity_percent,counts,trajectories\n");
@@ -401,7 +425,7 @@ static void table(const char *name, const char *of, const motion *m, int from, i
     for (i = 0; i < (int)M(N); i++)
         if (!changes(m, m->q, M(N), i)) printf("joint %d does not move in any recording: it tells nothing of the model\n", i + 1);
     if (every > usual) printf("(a window every %.3g ms, for time is short)\n", 1e3 * every * m->dt);
-    printf("   ms    E_q %%      +-   q + h qd    E_qd %%      +-  worst joint   E_q %%      rms\n");
+    printf("   ms    E_q %%      +-   median     90 %%   q + h qd    E_qd %%      +-  worst joint   E_q %%      rms\n");
     for (i = 0; i < h.count; i++) {
         const double ms = 1e3 * h.samples[i] * m->dt, part = steps_to(m, from, to, h.samples[i], h.stride[i], every) / fmax(all, 1);
         int counts;

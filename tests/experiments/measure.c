@@ -11,6 +11,8 @@ enum { EVERY = 25, LONG = 100 }; /* samples between the starts of windows, of th
 struct sums {
     double q, q_var, qd, qd_var, qdd, qdd_var;
     long windows, failed;
+    double *each; /* |q_pred - q|^2 of each window, those of its samples added; NULL: not wanted */
+    int count;    /* of these */
 };
 
 struct rollout {
@@ -50,16 +52,30 @@ static void compare(struct rollout *r, int sample, struct sums *e)
     for (int i = 0; i < d->N; i++) {
         const double x = (double)(r->q[i] - q[i]), c = (double)(q[i] - d->mean[i]), v = (double)(r->qd[i] - qd[i]);
         e->q += x * x, e->q_var += c * c, e->qd += v * v, e->qd_var += (double)(qd[i] * qd[i]);
+        if (e->each) e->each[e->count - 1] += x * x;
         const double a = inside ? (double)(r->qdd[i] - qdd[i]) : 0;
         e->qdd += a * a, e->qdd_var += inside ? (double)(qdd[i] * qdd[i]) : 0;
     }
     e->windows++, e->failed += r->failed;
 }
 
+static int smaller(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* E_q_median, E_q_90: what half of the windows, and nine in ten, stay below, in the measure of E_q. */
 static void print(FILE *out, const char *horizon, const struct sums *e)
 {
     if (e->windows == 0) return;
     fprintf(out, "E_q %s %.5g\n", horizon, 100 * sqrt(e->q / e->q_var));
+    if (e->each) {
+        const double unit = e->q_var / e->count;
+        qsort(e->each, (size_t)e->count, sizeof *e->each, smaller);
+        fprintf(out, "E_q_median %s %.5g\n", horizon, 100 * sqrt(e->each[(e->count - 1) / 2] / unit));
+        fprintf(out, "E_q_90 %s %.5g\n", horizon, 100 * sqrt(e->each[(9 * e->count - 1) / 10] / unit));
+    }
     fprintf(out, "E_qd %s %.5g\n", horizon, 100 * sqrt(e->qd / e->qd_var));
     fprintf(out, "E_qdd %s %.5g\n", horizon, 100 * sqrt(e->qdd / e->qdd_var));
     if (e->failed) fprintf(out, "failed %s %.3g\n", horizon, 100 * (double)e->failed / (double)e->windows);
@@ -69,15 +85,19 @@ static void print(FILE *out, const char *horizon, const struct sums *e)
 static void windows(struct rollout *r, const int *ms, int horizons, FILE *out)
 {
     const struct motion *d = r->d;
+    const size_t most = (size_t)(d->count * (d->samples / EVERY + 1));
     struct sums *e = calloc((size_t)horizons, sizeof *e);
-    if (!e) exit(1);
+    double *each = calloc((size_t)horizons * most, sizeof *each);
+    if (!e || !each) exit(1);
+    for (int h = 0; h < horizons; h++)
+        e[h].each = each + (size_t)h * most;
     for (int k = 0; k < d->count; k++)
         for (int i = 0; i < d->samples; i += EVERY) {
             begin(r, k * d->samples + i);
             for (int t = 0, h = 0; h < horizons; t++) {
                 const int last = (int)(ms[h] * 1e-3 / d->dt + 0.5);
                 if (i + last >= d->samples || (last > LONG && i % LONG != 0)) break;
-                if (t == last) compare(r, k * d->samples + i + t, &e[h++]);
+                if (t == last) e[h].count++, compare(r, k * d->samples + i + t, &e[h++]);
                 advance(r, k * d->samples + i + t);
             }
         }
@@ -86,7 +106,7 @@ static void windows(struct rollout *r, const int *ms, int horizons, FILE *out)
         snprintf(name, sizeof name, "%d", ms[h]);
         print(out, name, &e[h]);
     }
-    free(e);
+    free(e), free(each);
 }
 
 /* Largest |E - E(0) - work| of a trajectory so far, and largest T. */
@@ -107,14 +127,14 @@ static int whole(struct rollout *r, FILE *out)
 {
     const struct motion *d = r->d;
     const size_t N = (size_t)d->N;
-    struct sums e = {0, 0, 0, 0, 0, 0, 0, 0};
+    struct sums e = {.each = calloc((size_t)d->count, sizeof *e.each)};
     roln_real *before = calloc(N, sizeof *before);
     double *q = calloc(2 * N, sizeof *q), own = 0, real = 0;
-    int bad = !before || !q;
+    int bad = !before || !q || !e.each;
     for (int k = 0; k < d->count && !bad; k++) {
         struct balance a = {0, 0, 0}, b = {0, 0, 0};
         double work = 0, T = 0, V = 0;
-        begin(r, k * d->samples);
+        begin(r, k * d->samples), e.count++;
         for (int t = 0; t < d->samples && !bad; t++) {
             const int sample = k * d->samples + t;
             if (t > 0) memcpy(before, r->q, N * sizeof *before);
@@ -133,7 +153,7 @@ static int whole(struct rollout *r, FILE *out)
     print(out, "whole", &e);
     if (r->p->energy) fprintf(out, "drift own %.4g\n", 100 * own);
     fprintf(out, "drift true %.4g\n", 100 * real);
-    free(before), free(q);
+    free(before), free(q), free(e.each);
     return bad ? -1 : 0;
 }
 
@@ -223,7 +243,7 @@ static void path_line(const struct motion *d, const char *whose, int t, const ro
 int measure_path(const struct predictor *p, const struct motion *d, FILE *out)
 {
     struct rollout r;
-    struct sums e = {0, 0, 0, 0, 0, 0, 0, 0};
+    struct sums e = {.windows = 0};
     int columns, rows;
     if (truth_grid(d->system, &columns, &rows) != 0) return -1;
     const int beads = columns * rows, last = d->samples - 1;

@@ -116,7 +116,7 @@ static roln_status M(zdd_of)(void *self, const roln_real *s, const roln_real *ta
 static roln_status M(errors_of)(void *self, const roln_batch *b, double dt, int every, const roln_real *qbar, roln_error *e)
 {
     M(self) *m = self;
-    return M(errors)(&m->p, b, (roln_real)dt, every, qbar, e, NULL, &m->u.train.errors);
+    return M(errors)(&m->p, b, (roln_real)dt, every, qbar, &(roln_errors){e, NULL, NULL}, &m->u.train.errors);
 }
 
 /* As NAME_errors rolls out. */

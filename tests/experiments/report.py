@@ -124,12 +124,25 @@ def markdown(heading, rows):
     return "\n".join("|" + "".join(f" {c} |" if c != "---" else "---|" for c in line) for line in lines).replace("|  |", "| |")
 
 
+def windows_cell(results, recipe, quantity):
+    """median / 90 % window, each the mean over the seeds."""
+    both = [results.stat(recipe, quantity.replace("E_q", name)) for name in ("E_q_median", "E_q_90")]
+    return " / ".join(number(s.mean, 2) if s else "-" for s in both) if any(both) else "-"
+
+
 def table(results, rows, columns):
-    """A column that no run has is left out; of a table without results none."""
+    """A column that no run has is left out; of a table without results none. Behind a table with E_q: that of its windows."""
     shown = [c for c in columns if any(results.stat(recipe, c[1]) for _, recipe in rows)] or columns
-    return markdown([""] + [c[0] for c in shown],
+    text = markdown([""] + [c[0] for c in shown],
                     [[label] + [cell(results.stat(recipe, quantity), *digits) for _, quantity, *digits in shown]
                      for label, recipe in rows])
+    cells = [(c[0], [windows_cell(results, recipe, c[1]) for _, recipe in rows]) for c in shown if c[1].startswith("E_q ")]
+    cells = [c for c in cells if any(x != "-" for x in c[1])]
+    if not cells:
+        return text
+    return text + "\n\nMedian / 90 % window:\n\n" + markdown(
+        [""] + [heading for heading, _ in cells],
+        [[label, *row] for (label, _), row in zip(rows, zip(*(column for _, column in cells))) if any(x != "-" for x in row)])
 
 
 FEW = (5, 10, 20, 40)  # trajectories of training, for the * of recipes

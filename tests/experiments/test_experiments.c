@@ -280,7 +280,7 @@ static void test_measure(void)
     struct model m;
     struct motion d;
     int start[400], count = 0;
-    roln_error e[2];
+    roln_error e[4];
     FILE *f = tmpfile();
     if (!CHECK(model_load(&m, &test_pend16_kind, "tests/mujoco/models/pend16.roln") == 0) || !f ||
         !CHECK(motion_simulate(&d, TRUTH_PEND16, TRUTH_TEST, 0, 3, 0, NULL) == 0))
@@ -294,6 +294,19 @@ static void test_measure(void)
     CHECK(m.kind->errors(m.self, &b, 1e-3, 25, d.mean, e) == ROLN_OK);
     CHECK_NEAR(find(f, "E_q", "25"), 100 * sqrt((double)(e[1].q / e[1].q_var)), 1e-3);
     CHECK_NEAR(find(f, "E_qd", "25"), 100 * sqrt((double)(e[1].qd / e[1].qd_var)), 1e-3);
+    { /* how many windows stay below */
+        int below_half = 0, below_most = 0;
+        const double half = find(f, "E_q_median", "25"), most = find(f, "E_q_90", "25");
+        for (int k = 0; k < count; k++) {
+            roln_batch one = b;
+            one.count = 1, one.start = start + k;
+            CHECK(m.kind->errors(m.self, &one, 1e-3, 25, d.mean, e + 2) == ROLN_OK);
+            const double x = 100 * sqrt((double)e[3].q / (double)(e[1].q_var / count));
+            below_half += x <= 1.001 * half, below_most += x <= 1.001 * most;
+        }
+        CHECK(abs(2 * below_half - count) <= 2 && abs(10 * below_most - 9 * count) <= 20 && half < most);
+        CHECK(find(f, "E_q_median", "whole") > 0 && find(f, "E_q_90", "whole") >= find(f, "E_q_median", "whole"));
+    }
     CHECK(find(f, "E_q", "0") > 0 && find(f, "E_q", "0") < find(f, "E_q", "25") && find(f, "E_q", "100") > find(f, "E_q", "25"));
     CHECK_BELOW(find(f, "drift", "own"), .01);
     CHECK_BELOW(find(f, "drift", "own"), find(f, "drift", "true"));
@@ -383,7 +396,9 @@ static void test_headline(void)
         CHECK(measure(&p, &d, ms, 4, f) == 0);
         printf("%-16s E_q 0 ms %.3f, 25 ms %.3f, 100 ms %.3f, ", headline[i].weights, find(f, "E_q", "0"), find(f, "E_q", "25"),
                find(f, "E_q", "100"));
-        if (headline[i].far > 0) printf("1 s %.2f, ", find(f, "E_q", "1000"));
+        if (headline[i].far > 0)
+            printf("1 s %.2f (median window %.2f, 90 %% %.2f), ", find(f, "E_q", "1000"), find(f, "E_q_median", "1000"),
+                   find(f, "E_q_90", "1000"));
         printf("whole %.3f, E_qd 25 ms %.2f %%; q + h qd at 25 ms %.2f %%\n", find(f, "E_q", "whole"), find(f, "E_qd", "25"),
                find(f, "trivial", "25"));
         CHECK_BELOW(find(f, "E_q", "25"), headline[i].near);

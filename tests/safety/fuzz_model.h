@@ -543,7 +543,7 @@ static void M(call_fit)(int which)
         fuzz_judge(st, q_each, sizeof q_each);
         CLAIM(roln_finite(noise.tau) && noise.tau >= 0 && (st == ROLN_OK || noise.tau == 0));
     } else {
-        fuzz_call(), st = M(errors)(&M(p), &b, l.dt, fuzz_below(4), qbar, o.e, o.joints, &M(t).errors);
+        fuzz_call(), st = M(errors)(&M(p), &b, l.dt, fuzz_below(4), qbar, &(roln_errors){o.e, o.joints, NULL}, &M(t).errors);
         CLAIM(st != ROLN_OK || (rolni_errors_finite(5, o.e) && rolni_errors_finite(5 * M(N), o.joints)));
     }
 }

@@ -188,8 +188,8 @@ struct model_of {
     /* J [ROLN_GN_ROWS][newton_size], NULL: not wanted, r [ROLN_GN_ROWS] out; only of models with ROLN_GN_ROWS */
     roln_status (*rows)(const instance *m, const roln_loss *weights, const roln_batch *b, roln_real dt, uint64_t seed, roln_real *J,
                         roln_real *r, void *work);
-    roln_status (*errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar, roln_error *e,
-                          roln_error *joints, void *work);
+    roln_status (*errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar,
+                          const roln_errors *e, void *work);
 };
 
 /* Numbers of NAME_gradient beside theta, twice. */
@@ -587,10 +587,10 @@ ROLN_FN roln_status C_(c_fit_noise)(const instance *m, const roln_batch *b, roln
 }
 
 ROLN_FN roln_status C_(c_errors)(const instance *m, const roln_batch *b, roln_real dt, int every, const roln_real *qbar,
-                                 roln_error *e, roln_error *joints, void *work)
+                                 const roln_errors *e, void *work)
 {
     const C_(params) p = C_(c_params)(m);
-    return C_(errors)(&p, b, dt, every, qbar, e, joints, (C_(errors_work) *)work);
+    return C_(errors)(&p, b, dt, every, qbar, e, (C_(errors_work) *)work);
 }
 
 ROLN_FN roln_status C_(c_variance)(const instance *m, const roln_batch *b, roln_loss *var, void *work)

@@ -718,7 +718,7 @@ static void test_errors(void)
         if (what == 1) fill(1, TOP, q + 2 * N_OF(PLAIN));
         if (what == 2) fill(1, TOP, qbar);
         if (what == 3) fill(1, TOP, qd + 2 * N_OF(PLAIN));
-        st = m.of->errors(&m, &b, dt, 1, qbar, e, NULL, spare);
+        st = m.of->errors(&m, &b, dt, 1, qbar, &(roln_errors){e, NULL, NULL}, spare);
         CHECK(st == (what == 0 ? ROLN_OK : ROLN_E_NOT_FINITE));
     }
     { /* errors of the joints alone overflow, whose unit is large */
@@ -735,7 +735,8 @@ static void test_errors(void)
         for (what = 0; what < 2; what++) {
             fill(TICKS * MAXN, 0, q), fill(TICKS * MAXN, 0, qd), fill(MAXN, 0, qbar);
             q[0] = q[units_N] = q[2 * units_N] = 100 * each[0];
-            CHECK(units_errors(&p, &b, dt, 1, qbar, e, what ? joints : NULL, &work.errors) == (what ? ROLN_E_NOT_FINITE : ROLN_OK));
+            CHECK(units_errors(&p, &b, dt, 1, qbar, &(roln_errors){e, what ? joints : NULL, NULL}, &work.errors) ==
+                  (what ? ROLN_E_NOT_FINITE : ROLN_OK));
         }
     }
 }

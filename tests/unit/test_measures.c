@@ -395,12 +395,20 @@ static void check_windows(int k, const instance *m, const model *of, const data 
     int every, w, i, j;
     for (every = 1; every <= 2; every++) {
         ld all_joints[MAXE][4] = {{0}};
-        roln_error e[MAXE], joints[MAXE * MAXN], alone[MAXE];
+        roln_error e[MAXE], joints[MAXE * MAXN], windows[MAXE * WINDOWS], alone[MAXE];
         memset(e, 0, sizeof e), memset(joints, 0, sizeof joints), memset(alone, 0, sizeof alone);
-        CHECK_OK(of->errors(&other, &d->b, d->h, every, qbar, e, joints, room_of(errors)));
+        CHECK_OK(of->errors(&other, &d->b, d->h, every, qbar, &(roln_errors){e, joints, windows}, room_of(errors)));
         ROOM_KEPT();
-        CHECK_OK(of->errors(&other, &d->b, d->h, every, qbar, alone, NULL, room_of(errors)));
+        CHECK_OK(of->errors(&other, &d->b, d->h, every, qbar, &(roln_errors){alone, NULL, NULL}, room_of(errors)));
         CHECK(memcmp(e, alone, sizeof e) == 0);
+        for (w = 0; w < d->b.count; w++) { /* each window as if it were alone */
+            roln_batch one = d->b;
+            const int start = first_of(&d->b, w);
+            one.count = 1, one.start = &start;
+            CHECK_OK(of->errors(&other, &one, d->h, every, qbar, &(roln_errors){alone, NULL, NULL}, room_of(errors)));
+            for (i = 0; i <= d->b.steps / every; i++)
+                CHECK(memcmp(&alone[i], &windows[i * d->b.count + w], sizeof *alone) == 0);
+        }
         for (j = 0; j < N_OF(k); j++) {
             ld ref[MAXE][4] = {{0}};
             for (w = 0; w < d->b.count; w++)
@@ -434,7 +442,7 @@ static void test_errors(int k)
     /* a step that fails ends the call: the errors before it are there, those behind it are not */
     memset(e, 0, sizeof e);
     d.tau[(d.b.steps - 1) * F_OF(k)] = (roln_real)INFINITY; /* last step of the first window */
-    CHECK(own.of->errors(&own, &d.b, d.h, 1, qbar, e, NULL, ROOM(errors)) == ROLN_E_NOT_FINITE);
+    CHECK(own.of->errors(&own, &d.b, d.h, 1, qbar, &(roln_errors){e, NULL, NULL}, ROOM(errors)) == ROLN_E_NOT_FINITE);
     CHECK(e[0].q_var > 0 && e[d.b.steps - 1].q_var > 0 && e[d.b.steps].q_var <= 0);
 }
 
@@ -479,7 +487,7 @@ static void test_seam(void)
         }
         CHECK_NEAR(p.z_max[1], (ld)q[0][(SAMPLES - 1) * N + 1], EPS);
         CHECK_OK(wheel_variance(&of, &b, &var[k], &train.variance));
-        CHECK_OK(wheel_errors(&of, &b, dt, 1, bar[k], e[k], NULL, &train.errors));
+        CHECK_OK(wheel_errors(&of, &b, dt, 1, bar[k], &(roln_errors){e[k], NULL, NULL}, &train.errors));
         CHECK_BELOW(var[k].q, 3);
         CHECK_NEAR(var[k].q, var[0].q, 200 * EPS * (ld)var[0].q);
         for (i = 0; i < 2; i++) {
@@ -490,7 +498,7 @@ static void test_seam(void)
     }
     CHECK(!wheel_params_mismatch(&of));
     of.scale.q = ROLN_C(0.5); /* no turn of q is one of z */
-    CHECK(wheel_params_mismatch(&of) && wheel_errors(&of, &b, dt, 1, bar[0], e[0], NULL, &train.errors) == ROLN_E_SHAPE);
+    CHECK(wheel_params_mismatch(&of) && wheel_errors(&of, &b, dt, 1, bar[0], &(roln_errors){e[0], NULL, NULL}, &train.errors) == ROLN_E_SHAPE);
 }
 
 static void test_shuffle(void)

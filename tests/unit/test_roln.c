@@ -136,7 +136,8 @@ static void test_arguments(void)
     static plain_gradient g;
     static data d;
     uint64_t seed = 14;
-    roln_error e[2 * MAXE], sevens = {7, 7, 7, 7};
+    roln_error e[3 * MAXE], sevens = {7, 7, 7, 7};
+    const roln_errors out = {e, e + MAXE, e + 2 * MAXE};
     roln_real u[4], tau_z[2] = {1, 1}, *numbers = (roln_real *)(void *)&g;
     plain_latent s = {{0, 0}, {0, 0}};
     terms var;
@@ -144,7 +145,7 @@ static void test_arguments(void)
     CHECK_OK(plain_init(&p, &seed, &start.init));
     make(PLAIN, ODE, 2, &seed, &d), d.b.qdd = d.qdd;
     fill(plain_theta_size + TERMS + 1, 7, numbers), fill(TERMS, 7, var.term), fill(4, 7, u);
-    for (i = 0; i < 2 * MAXE; i++)
+    for (i = 0; i < 3 * MAXE; i++)
         e[i] = sevens;
     p.slope /= 2; /* numbers of another config */
     CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train.grad) == ROLN_E_SHAPE);
@@ -152,7 +153,7 @@ static void test_arguments(void)
     CHECK(plain_variance(&p, &d.b, &var.loss, &train.variance) == ROLN_E_SHAPE);
     CHECK(plain_fit_inertia(&p, &d.b, &train.fit_inertia) == ROLN_E_SHAPE);
     CHECK(plain_force_variance(&p, &d.b, u, &train.force_variance) == ROLN_E_SHAPE);
-    CHECK(plain_errors(&p, &d.b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_SHAPE);
+    CHECK(plain_errors(&p, &d.b, dt, 1, d.q, &out, &train.errors) == ROLN_E_SHAPE);
     p.slope *= 2;
     for (i = 0; i < 5; i++) {
         roln_batch b = d.b;
@@ -162,12 +163,12 @@ static void test_arguments(void)
         CHECK(plain_variance(&p, &b, &var.loss, &train.variance) == ROLN_E_LENGTH);
         CHECK(plain_fit_inertia(&p, &b, &train.fit_inertia) == ROLN_E_LENGTH);
         CHECK(plain_force_variance(&p, &b, u, &train.force_variance) == ROLN_E_LENGTH);
-        CHECK(plain_errors(&p, &b, dt, 1, d.q, e, e + MAXE, &train.errors) == ROLN_E_LENGTH);
+        CHECK(plain_errors(&p, &b, dt, 1, d.q, &out, &train.errors) == ROLN_E_LENGTH);
         b.qd = NULL;
         CHECK(plain_grad(&p, &ode_weights, &b, dt, &g, &train.grad) == ROLN_E_LENGTH);
     }
     for (i = 0; i > -3; i--)
-        CHECK(plain_errors(&p, &d.b, dt, i, d.q, e, e + MAXE, &train.errors) == ROLN_E_LENGTH);
+        CHECK(plain_errors(&p, &d.b, dt, i, d.q, &out, &train.errors) == ROLN_E_LENGTH);
     for (i = -1; i <= 0; i++) /* motors */
         CHECK(plain_allocate(&p, &s, &(roln_motors){i, d.q, 1}, tau_z, u, NULL, &work.allocate) == ROLN_E_LENGTH);
     d.b.count = 0; /* no windows: no variance, and nothing to add */
@@ -178,7 +179,7 @@ static void test_arguments(void)
     CHECK(plain_grad(&p, &ode_weights, &d.b, dt, &g, &train.grad) == ROLN_E_LENGTH);
     CHECK(all(plain_theta_size + TERMS + 1, numbers, 7) && all(TERMS, var.term, 7) && all(4, u, 7));
     CHECK(sizeof g == 2 * sizeof(roln_real) * (plain_theta_size + TERMS + 1) && p.scale.m == 1);
-    for (i = 0; i < 2 * MAXE; i++)
+    for (i = 0; i < 3 * MAXE; i++)
         CHECK(memcmp(&e[i], &sevens, sizeof sevens) == 0);
 }
 
@@ -367,7 +368,7 @@ static void test_training(void)
     b.steps = H + 1;
     CHECK(plain_grad(&p, &ode_weights, &b, h, &g, PLAIN_TRAIN(grad)) == ROLN_E_LENGTH);
     b.steps = 40, b.count = 4, start[0] = 0, start[1] = 90, start[2] = 180, start[3] = 270;
-    CHECK_OK(plain_errors(&p, &b, h, 40, qbar, e, NULL, PLAIN_TRAIN(errors)));
+    CHECK_OK(plain_errors(&p, &b, h, 40, qbar, &(roln_errors){e, NULL, NULL}, PLAIN_TRAIN(errors)));
     ROOM_KEPT();
     CHECK_BELOW(sqrt((double)(e[1].q / e[1].q_var)), 0.9);
     check_trained(&p, q, qd, h);

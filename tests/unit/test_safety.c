@@ -301,7 +301,7 @@ static void call_all(calls *c)
         arm_optimiser o;
         arm_gradient g1, g2;
         arm_residuals rows;
-        roln_error error, joints[arm_N];
+        roln_error error, joints[arm_N], windows[4];
         roln_loss var;
         roln_limits limits;
         roln_real most[12];
@@ -328,7 +328,7 @@ static void call_all(calls *c)
     CALL(arm_fit_range(&o.p, 1, q, qd, &work.fit_range));
     CALL(arm_fit_limits(&p, &motion, 2, &o.limits, o.most, o.most + 6, &train.fit_limits));
     CALL(arm_linear(&p, o.z + 2, q, limits.dt, &o.j, &linwork));
-    CALL(arm_errors(&p, &b, limits.dt, 1, q, &o.error, o.joints, &train.errors));
+    CALL(arm_errors(&p, &b, limits.dt, 1, q, &(roln_errors){&o.error, o.joints, o.windows}, &train.errors));
     CALL(arm_variance(&p, &b, &o.var, &train.variance));
     CALL(arm_fit_inertia(&o.p, &b, &train.fit_inertia));
     CALL(arm_force_variance(&p, &b, o.forces, &train.force_variance));

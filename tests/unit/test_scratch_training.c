@@ -46,7 +46,7 @@ static void use_training(int k, const instance *m, roln_real *theta, uint64_t *s
             if (is_acc(kind)) USE(grad_acc, m->of->grad_acc(m, &weights.loss, &d.b, g, work));
             else USE(grad, m->of->grad(m, &weights.loss, &d.b, d.h, g, work));
             if (block > 1) USE(variance, m->of->variance(m, &d.b, &var, work));
-            if (kind == ODE) USE(errors, m->of->errors(m, &d.b, d.h, 1, qbar, e, NULL, work));
+            if (kind == ODE) USE(errors, m->of->errors(m, &d.b, d.h, 1, qbar, &(roln_errors){e, NULL, NULL}, work));
         }
     make(k, ACC, 4, s, &d); /* of more than one window */
     USE(variance, m->of->variance(m, &d.b, &var, work));

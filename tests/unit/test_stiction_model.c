@@ -189,8 +189,8 @@ static void test_errors(void)
     {
         static const int start[2] = {0, STEPS + 1};
         b.start = start;
-        CHECK(hard_errors(&p, &b, dt, 1, mean, e, NULL, &w) == ROLN_OK);
-        CHECK(soft_errors(&as, &b, dt, 1, mean, es, NULL, &ws) == ROLN_OK);
+        CHECK(hard_errors(&p, &b, dt, 1, mean, &(roln_errors){e, NULL, NULL}, &w) == ROLN_OK);
+        CHECK(soft_errors(&as, &b, dt, 1, mean, &(roln_errors){es, NULL, NULL}, &ws) == ROLN_OK);
     }
     CHECK(e[STEPS].q <= 1e-4 * es[STEPS].q && es[STEPS].q > 1e-9);
 }

@@ -110,8 +110,8 @@ static void test_error_sums(const roln_real *q, const roln_real *qd, int count)
     uint64_t seed = 1;
     const double times = count / PERIOD;
     CHECK_OK(one_init(&p, &seed, &start.init));
-    CHECK_OK(one_errors(&p, &all, dt, 1, qbar, e, joint, &train.errors));
-    CHECK_OK(one_errors(&p, &period, dt, 1, qbar, once, NULL, &train.errors));
+    CHECK_OK(one_errors(&p, &all, dt, 1, qbar, &(roln_errors){e, joint, NULL}, &train.errors));
+    CHECK_OK(one_errors(&p, &period, dt, 1, qbar, &(roln_errors){once, NULL, NULL}, &train.errors));
     CHECK_NEAR(e[0].q_var / times, once[0].q_var, 1e-9 * once[0].q_var);
     CHECK_NEAR(e[0].qd_var / times, once[0].qd_var, 1e-9 * once[0].qd_var);
     CHECK_NEAR(joint[0].q_var / times, once[0].q_var, 1e-9 * once[0].q_var);
@@ -292,7 +292,7 @@ static void test_windows_turned(void)
         const roln_batch b = {.count = 1, .steps = STEPS, .stride = 1, .q = q[i], .qd = qd};
         memset(&g[i], 0, sizeof g[i]);
         CHECK_OK(turn_grad(&p, &weights, &b, ROLN_C(0.001), &g[i], &train.grad));
-        CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), 1, qbar, e[i], NULL, &train.errors));
+        CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), 1, qbar, &(roln_errors){e[i], NULL, NULL}, &train.errors));
     }
     CHECK(same(turn_theta_size, g[0].theta, g[1].theta) && memcmp(e[0], e[1], sizeof e[0]) == 0);
 }
@@ -318,7 +318,7 @@ static void test_far_first(void)
     memset(p.theta, 0, sizeof p.theta);
     for (k = 0; k <= STEPS; k++)
         q[k] = (roln_real)remainder(0.1 * k, 6.283185307179586), qd[k] = 100;
-    CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), STEPS / 4, qbar, e, NULL, &train.errors));
+    CHECK_OK(turn_errors(&p, &b, ROLN_C(0.001), STEPS / 4, qbar, &(roln_errors){e, NULL, NULL}, &train.errors));
     for (k = 0; k < 5; k++)
         BOUND("a wheel for 20 s, rad", sqrtl((ld)e[k].q), PICK(0.02L, 1e-10L));
     for (turns = 0; turns <= 10000; turns += 2500) {

@@ -83,8 +83,8 @@ def compare(page, path):
             wrong.append(f"{name}: {len(tables)} tables of {[len(t) for t in tables]} rows, not 2 of {len(want) + 1}")
             continue
         for row, cells, joints in zip(want, tables[0][1:], tables[1][1:]):
-            keys = ["ms", "E_q_percent", "E_q_error", "constant_velocity_percent", None, "E_qd_percent", "E_qd_error",
-                    "worst_joint", None, None, "failed", "windows"]
+            keys = ["ms", "E_q_percent", "E_q_error", "E_q_median_percent", "E_q_90_percent", "constant_velocity_percent", None,
+                    "E_qd_percent", "E_qd_error", "worst_joint", None, None, "failed", "windows"]
             pairs = [(c, row[k]) for c, k in zip(cells, keys) if k]
             numbers = [k for k in row if re.match("E_q[0-9]|rms_q", k)]
             pairs += list(zip(joints, [row["ms"]] + [row[k] for k in numbers]))

@@ -105,11 +105,11 @@ check 'are not trained' sh -c "grep Gauss-Newton $dir/t.log && ! grep layers $di
 check 'table as CSV' awk -F, 'NR == FNR { if (/_test[.]csv$/) on = 1; split($0, x, " "); if (on) e[x[1]] = x[2]; next }
     /_test[.]csv"/ { n++; if (($3 - e[$2]) ^ 2 > 1e-6 + 1e-8 * $3 ^ 2) bad = 1 }
     END { exit bad || n != 10 }' $dir/j.log $dir/j_errors.csv
-check 'errors of each joint' awk -F, 'NR == 1 { bad = NF != 16 || $13 != "rms_q2"; next }
-    { n++; low = $10 < $12 ? $10 : $12; high = $10 + $12 - low; bad += $9 != 1 + ($12 > $10) }
+check 'errors of each joint' awk -F, 'NR == 1 { bad = NF != 18 || $15 != "rms_q2"; next }
+    { n++; low = $12 < $14 ? $12 : $14; high = $12 + $14 - low; bad += $11 != 1 + ($14 > $12); bad += $5 > $6 || $3 > 0 && $5 <= 0 }
     { bad += $3 < 0.9999 * low || $3 > 1.0001 * high }
     END { exit bad || n != 20 }' $dir/j_errors.csv
-check 'the worst of them' awk '/worst joint/ { getline; n += $7 == 1 } $1 == 1000 && NF == 9 { n += $7 ~ /^[12]$/ && $8 >= $2 }
+check 'the worst of them' awk '/worst joint/ { getline; n += $9 == 1 } $1 == 1000 && NF == 11 { n += $9 ~ /^[12]$/ && $10 >= $2 }
     END { exit n != 4 }' $dir/j.log
 check 'picture' awk '/<path fill/ { n++; ok += gsub(/L/, "") > 100 } /median: traj/ { m++ } /worst: traj/ { w++ }
     END { exit !(n == 8 && ok == 8 && m == 1 && w == 1) }' $dir/j_motion.svg
