@@ -8,7 +8,7 @@
        #define ROLN_MLP     64, 64            hidden widths of the networks
        #define ROLN_INTEGRATOR rk4            euler, leapfrog, rk4 or midpoint; default rk4
        #define ROLN_FILTER model              how NAME_filter_tick looks a tick ahead: model, by its integrator, default; leapfrog,
-                                              by one evaluation of the model, for ticks of a few milliseconds
+                                              by one evaluation, for ticks that are short against friction
        #define ROLN_SLOPE   0.41421356        slope k of the activation, in (0, 1], default tan(pi/8); 1: none, all linear
        #define ROLN_CHART   polynomial, 3     the innermost layer has a linear encoder and a decoder that is polynomial to this
                                               degree, 2 .. 8, in place of the activation; default none
@@ -2807,20 +2807,26 @@ typedef struct { roln_guard g; roln_real tau[ROLN_(force_size)]; } ROLN_(guard);
 #endif
 typedef struct { roln_real M[ROLN_(n) * ROLN_(n)], c[ROLN_(n)], g[ROLN_(n)], d[ROLN_(n)], T, V; } ROLN_(equation);
 typedef struct { roln_real A[4 * ROLN_(n) * ROLN_(n)], B[2 * ROLN_(n) * ROLN_(force_size)]; } ROLN_(jacobian);
-/* zero it once; s, load: the estimate, F^T F: the covariance of its error */
+/* zero it once; s, load: the estimate, F^T F: the covariance of its error; zdd: of the last step of leapfrog */
 typedef struct {
     roln_filter f;
     ROLN_(latent) s;
 #if ROLN_LOAD > 0
     roln_real load[ROLN_(n)];
 #endif
+#if ROLNI_FILTER(ROLN_FILTER) > 0
+    roln_real zdd[ROLN_(n)];
+#endif
     roln_real F[ROLN_(side) * ROLN_(side)];
 } ROLN_(filter);
 
-/* zero it once; s: the estimate; age: ticks since it started */
+/* zero it once; s: the estimate; zdd: of the last step of leapfrog; age: ticks since it started */
 typedef struct {
     roln_filter f;
     ROLN_(latent) s;
+#if ROLN_STICTION == 0
+    roln_real zdd[ROLN_(n)];
+#endif
     roln_real age;
 } ROLN_(observer);
 
@@ -2848,6 +2854,19 @@ typedef struct {
 #define ROLNI_LOAD_OF(x) (x)->load
 #else
 #define ROLNI_LOAD_OF(x) NULL
+#endif
+
+/* The acceleration of the last step of leapfrog of a filter, and of an observer; NULL where they take steps of the model's
+   integrator. */
+#if ROLNI_FILTER(ROLN_FILTER) > 0
+#define ROLNI_LAST_OF_FILTER(x) (x)->zdd
+#else
+#define ROLNI_LAST_OF_FILTER(x) NULL
+#endif
+#if ROLN_STICTION == 0
+#define ROLNI_LAST_OF_OBSERVER(x) (x)->zdd
+#else
+#define ROLNI_LAST_OF_OBSERVER(x) NULL
 #endif
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
@@ -4687,21 +4706,50 @@ ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *nois
     }
 }
 
+/* A filter's step of leapfrog evaluates forces at zd + dt/2 zdd, zdd [n] that of the step before, 0 at a start:
+       zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd)
+   So it is of order 2 also in what forces depend on zd, by one evaluation. It is a plain step of leapfrog, with its derivatives,
+   from the state s [2n] that `lean` makes; `rise` behind it gives s and the next zdd. zd [n] is that of s before. zdd NULL: the step
+   is of another integrator, and s stays. */
+ROLN_FN void ROLNI_(lean)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
+{
+    const int n = ROLN_(n);
+    int i;
+    for (i = 0; i < n && zdd; i++) {
+        zd[i] = s[n + i];
+        s[i] -= dt * dt / 4 * zdd[i];
+        s[n + i] += dt / 2 * zdd[i];
+    }
+}
+ROLN_FN void ROLNI_(rise)(roln_real dt, const roln_real *zd, roln_real *zdd, roln_real *s)
+{
+    const int n = ROLN_(n);
+    int i;
+    for (i = 0; i < n && zdd; i++) {
+        s[i] -= dt * dt / 4 * zdd[i];
+        s[n + i] -= dt / 2 * zdd[i];
+        zdd[i] = (s[n + i] - zd[i]) / dt;
+    }
+}
+
 /* A tick on: the model's step under tau, NULL: none, and the load, and the triangle of [F A^T; W], with a load of [F [A L; 0 I]^T;
-   W; what it wanders]. Then q, J there. */
+   W; what it wanders]. Then q, J there. zdd: ROLNI_LAST_OF_FILTER. */
 ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *tau, int load,
-                                           ROLN_(filter_tick_work) *w)
+                                           roln_real *zdd, ROLN_(filter_tick_work) *w)
 {
     const int n = ROLN_(n), n2 = 2 * n, side = (2 + load) * n;
     rolni_push by;
     rolni_slopes to;
     const int leaps = ROLN_(leaps);
+    roln_real zd[ROLN_(n)];
     roln_status st;
     int i, k;
     if (leaps) rolni_zero(n, w->q); /* no load */
     by.tau = tau, by.load = load ? w->s + n2 : leaps ? w->q : NULL, by.dt = noise->dt, by.how = ROLNI_LOOK;
     to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : leaps ? w->rows : NULL;
+    ROLNI_(lean)(noise->dt, zdd, w->s, zd);
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
+    ROLNI_(rise)(noise->dt, zd, zdd, w->s);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
     for (i = 0; i < side && load && st == ROLN_OK; i++)
@@ -4781,10 +4829,12 @@ ROLN_FN roln_status ROLNI_(filter_correct)(const roln_noise *noise, roln_real ga
    which is more than a filter that has settled does not know of it, so that it settles no later than it follows; joints that were
    not measured as in z [n], NULL: none may be missing. ROLN_FILTER_START, or bits that say why not. */
 ROLN_FN uint32_t ROLNI_(filter_start)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *y, const roln_real *z,
-                                      int load, rolni_innovation *in, ROLN_(filter_tick_work) *w)
+                                      int load, rolni_innovation *in, roln_real *zdd, ROLN_(filter_tick_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), side = (2 + load) * n;
     int i;
+    for (i = 0; i < n && zdd; i++)
+        zdd[i] = 0;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     if (z && ROLNI_(pose)(p, z, w->q, w->J, &w->u.pose) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
@@ -4815,7 +4865,7 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
     rolni_copy(n, f->s.zd, w->s + n);
     if (load) rolni_copy(n, ROLNI_LOAD_OF(f), w->s + 2 * n);
     rolni_copy(ROLN_(side) * ROLN_(side), f->F, w->F);
-    st = ROLNI_(filter_predict)(p, noise, tau, load, w);
+    st = ROLNI_(filter_predict)(p, noise, tau, load, ROLNI_LAST_OF_FILTER(f), w);
     if (st == ROLN_OK && measured > 0) st = ROLNI_(filter_correct)(noise, noise->gate, y, load, in, w);
     if (st == ROLN_OK && !ROLNI_(in_range)(p, 10, w->s, w->s + n)) st = ROLN_E_RANGE;
     if (st == ROLN_OK) return 0;
@@ -4824,7 +4874,8 @@ ROLN_FN uint32_t ROLNI_(filter_follow)(const ROLN_(params) *p, const roln_noise 
 }
 
 /* One tick of a Kalman filter on the model, extended (linearised at the estimate) and in square roots: z, zd from positions alone.
-       predict    the model's step under tau, NAME_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau
+       predict    the model's step under tau, NAME_linear; covariance P = A P A^T + Q, Q that of unknown torques, noise->tau;
+                  with ROLN_FILTER leapfrog a step by one evaluation, of order 2, for dt |d zdd / d zd| < 1
        correct    by the joints that were measured, y = phi(z) + noise of deviation noise->q
    y [N] measured, NaN: that joint was not; NULL: none was. tau [force_size] the force that was held since the last tick, NULL:
    none. f->s and, with ROLN_LOAD, f->load are the estimate, F^T F the covariance of its error. With ROLN_LOAD the state is
@@ -4864,7 +4915,8 @@ ROLN_FN uint32_t ROLN_(filter_tick)(const ROLN_(params) *p, const roln_noise *no
     if (!filter->valid) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
-        else faults |= ROLNI_(filter_start)(p, noise, y, filter->starts && measured < N ? f->s.z : NULL, load, &in, w);
+        else faults |= ROLNI_(filter_start)(p, noise, y, filter->starts && measured < N ? f->s.z : NULL, load, &in,
+                                            ROLNI_LAST_OF_FILTER(f), w);
         if (!rolni_filter_starts(filter, faults)) in.used = 0; /* nor is its nis a number */
     }
     if (filter->valid) {
@@ -4961,12 +5013,14 @@ ROLN_FN roln_status ROLNI_(observer_correct)(const ROLN_(params) *p, const ROLN_
 }
 
 /* At the pose y, at rest; joints that were not measured as in z [n], NULL: none may be missing. */
-ROLN_FN uint32_t ROLNI_(observer_start)(const ROLN_(params) *p, const roln_real *y, const roln_real *z,
+ROLN_FN uint32_t ROLNI_(observer_start)(const ROLN_(params) *p, const roln_real *y, const roln_real *z, roln_real *zdd,
                                         ROLN_(observer_tick_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n);
     roln_real *const x = w->x;
     int i;
+    for (i = 0; i < n && zdd; i++)
+        zdd[i] = 0;
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     for (i = 0; i < n; i++)
         if (!(p->z_max[i] > p->z_min[i])) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;
@@ -4985,13 +5039,16 @@ ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(obs
                                          ROLN_(observer_tick_work) *w)
 {
     const int n = ROLN_(n);
+    roln_real *const zdd = ROLNI_LAST_OF_OBSERVER(o);
     rolni_push by;
     roln_status st;
     int i;
     by.tau = tau, by.load = NULL, by.dt = g->dt, by.how = ROLNI_LOOK;
     rolni_copy(n, o->s.z, w->s);
     rolni_copy(n, o->s.zd, w->s + n);
+    ROLNI_(lean)(g->dt, zdd, w->s, w->d);
     st = ROLNI_(step_by)(p, w->s, w->s + n, &by, &w->u.step.base, w->u.step.tape, w->u.step.work);
+    ROLNI_(rise)(g->dt, w->d, zdd, w->s);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
     o->age += o->age < 1000000;
@@ -5003,7 +5060,7 @@ ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(obs
 }
 
 /* One tick of an observer with steady gains: z, zd from positions alone, without derivatives of the model.
-       predict    one step of leapfrog under tau (with ROLN_STICTION the model's own step)
+       predict    one step of leapfrog under tau, that of ROLN_FILTER leapfrog (with ROLN_STICTION the model's own step)
        correct    (z, zd) += P(z) J^T R^-1 (y - phi(z)), R = diag(g->q^2), P from g
    P is what the covariance of NAME_filter_tick settles at, at rest, at eight states, between which it is a mean; after a start that
    of a filter with 64 times the unknown torque, which becomes the steady one. An observer trusts the model as much after a gap as
@@ -5036,7 +5093,8 @@ ROLN_FN uint32_t ROLN_(observer_tick)(const ROLN_(params) *p, const ROLN_(observ
     if (!filter->valid) {
         in.used = 0;
         if (measured == 0) faults |= ROLN_FILTER_NONE;
-        else faults |= ROLNI_(observer_start)(p, y, filter->starts && measured < N ? o->s.z : NULL, w);
+        else faults |= ROLNI_(observer_start)(p, y, filter->starts && measured < N ? o->s.z : NULL,
+                                              ROLNI_LAST_OF_OBSERVER(o), w);
         if (rolni_filter_starts(filter, faults)) in.used = measured, in.nis = 0, o->age = 0;
     }
     if (filter->valid) {
@@ -5500,9 +5558,10 @@ ROLN_FN void ROLNI_(errors_decode)(const ROLN_(params) *p, int nb, const roln_re
 }
 
 /* Roll-out errors: encode the first sample of every window, step to its end, compare at the horizons of 0 (reconstruction), every,
-   2 every .. steps; e points to what is written. Windows of any length; qbar [N] mean of the training q. Steps are those of NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of
-   friction. A status other than ROLN_OK: bad data, or a roll-out left the domain; they are then partial. Status of
-   roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no qd, every below 1, or a count as in NAME_grad; they are then untouched. */
+   2 every .. steps; e points to what is written. Windows of any length; qbar [N] mean of the training q. Steps are those of
+   NAME_step, with ROLN_STICTION, too, while the losses of training have the smooth law of friction. A status other than ROLN_OK:
+   bad data, or a roll-out left the domain; they are then partial. Status of roln_lnn_step, ROLN_E_NOT_FINITE; ROLN_E_LENGTH: no
+   qd, every below 1, or a count as in NAME_grad; they are then untouched. */
 ROLN_FN roln_status ROLN_(errors)(const ROLN_(params) *p, const roln_batch *b, roln_real dt, int every,
                                   const roln_real qbar[ROLN_AT_LEAST(ROLN_(N))], const roln_errors *e, ROLN_(errors_work) *w)
 {
@@ -5716,6 +5775,7 @@ ROLN_FN roln_status ROLNI_(noise_likelihood)(const ROLN_(params) *p, const roln_
                                              ROLN_(filter_tick_work) *w)
 {
     const int n2 = 2 * ROLN_(n);
+    roln_real last[ROLN_(n)], *const zdd = ROLN_(leaps) ? last : NULL;
     rolni_innovation in;
     int k, h, i;
     *sum = 0;
@@ -5724,10 +5784,10 @@ ROLN_FN roln_status ROLNI_(noise_likelihood)(const ROLN_(params) *p, const roln_
             const size_t at = rolni_sample(b, k, h);
             const roln_real *const y = b->q + at * ROLNI_AS(size_t, ROLN_(N));
             if (h == 0) {
-                if (ROLNI_(filter_start)(p, noise, y, NULL, 0, &in, w) != ROLN_FILTER_START) return ROLN_E_NOT_FINITE;
+                if (ROLNI_(filter_start)(p, noise, y, NULL, 0, &in, zdd, w) != ROLN_FILTER_START) return ROLN_E_NOT_FINITE;
             } else {
                 const roln_real *const tau = b->tau ? b->tau + (at - 1) * ROLNI_AS(size_t, ROLN_(force_size)) : NULL;
-                roln_status st = ROLNI_(filter_predict)(p, noise, tau, 0, w);
+                roln_status st = ROLNI_(filter_predict)(p, noise, tau, 0, zdd, w);
                 if (st == ROLN_OK) st = ROLNI_(filter_correct)(noise, 0, y, 0, &in, w);
                 if (st != ROLN_OK) return st;
             }
@@ -5809,7 +5869,7 @@ ROLN_FN roln_status ROLN_(fit_noise)(const ROLN_(params) *p, const roln_batch *b
         noise.q_each = w->each;
     }
     if (!rolni_noise_valid(N, &noise)) return ROLN_E_RANGE;
-    switch (ROLNI_(filter_start)(p, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, 0, &in, f)) {
+    switch (ROLNI_(filter_start)(p, &noise, b->q + rolni_sample(b, 0, 0) * ROLNI_AS(size_t, N), NULL, 0, &in, NULL, f)) {
     case ROLN_FILTER_START: st = ROLNI_(filter_unknown)(p, &noise, 0, f->rows, f); break;
     case ROLN_FAULT_RANGE | ROLN_FILTER_NONE: return ROLN_E_RANGE;
     default: return ROLN_E_NOT_FINITE;
@@ -7398,6 +7458,8 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLNI_ACTING
 #undef ROLNI_COMING
 #undef ROLNI_LOAD_OF
+#undef ROLNI_LAST_OF_FILTER
+#undef ROLNI_LAST_OF_OBSERVER
 #undef ROLN_PLAN
 
 #endif /* ROLN_NAME */

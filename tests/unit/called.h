@@ -22,6 +22,11 @@
 #define CALLED_OWN_ROLN_SCALE 0 /* not defined */
 #define CALLED_OWN__(s) CALLED_OWN_##s
 #define CALLED_OWN_(s) CALLED_OWN__(s)
+#define CALLED_LEAPS_model 0
+#define CALLED_LEAPS_leapfrog 1
+#define CALLED_LEAPS_ROLN_FILTER 0
+#define CALLED_LEAPS__(s) CALLED_LEAPS_##s
+#define CALLED_LEAPS_(s) CALLED_LEAPS__(s)
 #define CALLED_FIRST__(a, ...) a
 #define CALLED_FIRST_(...) CALLED_FIRST__(__VA_ARGS__, 0)
 
@@ -58,6 +63,9 @@
 #endif
 #if defined ROLN_LOAD && ROLN_LOAD > 0
 #define CALLED_LOAD
+#endif
+#if CALLED_LEAPS_(ROLN_FILTER) > 0
+#define CALLED_LEAPS
 #endif
 #if defined ROLN_DELAY && ROLN_DELAY > 0
 #define CALLED_DELAY
@@ -102,7 +110,7 @@ typedef struct {
 typedef struct { const roln_real *z, *zd, *zdd, *kp, *kd, *load; } target_at;
 typedef struct { roln_guard *g; roln_real *tau; } guard_at; /* behind tau, sent [delay][force_size] */
 typedef struct { roln_real *M, *c, *g, *d, *T, *V; } terms_at; /* NULL: not wanted */
-typedef struct { roln_filter *f; roln_real *z, *zd, *F, *load; } filter_at;
+typedef struct { roln_filter *f; roln_real *z, *zd, *F, *load, *zdd; } filter_at; /* zdd: only of those of leapfrog */
 typedef struct { roln_real *A, *B, *L; } slopes_at;
 typedef struct { roln_plan *plan; roln_real *s, *u, *K; } plan_at;
 
@@ -519,10 +527,16 @@ ROLN_FN uint32_t C_(c_filter_tick)(const instance *m, const roln_noise *noise, c
 #ifdef CALLED_LOAD
     memcpy(to.load, f->load, sizeof to.load);
 #endif
+#ifdef CALLED_LEAPS
+    memcpy(to.zdd, f->zdd, sizeof to.zdd);
+#endif
     faults = C_(filter_tick)(&p, noise, y, tau, &to, (C_(filter_tick_work) *)work);
     *f->f = to.f, memcpy(f->z, to.s.z, sizeof to.s.z), memcpy(f->zd, to.s.zd, sizeof to.s.zd), memcpy(f->F, to.F, sizeof to.F);
 #ifdef CALLED_LOAD
     memcpy(f->load, to.load, sizeof to.load);
+#endif
+#ifdef CALLED_LEAPS
+    memcpy(f->zdd, to.zdd, sizeof to.zdd);
 #endif
     return faults;
 }
@@ -679,6 +693,7 @@ static const model C_(called) = {.name = ROLNI_STR(ROLN_NAME),
 #undef CALLED_PLAN_SIZES
 #undef CALLED_EACH
 #undef CALLED_LOAD
+#undef CALLED_LEAPS
 #undef CALLED_DELAY
 #undef CALLED_FRICTION
 #undef CALLED_PLAN

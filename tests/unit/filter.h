@@ -72,7 +72,7 @@ enum { SIDE = 3 * MAXN };
 /* A filter, what it is told, and the range of its model. */
 typedef struct {
     roln_filter f;
-    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE], load[MAXN];
+    roln_real z[MAXN], zd[MAXN], F[SIDE * SIDE], load[MAXN], zdd[MAXN]; /* zdd: of the last step of leapfrog */
 } estimate;
 
 typedef struct {
@@ -123,10 +123,18 @@ ROLN_FN instance filter_of(int k)
     return k == LADEN ? filled(leaps ? &unladen_leap_called : &unladen_called, k) : of_model(k);
 }
 
+/* The state from which a step of leapfrog has its forces half a step on, by zdd, and back again (h < 0). */
+ROLN_FN void half_ahead(int n, roln_real h, const roln_real *zdd, roln_real *z, roln_real *zd)
+{
+    int i;
+    for (i = 0; i < n && leaps; i++)
+        z[i] -= h * h / 4 * zdd[i], zd[i] += h / 2 * zdd[i];
+}
+
 ROLN_FN uint32_t tick_of(int k, const roln_noise *noise, const roln_real *y, const roln_real *tau, estimate *e)
 {
     const instance m = filter_of(k);
-    const filter_at to = {&e->f, e->z, e->zd, e->F, e->load};
+    const filter_at to = {&e->f, e->z, e->zd, e->F, e->load, e->zdd};
     const int finite = roln_all_finite(n_OF(k), e->z); /* what is damaged stays so until it starts again */
     const uint32_t faults = m.of->filter_tick(&m, noise, y, tau, &to, room_of(m.of->scratch.filter_tick));
     ROOM_KEPT();
@@ -169,6 +177,7 @@ ROLN_FN void place(int k, uint64_t *s, roln_real wide, rig *x)
 /* ---- a machine that is the model --------------------------------------------------------------- */
 
 static roln_real burden[MAXN]; /* the load, with `loaded` */
+static roln_real last[MAXN];   /* zdd of the last step, with `leaps` */
 static int restless;           /* 1: it wanders */
 
 /* One tick of a machine that is the model, pushed by unknown torques, and its measured positions. */
@@ -176,11 +185,15 @@ ROLN_FN void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real 
 {
     const instance m = of_model(k);
     const int N = N_OF(k), n = n_OF(k);
-    roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN];
+    roln_real tau_z[MAXN], push[MAXN], mass[MAXN * MAXN], L[MAXN * MAXN], qd[MAXN], before[MAXN];
     const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
     const instance by_joints = filled(driven[k], k);
     int i;
+    half_ahead(n, x->noise.dt, last, z, zd), memcpy(before, zd, sizeof before);
     CHECK_OK(m.of->push(&m, z, zd, x->tau, loaded ? burden : NULL, x->noise.dt, spare));
+    for (i = 0; i < n; i++)
+        before[i] = (zd[i] - before[i]) / x->noise.dt;
+    half_ahead(n, -x->noise.dt, last, z, zd), memcpy(last, before, sizeof last);
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
     CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));

@@ -339,7 +339,7 @@ ROLN_FN void t_step(int scheme, ld h, const ld *s, ld *sn)
 {
     static const ld w[4] = {1.0L / 6, 1.0L / 3, 1.0L / 3, 1.0L / 6};
     const int n = m.f.n;
-    ld k[2 * MAXN], x[2 * MAXN], out[2 * MAXN], p[MAXN], pn[MAXN], v[MAXN], zm[MAXN];
+    ld k[2 * MAXN], x[2 * MAXN] = {0}, out[2 * MAXN], p[MAXN], pn[MAXN], v[MAXN], zm[MAXN];
     int i, j, it, settled = 0;
     if (scheme == ROLN_LEAPFROG) {
         for (i = 0; i < n; i++) x[i] = s[i] + h / 2 * s[n + i];

@@ -212,13 +212,20 @@ static void T_(tick)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *
         const int missing = round % 3 == 2 ? round % N : -1;
         roln_real y[N], tau[F], at[2 * n];
         OBSERVED(latent) s;
-        ld q[N], J[N * n], b[n] = {0}, x[2 * n], sum = 0, K[2 * n * n] = {0}, worst = 0, most = 0, begin;
+        ld q[N], J[N * n], b[n] = {0}, x[2 * n], zdd[n], sum = 0, K[2 * n * n] = {0}, worst = 0, most = 0, begin;
         memset(&o, 0, sizeof o);
         o.age = round % 2 ? 0 : (roln_real)(round * (int)g->settle / 8);
         begin = o.age + 1 > g->settle ? powl((ld)g->settle / ((ld)o.age + 1), 2) : 1;
         dyadic(n, ROLN_C(0.75), &seed, o.s.z), dyadic(n, 2, &seed, o.s.zd), dyadic(F, 1, &seed, tau);
+        if (round > 1) dyadic(n, 4, &seed, o.zdd);
         o.f.valid = 1, o.f.starts = 1, s = o.s;
+        for (i = 0; i < n; i++) /* forces half a step ahead */
+            s.z[i] -= g->dt * g->dt / 4 * o.zdd[i], s.zd[i] += g->dt / 2 * o.zdd[i];
         CHECK_OK(OBSERVED(step)(p, &s, round % 4 ? tau : NULL, g->dt, &v));
+        for (i = 0; i < n; i++) {
+            s.z[i] -= g->dt * g->dt / 4 * o.zdd[i], s.zd[i] -= g->dt / 2 * o.zdd[i];
+            zdd[i] = ((ld)s.zd[i] - (ld)o.s.zd[i]) / (ld)g->dt;
+        }
         T_(pose)(p, s.z, q, J);
         memcpy(at, s.z, sizeof s.z), memcpy(at + n, s.zd, sizeof s.zd);
         for (i = 0; i < N; i++) {
@@ -246,6 +253,9 @@ static void T_(tick)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *
         for (i = 0; i < 2 * n; i++)
             worst = fmaxl(worst, fabsl((ld)at[i] - x[i]));
         BOUND("observer: a tick", worst / most, PICK(1e-3, 1e-11));
+        for (worst = 0, i = 0; i < n; i++)
+            worst = fmaxl(worst, fabsl((ld)o.zdd[i] - zdd[i]));
+        BOUND("observer: the acceleration of a tick", worst, PICK(1e-2, 1e-10));
         CHECK(o.f.used == N - (missing >= 0) && o.f.outliers == 0 && o.f.valid && o.f.nis > 0);
     }
 }
@@ -274,7 +284,7 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     CHECK(OBSERVED(observer_tick)(&other, &g, y, tau, &o, &w) == (ROLN_FAULT_RANGE | ROLN_FILTER_NONE) && !o.f.valid);
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FILTER_START && o.f.valid && o.f.starts == 1 && o.f.used == N);
     BOUND("observer: starts at the pose", furthest(n, o.s.z, z), PICK(1e-5, 1e-13));
-    CHECK(all(n, o.s.zd, 0));
+    CHECK(all(n, o.s.zd, 0) && all(n, o.zdd, 0));
     CHECK(OBSERVED(observer_tick)(p, &g, NULL, tau, &o, &w) == ROLN_FILTER_MISSING && o.f.used == 0 && o.f.valid);
     tau[F - 1] = (roln_real)NAN;
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FAULT_INPUT && o.f.valid);

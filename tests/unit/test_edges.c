@@ -665,7 +665,7 @@ static void test_filter(int k)
     for (t = 0; t < TRIES; t++) {
         const roln_real wide = roln_log(TOP) / (roln_real)(1 + t % 4);
         roln_filter filter;
-        const filter_at e = {&filter, z, zd, F, load};
+        const filter_at e = {&filter, z, zd, F, load, NULL};
         roln_noise noise;
         uint32_t f;
         memset(&filter, 0, sizeof filter), memset(&noise, 0, sizeof noise);

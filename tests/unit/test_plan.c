@@ -765,7 +765,7 @@ static ld rest_of(int k, int counted)
     roln_real z[MAXN], zd[MAXN] = {0}, s[2 * MAXN], load[MAXN], y[MAXN], qd[MAXN], tau[MAXN], still[MAXN] = {0}, tau_z[MAXN];
     roln_real mean[MAXN] = {0}, hold_z[MAXN];
     roln_filter filter = {.valid = 0};
-    const filter_at e = {&filter, s, s + n, F, load};
+    const filter_at e = {&filter, s, s + n, F, load, NULL};
     uint64_t seed = 140 + (uint64_t)k;
     plan_at pl;
     instance m, estimating;

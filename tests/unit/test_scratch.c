@@ -144,7 +144,7 @@ static void use_filter(int k, const instance *m, const roln_real *x)
     roln_noise noise = {.dt = dt, .q = 1, .tau = 1, .load = 1};
     roln_real z[MAXN], zd[MAXN], load[MAXN];
     roln_filter filter = {0, 0, 0, 0, 0, 0, 0};
-    const filter_at e = {&filter, z, zd, F, models[k]->load ? load : NULL};
+    const filter_at e = {&filter, z, zd, F, models[k]->load ? load : NULL, NULL};
     int i;
     for (i = 0; i < 2; i++)
         USE(filter_tick, (m->of->filter_tick(m, &noise, x + i * N, x, &e, work), filter.valid ? ROLN_OK : ROLN_E_RANGE));

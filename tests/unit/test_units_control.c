@@ -60,7 +60,7 @@ static void test_estimates(int k)
         in_units(&p, 1, 1, y[0], y[1]), force_in_units(&p, 1, tau[0], tau[1]);
         for (i = 0; i < 2; i++) {
             const roln_noise noise = {.dt = dt, .tau = ROLN_C(0.5), .q_each = q_each[i]};
-            const filter_at to = {&f[i], z[i], z[i] + p.n, F[i], load[i]};
+            const filter_at to = {&f[i], z[i], z[i] + p.n, F[i], load[i], NULL};
             const instance *m = i ? &p.own : &p.plain;
             faults[i] = m->of->filter_tick(m, &noise, y[i], tau[i], &to, ROOM(filter_tick));
         }
