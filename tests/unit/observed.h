@@ -1,9 +1,22 @@
 /* SPDX-License-Identifier: MIT */
 /* observed.h - the observer (NAME_observer_tick, NAME_fit_observer) of one model, for test_observer.c. Include behind the model,
-   with OBSERVED(x) = NAME_x, and OBSERVED_SLIDE(p, zd): velocities 4 v beyond those at which dry friction sets in. It must have
-   steps of leapfrog. Defines NAME_test_observer(). */
+   with OBSERVED(x) = NAME_x; OBSERVED_SLIDE(p, zd): velocities 4 v beyond those at which dry friction sets in; OBSERVED_LEAPS: 1
+   if its observer takes steps of leapfrog, else those of NAME_step; OBSERVED_LAST(o): the acceleration of the last step. It must have steps of leapfrog. Defines NAME_test_observer(). */
 #define T__(x) OBSERVED(x)
 #define T_(x) T__(test_##x)
+
+/* The unit of the last joint: with ROLN_SCALE each behind slope, least and scale, else that of all. */
+static roln_real *T_(unit)(OBSERVED(params) *p)
+{
+    return OBSERVED(own) ? (roln_real *)(void *)p + 5 + OBSERVED(N) - 1 : &p->scale.q;
+}
+
+/* What a torque of one unit of all joints is at joint i. */
+static roln_real T_(torque)(const OBSERVED(params) *p, int i)
+{
+    OBSERVED(params) same_units = *p;
+    return OBSERVED(own) && i == OBSERVED(N) - 1 ? 1 / *T_(unit)(&same_units) : 1;
+}
 
 /* A model of random weights, a range, and noise of each joint. */
 static roln_noise T_(model)(OBSERVED(params) *p, roln_real *q_each)
@@ -14,6 +27,7 @@ static roln_noise T_(model)(OBSERVED(params) *p, roln_real *q_each)
     int i;
     CHECK_OK(OBSERVED(init)(p, &seed, &w));
     p->scale.q = OBSERVED(angles) ? 1 : 2, p->scale.t = ROLN_C(0.5), p->scale.m = ROLN_C(0.25);
+    if (OBSERVED(own)) *T_(unit)(p) = ROLN_C(0.5);
     for (i = 0; i < OBSERVED(n); i++)
         p->z_min[i] = -1, p->z_max[i] = 1, p->zd_max[i] = 4;
     for (i = 0; i < OBSERVED(N); i++)
@@ -80,7 +94,7 @@ static void T_(settled)(const OBSERVED(params) *p, const roln_noise *noise, cons
     CHECK_OK(OBSERVED(dynamics)(p, &s, &terms, &v));
     for (l = 0; l < N; l++) {
         for (i = 0; i < n; i++)
-            column[i] = J[l * n + i] * (ld)noise->tau;
+            column[i] = J[l * n + i] * (ld)(noise->tau * T_(torque)(p, l));
         for (i = 0; i < n * n; i++)
             M[i] = (ld)terms.M[i];
         t_solve(n, 1, M, column);
@@ -156,6 +170,8 @@ static void T_(fit)(const OBSERVED(params) *p, const roln_noise *noise, const ro
 #define REFUSED(status, call) CHECK((call) == (status)), CHECK(memcmp(g, &was, sizeof was) == 0)
     bad.count = 0;
     REFUSED(ROLN_E_LENGTH, OBSERVED(fit_observer)(p, noise, &bad, g, &w));
+    bad.count = 1, bad.steps = -1;
+    REFUSED(ROLN_E_LENGTH, OBSERVED(fit_observer)(p, noise, &bad, g, &w));
     wrong.dt = 0;
     REFUSED(ROLN_E_RANGE, OBSERVED(fit_observer)(p, &wrong, b, g, &w));
     wrong = *noise, wrong.tau = 0;
@@ -199,6 +215,41 @@ static void T_(fit)(const OBSERVED(params) *p, const roln_noise *noise, const ro
         BOUND("observer: what is expected", fabsl((ld)g->e[i] / e[i] - 1), PICK(1e-4, 1e-11));
 }
 
+/* One deviation for all joints, or the same for each: the same gains. Whatever noise there is, gains are finite, or refused. */
+static void T_(noises)(const OBSERVED(params) *p, const roln_noise *noise, const roln_batch *b, const OBSERVED(observer_gains) *g)
+{
+    enum { N = OBSERVED(N), SIZES = 9 };
+    static const roln_real size[SIZES] = {PICK(1e-37f, 1e-300), PICK(1e-30f, 1e-200), PICK(1e-19f, 1e-150), ROLN_C(1e-9), 1,
+                                          ROLN_C(1e9), PICK(1e18f, 1e150), PICK(1e30f, 1e200), PICK(1e37f, 1e300)};
+    static OBSERVED(fit_observer_work) w;
+    static OBSERVED(observer_gains) one, each;
+    roln_real q_each[N], tau_each[N];
+    roln_noise other = *noise;
+    int k, l, m, i, good = 0, bad = 0;
+    for (i = 0; i < N; i++)
+        tau_each[i] = noise->tau * T_(torque)(p, i);
+    other.tau_each = tau_each;
+    CHECK_OK(OBSERVED(fit_observer)(p, &other, b, &each, &w));
+    CHECK(memcmp(g, &each, sizeof each) == 0);
+    other = *noise, other.q = noise->q_each[0], other.q_each = NULL;
+    CHECK_OK(OBSERVED(fit_observer)(p, &other, b, &one, &w));
+    for (i = 0; i < N; i++)
+        q_each[i] = other.q;
+    other.q_each = q_each, other.q = 1;
+    CHECK_OK(OBSERVED(fit_observer)(p, &other, b, &each, &w));
+    CHECK(memcmp(&one, &each, sizeof one) == 0);
+    for (k = 0; k < SIZES; k++)
+        for (l = 0; l < SIZES; l++)
+            for (m = 0; m < SIZES; m++) {
+                roln_status st;
+                other.q_each = NULL, other.q = size[k], other.tau = size[l], other.dt = noise->dt * size[m];
+                st = OBSERVED(fit_observer)(p, &other, b, &one, &w);
+                if (st == ROLN_OK) CHECK(roln_all_finite((int)(sizeof one.P / sizeof(roln_real)), one.P[0][0]) && roln_finite(one.settle));
+                good += st == ROLN_OK, bad += st != ROLN_OK;
+            }
+    CHECK(good > 10 && bad > 10);
+}
+
 /* One tick: a step, and K J^T R^-1 e of the joints that are measured, K the mean of P with weights 1 / (d^2 + 1e-4)^2. */
 static void T_(tick)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *g)
 {
@@ -217,13 +268,13 @@ static void T_(tick)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *
         o.age = round % 2 ? 0 : (roln_real)(round * (int)g->settle / 8);
         begin = o.age + 1 > g->settle ? powl((ld)g->settle / ((ld)o.age + 1), 2) : 1;
         dyadic(n, ROLN_C(0.75), &seed, o.s.z), dyadic(n, 2, &seed, o.s.zd), dyadic(F, 1, &seed, tau);
-        if (round > 1) dyadic(n, 4, &seed, o.zdd);
+        if (round > 1 && OBSERVED_LEAPS) dyadic(n, 4, &seed, OBSERVED_LAST(o));
         o.f.valid = 1, o.f.starts = 1, s = o.s;
         for (i = 0; i < n; i++) /* forces half a step ahead */
-            s.z[i] -= g->dt * g->dt / 4 * o.zdd[i], s.zd[i] += g->dt / 2 * o.zdd[i];
+            s.z[i] -= g->dt * g->dt / 4 * OBSERVED_LAST(o)[i], s.zd[i] += g->dt / 2 * OBSERVED_LAST(o)[i];
         CHECK_OK(OBSERVED(step)(p, &s, round % 4 ? tau : NULL, g->dt, &v));
         for (i = 0; i < n; i++) {
-            s.z[i] -= g->dt * g->dt / 4 * o.zdd[i], s.zd[i] -= g->dt / 2 * o.zdd[i];
+            s.z[i] -= g->dt * g->dt / 4 * OBSERVED_LAST(o)[i], s.zd[i] -= g->dt / 2 * OBSERVED_LAST(o)[i];
             zdd[i] = ((ld)s.zd[i] - (ld)o.s.zd[i]) / (ld)g->dt;
         }
         T_(pose)(p, s.z, q, J);
@@ -253,11 +304,40 @@ static void T_(tick)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *
         for (i = 0; i < 2 * n; i++)
             worst = fmaxl(worst, fabsl((ld)at[i] - x[i]));
         BOUND("observer: a tick", worst / most, PICK(1e-3, 1e-11));
-        for (worst = 0, i = 0; i < n; i++)
-            worst = fmaxl(worst, fabsl((ld)o.zdd[i] - zdd[i]));
+        for (worst = 0, i = 0; i < n && OBSERVED_LEAPS; i++)
+            worst = fmaxl(worst, fabsl((ld)OBSERVED_LAST(o)[i] - zdd[i]));
         BOUND("observer: the acceleration of a tick", worst, PICK(1e-2, 1e-10));
         CHECK(o.f.used == N - (missing >= 0) && o.f.outliers == 0 && o.f.valid && o.f.nis > 0);
     }
+}
+
+/* Starts after a start: joints that are missing are those of the last estimate. A step, a pose or an encoding that fails. */
+static void T_(again)(const OBSERVED(params) *p, const OBSERVED(observer_gains) *g)
+{
+    enum { n = OBSERVED(n), N = OBSERVED(N) };
+    static OBSERVED(observer_tick_work) w;
+    static OBSERVED(params) other;
+    const roln_real top = PICK(3e38f, 1e308);
+    OBSERVED(observer) o, lost;
+    roln_real y[N], z[n] = {0};
+    ld q[N], J[N * n];
+    int i;
+    memset(&lost, 0, sizeof lost);
+    z[0] = ROLN_C(0.25), lost.s.z[0] = ROLN_C(0.25), lost.f.starts = 1;
+    T_(pose)(p, z, q, J);
+    for (i = 0; i < N; i++)
+        y[i] = (roln_real)q[i];
+    y[N - 1] = (roln_real)NAN, o = lost;
+    CHECK(OBSERVED(observer_tick)(p, g, y, NULL, &o, &w) == (ROLN_FILTER_MISSING | ROLN_FILTER_START) && o.f.valid);
+    BOUND("observer: starts at what is measured and what was estimated", furthest(n, o.s.z, z), PICK(1e-5, 1e-13));
+    o = lost, o.s.z[0] = (roln_real)NAN;
+    CHECK(OBSERVED(observer_tick)(p, g, y, NULL, &o, &w) == (ROLN_FILTER_MISSING | ROLN_FILTER_NONE | ROLN_FAULT_STATUS));
+    y[N - 1] = top, o = lost, other = *p, *T_(unit)(&other) = ROLN_C(1e-6);
+    CHECK(OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) == (ROLN_FILTER_NONE | ROLN_FAULT_STATUS));
+    y[N - 1] = (roln_real)q[N - 1], o = lost, o.f.valid = 1, other = *p, other.theta[OBSERVED(ae_size) + 1] = (roln_real)NAN;
+    CHECK(OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START));
+    o = lost, o.f.valid = 1, fill(n, 4, o.s.z), other = *p, *T_(unit)(&other) = top;
+    CHECK((OBSERVED(observer_tick)(&other, g, y, NULL, &o, &w) & ROLN_FAULT_STATUS) != 0);
 }
 
 /* Faults as those of the filter: start, gap, outliers, what is not finite, settings; the estimate stays finite. */
@@ -284,7 +364,7 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     CHECK(OBSERVED(observer_tick)(&other, &g, y, tau, &o, &w) == (ROLN_FAULT_RANGE | ROLN_FILTER_NONE) && !o.f.valid);
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FILTER_START && o.f.valid && o.f.starts == 1 && o.f.used == N);
     BOUND("observer: starts at the pose", furthest(n, o.s.z, z), PICK(1e-5, 1e-13));
-    CHECK(all(n, o.s.zd, 0) && all(n, o.zdd, 0));
+    CHECK(all(n, o.s.zd, 0) && all(n, OBSERVED_LAST(o), 0));
     CHECK(OBSERVED(observer_tick)(p, &g, NULL, tau, &o, &w) == ROLN_FILTER_MISSING && o.f.used == 0 && o.f.valid);
     tau[F - 1] = (roln_real)NAN;
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == ROLN_FAULT_INPUT && o.f.valid);
@@ -319,6 +399,7 @@ static void T_(faults)(const OBSERVED(params) *p, const OBSERVED(observer_gains)
     CHECK(OBSERVED(observer_tick)(p, &g, y, tau, &o, &w) == (ROLN_FAULT_STATUS | ROLN_FILTER_START) && roln_all_finite(n, o.s.zd));
     fill(N, ROLN_C(1e30), y); /* far out of range: once more */
     CHECK((OBSERVED(observer_tick)(p, with, y, tau, &o, &w) & ROLN_FAULT_STATUS) != 0 && roln_all_finite(n, o.s.z));
+    T_(again)(p, with);
 }
 
 /* Along a motion under unknown torques with noise of encoders: the root of the mean squares of errors of zd and z, of the observer
@@ -364,11 +445,14 @@ static void T_(observer)(void)
 {
     static OBSERVED(params) p;
     static OBSERVED(observer_gains) g;
+    static OBSERVED(fit_observer_work) w;
     static roln_real q[200 * OBSERVED(N)];
     roln_real q_each[OBSERVED(N)];
     const roln_noise noise = T_(model)(&p, q_each);
     const roln_batch b = T_(recorded)(&p, q);
-    T_(fit)(&p, &noise, &b, &g);
+    if (OBSERVED_LEAPS) T_(fit)(&p, &noise, &b, &g);
+    else CHECK_OK(OBSERVED(fit_observer)(&p, &noise, &b, &g, &w)); /* the twin would need the model without ROLN_STICTION */
+    T_(noises)(&p, &noise, &b, &g);
     T_(tick)(&p, &g);
     T_(faults)(&p, &g);
     T_(beside)(&p, &noise, &g);

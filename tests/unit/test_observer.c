@@ -3,9 +3,10 @@
    and errors beside those of the filter. */
 #include "check.h"
 
-/* An angle and a slider. */
+/* An angle and a slider, in units of their own. */
 #define ROLN_NAME cart
 #define ROLN_AE 2
+#define ROLN_SCALE each
 #define ROLN_MLP 8
 #define ROLN_ANGLES 1, 0
 #define ROLN_INTEGRATOR leapfrog
@@ -28,6 +29,15 @@
 #define ROLN_INTEGRATOR leapfrog
 #include "roln.h"
 
+/* Friction holds its joints: the observer takes the model's own step. */
+#define ROLN_NAME held
+#define ROLN_AE 2
+#define ROLN_MLP 8
+#define ROLN_FRICTION 1
+#define ROLN_STICTION 1
+#define ROLN_INTEGRATOR leapfrog
+#include "roln.h"
+
 #define CALLED(X) X(decode)
 #include "small.h"
 
@@ -37,6 +47,8 @@ void TEST_NAME(observer)(void);
 
 #define OBSERVED(x) cart_##x
 #define OBSERVED_SLIDE(p, zd) (void)(zd)
+#define OBSERVED_LEAPS 1
+#define OBSERVED_LAST(o) (o).zdd
 #include "observed.h"
 #undef OBSERVED
 #define OBSERVED(x) sheet_##x
@@ -55,11 +67,31 @@ static void slide_rough(const rough_params *p, roln_real *zd)
 #define OBSERVED(x) rough_##x
 #define OBSERVED_SLIDE(p, zd) slide_rough(p, zd)
 #include "observed.h"
+#undef OBSERVED
+#undef OBSERVED_SLIDE
+#undef OBSERVED_LEAPS
+#undef OBSERVED_LAST
+
+static void slide_held(const held_params *p, roln_real *zd)
+{
+    roln_real c[2], v[2];
+    int i;
+    CHECK_OK(held_friction_of(p, c, v));
+    for (i = 0; i < 2; i++)
+        zd[i] += 4 * v[i];
+}
+static roln_real still[2]; /* it has no last step of leapfrog */
+#define OBSERVED(x) held_##x
+#define OBSERVED_SLIDE(p, zd) slide_held(p, zd)
+#define OBSERVED_LEAPS 0
+#define OBSERVED_LAST(o) still
+#include "observed.h"
 
 void TEST_NAME(observer)(void)
 {
     cart_test_observer();
     sheet_test_observer();
     rough_test_observer();
+    held_test_observer();
     print_bounds();
 }
