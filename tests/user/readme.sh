@@ -58,6 +58,11 @@ for m in chain pend16; do
     bytes=$(grep "^| $m, [0-9]" docs/firmware.md | head -n 1 | grep -oE '[0-9]{4,}')
     check "[ '$(grep "^| $m:" README.md | grep -oE '[0-9]{4,}')' = '$bytes' ]"
 done
+# README's MHz for 1 kHz are twice the instructions of task.md: of a tick; and of the observer; or of the filter by leapfrog
+for m in chain pend16; do
+    mhz=$(awk -F '[|] *' -v m="$m, M4F " '$2 == m { printf "%.0f/%.0f/%.0f", 2 * $3, 2 * ($3 + $7), 2 * ($3 + $6) }' docs/task.md)
+    check "[ '$(grep "^| $m:" README.md | awk -F '[|] *' '{ print $7 }' | tr -d ', ')' = '$mhz' ]"
+done
 # task.md's instructions of a tick, a step, filters and an observer at worst are those of docs/firmware.md, too
 worst() { awk -F '[|] *' "$1" "docs/$2.md" | tr -d ' '; }
 worst '/^[|] (chain|pend16), [A-Z0-9]+ [|] [0-9.]+ [|] [0-9.]+ [|]/ { print $2 "," $3 "," $4 "," $5 "," $6 "," $7 }' \
