@@ -4709,8 +4709,8 @@ ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *nois
 /* A filter's step of leapfrog evaluates forces at zd + dt/2 zdd, zdd [n] that of the step before, 0 at a start:
        zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd)
    So it is of order 2 also in what forces depend on zd, by one evaluation. It is a plain step of leapfrog, with its derivatives,
-   from the state s [2n] that `lean` makes; `rise` behind it gives s and the next zdd. zd [n] is that of s before. zdd NULL: the step
-   is of another integrator, and s stays. */
+   from the state s [2n] that `lean` makes; `rise` behind it gives s and the next zdd. zd [n] is that of s before. zdd NULL: the
+   step is of another integrator, and s stays. */
 ROLN_FN void ROLNI_(lean)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
 {
     const int n = ROLN_(n);

@@ -242,8 +242,8 @@ static void put_errors(FILE *f)
     int k;
     put_paragraph(f,
                   "E_q, E_qd: rms errors after a time over the rms of motion. +-: standard error. median, 90 %%: half of the "
-                  "windows and nine in ten stay below. q + h qd: a constant velocity, which needs no model; a horizon counts if its "
-                  "error is more than noise and chart leave. rms in the unit of q.");
+                  "windows, and nine in ten, stay below. q + h qd: a constant velocity, which needs no model; a horizon counts if "
+                  "its error is more than noise and chart leave. rms in the unit of q.");
     for (k = 0; k < tables_kept; k++)
         put_errors_of(f, k);
     if (!fitted) {

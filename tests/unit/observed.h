@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* observed.h - the observer (NAME_observer_tick, NAME_fit_observer) of one model, for test_observer.c. Include behind the model,
    with OBSERVED(x) = NAME_x; OBSERVED_SLIDE(p, zd): velocities 4 v beyond those at which dry friction sets in; OBSERVED_LEAPS: 1
-   if its observer takes steps of leapfrog, else those of NAME_step; OBSERVED_LAST(o): the acceleration of the last step. It must have steps of leapfrog. Defines NAME_test_observer(). */
+   if its observer takes steps of leapfrog, else those of NAME_step; OBSERVED_LAST(o): the acceleration of the last step. The model
+   must have steps of leapfrog. Defines NAME_test_observer(). */
 #define T__(x) OBSERVED(x)
 #define T_(x) T__(test_##x)
 
@@ -244,7 +245,7 @@ static void T_(noises)(const OBSERVED(params) *p, const roln_noise *noise, const
                 roln_status st;
                 other.q_each = NULL, other.q = size[k], other.tau = size[l], other.dt = noise->dt * size[m];
                 st = OBSERVED(fit_observer)(p, &other, b, &one, &w);
-                if (st == ROLN_OK) CHECK(roln_all_finite((int)(sizeof one.P / sizeof(roln_real)), one.P[0][0]) && roln_finite(one.settle));
+                CHECK(st != ROLN_OK || (roln_all_finite(sizeof one.P / sizeof(roln_real), one.P[0][0]) && roln_finite(one.settle)));
                 good += st == ROLN_OK, bad += st != ROLN_OK;
             }
     CHECK(good > 10 && bad > 10);

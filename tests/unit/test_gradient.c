@@ -446,7 +446,7 @@ static void check_too_short(int k, const instance *m, data *d)
     }
     d->b.steps = 0;
     CHECK(m->of->grad_acc(m, &reconstruction, &d->b, none, ROOM(grad_acc)) == ROLN_E_LENGTH);
-    CHECK(m->of->errors(m, &d->b, d->h, 1, d->q, e, NULL, ROOM(errors)) == ROLN_E_LENGTH);
+    CHECK(m->of->errors(m, &d->b, d->h, 1, d->q, &(roln_errors){e, NULL, NULL}, ROOM(errors)) == ROLN_E_LENGTH);
 }
 
 /* Positions that the model itself made with the midpoint rule, any damping, forces and layers: no prediction error, at H = 2

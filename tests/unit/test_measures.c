@@ -498,7 +498,8 @@ static void test_seam(void)
     }
     CHECK(!wheel_params_mismatch(&of));
     of.scale.q = ROLN_C(0.5); /* no turn of q is one of z */
-    CHECK(wheel_params_mismatch(&of) && wheel_errors(&of, &b, dt, 1, bar[0], &(roln_errors){e[0], NULL, NULL}, &train.errors) == ROLN_E_SHAPE);
+    CHECK(wheel_params_mismatch(&of));
+    CHECK(wheel_errors(&of, &b, dt, 1, bar[0], &(roln_errors){e[0], NULL, NULL}, &train.errors) == ROLN_E_SHAPE);
 }
 
 static void test_shuffle(void)
