@@ -117,7 +117,7 @@ static void test_errors(int k)
     dyadic(p.N, ROLN_C(0.25), &s, qbar[0]), in_units(&p, 1, 1, qbar[0], qbar[1]);
     for (j = 0; j < 2; j++) {
         const instance *m = j ? &p.own : &p.plain;
-        CHECK_OK(m->of->errors(m, &r[j].b, dt / 8, 1, qbar[j], e[j], joints[j], room_of(m->of->scratch.errors)));
+        CHECK_OK(m->of->errors(m, &r[j].b, dt / 8, 1, qbar[j], &(roln_errors){e[j], joints[j], NULL}, ROOM(errors)));
         ROOM_KEPT();
         CHECK_OK(m->of->fit_range(m, COUNT, r[j].q, r[j].qd, range[j], range[j] + p.n, range[j] + 2 * p.n, ROOM(fit_range)));
     }
@@ -132,8 +132,8 @@ static void test_errors(int k)
     if (models[k]->md->lnn.angles & 1) return;
     p.each[0] = (roln_real)ldexp(1, sizeof(roln_real) == 4 ? 68 : 522);
     record_in_units(&p, &r[0], &r[1]), in_units(&p, 1, 1, qbar[0], qbar[1]);
-    CHECK_OK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], e[1], NULL, spare));
-    CHECK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], e[1], joints[1], spare) == ROLN_E_NOT_FINITE);
+    CHECK_OK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], &(roln_errors){e[1], NULL, NULL}, spare));
+    CHECK(p.own.of->errors(&p.own, &r[1].b, dt / 8, 1, qbar[1], &(roln_errors){e[1], joints[1], NULL}, spare) == ROLN_E_NOT_FINITE);
 }
 
 #ifdef ROLN_DOUBLE
@@ -316,7 +316,7 @@ static void slide(roln_real metre, roln_real *q, roln_real *qd)
             CHECK_OK(of##_grad(p, &weights, &b, ROLN_C(0.0625), &g, &train.grad)); \
             CHECK_OK(of##_update(p, &opt, &o, &g, &train.update)); \
         } \
-        CHECK_OK(of##_errors(p, &b, ROLN_C(0.0625), 4, bar, e, joints, &train.errors)); \
+        CHECK_OK(of##_errors(p, &b, ROLN_C(0.0625), 4, bar, &(roln_errors){e, joints, NULL}, &train.errors)); \
     } while (0)
 
 /* Metres or millimetres: the same training, to rounding, and where a unit is 2^10 times another to the bit. With one unit for both
