@@ -189,11 +189,11 @@ ROLN_FN void simulate(int k, const rig *x, uint64_t *s, roln_real *z, roln_real 
     const terms_at out = {mass, NULL, NULL, NULL, NULL, NULL};
     const instance by_joints = filled(driven[k], k);
     int i;
-    half_ahead(n, x->noise.dt, last, z, zd), memcpy(before, zd, sizeof before);
+    half_ahead(n, x->noise.dt, last, z, zd), memcpy(before, zd, (size_t)n * sizeof *zd);
     CHECK_OK(m.of->push(&m, z, zd, x->tau, loaded ? burden : NULL, x->noise.dt, spare));
     for (i = 0; i < n; i++)
         before[i] = (zd[i] - before[i]) / x->noise.dt;
-    half_ahead(n, -x->noise.dt, last, z, zd), memcpy(last, before, sizeof last);
+    half_ahead(n, -x->noise.dt, last, z, zd), memcpy(last, before, (size_t)n * sizeof *zd);
     for (i = 0; i < N; i++)
         push[i] = x->tau_each[i] * roln_normal(s);
     CHECK_OK(by_joints.of->reduce(&by_joints, z, push, tau_z, spare));
