@@ -452,7 +452,7 @@ check 'q + h qd as awk has it' awk -F, -v log_of=$dir/motor.log '
         for (k = 16; k < 20; k++) for (i = 0; i + 20 < n[k]; i += 5) {
             off += (q[k, i] + 0.1 * v[k, i] - q[k, i + 20]) ^ 2; var += (q[k, i + 20] - mean) ^ 2 }
         want = 100 * sqrt(off / var)
-        while ((getline line < log_of) > 0) if (split(line, x, " ") > 8 && x[1] == 100) got = x[4]
+        while ((getline line < log_of) > 0) if (split(line, x, " ") > 8 && x[1] == 100) got = x[6]
         print want, got
         exit !(want > 1 && got > 0.999 * want && got < 1.001 * want) }' $dir/motor.csv
 # its page, and its limits in a program, in C and C++
