@@ -1872,12 +1872,11 @@ typedef struct {
     double qd, qd_var; /* |qd_pred - qd|^2, |qd|^2 */
 } roln_error;
 
-/* What NAME_errors writes of the horizons 0 .. steps / every: sums of all windows; of each joint and of each window, NULL: not
-   wanted. */
+/* Output of NAME_errors, at steps / every + 1 horizons. joints, windows NULL: not wanted. */
 typedef struct {
-    roln_error *all;     /* [horizons] */
-    roln_error *joints;  /* [horizons][N] */
-    roln_error *windows; /* [horizons][count]; of each one */
+    roln_error *all;     /* [horizons]; sums over all windows */
+    roln_error *joints;  /* [horizons][N]; the same of each joint */
+    roln_error *windows; /* [horizons][count]; of each window */
 } roln_errors;
 
 /* All numbers of e [count] are finite, as roln_real, too. */
@@ -4706,12 +4705,13 @@ ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *nois
     }
 }
 
-/* A filter's step of leapfrog evaluates forces at zd + dt/2 zdd, zdd [n] that of the step before, 0 at a start:
-       zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd)
-   So it is of order 2 also in what forces depend on zd, by one evaluation. It is a plain step of leapfrog, with its derivatives,
-   from the state s [2n] that `lean` makes; `rise` behind it gives s and the next zdd. zd [n] is that of s before. zdd NULL: the
-   step is of another integrator, and s stays. */
-ROLN_FN void ROLNI_(lean)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
+/* A step of leapfrog for the filter and the observer. It evaluates forces at the middle of the tick, with the acceleration zdd [n]
+   of the last tick, 0 at a start:
+       zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd),   z+ = z + dt/2 (zd + zd+),   zdd+ = (zd+ - zd) / dt
+   So its order is 2 also if f depends on zd. `leap_begin` moves s [2n] so that a plain step of leapfrog from there computes zd+, with
+   its derivatives, and keeps zd [n] of s. `leap_end`, after that step, writes s = (z+, zd+) and zdd+. zdd NULL: both do nothing,
+   since the step is that of another integrator. */
+ROLN_FN void ROLNI_(leap_begin)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
 {
     const int n = ROLN_(n);
     int i;
@@ -4721,7 +4721,7 @@ ROLN_FN void ROLNI_(lean)(roln_real dt, const roln_real *zdd, roln_real *s, roln
         s[n + i] += dt / 2 * zdd[i];
     }
 }
-ROLN_FN void ROLNI_(rise)(roln_real dt, const roln_real *zd, roln_real *zdd, roln_real *s)
+ROLN_FN void ROLNI_(leap_end)(roln_real dt, const roln_real *zd, roln_real *zdd, roln_real *s)
 {
     const int n = ROLN_(n);
     int i;
@@ -4733,7 +4733,7 @@ ROLN_FN void ROLNI_(rise)(roln_real dt, const roln_real *zd, roln_real *zdd, rol
 }
 
 /* A tick on: the model's step under tau, NULL: none, and the load, and the triangle of [F A^T; W], with a load of [F [A L; 0 I]^T;
-   W; what it wanders]. Then q, J there. zdd: ROLNI_LAST_OF_FILTER. */
+   W; what it wanders]. Then q, J there. zdd: of NAME_i_leap_begin. */
 ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_noise *noise, const roln_real *tau, int load,
                                            roln_real *zdd, ROLN_(filter_tick_work) *w)
 {
@@ -4747,9 +4747,9 @@ ROLN_FN roln_status ROLNI_(filter_predict)(const ROLN_(params) *p, const roln_no
     if (leaps) rolni_zero(n, w->q); /* no load */
     by.tau = tau, by.load = load ? w->s + n2 : leaps ? w->q : NULL, by.dt = noise->dt, by.how = ROLNI_LOOK;
     to.A = load ? w->rows : w->A, to.B = NULL, to.L = load ? w->rows + n2 * n2 : leaps ? w->rows : NULL;
-    ROLNI_(lean)(noise->dt, zdd, w->s, zd);
+    ROLNI_(leap_begin)(noise->dt, zdd, w->s, zd);
     st = ROLNI_(linear)(p, w->s, w->s + n, &by, &to, &w->u.linear.base, w->u.linear.J, w->u.linear.work);
-    ROLNI_(rise)(noise->dt, zd, zdd, w->s);
+    ROLNI_(leap_end)(noise->dt, zd, zdd, w->s);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
     for (i = 0; i < side && load && st == ROLN_OK; i++)
@@ -5046,9 +5046,9 @@ ROLN_FN uint32_t ROLNI_(observer_follow)(const ROLN_(params) *p, const ROLN_(obs
     by.tau = tau, by.load = NULL, by.dt = g->dt, by.how = ROLNI_LOOK;
     rolni_copy(n, o->s.z, w->s);
     rolni_copy(n, o->s.zd, w->s + n);
-    ROLNI_(lean)(g->dt, zdd, w->s, w->d);
+    ROLNI_(leap_begin)(g->dt, zdd, w->s, w->d);
     st = ROLNI_(step_by)(p, w->s, w->s + n, &by, &w->u.step.base, w->u.step.tape, w->u.step.work);
-    ROLNI_(rise)(g->dt, w->d, zdd, w->s);
+    ROLNI_(leap_end)(g->dt, w->d, zdd, w->s);
     for (i = 0; i < n && st == ROLN_OK; i++)
         if (roln_lnn_angle(&ROLN_(model).lnn, i)) w->s[i] = roln_wrap(w->s[i]);
     o->age += o->age < 1000000;

@@ -45,6 +45,17 @@ void TEST_NAME(observer)(void);
 
 #define CHECK_OK(call) CHECK((call) == ROLN_OK)
 
+/* A velocity at which dry friction slides. */
+#define SLIDE(NAME, count) \
+    static void slide_##NAME(const NAME##_params *p, roln_real *zd) \
+    { \
+        roln_real c[count], v[count]; \
+        int i; \
+        CHECK_OK(NAME##_friction_of(p, c, v)); \
+        for (i = 0; i < (count); i++) \
+            zd[i] += 4 * v[i]; \
+    }
+
 #define OBSERVED(x) cart_##x
 #define OBSERVED_SLIDE(p, zd) (void)(zd)
 #define OBSERVED_LEAPS 1
@@ -56,14 +67,7 @@ void TEST_NAME(observer)(void);
 #undef OBSERVED
 #undef OBSERVED_SLIDE
 
-static void slide_rough(const rough_params *p, roln_real *zd)
-{
-    roln_real c[3], v[3];
-    int i;
-    CHECK_OK(rough_friction_of(p, c, v));
-    for (i = 0; i < 3; i++)
-        zd[i] += 4 * v[i];
-}
+SLIDE(rough, 3)
 #define OBSERVED(x) rough_##x
 #define OBSERVED_SLIDE(p, zd) slide_rough(p, zd)
 #include "observed.h"
@@ -72,14 +76,7 @@ static void slide_rough(const rough_params *p, roln_real *zd)
 #undef OBSERVED_LEAPS
 #undef OBSERVED_LAST
 
-static void slide_held(const held_params *p, roln_real *zd)
-{
-    roln_real c[2], v[2];
-    int i;
-    CHECK_OK(held_friction_of(p, c, v));
-    for (i = 0; i < 2; i++)
-        zd[i] += 4 * v[i];
-}
+SLIDE(held, 2)
 static roln_real still[2]; /* it has no last step of leapfrog */
 #define OBSERVED(x) held_##x
 #define OBSERVED_SLIDE(p, zd) slide_held(p, zd)
