@@ -751,7 +751,7 @@ int main(int argc, char **argv)
 {
     const char *only = argc > 1 ? argv[1] : "";
     size_t i;
-    printf("%-36s %11s %11s\n", "roln " ROLN_VERSION ", float, one thread", "minimum", "median");
+    printf("roln " ROLN_VERSION ", float, one thread, vectors of %d\n%-36s %11s %11s\n", ROLNI_LANES, "", "minimum", "median");
     for (i = 0; i < sizeof table / sizeof *table; i++)
         if (strstr(table[i].name, only)) print_row(table + i);
     if (!strstr("cost against N", only)) return 0;
