@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors, verdict.
 #
-#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value: record
+#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training, 75 on all joints; key=value: record
 #   learn.sh table OUT ..                            a table of what was learned to OUT ..
 #   OPTIMISE=-O1 learn.sh ..                         the trainer is compiled sooner, and slower
 #
@@ -10,7 +10,8 @@
 # config proposes fewer coordinates; OUT.learn, the table of errors: E_q in per cent of held-out recordings, of q + h qd, of the
 # network on all joints, of the model, and E_qd of the model; then notes and the verdict.
 # Trainings: networks begin with 16, 16. If more hinges may be angles, both configs train for 15 % of the time, and the better one
-# goes on. With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
+# goes on. If the network on all joints has less than half of the error, it goes on in place of fewer coordinates, and is OUT.*.
+# With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
 # Exit code: 0, the verdict is "useful for control" or "useful for prediction up to .. s"; 3, "not useful", there are weights;
 # 1, no weights. The last line says why. The rules of the verdict: docs/training.md, "Any MJCF".
 top=$(dirname "$0")/../..
@@ -62,6 +63,7 @@ left() {
 }
 timed() { [ "$budget" != "${budget#seconds=}" ]; }
 part_of_budget() { if timed; then echo "seconds=$(left "$1" "${2:-2}")"; else echo "$budget"; fi; }
+quarter_of_budget() { if timed; then part_of_budget 25; else echo "steps=$(((${budget#steps=} + 3) / 4))"; fi; }
 
 # logged LOG COMMAND ..: its output goes to LOG, and behind that of others to LOG.all, and lines that show progress to the terminal;
 # returns its exit code
@@ -131,12 +133,14 @@ grep -v '^  ' "$out.log" > "$out.notes"
 if [ "$n" != "$N" ]; then
     echo "training ${name}_full, all $N joints: ${out}_full.log"
     place full "${out}_full.h" '16, 16' "${name}_full"
-    train "$try/full" "${name}_full" test="${out}_test.csv" "$(part_of_budget 25)"
+    began_training=$(date +%s)
+    train "$try/full" "${name}_full" test="${out}_test.csv" "$(quarter_of_budget)"
     if [ $? -eq 1 ]; then tail -n 1 "$try/full/log" >> "$out.notes"; else
         errors "$try/full/${name}_full_errors.csv" > "$out.full"
         cp "$try/full/${name}_full"* "$(dirname "$out")"
     fi
     cp "$try/full/log" "${out}_full.log"
+    spent_full=$(($(date +%s) - began_training))
 fi
 place small "$out.h"
 won=small
@@ -166,26 +170,33 @@ if [ -f "${out}_angles.h" ]; then
     fi
     echo "$text" | tee -a "$out.notes"
 fi
+named=$name # the config of the one that goes on
 start_step=$([ -f "$try/$won/log" ] && steps_of "$won" || echo 0)
-began_main=$(date +%s)
+began_training=$(date +%s)
 if timed || [ ! -f "$try/$won/log" ]; then
     echo "training $name: $out.log"
     resume=resume=$([ -f "$try/$won/$name.check" ] && echo 1 || echo 0)
     train "$try/$won" "$name" test="${out}_test.csv" "$resume" "$(part_of_budget 60 35)"
     [ $? -ne 1 ] || { cat "$out.notes" "$try/$won/log" > "$out.log"; tail -n 1 "$try/$won/log"; exit 1; }
 fi
+spent=$(($(date +%s) - began_training))
+if [ "$n" != "$N" ] && better full "$won" 0.5; then
+    echo "$n coordinates: E_q $(typical "$won") %; all $N joints: $(typical full) %, so the model has all joints" | tee -a "$out.notes"
+    won=full named=${name}_full n=$N start_step=0 spent=$spent_full
+    timed || train "$try/full" "$named" test="${out}_test.csv" resume=1 "$budget"
+fi
 if timed; then
     # a step of networks of 32, 32 takes about eight times as long
-    can=$(awk -v s="$(($(date +%s) - began_main))" -v k="$(($(steps_of "$won") - start_step))" -v t="$(left 80)" \
+    can=$(awk -v s="$spent" -v k="$(($(steps_of "$won") - start_step))" -v t="$(left 80)" \
         'BEGIN { print (k > 0 && s > 0 ? int(t / (8 * s / k)) : t > 60 ? 100 : 0) }')
     if [ "$can" -ge 100 ] || { [ "$can" -ge 50 ] && by_itself "$won"; }; then
         echo "training $name, networks of 32, 32"
-        place wide "$try/$won/$name.h" '32, 32'
-        train "$try/wide" "$name" test="${out}_test.csv" "$(part_of_budget 95)"
+        place wide "$try/$won/$named.h" '32, 32' "$named"
+        train "$try/wide" "$named" test="${out}_test.csv" "$(part_of_budget 95)"
         echo "networks of 16, 16: E_q $(typical "$won") %; of 32, 32: $(typical wide) %" | tee -a "$out.notes"
         if better wide "$won" 0.9; then won=wide; fi
     elif ! by_itself "$won" && [ "$(left 100)" -gt 15 ]; then
-        train "$try/$won" "$name" test="${out}_test.csv" resume=1 "$(part_of_budget 95)"
+        train "$try/$won" "$named" test="${out}_test.csv" resume=1 "$(part_of_budget 95)"
     fi
 fi
 
@@ -194,7 +205,12 @@ bad() { head -n 1 "$1" 2> /dev/null | grep -q '^/[*] train[.]c: '; }
 if [ -f "${out}_weights.h" ] && ! { bad "${out}_weights.h" && [ -f "${out}_weights.h.old" ] && ! bad "${out}_weights.h.old"; }; then
     for f in .roln _weights.h; do [ ! -f "$out$f" ] || mv -f "$out$f" "$out$f.old"; done
 fi
-cp "$try/$won/$name"* "$(dirname "$out")"
+for file in "$try/$won/$named"*; do # under the name of the model
+    case $file in
+    *.check | *.roln) cp "$file" "$out.${file##*.}" ;;
+    *) sed "s/$named/$name/g" "$file" > "$out${file#"$try/$won/$named"}" ;;
+    esac
+done
 cp "$try/$won/log" "$out.log"
 why=$(sed -n 's/^no trained model: //p' "$out.log" | tail -n 1)
 errors "${out}_errors.csv" > "$out.own"

@@ -233,6 +233,7 @@ cat > "$to" << END_OF_TRAINER
 for a; do case \$a in out=*) out=\${a#out=} ;; seconds=*) echo "asked for \$a" ;; esac; done
 e=3
 grep -q 'ANGLES' $place/*.h && e=2.5
+grep -q '_full' $place/*.h && e=${FULL:-3}
 grep -q 'MLP 32, 32' $place/*.h && e=$WIDE
 echo "      0  E_q(24 ms)   1.0 %  E_q(1 s)  9 +- 1 %, typical 9.000 %  residual 1"
 echo "    400  E_q(24 ms)   0.1 %  E_q(1 s)  \$e +- 1 %, typical \$e %  residual 1"
@@ -262,6 +263,17 @@ keeps '16, 16' 2.9 4.6 3 '^not useful: E_q at 26 ms is 4.6 %, of q + h qd 9 %' $
 check 'angles are kept' grep 'ROLN_ANGLES 1, 1, 1' $dir/learned/grown.h
 check 'both were tried' grep '^note joints as numbers: E_q 3 %; all hinges as angles: 2.5 %, after 400 steps' \
     $dir/learned/grown.learn
+for FULL in 1.4 1.6; do # all joints are kept if they have less than half of the error
+    export FULL
+    coordinates=$([ $FULL = 1.4 ] && echo 4 || echo '4, 2')
+    keeps '16, 16' 2.9 0.5 0 '^useful for prediction up to 1 s: there are no motors$' $machines/fivebar.xml
+    check "$FULL: $coordinates" grep -x "#define ROLN_AE $coordinates" $dir/learned/grown.h
+    check "$FULL: its name" sh -c "grep -x '#define ROLN_NAME grown' $dir/learned/grown.h"
+    check "$FULL: its weights" grep -x "$([ $FULL = 1.4 ] && echo 1.4 || echo 3)" $dir/learned/grown_weights.h
+done
+unset FULL
+check 'all joints: told' sh -c "FULL=1 CC=$dir/cc WIDE=9 ERROR=0.5 sh tests/mujoco/learn.sh $machines/fivebar.xml \
+    $dir/learned/grown seconds=100 $few | grep '^note 2 coordinates: E_q 3 %; all 4 joints: 1 %, so the model has all joints'"
 check 'E_qd is in the table' awk '$1 == 100 { exit $5 != 1 }' $dir/learned/grown.learn
 
 check 'table' sh -c "sh tests/mujoco/learn.sh table $dir/learned/still2 $dir/learned/none $dir/learned/fivebar > $dir/table &&
