@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: MIT
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors, verdict.
 #
-#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training, 75 on all joints; key=value: record
+#   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value: record
 #   learn.sh table OUT ..                            a table of what was learned to OUT ..
 #   OPTIMISE=-O1 learn.sh ..                         the trainer is compiled sooner, and slower
 #
 # Needs build/record. Written: what record and examples/train.c write, beside OUT_full.* of a network on all joints where the
 # config proposes fewer coordinates; OUT.learn, the table of errors: E_q in per cent of held-out recordings, of q + h qd, of the
 # network on all joints, of the model, and E_qd of the model; then notes and the verdict.
-# Trainings: networks begin with 16, 16. If more hinges may be angles, both configs train for 15 % of the time, and the better one
-# goes on. If the network on all joints has less than half of the error, it goes on in place of fewer coordinates, and is OUT.*.
+# Trainings: networks begin with 16, 16, and that on all joints has a quarter of the budget. If more hinges may be angles, both
+# configs train for 15 % of the time, and the better one goes on. If the network on all joints has less than half of the error, it
+# goes on in place of fewer coordinates, and is OUT.*.
 # With seconds= networks of 32, 32 follow if there is time for them. They replace the small ones if they are 10 % better.
 # Exit code: 0, the verdict is "useful for control" or "useful for prediction up to .. s"; 3, "not useful", there are weights;
 # 1, no weights. The last line says why. The rules of the verdict: docs/training.md, "Any MJCF".
@@ -181,7 +182,8 @@ if timed || [ ! -f "$try/$won/log" ]; then
 fi
 spent=$(($(date +%s) - began_training))
 if [ "$n" != "$N" ] && better full "$won" 0.5; then
-    echo "$n coordinates: E_q $(typical "$won") %; all $N joints: $(typical full) %, so the model has all joints" | tee -a "$out.notes"
+    echo "$n coordinates: E_q $(typical "$won") %; all $N joints: $(typical full) %, so the model has all joints" |
+        tee -a "$out.notes"
     won=full named=${name}_full n=$N start_step=0 spent=$spent_full
     timed || train "$try/full" "$named" test="${out}_test.csv" resume=1 "$budget"
 fi
