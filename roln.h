@@ -4833,8 +4833,7 @@ ROLN_FN uint32_t ROLNI_(filter_start)(const ROLN_(params) *p, const roln_noise *
 {
     const int N = ROLN_(N), n = ROLN_(n), side = (2 + load) * n;
     int i;
-    for (i = 0; i < n && zdd; i++)
-        zdd[i] = 0;
+    if (zdd) rolni_zero(n, zdd);
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     if (z && ROLNI_(pose)(p, z, w->q, w->J, &w->u.pose) != ROLN_OK) return ROLN_FAULT_STATUS | ROLN_FILTER_NONE;
     for (i = 0; i < N; i++)
@@ -5019,8 +5018,7 @@ ROLN_FN uint32_t ROLNI_(observer_start)(const ROLN_(params) *p, const roln_real 
     const int N = ROLN_(N), n = ROLN_(n);
     roln_real *const x = w->x;
     int i;
-    for (i = 0; i < n && zdd; i++)
-        zdd[i] = 0;
+    if (zdd) rolni_zero(n, zdd);
     if (!z && !roln_all_finite(N, y)) return ROLN_FILTER_NONE;
     for (i = 0; i < n; i++)
         if (!(p->z_max[i] > p->z_min[i])) return ROLN_FAULT_RANGE | ROLN_FILTER_NONE;

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* filter.h - what test_filter.c and test_noise.c share: the small models with a load or driven by torques, those whose filter looks
    ahead by leapfrog, a filter with what it is told, a machine that is the model and its recordings. Before it:
-   FILTER_CALLS(X), functions that the file calls, LOADED_CALLS(X), those of models with a load (called.h), LEAPING: 1 if it tests
-   ROLN_FILTER leapfrog, too. */
+   FILTER_CALLS(X), functions that the file calls, LOADED_CALLS(X), those of models with a load (called.h). */
 #ifndef FILTER_H
 #define FILTER_H
 
@@ -13,7 +12,6 @@
 #include "small_models.h"
 
 /* Those whose steps and filters are of leapfrog, without a load and with it. */
-#if LEAPING
 #define EVERY_FILTER leapfrog
 #undef CALLED
 #define CALLED(X) FILTER_CALLS(X)
@@ -27,7 +25,6 @@
 #define SMALL_LOAD 1
 #include "small_models.h"
 #undef EVERY_FILTER
-#endif
 
 /* laden without its load; the same whose filter looks ahead by leapfrog, with steps of leapfrog and of RK4 */
 #undef CALLED
@@ -37,7 +34,6 @@
 #define ROLN_MLP 4
 #define ROLN_SLOPE 0.5
 #include "called.h"
-#if LEAPING
 #define ROLN_NAME unladen_leap
 #define ROLN_AE 5, 2
 #define ROLN_MLP 4
@@ -51,7 +47,6 @@
 #define ROLN_SLOPE 0.5
 #define ROLN_FILTER leapfrog
 #include "called.h"
-#endif
 
 /* Those with learned inputs, driven by torques of the joints. */
 #undef CALLED
@@ -94,16 +89,10 @@ ROLN_FN int side_of(int n)
 #define DRIVEN_CALLED(name) name##_driven_called
 static const model *const with_load[MODELS] = SMALL_TABLE(LOADED_CALLED, LOADED_CALLED);
 static const model *const driven[MODELS] = SMALL_TABLE(SMALL_CALLED, DRIVEN_CALLED);
-#if LEAPING
 #define LEAP_CALLED(name) name##_leap_called
 #define LEAP_LOADED_CALLED(name) name##_leap_loaded_called
 static const model *const leaping[MODELS] = SMALL_TABLE(LEAP_CALLED, LEAP_CALLED);
 static const model *const leaping_with_load[MODELS] = SMALL_TABLE(LEAP_LOADED_CALLED, LEAP_LOADED_CALLED);
-#else
-#define leaping models
-#define leaping_with_load with_load
-#define unladen_leap_called unladen_called
-#endif
 
 ROLN_FN instance filled(const model *of, int k)
 {

@@ -2,7 +2,6 @@
 /* The Kalman filter (NAME_filter_tick): one tick against the textbook in long double with dense covariances, the steady state
    against roln_dare, consistency on simulated noise, what is not measured, what is beyond the gate, new starts, angles on any
    turn, a load, a million ticks of everything, wrong settings. */
-#define LEAPING 1
 #define LOADED_CALLS(X) X(filter_tick) X(control) X(tick)
 #define FILTER_CALLS(X) \
     X(encode) X(decode) X(push) X(slopes) X(reduce) X(lift) X(dynamics) X(inverse) X(control) X(filter_tick) X(in_range)

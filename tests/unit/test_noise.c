@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 /* The noise of a filter from recordings (NAME_fit_noise): what it finds, what it refuses, and what a chart leaves of a joint. */
-#define LEAPING 0
 #define LOADED_CALLS(X)
 #define FILTER_CALLS(X) \
     X(encode) X(decode) X(step) X(push) X(lift) X(dynamics) X(reduce) X(control) X(filter_tick) X(fit_noise)
@@ -21,14 +20,15 @@ static void check_fit_refused(int k, const rig *x, const roln_batch *b)
     ((l).dt == was.dt && (l).q == was.q && (l).tau == was.tau && (l).gate == was.gate && (l).lost == was.lost && \
      (l).q_each == was.q_each && (l).tau_each == was.tau_each)
 #define REFUSED(l, batch, status) \
-    CHECK(m.of->fit_noise(&m, &batch, &l, each, NULL, ROOM(fit_noise)) == (status) && all(MAXN, each, 7) && KEPT(l))
+    CHECK(m.of->fit_noise(&m, &batch, &l, each, NULL, room_of(m.of->scratch.fit_noise)) == (status)); \
+    CHECK(all(MAXN, each, 7) && KEPT(l))
     bad = *b, bad.count = 0;
     REFUSED(noise, bad, ROLN_E_LENGTH);
     bad = *b, bad.stride = 2;
     REFUSED(noise, bad, ROLN_E_LENGTH);
     bad = *b, bad.steps = 3;
     REFUSED(noise, bad, ROLN_E_LENGTH);
-    CHECK(m.of->fit_noise(&m, b, &noise, NULL, NULL, ROOM(fit_noise)) == ROLN_E_RANGE && KEPT(noise));
+    CHECK(m.of->fit_noise(&m, b, &noise, NULL, NULL, room_of(m.of->scratch.fit_noise)) == ROLN_E_RANGE && KEPT(noise));
     noise.dt = 0, was = noise;
     REFUSED(noise, *b, ROLN_E_RANGE);
     noise.dt = x->noise.dt, noise.q = -1, was = noise;
@@ -55,21 +55,23 @@ static void check_each(int k, const roln_batch *b, const roln_noise *of)
     noise.tau_each = NULL;
     for (i = 0; i < MAXN; i++)
         tau_each[0][i] = 1, tau_each[1][i] = i % 2 ? ROLN_C(0.5) : 8;
-    CHECK_OK(m.of->fit_noise(&m, b, &noise, each, tau_each[0], ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, b, &noise, each, tau_each[0], room_of(m.of->scratch.fit_noise)));
     CHECK(noise.tau_each == tau_each[0] && all(1, &noise.tau, of->tau) && all(N, tau_each[0], of->tau));
     CHECK(N == MAXN || all(1, &tau_each[0][MAXN - 1], 1));
     was = noise, memcpy(tau_each[0], tau_each[1], sizeof tau_each[0]);
-    CHECK_OK(m.of->fit_noise(&m, b, &noise, each, tau_each[0], ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, b, &noise, each, tau_each[0], room_of(m.of->scratch.fit_noise)));
     for (i = 0; i < N; i++)
         CHECK(all(1, &tau_each[0][i], tau_each[1][i] * noise.tau));
     for (i = 0; i < MAXN; i++)
         tau_each[1][i] *= 1024;
-    CHECK_OK(m.of->fit_noise(&m, b, &was, each, tau_each[1], ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, b, &was, each, tau_each[1], room_of(m.of->scratch.fit_noise)));
     CHECK(memcmp(tau_each[0], tau_each[1], (size_t)N * sizeof(roln_real)) == 0);
     was = noise, tau_each[1][0] = -1;
-    CHECK(m.of->fit_noise(&m, b, &noise, each, tau_each[1], ROOM(fit_noise)) == ROLN_E_RANGE && all(1, tau_each[1], -1));
+    CHECK(m.of->fit_noise(&m, b, &noise, each, tau_each[1], room_of(m.of->scratch.fit_noise)) == ROLN_E_RANGE);
+    CHECK(all(1, tau_each[1], -1));
     fill(MAXN, 0, tau_each[1]);
-    CHECK(m.of->fit_noise(&m, b, &noise, each, tau_each[1], ROOM(fit_noise)) == ROLN_E_NOT_FINITE && all(MAXN, tau_each[1], 0));
+    CHECK(m.of->fit_noise(&m, b, &noise, each, tau_each[1], room_of(m.of->scratch.fit_noise)) == ROLN_E_NOT_FINITE);
+    CHECK(all(MAXN, tau_each[1], 0));
     CHECK(noise.tau_each == was.tau_each && all(1, &noise.tau, was.tau));
 }
 
@@ -90,7 +92,7 @@ static void test_fit(int k)
     check_fit_refused(k, &x, &b);
     memset(&noise, 0, sizeof noise);
     noise.dt = x.noise.dt, noise.gate = 5, noise.lost = 7, noise.tau = -1, noise.tau_each = each;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, room_of(m.of->scratch.fit_noise)));
     ROOM_KEPT();
     CHECK(noise.q_each == each && noise.tau_each == NULL && noise.lost == 7 && all(1, &noise.gate, 5) && all(1, &noise.q, 0));
     for (i = 0; i < N; i++)
@@ -102,18 +104,18 @@ static void test_fit(int k)
     was = noise;
     noise.q = x.noise.q, noise.q_each = x.q_each;
     fill(MAXN, 7, each);
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, room_of(m.of->scratch.fit_noise)));
     CHECK(noise.q_each == x.q_each && all(MAXN, each, 7)); /* what is known stays */
     BOUND("fit_noise: both, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
     check_each(k, &b, &noise);
     was = noise;
     for (i = 0; i < RECORDINGS; i++) /* a torque that nothing follows does not count */
         torques[((i + 1) * SAMPLES - 1) * F_OF(k)] = (roln_real)NAN;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, room_of(m.of->scratch.fit_noise)));
     CHECK(all(1, &noise.tau, was.tau));
     recorded[N + 1] = recorded[3 * N] = (roln_real)NAN; /* dropped */
     noise.q_each = NULL, noise.q = 0;
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each, NULL, room_of(m.of->scratch.fit_noise)));
     BOUND("fit_noise: some missing, of torques", fmaxl((ld)(noise.tau / was.tau), (ld)(was.tau / noise.tau)), 2.1);
 }
 
@@ -139,7 +141,7 @@ static void test_fit_chart(void)
     fill(2 * N, ROLN_C(0.57735027), theta_k); /* Phi, Psi: each joint counts alike */
     dyadic(F_OF(POLE), ROLN_C(0.25), &s, x.tau);
     b = record(POLE, &x, &s);
-    CHECK_OK(m.of->fit_noise(&m, &b, &first, each[0], NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &first, each[0], NULL, room_of(m.of->scratch.fit_noise)));
     for (t = 0; t < samples; t++) { /* the model is linear: what is added alone leaves as much as beside all else */
         roln_real d[MAXN] = {0};
         d[2] = ROLN_C(0.0625) * (roln_real)sin(0.05 * t);
@@ -153,7 +155,7 @@ static void test_fit_chart(void)
             left[i] += (ld)(d[i] - (r[i] - r0[i])) * (ld)(d[i] - (r[i] - r0[i])) / samples;
         }
     }
-    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each[1], NULL, ROOM(fit_noise)));
+    CHECK_OK(m.of->fit_noise(&m, &b, &noise, each[1], NULL, room_of(m.of->scratch.fit_noise)));
     for (i = 0; i < N; i++) {
         const ld want = sqrtl((ld)each[0][i] * (ld)each[0][i] + left[i]);
         BOUND("fit_noise: with what the chart leaves, factor", fmaxl((ld)each[1][i] / want, want / (ld)each[1][i]), 1.25);
@@ -177,8 +179,10 @@ static void test_fit_chart(void)
 void TEST_NAME(noise)(void)
 {
     int k;
-    for (k = 0; k < MODELS; k++)
-        test_fit(k);
+    for (leaps = 0; leaps < 2; leaps++)
+        for (k = 0; k < MODELS; k++)
+            test_fit(k);
+    leaps = 0;
     test_fit_chart();
     print_bounds();
 }
