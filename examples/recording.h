@@ -105,8 +105,11 @@ typedef struct {
 
 enum { DONE, WRONG, LOST }; /* exit codes: what the user can mend; a training that came to nothing */
 
+static void (*before_end)(int code); /* called before the message of a program that ends with this exit code; NULL: nothing is */
+
 static void end_with(int code, const char *format, va_list list)
 {
+    if (before_end) before_end(code);
     fflush(stdout);
     vfprintf(stderr, format, list);
     fputc('\n', stderr);
@@ -125,13 +128,15 @@ static void fail(const char *format, ...)
 /* All that was said of recordings, for a report; what has no room is left out. */
 static char transcript[1 << 16];
 
+static int quiet; /* nonzero: it goes into the transcript alone */
+
 /* Says something of recordings. */
 static void say(const char *format, ...)
 {
     const size_t at = strlen(transcript);
     va_list list;
     va_start(list, format);
-    vprintf(format, list);
+    if (!quiet) vprintf(format, list);
     va_end(list);
     va_start(list, format);
     vsnprintf(transcript + at, sizeof transcript - at, format, list);

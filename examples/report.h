@@ -60,7 +60,7 @@ typedef struct {
 typedef struct {
     const motion *m;
     const M(params) *p;
-    int from, count, samples, stride, every, *start;
+    int from, count, samples, stride, every, first, *start; /* first: number of the first one of this process */
     double *off;   /* |q_pred - q|^2 of each window, HUGE_VAL if it failed; those of a trajectory begin at its first sample */
     score *scores; /* of trajectories from .. from + count - 1 */
 } rollout;
@@ -141,21 +141,21 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
     }
 }
 
-/* Windows of one trajectory. */
+/* Windows of one trajectory, number k of those of this process. */
 static void roll(void *ctx, int k, int thread)
 {
     const rollout *r = ctx;
     enum { N = M(N) };
-    const int at = r->from + k, steps = r->samples / r->stride, end = steps > 0;
+    const int number = r->first + k, at = r->from + number, steps = r->samples / r->stride, end = steps > 0;
     const roln_real dt = (roln_real)(r->m->dt * r->stride);
     int *start = r->start + r->m->first[at], i;
-    score *to = &r->scores[k];
+    score *to = &r->scores[number];
     roln_error e[2], joints[2 * N];
     roln_errors out = {e, joints, NULL};
     roln_batch b = {.steps = steps, .stride = r->stride, .start = start, .q = r->m->q, .qd = r->m->qd};
     b.tau = acts() ? r->m->tau : NULL;
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
-    if (thread == 0) progress(bar.what, bar.done + bar.part * k / r->count);
+    if (thread == 0) progress(bar.what, bar.done + bar.part * number / r->count);
     if (b.count == 0) return;
     out.windows = room((size_t)(2 * b.count), sizeof *out.windows);
     if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, &out, &work[thread].errors) || e[end].q > FAR * FAR * e[end].q_var)
@@ -166,6 +166,16 @@ static void roll(void *ctx, int k, int thread)
             add_constant(r, start[i], to), r->off[r->m->first[at] + i] = out.windows[end * b.count + i].q;
     }
     free(out.windows);
+}
+
+/* All processes get the errors of all windows. */
+static void gather_off(const rollout *r)
+{
+    int *at = room((size_t)processes + 1, sizeof *at), p;
+    for (p = 0; p <= processes; p++)
+        at[p] = r->m->first[r->from + cut_at(r->count, p)];
+    gather(r->off, sizeof *r->off, at);
+    free(at);
 }
 
 /* sqrt(sum a / sum b), and its standard error: each trajectory left out in turn (jackknife). */
@@ -242,13 +252,15 @@ static void of_joints(int count, const score *scores, error *e)
    one by one in scores. */
 static error errors(const motion *m, const M(params) *p, int from, int count, int samples, int stride, int every, score *scores)
 {
-    rollout r = {m, p, from, count, samples, stride, every, NULL, NULL, scores};
+    rollout r = {m, p, from, count, samples, stride, every, 0, NULL, NULL, scores};
     const double from_now = now();
     error e = {0};
     int k;
     memset(scores, 0, (size_t)count * sizeof *scores);
     r.start = room((size_t)m->samples, sizeof *r.start), r.off = room((size_t)m->samples, sizeof *r.off);
-    share(count, roll, &r);
+    r.first = cut_at(count, process);
+    share(cut_at(count, process + 1) - r.first, roll, &r);
+    gather_cuts(scores, sizeof *scores, count), gather_off(&r);
     e.q = ratio(count, scores, 0, &e.q_tolerance), e.qd = ratio(count, scores, 2, &e.qd_tolerance);
     for (k = 0; k < count; k++)
         e.used += scores[k].windows > 0, e.failed += scores[k].failed, e.windows += scores[k].windows;

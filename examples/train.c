@@ -8,7 +8,8 @@
    MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
    t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Several files, folders, and with q=
    other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows;
-   one thread then, and the same bits. Stages, each of which ends with the weights that predicted held-out trajectories best:
+   one thread then, and the same bits. With MPI, on several machines
+   (docs/training.md, "Many machines"): mpicc for cc, -DROLN_MPI; again the same bits. Stages, each of which ends with the weights that predicted held-out trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
      layers    of an autoencoder without chart: Riemannian Adam on their reconstruction
@@ -32,8 +33,10 @@
 #if defined _WIN32 && !defined NO_THREADS
 #define NO_THREADS
 #endif
-#ifndef NO_THREADS
+#if !defined NO_THREADS || defined ROLN_MPI
 #define _POSIX_C_SOURCE 200809L
+#endif
+#ifndef NO_THREADS
 #include <pthread.h>
 #endif
 #include <errno.h>
@@ -46,6 +49,7 @@
 #define ROLN_GN_ROWS 2000 /* samples of a step of Gauss-Newton */
 #include HEADER(MODEL)
 #include "recording.h"
+#include "processes.h"
 #include "files.h"
 #include "regression.h"
 
@@ -91,6 +95,7 @@ static struct {
     {"tau", NULL, "columns of tau (or u): tau=14:19,A*14.9,13.3,..; Nm mNm kNm Ncm N mN kN A mA raw; 0 for no motor"},
     {"filter", "auto", "Hz: low-pass of q, qd and tau without phase; auto: above what the spectrum shows of motion; off"},
     {"held", "0.1", "what is held out: a part of the recordings, names of files, or none"},
+    {"spread", NULL, "more recordings to train with: files, folders, apart by commas; with MPI each is read by one process"},
     {"test", NULL, "a second file of recordings, for a table of errors; without qd smoothed as motion.csv is, else as it stands"},
     {"from", NULL, "packed weights to begin with"},
     {"method", "newton", "newton or adam"},
@@ -101,7 +106,7 @@ static struct {
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
 enum {
-    OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY,
+    OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, SPREAD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY,
     WORDS
 };
 
@@ -338,22 +343,6 @@ static int stride_of(const motion *m, double longest)
     return stride > 1 ? stride : 1;
 }
 
-/* Where training samples, steps = 0, or windows may begin: nowhere at the ends, where qdd is one-sided. */
-typedef struct {
-    const motion *of;
-    int *start, count, steps, stride;
-} pool;
-
-static pool pool_of(int steps, int stride)
-{
-    pool p = {.of = &d, .steps = steps, .stride = stride};
-    p.start = room((size_t)d.samples, sizeof *p.start);
-    do
-        p.count = windows(&d, 0, train, steps > 0 ? p.steps * stride : 1, 1, 1, p.start);
-    while (p.count == 0 && p.steps-- > 1);
-    return p;
-}
-
 /* ---- 4 files ---- */
 
 static int unwritten; /* files that could not be written */
@@ -439,6 +428,7 @@ static void check_place(void)
 #include "delay.h"
 #include "fitted.h"
 #include "smoother.h"
+#include "spread.h"
 #include "page.h"
 
 /* ---- 5 chart ---- */
@@ -471,7 +461,7 @@ static void fit_chart(void)
     for (k = 0; k < some; k++)
         start[k] = (int)((double)k * count / some);
     for (k = 1; st == ROLN_OK && (k % 20 || residual < ROLN_C(0.99) * before); k++) {
-        if (k > 1 && (halted || left() < set("seconds") / 2)) break; /* the rest is for the networks */
+        if (k > 1 && agreed(halted || left() < set("seconds") / 2)) break; /* the rest is for the networks */
         if (k % 20 == 0) before = residual;
         if (due()) printf("chart: step %d, the decoder leaves %.3g %% of q, %.0f s\n", steps, 100 * (double)residual, seconds());
         fflush(stdout);
@@ -481,6 +471,7 @@ static void fit_chart(void)
     if (st != ROLN_OK && st != ROLN_E_NO_CONVERGENCE)
         give_up("chart: %s\nhint: leave columns out that do not move, or record more motion", roln_status_text(st));
     st = M(chart_add)(&s.p, count, d.q, &sums, &scratch.chart_add);
+    if (st == ROLN_OK) st = add_spread_chart(&sums, &scratch.chart_add);
     if (st == ROLN_OK) st = M(chart_solve)(&s.p, &sums, ROLN_CHART_RIDGE, &residual, &scratch.chart_solve);
     if (st != ROLN_OK) give_up("chart: %s\nhint: a lower degree, or more recordings", roln_status_text(st));
     printf("chart: the decoder leaves %.3g %% of q, after %d steps of the encoder, %.0f s\n", 100 * (double)residual, steps,
@@ -494,13 +485,14 @@ typedef struct {
     const pool *samples, *windows;
     const M(params) *p; /* where */
     int again;          /* there the step has come to: residuals alone */
-    int start[ROWS], of_windows[PARTS];
-    roln_status status[PARTS];
+    int start[ROWS], length[ROWS], of_windows[PARTS];
+    int *cut;                  /* [processes * threads + 1]: the first row of each thread of each process, in their order */
+    char ran_away[THREADS][PARTS], overflowed[THREADS]; /* what threads found in windows and in samples */
 } rows;
 
 static roln_batch batch_of(const pool *p, const int *start, int count)
 {
-    const motion *m = p->of;
+    const motion *m = p->fetched ? &fetched : p->of;
     roln_batch b = {.q = m->q, .qd = m->qd, .start = start, .count = count};
     b.steps = p->steps, b.stride = p->stride;
     b.qdd = p->steps > 0 ? NULL : m->qdd;
@@ -508,31 +500,106 @@ static roln_batch batch_of(const pool *p, const int *start, int count)
     return b;
 }
 
-/* The rows of a part: windows, if they do not run away, then samples. */
-static void fill(void *ctx, int part, int thread)
+static int row_time(const rows *f, int row)
+{
+    return row % PART < f->of_windows[row / PART] ? f->windows->steps : 1;
+}
+
+/* The first `count` rows are cut into shares of equal time, one for each thread of each process. A window takes as long as its
+   steps. */
+static void cut_rows(rows *f, int count)
+{
+    const int shares = processes * (int)set("threads");
+    double all = 0, done = 0;
+    int share_of = 0, k;
+    if (!f->cut) f->cut = room((size_t)shares + 1, sizeof *f->cut);
+    for (k = 0; k < count; k++)
+        all += row_time(f, k);
+    for (k = 0; k < count; k++) {
+        for (; share_of < shares && done >= all * share_of / shares; share_of++)
+            f->cut[share_of] = k;
+        done += row_time(f, k);
+    }
+    for (; share_of <= shares; share_of++)
+        f->cut[share_of] = count;
+}
+
+/* Windows, if they do not run away, among the rows of a thread. */
+static void fill_windows(void *ctx, int k, int thread)
 {
     rows *f = ctx;
+    const int *own = f->cut + process * (int)set("threads") + k;
     const roln_real weight = s.window_weight * s.window_weight;
-    const roln_loss of_window = {.q_pred = weight, .qd_pred = weight / 10},
-                    of_sample = {.qdd_pred = 1, .force = of_force};
-    const int from = part * PART;
-    int at = from + f->of_windows[part];
-    roln_batch b;
-    if (at > from) {
-        b = batch_of(f->windows, f->start + from, at - from);
-        f->status[part] =
-            M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), from, f->again, &residuals, &work[thread].rows);
-        if (f->status[part] != ROLN_OK && f->again) return;
-        if (f->status[part] != ROLN_OK) f->of_windows[part] = 0, at = from;
+    const roln_loss of_window = {.q_pred = weight, .qd_pred = weight / 10};
+    int at, end, part;
+    for (at = own[0]; at < own[1]; at = (part + 1) * PART) {
+        roln_batch b;
+        part = at / PART, end = part * PART + f->of_windows[part];
+        end = end < own[1] ? end : own[1];
+        if (at >= end) continue;
+        b = batch_of(f->windows, f->start + at, end - at);
+        if (M(rows)(f->p, &of_window, &b, (roln_real)(d.dt * b.stride), at, f->again, &residuals, &work[thread].rows) != ROLN_OK)
+            f->ran_away[k][part] = 1;
     }
-    b = batch_of(f->samples, f->start + at, from + PART - at);
-    f->status[part] = M(rows)(f->p, &of_sample, &b, 1, at, f->again, &residuals, &work[thread].rows);
+}
+
+/* Samples among the rows of a thread. */
+static void fill_samples(void *ctx, int k, int thread)
+{
+    rows *f = ctx;
+    const int *own = f->cut + process * (int)set("threads") + k;
+    const roln_loss of_sample = {.qdd_pred = 1, .force = of_force};
+    int at, from, end, part;
+    for (at = own[0]; at < own[1]; at = (part + 1) * PART) {
+        roln_batch b;
+        part = at / PART, from = part * PART + f->of_windows[part], end = (part + 1) * PART;
+        from = from > at ? from : at, end = end < own[1] ? end : own[1];
+        if (from >= end) continue;
+        b = batch_of(f->samples, f->start + from, end - from);
+        if (M(rows)(f->p, &of_sample, &b, 1, from, f->again, &residuals, &work[thread].rows) != ROLN_OK) f->overflowed[k] = 1;
+    }
+}
+
+/* All processes get the first rows, or, again, residuals. */
+static void gather_rows(const rows *f)
+{
+    const int threads = (int)set("threads");
+    int *from, p;
+    if (processes == 1) return;
+    from = room((size_t)processes + 1, sizeof *from);
+    for (p = 0; p <= processes; p++)
+        from[p] = f->cut[p * threads];
+    gather(f->again ? residuals.next : residuals.r, sizeof *residuals.r, from);
+    if (!f->again) gather(residuals.J, M(newton_size) * sizeof *residuals.J, from);
+    free(from);
+}
+
+/* Fills the rows of the first parts. A part of which a window runs away becomes one of samples. Zero if samples overflow. */
+static int fill(rows *f, int parts)
+{
+    const int threads = (int)set("threads");
+    double away[PARTS] = {0};
+    int overflowed = 0, k, t;
+    memset(f->ran_away, 0, sizeof f->ran_away), memset(f->overflowed, 0, sizeof f->overflowed);
+    cut_rows(f, parts * PART);
+    share(threads, fill_windows, f);
+    for (t = 0; t < threads; t++)
+        for (k = 0; k < parts; k++)
+            away[k] = fmax(away[k], f->ran_away[t][k]);
+    if (s.window_weight > 0) largest(parts, away);
+    for (k = 0; k < parts && !f->again; k++)
+        if (away[k] > 0) f->of_windows[k] = 0;
+    share(threads, fill_samples, f);
+    for (t = 0; t < threads; t++)
+        overflowed |= f->overflowed[t];
+    gather_rows(f);
+    return !agreed(overflowed);
 }
 
 /* Samples all over the recordings, 4,000 at most. */
 static pool some_samples(void)
 {
-    pool some = pool_of(0, 1);
+    pool some = pool_of(0, 1, 0);
     const int count = some.count < 4000 ? some.count : 4000;
     int k;
     for (k = 0; k < count; k++)
@@ -551,36 +618,33 @@ static void weigh_forces(double part)
     if (b.tau && part > 0 && M(variance)(&s.p, &b, &var, &work[0].variance) == ROLN_OK &&
         M(force_variance)(&s.p, &b, residuals.force_variance, &work[0].force_variance) == ROLN_OK)
         of_force = (roln_real)part * var.qdd / (roln_real)M(n);
-    free(some.start);
+    pool_free(&some);
 }
 
-/* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. */
-static roln_status draw(rows *f, int of_windows)
+/* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. Zero if samples overflow. */
+static int draw(rows *f, int of_windows)
 {
     int k;
     f->p = &s.p, f->again = 0;
     residuals.seed = roln_rand(&s.seed);
     for (k = 0; k < PARTS * PART; k++) {
         const pool *p = k % PART < of_windows ? f->windows : f->samples;
-        f->start[k] = p->start[roln_randint(p->count, &s.seed)];
+        f->start[k] = drawn_from(p, &s.seed), f->length[k] = p == f->windows ? p->steps * p->stride + 1 : 1;
         f->of_windows[k / PART] = of_windows;
     }
-    share(PARTS, fill, f);
-    for (k = 0; k < PARTS; k++)
-        if (f->status[k] != ROLN_OK) return f->status[k];
-    return ROLN_OK;
+    if (f->samples->fetched) fetch(PARTS * PART, f->start, f->length);
+    return fill(f, PARTS);
 }
 
 /* The windows' weight: one row in twenty is a window, and three times as large as the other rows are. */
 static void weigh_windows(rows *f)
 {
     double of_window = 0, of_sample = 0;
-    roln_status st;
-    int k;
+    int good, k;
     s.window_weight = 1;
-    st = draw(f, WINDOWS);
+    good = draw(f, WINDOWS);
     s.window_weight = 0;
-    if (st != ROLN_OK) return;
+    if (!good) return;
     for (k = 0; k < PARTS * PART; k++)
         *(k % PART < WINDOWS ? &of_window : &of_sample) += fabs((double)residuals.r[k]);
     for (k = 0; k < PARTS; k++)
@@ -591,13 +655,40 @@ static void weigh_windows(rows *f)
     printf("from here on windows of %d steps of %g s\n", f->windows->steps, d.dt * f->windows->stride);
 }
 
-/* Rows of the sums, a triangle, that take equal times. */
+/* The first row of the sums, a triangle, of share k: shares take equal times, one for each thread of each process. */
+static int band_at(int k)
+{
+    return (int)(M(newton_side) * sqrt(k / (processes * set("threads"))));
+}
+
 static void sum(void *ctx, int k, int thread)
 {
     static roln_real scratch[THREADS][ROLN_SYM_WORK];
-    const double threads = set("threads");
-    const int from = (int)(M(newton_side) * sqrt(k / threads)), to = (int)(M(newton_side) * sqrt((k + 1) / threads));
-    M(newton_normal_equations)(ctx, PARTS * PART, from, to, &residuals, &s.newton, scratch[thread]);
+    const int band = process * (int)set("threads") + k;
+    M(newton_normal_equations)(ctx, PARTS * PART, band_at(band), band_at(band + 1), &residuals, &s.newton, scratch[thread]);
+}
+
+/* All processes get all rows of the sums, without the half above the diagonal. */
+static void gather_sums(void)
+{
+    enum { side = M(newton_side) };
+    static roln_real *packed; /* [side (side + 1) / 2] */
+    const int threads = (int)set("threads"), own = band_at(process * threads), others = band_at((process + 1) * threads);
+    int *from, p, i;
+    if (processes == 1) return;
+    if (!packed) packed = room((size_t)side * (side + 1) / 2, sizeof *packed);
+    from = room((size_t)processes + 1, sizeof *from);
+    for (p = 0; p <= processes; p++) {
+        const int row = band_at(p * threads);
+        from[p] = (int)((int64_t)row * (row + 1) / 2);
+    }
+    for (i = own; i < others; i++)
+        memcpy(packed + (size_t)i * ((size_t)i + 1) / 2, s.newton.S + (size_t)i * (side + 1), ((size_t)i + 1) * sizeof *packed);
+    gather(packed, sizeof *packed, from);
+    for (i = 0; i < side; i++)
+        if (i < own || i >= others)
+            memcpy(s.newton.S + (size_t)i * (side + 1), packed + (size_t)i * ((size_t)i + 1) / 2, ((size_t)i + 1) * sizeof *packed);
+    free(from);
 }
 
 static double granted; /* seconds that were left when the stage began, or went on */
@@ -619,7 +710,7 @@ static roln_newton fresh(void)
 /* Windows begin at step windows_from, or when half of the time is over that seconds= leaves the stage. */
 static int windows_begin(void)
 {
-    return s.step >= windows_from() || (set("seconds") > 0 && left() < granted / 2);
+    return s.step >= windows_from() || (set("seconds") > 0 && agreed(left() < granted / 2));
 }
 
 /* One step. If it is refused in spite of more and more damping, the next rows may know better. Returns why there was none, NULL: it
@@ -636,17 +727,17 @@ static const char *newton_step(rows *f)
     damping = s.newton.state.lambda;
     if (s.window_weight == 0 && f->windows->count > 0 && windows_begin()) weigh_windows(f);
     for (tries = 0; tries < DRAWS; tries++) { /* rows that overflow may be few */
-        if ((st = draw(f, s.window_weight > 0 ? WINDOWS : 0)) != ROLN_OK) continue;
-        if ((st = M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton)) == ROLN_OK) break;
+        if (!draw(f, s.window_weight > 0 ? WINDOWS : 0)) continue;
+        if (M(newton_rows)(&s.p, &opt, PARTS * PART, &residuals, &s.newton) == ROLN_OK) break;
     }
     if (tries == DRAWS)
         return "residuals of training samples overflow; possible cause: a wild sample, force= or a unit far too large";
-    share((int)set("threads"), sum, &opt);
+    share((int)set("threads"), sum, &opt), gather_sums();
     f->p = &s.newton.next, f->again = 1;
     for (tries = 0; tries < TRIES; tries++) {
         st = M(newton_step)(&s.p, &opt, PARTS * PART, &residuals, &s.newton);
         if (st != ROLN_OK) return "the normal equations have no solution that is finite";
-        share(JUDGES, fill, f);
+        (void)fill(f, JUDGES);
         if (M(newton_accept)(&s.p, PARTS * PART, JUDGES * PART, &residuals, &s.newton)) break;
     }
     if (tries == TRIES) roln_newton_give_up(damping, &s.newton.state);
@@ -666,7 +757,7 @@ static void refine_start(void)
     const regression_source x = source_of(&d, 0, train);
     const double goal = baseline_noise() / 2, from = now(), most = set("seconds") > 0 ? set("seconds") / 10 : HUGE_VAL;
     motion m = start_samples(&baseline, &x);
-    pool samples = {.of = &m, .count = m.samples, .stride = 1}, none = {.of = &m};
+    pool samples = {.of = &m, .count = m.samples, .near = m.samples, .stride = 1}, none = {.of = &m};
     const uint64_t seed = s.seed;
     double least = HUGE_VAL;
     int at = 0;
@@ -679,7 +770,8 @@ static void refine_start(void)
     for (s.step = 0;; s.step++) {
         const double off = torque_error(&s.p, &m, 0, 1);
         if (off < least) least = off, best = s.p, at = s.step;
-        if (least <= goal || s.step == MOST || s.step == at + PATIENCE || halted || now() - from > most || newton_step(&f)) break;
+        if (least <= goal || s.step == MOST || s.step == at + PATIENCE || agreed(halted || now() - from > most)) break;
+        if (newton_step(&f)) break;
         progress("networks to the regression", (double)s.step / MOST);
     }
     printf("torques of the networks are off by %s %% from those of the regression, after %d steps, %.1f s\n",
@@ -687,7 +779,7 @@ static void refine_start(void)
     fflush(stdout);
     s.p = best, s.step = 0, s.seed = seed;
     memset(&s.newton, 0, sizeof s.newton), memset(s.mean, 0, sizeof s.mean);
-    start_free(&m), free(samples.start);
+    start_free(&m), pool_free(&samples);
 }
 
 /* ---- 7 Adam ---- */
@@ -696,16 +788,17 @@ enum { SLICES = 4, BATCH = 64 };
 
 typedef struct {
     const pool *samples;
-    int start[BATCH], refused; /* updates in a row */
+    int start[BATCH], length[BATCH], refused; /* updates in a row */
     M(gradient) g[SLICES];
     roln_status status[SLICES];
 } descent;
 
-static void slice(void *ctx, int k, int thread)
+static void slice(void *ctx, int own, int thread)
 {
     static const roln_loss of_layers = {.q = 2, .qd = 1},
                            of_all = {.q = 2, .qd = 1, .qdd = ROLN_C(0.1), .zdd = ROLN_C(0.1), .qdd_pred = ROLN_C(0.1)};
     descent *a = ctx;
+    const int k = cut_at(SLICES, process) + own;
     const roln_batch b = batch_of(a->samples, a->start + k * (BATCH / SLICES), BATCH / SLICES);
     memset(&a->g[k], 0, sizeof a->g[k]);
     a->status[k] = s.stage == ADAM ? M(grad_acc)(&s.p, &of_all, &b, &a->g[k], &work[thread].grad_acc)
@@ -723,8 +816,10 @@ static const char *adam_step(descent *a, int updates)
         return "1000 updates in a row were refused; possible cause: lr_ae= or lr_net= far too large, a wild sample";
     a->refused++;
     for (i = 0; i < BATCH; i++)
-        a->start[i] = a->samples->start[roln_randint(a->samples->count, &s.seed)];
-    share(SLICES, slice, a);
+        a->start[i] = drawn_from(a->samples, &s.seed), a->length[i] = 1;
+    if (a->samples->fetched) fetch(BATCH, a->start, a->length);
+    share(cut_at(SLICES, process + 1) - cut_at(SLICES, process), slice, a);
+    gather_cuts(a->g, sizeof *a->g, SLICES), gather_cuts(a->status, sizeof *a->status, SLICES);
     for (k = 0; k < SLICES; k++) {
         if (a->status[k] != ROLN_OK) return NULL;
         for (i = 0; i < M(theta_size) && k > 0; i++)
@@ -772,7 +867,7 @@ static origin origin_of(void)
     for (i = 0; i < d.trajectories; i++) /* where recordings begin */
         o.data = 3 * o.data + (uint64_t)d.first[i];
     o.data = 3 * o.data + (uint64_t)train;
-    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data ^= data, o.dt = d.dt;
+    o.config = roln_fnv((int)sizeof bytes, bytes, ROLN_FNV), o.data ^= data ^ 7 * scattered.sum, o.dt = d.dt;
     o.from = roln_fnv((int)strlen(from), (const unsigned char *)from, ROLN_FNV);
     o.size = sizeof s, o.samples = d.samples, o.trajectories = d.trajectories;
     snprintf(o.method, sizeof o.method, "%s", words[METHOD].value);
@@ -806,7 +901,7 @@ static int ours; /* nonzero: OUT.check is of this training */
 static void checkpoint(void)
 {
     origin o = origin_of();
-    FILE *f = file(".part", "wb");
+    FILE *f = process == 0 ? file(".part", "wb") : NULL;
     if (!f) return;
     if (!ours && keep(".check"))
         printf("%s.check, of another training, is kept as %s.check.old\n", words[OUT].value, words[OUT].value);
@@ -817,15 +912,14 @@ static void checkpoint(void)
     put_in_place(f, ".check");
 }
 
-/* Goes on from the checkpoint. Zero without --resume. */
-static int resume(void)
+/* The state becomes that of the checkpoint. */
+static void read_checkpoint(void)
 {
     static const char *const anew = "leave --resume out, and begin anew with from=OUT.roln, if that is there";
     const origin o = origin_of();
     origin was;
     uint64_t state;
     FILE *f;
-    if (!(set("resume") > 0)) return 0;
     if (!(f = fopen(name_of(".check").text, "rb")))
         fail("there is no %s.check to go on from\nhint: out= as in the training that it belongs to, or leave --resume out; "
              "OUT.check.old belongs to the training before",
@@ -841,6 +935,14 @@ static int resume(void)
     if (checksum_of_state() != state || getc(f) != EOF) fail("%s.check is damaged\nhint: %s", words[OUT].value, anew);
     fclose(f);
     ours = 1;
+}
+
+/* Goes on from the checkpoint, which process 0 reads. Zero without --resume. */
+static int resume(void)
+{
+    if (!(set("resume") > 0)) return 0;
+    if (process == 0) read_checkpoint();
+    hand_out(0, &s, sizeof s);
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
@@ -904,7 +1006,7 @@ static void look(void)
     bar.what = "look", bar.done = 0, bar.part = near / fmax(near + far, 1);
     e[0] = errors(&d, &p, train, held, near, stride, every, scores);
     for (; s.thin == 0 && set("seconds") > 0 && every < d.samples; every *= 2) /* a look takes a twentieth of seconds= at most */
-        if (price() * steps_to(&d, train, d.trajectories, far, stride, every) < set("seconds") / 20) break;
+        if (agreed(price() * steps_to(&d, train, d.trajectories, far, stride, every) < set("seconds") / 20)) break;
     if (s.thin == 0) s.thin = every / stride_of(&d, 0.1);
     bar.done = bar.part, bar.part = 1 - bar.part;
     e[1] = errors(&d, &p, train, held, far, stride, every, scores);
@@ -922,7 +1024,7 @@ static void look(void)
     printf("%s  %.0f s\n", remarks_on(&e[1], held).text, seconds());
     fflush(stdout);
     if (s.points < POINTS) s.point[s.points][0] = seconds(), s.point[s.points][1] = e[0].q, s.point[s.points++][2] = e[1].q;
-    draw_curve(near * d.dt, far * d.dt);
+    if (process == 0) draw_curve(near * d.dt, far * d.dt);
     if (s.stage == NEWTON && s.begun_there && !s.gentle && s.best_step == 0 && product > 1.05 * s.best_score) step_gently();
     else if (s.stage == NEWTON && s.step > windows_from() && s.memory > 2 &&
         (product > 2 * s.best_score || s.step >= s.since + patience()))
@@ -952,8 +1054,9 @@ static double reserve(void)
 /* Nonzero if the run has to end now: why stands in `ended`. */
 static int halting(void)
 {
+    halted = agreed(halted);
     if (halted) snprintf(ended, sizeof ended, "signal %d", (int)halted);
-    else if (set("seconds") > 0 && left() < reserve()) snprintf(ended, sizeof ended, "seconds=%g", set("seconds"));
+    else if (set("seconds") > 0 && agreed(left() < reserve())) snprintf(ended, sizeof ended, "seconds=%g", set("seconds"));
     return ended[0] != 0;
 }
 
@@ -1000,7 +1103,7 @@ static void run(void)
     static descent a;
     const int updates = updates_of(s.stage), stride = stride_of(&d, 0.02), most = (int)(set("window") / d.dt / stride + 0.5);
     int at = s.step;
-    pool samples = pool_of(0, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride);
+    pool samples = pool_of(0, 1, 1), longer = pool_of(most < M(horizon) ? most : M(horizon), stride, 1);
     if (longer.steps == 0) longer.count = 0;
     f.samples = a.samples = &samples, f.windows = &longer;
     if (samples.count < 1) fail("no trajectory to train with has 3 samples\nhint: record longer trajectories");
@@ -1017,7 +1120,7 @@ static void run(void)
             at = s.step;
             s.next += s.stage == NEWTON ? 4 + s.next / 8 : updates / 20 + 1;
             look();
-            begun = 1;
+            begun = process == 0;
             checkpoint();
         }
         progress("to the next look", (double)(s.step - at) / (s.next - at));
@@ -1029,10 +1132,11 @@ static void run(void)
     }
     if (ended[0]) checkpoint();
     else if (s.stage == NEWTON && set("steps") > 0) snprintf(limit, sizeof limit, "steps=%g", set("steps"));
-    if (!halted || price() * steps_to(&d, train, d.trajectories, (int)(s.ahead / d.dt), 1, stride_of(&d, 0.1)) < left()) look();
+    if (agreed(!halted || price() * steps_to(&d, train, d.trajectories, (int)(s.ahead / d.dt), 1, stride_of(&d, 0.1)) < left()))
+        look();
     reached = s.step;
     s.p = s.best, s.step = s.next = 0;
-    free(samples.start), free(longer.start);
+    pool_free(&samples), pool_free(&longer);
 }
 
 /* ---- 10 weights ---- */
@@ -1079,6 +1183,7 @@ static int write_weights(const char *mark)
     s.p.dt = (roln_real)(d.dt * stride_of(&d, 0.005));
     if (M(fit_range)(&s.p, d.first[train], d.q, d.qd, &scratch.fit_range) != ROLN_OK)
         doubt("the range of z overflows; possible cause: a wild sample");
+    widen_range(&s.p);
     p = s.p, p.scale.m *= (roln_real)torque_scale;
     M(pack)(&p, bytes);
     if (!(f = file(".part", "wb"))) return 0;
@@ -1106,7 +1211,7 @@ static void rescue(void)
     fflush(stdout);
     fprintf(stderr, "no trained model: the training ended at step %d, for the reason above; weights of step %d are written\n", step,
             s.best_step);
-    _Exit(UNTRAINED);
+    end_at_once(UNTRAINED);
 }
 
 /* Doubts of the training itself. That of its errors: `judge`. */
@@ -1139,7 +1244,7 @@ static void fit_inertia(void)
     else if (M(fit_inertia)(&s.p, &b, &work[0].fit_inertia) != ROLN_OK)
         printf("warning: torque=1, but the torques do not change: M and V are known up to a factor\n");
     if (s.p.scale.m != 1) printf("unit of inertia: %.3g\n", torque_scale * (double)s.p.scale.m);
-    free(some.start);
+    pool_free(&some);
 }
 
 /* The POD, then the chart; or the packed weights that the user names. */
@@ -1283,6 +1388,24 @@ static void drive(motion *m)
             }
 }
 
+/* A file of spread= becomes what the other recordings are: in their unit of torques, smoothed, shifted, driven. */
+static void prepare_spread(motion *m)
+{
+    to_unit_of_tau(m, unit_of_tau(m) / torque_scale);
+    if (set("smooth") > 0) smooth_positions(m);
+    if (delay_found != 0) shift_torques(m, delay_found);
+    drive(m);
+}
+
+/* Reads spread=, as w says, at the rate of the other recordings, and with their filter. */
+static void read_more(wanted w)
+{
+    if (set("noise") > 0 || words[SMOOTHER].value)
+        fail("spread= and %s=: not together\nhint: name all recordings without spread=", set("noise") > 0 ? "noise" : "smoother");
+    w.tell = 0, w.dt = d.dt;
+    read_spread(words[SPREAD].value, &w, prepare_spread);
+}
+
 /* Reads motion.csv, and a second file if there is one. */
 static void read_all(void)
 {
@@ -1302,6 +1425,7 @@ static void read_all(void)
     w.qd_unused = set("noise") > 0 || set("smooth") > 0 || words[SMOOTHER].value, w.tell = 1;
     d = read_recordings(inputs.count, inputs.path, &w);
     k = d.trajectories, torque_scale = unit_of_tau(&d);
+    if (!(w.filter > 0)) w.filter = d.reach > 0 ? KERNEL_BAND / d.reach : -1;
     to_unit_of_tau(&unseen, unit_of_tau(&unseen) / torque_scale);
     if (set("noise") > 0) {
         double sd[M(N)];
@@ -1320,6 +1444,7 @@ static void read_all(void)
         drive(&d);
         if (words[TEST].value) drive(&unseen);
     }
+    if (words[SPREAD].value) read_more(w);
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
         fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "
@@ -1347,6 +1472,9 @@ static void catch_signals(void)
 #ifdef SIGHUP
     signal(SIGHUP, halt);
 #endif
+#ifdef ROLN_MPI
+    signal(SIGUSR1, halt); /* that is what mpirun passes on, and goes on */
+#endif
 #ifdef SIGPIPE
     signal(SIGPIPE, SIG_IGN);
 #endif
@@ -1358,18 +1486,23 @@ static void catch_signals(void)
 int main(int argc, char **argv)
 {
     int i;
+    begin_processes();
     for (i = 1; i < argc; i++)
-        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), DONE;
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) return help(), end_processes(DONE);
     launched = began = now();
     read_settings(argc, argv);
     check_start();
     catch_signals();
-    check_place();
+    if (process == 0) check_place();
     read_all();
     atexit(rescue);
     fit_baseline();
     if (!resume()) start(), s.best = s.p;
     for (; s.stage < STAGES; s.stage++)
         if (updates_of(s.stage) > 0 && !halting()) run();
-    return report();
+    if (find_spread_range()) doubt("the range of z overflows in spread=");
+    if (process > 0) return end_processes(DONE);
+    leave_processes();
+    i = report();
+    return end_processes(i);
 }

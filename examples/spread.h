@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+/* spread.h - recordings that no process holds all of: the setting spread= of train.c.
+
+   Each file of spread= is read and kept by one process, so together they may be larger than the memory of a machine. They are
+   trained with. The other recordings, `d`, are in all processes: they decide rate, filter, units and the first encoder, a tenth of
+   them is held out, and all tables are of them.
+
+   Samples have numbers: first those of d, then those of the files of spread=, in their order. All processes know how long each
+   recording is, and draw the same numbers. `fetch` brings the samples of a step to all processes. Sums for a chart are those of
+   lanes: file k belongs to lane k % LANES, a lane to one process, and lanes are added in their order.
+
+   train.c includes it behind its state and processes.h.
+
+   1 files     2 samples     3 chart and range */
+
+#ifndef SPREAD_H
+#define SPREAD_H
+
+/* ---- 1 files ---- */
+
+enum { LANES = 1024 };
+
+typedef struct {
+    uint64_t sum;                  /* checksum of q, qd and tau */
+    int recordings, samples, said; /* said: 1 if there is something to say of it */
+} spread_file;
+
+static struct {
+    file_list files;
+    motion *own;            /* [files]; without samples: another process has it */
+    spread_file *file;      /* [files] */
+    int recordings, samples;
+    int *first;             /* [recordings + 1]: the first sample of each, counted from 0 */
+    int *begin;             /* [files + 1]: the first recording of each */
+    uint64_t sum;           /* checksum of all of them, 0: there are none */
+    double range[3 * M(n)]; /* -low z, high z, largest |zd| */
+    int ranged;             /* 1: range is known */
+} scattered;
+
+/* The process that has file k. */
+static int keeper_of(int k)
+{
+    return k % LANES % processes;
+}
+
+/* Adds the files and folders of a list, apart by commas. All processes must find the same ones. */
+static void list_spread(const char *names)
+{
+    uint64_t sum = ROLN_FNV, first;
+    int k;
+    while (*names) {
+        const size_t n = strcspn(names, ",");
+        char *name = room(n + 1, 1);
+        memcpy(name, names, n);
+        if (n > 0) add_files(&scattered.files, name);
+        names += n + (names[n] == ',');
+    }
+    if (scattered.files.count == 0) fail("spread= is empty\nhint: names of files or folders, apart by commas");
+    for (k = 0; k < scattered.files.count; k++)
+        sum = roln_fnv((int)strlen(scattered.files.path[k]) + 1, (const unsigned char *)scattered.files.path[k], sum);
+    first = sum;
+    hand_out(0, &first, sizeof first);
+    apart = 1;
+    if (first != sum) fail("spread=: process %d finds other files than process 0\nhint: a folder that all machines see", process);
+    apart = 0;
+}
+
+/* Reads file k. What is to be said of it becomes its text. */
+static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m), char **text)
+{
+    const size_t said = strlen(transcript);
+    const size_t row = (size_t)w->N * sizeof(roln_real);
+    spread_file *f = &scattered.file[k];
+    motion *m = &scattered.own[k];
+    int i;
+    *m = read_recordings(1, &scattered.files.path[k], w);
+    prepare(m);
+    f->recordings = m->trajectories, f->samples = m->samples, f->sum = ROLN_FNV;
+    for (i = 0; i < m->samples; i++) {
+        f->sum = roln_fnv((int)row, (const unsigned char *)(m->q + (size_t)i * (size_t)m->N), f->sum);
+        f->sum = roln_fnv((int)row, (const unsigned char *)(m->qd + (size_t)i * (size_t)m->N), f->sum);
+        f->sum = roln_fnv(m->forces * (int)sizeof *m->tau, (const unsigned char *)(m->tau + (size_t)i * (size_t)m->forces), f->sum);
+    }
+    if (transcript[said]) {
+        f->said = 1, *text = room(strlen(transcript + said) + 1, 1);
+        strcpy(*text, transcript + said), transcript[said] = 0;
+    }
+    free(m->t), free(m->line), m->t = NULL, m->line = NULL;
+}
+
+/* What is said of the first files of which something is said. */
+static void tell_spread(char *const *text)
+{
+    enum { MOST = 10 };
+    int told = 0, k;
+    for (k = 0; k < scattered.files.count; k++) {
+        char said[1000] = "";
+        if (!scattered.file[k].said || told++ >= MOST) continue;
+        if (text[k]) snprintf(said, sizeof said, "%s", text[k]);
+        hand_out(keeper_of(k), said, sizeof said);
+        say("spread=, %s:\n%s", scattered.files.path[k], said);
+    }
+    if (told > MOST) say("spread=: what was said of %d more files is left out\n", told - MOST);
+    say("spread=: %d files, %d recordings, %d samples, to train with\n", scattered.files.count, scattered.recordings,
+        scattered.samples);
+}
+
+/* All processes learn how long the recordings of each file are. */
+static void count_spread(void)
+{
+    double recordings = 0, samples = d.samples;
+    int k, i;
+    unite(scattered.file, (size_t)scattered.files.count * sizeof *scattered.file);
+    for (k = 0; k < scattered.files.count; k++) {
+        recordings += scattered.file[k].recordings, samples += scattered.file[k].samples;
+        scattered.sum = 3 * scattered.sum + scattered.file[k].sum;
+    }
+    if (samples > INT_MAX - 1) fail("spread=: %.0f samples, but there can be %d\nhint: fewer files, or a larger dt=", samples, INT_MAX);
+    scattered.recordings = (int)recordings, scattered.samples = (int)(samples - d.samples);
+    scattered.first = room((size_t)scattered.recordings + 1, sizeof *scattered.first);
+    scattered.begin = room((size_t)scattered.files.count + 1, sizeof *scattered.begin);
+    for (k = 0; k < scattered.files.count; k++) {
+        const int *first = scattered.own[k].first, at = scattered.begin[k];
+        for (i = 0; first && i < scattered.file[k].recordings; i++)
+            scattered.first[at + i + 1] = first[i + 1] - first[i];
+        scattered.begin[k + 1] = at + scattered.file[k].recordings;
+    }
+    unite(scattered.first, ((size_t)scattered.recordings + 1) * sizeof *scattered.first);
+    for (k = 0; k < scattered.recordings; k++)
+        scattered.first[k + 1] += scattered.first[k];
+}
+
+/* Reads the files of a list, each as w says; `prepare` makes of one what is trained with. */
+static void read_spread(const char *names, const wanted *w, void (*prepare)(motion *m))
+{
+    char **text;
+    int k;
+    list_spread(names);
+    scattered.own = room((size_t)scattered.files.count, sizeof *scattered.own);
+    scattered.file = room((size_t)scattered.files.count, sizeof *scattered.file);
+    text = room((size_t)scattered.files.count, sizeof *text);
+    apart = quiet = 1;
+    for (k = 0; k < scattered.files.count; k++)
+        if (keeper_of(k) == process) read_spread_file(k, w, prepare, &text[k]);
+    apart = quiet = 0;
+    count_spread();
+    tell_spread(text);
+    for (k = 0; k < scattered.files.count; k++)
+        free(text[k]);
+    free(text);
+}
+
+/* ---- 2 samples ---- */
+
+/* Where training samples, steps = 0, or windows may begin: nowhere at the ends, where qdd is one-sided. */
+typedef struct {
+    const motion *of;
+    int *start, *until; /* [near], in `of`; [recordings of spread=]: how many begin there or before */
+    int near, count;    /* near: those in `of`, count: those of spread=, too */
+    int steps, stride, fetched; /* fetched: 1 if samples are fetched before they are used */
+} pool;
+
+/* Of d alone, or, far, of spread=, too. */
+static pool pool_of(int steps, int stride, int far)
+{
+    pool p = {.of = &d, .steps = steps, .stride = stride, .fetched = far && scattered.files.count > 0};
+    p.start = room((size_t)d.samples, sizeof *p.start);
+    p.until = room((size_t)scattered.recordings + 1, sizeof *p.until);
+    do {
+        const int reach = steps > 0 ? p.steps * stride : 1;
+        int r;
+        p.count = p.near = windows(&d, 0, train, reach, 1, 1, p.start);
+        for (r = 0; r < scattered.recordings && p.fetched; r++) {
+            const int starts = scattered.first[r + 1] - scattered.first[r] - reach - 1;
+            p.count += starts > 0 ? starts : 0, p.until[r] = p.count - p.near;
+        }
+    } while (p.count == 0 && p.steps-- > 1);
+    return p;
+}
+
+static void pool_free(pool *p)
+{
+    free(p->start), free(p->until);
+}
+
+/* The first of `count` rising numbers that is above x. */
+static int first_above(const int *number, int count, int x)
+{
+    int low = 0;
+    while (count > 0) {
+        const int half = count / 2;
+        if (number[low + half] > x) count = half;
+        else low += half + 1, count -= half + 1;
+    }
+    return low;
+}
+
+/* The number of a sample that is drawn from the pool. */
+static int drawn_from(const pool *p, uint64_t *seed)
+{
+    const int k = roln_randint(p->count, seed);
+    int r;
+    if (k < p->near) return p->start[k];
+    r = first_above(p->until, scattered.recordings, k - p->near);
+    return d.samples + scattered.first[r] + 1 + k - p->near - (r > 0 ? p->until[r - 1] : 0);
+}
+
+static motion fetched; /* the samples of a step */
+
+/* Copies `length` samples from a number on to place `at` of fetched, if this process has them. */
+static void fetch_from(int number, int length, int at)
+{
+    const motion *m = &d;
+    const size_t N = M(N), F = (size_t)d.forces, n = (size_t)length, to = (size_t)at;
+    size_t i = (size_t)number;
+    if (number >= d.samples) {
+        const int r = first_above(scattered.first + 1, scattered.recordings, number - d.samples);
+        const int file = first_above(scattered.begin + 1, scattered.files.count, r);
+        m = &scattered.own[file];
+        if (m->samples == 0) return;
+        i = (size_t)(number - d.samples - scattered.first[scattered.begin[file]]);
+    }
+    memcpy(fetched.q + to * N, m->q + i * N, n * N * sizeof *m->q);
+    memcpy(fetched.qd + to * N, m->qd + i * N, n * N * sizeof *m->q);
+    memcpy(fetched.qdd + to * N, m->qdd + i * N, n * N * sizeof *m->q);
+    memcpy(fetched.tau + to * F, m->tau + i * F, n * F * sizeof *m->q);
+    memcpy(fetched.tau_mid + to * F, m->tau_mid + i * F, n * F * sizeof *m->q);
+}
+
+/* Brings length[k] samples from number start[k] on together, of each k; start[k] is then where they are in fetched. */
+static void fetch(int count, int *start, const int *length)
+{
+    const size_t N = M(N), F = (size_t)d.forces, numbers = 3 * N + 2 * F;
+    size_t all = 0;
+    int at = 0, k;
+    for (k = 0; k < count; k++)
+        all += (size_t)length[k];
+    if (all > (size_t)fetched.samples) free(fetched.q), fetched.q = room(all * numbers, sizeof *fetched.q), fetched.samples = (int)all;
+    memset(fetched.q, 0, all * numbers * sizeof *fetched.q);
+    fetched.N = M(N), fetched.forces = d.forces, fetched.dt = d.dt;
+    fetched.qd = fetched.q + all * N, fetched.qdd = fetched.qd + all * N;
+    fetched.tau = fetched.qdd + all * N, fetched.tau_mid = fetched.tau + all * F;
+    for (k = 0; k < count; at += length[k++])
+        fetch_from(start[k], length[k], at), start[k] = at;
+    unite(fetched.q, all * numbers * sizeof *fetched.q);
+}
+
+/* ---- 3 chart and range ---- */
+
+#if ROLN_CHARTED
+/* Adds the samples of spread= to the sums of d, lane by lane. */
+static roln_status add_spread_chart(M(chart) *sums, M(chart_add_work) *work_of)
+{
+    static M(chart) own, other;
+    const int lanes = scattered.files.count < LANES ? scattered.files.count : LANES;
+    int lane, p, k, st = ROLN_OK;
+    for (lane = 0; lane < lanes; lane += processes) {
+        memset(&own, 0, sizeof own);
+        for (k = lane + process; lane + process < lanes && k < scattered.files.count && st == ROLN_OK; k += LANES)
+            st = (int)M(chart_add)(&s.p, scattered.own[k].samples, scattered.own[k].q, &own, work_of);
+        st = agreed(st);
+        if (st != ROLN_OK) break;
+        for (p = 0; p < processes && lane + p < lanes; p++) {
+            if (p == process) other = own;
+            hand_out(p, &other, sizeof other);
+            M(chart_merge)(&other, sums);
+        }
+    }
+    return (roln_status)st;
+}
+#endif
+
+/* Finds the range of z and zd over spread=, for the weights in s.p. Nonzero if it overflows. */
+static int find_spread_range(void)
+{
+    enum { n = M(n) };
+    double *range = scattered.range;
+    static M(params) p;
+    static M(fit_range_work) scratch;
+    int bad = 0, k, i;
+    for (i = 0; i < 3 * n; i++)
+        range[i] = -HUGE_VAL;
+    for (k = 0; k < scattered.files.count && !bad; k++) {
+        const motion *m = &scattered.own[k];
+        if (m->samples == 0) continue;
+        p = s.p;
+        bad = M(fit_range)(&p, m->samples, m->q, m->qd, &scratch) != ROLN_OK;
+        for (i = 0; i < n && !bad; i++) {
+            range[i] = fmax(range[i], -(double)p.z_min[i]);
+            range[n + i] = fmax(range[n + i], (double)p.z_max[i]);
+            range[2 * n + i] = fmax(range[2 * n + i], (double)p.zd_max[i]);
+        }
+    }
+    bad = agreed(bad);
+    largest(3 * n, range);
+    scattered.ranged = !bad && scattered.files.count > 0;
+    return bad;
+}
+
+/* The range in p becomes that of spread=, too, if it is known: not where a program ends in the middle of a training. */
+static void widen_range(M(params) *p)
+{
+    enum { n = M(n) };
+    const double *range = scattered.range;
+    int i;
+    for (i = 0; i < n && scattered.ranged; i++) {
+        p->z_min[i] = (roln_real)fmin((double)p->z_min[i], -range[i]);
+        p->z_max[i] = (roln_real)fmax((double)p->z_max[i], range[n + i]);
+        p->zd_max[i] = (roln_real)fmax((double)p->zd_max[i], range[2 * n + i]);
+    }
+}
+
+#endif
