@@ -1,0 +1,138 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# The trainer on several processes (mpirun): the weights of 1 to 4 processes, of 1 and 2 threads each, are those of the program
+# without MPI, to the bit: with a regression and windows, with a chart, with Adam; with all recordings in all processes, and with
+# spread=. A process that dies ends the training, and --resume goes on. Mistakes are said once.
+cd "$(dirname "$0")/../.." || exit 1
+dir=build/mpi
+. tests/user/check.sh
+export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+
+# two joints with a spring between them; and the same motion, without torques, seen through three joints
+printf '#define ROLN_NAME two\n#define ROLN_AE 2\n#define ROLN_MLP 8\n#include "roln.h"\n' > $dir/two.h
+printf '#define ROLN_NAME bent\n#define ROLN_AE 3, 2\n#define ROLN_CHART polynomial, 2\n#define ROLN_MLP 8\n#include "roln.h"\n' \
+    > $dir/bent.h
+flags='-std=c99 -O2 -march=native -fno-math-errno -ffp-contract=off'
+for m in two bent; do
+    # shellcheck disable=SC2086 # several words
+    { gcc $flags -I. -I$dir -Iexamples -DMODEL=$m examples/train.c -o $dir/$m -lpthread -lm &&
+        mpicc $flags -DROLN_MPI -I. -I$dir -Iexamples -DMODEL=$m examples/train.c -o $dir/${m}_mpi -lpthread -lm; } || exit 1
+done
+
+# motion SEED RECORDINGS: t, q, qd, tau of two joints; of different lengths
+motion() {
+    awk -v seed="$1" -v recordings="$2" 'BEGIN {
+        srand(seed)
+        print "t,q1,q2,qd1,qd2,tau1,tau2"
+        for (k = 0; k < recordings; k++) {
+            a = rand() - 0.5; b = rand() - 0.5; u = 0; v = 0; w = 1 + rand()
+            if (k > 0) print ""
+            for (i = 0; i < 160 + 40 * (k % 3); i++) {
+                x = sin(w * i * 0.02); y = cos(1.3 * w * i * 0.02)
+                printf "%.2f,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g\n", i * 0.02, a, b, u, v, x, y
+                for (j = 0; j < 40; j++) { # the torque is held
+                    u += (x - 3 * sin(a) - (a - b)) * 0.00025 / 2; v += (y - 2 * sin(b) - (b - a)) * 0.00025
+                    a += u * 0.0005; b += v * 0.0005
+                    u += (x - 3 * sin(a) - (a - b)) * 0.00025 / 2; v += (y - 2 * sin(b) - (b - a)) * 0.00025
+                }
+            }
+        } }'
+}
+# bend: what three joints show of it
+bend() {
+    awk -F, 'NR == 1 { print "t,q1,q2,q3,qd1,qd2,qd3"; next } NF == 0 { print; next }
+        { printf "%s,%s,%s,%.9g,%s,%s,%.9g\n", $1, $2, $3, $2 + $2 * $3 / 2, $4, $5, $4 + ($4 * $3 + $2 * $5) / 2 }'
+}
+mkdir -p $dir/more $dir/bent_more
+motion 1 6 > $dir/two.csv
+bend < $dir/two.csv > $dir/bent.csv
+for k in 1 2 3 4 5; do
+    motion 1$k $k > $dir/more/$k.csv
+    bend < $dir/more/$k.csv > $dir/bent_more/$k.csv
+done
+
+# on PROCESSES PROGRAM ARGUMENTS ..
+on() {
+    count=$1 program=$dir/${2}_mpi
+    shift 2
+    mpirun --oversubscribe --bind-to none -n "$count" "$program" "$@"
+}
+# same NAME PROGRAM ARGUMENTS ..: without MPI, and on 1 to 4 processes, each of one thread, and two of two
+same() {
+    name=$1 program=$2
+    shift 2
+    $dir/$program "$@" threads=2 out=$dir/$name > $dir/$name.log 2>&1
+    check "$name, without MPI: ended with $?" test -s $dir/$name.roln
+    for count in 1 2 3 4 22; do
+        threads=1
+        if [ $count = 22 ]; then count=2 threads=2; fi
+        on $count $program "$@" threads=$threads out=$dir/$name.$count$threads > $dir/$name.$count$threads.log 2>&1
+        check "$name, $count processes of $threads: ended with $?" cmp $dir/$name.roln $dir/$name.$count$threads.roln
+    done
+}
+same joints two $dir/two.csv torque=1 steps=12 window=0.2
+check 'windows' grep 'from here on windows of' $dir/joints.log
+same joints_spread two $dir/two.csv torque=1 steps=12 window=0.2 spread=$dir/more
+check 'spread' grep 'spread=: 5 files, 15 recordings, ' $dir/joints_spread.41.log
+check 'spread counts' sh -c "! cmp $dir/joints.roln $dir/joints_spread.roln"
+same chart bent $dir/bent.csv steps=4
+same chart_spread bent $dir/bent.csv steps=4 spread=$dir/bent_more/1.csv,$dir/bent_more/3.csv,$dir/bent_more/5.csv
+check 'the sums of the chart hold spread=' sh -c "
+    grep 'chart: the decoder' $dir/chart.log > $dir/a; grep 'chart: the decoder' $dir/chart_spread.log > $dir/b
+    ! cmp $dir/a $dir/b"
+same adam two $dir/two.csv method=adam acc=30 spread=$dir/more/5.csv
+check 'one process alone prints' test "$(grep -c '^wrote ' $dir/joints.41.log)" -eq 1
+for what in errors.csv limits.h; do
+    check "$what of 4 processes" cmp $dir/joints_spread_$what $dir/joints_spread.41_$what
+done
+
+# ends: COUNT, WORDS, times that they are said, ARGUMENTS ..: the run ends with 1
+ends() {
+    count=$1 words=$2
+    shift 2
+    on $count two "$@" > $dir/ends.log 2>&1
+    [ $? -eq 1 ] && [ "$(grep -c "$words" $dir/ends.log)" -eq 1 ] || { head -n 20 $dir/ends.log; false; }
+}
+cp -r $dir/more $dir/bad
+sed '7s/,/,x/' $dir/more/4.csv > $dir/bad/4.csv
+check 'a file of spread= is broken' ends 3 'bad/4.csv:7: ' $dir/two.csv torque=1 spread=$dir/bad out=$dir/b
+check 'a file of spread= is missing' ends 2 'more/none.csv' $dir/two.csv torque=1 spread=$dir/more,$dir/more/none.csv out=$dir/b
+check 'spread= and noise=' ends 2 'spread= and noise=: not together' $dir/two.csv torque=1 spread=$dir/more noise=0.1 out=$dir/b
+check 'an unknown setting is said once' ends 3 'unknown setting ape' $dir/two.csv ape=1
+check 'no recordings' ends 2 'cannot read' $dir/nothing.csv
+check 'no checkpoint' ends 2 'to go on from' $dir/two.csv torque=1 --resume out=$dir/none
+
+# process 1 of 2 is killed in the middle of a training, mpirun ends, and other processes go on
+long="$dir/two.csv torque=1 steps=40 window=0.2 spread=$dir/more"
+$dir/two $long out=$dir/whole > $dir/whole.log 2>&1
+# begin PROCESSES NAME: in the background, until it has a checkpoint of a later step than the first
+begin() {
+    on "$1" two $long out=$dir/$2 > $dir/$2.log 2>&1 &
+    runner=$!
+    until [ "$(grep -c E_q $dir/$2.log 2> /dev/null)" -ge 3 ] || ! kill -0 $runner; do sleep 0.05; done
+}
+# children of mpirun in the order of their ranks
+begin 2 torn
+set -- $(pgrep -P "$(pgrep -n -f "^mpirun .*out=$dir/torn\$")")
+kill -KILL "$2"
+wait $runner
+code=$?
+check "a process dies: ended with $code" test $code -ne 0
+check 'and that is said' grep 'signal 9 (Killed)' $dir/torn.log
+check 'no process is left' sh -c "sleep 0.5; ! pgrep -f out=$dir/torn\\\$"
+check 'no weights of it' test ! -e $dir/torn.roln
+on 3 two $long out=$dir/torn --resume > $dir/resumed.log 2>&1
+check 'it goes on' grep '^on from step' $dir/resumed.log
+check 'with the same bits' cmp $dir/whole.roln $dir/torn.roln
+
+# SIGUSR1, which mpirun passes on, ends a training with its tables
+begin 2 told
+kill -USR1 "$(pgrep -n -f "^mpirun .*out=$dir/told\$")"
+wait $runner
+check 'a signal' grep '^ended by signal' $dir/told.log
+check 'a signal: weights' test -s $dir/told.roln
+$dir/two $long out=$dir/told --resume > $dir/resumed.log 2>&1
+check 'the program without MPI goes on' cmp $dir/whole.roln $dir/told.roln
+
+echo "$passed passed, $failed failed"
+[ "$failed" -eq 0 ]
