@@ -24,7 +24,7 @@ DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
         sanitize mutants record learn real machines errors control plans models noise rope experiments rivals report plotting-deps \
-        plotting-test eig numerics bench sizes count firmware pil upsets fuzz proof soundness
+        plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----
@@ -109,7 +109,7 @@ RELEASE_PACKAGES = clang-tidy cppcheck tcc cmake clang-19 llvm-19 libclang-rt-19
                    gcc-riscv64-unknown-elf picolibc-riscv64-unknown-elf qemu-system-misc \
                    gcc-aarch64-linux-gnu gcc-arm-linux-gnueabihf gcc-i686-linux-gnu gcc-powerpc64-linux-gnu gcc-riscv64-linux-gnu \
                    gcc-s390x-linux-gnu $(patsubst %,libc6-dev-%-cross,arm64 armhf i386 ppc64 riscv64 s390x) qemu-user \
-                   frama-c-base gdb
+                   frama-c-base gdb openmpi-bin libopenmpi-dev
 AGREE = no
 deps:
 	@AGREE=$(AGREE) sh tests/deps.sh --no-install-recommends $(PACKAGES)
@@ -396,6 +396,13 @@ numerics:
 # times on this machine
 bench: build/bench
 	./build/bench
+
+# times of a step of training on 1 to 1,024 processes, from times on this machine and sizes of messages; a minute
+scaling: build/scaling
+	./build/scaling
+build/scaling: tests/measure/scaling.c
+	@mkdir -p $(@D)
+	$(CC) $(STD) $(FAST) $(WARN) $(DEPENDS) $< -o $@ -lm
 
 # flash, RAM, stack and instructions of three models on five cores, and of plans, compared with the tables of the texts
 sizes:

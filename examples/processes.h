@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-/* processes.h - the processes of a training that runs on several machines (MPI), and what they tell each other.
+/* processes.h - messages between the processes of a training that runs on several machines, by MPI.
 
-   All processes run the same program on the same settings in lockstep. Each computes a share of the rows, sums and roll-outs, and
-   all get the results. Nothing is added up between processes, so no sum depends on how many there are. The functions below are
-   called by all processes in the same order, from the first thread.
+   All processes run the same program with the same settings. Each computes a share of the rows, sums and roll-outs, and sends it to
+   all others. Processes never add numbers of each other, so no sum depends on their count. All processes call the functions below
+   in the same order, from their first thread.
 
-   With -DROLN_MPI they call MPI. Without it there is one process, number 0, and they return what they are given. Included behind
-   recording.h. */
+   With -DROLN_MPI the functions call MPI. Without it there is one process, number 0, and they do nothing. Include recording.h
+   first. */
 
 #ifndef PROCESSES_H
 #define PROCESSES_H
@@ -16,12 +16,12 @@
 #endif
 
 static int processes = 1, process; /* how many there are; the number of this one */
-static int apart;                  /* nonzero: this process does what no other does, so its messages are its own */
+static int apart;                  /* nonzero: this process has work of its own, and no other can have the same error */
 
 #ifdef ROLN_MPI
-static int ending; /* exit code of a program that fails; 0: none failed */
+static int ending; /* the exit code after an error; 0: no error */
 
-/* Process 0 says what all processes have found, and ends them. Another one says it if process 0 does not within this time. */
+/* Gives process 0 time for the message if all processes have found the same error. Process 0 then ends this one. */
 static void let_first_speak(int code)
 {
     const struct timespec patience = {2, 0};
@@ -29,7 +29,7 @@ static void let_first_speak(int code)
     if (process > 0 && !apart) nanosleep(&patience, NULL);
 }
 
-/* Behind exit() in the middle of a program: the other processes end, too. */
+/* Ends the other processes if this one calls exit() in the middle of the program. */
 static void end_others(void)
 {
     int ended = 0;
@@ -38,7 +38,7 @@ static void end_others(void)
 }
 #endif
 
-/* Call it first. Process 0 alone writes to stdout. */
+/* Call it first. From then on process 0 alone writes to stdout. */
 static void begin_processes(void)
 {
 #ifdef ROLN_MPI
@@ -51,7 +51,7 @@ static void begin_processes(void)
 #endif
 }
 
-/* From here on process 0 is alone: calls of the functions below concern no other process. */
+/* Makes the functions below do nothing from here on. Process 0 calls it when the others have ended their work. */
 static void leave_processes(void)
 {
     processes = 1;
@@ -75,7 +75,7 @@ static int end_processes(int code)
     return code;
 }
 
-/* x [count] becomes the largest of all processes, number by number; no NaN. */
+/* Replaces each number of x [count] by the largest of all processes. No number may be NaN. */
 static void largest(int count, double *x)
 {
     if (processes == 1) return;
@@ -85,7 +85,7 @@ static void largest(int count, double *x)
     (void)count, (void)x;
 }
 
-/* The largest x of all processes. What clocks and signals decide passes through here. */
+/* Returns the largest x of all processes. Decisions that depend on clocks or signals pass through this function. */
 static int agreed(int x)
 {
     double most = x;
@@ -93,7 +93,7 @@ static int agreed(int x)
     return (int)most;
 }
 
-/* Bytes of process `from` go to all others. */
+/* Sends bytes of process `from` to all others. */
 static void hand_out(int from, void *bytes, size_t count)
 {
     char *at = bytes;
@@ -107,7 +107,7 @@ static void hand_out(int from, void *bytes, size_t count)
     (void)from, (void)at;
 }
 
-/* Bytes that are 0 but in the processes that know them become the same everywhere: their bits are united by or. */
+/* Combines bytes of all processes by a bitwise or. A process that does not know a byte passes 0. */
 static void unite(void *bytes, size_t count)
 {
     char *at = bytes;
@@ -121,7 +121,7 @@ static void unite(void *bytes, size_t count)
     (void)at;
 }
 
-/* Things of `size` bytes in base: process p has written from[p] .. from[p + 1] - 1, and all get all of them. from [processes + 1] */
+/* Sends things of `size` bytes in base to all processes. Process p has things from[p] .. from[p + 1] - 1; from [processes + 1]. */
 static void gather(void *base, size_t size, const int *from)
 {
 #ifdef ROLN_MPI
@@ -139,13 +139,13 @@ static void gather(void *base, size_t size, const int *from)
     (void)base, (void)size, (void)from;
 }
 
-/* Of `count` things process p works on cut(count, p) .. cut(count, p + 1) - 1. */
+/* Process p works on things cut_at(count, p) .. cut_at(count, p + 1) - 1 of `count`. */
 static int cut_at(int count, int p)
 {
     return (int)((int64_t)count * p / processes);
 }
 
-/* As gather, of `count` things that are shared out so. */
+/* As gather, for `count` things that cut_at shares out. */
 static void gather_cuts(void *base, size_t size, int count)
 {
     int *from, p;

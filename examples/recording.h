@@ -105,7 +105,7 @@ typedef struct {
 
 enum { DONE, WRONG, LOST }; /* exit codes: what the user can mend; a training that came to nothing */
 
-static void (*before_end)(int code); /* called before the message of a program that ends with this exit code; NULL: nothing is */
+static void (*before_end)(int code); /* called before the last message, with the exit code; NULL: no call */
 
 static void end_with(int code, const char *format, va_list list)
 {
@@ -128,7 +128,7 @@ static void fail(const char *format, ...)
 /* All that was said of recordings, for a report; what has no room is left out. */
 static char transcript[1 << 16];
 
-static int quiet; /* nonzero: it goes into the transcript alone */
+static int quiet; /* nonzero: `say` writes into the transcript alone */
 
 /* Says something of recordings. */
 static void say(const char *format, ...)

@@ -60,7 +60,7 @@ typedef struct {
 typedef struct {
     const motion *m;
     const M(params) *p;
-    int from, count, samples, stride, every, first, *start; /* first: number of the first one of this process */
+    int from, count, samples, stride, every, first, *start; /* first: of this process, counted from `from` */
     double *off;   /* |q_pred - q|^2 of each window, HUGE_VAL if it failed; those of a trajectory begin at its first sample */
     score *scores; /* of trajectories from .. from + count - 1 */
 } rollout;
@@ -141,7 +141,7 @@ static void roll_each(const rollout *r, int at, roln_batch b, roln_real dt, scor
     }
 }
 
-/* Windows of one trajectory, number k of those of this process. */
+/* Windows of trajectory k of this process. */
 static void roll(void *ctx, int k, int thread)
 {
     const rollout *r = ctx;
@@ -168,7 +168,7 @@ static void roll(void *ctx, int k, int thread)
     free(out.windows);
 }
 
-/* All processes get the errors of all windows. */
+/* Sends the errors of the windows of each process to all others. */
 static void gather_off(const rollout *r)
 {
     int *at = room((size_t)processes + 1, sizeof *at), p;

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
-/* spread.h - recordings that no process holds all of: the setting spread= of train.c.
+/* spread.h - recordings for training, each in one process alone: the setting spread= of train.c.
 
-   Each file of spread= is read and kept by one process, so together they may be larger than the memory of a machine. They are
-   trained with. The other recordings, `d`, are in all processes: they decide rate, filter, units and the first encoder, a tenth of
-   them is held out, and all tables are of them.
+   One process reads and keeps each file of spread=. Together the files may be larger than the memory of a machine. All processes
+   hold the other recordings, `d`. These decide the rate, the filter, the units and the first encoder. Tables and held-out
+   recordings are of `d` alone.
 
-   Samples have numbers: first those of d, then those of the files of spread=, in their order. All processes know how long each
-   recording is, and draw the same numbers. `fetch` brings the samples of a step to all processes. Sums for a chart are those of
-   lanes: file k belongs to lane k % LANES, a lane to one process, and lanes are added in their order.
+   Samples have numbers: first those of d, then those of the files of spread=, in their order. All processes know the length of each
+   recording, and draw the same numbers. `fetch` sends the samples of a step to all processes.
+
+   File k belongs to lane k % LANES. One process has all files of a lane. It adds their sums for the chart from 0, and all processes
+   add the sums of the lanes in their order. So the bits do not depend on the number of processes.
 
    train.c includes it behind its state and processes.h.
 
@@ -27,8 +29,8 @@ typedef struct {
 
 static struct {
     file_list files;
-    motion *own;            /* [files]; without samples: another process has it */
-    spread_file *file;      /* [files] */
+    motion *own;       /* [files]; without samples: another process has it */
+    spread_file *file; /* [files] */
     int recordings, samples;
     int *first;             /* [recordings + 1]: the first sample of each, counted from 0 */
     int *begin;             /* [files + 1]: the first recording of each */
@@ -65,7 +67,7 @@ static void list_spread(const char *names)
     apart = 0;
 }
 
-/* Reads file k. What is to be said of it becomes its text. */
+/* Reads file k. Messages about it go to *text. */
 static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m), char **text)
 {
     const size_t said = strlen(transcript);
@@ -88,7 +90,7 @@ static void read_spread_file(int k, const wanted *w, void (*prepare)(motion *m),
     free(m->t), free(m->line), m->t = NULL, m->line = NULL;
 }
 
-/* What is said of the first files of which something is said. */
+/* Prints the messages about the first files that have any. */
 static void tell_spread(char *const *text)
 {
     enum { MOST = 10 };
@@ -105,7 +107,7 @@ static void tell_spread(char *const *text)
         scattered.samples);
 }
 
-/* All processes learn how long the recordings of each file are. */
+/* Sends the lengths of all recordings to all processes. */
 static void count_spread(void)
 {
     double recordings = 0, samples = d.samples;
@@ -115,7 +117,8 @@ static void count_spread(void)
         recordings += scattered.file[k].recordings, samples += scattered.file[k].samples;
         scattered.sum = 3 * scattered.sum + scattered.file[k].sum;
     }
-    if (samples > INT_MAX - 1) fail("spread=: %.0f samples, but there can be %d\nhint: fewer files, or a larger dt=", samples, INT_MAX);
+    if (samples > INT_MAX - 1)
+        fail("spread=: %.0f samples, but there can be %d\nhint: fewer files, or a larger dt=", samples, INT_MAX);
     scattered.recordings = (int)recordings, scattered.samples = (int)(samples - d.samples);
     scattered.first = room((size_t)scattered.recordings + 1, sizeof *scattered.first);
     scattered.begin = room((size_t)scattered.files.count + 1, sizeof *scattered.begin);
@@ -130,7 +133,7 @@ static void count_spread(void)
         scattered.first[k + 1] += scattered.first[k];
 }
 
-/* Reads the files of a list, each as w says; `prepare` makes of one what is trained with. */
+/* Reads the files of a list, with the columns and the filter of w. `prepare` then changes each as the trainer needs it. */
 static void read_spread(const char *names, const wanted *w, void (*prepare)(motion *m))
 {
     char **text;
@@ -155,12 +158,12 @@ static void read_spread(const char *names, const wanted *w, void (*prepare)(moti
 /* Where training samples, steps = 0, or windows may begin: nowhere at the ends, where qdd is one-sided. */
 typedef struct {
     const motion *of;
-    int *start, *until; /* [near], in `of`; [recordings of spread=]: how many begin there or before */
-    int near, count;    /* near: those in `of`, count: those of spread=, too */
+    int *start, *until;         /* [near], in `of`; [recordings of spread=]: how many begin there or before */
+    int near, count;            /* near: those in `of`, count: those of spread=, too */
     int steps, stride, fetched; /* fetched: 1 if samples are fetched before they are used */
 } pool;
 
-/* Of d alone, or, far, of spread=, too. */
+/* Starts in d; with `far` in spread=, too. */
 static pool pool_of(int steps, int stride, int far)
 {
     pool p = {.of = &d, .steps = steps, .stride = stride, .fetched = far && scattered.files.count > 0};
@@ -207,7 +210,7 @@ static int drawn_from(const pool *p, uint64_t *seed)
 
 static motion fetched; /* the samples of a step */
 
-/* Copies `length` samples from a number on to place `at` of fetched, if this process has them. */
+/* Copies `length` samples from a number on to place `at` of fetched. Does nothing if another process has them. */
 static void fetch_from(int number, int length, int at)
 {
     const motion *m = &d;
@@ -227,7 +230,7 @@ static void fetch_from(int number, int length, int at)
     memcpy(fetched.tau_mid + to * F, m->tau_mid + i * F, n * F * sizeof *m->q);
 }
 
-/* Brings length[k] samples from number start[k] on together, of each k; start[k] is then where they are in fetched. */
+/* Fills fetched with length[k] samples from number start[k] on, for each k. start[k] becomes their place in fetched. */
 static void fetch(int count, int *start, const int *length)
 {
     const size_t N = M(N), F = (size_t)d.forces, numbers = 3 * N + 2 * F;
@@ -235,7 +238,8 @@ static void fetch(int count, int *start, const int *length)
     int at = 0, k;
     for (k = 0; k < count; k++)
         all += (size_t)length[k];
-    if (all > (size_t)fetched.samples) free(fetched.q), fetched.q = room(all * numbers, sizeof *fetched.q), fetched.samples = (int)all;
+    if (all > (size_t)fetched.samples)
+        free(fetched.q), fetched.q = room(all * numbers, sizeof *fetched.q), fetched.samples = (int)all;
     memset(fetched.q, 0, all * numbers * sizeof *fetched.q);
     fetched.N = M(N), fetched.forces = d.forces, fetched.dt = d.dt;
     fetched.qd = fetched.q + all * N, fetched.qdd = fetched.qd + all * N;
@@ -249,7 +253,7 @@ static void fetch(int count, int *start, const int *length)
 
 #if ROLN_CHARTED
 /* Adds the samples of spread= to the sums of d, lane by lane. */
-static roln_status add_spread_chart(M(chart) *sums, M(chart_add_work) *work_of)
+static roln_status add_spread_chart(M(chart) * sums, M(chart_add_work) * work_of)
 {
     static M(chart) own, other;
     const int lanes = scattered.files.count < LANES ? scattered.files.count : LANES;
@@ -297,8 +301,8 @@ static int find_spread_range(void)
     return bad;
 }
 
-/* The range in p becomes that of spread=, too, if it is known: not where a program ends in the middle of a training. */
-static void widen_range(M(params) *p)
+/* Widens the range in p to that of spread=. After an error in the middle of a training that is not known, and p stays as it is. */
+static void widen_range(M(params) * p)
 {
     enum { n = M(n) };
     const double *range = scattered.range;

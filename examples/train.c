@@ -8,8 +8,9 @@
    MODEL is the ROLN_NAME of a config header, which is named after it (arm.h: the sizes, see roln.h). motion.csv has the columns
    t, q.., qd.., tau.. and a blank line between trajectories; recording.h reads and checks it. Several files, folders, and with q=
    other columns are read, too (files.h); held.h says which part is held out. Without pthreads: -DNO_THREADS, as always on Windows;
-   one thread then, and the same bits. With MPI, on several machines
-   (docs/training.md, "Many machines"): mpicc for cc, -DROLN_MPI; again the same bits. Stages, each of which ends with the weights that predicted held-out trajectories best:
+   one thread then, and the same bits. On several machines, with MPI:
+   mpicc for cc, -DROLN_MPI (docs/training.md, "Many machines"); the bits are the same. Stages, each of which ends with the weights
+   that predicted held-out trajectories best:
 
      chart     with ROLN_CHART: the encoder that a polynomial decoder undoes best, then the decoder in closed form
      layers    of an autoencoder without chart: Riemannian Adam on their reconstruction
@@ -106,8 +107,8 @@ static struct {
     {"delay", "0", "torque=1: s from the stamp of tau to its effect, by which it is shifted; auto: what fits the motion best"},
 };
 enum {
-    OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, SPREAD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER, DELAY,
-    WORDS
+    OUT, T_COLUMN, Q_COLUMNS, QD_COLUMNS, TAU_COLUMNS, FILTER, HELD, SPREAD, TEST, FROM, METHOD, BEGIN, SLIDERS, IGNORE, SMOOTHER,
+    DELAY, WORDS
 };
 
 enum { UNTRAINED = 3 }; /* exit code beside those of recording.h: weights, but no trained model */
@@ -487,7 +488,7 @@ typedef struct {
     int again;          /* there the step has come to: residuals alone */
     int start[ROWS], length[ROWS], of_windows[PARTS];
     int *cut;                  /* [processes * threads + 1]: the first row of each thread of each process, in their order */
-    char ran_away[THREADS][PARTS], overflowed[THREADS]; /* what threads found in windows and in samples */
+    char ran_away[THREADS][PARTS], overflowed[THREADS]; /* 1: a thread met such a window in a part; such a sample */
 } rows;
 
 static roln_batch batch_of(const pool *p, const int *start, int count)
@@ -505,8 +506,8 @@ static int row_time(const rows *f, int row)
     return row % PART < f->of_windows[row / PART] ? f->windows->steps : 1;
 }
 
-/* The first `count` rows are cut into shares of equal time, one for each thread of each process. A window takes as long as its
-   steps. */
+/* Cuts the first `count` rows into shares of equal time, one for each thread of each process. A window of k steps takes as long as
+   k samples. */
 static void cut_rows(rows *f, int count)
 {
     const int shares = processes * (int)set("threads");
@@ -524,7 +525,7 @@ static void cut_rows(rows *f, int count)
         f->cut[share_of] = count;
 }
 
-/* Windows, if they do not run away, among the rows of a thread. */
+/* Fills the rows of a thread that are windows. */
 static void fill_windows(void *ctx, int k, int thread)
 {
     rows *f = ctx;
@@ -543,7 +544,7 @@ static void fill_windows(void *ctx, int k, int thread)
     }
 }
 
-/* Samples among the rows of a thread. */
+/* Fills the rows of a thread that are samples. */
 static void fill_samples(void *ctx, int k, int thread)
 {
     rows *f = ctx;
@@ -560,7 +561,7 @@ static void fill_samples(void *ctx, int k, int thread)
     }
 }
 
-/* All processes get the first rows, or, again, residuals. */
+/* Sends the rows that were filled to all processes; with `again` their residuals alone. */
 static void gather_rows(const rows *f)
 {
     const int threads = (int)set("threads");
@@ -574,7 +575,8 @@ static void gather_rows(const rows *f)
     free(from);
 }
 
-/* Fills the rows of the first parts. A part of which a window runs away becomes one of samples. Zero if samples overflow. */
+/* Fills the rows of the first parts. If a window of a part runs away, all rows of that part become samples. Returns 0 if a sample
+   overflows. */
 static int fill(rows *f, int parts)
 {
     const int threads = (int)set("threads");
@@ -621,7 +623,7 @@ static void weigh_forces(double part)
     pool_free(&some);
 }
 
-/* Fresh rows of residuals and their derivatives, `of_windows` of each part windows. Zero if samples overflow. */
+/* Fills all rows with fresh samples and, in each part, `of_windows` windows. Returns 0 if a sample overflows. */
 static int draw(rows *f, int of_windows)
 {
     int k;
@@ -655,7 +657,8 @@ static void weigh_windows(rows *f)
     printf("from here on windows of %d steps of %g s\n", f->windows->steps, d.dt * f->windows->stride);
 }
 
-/* The first row of the sums, a triangle, of share k: shares take equal times, one for each thread of each process. */
+/* The first row of share k of the sums. Each thread of each process has a share. The sums are a triangle, and shares take equal
+   times. */
 static int band_at(int k)
 {
     return (int)(M(newton_side) * sqrt(k / (processes * set("threads"))));
@@ -668,7 +671,7 @@ static void sum(void *ctx, int k, int thread)
     M(newton_normal_equations)(ctx, PARTS * PART, band_at(band), band_at(band + 1), &residuals, &s.newton, scratch[thread]);
 }
 
-/* All processes get all rows of the sums, without the half above the diagonal. */
+/* Sends the sums of each process to all others, without the half above the diagonal. */
 static void gather_sums(void)
 {
     enum { side = M(newton_side) };
@@ -912,7 +915,7 @@ static void checkpoint(void)
     put_in_place(f, ".check");
 }
 
-/* The state becomes that of the checkpoint. */
+/* Reads the state from the checkpoint. */
 static void read_checkpoint(void)
 {
     static const char *const anew = "leave --resume out, and begin anew with from=OUT.roln, if that is there";
@@ -1388,7 +1391,7 @@ static void drive(motion *m)
             }
 }
 
-/* A file of spread= becomes what the other recordings are: in their unit of torques, smoothed, shifted, driven. */
+/* Treats a file of spread= like the other recordings: unit of torques, smoothing, delay, driven joints. */
 static void prepare_spread(motion *m)
 {
     to_unit_of_tau(m, unit_of_tau(m) / torque_scale);
@@ -1397,7 +1400,7 @@ static void prepare_spread(motion *m)
     drive(m);
 }
 
-/* Reads spread=, as w says, at the rate of the other recordings, and with their filter. */
+/* Reads spread= with the columns and the filter of w, at the rate of the other recordings. */
 static void read_more(wanted w)
 {
     if (set("noise") > 0 || words[SMOOTHER].value)
@@ -1473,7 +1476,7 @@ static void catch_signals(void)
     signal(SIGHUP, halt);
 #endif
 #ifdef ROLN_MPI
-    signal(SIGUSR1, halt); /* that is what mpirun passes on, and goes on */
+    signal(SIGUSR1, halt); /* mpirun passes it on to all processes, and does not end */
 #endif
 #ifdef SIGPIPE
     signal(SIGPIPE, SIG_IGN);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* scaling.c - what a step of Gauss-Newton of examples/train.c takes on 1 to 1,024 processes: parts of a step are measured here, on
-   one core, in seconds of the processor; messages are computed from their sizes. The tables of docs/training.md, "Many machines".
+/* scaling.c - times of a step of Gauss-Newton of examples/train.c on 1 to 1,024 processes: the tables of docs/training.md, "Many
+   machines". Parts of a step are measured on one core, in seconds of the processor. Messages are computed from their sizes.
 
-   Measured: rows of samples and of windows, the largest of the bands of the sums that processes share, and what each process does by
-   itself: the factor, the solution, the scaling of rows. Computed: a message of b bytes on P processes takes log2(P) times the latency
-   and b over the rate; what is united by or, twice that. Two networks: 10 Gbit/s with 20 us, 100 Gbit/s with 3 us.
+   Measured: rows of samples and of windows; the slowest band of the sums; the work that each process repeats, which scales rows,
+   factors and solves. Computed: b bytes on P processes take log2(P) latencies and b / rate; a combination by or has 2 b bytes. Two
+   networks: 10 Gbit/s with 20 us, 100 Gbit/s with 3 us.
 
        gcc -std=c99 -O3 -march=native -fno-math-errno -ffp-contract=off -I. -Iexamples tests/measure/scaling.c -o scaling -lm */
 
@@ -16,8 +16,18 @@
 #include "pend16.h"
 
 enum {
-    N = pend16_N, SAMPLES = 4000, ROWS = 2000, PART = ROWS / 16, WINDOWS = 16 * (PART / 20), JUDGES = 500, STEPS = 25, STRIDE = 4,
-    SIDE = pend16_newton_side, SIZE = pend16_newton_size, MOST = 1024, REPEATS = 5
+    N = pend16_N,
+    SAMPLES = 4000,
+    ROWS = 2000,
+    PART = ROWS / 16,
+    WINDOWS = 16 * (PART / 20),
+    JUDGES = 500,
+    STEPS = 25,
+    STRIDE = 4,
+    SIDE = pend16_newton_side,
+    SIZE = pend16_newton_size,
+    MOST = 1024,
+    REPEATS = 5
 };
 
 static float q[SAMPLES][N], qd[SAMPLES][N], qdd[SAMPLES][N], qbar[N];
@@ -113,14 +123,12 @@ static double share_of(double samples, double windows, double sample, double win
 }
 
 /* Seconds of the messages of a step. */
-static double time_of_messages(int P, double latency, double rate, int spread)
+static double time_of_messages(int P, double latency, double rate)
 {
     const double hops = ceil(log2(P)), row = 4.0 * (SIZE + 1), triangle = 4.0 * SIDE * (SIDE + 1.0) / 2;
     const double samples = 4.0 * (3 * N + 2 * N) * (ROWS - WINDOWS + WINDOWS * (STEPS * STRIDE + 1.0));
-    double bytes = ROWS * row + triangle + 4.0 * JUDGES, calls = 10;
-    if (P == 1) return 0;
-    if (spread) bytes += 2 * samples, calls += 2;
-    return calls * hops * latency + bytes / rate;
+    const double bytes = ROWS * row + triangle + 4.0 * JUDGES + 2 * samples;
+    return P > 1 ? CALLS * hops * latency + bytes / rate : 0;
 }
 
 static void table(void)
@@ -136,10 +144,10 @@ static void table(void)
         const double rows = share_of(ROWS - WINDOWS, WINDOWS, t.sample, t.window, P) +
                             share_of(judges * (ROWS - WINDOWS), judges * WINDOWS, t.judge_sample, t.judge_window, P);
         const double band = time_of_band(P), alone = rows + band + t.own;
-        const double slow = time_of_messages(P, 20e-6, 1.1e9, 1), fast = time_of_messages(P, 3e-6, 11e9, 1);
+        const double slow = time_of_messages(P, 20e-6, 1.1e9), fast = time_of_messages(P, 3e-6, 11e9);
         if (P == 1) first = alone;
-        printf("| %d | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g |\n", P, 1e3 * rows, 1e3 * band, 1e3 * t.own, 1e3 * slow,
-               1e3 * (alone + slow), first / (alone + slow), 1e3 * fast, first / (alone + fast));
+        printf("| %d | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g | %.3g |\n", P, 1e3 * rows, 1e3 * band, 1e3 * t.own,
+               1e3 * slow, 1e3 * (alone + slow), first / (alone + slow), 1e3 * fast, first / (alone + fast));
     }
 }
 
@@ -162,7 +170,8 @@ static void weak(void)
     static const int counts[] = {1, 4, 16, 64, 256, MOST};
     const double own = 1e6 * time_of_chart(), bytes = sizeof sums;
     int i;
-    printf("\n| processes | samples | sums of the chart, s | their messages at 10 Gbit/s, ms | memory of a process for recordings, MB |\n"
+    printf("\n| processes | samples | sums of the chart, s | their messages at 10 Gbit/s, ms | memory of a process for recordings, "
+           "MB |\n"
            "|---|---|---|---|---|\n");
     for (i = 0; i < 6; i++) {
         const int P = counts[i];
@@ -182,8 +191,8 @@ int main(void)
     if (pend16_newton_rows(&params, &opt, ROWS, &residuals, &newton) != ROLN_OK) return 1;
     pend16_newton_normal_equations(&opt, ROWS, 0, SIDE, &residuals, &newton, sum_work);
     t.own = time_of_own();
-    printf("%d parameters, %d rows of which %d are windows of %d steps; a row takes %.3g us, that of a window %.3g us\n\n", SIZE, ROWS,
-           WINDOWS, STEPS, 1e6 * t.sample, 1e6 * t.window);
+    printf("%d parameters, %d rows of which %d are windows of %d steps; a row takes %.3g us, that of a window %.3g us\n\n", SIZE,
+           ROWS, WINDOWS, STEPS, 1e6 * t.sample, 1e6 * t.window);
     table();
     weak();
     return 0;
