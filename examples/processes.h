@@ -24,7 +24,7 @@ static int ending; /* the exit code after an error; 0: no error */
 /* Gives process 0 time for the message if all processes have found the same error. Process 0 then ends this one. */
 static void let_first_speak(int code)
 {
-    const struct timespec patience = {2, 0};
+    const struct timespec patience = {10, 0};
     ending = code;
     if (process > 0 && !apart) nanosleep(&patience, NULL);
 }

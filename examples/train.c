@@ -1057,7 +1057,8 @@ static double reserve(void)
 /* Nonzero if the run has to end now: why stands in `ended`. */
 static int halting(void)
 {
-    halted = agreed(halted);
+    const int sig = agreed((int)halted);
+    if (sig) halted = sig;
     if (halted) snprintf(ended, sizeof ended, "signal %d", (int)halted);
     else if (set("seconds") > 0 && agreed(left() < reserve())) snprintf(ended, sizeof ended, "seconds=%g", set("seconds"));
     return ended[0] != 0;

@@ -27,7 +27,8 @@ enum {
     SIDE = pend16_newton_side,
     SIZE = pend16_newton_size,
     MOST = 1024,
-    REPEATS = 5
+    REPEATS = 5,
+    CALLS = 12 /* of MPI in a step */
 };
 
 static float q[SAMPLES][N], qd[SAMPLES][N], qdd[SAMPLES][N], qbar[N];
