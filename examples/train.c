@@ -501,13 +501,13 @@ static roln_batch batch_of(const pool *p, const int *start, int count)
     return b;
 }
 
+/* The time that a row takes, in that of a sample, about (make scaling). */
 static int row_time(const rows *f, int row)
 {
-    return row % PART < f->of_windows[row / PART] ? f->windows->steps : 1;
+    return row % PART < f->of_windows[row / PART] ? 3 * f->windows->steps : 1;
 }
 
-/* Cuts the first `count` rows into shares of equal time, one for each thread of each process. A window of k steps takes as long as
-   k samples. */
+/* Cuts the first `count` rows into shares of equal time, one for each thread of each process. */
 static void cut_rows(rows *f, int count)
 {
     const int shares = processes * (int)set("threads");

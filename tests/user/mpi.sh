@@ -53,9 +53,9 @@ done
 
 # on PROCESSES PROGRAM ARGUMENTS ..
 on() {
-    count=$1 program=$dir/${2}_mpi
+    many=$1 binary=$dir/${2}_mpi
     shift 2
-    mpirun --oversubscribe --bind-to none -n "$count" "$program" "$@"
+    mpirun --oversubscribe --bind-to none -n "$many" "$binary" "$@"
 }
 # same NAME PROGRAM ARGUMENTS ..: without MPI, and on 1 to 4 processes, each of one thread, and two of two
 same() {
