@@ -21,12 +21,15 @@ static int apart;                  /* nonzero: this process has work of its own,
 #ifdef ROLN_MPI
 static int ending; /* the exit code after an error; 0: no error */
 
-/* Gives process 0 time for the message if all processes have found the same error. Process 0 then ends this one. */
+/* Gives process 0 time for the message if all processes have found the same error. Process 0 then ends this one. Signals do not
+   shorten the time. */
 static void let_first_speak(int code)
 {
-    const struct timespec patience = {10, 0};
+    struct timespec left = {10, 0};
+    int waiting = process > 0 && !apart;
     ending = code;
-    if (process > 0 && !apart) nanosleep(&patience, NULL);
+    while (waiting)
+        waiting = nanosleep(&left, &left) != 0;
 }
 
 /* Ends the other processes if this one calls exit() in the middle of the program. */
