@@ -51,11 +51,11 @@ for k in 1 2 3 4 5; do
     bend < $dir/more/$k.csv > $dir/bent_more/$k.csv
 done
 
-# on PROCESSES PROGRAM ARGUMENTS ..
+# on PROCESSES PROGRAM ARGUMENTS ..: processes that wait for each other in vain are ended after ten minutes
 on() {
     many=$1 binary=$dir/${2}_mpi
     shift 2
-    mpirun --oversubscribe --bind-to none -n "$many" "$binary" "$@"
+    mpirun --timeout 600 --oversubscribe --bind-to none -n "$many" "$binary" "$@"
 }
 # same NAME PROGRAM ARGUMENTS ..: without MPI, and on 1 to 4 processes, each of one thread, and two of two
 same() {
