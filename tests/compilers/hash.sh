@@ -78,7 +78,7 @@ one() {
     host) triple=host run= ;;
     aarch64) triple=aarch64-linux-gnu run=qemu-aarch64 ;;
     armv7) triple=arm-linux-gnueabihf run=qemu-arm ;;
-    i386) triple=i686-linux-gnu run= ;;
+    i386) triple=i686-linux-gnu run=qemu-i386 ;;
     ppc64) triple=powerpc64-linux-gnu run='qemu-ppc64 -cpu power9' ;;
     riscv64) triple=riscv64-linux-gnu run=qemu-riscv64 ;;
     s390x) triple=s390x-linux-gnu run=qemu-s390x ;;

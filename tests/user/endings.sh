@@ -142,7 +142,7 @@ static void *scarce(size_t count, size_t size)
 #define calloc scarce
 END_OF_FILE
 gcc -std=c99 -O1 -I. -I$dir -include $dir/scarce.h -DMODEL=joints examples/train.c -o $dir/scarce -lpthread -lm
-for n in 40 60 80; do
+for n in 50 60 80; do
     rm -f $early.* ${early}_*
     check "out of memory: $n" ends 3 '^no trained model: the training ended at step' \
         env REQUESTS=$n $dir/scarce $dir/small.csv steps=200 out=$early

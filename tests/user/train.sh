@@ -234,12 +234,13 @@ check 'as it is, and no more' sh -c "$dir/reader $dir/file.csv | grep '^999 samp
 check 'lines that an int can count' $dir/most $dir/file.csv
 check 'a file that grows' says 'file.csv: longer than when its lines were counted' $dir/grown $dir/file.csv
 check 'more lines than an int can count' says 'file.csv has more than 2^31 lines' $dir/most $dir/file.csv
-if command -v i686-linux-gnu-gcc > /dev/null; then # of release-deps; soundness.sh holds the number of checks
+# both are of release-deps; soundness.sh holds the number of checks
+if command -v i686-linux-gnu-gcc > /dev/null && command -v qemu-i386 > /dev/null; then
     reader i686-linux-gnu-gcc -static -DJOINTS=600 -o $dir/wide
     awk 'BEGIN {
         while (i < 40) { printf "%d", i++; for (j = 0; j < 600; j++) printf ",0"; print "" }
         while (i++ < 1789600) print "" }' > $dir/file.csv
-    check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' $dir/wide $dir/file.csv
+    check 'more bytes than a size_t can say' says 'out of memory: .* times 2400 bytes' qemu-i386 $dir/wide $dir/file.csv
 fi
 doubted 'a slow clock' 'samples are 0.5 s apart; possible cause: t is not in seconds' \
     "$row { \$1 *= 500; \$4 /= 500; \$5 /= 500 } 1"
