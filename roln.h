@@ -1031,26 +1031,38 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
     return mean;
 }
 
+/* Row i of Y [m][n] becomes L^-1 Y from the rows before, or, back, -L^-T Y from those behind. Four columns at once, in registers. */
+ROLNI_INLINE void rolni_ocp_row(int m, int n, int i, int back, const roln_real *L, roln_real *Y)
+{
+    const int from = back ? i + 1 : 0, to = back ? m : i, step = back ? m : 1;
+    const roln_real sign = ROLNI_AS(roln_real, back ? 1 : -1), by = -sign / L[i * m + i]; /* it takes as long as many products */
+    const roln_real *const l = L + (back ? i : i * m);
+    roln_real *const y = Y + i * n;
+    int j, k;
+    for (j = 0; j < n - n % 4; j += 4) {
+        roln_real y0 = y[j], y1 = y[j + 1], y2 = y[j + 2], y3 = y[j + 3];
+        for (k = from; k < to; k++) {
+            const roln_real c = sign * l[k * step], *const x = Y + k * n + j;
+            y0 += c * x[0], y1 += c * x[1], y2 += c * x[2], y3 += c * x[3];
+        }
+        y[j] = y0 * by, y[j + 1] = y1 * by, y[j + 2] = y2 * by, y[j + 3] = y3 * by;
+    }
+    for (; j < n; j++) {
+        roln_real y0 = y[j];
+        for (k = from; k < to; k++)
+            y0 += sign * l[k * step] * Y[k * n + j];
+        y[j] = y0 * by;
+    }
+}
+
 /* Y [m][n] = -(L L^T)^-1 Y. */
 ROLN_FN void rolni_ocp_solve(int m, int n, const roln_real *L, roln_real *Y)
 {
-    int i, j, k;
-    for (i = 0; i < m; i++) {
-        const roln_real by = 1 / L[i * m + i]; /* a division takes as long as many products */
-        for (k = 0; k < i; k++)
-            for (j = 0; j < n; j++)
-                Y[i * n + j] -= L[i * m + k] * Y[k * n + j];
-        for (j = 0; j < n; j++)
-            Y[i * n + j] *= by;
-    }
-    for (i = m - 1; i >= 0; i--) {
-        const roln_real by = -1 / L[i * m + i];
-        for (k = i + 1; k < m; k++)
-            for (j = 0; j < n; j++)
-                Y[i * n + j] += L[k * m + i] * Y[k * n + j];
-        for (j = 0; j < n; j++)
-            Y[i * n + j] *= by;
-    }
+    int i;
+    for (i = 0; i < m; i++)
+        rolni_ocp_row(m, n, i, 0, L, Y);
+    for (i = m - 1; i >= 0; i--)
+        rolni_ocp_row(m, n, i, 1, L, Y);
 }
 
 /* Sum of l / t of the two sides of u_kj: what its limits add to the curvature. */
@@ -1923,6 +1935,15 @@ ROLN_FN uint64_t roln_fnv(int count, const unsigned char *bytes, uint64_t h)
     for (i = 0; i < count; i++)
         h = (h ^ bytes[i]) * UINT64_C(0x100000001b3);
     return h;
+}
+
+/* A checksum of count numbers, carried on from sum, which costs less than FNV-1a. */
+ROLN_FN roln_bits rolni_mark(int count, const roln_real *x, roln_bits sum)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        sum = ((sum << 5 | sum >> (8 * sizeof sum - 5)) ^ rolni_bits(x[i])) * 16777619;
+    return sum;
 }
 
 /* CRC-32 (zlib, Ethernet: 0xedb88320 reflected) of count numbers at p, each as its bytes from the least significant one on,
@@ -2869,9 +2890,13 @@ typedef struct {
 #endif
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
-/* zero it once; the plan: states, torques, feedback */
+/* zero it once; the plan: states, torques, feedback. For NAME_plan_next alone, and also after a failure: derivatives A, B of each
+   step, at the state and the torques `at`, behind which the state is `to`, of the model `of` (ROLNI_(plan_model)), 0: none. */
 typedef struct {
     roln_plan plan;
+    roln_real A[ROLN_(steps) * 4 * ROLN_(n) * ROLN_(n)], B[ROLN_(steps) * 2 * ROLN_(n) * ROLN_(motors)];
+    roln_real at[ROLN_(steps) * (2 * ROLN_(n) + ROLN_(motors))], to[ROLN_(steps) * 2 * ROLN_(n)];
+    roln_bits of[ROLN_(steps)];
     ROLN_(latent) s[ROLN_(steps) + 1];
     roln_real u[ROLN_(steps) * ROLN_(motors)], K[ROLN_(steps) * ROLN_(motors) * 2 * ROLN_(n)];
 } ROLN_(plan);
@@ -5118,16 +5143,16 @@ typedef struct {
     } u;
 } ROLNI_(goal_work);
 
-/* scratch of NAME_plan_next: a base s0 under u0, derivatives A, B, Q, q along it, what roln_ocp_solve makes of them, u, x, K, and
-   what comes of that, s1 under u1. top, rate, last, hold, r: limits, a change of torque in a step, the torque before the first
-   step, what the goal holds, twice its weight. */
+/* scratch of NAME_plan_next: a base s0 under u0, derivatives Q, q along it, what roln_ocp_solve makes of them and of the plan's A,
+   B: u, x, K, and what comes of that, s1 under u1. top, rate, last, hold, r: limits, a change of torque in a step, the torque
+   before the first step, what the goal holds, twice its weight. model: ROLNI_(plan_model). */
 typedef struct {
     roln_real s0[(ROLN_(steps) + 1) * 2 * ROLN_(n)], s1[(ROLN_(steps) + 1) * 2 * ROLN_(n)], x[(ROLN_(steps) + 1) * 2 * ROLN_(n)];
     roln_real u0[ROLN_(steps) * ROLN_(motors)], u1[ROLN_(steps) * ROLN_(motors)], u[ROLN_(steps) * ROLN_(motors)];
-    roln_real A[ROLN_(steps) * 4 * ROLN_(n) * ROLN_(n)], B[ROLN_(steps) * 2 * ROLN_(n) * ROLN_(motors)];
     roln_real Q[ROLN_(steps) * 4 * ROLN_(n) * ROLN_(n)], q[ROLN_(steps) * 2 * ROLN_(n)];
     roln_real K[ROLN_(steps) * ROLN_(motors) * 2 * ROLN_(n)];
     roln_real top[ROLN_(motors)], rate[ROLN_(motors)], last[ROLN_(motors)], r[ROLN_(motors)], hold[ROLN_(motors)], tau[ROLN_(N)];
+    roln_bits model;
     union {
         ROLNI_(linear_motors_work) linear;
         ROLN_(step_work) step;
@@ -5281,24 +5306,105 @@ ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int
     }
 }
 
-/* The base: u0 from plan (NULL: u0 is given), the states s0 under it, A, B, Q, q along it, its cost; *in: it stays in range. */
-ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *cost, int *in,
-                                      ROLN_(plan_next_work) *w)
+/* A checksum of the model of whose steps derivatives are kept, never 0: parameters, dt, motors. */
+ROLN_FN roln_bits ROLNI_(plan_model)(const ROLN_(params) *p, const roln_goal *g)
+{
+    const roln_motors *f = g->limits->motors;
+    roln_bits sum = rolni_mark(ROLNI_AS(int, sizeof *p / sizeof(roln_real)), ROLNI_AS(const roln_real *, ROLNI_AS(const void *, p)), 0);
+    sum = rolni_mark(1, &g->dt, sum);
+    if (f && f->B) sum = rolni_mark(ROLN_(N) * ROLN_(motors), f->B, sum);
+    return sum | 1;
+}
+
+/* The derivatives that the plan keeps of a step are used again where the state is away from theirs by at most this part of the
+   range seen in training, and the torques by what changes zd by at most this part of the largest, ... */
+#define ROLNI_PLAN_NEAR ROLN_C(0.0625)
+/* ... and the step of the model is what they expect up to this part of their change, and this part of the range. */
+#define ROLNI_PLAN_STRAIGHT ROLN_C(0.0625)
+#define ROLNI_PLAN_LEAST ROLN_C(0.000244140625)
+
+/* Nonzero if the derivatives kept of step k may be used at s0 under u0. Then x [2n] is the state that they expect, d [2n] how much
+   they change the one that they were made for. */
+ROLN_FN int ROLNI_(plan_near)(const ROLN_(params) *p, const ROLN_(plan) *plan, int k, const ROLN_(plan_next_work) *w, roln_real *x,
+                              roln_real *d)
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
+    const roln_real *s = w->s0 + k * n2, *u = w->u0 + k * motors, *at = plan->at + k * (n2 + motors);
+    int i, j, near = plan->of[k] == w->model;
+    for (i = 0; i < n2 && near; i++)
+        x[i] = s[i] - at[i];
+    for (i = 0; i < n && near; i++)
+        near = ROLN_ABS(x[i]) <= ROLNI_PLAN_NEAR * (p->z_max[i] - p->z_min[i]) && ROLN_ABS(x[n + i]) <= ROLNI_PLAN_NEAR * p->zd_max[i];
+    if (!near) return 0;
+    roln_mm_bt(1, n2, n2, x, plan->A + k * n2 * n2, d);
+    for (i = 0; i < n2; i++) {
+        roln_real push = 0;
+        for (j = 0; j < motors; j++)
+            push += plan->B[(k * n2 + i) * motors + j] * (u[j] - at[n2 + j]);
+        if (i >= n && !(ROLN_ABS(push) <= ROLNI_PLAN_NEAR * p->zd_max[i - n])) return 0;
+        d[i] += push, x[i] = plan->to[k * n2 + i] + d[i];
+    }
+    return 1;
+}
+
+/* Nonzero if s [2n] is the state x that derivatives expect with their change d, so that they still hold. */
+ROLN_FN int ROLNI_(plan_straight)(const ROLN_(params) *p, const roln_real *s, const roln_real *x, const roln_real *d)
+{
+    const int n = ROLN_(n);
+    int i, straight = 1;
+    const roln_real most[2] = {rolni_largest(n, d), rolni_largest(n, d + n)};
+    for (i = 0; i < 2 * n; i++) {
+        const roln_real range = i < n ? p->z_max[i] - p->z_min[i] : p->zd_max[i - n];
+        straight &= ROLN_ABS(s[i] - x[i]) <= ROLNI_PLAN_STRAIGHT * most[i >= n] + ROLNI_PLAN_LEAST * range;
+    }
+    return straight;
+}
+
+/* Step k of the base, from s0 under u0, and its derivatives: those that are kept, or new ones. *kept: whether to look for those
+   that are kept; 0 where they do not hold, so that no more than one step is made twice. */
+ROLN_FN roln_status ROLNI_(plan_step)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, int k, int *kept,
+                                      ROLN_(plan_next_work) *w)
+{
+    const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
+    roln_real *const from = w->s0 + k * n2, *const s = from + n2, *const u = w->u0 + k * motors, *const at = plan->at + k * (n2 + motors);
     rolni_acting by;
-    int k, j;
-    by.motors = g->limits->motors, by.load = g->load, by.dt = g->dt;
+    roln_status st;
+    rolni_copy(n2, from, s);
+    if (*kept && ROLNI_(plan_near)(p, plan, k, w, w->x, w->x + n2)) {
+        rolni_push push;
+        push.tau = rolni_motors_tau(N, g->limits->motors, u, w->tau), push.load = g->load, push.dt = g->dt, push.how = 0;
+        st = ROLNI_(step)(p, s, s + n, &push, &w->now.step);
+        if (st != ROLN_OK) return st;
+        if (ROLNI_(plan_straight)(p, s, w->x, w->x + n2)) return ROLN_OK;
+        *kept = 0;
+        rolni_copy(n2, from, s);
+    }
+    plan->of[k] = 0;
+    by.motors = g->limits->motors, by.u = u, by.load = g->load, by.dt = g->dt;
+    st = ROLNI_(linear_motors)(p, &by, s, plan->A + k * n2 * n2, plan->B + k * n2 * motors, &w->now.linear);
+    if (st != ROLN_OK) return st;
+    rolni_copy(n2, from, at);
+    rolni_copy(motors, u, at + n2);
+    rolni_copy(n2, s, plan->to + k * n2);
+    plan->of[k] = w->model;
+    return ROLN_OK;
+}
+
+/* The base: u0 from the plan, if `guess`, else given; the states s0 under it, A, B, Q, q along it, its cost; *in: it stays in
+   range. */
+ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, int guess, roln_real *cost,
+                                      int *in, ROLN_(plan_next_work) *w)
+{
+    const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
+    int k, j, kept = 1;
     *cost = 0, *in = 1;
+    w->model = ROLNI_(plan_model)(p, g);
     for (k = 0; k < ROLN_(steps); k++) {
         roln_real *const s = w->s0 + (k + 1) * n2;
         roln_status st;
-        if (plan) ROLNI_(plan_guess)(g, plan, k, w);
-        rolni_copy(n2, s - n2, s);
-        by.u = w->u0 + k * motors;
-        st = ROLNI_(linear_motors)(p, &by, s, w->A + k * n2 * n2, w->B + k * n2 * motors, &w->now.linear);
-        if (st != ROLN_OK) return st;
-        st = ROLNI_(goal_at)(p, g, k, s, cost, w->Q + k * n2 * n2, w->q + k * n2, &w->now.goal);
+        if (guess) ROLNI_(plan_guess)(g, plan, k, w);
+        st = ROLNI_(plan_step)(p, g, plan, k, &kept, w);
+        if (st == ROLN_OK) st = ROLNI_(goal_at)(p, g, k, s, cost, w->Q + k * n2 * n2, w->q + k * n2, &w->now.goal);
         if (st != ROLN_OK) return st;
         for (j = 0; j < motors; j++) {
             const roln_real e = w->u0[k * motors + j] - w->hold[j];
@@ -5309,9 +5415,10 @@ ROLN_FN roln_status ROLNI_(plan_base)(const ROLN_(params) *p, const roln_goal *g
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
 
-/* The model under u0 + part (u - u0) and feedback, within all limits: s1 under u1. ROLN_E_RANGE: it leaves the range. */
-ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g, roln_real part, roln_real *cost,
-                                     ROLN_(plan_next_work) *w)
+/* The model under u0 + part (u - u0) and feedback, within all limits: s1 under u1. ROLN_E_RANGE: it leaves the range, or costs
+   more than *most, which its first steps may tell, since no cost is negative; NULL: any cost will do. */
+ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g, roln_real part, const roln_real *most,
+                                     roln_real *cost, ROLN_(plan_next_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors), rated = rolni_rated(g->limits);
     rolni_push by;
@@ -5335,7 +5442,7 @@ ROLN_FN roln_status ROLNI_(plan_try)(const ROLN_(params) *p, const roln_goal *g,
         st = ROLNI_(step)(p, s, s + n, &by, &w->now.step);
         if (st == ROLN_OK) st = ROLNI_(goal_at)(p, g, k, s, cost, NULL, NULL, &w->now.goal);
         if (st != ROLN_OK) return st;
-        if (!ROLNI_(in_range)(p, g->limits->margin, s, s + n)) return ROLN_E_RANGE;
+        if (!ROLNI_(in_range)(p, g->limits->margin, s, s + n) || (most && *cost > *most)) return ROLN_E_RANGE;
     }
     return roln_finite(*cost) ? ROLN_OK : ROLN_E_NOT_FINITE;
 }
@@ -5356,31 +5463,49 @@ ROLN_FN void ROLNI_(plan_start)(const roln_goal *g, const ROLN_(plan) *plan, ROL
 }
 
 /* The optimum u, x of the linearised problem about the base, and its feedback K. */
-ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, roln_real *gap, ROLN_(plan_next_work) *w)
+ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, const ROLN_(plan) *plan, roln_real *gap, ROLN_(plan_next_work) *w)
 {
     const int rated = rolni_rated(g->limits);
     roln_ocp o;
     o.n = 2 * ROLN_(n), o.m = ROLN_(motors), o.steps = ROLN_(steps);
-    o.A = w->A, o.B = w->B, o.Q = w->Q, o.q = w->q, o.r = w->r, o.ref = w->hold, o.at = w->u0;
+    o.A = plan->A, o.B = plan->B, o.Q = w->Q, o.q = w->q, o.r = w->r, o.ref = w->hold, o.at = w->u0;
     o.rate = rated ? w->rate : NULL, o.last = w->last, o.most = w->top;
     return roln_ocp_solve(&o, g->iterations > 0 ? g->iterations : rated ? 8 : 6, w->u, w->x, w->K, gap, w->now.ocp);
 }
 
-/* The plan s1, u1: a whole, half or quarter step from the base that costs less, else the base itself. */
-ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal *g, const ROLN_(plan) *plan, roln_real *cost,
+/* The plan s1, u1: a whole, half or quarter step from the base that costs less, else the base itself. Where it is not a whole step,
+   no derivatives are kept. */
+ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, roln_real *cost,
                                         roln_real *gap, ROLN_(plan_next_work) *w)
 {
     roln_real before, part;
-    int in;
-    roln_status st = ROLNI_(plan_base)(p, g, plan, &before, &in, w);
-    if (st == ROLN_OK) st = ROLNI_(plan_solve)(g, gap, w);
+    int in, k;
+    roln_status st = ROLNI_(plan_base)(p, g, plan, 1, &before, &in, w);
+    if (st == ROLN_OK) st = ROLNI_(plan_solve)(g, plan, gap, w);
     if (st != ROLN_OK) return st;
-    for (part = 1; part > ROLN_C(0.2); part /= 2)
-        if (ROLNI_(plan_try)(p, g, part, cost, w) == ROLN_OK && (!in || *cost <= before)) return ROLN_OK;
+    for (part = 1; part > ROLN_C(0.2); part /= 2) {
+        if (ROLNI_(plan_try)(p, g, part, in ? &before : NULL, cost, w) == ROLN_OK) return ROLN_OK;
+        for (k = 0; k < ROLN_(steps); k++)
+            plan->of[k] = 0;
+    }
     rolni_copy(ROLN_(steps) * ROLN_(motors), w->u0, w->u1);
     rolni_copy((ROLN_(steps) + 1) * 2 * ROLN_(n), w->s0, w->s1);
     *cost = before;
     return in ? ROLN_OK : ROLN_E_RANGE;
+}
+
+/* Derivatives that are kept of a step become those of the step before. Those of the last step stay there, too. */
+ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
+{
+    const int n2 = 2 * ROLN_(n), motors = ROLN_(motors), side = n2 + motors;
+    int k;
+    for (k = 0; k + 1 < ROLN_(steps); k++) {
+        rolni_copy(n2 * n2, plan->A + (k + 1) * n2 * n2, plan->A + k * n2 * n2);
+        rolni_copy(n2 * motors, plan->B + (k + 1) * n2 * motors, plan->B + k * n2 * motors);
+        rolni_copy(side, plan->at + (k + 1) * side, plan->at + k * side);
+        rolni_copy(n2, plan->to + (k + 1) * n2, plan->to + k * n2);
+        plan->of[k] = plan->of[k + 1];
+    }
 }
 
 /* The next plan, a step of dt after the last call, whether that found one or not; where a call was left out, set plan->plan.valid
@@ -5407,12 +5532,13 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
     roln_status st;
     roln_real cost = 0, gap = 0;
     if (ROLN_(params_mismatch)(p)) return ROLN_E_SHAPE;
-    st = ROLNI_(goal_check)(goal, w->A);
+    st = ROLNI_(goal_check)(goal, w->Q);
     if (st == ROLN_OK && !roln_all_finite(n2, ROLNI_(numbers)(s))) st = ROLN_E_NOT_FINITE;
     if (st == ROLN_OK) {
         rolni_copy(n2, ROLNI_(numbers)(s), w->s0);
         rolni_turn_back(&ROLN_(model).lnn, 1, w->s0);
         ROLNI_(plan_start)(goal, plan, w);
+        ROLNI_(plan_shift)(plan);
         st = ROLNI_(plan_better)(p, goal, plan, &cost, &gap, w);
     }
     if (st != ROLN_OK) {

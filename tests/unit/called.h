@@ -544,6 +544,7 @@ ROLN_FN uint32_t C_(c_filter_tick)(const instance *m, const roln_noise *noise, c
 #ifdef CALLED_PLAN
 ROLN_FN void C_(c_plan)(const plan_at *from, C_(plan) *to)
 {
+    memset(to, 0, sizeof *to); /* derivatives are not kept from call to call: test_plan.c: test_kept */
     to->plan = *from->plan;
     memcpy(to->s, from->s, sizeof to->s), memcpy(to->u, from->u, sizeof to->u), memcpy(to->K, from->K, sizeof to->K);
 }
