@@ -1031,7 +1031,8 @@ ROLN_FN roln_real rolni_ocp_start(const rolni_ocp *b)
     return mean;
 }
 
-/* Row i of Y [m][n] becomes L^-1 Y from the rows before, or, back, -L^-T Y from those behind. Four columns at once, in registers. */
+/* Row i of Y [m][n] becomes that of L^-1 Y by the rows before, or, back, that of -L^-T Y by those behind. Four columns at once, in
+   registers. */
 ROLNI_INLINE void rolni_ocp_row(int m, int n, int i, int back, const roln_real *L, roln_real *Y)
 {
     const int from = back ? i + 1 : 0, to = back ? m : i, step = back ? m : 1;
@@ -2890,8 +2891,9 @@ typedef struct {
 #endif
 
 #if ROLNI_AT(0, ROLN_PLAN) > 0
-/* zero it once; the plan: states, torques, feedback. For NAME_plan_next alone, and also after a failure: derivatives A, B of each
-   step, at the state and the torques `at`, behind which the state is `to`, of the model `of` (ROLNI_(plan_model)), 0: none. */
+/* zero it once; the plan: states, torques, feedback. NAME_plan_next alone reads and writes A to `of`, also when it fails. A, B:
+   derivatives of each step. at: the state and the torques at which they were computed. to: the state after that step. of: the model
+   (ROLNI_(plan_model)), 0: no derivatives. */
 typedef struct {
     roln_plan plan;
     roln_real A[ROLN_(steps) * 4 * ROLN_(n) * ROLN_(n)], B[ROLN_(steps) * 2 * ROLN_(n) * ROLN_(motors)];
@@ -5310,21 +5312,22 @@ ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int
 ROLN_FN roln_bits ROLNI_(plan_model)(const ROLN_(params) *p, const roln_goal *g)
 {
     const roln_motors *f = g->limits->motors;
-    roln_bits sum = rolni_mark(ROLNI_AS(int, sizeof *p / sizeof(roln_real)), ROLNI_AS(const roln_real *, ROLNI_AS(const void *, p)), 0);
-    sum = rolni_mark(1, &g->dt, sum);
+    const void *const numbers = p;
+    roln_bits sum = rolni_mark(1, &g->dt, 0);
+    sum = rolni_mark(ROLNI_AS(int, sizeof *p / sizeof(roln_real)), ROLNI_AS(const roln_real *, numbers), sum);
     if (f && f->B) sum = rolni_mark(ROLN_(N) * ROLN_(motors), f->B, sum);
     return sum | 1;
 }
 
-/* The derivatives that the plan keeps of a step are used again where the state is away from theirs by at most this part of the
-   range seen in training, and the torques by what changes zd by at most this part of the largest, ... */
+/* The derivatives of a step are used again if the state has moved by at most this part of the range seen in training, and the
+   torques by what changes zd by at most this part of its largest value. */
 #define ROLNI_PLAN_NEAR ROLN_C(0.0625)
-/* ... and the step of the model is what they expect up to this part of their change, and this part of the range. */
+/* The model's step may then differ from the expected one by this part of the expected change, and by this part of the range. */
 #define ROLNI_PLAN_STRAIGHT ROLN_C(0.0625)
 #define ROLNI_PLAN_LEAST ROLN_C(0.000244140625)
 
-/* Nonzero if the derivatives kept of step k may be used at s0 under u0. Then x [2n] is the state that they expect, d [2n] how much
-   they change the one that they were made for. */
+/* Nonzero if the derivatives of step k were computed nearby, with this model. Then x [2n] is the state that they expect after the
+   step, and d [2n] is its change since they were computed. */
 ROLN_FN int ROLNI_(plan_near)(const ROLN_(params) *p, const ROLN_(plan) *plan, int k, const ROLN_(plan_next_work) *w, roln_real *x,
                               roln_real *d)
 {
@@ -5334,7 +5337,8 @@ ROLN_FN int ROLNI_(plan_near)(const ROLN_(params) *p, const ROLN_(plan) *plan, i
     for (i = 0; i < n2 && near; i++)
         x[i] = s[i] - at[i];
     for (i = 0; i < n && near; i++)
-        near = ROLN_ABS(x[i]) <= ROLNI_PLAN_NEAR * (p->z_max[i] - p->z_min[i]) && ROLN_ABS(x[n + i]) <= ROLNI_PLAN_NEAR * p->zd_max[i];
+        near = ROLN_ABS(x[i]) <= ROLNI_PLAN_NEAR * (p->z_max[i] - p->z_min[i]) &&
+               ROLN_ABS(x[n + i]) <= ROLNI_PLAN_NEAR * p->zd_max[i];
     if (!near) return 0;
     roln_mm_bt(1, n2, n2, x, plan->A + k * n2 * n2, d);
     for (i = 0; i < n2; i++) {
@@ -5347,7 +5351,7 @@ ROLN_FN int ROLNI_(plan_near)(const ROLN_(params) *p, const ROLN_(plan) *plan, i
     return 1;
 }
 
-/* Nonzero if s [2n] is the state x that derivatives expect with their change d, so that they still hold. */
+/* Nonzero if the state s [2n] after a step is the expected one, x, with the change d (ROLNI_(plan_near)). */
 ROLN_FN int ROLNI_(plan_straight)(const ROLN_(params) *p, const roln_real *s, const roln_real *x, const roln_real *d)
 {
     const int n = ROLN_(n);
@@ -5360,13 +5364,14 @@ ROLN_FN int ROLNI_(plan_straight)(const ROLN_(params) *p, const roln_real *s, co
     return straight;
 }
 
-/* Step k of the base, from s0 under u0, and its derivatives: those that are kept, or new ones. *kept: whether to look for those
-   that are kept; 0 where they do not hold, so that no more than one step is made twice. */
+/* Step k of the base, from s0 under u0, and its derivatives, old or new. *kept: whether old ones are considered. It becomes 0 when
+   old ones turn out to be wrong, so that a plan computes at most one step twice. */
 ROLN_FN roln_status ROLNI_(plan_step)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, int k, int *kept,
                                       ROLN_(plan_next_work) *w)
 {
     const int N = ROLN_(N), n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
-    roln_real *const from = w->s0 + k * n2, *const s = from + n2, *const u = w->u0 + k * motors, *const at = plan->at + k * (n2 + motors);
+    roln_real *const from = w->s0 + k * n2, *const s = from + n2, *const u = w->u0 + k * motors;
+    roln_real *const at = plan->at + k * (n2 + motors);
     rolni_acting by;
     roln_status st;
     rolni_copy(n2, from, s);
@@ -5473,14 +5478,14 @@ ROLN_FN roln_status ROLNI_(plan_solve)(const roln_goal *g, const ROLN_(plan) *pl
     return roln_ocp_solve(&o, g->iterations > 0 ? g->iterations : rated ? 8 : 6, w->u, w->x, w->K, gap, w->now.ocp);
 }
 
-/* The plan s1, u1: a whole, half or quarter step from the base that costs less, else the base itself. Where it is not a whole step,
-   no derivatives are kept. */
-ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, roln_real *cost,
+/* The plan s1, u1: a whole, half or quarter step from the base (guess: ROLNI_(plan_base)) that costs less, else the base itself.
+   If it is not a whole step, derivatives may be to blame, and none are kept. */
+ROLN_FN roln_status ROLNI_(plan_better)(const ROLN_(params) *p, const roln_goal *g, ROLN_(plan) *plan, int guess, roln_real *cost,
                                         roln_real *gap, ROLN_(plan_next_work) *w)
 {
     roln_real before, part;
     int in, k;
-    roln_status st = ROLNI_(plan_base)(p, g, plan, 1, &before, &in, w);
+    roln_status st = ROLNI_(plan_base)(p, g, plan, guess, &before, &in, w);
     if (st == ROLN_OK) st = ROLNI_(plan_solve)(g, plan, gap, w);
     if (st != ROLN_OK) return st;
     for (part = 1; part > ROLN_C(0.2); part /= 2) {
@@ -5539,7 +5544,7 @@ ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *go
         rolni_turn_back(&ROLN_(model).lnn, 1, w->s0);
         ROLNI_(plan_start)(goal, plan, w);
         ROLNI_(plan_shift)(plan);
-        st = ROLNI_(plan_better)(p, goal, plan, &cost, &gap, w);
+        st = ROLNI_(plan_better)(p, goal, plan, 1, &cost, &gap, w);
     }
     if (st != ROLN_OK) {
         if (made->valid && ++made->age >= steps) made->valid = made->age = 0;

@@ -2,13 +2,14 @@
 #include "offline.h"
 
 #include <math.h>
+#include <string.h>
 
 #define SWIFT_STEPS 60
 #include "swift.h"
 
 enum { N = SWIFT_N, n = 4, MOTORS = SWIFT_MOTORS, STEPS = OFFLINE_STEPS };
 static swift_params params;
-static swift_plan none;
+static swift_plan none; /* no torques: u0 is given */
 static swift_plan_next_work scratch;
 
 int offline_load(int count, const float *numbers)
@@ -56,7 +57,7 @@ double offline_cost(const struct offline *o, const float *u)
     roln_real cost;
     int in;
     prepare(o, u);
-    return swift_i_plan_base(&params, &t.goal, NULL, &cost, &in, &scratch) == ROLN_OK ? cost : (double)NAN;
+    return swift_i_plan_base(&params, &t.goal, &none, 0, &cost, &in, &scratch) == ROLN_OK ? cost : (double)NAN;
 }
 
 double offline_best(const struct offline *o, const float *u)
@@ -64,7 +65,8 @@ double offline_best(const struct offline *o, const float *u)
     roln_real cost = (roln_real)NAN, before = (roln_real)INFINITY, gap;
     prepare(o, u);
     for (int k = 0; k < 200; k++) { /* a step that is no better leaves u1 = u0 and the cost */
-        if (swift_i_plan_better(&params, &t.goal, NULL, &cost, &gap, &scratch) != ROLN_OK) return (double)NAN;
+        memset(none.of, 0, sizeof none.of); /* derivatives of this step */
+        if (swift_i_plan_better(&params, &t.goal, &none, 0, &cost, &gap, &scratch) != ROLN_OK) return (double)NAN;
         rolni_copy(STEPS * MOTORS, scratch.u1, scratch.u0);
         if (!(cost < before * (1 - 1e-9))) break;
         before = cost;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* firmware.c - what a model adds to firmware that controls and predicts, and with TRAIN learns: sizes.sh takes flash and RAM of
-   this object file, and the stack of its functions. With WORST it filters, too, and can take the longest way (longest). */
+   this object file, and the stack of its functions. With WORST it filters, too, and can take the longest way (longest_way.h). */
 
 #define ROLN_FLASH __attribute__((section(".rodata.weights")))
 #ifdef WORST
@@ -8,6 +8,9 @@ static int longest(int rows);
 #define ROLNI_EIG_SWEEPS longest
 #endif
 #include "firmware.h"
+#ifdef WORST
+#include "longest_way.h"
+#endif
 #define WEIGHTS_(m) STRING(m##_weights.h)
 #define WEIGHTS(m) WEIGHTS_(m)
 #include WEIGHTS(MODEL)
@@ -53,38 +56,6 @@ roln_status observe(void)
     struct estimates *e = &estimates;
     M(observer_tick)(PARAMS, &e->gains, e->y, control.guard.tau, &e->observer, &e->observing);
     return e->observer.f.valid ? ROLN_OK : ROLN_E_RANGE;
-}
-
-/* Each eigen-decomposition asks here for its bound. Beside its own sweeps, as many as they are, it then takes all that it may, over
-   the whole matrix, by NaN, which never converges; a sort that exchanges every row and one that finds a new least in every place;
-   and the longer way through every divided difference of exp. That is all in a tick, a step and a tick of the filter that depends
-   on numbers (tests/safety/steady.sh). */
-int longest_way;
-volatile roln_real sum;
-static int longest(int rows)
-{
-    enum { MOST = 16 };
-    static roln_real l[MOST], e[MOST], Q[MOST * MOST], K3[MOST * MOST * MOST];
-    const int second = longest_way == 2, way = longest_way;
-    int i;
-    if (way == 0) return ROLNI_EIG_MOST(rows);
-    longest_way = 0;
-    for (i = 0; i < rows; i++)
-        l[i] = e[i] = rolni_real(ROLNI_INF | (ROLNI_INF >> 1));
-    rolni_eig_iterate(rows, l, e, Q);
-    for (i = 0; i < rows; i++)
-        l[i] = ROLNI_AS(roln_real, (i + 1) % rows);
-    rolni_eig_sort(rows, 1, l, Q);
-    for (i = 0; i < rows; i++)
-        l[i] = ROLNI_AS(roln_real, -i);
-    rolni_eig_sort(rows, 1, l, Q);
-    for (i = 0; i < rows * (rows - 1) / 2; i++)
-        sum += roln_sinhc(ROLN_C(0.4));
-    for (i = 0; i < rows && second; i++)
-        l[i] = ROLN_C(0.01) * ROLNI_AS(roln_real, i);
-    if (second) roln_exp_dd2(rows, l, Q, K3);
-    longest_way = way;
-    return ROLNI_EIG_MOST(rows);
 }
 #endif
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* longest.c - firmware.c with WORST: of a tick, a step, a tick of the filter and one of the observer the most instructions over
-   STATES random states in the range seen in training, as they come, and along the longest way (firmware.c: longest). That of the
+   STATES random states in the range seen in training, as they come, and along the longest way (longest_way.h). That of the
    filter and of the observer: they lose their estimate and start anew in the same tick. Lines: what, seen, worst. */
 
 #include "text.h"

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # steady.sh - what the time of a control tick, a step and a tick of the filter depends on, of two models that sizes.sh measures:
 # the functions in which the branches taken differ from state to state are those of the list below, whose longest way
-# tests/measure/firmware.c: longest takes; and every loop of the headers ends (loops.py). Last line: N passed, N failed.
+# tests/measure/longest_way.h takes; and every loop of the headers ends (loops.py). Last line: N passed, N failed.
 cd "$(dirname "$0")/../.." || exit 1
 out=build/steady
 eig='rolni_eig_iterate rolni_eig_reduce rolni_eig_sort rolni_eig_sweep rolni_rotate rolni_rotate2

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* Plans (roln.h section 6): gradients of the cost against differences, feedback against NAME_lqr_along, limits, costs and states
-   against steps of the model by hand, limits that are never reached, units of motors, what a tick makes of a plan, its
-   linearisation, and what is refused. */
+   against steps of the model by hand, derivatives that are kept, limits that are never reached, units of motors, what a tick makes
+   of a plan, its linearisation, and what is refused. */
 
 /* The small models with a load that their filters estimate. */
 #define CALLED(X) X(filter_tick)
@@ -245,6 +245,121 @@ static void test_feedback(int k)
     lqr.q = x.weight[0], lqr.qd = x.weight[1], lqr.u = x.u, lqr.dt = dt, lqr.motors = x.limits.motors;
     CHECK_OK(m.of->lqr_along(&m, &lqr, STEPS, path, u, Q, x.K, spare));
     BOUND("feedback", furthest(count, mine, x.K) / (1 + largest(count, x.K)), PICK(5e-6L, 1e-11L));
+}
+
+/* ---- derivatives that are kept ---------------------------------------------------------------- */
+
+/* Steps of the last call whose derivatives it made. */
+static int made_anew(const plan_arrays *b, int n2, int motors)
+{
+    int k, count = 0;
+    for (k = 0; k < STEPS; k++) {
+        const roln_real *at = b->at + k * (n2 + motors);
+        count += memcmp(at, b->s0 + k * n2, (size_t)n2 * sizeof *at) == 0 &&
+                 memcmp(at + n2, b->u0 + k * motors, (size_t)motors * sizeof *at) == 0;
+    }
+    return count;
+}
+
+/* A plan of x, made once, and x->s where it leads; NULL: its steps are too long for the midpoint rule. */
+static roln_real *plan_once(task *x, instance *m, plan_arrays *b, roln_plan *made)
+{
+    const plan_at pl = planned(x);
+    roln_real *work;
+    *m = model_of(x);
+    work = lay(x, &pl, b);
+    if (inside[x->k]->next(m, &x->goal, x->s, work, made) != ROLN_OK) return CHECK(x->k == PUSHED), NULL;
+    CHECK(made_anew(b, 2 * n_OF(x->k), models[x->k]->motors) == STEPS);
+    rolni_copy(2 * n_OF(x->k), b->s + 2 * n_OF(x->k), x->s);
+    return work;
+}
+
+enum { KEPT = 10 };
+
+/* Change number `what`, after 0 and 1 of which derivatives of the first step hold. Returns whether there is such a change. */
+static int turn_away(int what, task *x, plan_arrays *b)
+{
+    const int n = n_OF(x->k), motors = models[x->k]->motors;
+    switch (what) {
+    case 0: return 1;
+    case 1: x->s[0] += ROLN_C(0.001); return 1; /* hardly moved */
+    case 2: x->s[0] += 1; return 1;
+    case 3: x->s[n] -= 1; return 1;
+    case 4: theta[0] += ROLN_C(0.0009765625); return 1;
+    case 5: x->goal.dt *= ROLN_C(1.0009765625); return 1;
+    case 6: x->B[0] += ROLN_C(0.0009765625); return x->limits.motors != NULL;
+    case 7: /* the torque alone */
+        fill(n, ROLN_C(0.001), x->fast), rolni_copy(2 * n, b->at + 2 * n + motors, x->s);
+        return b->u[motors] = b->u[motors] > 0 ? -x->tau[0] : x->tau[0], 1;
+    case 8: return x->load[0] = PICK(ROLN_C(3e38), ROLN_C(1e38) * ROLN_C(1e38) * ROLN_C(1e200)), x->goal.load != NULL;
+    default: x->load[0] += 100; return x->goal.load != NULL;
+    }
+}
+
+/* From call to call each step's derivatives go to the step before, and hold while its state, its torque and the model hardly move. */
+static void test_kept(int k)
+{
+    static task good, x;
+    static roln_real A[STEPS * 4 * MAXN * MAXN];
+    const int n = n_OF(k), n2 = 2 * n, motors = models[k]->motors, stage = n2 * n2;
+    uint64_t s = 50 + (uint64_t)k;
+    int what;
+    place(k, &s, &good);
+    fill(MAXN, -4, good.low), fill(MAXN, 4, good.high), fill(MAXN, 4, good.fast), good.limits.margin = ROLN_C(1e6);
+    for (what = 0; what < KEPT; what++) {
+        plan_arrays b;
+        instance m;
+        roln_plan made;
+        roln_real *work;
+        roln_status st;
+        const roln_real theta0 = theta[0];
+        x = good;
+        point(&x);
+        if (!(work = plan_once(&x, &m, &b, &made))) return;
+        rolni_copy(STEPS * stage, b.A, A);
+        if (turn_away(what, &x, &b)) {
+            m = model_of(&x);
+            st = inside[k]->next(&m, &x.goal, x.s, work, &made);
+            if (what < 2 && CHECK_OK(st)) {
+                CHECK(memcmp(b.A, A + stage, (size_t)stage * sizeof *A) == 0);
+                CHECK(made_anew(&b, n2, motors) < STEPS);
+            } else if (what == 8) CHECK(st != ROLN_OK && made.valid && made.age == 1);
+            else if (!CHECK(st == ROLN_OK && memcmp(b.at, b.s0, (size_t)n2 * sizeof *A) == 0))
+                printf("    change %d\n", what);
+        }
+        theta[0] = theta0;
+    }
+}
+
+/* Derivatives that are wrong lead to no plan that is worse than the last one, and are not kept. */
+static void test_kept_wrong(int k)
+{
+    static task x;
+    const int n2 = 2 * n_OF(k), motors = models[k]->motors;
+    uint64_t s = 55 + (uint64_t)k;
+    plan_arrays b;
+    instance m;
+    roln_plan made;
+    roln_real *work;
+    int i, kept = 0;
+    place(k, &s, &x);
+    x.limits.margin = ROLN_C(1e6), x.goal.load = NULL;
+    if (!(work = plan_once(&x, &m, &b, &made))) return;
+    for (i = 0; i < STEPS; i++) { /* of the plan itself, but that torques seem to push backward */
+        roln_real *const at = b.at + i * (n2 + motors);
+        rolni_copy(n2, b.s + i * n2, at), rolni_copy(motors, b.u + i * motors, at + n2);
+    }
+    for (i = 0; i < STEPS * n2 * motors; i++)
+        b.B[i] *= -1;
+    for (i = 0; i < STEPS * n2; i++)
+        b.to[i] = b.s[n2 + i];
+    CHECK_OK(inside[k]->next(&m, &x.goal, x.s, work, &made));
+    for (i = 0; i < STEPS; i++)
+        kept += b.of[i] != 0;
+    CHECK(kept == 0 || (kept == STEPS && k != PLAIN));
+    if (kept > 0) return;
+    CHECK_OK(inside[k]->next(&m, &x.goal, b.s + n2, work, &made));
+    CHECK(b.of[0] != 0 && made_anew(&b, n2, motors) == STEPS);
 }
 
 /* ---- plans in a loop -------------------------------------------------------------------------- */
@@ -820,6 +935,8 @@ void TEST_NAME(plan)(void)
         if (k == DEEP) continue; /* J of size 1e3, with weights of its square: beyond the digits of float, and of differences */
         test_gradient(k);
         test_feedback(k);
+        test_kept(k);
+        test_kept_wrong(k);
         test_loop(k);
         test_far(k);
         test_motor_units(k);
