@@ -5527,8 +5527,9 @@ ROLN_FN void ROLNI_(plan_shift)(ROLN_(plan) *plan)
    seen in training (limits->margin); ROLN_E_LENGTH: sizes, motors; ROLN_E_NOT_SPD: weights, or too far apart for the digits of the
    solver; ROLN_E_NOT_FINITE, of other numbers; status of NAME_linear, roln_ocp_solve. A limit of torque that is never reached may
    be any finite number. It changes a plan by rounding only, and so does another unit of a motor (test_plan.c: test_far,
-   test_motor_units). Numbers that goal points to stay as they are during the call. Cost: steps times NAME_linear, one to three
-   times NAME_step, and roln_ocp_solve. */
+   test_motor_units). Numbers that goal points to stay as they are during the call. The derivatives of each step are kept in *plan
+   for the next call, which uses them again if the state there has hardly moved (docs/control.md, "Derivatives"). Cost: steps times
+   NAME_step or, for new derivatives, NAME_linear, one to three times NAME_step, and roln_ocp_solve. */
 ROLN_FN roln_status ROLN_(plan_next)(const ROLN_(params) *p, const roln_goal *goal, const ROLN_(latent) *s, ROLN_(plan) *plan,
                                      ROLN_(plan_next_work) *w)
 {

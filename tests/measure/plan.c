@@ -3,8 +3,8 @@
    random, which no count depends on but by the number of tries. The model itself is the machine; every half second the goal is
    another pose, out of reach for the motors within that time, so that most plans touch a limit. RATE: with limits of rate.
 
-   Prints plans that touch a limit, torques beyond one, a hash of all torques and feedback, bytes, instructions. WORST: and the
-   most that a plan can take (longest_plan).
+   Prints plans that touch a limit, torques beyond one, a hash of all torques and feedback, bytes, instructions: least, most, mean.
+   WORST: and the most that a plan can take (longest_plan).
    sh examples/firmware/cc.sh m7 -DWIDE=32 -DPLANS=1000 tests/measure/plan.c -o plan.elf; sh examples/firmware/run.sh m7 plan.elf */
 
 #define ROLN_NAME wide
@@ -40,6 +40,7 @@ static wide_work work;
 static wide_start start;
 static uint64_t hash = ROLN_FNV;
 static uint32_t least = 0xffffffff, most, full, beyond, worst;
+static uint64_t all; /* instructions */
 
 static float ref[N];
 static const float weight[N] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1}, still[N];
@@ -91,7 +92,7 @@ static int next(const wide_latent *s, const float last[MOTORS])
     const roln_status st = wide_plan_next(&p, &goal, s, &plan, &planwork);
     const uint32_t count = board_count() - before;
     if (st != ROLN_OK) return -1;
-    most = count > most ? count : most, least = count < least ? count : least;
+    most = count > most ? count : most, least = count < least ? count : least, all += count;
     hash = roln_fnv((int)sizeof plan.u, (const unsigned char *)plan.u, hash);
     hash = roln_fnv((int)sizeof plan.K, (const unsigned char *)plan.K, hash);
     for (int i = 0; i < wide_steps * MOTORS; i++) {
@@ -133,7 +134,7 @@ int main(void)
     put("plans ", PLANS), put(" at_a_limit ", full), put(" beyond ", beyond);
     put_text(" hash ");
     put_hex(hash, 16);
-    put(" bytes ", (uint32_t)(sizeof plan + sizeof planwork)), put(" instructions ", least), put(" ", most);
+    put(" bytes ", (uint32_t)(sizeof plan + sizeof planwork)), put(" instructions ", least), put(" ", most), put(" ", (uint32_t)(all / PLANS));
 #ifdef WORST
     put(" worst ", worst);
 #endif

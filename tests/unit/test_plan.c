@@ -296,7 +296,7 @@ static int turn_away(int what, task *x, plan_arrays *b)
     }
 }
 
-/* From call to call each step's derivatives go to the step before, and hold while its state, its torque and the model hardly move. */
+/* Derivatives of a step are those of the step before in the next call, if its state, its torque and the model hardly move. */
 static void test_kept(int k)
 {
     static task good, x;
