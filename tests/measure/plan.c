@@ -134,7 +134,8 @@ int main(void)
     put("plans ", PLANS), put(" at_a_limit ", full), put(" beyond ", beyond);
     put_text(" hash ");
     put_hex(hash, 16);
-    put(" bytes ", (uint32_t)(sizeof plan + sizeof planwork)), put(" instructions ", least), put(" ", most), put(" ", (uint32_t)(all / PLANS));
+    put(" bytes ", (uint32_t)(sizeof plan + sizeof planwork)), put(" instructions ", least), put(" ", most);
+    put(" ", (uint32_t)(all / PLANS));
 #ifdef WORST
     put(" worst ", worst);
 #endif

@@ -45,7 +45,8 @@ for kind in '32' '64' '32 -DRATE'; do
     done
 done
 sed 's/-DRATE/and limits of rate/' $out/rows | awk -F': ' '{ split($2, w, " "); name = $1; sub(/^[0-9]+/, "& x 2", name)
-    printf "| %s | %.2f | %.2f-%.2f | %.2f | %.1f |\n", name, w[14] / 1e6, w[12] / 1e6, w[13] / 1e6, w[15] / 1e6, w[10] / 1e3 }' > $out/table
+    printf "| %s | %.2f | %.2f-%.2f | ", name, w[14] / 1e6, w[12] / 1e6, w[13] / 1e6
+    printf "%.2f | %.1f |\n", w[15] / 1e6, w[10] / 1e3 }' > $out/table
 cat $out/table
 if [ $mode = write ]; then
     awk -v table=$out/table '/<!-- plans -->/ {
