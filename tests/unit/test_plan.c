@@ -286,7 +286,7 @@ static int turn_away(int what, task *x, plan_arrays *b)
     const int n = n_OF(x->k), motors = models[x->k]->motors;
     switch (what) {
     case 0: return 1;
-    case 1: x->s[0] += ROLN_C(0.001); return 1; /* hardly moved */
+    case 1: x->s[0] += ROLN_C(0.0000152587890625); return 1; /* hardly moved */
     case 2: x->s[0] += 1; return 1;
     case 3: x->s[n] -= 1; return 1;
     case 4: theta[0] += ROLN_C(0.0009765625); return 1;
