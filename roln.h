@@ -4735,9 +4735,9 @@ ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *nois
 /* A step of leapfrog for the filter and the observer. It evaluates forces at the middle of the tick, with the acceleration zdd [n]
    of the last tick, 0 at a start:
        zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd),   z+ = z + dt/2 (zd + zd+),   zdd+ = (zd+ - zd) / dt
-   So its order is 2 also if f depends on zd. `leap_begin` moves s [2n] so that a plain step of leapfrog from there computes zd+, with
-   its derivatives, and keeps zd [n] of s. `leap_end`, after that step, writes s = (z+, zd+) and zdd+. zdd NULL: both do nothing,
-   since the step is that of another integrator. */
+   So its order is 2 also if f depends on zd. `leap_begin` moves s [2n] so that a plain step of leapfrog from there computes zd+,
+   with its derivatives, and keeps zd [n] of s. `leap_end`, after that step, writes s = (z+, zd+) and zdd+. zdd NULL: both do
+   nothing, since the step is that of another integrator. */
 ROLN_FN void ROLNI_(leap_begin)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
 {
     const int n = ROLN_(n);
@@ -5333,13 +5333,13 @@ ROLN_FN int ROLNI_(plan_near)(const ROLN_(params) *p, const ROLN_(plan) *plan, i
 {
     const int n = ROLN_(n), n2 = 2 * n, motors = ROLN_(motors);
     const roln_real *s = w->s0 + k * n2, *u = w->u0 + k * motors, *at = plan->at + k * (n2 + motors);
-    int i, j, near = plan->of[k] == w->model;
-    for (i = 0; i < n2 && near; i++)
+    int i, j, holds = plan->of[k] == w->model;
+    for (i = 0; i < n2 && holds; i++)
         x[i] = s[i] - at[i];
-    for (i = 0; i < n && near; i++)
-        near = ROLN_ABS(x[i]) <= ROLNI_PLAN_NEAR * (p->z_max[i] - p->z_min[i]) &&
+    for (i = 0; i < n && holds; i++)
+        holds = ROLN_ABS(x[i]) <= ROLNI_PLAN_NEAR * (p->z_max[i] - p->z_min[i]) &&
                ROLN_ABS(x[n + i]) <= ROLNI_PLAN_NEAR * p->zd_max[i];
-    if (!near) return 0;
+    if (!holds) return 0;
     roln_mm_bt(1, n2, n2, x, plan->A + k * n2 * n2, d);
     for (i = 0; i < n2; i++) {
         roln_real push = 0;
