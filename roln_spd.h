@@ -88,6 +88,16 @@ typedef uint32_t roln_bits;
 #define ROLNI_COPY memcpy
 #endif
 
+/* 1: kernels for the float vectors of Arm Helium (MVE). These vectors take denormal numbers for 0, whatever FPSCR says, and
+   raise a flag of FPSCR: IDC for an operand, UFC for a result. A kernel that finds a flag leaves its numbers to the plain C
+   behind it. So the bits are those of plain C. The flags are cleared on the way. ROLN_SIMD 0 leaves these kernels out. */
+#if ROLNI_GNU && defined(__ARM_FEATURE_MVE) && __ARM_FEATURE_MVE & 2 && !defined(ROLN_DOUBLE) && !defined(ROLN_SIMD)
+#define ROLNI_MVE 1
+#include <arm_mve.h>
+#else
+#define ROLNI_MVE 0
+#endif
+
 /* Sizes are ints, of 32 bits or more. */
 typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
@@ -470,12 +480,99 @@ ROLN_FN roln_real roln_tanh(roln_real x)
     return rolni_real((rolni_bits(t / (ROLN_C(2.0) + t)) & ~ROLNI_SIGN) | sign);
 }
 
+#if ROLNI_MVE
+/* Clears IDC and UFC. What is computed from numbers at the returned pointer, which is x, comes after that. */
+ROLNI_INLINE const roln_real *rolni_mve_begin(const roln_real *x)
+{
+    uint32_t flags;
+    __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x));
+    return x;
+}
+
+/* Nothing that leads to *v comes after a call of rolni_mve_denormal that follows. No instruction. */
+ROLNI_INLINE void rolni_mve_end(float32x4_t *v)
+{
+    __asm__ volatile("" : "+w"(*v));
+}
+
+/* Nonzero if IDC or UFC was raised since rolni_mve_begin. */
+ROLNI_INLINE uint32_t rolni_mve_denormal(void)
+{
+    uint32_t flags;
+    __asm__ volatile("vmrs %0, fpscr" : "=r"(flags));
+    return flags & 0x88;
+}
+
+/* The four numbers at *x, which moves on by step. The compiler is kept from counting in other ways: this is one instruction. */
+ROLNI_INLINE float32x4_t rolni_mve_next(const roln_real **x, int step)
+{
+    const float32x4_t v = vldrwq_f32(*x);
+    *x += step;
+    __asm__("" : "+r"(*x));
+    return v;
+}
+
+/* a / b: Helium does not divide, so four scalar divisions, in the registers of which q0 and q1 are made. */
+ROLNI_INLINE float32x4_t rolni_mve_div(float32x4_t a, float32x4_t b)
+{
+    register float32x4_t x __asm__("q0") = a;
+    register float32x4_t y __asm__("q1") = b;
+    __asm__("vdiv.f32 s0, s0, s4\n\tvdiv.f32 s1, s1, s5\n\tvdiv.f32 s2, s2, s6\n\tvdiv.f32 s3, s3, s7" : "+w"(x) : "w"(y));
+    return x;
+}
+
+/* rolni_exp of -|a|, step by step. */
+ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a)
+{
+    const uint32x4_t b = vreinterpretq_u32_f32(vabsq_f32(a)), m = vminq_u32(b, vdupq_n_u32(rolni_bits(ROLNI_EXP_END)));
+    const int32x4_t nan = vshrq_n_s32(vreinterpretq_s32_u32(vsubq_u32(vdupq_n_u32(ROLNI_INF), b)), 31);
+    const float32x4_t x = vnegq_f32(vreinterpretq_f32_u32(m));
+    const int32x4_t n = vcvtq_s32_f32(vaddq_n_f32(vmulq_n_f32(x, 1.4426950408889634f), 254.5f)), half = vshrq_n_s32(n, 1);
+    const float32x4_t k = vsubq_n_f32(vcvtq_f32_s32(n), 254.0f), lo = vmulq_n_f32(k, ROLNI_LN2LO);
+    const float32x4_t h = vsubq_f32(x, vmulq_n_f32(k, ROLNI_LN2HI)), r = vsubq_f32(h, lo), rr = vmulq_f32(r, r);
+    const float32x4_t w = vaddq_n_f32(vmulq_n_f32(rr, 1.38145988e-3f), 4.1668389e-2f);
+    const float32x4_t u = vaddq_n_f32(vmulq_f32(rr, w), 0.49999994f);
+    const float32x4_t v = vaddq_n_f32(vmulq_n_f32(rr, 8.36871751e-3f), 0.166665211f);
+    const float32x4_t t = vsubq_f32(vmulq_f32(rr, vaddq_f32(u, vmulq_f32(r, v))), lo);
+    const int32x4_t y = vreinterpretq_s32_f32(vaddq_n_f32(vaddq_f32(h, t), 1.0f));
+    const int32x4_t first = vaddq_s32(y, vshlq_n_s32(vsubq_n_s32(half, 127), ROLNI_MANT));
+    const int32x4_t second = vorrq_s32(vshlq_n_s32(vsubq_s32(n, half), ROLNI_MANT), nan);
+    return vmulq_f32(vreinterpretq_f32_s32(first), vreinterpretq_f32_s32(second));
+}
+
+/* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if a number on the way is denormal. */
+ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
+{
+    const float32x4_t a = vldrwq_f32(rolni_mve_begin(y)), e = rolni_mve_exp(a), f = rolni_mve_div(e, vaddq_n_f32(e, 2.0f));
+    const int32x4_t neg = vshrq_n_s32(vreinterpretq_s32_f32(a), 31), one = vreinterpretq_s32_f32(vdupq_n_f32(1.0f));
+    const int32x4_t top = vorrq_s32(vandq_s32(vreinterpretq_s32_f32(e), neg), vbicq_s32(one, neg));
+    const float32x4_t z = vmulq_f32(f, f), zz = vmulq_f32(z, z);
+    const float32x4_t u = vaddq_n_f32(vmulq_n_f32(zz, 0.280018151f), 0.666664183f);
+    const float32x4_t v = vaddq_n_f32(vmulq_n_f32(zz, 0.280119389f), 0.400215268f);
+    const float32x4_t tail = vmulq_f32(z, vaddq_f32(u, vmulq_f32(z, v)));
+    const float32x4_t log1p = vsubq_f32(e, vmulq_f32(f, vsubq_f32(e, tail)));
+    float32x4_t sum = vaddq_f32(vreinterpretq_f32_s32(vbicq_s32(vreinterpretq_s32_f32(a), neg)), log1p);
+    float32x4_t slope = rolni_mve_div(vreinterpretq_f32_s32(top), vaddq_n_f32(e, 1.0f));
+    rolni_mve_end(&sum), rolni_mve_end(&slope);
+    if (rolni_mve_denormal()) return 0;
+    vstrwq_f32(y, sum), vstrwq_f32(s, slope);
+    return 1;
+}
+#endif
+
 /* y is argument and result, so that no overlap check stands before the vector loop. */
 ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln_real *ROLN_RESTRICT s)
 {
     int i;
-    for (i = 0; i < n; i++)
+    for (i = 0; i < n; i++) {
+#if ROLNI_MVE
+        if (i % 4 == 0 && n - i >= 4 && rolni_mve_softplus(y + i, s + i)) {
+            i += 3;
+            continue;
+        }
+#endif
         rolni_softplus(y[i], &y[i], &s[i]);
+    }
 }
 
 /* y = softplus(a), s = sigmoid(a), n elements, bit for bit as the two functions above. y may be a; no other overlap. */
@@ -644,6 +741,122 @@ typedef struct {
 #endif
 #endif
 
+#if ROLNI_MVE
+/* The kernels below for Helium: as many columns from j on as they can; they return the first column that is left. Numbers of a row
+   of A follow each other. */
+
+/* rolni_mm1 */
+ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int p;
+    B = rolni_mve_begin(B);
+    for (; j < n - n % 16; j += 16) {
+        const roln_real *a = a0, *b = B + j;
+        roln_real *const d = c + j;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
+        if (add) c0 = vldrwq_f32(d), c1 = vldrwq_f32(d + 4), c2 = vldrwq_f32(d + 8), c3 = vldrwq_f32(d + 12);
+        for (p = k; p > 0; p--, b += ldb) {
+            const roln_real x = *a++;
+            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), x));
+            c1 = vaddq_f32(c1, vmulq_n_f32(vldrwq_f32(b + 4), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(vldrwq_f32(b + 8), x));
+            c3 = vaddq_f32(c3, vmulq_n_f32(vldrwq_f32(b + 12), x));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3);
+        if (rolni_mve_denormal()) return j;
+        vstrwq_f32(d, c0), vstrwq_f32(d + 4, c1), vstrwq_f32(d + 8, c2), vstrwq_f32(d + 12, c3);
+    }
+    for (; j < n - n % 4; j += 4) {
+        const roln_real *a = a0, *b = B + j;
+        float32x4_t c0 = vdupq_n_f32(0);
+        if (add) c0 = vldrwq_f32(c + j);
+        for (p = k; p > 0; p--, b += ldb)
+            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), *a++));
+        rolni_mve_end(&c0);
+        if (rolni_mve_denormal()) return j;
+        vstrwq_f32(c + j, c0);
+    }
+    return j;
+}
+
+/* rolni_mm2 */
+ROLN_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const roln_real *B, int add, roln_real *C)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    int j, p;
+    B = rolni_mve_begin(B);
+    for (j = 0; j < n - n % 8; j += 8) {
+        const roln_real *a = A, *a1 = A + si, *b = B + j;
+        roln_real *const c = C + j, *const d = c + ldb;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0;
+        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
+        for (p = k; p > 0; p--, b += ldb) {
+            const float32x4_t b0 = vldrwq_f32(b), b1 = vldrwq_f32(b + 4);
+            const roln_real x = *a++, y = *a1++;
+            c0 = vaddq_f32(c0, vmulq_n_f32(b0, x)), c1 = vaddq_f32(c1, vmulq_n_f32(b1, x));
+            d0 = vaddq_f32(d0, vmulq_n_f32(b0, y)), d1 = vaddq_f32(d1, vmulq_n_f32(b1, y));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1);
+        if (rolni_mve_denormal()) return j;
+        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
+    }
+    return j;
+}
+
+/* t[i][l] = the sum of a[p] B[i][p] over p = l, l + 8, .. < k, for i, l = 0 .. 3; with add != NULL that of add[i][l] and this sum. */
+ROLNI_INLINE void rolni_mve_sums(int k, const roln_real *a, const roln_real *b, size_t ld, const roln_real *add, roln_real *t)
+{
+    const roln_real *b1 = b + ld, *b2 = b1 + ld, *b3 = b2 + ld;
+    const int blocks = (k + 4) >> 3, rest = k - 8 * blocks;
+    float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0, x;
+    int p;
+    for (p = blocks; p > 0; p--) {
+        x = rolni_mve_next(&a, 8);
+        v0 = vaddq_f32(v0, vmulq_f32(rolni_mve_next(&b, 8), x)), v1 = vaddq_f32(v1, vmulq_f32(rolni_mve_next(&b1, 8), x));
+        v2 = vaddq_f32(v2, vmulq_f32(rolni_mve_next(&b2, 8), x)), v3 = vaddq_f32(v3, vmulq_f32(rolni_mve_next(&b3, 8), x));
+    }
+    if (rest > 0) { /* 0 for what is beyond k */
+        const mve_pred16_t on = vctp32q(ROLNI_AS(uint32_t, rest));
+        x = vldrwq_z_f32(a, on);
+        v0 = vaddq_f32(v0, vmulq_f32(vldrwq_z_f32(b, on), x)), v1 = vaddq_f32(v1, vmulq_f32(vldrwq_z_f32(b1, on), x));
+        v2 = vaddq_f32(v2, vmulq_f32(vldrwq_z_f32(b2, on), x)), v3 = vaddq_f32(v3, vmulq_f32(vldrwq_z_f32(b3, on), x));
+    }
+    if (add) {
+        v0 = vaddq_f32(vldrwq_f32(add), v0), v1 = vaddq_f32(vldrwq_f32(add + 4), v1);
+        v2 = vaddq_f32(vldrwq_f32(add + 8), v2), v3 = vaddq_f32(vldrwq_f32(add + 12), v3);
+    }
+    vstrwq_f32(t, v0), vstrwq_f32(t + 4, v1), vstrwq_f32(t + 8, v2), vstrwq_f32(t + 12, v3);
+}
+
+/* roln_mm_bt, k >= 8, n >= 4. The last four columns may be among those before: their sums are the same again. Returns 0 if a number
+   on the way is denormal; then C is not whole. */
+ROLN_FN int rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
+    roln_real t[16];
+    int i, j;
+    A = rolni_mve_begin(A);
+    for (j = 0; j < n; j += 4) {
+        const int first = ROLN_MIN(j, n - 4);
+        const roln_real *a = A, *const b = B + ROLNI_AS(size_t, first) * ld;
+        roln_real *c = C + first;
+        for (i = 0; i < m; i++, a += ld, c += ldc) {
+            float32x4x4_t v;
+            float32x4_t sum;
+            rolni_mve_sums(k, a, b, ld, NULL, t);
+            rolni_mve_sums(k - 4, a + 4, b + 4, ld, t, t);
+            v = vld4q_f32(t);
+            sum = vaddq_f32(vaddq_f32(v.val[0], v.val[2]), vaddq_f32(v.val[1], v.val[3]));
+            rolni_mve_end(&sum);
+            if (rolni_mve_denormal()) return 0;
+            vstrwq_f32(c, sum);
+        }
+    }
+    return 1;
+}
+#endif
+
 /* One, two and four rows of a product with B, c[j] = (add ? c[j] : 0) + sum_p a[p sp] B[p][j], in blocks of columns that fit the
    registers: rolni_mm_wide from column j on as far as its blocks reach, and returns the first column that is left; rolni_mm1 to
    the end. Rows of A are si apart, rows of C follow each other. */
@@ -716,6 +929,9 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 {
     const size_t ldb = ROLNI_AS(size_t, n);
     int p;
+#if ROLNI_MVE
+    if (sp == 1 || k == 1) j = rolni_mve_mm1(k, n, j, a0, B, add, c);
+#endif
     j = rolni_mm_wide(k, n, j, a0, sp, B, add, c);
     for (; j < n - n % 4; j += 4) {
         const roln_real *a = a0, *b = B + j;
@@ -840,9 +1056,12 @@ ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t 
 ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    int j, p;
+    int j = 0, p;
     roln_real *c = C, *d = c + ldb;
-    for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
+#if ROLNI_MVE
+    if (sp == 1 || k == 1) j = rolni_mve_mm2(k, n, A, si, B, add, C), c += j, d += j;
+#endif
+    for (; j < n - n % 8; j += 8, c += 8, d += 8) {
         const roln_real *a = A, *b = B + j;
         rolni_two u;
 #define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
@@ -997,6 +1216,9 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
 {
     const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
+#if ROLNI_MVE
+    if (k >= 8 && n >= 4 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
+#endif
 #if ROLN_SIMD
     if (k % 8 == 0) {
         for (; j < n - n % 4; j += 4) { /* four rows of B, two of A: eight accumulators */

@@ -12,7 +12,7 @@ case $core in
 m4) cc="$arm -mcpu=cortex-m4" board=an386 ;;
 m7) cc="$arm -mcpu=cortex-m7+nofp.dp" board=an500 ;;
 m33) cc="$arm -mcpu=cortex-m33" board=an505 ;;
-m55) cc="$arm -march=armv8.1-m.main+dsp+fp -mtune=cortex-m55" board=an547 ;;
+m55) cc="$arm -march=armv8.1-m.main+dsp+mve.fp -mtune=cortex-m55 -fno-tree-vectorize" board=an547 ;;
 rv32) cc=$riscv board=virt ;;
 host) cc=${CC:-cc} board= ;;
 *) echo "cc.sh: no core $core" >&2; exit 1 ;;
