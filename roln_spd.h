@@ -804,53 +804,50 @@ ROLN_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const rol
     return j;
 }
 
-/* t[i][l] = the sum of a[p] B[i][p] over p = l, l + 8, .. < k, for i, l = 0 .. 3; with add != NULL that of add[i][l] and this sum. */
-ROLNI_INLINE void rolni_mve_sums(int k, const roln_real *a, const roln_real *b, size_t ld, const roln_real *add, roln_real *t)
+/* The sum of the eight lanes of order 2, u the lanes 0 .. 3, v the lanes 4 .. 7. The last additions are scalar, in the registers of
+   which q0 is made. */
+ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
 {
-    const roln_real *b1 = b + ld, *b2 = b1 + ld, *b3 = b2 + ld;
-    const int blocks = (k + 4) >> 3, rest = k - 8 * blocks;
-    float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0, x;
-    int p;
-    for (p = blocks; p > 0; p--) {
-        x = rolni_mve_next(&a, 8);
-        v0 = vaddq_f32(v0, vmulq_f32(rolni_mve_next(&b, 8), x)), v1 = vaddq_f32(v1, vmulq_f32(rolni_mve_next(&b1, 8), x));
-        v2 = vaddq_f32(v2, vmulq_f32(rolni_mve_next(&b2, 8), x)), v3 = vaddq_f32(v3, vmulq_f32(rolni_mve_next(&b3, 8), x));
-    }
-    if (rest > 0) { /* 0 for what is beyond k */
-        const mve_pred16_t on = vctp32q(ROLNI_AS(uint32_t, rest));
-        x = vldrwq_z_f32(a, on);
-        v0 = vaddq_f32(v0, vmulq_f32(vldrwq_z_f32(b, on), x)), v1 = vaddq_f32(v1, vmulq_f32(vldrwq_z_f32(b1, on), x));
-        v2 = vaddq_f32(v2, vmulq_f32(vldrwq_z_f32(b2, on), x)), v3 = vaddq_f32(v3, vmulq_f32(vldrwq_z_f32(b3, on), x));
-    }
-    if (add) {
-        v0 = vaddq_f32(vldrwq_f32(add), v0), v1 = vaddq_f32(vldrwq_f32(add + 4), v1);
-        v2 = vaddq_f32(vldrwq_f32(add + 8), v2), v3 = vaddq_f32(vldrwq_f32(add + 12), v3);
-    }
-    vstrwq_f32(t, v0), vstrwq_f32(t + 4, v1), vstrwq_f32(t + 8, v2), vstrwq_f32(t + 12, v3);
+    roln_real sum;
+    __asm__ volatile("vadd.f32 q0, %q1, %q2\n\tvadd.f32 s0, s0, s2\n\tvadd.f32 s1, s1, s3\n\tvadd.f32 %0, s0, s1"
+                     : "=t"(sum) : "w"(u), "w"(v) : "s0", "s1", "s2", "s3");
+    return sum;
 }
 
-/* roln_mm_bt, k >= 8, n >= 4. The last four columns may be among those before: their sums are the same again. Returns 0 if a number
-   on the way is denormal; then C is not whole. */
+/* roln_mm_bt, n >= 3, k a multiple of 4: three columns of C at a time. The last three may be among those before: their sums are the
+   same again. First products stand for 0 + them, as in rolni_dot2. Returns 0 if a number on the way is denormal; then C is not
+   whole. */
 ROLN_FN int rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
-    roln_real t[16];
-    int i, j;
+    const size_t ld = ROLNI_AS(size_t, k);
+    int i, j, p;
     A = rolni_mve_begin(A);
-    for (j = 0; j < n; j += 4) {
-        const int first = ROLN_MIN(j, n - 4);
-        const roln_real *a = A, *const b = B + ROLNI_AS(size_t, first) * ld;
-        roln_real *c = C + first;
-        for (i = 0; i < m; i++, a += ld, c += ldc) {
-            float32x4x4_t v;
-            float32x4_t sum;
-            rolni_mve_sums(k, a, b, ld, NULL, t);
-            rolni_mve_sums(k - 4, a + 4, b + 4, ld, t, t);
-            v = vld4q_f32(t);
-            sum = vaddq_f32(vaddq_f32(v.val[0], v.val[2]), vaddq_f32(v.val[1], v.val[3]));
-            rolni_mve_end(&sum);
+    for (i = 0; i < m; i++, A += ld, C += n) {
+        const roln_real *b2 = B;
+        roln_real *c = C;
+        for (j = n; j > 0; j -= 3, c += 3) {
+            const int again = ROLN_MAX(3 - j, 0);
+            const roln_real *a = A, *b0 = b2 - again * k, *b1 = b0 + ld;
+            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2;
+            float32x4_t d0 = vdupq_n_f32(0), d1 = d0, d2 = d0;
+            b2 = b1 + ld, c -= again;
+            c1 = vmulq_f32(rolni_mve_next(&b1, 4), x), c2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
+            c0 = vaddq_f32(c0, d0), c1 = vaddq_f32(c1, d0), c2 = vaddq_f32(c2, d0);
+            for (p = (k - 4) >> 3; p > 0; p--) {
+                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
+                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
+                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            }
+            if (k % 8 == 0) {
+                x = vldrwq_f32(a), d0 = vaddq_f32(d0, vmulq_f32(vldrwq_f32(b0), x));
+                d1 = vaddq_f32(d1, vmulq_f32(vldrwq_f32(b1), x));
+                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            }
+            c[0] = rolni_mve_lanes(c0, d0), c[1] = rolni_mve_lanes(c1, d1), c[2] = rolni_mve_lanes(c2, d2);
             if (rolni_mve_denormal()) return 0;
-            vstrwq_f32(c, sum);
         }
     }
     return 1;
@@ -1217,7 +1214,7 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
 #if ROLNI_MVE
-    if (k >= 8 && n >= 4 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
+    if (n >= 3 && k > 0 && k % 4 == 0 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
 #endif
 #if ROLN_SIMD
     if (k % 8 == 0) {
