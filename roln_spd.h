@@ -201,8 +201,14 @@ ROLN_FN int roln_finite(roln_real x)
 /* Nonzero if all n numbers of x are finite. */
 ROLN_FN int roln_all_finite(int n, const roln_real *x)
 {
-    int i, bad = 0;
-    for (i = 0; i < n; i++)
+    int i = 0, bad = 0;
+#if ROLNI_MVE
+    uint32x4_t most = vdupq_n_u32(0);
+    for (; i < n - n % 4; i += 4)
+        most = vmaxq_u32(most, vandq_u32(vreinterpretq_u32_f32(vldrwq_f32(x + i)), vdupq_n_u32(UINT32_C(0x7f800000))));
+    bad = vmaxvq_u32(0, most) == UINT32_C(0x7f800000);
+#endif
+    for (; i < n; i++)
         bad |= !roln_finite(x[i]);
     return !bad;
 }
@@ -512,15 +518,6 @@ ROLNI_INLINE float32x4_t rolni_mve_next(const roln_real **x, int step)
     return v;
 }
 
-/* a / b: Helium does not divide, so four scalar divisions, in the registers of which q0 and q1 are made. */
-ROLNI_INLINE float32x4_t rolni_mve_div(float32x4_t a, float32x4_t b)
-{
-    register float32x4_t x __asm__("q0") = a;
-    register float32x4_t y __asm__("q1") = b;
-    __asm__("vdiv.f32 s0, s0, s4\n\tvdiv.f32 s1, s1, s5\n\tvdiv.f32 s2, s2, s6\n\tvdiv.f32 s3, s3, s7" : "+w"(x) : "w"(y));
-    return x;
-}
-
 /* rolni_exp of -|a|, step by step. */
 ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a)
 {
@@ -540,23 +537,51 @@ ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a)
     return vmulq_f32(vreinterpretq_f32_s32(first), vreinterpretq_f32_s32(second));
 }
 
-/* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if a number on the way is denormal. */
+/* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if a number on the way is denormal. Helium does not
+   divide: four scalar divisions do, in the registers of which q0 and q1 are made. */
+#define ROLNI_MVE_DIV(x, y) \
+    __asm__ volatile("vdiv.f32 s0, s0, s4\n\tvdiv.f32 s1, s1, s5\n\tvdiv.f32 s2, s2, s6\n\tvdiv.f32 s3, s3, s7" : "+w"(x) : "w"(y))
 ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
 {
-    const float32x4_t a = vldrwq_f32(rolni_mve_begin(y)), e = rolni_mve_exp(a), f = rolni_mve_div(e, vaddq_n_f32(e, 2.0f));
+    register float32x4_t f __asm__("q0"), below __asm__("q1");
+    const float32x4_t a = vldrwq_f32(rolni_mve_begin(y));
     const int32x4_t neg = vshrq_n_s32(vreinterpretq_s32_f32(a), 31), one = vreinterpretq_s32_f32(vdupq_n_f32(1.0f));
-    const int32x4_t top = vorrq_s32(vandq_s32(vreinterpretq_s32_f32(e), neg), vbicq_s32(one, neg));
-    const float32x4_t z = vmulq_f32(f, f), zz = vmulq_f32(z, z);
-    const float32x4_t u = vaddq_n_f32(vmulq_n_f32(zz, 0.280018151f), 0.666664183f);
-    const float32x4_t v = vaddq_n_f32(vmulq_n_f32(zz, 0.280119389f), 0.400215268f);
-    const float32x4_t tail = vmulq_f32(z, vaddq_f32(u, vmulq_f32(z, v)));
-    const float32x4_t log1p = vsubq_f32(e, vmulq_f32(f, vsubq_f32(e, tail)));
-    float32x4_t sum = vaddq_f32(vreinterpretq_f32_s32(vbicq_s32(vreinterpretq_s32_f32(a), neg)), log1p);
-    float32x4_t slope = rolni_mve_div(vreinterpretq_f32_s32(top), vaddq_n_f32(e, 1.0f));
-    rolni_mve_end(&sum), rolni_mve_end(&slope);
+    const float32x4_t e = rolni_mve_exp(a);
+    float32x4_t z, zz, u, v, sum;
+    f = e, below = vaddq_n_f32(e, 2.0f);
+    ROLNI_MVE_DIV(f, below);
+    z = vmulq_f32(f, f), zz = vmulq_f32(z, z);
+    u = vaddq_n_f32(vmulq_n_f32(zz, 0.280018151f), 0.666664183f), v = vaddq_n_f32(vmulq_n_f32(zz, 0.280119389f), 0.400215268f);
+    sum = vsubq_f32(e, vmulq_f32(f, vsubq_f32(e, vmulq_f32(z, vaddq_f32(u, vmulq_f32(z, v))))));
+    sum = vaddq_f32(vreinterpretq_f32_s32(vbicq_s32(vreinterpretq_s32_f32(a), neg)), sum);
+    rolni_mve_end(&sum);
+    f = vreinterpretq_f32_s32(vorrq_s32(vandq_s32(vreinterpretq_s32_f32(e), neg), vbicq_s32(one, neg)));
+    below = vaddq_n_f32(e, 1.0f);
+    ROLNI_MVE_DIV(f, below);
     if (rolni_mve_denormal()) return 0;
-    vstrwq_f32(y, sum), vstrwq_f32(s, slope);
+    vstrwq_f32(y, sum), vstrwq_f32(s, f);
     return 1;
+}
+
+/* y = x y or x + y, as far as it can: returns the first of n numbers that is left. */
+ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real *y)
+{
+    int i;
+    x = rolni_mve_begin(x);
+    for (i = 0; i < n - n % 8; i += 8, x += 8, y += 8) {
+        float32x4_t u = times ? vmulq_f32(vldrwq_f32(x), vldrwq_f32(y)) : vaddq_f32(vldrwq_f32(x), vldrwq_f32(y));
+        float32x4_t v = times ? vmulq_f32(vldrwq_f32(x + 4), vldrwq_f32(y + 4)) : vaddq_f32(vldrwq_f32(x + 4), vldrwq_f32(y + 4));
+        rolni_mve_end(&u), rolni_mve_end(&v);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(y, u), vstrwq_f32(y + 4, v);
+    }
+    return i;
+}
+#else
+ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real *y)
+{
+    (void)times, (void)n, (void)x, (void)y;
+    return 0;
 }
 #endif
 
@@ -804,6 +829,26 @@ ROLN_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const rol
     return j;
 }
 
+/* rolni_mm4, the columns 0 .. 3 */
+ROLNI_INLINE int rolni_mve_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *c)
+{
+    const size_t ldb = ROLNI_AS(size_t, n);
+    roln_real *const d = c + ldb, *const e = d + ldb, *const f = e + ldb;
+    float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0;
+    int p;
+    B = rolni_mve_begin(B);
+    if (add) v0 = vldrwq_f32(c), v1 = vldrwq_f32(d), v2 = vldrwq_f32(e), v3 = vldrwq_f32(f);
+    for (p = k; p > 0; p--, A += sp, B += ldb) {
+        const float32x4_t b = vldrwq_f32(B);
+        v0 = vaddq_f32(v0, vmulq_n_f32(b, A[0])), v1 = vaddq_f32(v1, vmulq_n_f32(b, A[si]));
+        v2 = vaddq_f32(v2, vmulq_n_f32(b, A[2 * si])), v3 = vaddq_f32(v3, vmulq_n_f32(b, A[3 * si]));
+    }
+    rolni_mve_end(&v0), rolni_mve_end(&v1), rolni_mve_end(&v2), rolni_mve_end(&v3);
+    if (rolni_mve_denormal()) return 0;
+    vstrwq_f32(c, v0), vstrwq_f32(d, v1), vstrwq_f32(e, v2), vstrwq_f32(f, v3);
+    return 4;
+}
+
 /* The sum of the eight lanes of order 2, u the lanes 0 .. 3, v the lanes 4 .. 7. The last additions are scalar, in the registers of
    which q0 is made. */
 ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
@@ -812,6 +857,24 @@ ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
     __asm__ volatile("vadd.f32 q0, %q1, %q2\n\tvadd.f32 s0, s0, s2\n\tvadd.f32 s1, s1, s3\n\tvadd.f32 %0, s0, s1"
                      : "=t"(sum) : "w"(u), "w"(v) : "s0", "s1", "s2", "s3");
     return sum;
+}
+
+/* roln_mm_bt, n >= 4, k = 4: four columns of C at a time. As the next function. */
+ROLN_FN int rolni_mve_mm_bt4(int m, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    int i, j;
+    A = rolni_mve_begin(A);
+    for (i = 0; i < m; i++, A += 4, C += n)
+        for (j = 0; j < n; j += 4) {
+            const int first = ROLN_MIN(j, n - 4);
+            const float32x4x4_t b = vld4q_f32(B + 4 * first);
+            const float32x4_t even = vaddq_f32(vaddq_n_f32(vmulq_n_f32(b.val[0], A[0]), 0), vmulq_n_f32(b.val[2], A[2]));
+            float32x4_t c = vaddq_f32(even, vaddq_f32(vmulq_n_f32(b.val[1], A[1]), vmulq_n_f32(b.val[3], A[3])));
+            rolni_mve_end(&c);
+            if (rolni_mve_denormal()) return 0;
+            vstrwq_f32(C + first, c);
+        }
+    return 1;
 }
 
 /* roln_mm_bt, n >= 3, k a multiple of 4: three columns of C at a time. The last three may be among those before: their sums are the
@@ -1024,9 +1087,12 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
 ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    int j, p;
+    int j = 0, p;
     roln_real *c = C, *d = c + ldb, *e = d + ldb, *f = e + ldb;
-    for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+#if ROLNI_MVE
+    if (n >= 4) j = rolni_mve_mm4(k, n, A, si, sp, B, add, C), c += j, d += j, e += j, f += j;
+#endif
+    for (; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
         const roln_real *a = A, *b = B + j;
         rolni_two u;
 #define ROLNI_X(i) \
@@ -1214,7 +1280,8 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
     const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
 #if ROLNI_MVE
-    if (n >= 3 && k > 0 && k % 4 == 0 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
+    if (k == 4 && n >= 4 && rolni_mve_mm_bt4(m, n, A, B, C)) return;
+    if (k > 4 && n >= 3 && k % 4 == 0 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
 #endif
 #if ROLN_SIMD
     if (k % 8 == 0) {
