@@ -518,37 +518,35 @@ ROLNI_INLINE float32x4_t rolni_mve_next(const roln_real **x, int step)
     return v;
 }
 
-/* rolni_exp of -|a|, step by step. */
+/* rolni_exp of -|a|, |a| <= 87, so that the result is no denormal number: 2^k is applied at once. */
 ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a)
 {
-    const uint32x4_t b = vreinterpretq_u32_f32(vabsq_f32(a)), m = vminq_u32(b, vdupq_n_u32(rolni_bits(ROLNI_EXP_END)));
-    const int32x4_t nan = vshrq_n_s32(vreinterpretq_s32_u32(vsubq_u32(vdupq_n_u32(ROLNI_INF), b)), 31);
-    const float32x4_t x = vnegq_f32(vreinterpretq_f32_u32(m));
-    const int32x4_t n = vcvtq_s32_f32(vaddq_n_f32(vmulq_n_f32(x, 1.4426950408889634f), 254.5f)), half = vshrq_n_s32(n, 1);
+    const float32x4_t x = vnegq_f32(vabsq_f32(a));
+    const int32x4_t n = vcvtq_s32_f32(vaddq_n_f32(vmulq_n_f32(x, 1.4426950408889634f), 254.5f));
     const float32x4_t k = vsubq_n_f32(vcvtq_f32_s32(n), 254.0f), lo = vmulq_n_f32(k, ROLNI_LN2LO);
     const float32x4_t h = vsubq_f32(x, vmulq_n_f32(k, ROLNI_LN2HI)), r = vsubq_f32(h, lo), rr = vmulq_f32(r, r);
     const float32x4_t w = vaddq_n_f32(vmulq_n_f32(rr, 1.38145988e-3f), 4.1668389e-2f);
     const float32x4_t u = vaddq_n_f32(vmulq_f32(rr, w), 0.49999994f);
     const float32x4_t v = vaddq_n_f32(vmulq_n_f32(rr, 8.36871751e-3f), 0.166665211f);
     const float32x4_t t = vsubq_f32(vmulq_f32(rr, vaddq_f32(u, vmulq_f32(r, v))), lo);
-    const int32x4_t y = vreinterpretq_s32_f32(vaddq_n_f32(vaddq_f32(h, t), 1.0f));
-    const int32x4_t first = vaddq_s32(y, vshlq_n_s32(vsubq_n_s32(half, 127), ROLNI_MANT));
-    const int32x4_t second = vorrq_s32(vshlq_n_s32(vsubq_s32(n, half), ROLNI_MANT), nan);
-    return vmulq_f32(vreinterpretq_f32_s32(first), vreinterpretq_f32_s32(second));
+    const uint32x4_t y = vreinterpretq_u32_f32(vaddq_n_f32(vaddq_f32(h, t), 1.0f));
+    const uint32x4_t exponent = vshlq_n_u32(vreinterpretq_u32_s32(n), ROLNI_MANT);
+    return vreinterpretq_f32_u32(vsubq_n_u32(vaddq_u32(y, exponent), 2 * ROLNI_BIAS << ROLNI_MANT));
 }
 
-/* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if a number on the way is denormal. Helium does not
-   divide: four scalar divisions do, in the registers of which q0 and q1 are made. */
+/* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if |a| > 87, as NaN is, or a number on the way is
+   denormal. Helium does not divide: four scalar divisions do, in the registers of which q0 and q1 are made. */
 #define ROLNI_MVE_DIV(x, y) \
     __asm__ volatile("vdiv.f32 s0, s0, s4\n\tvdiv.f32 s1, s1, s5\n\tvdiv.f32 s2, s2, s6\n\tvdiv.f32 s3, s3, s7" : "+w"(x) : "w"(y))
 ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
 {
-    register float32x4_t f __asm__("q0"), below __asm__("q1");
+    register float32x4_t f __asm__("q0");
+    register float32x4_t below __asm__("q1");
     const float32x4_t a = vldrwq_f32(rolni_mve_begin(y));
     const int32x4_t neg = vshrq_n_s32(vreinterpretq_s32_f32(a), 31), one = vreinterpretq_s32_f32(vdupq_n_f32(1.0f));
-    const float32x4_t e = rolni_mve_exp(a);
-    float32x4_t z, zz, u, v, sum;
-    f = e, below = vaddq_n_f32(e, 2.0f);
+    float32x4_t e, z, zz, u, v, sum;
+    if (vmaxvq_u32(0, vreinterpretq_u32_f32(vabsq_f32(a))) > rolni_bits(87.0f)) return 0;
+    f = e = rolni_mve_exp(a), below = vaddq_n_f32(e, 2.0f);
     ROLNI_MVE_DIV(f, below);
     z = vmulq_f32(f, f), zz = vmulq_f32(z, z);
     u = vaddq_n_f32(vmulq_n_f32(zz, 0.280018151f), 0.666664183f), v = vaddq_n_f32(vmulq_n_f32(zz, 0.280119389f), 0.400215268f);
@@ -589,15 +587,13 @@ ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real 
 ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln_real *ROLN_RESTRICT s)
 {
     int i;
-    for (i = 0; i < n; i++) {
 #if ROLNI_MVE
-        if (i % 4 == 0 && n - i >= 4 && rolni_mve_softplus(y + i, s + i)) {
-            i += 3;
-            continue;
-        }
+    for (; n >= 4; n -= 4, y += 4, s += 4)
+        for (i = rolni_mve_softplus(y, s) ? 4 : 0; i < 4; i++)
+            rolni_softplus(y[i], &y[i], &s[i]);
 #endif
+    for (i = 0; i < n; i++)
         rolni_softplus(y[i], &y[i], &s[i]);
-    }
 }
 
 /* y = softplus(a), s = sigmoid(a), n elements, bit for bit as the two functions above. y may be a; no other overlap. */
@@ -773,7 +769,7 @@ typedef struct {
 /* rolni_mm1 */
 ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_real *B, int add, roln_real *c)
 {
-    const size_t ldb = ROLNI_AS(size_t, n);
+    const int next = n - 16;
     int p;
     B = rolni_mve_begin(B);
     for (; j < n - n % 16; j += 16) {
@@ -781,12 +777,10 @@ ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_r
         roln_real *const d = c + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
         if (add) c0 = vldrwq_f32(d), c1 = vldrwq_f32(d + 4), c2 = vldrwq_f32(d + 8), c3 = vldrwq_f32(d + 12);
-        for (p = k; p > 0; p--, b += ldb) {
+        for (p = k; p > 0; p--, b += next) {
             const roln_real x = *a++;
-            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), x));
-            c1 = vaddq_f32(c1, vmulq_n_f32(vldrwq_f32(b + 4), x));
-            c2 = vaddq_f32(c2, vmulq_n_f32(vldrwq_f32(b + 8), x));
-            c3 = vaddq_f32(c3, vmulq_n_f32(vldrwq_f32(b + 12), x));
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
         }
         rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3);
         if (rolni_mve_denormal()) return j;
@@ -796,7 +790,7 @@ ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_r
         const roln_real *a = a0, *b = B + j;
         float32x4_t c0 = vdupq_n_f32(0);
         if (add) c0 = vldrwq_f32(c + j);
-        for (p = k; p > 0; p--, b += ldb)
+        for (p = k; p > 0; p--, b += n)
             c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), *a++));
         rolni_mve_end(&c0);
         if (rolni_mve_denormal()) return j;
@@ -808,16 +802,16 @@ ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_r
 /* rolni_mm2 */
 ROLN_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const roln_real *B, int add, roln_real *C)
 {
-    const size_t ldb = ROLNI_AS(size_t, n);
+    const int next = n - 8;
     int j, p;
     B = rolni_mve_begin(B);
     for (j = 0; j < n - n % 8; j += 8) {
         const roln_real *a = A, *a1 = A + si, *b = B + j;
-        roln_real *const c = C + j, *const d = c + ldb;
+        roln_real *const c = C + j, *const d = c + n;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0;
         if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
-        for (p = k; p > 0; p--, b += ldb) {
-            const float32x4_t b0 = vldrwq_f32(b), b1 = vldrwq_f32(b + 4);
+        for (p = k; p > 0; p--, b += next) {
+            const float32x4_t b0 = rolni_mve_next(&b, 4), b1 = rolni_mve_next(&b, 4);
             const roln_real x = *a++, y = *a1++;
             c0 = vaddq_f32(c0, vmulq_n_f32(b0, x)), c1 = vaddq_f32(c1, vmulq_n_f32(b1, x));
             d0 = vaddq_f32(d0, vmulq_n_f32(b0, y)), d1 = vaddq_f32(d1, vmulq_n_f32(b1, y));
@@ -891,23 +885,24 @@ ROLN_FN int rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_
         for (j = n; j > 0; j -= 3, c += 3) {
             const int again = ROLN_MAX(3 - j, 0);
             const roln_real *a = A, *b0 = b2 - again * k, *b1 = b0 + ld;
-            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2;
-            float32x4_t d0 = vdupq_n_f32(0), d1 = d0, d2 = d0;
+            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2, d0, d1, d2;
             b2 = b1 + ld, c -= again;
             c1 = vmulq_f32(rolni_mve_next(&b1, 4), x), c2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
-            c0 = vaddq_f32(c0, d0), c1 = vaddq_f32(c1, d0), c2 = vaddq_f32(c2, d0);
-            for (p = (k - 4) >> 3; p > 0; p--) {
-                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            c0 = vaddq_n_f32(c0, 0), c1 = vaddq_n_f32(c1, 0), c2 = vaddq_n_f32(c2, 0);
+            x = rolni_mve_next(&a, 4), d0 = vmulq_f32(rolni_mve_next(&b0, 4), x);
+            d1 = vmulq_f32(rolni_mve_next(&b1, 4), x), d2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
+            for (p = (k - 8) >> 3; p > 0; p--) {
                 x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
                 c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
                 c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-            }
-            if (k % 8 == 0) {
-                x = vldrwq_f32(a), d0 = vaddq_f32(d0, vmulq_f32(vldrwq_f32(b0), x));
-                d1 = vaddq_f32(d1, vmulq_f32(vldrwq_f32(b1), x));
+                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
                 d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            }
+            if (k & 4) {
+                x = vldrwq_f32(a), c0 = vaddq_f32(c0, vmulq_f32(vldrwq_f32(b0), x));
+                c1 = vaddq_f32(c1, vmulq_f32(vldrwq_f32(b1), x));
+                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
             }
             c[0] = rolni_mve_lanes(c0, d0), c[1] = rolni_mve_lanes(c1, d1), c[2] = rolni_mve_lanes(c2, d2);
             if (rolni_mve_denormal()) return 0;
