@@ -762,156 +762,6 @@ typedef struct {
 #endif
 #endif
 
-#if ROLNI_MVE
-/* The kernels below for Helium: as many columns from j on as they can; they return the first column that is left. Numbers of a row
-   of A follow each other. */
-
-/* rolni_mm1 */
-ROLN_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *a0, const roln_real *B, int add, roln_real *c)
-{
-    const int next = n - 16;
-    int p;
-    B = rolni_mve_begin(B);
-    for (; j < n - n % 16; j += 16) {
-        const roln_real *a = a0, *b = B + j;
-        roln_real *const d = c + j;
-        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
-        if (add) c0 = vldrwq_f32(d), c1 = vldrwq_f32(d + 4), c2 = vldrwq_f32(d + 8), c3 = vldrwq_f32(d + 12);
-        for (p = k; p > 0; p--, b += next) {
-            const roln_real x = *a++;
-            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
-            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
-        }
-        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3);
-        if (rolni_mve_denormal()) return j;
-        vstrwq_f32(d, c0), vstrwq_f32(d + 4, c1), vstrwq_f32(d + 8, c2), vstrwq_f32(d + 12, c3);
-    }
-    for (; j < n - n % 4; j += 4) {
-        const roln_real *a = a0, *b = B + j;
-        float32x4_t c0 = vdupq_n_f32(0);
-        if (add) c0 = vldrwq_f32(c + j);
-        for (p = k; p > 0; p--, b += n)
-            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), *a++));
-        rolni_mve_end(&c0);
-        if (rolni_mve_denormal()) return j;
-        vstrwq_f32(c + j, c0);
-    }
-    return j;
-}
-
-/* rolni_mm2 */
-ROLN_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const roln_real *B, int add, roln_real *C)
-{
-    const int next = n - 8;
-    int j, p;
-    B = rolni_mve_begin(B);
-    for (j = 0; j < n - n % 8; j += 8) {
-        const roln_real *a = A, *a1 = A + si, *b = B + j;
-        roln_real *const c = C + j, *const d = c + n;
-        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0;
-        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
-        for (p = k; p > 0; p--, b += next) {
-            const float32x4_t b0 = rolni_mve_next(&b, 4), b1 = rolni_mve_next(&b, 4);
-            const roln_real x = *a++, y = *a1++;
-            c0 = vaddq_f32(c0, vmulq_n_f32(b0, x)), c1 = vaddq_f32(c1, vmulq_n_f32(b1, x));
-            d0 = vaddq_f32(d0, vmulq_n_f32(b0, y)), d1 = vaddq_f32(d1, vmulq_n_f32(b1, y));
-        }
-        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1);
-        if (rolni_mve_denormal()) return j;
-        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
-    }
-    return j;
-}
-
-/* rolni_mm4, the columns 0 .. 3 */
-ROLNI_INLINE int rolni_mve_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *c)
-{
-    const size_t ldb = ROLNI_AS(size_t, n);
-    roln_real *const d = c + ldb, *const e = d + ldb, *const f = e + ldb;
-    float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0;
-    int p;
-    B = rolni_mve_begin(B);
-    if (add) v0 = vldrwq_f32(c), v1 = vldrwq_f32(d), v2 = vldrwq_f32(e), v3 = vldrwq_f32(f);
-    for (p = k; p > 0; p--, A += sp, B += ldb) {
-        const float32x4_t b = vldrwq_f32(B);
-        v0 = vaddq_f32(v0, vmulq_n_f32(b, A[0])), v1 = vaddq_f32(v1, vmulq_n_f32(b, A[si]));
-        v2 = vaddq_f32(v2, vmulq_n_f32(b, A[2 * si])), v3 = vaddq_f32(v3, vmulq_n_f32(b, A[3 * si]));
-    }
-    rolni_mve_end(&v0), rolni_mve_end(&v1), rolni_mve_end(&v2), rolni_mve_end(&v3);
-    if (rolni_mve_denormal()) return 0;
-    vstrwq_f32(c, v0), vstrwq_f32(d, v1), vstrwq_f32(e, v2), vstrwq_f32(f, v3);
-    return 4;
-}
-
-/* The sum of the eight lanes of order 2, u the lanes 0 .. 3, v the lanes 4 .. 7. The last additions are scalar, in the registers of
-   which q0 is made. */
-ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
-{
-    roln_real sum;
-    __asm__ volatile("vadd.f32 q0, %q1, %q2\n\tvadd.f32 s0, s0, s2\n\tvadd.f32 s1, s1, s3\n\tvadd.f32 %0, s0, s1"
-                     : "=t"(sum) : "w"(u), "w"(v) : "s0", "s1", "s2", "s3");
-    return sum;
-}
-
-/* roln_mm_bt, n >= 4, k = 4: four columns of C at a time. As the next function. */
-ROLN_FN int rolni_mve_mm_bt4(int m, int n, const roln_real *A, const roln_real *B, roln_real *C)
-{
-    int i, j;
-    A = rolni_mve_begin(A);
-    for (i = 0; i < m; i++, A += 4, C += n)
-        for (j = 0; j < n; j += 4) {
-            const int first = ROLN_MIN(j, n - 4);
-            const float32x4x4_t b = vld4q_f32(B + 4 * first);
-            const float32x4_t even = vaddq_f32(vaddq_n_f32(vmulq_n_f32(b.val[0], A[0]), 0), vmulq_n_f32(b.val[2], A[2]));
-            float32x4_t c = vaddq_f32(even, vaddq_f32(vmulq_n_f32(b.val[1], A[1]), vmulq_n_f32(b.val[3], A[3])));
-            rolni_mve_end(&c);
-            if (rolni_mve_denormal()) return 0;
-            vstrwq_f32(C + first, c);
-        }
-    return 1;
-}
-
-/* roln_mm_bt, n >= 3, k a multiple of 4: three columns of C at a time. The last three may be among those before: their sums are the
-   same again. First products stand for 0 + them, as in rolni_dot2. Returns 0 if a number on the way is denormal; then C is not
-   whole. */
-ROLN_FN int rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
-{
-    const size_t ld = ROLNI_AS(size_t, k);
-    int i, j, p;
-    A = rolni_mve_begin(A);
-    for (i = 0; i < m; i++, A += ld, C += n) {
-        const roln_real *b2 = B;
-        roln_real *c = C;
-        for (j = n; j > 0; j -= 3, c += 3) {
-            const int again = ROLN_MAX(3 - j, 0);
-            const roln_real *a = A, *b0 = b2 - again * k, *b1 = b0 + ld;
-            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2, d0, d1, d2;
-            b2 = b1 + ld, c -= again;
-            c1 = vmulq_f32(rolni_mve_next(&b1, 4), x), c2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
-            c0 = vaddq_n_f32(c0, 0), c1 = vaddq_n_f32(c1, 0), c2 = vaddq_n_f32(c2, 0);
-            x = rolni_mve_next(&a, 4), d0 = vmulq_f32(rolni_mve_next(&b0, 4), x);
-            d1 = vmulq_f32(rolni_mve_next(&b1, 4), x), d2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
-            for (p = (k - 8) >> 3; p > 0; p--) {
-                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-            }
-            if (k & 4) {
-                x = vldrwq_f32(a), c0 = vaddq_f32(c0, vmulq_f32(vldrwq_f32(b0), x));
-                c1 = vaddq_f32(c1, vmulq_f32(vldrwq_f32(b1), x));
-                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-            }
-            c[0] = rolni_mve_lanes(c0, d0), c[1] = rolni_mve_lanes(c1, d1), c[2] = rolni_mve_lanes(c2, d2);
-            if (rolni_mve_denormal()) return 0;
-        }
-    }
-    return 1;
-}
-#endif
-
 /* One, two and four rows of a product with B, c[j] = (add ? c[j] : 0) + sum_p a[p sp] B[p][j], in blocks of columns that fit the
    registers: rolni_mm_wide from column j on as far as its blocks reach, and returns the first column that is left; rolni_mm1 to
    the end. Rows of A are si apart, rows of C follow each other. */
@@ -953,7 +803,7 @@ ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t 
     }
     return j;
 }
-#else
+#elif !ROLNI_MVE
 ROLNI_INLINE int rolni_mm_wide(int k, int n, int j, const roln_real *a0, size_t sp, const roln_real *B, int add, roln_real *c)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
@@ -984,10 +834,9 @@ ROLN_FN void rolni_mm1(int k, int n, int j, const roln_real *a0, size_t sp, cons
 {
     const size_t ldb = ROLNI_AS(size_t, n);
     int p;
-#if ROLNI_MVE
-    if (sp == 1 || k == 1) j = rolni_mve_mm1(k, n, j, a0, B, add, c);
-#endif
+#if !ROLNI_MVE
     j = rolni_mm_wide(k, n, j, a0, sp, B, add, c);
+#endif
     for (; j < n - n % 4; j += 4) {
         const roln_real *a = a0, *b = B + j;
         roln_real c0 = 0, c1 = 0, c2 = 0, c3 = 0;
@@ -1077,17 +926,14 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
     rolni_mm1(k, n, j, A, sp, B, add, C);
     rolni_mm1(k, n, j, A + si, sp, B, add, C + ldb);
 }
-#else
+#elif !ROLNI_MVE
 /* Four rows by four columns, for a small B. */
 ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    int j = 0, p;
+    int j, p;
     roln_real *c = C, *d = c + ldb, *e = d + ldb, *f = e + ldb;
-#if ROLNI_MVE
-    if (n >= 4) j = rolni_mve_mm4(k, n, A, si, sp, B, add, C), c += j, d += j, e += j, f += j;
-#endif
-    for (; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
+    for (j = 0; j < n - n % 4; j += 4, c += 4, d += 4, e += 4, f += 4) {
         const roln_real *a = A, *b = B + j;
         rolni_two u;
 #define ROLNI_X(i) \
@@ -1114,12 +960,9 @@ ROLNI_INLINE void rolni_mm4(int k, int n, const roln_real *A, size_t si, size_t 
 ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
 {
     const size_t ldb = ROLNI_AS(size_t, n);
-    int j = 0, p;
+    int j, p;
     roln_real *c = C, *d = c + ldb;
-#if ROLNI_MVE
-    if (sp == 1 || k == 1) j = rolni_mve_mm2(k, n, A, si, B, add, C), c += j, d += j;
-#endif
-    for (; j < n - n % 8; j += 8, c += 8, d += 8) {
+    for (j = 0; j < n - n % 8; j += 8, c += 8, d += 8) {
         const roln_real *a = A, *b = B + j;
         rolni_two u;
 #define ROLNI_X(i) roln_real c##i = add ? c[i] : 0, d##i = add ? d[i] : 0;
@@ -1138,6 +981,120 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
     for (p = 0; p < 2 && j < n; p++)
         rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
 }
+#else
+/* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. Not inlined, as
+   each needs most registers. One row, whose numbers of A follow each other: */
+#define ROLNI_MVE_FN ROLN_FN __attribute__((__noinline__))
+ROLNI_MVE_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const roln_real *B, int add, roln_real *C)
+{
+    int p;
+    B = rolni_mve_begin(B);
+    for (; j < n - n % 16; j += 16) {
+        const roln_real *a = A, *b = B + j;
+        roln_real *const c = C + j;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
+        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), c2 = vldrwq_f32(c + 8), c3 = vldrwq_f32(c + 12);
+        for (p = k; p > 0; p--, b += n - 16) {
+            const roln_real x = *a++;
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3);
+        if (rolni_mve_denormal()) return j;
+        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(c + 8, c2), vstrwq_f32(c + 12, c3);
+    }
+    for (; j < n - n % 4; j += 4) {
+        const roln_real *a = A, *b = B + j;
+        float32x4_t c0 = vdupq_n_f32(0);
+        if (add) c0 = vldrwq_f32(C + j);
+        for (p = k; p > 0; p--, b += n)
+            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), *a++));
+        rolni_mve_end(&c0);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(C + j, c0);
+    }
+    return j;
+}
+
+/* Two of them, and three. */
+ROLNI_MVE_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, const roln_real *B, int add, roln_real *C)
+{
+    int j, p;
+    B = rolni_mve_begin(B);
+    for (j = 0; j < n - n % 8; j += 8) {
+        const roln_real *a0 = A, *a1 = a0 + si, *b = B + j;
+        roln_real *const c = C + j, *const d = c + n;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0;
+        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
+        for (p = k; p > 0; p--, b += n - 8) {
+            const float32x4_t b0 = rolni_mve_next(&b, 4), b1 = rolni_mve_next(&b, 4);
+            const roln_real x = *a0++, y = *a1++;
+            c0 = vaddq_f32(c0, vmulq_n_f32(b0, x)), c1 = vaddq_f32(c1, vmulq_n_f32(b1, x));
+            d0 = vaddq_f32(d0, vmulq_n_f32(b0, y)), d1 = vaddq_f32(d1, vmulq_n_f32(b1, y));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
+    }
+    return j;
+}
+
+ROLNI_MVE_FN int rolni_mve_mm3(int k, int n, const roln_real *A, size_t si, const roln_real *B, int add, roln_real *C)
+{
+    int j, p;
+    B = rolni_mve_begin(B);
+    for (j = 0; j < n - n % 8; j += 8) {
+        const roln_real *a0 = A, *a1 = a0 + si, *a2 = a1 + si, *b = B + j;
+        roln_real *const c = C + j, *const d = c + n, *const e = d + n;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0, e0 = c0, e1 = c0;
+        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
+        if (add) e0 = vldrwq_f32(e), e1 = vldrwq_f32(e + 4);
+        for (p = k; p > 0; p--, b += n - 8) {
+            const roln_real x = *a0++, y = *a1++, z = *a2++;
+            float32x4_t v = rolni_mve_next(&b, 4);
+            c0 = vaddq_f32(c0, vmulq_n_f32(v, x)), d0 = vaddq_f32(d0, vmulq_n_f32(v, y)), e0 = vaddq_f32(e0, vmulq_n_f32(v, z));
+            v = rolni_mve_next(&b, 4);
+            c1 = vaddq_f32(c1, vmulq_n_f32(v, x)), d1 = vaddq_f32(d1, vmulq_n_f32(v, y)), e1 = vaddq_f32(e1, vmulq_n_f32(v, z));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1), rolni_mve_end(&e0), rolni_mve_end(&e1);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
+        vstrwq_f32(e, e0), vstrwq_f32(e + 4, e1);
+    }
+    return j;
+}
+
+/* Four rows of any strides, for a small B and for the transposed A of roln_mm_at. */
+ROLNI_MVE_FN int rolni_mve_mm4(int k, int n, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add, roln_real *C)
+{
+    int j, p;
+    B = rolni_mve_begin(B);
+    for (j = 0; j < n - n % 4; j += 4) {
+        const roln_real *a0 = A, *a1 = a0 + si, *a2 = a1 + si, *a3 = a2 + si, *b = B + j;
+        roln_real *const c = C + j, *const d = c + n, *const e = d + n, *const f = e + n;
+        float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0;
+        if (add) v0 = vldrwq_f32(c), v1 = vldrwq_f32(d), v2 = vldrwq_f32(e), v3 = vldrwq_f32(f);
+        for (p = k; p > 0; p--, a0 += sp, a1 += sp, a2 += sp, a3 += sp, b += n) {
+            const float32x4_t v = vldrwq_f32(b);
+            v0 = vaddq_f32(v0, vmulq_n_f32(v, *a0)), v1 = vaddq_f32(v1, vmulq_n_f32(v, *a1));
+            v2 = vaddq_f32(v2, vmulq_n_f32(v, *a2)), v3 = vaddq_f32(v3, vmulq_n_f32(v, *a3));
+        }
+        rolni_mve_end(&v0), rolni_mve_end(&v1), rolni_mve_end(&v2), rolni_mve_end(&v3);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(c, v0), vstrwq_f32(d, v1), vstrwq_f32(e, v2), vstrwq_f32(f, v3);
+    }
+    return j;
+}
+
+/* The columns from j on, row by row: by Helium, then in plain C. */
+ROLNI_MVE_FN void rolni_mve_rest(int m, int k, int n, int j, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add,
+                                 roln_real *C)
+{
+    for (; m > 0; m--, A += si, C += n) {
+        const int next = sp == 1 || k == 1 ? rolni_mve_mm1(k, n, j, A, B, add, C) : j;
+        if (next < n) rolni_mm1(k, n, next, A, sp, B, add, C);
+    }
+}
 #endif
 
 /* C[i][j] = (add ? C[i][j] : 0) + sum_p A[i si + p sp] B[p][j], i < m, p < k, j < n, in order 1. */
@@ -1150,14 +1107,27 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
     rolni_mm4(i, k, n, A, si, sp, B, add, C);
     for (; i < m - m % 2; i += 2)
         rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+#elif ROLNI_MVE
+    const int row = sp == 1 || k == 1;
+    int rows, j;
+    for (; i < m; i += rows, A += ROLNI_AS(size_t, rows) * si, C += ROLNI_AS(size_t, rows) * ldb) {
+        const int left = m - i;
+        rows = 1, j = 0;
+        if (left >= 4 && (!row || n < 8)) rows = 4, j = rolni_mve_mm4(k, n, A, si, sp, B, add, C);
+        else if (row && n >= 8 && left != 4 && left >= 3) rows = 3, j = rolni_mve_mm3(k, n, A, si, B, add, C);
+        else if (row && n >= 8 && left >= 2) rows = 2, j = rolni_mve_mm2(k, n, A, si, B, add, C);
+        if (j < n) rolni_mve_rest(rows, k, n, j, A, si, sp, B, add, C);
+    }
 #else
     for (; i < m - m % 4 && n < 8; i += 4)
         rolni_mm4(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
     for (; i < m - m % 2 && n >= 8; i += 2)
         rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 #endif
+#if !ROLNI_MVE
     for (; i < m; i++)
         rolni_mm1(k, n, 0, A + ROLNI_AS(size_t, i) * si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
+#endif
 }
 
 /* C = A B, A [m][k], B [k][n], C [m][n]. With m = 1 the mat-vec c = B^T a. C may not overlap A or B. */
@@ -1211,7 +1181,7 @@ ROLN_FN roln_real roln_dot(int n, const roln_real *a, const roln_real *b)
     return ((s0 + s4) + (s2 + s6)) + ((s1 + s5) + (s3 + s7));
 }
 
-#if !ROLN_SIMD
+#if !ROLN_SIMD && !ROLNI_MVE
 /* c[0] = sum_p a[p] b[p], c[1] = sum_p a[p] d[p], as roln_dot. The first products stand for 0 + them, which differs where
    they are -0; with one sum that is not, the total is not, as it is not in roln_dot. */
 ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const roln_real *d, roln_real *c)
@@ -1269,14 +1239,91 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 #endif
 #endif
 
+#if ROLNI_MVE
+/* The sum of the eight lanes of order 2, u the lanes 0 .. 3, v the lanes 4 .. 7. The last additions are scalar, in the registers of
+   which q0 is made. */
+ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
+{
+    roln_real sum;
+    __asm__ volatile("vadd.f32 q0, %q1, %q2\n\tvadd.f32 s0, s0, s2\n\tvadd.f32 s1, s1, s3\n\tvadd.f32 %0, s0, s1"
+                     : "=t"(sum) : "w"(u), "w"(v) : "s0", "s1", "s2", "s3");
+    return sum;
+}
+
+/* roln_mm_bt for k = 4, n >= 4: four columns at a time. The last four may be among those before, whose sums are the same again. First
+   products stand for 0 + them, as in rolni_dot2. Columns with a denormal number on the way are computed again. */
+ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    int i, j;
+    B = rolni_mve_begin(B);
+    for (; m > 0; m--, A += 4, C += n)
+        for (j = 0; j < n; j += 4) {
+            const int first = ROLN_MIN(j, n - 4);
+            const float32x4x4_t b = vld4q_f32(B + 4 * first);
+            const float32x4_t even = vaddq_f32(vaddq_n_f32(vmulq_n_f32(b.val[0], A[0]), 0), vmulq_n_f32(b.val[2], A[2]));
+            float32x4_t v = vaddq_f32(even, vaddq_f32(vmulq_n_f32(b.val[1], A[1]), vmulq_n_f32(b.val[3], A[3])));
+            rolni_mve_end(&v);
+            vstrwq_f32(C + first, v);
+            if (!rolni_mve_denormal()) continue;
+            for (i = first; i < first + 4; i++)
+                C[i] = roln_dot(k, A, B + 4 * i);
+            B = rolni_mve_begin(B);
+        }
+}
+
+/* The same for k = 8, 12, 16 .., n >= 3: three columns at a time. */
+ROLNI_MVE_FN void rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
+{
+    int i, j, p;
+    A = rolni_mve_begin(A);
+    for (; m > 0; m--, A += k) {
+        const roln_real *b2 = B;
+        for (j = n; j > 0; j -= 3, C += 3) {
+            const roln_real *a = A, *b0 = b2 - (j < 3 ? (3 - j) * k : 0), *b1 = b0 + k;
+            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2, d0, d1, d2;
+            if (j < 3) C -= 3 - j;
+            b2 = b1 + k;
+            c1 = vmulq_f32(rolni_mve_next(&b1, 4), x), c2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
+            c0 = vaddq_n_f32(c0, 0), c1 = vaddq_n_f32(c1, 0), c2 = vaddq_n_f32(c2, 0);
+            x = rolni_mve_next(&a, 4), d0 = vmulq_f32(rolni_mve_next(&b0, 4), x);
+            d1 = vmulq_f32(rolni_mve_next(&b1, 4), x), d2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
+            for (p = (k - 8) >> 3; p > 0; p--) {
+                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
+                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
+                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            }
+            if (k & 4) {
+                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
+                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
+                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
+            }
+            C[0] = rolni_mve_lanes(c0, d0), C[1] = rolni_mve_lanes(c1, d1), C[2] = rolni_mve_lanes(c2, d2);
+            if (!rolni_mve_denormal()) continue;
+            for (i = 0; i < 3; i++)
+                C[i] = roln_dot(k, A, b2 - (3 - i) * k);
+            A = rolni_mve_begin(A);
+        }
+    }
+}
+#endif
+
 /* C = A B^T, A [m][k], B [n][k], C [m][n], in order 2. With m = 1 the mat-vec c = B a. C may not overlap A or B. */
 ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
     const size_t ld = ROLNI_AS(size_t, k), ldc = ROLNI_AS(size_t, n);
     int i, j = 0;
 #if ROLNI_MVE
-    if (k == 4 && n >= 4 && rolni_mve_mm_bt4(m, n, A, B, C)) return;
-    if (k > 4 && n >= 3 && k % 4 == 0 && rolni_mve_mm_bt(m, k, n, A, B, C)) return;
+    if (k == 4 && n >= 4) {
+        rolni_mve_mm_bt4(m, k, n, A, B, C);
+        return;
+    }
+    if (k > 4 && n >= 3 && k % 4 == 0) {
+        rolni_mve_mm_bt(m, k, n, A, B, C);
+        return;
+    }
 #endif
 #if ROLN_SIMD
     if (k % 8 == 0) {
@@ -1315,7 +1362,7 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
         const roln_real *a = A + ROLNI_AS(size_t, i) * ld;
         roln_real *c = C + ROLNI_AS(size_t, i) * ldc;
         int jj = j;
-#if !ROLN_SIMD
+#if !ROLN_SIMD && !ROLNI_MVE
         for (; jj < n - n % 2; jj += 2)
             rolni_dot2(k, a, B + ROLNI_AS(size_t, jj) * ld, B + ROLNI_AS(size_t, jj + 1) * ld, c + jj);
 #endif
