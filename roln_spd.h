@@ -487,8 +487,18 @@ ROLN_FN roln_real roln_tanh(roln_real x)
 }
 
 #if ROLNI_MVE
+/* Kernels that need most registers are not inlined. */
+#define ROLNI_MVE_FN ROLN_FN __attribute__((__noinline__))
+
 /* Clears IDC and UFC. What is computed from numbers at the returned pointer, which is x, comes after that. */
 ROLNI_INLINE const roln_real *rolni_mve_begin(const roln_real *x)
+{
+    uint32_t flags;
+    __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x));
+    return x;
+}
+
+ROLNI_INLINE roln_real *rolni_mve_begin_at(roln_real *x)
 {
     uint32_t flags;
     __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x));
@@ -518,47 +528,61 @@ ROLNI_INLINE float32x4_t rolni_mve_next(const roln_real **x, int step)
     return v;
 }
 
-/* rolni_exp of -|a|, |a| <= 87, so that the result is no denormal number: 2^k is applied at once. */
-ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a)
+/* rolni_exp of -|a|, |a| <= 87, so that the result is no denormal number: 2^k is applied at once. t: rolni_mve_softplus */
+ROLNI_INLINE float32x4_t rolni_mve_exp(float32x4_t a, const roln_real *t)
 {
     const float32x4_t x = vnegq_f32(vabsq_f32(a));
-    const int32x4_t n = vcvtq_s32_f32(vaddq_n_f32(vmulq_n_f32(x, 1.4426950408889634f), 254.5f));
-    const float32x4_t k = vsubq_n_f32(vcvtq_f32_s32(n), 254.0f), lo = vmulq_n_f32(k, ROLNI_LN2LO);
-    const float32x4_t h = vsubq_f32(x, vmulq_n_f32(k, ROLNI_LN2HI)), r = vsubq_f32(h, lo), rr = vmulq_f32(r, r);
-    const float32x4_t w = vaddq_n_f32(vmulq_n_f32(rr, 1.38145988e-3f), 4.1668389e-2f);
-    const float32x4_t u = vaddq_n_f32(vmulq_f32(rr, w), 0.49999994f);
-    const float32x4_t v = vaddq_n_f32(vmulq_n_f32(rr, 8.36871751e-3f), 0.166665211f);
-    const float32x4_t t = vsubq_f32(vmulq_f32(rr, vaddq_f32(u, vmulq_f32(r, v))), lo);
-    const uint32x4_t y = vreinterpretq_u32_f32(vaddq_n_f32(vaddq_f32(h, t), 1.0f));
-    const uint32x4_t exponent = vshlq_n_u32(vreinterpretq_u32_s32(n), ROLNI_MANT);
-    return vreinterpretq_f32_u32(vsubq_n_u32(vaddq_u32(y, exponent), 2 * ROLNI_BIAS << ROLNI_MANT));
+    const int32x4_t n = vcvtq_s32_f32(vaddq_n_f32(vmulq_n_f32(x, t[0]), t[1]));
+    const float32x4_t k = vsubq_n_f32(vcvtq_f32_s32(n), t[2]), h = vsubq_f32(x, vmulq_n_f32(k, t[3]));
+    const float32x4_t lo = vmulq_n_f32(k, t[4]), r = vsubq_f32(h, lo), rr = vmulq_f32(r, r);
+    const float32x4_t u = vaddq_n_f32(vmulq_f32(rr, vaddq_n_f32(vmulq_n_f32(rr, t[5]), t[6])), t[7]);
+    const float32x4_t v = vmulq_f32(r, vaddq_n_f32(vmulq_n_f32(rr, t[8]), t[9]));
+    const float32x4_t y = vaddq_n_f32(vaddq_f32(h, vsubq_f32(vmulq_f32(rr, vaddq_f32(u, v)), lo)), t[14]);
+    const uint32x4_t bits = vaddq_u32(vreinterpretq_u32_f32(y), vshlq_n_u32(vreinterpretq_u32_s32(n), ROLNI_MANT));
+    return vreinterpretq_f32_u32(vsubq_n_u32(bits, 2 * ROLNI_BIAS << ROLNI_MANT));
 }
 
 /* rolni_softplus of four numbers, y in and out. Returns 0, and writes nothing, if |a| > 87, as NaN is, or a number on the way is
-   denormal. Helium does not divide: four scalar divisions do, in the registers of which q0 and q1 are made. */
+   denormal. The table has the constants of rolni_exp_split and rolni_atanh_tail; the compiler loads them when it needs them.
+   Helium does not divide: four scalar divisions do, in the registers of which q0 and q1 are made. */
 #define ROLNI_MVE_DIV(x, y) \
     __asm__ volatile("vdiv.f32 s0, s0, s4\n\tvdiv.f32 s1, s1, s5\n\tvdiv.f32 s2, s2, s6\n\tvdiv.f32 s3, s3, s7" : "+w"(x) : "w"(y))
 ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
 {
+    static const roln_real table[16] = {1.4426950408889634f, 254.5f, 254.0f, ROLNI_LN2HI, ROLNI_LN2LO, 1.38145988e-3f,
+                                        4.1668389e-2f, 0.49999994f, 8.36871751e-3f, 0.166665211f,
+                                        0.280018151f, 0.666664183f, 0.280119389f, 0.400215268f, 1, 2};
     register float32x4_t f __asm__("q0");
     register float32x4_t below __asm__("q1");
-    const float32x4_t a = vldrwq_f32(rolni_mve_begin(y));
-    const int32x4_t neg = vshrq_n_s32(vreinterpretq_s32_f32(a), 31), one = vreinterpretq_s32_f32(vdupq_n_f32(1.0f));
-    float32x4_t e, z, zz, u, v, sum;
+    const roln_real *const t = rolni_mve_begin(table);
+    float32x4_t a = vldrwq_f32(y), e, z, zz, u, v, sum;
+    int32x4_t neg;
     if (vmaxvq_u32(0, vreinterpretq_u32_f32(vabsq_f32(a))) > rolni_bits(87.0f)) return 0;
-    f = e = rolni_mve_exp(a), below = vaddq_n_f32(e, 2.0f);
+    f = e = rolni_mve_exp(a, t), below = vaddq_n_f32(e, t[15]);
     ROLNI_MVE_DIV(f, below);
     z = vmulq_f32(f, f), zz = vmulq_f32(z, z);
-    u = vaddq_n_f32(vmulq_n_f32(zz, 0.280018151f), 0.666664183f), v = vaddq_n_f32(vmulq_n_f32(zz, 0.280119389f), 0.400215268f);
-    sum = vsubq_f32(e, vmulq_f32(f, vsubq_f32(e, vmulq_f32(z, vaddq_f32(u, vmulq_f32(z, v))))));
+    u = vaddq_n_f32(vmulq_n_f32(zz, t[10]), t[11]), v = vmulq_f32(z, vaddq_n_f32(vmulq_n_f32(zz, t[12]), t[13]));
+    sum = vsubq_f32(e, vmulq_f32(f, vsubq_f32(e, vmulq_f32(z, vaddq_f32(u, v)))));
+    rolni_mve_end(&a), neg = vshrq_n_s32(vreinterpretq_s32_f32(a), 31);
     sum = vaddq_f32(vreinterpretq_f32_s32(vbicq_s32(vreinterpretq_s32_f32(a), neg)), sum);
     rolni_mve_end(&sum);
-    f = vreinterpretq_f32_s32(vorrq_s32(vandq_s32(vreinterpretq_s32_f32(e), neg), vbicq_s32(one, neg)));
-    below = vaddq_n_f32(e, 1.0f);
+    f = vreinterpretq_f32_s32(vorrq_s32(vandq_s32(vreinterpretq_s32_f32(e), neg),
+                                        vbicq_s32(vreinterpretq_s32_f32(vdupq_n_f32(t[14])), neg)));
+    below = vaddq_n_f32(e, t[14]);
     ROLNI_MVE_DIV(f, below);
     if (rolni_mve_denormal()) return 0;
     vstrwq_f32(y, sum), vstrwq_f32(s, f);
     return 1;
+}
+
+/* Four numbers at a time; returns how many are done. */
+ROLNI_MVE_FN int rolni_mve_softplus_n(int n, roln_real *y, roln_real *s)
+{
+    int i, r;
+    for (i = 0; i + 4 <= n; i += 4, y += 4, s += 4)
+        for (r = rolni_mve_softplus(y, s) ? 4 : 0; r < 4; r++)
+            rolni_softplus(y[r], &y[r], &s[r]);
+    return i;
 }
 
 /* y = x y or x + y, as far as it can: returns the first of n numbers that is left. */
@@ -587,11 +611,6 @@ ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real 
 ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln_real *ROLN_RESTRICT s)
 {
     int i;
-#if ROLNI_MVE
-    for (; n >= 4; n -= 4, y += 4, s += 4)
-        for (i = rolni_mve_softplus(y, s) ? 4 : 0; i < 4; i++)
-            rolni_softplus(y[i], &y[i], &s[i]);
-#endif
     for (i = 0; i < n; i++)
         rolni_softplus(y[i], &y[i], &s[i]);
 }
@@ -600,6 +619,12 @@ ROLNI_INLINE void rolni_softplus_inplace(int n, roln_real *ROLN_RESTRICT y, roln
 ROLN_FN void roln_softplus_n(int n, const roln_real *a, roln_real *y, roln_real *s)
 {
     if (y != a && n > 0) rolni_copy(n, a, y);
+#if ROLNI_MVE
+    {
+        const int done = rolni_mve_softplus_n(n, y, s);
+        n -= done, y += done, s += done;
+    }
+#endif
     rolni_softplus_inplace(n, y, s);
 }
 
@@ -982,9 +1007,8 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
         rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
 }
 #else
-/* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. Not inlined, as
-   each needs most registers. One row, whose numbers of A follow each other: */
-#define ROLNI_MVE_FN ROLN_FN __attribute__((__noinline__))
+/* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. One row, whose
+   numbers of A follow each other: */
 ROLNI_MVE_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const roln_real *B, int add, roln_real *C)
 {
     int p;
@@ -1600,6 +1624,15 @@ ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
         ROLNI_ST(x, c * a - s * b);
         ROLNI_ST(y, s * a + c * b);
     }
+#elif ROLNI_MVE
+    x = rolni_mve_begin_at(x);
+    for (; n >= 4; n -= 4, x += 4, y += 4) {
+        const float32x4_t a = vldrwq_f32(x), b = vldrwq_f32(y);
+        float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(b, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(b, c));
+        rolni_mve_end(&u), rolni_mve_end(&v);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(x, u), vstrwq_f32(y, v);
+    }
 #endif
     for (; n > 0; n--) {
         const roln_real a = *x, b = *y;
@@ -1618,6 +1651,17 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
         ROLNI_ST(x, c * a - s * m);
         ROLNI_ST(y, s * a + c * m);
         ROLNI_ST(z, s1 * b + c1 * d);
+    }
+#elif ROLNI_MVE
+    x = rolni_mve_begin_at(x);
+    for (; n >= 4; n -= 4, x += 4, y += 4, z += 4) {
+        const float32x4_t a = vldrwq_f32(x), b = vldrwq_f32(y), d = vldrwq_f32(z);
+        const float32x4_t m = vsubq_f32(vmulq_n_f32(b, c1), vmulq_n_f32(d, s1));
+        float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(m, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(m, c));
+        float32x4_t w = vaddq_f32(vmulq_n_f32(b, s1), vmulq_n_f32(d, c1));
+        rolni_mve_end(&u), rolni_mve_end(&v), rolni_mve_end(&w);
+        if (rolni_mve_denormal()) break;
+        vstrwq_f32(x, u), vstrwq_f32(y, v), vstrwq_f32(z, w);
     }
 #endif
     for (; n > 0; n--, x++, y++, z++) {
