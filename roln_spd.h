@@ -1009,7 +1009,7 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
 #else
 /* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. One row, whose
    numbers of A follow each other: */
-ROLNI_MVE_FN int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const roln_real *B, int add, roln_real *C)
+ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const roln_real *B, int add, roln_real *C)
 {
     int p;
     B = rolni_mve_begin(B);
