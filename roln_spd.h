@@ -1013,7 +1013,7 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
 {
     int p;
     B = rolni_mve_begin(B);
-    for (; j < n - n % 16; j += 16) {
+    for (; n - j >= 16; j += 16) {
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
@@ -1027,7 +1027,7 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
         if (rolni_mve_denormal()) return j;
         vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(c + 8, c2), vstrwq_f32(c + 12, c3);
     }
-    for (; j < n - n % 4; j += 4) {
+    for (; n - j >= 4; j += 4) {
         const roln_real *a = A, *b = B + j;
         float32x4_t c0 = vdupq_n_f32(0);
         if (add) c0 = vldrwq_f32(C + j);

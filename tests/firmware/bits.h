@@ -11,14 +11,14 @@ struct kernels {
     void (*mm_at)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C);
     void (*mm_bt)(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C);
     void (*softplus_n)(int n, const roln_real *a, roln_real *y, roln_real *s);
-    void (*rotate)(int n, roln_real c, roln_real s, roln_real *x, roln_real *y);
+    void (*rotate)(int n, roln_real c, roln_real s, roln_real *x);
     void (*rotate2)(int n, roln_real c1, roln_real s1, roln_real c, roln_real s, roln_real *x);
     int (*all_finite)(int n, const roln_real *x);
     void (*mlp)(const roln_mlp *f, int value, int planes, int nb, const roln_real *theta, const roln_real *x, roln_real *y,
                 roln_real *slope, roln_real *out);
     void (*mlp_gradient)(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_real *slope, const roln_real *gy,
                          roln_real *ga, roln_real *gx);
-    unsigned (*tick)(const chain_params *p, const roln_limits *limits, const chain_state *x, const chain_target *ref, chain_latent *s,
+    uint32_t (*tick)(const chain_params *p, const roln_limits *limits, const chain_state *x, const chain_target *ref, chain_latent *s,
                      chain_guard *guard, chain_tick_work *work);
     roln_status (*step)(const chain_params *p, chain_latent *s, const roln_real *tau, roln_real dt, chain_step_work *work);
     roln_status (*decode)(const chain_params *p, const chain_latent *s, chain_state *x, chain_decode_work *work);
