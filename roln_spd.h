@@ -1013,6 +1013,23 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
 {
     int p;
     B = rolni_mve_begin(B);
+    for (; n - j >= 24 && n - j != 32; j += 24) { /* 32 are two blocks of 16 */
+        const roln_real *a = A, *b = B + j;
+        roln_real *const c = C + j;
+        float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0, c4 = c0, c5 = c0;
+        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), c2 = vldrwq_f32(c + 8), c3 = vldrwq_f32(c + 12);
+        if (add) c4 = vldrwq_f32(c + 16), c5 = vldrwq_f32(c + 20);
+        for (p = k; p > 0; p--, b += n - 24) {
+            const roln_real x = *a++;
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c4 = vaddq_f32(c4, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c5 = vaddq_f32(c5, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+        }
+        rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3), rolni_mve_end(&c4), rolni_mve_end(&c5);
+        if (rolni_mve_denormal()) return j;
+        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(c + 8, c2), vstrwq_f32(c + 12, c3);
+        vstrwq_f32(c + 16, c4), vstrwq_f32(c + 20, c5);
+    }
     for (; n - j >= 16; j += 16) {
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
