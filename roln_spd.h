@@ -1281,16 +1281,6 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 #endif
 
 #if ROLNI_MVE
-/* The sum of the eight lanes of order 2, u the lanes 0 .. 3, v the lanes 4 .. 7. The last additions are scalar, in the registers of
-   which q0 is made. */
-ROLNI_INLINE roln_real rolni_mve_lanes(float32x4_t u, float32x4_t v)
-{
-    roln_real sum;
-    __asm__ volatile("vadd.f32 q0, %q1, %q2\n\tvadd.f32 s0, s0, s2\n\tvadd.f32 s1, s1, s3\n\tvadd.f32 %0, s0, s1"
-                     : "=t"(sum) : "w"(u), "w"(v) : "s0", "s1", "s2", "s3");
-    return sum;
-}
-
 /* roln_mm_bt for k = 4, n >= 4: four columns at a time. The last four may be among those before, whose sums are the same again. First
    products stand for 0 + them, as in rolni_dot2. Columns with a denormal number on the way are computed again. */
 ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
@@ -1312,42 +1302,48 @@ ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, cons
         }
 }
 
-/* The same for k = 8, 12, 16 .., n >= 3: three columns at a time. */
+/* Four lanes of order 2 of four columns: v[i] = sum of a[p] B[i][p] over p = 0, 8, 16 .. < k and three neighbours of each, k >= 4. */
+ROLNI_INLINE void rolni_mve_lanes(int k, const roln_real *a, const roln_real *b0, int ld, float32x4x4_t *v)
+{
+    const roln_real *b1 = b0 + ld, *b2 = b1 + ld, *b3 = b2 + ld;
+    float32x4_t x = rolni_mve_next(&a, 8), v0 = vmulq_f32(rolni_mve_next(&b0, 8), x), v1 = vmulq_f32(rolni_mve_next(&b1, 8), x);
+    float32x4_t v2 = vmulq_f32(rolni_mve_next(&b2, 8), x), v3 = vmulq_f32(rolni_mve_next(&b3, 8), x);
+    int p;
+    for (p = (k - 4) >> 3; p > 0; p--) {
+        x = rolni_mve_next(&a, 8);
+        v0 = vaddq_f32(v0, vmulq_f32(rolni_mve_next(&b0, 8), x)), v1 = vaddq_f32(v1, vmulq_f32(rolni_mve_next(&b1, 8), x));
+        v2 = vaddq_f32(v2, vmulq_f32(rolni_mve_next(&b2, 8), x)), v3 = vaddq_f32(v3, vmulq_f32(rolni_mve_next(&b3, 8), x));
+    }
+    v->val[0] = v0, v->val[1] = v1, v->val[2] = v2, v->val[3] = v3;
+}
+
+/* The same for k = 8, 12, 16 .. */
 ROLNI_MVE_FN void rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
-    int i, j, p;
+    roln_real room[16], *t = room;
+    int i, j;
     A = rolni_mve_begin(A);
-    for (; m > 0; m--, A += k) {
-        const roln_real *b2 = B;
-        for (j = n; j > 0; j -= 3, C += 3) {
-            const roln_real *a = A, *b0 = b2 - (j < 3 ? (3 - j) * k : 0), *b1 = b0 + k;
-            float32x4_t x = rolni_mve_next(&a, 4), c0 = vmulq_f32(rolni_mve_next(&b0, 4), x), c1, c2, d0, d1, d2;
-            if (j < 3) C -= 3 - j;
-            b2 = b1 + k;
-            c1 = vmulq_f32(rolni_mve_next(&b1, 4), x), c2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
-            c0 = vaddq_n_f32(c0, 0), c1 = vaddq_n_f32(c1, 0), c2 = vaddq_n_f32(c2, 0);
-            x = rolni_mve_next(&a, 4), d0 = vmulq_f32(rolni_mve_next(&b0, 4), x);
-            d1 = vmulq_f32(rolni_mve_next(&b1, 4), x), d2 = vmulq_f32(rolni_mve_next(&b2, 4), x);
-            for (p = (k - 8) >> 3; p > 0; p--) {
-                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-                x = rolni_mve_next(&a, 4), d0 = vaddq_f32(d0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                d1 = vaddq_f32(d1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                d2 = vaddq_f32(d2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-            }
-            if (k & 4) {
-                x = rolni_mve_next(&a, 4), c0 = vaddq_f32(c0, vmulq_f32(rolni_mve_next(&b0, 4), x));
-                c1 = vaddq_f32(c1, vmulq_f32(rolni_mve_next(&b1, 4), x));
-                c2 = vaddq_f32(c2, vmulq_f32(rolni_mve_next(&b2, 4), x));
-            }
-            C[0] = rolni_mve_lanes(c0, d0), C[1] = rolni_mve_lanes(c1, d1), C[2] = rolni_mve_lanes(c2, d2);
+    __asm__("" : "+r"(t)); /* vectors are not stored beside sp: one register has the address of all */
+    for (; m > 0; m--, A += k, C += n)
+        for (j = 0; j < n; j += 4) {
+            const int first = ROLN_MIN(j, n - 4);
+            const roln_real *const b = B + first * k;
+            float32x4x4_t v;
+            float32x4_t sum;
+            rolni_mve_lanes(k, A, b, k, &v);
+            vstrwq_f32(t, v.val[0]), vstrwq_f32(t + 4, v.val[1]), vstrwq_f32(t + 8, v.val[2]), vstrwq_f32(t + 12, v.val[3]);
+            rolni_mve_lanes(k - 4, A + 4, b + 4, k, &v);
+            vstrwq_f32(t, vaddq_f32(v.val[0], vldrwq_f32(t))), vstrwq_f32(t + 4, vaddq_f32(v.val[1], vldrwq_f32(t + 4)));
+            vstrwq_f32(t + 8, vaddq_f32(v.val[2], vldrwq_f32(t + 8))), vstrwq_f32(t + 12, vaddq_f32(v.val[3], vldrwq_f32(t + 12)));
+            v = vld4q_f32(t);
+            sum = vaddq_f32(vaddq_f32(vaddq_n_f32(v.val[0], 0), v.val[2]), vaddq_f32(v.val[1], v.val[3]));
+            rolni_mve_end(&sum);
+            vstrwq_f32(C + first, sum);
             if (!rolni_mve_denormal()) continue;
-            for (i = 0; i < 3; i++)
-                C[i] = roln_dot(k, A, b2 - (3 - i) * k);
+            for (i = first; i < first + 4; i++)
+                C[i] = roln_dot(k, A, B + i * k);
             A = rolni_mve_begin(A);
         }
-    }
 }
 #endif
 
@@ -1361,7 +1357,7 @@ ROLN_FN void roln_mm_bt(int m, int k, int n, const roln_real *A, const roln_real
         rolni_mve_mm_bt4(m, k, n, A, B, C);
         return;
     }
-    if (k > 4 && n >= 3 && k % 4 == 0) {
+    if (k > 4 && n >= 4 && k % 4 == 0) {
         rolni_mve_mm_bt(m, k, n, A, B, C);
         return;
     }
