@@ -490,18 +490,11 @@ ROLN_FN roln_real roln_tanh(roln_real x)
 /* Kernels that need most registers are not inlined. */
 #define ROLNI_MVE_FN ROLN_FN __attribute__((__noinline__))
 
-/* Clears IDC and UFC. What is computed from numbers at the returned pointer, which is x, comes after that. */
+/* Clears IDC and UFC. Numbers that are read after the call, at the returned pointer x or elsewhere, are used after that. */
 ROLNI_INLINE const roln_real *rolni_mve_begin(const roln_real *x)
 {
     uint32_t flags;
-    __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x));
-    return x;
-}
-
-ROLNI_INLINE roln_real *rolni_mve_begin_at(roln_real *x)
-{
-    uint32_t flags;
-    __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x));
+    __asm__ volatile("vmrs %0, fpscr\n\tbic %0, %0, #0x88\n\tvmsr fpscr, %0" : "=&r"(flags), "+r"(x) : : "memory");
     return x;
 }
 
@@ -1007,8 +1000,8 @@ ROLNI_INLINE void rolni_mm2(int k, int n, const roln_real *A, size_t si, size_t 
         rolni_mm1(k, n, j, A + ROLNI_AS(size_t, p) * si, sp, B, add, C + ROLNI_AS(size_t, p) * ldb);
 }
 #else
-/* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. One row, whose
-   numbers of A follow each other: */
+/* Helium: columns from j on, in blocks, until a number on the way is denormal; returns the first column that is left. One row,
+   whose numbers of A follow each other: */
 ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const roln_real *B, int add, roln_real *C)
 {
     int p;
@@ -1281,8 +1274,8 @@ ROLN_FN void rolni_dot2(int n, const roln_real *a, const roln_real *b, const rol
 #endif
 
 #if ROLNI_MVE
-/* roln_mm_bt for k = 4, n >= 4: four columns at a time. The last four may be among those before, whose sums are the same again. First
-   products stand for 0 + them, as in rolni_dot2. Columns with a denormal number on the way are computed again. */
+/* roln_mm_bt for k = 4, n >= 4: four columns at a time. The last four may be among those before, whose sums are the same again.
+   First products stand for 0 + them, as in rolni_dot2. Columns with a denormal number on the way are computed again. */
 ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, const roln_real *B, roln_real *C)
 {
     int i, j;
@@ -1302,7 +1295,7 @@ ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, cons
         }
 }
 
-/* Four lanes of order 2 of four columns: v[i] = sum of a[p] B[i][p] over p = 0, 8, 16 .. < k and three neighbours of each, k >= 4. */
+/* Four lanes of order 2 of four columns, k >= 4: lane l of v[i] is the sum of a[p] B[i][p] over p = l, l + 8, l + 16 .. < k. */
 ROLNI_INLINE void rolni_mve_lanes(int k, const roln_real *a, const roln_real *b0, int ld, float32x4x4_t *v)
 {
     const roln_real *b1 = b0 + ld, *b2 = b1 + ld, *b3 = b2 + ld;
@@ -1638,9 +1631,8 @@ ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
         ROLNI_ST(y, s * a + c * b);
     }
 #elif ROLNI_MVE
-    x = rolni_mve_begin_at(x);
     for (; n >= 4; n -= 4, x += 4, y += 4) {
-        const float32x4_t a = vldrwq_f32(x), b = vldrwq_f32(y);
+        const float32x4_t a = vldrwq_f32(rolni_mve_begin(x)), b = vldrwq_f32(y);
         float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(b, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(b, c));
         rolni_mve_end(&u), rolni_mve_end(&v);
         if (rolni_mve_denormal()) break;
@@ -1666,9 +1658,8 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
         ROLNI_ST(z, s1 * b + c1 * d);
     }
 #elif ROLNI_MVE
-    x = rolni_mve_begin_at(x);
     for (; n >= 4; n -= 4, x += 4, y += 4, z += 4) {
-        const float32x4_t a = vldrwq_f32(x), b = vldrwq_f32(y), d = vldrwq_f32(z);
+        const float32x4_t a = vldrwq_f32(rolni_mve_begin(x)), b = vldrwq_f32(y), d = vldrwq_f32(z);
         const float32x4_t m = vsubq_f32(vmulq_n_f32(b, c1), vmulq_n_f32(d, s1));
         float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(m, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(m, c));
         float32x4_t w = vaddq_f32(vmulq_n_f32(b, s1), vmulq_n_f32(d, c1));

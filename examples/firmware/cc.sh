@@ -1,8 +1,9 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # cc.sh - build an image for a core:  sh cc.sh m4 [options] file.c .. -o file.elf      cores: m4 m7 m33 m55 rv32 host
-# Single precision only, so that a double by mistake shows as a library call. The vectors of the M55 (MVE) take denormal numbers
-# for 0 and so are left out: with +mve.fp results are not the same bits as elsewhere.
+# Single precision only, so that a double by mistake shows as a library call. The vectors of the M55 (Helium, MVE) take denormal
+# numbers for 0. roln's kernels for them look for such numbers and have the same bits as elsewhere. Vectors that the compiler makes
+# of other loops do not look: -fno-tree-vectorize.
 here=$(dirname "$0")
 core=$1
 shift

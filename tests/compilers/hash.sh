@@ -12,8 +12,9 @@
 #   hash.sh -w                  writes hash.txt
 #
 # JOBS=1 for one core. FLT_EVAL_METHOD must be 0: on s390x under -std=c99 gcc computes float in double unless it is told
-# -fexcess-precision=fast, and i386 has x87 without -mfpmath=sse. The vectors of armv7 and of ppc64 without VSX take denormal
-# numbers for 0: roln makes none of them, clang from -O2 on does unless told not to.
+# -fexcess-precision=fast, and i386 has x87 without -mfpmath=sse. The vectors of armv7, of ppc64 without VSX and of the M55 take
+# denormal numbers for 0. roln makes those of the M55 alone, and looks for denormal numbers. A compiler makes others, and does not
+# look, unless told not to: clang from -O2 on; cc.sh tells gcc for the M55.
 cd "$(dirname "$0")/../.." || exit 1
 here=tests/compilers
 board=examples/firmware
@@ -66,6 +67,8 @@ i386 gcc -O2 -msse2 -mfpmath=sse
 i386 gcc -Os -msse2 -mfpmath=sse -DROLN_DOUBLE
 i386 clang -O2 -msse2 -DROLN_DOUBLE
 i386 clang -Os -msse2
+m55 gcc -Os -DROLN_SIMD=0
+m55 clang -O2 -fno-vectorize -fno-slp-vectorize
     end
 }
 
