@@ -136,8 +136,9 @@ typedef char rolni_int_has_32_bits[sizeof(int) >= 4 ? 1 : -1];
 
 /* clang contracts a*b+c to a fused multiply-add unless told not to; gcc does not under -std=c99.
    With contraction off the same program gives the same bits on every target that computes float in float (FLT_EVAL_METHOD 0)
-   and keeps denormal numbers: not x87, MVE, AltiVec without VSX, nor clang with -mfpu=neon on armv7; gcc on s390x needs
-   -fexcess-precision=fast. */
+   and keeps denormal numbers: not x87, AltiVec without VSX, nor clang with -mfpu=neon on armv7; gcc on s390x needs
+   -fexcess-precision=fast. On Arm with Helium (MVE) the compiler must not vectorise loops by itself: -fno-tree-vectorize, clang
+   -fno-vectorize -fno-slp-vectorize. */
 #ifdef __clang__
 #pragma STDC FP_CONTRACT OFF
 #endif
@@ -709,7 +710,7 @@ ROLN_FN roln_real roln_wrap(roln_real x)
              ((0+4)+(2+6))+((1+5)+(3+7))
    No output depends on how many rows are computed together: a block of samples gives the same bits as its
    samples one by one. Where the target has vectors that keep denormal numbers (not the NEON of 32-bit Arm, MVE, AltiVec without
-   VSX) the loops use eight reals at a time, elsewhere plain C. */
+   VSX) the loops use eight reals at a time, elsewhere plain C; for MVE see ROLNI_MVE. */
 #ifndef ROLN_SIMD
 #if ROLNI_GNU && (defined(__SSE2__) || (defined(__ARM_NEON) && defined(__aarch64__)) || defined(__VSX__))
 #define ROLN_SIMD 1

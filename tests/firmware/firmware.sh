@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # The images of examples/firmware on every core, in QEMU: they print what the same program prints on this machine (but for lines on
 # instructions), they do what they claim, and they hold nothing from outside but mem*, chart beside that double in software; the
-# instruction counter is exact; faults end safely; adaptation survives resets, a save survives one at any instruction, and a power
+# instruction counter is exact; kernels for Helium have the bits of plain C; faults end safely; adaptation survives resets, a save survives one at any instruction, and a power
 # cut at every write and in the middle of every word.
 cd "$(dirname "$0")/../.." || exit 1
 fw=examples/firmware
@@ -82,6 +82,11 @@ for core in m4 m7 m33 m55 rv32; do
 
     build $core count tests/firmware/count.c
     check "$core: the instruction counter is wrong" prints '^exit 0$' $out/$core/count.elf.txt
+
+    if [ $core = m55 ]; then
+        build $core bits -Iexamples tests/firmware/bits.c tests/firmware/bits_plain.c
+        check "$core: Helium and plain C have other bits" prints '^exit 0$' $out/$core/bits.elf.txt
+    fi
 
     build $core resets $fw/adapt.c tests/firmware/resets.c -Wl,--wrap=board_count
     log=$out/$core/resets.elf.txt
