@@ -548,9 +548,10 @@ ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
                                         0.280018151f, 0.666664183f, 0.280119389f, 0.400215268f, 1, 2};
     register float32x4_t f __asm__("q0");
     register float32x4_t below __asm__("q1");
-    const roln_real *const t = rolni_mve_begin(table);
+    const roln_real *t = table;
     float32x4_t a = vldrwq_f32(y), e, z, zz, u, v, sum;
     int32x4_t neg;
+    __asm__ volatile("" : "+r"(t));
     if (vmaxvq_u32(0, vreinterpretq_u32_f32(vabsq_f32(a))) > rolni_bits(87.0f)) return 0;
     f = e = rolni_mve_exp(a, t), below = vaddq_n_f32(e, t[15]);
     ROLNI_MVE_DIV(f, below);
@@ -572,11 +573,15 @@ ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
 /* Four numbers at a time; returns how many are done. */
 ROLNI_MVE_FN int rolni_mve_softplus_n(int n, roln_real *y, roln_real *s)
 {
-    int i, r;
-    for (i = 0; i + 4 <= n; i += 4, y += 4, s += 4)
-        for (r = rolni_mve_softplus(y, s) ? 4 : 0; r < 4; r++)
-            rolni_softplus(y[r], &y[r], &s[r]);
-    return i;
+    int left = n, i;
+    (void)rolni_mve_begin(y);
+    for (; left >= 4; left -= 4, y += 4, s += 4) {
+        if (rolni_mve_softplus(y, s)) continue;
+        for (i = 0; i < 4; i++)
+            rolni_softplus(y[i], &y[i], &s[i]);
+        (void)rolni_mve_begin(y);
+    }
+    return n - left;
 }
 
 /* y = x y or x + y, as far as it can: returns the first of n numbers that is left. */
@@ -1145,6 +1150,10 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
 #elif ROLNI_MVE
     const int row = sp == 1 || k == 1;
     int rows, j;
+    if (m == 1) {
+        rolni_mve_rest(1, k, n, 0, A, si, sp, B, add, C);
+        return;
+    }
     for (; i < m; i += rows, A += ROLNI_AS(size_t, rows) * si, C += ROLNI_AS(size_t, rows) * ldb) {
         const int left = m - i;
         rows = 1, j = 0;
