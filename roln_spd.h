@@ -1126,14 +1126,11 @@ ROLNI_MVE_FN int rolni_mve_mm4(int k, int n, const roln_real *A, size_t si, size
     return j;
 }
 
-/* The columns from j on, row by row: by Helium, then in plain C. */
-ROLNI_MVE_FN void rolni_mve_rest(int m, int k, int n, int j, const roln_real *A, size_t si, size_t sp, const roln_real *B, int add,
-                                 roln_real *C)
+/* One row from column j on: by Helium, then in plain C. */
+ROLNI_MVE_FN void rolni_mve_row(int k, int n, int j, const roln_real *A, size_t sp, const roln_real *B, int add, roln_real *C)
 {
-    for (; m > 0; m--, A += si, C += n) {
-        const int next = sp == 1 || k == 1 ? rolni_mve_mm1(k, n, j, A, B, add, C) : j;
-        if (next < n) rolni_mm1(k, n, next, A, sp, B, add, C);
-    }
+    if (sp == 1 || k == 1) j = rolni_mve_mm1(k, n, j, A, B, add, C);
+    if (j < n) rolni_mm1(k, n, j, A, sp, B, add, C);
 }
 #endif
 
@@ -1149,9 +1146,9 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         rolni_mm2(k, n, A + ROLNI_AS(size_t, i) * si, si, sp, B, add, C + ROLNI_AS(size_t, i) * ldb);
 #elif ROLNI_MVE
     const int row = sp == 1 || k == 1;
-    int rows, j;
+    int rows, j, r;
     if (m == 1) {
-        rolni_mve_rest(1, k, n, 0, A, si, sp, B, add, C);
+        rolni_mve_row(k, n, 0, A, sp, B, add, C);
         return;
     }
     for (; i < m; i += rows, A += ROLNI_AS(size_t, rows) * si, C += ROLNI_AS(size_t, rows) * ldb) {
@@ -1160,7 +1157,8 @@ ROLN_FN void rolni_mm(int m, int k, int n, const roln_real *A, size_t si, size_t
         if (left >= 4 && (!row || n < 8)) rows = 4, j = rolni_mve_mm4(k, n, A, si, sp, B, add, C);
         else if (row && n >= 8 && left != 4 && left >= 3) rows = 3, j = rolni_mve_mm3(k, n, A, si, B, add, C);
         else if (row && n >= 8 && left >= 2) rows = 2, j = rolni_mve_mm2(k, n, A, si, B, add, C);
-        if (j < n) rolni_mve_rest(rows, k, n, j, A, si, sp, B, add, C);
+        for (r = 0; r < rows && j < n; r++)
+            rolni_mve_row(k, n, j, A + ROLNI_AS(size_t, r) * si, sp, B, add, C + ROLNI_AS(size_t, r) * ldb);
     }
 #else
     for (; i < m - m % 4 && n < 8; i += 4)
