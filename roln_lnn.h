@@ -82,14 +82,14 @@ ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, 
         if (last) roln_mm_bt(planes * nb, ni, no, in, theta, to);
         else roln_mm(planes * nb, ni, no, in, theta, to);
         for (r = 0; r < nb && value; r++)
-            for (i = rolni_mve_each(0, no, b, to + r * no); i < no; i++)
+            for (i = ROLNI_MVE_EACH(0, no, b, to + r * no); i < no; i++)
                 to[r * no + i] += b[i];
         theta = b + no;
         in = to;
         if (last) continue;
         if (value) roln_softplus_n(rows, to, to, slope);
         for (p = value; p < planes; p++)
-            for (i = rolni_mve_each(1, rows, slope, to + p * rows); i < rows; i++)
+            for (i = ROLNI_MVE_EACH(1, rows, slope, to + p * rows); i < rows; i++)
                 to[p * rows + i] *= slope[i];
         slope += rows;
         out += planes * rows;
@@ -172,7 +172,7 @@ ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln
         if (l > 0) below -= m, gn = ga + planes * below;
         if (l + 1 == f->layers) roln_mm(nb, no, ni, g, W, gn);
         else roln_mm_bt(nb, no, ni, g, W, gn);
-        for (i = l > 0 ? rolni_mve_each(1, m, slope + below, gn) : 0; i < m; i++)
+        for (i = l > 0 ? ROLNI_MVE_EACH(1, m, slope + below, gn) : 0; i < m; i++)
             gn[i] = l > 0 ? gn[i] * slope[below + i] : 0 + gn[i]; /* 0 + makes -0 a 0 */
         g = gn;
     }

@@ -202,14 +202,14 @@ ROLN_FN int roln_finite(roln_real x)
 /* Nonzero if all n numbers of x are finite. */
 ROLN_FN int roln_all_finite(int n, const roln_real *x)
 {
-    int i = 0, bad = 0;
+    int i, bad = 0;
 #if ROLNI_MVE
     uint32x4_t most = vdupq_n_u32(0);
-    for (; i < n - n % 4; i += 4)
-        most = vmaxq_u32(most, vandq_u32(vreinterpretq_u32_f32(vldrwq_f32(x + i)), vdupq_n_u32(UINT32_C(0x7f800000))));
+    for (; n >= 4; n -= 4, x += 4)
+        most = vmaxq_u32(most, vandq_u32(vreinterpretq_u32_f32(vldrwq_f32(x)), vdupq_n_u32(UINT32_C(0x7f800000))));
     bad = vmaxvq_u32(0, most) == UINT32_C(0x7f800000);
 #endif
-    for (; i < n; i++)
+    for (i = 0; i < n; i++)
         bad |= !roln_finite(x[i]);
     return !bad;
 }
@@ -598,12 +598,9 @@ ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real 
     }
     return i;
 }
+#define ROLNI_MVE_EACH(times, n, x, y) rolni_mve_each(times, n, x, y)
 #else
-ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real *y)
-{
-    (void)times, (void)n, (void)x, (void)y;
-    return 0;
-}
+#define ROLNI_MVE_EACH(times, n, x, y) 0
 #endif
 
 /* y is argument and result, so that no overlap check stands before the vector loop. */

@@ -21,6 +21,8 @@ first() {
     echo "arm-none-eabi-gcc -mcpu=cortex-m4 -mfloat-abi=hard -std=c99 -xc $strict"
     [ "$1" != test ] || return
     echo 'clang++ -std=c++11 -xc++'
+    echo "arm-none-eabi-gcc -mcpu=cortex-m55 -mfloat-abi=hard -std=c99 -xc $strict"
+    echo 'arm-none-eabi-g++ -mcpu=cortex-m55 -mfloat-abi=hard -std=c++11 -xc++'
     echo "riscv64-unknown-elf-gcc -march=rv32imfc -mabi=ilp32f --specs=picolibc.specs -std=c99 -xc $strict"
 }
 types='-O2 -DROLN_DOUBLE -DROLN_SIMD=0'
