@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/* bits.c - the kernels for the vectors of the Cortex-M55, number by number beside the same kernels in plain C (bits_plain.c): random
-   sizes 0 .. 40, every alignment of floats, three kinds of numbers: normal ones; also zeros, denormal numbers, and numbers whose
-   products are denormal; also NaN and infinities. NaN may be any NaN, as on other targets. Nothing beside the results may change.
-   Then a control loop of the chain, in which denormal positions come in. Ends with 0 if all bits are equal, and a product of 64 x 64
-   takes at most one instruction per multiply-add. */
+/* bits.c - kernels for the vectors of the Cortex-M55, number by number beside the same kernels in plain C (bits_plain.c): random
+   sizes 0 .. 40, every alignment of floats, and three kinds of numbers. Kind 0 is normal. Kind 1 has zeros, denormal numbers and
+   numbers whose products are denormal, too, kind 2 also NaN and infinities. NaN may be any NaN, as on other targets. Nothing beside
+   the results may change. Then a control loop of the chain, in which denormal positions come in. Ends with 0 if all bits are equal
+   and a product of 64 x 64 takes at most one instruction per multiply-add. */
 #include "bits.h"
 #include "text.h"
 
@@ -20,8 +20,10 @@ static int failed;
 /* A number of a kind: 0 normal, 1 and small ones, 2 and not finite ones. */
 static roln_real number(int kind)
 {
-    static const uint32_t small[] = {0, 0x80000000, 1, 0x80000001, 0x007fffff, 0x00800000, 0x80ffffff, 0x1f000000, 0x9e800000};
-    static const uint32_t large[] = {0x7f800000, 0xff800000, 0x7fc00000, 0xffc00001, 0x7f7fffff, 0xff7fffff, 0x42ae0000, 0xc2d00000};
+    static const uint32_t small[] = {0, 0x80000000, 1, 0x80000001, 0x007fffff,
+                                     0x00800000, 0x80ffffff, 0x1f000000, 0x9e800000};
+    static const uint32_t large[] = {0x7f800000, 0xff800000, 0x7fc00000, 0xffc00001,
+                                     0x7f7fffff, 0xff7fffff, 0x42ae0000, 0xc2d00000};
     const int which = kind > 0 ? roln_randint(kind > 1 ? 12 : 24, &seed) : 2;
     if (which == 0) return rolni_real(small[roln_randint(9, &seed)]);
     if (which == 1 && kind > 1) return rolni_real(large[roln_randint(8, &seed)]);
