@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: MIT
 # The images of examples/firmware on every core, in QEMU: they print what the same program prints on this machine (but for lines on
 # instructions), they do what they claim, and they hold nothing from outside but mem*, chart beside that double in software; the
-# instruction counter is exact; kernels for Helium have the bits of plain C; faults end safely; adaptation survives resets, a save survives one at any instruction, and a power
-# cut at every write and in the middle of every word.
+# instruction counter is exact; kernels for Helium have the bits of plain C; faults end safely; adaptation survives resets, a save
+# survives one at any instruction, and a power cut at every write and in the middle of every word.
 cd "$(dirname "$0")/../.." || exit 1
 fw=examples/firmware
 out=build/firmware
