@@ -4737,7 +4737,7 @@ ROLN_FN void ROLNI_(filter_leapt)(const ROLN_(params) *p, const roln_noise *nois
        zd+ = zd + dt f(z + dt/2 zd, zd + dt/2 zdd),   z+ = z + dt/2 (zd + zd+),   zdd+ = (zd+ - zd) / dt
    So its order is 2 also if f depends on zd. `leap_begin` moves s [2n] so that a plain step of leapfrog from there computes zd+,
    with its derivatives, and keeps zd [n] of s. `leap_end`, after that step, writes s = (z+, zd+) and zdd+. zdd NULL: both do
-   nothing, since the step is that of another integrator. */
+   nothing; the integrator is another one. */
 ROLN_FN void ROLNI_(leap_begin)(roln_real dt, const roln_real *zdd, roln_real *s, roln_real *zd)
 {
     const int n = ROLN_(n);
