@@ -199,6 +199,21 @@ ROLN_FN int roln_finite(roln_real x)
 #endif
 }
 
+#if ROLNI_MVE
+/* Four numbers from and to memory. vldrwq_f32 and vstrwq_f32 of gcc take them for ints: they may read a float before it is
+   written. */
+typedef roln_real __attribute__((__vector_size__(16), __aligned__(4), __may_alias__)) rolni_four;
+ROLNI_INLINE float32x4_t rolni_mve_load(const roln_real *x)
+{
+    return *ROLNI_AS(const rolni_four *, ROLNI_AS(const void *, x));
+}
+
+ROLNI_INLINE void rolni_mve_store(roln_real *x, float32x4_t v)
+{
+    *ROLNI_AS(rolni_four *, ROLNI_AS(void *, x)) = v;
+}
+#endif
+
 /* Nonzero if all n numbers of x are finite. */
 ROLN_FN int roln_all_finite(int n, const roln_real *x)
 {
@@ -206,7 +221,7 @@ ROLN_FN int roln_all_finite(int n, const roln_real *x)
 #if ROLNI_MVE
     uint32x4_t most = vdupq_n_u32(0);
     for (; n >= 4; n -= 4, x += 4)
-        most = vmaxq_u32(most, vandq_u32(vreinterpretq_u32_f32(vldrwq_f32(x)), vdupq_n_u32(UINT32_C(0x7f800000))));
+        most = vmaxq_u32(most, vandq_u32(vreinterpretq_u32_f32(rolni_mve_load(x)), vdupq_n_u32(UINT32_C(0x7f800000))));
     bad = vmaxvq_u32(0, most) == UINT32_C(0x7f800000);
 #endif
     for (i = 0; i < n; i++)
@@ -513,12 +528,20 @@ ROLNI_INLINE uint32_t rolni_mve_denormal(void)
     return flags & 0x88;
 }
 
-/* The four numbers at *x, which moves on by step. The compiler is kept from counting in other ways: this is one instruction. */
-ROLNI_INLINE float32x4_t rolni_mve_next(const roln_real **x, int step)
+/* The four numbers at *x, which moves on by 4 or 8: one instruction. The compiler would count in other ways, and add some. */
+#define ROLNI_MVE_NEXT(v, x, bytes) \
+    __asm__("vldrw.32 %q0, [%1], #" #bytes : "=w"(v), "+r"(*(x)) : "m"(*ROLNI_AS(const rolni_four *, ROLNI_AS(const void *, *(x)))))
+ROLNI_INLINE float32x4_t rolni_mve_next4(const roln_real **x)
 {
-    const float32x4_t v = vldrwq_f32(*x);
-    *x += step;
-    __asm__("" : "+r"(*x));
+    float32x4_t v;
+    ROLNI_MVE_NEXT(v, x, 16);
+    return v;
+}
+
+ROLNI_INLINE float32x4_t rolni_mve_next8(const roln_real **x)
+{
+    float32x4_t v;
+    ROLNI_MVE_NEXT(v, x, 32);
     return v;
 }
 
@@ -549,7 +572,7 @@ ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
     register float32x4_t f __asm__("q0");
     register float32x4_t below __asm__("q1");
     const roln_real *t = table;
-    float32x4_t a = vldrwq_f32(y), e, z, zz, u, v, sum;
+    float32x4_t a = rolni_mve_load(y), e, z, zz, u, v, sum;
     int32x4_t neg;
     __asm__ volatile("" : "+r"(t));
     if (vmaxvq_u32(0, vreinterpretq_u32_f32(vabsq_f32(a))) > rolni_bits(87.0f)) return 0;
@@ -566,7 +589,7 @@ ROLNI_INLINE int rolni_mve_softplus(roln_real *y, roln_real *s)
     below = vaddq_n_f32(e, t[14]);
     ROLNI_MVE_DIV(f, below);
     if (rolni_mve_denormal()) return 0;
-    vstrwq_f32(y, sum), vstrwq_f32(s, f);
+    rolni_mve_store(y, sum), rolni_mve_store(s, f);
     return 1;
 }
 
@@ -590,11 +613,11 @@ ROLNI_INLINE int rolni_mve_each(int times, int n, const roln_real *x, roln_real 
     int i;
     x = rolni_mve_begin(x);
     for (i = 0; i < n - n % 8; i += 8, x += 8, y += 8) {
-        float32x4_t u = times ? vmulq_f32(vldrwq_f32(x), vldrwq_f32(y)) : vaddq_f32(vldrwq_f32(x), vldrwq_f32(y));
-        float32x4_t v = times ? vmulq_f32(vldrwq_f32(x + 4), vldrwq_f32(y + 4)) : vaddq_f32(vldrwq_f32(x + 4), vldrwq_f32(y + 4));
+        const float32x4_t a = rolni_mve_load(x), b = rolni_mve_load(x + 4), c = rolni_mve_load(y), d = rolni_mve_load(y + 4);
+        float32x4_t u = times ? vmulq_f32(a, c) : vaddq_f32(a, c), v = times ? vmulq_f32(b, d) : vaddq_f32(b, d);
         rolni_mve_end(&u), rolni_mve_end(&v);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(y, u), vstrwq_f32(y + 4, v);
+        rolni_mve_store(y, u), rolni_mve_store(y + 4, v);
     }
     return i;
 }
@@ -1013,42 +1036,42 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0, c4 = c0, c5 = c0;
-        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), c2 = vldrwq_f32(c + 8), c3 = vldrwq_f32(c + 12);
-        if (add) c4 = vldrwq_f32(c + 16), c5 = vldrwq_f32(c + 20);
+        if (add) c0 = rolni_mve_load(c), c1 = rolni_mve_load(c + 4), c2 = rolni_mve_load(c + 8), c3 = rolni_mve_load(c + 12);
+        if (add) c4 = rolni_mve_load(c + 16), c5 = rolni_mve_load(c + 20);
         for (p = k; p > 0; p--, b += n - 24) {
             const roln_real x = *a++;
-            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
-            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
-            c4 = vaddq_f32(c4, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c5 = vaddq_f32(c5, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next4(&b), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next4(&b), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next4(&b), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next4(&b), x));
+            c4 = vaddq_f32(c4, vmulq_n_f32(rolni_mve_next4(&b), x)), c5 = vaddq_f32(c5, vmulq_n_f32(rolni_mve_next4(&b), x));
         }
         rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3), rolni_mve_end(&c4), rolni_mve_end(&c5);
         if (rolni_mve_denormal()) return j;
-        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(c + 8, c2), vstrwq_f32(c + 12, c3);
-        vstrwq_f32(c + 16, c4), vstrwq_f32(c + 20, c5);
+        rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(c + 8, c2), rolni_mve_store(c + 12, c3);
+        rolni_mve_store(c + 16, c4), rolni_mve_store(c + 20, c5);
     }
     for (; n - j >= 16; j += 16) {
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
-        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), c2 = vldrwq_f32(c + 8), c3 = vldrwq_f32(c + 12);
+        if (add) c0 = rolni_mve_load(c), c1 = rolni_mve_load(c + 4), c2 = rolni_mve_load(c + 8), c3 = rolni_mve_load(c + 12);
         for (p = k; p > 0; p--, b += n - 16) {
             const roln_real x = *a++;
-            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next(&b, 4), x));
-            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next(&b, 4), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next(&b, 4), x));
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_next4(&b), x)), c1 = vaddq_f32(c1, vmulq_n_f32(rolni_mve_next4(&b), x));
+            c2 = vaddq_f32(c2, vmulq_n_f32(rolni_mve_next4(&b), x)), c3 = vaddq_f32(c3, vmulq_n_f32(rolni_mve_next4(&b), x));
         }
         rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&c2), rolni_mve_end(&c3);
         if (rolni_mve_denormal()) return j;
-        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(c + 8, c2), vstrwq_f32(c + 12, c3);
+        rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(c + 8, c2), rolni_mve_store(c + 12, c3);
     }
     for (; n - j >= 4; j += 4) {
         const roln_real *a = A, *b = B + j;
         float32x4_t c0 = vdupq_n_f32(0);
-        if (add) c0 = vldrwq_f32(C + j);
+        if (add) c0 = rolni_mve_load(C + j);
         for (p = k; p > 0; p--, b += n)
-            c0 = vaddq_f32(c0, vmulq_n_f32(vldrwq_f32(b), *a++));
+            c0 = vaddq_f32(c0, vmulq_n_f32(rolni_mve_load(b), *a++));
         rolni_mve_end(&c0);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(C + j, c0);
+        rolni_mve_store(C + j, c0);
     }
     return j;
 }
@@ -1062,16 +1085,16 @@ ROLNI_MVE_FN int rolni_mve_mm2(int k, int n, const roln_real *A, size_t si, cons
         const roln_real *a0 = A, *a1 = a0 + si, *b = B + j;
         roln_real *const c = C + j, *const d = c + n;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0;
-        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
+        if (add) c0 = rolni_mve_load(c), c1 = rolni_mve_load(c + 4), d0 = rolni_mve_load(d), d1 = rolni_mve_load(d + 4);
         for (p = k; p > 0; p--, b += n - 8) {
-            const float32x4_t b0 = rolni_mve_next(&b, 4), b1 = rolni_mve_next(&b, 4);
+            const float32x4_t b0 = rolni_mve_next4(&b), b1 = rolni_mve_next4(&b);
             const roln_real x = *a0++, y = *a1++;
             c0 = vaddq_f32(c0, vmulq_n_f32(b0, x)), c1 = vaddq_f32(c1, vmulq_n_f32(b1, x));
             d0 = vaddq_f32(d0, vmulq_n_f32(b0, y)), d1 = vaddq_f32(d1, vmulq_n_f32(b1, y));
         }
         rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
+        rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(d, d0), rolni_mve_store(d + 4, d1);
     }
     return j;
 }
@@ -1084,19 +1107,19 @@ ROLNI_MVE_FN int rolni_mve_mm3(int k, int n, const roln_real *A, size_t si, cons
         const roln_real *a0 = A, *a1 = a0 + si, *a2 = a1 + si, *b = B + j;
         roln_real *const c = C + j, *const d = c + n, *const e = d + n;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, d0 = c0, d1 = c0, e0 = c0, e1 = c0;
-        if (add) c0 = vldrwq_f32(c), c1 = vldrwq_f32(c + 4), d0 = vldrwq_f32(d), d1 = vldrwq_f32(d + 4);
-        if (add) e0 = vldrwq_f32(e), e1 = vldrwq_f32(e + 4);
+        if (add) c0 = rolni_mve_load(c), c1 = rolni_mve_load(c + 4), d0 = rolni_mve_load(d), d1 = rolni_mve_load(d + 4);
+        if (add) e0 = rolni_mve_load(e), e1 = rolni_mve_load(e + 4);
         for (p = k; p > 0; p--, b += n - 8) {
             const roln_real x = *a0++, y = *a1++, z = *a2++;
-            float32x4_t v = rolni_mve_next(&b, 4);
+            float32x4_t v = rolni_mve_next4(&b);
             c0 = vaddq_f32(c0, vmulq_n_f32(v, x)), d0 = vaddq_f32(d0, vmulq_n_f32(v, y)), e0 = vaddq_f32(e0, vmulq_n_f32(v, z));
-            v = rolni_mve_next(&b, 4);
+            v = rolni_mve_next4(&b);
             c1 = vaddq_f32(c1, vmulq_n_f32(v, x)), d1 = vaddq_f32(d1, vmulq_n_f32(v, y)), e1 = vaddq_f32(e1, vmulq_n_f32(v, z));
         }
         rolni_mve_end(&c0), rolni_mve_end(&c1), rolni_mve_end(&d0), rolni_mve_end(&d1), rolni_mve_end(&e0), rolni_mve_end(&e1);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(c, c0), vstrwq_f32(c + 4, c1), vstrwq_f32(d, d0), vstrwq_f32(d + 4, d1);
-        vstrwq_f32(e, e0), vstrwq_f32(e + 4, e1);
+        rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(d, d0), rolni_mve_store(d + 4, d1);
+        rolni_mve_store(e, e0), rolni_mve_store(e + 4, e1);
     }
     return j;
 }
@@ -1110,15 +1133,15 @@ ROLNI_MVE_FN int rolni_mve_mm4(int k, int n, const roln_real *A, size_t si, size
         const roln_real *a0 = A, *a1 = a0 + si, *a2 = a1 + si, *a3 = a2 + si, *b = B + j;
         roln_real *const c = C + j, *const d = c + n, *const e = d + n, *const f = e + n;
         float32x4_t v0 = vdupq_n_f32(0), v1 = v0, v2 = v0, v3 = v0;
-        if (add) v0 = vldrwq_f32(c), v1 = vldrwq_f32(d), v2 = vldrwq_f32(e), v3 = vldrwq_f32(f);
+        if (add) v0 = rolni_mve_load(c), v1 = rolni_mve_load(d), v2 = rolni_mve_load(e), v3 = rolni_mve_load(f);
         for (p = k; p > 0; p--, a0 += sp, a1 += sp, a2 += sp, a3 += sp, b += n) {
-            const float32x4_t v = vldrwq_f32(b);
+            const float32x4_t v = rolni_mve_load(b);
             v0 = vaddq_f32(v0, vmulq_n_f32(v, *a0)), v1 = vaddq_f32(v1, vmulq_n_f32(v, *a1));
             v2 = vaddq_f32(v2, vmulq_n_f32(v, *a2)), v3 = vaddq_f32(v3, vmulq_n_f32(v, *a3));
         }
         rolni_mve_end(&v0), rolni_mve_end(&v1), rolni_mve_end(&v2), rolni_mve_end(&v3);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(c, v0), vstrwq_f32(d, v1), vstrwq_f32(e, v2), vstrwq_f32(f, v3);
+        rolni_mve_store(c, v0), rolni_mve_store(d, v1), rolni_mve_store(e, v2), rolni_mve_store(f, v3);
     }
     return j;
 }
@@ -1292,7 +1315,7 @@ ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, cons
             const float32x4_t even = vaddq_f32(vaddq_n_f32(vmulq_n_f32(b.val[0], A[0]), 0), vmulq_n_f32(b.val[2], A[2]));
             float32x4_t v = vaddq_f32(even, vaddq_f32(vmulq_n_f32(b.val[1], A[1]), vmulq_n_f32(b.val[3], A[3])));
             rolni_mve_end(&v);
-            vstrwq_f32(C + first, v);
+            rolni_mve_store(C + first, v);
             if (!rolni_mve_denormal()) continue;
             for (i = first; i < first + 4; i++)
                 C[i] = roln_dot(k, A, B + 4 * i);
@@ -1304,13 +1327,13 @@ ROLNI_MVE_FN void rolni_mve_mm_bt4(int m, int k, int n, const roln_real *A, cons
 ROLNI_INLINE void rolni_mve_lanes(int k, const roln_real *a, const roln_real *b0, int ld, float32x4x4_t *v)
 {
     const roln_real *b1 = b0 + ld, *b2 = b1 + ld, *b3 = b2 + ld;
-    float32x4_t x = rolni_mve_next(&a, 8), v0 = vmulq_f32(rolni_mve_next(&b0, 8), x), v1 = vmulq_f32(rolni_mve_next(&b1, 8), x);
-    float32x4_t v2 = vmulq_f32(rolni_mve_next(&b2, 8), x), v3 = vmulq_f32(rolni_mve_next(&b3, 8), x);
+    float32x4_t x = rolni_mve_next8(&a), v0 = vmulq_f32(rolni_mve_next8(&b0), x), v1 = vmulq_f32(rolni_mve_next8(&b1), x);
+    float32x4_t v2 = vmulq_f32(rolni_mve_next8(&b2), x), v3 = vmulq_f32(rolni_mve_next8(&b3), x);
     int p;
     for (p = (k - 4) >> 3; p > 0; p--) {
-        x = rolni_mve_next(&a, 8);
-        v0 = vaddq_f32(v0, vmulq_f32(rolni_mve_next(&b0, 8), x)), v1 = vaddq_f32(v1, vmulq_f32(rolni_mve_next(&b1, 8), x));
-        v2 = vaddq_f32(v2, vmulq_f32(rolni_mve_next(&b2, 8), x)), v3 = vaddq_f32(v3, vmulq_f32(rolni_mve_next(&b3, 8), x));
+        x = rolni_mve_next8(&a);
+        v0 = vaddq_f32(v0, vmulq_f32(rolni_mve_next8(&b0), x)), v1 = vaddq_f32(v1, vmulq_f32(rolni_mve_next8(&b1), x));
+        v2 = vaddq_f32(v2, vmulq_f32(rolni_mve_next8(&b2), x)), v3 = vaddq_f32(v3, vmulq_f32(rolni_mve_next8(&b3), x));
     }
     v->val[0] = v0, v->val[1] = v1, v->val[2] = v2, v->val[3] = v3;
 }
@@ -1329,14 +1352,17 @@ ROLNI_MVE_FN void rolni_mve_mm_bt(int m, int k, int n, const roln_real *A, const
             float32x4x4_t v;
             float32x4_t sum;
             rolni_mve_lanes(k, A, b, k, &v);
-            vstrwq_f32(t, v.val[0]), vstrwq_f32(t + 4, v.val[1]), vstrwq_f32(t + 8, v.val[2]), vstrwq_f32(t + 12, v.val[3]);
+            rolni_mve_store(t, v.val[0]), rolni_mve_store(t + 4, v.val[1]);
+            rolni_mve_store(t + 8, v.val[2]), rolni_mve_store(t + 12, v.val[3]);
             rolni_mve_lanes(k - 4, A + 4, b + 4, k, &v);
-            vstrwq_f32(t, vaddq_f32(v.val[0], vldrwq_f32(t))), vstrwq_f32(t + 4, vaddq_f32(v.val[1], vldrwq_f32(t + 4)));
-            vstrwq_f32(t + 8, vaddq_f32(v.val[2], vldrwq_f32(t + 8))), vstrwq_f32(t + 12, vaddq_f32(v.val[3], vldrwq_f32(t + 12)));
+            rolni_mve_store(t, vaddq_f32(v.val[0], rolni_mve_load(t)));
+            rolni_mve_store(t + 4, vaddq_f32(v.val[1], rolni_mve_load(t + 4)));
+            rolni_mve_store(t + 8, vaddq_f32(v.val[2], rolni_mve_load(t + 8)));
+            rolni_mve_store(t + 12, vaddq_f32(v.val[3], rolni_mve_load(t + 12)));
             v = vld4q_f32(t);
             sum = vaddq_f32(vaddq_f32(vaddq_n_f32(v.val[0], 0), v.val[2]), vaddq_f32(v.val[1], v.val[3]));
             rolni_mve_end(&sum);
-            vstrwq_f32(C + first, sum);
+            rolni_mve_store(C + first, sum);
             if (!rolni_mve_denormal()) continue;
             for (i = first; i < first + 4; i++)
                 C[i] = roln_dot(k, A, B + i * k);
@@ -1637,11 +1663,11 @@ ROLN_FN void rolni_rotate(int n, roln_real c, roln_real s, roln_real *x)
     }
 #elif ROLNI_MVE
     for (; n >= 4; n -= 4, x += 4, y += 4) {
-        const float32x4_t a = vldrwq_f32(rolni_mve_begin(x)), b = vldrwq_f32(y);
+        const float32x4_t a = rolni_mve_load(rolni_mve_begin(x)), b = rolni_mve_load(y);
         float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(b, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(b, c));
         rolni_mve_end(&u), rolni_mve_end(&v);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(x, u), vstrwq_f32(y, v);
+        rolni_mve_store(x, u), rolni_mve_store(y, v);
     }
 #endif
     for (; n > 0; n--) {
@@ -1664,13 +1690,13 @@ ROLN_FN void rolni_rotate2(int n, roln_real c1, roln_real s1, roln_real c, roln_
     }
 #elif ROLNI_MVE
     for (; n >= 4; n -= 4, x += 4, y += 4, z += 4) {
-        const float32x4_t a = vldrwq_f32(rolni_mve_begin(x)), b = vldrwq_f32(y), d = vldrwq_f32(z);
+        const float32x4_t a = rolni_mve_load(rolni_mve_begin(x)), b = rolni_mve_load(y), d = rolni_mve_load(z);
         const float32x4_t m = vsubq_f32(vmulq_n_f32(b, c1), vmulq_n_f32(d, s1));
         float32x4_t u = vsubq_f32(vmulq_n_f32(a, c), vmulq_n_f32(m, s)), v = vaddq_f32(vmulq_n_f32(a, s), vmulq_n_f32(m, c));
         float32x4_t w = vaddq_f32(vmulq_n_f32(b, s1), vmulq_n_f32(d, c1));
         rolni_mve_end(&u), rolni_mve_end(&v), rolni_mve_end(&w);
         if (rolni_mve_denormal()) break;
-        vstrwq_f32(x, u), vstrwq_f32(y, v), vstrwq_f32(z, w);
+        rolni_mve_store(x, u), rolni_mve_store(y, v), rolni_mve_store(z, w);
     }
 #endif
     for (; n > 0; n--, x++, y++, z++) {

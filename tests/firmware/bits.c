@@ -149,11 +149,34 @@ static void cost(const struct kernels *k, int limit)
     if (limit && mm > 64 * 64) failed++;
 }
 
+/* Numbers that are written one by one, and then read as vectors: no load comes before its store. What is there before is NaN. */
+__attribute__((noinline)) static void forget(void)
+{
+    volatile uint32_t stack[64];
+    for (int i = 0; i < 64; i++)
+        stack[i] = 0x7fc00000;
+}
+
+__attribute__((noinline)) static int listed(const roln_real *x, roln_real a)
+{
+    const roln_real list[8] = {a, x[0] * a, x[1] * a, x[2] * a, 1, x[3], x[4] + a, 2};
+    return roln_all_finite(8, list);
+}
+
+static void order(void)
+{
+    for (int i = 0; i < 4; i++) {
+        forget();
+        if (!listed(B + i, 1)) put_text("numbers are read before they are written\n"), failed++;
+    }
+}
+
 int main(void)
 {
     for (int kind = 0; kind < 3; kind++)
         for (int i = 0; i < CALLS; i++)
             products(kind), elements(kind), network(kind);
+    fill(9, 0, B), order();
     loop();
     cost(&fast, 1), cost(&plain, 0);
     put_integer((uint32_t)failed, 0), put_text(" failed\n");

@@ -84,8 +84,10 @@ for core in m4 m7 m33 m55 rv32; do
     check "$core: the instruction counter is wrong" prints '^exit 0$' $out/$core/count.elf.txt
 
     if [ $core = m55 ]; then
-        build $core bits -Iexamples tests/firmware/bits.c tests/firmware/bits_plain.c
-        check "$core: Helium and plain C have other bits" prints '^exit 0$' $out/$core/bits.elf.txt
+        for level in -O2 -O3; do
+            build $core bits$level $level -Iexamples tests/firmware/bits.c tests/firmware/bits_plain.c
+            check "$core $level: Helium and plain C have other bits" prints '^exit 0$' $out/$core/bits$level.elf.txt
+        done
     fi
 
     build $core resets $fw/adapt.c tests/firmware/resets.c -Wl,--wrap=board_count
