@@ -3,7 +3,8 @@
 # cc.sh - build an image for a core:  sh cc.sh m4 [options] file.c .. -o file.elf      cores: m4 m7 m33 m55 rv32 host
 # Single precision only, so that a double by mistake shows as a library call. The vectors of the M55 (Helium, MVE) take denormal
 # numbers for 0. roln's kernels for them look for such numbers and have the same bits as elsewhere. Vectors that the compiler makes
-# of other loops do not look: -fno-tree-vectorize.
+# of other loops do not look: -fno-tree-vectorize. The assembler of binutils 2.40 takes a conversion under the condition ne for
+# another instruction: -fno-if-conversion2.
 here=$(dirname "$0")
 core=$1
 shift
@@ -13,7 +14,7 @@ case $core in
 m4) cc="$arm -mcpu=cortex-m4" board=an386 ;;
 m7) cc="$arm -mcpu=cortex-m7+nofp.dp" board=an500 ;;
 m33) cc="$arm -mcpu=cortex-m33" board=an505 ;;
-m55) cc="$arm -march=armv8.1-m.main+dsp+mve.fp -mtune=cortex-m55 -fno-tree-vectorize" board=an547 ;;
+m55) cc="$arm -march=armv8.1-m.main+dsp+mve.fp -mtune=cortex-m55 -fno-tree-vectorize -fno-if-conversion2" board=an547 ;;
 rv32) cc=$riscv board=virt ;;
 host) cc=${CC:-cc} board= ;;
 *) echo "cc.sh: no core $core" >&2; exit 1 ;;
