@@ -172,7 +172,9 @@ ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln
         if (l > 0) below -= m, gn = ga + planes * below;
         if (l + 1 == f->layers) roln_mm(nb, no, ni, g, W, gn);
         else roln_mm_bt(nb, no, ni, g, W, gn);
-        for (i = l > 0 ? ROLNI_MVE_EACH(1, m, slope + below, gn) : 0; i < m; i++)
+        i = 0;
+        if (l > 0) i = ROLNI_MVE_EACH(1, m, slope + below, gn);
+        for (; i < m; i++)
             gn[i] = l > 0 ? gn[i] * slope[below + i] : 0 + gn[i]; /* 0 + makes -0 a 0 */
         g = gn;
     }

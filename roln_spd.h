@@ -1032,7 +1032,7 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
 {
     int p;
     B = rolni_mve_begin(B);
-    for (; n - j >= 24 && n - j != 32; j += 24) { /* 32 are two blocks of 16 */
+    for (; j <= n - 24 && j != n - 32; j += 24) { /* 32 are two blocks of 16 */
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0, c4 = c0, c5 = c0;
@@ -1049,7 +1049,7 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
         rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(c + 8, c2), rolni_mve_store(c + 12, c3);
         rolni_mve_store(c + 16, c4), rolni_mve_store(c + 20, c5);
     }
-    for (; n - j >= 16; j += 16) {
+    for (; j <= n - 16; j += 16) {
         const roln_real *a = A, *b = B + j;
         roln_real *const c = C + j;
         float32x4_t c0 = vdupq_n_f32(0), c1 = c0, c2 = c0, c3 = c0;
@@ -1063,7 +1063,7 @@ ROLNI_INLINE int rolni_mve_mm1(int k, int n, int j, const roln_real *A, const ro
         if (rolni_mve_denormal()) return j;
         rolni_mve_store(c, c0), rolni_mve_store(c + 4, c1), rolni_mve_store(c + 8, c2), rolni_mve_store(c + 12, c3);
     }
-    for (; n - j >= 4; j += 4) {
+    for (; j <= n - 4; j += 4) {
         const roln_real *a = A, *b = B + j;
         float32x4_t c0 = vdupq_n_f32(0);
         if (add) c0 = rolni_mve_load(C + j);

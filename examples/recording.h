@@ -2447,20 +2447,20 @@ static int read_heading(const motion *d, sheet *s, int comment)
     if (comment && (had || s->taken > 0)) return 0;
     if (!comment && (had || s->taken > 0)) {
         const int n = split(separator_of(s->text), s->text, most, s->w);
-        const int names = split(separator_of(s->header), s->header, most, s->name), same = n == names;
+        const int names = split(separator_of(s->header), s->header, most, s->name), same = n == names, kept = n < most ? n : most;
         const int last = n > 0 && s->taken == 0 && is_time(s->w[0]) && !is_time(s->name[0]); /* text, then the header */
         const double unit = n > 0 && same ? unit_of(s->w[0]) : 0; /* may stand below each repeated header */
         const double named = same && s->unit <= 0 ? unit_in(s->name[0]) : 0;
         if (unit > 0 && (s->unit <= 0 || s->taken == 0 || unit == s->unit) && (named <= 0 || named == unit)) {
             int c = 1;
-            while (c < n && !is_other_unit(s->w[c]))
+            while (c < kept && !is_other_unit(s->w[c]))
                 c++;
-            if (c < n && d->samples == 0 && s->unit <= 0) note_unit(d, s->row, c + 1, s->w[c]);
+            if (c < kept && d->samples == 0 && s->unit <= 0) note_unit(d, s->row, c + 1, s->w[c]);
             s->unit = unit;
             return 0;
         }
         if ((same && !last && is_header(s->name, names < most ? names : most)) || s->taken > 0)
-            refuse_heading(d, s, n < most ? n : most);
+            refuse_heading(d, s, kept);
         if (n < names && n > 0 && is_time(s->name[0]) && !is_time(s->w[0])) {
             say("%s:%d: text, not a header: line %d has more columns\n", d->path, s->row, s->header_row);
             return 0;

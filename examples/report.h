@@ -157,7 +157,7 @@ static void roll(void *ctx, int k, int thread)
     b.count = to->windows = windows(r->m, at, at + 1, r->samples, r->every, 0, start);
     if (thread == 0) progress(bar.what, bar.done + bar.part * number / r->count);
     if (b.count == 0) return;
-    out.windows = room((size_t)(2 * b.count), sizeof *out.windows);
+    out.windows = room(2 * (size_t)b.count, sizeof *out.windows);
     if (M(errors)(r->p, &b, dt, end ? steps : 1, s.qbar, &out, &work[thread].errors) || e[end].q > FAR * FAR * e[end].q_var)
         roll_each(r, at, b, dt, to, thread);
     else {

@@ -27,7 +27,7 @@ __attribute__((naked)) void systick(void)
 
 uint32_t board_count(void)
 {
-    uint32_t wraps, value;
+    uint32_t wraps, value, handled;
     if (!(SYSTICK_CONTROL & 1)) {
         SYSTICK_RELOAD = 0xffffff;
         SYSTICK_VALUE = 0;
@@ -35,10 +35,10 @@ uint32_t board_count(void)
     }
     __asm volatile("cpsid i" ::: "memory");
     value = SYSTICK_VALUE;
-    wraps = systick_wraps + (ICSR >> 26 & value >> 23 & 1);
+    handled = systick_wraps, wraps = handled + (ICSR >> 26 & value >> 23 & 1);
     __asm volatile("cpsie i" ::: "memory");
     const uint64_t ticks = ((uint64_t)wraps << 24) + (0xffffff - value), scale = (uintptr_t)count_scale;
-    return (uint32_t)((ticks >> 32) * scale + (((ticks & 0xffffffff) * scale + 0x80000000) >> 32)) - 5 * wraps;
+    return (uint32_t)((ticks >> 32) * scale + (((ticks & 0xffffffff) * scale + 0x80000000) >> 32)) - 5 * handled;
 }
 
 static void semihosting(uint32_t what, const void *with)

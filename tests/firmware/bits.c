@@ -154,7 +154,7 @@ __attribute__((noinline)) static void forget(void)
 {
     volatile uint32_t stack[64];
     for (int i = 0; i < 64; i++)
-        stack[i] = 0x7fc00000;
+        stack[i] = 0x7fc00000, (void)stack[i];
 }
 
 __attribute__((noinline)) static int listed(const roln_real *x, roln_real a)

@@ -116,12 +116,36 @@ def code_lines(text):
     return {i + 1 for i, line in enumerate(lines) if line.strip(" {}\t") and not line.startswith("#")}
 
 
+def compiled(text, simd):
+    """Numbers of the lines that are compiled without Helium, with vectors or without, as far as that decides."""
+    def holds(condition):
+        if set(re.findall(r"[A-Za-z_]\w*", condition)) <= {"ROLN_SIMD", "ROLNI_MVE"}:
+            words = condition.replace("!", " not ").replace("&&", " and ").replace("||", " or ")
+            return bool(eval(words, {"ROLN_SIMD": simd, "ROLNI_MVE": 0}))
+        return None  # not known
+
+    found, open_now = set(), []  # of each #if: whether this part is compiled, whether an earlier one was
+    for i, line in enumerate(text.split("\n")):
+        word = re.match(r"#\s*(if|ifdef|ifndef|elif|else|endif)\b(.*)", line)
+        if word is None:
+            if all(now for now, _ in open_now):
+                found.add(i + 1)
+        elif word[1] == "endif":
+            open_now.pop()
+        else:
+            taken = open_now.pop()[1] if word[1] in ("elif", "else") else False
+            is_so = holds(word[2]) if word[1] in ("if", "elif") else True if word[1] == "else" else None
+            open_now.append((not taken and is_so is not False, taken or is_so is True))
+    return found
+
+
 def operators(text):
-    """(line, column) of every && and || in the bodies of functions, which stand between braces in the first column."""
-    found, inside_body = [], False
+    """(line, column) of every && and || in the bodies of functions, which stand between braces in the first column; without what
+    is compiled for Helium alone, which tests/firmware/bits.c runs in QEMU."""
+    found, inside_body, here = [], False, compiled(text, 0) | compiled(text, 1)
     for i, line in enumerate(headers.code(text).split("\n")):
         inside_body = line.startswith("{") or inside_body and not line.startswith("}")
-        if inside_body:
+        if inside_body and i + 1 in here:
             found += [(i + 1, m.start() + 1) for m in re.finditer(r"&&|\|\|", line)]
     return found
 

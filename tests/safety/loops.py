@@ -53,6 +53,9 @@ BOUNDED = {
         ("do while (0)", "do .. while (0)"),
         ("0", "its while"),
     ],
+    "rolni_mm": [
+        ("; i < m; i += rows, A += ROLNI_AS(size_t, rows) * si, C += ROLNI_AS(size_t, rows) * ldb", "rows is 1 to 4"),
+    ],
     "rolni_chart_polish": [
         ("j = 0; j < m; j = j == 0 ? n + 1 : j + 1", "j rises"),
     ],

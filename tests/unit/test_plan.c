@@ -64,7 +64,7 @@ static void point(task *x)
         if (x->term[i].C) x->term[i].C = x->C[i];
     }
     if (x->limits.motors) x->limits.motors = &x->motors;
-    x->motors.B = x->B, x->limits.tau_each = x->tau;
+    x->motors.B = models[x->k]->md->inputs > 0 ? NULL : x->B, x->limits.tau_each = x->tau;
     if (x->limits.rate_each) x->limits.rate_each = x->rate;
     x->goal.term = x->term, x->goal.u = x->u, x->goal.hold = x->hold, x->goal.limits = &x->limits;
     if (x->goal.P) x->goal.P = x->P, x->goal.end = x->end;
@@ -72,7 +72,7 @@ static void point(task *x)
 }
 
 /* Joints, joint velocities by two outputs, latent coordinates, latent velocities, joints by two outputs; a cost behind the end; of
-   every second model a load. */
+   every second model a load. Where the model has learned what its motors do, some name their number and others do not. */
 static void place(int k, uint64_t *s, task *x)
 {
     static const int of[TERMS] = {ROLN_OF_Q, ROLN_OF_QD, ROLN_OF_Z, ROLN_OF_ZD, ROLN_OF_Q};
@@ -95,7 +95,8 @@ static void place(int k, uint64_t *s, task *x)
         x->P[i * (2 * n + 1)] = ROLN_C(0.5);
     for (i = 0; i < MAXM; i++)
         x->tau[i] = ROLN_C(0.5) + ROLN_C(0.25) * (roln_real)i, x->rate[i] = 4, x->u[i] = ROLN_C(0.25);
-    x->motors.count = 2, x->limits.motors = inputs > 0 ? NULL : &x->motors, x->limits.dt = dt, x->limits.margin = 1;
+    x->motors.count = 2, x->limits.dt = dt, x->limits.margin = 1;
+    x->limits.motors = models[k]->md->actuator == ROLN_SERVO || (inputs > 0 && k % 2) ? NULL : &x->motors;
     x->goal.dt = dt, x->goal.terms = TERMS, x->goal.P = x->P;
     if (k % 2 == 0) dyadic(n, 1, s, x->load), x->goal.load = x->load;
     point(x);
@@ -144,9 +145,9 @@ static roln_status step(const task *x, const instance *m, const roln_real *u, ro
 {
     roln_real tau[MAXN];
     int i;
-    for (i = 0; i < N_OF(x->k) && x->limits.motors; i++)
+    for (i = 0; i < N_OF(x->k) && x->motors.B; i++)
         tau[i] = x->B[2 * i] * u[0] + x->B[2 * i + 1] * u[1];
-    return m->of->push(m, s, s + n_OF(x->k), x->limits.motors ? tau : u, x->goal.load, x->goal.dt, spare);
+    return m->of->push(m, s, s + n_OF(x->k), x->motors.B ? tau : u, x->goal.load, x->goal.dt, spare);
 }
 
 /* ---- what is inside of a call ----------------------------------------------------------------- */
@@ -291,7 +292,7 @@ static int turn_away(int what, task *x, plan_arrays *b)
     case 2: x->s[n] -= 1; return 1;
     case 3: theta[0] += ROLN_C(0.0009765625); return 1;
     case 4: x->goal.dt *= ROLN_C(1.0009765625); return 1;
-    case 5: x->B[0] += ROLN_C(0.0009765625); return x->limits.motors != NULL;
+    case 5: x->B[0] += ROLN_C(0.0009765625); return x->motors.B != NULL;
     case 6: /* the torque alone */
         fill(n, ROLN_C(0.001), x->fast);
         return b->u[motors] = b->u[motors] > 0 ? -x->tau[0] : x->tau[0], 1;
@@ -550,7 +551,7 @@ static void test_motor_units(int k)
     uint64_t s = 75 + (uint64_t)k;
     int trial, i, j;
     place(k, &s, &first);
-    if (!first.limits.motors) return; /* whose motors are learned */
+    if (!first.motors.B) return; /* whose motors are learned */
     for (trial = 0; trial < 8; trial++) {
         plan_at pl = planned(&first);
         instance m = model_of(&first);
@@ -709,7 +710,7 @@ static roln_status spoil(int what, task *x)
     case 24: return x->term[1].of = 4, ROLN_E_LENGTH;
     case 25: return x->term[1].of = -1, ROLN_E_LENGTH;
     case 26: return x->term[4].count = -1, ROLN_E_LENGTH;
-    case 27: return x->limits.motors ? x->motors.count = 1 : 0, x->limits.motors ? ROLN_E_LENGTH : ROLN_OK;
+    case 27: return x->motors.B ? x->motors.count = 1 : 0, x->motors.B ? ROLN_E_LENGTH : ROLN_OK;
     case 29: return x->load[0] = nan, x->goal.load ? ROLN_E_NOT_FINITE : ROLN_OK;
     case 28: return x->fast[0] = ROLN_C(1e-6), ROLN_E_RANGE; /* wherever it goes, it is out of range */
     default: return x->P[0] = -1, ROLN_E_NOT_SPD;
