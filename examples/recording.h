@@ -2025,6 +2025,24 @@ static int take_part(const motion *d, int a, int b, double half, int exact, moti
     return count;
 }
 
+/* The usual step of recording k: the mean of those up to 2.5 times the median, of all if that is 0. A gap is no part of it. */
+static double usual_step(const motion *d, int k)
+{
+    const int steps = d->first[k + 1] - d->first[k] - 1;
+    double *step, sum = 0, median;
+    int near = 0, i;
+    if (steps < 1) return 0;
+    step = room((size_t)steps, sizeof *step);
+    for (i = 0; i < steps; i++)
+        step[i] = d->t[d->first[k] + i + 1] - d->t[d->first[k] + i];
+    qsort(step, (size_t)steps, sizeof *step, smaller);
+    median = step[(steps - 1) / 2];
+    for (i = 0; i < steps; i++)
+        if (step[i] <= 2.5 * median || !(median > 0)) sum += step[i], near++;
+    free(step);
+    return sum / near;
+}
+
 /* d at one rate, e->dt = dt: each sample the local cubic of those nearer than `half`, a filter, if that is not 0; then recordings
    lose half of it at both ends, where the filter sees too little of a side. exact: samples at the new times stay as they are. Gaps
    split recordings. */
@@ -2036,8 +2054,8 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     e.dt = dt, e.reach = half, e.gaps = e.filled = e.short_left = 0;
     for (k = 0; k < d->trajectories; k++) {
         const int n = d->first[k + 1] - d->first[k];
-        const double all = n > 1 ? d->t[d->first[k + 1] - 1] - d->t[d->first[k]] : 0, mean = n > 1 ? all / (n - 1) : 0;
-        time += fmin(all / dt, (n - 1) * (GAP * fmax(dt, mean) / dt)) + 2;
+        const double all = n > 1 ? d->t[d->first[k + 1] - 1] - d->t[d->first[k]] : 0;
+        time += fmin(all / dt, (n - 1) * (GAP * fmax(dt, usual_step(d, k)) / dt)) + 2;
     }
     if (time * fmax(d->N, d->forces) > INT_MAX)
         fail("%s: at steps of %g s there are more than 2^31 numbers\nhint: a longer dt=, or leave recordings out", d->path, dt);
@@ -2046,7 +2064,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     make_room(&e, (int)time + d->trajectories);
     for (k = 0; k < d->trajectories; k++) {
         const int begin = d->first[k], end = d->first[k + 1];
-        const double limit = GAP * fmax(dt, end - begin > 1 ? (d->t[end - 1] - d->t[begin]) / (end - begin - 1) / 1.5 : 0);
+        const double limit = GAP * fmax(dt, usual_step(d, k) / 1.5);
         for (a = i = begin; i < end; i++) {
             int count;
             if (i + 1 < end && d->t[i + 1] - d->t[i] <= limit) continue;
