@@ -2064,7 +2064,7 @@ static motion resampled(const motion *d, double dt, double half, int exact)
     make_room(&e, (int)time + d->trajectories);
     for (k = 0; k < d->trajectories; k++) {
         const int begin = d->first[k], end = d->first[k + 1];
-        const double limit = GAP * fmax(dt, usual_step(d, k) / 1.5);
+        const double limit = GAP * fmax(dt, usual_step(d, k));
         for (a = i = begin; i < end; i++) {
             int count;
             if (i + 1 < end && d->t[i + 1] - d->t[i] <= limit) continue;
