@@ -255,7 +255,7 @@ $(call row,$(ROWS)): build/host32/tests/experiments/config/%.o: tests/experiment
 	$(KIND_host32) $(DEPENDS) -DCONFIG=$* -c $< -o $@
 build/test_mujoco: $(call host,mujoco/main $(patsubst %,mujoco/test_%,truth models control friction furuta arm load) \
                      control/control mujoco/truth mujoco/h5 unit/check)
-build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5)
+build/generate: $(call host,mujoco/generate mujoco/truth mujoco/h5 mujoco/demos)
 build/record: $(call host,mujoco/record mujoco/config mujoco/demos mujoco/newer)
 build/convert: $(call host,mujoco/convert mujoco/demos)
 build/h5_cases: $(call host,mujoco/h5_cases)

@@ -80,6 +80,7 @@ static struct {
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
     {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
+    {"next", 0, 0, 200, 1, "recordings to make next: OUT_next.csv, so many that tell most beside these; takes a tenth of seconds="},
     {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},
     {"lr_net", 3e-3, 0, 100, 0, "Adam: learning rate of the networks"},
     {"threads", 2, 1, 16, 1, "on which it runs; changes no bit"},
@@ -785,6 +786,8 @@ static void refine_start(void)
     start_free(&m), pool_free(&samples);
 }
 
+#include "next.h"
+
 /* ---- 7 Adam ---- */
 
 enum { SLICES = 4, BATCH = 64 };
@@ -860,7 +863,7 @@ static origin origin_of(void)
     static M(params) none;
     static uint64_t data;
     const char *from = words[FROM].value ? words[FROM].value : "";
-    static const char *const may_change = "seconds steps threads resume";
+    static const char *const may_change = "seconds steps threads resume next";
     origin o;
     int i;
     memset(&o, 0, sizeof o);
@@ -1051,7 +1054,7 @@ static double reserve(void)
     const double looks = 2 * steps_to(&d, train, d.trajectories, far, stride_of(&d, 0.005), every);
     double tables = steps_of_table(&d, train, d.trajectories, stride_of(&d, 0.025));
     if (words[TEST].value) tables += steps_of_table(&unseen, 0, unseen.trajectories, stride_of(&unseen, 0.025));
-    return 1.3 * (slowest + price() * looks + fmin(price() * tables, set("seconds") / 10));
+    return 1.3 * (slowest + price() * looks + fmin(price() * tables, set("seconds") / 10)) + reserve_of_next();
 }
 
 /* Nonzero if the run has to end now: why stands in `ended`. */
@@ -1329,7 +1332,7 @@ static int report(void)
     if (!write_weights("not judged: the table of errors was not finished"))
         fail("weights are not written, as said above\nhint: make room, then go on from %s.check with --resume", words[OUT].value);
     summary();
-    tables(0.7 * left());
+    tables(0.7 * fmax(0, left() - reserve_of_next()));
     snprintf(text, sizeof text, "ended by %s at step %d: %s", by[0] ? by : "itself", reached, doubts);
     for (c = text; *c; c++)
         if (*c == '*') *c = '.'; /* it goes into a comment */
@@ -1337,6 +1340,7 @@ static int report(void)
         fail("%s_weights.h has no verdict: it cannot be written again, as said above\nhint: make room, then --resume",
              words[OUT].value);
     fit_settings(), write_settings(doubts[0] ? text : NULL), write_page(doubts[0] ? text : NULL);
+    write_next();
     for (i = 0; i < 2 && kept > 0 && !doubts[0]; i++)
         remove(name_of(i ? "_weights.h.old" : ".roln.old").text);
     if (kept > 0 && doubts[0])

@@ -2,6 +2,7 @@
 #include "demos.h"
 
 #include <ctype.h>
+#include <errno.h>
 #include <float.h>
 #include <limits.h>
 #include <math.h>
@@ -78,6 +79,48 @@ int demos_write_csv(const demos *d, int test, const char *path)
     if (!fclose(f) && !bad) return 0;
     perror(path);
     return -1;
+}
+
+/* A row of numbers apart by commas: 0, or -1 if it has more or fewer. */
+static int get_row(const char *at, int wide, double *row)
+{
+    for (int j = 0; j < wide; j++) {
+        char *end;
+        row[j] = strtod(at, &end);
+        if (end == at || (j + 1 < wide ? *end != ',' : *end && !strchr("\r\n", *end))) return -1;
+        at = end + 1;
+    }
+    return 0;
+}
+
+int demos_read_csv(demos *d, const char *path)
+{
+    static char line[1 << 16];
+    FILE *f = fopen(path, "r");
+    double *row = NULL;
+    int samples = 0, number = 1, bad, more;
+    if (!f || !fgets(line, sizeof line, f)) {
+        fprintf(stderr, "%s: %s\n", path, f ? "an empty file" : strerror(errno));
+        if (f) fclose(f);
+        return -1;
+    }
+    d->forces = -2 * d->N;
+    for (const char *c = line; *c; c++) d->forces += *c == ',';
+    const int wide = demos_wide(d);
+    bad = d->forces < 0;
+    for (more = !bad; more && !bad;) {
+        more = fgets(line, sizeof line, f) != NULL, number++;
+        if (more && strspn(line, " \r\n") < strlen(line)) {
+            double *longer = realloc(row, (size_t)(samples + 1) * (size_t)wide * sizeof *row);
+            row = longer ? longer : row;
+            bad = !longer || get_row(line, wide, row + (size_t)samples++ * (size_t)wide);
+        } else if (samples > 0) {
+            bad = demos_add(d, samples, 0, row), samples = 0;
+        }
+    }
+    if (bad) fprintf(stderr, "%s:%d: no recording of %d joints\nhint: columns t, q, qd and tau, apart by commas\n", path, number, d->N);
+    free(row), fclose(f);
+    return bad ? -1 : 0;
 }
 
 /* ---- HDF5: writing ---- */

@@ -27,6 +27,8 @@ int demos_wide(const demos *d);
 int demos_add(demos *d, int samples, int test, const double *row); /* copies */
 void demos_free(demos *d);
 int demos_write_csv(const demos *d, int test, const char *path);
+/* Adds the recordings of such a file, of N joints. What is behind q and qd are forces. */
+int demos_read_csv(demos *d, const char *path);
 int demos_write_h5(const demos *d, const char *model, const char *path);
 
 /* What demos_read_h5 takes for q, qd, tau, u and t: names inside a recording, NULL: the first that is there of those that the

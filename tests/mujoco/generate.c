@@ -1,19 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /* generate - writes a ground-truth set.
-     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S]
-                                             N = 100 (rope, cloth 60), 10 and 10, S = 1
+     generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S] [--starts FILE]
+                                             N = 100 (rope, cloth 60), 10 and 10, S = 1. FILE is OUT_next.csv of train.c: pendulums
+                                             are trained from these starts, and N counts for nothing
      generate --export IN.h5 PREFIX          PREFIX_train.csv, PREFIX_test.csv, PREFIX_tune.csv from an existing file
    Settings are chosen on tune, so that test stays unseen until they stand. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "demos.h"
 #include "h5.h"
 
 static int usage(void)
 {
-    fprintf(stderr, "generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S]\n"
-                    "generate --export IN.h5 PREFIX\nSYSTEM:");
+    fprintf(stderr, "generate SYSTEM OUT.h5 [--csv PREFIX] [--train N] [--test N] [--tune N] [--seed S] "
+                    "[--starts FILE]\ngenerate --export IN.h5 PREFIX\nSYSTEM:");
     for (int i = 0; i < TRUTH_SYSTEMS; i++) fprintf(stderr, " %s", truth_name((enum truth_system)i));
     fputc('\n', stderr);
     return 2;
@@ -56,8 +58,20 @@ static int split_of(const char *option)
     return -1;
 }
 
+/* q of the first samples of a file of recordings, starts [count][dof]. Returns count, 0: the file is none, or has more than `most`. */
+static int read_starts(const char *path, int dof, int most, double *starts)
+{
+    demos d = {.N = dof};
+    const int count = demos_read_csv(&d, path) || d.count > most ? 0 : d.count;
+    for (int k = 0; k < count; k++) memcpy(starts + k * dof, d.demo[k].row + 1, (size_t)dof * sizeof *starts);
+    demos_free(&d);
+    return count;
+}
+
 int main(int argc, char **argv)
 {
+    static double starts[1000 * 16];
+    const char *from = NULL;
     struct truth_set sets[TRUTH_SPLITS] = {{0}};
     enum truth_system system;
     const char *csv = NULL;
@@ -76,15 +90,23 @@ int main(int argc, char **argv)
         const int split = split_of(argv[i]);
         if (split >= 0) count[split] = atoi(argv[i + 1]);
         else if (!strcmp(argv[i], "--csv")) csv = argv[i + 1];
+        else if (!strcmp(argv[i], "--starts")) from = argv[i + 1];
         else if (!strcmp(argv[i], "--seed")) seed = strtoull(argv[i + 1], NULL, 0);
         else return usage();
+    }
+    if (from) {
+        const int dof = truth_dof(system);
+        if (dof > 16) return usage();
+        count[TRUTH_TRAIN] = read_starts(from, dof, 1000, starts);
     }
     for (int i = 0; i < TRUTH_SPLITS; i++)
         if (count[i] < 1) return usage();
 
     for (int i = 0; i < TRUTH_SPLITS && !bad; i++) {
         const enum truth_split split = (enum truth_split)i;
-        bad = truth_generate(&sets[i], system, split, seed, 0, count[i], truth_samples(system))
+        bad = (from && split == TRUTH_TRAIN
+                   ? truth_generate_from(&sets[i], system, seed, count[i], truth_samples(system), starts)
+                   : truth_generate(&sets[i], system, split, seed, 0, count[i], truth_samples(system)))
             || summary(truth_split_name(split), &sets[i]);
     }
     bad = bad || truth_h5_write(argv[2], sets) || (csv && export_csv(sets, csv));

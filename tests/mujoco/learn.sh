@@ -3,6 +3,7 @@
 # learn.sh - from a MuJoCo model to a trained one: record, config, train, errors, verdict.
 #
 #   learn.sh MODEL.xml OUT BUDGET [key=value ..]     BUDGET: seconds=300 of all, or steps=300 of each training; key=value: record
+#   learn.sh .. next=K                               a model of the first recordings chooses K more, in a quarter of the budget
 #   learn.sh table OUT ..                            a table of what was learned to OUT ..
 #   OPTIMISE=-O1 learn.sh ..                         the trainer is compiled sooner, and slower
 #
@@ -46,12 +47,16 @@ if [ "$1" = table ]; then
     for out; do row "$out"; done
     exit
 fi
-[ $# -ge 3 ] || { sed -n '2,18s/^# \{0,1\}//p' "$0"; exit 1; }
+[ $# -ge 3 ] || { sed -n '2,19s/^# \{0,1\}//p' "$0"; exit 1; }
 began=$(date +%s)
-model=$1 budget=$3
+model=$1 budget=$3 next=
 out=$("$top/build/record" --name "$2") || exit 1
 [ "$out" = "$2" ] || echo "$2 is written as $out, since configs are named after it"
 shift 3
+for word; do # next=K is not for the recorder
+    shift
+    case $word in next=*) next=${word#next=} ;; *) set -- "$@" "$word" ;; esac
+done
 name=$(basename "$out")
 try=$out.try
 mkdir -p "$try" || exit 1
@@ -76,13 +81,17 @@ logged() {
     return "$(cat "$try/code")"
 }
 
-logged "$try/record.log" "$top/build/record" "$model" "$out" "$@"
-code=$?
-grep -v '^  recording\|^  steps of' "$try/record.log" > "$out.log"
-cat "$out.log"
-[ $code -eq 0 ] || exit 1
-torque=$(head -n 1 "$out.csv" | awk '{ print /,(tau|u)1/ }')
-sliders=$(sed -n 's/^   sliders: \([0-9,]*\).*/sliders=\1/p' "$out.h")
+# the recordings, and what the trainer has to know of them
+record_all() {
+    logged "$try/record.log" "$top/build/record" "$model" "$out" "$@"
+    code=$?
+    grep -v '^  recording\|^  steps of' "$try/record.log" > "$out.log"
+    cat "$out.log"
+    [ $code -eq 0 ] || exit 1
+    torque=$(head -n 1 "$out.csv" | awk '{ print /,(tau|u)1/ }')
+    sliders=$(sed -n 's/^   sliders: \([0-9,]*\).*/sliders=\1/p' "$out.h")
+}
+record_all "$@"
 
 # train PLACE NAME SETTING ..: the config NAME of folder PLACE, which also gets all files. Returns 0, 3 or 1, as the trainer
 train() {
@@ -126,6 +135,13 @@ better() {
 steps_of() { awk '/^ +[0-9]+  E_q/ { n = $1 } END { print n + 0 }' "$try/$1/log"; }
 by_itself() { ! grep -q '^ended by\|^no trained model: ended by s' "$try/$1/log"; }
 
+if [ -n "$next" ]; then
+    echo "training $name, to choose $next recordings more"
+    place first "$out.h"
+    train "$try/first" "$name" next="$next" "$(quarter_of_budget)"
+    [ -s "$try/first/${name}_next.csv" ] || { tail -n 1 "$try/first/log"; exit 1; }
+    record_all "$@" next="$try/first/${name}_next.csv"
+fi
 n=$(awk '/ROLN_AE/ { print $NF }' "$out.h")
 N=$(awk '/ROLN_AE/ { sub(/,/, "", $3); print $3 }' "$out.h")
 motors=$(sed -n 's/.*joints, \([0-9]*\) motors,.*/\1/p' "$out.h" | head -n 1)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* record - any machine that MuJoCo can load, moved at random and recorded: what a model is learned from.
 
-     record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1]
+     record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1] [next=FILE]
 
    Written: OUT.csv and OUT_test.csv (columns of examples/train.c), OUT.h5 (demos.h), OUT.h, the config that is proposed,
    OUT_full.h, a config of all joints, OUT_angles.h, the config with all hinges as angles if that is possible and differs,
@@ -19,6 +19,8 @@
    Start: a machine of 12 joints at most without equalities starts in a random pose, at rest. A joint that neither gravity nor a
    spring moves gets a random velocity. All other machines start at their reference pose and swing for up to a second, in a gravity
    that is tilted and stretched, with motors. This keeps chains closed and moves soft bodies as a whole.
+   next=FILE: behind the other recordings for training those that the trainer wants, OUT_next.csv. Each begins where its first row says.
+   Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them.
    A recording begins where no limit and no contact acts, and ends where one begins to act: a stop is an impact. A tendon that is
    taut at rest, such as a string under a weight, acts in all recordings, which end where it is slack.
    Recordings that are unstable, too short or do not move are dropped and counted by cause. If three of four are dropped, all is
@@ -75,16 +77,21 @@ static struct {
 } settings[] = {{"seed", 1, 0, 1e15}, {"train", 0, 0, 1e5},    {"test", 10, 1, 1e5},    {"seconds", 2, 0.1, 3600},
                 {"dt", 0, 0, 1},      {"speed", 1, 1e-3, 100}, {"effort", 1, 1e-3, 100}};
 enum { SEED, TRAIN, TEST, SECONDS, DT, SPEED, EFFORT, SETTINGS };
+static const char *next_path; /* next=, or NULL */
 
 static void read_settings(int argc, char **argv)
 {
     for (int i = 3; i < argc; i++) {
         int k = 0;
         char *eq = strchr(argv[i], '='), *end;
+        if (strncmp(argv[i], "next=", 5) == 0) {
+            next_path = argv[i] + 5;
+            continue;
+        }
         while (k < SETTINGS && (!eq || strlen(settings[k].key) != (size_t)(eq - argv[i]) ||
                                 strncmp(argv[i], settings[k].key, strlen(settings[k].key))))
             k++;
-        if (k == SETTINGS) fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=", argv[i]);
+        if (k == SETTINGS) fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=, next=", argv[i]);
         const double x = strtod(eq + 1, &end);
         if (end == eq + 1 || *end || !(x >= settings[k].low && x <= settings[k].high))
             fail("%s: expected a number\nhint: %s=%g .. %g", argv[i], settings[k].key, settings[k].low, settings[k].high);
@@ -385,11 +392,12 @@ static void measure_all(void)
 
 /* ---- what moves it ---- */
 
-enum { FALL, SINES, PD, KINDS };
+enum { FALL, SINES, PD, KINDS, FOLLOW = KINDS };
 
 typedef struct {
     int kind;
-    double w, zeta;                   /* of the controller */
+    const demo *wanted; /* FOLLOW: its start, and with forces its samples; else NULL */
+    double w, zeta;     /* of the controller */
     double *size, *frequency, *phase; /* [motors or joints][TERMS] */
     double *offset, *fade; /* [motors or joints] what is added at first, and in what time it fades, s: no command jumps */
 } drive;
@@ -425,7 +433,7 @@ static void draw_drive(drive *v, int kind, uint64_t *state)
     double zero;
     for (int a = 0; a < rig.m->nu; a++) /* a servo does not let the machine fall */
         if (servo(a, 0, &zero) || servo(a, 1, &zero)) kind = SINES;
-    if (kind == PD && rig.servos) kind = SINES;
+    if ((kind == PD || kind == FOLLOW) && rig.servos) kind = SINES;
     const int n = kind == PD ? rig.m->nv : rig.m->nu;
     v->kind = kind, v->w = uniform(state, 4, 12), v->zeta = uniform(state, .6, 1);
     for (int i = 0; i < n; i++) {
@@ -456,6 +464,19 @@ static double sines(const drive *v, int i, double t, double *rate)
         x += v->size[k] * sin(w * t + v->phase[k]), *rate += v->size[k] * w * cos(w * t + v->phase[k]);
     }
     return x;
+}
+
+/* rig.want = M a + tau, a the acceleration that leads joints back to what is wanted at t, tau its forces. */
+static void follow(const drive *v, double t)
+{
+    const mjModel *m = rig.m;
+    const int i = (int)fmin(t / rig.dt + 0.5, v->wanted->samples - 1);
+    const double *x = v->wanted->row + (size_t)i * (size_t)(1 + 2 * m->nv + rig.columns) + 1;
+    double *a = rig.want + m->nv;
+    for (int j = 0; j < m->nv; j++)
+        a[j] = v->w * v->w * (x[j] - rig.d->qpos[j]) + 2 * v->zeta * v->w * (x[m->nv + j] - rig.d->qvel[j]);
+    mj_mulM(m, rig.d, rig.want, a);
+    mju_addTo(rig.want, x + 2 * m->nv, m->nv);
 }
 
 /* rig.want = M a + bias, a the acceleration that leads joints with motors back to their references: computed torque. Without
@@ -532,8 +553,9 @@ static double command_of(const drive *v, int a, double t)
 static void command(const drive *v, double t)
 {
     const mjModel *m = rig.m;
-    const int holds = v->kind == PD || (v->kind == SINES && rig.full && !rig.servos);
-    if (holds) want(v, t);
+    const int holds = v->kind == PD || v->kind == FOLLOW || (v->kind == SINES && rig.full && !rig.servos);
+    if (v->kind == FOLLOW) follow(v, t);
+    else if (holds) want(v, t);
     for (int a = 0; a < m->nu; a++) {
         const double *row = rig.d->actuator_moment + a * m->nv, *range = m->actuator_ctrlrange + 2 * a;
         const int ranged = m->actuator_ctrllimited[a];
@@ -591,6 +613,11 @@ static void start(uint64_t *state, drive *v)
     mjModel *m = rig.m;
     mjData *d = rig.d;
     mj_resetData(m, d);
+    if (v->wanted) {
+        memcpy(d->qpos, v->wanted->row + 1, (size_t)m->nv * sizeof *d->qpos);
+        memcpy(d->qvel, v->wanted->row + 1 + m->nv, (size_t)m->nv * sizeof *d->qvel);
+        return;
+    }
     if (m->nv <= SMALL && m->neq == 0 && rig.taut == 0) {
         for (int j = 0; j < m->nv; j++)
             d->qpos[j] = pose(j, state);
@@ -644,7 +671,7 @@ static int record(int kind, uint64_t *state, drive *v, int most, double *row)
     memset(rig.full_now, 0, (size_t)m->nu * sizeof *rig.full_now);
     draw_drive(v, kind, state);
     start(state, v);
-    if ((stuck = leave(v, most / 2))) return -stuck;
+    if ((stuck = leave(v, v->wanted ? 0 : most / 2))) return -stuck;
     begin(v);
     for (; k < most && !rig.stopped && !rig.touched; k++) {
         double *to = row + k * wide;
@@ -758,7 +785,7 @@ static void keep(demos *to, int samples, int test, const double *row)
 }
 
 /* All recordings; nonzero: three of four of those begun were lost. */
-static int record_all(demos *to, drive *v)
+static int record_all(demos *to, drive *v, const demos *next)
 {
     const mjModel *m = rig.m;
     const int train = (int)settings[TRAIN].value, count = train + (int)settings[TEST].value;
@@ -769,12 +796,15 @@ static int record_all(demos *to, drive *v)
     rig.stops = rig.contacts = rig.turns = rig.kept = 0, *rig.why = 0;
     memset(rig.lost, 0, sizeof rig.lost);
     memset(rig.angle, 0, (size_t)m->nv * sizeof *rig.angle), memset(rig.full_samples, 0, (size_t)m->nu * sizeof(int));
-    for (int k = 0; k < count && !bad; k++)
-        for (int again = 0; again < TRIES && !bad; again++) {
+    for (int k = 0; k < count + next->count && !bad; k++)
+        for (int again = 0; again < (k < count ? TRIES : 1) && !bad; again++) {
             uint64_t state = mix(mix((uint64_t)settings[SEED].value) + (uint64_t)(k * TRIES + again) + 1);
-            const int samples = record(kind_of(k + again), &state, v, most, row);
-            progress(k, count);
-            if (samples > 0) keep(to, samples, k >= train, row);
+            v->wanted = k < count ? NULL : &next->demo[k - count];
+            const int kind = k < count ? kind_of(k + again) : next->forces > 0 ? FOLLOW : FALL;
+            const int longest = kind == FOLLOW && v->wanted->samples < most ? v->wanted->samples : most;
+            const int samples = record(kind, &state, v, longest, row);
+            progress(k, count + next->count);
+            if (samples > 0) keep(to, samples, k >= train && k < count, row);
             else rig.lost[-samples - 1]++;
             bad = lost() >= 12 && lost() > 3 * rig.kept;
             if (samples > 0) break;
@@ -894,22 +924,24 @@ static void change(void)
 /* Everything that is recorded, by the gentlest means that it takes. */
 static demos all_recordings(void)
 {
-    demos d;
+    demos d, next = {.N = rig.m->nv};
     rig.spread = 1;
     measure_all();
+    if (next_path && (demos_read_csv(&next, next_path) || (next.forces > 0 && next.forces != rig.columns)))
+        fail("next=%s: no recordings of this machine\nhint: OUT_next.csv of the trainer, of a model of all joints", next_path);
     if (settings[TRAIN].value == 0) settings[TRAIN].value = fmin(30 + 5 * rig.m->nv, 100);
     const size_t most = (size_t)(rig.m->nv > rig.m->nu ? rig.m->nv : rig.m->nu), terms = TERMS * most;
     double *x = room((3 * terms + 2 * most) * sizeof *x);
-    drive v = {0, 0, 0, x, x + terms, x + 2 * terms, x + 3 * terms, x + 3 * terms + most};
+    drive v = {0, NULL, 0, 0, x, x + terms, x + 2 * terms, x + 3 * terms, x + 3 * terms + most};
     rig.least = (int)fmax(20, settings[SECONDS].value / rig.dt / 4);
     printf("  steps of a sample: trying\n");
     fflush(stdout);
     choose_steps(&v);
-    while (record_all(&d, &v))
+    while (record_all(&d, &v, &next))
         demos_free(&d), change();
     for (int j = 0; j < rig.m->nv && rig.turns > 0; j++)
         rig.angle[j] |= circles(j);
-    free(x);
+    free(x), demos_free(&next);
     return d;
 }
 
@@ -925,7 +957,7 @@ int main(int argc, char **argv)
         return 0;
     }
     if (argc < 3)
-        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1], or record "
+        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1] [next=FILE], or record "
              "--name OUT [MODEL.xml] for the name of OUT in C");
     rig.began = rig.told = now();
     read_settings(argc, argv);

@@ -594,8 +594,9 @@ static void start_grid(enum truth_system system, uint64_t *state, double *q)
         q[i] = g->pinned ? g->spacing * (i / 3 + 1) * rope_shift[i % 3] : cloth_shift[i % 3];
 }
 
-int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed,
-                   int first, int count, int samples)
+/* starts: as in truth_generate_from, or NULL. */
+static int generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed, int first, int count,
+                    int samples, const double *starts)
 {
     const struct rig *rig = rig_of(system);
     if (!rig || truth_alloc(s, system, count, samples)) return -1;
@@ -607,6 +608,7 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         for (int i = 0; i < free_joints; i++) {
             x[i] = s->dof == 2 ? uniform(&state, -PI / 2, PI / 2) : uniform(&state, -.5, .5);
             if (system == TRUTH_PEND16_NARROW) x[i] *= .6;
+            if (starts) x[i] = starts[n * s->dof + i * (s->dof / free_joints)];
         }
         struct drive v = draw_drive(system, &state);
 
@@ -624,6 +626,17 @@ int truth_generate(struct truth_set *s, enum truth_system system, enum truth_spl
         }
     }
     return 0;
+}
+
+int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed, int first, int count,
+                   int samples)
+{
+    return generate(s, system, split, seed, first, count, samples, NULL);
+}
+
+int truth_generate_from(struct truth_set *s, enum truth_system system, uint64_t seed, int count, int samples, const double *starts)
+{
+    return generate(s, system, TRUTH_TRAIN, seed, 0, count, samples, starts);
 }
 
 /* ---- grids ---- */

@@ -57,6 +57,8 @@ int truth_find(const char *name, enum truth_system *system); /* 0, or -1: unknow
 int truth_alloc(struct truth_set *s, enum truth_system system, int count, int samples);
 int truth_generate(struct truth_set *s, enum truth_system system, enum truth_split split, uint64_t seed, int first, int count,
                    int samples); /* trajectories first .. first + count - 1 */
+/* Pendulums at rest from starts [count][dof], their q, of which free joints count. */
+int truth_generate_from(struct truth_set *s, enum truth_system system, uint64_t seed, int count, int samples, const double *starts);
 void truth_free(struct truth_set *s);
 int truth_check(const struct truth_set *s, struct truth_report *r);
 int truth_csv(const struct truth_set *s, const char *path); /* t, q, qd, tau_model; blank line between trajectories */

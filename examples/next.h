@@ -1,0 +1,368 @@
+/* SPDX-License-Identifier: MIT */
+/* next.h - what to record next: OUT_next.csv, the setting next= of train.c.
+
+   train.c includes it behind its rows of Gauss-Newton.
+
+       write_next        chooses next= recordings, and writes their starts, with torques all of their samples
+
+   What recordings tell of the weights of the networks is S = sum of J^T J of their rows, of accelerations and torques, over the
+   variance of the residuals. Before any recording a weight is known as well as the mean square of all weights says. A recording
+   adds its rows to S. It tells most if log det(I + J S^-1 J^T) of its rows is largest (D-optimal design, MacKay 1992).
+
+   A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
+   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, S grows by its rows, and
+   so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the largest.
+
+   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T). A row x that S learns changes each other row y to
+   (I + x x^T)^-1/2 y. So S has one factor.
+
+   Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S. With seconds= a
+   tenth of them is kept for it.
+
+   1 a recording that could be made     2 what is known     3 choice */
+
+#ifndef NEXT_H
+#define NEXT_H
+
+/* ---- 1 a recording that could be made ---- */
+
+enum { TRIED = 200, STATES = 24 }; /* recordings that are tried; states of each that count */
+
+typedef struct {
+    M(latent) from;
+    int torque[M(force_size) > 0 ? M(force_size) : 1]; /* of each column of tau, its first sample in d */
+    int samples;                                       /* that the model predicts in its range */
+    roln_real *Y;                                      /* [STATES][P]: its rows J times U^-1, S = U^T U */
+    double gain;
+    int known; /* Y and gain are those after so many choices */
+} proposal;
+
+/* The box of the first samples of all recordings, in q and qd and in z and zd, and one that plays. */
+static struct {
+    M(state) least, most;
+    M(latent) low, high;
+    int samples; /* of the longest recording */
+    motion m;    /* q, qd, qdd, tau [samples] */
+} played;
+
+static void widen(int count, const roln_real *x, int first, roln_real *low, roln_real *high)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        low[i] = first ? x[i] : ROLN_MIN(low[i], x[i]), high[i] = first ? x[i] : ROLN_MAX(high[i], x[i]);
+}
+
+static void find_starts(void)
+{
+    enum { N = M(N), n = M(n) };
+    static M(encode_work) scratch;
+    int k, first = 1;
+    for (k = 0; k < d.trajectories; k++) {
+        const int samples = d.first[k + 1] - d.first[k];
+        M(state) x;
+        M(latent) at;
+        played.samples = samples > played.samples ? samples : played.samples;
+        memcpy(x.q, d.q + (size_t)d.first[k] * N, sizeof x.q), memcpy(x.qd, d.qd + (size_t)d.first[k] * N, sizeof x.qd);
+        if (samples < 3 || M(encode)(&s.p, &x, &at, &scratch) != ROLN_OK) continue;
+        widen(N, x.q, first, played.least.q, played.most.q), widen(N, x.qd, first, played.least.qd, played.most.qd);
+        widen(n, at.z, first, played.low.z, played.high.z), widen(n, at.zd, first, played.low.zd, played.high.zd);
+        first = 0;
+    }
+    played.m.q = room((size_t)played.samples * N, sizeof *d.q), played.m.qd = room((size_t)played.samples * N, sizeof *d.q);
+    played.m.qdd = room((size_t)played.samples * N, sizeof *d.q);
+    played.m.tau = room((size_t)played.samples * M(force_size) + 1, sizeof *d.q);
+}
+
+static int is_within(int count, const roln_real *x, const roln_real *low, const roln_real *high)
+{
+    int i, in = 1;
+    for (i = 0; i < count; i++) {
+        const roln_real more = ROLN_C(0.05) * (high[i] - low[i]) + ROLN_C(1e-3);
+        in &= x[i] >= low[i] - more && x[i] <= high[i] + more;
+    }
+    return in;
+}
+
+/* A start in the box of z, that also is in the box of the joints; if a thousand are not, that of a recording. */
+static M(latent) draw_start(void)
+{
+    enum { N = M(N) };
+    static union {
+        M(encode_work) encode;
+        M(decode_work) decode;
+    } scratch;
+    M(latent) at;
+    M(state) x;
+    int tries, i, first;
+    for (tries = 0; tries < 1000; tries++) {
+        for (i = 0; i < (int)M(n); i++) {
+            at.z[i] = played.low.z[i] + (played.high.z[i] - played.low.z[i]) * roln_uniform(&s.seed);
+            at.zd[i] = played.low.zd[i] + (played.high.zd[i] - played.low.zd[i]) * roln_uniform(&s.seed);
+        }
+        if (M(decode)(&s.p, &at, &x, &scratch.decode) == ROLN_OK && is_within(N, x.q, played.least.q, played.most.q) &&
+            is_within(N, x.qd, played.least.qd, played.most.qd))
+            return at;
+    }
+    first = d.first[roln_randint(d.trajectories, &s.seed)];
+    memcpy(x.q, d.q + (size_t)first * N, sizeof x.q), memcpy(x.qd, d.qd + (size_t)first * N, sizeof x.qd);
+    if (M(encode)(&s.p, &x, &at, &scratch.encode) != ROLN_OK) at = played.low;
+    return at;
+}
+
+/* The torques begin at the first samples of recordings: all of one recording, or each of another. If recordings are few, they begin
+   anywhere. */
+static proposal propose(void)
+{
+    enum { FEW = 10 };
+    const int mixed = roln_randint(2, &s.seed);
+    proposal c = {.from = draw_start()};
+    int j;
+    for (j = 0; j < (int)M(force_size); j++) {
+        const int any = d.trajectories < FEW ? roln_randint(d.samples, &s.seed) : d.first[roln_randint(d.trajectories, &s.seed)];
+        c.torque[j] = mixed || j == 0 ? any : c.torque[0];
+    }
+    return c;
+}
+
+/* Sample i of column j of tau. A recording that ends begins again. */
+static roln_real torque_of(const proposal *c, int i, int j)
+{
+    const int k = first_above(d.first + 1, d.trajectories, c->torque[j]), first = d.first[k], samples = d.first[k + 1] - first;
+    return d.tau[(size_t)(first + (c->torque[j] - first + i) % samples) * M(force_size) + (size_t)j];
+}
+
+/* The model moves from c->from in `played`, up to where it leaves its range. */
+static void play(proposal *c)
+{
+    enum { N = M(N), F = M(force_size) };
+    static union {
+        M(step_work) step;
+        M(decode_work) decode;
+    } scratch;
+    M(latent) now = c->from;
+    motion *m = &played.m;
+    int i, j;
+    for (i = 0; i < played.samples && (i == 0 || M(in_range)(&s.p, &now)); i++) {
+        M(state) x;
+        for (j = 0; j < F && acts(); j++)
+            m->tau[i * F + j] = torque_of(c, i, j);
+        if (M(decode)(&s.p, &now, &x, &scratch.decode) != ROLN_OK) break;
+        memcpy(m->q + (size_t)i * N, x.q, sizeof x.q), memcpy(m->qd + (size_t)i * N, x.qd, sizeof x.qd);
+        if (M(step)(&s.p, &now, acts() ? m->tau + (size_t)i * F : NULL, (roln_real)d.dt, &scratch.step) != ROLN_OK) break;
+    }
+    c->samples = i;
+    for (i = 0; i + 1 < c->samples; i++)
+        for (j = 0; j < N; j++)
+            m->qdd[i * N + j] = (m->qd[(i + 1) * N + j] - m->qd[i * N + j]) / (roln_real)d.dt;
+}
+
+/* ---- 2 what is known ---- */
+
+/* Rows of S are fewer than recorded samples. A row of S counts as `weight` of them. */
+static struct {
+    roln_real *S; /* [P][P + 1], with its factor U: S = U^T U */
+    double weight;
+} known;
+
+/* The factor of S, damped by what is known of a weight before. With too little damping it has none in float. Returns 0 if much more
+   does not help. */
+static int factor(double damping)
+{
+    enum { P = M(newton_size), MOST = 16 };
+    static roln_real scratch[ROLN_SYM_CHOL_WORK(M(newton_size))], damp[M(newton_size)];
+    int tries, k;
+    for (tries = 0; tries < MOST; tries++, damping *= 8) {
+        for (k = 0; k < P; k++)
+            damp[k] = (roln_real)damping;
+        if (roln_sym_chol(P, damp, known.S, scratch) == ROLN_OK) return 1;
+    }
+    return 0;
+}
+
+/* What all recordings tell, from samples of them. Returns 0 if S has no factor. */
+static int begin_knowledge(void)
+{
+    enum { P = M(newton_size), DRAWS = 8 };
+    static rows f;
+    static roln_real scratch[ROLN_SYM_WORK];
+    pool samples = pool_of(0, 1, 0), none = {.of = &d};
+    double square = 0, of_weights = 1e-30;
+    int draws, k;
+    known.S = room((size_t)P * (P + 1), sizeof *known.S);
+    known.weight = (double)(samples.count + scattered.samples) / (DRAWS * PARTS * PART);
+    f.samples = &samples, f.windows = &none;
+    weigh_forces(set("force"));
+    for (draws = 0; draws < DRAWS && draw(&f, 0); draws++) {
+        for (k = 0; k < PARTS * PART; k++)
+            square += (double)residuals.r[k] * (double)residuals.r[k] / (DRAWS * PARTS * PART);
+        roln_sym_at(PARTS * PART, P, 0, P, residuals.J, known.S, scratch);
+    }
+    for (k = 0; k < P; k++)
+        of_weights += (double)s.p.theta[M(newton_from) + k] * (double)s.p.theta[M(newton_from) + k] / P;
+    pool_free(&samples);
+    return draws == DRAWS && factor(square / of_weights / known.weight + 1e-30);
+}
+
+/* c->Y = U^-T times a part of its rows: all rows of U once. */
+static void solve_rows(void *ctx, int part, int thread)
+{
+    enum { P = M(newton_size) };
+    const int threads = (int)set("threads");
+    proposal *c = ctx;
+    int i, j, k;
+    (void)thread;
+    for (i = 0; i < P; i++) {
+        const roln_real *const u = known.S + 1 + (size_t)i * (P + 1);
+        for (k = part; k < STATES; k += threads) {
+            roln_real *const y = c->Y + (size_t)k * P;
+            const roln_real x = y[i] / u[i];
+            for (j = i + 1; j < P; j++)
+                y[j] -= u[j] * x;
+            y[i] = x;
+        }
+    }
+}
+
+/* ---- 3 choice ---- */
+
+/* c->gain = log det(I + Y Y^T), by a Cholesky factor. */
+static void weigh(proposal *c)
+{
+    enum { P = M(newton_size) };
+    double A[STATES][STATES];
+    int i, j, k;
+    c->gain = 0;
+    for (i = 0; i < STATES; i++)
+        for (j = 0; j <= i; j++)
+            A[i][j] = (double)roln_dot(P, c->Y + (size_t)j * P, c->Y + (size_t)i * P) + (i == j);
+    for (i = 0; i < STATES; i++)
+        for (j = 0; j <= i; j++) {
+            for (k = 0; k < j; k++)
+                A[i][j] -= A[i][k] * A[j][k];
+            if (i > j) A[i][j] /= A[j][j];
+            else if (!(A[i][i] > 0)) return;
+            else c->gain += log(A[i][i]), A[i][i] = sqrt(A[i][i]);
+        }
+}
+
+/* Rows of STATES states of c, each as long as the samples that it stands for, become c->Y. Its gain stays 0 if there are none. */
+static void try_out(proposal *c)
+{
+    enum { P = M(newton_size) };
+    const roln_loss of_sample = {.qdd_pred = 1, .force = of_force};
+    roln_batch b = {.count = STATES, .stride = 1, .q = played.m.q, .qd = played.m.qd, .qdd = played.m.qdd};
+    int start[STATES], k;
+    *c = propose(), play(c);
+    if (c->samples <= STATES) return;
+    for (k = 0; k < STATES; k++)
+        start[k] = (int)((k + 0.5) * (c->samples - 1) / STATES);
+    b.tau = acts() ? played.m.tau : NULL, b.start = start;
+    if (M(rows)(&s.p, &of_sample, &b, 1, 0, 0, &residuals, &work[0].rows) != ROLN_OK) return;
+    c->Y = room((size_t)STATES * P, sizeof *c->Y);
+    for (k = 0; k < STATES * P; k++)
+        c->Y[k] = residuals.J[k] * (roln_real)sqrt(c->samples / (STATES * known.weight));
+    share((int)set("threads"), solve_rows, c);
+    weigh(c);
+}
+
+/* y becomes (I + x x^T)^-1/2 y. */
+static void learn_row(const roln_real *x, roln_real *y)
+{
+    enum { P = M(newton_size) };
+    const double square = (double)roln_dot(P, x, x);
+    const roln_real by = square > 0 ? (roln_real)((1 / sqrt(1 + square) - 1) / square * (double)roln_dot(P, x, y)) : 0;
+    int k;
+    for (k = 0; k < P; k++)
+        y[k] += by * x[k];
+}
+
+/* The best of those that are left, chosen; NULL: there is none. Its rows become those that S learns one after the other: each is
+   left as those before it have changed it. The others learn them when they may be the best one. */
+static proposal *choose_next(proposal *all, proposal **chosen, int choices)
+{
+    enum { P = M(newton_size) };
+    for (;;) {
+        proposal *best = all;
+        int i, k;
+        for (k = 1; k < TRIED; k++)
+            if (all[k].gain > best->gain) best = &all[k];
+        if (!(best->gain > 0)) return NULL;
+        if (best->known == choices) {
+            for (k = 0; k < STATES; k++)
+                for (i = k + 1; i < STATES; i++)
+                    learn_row(best->Y + (size_t)k * P, best->Y + (size_t)i * P);
+            return best;
+        }
+        for (; best->known < choices; best->known++)
+            for (k = 0; k < STATES; k++)
+                for (i = 0; i < STATES; i++)
+                    learn_row(chosen[best->known]->Y + (size_t)k * P, best->Y + (size_t)i * P);
+        weigh(best);
+    }
+}
+
+static void put_columns(FILE *f, const roln_real *x, int count)
+{
+    int i;
+    for (i = 0; i < count; i++)
+        fprintf(f, ",%.9g", (double)x[i]);
+}
+
+/* What `played` holds of c: its start, with torques all samples. */
+static void put_proposal(FILE *f, const proposal *c)
+{
+    enum { N = M(N), F = M(force_size) };
+    int i, j;
+    for (i = 0; i < (set("torque") > 0 ? c->samples : 1); i++) {
+        fprintf(f, "%.9g", i * d.dt);
+        put_columns(f, played.m.q + (size_t)i * N, N), put_columns(f, played.m.qd + (size_t)i * N, N);
+        for (j = 0; j < F && set("torque") > 0; j++)
+            fprintf(f, ",%.9g", j < F - (int)M(driven) ? (double)played.m.tau[i * F + j] : 0.);
+        fputs("\n", f);
+    }
+}
+
+static void put_heading(FILE *f)
+{
+    const char *const names[] = {"q", "qd", M(inputs) > 0 ? "u" : "tau"};
+    int kind, j;
+    fputs("t", f);
+    for (kind = 0; kind < (set("torque") > 0 ? 3 : 2); kind++)
+        for (j = 1; j <= (kind < 2 ? (int)M(N) : (int)M(force_size)); j++)
+            fprintf(f, ",%s%d", names[kind], j);
+    fputs("\n", f);
+}
+
+/* Seconds at the end of a training that the choice takes. */
+static double reserve_of_next(void)
+{
+    return set("next") > 0 ? set("seconds") / 10 : 0;
+}
+
+static void write_next(void)
+{
+    static proposal all[TRIED], *chosen[TRIED];
+    const int most = (int)set("next");
+    double most_told = 0, least_told = 0;
+    int k, count;
+    FILE *f;
+    if (most == 0) return;
+    if (halted || !begin_knowledge()) {
+        printf("next=: nothing is chosen, since %s\n", halted ? "a signal ended the training" : "rows of samples overflow");
+        return;
+    }
+    if (!(f = file("_next.csv", "w"))) return;
+    find_starts(), put_heading(f);
+    for (k = 0; k < TRIED && (k < most || left() > reserve_of_next() / 3); k++)
+        try_out(&all[k]), progress("what to record next", (double)k / TRIED);
+    for (count = 0; count < most && (chosen[count] = choose_next(all, chosen, count)) != NULL; count++) {
+        least_told = chosen[count]->gain, most_told = fmax(most_told, least_told), chosen[count]->gain = 0;
+        if (count > 0) fputs("\n", f);
+        play(chosen[count]), put_proposal(f, chosen[count]);
+    }
+    if (!close_file(f, "_next.csv")) return;
+    printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g, the last one %.3g\n", count, k,
+           name_of("_next.csv").text, most_told, least_told);
+}
+
+#endif
