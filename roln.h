@@ -5312,10 +5312,11 @@ ROLN_FN void ROLNI_(plan_guess)(const roln_goal *g, const ROLN_(plan) *plan, int
 ROLN_FN roln_bits ROLNI_(plan_model)(const ROLN_(params) *p, const roln_goal *g)
 {
     const roln_motors *f = g->limits->motors;
+    const roln_real *const B = f ? f->B : NULL; /* NULL, too, if the model has learned it */
     const void *const numbers = p;
     roln_bits sum = rolni_mark(1, &g->dt, 0);
     sum = rolni_mark(ROLNI_AS(int, sizeof *p / sizeof(roln_real)), ROLNI_AS(const roln_real *, numbers), sum);
-    if (f && f->B) sum = rolni_mark(ROLN_(N) * ROLN_(motors), f->B, sum);
+    if (B) sum = rolni_mark(ROLN_(N) * ROLN_(motors), B, sum);
     return sum | 1;
 }
 
