@@ -7,13 +7,13 @@
 
    What recordings tell of the weights of the networks is S = sum of J^T J of their rows, of accelerations and torques, over the
    variance of the residuals. Before any recording a weight is known as well as the mean square of all weights says. A recording
-   adds its rows to S. It tells most if log det(I + J S^-1 J^T) of its rows is largest (D-optimal design, MacKay 1992).
+   adds its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
 
    A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
-   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, S grows by its rows, and
-   so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the largest.
+   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, S grows by its rows,
+   and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the largest.
 
-   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T). A row x that S learns changes each other row y to
+   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that S learns changes each other row y to
    (I + x x^T)^-1/2 y. So S has one factor.
 
    Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S. With seconds= a
@@ -225,7 +225,7 @@ static void solve_rows(void *ctx, int part, int thread)
 
 /* ---- 3 choice ---- */
 
-/* c->gain = log det(I + Y Y^T), by a Cholesky factor. */
+/* c->gain = log det(I + Y Y^T) / 2, by a Cholesky factor. */
 static void weigh(proposal *c)
 {
     enum { P = M(newton_size) };
@@ -241,7 +241,7 @@ static void weigh(proposal *c)
                 A[i][j] -= A[i][k] * A[j][k];
             if (i > j) A[i][j] /= A[j][j];
             else if (!(A[i][i] > 0)) return;
-            else c->gain += log(A[i][i]), A[i][i] = sqrt(A[i][i]);
+            else c->gain += log(A[i][i]) / 2, A[i][i] = sqrt(A[i][i]);
         }
 }
 
@@ -361,7 +361,7 @@ static void write_next(void)
         play(chosen[count]), put_proposal(f, chosen[count]);
     }
     if (!close_file(f, "_next.csv")) return;
-    printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g, the last one %.3g\n", count, k,
+    printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g nats, the last one %.3g\n", count, k,
            name_of("_next.csv").text, most_told, least_told);
 }
 

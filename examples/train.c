@@ -25,8 +25,8 @@
    SIGTERM, SIGHUP), by numbers that overflow, by a full disk: OUT_weights.h (C definition for flash) and OUT.roln (packed bytes) of
    the best weights, then a table of errors, also as OUT_errors.csv with the errors of every joint, and OUT_motion.svg, how the
    median and the worst held-out trajectory are predicted (report.h), OUT_report.html, a page of all that was found (page.h), and
-   OUT_limits.h, limits of a guard and noise of a filter (fitted.h). The exit code is 0 only if a model was trained: `help`. Keys
-   and defaults: `settings`.
+   OUT_limits.h, limits of a guard and noise of a filter (fitted.h). With next= OUT_next.csv, what to record next (next.h). The exit
+   code is 0 only if a model was trained: `help`. Keys and defaults: `settings`.
 
    1 settings     2 threads     3 state     4 files     5 chart     6 Gauss-Newton     7 Adam     8 checkpoint     9 stages
    10 weights     11 main */
@@ -80,7 +80,7 @@ static struct {
     {"smooth", 0, 0, 100000, 1, "q, qd, qdd of motion.csv from a parabola through this many samples of q on each side; 0: none"},
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
     {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
-    {"next", 0, 0, 200, 1, "recordings to make next: OUT_next.csv, so many that tell most beside these; takes a tenth of seconds="},
+    {"next", 0, 0, 200, 1, "OUT_next.csv: so many recordings that would tell most beside these; takes a tenth of seconds="},
     {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},
     {"lr_net", 3e-3, 0, 100, 0, "Adam: learning rate of the networks"},
     {"threads", 2, 1, 16, 1, "on which it runs; changes no bit"},
@@ -134,7 +134,7 @@ static void help(void)
     }
     printf("\nWritten: OUT_weights.h, OUT.roln, OUT_errors.csv, OUT.svg (learning curve), OUT_motion.svg (median and worst\n"
            "held-out trajectory, predicted and true), OUT_report.html (all of this on a page), OUT_limits.h (limits of a guard,\n"
-           "noise of a filter), OUT.check (to go on from).\n"
+           "noise of a filter), OUT.check (to go on from); with next= OUT_next.csv (what to record next).\n"
            "Exit code; if it is not 0, the last lines say why:\n"
            "  0  A model was trained: weights are written, the best step is not the first (it may be that of a regression),\n"
            "     windows were reached (if window= is not 0), and up to look= E_q is at most half of that of q + h qd.\n"

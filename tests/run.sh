@@ -66,6 +66,7 @@ import       sh tests/user/import.sh
 regression   build/regression
 start        sh tests/user/start.sh
 smoother     sh tests/user/smoother.sh
+next         sh tests/user/next.sh
 mpi          sh tests/user/mpi.sh
 steady       sh tests/safety/steady.sh
 style        sh tests/style/style.sh

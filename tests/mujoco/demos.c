@@ -118,7 +118,8 @@ int demos_read_csv(demos *d, const char *path)
             bad = demos_add(d, samples, 0, row), samples = 0;
         }
     }
-    if (bad) fprintf(stderr, "%s:%d: no recording of %d joints\nhint: columns t, q, qd and tau, apart by commas\n", path, number, d->N);
+    if (bad)
+        fprintf(stderr, "%s:%d: no recording of %d joints\nhint: columns t, q, qd and tau, apart by commas\n", path, number, d->N);
     free(row), fclose(f);
     return bad ? -1 : 0;
 }

@@ -58,7 +58,8 @@ static int split_of(const char *option)
     return -1;
 }
 
-/* q of the first samples of a file of recordings, starts [count][dof]. Returns count, 0: the file is none, or has more than `most`. */
+/* q of the first sample of each recording of a file: starts [count][dof]. Returns count, 0: the file is none, or has more than
+   `most`. */
 static int read_starts(const char *path, int dof, int most, double *starts)
 {
     demos d = {.N = dof};

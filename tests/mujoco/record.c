@@ -19,8 +19,8 @@
    Start: a machine of 12 joints at most without equalities starts in a random pose, at rest. A joint that neither gravity nor a
    spring moves gets a random velocity. All other machines start at their reference pose and swing for up to a second, in a gravity
    that is tilted and stretched, with motors. This keeps chains closed and moves soft bodies as a whole.
-   next=FILE: behind the other recordings for training those that the trainer wants, OUT_next.csv. Each begins where its first row says.
-   Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them.
+   next=FILE: behind the other recordings for training those that the trainer wants, OUT_next.csv. Each begins where its first row
+   says. Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them.
    A recording begins where no limit and no contact acts, and ends where one begins to act: a stop is an impact. A tendon that is
    taut at rest, such as a string under a weight, acts in all recordings, which end where it is slack.
    Recordings that are unstable, too short or do not move are dropped and counted by cause. If three of four are dropped, all is
@@ -91,7 +91,8 @@ static void read_settings(int argc, char **argv)
         while (k < SETTINGS && (!eq || strlen(settings[k].key) != (size_t)(eq - argv[i]) ||
                                 strncmp(argv[i], settings[k].key, strlen(settings[k].key))))
             k++;
-        if (k == SETTINGS) fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=, next=", argv[i]);
+        if (k == SETTINGS)
+            fail("%s: no setting\nhint: one of seed=, train=, test=, seconds=, dt=, speed=, effort=, next=", argv[i]);
         const double x = strtod(eq + 1, &end);
         if (end == eq + 1 || *end || !(x >= settings[k].low && x <= settings[k].high))
             fail("%s: expected a number\nhint: %s=%g .. %g", argv[i], settings[k].key, settings[k].low, settings[k].high);
@@ -957,8 +958,8 @@ int main(int argc, char **argv)
         return 0;
     }
     if (argc < 3)
-        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1] [next=FILE], or record "
-             "--name OUT [MODEL.xml] for the name of OUT in C");
+        fail("usage: record MODEL.xml OUT [seed=1] [train=N] [test=10] [seconds=2] [dt=S] [speed=1] [effort=1] [next=FILE], or "
+             "record --name OUT [MODEL.xml] for the name of OUT in C");
     rig.began = rig.told = now();
     read_settings(argc, argv);
     map_out(argv[2], NULL, out);
