@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # roln. A C compiler is enough for      make demo, swelling, ekf, furuta, mpc, arm, belt, lint, real, install, clean; api
 #                                       wants python3, dist zip
-# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, experiments,
-#                                       eig, bench
+# make deps installs what these need:   make test, check, record, learn, errors, control, plans, rope, models, noise, next,
+#                                       experiments, eig, bench
 # make release-deps installs the rest:  make release, hash, sanitize, mutants, fuzz, proof, numerics, upsets, soundness, machines,
 #                                       sizes, count, firmware, pil. make report wants Python with matplotlib
 
@@ -23,8 +23,8 @@ WARN = -Wall -Wextra -Wpedantic -Wconversion -Wdouble-promotion -Wshadow -Wundef
 DEPENDS = -MMD -MP -MF $@.d -MT $@
 
 .PHONY: all demo swelling ekf furuta mpc arm belt lint api install dist clean deps release-deps test release check hash \
-        sanitize mutants record learn real machines errors control plans models noise rope experiments rivals report plotting-deps \
-        plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
+        sanitize mutants record learn real machines errors control plans models noise next rope experiments rivals report \
+        plotting-deps plotting-test eig numerics bench scaling sizes count firmware pil upsets fuzz proof soundness
 all: demo
 
 # ---- what a user does ----
@@ -340,6 +340,10 @@ models: build/generate
 # what sensor noise costs: trains four models, a minute each
 noise: build/generate
 	sh tests/experiments/noise.sh
+
+# whether it pays to choose what to record next: 15 models, an hour and a quarter of a core; two at a time with JOBS=2
+next: build/generate
+	@JOBS=$(JOBS) sh tests/experiments/next.sh $(SECONDS)
 
 # the paper's experiments, and the tests of the rivals in them: trains what has no result in EXPERIMENTS yet, each run on one core
 # (make -j2 experiments: two at a time), by a program for each of the models, and writes tests/experiments/RESULTS.md, without the
