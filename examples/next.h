@@ -1,23 +1,24 @@
 /* SPDX-License-Identifier: MIT */
 /* next.h - what to record next: OUT_next.csv, the setting next= of train.c.
 
-   train.c includes it behind its rows of Gauss-Newton.
+   train.c includes it before its stages.
 
-       write_next        chooses next= recordings, and writes their starts, with torques all of their samples
+       remember_starts   where recordings start, before blocks of them are held out
+       write_next        chooses next= recordings, and writes their starts, with forces all of their samples
 
-   What recordings tell of the weights of the networks is S = sum of J^T J of their rows, of accelerations and torques, over the
-   variance of the residuals. Before any recording a weight is known as well as the mean square of all weights says. A recording
-   adds its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
+   What recordings tell of the weights of the networks is S = sum of J^T J of their rows, of accelerations and torques. Before any
+   recording the variance of a weight is the mean square of all weights, in units of the variance of the residuals. A recording adds
+   its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
 
    A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
-   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, S grows by its rows,
+   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, its rows are added to S,
    and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the largest.
 
-   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that S learns changes each other row y to
-   (I + x x^T)^-1/2 y. So S has one factor.
+   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that is added to S changes each other row y
+   to (I + x x^T)^-1/2 y. So S is factored once.
 
-   Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S. With seconds= a
-   tenth of them is kept for it.
+   Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S; memory for S. With
+   seconds= a tenth of them is kept for it. When that is over, what is chosen so far is written.
 
    1 a recording that could be made     2 what is known     3 choice */
 
@@ -37,9 +38,10 @@ typedef struct {
     int known; /* Y and gain are those after so many choices */
 } proposal;
 
-/* The box of the first samples of all recordings, in q and qd and in z and zd, and one that plays. */
+/* The first samples of all recordings, their box in q and qd and in z and zd, and a recording that plays. */
 static struct {
-    M(state) least, most;
+    M(state) *start, least, most;
+    int starts;
     M(latent) low, high;
     int samples; /* of the longest recording */
     motion m;    /* q, qd, qdd, tau [samples] */
@@ -52,25 +54,39 @@ static void widen(int count, const roln_real *x, int first, roln_real *low, roln
         low[i] = first ? x[i] : ROLN_MIN(low[i], x[i]), high[i] = first ? x[i] : ROLN_MAX(high[i], x[i]);
 }
 
-static void find_starts(void)
+static void remember_starts(void)
+{
+    enum { N = M(N) };
+    int k;
+    played.start = room((size_t)d.trajectories + 1, sizeof *played.start);
+    for (k = 0; k < d.trajectories; k++) {
+        const int samples = d.first[k + 1] - d.first[k];
+        M(state) *x = &played.start[played.starts];
+        if (samples < 3) continue;
+        played.samples = samples > played.samples ? samples : played.samples;
+        memcpy(x->q, d.q + (size_t)d.first[k] * N, sizeof x->q), memcpy(x->qd, d.qd + (size_t)d.first[k] * N, sizeof x->qd);
+        played.starts++;
+    }
+}
+
+/* Returns how many of the starts the model can encode. */
+static int find_box(void)
 {
     enum { N = M(N), n = M(n) };
     static M(encode_work) scratch;
-    int k, first = 1;
-    for (k = 0; k < d.trajectories; k++) {
-        const int samples = d.first[k + 1] - d.first[k];
-        M(state) x;
+    int k, found = 0;
+    for (k = 0; k < played.starts; k++) {
+        const M(state) *x = &played.start[k];
         M(latent) at;
-        played.samples = samples > played.samples ? samples : played.samples;
-        memcpy(x.q, d.q + (size_t)d.first[k] * N, sizeof x.q), memcpy(x.qd, d.qd + (size_t)d.first[k] * N, sizeof x.qd);
-        if (samples < 3 || M(encode)(&s.p, &x, &at, &scratch) != ROLN_OK) continue;
-        widen(N, x.q, first, played.least.q, played.most.q), widen(N, x.qd, first, played.least.qd, played.most.qd);
-        widen(n, at.z, first, played.low.z, played.high.z), widen(n, at.zd, first, played.low.zd, played.high.zd);
-        first = 0;
+        if (M(encode)(&s.p, x, &at, &scratch) != ROLN_OK) continue;
+        widen(N, x->q, !found, played.least.q, played.most.q), widen(N, x->qd, !found, played.least.qd, played.most.qd);
+        widen(n, at.z, !found, played.low.z, played.high.z), widen(n, at.zd, !found, played.low.zd, played.high.zd);
+        found++;
     }
     played.m.q = room((size_t)played.samples * N, sizeof *d.q), played.m.qd = room((size_t)played.samples * N, sizeof *d.q);
     played.m.qdd = room((size_t)played.samples * N, sizeof *d.q);
     played.m.tau = room((size_t)played.samples * M(force_size) + 1, sizeof *d.q);
+    return found;
 }
 
 static int is_within(int count, const roln_real *x, const roln_real *low, const roln_real *high)
@@ -93,7 +109,7 @@ static M(latent) draw_start(void)
     } scratch;
     M(latent) at;
     M(state) x;
-    int tries, i, first;
+    int tries, i;
     for (tries = 0; tries < 1000; tries++) {
         for (i = 0; i < (int)M(n); i++) {
             at.z[i] = played.low.z[i] + (played.high.z[i] - played.low.z[i]) * roln_uniform(&s.seed);
@@ -103,14 +119,14 @@ static M(latent) draw_start(void)
             is_within(N, x.qd, played.least.qd, played.most.qd))
             return at;
     }
-    first = d.first[roln_randint(d.trajectories, &s.seed)];
-    memcpy(x.q, d.q + (size_t)first * N, sizeof x.q), memcpy(x.qd, d.qd + (size_t)first * N, sizeof x.qd);
-    if (M(encode)(&s.p, &x, &at, &scratch.encode) != ROLN_OK) at = played.low;
+    do
+        i = roln_randint(played.starts, &s.seed);
+    while (M(encode)(&s.p, &played.start[i], &at, &scratch.encode) != ROLN_OK); /* find_box has met one */
     return at;
 }
 
-/* The torques begin at the first samples of recordings: all of one recording, or each of another. If recordings are few, they begin
-   anywhere. */
+/* The torques begin where recordings, or blocks of them, begin: all of one, or each of another. If there are few, they begin anywhere.
+   */
 static proposal propose(void)
 {
     enum { FEW = 10 };
@@ -139,7 +155,7 @@ static void play(proposal *c)
         M(step_work) step;
         M(decode_work) decode;
     } scratch;
-    M(latent) now = c->from;
+    M(latent) now = c->from, before;
     motion *m = &played.m;
     int i, j;
     for (i = 0; i < played.samples && (i == 0 || M(in_range)(&s.p, &now)); i++) {
@@ -148,7 +164,10 @@ static void play(proposal *c)
             m->tau[i * F + j] = torque_of(c, i, j);
         if (M(decode)(&s.p, &now, &x, &scratch.decode) != ROLN_OK) break;
         memcpy(m->q + (size_t)i * N, x.q, sizeof x.q), memcpy(m->qd + (size_t)i * N, x.qd, sizeof x.qd);
+        before = now;
         if (M(step)(&s.p, &now, acts() ? m->tau + (size_t)i * F : NULL, (roln_real)d.dt, &scratch.step) != ROLN_OK) break;
+        for (j = 0; j < (int)M(n); j++) /* angles do not jump by turns */
+            now.z[j] = roln_lnn_near(&M(model).lnn, j, before.z[j], now.z[j]);
     }
     c->samples = i;
     for (i = 0; i + 1 < c->samples; i++)
@@ -158,11 +177,34 @@ static void play(proposal *c)
 
 /* ---- 2 what is known ---- */
 
-/* Rows of S are fewer than recorded samples. A row of S counts as `weight` of them. */
+/* Seconds at the end of a training that the choice takes. */
+static double reserve_of_next(void)
+{
+    return set("next") > 0 ? set("seconds") / 10 : 0;
+}
+
+/* S is of some samples. A row of S counts as `weight` of all of them. */
 static struct {
     roln_real *S; /* [P][P + 1], with its factor U: S = U^T U */
-    double weight;
+    roln_real *Y; /* [TRIED][STATES][P] */
+    double weight, told[2]; /* told: gains of the first choice and of the last one */
 } known;
+
+/* With seconds= what is left is for the choice and the file. */
+static int is_late(void)
+{
+    return halted || left() < reserve_of_next() / 4;
+}
+
+static void add_rows(void *ctx, int k, int thread)
+{
+    enum { P = M(newton_size) };
+    static roln_real scratch[THREADS][ROLN_SYM_WORK];
+    const double threads = set("threads");
+    (void)ctx;
+    roln_sym_at(PARTS * PART, P, (int)(P * sqrt(k / threads)), (int)(P * sqrt((k + 1) / threads)), residuals.J, known.S,
+                scratch[thread]);
+}
 
 /* The factor of S, damped by what is known of a weight before. With too little damping it has none in float. Returns 0 if much more
    does not help. */
@@ -179,28 +221,32 @@ static int factor(double damping)
     return 0;
 }
 
-/* What all recordings tell, from samples of them. Returns 0 if S has no factor. */
-static int begin_knowledge(void)
+/* What the recordings of d tell, from samples of them. Returns NULL, or why S has no factor. */
+static const char *begin_knowledge(void)
 {
     enum { P = M(newton_size), DRAWS = 8 };
     static rows f;
-    static roln_real scratch[ROLN_SYM_WORK];
     pool samples = pool_of(0, 1, 0), none = {.of = &d};
     double square = 0, of_weights = 1e-30;
-    int draws, k;
-    known.S = room((size_t)P * (P + 1), sizeof *known.S);
-    known.weight = (double)(samples.count + scattered.samples) / (DRAWS * PARTS * PART);
+    int draws = 0, tries, k;
+    known.S = calloc((size_t)P * (P + 1), sizeof *known.S), known.Y = calloc((size_t)TRIED * STATES * P, sizeof *known.Y);
+    if (!known.S || !known.Y) return "the networks have more weights than there is memory for";
+    known.weight = (double)samples.count / (DRAWS * PARTS * PART);
     f.samples = &samples, f.windows = &none;
     weigh_forces(set("force"));
-    for (draws = 0; draws < DRAWS && draw(&f, 0); draws++) {
+    for (tries = 0; tries < 2 * DRAWS && draws < DRAWS && !is_late(); tries++) {
+        if (!draw(&f, 0)) continue;
+        draws++;
         for (k = 0; k < PARTS * PART; k++)
             square += (double)residuals.r[k] * (double)residuals.r[k] / (DRAWS * PARTS * PART);
-        roln_sym_at(PARTS * PART, P, 0, P, residuals.J, known.S, scratch);
+        share((int)set("threads"), add_rows, NULL);
     }
     for (k = 0; k < P; k++)
         of_weights += (double)s.p.theta[M(newton_from) + k] * (double)s.p.theta[M(newton_from) + k] / P;
     pool_free(&samples);
-    return draws == DRAWS && factor(square / of_weights / known.weight + 1e-30);
+    if (is_late()) return "there was no time left";
+    if (draws < DRAWS) return "residuals of training samples overflow";
+    return factor(square / of_weights / known.weight + 1e-30) ? NULL : "the normal equations have no factor";
 }
 
 /* c->Y = U^-T times a part of its rows: all rows of U once. */
@@ -246,7 +292,7 @@ static void weigh(proposal *c)
 }
 
 /* Rows of STATES states of c, each as long as the samples that it stands for, become c->Y. Its gain stays 0 if there are none. */
-static void try_out(proposal *c)
+static void try_out(proposal *c, roln_real *Y)
 {
     enum { P = M(newton_size) };
     const roln_loss of_sample = {.qdd_pred = 1, .force = of_force};
@@ -258,15 +304,15 @@ static void try_out(proposal *c)
         start[k] = (int)((k + 0.5) * (c->samples - 1) / STATES);
     b.tau = acts() ? played.m.tau : NULL, b.start = start;
     if (M(rows)(&s.p, &of_sample, &b, 1, 0, 0, &residuals, &work[0].rows) != ROLN_OK) return;
-    c->Y = room((size_t)STATES * P, sizeof *c->Y);
+    c->Y = Y;
     for (k = 0; k < STATES * P; k++)
         c->Y[k] = residuals.J[k] * (roln_real)sqrt(c->samples / (STATES * known.weight));
     share((int)set("threads"), solve_rows, c);
     weigh(c);
 }
 
-/* y becomes (I + x x^T)^-1/2 y. */
-static void learn_row(const roln_real *x, roln_real *y)
+/* y becomes (I + x x^T)^-1/2 y, as x is added to S. */
+static void add_row(const roln_real *x, roln_real *y)
 {
     enum { P = M(newton_size) };
     const double square = (double)roln_dot(P, x, x);
@@ -276,27 +322,27 @@ static void learn_row(const roln_real *x, roln_real *y)
         y[k] += by * x[k];
 }
 
-/* The best of those that are left, chosen; NULL: there is none. Its rows become those that S learns one after the other: each is
-   left as those before it have changed it. The others learn them when they may be the best one. */
+/* The best of those that are left; NULL: there is none, or no time. Its rows are added to S one after the other: each stays as those
+   before it have changed it. They change the others when those may be the best one. */
 static proposal *choose_next(proposal *all, proposal **chosen, int choices)
 {
     enum { P = M(newton_size) };
     for (;;) {
-        proposal *best = all;
+        proposal *best = NULL;
         int i, k;
-        for (k = 1; k < TRIED; k++)
-            if (all[k].gain > best->gain) best = &all[k];
-        if (!(best->gain > 0)) return NULL;
+        for (k = 0; k < TRIED; k++)
+            if (all[k].gain > (best ? best->gain : 0)) best = &all[k];
+        if (!best || halted) return NULL;
         if (best->known == choices) {
             for (k = 0; k < STATES; k++)
                 for (i = k + 1; i < STATES; i++)
-                    learn_row(best->Y + (size_t)k * P, best->Y + (size_t)i * P);
+                    add_row(best->Y + (size_t)k * P, best->Y + (size_t)i * P);
             return best;
         }
         for (; best->known < choices; best->known++)
             for (k = 0; k < STATES; k++)
                 for (i = 0; i < STATES; i++)
-                    learn_row(chosen[best->known]->Y + (size_t)k * P, best->Y + (size_t)i * P);
+                    add_row(chosen[best->known]->Y + (size_t)k * P, best->Y + (size_t)i * P);
         weigh(best);
     }
 }
@@ -308,12 +354,12 @@ static void put_columns(FILE *f, const roln_real *x, int count)
         fprintf(f, ",%.9g", (double)x[i]);
 }
 
-/* What `played` holds of c: its start, with torques all samples. */
+/* What `played` holds of c: its start, with forces all samples. */
 static void put_proposal(FILE *f, const proposal *c)
 {
     enum { N = M(N), F = M(force_size) };
     int i, j;
-    for (i = 0; i < (set("torque") > 0 ? c->samples : 1); i++) {
+    for (i = 0; i < (acts() ? c->samples : 1); i++) {
         fprintf(f, "%.9g", i * d.dt);
         put_columns(f, played.m.q + (size_t)i * N, N), put_columns(f, played.m.qd + (size_t)i * N, N);
         for (j = 0; j < F && set("torque") > 0; j++)
@@ -333,36 +379,31 @@ static void put_heading(FILE *f)
     fputs("\n", f);
 }
 
-/* Seconds at the end of a training that the choice takes. */
-static double reserve_of_next(void)
-{
-    return set("next") > 0 ? set("seconds") / 10 : 0;
-}
-
 static void write_next(void)
 {
     static proposal all[TRIED], *chosen[TRIED];
     const int most = (int)set("next");
-    double most_told = 0, least_told = 0;
-    int k, count;
-    FILE *f;
+    const char *why;
+    int tried, count = 0;
+    FILE *f = NULL;
     if (most == 0) return;
-    if (halted || !begin_knowledge()) {
-        printf("next=: nothing is chosen, since %s\n", halted ? "a signal ended the training" : "rows of samples overflow");
-        return;
+    keep("_next.csv");
+    why = find_box() > 0 ? begin_knowledge() : "no start of a recording can be encoded";
+    for (tried = 0; tried < TRIED && !why && !is_late(); tried++)
+        try_out(&all[tried], known.Y + (size_t)tried * STATES * M(newton_size)),
+            progress("what to record next", (double)tried / TRIED);
+    while (count < most && !why && (chosen[count] = choose_next(all, chosen, count)) != NULL) {
+        proposal *c = chosen[count];
+        if (count == 0 && !(f = file(".part", "w"))) return;
+        if (count == 0) put_heading(f);
+        else fputs("\n", f);
+        play(c), put_proposal(f, c);
+        known.told[count++ > 0] = c->gain, c->gain = 0;
     }
-    if (!(f = file("_next.csv", "w"))) return;
-    find_starts(), put_heading(f);
-    for (k = 0; k < TRIED && (k < most || left() > reserve_of_next() / 3); k++)
-        try_out(&all[k]), progress("what to record next", (double)k / TRIED);
-    for (count = 0; count < most && (chosen[count] = choose_next(all, chosen, count)) != NULL; count++) {
-        least_told = chosen[count]->gain, most_told = fmax(most_told, least_told), chosen[count]->gain = 0;
-        if (count > 0) fputs("\n", f);
-        play(chosen[count]), put_proposal(f, chosen[count]);
-    }
-    if (!close_file(f, "_next.csv")) return;
-    printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g nats, the last one %.3g\n", count, k,
-           name_of("_next.csv").text, most_told, least_told);
+    if (count == 0) printf("next recordings: none is chosen: %s\n", why ? why : "the model leaves its range at once");
+    else if (put_in_place(f, "_next.csv"))
+        printf("next recordings: %d of %d that were tried, in %s; the first one tells %.3g nats, the last one %.3g\n", count, tried,
+               name_of("_next.csv").text, known.told[0], known.told[count > 1]);
 }
 
 #endif

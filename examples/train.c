@@ -402,7 +402,7 @@ static int put_in_place(FILE *f, const char *suffix)
 static void check_place(void)
 {
     static const char *const suffix[] = {".check", ".roln",       "_weights.h",   "_errors.csv",
-                                         ".svg",   "_motion.svg", "_report.html", "_limits.h"};
+                                         ".svg",   "_motion.svg", "_report.html", "_limits.h", "_next.csv"};
     static const char *const elsewhere = "out= names another place, which must be there; it needs room for the checkpoint";
     FILE *f = fopen(name_of(".part").text, "wb");
     int good = f != NULL, why;
@@ -786,8 +786,6 @@ static void refine_start(void)
     start_free(&m), pool_free(&samples);
 }
 
-#include "next.h"
-
 /* ---- 7 Adam ---- */
 
 enum { SLICES = 4, BATCH = 64 };
@@ -952,6 +950,8 @@ static int resume(void)
     printf("on from step %d of: %s\n", s.step, stage_names[s.stage]);
     return 1;
 }
+
+#include "next.h"
 
 /* ---- 9 stages ---- */
 
@@ -1453,6 +1453,7 @@ static void read_all(void)
         if (words[TEST].value) drive(&unseen);
     }
     if (words[SPREAD].value) read_more(w);
+    remember_starts();
     train = hold_out(&d, words[HELD].value, set("look"));
     if (train < 1 || train >= d.trajectories)
         fail("%d recordings and held=%s: at least 1 to train with and 1 held out are needed\nhint: held=0.1 holds out one in ten, "

@@ -45,13 +45,14 @@ mild $dir/r_train.csv > $dir/mild.csv
 for n in 193 100 50; do first $n $dir/mild.csv > $dir/$n.csv; done
 mild $dir/r_test.csv > $dir/test.csv
 printf '%s\n' 1 2 3 | xargs -P "${JOBS:-1}" -I SEED sh "$0" "$seconds" SEED
+count() { awk '/^$/ { n++ } END { print n - 49 }' "$1"; }
 printf '%-24s %22s %22s %22s %22s\n' 'E_q, %: mean (each seed)' '25 ms' '1 s' '1 s, median window' '3 s, whole'
 for row in 193 100 50 all; do
     for seed in 1 2 3; do
         awk '/test.csv$/ { on = 1 } on && $1 == 25 { a = $2 } on && $1 == 1000 { b = $2 " " $4 } on && $1 > 2900 { c = $2 }
             END { print a, b, c }' "$dir/$row-$seed.log"
-    done | awk -v row="$row" '
+    done | awk -v row="$row" -v counts="$(for seed in 1 2 3; do count "$dir/all-$seed.csv"; done | paste -sd /)" '
         { for (i = 1; i <= 4; i++) { sum[i] += $i / 3; each[i] = each[i] (NR > 1 ? ", " : "") sprintf("%.2g", $i) } }
-        END { printf "%-24s", row == "all" ? "50 and 50 chosen ones" : row
+        END { printf "%-24s", row == "all" ? "50 and " counts " chosen" : row
               for (i = 1; i <= 4; i++) printf " %22s", sprintf("%.2g (%s)", sum[i], each[i]); print "" }'
 done

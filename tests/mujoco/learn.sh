@@ -135,7 +135,7 @@ better() {
 steps_of() { awk '/^ +[0-9]+  E_q/ { n = $1 } END { print n + 0 }' "$try/$1/log"; }
 by_itself() { ! grep -q '^ended by\|^no trained model: ended by s' "$try/$1/log"; }
 
-if [ -n "$next" ]; then
+if [ "${next:-0}" != 0 ]; then
     echo "training $name, to choose $next recordings more"
     place first "$out.h"
     train "$try/first" "$name" next="$next" "$(quarter_of_budget)"

@@ -33,6 +33,7 @@ extern struct machine {
     char where[200];              /* the limit or contact that ended the last recording that was too short */
     int stopped, touched;         /* of one recording: a limit, a contact ended it */
     int turns, stops, contacts, kept, lost[LOSSES]; /* recordings that turn round; end at limits, contacts; are left out */
+    int unwilling;                /* of next=, recordings that are left out */
     double began, told;                             /* s, of the program and of the last line about progress */
 } rig;
 

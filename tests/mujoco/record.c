@@ -20,7 +20,8 @@
    spring moves gets a random velocity. All other machines start at their reference pose and swing for up to a second, in a gravity
    that is tilted and stretched, with motors. This keeps chains closed and moves soft bodies as a whole.
    next=FILE: behind the other recordings for training those that the trainer wants, OUT_next.csv. Each begins where its first row
-   says. Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them.
+   says. Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them. Those
+   that cannot be recorded are counted. Refused with equalities and taut strings, which a start would break.
    A recording begins where no limit and no contact acts, and ends where one begins to act: a stop is an impact. A tendon that is
    taut at rest, such as a string under a weight, acts in all recordings, which end where it is slack.
    Recordings that are unstable, too short or do not move are dropped and counted by cause. If three of four are dropped, all is
@@ -682,7 +683,7 @@ static int record(int kind, uint64_t *state, drive *v, int most, double *row)
         count_full();
     }
     k -= rig.stopped || rig.touched;
-    if (k < rig.least) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
+    if (k < (v->wanted ? 20 : rig.least)) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
     for (int j = 0; j < N; j++) { /* it moves if one joint moves by half a per cent of its reach */
         double low = row[1 + j], high = low;
         for (int i = 1; i < k; i++)
@@ -794,7 +795,7 @@ static int record_all(demos *to, drive *v, const demos *next)
     double *row = room((size_t)most * (size_t)(1 + 2 * m->nv + rig.columns) * sizeof *row);
     int bad = 0;
     to->N = m->nv, to->forces = rig.columns, to->inputs = 0, to->dt = rig.dt, to->count = 0, to->demo = NULL;
-    rig.stops = rig.contacts = rig.turns = rig.kept = 0, *rig.why = 0;
+    rig.stops = rig.contacts = rig.turns = rig.kept = rig.unwilling = 0, *rig.why = 0;
     memset(rig.lost, 0, sizeof rig.lost);
     memset(rig.angle, 0, (size_t)m->nv * sizeof *rig.angle), memset(rig.full_samples, 0, (size_t)m->nu * sizeof(int));
     for (int k = 0; k < count + next->count && !bad; k++)
@@ -802,10 +803,11 @@ static int record_all(demos *to, drive *v, const demos *next)
             uint64_t state = mix(mix((uint64_t)settings[SEED].value) + (uint64_t)(k * TRIES + again) + 1);
             v->wanted = k < count ? NULL : &next->demo[k - count];
             const int kind = k < count ? kind_of(k + again) : next->forces > 0 ? FOLLOW : FALL;
-            const int longest = kind == FOLLOW && v->wanted->samples < most ? v->wanted->samples : most;
+            const int longest = kind == FOLLOW && !rig.servos && v->wanted->samples < most ? v->wanted->samples : most;
             const int samples = record(kind, &state, v, longest, row);
             progress(k, count + next->count);
             if (samples > 0) keep(to, samples, k >= train && k < count, row);
+            else if (k >= count) rig.unwilling++;
             else rig.lost[-samples - 1]++;
             bad = lost() >= 12 && lost() > 3 * rig.kept;
             if (samples > 0) break;
@@ -872,6 +874,7 @@ static void say(const demos *d)
            rig.steps, rig.m->opt.timestep, 100 * rig.step_error);
     for (int i = 0; i < LOSSES; i++)
         if (rig.lost[i]) printf("%d of %d %s and are left out\n", rig.lost[i], begun, losses[i]);
+    if (next_path) printf("next=: %d of those that were chosen could not be recorded\n", rig.unwilling);
     if (rig.stops) printf("%d end at a limit of a joint or tendon\n", rig.stops);
     if (rig.contacts) printf("%d end at a contact: contact is outside the class of models\n", rig.contacts);
     if (rig.untouched) printf("without contacts: the model is of the machine that touches nothing\n");
@@ -928,8 +931,13 @@ static demos all_recordings(void)
     demos d, next = {.N = rig.m->nv};
     rig.spread = 1;
     measure_all();
+    if (next_path && (rig.m->neq > 0 || rig.taut > 0))
+        fail("next=: a start would break the equalities or strings of this machine\nhint: more recordings: train=");
     if (next_path && (demos_read_csv(&next, next_path) || (next.forces > 0 && next.forces != rig.columns)))
         fail("next=%s: no recordings of this machine\nhint: OUT_next.csv of the trainer, of a model of all joints", next_path);
+    for (int k = 0; k < next.count; k++)
+        if (next.demo[k].samples > 1 && fabs(next.demo[k].row[demos_wide(&next)] - rig.dt) > 1e-6 * rig.dt)
+            fail("next=%s: samples of %g s, here %g s\nhint: dt=", next_path, next.demo[k].row[demos_wide(&next)], rig.dt);
     if (settings[TRAIN].value == 0) settings[TRAIN].value = fmin(30 + 5 * rig.m->nv, 100);
     const size_t most = (size_t)(rig.m->nv > rig.m->nu ? rig.m->nv : rig.m->nu), terms = TERMS * most;
     double *x = room((3 * terms + 2 * most) * sizeof *x);
