@@ -11,14 +11,15 @@
    its rows to S. Its gain is log det(I + J S^-1 J^T) / 2 of its rows, the information in nats (docs/math.md, 20).
 
    A recording is tried as the model predicts it, up to where the model leaves the range of its training. Its start lies where
-   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, its rows are added to S,
-   and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the largest.
+   recordings start: in the box of their joints. Its torques are those of recordings. The best one is chosen, its rows are added
+   to S, and so on. A gain only falls while S grows. So the gains of the others are computed again only where they may be the
+   largest.
 
-   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that is added to S changes each other row y
-   to (I + x x^T)^-1/2 y. So S is factored once.
+   With S = U^T U rows become Y = J U^-1, and the gain is log det(I + Y Y^T) / 2. A row x that is added to S changes each other
+   row y to (I + x x^T)^-1/2 y. So S is factored once.
 
-   Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S; memory for S. With
-   seconds= a tenth of them is kept for it. When that is over, what is chosen so far is written.
+   Cost: 8 sums of Gauss-Newton, a Cholesky factor, and for each of TRIED recordings STATES solutions of half of S; memory for S.
+   With seconds= a tenth of them is kept for it. When most of that is over, no more are tried.
 
    1 a recording that could be made     2 what is known     3 choice */
 
@@ -125,8 +126,8 @@ static M(latent) draw_start(void)
     return at;
 }
 
-/* The torques begin where recordings, or blocks of them, begin: all of one, or each of another. If there are few, they begin anywhere.
-   */
+/* The torques begin where recordings, or blocks of them, begin: all of one, or each of another. If there are few, they begin
+   anywhere. */
 static proposal propose(void)
 {
     enum { FEW = 10 };
@@ -322,8 +323,8 @@ static void add_row(const roln_real *x, roln_real *y)
         y[k] += by * x[k];
 }
 
-/* The best of those that are left; NULL: there is none, or no time. Its rows are added to S one after the other: each stays as those
-   before it have changed it. They change the others when those may be the best one. */
+/* The best of those that are left; NULL: there is none, or a signal came. Its rows are added to S one after the other: each stays
+   as those before it have changed it. They change the others when those may be the best one. */
 static proposal *choose_next(proposal *all, proposal **chosen, int choices)
 {
     enum { P = M(newton_size) };

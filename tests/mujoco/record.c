@@ -20,8 +20,8 @@
    spring moves gets a random velocity. All other machines start at their reference pose and swing for up to a second, in a gravity
    that is tilted and stretched, with motors. This keeps chains closed and moves soft bodies as a whole.
    next=FILE: behind the other recordings for training those that the trainer wants, OUT_next.csv. Each begins where its first row
-   says. Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them. Those
-   that cannot be recorded are counted. Refused with equalities and taut strings, which a start would break.
+   says. Motors exert its torques and, under a PD controller, follow its motion. Servos follow nothing: random sines move them.
+   Those that cannot be recorded are counted. Refused with equalities and taut strings, which a start would break.
    A recording begins where no limit and no contact acts, and ends where one begins to act: a stop is an impact. A tendon that is
    taut at rest, such as a string under a weight, acts in all recordings, which end where it is slack.
    Recordings that are unstable, too short or do not move are dropped and counted by cause. If three of four are dropped, all is
