@@ -55,10 +55,13 @@ static void widen(int count, const roln_real *x, int first, roln_real *low, roln
         low[i] = first ? x[i] : ROLN_MIN(low[i], x[i]), high[i] = first ? x[i] : ROLN_MAX(high[i], x[i]);
 }
 
+/* Copies the first sample of each recording of d, q and qd in its units, and makes room for a recording that plays. Call it before
+   hold_out cuts d into blocks. Without next= it does nothing. */
 static void remember_starts(void)
 {
     enum { N = M(N) };
     int k;
+    if (set("next") == 0) return;
     played.start = room((size_t)d.trajectories + 1, sizeof *played.start);
     for (k = 0; k < d.trajectories; k++) {
         const int samples = d.first[k + 1] - d.first[k];
@@ -68,9 +71,12 @@ static void remember_starts(void)
         memcpy(x->q, d.q + (size_t)d.first[k] * N, sizeof x->q), memcpy(x->qd, d.qd + (size_t)d.first[k] * N, sizeof x->qd);
         played.starts++;
     }
+    played.m.q = room((size_t)played.samples * N, sizeof *d.q), played.m.qd = room((size_t)played.samples * N, sizeof *d.q);
+    played.m.qdd = room((size_t)played.samples * N, sizeof *d.q);
+    played.m.tau = room((size_t)played.samples * M(force_size) + 1, sizeof *d.q);
 }
 
-/* Returns how many of the starts the model can encode. */
+/* The box of all starts that the model can encode. Returns how many these are. */
 static int find_box(void)
 {
     enum { N = M(N), n = M(n) };
@@ -84,9 +90,6 @@ static int find_box(void)
         widen(n, at.z, !found, played.low.z, played.high.z), widen(n, at.zd, !found, played.low.zd, played.high.zd);
         found++;
     }
-    played.m.q = room((size_t)played.samples * N, sizeof *d.q), played.m.qd = room((size_t)played.samples * N, sizeof *d.q);
-    played.m.qdd = room((size_t)played.samples * N, sizeof *d.q);
-    played.m.tau = room((size_t)played.samples * M(force_size) + 1, sizeof *d.q);
     return found;
 }
 
@@ -380,6 +383,8 @@ static void put_heading(FILE *f)
     fputs("\n", f);
 }
 
+/* Writes OUT_next.csv, an older one becomes .old, and says how many recordings it has, or why none is chosen. Weights are not
+   changed. */
 static void write_next(void)
 {
     static proposal all[TRIED], *chosen[TRIED];

@@ -63,8 +63,10 @@ check 'the first one tells most' awk '/^next recordings/ { split($0, x, /tells |
     exit !(x[2] + 0 > x[3] + 0 && x[3] + 0 > 0) }' $dir/a1.log
 check 'the trainer reads it' sh -c "$dir/two $dir/same.csv $dir/a1_next.csv torque=1 steps=1 out=$dir/r 2>&1 |
     grep '^24 trajectories'"
-$dir/two $dir/same.csv torque=1 held=0.2 steps=60 next=3 resume=1 out=$dir/a1 > $dir/b.log 2>&1
-check 'later, with the weights that are there' test "$(recordings $dir/a1_next.csv)" -eq 3
+$dir/two $dir/same.csv torque=1 held=0.2 steps=1 next=3 --resume out=$dir/a1 > $dir/b.log 2>&1
+check 'later, with the weights of a training that has ended' test "$(recordings $dir/a1_next.csv)" -eq 3
+check 'the weights stay' cmp $dir/a1.roln $dir/a2.roln
+check 'the older file stays' test "$(recordings $dir/a1_next.csv.old)" -eq 12
 check 'without torques: their starts' sh -c "$dir/two $dir/same.csv held=0.2 steps=30 next=5 out=$dir/n > $dir/n.log 2>&1
     head -n 1 $dir/n_next.csv | grep '^t,q1,q2,qd1,qd2\$' && test \$(wc -l < $dir/n_next.csv) -eq 10"
 check 'more than are tried' sh -c "$dir/two $dir/same.csv next=201 out=$dir/n 2>&1 | grep '^next=201: expected a'"
