@@ -81,16 +81,16 @@ static int find_box(void)
 {
     enum { N = M(N), n = M(n) };
     static M(encode_work) scratch;
-    int k, found = 0;
+    int k, encoded = 0;
     for (k = 0; k < played.starts; k++) {
         const M(state) *x = &played.start[k];
         M(latent) at;
         if (M(encode)(&s.p, x, &at, &scratch) != ROLN_OK) continue;
-        widen(N, x->q, !found, played.least.q, played.most.q), widen(N, x->qd, !found, played.least.qd, played.most.qd);
-        widen(n, at.z, !found, played.low.z, played.high.z), widen(n, at.zd, !found, played.low.zd, played.high.zd);
-        found++;
+        widen(N, x->q, !encoded, played.least.q, played.most.q), widen(N, x->qd, !encoded, played.least.qd, played.most.qd);
+        widen(n, at.z, !encoded, played.low.z, played.high.z), widen(n, at.zd, !encoded, played.low.zd, played.high.zd);
+        encoded++;
     }
-    return found;
+    return encoded;
 }
 
 static int is_within(int count, const roln_real *x, const roln_real *low, const roln_real *high)
