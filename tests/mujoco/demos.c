@@ -100,7 +100,7 @@ int demos_read_csv(demos *d, const char *path)
     double *row = NULL;
     int samples = 0, number = 1, bad, more;
     if (!f || !fgets(line, sizeof line, f)) {
-        fprintf(stderr, "%s: %s\n", path, f ? "an empty file" : strerror(errno));
+        fprintf(stderr, "%s: %s\nhint: check the path\n", path, f ? "an empty file" : strerror(errno));
         if (f) fclose(f);
         return -1;
     }

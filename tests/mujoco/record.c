@@ -933,7 +933,8 @@ static demos all_recordings(void)
     measure_all();
     if (next_path && (rig.m->neq > 0 || rig.taut > 0))
         fail("next=: a start would break the equalities or strings of this machine\nhint: more recordings: train=");
-    if (next_path && (demos_read_csv(&next, next_path) || (next.forces > 0 && next.forces != rig.columns)))
+    if (next_path && demos_read_csv(&next, next_path)) exit(1);
+    if (next.forces > 0 && next.forces != rig.columns)
         fail("next=%s: no recordings of this machine\nhint: OUT_next.csv of the trainer, of a model of all joints", next_path);
     for (int k = 0; k < next.count; k++)
         if (next.demo[k].samples > 1 && fabs(next.demo[k].row[demos_wide(&next)] - rig.dt) > 1e-6 * rig.dt)

@@ -198,6 +198,40 @@ check 'less effort' sh -c "build/record $machines/planar3.xml $dir/weak train=6 
     awk '\$2 == \"a\" && NF > 8 { exit !(\$8 < 30) }' $dir/weak.log"
 check 'progress' grep -x '  steps of a sample: trying' $dir/coarse.log
 
+# ---- next= ----
+
+# as FILE: the recordings of OUT behind the first four begin as those of FILE, and move as they do where FILE says how
+cat > $dir/as.awk << 'END_OF_FILE'
+FNR == 1 { k = 0; next }
+NF < 2 { k++; next }
+FNR == NR { n = k + 1; for (j = 2; j <= 10; j++) want[k, $1, j] = $j; next }
+k >= 4 && (k - 4, $1, 2) in want { same += $1 > 0; for (j = 2; j <= 4; j++) bad += ($j - want[k - 4, $1, j]) ^ 2 > 1e-12 }
+k >= 4 && fall { bad += $8 ^ 2 + $9 ^ 2 + $10 ^ 2 > 0 }
+END { print k + 1 " recordings, " same " samples as wanted, " bad " others"; exit k != 3 + n || bad || same < (fall ? 0 : 1000) }
+END_OF_FILE
+next() { build/record $machines/planar3.xml "$dir/$1" $few next="$dir/$2.csv" > "$dir/$1.log"; }
+check 'what was recorded once can be wanted' build/record $machines/planar3.xml $dir/wanted train=3 test=1 seconds=0.5 seed=9
+check 'next=: recorded' next led wanted
+check 'next=: all' grep '^next=: 0 of those that were chosen could not be recorded$' $dir/led.log
+check 'next=: the motion that was wanted' awk -F, -f $dir/as.awk $dir/wanted.csv $dir/led.csv
+awk -F, 'FNR == 1 { print "t,q1,q2,q3,qd1,qd2,qd3" } $1 == "0" { print $1 "," $2 "," $3 "," $4 "," $5 "," $6 "," $7; print "" }' \
+    $dir/wanted.csv > $dir/starts.csv
+check 'next=: starts alone' next fell starts
+check 'next=: they fall' awk -F, -v fall=1 -f $dir/as.awk $dir/starts.csv $dir/fell.csv
+check 'next=: no recordings for the test' sh -c "build/record $machines/planar3.xml $dir/alone $few > $dir/alone.log &&
+    cmp $dir/alone_test.csv $dir/led_test.csv"
+sed '3s/,.*//' $dir/wanted.csv > $dir/row.csv
+sed '/^$/,$d; s/,[^,]*$/,9/; s/^0,[^,]*/0,400/' $dir/wanted.csv > $dir/far.csv
+check 'next=: out of reach' sh -c "build/record $machines/planar3.xml $dir/off $few next=$dir/far.csv |
+    grep '^next=: 1 of those that were chosen could not be recorded$' && test \$(grep -c '^\$' $dir/off.csv) -eq 3"
+for machine in hoist fivebar; do
+    refuses 'next=: a start would break the equalities' build/record $machines/$machine.xml $dir/no $few next=$dir/wanted.csv
+done
+refuses 'next=.*: no recordings of this machine' build/record $machines/slider.xml $dir/no $few next=$dir/wanted.csv
+refuses 'nothing.csv: No such file' build/record $machines/planar3.xml $dir/no $few next=$dir/nothing.csv
+refuses 'row.csv:3: no recording of 3 joints' build/record $machines/planar3.xml $dir/no $few next=$dir/row.csv
+refuses 'next=.*: samples of 0.001 s, here 0.004 s' build/record $machines/planar3.xml $dir/no $few dt=0.004 next=$dir/wanted.csv
+
 # ---- learned ----
 
 # learn NAME STEPS CODE VERDICT SETTING ..: a model that predicts better than q + h qd, whether it is called useful or not
@@ -238,6 +272,7 @@ grep -q 'MLP 32, 32' $place/*.h && e=$WIDE
 echo "      0  E_q(24 ms)   1.0 %  E_q(1 s)  9 +- 1 %, typical 9.000 %  residual 1"
 echo "    400  E_q(24 ms)   0.1 %  E_q(1 s)  \$e +- 1 %, typical \$e %  residual 1"
 for f in .roln _weights.h .check; do echo \$e > \$out\$f; done
+for a; do case \$a in next=2) cp $NEXT \${out}_next.csv ;; esac; done
 joints=\$(awk '/ROLN_AE/ { sub(/,/, "", \$3); print \$3 }' $place/*.h)
 each=\$(seq \$joints | sed 's/.*/0.5,8/' | paste -sd, -)
 {
@@ -272,6 +307,18 @@ for FULL in 1.4 1.6; do # all joints are kept if they have less than half of the
     check "$FULL: its weights" grep -x "$([ $FULL = 1.4 ] && echo 1.4 || echo 3)" $dir/learned/grown_weights.h
 done
 unset FULL
+# chosen WORDS CODE NEXT: make learn whose first model chooses two recordings more, or cannot choose them
+chosen() {
+    NEXT=$dir/two.csv WIDE=2 ERROR=0.5 CC=$dir/cc sh tests/mujoco/learn.sh $machines/planar3.xml $dir/learned/chosen \
+        seconds=100 $few next="$3" > $dir/chosen.log
+    check "next=$3: exit code" test $? -eq "$2"
+    check "next=$3: said" grep "$1" $dir/chosen.log
+}
+sed 2,503d $dir/wanted.csv > $dir/two.csv
+chosen '^training chosen, to choose 2 recordings more$' 0 2
+check 'next=2: six recordings, the last two as they were wanted' awk -F, -f $dir/as.awk $dir/two.csv \
+    $dir/learned/chosen.csv
+chosen 'typical 3' 1 3
 check 'all joints: told' sh -c "FULL=1 CC=$dir/cc WIDE=9 ERROR=0.5 sh tests/mujoco/learn.sh $machines/fivebar.xml \
     $dir/learned/grown seconds=100 $few | grep '^note 2 coordinates: E_q 3 %; all 4 joints: 1 %, so the model has all joints'"
 check 'E_qd is in the table' awk '$1 == 100 { exit $5 != 1 }' $dir/learned/grown.learn
