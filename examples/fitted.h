@@ -10,7 +10,7 @@
    Limits of torque are the largest torques of all recordings, and the largest changes of them between two samples. The other
    limits are SLACK times the largest need of windows that are spread over the held-out recordings. A filter of the recordings
    (filter=, smooth=, smoother=) removes the noise that the encoders of a controller have, so it is added to q again: white noise as
-   large as the spectrum shows it. */
+   large as the spectrum shows it. tick= carries all of it to a controller of another tick than the step of the recordings. */
 
 #ifndef FITTED_H
 #define FITTED_H
@@ -129,6 +129,20 @@ static const char *fit_noise(int *start, roln_real *q)
     return st == ROLN_OK ? NULL : roln_status_text(st);
 }
 
+/* The tick of the controller, tick=, in place of the step of the recordings. A torque that the model does not know is drawn anew
+   every tick. In a second 1 / dt of them move a velocity by as much as dt^(1/2) times one, so one of a shorter tick is larger. */
+static void carry_to_tick(void)
+{
+    const double tick = set("tick"), ticks = tick > 0 ? d.dt / tick : 1;
+    const roln_real larger = (roln_real)sqrt(ticks);
+    int j;
+    found.limits.dt = found.noise.dt = (roln_real)(d.dt / ticks);
+    found.limits.residual_window = (int)fmax(1, found.limits.residual_window * ticks + 0.5); /* as long in s */
+    found.noise.tau *= larger;
+    for (j = 0; j < (int)M(N); j++)
+        found.unknown[j] *= larger;
+}
+
 static const char *fit_observer(int *start, roln_real *q)
 {
     roln_batch b = held_windows(start, GUARD_TICKS / WINDOW_TICKS);
@@ -146,7 +160,9 @@ static void fit_settings(void)
     roln_real *q;
     memset(&found, 0, sizeof found);
     q = measured_q();
-    found.no_limits = fit_limits(start), found.no_noise = fit_noise(start, q), found.no_gains = fit_observer(start, q);
+    found.no_limits = fit_limits(start), found.no_noise = fit_noise(start, q);
+    carry_to_tick();
+    found.no_gains = fit_observer(start, q);
     free(start), free(q);
 }
 
@@ -219,6 +235,14 @@ static void put_constant(FILE *f, roln_real x, const char *format, ...)
     fprintf(f, " */\n");
 }
 
+/* The tick that the numbers are for. */
+static void put_tick(FILE *f, roln_real dt)
+{
+    put_constant(f, dt, "dt, s: %s",
+                 set("tick") > 0 ? "the tick of your controller"
+                                 : "the step of the recordings; for another tick write this file again: --resume steps=1 tick=");
+}
+
 /* The unit of a power. */
 static const char *power_unit(void)
 {
@@ -243,7 +267,7 @@ static void put_limits(FILE *f)
         put_array(f, "limits_rate", "force_size", M(force_size), found.rate, OF_TAU, " per s", said_of_rate);
     }
     fprintf(f, "static const roln_limits " STRING(MODEL) "_limits = {\n");
-    put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_tick(f, l->dt);
     put_constant(f, l->margin, "margin, part of the range of z, zd: %d times what was needed, 0.1 at least", SLACK);
     put_constant(f, l->residual, "residual, %s: %d times the largest of the recordings", power_unit(), SLACK);
     put_constant(f, l->tau,
@@ -282,7 +306,7 @@ static void put_noise(FILE *f)
     put_array(f, "noise_q", "N", M(N), found.q, OF_Q, "", said_of_noise);
     if (l->tau_each) put_array(f, "noise_tau", "N", M(N), found.unknown, OF_TAU, "", said_of_unknown);
     fprintf(f, "static const roln_noise " STRING(MODEL) "_noise = {\n");
-    put_constant(f, l->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_tick(f, l->dt);
     put_constant(f, found.q[0], "q, %s: not used, for q_each is", unit_of_column(OF_Q, 0));
     put_constant(f, l->tau_each ? l->tau_each[0] : l->tau, l->tau_each ? "tau, %s: not used, for tau_each is"
                                                                        : "tau, %s: torque that the model does not know",
@@ -314,7 +338,7 @@ static void put_gains(FILE *f)
         return;
     }
     fprintf(f, "static const " STRING(MODEL) "_observer_gains " STRING(MODEL) "_steady_gains = {\n");
-    put_constant(f, g->dt, "dt, s: step of the recordings; the tick of your controller");
+    put_tick(f, g->dt);
     put_constant(f, g->gate, "gate, deviations: a usual number, not fitted");
     fprintf(f, "    %d, /* lost, ticks: a usual number, not fitted */\n", g->lost);
     fprintf(f, "    /* deviations of joints: of what is measured, of what is expected */\n    ");

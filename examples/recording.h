@@ -1140,11 +1140,17 @@ static choice choose(const motion *d, const wanted *w, sheet *s, int kind, int n
     return c;
 }
 
-/* The unit that the file says of a column, in the row of units, or in brackets behind the name; -1: none, or it is unknown. */
-static int unit_said(const sheet *s, int kind, int column, const piece *unit, int units)
+/* Nonzero if a setting begins with a column by number, or there is none. */
+static int is_by_number(const char *text)
+{
+    return !text || is_digit(*text) || strcmp(text, "none") == 0;
+}
+
+/* What the file says of a column's unit, in the row of units, or in brackets behind the name; empty: nothing. */
+static piece unit_text(const sheet *s, int column, const piece *unit, int units)
 {
     piece x = {NULL, 0};
-    int i, found;
+    int i;
     if (column > 0 && column <= units) x = unit[column - 1];
     else if (column > 0) {
         const piece name = s->name[column - 1], stem = bare(name);
@@ -1155,12 +1161,83 @@ static int unit_said(const sheet *s, int kind, int column, const piece *unit, in
     for (i = 0; i < x.n && !strchr("])", x.at[i]);)
         i++;
     x.n = i;
-    found = x.n > 0 ? find_unit(kind, x.at, x.n) : -1;
+    return x;
+}
+
+/* The unit of a column, an index of known_units: of the map, else of the file; -1: none, or it is unknown. Says that a unit is
+   unknown, and that file and map differ. */
+static int unit_said(const motion *d, const sheet *s, const choice *c, int column, const piece *unit, int units)
+{
+    const piece x = unit_text(s, column, unit, units);
+    int found = x.n > 0 ? find_unit(c->kind, x.at, x.n) : -1;
     if (found >= 0 && ((int)strlen(known_units[found].name) != x.n || known_units[found].per)) found = -1;
+    if (c->unit >= 0) {
+        if (found >= 0 && known_units[found].factor != known_units[c->unit].factor)
+            say("%s:%d: column %d is in %s, but %s=%s says %s, which counts\n", d->path, s->header_row, column,
+                known_units[found].name, kind_names[c->kind], c->text, known_units[c->unit].name);
+        return c->unit;
+    }
     if (found < 0 && x.n > 0 && s->first_file)
-        say("%s: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", s->named ? "header" : "units", column,
+        say("%s:%d: column %d: its unit \"%s\" is unknown; its numbers are taken as they are\n", d->path, s->header_row, column,
             quoted(x));
     return found;
+}
+
+/* The first file's field of a column; NULL: there is none. */
+static const field *field_of(const motion *d, int kind, int index)
+{
+    int i;
+    for (i = 0; i < d->count; i++)
+        if (d->fields[i].kind == kind && d->fields[i].index == index) return &d->fields[i];
+    return NULL;
+}
+
+/* Refuses a column whose unit this file says and the first one does not, or the other way round: one of them would be read in
+   another unit. */
+static void refuse_other_unit(const motion *d, const sheet *s, const choice *c, int index, int unit)
+{
+    const field *first = field_of(d, c->kind, index);
+    const double factor = unit >= 0 ? known_units[unit].factor : 1;
+    if (s->first_file || c->unit >= 0 || !first || s->column[c->kind][index] == 0 || first->column == 0) return;
+    if ((unit >= 0) == (first->unit[0] != 0) || (factor == 1 && first->factor == 1)) return;
+    fail("%s:%d: column %d, %s%d, has %s%s, but %s%s in the first file\nhint: the same unit in all files, or name it in the map: "
+         "%s=%s,%s",
+         d->path, s->row, s->column[c->kind][index], kind_names[c->kind], index + 1,
+         unit >= 0 ? "the unit " : "no known unit", unit >= 0 ? known_units[unit].name : "", first->unit[0] ? "the unit " : "none",
+         first->unit, kind_names[c->kind], c->text, unit >= 0 ? known_units[unit].name : first->unit);
+}
+
+static int has_name(const field *f, piece name)
+{
+    char text[sizeof f->name];
+    snprintf(text, sizeof text, "%s", quoted(name));
+    return strcmp(f->name, text) == 0;
+}
+
+/* A pattern takes the columns of each file in the order of the first one, by their names. Says which names differ. */
+static void order_by_names(const motion *d, sheet *s, const choice *c)
+{
+    int *const column = s->column[c->kind], *const was = room((size_t)s->used[c->kind] + 1, sizeof *was);
+    const int by_number = is_by_number(c->text);
+    int i, k, found = 0, other = -1;
+    for (i = 0; i < s->used[c->kind]; i++) {
+        const field *first = field_of(d, c->kind, i);
+        was[i] = column[i];
+        if (!first || !s->named || strcmp(first->name, "-") == 0 || column[i] == 0) continue;
+        if (!has_name(first, s->name[column[i] - 1]) && other < 0) other = i;
+    }
+    for (i = 0; i < s->used[c->kind] && other >= 0 && !by_number; i++)
+        for (k = 0; k < s->used[c->kind]; k++)
+            if (was[k] > 0 && has_name(field_of(d, c->kind, i), s->name[was[k] - 1])) {
+                column[i] = was[k], found++;
+                break;
+            }
+    if (other >= 0 && found < s->used[c->kind]) {
+        memcpy(column, was, (size_t)s->used[c->kind] * sizeof *was);
+        say("%s:%d: column %d is called %s, %s%d of the first file is %s\n", d->path, s->header_row, was[other],
+            quoted(s->name[was[other] - 1]), kind_names[c->kind], other + 1, field_of(d, c->kind, other)->name);
+    }
+    free(was);
 }
 
 /* Factors and lines of the table, of the columns of one kind. */
@@ -1168,16 +1245,18 @@ static void fill_fields(motion *d, sheet *s, const choice *c, const piece *unit,
 {
     const int kind = c->kind;
     int i;
+    if (!s->first_file) order_by_names(d, s, c);
     s->factor[kind] = room((size_t)s->used[kind] + 1, sizeof **s->factor);
     for (i = 0; i < s->used[kind]; i++) {
         const int column = s->column[kind][i],
-                  said = c->unit < 0 && kind != OF_T ? unit_said(s, kind, column, unit, units) : c->unit;
+                  said = kind != OF_T ? unit_said(d, s, c, column, unit, units) : c->unit;
         const double gain = c->gains == 0 ? 1 : c->gain[c->gains > 1 ? i : 0];
         const double factor = (kind != OF_T && said >= 0 ? known_units[said].factor : 1) * (c->per ? 1 / gain : gain);
         char text[24] = "";
         if (kind != OF_T && said >= 0)
             snprintf(text, sizeof text, c->gains == 0 ? "%s" : c->per ? "%s/%g" : "%s*%g", known_units[said].name, gain);
         s->factor[kind][i] = factor;
+        if (kind != OF_T) refuse_other_unit(d, s, c, i, said);
         if (s->first_file) add_field(d, kind, i, column, s->named && column > 0 ? &s->name[column - 1] : NULL, text, factor);
     }
 }
@@ -1344,7 +1423,7 @@ static int read_mapped_heading(const motion *d, sheet *s, int comment)
     if (comment && (had || s->taken > 0)) return 0;
     if (had) {
         n = split(apart, s->text, s->most, s->w), names = split(separator_of(s->header), s->header, s->most, s->name);
-        for (i = 0; i < n && n == names && i < s->most; i++) {
+        for (i = 0; i < n && n <= names && i < s->most; i++) {
             piece x = s->w[i];
             int kind;
             if (x.n > 2 && strchr("[(", *x.at)) x.at++, x.n -= 2;
@@ -1365,12 +1444,6 @@ static int read_mapped_heading(const motion *d, sheet *s, int comment)
     strcpy(s->header, s->text);
     s->header_row = s->row, s->comment = comment, *s->units = 0;
     return 0;
-}
-
-/* Nonzero if a setting begins with a column by number, or there is none. */
-static int is_by_number(const char *text)
-{
-    return !text || is_digit(*text) || strcmp(text, "none") == 0;
 }
 
 /* ---- 7 time stamps ---- */
@@ -1757,8 +1830,8 @@ static void refuse_jump(const motion *d, int by_qd, int k, int i, int j)
         fail("%s:%d: q of joint %d jumps by %.4g in one sample, and back in the next one; possible cause: a wild sample\nhint: a "
              "blank line in place of the row makes two recordings",
              d->file[k], line, j + 1, step);
-    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g; possible cause: another recording, lost samples, a "
-         "wild sample\nhint: a blank line before it makes two recordings",
+    fail("%s:%d: q of joint %d jumps by %.4g in one sample, %s tells %.4g; possible cause: another recording, lost or repeated "
+         "samples, a wild sample\nhint: a blank line before it makes two recordings",
          d->file[k], line, j + 1, step, by_qd ? "but its qd" : "but the motion beside it", step - off);
 }
 

@@ -467,14 +467,16 @@ enum {
     TORQUES = JOINTS ? (int)M(N) : (int)M(n)
 };
 
-/* The unit of a column of motion.csv behind its factor; "as it is" if nobody says, or there is no such column. */
+/* The unit of a column of motion.csv behind its factor and gain; "as it is" if nobody says, or there is no such column. */
 static const char *unit_of_column(int kind, int index)
 {
     int c;
     for (c = 0; c < d.count; c++) {
         const field *f = &d.fields[c];
         const int unit = f->kind == kind && f->index == index ? find_unit(kind, f->unit, (int)strlen(f->unit)) : -1;
-        if (unit >= 0) return strncmp(f->unit, "A*", 2) == 0 ? "A times gain" : known_units[unit].si;
+        if (unit >= 0 && kind == OF_TAU && strchr(f->unit, '*') && !strchr(known_units[unit].si, 'N'))
+            return (int)M(inputs) > 0 ? "as its gain" : strcmp(unit_of_column(OF_Q, index), "m") == 0 ? "N" : "Nm";
+        if (unit >= 0) return known_units[unit].si;
     }
     return "as it is";
 }

@@ -81,6 +81,7 @@ static struct {
     {"ae", 20000, 0, 1e8, 1, "layers: updates of Adam on their reconstruction"},
     {"acc", 100000, 0, 1e8, 1, "method=adam: updates on accelerations"},
     {"next", 0, 0, 200, 1, "OUT_next.csv: so many recordings that would tell most beside these; takes a tenth of seconds="},
+    {"tick", 0, 0, 1e6, 0, "s, tick of your controller, which OUT_limits.h is for; 0: the step of the recordings"},
     {"lr_ae", 0.1, 0, 100, 0, "Adam: learning rate of the layers (Frobenius length of a step); less in wide ones"},
     {"lr_net", 3e-3, 0, 100, 0, "Adam: learning rate of the networks"},
     {"threads", 2, 1, 16, 1, "on which it runs; changes no bit"},
@@ -121,7 +122,7 @@ static void help(void)
                MODEL) " on recorded motion\n\n"
                       "motion.csv: t in s, %d q, %d qd, %d %s (these may be left out), a blank line between trajectories. Several "
                       "files, or\n"
-                      "folders of them; with q= other columns. docs/training.md, \"From a logger\"\n\n",
+                      "folders of them; with q= other columns. docs/training.md, \"Files of a logger\"\n\n",
            (int)M(N), (int)M(N), (int)M(force_size), M(inputs) > 0 ? "u" : "tau");
     for (i = 0; i < WORDS; i++)
         printf("  %s=%-*s %-15s %s\n", words[i].key, 13 - (int)strlen(words[i].key), words[i].value ? words[i].value : "", "",
@@ -861,7 +862,7 @@ static origin origin_of(void)
     static M(params) none;
     static uint64_t data;
     const char *from = words[FROM].value ? words[FROM].value : "";
-    static const char *const may_change = "seconds steps threads resume next";
+    static const char *const may_change = "seconds steps threads resume next tick";
     origin o;
     int i;
     memset(&o, 0, sizeof o);
@@ -1293,7 +1294,8 @@ static void summary(void)
     if (ended[0]) printf("ended by %s at step %d\n", ended, reached);
     printf("wrote %s.roln and %s_weights.h after %.0f s: weights of step %d\n", words[OUT].value, words[OUT].value, seconds(),
            s.best_step);
-    printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
+    if (s.ahead > 0) /* there was a look */
+        printf("held-out trajectories are predicted with a typical E_q of %.3f %% after %.3g s\n", 100 * s.best_error, s.ahead);
     if (s.best_error < 1) return;
     doubt("held-out trajectories are predicted no better than by the mean of q");
     printf("that is no better than the mean of q; possible cause: columns in another order, unit or sign; motion driven by more "

@@ -310,6 +310,8 @@ def several():
     write("nothing", "folder/notes.md")
     dt, parts, said = read("a folder", folder, *MAP)
     check("a folder: in the order of numbers", [round(p[0][0], 5) for p in parts] == [round(x, 5) for x in order], said)
+    off = max(abs(r[c] - truth(0.02 + 0.01 * i)[c]) for i, r in enumerate(parts[2]) for c in (0, 1, 2, 3, 6, 7))
+    check("a folder: a pattern takes the columns of all files in one order", off < 1e-3, off)
     check("a folder: told", re.search(r"folder: 1 other files are not read\n", said), said)
     check("a folder: all of it", "3 files: 3 recordings, 900 samples\n" in said, said)
     dt, parts, said = read("files", f"{folder}/run10.csv", f"{folder}/run1.csv", *MAP)
@@ -340,6 +342,47 @@ def several():
     check("an empty folder", code == 1 and "no file in it ends in .csv" in err and "hint: " in err, err)
     code, out, err = run("range", folder, f"{DIR}/o", *MAP)
     check("range.c reads the same", code == 0 and "the range of 900 samples" in out, out + err)
+
+
+def units_of_files():
+    """Two files that differ in their units, names or order: read alike, or refused with the name of the file."""
+    times = [0.01 * i for i in range(300)]
+    folder = f"{DIR}/two"
+
+    def both(first, second, *words, scale=1000):
+        shutil.rmtree(folder, ignore_errors=True)
+        for name, head, by in (("1.csv", first, 1000), ("2.csv", second, scale)):
+            rows = [row_of(t) for t in times]
+            write(head + "\n" + "".join("%.9g," % t + ",".join("%.9g" % v for v in r[:4] + [v * by for v in r[4:]]) + "\n"
+                                        for t, r in zip(times, rows)), f"two/{name}")
+        return run("recording", folder, *words, "N=2", "all=1")
+
+    plain = PLAIN.strip()
+    with_units = plain.replace("tau1", "tau1 [mNm]").replace("tau2", "tau2 [mNm]")
+    in_nm = with_units.replace("mNm", "Nm")
+    for what, head in (("no unit", plain), ("an unknown unit", with_units.replace("mNm", "milliNm"))):
+        for files, at in (((with_units, head), 2), ((head, with_units), 2)):
+            code, _, err = both(*files, *MAP)
+            check(f"{what} in file {1 + (files[1] == head)}", code == 1 and re.match(
+                r".*/2\.csv:2: column 6, tau1, has (the unit mNm|no known unit), but (none|the unit mNm) in the first file\n"
+                r"hint: .*tau=tau\?,mNm\n", err), f"{code} {err}")
+    code, out, err = both(with_units, in_nm, *MAP, scale=1)
+    check("another unit, which is known", code == 0 and "unit" not in out.split("column  name")[0], f"{code} {out[:500]}{err}")
+    code, out, _ = both(with_units, in_nm, *MAP[:2], "tau=tau?,mNm")
+    told = re.search(r"^.*/2\.csv:1: column 6 is in Nm, but tau=tau\?,mNm says mNm, which counts$", out, re.M)
+    check("file and map differ", code == 0 and told and "1.csv:1:" not in out, out[:500])
+    code, out, _ = both(plain, plain.replace("tau", "torque"), *MAP[:2], "tau=t*u*")
+    check("other names", code == 0 and re.search(
+        r"^.*/2\.csv:1: column 6 is called torque1, tau1 of the first file is tau1$", out, re.M), out[:500])
+    code, out, _ = both(plain, plain, *MAP)
+    check("the same names", code == 0 and ".csv:1: column" not in out, out[:500])
+    text = "t,q1,q2,qd1,qd2,tau1,tau2,temperature\ns,deg,deg,deg/s,deg/s,Nm,Nm,\n"
+    rows = [row_of(t) for t in times]
+    text += "".join(",".join("%.9g" % v for v in [t] + [v * 180 / math.pi for v in r[:4]] + r[4:] + [20]) + "\n"
+                    for t, r in zip(times, rows))
+    dt, parts, said = read("a row of units whose last cell is empty", write(text), *MAP)
+    check("a row of units whose last cell is empty: read", parts and all(
+        abs(r[c] - w[c]) < 1e-4 for r, w in zip(parts[0], rows) for c in range(4)), said[:300])
 
 
 # ---- delay ----
@@ -479,6 +522,7 @@ def main():
     noise()
     columns()
     several()
+    units_of_files()
     delays()
     refusals()
     print(f"{passed} passed, {failed} failed")

@@ -60,7 +60,7 @@ check 'a long name' says 'more than 480' $dir/joints $dir/2_train.csv out="$(pri
 $dir/joints --help > $dir/help.log
 check "help: ended with $?" test $? -eq 0
 keys='out t q qd tau dt delay filter spread test from method start sliders ignore smoother seed seconds steps held look window
-      torque force inertia noise smooth ae acc lr_ae lr_net threads resume next'
+      torque force inertia noise smooth ae acc lr_ae lr_net threads resume next tick'
 for word in $keys; do
     check "help: $word" grep "^  $word=.* [a-z0-9]" $dir/help.log
 done
@@ -574,6 +574,19 @@ check 'torques off by 10 %' grep 'warning: torques of 1 of 1 are off by 10 % or 
 check 'torques that have nothing to do with the motion' ends 3 'torques of the model are off by [1-9][0-9.e+]* % of the recorded' \
     $dir/motor $dir/unrelated.csv torque=1 held=0.2 steps=3 out=$dir/unrelated
 check 'no torques, no rows of them' sh -c "! grep 'tau_model\|M at' $early.log"
+# a controller of another tick than the step of the recordings, 5 ms
+$dir/motor $dir/motor.csv torque=1 held=0.2 steps=4 out=$dir/own > $dir/own.log 2>&1
+cp $dir/own_limits.h $dir/own_limits5.h
+$dir/motor $dir/motor.csv torque=1 held=0.2 --resume steps=1 tick=0.001 out=$dir/own > $dir/own.log 2>&1
+check 'tick: the weights stay' cmp $dir/own.roln $dir/own.roln.old
+check 'tick: of limits, noise and gains' sh -c "test \$(grep -c 'ROLN_C(0.005), /\* dt, s: the step of the recordings' \
+    $dir/own_limits5.h) -eq 3 && test \$(grep -c 'ROLN_C(0.001), /\* dt, s: the tick of your' $dir/own_limits.h) -eq 3"
+check 'tick: the residual is averaged as long, an unknown torque moves a velocity as far in a second' awk '
+    function value(x) { gsub(/[^0-9.e+-]/, "", x); return x + 0 }
+    FNR == 1 { file++ } / residual_window/ { window[file] = value($1) }
+    /_tau, N?m?.*not used|tau, .*: (not used|torque that)/ { split($0, x, ","); gsub(/.*\(/, "", x[1]); tau[file] = value(x[1]) }
+    END { r = tau[2] / tau[1]; print window[1], window[2], r
+          exit !(window[1] == 8 && window[2] == 40 && r > 2.2359 && r < 2.2363) }' $dir/own_limits5.h $dir/own_limits.h
 # until held-out trajectories are predicted no better, in the end with the best weights; windows are not asked for where window=0
 $dir/motor $dir/motor.csv torque=1 held=0.2 window=0 out=$dir/b > $dir/b.log 2>&1
 check "stops by itself: ended with $?" test $? -eq 0
