@@ -137,7 +137,7 @@ static void carry_to_tick(void)
     const roln_real larger = (roln_real)sqrt(ticks);
     int j;
     found.limits.dt = found.noise.dt = (roln_real)(d.dt / ticks);
-    found.limits.residual_window = (int)fmax(1, found.limits.residual_window * ticks + 0.5); /* as long in s */
+    found.limits.residual_window = (int)fmin(fmax(1, found.limits.residual_window * ticks + 0.5), 1e6); /* as long in s */
     found.noise.tau *= larger;
     for (j = 0; j < (int)M(N); j++)
         found.unknown[j] *= larger;

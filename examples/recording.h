@@ -1207,6 +1207,7 @@ static void refuse_other_unit(const motion *d, const sheet *s, const choice *c, 
          first->unit, kind_names[c->kind], c->text, unit >= 0 ? known_units[unit].name : first->unit);
 }
 
+/* Nonzero if a column of the first file has this name. */
 static int has_name(const field *f, piece name)
 {
     char text[sizeof f->name];
@@ -1226,12 +1227,14 @@ static void order_by_names(const motion *d, sheet *s, const choice *c)
         if (!first || !s->named || strcmp(first->name, "-") == 0 || column[i] == 0) continue;
         if (!has_name(first, s->name[column[i] - 1]) && other < 0) other = i;
     }
-    for (i = 0; i < s->used[c->kind] && other >= 0 && !by_number; i++)
-        for (k = 0; k < s->used[c->kind]; k++)
+    for (i = 0; i < s->used[c->kind] && other >= 0 && !by_number; i++) {
+        found += was[i] == 0 && field_of(d, c->kind, i)->column == 0; /* a joint without motor */
+        for (k = 0; k < s->used[c->kind] && was[i] > 0; k++)
             if (was[k] > 0 && has_name(field_of(d, c->kind, i), s->name[was[k] - 1])) {
                 column[i] = was[k], found++;
                 break;
             }
+    }
     if (other >= 0 && found < s->used[c->kind]) {
         memcpy(column, was, (size_t)s->used[c->kind] * sizeof *was);
         say("%s:%d: column %d is called %s, %s%d of the first file is %s\n", d->path, s->header_row, was[other],

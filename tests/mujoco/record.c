@@ -394,6 +394,7 @@ static void measure_all(void)
 
 /* ---- what moves it ---- */
 
+enum { SHORTEST = 20 }; /* samples of a recording */
 enum { FALL, SINES, PD, KINDS, FOLLOW = KINDS };
 
 typedef struct {
@@ -683,7 +684,7 @@ static int record(int kind, uint64_t *state, drive *v, int most, double *row)
         count_full();
     }
     k -= rig.stopped || rig.touched;
-    if (k < (v->wanted ? 20 : rig.least)) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
+    if (k < (v->wanted ? SHORTEST : rig.least)) return rig.touched ? -TOUCHED - 1 : -STOPPED - 1;
     for (int j = 0; j < N; j++) { /* it moves if one joint moves by half a per cent of its reach */
         double low = row[1 + j], high = low;
         for (int i = 1; i < k; i++)
@@ -913,8 +914,8 @@ static void change(void)
         for (int a = 0; a < rig.m->nu; a++)
             rig.pull[a] = strongest(a) > 0 ? fmin(2 * rig.pull[a], strongest(a)) : 2 * rig.pull[a];
         printf("; again with twice the effort\n");
-    } else if (most == STOPPED && rig.spread < 0.3 && rig.least > 20) {
-        rig.least = rig.least / 4 > 20 ? rig.least / 4 : 20;
+    } else if (most == STOPPED && rig.spread < 0.3 && rig.least > SHORTEST) {
+        rig.least = rig.least / 4 > SHORTEST ? rig.least / 4 : SHORTEST;
         printf("; again, with recordings of %g s or more\n", rig.least * rig.dt);
     } else if (most != STILL && rig.spread > 0.1) {
         rig.spread /= 2, printf("; again with amplitudes of %g\n", rig.spread);
@@ -943,7 +944,7 @@ static demos all_recordings(void)
     const size_t most = (size_t)(rig.m->nv > rig.m->nu ? rig.m->nv : rig.m->nu), terms = TERMS * most;
     double *x = room((3 * terms + 2 * most) * sizeof *x);
     drive v = {0, NULL, 0, 0, x, x + terms, x + 2 * terms, x + 3 * terms, x + 3 * terms + most};
-    rig.least = (int)fmax(20, settings[SECONDS].value / rig.dt / 4);
+    rig.least = (int)fmax(SHORTEST, settings[SECONDS].value / rig.dt / 4);
     printf("  steps of a sample: trying\n");
     fflush(stdout);
     choose_steps(&v);

@@ -374,6 +374,11 @@ def units_of_files():
     code, out, _ = both(plain, plain.replace("tau", "torque"), *MAP[:2], "tau=t*u*")
     check("other names", code == 0 and re.search(
         r"^.*/2\.csv:1: column 6 is called torque1, tau1 of the first file is tau1$", out, re.M), out[:500])
+    swapped = plain.replace("tau1,tau2", "tau2,tau1")
+    code, _, err = both(plain, swapped, *MAP[:2], "tau=tau1,0")     # the second joint has no motor
+    check("names, and a joint without motor", code == 0, err)
+    code, out, _ = both(plain, swapped, *MAP[:2], "tau=t?u2,0")
+    check("a pattern, and a joint without motor", code == 0 and ".csv:1: column" not in out, out[:500])
     code, out, _ = both(plain, plain, *MAP)
     check("the same names", code == 0 and ".csv:1: column" not in out, out[:500])
     text = "t,q1,q2,qd1,qd2,tau1,tau2,temperature\ns,deg,deg,deg/s,deg/s,Nm,Nm,\n"
