@@ -2067,7 +2067,7 @@ ROLN_FN int rolni_pack_head(const roln_model *md, unsigned char *bytes)
     flags += 16 * md->actuator;                                                    /* bits 4, 5 */
     rolni_put(&p, ROLNI_AS(uint64_t, flags), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, md->ae.layers), 2);
-    rolni_put(&p, ROLNI_AS(uint64_t, f->mass_net.layers), 2);
+    rolni_put(&p, ROLNI_AS(uint64_t, (f->mass_net.layers + 256 * f->mass_net.degree)), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->layers), 2);
     rolni_put(&p, ROLNI_AS(uint64_t, f->n), 2);
     for (l = 0; l <= md->ae.layers; l++)
@@ -2524,6 +2524,14 @@ ROLN_FN roln_status roln_write(const roln_model *md, const char *name, const voi
 #ifndef ROLN_AE
 #error "ROLN_AE: the sizes of the autoencoder, such as 16, 12, 8, 4"
 #endif
+#ifndef ROLN_SQUARES
+#define ROLN_SQUARES 0
+#endif
+#ifndef ROLN_POLYNOMIALS
+#define ROLN_POLYNOMIALS 0
+#elif !defined ROLN_MLP
+#define ROLN_MLP 1 /* not read */
+#endif
 #ifndef ROLN_MLP
 #error "ROLN_MLP: the hidden widths of the networks, such as 64, 64"
 #endif
@@ -2619,18 +2627,21 @@ ROLNI_INTS
     ROLN_(monomials) = ROLN_MONOMIALS(ROLN_(n), ROLN_(degree)),
     ROLN_(ae_size) = ROLNI_EACH_LAYER(ROLNI_LAYER, +) + ROLN_(monomials) * ROLN_AE_ROW(ROLNI_BITS(ROLN_QUANTISE), ROLN_(bent)),
     /* perceptrons: hidden sizes; weights without the output layer */
-    ROLN_(H1) = ROLNI_AT(0, ROLN_MLP), ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
-    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
-    ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
-    ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(angles) = ROLNI_TOTAL(ROLNI_BIT, ROLN_ANGLES), /* bits */
     ROLN_(cossin) = ROLN_(angles) == 0 ? 0 : ROLN_(n) + ROLNI_TOTAL(ROLNI_ONE, ROLN_ANGLES),
     ROLN_(into) = ROLNI_OR(ROLN_(cossin), ROLN_(n)), /* inputs */
+    ROLN_(polynomials) = ROLNI_AT(0, ROLN_POLYNOMIALS), ROLN_(degree_v) = ROLNI_AT(1, ROLN_POLYNOMIALS),
+    ROLN_(terms) = ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(polynomials)),
+    ROLN_(H1) = ROLN_(polynomials) > 0 ? ROLN_(into) + ROLN_MONOMIALS(ROLN_(into), ROLN_(degree_v)) : ROLNI_AT(0, ROLN_MLP),
+    ROLN_(H2) = ROLNI_AT(1, ROLN_MLP), ROLN_(H3) = ROLNI_AT(2, ROLN_MLP),
+    ROLN_(H4) = ROLNI_AT(3, ROLN_MLP), ROLN_(H5) = ROLNI_AT(4, ROLN_MLP),
+    ROLN_(mlp_layers) = 1 + (ROLN_(H1) > 0) + (ROLN_(H2) > 0) + (ROLN_(H3) > 0) + (ROLN_(H4) > 0) + (ROLN_(H5) > 0),
+    ROLN_(hidden) = ROLN_(H1) + ROLN_(H2) + ROLN_(H3) + ROLN_(H4) + ROLN_(H5),
     ROLN_(even) = ROLN_MAX(ROLN_(into), ROLN_MAX(ROLN_(H2), ROLN_(H4))),
     ROLN_(odd) = ROLN_MAX(ROLN_(H1), ROLN_MAX(ROLN_(H3), ROLN_(H5))),
-    ROLN_(wide) = ROLN_(even) + ROLN_(odd),
+    ROLN_(wide) = ROLN_(even) + ROLN_(odd) + (ROLN_(polynomials) > 0) * 4 * ROLN_(hidden),
     ROLN_(last) = ROLNI_OR(ROLN_(H5), ROLNI_OR(ROLN_(H4), ROLNI_OR(ROLN_(H3), ROLNI_OR(ROLN_(H2), ROLN_(H1))))),
-    ROLN_(trunk) = (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
+    ROLN_(trunk) = (ROLN_(polynomials) == 0) * (ROLN_(into) + 1) * ROLN_(H1) + (ROLN_(H1) + 1) * ROLN_(H2) + (ROLN_(H2) + 1) * ROLN_(H3) +
                     (ROLN_(H3) + 1) * ROLN_(H4) + (ROLN_(H4) + 1) * ROLN_(H5),
     /* SPD layers: kinds */
     ROLN_(L0) = ROLNI_KIND(ROLNI_AT(0, ROLN_LAYERS)), ROLN_(L1) = ROLNI_KIND(ROLNI_AT(1, ROLN_LAYERS)),
@@ -2638,6 +2649,8 @@ ROLNI_INTS
     ROLN_(layers) = (ROLN_(L0) > 0) + (ROLN_(L1) > 0) + (ROLN_(L2) > 0) + (ROLN_(L3) > 0),
     ROLN_(W0) = ROLN_(n), /* weights that NAME_write wrote before 0.4.0 ask for it, such as tests/control/rope_weights.h */
     ROLN_(tri) = ROLN_TRI(ROLN_(n)),
+    ROLN_(columns) = ROLNI_OR(ROLN_SQUARES, ROLN_(n)),
+    ROLN_(outputs) = (ROLN_SQUARES) > 0 ? ROLN_(n) * ROLN_(columns) : ROLN_(tri),
     ROLN_(base) = ROLN_BASE,
     ROLN_(damping) = ROLN_DAMPING,
     ROLN_(damper) = ROLNI_DAMPER(ROLN_DAMPING, ROLN_(n)), /* outputs of its network */
@@ -2662,7 +2675,7 @@ ROLNI_INTS
     ROLN_(row_all_1) = ROLNI_ALL_ROW_WORK(ROLN_, 1),
     ROLN_(loss_work) = ROLNI_EVAL_WORK(ROLN_, 1, 0, ROLNI_LOSS(ROLN_FRICTION), 1), /* of what the guard asks for */
     /* parameters, and what training adds to them */
-    ROLN_(net_size) = 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(tri) + 1) +
+    ROLN_(net_size) = ROLN_(polynomials) > 0 ? (ROLN_(terms) + 1) * ROLN_(outputs) + ROLN_(last) + 1 : 2 * ROLN_(trunk) + (ROLN_(last) + 1) * (ROLN_(outputs) + 1) +
                        ((ROLN_DAMPING) ? ROLN_(trunk) + (ROLN_(last) + 1) * ROLN_(damper) : 0) +
                        ROLNI_LAW(ROLN_FRICTION) * ROLN_(n),
     ROLN_(base_size) = (ROLN_BASE) > 0 ? ROLN_(n) * ROLN_(n) : 0,
@@ -2906,13 +2919,13 @@ typedef struct {
 
 #define ROLNI_MLP_OF(out) \
     {ROLN_(mlp_layers), \
-     {ROLN_(into), ROLN_(H1), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
-      ROLNI_OR(ROLN_(H5), out), out}}
+     {ROLN_(into), ROLN_(polynomials) > 0 && (out) > 1 ? ROLN_(terms) : ROLN_(H1), ROLNI_OR(ROLN_(H2), out), ROLNI_OR(ROLN_(H3), out), ROLNI_OR(ROLN_(H4), out), \
+      ROLNI_OR(ROLN_(H5), out), out}, (out) > 1 ? ROLN_(polynomials) : ROLN_(degree_v)}
 #define ROLNI_LNN_OF(friction) \
     {ROLN_(n) * ROLNI_EIGENVALUE_FLOOR_IS_ABOVE_0(ROLN_EIGENVALUE_FLOOR), ROLNI_MASS_KIND(ROLN_MASS), ROLN_BASE, ROLN_(layers), \
      ROLN_DAMPING, ROLNI_AS(roln_real, ROLN_EIGENVALUE_FLOOR), \
-     ROLNI_MLP_OF(ROLN_(tri)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
-     friction, ROLN_(driven)}
+     ROLNI_MLP_OF(ROLN_(outputs)), ROLNI_MLP_OF(1), ROLNI_MLP_OF(ROLNI_OR(ROLN_(damper), ROLN_(tri))), ROLN_(angles), \
+     friction, ROLN_SQUARES, ROLN_(driven)}
 static const roln_model ROLN_(model) = {
     {ROLN_(ae_layers),
      {ROLN_(N) * ROLNI_SLOPE_IS_ABOVE_0_AND_AT_MOST_1(ROLN_SLOPE), ROLN_(N1), ROLN_(N2), ROLN_(N3), ROLN_(N4), ROLN_(N5),
@@ -7561,6 +7574,8 @@ typedef union { ROLN_(quantise_work) quantise; } ROLN_(start);
 #undef ROLN_NAME
 #undef ROLN_AE
 #undef ROLN_MLP
+#undef ROLN_POLYNOMIALS
+#undef ROLN_SQUARES
 #undef ROLN_INTEGRATOR
 #undef ROLN_FILTER
 #undef ROLN_SLOPE

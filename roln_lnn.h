@@ -32,10 +32,12 @@
 
 #define ROLN_MLP_MAX 6 /* layers at most, the linear output layer included */
 
-/* Fully connected network with softplus between its layers and a linear output. */
+/* Fully connected network with softplus between its layers and a linear output. Or polynomials: layers is 2, and the hidden layer has
+   no weights, but all polynomials of degree 1 .. degree of the inputs y, that is y itself and p(y) behind it (roln_spd.h, 9). */
 typedef struct {
     int layers;
     int size[ROLN_MLP_MAX + 1]; /* input, hidden .., output */
+    int degree;                 /* of polynomials, 2 .. ROLN_DEGREE_MAX; 0: softplus */
 } roln_mlp;
 
 /* theta holds for each layer W and b. W is [in][out] in hidden layers and [out][in] in the output layer: the wide,
@@ -43,7 +45,7 @@ typedef struct {
 ROLN_FN int roln_mlp_params(const roln_mlp *f)
 {
     int l, sum = 0;
-    for (l = 0; l < f->layers; l++)
+    for (l = f->degree > 0; l < f->layers; l++)
         sum += (f->size[l] + 1) * f->size[l + 1];
     return sum;
 }
@@ -68,14 +70,32 @@ ROLN_FN int roln_mlp_widest(const roln_mlp *f, int first)
 
 /* Planes of a block, together. If value, plane 0 is the value y = f(x), and slope is written; all others are directional
    derivatives y_t = Df(x)[x_t], which read slope. x [planes][nb][in], theta in; y [planes][nb][out] out;
-   slope [nb * hidden]: softplus'(a) of each hidden layer, [nb][size] one layer after the other;
+   slope [nb * hidden]: softplus'(a) of each hidden layer, [nb][size] one layer after the other; of polynomials their values;
    out [planes * nb * hidden]: the outputs of each hidden layer, [planes][nb][size] one layer after the other. */
+ROLN_FN void rolni_mlp_polynomials(const roln_mlp *f, int value, int planes, int nb, const roln_real *x, roln_real *slope,
+                                   roln_real *out)
+{
+    const int n = f->size[0], F = f->size[1];
+    int p, r;
+    for (p = 0; p < planes; p++)
+        for (r = 0; r < nb; r++, x += n, out += F) {
+            rolni_copy(n, x, out);
+            if (p < value) {
+                rolni_polynomials(n, f->degree, 1, out, 0, out + n, 0);
+                rolni_copy(F, out, slope + r * F);
+            } else {
+                rolni_polynomials_along(n, f->degree, slope + r * F, slope + r * F + n, x, out + n);
+            }
+        }
+}
+
 ROLN_FN void roln_mlp_forward(const roln_mlp *f, int value, int planes, int nb, const roln_real *theta, const roln_real *x,
                               roln_real *y, roln_real *slope, roln_real *out)
 {
     const roln_real *in = x;
-    int l, r, i, p;
-    for (l = 0; l < f->layers; l++) {
+    int l = f->degree > 0, r, i, p;
+    if (l) rolni_mlp_polynomials(f, value, planes, nb, x, slope, out), in = out;
+    for (; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1], rows = nb * no, last = l + 1 == f->layers;
         const roln_real *b = theta + ni * no;
         roln_real *to = last ? y : out;
@@ -109,9 +129,28 @@ ROLN_FN const roln_real *rolni_plane_input(const roln_mlp *f, const roln_mlp_pla
     return l == 0 ? plane->x : plane->out + nb * (plane->planes * below + plane->at * f->size[l]);
 }
 
+/* Backward of the polynomials of one sample whose values are y [F], as they lie in slope: from the cotangents gy of y and, along
+   x not NULL, that are the first of yt [F] = Dy[x], gyt of yt, adds to gx of the inputs and gxt of x. work [4 F]. */
+ROLN_FN void rolni_polynomials_back(const roln_mlp *f, const roln_real *y, const roln_real *gy, const roln_real *yt,
+                                    const roln_real *gyt, roln_real *gx, roln_real *gxt, roln_real *work)
+{
+    const int n = f->size[0], F = f->size[1];
+    roln_real *const at = work, *const g = work + 2 * F;
+    int i;
+    rolni_copy(F, y, at);
+    if (gy) rolni_copy(F, gy, g);
+    else rolni_zero(F, g);
+    if (yt) rolni_copy(F, yt, at + F), rolni_copy(F, gyt, g + F);
+    rolni_polynomials_bwd(n, f->degree, yt ? 2 : 1, at, F, at + n, F, g + n, g);
+    for (i = 0; i < n; i++)
+        gx[i] += g[i];
+    for (i = 0; i < n && gxt; i++)
+        gxt[i] += g[F + i];
+}
+
 /* Backward. plane [planes] in, plane 0 the value; may be NULL where planes = 1 and gtheta is NULL. slope of the value,
    gy [planes][nb][out] in; adds to gx [planes][nb][in] and gtheta (each may be NULL). work: the cotangents of two
-   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1). */
+   neighbouring layers; wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1), of polynomials 4 hidden more. */
 #define ROLN_MLP_BWD_WORK(planes, nb, wide) ((planes) * (nb) * (wide))
 ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_mlp_plane *plane,
                           const roln_real *slope, const roln_real *gy, roln_real *gx, roln_real *gtheta, roln_real *work)
@@ -139,6 +178,16 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real
         if (l == 0 && !gx) return;
         if (last) roln_mm(rows, no, ni, g, W, gn);
         else roln_mm_bt(rows, no, ni, g, W, gn);
+        if (l > 0 && f->degree > 0) {
+            const int in = f->size[0];
+            for (r = 0; r < nb && gx; r++)
+                for (t = planes > 1; t < ROLN_MAX(planes, 1); t++)
+                    rolni_polynomials_back(f, slope + r * ni, t > 1 ? NULL : gn + r * ni,
+                                           t > 0 ? rolni_plane_input(f, plane + t, 1, nb, 0) + r * ni : NULL,
+                                           gn + (t * nb + r) * ni, gx + r * in, t > 0 ? gx + (t * nb + r) * in : NULL,
+                                           work + rows * (in + ni));
+            return;
+        }
         if (l > 0) { /* y = softplus(a), y_t = s a_t, s' = s (1 - s): ga = s gy + (1 - s) sum_t gy_t y_t, ga_t = s gy_t */
             const roln_real *s = slope + nb * below;
             for (i = 0; i < m; i++)
@@ -159,12 +208,21 @@ ROLN_FN void roln_mlp_bwd(const roln_mlp *f, int planes, int nb, const roln_real
 }
 
 /* Backward of the value alone, which keeps what it passes: from gy [nb][out] in the cotangents ga of what each softplus takes, out,
-   which lie as `out` of roln_mlp_forward does, on plane 0 of `planes`, and gx [nb][in] out. The same bits as roln_mlp_bwd. */
+   which lie as `out` of roln_mlp_forward does, on plane 0 of `planes`, and gx [nb][in] out. The same bits as roln_mlp_bwd. Of
+   polynomials ga are their cotangents. work [4 hidden] of polynomials, else not used. */
 ROLN_FN void roln_mlp_gradient(const roln_mlp *f, int planes, int nb, const roln_real *theta, const roln_real *slope,
-                               const roln_real *gy, roln_real *ga, roln_real *gx)
+                               const roln_real *gy, roln_real *ga, roln_real *gx, roln_real *work)
 {
     const roln_real *g = gy, *W = theta + roln_mlp_params(f);
     int l, i, below = nb * roln_mlp_hidden(f);
+    if (f->degree > 0) {
+        const int n = f->size[0], F = f->size[1];
+        roln_mm(nb, f->size[2], F, gy, theta, ga);
+        rolni_zero(nb * n, gx);
+        for (i = 0; i < nb; i++)
+            rolni_polynomials_back(f, slope + i * F, ga + i * F, NULL, NULL, gx + i * n, NULL, work);
+        return;
+    }
     for (l = f->layers - 1; l >= 0; l--) {
         const int ni = f->size[l], no = f->size[l + 1], m = nb * ni;
         roln_real *gn = gx;
@@ -188,6 +246,41 @@ ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, cons
         y[i] = c[i] * x[i];
 }
 
+/* roln_mlp_hessian of polynomials. */
+#define ROLNI_POLYNOMIALS_HESSIAN_MEM(X, in, hidden) X(e, in) X(h, in) X(yj, hidden) X(yv, hidden) X(y2, hidden)
+ROLN_FN void rolni_polynomials_hessian(const roln_mlp *f, int m, const roln_real *W, const roln_real *slope,
+                                       const roln_mlp_plane *ga, const roln_mlp_plane *along, const roln_real *x, roln_real *y,
+                                       roln_real *H, roln_real *work)
+{
+    const int n = f->size[0], F = f->size[1], out = f->size[2];
+    const roln_real *v = along ? rolni_plane_input(f, along, 1, 1, 0) : NULL;
+    int i, j, k;
+    ROLNI_POLYNOMIALS_HESSIAN_MEM(ROLNI_CARVE, n, F)
+    for (j = 0; j < m; j++) {
+        for (i = 0; i < n; i++)
+            yj[i] = x ? x[j * n + i] : ROLNI_AS(roln_real, i == j), h[i] = 0;
+        rolni_polynomials_along(n, f->degree, slope, slope + n, yj, yj + n);
+        rolni_polynomials_back(f, slope, NULL, yj, rolni_plane_input(f, ga, 1, 1, 0), h, NULL, work);
+        for (k = 0; k <= j; k++) {
+            const roln_real s = x ? roln_dot(n, h, x + k * n) : h[k];
+            H[j * m + k] += s;
+            if (k < j) H[k * m + j] += s;
+        }
+        if (y) roln_mm_bt(1, F, out, yj, W, y + j * out);
+        if (!along || !y) continue;
+        {
+            const roln_real *const by[2] = {v, yj}, *const pby[2] = {v + n, yj + n};
+            rolni_polynomials_mixed(n, f->degree, slope, slope + n, by, pby, yv + n);
+        }
+        for (i = 0; i < n; i++)
+            yv[i] = e[i] = x ? x[(m + j) * n + i] : 0;
+        rolni_polynomials_along(n, f->degree, slope, slope + n, e, y2);
+        for (i = 0; i < F - n; i++)
+            yv[n + i] += y2[i];
+        roln_mm_bt(1, F, out, yv, W, y + (m + j) * out);
+    }
+}
+
 /* Derivatives of one sample along m directions together, of first and second order:
        a_j = W^T y_j,  y_j = s a_j          and, with `along`, the plane of a direction v, those along v and j at once,
        a_vj = W^T y_vj,  y_vj = s a_vj + (1 - s) y_v a_j
@@ -195,7 +288,7 @@ ROLNI_INLINE void rolni_times_each(int n, const roln_real *ROLN_RESTRICT c, cons
    out, NULL: not wanted. Adds to H [m][m] the second derivatives of gy^T f, if D^2 x = 0,
        H_jk += sum_i (1 - s_i) ga_i a_ji a_ki   over all hidden layers, of which there is one at least,
    where the plane ga holds the cotangents of roln_mlp_gradient for gy. Behind c, row and sums, work holds a of two layers. */
-#define ROLN_MLP_HESSIAN_MEM(X, m, wide) X(c, wide) X(row, wide) X(sums, m)
+#define ROLN_MLP_HESSIAN_MEM(X, m, wide) X(c, wide) X(row, wide) X(sums, m) /* more than 4 hidden of polynomials */
 #define ROLN_MLP_HESSIAN_WORK(planes, m, wide) (0 ROLN_MLP_HESSIAN_MEM(ROLNI_SIZE, m, wide) + (planes) * (wide))
 ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, const roln_real *slope, const roln_mlp_plane *ga,
                               const roln_mlp_plane *along, const roln_real *x, roln_real *y, roln_real *H, roln_real *work)
@@ -203,6 +296,10 @@ ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, 
     const int planes = along ? 2 * m : m, wide = roln_mlp_widest(f, 0) + roln_mlp_widest(f, 1);
     const roln_real *in = x, *s = slope;
     int l, i, j, k, below = 0;
+    if (f->degree > 0) {
+        rolni_polynomials_hessian(f, m, theta, slope, ga, along, x, y, H, work);
+        return;
+    }
     ROLN_MLP_HESSIAN_MEM(ROLNI_CARVE, m, wide)
     roln_real *const odd = work + planes * roln_mlp_widest(f, 0);
     for (l = 0; l + 1 < f->layers; l++) {
@@ -245,9 +342,9 @@ ROLN_FN void roln_mlp_hessian(const roln_mlp *f, int m, const roln_real *theta, 
 ROLN_FN void roln_mlp_init(const roln_mlp *f, roln_real out, roln_real *theta, uint64_t *seed)
 {
     int l, i;
-    for (l = 0; l < f->layers; l++) {
+    for (l = f->degree > 0; l < f->layers; l++) {
         const int ni = f->size[l], no = f->size[l + 1];
-        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = ROLN_SQRT(gain * 2 / ROLNI_AS(roln_real, ni + no));
+        const roln_real gain = l + 1 < f->layers ? 2 : out * out, sd = f->degree > 0 ? ROLN_C(1e-3) : ROLN_SQRT(gain * 2 / ROLNI_AS(roln_real, ni + no));
         for (i = 0; i < ni * no; i++)
             *theta++ = sd * roln_normal(seed);
         for (i = 0; i < no; i++)
@@ -280,6 +377,7 @@ typedef struct {
                                have an input more for each angle: z_j or cos z_j, behind them sin z_j of the angles */
     int friction;           /* 1: learned dry friction, d_j += c_j tanh(zd_j / v_j), c_j, v_j > 0; 2: the law of rolni_law;
                                -1, -2: their numbers are in theta and no such force is in d: see roln_lnn_stick */
+    int squares;            /* Cholesky: columns of L, at least n, all of whose entries are outputs; 0: L is lower triangular */
     int driven;             /* the accelerations of the last `driven` coordinates are prescribed; not by the midpoint rule */
 } roln_lnn;
 
@@ -347,7 +445,7 @@ ROLN_FN void roln_lnn_init(const roln_lnn *f, roln_real *theta, uint64_t *seed)
     roln_mlp_init(&f->mass_net, ROLN_C(0.1), theta, seed);
     if (f->mass == ROLN_CHOLESKY)
         for (i = 0; i < n; i++) /* L = I */
-            theta[rolni_potential_at(f) - ROLN_TRI(n) + i] = 1;
+            theta[rolni_potential_at(f) - f->mass_net.size[f->mass_net.layers] + i * (f->squares > 0 ? f->squares + 1 : 1)] = 1;
     roln_mlp_init(&f->potential_net, 1, theta + rolni_potential_at(f), seed);
     if (f->damping) roln_mlp_init(&f->damper_net, ROLN_C(0.1), theta + rolni_damper_at(f), seed);
     for (i = 0; f->damping > 1 && i < n; i++) /* drag is cubic in W: it would not be learned from 0 */
@@ -371,6 +469,7 @@ ROLN_FN void roln_lnn_steepen(const roln_lnn *f, roln_real factor, roln_real *th
 {
     roln_real *const nets[3] = {theta, theta + rolni_potential_at(f), theta + rolni_damper_at(f)};
     int k, i;
+    if (f->mass_net.degree > 0) return; /* polynomials are steep enough */
     for (k = 0; k < 2 + (f->damping > 0); k++)
         for (i = 0; i < f->n * f->mass_net.size[1]; i++)
             nets[k][i] *= factor;
@@ -386,6 +485,7 @@ ROLN_FN int rolni_unseen(const roln_mlp *f, int i, const roln_real *theta)
 {
     const roln_real *const w = theta + i * f->size[1];
     int k;
+    if (f->degree > 0) return 0; /* it sees all of them */
     for (k = 0; k < f->size[1]; k++)
         if (w[k] != 0) return 0;
     return 1;
@@ -430,6 +530,17 @@ ROLN_FN int roln_lnn_ignores(const roln_lnn *f, int j, const roln_real *theta)
     return unseen;
 }
 
+/* Columns of L, and outputs of the mass network. */
+ROLN_FN int rolni_columns(const roln_lnn *f)
+{
+    return f->squares > 0 ? f->squares : f->n;
+}
+
+ROLN_FN int rolni_outputs(const roln_lnn *f)
+{
+    return f->squares > 0 ? f->n * f->squares : ROLN_TRI(f->n);
+}
+
 /* Nonzero if M itself is kept; else M = exp_P(U) is used from the eigenbasis of U and never formed. */
 ROLN_FN int rolni_formed(const roln_lnn *f)
 {
@@ -442,8 +553,9 @@ ROLN_FN int rolni_formed(const roln_lnn *f)
        friction    1, 2: learned dry friction          damper     outputs of the damper network, ROLNI_DAMPER
        cholesky    1: ROLN_CHOLESKY                    formed     1: ROLN_CHOLESKY, SPD layers or driven
        cossin      inputs of the networks, n + number of angles; 0 without angles
-       hidden      roln_mlp_hidden
-       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5
+       hidden      roln_mlp_hidden                     polynomials 1: in place of networks
+       wide        roln_mlp_widest(.., 0) + roln_mlp_widest(.., 1): largest of their inputs, H_2, H_4 plus largest of H_1, H_3, H_5;
+                   of polynomials 4 hidden more
        layers      SPD layers
    and these, each on a line of its own, so that no line of the preprocessor becomes long: what a row of a block takes,
        row_mass    ROLNI_MASS_ROW_WORK(S)              row_dm      ROLNI_DM_WORK(S)
@@ -471,7 +583,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
    keep: 1 if a backward is to follow (then dirs = 1), else 0: then the traces of the networks are scratch. */
 #define ROLNI_TAPE_MEM(X, S, dirs, keep, nb) \
     X(x, (1 + (dirs)) * (nb) * (S(n) + S(cossin)))                 /* [1+dirs][nb][n]   z, directions, zd last; rolni_into */ \
-    X(u, (1 + (dirs)) * (nb) * ROLN_TRI(S(n)))                     /* [1+dirs][nb][tri] mass network, and along directions */ \
+    X(u, (1 + (dirs)) * (nb) * S(outputs))                         /* [1+dirs][nb][tri] mass network, and along directions */ \
     X(v, nb)                                                       /* [nb]              potential */ \
     X(L, (nb) * S(damper))                                         /* [nb][outputs]     damper */ \
     X(kin, (nb) * S(n))                                            /* [nb][n]           1/2 grad_z (zd^T M w), w = zd if none */ \
@@ -481,7 +593,7 @@ ROLN_FN int rolni_cossin(const roln_lnn *f)
     X(zdd, (nb) * S(n))                                            /* [nb][n] */ \
     X(l, (keep) * (1 - S(cholesky)) * (nb) * S(n))                 /* [nb][n]           eigenvalues of A^-1 U A^-T, A A^T = P */ \
     X(el, (1 - S(formed)) * (nb) * S(n))                           /* [nb][n]           e^-l */ \
-    X(Q, (nb) * S(n) * S(n))                                       /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
+    X(Q, (nb) * S(n) * S(columns))                                     /* [nb][n][n]        X_0 = Q^T e^l Q; Cholesky: L */ \
     X(K, (1 - S(cholesky)) * (nb) * S(n) * S(n))                   /* [nb][n][n]        exp[l_i, l_j] */ \
     X(R, S(base) * (nb) * S(n) * S(n))                             /* [nb][n][n]        X_0^-1 = R^T e^-l R; Q where P = I */ \
     X(M, S(formed) * (nb) * S(n) * S(n))                           /* [nb][n][n]        M, where it is formed */ \
@@ -504,8 +616,8 @@ typedef struct {
 
 #define ROLNI_TAPE_SIZES(f) \
     const int n = (f)->n, base = (f)->base, damping = (f)->damping, damper = ROLNI_DAMPER((f)->damping, (f)->n); \
-    const int cholesky = (f)->mass == ROLN_CHOLESKY; \
-    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->mass_net), cossin = rolni_cossin(f)
+    const int cholesky = (f)->mass == ROLN_CHOLESKY, columns = rolni_columns(f), outputs = rolni_outputs(f); \
+    const int formed = rolni_formed(f), hidden = roln_mlp_hidden(&(f)->potential_net), cossin = rolni_cossin(f)
 
 /* ROLN_LNN_TAPE at run time. */
 ROLN_FN int roln_lnn_tape(const roln_lnn *f, int dirs, int keep, int nb)
@@ -547,6 +659,13 @@ ROLN_FN void rolni_low(int n, const roln_real *u, roln_real *L)
     for (i = 1; i < n; i++)
         for (j = 0; j < i; j++)
             L[i * n + j] = *u++;
+}
+
+/* L [n][columns] of u. */
+ROLN_FN void rolni_of_u(const roln_lnn *f, const roln_real *u, roln_real *L)
+{
+    if (f->squares > 0) rolni_copy(f->n * f->squares, u, L);
+    else rolni_low(f->n, u, L);
 }
 
 /* Backward of both: gu = diag G_ii, low G_ij in the order of u, where G is the cotangent of a symmetric (diag 1, low 2) or of
@@ -793,7 +912,7 @@ ROLN_FN void rolni_directions(const roln_lnn *f, int k, const rolni_row *row, ro
     int t;
     for (t = 0; t < k; t++) {
         if (f->mass == ROLN_CHOLESKY) {
-            rolni_low(n, row->u[t], F + t * nn);
+            rolni_of_u(f, row->u[t], F + t * n * rolni_columns(f));
         } else {
             rolni_sym(n, row->u[t], work);
             roln_congr(n, row->tape->R + row->r * nn, work, F + t * nn, work + nn);
@@ -819,16 +938,17 @@ ROLN_FN roln_status rolni_form(const roln_lnn *f, int k, const rolni_row *row, c
                                roln_real *work)
 {
     const int n = f->n, nn = n * n;
-    const roln_real *Q = row->tape->Q + row->r * nn, *K = row->tape->K + row->r * nn;
+    const int cols = rolni_columns(f);
+    const roln_real *Q = row->tape->Q + row->r * n * cols, *K = row->tape->K + row->r * nn;
     roln_real *X = chain, *end = X + (1 + k) * nn;
     int i, t;
     *M = X;
     if (f->mass == ROLN_CHOLESKY) { /* X_0 = L L^T + floor I, X_t = L_t L^T + L L_t^T */
-        roln_mm_bt(n, n, n, Q, Q, X);
+        roln_mm_bt(n, cols, n, Q, Q, X);
         for (i = 0; i < n; i++)
             X[i * (n + 1)] += f->eigenvalue_floor;
         for (t = 0; t < k; t++) {
-            roln_mm_bt(n, n, n, F + t * nn, Q, work);
+            roln_mm_bt(n, cols, n, F + t * n * cols, Q, work);
             rolni_twice_sym(n, work, X + (1 + t) * nn);
         }
     } else { /* X_0 = Q^T e^l Q, X_t = Q^T (K o F_t) Q */
@@ -923,17 +1043,20 @@ ROLN_FN void rolni_pairs_bwd(const roln_lnn *f, int k, const rolni_row *row, con
 ROLN_FN void rolni_cholesky_bwd(const roln_lnn *f, int k, const rolni_row *row, const roln_real *F, const roln_real *Z,
                                 roln_real *gu, int stride, roln_real *work)
 {
-    const int n = f->n, nn = n * n;
-    roln_real *G = work, *product = G + nn;
+    const int n = f->n, nn = n * n, cols = rolni_columns(f), nc = n * cols;
+    roln_real *G = work, *product = G + nc;
     int t, j, i;
     for (t = 0; t <= k; t++) {
-        roln_mm(n, n, n, Z + t * nn, row->tape->Q + row->r * nn, G);
+        roln_mm(n, n, cols, Z + t * nn, row->tape->Q + row->r * nc, G);
         for (j = 0; t == 0 && j < k; j++) {
-            roln_mm(n, n, n, Z + (1 + j) * nn, F + j * nn, product);
-            for (i = 0; i < nn; i++)
+            roln_mm(n, n, cols, Z + (1 + j) * nn, F + j * nc, product);
+            for (i = 0; i < nc; i++)
                 G[i] += product[i];
         }
-        rolni_tri_bwd(n, 2, 2, G, gu + t * stride);
+        if (f->squares > 0)
+            for (i = 0; i < nc; i++)
+                gu[t * stride + i] = 2 * G[i];
+        else rolni_tri_bwd(n, 2, 2, G, gu + t * stride);
     }
 }
 
@@ -991,17 +1114,17 @@ ROLN_FN void rolni_exp_bwd(const roln_lnn *f, int k, const rolni_row *row, const
 /* Backward of a row: of sum_t c_t p_t^T M_t q_t over the pairs t = 0 .. k. Writes the cotangents of u and of its directions to
    gu, one every `stride` numbers (over row->u, if they lie there), adds to those of the vectors of each pair and, for P and the
    layers, to gtheta (may be NULL). M of the row was formed before: rolni_form succeeds. */
-#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(n) * S(n)) X(Z, (1 + (k)) * S(n) * S(n))
+#define ROLNI_ROW_BWD_MEM(X, S, k) X(F, (k) * S(n) * S(columns)) X(Z, (1 + (k)) * S(n) * S(n))
 #define ROLNI_ROW_BWD_WORK(S, k, grad) \
     (0 ROLNI_ROW_BWD_MEM(ROLNI_SIZE, S, k) + \
      ROLN_MAX(ROLNI_CHAIN(S, k) + ROLN_MAX(ROLNI_LAYER_BWD_WORK(S, k), \
                                            ROLN_MAX(ROLNI_FORM_WORK(S, k), ROLNI_PAIRS_WORK(S, grad))), \
               ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, k), \
-                       S(cholesky) ? (1 + ((k) > 0)) * S(n) * S(n) : ROLNI_EXP_BWD_WORK(S, k, grad))))
+                       S(cholesky) ? (1 + ((k) > 0)) * S(n) * S(columns) : ROLNI_EXP_BWD_WORK(S, k, grad))))
 ROLN_FN void rolni_row_bwd(const roln_lnn *f, int k, const rolni_row *row, const rolni_pair *pair, roln_real *gu, int stride,
                            roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, nn = n * n, formed = rolni_formed(f);
+    const int n = f->n, nn = n * n, formed = rolni_formed(f), columns = rolni_columns(f);
     roln_real *M = NULL, *chain, *rest;
     int t;
     ROLNI_ROW_BWD_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
@@ -1053,20 +1176,20 @@ ROLN_FN void rolni_minv(const roln_lnn *f, const rolni_tape *t, int r, const rol
 
 /* y = DM[direction] x for every row of a block, x, y [nb][n]; u [nb][tri]: the direction in u. M was formed
    before: rolni_form succeeds. */
-#define ROLNI_DM_MEM(X, S) X(F, S(n) * S(n))
+#define ROLNI_DM_MEM(X, S) X(F, S(n) * S(columns))
 #define ROLNI_DM_WORK(S) \
     (0 ROLNI_DM_MEM(ROLNI_SIZE, S) + ROLN_MAX(ROLNI_DIRECTIONS_WORK(S, 1), S(formed) ? ROLNI_CHAIN(S, 1) + ROLNI_FORM_WORK(S, 1) \
                                                                                       : 2 * S(n)))
 ROLN_FN void rolni_dm(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *tape, const roln_real *u,
                       const roln_real *x, roln_real *y, roln_real *work)
 {
-    const int n = f->n, formed = rolni_formed(f);
+    const int n = f->n, formed = rolni_formed(f), columns = rolni_columns(f);
     rolni_row row;
     int r;
     ROLNI_DM_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     row.theta = theta, row.tape = tape;
     for (r = 0; r < nb; r++) {
-        row.r = r, row.u[0] = u + r * ROLN_TRI(n);
+        row.r = r, row.u[0] = u + r * rolni_outputs(f);
         rolni_directions(f, 1, &row, F, work);
         if (formed) {
             roln_real *M;
@@ -1137,15 +1260,15 @@ ROLNI_INLINE void rolni_see_bwd(const roln_lnn *f, int k, int nb, const roln_rea
 
 /* gz [nb][n] = the gradient by z of the potential network (potential 1) or of the mass network (0), whose outputs have the
    cotangents gy, on a tape with its slopes. second: the cotangents within stay, in place of the outputs of the value. */
-#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + (nb) * S(hidden))
+#define ROLNI_BELOW_WORK(S, nb) ((nb) * S(cossin) + ((nb) + (S(polynomials) > 0) * 4) * S(hidden))
 ROLNI_INLINE void rolni_below(const roln_lnn *f, int potential, int dirs, int second, int nb, const roln_real *theta,
                               const rolni_tape *t, const roln_real *gy, roln_real *gz, roln_real *work)
 {
     const roln_mlp *const net = potential ? &f->potential_net : &f->mass_net;
-    roln_real *const g = f->angles ? work : gz, *ga = work + nb * rolni_cossin(f);
+    roln_real *const g = f->angles ? work : gz, *ga = work + nb * rolni_cossin(f), *const more = ga + nb * roln_mlp_hidden(net);
     if (second) ga = potential ? t->potential_out : t->mass_out;
     roln_mlp_gradient(net, second && !potential ? 1 + dirs : 1, nb, theta + (potential ? rolni_potential_at(f) : 0),
-                      potential ? t->potential_slope : t->mass_slope, gy, ga, g);
+                      potential ? t->potential_slope : t->mass_slope, gy, ga, g, more);
     if (!f->angles) return;
     rolni_zero(nb * f->n, gz);
     rolni_see_bwd(f, 0, nb, rolni_into(f, dirs, nb, t), NULL, g, gz);
@@ -1166,7 +1289,7 @@ enum { ROLNI_MASS, ROLNI_GRADIENT, ROLNI_CORIOLIS, ROLNI_SECOND };
 ROLN_FN void rolni_networks(const roln_lnn *f, int dirs, int keep, int nb, const roln_real *theta, int wanted, rolni_tape *t,
                             roln_real *work)
 {
-    const int hidden = nb * roln_mlp_hidden(&f->mass_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
+    const int hidden = nb * roln_mlp_hidden(&f->potential_net), planes = wanted < ROLNI_CORIOLIS ? 1 : 1 + dirs;
     const roln_real *potential = theta + rolni_potential_at(f), *y = rolni_into(f, dirs, nb, t);
     roln_real *rest = keep ? work : work + hidden;
     int r;
@@ -1337,7 +1460,7 @@ ROLN_FN void rolni_load_bwd(int n, const roln_real *law, const rolni_tape *t, in
 ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_real *theta, const roln_real *s, const roln_real *w,
                                int wanted, roln_real *tape, roln_real *work)
 {
-    const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = ROLN_TRI(n);
+    const int n = f->n, base = f->base, cholesky = f->mass == ROLN_CHOLESKY, tri = rolni_outputs(f);
     const int dirs = w ? 2 : 1;
     rolni_tape t = rolni_tape_of(f, dirs, keep, nb, tape);
     roln_real *rest, *y = rolni_into(f, dirs, nb, &t);
@@ -1356,7 +1479,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
     for (r = 1; f->angles && wanted >= ROLNI_CORIOLIS && r <= dirs; r++)
         rolni_see_along(f, nb, y, t.x + r * nb * n, y + r * nb * rolni_cossin(f));
     rolni_networks(f, dirs, keep, nb, theta, wanted, &t, work);
-    work += keep ? 0 : nb * roln_mlp_hidden(&f->mass_net);
+    work += keep ? 0 : nb * roln_mlp_hidden(&f->potential_net);
     rest = work;
     {
         ROLNI_EVAL_MEM(ROLNI_CARVE, ROLNI_LOCAL, keep)
@@ -1365,7 +1488,7 @@ ROLN_FN roln_status rolni_eval(const roln_lnn *f, int keep, int nb, const roln_r
         row.theta = theta, row.tape = &t;
         for (r = 0; r < nb; r++) {
             row.r = r;
-            if (cholesky) rolni_low(n, t.u + r * tri, t.Q + r * n * n);
+            if (cholesky) rolni_of_u(f, t.u + r * tri, t.Q + r * n * rolni_columns(f));
             else if ((st = rolni_eigenbasis(f, &t, r, A, keep ? t.l + r * n : l_row, work)) != ROLN_OK) return st;
             if (rolni_formed(f) && (st = rolni_form_mass(f, &row, work)) != ROLN_OK) return st;
             if (wanted >= ROLNI_GRADIENT) rolni_row_bwd(f, 0, &row, &pair, t.u + r * tri, 0, NULL, work);
@@ -1481,14 +1604,14 @@ ROLN_FN void rolni_potential_bwd(const roln_lnn *f, int nb, const roln_real *the
 
 /* The terms in M: adds to gy [1+k][nb][inputs], the cotangents of what the network sees of z, of a, which is given as a, and of zd,
    to those of the vectors of the pairs and to gtheta. */
-#define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * ROLN_TRI(S(n))) X(out, ((k) > 0) * (nb) * S(hidden))
+#define ROLNI_MASS_BWD_MEM(X, S, k, nb) X(gu, (1 + (k)) * (nb) * S(outputs)) X(out, ((k) > 0) * (nb) * S(hidden))
 #define ROLNI_MASS_BWD_WORK(S, k, nb) \
     (0 ROLNI_MASS_BWD_MEM(ROLNI_SIZE, S, k, nb) + \
      ROLN_MAX((k) > 1 ? S(row_bwd_2) : (k) > 0 ? S(row_bwd_1) : S(row_bwd_0), ROLN_MLP_BWD_WORK(1 + (k), nb, S(wide))))
 ROLN_FN void rolni_mass_bwd(const roln_lnn *f, int nb, const roln_real *theta, const rolni_tape *t, const rolni_scalar *of,
                             const roln_real *a, roln_real *gy, roln_real *gtheta, roln_real *work)
 {
-    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->mass_net), tri = ROLN_TRI(n), stride = nb * tri;
+    const int n = f->n, k = of->k, hidden = roln_mlp_hidden(&f->potential_net), outputs = rolni_outputs(f), tri = outputs, stride = nb * tri;
     const roln_real *y = rolni_into(f, 1, nb, t);
     roln_mlp_plane plane[3];
     rolni_row row;
@@ -1675,11 +1798,17 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
     const roln_mlp_plane ga = {NULL, potential ? t->potential_out : t->mass_out, potential ? 1 : 2, 0};
     const roln_mlp_plane along = {NULL, t->mass_out, 2, 1};
     const int n = f->n, h = net->size[1];
+    roln_real *const g = work;
     int i, j = n;
     roln_mlp_hessian(net, n, W, potential ? t->potential_slope : t->mass_slope, &ga, k > 1 ? &along : NULL, x, u, H, work);
+    if (net->degree > 0 && f->angles) { /* g: the cotangents of what it sees */
+        rolni_zero(net->size[0], g);
+        rolni_polynomials_back(net, potential ? t->potential_slope : t->mass_slope, ga.out, NULL, NULL, g, NULL, g + net->size[0]);
+    }
     for (i = 0; f->angles && i < n; i++) { /* cos'' = -cos, sin'' = -sin */
         if (!roln_lnn_angle(f, i)) continue;
-        H[i * (n + 1)] -= y[i] * roln_dot(h, ga.out, W + i * h) + y[j] * roln_dot(h, ga.out, W + j * h);
+        H[i * (n + 1)] -= net->degree > 0 ? y[i] * g[i] + y[j] * g[j]
+                                          : y[i] * roln_dot(h, ga.out, W + i * h) + y[j] * roln_dot(h, ga.out, W + j * h);
         j++;
     }
 }
@@ -1689,49 +1818,50 @@ ROLN_FN void rolni_curvature(const roln_lnn *f, int potential, int k, const roln
        row j of V_0: M_j zd,   with k = 2 row j of V_1: M_j zdd + M_vj zd, and V_2 = M_v,   H_ij += 1/2 zd^T D^2 M[U_i, U_j] zd
    with M_j, M_v the derivatives along e_j and along v = zd, M_vj the second one along both; u [k][n][tri]: u_j, u_vj.
    M = L L^T + floor I: by the product rule, H_ij = (L_i^T zd)^T (L_j^T zd). */
-#define ROLNI_CHOLESKY_JAC_MEM(X, n) X(b, (n) * (n)) X(Lv, (n) * (n)) X(Lj, (n) * (n)) X(Lvj, (n) * (n)) X(a, 6 * (n))
-#define ROLNI_CHOLESKY_JAC_WORK(n) (0 ROLNI_CHOLESKY_JAC_MEM(ROLNI_SIZE, n))
+#define ROLNI_CHOLESKY_JAC_MEM(X, n, cols) \
+    X(b, (n) * (cols)) X(Lv, (n) * (cols)) X(Lj, (n) * (cols)) X(Lvj, (n) * (cols)) X(a, 6 * (cols))
+#define ROLNI_CHOLESKY_JAC_WORK(n, cols) (0 ROLNI_CHOLESKY_JAC_MEM(ROLNI_SIZE, n, cols))
 ROLN_FN void rolni_cholesky_jac(const roln_lnn *f, int k, const rolni_tape *t, const roln_real *u, roln_real *V, roln_real *H,
                                 roln_real *work)
 {
-    const int n = f->n, nn = n * n, tri = ROLN_TRI(n);
+    const int n = f->n, nn = n * n, tri = rolni_outputs(f), cols = rolni_columns(f);
     const roln_real *L = t->Q;
     int i, j;
-    ROLNI_CHOLESKY_JAC_MEM(ROLNI_CARVE, n)
-    roln_real *const c = a + n, *const aj = c + n, *const cj = aj + n, *const x = cj + n, *const y = x + n;
-    roln_mm(1, n, n, t->zd, L, c); /* L^T zd */
+    ROLNI_CHOLESKY_JAC_MEM(ROLNI_CARVE, n, cols)
+    roln_real *const c = a + cols, *const aj = c + cols, *const cj = aj + cols, *const x = cj + cols, *const y = x + cols;
+    roln_mm(1, n, cols, t->zd, L, c); /* L^T zd */
     if (k > 1) {                   /* a = L^T zdd + L_v^T zd */
-        rolni_low(n, t->u + tri, Lv);
-        roln_mm(1, n, n, t->zdd, L, a);
-        roln_mm(1, n, n, t->zd, Lv, x);
-        for (i = 0; i < n; i++)
+        rolni_of_u(f, t->u + tri, Lv);
+        roln_mm(1, n, cols, t->zdd, L, a);
+        roln_mm(1, n, cols, t->zd, Lv, x);
+        for (i = 0; i < cols; i++)
             a[i] += x[i];
-        roln_mm_bt(n, n, n, Lv, L, Lj);
+        roln_mm_bt(n, cols, n, Lv, L, Lj);
         rolni_twice_sym(n, Lj, V + 2 * nn);
     }
     for (j = 0; j < n; j++) {
-        roln_real *const bj = b + j * n;
-        rolni_low(n, u + j * tri, Lj);
-        roln_mm(1, n, n, t->zd, Lj, bj);
-        roln_mm_bt(1, n, n, c, Lj, x);
-        roln_mm_bt(1, n, n, bj, L, y);
+        roln_real *const bj = b + j * cols;
+        rolni_of_u(f, u + j * tri, Lj);
+        roln_mm(1, n, cols, t->zd, Lj, bj);
+        roln_mm_bt(1, cols, n, c, Lj, x);
+        roln_mm_bt(1, cols, n, bj, L, y);
         for (i = 0; i < n; i++)
             V[j * n + i] = x[i] + y[i];
-        roln_mm_bt(1, n, j + 1, bj, b, x);
+        roln_mm_bt(1, cols, j + 1, bj, b, x);
         for (i = 0; i <= j; i++) {
             H[j * n + i] += x[i];
             if (i < j) H[i * n + j] += x[i];
         }
         if (k == 1) continue;
-        rolni_low(n, u + (n + j) * tri, Lvj);
-        roln_mm(1, n, n, t->zdd, Lj, aj);
-        roln_mm(1, n, n, t->zd, Lvj, cj);
-        for (i = 0; i < n; i++)
+        rolni_of_u(f, u + (n + j) * tri, Lvj);
+        roln_mm(1, n, cols, t->zdd, Lj, aj);
+        roln_mm(1, n, cols, t->zd, Lvj, cj);
+        for (i = 0; i < cols; i++)
             aj[i] += cj[i];
-        roln_mm_bt(1, n, n, a, Lj, x);
-        roln_mm_bt(1, n, n, aj, L, y);
-        roln_mm_bt(1, n, n, c, Lvj, cj);
-        roln_mm_bt(1, n, n, bj, Lv, aj);
+        roln_mm_bt(1, cols, n, a, Lj, x);
+        roln_mm_bt(1, cols, n, aj, L, y);
+        roln_mm_bt(1, cols, n, c, Lvj, cj);
+        roln_mm_bt(1, cols, n, bj, Lv, aj);
         for (i = 0; i < n; i++)
             V[nn + j * n + i] = (x[i] + y[i]) + (cj[i] + aj[i]);
     }
@@ -1876,15 +2006,15 @@ ROLN_FN void rolni_layers_jac(const roln_lnn *f, int k, const roln_real *theta, 
    friction 2 g is (1 + l y sgn g) o g at fixed factors, so that the load in d is in it:
        by z_j:  1/2 grad D(zd^T M zd)[e_j] - M_j zdd - M_vj zd - D grad V[e_j],    by zd_j:  (zd^T M_i e_j)_i - M_j zd - M_v e_j,
    with k = 1 only the first terms and V. */
-#define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * ROLN_TRI(S(n))) X(V, 3 * S(n) * S(n))
+#define ROLNI_MOTION_JAC_MEM(X, S, k) X(x, (k) * S(n) * S(cossin)) X(u, (k) * S(n) * S(outputs)) X(V, 3 * S(n) * S(n))
 #define ROLNI_MOTION_JAC_WORK(S, k) \
     (0 ROLNI_MOTION_JAC_MEM(ROLNI_SIZE, S, k) + \
-     ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n)) \
+     ROLN_MAX(ROLN_MLP_HESSIAN_WORK((k) * S(n), S(n), S(wide)), S(cholesky) ? ROLNI_CHOLESKY_JAC_WORK(S(n), S(columns)) \
                                                                 : S(layers) > 0 ? ROLNI_LAYERS_JAC_WORK(S, k) \
                                                                               : ROLNI_EXP_JAC_WORK(S(n), k)))
 ROLN_FN void rolni_motion_jac(const roln_lnn *f, int k, const roln_real *theta, const rolni_tape *t, roln_real *D, roln_real *work)
 {
-    const int n = f->n, nn = n * n, cossin = rolni_cossin(f);
+    const int n = f->n, nn = n * n, outputs = rolni_outputs(f), cossin = rolni_cossin(f);
     int i;
     ROLNI_MOTION_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL, k)
     if (f->angles) rolni_see_all(f, k, t, x);
@@ -2036,7 +2166,7 @@ ROLN_FN roln_status roln_lnn_inverse(const roln_lnn *f, int keep, int nb, const 
     {
         ROLN_LNN_INVERSE_MEM(ROLNI_CARVE, ROLNI_LOCAL, nb)
         rolni_copy(nb * n, zdd, t.zdd);
-        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * ROLN_TRI(f->n), t.zd, out, work);
+        if (w) rolni_dm(f, nb, theta, &t, t.u + nb * rolni_outputs(f), t.zd, out, work);
         for (i = 0; i < nb * n; i++)
             out[i] = (w ? (t.dmv[i] + out[i]) / 2 : t.dmv[i]) - t.kin[i] + t.g[i] + t.d[i];
         for (r = 0; r < nb; r++) {
@@ -2434,18 +2564,18 @@ ROLN_FN void roln_lnn_step_bwd(const roln_lnn *f, const roln_system *sys, int sc
 
 /* N [n][n]: row j = DM[e_j] x, on a tape of one state with keep. */
 #define ROLNI_MOMENTUM_JAC_MEM(X, S) \
-    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * ROLN_TRI(S(n))) X(out, S(n) * S(hidden))
+    X(in, S(n) * ROLNI_INPUTS(S)) X(u, S(n) * S(outputs)) X(out, S(n) * S(hidden))
 #define ROLNI_MOMENTUM_JAC_WORK(S) (0 ROLNI_MOMENTUM_JAC_MEM(ROLNI_SIZE, S) + S(row_dm))
 ROLN_FN void rolni_momentum_jac(const roln_lnn *f, const roln_real *theta, const rolni_tape *t, const roln_real *x, roln_real *N,
                                 roln_real *work)
 {
-    const int n = f->n, hidden = roln_mlp_hidden(&f->mass_net), cossin = rolni_cossin(f);
+    const int n = f->n, hidden = roln_mlp_hidden(&f->potential_net), outputs = rolni_outputs(f), cossin = rolni_cossin(f);
     int j;
     ROLNI_MOMENTUM_JAC_MEM(ROLNI_CARVE, ROLNI_LOCAL)
     rolni_see_all(f, 1, t, in);
     roln_mlp_forward(&f->mass_net, 0, n, 1, theta, in, u, t->mass_slope, out);
     for (j = 0; j < n; j++)
-        rolni_dm(f, 1, theta, t, u + j * ROLN_TRI(n), x, N + j * n, work);
+        rolni_dm(f, 1, theta, t, u + j * rolni_outputs(f), x, N + j * n, work);
 }
 
 /* The derivatives of a force (NULL: 0) at sm [2n] are added to those by z, Fz, and by zd, Fv [n][n]; G as force->jac. H [n][n]:

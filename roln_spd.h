@@ -2315,6 +2315,215 @@ ROLN_FN roln_status roln_spd_dist(int n, const roln_real *A, const roln_real *X,
     return ROLN_OK;
 }
 
+/* ---- 9 polynomials ---------------------------------------------------------------------------- */
+
+/* p(z): all products of Chebyshev polynomials T_a1(z_1) .. T_an(z_n) of total degree 2 .. d, T_0 = 1, T_1 = z,
+   T_{k+1} = 2 z T_k - T_{k-1}. On [-1, 1], where |T_k| <= 1, they are well conditioned in float. */
+
+#define ROLN_DEGREE_MAX 8
+
+/* F = (n + d choose d) - 1 - n, factor by factor, each step an integer; 0 for d = 0. As in roln.h: */
+#define ROLNI_CHOOSE(n, d, k) *((d) >= (k) ? (n) + (k) : 1) / ((d) >= (k) ? (k) : 1)
+#define ROLN_MONOMIALS(n, d) \
+    ((d) > 0 ? 1 ROLNI_CHOOSE(n, d, 1) ROLNI_CHOOSE(n, d, 2) ROLNI_CHOOSE(n, d, 3) ROLNI_CHOOSE(n, d, 4) ROLNI_CHOOSE(n, d, 5) \
+                   ROLNI_CHOOSE(n, d, 6) ROLNI_CHOOSE(n, d, 7) ROLNI_CHOOSE(n, d, 8) - 1 - (n) : 0)
+
+/* Terms are ordered by degree e = 2 .. d, those of one degree by their last variable i = 0 .. n-1, those by the power k = 1 .. e of
+   it, and those as their other factor, a term of degree e - k in the variables before i, is ordered. So
+   - the terms of degree e in the variables 0 .. i are the first ones of that degree, and their last is T_e(z_i);
+   - the terms with the factor T_k(z_i) are the first ones of degree e - k, as many as there were before i, times T_k(z_i).
+   A walk over i and e keeps upto[e], the number of terms of degree e in the variables so far (1 for e = 0), and at[e], where those
+   of degree e begin in p; of degree 1 they are z itself. */
+typedef struct {
+    int upto[ROLN_DEGREE_MAX + 1], at[ROLN_DEGREE_MAX + 1];
+} rolni_walk;
+
+/* Variable i joins: by Pascal's rule upto[e] of i variables and upto[e - 1] of i + 1; and leaves again. */
+ROLN_FN void rolni_walk_in(int degree, rolni_walk *w)
+{
+    int e;
+    for (e = 1; e <= degree; e++)
+        w->upto[e] += w->upto[e - 1];
+}
+
+ROLN_FN void rolni_walk_out(int degree, rolni_walk *w)
+{
+    int e;
+    for (e = degree; e >= 1; e--)
+        w->upto[e] -= w->upto[e - 1];
+}
+
+/* A walk with no variable yet, but the places of n. */
+ROLN_FN rolni_walk rolni_walk_of(int n, int degree)
+{
+    rolni_walk w;
+    int e, count = n;
+    w.upto[0] = 1, w.at[0] = w.at[1] = 0;
+    for (e = 1; e <= degree; e++)
+        w.upto[e] = 0;
+    for (w.at[2] = 0, e = 3; e <= degree; e++) {
+        count = count * (n + e - 2) / (e - 1); /* terms of degree e - 1 */
+        w.at[e] = w.at[e - 1] + count;
+    }
+    return w;
+}
+
+/* Where the terms of degree e begin, and where T_e of the walk's last variable i stands: of degree 1 in z, else in p. */
+ROLNI_INLINE int rolni_first(const rolni_walk *w, int e)
+{
+    return e == 1 ? 0 : w->at[e];
+}
+
+ROLNI_INLINE int rolni_power_of(const rolni_walk *w, int e, int i)
+{
+    return e == 1 ? i : w->at[e] + w->upto[e] - 1;
+}
+
+/* f = t g of jets: one t, m numbers g and f, planes ts, gs, fs apart. f' = t' g + t g', f'' = t'' g + 2 t' g' + t g''. */
+ROLN_FN void rolni_times(int jets, int m, const roln_real *t, int ts, const roln_real *g, int gs, roln_real *f, int fs)
+{
+    const roln_real t0 = t[0], t1 = jets > 1 ? t[ts] : 0, t2 = jets > 2 ? t[2 * ts] : 0;
+    int j;
+    for (j = 0; j < m; j++)
+        f[j] = t0 * g[j];
+    for (j = 0; j < m && jets > 1; j++)
+        f[fs + j] = t1 * g[j] + t0 * g[gs + j];
+    for (j = 0; j < m && jets > 2; j++)
+        f[2 * fs + j] = t2 * g[j] + 2 * t1 * g[gs + j] + t0 * g[2 * gs + j];
+}
+
+/* Its backward: from the cotangents cf of f adds to those of g, cg, and of t, ct. */
+ROLN_FN void rolni_times_bwd(int jets, int m, const roln_real *t, int ts, const roln_real *g, int gs, const roln_real *cf, int fs,
+                             roln_real *ct, roln_real *cg)
+{
+    const roln_real t0 = t[0], t1 = jets > 1 ? t[ts] : 0, t2 = jets > 2 ? t[2 * ts] : 0;
+    roln_real s0 = 0, s1 = 0, s2 = 0;
+    int j;
+    for (j = 0; j < m; j++) {
+        s0 += cf[j] * g[j];
+        cg[j] += cf[j] * t0;
+    }
+    for (j = 0; j < m && jets > 1; j++) {
+        const roln_real c = cf[fs + j];
+        s0 += c * g[gs + j], s1 += c * g[j];
+        cg[j] += c * t1, cg[gs + j] += c * t0;
+    }
+    for (j = 0; j < m && jets > 2; j++) {
+        const roln_real c = cf[2 * fs + j];
+        s0 += c * g[2 * gs + j], s1 += 2 * c * g[gs + j], s2 += c * g[j];
+        cg[j] += c * t2, cg[gs + j] += 2 * c * t1, cg[2 * gs + j] += c * t0;
+    }
+    ct[0] += s0;
+    if (jets > 1) ct[ts] += s1;
+    if (jets > 2) ct[2 * ts] += s2;
+}
+
+/* p(z) of one sample: planes of z are zs apart, of p ps. */
+ROLN_FN void rolni_polynomials(int n, int degree, int jets, const roln_real *z, int zs, roln_real *p, int ps)
+{
+    const roln_real *const from[2] = {z, p}; /* where terms of degree 1 are, and above */
+    const int step[2] = {zs, ps};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, q;
+    for (i = 0; i < n; i++) {
+        rolni_walk_in(degree, &w);
+        for (e = 2; e <= degree; e++) {
+            roln_real *f = p + w.at[e] + w.upto[e] - w.upto[e - 1];
+            for (k = 1; k < e; k++) { /* T_k(z_i) times what there was of degree e - k */
+                const int m = w.upto[e - k] - w.upto[e - k - 1];
+                rolni_times(jets, m, from[k > 1] + rolni_power_of(&w, k, i), step[k > 1],
+                            from[e - k > 1] + rolni_first(&w, e - k), step[e - k > 1], f, ps);
+                f += m;
+            }
+            rolni_times(jets, 1, z + i, zs, from[e > 2] + rolni_power_of(&w, e - 1, i), step[e > 2], f, ps);
+            for (q = 0; q < jets; q++) { /* T_e = 2 z T_{e-1} - T_{e-2} */
+                const int at = e > 2 ? rolni_power_of(&w, e - 2, i) + q * step[e > 3] : 0;
+                f[q * ps] = 2 * f[q * ps] - (e > 2 ? from[e > 3][at] : ROLNI_AS(roln_real, q == 0));
+            }
+        }
+    }
+}
+
+/* Its backward: adds to cz the cotangents of z, from those of p, cp, which are spent. */
+ROLN_FN void rolni_polynomials_bwd(int n, int degree, int jets, const roln_real *z, int zs, const roln_real *p, int ps,
+                                   roln_real *cp, roln_real *cz)
+{
+    const roln_real *const from[2] = {z, p};
+    roln_real *const to[2] = {cz, cp};
+    const int step[2] = {zs, ps};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, q;
+    for (i = 0; i < n; i++)
+        rolni_walk_in(degree, &w);
+    for (i = n - 1; i >= 0; rolni_walk_out(degree, &w), i--)
+        for (e = degree; e >= 2; e--) {
+            roln_real *cf = cp + rolni_power_of(&w, e, i);
+            const int one = rolni_power_of(&w, e - 1, i);
+            for (q = 0; q < jets; q++) { /* T_e = 2 z T_{e-1} - T_{e-2} */
+                if (e > 2) to[e > 3][rolni_power_of(&w, e - 2, i) + q * step[e > 3]] -= cf[q * ps];
+                cf[q * ps] *= 2;
+            }
+            rolni_times_bwd(jets, 1, z + i, zs, from[e > 2] + one, step[e > 2], cf, ps, cz + i, to[e > 2] + one);
+            cf = cp + w.at[e] + w.upto[e] - w.upto[e - 1];
+            for (k = 1; k < e; k++) {
+                const int m = w.upto[e - k] - w.upto[e - k - 1], t = rolni_power_of(&w, k, i), g = rolni_first(&w, e - k);
+                rolni_times_bwd(jets, m, from[k > 1] + t, step[k > 1], from[e - k > 1] + g, step[e - k > 1], cf, ps,
+                                to[k > 1] + t, to[e - k > 1] + g);
+                cf += m;
+            }
+        }
+}
+
+/* px_f = Dp_f(z)[x], from z, x [n] and p(z). */
+ROLN_FN void rolni_polynomials_along(int n, int degree, const roln_real *z, const roln_real *p, const roln_real *x, roln_real *px)
+{
+    const roln_real *const from[2] = {z, p}, *const along[2] = {x, px};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, j;
+    for (i = 0; i < n; i++) {
+        rolni_walk_in(degree, &w);
+        for (e = 2; e <= degree; e++) {
+            roln_real *f = px + w.at[e] + w.upto[e] - w.upto[e - 1];
+            const int one = rolni_power_of(&w, e - 1, i);
+            for (k = 1; k < e; k++) {
+                const int m = w.upto[e - k] - w.upto[e - k - 1], t = rolni_power_of(&w, k, i), g = rolni_first(&w, e - k);
+                const roln_real t0 = from[k > 1][t], t1 = along[k > 1][t];
+                for (j = 0; j < m; j++)
+                    f[j] = t1 * from[e - k > 1][g + j] + t0 * along[e - k > 1][g + j];
+                f += m;
+            }
+            *f = 2 * (x[i] * from[e > 2][one] + z[i] * along[e > 2][one]); /* T_e = 2 z T_{e-1} - T_{e-2} */
+            if (e > 2) *f -= along[e > 3][rolni_power_of(&w, e - 2, i)];
+        }
+    }
+}
+
+/* pab_f = D^2 p_f(z)[a, b], from z, a, b [n], p(z) and its derivatives pa, pb along a, b. */
+ROLN_FN void rolni_polynomials_mixed(int n, int degree, const roln_real *z, const roln_real *p, const roln_real *const by[2],
+                                     const roln_real *const pby[2], roln_real *pab)
+{
+    const roln_real *const from[2] = {z, p}, *const a[2] = {by[0], pby[0]}, *const b[2] = {by[1], pby[1]};
+    rolni_walk w = rolni_walk_of(n, degree);
+    int i, e, k, j;
+    for (i = 0; i < n; i++) {
+        rolni_walk_in(degree, &w);
+        for (e = 2; e <= degree; e++) {
+            roln_real *f = pab + w.at[e] + w.upto[e] - w.upto[e - 1];
+            const int one = rolni_power_of(&w, e - 1, i), high = e > 2;
+            for (k = 1; k < e; k++) {
+                const int m = w.upto[e - k] - w.upto[e - k - 1], t = rolni_power_of(&w, k, i), g = rolni_first(&w, e - k);
+                const int s = k > 1, c = e - k > 1;
+                for (j = 0; j < m; j++)
+                    f[j] = a[s][t] * b[c][g + j] + b[s][t] * a[c][g + j] + (s ? pab[t] * from[c][g + j] : 0) +
+                           (c ? from[s][t] * pab[g + j] : 0);
+                f += m;
+            }
+            *f = 2 * (by[0][i] * b[high][one] + by[1][i] * a[high][one] + (high ? z[i] * pab[one] : 0));
+            if (e > 3) *f -= pab[rolni_power_of(&w, e - 2, i)];
+        }
+    }
+}
+
 #endif
 
 #if defined(ROLN_DOUBLE) != defined(ROLNI_DOUBLE)
